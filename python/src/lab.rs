@@ -76,7 +76,7 @@ pub fn calibrate(
         let found = lab::calibrate(&data, &rig, &options)?;
         let locator =
             locate::Locator::new(&found.calibration, "calibration.toml", None, &opener(&options.run))?;
-        let covered = coverage::coverage(&found, &locator);
+        let covered = coverage::coverage(&found);
         let seconds = json!({ "total": start.elapsed().as_secs_f64() });
         let told = [&report::counts(&found, &data), &seconds, &report::result(&found, &rig, &covered)];
         let document = report::document(&spec, &hash, (&data, &hash), told);

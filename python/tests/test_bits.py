@@ -207,7 +207,7 @@ def test_calibrate(d, root, cli, tmp_path):
     assert result.text == written
     result.save(tmp_path / "saved.toml")
     assert (tmp_path / "saved.toml").read_text() == written
-    assert result.estimator in ("paper", "timoshenko", "exact", "curve", "table")
+    assert result.estimator in ("paper", "exact", "curve", "learned")
 
 
 def test_calibrate_without_whisker(root, cli, tmp_path):
@@ -224,7 +224,7 @@ def readings(result, n=300):
     return drives, np.where(drives > 0, drives * g.uniform(0.0035, 0.009, n) * g.choice([1, -1], n, p=[0.9, 0.1]), 1e-6)
 
 
-@pytest.mark.parametrize("estimator", [None, "paper", "table"])
+@pytest.mark.parametrize("estimator", [None, "paper", "learned"])
 def test_locate(estimator, root, cli, tmp_path):
     data, whisker = root / "examples/prototype-d10.csv", root / "examples/prototype-d10.toml"
     calibration = vibrissa.calibrate(data, whisker)

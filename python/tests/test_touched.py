@@ -37,7 +37,7 @@ def desk(tmp_path_factory, cli):
 
 
 OPTIONS = [
-    dict(truth=True), dict(taps=True, contact="centreline", angle_noise=0.3, base_noise=0.2, touch_noise=0.1), dict(estimator="table", curve="smooth"),
+    dict(truth=True), dict(taps=True, contact="centreline", angle_noise=0.3, base_noise=0.2, touch_noise=0.1), dict(estimator="learned", curve="smooth"),
     dict(estimator="paper", taps=True, curve="line", columns=dict(theta="theta_deg", strain="strain"), threads=2)]
 
 

@@ -50,7 +50,7 @@ def contour(data: Any, calibration: Calibration | str | os.PathLike[str], *, est
     Args:
         data: DataFrame (pandas, polars), pyarrow Table, dict of columns, or path of a CSV file.
         calibration: what :func:`calibrate` gave, or the path of a calibration.toml.
-        estimator: ``"paper"``, ``"timoshenko"``, ``"exact"``, ``"curve"`` or ``"table"``; the one that won by default.
+        estimator: ``"learned"``, the default, ``"paper"``, ``"exact"`` or ``"curve"``.
         angle_noise: standard deviation of the heading at first touch, degrees.
         base_noise: standard deviation of each coordinate of the base, mm.
         touch_noise: standard deviation of the motor's angle at which a touch is noticed, degrees; None: 0 for a tap, 0.5 for a stroke,

@@ -33,7 +33,7 @@ class Locator:
 
     Args:
         calibration: a :class:`vibrissa.Calibration`, or the path of a calibration.toml.
-        estimator: ``"paper"``, ``"timoshenko"``, ``"exact"``, ``"curve"`` or ``"table"``; the one that won by default.
+        estimator: ``"learned"``, the default, ``"paper"``, ``"exact"`` or ``"curve"``.
         zero: what the sensor shows without contact, in the unit of the signal; readings with drive 0 say it, too.
         trust: use a file that was edited by hand.
 

@@ -1,12 +1,12 @@
-//! Whether σ keeps its word: errors at positions left out, against the σ that `locate` gives there. Positions to which an estimator
-//! extrapolates when they are left out say nothing of it.
+//! Whether σ keeps its word: errors at positions and at runs left out whole, against the σ of an answer there.
 
+use rayon::prelude::*;
 use serde::Serialize;
 
 use super::Calibrated;
 use super::output::side_name;
-use crate::estimator::judged;
-use crate::locate::Locator;
+use crate::estimator::learned::Learnt;
+use crate::estimator::{Answers, Known, LEARNED};
 
 /// How many errors of one position lie within 1 σ and beyond 3 σ.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -17,6 +17,8 @@ pub struct Coverage {
     pub a_mm: f64,
     /// Taps with an answer.
     pub n: usize,
+    /// Root mean square error, mm.
+    pub rms_mm: f64,
     /// Share within 1 σ.
     pub within_1: f64,
     /// The binomial interval of that share at 95 % (Wilson 1927).
@@ -26,46 +28,70 @@ pub struct Coverage {
 }
 
 impl Coverage {
-    fn new(side: &'static str, a_mm: f64, ratios: &[f64]) -> Self {
-        let n = ratios.len() as f64;
-        let share = |f: &dyn Fn(&f64) -> bool| ratios.iter().filter(|r| f(r)).count() as f64 / n;
-        let (p, z2) = (share(&|r| *r <= 1.0), 1.96f64 * 1.96);
+    fn new(side: &'static str, a_mm: f64, errors: &[[f64; 2]]) -> Self {
+        let n = errors.len() as f64;
+        let share =
+            |f: &dyn Fn(f64) -> bool| errors.iter().filter(|[e, s]| f((e / s).abs())).count() as f64 / n;
+        let rms_mm = (errors.iter().map(|e| e[0] * e[0]).sum::<f64>() / n).sqrt();
+        let (p, z2) = (share(&|r| r <= 1.0), 1.96f64 * 1.96);
         let middle = (p + z2 / (2.0 * n)) / (1.0 + z2 / n);
         let half = (p * (1.0 - p) * z2 / n + z2 * z2 / (4.0 * n * n)).sqrt() / (1.0 + z2 / n);
         let interval = [(middle - half).max(0.0), (middle + half).min(1.0)];
-        Self { side, a_mm, n: ratios.len(), within_1: p, interval, beyond_3: share(&|r| *r > 3.0) }
+        Self { side, a_mm, n: errors.len(), rms_mm, within_1: p, interval, beyond_3: share(&|r| r > 3.0) }
     }
 }
 
-/// Of the estimator that won.
+/// Of `learned`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Covered {
-    /// By position.
+    /// By position, each left out whole.
     pub positions: Vec<Coverage>,
     /// Over all positions; `None` without answers.
     pub all: Option<Coverage>,
+    /// Over all runs, each left out whole; `None` where there is one.
+    pub runs: Option<Coverage>,
 }
 
-/// How errors on distances left out compare with the σ of `locator`.
-pub fn coverage(found: &Calibrated, locator: &Locator) -> Covered {
-    let (mut positions, mut all) = (Vec::new(), Vec::new());
-    for side in &found.sides {
-        let Some(held) = side.held_out(found.winner) else { continue };
-        let judged = judged(found.winner, side.distances.len());
-        for (i, a) in side.distances.centres.iter().enumerate().filter(|(i, _)| judged.contains(i)) {
-            let taps = side.cells.iter().filter(|c| c.i == i).flat_map(|c| &c.taps);
-            let ratio = |k: &usize| {
-                let tap = &found.taps[*k];
-                let drive = tap.drive + locator.drive_origin;
-                (held.taps[*k] / locator.locate_above(drive, tap.signal, 0.0, tap.zero_share()).sigma).abs()
-            };
-            let ratios: Vec<f64> = taps.map(ratio).filter(|r| r.is_finite()).collect();
-            if !ratios.is_empty() {
-                positions.push(Coverage::new(side_name(side.gauge), *a, &ratios));
-                all.extend(ratios);
+/// How errors on positions, and on runs, left out compare with their σ.
+pub fn coverage(found: &Calibrated) -> Covered {
+    let (mut positions, mut all, mut of_runs) = (Vec::new(), Vec::new(), Vec::new());
+    for (side, learnt) in found.sides.iter().zip(&found.learnt) {
+        if let Some(held) = side.held_out(LEARNED) {
+            for (i, a) in side.distances.centres.iter().enumerate() {
+                let taps = side.cells.iter().filter(|c| c.i == i).flat_map(|c| &c.taps);
+                let errors: Vec<[f64; 2]> =
+                    taps.map(|k| [held.taps[*k], held.sigmas[*k]]).filter(|e| e[1].is_finite()).collect();
+                if !errors.is_empty() {
+                    positions.push(Coverage::new(side_name(side.gauge), *a, &errors));
+                    all.extend(errors);
+                }
             }
         }
+        of_runs.extend(runs(found, learnt));
     }
-    let all = (!all.is_empty()).then(|| Coverage::new("", f64::NAN, &all));
-    Covered { positions, all }
+    let over = |errors: &[[f64; 2]]| (!errors.is_empty()).then(|| Coverage::new("", f64::NAN, errors));
+    Covered { positions, all: over(&all), runs: over(&of_runs) }
+}
+
+/// Error and σ of each tap of a side, of what is learned without its run.
+fn runs(found: &Calibrated, learnt: &Learnt) -> Vec<[f64; 2]> {
+    let mut numbers: Vec<usize> = learnt.rows.iter().map(|r| r.run).collect();
+    numbers.sort_unstable();
+    numbers.dedup();
+    if numbers.len() < 2 {
+        return Vec::new();
+    }
+    let without = |run: &usize| {
+        let (gone, left): (Vec<usize>, Vec<usize>) =
+            learnt.places.iter().partition(|k| learnt.rows[**k].run == *run);
+        let Some(answers) = learnt.without(&left) else { return Vec::new() };
+        let of = |k: usize| {
+            let tap = &found.taps[learnt.taps[k]?];
+            let known = Known { share: tap.zero_share(), same_run: false };
+            let at = answers.find(tap.drive, tap.signal.abs(), known).ok()?;
+            Some([at.a - tap.a, at.sigma])
+        };
+        gone.into_iter().filter_map(of).collect::<Vec<_>>()
+    };
+    numbers.par_iter().flat_map(without).collect()
 }

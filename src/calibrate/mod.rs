@@ -1,6 +1,6 @@
 //! From measured strains to a calibration: the K table of the paper, four estimators, and which of them to believe.
 //!
-//! [`taps`](crate::estimator::taps) sorts the rows, [`suspects`] sets aside what should not be believed,
+//! [`taps`](crate::estimator::taps) sorts the rows, [`learn`] learns the rig and sets aside what should not be believed,
 //! [`fit`](crate::estimator::fit) fits the model, [`held_out`](crate::estimator::held_out) judges every estimator on distances it has
 //! not seen, and [`side`] puts a side together.
 //!
@@ -12,10 +12,8 @@
 //! # Ok::<(), vibrissa::error::Error>(())
 //! ```
 
-pub mod constant;
 pub mod coverage;
-pub mod drift;
-pub mod noise;
+mod learn;
 pub mod order;
 pub mod output;
 mod prepare;
@@ -23,18 +21,16 @@ mod remarks;
 pub mod report;
 pub mod second;
 pub mod side;
-mod surface;
-pub mod suspects;
-pub mod winner;
+mod told;
 
 pub use crate::estimator::reason::Reason;
 pub use side::SideResult;
 
 use crate::error::{Error, InputError};
-use crate::estimator::Estimator;
-use crate::estimator::fit::Taring;
+use crate::estimator::learned::Learnt;
 use crate::estimator::model::exact::Extent;
 use crate::estimator::taps::{Tap, ZeroReading};
+use crate::estimator::{ALL, EXACT, Estimator, LEARNED};
 use crate::locate::Parameter;
 use crate::locate::calibration::{Calibration, FORMAT, Source};
 use crate::locate::locator::opener;
@@ -74,8 +70,8 @@ pub struct Calibrated {
     pub zero: Zero,
     /// Distances and drives that are one.
     pub groups: [Groups; 2],
-    /// The drift that was subtracted for want of zero readings.
-    pub drift: Option<drift::Drift>,
+    /// What was learned of each side.
+    pub learnt: Vec<Learnt>,
     /// Standard error of a zero that nobody read, which may have drifted; 0 where it was read, or where nothing says what it is.
     pub unread: f64,
     /// One for each side.
@@ -121,35 +117,37 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
         warnings.push(text);
     }
     let open = opener(&options.run);
-    let Prepared { taps, zeros, zero, tared, groups, drift, sides, sure, recorded, origin, unread, no_exact } =
+    let Prepared { taps, zeros, zero, tared, groups, sides, recorded, origin, unread, no_exact } =
         prepare::prepare(data, &mut rig, options, &open, &mut warnings)?;
-    let modelled = recorded && rig.known && no_exact.is_none();
-    let found = noise::stated(&rig, data.unit.is_absolute(), &taps, &sides);
-    let found = match found {
-        Some(found) => found,
-        None => noise::scatter(&rig, &taps, &sides, modelled, &options.fit, &open)?,
-    };
-    let (noise, noise_from) = noise::or_steps(found, &taps);
+    let of_curve =
+        |l: &Learnt| l.fit.curve.unit * (l.fit.curve.spread.floor + l.fit.curve.spread.relative).sqrt();
+    let noise = of_curve(&sides[0].2);
+    let noise_from = "the model of all rows".to_owned();
     rig.setup.gauge.noise_strain = Some(noise);
-    let zero_known = if sure || !modelled { Taring::Known } else { Taring::Unknown };
     let mut results = Vec::new();
-    for (sign, gauge, _) in sides {
+    for (sign, gauge, learnt) in &sides {
         let asked = side::Ask {
             data,
             rig: &rig,
             taps: &taps,
-            sign,
-            gauge,
+            sign: *sign,
+            gauge: *gauge,
             noise,
             recorded,
             no_exact: no_exact.as_deref(),
-            zero: zero_known,
+            learnt,
             fit: &options.fit,
         };
         results.push(side::calibrate(&asked, &open)?);
     }
-    let winner =
-        winner::winner(&results, rig.known).ok_or_else(|| remarks::nothing_known(data, &rig, &results))?;
+    let range = |s: &SideResult| s.record.distances_mm[1] - s.record.distances_mm[0];
+    let knows = |s: &SideResult| {
+        let rms = |e: &&'static dyn Estimator| s.held_out(*e).and_then(|h| h.rms(|_| true).0);
+        ALL.iter().filter_map(rms).any(|rms| rms < range(s))
+    };
+    if !results.iter().all(knows) {
+        return Err(remarks::nothing_known(data, &rig, &results).into());
+    }
     warnings.extend(remarks::remarks(data, &taps, &results, &rig, unread));
     let mut beside = None;
     if rig.setup.gauge.second {
@@ -163,6 +161,9 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
             ));
         }
     }
+    // Distance and tilt of two gauges are told by the model that has both.
+    let both = beside.is_some() && results.iter().all(|s| s.has(EXACT));
+    let winner = if both { EXACT } else { LEARNED };
     let used = results.iter().map(|s| s.used).sum();
     if !data.unit.is_absolute() {
         // Noise of a reading is none of a strain; the calibration itself says it.
@@ -190,7 +191,19 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
         rig,
         sides: results.iter().map(|s| s.record.clone()).collect(),
     };
-    Ok(Calibrated { calibration, taps, zeros, zero, groups, drift, unread, sides: results, winner, warnings })
+    let learnt = sides.into_iter().map(|s| s.2).collect();
+    Ok(Calibrated {
+        calibration,
+        taps,
+        zeros,
+        zero,
+        groups,
+        learnt,
+        unread,
+        sides: results,
+        winner,
+        warnings,
+    })
 }
 
 /// Widths within which distances and drives are one: one for both, or two; none where nobody says.

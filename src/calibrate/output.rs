@@ -229,7 +229,7 @@ fn rows(found: &Calibrated, data: &Data, locator: &Locator) -> Result<Vec<u8>, E
             tap.a,
             drive,
             tap.value,
-            tap.zero + tap.drift,
+            tap.zero,
             tap.signal,
             expected,
             tap.signal - expected,
@@ -239,20 +239,10 @@ fn rows(found: &Calibrated, data: &Data, locator: &Locator) -> Result<Vec<u8>, E
             held_out(k),
         ];
         row.extend(numbers.map(Field::Number));
-        let carried = found.drift.filter(|d| tap.drift.abs() > d.least);
-        let carried = carried.map(|_| format!("drifting_zero: {:.3e} subtracted", tap.drift));
         let twin = tap.twin.map(|line| format!("equal to line {line}")).unwrap_or_default();
         let (word, why) = match &tap.reason {
             Some(reason) => (if reason.is_doubt() { "suspect" } else { "second" }, reason.text(kind)),
-            None => (
-                "used",
-                carried
-                    .into_iter()
-                    .chain(Some(twin))
-                    .filter(|w| !w.is_empty())
-                    .collect::<Vec<_>>()
-                    .join("; "),
-            ),
+            None => ("used", twin),
         };
         let unreadable = matches!(tap.reason, Some(Reason::NotANumber));
         let status = if unreadable { "bad_input".to_owned() } else { at.status.to_string() };

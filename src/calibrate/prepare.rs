@@ -1,26 +1,25 @@
 //! Rows made ready: sorted, tared, grouped; sides told apart, suspects set aside.
 
-use super::surface::Expected;
-use super::suspects::{self, Scatter};
-use super::{Options, Reason, constant, drift, noise};
+use super::{Options, Reason, learn};
 use crate::error::{Error, InputError};
-use crate::estimator::fit::{Taring, Task};
+use crate::estimator::learned::Learnt;
 use crate::estimator::model::exact::{Exact, Extent, HARD, Opener, spec_values};
 use crate::estimator::taps::{Said, Sorted, Tap, ZeroReading};
-use crate::locate::ModelError;
 use crate::measure::group::Groups;
 use crate::measure::text::plain;
 use crate::measure::zero::{Tared, TaredBy, Zero};
 use crate::measure::{Data, Rig};
-use crate::scene::{Drive, Side, Signal, Theory};
+use crate::scene::{Drive, Side, Signal};
 
 /// A signal of the other sign is a side of its own where it has at least this share of the taps.
 const MINORITY: f64 = 0.1;
 /// Strains above this are no strains.
 const ABSURD: f64 = 0.5;
 
-/// An offset that is uncertain by this share of it may be something else.
-const UNCERTAIN: f64 = 0.2;
+/// A zero that nobody read is one where it is more than so many standard errors.
+const CERTAIN: f64 = 2.5;
+/// It is not known where it may be more than this share of a usual signal.
+const DETERMINED: f64 = 0.02;
 
 /// Rows that are ready to be calibrated from.
 pub struct Prepared {
@@ -34,12 +33,8 @@ pub struct Prepared {
     pub tared: Tared,
     /// Distances and drives that are one.
     pub groups: [Groups; 2],
-    /// The drift that was subtracted for want of zero readings.
-    pub drift: Option<drift::Drift>,
-    /// Sign, side of the gauge and scatter of each side.
-    pub sides: Vec<(f64, Side, Scatter)>,
-    /// Whether the data say what the zero is.
-    pub sure: bool,
+    /// Sign, side of the gauge and what was learned of each side.
+    pub sides: Vec<(f64, Side, Learnt)>,
     /// Whether the drive of the taps is known.
     pub recorded: bool,
     /// The drive that counts as 0.
@@ -62,7 +57,7 @@ pub fn prepare(
     warnings: &mut Vec<String>,
 ) -> Result<Prepared, Error> {
     let said = Said { drive: options.drive, group: options.group };
-    let Sorted { mut taps, zeros, zero, mut tared, groups, before, origin } =
+    let Sorted { mut taps, mut zeros, zero, mut tared, groups, before, origin } =
         crate::estimator::taps::taps(data, rig, &said);
     rig.before = before;
     let rig = &*rig;
@@ -80,105 +75,48 @@ pub fn prepare(
     absurd(data, &taps)?;
     let recorded = data.drive.is_some() || options.drive.is_some();
     let read = zero.count > 0;
-    if !read && data.drive.is_some() {
-        let usable: Vec<&Tap> = taps.iter().filter(|t| t.reason.is_none()).collect();
-        // Without theory first, for signs and suspects; the model of a whisker that is known then says the rest.
-        let turned = constant::reference(&usable);
-        if let Some(found) = constant::without_theory(&usable) {
-            tare((data, rig), &mut taps, &mut tared, TaredBy::Fitted, [found.value, found.error]);
-        } else if let Some(value) = turned.filter(|_| !data.unit.is_absolute()) {
-            tare((data, rig), &mut taps, &mut tared, TaredBy::Reference, [value, 0.0]);
-        }
-    }
-    let signs = signs(data, &mut taps)?;
-    let drift = if !read { drift::of_all(rig, &taps, &signs) } else { None };
-    if let Some(d) = &drift {
-        drift::remove(&mut taps, d, |signal, drift| data.unit.above(signal, drift, rig.setup.gauge.factor));
-        let carried = d.slope * data.rows.len() as f64;
-        warnings.push(format!(
-            "{}: no zero was read, and repeats show that it drifts by {:.3e} ± {:.1e} a row, {carried:.3e} over the file; a straight \
-             drift from the first row on was subtracted. Read the zero now and then (rows with {} = 0)",
-            data.file,
-            d.slope,
-            d.error,
-            rig.setup.drive.column()
-        ));
-    }
+    let signs = signs(data, &mut taps, read)?;
     let mut no_exact = None;
-    let modelled = recorded && rig.known;
-    let unflagged = taps.clone();
-    let mut sides = flagged(data, rig, &mut taps, &signs, modelled, open, &mut no_exact)?;
-    let mut sure = read || tared.from == TaredBy::Fitted;
-    let mut unread = if tared.from == TaredBy::Fitted { tared.error } else { 0.0 };
-    if !read && modelled && no_exact.is_none() && tared.from != TaredBy::Reference {
-        let (sign, gauge, scatter) = &sides[0];
-        let cells = noise::of_side(rig, &taps, *sign);
-        let found = match super::extent(rig, &taps, *sign, *gauge) {
-            Some(at) => {
-                let task = Task { rig, at, cells: &cells, noise: scatter.signal, zero: Taring::Sought, open };
-                ModelError::of_run(task.fit(&options.fit))?.and_then(|fit| {
-                    let trend = drift::Trend::of(&fit, &cells, &taps, data.rows.len());
-                    warnings.extend(trend.filter(drift::Trend::is_there).map(|t| trending(data, rig, &t)));
-                    constant::of_fit(&fit, &cells, *sign, trend)
-                })
-            }
-            None => None,
-        };
-        sure |= found.is_some();
-        if let Some(found) = found {
-            unread = found.error;
-            tared.error = found.steady;
-        }
-        let begun = tared.from == TaredBy::Fitted;
-        if let Some(found) = found.filter(|c| c.is_there() || (begun && c.determined())) {
-            taps = unflagged;
-            tare((data, rig), &mut taps, &mut tared, TaredBy::Fitted, [found.value, found.steady]);
-            sides = flagged(data, rig, &mut taps, &signs, modelled, open, &mut no_exact)?;
-        }
-    }
-    warnings.extend(untared(data, rig, &tared, sure, unread));
-    for a in sides.iter().flat_map(|s| &s.2.positions) {
-        warnings.push(format!(
-            "{}: nearly all rows at a = {a} mm contradict the other positions: is this label right? They are used",
-            data.file
-        ));
-    }
-    Ok(Prepared { taps, zeros, zero, tared, groups, drift, sides, sure, recorded, origin, unread, no_exact })
-}
-
-/// Sets suspects aside, side by side; `no_exact` is told why there is no model to compare with.
-fn flagged(
-    data: &Data,
-    rig: &Rig,
-    taps: &mut [Tap],
-    signs: &[f64],
-    modelled: bool,
-    open: Opener<'_>,
-    no_exact: &mut Option<String>,
-) -> Result<Vec<(f64, Side, Scatter)>, Error> {
-    let kind = rig.setup.drive;
     let mut sides = Vec::new();
-    for &sign in signs {
+    for &sign in &signs {
         let gauge = gauge_side(data, rig, sign, signs[0]);
-        let closed = [Theory::EulerBernoulli, Theory::Timoshenko].map(|t| rig.curve(t, rig.setup.hub));
-        let [plain, sheared] =
-            closed.map(|c| move |a: f64, d: f64| crate::design::amount(kind, d) * c.value(a));
-        let model = match modelled && no_exact.is_none() {
-            true => spec_model(data, rig, taps, sign, gauge, open)?.map_err(|why| *no_exact = Some(why)).ok(),
+        let exact = match recorded && rig.known && no_exact.is_none() {
+            true => spec_model(data, rig, &taps, sign, gauge, open)?.map_err(|why| no_exact = Some(why)).ok(),
             false => None,
         };
-        let exact = model.as_ref().map(|m| |a: f64, d: f64| m.expected(a, d));
-        let mut models: Vec<&Expected<'_>> = vec![&plain];
-        if rig.known {
-            models.push(&sheared);
+        let all = !read && signs.len() == 1;
+        let asked = learn::Ask { data, rig, taps: &taps, zeros: &zeros, mean: tared.value, sign, all, exact };
+        let learnt = learn::side(&asked)?;
+        for (k, reason) in &learnt.reasons {
+            taps[*k].reason = Some(reason.clone());
         }
-        if let Some(exact) = &exact {
-            models.insert(0, exact);
+        for z in &learnt.wrong_zeros {
+            zeros.iter_mut().filter(|r| r.place == *z).for_each(|r| r.reason = Some(Reason::ZeroOutlier));
         }
-        let scatter = suspects::flag(taps, rig, sign, &models);
-        sides.push((sign, gauge, scatter));
+        sides.push((sign, gauge, learnt.of));
     }
-    Ok(sides)
+    warnings.extend(sides.iter().filter(|s| s.2.drift && !read).map(|s| wandering(data, rig, &s.2)));
+    let mut unread = 0.0;
+    if !read {
+        let (sign, _, of) = &sides[0];
+        let [value, error] = of.fit.curve.zero();
+        unread = error;
+        tared.error = error;
+        let turned = taps.iter().filter(|t| t.reason.is_none()).any(|t| !signs.contains(&t.signal.signum()));
+        if turned || value.abs() > CERTAIN * error {
+            tare((data, rig), &mut taps, &mut tared, TaredBy::Fitted, [sign * value, error]);
+            let value = tared.value;
+            sides.iter_mut().for_each(|(sign, _, of)| (of.subtracted, of.zero_known) = (*sign * value, true));
+        } else if error > DETERMINED * of.fit.curve.unit {
+            // Nothing says what it is.
+            (unread, tared.error) = (0.0, 0.0);
+        }
+        for tap in taps.iter_mut().filter(|t| t.reason.is_none() && !signs.contains(&t.signal.signum())) {
+            tap.reason = Some(Reason::OtherSide);
+        }
+    }
+    warnings.extend(untared(data, rig, &tared, unread));
+    Ok(Prepared { taps, zeros, zero, tared, groups, sides, recorded, origin, unread, no_exact })
 }
 
 /// Takes a constant off every tap.
@@ -196,42 +134,30 @@ fn tare(
     *tared = Tared { from, value: tared.value + value, error, ..tared.clone() };
 }
 
-/// What to say of a drift that only the residuals of the model show.
-fn trending(data: &Data, rig: &Rig, trend: &drift::Trend) -> String {
+/// What to say of a drift that no zero reading shows.
+fn wandering(data: &Data, rig: &Rig, learnt: &Learnt) -> String {
+    let zeros = || learnt.fit.zeros.iter().copied();
     format!(
-        "{}: no zero was read, and what the model leaves goes with the order of the lines, as if the zero drifted by {:.2e} ± {:.1e} {} over \
-         the file. Neither can be told from the other here, so nothing was subtracted for it: read the zero now and then (rows with {} = 0)",
+        "{}: no zero was read, and what the curve leaves goes with the order of the lines, as if the zero drifted by {:.2e} {} over the file; \
+         a drift is taken into account. Read the zero now and then (rows with {} = 0)",
         data.file,
-        trend.carried,
-        trend.error,
+        zeros().fold(f64::NEG_INFINITY, f64::max) - zeros().fold(f64::INFINITY, f64::min),
         data.unit.common(),
         rig.setup.drive.column()
     )
 }
 
-/// What to say of a zero that nobody read; `sure`: the data say what it is, or that there is none.
-fn untared(data: &Data, rig: &Rig, tared: &Tared, sure: bool, unread: f64) -> Option<String> {
+/// What to say of a zero that nobody read.
+fn untared(data: &Data, rig: &Rig, tared: &Tared, unread: f64) -> Option<String> {
     let (kind, unit) = (rig.setup.drive.column(), data.unit.common());
     match tared.from {
         TaredBy::Fitted => Some(format!(
             "{}: no zero was read; the data say that the signal has a constant offset of {:.4e} ± {:.1e} {unit}, which was subtracted, \
-             as it will be from readings without a zero of their own{}",
-            data.file,
-            tared.value,
-            unread,
-            match unread > UNCERTAIN * tared.value.abs() {
-                true => format!(
-                    ". A drift of the zero would do much of that: rows with {kind} = 0 now and then would tell"
-                ),
-                false => String::new(),
-            }
+             as it will be from readings without a zero of their own. A drift of the zero would do much of that: rows with {kind} = 0 now and \
+             then would tell",
+            data.file, tared.value, unread
         )),
-        TaredBy::Reference => Some(format!(
-            "{}: no zero was read, and the signal changes its sign with the drive: its zero is not known. {:.4e} {unit} stands in for it, \
-             so that only estimators of the data mean anything; readings must be in the same state",
-            data.file, tared.value
-        )),
-        TaredBy::None if !sure => Some(format!(
+        TaredBy::None if tared.error == 0.0 => Some(format!(
             "{}: no zero was read, and these data cannot tell a constant offset of the signal from a tap: it is taken as tared. Rows \
              with {kind} = 0 say what the sensor shows without contact",
             data.file
@@ -274,8 +200,37 @@ fn absurd(data: &Data, taps: &[Tap]) -> Result<(), InputError> {
     Ok(())
 }
 
+/// The sign of all taps where no zero was read and their signals turn it: they go the other way with the drive than they are, or change
+/// their sign on the way, at two distances or more, and at none are there both at one drive.
+fn turned(taps: &[Tap]) -> Option<f64> {
+    let mut cells = std::collections::BTreeMap::<[u64; 2], [bool; 2]>::new();
+    let mut at = std::collections::BTreeMap::<u64, Vec<&Tap>>::new();
+    for t in taps.iter().filter(|t| t.reason.is_none()) {
+        cells.entry(t.group.map(f64::to_bits)).or_default()[usize::from(t.signal < 0.0)] = true;
+        at.entry(t.group[0].to_bits()).or_default().push(t);
+    }
+    if cells.values().any(|both| both[0] && both[1]) {
+        return None;
+    }
+    let mean = |all: &[&Tap], f: fn(&Tap) -> f64| all.iter().map(|t| f(t)).sum::<f64>() / all.len() as f64;
+    let slope = |all: &Vec<&Tap>| {
+        let (u, y) = (mean(all, |t| t.drive), mean(all, |t| t.signal));
+        all.iter().map(|t| (t.drive - u) * (t.signal - y)).sum::<f64>()
+    };
+    // Of most distances: one row in another unit says nothing of the others.
+    let sign = at.values().map(|all| slope(all).signum()).sum::<f64>().signum();
+    let changes = |all: &&Vec<&Tap>| all.iter().any(|t| t.signal < 0.0) && all.iter().any(|t| t.signal > 0.0);
+    let against = at.values().flatten().filter(|t| t.signal * sign < 0.0).count();
+    let several = at.values().any(|all| all.iter().any(|t| t.group[1] != all[0].group[1]));
+    let all = at.values().map(Vec::len).sum::<usize>();
+    (several && (at.values().filter(changes).count() >= 2 || 2 * against > all)).then_some(sign)
+}
+
 /// Signs of the sides to calibrate, that of most taps first; taps of a stray sign are set aside.
-fn signs(data: &Data, taps: &mut [Tap]) -> Result<Vec<f64>, InputError> {
+fn signs(data: &Data, taps: &mut [Tap], read: bool) -> Result<Vec<f64>, InputError> {
+    if let Some(sign) = turned(taps).filter(|_| !read) {
+        return Ok(vec![sign]);
+    }
     let of = |sign: f64| move |t: &&Tap| t.reason.is_none() && t.signal.signum() == sign;
     let count = |sign: f64| taps.iter().filter(of(sign)).count();
     let distances = |sign: f64| {

@@ -1,6 +1,5 @@
 //! What a user should know before trusting a calibration.
 
-use super::winner::FAR_WORSE;
 use super::{Reason, SideResult};
 use crate::error::InputError;
 use crate::estimator::model::exact::Parameter;
@@ -9,6 +8,8 @@ use crate::estimator::{ALL, CURVE, EXACT};
 use crate::measure::text::plain;
 use crate::measure::{Data, Rig};
 
+/// On distances left out one estimator is so many times worse than another: it is wrong, not unlucky.
+const FAR_WORSE: f64 = 3.0;
 /// A factor is not 1 beyond so many standard errors.
 const ERRORS: f64 = 3.0;
 /// And beyond what gauges and their glue differ by.

@@ -7,8 +7,9 @@ use serde_json::{Value, json};
 use super::coverage::Covered;
 use super::output::side_name;
 use super::side::{KTable, SideResult};
-use super::{Calibrated, Reason};
+use super::{Calibrated, Reason, told};
 use crate::error::InputError;
+use crate::estimator::learned::Learnt;
 use crate::estimator::{ALL, EXACT, Estimator};
 use crate::locate::Parameter;
 use crate::measure::{Data, Rig};
@@ -20,7 +21,7 @@ const LISTED: usize = 100;
 
 /// The result object.
 pub fn result(found: &Calibrated, rig: &Rig, covered: &Covered) -> Value {
-    let Covered { positions, all } = covered;
+    let Covered { positions, all, runs } = covered;
     let kind = rig.setup.drive;
     let c = &found.calibration;
     let zero = found.unread;
@@ -39,14 +40,14 @@ pub fn result(found: &Calibrated, rig: &Rig, covered: &Covered) -> Value {
         "drive_recorded": c.drive_recorded,
         "zero": { "from": c.zero.as_ref().map(|z| z.from), "value": c.zero.as_ref().map(|z| z.value),
                   "error": if found.unread > 0.0 { json!(found.unread) } else { Value::Null },
-                  "readings": found.zero.count, "drift": if found.zero.count > 0 { json!(found.zero.drift()) } else { Value::Null },
-                  "slope_per_row": found.drift.map(|d| d.slope), "slope_error": found.drift.map(|d| d.error) },
+                  "readings": found.zero.count, "drift": if found.zero.count > 0 { json!(found.zero.drift()) } else { Value::Null } },
         "second": c.second,
         "suspects": suspect,
-        "sides": found.sides.iter().map(|s| side(s, rig, zero)).collect::<Vec<_>>(),
+        "sides": found.sides.iter().zip(&found.learnt).map(|(s, l)| side(s, l, rig, zero)).collect::<Vec<_>>(),
         "grouped": found.groups.each_ref().map(|g| json!({ "values": g.distinct, "groups": g.centres.len(), "centres": g.centres, "width": g.width })),
         "coverage": { "all": all.as_ref().map(|c| json!({ "n": c.n, "within_1": c.within_1, "interval": c.interval, "beyond_3": c.beyond_3 })),
-                      "positions": positions },
+                      "positions": positions,
+                      "runs": runs.as_ref().map(|c| json!({ "n": c.n, "rms_mm": c.rms_mm, "within_1": c.within_1, "interval": c.interval, "beyond_3": c.beyond_3 })) },
         "warnings": found.warnings,
     })
 }
@@ -85,7 +86,7 @@ pub fn counts(found: &Calibrated, data: &Data) -> Value {
     })
 }
 
-fn side(s: &SideResult, rig: &Rig, zero: f64) -> Value {
+fn side(s: &SideResult, learnt: &Learnt, rig: &Rig, zero: f64) -> Value {
     let kind = rig.setup.drive;
     let one = |e: &dyn Estimator| {
         let candidates: Vec<&dyn Estimator> = ALL.into_iter().filter(|e| s.held_out(*e).is_some()).collect();
@@ -113,6 +114,7 @@ fn side(s: &SideResult, rig: &Rig, zero: f64) -> Value {
             "drives": drives(t, None, rig), "distances": distances(t, rig)
         })),
         "contradictions": s.contradictions.iter().map(|c| json!({ "a_mm": c.a, "drives": c.drives, "deviations": c.deviations })).collect::<Vec<_>>(),
+        "learned": told::json(learnt, kind),
         "parameters": s.fit.as_ref().map(|f| parameters(f, kind, zero)),
     })
 }
@@ -274,7 +276,7 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
             error(second.sigma_misalignment_deg, 3)
         );
     }
-    for s in &found.sides {
+    for (s, learnt) in found.sides.iter().zip(&found.learnt) {
         let [first, last] = s.record.distances_mm.map(short);
         let drives = match (s.recorded, s.drives.len()) {
             (false, _) => "one drive that nobody recorded".to_owned(),
@@ -308,6 +310,9 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
         if let Some(why) = &s.record.no_exact {
             let _ = writeln!(t, "  {:<13} not calibrated: {why}", EXACT.name());
         }
+        for line in told::text(learnt, kind) {
+            let _ = writeln!(t, "  {line}");
+        }
         if let Some(f) = &s.fit {
             let errors = f.errors(found.unread);
             for (p, error) in f.exact.fitted.iter().zip(errors) {
@@ -340,11 +345,12 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
             );
         }
     }
-    if let Some(c) = &covered.all {
+    for (what, c) in [("distances", &covered.all), ("runs", &covered.runs)] {
+        let Some(c) = c else { continue };
         let percent = |x: f64| (100.0 * x).round();
         let _ = writeln!(
             t,
-            "σ against errors on distances left out: {} % of {} within 1 σ ({} … {} % at 95 %), {:.1} % beyond 3 σ",
+            "σ against errors on {what} left out: {} % of {} within 1 σ ({} … {} % at 95 %), {:.1} % beyond 3 σ",
             percent(c.within_1),
             c.n,
             percent(c.interval[0]),

@@ -7,6 +7,8 @@ use crate::estimate::Estimated;
 use crate::estimator::cells::{Cell, Levels, cells};
 use crate::estimator::fit::{Fit, Taring, Task};
 use crate::estimator::held_out::{HeldOut, Side as Held, held_out};
+use crate::estimator::learned::Learnt;
+use crate::estimator::model::error::ModelError;
 use crate::estimator::model::exact::{Opener, Parameter};
 use crate::estimator::taps::Tap;
 use crate::estimator::{ALL, Estimator, Judged, SideRecord, judged};
@@ -35,8 +37,8 @@ pub struct Ask<'a> {
     pub recorded: bool,
     /// Why the model cannot be fitted, where whisker and drives are known.
     pub no_exact: Option<&'a str>,
-    /// What is known of the zero of the signal.
-    pub zero: Taring,
+    /// What was learned of it.
+    pub learnt: &'a Learnt,
     /// Parameters to fit on request.
     pub fit: &'a [Parameter],
 }
@@ -140,14 +142,8 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
         |t: &Tap| upright(t) && t.signal.is_finite() && t.signal.signum() == ask.sign && t.signal != 0.0;
     let labelled =
         |t: &Tap| t.a > ask.rig.shared().gauge[0] && ask.rig.design.admits(&ask.rig.setup, t.a, t.drive);
-    let changed = |t: &Tap| (t.reason.is_some() && signal(t) && labelled(t)) || t.drift != 0.0;
-    let with_suspects = ask.taps.iter().any(changed).then(|| {
-        // As recorded: neither rows nor drift taken out.
-        let factor = ask.rig.setup.gauge.factor;
-        let back = |t: &Tap| Tap { signal: ask.data.unit.above(t.signal, -t.drift, factor), ..t.clone() };
-        let all: Vec<Tap> = ask.taps.iter().map(back).collect();
-        KTable::new(&Ask { taps: &all, ..*ask }, |t| signal(t) && labelled(t))
-    });
+    let changed = |t: &Tap| t.reason.is_some() && signal(t) && labelled(t);
+    let with_suspects = ask.taps.iter().any(changed).then(|| KTable::new(ask, |t| signal(t) && labelled(t)));
     let with_suspects = with_suspects.flatten();
     let [distances, drives] = table.levels.clone();
     let cells = table.cells.clone();
@@ -158,6 +154,7 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
         drives: &drives.centres,
         distances: distances.len(),
         noise: ask.noise,
+        learned: Some(ask.learnt),
     };
     let ends = |l: &Levels| [l.centres[0], l.centres[l.len() - 1]];
     let several = drives.len() > 1;
@@ -165,9 +162,9 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
     let mut fit = None;
     if ask.recorded && ask.rig.known && no_exact.is_none() {
         let at = super::extent(ask.rig, ask.taps, ask.sign, ask.gauge).expect("there are cells");
-        let task = Task { rig: ask.rig, at, cells: &cells, noise: ask.noise, zero: ask.zero, open };
+        let task = Task { rig: ask.rig, at, cells: &cells, noise: ask.noise, zero: Taring::Known, open };
         match task.fit(ask.fit) {
-            Ok(found) => fit = Some(found),
+            Ok(found) => fit = Some(sharper(&task, found, ask.fit)?),
             Err(why) if why.is_of_whisker() => no_exact = Some(why.to_string()),
             Err(why) => return Err(why.into()),
         }
@@ -179,8 +176,6 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
     let reached = reached.fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], d| [lo.min(d), hi.max(d)]);
     record.drive_ends = Some(reached).filter(|r| *r != ends(&drives));
     let contradictions = contradictions(&cells, [&distances, &drives], ask.noise);
-    // Where positions contradict each other, knots beside a tap say no more of it than distant ones.
-    let share = |e: &dyn Estimator| if contradictions.is_empty() { e.share_of_bias() } else { 1.0 };
     let mut held = Vec::new();
     let allowed = |e: &&'static dyn Estimator| {
         (ask.recorded || !e.needs_drive()) && (ask.rig.known || !e.needs_whisker(several))
@@ -189,10 +184,7 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
         let unseen = held_out(&held_side, e, fit.as_ref());
         let of = judged(e, distances.len());
         let bias = unseen.as_ref().map_or(vec![0.0; drives.len()], |h| h.bias(&cells, drives.len(), &of));
-        let judged = Judged {
-            rms_mm: unseen.as_ref().and_then(|h| h.rms(|_| true).0),
-            bias_mm: bias.into_iter().map(|b| b * share(e)).collect(),
-        };
+        let judged = Judged { rms_mm: unseen.as_ref().and_then(|h| h.rms(|_| true).0), bias_mm: bias };
         e.calibrate(&held_side, fit.as_ref(), judged, &mut record);
         held.extend(unseen.map(|h| (e, h)));
     }
@@ -213,6 +205,22 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
         contradictions,
         held,
     })
+}
+
+/// The fit with the noise that it leaves itself, where that is less and it leaves parameters undetermined: what was learned may follow the
+/// data less closely than the right model does.
+fn sharper(task: &Task<'_>, found: Fit, asked: &[Parameter]) -> Result<Fit, Error> {
+    if !found.undetermined.iter().any(|p| asked.contains(p)) {
+        return Ok(found);
+    }
+    let Some(clean) = ModelError::of_run(Task { noise: 0.0, ..*task }.fit(asked))? else { return Ok(found) };
+    let squares = clean.residuals.iter().zip(&clean.cells).map(|(e, k)| e * e / task.cells[*k].share);
+    let freedom = clean.cells.len() as f64 - clean.exact.fitted.len() as f64;
+    let noise = (squares.sum::<f64>() / freedom).sqrt();
+    if freedom <= 0.0 || noise.is_nan() || noise >= task.noise {
+        return Ok(found);
+    }
+    Ok(ModelError::of_run(Task { noise, ..*task }.fit(asked))?.unwrap_or(found))
 }
 
 /// |signal| of the sensor's end stop on this side, where rows show it; the zero is subtracted from it as from every reading.

@@ -21,6 +21,7 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
     let start = Instant::now();
     let bytes = Data::load(&args.data)?;
     let columns = args.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
+    let columns = args.run.iter().fold(columns, |names, run| names.with_run(run));
     let data = Data::parse_named(&args.data.display().to_string(), &bytes, &columns)?;
     let said = match (args.theta, args.delta) {
         (Some(_), _) => Some(Drive::Angle),
@@ -45,7 +46,7 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
     if !quiet {
         spec.warnings.iter().for_each(say::warning);
     }
-    let of = json!({ "data": digest, "theta": format!("{:?}", args.theta), "delta": format!("{:?}", args.delta), "fit": args.fit, "columns": args.columns, "group": args.group, "export": export_names(args), "estimator": args.estimator.map(|e| e.name()) });
+    let of = json!({ "data": digest, "theta": format!("{:?}", args.theta), "delta": format!("{:?}", args.delta), "fit": args.fit, "columns": args.columns, "run": args.run, "group": args.group, "export": export_names(args), "estimator": args.estimator.map(|e| e.name()) });
     let mut question = Question { name: stem, ..Question::of_scene("calibrate", &spec, of) };
     question.inputs.push(args.data.clone());
     let mut folder = Folder::open(&out, question, &output::FILES, options.force == Some(true))?;
@@ -68,7 +69,7 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
         }
         other => other.map(|()| None)?,
     };
-    let covered = coverage::coverage(&found, &locator);
+    let covered = coverage::coverage(&found);
     let result = report::result(&found, &rig, &covered);
     let counts = report::counts(&found, &data);
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });

@@ -40,7 +40,8 @@ pub fn run(args: &Locate) -> Result<Reply, Error> {
     };
     pool.build_global().map_err(|e| Error::Run(e.to_string()))?;
     let label = path.display().to_string();
-    let locator = Locator::new(&calibration, &label, args.estimator, &opener(&options))?;
+    let mut locator = Locator::new(&calibration, &label, args.estimator, &opener(&options))?;
+    locator.same_run = args.same_run;
     if calibration.version != env!("CARGO_PKG_VERSION") && !args.common.quiet {
         say::warning(format_args!("{label} was written by version {} of this program", calibration.version));
     }
@@ -196,7 +197,7 @@ fn filed(
     let out = super::folder(args.common.out.as_ref(), &stem, "locate");
     // What stdin brought is not known again.
     let data = readings.map(|_| &digest);
-    let asked = json!({ "readings": data, "calibration": calibration.checksum, "estimator": locator.estimator.name(), "columns": args.columns, "zero": SaidZero::json(args.zero.as_ref()) });
+    let asked = json!({ "readings": data, "calibration": calibration.checksum, "estimator": locator.estimator.name(), "columns": args.columns, "zero": SaidZero::json(args.zero.as_ref()), "same_run": args.same_run });
     let from = readings.unwrap_or(Path::new("/dev/stdin"));
     let inputs = vec![path.to_owned(), from.to_owned()];
     let question = Question { inputs, ..Question::new("locate", &stem, asked) };

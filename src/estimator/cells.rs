@@ -152,11 +152,3 @@ fn zero_noise<'a>(taps: impl Iterator<Item = &'a Tap>) -> (f64, f64) {
     };
     runs.values().fold((0.0, 0.0), add)
 }
-
-/// Standard deviation of one reading from repeats, and its degrees of freedom; `None` without repeats.
-pub fn repeatability(cells: &[Cell]) -> Option<(f64, f64)> {
-    let repeated = || cells.iter().filter(|c| c.taps.len() > 1);
-    let freedom: f64 = repeated().map(|c| c.n() - 1.0).sum();
-    let variance = repeated().map(|c| c.squares).sum::<f64>() / repeated().map(|c| c.freedom).sum::<f64>();
-    (freedom > 0.0).then(|| (variance.sqrt(), freedom))
-}

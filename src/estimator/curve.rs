@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Answers, Estimator, Fault, Judged, LeaveOut, Opening, Shape, SideRecord, positive};
+use super::{Answers, Estimator, Fault, Judged, Known, LeaveOut, Opening, Shape, SideRecord, positive};
 use crate::error::Error;
 use crate::estimator::cells::Cell;
 use crate::estimator::fit::Fit;
@@ -55,10 +55,6 @@ impl Estimator for Smooth {
 
     fn help(&self) -> &'static str {
         "A smooth monotone fit of the data, no theory"
-    }
-
-    fn preference(&self) -> u8 {
-        35
     }
 
     fn extrapolates(&self) -> bool {
@@ -115,7 +111,7 @@ impl Estimator for Smooth {
 }
 
 impl Answers for Polynomial {
-    fn find(&self, drive: f64, reading: f64) -> Result<Found, Status> {
+    fn find(&self, drive: f64, reading: f64, _: Known) -> Result<Found, Status> {
         self.find(drive, reading).ok_or(Status::OUTSIDE_CALIBRATION)
     }
 

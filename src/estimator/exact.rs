@@ -7,7 +7,9 @@ use indexmap::IndexMap;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use super::{Answers, Estimator, Fault, Forward, Judged, LeaveOut, Opening, Shape, SideRecord, normal};
+use super::{
+    Answers, Estimator, Fault, Forward, Judged, Known, LeaveOut, Opening, Shape, SideRecord, normal,
+};
 use crate::curve::Curve;
 use crate::error::{Error, InputError, SolveError};
 use crate::estimator::fit::Fit;
@@ -72,11 +74,6 @@ impl Estimator for Model {
 
     fn help(&self) -> &'static str {
         "The configured model, inverted"
-    }
-
-    /// It needs the fewest numbers, and knows both sides and all drives between.
-    fn preference(&self) -> u8 {
-        10
     }
 
     fn needs_drive(&self) -> bool {
@@ -147,16 +144,17 @@ impl Estimator for Model {
         let ahead = 1.5 * values[Parameter::DriveOffset as usize].max(0.0);
         let at = Extent::around(rig, side, record.distances_mm, record.ends(), ahead);
         let at = Extent { hard: HARD, ..at };
-        match Exact::new(rig, values, fitted, r.covariance.clone(), at, open) {
-            Ok(exact) => Ok(Some(Box::new(Inverted { exact, last: Mutex::new(None) }))),
-            Err(why @ ModelError::Solve(SolveError::TooHard)) => Err(unsolvable(rig, record, &why).into()),
-            Err(other) => Err(other.into()),
-        }
+        let exact = Exact::new(rig, values, fitted, r.covariance.clone(), at, open);
+        let exact = exact.map_err(|why| unsolved(rig, record, why))?;
+        Ok(Some(Box::new(Inverted { exact, last: Mutex::new(None) })))
     }
 }
 
-/// A calibrated model that the kernels hardly solve anywhere: values that no rig has.
-fn unsolvable(rig: &Rig, record: &SideRecord, why: &ModelError) -> InputError {
+/// Why the model of a calibration is not solved; one that the kernels hardly solve anywhere has values that no rig has.
+pub fn unsolved(rig: &Rig, record: &SideRecord, why: ModelError) -> Error {
+    if !matches!(why, ModelError::Solve(SolveError::TooHard)) {
+        return why.into();
+    }
     let (setup, t) = (&rig.setup, &rig.design.tuple);
     let contact = match setup.model.contact {
         Contact::Frictionless => "frictionless".to_owned(),
@@ -178,7 +176,8 @@ fn unsolvable(rig: &Rig, record: &SideRecord, why: &ModelError) -> InputError {
     ))
     .key("spec.whisker, spec.model")
     .value(written)
-    .allowed("values of the rig that was calibrated; or another estimator (--estimator table)")
+    .allowed("values of the rig that was calibrated; or another estimator (--estimator paper)")
+    .into()
 }
 
 /// Change of the parameters where the cells of distance `g` are left out: one Gauss–Newton step, which is all it takes.
@@ -211,7 +210,7 @@ impl Inverted {
 }
 
 impl Answers for Inverted {
-    fn find(&self, drive: f64, reading: f64) -> Result<Found, Status> {
+    fn find(&self, drive: f64, reading: f64, _: Known) -> Result<Found, Status> {
         let curve = self.curve(drive);
         let beyond = || reading < self.exact.weakest(&curve);
         self.exact

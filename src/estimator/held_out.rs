@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::cells::Cell;
 use super::fit::Fit;
+use super::learned::Learnt;
 use super::model::Found;
 use super::taps::Tap;
 use super::{Estimator, LeaveOut};
@@ -27,6 +28,8 @@ pub struct Side<'a> {
     pub distances: usize,
     /// Standard deviation of one reading.
     pub noise: f64,
+    /// What was learned of it.
+    pub learned: Option<&'a Learnt>,
 }
 
 /// What one estimator makes of distances it has not seen.
@@ -34,6 +37,8 @@ pub struct Side<'a> {
 pub struct HeldOut {
     /// Error of each tap of the file, mm; NaN where it is not used or has no answer.
     pub taps: Vec<f64>,
+    /// Standard deviation of each, mm, where the estimator says it for one that is left out.
+    pub sigmas: Vec<f64>,
     /// Error of each cell's mean and its variance from noise; NaN without an answer.
     pub cells: Vec<(f64, f64)>,
 }
@@ -96,12 +101,14 @@ pub fn held_out(side: &Side<'_>, estimator: &dyn Estimator, fit: Option<&Fit>) -
     }
     let mut out = HeldOut {
         taps: vec![f64::NAN; side.taps.len()],
+        sigmas: vec![f64::NAN; side.taps.len()],
         cells: vec![(f64::NAN, f64::NAN); side.cells.len()],
     };
     for (k, answer) in parts.into_iter().flatten().flatten() {
         out.cells[k] = answer.mean;
-        for (tap, error) in answer.taps {
+        for (tap, [error, sigma]) in answer.taps {
             out.taps[tap] = error;
+            out.sigmas[tap] = sigma;
         }
     }
     Some(out)
@@ -109,7 +116,7 @@ pub fn held_out(side: &Side<'_>, estimator: &dyn Estimator, fit: Option<&Fit>) -
 
 struct CellAnswer {
     mean: (f64, f64),
-    taps: Vec<(usize, f64)>,
+    taps: Vec<(usize, [f64; 2])>,
 }
 
 /// Answers for the cells of distance `g`.
@@ -126,7 +133,7 @@ fn left_out(side: &Side<'_>, leave_out: &LeaveOut<'_>, g: usize) -> Option<Vec<(
         });
         let of_tap = |&t: &usize| {
             let tap = &side.taps[t];
-            (t, error(tap.drive, tap.signal.abs(), tap.a).map_or(f64::NAN, |(e, _)| e))
+            (t, error(tap.drive, tap.signal.abs(), tap.a).map_or([f64::NAN; 2], |(e, f)| [e, f.sigma]))
         };
         (k, CellAnswer { mean, taps: cell.taps.iter().map(of_tap).collect() })
     };

@@ -8,6 +8,7 @@ pub mod curve;
 pub mod exact;
 pub mod fit;
 pub mod held_out;
+pub mod learned;
 pub mod model;
 pub mod normal;
 pub mod paper;
@@ -15,7 +16,6 @@ pub mod reason;
 pub mod registry;
 pub mod shape;
 pub mod singular;
-pub mod table;
 pub mod taps;
 
 use std::fmt;
@@ -36,27 +36,35 @@ const BETWEEN: usize = 5;
 
 /// The paper's own: its K̄ and its errors stand in the tables of every calibration.
 pub const PAPER: &dyn Estimator = &paper::PAPER;
-/// The same with shear.
-pub const TIMOSHENKO: &dyn Estimator = &paper::TIMOSHENKO;
 /// The configured model, whose fit every calibration reports.
 pub const EXACT: &dyn Estimator = &exact::EXACT;
 /// A smooth curve through the data.
 pub const CURVE: &dyn Estimator = &curve::CURVE;
-/// The data themselves.
-pub const TABLE: &dyn Estimator = &table::TABLE;
+/// One statistical model: the default.
+pub const LEARNED: &dyn Estimator = &learned::LEARNED;
 
 /// The estimator of this name.
 pub fn named(name: &str) -> Option<&'static dyn Estimator> {
     ALL.into_iter().find(|e| e.name() == name)
 }
 
+/// What is known of a reading beside what it says.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Known {
+    /// Variance of its own zero in units of that of one reading; 0 where it has none.
+    pub share: f64,
+    /// Whether it is of a run of the calibration.
+    pub same_run: bool,
+}
+
 /// What answers the readings of one side of a calibrated whisker.
 pub trait Answers: Send + Sync {
-    /// Distance at which `reading` > 0 (strain, or the unit of the reading) comes of a tap by `drive` (degrees or mm).
+    /// Distance at which `reading` > 0 (strain, or the unit of the reading) comes of a tap by `drive` (degrees or mm). `of` says what else is
+    /// known of it.
     ///
     /// # Errors
     /// Why there is none.
-    fn find(&self, drive: f64, reading: f64) -> Result<Found, Status>;
+    fn find(&self, drive: f64, reading: f64, of: Known) -> Result<Found, Status>;
 
     /// Reading expected of a tap at a (mm) by `drive`; NaN where none is.
     fn expected(&self, a: f64, drive: f64) -> f64;
@@ -111,9 +119,6 @@ pub trait Estimator: Send + Sync {
     /// What it is, in a few words.
     fn help(&self) -> &'static str;
 
-    /// Of estimators that the data cannot tell apart that with the smallest is taken.
-    fn preference(&self) -> u8;
-
     /// Whether it means anything only where the drive of each tap is known.
     fn needs_drive(&self) -> bool {
         false
@@ -123,11 +128,6 @@ pub trait Estimator: Send + Sync {
     fn needs_whisker(&self, several_drives: bool) -> bool {
         let _ = several_drives;
         false
-    }
-
-    /// Share of its error on distances left out that is still there where none is.
-    fn share_of_bias(&self) -> f64 {
-        1.0
     }
 
     /// Whether it is extrapolated where the first or the last distance is left out: errors there say nothing of the others.

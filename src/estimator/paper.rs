@@ -1,9 +1,9 @@
-//! `paper` and `timoshenko`: the closed form of a theory and one K̄ per drive.
+//! `paper`: the closed form f and one K̄ per drive.
 
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Answers, Estimator, Fault, Forward, Judged, LeaveOut, Opening, Shape, SideRecord, known, positive,
+    Answers, Estimator, Fault, Forward, Judged, Known, LeaveOut, Opening, Shape, SideRecord, known, positive,
 };
 use crate::design::amount;
 use crate::error::Error;
@@ -30,43 +30,16 @@ pub struct FactorRecord {
     pub bias_mm: Vec<f64>,
 }
 
-/// The closed form of a theory.
-pub struct Closed {
-    name: &'static str,
-    help: &'static str,
-    theory: Theory,
-    needs_drive: bool,
-    preference: u8,
-    section: fn(&SideRecord) -> &Option<FactorRecord>,
-    section_mut: fn(&mut SideRecord) -> &mut Option<FactorRecord>,
-}
+/// The closed form f.
+pub struct Closed;
 
 /// The closed form f.
-pub const PAPER: Closed = Closed {
-    name: "paper",
-    help: "The closed form f and one K̄ per drive",
-    theory: Theory::EulerBernoulli,
-    needs_drive: false,
-    preference: 30,
-    section: |r| &r.paper,
-    section_mut: |r| &mut r.paper,
-};
-
-/// The same with shear, f_T.
-pub const TIMOSHENKO: Closed = Closed {
-    name: "timoshenko",
-    help: "The same with shear: f_T",
-    theory: Theory::Timoshenko,
-    needs_drive: true,
-    preference: 20,
-    section: |r| &r.timoshenko,
-    section_mut: |r| &mut r.timoshenko,
-};
+pub const PAPER: Closed = Closed;
 
 impl Closed {
     /// K̄ and its variance per drive from the cells that `wanted` keeps; `None` where a drive has none of them.
     fn factors(&self, side: &Measured<'_>, wanted: impl Fn(&Cell) -> bool) -> Option<Factors> {
-        let curve = side.rig.curve(self.theory, side.rig.setup.hub);
+        let curve = side.rig.curve(Theory::EulerBernoulli, side.rig.setup.hub);
         let kind = side.rig.setup.drive;
         let spec = side.rig.shared().theory.curve();
         let mut sums = vec![(0.0, 0.0, 0usize); side.drives.len()];
@@ -90,37 +63,29 @@ impl Closed {
 
 impl Estimator for Closed {
     fn name(&self) -> &'static str {
-        self.name
+        "paper"
     }
 
     fn help(&self) -> &'static str {
-        self.help
-    }
-
-    fn preference(&self) -> u8 {
-        self.preference
-    }
-
-    fn needs_drive(&self) -> bool {
-        self.needs_drive
+        "The closed form f and one K̄ per drive"
     }
 
     /// With one drive f need only have the right shape, 1/a: K takes up the rest.
     fn needs_whisker(&self, several_drives: bool) -> bool {
-        several_drives || self.theory == Theory::Timoshenko
+        several_drives
     }
 
     fn leave_out<'a>(&'a self, side: &'a Measured<'a>, _: Option<&'a Fit>) -> LeaveOut<'a> {
         Box::new(move |distance| {
             let factors = self.factors(side, |c| c.i != distance)?;
-            let paper = Paper::new(side.rig, self.theory, side.drives, factors);
+            let paper = Paper::new(side.rig, Theory::EulerBernoulli, side.drives, factors);
             Some(Box::new(move |_, drive, signal| paper.find(drive, signal)))
         })
     }
 
     fn calibrate(&self, side: &Measured<'_>, _: Option<&Fit>, judged: Judged, record: &mut SideRecord) {
         let Some(Factors { k, variance }) = self.factors(side, |_| true) else { return };
-        *(self.section_mut)(record) = Some(FactorRecord {
+        record.paper = Some(FactorRecord {
             held_out_rms_mm: judged.rms_mm,
             K: k,
             K_variance: variance,
@@ -129,11 +94,11 @@ impl Estimator for Closed {
     }
 
     fn bias_mm<'a>(&self, record: &'a SideRecord) -> Option<&'a [f64]> {
-        (self.section)(record).as_ref().map(|r| r.bias_mm.as_slice())
+        record.paper.as_ref().map(|r| r.bias_mm.as_slice())
     }
 
     fn check(&self, record: &SideRecord) -> Result<(), Fault> {
-        let Some(r) = (self.section)(record) else { return Ok(()) };
+        let Some(r) = &record.paper else { return Ok(()) };
         let n = record.drives.len();
         match r.K.len() == n && r.K_variance.len() == n && positive(&r.K) && known(&r.K_variance) {
             true => Ok(()),
@@ -145,14 +110,14 @@ impl Estimator for Closed {
     }
 
     fn open(&self, of: &Opening<'_>) -> Result<Option<Box<dyn Answers>>, Error> {
-        let Some(r) = (self.section)(of.record) else { return Ok(None) };
+        let Some(r) = &of.record.paper else { return Ok(None) };
         let factors = Factors { k: r.K.clone(), variance: r.K_variance.clone() };
-        Ok(Some(Box::new(Paper::new(of.rig, self.theory, &of.record.drives, factors))))
+        Ok(Some(Box::new(Paper::new(of.rig, Theory::EulerBernoulli, &of.record.drives, factors))))
     }
 }
 
 impl Answers for Paper {
-    fn find(&self, drive: f64, reading: f64) -> Result<Found, Status> {
+    fn find(&self, drive: f64, reading: f64, _: Known) -> Result<Found, Status> {
         self.find(drive, reading).ok_or(Status::NO_ROOT)
     }
 

@@ -4,9 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use super::curve::SmoothRecord;
 use super::exact::ExactRecord;
+use super::learned::LearnedRecord;
 use super::paper::FactorRecord;
-use super::table::TableRecord;
-use super::{Estimator, Fault, ascending, curve, exact, known, paper, positive, table};
+use super::{Estimator, Fault, ascending, curve, exact, known, learned, paper, positive};
 use crate::scene::Side;
 
 /// Makes of each line an entry of [`ALL`] and a section of [`SideRecord`], in the order of the lines. A section has the name of
@@ -52,14 +52,12 @@ macro_rules! registry {
 registry! {
     /// f and K̄ per drive.
     paper: FactorRecord = paper::PAPER;
-    /// f_T and K̄ per drive.
-    timoshenko: FactorRecord = paper::TIMOSHENKO;
     /// The model.
     exact: ExactRecord = exact::EXACT;
     /// A smooth curve through the data.
     curve: SmoothRecord = curve::CURVE;
-    /// The data.
-    table: TableRecord = table::TABLE;
+    /// Curve, rig and runs.
+    learned: LearnedRecord = learned::LEARNED;
 }
 
 impl SideRecord {

@@ -1,5 +1,6 @@
 //! What an estimator is made of, for whoever writes it down in another form.
 
+use super::learned::Inverted;
 use super::model::polynomial::Polynomial;
 
 /// What answers one side.
@@ -8,6 +9,8 @@ pub enum Shape<'a> {
     Direct(&'a Polynomial),
     /// Signal as a function of distance and drive, read backwards.
     Inverted(&'a dyn Forward),
+    /// The posterior of a learned curve, from a table.
+    Learned(&'a Inverted),
 }
 
 /// The signal that an estimator expects, and where that is smooth.

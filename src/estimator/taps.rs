@@ -23,12 +23,12 @@ pub struct Tap {
     pub group: [f64; 2],
     /// Signal as recorded.
     pub value: f64,
+    /// The same in the unit of `signal`, of counts that begin anew joined.
+    pub raw: f64,
     /// Zero that was subtracted, in the unit of `signal`.
     pub zero: f64,
     /// Variance that each run of zero readings brings: its place, weight, and share of a reading's variance.
     pub zeros: [(usize, f64, f64); 2],
-    /// Drift that was subtracted for want of zero readings, in the unit of `signal`.
-    pub drift: f64,
     /// Strain, or the reading; tension positive.
     pub signal: f64,
     /// Why it is not used.
@@ -129,9 +129,9 @@ pub fn taps(data: &Data, rig: &Rig, said: &Said) -> Sorted {
             drive,
             group: [row.a, drive],
             value: row.value,
+            raw: signal,
             zero: 0.0,
             zeros: [(0, 0.0, 0.0); 2],
-            drift: 0.0,
             signal,
             reason: None,
             twin,

@@ -1,19 +1,22 @@
 //! The file in C: everything twice, for double and for float.
 
 use super::pieces::Pieces;
-use super::text::{code, number, short, wrapped};
+use super::text::{code, digits, number, short, wrapped};
 use super::{Export, Form};
 use crate::estimate::WIDENING;
+use crate::estimator::learned::why;
 use crate::estimator::model::SAME;
 use crate::estimator::model::polynomial::Polynomial;
 use crate::locate::locator::BEYOND;
 use crate::measure::Unit;
+use vibrissa_learned::invert::{FAR, FINE, Inverse, Nothing, POINTS, QUANTILES, WIDE, node_weights};
 
 const HEAD: &str = include_str!("template/head.c");
 const TYPES: &str = include_str!("template/types.c");
 const PIECES: &str = include_str!("template/pieces.c");
 /// How a polynomial is read in double, and in float.
 const DIRECT: [&str; 2] = [include_str!("template/direct.c"), include_str!("template/direct_float.c")];
+const LEARNED: &str = include_str!("template/learned.c");
 const LOCATE: &str = include_str!("template/locate.c");
 
 const PIECE: &str = "typedef struct {
@@ -31,6 +34,12 @@ const POLYNOMIAL: &str = "typedef struct {
     REAL middle, half, drive_middle, drive_half, reach[2], sign;
     int degree, drive_degree, log_a, log_drive, coefficients, covariance;
 } polynomial_F;
+";
+const TABLE: &str = "typedef struct {
+    REAL from, step, first, last, fades; /* ln a of the table; its calibrated ends, and how the prior fades beyond */
+    REAL offset, zero;                   /* what is added to the drive; signal without contact */
+    int node_count, nodes, values, variances;
+} learned_F;
 ";
 
 /// Functions that end with the suffix of their number type.
@@ -89,11 +98,14 @@ struct Tables {
     pieces: Vec<String>,
     strips: Vec<String>,
     polynomials: Vec<String>,
+    learned: Vec<String>,
+    /// Variances of what was learned, for both number types.
+    variances: Vec<f64>,
     sides: Vec<String>,
     drives: Vec<f64>,
     bias: Vec<f64>,
-    /// Most rows of a series, and most terms of a polynomial.
-    most: [usize; 2],
+    /// Most rows of a series, terms of a polynomial, nodes of what was learned.
+    most: [usize; 3],
 }
 
 impl Tables {
@@ -153,8 +165,31 @@ impl Tables {
         self.polynomials.len() - 1
     }
 
+    /// The number of what was learned.
+    fn learned(&mut self, of: &Inverse, zero: f64, real: Real) -> usize {
+        let n = of.nodes.len();
+        let (nodes, variances) = (self.numbers.len(), self.variances.len());
+        self.numbers.extend(&of.nodes);
+        self.numbers.extend(node_weights(n));
+        let values = self.numbers.len();
+        self.numbers.extend(of.table.iter().flatten().map(|x| digits(x[0], 14)));
+        self.variances.extend(of.table.iter().flatten().map(|x| digits(x[1] + x[2] + x[3], 5)));
+        self.most[2] = self.most[2].max(n);
+        let ([from, step], [first, last, fades]) = (of.grid, of.ends);
+        let reals = [from, step, first, last, fades, of.offset, zero].map(|x| real.number(x)).join(", ");
+        self.learned.push(format!("    {{{reals}, {n}, {nodes}, {values}, {variances}}},"));
+        self.learned.len() - 1
+    }
+
     fn text(&self, real: Real) -> String {
         let mut out = String::new();
+        if !real.is_float() && !self.variances.is_empty() {
+            let list = REALS[1].list(self.variances.iter().copied());
+            out += &format!("static const float learned_variances[] = {{\n{list}\n}};\n\n");
+        }
+        if !self.learned.is_empty() {
+            out += TABLE;
+        }
         if !self.pieces.is_empty() {
             out += PIECE;
         }
@@ -165,6 +200,7 @@ impl Tables {
             ("piece_F", "pieces", &self.pieces),
             ("strip_F", "strips", &self.strips),
             ("polynomial_F", "polynomials", &self.polynomials),
+            ("learned_F", "learneds", &self.learned),
             ("side_F", "sides", &self.sides),
         ];
         for (kind, name, rows) in rows.into_iter().filter(|r| !r.2.is_empty()) {
@@ -199,13 +235,12 @@ impl Export<'_> {
         for side in &self.sides {
             tables.side(self, side, real);
         }
-        let [pieces, direct] = self.kinds();
-        let find = match (pieces, direct) {
-            (true, true) => {
-                "side->count > 0 ? by_pieces_F(side, drive, size, &found) : direct_F(side, drive, size, &found)"
-            }
-            (true, false) => "by_pieces_F(side, drive, size, &found)",
-            _ => "direct_F(side, drive, size, &found)",
+        let [pieces, direct, learned] = self.kinds();
+        let other = if learned { "by_posterior_F" } else { "direct_F" };
+        let find = match (pieces, direct || learned) {
+            (true, true) => format!("(side->count > 0 ? by_pieces_F : {other})(side, drive, size, &found)"),
+            (true, false) => "by_pieces_F(side, drive, size, &found)".to_owned(),
+            _ => format!("{other}(side, drive, size, &found)"),
         };
         let types = TYPES.replace("@TABLES", &tables.text(real));
         let strain = self.c_strain(real);
@@ -213,13 +248,23 @@ impl Export<'_> {
             types.as_str(),
             if pieces { PIECES } else { "" },
             if direct { DIRECT[usize::from(real.is_float())] } else { "" },
+            if learned { LEARNED } else { "" },
             strain.as_str(),
             LOCATE,
         ];
         let code = code
             .concat()
             .replace("@PREPARE", &self.c_prepare(real))
-            .replace("@FIND", find)
+            .replace("@FIND", &find)
+            .replace("@NODES", &tables.most[2].to_string())
+            .replace("@POINTS", &POINTS.to_string())
+            .replace("@FINE", &FINE.to_string())
+            .replace("@WIDE", &real.number(WIDE))
+            .replace("@FAR", &real.number(FAR))
+            .replace("@LOW", &real.number(QUANTILES[0]))
+            .replace("@HALF", &real.number(QUANTILES[1]))
+            .replace("@HIGH", &real.number(QUANTILES[2]))
+            .replace("@TINY", &real.number(1e3 * real.small))
             .replace("@SIDES", &self.sides.len().to_string())
             .replace("@ROWS", &tables.most[0].to_string())
             .replace("@TERMS", &tables.most[1].to_string())
@@ -279,6 +324,10 @@ impl Tables {
     fn side(&mut self, export: &Export<'_>, side: &super::Side<'_>, real: Real) {
         let ((first, count), [cut, alone, weak, strong]) = match &side.form {
             Form::Direct(p) => ((self.direct(p, real), 0), [0; 4]),
+            Form::Learned { inverse, zero } => (
+                (self.learned(inverse, *zero, real), 0),
+                [0, 0, code(why(Nothing::Weak)), code(why(Nothing::Strong))],
+            ),
             Form::Inverted { pieces, cut, near_is_ambiguous, without } => {
                 let [weak, strong] = without.map(code);
                 (self.add(pieces, real), [u8::from(*cut), u8::from(*near_is_ambiguous), weak, strong])

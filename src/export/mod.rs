@@ -12,12 +12,13 @@ mod text;
 use crate::error::{Error, InputError};
 use crate::estimator::model::exact::Opener;
 use crate::estimator::model::polynomial::Polynomial;
-use crate::estimator::{ALL, Estimator, Shape};
+use crate::estimator::{ALL, Estimator, Known, Shape};
 use crate::locate::locator::Opened;
 use crate::locate::{Calibration, Locator};
 use crate::status::Status;
 use pieces::{Hole, Pieces};
 use signal::Signal;
+use vibrissa_learned::invert::Inverse;
 
 /// Largest error that an export may have, mm.
 const LARGEST: f64 = 5e-5;
@@ -50,6 +51,10 @@ impl Language {
 /// What answers one side.
 enum Form<'a> {
     Direct(&'a Polynomial),
+    Learned {
+        inverse: &'a Inverse,
+        zero: f64,
+    },
     Inverted {
         pieces: Pieces,
         /// Whether there is more beyond the farthest distance.
@@ -90,6 +95,10 @@ impl<'a> Export<'a> {
         let side = |of: &'a Opened| -> Result<Side<'a>, Error> {
             let inverted = match of.answers.shape() {
                 Shape::Direct(polynomial) => return Ok(Side { of, form: Form::Direct(polynomial) }),
+                Shape::Learned(learned) => {
+                    let (inverse, zero) = learned.plain();
+                    return Ok(Side { of, form: Form::Learned { inverse, zero } });
+                }
                 Shape::Inverted(forward) => forward,
             };
             // The side that was not calibrated is answered by the model.
@@ -116,7 +125,9 @@ impl<'a> Export<'a> {
                 .into());
             }
             let middle = of.drives[of.drives.len() / 2];
-            let why = |signal: f64, otherwise| of.answers.find(middle, signal).err().unwrap_or(otherwise);
+            let why = |signal: f64, otherwise| {
+                of.answers.find(middle, signal, Known::default()).err().unwrap_or(otherwise)
+            };
             let form = Form::Inverted {
                 pieces,
                 cut: signal.cut.is_finite(),
@@ -129,10 +140,14 @@ impl<'a> Export<'a> {
         Ok(Self { locator, calibration, sides })
     }
 
-    /// Whether there is a side that is inverted, and one that is a polynomial.
-    fn kinds(&self) -> [bool; 2] {
-        let inverted = |s: &Side<'_>| matches!(s.form, Form::Inverted { .. });
-        [self.sides.iter().any(inverted), !self.sides.iter().all(inverted)]
+    /// Whether there is a side that is inverted, one that is a polynomial, and one that was learned.
+    fn kinds(&self) -> [bool; 3] {
+        let any = |f: fn(&Form<'_>) -> bool| self.sides.iter().any(|s| f(&s.form));
+        [
+            any(|f| matches!(f, Form::Inverted { .. })),
+            any(|f| matches!(f, Form::Direct(_))),
+            any(|f| matches!(f, Form::Learned { .. })),
+        ]
     }
 
     /// The file in `language`.
@@ -144,10 +159,10 @@ impl<'a> Export<'a> {
     }
 
     /// Largest difference to `locate` at double precision among the calibrated distances, on the far side of the peak, mm; 0 where the
-    /// file holds the estimator's own polynomial.
+    /// file holds the estimator's own polynomial or table.
     pub fn error(&self) -> f64 {
         let of = |side: &Side<'_>| match &side.form {
-            Form::Direct(_) => 0.0,
+            Form::Direct(_) | Form::Learned { .. } => 0.0,
             Form::Inverted { pieces, .. } => pieces.error,
         };
         self.sides.iter().map(of).fold(0.0, f64::max)

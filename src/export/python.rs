@@ -1,16 +1,19 @@
 //! The file in Python.
 
 use super::pieces::{Piece, Pieces};
-use super::text::{code, number, short, wrapped};
+use super::text::{code, digits, number, short, wrapped};
 use super::{Export, Form, Side};
 use crate::estimate::WIDENING;
+use crate::estimator::learned::why;
 use crate::estimator::model::SAME;
 use crate::estimator::model::polynomial::Polynomial;
 use crate::locate::locator::BEYOND;
 use crate::measure::Unit;
+use vibrissa_learned::invert::{FAR, FINE, Inverse, Nothing, QUANTILES, WIDE};
 
 const WHOLE: &str = include_str!("template/locate.py");
 const PIECES: &str = include_str!("template/pieces.py");
+const LEARNED: &str = include_str!("template/learned.py");
 const DIRECT: &str = include_str!("template/direct.py");
 
 /// A list of numbers.
@@ -73,16 +76,40 @@ fn polynomial(p: &Polynomial) -> String {
     entries.map(|(key, value)| format!("        \"{key}\": {value},")).join("\n")
 }
 
+fn learned_table(of: &Inverse, zero: f64) -> String {
+    let table = |f: &dyn Fn(&[f64; 4]) -> f64| {
+        rows(&of.table.iter().map(|row| row.iter().map(f).collect()).collect::<Vec<_>>())
+    };
+    let ([from, step], [first, last, fades]) = (of.grid, of.ends);
+    let numbers = [from, step, first, last, fades, of.offset, zero].map(number).join(", ");
+    format!(
+        "        \"if_weak\": {},\n        \"if_strong\": {},\n        # First ln a and its step, calibrated ends, how the prior fades beyond them, offset of \
+         the drive, zero; ln u of the nodes, of each signal/u and its variance.\n        \"learned\": (\n            {numbers},\n            {},\n            {},\n            {},\n        ),",
+        code(why(Nothing::Weak)),
+        code(why(Nothing::Strong)),
+        list(&of.nodes),
+        table(&|x| digits(x[0], 14)),
+        table(&|x| digits(x[1] + x[2] + x[3], 5)),
+    )
+}
+
 impl Export<'_> {
     /// The file in Python.
     pub(super) fn python(&self) -> String {
-        let [pieces, direct] = self.kinds();
-        let find = match (pieces, direct) {
-            (true, true) => "(by_pieces if \"strips\" in side else direct)(side, drive, size)",
-            (true, false) => "by_pieces(side, drive, size)",
-            _ => "direct(side, drive, size)",
+        let [pieces, direct, learned] = self.kinds();
+        let other = if learned { "by_posterior" } else { "direct" };
+        let find = match (pieces, direct || learned) {
+            (true, true) => format!("(by_pieces if \"strips\" in side else {other})(side, drive, size)"),
+            (true, false) => "by_pieces(side, drive, size)".to_owned(),
+            _ => format!("{other}(side, drive, size)"),
         };
-        let finders = [if pieces { PIECES } else { "" }, if direct { DIRECT } else { "" }].concat();
+        let of = |used: bool, text: &'static str| if used { text } else { "" };
+        let finders = [of(pieces, PIECES), of(direct, DIRECT), of(learned, LEARNED)].concat();
+        let finders = finders
+            .replace("@FINE", &FINE.to_string())
+            .replace("@WIDE", &number(WIDE))
+            .replace("@FAR", &number(FAR))
+            .replace("@QUANTILES", &list(&QUANTILES));
         let prepare = match (self.locator.drive_recorded, self.locator.drive_origin) {
             (true, 0.0) => String::new(),
             (true, origin) => format!("    drive -= {}  # the drive that counts as 0", number(origin)),
@@ -96,8 +123,9 @@ impl Export<'_> {
             .replace("@COMMENT", &self.comment(""))
             .replace("@TABLES", &format!("SIDES = [\n{}\n]", sides.join("\n")))
             .replace("@FINDERS", &finders)
+            .replace("@MORE", if learned { ", pi, sin" } else { "" })
             .replace("@PREPARE\n", &if prepare.is_empty() { String::new() } else { format!("{prepare}\n") })
-            .replace("@FIND", find)
+            .replace("@FIND", &find)
             .replace("@STRAIN", &strain)
             .replace("@ABOVE", &above)
             .replace("@ZERO", &number(self.zero()))
@@ -132,6 +160,7 @@ impl Export<'_> {
         let interest = [of.interest[0] * (1.0 - WIDENING), of.interest[1] * (1.0 + WIDENING)];
         let form = match &side.form {
             Form::Direct(p) => format!("        \"polynomial\": {{\n{}\n        }},", polynomial(p)),
+            Form::Learned { inverse, zero } => learned_table(inverse, *zero),
             Form::Inverted { pieces, cut, near_is_ambiguous, without: [weak, strong] } => format!(
                 "        \"cut\": {},\n        \"near_is_ambiguous\": {},\n        \"if_weak\": {},\n        \"if_strong\": {},\n        \
                  # From drive, to drive, and from the farthest on: middle distance, half width of ln a, signal per drive, steps, ln of it, its variance.\n        \

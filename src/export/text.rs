@@ -17,6 +17,11 @@ pub(super) fn short(x: f64) -> f64 {
     (x * 1e13).round() / 1e13
 }
 
+/// A number to so many significant digits.
+pub(super) fn digits(x: f64, n: usize) -> f64 {
+    format!("{x:.*e}", n - 1).parse().expect("it was just written")
+}
+
 /// Lines of text about `parts`, each at most so long.
 pub(super) fn wrapped(parts: impl IntoIterator<Item = String>, indent: &str) -> String {
     let mut lines: Vec<String> = Vec::new();
@@ -112,7 +117,7 @@ impl Export<'_> {
 
     fn precision(&self, float: &str) -> String {
         match self.error() {
-            0.0 => format!("the calibrated polynomial itself; rounding only{float}"),
+            0.0 => format!("what `vibrissa locate` computes itself; rounding only{float}"),
             error => {
                 format!("up to {error:.1e} mm to `vibrissa locate` among the calibrated distances{float}")
             }

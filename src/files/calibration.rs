@@ -161,6 +161,13 @@ impl Calibration {
                     .allowed(format!("format = {FORMAT}")));
             }
         }
+        let sides = table.get("sides").and_then(|s| s.as_array()).into_iter().flatten();
+        let gone = sides.filter_map(|s| GONE.into_iter().find(|name| s.get(*name).is_some())).next();
+        if let Some(name) = gone {
+            let message = "this calibration was written by an older program, with estimators that are no more; run `vibrissa calibrate` again \
+                           on its data, and learned answers in their place";
+            return Err(InputError::new(message).at(label, None).key(format!("sides.{name}")).allowed(again));
+        }
         let read: Calibration<Table> = toml::from_str(text).map_err(|e| broken(&e))?;
         if read.sum() != read.checksum && !trust {
             let message = "this calibration was edited by hand: its checksum does not fit its values";
@@ -179,6 +186,9 @@ impl Calibration {
         Ok(read.with(rig))
     }
 }
+
+/// Estimators of older programs.
+const GONE: [&str; 2] = ["timoshenko", "table"];
 
 /// What a reader of TOML complains of at bytes `at` of a calibration's `text`, in the words of this program.
 fn misfit(text: &str, at: &Range<usize>, complaint: &str, again: &str) -> InputError {

@@ -7,7 +7,7 @@ use crate::error::{Error, InputError};
 use crate::estimate::WIDENING;
 use crate::estimator::model::exact::Opener;
 use crate::estimator::model::{SAME, between};
-use crate::estimator::{ALL, Answers, Estimator, Opening, PAPER, named};
+use crate::estimator::{ALL, Answers, Estimator, Known, Opening, PAPER, named};
 use crate::evaluate::Method;
 use crate::measure::counts::wrapped;
 use crate::measure::group::rounding;
@@ -135,6 +135,8 @@ pub struct Locator {
     pub estimator: &'static dyn Estimator,
     /// How the signal of the calibration was tared; `None` where an older program did not say.
     pub tared: Option<Tared>,
+    /// Whether readings are of a run of the calibration: its zero and gain are known. They are of another one unless that is said.
+    pub same_run: bool,
     noise: f64,
     /// Variance of the zero of the calibration: it moves all of it.
     of_zero: f64,
@@ -211,6 +213,7 @@ impl Locator {
             drive_origin: c.drive_origin,
             estimator,
             tared,
+            same_run: false,
             noise: c.noise,
             of_zero,
             sides,
@@ -308,14 +311,14 @@ impl Locator {
         if signal.abs() >= side.end_stop * (1.0 - SAME) {
             return Located::nothing(status | Status::STRAIN_LIMIT);
         }
-        let found = match side.answers.find(drive, signal.abs()) {
+        let found = match side.answers.find(drive, signal.abs(), Known { share, same_run: self.same_run }) {
             Ok(found) => found,
             Err(why) => return Located::nothing(status | why),
         };
         let bias = between(&side.drives, &side.bias, drive);
         let of_reading = (self.noise * self.noise * (1.0 + share) + self.of_zero + found.variance)
             / (found.slope * found.slope);
-        let sigma = (of_reading + bias * bias).sqrt();
+        let sigma = if found.sigma.is_finite() { found.sigma } else { (of_reading + bias * bias).sqrt() };
         if !sigma.is_finite() || !found.a.is_finite() {
             return Located::nothing(status | Status::NO_ROOT);
         }

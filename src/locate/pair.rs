@@ -9,7 +9,7 @@ use crate::error::{Error, SolveError};
 use crate::estimator::model::exact::{Extent, Opener};
 use crate::estimator::model::pair::{Asked, Inverted, Pair, Place, Transfer};
 use crate::estimator::model::{Found, between};
-use crate::estimator::{EXACT, Estimator, SideRecord};
+use crate::estimator::{EXACT, Estimator, Known, SideRecord};
 use crate::evaluate::Method;
 use crate::measure::Rig;
 use crate::measure::skin::Skin;
@@ -185,7 +185,11 @@ impl Locator {
                 }
             };
             let ([tilt, upright], of_readings) = two.linear(signs);
-            let found = match side.answers.find(drive, upright) {
+            let found = match side.answers.find(
+                drive,
+                upright,
+                Known { share: r.shares[0], same_run: self.same_run },
+            ) {
                 Ok(found) => found,
                 Err(why) => {
                     all[i] = Spatial::nothing(status | why);

@@ -9,6 +9,9 @@ pub const DISTANCE: &str = "a_mm";
 /// Column of the tilt of the pole.
 pub const TILT: &str = "tilt_deg";
 
+/// Columns of the run, the first that is there counts.
+const RUNS: [&str; 4] = ["run", "session", "date", "pass"];
+
 /// What a column holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
@@ -22,13 +25,17 @@ pub enum Role {
     Second(Unit),
     /// Tilt of the pole, degrees.
     Tilt,
+    /// The run that a row belongs to: a name, a number, a date.
+    Run,
+    /// When it was taken, seconds.
+    Time,
     /// Nothing that is used.
     Ignored,
 }
 
 impl Role {
     /// All, with the short name and the column's own name.
-    const ALL: [(&'static str, &'static str, Self); 15] = [
+    const ALL: [(&'static str, &'static str, Self); 20] = [
         ("a", DISTANCE, Self::Distance),
         ("theta", "theta_deg", Self::Drive(Drive::Angle)),
         ("delta", "delta_mm", Self::Drive(Drive::Displacement)),
@@ -43,6 +50,11 @@ impl Role {
         ("bridge_2", "bridge_mV_per_V_2", Self::Second(Unit::Bridge)),
         ("reading_2", "reading_2", Self::Second(Unit::Reading)),
         ("tilt", TILT, Self::Tilt),
+        ("run", "run", Self::Run),
+        ("run", "pass", Self::Run),
+        ("run", "session", Self::Run),
+        ("run", "date", Self::Run),
+        ("t", "t_s", Self::Time),
         ("ignore", "ignore", Self::Ignored),
     ];
 
@@ -66,7 +78,7 @@ impl Names {
     /// # Errors
     /// A part that is no `role=name`, a role that is unknown or named twice.
     pub fn parse(text: &str) -> Result<Self, InputError> {
-        let allowed = "a, theta or delta, strain, microstrain, bridge or reading, the same with _2, tilt, ignore; each as role=column";
+        let allowed = "a, theta or delta, strain, microstrain, bridge or reading, the same with _2, tilt, run, t, ignore; each as role=column";
         let fault = |message: String, part: &str| {
             InputError::new(message).key("--columns").value(part).allowed(allowed)
         };
@@ -90,6 +102,14 @@ impl Names {
             all.push((*role, name.to_owned()));
         }
         Ok(Self(all))
+    }
+
+    /// The same with the column `name` as that of the runs.
+    #[must_use]
+    pub fn with_run(mut self, name: &str) -> Self {
+        self.0.retain(|(role, _)| *role != Role::Run);
+        self.0.push((Role::Run, name.to_owned()));
+        self
     }
 
     /// Whether nothing was said.
@@ -126,6 +146,10 @@ pub struct Columns {
     pub second: Option<(Unit, usize)>,
     /// Tilt of the pole.
     pub tilt: Option<usize>,
+    /// Run.
+    pub run: Option<usize>,
+    /// Time.
+    pub time: Option<usize>,
     /// Number of columns.
     pub fields: usize,
     /// Names of those that are not used.
@@ -204,11 +228,17 @@ impl Columns {
         }
         let second = seconds.iter().find(|s| s.0 == signal.0).or(seconds.first()).copied();
         let tilt = once(Role::Tilt)?;
-        let used = [a, drives.first().map(|d| d.1), Some(signal.1), second.map(|s| s.1), tilt];
+        // Of several columns that may name runs, the first in the order of the names.
+        let named = |name: &&str| names.iter().position(|n| n == name && said.role(n) == Some(Role::Run));
+        let said_run =
+            said.0.iter().find(|(r, _)| *r == Role::Run).and_then(|(_, n)| names.iter().position(|m| m == n));
+        let run = said_run.or_else(|| RUNS.iter().find_map(named));
+        let time = once(Role::Time)?;
+        let used = [a, drives.first().map(|d| d.1), Some(signal.1), second.map(|s| s.1), tilt, run, time];
         let unused = |i: &usize| !used.contains(&Some(*i)) && roles[*i] != Some(Role::Ignored);
         let ignored = (0..names.len()).filter(unused).map(|i| names[i].clone()).collect();
         let drive = drives.first().copied();
-        Ok(Self { a, drive, signal, second, tilt, fields: names.len(), ignored })
+        Ok(Self { a, drive, signal, second, tilt, run, time, fields: names.len(), ignored })
     }
 }
 
@@ -313,7 +343,7 @@ mod tests {
     fn columns_are_found_by_name_or_as_said() {
         let c = find("a_mm,theta_deg,strain,run", "").unwrap();
         assert_eq!((c.a, c.drive, c.signal), (Some(0), Some((Drive::Angle, 1)), (Unit::Strain, 2)));
-        assert_eq!(c.ignored, ["run"]);
+        assert_eq!((c.run, c.ignored.len()), (Some(3), 0));
         let c = find("dist,ang,ch1,ch3", "a=dist, theta=ang,reading=ch3,ignore=ch1").unwrap();
         assert_eq!((c.a, c.drive, c.signal), (Some(0), Some((Drive::Angle, 1)), (Unit::Reading, 3)));
         assert_eq!(c.ignored, [] as [&str; 0]);

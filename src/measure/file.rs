@@ -9,6 +9,7 @@ pub use super::columns::DISTANCE;
 use super::columns::{Columns, Names, all_names, followed, missing};
 use super::group::rounded;
 use super::others::Others;
+use super::runs::{Runs, forward};
 use super::text::{Decimals, OTHER_MARK, fields, separator};
 use crate::error::InputError;
 use crate::scene::Drive;
@@ -24,6 +25,10 @@ pub struct Row {
     pub drive: f64,
     /// The signal as recorded.
     pub value: f64,
+    /// Number of its run among [`Data::runs`]; 0 where no column says.
+    pub run: usize,
+    /// When it was taken: seconds, or its place in the file.
+    pub t: f64,
     /// Fingerprint of the whole line, extra columns and all.
     pub text: u64,
 }
@@ -59,6 +64,8 @@ pub struct Data {
     pub unit: Unit,
     /// Every line after the header, comments and blank lines left out.
     pub rows: Vec<Row>,
+    /// Names of the runs, in the order of the file; none where no column says.
+    pub runs: Vec<String>,
     /// What a second gauge showed, and the tilt of the pole.
     pub beside: Beside,
     /// Columns that are not used.
@@ -135,7 +142,8 @@ impl Data {
             ..Beside::default()
         };
         let mut others = Others::new(&columns, &names);
-        let mut rows = Vec::new();
+        let mut rows: Vec<Row> = Vec::new();
+        let mut runs = Runs::default();
         let mut decimals = Decimals::default();
         for (line, text) in lines {
             let record = fields(text, mark);
@@ -165,7 +173,10 @@ impl Data {
             let mut faulty = None;
             let mut fingerprint = DefaultHasher::new();
             text.hash(&mut fingerprint);
+            let place = rows.len();
             rows.push(Row {
+                run: columns.run.map_or(0, |at| runs.number(&record[at], line)),
+                t: columns.time.map_or(Ok(place as f64), |at| number(at))?,
                 line,
                 a: number(distance)?,
                 drive: columns.drive.map_or(Ok(f64::NAN), |(_, place)| number(place))?,
@@ -185,6 +196,12 @@ impl Data {
         if rows.is_empty() {
             return Err(InputError::new("this file has a header but no rows").at(label, None));
         }
+        if let Some(at) = columns.run {
+            runs.check(rows.len()).map_err(|e| e.key(&names[at]).at(label, runs.line()))?;
+        }
+        if let Some(at) = columns.time {
+            forward(&rows).map_err(|(line, e)| e.key(&names[at]).at(label, Some(line)))?;
+        }
         if let Some(name) = others.drive(&rows) {
             return Err(at_header(followed(name)));
         }
@@ -193,6 +210,7 @@ impl Data {
             drive: columns.drive.map(|d| d.0),
             unit: columns.signal.0,
             rows,
+            runs: runs.names(),
             beside,
             ignored: columns.ignored,
         })

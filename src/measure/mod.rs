@@ -11,6 +11,7 @@ pub mod group;
 mod others;
 pub mod rest;
 pub mod rig;
+pub mod runs;
 pub mod skin;
 pub mod text;
 pub mod unit;

@@ -8,7 +8,7 @@ use crate::common::measuring::{REAL, TAPS, calibrated, fresh, locator, prototype
 use crate::common::sweeping::{REFERENCE, number, sweep};
 use vibrissa::calibrate::{Options, Reason, calibrate};
 use vibrissa::locate::Parameter;
-use vibrissa::locate::estimator::{ALL, CURVE, EXACT, PAPER, TABLE, TIMOSHENKO};
+use vibrissa::locate::estimator::{ALL, CURVE, EXACT, LEARNED, PAPER};
 use vibrissa::measure::Unit;
 use vibrissa::scene::Side;
 use vibrissa::simulate::Settings;
@@ -79,7 +79,7 @@ fn the_model_recovers_its_parameters_and_beats_the_paper() {
         let value = fit.exact.values[*p as usize];
         assert!((value / expected - 1.0).abs() < 0.01, "{p:?}: {value} is not {expected}");
     }
-    assert_eq!(found.winner, EXACT);
+    assert_eq!(found.winner, LEARNED);
 
     let spec = prototype(10.0, &["noise_strain = 1e-5\n", TAPS, REAL]);
     let found = calibrated(&table(&spec, &noisy()), &spec, &[]);
@@ -139,12 +139,20 @@ fn a_drifting_zero_is_taken_out() {
     for zero_every in [Some(7), None] {
         let text = table(&spec, &Settings { drift: 1e-6, zero_every, ..noisy() });
         let found = calibrated(&text, &spec, &[]);
-        assert_eq!(found.drift.is_some(), zero_every.is_none(), "without zero readings the repeats tell");
+        assert!(found.learnt[0].drift, "zero readings tell, and without them the repeats");
         let score = score(&locator(&found, None), &fresh_taps, NOISE);
-        assert!(score.rms < 1.2 * score.limit && (0.62..0.74).contains(&score.coverage), "{score:?}");
+        if zero_every.is_some() {
+            assert!(score.rms < 1.2 * score.limit && (0.62..0.74).contains(&score.coverage), "{score:?}");
+        } else {
+            // A reading without a zero comes at any time of the drift: σ says so.
+            assert!(
+                score.coverage > 0.62 && found.warnings.iter().any(|w| w.contains("drifted")),
+                "{score:?}"
+            );
+        }
     }
     let clean = calibrated(&table(&spec, &noisy()), &spec, &[]);
-    assert!(clean.drift.is_none());
+    assert!(!clean.learnt[0].drift || clean.zeros.len() > 2);
 }
 
 #[test]
@@ -188,7 +196,7 @@ fn other_signals_and_other_drives() {
     ];
     for (spec, settings, factor) in cases {
         let found = calibrated(&table(spec, &settings), spec, &[]);
-        assert_eq!(found.winner, EXACT);
+        assert_eq!(found.winner, LEARNED);
         let value = found.sides[0].fit.as_ref().unwrap().exact.values[0];
         assert!((value / factor - 1.0).abs() < 1e-3, "{value}");
         let fresh = fresh(spec, [21.0, 48.0], 200);
@@ -231,7 +239,7 @@ fn a_rig_that_never_recorded_its_angle() {
         .collect();
     let found = calibrated(&blind, &spec, &[]);
     let held: Vec<&str> = ALL.into_iter().filter(|e| found.sides[0].has(*e)).map(|e| e.name()).collect();
-    assert_eq!(held, ["paper", "curve", "table"]);
+    assert_eq!(held, ["paper", "curve", "learned"]);
     let at = locator(&found, None).locate(1.0, 0.02);
     let said = {
         let options = Options { drive: Some(4.0), ..Options::default() };
@@ -263,7 +271,7 @@ fn taps_that_the_model_does_not_follow_are_left_out_of_its_fit() {
     let (rms, answered) = side.held_out(EXACT).unwrap().rms(|_| true);
     assert!(rms.unwrap() < 0.1 && 10 * answered > 9 * side.used, "{rms:?} of {answered}");
     // Four estimators are judged on all the others; whoever wins is none that is far worse.
-    assert!([PAPER, TIMOSHENKO, CURVE, TABLE].iter().all(|e| side.held_out(*e).is_some()));
+    assert!([PAPER, CURVE, LEARNED].iter().all(|e| side.held_out(*e).is_some()));
     let won = side.held_out(found.winner).unwrap().rms(|_| true).0.unwrap();
     let best = side.held_out(CURVE).unwrap().rms(|_| true).0.unwrap();
     assert!(won < 3.0 * best, "{:?}: {won} {best}", found.winner);
@@ -308,5 +316,5 @@ fn without_its_model_a_whisker_is_calibrated_on_its_data() {
     let found = calibrated(&measured, &wrong, &[]);
     let side = &found.sides[0];
     assert!(side.record.no_exact.is_some() && side.record.exact.is_none(), "{:?}", side.record.no_exact);
-    assert!(found.winner != EXACT && [PAPER, CURVE, TABLE].iter().all(|e| side.has(*e)));
+    assert!(found.winner == LEARNED && [PAPER, CURVE, LEARNED].iter().all(|e| side.has(*e)));
 }

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::common::program::Desk;
+use crate::common::random::Random;
 use crate::common::robot::{Answer, by_c, by_python, sorted};
 use vibrissa::export::{Export, Language};
 use vibrissa::locate::{Calibration, Estimator, Locator, estimator, locator::opener};
@@ -16,23 +17,6 @@ const READINGS: usize = 10_000;
 const APART: f64 = 1e-4;
 /// Largest relative difference of a standard deviation.
 const SIGMA: f64 = 0.01;
-/// Numbers between 0 and 1 (splitmix64).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn between(&mut self, lo: f64, hi: f64) -> f64 {
-        lo + (hi - lo) * self.next()
-    }
-}
-
 /// A reading: drive, signal and zero in the unit of the calibration, each of them a float.
 type Reading = [f64; 3];
 
@@ -45,7 +29,7 @@ fn expected([table, own]: [&Locator; 2], a: f64, drive: f64, sign: f64) -> f64 {
 /// Readings of taps in, at the edges of and beyond the calibration, of both signs; some of no tap at all.
 fn readings(locator: &Locator, c: &Calibration) -> Vec<Reading> {
     let mut random = Random(7);
-    let table = opened(c, Some(estimator::TABLE));
+    let table = opened(c, Some(estimator::LEARNED));
     let both = [&table, locator];
     let wraps = c.zero.as_ref().is_some_and(|t| t.wraps);
     let float = |x: f64| f64::from(x as f32);
@@ -56,7 +40,7 @@ fn readings(locator: &Locator, c: &Calibration) -> Vec<Reading> {
     let one = |k: usize| {
         let drive = match k % 4 {
             _ if !locator.drive_recorded => 1.0,
-            0 => drives[(random.next() * drives.len() as f64) as usize],
+            0 => drives[(random.uniform() * drives.len() as f64) as usize],
             1 if k % 100 == 1 => random.between(0.9 * first, 1.1 * last),
             _ => random.between(first, last),
         };
@@ -233,7 +217,7 @@ fn a_cylinder_is_answered_as_by_locate() {
 fn a_calibration_without_whisker_is_exported() {
     let desk = Desk::new("");
     let calibration = example(&desk, "prototype-d7", &[]);
-    for asked in [estimator::CURVE, estimator::TABLE] {
+    for asked in [estimator::CURVE, estimator::LEARNED] {
         check("no whisker", &calibration, Some(asked));
     }
 }
@@ -257,13 +241,13 @@ fn every_unit_is_taken_as_it_was_recorded() {
         desk.write("data.csv", text);
         desk.run(&["calibrate", "data.csv", "--out", unit]).exits(0);
         let calibration = Calibration::read(&desk.path(&format!("{unit}/calibration.toml")), false).unwrap();
-        check(unit, &calibration, Some(estimator::TABLE));
+        check(unit, &calibration, Some(estimator::LEARNED));
         if unit == "reading" {
             let zero = Tared { from: TaredBy::Fitted, value: 5.0, error: 0.0, until: None, wraps: true };
             let mut counts = Calibration { zero: Some(zero), ..calibration };
             counts.sides[0].end_stop = Some(1100.0);
-            check("counts", &counts, Some(estimator::TABLE));
-            let locator = opened(&counts, Some(estimator::TABLE));
+            check("counts", &counts, Some(estimator::LEARNED));
+            let locator = opened(&counts, Some(estimator::LEARNED));
             let text = Export::new(&locator, &counts).unwrap().text(Language::C);
             assert!(text.contains("#define VIBRISSA_ZERO 5e0"));
         }
@@ -284,7 +268,7 @@ fn the_files_belong_to_the_result() {
     example(&desk, "prototype-d10", &["--whisker", &whisker]);
     assert!(!desk.names("cal").iter().any(|n| n.starts_with("locate.")), "{:?}", desk.names("cal"));
     let data = format!("{}/examples/prototype-d10.csv", env!("CARGO_MANIFEST_DIR"));
-    for (flags, word) in [(&["--export", "java"][..], "python"), (&["--estimator", "table"], "--export")] {
+    for (flags, word) in [(&["--export", "java"][..], "python"), (&["--estimator", "learned"], "--export")] {
         let ran = desk.run(&[&["calibrate", &data, "--out", "no"], flags].concat()).exits(2);
         assert!(ran.stderr.contains(word), "{}", ran.stderr);
     }

@@ -272,7 +272,7 @@ fn a_calibration_that_is_not_what_was_written_is_refused() {
         (text.replace("format = 1", "format = 2"), "another version"),
         (text.replace("format = 1\n", ""), "no format"),
         (text.lines().take(30).collect::<Vec<_>>().join("\n"), "no calibration"),
-        (text.replace("estimator = \"exact\"", "estimator = 3"), "no calibration"),
+        (text.replace("estimator = \"learned\"", "estimator = 3"), "no calibration"),
         ("not toml [[".to_owned(), "no calibration"),
     ];
     for (text, word) in cases {

@@ -33,6 +33,7 @@ mod jobs;
 mod journal;
 mod kept;
 mod lab;
+mod learned;
 mod liars;
 mod linear;
 mod locate;

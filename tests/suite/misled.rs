@@ -3,7 +3,7 @@
 use crate::common::measuring::{REAL, calibrated, data, fresh, locator, prototype, rig, table};
 use crate::common::program::Desk;
 use vibrissa::calibrate::{Calibrated, Options, Reason, calibrate};
-use vibrissa::estimator::{ALL, CURVE, EXACT};
+use vibrissa::estimator::{ALL, CURVE, LEARNED};
 use vibrissa::measure::{Rig, Row};
 use vibrissa::scene::Setup;
 use vibrissa::simulate::Settings;
@@ -162,7 +162,7 @@ fn a_whisker_that_is_another_one_is_told() {
         |factor: f64, off: f64| rows(&measured, "strain", |_, r| [r.a + off, r.drive, factor * r.value]);
     let question = "Is this the whisker that was measured?";
     let right = calibrated(&plain(1.0, 0.0), &spec(4.0, REAL), &[]);
-    assert!(!told(&right, question) && right.winner == EXACT, "{:?}", right.warnings);
+    assert!(!told(&right, question) && right.winner == LEARNED, "{:?}", right.warnings);
     let with = |from: &str, to: &str| spec(4.0, REAL).replace(from, to);
     let wrong = [
         (with("D = 10", "D = 8"), 1.0, 0.0),
@@ -236,7 +236,7 @@ fn no_estimator_that_answers_nothing_is_the_default() {
     let two = prototype(4.0, &["noise_strain = 1e-5\n[tap]\na = [30, 40]\ntheta = [2, 4, 8]\n", REAL]);
     let found = calibrated(&table(&two, &noisy()), &two, &[]);
     assert!(
-        found.winner == EXACT
+        found.winner == LEARNED
             && ALL.iter().any(|e| found.sides[0].held_out(*e).is_none_or(|h| h.answered() == 0))
     );
 }

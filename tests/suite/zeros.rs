@@ -280,8 +280,7 @@ fn a_column_that_the_signal_follows_is_not_ignored() {
 
 /// Value and standard error of the zero and of the offset of the drive, as they are said.
 fn said(found: &Calibrated) -> [[f64; 2]; 2] {
-    let located = crate::common::measuring::locator(found, None);
-    let said = result(found, &found.calibration.rig, &coverage(found, &located));
+    let said = result(found, &found.calibration.rig, &coverage(found));
     let fitted = said["sides"][0]["parameters"]["fitted"].as_array().unwrap().clone();
     let offset = fitted.iter().find(|p| p["name"] == "theta_offset").expect("it is fitted");
     let pair = |v: &serde_json::Value, error: &str| ["value", error].map(|k| v[k].as_f64().unwrap());

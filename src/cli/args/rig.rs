@@ -21,7 +21,7 @@ pub struct Calibrate {
     /// bridge_mV_per_V, reading, moment_Nmm, force_N; rows with theta (delta) = 0 are zero readings, repeats are welcome, other columns are ignored
     pub data: PathBuf,
     /// Spec of the whisker: D, d, L_a, x_ss, l as one number each, and [model]; [tap] need not be there. Without it: the estimators
-    /// curve, table and, with one drive, paper (with f falling as 1/a)
+    /// learned and, with one drive, paper (with f falling as 1/a)
     #[arg(long, value_name = "SPEC")]
     pub whisker: Option<PathBuf>,
     /// Tap angle of every row, degrees, where no column says
@@ -30,7 +30,11 @@ pub struct Calibrate {
     /// Displacement of every row, mm, where no column says
     #[arg(long, value_name = "X", value_parser = number)]
     pub delta: Option<f64>,
-    /// Columns under other names: a=dist,theta=ang_deg,reading=ch3 (a, theta, delta, strain, microstrain, bridge, reading, ignore)
+    /// Column that names the run of each row: rows between which the rig was not set up anew have one zero and one gain
+    /// [default: run, session, date or pass]
+    #[arg(long, value_name = "COLUMN")]
+    pub run: Option<String>,
+    /// Columns under other names: a=dist,theta=ang_deg,reading=ch3 (a, theta, delta, strain, microstrain, bridge, reading, run, t, ignore)
     #[arg(long, value_name = "ROLE=NAME,…")]
     pub columns: Option<String>,
     /// Distances (mm) and drives within this of each other are one: one width, or two with a comma between; 0: only equal ones
@@ -43,7 +47,7 @@ pub struct Calibrate {
     /// Write what answers readings as a program of one file for a robot too, comma between
     #[arg(long, value_name = "LANGUAGES", value_delimiter = ',', value_parser = words(Language::ALL))]
     pub export: Vec<Language>,
-    /// Estimator that is exported [default: the one that won on distances left out]
+    /// Estimator that is exported [default: learned]
     #[arg(long, value_parser = words(ALL.map(|e| (e.name(), e, e.help()))), value_name = "NAME", requires = "export")]
     pub estimator: Option<&'static dyn Estimator>,
     #[command(flatten)]
@@ -65,7 +69,10 @@ pub struct Locate {
     /// whisker, and contact_deg where the motor was not at 0 at first touch -> points in one frame (docs/contour.md)
     #[arg(long, value_name = "ARRAY")]
     pub array: Option<PathBuf>,
-    /// Answer by this instead of the one that won on distances left out
+    /// Readings are of a run of the calibration, whose zero and gain are known: without it they are of another one, and σ says so
+    #[arg(long)]
+    pub same_run: bool,
+    /// Answer by this instead of learned
     #[arg(long, value_parser = words(ALL.map(|e| (e.name(), e, e.help()))), value_name = "NAME")]
     pub estimator: Option<&'static dyn Estimator>,
     /// What the sensor shows without contact, in the unit of the signal, where no row with theta (delta) = 0 says it; readings

@@ -8,7 +8,6 @@ pub mod paper;
 pub mod parameter;
 pub mod polynomial;
 pub mod surface;
-pub mod table;
 
 /// What an estimator makes of a reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,6 +20,8 @@ pub struct Found {
     pub slope: f64,
     /// Variance of the expected reading that the noise of the calibration leaves, reading².
     pub variance: f64,
+    /// One standard deviation of the distance, mm, where it is that of a posterior; NaN where noise, slope and variance make it.
+    pub sigma: f64,
 }
 
 /// Relative slack with which a recorded drive equals a calibrated one.

@@ -44,7 +44,7 @@ impl Paper {
         let variance = between(&self.drives, &self.factors.variance, drive);
         // A distance on the near side alone may belong to one beyond the calibration.
         let near = roots.near.or(roots.only_near.then_some(roots.far));
-        Some(Found { a: roots.far, near, slope, variance: reading * reading * variance })
+        Some(Found { a: roots.far, near, slope, variance: reading * reading * variance, sigma: f64::NAN })
     }
 
     /// Ends of the distances at which the theory has a strain, and the far end of the gauge, where it has a kink, mm.

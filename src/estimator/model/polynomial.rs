@@ -263,7 +263,7 @@ impl Polynomial {
             return None;
         }
         let slope = signal / at.slope;
-        Some(Found { a: at.a, near: None, slope, variance: at.variance * slope * slope })
+        Some(Found { a: at.a, near: None, slope, variance: at.variance * slope * slope, sigma: f64::NAN })
     }
 
     /// Signal of a tap at a (mm) by `drive`; NaN beyond the reach.

@@ -3,7 +3,7 @@ int vibrissa_locate_F(REAL drive, REAL signal, REAL zero, REAL *distance_mm, REA
 {
     const side_F *side = sides_F;
     const side_F *end = side + @SIDES;
-    found_F found = {0, 0, 0, 0};
+    found_F found = {0, 0, 0, 0, 0};
     const REAL *drives;
     REAL size, share, bias, weight, sigma, slack;
     int status = VIBRISSA_OK, why, j = 0;
@@ -48,7 +48,7 @@ int vibrissa_locate_F(REAL drive, REAL signal, REAL zero, REAL *distance_mm, REA
     }
     share = @NOISE / size;
     sigma = (share * share + (found.variance > 0 ? found.variance : 0)) * found.of_signal + bias * bias;
-    sigma = sqrt_F(sigma);
+    sigma = (found.sigma > 0) ? found.sigma : sqrt_F(sigma);
     if (!isfinite(sigma) || !isfinite(found.a)) {
         return status | VIBRISSA_NO_ROOT;
     }

@@ -2,7 +2,7 @@
 @COMMENT
 """
 
-from math import exp, inf, isfinite, log, sqrt
+from math import exp, inf, isfinite, log@MORE, sqrt
 
 # What is returned: OK, or the sum of what there is to say.
 OK = 0
@@ -76,7 +76,9 @@ def locate(drive, signal, zero=ZERO):
             j += 1
         weight = min(max((drive - drives[j]) / (drives[j + 1] - drives[j]), 0.0), 1.0)
         bias = side["bias"][j] + weight * (side["bias"][j + 1] - side["bias"][j])
-    sigma = sqrt(((NOISE / size) ** 2 + max(variance, 0.0)) * of_signal + bias * bias)
+    # Without a slope the variance is that of the distance.
+    of_distance = ((NOISE / size) ** 2 + max(variance, 0.0)) * of_signal if of_signal else variance
+    sigma = sqrt(of_distance + bias * bias)
     if not (isfinite(sigma) and isfinite(a)):
         return None, None, status | NO_ROOT
     if side["interest"][0] <= near <= side["interest"][1]:

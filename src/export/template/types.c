@@ -4,6 +4,7 @@
 typedef struct {
     REAL a, near, of_signal; /* distance and the next one, mm (0: none); (d a/d ln signal)^2, mm^2 */
     REAL variance;           /* of ln signal, from the calibration */
+    REAL sigma;              /* of the distance, mm, where it is not made of these (0: it is) */
 } found_F;
 
 typedef struct {

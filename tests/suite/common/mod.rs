@@ -5,6 +5,7 @@ pub mod measuring;
 pub mod pool;
 pub mod program;
 pub mod quadrature;
+pub mod random;
 pub mod recount;
 pub mod robot;
 pub mod scan;

@@ -1,0 +1,195 @@
+//! The curve that the model corrects: the whisker's own, or a power of distance and drive.
+
+use nalgebra::{Matrix3, Matrix5, Vector3, Vector5};
+
+/// Signal of a tap without any correction, before the gain.
+#[derive(Clone, Copy)]
+pub enum Base<'a> {
+    /// Of a whisker that is known: its |signal| at a (mm) by a drive, and what is added to the drive.
+    Known(&'a (dyn Fn(f64, f64) -> f64 + Sync), f64),
+    /// (u + u₀)^p a^−q.
+    Power(Power),
+}
+
+impl Base<'_> {
+    /// The signal at a (mm) by the drive u.
+    pub fn value(&self, a: f64, u: f64) -> f64 {
+        match self {
+            Self::Known(curve, offset) => curve(a, u + offset),
+            Self::Power(power) => power.value(a, u),
+        }
+    }
+
+    /// ∂ signal/∂u · u, by central differences.
+    pub fn by_drive(&self, a: f64, u: f64) -> f64 {
+        const H: f64 = 1e-3;
+        (self.value(a, u * (1.0 + H)) - self.value(a, u * (1.0 - H))) / (2.0 * H)
+    }
+
+    /// ∂ signal/∂a · a.
+    pub fn by_distance(&self, a: f64, u: f64) -> f64 {
+        const H: f64 = 1e-3;
+        (self.value(a * (1.0 + H), u) - self.value(a * (1.0 - H), u)) / (2.0 * H)
+    }
+}
+
+/// (u + u₀)^p a^−q.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Power {
+    /// Offset u₀ of the drive: contact begins at −u₀.
+    pub offset: f64,
+    /// Exponent of the drive.
+    pub p: f64,
+    /// Exponent of 1/a.
+    pub q: f64,
+}
+
+impl Power {
+    /// At a (mm) by the drive u.
+    pub fn value(&self, a: f64, u: f64) -> f64 {
+        (self.p * (u + self.offset).ln() - self.q * a.ln()).exp()
+    }
+}
+
+/// A fitted power law: signal = zero + factor u^p a^−q.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fitted {
+    /// The curve.
+    pub power: Power,
+    /// Its factor.
+    pub factor: f64,
+    /// The constant.
+    pub zero: f64,
+    /// Weighted sum of squares.
+    pub squares: f64,
+}
+
+/// Fits a power law to taps (a, u, y) with the constant `zero`, or a free one: of a free exponent of the drive, or of the exponent 1 and a free
+/// offset, whichever is nearer.
+pub fn power(taps: &[[f64; 3]], zero: Option<f64>) -> Option<Fitted> {
+    let mut drives: Vec<f64> = taps.iter().map(|t| t[1]).collect();
+    drives.sort_by(f64::total_cmp);
+    drives.dedup();
+    let free = zero.is_none();
+    let several = drives.len() > 1;
+    let exponent = from(taps, zero, [true, several, true, free, false]);
+    let offset = (drives.len() > 2).then(|| from(taps, zero, [true, false, true, free, true])).flatten();
+    [exponent, offset].into_iter().flatten().min_by(|f, g| f.squares.total_cmp(&g.squares))
+}
+
+/// ln factor, exponents of drive and of 1/a, constant, offset of the drive.
+type Parameters = [f64; 5];
+
+/// The best that some starts lead to, where the parameters are fitted that `free` says.
+fn from(taps: &[[f64; 3]], zero: Option<f64>, free: [bool; 5]) -> Option<Fitted> {
+    let ys = || taps.iter().map(|t| t[2]);
+    let (lo, hi) = (ys().fold(f64::INFINITY, f64::min), ys().fold(f64::NEG_INFINITY, f64::max));
+    let zeros =
+        zero.map_or(vec![0.0, lo - 0.1 * (hi - lo), lo - 0.5 * (hi - lo), lo - 2.0 * (hi - lo)], |z| vec![z]);
+    let offsets: &[f64] = if free[4] { &[0.0, 1.0] } else { &[0.0] };
+    let largest = taps.iter().map(|t| t[1]).fold(0.0, f64::max);
+    let starts = zeros.iter().flat_map(|z| offsets.iter().map(move |o| (*z, o * largest)));
+    let fits = starts.filter_map(|(z, offset)| descend(taps, straight(taps, z, offset, free[1])?, free));
+    fits.min_by(|f, g| f.squares.total_cmp(&g.squares))
+}
+
+/// A straight line through the logarithms of the taps above the constant.
+fn straight(taps: &[[f64; 3]], zero: f64, offset: f64, exponent: bool) -> Option<Parameters> {
+    let (mut n, mut b) = (Matrix3::zeros(), Vector3::zeros());
+    let above = || taps.iter().filter(|t| t[2] > zero);
+    let mut sizes: Vec<f64> = above().map(|t| t[2] - zero).collect();
+    sizes.sort_by(f64::total_cmp);
+    // A tap in another unit counts no more than one in the middle.
+    let middle = *sizes.get(sizes.len() / 2)?;
+    for t in above() {
+        let (l, w) = ((t[2] - zero).ln(), (t[2] - zero).min(middle).powi(2));
+        let v = (t[1] + offset).ln();
+        let row = Vector3::new(1.0, if exponent { v } else { 0.0 }, -t[0].ln());
+        b += w * row * (if exponent { l } else { l - v });
+        n += w * row * row.transpose();
+    }
+    if !exponent {
+        n[(1, 1)] = 1.0;
+    }
+    let x = n.try_inverse()? * b;
+    let p = if exponent { x[1].clamp(0.05, 5.0) } else { 1.0 };
+    x.iter().all(|x| x.is_finite()).then_some([x[0], p, x[2].clamp(0.02, 12.0), zero, offset])
+}
+
+/// Least squares from `start` (Levenberg, Marquardt), with Huber's weights so that single wrong rows do not turn it; `None` where the exponents
+/// are no whisker's.
+fn descend(taps: &[[f64; 3]], start: Parameters, free: [bool; 5]) -> Option<Fitted> {
+    let least = taps.iter().map(|t| t[1]).fold(f64::INFINITY, f64::min);
+    let value = |x: &Parameters, t: &[f64; 3]| (x[0] + x[1] * (t[1] + x[4]).ln() - x[2] * t[0].ln()).exp();
+    let residuals = |x: &Parameters| taps.iter().map(|t| t[2] - x[3] - value(x, t)).collect::<Vec<f64>>();
+    let huber = |r: &[f64]| {
+        let mut sizes: Vec<f64> = r.iter().map(|r| r.abs()).collect();
+        sizes.sort_by(f64::total_cmp);
+        let limit = 2.5 * 1.4826 * sizes[sizes.len() / 2];
+        r.iter().map(|r| if r.abs() > limit { limit / r.abs() } else { 1.0 }).collect::<Vec<f64>>()
+    };
+    let sum = |r: &[f64], w: &[f64]| r.iter().zip(w).map(|(r, w)| w * r * r).sum::<f64>();
+    let (mut x, mut damping) = (start, 1e-3);
+    let mut r = residuals(&x);
+    for _ in 0..60 {
+        let weights = huber(&r);
+        let before = sum(&r, &weights);
+        let (mut n, mut b) = (Matrix5::zeros(), Vector5::zeros());
+        for ((t, r), w) in taps.iter().zip(&r).zip(&weights) {
+            let m = value(&x, t);
+            let slopes = [m, m * (t[1] + x[4]).ln(), -m * t[0].ln(), 1.0, m * x[1] / (t[1] + x[4])];
+            let row = Vector5::from_fn(|i, _| if free[i] { slopes[i] } else { 0.0 });
+            n += *w * row * row.transpose();
+            b += *w * *r * row;
+        }
+        let scale = n.diagonal().map(|d| if d > 0.0 { d } else { 1.0 });
+        let damped = n + Matrix5::from_diagonal(&(scale * damping));
+        let Some(step) = damped.cholesky().map(|c| c.solve(&b)) else { break };
+        let mut next = x;
+        (0..5).filter(|i| free[*i]).for_each(|i| next[i] += step[i]);
+        next[1] = next[1].clamp(0.05, 5.0);
+        next[2] = next[2].clamp(0.02, 12.0);
+        next[4] = next[4].clamp(-0.9 * least, 50.0 * least.max(x[4].abs()));
+        let there = residuals(&next);
+        let after = sum(&there, &weights);
+        if after.is_finite() && after <= before {
+            let done = before - after <= 1e-12 * before;
+            (x, r, damping) = (next, there, 0.3 * damping);
+            if done {
+                break;
+            }
+        } else {
+            damping *= 10.0;
+            if damping > 1e8 {
+                break;
+            }
+        }
+    }
+    let squares = sum(&r, &huber(&r));
+    let power = Power { offset: x[4], p: x[1], q: x[2] };
+    (squares.is_finite() && x[0].is_finite()).then_some(Fitted {
+        power,
+        factor: x[0].exp(),
+        zero: x[3],
+        squares,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_power_law_is_found_with_and_without_its_constant() {
+        let tap = |a: f64, u: f64| [a, u, 3.0 + 40.0 * u.powf(1.1) * a.powf(-1.3)];
+        let mut taps: Vec<_> =
+            (10..20).flat_map(|a| (1..5).map(move |u| tap(f64::from(a), f64::from(u)))).collect();
+        taps[7][2] *= 1.5;
+        let found = power(&taps, None).unwrap();
+        assert!((found.power.p - 1.1).abs() < 0.01 && (found.power.q - 1.3).abs() < 0.02, "{found:?}");
+        assert!((found.zero - 3.0).abs() < 0.2, "{found:?}");
+        let tared: Vec<_> = taps.iter().map(|t| [t[0], t[1], t[2] - 3.0]).collect();
+        let found = power(&tared, Some(0.0)).unwrap();
+        assert!((found.power.p - 1.1).abs() < 0.01 && (found.power.q - 1.3).abs() < 0.02, "{found:?}");
+    }
+}

@@ -1,0 +1,112 @@
+//! What is kept of a fit: the curve with its uncertainty, and what else moves a new reading.
+
+use nalgebra::{DMatrix, SymmetricEigen};
+
+use crate::base::Base;
+use crate::columns::{Scales, Term, values};
+
+/// Variances of what moves a reading beside the curve, in units of the signal; that of `gain` goes with the signal
+/// of the tap, those of `position` and `visit` are of ln a.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Spread {
+    /// Noise that all readings have, the converter's steps included.
+    pub floor: f64,
+    /// Noise that goes with the signal.
+    pub relative: f64,
+    /// Effect of a position.
+    pub position: f64,
+    /// Effect of a position in one run.
+    pub visit: f64,
+    /// Zero of a run.
+    pub zero: f64,
+    /// Gain of a run.
+    pub gain: f64,
+    /// Drift of the zero over the file.
+    pub drift: f64,
+}
+
+/// A learned curve.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Curve {
+    /// Signal of which all are in units.
+    pub unit: f64,
+    /// What the base is divided by.
+    pub base_unit: f64,
+    /// The zero of the signal without run, in its own unit; the coefficient of [`Term::Zero`] is above it.
+    pub zero: f64,
+    /// Scales of ln a and ln u.
+    pub scales: Scales,
+    /// Terms of the curve.
+    pub terms: Vec<Term>,
+    /// Their coefficients.
+    pub mean: Vec<f64>,
+    /// Standard deviations of them together: each entry moves all coefficients, independently of the others.
+    pub deviations: Vec<Vec<f64>>,
+    /// What else moves a reading.
+    pub spread: Spread,
+}
+
+/// What is expected of a tap, in the unit of the signal, above the zero.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Expected {
+    /// Mean.
+    pub signal: f64,
+    /// Variance that the calibration leaves.
+    pub of_curve: f64,
+    /// Variance of one reading in the same run, at the same position.
+    pub of_noise: f64,
+    /// Variance that a position brings.
+    pub of_position: f64,
+    /// Variance that a new run brings, its zero left out.
+    pub of_run: f64,
+}
+
+impl Curve {
+    /// Eigenvectors of a covariance, as many as matter.
+    pub fn deviations(covariance: DMatrix<f64>) -> Vec<Vec<f64>> {
+        let eigen = SymmetricEigen::new(covariance);
+        let most = eigen.eigenvalues.max();
+        let mut order: Vec<usize> =
+            (0..eigen.eigenvalues.len()).filter(|k| eigen.eigenvalues[*k] > 1e-12 * most).collect();
+        order.sort_by(|i, k| eigen.eigenvalues[*k].total_cmp(&eigen.eigenvalues[*i]));
+        let vector = |k: &usize| eigen.eigenvectors.column(*k).map(|x| x * eigen.eigenvalues[*k].sqrt());
+        order.iter().take(24).map(|k| vector(k).iter().copied().collect()).collect()
+    }
+
+    /// What is expected of a tap at a (mm) by the drive u: of a signal whose own zero was taken off where `tared`, else of one above
+    /// [`Self::zero`].
+    pub fn expected(&self, base: &Base<'_>, a: f64, u: f64, tared: bool) -> Expected {
+        let mut row = values(base, self.base_unit, &self.scales, &self.terms, a, u);
+        if tared {
+            self.terms.iter().zip(&mut row).filter(|(t, _)| **t == Term::Zero).for_each(|(_, x)| *x = 0.0);
+        }
+        let dot = |c: &[f64]| c.iter().zip(&row).map(|(c, x)| c * x).sum::<f64>();
+        let (s, unit2) = (&self.spread, self.unit * self.unit);
+        let m2 = (base.value(a, u) / self.base_unit).powi(2);
+        const H: f64 = 1e-3;
+        let [lo, hi] = [1.0 - H, 1.0 + H].map(|f| {
+            let row = values(base, self.base_unit, &self.scales, &self.terms, a * f, u);
+            row.iter().zip(&self.mean).map(|(x, c)| c * x).sum::<f64>()
+        });
+        let slope2 = ((hi - lo) / (2.0 * H)).powi(2);
+        Expected {
+            signal: self.unit * dot(&self.mean),
+            of_curve: unit2 * self.deviations.iter().map(|d| dot(d).powi(2)).sum::<f64>(),
+            of_noise: unit2 * (s.floor + m2 * s.relative),
+            of_position: unit2 * slope2 * s.position,
+            of_run: unit2 * (slope2 * s.visit + m2 * s.gain),
+        }
+    }
+
+    /// Coefficient of `term` and its standard deviation; `None` where it is no term.
+    pub fn coefficient(&self, term: Term) -> Option<[f64; 2]> {
+        let k = self.terms.iter().position(|t| *t == term)?;
+        Some([self.mean[k], self.deviations.iter().map(|d| d[k] * d[k]).sum::<f64>().sqrt()])
+    }
+
+    /// The zero of the signal and its standard deviation, in its unit.
+    pub fn zero(&self) -> [f64; 2] {
+        let [mean, sd] = self.coefficient(Term::Zero).unwrap_or([0.0; 2]);
+        [self.zero + self.unit * mean, self.unit * sd]
+    }
+}

@@ -1,0 +1,225 @@
+//! Restricted likelihood of the learned numbers, its gradient, and the coefficients they leave.
+//!
+//! With H the columns, Λ the variances of their coefficients and W⁻¹ those of the readings, B = 1 + Λ^½ Hᵀ W H Λ^½ holds all: its
+//! determinant is that of the data's covariance, its inverse the covariance of the coefficients. Cost: cells · columns².
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+
+use crate::columns::{Column, Columns, Term, WAVES, frequency};
+use crate::hyper::Hyper;
+use crate::rows::Cell;
+
+/// Least variance of a reading, in units of the signal: a curve that was solved to 1e-7 of it is not known better.
+const LEAST: f64 = 1e-14;
+
+/// What is evaluated.
+pub struct Problem {
+    /// Columns and what is learned.
+    pub model: Columns,
+    /// Mean signal of each cell.
+    y: DVector<f64>,
+    /// Rows of each cell, and their sum of squares about the mean.
+    repeats: Vec<[f64; 2]>,
+    /// Squared signal of the base at each cell.
+    size2: Vec<f64>,
+    /// Variance that the steps of a converter bring.
+    pub steps: f64,
+    /// Median and spread of the priors.
+    pub priors: Vec<[f64; 2]>,
+}
+
+/// The coefficients for some learned numbers.
+pub struct Solved {
+    /// ½ of −2 ln of likelihood and prior.
+    pub value: f64,
+    /// Coefficients.
+    pub mean: DVector<f64>,
+    /// Square roots of their prior variances.
+    root: DVector<f64>,
+    factor: Cholesky<f64, Dyn>,
+    /// Of each cell the measured less the expected signal.
+    pub residual: DVector<f64>,
+    /// Of each cell the variance of one reading.
+    pub variance: Vec<f64>,
+    scaled: DMatrix<f64>,
+}
+
+impl Solved {
+    /// L⁻¹ of B = L Lᵀ: products with it are fast, and B⁻¹ itself is not needed.
+    fn inverse_factor(&self) -> DMatrix<f64> {
+        let l = self.factor.l_dirty();
+        let n = l.nrows();
+        let mut inverse = DMatrix::zeros(n, n);
+        for j in 0..n {
+            inverse[(j, j)] = 1.0 / l[(j, j)];
+            for k in j..n {
+                let x = inverse[(k, j)];
+                if k > j {
+                    inverse[(k, j)] = x / l[(k, k)];
+                }
+                let x = inverse[(k, j)];
+                let (column, mut out) = (l.column(k), inverse.column_mut(j));
+                for i in k + 1..n {
+                    out[i] -= x * column[i];
+                }
+            }
+        }
+        inverse
+    }
+
+    /// Covariance of the coefficients of `places`.
+    pub fn covariance(&self, places: &[usize]) -> DMatrix<f64> {
+        let mut unit = DMatrix::zeros(self.root.len(), places.len());
+        places.iter().enumerate().for_each(|(k, p)| unit[(*p, k)] = 1.0);
+        let solved = self.factor.solve(&unit);
+        DMatrix::from_fn(places.len(), places.len(), |i, k| {
+            let p = places[i];
+            solved[(p, k)] * self.root[p] * self.root[places[k]]
+        })
+    }
+
+    /// Variance of the expected signal of each cell, from all data.
+    pub fn leverage(&self, repeats: impl Fn(usize) -> f64) -> Vec<f64> {
+        let t = self.inverse_factor() * self.scaled.transpose();
+        let of = |i: usize| t.column(i).norm_squared() * self.variance[i] / repeats(i);
+        (0..self.scaled.nrows()).map(of).collect()
+    }
+}
+
+impl Problem {
+    /// Of `cells`, whose signals are divided by `unit` and stand above `zero`; `step` is that of the converter.
+    pub fn new(model: Columns, cells: &[Cell], [unit, zero, step]: [f64; 3], known: bool) -> Self {
+        let curve = model.columns.iter().position(|c| c.term == Term::Curve(0, 0));
+        let size2 = (0..cells.len()).map(|i| curve.map_or(0.0, |j| model.matrix[(i, j)].powi(2))).collect();
+        Self {
+            y: DVector::from_iterator(cells.len(), cells.iter().map(|c| (c.row.y - zero) / unit)),
+            repeats: cells.iter().map(|c| [c.n, c.squares / (unit * unit)]).collect(),
+            size2,
+            steps: (step / unit).powi(2) / 12.0,
+            priors: model.hypers.iter().map(|h| h.prior(known)).collect(),
+            model,
+        }
+    }
+
+    /// Number of learned numbers.
+    pub fn dim(&self) -> usize {
+        self.model.hypers.len()
+    }
+
+    fn place(&self, hyper: Hyper) -> Option<usize> {
+        self.model.hypers.iter().position(|h| *h == hyper)
+    }
+
+    /// ln of the share of each wave in the variance, and its derivative over ln length: in ln a, and in ln u. The spectrum is that of a Matérn
+    /// process of order 9/2: a whisker's curve is smooth, and noise is not to be taken for it.
+    fn spectra(&self, at: &[f64]) -> [(Vec<f64>, Vec<f64>); 2] {
+        let spectrum = |hyper: Hyper, n: usize| {
+            let Some(k) = self.place(hyper) else { return (vec![0.0; n], vec![0.0; n]) };
+            // Lengths are in ranges, frequencies in half ranges.
+            let length = 2.0 * at[k].exp();
+            let x: Vec<f64> = (0..n).map(|k| (frequency(k) * length).powi(2)).collect();
+            let density: Vec<f64> = x.iter().map(|x| (9.0 + x).powi(-5)).collect();
+            let sum: f64 = density.iter().sum();
+            let rise = |x: &f64| -10.0 * x / (9.0 + x);
+            let mean = density.iter().zip(&x).map(|(d, x)| d / sum * rise(x)).sum::<f64>();
+            (density.iter().map(|d| (d / sum).ln()).collect(), x.iter().map(|x| rise(x) - mean).collect())
+        };
+        [spectrum(Hyper::LengthA, WAVES[0]), spectrum(Hyper::LengthU, WAVES[1])]
+    }
+
+    /// Value of a learned number, not its logarithm; 0 where it is not learned.
+    pub fn learned(&self, at: &[f64], hyper: Hyper) -> f64 {
+        self.place(hyper).map_or(0.0, |k| at[k].exp())
+    }
+
+    /// Variance of one reading of each cell.
+    fn variances(&self, at: &[f64]) -> Vec<f64> {
+        let [floor, relative] = [Hyper::Floor, Hyper::Relative].map(|h| self.learned(at, h).powi(2));
+        self.size2.iter().map(|m| floor + relative * m + self.steps + LEAST).collect()
+    }
+
+    /// Likelihood, prior and coefficients; `None` where numbers overflow.
+    pub fn solve(&self, at: &[f64]) -> Option<Solved> {
+        let h = &self.model.matrix;
+        let variance = self.variances(at);
+        let spectra = self.spectra(at);
+        let of_prior = |c: &Column| {
+            let wave = if let Term::Wave(j, k) = c.term {
+                spectra[0].0[usize::from(j)] + spectra[1].0[usize::from(k)]
+            } else {
+                0.0
+            };
+            (0.5 * (c.fixed + wave) + c.learned.iter().map(|k| at[*k]).sum::<f64>()).exp()
+        };
+        let root = DVector::from_iterator(h.ncols(), self.model.columns.iter().map(of_prior));
+        let weight: Vec<f64> = variance.iter().zip(&self.repeats).map(|(v, r)| (r[0] / v).sqrt()).collect();
+        let mut scaled = h.clone();
+        for (j, mut column) in scaled.column_iter_mut().enumerate() {
+            column.iter_mut().zip(&weight).for_each(|(x, w)| *x *= w * root[j]);
+        }
+        let b = scaled.transpose() * &scaled + DMatrix::identity(h.ncols(), h.ncols());
+        let factor = b.cholesky()?;
+        let wy = DVector::from_iterator(weight.len(), weight.iter().zip(self.y.iter()).map(|(w, y)| w * y));
+        let mut coefficients = factor.solve(&scaled.tr_mul(&wy));
+        // Once more on what is left: flat columns cost digits.
+        let left = &wy - &scaled * &coefficients;
+        coefficients += factor.solve(&(scaled.tr_mul(&left) - &coefficients));
+        let weighted = &wy - &scaled * &coefficients;
+        let mut twice = weighted.norm_squared() + coefficients.norm_squared();
+        twice += 2.0 * factor.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>();
+        for (v, [n, squares]) in variance.iter().zip(&self.repeats) {
+            twice += n * v.ln() + squares / v;
+        }
+        for (x, [median, spread]) in at.iter().zip(&self.priors) {
+            twice += ((x - median) / spread).powi(2);
+        }
+        let mean = coefficients.component_mul(&root);
+        let residual = DVector::from_iterator(
+            weight.len(),
+            weighted.iter().zip(&weight).map(|(e, w)| if *w > 0.0 { e / w } else { 0.0 }),
+        );
+        twice.is_finite().then_some(Solved {
+            value: 0.5 * twice,
+            mean,
+            root,
+            factor,
+            residual,
+            variance,
+            scaled,
+        })
+    }
+
+    /// Gradient of [`Solved::value`] over the learned numbers' logarithms.
+    pub fn gradient(&self, at: &[f64], solved: &Solved) -> Vec<f64> {
+        let inverse = solved.inverse_factor();
+        let mut gradient: Vec<f64> = at
+            .iter()
+            .zip(&self.priors)
+            .map(|(x, [median, spread])| (x - median) / (spread * spread))
+            .collect();
+        let spectra = self.spectra(at);
+        let lengths = [Hyper::LengthA, Hyper::LengthU].map(|h| self.place(h));
+        for (j, column) in self.model.columns.iter().enumerate().filter(|(_, c)| !c.learned.is_empty()) {
+            let coefficient = solved.mean[j] / solved.root[j];
+            let slope = 1.0 - (coefficient * coefficient + inverse.column(j).norm_squared());
+            column.learned.iter().for_each(|k| gradient[*k] += slope);
+            if let Term::Wave(j, k) = column.term {
+                for ((length, (_, rises)), n) in lengths.iter().zip(&spectra).zip([j, k]) {
+                    length.iter().for_each(|l| gradient[*l] += 0.5 * slope * rises[usize::from(n)]);
+                }
+            }
+        }
+        let t = &inverse * solved.scaled.transpose();
+        let places = [Hyper::Floor, Hyper::Relative].map(|h| self.place(h));
+        let [floor, relative] = [Hyper::Floor, Hyper::Relative].map(|h| self.learned(at, h).powi(2));
+        for (i, v) in solved.variance.iter().enumerate() {
+            let [n, squares] = self.repeats[i];
+            let leverage = t.column(i).norm_squared();
+            let slope = (n - squares / v - n * solved.residual[i].powi(2) / v - leverage) / v;
+            for (place, part) in places.iter().zip([floor, relative * self.size2[i]]) {
+                place.iter().for_each(|k| gradient[*k] += slope * part);
+            }
+        }
+        gradient
+    }
+}

@@ -1,0 +1,267 @@
+//! From rows to a curve: base, scales, learned numbers, and the mean over what these may be.
+
+use nalgebra::DMatrix;
+
+use crate::average::{mean, points};
+use crate::base::{Base, Power};
+use crate::columns::{Columns, Effects, Scales, Term, terms};
+use crate::curve::{Curve, Spread};
+use crate::evidence::Problem;
+use crate::hyper::Hyper;
+use crate::newton::{Peak, approach, climb};
+use crate::rows::{Cell, Row, cells};
+use crate::start::{slopes, start};
+
+/// A peak that is less likely by so much in ln has no say.
+pub const HEARD: f64 = 6.0;
+/// Of more cells a part is looked at first.
+pub const MANY: usize = 500;
+/// The |signal| of a whisker at a (mm) by a drive.
+pub type Whisker<'a> = &'a (dyn Fn(f64, f64) -> f64 + Sync);
+
+/// What is fitted to.
+#[derive(Clone, Copy)]
+pub struct Task<'a> {
+    /// All rows.
+    pub rows: &'a [Row],
+    /// The whisker's curve, where it is known.
+    pub known: Option<Whisker<'a>>,
+    /// Step of the converter.
+    pub step: f64,
+    /// Whether a drift is looked for.
+    pub drift: bool,
+}
+
+/// Why there is no fit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fault {
+    /// Fewer than two positions.
+    OnePosition,
+    /// No power law and no whisker gives such signals.
+    NoCurve,
+    /// Numbers overflow.
+    Overflow,
+}
+
+/// A fit.
+pub struct Fit {
+    /// The curve.
+    pub curve: Curve,
+    /// The power law, where there is no whisker.
+    pub power: Option<Power>,
+    /// What is added to the drive of a whisker that is known.
+    pub offset: f64,
+    /// Logarithms of the most likely learned numbers.
+    pub at: Vec<f64>,
+    /// Second derivatives there.
+    pub hessian: DMatrix<f64>,
+    /// What is learned.
+    pub hypers: Vec<Hyper>,
+    /// The cells of the rows.
+    pub cells: Vec<Cell>,
+    /// Of each cell the measured less the expected signal, and its standard deviation if one of its rows were left out: in the unit of
+    /// the signal, at the most likely learned numbers.
+    pub deleted: Vec<[f64; 2]>,
+    /// Of each cell the expected signal, effects of run, position and drift included.
+    pub expected: Vec<f64>,
+    /// The zero of each cell: that of its run, and the drift.
+    pub zeros: Vec<f64>,
+    /// ln of the likelihood times priors, integrated over the learned numbers.
+    pub evidence: f64,
+    /// Independent numbers that the rows leave for the noise.
+    pub freedom: f64,
+}
+
+impl Fit {
+    /// Hands the base of the curve to `then`.
+    pub fn base<T>(&self, task: &Task<'_>, then: impl FnOnce(&Base<'_>) -> T) -> T {
+        match (self.power, task.known) {
+            (Some(power), _) => then(&Base::Power(power)),
+            (None, Some(curve)) => then(&Base::Known(curve, self.offset)),
+            (None, None) => unreachable!("a fit has a base"),
+        }
+    }
+
+    /// A fit of nothing, for what is not fitted yet.
+    pub fn empty() -> Self {
+        let scales = Scales { a: [0.0, 1.0], u: [0.0; 2], sizes: [1.0; 2], offset: 0.0 };
+        let curve = Curve {
+            unit: 1.0,
+            base_unit: 1.0,
+            zero: 0.0,
+            scales,
+            terms: Vec::new(),
+            mean: Vec::new(),
+            deviations: Vec::new(),
+            spread: Spread::default(),
+        };
+        Self {
+            curve,
+            power: None,
+            offset: 0.0,
+            at: Vec::new(),
+            hessian: DMatrix::zeros(0, 0),
+            hypers: Vec::new(),
+            cells: Vec::new(),
+            deleted: Vec::new(),
+            expected: Vec::new(),
+            zeros: Vec::new(),
+            evidence: f64::NEG_INFINITY,
+            freedom: 0.0,
+        }
+    }
+}
+
+/// Where the learned numbers come from.
+#[derive(Clone, Copy)]
+pub enum From<'a> {
+    /// Nothing is known.
+    Nowhere,
+    /// Those of nearly the same rows: the next peak is theirs.
+    Near(&'a [f64]),
+    /// Those of this fit, of more rows, as they are.
+    Held(&'a Fit),
+}
+
+/// Fits the rows at `places`, and takes the mean over the learned numbers where wanted.
+///
+/// # Errors
+/// Rows that no curve follows.
+pub fn fit(task: &Task<'_>, places: &[usize], from: From<'_>, average: bool) -> Result<Fit, Fault> {
+    let merged = cells(task.rows, places, task.drift);
+    let start = start(task, &merged)?;
+    let scales = Scales::of(&merged, start.power.map_or(0.0, |p| p.offset));
+    if !(scales.a[1] > 0.0 && scales.a[1].is_finite()) {
+        return Err(Fault::OnePosition);
+    }
+    let [unit, zero, base_unit] = start.numbers;
+    let known = task.known.is_some();
+    let effects = Effects { known, zeros: merged.iter().any(|c| !c.row.touches()), drift: task.drift };
+    let slopes = slopes(&merged, &start, &scales);
+    let model = Columns::new(&merged, (&start.base, base_unit), &slopes, &scales, effects);
+    let problem = Problem::new(model, &merged, [unit, zero, task.step], known);
+    let thinned = (matches!(from, From::Nowhere) && merged.len() > MANY).then(|| {
+        let every = merged.len().div_ceil(MANY);
+        let kept = |k: &usize| !merged[*k].row.touches() || k % every == 0;
+        let part: Vec<usize> = (0..merged.len()).filter(kept).flat_map(|k| merged[k].rows.clone()).collect();
+        fit(task, &part, From::Nowhere, false).map(|f| (f.hypers, f.at))
+    });
+    // The same numbers, of which the part may lack some.
+    let begun = thinned.and_then(Result::ok).map(|(hypers, at)| {
+        let of = |(h, p): (&Hyper, &[f64; 2])| hypers.iter().position(|x| x == h).map_or(p[0], |k| at[k]);
+        problem.model.hypers.iter().zip(&problem.priors).map(of).collect::<Vec<f64>>()
+    });
+    let held = if let From::Held(whole) = from { held(&problem, whole) } else { None };
+    let warm = if let From::Near(at) = from { Some(at) } else { begun.as_deref() };
+    let mut found = held.map_or_else(|| peaks(&problem, warm), |peak| vec![peak]);
+    if found.is_empty() {
+        return Err(Fault::Overflow);
+    }
+    let terms = terms(known, scales.u[1] > 0.0);
+    let kept: Vec<usize> = (0..terms.len()).collect();
+    // One fold of many need not be averaged as finely.
+    let fold = if matches!(from, From::Held(_)) { 3 } else { 1 };
+    let mixed = mean(&problem, &found, &kept, if average { points(merged.len()) / fold } else { 0 });
+    let peak = found.swap_remove(0);
+    let leverage = peak.solved.leverage(|i| merged[i].n);
+    let deleted = (0..merged.len())
+        .map(|i| {
+            let left = (peak.solved.variance[i] - leverage[i]).max(1e-6 * peak.solved.variance[i]);
+            [peak.solved.residual[i] * unit, left.sqrt() * unit]
+        })
+        .collect();
+    let used: f64 = (0..merged.len()).map(|i| leverage[i] / peak.solved.variance[i] * merged[i].n).sum();
+    let expected = (0..merged.len()).map(|i| merged[i].row.y - peak.solved.residual[i] * unit).collect();
+    let own = |h: Hyper| problem.model.hypers.iter().position(|x| *x == h);
+    let moves_zero = |j: usize| {
+        let c = &problem.model.columns[j];
+        c.term == Term::Zero
+            || [Hyper::RunZero, Hyper::Drift].iter().any(|h| own(*h).is_some_and(|k| c.learned.contains(&k)))
+    };
+    let movers: Vec<usize> = (0..problem.model.columns.len()).filter(|j| moves_zero(*j)).collect();
+    let zero_of =
+        |i: usize| movers.iter().map(|j| problem.model.matrix[(i, *j)] * peak.solved.mean[*j]).sum::<f64>();
+    let zeros = (0..merged.len()).map(|i| zero + unit * zero_of(i)).collect();
+    let d = problem.dim() as f64;
+    let log_det = 2.0
+        * peak
+            .hessian
+            .clone()
+            .cholesky()
+            .map_or(0.0, |c| c.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>());
+    let prior: f64 = problem.priors.iter().map(|p| p[1].ln() + 0.5 * std::f64::consts::TAU.ln()).sum();
+    let evidence = -peak.solved.value - prior + 0.5 * d * std::f64::consts::TAU.ln()
+        - 0.5 * log_det
+        - places.len() as f64 * unit.ln();
+    // A reading comes at any time of a drift.
+    let mut spread = mixed.spread;
+    if task.drift {
+        let taps = || (0..merged.len()).filter(|i| merged[*i].row.touches()).map(&zero_of);
+        let n = taps().count() as f64;
+        let mean = taps().sum::<f64>() / n;
+        spread.zero += taps().map(|z| (z - mean).powi(2)).sum::<f64>() / n;
+    }
+    let curve = Curve {
+        unit,
+        base_unit,
+        zero,
+        scales,
+        terms,
+        mean: mixed.mean,
+        deviations: Curve::deviations(mixed.covariance),
+        spread,
+    };
+    let freedom = places.len() as f64 - used;
+    let hypers = problem.model.hypers.clone();
+    let offset = if let Base::Known(_, offset) = start.base { offset } else { 0.0 };
+    Ok(Fit {
+        curve,
+        power: start.power,
+        offset,
+        at: peak.at,
+        hessian: peak.hessian,
+        hypers,
+        cells: merged,
+        deleted,
+        expected,
+        zeros,
+        evidence,
+        freedom,
+    })
+}
+
+/// The numbers of a fit of more rows, where the same are learned.
+fn held(problem: &Problem, whole: &Fit) -> Option<Peak> {
+    let same = problem.model.hypers == whole.hypers;
+    let solved = problem.solve(&whole.at).filter(|_| same)?;
+    Some(Peak { at: whole.at.clone(), solved, hessian: whole.hessian.clone() })
+}
+
+/// The peaks that three starts lead to, the highest first: little noise, much, and positions that are not where they are said to be.
+fn peaks(problem: &Problem, warm: Option<&[f64]>) -> Vec<Peak> {
+    let from = |noise: f64, position: f64| -> Vec<f64> {
+        let of = |(h, p): (&Hyper, &[f64; 2])| match h {
+            Hyper::Floor | Hyper::Relative => f64::ln(noise),
+            Hyper::Position => f64::ln(position),
+            _ => p[0],
+        };
+        problem.model.hypers.iter().zip(&problem.priors).map(of).collect()
+    };
+    if let Some(warm) = warm.filter(|w| w.len() == problem.dim())
+        && let Some(found) = climb(problem, &approach(problem, warm).map_or(warm.to_vec(), |a| a.0))
+    {
+        return vec![found];
+    }
+    let starts = [[3e-3, 3e-3], [5e-2, 3e-3], [1e-2, 1e-1]];
+    let mut ends: Vec<(Vec<f64>, f64)> = Vec::new();
+    for end in starts.into_iter().filter_map(|[noise, position]| approach(problem, &from(noise, position))) {
+        if !ends.iter().any(|(at, _)| at.iter().zip(&end.0).all(|(x, y)| (x - y).abs() < 0.3)) {
+            ends.push(end);
+        }
+    }
+    let best = ends.iter().map(|e| e.1).fold(f64::INFINITY, f64::min);
+    let near = ends.into_iter().filter(|(_, value)| *value < best + HEARD);
+    let mut all: Vec<Peak> = near.filter_map(|(at, _)| climb(problem, &at)).collect();
+    all.sort_by(|p, q| p.solved.value.total_cmp(&q.solved.value));
+    all
+}

@@ -1,0 +1,335 @@
+//! From a signal to a distance: the posterior of the distance, flat within the calibrated range.
+
+use crate::base::Base;
+use crate::curve::Curve;
+
+/// Points in ln a.
+pub const POINTS: usize = 161;
+/// Points in ln u, where there are several drives.
+const DRIVES: usize = 14;
+/// How far beyond the calibrated distances an answer is looked for, in ranges of ln a on either side.
+const BEYOND: f64 = 0.35;
+/// Standard deviation of the prior beyond them, in ranges; of a whisker that is known in ln a, where that is more.
+const FADES: [f64; 2] = [0.15, 0.3];
+/// Of a whisker that is known, how far beyond, in ln a.
+const KNOWN: f64 = 1.2;
+/// A signal that is no more than so many standard deviations off has an answer.
+pub const FAR: f64 = 5.0;
+/// A posterior of this standard deviation in ln a is wide.
+pub const WIDE: f64 = 0.05;
+/// Shares of a posterior: one standard deviation to either side of its middle.
+pub const QUANTILES: [f64; 3] = [0.158_655, 0.5, 0.841_345];
+/// Points of a posterior.
+pub const FINE: usize = 49;
+
+/// A distance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Answer {
+    /// The distance, mm: the root, moved by what is known beforehand; the median of the posterior where that is wide.
+    pub a: f64,
+    /// One standard deviation, mm; half of the 68 % interval where the posterior is wide.
+    pub sigma: f64,
+    /// d signal/da, 1/mm.
+    pub slope: f64,
+    /// Variance of the signal that is not of one reading: curve, position, run.
+    pub variance: f64,
+    /// The next distance with the same signal, mm.
+    pub near: Option<f64>,
+}
+
+/// Why there is no distance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Nothing {
+    /// Weaker than the furthest tap that is answered.
+    Weak,
+    /// Stronger than any tap.
+    Strong,
+}
+
+/// Signals and their variances over ln a, at some drives.
+#[derive(Debug, Clone)]
+pub struct Inverse {
+    /// First ln a and its step.
+    pub grid: [f64; 2],
+    /// Ends of the calibrated ln a, and how the prior fades beyond.
+    pub ends: [f64; 3],
+    /// What is added to the drive u.
+    pub offset: f64,
+    /// ln u of the nodes.
+    pub nodes: Vec<f64>,
+    /// Of each node the signal/u, and the variances/u² of noise, of curve and position, and of a new run.
+    pub table: Vec<Vec<[f64; 4]>>,
+}
+
+impl Inverse {
+    /// Of `curve` over its base, for readings whose own zero was taken off where `tared`; distances are looked for within `reach`, mm.
+    pub fn new(curve: &Curve, base: &Base<'_>, tared: bool, reach: [f64; 2]) -> Self {
+        let [middle, half] = curve.scales.a;
+        let ends = [middle - half, middle + half];
+        let known = matches!(base, Base::Known(..));
+        let beyond = (BEYOND * 2.0 * half).max(if known { KNOWN } else { 0.0 });
+        let from = (ends[0] - beyond).max(reach[0].max(1e-9).ln()).min(ends[0]);
+        let to = (ends[1] + beyond).min(reach[1].ln()).max(ends[1]);
+        let fades = (FADES[0] * 2.0 * half).max(if known { FADES[1] } else { 0.0 });
+        let ends = [ends[0], ends[1], fades];
+        let step = (to - from) / (POINTS - 1) as f64;
+        let [u, width] = curve.scales.u;
+        let nodes: Vec<f64> = match width > 0.0 {
+            true => (0..DRIVES)
+                .map(|k| u + 1.02 * width * (std::f64::consts::PI * (k as f64 + 0.5) / DRIVES as f64).cos())
+                .collect(),
+            false => vec![u],
+        };
+        let offset = curve.scales.offset;
+        let zero = if tared { 0.0 } else { curve.spread.zero * curve.unit.powi(2) };
+        let one = |u: f64, k: usize| {
+            let e = curve.expected(base, (from + step * k as f64).exp(), u - offset, tared);
+            let u2 = u * u;
+            [e.signal / u, e.of_noise / u2, (e.of_curve + e.of_position) / u2, (e.of_run + zero) / u2]
+        };
+        let mut table: Vec<Vec<[f64; 4]>> =
+            nodes.iter().map(|u| (0..POINTS).map(|k| one(u.exp(), k)).collect()).collect();
+        (0..POINTS).for_each(|k| continued(&nodes, &mut table, k));
+        Self { grid: [from, step], ends, offset, nodes, table }
+    }
+
+    /// Distances that may be answered, mm.
+    pub fn reach(&self) -> [f64; 2] {
+        [self.grid[0].exp(), (self.grid[0] + self.grid[1] * (POINTS - 1) as f64).exp()]
+    }
+
+    /// Weights of the nodes for the drive u (barycentric, Chebyshev's nodes of the first kind).
+    fn weights(&self, u: f64) -> Vec<f64> {
+        let x = u.ln();
+        if let Some(k) = self.nodes.iter().position(|n| *n == x) {
+            return (0..self.nodes.len()).map(|i| if i == k { 1.0 } else { 0.0 }).collect();
+        }
+        let terms: Vec<f64> =
+            self.nodes.iter().zip(node_weights(self.nodes.len())).map(|(node, w)| w / (x - node)).collect();
+        let sum: f64 = terms.iter().sum();
+        terms.iter().map(|t| t / sum).collect()
+    }
+
+    /// Signal, variance of one reading and of the rest at every point, for the drive u; of a reading of a run of the calibration
+    /// where `same_run`.
+    pub fn at(&self, u: f64, same_run: bool) -> Slice {
+        let u = u + self.offset;
+        let weights = self.weights(u);
+        let mut points = vec![[0.0; 3]; POINTS];
+        for (w, row) in weights.iter().zip(&self.table) {
+            for (p, x) in points.iter_mut().zip(row) {
+                let run = if same_run { 0.0 } else { x[3] };
+                p[0] += w * x[0];
+                p[1] += w * x[1];
+                p[2] += w * (x[2] + run);
+            }
+        }
+        for p in &mut points {
+            p[0] *= u;
+            p[1] = (p[1] * u * u).max(0.0);
+            p[2] = (p[2] * u * u).max(0.0);
+        }
+        let peak = (0..POINTS).max_by(|i, k| points[*i][0].total_cmp(&points[*k][0])).unwrap_or(0);
+        Slice { grid: self.grid, ends: self.ends, points, peak }
+    }
+}
+
+/// Continues point k of `table` to nodes at which the base has no value, as a whisker has none that slips off: signal/u as a parabola
+/// through the three nearest nodes that have one, so that the others are interpolated as if there were no hole.
+fn continued(nodes: &[f64], table: &mut [Vec<[f64; 4]>], k: usize) {
+    let (known, holes): (Vec<usize>, Vec<usize>) =
+        (0..nodes.len()).partition(|j| table[*j][k].iter().all(|x| x.is_finite()));
+    for j in holes {
+        let mut near = known.clone();
+        near.sort_by(|p, q| (nodes[*p] - nodes[j]).abs().total_cmp(&(nodes[*q] - nodes[j]).abs()));
+        near.truncate(3);
+        let share = |p: &usize| {
+            let others = near.iter().filter(|q| *q != p);
+            others.map(|q| (nodes[j] - nodes[*q]) / (nodes[*p] - nodes[*q])).product::<f64>()
+        };
+        let signal = near.iter().map(|p| share(p) * table[*p][k][0]).sum();
+        table[j][k] = match near.first() {
+            Some(first) => [signal, table[*first][k][1], table[*first][k][2], table[*first][k][3]],
+            // Nowhere: as the point before, so that nothing is answered there.
+            None if k > 0 => table[j][k - 1],
+            None => [0.0; 4],
+        };
+    }
+}
+
+/// Weights of Chebyshev's nodes of the first kind in the barycentric formula.
+pub fn node_weights(n: usize) -> impl Iterator<Item = f64> {
+    let sign = |k: usize| if k.is_multiple_of(2) { 1.0 } else { -1.0 };
+    (0..n).map(move |k| sign(k) * (std::f64::consts::PI * (k as f64 + 0.5) / n as f64).sin())
+}
+
+/// Signals over ln a at one drive.
+#[derive(Debug, Clone)]
+pub struct Slice {
+    grid: [f64; 2],
+    ends: [f64; 3],
+    points: Vec<[f64; 3]>,
+    peak: usize,
+}
+
+impl Slice {
+    /// Place of ln a = x: the first of four points, and how far beyond it, in steps.
+    fn place(&self, x: f64) -> (usize, f64) {
+        let s = ((x - self.grid[0]) / self.grid[1]).clamp(0.0, (POINTS - 1) as f64);
+        let k = (s as usize).clamp(1, POINTS - 3) - 1;
+        (k, s - k as f64)
+    }
+
+    /// Signal and variances at ln a = x, by cubics through four points.
+    pub fn at(&self, x: f64) -> [f64; 3] {
+        let (k, t) = self.place(x);
+        let (a, b, c, d) = (t, t - 1.0, t - 2.0, t - 3.0);
+        let w = [-b * c * d / 6.0, a * c * d / 2.0, -a * b * d / 2.0, a * b * c / 6.0];
+        std::array::from_fn(|i| (0..4).map(|j| w[j] * self.points[k + j][i]).sum())
+    }
+
+    /// d signal/d ln a of the same cubic.
+    fn slope(&self, x: f64) -> f64 {
+        let (k, t) = self.place(x);
+        let w = [
+            -(3.0 * t * t - 12.0 * t + 11.0) / 6.0,
+            (3.0 * t * t - 10.0 * t + 6.0) / 2.0,
+            -(3.0 * t * t - 8.0 * t + 3.0) / 2.0,
+            (3.0 * t * t - 6.0 * t + 2.0) / 6.0,
+        ];
+        (0..4).map(|j| w[j] * self.points[k + j][0]).sum::<f64>() / self.grid[1]
+    }
+
+    fn x(&self, k: usize) -> f64 {
+        self.grid[0] + self.grid[1] * k as f64
+    }
+
+    /// The ln a between the points k and k + 1 at which the signal is `y`.
+    fn root(&self, y: f64, k: usize) -> f64 {
+        let (mut lo, mut hi) = (self.x(k), self.x(k + 1));
+        let (mut f_lo, mut f_hi) = (self.points[k][0] - y, self.points[k + 1][0] - y);
+        let mut side = 0;
+        // Regula falsi, Illinois.
+        for _ in 0..60 {
+            let x = (lo * f_hi - hi * f_lo) / (f_hi - f_lo);
+            let f = self.at(x)[0] - y;
+            if f == 0.0 || (hi - lo).abs() < 1e-15 {
+                return x;
+            }
+            if (f > 0.0) == (f_hi > 0.0) {
+                (hi, f_hi) = (x, f);
+                if side == 1 {
+                    f_lo *= 0.5;
+                }
+                side = 1;
+            } else {
+                (lo, f_lo) = (x, f);
+                if side == -1 {
+                    f_hi *= 0.5;
+                }
+                side = -1;
+            }
+            if f.abs() <= 1e-15 * y.abs() {
+                return x;
+            }
+        }
+        0.5 * (lo + hi)
+    }
+
+    /// Density of the prior at ln a = x to that within the calibrated distances.
+    fn prior(&self, x: f64) -> f64 {
+        let off = (self.ends[0] - x).max(x - self.ends[1]).max(0.0);
+        (-0.5 * (off / self.ends[2]).powi(2)).exp()
+    }
+
+    /// The distance of a signal `y`, of which `more` is the variance that its own zero brings.
+    ///
+    /// # Errors
+    /// A signal of no tap.
+    pub fn find(&self, y: f64, more: f64) -> Result<Answer, Nothing> {
+        let spread = |p: &[f64; 3]| (p[1] + p[2] + more).sqrt();
+        let last = POINTS - 1;
+        let crosses = |k: &usize| (self.points[*k][0] >= y) != (self.points[*k + 1][0] >= y);
+        let far = (self.peak..last).rev().find(crosses).map(|k| self.root(y, k));
+        let near = (0..self.peak).rev().find(crosses).map(|k| self.root(y, k).exp());
+        let local = far.map(|x| {
+            let p = self.at(x);
+            (x, spread(&p) / self.slope(x).abs())
+        });
+        let [from, to] = [self.x(self.peak), self.x(last)];
+        let window = match local {
+            Some((x, sd)) if sd < WIDE => [(x - 6.0 * sd).max(from), (x + 6.0 * sd).min(to)],
+            _ => [from.min(self.x(last - 1)), to],
+        };
+        let [first, end, _] = self.ends;
+        let [x, sigma] = match local {
+            // Within the calibrated distances the prior says nothing: there it is the root.
+            Some((x, sd)) if sd < WIDE && window[0] >= first && window[1] <= end => [x, x.exp() * sd],
+            _ => self.posterior(y, local, window, spread)?,
+        };
+        let p = self.at(x);
+        let a = x.exp();
+        let found = Answer { a, sigma, slope: self.slope(x) / a, variance: p[2] + more, near };
+        if found.a.is_finite() && found.sigma.is_finite() { Ok(found) } else { Err(Nothing::Weak) }
+    }
+}
+
+impl Slice {
+    /// ln a and σ in mm of the posterior of the signal `y` on `window`; `local` is the root and its standard deviation in ln a.
+    fn posterior(
+        &self,
+        y: f64,
+        local: Option<(f64, f64)>,
+        window: [f64; 2],
+        spread: impl Fn(&[f64; 3]) -> f64,
+    ) -> Result<[f64; 2], Nothing> {
+        let step = (window[1] - window[0]) / (FINE - 1) as f64;
+        let place = |k: usize| window[0] + step * k as f64;
+        let mut least = f64::INFINITY;
+        let mut likely = |k: usize| {
+            let p = self.at(place(k));
+            let sd = spread(&p);
+            let t = (p[0] - y) / sd;
+            least = least.min(t.abs());
+            // Flat in mm.
+            (-0.5 * t * t).exp() / sd * place(k).exp()
+        };
+        let flat: [f64; FINE] = std::array::from_fn(&mut likely);
+        if local.is_none() && least > FAR {
+            return Err(if self.points[POINTS - 1][0] > y { Nothing::Weak } else { Nothing::Strong });
+        }
+        let faded: [f64; FINE] = std::array::from_fn(|k| flat[k] * self.prior(place(k)));
+        let of = |p: &[f64; FINE]| QUANTILES.map(|s| quantile(p, window[0], step, s));
+        let [lo, middle, hi] = of(&faded);
+        Ok(match local {
+            // Moved, and made narrower, by what the prior does.
+            Some((x, sd)) if sd < WIDE && hi > lo => {
+                let [p, q, r] = of(&flat);
+                let x = x + middle - q;
+                [x, x.exp() * sd * (hi - lo) / (r - p)]
+            }
+            _ => [middle, 0.5 * (hi.exp() - lo.exp())],
+        })
+    }
+}
+
+/// The point below which a share of the mass lies; within a cell the density goes straight.
+fn quantile(points: &[f64; FINE], from: f64, step: f64, share: f64) -> f64 {
+    let wanted = share * points.windows(2).map(|w| 0.5 * (w[0] + w[1])).sum::<f64>();
+    let mut below = 0.0;
+    for (k, w) in points.windows(2).enumerate() {
+        let (p, q) = (w[0], w[1]);
+        let cell = 0.5 * (p + q);
+        if below + cell >= wanted {
+            let (rise, left) = (q - p, wanted - below);
+            let t = if rise.abs() < 1e-12 * (p + q) {
+                left / p
+            } else {
+                ((p * p + 2.0 * rise * left).max(0.0).sqrt() - p) / rise
+            };
+            return from + step * (k as f64 + t);
+        }
+        below += cell;
+    }
+    f64::NAN
+}

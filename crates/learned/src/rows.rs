@@ -1,0 +1,119 @@
+//! Readings of a rig, and equal ones merged: many repeats cost no more than one.
+
+use std::collections::HashMap;
+
+/// One reading.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Row {
+    /// Contact distance as labelled, mm.
+    pub a: f64,
+    /// Drive, degrees or mm; 0 without contact.
+    pub u: f64,
+    /// Signal; taps lie above the zero.
+    pub y: f64,
+    /// Number of its run, from 0.
+    pub run: usize,
+    /// When it was taken: seconds, or the place in the file.
+    pub t: f64,
+}
+
+impl Row {
+    /// Whether the whisker touches the object.
+    pub fn touches(&self) -> bool {
+        self.u != 0.0
+    }
+}
+
+/// Rows with equal labels.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cell {
+    /// Their labels; the mean of the signal, and of the time.
+    pub row: Row,
+    /// How many.
+    pub n: f64,
+    /// Sum of squares about the mean.
+    pub squares: f64,
+    /// Places of the rows.
+    pub rows: Vec<usize>,
+}
+
+/// Most cells of rows that differ in their labels; more are joined with their neighbours.
+const MOST: usize = 2500;
+
+/// Cells of the rows at `places`; rows of different times are apart where `timed`.
+pub fn cells(rows: &[Row], places: &[usize], timed: bool) -> Vec<Cell> {
+    let mut found: HashMap<[i64; 4], usize> = HashMap::new();
+    // Equal but for rounding.
+    let label = |x: f64| (x.abs().ln() * 1e9).round() as i64 * x.signum() as i64;
+    let mut all: Vec<Cell> = Vec::new();
+    for &place in places {
+        let row = rows[place];
+        let t = if timed { row.t.to_bits() as i64 } else { 0 };
+        let [a, u] = if row.touches() { [row.a, row.u].map(label) } else { [i64::MIN; 2] };
+        let k = *found.entry([a, u, row.run as i64, t]).or_insert(all.len());
+        if k == all.len() {
+            all.push(Cell { row: Row { y: 0.0, t: 0.0, ..row }, n: 0.0, squares: 0.0, rows: Vec::new() });
+        }
+        all[k].rows.push(place);
+    }
+    for cell in &mut all {
+        // About the first value, so that equal values have exactly their value as mean.
+        let first = rows[cell.rows[0]];
+        cell.n = cell.rows.len() as f64;
+        let mean = |f: &dyn Fn(&Row) -> f64| cell.rows.iter().map(|k| f(&rows[*k])).sum::<f64>() / cell.n;
+        let (dy, dt) = (mean(&|r| r.y - first.y), mean(&|r| r.t - first.t));
+        cell.row.y = first.y + dy;
+        cell.row.t = first.t + dt;
+        cell.squares = cell.rows.iter().map(|k| (rows[*k].y - cell.row.y).powi(2)).sum();
+    }
+    if all.len() > MOST && timed { cells(rows, places, false) } else { all }
+}
+
+/// Step of a converter: the largest number of which all differences of readings are multiples, to a millionth of their range; 0 where
+/// there is none. The least gap of few readings would be a step of the data, not of the converter.
+pub fn quantum(values: &[f64]) -> f64 {
+    let mut sorted: Vec<f64> = values.iter().copied().filter(|x| x.is_finite()).collect();
+    sorted.sort_by(f64::total_cmp);
+    sorted.dedup();
+    let (Some(first), Some(last)) = (sorted.first(), sorted.last()) else { return 0.0 };
+    let (range, size) = (last - first, first.abs().max(last.abs()));
+    let least = (1e-6 * range).max(1e-12 * size);
+    if sorted.len() < 3 {
+        return 0.0;
+    }
+    let mut step = 0.0f64;
+    for gap in sorted.windows(2).map(|w| w[1] - w[0]) {
+        let (mut p, mut q) = (gap.max(step), gap.min(step));
+        // Euclid's algorithm with room for rounding.
+        while q > least {
+            (p, q) = (q, (p - q * (p / q).round()).abs());
+        }
+        step = p;
+    }
+    if step > 3.0 * least { step } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_step_of_few_readings_is_that_of_the_converter() {
+        let step = 0.00488;
+        let readings: Vec<f64> = [12.0, 17.0, 30.0, 31.0, 77.0].map(|k| k * step + 0.3).to_vec();
+        assert!((quantum(&readings) / step - 1.0).abs() < 1e-6);
+        assert!((quantum(&[12.0, 18.0, 30.0, 96.0]) - 6.0).abs() < 1e-9);
+        let smooth: Vec<f64> = (0..50).map(|k| (f64::from(k) * 1.7).sin()).collect();
+        assert!(quantum(&smooth) < 1e-4);
+    }
+
+    #[test]
+    fn equal_rows_merge() {
+        let row = |a: f64, y: f64, t: f64| Row { a, u: 2.0, y, run: 0, t };
+        let rows = [row(20.0, 1.0, 0.0), row(30.0, 5.0, 1.0), row(20.0, 3.0, 2.0)];
+        let merged = cells(&rows, &[0, 1, 2], false);
+        assert_eq!(merged.len(), 2);
+        assert_eq!((merged[0].row.y, merged[0].n, merged[0].squares, merged[0].row.t), (2.0, 2.0, 2.0, 1.0));
+        assert_eq!(cells(&rows, &[0, 1, 2], true).len(), 3);
+    }
+}

@@ -1,0 +1,153 @@
+//! What a fit starts from: the base of its curve, the zero, the units; none of it is exact, and the model corrects all of it.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::base::{Base, Power, power};
+use crate::columns::Scales;
+use crate::fit::{Fault, Task, Whisker};
+use crate::rows::Cell;
+
+/// The base and the scale of the signals.
+pub struct Start<'a> {
+    /// The curve that is corrected.
+    pub base: Base<'a>,
+    /// The power law, where there is no whisker.
+    pub power: Option<Power>,
+    /// Unit of the signals, zero, unit of the base.
+    pub numbers: [f64; 3],
+}
+
+/// Where a free constant, or an offset of the drive, is worth so much in ln of the likelihood, twice, it is there.
+const WORTH: f64 = 10.0;
+
+/// The value in the middle.
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let n = values.len();
+    if n == 0 { f64::NAN } else { 0.5 * (values[(n - 1) / 2] + values[n / 2]) }
+}
+
+/// What the model of `cells` starts from.
+///
+/// # Errors
+/// No curve that follows them.
+pub fn start<'a>(task: &Task<'a>, cells: &[Cell]) -> Result<Start<'a>, Fault> {
+    let rests: Vec<f64> = cells.iter().filter(|c| !c.row.touches()).map(|c| c.row.y).collect();
+    let taps: Vec<[f64; 3]> =
+        cells.iter().filter(|c| c.row.touches()).map(|c| [c.row.a, c.row.u, c.row.y]).collect();
+    let read = (!rests.is_empty()).then(|| median(rests));
+    if let Some(curve) = task.known {
+        let plain = of_known(curve, &taps, read, 0.0);
+        let free = of_known(curve, &taps, read, offset(curve, &taps, read));
+        // An offset is there where it is worth it, or where the curve has no values without it.
+        let worth =
+            |(p, f): (&(Start<'_>, f64), &(Start<'_>, f64))| taps.len() as f64 * (p.1 / f.1).ln() > WORTH;
+        let moved = plain.as_ref().zip(free.as_ref()).is_some_and(worth);
+        let found = if moved { free } else { plain.or(free) };
+        return found.map(|f| f.0).ok_or(Fault::NoCurve);
+    }
+    let tared = power(&taps, Some(read.unwrap_or(0.0)));
+    let several = taps.iter().any(|t| t[1] != taps[0][1]);
+    let free = if read.is_none() && several && taps.len() > 6 { power(&taps, None) } else { None };
+    let fitted = match (tared, free) {
+        (Some(tared), Some(free)) => {
+            let gain = taps.len() as f64 * (tared.squares / free.squares).ln();
+            if gain > WORTH { free } else { tared }
+        }
+        (tared, free) => tared.or(free).ok_or(Fault::NoCurve)?,
+    };
+    let unit = median(taps.iter().map(|t| (t[2] - fitted.zero).abs()).collect());
+    match unit > 0.0 {
+        true => Ok(Start {
+            base: Base::Power(fitted.power),
+            power: Some(fitted.power),
+            numbers: [unit, fitted.zero, unit / fitted.factor],
+        }),
+        false => Err(Fault::NoCurve),
+    }
+}
+
+/// The base of a whisker that is known, its drive moved by `offset`, and the sum of squares that gain and zero leave.
+fn of_known<'a>(
+    curve: Whisker<'a>,
+    taps: &[[f64; 3]],
+    read: Option<f64>,
+    offset: f64,
+) -> Option<(Start<'a>, f64)> {
+    let m: Vec<f64> = taps.iter().map(|t| curve(t[0], t[1] + offset)).collect();
+    let y: Vec<f64> = taps.iter().map(|t| t[2] - read.unwrap_or(0.0)).collect();
+    let tared = median(y.iter().zip(&m).map(|(y, m)| y / m).collect());
+    let squares = |gain: f64, zero: f64| {
+        let mut all: Vec<f64> = y.iter().zip(&m).map(|(y, m)| (y - zero - gain * m).powi(2)).collect();
+        // Without the worst tenth, which may be wrong.
+        all.sort_by(f64::total_cmp);
+        all[..all.len() - all.len() / 10].iter().sum::<f64>().max(f64::MIN_POSITIVE)
+    };
+    let (mut gain, mut zero) = (tared, 0.0);
+    if read.is_none() && taps.len() > 6 {
+        let n = taps.len() as f64;
+        let (mm, my) = (m.iter().sum::<f64>() / n, y.iter().sum::<f64>() / n);
+        let slope = m.iter().zip(&y).map(|(m, y)| (m - mm) * (y - my)).sum::<f64>()
+            / m.iter().map(|m| (m - mm).powi(2)).sum::<f64>();
+        let free = (slope, my - slope * mm);
+        if slope > 0.0 && n * (squares(tared, 0.0) / squares(free.0, free.1)).ln() > WORTH {
+            (gain, zero) = free;
+        }
+    }
+    let unit = median(m.iter().map(|m| gain * m).collect());
+    let numbers = [unit, read.unwrap_or(0.0) + zero, unit / gain];
+    let sound =
+        gain > 0.0 && unit > 0.0 && numbers.iter().all(|x| x.is_finite()) && m.iter().all(|m| m.is_finite());
+    sound.then(|| (Start { base: Base::Known(curve, offset), power: None, numbers }, squares(gain, zero)))
+}
+
+/// What is best added to the drive of a whisker that is known, within what its curve was made for.
+fn offset(curve: Whisker<'_>, taps: &[[f64; 3]], read: Option<f64>) -> f64 {
+    let drives = || taps.iter().map(|t| t[1]);
+    let (least, largest) = (drives().fold(f64::INFINITY, f64::min), drives().fold(0.0, f64::max));
+    if least == largest {
+        return 0.0;
+    }
+    let of = |offset: f64| of_known(curve, taps, read, offset).map_or(f64::INFINITY, |f| f.1);
+    let ends = [-0.9 * least.min(0.5 * largest), 0.9 * least.max(0.1 * largest)];
+    let at = |k: usize| ends[0] + (ends[1] - ends[0]) * k as f64 / 16.0;
+    let best = (0..=16).min_by(|i, k| of(at(*i)).total_cmp(&of(at(*k)))).unwrap_or(0);
+    let (mut lo, mut hi) = (at(best.saturating_sub(1)), at((best + 1).min(16)));
+    for _ in 0..24 {
+        let (p, q) = (lo + 0.382 * (hi - lo), lo + 0.618 * (hi - lo));
+        if of(p) < of(q) {
+            hi = q;
+        } else {
+            lo = p;
+        }
+    }
+    0.5 * (lo + hi)
+}
+
+/// ∂ signal/∂ ln a of each cell, in units of the signal: of the whisker's curve, or of the power law times a quadratic that is nearest
+/// to the taps.
+pub fn slopes(cells: &[Cell], start: &Start<'_>, scales: &Scales) -> Vec<f64> {
+    const RIDGE: f64 = 1e-4;
+    let [unit, zero, base_unit] = start.numbers;
+    let base = |a: f64, u: f64| start.base.value(a, u) / base_unit;
+    let row = |a: f64, u: f64| {
+        let [x, v] = scales.place(a, u);
+        [1.0, x, v, x * x, x * v, v * v]
+    };
+    let mut factor = DVector::from_vec(vec![1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    if start.power.is_some() {
+        let (mut n, mut b) = (DMatrix::identity(6, 6) * (RIDGE * cells.len() as f64), DVector::zeros(6));
+        for c in cells.iter().filter(|c| c.row.touches()) {
+            let h = DVector::from_row_slice(&row(c.row.a, c.row.u));
+            b += &h * ((c.row.y - zero) / unit / base(c.row.a, c.row.u) - 1.0);
+            n += &h * h.transpose();
+        }
+        factor += n.cholesky().map_or(DVector::zeros(6), |c| c.solve(&b));
+    }
+    let value =
+        |a: f64, u: f64| base(a, u) * row(a, u).iter().zip(factor.iter()).map(|(x, f)| x * f).sum::<f64>();
+    const H: f64 = 1e-3;
+    let of =
+        |c: &Cell| (value(c.row.a * (1.0 + H), c.row.u) - value(c.row.a * (1.0 - H), c.row.u)) / (2.0 * H);
+    cells.iter().map(|c| if c.row.touches() { of(c) } else { 0.0 }).collect()
+}

@@ -1,0 +1,141 @@
+//! Rows that the model of all others does not expect: generalised extreme studentized deviates (Rosner 1983) on deleted residuals.
+
+use std::collections::BTreeMap;
+
+use crate::fit::{Fault, Fit, From, Task, fit};
+use crate::rows::cells;
+use crate::start::start;
+
+/// A sound set of rows loses one by chance in so many.
+const CHANCE: f64 = 0.01;
+/// A row that is nearer to what is expected than this share of its signal is used: noise has longer tails than the normal one.
+const LEAST: f64 = 0.03;
+/// Positions from which one can be told from the others.
+const ENOUGH: usize = 7;
+/// Rows that are off by so many times their signal, and that of most rows, are left out before any fit.
+const GROSS: f64 = 30.0;
+/// At most this share of the rows is left out.
+const MOST: f64 = 0.2;
+
+/// A row left out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Suspect {
+    /// Its place among the rows.
+    pub place: usize,
+    /// Signal less what is expected.
+    pub off: f64,
+    /// What is expected above its zero.
+    pub expected: f64,
+}
+
+/// Fits the rows at `places` and leaves out one after the other those that the rest does not expect.
+///
+/// # Errors
+/// As of [`fit`].
+pub fn sound(task: &Task<'_>, places: &[usize], average: bool) -> Result<(Fit, Vec<Suspect>), Fault> {
+    let mut found = gross(task, places)?;
+    let mut kept: Vec<usize> =
+        places.iter().copied().filter(|k| !found.iter().any(|s| s.place == *k)).collect();
+    let mut last = fit(task, &kept, From::Nowhere, average)?;
+    while (found.len() as f64) < MOST * places.len() as f64 {
+        let Some((suspect, _)) = worst(task, &last, kept.len()) else { break };
+        let left: Vec<usize> = kept.iter().copied().filter(|k| *k != suspect.place).collect();
+        let Ok(next) = fit(task, &left, From::Near(&last.at), false) else { break };
+        found.push(suspect);
+        (last, kept) = (next, left);
+    }
+    if let Some(rows) = position(task, &last, &kept) {
+        found.extend(rows.iter().map(|s| s.0));
+        kept.retain(|k| !rows.iter().any(|s| s.0.place == *k));
+    }
+    // The likely numbers of a model with wrong rows may be another peak than that of the model without.
+    if !found.is_empty() {
+        last = fit(task, &kept, From::Nowhere, average)?;
+    }
+    Ok((last, found))
+}
+
+/// Rows that are so far from the base of the curve, whose size is that of most rows, that no noise explains them: in another unit.
+fn gross(task: &Task<'_>, places: &[usize]) -> Result<Vec<Suspect>, Fault> {
+    let start = start(task, &cells(task.rows, places, false))?;
+    let [unit, zero, base_unit] = start.numbers;
+    let suspect = |place: &usize| {
+        let row = &task.rows[*place];
+        let expected = if row.touches() { unit / base_unit * start.base.value(row.a, row.u) } else { 0.0 };
+        let off = row.y - zero - expected;
+        (off.abs() > GROSS * expected.max(unit)).then_some(Suspect { place: *place, off, expected })
+    };
+    let found: Vec<Suspect> = places.iter().filter_map(suspect).collect();
+    Ok(if found.len() as f64 <= MOST * places.len() as f64 { found } else { Vec::new() })
+}
+
+/// The row that is furthest from what the others expect, if that is no chance.
+fn worst(task: &Task<'_>, fit: &Fit, n: usize) -> Option<(Suspect, f64)> {
+    let mut most: Option<(Suspect, f64)> = None;
+    for (i, cell) in fit.cells.iter().enumerate() {
+        for &place in &cell.rows {
+            let (expected, row) = (fit.expected[i], &task.rows[place]);
+            let (off, sd) = (row.y - expected, fit.deleted[i][1]);
+            let t = off.abs() / sd;
+            let signal =
+                (expected - fit.zeros[i]).abs().max(if row.touches() { 0.0 } else { fit.curve.unit });
+            if off.abs() > LEAST * signal && most.is_none_or(|m| t > m.1) {
+                most = Some((Suspect { place, off, expected: expected - fit.zeros[i] }, t));
+            }
+        }
+    }
+    let freedom = (fit.freedom - 1.0).max(1.0);
+    most.filter(|(_, t)| n as f64 * 2.0 * tail(normal(*t, freedom)) < CHANCE)
+}
+
+/// The rows of a position that is where no curve through all others leads: few, and all of them, so that they bear each other out. Many rows are
+/// left in: then the position is one that was meant.
+fn position(task: &Task<'_>, last: &Fit, kept: &[usize]) -> Option<Vec<(Suspect, f64)>> {
+    let label = |k: &usize| (task.rows[*k].a.ln() * 1e9).round() as i64;
+    let mut positions: BTreeMap<i64, Vec<usize>> = BTreeMap::new();
+    kept.iter()
+        .filter(|k| task.rows[**k].touches())
+        .for_each(|k| positions.entry(label(k)).or_default().push(*k));
+    if last.curve.spread.position.sqrt() < LEAST || positions.len() < ENOUGH {
+        return None;
+    }
+    let off = |fit: &Fit, rows: &[usize]| {
+        let n = rows.len() as f64;
+        let of = |k: &usize| {
+            let row = &task.rows[*k];
+            let e = fit.base(task, |base| fit.curve.expected(base, row.a, row.u, false));
+            let (off, size) = (row.y - fit.curve.zero - e.signal, e.signal.abs());
+            (off / size, (e.of_curve + e.of_position + e.of_run + e.of_noise / n) / (size * size))
+        };
+        let all: Vec<(f64, f64)> = rows.iter().map(of).collect();
+        [all.iter().map(|x| x.0).sum::<f64>() / n, (all.iter().map(|x| x.1).sum::<f64>() / n).sqrt()]
+    };
+    let few = |rows: &&Vec<usize>| rows.len() <= 3 && (rows.len() as f64) < LEAST * kept.len() as f64;
+    let worst = positions.values().max_by(|p, q| off(last, p)[0].abs().total_cmp(&off(last, q)[0].abs()));
+    let rows = worst.filter(few)?;
+    let left: Vec<usize> = kept.iter().copied().filter(|k| !rows.contains(k)).collect();
+    let next = fit(task, &left, From::Nowhere, true).ok()?;
+    let [share, sd] = off(&next, rows);
+    let freedom = (positions.len() as f64 - 5.0).max(1.0);
+    let rare = positions.len() as f64 * 2.0 * tail(normal(share.abs() / sd, freedom)) < CHANCE;
+    let suspect = |k: &usize| {
+        let row = &task.rows[*k];
+        let expected = next.base(task, |base| next.curve.expected(base, row.a, row.u, true)).signal;
+        (Suspect { place: *k, off: share * expected, expected }, share)
+    };
+    (rare && share.abs() > LEAST).then(|| rows.iter().map(suspect).collect())
+}
+
+/// The normal deviate that is as rare as `t` of Student's distribution (Wallace 1959).
+fn normal(t: f64, freedom: f64) -> f64 {
+    (8.0 * freedom + 1.0) / (8.0 * freedom + 3.0) * (freedom * (1.0 + t * t / freedom).ln()).sqrt()
+}
+
+/// Share of a normal distribution beyond z > 0, to a per cent in the tail (Abramowitz and Stegun 26.2.17).
+fn tail(z: f64) -> f64 {
+    let k = 1.0 / (1.0 + 0.231_641_9 * z);
+    let poly = k
+        * (0.319_381_530
+            + k * (-0.356_563_782 + k * (1.781_477_937 + k * (-1.821_255_978 + k * 1.330_274_429))));
+    (-0.5 * z * z).exp() / std::f64::consts::TAU.sqrt() * poly
+}

@@ -1,0 +1,175 @@
+//! The model against data of which the truth is known.
+
+use vibrissa_learned::base::Base;
+use vibrissa_learned::fit::{Fault, Fit, From, Task, fit};
+use vibrissa_learned::invert::Inverse;
+use vibrissa_learned::rows::Row;
+use vibrissa_learned::suspects::sound;
+
+/// Normal deviates of a linear congruential generator (Numerical Recipes) through the sum of twelve.
+struct Noise(u64);
+
+impl Noise {
+    fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn normal(&mut self) -> f64 {
+        (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
+    }
+}
+
+/// A whisker that no power law is.
+fn truth(a: f64, u: f64) -> f64 {
+    1e-3 * u * (1.0 + 0.01 * u) * (30.0 / a).powf(1.2) * (1.0 - 0.15 * (a / 45.0).powi(3))
+}
+
+struct Rig {
+    noise: f64,
+    repeats: usize,
+    drives: Vec<f64>,
+    runs: usize,
+    zero: f64,
+    gain: f64,
+}
+
+impl Rig {
+    fn rows(&self, seed: u64) -> Vec<Row> {
+        let mut noise = Noise(seed);
+        let mut rows = Vec::new();
+        for run in 0..self.runs {
+            let (z, g) = (self.zero * noise.normal(), 1.0 + self.gain * noise.normal());
+            for _ in 0..self.repeats {
+                for k in 0..11 {
+                    for u in &self.drives {
+                        let a = 20.0 + 2.5 * f64::from(k);
+                        let y = z + g * truth(a, *u) * (1.0 + self.noise * noise.normal());
+                        rows.push(Row { a, u: *u, y, run, t: rows.len() as f64 });
+                    }
+                }
+            }
+        }
+        rows
+    }
+}
+
+fn task(rows: &[Row]) -> Task<'_> {
+    Task { rows, known: None, step: 0.0, drift: false }
+}
+
+fn all(rows: &[Row]) -> Vec<usize> {
+    (0..rows.len()).collect()
+}
+
+fn inverse(found: &Fit) -> Inverse {
+    let base = Base::Power(found.power.expect("no whisker is known"));
+    Inverse::new(&found.curve, &base, false, [1.0, 1e3])
+}
+
+/// Shares of errors within 1 σ and beyond 3 σ, and their root mean square, of readings at distances between those of the calibration.
+fn judged(rig: &Rig, seeds: u64) -> [f64; 3] {
+    let (mut within, mut beyond, mut squares, mut n) = (0.0, 0.0, 0.0, 0.0);
+    for seed in 1..=seeds {
+        let rows = rig.rows(seed);
+        let found = fit(&task(&rows), &all(&rows), From::Nowhere, true).unwrap();
+        let inverse = inverse(&found);
+        let mut noise = Noise(1000 + seed);
+        for k in 0..40 {
+            let (z, g) = (rig.zero * noise.normal(), 1.0 + rig.gain * noise.normal());
+            let (a, u) = (21.0 + 0.58 * f64::from(k), rig.drives[k as usize % rig.drives.len()]);
+            let y = z + g * truth(a, u) * (1.0 + rig.noise * noise.normal());
+            let answer = inverse.at(u, false).find(y - found.curve.zero, 0.0).unwrap();
+            let error = (answer.a - a).abs();
+            within += f64::from(u8::from(error <= answer.sigma));
+            beyond += f64::from(u8::from(error > 3.0 * answer.sigma));
+            squares += error * error;
+            n += 1.0;
+        }
+    }
+    [within / n, beyond / n, (squares / n).sqrt()]
+}
+
+#[test]
+fn sigma_holds_with_repeats_and_without() {
+    let rig = |repeats, drives: &[f64]| Rig {
+        noise: 3e-3,
+        repeats,
+        drives: drives.to_vec(),
+        runs: 1,
+        zero: 0.0,
+        gain: 0.0,
+    };
+    for (what, rig) in [
+        ("repeats", rig(3, &[1.0, 2.0, 4.0])),
+        ("none", rig(1, &[1.0, 2.0, 4.0])),
+        ("one drive", rig(1, &[4.0])),
+    ] {
+        let [within, beyond, rms] = judged(&rig, 40);
+        println!("{what}: {within} {beyond} {rms}");
+        assert!(
+            (0.58..0.85).contains(&within) && beyond <= 0.03 && rms < 0.2,
+            "{what}: {within} {beyond} {rms}"
+        );
+    }
+}
+
+#[test]
+fn sigma_holds_in_a_run_that_was_not_seen() {
+    let rig = Rig { noise: 1e-3, repeats: 1, drives: vec![1.0, 2.0, 4.0], runs: 5, zero: 3e-5, gain: 0.01 };
+    let [within, beyond, _] = judged(&rig, 10);
+    assert!(within > 0.55 && beyond <= 0.04, "{within} {beyond}");
+    let rows = rig.rows(3);
+    let found = fit(&task(&rows), &all(&rows), From::Nowhere, true).unwrap();
+    let sigma = |same_run| inverse(&found).at(2.0, same_run).find(truth(30.0, 2.0), 0.0).unwrap().sigma;
+    assert!(sigma(false) > 2.0 * sigma(true));
+}
+
+#[test]
+fn dust_and_units_change_nothing() {
+    let rig = Rig { noise: 1e-3, repeats: 2, drives: vec![1.0, 2.0, 4.0], runs: 1, zero: 0.0, gain: 0.0 };
+    let rows = rig.rows(5);
+    let mut dust = Noise(77);
+    let dusty: Vec<Row> = rows
+        .iter()
+        .map(|r| {
+            let mut moved = |x: f64| x * (1.0 + 1e-13 * dust.normal());
+            Row { a: moved(r.a), u: moved(r.u), y: moved(r.y), ..*r }
+        })
+        .collect();
+    let larger: Vec<Row> = rows.iter().map(|r| Row { y: 1024.0 * r.y, ..*r }).collect();
+    let backwards: Vec<Row> = rows.iter().rev().copied().collect();
+    let at = |rows: &[Row], unit: f64| {
+        let found = fit(&task(rows), &all(rows), From::Nowhere, true).unwrap();
+        inverse(&found).at(2.0, false).find(unit * truth(33.3, 2.0) - found.curve.zero, 0.0).unwrap()
+    };
+    let plain = at(&rows, 1.0);
+    for (what, rows, unit) in [("dust", dusty, 1.0), ("units", larger, 1024.0), ("order", backwards, 1.0)] {
+        let other = at(&rows, unit);
+        assert!((other.a - plain.a).abs() < 1e-6 * plain.sigma, "{what}: {} {}", other.a, plain.a);
+        assert!((other.sigma / plain.sigma - 1.0).abs() < 1e-6, "{what}: {} {}", other.sigma, plain.sigma);
+    }
+}
+
+#[test]
+fn wrong_rows_are_named_and_sound_ones_are_not() {
+    let rig = Rig { noise: 2e-3, repeats: 2, drives: vec![1.0, 2.0, 4.0], runs: 1, zero: 0.0, gain: 0.0 };
+    for seed in 1..=10 {
+        let mut rows = rig.rows(seed);
+        let (_, none) = sound(&task(&rows), &all(&rows), false).unwrap();
+        assert!(none.is_empty(), "{none:?}");
+        rows[7].a = 42.5;
+        rows[40].y *= 1e3;
+        let (_, found) = sound(&task(&rows), &all(&rows), false).unwrap();
+        let mut places: Vec<usize> = found.iter().map(|s| s.place).collect();
+        places.sort_unstable();
+        assert_eq!(places, [7, 40], "seed {seed}");
+    }
+}
+
+#[test]
+fn one_position_is_none() {
+    let rows: Vec<Row> =
+        (1..9).map(|u| Row { a: 30.0, u: f64::from(u), y: f64::from(u), run: 0, t: 0.0 }).collect();
+    assert_eq!(fit(&task(&rows), &all(&rows), From::Nowhere, true).err(), Some(Fault::OnePosition));
+}

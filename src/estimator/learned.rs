@@ -1,0 +1,371 @@
+//! `learned`: one statistical model of the whisker's curve, the rig and its runs (crate `vibrissa-learned`).
+
+use serde::{Deserialize, Serialize};
+use vibrissa_learned::base::{Base, Power};
+use vibrissa_learned::columns::{Scales, Term};
+use vibrissa_learned::curve::{Curve, Spread};
+use vibrissa_learned::fit::{Fit as LearntFit, From, Task, fit};
+use vibrissa_learned::invert::{Answer, Inverse, Nothing};
+use vibrissa_learned::rows::Row;
+
+use super::{Answers, Estimator, Fault, Judged, Known, LeaveOut, Opening, Shape, SideRecord};
+use crate::error::Error;
+use crate::estimator::exact::unsolved;
+use crate::estimator::fit::Fit;
+use crate::estimator::held_out::Side as Measured;
+use crate::estimator::model::Found;
+use crate::estimator::model::exact::{Exact, Extent, HARD, spec_values};
+use crate::status::Status;
+
+/// A curve that was learned.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LearnedRecord {
+    /// Root mean square error on distances left out.
+    pub held_out_rms_mm: Option<f64>,
+    /// Nothing, per drive: σ is that of the model.
+    pub bias_mm: Vec<f64>,
+    /// What is corrected: the whisker, with what is added to its drive; or (u + u₀)^p a^−q as [u₀, p, q].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub whisker_drive_offset: Option<f64>,
+    /// See above.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub power: Option<[f64; 3]>,
+    /// Whether zeros were read with the taps.
+    pub zero_read: bool,
+    /// Whether the zero is known: else the signal is taken as tared, and readings with a zero of their own are no other ones.
+    pub zero_known: bool,
+    /// The signal without contact, above what was subtracted from all of it.
+    pub zero: f64,
+    /// Signal of which all below are in units; what the base is divided by.
+    pub units: [f64; 2],
+    /// Middle and half range of ln a, of ln u; a middle distance, the largest drive, and what is added to u.
+    pub scales: [[f64; 2]; 3],
+    /// What is added to the drive before its logarithm is taken.
+    pub drive_shift: f64,
+    /// Kind and degrees of each term: curve, wave, a, u, zero.
+    pub terms: Vec<(String, u8, u8)>,
+    /// Their coefficients.
+    pub mean: Vec<f64>,
+    /// What moves them together, one standard deviation each.
+    pub deviations: Vec<Vec<f64>>,
+    /// Runs in the data.
+    pub runs: usize,
+    /// Variances beside the curve: noise of all readings and of such that go with the signal; of position, visit, gain and zero of a run, drift.
+    pub spread: [f64; 7],
+}
+
+impl LearnedRecord {
+    /// Of a fit; `zero` was subtracted from the signals before.
+    pub fn new(learnt: &Learnt, judged: Judged) -> Self {
+        let Learnt { fit, runs, zero_read, .. } = learnt;
+        let Curve { unit, base_unit, zero, scales, terms, mean, deviations, spread: s } = &fit.curve;
+        let word = |t: &Term| match t {
+            Term::Curve(j, k) => ("curve".to_owned(), *j, *k),
+            Term::Wave(j, k) => ("wave".to_owned(), *j, *k),
+            Term::OffsetA => ("a".to_owned(), 0, 0),
+            Term::OffsetU => ("u".to_owned(), 0, 0),
+            Term::Zero | Term::Local => ("zero".to_owned(), 0, 0),
+        };
+        Self {
+            held_out_rms_mm: judged.rms_mm,
+            bias_mm: vec![0.0; judged.bias_mm.len()],
+            whisker_drive_offset: fit.power.is_none().then_some(fit.offset),
+            power: fit.power.map(|p| [p.offset, p.p, p.q]),
+            zero_read: *zero_read,
+            zero_known: learnt.zero_known,
+            zero: zero - learnt.subtracted,
+            units: [*unit, *base_unit],
+            scales: [scales.a, scales.u, scales.sizes],
+            drive_shift: scales.offset,
+            terms: terms.iter().map(word).collect(),
+            mean: mean.clone(),
+            deviations: deviations.clone(),
+            runs: *runs,
+            spread: [s.floor, s.relative, s.position, s.visit, s.gain, s.zero, s.drift],
+        }
+    }
+
+    fn curve(&self) -> Option<Curve> {
+        let term = |(word, j, k): &(String, u8, u8)| match word.as_str() {
+            "curve" if *j <= 2 && *k <= 2 => Some(Term::Curve(*j, *k)),
+            "wave" if *j < 9 && *k < 4 => Some(Term::Wave(*j, *k)),
+            "a" => Some(Term::OffsetA),
+            "u" => Some(Term::OffsetU),
+            "zero" => Some(Term::Zero),
+            _ => None,
+        };
+        let terms: Vec<Term> = self.terms.iter().map(term).collect::<Option<_>>()?;
+        let [floor, relative, position, visit, gain, zero, drift] = self.spread;
+        let [a, u, sizes] = self.scales;
+        Some(Curve {
+            unit: self.units[0],
+            base_unit: self.units[1],
+            zero: self.zero,
+            scales: Scales { a, u, sizes, offset: self.drive_shift },
+            terms,
+            mean: self.mean.clone(),
+            deviations: self.deviations.clone(),
+            spread: Spread { floor, relative, position, visit, zero, gain, drift },
+        })
+    }
+}
+
+/// One statistical model.
+pub struct Learned;
+
+/// One statistical model.
+pub const LEARNED: Learned = Learned;
+
+impl Estimator for Learned {
+    fn name(&self) -> &'static str {
+        "learned"
+    }
+
+    fn help(&self) -> &'static str {
+        "One statistical model of curve, rig and runs"
+    }
+
+    /// What was learned without a distance answers it.
+    fn leave_out<'a>(&'a self, side: &'a Measured<'a>, _: Option<&'a Fit>) -> LeaveOut<'a> {
+        Box::new(move |distance| {
+            let learnt = side.learned?;
+            let gone: std::collections::HashSet<usize> =
+                side.cells.iter().filter(|c| c.i == distance).flat_map(|c| c.taps.iter().copied()).collect();
+            let kept = |k: &&usize| learnt.taps[**k].is_none_or(|tap| !gone.contains(&tap));
+            let places: Vec<usize> = learnt.places.iter().filter(kept).copied().collect();
+            let answers = learnt.without(&places)?;
+            Some(Box::new(move |k, drive, signal| {
+                // The taps of a cell are above zeros that were read.
+                let taps = &side.cells[k].taps;
+                let share = taps.iter().map(|t| side.taps[*t].zero_share()).sum::<f64>() / taps.len() as f64;
+                answers.find(drive, signal, Known { share, same_run: false }).ok()
+            }))
+        })
+    }
+
+    fn calibrate(&self, side: &Measured<'_>, _: Option<&Fit>, judged: Judged, record: &mut SideRecord) {
+        let Some(learnt) = side.learned else { return };
+        record.learned = Some(LearnedRecord::new(learnt, judged));
+    }
+
+    fn bias_mm<'a>(&self, record: &'a SideRecord) -> Option<&'a [f64]> {
+        record.learned.as_ref().map(|r| r.bias_mm.as_slice())
+    }
+
+    fn check(&self, record: &SideRecord) -> Result<(), Fault> {
+        let Some(r) = &record.learned else { return Ok(()) };
+        let n = r.terms.len();
+        let numbers = r
+            .mean
+            .iter()
+            .chain(r.deviations.iter().flatten())
+            .chain(&r.spread)
+            .chain(r.scales.iter().flatten());
+        let sized = r.mean.len() == n && r.deviations.iter().all(|d| d.len() == n);
+        let scaled = r.units.iter().all(|u| *u > 0.0 && u.is_finite())
+            && r.scales[0][1] > 0.0
+            && r.scales[1][1] >= 0.0;
+        let based = r.power.is_some() != r.whisker_drive_offset.is_some();
+        let spread = r.spread.iter().all(|s| *s >= 0.0);
+        match sized
+            && scaled
+            && based
+            && spread
+            && r.curve().is_some()
+            && numbers.into_iter().all(|x| x.is_finite())
+        {
+            true => Ok(()),
+            false => Err(Fault {
+                message: "this curve does not belong together",
+                allowed: "a power law or a whisker; known terms, one coefficient for each; variances ≥ 0",
+            }),
+        }
+    }
+
+    fn open(&self, of: &Opening<'_>) -> Result<Option<Box<dyn Answers>>, Error> {
+        let Opening { rig, record, side, open } = *of;
+        let Some(r) = record.learned.as_ref().filter(|_| side == record.gauge()) else { return Ok(None) };
+        let Some(curve) = r.curve() else { return Ok(None) };
+        let whisker = match r.power {
+            Some([offset, p, q]) => Whisker::Power(Power { offset, p, q }),
+            None => {
+                let at = extent(rig, record);
+                let exact = Exact::new(rig, spec_values(&rig.setup), Vec::new(), Vec::new(), at, open)
+                    .map_err(|why| unsolved(rig, record, why))?;
+                Whisker::Known(Box::new(exact), r.whisker_drive_offset.unwrap_or(0.0))
+            }
+        };
+        Ok(Some(Box::new(Inverted::new(curve, whisker, [r.zero_read, r.zero_known]))))
+    }
+}
+
+/// What a learned curve corrects.
+enum Whisker {
+    Power(Power),
+    Known(Box<Exact>, f64),
+}
+
+impl Whisker {
+    /// Hands it to `then`.
+    fn base<T>(&self, then: impl FnOnce(&Base<'_>) -> T) -> T {
+        match self {
+            Self::Power(power) => then(&Base::Power(*power)),
+            Self::Known(exact, offset) => {
+                let whisker = |a: f64, u: f64| exact.expected(a, u);
+                then(&Base::Known(&whisker, *offset))
+            }
+        }
+    }
+
+    /// Distances at which it and its slope are known, mm.
+    fn reach(&self) -> [f64; 2] {
+        match self {
+            Self::Power(_) => [0.0, f64::INFINITY],
+            Self::Known(exact, _) => {
+                let [near, far] = exact.reach();
+                [near * 1.002, far * 0.998]
+            }
+        }
+    }
+}
+
+/// Where the whisker of `rig` is solved for what was learned of it.
+fn extent(rig: &crate::measure::Rig, record: &SideRecord) -> Extent {
+    let at = Extent::around(rig, record.gauge(), record.distances_mm, record.ends(), rig.before);
+    Extent { hard: HARD, ..at }
+}
+
+/// What was learned of a side, and from what.
+#[derive(Clone)]
+pub struct Learnt {
+    /// Rows, taps and zero readings; signals have the sign of the side.
+    pub rows: Vec<Row>,
+    /// Of each row the place of its tap.
+    pub taps: Vec<Option<usize>>,
+    /// Rows that were used.
+    pub places: Vec<usize>,
+    /// The fit.
+    pub fit: std::sync::Arc<LearntFit>,
+    /// The whisker, where it is known.
+    pub exact: Option<Exact>,
+    /// Step of the readings.
+    pub step: f64,
+    /// Whether a drift was fitted.
+    pub drift: bool,
+    /// Runs.
+    pub runs: usize,
+    /// Whether zeros were read.
+    pub zero_read: bool,
+    /// Whether the zero is known.
+    pub zero_known: bool,
+    /// What was subtracted from the signals of the taps since, of the sign of the side.
+    pub subtracted: f64,
+}
+
+impl std::fmt::Debug for Learnt {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} of {} rows", self.places.len(), self.rows.len())
+    }
+}
+
+impl Learnt {
+    /// Hands what is fitted to `then`.
+    pub fn task<T>(&self, then: impl FnOnce(&Task<'_>) -> T) -> T {
+        let (rows, step, drift) = (self.rows.as_slice(), self.step, self.drift);
+        match &self.exact {
+            Some(exact) => {
+                let whisker = |a: f64, u: f64| exact.expected(a, u);
+                then(&Task { rows, known: Some(&whisker), step, drift })
+            }
+            None => then(&Task { rows, known: None, step, drift }),
+        }
+    }
+
+    /// What answers readings if only the rows at `places` are known; the learned numbers stay.
+    pub fn without(&self, places: &[usize]) -> Option<Inverted> {
+        let fit = self.task(|task| fit(task, places, From::Held(&self.fit), true)).ok()?;
+        Some(self.inverted(&fit))
+    }
+
+    /// What is expected of a tap at a (mm) by the drive u, above its zero.
+    pub fn expected(&self, a: f64, u: f64) -> vibrissa_learned::curve::Expected {
+        self.whisker(&self.fit).base(|base| self.fit.curve.expected(base, a, u, true))
+    }
+
+    fn whisker(&self, fit: &LearntFit) -> Whisker {
+        match (&self.exact, fit.power) {
+            (_, Some(power)) => Whisker::Power(power),
+            (Some(exact), None) => Whisker::Known(Box::new(exact.clone()), fit.offset),
+            (None, None) => unreachable!("a fit has a base"),
+        }
+    }
+
+    /// What answers readings as `fit` says, of the same whisker.
+    fn inverted(&self, fit: &LearntFit) -> Inverted {
+        let curve = Curve { zero: fit.curve.zero - self.subtracted, ..fit.curve.clone() };
+        Inverted::new(curve, self.whisker(fit), [self.zero_read, self.zero_known])
+    }
+}
+
+/// A learned curve, read backwards.
+pub struct Inverted {
+    curve: Curve,
+    whisker: Whisker,
+    /// For readings above the zero of the calibration, and for such above their own.
+    inverse: [Option<Inverse>; 2],
+    /// Whether zeros were read with the taps.
+    zero_read: bool,
+}
+
+impl Inverted {
+    fn new(curve: Curve, whisker: Whisker, [zero_read, zero_known]: [bool; 2]) -> Self {
+        let reach = whisker.reach();
+        let of = |base: &Base<'_>| {
+            let needed = [!zero_read, zero_read || zero_known].into_iter().zip([false, true]);
+            let all = needed.map(|(needed, tared)| needed.then(|| Inverse::new(&curve, base, tared, reach)));
+            all.collect::<Vec<_>>().try_into().expect("there are two")
+        };
+        Self { inverse: whisker.base(of), curve, whisker, zero_read }
+    }
+
+    /// What answers readings that have no zero beside that of the calibration, and that zero.
+    pub fn plain(&self) -> (&Inverse, f64) {
+        let inverse = self.inverse[usize::from(self.zero_read)].as_ref().expect("it was made");
+        (inverse, if self.zero_read { 0.0 } else { self.curve.zero })
+    }
+}
+
+/// Why there is no distance, in the words of a table.
+pub fn why(nothing: Nothing) -> Status {
+    match nothing {
+        Nothing::Weak => Status::OUTSIDE_CALIBRATION,
+        Nothing::Strong => Status::NO_ROOT,
+    }
+}
+
+impl Answers for Inverted {
+    fn find(&self, drive: f64, reading: f64, Known { share, same_run }: Known) -> Result<Found, Status> {
+        let (inverse, y) = match &self.inverse[1] {
+            Some(tared) if self.zero_read || share > 0.0 => (tared, reading),
+            _ => (self.plain().0, reading - self.curve.zero),
+        };
+        let of_zero = share * self.curve.spread.floor * self.curve.unit.powi(2);
+        let found = inverse.at(drive, same_run).find(y, of_zero).map_err(why)?;
+        let Answer { a, near, slope, variance, sigma } = found;
+        Ok(Found { a, near, slope, variance, sigma })
+    }
+
+    fn expected(&self, a: f64, drive: f64) -> f64 {
+        let (inverse, zero) = self.plain();
+        let [near, far] = inverse.reach();
+        if !(near..=far).contains(&a) {
+            return f64::NAN;
+        }
+        self.whisker.base(|base| self.curve.expected(base, a, drive, self.zero_read)).signal + zero
+    }
+
+    fn shape(&self) -> Shape<'_> {
+        Shape::Learned(self)
+    }
+}

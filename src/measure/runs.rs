@@ -1,0 +1,77 @@
+//! Runs of a data file: rows that were taken without setting the rig up anew, and their times.
+
+use std::collections::HashMap;
+
+use super::file::Row;
+use crate::error::InputError;
+
+/// Runs by their names.
+#[derive(Debug, Default)]
+pub struct Runs {
+    places: HashMap<String, usize>,
+    /// Name, rows and first line of each.
+    all: Vec<(String, usize, usize)>,
+}
+
+impl Runs {
+    /// Number of the run that `field` names, of the row in this line.
+    pub fn number(&mut self, field: &str, line: usize) -> usize {
+        let name = field.trim();
+        let next = self.all.len();
+        let k = *self.places.entry(name.to_owned()).or_insert(next);
+        if k == next {
+            self.all.push((name.to_owned(), 0, line));
+        }
+        self.all[k].1 += 1;
+        k
+    }
+
+    /// Refuses runs that cannot be told from single rows, of a file of so many.
+    ///
+    /// # Errors
+    /// A run of one row; a value for each row.
+    pub fn check(&self, rows: usize) -> Result<(), InputError> {
+        let allowed = "the same value for all rows of a run, two or more; or --columns ignore=NAME";
+        if self.all.len() == rows && rows > 1 {
+            let error = InputError::new("this column has another value in each row: it does not name runs");
+            return Err(error.value(format!("{rows} values")).allowed(allowed));
+        }
+        match self.all.iter().find(|run| run.1 == 1 && rows > 1) {
+            Some((name, ..)) => {
+                let error = InputError::new("this run has one row: nothing is known of its zero and gain");
+                Err(error.value(name).allowed(allowed))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Line of the first run of one row, where that is at fault.
+    pub fn line(&self) -> Option<usize> {
+        let several = self.all.iter().any(|run| run.1 > 1);
+        self.all.iter().find(|run| run.1 == 1).filter(|_| several).map(|run| run.2)
+    }
+
+    /// Their names.
+    pub fn names(self) -> Vec<String> {
+        self.all.into_iter().map(|run| run.0).collect()
+    }
+}
+
+/// Refuses times that run backwards. A clock may start anew at another distance, or in another run.
+///
+/// # Errors
+/// The line, and what is wrong with it.
+pub fn forward(rows: &[Row]) -> Result<(), (usize, InputError)> {
+    let back = |w: &&[Row]| w[1].t < w[0].t;
+    let often = 2 * rows.windows(2).filter(back).count() > rows.len();
+    let wrong = |w: &&[Row]| {
+        !w[1].t.is_finite() || (back(w) && (often || (w[0].run == w[1].run && w[0].a == w[1].a)))
+    };
+    match rows.windows(2).find(wrong) {
+        Some(w) => {
+            let error = InputError::new("this time is before that of the row above it").value(w[1].t);
+            Err((w[1].line, error.allowed(format!("seconds that grow, {} or later", w[0].t))))
+        }
+        None => Ok(()),
+    }
+}
