@@ -20,7 +20,9 @@ fn sweep_writes_four_files_and_says_so() {
     for file in files {
         assert!(ran.stdout.contains(&format!("results/spec/{file}")), "{}", ran.stdout);
     }
-    assert!(ran.stdout.contains("best 4 of 4 complete rows by total_rms_mm:") && ran.stdout.contains("12 ok"));
+    assert!(
+        ran.stdout.contains("best 4 of 4 complete rows by total_rms_mm:") && ran.stdout.contains("12 ok")
+    );
     assert!(ran.stderr.contains("spec: 12 taps of 2 designs, exact rod, on cpu"), "{}", ran.stderr);
     for file in &files {
         let text = desk.read(&format!("results/spec/{file}"));

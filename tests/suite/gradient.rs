@@ -120,18 +120,19 @@ fn moved(setup: &Setup, tuple: Tuple, input: Input, step: f64) -> (Setup, Tuple)
 /// A step over which taps change by some per cent; less where a profile may have a corner.
 fn step(setup: &Setup, t: Tuple, input: Input) -> f64 {
     let share = if setup.built.is_some() { 5e-3 } else { 5e-2 };
-    share * match input {
-        Input::Tuple(3 | 5) => (t.a - t.x_ss).abs().min((t.x_ss + t.l - t.a).abs()).min(t.a),
-        Input::Tuple(4) => t.l.min((t.x_ss + t.l - t.a).abs()),
-        Input::Tuple(6 | 7) => 10.0,
-        Input::Tuple(i) => t.to_array()[i],
-        Input::Property(Property::Curvature) => 1.0 / t.a,
-        Input::Property(Property::CurvatureSlope) => 1.0 / (t.a * t.a),
-        Input::Property(Property::Hub | Property::PoleRadius) => t.a,
-        Input::Property(p) => p.get(setup).abs().max(0.1),
-        Input::Clamp => 1.0,
-        _ => 1.0,
-    }
+    share
+        * match input {
+            Input::Tuple(3 | 5) => (t.a - t.x_ss).abs().min((t.x_ss + t.l - t.a).abs()).min(t.a),
+            Input::Tuple(4) => t.l.min((t.x_ss + t.l - t.a).abs()),
+            Input::Tuple(6 | 7) => 10.0,
+            Input::Tuple(i) => t.to_array()[i],
+            Input::Property(Property::Curvature) => 1.0 / t.a,
+            Input::Property(Property::CurvatureSlope) => 1.0 / (t.a * t.a),
+            Input::Property(Property::Hub | Property::PoleRadius) => t.a,
+            Input::Property(p) => p.get(setup).abs().max(0.1),
+            Input::Clamp => 1.0,
+            _ => 1.0,
+        }
 }
 
 /// Which ends of gauge and foil the contact lies beyond.

@@ -61,11 +61,7 @@ fn with_top_the_first_rows_kept_are_shown() {
     assert!(ran.stdout.contains("kept 20 of 140 complete rows (top = 20)"), "{}", ran.stdout);
     desk.write("spec.toml", many("[output]\ntop = 20\nper = \"design\"\n"));
     let ran = desk.sweep(&["--out", "out"]).exits(0);
-    assert!(
-        ran.stdout.contains("best 8 of 20 designs, each at its best drive, by K_sd:"),
-        "{}",
-        ran.stdout
-    );
+    assert!(ran.stdout.contains("best 8 of 20 designs, each at its best drive, by K_sd:"), "{}", ran.stdout);
 }
 
 #[test]
