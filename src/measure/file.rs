@@ -176,7 +176,7 @@ impl Data {
             let place = rows.len();
             rows.push(Row {
                 run: columns.run.map_or(0, |at| runs.number(&record[at], line)),
-                t: columns.time.map_or(Ok(place as f64), |at| number(at))?,
+                t: columns.time.map_or(Ok(place as f64), &mut number)?,
                 line,
                 a: number(distance)?,
                 drive: columns.drive.map_or(Ok(f64::NAN), |(_, place)| number(place))?,

@@ -133,7 +133,8 @@ impl Contact {
             let share = dot(&v, y) / vv;
             let rest: [f64; MOST_CHANNELS] = std::array::from_fn(|j| y[j] - share * v[j]);
             let told = ss - vs * vs / vv;
-            if !(told > 1e-12 * ss) || !(share > 0.0) {
+            let tells = told > 1e-12 * ss && share > 0.0;
+            if !tells {
                 return None;
             }
             let step = (dot(&slope, &rest) - vs / vv * dot(&v, &rest)) / (share * told);

@@ -142,7 +142,7 @@ pub fn fit(task: &Task<'_>, places: &[usize], from: From<'_>, average: bool) -> 
     let problem = Problem::new(model, &merged, [unit, zero, task.step], known);
     let thinned = (matches!(from, From::Nowhere) && merged.len() > MANY).then(|| {
         let every = merged.len().div_ceil(MANY);
-        let kept = |k: &usize| !merged[*k].row.touches() || k % every == 0;
+        let kept = |k: &usize| !merged[*k].row.touches() || k.is_multiple_of(every);
         let part: Vec<usize> = (0..merged.len()).filter(kept).flat_map(|k| merged[k].rows.clone()).collect();
         fit(task, &part, From::Nowhere, false).map(|f| (f.hypers, f.at))
     });
