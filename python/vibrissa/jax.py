@@ -46,7 +46,7 @@ def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = Non
     name, drive = ("theta", theta) if delta is None else ("delta", delta)
     _check(name, model)
     arguments = jnp.broadcast_arrays(*(jnp.asarray(x) for x in (D, d, L_a, x_ss, l, a, drive)))
-    kind = jnp.result_type(*arguments, jnp.float32)
+    kind = jnp.result_type(float, *arguments)
     return _function(name, model)(*(x.astype(kind) for x in arguments))
 
 
