@@ -1,6 +1,6 @@
 //! From measured strains to a calibration: the K table of the paper, four estimators, and which of them to believe.
 //!
-//! [`taps`](crate::estimator::taps) sorts the rows, [`learn`] learns the rig and sets aside what should not be believed,
+//! [`taps`](crate::estimator::taps) sorts the rows, `learn` learns the rig and sets aside what should not be believed,
 //! [`fit`](crate::estimator::fit) fits the model, [`held_out`](crate::estimator::held_out) judges every estimator on distances it has
 //! not seen, and [`side`] puts a side together.
 //!
