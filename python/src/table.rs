@@ -235,7 +235,7 @@ impl Table {
         slf.py().import("vibrissa._frames")?.call_method1("html", (slf,))
     }
 
-    /// Refused: columns differ in type. pandas gets records.
+    /// Refused: columns differ in type.
     #[pyo3(signature = (dtype = None, copy = None))]
     fn __array__<'py>(
         slf: &Bound<'py, Self>,
@@ -243,7 +243,7 @@ impl Table {
         copy: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let _ = (dtype, copy);
-        slf.py().import("vibrissa._frames")?.call_method1("records", (slf,))
+        slf.py().import("vibrissa._frames")?.call_method1("no_array", (slf,))
     }
 
     /// A pandas DataFrame over the same memory (read-only; `.copy()` can be written to), words as categories.
@@ -253,7 +253,7 @@ impl Table {
 
     /// A polars DataFrame over the same memory.
     fn to_polars<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        slf.py().import("polars")?.call_method1("DataFrame", (slf,))
+        slf.py().import("vibrissa._frames")?.call_method1("to_polars", (slf,))
     }
 
     /// A pyarrow Table over the same memory.

@@ -141,7 +141,7 @@ def test_listed_taps_and_strain(model, cli, tmp_path):
         for table in ("tuples", "designs", "distances"):
             same_table(getattr(result, table), tmp_path / "out" / f"{table}.csv")
     written = pd.read_csv(tmp_path / "out" / "tuples.csv")
-    found = vibrissa.strain(*taps.to_numpy().T, full=True, **model)
+    found = vibrissa.strain(*taps.to_numpy().T, full=True, precision="f32", **model)
     np.testing.assert_array_equal(found.strain, written["strain"])
     np.testing.assert_array_equal(found.K, written["K"])
     np.testing.assert_array_equal(found.normal_force_N, written["normal_force_N"])
@@ -160,7 +160,7 @@ def test_tap(objective, root, cli, tmp_path):
     told = json.loads(cli("tap", spec, "--json", "--objective", objective, "--out", tmp_path / "out"))
     result = vibrissa.tap(spec, objective=objective)
     same_table(result.curve, tmp_path / "out" / "tap.csv")
-    assert result.run["result"] == told["result"]
+    assert result.run["result"] == {key: value for key, value in told["result"].items() if key != "answer"}
     assert result.optimum == told["result"]["optimum"]
 
 

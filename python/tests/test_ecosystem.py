@@ -25,7 +25,10 @@ def test_a_table_is_a_mapping(swept):
     table = swept.tuples
     assert isinstance(table, collections.abc.Mapping) and [*dict(table.items())] == table.columns and len(table.values()) == len(table.columns)
     assert table.get("nothing") is None and table.get("nothing", 3) == 3 and table.get("K") is not None
-    frame = pd.DataFrame(table)
+    # pandas asks whatever is no dict for one array.
+    with pytest.raises(TypeError, match="dict"):
+        pd.DataFrame(table)
+    frame = pd.DataFrame(dict(table))
     assert list(frame.columns) == table.columns and frame["K"].tolist() == table["K"].tolist() and len(frame) == len(table)
     with pytest.raises(TypeError, match="take a column"):
         np.asarray(table)
@@ -130,4 +133,4 @@ def test_a_law_from_a_curve():
 def test_parameters_of_a_fit():
     calibration = vibrissa.calibrate(vibrissa.simulate(**ONE, repeats=4, a_offset=0.4, noise=5e-6), whisker=ONE["whisker"], gauge=ONE["gauge"], fit=["a_offset"])
     assert calibration.params["a_offset"] == pytest.approx(0.4, abs=5 * np.sqrt(np.diag(calibration.cov))[list(calibration.params).index("a_offset")])
-    assert calibration.cov.shape == (len(calibration.params),) * 2 and (calibration.cov == calibration.cov.T).all()
+    assert calibration.cov.shape == (len(calibration.params),) * 2 and np.allclose(calibration.cov, calibration.cov.T, rtol=1e-9)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from ._units import READ, UNITS, bare, filled, has_quantities, is_labelled, unit
 
 if TYPE_CHECKING:
     import pandas
+    import polars
 
     from ._native import Table
 
@@ -64,15 +65,23 @@ def to_pandas(table: Table) -> pandas.DataFrame:
     return pd.DataFrame(columns, copy=False, index=None if own is None else own.index)
 
 
-def records(table: Table) -> NDArray[Any]:
-    """The rows as records, for pandas, which makes a frame of them; whoever else asks for one array is told how to get one."""
-    if not sys._getframe(1).f_globals.get("__name__", "").startswith("pandas."):
-        raise TypeError(f'a table is no array: take a column, table["{table.columns[0]}"], or table.to_pandas()')
-    columns = [table[name] for name in table.columns]
-    found = np.empty(len(table), dtype=[(name, column.dtype) for name, column in zip(table.columns, columns)])
-    for name, column in zip(table.columns, columns):
-        found[name] = column
-    return found
+class _Stream:
+    """What polars reads by the Arrow PyCapsule interface alone: it takes a mapping apart, column by column."""
+
+    def __init__(self, table: Table) -> None:
+        self.__arrow_c_stream__ = table.__arrow_c_stream__
+
+
+def to_polars(table: Table) -> polars.DataFrame:
+    """A polars DataFrame over the same memory."""
+    import polars
+
+    return polars.DataFrame(_Stream(table))
+
+
+def no_array(table: Table) -> NoReturn:
+    """Tells who asks for one array, pandas.DataFrame(table) too, how to get columns."""
+    raise TypeError(f'a table is no array: take a column, table["{table.columns[0]}"], or table.to_pandas(), or dict(table)')
 
 
 # Rows that a notebook shows.

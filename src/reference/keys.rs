@@ -125,6 +125,10 @@ pub fn with(section: Option<&Section>, key: &Key, value: Option<Value>) -> Strin
         ("sensor", "noise") => {
             table(&mut spec, "sensor").insert("signal".to_owned(), "moment".into());
         }
+        ("sensor", "covariance") => {
+            let channels: Table = "signal = [\"moment\", \"force\"]".parse().expect("a table");
+            table(&mut spec, "sensor").extend(channels);
+        }
         ("model", "indentation" | "solid") => {
             table(&mut spec, "model").insert("pole_radius".to_owned(), 3.0.into());
         }

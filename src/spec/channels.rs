@@ -105,7 +105,7 @@ fn signals(item: &Item<'_>) -> Result<Vec<Signal>> {
 }
 
 fn rows(item: &Item<'_>) -> Result<Vec<[f64; SOURCES]>> {
-    let elements = item.elements().ok_or_else(|| item.error("this is no matrix").allowed(MATRIX))?;
+    let elements = item.elements().ok_or_else(|| item.error("rows of numbers are needed").allowed(MATRIX))?;
     let rows = elements.map(|row| {
         let width = row.elements().map_or(0, |row| row.len());
         let row = match width {
@@ -120,7 +120,7 @@ fn rows(item: &Item<'_>) -> Result<Vec<[f64; SOURCES]>> {
     });
     let rows = rows.collect::<Result<Vec<_>>>()?;
     if !(2..=MOST_CHANNELS).contains(&rows.len()) {
-        let message = format!("{} rows are too {}", rows.len(), if rows.len() < 2 { "few" } else { "many" });
+        let message = format!("2 to {MOST_CHANNELS} rows of numbers are needed, not {}", rows.len());
         return Err(item.error(message).allowed(MATRIX));
     }
     if let Some(k) = rows.iter().position(|row| row.iter().all(|x| *x == 0.0)) {

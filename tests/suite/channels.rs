@@ -124,10 +124,10 @@ fn what_is_no_sensor_is_refused_with_its_place() {
             "the noise of each channel already",
         ),
         ("signal = \"moment\"\ncovariance = [[1]]", "several channels"),
-        ("matrix = [[1, 0, 0]]", "too few"),
+        ("matrix = [[1, 0, 0]]", "rows of numbers are needed, not 1"),
         ("matrix = [[1, 0, 0], [0, 1]]", "a row of 2 numbers"),
         ("matrix = [[1, 0, 0], [0, 0, 0]]", "row 2 reads nothing"),
-        ("matrix = 3", "no matrix"),
+        ("matrix = 3", "numbers are needed"),
         ("signal = \"moment\"\nmatrix = [[1, 0, 0], [0, 0, 1]]", "names its channels itself"),
     ] {
         let ran = Desk::new(&spec(sensor, "")).run(&["sweep", "spec.toml", "--out", "out"]).exits(2);

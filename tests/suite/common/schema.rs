@@ -11,7 +11,7 @@ use vibrissa::sink::folder::hash_file;
 static SCHEMA: LazyLock<Value> = LazyLock::new(schema::document);
 
 /// Parts of messages about a single key, which a schema sees too; the others are about several keys, files or the physics.
-const STRUCTURAL: [&str; 34] = [
+const STRUCTURAL: [&str; 36] = [
     "unknown key",
     "unknown section",
     "unknown word",
@@ -46,6 +46,8 @@ const STRUCTURAL: [&str; 34] = [
     "says neither evaluations nor seconds",
     "this text is empty",
     "is missing (allowed",
+    "at least two signals",
+    "stands here twice",
 ];
 
 /// A spec as the schema sees it; `None` where it is no TOML.
