@@ -298,7 +298,7 @@ def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = Non
     0.02233
     >>> value, slopes = strain(10, 4, 50, 5, 2, 30, 4.0, grad=("a", "theta"))
     >>> slopes.round(6)
-    array([-0.000962,  0.005655])
+    array([-0.000979,  0.005568])
     """
     if theta is None:
         if delta is None:
