@@ -126,7 +126,7 @@ fn compare(locator: &Locator, all: &[Reading], answers: &[Answer], rounding: f64
         done.largest[1] = done.largest[1].max(apart);
         if apart > APART || sigma > SIGMA {
             done.at_peak += 1;
-            if what.contains("learned float") && apart < 0.5 * want.1.min(got.1) {
+            if what.contains(" learned ") && apart < 0.5 * want.1.min(got.1) {
                 done.switched += 1;
                 continue;
             }
