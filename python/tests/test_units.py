@@ -177,10 +177,10 @@ def test_frames_with_units(desk):
     np.testing.assert_allclose(found["theta_deg"], [4.0, 8.0])
     assert list(found.index) == ["a", "b"] and "20.0" in found["warm"].iloc[0] and "kelvin" in found["warm"].iloc[0]
     # As objects, too; times and quantities of whatever is not read are the user's.
-    things = pd.DataFrame(dict(theta_deg=pd.Series([np.deg2rad(4.0) * ur.rad, 8.0], dtype=object), strain=[0.02, 0.05], t_s=np.array([1, 2], "M8[ns]"), dt_mm=[True, False]))
+    things = pd.DataFrame(dict(theta_deg=pd.Series([np.deg2rad(4.0) * ur.rad, 8.0], dtype=object), strain=[0.02, 0.05], when_s=np.array([1, 2], "M8[ns]"), dt_mm=[True, False]))
     found = locator.table(things).to_pandas()
     np.testing.assert_allclose(found["distance_mm"], plain["distance_mm"])
-    assert found["theta_deg"].tolist() == pytest.approx([4.0, 8.0]) and found["t_s"].dtype == "M8[ns]" and found["dt_mm"].dtype == bool
+    assert found["theta_deg"].tolist() == pytest.approx([4.0, 8.0]) and found["when_s"].dtype == "M8[ns]" and found["dt_mm"].dtype == bool
     waited = locator.table(dict(theta_deg=[4.0, 8.0], strain=[0.02, 0.05], wait_s=[1.0, 2.0] * u.min, kind_mm=[1.0, 2.0] * u.V, ang=[1, 2] * u.s), columns=dict(ignore="ang"))
     assert waited["wait_s"].tolist() == [60.0, 120.0] and waited["kind_mm"].tolist() == ["1.0 V", "2.0 V"] and waited["ang"].tolist() == ["1.0 s", "2.0 s"]
     for name, column in (("theta_deg", np.array([1, 2], "m8[ns]")), ("strain", [True, False]), ("theta_deg", np.array([1j, 2j])), ("strain", pd.Series([True, False]))):
