@@ -380,7 +380,7 @@ fn what_is_no_result_is_refused_and_said() {
     desk.write("out/designs.csv", &whole[..whole.len() - 40]);
     refused(&["report", "out", "--force"], &["designs.csv:", "damaged"]);
     desk.write("out/designs.csv", whole.replacen("4,50", "four,50", 1));
-    refused(&["report", "out", "--force"], &["no number", "four"]);
+    refused(&["report", "out", "--force"], &["not a number", "four"]);
     let json = desk.run(&["report", "empty", "--json"]).exits(2).json();
     assert_eq!((json["ok"].as_bool(), json["error"]["key"].as_str()), (Some(false), Some("DIR")));
     // With --force an edited one is drawn, and the page says so.

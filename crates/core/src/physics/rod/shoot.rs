@@ -41,6 +41,9 @@ const FORESEEN: f64 = 0.5;
 /// Determinant of the Jacobian, over that of a whisker that is hardly touched, below which it is computed again to tell its sign.
 const UPRIGHT: f64 = 0.5;
 
+/// Distance over D up to which the path is not asked whether it folds back.
+const NEXT_TO_CLAMP: f64 = 1e-3;
+
 /// Amount, rad or δ/a, at which a whisker is hardly touched.
 const BEGUN: f64 = 1e-4;
 
@@ -165,6 +168,10 @@ impl<'a> Shooter<'a> {
                     return Err(Missed::Stalled);
                 }
                 // Where the path folds back its other half has a Jacobian of the other sign. An updated one may be off by much where it is small.
+                // Next to the clamp of a thick whisker lengths cancel, and nothing folds.
+                if self.problem.distance < NEXT_TO_CLAMP * self.whisker.taper.D {
+                    return Ok((z, shot));
+                }
                 let determinant = jacobian.determinant();
                 let begun = match first {
                     Some(begun) => begun,
