@@ -119,9 +119,7 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
     let open = opener(&options.run);
     let Prepared { taps, zeros, zero, tared, groups, sides, recorded, origin, unread, no_exact } =
         prepare::prepare(data, &mut rig, options, &open, &mut warnings)?;
-    let of_curve =
-        |l: &Learnt| l.fit.curve.unit * (l.fit.curve.spread.floor + l.fit.curve.spread.relative).sqrt();
-    let noise = of_curve(&sides[0].2);
+    let noise = sides[0].2.noise();
     let noise_from = "the model of all rows".to_owned();
     rig.setup.gauge.noise_strain = Some(noise);
     let mut results = Vec::new();

@@ -2,8 +2,11 @@
 
 use super::{Options, Reason, learn};
 use crate::error::{Error, InputError};
+use crate::estimator::cells::{Cell, Levels, cells};
+use crate::estimator::fit::{Taring, Task};
 use crate::estimator::learned::Learnt;
-use crate::estimator::model::exact::{Exact, Extent, HARD, Opener, spec_values};
+use crate::estimator::model::error::ModelError;
+use crate::estimator::model::exact::{Exact, Extent, HARD, Opener, Parameter, spec_values};
 use crate::estimator::taps::{Said, Sorted, Tap, ZeroReading};
 use crate::measure::group::Groups;
 use crate::measure::text::plain;
@@ -18,6 +21,8 @@ const ABSURD: f64 = 0.5;
 
 /// A zero that nobody read is one where it is more than so many standard errors.
 const CERTAIN: f64 = 2.5;
+/// Share of a signal that is nothing: models are solved to less.
+const SOLVED: f64 = 3e-7;
 /// It is not known where it may be more than this share of a usual signal.
 const DETERMINED: f64 = 0.02;
 
@@ -98,8 +103,12 @@ pub fn prepare(
     warnings.extend(sides.iter().filter(|s| s.2.drift && !read).map(|s| wandering(data, rig, &s.2)));
     let mut unread = 0.0;
     if !read {
-        let (sign, _, of) = &sides[0];
-        let [value, error] = of.fit.curve.zero();
+        let (sign, gauge, of) = &sides[0];
+        let by_model = match no_exact.is_none() && of.exact.is_some() {
+            true => zero_of_model((rig, &taps), (*sign, *gauge), of.noise(), &options.fit, open)?,
+            false => None,
+        };
+        let [value, error] = by_model.unwrap_or_else(|| of.fit.curve.zero());
         unread = error;
         tared.error = error;
         let turned = taps.iter().filter(|t| t.reason.is_none()).any(|t| !signs.contains(&t.signal.signum()));
@@ -117,6 +126,37 @@ pub fn prepare(
     }
     warnings.extend(untared(data, rig, &tared, unread));
     Ok(Prepared { taps, zeros, zero, tared, groups, sides, recorded, origin, unread, no_exact })
+}
+
+/// The constant of the signals of one side, of its sign, and its standard error, as a model says that follows all of them within their
+/// noise, and beside which the zero may drift. A curve that may take any shape takes part of an offset of the drive for one of the signal.
+fn zero_of_model(
+    (rig, taps): (&Rig, &[Tap]),
+    (sign, gauge): (f64, Side),
+    noise: f64,
+    fit: &[Parameter],
+    open: Opener<'_>,
+) -> Result<Option<[f64; 2]>, Error> {
+    let here = |t: &Tap| t.reason.is_none() && t.signal.signum() == sign;
+    let levels = |f: fn(&Tap) -> f64| Levels::of(taps.iter().filter(|t| here(t)).map(f));
+    let (distances, drives) = (levels(|t| t.group[0]), levels(|t| t.group[1]));
+    let Some(at) = super::extent(rig, taps, sign, gauge).filter(|_| distances.len() > 1) else {
+        return Ok(None);
+    };
+    let cells = cells(taps, rig, &distances, &drives, here);
+    let task = Task { rig, at, cells: &cells, noise, zero: Taring::Sought, open };
+    let Some(found) = ModelError::of_run(task.fit(fit))? else { return Ok(None) };
+    if !found.undetermined.is_empty() {
+        return Ok(None);
+    }
+    let fitted: Vec<&Cell> = found.cells.iter().map(|c| &cells[*c]).collect();
+    let order = |c: &&Cell| c.taps.iter().map(|k| taps[*k].place as f64).sum::<f64>() / c.n();
+    let said = found.constant(&fitted.iter().map(order).collect::<Vec<_>>());
+    let Some((constant, left)) = said else { return Ok(None) };
+    let squares: f64 = fitted.iter().zip(left.iter()).map(|(c, e)| e * e / (c.share * noise * noise)).sum();
+    let n = left.len() as f64;
+    let exact = || fitted.iter().zip(left.iter()).all(|(c, e)| e.abs() <= SOLVED * c.signal);
+    Ok((squares <= n + 2.0 * (2.0 * n).sqrt() || exact()).then_some(constant))
 }
 
 /// Takes a constant off every tap.

@@ -1,11 +1,11 @@
-//! Least squares for the parameters of `exact`: Levenberg and Marquardt's method over cells, standard errors, and which
+//! Least squares for the parameters of `exact`: over cells, standard errors, and which
 //! parameters the data determine at all.
 
-use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
-use nalgebra::storage::Owned;
-use nalgebra::{DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, DVector};
 
+use super::bounded;
 use super::cells::Cell;
+use super::normal;
 use crate::error::InputError;
 use crate::estimator::model::error::ModelError;
 use crate::estimator::model::exact::{Exact, Extent, Opener, Parameter, Values, spec_values};
@@ -20,9 +20,10 @@ const MODEL: f64 = 1e-7;
 const SOLVABLE: f64 = 2e-3;
 /// A cell counts where the model also follows drives larger by this share of the largest: an offset leads there.
 const ROOM: f64 = 0.02;
-/// Relative change of χ², or of all parameters, below which a fit of a solid ends: its taps are known to about 1e-9 of the strain, and smaller steps would
-/// follow their noise.
-const SETTLED: f64 = 1e-10;
+/// Relative change of χ², or of all parameters, below which a fit ends.
+const SETTLED: f64 = 1e-14;
+/// The same of a solid, whose taps are known to about 1e-9 of the strain: smaller steps would follow their noise.
+const SETTLED_SOLID: f64 = 1e-10;
 /// Share of the cells for which the model must have solutions.
 const ENOUGH: f64 = 0.5;
 
@@ -48,6 +49,23 @@ pub struct Fit {
 }
 
 impl Fit {
+    /// The constant of the signal, which was fitted, and its standard error where the zero of the cells may also drift along `order`: a
+    /// straight drift over rows that go with the distance passes for one; what both leave. `None` where nothing tells them apart.
+    pub fn constant(&self, order: &[f64]) -> Option<([f64; 2], DVector<f64>)> {
+        let k = self.exact.fitted.iter().position(|p| *p == Parameter::Zero)?;
+        let (n, m) = self.slopes.shape();
+        let middle = order.iter().sum::<f64>() / n as f64;
+        let entry = |i: usize, j: usize| if j < m { self.slopes[(i, j)] } else { order[i] - middle };
+        let design = DMatrix::from_fn(n, m + 1, |i, j| entry(i, j) / self.deviations[i]);
+        let left = self.residuals.component_div(&self.deviations);
+        let (step, inverse) = normal::solve(&design.tr_mul(&design), &design.tr_mul(&left))?;
+        let freedom = n.checked_sub(m + 1).filter(|n| *n > 0)? as f64;
+        let rest = left - &design * &step;
+        let error = ((rest.norm_squared() / freedom).max(1.0) * inverse[(k, k)]).sqrt();
+        let value = self.exact.values[Parameter::Zero as usize] + step[k];
+        Some(([value, error], rest.component_mul(&self.deviations)))
+    }
+
     /// Standard errors of the fitted parameters where the zero of the signal, of which every reading is taken off, has one itself: as if all
     /// were fitted together.
     pub fn errors(&self, zero: f64) -> Vec<f64> {
@@ -223,17 +241,17 @@ impl Task<'_> {
         let scale: Vec<f64> = free.iter().map(|p| width(*p, &values, drives, self.sizes())).collect();
         let exact = Exact::new(self.rig, values, free.to_vec(), Vec::new(), self.at, self.open)?;
         let deviations = self.cells.iter().map(|c| self.deviation(c, misfit)).collect();
-        let problem = Problem { task: *self, free: free.to_vec(), scale, exact, deviations, failed: None };
-        let mut method = LevenbergMarquardt::new().with_patience(60);
+        let bounds: Vec<[f64; 2]> =
+            free.iter().zip(&scale).map(|(p, s)| p.domain().map(|end| end / s)).collect();
         let setup = &self.rig.setup;
-        if is_solid(&setup.model) || setup.gauge.foil.is_some() {
-            method = method.with_ftol(SETTLED).with_xtol(SETTLED);
-        }
-        let (problem, _) = method.minimize(problem);
-        match problem.failed {
-            Some(e) => Err(e),
-            None => Ok(problem.exact),
-        }
+        let solid = is_solid(&setup.model) || setup.gauge.foil.is_some();
+        let settled = if solid { SETTLED_SOLID } else { SETTLED };
+        let x = free.iter().zip(&scale).map(|(p, s)| values[*p as usize] / s);
+        let x = DVector::from_iterator(free.len(), x);
+        let problem = Problem { task: *self, free, scale, deviations };
+        let mut found = bounded::minimise(&problem, x, exact, &bounds, settled)?;
+        found.look_beside(self.rig, self.at, self.open)?;
+        Ok(found)
     }
 
     fn slopes(&self, model: &Exact) -> DMatrix<f64> {
@@ -319,58 +337,41 @@ impl Task<'_> {
 /// The least-squares problem in parameters divided by their widths.
 struct Problem<'a> {
     task: Task<'a>,
-    free: Vec<Parameter>,
+    free: &'a [Parameter],
     scale: Vec<f64>,
-    exact: Exact,
     deviations: Vec<f64>,
-    failed: Option<ModelError>,
 }
 
-impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
-    type ResidualStorage = Owned<f64, Dyn>;
-    type JacobianStorage = Owned<f64, Dyn, Dyn>;
-    type ParameterStorage = Owned<f64, Dyn>;
+impl bounded::Problem for Problem<'_> {
+    type Model = Exact;
+    type Error = ModelError;
 
-    fn set_params(&mut self, x: &DVector<f64>) {
-        let mut values = self.exact.values;
+    fn model(&self, x: &DVector<f64>, near: &Exact) -> Result<Exact, ModelError> {
+        let mut values = near.values;
         for ((p, x), s) in self.free.iter().zip(x.iter()).zip(&self.scale) {
             let [lo, hi] = p.domain();
             values[*p as usize] = (x * s).clamp(lo, hi);
         }
-        let same = Parameter::ALL.iter().filter(|p| p.is_physical()).all(|p| {
-            let i = *p as usize;
-            values[i].to_bits() == self.exact.values[i].to_bits()
-        });
-        if same {
-            self.exact.values = values;
-            return;
-        }
         let t = &self.task;
-        match Exact::new(t.rig, values, self.free.clone(), Vec::new(), t.at, t.open) {
-            Ok(exact) => self.exact = exact,
-            Err(e) => self.failed = Some(e),
-        }
+        near.with(values, t.rig, t.at, t.open)
     }
 
-    fn params(&self) -> DVector<f64> {
-        let entries = self.free.iter().zip(&self.scale).map(|(p, s)| self.exact.values[*p as usize] / s);
-        DVector::from_iterator(self.free.len(), entries)
-    }
-
-    fn residuals(&self) -> Option<DVector<f64>> {
+    fn residuals(&self, exact: &Exact) -> Option<DVector<f64>> {
         let cells = self.task.cells;
-        let residual = |(c, s): (&Cell, &f64)| (self.exact.expected(c.a, c.drive) - c.signal) / s;
+        let residual = |(c, s): (&Cell, &f64)| (exact.expected(c.a, c.drive) - c.signal) / s;
         let r = DVector::from_iterator(cells.len(), cells.iter().zip(&self.deviations).map(residual));
-        (self.failed.is_none() && r.iter().all(|r| r.is_finite())).then_some(r)
+        r.iter().all(|r| r.is_finite()).then_some(r)
     }
 
-    fn jacobian(&self) -> Option<DMatrix<f64>> {
-        let mut j = self.task.slopes(&self.exact);
+    fn slopes(&self, exact: &mut Exact) -> Result<Option<DMatrix<f64>>, ModelError> {
+        let t = &self.task;
+        exact.look_beside(t.rig, t.at, t.open)?;
+        let mut j = t.slopes(exact);
         for i in 0..j.nrows() {
             for k in 0..j.ncols() {
                 j[(i, k)] *= self.scale[k] / self.deviations[i];
             }
         }
-        j.iter().all(|x| x.is_finite()).then_some(j)
+        Ok(j.iter().all(|x| x.is_finite()).then_some(j))
     }
 }

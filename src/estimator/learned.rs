@@ -282,6 +282,12 @@ impl Learnt {
         }
     }
 
+    /// Standard deviation of a usual reading.
+    pub fn noise(&self) -> f64 {
+        let curve = &self.fit.curve;
+        curve.unit * (curve.spread.floor + curve.spread.relative).sqrt()
+    }
+
     /// What answers readings if only the rows at `places` are known; the learned numbers stay.
     pub fn without(&self, places: &[usize]) -> Option<Inverted> {
         let fit = self.task(|task| fit(task, places, From::Held(&self.fit), true)).ok()?;

@@ -3,6 +3,7 @@
 //! An estimator is one file that implements [`Estimator`] and one line of [`registry`]. What it makes of a calibration
 //! [`Answers`] readings.
 
+pub mod bounded;
 pub mod cells;
 pub mod curve;
 pub mod exact;

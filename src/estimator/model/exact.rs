@@ -95,6 +95,34 @@ impl Exact {
         at: Extent,
         open: Opener<'_>,
     ) -> Result<Self, ModelError> {
+        let surface = surface(rig, &values, at, open)?;
+        let mut exact = Self { values, fitted, covariance, surface, sides: Vec::new() };
+        exact.look_beside(rig, at, open)?;
+        Ok(exact)
+    }
+
+    /// With other values; what is beside them is not looked for where they are of another whisker.
+    ///
+    /// # Errors
+    /// As [`surface`].
+    pub fn with(&self, values: Values, rig: &Rig, at: Extent, open: Opener<'_>) -> Result<Self, ModelError> {
+        let same = |p: &Parameter| values[*p as usize].to_bits() == self.values[*p as usize].to_bits();
+        if Parameter::ALL.iter().filter(|p| p.is_physical()).all(same) {
+            return Ok(Self { values, ..self.clone() });
+        }
+        let (fitted, covariance) = (self.fitted.clone(), self.covariance.clone());
+        Ok(Self { values, fitted, covariance, surface: surface(rig, &values, at, open)?, sides: Vec::new() })
+    }
+
+    /// Solves the whiskers beside this one that [`Self::gradient`] needs.
+    ///
+    /// # Errors
+    /// As [`surface`].
+    pub fn look_beside(&mut self, rig: &Rig, at: Extent, open: Opener<'_>) -> Result<(), ModelError> {
+        if self.sides.len() == self.fitted.len() {
+            return Ok(());
+        }
+        let values = self.values;
         let beside = |p: &Parameter| -> Result<_, ModelError> {
             if !p.is_physical() {
                 return Ok(None);
@@ -109,8 +137,8 @@ impl Exact {
             };
             Ok(Some((moved(lo)?, moved(hi)?, hi - lo)))
         };
-        let sides = fitted.iter().map(beside).collect::<Result<_, _>>()?;
-        Ok(Self { values, fitted, covariance, surface: surface(rig, &values, at, open)?, sides })
+        self.sides = self.fitted.iter().map(beside).collect::<Result<_, _>>()?;
+        Ok(())
     }
 
     fn moved(&self, a: f64, drive: f64) -> (f64, f64) {
