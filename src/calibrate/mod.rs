@@ -20,6 +20,7 @@ mod prepare;
 mod remarks;
 pub mod report;
 pub mod second;
+pub mod several;
 pub mod side;
 mod told;
 

@@ -2,8 +2,8 @@
 
 use super::{Options, Reason, learn};
 use crate::error::{Error, InputError};
-use crate::estimator::cells::{Cell, Levels, cells};
-use crate::estimator::fit::{Taring, Task};
+use crate::estimator::cells::{Levels, cells};
+use crate::estimator::fit::{Ordered, Taring, Task};
 use crate::estimator::learned::Learnt;
 use crate::estimator::model::error::ModelError;
 use crate::estimator::model::exact::{Exact, Extent, HARD, Opener, Parameter, spec_values};
@@ -20,7 +20,7 @@ const MINORITY: f64 = 0.1;
 const ABSURD: f64 = 0.5;
 
 /// A zero that nobody read is one where it is more than so many standard errors.
-const CERTAIN: f64 = 2.5;
+const CERTAIN: f64 = 3.0;
 /// Share of a signal that is nothing: models are solved to less.
 const SOLVED: f64 = 3e-7;
 /// It is not known where it may be more than this share of a usual signal.
@@ -149,14 +149,23 @@ fn zero_of_model(
     if !found.undetermined.is_empty() {
         return Ok(None);
     }
-    let fitted: Vec<&Cell> = found.cells.iter().map(|c| &cells[*c]).collect();
-    let order = |c: &&Cell| c.taps.iter().map(|k| taps[*k].place as f64).sum::<f64>() / c.n();
-    let said = found.constant(&fitted.iter().map(order).collect::<Vec<_>>());
+    let rows = found.cells.iter().enumerate().flat_map(|(cell, at)| {
+        let c = &cells[*at];
+        c.taps.iter().map(move |k| (cell, c.n(), &taps[*k]))
+    });
+    let rows: Vec<(Ordered, f64)> = rows
+        .map(|(cell, of, t)| {
+            let left = t.signal.abs() - found.exact.expected(t.a, t.drive);
+            (Ordered { cell, of, order: t.place as f64, left }, t.signal.abs())
+        })
+        .filter(|(row, _)| row.left.is_finite())
+        .collect();
+    let said = found.constant(&rows.iter().map(|r| r.0).collect::<Vec<_>>());
     let Some((constant, left)) = said else { return Ok(None) };
-    let squares: f64 = fitted.iter().zip(left.iter()).map(|(c, e)| e * e / (c.share * noise * noise)).sum();
     let n = left.len() as f64;
-    let exact = || fitted.iter().zip(left.iter()).all(|(c, e)| e.abs() <= SOLVED * c.signal);
-    Ok((squares <= n + 2.0 * (2.0 * n).sqrt() || exact()).then_some(constant))
+    let within = left.norm_squared() <= noise * noise * (n + 2.0 * (2.0 * n).sqrt());
+    let exact = || rows.iter().zip(left.iter()).all(|((_, signal), e)| e.abs() <= SOLVED * signal);
+    Ok((within || exact()).then_some(constant))
 }
 
 /// Takes a constant off every tap.

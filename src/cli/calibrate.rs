@@ -22,12 +22,16 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
     let bytes = Data::load(&args.data)?;
     let columns = args.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
     let columns = args.run.iter().fold(columns, |names, run| names.with_run(run));
-    let data = Data::parse_named(&args.data.display().to_string(), &bytes, &columns)?;
+    let label = args.data.display().to_string();
     let said = match (args.theta, args.delta) {
         (Some(_), _) => Some(Drive::Angle),
         (None, Some(_)) => Some(Drive::Displacement),
         (None, None) => None,
     };
+    if let Some((rig, spec)) = channels(args, (&label, &bytes, &columns), said)? {
+        return super::several::calibrate(args, (&bytes, &columns), (&rig, &spec), start);
+    }
+    let data = Data::parse_named(&label, &bytes, &columns)?;
     let (rig, spec) = whisker(args, &data, data.drive.or(said))?;
     let options = prepared(&args.common, &spec)?;
     let quiet = options.quiet == Some(true);
@@ -120,6 +124,21 @@ fn exported(
 /// Languages of `--export`, by their words.
 fn export_names(args: &Calibrate) -> Vec<&'static str> {
     Language::ALL.into_iter().filter(|l| args.export.contains(&l.1)).map(|l| l.0).collect()
+}
+
+/// The whisker of `--whisker` where its sensor has several channels; what is wrong with one of a single signal is told later.
+fn channels(
+    args: &Calibrate,
+    (label, bytes, columns): (&str, &[u8], &Names),
+    said: Option<Drive>,
+) -> Result<Option<(Rig, Spec)>, Error> {
+    let Some(path) = &args.whisker else { return Ok(None) };
+    let Ok((rig, _)) = Rig::read_with(path, said) else { return Ok(None) };
+    if rig.setup.channels.is_none() {
+        return Ok(None);
+    }
+    let first = Data::parse_named(label, bytes, &columns.of_channel(rig.of_channel(0, 1.0)?.1))?;
+    Ok(Some(Rig::read_with(path, first.drive.or(said))?))
 }
 
 /// The whisker of `--whisker`, or one of which nothing is known.

@@ -8,7 +8,7 @@ use std::time::Instant;
 use serde_json::{Value, json};
 use vibrissa::error::{Error, InputError};
 use vibrissa::locate::stream::{self, Ask};
-use vibrissa::locate::{Calibration, Locator, SaidZero, locator::opener};
+use vibrissa::locate::{Calibration, Locator, SaidZero, Sensor, locator::opener};
 use vibrissa::measure::{Names, zero};
 use vibrissa::scene::RunOptions;
 use vibrissa::sink::folder::{Folder, Hashing, Question, hash, hash_all};
@@ -28,7 +28,12 @@ pub fn run(args: &Locate) -> Result<Reply, Error> {
     }
     let path = args.calibration.as_deref().expect("clap asks for it");
     let options = args.common.over(&RunOptions::default());
-    let calibration = Calibration::read(path, args.common.force)?;
+    let label = path.display().to_string();
+    let text = Calibration::load(path)?;
+    if Sensor::is_text(&text) {
+        return super::several::locate(args, (path, &text), &options, start);
+    }
+    let calibration = Calibration::parse(&label, &text, args.common.force)?;
     let readings = args.readings.as_deref().filter(|p| *p != Path::new("-"));
     let pool = rayon::ThreadPoolBuilder::new();
     let pool = match options.threads {
@@ -39,7 +44,6 @@ pub fn run(args: &Locate) -> Result<Reply, Error> {
         None => pool.num_threads(1).use_current_thread(),
     };
     pool.build_global().map_err(|e| Error::Run(e.to_string()))?;
-    let label = path.display().to_string();
     let mut locator = Locator::new(&calibration, &label, args.estimator, &opener(&options))?;
     locator.same_run = args.same_run;
     if calibration.version != env!("CARGO_PKG_VERSION") && !args.common.quiet {

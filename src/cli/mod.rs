@@ -30,6 +30,7 @@ mod progress;
 mod reply;
 mod report;
 mod say;
+mod several;
 mod shape;
 mod simulate;
 mod strokes;

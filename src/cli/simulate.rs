@@ -84,8 +84,30 @@ pub fn run(args: &Simulate) -> Result<Reply, Error> {
     .removing(&written.removed))
 }
 
+/// Refuses what is said of one signal.
+fn one_signal(args: &Simulate) -> Result<(), InputError> {
+    let said = [
+        ("--noise", args.noise.is_some()),
+        ("--signal", args.signal.is_some()),
+        ("--drift", args.drift != 0.0),
+        ("--saturate", args.saturate.is_some()),
+        ("--hysteresis", args.hysteresis != 0.0),
+        ("--object", args.object.is_some()),
+    ];
+    match said.into_iter().find(|(_, said)| *said) {
+        Some((key, _)) => {
+            Err(InputError::new("this is said of one signal, and the sensor has several channels")
+                .key(key)
+                .allowed("noise or covariance in [sensor] of the spec; the rest with one signal only"))
+        }
+        None => Ok(()),
+    }
+}
+
 fn settings(args: &Simulate, rig: &Rig) -> Result<Settings, InputError> {
-    rig.of_one_signal()?;
+    if rig.setup.channels.is_some() {
+        one_signal(args)?;
+    }
     let unit = match &args.signal {
         None => Unit::of_signal(rig.setup.signal),
         Some(name) => Unit::of_column(name).ok_or_else(|| {

@@ -48,22 +48,36 @@ pub struct Fit {
     pub deviations: DVector<f64>,
 }
 
+/// A tap of a fitted cell.
+#[derive(Debug, Clone, Copy)]
+pub struct Ordered {
+    /// Place of its cell among those that were fitted.
+    pub cell: usize,
+    /// Taps of this cell.
+    pub of: f64,
+    /// Place of the tap in the file.
+    pub order: f64,
+    /// Measured − expected.
+    pub left: f64,
+}
+
 impl Fit {
-    /// The constant of the signal, which was fitted, and its standard error where the zero of the cells may also drift along `order`: a
-    /// straight drift over rows that go with the distance passes for one; what both leave. `None` where nothing tells them apart.
-    pub fn constant(&self, order: &[f64]) -> Option<([f64; 2], DVector<f64>)> {
+    /// The constant of the signal, which was fitted, and its standard error where the zero may also drift in the order of `rows`: a straight
+    /// drift over rows that go with the distance passes for one; and what both leave of each row. `None` where nothing tells them apart.
+    pub fn constant(&self, rows: &[Ordered]) -> Option<([f64; 2], DVector<f64>)> {
         let k = self.exact.fitted.iter().position(|p| *p == Parameter::Zero)?;
-        let (n, m) = self.slopes.shape();
-        let middle = order.iter().sum::<f64>() / n as f64;
-        let entry = |i: usize, j: usize| if j < m { self.slopes[(i, j)] } else { order[i] - middle };
-        let design = DMatrix::from_fn(n, m + 1, |i, j| entry(i, j) / self.deviations[i]);
-        let left = self.residuals.component_div(&self.deviations);
+        let (n, m) = (rows.len(), self.slopes.ncols());
+        let middle = rows.iter().map(|r| r.order).sum::<f64>() / n as f64;
+        let deviation = |r: &Ordered| self.deviations[r.cell] * r.of.sqrt();
+        let entry = |r: &Ordered, j: usize| if j < m { self.slopes[(r.cell, j)] } else { r.order - middle };
+        let design = DMatrix::from_fn(n, m + 1, |i, j| entry(&rows[i], j) / deviation(&rows[i]));
+        let left = DVector::from_iterator(n, rows.iter().map(|r| r.left / deviation(r)));
         let (step, inverse) = normal::solve(&design.tr_mul(&design), &design.tr_mul(&left))?;
         let freedom = n.checked_sub(m + 1).filter(|n| *n > 0)? as f64;
         let rest = left - &design * &step;
         let error = ((rest.norm_squared() / freedom).max(1.0) * inverse[(k, k)]).sqrt();
         let value = self.exact.values[Parameter::Zero as usize] + step[k];
-        Some(([value, error], rest.component_mul(&self.deviations)))
+        Some(([value, error], DVector::from_fn(n, |i, _| rest[i] * deviation(&rows[i]))))
     }
 
     /// Standard errors of the fitted parameters where the zero of the signal, of which every reading is taken off, has one itself: as if all

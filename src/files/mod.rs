@@ -5,6 +5,7 @@ mod calibration;
 mod model_error;
 mod mounted;
 mod rig;
+mod sensor;
 mod settle;
 mod strokes;
 

@@ -2,7 +2,7 @@
 
 use super::Unit;
 use crate::error::InputError;
-use crate::scene::Drive;
+use crate::scene::{Drive, Signal};
 
 /// Column of the contact distance.
 pub const DISTANCE: &str = "a_mm";
@@ -70,7 +70,19 @@ pub fn names() -> impl Iterator<Item = &'static str> {
 
 /// Names that the user gave to columns: `a=dist,theta=ang_deg,reading=ch3`.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Names(Vec<(Role, String)>);
+pub struct Names {
+    said: Vec<(Role, String)>,
+    channel: Option<Channel>,
+}
+
+/// The one channel that is read of a file with several.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Channel {
+    /// The columns of this signal.
+    Of(Signal),
+    /// The column of this name, a reading.
+    Named(&'static str),
+}
 
 impl Names {
     /// Reads the value of `--columns`.
@@ -101,30 +113,49 @@ impl Names {
             }
             all.push((*role, name.to_owned()));
         }
-        Ok(Self(all))
+        Ok(Self { said: all, channel: None })
     }
 
     /// The same with the column `name` as that of the runs.
     #[must_use]
     pub fn with_run(mut self, name: &str) -> Self {
-        self.0.retain(|(role, _)| *role != Role::Run);
-        self.0.push((Role::Run, name.to_owned()));
+        self.said.retain(|(role, _)| *role != Role::Run);
+        self.said.push((Role::Run, name.to_owned()));
         self
+    }
+
+    /// The same where one channel is read and the others are ignored.
+    #[must_use]
+    pub fn of_channel(&self, channel: Channel) -> Self {
+        Self { said: self.said.clone(), channel: Some(channel) }
     }
 
     /// Whether nothing was said.
     pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
+        self.said.is_empty()
     }
 
     /// Role of the column `name`: as the user said, else by its own name unless the user named another for that.
     fn role(&self, name: &str) -> Option<Role> {
-        if let Some((role, _)) = self.0.iter().find(|(_, n)| n == name) {
-            return Some(*role);
+        let role = match self.said.iter().find(|(_, n)| n == name) {
+            Some((role, _)) => Some(*role),
+            None => Role::of_column(name).filter(|own| {
+                let same_kind = |r: &Role| std::mem::discriminant(r) == std::mem::discriminant(own);
+                // Of several channels each may be named for itself.
+                let same = |r: &Role| if self.channel.is_some() { r == own } else { same_kind(r) };
+                !self.said.iter().any(|(r, _)| same(r))
+            }),
+        };
+        let Some(channel) = &self.channel else { return role };
+        match (channel, role) {
+            (Channel::Named(column), _) if name == *column => Some(Role::Signal(Unit::Reading)),
+            (Channel::Named(_), None) if name.starts_with("channel_") => Some(Role::Ignored),
+            (Channel::Named(_), Some(Role::Signal(_))) => Some(Role::Ignored),
+            (Channel::Of(signal), Some(Role::Signal(unit))) if unit.signal() != Some(*signal) => {
+                Some(Role::Ignored)
+            }
+            _ => role,
         }
-        let own = Role::of_column(name)?;
-        let same_kind = |r: &Role| std::mem::discriminant(r) == std::mem::discriminant(&own);
-        (!self.0.iter().any(|(r, _)| same_kind(r))).then_some(own)
     }
 
     /// Whether `name` says what a column holds, rightly or nearly so: such a line is a header.
@@ -162,7 +193,7 @@ impl Columns {
     /// # Errors
     /// A column that is missing, doubled, or contradicts another; one that looks like a drive and is none.
     pub fn find(names: &[String], said: &Names, kind: Option<Drive>) -> Result<Self, InputError> {
-        for (role, name) in &said.0 {
+        for (role, name) in &said.said {
             if !names.contains(name) {
                 let known: Vec<&str> = names.iter().map(String::as_str).collect();
                 let close = crate::error::nearest(name, &known).map(|n| format!("; is {n} meant?"));
@@ -230,8 +261,11 @@ impl Columns {
         let tilt = once(Role::Tilt)?;
         // Of several columns that may name runs, the first in the order of the names.
         let named = |name: &&str| names.iter().position(|n| n == name && said.role(n) == Some(Role::Run));
-        let said_run =
-            said.0.iter().find(|(r, _)| *r == Role::Run).and_then(|(_, n)| names.iter().position(|m| m == n));
+        let said_run = said
+            .said
+            .iter()
+            .find(|(r, _)| *r == Role::Run)
+            .and_then(|(_, n)| names.iter().position(|m| m == n));
         let run = said_run.or_else(|| RUNS.iter().find_map(named));
         let time = once(Role::Time)?;
         let used = [a, drives.first().map(|d| d.1), Some(signal.1), second.map(|s| s.1), tilt, run, time];

@@ -3,8 +3,11 @@
 use crate::design::Design;
 use crate::error::InputError;
 use crate::measure::Data;
+use crate::measure::columns::Channel;
 use crate::physics::linear::{StrainCurve, shear_length2};
-use crate::scene::{Convention, DirectionColumns, Drive, Output, Setup, Space, Spec, Study, Theory, Tuple};
+use crate::scene::{
+    Convention, DirectionColumns, Drive, Output, Setup, Signal, Space, Spec, Study, Theory, Tuple,
+};
 
 /// One whisker with its gauge and its model.
 #[derive(Debug, Clone)]
@@ -101,9 +104,38 @@ impl Rig {
     /// The key at fault.
     pub fn of_one_signal(&self) -> Result<(), InputError> {
         let Some(channels) = &self.setup.channels else { return Ok(()) };
-        let error = InputError::new("calibrate, locate and simulate read one signal of a whisker");
+        let error = InputError::new("this reads one signal of a whisker");
         let error = error.key("sensor").value(format!("{} channels", channels.len()));
         Err(error.allowed("signal = \"strain\", \"moment\" or \"force\" in [sensor] of the spec"))
+    }
+
+    /// The rig as its channel `k` knows it, and the column that this is read from: the whisker with one signal, or, where a channel mixes
+    /// what is read, a rig of which nothing is known, tapping as far as `furthest` mm.
+    ///
+    /// # Errors
+    /// As [`Self::unknown`].
+    pub fn of_channel(&self, k: usize, furthest: f64) -> Result<(Self, Channel), InputError> {
+        let Some(channels) = &self.setup.channels else {
+            return Ok((self.clone(), Channel::Of(self.setup.signal)));
+        };
+        let (row, name) = (&channels.rows[k], channels.names[k][0]);
+        let signal = match row.map(|x| x != 0.0) {
+            [true, false, false, false] => Some(Signal::Moment),
+            [false, false, true, false] => Some(Signal::Force),
+            [false, false, false, true] => Some(Signal::Strain),
+            _ => None,
+        };
+        let column = match signal {
+            Some(signal) if !channels.is_matrix() => Channel::Of(signal),
+            _ => Channel::Named(name),
+        };
+        let Some(signal) = signal else {
+            let setup = Setup { drive: self.setup.drive, ..Setup::default() };
+            return Ok((Self::unknown(setup, furthest)?, column));
+        };
+        let mut setup = Setup { channels: None, signal, ..self.setup.clone() };
+        setup.gauge.noise_strain = None;
+        Ok((Self { warnings: self.warnings.clone(), ..Self::new(setup, self.design.tuple)? }, column))
     }
 
     /// Closed form of a theory for this whisker, with another hub if `hub` says so.

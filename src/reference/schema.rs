@@ -3,6 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use super::keys::{allowed, default};
+use crate::design::MOST;
 use crate::spec;
 use crate::spec::keys::form::{Form, Range};
 use crate::spec::keys::{AXIS, FORMAT, Key, SECTIONS, Section};
@@ -123,7 +124,9 @@ fn value_of(form: &Form, defs: &mut Map<String, Value>) -> Value {
         Form::Number(range) => number(range),
         Form::Axis(range) => axis(range, defs),
         Form::Ends(range) => array(number(range), 2, Some(2)),
-        Form::Numbers(n) => array(json!({ "type": "number" }), *n, Some(*n)),
+        Form::Numbers(n) => {
+            array(json!({ "type": "number", "minimum": -MOST, "maximum": MOST }), *n, Some(*n))
+        }
         Form::Words(words) => json!({ "type": "string", "enum": words }),
         Form::Several(words) => {
             let mut value = array(json!({ "type": "string", "enum": words }), 2, None);

@@ -6,10 +6,11 @@ pub mod stroke;
 pub mod strokes;
 
 use crate::error::{Error, InputError};
-use crate::evaluate::{Evaluator, Method, Task};
+use crate::evaluate::{Evaluator, Method, Outcome, Task};
 use crate::measure::{Rig, Unit};
 use serde_json::{Value, json};
 
+use crate::scene::channels::MOST_CHANNELS;
 use crate::scene::sampler::Sampler;
 use crate::scene::{DirectionColumns, Drive, Layout, Signal, Spec, Tuple};
 use crate::sink::csv::Text;
@@ -191,6 +192,13 @@ impl Dice {
         let (size, turn) = ((-2.0 * self.uniform(0).ln()).sqrt(), std::f64::consts::TAU * self.uniform(1));
         [size * turn.cos(), size * turn.sin()]
     }
+
+    /// The same for the channel `k`.
+    fn normal_at(&self, k: u32) -> f64 {
+        // The first five dimensions are those of one signal and of its faults.
+        let at = 5 + 2 * k;
+        (-2.0 * self.uniform(at).ln()).sqrt() * (std::f64::consts::TAU * self.uniform(at + 1)).cos()
+    }
 }
 
 /// How many rows were written.
@@ -298,7 +306,11 @@ fn columns(rig: &Rig, shown: DirectionColumns, unit: Unit) -> Vec<&'static str> 
     let mut columns = vec!["a_mm"];
     columns.extend(shown.tilt.then_some("tilt_deg"));
     columns.extend(shown.lean.then_some("lean_deg"));
-    columns.extend([rig.setup.drive.column(), unit.column()]);
+    columns.push(rig.setup.drive.column());
+    match &rig.setup.channels {
+        Some(channels) => columns.extend(channels.measured()),
+        None => columns.push(unit.column()),
+    }
     columns.extend(rig.setup.gauge.second.then(|| unit.second()));
     columns.extend(BESIDE);
     columns
@@ -334,20 +346,36 @@ impl State<'_> {
     }
 
     /// Where a row is, how far it is driven, and what is recorded.
-    fn row(&self, at: &Tuple, drive: f64, values: [f64; 2]) -> Vec<Field> {
+    fn row(&self, at: &Tuple, drive: f64, values: &[f64]) -> Vec<Field> {
         let mut row = vec![Field::Number(at.a)];
         row.extend(self.shown.tilt.then_some(Field::Number(at.tilt)));
         row.extend(self.shown.lean.then_some(Field::Number(at.lean)));
-        row.extend([drive, values[0]].map(Field::Number));
-        row.extend(self.rig.setup.gauge.second.then_some(Field::Number(values[1])));
+        row.push(Field::Number(drive));
+        row.extend(values.iter().map(|x| Field::Number(*x)));
         row
     }
 
+    /// The recorded values of a tap whose strains of both gauges these are, or without contact, and whether a sensor stopped.
+    fn values(&mut self, strains: [f64; 2], tap: Option<(&Outcome, f64)>) -> (Vec<f64>, bool) {
+        let Some(channels) = &self.rig.setup.channels else {
+            let (values, stopped) = self.record(strains);
+            return (values[..1 + usize::from(self.rig.setup.gauge.second)].to_vec(), stopped);
+        };
+        let read = tap.map_or([0.0; MOST_CHANNELS], |(tap, spike)| {
+            channels.read(tap.wrench, tap.strain).map(|x| spike * x)
+        });
+        let dice = self.dice();
+        let noise = channels.noise(&std::array::from_fn(|k| dice.normal_at(k as u32)));
+        self.row = self.row.wrapping_add(1);
+        let value = |k: usize| self.settings.factor * (read[k] + noise[k]);
+        ((0..channels.len()).map(value).collect(), false)
+    }
+
     fn zero(&mut self, text: &mut Text, counts: &mut Counts, at: &Tuple) -> Result<(), Error> {
-        let (values, _) = self.record([0.0; 2]);
+        let (values, _) = self.values([0.0; 2], None);
         counts.zeros += 1;
         self.since_zero = 0;
-        let mut row = self.row(at, 0.0, values);
+        let mut row = self.row(at, 0.0, &values);
         row.push(Field::Number(f64::NAN));
         text.row_with(&mut row, &[SOURCE, "", "ok"])
     }
@@ -358,7 +386,7 @@ impl State<'_> {
         counts: &mut Counts,
         (at, other): (&Tuple, f64),
         repeat: u64,
-        tap: &crate::evaluate::Outcome,
+        tap: &Outcome,
     ) -> Result<(), Error> {
         if self.settings.zero_every.is_some_and(|n| self.since_zero >= n) {
             self.zero(text, counts, at)?;
@@ -370,8 +398,9 @@ impl State<'_> {
         let mislabelled = wrong && dice.uniform(3) < 0.5 && other != at.a;
         let spike = if wrong && !mislabelled { 1.2 + 0.8 * dice.uniform(4) } else { 1.0 };
         let strains = [tap.strain, tap.strain_2];
-        let (values, stopped) = self.record([0, 1].map(|k| spike * (strains[k] + memory[k])));
-        if tap.strain.is_finite() {
+        let shown = [0, 1].map(|k| spike * (strains[k] + memory[k]));
+        let (values, stopped) = self.values(shown, Some((tap, spike)));
+        if values.iter().all(|x| x.is_finite()) {
             self.last = strains.map(|strain| if strain.is_nan() { 0.0 } else { strain });
         } else {
             counts.unsolved += 1;
@@ -386,7 +415,7 @@ impl State<'_> {
         counts.faults += u64::from(!fault.is_empty());
         counts.taps += 1;
         let status = if tap.status == Status::OK { "ok".to_owned() } else { tap.status.to_string() };
-        let mut row = self.row(&label, at.drive, values);
+        let mut row = self.row(&label, at.drive, &values);
         row.push(Field::Count(repeat));
         text.row_with(&mut row, &[SOURCE, fault, &status])
     }

@@ -141,7 +141,91 @@ fn what_is_no_sensor_is_refused_with_its_place() {
         let ran = Desk::new(&spec(channels, more)).run(&["sweep", "spec.toml", "--out", "out"]).exits(2);
         assert!(ran.stderr.contains(words), "{more}: {}", ran.stderr);
     }
-    let desk = Desk::new(&spec(channels, "").replace("theta = [2, 8]", "theta = 2"));
-    let ran = desk.run(&["simulate", "spec.toml", "--out", "out"]).exits(2);
-    assert!(ran.stderr.contains("read one signal"), "{}", ran.stderr);
+}
+
+/// Numbers of the column `name` of a table.
+fn column(table: &str, name: &str) -> Vec<f64> {
+    let mut lines = table.lines();
+    let place = lines.next().unwrap().split(',').position(|n| n == name).unwrap_or_else(|| panic!("{name}"));
+    lines.map(|l| l.split(',').nth(place).unwrap().parse().unwrap_or(f64::NAN)).collect()
+}
+
+/// A calibrated sensor, and fresh readings of it with their labels.
+fn calibrated(sensor: &str) -> Desk {
+    let desk = Desk::new(&spec(sensor, "").replace("theta = [2, 8]", "theta = [1, 2, 3, 4, 5, 6]"));
+    let text = desk.read("spec.toml");
+    let a: Vec<String> =
+        (0..60).map(|k| format!("{:.3}", 22.0 + 22.0 * f64::from((k * 37) % 60) / 59.0)).collect();
+    let fresh = text.replace("a = { from = 21, to = 45, step = 4 }", &format!("a = [{}]", a.join(", ")));
+    desk.write("fresh.toml", fresh.replace("theta = [1, 2, 3, 4, 5, 6]", "theta = 3.5"));
+    desk.run(&["simulate", "spec.toml", "--out", "s", "--repeats", "2", "--zero-every", "5"]).exits(0);
+    desk.run(&["simulate", "fresh.toml", "--out", "f", "--zero-every", "5", "--seed", "9"]).exits(0);
+    desk.run(&["calibrate", "s/measurements.csv", "--whisker", "spec.toml", "--out", "c"]).exits(0);
+    desk
+}
+
+/// Root mean square of errors over σ, and of errors, of readings in the folder `out`.
+fn scored(desk: &Desk, out: &str) -> [f64; 2] {
+    let table = desk.read(&format!("{out}/located.csv"));
+    let [a, told, sigma] = ["a_mm", "distance_mm", "sigma_mm"].map(|name| column(&table, name));
+    let rows: Vec<[f64; 2]> = (0..a.len())
+        .filter(|k| told[*k].is_finite())
+        .map(|k| [(told[k] - a[k]) / sigma[k], told[k] - a[k]])
+        .collect();
+    assert!(rows.len() >= 55, "{table}");
+    [0, 1].map(|k| (rows.iter().map(|r| r[k] * r[k]).sum::<f64>() / rows.len() as f64).sqrt())
+}
+
+#[test]
+fn a_sensor_is_simulated_calibrated_and_read_by_all_its_channels() {
+    let noise = "noise = [0.02, 0.001]";
+    let [all, one] = [
+        format!("signal = [\"moment\", \"force\"]\n{noise}"),
+        "signal = \"moment\"\nnoise = 0.02".to_owned(),
+    ];
+    let desk = calibrated(&all);
+    let answers = desk.run(&["locate", "c/calibration.toml", "f/measurements.csv", "--out", "l"]).exits(0);
+    assert!(answers.stdout.contains("2 channels together"), "{}", answers.stdout);
+    let [off, rms] = scored(&desk, "l");
+    assert!((0.5..1.5).contains(&off), "errors of {off} σ");
+    // One of them alone knows less.
+    let single = calibrated(&one);
+    single.run(&["locate", "c/calibration.toml", "f/measurements.csv", "--out", "l"]).exits(0);
+    let [_, alone] = scored(&single, "l");
+    assert!(rms < 0.9 * alone, "{rms} mm together, {alone} mm by the moment");
+    // Two channels tell the distance of a tap by an unknown drive.
+    let table = desk.read("f/measurements.csv");
+    let lines = table.lines().filter(|l| l.split(',').nth(1) != Some("0"));
+    desk.write("free.csv", lines.collect::<Vec<_>>().join("\n").replacen("theta_deg", "ignored", 1));
+    desk.run(&["locate", "c/calibration.toml", "free.csv", "--columns", "ignore=ignored", "--out", "u"])
+        .exits(0);
+    let [off, free] = scored(&desk, "u");
+    assert!((0.5..1.5).contains(&off) && free > rms, "errors of {off} σ, {free} mm");
+}
+
+#[test]
+fn mixed_channels_are_calibrated_from_the_data_alone() {
+    let desk = calibrated(
+        "matrix = [[1, 0, 10], [0.5, 0, -10], [0, 0, 0, 1e3]]\ncovariance = [[5e-4, 1e-4, 0], [1e-4, 2e-4, 0], [0, 0, 1e-4]]",
+    );
+    desk.run(&["locate", "c/calibration.toml", "f/measurements.csv", "--out", "l"]).exits(0);
+    let [off, _] = scored(&desk, "l");
+    assert!((0.5..1.5).contains(&off), "errors of {off} σ");
+    // A channel that is missing in the readings, an option of one signal, a file that was changed.
+    let table = desk.read("f/measurements.csv").replacen("channel_2", "channel_9", 1);
+    desk.write("less.csv", table);
+    let changed = desk.read("c/calibration.toml").replacen("noise = ", "noise = 1", 1);
+    desk.write("changed.toml", changed);
+    let calibrate =
+        ["calibrate", "s/measurements.csv", "--whisker", "spec.toml", "--export", "c", "--out", "x"];
+    for (arguments, words) in [
+        (&["locate", "c/calibration.toml", "less.csv", "--out", "x"][..], "is missing"),
+        (&["locate", "c/calibration.toml", "f/measurements.csv", "--zero", "1", "--out", "x"], "one signal"),
+        (&["locate", "changed.toml", "f/measurements.csv", "--out", "x"], "edited by hand"),
+        (&["simulate", "spec.toml", "--noise", "1e-5", "--out", "x"], "several channels"),
+        (&calibrate, "not exported"),
+    ] {
+        let ran = desk.run(arguments).exits(2);
+        assert!(ran.stderr.contains(words), "{arguments:?}: {}", ran.stderr);
+    }
 }

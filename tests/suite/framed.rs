@@ -137,8 +137,8 @@ fn strains_have_the_bits_of_outcomes() {
             // The reference, which some of these are left to, is slow, with friction most of all.
             let n = match name {
                 "plain" | "far side" | "pole" => TAPS,
-                "friction" | "stick" | "stick, practical" | "displaced, stick" => TAPS / 100,
-                _ => TAPS / 20,
+                "friction" | "stick" | "stick, practical" | "displaced, stick" => TAPS / 300,
+                _ => TAPS / 40,
             } as usize;
             let [mut expected, mut found] = [vec![0.0; n], vec![0.0; n]];
             taps.solve(|i| tap(i as u32), |o| o.strain, &mut expected).unwrap();

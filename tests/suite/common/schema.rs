@@ -57,8 +57,9 @@ pub fn accepts(text: &str) -> Option<bool> {
 }
 
 /// Messages about single keys and about several ones.
-const EITHER: [&str; 3] =
-    ["this is not a range of distances", "no standard deviation is larger", "one of the springs"];
+/// A noise whose variance is no number is too small; to a schema any above 0 is one.
+const EITHER: [&str; 4] =
+    ["this is not a range of distances", "no standard deviation is larger", "one of the springs", "0: none"];
 
 /// Fails where the schema judges a `text` in another way than the reader, which said `error`, or accepted it.
 #[track_caller]

@@ -35,6 +35,11 @@ const NUMBERED: [[&str; 2]; MOST_CHANNELS] = [
     ["channel_6", "K_6"],
 ];
 
+/// The column `name` where it is that of a channel of a matrix.
+pub fn numbered(name: &str) -> Option<&'static str> {
+    NUMBERED.iter().map(|[column, _]| *column).find(|column| *column == name)
+}
+
 impl Channels {
     /// One channel of each of `signals`.
     pub fn of(signals: &[Signal], covariance: Option<Vec<f64>>) -> Option<Self> {
@@ -65,6 +70,35 @@ impl Channels {
             None => Vec::new(),
         };
         Some(Self { names, rows, covariance, whitener })
+    }
+
+    /// Columns of each in a table of measured taps.
+    pub fn measured(&self) -> Vec<&'static str> {
+        let name = |[column, _]: &[&'static str; 2]| match *column {
+            "signal_strain" => "strain",
+            "signal_moment" => "moment_Nmm",
+            "signal_force" => "force_N",
+            other => other,
+        };
+        self.names.iter().map(name).collect()
+    }
+
+    /// Whether they are those of a matrix: readings in units of their own.
+    pub fn is_matrix(&self) -> bool {
+        self.names[0] == NUMBERED[0]
+    }
+
+    /// Noise of one reading of each, of independent standard normal numbers.
+    pub fn noise(&self, normal: &[f64; MOST_CHANNELS]) -> [f64; MOST_CHANNELS] {
+        let n = self.len();
+        let mut all = [0.0; MOST_CHANNELS];
+        if self.covariance.is_some() {
+            for k in 0..n {
+                let known: f64 = (0..k).map(|m| self.whitener[k * n + m] * all[m]).sum();
+                all[k] = (normal[k] - known) / self.whitener[k * n + k];
+            }
+        }
+        all
     }
 
     /// How many.
@@ -151,6 +185,9 @@ mod tests {
             channels.white(&unit, &unit)
         };
         let w = [column(0), column(1)];
+        let normal = [0.3, -1.2, 0.0, 0.0, 0.0, 0.0];
+        let back = channels.white(&channels.noise(&normal), &normal);
+        assert!((0..2).all(|k| (back[k] - normal[k]).abs() < 1e-14));
         for i in 0..2 {
             for j in 0..2 {
                 let sum: f64 = (0..4).map(|m| w[m / 2][i] * covariance[m] * w[m % 2][j]).sum();

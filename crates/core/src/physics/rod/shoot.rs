@@ -42,7 +42,7 @@ const FORESEEN: f64 = 0.5;
 const UPRIGHT: f64 = 0.5;
 
 /// Distance over D up to which the path is not asked whether it folds back.
-const NEXT_TO_CLAMP: f64 = 1e-3;
+const NEXT_TO_CLAMP: f64 = 1e-2;
 
 /// Amount, rad or δ/a, at which a whisker is hardly touched.
 const BEGUN: f64 = 1e-4;

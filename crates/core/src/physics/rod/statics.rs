@@ -227,7 +227,8 @@ impl<T: Real> EndLoad<T> {
         let section = rod.deform((s, within), axial, shear, moment)?;
         let rest = rod.rest(s);
         let (sin, cos) = bent.angle.sin_cos();
-        let half = (bent.angle * 0.5).sin();
+        // 1 − cos ψ without loss of digits.
+        let versine = if cos.value() > 0.0 { sin * sin / (cos + 1.0) } else { T::of(1.0) - cos };
         let (stretched, over) = (f64::from(section.stretch.value() != 0.0), f64::from(over_gauge));
         // The angle is no better known than the curvature that it is summed of.
         let turn = sin.value().abs() + length * section.size / section.radius;
@@ -236,7 +237,7 @@ impl<T: Real> EndLoad<T> {
         Some(Slope {
             rate: [
                 rest - section.curvature * bends,
-                half * 2.0 * half - section.stretch * cos + section.shear * sin,
+                versine - section.stretch * cos + section.shear * sin,
                 -(section.stretch + 1.0) * sin - section.shear * cos,
                 section.fibre * over,
             ],

@@ -1,0 +1,168 @@
+//! The calibration of a sensor with several channels: that of each, and how what they leave goes together.
+
+use super::{Calibrated, Options, calibrate};
+use crate::error::{Error, InputError};
+use crate::locate::locator::opener;
+use crate::locate::{Located, Sensor, Several};
+use crate::measure::{Data, Names, Rig};
+use crate::sink::csv::Text;
+use crate::sink::table::Field;
+
+/// A calibrated sensor.
+pub struct Calibration {
+    /// What `locate` needs.
+    pub sensor: Sensor,
+    /// Of each channel.
+    pub each: Vec<Calibrated>,
+    /// The data of each.
+    pub data: Vec<Data>,
+    /// Taps, and what all channels together say of them.
+    pub taps: Vec<Tap>,
+}
+
+/// One tap of the data.
+pub struct Tap {
+    /// Line of the file.
+    pub line: usize,
+    /// Its distance, mm, as labelled.
+    pub a: f64,
+    /// Its drive as recorded.
+    pub drive: f64,
+    /// Of each channel the tared signal, and what is expected of it.
+    pub signals: Vec<[f64; 2]>,
+    /// Whether every channel is calibrated from it.
+    pub used: bool,
+    /// Where all channels say that it is.
+    pub located: Located,
+}
+
+impl Calibration {
+    /// Root mean square of the error of `distance` over used taps with one, mm; the share of them within one standard deviation, and how many there are.
+    pub fn errors(&self, distance: impl Fn(&Tap) -> Located) -> (f64, f64, usize) {
+        let errors: Vec<[f64; 2]> = self
+            .taps
+            .iter()
+            .filter(|t| t.used)
+            .map(|t| (distance(t), t.a))
+            .filter(|(l, _)| l.distance.is_finite())
+            .map(|(l, a)| [l.distance - a, l.sigma])
+            .collect();
+        let n = errors.len() as f64;
+        let squares: f64 = errors.iter().map(|[e, _]| e * e).sum();
+        let within = errors.iter().filter(|[e, sigma]| e.abs() <= *sigma).count() as f64;
+        ((squares / n).sqrt(), within / n, errors.len())
+    }
+
+    /// The table of the taps: labels, signals, what is expected, the distance of all together.
+    ///
+    /// # Errors
+    /// None of a whole calibration.
+    pub fn table(&self) -> Result<Vec<u8>, Error> {
+        let mut text = Text::default();
+        let drive = self.each[0].calibration.rig.setup.drive.column();
+        let names: Vec<[String; 2]> =
+            self.sensor.channels.iter().map(|(name, _)| [name.clone(), format!("{name}_expected")]).collect();
+        let mut header = vec!["line", "a_mm", drive];
+        header.extend(names.iter().flatten().map(String::as_str));
+        header.extend(["distance_mm", "sigma_mm", "error_mm", "status", "use"]);
+        text.header(&header)?;
+        for tap in &self.taps {
+            let mut row = vec![Field::Count(tap.line as u64)];
+            let Located { distance, sigma, status } = tap.located;
+            let numbers = [tap.a, tap.drive].into_iter().chain(tap.signals.iter().flatten().copied());
+            row.extend(numbers.chain([distance, sigma, distance - tap.a]).map(Field::Number));
+            let word = if tap.used { "used" } else { "suspect" };
+            text.row_with(&mut row, &[&status.to_string(), word])?;
+        }
+        Ok(text.into_bytes())
+    }
+}
+
+/// Calibrates each channel of `rig` from the file `label` of `bytes`, whose columns are as `names` say.
+///
+/// # Errors
+/// As [`calibrate`]; a channel without a column.
+pub fn several(
+    (label, bytes, names): (&str, &[u8], &Names),
+    rig: &Rig,
+    options: &Options,
+) -> Result<Calibration, Error> {
+    let channels = rig.setup.channels.as_ref().expect("asked of a sensor with several");
+    let (mut each, mut data, mut found) = (Vec::new(), Vec::new(), Vec::new());
+    for (k, name) in channels.measured().into_iter().enumerate() {
+        // A channel that mixes what is read is calibrated without a whisker, from the data alone.
+        let probe = rig.of_channel(k, 1.0)?.1;
+        let read = Data::parse_named(label, bytes, &names.of_channel(probe))?;
+        let furthest = read.rows.iter().map(|r| r.a).filter(|a| a.is_finite()).fold(0.0, f64::max);
+        if furthest <= 0.0 {
+            let error = InputError::new("no row has a distance > 0").at(label, None).key("a_mm");
+            return Err(error.allowed("contact distances in mm").into());
+        }
+        let (one, _) = rig.of_channel(k, furthest)?;
+        let fit: Vec<_> = options.fit.iter().copied().filter(|_| one.known).collect();
+        let of = calibrate(&read, &one, &Options { fit, ..options.clone() })?;
+        found.push((name.to_owned(), of.calibration.clone().sealed()));
+        each.push(of);
+        data.push(read);
+    }
+    let n = found.len();
+    let mut sensor = Sensor { channels: found, covariance: vec![vec![0.0; n]; n] };
+    for (k, row) in sensor.covariance.iter_mut().enumerate() {
+        row[k] = 1.0;
+    }
+    let open = opener(&options.run);
+    let of_each = Several::new(&sensor, label, &open)?;
+    let mut taps = rows(&each, &data, &of_each);
+    sensor.covariance = covariance(&taps, &each);
+    let together = Several::new(&sensor, label, &open)?;
+    for tap in &mut taps {
+        let signals: Vec<f64> = tap.signals.iter().map(|s| s[0]).collect();
+        let drive = if each[0].calibration.drive_recorded { tap.drive } else { 1.0 };
+        tap.located = together.locate(drive, &signals, &vec![0.0; n]);
+    }
+    Ok(Calibration { sensor, each, data, taps })
+}
+
+/// The rows that every channel takes for taps.
+fn rows(each: &[Calibrated], data: &[Data], of: &Several) -> Vec<Tap> {
+    let mut all = Vec::new();
+    let by_place: Vec<std::collections::HashMap<usize, usize>> =
+        each.iter().map(|c| c.taps.iter().enumerate().map(|(k, t)| (t.place, k)).collect()).collect();
+    for first in &each[0].taps {
+        let Some(taps) = by_place.iter().map(|at| at.get(&first.place)).collect::<Option<Vec<_>>>() else {
+            continue;
+        };
+        let taps = taps.into_iter().zip(each).map(|(k, c)| &c.taps[*k]);
+        let drive = first.recorded(&data[0]);
+        let signal = |(t, locator): (&crate::estimator::taps::Tap, &crate::locate::Locator)| {
+            [t.signal, locator.expected(t.a, drive, t.signal.signum())]
+        };
+        let used = taps.clone().all(|t| t.reason.is_none());
+        all.push(Tap {
+            line: first.line,
+            a: first.a,
+            drive,
+            signals: taps.zip(&of.locators).map(signal).collect(),
+            used,
+            located: Located::nothing(crate::status::Status::OK),
+        });
+    }
+    all
+}
+
+/// Covariance of what the calibrations leave, of which no variance is below the noise of its channel.
+fn covariance(taps: &[Tap], each: &[Calibrated]) -> Vec<Vec<f64>> {
+    let n = each.len();
+    let rest = |t: &Tap| t.signals.iter().map(|[y, e]| y - e).collect::<Vec<f64>>();
+    let used: Vec<Vec<f64>> =
+        taps.iter().filter(|t| t.used).map(rest).filter(|r| r.iter().all(|x| x.is_finite())).collect();
+    let count = (used.len() as f64).max(1.0);
+    let of = |i: usize, j: usize| used.iter().map(|r| r[i] * r[j]).sum::<f64>() / count;
+    let size = |k: usize| of(k, k).sqrt();
+    let wanted = |k: usize| size(k).max(each[k].calibration.noise).max(f64::MIN_POSITIVE);
+    let correlation = |i: usize, j: usize| {
+        let r = of(i, j) / (size(i) * size(j));
+        if i == j || !r.is_finite() { f64::from(u8::from(i == j)) } else { r.clamp(-0.999, 0.999) }
+    };
+    (0..n).map(|i| (0..n).map(|j| correlation(i, j) * wanted(i) * wanted(j)).collect()).collect()
+}

@@ -1,0 +1,71 @@
+//! `calibration.toml` of a sensor with several channels: the calibration of each as a text of its own, and the covariance of their noise.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::InputError;
+use crate::locate::calibration::FORMAT;
+use crate::locate::{Calibration, Sensor};
+
+/// As it stands in the file.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Written {
+    format: u32,
+    covariance: Vec<Vec<f64>>,
+    channels: Vec<Channel>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Channel {
+    name: String,
+    calibration: String,
+}
+
+impl Sensor {
+    /// Whether `text` is that of several channels.
+    pub fn is_text(text: &str) -> bool {
+        text.parse::<toml::Table>().is_ok_and(|t| t.contains_key("channels"))
+    }
+
+    /// The text of its file.
+    pub fn to_text(&self) -> String {
+        let channel =
+            |(name, c): &(String, Calibration)| Channel { name: name.clone(), calibration: c.to_text() };
+        let channels = self.channels.iter().map(channel).collect();
+        let written = Written { format: FORMAT, covariance: self.covariance.clone(), channels };
+        format!(
+            "# Calibration of a sensor with several channels, written by vibrissa: of each the calibration, and the covariance of their noise.\n{}",
+            toml::to_string(&written).expect("plain numbers and words are TOML")
+        )
+    }
+
+    /// Reads `text` of the file `label`; `trust` takes calibrations that were edited by hand.
+    ///
+    /// # Errors
+    /// What is no such file; those of a calibration.
+    pub fn parse(label: &str, text: &str, trust: bool) -> Result<Self, InputError> {
+        let again = "a calibration.toml as `vibrissa calibrate` wrote it";
+        let broken = |message: String| InputError::new(message).at(label, None).allowed(again);
+        let written: Written = toml::from_str(text)
+            .map_err(|e| broken(format!("this is no calibration of several channels: {}", e.message())))?;
+        let n = written.channels.len();
+        let square = written.covariance.len() == n && written.covariance.iter().all(|row| row.len() == n);
+        if written.format != FORMAT {
+            let error =
+                broken("this calibration is of another format; run `vibrissa calibrate` again".to_owned());
+            return Err(error.key("format").value(written.format).allowed(format!("format = {FORMAT}")));
+        }
+        if n < 2 || !square || !written.covariance.iter().flatten().all(|x| x.is_finite()) {
+            return Err(
+                broken("the covariance is no number for each pair of channels".to_owned()).key("covariance")
+            );
+        }
+        let channel = |c: Channel| {
+            let of = format!("{label}, channel {}", c.name);
+            Ok((c.name, Calibration::parse(&of, &c.calibration, trust)?))
+        };
+        let channels = written.channels.into_iter().map(channel).collect::<Result<_, InputError>>()?;
+        Ok(Self { channels, covariance: written.covariance })
+    }
+}
