@@ -161,6 +161,14 @@ impl Calibration {
                     .allowed(format!("format = {FORMAT}")));
             }
         }
+        if table.contains_key("channels") {
+            let message =
+                "this calibration is of a sensor with several channels, which only `vibrissa locate` reads";
+            return Err(InputError::new(message)
+                .at(label, None)
+                .key("channels")
+                .allowed("a calibration of one signal"));
+        }
         let sides = table.get("sides").and_then(|s| s.as_array()).into_iter().flatten();
         let gone = sides.filter_map(|s| GONE.into_iter().find(|name| s.get(*name).is_some())).next();
         if let Some(name) = gone {

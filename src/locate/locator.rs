@@ -13,7 +13,7 @@ use crate::measure::counts::wrapped;
 use crate::measure::group::rounding;
 use crate::measure::zero::{Tared, TaredBy};
 use crate::measure::{Rig, Unit};
-use crate::scene::{BackendChoice, Model, Precision, RunOptions};
+use crate::scene::{BackendChoice, Model, Precision, RunOptions, Signal};
 use crate::status::Status;
 
 /// A distance beyond the calibrated ones by so many of its standard deviations is said to be.
@@ -340,6 +340,9 @@ impl Locator {
     }
 
     fn limit(&self, signal: f64, factor: f64) -> Status {
+        if self.rig.setup.signal != Signal::Strain {
+            return Status::OK;
+        }
         let strain = if self.unit.is_absolute() { signal } else { signal / factor };
         if strain.abs() > self.rig.strain_limit() { Status::STRAIN_LIMIT } else { Status::OK }
     }

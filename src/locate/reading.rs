@@ -63,7 +63,7 @@ impl<'a> Lines<'a> {
             None => "reading, in the unit of the calibration; or --columns reading=NAME",
         };
         let columns = Columns::find(names, said, Some(kind)).map_err(|e| match e.key.as_deref() {
-            Some("strain") => InputError {
+            Some("strain") if e.message.starts_with("column") => InputError {
                 message: e.message.replace("column strain", &format!("column {}", locator.unit.common())),
                 ..e.key(locator.unit.common()).allowed(allowed)
             },

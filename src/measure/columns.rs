@@ -68,6 +68,22 @@ pub fn names() -> impl Iterator<Item = &'static str> {
     Role::ALL.into_iter().filter(|(.., role)| *role != Role::Ignored).map(|(_, column, _)| column)
 }
 
+impl Channel {
+    /// That its column is missing.
+    fn missing(&self, names: &[String]) -> InputError {
+        let (column, allowed) = match self {
+            Self::Named(column) => (*column, format!("a column {column}")),
+            Self::Of(signal) => {
+                let units =
+                    || Unit::ALL.into_iter().filter(|u| u.signal() == Some(*signal)).map(Unit::column);
+                (Unit::of_signal(*signal).column(), units().collect::<Vec<_>>().join(", "))
+            }
+        };
+        let error = InputError::new(format!("the column of the channel {column} is missing"));
+        error.key(column).value(names.join(",")).allowed(allowed)
+    }
+}
+
 /// Names that the user gave to columns: `a=dist,theta=ang_deg,reading=ch3`.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Names {
@@ -242,7 +258,10 @@ impl Columns {
         }
         let signal = match signals.as_slice() {
             [one] => *one,
-            [] => return Err(missing("strain", names)),
+            [] => match &said.channel {
+                Some(channel) => return Err(channel.missing(names)),
+                None => return Err(missing("strain", names)),
+            },
             several => {
                 let found: Vec<&str> = several.iter().map(|(_, place)| names[*place].as_str()).collect();
                 let error =

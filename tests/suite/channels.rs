@@ -219,11 +219,15 @@ fn mixed_channels_are_calibrated_from_the_data_alone() {
     let calibrate =
         ["calibrate", "s/measurements.csv", "--whisker", "spec.toml", "--export", "c", "--out", "x"];
     for (arguments, words) in [
-        (&["locate", "c/calibration.toml", "less.csv", "--out", "x"][..], "is missing"),
+        (&["locate", "c/calibration.toml", "less.csv", "--out", "x"][..], "less.csv:1: channel_2"),
         (&["locate", "c/calibration.toml", "f/measurements.csv", "--zero", "1", "--out", "x"], "one signal"),
         (&["locate", "changed.toml", "f/measurements.csv", "--out", "x"], "edited by hand"),
         (&["simulate", "spec.toml", "--noise", "1e-5", "--out", "x"], "several channels"),
         (&calibrate, "not exported"),
+        (
+            &["contour", "--calibration", "c/calibration.toml", "f/measurements.csv", "--out", "x"],
+            "several channels",
+        ),
     ] {
         let ran = desk.run(arguments).exits(2);
         assert!(ran.stderr.contains(words), "{arguments:?}: {}", ran.stderr);
