@@ -47,12 +47,11 @@ pub fn minimise<P: Problem>(
     while trials > 0 {
         let (r, j) = (problem.residuals(&model), problem.slopes(&mut model)?);
         let (Some(r), Some(j)) = (r, j) else { break };
-        let Some(steps) = Steps::new(&x, bounds, &j, &r) else { break };
         let before = r.norm_squared();
         loop {
             trials = trials.saturating_sub(1);
-            let trial = clamped(&(&x + steps.within(radius)), bounds);
-            let step = &trial - &x;
+            let Some(step) = within(&x, (&j, &r), bounds, radius) else { return Ok(model) };
+            let trial = clamped(&(&x + &step), bounds);
             let foreseen = 1.0 - (&r + &j * &step).norm_squared() / before;
             let still = step.norm() <= settled * x.norm();
             // Not-a-number where nothing is left of the squares.
@@ -83,54 +82,59 @@ fn clamped(x: &DVector<f64>, bounds: &[[f64; 2]]) -> DVector<f64> {
     DVector::from_fn(x.len(), |i, _| x[i].clamp(bounds[i][0], bounds[i][1]))
 }
 
-/// Steps from one point.
-struct Steps {
-    /// Unknowns that no bound holds.
-    free: Vec<usize>,
-    unknowns: usize,
-    singular: DVector<f64>,
-    /// Residuals along the left singular vectors.
-    along: DVector<f64>,
-    right: DMatrix<f64>,
+/// The step of at most about `radius` from `x` that foresees the least squares; what it would carry past a bound goes to that, and the others go on
+/// from there. `None` where numbers fail.
+fn within(
+    x: &DVector<f64>,
+    (j, r): (&DMatrix<f64>, &DVector<f64>),
+    bounds: &[[f64; 2]],
+    radius: f64,
+) -> Option<DVector<f64>> {
+    let gradient = j.tr_mul(r);
+    let pushes = |i: usize| {
+        let [lo, hi] = bounds[i];
+        (x[i] <= lo && gradient[i] > 0.0) || (x[i] >= hi && gradient[i] < 0.0)
+    };
+    let mut free: Vec<usize> = (0..x.len()).filter(|&i| !pushes(i)).collect();
+    let mut step = DVector::zeros(x.len());
+    while !free.is_empty() {
+        let part = damped(&j.select_columns(&free), &(r + j * &step), radius)?;
+        let past = |(k, i): (usize, &usize)| {
+            let [lo, hi] = bounds[*i];
+            let end = x[*i] + part[k];
+            (end < lo || end > hi).then(|| (*i, end.clamp(lo, hi) - x[*i]))
+        };
+        let ends: Vec<(usize, f64)> = free.iter().enumerate().filter_map(past).collect();
+        if ends.is_empty() {
+            free.iter().zip(part.iter()).for_each(|(i, s)| step[*i] = *s);
+            break;
+        }
+        ends.iter().for_each(|(i, s)| step[*i] = *s);
+        free.retain(|i| !ends.iter().any(|(e, _)| e == i));
+    }
+    Some(step)
 }
 
-impl Steps {
-    fn new(x: &DVector<f64>, bounds: &[[f64; 2]], j: &DMatrix<f64>, r: &DVector<f64>) -> Option<Self> {
-        let gradient = j.tr_mul(r);
-        let held = |i: usize| {
-            let [lo, hi] = bounds[i];
-            (x[i] <= lo && gradient[i] > 0.0) || (x[i] >= hi && gradient[i] < 0.0)
-        };
-        let free: Vec<usize> = (0..x.len()).filter(|&i| !held(i)).collect();
-        let svd = singular::values(j.select_columns(&free), true)?;
-        let (u, v) = (svd.u?, svd.v_t?.transpose());
-        Some(Self { free, unknowns: x.len(), along: u.tr_mul(r), singular: svd.singular_values, right: v })
-    }
-
-    /// The step that the damping λ leaves.
-    fn damped(&self, lambda: f64) -> DVector<f64> {
+/// The best step no longer than `radius` where no bound is near.
+fn damped(j: &DMatrix<f64>, r: &DVector<f64>, radius: f64) -> Option<DVector<f64>> {
+    let svd = singular::values(j.clone(), true)?;
+    let (along, right) = (svd.u?.tr_mul(r), svd.v_t?.transpose());
+    let of = |lambda: f64| {
         let part = |s: f64, b: f64| if s == 0.0 { 0.0 } else { -s * b / (s * s + lambda) };
-        &self.right * self.singular.zip_map(&self.along, part)
+        &right * svd.singular_values.zip_map(&along, part)
+    };
+    let whole = of(0.0);
+    if whole.norm() <= radius {
+        return Some(whole);
     }
-
-    /// The best step no longer than `radius`.
-    fn within(&self, radius: f64) -> DVector<f64> {
-        let mut step = self.damped(0.0);
-        if step.norm() > radius {
-            let largest = self.singular.max();
-            // The step is no longer than |Jᵀ r| / λ.
-            let most = largest * self.along.norm() / radius;
-            let (mut lo, mut hi) = ((most * 1e-32).ln(), most.ln());
-            for _ in 0..BISECTIONS {
-                let mid = 0.5 * (lo + hi);
-                *(if self.damped(mid.exp()).norm() > radius { &mut lo } else { &mut hi }) = mid;
-            }
-            step = self.damped(hi.exp());
-        }
-        let mut all = DVector::zeros(self.unknowns);
-        self.free.iter().zip(step.iter()).for_each(|(i, s)| all[*i] = *s);
-        all
+    // The step is no longer than |Jᵀ r| / λ.
+    let most = svd.singular_values.max() * along.norm() / radius;
+    let (mut lo, mut hi) = ((most * 1e-32).ln(), most.ln());
+    for _ in 0..BISECTIONS {
+        let mid = 0.5 * (lo + hi);
+        *(if of(mid.exp()).norm() > radius { &mut lo } else { &mut hi }) = mid;
     }
+    Some(of(hi.exp()))
 }
 
 #[cfg(test)]
