@@ -168,9 +168,9 @@ mod tests {
         let free = minimise(&Valley, start.clone(), start.clone(), &[all; 2], 1e-14).unwrap();
         assert!((free - DVector::from_element(2, 1.0)).norm() < 1e-12);
         // At x = 0.5 the best y is 0.25; and 0.3 of the bounds that begin there.
-        for (y, low) in [(0.25, -5.0), (0.3, 0.3)] {
+        for (first, y, low) in [(-1.2, 0.25, -5.0), (0.2, 0.3, 0.3)] {
             let bounds = [[-2.0, 0.5], [low, 5.0]];
-            let start = DVector::from_vec(vec![-1.2, 1.0]);
+            let start = DVector::from_vec(vec![first, 1.0]);
             let found = minimise(&Valley, start.clone(), start, &bounds, 1e-14).unwrap();
             assert!((found[0] - 0.5).abs() < 1e-9 && (found[1] - y).abs() < 1e-9, "{found}");
         }
