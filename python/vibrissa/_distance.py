@@ -58,8 +58,8 @@ def distance(strain: Any, theta: Any = None, *, delta: Any = None, whisker: Mapp
     Source: docs/model.md §3; derivatives by the implicit function theorem.
 
     >>> found = distance(0.02233, 4.0, whisker=dict(D=10, d=4, L_a=50), gauge=dict(x_ss=5, l=2, noise_strain=2e-5))
-    >>> round(found.distance_mm, 2), round(found.sigma_mm, 3)
-    (30.0, 0.021)
+    >>> round(found.distance_mm, 2), round(found.sigma_mm, 2)
+    (30.0, 0.02)
     """
     if (theta is None) == (delta is None):
         raise InputError("a tap has one drive", key="theta", allowed="theta (degrees) or delta (mm)")
