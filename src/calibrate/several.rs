@@ -100,7 +100,11 @@ pub fn several(
         }
         let (one, _) = rig.of_channel(k, furthest)?;
         let fit: Vec<_> = options.fit.iter().copied().filter(|_| one.known).collect();
-        let of = calibrate(&read, &one, &Options { fit, ..options.clone() })?;
+        let named = |e: Error| match e {
+            Error::Input(e) => InputError { message: format!("channel {name}: {}", e.message), ..e }.into(),
+            other => other,
+        };
+        let of = calibrate(&read, &one, &Options { fit, ..options.clone() }).map_err(named)?;
         found.push((name.to_owned(), of.calibration.clone().sealed()));
         each.push(of);
         data.push(read);

@@ -46,6 +46,13 @@ pub fn calibrate(
     let out = super::folder(options.out.as_ref(), &stem, "calibrate");
     let drive = args.theta.or(args.delta);
     let of = json!({ "data": digest, "drive": drive, "fit": args.fit, "columns": args.columns, "run": args.run, "group": args.group });
+    if options.plan == Some(true) {
+        let text = format!(
+            "would calibrate the channels of {label} and write to {}; nothing was run\n",
+            out.display()
+        );
+        return Ok(Reply { text, out: Some(out), ..Reply::default() });
+    }
     let mut question = Question { name: stem, ..Question::of_scene("calibrate", spec, of) };
     question.inputs.push(args.data.clone());
     let mut folder = Folder::open(&out, question, &FILES, options.force == Some(true))?;
@@ -129,10 +136,13 @@ pub fn locate(
         let error = InputError::new("several channels are read from a file").key("READINGS");
         return Err(error.allowed("a CSV of readings").into());
     };
-    if args.estimator.is_some() || args.zero.is_some() {
-        let key = if args.zero.is_some() { "--zero" } else { "--estimator" };
-        let error = InputError::new("this is said of one signal").key(key);
-        return Err(error.allowed("nothing; rows without contact tell the zero of each channel").into());
+    let one = [
+        ("--zero", args.zero.is_some(), "rows without contact, which tell the zero of each channel"),
+        ("--estimator", args.estimator.is_some(), "nothing: each channel is answered by the best of its own"),
+    ];
+    if let Some((key, _, allowed)) = one.into_iter().find(|(_, said, _)| *said) {
+        let error = InputError::new("this is said of one signal, and the calibration has several channels");
+        return Err(error.key(key).allowed(allowed).into());
     }
     let mut answers = Several::new(&sensor, &label, &opener(options))?;
     answers.locators.iter_mut().for_each(|l| l.same_run = args.same_run);
@@ -142,7 +152,7 @@ pub fn locate(
     let (quiet, shown) = (args.common.quiet, from.display().to_string());
     let warn = |text: &str| {
         if !quiet {
-            say::warning(text)
+            say::warning(text.replace(", or --zero", ""))
         }
     };
     let zero = SaidZero::of(None, [&answers.locators[0]])?;

@@ -115,6 +115,11 @@ fn settings(args: &Simulate, rig: &Rig) -> Result<Settings, InputError> {
             InputError::new("there is no such signal").key("--signal").value(name).allowed(known)
         })?,
     };
+    if let Some(other) = unit.signal().filter(|signal| *signal != rig.setup.signal) {
+        let error = InputError::new("the sensor of the spec shows another signal").key("--signal");
+        let allowed = format!("signal = \"{}\" in [sensor] of the spec", other.word());
+        return Err(error.value(unit.column()).allowed(allowed));
+    }
     let settings = Settings {
         repeats: args.repeats,
         noise: args.noise.or(rig.setup.gauge.noise_strain).unwrap_or(0.0),

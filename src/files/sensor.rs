@@ -5,12 +5,14 @@ use serde::{Deserialize, Serialize};
 use crate::error::InputError;
 use crate::locate::calibration::FORMAT;
 use crate::locate::{Calibration, Sensor};
+use crate::sink::folder::hash;
 
 /// As it stands in the file.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Written {
     format: u32,
+    checksum: String,
     covariance: Vec<Vec<f64>>,
     channels: Vec<Channel>,
 }
@@ -33,11 +35,18 @@ impl Sensor {
         let channel =
             |(name, c): &(String, Calibration)| Channel { name: name.clone(), calibration: c.to_text() };
         let channels = self.channels.iter().map(channel).collect();
-        let written = Written { format: FORMAT, covariance: self.covariance.clone(), channels };
+        let checksum = self.sum();
+        let written = Written { format: FORMAT, checksum, covariance: self.covariance.clone(), channels };
         format!(
             "# Calibration of a sensor with several channels, written by vibrissa: of each the calibration, and the covariance of their noise.\n{}",
             toml::to_string(&written).expect("plain numbers and words are TOML")
         )
+    }
+
+    /// Of the covariance and the calibrations it belongs to.
+    fn sum(&self) -> String {
+        let calibrations = self.channels.iter().map(|(name, c)| format!("{name} {}", c.checksum));
+        hash(&format!("{:?} {:?}", self.covariance, calibrations.collect::<Vec<_>>()))
     }
 
     /// Reads `text` of the file `label`; `trust` takes calibrations that were edited by hand.
@@ -66,6 +75,18 @@ impl Sensor {
             Ok((c.name, Calibration::parse(&of, &c.calibration, trust)?))
         };
         let channels = written.channels.into_iter().map(channel).collect::<Result<_, InputError>>()?;
-        Ok(Self { channels, covariance: written.covariance })
+        let sensor = Self { channels, covariance: written.covariance };
+        if sensor.sum() != written.checksum && !trust {
+            let error = broken(
+                "this calibration was edited by hand: its checksum does not fit its values".to_owned(),
+            );
+            return Err(error.key("checksum").value(written.checksum));
+        }
+        let n = sensor.channels.len();
+        if nalgebra::DMatrix::from_fn(n, n, |i, j| sensor.covariance[i][j]).cholesky().is_none() {
+            return Err(broken("this is the covariance of no noise: it is not positive definite".to_owned())
+                .key("covariance"));
+        }
+        Ok(sensor)
     }
 }

@@ -44,7 +44,9 @@ impl Kept {
             }
             names[k] = name;
         }
-        Self { more: common.map(|c| !own.iter().any(|n| n == c)), names, common, added: added.to_vec() }
+        let missing = common.map(|c| !own.iter().any(|n| n == c));
+        let more = [missing[0], missing[1] && !locator.of_several];
+        Self { more, names, common, added: added.to_vec() }
     }
 
     /// The names of all columns.

@@ -135,8 +135,8 @@ pub struct Locator {
     pub estimator: &'static dyn Estimator,
     /// How the signal of the calibration was tared; `None` where an older program did not say.
     pub tared: Option<Tared>,
-    /// Whether the drive of readings need not be known.
-    pub drive_free: bool,
+    /// Whether it answers one of several channels: the drive of readings need not be known.
+    pub of_several: bool,
     /// Whether readings are of a run of the calibration: its zero and gain are known. They are of another one unless that is said.
     pub same_run: bool,
     noise: f64,
@@ -215,7 +215,7 @@ impl Locator {
             drive_origin: c.drive_origin,
             estimator,
             tared,
-            drive_free: false,
+            of_several: false,
             same_run: false,
             noise: c.noise,
             of_zero,

@@ -74,7 +74,7 @@ impl<'a> Lines<'a> {
                 let error = InputError::new("these readings are driven another way than the calibration");
                 return Err(error.key(&names[place]).allowed(kind.column()));
             }
-            None if locator.only_drive().is_none() && !locator.drive_free => {
+            None if locator.only_drive().is_none() && !locator.of_several => {
                 let error = InputError::new(format!("column {} is missing", kind.column()));
                 let role = if kind == Drive::Angle { "theta" } else { "delta" };
                 let likely = names.iter().find(|n| may_drive(n)).map_or("NAME", |n| n.as_str());

@@ -24,6 +24,8 @@ const BEYOND: f64 = 0.1;
 const STEP: f64 = 1e-4;
 /// Relative change at which a search ends.
 const SETTLED: f64 = 1e-12;
+/// Squared misfit of one degree of freedom, in units of noise, above which channels contradict each other.
+const CONTRADICTORY: f64 = 36.0;
 /// Excess of the squared misfit, in units of noise, below which another distance fits as well.
 const ALIKE: f64 = 1.0;
 
@@ -61,7 +63,7 @@ impl Several {
     pub fn new(sensor: &Sensor, label: &str, open: Opener<'_>) -> Result<Self, Error> {
         let locator = |(_, c): &(String, Calibration)| {
             let mut locator = Locator::new(c, label, None, open)?;
-            locator.drive_free = true;
+            locator.of_several = true;
             Ok::<_, Error>(locator)
         };
         let n = sensor.channels.len();
@@ -142,6 +144,13 @@ impl Several {
         let Some((x, sigma, other)) = tap.search() else {
             return Located::nothing(status | Status::NO_ROOT);
         };
+        // Channels that no distance explains together; less of that makes the answer less certain.
+        let freedom = (used.len() - unknowns) as f64;
+        let misfit = tap.white(&x).map_or(f64::INFINITY, |r| r.norm_squared());
+        if freedom > 0.0 && misfit > CONTRADICTORY + 4.0 * freedom {
+            return Located::nothing(status | Status::NO_ROOT);
+        }
+        let sigma = if freedom > 0.0 { sigma * (misfit / freedom).sqrt().max(1.0) } else { sigma };
         let side = self.locators[used[0]].sides().iter().find(|s| s.sign == signals[used[0]].signum());
         status |= side.map_or(Status::OUTSIDE_CALIBRATION, |side| side.doubts(x[0], other, sigma));
         Located { distance: x[0], sigma, status }

@@ -135,6 +135,9 @@ impl Rig {
         };
         let mut setup = Setup { channels: None, signal, ..self.setup.clone() };
         setup.gauge.noise_strain = None;
+        if signal != Signal::Strain {
+            setup.gauge.strain_limit = f64::INFINITY;
+        }
         Ok((Self { warnings: self.warnings.clone(), ..Self::new(setup, self.design.tuple)? }, column))
     }
 

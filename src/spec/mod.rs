@@ -183,6 +183,17 @@ pub fn parse_search(label: &str, text: &str, base: &Path) -> Result<(Spec, Searc
     let mut spec = parse_with(label, text, base, &optimise::fallback(&search))?;
     spec.in_force.retain(|(key, _, written)| *written || !optimise::is_variable(&search, key));
     optimise::check(&sections, &mut spec, &mut search)?;
+    // Only of the strain there is a limit.
+    if spec.study.setup.signal != crate::scene::Signal::Strain {
+        let limits = sections.section("optimise").written("limits");
+        if let Some(strain) = limits.and_then(|limits| limits.child("strain")) {
+            let error = strain.error("this sensor reads no strain, so that none can be limited");
+            return Err(
+                error.allowed("force_N, unambiguous, tip_not_wider; or signal = \"strain\" in [sensor]")
+            );
+        }
+        search.limits.strain = f64::INFINITY;
+    }
     let doubts = units::of_search(&sections, &spec.study);
     spec.warnings.extend(doubts);
     Ok((spec, search))

@@ -193,6 +193,14 @@ fn a_sensor_is_simulated_calibrated_and_read_by_all_its_channels() {
     single.run(&["locate", "c/calibration.toml", "f/measurements.csv", "--out", "l"]).exits(0);
     let [_, alone] = scored(&single, "l");
     assert!(rms < 0.9 * alone, "{rms} mm together, {alone} mm by the moment");
+    // A moment and a force of opposite signs are those of no contact.
+    let mut rows = desk.read("f/measurements.csv").lines().take(3).collect::<Vec<_>>().join("\n");
+    rows += "\n25,3.5,-5,0.2,1,synthetic,,ok\n";
+    desk.write("wrong.csv", rows);
+    desk.run(&["locate", "c/calibration.toml", "wrong.csv", "--out", "w"]).exits(0);
+    assert!(desk.read("w/located.csv").ends_with(",,,no_root\n"), "{}", desk.read("w/located.csv"));
+    let plan = ["calibrate", "s/measurements.csv", "--whisker", "spec.toml", "--plan", "--out", "nothing"];
+    assert!(desk.run(&plan).exits(0).stdout.contains("nothing was run") && !desk.path("nothing").exists());
     // Two channels tell the distance of a tap by an unknown drive.
     let table = desk.read("f/measurements.csv");
     let lines = table.lines().filter(|l| l.split(',').nth(1) != Some("0"));
@@ -218,7 +226,11 @@ fn mixed_channels_are_calibrated_from_the_data_alone() {
     desk.write("changed.toml", changed);
     let calibrate =
         ["calibrate", "s/measurements.csv", "--whisker", "spec.toml", "--export", "c", "--out", "x"];
+    let text = desk.read("c/calibration.toml");
+    let first = text.find("covariance = [[").unwrap() + "covariance = [[".len();
+    desk.write("loud.toml", format!("{}9{}", &text[..first], &text[first..]));
     for (arguments, words) in [
+        (&["locate", "loud.toml", "f/measurements.csv", "--out", "x"][..], "edited by hand"),
         (&["locate", "c/calibration.toml", "less.csv", "--out", "x"][..], "less.csv:1: channel_2"),
         (&["locate", "c/calibration.toml", "f/measurements.csv", "--zero", "1", "--out", "x"], "one signal"),
         (&["locate", "changed.toml", "f/measurements.csv", "--out", "x"], "edited by hand"),
@@ -232,4 +244,31 @@ fn mixed_channels_are_calibrated_from_the_data_alone() {
         let ran = desk.run(arguments).exits(2);
         assert!(ran.stderr.contains(words), "{arguments:?}: {}", ran.stderr);
     }
+}
+
+#[test]
+fn only_strains_have_a_limit_of_strain() {
+    let search = "[optimise]\nobjective = \"distance\"\nvariables = { theta = [1, 8], E = [1, 5] }\nbudget = { evaluations = 60 }\n";
+    for sensor in
+        ["signal = \"moment\"\nnoise = 0.02", "signal = [\"moment\", \"force\"]\nnoise = [0.02, 0.001]"]
+    {
+        let text = spec(sensor, search)
+            .replace("theta = [2, 8]", "")
+            .replace("root = { k_theta = 1000, k_y = 40 }\n", "");
+        let desk = Desk::new(&text);
+        let ran = desk.run(&["optimise", "spec.toml", "--out", "o"]).exits(0);
+        assert!(!ran.stdout.contains("times the limit"), "{}", ran.stdout);
+        assert_eq!(
+            ran.stdout.contains("--estimator exact"),
+            sensor.contains("= \"moment\""),
+            "{}",
+            ran.stdout
+        );
+        desk.write("limit.toml", format!("{text}limits = {{ strain = 0.05 }}\n"));
+        let ran = desk.run(&["optimise", "limit.toml", "--out", "x"]).exits(2);
+        assert!(ran.stderr.contains("reads no strain"), "{}", ran.stderr);
+    }
+    let desk = Desk::new(&spec("signal = \"moment\"\nnoise = 0.02", ""));
+    let ran = desk.run(&["simulate", "spec.toml", "--signal", "force_N", "--out", "x"]).exits(2);
+    assert!(ran.stderr.contains("--signal = force_N"), "{}", ran.stderr);
 }

@@ -49,9 +49,9 @@ pub fn forbids(contact: Contact) -> Option<&'static str> {
     }
 }
 
-/// Whether the model itself can tell distances of `setup`: from one strain always.
+/// Whether the model itself can tell distances of `setup`: from one strain always, from several channels never.
 pub fn possible(setup: &Setup) -> bool {
-    !setup.gauge.second || forbids(setup.model.contact).is_none()
+    setup.channels.is_none() && (!setup.gauge.second || forbids(setup.model.contact).is_none())
 }
 
 /// What turns the strains of the centreline, the first gauge and the second into two readings: linear in them.
