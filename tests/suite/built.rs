@@ -177,10 +177,6 @@ fn charts_of_built_whiskers_say_what_solved_taps_do() {
             "D = { from = 8, to = 12, steps = 8 }\nd = { from = 3, to = 6, steps = 4 }\nL_a = 50\ncurvature = 0.008",
             "surface = true\npole_radius = 2\n",
         ),
-        (
-            "D = { from = 8, to = 12, steps = 8 }\nd = { from = 3, to = 6, steps = 4 }\nL_a = 52\nexponent = 1.6",
-            "surface = true\n",
-        ),
         ("profile = [[0, 12], [6, 9], [20, 8.5], [52, 4]]", "shear = true\n"),
     ] {
         let several: u32 = if whisker.starts_with("profile") { 128 } else { 4 };

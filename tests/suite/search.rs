@@ -82,7 +82,7 @@ fn compare(designs: u32, seeds: u64, place: Place, allowed: f64) {
 
 #[test]
 fn no_seed_loses_to_a_dense_sweep() {
-    compare(1 << 15, 2, CPU, 1e-3);
+    compare(1 << 14, 2, CPU, 1e-3);
 }
 
 #[test]
