@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use toml::Table;
 use vibrissa::contour::rows;
 use vibrissa::error::{Error, InputError};
-use vibrissa::measure::columns;
+use vibrissa::measure::names;
 use vibrissa::{files, spec};
 
 use crate::error;
@@ -77,7 +77,7 @@ pub fn units() -> Vec<(String, &'static str)> {
 /// Columns of measurements that are read as numbers.
 #[pyfunction]
 pub fn read_columns() -> Vec<&'static str> {
-    columns::names().chain(rows::NEEDED).chain(rows::MORE).collect()
+    names::names().chain(rows::NEEDED).chain(rows::MORE).collect()
 }
 
 /// As [`Asked::new`], as a function of Python raises.

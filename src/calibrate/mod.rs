@@ -23,6 +23,7 @@ pub mod second;
 pub mod several;
 pub mod side;
 mod told;
+mod zero;
 
 pub use crate::estimator::reason::Reason;
 pub use side::SideResult;
@@ -271,7 +272,7 @@ fn check(data: &Data, rig: &Rig, options: &Options) -> Result<(), InputError> {
             .key("--fit")
             .allowed(format!("a column {} or {flag}", kind.column())));
     }
-    crate::estimator::fit::check(rig, &options.fit)
+    crate::estimator::model::parameter::check(rig, &options.fit)
 }
 
 /// Distances and drives of the taps of one side that can be used.

@@ -1,12 +1,9 @@
 //! Rows made ready: sorted, tared, grouped; sides told apart, suspects set aside.
 
-use super::{Options, Reason, learn};
+use super::{Options, Reason, learn, zero};
 use crate::error::{Error, InputError};
-use crate::estimator::cells::{Levels, cells};
-use crate::estimator::fit::{Ordered, Taring, Task};
 use crate::estimator::learned::Learnt;
-use crate::estimator::model::error::ModelError;
-use crate::estimator::model::exact::{Exact, Extent, HARD, Opener, Parameter, spec_values};
+use crate::estimator::model::exact::{Exact, Extent, HARD, Opener, spec_values};
 use crate::estimator::taps::{Said, Sorted, Tap, ZeroReading};
 use crate::measure::group::Groups;
 use crate::measure::text::plain;
@@ -21,8 +18,6 @@ const ABSURD: f64 = 0.5;
 
 /// A zero that nobody read is one where it is more than so many standard errors.
 const CERTAIN: f64 = 3.0;
-/// Share of a signal that is nothing: models are solved to less.
-const SOLVED: f64 = 3e-7;
 /// It is not known where it may be more than this share of a usual signal.
 const DETERMINED: f64 = 0.02;
 
@@ -100,12 +95,12 @@ pub fn prepare(
         }
         sides.push((sign, gauge, learnt.of));
     }
-    warnings.extend(sides.iter().filter(|s| s.2.drift && !read).map(|s| wandering(data, rig, &s.2)));
+    warnings.extend(sides.iter().filter(|s| s.2.drift && !read).map(|s| zero::wandering(data, rig, &s.2)));
     let mut unread = 0.0;
     if !read {
         let (sign, gauge, of) = &sides[0];
         let by_model = match no_exact.is_none() && of.exact.is_some() {
-            true => zero_of_model((rig, &taps), (*sign, *gauge), of.noise(), &options.fit, open)?,
+            true => zero::of_model((rig, &taps), (*sign, *gauge), of.noise(), &options.fit, open)?,
             false => None,
         };
         let [value, error] = by_model.unwrap_or_else(|| of.fit.curve.zero());
@@ -113,7 +108,7 @@ pub fn prepare(
         tared.error = error;
         let turned = taps.iter().filter(|t| t.reason.is_none()).any(|t| !signs.contains(&t.signal.signum()));
         if turned || value.abs() > CERTAIN * error {
-            tare((data, rig), &mut taps, &mut tared, TaredBy::Fitted, [sign * value, error]);
+            zero::tare((data, rig), &mut taps, &mut tared, TaredBy::Fitted, [sign * value, error]);
             let value = tared.value;
             sides.iter_mut().for_each(|(sign, _, of)| (of.subtracted, of.zero_known) = (*sign * value, true));
         } else if error > DETERMINED * of.fit.curve.unit {
@@ -124,95 +119,8 @@ pub fn prepare(
             tap.reason = Some(Reason::OtherSide);
         }
     }
-    warnings.extend(untared(data, rig, &tared, unread));
+    warnings.extend(zero::untared(data, rig, &tared, unread));
     Ok(Prepared { taps, zeros, zero, tared, groups, sides, recorded, origin, unread, no_exact })
-}
-
-/// The constant of the signals of one side, of its sign, and its standard error, as a model says that follows all of them within their
-/// noise, and beside which the zero may drift. A curve that may take any shape takes part of an offset of the drive for one of the signal.
-fn zero_of_model(
-    (rig, taps): (&Rig, &[Tap]),
-    (sign, gauge): (f64, Side),
-    noise: f64,
-    fit: &[Parameter],
-    open: Opener<'_>,
-) -> Result<Option<[f64; 2]>, Error> {
-    let here = |t: &Tap| t.reason.is_none() && t.signal.signum() == sign;
-    let levels = |f: fn(&Tap) -> f64| Levels::of(taps.iter().filter(|t| here(t)).map(f));
-    let (distances, drives) = (levels(|t| t.group[0]), levels(|t| t.group[1]));
-    let Some(at) = super::extent(rig, taps, sign, gauge).filter(|_| distances.len() > 1) else {
-        return Ok(None);
-    };
-    let cells = cells(taps, rig, &distances, &drives, here);
-    let task = Task { rig, at, cells: &cells, noise, zero: Taring::Sought, open };
-    let Some(found) = ModelError::of_run(task.fit(fit))? else { return Ok(None) };
-    if !found.undetermined.is_empty() {
-        return Ok(None);
-    }
-    let rows = found.cells.iter().enumerate().flat_map(|(cell, at)| {
-        let c = &cells[*at];
-        c.taps.iter().map(move |k| (cell, c.n(), &taps[*k]))
-    });
-    let rows: Vec<(Ordered, f64)> = rows
-        .map(|(cell, of, t)| {
-            let left = t.signal.abs() - found.exact.expected(t.a, t.drive);
-            (Ordered { cell, of, order: t.place as f64, left }, t.signal.abs())
-        })
-        .filter(|(row, _)| row.left.is_finite())
-        .collect();
-    let said = found.constant(&rows.iter().map(|r| r.0).collect::<Vec<_>>());
-    let Some((constant, left)) = said else { return Ok(None) };
-    let n = left.len() as f64;
-    let within = left.norm_squared() <= noise * noise * (n + 2.0 * (2.0 * n).sqrt());
-    let exact = || rows.iter().zip(left.iter()).all(|((_, signal), e)| e.abs() <= SOLVED * signal);
-    Ok((within || exact()).then_some(constant))
-}
-
-/// Takes a constant off every tap.
-fn tare(
-    (data, rig): (&Data, &Rig),
-    taps: &mut [Tap],
-    tared: &mut Tared,
-    from: TaredBy,
-    [value, error]: [f64; 2],
-) {
-    for tap in taps {
-        tap.zero += value;
-        tap.signal = data.unit.above(tap.signal, value, rig.setup.gauge.factor);
-    }
-    *tared = Tared { from, value: tared.value + value, error, ..tared.clone() };
-}
-
-/// What to say of a drift that no zero reading shows.
-fn wandering(data: &Data, rig: &Rig, learnt: &Learnt) -> String {
-    let zeros = || learnt.fit.zeros.iter().copied();
-    format!(
-        "{}: no zero was read, and what the curve leaves goes with the order of the lines, as if the zero drifted by {:.2e} {} over the file; \
-         a drift is taken into account. Read the zero now and then (rows with {} = 0)",
-        data.file,
-        zeros().fold(f64::NEG_INFINITY, f64::max) - zeros().fold(f64::INFINITY, f64::min),
-        data.unit.common(),
-        rig.setup.drive.column()
-    )
-}
-
-/// What to say of a zero that nobody read.
-fn untared(data: &Data, rig: &Rig, tared: &Tared, unread: f64) -> Option<String> {
-    let (kind, unit) = (rig.setup.drive.column(), data.unit.common());
-    match tared.from {
-        TaredBy::Fitted => Some(format!(
-            "{}: no zero was read; the data say that the signal has a constant offset of {:.4e} ± {:.1e} {unit}, which was subtracted, \
-             as it will be from readings without a zero of their own. A drift of the zero would do much of that: rows with {kind} = 0 now and \
-             then would tell",
-            data.file, tared.value, unread
-        )),
-        TaredBy::None if tared.error == 0.0 => Some(format!(
-            "{}: no zero was read, and these data cannot tell a constant offset of the signal from a tap: it is taken as tared. Rows \
-             with {kind} = 0 say what the sensor shows without contact",
-            data.file
-        )),
-        _ => None,
-    }
 }
 
 /// What was taken as one.

@@ -37,15 +37,13 @@ pub struct Tap {
 }
 
 impl Calibration {
-    /// Root mean square of the error of `distance` over used taps with one, mm; the share of them within one standard deviation, and how many there are.
-    pub fn errors(&self, distance: impl Fn(&Tap) -> Located) -> (f64, f64, usize) {
+    /// Root mean square of the errors of used taps with a distance, mm; the share of them within one standard deviation, and how many there are.
+    pub fn errors(&self) -> (f64, f64, usize) {
         let errors: Vec<[f64; 2]> = self
             .taps
             .iter()
-            .filter(|t| t.used)
-            .map(|t| (distance(t), t.a))
-            .filter(|(l, _)| l.distance.is_finite())
-            .map(|(l, a)| [l.distance - a, l.sigma])
+            .filter(|t| t.used && t.located.distance.is_finite())
+            .map(|t| [t.located.distance - t.a, t.located.sigma])
             .collect();
         let n = errors.len() as f64;
         let squares: f64 = errors.iter().map(|[e, _]| e * e).sum();

@@ -4,14 +4,16 @@ use super::Reason;
 use super::order::{Contradiction, contradictions};
 use crate::error::{Error, InputError};
 use crate::estimate::Estimated;
-use crate::estimator::cells::{Cell, Levels, cells};
-use crate::estimator::fit::{Fit, Taring, Task};
+use crate::estimator::cells::{Cell, Levels, grouped};
 use crate::estimator::held_out::{HeldOut, Side as Held, held_out};
 use crate::estimator::learned::Learnt;
-use crate::estimator::model::error::ModelError;
 use crate::estimator::model::exact::{Opener, Parameter};
 use crate::estimator::taps::Tap;
 use crate::estimator::{ALL, Estimator, Judged, SideRecord, judged};
+use crate::estimator::{
+    fit::{Taring, Task},
+    fitted::Fit,
+};
 use crate::evaluate::Outcome;
 use crate::measure::{Data, Rig};
 use crate::scene::Side;
@@ -92,12 +94,10 @@ pub struct KTable {
 
 impl KTable {
     fn new(ask: &Ask<'_>, wanted: impl Fn(&Tap) -> bool + Copy) -> Option<Self> {
-        let levels = |f: fn(&Tap) -> f64| Levels::of(ask.taps.iter().filter(|t| wanted(t)).map(f));
-        let (distances, drives) = (levels(|t| t.group[0]), levels(|t| t.group[1]));
+        let ([distances, drives], cells) = grouped(ask.taps, ask.rig, wanted);
         if distances.is_empty() {
             return None;
         }
-        let cells = cells(ask.taps, ask.rig, &distances, &drives, wanted);
         let ends = [distances.centres[0], distances.centres[distances.len() - 1]];
         let n = (distances.len(), drives.len());
         let mut reduced = Reduction::new(&ask.rig.setup, &ask.rig.design, ends, n);
@@ -164,7 +164,7 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
         let at = super::extent(ask.rig, ask.taps, ask.sign, ask.gauge).expect("there are cells");
         let task = Task { rig: ask.rig, at, cells: &cells, noise: ask.noise, zero: Taring::Known, open };
         match task.fit(ask.fit) {
-            Ok(found) => fit = Some(sharper(&task, found, ask.fit)?),
+            Ok(found) => fit = Some(found),
             Err(why) if why.is_of_whisker() => no_exact = Some(why.to_string()),
             Err(why) => return Err(why.into()),
         }
@@ -205,22 +205,6 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
         contradictions,
         held,
     })
-}
-
-/// The fit with the noise that it leaves itself, where that is less and it leaves parameters undetermined: what was learned may follow the
-/// data less closely than the right model does.
-fn sharper(task: &Task<'_>, found: Fit, asked: &[Parameter]) -> Result<Fit, Error> {
-    if !found.undetermined.iter().any(|p| asked.contains(p)) {
-        return Ok(found);
-    }
-    let Some(clean) = ModelError::of_run(Task { noise: 0.0, ..*task }.fit(asked))? else { return Ok(found) };
-    let squares = clean.residuals.iter().zip(&clean.cells).map(|(e, k)| e * e / task.cells[*k].share);
-    let freedom = clean.cells.len() as f64 - clean.exact.fitted.len() as f64;
-    let noise = (squares.sum::<f64>() / freedom).sqrt();
-    if freedom <= 0.0 || noise.is_nan() || noise >= task.noise {
-        return Ok(found);
-    }
-    Ok(ModelError::of_run(Task { noise, ..*task }.fit(asked))?.unwrap_or(found))
 }
 
 /// |signal| of the sensor's end stop on this side, where rows show it; the zero is subtracted from it as from every reading.

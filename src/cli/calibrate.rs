@@ -1,5 +1,6 @@
 //! `vibrissa calibrate DATA.csv --whisker SPEC.toml`.
 
+use std::path::PathBuf;
 use std::time::Instant;
 
 use serde_json::json;
@@ -29,38 +30,21 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
         (None, None) => None,
     };
     if let Some((rig, spec)) = channels(args, (&label, &bytes, &columns), said)? {
-        return super::several::calibrate(args, (&bytes, &columns), (&rig, &spec), start);
+        return super::several::calibrate(args, (&bytes, &columns), (&rig, &spec), (said, start));
     }
     let data = Data::parse_named(&label, &bytes, &columns)?;
     let (rig, spec) = whisker(args, &data, data.drive.or(said))?;
-    let options = prepared(&args.common, &spec)?;
-    let quiet = options.quiet == Some(true);
-    let kind = rig.setup.drive;
-    calibrate::same_drive(kind, said)?;
-    let fit = report::named_parameters(&args.fit, kind)?;
-    let digest = hash_bytes(&bytes)?;
+    let Begun { asked, identity, out, question } = begin(args, &bytes, (&rig, &spec), said)?;
     drop(bytes);
-    let identity = hash(&format!("{digest}\n{}\n{:?}{:?}{:?}", spec.text, args.theta, args.delta, args.fit));
-    let stem =
-        args.data.file_stem().map_or_else(|| "calibration".into(), |s| s.to_string_lossy().into_owned());
-    let out = super::folder(options.out.as_ref(), &stem, "calibrate");
+    let options = asked.run.clone();
+    let quiet = options.quiet == Some(true);
     if options.plan == Some(true) {
         return Ok(planned(&data, &spec, &out));
     }
     if !quiet {
         spec.warnings.iter().for_each(say::warning);
     }
-    let of = json!({ "data": digest, "theta": format!("{:?}", args.theta), "delta": format!("{:?}", args.delta), "fit": args.fit, "columns": args.columns, "run": args.run, "group": args.group, "export": export_names(args), "estimator": args.estimator.map(|e| e.name()) });
-    let mut question = Question { name: stem, ..Question::of_scene("calibrate", &spec, of) };
-    question.inputs.push(args.data.clone());
     let mut folder = Folder::open(&out, question, &output::FILES, options.force == Some(true))?;
-    let asked = Options {
-        drive: args.theta.or(args.delta),
-        group: calibrate::widths(&args.group)?,
-        fit,
-        run: options.clone(),
-        hash: digest,
-    };
     let found = calibrate::calibrate(&data, &rig, &asked)?;
     if !quiet {
         found.warnings.iter().for_each(say::warning);
@@ -94,6 +78,39 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
         ..Reply::default()
     };
     Ok(reply.removing(&written.removed))
+}
+
+/// What every calibration begins with.
+pub(super) struct Begun {
+    pub asked: Options,
+    /// Hash of data, spec and what changes the answer.
+    pub identity: String,
+    pub out: PathBuf,
+    pub question: Question,
+}
+
+/// Options, folder and question of a calibration from `bytes` of the whisker `rig` of `spec`; `said`: what drives it, where the user says a drive.
+pub(super) fn begin(
+    args: &Calibrate,
+    bytes: &[u8],
+    (rig, spec): (&Rig, &Spec),
+    said: Option<Drive>,
+) -> Result<Begun, Error> {
+    let run = prepared(&args.common, spec)?;
+    let kind = rig.setup.drive;
+    calibrate::same_drive(kind, said)?;
+    let fit = report::named_parameters(&args.fit, kind)?;
+    let digest = hash_bytes(bytes)?;
+    let identity = hash(&format!("{digest}\n{}\n{:?}{:?}{:?}", spec.text, args.theta, args.delta, args.fit));
+    let stem =
+        args.data.file_stem().map_or_else(|| "calibration".into(), |s| s.to_string_lossy().into_owned());
+    let out = super::folder(run.out.as_ref(), &stem, "calibrate");
+    let of = json!({ "data": digest, "theta": format!("{:?}", args.theta), "delta": format!("{:?}", args.delta), "fit": args.fit, "columns": args.columns, "run": args.run, "group": args.group, "export": export_names(args), "estimator": args.estimator.map(|e| e.name()) });
+    let mut question = Question { name: stem, ..Question::of_scene("calibrate", spec, of) };
+    question.inputs.push(args.data.clone());
+    let group = calibrate::widths(&args.group)?;
+    let asked = Options { drive: args.theta.or(args.delta), group, fit, run, hash: digest };
+    Ok(Begun { asked, identity, out, question })
 }
 
 /// Writes the files of `--export`, if there are any: `calibration` as `--estimator` answers, or as `won`, the one that it chose.

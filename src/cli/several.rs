@@ -4,19 +4,19 @@ use std::path::Path;
 use std::time::Instant;
 
 use serde_json::{Value, json};
+use vibrissa::calibrate::report;
 use vibrissa::calibrate::several::{Calibration, several};
-use vibrissa::calibrate::{self, Options, report};
 use vibrissa::error::{Error, InputError};
 use vibrissa::locate::stream::Ask;
 use vibrissa::locate::table::field;
 use vibrissa::locate::{Located, SaidZero, Sensor, Several, locator::opener};
 use vibrissa::measure::{Data, Names, Rig};
-use vibrissa::scene::{RunOptions, Spec};
+use vibrissa::scene::{Drive, RunOptions, Spec};
 use vibrissa::sink::folder::{Folder, Question, hash, hash_all};
 use vibrissa::sink::run_json;
 
 use super::args::{Calibrate, Locate};
-use super::calibrate::prepared;
+use super::calibrate::{Begun, begin};
 use super::reply::Reply;
 use super::say;
 
@@ -30,39 +30,24 @@ pub fn calibrate(
     args: &Calibrate,
     (bytes, names): (&[u8], &Names),
     (rig, spec): (&Rig, &Spec),
-    start: Instant,
+    (said, start): (Option<Drive>, Instant),
 ) -> Result<Reply, Error> {
     let label = args.data.display().to_string();
-    if !args.export.is_empty() {
-        let error = InputError::new("answers of several channels are not exported").key("--export");
-        return Err(error.allowed("a spec of one signal in [sensor]").into());
-    }
-    let options = prepared(&args.common, spec)?;
-    let quiet = options.quiet == Some(true);
-    let mut read = bytes;
-    let digest = hash_all(&mut read).map_err(|e| Error::Run(e.to_string()))?;
-    let stem =
-        args.data.file_stem().map_or_else(|| "calibration".into(), |s| s.to_string_lossy().into_owned());
-    let out = super::folder(options.out.as_ref(), &stem, "calibrate");
-    let drive = args.theta.or(args.delta);
-    let of = json!({ "data": digest, "drive": drive, "fit": args.fit, "columns": args.columns, "run": args.run, "group": args.group });
-    if options.plan == Some(true) {
+    let one = [
+        ("--export", !args.export.is_empty(), "a spec of one signal in [sensor]"),
+        ("--estimator", args.estimator.is_some(), "nothing: each channel is answered by the best of its own"),
+    ];
+    of_one_signal(&one)?;
+    let Begun { asked, identity, out, question } = begin(args, bytes, (rig, spec), said)?;
+    let quiet = asked.run.quiet == Some(true);
+    if asked.run.plan == Some(true) {
         let text = format!(
             "would calibrate the channels of {label} and write to {}; nothing was run\n",
             out.display()
         );
         return Ok(Reply { text, out: Some(out), ..Reply::default() });
     }
-    let mut question = Question { name: stem, ..Question::of_scene("calibrate", spec, of) };
-    question.inputs.push(args.data.clone());
-    let mut folder = Folder::open(&out, question, &FILES, options.force == Some(true))?;
-    let asked = Options {
-        drive,
-        group: calibrate::widths(&args.group)?,
-        fit: report::named_parameters(&args.fit, rig.setup.drive)?,
-        run: options.clone(),
-        hash: digest.clone(),
-    };
+    let mut folder = Folder::open(&out, question, &FILES, asked.run.force == Some(true))?;
     let found = several((&label, bytes, names), rig, &asked)?;
     if !quiet {
         spec.warnings.iter().for_each(say::warning);
@@ -81,7 +66,7 @@ pub fn calibrate(
     let counts = json!({ "rows": found.data[0].rows.len(), "taps": found.taps.len(), "used": found.taps.iter().filter(|t| t.used).count() });
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
     let document =
-        report::document(spec, &hash(&digest), (&found.data[0], &digest), [&counts, &seconds, &result]);
+        report::document(spec, &identity, (&found.data[0], &asked.hash), [&counts, &seconds, &result]);
     folder.run_json(&document)?;
     let written = folder.finish()?;
     let text = text
@@ -99,10 +84,21 @@ pub fn calibrate(
     Ok(reply.removing(&written.removed))
 }
 
+/// Refuses options that are said of one signal: each with whether it was said, and what is allowed.
+pub(super) fn of_one_signal(options: &[(&str, bool, &str)]) -> Result<(), InputError> {
+    match options.iter().find(|(_, said, _)| *said) {
+        Some((key, _, allowed)) => {
+            let error = InputError::new("this is said of one signal, and the sensor has several channels");
+            Err(error.key(*key).allowed(*allowed))
+        }
+        None => Ok(()),
+    }
+}
+
 /// Errors of each channel and of all together, for people and for programs.
 fn told(found: &Calibration) -> (String, Value) {
     let mut text = String::new();
-    let (rms, within, n) = found.errors(|t| t.located);
+    let (rms, within, n) = found.errors();
     let mut channels = Vec::new();
     for (k, (name, c)) in found.sensor.channels.iter().enumerate() {
         let side = &found.each[k].sides[0];
@@ -140,10 +136,7 @@ pub fn locate(
         ("--zero", args.zero.is_some(), "rows without contact, which tell the zero of each channel"),
         ("--estimator", args.estimator.is_some(), "nothing: each channel is answered by the best of its own"),
     ];
-    if let Some((key, _, allowed)) = one.into_iter().find(|(_, said, _)| *said) {
-        let error = InputError::new("this is said of one signal, and the calibration has several channels");
-        return Err(error.key(key).allowed(allowed).into());
-    }
+    of_one_signal(&one)?;
     let mut answers = Several::new(&sensor, &label, &opener(options))?;
     answers.locators.iter_mut().for_each(|l| l.same_run = args.same_run);
     let columns = args.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();

@@ -15,6 +15,7 @@ use super::args::Simulate;
 use super::calibrate::prepared;
 use super::reply::Reply;
 use super::say;
+use super::several::of_one_signal;
 
 /// Simulates the taps of a spec into `measurements.csv`.
 pub fn run(args: &Simulate) -> Result<Reply, Error> {
@@ -84,29 +85,17 @@ pub fn run(args: &Simulate) -> Result<Reply, Error> {
     .removing(&written.removed))
 }
 
-/// Refuses what is said of one signal.
-fn one_signal(args: &Simulate) -> Result<(), InputError> {
-    let said = [
-        ("--noise", args.noise.is_some()),
-        ("--signal", args.signal.is_some()),
-        ("--drift", args.drift != 0.0),
-        ("--saturate", args.saturate.is_some()),
-        ("--hysteresis", args.hysteresis != 0.0),
-        ("--object", args.object.is_some()),
-    ];
-    match said.into_iter().find(|(_, said)| *said) {
-        Some((key, _)) => {
-            Err(InputError::new("this is said of one signal, and the sensor has several channels")
-                .key(key)
-                .allowed("noise or covariance in [sensor] of the spec; the rest with one signal only"))
-        }
-        None => Ok(()),
-    }
-}
-
 fn settings(args: &Simulate, rig: &Rig) -> Result<Settings, InputError> {
     if rig.setup.channels.is_some() {
-        one_signal(args)?;
+        let allowed = "noise or covariance in [sensor] of the spec; the rest with one signal only";
+        of_one_signal(&[
+            ("--noise", args.noise.is_some(), allowed),
+            ("--signal", args.signal.is_some(), allowed),
+            ("--drift", args.drift != 0.0, allowed),
+            ("--saturate", args.saturate.is_some(), allowed),
+            ("--hysteresis", args.hysteresis != 0.0, allowed),
+            ("--object", args.object.is_some(), allowed),
+        ])?;
     }
     let unit = match &args.signal {
         None => Unit::of_signal(rig.setup.signal),

@@ -5,7 +5,6 @@
 
 pub mod array;
 pub mod curve;
-pub mod least;
 pub mod point;
 pub mod pose;
 pub mod rows;

@@ -7,9 +7,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::least::{Minimum, minimise, slopes};
 use super::point::{Covariance, Noise, Point};
 use super::pose::Pose;
+use crate::estimator::least::{FREE, Minimum, by_values, slopes};
 use crate::locate::Locator;
 use crate::locate::table::Reading;
 use crate::measure::skin::Skin;
@@ -27,6 +27,8 @@ const TOUCH: f64 = 0.5;
 const OFF: f64 = 5.0;
 /// Readings are used beyond the calibrated drives by this share of the ends.
 const BEYOND: f64 = 0.1;
+/// Relative gain of χ² below which a fit ends.
+const SETTLED: f64 = 1e-10;
 /// Even number of parts of the integral of the creep.
 const PARTS: usize = 8;
 /// Noise that is counted at least, relative to the signal: the model is solved no better.
@@ -120,10 +122,12 @@ impl Stroke<'_> {
     /// hardly free).
     fn fit(&self, start: f64) -> Option<Minimum> {
         let of = |p: &[f64]| self.residuals(p);
-        let sharp = minimise(&of, vec![0.0, start], &self.steps(2))?;
+        let minimum =
+            |from: &[f64]| by_values(&of, from, &self.steps(from.len()), &vec![FREE; from.len()], SETTLED);
+        let sharp = minimum(&[0.0, start])?;
         let mut from = sharp.at.clone();
         from.resize(POWERS + 2, 0.0);
-        let smooth = minimise(&of, from.clone(), &self.steps(from.len()));
+        let smooth = minimum(&from);
         let room = 2.0 * (self.angles.len() as f64).ln();
         Some(smooth.filter(|smooth| smooth.chi2() + room < sharp.chi2()).unwrap_or(sharp))
     }

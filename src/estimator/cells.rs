@@ -88,8 +88,19 @@ impl Cell {
     }
 }
 
+/// Levels of distance and drive, and cells, of the taps that `wanted` picks.
+pub fn grouped(taps: &[Tap], rig: &Rig, wanted: impl Fn(&Tap) -> bool) -> ([Levels; 2], Vec<Cell>) {
+    let levels = |axis: usize| Levels::of(taps.iter().filter(|t| wanted(t)).map(|t| t.group[axis]));
+    let (distances, drives) = (levels(0), levels(1));
+    let cells = match distances.is_empty() {
+        true => Vec::new(),
+        false => cells(taps, rig, &distances, &drives, &wanted),
+    };
+    ([distances, drives], cells)
+}
+
 /// Cells of the taps that `wanted` picks, by distance, then drive.
-pub fn cells(
+fn cells(
     taps: &[Tap],
     rig: &Rig,
     distances: &Levels,

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::{Answers, Estimator, Fault, Judged, Known, LeaveOut, Opening, Shape, SideRecord, positive};
 use crate::error::Error;
 use crate::estimator::cells::Cell;
-use crate::estimator::fit::Fit;
+use crate::estimator::fitted::Fit;
 use crate::estimator::held_out::Side as Measured;
 use crate::estimator::model::Found;
 use crate::estimator::model::polynomial::{Point, Polynomial};

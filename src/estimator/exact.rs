@@ -12,7 +12,7 @@ use super::{
 };
 use crate::curve::Curve;
 use crate::error::{Error, InputError, SolveError};
-use crate::estimator::fit::Fit;
+use crate::estimator::fitted::Fit;
 use crate::estimator::held_out::Side as Measured;
 use crate::estimator::model::Found;
 use crate::estimator::model::error::ModelError;

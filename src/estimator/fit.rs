@@ -3,12 +3,12 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::bounded;
 use super::cells::Cell;
-use super::normal;
-use crate::error::InputError;
+use super::fitted::Fit;
+use super::least;
 use crate::estimator::model::error::ModelError;
 use crate::estimator::model::exact::{Exact, Extent, Opener, Parameter, Values, spec_values};
+use crate::estimator::model::parameter::width;
 use crate::measure::Rig;
 use crate::physics::solid::is_solid;
 
@@ -26,70 +26,6 @@ const SETTLED: f64 = 1e-14;
 const SETTLED_SOLID: f64 = 1e-10;
 /// Share of the cells for which the model must have solutions.
 const ENOUGH: f64 = 0.5;
-
-/// A fit.
-#[derive(Debug, Clone)]
-pub struct Fit {
-    /// The model with its parameters.
-    pub exact: Exact,
-    /// Asked for, but not determined by the data: held at the spec's value.
-    pub undetermined: Vec<Parameter>,
-    /// Standard deviation of a cell beyond noise, relative to its signal.
-    pub misfit: f64,
-    /// χ² per degree of freedom with noise alone; NaN without noise or freedom.
-    pub chi2: f64,
-    /// Places of the cells that were fitted: those for which the model has solutions.
-    pub cells: Vec<usize>,
-    /// d reading/dp of each of these.
-    pub slopes: DMatrix<f64>,
-    /// measured − expected of each.
-    pub residuals: DVector<f64>,
-    /// Standard deviation of each.
-    pub deviations: DVector<f64>,
-}
-
-/// A tap of a fitted cell.
-#[derive(Debug, Clone, Copy)]
-pub struct Ordered {
-    /// Place of its cell among those that were fitted.
-    pub cell: usize,
-    /// Taps of this cell.
-    pub of: f64,
-    /// Place of the tap in the file.
-    pub order: f64,
-    /// Measured − expected.
-    pub left: f64,
-}
-
-impl Fit {
-    /// The constant of the signal, which was fitted, and its standard error where the zero may also drift in the order of `rows`: a straight
-    /// drift over rows that go with the distance passes for one; and what both leave of each row. `None` where nothing tells them apart.
-    pub fn constant(&self, rows: &[Ordered]) -> Option<([f64; 2], DVector<f64>)> {
-        let k = self.exact.fitted.iter().position(|p| *p == Parameter::Zero)?;
-        let (n, m) = (rows.len(), self.slopes.ncols());
-        let middle = rows.iter().map(|r| r.order).sum::<f64>() / n as f64;
-        let deviation = |r: &Ordered| self.deviations[r.cell] * r.of.sqrt();
-        let entry = |r: &Ordered, j: usize| if j < m { self.slopes[(r.cell, j)] } else { r.order - middle };
-        let design = DMatrix::from_fn(n, m + 1, |i, j| entry(&rows[i], j) / deviation(&rows[i]));
-        let left = DVector::from_iterator(n, rows.iter().map(|r| r.left / deviation(r)));
-        let (step, inverse) = normal::solve(&design.tr_mul(&design), &design.tr_mul(&left))?;
-        let freedom = n.checked_sub(m + 1).filter(|n| *n > 0)? as f64;
-        let rest = left - &design * &step;
-        let error = ((rest.norm_squared() / freedom).max(1.0) * inverse[(k, k)]).sqrt();
-        let value = self.exact.values[Parameter::Zero as usize] + step[k];
-        Some(([value, error], DVector::from_fn(n, |i, _| rest[i] * deviation(&rows[i]))))
-    }
-
-    /// Standard errors of the fitted parameters where the zero of the signal, of which every reading is taken off, has one itself: as if all
-    /// were fitted together.
-    pub fn errors(&self, zero: f64) -> Vec<f64> {
-        let weights = self.deviations.map(|d| 1.0 / (d * d));
-        let pulled = self.slopes.tr_mul(&weights);
-        let c = &self.exact.covariance;
-        let shift = |i: usize| zero * c[i].iter().zip(pulled.iter()).map(|(c, p)| c * p).sum::<f64>();
-        (0..c.len()).map(|i| c[i][i].max(0.0).sqrt().hypot(shift(i))).collect()
-    }
-}
 
 /// What is known of the zero of the signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -117,47 +53,6 @@ pub struct Task<'a> {
     pub zero: Taring,
     /// Solves models.
     pub open: Opener<'a>,
-}
-
-/// Refuses parameters that the model of `rig` does not have.
-pub fn check(rig: &Rig, asked: &[Parameter]) -> Result<(), InputError> {
-    let values = spec_values(&rig.setup);
-    for p in asked {
-        if values[*p as usize].is_nan() {
-            let allowed = match p {
-                Parameter::Nu => "shear = true in [model]",
-                Parameter::Mu => "contact = { coulomb = … } in [model]",
-                Parameter::Ratio => "material = { mooney-rivlin = … } or { neo-hookean = … } in [model]",
-                Parameter::Hub => "an active whisker (theta_deg)",
-                Parameter::Clamp => {
-                    "clamp = c0 in [model]: 0.054 if bonded, -0.021 if glued, -0.358 in a smooth socket"
-                }
-                Parameter::Root => "root = { k_theta = … } in [whisker], about as stiff as it may be",
-                Parameter::Factor | Parameter::DriveOffset | Parameter::DistanceOffset | Parameter::Zero => {
-                    ""
-                }
-            };
-            let message = "the model of this spec has no such parameter, so that it cannot be fitted";
-            let name = p.name(rig.setup.drive);
-            return Err(InputError::new(message).key("--fit").value(name).allowed(allowed));
-        }
-    }
-    Ok(())
-}
-
-/// How much of a parameter is a lot: what it could plausibly be off by.
-fn width(p: Parameter, values: &Values, drives: [f64; 2], [size, before]: [f64; 2]) -> f64 {
-    match p {
-        Parameter::Factor => values[0].abs(),
-        Parameter::DriveOffset => (0.1 * drives[1]).max(before),
-        Parameter::DistanceOffset => 2.0,
-        Parameter::Hub => 5.0,
-        Parameter::Nu | Parameter::Mu => 0.5,
-        Parameter::Ratio => 1.0,
-        Parameter::Clamp => 0.2,
-        Parameter::Root => values[p as usize],
-        Parameter::Zero => 0.2 * size,
-    }
 }
 
 impl Task<'_> {
@@ -263,7 +158,7 @@ impl Task<'_> {
         let x = free.iter().zip(&scale).map(|(p, s)| values[*p as usize] / s);
         let x = DVector::from_iterator(free.len(), x);
         let problem = Problem { task: *self, free, scale, deviations };
-        let mut found = bounded::minimise(&problem, x, exact, &bounds, settled)?;
+        let mut found = least::minimise(&problem, x, exact, &bounds, settled)?;
         found.look_beside(self.rig, self.at, self.open)?;
         Ok(found)
     }
@@ -356,7 +251,7 @@ struct Problem<'a> {
     deviations: Vec<f64>,
 }
 
-impl bounded::Problem for Problem<'_> {
+impl least::Problem for Problem<'_> {
     type Model = Exact;
     type Error = ModelError;
 

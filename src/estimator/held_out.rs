@@ -5,7 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::cells::Cell;
-use super::fit::Fit;
+use super::fitted::Fit;
 use super::learned::Learnt;
 use super::model::Found;
 use super::taps::Tap;

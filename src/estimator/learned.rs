@@ -11,7 +11,7 @@ use vibrissa_learned::rows::Row;
 use super::{Answers, Estimator, Fault, Judged, Known, LeaveOut, Opening, Shape, SideRecord};
 use crate::error::Error;
 use crate::estimator::exact::unsolved;
-use crate::estimator::fit::Fit;
+use crate::estimator::fitted::Fit;
 use crate::estimator::held_out::Side as Measured;
 use crate::estimator::model::Found;
 use crate::estimator::model::exact::{Exact, Extent, HARD, spec_values};

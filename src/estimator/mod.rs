@@ -3,13 +3,14 @@
 //! An estimator is one file that implements [`Estimator`] and one line of [`registry`]. What it makes of a calibration
 //! [`Answers`] readings.
 
-pub mod bounded;
 pub mod cells;
 pub mod curve;
 pub mod exact;
 pub mod fit;
+pub mod fitted;
 pub mod held_out;
 pub mod learned;
+pub mod least;
 pub mod model;
 pub mod normal;
 pub mod paper;
@@ -22,7 +23,7 @@ pub mod taps;
 use std::fmt;
 
 use crate::error::Error;
-use crate::estimator::fit::Fit;
+use crate::estimator::fitted::Fit;
 use crate::estimator::held_out::Side as Measured;
 use crate::measure::Rig;
 use crate::scene::Side;

@@ -8,7 +8,7 @@ use super::{
 use crate::design::amount;
 use crate::error::Error;
 use crate::estimator::cells::Cell;
-use crate::estimator::fit::Fit;
+use crate::estimator::fitted::Fit;
 use crate::estimator::held_out::Side as Measured;
 use crate::estimator::model::Found;
 use crate::estimator::model::paper::{Factors, Paper};

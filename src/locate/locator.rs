@@ -339,6 +339,12 @@ impl Locator {
         sign * side.answers.expected(a, drive)
     }
 
+    /// Whether the strain of a tared signal is beyond the limit.
+    pub(crate) fn limit_of(&self, signal: f64) -> Status {
+        let side = self.sides.iter().find(|s| s.sign == signal.signum());
+        self.limit(signal, side.map_or(f64::NAN, |side| side.factor))
+    }
+
     fn limit(&self, signal: f64, factor: f64) -> Status {
         if self.rig.setup.signal != Signal::Strain {
             return Status::OK;

@@ -12,6 +12,7 @@
 
 pub mod calibration;
 mod kept;
+mod likely;
 mod lines;
 pub mod locator;
 pub mod pair;

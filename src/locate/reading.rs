@@ -4,9 +4,12 @@ use std::borrow::Cow;
 
 use super::Locator;
 use crate::error::InputError;
-use crate::measure::columns::{Columns, Names, may_drive};
 use crate::measure::text::{Decimals, fields, separator};
 use crate::measure::{Unit, text};
+use crate::measure::{
+    columns::{Columns, may_drive},
+    names::Names,
+};
 use crate::scene::{Drive, Signal};
 
 /// The first line of a file, if it names columns.

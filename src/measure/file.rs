@@ -5,12 +5,15 @@ use std::hash::{Hash, Hasher};
 use std::path::Path;
 
 use super::Unit;
-pub use super::columns::DISTANCE;
-use super::columns::{Columns, Names, all_names, followed, missing};
 use super::group::rounded;
+pub use super::names::DISTANCE;
 use super::others::Others;
 use super::runs::{Runs, forward};
 use super::text::{Decimals, OTHER_MARK, fields, separator};
+use super::{
+    columns::{Columns, all_names, followed, missing},
+    names::Names,
+};
 use crate::error::InputError;
 use crate::scene::Drive;
 

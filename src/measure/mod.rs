@@ -8,6 +8,7 @@ pub mod columns;
 pub mod counts;
 pub mod file;
 pub mod group;
+pub mod names;
 mod others;
 pub mod rest;
 pub mod rig;
@@ -17,7 +18,7 @@ pub mod text;
 pub mod unit;
 pub mod zero;
 
-pub use columns::Names;
 pub use file::{Data, Row};
+pub use names::Names;
 pub use rig::Rig;
 pub use unit::Unit;

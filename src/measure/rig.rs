@@ -3,7 +3,7 @@
 use crate::design::Design;
 use crate::error::InputError;
 use crate::measure::Data;
-use crate::measure::columns::Channel;
+use crate::measure::names::Channel;
 use crate::physics::linear::{StrainCurve, shear_length2};
 use crate::scene::{
     Convention, DirectionColumns, Drive, Output, Setup, Signal, Space, Spec, Study, Theory, Tuple,

@@ -98,8 +98,7 @@ pub fn simulate(
         ["theta_deg", signal, "true_x_mm", "true_y_mm", "touch_x_mm", "touch_y_mm", "source", "status"];
     text.header(&[&BEFORE[..], &after].concat())?;
     let mut counts = Counts::default();
-    let shown = DirectionColumns::default();
-    let mut state = State { settings, rig, shown, row: 0, since_zero: u64::MAX, last: [0.0; 2] };
+    let mut state = State::new(rig, settings, DirectionColumns::default());
     for (k, solved) in solved.into_iter().enumerate() {
         let (pose, first, contacts) = match solved {
             Ok(found) => found,

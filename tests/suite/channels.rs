@@ -235,7 +235,7 @@ fn mixed_channels_are_calibrated_from_the_data_alone() {
         (&["locate", "c/calibration.toml", "f/measurements.csv", "--zero", "1", "--out", "x"], "one signal"),
         (&["locate", "changed.toml", "f/measurements.csv", "--out", "x"], "edited by hand"),
         (&["simulate", "spec.toml", "--noise", "1e-5", "--out", "x"], "several channels"),
-        (&calibrate, "not exported"),
+        (&calibrate, "--export: this is said of one signal"),
         (
             &["contour", "--calibration", "c/calibration.toml", "f/measurements.csv", "--out", "x"],
             "several channels",

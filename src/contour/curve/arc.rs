@@ -3,10 +3,13 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::Sample;
-use crate::contour::least::{minimise, slopes};
+use crate::estimator::least::{FREE, by_values, slopes};
 
 /// Small changes of offset (mm), direction (rad), curvature (1/mm).
 const STEPS: [f64; 3] = [1e-5, 1e-6, 1e-7];
+
+/// Relative gain of χ² below which a fit ends.
+const SETTLED: f64 = 1e-10;
 
 /// A line, or a circle.
 #[derive(Debug, Clone, PartialEq)]
@@ -158,7 +161,8 @@ impl Arc {
             };
             used().map(one).collect()
         };
-        let found = minimise(&of, self.values.clone(), &STEPS[..self.values.len()])?;
+        let n = self.values.len();
+        let found = by_values(&of, &self.values, &STEPS[..n], &vec![FREE; n], SETTLED)?;
         Some(Self { values: found.at, covariance: found.covariance, ..self.clone() })
     }
 

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use crate::error::InputError;
+use crate::measure::Rig;
 use crate::scene::{Clamp, Contact, Drive, Material, Setup};
 
 /// A parameter of the model that can be fitted.
@@ -146,4 +148,45 @@ pub fn scene_with(setup: &Setup, values: &Values) -> Setup {
         setup.model.material = Material::MooneyRivlin([c10, ratio * c10]);
     }
     setup
+}
+
+/// Refuses parameters that the model of `rig` does not have.
+pub fn check(rig: &Rig, asked: &[Parameter]) -> Result<(), InputError> {
+    let values = spec_values(&rig.setup);
+    for p in asked {
+        if values[*p as usize].is_nan() {
+            let allowed = match p {
+                Parameter::Nu => "shear = true in [model]",
+                Parameter::Mu => "contact = { coulomb = … } in [model]",
+                Parameter::Ratio => "material = { mooney-rivlin = … } or { neo-hookean = … } in [model]",
+                Parameter::Hub => "an active whisker (theta_deg)",
+                Parameter::Clamp => {
+                    "clamp = c0 in [model]: 0.054 if bonded, -0.021 if glued, -0.358 in a smooth socket"
+                }
+                Parameter::Root => "root = { k_theta = … } in [whisker], about as stiff as it may be",
+                Parameter::Factor | Parameter::DriveOffset | Parameter::DistanceOffset | Parameter::Zero => {
+                    ""
+                }
+            };
+            let message = "the model of this spec has no such parameter, so that it cannot be fitted";
+            let name = p.name(rig.setup.drive);
+            return Err(InputError::new(message).key("--fit").value(name).allowed(allowed));
+        }
+    }
+    Ok(())
+}
+
+/// How much of a parameter is a lot: what it could plausibly be off by.
+pub fn width(p: Parameter, values: &Values, drives: [f64; 2], [size, before]: [f64; 2]) -> f64 {
+    match p {
+        Parameter::Factor => values[0].abs(),
+        Parameter::DriveOffset => (0.1 * drives[1]).max(before),
+        Parameter::DistanceOffset => 2.0,
+        Parameter::Hub => 5.0,
+        Parameter::Nu | Parameter::Mu => 0.5,
+        Parameter::Ratio => 1.0,
+        Parameter::Clamp => 0.2,
+        Parameter::Root => values[p as usize],
+        Parameter::Zero => 0.2 * size,
+    }
 }

@@ -1,0 +1,103 @@
+//! The zero of the signal that nobody read.
+
+use crate::error::Error;
+use crate::estimator::cells::grouped;
+use crate::estimator::learned::Learnt;
+use crate::estimator::model::error::ModelError;
+use crate::estimator::model::exact::{Opener, Parameter};
+use crate::estimator::taps::Tap;
+use crate::estimator::{
+    fit::{Taring, Task},
+    fitted::Ordered,
+};
+use crate::measure::zero::{Tared, TaredBy};
+use crate::measure::{Data, Rig};
+use crate::scene::Side;
+
+/// Share of a signal that is nothing: models are solved to less.
+const SOLVED: f64 = 3e-7;
+
+/// The constant of the signals of one side, of its sign, and its standard error, as a model says that follows all of them within their
+/// noise, and beside which the zero may drift. A curve that may take any shape takes part of an offset of the drive for one of the signal.
+pub(super) fn of_model(
+    (rig, taps): (&Rig, &[Tap]),
+    (sign, gauge): (f64, Side),
+    noise: f64,
+    fit: &[Parameter],
+    open: Opener<'_>,
+) -> Result<Option<[f64; 2]>, Error> {
+    let here = |t: &Tap| t.reason.is_none() && t.signal.signum() == sign;
+    let ([distances, _], cells) = grouped(taps, rig, here);
+    let Some(at) = super::extent(rig, taps, sign, gauge).filter(|_| distances.len() > 1) else {
+        return Ok(None);
+    };
+    let task = Task { rig, at, cells: &cells, noise, zero: Taring::Sought, open };
+    let Some(found) = ModelError::of_run(task.fit(fit))? else { return Ok(None) };
+    if !found.undetermined.is_empty() {
+        return Ok(None);
+    }
+    let rows = found.cells.iter().enumerate().flat_map(|(cell, at)| {
+        let c = &cells[*at];
+        c.taps.iter().map(move |k| (cell, c.n(), &taps[*k]))
+    });
+    let rows: Vec<(Ordered, f64)> = rows
+        .map(|(cell, of, t)| {
+            let left = t.signal.abs() - found.exact.expected(t.a, t.drive);
+            (Ordered { cell, of, order: t.place as f64, left }, t.signal.abs())
+        })
+        .filter(|(row, _)| row.left.is_finite())
+        .collect();
+    let said = found.constant(&rows.iter().map(|r| r.0).collect::<Vec<_>>());
+    let Some((constant, left)) = said else { return Ok(None) };
+    let n = left.len() as f64;
+    let within = left.norm_squared() <= noise * noise * (n + 2.0 * (2.0 * n).sqrt());
+    let exact = || rows.iter().zip(left.iter()).all(|((_, signal), e)| e.abs() <= SOLVED * signal);
+    Ok((within || exact()).then_some(constant))
+}
+
+/// Takes a constant off every tap.
+pub(super) fn tare(
+    (data, rig): (&Data, &Rig),
+    taps: &mut [Tap],
+    tared: &mut Tared,
+    from: TaredBy,
+    [value, error]: [f64; 2],
+) {
+    for tap in taps {
+        tap.zero += value;
+        tap.signal = data.unit.above(tap.signal, value, rig.setup.gauge.factor);
+    }
+    *tared = Tared { from, value: tared.value + value, error, ..tared.clone() };
+}
+
+/// What to say of a drift that no zero reading shows.
+pub(super) fn wandering(data: &Data, rig: &Rig, learnt: &Learnt) -> String {
+    let zeros = || learnt.fit.zeros.iter().copied();
+    format!(
+        "{}: no zero was read, and what the curve leaves goes with the order of the lines, as if the zero drifted by {:.2e} {} over the file; \
+         a drift is taken into account. Read the zero now and then (rows with {} = 0)",
+        data.file,
+        zeros().fold(f64::NEG_INFINITY, f64::max) - zeros().fold(f64::INFINITY, f64::min),
+        data.unit.common(),
+        rig.setup.drive.column()
+    )
+}
+
+/// What to say of a zero that nobody read.
+pub(super) fn untared(data: &Data, rig: &Rig, tared: &Tared, unread: f64) -> Option<String> {
+    let (kind, unit) = (rig.setup.drive.column(), data.unit.common());
+    match tared.from {
+        TaredBy::Fitted => Some(format!(
+            "{}: no zero was read; the data say that the signal has a constant offset of {:.4e} ± {:.1e} {unit}, which was subtracted, \
+             as it will be from readings without a zero of their own. A drift of the zero would do much of that: rows with {kind} = 0 now and \
+             then would tell",
+            data.file, tared.value, unread
+        )),
+        TaredBy::None if tared.error == 0.0 => Some(format!(
+            "{}: no zero was read, and these data cannot tell a constant offset of the signal from a tap: it is taken as tared. Rows \
+             with {kind} = 0 say what the sensor shows without contact",
+            data.file
+        )),
+        _ => None,
+    }
+}

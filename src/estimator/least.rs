@@ -1,0 +1,258 @@
+//! Nonlinear least squares within bounds: Gauss and Newton's steps in a trust region of the unknowns, which stay at bounds that they push against.
+//! Without bounds a fit stalled where friction was 0 and ν 0.5, since its steps led out of what both may be.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::{normal, singular};
+
+/// First and largest radius of the trust region, in unknowns, whose plausible range is about 1.
+const RADIUS: f64 = 0.3;
+const WIDEST: f64 = 10.0;
+/// Most trials per unknown.
+const PATIENCE: usize = 60;
+/// Bisections of the damping.
+const BISECTIONS: usize = 60;
+
+/// What is fitted.
+pub trait Problem {
+    /// What the unknowns make.
+    type Model;
+    /// What can go wrong.
+    type Error;
+
+    /// Of the unknowns `x`, which are not far from those of `near`.
+    fn model(&self, x: &DVector<f64>, near: &Self::Model) -> Result<Self::Model, Self::Error>;
+
+    /// `None` where `model` says nothing about some of the data.
+    fn residuals(&self, model: &Self::Model) -> Option<DVector<f64>>;
+
+    /// d residual/d unknown.
+    fn slopes(&self, model: &mut Self::Model) -> Result<Option<DMatrix<f64>>, Self::Error>;
+}
+
+/// The least squares from `x` and its `model` on, with every unknown in its `bounds`; ends where a step changes the unknowns, or the sum of
+/// squares, by less than `settled` of it.
+///
+/// # Errors
+/// Those of the problem.
+pub fn minimise<P: Problem>(
+    problem: &P,
+    mut x: DVector<f64>,
+    mut model: P::Model,
+    bounds: &[[f64; 2]],
+    settled: f64,
+) -> Result<P::Model, P::Error> {
+    let mut radius = RADIUS;
+    let mut trials = PATIENCE * (x.len() + 1);
+    while trials > 0 {
+        let (r, j) = (problem.residuals(&model), problem.slopes(&mut model)?);
+        let (Some(r), Some(j)) = (r, j) else { break };
+        let before = r.norm_squared();
+        loop {
+            trials = trials.saturating_sub(1);
+            let Some(step) = within(&x, (&j, &r), bounds, radius) else { return Ok(model) };
+            let trial = DVector::from_fn(x.len(), |i, _| (x[i] + step[i]).clamp(bounds[i][0], bounds[i][1]));
+            let foreseen = 1.0 - (&r + &j * &step).norm_squared() / before;
+            let still = step.norm() <= settled * x.norm();
+            // Not-a-number where nothing is left of the squares.
+            if still || trials == 0 || foreseen.is_nan() || foreseen <= settled * settled.sqrt() {
+                return Ok(model);
+            }
+            let next = problem.model(&trial, &model)?;
+            let gain =
+                problem.residuals(&next).map_or(f64::NEG_INFINITY, |r| 1.0 - r.norm_squared() / before);
+            if gain < 0.25 * foreseen {
+                radius = 0.25 * step.norm();
+            } else if gain > 0.75 * foreseen {
+                radius = radius.max(2.0 * step.norm()).min(WIDEST);
+            }
+            if gain > 1e-4 * foreseen {
+                (x, model) = (trial, next);
+                if gain.max(foreseen) <= settled {
+                    return Ok(model);
+                }
+                break;
+            }
+        }
+    }
+    Ok(model)
+}
+
+/// The step of at most about `radius` from `x` that foresees the least squares; what it would carry past a bound goes to that, and the others go on
+/// from there. `None` where numbers fail.
+fn within(
+    x: &DVector<f64>,
+    (j, r): (&DMatrix<f64>, &DVector<f64>),
+    bounds: &[[f64; 2]],
+    radius: f64,
+) -> Option<DVector<f64>> {
+    let gradient = j.tr_mul(r);
+    let pushes = |i: usize| {
+        let [lo, hi] = bounds[i];
+        (x[i] <= lo && gradient[i] > 0.0) || (x[i] >= hi && gradient[i] < 0.0)
+    };
+    let mut free: Vec<usize> = (0..x.len()).filter(|&i| !pushes(i)).collect();
+    let mut step = DVector::zeros(x.len());
+    while !free.is_empty() {
+        let part = damped(&j.select_columns(&free), &(r + j * &step), radius)?;
+        let past = |(k, i): (usize, &usize)| {
+            let [lo, hi] = bounds[*i];
+            let end = x[*i] + part[k];
+            (end < lo || end > hi).then(|| (*i, end.clamp(lo, hi) - x[*i]))
+        };
+        let ends: Vec<(usize, f64)> = free.iter().enumerate().filter_map(past).collect();
+        if ends.is_empty() {
+            free.iter().zip(part.iter()).for_each(|(i, s)| step[*i] = *s);
+            break;
+        }
+        ends.iter().for_each(|(i, s)| step[*i] = *s);
+        free.retain(|i| !ends.iter().any(|(e, _)| e == i));
+    }
+    Some(step)
+}
+
+/// The best step no longer than `radius` where no bound is near.
+fn damped(j: &DMatrix<f64>, r: &DVector<f64>, radius: f64) -> Option<DVector<f64>> {
+    let svd = singular::values(j.clone(), true)?;
+    let (along, right) = (svd.u?.tr_mul(r), svd.v_t?.transpose());
+    let of = |lambda: f64| {
+        let part = |s: f64, b: f64| if s == 0.0 { 0.0 } else { -s * b / (s * s + lambda) };
+        &right * svd.singular_values.zip_map(&along, part)
+    };
+    let whole = of(0.0);
+    if whole.norm() <= radius {
+        return Some(whole);
+    }
+    // The step is no longer than |Jᵀ r| / λ.
+    let most = svd.singular_values.max() * along.norm() / radius;
+    let (mut lo, mut hi) = ((most * 1e-32).ln(), most.ln());
+    for _ in 0..BISECTIONS {
+        let mid = 0.5 * (lo + hi);
+        *(if of(mid.exp()).norm() > radius { &mut lo } else { &mut hi }) = mid;
+    }
+    Some(of(hi.exp()))
+}
+
+/// A change of an unknown that counts as small, for differences, as a share of one that is plausible.
+const SMALL: f64 = 1e-5;
+
+/// A minimum of what is known by its values alone.
+#[derive(Debug, Clone)]
+pub struct Minimum {
+    /// Where it is.
+    pub at: Vec<f64>,
+    /// Inverse of the normal matrix there.
+    pub covariance: DMatrix<f64>,
+    /// Residuals, each over its standard deviation.
+    pub residuals: Vec<f64>,
+}
+
+impl Minimum {
+    /// Sum of squares.
+    pub fn chi2(&self) -> f64 {
+        self.residuals.iter().map(|r| r * r).sum()
+    }
+}
+
+/// Residuals of unknowns; `None` where some have no value.
+pub type Residuals<'a> = &'a dyn Fn(&[f64]) -> Option<Vec<f64>>;
+
+/// Derivatives of `of` at `x` by central differences of half widths `h`, of one side where the other is past the `bounds`: a row each; `None`
+/// where a value is missing.
+fn differences(of: Residuals<'_>, x: &[f64], h: &[f64], bounds: &[[f64; 2]]) -> Option<DMatrix<f64>> {
+    let mut columns = Vec::with_capacity(x.len());
+    let mut moved = x.to_vec();
+    for (i, h) in h.iter().enumerate() {
+        let ends = [x[i] - h, x[i] + h].map(|end| end.clamp(bounds[i][0], bounds[i][1]));
+        let mut at = |end: f64| {
+            moved[i] = end;
+            Some(DVector::from_vec(of(&moved)?))
+        };
+        let (low, high) = (at(ends[0])?, at(ends[1])?);
+        moved[i] = x[i];
+        columns.push((high - low) / (ends[1] - ends[0]));
+    }
+    Some(DMatrix::from_columns(&columns))
+}
+
+/// Derivatives of `of` at `x` by central differences of half widths `h`: a row each; `None` where a value is missing.
+pub fn slopes(of: Residuals<'_>, x: &[f64], h: &[f64]) -> Option<DMatrix<f64>> {
+    differences(of, x, h, &vec![FREE; x.len()])
+}
+
+/// No bounds.
+pub const FREE: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+
+/// The minimum of the squares of `residuals` that is reached from `start` within `bounds`; `h` is a small change of each unknown. `None` where
+/// residuals are missing at the start, or what the data do not determine is asked for.
+pub fn by_values(
+    residuals: Residuals<'_>,
+    start: &[f64],
+    h: &[f64],
+    bounds: &[[f64; 2]],
+    settled: f64,
+) -> Option<Minimum> {
+    residuals(start)?;
+    let scale: Vec<f64> = h.iter().map(|h| h / SMALL).collect();
+    let scaled = DVector::from_fn(start.len(), |i, _| start[i] / scale[i]);
+    let scaled_bounds: Vec<[f64; 2]> = bounds.iter().zip(&scale).map(|(b, s)| b.map(|end| end / s)).collect();
+    let problem = ByValues { residuals, h, scale: &scale, bounds };
+    let Ok(at) = minimise(&problem, scaled, start.to_vec(), &scaled_bounds, settled);
+    let j = differences(residuals, &at, h, bounds)?;
+    let (_, covariance) = normal::solve(&j.tr_mul(&j), &DVector::zeros(at.len()))?;
+    Some(Minimum { residuals: residuals(&at)?, covariance, at })
+}
+
+/// A problem whose derivatives are differences; the unknowns of its steps are divided by `scale`.
+struct ByValues<'a> {
+    residuals: Residuals<'a>,
+    h: &'a [f64],
+    scale: &'a [f64],
+    bounds: &'a [[f64; 2]],
+}
+
+impl Problem for ByValues<'_> {
+    type Model = Vec<f64>;
+    type Error = std::convert::Infallible;
+
+    fn model(&self, x: &DVector<f64>, _: &Vec<f64>) -> Result<Vec<f64>, Self::Error> {
+        let place = |((x, s), [lo, hi]): ((&f64, &f64), &[f64; 2])| (x * s).clamp(*lo, *hi);
+        Ok(x.iter().zip(self.scale).zip(self.bounds).map(place).collect())
+    }
+
+    fn residuals(&self, x: &Vec<f64>) -> Option<DVector<f64>> {
+        (self.residuals)(x).filter(|r| r.iter().all(|r| r.is_finite())).map(DVector::from_vec)
+    }
+
+    fn slopes(&self, x: &mut Vec<f64>) -> Result<Option<DMatrix<f64>>, Self::Error> {
+        let slopes = differences(self.residuals, x, self.h, self.bounds);
+        Ok(slopes.map(|j| DMatrix::from_fn(j.nrows(), j.ncols(), |i, k| j[(i, k)] * self.scale[k])))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rosenbrock's valley.
+    fn valley(x: &[f64]) -> Option<Vec<f64>> {
+        Some(vec![10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]])
+    }
+
+    #[test]
+    fn the_end_of_a_valley_and_the_best_of_its_bounds_are_found() {
+        // Differences leave 1e-10 of a slope; at x = 0.5 the best y is 0.25, and 0.3 of the bounds that begin there.
+        let free = [FREE; 2];
+        for (start, bounds, best) in [
+            (-1.2, free, [1.0, 1.0]),
+            (-1.2, [[-2.0, 0.5], [-5.0, 5.0]], [0.5, 0.25]),
+            (0.2, [[-2.0, 0.5], [0.3, 5.0]], [0.5, 0.3]),
+        ] {
+            let m = by_values(&valley, &[start, 1.0], &[1e-5, 1e-5], &bounds, 1e-14).unwrap();
+            assert!((0..2).all(|i| (m.at[i] - best[i]).abs() < 1e-9), "{:?} is not {best:?}", m.at);
+        }
+        let rank = by_values(&|x| Some(vec![x[0] - 1.0]), &[0.0, 0.0], &[1e-5, 1e-5], &free, 1e-14);
+        assert!(rank.is_none());
+        assert!(by_values(&|_| None, &[0.0], &[1e-5], &free, 1e-14).is_none());
+    }
+}

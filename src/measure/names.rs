@@ -1,0 +1,194 @@
+//! What a column holds, by its name or as `--columns` says.
+
+use super::Unit;
+use super::columns::drive_like;
+use crate::error::InputError;
+use crate::scene::{Drive, Signal};
+
+/// Column of the contact distance.
+pub const DISTANCE: &str = "a_mm";
+/// Column of the tilt of the pole.
+pub const TILT: &str = "tilt_deg";
+
+/// What a column holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// Contact distance, mm.
+    Distance,
+    /// Tap angle in degrees, or displacement in mm.
+    Drive(Drive),
+    /// The signal.
+    Signal(Unit),
+    /// The signal of a second gauge, 90° round the whisker.
+    Second(Unit),
+    /// Tilt of the pole, degrees.
+    Tilt,
+    /// The run that a row belongs to: a name, a number, a date.
+    Run,
+    /// When it was taken, seconds.
+    Time,
+    /// Nothing that is used.
+    Ignored,
+}
+
+impl Role {
+    /// All, with the short name and the column's own name.
+    const ALL: [(&'static str, &'static str, Self); 20] = [
+        ("a", DISTANCE, Self::Distance),
+        ("theta", "theta_deg", Self::Drive(Drive::Angle)),
+        ("delta", "delta_mm", Self::Drive(Drive::Displacement)),
+        ("strain", "strain", Self::Signal(Unit::Strain)),
+        ("microstrain", "microstrain", Self::Signal(Unit::Microstrain)),
+        ("bridge", "bridge_mV_per_V", Self::Signal(Unit::Bridge)),
+        ("reading", "reading", Self::Signal(Unit::Reading)),
+        ("moment", "moment_Nmm", Self::Signal(Unit::Moment)),
+        ("force", "force_N", Self::Signal(Unit::Force)),
+        ("strain_2", "strain_2", Self::Second(Unit::Strain)),
+        ("microstrain_2", "microstrain_2", Self::Second(Unit::Microstrain)),
+        ("bridge_2", "bridge_mV_per_V_2", Self::Second(Unit::Bridge)),
+        ("reading_2", "reading_2", Self::Second(Unit::Reading)),
+        ("tilt", TILT, Self::Tilt),
+        ("run", "run", Self::Run),
+        ("run", "pass", Self::Run),
+        ("run", "session", Self::Run),
+        ("run", "date", Self::Run),
+        ("t", "t_s", Self::Time),
+        ("ignore", "ignore", Self::Ignored),
+    ];
+
+    /// Its name in `--columns`.
+    pub(super) fn short(self) -> &'static str {
+        Self::ALL.iter().find(|r| r.2 == self).map_or("", |r| r.0)
+    }
+
+    fn of_column(name: &str) -> Option<Self> {
+        Self::ALL.iter().find(|(_, column, role)| *column == name && *role != Self::Ignored).map(|r| r.2)
+    }
+}
+
+/// Names of the columns that have a role.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    Role::ALL.into_iter().filter(|(.., role)| *role != Role::Ignored).map(|(_, column, _)| column)
+}
+
+impl Channel {
+    /// That its column is missing.
+    pub(super) fn missing(&self, names: &[String]) -> InputError {
+        let (column, allowed) = match self {
+            Self::Named(column) => (*column, format!("a column {column}")),
+            Self::Of(signal) => {
+                let units =
+                    || Unit::ALL.into_iter().filter(|u| u.signal() == Some(*signal)).map(Unit::column);
+                (Unit::of_signal(*signal).column(), units().collect::<Vec<_>>().join(", "))
+            }
+        };
+        let error = InputError::new(format!("the column of the channel {column} is missing"));
+        error.key(column).value(names.join(",")).allowed(allowed)
+    }
+}
+
+/// Names that the user gave to columns: `a=dist,theta=ang_deg,reading=ch3`.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Names {
+    said: Vec<(Role, String)>,
+    channel: Option<Channel>,
+}
+
+/// The one channel that is read of a file with several.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Channel {
+    /// The columns of this signal.
+    Of(Signal),
+    /// The column of this name, a reading.
+    Named(&'static str),
+}
+
+impl Names {
+    /// Reads the value of `--columns`.
+    ///
+    /// # Errors
+    /// A part that is no `role=name`, a role that is unknown or named twice.
+    pub fn parse(text: &str) -> Result<Self, InputError> {
+        let allowed = "a, theta or delta, strain, microstrain, bridge or reading, the same with _2, tilt, run, t, ignore; each as role=column";
+        let fault = |message: String, part: &str| {
+            InputError::new(message).key("--columns").value(part).allowed(allowed)
+        };
+        let mut all: Vec<(Role, String)> = Vec::new();
+        for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
+            let Some((role, name)) = part.split_once('=').map(|(r, n)| (r.trim(), n.trim())) else {
+                return Err(fault("this names no column".to_owned(), part));
+            };
+            let known = Role::ALL.iter().find(|(short, column, _)| *short == role || *column == role);
+            let Some((.., role)) = known else {
+                let short: Vec<&str> = Role::ALL.iter().map(|r| r.0).collect();
+                let close = crate::error::nearest(role, &short).map(|n| format!("; is {n} meant?"));
+                return Err(fault(format!("there is no such role{}", close.unwrap_or_default()), part));
+            };
+            if name.is_empty() {
+                return Err(fault("the name of the column is missing".to_owned(), part));
+            }
+            if *role != Role::Ignored && all.iter().any(|(r, _)| r == role) {
+                return Err(fault("this role is named twice".to_owned(), part));
+            }
+            all.push((*role, name.to_owned()));
+        }
+        Ok(Self { said: all, channel: None })
+    }
+
+    /// The same with the column `name` as that of the runs.
+    #[must_use]
+    pub fn with_run(mut self, name: &str) -> Self {
+        self.said.retain(|(role, _)| *role != Role::Run);
+        self.said.push((Role::Run, name.to_owned()));
+        self
+    }
+
+    /// The same where one channel is read and the others are ignored.
+    #[must_use]
+    pub fn of_channel(&self, channel: Channel) -> Self {
+        Self { said: self.said.clone(), channel: Some(channel) }
+    }
+
+    /// Roles that the user gave to columns.
+    pub(super) fn said(&self) -> &[(Role, String)] {
+        &self.said
+    }
+
+    /// The one channel that is read, where there are several.
+    pub(super) fn channel(&self) -> Option<&Channel> {
+        self.channel.as_ref()
+    }
+
+    /// Whether nothing was said.
+    pub fn is_empty(&self) -> bool {
+        self.said.is_empty()
+    }
+
+    /// Role of the column `name`: as the user said, else by its own name unless the user named another for that.
+    pub(super) fn role(&self, name: &str) -> Option<Role> {
+        let role = match self.said.iter().find(|(_, n)| n == name) {
+            Some((role, _)) => Some(*role),
+            None => Role::of_column(name).filter(|own| {
+                let same_kind = |r: &Role| std::mem::discriminant(r) == std::mem::discriminant(own);
+                // Of several channels each may be named for itself.
+                let same = |r: &Role| if self.channel.is_some() { r == own } else { same_kind(r) };
+                !self.said.iter().any(|(r, _)| same(r))
+            }),
+        };
+        let Some(channel) = &self.channel else { return role };
+        match (channel, role) {
+            (Channel::Named(column), _) if name == *column => Some(Role::Signal(Unit::Reading)),
+            (Channel::Named(_), None) if name.starts_with("channel_") => Some(Role::Ignored),
+            (Channel::Named(_), Some(Role::Signal(_))) => Some(Role::Ignored),
+            (Channel::Of(signal), Some(Role::Signal(unit))) if unit.signal() != Some(*signal) => {
+                Some(Role::Ignored)
+            }
+            _ => role,
+        }
+    }
+
+    /// Whether `name` says what a column holds, rightly or nearly so: such a line is a header.
+    pub fn known(&self, name: &str) -> bool {
+        self.role(name).is_some() || drive_like(name).is_some()
+    }
+}

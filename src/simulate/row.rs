@@ -1,0 +1,148 @@
+//! One row of synthetic measurements: what is added to the model's answer, and how it is recorded.
+
+use super::{Counts, SOURCE, Settings};
+use crate::error::Error;
+use crate::evaluate::Outcome;
+use crate::measure::Rig;
+use crate::scene::channels::MOST_CHANNELS;
+use crate::scene::sampler::Sampler;
+use crate::scene::{DirectionColumns, Tuple};
+use crate::sink::csv::Text;
+use crate::sink::table::Field;
+use crate::status::Status;
+
+/// Random numbers of one row.
+pub(super) struct Dice {
+    seed: u64,
+    row: u32,
+}
+
+impl Dice {
+    /// Uniform in (0, 1).
+    fn uniform(&self, dimension: u32) -> f64 {
+        (f64::from(Sampler::Random.coordinate(self.seed, dimension, self.row)) + 0.5) / 4_294_967_296.0
+    }
+
+    /// Two standard normal numbers, independent of each other (Box and Muller 1958).
+    pub fn normal(&self) -> [f64; 2] {
+        let (size, turn) = ((-2.0 * self.uniform(0).ln()).sqrt(), std::f64::consts::TAU * self.uniform(1));
+        [size * turn.cos(), size * turn.sin()]
+    }
+
+    /// The same for the channel `k`.
+    fn normal_at(&self, k: u32) -> f64 {
+        // The first five dimensions are those of one signal and of its faults.
+        let at = 5 + 2 * k;
+        (-2.0 * self.uniform(at).ln()).sqrt() * (std::f64::consts::TAU * self.uniform(at + 1)).cos()
+    }
+}
+
+/// What one row hands to the next.
+pub(super) struct State<'a> {
+    settings: &'a Settings,
+    rig: &'a Rig,
+    shown: DirectionColumns,
+    pub row: u32,
+    pub since_zero: u64,
+    /// Strains of the last tap.
+    last: [f64; 2],
+}
+
+impl<'a> State<'a> {
+    /// Before the first row.
+    pub fn new(rig: &'a Rig, settings: &'a Settings, shown: DirectionColumns) -> Self {
+        Self { settings, rig, shown, row: 0, since_zero: u64::MAX, last: [0.0; 2] }
+    }
+
+    /// Random numbers of the row that is next.
+    pub fn dice(&self) -> Dice {
+        Dice { seed: self.settings.seed, row: self.row }
+    }
+
+    /// The recorded values of the strains of both gauges (zero, noise, end stop, factor, unit), and whether a sensor that is there stopped.
+    pub fn record(&mut self, strains: [f64; 2]) -> ([f64; 2], bool) {
+        let (s, second) = (self.settings, self.rig.setup.gauge.second);
+        let noise = if s.noise > 0.0 { self.dice().normal().map(|z| s.noise * z) } else { [0.0; 2] };
+        let stop = s.saturate.unwrap_or(f64::INFINITY);
+        let drift = s.drift * f64::from(self.row);
+        self.row = self.row.wrapping_add(1);
+        let read = [0, 1].map(|k| strains[k] + drift + noise[k]);
+        let value = |x: f64| s.unit.value(s.factor * x.clamp(-stop, stop), self.rig.setup.gauge.factor);
+        (read.map(value), read[0].abs() > stop || second && read[1].abs() > stop)
+    }
+
+    /// Where a row is, how far it is driven, and what is recorded.
+    fn row(&self, at: &Tuple, drive: f64, values: &[f64]) -> Vec<Field> {
+        let mut row = vec![Field::Number(at.a)];
+        row.extend(self.shown.tilt.then_some(Field::Number(at.tilt)));
+        row.extend(self.shown.lean.then_some(Field::Number(at.lean)));
+        row.push(Field::Number(drive));
+        row.extend(values.iter().map(|x| Field::Number(*x)));
+        row
+    }
+
+    /// The recorded values of a tap whose strains of both gauges these are, or without contact, and whether a sensor stopped.
+    fn values(&mut self, strains: [f64; 2], tap: Option<(&Outcome, f64)>) -> (Vec<f64>, bool) {
+        let Some(channels) = &self.rig.setup.channels else {
+            let (values, stopped) = self.record(strains);
+            return (values[..1 + usize::from(self.rig.setup.gauge.second)].to_vec(), stopped);
+        };
+        let read = tap.map_or([0.0; MOST_CHANNELS], |(tap, spike)| {
+            channels.read(tap.wrench, tap.strain).map(|x| spike * x)
+        });
+        let dice = self.dice();
+        let noise = channels.noise(&std::array::from_fn(|k| dice.normal_at(k as u32)));
+        self.row = self.row.wrapping_add(1);
+        let value = |k: usize| self.settings.factor * (read[k] + noise[k]);
+        ((0..channels.len()).map(value).collect(), false)
+    }
+
+    pub fn zero(&mut self, text: &mut Text, counts: &mut Counts, at: &Tuple) -> Result<(), Error> {
+        let (values, _) = self.values([0.0; 2], None);
+        counts.zeros += 1;
+        self.since_zero = 0;
+        let mut row = self.row(at, 0.0, &values);
+        row.push(Field::Number(f64::NAN));
+        text.row_with(&mut row, &[SOURCE, "", "ok"])
+    }
+
+    pub fn tap(
+        &mut self,
+        text: &mut Text,
+        counts: &mut Counts,
+        (at, other): (&Tuple, f64),
+        repeat: u64,
+        tap: &Outcome,
+    ) -> Result<(), Error> {
+        if self.settings.zero_every.is_some_and(|n| self.since_zero >= n) {
+            self.zero(text, counts, at)?;
+        }
+        self.since_zero = self.since_zero.saturating_add(1);
+        let memory = self.last.map(|strain| self.settings.hysteresis * strain);
+        let dice = self.dice();
+        let wrong = self.settings.outliers > 0.0 && dice.uniform(2) < self.settings.outliers;
+        let mislabelled = wrong && dice.uniform(3) < 0.5 && other != at.a;
+        let spike = if wrong && !mislabelled { 1.2 + 0.8 * dice.uniform(4) } else { 1.0 };
+        let strains = [tap.strain, tap.strain_2];
+        let shown = [0, 1].map(|k| spike * (strains[k] + memory[k]));
+        let (values, stopped) = self.values(shown, Some((tap, spike)));
+        if values.iter().all(|x| x.is_finite()) {
+            self.last = strains.map(|strain| if strain.is_nan() { 0.0 } else { strain });
+        } else {
+            counts.unsolved += 1;
+        }
+        let label = Tuple { a: if mislabelled { other } else { at.a }, ..*at };
+        let fault = match (stopped, mislabelled, wrong) {
+            (true, ..) => "saturated",
+            (_, true, _) => "mislabelled",
+            (.., true) => "spike",
+            _ => "",
+        };
+        counts.faults += u64::from(!fault.is_empty());
+        counts.taps += 1;
+        let status = if tap.status == Status::OK { "ok".to_owned() } else { tap.status.to_string() };
+        let mut row = self.row(&label, at.drive, &values);
+        row.push(Field::Count(repeat));
+        text.row_with(&mut row, &[SOURCE, fault, &status])
+    }
+}
