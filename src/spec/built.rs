@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use toml::de::DeTable;
+use toml::de::{DeTable, DeValue};
 
 use super::axis::AxisItem;
 use super::channels;
@@ -209,13 +209,18 @@ fn core(item: &Item<'_>, file: Option<Vec<[f64; 2]>>) -> Result<Inner> {
 /// `root`.
 fn root(item: &Item<'_>) -> Result<Root> {
     item.only(&keys::ROOT.names(), ROOT)?;
-    let spring = |key, which| item.or(key, f64::INFINITY, |k| first(k, which));
+    // Beyond any quantity of a whisker: `inf` says that this spring is rigid.
+    let rigid =
+        |k: &Item<'_>| matches!(k.value, DeValue::Float(x) if x.as_str().parse() == Ok(f64::INFINITY));
+    let spring = |key, which| {
+        item.or(key, f64::INFINITY, |k| if rigid(k) { Ok(f64::INFINITY) } else { first(k, which) })
+    };
     let root = Root {
         k_theta: spring("k_theta", Property::Turn)?,
         k_y: spring("k_y", Property::Across)?,
         k_x: spring("k_x", Property::Along)?,
     };
-    if root == Root::RIGID {
+    if keys::ROOT.names().iter().all(|key| item.child(key).is_none()) {
         return Err(item.error("a root needs a spring").allowed(ROOT));
     }
     Ok(root)

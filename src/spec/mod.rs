@@ -4,6 +4,7 @@
 //! `model`, `sections`, `optimise`, `tuple_file` and `curve` read their parts, the latter two with `table`; `check` says which values and
 //! combinations are allowed, `units` which of them were probably meant in another unit.
 
+mod abscissa;
 mod axis;
 mod built;
 mod channels;
@@ -118,7 +119,8 @@ fn of_sections<'a>(
     let estimate = sections::estimate(&sections.section("estimate"))?;
     let output = sections::output(&sections.section("output"))?;
     let run = sections::run(&sections.section("run"), base)?;
-    let space::Read { space, directions, leaning, properties, rigs, mut warnings } = taps(sections, drive)?;
+    let space::Read { mut space, directions, leaning, properties, rigs, mut warnings } =
+        taps(sections, drive)?;
     warnings.extend(model.warning);
     direction::allowed(&leaning, &model.model)?;
     let tilts = leaning.iter().any(Option::is_some);
@@ -135,6 +137,7 @@ fn of_sections<'a>(
     let scaled = properties::searched(sections, Property::Scale);
     let built = built::whisker(&sections.section("whisker"), base, &model.model, scaled)?;
     warnings.extend(built.warning);
+    abscissa::to_arcs(&tap, &mut space, built.built.as_ref(), &properties)?;
     let wrench = sections.section("output").get("wrench")?.flag()?;
     let built = built.built.map(Arc::new);
     let (model, fit) = (model.model, model.fit);

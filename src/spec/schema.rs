@@ -27,6 +27,7 @@ factor = 2.21
 second = false
 [tap]
 drive = "angle"
+abscissa = false
 tilt = 0.0
 lean = 0.0
 [model]

@@ -89,8 +89,7 @@ pub(super) fn render(
         if write_tuples && wanted.drives.is_none_or(|kept| kept.contains(&(j as u32))) {
             let channels = reduced.of_channels((a, drive), tap);
             let estimated = &estimated;
-            let row =
-                TapRow { design: &design.tuple, a, direction, drive, tap, estimated, elongation, channels };
+            let row = TapRow { design, a, direction, drive, tap, estimated, elongation, channels };
             fields(&TapRow::COLUMNS, &study.setup, &row, &mut values);
             text.row(&mut values)?;
             out.rows[0] += 1;

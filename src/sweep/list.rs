@@ -229,7 +229,7 @@ fn write_tuples(
             for &r in rows {
                 let (t, d) = (&tuples[r], of_row[r] as usize);
                 let row = TapRow {
-                    design: &designs[d].tuple,
+                    design: &designs[d],
                     a: t.a,
                     direction: t.direction(),
                     drive: t.drive,

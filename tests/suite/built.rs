@@ -177,6 +177,10 @@ fn charts_of_built_whiskers_say_what_solved_taps_do() {
             "D = { from = 8, to = 12, steps = 8 }\nd = { from = 3, to = 6, steps = 4 }\nL_a = 50\ncurvature = 0.008",
             "surface = true\npole_radius = 2\n",
         ),
+        (
+            "D = { from = 8, to = 12, steps = 8 }\nd = { from = 3, to = 6, steps = 4 }\nL_a = 52\nexponent = 1.6",
+            "surface = true\n",
+        ),
         ("profile = [[0, 12], [6, 9], [20, 8.5], [52, 4]]", "shear = true\n"),
     ] {
         let several: u32 = if whisker.starts_with("profile") { 128 } else { 4 };
@@ -310,6 +314,39 @@ fn a_uniform_bent_rod_has_a_closed_form() {
     let row = sweep(text, REFERENCE).tuples.rows.remove(0);
     let f = number(&row, "strain_linear").unwrap() / 1f64.to_radians();
     assert!((f - 0.428_042_6).abs() < 2e-6, "{f}");
+}
+
+#[test]
+fn distances_of_a_curved_whisker_are_arcs_or_abscissae() {
+    let spec = |curvature: &str, tap: &str| {
+        format!(
+            "[whisker]\nD = 10\nd = 4\nL_a = 50\n{curvature}\n[gauge]\nx_ss = 5\nl = 2\n[tap]\n{tap}\ntheta = 5\n"
+        )
+    };
+    let read = |text: &str, column: &str| -> Vec<f64> {
+        sweep(text, CPU_F64).tuples.rows.iter().map(|row| number(row, column).unwrap()).collect()
+    };
+    // Of a circle x_a = sin(κa)/κ.
+    let arcs = [21.0, 33.0, 48.0];
+    let circle = "curvature = 0.01";
+    let along = read(&spec(circle, "a = [21, 33, 48]"), "x_a_mm");
+    for (x, a) in along.iter().zip(arcs) {
+        assert!((x - 100.0 * (0.01f64 * a).sin()).abs() < 1e-9, "{x} at {a}");
+    }
+    for curvature in [circle, "curvature = 0.012\ncurvature_slope = -1e-4"] {
+        let (a, strain) = ("a = [21, 33, 48]", "strain");
+        let along = read(&spec(curvature, a), "x_a_mm");
+        let asked = spec(curvature, &format!("abscissa = true\na = {along:?}"));
+        let found = read(&asked, "a_mm");
+        assert!(found.iter().zip(arcs).all(|(found, a)| (found - a).abs() < 1e-9), "{found:?}");
+        let apart = |(one, other): (&f64, &f64)| (one - other).abs() / other.abs();
+        let (one, other) = (read(&asked, strain), read(&spec(curvature, a), strain));
+        assert!(one.iter().zip(&other).map(apart).all(|apart| apart < 1e-9));
+    }
+    // A straight whisker has no such column, and its abscissae are its arcs.
+    let straight = |tap: &str| sweep(&spec("", tap), CPU_F64).tuples.rows;
+    assert_eq!(straight("a = 33"), straight("abscissa = true\na = 33"));
+    assert!(!straight("a = 33")[0].contains_key("x_a_mm"));
 }
 
 #[test]
@@ -465,6 +502,8 @@ fn bad_input_is_named() {
         ("+root = { ktheta = 9 }", "", "whisker.root.ktheta", "did you mean k_theta?"),
         ("+root = {}", "", "whisker.root", "needs a spring"),
         ("+root = { k_theta = 9 }", "[model]\nclamp = \"bonded\"", "whisker.root", "clamp"),
+        ("+curvature = 0.031", "abscissa = true", "tap.a", "beyond the tip"),
+        ("+curvature = [0.01, 0.02]", "abscissa = true", "tap.abscissa", "one curvature"),
         ("+", "[sensor]\nsignal = \"torque\"", "sensor.signal", "\"moment\""),
         ("+", "[sensor]\nnoise = 1", "sensor.noise", "noise_strain"),
         ("+", "[sensor]\nsignal = \"moment\"\n[gauge2]\n", "gauge2", "unknown section"),

@@ -109,6 +109,12 @@ impl Design {
         Self { tuple, shared: None, own: None }
     }
 
+    /// Place along the base tangent of the whisker at rest at the arc `a`, mm: r₀(a)·x (model §7).
+    pub fn abscissa(&self, a: f64) -> f64 {
+        let of = |shared: &Shared| shared.body.as_ref().map_or(a, |body| body.rest(a).x);
+        self.shared.as_ref().map_or(f64::NAN, of)
+    }
+
     /// Its own rig, or `setup`, which is that of all.
     pub fn setup<'a>(&'a self, setup: &'a Setup) -> &'a Setup {
         self.own.as_deref().unwrap_or(setup)

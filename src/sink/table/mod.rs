@@ -142,6 +142,8 @@ pub enum Only {
     Channel(usize),
     /// Of whiskers that are more than a cone clamped at its base.
     Built,
+    /// Of whiskers that are curved at rest.
+    Curved,
     /// Where this property differs from design to design.
     Varies(Property),
 }
@@ -159,6 +161,7 @@ impl Only {
             Self::Several => setup.channels.is_some(),
             Self::Channel(k) => setup.channels.as_ref().is_some_and(|all| all.len() > k),
             Self::Built => setup.built.is_some(),
+            Self::Curved => setup.is_curved(),
             Self::Varies(property) => setup.varies(property),
         }
     }
@@ -175,6 +178,7 @@ impl Only {
             Self::Several => "with several channels",
             Self::Channel(_) => "one for each channel",
             Self::Built => "unless the whisker is a plain cone",
+            Self::Curved => "if the whisker is curved at rest",
             Self::Varies(_) => "if varied",
         }
     }

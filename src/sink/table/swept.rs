@@ -3,6 +3,7 @@
 use super::Field::{self, Count, Number, Word};
 use super::Name::{Drive as DriveName, Is, K, Read};
 use super::{Column, Name, Only, column, only, with_properties};
+use crate::design::Design;
 use crate::estimate::Estimated;
 use crate::evaluate::Outcome;
 use crate::scene::channels::MOST_CHANNELS;
@@ -13,7 +14,7 @@ use crate::statistics::{DistanceRow, Figures};
 #[derive(Debug, Clone, Copy)]
 pub struct TapRow<'a> {
     /// Its whisker.
-    pub design: &'a Tuple,
+    pub design: &'a Design,
     /// Contact distance, mm.
     pub a: f64,
     /// Direction of the pole.
@@ -103,14 +104,20 @@ fn factor<const K: usize>(r: &TapRow<'_>) -> Field {
 
 impl TapRow<'_> {
     /// Columns of tuples.csv.
-    pub const COLUMNS: [Column<Self>; 40 + PROPERTIES] = with_properties(
+    pub const COLUMNS: [Column<Self>; 41 + PROPERTIES] = with_properties(
         [
-            column(Is("D_mm"), DIAMETER, |r| Number(r.design.D)),
-            column(Is("d_mm"), TIP, |r| Number(r.design.d)),
-            column(Is("L_a_mm"), LENGTH, |r| Number(r.design.L_a)),
-            column(Is("x_ss_mm"), PLACE, |r| Number(r.design.x_ss)),
-            column(Is("l_mm"), GRID, |r| Number(r.design.l)),
+            column(Is("D_mm"), DIAMETER, |r| Number(r.design.tuple.D)),
+            column(Is("d_mm"), TIP, |r| Number(r.design.tuple.d)),
+            column(Is("L_a_mm"), LENGTH, |r| Number(r.design.tuple.L_a)),
+            column(Is("x_ss_mm"), PLACE, |r| Number(r.design.tuple.x_ss)),
+            column(Is("l_mm"), GRID, |r| Number(r.design.tuple.l)),
             column(Is("a_mm"), DISTANCE, |r| Number(r.a)),
+            only(
+                Only::Curved,
+                "x_a_mm",
+                "abscissa of the contact on the whisker at rest, r₀(a)·x (§7)",
+                |r| Number(r.design.abscissa(r.a)),
+            ),
             only(Only::Tilt, "tilt_deg", TILT, |r| Number(r.direction.tilt)),
             only(Only::Lean, "lean_deg", LEAN, |r| Number(r.direction.lean)),
             column(DriveName, DRIVE, |r| Number(r.drive)),
@@ -191,7 +198,7 @@ impl TapRow<'_> {
             ),
             column(Is("status"), WORDS, |r| Field::Status(r.tap.status | r.estimated.status)),
         ],
-        |r| Count(r.design.rig),
+        |r| Count(r.design.tuple.rig),
     );
 }
 

@@ -77,6 +77,8 @@ pub const TAP: Section = section(
     &[
         key("drive", "", "what moves", "\"displacement\"").holds(Form::Words(&["angle", "displacement"])).note("\"angle\": the base turns by theta; \"displacement\": the base stays and the object moves by delta"),
         key("a", "mm", "contact distance, axial from the clamp", "[20, 30, 40]").holds(LENGTHS).note("a ≤ L_a"),
+        key("abscissa", "", "whether a is measured along the base tangent of the whisker at rest, in place of along the whisker", "true").holds(Form::Flag)
+            .note("They differ where the whisker is curved: a_mm of tuples.csv is the arc then, x_a_mm the abscissa"),
         key("tilt", "degrees", "turns the object's edge, and the contact, round the whisker's axis", "{ from = -30, to = 30, steps = 7 }").holds(LEANING)
             .note("Model §6; frictionless, or stick on the centreline"),
         key("lean", "degrees", "leans the object's edge along the whisker", "[0, 10]").holds(LEANING),

@@ -230,7 +230,7 @@ impl Part {
             if tuples {
                 let elongation = reduced.elongation;
                 let row = TapRow {
-                    design: &design.tuple,
+                    design,
                     a: *a,
                     direction: *direction,
                     drive: *drive,

@@ -62,7 +62,7 @@ pub(super) fn write_tuples(
                 let estimated = reduced.estimate_by((0, 0), (*a, *drive), outcome, told);
                 let elongation = reduced.elongation;
                 let row = TapRow {
-                    design: &design.tuple,
+                    design,
                     a: *a,
                     direction: *direction,
                     drive: *drive,

@@ -75,6 +75,34 @@ impl<T: Real> Touched<T> {
     }
 }
 
+/// ψ₀(s) of a whisker of this rest curvature, κ_base and κ_slope, rad.
+fn rest_angle<T: Real>([base, slope]: [T; 2], s: T) -> T {
+    -(base + slope * 0.5 * s) * s
+}
+
+/// r₀(s) of a whisker of this rest curvature, mm, in the frame of the base.
+pub fn rest<T: Real>(curvature: [T; 2], s: T) -> Vector<T> {
+    if nothing(curvature) || s == T::of(0.0) {
+        return Vector::new(s, T::of(0.0));
+    }
+    let [base, slope] = curvature;
+    if slope == T::of(0.0) && base.value() != 0.0 {
+        let half = base * 0.5 * s;
+        return Vector::from_angle(-half) * (s * half.sin() / half);
+    }
+    // As many panels as the angle needs.
+    let turned = base.value().abs() * s.value() + slope.value().abs() * s.value() * s.value();
+    let panels = 1.0 + turned.ceil();
+    let step = s / panels;
+    let mut sum = Vector::of(0.0, 0.0);
+    for k in 0..panels as u32 {
+        each(step * f64::from(k), step * f64::from(k + 1), |s, w| {
+            sum = sum + Vector::from_angle(rest_angle(curvature, s)) * w;
+        });
+    }
+    sum
+}
+
 /// Whether both numbers and all their derivatives are 0.
 fn nothing<T: Real>(pair: [T; 2]) -> bool {
     pair == [T::of(0.0); 2]
@@ -265,30 +293,12 @@ impl<T: Real> Body<T> {
 
     /// ψ₀(s), rad.
     pub fn rest_angle(&self, s: T) -> T {
-        -(self.curvature[0] + self.curvature[1] * 0.5 * s) * s
+        rest_angle(self.curvature, s)
     }
 
     /// r₀(s), mm, in the frame of the base.
     pub fn rest(&self, s: T) -> Vector<T> {
-        if self.is_straight() || s == T::of(0.0) {
-            return Vector::new(s, T::of(0.0));
-        }
-        let [base, slope] = self.curvature;
-        if slope == T::of(0.0) && base.value() != 0.0 {
-            let half = base * 0.5 * s;
-            return Vector::from_angle(-half) * (s * half.sin() / half);
-        }
-        // As many panels as the angle needs.
-        let turned = base.value().abs() * s.value() + slope.value().abs() * s.value() * s.value();
-        let panels = 1.0 + turned.ceil();
-        let step = s / panels;
-        let mut sum = Vector::of(0.0, 0.0);
-        for k in 0..panels as u32 {
-            each(step * f64::from(k), step * f64::from(k + 1), |s, w| {
-                sum = sum + Vector::from_angle(self.rest_angle(s)) * w;
-            });
-        }
-        sum
+        rest(self.curvature, s)
     }
 
     /// tan α of a contact at `s`, its piece that which holds `within`.

@@ -94,6 +94,12 @@ impl Setup {
         self.rigs.as_ref().is_some_and(|rigs| rigs.properties.contains(&property))
     }
 
+    /// Whether whiskers are curved at rest.
+    pub fn is_curved(&self) -> bool {
+        let varies = [Property::Curvature, Property::CurvatureSlope].iter().any(|p| self.varies(*p));
+        varies || self.built.as_ref().is_some_and(|built| !built.is_straight())
+    }
+
     /// Whether readings have noise; `None` where nobody said.
     pub fn is_noisy(&self) -> Option<bool> {
         match &self.channels {
