@@ -3,6 +3,7 @@
 
     benches/ranked.py OUT PROGRAM [PROGRAM …]          PROGRAM: a path to `vibrissa`, or NAME=PATH
     JAX=PYTHON benches/ranked.py …                     PYTHON: an interpreter with benches/peers/requirements.txt
+    ONLY=hooke,root,core benches/ranked.py …           these sweeps
 
 Writes OUT/ranked.csv: for each sweep and program the fastest of three rounds, in seconds of wall time and of CPU, and 10⁶ taps/s. Every
 round runs all programs on a sweep one after the other. The sweeps lie beside the table."""
@@ -20,6 +21,15 @@ ROUNDS = 3
 PEERS = pathlib.Path(__file__).parent / "peers"
 PRACTICAL = "[model]\nsurface = true\nshear = true\nextension = true\nmaterial = { neo-hookean = 3.2 }\n"
 FRICTION = PRACTICAL.replace("[model]\n", "[model]\ncontact = { coulomb = 0.3 }\n")
+HOOKE = PRACTICAL.replace("neo-hookean", "hooke")
+SOBOL = "D = {{ min = 8, max = 12, samples = {n} }}\nd = {{ min = 2, max = 7, samples = {n} }}\nL_a = 50\n"
+# Whiskers that are not those cones, and where their gauges begin. Gauges of the profile lie between two of its knots.
+WHISKERS = {
+    "root": (SOBOL + "root = {{ k_theta = 942.5, k_y = 20 }}\n", (3, 15)),
+    "core": (SOBOL + "core = {{ diameter = 0.5, modulus = 60000 }}\n", (3, 15)),
+    "one_cone": ("D = 10\nd = 4\nL_a = 50\n", (11, 16)),
+    "one_profile": ("profile = [[0, 10], [10, 8.9], [20, 7.6], [31, 6.5], [40, 5.1], [50, 4]]\n", (11, 16)),
+}
 # Name: designs, distances, model, drives of each design (0: its own), ranked by.
 SWEEPS = {
     "ideal": (4_000_000, 10, "", 0, "K_sd"),
@@ -28,6 +38,11 @@ SWEEPS = {
     "practical_200": (2_000_000, 200, PRACTICAL, 0, "K_sd"),
     "practical_1000": (500_000, 1000, PRACTICAL, 0, "K_sd"),
     "practical_30": (2_000_000, 30, PRACTICAL, 0, "K_sd"),
+    "hooke": (4_000_000, 10, HOOKE, 0, "K_sd"),
+    "root": (4_000_000, 10, PRACTICAL, 0, "K_sd"),
+    "core": (4_000_000, 10, HOOKE, 0, "K_sd"),
+    "one_cone": (4_000_000, 10, PRACTICAL, 0, "K_sd"),
+    "one_profile": (4_000_000, 10, PRACTICAL, 0, "K_sd"),
     "ideal_gridded": (1_000_000, 10, "", 100, "K_sd"),
     "practical_gridded": (1_000_000, 10, PRACTICAL, 100, "K_sd"),
     "ideal_gridded_total": (1_000_000, 10, "", 100, "total_rms_mm"),
@@ -35,14 +50,12 @@ SWEEPS = {
 }
 
 
-def spec(designs, distances, model, drives, by):
+def spec(designs, distances, model, drives, by, whisker=(SOBOL, (3, 15))):
     theta = f"{{ from = 0.5, to = 10, steps = {drives} }}" if drives else f"{{ min = 0.5, max = 10, samples = {designs} }}"
+    shape, (first, last) = whisker
     return f"""[whisker]
-D = {{ min = 8, max = 12, samples = {designs} }}
-d = {{ min = 2, max = 7, samples = {designs} }}
-L_a = 50
-[gauge]
-x_ss = {{ min = 3, max = 15, samples = {designs} }}
+{shape.format(n=designs)}[gauge]
+x_ss = {{ min = {first}, max = {last}, samples = {designs} }}
 l = 2
 noise_strain = 2e-5
 [tap]
@@ -82,9 +95,10 @@ def main(out, *programs):
         table.writerow(["sweep", "program", "taps", "wall_s", "cpu_s", "million_taps_per_s", "over_jax"])
         if unit:
             table.writerow(["(every tap solved)", "JAX f32, RK4 24 steps x 8", "", "", "", f"{max(unit) / 1e6:.3g}", 1])
-        for name, sweep in SWEEPS.items():
+        only = os.environ.get("ONLY", ",".join(SWEEPS)).split(",")
+        for name, sweep in ((name, SWEEPS[name]) for name in only):
             path = out / f"{name}.toml"
-            path.write_text(spec(*sweep))
+            path.write_text(spec(*sweep, *[WHISKERS[name]] if name in WHISKERS else []))
             rounds = [{p: timed(program, path, work / "out") for p, program in programs.items()} for _ in range(ROUNDS)]
             taps = sweep[0] * sweep[1] * max(1, sweep[3])
             for p in programs:
