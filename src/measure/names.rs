@@ -3,6 +3,7 @@
 use super::Unit;
 use super::columns::drive_like;
 use crate::error::InputError;
+use crate::scene::channels::numbered;
 use crate::scene::{Drive, Signal};
 
 /// Column of the contact distance.
@@ -27,6 +28,8 @@ pub enum Role {
     Run,
     /// When it was taken, seconds.
     Time,
+    /// What this channel of a matrix reads.
+    Channel(&'static str),
     /// Nothing that is used.
     Ignored,
 }
@@ -58,7 +61,10 @@ impl Role {
 
     /// Its name in `--columns`.
     pub(super) fn short(self) -> &'static str {
-        Self::ALL.iter().find(|r| r.2 == self).map_or("", |r| r.0)
+        match self {
+            Self::Channel(name) => name,
+            _ => Self::ALL.iter().find(|r| r.2 == self).map_or("", |r| r.0),
+        }
     }
 
     fn of_column(name: &str) -> Option<Self> {
@@ -109,7 +115,7 @@ impl Names {
     /// # Errors
     /// A part that is no `role=name`, a role that is unknown or named twice.
     pub fn parse(text: &str) -> Result<Self, InputError> {
-        let allowed = "a, theta or delta, strain, microstrain, bridge or reading, the same with _2, tilt, run, t, ignore; each as role=column";
+        let allowed = "a, theta or delta, strain, microstrain, bridge or reading, the same with _2, tilt, run, t, channel_1 … channel_6, ignore; each as role=column";
         let fault = |message: String, part: &str| {
             InputError::new(message).key("--columns").value(part).allowed(allowed)
         };
@@ -119,7 +125,8 @@ impl Names {
                 return Err(fault("this names no column".to_owned(), part));
             };
             let known = Role::ALL.iter().find(|(short, column, _)| *short == role || *column == role);
-            let Some((.., role)) = known else {
+            let known = known.map(|known| known.2).or_else(|| numbered(role).map(Role::Channel));
+            let Some(role) = known else {
                 let short: Vec<&str> = Role::ALL.iter().map(|r| r.0).collect();
                 let close = crate::error::nearest(role, &short).map(|n| format!("; is {n} meant?"));
                 return Err(fault(format!("there is no such role{}", close.unwrap_or_default()), part));
@@ -127,10 +134,10 @@ impl Names {
             if name.is_empty() {
                 return Err(fault("the name of the column is missing".to_owned(), part));
             }
-            if *role != Role::Ignored && all.iter().any(|(r, _)| r == role) {
+            if role != Role::Ignored && all.iter().any(|(r, _)| *r == role) {
                 return Err(fault("this role is named twice".to_owned(), part));
             }
-            all.push((*role, name.to_owned()));
+            all.push((role, name.to_owned()));
         }
         Ok(Self { said: all, channel: None })
     }
@@ -177,7 +184,13 @@ impl Names {
         };
         let Some(channel) = &self.channel else { return role };
         match (channel, role) {
-            (Channel::Named(column), _) if name == *column => Some(Role::Signal(Unit::Reading)),
+            (Channel::Named(column), Some(Role::Channel(said))) if said == *column => {
+                Some(Role::Signal(Unit::Reading))
+            }
+            (_, Some(Role::Channel(_))) => Some(Role::Ignored),
+            (Channel::Named(column), _) if name == *column && !self.names_channel(column) => {
+                Some(Role::Signal(Unit::Reading))
+            }
             (Channel::Named(_), None) if name.starts_with("channel_") => Some(Role::Ignored),
             (Channel::Named(_), Some(Role::Signal(_))) => Some(Role::Ignored),
             (Channel::Of(signal), Some(Role::Signal(unit))) if unit.signal() != Some(*signal) => {
@@ -185,6 +198,11 @@ impl Names {
             }
             _ => role,
         }
+    }
+
+    /// Whether the user named a column of `channel`.
+    fn names_channel(&self, channel: &str) -> bool {
+        self.said.iter().any(|(role, _)| matches!(role, Role::Channel(said) if *said == channel))
     }
 
     /// Whether `name` says what a column holds, rightly or nearly so: such a line is a header.

@@ -219,6 +219,15 @@ fn mixed_channels_are_calibrated_from_the_data_alone() {
     desk.run(&["locate", "c/calibration.toml", "f/measurements.csv", "--out", "l"]).exits(0);
     let [off, _] = scored(&desk, "l");
     assert!((0.5..1.5).contains(&off), "errors of {off} σ");
+    // The same where the column has another name.
+    desk.write("hall.csv", desk.read("f/measurements.csv").replacen("channel_2", "hall", 1));
+    let said = ["--columns", "channel_2=hall", "--out", "h"];
+    desk.run(&[&["locate", "c/calibration.toml", "hall.csv"][..], &said].concat()).exits(0);
+    let told = |out: &str| column(&desk.read(&format!("{out}/located.csv")), "distance_mm");
+    assert_eq!(
+        told("h").iter().map(|x| x.to_bits()).collect::<Vec<_>>(),
+        told("l").iter().map(|x| x.to_bits()).collect::<Vec<_>>()
+    );
     // A channel that is missing in the readings, an option of one signal, a file that was changed.
     let table = desk.read("f/measurements.csv").replacen("channel_2", "channel_9", 1);
     desk.write("less.csv", table);
