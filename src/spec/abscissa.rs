@@ -1,8 +1,9 @@
 //! `[tap] abscissa`: contact distances of a curved whisker, measured along its base tangent (model §7).
 
 use super::axis::AxisItem;
-use super::part::Section;
+use super::properties;
 use super::reader::Result;
+use super::schema::Sections;
 use crate::physics::body::rest;
 use crate::physics::root::bracketed;
 use crate::scene::built::Built;
@@ -10,17 +11,19 @@ use crate::scene::{Axis, Column, Property, Space};
 
 /// With `abscissa = true` the distances of `space` are abscissae of the whisker `built` at rest: makes them arcs.
 pub(super) fn to_arcs(
-    tap: &Section<'_>,
+    sections: &Sections<'_>,
     space: &mut Space,
     built: Option<&Built>,
-    properties: &[(Property, AxisItem<'_>)],
+    axes: &[(Property, AxisItem<'_>)],
 ) -> Result<()> {
+    let tap = sections.section("tap");
     if !tap.get("abscissa")?.flag()? {
         return Ok(());
     }
     let item = tap.get("abscissa")?;
     let bends = [Property::Curvature, Property::CurvatureSlope];
-    if properties.iter().any(|(property, _)| bends.contains(property)) {
+    let searched = |property: &Property| properties::searched(sections, *property);
+    if axes.iter().any(|(property, _)| bends.contains(property)) || bends.iter().any(searched) {
         let error = item.error("an abscissa belongs to one curvature, and here it varies");
         return Err(error.allowed("abscissa = false, or one number for curvature and curvature_slope"));
     }
@@ -33,8 +36,8 @@ pub(super) fn to_arcs(
     let longest = longest.filter(|(column, _)| *column == Column::Length).map(|(_, axis)| axis.max());
     let longest = longest.fold(0.0, f64::max);
     let most = rest(built.curvature, longest).x;
-    let axes = factors.iter_mut().flat_map(|factor| &mut factor.axes);
-    for (_, axis) in axes.filter(|(column, _)| *column == Column::Distance) {
+    let distances = factors.iter_mut().flat_map(|factor| &mut factor.axes);
+    for (_, axis) in distances.filter(|(column, _)| *column == Column::Distance) {
         if axis.max() > most {
             let error =
                 tap.get("a")?.error(format!("{} mm lies beyond the tip of the whisker at rest", axis.max()));

@@ -137,7 +137,7 @@ fn of_sections<'a>(
     let scaled = properties::searched(sections, Property::Scale);
     let built = built::whisker(&sections.section("whisker"), base, &model.model, scaled)?;
     warnings.extend(built.warning);
-    abscissa::to_arcs(&tap, &mut space, built.built.as_ref(), &properties)?;
+    abscissa::to_arcs(sections, &mut space, built.built.as_ref(), &properties)?;
     let wrench = sections.section("output").get("wrench")?.flag()?;
     let built = built.built.map(Arc::new);
     let (model, fit) = (model.model, model.fit);
