@@ -133,7 +133,7 @@ fn csv(bencher: Bencher<'_, '_>) {
     bencher.counter(ItemsCount::new(outcomes.len())).bench(|| {
         let (mut text, mut values) = (Text::default(), Vec::new());
         for (o, t) in outcomes.iter().zip(&taps.tasks) {
-            let (design, tap, estimated) = (&design.tuple, black_box(o), &estimated);
+            let (tap, estimated) = (black_box(o), &estimated);
             let row = TapRow {
                 design,
                 a: t.a,
