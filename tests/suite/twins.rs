@@ -190,7 +190,7 @@ fn ranking() -> Vec<Text> {
         let output = Output { top: Some(10), by, per: Per::Design, ..Output::default() };
         let study = Study { setup: Setup::default(), space, output };
         let ranker = Ranker::new(&study, &layout, 1e-4).expect("solved").expect("charts");
-        let wgsl = Ranking::new(&ranker.sheet(), &layout).expect("a shader").wgsl;
+        let wgsl = Ranking::new(&ranker.sheet().expect("charts of cones"), &layout).expect("a shader").wgsl;
         Text { name: name.to_owned(), wgsl, named: BTreeMap::new() }
     };
     kinds.into_iter().map(text).collect()

@@ -74,7 +74,7 @@ pub struct Ground<P> {
 }
 
 /// The rod under a load: the state at its base, in the contact frame, and what was seen on the way.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub struct Bent<P> {
     /// ψ less that of the resting whisker, the way the base has moved against it, x and y, ∫ of the gauge's fibre, and where the resting base is, (c, 0) added.
     pub state: [P; 6],
@@ -86,7 +86,7 @@ pub struct Bent<P> {
 }
 
 /// P and T, N, at the arc c, mm.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub struct Load<P> {
     pub arc: P,
     pub normal: P,

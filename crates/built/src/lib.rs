@@ -8,7 +8,7 @@
 //! drives are reached in strides.
 //!
 //! # Practice
-//! Each rung has more steps than the one before. A tap whose estimated error exceeds the tolerance climbs, and what the last rung cannot tell is left to
+//! Each rung has more steps than the one before. A tap whose estimated error exceeds the tolerance climbs, goes on from where it ended, and what the last rung cannot tell is left to
 //! the reference, as is what lies next to a corner of the profile, the tip, or the end of the material.
 //!
 //! The cone's own kernel (`cpu::exact`) carries deviations from closed forms that only a clamped cone has; it is some ten times as fast.
@@ -25,6 +25,7 @@ pub mod tableau;
 use rayon::prelude::*;
 
 use lanes::{Fixed, Ground};
+use newton::End;
 pub use rod::{Piece, Rod};
 use vibrissa_core::error::SolveError;
 use vibrissa_core::scene::Precision;
@@ -168,6 +169,7 @@ pub fn solve_on(
 /// Solves `taps`, each to `tolerance` where a rung reaches it, with sections charted by `chart` where they are not Hooke's.
 pub fn solve(taps: &[Tap<'_>], effects: Effects, tolerance: f64, chart: Option<&Chart>) -> Vec<Solution> {
     let mut out = vec![Solution::FAILED; taps.len()];
+    let mut ends: Vec<Option<End<f64>>> = vec![None; taps.len()];
     let told = |s: &Solution| s.error <= tolerance;
     for steps in RUNGS {
         let open: Vec<usize> = (0..taps.len()).filter(|&i| !told(&out[i])).collect();
@@ -175,16 +177,19 @@ pub fn solve(taps: &[Tap<'_>], effects: Effects, tolerance: f64, chart: Option<&
             break;
         }
         let job = Job { effects, steps, tolerance, chart };
-        let solved: Vec<Vec<Solution>> = open
-            .par_chunks(GRAIN)
+        // Those that go on from a rung below are packed apart from those that begin.
+        let (onward, fresh): (Vec<usize>, Vec<usize>) = open.into_iter().partition(|&i| ends[i].is_some());
+        let parts: Vec<&[usize]> = onward.chunks(GRAIN).chain(fresh.chunks(GRAIN)).collect();
+        let solved: Vec<Vec<Solved>> = parts
+            .par_iter()
             .map(|part| {
-                let those: Vec<Tap<'_>> = part.iter().map(|&i| taps[i]).collect();
+                let those: Vec<Begun<'_>> = part.iter().map(|&i| (taps[i], ends[i])).collect();
                 block::<f64, 8>(&job, &those)
             })
             .collect();
-        for (&i, new) in open.iter().zip(solved.into_iter().flatten()) {
+        for (&i, (new, end)) in parts.into_iter().flatten().zip(solved.into_iter().flatten()) {
             let shots = out[i].shots + new.shots;
-            out[i] = Solution { shots, ..new };
+            (out[i], ends[i]) = (Solution { shots, ..new }, end);
         }
     }
     out
@@ -198,8 +203,14 @@ pub(crate) struct Job<'a> {
     chart: Option<&'a Chart>,
 }
 
+/// A tap and where it goes on from, as all of a pack do or none.
+type Begun<'a> = (Tap<'a>, Option<End<f64>>);
+
+/// An answer and where it ended.
+type Solved = (Solution, Option<End<f64>>);
+
 /// Solves one work item with the best instruction set there is.
-fn block<T: Scalar, const L: usize>(job: &Job<'_>, taps: &[Tap<'_>]) -> Vec<Solution> {
+fn block<T: Scalar, const L: usize>(job: &Job<'_>, taps: &[Begun<'_>]) -> Vec<Solved> {
     #[cfg(target_arch = "x86_64")]
     if fused() {
         // SAFETY: the CPU has just been found to have both features.
@@ -213,20 +224,21 @@ fn block<T: Scalar, const L: usize>(job: &Job<'_>, taps: &[Tap<'_>]) -> Vec<Solu
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-fn block_avx2<T: Scalar, const L: usize>(job: &Job<'_>, taps: &[Tap<'_>]) -> Vec<Solution> {
+fn block_avx2<T: Scalar, const L: usize>(job: &Job<'_>, taps: &[Begun<'_>]) -> Vec<Solved> {
     packs::<T, L, true>(job, taps)
 }
 
 /// Packs `L` taps at a time; the last pack is filled up with copies of its first tap.
 #[inline(always)]
-fn packs<T: Scalar, const L: usize, const FMA: bool>(job: &Job<'_>, taps: &[Tap<'_>]) -> Vec<Solution> {
+fn packs<T: Scalar, const L: usize, const FMA: bool>(job: &Job<'_>, taps: &[Begun<'_>]) -> Vec<Solved> {
     let fixed = Fixed::<T>::new(job.chart);
     let mut out = Vec::with_capacity(taps.len());
     for taps in taps.chunks(L) {
         let lane = |i: usize| &taps[if i < taps.len() { i } else { 0 }];
-        let ground = Ground::<Pack<T, L, FMA>>::new(lane, job.effects, job.steps);
-        let solved = newton::close(&fixed, &ground, job.tolerance);
-        out.extend((0..taps.len()).map(|i| solved.lane(i)));
+        let ground = Ground::<Pack<T, L, FMA>>::new(|i| &lane(i).0, job.effects, job.steps);
+        let start = taps[0].1.is_some().then(|| End::of(|i| lane(i).1.as_ref().expect("all of a pack")));
+        let solved = newton::close(&fixed, &ground, job.tolerance, start);
+        out.extend((0..taps.len()).map(|i| (solved.lane(i), solved.end(i))));
     }
     out
 }

@@ -48,11 +48,23 @@ pub fn contracted(tolerance: f64, rounding: f64) -> f64 {
 }
 
 /// A rod that was bent, and by how much it misses the object, over a.
+#[derive(Default)]
 struct Shot<P> {
     load: Load<P>,
     bent: Bent<P>,
     miss: [P; 2],
     wrench: [P; 3],
+}
+
+/// Where an iteration ended, for one with more steps to go on from.
+#[derive(Debug, Clone, Copy)]
+pub struct End<P> {
+    /// The unknowns.
+    z: [P; 2],
+    /// The Jacobian.
+    jacobian: Matrix<P>,
+    /// Its determinant for a whisker that is hardly touched.
+    begun: P,
 }
 
 /// Solved taps.
@@ -63,9 +75,21 @@ pub struct Solved<P> {
     error: P,
     burden: P,
     shots: usize,
+    end: End<P>,
 }
 
 impl<T: Scalar, const L: usize, const FMA: bool> Solved<Pack<T, L, FMA>> {
+    /// Where a lane ended; `None` where it was lost.
+    pub fn end(&self, i: usize) -> Option<End<f64>> {
+        let of = |x: Pack<T, L, FMA>| x.0[i].get();
+        let End { z, jacobian, begun } = self.end;
+        (of(self.error) < 1.0).then(|| End {
+            z: z.map(of),
+            jacobian: jacobian.map(|column| column.map(of)),
+            begun: of(begun),
+        })
+    }
+
     /// That of a lane.
     pub fn lane(&self, i: usize) -> Solution {
         let of = |x: Pack<T, L, FMA>| x.0[i].get();
@@ -79,6 +103,18 @@ impl<T: Scalar, const L: usize, const FMA: bool> Solved<Pack<T, L, FMA>> {
             error: if error.is_nan() { f64::INFINITY } else { error },
             load: of(self.burden),
             shots: self.shots as f64,
+        }
+    }
+}
+
+impl<T: Scalar, const L: usize, const FMA: bool> End<Pack<T, L, FMA>> {
+    /// Of the ends of the lanes.
+    pub fn of<'a>(lane: impl Fn(usize) -> &'a End<f64>) -> Self {
+        let pack = |f: &dyn Fn(&End<f64>) -> f64| Pack(std::array::from_fn(|i| T::of(f(lane(i)))));
+        Self {
+            z: std::array::from_fn(|k| pack(&|end| end.z[k])),
+            jacobian: std::array::from_fn(|k| std::array::from_fn(|m| pack(&|end| end.jacobian[k][m]))),
+            begun: pack(&|end| end.begun),
         }
     }
 }
@@ -245,12 +281,13 @@ fn owed<T: Scalar, const L: usize, const FMA: bool>(
     (first + second) / determinant(j).abs().max(Pack::of(TINY))
 }
 
-/// Solves the taps of `ground`.
+/// Solves the taps of `ground`, from where an iteration with fewer steps ended.
 #[inline(always)]
 pub fn close<T: Scalar, const L: usize, const FMA: bool>(
     fixed: &Fixed<T>,
     ground: &Ground<Pack<T, L, FMA>>,
     tolerance: f64,
+    start: Option<End<Pack<T, L, FMA>>>,
 ) -> Solved<Pack<T, L, FMA>> {
     let of = Pack::<T, L, FMA>::of;
     let (zero, one) = (of(0.0), of(1.0));
@@ -258,7 +295,7 @@ pub fn close<T: Scalar, const L: usize, const FMA: bool>(
     let stop = of((STOP * tolerance).max(4.0 * rounding));
     let amount = ground.turn.max(ground.lift / ground.a);
     let mut strides = 1;
-    while !amount.all_at_most(of(STRIDE * strides as f64)) && strides < MOST_STRIDES {
+    while start.is_none() && !amount.all_at_most(of(STRIDE * strides as f64)) && strides < MOST_STRIDES {
         strides += 1;
     }
     let probe = rounding.powf(PROBE);
@@ -270,29 +307,37 @@ pub fn close<T: Scalar, const L: usize, const FMA: bool>(
     let mut jacobian = [[zero; 2]; 2];
     // Of a whisker that is hardly touched the determinant is this one, but for a contact that sticks.
     let mut begun = (ground.turn * (ground.a + ground.hub) + ground.lift) / ground.a;
+    let mut shot = Shot::default();
     for stride in 1..=strides {
         let share = of(stride as f64 / strides as f64);
-        let guess = match stride {
-            1 => [share, zero],
-            2 => [z[0] + z[0], of(4.0) * z[1]],
+        let last = stride == strides;
+        let guess = match (stride, &start) {
+            (1, Some(end)) => end.z,
+            (1, None) => [share, zero],
+            (2, _) => [z[0] + z[0], of(4.0) * z[1]],
             _ => [z[0] + (z[0] - before[0]), z[1] + (z[1] - before[1])],
         };
         (before, z) = (z, guess);
-        let mut shot = ground.shoot(fixed, share, z, false);
-        let scale = ground.scale(z);
-        for k in 0..2 {
-            let change = scale[k] * of(probe);
-            let mut moved = z;
-            moved[k] = z[k] + change;
-            let change = moved[k] - z[k];
-            let other = ground.shoot(fixed, share, moved, false);
-            for m in 0..2 {
-                jacobian[k][m] = (other.miss[m] - shot.miss[m]) / change;
+        shot = ground.shoot(fixed, share, z, last);
+        shots += 1;
+        if let Some(end) = &start {
+            (jacobian, begun) = (end.jacobian, end.begun);
+        } else {
+            let scale = ground.scale(z);
+            for k in 0..2 {
+                let change = scale[k] * of(probe);
+                let mut moved = z;
+                moved[k] = z[k] + change;
+                let change = moved[k] - z[k];
+                let other = ground.shoot(fixed, share, moved, false);
+                for m in 0..2 {
+                    jacobian[k][m] = (other.miss[m] - shot.miss[m]) / change;
+                }
             }
-        }
-        shots += 3;
-        if ground.effects.stick && stride == 1 {
-            begun = determinant(&jacobian);
+            shots += 2;
+            if ground.effects.stick && stride == 1 {
+                begun = determinant(&jacobian);
+            }
         }
         // Steps that were small enough, above 0: such a lane stays where it is.
         let mut done = zero;
@@ -317,7 +362,7 @@ pub fn close<T: Scalar, const L: usize, const FMA: bool>(
                 next[1] = next[1].max(of(ARCS[0] - 1.0)).min(of(ARCS[1] - 1.0));
             }
             let taken = [next[0] - z[0], next[1] - z[1]];
-            let fresh = ground.shoot(fixed, share, next, false);
+            let fresh = ground.shoot(fixed, share, next, last);
             shots += 1;
             // Broyden's update, in the units of the unknowns.
             let weighted = [taken[0] / (scale[0] * scale[0]), taken[1] / (scale[1] * scale[1])];
@@ -338,7 +383,6 @@ pub fn close<T: Scalar, const L: usize, const FMA: bool>(
         let off = (z[0] - guess[0]).abs();
         lost = off.if_less(of(FORESEEN) * z[0].abs().max(guess[0].abs()).max(share), lost, one);
     }
-    let shot = ground.shoot(fixed, one, z, true);
     let Bent { state, errors, load: burden, beyond } = shot.bent;
     let strain = state[3] / ground.width;
     let measure = (ground.least * ground.width).max(state[3].abs());
@@ -357,5 +401,13 @@ pub fn close<T: Scalar, const L: usize, const FMA: bool>(
     }
     error = zero.if_less(lost, of(1e30), error);
     error = one.if_less(beyond, of(HOPELESS), error);
-    Solved { strain, load: shot.load, wrench: shot.wrench, error, burden, shots: shots + 1 }
+    Solved {
+        strain,
+        load: shot.load,
+        wrench: shot.wrench,
+        error,
+        burden,
+        shots,
+        end: End { z, jacobian, begun },
+    }
 }

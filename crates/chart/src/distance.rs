@@ -6,13 +6,13 @@ use nalgebra::DMatrix;
 
 use super::axis::{AXES, Axis, FIRST_PLACE, Map, Quantity};
 use super::beside;
-use super::build::{Bound, Built, build, check_points};
+use super::build::{Built, build, check_points};
 pub use super::function::{FUNCTIONS, Function, linear_force, power, room, solved};
-use super::function::{SHARE, bounds, built, functions, over_drives};
+use super::function::{SHARE, bounds, functions, over_drives};
 use super::gauge::Rule;
 use super::ranges::holds;
-use super::series::Series;
 use super::taps::Taps;
+use super::weight::Weight;
 use crate::error::SolveError;
 use crate::evaluate::Outcome;
 use crate::physics::{onset::Grip, root::bracketed};
@@ -45,8 +45,8 @@ pub struct DistanceChart {
     pub power: i32,
     /// Box and series: of the model, or of a sliding contact with each of the ratios T/P of [`Self::ratios`], over the same box.
     pub branches: Vec<Built<FUNCTIONS>>,
-    /// (1 − x/a)(f/f_cone − 1) of a built whisker, over the same box but for the drive.
-    pub theory: Option<Series>,
+    /// What points of a gauge count of a whisker that is no cone of one material.
+    pub weight: Option<Weight>,
     /// What is beside the first gauge's strain, where there is a second: functions of [`super::beside`], over a box of their own.
     pub beside: Option<Built<FUNCTIONS>>,
     /// T/P from −μ to μ of Coulomb friction, ascending; empty where a contact does not choose.
@@ -84,13 +84,11 @@ impl DistanceChart {
             return Ok(None);
         }
         let served = |mut chart: Self| {
+            chart.weight = Weight::of(setup, a, chart.axes())?;
             chart.gauges = match setup.gauge.foil {
                 Some(_) => Rule::middle(width),
                 None => Rule::fewest(&chart, width, FOLDED * tolerance)?,
             };
-            if setup.built.is_some() {
-                chart.theory = Some(theory(setup, a, *chart.axes(), FOLDED * tolerance)?);
-            }
             Some(chart)
         };
         let maps = [
@@ -167,8 +165,8 @@ impl DistanceChart {
         let error = branches.iter().map(error).fold(0.0, f64::max);
         let (direction, beside) = (Direction::UPRIGHT, None);
         let gauges = Rule { width: 0.0, points: Vec::new(), centred: false };
-        let theory = None;
-        Self { a, direction, gauges, power, branches, theory, beside, ratios, error, sweeps }
+        let weight = None;
+        Self { a, direction, gauges, power, branches, weight, beside, ratios, error, sweeps }
     }
 
     /// Where it holds.
@@ -203,12 +201,8 @@ impl DistanceChart {
     pub fn at(&self, q: &[f64; AXES]) -> [f64; FUNCTIONS] {
         let x = std::array::from_fn(|k| self.axes()[k].place(q[k]));
         let scale = q[Quantity::Drive as usize].powi(self.power);
-        let share = self.theory.as_ref().map_or(1.0, |theory| 1.0 + theory.at(x) / room(q));
-        let read = |b: &Built<FUNCTIONS>| -> [f64; FUNCTIONS] {
-            let mut values = std::array::from_fn(|f| b.series[f].at(x) * scale);
-            values[Function::Strain as usize] /= share;
-            values
-        };
+        let read =
+            |b: &Built<FUNCTIONS>| -> [f64; FUNCTIONS] { std::array::from_fn(|f| b.series[f].at(x) * scale) };
         if self.ratios.is_empty() {
             return read(&self.branches[0]);
         }
@@ -245,17 +239,6 @@ pub fn matrix_at(points: &[f64]) -> Vec<Vec<f64>> {
     let vandermonde = DMatrix::from_fn(n, n, |i, k| points[i].powi(k as i32));
     let inverse = vandermonde.try_inverse().unwrap_or_else(|| DMatrix::zeros(n, n));
     (0..n).map(|k| (0..n).map(|i| inverse[(k, i)]).collect()).collect()
-}
-
-/// (1 − x/a)(f/f_cone − 1) of a built whisker at `a` mm over `axes`, at whatever drive, good to `error`; `None` where that is not smooth.
-fn theory(setup: &Setup, a: f64, mut axes: [Axis; AXES], error: f64) -> Option<Series> {
-    let drive = &mut axes[Quantity::Drive as usize];
-    drive.range = [drive.range[1]; 2];
-    let value = |q: &[f64; AXES]| Some([room(q) * (built(setup, a, q).share - 1.0)]);
-    let made = build(axes, &[Bound::of(error)], &mut |q| Ok(q.iter().map(value).collect()));
-    let made = made.ok().flatten().filter(|made| made.axes == axes)?;
-    let [series] = made.series;
-    Some(series)
 }
 
 /// Box and series of taps at `a` mm held by `grip`, told by gauges of `width` over a where there is a foil.

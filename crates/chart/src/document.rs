@@ -58,9 +58,8 @@ fn one(chart: &DistanceChart, upright: bool) -> Value {
         "gauge": { "largest_width_over_a": chart.gauges.width, "points": chart.gauges.points },
         "branches": (0..chart.branches.len()).map(branch).collect::<Vec<_>>(),
     });
-    if let Some(theory) = &chart.theory {
-        one["own_theory"] =
-            json!({ "function": "f_over_f_of_cone_less_1_times_1_less_x_over_a", "series": terms(theory) });
+    if let Some(weight) = &chart.weight {
+        one["weight"] = json!(weight);
     }
     if !upright {
         (one["tilt_deg"], one["lean_deg"]) = (chart.direction.tilt.into(), chart.direction.lean.into());

@@ -5,11 +5,7 @@ use super::build::Bound;
 use super::taps::design;
 use crate::design::radians;
 use crate::evaluate::Outcome;
-use crate::physics::{
-    linear::{StrainCurve, shear_length2},
-    solid::is_solid,
-    taper::Taper,
-};
+use crate::physics::{linear::shear_length2, solid::is_solid, taper::Taper};
 use crate::scene::{Clamp, Contact, Direction, Drive, Material, Setup, Theory};
 use crate::status::Status;
 
@@ -18,7 +14,6 @@ use crate::status::Status;
 pub enum Function {
     /// (1 − x/a) δ with δ = ε/(θ f cos² β) − 1 at a point, f of the estimator's theory; δ of a gauge is 1/K − 1 of an upright pole. f ends at the
     /// contact as 1 − x/a does, and δ there is steep. With a foil ε is that of a grid around the point, over the share of it that the foil passes on.
-    /// Of a built whisker f/f_cone times that, which is folded as that of a cone is.
     Strain,
     /// c/a − 1; times 1 − x/a with a foil.
     Arc,
@@ -110,12 +105,9 @@ pub fn functions(
         true => o.strain / (o.strain_linear * cos * cos) - 1.0,
         false => -o.deviation / (1.0 + o.deviation),
     };
-    let (strain, force) = match &setup.built {
-        None => (strain, linear_force(setup, a, q)),
-        Some(_) => {
-            let own = built(setup, a, q);
-            (strain * own.share, own.force)
-        }
+    let force = match &setup.built {
+        None => linear_force(setup, a, q),
+        Some(_) => own_force(setup, a, q),
     };
     let (arc, force) = (o.arc / a - 1.0, o.normal_force / (force * cos) - 1.0);
     // A foil stiffens the rod where the gauge is: all are read as the strain is then.
@@ -123,25 +115,11 @@ pub fn functions(
     Some([room(q) * strain, rest * arc, rest * force])
 }
 
-/// Linear theory of a built whisker with a point gauge.
-pub struct OwnTheory {
-    /// f over that of the cone with its D, d and L_a, clamped at its base.
-    pub share: f64,
-    /// P, N.
-    pub force: f64,
-}
-
-/// That of the quantities `q` at `a` mm.
-pub fn built(setup: &Setup, a: f64, q: &[f64; AXES]) -> OwnTheory {
+/// P of the linear theory of a built whisker, N.
+fn own_force(setup: &Setup, a: f64, q: &[f64; AXES]) -> f64 {
     let amount = q[Quantity::Drive as usize] * if setup.drive == Drive::Angle { 1.0 } else { a };
     let design = design(setup, None, a, q);
-    let Some(shared) = &design.shared else { return OwnTheory { share: f64::NAN, force: f64::NAN } };
-    let StrainCurve { taper, gauge, hub, drive, shear, .. } = *shared.theory.curve();
-    let cone = StrainCurve::new(taper, gauge, hub, drive, shear);
-    OwnTheory {
-        share: shared.theory.curve().value(a) / cone.value(a),
-        force: amount * shared.model.force(setup.model.material.e0(), a),
-    }
+    design.shared.map_or(f64::NAN, |shared| amount * shared.model.force(setup.model.material.e0(), a))
 }
 
 /// Tolerance to which taps are solved: where K → 1 at small drives they must be good relative to K − 1.

@@ -1,7 +1,7 @@
 //! A gauge as a mean over points of the skin, so that a chart needs no axis for its width.
 //!
 //! The mean strain of a gauge over θ f, f its own mean, is 1 + Σ ω_g δ(x_g)/Σ ω_g with the strain of the theory as weight: at a point
-//! f ~ (1 − s)/(1 − ps)³, s = x/a, p = τa. A chart holds (1 − s) δ. The points are those of Gauss and Legendre.
+//! f ~ (1 − s)/(1 − ps)³, s = x/a, p = τa, or as [`crate::weight`] has it. A chart holds (1 − s) δ. The points are those of Gauss and Legendre.
 //!
 //! A foil is centred on its grid and stiffens the rod there: a chart knows whole grids of one length then, by their middle.
 
@@ -80,14 +80,18 @@ impl Rule {
 
     /// δ by each branch of `chart` of a gauge from the place of `q` to x/a = `end`.
     fn means(&self, chart: &DistanceChart, q: &[f64; AXES], end: f64) -> Vec<f64> {
-        let (place, taper) = (Quantity::Place as usize, Quantity::Taper as usize);
+        let [base, taper, place] = [Quantity::Base, Quantity::Taper, Quantity::Place].map(|q| q as usize);
         let scale = q[Quantity::Drive as usize].powi(chart.power);
         let (mut sums, mut total) = (vec![0.0; chart.branches.len()], 0.0);
         for [share, weight] in &self.points {
             let mut at = *q;
             at[place] += share * (end - q[place]);
-            let weight = weight / (1.0 - q[taper] * at[place]).powi(3);
-            let x = std::array::from_fn(|k| chart.axes()[k].place(at[k]));
+            let x: [f64; AXES] = std::array::from_fn(|k| chart.axes()[k].place(at[k]));
+            let weight = weight
+                * match &chart.weight {
+                    None => (1.0 - q[taper] * at[place]).powi(-3),
+                    Some(own) => own.at([q[base], q[taper], at[place]], x[place], |x| x, f64::powf),
+                };
             for (sum, branch) in sums.iter_mut().zip(&chart.branches) {
                 *sum += weight * scale * branch.series[Function::Strain as usize].at(x);
             }

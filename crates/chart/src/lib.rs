@@ -39,6 +39,7 @@ pub mod rows;
 pub mod scope;
 pub mod series;
 pub mod taps;
+pub mod weight;
 
 use std::sync::atomic::AtomicBool;
 

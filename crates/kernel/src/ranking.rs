@@ -105,8 +105,8 @@ pub trait Charts {
     /// Rows of the designs `ks`, all easy, that rank below `bound`.
     fn rank(&self, ks: &[u64], tuples: &[Tuple], bound: f32, found: &mut Found);
 
-    /// The charts as numbers.
-    fn sheet(&self) -> Sheet;
+    /// The charts as numbers; `None` where devices cannot read them.
+    fn sheet(&self) -> Option<Sheet>;
 }
 
 /// Numbers of a distance before the points of its gauge, as the shader calls them: ends of the range of interest (η), what the functions are multiplied

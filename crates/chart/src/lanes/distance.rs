@@ -8,6 +8,7 @@ use crate::distance::{DistanceChart, FUNCTIONS, Function};
 use crate::kernel::cpu::Pack;
 use crate::physics::chebyshev::basis;
 use crate::scene::Drive;
+use crate::weight::Weight;
 
 /// Most points of a gauge.
 const MOST_POINTS: usize = 8;
@@ -46,10 +47,19 @@ pub(super) struct Charted {
     pub products: Products,
     /// Strain, arc and force of each branch.
     pub branches: Vec<[Flat; FUNCTIONS]>,
-    /// (1 − x/a)(f/f_cone − 1) of a built whisker.
-    pub theory: Option<Flat>,
+    /// What points count of a whisker that is no cone of one material.
+    weight: Option<Weight>,
     /// Bound on c/a − 1 over driveᵉ in the chart.
     pub most_arc: f32,
+}
+
+/// Powers, lane by lane.
+#[inline(always)]
+fn power<const FMA: bool>(mut x: Lanes<FMA>, n: f64) -> Lanes<FMA> {
+    for x in &mut x.0 {
+        *x = x.powf(n as f32);
+    }
+    x
 }
 
 impl Charted {
@@ -64,23 +74,19 @@ impl Charted {
         let scale = per_mm.powi(chart.power);
         let mut products = Products::default();
         let place = |drive: &f64| axes[Quantity::Drive as usize].place(drive * per_mm);
-        let theory = chart.theory.as_ref();
         let centred = chart.gauges.centred;
         let room = if centred { 1.0 - axes[Quantity::Place as usize].range[1] } else { 1.0 };
         let arc = |b: &Built<FUNCTIONS>| (b.series[Function::Arc as usize].bound() * scale / room) as f32;
         let point = |f: Function| f == Function::Strain || centred;
         Self {
-            theory: theory.map(|series| Flat::new(series, true, &mut products)),
+            weight: chart.weight.clone(),
             a: chart.a as f32,
             inverse: (1.0 / chart.a) as f32,
             gauge: chart.gauges.points.iter().map(|point| point.map(|x| x as f32)).collect(),
             scale: scale as f32,
             affine: axes.each_ref().map(affine),
             maps: axes.each_ref().map(|axis| axis.map),
-            sizes: std::array::from_fn(|k| {
-                let of_theory = theory.map_or(1, |series| series.sizes()[k]);
-                sizes.iter().map(|s| s[k]).max().unwrap_or(1).max(of_theory)
-            }),
+            sizes: std::array::from_fn(|k| sizes.iter().map(|s| s[k]).max().unwrap_or(1)),
             at_points: drives.iter().map(|d| wide(&basis(ORDERS, place(d)))).collect(),
             branches: chart
                 .branches
@@ -106,22 +112,8 @@ impl Charted {
         }
         read::polynomials(self.variable(2, *base), self.sizes[2], &mut basis[2]);
         read::polynomials(self.variable(3, *taper), self.sizes[3], &mut basis[3]);
-        self.fold([*near, *far], *taper, &mut basis[4]);
+        self.fold([*near, *far], [*base, *taper], &mut basis[4]);
         self.products.fill(basis, products);
-    }
-
-    /// f over that of the cone, of the gauge whose polynomials these are; 1 of a cone.
-    #[inline(always)]
-    pub fn share<const FMA: bool>(
-        &self,
-        basis: &[Vec<Lanes<FMA>>; AXES],
-        products: &Values<FMA>,
-    ) -> Lanes<FMA> {
-        let one = Lanes::<FMA>::of(1.0);
-        match &self.theory {
-            None => one,
-            Some(theory) => one + theory.read(basis, products)[0],
-        }
     }
 
     /// The variable of axis `k`, in [−1, 1].
@@ -141,7 +133,12 @@ impl Charted {
 
     /// Means over a gauge of the polynomials over x/a, so that they give its δ (see [`crate::gauge`]).
     #[inline(always)]
-    fn fold<const FMA: bool>(&self, [near, far]: [Lanes<FMA>; 2], p: Lanes<FMA>, into: &mut [Lanes<FMA>]) {
+    fn fold<const FMA: bool>(
+        &self,
+        [near, far]: [Lanes<FMA>; 2],
+        [base, p]: [Lanes<FMA>; 2],
+        into: &mut [Lanes<FMA>],
+    ) {
         let of = Lanes::<FMA>::of;
         let (one, width) = (of(1.0), far - near);
         let (mut total, mut whole, mut first) = (of(0.0), of(0.0), of(0.0));
@@ -151,9 +148,11 @@ impl Charted {
         let points = &mut points[..self.gauge.len().min(MOST_POINTS)];
         for (point, [place, weight]) in points.iter_mut().zip(&self.gauge) {
             let s = width.mul_add(Pack::splat(*place), near);
-            let u = one - p * s;
-            let weight = Lanes::<FMA>::splat(*weight) / (u * u * u);
-            let x = self.variable(4, s);
+            let (u, x) = (one - p * s, self.variable(4, s));
+            let weight = match &self.weight {
+                None => Lanes::<FMA>::splat(*weight) / (u * u * u),
+                Some(own) => Lanes::<FMA>::splat(*weight) * own.at([base, p, s], x, of, power),
+            };
             total = weight.mul_add(one - s, total);
             whole = whole + weight;
             first = weight.mul_add(x, first);

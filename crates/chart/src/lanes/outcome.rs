@@ -71,10 +71,7 @@ impl Readings {
                     1 => drive,
                     _ => drive * drive,
                 };
-            let mut functions = functions.map(|f| f * power);
-            if chart.theory.is_some() {
-                functions[0] = functions[0] / chart.share(&basis, &products);
-            }
+            let functions = functions.map(|f| f * power);
             out.extend(
                 (0..part.len())
                     .map(|lane| Read { functions: functions.map(|f| f.0[lane]), share: share.0[lane] }),

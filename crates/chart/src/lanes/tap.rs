@@ -108,13 +108,9 @@ impl Tables {
         let quantities = [own, s1, design.diameter * inverse, p, s2];
         chart.polynomials::<FMA, OWN>(&quantities, basis, products);
         let scale = Pack::splat(chart.scale);
-        let of_strain = match &chart.theory {
-            None => scale,
-            Some(_) => scale / chart.share(basis, products),
-        };
         if OWN && chart.branches.len() > 1 {
             let (read, _) = self.choice.read::<FMA, FORCE>(&chart.branches, basis, products);
-            let [deviation, arc, force] = [of_strain * read[0], scale * read[1], scale * read[2]];
+            let [deviation, arc, force] = [scale * read[0], scale * read[1], scale * read[2]];
             let delta = power * deviation;
             into[0] = -(deviation / (one + delta));
             (taps.largest[i], into_arc[0], taps.force[i]) = (delta.abs(), arc, force);
@@ -125,7 +121,7 @@ impl Tables {
         let strain = strain.read(basis, products);
         let mut largest = of(0.0);
         if OWN {
-            let deviation = of_strain * dot(&strain, &basis[0]);
+            let deviation = scale * dot(&strain, &basis[0]);
             let delta = power * deviation;
             into[0] = -(deviation / (one + delta));
             largest = delta.abs();
@@ -139,7 +135,7 @@ impl Tables {
                 for j in 1..orders {
                     deviation = Lanes::<FMA>::splat(basis[j]).mul_add(strain[j], deviation);
                 }
-                let deviation = of_strain * deviation;
+                let deviation = scale * deviation;
                 let delta = Lanes::<FMA>::splat(self.grid[k].power) * deviation;
                 kappa[k] = -(deviation / (one + delta));
                 largest = largest.max(delta.abs());

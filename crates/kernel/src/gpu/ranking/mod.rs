@@ -108,7 +108,8 @@ impl Ranker {
     }
 
     fn unchecked(gpu: &Gpu, charts: &dyn Charts, layout: &Layout) -> Result<Option<Self>, Fault> {
-        let Some(shader) = Shader::new(&charts.sheet(), layout) else { return Ok(None) };
+        let shader = charts.sheet().and_then(|sheet| Shader::new(&sheet, layout));
+        let Some(shader) = shader else { return Ok(None) };
         let (device, queue) = gpu.handles();
         let each = (MOST_ROUNDS / shader.rounds.max(1)).min(EACH as usize) as u32;
         if each == 0 {

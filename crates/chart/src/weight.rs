@@ -1,0 +1,137 @@
+//! How much strain linear theory sees at each point of a gauge: the weights of the mean over it (see [`crate::gauge`]).
+//!
+//! f at a point is R/EI there times the moment m of a unit force, times what does not depend on the place. So the mean of δ over a gauge needs these
+//! two alone, whatever the rest of the whisker is; a root gives way without any share in them.
+
+use std::ops::{Add, Div, Mul, Sub};
+
+use super::axis::{AXES, Axis, FIRST_PLACE, Quantity};
+use crate::physics::body::Body;
+use crate::physics::chebyshev::{coefficients, placed, points};
+use crate::physics::real::Vector;
+use crate::scene::Setup;
+use crate::scene::built::Profile;
+
+/// Orders that are tried for what depends on the place alone, and the largest of the last of them, relative to the first, of a function that is smooth.
+const ORDERS: usize = 24;
+const ROUGH: f64 = 1e-9;
+
+/// Of a whisker that is no cone of one material: (R/EI) m over that of a thin slice of the base under a straight whisker.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Weight {
+    /// L_a/a and n of a diameter that is a power of the distance from the tip.
+    power: Option<[f64; 2]>,
+    /// What is inside: its radius over a is the first and the second times x/a, its modulus over that of the skin, less 1, the third.
+    inner: Option<[f64; 3]>,
+    /// R/EI is in [`Self::along`].
+    tabulated: bool,
+    /// Series, over the variable of the place, of what depends on nothing else; 1 where there is none.
+    along: Vec<f64>,
+}
+
+impl Weight {
+    /// Of points at places of `axes` under contacts at `a` mm. Nothing where R/EI and m are those of a cone; `None` where they are not smooth.
+    pub fn of(setup: &Setup, a: f64, axes: &[Axis; AXES]) -> Option<Option<Self>> {
+        let Some(built) = setup.built.as_deref() else { return Some(None) };
+        if built.is_straight() && built.inner.is_none() && built.profile == Profile::Power(1.0) {
+            return Some(None);
+        }
+        let axis = |quantity: Quantity| &axes[quantity as usize];
+        let place = axis(Quantity::Place);
+        // A gauge that begins at the clamp has its points behind it, as if the whisker went on.
+        let near = a * (place.range[0] - FIRST_PLACE).max(0.0);
+        let far = a * place.range[1];
+        let middle = 0.5 * (near + far);
+        // Of what is asked of it here nothing depends on the diameters and the length of a tuple.
+        let body = Body::new(built, [1.0, 1.0, f64::MAX], setup.model.material.e0(), setup.model.nu);
+        if body.knots().iter().any(|knot| *knot > near && *knot < far) {
+            return None;
+        }
+        let tabulated = matches!(built.profile, Profile::Table(_));
+        let power = match built.profile {
+            Profile::Power(n) if n != 1.0 => Some([whole(axis(Quantity::Length))?, n]),
+            _ => None,
+        };
+        let inner = built.inner.as_ref().filter(|_| !tabulated).map(|inner| {
+            let [begin, end] = [near, far].map(|s| 0.5 * body.inside(s, middle) / a);
+            let slope = if far > near { (end - begin) / (far - near) * a } else { 0.0 };
+            [begin - slope * near / a, slope, inner.modulus / body.modulus - 1.0]
+        });
+        let moment = |x: f64| {
+            if built.is_straight() {
+                return 1.0;
+            }
+            let arm = body.rest(a) - body.rest(x);
+            arm.perp_dot(Vector::from_angle(body.rest_angle(a)).perp()) / (a - x)
+        };
+        let along = |x: f64| {
+            let section = body.section(x, middle);
+            let share = if tabulated { section.radius / section.bending } else { 1.0 };
+            share * moment(x)
+        };
+        let along = if tabulated || !built.is_straight() { series(place, |s| along(s * a))? } else { vec![] };
+        Some(Some(Self { power, inner, tabulated, along }))
+    }
+
+    /// At D/a, τa and x/a, of which `variable` is that of the place; numbers by `of`, powers by `powf`.
+    #[inline(always)]
+    pub fn at<T>(
+        &self,
+        [base, taper, s]: [T; 3],
+        variable: T,
+        of: impl Fn(f64) -> T,
+        powf: impl Fn(T, f64) -> T,
+    ) -> T
+    where
+        T: Copy + Add<Output = T> + Sub<Output = T> + Mul<Output = T> + Div<Output = T>,
+    {
+        let one = of(1.0);
+        let mut weight = one;
+        if !self.tabulated {
+            // R over that of the base.
+            let radius = match self.power {
+                None => one - taper * s,
+                Some([length, n]) => {
+                    let narrowing = taper * of(length);
+                    one - narrowing + narrowing * powf(one - s * of(1.0 / length), n)
+                }
+            };
+            let mut stiffness = radius * radius * radius * radius;
+            if let Some([begin, slope, more]) = self.inner {
+                let inside = (of(begin) + of(slope) * s) * of(2.0) / base;
+                let square = inside * inside;
+                stiffness = stiffness + of(more) * square * square;
+            }
+            weight = radius / stiffness;
+        }
+        if let Some((&first, others)) = self.along.split_first() {
+            let (mut sum, mut before, mut this) = (of(first), one, variable);
+            for &next in others {
+                sum = sum + of(next) * this;
+                (before, this) = (this, (variable + variable) * this - before);
+            }
+            weight = weight * sum;
+        }
+        weight
+    }
+}
+
+/// The value of an axis that has one.
+fn whole(axis: &Axis) -> Option<f64> {
+    axis.is_point().then_some(axis.range[0])
+}
+
+/// Series of a smooth function of x/a over the variable of `place`, relative to its value in the middle.
+fn series(place: &Axis, f: impl Fn(f64) -> f64) -> Option<Vec<f64>> {
+    let ends = place.ends();
+    let at = |x: f64| f(place.map.back(placed(ends, x)));
+    let middle = at(0.0);
+    if place.is_point() {
+        return Some(vec![1.0]);
+    }
+    let values: Vec<f64> = points(ORDERS).into_iter().map(|x| at(x) / middle).collect();
+    let mut all = coefficients(&values);
+    let enough = all.iter().rposition(|c| c.abs() > ROUGH).map_or(1, |last| last + 1);
+    all.truncate(enough);
+    (all.len() < ORDERS && all.iter().all(|c| c.is_finite())).then_some(all)
+}
