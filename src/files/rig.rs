@@ -106,7 +106,11 @@ impl Rig {
         ];
         let sensor = (s.signal != Signal::Strain).then(|| {
             let noise = s.gauge.noise_strain.map(|n| ("noise", n.into()));
-            ("sensor", table([("signal", word(s.signal.word()))].into_iter().chain(noise).collect()))
+            let fixed = s.fixed.then(|| ("fixed", true.into()));
+            (
+                "sensor",
+                table([("signal", word(s.signal.word()))].into_iter().chain(noise).chain(fixed).collect()),
+            )
         });
         entries.into_iter().chain(sensor).map(|(k, v)| (k.to_owned(), v)).collect()
     }

@@ -122,7 +122,7 @@ pub fn with(section: Option<&Section>, key: &Key, value: Option<Value>) -> Strin
             let searched: Table = "theta = [1.0, 8.0]".parse().expect("a table");
             table(&mut spec, "optimise").insert("variables".to_owned(), searched.into());
         }
-        ("sensor", "noise") => {
+        ("sensor", "noise" | "fixed") => {
             table(&mut spec, "sensor").insert("signal".to_owned(), "moment".into());
         }
         ("sensor", "covariance") => {

@@ -88,7 +88,7 @@ impl<'a> State<'a> {
             return (values[..1 + usize::from(self.rig.setup.gauge.second)].to_vec(), stopped);
         };
         let read = tap.map_or([0.0; MOST_CHANNELS], |(tap, spike)| {
-            channels.read(tap.wrench, tap.strain).map(|x| spike * x)
+            channels.read(self.rig.setup.felt(tap.wrench), tap.strain).map(|x| spike * x)
         });
         let dice = self.dice();
         let noise = channels.noise(&std::array::from_fn(|k| dice.normal_at(k as u32)));

@@ -300,6 +300,18 @@ pub(super) fn sensor(section: &Section<'_>, gauge: &mut Gauge) -> Result<(Signal
     Ok((signal, None))
 }
 
+/// `fixed` of `[sensor]`, which a moment has.
+pub(super) fn fixed(section: &Section<'_>, signal: Signal, channels: Option<&Channels>) -> Result<bool> {
+    let item = section.get("fixed")?;
+    let fixed = item.flag()?;
+    let moment = channels.map_or(signal == Signal::Moment, Channels::read_moment);
+    if fixed && !moment {
+        let error = item.error("no moment is read");
+        return Err(error.allowed("fixed with a signal, or a row of a matrix, that shows the moment"));
+    }
+    Ok(fixed)
+}
+
 /// Refuses what does not go together; `at` says where the whisker comes from if no key of `[whisker]` does.
 pub(super) fn allowed(
     sections: &Sections<'_>,

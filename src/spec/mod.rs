@@ -139,10 +139,23 @@ fn of_sections<'a>(
     warnings.extend(built.warning);
     abscissa::to_arcs(sections, &mut space, built.built.as_ref(), &properties)?;
     let wrench = sections.section("output").get("wrench")?.flag()?;
+    let fixed = built::fixed(&sections.section("sensor"), signal, channels.as_deref())?;
     let built = built.built.map(Arc::new);
     let (model, fit) = (model.model, model.fit);
-    let setup =
-        Setup { hub, drive, gauge, model, estimate, directions, built, signal, channels, wrench, rigs };
+    let setup = Setup {
+        hub,
+        drive,
+        gauge,
+        model,
+        estimate,
+        directions,
+        built,
+        signal,
+        channels,
+        fixed,
+        wrench,
+        rigs,
+    };
     properties::allowed_together(sections, &setup, &properties, tilts)?;
     let mut spec = Spec {
         name: Path::new(label)

@@ -38,6 +38,7 @@ contact = "frictionless"
 material = { hooke = 3.2 }
 [sensor]
 signal = "strain"
+fixed = false
 [estimate]
 theory = "euler-bernoulli"
 convention = "mean"

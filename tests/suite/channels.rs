@@ -281,3 +281,27 @@ fn only_strains_have_a_limit_of_strain() {
     let ran = desk.run(&["simulate", "spec.toml", "--signal", "force_N", "--out", "x"]).exits(2);
     assert!(ran.stderr.contains("--signal = force_N"), "{}", ran.stderr);
 }
+
+#[test]
+fn a_sensor_that_the_springs_do_not_carry_reads_about_where_the_base_rests() {
+    let text = |sensor: &str| {
+        spec(sensor, "[output]\nwrench = true\n").replace("k_theta = 1000, k_y = 40", "k_y = 5, k_x = 2")
+    };
+    let list = "signal = [\"moment\", \"force\"]\nnoise = [0.02, 0.001]";
+    for (sensor, column) in [("signal = \"moment\"", "signal"), (list, "signal_moment")] {
+        for place in [CPU, REFERENCE] {
+            let [rows, fixed] =
+                ["", "\nfixed = true"].map(|key| sweep(&text(&format!("{sensor}{key}")), place).tuples.rows);
+            for (row, fixed) in rows.iter().zip(&fixed) {
+                let columns = [column, "base_moment_Nmm", "base_fx_N", "base_fy_N"];
+                let ([signal, m0, fx, fy], [read, ..]) = (values(row, columns), values(fixed, columns));
+                let about = m0 + fx / 2.0 * fy - fy / 5.0 * fx;
+                assert!((signal / m0).abs() - 1.0 < 1e-12 && (about / m0 - 1.0).abs() > 1e-6);
+                assert!((read / (signal / m0 * about) - 1.0).abs() < 1e-9, "{read} {about} {signal}");
+            }
+        }
+    }
+    let desk = Desk::new(&text("signal = \"force\"\nfixed = true"));
+    let ran = desk.run(&["sweep", "spec.toml"]).exits(2);
+    assert!(ran.stderr.contains("no moment is read") && ran.stderr.contains("fixed"), "{}", ran.stderr);
+}

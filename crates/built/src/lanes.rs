@@ -215,6 +215,7 @@ impl<T: Scalar, const L: usize, const FMA: bool> Ground<Pack<T, L, FMA>> {
         let (zero, one) = (Pack::<T, L, FMA>::of(0.0), Pack::<T, L, FMA>::of(1.0));
         let mut bent = Bent { state: [zero; 6], errors: [zero; 3], load: zero, beyond: zero };
         let states = if self.effects.curved { 6 } else { 4 };
+        let mut slopes = [[zero; 6]; STAGES];
         for k in 0..self.pieces.len() {
             let piece = &self.pieces[self.pieces.len() - 1 - k];
             let (high, low) = (piece.far.min(load.arc), piece.near.min(load.arc));
@@ -227,7 +228,6 @@ impl<T: Scalar, const L: usize, const FMA: bool> Ground<Pack<T, L, FMA>> {
                 (thick / thin.max(Pack::of(TINY))).max(Pack::of(1.0 / STEEPEST)).min(Pack::of(STEEPEST));
             let step = 1.0 / piece.steps as f64;
             for number in 0..piece.steps {
-                let mut slopes = [[zero; 6]; STAGES];
                 for stage in 0..STAGES {
                     let mut state = bent.state;
                     for &(before, weight) in A[stage] {

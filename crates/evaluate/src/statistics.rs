@@ -9,6 +9,7 @@ use crate::design::{Design, amount};
 use crate::estimate::{Estimated, Estimator};
 use crate::evaluate::Outcome;
 use crate::reduce::{Errors, Largest, Spread};
+use crate::scene::built::Root;
 use crate::scene::channels::MOST_CHANNELS;
 use crate::scene::{Direction, Drive, RankBy, Setup};
 use crate::status::Status;
@@ -220,6 +221,8 @@ pub struct Reduction<'a> {
     pub distances: Vec<DistanceRow>,
     /// K − 1 of each channel, per drive; of several channels only.
     channels: Vec<[Spread; MOST_CHANNELS]>,
+    /// Springs that do not carry the sensor.
+    carried: Option<Root>,
 }
 
 impl<'a> Reduction<'a> {
@@ -243,6 +246,7 @@ impl<'a> Reduction<'a> {
             elongation: design.elongation(setup),
             drives: vec![DriveRow::default(); drives],
             distances: vec![DistanceRow::default(); distances],
+            carried: design.setup(setup).carried().copied(),
             channels: vec![<[Spread; MOST_CHANNELS]>::default(); if several { drives } else { 0 }],
         }
     }
@@ -252,11 +256,15 @@ impl<'a> Reduction<'a> {
         self.elongation.unwrap_or(1.0)
     }
 
+    fn felt(&self, wrench: [f64; 3]) -> [f64; 3] {
+        self.carried.map_or(wrench, |root| root.about_rest(wrench))
+    }
+
     /// Reading and K of each channel of the `tap` at `a` mm, `drive` in degrees or mm; nothing of one signal.
     pub fn of_channels(&self, (a, drive): (f64, f64), tap: &Outcome) -> Option<[[f64; 2]; MOST_CHANNELS]> {
         let estimator = self.estimator.as_ref()?;
         let contact = estimator.channels()?;
-        let readings = contact.channels.read(tap.wrench, tap.strain);
+        let readings = contact.channels.read(self.felt(tap.wrench), tap.strain);
         let linear = estimator.linear(contact, a).map(|s| amount(self.kind, drive) * s);
         Some(std::array::from_fn(|k| [readings[k], linear[k] / readings[k]]))
     }
@@ -304,6 +312,7 @@ impl<'a> Reduction<'a> {
         tap: &Outcome,
         told: Told<'_>,
     ) -> Estimated {
+        let felt = self.felt(tap.wrench);
         let row = &mut self.drives[j];
         let several = !self.channels.is_empty();
         let readable =
@@ -316,7 +325,7 @@ impl<'a> Reduction<'a> {
                 let contact = e.channels()?;
                 let spreads = self.channels.get(j)?;
                 let k = spreads.map(|spread| e.fixed.or(spread.mean().map(|m| 1.0 + m)).unwrap_or(1.0));
-                let readings = contact.channels.read(tap.wrench, tap.strain);
+                let readings = contact.channels.read(felt, tap.strain);
                 Some(e.together(contact, &k, &readings, amount(self.kind, drive)))
             }),
             Told::Formula => row.k.map(|k| {

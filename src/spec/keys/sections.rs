@@ -66,6 +66,7 @@ pub const SENSOR: Section = section(
         key("matrix", "", "channels of the sensor, each a sum of the moment M₀, the forces F_x and F_y, and perhaps the strain", "[[1, 0, 0], [0, 0, 1]]").holds(Form::Matrix(2, 6)).absent("none: signal says what is read")
             .note("A row [M₀, F_x, F_y] or [M₀, F_x, F_y, strain] for each channel. Distance and contact force are then the most likely given all channels"),
         key("noise", "N mm or N", "standard deviation of one reading of a moment or a force", "0.02").holds(PLACES).absent("none").note("Of several channels one number for each, in its unit"),
+        key("fixed", "", "whether the moment is that about where the base rests, in place of about the base, which springs k_x and k_y of a root let move", "true").holds(Form::Flag).note("M₀ + u F_y − v F_x, u and v the ways of the base; a sensor that the springs do not carry"),
         key("covariance", "", "covariance of the noise of several channels, in their units", "[[4e-4, 1e-5], [1e-5, 1e-6]]").holds(Form::Matrix(2, 6)).absent("none: noise, or no noise"),
     ],
 );

@@ -1,5 +1,7 @@
 //! A whisker as it is built, beyond its diameters and its length (model §7). Everything here is off by default.
 
+use crate::physics::real::Real;
+
 /// What a built whisker has that a cone clamped at its base has not.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Built<T = f64> {
@@ -45,6 +47,14 @@ pub struct Root<T = f64> {
 impl Root {
     /// No springs: the base does not give way.
     pub const RIGID: Self = Self { k_theta: f64::INFINITY, k_y: f64::INFINITY, k_x: f64::INFINITY };
+}
+
+impl<T: Real> Root<T> {
+    /// The wrench [M₀, F_x, F_y] on the base, which the springs let move, with its moment about where the base rests: M₀ + u F_y − v F_x.
+    pub fn about_rest(&self, [moment, along, across]: [T; 3]) -> [T; 3] {
+        let moved = [along / self.k_x, across / self.k_y];
+        [moment + moved[0] * across - moved[1] * along, along, across]
+    }
 }
 
 impl Built {

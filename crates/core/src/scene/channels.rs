@@ -116,6 +116,11 @@ impl Channels {
         self.rows.iter().any(|row| row[3] != 0.0)
     }
 
+    /// Whether any of them reads the moment.
+    pub fn read_moment(&self) -> bool {
+        self.rows.iter().any(|row| row[0] != 0.0)
+    }
+
     /// What they show of the wrench [M₀, F_x, F_y] and the strain; those beyond the last are 0.
     pub fn read(&self, [moment, along, across]: [f64; 3], strain: f64) -> [f64; MOST_CHANNELS] {
         let mut all = [0.0; MOST_CHANNELS];

@@ -64,6 +64,8 @@ pub struct Setup {
     pub signal: Signal,
     /// Several channels of it.
     pub channels: Option<Arc<Channels>>,
+    /// Whether moments are read about where the base rests, in place of about the base, which springs of its root let move.
+    pub fixed: bool,
     /// Whether tables have the wrench on the base.
     pub wrench: bool,
     /// Properties that differ from tuple to tuple; none where all taps have the same rig.
@@ -98,6 +100,16 @@ impl Setup {
     pub fn is_curved(&self) -> bool {
         let varies = [Property::Curvature, Property::CurvatureSlope].iter().any(|p| self.varies(*p));
         varies || self.built.as_ref().is_some_and(|built| !built.is_straight())
+    }
+
+    /// The wrench [M₀, F_x, F_y] on the base as the sensor shows it.
+    pub fn felt(&self, wrench: [f64; 3]) -> [f64; 3] {
+        self.carried().map_or(wrench, |root| root.about_rest(wrench))
+    }
+
+    /// The springs under the base, where moments are read about the place at which it rests.
+    pub fn carried(&self) -> Option<&built::Root> {
+        self.built.as_ref().filter(|_| self.fixed).map(|built| &built.root)
     }
 
     /// Whether readings have noise; `None` where nobody said.

@@ -12,7 +12,7 @@ use crate::physics::real::{Dual, Real};
 use crate::physics::rod::{Equilibrium, INPUTS, RodProblem, Traced, UNKNOWNS};
 use crate::physics::solid::Bonded;
 use crate::physics::taper::Taper;
-use crate::scene::built::{Inner, Profile};
+use crate::scene::built::{Inner, Profile, Root};
 use crate::scene::{
     Built, Clamp, Contact, Drive, Foil, Geometry, Material, Model, Property, Setup, Signal, Theory, Tuple,
 };
@@ -315,10 +315,19 @@ fn traced(
             let shown = problem.trace([tilt, lean], &at).ok()?;
             let of = |x: [f64; 1 + INPUTS]| Sloped { value: x[0], slope: std::array::from_fn(|k| x[1 + k]) };
             // What is read is told as on the contact side.
+            let wrench = shown.wrench.map(of);
+            let wrench = match &body {
+                Some(body) if setup.fixed => {
+                    let Root { k_theta, k_y, k_x } = body.root;
+                    let root = Root { k_theta: input(k_theta), k_y: input(k_y), k_x: input(k_x) };
+                    root.about_rest(wrench)
+                }
+                _ => wrench,
+            };
             let read = match setup.signal {
                 Signal::Strain => of(shown.strain),
-                Signal::Moment => of(shown.wrench[0]),
-                Signal::Force => of(shown.wrench[2]),
+                Signal::Moment => wrench[0],
+                Signal::Force => wrench[2],
             };
             let (azimuth, slide) = if spatial { (of(shown.azimuth), of(shown.slide)) } else { (nan, nan) };
             let forces = [of(shown.normal), of(shown.tangential), of(shown.arc)];

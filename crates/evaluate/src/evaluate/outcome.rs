@@ -282,7 +282,7 @@ fn axial(setup: &Setup, task: &Task, problem: &RodProblem<'_>, one: &TiltedTap) 
 
 /// What the sensor reads in a tap with this wrench and strain, positive as on the contact side.
 pub(super) fn reading(setup: &Setup, wrench: [f64; 3], strain: f64) -> f64 {
-    sign(setup) * setup.signal.of(wrench).unwrap_or(strain)
+    sign(setup) * setup.signal.of(setup.felt(wrench)).unwrap_or(strain)
 }
 
 /// Sign of what the sensor reads: a tap turns and pushes the root back.
