@@ -5,6 +5,9 @@ use nalgebra::{DMatrix, SymmetricEigen};
 use crate::base::Base;
 use crate::columns::{Scales, Term, values};
 
+/// Numbers that a new run has: an effect of each position, gain, zero.
+pub const OF_RUN: usize = 3;
+
 /// Variances of what moves a reading beside the curve, in units of the signal; that of `gain` goes with the signal
 /// of the tap, those of `position` and `visit` are of ln a.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -76,26 +79,46 @@ impl Curve {
     /// What is expected of a tap at a (mm) by the drive u: of a signal whose own zero was taken off where `tared`, else of one above
     /// [`Self::zero`].
     pub fn expected(&self, base: &Base<'_>, a: f64, u: f64, tared: bool) -> Expected {
+        let mut shared = Vec::with_capacity(self.shared());
+        let [signal, of_noise] = self.moved(base, (a, u), tared, &mut shared);
+        let sum = |of: &[f64]| of.iter().map(|x| x * x).sum::<f64>();
+        let (of_curve, rest) = shared.split_at(self.deviations.len());
+        Expected {
+            signal,
+            of_curve: sum(of_curve),
+            of_noise,
+            of_position: sum(&rest[..1]),
+            // The zero of a run is told apart.
+            of_run: sum(&rest[1..1 + OF_RUN - 1]),
+        }
+    }
+
+    /// Numbers that [`Self::moved`] writes.
+    pub fn shared(&self) -> usize {
+        self.deviations.len() + 1 + OF_RUN
+    }
+
+    /// Signal, and variance of its noise, of the same tap. Into `shared`: by how much the signal is moved by one standard deviation of each number
+    /// that is the same for all taps of one object: those of the curve, the effect of the position, and last the [`OF_RUN`] numbers of a new run.
+    pub fn moved(&self, base: &Base<'_>, (a, u): (f64, f64), tared: bool, shared: &mut Vec<f64>) -> [f64; 2] {
         let mut row = values(base, self.base_unit, &self.scales, &self.terms, a, u);
         if tared {
             self.terms.iter().zip(&mut row).filter(|(t, _)| **t == Term::Zero).for_each(|(_, x)| *x = 0.0);
         }
         let dot = |c: &[f64]| c.iter().zip(&row).map(|(c, x)| c * x).sum::<f64>();
-        let (s, unit2) = (&self.spread, self.unit * self.unit);
-        let m2 = (base.value(a, u) / self.base_unit).powi(2);
+        let s = &self.spread;
+        let m = base.value(a, u) / self.base_unit;
         const H: f64 = 1e-3;
         let [lo, hi] = [1.0 - H, 1.0 + H].map(|f| {
             let row = values(base, self.base_unit, &self.scales, &self.terms, a * f, u);
             row.iter().zip(&self.mean).map(|(x, c)| c * x).sum::<f64>()
         });
-        let slope2 = ((hi - lo) / (2.0 * H)).powi(2);
-        Expected {
-            signal: self.unit * dot(&self.mean),
-            of_curve: unit2 * self.deviations.iter().map(|d| dot(d).powi(2)).sum::<f64>(),
-            of_noise: unit2 * (s.floor + m2 * s.relative),
-            of_position: unit2 * slope2 * s.position,
-            of_run: unit2 * (slope2 * s.visit + m2 * s.gain),
-        }
+        let slope = (hi - lo) / (2.0 * H);
+        shared.extend(self.deviations.iter().map(|d| self.unit * dot(d)));
+        let zero = if tared { 0.0 } else { s.zero.sqrt() };
+        let rest = [slope * s.position.sqrt(), slope * s.visit.sqrt(), m * s.gain.sqrt(), zero];
+        shared.extend(rest.map(|x| self.unit * x));
+        [self.unit * dot(&self.mean), self.unit * self.unit * (s.floor + m * m * s.relative)]
     }
 
     /// Coefficient of `term` and its standard deviation; `None` where it is no term.

@@ -99,7 +99,7 @@ impl Inverse {
     }
 
     /// Weights of the nodes for the drive u (barycentric, Chebyshev's nodes of the first kind).
-    fn weights(&self, u: f64) -> Vec<f64> {
+    pub(crate) fn weights(&self, u: f64) -> Vec<f64> {
         let x = u.ln();
         if let Some(k) = self.nodes.iter().position(|n| *n == x) {
             return (0..self.nodes.len()).map(|i| if i == k { 1.0 } else { 0.0 }).collect();
@@ -236,12 +236,6 @@ impl Slice {
         0.5 * (lo + hi)
     }
 
-    /// Density of the prior at ln a = x to that within the calibrated distances.
-    fn prior(&self, x: f64) -> f64 {
-        let off = (self.ends[0] - x).max(x - self.ends[1]).max(0.0);
-        (-0.5 * (off / self.ends[2]).powi(2)).exp()
-    }
-
     /// The distance of a signal `y`, of which `more` is the variance that its own zero brings.
     ///
     /// # Errors
@@ -298,7 +292,7 @@ impl Slice {
         if local.is_none() && least > FAR {
             return Err(if self.points[POINTS - 1][0] > y { Nothing::Weak } else { Nothing::Strong });
         }
-        let faded: [f64; FINE] = std::array::from_fn(|k| flat[k] * self.prior(place(k)));
+        let faded: [f64; FINE] = std::array::from_fn(|k| flat[k] * prior(self.ends, place(k)));
         let of = |p: &[f64; FINE]| QUANTILES.map(|s| quantile(p, window[0], step, s));
         let [lo, middle, hi] = of(&faded);
         Ok(match local {
@@ -313,8 +307,14 @@ impl Slice {
     }
 }
 
+/// Density of the prior at ln a = x to that within the calibrated distances, of such `ends`.
+pub(crate) fn prior([first, last, fades]: [f64; 3], x: f64) -> f64 {
+    let off = (first - x).max(x - last).max(0.0);
+    (-0.5 * (off / fades).powi(2)).exp()
+}
+
 /// The point below which a share of the mass lies; within a cell the density goes straight.
-fn quantile(points: &[f64; FINE], from: f64, step: f64, share: f64) -> f64 {
+pub(crate) fn quantile(points: &[f64; FINE], from: f64, step: f64, share: f64) -> f64 {
     let wanted = share * points.windows(2).map(|w| 0.5 * (w[0] + w[1])).sum::<f64>();
     let mut below = 0.0;
     for (k, w) in points.windows(2).enumerate() {

@@ -17,6 +17,7 @@ pub mod evidence;
 pub mod fit;
 pub mod hyper;
 pub mod invert;
+pub mod joint;
 pub mod newton;
 pub mod rows;
 mod start;
