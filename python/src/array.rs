@@ -9,6 +9,7 @@ use vibrissa::contour::array::{Mounted, answer};
 use vibrissa::contour::point::Noise;
 use vibrissa::error::{Error, InputError};
 use vibrissa::files;
+use vibrissa::locate::object::By;
 use vibrissa::locate::{Calibration, SaidZero, stream};
 use vibrissa::measure::Names;
 use vibrissa::scene::RunOptions;
@@ -95,7 +96,14 @@ impl Array {
             let columns = columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
             let told = Told::default();
             let warn = |text: &str| told.push(text);
-            let ask = stream::Ask { columns: &columns, zero, label: Some(&label), keep: true, warn: &warn };
+            let ask = stream::Ask {
+                columns: &columns,
+                zero,
+                label: Some(&label),
+                keep: true,
+                by: By::Unsaid,
+                warn: &warn,
+            };
             let answered = answer(&whiskers, &bytes, &ask, &noise)?;
             Ok::<_, Error>((Table::of_csv(&answered.table)?, told.into_texts()))
         };

@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 use vibrissa::error::{Error, InputError};
 use vibrissa::estimator::{ALL, Estimator, named};
 use vibrissa::export::{Export, Language, proposing};
+use vibrissa::locate::object::By;
 use vibrissa::locate::{self, Calibration, Located, Sequence, locator::opener, stream};
 use vibrissa::measure::Names;
 use vibrissa::scene::RunOptions;
@@ -134,6 +135,7 @@ impl Locator {
                 zero: [said_zero, None],
                 label: Some(&label),
                 keep: true,
+                by: By::Unsaid,
                 warn: &warn,
             };
             let (zero, _) = stream::zeros(&locator, bytes.as_slice(), &ask)?;

@@ -38,7 +38,7 @@ const INPUTS: &str = "D, d, L_a, x_ss, l, a, theta (or delta), tilt, lean, and o
                       root.k_theta, root.k_y, root.k_x";
 
 /// Words by their bits: a word that is new takes the next bit, wherever it stands among the words.
-const BITS: [Status; 11] = [
+const BITS: [Status; 12] = [
     Status::INVALID_GEOMETRY,
     Status::NO_STRAIN,
     Status::NOT_CONVERGED,
@@ -50,6 +50,7 @@ const BITS: [Status; 11] = [
     Status::OUTSIDE_CALIBRATION,
     Status::BAD_INPUT,
     Status::AT_KNOT,
+    Status::INCONSISTENT,
 ];
 const _: () = assert!(BITS.len() == Status::ALL.len());
 

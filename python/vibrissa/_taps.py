@@ -39,6 +39,7 @@ class Status(enum.IntFlag):
     no_root = 64
     ambiguous = 128
     outside_calibration = 256
+    inconsistent = 2048
     bad_input = 512
 
     @classmethod
@@ -55,9 +56,9 @@ class Status(enum.IntFlag):
 def status_words(status: ArrayLike) -> NDArray[np.object_]:
     """Status bits as the words of tables, element by element."""
     bits = np.asarray(status)
-    whole = bits.dtype.kind in "iu" and (bits.size == 0 or 0 <= bits.min() and bits.max() < 2 * Status.at_knot)
+    whole = bits.dtype.kind in "iu" and (bits.size == 0 or 0 <= bits.min() and bits.max() < 2 * Status.inconsistent)
     if bits.size > 0 and not whole:
-        raise InputError("these are no bits of a status", key="status", value=short(status), allowed=f"integers 0 … {2 * Status.at_knot - 1}")
+        raise InputError("these are no bits of a status", key="status", value=short(status), allowed=f"integers 0 … {2 * Status.inconsistent - 1}")
     different, place = np.unique(np.atleast_1d(bits), return_inverse=True)
     names = np.array([Status(int(s)).words for s in different], dtype=object)
     return names[place].reshape(bits.shape)

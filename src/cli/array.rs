@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 use vibrissa::contour::array::{Mounted, answer};
 use vibrissa::error::{Error, InputError};
 use vibrissa::files::Array;
+use vibrissa::locate::object::By;
 use vibrissa::locate::stream::Ask;
 use vibrissa::locate::{Calibration, SaidZero};
 use vibrissa::measure::{Data, Names};
@@ -61,7 +62,7 @@ pub fn run(args: &Locate, array: &Path) -> Result<Reply, Error> {
     }
     let file = readings.display().to_string();
     let zero = SaidZero::of(args.zero.as_ref(), whiskers.iter().map(|w| &w.locator))?;
-    let ask = Ask { columns: &columns, zero, label: Some(&file), keep: true, warn: &warn };
+    let ask = Ask { columns: &columns, zero, label: Some(&file), keep: true, by: By::Unsaid, warn: &warn };
     let answered = answer(&whiskers, &bytes, &ask, &described.noise)?;
     let digest = hash_all(&mut bytes.as_slice()).map_err(|e| Error::Run(e.to_string()))?;
     let asked = json!({

@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use serde_json::{Value, json};
 use vibrissa::error::{Error, InputError};
+use vibrissa::locate::object::By;
 use vibrissa::locate::stream::{self, Ask};
 use vibrissa::locate::{Calibration, Locator, SaidZero, Sensor, locator::opener};
 use vibrissa::measure::{Names, zero};
@@ -64,7 +65,12 @@ pub fn run(args: &Locate) -> Result<Reply, Error> {
         }
     };
     let zero = SaidZero::of(args.zero.as_ref(), [&locator])?;
-    let asked = Ask { columns: &columns, zero, label: None, keep: false, warn: &warn };
+    let by = match &args.object {
+        Some(column) => By::Column(column),
+        None if args.same => By::Same,
+        None => By::Unsaid,
+    };
+    let asked = Ask { columns: &columns, zero, label: None, keep: false, by, warn: &warn };
     if readings.is_none() && !args.common.json && args.common.out.is_none() {
         return streamed(&locator, &asked, start);
     }
@@ -201,7 +207,7 @@ fn filed(
     let out = super::folder(args.common.out.as_ref(), &stem, "locate");
     // What stdin brought is not known again.
     let data = readings.map(|_| &digest);
-    let asked = json!({ "readings": data, "calibration": calibration.checksum, "estimator": locator.estimator.name(), "columns": args.columns, "zero": SaidZero::json(args.zero.as_ref()), "same_run": args.same_run });
+    let asked = json!({ "readings": data, "calibration": calibration.checksum, "estimator": locator.estimator.name(), "columns": args.columns, "zero": SaidZero::json(args.zero.as_ref()), "same_run": args.same_run, "same": args.same, "object": args.object });
     let from = readings.unwrap_or(Path::new("/dev/stdin"));
     let inputs = vec![path.to_owned(), from.to_owned()];
     let question = Question { inputs, ..Question::new("locate", &stem, asked) };

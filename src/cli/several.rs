@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 use vibrissa::calibrate::report;
 use vibrissa::calibrate::several::{Calibration, several};
 use vibrissa::error::{Error, InputError};
+use vibrissa::locate::object::By;
 use vibrissa::locate::stream::Ask;
 use vibrissa::locate::table::field;
 use vibrissa::locate::{Located, SaidZero, Sensor, Several, locator::opener};
@@ -149,7 +150,7 @@ pub fn locate(
         }
     };
     let zero = SaidZero::of(None, [&answers.locators[0]])?;
-    let ask = Ask { columns: &columns, zero, label: Some(&shown), keep: true, warn: &warn };
+    let ask = Ask { columns: &columns, zero, label: Some(&shown), keep: true, by: By::Unsaid, warn: &warn };
     if options.plan == Some(true) {
         let text = format!(
             "would locate readings of {shown} by {} channels; nothing was run\n",

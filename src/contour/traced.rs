@@ -9,6 +9,7 @@ use super::truth::{self, Edge};
 use super::write;
 use crate::error::Error;
 use crate::estimator::Estimator;
+use crate::locate::object::By;
 use crate::locate::stream::Ask;
 use crate::locate::table::Readings;
 use crate::locate::{Calibration, Locator, SaidZero, locator::opener};
@@ -79,7 +80,7 @@ impl Traced {
         let locator = Locator::new(calibration, label, estimator, &opener(options))?;
         calibration.rig.warnings.iter().for_each(|w| warn(w));
         let of_signals = SaidZero::of(zero, [&locator])?;
-        let ask = Ask { columns, zero: of_signals, label: Some(file), keep: true, warn };
+        let ask = Ask { columns, zero: of_signals, label: Some(file), keep: true, by: By::Unsaid, warn };
         let readings = Readings::of(&locator, bytes, &ask, &write::ADDED)?;
         let trace = Trace::new(&locator, &readings, &asked, stop)?;
         if !trace.on_surface && asked.surface.is_none() && locator.rig.known {

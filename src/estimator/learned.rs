@@ -6,6 +6,7 @@ use vibrissa_learned::columns::{Scales, Term};
 use vibrissa_learned::curve::{Curve, Spread};
 use vibrissa_learned::fit::{Fit as LearntFit, From, Task, fit};
 use vibrissa_learned::invert::{Answer, Inverse, Nothing};
+use vibrissa_learned::joint::Joint;
 use vibrissa_learned::rows::Row;
 
 use super::{Answers, Estimator, Fault, Judged, Known, LeaveOut, Opening, Shape, SideRecord};
@@ -335,6 +336,23 @@ impl Inverted {
         Self { inverse: whisker.base(of), curve, whisker, zero_read }
     }
 
+    /// Whether a reading above a zero of this `share` is told above its own zero, the signal that counts, and the variance that its zero brings.
+    pub fn read(&self, reading: f64, share: f64) -> (bool, f64, f64) {
+        let tared = self.inverse[1].is_some() && (self.zero_read || share > 0.0);
+        let of_zero = share * self.curve.spread.floor * self.curve.unit.powi(2);
+        (tared, if tared || self.zero_read { reading } else { reading - self.curve.zero }, of_zero)
+    }
+
+    fn of(&self, tared: bool) -> &Inverse {
+        let made = self.inverse[usize::from(tared)].as_ref();
+        made.unwrap_or_else(|| self.plain().0)
+    }
+
+    /// What answers several taps of one object.
+    pub fn joint(&self, tared: bool) -> Joint {
+        self.whisker.base(|base| Joint::new(&self.curve, base, tared, self.of(tared)))
+    }
+
     /// What answers readings that have no zero beside that of the calibration, and that zero.
     pub fn plain(&self) -> (&Inverse, f64) {
         let inverse = self.inverse[usize::from(self.zero_read)].as_ref().expect("it was made");
@@ -352,11 +370,8 @@ pub fn why(nothing: Nothing) -> Status {
 
 impl Answers for Inverted {
     fn find(&self, drive: f64, reading: f64, Known { share, same_run }: Known) -> Result<Found, Status> {
-        let (inverse, y) = match &self.inverse[1] {
-            Some(tared) if self.zero_read || share > 0.0 => (tared, reading),
-            _ => (self.plain().0, reading - self.curve.zero),
-        };
-        let of_zero = share * self.curve.spread.floor * self.curve.unit.powi(2);
+        let (tared, y, of_zero) = self.read(reading, share);
+        let inverse = self.of(tared);
         let found = inverse.at(drive, same_run).find(y, of_zero).map_err(why)?;
         let Answer { a, near, slope, variance, sigma } = found;
         Ok(Found { a, near, slope, variance, sigma })

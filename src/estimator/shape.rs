@@ -13,6 +13,16 @@ pub enum Shape<'a> {
     Learned(&'a Inverted),
 }
 
+impl<'a> Shape<'a> {
+    /// The learned curve, if it is one.
+    pub fn learned(self) -> Option<&'a Inverted> {
+        match self {
+            Self::Learned(curve) => Some(curve),
+            _ => None,
+        }
+    }
+}
+
 /// The signal that an estimator expects, and where that is smooth.
 pub trait Forward {
     /// Distances, ascending, mm, between which [`Self::expected`] is smooth at drives near `drive`. The first and the last are the ends of

@@ -79,7 +79,7 @@ impl Kept {
 }
 
 /// A field and the comma after it, in quotes where it needs them.
-fn field(out: &mut Vec<u8>, text: &str) {
+pub(super) fn field(out: &mut Vec<u8>, text: &str) {
     if text.bytes().any(|c| matches!(c, b',' | b'"' | b'\n' | b'\r')) {
         out.push(b'"');
         out.extend_from_slice(text.replace('"', "\"\"").as_bytes());

@@ -121,6 +121,18 @@ impl Opened {
     }
 }
 
+/// A tap on one side of the whisker.
+pub(crate) struct Asked {
+    /// Its place among the sides.
+    pub(crate) side: usize,
+    /// The drive from its origin.
+    pub(crate) drive: f64,
+    /// |signal|.
+    pub(crate) signal: f64,
+    /// Words of warning.
+    pub(crate) status: Status,
+}
+
 /// Answers readings of one calibrated whisker.
 pub struct Locator {
     /// The whisker.
@@ -293,28 +305,14 @@ impl Locator {
     /// As [`Self::locate`], of a signal above `zero`, whose variance is `share` of that of one reading; of a bridge both are the strains
     /// that [`Unit::strain`] makes of what it shows.
     pub fn locate_above(&self, drive: f64, signal: f64, zero: f64, share: f64) -> Located {
-        let drive = drive - self.drive_origin;
-        let wraps = self.tared.as_ref().is_some_and(|t| t.wraps);
-        let lean = if let [one] = self.sides.as_slice() { one.sign } else { 0.0 };
         let signal = self.unit.above(signal, zero, self.rig.setup.gauge.factor);
-        let signal = if wraps { wrapped(signal, lean) } else { signal };
-        if !drive.is_finite() || !signal.is_finite() {
-            return Located::nothing(Status::BAD_INPUT);
-        }
-        if signal == 0.0 {
-            return Located::nothing(Status::NO_STRAIN);
-        }
-        let Some(side) = self.sides.iter().find(|s| s.sign == signal.signum()) else {
-            return Located::nothing(Status::OUTSIDE_CALIBRATION | self.limit(signal, f64::NAN));
+        let Asked { side, drive, signal, mut status } = match self.asked(drive, signal) {
+            Ok(asked) => asked,
+            Err(status) => return Located::nothing(status),
         };
-        let mut status = self.limit(signal, side.factor);
-        if !side.admits(drive) {
-            return Located::nothing(status | Status::OUTSIDE_CALIBRATION);
-        }
-        if signal.abs() >= side.end_stop * (1.0 - SAME) {
-            return Located::nothing(status | Status::STRAIN_LIMIT);
-        }
-        let found = match side.answers.find(drive, signal.abs(), Known { share, same_run: self.same_run }) {
+        let side = &self.sides[side];
+        let known = Known { share, same_run: self.same_run };
+        let found = match side.answers.find(drive, signal, known) {
             Ok(found) => found,
             Err(why) => return Located::nothing(status | why),
         };
@@ -327,6 +325,40 @@ impl Locator {
         }
         status |= side.doubts(found.a, found.near, sigma);
         Located { distance: found.a, sigma, status }
+    }
+
+    /// What is asked by a tap of this drive, as it is recorded, with this tared signal.
+    ///
+    /// # Errors
+    /// Why nothing is.
+    pub(crate) fn asked(&self, drive: f64, signal: f64) -> Result<Asked, Status> {
+        let drive = drive - self.drive_origin;
+        let wraps = self.tared.as_ref().is_some_and(|t| t.wraps);
+        let lean = if let [one] = self.sides.as_slice() { one.sign } else { 0.0 };
+        let signal = if wraps { wrapped(signal, lean) } else { signal };
+        if !drive.is_finite() || !signal.is_finite() {
+            return Err(Status::BAD_INPUT);
+        }
+        if signal == 0.0 {
+            return Err(Status::NO_STRAIN);
+        }
+        let Some(side) = self.sides.iter().position(|s| s.sign == signal.signum()) else {
+            return Err(Status::OUTSIDE_CALIBRATION | self.limit(signal, f64::NAN));
+        };
+        let known = &self.sides[side];
+        let status = self.limit(signal, known.factor);
+        if !known.admits(drive) {
+            return Err(status | Status::OUTSIDE_CALIBRATION);
+        }
+        if signal.abs() >= known.end_stop * (1.0 - SAME) {
+            return Err(status | Status::STRAIN_LIMIT);
+        }
+        Ok(Asked { side, drive, signal: signal.abs(), status })
+    }
+
+    /// Whether a side is answered by a learned curve, whose taps of one object may be taken together.
+    pub(crate) fn is_learned(&self) -> bool {
+        self.sides.iter().any(|side| side.answers.shape().learned().is_some())
     }
 
     /// Signal that the estimator expects of a tap at a (mm) by `drive`, on the side of `sign`; NaN where it expects nothing.

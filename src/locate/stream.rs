@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 use std::io::Read;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::kept::{Kept, added};
+use super::kept::{Kept, added, field};
 use super::lines::Source;
+use super::object::{Asked, By, Objects, Together};
 use super::pair::{Readings, Spatial};
 use super::reading::Lines;
 use super::tare::{Tare, doubt};
@@ -53,6 +54,8 @@ pub struct Ask<'a> {
     pub label: Option<&'a str>,
     /// Whether answers keep the fields of their line, its number first, and say which zero was subtracted.
     pub keep: bool,
+    /// Which readings are of one object.
+    pub by: By<'a>,
     /// Tells the user what he should know, at once.
     pub warn: &'a dyn Fn(&str),
 }
@@ -126,15 +129,22 @@ pub fn answer(
     if !ask.keep {
         let (drive, signal) = (locator.rig.setup.drive.column(), locator.unit.common());
         let second = if two { format!("{},", locator.unit.second_common()) } else { String::new() };
-        let answer = added(locator)[1..].join(",");
-        out.extend(format!("{drive},{signal},{second}{answer}\n").bytes());
+        let mut answer = added(locator)[1..].to_vec();
+        if ask.by != By::Unsaid {
+            answer.extend(Objects::columns(ask.by, false));
+        }
+        out.extend(format!("{drive},{signal},{second}{}\n", answer.join(",")).bytes());
         // Whoever starts a stream may want to see that it is ready.
         write(&out, true)?;
         out.clear();
     }
     source.first(&mut lines)?;
     let [mut tare, mut tare_2] = tares(locator, &lines, ask, zero.unwrap_or_default())?;
-    let kept = ask.keep.then(|| Kept::new(locator, &lines, &added(locator)));
+    let label = |e: InputError| e.at(ask.label.unwrap_or("stdin"), None);
+    let mut objects = Objects::new(locator, &lines, ask).map_err(label)?;
+    let together = objects.iter().flat_map(|_| Objects::columns(ask.by, true));
+    let columns: Vec<&str> = added(locator).into_iter().chain(together).collect();
+    let kept = ask.keep.then(|| Kept::new(locator, &lines, &columns));
     if let Some(kept) = &kept {
         kept.header(&mut out);
     }
@@ -151,7 +161,7 @@ pub fn answer(
         // Of a line that is no reading, no field is known to be the second signal.
         let second = line.text.filter(|_| two && read.is_some()).map_or(f64::NAN, |t| lines.second(t));
         let is_zero = finite && locator.rests(drive);
-        let mut zero = None;
+        let (mut zero, mut together) = (None, None);
         let found = if is_zero {
             counts.zeros += 1;
             if let Some(zero) = ask.zero[0].filter(|_| counts.zeros == 1) {
@@ -188,9 +198,23 @@ pub fn answer(
                 let signals = [signal, lines.above(second, value)];
                 Answer::Asked(Readings { drive, signals, shares: [share, share_2] })
             } else {
-                Answer::Known(locator.locate_above(drive, signal, 0.0, share))
+                let located = locator.locate_above(drive, signal, 0.0, share);
+                if let Some(objects) = &mut objects {
+                    let tap = Asked { line: line.number, drive, signal, share };
+                    let name = objects.name(&lines, line.text);
+                    together = objects.tell(&name, tap, &located, ask);
+                }
+                Answer::Known(located)
             }
         };
+        let more = objects.as_ref().map(|objects| {
+            let mut more = Vec::new();
+            if !ask.keep && matches!(ask.by, By::Column(_)) {
+                field(&mut more, &objects.name(&lines, line.text));
+            }
+            Together::write(together.as_ref(), &mut more);
+            more
+        });
         follows = is_zero;
         counts.lines += 1;
         match &kept {
@@ -207,7 +231,7 @@ pub fn answer(
                 }
             }
         }
-        batch.answers.push((batch.asked.len(), found));
+        batch.answers.push((batch.asked.len(), found, more));
         // Whoever sent half a line waits for the answers to those before it.
         let waiting = line.waiting;
         if waiting || batch.asked.len() >= BATCH || batch.answers.len() >= TOGETHER {
@@ -257,21 +281,21 @@ enum Answer {
 struct Batch {
     /// What stands before the answers, line after line.
     asked: Vec<u8>,
-    /// Of each line where that ends, and its answer.
-    answers: Vec<(usize, Answer)>,
+    /// Of each line where that ends, its answer, and what follows it.
+    answers: Vec<(usize, Answer, Option<Vec<u8>>)>,
 }
 
 impl Batch {
     /// Writes the lines with their answers into `out`, and forgets them.
     fn answer(&mut self, locator: &Locator, out: &mut Vec<u8>, counts: &mut Counts) -> Result<(), Error> {
-        let readings = self.answers.iter().filter_map(|(_, answer)| match answer {
+        let readings = self.answers.iter().filter_map(|(_, answer, _)| match answer {
             Answer::Asked(readings) => Some(*readings),
             Answer::Known(_) => None,
         });
         let readings: Vec<Readings> = readings.collect();
         let mut located = locator.locate_pairs(&readings)?.into_iter();
         let mut from = 0;
-        for (to, answer) in self.answers.drain(..) {
+        for (to, answer, more) in self.answers.drain(..) {
             let found = match answer {
                 Answer::Known(located) => Some(Spatial { located, ..Spatial::nothing(located.status) }),
                 Answer::Asked(_) => located.next(),
@@ -281,6 +305,11 @@ impl Batch {
             out.extend_from_slice(&self.asked[from..to]);
             let numbers = found.numbers();
             row(out, if locator.is_twofold() { &numbers } else { &numbers[..2] }, found.located.status);
+            if let Some(more) = more {
+                out.push(b',');
+                out.extend(more);
+            }
+            out.push(b'\n');
             from = to;
         }
         self.asked.clear();
@@ -319,7 +348,6 @@ fn row(out: &mut Vec<u8>, numbers: &[f64], status: Status) {
     } else {
         out.extend(status.to_string().bytes());
     }
-    out.push(b'\n');
 }
 
 /// A field, empty where there is no number, and the comma after it.

@@ -48,7 +48,7 @@ fn normal(seed: u64, i: u32, dimension: u32) -> f64 {
 
 /// Quantile of the standard normal distribution for 1e-10 < p < 1 − 1e-10, relative error 1e-15 (M. J. Wichura, algorithm AS 241, Appl.
 /// Statist. 37, 1988; without its outermost branch).
-fn quantile(p: f64) -> f64 {
+pub(crate) fn quantile(p: f64) -> f64 {
     const A: [f64; 8] = [
         3.387_132_872_796_366_608,
         133.141_667_891_784_377_45,

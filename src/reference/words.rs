@@ -8,7 +8,7 @@ pub const ABOUT: &str = "Every row that was asked for comes back; one without va
     by `+` in its order; of a row over many taps it is the union of their words. A tap that counts enters K̄, SD, errors and maxima of its row.";
 
 /// What a word says in a sweep, which values a tap has with it, and what it says in `locate` where that is something else.
-const STATUSES: [(Status, &str, &str, &str); 11] = [
+const STATUSES: [(Status, &str, &str, &str); 12] = [
     (Status::INVALID_GEOMETRY, "the tuple lies outside its domain (model §1)", "none", ""),
     (
         Status::NO_STRAIN,
@@ -58,6 +58,12 @@ const STATUSES: [(Status, &str, &str, &str); 11] = [
         "not in a sweep",
         "",
         "the drive, the side or the distance lies outside what was calibrated",
+    ),
+    (
+        Status::INCONSISTENT,
+        "not in a sweep",
+        "",
+        "taps of one object contradict each other: columns apart_line and apart_sigmas say which",
     ),
     (Status::BAD_INPUT, "not in a sweep", "", "the line is no reading"),
 ];

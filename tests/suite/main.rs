@@ -40,6 +40,7 @@ mod locate;
 mod merged;
 mod misled;
 mod model_error;
+mod objects;
 mod optimise;
 mod optimise_errors;
 mod own_model;

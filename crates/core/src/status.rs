@@ -32,8 +32,11 @@ impl Status {
     /// The contact has reached a corner of a tabled profile, which is not described.
     pub const AT_KNOT: Self = Self(1 << 10);
 
+    /// Taps of one object contradict each other.
+    pub const INCONSISTENT: Self = Self(1 << 11);
+
     /// All words in the order in which tables join them.
-    pub const ALL: [(Self, &str); 11] = [
+    pub const ALL: [(Self, &str); 12] = [
         (Self::INVALID_GEOMETRY, "invalid_geometry"),
         (Self::NO_STRAIN, "no_strain"),
         (Self::NOT_CONVERGED, "not_converged"),
@@ -44,6 +47,7 @@ impl Status {
         (Self::NO_ROOT, "no_root"),
         (Self::AMBIGUOUS, "ambiguous"),
         (Self::OUTSIDE_CALIBRATION, "outside_calibration"),
+        (Self::INCONSISTENT, "inconsistent"),
         (Self::BAD_INPUT, "bad_input"),
     ];
 

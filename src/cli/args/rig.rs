@@ -72,6 +72,12 @@ pub struct Locate {
     /// Readings are of a run of the calibration, whose zero and gain are known: without it they are of another one, and σ says so
     #[arg(long)]
     pub same_run: bool,
+    /// All readings are taps of one object: after each, the distance that all so far tell together
+    #[arg(long, conflicts_with_all = ["object", "array"])]
+    pub same: bool,
+    /// Readings with the same word in this column are taps of one object [default: object, where a file has it]
+    #[arg(long, value_name = "COLUMN", conflicts_with = "array")]
+    pub object: Option<String>,
     /// Answer by this instead of learned
     #[arg(long, value_parser = words(ALL.map(|e| (e.name(), e, e.help()))), value_name = "NAME")]
     pub estimator: Option<&'static dyn Estimator>,

@@ -1,0 +1,200 @@
+//! Several taps of one object: after each tap, the distance that all of them so far tell.
+
+use std::collections::HashMap;
+
+use vibrissa_learned::joint::{Joint, Object, Tap};
+
+use super::reading::Lines;
+use super::stream::{Ask, number};
+use super::{Located, Locator};
+use crate::error::InputError;
+use crate::optimise::normal::quantile;
+use crate::status::Status;
+
+/// Columns that are added: taps so far, distance and σ, the line of the tap that is farthest from what the others say and by how many standard
+/// deviations, and words.
+pub const COLUMNS: [&str; 6] =
+    ["taps", "object_distance_mm", "object_sigma_mm", "apart_line", "apart_sigmas", "object_status"];
+/// The column that names the object, where none is said.
+pub const NAME: &str = "object";
+/// Objects that are known at a time; the one that was tapped longest ago goes first.
+const MOST: usize = 256;
+/// Chance that sound taps are said to contradict each other.
+const CHANCE: f64 = 0.001;
+
+/// Which readings are of one object.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum By<'a> {
+    /// Nobody said; in a file a column `object` says it.
+    Unsaid,
+    /// All of them.
+    Same,
+    /// Those of one value in this column.
+    Column(&'a str),
+}
+
+/// Objects and their taps.
+pub struct Objects<'a> {
+    locator: &'a Locator,
+    /// Place of the column; none where all readings are of one object.
+    place: Option<usize>,
+    /// What answers several taps, of each side whose zero was taken off, or not, made when it is first asked for.
+    joints: HashMap<(usize, bool), Joint>,
+    known: HashMap<String, Known>,
+    clock: u64,
+}
+
+/// The taps of an object.
+struct Known {
+    object: Object,
+    /// Side and taring of its first tap, which others have too.
+    kind: (usize, bool),
+    /// Lines of the taps that are compared, the last at the end.
+    lines: Vec<usize>,
+    seen: u64,
+}
+
+/// What all taps of an object so far tell.
+pub struct Together {
+    taps: usize,
+    located: Located,
+    apart: Option<(usize, f64)>,
+}
+
+impl Together {
+    /// Writes the columns, each with a comma after it but for the last.
+    pub fn write(this: Option<&Self>, out: &mut Vec<u8>) {
+        let Some(Self { taps, located, apart }) = this else {
+            out.extend(b",,,,,");
+            return;
+        };
+        number(out, *taps as f64);
+        [located.distance, located.sigma].into_iter().for_each(|x| number(out, x));
+        let (line, by) = apart.map_or((f64::NAN, f64::NAN), |(line, by)| (line as f64, by));
+        number(out, line);
+        // More digits than two of a number of standard deviations say nothing.
+        number(out, (100.0 * by).round() / 100.0);
+        out.extend(located.status.to_string().bytes());
+    }
+}
+
+/// A tap that is in question.
+#[derive(Debug, Clone, Copy)]
+pub struct Asked {
+    /// Line of the input.
+    pub line: usize,
+    /// The drive, as it is recorded.
+    pub drive: f64,
+    /// The signal above its zero.
+    pub signal: f64,
+    /// Variance of the zero in units of that of one reading.
+    pub share: f64,
+}
+
+impl<'a> Objects<'a> {
+    /// Of readings for `locator`, where they are told apart.
+    ///
+    /// # Errors
+    /// Several taps of one object where the calibration tells each alone; a column that is not there.
+    pub fn new(locator: &'a Locator, lines: &Lines<'_>, ask: &Ask<'_>) -> Result<Option<Self>, InputError> {
+        let names = lines.names();
+        let of = |name: &str| names.iter().position(|n| n == name);
+        let place = match ask.by {
+            By::Unsaid if !ask.keep => {
+                if of(NAME).is_some() {
+                    (ask.warn)(
+                        "column object is not looked at; with --object object the taps of each are taken together",
+                    );
+                }
+                return Ok(None);
+            }
+            By::Unsaid => match of(NAME) {
+                Some(place) => Some(place),
+                None => return Ok(None),
+            },
+            By::Same => None,
+            By::Column(name) => match of(name) {
+                Some(place) => Some(place),
+                None => {
+                    let error = InputError::new("there is no such column").key("--object").value(name);
+                    return Err(error.allowed(names.join(", ")));
+                }
+            },
+        };
+        if locator.is_twofold() || !locator.is_learned() {
+            let why = "taps of one object are taken together by `learned`, with one gauge";
+            if ask.by == By::Unsaid {
+                (ask.warn)(&format!("column object is not looked at: {why}"));
+                return Ok(None);
+            }
+            let key = if ask.by == By::Same { "--same" } else { "--object" };
+            let estimator = if locator.is_twofold() { "two gauges" } else { locator.estimator.name() };
+            return Err(InputError::new(why).key(key).value(estimator).allowed("a calibration by learned"));
+        }
+        Ok(Some(Self { locator, place, joints: HashMap::new(), known: HashMap::new(), clock: 0 }))
+    }
+
+    /// Columns that are added after the status, and before them the object where the line does not keep it.
+    pub fn columns(by: By<'_>, keep: bool) -> Vec<&'static str> {
+        let named = !keep && matches!(by, By::Column(_));
+        named.then_some(NAME).into_iter().chain(COLUMNS).collect()
+    }
+
+    /// The object of a line.
+    pub fn name(&self, lines: &Lines<'_>, text: Option<&str>) -> String {
+        let field = |place: usize| lines.fields(text?).get(place).map(|f| f.trim().to_owned());
+        self.place.and_then(field).unwrap_or_default()
+    }
+
+    /// Adds a tap of the object `name`, whose own answer is `alone`; `None` where it tells nothing.
+    pub fn tell(&mut self, name: &str, tap: Asked, alone: &Located, ask: &Ask<'_>) -> Option<Together> {
+        if self.place.is_some() && name.is_empty() {
+            return None;
+        }
+        let asked = self.locator.asked(tap.drive, tap.signal).ok()?;
+        let learned = self.locator.sides()[asked.side].answers.shape().learned()?;
+        let (tared, y, of_zero) = learned.read(asked.signal, tap.share);
+        let kind = (asked.side, tared);
+        let same_run = self.locator.same_run;
+        let joint = self.joints.entry(kind).or_insert_with(|| learned.joint(tared));
+        self.clock += 1;
+        if !self.known.contains_key(name) && self.known.len() == MOST {
+            let oldest = self.known.iter().min_by_key(|(_, k)| k.seen).map(|(name, _)| name.clone())?;
+            (ask.warn)(&format!(
+                "more than {MOST} objects at a time: taps of {oldest:?} that come later are those of another one"
+            ));
+            self.known.remove(&oldest);
+        }
+        let new = || Known { object: Object::new(joint), kind, lines: Vec::new(), seen: 0 };
+        let known = self.known.entry(name.to_owned()).or_insert_with(new);
+        known.seen = self.clock;
+        if known.kind != kind {
+            let located = Located::nothing(Status::INCONSISTENT);
+            return Some(Together { taps: known.object.count(), located, apart: Some((tap.line, f64::NAN)) });
+        }
+        known.object.add(joint, Tap { u: asked.drive, y, of_zero }, same_run);
+        known.lines.push(tap.line);
+        let more = known.lines.len().saturating_sub(known.object.compared());
+        known.lines.drain(..more);
+        let taps = known.object.count();
+        if taps == 1 {
+            return Some(Together { taps, located: *alone, apart: None });
+        }
+        let Some(told) = known.object.told(joint) else {
+            return Some(Together { taps, located: Located::nothing(Status::NO_ROOT), apart: None });
+        };
+        let apart = known.object.apart(joint, told.a.ln(), same_run);
+        let apart = apart.map(|(ago, by)| (known.lines[known.lines.len() - 1 - ago], by));
+        let mut status = self.locator.sides()[asked.side].doubts(told.a, told.near, told.sigma);
+        if apart.is_some_and(|(_, by)| by.abs() > limit(known.lines.len())) {
+            status |= Status::INCONSISTENT;
+        }
+        let located = Located { distance: told.a, sigma: told.sigma, status };
+        Some(Together { taps, located, apart })
+    }
+}
+
+/// Standard deviations beyond which the farthest of `n` sound taps is but by [`CHANCE`] (Bonferroni).
+fn limit(n: usize) -> f64 {
+    quantile(1.0 - 0.5 * CHANCE / n as f64)
+}

@@ -1,0 +1,158 @@
+//! Several taps of one object: one distance, whose σ counts once what the taps share.
+
+use crate::common::measuring::{REAL, TAPS, prototype};
+use crate::common::program::Desk;
+use crate::common::sweeping::{Row, Table, number};
+
+const FRESH: &str = "[tap]\na = { from = 22, to = 46.8, step = 0.4 }\ntheta = [2, 3.5, 5, 7, 9]\n";
+
+/// A calibration whose curve is known hardly better than a reading.
+fn desk() -> Desk {
+    let spec = |taps: &str| prototype(4.0, &["noise_strain = 1e-4\n", taps, REAL]);
+    let desk = Desk::new(&spec(TAPS));
+    desk.write("fresh.toml", spec(FRESH));
+    desk.run(&["simulate", "spec.toml", "--out", "sim", "--seed", "5"]).exits(0);
+    desk.run(&["calibrate", "sim/measurements.csv", "--whisker", "spec.toml", "--out", "cal"]).exits(0);
+    desk.run(&["simulate", "fresh.toml", "--out", "new", "--seed", "11"]).exits(0);
+    desk
+}
+
+/// The fresh taps, each with the number of its object.
+fn objects(desk: &Desk) -> String {
+    let text = desk.read("new/measurements.csv");
+    let mut lines = text.lines().filter(|line| !line.starts_with('#'));
+    let header = lines.next().unwrap();
+    let place = header.split(',').position(|name| name == "a_mm").unwrap();
+    let named = lines.map(|line| format!("{line},at {}", line.split(',').nth(place).unwrap()));
+    std::iter::once(format!("{header},object")).chain(named).map(|line| line + "\n").collect()
+}
+
+fn of(row: &Row, column: &str) -> f64 {
+    number(row, column).unwrap_or_else(|| panic!("{column} of {row:?}"))
+}
+
+#[test]
+fn taps_of_an_object_add_up() {
+    let desk = desk();
+    desk.write("taps.csv", objects(&desk));
+    desk.run(&["locate", "cal/calibration.toml", "taps.csv", "--out", "out"]).exits(0);
+    let table = Table::read(&desk.path("out/located.csv"));
+    let columns = [
+        "status",
+        "taps",
+        "object_distance_mm",
+        "object_sigma_mm",
+        "apart_line",
+        "apart_sigmas",
+        "object_status",
+    ];
+    assert_eq!(&table.columns[table.columns.len() - 7..], &columns);
+    let (mut within, mut beyond, mut objects) = (0, 0, 0);
+    let (mut squares, mut sigmas) = (0.0, 0.0);
+    for rows in table.rows.chunk_by(|a, b| a["object"] == b["object"]) {
+        assert_eq!(rows.len(), 5);
+        for (k, row) in rows.iter().enumerate() {
+            assert_eq!(of(row, "taps"), (k + 1) as f64);
+        }
+        // The first tap says what it says alone; each more makes it surer, but not as if nothing were shared.
+        for (alone, all) in [("distance_mm", "object_distance_mm"), ("sigma_mm", "object_sigma_mm")] {
+            assert_eq!(rows[0][alone], rows[0][all]);
+        }
+        let last = &rows[4];
+        let sigma = of(last, "object_sigma_mm");
+        let least = rows.iter().map(|row| of(row, "sigma_mm")).fold(f64::INFINITY, f64::min);
+        let product = rows.iter().map(|row| of(row, "sigma_mm").powi(-2)).sum::<f64>().powf(-0.5);
+        assert!(sigma < 1.02 * least && sigma > 0.95 * product, "{sigma} {least} {product}");
+        let z = (of(last, "object_distance_mm") - of(last, "a_mm")) / sigma;
+        (within, beyond) = (within + usize::from(z.abs() < 1.0), beyond + usize::from(z.abs() > 3.0));
+        (squares, sigmas) = (squares + (z * sigma).powi(2), sigmas + sigma * sigma);
+        objects += 1;
+    }
+    assert_eq!(objects, 63);
+    // 99 % of a binomial of 63, and of the errors of one calibration, which all objects share.
+    assert!((33..=60).contains(&within) && beyond <= 3, "{within} within one sigma, {beyond} beyond three");
+    let ratio = (squares / sigmas).sqrt();
+    assert!((0.65..1.4).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn a_tap_that_contradicts_the_others_is_named() {
+    let desk = desk();
+    let text = objects(&desk);
+    let header: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+    let strain = header.iter().position(|name| *name == "strain").unwrap();
+    // The third tap of the fourth object.
+    let wrong = 1 + 3 * 5 + 2;
+    let spoilt = text.lines().enumerate().map(|(k, line)| {
+        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if k == wrong {
+            fields[strain] = (1.2 * fields[strain].parse::<f64>().unwrap()).to_string();
+        }
+        fields.join(",") + "\n"
+    });
+    desk.write("taps.csv", spoilt.collect::<String>());
+    desk.run(&["locate", "cal/calibration.toml", "taps.csv", "--out", "out"]).exits(0);
+    let table = Table::read(&desk.path("out/located.csv"));
+    for (k, row) in table.rows.iter().enumerate() {
+        // Of two taps that disagree nobody can say which is wrong.
+        let expected = (wrong..=wrong + 2).contains(&(k + 1));
+        assert_eq!(row["object_status"].contains("inconsistent"), expected, "row {k}: {row:?}");
+        if expected && k + 1 > wrong {
+            assert_eq!(of(row, "apart_line"), (wrong + 1) as f64, "{row:?}");
+            assert!(of(row, "apart_sigmas") > 4.0, "{row:?}");
+        }
+    }
+}
+
+#[test]
+fn a_stream_of_one_object_says_so_far() {
+    let desk = desk();
+    let text = desk.read("new/measurements.csv");
+    let lines: Vec<&str> = text.lines().filter(|line| !line.starts_with('#')).collect();
+    let names: Vec<&str> = lines[0].split(',').collect();
+    let place = |name: &str| names.iter().position(|n| *n == name).unwrap();
+    let (drive, strain) = (place("theta_deg"), place("strain"));
+    let field = |line: &str, k: usize| line.split(',').nth(k).unwrap().to_owned();
+    let taps: Vec<String> =
+        lines[1..6].iter().map(|line| format!("{},{}\n", field(line, drive), field(line, strain))).collect();
+    let answers = desk.pipe(&["locate", "cal/calibration.toml", "--same"], &taps.concat()).exits(0).stdout;
+    let answers: Vec<&str> = answers.lines().collect();
+    assert_eq!(
+        answers[0],
+        "theta_deg,strain,distance_mm,sigma_mm,status,taps,object_distance_mm,object_sigma_mm,apart_line,apart_sigmas,object_status"
+    );
+    assert_eq!(answers.len(), 6);
+    let sigma = |line: &str| field(line, 7).parse::<f64>().unwrap();
+    assert!(sigma(answers[5]) < sigma(answers[1]), "{answers:?}");
+    // What is no tap tells nothing.
+    let more = format!("{}nonsense\n0,0\n{}", taps[0], taps[1]);
+    let answers = desk.pipe(&["locate", "cal/calibration.toml", "--same"], &more).exits(0).stdout;
+    let told: Vec<String> = answers.lines().skip(1).map(|line| field(line, 5)).collect();
+    assert_eq!(told, ["1", "", "", "2"], "{answers}");
+    // By a column of a stream.
+    let header = "theta_deg,strain,object\n";
+    let two: String =
+        taps.iter().zip(["p", "q", "p", "q", "p"]).map(|(tap, o)| format!("{},{o}\n", tap.trim())).collect();
+    let asked = ["locate", "cal/calibration.toml", "--object", "object"];
+    let answers = desk.pipe(&asked, &format!("{header}{two}")).exits(0).stdout;
+    let told: Vec<[String; 2]> = answers.lines().skip(1).map(|line| [5, 6].map(|k| field(line, k))).collect();
+    let known = [["p", "1"], ["q", "1"], ["p", "2"], ["q", "2"], ["p", "3"]];
+    assert_eq!(told, known.map(|pair| pair.map(str::to_owned)), "{answers}");
+}
+
+#[test]
+fn what_tells_each_tap_alone_says_so() {
+    let desk = desk();
+    desk.write("taps.csv", objects(&desk));
+    let asked = |more: &[&str]| {
+        let own = ["locate", "cal/calibration.toml", "taps.csv", "--out", "o", "--force"];
+        desk.run(&[&own[..], more].concat())
+    };
+    let ran = asked(&["--object", "thing"]).exits(2);
+    assert!(ran.stderr.contains("--object") && ran.stderr.contains("a_mm"), "{}", ran.stderr);
+    let ran = asked(&["--same", "--estimator", "paper"]).exits(2);
+    assert!(ran.stderr.contains("--same") && ran.stderr.contains("paper"), "{}", ran.stderr);
+    let ran = asked(&["--estimator", "paper"]).exits(0);
+    assert!(ran.stderr.contains("column object is not looked at"), "{}", ran.stderr);
+    asked(&["--same", "--object", "object"]).exits(2);
+}
