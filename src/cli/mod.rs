@@ -23,6 +23,7 @@ mod locate;
 mod merge;
 mod needed;
 mod new;
+mod next;
 mod number;
 mod optimise;
 mod patient;
@@ -92,6 +93,7 @@ pub fn run() -> u8 {
         Command::Sweep(sweep) => sweep::run(sweep),
         Command::Calibrate(calibrate) => calibrate::run(calibrate),
         Command::Locate(locate) => locate::run(locate),
+        Command::Next(next) => next::run(next),
         Command::Contour(contour) => contour::run(contour),
         Command::Simulate(simulate) => simulate::run(simulate),
         Command::Optimise(optimise) => optimise::run(optimise),

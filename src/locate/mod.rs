@@ -15,6 +15,7 @@ mod kept;
 mod likely;
 mod lines;
 pub mod locator;
+pub mod next;
 pub mod object;
 pub mod pair;
 mod reading;

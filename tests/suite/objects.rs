@@ -156,3 +156,85 @@ fn what_tells_each_tap_alone_says_so() {
     assert!(ran.stderr.contains("column object is not looked at"), "{}", ran.stderr);
     asked(&["--same", "--object", "object"]).exits(2);
 }
+
+#[test]
+fn the_next_tap_is_the_one_that_tells_most() {
+    let desk = desk();
+    desk.write("taps.csv", objects(&desk));
+    let asked = |more: &[&str]| {
+        let own = ["next", "cal/calibration.toml", "--json", "--force", "--out", "n"];
+        desk.run(&[&own[..], more].concat())
+    };
+    let result = |more: &[&str]| asked(more).exits(0).json()["result"].clone();
+    // Of one object among many.
+    let ran = asked(&["taps.csv"]).exits(2);
+    assert!(ran.stdout.contains("--only") || ran.stderr.contains("--only"), "{}{}", ran.stdout, ran.stderr);
+    let ran = asked(&["taps.csv", "--only", "at 7"]).exits(2);
+    assert!(format!("{}{}", ran.stdout, ran.stderr).contains("no tap is of this object"));
+    for bad in [["--within", "5,2"], ["--within", "50,60"]] {
+        asked(&bad).exits(2);
+    }
+    let told = result(&["taps.csv", "--only", "at 30"]);
+    assert_eq!(told["taps"], 5);
+    assert!((told["distance_mm"].as_f64().unwrap() - 30.0).abs() < 1.0, "{told}");
+    let table = Table::read(&desk.path("n/next.csv"));
+    assert_eq!(table.columns, ["theta_deg", "expected_signal", "expected_sigma_mm", "status"]);
+    let fine = || table.rows.iter().filter(|row| row["status"] == "ok");
+    let least = fine().map(|row| of(row, "expected_sigma_mm")).fold(f64::INFINITY, f64::min);
+    assert_eq!(told["expected_sigma_mm"].as_f64().unwrap(), least);
+    let sigma = |told: &serde_json::Value, key: &str| told[key].as_f64().unwrap();
+    assert!(sigma(&told, "least_sigma_mm") < least && least < sigma(&told, "sigma_mm"), "{told}");
+    // Within what the motor can do.
+    let told = result(&["taps.csv", "--only", "at 30", "--within", "1,4"]);
+    assert!((1.0..=4.0).contains(&told["theta_deg"].as_f64().unwrap()), "{told}");
+    // What is expected after the tap is what the tap then brings.
+    let lines: Vec<String> = desk.read("taps.csv").lines().map(str::to_owned).collect();
+    let own: Vec<&String> = lines.iter().filter(|line| line.ends_with("at 38")).collect();
+    let mut expected: Vec<f64> = Vec::new();
+    for n in 1..=4 {
+        let drive = own[n].split(',').nth(1).unwrap();
+        let text =
+            [&lines[0]].into_iter().chain(own[..n].iter().copied()).fold(String::new(), |t, l| t + l + "\n");
+        desk.write("some.csv", text);
+        let theta = format!("{drive},{drive}");
+        let told = result(&["some.csv", "--within", &theta]);
+        if let Some(before) = expected.pop() {
+            let found = sigma(&told, "sigma_mm");
+            assert!((found / before - 1.0).abs() < 0.15, "{n} taps: {found} for {before}");
+        }
+        expected.push(sigma(&told, "expected_sigma_mm"));
+    }
+}
+
+#[test]
+fn chosen_taps_need_half_as_many_as_a_fixed_grid() {
+    let desk = desk();
+    let told = |taps: &str| {
+        desk.write("some.csv", taps);
+        desk.run(&["next", "cal/calibration.toml", "some.csv", "--json", "--force", "--out", "n"])
+            .exits(0)
+            .json()["result"]
+            .clone()
+    };
+    let signal = |theta: f64| {
+        desk.write(
+            "one.toml",
+            prototype(4.0, &["noise_strain = 1e-4\n", &format!("[tap]\na = 33\ntheta = {theta}\n"), REAL]),
+        );
+        desk.run(&["simulate", "one.toml", "--out", "one", "--noise", "0", "--force"]).exits(0);
+        of(&Table::read(&desk.path("one/measurements.csv")).rows[0], "strain")
+    };
+    let header = "theta_deg,strain\n";
+    // A fixed grid of the calibrated drives, each as often as the others.
+    let grid: String = [2.0, 3.5, 5.0, 7.0, 9.0].iter().map(|t| format!("{t},{}\n", signal(*t))).collect();
+    let of_grid = told(&format!("{header}{grid}{grid}"));
+    let mut own = header.to_owned();
+    for _ in 0..5 {
+        let theta = told(&own)["theta_deg"].as_f64().unwrap();
+        own += &format!("{theta},{}\n", signal(theta));
+    }
+    let chosen = told(&own);
+    let sigma = |told: &serde_json::Value| told["sigma_mm"].as_f64().unwrap();
+    assert_eq!(chosen["taps"], 5);
+    assert!(sigma(&chosen) < 1.05 * sigma(&of_grid), "{} {}", sigma(&chosen), sigma(&of_grid));
+}

@@ -25,6 +25,8 @@ const NEAR: usize = 6;
 const JUDGED: usize = 256;
 /// Standard deviation in ln a that is as good as none: the distance is free where taps are compared.
 const FREE: f64 = 10.0;
+/// Mass below which a mode is none.
+const NONE: f64 = 1e-9;
 /// Mass below which another mode is no answer.
 pub const SECOND: f64 = 0.05;
 
@@ -194,6 +196,16 @@ impl Object {
 
     /// Adds `tap`; of a known run where `same_run`.
     pub fn add(&mut self, joint: &Joint, tap: Tap, same_run: bool) {
+        self.weigh(joint, tap, same_run, 1.0);
+        self.count += 1;
+        if self.taps.len() == JUDGED {
+            self.taps.remove(0);
+        }
+        self.taps.push(tap);
+    }
+
+    /// Adds `times` taps like `tap` to the sums.
+    fn weigh(&mut self, joint: &Joint, tap: Tap, same_run: bool, times: f64) {
         let slice = joint.slice(tap.u, same_run, 0..POINTS);
         let width = joint.width();
         let mut shared = DVector::zeros(width - 1);
@@ -202,15 +214,10 @@ impl Object {
             shared.rows_mut(0, width - 2).copy_from_slice(&point[2..]);
             // Taps above one zero share its error.
             shared[width - 2] = tap.of_zero.sqrt();
-            a.ger(1.0 / d, &shared, &shared, 1.0);
-            b.axpy(r / d, &shared, 1.0);
-            *c += r * r / d + d.ln();
+            a.ger(times / d, &shared, &shared, 1.0);
+            b.axpy(times * r / d, &shared, 1.0);
+            *c += times * (r * r / d + d.ln());
         }
-        self.count += 1;
-        if self.taps.len() == JUDGED {
-            self.taps.remove(0);
-        }
-        self.taps.push(tap);
     }
 
     /// ln of the posterior at each point.
@@ -284,24 +291,45 @@ impl Object {
         self.taps.len()
     }
 
-    /// The expected [`Self::spread`] after one more tap by the drive `u`, over what is likely now; its noise times `noise`.
-    pub fn after(&self, joint: &Joint, u: f64, same_run: bool) -> f64 {
-        let heights = self.heights(joint);
-        let modes = modes(joint, &heights);
+    /// The expected [`Self::spread`] after `times` more taps by the drive `u`, over what is likely now.
+    pub fn after(&self, joint: &Joint, u: f64, same_run: bool, times: f64) -> f64 {
         let (mut sum, mut total) = (0.0, 0.0);
-        for mode in modes.iter().filter(|mode| mode.share >= 0.5 * SECOND) {
-            for (offset, share) in NODES {
-                let x = (mode.at + offset * mode.sd).clamp(joint.x(0), joint.x(POINTS - 1));
-                let tap = Tap { u, y: joint.signal(u, x), of_zero: 0.0 };
-                let mut then = self.clone();
-                then.add(joint, tap, same_run);
-                sum += mode.share * share * then.spread(joint);
-                total += mode.share * share;
-            }
+        for (x, share) in self.likely(joint) {
+            let mut then = self.clone();
+            then.weigh(joint, Tap { u, y: joint.signal(u, x), of_zero: 0.0 }, same_run, times);
+            sum += share * then.spread(joint);
+            total += share;
         }
         sum / total
     }
+
+    /// Places in ln a that stand for the posterior, with their shares.
+    pub fn likely(&self, joint: &Joint) -> Vec<(f64, f64)> {
+        let heights = self.heights(joint);
+        let modes = modes(joint, &heights);
+        let narrow = |mode: &&Mode| mode.sd < 2.0 * joint.inverse.grid[1];
+        if modes.iter().all(|mode| narrow(&mode)) {
+            let each = |mode: &Mode| NODES.map(|(off, share)| (mode.at + off * mode.sd, mode.share * share));
+            return modes.iter().filter(|mode| mode.share >= 0.5 * SECOND).flat_map(each).collect();
+        }
+        // Places of equal mass.
+        let top = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let masses: Vec<f64> = heights.iter().map(|h| (h - top).exp()).collect();
+        let total: f64 = masses.iter().sum();
+        let (mut below, mut next, mut all) = (0.0, 0, Vec::new());
+        for (k, mass) in masses.iter().enumerate() {
+            below += mass / total;
+            while next < PLACES && below >= (next as f64 + 0.5) / PLACES as f64 {
+                all.push((joint.x(k), 1.0 / PLACES as f64));
+                next += 1;
+            }
+        }
+        all
+    }
 }
+
+/// Places that stand for a wide posterior.
+const PLACES: usize = 9;
 
 /// Nodes and weights of Gauss and Hermite's rule for a standard normal number.
 const NODES: [(f64, f64); 3] =
@@ -393,11 +421,12 @@ fn modes(joint: &Joint, heights: &[f64]) -> Vec<Mode> {
             let own = (0..POINTS).filter(|k| (lower..=upper).contains(&joint.x(*k)));
             own.map(|k| (heights[k] - top).exp()).sum::<f64>() * step
         };
-        let sd = if narrow { sd } else { wide(joint, heights, (lower, upper), top).unwrap_or(sd) };
+        let sd = if narrow { sd } else { wide(joint, heights, (lower, upper), top).unwrap_or(step) };
         all.push(Mode { at: x, sd, share: mass });
     }
     let total: f64 = all.iter().map(|mode| mode.share).sum();
     all.iter_mut().for_each(|mode| mode.share /= total);
+    all.retain(|mode| mode.share > NONE);
     all.reverse();
     all
 }

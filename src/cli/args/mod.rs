@@ -11,7 +11,7 @@ use clap::{Parser, Subcommand};
 use super::help::{Completions, Help, Man};
 pub use common::Common;
 pub use design::{Chart, Cluster, Merge, Optimise, Sweep, Tap, TapObjective};
-pub use rig::{Calibrate, Contour, Locate, Simulate};
+pub use rig::{Calibrate, Contour, Locate, Next, Simulate};
 pub use show::{Bench, Explore, Report, Shape, Verify};
 pub use write::{CLAMPS, Cite, GOALS, Goal, New, Schema};
 
@@ -39,6 +39,8 @@ pub enum Command {
     Calibrate(Calibrate),
     /// Distances from readings, with their uncertainty: a file, or stdin line by line
     Locate(Locate),
+    /// Which drive the next tap of an object should have, and what it brings -> next.csv, next.svg
+    Next(Next),
     /// Points on an object from taps and strokes at several base poses, and the curve through them -> points.csv, curve.csv, contour.svg
     Contour(Contour),
     /// Synthetic measurements of one whisker from the exact model -> measurements.csv, or strokes over an object -> strokes.csv
@@ -87,6 +89,7 @@ impl Command {
             Self::Sweep(_) => "sweep",
             Self::Calibrate(_) => "calibrate",
             Self::Locate(_) => "locate",
+            Self::Next(_) => "next",
             Self::Contour(_) => "contour",
             Self::Simulate(_) => "simulate",
             Self::Optimise(_) => "optimise",
@@ -115,6 +118,7 @@ impl Command {
             Self::Sweep(s) => Some(&s.common),
             Self::Calibrate(c) => Some(&c.common),
             Self::Locate(l) => Some(&l.common),
+            Self::Next(n) => Some(&n.common),
             Self::Contour(c) => Some(&c.common),
             Self::Simulate(s) => Some(&s.common),
             Self::Optimise(o) => Some(&o.common),

@@ -92,6 +92,36 @@ pub struct Locate {
     pub common: Common,
 }
 
+/// The next tap of an object.
+#[derive(Debug, Flags)]
+#[command(after_help = "Example: vibrissa next calibration.toml taps.csv")]
+pub struct Next {
+    /// calibration.toml as calibrate wrote it
+    pub calibration: PathBuf,
+    /// Taps of the object so far, as for locate; none: of its first tap
+    pub readings: Option<PathBuf>,
+    /// The column that names the object
+    #[arg(long, value_name = "COLUMN", default_value = "object")]
+    pub object: String,
+    /// Of several objects this one
+    #[arg(long, value_name = "WORD")]
+    pub only: Option<String>,
+    /// Least and largest drive that the motor may do, degrees or mm [default: the calibrated ones]
+    #[arg(long, value_name = "LO,HI", value_delimiter = ',', value_parser = number)]
+    pub within: Option<Vec<f64>>,
+    /// The taps are of a run of the calibration, whose zero and gain are known
+    #[arg(long)]
+    pub same_run: bool,
+    /// What the sensor shows without contact, where no row with theta (delta) = 0 says it
+    #[arg(long, value_name = "X", allow_hyphen_values = true)]
+    pub zero: Option<SaidZero>,
+    /// Columns under other names: theta=ang_deg,reading=ch3 (theta, delta, strain, microstrain, bridge, reading, ignore)
+    #[arg(long, value_name = "ROLE=NAME,…")]
+    pub columns: Option<String>,
+    #[command(flatten)]
+    pub common: Common,
+}
+
 /// The contour of an object.
 #[derive(Debug, Flags)]
 #[command(after_help = "Example: vibrissa contour poses.csv --calibration calibration.toml --out traced")]

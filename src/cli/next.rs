@@ -1,0 +1,233 @@
+//! `vibrissa next CAL.toml [READINGS.csv]`.
+
+use std::collections::BTreeSet;
+use std::fmt::Write;
+use std::path::Path;
+use std::time::Instant;
+
+use serde_json::json;
+use vibrissa::error::{Error, InputError};
+use vibrissa::figure::{self, Axis, Figure, Format, Mark, Marker, Panel, Path as Drawn, Style};
+use vibrissa::locate::next::{Next, Read, next};
+use vibrissa::locate::object::By;
+use vibrissa::locate::stream::Ask;
+use vibrissa::locate::table::Readings;
+use vibrissa::locate::{Calibration, Locator, SaidZero, locator::opener};
+use vibrissa::measure::{Data, Names};
+use vibrissa::report::quantity::short;
+use vibrissa::scene::{Drive, RunOptions};
+use vibrissa::sink::folder::{Folder, Question, hash};
+use vibrissa::sink::run_json;
+use vibrissa::sink::table::drive_unit;
+use vibrissa::status::Status;
+
+use super::args;
+use super::reply::Reply;
+use super::say;
+
+/// Reads the taps so far and says which drive the next one should have.
+pub fn run(args: &args::Next) -> Result<Reply, Error> {
+    let start = Instant::now();
+    let options = args.common.over(&RunOptions::default());
+    let calibration = Calibration::read(&args.calibration, args.common.force)?;
+    let label = args.calibration.display().to_string();
+    let mut locator = Locator::new(&calibration, &label, None, &opener(&options))?;
+    locator.same_run = args.same_run;
+    let drive = locator.rig.setup.drive;
+    let within = match args.within.as_deref() {
+        Some(&[lo, hi]) if lo <= hi => [lo, hi],
+        Some(ends) => {
+            let error = InputError::new("these are no ends of drives").key("--within");
+            let said: Vec<String> = ends.iter().map(f64::to_string).collect();
+            return Err(error.value(said.join(",")).allowed("LO,HI with LO ≤ HI").into());
+        }
+        None => [f64::NEG_INFINITY, f64::INFINITY],
+    };
+    let stem = args.readings.as_deref().unwrap_or(&args.calibration).file_stem();
+    let stem = stem.map_or_else(|| "taps".into(), |s| s.to_string_lossy().into_owned());
+    let out = super::folder(args.common.out.as_ref(), &stem, "next");
+    if options.plan == Some(true) {
+        let text = format!("would say the next tap in {}; nothing was run\n", out.display());
+        return Ok(Reply { text, out: Some(out), ..Reply::default() });
+    }
+    let bytes = args.readings.as_deref().map(Data::load).transpose()?;
+    let taps = match (&bytes, args.readings.as_deref()) {
+        (Some(bytes), Some(path)) => read(args, &locator, bytes, path)?,
+        _ => Vec::new(),
+    };
+    let found = next(&locator, &taps, within).map_err(|why| {
+        let error = InputError::new(why).at(label.clone(), None).key("next");
+        error.allowed("a calibration by learned, taps of one object, and drives that were calibrated")
+    })?;
+    let data = bytes.as_ref().map(|bytes| hash(&String::from_utf8_lossy(bytes)));
+    let asked = json!({ "calibration": calibration.checksum, "readings": data, "object": args.object, "only": args.only, "within": args.within, "same_run": args.same_run, "zero": SaidZero::json(args.zero.as_ref()), "columns": args.columns });
+    let inputs = std::iter::once(args.calibration.clone()).chain(args.readings.clone()).collect();
+    let question = Question { inputs, ..Question::new("next", &stem, asked) };
+    let mut folder = Folder::open(&out, question, &["next.csv", "next.svg"], args.common.force)?;
+    let drawn = figure::files(&drawn(&found, drive), &Style::default(), &[Format::Svg])?;
+    let table = table(&found, drive).into_bytes();
+    let drawn = drawn.iter().map(|(_, bytes)| ("next.svg", bytes));
+    for (name, bytes) in std::iter::once(("next.csv", &table)).chain(drawn) {
+        let mut file = folder.file(name)?;
+        file.write(bytes)?;
+        file.close()?;
+    }
+    let result = result(&found, drive);
+    let counts = json!({ "taps": found.taps, "rows": found.tried.len() });
+    let seconds = json!({ "total": start.elapsed().as_secs_f64() });
+    let identity = hash(&format!("{}\n{data:?}\n{within:?}", calibration.checksum));
+    let told = json!({ "calibration": { "file": label, "checksum": calibration.checksum }, "counts": counts, "seconds": seconds, "result": result });
+    folder.run_json(&run_json::document("next", json!({ "name": stem, "hash": identity }), told))?;
+    let written = folder.finish()?;
+    let mut text = String::new();
+    let _ =
+        writeln!(text, "wrote {} in {:.2} s", super::listed(&written.files), start.elapsed().as_secs_f64());
+    let answer = answer(&found, drive);
+    let reply = Reply {
+        answer,
+        text,
+        out: Some(out),
+        files: written.files,
+        counts,
+        seconds,
+        result,
+        ..Reply::default()
+    };
+    Ok(reply.removing(&written.removed))
+}
+
+/// The taps of one object in a file.
+fn read(args: &args::Next, locator: &Locator, bytes: &[u8], path: &Path) -> Result<Vec<Read>, Error> {
+    let quiet = args.common.quiet;
+    let warn = |text: &str| {
+        if !quiet {
+            say::warning(text)
+        }
+    };
+    let columns = args.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
+    let zero = SaidZero::of(args.zero.as_ref(), [locator])?;
+    let label = path.display().to_string();
+    let ask = Ask { columns: &columns, zero, label: Some(&label), keep: true, by: By::Unsaid, warn: &warn };
+    let readings = Readings::of(locator, bytes, &ask, &["zero"])?;
+    let place = readings.column(&args.object);
+    let word = |fields: &[String]| {
+        place.and_then(|k| fields.get(k)).map(|f| f.trim().to_owned()).unwrap_or_default()
+    };
+    let taps =
+        || readings.rows.iter().filter(|row| !row.rests && row.drive.is_finite() && row.signal.is_finite());
+    let objects: BTreeSet<String> = taps().map(|row| word(&row.fields)).collect();
+    let only = match &args.only {
+        Some(only) if !objects.contains(only) => {
+            let error = InputError::new("no tap is of this object").at(label.clone(), None).key("--only");
+            return Err(error.value(only).allowed(shown(&objects)).into());
+        }
+        None if objects.len() > 1 => {
+            let error = InputError::new("these are taps of several objects").at(label.clone(), None);
+            return Err(error
+                .key(&args.object)
+                .value(shown(&objects))
+                .allowed("--only WORD: one of them")
+                .into());
+        }
+        only => only.clone(),
+    };
+    let own = taps().filter(|row| only.as_ref().is_none_or(|only| word(&row.fields) == *only));
+    let taps: Vec<Read> = own.map(|row| (row.drive, row.signal, row.share)).collect();
+    if taps.is_empty() {
+        warn(&format!("{label}: no row is a tap; this is about the first one"));
+    }
+    Ok(taps)
+}
+
+fn shown(objects: &BTreeSet<String>) -> String {
+    let first: Vec<&str> = objects.iter().take(8).map(String::as_str).collect();
+    first.join(", ") + if objects.len() > 8 { ", …" } else { "" }
+}
+
+fn table(next: &Next, drive: Drive) -> String {
+    let mut text = format!("{},expected_signal,expected_sigma_mm,status\n", drive.column());
+    for t in &next.tried {
+        let status = if t.status == Status::OK { "ok".to_owned() } else { t.status.to_string() };
+        let _ = writeln!(text, "{},{},{},{status}", t.drive, t.signal, t.sigma);
+    }
+    text
+}
+
+fn result(next: &Next, drive: Drive) -> serde_json::Value {
+    let best = next.best.map(|k| next.tried[k]);
+    let known = next.taps > 0;
+    json!({
+        "taps": next.taps,
+        "distance_mm": known.then_some(next.now[0]),
+        "sigma_mm": next.now[1],
+        "near_mm": next.near,
+        drive.column(): best.map(|b| b.drive),
+        "expected_signal": best.map(|b| b.signal),
+        "expected_sigma_mm": best.map(|b| b.sigma),
+        "after_taps": next.more.iter().map(|(n, sigma)| json!({ "taps": n, "sigma_mm": sigma })).collect::<Vec<_>>(),
+        "least_sigma_mm": next.floor,
+        "enough": next.is_enough(),
+    })
+}
+
+fn answer(next: &Next, drive: Drive) -> String {
+    let (symbol, unit) = drive_unit(drive);
+    let [a, sigma] = next.now;
+    let mut text = match next.taps {
+        0 => format!("Nothing is known yet but the calibrated distances (σ {} mm). ", short(sigma)),
+        n => format!("{n} tap{} so far: {a:.3} ± {} mm. ", if n == 1 { "" } else { "s" }, short(sigma)),
+    };
+    if let Some(near) = next.near {
+        let _ = write!(text, "{near:.2} mm fits as well. ");
+    }
+    let Some(best) = next.best.map(|k| next.tried[k]) else {
+        return text + "No drive is within the limits of the sensor.";
+    };
+    if next.is_enough() {
+        let _ = write!(
+            text,
+            "More taps bring nothing: what is left, {} mm, is the error of the calibration and of the run, which all taps share.",
+            short(next.floor)
+        );
+        return text;
+    }
+    let _ = write!(
+        text,
+        "Tap next by {symbol} = {:.3}{unit}: σ is expected to become {} mm. {} such taps would bring {} mm, any number no less than {} mm.",
+        best.drive,
+        short(best.sigma),
+        next.more[3].0,
+        short(next.more[3].1),
+        short(next.floor)
+    );
+    text
+}
+
+fn drawn(next: &Next, drive: Drive) -> Figure {
+    let (symbol, unit) = drive_unit(drive);
+    let of = |fine: bool| {
+        next.tried.iter().filter(move |t| (t.status == Status::OK) == fine).map(|t| (t.drive, t.sigma))
+    };
+    let best: Vec<(f64, f64)> =
+        next.best.map(|k| (next.tried[k].drive, next.tried[k].sigma)).into_iter().collect();
+    let points = |name: &str, colour, marker, values: Vec<(f64, f64)>| Mark::Points {
+        path: Drawn::new(name, colour, values),
+        marker,
+        error: Vec::new(),
+        notes: Vec::new(),
+        rows: Vec::new(),
+    };
+    let ends = [next.tried.first(), next.tried.last()].map(|t| t.map_or(0.0, |t| t.drive));
+    let now = Drawn::new("σ so far", 2, ends.map(|x| (x, next.now[1])));
+    let panel = Panel::new(
+        "",
+        Axis::new(&format!("drive of the next tap {symbol}"), unit.trim()),
+        Axis::log("expected σ", "mm"),
+    )
+    .with(Mark::Line { path: Drawn::new("after one tap more", 0, of(true)), dash: 0, marker: None })
+    .with(points("best", 0, Marker::Circle, best))
+    .with(points("beyond a limit of the sensor", 1, Marker::Cross, of(false).collect()))
+    .with(Mark::Line { path: now, dash: 1, marker: None });
+    let caption = "Standard deviation of the distance that is expected after one more tap, against its drive (next.csv).";
+    Figure::new("next", "The next tap", caption, vec![panel])
+}
