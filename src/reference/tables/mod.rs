@@ -2,10 +2,12 @@
 
 mod bent;
 mod judged;
+mod object;
 mod traced;
 
 use bent::{CONTACTS, SHAPE};
 use judged::{SCALING, THREADS, VERIFY, WORK};
+use object::{NEXT, TOGETHER};
 use traced::{ARRAY, CURVE, POINTS, STROKES};
 
 /// Name (`this or that` where it is one or the other) and meaning.
@@ -61,7 +63,9 @@ pub const OTHERS: &[Table] = &[
     K_TABLE,
     ROWS,
     LOCATED,
+    TOGETHER,
     ARRAY,
+    NEXT,
     POINTS,
     CURVE,
     MEASUREMENTS,
