@@ -40,6 +40,7 @@ pub mod optimise;
 #[cfg(feature = "report")]
 pub mod page;
 pub mod plan;
+pub mod record;
 #[cfg(feature = "files")]
 pub mod reference;
 #[cfg(feature = "report")]

@@ -13,11 +13,12 @@ use std::sync::LazyLock;
 type Reader = fn(&[u8]);
 
 /// Readers by name.
-const READERS: [(&str, Reader); 9] = [
+const READERS: [(&str, Reader); 10] = [
     ("spec", texts::spec),
     ("tuples", texts::tuples),
     ("curve", texts::curve),
     ("measurements", texts::measurements),
+    ("record", texts::record),
     ("calibration", texts::calibration),
     ("state", folders::state),
     ("folder", folders::folder),

@@ -6,6 +6,7 @@ use std::sync::LazyLock;
 use vibrissa::calibrate::{Options, calibrate};
 use vibrissa::locate::calibration::Calibration;
 use vibrissa::locate::locator::opener;
+use vibrissa::locate::object::By;
 use vibrissa::locate::{Locator, stream};
 use vibrissa::measure::{Data, Names, Rig};
 use vibrissa::scene::{Drive, RunOptions, Space};
@@ -84,7 +85,7 @@ pub fn measurements(data: &[u8]) {
     told(Data::parse("data.csv", data));
     let names = Names::default();
     for label in [None, Some("data.csv")] {
-        let ask = stream::Ask { columns: &names, zero: [None; 2], label, keep: label.is_some(), warn: &|_| {} };
+        let ask = stream::Ask { columns: &names, zero: [None; 2], label, keep: label.is_some(), by: By::Unsaid, warn: &|_| {} };
         told(stream::zeros(&LOCATOR, data, &ask));
     }
 }
@@ -95,5 +96,14 @@ pub fn calibration(data: &[u8]) {
     if let Some(read) = told(Calibration::parse("calibration.toml", text, true)) {
         let again = read.sealed().to_text();
         told(Calibration::parse("calibration.toml", &again, false));
+    }
+}
+
+/// A raw record: rests and taps, if it shows any.
+pub fn record(data: &[u8]) {
+    let text = String::from_utf8_lossy(data);
+    let Some(record) = told(vibrissa::record::Record::parse("raw.csv", &text, &Default::default())) else { return };
+    if let Some((readings, _)) = told(vibrissa::record::find(&record, vibrissa::record::Take::Auto)) {
+        assert!(!readings.is_empty(), "neither rests nor taps, and no error");
     }
 }

@@ -9,7 +9,7 @@ use vibrissa::error::{Error, InputError};
 use vibrissa::estimator::{ALL, Estimator, named};
 use vibrissa::export::{Export, Language, proposing};
 use vibrissa::locate::object::By;
-use vibrissa::locate::{self, Calibration, Located, Sequence, locator::opener, stream};
+use vibrissa::locate::{self, Calibration, Located, Sequence, locator::opener, next, stream};
 use vibrissa::measure::Names;
 use vibrissa::scene::RunOptions;
 
@@ -84,6 +84,44 @@ impl Locator {
         };
         let Located { distance, sigma, status } = job::here(py, answer)?;
         Ok((distance, sigma, bits(status)))
+    }
+
+    /// What the taps among these readings of one object tell, and the next one: taps, distance, sigma and another distance so far; best drive, the
+    /// sigma that it brings and the least that any number of taps does; drives that were tried, their sigmas and status bits.
+    #[allow(clippy::type_complexity)]
+    fn next(
+        &self,
+        py: Python<'_>,
+        drive: PyReadonlyArray1<'_, f64>,
+        value: PyReadonlyArray1<'_, f64>,
+        within: (f64, f64),
+        same_run: bool,
+    ) -> PyResult<(usize, [f64; 3], [f64; 3], Vec<(f64, f64, u16)>)> {
+        self.single(py)?;
+        let pairs: Vec<(f64, f64)> =
+            drive.as_array().iter().copied().zip(value.as_array().iter().copied()).collect();
+        drop((drive, value));
+        let work = || -> Result<next::Next, Error> {
+            let mut sequence = Sequence::new(&self.locator, self.zero);
+            let taps = pairs.iter().filter_map(|(d, v)| sequence.read(&self.locator, *d, *v).ok());
+            let taps: Vec<next::Read> = taps.collect();
+            next::next(&self.locator, &taps, ([within.0, within.1], same_run)).map_err(|why| {
+                InputError::new(why)
+                    .key("readings")
+                    .allowed("a calibration by learned, taps of one object, and drives that were calibrated")
+                    .into()
+            })
+        };
+        let found = job::here(py, work)?.map_err(|e| raise(py, e))?;
+        let best = found.best.map_or([f64::NAN; 2], |k| [found.tried[k].drive, found.tried[k].sigma]);
+        let now = if found.taps > 0 { found.now } else { [f64::NAN, found.now[1]] };
+        let tried = found.tried.iter().map(|t| (t.drive, t.sigma, bits(t.status))).collect();
+        Ok((
+            found.taps,
+            [now[0], now[1], found.near.unwrap_or(f64::NAN)],
+            [best[0], best[1], found.floor],
+            tried,
+        ))
     }
 
     /// Readings in the order in which they were taken: distances, sigmas, status bits.

@@ -112,3 +112,26 @@ def test_figures_to_scale(root):
             call()
         assert caught.value.key == key and caught.value.allowed
     plt.close("all")
+
+
+def test_the_next_tap_of_an_object(tmp_path):
+    model = dict(whisker=dict(D=10, d=4, L_a=50), gauge=dict(x_ss=5, l=2, noise_strain=5e-5))
+    taps = dict(a=[21, 26, 31, 36, 41, 46], theta=[1, 3, 5, 7, 9])
+    rig = vibrissa.simulate(**model, tap=taps, repeats=2, seed=4)
+    locator = vibrissa.Locator(vibrissa.calibrate(rig, **model))
+    first = locator.next()
+    assert first.taps == 0 and first.distance_mm is None and 1 <= first.drive <= 9
+    readings = []
+    sigmas = [first.sigma_mm]
+    for _ in range(3):
+        told = locator.next(readings)
+        readings.append((told.drive, locator.expected(33.0, told.drive)))
+        after = locator.next(readings)
+        assert after.taps == len(readings) and after.sigma_mm < sigmas[-1]
+        sigmas.append(after.sigma_mm)
+    assert abs(after.distance_mm - 33) < 3 * after.sigma_mm and after.least_sigma_mm < after.sigma_mm
+    assert len(after.drives) == len(after.sigmas_mm) == len(after.statuses) == 33
+    assert 2 <= locator.next(readings, within=(2, 4)).drive <= 4
+    for bad in (dict(within=(5, 2)), dict(within=(90, 99)), dict(readings=[1.0]), dict(readings=[("a", 1.0)])):
+        with pytest.raises(vibrissa.InputError):
+            locator.next(**bad)

@@ -28,7 +28,7 @@ from ._distance import Distance, distance
 from ._drivers import ask_apart as _ask_apart
 from ._errors import Error, InputError, Interrupted, RunError, VibrissaWarning
 from ._lab import calibrate, simulate
-from ._locate import Located, Locator
+from ._locate import Located, Locator, NextTap
 from ._material import MaterialFit, fit_material
 from ._native import Table, __version__
 from ._results import BestTap, Calibration, Contour, Search, Shapes, Simulation, Sweep, Verification
@@ -37,7 +37,7 @@ from ._spec import axis, samples
 from ._taps import Jacobian, Status, Tap, status_words, strain
 
 __all__ = [
-    "Array", "BestTap", "Calibration", "Contour", "Distance", "Error", "InputError", "Interrupted", "Jacobian", "Located", "Locator", "MaterialFit", "RunError", "Search", "Shapes",
+    "Array", "BestTap", "Calibration", "Contour", "Distance", "Error", "InputError", "Interrupted", "Jacobian", "Located", "Locator", "MaterialFit", "NextTap", "RunError", "Search", "Shapes",
     "Simulation", "Status", "Step", "Sweep", "Table", "Tap", "Verification", "VibrissaWarning", "__version__", "axis", "calibrate", "chart", "contour",
     "devices", "distance", "fit_material", "optimise", "pareto", "samples", "shape", "simulate", "spec_text", "status_words", "strain", "sweep", "tap", "verify",
 ]

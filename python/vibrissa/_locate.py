@@ -28,6 +28,31 @@ class Located(NamedTuple):
     """Bits of :class:`vibrissa.Status`."""
 
 
+class NextTap(NamedTuple):
+    """What the taps of an object tell so far, and what one more would bring."""
+
+    taps: int
+    """Taps so far."""
+    distance_mm: float | None
+    """Distance that they tell; None without taps."""
+    sigma_mm: float
+    """Its standard deviation, mm."""
+    near_mm: float | None
+    """Another distance that fits as well."""
+    drive: float | None
+    """Best drive of the next tap, degrees or mm; None where none is within the limits of the sensor."""
+    expected_sigma_mm: float | None
+    """Standard deviation that is expected after it, mm."""
+    least_sigma_mm: float
+    """What no number of such taps goes below, mm: the error of calibration and run, which all taps share."""
+    drives: Any
+    """Drives that were tried."""
+    sigmas_mm: Any
+    """Standard deviation that is expected after each."""
+    statuses: Any
+    """Bits of :class:`vibrissa.Status`: what forbids each."""
+
+
 class Locator:
     """Distances of readings of one calibrated whisker, as ``vibrissa locate`` tells them.
 
@@ -107,6 +132,38 @@ class Locator:
         except TypeError:
             raise InputError("these are no readings", key="readings", value=short(readings), allowed="something to iterate over: (drive, reading), or readings") from None
         return self._answers(items)
+
+    def next(self, readings: Iterable[tuple[float, float]] = (), *, within: tuple[float, float] | None = None, same_run: bool = False) -> NextTap:
+        """Which drive the next tap of an object should have, after these readings of it.
+
+        Args:
+            readings: (drive, reading) of each tap so far, in order; readings with drive 0 are those of the zero.
+            within: least and largest drive that the motor may do, degrees or mm; the calibrated ones where left out.
+            same_run: the taps are of a run of the calibration, whose zero and gain are known.
+
+        Returns:
+            :class:`NextTap`.
+
+        Raises:
+            InputError: a calibration by another estimator than ``learned``, or of two gauges; readings that fit no distance; limits without a drive.
+        """
+        pairs = [(number("readings", d, self._units()[0]), number("readings", y, self._units()[1])) for d, y in self._pairs(readings)]
+        lo, hi = (-np.inf, np.inf) if within is None else [number("within", x, self._units()[0]) for x in within]
+        if not lo <= hi:
+            raise InputError("these are no ends of drives", key="within", value=short(within), allowed="(least, largest)")
+        columns = np.array(pairs, dtype=float).reshape(-1, 2).T.copy()
+        taps, now, best, tried = self._native.next(columns[0], columns[1], (lo, hi), flag("same_run", same_run))
+        table = np.array([t[:2] for t in tried], dtype=float).reshape(-1, 2)
+        known = lambda x: None if np.isnan(x) else x
+        return NextTap(taps, known(now[0]), now[1], known(now[2]), known(best[0]), known(best[1]), best[2], table[:, 0], table[:, 1],
+                       np.array([t[2] for t in tried], dtype=np.uint16))
+
+    @staticmethod
+    def _pairs(readings: Any) -> list[tuple[Any, Any]]:
+        try:
+            return [(d, y) for d, y in readings]
+        except (TypeError, ValueError):
+            raise InputError("these are no readings", key="readings", value=short(readings), allowed="(drive, reading) of each tap") from None
 
     def _answers(self, readings: Iterator[Any]) -> Iterator[Located]:
         native, units = _native.Locator(*self._args), self._units()

@@ -37,6 +37,7 @@ mod simulate;
 mod strokes;
 mod sweep;
 mod tap;
+mod taps;
 mod verify;
 
 use std::path::{Path, PathBuf};
@@ -93,6 +94,7 @@ pub fn run() -> u8 {
         Command::Sweep(sweep) => sweep::run(sweep),
         Command::Calibrate(calibrate) => calibrate::run(calibrate),
         Command::Locate(locate) => locate::run(locate),
+        Command::Taps(taps) => taps::run(taps),
         Command::Next(next) => next::run(next),
         Command::Contour(contour) => contour::run(contour),
         Command::Simulate(simulate) => simulate::run(simulate),

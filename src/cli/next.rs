@@ -31,8 +31,7 @@ pub fn run(args: &args::Next) -> Result<Reply, Error> {
     let options = args.common.over(&RunOptions::default());
     let calibration = Calibration::read(&args.calibration, args.common.force)?;
     let label = args.calibration.display().to_string();
-    let mut locator = Locator::new(&calibration, &label, None, &opener(&options))?;
-    locator.same_run = args.same_run;
+    let locator = Locator::new(&calibration, &label, None, &opener(&options))?;
     let drive = locator.rig.setup.drive;
     let within = match args.within.as_deref() {
         Some(&[lo, hi]) if lo <= hi => [lo, hi],
@@ -55,7 +54,7 @@ pub fn run(args: &args::Next) -> Result<Reply, Error> {
         (Some(bytes), Some(path)) => read(args, &locator, bytes, path)?,
         _ => Vec::new(),
     };
-    let found = next(&locator, &taps, within).map_err(|why| {
+    let found = next(&locator, &taps, (within, args.same_run)).map_err(|why| {
         let error = InputError::new(why).at(label.clone(), None).key("next");
         error.allowed("a calibration by learned, taps of one object, and drives that were calibrated")
     })?;

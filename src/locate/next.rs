@@ -55,11 +55,15 @@ impl Next {
 /// A tap of the object: its drive, as it is recorded, its signal above its zero, and the variance of that zero in units of that of one reading.
 pub type Read = (f64, f64, f64);
 
-/// The next tap after `taps`, by drives `within` these ends.
+/// The next tap after `taps`, by drives `within` these ends; they are of a run of the calibration where `same_run`.
 ///
 /// # Errors
 /// Why nothing can be said, in words: no learned curve; no drive; taps that fit no distance.
-pub fn next(locator: &Locator, taps: &[Read], within: [f64; 2]) -> Result<Next, &'static str> {
+pub fn next(
+    locator: &Locator,
+    taps: &[Read],
+    (within, same_run): ([f64; 2], bool),
+) -> Result<Next, &'static str> {
     let asked =
         taps.iter().filter_map(|(drive, signal, share)| Some((locator.asked(*drive, *signal).ok()?, *share)));
     let asked: Vec<_> = asked.collect();
@@ -73,16 +77,16 @@ pub fn next(locator: &Locator, taps: &[Read], within: [f64; 2]) -> Result<Next, 
     let mut object = Object::new(&joint);
     for (tap, share) in asked.iter().filter(|(tap, _)| tap.side == place) {
         let (_, y, of_zero) = learned.read(tap.signal, *share);
-        object.add(&joint, Tap { u: tap.drive, y, of_zero }, locator.same_run);
+        object.add(&joint, Tap { u: tap.drive, y, of_zero }, same_run);
     }
     let told = object.told(&joint).ok_or("these taps fit no distance")?;
-    let known = Known { locator, side, joint: &joint, object: &object, a: told.a };
+    let known = Known { locator, side, joint: &joint, object: &object, a: told.a, same_run };
     let tried = known.tried(within)?;
     let allowed = tried.iter().enumerate().filter(|(_, t)| t.status == Status::OK && t.sigma.is_finite());
     let best = allowed.min_by(|(_, t), (_, u)| t.sigma.total_cmp(&u.sigma)).map(|(k, _)| k);
     let after = |times: f64| {
         let u = best.map(|k| tried[k].drive - locator.drive_origin);
-        u.map_or(f64::NAN, |u| object.after(&joint, u, locator.same_run, times))
+        u.map_or(f64::NAN, |u| object.after(&joint, u, same_run, times))
     };
     let more = (0..6).map(|k| (1 << k, after(f64::from(1 << k)))).collect();
     let now = [told.a, object.spread(&joint)];
@@ -97,6 +101,7 @@ struct Known<'a> {
     joint: &'a Joint,
     object: &'a Object,
     a: f64,
+    same_run: bool,
 }
 
 impl Known<'_> {
@@ -110,7 +115,7 @@ impl Known<'_> {
         let count = if lo < hi { TRIED } else { 1 };
         let drives = (0..count).map(|k| lo + (hi - lo) * k as f64 / (count.max(2) - 1) as f64);
         let try_one = |u: f64| {
-            let sigma = self.object.after(self.joint, u, self.locator.same_run, 1.0);
+            let sigma = self.object.after(self.joint, u, self.same_run, 1.0);
             let [signal, largest] = self.signals(u);
             let drive = u + origin;
             Tried { drive, signal: self.side.sign * signal, sigma, status: self.forbids(largest) }

@@ -1,5 +1,6 @@
 //! Readings one by one, as numbers: what a robot or an array of them asks.
 
+use super::next::Read;
 use super::tare::Tare;
 use super::{Located, Locator};
 use crate::status::Status;
@@ -23,6 +24,17 @@ impl Sequence {
 
     /// The distance of the next reading: a `value` in the unit of the calibration at a `drive`, degrees or mm.
     pub fn answer(&mut self, locator: &Locator, drive: f64, value: f64) -> Located {
+        match self.read(locator, drive, value) {
+            Ok((drive, signal, share)) => locator.locate_above(drive, signal, 0.0, share),
+            Err(status) => Located::nothing(status),
+        }
+    }
+
+    /// The next reading as a tap: its drive, its signal above its zero, and the variance of that zero in units of that of one reading.
+    ///
+    /// # Errors
+    /// Why it is none.
+    pub fn read(&mut self, locator: &Locator, drive: f64, value: f64) -> Result<Read, Status> {
         let factor = locator.rig.setup.gauge.factor;
         let signal = locator.unit.strain(value, factor);
         let finite = drive.is_finite() && signal.is_finite();
@@ -30,13 +42,13 @@ impl Sequence {
         let follows = std::mem::replace(&mut self.follows, rests);
         if rests {
             let _ = self.tare.see(locator, signal, follows);
-            return Located::nothing(Status::NO_STRAIN);
+            return Err(Status::NO_STRAIN);
         }
         if !finite {
-            return Located::nothing(Status::BAD_INPUT);
+            return Err(Status::BAD_INPUT);
         }
         let drive = if locator.drive_recorded { drive } else { UNRECORDED };
         let (zero, share) = self.tare.at(0).unwrap_or((0.0, 0.0));
-        locator.locate_above(drive, locator.unit.above(signal, zero, factor), 0.0, share)
+        Ok((drive, locator.unit.above(signal, zero, factor), share))
     }
 }

@@ -52,6 +52,7 @@ mod parts;
 mod pictures;
 mod planned;
 mod practical;
+mod raw;
 mod read_rows;
 mod records;
 mod reference;

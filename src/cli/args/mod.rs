@@ -11,7 +11,7 @@ use clap::{Parser, Subcommand};
 use super::help::{Completions, Help, Man};
 pub use common::Common;
 pub use design::{Chart, Cluster, Merge, Optimise, Sweep, Tap, TapObjective};
-pub use rig::{Calibrate, Contour, Locate, Next, Simulate};
+pub use rig::{Calibrate, Contour, Locate, Next, Simulate, Taps};
 pub use show::{Bench, Explore, Report, Shape, Verify};
 pub use write::{CLAMPS, Cite, GOALS, Goal, New, Schema};
 
@@ -39,6 +39,8 @@ pub enum Command {
     Calibrate(Calibrate),
     /// Distances from readings, with their uncertainty: a file, or stdin line by line
     Locate(Locate),
+    /// Find rests and taps in a raw signal -> taps.csv, which calibrate reads, and a figure to check it
+    Taps(Taps),
     /// Which drive the next tap of an object should have, and what it brings -> next.csv, next.svg
     Next(Next),
     /// Points on an object from taps and strokes at several base poses, and the curve through them -> points.csv, curve.csv, contour.svg
@@ -89,6 +91,7 @@ impl Command {
             Self::Sweep(_) => "sweep",
             Self::Calibrate(_) => "calibrate",
             Self::Locate(_) => "locate",
+            Self::Taps(_) => "taps",
             Self::Next(_) => "next",
             Self::Contour(_) => "contour",
             Self::Simulate(_) => "simulate",
@@ -118,6 +121,7 @@ impl Command {
             Self::Sweep(s) => Some(&s.common),
             Self::Calibrate(c) => Some(&c.common),
             Self::Locate(l) => Some(&l.common),
+            Self::Taps(t) => Some(&t.common),
             Self::Next(n) => Some(&n.common),
             Self::Contour(c) => Some(&c.common),
             Self::Simulate(s) => Some(&s.common),

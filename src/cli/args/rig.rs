@@ -8,6 +8,7 @@ use vibrissa::export::Language;
 use vibrissa::locate::SaidZero;
 use vibrissa::locate::estimator::{ALL, Estimator};
 use vibrissa::measure::skin::PLACES;
+use vibrissa::record::Take;
 
 use super::common::{Common, number, whole, words};
 
@@ -91,6 +92,38 @@ pub struct Locate {
     #[command(flatten)]
     pub common: Common,
 }
+
+/// Taps out of a raw signal.
+#[derive(Debug, Flags)]
+#[command(after_help = "Example: vibrissa taps raw.csv --columns t=Zeit,reading=Kanal --theta 4 --a 25")]
+pub struct Taps {
+    /// CSV with t_s and the signal (strain, microstrain, bridge_mV_per_V, reading …) of each sample; perhaps theta_deg or delta_mm, a_mm, run
+    pub raw: PathBuf,
+    /// What of a contact is read
+    #[arg(long, value_parser = words(TAKES), value_name = "WHAT", default_value = "auto")]
+    pub take: Take,
+    /// Distance of all taps, or of each in the order of time, mm
+    #[arg(long, value_name = "MM,…", value_delimiter = ',', value_parser = number)]
+    pub a: Option<Vec<f64>>,
+    /// Drive of all taps, or of each, degrees, where the record has none
+    #[arg(long, value_name = "DEG,…", value_delimiter = ',', value_parser = number, conflicts_with = "delta")]
+    pub theta: Option<Vec<f64>>,
+    /// The same, mm
+    #[arg(long, value_name = "MM,…", value_delimiter = ',', value_parser = number)]
+    pub delta: Option<Vec<f64>>,
+    /// Columns under other names: t=Zeit,reading=ch3 (t, theta, delta, strain, microstrain, bridge, reading, a, run, ignore)
+    #[arg(long, value_name = "ROLE=NAME,…")]
+    pub columns: Option<String>,
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// What of a contact is read, in words.
+const TAKES: [(&str, Take, &str); 3] = [
+    ("auto", Take::Auto, "A plateau where there is one, else the peak"),
+    ("plateau", Take::Plateau, "Plateaus alone"),
+    ("peak", Take::Peak, "Peaks alone"),
+];
 
 /// The next tap of an object.
 #[derive(Debug, Flags)]

@@ -7,7 +7,7 @@ mod traced;
 
 use bent::{CONTACTS, SHAPE};
 use judged::{SCALING, THREADS, VERIFY, WORK};
-use object::{NEXT, TOGETHER};
+use object::{NEXT, RAW, READINGS, TOGETHER};
 use traced::{ARRAY, CURVE, POINTS, STROKES};
 
 /// Name (`this or that` where it is one or the other) and meaning.
@@ -66,6 +66,8 @@ pub const OTHERS: &[Table] = &[
     TOGETHER,
     ARRAY,
     NEXT,
+    RAW,
+    READINGS,
     POINTS,
     CURVE,
     MEASUREMENTS,

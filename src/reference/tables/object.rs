@@ -1,4 +1,4 @@
-//! Tables about taps of one object.
+//! Tables about taps of one object, and about what a raw record shows.
 
 use super::{DRIVE, Table, table};
 
@@ -15,6 +15,42 @@ pub const TOGETHER: Table = table(
         ("apart_line", "line of the tap that is farthest from what the others say"),
         ("apart_sigmas", "by how many standard deviations"),
         ("object_status", "ok, or ambiguous, outside_calibration, inconsistent, joined by +"),
+    ],
+);
+
+/// `taps.csv`.
+pub const RAW: Table = table(
+    "taps",
+    "taps.csv",
+    "A row is a tap, or where the record has a drive also a rest, in the order of time, as calibrate and locate read it.",
+    &[
+        ("a_mm", "distance of the record or of --a; empty of a rest that has none"),
+        (
+            "theta_deg or delta_mm",
+            "mean drive; 0 is a rest. None where the record has none: then the rest is subtracted from the signal",
+        ),
+        ("strain or reading", "mean signal, in the unit and under the name of the record"),
+        ("t_s", "middle of the samples of the mean"),
+        ("tilt_deg", "of the record"),
+        ("run", "of the record"),
+    ],
+);
+
+/// `readings.csv`.
+pub const READINGS: Table = table(
+    "taps",
+    "readings.csv",
+    "A row is a reading of the record: what taps.csv was made of.",
+    &[
+        ("kind", "rest, plateau or peak"),
+        ("begins_s", "first sample of the contact, or of the rest"),
+        ("ends_s", "its last sample"),
+        ("from_s", "first sample of the mean"),
+        ("to_s", "its last sample"),
+        ("samples", "number of samples of the mean"),
+        ("signal", "their mean"),
+        ("rest", "level without contact there"),
+        ("sd", "standard deviation of the samples"),
     ],
 );
 

@@ -1,5 +1,6 @@
 //! Distances and charts in single precision, and the polynomials of taps at a chart.
 
+use super::dispatch::{Part, apart};
 use super::read::{self, Flat, Products, Values};
 use super::{Lanes, ORDERS, affine, wide};
 use crate::axis::{AXES, Axis, Map, Quantity};
@@ -51,6 +52,22 @@ pub(super) struct Charted {
     weight: Option<Weight>,
     /// Bound on c/a − 1 over driveᵉ in the chart.
     pub most_arc: f32,
+}
+
+/// What points count of a whisker that is no cone of one material.
+struct Own<'a, const FMA: bool> {
+    weights: &'a Weight,
+    at: [Lanes<FMA>; 3],
+    variable: Lanes<FMA>,
+}
+
+impl<const FMA: bool> Part<FMA> for Own<'_, FMA> {
+    type Out = Lanes<FMA>;
+
+    #[inline(always)]
+    fn run(self) -> Lanes<FMA> {
+        self.weights.at(self.at, self.variable, Lanes::<FMA>::of, power)
+    }
 }
 
 /// Powers, lane by lane.
@@ -151,7 +168,9 @@ impl Charted {
             let (u, x) = (one - p * s, self.variable(4, s));
             let weight = match &self.weight {
                 None => Lanes::<FMA>::splat(*weight) / (u * u * u),
-                Some(own) => Lanes::<FMA>::splat(*weight) * own.at([base, p, s], x, of, power),
+                Some(weights) => {
+                    Lanes::<FMA>::splat(*weight) * apart(Own { weights, at: [base, p, s], variable: x })
+                }
             };
             total = weight.mul_add(one - s, total);
             whole = whole + weight;

@@ -1,0 +1,83 @@
+//! `vibrissa taps RAW.csv`.
+
+use std::time::Instant;
+
+use serde_json::json;
+use vibrissa::error::Error;
+use vibrissa::figure::{self, Format, Style};
+use vibrissa::measure::{Data, Names};
+use vibrissa::record::output::{self, FILES, Labels};
+use vibrissa::record::{Kind, Record, find};
+use vibrissa::scene::Drive;
+use vibrissa::sink::folder::{Folder, Question, hash};
+use vibrissa::sink::run_json;
+
+use super::args::Taps;
+use super::reply::Reply;
+use super::say;
+
+/// Finds taps in a raw record.
+pub fn run(args: &Taps) -> Result<Reply, Error> {
+    let start = Instant::now();
+    let label = args.raw.display().to_string();
+    let stem = args.raw.file_stem().map_or_else(|| "taps".into(), |s| s.to_string_lossy().into_owned());
+    let out = super::folder(args.common.out.as_ref(), &stem, "taps");
+    let columns = args.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
+    let bytes = Data::load(&args.raw)?;
+    let text = String::from_utf8_lossy(&bytes);
+    let record = Record::parse(&label, &text, &columns)?;
+    if args.common.plan {
+        let text =
+            format!("would look for taps in {} samples of {label}; nothing was run\n", record.time.len());
+        return Ok(Reply { text, out: Some(out), ..Reply::default() });
+    }
+    if !args.common.quiet && !record.ignored.is_empty() {
+        say::warning(format_args!("columns that are not used: {}", record.ignored.join(", ")));
+    }
+    let drive = match (&args.theta, &args.delta) {
+        (Some(values), _) => Some((Drive::Angle, values.clone())),
+        (None, Some(values)) => Some((Drive::Displacement, values.clone())),
+        (None, None) => None,
+    };
+    let labels = Labels { a: args.a.clone().unwrap_or_default(), drive };
+    let (readings, rest) = find(&record, args.take)?;
+    labels.check(&record, &readings)?;
+    let asked = json!({ "raw": hash(&text), "columns": args.columns, "take": format!("{:?}", args.take), "a": args.a, "theta": args.theta, "delta": args.delta });
+    let question = Question { inputs: vec![args.raw.clone()], ..Question::new("taps", &stem, asked) };
+    let mut folder = Folder::open(&out, question, &FILES, args.common.force)?;
+    let drawn = figure::files(&output::figure(&record, &rest, &readings), &Style::default(), &[Format::Svg])?;
+    let tables = [output::taps(&record, &readings, &labels), output::readings(&record, &readings)];
+    let tables = tables.into_iter().map(String::into_bytes).chain(drawn.into_iter().map(|(_, bytes)| bytes));
+    for (name, bytes) in FILES.iter().zip(tables) {
+        let mut file = folder.file(name)?;
+        file.write(&bytes)?;
+        file.close()?;
+    }
+    let count = |kind: Kind| readings.iter().filter(|r| r.kind == kind).count();
+    let [rests, plateaus, peaks] = [Kind::Rest, Kind::Plateau, Kind::Peak].map(count);
+    let counts =
+        json!({ "samples": record.time.len(), "rests": rests, "plateaus": plateaus, "peaks": peaks });
+    let seconds = json!({ "total": start.elapsed().as_secs_f64() });
+    let result = json!({ "noise": rest.noise, "taps": plateaus + peaks });
+    let told = json!({ "raw": { "file": label, "hash": hash(&text) }, "counts": counts, "seconds": seconds, "result": result });
+    folder.run_json(&run_json::document("taps", json!({ "name": stem, "hash": hash(&text) }), told))?;
+    let written = folder.finish()?;
+    let answer = format!(
+        "{} taps in {} samples: {plateaus} plateaus and {peaks} peaks, {rests} rests; noise of a sample {:.3e}. Look at taps.svg before you use them.",
+        plateaus + peaks,
+        record.time.len(),
+        rest.noise
+    );
+    let text = format!("wrote {} in {:.2} s\n", super::listed(&written.files), start.elapsed().as_secs_f64());
+    let reply = Reply {
+        answer,
+        text,
+        out: Some(out),
+        files: written.files,
+        counts,
+        seconds,
+        result,
+        ..Reply::default()
+    };
+    Ok(reply.removing(&written.removed))
+}

@@ -1,0 +1,13 @@
+//! Taps out of a raw signal: rest, onset, plateau or peak.
+//!
+//! The level without contact is followed through the record ([`rest`]); what stands out of it is contact ([`find`]); a contact holds one reading, or
+//! one for each drive at which it stands still.
+
+pub mod find;
+#[cfg(feature = "report")]
+pub mod output;
+pub mod raw;
+pub mod rest;
+
+pub use find::{Kind, Reading, Take, find};
+pub use raw::Record;

@@ -1,0 +1,157 @@
+//! What is written of the taps of a record: rows for `calibrate` and `locate`, what they were read from, and a figure to check it.
+
+use std::fmt::Write;
+
+use super::rest::Rest;
+use super::{Kind, Reading, Record};
+use crate::error::InputError;
+use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path};
+use crate::measure::names::DISTANCE;
+use crate::scene::Drive;
+
+/// Files of the command.
+pub const FILES: [&str; 3] = ["taps.csv", "readings.csv", "taps.svg"];
+/// Samples that are drawn.
+const DRAWN: usize = 4000;
+
+/// Labels that the user gave: distances, and drives of a record that has none; one for all taps or one for each.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Labels {
+    /// mm.
+    pub a: Vec<f64>,
+    /// Degrees or mm.
+    pub drive: Option<(Drive, Vec<f64>)>,
+}
+
+impl Labels {
+    /// Whether they are as many as the taps among `readings`.
+    ///
+    /// # Errors
+    /// Another number; a drive of a record that has its own.
+    pub fn check(&self, record: &Record, readings: &[Reading]) -> Result<(), InputError> {
+        let taps = readings.iter().filter(|r| r.kind != Kind::Rest).count();
+        let fits = |key: &str, values: &[f64]| match values.len() {
+            n if n <= 1 || n == taps => Ok(()),
+            n => {
+                let error = InputError::new("these are not as many as the taps that were found").key(key);
+                Err(error.value(n).allowed(format!("one value for all taps, or {taps}: taps.svg shows them")))
+            }
+        };
+        fits("--a", &self.a)?;
+        if let Some((kind, values)) = &self.drive {
+            let key = if *kind == Drive::Angle { "--theta" } else { "--delta" };
+            if record.drive.is_some() {
+                let error = InputError::new("this record has a drive of its own").key(key);
+                return Err(error.allowed("a record without the column, or no drive on the command line"));
+            }
+            fits(key, values)?;
+        }
+        Ok(())
+    }
+}
+
+/// The value of the tap `k`: one for all, or its own.
+fn own(values: &[f64], k: usize) -> Option<f64> {
+    if values.len() == 1 { values.first().copied() } else { values.get(k).copied() }
+}
+
+/// `taps.csv`: what calibrate and locate read. Without a drive in the record the rest is subtracted; with one the rests are rows of drive 0.
+pub fn taps(record: &Record, readings: &[Reading], labels: &Labels) -> String {
+    let drive = record.drive.as_ref().map(|(kind, _)| *kind).or(labels.drive.as_ref().map(|(kind, _)| *kind));
+    let own_distance = record.labels.iter().any(|(name, _)| name == DISTANCE);
+    let with_distance = own_distance || !labels.a.is_empty();
+    let others: Vec<usize> = (0..record.labels.len()).filter(|k| record.labels[*k].0 != DISTANCE).collect();
+    let mut header: Vec<&str> = Vec::new();
+    header.extend(with_distance.then_some(DISTANCE));
+    header.extend(drive.map(Drive::column));
+    header.push(record.unit.column());
+    header.push("t_s");
+    header.extend(others.iter().map(|k| record.labels[*k].0.as_str()));
+    let mut text = header.join(",") + "\n";
+    let mut tap = 0;
+    for reading in readings.iter().filter(|r| r.kind != Kind::Rest || drive.is_some()) {
+        let rests = reading.kind == Kind::Rest;
+        let mut fields: Vec<String> = Vec::new();
+        let shown = record.labels(reading.mean[0], reading.mean[1]);
+        if with_distance {
+            let said = own(&labels.a, tap).filter(|_| !rests).map(|a| a.to_string());
+            let recorded =
+                record.labels.iter().position(|(name, _)| name == DISTANCE).map(|k| shown[k].to_owned());
+            fields.push(said.or(recorded).unwrap_or_default());
+        }
+        if drive.is_some() {
+            let said = labels.drive.as_ref().and_then(|(_, values)| own(values, tap));
+            let drive = if rests { Some(0.0) } else { reading.drive.or(said) };
+            fields.push(drive.map_or(String::new(), rounded));
+        }
+        let signal = if drive.is_some() { reading.signal } else { reading.signal - reading.rest };
+        fields.push(signal.to_string());
+        fields.push(rounded(middle(record, reading)));
+        fields.extend(others.iter().map(|k| shown[*k].to_owned()));
+        text += &(fields.join(",") + "\n");
+        tap += usize::from(!rests);
+    }
+    text
+}
+
+/// Six digits after the point are enough of a mean of drives, and of a time.
+fn rounded(x: f64) -> String {
+    ((x * 1e6).round() / 1e6).to_string()
+}
+
+fn middle(record: &Record, reading: &Reading) -> f64 {
+    0.5 * (record.time[reading.mean[0]] + record.time[reading.mean[1]])
+}
+
+/// `readings.csv`: of each reading what it is of, when contact begins and ends, what it is the mean of, and how well its samples agree.
+pub fn readings(record: &Record, readings: &[Reading]) -> String {
+    let mut text = "kind,begins_s,ends_s,from_s,to_s,samples,signal,rest,sd\n".to_owned();
+    for r in readings {
+        let t = |k: usize| record.time[k];
+        let _ = writeln!(
+            text,
+            "{},{},{},{},{},{},{},{},{}",
+            r.kind.word(),
+            t(r.contact[0]),
+            t(r.contact[1]),
+            t(r.mean[0]),
+            t(r.mean[1]),
+            r.mean[1] - r.mean[0] + 1,
+            r.signal,
+            r.rest,
+            r.sd
+        );
+    }
+    text
+}
+
+/// The record, its rest, and its readings.
+pub fn figure(record: &Record, rest: &Rest, readings: &[Reading]) -> Figure {
+    let every = record.time.len().div_ceil(DRAWN).max(1);
+    let sampled = |values: &[f64]| -> Vec<(f64, f64)> {
+        (0..record.time.len()).step_by(every).map(|k| (record.time[k], values[k])).collect()
+    };
+    let line = |name: &str, colour, values: &[f64], dash| Mark::Line {
+        path: Path::new(name, colour, sampled(values)),
+        dash,
+        marker: None,
+    };
+    let points = |name: &str, colour, kind: Kind, marker| {
+        let own = readings.iter().filter(|r| r.kind == kind);
+        Mark::Points {
+            path: Path::new(name, colour, own.clone().map(|r| (middle(record, r), r.signal))),
+            marker,
+            error: own.map(|r| r.sd).collect(),
+            notes: Vec::new(),
+            rows: Vec::new(),
+        }
+    };
+    let panel = Panel::new("", Axis::new("time t", "s"), Axis::new(record.unit.column(), ""))
+        .with(line("signal", 0, &record.signal, 0))
+        .with(line("rest", 2, &rest.level, 1))
+        .with(points("plateau", 1, Kind::Plateau, Marker::Square))
+        .with(points("peak", 3, Kind::Peak, Marker::Triangle));
+    let left = if every > 1 { format!("; one sample in {every} is shown") } else { String::new() };
+    let caption = format!("What was read of {} (readings.csv){left}.", record.file);
+    Figure::new("taps", "Taps", caption, vec![panel])
+}

@@ -1,0 +1,115 @@
+//! A raw record: times, signals, and what stands beside them.
+
+use crate::error::InputError;
+use crate::measure::Unit;
+use crate::measure::columns::Columns;
+use crate::measure::names::Names;
+use crate::measure::text::{Decimals, OTHER_MARK, fields, separator};
+use crate::scene::Drive;
+
+/// Samples at least.
+const LEAST: usize = 20;
+
+/// A raw record.
+#[derive(Debug, Clone)]
+pub struct Record {
+    /// The file.
+    pub file: String,
+    /// Seconds, rising.
+    pub time: Vec<f64>,
+    /// The signal.
+    pub signal: Vec<f64>,
+    /// Its unit.
+    pub unit: Unit,
+    /// Degrees or mm, as recorded.
+    pub drive: Option<(Drive, Vec<f64>)>,
+    /// Names and fields of distance, tilt and run, where there are such columns.
+    pub labels: Vec<(String, Vec<String>)>,
+    /// Names of columns that are not used.
+    pub ignored: Vec<String>,
+}
+
+impl Record {
+    /// From the text of a file: a header, then a sample in each row.
+    ///
+    /// # Errors
+    /// A column that is missing; a field that is no number; times that do not rise; too few samples.
+    pub fn parse(file: &str, text: &str, said: &Names) -> Result<Self, InputError> {
+        let lines = || (1..).zip(text.trim_start_matches('\u{feff}').lines());
+        let mut rows = lines().filter(|(_, line)| !line.starts_with('#') && !line.trim().is_empty());
+        let (first, header) = rows.next().unwrap_or((1, ""));
+        let mark = separator(header);
+        let names: Vec<String> = fields(header, mark).iter().map(|f| f.to_string()).collect();
+        let at = |error: InputError, line: usize| error.at(file, Some(line));
+        let columns = Columns::find(&names, said, None).map_err(|e| at(e, first))?;
+        let Some(time) = columns.time else {
+            let error = InputError::new("column t_s is missing: a raw record has the time of each sample");
+            let error =
+                error.key("t_s").value(names.join(",")).allowed("t_s, in seconds; or --columns t=NAME");
+            return Err(at(error, first));
+        };
+        let mut record = Self {
+            file: file.to_owned(),
+            unit: columns.signal.0,
+            drive: columns.drive.map(|(kind, _)| (kind, Vec::new())),
+            labels: Vec::new(),
+            ignored: columns.ignored.clone(),
+            time: Vec::new(),
+            signal: Vec::new(),
+        };
+        let labelled: Vec<usize> = [columns.a, columns.tilt, columns.run].into_iter().flatten().collect();
+        record.labels = labelled.iter().map(|k| (own(&columns, *k, &names), Vec::new())).collect();
+        let mut decimals = Decimals::default();
+        for (line, text) in rows {
+            let all = fields(text, mark);
+            if all.len() != names.len() {
+                let error = InputError::new("this line has another number of fields than the header");
+                return Err(at(error.value(all.len()).allowed(names.len().to_string()), line));
+            }
+            let mut number = |place: usize| match decimals.number(&all[place]) {
+                Some(x) if x.is_finite() => Ok(x),
+                _ => {
+                    let what =
+                        if decimals.refuses(&all[place]) { OTHER_MARK } else { "this is not a number" };
+                    let error = InputError::new(what).key(&names[place]).value(&all[place]);
+                    Err(at(error.allowed("a number; samples that are missing are left out"), line))
+                }
+            };
+            let t = number(time)?;
+            if record.time.last().is_some_and(|before| *before >= t) {
+                let error =
+                    InputError::new("this time is not after the one before").key(&names[time]).value(t);
+                return Err(at(error.allowed("seconds that rise from sample to sample"), line));
+            }
+            record.time.push(t);
+            record.signal.push(number(columns.signal.1)?);
+            if let (Some((_, drives)), Some((_, place))) = (&mut record.drive, columns.drive) {
+                drives.push(number(place)?);
+            }
+            for ((_, values), place) in record.labels.iter_mut().zip(&labelled) {
+                values.push(all[*place].trim().to_owned());
+            }
+        }
+        if record.time.len() < LEAST {
+            let error = InputError::new("this record is too short").at(file, None).key("samples");
+            return Err(error.value(record.time.len()).allowed(format!("{LEAST} samples or more")));
+        }
+        Ok(record)
+    }
+
+    /// The one label of the samples `from … to` in each column; empty where they differ.
+    pub fn labels(&self, from: usize, to: usize) -> Vec<&str> {
+        let of = |values: &Vec<String>| values[from..=to].iter().all(|v| *v == values[from]).then_some(from);
+        self.labels.iter().map(|(_, values)| of(values).map_or("", |k| values[k].as_str())).collect()
+    }
+}
+
+/// The name that a data file has for the column `k`.
+fn own(columns: &Columns, k: usize, names: &[String]) -> String {
+    match Some(k) {
+        k if k == columns.a => crate::measure::names::DISTANCE.to_owned(),
+        k if k == columns.tilt => crate::measure::names::TILT.to_owned(),
+        k if k == columns.run => "run".to_owned(),
+        _ => names[k].clone(),
+    }
+}

@@ -1,0 +1,159 @@
+//! `vibrissa taps`: rests, plateaus and peaks of a raw record.
+
+use crate::common::program::Desk;
+use crate::common::sweeping::{Table, number};
+
+/// A sequence of normal numbers.
+struct Dice(u64);
+
+impl Dice {
+    fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((self.0 >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
+    }
+
+    fn normal(&mut self) -> f64 {
+        (-2.0 * self.uniform().ln()).sqrt() * (2.0 * std::f64::consts::PI * self.uniform()).cos()
+    }
+}
+
+/// A tap: its drive, its signal at the end of the plateau, and how long it stands, s (0: a peak).
+type Tap = (f64, f64, f64);
+
+/// A record of 100 samples a second of `taps` above a level that drifts; each rises in 0.2 s, creeps by 3 %, and rests 1 s.
+fn record(taps: &[Tap], [level, drift, noise]: [f64; 3], with_drive: bool) -> String {
+    let mut dice = Dice(11);
+    let mut text = if with_drive { "t_s,theta_deg,reading\n" } else { "t_s,reading\n" }.to_owned();
+    let mut k = 0;
+    let mut say = |drive: f64, signal: f64, text: &mut String| {
+        let t = f64::from(k) * 0.01;
+        k += 1;
+        let y = level + drift * t + signal + noise * dice.normal();
+        *text += &if with_drive { format!("{t},{drive},{y}\n") } else { format!("{t},{y}\n") };
+    };
+    for &(drive, signal, stands) in taps {
+        (0..100).for_each(|_| say(0.0, 0.0, &mut text));
+        let steps = (100.0 * stands) as usize;
+        for i in 1..=20 {
+            let part = f64::from(i) / 20.0;
+            say(part * drive, part * signal * if steps > 0 { 1.03 } else { 1.0 }, &mut text);
+        }
+        for i in 0..steps {
+            let creep = 0.03 * (-(i as f64) / 20.0).exp();
+            say(drive, signal * (1.0 + creep), &mut text);
+        }
+        (1..=20)
+            .rev()
+            .for_each(|i| say(f64::from(i) / 21.0 * drive, f64::from(i) / 21.0 * signal, &mut text));
+    }
+    (0..100).for_each(|_| say(0.0, 0.0, &mut text));
+    text
+}
+
+const TAPS: [Tap; 6] = [
+    (2.0, 60.0, 1.0),
+    (4.0, 125.0, 0.6),
+    (1.0, 28.0, 1.5),
+    (8.0, 260.0, 2.5),
+    (0.5, 14.0, 0.8),
+    (4.0, -90.0, 1.0),
+];
+
+#[test]
+fn plateaus_and_rests_of_a_record_are_rows_of_calibrate() {
+    let desk = Desk::new(&record(&TAPS, [412.0, 0.6, 0.5], true));
+    desk.run(&["taps", "spec.toml", "--a", "25,25,30,30,35,35", "--out", "t"]).exits(0);
+    let table = Table::read(&desk.path("t/taps.csv"));
+    assert_eq!(table.columns, ["a_mm", "theta_deg", "reading", "t_s"]);
+    assert_eq!(table.rows.len(), 13);
+    for (k, row) in table.rows.iter().enumerate() {
+        let of = |column: &str| number(row, column).unwrap();
+        let drift = 412.0 + 0.6 * of("t_s");
+        if k % 2 == 0 {
+            assert_eq!((of("theta_deg"), row["a_mm"].as_str()), (0.0, ""));
+            assert!((of("reading") - drift).abs() < 0.5, "{row:?}");
+        } else {
+            let (drive, signal, _) = TAPS[k / 2];
+            assert!((of("theta_deg") - drive).abs() < 1e-6, "{row:?}");
+            assert!((of("reading") - drift - signal).abs() < 0.012 * signal.abs() + 0.5, "{row:?} {signal}");
+        }
+    }
+    // What it wrote is calibrated: rests are zero readings.
+    let ran = desk.run(&["calibrate", "t/taps.csv", "--out", "cal"]);
+    assert!(!ran.stderr.contains("a_mm"), "{}", ran.stderr);
+    let readings = Table::read(&desk.path("t/readings.csv"));
+    assert!(readings.rows.iter().all(|row| ["rest", "plateau"].contains(&row["kind"].as_str())));
+    assert!(desk.read("t/taps.svg").contains("<svg"));
+}
+
+#[test]
+fn without_a_drive_taps_stand_above_their_rest() {
+    let desk = Desk::new(&record(&TAPS, [-3.0, -0.4, 0.3], false));
+    desk.run(&["taps", "spec.toml", "--theta", "2,4,1,8,0.5,4", "--out", "t"]).exits(0);
+    let table = Table::read(&desk.path("t/taps.csv"));
+    let taps: Vec<_> = table.rows.iter().filter(|row| number(row, "theta_deg") != Some(0.0)).collect();
+    assert_eq!(taps.len(), 6);
+    desk.run(&["taps", "spec.toml", "--out", "u"]).exits(0);
+    let tared = Table::read(&desk.path("u/taps.csv"));
+    assert_eq!(tared.columns, ["reading", "t_s"]);
+    for (row, (_, signal, _)) in tared.rows.iter().zip(TAPS) {
+        let found = number(row, "reading").unwrap();
+        assert!((found - signal).abs() < 0.012 * signal.abs() + 0.5, "{found} {signal}");
+    }
+}
+
+#[test]
+fn peaks_and_steps_are_read_too() {
+    let peaks: Vec<Tap> = TAPS.iter().map(|(drive, signal, _)| (*drive, *signal, 0.0)).collect();
+    let desk = Desk::new(&record(&peaks, [100.0, 0.0, 0.2], true));
+    desk.run(&["taps", "spec.toml", "--out", "t"]).exits(0);
+    let readings = Table::read(&desk.path("t/readings.csv"));
+    let found: Vec<f64> = readings
+        .rows
+        .iter()
+        .filter(|row| row["kind"] == "peak")
+        .map(|row| number(row, "signal").unwrap() - number(row, "rest").unwrap())
+        .collect();
+    assert_eq!(found.len(), 6);
+    for (found, (_, signal, _)) in found.iter().zip(TAPS) {
+        assert!((found - signal).abs() < 0.05 * signal.abs() + 0.5, "{found} {signal}");
+    }
+    // A staircase: several drives in one contact.
+    let mut dice = Dice(5);
+    let mut text = "t_s,theta_deg,strain\n".to_owned();
+    for k in 0..900 {
+        let step = [0.0, 1.0, 2.0, 3.0, 4.0, 0.0, 0.0, 2.0, 0.0][k / 100];
+        text += &format!("{},{step},{}\n", 0.01 * k as f64, 0.004 * step + 1e-5 * dice.normal());
+    }
+    desk.write("steps.csv", text);
+    desk.run(&["taps", "steps.csv", "--out", "s"]).exits(0);
+    let table = Table::read(&desk.path("s/taps.csv"));
+    let drives: Vec<f64> = table.rows.iter().map(|row| number(row, "theta_deg").unwrap()).collect();
+    assert_eq!(drives, [0.0, 1.0, 2.0, 3.0, 4.0, 0.0, 2.0, 0.0]);
+}
+
+#[test]
+fn records_that_show_no_tap_are_refused() {
+    let desk = Desk::new(&record(&TAPS, [0.0, 0.0, 0.5], true));
+    let text = desk.read("spec.toml");
+    let refused = |name: &str, text: &str, more: &[&str], words: &str| {
+        desk.write(name, text);
+        let ran = desk.run(&[&["taps", name, "--out", "bad"], more].concat()).exits(2);
+        assert!(ran.stderr.contains(words), "{name}: {}", ran.stderr);
+        assert!(!desk.path("bad").exists());
+    };
+    refused("time.csv", &text.replace("t_s,", "clock,"), &[], "t_s is missing");
+    refused("back.csv", &text.replace("\n3.5,", "\n0.5,"), &[], "not after the one before");
+    refused("word.csv", &text.replace("\n3.5,", "\n3.5x,"), &[], "not a number");
+    refused(
+        "short.csv",
+        &text.lines().take(9).map(|l| format!("{l}\n")).collect::<String>(),
+        &[],
+        "too short",
+    );
+    refused("labels.csv", &text, &["--a", "20,30"], "6");
+    refused("own.csv", &text, &["--theta", "4"], "drive of its own");
+    let mut dice = Dice(1);
+    let flat: String = (0..500).map(|k| format!("{},{}\n", k, dice.normal())).collect();
+    refused("flat.csv", &format!("t_s,reading\n{flat}"), &[], "no tap is found");
+}
