@@ -1,14 +1,14 @@
 //! Contacts in a record, and their readings.
 
 use super::Record;
-use super::rest::{Rest, blocks_of, rest};
+use super::rest::{Rest, STILL, blocks_of, rest, spread};
 use crate::error::InputError;
+use crate::reduce::median;
 
 /// Contacts that are nearer to each other, in samples, are one.
 const APART: usize = 3;
-/// Samples of a contact, and of a plateau, at least.
+/// Samples of a contact at least.
 const LEAST: usize = 3;
-const PLATEAU: usize = 5;
 /// Share of a contact that a plateau lasts at least.
 const LASTS: f64 = 0.15;
 /// Band of a plateau: standard deviations of noise, and share of its level.
@@ -140,7 +140,11 @@ fn mean(record: &Record, rest: &Rest, kind: Kind, contact: [usize; 2], of: [usiz
         signal,
         rest: sum(&rest.level),
         sd: (square / (n - 1.0).max(1.0)).sqrt(),
-        drive: record.drive.as_ref().map(|(_, drives)| if kind == Kind::Rest { 0.0 } else { sum(drives) }),
+        // A plateau may hold the last sample of a ramp: not the mean.
+        drive: record.drive.as_ref().map(|(_, drives)| match kind {
+            Kind::Rest => 0.0,
+            _ => median(&mut drives[of[0]..=of[1]].to_vec()),
+        }),
     }
 }
 
@@ -160,19 +164,14 @@ fn of_contact(record: &Record, rest: &Rest, contact: [usize; 2], take: Take) -> 
     // Quiet around it: the samples next to it lie within the band, and so do their drives.
     let quiet = |k: usize| {
         let k = first + k;
-        let around = k.saturating_sub(PLATEAU / 2).max(first)..=(k + PLATEAU / 2).min(last);
-        let spread = |values: &[f64]| {
-            let own = &values[around.clone()];
-            own.iter().fold(f64::NEG_INFINITY, |m, x| m.max(*x))
-                - own.iter().fold(f64::INFINITY, |m, x| m.min(*x))
-        };
+        let spread = |values: &[f64]| spread(values, k, contact);
         spread(&record.signal) <= BAND[0] * rest.noise + BAND[1] * off(k).abs()
             && drives.is_none_or(|d| spread(d) <= SAME * most)
     };
     let length = last - first + 1;
-    let enough = PLATEAU.max((LASTS * length as f64) as usize);
+    let enough = STILL.max((LASTS * length as f64) as usize);
     // Of several drives in one contact each plateau counts, however short beside the whole.
-    let least = if drives.is_some() { PLATEAU } else { enough };
+    let least = if drives.is_some() { STILL } else { enough };
     let plateaus = blocks_of(length, quiet).into_iter().map(|[p, q]| [first + p, first + q]);
     let plateaus: Vec<[usize; 2]> = plateaus.filter(|[p, q]| q - p + 1 >= least).collect();
     let settled = |&[p, q]: &[usize; 2]| {

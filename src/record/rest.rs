@@ -8,7 +8,7 @@ use super::Record;
 pub const AWAY: f64 = 6.0;
 const SHARE: f64 = 0.005;
 /// Samples of a rest at least.
-const STILL: usize = 5;
+pub const STILL: usize = 5;
 /// Times that the level is looked at again.
 const ROUNDS: usize = 12;
 /// Drives up to this share of the largest are none.
@@ -32,6 +32,16 @@ pub fn noise(signal: &[f64]) -> f64 {
     let step = differences.iter().copied().filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
     let middle = median(&mut differences) / (0.674_5 * std::f64::consts::SQRT_2);
     middle.max(if step.is_finite() { step / 12_f64.sqrt() } else { 0.0 })
+}
+
+/// Largest less smallest of the samples around `k`, [`STILL`] together, between two `ends`.
+pub fn spread(values: &[f64], k: usize, ends: [usize; 2]) -> f64 {
+    let around = k.saturating_sub(STILL / 2).max(ends[0])..=(k + STILL / 2).min(ends[1]);
+    let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+    for x in &values[around] {
+        (least, most) = (least.min(*x), most.max(*x));
+    }
+    most - least
 }
 
 /// The value around which most lie (half-sample mode).
@@ -59,6 +69,9 @@ pub fn rest(record: &Record) -> Rest {
         drives.iter().map(|d| *d > none).collect()
     });
     let free = |k: usize| driven.as_ref().is_none_or(|driven| !driven[k]);
+    // A signal that passes through the level on its way does not rest there.
+    let quiet: Vec<bool> = (0..y.len()).map(|k| spread(y, k, [0, y.len() - 1]) <= AWAY * noise).collect();
+    let free = |k: usize| free(k) && quiet[k];
     let resting: Vec<f64> = (0..y.len()).filter(|k| free(*k)).map(|k| y[k]).collect();
     let start = if resting.is_empty() { mode(y) } else { mode(&resting) };
     let mut level = vec![start; y.len()];
