@@ -52,7 +52,8 @@ def test_arrays_that_are_not_aligned():
 def test_words_of_a_status():
     one = vibrissa.strain(10, 4, 50, 5, 2, 30, 4.0, full=True).status
     assert vibrissa.status_words(one)[()] == "ok"
+    assert vibrissa.status_words(2048)[()] == "inconsistent"
     assert vibrissa.status_words([[1, 96]]).tolist() == [["invalid_geometry", "strain_limit+no_root"]]
-    for wrong in ([1.5], [2048], [-1], float("nan"), "ok"):
+    for wrong in ([1.5], [4096], [-1], float("nan"), "ok"):
         with pytest.raises(vibrissa.InputError):
             vibrissa.status_words(wrong)

@@ -1,6 +1,6 @@
 //! Taps out of a raw signal: rest, onset, plateau or peak.
 //!
-//! The level without contact is followed through the record ([`rest`]); what stands out of it is contact ([`find`]); a contact holds one reading, or
+//! The level without contact is followed through the record ([`mod@rest`]); what stands out of it is contact ([`mod@find`]); a contact holds one reading, or
 //! one for each drive at which it stands still.
 
 pub mod find;
