@@ -87,7 +87,7 @@ impl Locator {
     }
 
     /// What the taps among these readings of one object tell, and the next one: taps, distance, sigma and another distance so far; best drive, the
-    /// sigma that it brings and the least that any number of taps does; drives that were tried, their sigmas and status bits.
+    /// sigma that it brings and the least that any number of taps does; status bits; drives that were tried, their sigmas and status bits.
     #[allow(clippy::type_complexity)]
     fn next(
         &self,
@@ -96,7 +96,7 @@ impl Locator {
         value: PyReadonlyArray1<'_, f64>,
         within: (f64, f64),
         same_run: bool,
-    ) -> PyResult<(usize, [f64; 3], [f64; 3], Vec<(f64, f64, u16)>)> {
+    ) -> PyResult<(usize, [f64; 3], [f64; 3], u16, Vec<(f64, f64, u16)>)> {
         self.single(py)?;
         let pairs: Vec<(f64, f64)> =
             drive.as_array().iter().copied().zip(value.as_array().iter().copied()).collect();
@@ -119,7 +119,8 @@ impl Locator {
         Ok((
             found.taps,
             [now[0], now[1], found.near.unwrap_or(f64::NAN)],
-            [best[0], best[1], found.floor],
+            [best[0], best[1], found.floor.unwrap_or(f64::NAN)],
+            bits(found.status),
             tried,
         ))
     }

@@ -43,8 +43,10 @@ class NextTap(NamedTuple):
     """Best drive of the next tap, degrees or mm; None where none is within the limits of the sensor."""
     expected_sigma_mm: float | None
     """Standard deviation that is expected after it, mm."""
-    least_sigma_mm: float
+    least_sigma_mm: float | None
     """What no number of such taps goes below, mm: the error of calibration and run, which all taps share."""
+    status: Status
+    """Words of the taps so far: ambiguous, outside_calibration, inconsistent."""
     drives: Any
     """Drives that were tried."""
     sigmas_mm: Any
@@ -152,10 +154,10 @@ class Locator:
         if not lo <= hi:
             raise InputError("these are no ends of drives", key="within", value=short(within), allowed="(least, largest)")
         columns = np.array(pairs, dtype=float).reshape(-1, 2).T.copy()
-        taps, now, best, tried = self._native.next(columns[0], columns[1], (lo, hi), flag("same_run", same_run))
+        taps, now, best, status, tried = self._native.next(columns[0], columns[1], (lo, hi), flag("same_run", same_run))
         table = np.array([t[:2] for t in tried], dtype=float).reshape(-1, 2)
         known = lambda x: None if np.isnan(x) else x
-        return NextTap(taps, known(now[0]), now[1], known(now[2]), known(best[0]), known(best[1]), best[2], table[:, 0], table[:, 1],
+        return NextTap(taps, known(now[0]), now[1], known(now[2]), known(best[0]), known(best[1]), known(best[2]), Status(status), table[:, 0], table[:, 1],
                        np.array([t[2] for t in tried], dtype=np.uint16))
 
     @staticmethod

@@ -9,7 +9,7 @@ use serde_json::json;
 use vibrissa::error::{Error, InputError};
 use vibrissa::figure::{self, Axis, Figure, Format, Mark, Marker, Panel, Path as Drawn, Style};
 use vibrissa::locate::next::{Next, Read, next};
-use vibrissa::locate::object::By;
+use vibrissa::locate::object::{By, NAME};
 use vibrissa::locate::stream::Ask;
 use vibrissa::locate::table::Readings;
 use vibrissa::locate::{Calibration, Locator, SaidZero, locator::opener};
@@ -50,14 +50,23 @@ pub fn run(args: &args::Next) -> Result<Reply, Error> {
         return Ok(Reply { text, out: Some(out), ..Reply::default() });
     }
     let bytes = args.readings.as_deref().map(Data::load).transpose()?;
-    let taps = match (&bytes, args.readings.as_deref()) {
+    let (taps, lines) = match (&bytes, args.readings.as_deref()) {
         (Some(bytes), Some(path)) => read(args, &locator, bytes, path)?,
-        _ => Vec::new(),
+        _ => Default::default(),
     };
     let found = next(&locator, &taps, (within, args.same_run)).map_err(|why| {
         let error = InputError::new(why).at(label.clone(), None).key("next");
         error.allowed("a calibration by learned, taps of one object, and drives that were calibrated")
     })?;
+    if !found.left.is_empty() && !args.common.quiet {
+        let left: Vec<String> = found.left.iter().take(8).map(|k| lines[*k].to_string()).collect();
+        say::warning(format_args!(
+            "{} of {} taps tell nothing here: of the other side, of a drive that was not calibrated, or without a distance (lines {})",
+            found.left.len(),
+            taps.len(),
+            left.join(", ")
+        ));
+    }
     let data = bytes.as_ref().map(|bytes| hash(&String::from_utf8_lossy(bytes)));
     let asked = json!({ "calibration": calibration.checksum, "readings": data, "object": args.object, "only": args.only, "within": args.within, "same_run": args.same_run, "zero": SaidZero::json(args.zero.as_ref()), "columns": args.columns });
     let inputs = std::iter::once(args.calibration.clone()).chain(args.readings.clone()).collect();
@@ -71,7 +80,7 @@ pub fn run(args: &args::Next) -> Result<Reply, Error> {
         file.write(bytes)?;
         file.close()?;
     }
-    let result = result(&found, drive);
+    let result = result(&found, drive, &lines);
     let counts = json!({ "taps": found.taps, "rows": found.tried.len() });
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
     let identity = hash(&format!("{}\n{data:?}\n{within:?}", calibration.checksum));
@@ -81,7 +90,7 @@ pub fn run(args: &args::Next) -> Result<Reply, Error> {
     let mut text = String::new();
     let _ =
         writeln!(text, "wrote {} in {:.2} s", super::listed(&written.files), start.elapsed().as_secs_f64());
-    let answer = answer(&found, drive);
+    let answer = answer(&found, drive, &lines);
     let reply = Reply {
         answer,
         text,
@@ -96,7 +105,12 @@ pub fn run(args: &args::Next) -> Result<Reply, Error> {
 }
 
 /// The taps of one object in a file.
-fn read(args: &args::Next, locator: &Locator, bytes: &[u8], path: &Path) -> Result<Vec<Read>, Error> {
+fn read(
+    args: &args::Next,
+    locator: &Locator,
+    bytes: &[u8],
+    path: &Path,
+) -> Result<(Vec<Read>, Vec<usize>), Error> {
     let quiet = args.common.quiet;
     let warn = |text: &str| {
         if !quiet {
@@ -108,13 +122,29 @@ fn read(args: &args::Next, locator: &Locator, bytes: &[u8], path: &Path) -> Resu
     let label = path.display().to_string();
     let ask = Ask { columns: &columns, zero, label: Some(&label), keep: true, by: By::Unsaid, warn: &warn };
     let readings = Readings::of(locator, bytes, &ask, &["zero"])?;
-    let place = readings.column(&args.object);
+    let place = match &args.object {
+        Some(column) => Some(readings.column(column).ok_or_else(|| {
+            let error = InputError::new("there is no such column").at(label.clone(), Some(1));
+            error.key("--object").value(column).allowed(readings.names.join(", "))
+        })?),
+        None => readings.column(NAME),
+    };
     let word = |fields: &[String]| {
         place.and_then(|k| fields.get(k)).map(|f| f.trim().to_owned()).unwrap_or_default()
     };
-    let taps =
-        || readings.rows.iter().filter(|row| !row.rests && row.drive.is_finite() && row.signal.is_finite());
-    let objects: BTreeSet<String> = taps().map(|row| word(&row.fields)).collect();
+    let mut zeros = 0;
+    let mut all = Vec::new();
+    for row in &readings.rows {
+        zeros += u64::from(row.rests);
+        // A row without an object is of none, where others have one.
+        let named = place.is_none() || !word(&row.fields).is_empty();
+        if !row.rests && row.drive.is_finite() && row.signal.is_finite() && named {
+            let read = Read { drive: row.drive, signal: row.signal, share: row.share, zero: zeros };
+            all.push((read, row.line, word(&row.fields)));
+        }
+    }
+    let taps = || all.iter();
+    let objects: BTreeSet<String> = taps().map(|tap| tap.2.clone()).collect();
     let only = match &args.only {
         Some(only) if !objects.contains(only) => {
             let error = InputError::new("no tap is of this object").at(label.clone(), None).key("--only");
@@ -123,19 +153,19 @@ fn read(args: &args::Next, locator: &Locator, bytes: &[u8], path: &Path) -> Resu
         None if objects.len() > 1 => {
             let error = InputError::new("these are taps of several objects").at(label.clone(), None);
             return Err(error
-                .key(&args.object)
+                .key(args.object.as_deref().unwrap_or(NAME))
                 .value(shown(&objects))
                 .allowed("--only WORD: one of them")
                 .into());
         }
         only => only.clone(),
     };
-    let own = taps().filter(|row| only.as_ref().is_none_or(|only| word(&row.fields) == *only));
-    let taps: Vec<Read> = own.map(|row| (row.drive, row.signal, row.share)).collect();
+    let own = taps().filter(|tap| only.as_ref().is_none_or(|only| tap.2 == *only));
+    let (taps, lines): (Vec<Read>, Vec<usize>) = own.map(|tap| (tap.0, tap.1)).unzip();
     if taps.is_empty() {
         warn(&format!("{label}: no row is a tap; this is about the first one"));
     }
-    Ok(taps)
+    Ok((taps, lines))
 }
 
 fn shown(objects: &BTreeSet<String>) -> String {
@@ -152,7 +182,7 @@ fn table(next: &Next, drive: Drive) -> String {
     text
 }
 
-fn result(next: &Next, drive: Drive) -> serde_json::Value {
+fn result(next: &Next, drive: Drive, lines: &[usize]) -> serde_json::Value {
     let best = next.best.map(|k| next.tried[k]);
     let known = next.taps > 0;
     json!({
@@ -160,6 +190,10 @@ fn result(next: &Next, drive: Drive) -> serde_json::Value {
         "distance_mm": known.then_some(next.now[0]),
         "sigma_mm": next.now[1],
         "near_mm": next.near,
+        "status": next.status.to_string(),
+        "apart_line": next.apart.map(|(k, _)| lines[k]),
+        "apart_sigmas": next.apart.map(|(_, by)| by),
+        "left_out": next.left.len(),
         drive.column(): best.map(|b| b.drive),
         "expected_signal": best.map(|b| b.signal),
         "expected_sigma_mm": best.map(|b| b.sigma),
@@ -169,7 +203,7 @@ fn result(next: &Next, drive: Drive) -> serde_json::Value {
     })
 }
 
-fn answer(next: &Next, drive: Drive) -> String {
+fn answer(next: &Next, drive: Drive, lines: &[usize]) -> String {
     let (symbol, unit) = drive_unit(drive);
     let [a, sigma] = next.now;
     let mut text = match next.taps {
@@ -179,14 +213,25 @@ fn answer(next: &Next, drive: Drive) -> String {
     if let Some(near) = next.near {
         let _ = write!(text, "{near:.2} mm fits as well. ");
     }
-    let Some(best) = next.best.map(|k| next.tried[k]) else {
+    if let Some((k, by)) = next.apart.filter(|_| next.status.has(Status::INCONSISTENT)) {
+        let _ = write!(
+            text,
+            "They contradict each other: line {} is {:.1} standard deviations from what the others say. Mend that first; more taps do not. ",
+            lines[k],
+            by.abs()
+        );
+    }
+    if next.status.has(Status::OUTSIDE_CALIBRATION) {
+        text += "That is outside of the calibrated distances. ";
+    }
+    let Some((best, floor)) = next.best.map(|k| next.tried[k]).zip(next.floor) else {
         return text + "No drive is within the limits of the sensor.";
     };
     if next.is_enough() {
         let _ = write!(
             text,
             "More taps bring nothing: what is left, {} mm, is the error of the calibration and of the run, which all taps share.",
-            short(next.floor)
+            short(floor)
         );
         return text;
     }
@@ -197,7 +242,7 @@ fn answer(next: &Next, drive: Drive) -> String {
         short(best.sigma),
         next.more[3].0,
         short(next.more[3].1),
-        short(next.floor)
+        short(floor)
     );
     text
 }

@@ -63,7 +63,7 @@ pub fn run(args: &Taps) -> Result<Reply, Error> {
     folder.run_json(&run_json::document("taps", json!({ "name": stem, "hash": hash(&text) }), told))?;
     let written = folder.finish()?;
     let answer = format!(
-        "{} taps in {} samples: {plateaus} plateaus and {peaks} peaks, {rests} rests; noise of a sample {:.3e}. Look at taps.svg before you use them.",
+        "{} taps in {} samples ({plateaus} stand still, {peaks} are peaks), rests: {rests}; noise of a sample {:.3e}. Look at taps.svg before you use them.",
         plateaus + peaks,
         record.time.len(),
         rest.noise

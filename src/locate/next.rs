@@ -4,6 +4,7 @@ use vibrissa_learned::joint::{Joint, Object, Tap};
 
 use super::Locator;
 use super::locator::Opened;
+use super::object::limit;
 use crate::status::Status;
 
 /// Drives that are tried.
@@ -42,18 +43,35 @@ pub struct Next {
     /// σ expected after 1, 2, 4 … taps of the best drive.
     pub more: Vec<(u32, f64)>,
     /// σ that no number of taps of the best drive goes below: what they share.
-    pub floor: f64,
+    pub floor: Option<f64>,
+    /// What is doubtful of the taps so far.
+    pub status: Status,
+    /// Place of the tap that is farthest from what the others say, and by how many standard deviations.
+    pub apart: Option<(usize, f64)>,
+    /// Places of taps that tell nothing: of the other side, of a drive that was not calibrated, without a distance.
+    pub left: Vec<usize>,
 }
 
 impl Next {
     /// Whether taps more bring nothing.
     pub fn is_enough(&self) -> bool {
-        self.now[1] * (1.0 - NOTHING) <= self.floor
+        self.status != Status::INCONSISTENT
+            && self.floor.is_some_and(|floor| self.now[1] * (1.0 - NOTHING) <= floor)
     }
 }
 
-/// A tap of the object: its drive, as it is recorded, its signal above its zero, and the variance of that zero in units of that of one reading.
-pub type Read = (f64, f64, f64);
+/// A tap of the object.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Read {
+    /// Drive, as it is recorded.
+    pub drive: f64,
+    /// Signal above its zero.
+    pub signal: f64,
+    /// Variance of that zero in units of that of one reading.
+    pub share: f64,
+    /// Which zero that is.
+    pub zero: u64,
+}
 
 /// The next tap after `taps`, by drives `within` these ends; they are of a run of the calibration where `same_run`.
 ///
@@ -64,34 +82,60 @@ pub fn next(
     taps: &[Read],
     (within, same_run): ([f64; 2], bool),
 ) -> Result<Next, &'static str> {
-    let asked =
-        taps.iter().filter_map(|(drive, signal, share)| Some((locator.asked(*drive, *signal).ok()?, *share)));
-    let asked: Vec<_> = asked.collect();
-    let place = asked.first().map_or(0, |(tap, _)| tap.side);
-    let side = locator.sides().get(place).ok_or("nothing is calibrated")?;
-    let learned = side.answers.shape().learned().ok_or("taps are taken together by `learned` only")?;
-    let tared = asked
-        .first()
-        .map_or_else(|| learned.read(1.0, 0.0).0, |(tap, share)| learned.read(tap.signal, *share).0);
+    let learned_side = |k: &usize| locator.sides()[*k].answers.shape().learned().is_some();
+    let first = (0..locator.sides().len()).find(learned_side);
+    let first = first.ok_or("taps are taken together by `learned`, with one gauge")?;
+    // A tap without a distance of its own tells none together with others either.
+    let asked = |tap: &Read| {
+        let alone = locator.locate_above(tap.drive, tap.signal, 0.0, tap.share);
+        locator
+            .asked(tap.drive, tap.signal)
+            .ok()
+            .filter(|asked| learned_side(&asked.side) && alone.distance.is_finite())
+    };
+    let asked: Vec<_> = taps.iter().map(asked).collect();
+    let place = asked.iter().flatten().next().map_or(first, |tap| tap.side);
+    let side = &locator.sides()[place];
+    let learned = side.answers.shape().learned().ok_or("taps are taken together by `learned`")?;
+    let own = || {
+        taps.iter().zip(&asked).enumerate().filter_map(|(k, (tap, asked))| Some((k, tap, asked.as_ref()?)))
+    };
+    let own = || own().filter(|(.., asked)| asked.side == place);
+    let tared = own()
+        .next()
+        .map_or_else(|| learned.read(1.0, 0.0).0, |(_, tap, asked)| learned.read(asked.signal, tap.share).0);
     let joint = learned.joint(tared);
     let mut object = Object::new(&joint);
-    for (tap, share) in asked.iter().filter(|(tap, _)| tap.side == place) {
-        let (_, y, of_zero) = learned.read(tap.signal, *share);
-        object.add(&joint, Tap { u: tap.drive, y, of_zero }, same_run);
+    let mut places = Vec::new();
+    for (k, tap, asked) in own() {
+        let (_, y, of_zero) = learned.read(asked.signal, tap.share);
+        object.add(&joint, Tap { u: asked.drive, y, of_zero, zero: tap.zero }, same_run);
+        places.push(k);
     }
+    let left = (0..taps.len()).filter(|k| !places.contains(k)).collect();
     let told = object.told(&joint).ok_or("these taps fit no distance")?;
     let known = Known { locator, side, joint: &joint, object: &object, a: told.a, same_run };
     let tried = known.tried(within)?;
     let allowed = tried.iter().enumerate().filter(|(_, t)| t.status == Status::OK && t.sigma.is_finite());
     let best = allowed.min_by(|(_, t), (_, u)| t.sigma.total_cmp(&u.sigma)).map(|(k, _)| k);
-    let after = |times: f64| {
-        let u = best.map(|k| tried[k].drive - locator.drive_origin);
-        u.map_or(f64::NAN, |u| object.after(&joint, u, same_run, times))
-    };
-    let more = (0..6).map(|k| (1 << k, after(f64::from(1 << k)))).collect();
+    let after = |u: f64, times: f64| object.after(&joint, u, same_run, times);
+    let of_best = best.map(|k| tried[k].drive - locator.drive_origin);
+    let more =
+        of_best.map_or(Vec::new(), |u| (0..6).map(|k| (1 << k, after(u, f64::from(1 << k)))).collect());
     let now = [told.a, object.spread(&joint)];
-    let floor = after(ALL).min(now[1]);
-    Ok(Next { taps: object.count(), now, near: told.near, tried, best, more, floor })
+    let floor =
+        of_best.map(|u| after(u, ALL)).filter(|floor| floor.is_finite()).map(|floor| floor.min(now[1]));
+    let mut status = Status::OK;
+    let compared = places.len() - places.len().min(object.compared());
+    let apart =
+        object.apart(&joint, told.a.ln(), same_run).map(|(ago, by)| (places[places.len() - 1 - ago], by));
+    if object.count() > 0 {
+        status |= side.doubts(told.a, told.near, told.sigma);
+    }
+    if apart.is_some_and(|(_, by)| by.abs() > limit(places.len() - compared)) {
+        status |= Status::INCONSISTENT;
+    }
+    Ok(Next { taps: object.count(), now, near: told.near, tried, best, more, floor, status, apart, left })
 }
 
 /// What is known of an object.

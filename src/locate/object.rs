@@ -42,6 +42,8 @@ pub struct Objects<'a> {
     joints: HashMap<(usize, bool), Joint>,
     known: HashMap<String, Known>,
     clock: u64,
+    /// Whether it was said that objects are forgotten.
+    warned: bool,
 }
 
 /// The taps of an object.
@@ -73,7 +75,7 @@ impl Together {
         let (line, by) = apart.map_or((f64::NAN, f64::NAN), |(line, by)| (line as f64, by));
         number(out, line);
         // More digits than two of a number of standard deviations say nothing.
-        number(out, (100.0 * by).round() / 100.0);
+        number(out, (100.0 * by).round() / 100.0 + 0.0);
         out.extend(located.status.to_string().bytes());
     }
 }
@@ -89,6 +91,8 @@ pub struct Asked {
     pub signal: f64,
     /// Variance of the zero in units of that of one reading.
     pub share: f64,
+    /// Number of zero readings before it: taps with the same one are above the same zero.
+    pub zero: u64,
 }
 
 impl<'a> Objects<'a> {
@@ -131,7 +135,14 @@ impl<'a> Objects<'a> {
             let estimator = if locator.is_twofold() { "two gauges" } else { locator.estimator.name() };
             return Err(InputError::new(why).key(key).value(estimator).allowed("a calibration by learned"));
         }
-        Ok(Some(Self { locator, place, joints: HashMap::new(), known: HashMap::new(), clock: 0 }))
+        Ok(Some(Self {
+            locator,
+            place,
+            joints: HashMap::new(),
+            known: HashMap::new(),
+            clock: 0,
+            warned: false,
+        }))
     }
 
     /// Columns that are added after the status, and before them the object where the line does not keep it.
@@ -148,7 +159,8 @@ impl<'a> Objects<'a> {
 
     /// Adds a tap of the object `name`, whose own answer is `alone`; `None` where it tells nothing.
     pub fn tell(&mut self, name: &str, tap: Asked, alone: &Located, ask: &Ask<'_>) -> Option<Together> {
-        if self.place.is_some() && name.is_empty() {
+        // A tap that has no distance of its own, at an end stop or beyond any, tells none together with others either.
+        if self.place.is_some() && name.is_empty() || alone.distance.is_nan() {
             return None;
         }
         let asked = self.locator.asked(tap.drive, tap.signal).ok()?;
@@ -160,9 +172,11 @@ impl<'a> Objects<'a> {
         self.clock += 1;
         if !self.known.contains_key(name) && self.known.len() == MOST {
             let oldest = self.known.iter().min_by_key(|(_, k)| k.seen).map(|(name, _)| name.clone())?;
-            (ask.warn)(&format!(
-                "more than {MOST} objects at a time: taps of {oldest:?} that come later are those of another one"
-            ));
+            if !std::mem::replace(&mut self.warned, true) {
+                (ask.warn)(&format!(
+                    "more than {MOST} objects: of the one that was tapped longest ago, taps that come later are those of another one"
+                ));
+            }
             self.known.remove(&oldest);
         }
         let new = || Known { object: Object::new(joint), kind, lines: Vec::new(), seen: 0 };
@@ -172,7 +186,7 @@ impl<'a> Objects<'a> {
             let located = Located::nothing(Status::INCONSISTENT);
             return Some(Together { taps: known.object.count(), located, apart: Some((tap.line, f64::NAN)) });
         }
-        known.object.add(joint, Tap { u: asked.drive, y, of_zero }, same_run);
+        known.object.add(joint, Tap { u: asked.drive, y, of_zero, zero: tap.zero }, same_run);
         known.lines.push(tap.line);
         let more = known.lines.len().saturating_sub(known.object.compared());
         known.lines.drain(..more);
@@ -195,6 +209,6 @@ impl<'a> Objects<'a> {
 }
 
 /// Standard deviations beyond which the farthest of `n` sound taps is but by [`CHANCE`] (Bonferroni).
-fn limit(n: usize) -> f64 {
+pub(super) fn limit(n: usize) -> f64 {
     quantile(1.0 - 0.5 * CHANCE / n as f64)
 }

@@ -13,24 +13,26 @@ const UNRECORDED: f64 = 1.0;
 pub struct Sequence {
     tare: Tare,
     follows: bool,
+    /// Zero readings so far.
+    zeros: u64,
 }
 
 impl Sequence {
     /// Of readings for `locator`, above `zero` if it is known, both in the unit of the calibration.
     pub fn new(locator: &Locator, zero: Option<f64>) -> Self {
         let signal = |z| locator.unit.strain(z, locator.rig.setup.gauge.factor);
-        Self { tare: Tare::new(locator, zero.map(signal)), follows: false }
+        Self { tare: Tare::new(locator, zero.map(signal)), follows: false, zeros: 0 }
     }
 
     /// The distance of the next reading: a `value` in the unit of the calibration at a `drive`, degrees or mm.
     pub fn answer(&mut self, locator: &Locator, drive: f64, value: f64) -> Located {
         match self.read(locator, drive, value) {
-            Ok((drive, signal, share)) => locator.locate_above(drive, signal, 0.0, share),
+            Ok(tap) => locator.locate_above(tap.drive, tap.signal, 0.0, tap.share),
             Err(status) => Located::nothing(status),
         }
     }
 
-    /// The next reading as a tap: its drive, its signal above its zero, and the variance of that zero in units of that of one reading.
+    /// The next reading as a tap.
     ///
     /// # Errors
     /// Why it is none.
@@ -41,6 +43,7 @@ impl Sequence {
         let rests = finite && locator.rests(drive);
         let follows = std::mem::replace(&mut self.follows, rests);
         if rests {
+            self.zeros += 1;
             let _ = self.tare.see(locator, signal, follows);
             return Err(Status::NO_STRAIN);
         }
@@ -49,6 +52,6 @@ impl Sequence {
         }
         let drive = if locator.drive_recorded { drive } else { UNRECORDED };
         let (zero, share) = self.tare.at(0).unwrap_or((0.0, 0.0));
-        Ok((drive, locator.unit.above(signal, zero, factor), share))
+        Ok(Read { drive, signal: locator.unit.above(signal, zero, factor), share, zero: self.zeros })
     }
 }

@@ -200,7 +200,7 @@ pub fn answer(
             } else {
                 let located = locator.locate_above(drive, signal, 0.0, share);
                 if let Some(objects) = &mut objects {
-                    let tap = Asked { line: line.number, drive, signal, share };
+                    let tap = Asked { line: line.number, drive, signal, share, zero: counts.zeros };
                     let name = objects.name(&lines, line.text);
                     together = objects.tell(&name, tap, &located, ask);
                 }

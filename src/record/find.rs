@@ -1,7 +1,7 @@
 //! Contacts in a record, and their readings.
 
 use super::Record;
-use super::rest::{Rest, STILL, blocks_of, rest, spread};
+use super::rest::{AWAY, Rest, STILL, blocks_of, noise, rest, spreads};
 use crate::error::InputError;
 use crate::reduce::median;
 
@@ -11,14 +11,18 @@ const APART: usize = 3;
 const LEAST: usize = 3;
 /// Share of a contact that a plateau lasts at least.
 const LASTS: f64 = 0.15;
-/// Band of a plateau: standard deviations of noise, and share of its level.
-const BAND: [f64; 2] = [6.0, 0.02];
+/// Band of a plateau beside its noise: share of its level.
+const BAND: f64 = 0.02;
+/// Parts of a contact that are looked at together: of one that has one plateau, and of one that may have many.
+const PARTS: [usize; 2] = [20, 60];
 /// A plateau is a reading where its level is at least this share of the largest of the contact.
 const HIGH: f64 = 0.5;
 /// Share of a plateau at its beginning that is left out: there the rubber still creeps most.
 const SETTLES: f64 = 1.0 / 3.0;
 /// Drives that differ by no more than this share of the largest are one.
 const SAME: f64 = 0.01;
+/// Share of a peak by which a sample may stand out of its neighbours.
+const SHARP: f64 = 0.1;
 /// Samples at a peak whose mean is the reading.
 const TOP: usize = 3;
 
@@ -84,14 +88,31 @@ pub fn find(record: &Record, take: Take) -> Result<(Vec<Reading>, Rest), InputEr
         InputError::new(message).at(record.file.clone(), None).key("signal").value(value).allowed(allowed)
     };
     if rest.blocks.is_empty() {
-        let allowed = "a record that also shows the sensor without contact, for five samples or more";
-        return Err(fault("nowhere does this signal rest", format!("noise {:.3e}", rest.noise), allowed));
+        let (what, allowed) = match &record.drive {
+            Some((kind, _)) => (
+                format!("nowhere does this signal rest while {} is near 0", kind.column()),
+                "a record that also shows the sensor without contact; --columns ignore=NAME leaves a drive out",
+            ),
+            None => (
+                "nowhere does this signal rest".to_owned(),
+                "a record that also shows the sensor without contact, for five samples or more",
+            ),
+        };
+        return Err(fault(&what, format!("noise {:.3e}", rest.noise), allowed));
     }
-    let off = |k: usize| (record.signal[k] - rest.level[k]).abs();
+    let off = |k: usize| (rest.signal[k] - rest.level[k]).abs();
     let mut readings: Vec<Reading> =
         rest.blocks.iter().map(|&block| mean(record, &rest, Kind::Rest, block, block)).collect();
-    for contact in contacts(record.signal.len(), |k| off(k) > rest.away) {
-        let contact = grown(contact, |k| off(k) > 2.0 * rest.noise, record.signal.len());
+    let n = record.signal.len();
+    let mut found: Vec<[usize; 2]> = Vec::new();
+    for contact in contacts(n, |k| off(k) > rest.away) {
+        let [first, last] = grown(contact, |k| off(k) > 2.0 * rest.noise, n);
+        match found.last_mut() {
+            Some(before) if first <= before[1] + APART => before[1] = before[1].max(last),
+            _ => found.push([first, last]),
+        }
+    }
+    for contact in found {
         readings.extend(of_contact(record, &rest, contact, take));
     }
     if readings.iter().all(|r| r.kind == Kind::Rest) {
@@ -131,8 +152,15 @@ fn grown([mut first, mut last]: [usize; 2], off: impl Fn(usize) -> bool, n: usiz
 fn mean(record: &Record, rest: &Rest, kind: Kind, contact: [usize; 2], of: [usize; 2]) -> Reading {
     let n = (of[1] - of[0] + 1) as f64;
     let sum = |values: &[f64]| values[of[0]..=of[1]].iter().sum::<f64>() / n;
-    let signal = sum(&record.signal);
-    let square = record.signal[of[0]..=of[1]].iter().map(|y| (y - signal).powi(2)).sum::<f64>();
+    // A peak may be one sample; but what springs out of its neighbours is none.
+    let sample = |k: usize| {
+        let (smooth, raw) = (rest.signal[k], record.signal[k]);
+        let most = AWAY * rest.noise + SHARP * (smooth - rest.level[k]).abs();
+        if kind == Kind::Peak { raw.clamp(smooth - most, smooth + most) } else { smooth }
+    };
+    let samples: Vec<f64> = (of[0]..=of[1]).map(sample).collect();
+    let signal = samples.iter().sum::<f64>() / n;
+    let square = samples.iter().map(|y| (y - signal).powi(2)).sum::<f64>();
     Reading {
         kind,
         contact,
@@ -150,7 +178,7 @@ fn mean(record: &Record, rest: &Rest, kind: Kind, contact: [usize; 2], of: [usiz
 
 fn of_contact(record: &Record, rest: &Rest, contact: [usize; 2], take: Take) -> Vec<Reading> {
     let [first, last] = contact;
-    let off = |k: usize| record.signal[k] - rest.level[k];
+    let off = |k: usize| rest.signal[k] - rest.level[k];
     let top = (first..=last).max_by(|j, k| off(*j).abs().total_cmp(&off(*k).abs())).unwrap_or(first);
     let peak = || {
         let of = [top.saturating_sub(TOP / 2).max(first), (top + TOP / 2).min(last)];
@@ -161,25 +189,26 @@ fn of_contact(record: &Record, rest: &Rest, contact: [usize; 2], take: Take) -> 
     }
     let drives = record.drive.as_ref().map(|(_, drives)| drives.as_slice());
     let most = drives.map_or(0.0, |d| d.iter().fold(0.0_f64, |m, x| m.max(x.abs())));
-    // Quiet around it: the samples next to it lie within the band, and so do their drives.
-    let quiet = |k: usize| {
-        let k = first + k;
-        let spread = |values: &[f64]| spread(values, k, contact);
-        spread(&record.signal) <= BAND[0] * rest.noise + BAND[1] * off(k).abs()
-            && drives.is_none_or(|d| spread(d) <= SAME * most)
-    };
     let length = last - first + 1;
+    // Quiet around it: the samples next to it lie within the band, and so do their drives. A part of the contact, since a ramp of many samples is no plateau.
+    let window = rest.window.max(length / PARTS[usize::from(drives.is_some())]);
+    let bands = spreads(&rest.signal, window, contact);
+    let moved = drives.map(|d| (spreads(d, window, contact), AWAY * noise(d)));
+    let quiet = |k: usize| {
+        bands[k] <= AWAY * rest.noise + BAND * off(first + k).abs()
+            && moved.as_ref().is_none_or(|(spreads, noise)| spreads[k] <= noise.max(SAME * most))
+    };
     let enough = STILL.max((LASTS * length as f64) as usize);
     // Of several drives in one contact each plateau counts, however short beside the whole.
-    let least = if drives.is_some() { STILL } else { enough };
-    let plateaus = blocks_of(length, quiet).into_iter().map(|[p, q]| [first + p, first + q]);
+    let least = if drives.is_some() { window } else { enough };
+    let plateaus = blocks_of(length, 1, quiet).into_iter().map(|[p, q]| [first + p, first + q]);
     let plateaus: Vec<[usize; 2]> = plateaus.filter(|[p, q]| q - p + 1 >= least).collect();
     let settled = |&[p, q]: &[usize; 2]| {
         let from = p + ((q - p + 1) as f64 * SETTLES) as usize;
         mean(record, rest, Kind::Plateau, contact, [from, q])
     };
     let mut found: Vec<Reading> = plateaus.iter().map(settled).collect();
-    found.retain(|r| r.drive.is_none_or(|d| d > SAME * most));
+    found.retain(|r| r.drive.is_none_or(|d| d.abs() > SAME * most));
     if drives.is_none() {
         // One tap: its highest plateau.
         found.sort_by(|p, q| (q.signal - q.rest).abs().total_cmp(&(p.signal - p.rest).abs()));

@@ -31,6 +31,11 @@ impl Labels {
     pub fn check(&self, record: &Record, readings: &[Reading]) -> Result<(), InputError> {
         let taps = readings.iter().filter(|r| r.kind != Kind::Rest).count();
         let fits = |key: &str, values: &[f64]| match values.len() {
+            _ if values.iter().any(|x| !x.is_finite() || *x == 0.0 || key == "--a" && *x < 0.0) => {
+                let said: Vec<String> = values.iter().map(f64::to_string).collect();
+                let error = InputError::new("this labels no tap").key(key).value(said.join(","));
+                Err(error.allowed(if key == "--a" { "distances > 0 in mm" } else { "drives that are not 0" }))
+            }
             n if n <= 1 || n == taps => Ok(()),
             n => {
                 let error = InputError::new("these are not as many as the taps that were found").key(key);
@@ -77,7 +82,7 @@ pub fn taps(record: &Record, readings: &[Reading], labels: &Labels) -> String {
             let said = own(&labels.a, tap).filter(|_| !rests).map(|a| a.to_string());
             let recorded =
                 record.labels.iter().position(|(name, _)| name == DISTANCE).map(|k| shown[k].to_owned());
-            fields.push(said.or(recorded).unwrap_or_default());
+            fields.push(quoted(said.or(recorded).unwrap_or_default()));
         }
         if drive.is_some() {
             let said = labels.drive.as_ref().and_then(|(_, values)| own(values, tap));
@@ -87,11 +92,19 @@ pub fn taps(record: &Record, readings: &[Reading], labels: &Labels) -> String {
         let signal = if drive.is_some() { reading.signal } else { reading.signal - reading.rest };
         fields.push(signal.to_string());
         fields.push(rounded(middle(record, reading)));
-        fields.extend(others.iter().map(|k| shown[*k].to_owned()));
+        fields.extend(others.iter().map(|k| quoted(shown[*k].to_owned())));
         text += &(fields.join(",") + "\n");
         tap += usize::from(!rests);
     }
     text
+}
+
+/// A field, in quotes where it needs them.
+fn quoted(field: String) -> String {
+    if !field.contains([',', '"', '\n', '\r']) {
+        return field;
+    }
+    format!("\"{}\"", field.replace('"', "\"\""))
 }
 
 /// Six digits after the point are enough of a mean of drives, and of a time.

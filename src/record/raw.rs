@@ -53,11 +53,18 @@ impl Record {
             unit: columns.signal.0,
             drive: columns.drive.map(|(kind, _)| (kind, Vec::new())),
             labels: Vec::new(),
-            ignored: columns.ignored.clone(),
+            ignored: columns
+                .ignored
+                .iter()
+                .filter(|name| *name != crate::locate::object::NAME)
+                .cloned()
+                .collect(),
             time: Vec::new(),
             signal: Vec::new(),
         };
-        let labelled: Vec<usize> = [columns.a, columns.tilt, columns.run].into_iter().flatten().collect();
+        let object = names.iter().position(|name| name == crate::locate::object::NAME);
+        let labelled: Vec<usize> =
+            [columns.a, columns.tilt, columns.run, object].into_iter().flatten().collect();
         record.labels = labelled.iter().map(|k| (own(&columns, *k, &names), Vec::new())).collect();
         let mut decimals = Decimals::default();
         for (line, text) in rows {

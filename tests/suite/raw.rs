@@ -157,3 +157,88 @@ fn records_that_show_no_tap_are_refused() {
     let flat: String = (0..500).map(|k| format!("{},{}\n", k, dice.normal())).collect();
     refused("flat.csv", &format!("t_s,reading\n{flat}"), &[], "no tap is found");
 }
+
+/// A record of `rate` samples a second: holds of 1 s of 1, 2 and 3 units between rests of 1 s, by ramps of `ramp` s; the level drifts.
+fn ramps(rate: f64, ramp: f64, drift: f64, with_drive: bool) -> String {
+    let mut dice = Dice(3);
+    let mut text = if with_drive { "t_s,theta_deg,strain\n" } else { "t_s,strain\n" }.to_owned();
+    let mut k = 0;
+    let mut say = |drive: f64| {
+        let t = f64::from(k) / rate;
+        k += 1;
+        let y = 0.006 * drive + drift * t + 1e-5 * dice.normal();
+        text += &if with_drive { format!("{t},{drive},{y}\n") } else { format!("{t},{y}\n") };
+    };
+    let samples = |seconds: f64| (seconds * rate) as usize;
+    for drive in [1.0, 2.0, 3.0] {
+        (0..samples(1.0)).for_each(|_| say(0.0));
+        (0..samples(ramp)).for_each(|i| say(drive * i as f64 / samples(ramp) as f64));
+        (0..samples(1.0)).for_each(|_| say(drive));
+        (0..samples(ramp)).rev().for_each(|i| say(drive * i as f64 / samples(ramp) as f64));
+    }
+    (0..samples(1.0)).for_each(|_| say(0.0));
+    text
+}
+
+#[test]
+fn the_rate_of_a_record_and_its_drift_change_no_reading() {
+    let desk = Desk::new("");
+    for (rate, ramp, drift) in [
+        (100.0, 0.2, 0.0),
+        (1000.0, 0.2, 1e-4),
+        (10_000.0, 0.2, 0.0),
+        (1000.0, 1.0, 0.0),
+        (100.0, 0.2, -3e-4),
+    ] {
+        for with_drive in [false, true] {
+            desk.write("r.csv", ramps(rate, ramp, drift, with_drive));
+            desk.run(&["taps", "r.csv", "--out", "t", "--force"]).exits(0);
+            let table = Table::read(&desk.path("t/readings.csv"));
+            let of = |row: &crate::common::sweeping::Row, column: &str| number(row, column).unwrap();
+            let taps: Vec<_> = table.rows.iter().filter(|row| row["kind"] != "rest").collect();
+            let case = format!("{rate} Hz, ramps of {ramp} s, drift {drift}, drive {with_drive}");
+            assert_eq!(taps.len(), 3, "{case}: {}", table.text);
+            for (k, row) in taps.iter().enumerate() {
+                let known = 0.006 * (k + 1) as f64;
+                let found = of(row, "signal") - of(row, "rest");
+                assert!((found / known - 1.0).abs() < 0.01, "{case}: {found} for {known}");
+            }
+            assert_eq!(table.rows.len() - taps.len(), 4, "{case}: {}", table.text);
+        }
+    }
+}
+
+#[test]
+fn spikes_long_holds_and_negative_drives_are_read() {
+    // Single samples that spring out of the record, and holds that are longer than all rests.
+    let long: Vec<Tap> = TAPS.iter().map(|(drive, signal, _)| (-drive, *signal, 4.0)).collect();
+    let text = record(&long, [10.0, 0.0, 0.3], true);
+    let spiked = text.lines().enumerate().map(|(k, line)| match (k % 97 == 50, line.rsplit_once(',')) {
+        (true, Some((before, value))) => format!("{before},{}\n", value.parse::<f64>().unwrap() + 500.0),
+        _ => format!("{line}\n"),
+    });
+    let desk = Desk::new(&spiked.collect::<String>());
+    let without: String = text
+        .lines()
+        .map(|l| {
+            let f: Vec<&str> = l.split(',').collect();
+            format!("{},{}\n", f[0], f[2])
+        })
+        .collect();
+    desk.write("without.csv", without);
+    for file in ["spec.toml", "without.csv"] {
+        desk.run(&["taps", file, "--out", "t", "--force"]).exits(0);
+        let table = Table::read(&desk.path("t/readings.csv"));
+        let of = |row: &crate::common::sweeping::Row, column: &str| number(row, column).unwrap();
+        let taps: Vec<_> = table.rows.iter().filter(|row| row["kind"] == "plateau").collect();
+        assert_eq!(taps.len(), 6, "{file}: {}", table.text);
+        for (row, (_, signal, _)) in taps.iter().zip(TAPS) {
+            let found = of(row, "signal") - of(row, "rest");
+            assert!((found - signal).abs() < 0.012 * signal.abs() + 0.5, "{file}: {found} for {signal}");
+        }
+    }
+    for bad in [["--a", "nan"], ["--a", "0"], ["--theta", "0"], ["--theta", "inf"]] {
+        let ran = desk.run(&[&["taps", "without.csv", "--out", "u"][..], &bad].concat()).exits(2);
+        assert!(ran.stderr.contains(bad[0]), "{}", ran.stderr);
+    }
+}

@@ -49,6 +49,8 @@ pub struct Tap {
     pub y: f64,
     /// Variance that its own zero brings.
     pub of_zero: f64,
+    /// Which zero that is: taps above the same one share its error.
+    pub zero: u64,
 }
 
 /// A distance that is likely.
@@ -78,6 +80,8 @@ pub struct Told {
 pub struct Object {
     taps: Vec<Tap>,
     count: usize,
+    /// The zero whose error is the last shared number.
+    zero: Option<u64>,
     /// A, b and c at each point.
     points: Vec<(DMatrix<f64>, DVector<f64>, f64)>,
 }
@@ -186,7 +190,7 @@ impl Object {
     pub fn new(joint: &Joint) -> Self {
         let n = joint.of_run.len() + 1;
         let point = (DMatrix::identity(n, n), DVector::zeros(n), 0.0);
-        Self { taps: Vec::new(), count: 0, points: vec![point; POINTS] }
+        Self { taps: Vec::new(), count: 0, zero: None, points: vec![point; POINTS] }
     }
 
     /// Taps so far.
@@ -204,8 +208,26 @@ impl Object {
         self.taps.push(tap);
     }
 
+    /// Ends what is shared by taps above one zero: its error is integrated over, and the number is free for that of another one.
+    fn let_zero_go(&mut self) {
+        for (a, b, c) in &mut self.points {
+            let last = b.len() - 1;
+            let (own, of) = (a[(last, last)], b[last]);
+            let column = a.column(last).into_owned();
+            a.ger(-1.0 / own, &column, &column, 1.0);
+            b.axpy(-of / own, &column, 1.0);
+            *c += own.ln() - of * of / own;
+            a.row_mut(last).fill(0.0);
+            a.column_mut(last).fill(0.0);
+            (a[(last, last)], b[last]) = (1.0, 0.0);
+        }
+    }
+
     /// Adds `times` taps like `tap` to the sums.
     fn weigh(&mut self, joint: &Joint, tap: Tap, same_run: bool, times: f64) {
+        if self.zero.replace(tap.zero).is_some_and(|zero| zero != tap.zero) {
+            self.let_zero_go();
+        }
         let slice = joint.slice(tap.u, same_run, 0..POINTS);
         let width = joint.width();
         let mut shared = DVector::zeros(width - 1);
@@ -258,7 +280,18 @@ impl Object {
 
     /// Expected root mean square deviation from the mean of the posterior, mm.
     pub fn spread(&self, joint: &Joint) -> f64 {
-        spread(&self.modes(joint))
+        let heights = self.heights(joint);
+        let modes = modes(joint, &heights);
+        let step = joint.inverse.grid[1];
+        if modes.iter().all(|mode| mode.sd < 2.0 * step) {
+            return spread(&modes);
+        }
+        let top = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let all: Vec<(f64, f64)> =
+            heights.iter().enumerate().map(|(k, h)| (joint.x(k).exp(), (h - top).exp())).collect();
+        let mass: f64 = all.iter().map(|p| p.1).sum();
+        let mean = all.iter().map(|p| p.0 * p.1).sum::<f64>() / mass;
+        (all.iter().map(|p| (p.0 - mean).powi(2) * p.1).sum::<f64>() / mass).sqrt()
     }
 
     /// Of the last taps the one that is farthest from what the others say at ln a = x, the distance free: how long ago it was, and by how many
@@ -267,9 +300,19 @@ impl Object {
         if self.taps.len() < 2 {
             return None;
         }
-        let n = joint.of_run.len() + 2;
-        let local: Vec<(f64, f64, DVector<f64>)> =
-            self.taps.iter().map(|tap| joint.local(tap, x, same_run)).collect();
+        // Each zero that several taps have is one more number that they share; that of a single tap is noise.
+        let many = |zero: u64| self.taps.iter().filter(|tap| tap.zero == zero).count() > 1;
+        let mut zeros: Vec<u64> = self.taps.iter().map(|tap| tap.zero).filter(|zero| many(*zero)).collect();
+        zeros.sort_unstable();
+        zeros.dedup();
+        let n = joint.of_run.len() + 1 + zeros.len();
+        let of_tap = |tap: &Tap| {
+            let (r, d, mut shared) = joint.local(tap, x, same_run);
+            let own = zeros.iter().position(|zero| *zero == tap.zero);
+            shared.extend((0..zeros.len()).map(|k| if own == Some(k) { tap.of_zero.sqrt() } else { 0.0 }));
+            (r, if own.is_some() { d } else { d + tap.of_zero }, DVector::from_vec(shared))
+        };
+        let local: Vec<(f64, f64, DVector<f64>)> = self.taps.iter().map(of_tap).collect();
         let (mut a, mut b) = (DMatrix::identity(n, n), DVector::zeros(n));
         for (r, d, shared) in &local {
             a.ger(1.0 / d, shared, shared, 1.0);
@@ -296,7 +339,12 @@ impl Object {
         let (mut sum, mut total) = (0.0, 0.0);
         for (x, share) in self.likely(joint) {
             let mut then = self.clone();
-            then.weigh(joint, Tap { u, y: joint.signal(u, x), of_zero: 0.0 }, same_run, times);
+            then.weigh(
+                joint,
+                Tap { u, y: joint.signal(u, x), of_zero: 0.0, zero: self.zero.unwrap_or(0) },
+                same_run,
+                times,
+            );
             sum += share * then.spread(joint);
             total += share;
         }
@@ -343,8 +391,8 @@ impl Joint {
         (k, s - k as f64)
     }
 
-    /// Residual, variance of its noise, and shared numbers of `tap` at ln a = x, the last two those of its zero and of the distance.
-    fn local(&self, tap: &Tap, x: f64, same_run: bool) -> (f64, f64, DVector<f64>) {
+    /// Residual, variance of its noise, and shared numbers of `tap` at ln a = x, the last of them the distance.
+    fn local(&self, tap: &Tap, x: f64, same_run: bool) -> (f64, f64, Vec<f64>) {
         let (k, t) = self.place(x);
         let slice = self.slice(tap.u, same_run, k..k + NEAR);
         let width = self.width();
@@ -353,9 +401,8 @@ impl Joint {
             weights.iter().zip(slice.chunks(width)).map(|(w, point)| w * point[column]).sum::<f64>()
         };
         let mut shared: Vec<f64> = (2..width).map(|column| of(column, &values)).collect();
-        shared.push(tap.of_zero.sqrt());
         shared.push(FREE * of(0, &slopes) / self.inverse.grid[1]);
-        (tap.y - of(0, &values), of(1, &values).max(f64::MIN_POSITIVE), DVector::from_vec(shared))
+        (tap.y - of(0, &values), of(1, &values).max(f64::MIN_POSITIVE), shared)
     }
 
     /// The signal of a tap by the drive `u` at ln a = x.
@@ -524,7 +571,7 @@ mod tests {
                 for _ in 0..n {
                     let u = 1.3 + 3.5 * dice.uniform();
                     let y = POWER.value(a, u) * factor + size * (0.01 * zero + 0.02 * dice.normal());
-                    object.add(&joint, Tap { u, y, of_zero: 0.0 }, false);
+                    object.add(&joint, Tap { u, y, of_zero: 0.0, zero: 0 }, false);
                 }
                 let told = object.told(&joint).unwrap();
                 let z = (told.a - a) / told.sigma;
@@ -555,7 +602,7 @@ mod tests {
             let u = 1.5 + 0.5 * f64::from(k);
             let wrong = if k == 2 { 1.2 } else { 1.0 };
             let y = wrong * POWER.value(30.0, u) + 1e-4 * dice.normal();
-            object.add(&joint, Tap { u, y, of_zero: 0.0 }, false);
+            object.add(&joint, Tap { u, y, of_zero: 0.0, zero: 0 }, false);
         }
         let told = object.told(&joint).unwrap();
         let (ago, by) = object.apart(&joint, told.a.ln(), false).unwrap();
@@ -573,7 +620,7 @@ mod tests {
         for a in [25.0, 32.0, 41.0] {
             let y = POWER.value(a, 3.0);
             let mut object = Object::new(&joint);
-            object.add(&joint, Tap { u: 3.0, y, of_zero: 0.0 }, false);
+            object.add(&joint, Tap { u: 3.0, y, of_zero: 0.0, zero: 0 }, false);
             let (told, alone) = (object.told(&joint).unwrap(), inverse.at(3.0, false).find(y, 0.0).unwrap());
             assert!((told.a - alone.a).abs() < 0.05 * alone.sigma, "{told:?} {alone:?}");
             assert!((told.sigma / alone.sigma - 1.0).abs() < 0.03, "{told:?} {alone:?}");

@@ -133,11 +133,11 @@ pub struct Next {
     pub calibration: PathBuf,
     /// Taps of the object so far, as for locate; none: of its first tap
     pub readings: Option<PathBuf>,
-    /// The column that names the object
-    #[arg(long, value_name = "COLUMN", default_value = "object")]
-    pub object: String,
+    /// The column that names the object [default: object, where the file has it]
+    #[arg(long, value_name = "COLUMN", requires = "readings")]
+    pub object: Option<String>,
     /// Of several objects this one
-    #[arg(long, value_name = "WORD")]
+    #[arg(long, value_name = "WORD", requires = "readings")]
     pub only: Option<String>,
     /// Least and largest drive that the motor may do, degrees or mm [default: the calibrated ones]
     #[arg(long, value_name = "LO,HI", value_delimiter = ',', value_parser = number)]
