@@ -191,7 +191,7 @@ fn of_contact(record: &Record, rest: &Rest, contact: [usize; 2], take: Take) -> 
     let most = drives.map_or(0.0, |d| d.iter().fold(0.0_f64, |m, x| m.max(x.abs())));
     let length = last - first + 1;
     // Quiet around it: the samples next to it lie within the band, and so do their drives. A part of the contact, since a ramp of many samples is no plateau.
-    let window = rest.window.max(length / PARTS[usize::from(drives.is_some())]);
+    let window = STILL.max(length / PARTS[usize::from(drives.is_some())]);
     let bands = spreads(&rest.signal, window, contact);
     let moved = drives.map(|d| (spreads(d, window, contact), AWAY * noise(d)));
     let quiet = |k: usize| {

@@ -13,8 +13,10 @@ pub const STILL: usize = 5;
 const WINDOWS: [usize; 4] = [400, 800, 1600, 3200];
 /// The level may drift between two rests by this share of the contact between them.
 const DRIFT: f64 = 0.15;
-/// Drives up to this share of the largest, from the least, are none.
+/// Drives up to this share of the largest, from the least, are none; the least is that of a rest up to the other share: not every encoder has its zero
+/// where contact begins.
 const NONE: f64 = 0.02;
+const OFF: f64 = 0.1;
 
 /// What a record is without contact.
 pub struct Rest {
@@ -28,8 +30,6 @@ pub struct Rest {
     pub away: f64,
     /// First and last sample of each rest.
     pub blocks: Vec<[usize; 2]>,
-    /// Samples that are looked at together.
-    pub window: usize,
 }
 
 /// Standard deviation of the noise of samples: of their differences, most of which no tap makes; of a converter at least that of its step.
@@ -80,7 +80,7 @@ fn driven(record: &Record) -> Option<Vec<bool>> {
     let (_, drives) = record.drive.as_ref()?;
     let sizes = || drives.iter().map(|d| d.abs());
     let (least, most) = (sizes().fold(f64::INFINITY, f64::min), sizes().fold(0.0, f64::max));
-    let rests = least <= NONE * most || most == 0.0;
+    let rests = least <= OFF * most || most == 0.0;
     let limit = if rests { least + NONE * most } else { -1.0 };
     Some(sizes().map(|d| d > limit).collect())
 }
@@ -95,17 +95,15 @@ pub fn rest(record: &Record) -> Rest {
         let free = |k: usize| spreads[k] <= AWAY * noise && driven.as_ref().is_none_or(|driven| !driven[k]);
         let quiet = blocks_of(y.len(), window, free);
         // Where the drive is known it says what is no contact; else the level to which the signal comes back.
-        let blocks = if driven.is_some() { quiet } else { returns(&y, &quiet, AWAY * noise) };
-        (blocks, window)
+        if driven.is_some() { quiet } else { returns(&y, &quiet, AWAY * noise) }
     };
     let windows = WINDOWS.map(|parts| (y.len() / parts).max(STILL));
     let mut found = windows.into_iter().map(by);
-    let (blocks, window) =
-        found.find(|(blocks, _)| blocks.len() > 1).unwrap_or_else(|| by(windows[WINDOWS.len() - 1]));
+    let blocks = found.find(|blocks| blocks.len() > 1).unwrap_or_else(|| by(windows[WINDOWS.len() - 1]));
     let level = between(&y, &blocks);
     let span = y.iter().zip(&level).map(|(y, level)| (y - level).abs()).fold(0.0, f64::max);
     let away = (AWAY * noise).max(SHARE * span);
-    Rest { noise, signal: y, level, away, blocks, window }
+    Rest { noise, signal: y, level, away, blocks }
 }
 
 /// First and last of each run of samples that are `still`, `least` or more together.
