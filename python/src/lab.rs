@@ -8,7 +8,7 @@ use serde_json::json;
 use vibrissa::calibrate::{self as lab, Options, coverage, output, report};
 use vibrissa::error::{Error, InputError};
 use vibrissa::locate::{self, locator::opener};
-use vibrissa::measure::{Data, Names, Rig, Unit};
+use vibrissa::measure::{Data, Names, Rig};
 use vibrissa::scene::Drive;
 use vibrissa::simulate::{self as synthetic, Settings};
 use vibrissa::sink::folder::hash_all;
@@ -101,7 +101,7 @@ pub struct Added {
     factor: f64,
     drive_offset: f64,
     a_offset: f64,
-    signal: String,
+    signal: Option<String>,
 }
 
 /// Bytes of a row of synthetic measurements while their table is made: its text, in a buffer that may be twice as large, its fields, its columns.
@@ -120,10 +120,7 @@ pub fn simulate(
         let asked = Asked::new(path, text, "simulate")?;
         let spec = asked.read(spec::parse)?;
         let rig = Rig::of_spec(&spec, &asked.label)?;
-        let unit = Unit::of_column(&added.signal).ok_or_else(|| {
-            let known = Unit::ALL.map(Unit::column).join(", ");
-            InputError::new("there is no such signal").key("signal").value(&added.signal).allowed(known)
-        })?;
+        let unit = synthetic::recorded(&rig, added.signal.as_deref(), "signal")?;
         for (key, n) in [("repeats", Some(added.repeats)), ("zero_every", added.zero_every)] {
             if n == Some(0) {
                 return Err(InputError::new("this number is too small")

@@ -135,3 +135,18 @@ def test_the_next_tap_of_an_object(tmp_path):
     for bad in (dict(within=(5, 2)), dict(within=(90, 99)), dict(readings=[1.0]), dict(readings=[("a", 1.0)])):
         with pytest.raises(vibrissa.InputError):
             locator.next(**bad)
+
+
+def test_signals_of_a_sensor_at_the_root():
+    rig = dict(whisker=dict(D=10, d=4, L_a=50, root=dict(k_theta=1000)), gauge=dict(x_ss=5, l=2))
+    taps = dict(a=[21, 26, 31, 36, 41, 46], theta=[2, 4, 6])
+    both = vibrissa.sweep(**rig, sensor=dict(signal=["moment", "force"], noise=[0.02, 0.001]), tap=taps, estimate=dict(K=1)).tuples
+    assert np.allclose(both["distance_mm"], np.abs(both["signal_moment"] / both["signal_force"]), rtol=1e-6)
+    moment = dict(signal="moment", noise=0.01)
+    one = vibrissa.sweep(**rig, sensor=moment, tap=taps).tuples
+    assert np.allclose(one["signal"], both["signal_moment"], rtol=1e-5)
+    measured = vibrissa.simulate(**rig, sensor=moment, tap=taps, repeats=2, seed=2)
+    locator = vibrissa.Locator(vibrissa.calibrate(measured, **rig, sensor=moment))
+    found = locator.locate(4.0, locator.expected(33.0, 4.0))
+    assert abs(found.distance_mm - 33) < 0.3 and found.sigma_mm > 0
+    assert 2 <= vibrissa.tap(**rig, sensor=moment, tap=dict(a=[21, 33, 45], theta=[2, 6])).optimum["theta_deg"] <= 6

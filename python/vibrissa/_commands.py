@@ -98,7 +98,8 @@ def _unread(tuples: Any) -> list[str]:
     return [f"tuples: ignored columns {ignored}"] if ignored else []
 
 
-def sweep(spec: Spec = None, *, whisker: Section | None = None, gauge: Section | None = None, tap: Section | None = None,
+def sweep(spec: Spec = None, *, whisker: Section | None = None, gauge: Section | None = None, sensor: Section | None = None,
+          tap: Section | None = None,
           model: Section | None = None, estimate: Section | None = None, output: Section | None = None,
           run: Section | None = None, tuples: Any = None, name: str | None = None, progress: Progress = None) -> Sweep:
     """Evaluates a design space: designs × distances × tap angles by the exact rod, K, its spread, bias and noise of the distance.
@@ -116,6 +117,7 @@ def sweep(spec: Spec = None, *, whisker: Section | None = None, gauge: Section |
         spec: path of a spec, or a dict of its sections; keywords go before what it says.
         whisker: ``D``, ``d``, ``L_a``, or ``profile`` and ``scale``; ``hub``; ``exponent``, ``bore``, ``core``, ``curvature``, ``root``.
         gauge: ``x_ss``, ``l``; ``side``, ``noise_strain``, ``strain_limit``, ``factor``, ``second`` (a gauge 90° round the whisker).
+        sensor: ``signal``, "strain", "moment", "force", or a list of them, with ``noise``; or a ``matrix`` with its ``covariance``; ``fixed``.
         tap: ``a`` and ``theta``, or ``drive="displacement"`` with ``delta``; ``tilt``, ``lean`` of the object's edge, degrees.
         model: ``geometry``, ``shear``, ``extension``, ``surface``, ``pole_radius``, ``nu``, ``contact``, ``material``, ``clamp``, ``indentation``, ``section``, ``solid``.
         estimate: ``theory``, ``convention``, ``range``, ``K``.
@@ -139,20 +141,21 @@ def sweep(spec: Spec = None, *, whisker: Section | None = None, gauge: Section |
     Source: docs/model.md (Nguyen, Ngo, Nguyen and Ho, corrected and extended); every key: docs/reference.md.
     """
     sections: dict[str, Section | None] = {
-        "whisker": whisker, "gauge": gauge, "tap": tap, "model": model, "estimate": estimate, "output": output, "run": run}
+        "whisker": whisker, "gauge": gauge, "sensor": sensor, "tap": tap, "model": model, "estimate": estimate, "output": output, "run": run}
     with _asked(spec, tuples, sections) as (path, text, listed), shown(progress) as tell:
         result = Sweep(*_native.sweep(path, text, _name(spec, name, "sweep"), listed, tell))
     warn([*_unread(tuples), *(result.run.get("warnings") or ())])
     return result
 
 
-def tap(spec: Spec = None, *, whisker: Section | None = None, gauge: Section | None = None, tap: Section | None = None,
+def tap(spec: Spec = None, *, whisker: Section | None = None, gauge: Section | None = None, sensor: Section | None = None,
+        tap: Section | None = None,
         model: Section | None = None, estimate: Section | None = None, run: Section | None = None,
         objective: str = "distance") -> BestTap:
     """The best tap angle of one whisker over its distances, and what limits it.
 
     Args:
-        spec, whisker, gauge, tap, model, estimate, run: as of :func:`sweep`, one whisker; the interval is that of ``tap["theta"]``
+        spec, whisker, gauge, sensor, tap, model, estimate, run: as of :func:`sweep`, one whisker; the interval is that of ``tap["theta"]``
             (0.1 to 10 degrees if left out). Computed on the CPU in f64 unless ``run`` says otherwise.
         objective: ``"distance"`` makes total_rms_mm small (bias and noise; needs ``gauge["noise_strain"]``), ``"sd"`` K_sd.
 
@@ -164,7 +167,7 @@ def tap(spec: Spec = None, *, whisker: Section | None = None, gauge: Section | N
 
     Source: docs/search.md.
     """
-    sections = {"whisker": whisker, "gauge": gauge, "tap": tap, "model": model, "estimate": estimate, "run": run}
+    sections = {"whisker": whisker, "gauge": gauge, "sensor": sensor, "tap": tap, "model": model, "estimate": estimate, "run": run}
     path, text = resolve(spec, sections)
     if not isinstance(objective, str):
         raise InputError("unknown word", key="objective", value=short(objective), allowed='"distance", "sd"')
@@ -192,13 +195,14 @@ class Step(NamedTuple):
     """Whether it keeps the limits."""
 
 
-def optimise(spec: Spec = None, *, whisker: Section | None = None, gauge: Section | None = None, tap: Section | None = None,
+def optimise(spec: Spec = None, *, whisker: Section | None = None, gauge: Section | None = None, sensor: Section | None = None,
+             tap: Section | None = None,
              model: Section | None = None, estimate: Section | None = None, optimise: Section | None = None,
              run: Section | None = None, name: str | None = None, callback: Callable[[Step], object] | None = None) -> Search:
     """Searches the design that tells distance best within the limits of a rig.
 
     Args:
-        spec, whisker, gauge, tap, model, estimate, run: as of :func:`sweep`; what is varied may be left out of its section.
+        spec, whisker, gauge, sensor, tap, model, estimate, run: as of :func:`sweep`; what is varied may be left out of its section.
         optimise: ``objective`` ("sd", "distance", "weighted", "pareto"), ``variables`` (dict(D=[8, 12], theta=[0.5, 10], …)),
             ``limits`` (strain, force_N, unambiguous, tip_not_wider), ``weights``, ``robust``, ``seed``,
             ``budget`` (dict(evaluations=…, seconds=…)).
@@ -215,7 +219,7 @@ def optimise(spec: Spec = None, *, whisker: Section | None = None, gauge: Sectio
 
     Source: docs/search.md.
     """
-    sections = {"whisker": whisker, "gauge": gauge, "tap": tap, "model": model, "estimate": estimate, "optimise": optimise, "run": run}
+    sections = {"whisker": whisker, "gauge": gauge, "sensor": sensor, "tap": tap, "model": model, "estimate": estimate, "optimise": optimise, "run": run}
     path, text = resolve(spec, sections)
     if callback is not None and not callable(callback):
         raise InputError("this cannot be called", key="callback", value=short(callback), allowed="a function of a Step")

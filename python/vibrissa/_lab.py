@@ -15,7 +15,8 @@ from ._results import Calibration, Simulation
 from ._spec import Section, Spec, given, number, resolve, whole, word
 
 
-def calibrate(data: Any, spec: Spec = None, *, whisker: Section | None = None, gauge: Section | None = None, tap: Section | None = None,
+def calibrate(data: Any, spec: Spec = None, *, whisker: Section | None = None, gauge: Section | None = None, sensor: Section | None = None,
+              tap: Section | None = None,
               model: Section | None = None, estimate: Section | None = None, run: Section | None = None,
               theta: float | None = None, delta: float | None = None, columns: dict[str, str] | str | None = None,
               group: float | tuple[float, float] | None = None, fit: tuple[str, ...] | list[str] = ()) -> Calibration:
@@ -24,7 +25,7 @@ def calibrate(data: Any, spec: Spec = None, *, whisker: Section | None = None, g
     Args:
         data: DataFrame (pandas, polars), pyarrow Table, dict of columns, what :func:`simulate` gave or path of a CSV file, with ``a_mm``, ``theta_deg`` (or
             ``delta_mm``) and one of ``strain``, ``microstrain``, ``bridge_mV_per_V``, ``reading``. Rows with drive 0 are zero readings.
-        spec, whisker, gauge, tap, model, estimate, run: the whisker, as of :func:`sweep`, one number each; without any, the estimators
+        spec, whisker, gauge, sensor, tap, model, estimate, run: the whisker, as of :func:`sweep`, one number each; without any, the estimators
             that need nothing but the data.
         theta, delta: the drive of every row, where no column says.
         columns: columns under other names, ``dict(a="dist", theta="angle", reading="ch3")``.
@@ -40,7 +41,7 @@ def calibrate(data: Any, spec: Spec = None, *, whisker: Section | None = None, g
     Source: docs/calibration.md.
     """
     label, table = csv(data, "data", columns)[:2]
-    sections = {"whisker": whisker, "gauge": gauge, "tap": tap, "model": model, "estimate": estimate, "run": run}
+    sections = {"whisker": whisker, "gauge": gauge, "sensor": sensor, "tap": tap, "model": model, "estimate": estimate, "run": run}
     path, text = resolve(spec, sections)
     widths = [] if group is None else [number("group", w) for w in (group if isinstance(group, (list, tuple, np.ndarray)) else [group])]
     if not isinstance(fit, (str, list, tuple)):
@@ -55,15 +56,16 @@ def calibrate(data: Any, spec: Spec = None, *, whisker: Section | None = None, g
     return result
 
 
-def simulate(spec: Spec = None, *, whisker: Section | None = None, gauge: Section | None = None, tap: Section | None = None,
+def simulate(spec: Spec = None, *, whisker: Section | None = None, gauge: Section | None = None, sensor: Section | None = None,
+             tap: Section | None = None,
              model: Section | None = None, run: Section | None = None, repeats: int = 1, noise: float | None = None, seed: int = 1,
              zero_every: int | None = None, drift: float = 0.0, outliers: float = 0.0, saturate: float | None = None,
              hysteresis: float = 0.0, factor: float = 1.0, drive_offset: float = 0.0, a_offset: float = 0.0,
-             signal: str = "strain") -> Simulation:
+             signal: str | None = None) -> Simulation:
     """Synthetic measurements of one whisker from the exact model: what :func:`calibrate` reads. They are no evidence about a real sensor.
 
     Args:
-        spec, whisker, gauge, tap, model, run: as of :func:`sweep`, one whisker.
+        spec, whisker, gauge, sensor, tap, model, run: as of :func:`sweep`, one whisker.
         repeats: taps of each distance and drive.
         noise: standard deviation of one reading, strain; ``gauge["noise_strain"]`` by default.
         seed: of everything random.
@@ -74,18 +76,18 @@ def simulate(spec: Spec = None, *, whisker: Section | None = None, gauge: Sectio
         hysteresis: share of the last tap's strain that is still there, 0 … 1.
         factor: signal per strain.
         drive_offset, a_offset: tapped by this much more than the label says, degrees or mm, and mm.
-        signal: ``"strain"``, ``"microstrain"``, ``"bridge_mV_per_V"`` or ``"reading"``.
+        signal: ``"strain"``, ``"microstrain"``, ``"bridge_mV_per_V"``, ``"reading"``, ``"moment_Nmm"`` or ``"force_N"``; by default that of ``sensor``.
 
     Returns:
         :class:`Simulation`.
     """
-    path, text = resolve(spec, {"whisker": whisker, "gauge": gauge, "tap": tap, "model": model, "run": run})
+    path, text = resolve(spec, {"whisker": whisker, "gauge": gauge, "sensor": sensor, "tap": tap, "model": model, "run": run})
     numbers = dict(drift=drift, outliers=outliers, hysteresis=hysteresis, factor=factor, drive_offset=drive_offset, a_offset=a_offset)
     # That of the drive is degrees or mm, as the spec has it: a number says it.
     units = dict(drift="", outliers="", hysteresis="", factor="", drive_offset=None, a_offset="mm")
     added = types.SimpleNamespace(
         repeats=whole("repeats", repeats), seed=whole("seed", seed), zero_every=given(whole, "zero_every", zero_every),
-        noise=given(number, "noise", noise, ""), saturate=given(number, "saturate", saturate, ""), signal=word("signal", signal),
+        noise=given(number, "noise", noise, ""), saturate=given(number, "saturate", saturate, ""), signal=given(word, "signal", signal),
         **{key: number(key, value, units[key]) for key, value in numbers.items()})
     result = Simulation(*_native.simulate(path, text, added))
     warn(result.run.get("warnings") or ())

@@ -15,13 +15,14 @@ from ._spec import Section, Spec, whole
 _NODES = (3, 10_001)
 
 
-def shape(spec: Spec = None, *, whisker: Section | None = None, gauge: Section | None = None, tap: Section | None = None,
+def shape(spec: Spec = None, *, whisker: Section | None = None, gauge: Section | None = None, sensor: Section | None = None,
+          tap: Section | None = None,
           model: Section | None = None, estimate: Section | None = None, output: Section | None = None, run: Section | None = None,
           tuples: Any = None, name: str | None = None, nodes: int = 101, progress: Progress = None) -> Shapes:
     """The bent whisker of each tap, section by section: where it lies, which way it points, how strained its touching side is.
 
     Args:
-        spec, whisker, gauge, tap, model, estimate, output, run, tuples, name, progress: as of :func:`sweep`; 10 000 taps at most, of an exact
+        spec, whisker, gauge, sensor, tap, model, estimate, output, run, tuples, name, progress: as of :func:`sweep`; 10 000 taps at most, of an exact
             model. Solved by the reference unless ``run`` names a ``backend``, a ``precision`` or an ``adapter``.
         nodes: sections from clamp to contact, 3 to 10 001; two more from there to the tip.
 
@@ -35,7 +36,7 @@ def shape(spec: Spec = None, *, whisker: Section | None = None, gauge: Section |
     Source: docs/model.md §3, §6.
     """
     sections: dict[str, Section | None] = {
-        "whisker": whisker, "gauge": gauge, "tap": tap, "model": model, "estimate": estimate, "output": output, "run": run}
+        "whisker": whisker, "gauge": gauge, "sensor": sensor, "tap": tap, "model": model, "estimate": estimate, "output": output, "run": run}
     least, most = _NODES
     with _asked(spec, tuples, sections) as (path, text, listed), shown(progress) as tell:
         result = Shapes(*_native.shape(path, text, _name(spec, name, "shape"), whole("nodes", nodes, most, least), listed, tell))

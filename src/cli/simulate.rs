@@ -5,7 +5,7 @@ use std::time::Instant;
 use serde_json::json;
 use vibrissa::error::{Error, InputError};
 use vibrissa::locate::locator::opener;
-use vibrissa::measure::{Rig, Unit};
+use vibrissa::measure::Rig;
 use vibrissa::simulate::{self, Asked, Settings};
 use vibrissa::sink::folder::{Folder, Question};
 use vibrissa::sink::run_json;
@@ -97,18 +97,7 @@ fn settings(args: &Simulate, rig: &Rig) -> Result<Settings, InputError> {
             ("--object", args.object.is_some(), allowed),
         ])?;
     }
-    let unit = match &args.signal {
-        None => Unit::of_signal(rig.setup.signal),
-        Some(name) => Unit::of_column(name).ok_or_else(|| {
-            let known = Unit::ALL.map(Unit::column).join(", ");
-            InputError::new("there is no such signal").key("--signal").value(name).allowed(known)
-        })?,
-    };
-    if let Some(other) = unit.signal().filter(|signal| *signal != rig.setup.signal) {
-        let error = InputError::new("the sensor of the spec shows another signal").key("--signal");
-        let allowed = format!("signal = \"{}\" in [sensor] of the spec", other.word());
-        return Err(error.value(unit.column()).allowed(allowed));
-    }
+    let unit = simulate::recorded(rig, args.signal.as_deref(), "--signal")?;
     let settings = Settings {
         repeats: args.repeats,
         noise: args.noise.or(rig.setup.gauge.noise_strain).unwrap_or(0.0),

@@ -25,6 +25,24 @@ pub const BESIDE: [&str; 4] = ["repeat", "source", "fault", "status"];
 /// Most rows of one table: random numbers of a row are told by its number.
 pub const MOST_ROWS: u64 = u32::MAX as u64;
 
+/// What a rig of `rig` records: the `asked` column, which `key` names, else that of its sensor.
+///
+/// # Errors
+/// A column that is none; one of another signal than that of the sensor.
+pub fn recorded(rig: &Rig, asked: Option<&str>, key: &str) -> Result<Unit, InputError> {
+    let Some(name) = asked else { return Ok(Unit::of_signal(rig.setup.signal)) };
+    let unit = Unit::of_column(name).ok_or_else(|| {
+        let known = Unit::ALL.map(Unit::column).join(", ");
+        InputError::new("there is no such signal").key(key).value(name).allowed(known)
+    })?;
+    if let Some(other) = unit.signal().filter(|signal| *signal != rig.setup.signal) {
+        let error = InputError::new("the sensor of the spec shows another signal").key(key);
+        let allowed = format!("signal = \"{}\" in [sensor] of the spec", other.word());
+        return Err(error.value(unit.column()).allowed(allowed));
+    }
+    Ok(unit)
+}
+
 /// Taps solved at a time.
 const BATCH: usize = 1 << 14;
 
