@@ -156,8 +156,7 @@ class Locator:
         columns = np.array(pairs, dtype=float).reshape(-1, 2).T.copy()
         taps, now, best, status, tried = self._native.next(columns[0], columns[1], (lo, hi), flag("same_run", same_run))
         table = np.array([t[:2] for t in tried], dtype=float).reshape(-1, 2)
-        known = lambda x: None if np.isnan(x) else x
-        return NextTap(taps, known(now[0]), now[1], known(now[2]), known(best[0]), known(best[1]), known(best[2]), Status(status), table[:, 0], table[:, 1],
+        return NextTap(taps, _known(now[0]), now[1], _known(now[2]), _known(best[0]), _known(best[1]), _known(best[2]), Status(status), table[:, 0], table[:, 1],
                        np.array([t[2] for t in tried], dtype=np.uint16))
 
     @staticmethod
@@ -223,6 +222,11 @@ class Locator:
         if only is None:
             raise InputError("the drive of the tap is missing", key="drive", allowed=f"{self._native.drive} of each reading")
         return only
+
+
+def _known(x: float) -> float | None:
+    """A number that is none where it is not known."""
+    return None if np.isnan(x) else x
 
 
 def calibration_text(calibration: Calibration | str | os.PathLike[str]) -> tuple[str, str]:
