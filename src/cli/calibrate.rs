@@ -131,9 +131,7 @@ fn exported(
     let export = Export::new(asked.as_ref().unwrap_or(won), &calibration);
     let export = export.map_err(|e| proposing(e, &calibration, &open))?;
     for (_, language, _) in Language::ALL.into_iter().filter(|l| args.export.contains(&l.1)) {
-        let mut file = folder.file(language.file())?;
-        file.write(export.text(language).as_bytes())?;
-        file.close()?;
+        folder.put(language.file(), export.text(language).as_bytes())?;
     }
     Ok(())
 }

@@ -46,9 +46,7 @@ pub fn run(args: &Chart) -> Result<Reply, Error> {
     let found = chart::of_study(&spec.study, tolerance, &NEVER).map_err(at)?;
     let question = Question::of_scene("chart", &spec, json!({ "tolerance": tolerance }));
     let mut folder = Folder::open(&out, question, &[FILE], options.force == Some(true))?;
-    let mut file = folder.file(FILE)?;
-    file.write(document(setup, &found).to_string().as_bytes())?;
-    file.close()?;
+    folder.put(FILE, document(setup, &found).to_string().as_bytes())?;
     let summary = Summary::of(&found, setup.drive);
     let without: Vec<f64> = distances
         .iter()

@@ -77,9 +77,7 @@ pub fn run(args: &Cluster) -> Result<Reply, Error> {
     let names: Vec<&str> = SCRIPTS.iter().map(|(name, _)| *name).collect();
     let mut folder = Folder::open(&out, question, &names, args.common.force)?;
     for (name, template) in SCRIPTS {
-        let mut file = folder.file(name)?;
-        file.write(filled(template, &fill).as_bytes())?;
-        file.close()?;
+        folder.put(name, filled(template, &fill).as_bytes())?;
     }
     let body = json!({ "in_force": Value::Null, "seconds": { "total": 0.0 }, "cluster": asked });
     folder.run_json(&run_json::document("cluster", run_json::spec(&spec), body))?;

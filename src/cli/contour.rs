@@ -73,9 +73,7 @@ pub fn run(args: &Contour) -> Result<Reply, Error> {
     for (name, bytes) in
         [("points.csv", &traced.points), ("curve.csv", &traced.curve)].into_iter().chain(drawn)
     {
-        let mut file = folder.file(name)?;
-        file.write(bytes)?;
-        file.close()?;
+        folder.put(name, bytes)?;
     }
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
     folder.run_json(&traced.document(&stem, &seconds))?;

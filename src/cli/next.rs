@@ -76,9 +76,7 @@ pub fn run(args: &args::Next) -> Result<Reply, Error> {
     let table = table(&found, drive).into_bytes();
     let drawn = drawn.iter().map(|(_, bytes)| ("next.svg", bytes));
     for (name, bytes) in std::iter::once(("next.csv", &table)).chain(drawn) {
-        let mut file = folder.file(name)?;
-        file.write(bytes)?;
-        file.close()?;
+        folder.put(name, bytes)?;
     }
     let result = result(&found, drive, &lines);
     let counts = json!({ "taps": found.taps, "rows": found.tried.len() });

@@ -59,9 +59,7 @@ pub fn calibrate(
     for (name, bytes) in
         [("calibration.toml", found.sensor.to_text().into_bytes()), ("channels.csv", found.table()?)]
     {
-        let mut file = folder.file(name)?;
-        file.write(&bytes)?;
-        file.close()?;
+        folder.put(name, &bytes)?;
     }
     let (text, result) = told(&found);
     let counts = json!({ "rows": found.data[0].rows.len(), "taps": found.taps.len(), "used": found.taps.iter().filter(|t| t.used).count() });
@@ -177,9 +175,7 @@ pub fn locate(
             *status.entry(word.to_owned()).or_default() += 1;
         }
     }
-    let mut file = folder.file("located.csv")?;
-    file.write(&table)?;
-    file.close()?;
+    folder.put("located.csv", &table)?;
     let counts = json!({ "readings": rows.len(), "zero_readings": rows.iter().filter(|r| r.each[0].rests).count(), "status": status });
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
     folder.run_json(&run_json::document(

@@ -48,9 +48,7 @@ pub fn run(args: &Shape) -> Result<Reply, Error> {
     });
     let (counts, tables) = made?;
     for (name, bytes) in tables {
-        let mut file = folder.file(name)?;
-        file.write(&bytes)?;
-        file.close()?;
+        folder.put(name, &bytes)?;
     }
     let counted = counts.described();
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });

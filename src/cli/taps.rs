@@ -49,9 +49,7 @@ pub fn run(args: &Taps) -> Result<Reply, Error> {
     let tables = [output::taps(&record, &readings, &labels), output::readings(&record, &readings)];
     let tables = tables.into_iter().map(String::into_bytes).chain(drawn.into_iter().map(|(_, bytes)| bytes));
     for (name, bytes) in FILES.iter().zip(tables) {
-        let mut file = folder.file(name)?;
-        file.write(&bytes)?;
-        file.close()?;
+        folder.put(name, &bytes)?;
     }
     let count = |kind: Kind| readings.iter().filter(|r| r.kind == kind).count();
     let [rests, plateaus, peaks] = [Kind::Rest, Kind::Plateau, Kind::Peak].map(count);

@@ -69,9 +69,7 @@ pub(super) fn run(found: &[(Shard, PathBuf)], out: PathBuf, force: bool) -> Resu
             }
             _ => bytes(best, name)?,
         };
-        let mut file = folder.file(name)?;
-        file.write(&bytes)?;
-        file.close()?;
+        folder.put(name, &bytes)?;
     }
     let sum = |key: &str| parts.iter().filter_map(|part| part.run["counts"][key].as_u64()).sum::<u64>();
     for key in COUNTS {

@@ -124,9 +124,7 @@ pub fn document(spec: &Spec, report: &Report) -> Value {
 
 /// `tap.csv` and `run.json`.
 pub fn all(spec: &Spec, report: &Report, folder: &mut Folder) -> Result<(), Error> {
-    let mut file = folder.file("tap.csv")?;
-    file.write(&table(&spec.study, report)?)?;
-    file.close()?;
+    folder.put("tap.csv", &table(&spec.study, report)?)?;
     folder.run_json(&document(spec, report))
 }
 

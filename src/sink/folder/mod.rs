@@ -258,6 +258,16 @@ impl Folder {
         Ok(Output::new(file, name, self.target.join(name), self.closed.clone()))
     }
 
+    /// A whole file of the result.
+    ///
+    /// # Errors
+    /// A disk that fails.
+    pub fn put(&mut self, name: &str, bytes: &[u8]) -> Result<(), Error> {
+        let mut file = self.file(name)?;
+        file.write(bytes)?;
+        file.close()
+    }
+
     /// A file of the result that a stopped run began; `None` where its bytes are not those that `mark` knows.
     pub fn file_again(&mut self, name: &str, mark: &Mark) -> Result<Option<Output>, Error> {
         let path = self.partial.path().join(name);

@@ -1,0 +1,228 @@
+//! Several taps of one object: one posterior of its distance.
+//!
+//! What one calibration and one run move, they move in all taps of an object. With these shared numbers s ~ N(0, 1) a signal at the distance a is
+//! y_i = m_i(a) + l_i(a)·s + e_i, e_i ~ N(0, d_i), so that at each of the points in ln a all taps together are told by A = 1 + Σ l lᵀ/d,
+//! b = Σ l (y − m)/d and c = Σ (y − m)²/d + ln d:
+//!
+//! −2 ln p(y | a) = c − bᵀ A⁻¹ b + ln det A.
+//!
+//! A, b and c are sums, so that a tap more costs the same after a thousand as after one. The product of single posteriors would count what is shared
+//! once for each tap, and be too sure.
+
+mod modes;
+mod object;
+#[cfg(test)]
+mod tests;
+
+use crate::base::Base;
+use crate::curve::{Curve, OF_RUN};
+use crate::invert::{Inverse, POINTS, prior};
+pub use object::Object;
+
+/// Shared numbers that move no signal by more than this share of its variance count as noise.
+const SMALL: f64 = 1e-4;
+/// Standard deviations on either side of a mode that are looked at.
+const WINDOW: f64 = 6.0;
+/// Points of the polynomial between points.
+const NEAR: usize = 6;
+/// Taps at most among which one that contradicts the others is looked for.
+const JUDGED: usize = 256;
+/// Standard deviation in ln a that is as good as none: the distance is free where taps are compared.
+const FREE: f64 = 10.0;
+/// Mass below which a mode is none.
+const NONE: f64 = 1e-9;
+/// Mass below which another mode is no answer.
+pub const SECOND: f64 = 0.05;
+
+/// Signals of taps and what moves them, over ln a, at some drives.
+#[derive(Debug, Clone)]
+pub struct Joint {
+    inverse: Inverse,
+    /// Of each node and point: signal/u, variance of noise/u², shared numbers/u.
+    table: Vec<Vec<f64>>,
+    /// Which of the shared numbers are those of a new run.
+    of_run: Vec<bool>,
+}
+
+/// One tap.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tap {
+    /// The drive.
+    pub u: f64,
+    /// The signal.
+    pub y: f64,
+    /// Variance that its own zero brings.
+    pub of_zero: f64,
+    /// Which zero that is: taps above the same one share its error.
+    pub zero: u64,
+}
+
+/// A distance that is likely.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mode {
+    /// ln a at its highest.
+    pub at: f64,
+    /// Standard deviation in ln a there.
+    pub sd: f64,
+    /// Its share of the posterior.
+    pub share: f64,
+}
+
+/// What the taps of an object tell.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Told {
+    /// The distance, mm: the median of the mode that is answered.
+    pub a: f64,
+    /// Half of its 68 % interval, mm.
+    pub sigma: f64,
+    /// Another distance that fits, mm.
+    pub near: Option<f64>,
+}
+
+impl Joint {
+    /// Of `curve` over its base, at the points of `inverse`, which is of the same.
+    pub fn new(curve: &Curve, base: &Base<'_>, tared: bool, inverse: &Inverse) -> Self {
+        let [from, step] = inverse.grid;
+        let width = 2 + curve.shared();
+        let mut table: Vec<Vec<f64>> = Vec::new();
+        for u in inverse.nodes.iter().map(|u| u.exp()) {
+            let mut all = Vec::with_capacity(POINTS * width);
+            for k in 0..POINTS {
+                let mut shared = Vec::with_capacity(width);
+                let a = (from + step * k as f64).exp();
+                let [signal, noise] = curve.moved(base, (a, u - inverse.offset), tared, &mut shared);
+                all.extend([signal / u, noise / (u * u)]);
+                all.extend(shared.iter().map(|x| x / u));
+            }
+            table.push(all);
+        }
+        let n = curve.shared();
+        let mut joint =
+            Self { inverse: inverse.clone(), table, of_run: (0..n).map(|k| k + OF_RUN >= n).collect() };
+        joint.continued();
+        joint.prune();
+        joint
+    }
+
+    fn width(&self) -> usize {
+        2 + self.of_run.len()
+    }
+
+    /// Where the base has no value at a node, the signal is that which [`Inverse`] continues to, and what moves it that of the nearest node.
+    fn continued(&mut self) {
+        let width = self.width();
+        for k in 0..POINTS {
+            let at = k * width..(k + 1) * width;
+            let whole = |row: &Vec<f64>| row[at.clone()].iter().all(|x| x.is_finite());
+            let known: Vec<usize> = (0..self.table.len()).filter(|j| whole(&self.table[*j])).collect();
+            for j in (0..self.table.len()).filter(|j| !known.contains(j)) {
+                let nearest = known.iter().min_by_key(|i| i.abs_diff(j));
+                let mut values = match nearest {
+                    Some(i) => self.table[*i][at.clone()].to_vec(),
+                    None => vec![0.0; width],
+                };
+                values[0] = self.inverse.table[j][k][0];
+                self.table[j][at.clone()].copy_from_slice(&values);
+            }
+        }
+    }
+
+    /// Counts shared numbers that move little as noise.
+    fn prune(&mut self) {
+        let (width, n) = (self.width(), self.of_run.len());
+        let mut largest = vec![0.0_f64; n];
+        for point in self.table.iter().flat_map(|row| row.chunks(width)) {
+            let all = point[1] + point[2..].iter().map(|x| x * x).sum::<f64>();
+            for (most, x) in largest.iter_mut().zip(&point[2..]) {
+                *most = most.max(if all > 0.0 { x * x / all } else { 0.0 });
+            }
+        }
+        let kept: Vec<usize> = (0..n).filter(|k| largest[*k] > SMALL).collect();
+        for row in &mut self.table {
+            let fewer = row.chunks(width).flat_map(|point| {
+                let gone = (0..n).filter(|k| !kept.contains(k)).map(|k| point[2 + k].powi(2)).sum::<f64>();
+                let own = kept.iter().map(|k| point[2 + k]);
+                [point[0], point[1] + gone].into_iter().chain(own).collect::<Vec<f64>>()
+            });
+            *row = fewer.collect();
+        }
+        self.of_run = kept.iter().map(|k| self.of_run[*k]).collect();
+    }
+
+    /// Signal, variance of its noise, and shared numbers of the tap `u` at the points `from` and those after it; of a known run where `same_run`.
+    fn slice(&self, u: f64, same_run: bool, points: std::ops::Range<usize>) -> Vec<f64> {
+        let u = u + self.inverse.offset;
+        let (width, weights) = (self.width(), self.inverse.weights(u));
+        let mut all = vec![0.0; points.len() * width];
+        for (w, row) in weights.iter().zip(&self.table) {
+            let row = &row[points.start * width..points.end * width];
+            all.iter_mut().zip(row).for_each(|(sum, x)| *sum += w * x);
+        }
+        for point in all.chunks_mut(width) {
+            point[0] *= u;
+            point[1] = (point[1] * u * u).max(f64::MIN_POSITIVE);
+            for (x, of_run) in point[2..].iter_mut().zip(&self.of_run) {
+                *x *= if *of_run && same_run { 0.0 } else { u };
+            }
+        }
+        all
+    }
+
+    fn x(&self, k: usize) -> f64 {
+        self.inverse.grid[0] + self.inverse.grid[1] * k as f64
+    }
+
+    /// ln of the prior at ln a = x, flat in mm.
+    fn prior(&self, x: f64) -> f64 {
+        prior(self.inverse.ends, x).ln() + x
+    }
+}
+
+impl Joint {
+    /// The first of [`NEAR`] points around ln a = x, and how far beyond it, in steps.
+    fn place(&self, x: f64) -> (usize, f64) {
+        let s = ((x - self.inverse.grid[0]) / self.inverse.grid[1]).clamp(0.0, (POINTS - 1) as f64);
+        let k = (s as usize + 1).saturating_sub(NEAR / 2).min(POINTS - NEAR);
+        (k, s - k as f64)
+    }
+
+    /// Residual, variance of its noise, and shared numbers of `tap` at ln a = x, the last of them the distance.
+    fn local(&self, tap: &Tap, x: f64, same_run: bool) -> (f64, f64, Vec<f64>) {
+        let (k, t) = self.place(x);
+        let slice = self.slice(tap.u, same_run, k..k + NEAR);
+        let width = self.width();
+        let (values, slopes) = (lagrange(t), slopes(t));
+        let of = |column: usize, weights: &[f64; NEAR]| {
+            weights.iter().zip(slice.chunks(width)).map(|(w, point)| w * point[column]).sum::<f64>()
+        };
+        let mut shared: Vec<f64> = (2..width).map(|column| of(column, &values)).collect();
+        shared.push(FREE * of(0, &slopes) / self.inverse.grid[1]);
+        (tap.y - of(0, &values), of(1, &values).max(f64::MIN_POSITIVE), shared)
+    }
+
+    /// The signal of a tap by the drive `u` at ln a = x.
+    pub fn signal(&self, u: f64, x: f64) -> f64 {
+        let (k, t) = self.place(x);
+        let slice = self.slice(u, true, k..k + NEAR);
+        lagrange(t).iter().zip(slice.chunks(self.width())).map(|(w, point)| w * point[0]).sum()
+    }
+}
+
+/// Weights of the values at 0, 1 … of the polynomial through them, at t.
+fn lagrange(t: f64) -> [f64; NEAR] {
+    std::array::from_fn(|i| {
+        let others = (0..NEAR).filter(|j| *j != i);
+        others.map(|j| (t - j as f64) / (i as f64 - j as f64)).product()
+    })
+}
+
+/// Those of its slope.
+fn slopes(t: f64) -> [f64; NEAR] {
+    std::array::from_fn(|i| {
+        let term = |m: usize| {
+            let others = (0..NEAR).filter(|j| *j != i && *j != m);
+            others.map(|j| (t - j as f64) / (i as f64 - j as f64)).product::<f64>() / (i as f64 - m as f64)
+        };
+        (0..NEAR).filter(|m| *m != i).map(term).sum()
+    })
+}

@@ -1,0 +1,216 @@
+//! The taps of one object, as sums over ln a.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::modes::{at, modes, spread};
+use super::{JUDGED, Joint, Mode, SECOND, Tap, Told, WINDOW};
+use crate::invert::{FINE, POINTS, QUANTILES, quantile};
+
+/// The taps of one object so far.
+#[derive(Debug, Clone)]
+pub struct Object {
+    taps: Vec<Tap>,
+    count: usize,
+    /// The zero whose error is the last shared number.
+    zero: Option<u64>,
+    /// A, b and c at each point.
+    points: Vec<(DMatrix<f64>, DVector<f64>, f64)>,
+}
+
+impl Object {
+    /// Of no tap.
+    pub fn new(joint: &Joint) -> Self {
+        let n = joint.of_run.len() + 1;
+        let point = (DMatrix::identity(n, n), DVector::zeros(n), 0.0);
+        Self { taps: Vec::new(), count: 0, zero: None, points: vec![point; POINTS] }
+    }
+
+    /// Taps so far.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Adds `tap`; of a known run where `same_run`.
+    pub fn add(&mut self, joint: &Joint, tap: Tap, same_run: bool) {
+        self.weigh(joint, tap, same_run, 1.0);
+        self.count += 1;
+        if self.taps.len() == JUDGED {
+            self.taps.remove(0);
+        }
+        self.taps.push(tap);
+    }
+
+    /// Ends what is shared by taps above one zero: its error is integrated over, and the number is free for that of another one.
+    fn let_zero_go(&mut self) {
+        for (a, b, c) in &mut self.points {
+            let last = b.len() - 1;
+            let (own, of) = (a[(last, last)], b[last]);
+            let column = a.column(last).into_owned();
+            a.ger(-1.0 / own, &column, &column, 1.0);
+            b.axpy(-of / own, &column, 1.0);
+            *c += own.ln() - of * of / own;
+            a.row_mut(last).fill(0.0);
+            a.column_mut(last).fill(0.0);
+            (a[(last, last)], b[last]) = (1.0, 0.0);
+        }
+    }
+
+    /// Adds `times` taps like `tap` to the sums.
+    fn weigh(&mut self, joint: &Joint, tap: Tap, same_run: bool, times: f64) {
+        if self.zero.replace(tap.zero).is_some_and(|zero| zero != tap.zero) {
+            self.let_zero_go();
+        }
+        let slice = joint.slice(tap.u, same_run, 0..POINTS);
+        let width = joint.width();
+        let mut shared = DVector::zeros(width - 1);
+        for (point, (a, b, c)) in slice.chunks(width).zip(&mut self.points) {
+            let (r, d) = (tap.y - point[0], point[1]);
+            shared.rows_mut(0, width - 2).copy_from_slice(&point[2..]);
+            // Taps above one zero share its error.
+            shared[width - 2] = tap.of_zero.sqrt();
+            a.ger(times / d, &shared, &shared, 1.0);
+            b.axpy(times * r / d, &shared, 1.0);
+            *c += times * (r * r / d + d.ln());
+        }
+    }
+
+    /// ln of the posterior at each point.
+    fn heights(&self, joint: &Joint) -> Vec<f64> {
+        let height = |(k, (a, b, c)): (usize, &(DMatrix<f64>, DVector<f64>, f64))| {
+            let Some(factor) = a.clone().cholesky() else { return f64::NEG_INFINITY };
+            let ln_det = 2.0 * factor.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>();
+            joint.prior(joint.x(k)) - 0.5 * (c - b.dot(&factor.solve(b)) + ln_det)
+        };
+        self.points.iter().enumerate().map(height).collect()
+    }
+
+    /// Distances that are likely, the farthest first.
+    pub fn modes(&self, joint: &Joint) -> Vec<Mode> {
+        modes(joint, &self.heights(joint))
+    }
+
+    /// What all taps tell; `None` where nothing is likely.
+    pub fn told(&self, joint: &Joint) -> Option<Told> {
+        let heights = self.heights(joint);
+        let modes = modes(joint, &heights);
+        let mode = modes.iter().find(|mode| mode.share >= SECOND)?;
+        let others = modes.iter().filter(|other| other.at != mode.at && other.share >= SECOND);
+        let near = others.max_by(|a, b| a.share.total_cmp(&b.share)).map(|other| other.at.exp());
+        // Up to half of the way to its neighbours.
+        let between = |other: &Mode| 0.5 * (other.at + mode.at);
+        let lower = modes.iter().filter(|m| m.at < mode.at).map(between).fold(joint.x(0), f64::max);
+        let upper = modes.iter().filter(|m| m.at > mode.at).map(between).fold(joint.x(POINTS - 1), f64::min);
+        let [from, to] = [(mode.at - WINDOW * mode.sd).max(lower), (mode.at + WINDOW * mode.sd).min(upper)];
+        let step = (to - from) / (FINE - 1) as f64;
+        let fine: [f64; FINE] = std::array::from_fn(|k| at(joint, &heights, from + step * k as f64));
+        let top = fine.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let density = fine.map(|x| (x - top).exp());
+        let [lo, middle, hi] = QUANTILES.map(|share| quantile(&density, from, step, share));
+        let told = Told { a: middle.exp(), sigma: 0.5 * (hi.exp() - lo.exp()), near };
+        (told.a.is_finite() && told.sigma > 0.0).then_some(told)
+    }
+
+    /// Expected root mean square deviation from the mean of the posterior, mm.
+    pub fn spread(&self, joint: &Joint) -> f64 {
+        let heights = self.heights(joint);
+        let modes = modes(joint, &heights);
+        let step = joint.inverse.grid[1];
+        if modes.iter().all(|mode| mode.sd < 2.0 * step) {
+            return spread(&modes);
+        }
+        let top = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let all: Vec<(f64, f64)> =
+            heights.iter().enumerate().map(|(k, h)| (joint.x(k).exp(), (h - top).exp())).collect();
+        let mass: f64 = all.iter().map(|p| p.1).sum();
+        let mean = all.iter().map(|p| p.0 * p.1).sum::<f64>() / mass;
+        (all.iter().map(|p| (p.0 - mean).powi(2) * p.1).sum::<f64>() / mass).sqrt()
+    }
+
+    /// Of the last taps the one that is farthest from what the others say at ln a = x, the distance free: how long ago it was, and by how many
+    /// standard deviations it is off; `None` of one tap.
+    pub fn apart(&self, joint: &Joint, x: f64, same_run: bool) -> Option<(usize, f64)> {
+        if self.taps.len() < 2 {
+            return None;
+        }
+        // Each zero that several taps have is one more number that they share; that of a single tap is noise.
+        let many = |zero: u64| self.taps.iter().filter(|tap| tap.zero == zero).count() > 1;
+        let mut zeros: Vec<u64> = self.taps.iter().map(|tap| tap.zero).filter(|zero| many(*zero)).collect();
+        zeros.sort_unstable();
+        zeros.dedup();
+        let n = joint.of_run.len() + 1 + zeros.len();
+        let of_tap = |tap: &Tap| {
+            let (r, d, mut shared) = joint.local(tap, x, same_run);
+            let own = zeros.iter().position(|zero| *zero == tap.zero);
+            shared.extend((0..zeros.len()).map(|k| if own == Some(k) { tap.of_zero.sqrt() } else { 0.0 }));
+            (r, if own.is_some() { d } else { d + tap.of_zero }, DVector::from_vec(shared))
+        };
+        let local: Vec<(f64, f64, DVector<f64>)> = self.taps.iter().map(of_tap).collect();
+        let (mut a, mut b) = (DMatrix::identity(n, n), DVector::zeros(n));
+        for (r, d, shared) in &local {
+            a.ger(1.0 / d, shared, shared, 1.0);
+            b.axpy(r / d, shared, 1.0);
+        }
+        let factor = a.cholesky()?;
+        let solved = factor.solve(&b);
+        let off = |(r, d, shared): &(f64, f64, DVector<f64>)| {
+            let known = 1.0 - shared.dot(&factor.solve(shared)) / d;
+            (r - shared.dot(&solved)) / (d * known.max(1e-12)).sqrt()
+        };
+        let offs = local.iter().map(off).enumerate();
+        let (k, most) = offs.max_by(|(_, p), (_, q)| p.abs().total_cmp(&q.abs()))?;
+        Some((self.taps.len() - 1 - k, most))
+    }
+
+    /// Number of taps that [`Self::apart`] compares.
+    pub fn compared(&self) -> usize {
+        self.taps.len()
+    }
+
+    /// The expected [`Self::spread`] after `times` more taps by the drive `u`, over what is likely now.
+    pub fn after(&self, joint: &Joint, u: f64, same_run: bool, times: f64) -> f64 {
+        let (mut sum, mut total) = (0.0, 0.0);
+        for (x, share) in self.likely(joint) {
+            let mut then = self.clone();
+            then.weigh(
+                joint,
+                Tap { u, y: joint.signal(u, x), of_zero: 0.0, zero: self.zero.unwrap_or(0) },
+                same_run,
+                times,
+            );
+            sum += share * then.spread(joint);
+            total += share;
+        }
+        sum / total
+    }
+
+    /// Places in ln a that stand for the posterior, with their shares.
+    pub fn likely(&self, joint: &Joint) -> Vec<(f64, f64)> {
+        let heights = self.heights(joint);
+        let modes = modes(joint, &heights);
+        let narrow = |mode: &&Mode| mode.sd < 2.0 * joint.inverse.grid[1];
+        if modes.iter().all(|mode| narrow(&mode)) {
+            let each = |mode: &Mode| NODES.map(|(off, share)| (mode.at + off * mode.sd, mode.share * share));
+            return modes.iter().filter(|mode| mode.share >= 0.5 * SECOND).flat_map(each).collect();
+        }
+        // Places of equal mass.
+        let top = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let masses: Vec<f64> = heights.iter().map(|h| (h - top).exp()).collect();
+        let total: f64 = masses.iter().sum();
+        let (mut below, mut next, mut all) = (0.0, 0, Vec::new());
+        for (k, mass) in masses.iter().enumerate() {
+            below += mass / total;
+            while next < PLACES && below >= (next as f64 + 0.5) / PLACES as f64 {
+                all.push((joint.x(k), 1.0 / PLACES as f64));
+                next += 1;
+            }
+        }
+        all
+    }
+}
+
+/// Places that stand for a wide posterior.
+const PLACES: usize = 9;
+
+/// Nodes and weights of Gauss and Hermite's rule for a standard normal number.
+const NODES: [(f64, f64); 3] =
+    [(-1.732_050_807_568_877_2, 1.0 / 6.0), (0.0, 2.0 / 3.0), (1.732_050_807_568_877_2, 1.0 / 6.0)];

@@ -1,0 +1,123 @@
+use super::*;
+use crate::base::Power;
+use crate::columns::{Scales, Term};
+use crate::curve::Spread;
+
+/// A sequence of numbers between 0 and 1, and normal ones.
+struct Dice(u64);
+
+impl Dice {
+    fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((self.0 >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
+    }
+
+    fn normal(&mut self) -> f64 {
+        let r = (-2.0 * self.uniform().ln()).sqrt();
+        r * (2.0 * std::f64::consts::PI * self.uniform()).cos()
+    }
+}
+
+fn curve(spread: Spread) -> Curve {
+    let scales = Scales {
+        a: [31.7_f64.ln(), (45.0_f64 / 22.4).ln() / 2.0],
+        u: [2.5_f64.ln(), 0.7],
+        sizes: [32.0, 5.0],
+        offset: 0.0,
+    };
+    Curve {
+        unit: 1.0,
+        base_unit: 1.0,
+        zero: 0.0,
+        scales,
+        terms: vec![Term::Curve(0, 0), Term::Curve(1, 0)],
+        mean: vec![1.0, 0.0],
+        deviations: vec![vec![0.01, 0.0], vec![0.0, 0.005]],
+        spread,
+    }
+}
+
+const POWER: Power = Power { offset: 0.0, p: 1.0, q: 1.5 };
+
+#[test]
+fn intervals_of_several_taps_hold_what_they_promise() {
+    // Signals are some 0.01; noise is as large as what all taps share.
+    let size = 2.5 * 32.0_f64.powf(-1.5);
+    let spread =
+        Spread { floor: (0.02 * size).powi(2), gain: 4e-4, zero: (0.01 * size).powi(2), ..Spread::default() };
+    let curve = curve(spread);
+    let base = Base::Power(POWER);
+    let inverse = Inverse::new(&curve, &base, false, [0.0, f64::INFINITY]);
+    let joint = Joint::new(&curve, &base, false, &inverse);
+    let [near, far] = [0, 1].map(|k| {
+        let [middle, half] = curve.scales.a;
+        if k == 0 { (middle - half).exp() } else { (middle + half).exp() }
+    });
+    let mut dice = Dice(7);
+    for n in [1, 2, 5, 16] {
+        const OBJECTS: usize = 1500;
+        let (mut inside, mut beyond, mut squares, mut sigmas) = (0, 0, 0.0, 0.0);
+        for _ in 0..OBJECTS {
+            let a: f64 = near + (far - near) * dice.uniform();
+            let [c0, c1, gain, zero] = std::array::from_fn(|_| dice.normal());
+            let x = curve.scales.place(a, 2.5)[0];
+            let factor = 1.0 + 0.01 * c0 + 0.005 * c1 * x + 0.02 * gain;
+            let mut object = Object::new(&joint);
+            for _ in 0..n {
+                let u = 1.3 + 3.5 * dice.uniform();
+                let y = POWER.value(a, u) * factor + size * (0.01 * zero + 0.02 * dice.normal());
+                object.add(&joint, Tap { u, y, of_zero: 0.0, zero: 0 }, false);
+            }
+            let told = object.told(&joint).unwrap();
+            let z = (told.a - a) / told.sigma;
+            inside += usize::from(z.abs() < 1.0);
+            beyond += usize::from(z.abs() > 3.0);
+            squares += (told.a - a).powi(2);
+            sigmas += told.sigma.powi(2);
+        }
+        // 99 % of a binomial: 1 500 objects within 1 σ ± 3.1 %.
+        let share = inside as f64 / OBJECTS as f64;
+        assert!((share - 0.683).abs() < 0.031, "{n} taps: {share} within one sigma");
+        assert!(beyond <= 13, "{n} taps: {beyond} beyond three");
+        let ratio = (squares / sigmas).sqrt();
+        assert!((ratio - 1.0).abs() < 0.08, "{n} taps: errors are {ratio} of sigma");
+    }
+}
+
+#[test]
+fn the_tap_that_contradicts_the_others_is_named() {
+    let spread = Spread { floor: 1e-8, gain: 1e-4, ..Spread::default() };
+    let curve = curve(spread);
+    let base = Base::Power(POWER);
+    let inverse = Inverse::new(&curve, &base, true, [0.0, f64::INFINITY]);
+    let joint = Joint::new(&curve, &base, true, &inverse);
+    let mut object = Object::new(&joint);
+    let mut dice = Dice(3);
+    for k in 0..6 {
+        let u = 1.5 + 0.5 * f64::from(k);
+        let wrong = if k == 2 { 1.2 } else { 1.0 };
+        let y = wrong * POWER.value(30.0, u) + 1e-4 * dice.normal();
+        object.add(&joint, Tap { u, y, of_zero: 0.0, zero: 0 }, false);
+    }
+    let told = object.told(&joint).unwrap();
+    let (ago, by) = object.apart(&joint, told.a.ln(), false).unwrap();
+    assert_eq!(5 - ago, 2, "{by}");
+    assert!(by > 5.0, "{by}");
+}
+
+#[test]
+fn one_tap_says_what_it_says_alone() {
+    let size = 2.5 * 32.0_f64.powf(-1.5);
+    let curve = curve(Spread { floor: (0.005 * size).powi(2), gain: 1e-4, ..Spread::default() });
+    let base = Base::Power(POWER);
+    let inverse = Inverse::new(&curve, &base, true, [0.0, f64::INFINITY]);
+    let joint = Joint::new(&curve, &base, true, &inverse);
+    for a in [25.0, 32.0, 41.0] {
+        let y = POWER.value(a, 3.0);
+        let mut object = Object::new(&joint);
+        object.add(&joint, Tap { u: 3.0, y, of_zero: 0.0, zero: 0 }, false);
+        let (told, alone) = (object.told(&joint).unwrap(), inverse.at(3.0, false).find(y, 0.0).unwrap());
+        assert!((told.a - alone.a).abs() < 0.05 * alone.sigma, "{told:?} {alone:?}");
+        assert!((told.sigma / alone.sigma - 1.0).abs() < 0.03, "{told:?} {alone:?}");
+    }
+}
