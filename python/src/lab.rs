@@ -5,11 +5,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use pyo3::prelude::*;
 use serde_json::json;
-use vibrissa::calibrate::{self as lab, Options, coverage, output, report};
+use vibrissa::calibrate::{self as lab, Options, coverage, output, report, several};
 use vibrissa::error::{Error, InputError};
 use vibrissa::locate::{self, locator::opener};
 use vibrissa::measure::{Data, Names, Rig};
-use vibrissa::scene::Drive;
+use vibrissa::scene::{Drive, Spec};
 use vibrissa::simulate::{self as synthetic, Settings};
 use vibrissa::sink::folder::hash_all;
 use vibrissa::sink::memory;
@@ -47,32 +47,47 @@ pub fn calibrate(
     let work = move |_: &AtomicBool, _: &mut dyn FnMut(Far)| {
         let columns = said.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
         let hash = hash_all(&mut data.as_slice()).map_err(|e| Error::Run(e.to_string()))?;
-        let data = Data::parse_named(&label, &data, &columns)?;
         let drive = said.theta.map(|_| Drive::Angle).or(said.delta.map(|_| Drive::Displacement));
+        let asked = match path.is_none() && text.is_empty() {
+            true => None,
+            false => Some(Asked::new(path, text, "calibrate")?),
+        };
+        let options = |kind: Drive, spec: &Spec| -> Result<Options, Error> {
+            lab::same_drive(kind, drive)?;
+            Ok(Options {
+                drive: said.theta.or(said.delta),
+                group: lab::widths(&said.group)?,
+                fit: report::named_parameters(&said.fit, kind)?,
+                run: spec.run.clone(),
+                hash: hash.clone(),
+            })
+        };
+        if let Some(asked) = &asked {
+            let read = |drive| Rig::parse_with(&asked.label, &asked.text, &asked.base, drive);
+            if let Some((rig, spec)) = several::whisker(read, (&label, &data, &columns), drive)? {
+                let found =
+                    several::several((&label, &data, &columns), &rig, &options(rig.setup.drive, &spec)?)?;
+                let seconds = json!({ "total": start.elapsed().as_secs_f64() });
+                let told = [&found.counts(), &seconds, &found.result()];
+                let document = report::document(&spec, &hash, (&found.data[0], &hash), told);
+                let tables = named(&[("channels.csv", found.table()?)])?;
+                return Ok((tables, found.sensor.to_text(), document.to_string()));
+            }
+        }
+        let data = Data::parse_named(&label, &data, &columns)?;
         let likely = data.drive.or(drive);
-        let (rig, spec) = match path.is_none() && text.is_empty() {
-            true if said.fit.is_empty() => Rig::of_data(&data, likely)?,
-            true => {
+        let (rig, spec) = match asked {
+            None if said.fit.is_empty() => Rig::of_data(&data, likely)?,
+            None => {
                 let error = InputError::new("there is no model to fit without a whisker").key("fit");
                 return Err(error
                     .value(said.fit.join(","))
                     .allowed("whisker, gauge and model, or a spec")
                     .into());
             }
-            false => {
-                let asked = Asked::new(path, text, "calibrate")?;
-                asked.read(|label, text, base| Rig::parse_with(label, text, base, likely))?
-            }
+            Some(asked) => asked.read(|label, text, base| Rig::parse_with(label, text, base, likely))?,
         };
-        let kind = rig.setup.drive;
-        lab::same_drive(kind, drive)?;
-        let options = Options {
-            drive: said.theta.or(said.delta),
-            group: lab::widths(&said.group)?,
-            fit: report::named_parameters(&said.fit, kind)?,
-            run: spec.run.clone(),
-            hash: hash.clone(),
-        };
+        let options = options(rig.setup.drive, &spec)?;
         let found = lab::calibrate(&data, &rig, &options)?;
         let locator =
             locate::Locator::new(&found.calibration, "calibration.toml", None, &opener(&options.run))?;

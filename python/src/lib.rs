@@ -26,6 +26,8 @@ mod module;
 #[cfg(feature = "extension")]
 mod search;
 #[cfg(feature = "extension")]
+mod several;
+#[cfg(feature = "extension")]
 mod shape;
 #[cfg(feature = "extension")]
 mod spec;

@@ -9,7 +9,7 @@ use vibrissa::error::{Error, InputError};
 use vibrissa::estimator::{ALL, Estimator, named};
 use vibrissa::export::{Export, Language, proposing};
 use vibrissa::locate::object::By;
-use vibrissa::locate::{self, Calibration, Located, Sequence, locator::opener, next, stream};
+use vibrissa::locate::{self, Calibration, Located, Sequence, Who, locator::opener, next, stream};
 use vibrissa::measure::Names;
 use vibrissa::scene::RunOptions;
 
@@ -164,30 +164,8 @@ impl Locator {
         bytes: Vec<u8>,
         columns: Option<String>,
     ) -> PyResult<(Table, Vec<String>)> {
-        let (locator, said_zero) = (Arc::clone(&self.locator), self.zero);
-        let work = move |stop: &AtomicBool, _: &mut dyn FnMut(Far)| {
-            let columns = columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
-            let told = Told::default();
-            let warn = |text: &str| told.push(text);
-            let ask = stream::Ask {
-                columns: &columns,
-                zero: [said_zero, None],
-                label: Some(&label),
-                keep: true,
-                by: By::Unsaid,
-                warn: &warn,
-            };
-            let (zero, _) = stream::zeros(&locator, bytes.as_slice(), &ask)?;
-            let mut out = Vec::new();
-            let mut write = |some: &[u8], _: bool| {
-                out.extend_from_slice(some);
-                Ok(())
-            };
-            stream::answer(&locator, bytes.as_slice(), &ask, Some(zero), stop, &mut write)?;
-            Ok((Table::of_csv(&out)?, told.into_texts()))
-        };
-        let (found, interrupt) = job::run(py, None, work, job::shown(None))?;
-        interrupt.map_or(Ok(found), Err)
+        let locator = Arc::clone(&self.locator);
+        answered(py, (locator, |l| l.into()), self.zero, (label, bytes, columns))
     }
 
     /// Name of the estimator in use.
@@ -245,6 +223,38 @@ impl Locator {
         };
         job::here(py, made)?.map_err(|e| raise(py, e))
     }
+}
+
+/// Readings of a CSV table, its name, bytes and columns, by `who` of what answers: located.csv, and what should be known of them.
+pub fn answered<T: Send + Sync + 'static>(
+    py: Python<'_>,
+    (of, who): (Arc<T>, fn(&T) -> Who<'_>),
+    zero: Option<f64>,
+    (label, bytes, columns): (String, Vec<u8>, Option<String>),
+) -> PyResult<(Table, Vec<String>)> {
+    let work = move |stop: &AtomicBool, _: &mut dyn FnMut(Far)| {
+        let columns = columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
+        let told = Told::default();
+        let warn = |text: &str| told.push(text);
+        let ask = stream::Ask {
+            columns: &columns,
+            zero: [zero, None],
+            label: Some(&label),
+            keep: true,
+            by: By::Unsaid,
+            warn: &warn,
+        };
+        let (zeros, _) = stream::zeros(who(&of), bytes.as_slice(), &ask)?;
+        let mut out = Vec::new();
+        let mut write = |some: &[u8], _: bool| {
+            out.extend_from_slice(some);
+            Ok(())
+        };
+        stream::answer(who(&of), bytes.as_slice(), &ask, Some(zeros), stop, &mut write)?;
+        Ok((Table::of_csv(&out)?, told.into_texts()))
+    };
+    let (found, interrupt) = job::run(py, None, work, job::shown(None))?;
+    interrupt.map_or(Ok(found), Err)
 }
 
 impl Locator {

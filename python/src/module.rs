@@ -20,6 +20,8 @@ mod _native {
     #[pymodule_export]
     use crate::search::{optimise, tap};
     #[pymodule_export]
+    use crate::several::Several;
+    #[pymodule_export]
     use crate::shape::shape;
     #[pymodule_export]
     use crate::spec::{read_columns, units};

@@ -59,9 +59,9 @@ class Locator:
     """Distances of readings of one calibrated whisker, as ``vibrissa locate`` tells them.
 
     Args:
-        calibration: a :class:`vibrissa.Calibration`, or the path of a calibration.toml.
-        estimator: ``"learned"``, the default, ``"paper"``, ``"exact"`` or ``"curve"``.
-        zero: what the sensor shows without contact, in the unit of the signal; readings with drive 0 say it, too.
+        calibration: a :class:`vibrissa.Calibration`, or the path of a calibration.toml; of one signal or of several channels.
+        estimator: ``"learned"``, the default, ``"paper"``, ``"exact"`` or ``"curve"``; of one signal.
+        zero: what the sensor shows without contact, in the unit of the signal; readings with drive 0 say it, too. Of one signal.
         trust: use a file that was edited by hand.
 
     Raises:
@@ -72,26 +72,44 @@ class Locator:
                  zero: float | None = None, trust: bool = False) -> None:
         label, text = calibration_text(calibration)
         self.__setstate__((label, text, given(word, "estimator", estimator), given(number, "zero", zero), flag("trust", trust)))
-        warn(self._native.warnings)
+        if self._several is None:
+            warn(self._native.warnings)
 
     def __setstate__(self, args: tuple[Any, ...]) -> None:
-        self._args = args
-        self._native = _native.Locator(*args)
+        label, text, estimator, zero, trust = self._args = args
+        self._several = _native.Several.of(label, text, trust)
+        if self._several is None:
+            self._native = _native.Locator(*args)
+        elif estimator is not None or zero is not None:
+            key = "estimator" if zero is None else "zero"
+            raise InputError("this is said of one signal, and the calibration is of several channels", key=key, allowed=None if zero is None else "rows with drive 0 in a table")
+
+    def __getattr__(self, name: str) -> Any:
+        if name == "_native" and self.__dict__.get("_several") is not None:
+            raise InputError("the calibration is of several channels", key="calibration", value=", ".join(self.channels), allowed="locate, table, expected, noise; a calibration of one signal")
+        raise AttributeError(name)
 
     def __getstate__(self) -> tuple[Any, ...]:
         return self._args
 
     @property
     def estimator(self) -> str:
-        """Name of the estimator in use."""
-        return self._native.estimator
+        """Name of the estimator in use; of several channels each has its own."""
+        return self._native.estimator if self._several is None else "several channels"
 
     @property
-    def noise(self) -> float:
-        """Standard deviation of one reading: strain, or the unit of the reading."""
-        return self._native.noise
+    def channels(self) -> list[str]:
+        """Columns of the signals of a reading."""
+        return [self._native.signal] if self._several is None else self._several.channels
+
+    @property
+    def noise(self) -> Any:
+        """Standard deviation of one reading: strain, or the unit of the reading; of several channels one for each."""
+        return self._native.noise if self._several is None else np.array(self._several.noise)
 
     def __repr__(self) -> str:
+        if self._several is not None:
+            return f"<Locator of {', '.join(self.channels)}: {self._several.drive}>"
         return f"<Locator by {self.estimator}: {self._native.drive}, {self._native.signal}>"
 
     def locate(self, drive: Any, reading: Any = None) -> Located:
@@ -100,7 +118,9 @@ class Locator:
         Args:
             drive: tap angle, degrees (or displacement, mm), number or array; left out where there is only one. Or what
                 :func:`vibrissa.simulate` gave, or a :class:`vibrissa.Table` with columns of drive and signal.
-            reading: signal in the unit of the calibration (strain, microstrain, mV/V, or what the sensor shows).
+            reading: signal in the unit of the calibration (strain, microstrain, mV/V, or what the sensor shows). Of several channels an array
+                whose last axis holds them in the order of :attr:`channels`, or a dict of their numbers, above their zeros; the drive may
+                then be None where it is not known.
 
         Returns:
             :class:`Located` of floats, or of arrays of the common shape. In arrays, readings with drive 0 are those of the zero
@@ -109,6 +129,8 @@ class Locator:
         Raises:
             InputError: what is no number, shapes that do not broadcast.
         """
+        if self._several is not None:
+            return self._together(self._several, drive, reading)
         if reading is None:
             drive, reading = self._pair(drive)
         if {type(drive), type(reading)} <= _SCALARS:
@@ -125,6 +147,29 @@ class Locator:
         return Located(*(found if shape else [x[()] for x in found]))
 
     __call__ = locate
+
+    def _together(self, several: _native.Several, drive: Any, reading: Any) -> Located:
+        """Distances of readings of all channels."""
+        names = several.channels
+        allowed = f"a dict, or an array with a last axis of {len(names)}: {', '.join(names)}"
+        if isinstance(reading, Mapping):
+            if set(reading) != set(names):
+                raise InputError("these are not the channels of the calibration", key="reading", value=", ".join(map(str, reading)), allowed=allowed)
+            given = [reading[name] for name in names]
+        else:
+            try:
+                values = np.asarray(reading, dtype=float)
+            except (TypeError, ValueError):
+                raise InputError("these are no readings", key="reading", value=short(reading), allowed=allowed) from None
+            if values.ndim == 0 or values.shape[-1] != len(names):
+                raise InputError("this is no reading of every channel", key="reading", value=f"shape {values.shape}", allowed=allowed)
+            given = list(np.moveaxis(values, -1, 0))
+        unit = unit_of_column(several.drive)
+        named = {"drive": np.nan if drive is None else drive, **dict(zip(names, given))}
+        shape, n, flat = columns(named, {name: "numbers" for name in named}, {name: unit if name == "drive" else unit_of_column(name) for name in named})
+        drives, *signals = (x if len(x) == n else x.repeat(n) for x in flat)
+        found = [x.reshape(shape) for x in several.many(drives, np.stack(signals, axis=1))]
+        return Located(*(found if shape else [x[()] for x in found[:2]] + [Status(int(found[2][()]))]))
 
     def stream(self, readings: Iterable[Union[float, tuple[float, float]]]) -> Iterator[Located]:
         """Answers readings one by one, each a (drive, reading) (a tuple, a list, the row of an array) or, where there is only one drive, a
@@ -188,12 +233,14 @@ class Locator:
         of what came from a DataFrame has its types and its index.
         """
         data = csv(readings, "readings", columns)
-        found, told = self._native.table(data.label, data.bytes, roles(columns))
+        found, told = (self._several or self._native).table(data.label, data.bytes, roles(columns))
         warn(told)
         return data.keep(found)
 
-    def expected(self, a: float, drive: float, sign: float = 1.0) -> float:
-        """Signal expected of a tap at ``a`` mm, on the side of ``sign``; NaN where none is."""
+    def expected(self, a: float, drive: float, sign: float = 1.0) -> Any:
+        """Signal expected of a tap at ``a`` mm, on the side of ``sign``, of several channels of each; NaN where none is."""
+        if self._several is not None:
+            return np.array(self._several.expected(number("a", a, "mm"), number("drive", drive, unit_of_column(self._several.drive)), number("sign", sign)))
         return self._native.expected(number("a", a, "mm"), number("drive", drive, self._units()[0]), number("sign", sign))
 
     def export(self, language: str) -> str:

@@ -226,9 +226,21 @@ def search(result: Search, ax: Axes | None) -> Axes:
 
 
 def calibration(result: Calibration, ax: Axes | None) -> Axes:
-    """Data over what the winner expects of them."""
-    ax, rows = _axes(ax), result.rows
-    signal = "strain" if "strain" in rows else "reading"
+    """Data over what the winner expects of them; of several channels the errors of the distance that they tell together."""
+    ax = _axes(ax)
+    if hasattr(result, "channels"):
+        taps = result.channels
+        for k, use in enumerate(("used", "suspect")):
+            at = taps["use"] == use
+            if at.any():
+                ax.errorbar(taps["a_mm"][at], taps["error_mm"][at], taps["sigma_mm"][at], fmt=_MARKS[k], color=_COLOURS[k], markersize=3, linewidth=0.7, label=use)
+        ax.axhline(0.0, color="black", linewidth=0.5)
+        names = ", ".join(channel["name"] for channel in result.result["channels"])
+        ax.set(xlabel="contact distance a (mm)", ylabel="error of the distance (mm)", title=f"{names} together")
+        ax.legend(fontsize="small")
+        return ax
+    rows = result.rows
+    signal = next(name for name in ("strain", "reading", "moment_Nmm", "force_N") if name in rows)
     column = "theta_deg" if "theta_deg" in rows else "delta_mm"
     tap = np.isfinite(rows["expected"])
     used = rows["use"] == "used"

@@ -233,18 +233,31 @@ class Calibration(_Result):
         estimator: the one that won on distances left out.
         K_table: a row is a distance at a drive; designs, distances: over the distances of a drive, over the drives of a distance.
         rows: every row of the data with its residual, used or suspect, and the reason.
+        channels: of a sensor with several channels, in place of these tables: every tap with its signals, what was expected, and the distance
+            that all channels tell together.
         result: noise, zero, sides, estimators compared, coverage of σ.
         warnings: what to know before trusting it.
     """
 
+    K_table: Table
+    designs: Table
+    distances: Table
+    rows: Table
+    channels: Table
+
     def __init__(self, tables: list[tuple[str, Table]], text: str, run: str) -> None:
         super().__init__(run)
         named = dict(tables)
-        self.K_table, self.designs, self.distances, self.rows = (named[n] for n in ("K_table", "designs", "distances", "rows"))
+        for name, table in named.items():
+            setattr(self, name, table)
         self.text = text
         self.result: dict[str, Any] = self.run["result"]
-        self.estimator: str = self.result["estimator"]
+        self.estimator: str = self.result.get("estimator", "several channels")
         self.warnings: list[str] = self.result["warnings"]
+
+    def __getattr__(self, name: str) -> Any:
+        tables = ", ".join(vars(self).get("result", {}) and self._tables())
+        raise AttributeError(f"this calibration has no {name}; its tables: {tables}")
 
     def _fitted(self) -> list[dict[str, Any]]:
         fits = [side["parameters"] for side in self.result.get("sides", []) if side.get("parameters")]

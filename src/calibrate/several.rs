@@ -1,10 +1,13 @@
 //! The calibration of a sensor with several channels: that of each, and how what they leave goes together.
 
+use serde_json::{Value, json};
+
 use super::{Calibrated, Options, calibrate};
 use crate::error::{Error, InputError};
 use crate::locate::locator::opener;
-use crate::locate::{Located, Sensor, Several};
+use crate::locate::{self, Located, Sensor, Several};
 use crate::measure::{Data, Names, Rig};
+use crate::scene::{Drive, Spec};
 use crate::sink::csv::Text;
 use crate::sink::table::Field;
 
@@ -51,6 +54,56 @@ impl Calibration {
         ((squares / n).sqrt(), within / n, errors.len())
     }
 
+    /// Errors of each channel and of all together, line by line.
+    pub fn text(&self) -> String {
+        let (rms, within, n) = self.errors();
+        let channel = |(k, (name, c)): (usize, &(String, locate::Calibration))| {
+            let used = self.each[k].sides[0].used;
+            let held = self.held_out(k).map_or("unknown".to_owned(), |rms| format!("{rms:.3} mm"));
+            format!(
+                "{name}: {used} taps, noise {:.3e}; alone it tells left-out distances to {held}\n",
+                c.noise
+            )
+        };
+        let channels: String = self.sensor.channels.iter().enumerate().map(channel).collect();
+        format!(
+            "{channels}all channels together tell {n} calibrated taps to {rms:.3} mm (root mean square); {:.0} % lie within one sigma\n",
+            100.0 * within
+        )
+    }
+
+    /// The same for programs.
+    pub fn result(&self) -> Value {
+        let (rms, within, n) = self.errors();
+        let channel = |(k, (name, c)): (usize, &(String, locate::Calibration))| {
+            json!({ "name": name, "signal": c.signal, "estimator": c.estimator, "used": self.each[k].sides[0].used, "noise": c.noise,
+                    "held_out_rms_mm": self.held_out(k) })
+        };
+        let channels: Vec<Value> = self.sensor.channels.iter().enumerate().map(channel).collect();
+        json!({ "channels": channels, "covariance": self.sensor.covariance, "rms_mm": rms, "within_sigma": within, "taps": n,
+                "warnings": self.warnings() })
+    }
+
+    /// Counts of rows.
+    pub fn counts(&self) -> Value {
+        let used = self.taps.iter().filter(|t| t.used).count();
+        json!({ "rows": self.data[0].rows.len(), "taps": self.taps.len(), "used": used })
+    }
+
+    /// What should be known of each channel.
+    pub fn warnings(&self) -> Vec<String> {
+        let of = |(c, (name, _)): (&Calibrated, &(String, locate::Calibration))| {
+            c.warnings.iter().map(|text| format!("{name}: {text}")).collect::<Vec<_>>()
+        };
+        self.each.iter().zip(&self.sensor.channels).flat_map(of).collect()
+    }
+
+    /// Error of the channel `k` alone on distances that are left out, mm.
+    fn held_out(&self, k: usize) -> Option<f64> {
+        let side = &self.each[k].sides[0];
+        side.held_out(self.each[k].winner).and_then(|h| h.rms(|_| true).0)
+    }
+
     /// The table of the taps: labels, signals, what is expected, the distance of all together.
     ///
     /// # Errors
@@ -74,6 +127,23 @@ impl Calibration {
         }
         Ok(text.into_bytes())
     }
+}
+
+/// The whisker that `read` reads for a drive, where its sensor has several channels that the file `label` of `bytes` shows, with the drive of the
+/// file or, of a file that has none, the one that the user `said`. What is wrong with a whisker of one signal is told later.
+///
+/// # Errors
+/// As [`Data::parse_named`] and `read`.
+pub fn whisker(
+    read: impl Fn(Option<Drive>) -> Result<(Rig, Spec), InputError>,
+    (label, bytes, names): (&str, &[u8], &Names),
+    said: Option<Drive>,
+) -> Result<Option<(Rig, Spec)>, InputError> {
+    let Some((rig, _)) = read(said).ok().filter(|(rig, _)| rig.setup.channels.is_some()) else {
+        return Ok(None);
+    };
+    let first = Data::parse_named(label, bytes, &names.of_channel(rig.of_channel(0, 1.0)?.1))?;
+    read(first.drive.or(said)).map(Some)
 }
 
 /// Calibrates each channel of `rig` from the file `label` of `bytes`, whose columns are as `names` say.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use serde_json::json;
-use vibrissa::calibrate::{self, Options, coverage, output, report};
+use vibrissa::calibrate::{self, Options, coverage, output, report, several};
 use vibrissa::error::{Error, InputError};
 use vibrissa::export::{Export, Language, proposing};
 use vibrissa::locate::{Calibration, Locator, locator::opener};
@@ -29,7 +29,10 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
         (None, Some(_)) => Some(Drive::Displacement),
         (None, None) => None,
     };
-    if let Some((rig, spec)) = channels(args, (&label, &bytes, &columns), said)? {
+    let channels = |path: &PathBuf| {
+        several::whisker(|drive| Rig::read_with(path, drive), (&label, &bytes, &columns), said)
+    };
+    if let Some((rig, spec)) = args.whisker.as_ref().map(channels).transpose()?.flatten() {
         return super::several::calibrate(args, (&bytes, &columns), (&rig, &spec), (said, start));
     }
     let data = Data::parse_named(&label, &bytes, &columns)?;
@@ -139,21 +142,6 @@ fn exported(
 /// Languages of `--export`, by their words.
 fn export_names(args: &Calibrate) -> Vec<&'static str> {
     Language::ALL.into_iter().filter(|l| args.export.contains(&l.1)).map(|l| l.0).collect()
-}
-
-/// The whisker of `--whisker` where its sensor has several channels; what is wrong with one of a single signal is told later.
-fn channels(
-    args: &Calibrate,
-    (label, bytes, columns): (&str, &[u8], &Names),
-    said: Option<Drive>,
-) -> Result<Option<(Rig, Spec)>, Error> {
-    let Some(path) = &args.whisker else { return Ok(None) };
-    let Ok((rig, _)) = Rig::read_with(path, said) else { return Ok(None) };
-    if rig.setup.channels.is_none() {
-        return Ok(None);
-    }
-    let first = Data::parse_named(label, bytes, &columns.of_channel(rig.of_channel(0, 1.0)?.1))?;
-    Ok(Some(Rig::read_with(path, first.drive.or(said))?))
 }
 
 /// The whisker of `--whisker`, or one of which nothing is known.

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use vibrissa::error::{Error, InputError};
 use vibrissa::locate::object::By;
 use vibrissa::locate::stream::{self, Ask};
-use vibrissa::locate::{Calibration, Locator, SaidZero, Sensor, locator::opener};
+use vibrissa::locate::{Calibration, Locator, SaidZero, Sensor, Several, Who, locator::opener};
 use vibrissa::measure::{Names, zero};
 use vibrissa::scene::RunOptions;
 use vibrissa::sink::folder::{Folder, Hashing, Question, hash, hash_all};
@@ -29,32 +29,24 @@ pub fn run(args: &Locate) -> Result<Reply, Error> {
     }
     let path = args.calibration.as_deref().expect("clap asks for it");
     let options = args.common.over(&RunOptions::default());
-    let label = path.display().to_string();
     let text = Calibration::load(path)?;
-    if Sensor::is_text(&text) {
-        return super::several::locate(args, (path, &text), &options, start);
-    }
-    let calibration = Calibration::parse(&label, &text, args.common.force)?;
     let readings = args.readings.as_deref().filter(|p| *p != Path::new("-"));
+    let several = Sensor::is_text(&text);
     let pool = rayon::ThreadPoolBuilder::new();
     let pool = match options.threads {
         Some(n) => pool.num_threads(n),
-        // Of two signals the model is solved for every reading.
-        None if calibration.second.is_some() && readings.is_some() => pool,
+        // Of two signals the model is solved for every reading, of several channels the most likely tap.
+        None if (several || text.contains("\n[second]")) && readings.is_some() => pool,
         // A stream is answered by one thread; handing its few taps at start to others costs more than it saves.
         None => pool.num_threads(1).use_current_thread(),
     };
     pool.build_global().map_err(|e| Error::Run(e.to_string()))?;
-    let mut locator = Locator::new(&calibration, &label, args.estimator, &opener(&options))?;
-    locator.same_run = args.same_run;
-    if calibration.version != env!("CARGO_PKG_VERSION") && !args.common.quiet {
-        say::warning(format_args!("{label} was written by version {} of this program", calibration.version));
-    }
+    let opened = Opened::new(args, (path, &text), &options)?;
     if !args.common.quiet {
-        calibration.rig.warnings.iter().for_each(say::warning);
+        opened.warnings.iter().for_each(say::warning);
     }
     if options.plan == Some(true) {
-        return Ok(planned(&calibration, &locator, readings));
+        return Ok(planned(&opened, readings));
     }
     // A stream is answered on stdout, unless that is taken by JSON or a folder is asked for.
     let columns = args.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
@@ -64,7 +56,7 @@ pub fn run(args: &Locate) -> Result<Reply, Error> {
             say::warning(text)
         }
     };
-    let zero = SaidZero::of(args.zero.as_ref(), [&locator])?;
+    let zero = SaidZero::of(args.zero.as_ref(), [opened.who().first()])?;
     let by = match &args.object {
         Some(column) => By::Column(column),
         None if args.same => By::Same,
@@ -72,13 +64,79 @@ pub fn run(args: &Locate) -> Result<Reply, Error> {
     };
     let asked = Ask { columns: &columns, zero, label: None, keep: false, by, warn: &warn };
     if readings.is_none() && !args.common.json && args.common.out.is_none() {
-        return streamed(&locator, &asked, start);
+        return streamed(&opened, &asked, start);
     }
     let label = readings.map(|p| p.display().to_string());
-    filed(args, path, &calibration, &locator, &Ask { label: label.as_deref(), keep: true, ..asked }, start)
+    filed(args, path, &opened, &Ask { label: label.as_deref(), keep: true, ..asked }, start)
 }
 
-fn streamed(locator: &Locator, ask: &Ask<'_>, start: Instant) -> Result<Reply, Error> {
+/// An opened calibration.
+struct Opened {
+    answers: Answers,
+    /// What is known of it in run.json.
+    known: Value,
+    checksum: String,
+    /// Who answers, in words.
+    by: String,
+    /// The data that it comes of.
+    data: String,
+    warnings: Vec<String>,
+}
+
+enum Answers {
+    One(Box<Locator>),
+    Several(Several),
+}
+
+impl Opened {
+    fn new(args: &Locate, (path, text): (&Path, &str), options: &RunOptions) -> Result<Self, Error> {
+        let label = path.display().to_string();
+        let open = opener(options);
+        if Sensor::is_text(text) {
+            let sensor = Sensor::parse(&label, text, args.common.force)?;
+            let best = "nothing: each channel is answered by the best of its own";
+            let one = [
+                ("--zero", args.zero.is_some(), "rows without contact, which tell the zero of each channel"),
+                ("--estimator", args.estimator.is_some(), best),
+            ];
+            super::several::of_one_signal(&one)?;
+            let mut several = Several::new(&sensor, &label, &open)?;
+            several.locators.iter_mut().for_each(|l| l.same_run = args.same_run);
+            let names = several.names.join(", ");
+            return Ok(Self {
+                known: json!({ "file": label, "channels": &several.names }),
+                checksum: hash(text),
+                by: format!("the channels {names} together"),
+                data: sensor.channels[0].1.data.file.clone(),
+                warnings: Vec::new(),
+                answers: Answers::Several(several),
+            });
+        }
+        let calibration = Calibration::parse(&label, text, args.common.force)?;
+        let mut locator = Locator::new(&calibration, &label, args.estimator, &open)?;
+        locator.same_run = args.same_run;
+        let version = &calibration.version;
+        let other = (version != env!("CARGO_PKG_VERSION"))
+            .then(|| format!("{label} was written by version {version} of this program"));
+        Ok(Self {
+            known: json!({ "file": label, "checksum": calibration.checksum }),
+            by: locator.estimator.name().to_owned(),
+            warnings: other.into_iter().chain(calibration.rig.warnings.iter().cloned()).collect(),
+            data: calibration.data.file,
+            checksum: calibration.checksum,
+            answers: Answers::One(Box::new(locator)),
+        })
+    }
+
+    fn who(&self) -> Who<'_> {
+        match &self.answers {
+            Answers::One(locator) => Who::One(locator),
+            Answers::Several(several) => Who::Several(several),
+        }
+    }
+}
+
+fn streamed(opened: &Opened, ask: &Ask<'_>, start: Instant) -> Result<Reply, Error> {
     let mut stdout = std::io::stdout().lock();
     let mut gone = false;
     let mut write = |bytes: &[u8], waiting: bool| {
@@ -96,13 +154,13 @@ fn streamed(locator: &Locator, ask: &Ask<'_>, start: Instant) -> Result<Reply, E
         }
     };
     let input = Patient(std::io::stdin().lock());
-    let answered = stream::answer(locator, input, ask, None, interrupt::stop(), &mut write);
+    let answered = stream::answer(opened.who(), input, ask, None, interrupt::stop(), &mut write);
     let counts = match answered {
         Err(_) if gone => stream::Counts::default(),
         other => other?,
     };
     let broken = counts.stopped.then(|| format!("interrupted; {} readings were answered", counts.lines));
-    Ok(Reply { broken, ..reply(String::new(), None, Vec::new(), &counts, locator, start) })
+    Ok(Reply { broken, ..reply(String::new(), None, Vec::new(), &counts, opened, start) })
 }
 
 /// Readings of a file or of a stream.
@@ -130,27 +188,22 @@ impl Source {
     }
 
     /// What is there of a stream will not come again: it is kept when a signal ends it.
-    fn answer(
-        self,
-        locator: &Locator,
-        ask: &Ask<'_>,
-        write: stream::Write<'_>,
-    ) -> Result<stream::Counts, Error> {
+    fn answer(self, who: Who<'_>, ask: &Ask<'_>, write: stream::Write<'_>) -> Result<stream::Counts, Error> {
         let nothing = |why: &str| Err(Error::Run(format!("interrupted{why}; no result was written")));
         let counts = match self {
             Self::File(path, digest) => {
-                let zero = read_zeros(locator, (&path, &digest), ask)?;
+                let zero = read_zeros(who, (&path, &digest), ask)?;
                 let mut input = Hashing::new(Patient(open(&path)?));
-                let counts = stream::answer(locator, &mut input, ask, Some(zero), interrupt::stop(), write)?;
+                let counts = stream::answer(who, &mut input, ask, Some(zero), interrupt::stop(), write)?;
                 let kept = unchanged(&path, input, &digest);
                 return if counts.stopped { nothing("") } else { kept.map(|()| counts) };
             }
             Self::Stream(file) => {
-                stream::answer(locator, Patient(file), ask, None, interrupt::stop_and_keep(), write)?
+                stream::answer(who, Patient(file), ask, None, interrupt::stop_and_keep(), write)?
             }
             Self::Stdin => {
                 let stdin = Patient(std::io::stdin().lock());
-                stream::answer(locator, stdin, ask, None, interrupt::stop_and_keep(), write)?
+                stream::answer(who, stdin, ask, None, interrupt::stop_and_keep(), write)?
             }
         };
         if counts.stopped && counts.lines == 0 { nothing(" before the first reading") } else { Ok(counts) }
@@ -168,13 +221,9 @@ fn unchanged(path: &Path, input: Hashing<Patient<File>>, digest: &str) -> Result
 }
 
 /// The zero of the file at `path`, from its own zero readings.
-fn read_zeros(
-    locator: &Locator,
-    (path, digest): (&Path, &str),
-    ask: &Ask<'_>,
-) -> Result<[zero::Zero; 2], Error> {
+fn read_zeros(who: Who<'_>, (path, digest): (&Path, &str), ask: &Ask<'_>) -> Result<Vec<zero::Zero>, Error> {
     let mut input = Hashing::new(Patient(open(path)?));
-    let (zero, wrong) = stream::zeros(locator, &mut input, ask)?;
+    let (zero, wrong) = stream::zeros(who, &mut input, ask)?;
     unchanged(path, input, digest)?;
     ask.contradicted(&zero)?;
     if !wrong.is_empty() {
@@ -189,40 +238,33 @@ fn read_zeros(
     Ok(zero)
 }
 
-fn filed(
-    args: &Locate,
-    path: &Path,
-    calibration: &Calibration,
-    locator: &Locator,
-    ask: &Ask<'_>,
-    start: Instant,
-) -> Result<Reply, Error> {
+fn filed(args: &Locate, path: &Path, opened: &Opened, ask: &Ask<'_>, start: Instant) -> Result<Reply, Error> {
     let readings = args.readings.as_deref().filter(|p| *p != Path::new("-"));
     let source = Source::new(readings)?;
     let (label, digest) = (ask.label.unwrap_or("stdin").to_owned(), source.digest().to_owned());
-    let identity = hash(&format!("{digest}\n{}\n{}", calibration.checksum, locator.estimator.name()));
+    let identity = hash(&format!("{digest}\n{}\n{}", opened.checksum, opened.by));
     let stem = readings
         .and_then(Path::file_stem)
         .map_or_else(|| "readings".into(), |s| s.to_string_lossy().into_owned());
     let out = super::folder(args.common.out.as_ref(), &stem, "locate");
     // What stdin brought is not known again.
     let data = readings.map(|_| &digest);
-    let asked = json!({ "readings": data, "calibration": calibration.checksum, "estimator": locator.estimator.name(), "columns": args.columns, "zero": SaidZero::json(args.zero.as_ref()), "same_run": args.same_run, "same": args.same, "object": args.object });
+    let asked = json!({ "readings": data, "calibration": opened.checksum, "estimator": opened.by, "columns": args.columns, "zero": SaidZero::json(args.zero.as_ref()), "same_run": args.same_run, "same": args.same, "object": args.object });
     let from = readings.unwrap_or(Path::new("/dev/stdin"));
     let inputs = vec![path.to_owned(), from.to_owned()];
     let question = Question { inputs, ..Question::new("locate", &stem, asked) };
     let mut folder = Folder::open(&out, question, &["located.csv"], args.common.force)?;
     let mut file = folder.file("located.csv")?;
     let mut write = |bytes: &[u8], _: bool| file.write(bytes);
-    let counts = source.answer(locator, ask, &mut write)?;
+    let counts = source.answer(opened.who(), ask, &mut write)?;
     file.close()?;
     let document = run_json::document(
         "locate",
         json!({ "name": stem, "hash": identity }),
         json!({
-            "calibration": { "file": path.display().to_string(), "checksum": calibration.checksum },
+            "calibration": opened.known,
             "readings": { "file": label, "hash": digest },
-            "estimator": locator.estimator.name(),
+            "estimator": opened.by,
             "counts": counted(&counts),
             "interrupted": counts.stopped,
             "seconds": { "total": start.elapsed().as_secs_f64() },
@@ -236,14 +278,14 @@ fn filed(
     let text = format!(
         "{} readings located by {}: {words}\nwrote {} in {:.2} s\n",
         counts.lines,
-        locator.estimator.name(),
+        opened.by,
         super::listed(&files),
         start.elapsed().as_secs_f64()
     );
     let kept =
         || format!("interrupted; the answers to {} readings are kept in {}", counts.lines, out.display());
     let broken = counts.stopped.then(kept);
-    let reply = Reply { broken, ..reply(text, Some(out), files, &counts, locator, start) };
+    let reply = Reply { broken, ..reply(text, Some(out), files, &counts, opened, start) };
     Ok(reply.removing(&written.removed))
 }
 
@@ -269,7 +311,7 @@ fn reply(
     out: Option<PathBuf>,
     files: Vec<PathBuf>,
     counts: &stream::Counts,
-    locator: &Locator,
+    opened: &Opened,
     start: Instant,
 ) -> Reply {
     Reply {
@@ -278,17 +320,16 @@ fn reply(
         files,
         counts: counted(counts),
         seconds: json!({ "total": start.elapsed().as_secs_f64() }),
-        result: json!({ "estimator": locator.estimator.name() }),
+        result: json!({ "estimator": opened.by }),
         ..Reply::default()
     }
 }
 
-fn planned(calibration: &Calibration, locator: &Locator, readings: Option<&Path>) -> Reply {
+fn planned(opened: &Opened, readings: Option<&Path>) -> Reply {
     let from = readings.map_or("stdin".to_owned(), |p| p.display().to_string());
     let text = format!(
         "would locate readings of {from} by {}, calibrated on {}; nothing was run\n",
-        locator.estimator.name(),
-        calibration.data.file
+        opened.by, opened.data
     );
-    reply(text, None, Vec::new(), &stream::Counts::default(), locator, Instant::now())
+    reply(text, None, Vec::new(), &stream::Counts::default(), opened, Instant::now())
 }

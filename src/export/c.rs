@@ -1,7 +1,7 @@
 //! The file in C: everything twice, for double and for float.
 
 use super::pieces::Pieces;
-use super::text::{code, digits, number, short, wrapped};
+use super::text::{self, code, digits, number, short, wrapped};
 use super::{Export, Form};
 use crate::estimate::WIDENING;
 use crate::estimator::learned::why;
@@ -47,29 +47,29 @@ const SHARED: [&str; 6] = ["exp", "fabs", "floor", "log", "sqrt", "vibrissa_loca
 
 /// A number type of C.
 #[derive(Clone, Copy)]
-struct Real {
+pub(super) struct Real {
     name: &'static str,
     /// What its functions of <math.h>, its numbers and the function that answers end with.
     suffix: &'static str,
     /// What all other names end with.
     own: &'static str,
     /// Relative slack of drives.
-    same: f64,
+    pub(super) same: f64,
     /// Width of an interval of −1 … 1 that is not worth halving.
     small: f64,
 }
 
-const REALS: [Real; 2] = [
+pub(super) const REALS: [Real; 2] = [
     Real { name: "double", suffix: "", own: "_d", same: SAME, small: 4e-16 },
     Real { name: "float", suffix: "f", own: "_f", same: 1e-7, small: 1e-7 },
 ];
 
 impl Real {
-    fn is_float(self) -> bool {
+    pub(super) fn is_float(self) -> bool {
         self.name == "float"
     }
 
-    fn number(self, x: f64) -> String {
+    pub(super) fn number(self, x: f64) -> String {
         if x.is_infinite() {
             return if x > 0.0 { "INFINITY".to_owned() } else { "-INFINITY".to_owned() };
         }
@@ -81,7 +81,14 @@ impl Real {
         }
     }
 
-    fn list(self, all: impl IntoIterator<Item = f64>) -> String {
+    /// `code` with the names of this number type.
+    pub(super) fn own_names(self, code: &str) -> String {
+        let shared =
+            |text: String, f: &&str| text.replace(&format!("{f}_F("), &format!("{f}{}(", self.suffix));
+        SHARED.iter().fold(code.replace("REAL", self.name), shared).replace("_F", self.own)
+    }
+
+    pub(super) fn list(self, all: impl IntoIterator<Item = f64>) -> String {
         wrapped(all.into_iter().map(|x| self.number(x)), "    ")
     }
 }
@@ -221,9 +228,9 @@ impl Export<'_> {
         let comment = format!("/* {}\n*/", self.comment(float).replace('\n', "\n   "));
         let mut out = HEAD
             .replace("@COMMENT", &comment.lines().map(str::trim_end).collect::<Vec<_>>().join("\n"))
-            .replace("@ZERO", &number(self.zero()))
-            .replace("@DRIVE", self.drive())
-            .replace("@UNIT", self.unit());
+            .replace("@ZERO", &number(text::zero(self.locator)))
+            .replace("@DRIVE", text::drive(self.locator))
+            .replace("@UNIT", text::unit(self.locator));
         for real in REALS {
             out += &self.c_for(real);
         }
@@ -272,12 +279,8 @@ impl Export<'_> {
             .replace("@SAME", &real.number(real.same))
             .replace("@BEYOND", &real.number(BEYOND))
             .replace("@NOISE", &real.number(self.locator.spread()))
-            .replace("@LIMIT", &real.number(self.limit(f64::NAN)))
-            .replace("REAL", real.name);
-        let code = SHARED
-            .iter()
-            .fold(code, |text, f| text.replace(&format!("{f}_F("), &format!("{f}{}(", real.suffix)));
-        code.replace("_F", real.own)
+            .replace("@LIMIT", &real.number(text::limit(self.locator, f64::NAN)));
+        real.own_names(&code)
     }
 
     /// What makes a strain of a recorded value, where that is not linear.
@@ -310,7 +313,7 @@ impl Export<'_> {
             Unit::Microstrain => format!("    signal = (signal - zero) * {};", real.number(1e-6)),
             Unit::Bridge => "    signal = strain_F(signal - zero);".to_owned(),
         });
-        if let Some(below) = self.wraps() {
+        if let Some(below) = text::wraps(self.locator) {
             let [below, turn] = [below, 65536.0].map(|x| real.number(x));
             lines.push(format!(
                 "    signal -= {turn} * floor_F((signal + {below}) / {turn}); /* counts of 16 bits begin anew */"
@@ -348,7 +351,7 @@ impl Tables {
             n(WIDENING * farthest),
             n(lo),
             n(hi),
-            n(export.limit(of.factor)),
+            n(text::limit(export.locator, of.factor)),
             n(end_stop),
         ));
         self.drives.extend(&of.drives);

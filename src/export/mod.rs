@@ -8,6 +8,7 @@ mod pieces;
 mod python;
 mod signal;
 mod text;
+pub mod together;
 
 use crate::error::{Error, InputError};
 use crate::estimator::model::exact::Opener;

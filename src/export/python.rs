@@ -1,7 +1,7 @@
 //! The file in Python.
 
 use super::pieces::{Piece, Pieces};
-use super::text::{code, digits, number, short, wrapped};
+use super::text::{self, code, digits, number, short, wrapped};
 use super::{Export, Form, Side};
 use crate::estimate::WIDENING;
 use crate::estimator::learned::why;
@@ -17,14 +17,19 @@ const LEARNED: &str = include_str!("template/learned.py");
 const DIRECT: &str = include_str!("template/direct.py");
 
 /// A list of numbers.
-fn list(all: &[f64]) -> String {
+pub(super) fn list(all: &[f64]) -> String {
     format!("[{}]", all.iter().map(|x| number(*x)).collect::<Vec<_>>().join(", "))
 }
 
 /// A list of lists, broken where lines end.
-fn rows(all: &[Vec<f64>]) -> String {
+pub(super) fn rows(all: &[Vec<f64>]) -> String {
     let one = |row: &Vec<f64>| list(row);
     format!("[\n{}\n            ]", wrapped(all.iter().map(one), "                "))
+}
+
+/// A number, or that there is no end.
+pub(super) fn infinite(x: f64) -> String {
+    if x.is_finite() { number(x) } else { "inf".to_owned() }
 }
 
 fn word(b: bool) -> &'static str {
@@ -117,8 +122,8 @@ impl Export<'_> {
         };
         let [strain, above] = self.arithmetic();
         let sides: Vec<String> = self.sides.iter().map(|s| self.side(s)).collect();
-        let limit = self.limit(f64::NAN);
-        let limit = if limit.is_finite() { number(limit) } else { "inf".to_owned() };
+        let limit = text::limit(self.locator, f64::NAN);
+        let limit = infinite(limit);
         WHOLE
             .replace("@COMMENT", &self.comment(""))
             .replace("@TABLES", &format!("SIDES = [\n{}\n]", sides.join("\n")))
@@ -128,9 +133,9 @@ impl Export<'_> {
             .replace("@FIND", &find)
             .replace("@STRAIN", &strain)
             .replace("@ABOVE", &above)
-            .replace("@ZERO", &number(self.zero()))
-            .replace("@DRIVE", self.drive())
-            .replace("@UNIT", self.unit())
+            .replace("@ZERO", &number(text::zero(self.locator)))
+            .replace("@DRIVE", text::drive(self.locator))
+            .replace("@UNIT", text::unit(self.locator))
             .replace("@LIMIT", &limit)
             .replace("@NOISE", &number(self.locator.spread()))
             .replace("@BEYOND", &number(BEYOND))
@@ -147,7 +152,7 @@ impl Export<'_> {
             }
         };
         let above = "strain(signal - zero)";
-        let above = match self.wraps() {
+        let above = match text::wraps(self.locator) {
             Some(below) => format!("({above} + {below:?}) % 65536.0 - {below:?}"),
             None => above.to_owned(),
         };
@@ -156,7 +161,6 @@ impl Export<'_> {
 
     fn side(&self, side: &Side<'_>) -> String {
         let of = side.of;
-        let infinite = |x: f64| if x.is_finite() { number(x) } else { "inf".to_owned() };
         let interest = [of.interest[0] * (1.0 - WIDENING), of.interest[1] * (1.0 + WIDENING)];
         let form = match &side.form {
             Form::Direct(p) => format!("        \"polynomial\": {{\n{}\n        }},", polynomial(p)),
@@ -179,7 +183,7 @@ impl Export<'_> {
             list(&of.distances),
             list(&interest),
             number(WIDENING * of.distances[1]),
-            infinite(self.limit(of.factor)),
+            infinite(text::limit(self.locator, of.factor)),
             infinite(of.end_stop * (1.0 - SAME)),
             list(&of.drives),
             list(&of.bias),

@@ -1,9 +1,10 @@
 //! What both languages say: where a file comes from, and for what it holds.
 
 use super::{Export, Form, Side};
+use crate::locate::Locator;
 use crate::locate::locator::BEYOND;
 use crate::measure::Unit;
-use crate::measure::zero::TaredBy;
+use crate::measure::zero::{Tared, TaredBy};
 use crate::scene::Drive;
 use crate::status::Status;
 
@@ -35,54 +36,70 @@ pub(super) fn wrapped(parts: impl IntoIterator<Item = String>, indent: &str) -> 
 }
 
 /// A name from outside, as it can stand in any comment.
-fn harmless(name: &str) -> String {
+pub(super) fn harmless(name: &str) -> String {
     name.chars().map(|c| if c.is_ascii_alphanumeric() || "._-/ ".contains(c) { c } else { '_' }).collect()
 }
 
+/// Unit of the signal.
+pub(super) fn unit(locator: &Locator) -> &'static str {
+    match locator.unit {
+        Unit::Strain => "strain, tension positive",
+        Unit::Microstrain => "microstrain, tension positive",
+        Unit::Bridge => "mV/V of a quarter bridge, tension positive",
+        Unit::Reading => "the reading of the calibration",
+        Unit::Moment => "N mm, the moment on the root, counterclockwise",
+        Unit::Force => "N, the force on the root, towards the object",
+    }
+}
+
+/// What the drive is.
+pub(super) fn drive(locator: &Locator) -> &'static str {
+    match (locator.drive_recorded, locator.rig.setup.drive) {
+        (false, _) => "was not recorded and is ignored",
+        (true, Drive::Angle) => "tap angle, degrees",
+        (true, Drive::Displacement) => "displacement, mm",
+    }
+}
+
+/// The zero of taps of which no other is known, in the unit of the signal.
+pub(super) fn zero(locator: &Locator) -> f64 {
+    let fitted = |t: &&Tared| matches!(t.from, TaredBy::Fitted | TaredBy::Reference);
+    let strain = locator.tared.as_ref().filter(fitted).map_or(0.0, |t| t.value);
+    locator.unit.value(strain, locator.rig.setup.gauge.factor)
+}
+
+/// Where signals are counts that begin anew beyond their range: how far differences may lie below zero.
+pub(super) fn wraps(locator: &Locator) -> Option<f64> {
+    let wraps = locator.tared.as_ref().is_some_and(|t| t.wraps);
+    let lean = if let [one] = locator.sides() { one.sign } else { 0.0 };
+    wraps.then(|| crate::measure::counts::below(lean))
+}
+
+/// |signal| of the strain limit on a side with so many readings per strain; infinite where it is not known.
+pub(super) fn limit(locator: &Locator, factor: f64) -> f64 {
+    let limit = locator.rig.strain_limit();
+    let limit = if locator.unit.is_absolute() { limit } else { limit * factor.abs() };
+    if limit.is_nan() { f64::INFINITY } else { limit }
+}
+
+/// The whisker of a calibration.
+pub(super) fn whisker(locator: &Locator) -> Option<String> {
+    let t = &locator.rig.design.tuple;
+    let known = || {
+        format!(
+            "whisker      D = {} mm, d = {} mm, L_a = {} mm; gauge x_ss = {} mm, l = {} mm",
+            t.D, t.d, t.L_a, t.x_ss, t.l
+        )
+    };
+    locator.rig.known.then(known)
+}
+
+/// Lines of a comment without blanks at their ends.
+pub(super) fn trimmed(lines: &[String]) -> String {
+    lines.join("\n").lines().map(str::trim_end).collect::<Vec<_>>().join("\n")
+}
+
 impl Export<'_> {
-    /// Unit of the signal.
-    pub(super) fn unit(&self) -> &'static str {
-        match self.locator.unit {
-            Unit::Strain => "strain, tension positive",
-            Unit::Microstrain => "microstrain, tension positive",
-            Unit::Bridge => "mV/V of a quarter bridge, tension positive",
-            Unit::Reading => "the reading of the calibration",
-            Unit::Moment => "N mm, the moment on the root, counterclockwise",
-            Unit::Force => "N, the force on the root, towards the object",
-        }
-    }
-
-    /// What the drive is.
-    pub(super) fn drive(&self) -> &'static str {
-        match (self.locator.drive_recorded, self.locator.rig.setup.drive) {
-            (false, _) => "was not recorded and is ignored",
-            (true, Drive::Angle) => "tap angle, degrees",
-            (true, Drive::Displacement) => "displacement, mm",
-        }
-    }
-
-    /// The zero of taps of which no other is known, in the unit of the signal.
-    pub(super) fn zero(&self) -> f64 {
-        let fitted =
-            |t: &&crate::measure::zero::Tared| matches!(t.from, TaredBy::Fitted | TaredBy::Reference);
-        let strain = self.locator.tared.as_ref().filter(fitted).map_or(0.0, |t| t.value);
-        self.locator.unit.value(strain, self.locator.rig.setup.gauge.factor)
-    }
-
-    /// Where signals are counts that begin anew beyond their range: how far differences may lie below zero.
-    pub(super) fn wraps(&self) -> Option<f64> {
-        let wraps = self.locator.tared.as_ref().is_some_and(|t| t.wraps);
-        let lean = if let [one] = self.locator.sides() { one.sign } else { 0.0 };
-        wraps.then(|| crate::measure::counts::below(lean))
-    }
-
-    /// |signal| of the strain limit on a side with so many readings per strain; infinite where it is not known.
-    pub(super) fn limit(&self, factor: f64) -> f64 {
-        let limit = self.locator.rig.strain_limit();
-        let limit = if self.locator.unit.is_absolute() { limit } else { limit * factor.abs() };
-        if limit.is_nan() { f64::INFINITY } else { limit }
-    }
-
     /// What the file is, line by line.
     pub(super) fn comment(&self, precision: &str) -> String {
         let (l, c) = (self.locator, self.calibration);
@@ -92,15 +109,9 @@ impl Export<'_> {
             format!("Written by vibrissa {} (estimator: {}).", c.version, l.estimator.name()),
             String::new(),
         ];
-        let t = &l.rig.design.tuple;
-        if l.rig.known {
-            lines.push(format!(
-                "whisker      D = {} mm, d = {} mm, L_a = {} mm; gauge x_ss = {} mm, l = {} mm",
-                t.D, t.d, t.L_a, t.x_ss, t.l
-            ));
-        }
-        lines.push(format!("signal       {}", self.unit()));
-        lines.push(format!("drive        {}", self.drive()));
+        lines.extend(whisker(l));
+        lines.push(format!("signal       {}", unit(l)));
+        lines.push(format!("drive        {}", drive(l)));
         for side in &self.sides {
             lines.push(self.domain(side));
         }
@@ -112,7 +123,7 @@ impl Export<'_> {
         lines.push(format!("error        {}", self.precision(precision)));
         lines.push(format!("data         {}, SHA-256 {}", harmless(&c.data.file), harmless(&c.data.hash)));
         lines.push(format!("calibration  SHA-256 {}", harmless(&c.checksum)));
-        lines.join("\n").lines().map(str::trim_end).collect::<Vec<_>>().join("\n")
+        trimmed(&lines)
     }
 
     fn precision(&self, float: &str) -> String {

@@ -2,19 +2,18 @@
 
 use std::borrow::Cow;
 
-use super::Locator;
 use super::Spatial;
 use super::lines::Line;
-use super::reading::Lines;
+use super::rows::{Rows, Who};
 use super::stream::number;
 use crate::measure::text;
 
 /// Columns that are added after the user's own where distances are asked for.
 pub const ADDED: [&str; 4] = ["zero", "distance_mm", "sigma_mm", "status"];
 
-/// The same where `locator` has two gauges, or one.
-pub fn added(locator: &Locator) -> Vec<&'static str> {
-    match locator.is_twofold() {
+/// The same where a whisker has two gauges, or not.
+pub fn added(who: Who<'_>) -> Vec<&'static str> {
+    match who.is_twofold() {
         true => [&["zero"], &Spatial::COLUMNS[..], &["status"]].concat(),
         false => ADDED.to_vec(),
     }
@@ -31,10 +30,10 @@ pub struct Kept {
 }
 
 impl Kept {
-    /// For these lines, with the columns `added`, of which the zero is the first.
-    pub fn new(locator: &Locator, lines: &Lines<'_>, added: &[&'static str]) -> Self {
-        let own = lines.names();
-        let common = [lines.drive().column(), locator.unit.common()];
+    /// For these rows, with the columns `added`, of which the zero is the first.
+    pub fn new(rows: &Rows<'_>, added: &[&'static str]) -> Self {
+        let own = rows.names();
+        let common = [rows.lines().drive().column(), rows.who.first().unit.common()];
         let taken = |n: &String| n == "line" || added.contains(&n.as_str());
         let mut names = own.clone();
         for k in (0..own.len()).filter(|k| taken(&own[*k])) {
@@ -45,7 +44,8 @@ impl Kept {
             names[k] = name;
         }
         let missing = common.map(|c| !own.iter().any(|n| n == c));
-        let more = [missing[0], missing[1] && !locator.of_several];
+        // Of several channels each has a column of its own.
+        let more = [missing[0], missing[1] && !rows.who.finds_drives()];
         Self { more, names, common, added: added.to_vec() }
     }
 
@@ -59,16 +59,10 @@ impl Kept {
     }
 
     /// The fields before the answer; of `drive, signal, zero` what is no number is left empty.
-    pub fn row(
-        &self,
-        out: &mut Vec<u8>,
-        line: &Line<'_>,
-        lines: &Lines<'_>,
-        [drive, signal, zero]: [f64; 3],
-    ) {
+    pub fn row(&self, out: &mut Vec<u8>, line: &Line<'_>, rows: &Rows<'_>, [drive, signal, zero]: [f64; 3]) {
         out.extend_from_slice(line.number.to_string().as_bytes());
         out.push(b',');
-        let fields = lines.fields(line.text.unwrap_or_default());
+        let fields = rows.fields(line.text.unwrap_or_default());
         let empty = Cow::Borrowed("");
         for place in 0..self.names.len() {
             field(out, &pointed(fields.get(place).unwrap_or(&empty)));

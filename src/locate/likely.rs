@@ -6,20 +6,49 @@ use super::locator::Locator;
 use crate::estimator::least::{Minimum, by_values};
 
 /// Distances and drives from which the most likely ones are looked for.
-const STARTS: [usize; 2] = [24, 12];
+pub(crate) const STARTS: [usize; 2] = [24, 12];
 /// Distances are looked for beyond the calibrated ones by this share of their range.
-const BEYOND: f64 = 0.1;
+pub(crate) const BEYOND: f64 = 0.1;
 /// A small change of an unknown, relative to the end of its range.
 const STEP: f64 = 1e-5;
 /// Relative change at which a search ends.
 const SETTLED: f64 = 1e-12;
 /// Added to variances, relative: noise-free data leave a covariance of rounding errors.
-const RIDGE: f64 = 1e-9;
+pub(crate) const RIDGE: f64 = 1e-9;
+/// Step of difference quotients of a distance, relative.
+const QUOTIENT: f64 = 1e-4;
+
+/// What a channel shows.
+pub(crate) trait Channel {
+    /// Its calibration: sides, limits, words.
+    fn of(&self) -> &Locator;
+
+    /// Signal that is expected of a tap at `a` by the drive `u`, on the side of `sign`.
+    fn expected(&self, a: f64, u: f64, sign: f64) -> f64 {
+        self.of().expected(a, u, sign)
+    }
+
+    /// Variance of what is expected there, beyond noise.
+    fn left(&self, a: f64, u: f64, sign: f64) -> f64 {
+        let of = self.of();
+        let expected = |a: f64| of.expected(a, u, sign);
+        let slope = (expected(a * (1.0 + QUOTIENT)) - expected(a * (1.0 - QUOTIENT))) / (2.0 * QUOTIENT * a);
+        let alone = of.locate(u, expected(a));
+        let left = (alone.sigma * slope).powi(2) - of.noise().powi(2);
+        if left > 0.0 { left } else { 0.0 }
+    }
+}
+
+impl Channel for Locator {
+    fn of(&self) -> &Locator {
+        self
+    }
+}
 
 /// One tap.
 pub(super) struct Tap<'a> {
     /// Of each channel what answers it and its signal.
-    readings: Vec<(&'a Locator, f64)>,
+    readings: Vec<(&'a dyn Channel, f64)>,
     /// NaN where it is not known.
     drive: f64,
     noise: Cholesky<f64, Dyn>,
@@ -29,9 +58,10 @@ pub(super) struct Tap<'a> {
 
 impl<'a> Tap<'a> {
     /// `None` where a channel is not calibrated on the side of its signal, or the drive is none of the calibrated ones.
-    pub fn new(readings: Vec<(&'a Locator, f64)>, drive: f64, noise: &DMatrix<f64>) -> Option<Self> {
+    pub fn new(readings: Vec<(&'a dyn Channel, f64)>, drive: f64, noise: &DMatrix<f64>) -> Option<Self> {
         let mut bounds = [[0.0, f64::INFINITY]; 2];
-        for (locator, signal) in &readings {
+        for (channel, signal) in &readings {
+            let locator = channel.of();
             let side = locator.sides().iter().find(|s| s.sign == signal.signum())?;
             let [first, last] = side.distances;
             let slack = BEYOND * (last - first);
@@ -44,7 +74,8 @@ impl<'a> Tap<'a> {
                 return None;
             }
         }
-        Some(Self { readings, drive, noise: factor(noise)?, bounds })
+        let shared = bounds[0][0] < bounds[0][1] && bounds[1][0] <= bounds[1][1];
+        shared.then_some(Self { readings, drive, noise: factor(noise)?, bounds })
     }
 
     /// The same with another covariance of noise; `None` where it is none.
@@ -64,7 +95,7 @@ impl<'a> Tap<'a> {
     /// Residuals, white.
     fn white(&self, x: &[f64]) -> Option<Vec<f64>> {
         let [a, u] = self.place(x);
-        let one = |(locator, signal): &(&Locator, f64)| locator.expected(a, u, signal.signum()) - signal;
+        let one = |(channel, signal): &(&dyn Channel, f64)| channel.expected(a, u, signal.signum()) - signal;
         let r = DVector::from_iterator(self.readings.len(), self.readings.iter().map(one));
         let white = self.noise.l_dirty().solve_lower_triangular(&r)?;
         white.iter().all(|x| x.is_finite()).then(|| white.as_slice().to_vec())

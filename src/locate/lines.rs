@@ -2,7 +2,7 @@
 
 use std::io::{BufRead, BufReader, Read};
 
-use super::reading::Lines;
+use super::rows::Rows;
 use super::stream::Ask;
 use crate::error::{Error, InputError};
 
@@ -46,11 +46,11 @@ impl<'a, R: Read> Source<'a, R> {
         self.ask.label.unwrap_or("stdin")
     }
 
-    /// Reads the first line; a header goes to `lines`, anything else is given by [`Self::next`].
+    /// Reads the first line; a header goes to `rows`, anything else is given by [`Self::next`].
     ///
     /// # Errors
     /// A header that does not fit the calibration; input that fails.
-    pub fn first(&mut self, lines: &mut Lines<'_>) -> Result<(), Error> {
+    pub fn first(&mut self, rows: &mut Rows<'_>) -> Result<(), Error> {
         if std::mem::replace(&mut self.begun, true) {
             return Ok(());
         }
@@ -62,7 +62,7 @@ impl<'a, R: Read> Source<'a, R> {
             return Err(at(error.allowed("CSV saved as UTF-8")).into());
         }
         let header = match self.held.and_then(|n| text(&self.line, n)) {
-            Some(text) => lines.first(text, self.ask.columns, self.ask.label.is_some()).map_err(at)?,
+            Some(text) => rows.first(text, self.ask.columns, self.ask.label.is_some()).map_err(at)?,
             None => false,
         };
         if header {
@@ -75,8 +75,8 @@ impl<'a, R: Read> Source<'a, R> {
     ///
     /// # Errors
     /// As [`Self::first`].
-    pub fn next(&mut self, lines: &mut Lines<'_>) -> Result<Option<Line<'_>>, Error> {
-        self.first(lines)?;
+    pub fn next(&mut self, rows: &mut Rows<'_>) -> Result<Option<Line<'_>>, Error> {
+        self.first(rows)?;
         let length = match self.held.take() {
             Some(length) => length,
             None => match self.read()? {

@@ -12,13 +12,14 @@
 
 pub mod calibration;
 mod kept;
-mod likely;
+pub(crate) mod likely;
 mod lines;
 pub mod locator;
 pub mod next;
 pub mod object;
 pub mod pair;
 mod reading;
+mod rows;
 mod said;
 pub mod sequence;
 pub mod several;
@@ -34,6 +35,7 @@ pub use crate::estimator::{self, Estimator};
 pub use calibration::Calibration;
 pub use locator::{Located, Locator};
 pub use pair::{Readings as PairOfReadings, Spatial};
+pub use rows::{Tap, Who};
 pub use said::SaidZero;
 pub use sequence::Sequence;
 pub use several::{Sensor, Several};

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use vibrissa_learned::joint::{Joint, Object, Tap};
 
-use super::reading::Lines;
+use super::rows::{Rows, Who};
 use super::stream::{Ask, number};
 use super::{Located, Locator};
 use crate::error::InputError;
@@ -96,12 +96,13 @@ pub struct Asked {
 }
 
 impl<'a> Objects<'a> {
-    /// Of readings for `locator`, where they are told apart.
+    /// Of readings, where they are told apart.
     ///
     /// # Errors
     /// Several taps of one object where the calibration tells each alone; a column that is not there.
-    pub fn new(locator: &'a Locator, lines: &Lines<'_>, ask: &Ask<'_>) -> Result<Option<Self>, InputError> {
-        let names = lines.names();
+    pub fn new(rows: &Rows<'a>, ask: &Ask<'_>) -> Result<Option<Self>, InputError> {
+        let locator = rows.who.first();
+        let names = rows.names();
         let of = |name: &str| names.iter().position(|n| n == name);
         let place = match ask.by {
             By::Unsaid if !ask.keep => {
@@ -125,14 +126,18 @@ impl<'a> Objects<'a> {
                 }
             },
         };
-        if locator.is_twofold() || !locator.is_learned() {
-            let why = "taps of one object are taken together by `learned`, with one gauge";
+        if !rows.who.is_alone() || !locator.is_learned() {
+            let why = "taps of one object are taken together by `learned`, of one signal";
             if ask.by == By::Unsaid {
                 (ask.warn)(&format!("column object is not looked at: {why}"));
                 return Ok(None);
             }
             let key = if ask.by == By::Same { "--same" } else { "--object" };
-            let estimator = if locator.is_twofold() { "two gauges" } else { locator.estimator.name() };
+            let estimator = match rows.who {
+                Who::Several(_) => "several channels",
+                Who::One(_) if locator.is_twofold() => "two gauges",
+                Who::One(_) => locator.estimator.name(),
+            };
             return Err(InputError::new(why).key(key).value(estimator).allowed("a calibration by learned"));
         }
         Ok(Some(Self {
@@ -152,8 +157,8 @@ impl<'a> Objects<'a> {
     }
 
     /// The object of a line.
-    pub fn name(&self, lines: &Lines<'_>, text: Option<&str>) -> String {
-        let field = |place: usize| lines.fields(text?).get(place).map(|f| f.trim().to_owned());
+    pub fn name(&self, rows: &Rows<'_>, text: Option<&str>) -> String {
+        let field = |place: usize| rows.fields(text?).get(place).map(|f| f.trim().to_owned());
         self.place.and_then(field).unwrap_or_default()
     }
 

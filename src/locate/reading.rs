@@ -150,6 +150,11 @@ impl<'a> Lines<'a> {
         field.and_then(|f| self.decimals.number(f)).map_or(f64::NAN, |value| self.signal(value))
     }
 
+    /// The number of a field that holds one; NaN of any other.
+    pub fn number(&mut self, field: &str) -> f64 {
+        self.decimals.number(field).unwrap_or(f64::NAN)
+    }
+
     /// Strain, or the reading, of a recorded value.
     pub fn signal(&self, value: f64) -> f64 {
         self.unit().strain(value, self.locator.rig.setup.gauge.factor)
@@ -182,12 +187,11 @@ impl<'a> Lines<'a> {
             }
             Some(_) => return None,
         };
-        let mut number = |f: &str| self.decimals.number(f).unwrap_or(f64::NAN);
         let drive = match (drive?, only) {
             ("", Some(only)) => only,
-            (drive, _) => number(drive),
+            (drive, _) => self.decimals.number(drive).unwrap_or(f64::NAN),
         };
-        let value = number(signal);
+        let value = self.decimals.number(signal).unwrap_or(f64::NAN);
         Some((drive, self.signal(value)))
     }
 }

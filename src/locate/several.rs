@@ -6,21 +6,17 @@
 use nalgebra::DMatrix;
 
 use super::calibration::Calibration;
-use super::likely::Tap;
+use super::likely::{Channel as Heard, Tap};
 use super::locator::{Located, Locator};
-use super::table::{Reading, Readings};
 use crate::error::Error;
 use crate::estimator::least::Minimum;
 use crate::estimator::model::exact::Opener;
-use crate::locate::stream::Ask;
 use crate::measure::names::Channel;
 use crate::scene::Signal;
 use crate::status::Status;
 
-/// Step of difference quotients, relative.
-const STEP: f64 = 1e-4;
 /// Squared misfit of one degree of freedom, in units of noise, above which channels contradict each other.
-const CONTRADICTORY: f64 = 36.0;
+pub(crate) const CONTRADICTORY: f64 = 36.0;
 /// Excess of the squared misfit, in units of noise, below which another distance fits as well.
 const ALIKE: f64 = 1.0;
 
@@ -37,17 +33,10 @@ pub struct Sensor {
 pub struct Several {
     /// What answers each of them alone.
     pub locators: Vec<Locator>,
-    columns: Vec<Channel>,
-    covariance: DMatrix<f64>,
-}
-
-/// A reading of all channels.
-#[derive(Debug, Clone)]
-pub struct Together {
-    /// That of each.
-    pub each: Vec<Reading>,
-    /// The distance that all tell.
-    pub located: Located,
+    /// The names of their columns.
+    pub names: Vec<String>,
+    pub(super) columns: Vec<Channel>,
+    pub(crate) covariance: DMatrix<f64>,
 }
 
 impl Several {
@@ -67,95 +56,68 @@ impl Several {
             sensor.channels.iter().zip(&locators).map(|((name, _), l)| column(name, l.unit.signal()));
         Ok(Self {
             columns: columns.collect(),
+            names: sensor.channels.iter().map(|(name, _)| name.clone()).collect(),
             covariance: DMatrix::from_fn(n, n, |i, j| sensor.covariance[i][j]),
             locators,
         })
     }
 
-    /// Reads and answers `bytes`; `added` names the columns that follow what is kept of each row. The header of what is kept, and the rows.
-    ///
-    /// # Errors
-    /// As [`Readings::of`].
-    pub fn read(
-        &self,
-        bytes: &[u8],
-        ask: &Ask<'_>,
-        added: &[&'static str],
-    ) -> Result<(Vec<u8>, Vec<Together>), Error> {
-        let mut all: Vec<Readings> = Vec::new();
-        for (locator, column) in self.locators.iter().zip(&self.columns) {
-            let names = ask.columns.of_channel(column.clone());
-            all.push(Readings::of(locator, bytes, &Ask { columns: &names, ..*ask }, added)?);
-        }
-        let header = all[0].header.clone();
-        let rows = (0..all[0].rows.len()).map(|k| {
-            let each: Vec<Reading> = all.iter().map(|r| r.rows[k].clone()).collect();
-            let signals: Vec<f64> = each.iter().map(|r| r.signal).collect();
-            let shares: Vec<f64> = each.iter().map(|r| r.share).collect();
-            let located = match each.iter().any(|r| r.rests) {
-                true => Located::nothing(Status::NO_STRAIN),
-                false => self.locate(each[0].drive, &signals, &shares),
-            };
-            Together { each, located }
-        });
-        Ok((header, rows.collect()))
-    }
-
     /// The distance of a tap by `drive` (degrees or mm; NaN where it is not known) with these tared signals; of each zero the variance in
     /// units of that of one reading. A channel without a reading is left out.
     pub fn locate(&self, drive: f64, signals: &[f64], shares: &[f64]) -> Located {
-        let used: Vec<usize> =
-            (0..signals.len()).filter(|k| signals[*k].is_finite() && signals[*k] != 0.0).collect();
-        let unknowns = if drive.is_finite() { 1 } else { 2 };
-        if used.len() < unknowns {
-            let none = signals.iter().all(|x| *x == 0.0);
-            return Located::nothing(if none { Status::NO_STRAIN } else { Status::BAD_INPUT });
-        }
-        let mut status = Status::OK;
-        let mut noise = DMatrix::from_fn(used.len(), used.len(), |i, j| self.covariance[(used[i], used[j])]);
-        for (i, k) in used.iter().enumerate() {
-            noise[(i, i)] *= 1.0 + shares[*k];
-            status |= self.locators[*k].limit_of(signals[*k]);
-        }
-        let readings = used.iter().map(|k| (&self.locators[*k], signals[*k])).collect();
-        let Some(tap) = Tap::new(readings, drive, &noise) else {
-            return Located::nothing(status | Status::OUTSIDE_CALIBRATION);
-        };
-        let found = tap.refined(&tap.starts());
-        let Some(first) = found.first() else { return Located::nothing(status | Status::NO_ROOT) };
-        // What the calibrations leave, where the tap is.
-        let [a, u] = tap.place(&first.at);
-        for (i, k) in used.iter().enumerate() {
-            noise[(i, i)] += self.left(*k, a, u, signals[*k].signum());
-        }
-        let starts: Vec<Vec<f64>> = found.into_iter().map(|m| m.at).collect();
-        let found = tap.with_noise(&noise).map_or(Vec::new(), |tap| tap.refined(&starts));
-        let Some((best, others)) = found.split_first() else {
-            return Located::nothing(status | Status::NO_ROOT);
-        };
-        // Channels that no distance explains together have none; where less is left unexplained the answer is less certain.
-        let (misfit, freedom) = (best.chi2(), (used.len() - unknowns) as f64);
-        if freedom > 0.0 && misfit > CONTRADICTORY + 4.0 * freedom {
-            return Located::nothing(status | Status::NO_ROOT);
-        }
-        let wider = if freedom > 0.0 { (misfit / freedom).sqrt().max(1.0) } else { 1.0 };
-        let (a, sigma) = (best.at[0], best.covariance[(0, 0)].sqrt() * wider);
-        let alike = |m: &&Minimum| m.chi2() - misfit < ALIKE && (m.at[0] - a).abs() > 3.0 * sigma;
-        let other = others.iter().find(alike).map(|m| m.at[0]);
-        let side = self.locators[used[0]].sides().iter().find(|s| s.sign == signals[used[0]].signum());
-        status |= side.map_or(Status::OUTSIDE_CALIBRATION, |side| side.doubts(a, other, sigma));
-        Located { distance: a, sigma, status }
+        let channels: Vec<&dyn Heard> = self.locators.iter().map(|l| l as &dyn Heard).collect();
+        together((&channels, &self.covariance), drive, signals, shares)
     }
+}
 
-    /// Variance of what is expected of the channel `k`, beyond noise.
-    fn left(&self, k: usize, a: f64, u: f64, sign: f64) -> f64 {
-        let of = &self.locators[k];
-        let expected = |a: f64| of.expected(a, u, sign);
-        let slope = (expected(a * (1.0 + STEP)) - expected(a * (1.0 - STEP))) / (2.0 * STEP * a);
-        let alone = of.locate(u, expected(a));
-        let left = (alone.sigma * slope).powi(2) - of.noise().powi(2);
-        if left > 0.0 { left } else { 0.0 }
+/// The most likely distance of a tap by `drive`, given the signals of `channels`, whose noise has this covariance; as [`Several::locate`].
+pub(crate) fn together(
+    (channels, covariance): (&[&dyn Heard], &DMatrix<f64>),
+    drive: f64,
+    signals: &[f64],
+    shares: &[f64],
+) -> Located {
+    let used: Vec<usize> =
+        (0..signals.len()).filter(|k| signals[*k].is_finite() && signals[*k] != 0.0).collect();
+    let unknowns = if drive.is_finite() { 1 } else { 2 };
+    if used.len() < unknowns {
+        let none = signals.iter().all(|x| *x == 0.0);
+        return Located::nothing(if none { Status::NO_STRAIN } else { Status::BAD_INPUT });
     }
+    let mut status = Status::OK;
+    let mut noise = DMatrix::from_fn(used.len(), used.len(), |i, j| covariance[(used[i], used[j])]);
+    for (i, k) in used.iter().enumerate() {
+        noise[(i, i)] *= 1.0 + shares[*k];
+        status |= channels[*k].of().limit_of(signals[*k]);
+    }
+    let readings = used.iter().map(|k| (channels[*k], signals[*k])).collect();
+    let Some(tap) = Tap::new(readings, drive, &noise) else {
+        return Located::nothing(status | Status::OUTSIDE_CALIBRATION);
+    };
+    let found = tap.refined(&tap.starts());
+    let Some(first) = found.first() else { return Located::nothing(status | Status::NO_ROOT) };
+    // What the calibrations leave, where the tap is.
+    let [a, u] = tap.place(&first.at);
+    for (i, k) in used.iter().enumerate() {
+        noise[(i, i)] += channels[*k].left(a, u, signals[*k].signum());
+    }
+    let starts: Vec<Vec<f64>> = found.into_iter().map(|m| m.at).collect();
+    let found = tap.with_noise(&noise).map_or(Vec::new(), |tap| tap.refined(&starts));
+    let Some((best, others)) = found.split_first() else {
+        return Located::nothing(status | Status::NO_ROOT);
+    };
+    // Channels that no distance explains together have none; where less is left unexplained the answer is less certain.
+    let (misfit, freedom) = (best.chi2(), (used.len() - unknowns) as f64);
+    if freedom > 0.0 && misfit > CONTRADICTORY + 4.0 * freedom {
+        return Located::nothing(status | Status::NO_ROOT);
+    }
+    let wider = if freedom > 0.0 { (misfit / freedom).sqrt().max(1.0) } else { 1.0 };
+    let (a, sigma) = (best.at[0], best.covariance[(0, 0)].sqrt() * wider);
+    let alike = |m: &&Minimum| m.chi2() - misfit < ALIKE && (m.at[0] - a).abs() > 3.0 * sigma;
+    let other = others.iter().find(alike).map(|m| m.at[0]);
+    let side = channels[used[0]].of().sides().iter().find(|s| s.sign == signals[used[0]].signum());
+    status |= side.map_or(Status::OUTSIDE_CALIBRATION, |side| side.doubts(a, other, sigma));
+    Located { distance: a, sigma, status }
 }
 
 /// The column of the channel `name`, which shows `signal`.

@@ -7,8 +7,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::kept::{Kept, added, field};
 use super::lines::Source;
 use super::object::{Asked, By, Objects, Together};
-use super::pair::{Readings, Spatial};
+use super::pair::Spatial;
 use super::reading::Lines;
+use super::rows::{Rows, Tap, Who};
 use super::tare::{Tare, doubt};
 use super::{Located, Locator};
 use crate::error::{Error, InputError};
@@ -61,106 +62,109 @@ pub struct Ask<'a> {
 }
 
 impl Ask<'_> {
-    /// Refuses a zero that was given beside those of the file, of both gauges.
+    /// Refuses a zero that was given beside those of the file, of each signal.
     ///
     /// # Errors
     /// That.
-    pub fn contradicted(&self, [zero, _]: &[Zero; 2]) -> Result<(), InputError> {
+    pub fn contradicted(&self, zeros: &[Zero]) -> Result<(), InputError> {
+        let zero = &zeros[0];
         let (Some(x), true) = (self.zero[0], zero.count > 0) else { return Ok(()) };
         let error = InputError::new("these readings have zero readings of their own").key("--zero");
         Err(error.value(plain(x)).allowed(format!("nothing: {} rows say it", zero.count)))
     }
 }
 
-/// Zero readings of a whole file, of one gauge and of a second, and the lines of those that are none by their size. Empty where the file has none.
+/// Zero readings of a whole file, those of each signal, and the lines of those that are none by their size. Empty where the file has none.
 ///
 /// # Errors
 /// As [`answer`].
-pub fn zeros(locator: &Locator, input: impl Read, ask: &Ask<'_>) -> Result<([Zero; 2], Vec<usize>), Error> {
+pub fn zeros<'a>(
+    who: impl Into<Who<'a>>,
+    input: impl Read,
+    ask: &Ask<'_>,
+) -> Result<(Vec<Zero>, Vec<usize>), Error> {
+    let who = who.into();
     let mut source = Source::new(input, ask);
-    let mut lines = Lines::new(locator);
-    let (mut readings, mut numbers, mut sizes) = (Vec::new(), Vec::new(), Vec::new());
-    let mut seconds: Vec<(usize, f64)> = Vec::new();
-    while let Some(line) = source.next(&mut lines)? {
-        match line.text.and_then(|t| lines.parse(t)) {
-            Some((drive, signal)) if locator.rests(drive) && signal.is_finite() => {
-                let last = readings.last().map_or(signal, |(_, zero)| *zero);
-                readings.push((line.place, locator.beside(last, signal)));
-                numbers.push(line.number);
-                let second = line.text.map_or(f64::NAN, |t| lines.second(t));
-                seconds.extend(second.is_finite().then_some((line.place, second)));
-            }
-            Some((_, signal)) if signal.is_finite() => sizes.push(signal),
-            _ => {}
+    let mut rows = Rows::new(who);
+    let (mut readings, mut numbers, mut sizes) = (vec![Vec::new(); who.signals()], Vec::new(), Vec::new());
+    while let Some(line) = source.next(&mut rows)? {
+        let Some((drive, signals)) = line.text.and_then(|t| rows.parse(t)) else { continue };
+        if !rows.rests(drive, &signals) {
+            sizes.extend(Some(signals[0]).filter(|x| x.is_finite()));
+            continue;
+        }
+        numbers.push((line.place, line.number));
+        for (k, signal) in signals.into_iter().enumerate().filter(|(_, x)| x.is_finite()) {
+            let last = readings[k].last().map_or(signal, |(_, zero)| *zero);
+            readings[k].push((line.place, who.locator(k).beside(last, signal)));
         }
     }
-    let mut all: Vec<f64> = readings.iter().map(|r| r.1).collect();
+    let mut all: Vec<f64> = readings[0].iter().map(|r| r.1).collect();
     if all.is_empty() {
-        return Ok((Default::default(), Vec::new()));
+        return Ok((vec![Zero::default(); who.signals()], Vec::new()));
     }
     let middle = crate::reduce::median(&mut all);
+    let locator = who.first();
     let mut sizes: Vec<f64> = sizes.iter().map(|s| (locator.beside(middle, *s) - middle).abs()).collect();
     let scale = if sizes.is_empty() { f64::INFINITY } else { crate::reduce::median(&mut sizes) };
-    let off = Zero::outliers(&readings, scale);
-    let wrong = readings.iter().zip(&numbers).filter(|(r, _)| off.contains(&r.0)).map(|(_, n)| *n).collect();
-    readings.retain(|r| !off.contains(&r.0));
-    seconds.retain(|r| !off.contains(&r.0));
-    Ok(([Zero::new(&readings), Zero::new(&seconds)], wrong))
+    let off = Zero::outliers(&readings[0], scale);
+    let wrong = numbers.iter().filter(|(place, _)| off.contains(place)).map(|(_, n)| *n).collect();
+    readings.iter_mut().for_each(|all| all.retain(|r| !off.contains(&r.0)));
+    Ok((readings.iter().map(|all| Zero::new(all)).collect(), wrong))
 }
 
 /// Answers every line of `input`. A header may come first. When `stop` is set, the input ends after its last whole line. `zero` is
-/// that of the file, of both gauges, if it has one; of a stream the zero readings among the lines serve those after them.
+/// that of the file, of each signal, if it has one; of a stream the zero readings among the lines serve those after them.
 ///
 /// # Errors
 /// A header that does not fit the calibration; input or output that fails. A line that is no reading is answered by its status.
-pub fn answer(
-    locator: &Locator,
+pub fn answer<'a>(
+    who: impl Into<Who<'a>>,
     input: impl Read,
     ask: &Ask<'_>,
-    zero: Option<[Zero; 2]>,
+    zero: Option<Vec<Zero>>,
     stop: &AtomicBool,
     write: Write<'_>,
 ) -> Result<Counts, Error> {
+    let who = who.into();
+    let locator = who.first();
     let mut source = Source::new(input, ask);
-    let mut lines = Lines::new(locator);
+    let mut rows = Rows::new(who);
     let mut out = Vec::with_capacity(2 * BATCH);
     let mut counts = Counts::default();
-    let two = locator.is_twofold();
     if !ask.keep {
-        let (drive, signal) = (locator.rig.setup.drive.column(), locator.unit.common());
-        let second = if two { format!("{},", locator.unit.second_common()) } else { String::new() };
-        let mut answer = added(locator)[1..].to_vec();
+        let mut names = vec![locator.rig.setup.drive.column()];
+        names.extend((0..who.signals()).map(|k| who.column(k)));
+        names.extend(&added(who)[1..]);
         if ask.by != By::Unsaid {
-            answer.extend(Objects::columns(ask.by, false));
+            names.extend(Objects::columns(ask.by, false));
         }
-        out.extend(format!("{drive},{signal},{second}{}\n", answer.join(",")).bytes());
+        out.extend(format!("{}\n", names.join(",")).bytes());
         // Whoever starts a stream may want to see that it is ready.
         write(&out, true)?;
         out.clear();
     }
-    source.first(&mut lines)?;
-    let [mut tare, mut tare_2] = tares(locator, &lines, ask, zero.unwrap_or_default())?;
+    source.first(&mut rows)?;
+    let mut tares = tares(who, rows.lines(), ask, zero.unwrap_or_default())?;
     let label = |e: InputError| e.at(ask.label.unwrap_or("stdin"), None);
-    let mut objects = Objects::new(locator, &lines, ask).map_err(label)?;
+    let mut objects = Objects::new(&rows, ask).map_err(label)?;
     let together = objects.iter().flat_map(|_| Objects::columns(ask.by, true));
-    let columns: Vec<&str> = added(locator).into_iter().chain(together).collect();
-    let kept = ask.keep.then(|| Kept::new(locator, &lines, &columns));
+    let columns: Vec<&str> = added(who).into_iter().chain(together).collect();
+    let kept = ask.keep.then(|| Kept::new(&rows, &columns));
     if let Some(kept) = &kept {
         kept.header(&mut out);
     }
     let (mut asked, mut follows) = (false, false);
     let mut one = None;
     let mut batch = Batch::default();
-    while let Some(line) = source.next(&mut lines)? {
+    while let Some(line) = source.next(&mut rows)? {
         if stop.load(Ordering::Relaxed) && !line.whole {
             break;
         }
-        let read = line.text.and_then(|t| lines.parse(t));
-        let (drive, signal) = read.unwrap_or((f64::NAN, f64::NAN));
-        let finite = drive.is_finite() && signal.is_finite();
-        // Of a line that is no reading, no field is known to be the second signal.
-        let second = line.text.filter(|_| two && read.is_some()).map_or(f64::NAN, |t| lines.second(t));
-        let is_zero = finite && locator.rests(drive);
+        // Of a line that is no reading, no field is known to be a signal.
+        let read = line.text.and_then(|t| rows.parse(t));
+        let (drive, signals) = read.unwrap_or_else(|| (f64::NAN, vec![f64::NAN; who.signals()]));
+        let is_zero = rows.rests(drive, &signals);
         let (mut zero, mut together) = (None, None);
         let found = if is_zero {
             counts.zeros += 1;
@@ -171,46 +175,55 @@ pub fn answer(
                     plain(zero)
                 ));
             }
-            if let Some(zero) = tare.see(locator, signal, follows) {
-                (ask.warn)(&format!(
-                    "line {}: a zero reading of {signal:.4e} is far off the others ({zero:.4e}); it is not used unless the next one is like it",
-                    line.number
-                ));
-            }
-            if second.is_finite() {
-                let _ = tare_2.see(locator, second, follows);
+            for (k, signal) in signals.iter().enumerate().filter(|(_, x)| x.is_finite()) {
+                let aside = tares[k].see(who.locator(k), *signal, follows);
+                if let Some(zero) = aside.filter(|_| k == 0 || who.finds_drives()) {
+                    (ask.warn)(&format!(
+                        "line {}: a zero reading of {signal:.4e} is far off the others ({zero:.4e}); it is not used unless the next one is like it",
+                        line.number
+                    ));
+                }
             }
             Answer::Known(Located::nothing(Status::NO_STRAIN))
-        } else if !finite {
-            Answer::Known(Located::nothing(Status::BAD_INPUT))
-        } else if !locator.drive_recorded && !same(&mut one, drive, locator, ask) {
+        } else if let Some(why) = rows.lacks(drive, &signals) {
+            Answer::Known(Located::nothing(why))
+        } else if !locator.drive_recorded && !who.finds_drives() && !same(&mut one, drive, locator, ask) {
             Answer::Known(Located::nothing(Status::OUTSIDE_CALIBRATION))
         } else {
             let drive = if locator.drive_recorded { drive } else { UNRECORDED };
-            zero = tare.at(line.place);
+            let zeros: Vec<Option<(f64, f64)>> = tares.iter().map(|tare| tare.at(line.place)).collect();
             if !std::mem::replace(&mut asked, true) {
-                doubt(locator, zero.map(|z| z.0)).iter().for_each(|text| (ask.warn)(text));
+                let known = if who.is_twofold() { 1 } else { zeros.len() };
+                let doubts = (0..known).filter_map(|k| doubt(who.locator(k), zeros[k].map(|z| z.0)));
+                for text in doubts {
+                    match who.finds_drives() {
+                        true => (ask.warn)(&text.replace(", or --zero", "")),
+                        false => (ask.warn)(&text),
+                    }
+                }
             }
-            let (value, share) = zero.unwrap_or((0.0, 0.0));
-            let signal = lines.above(signal, value);
-            if two {
-                let (value, share_2) = tare_2.at(line.place).unwrap_or((0.0, 0.0));
-                let signals = [signal, lines.above(second, value)];
-                Answer::Asked(Readings { drive, signals, shares: [share, share_2] })
-            } else {
-                let located = locator.locate_above(drive, signal, 0.0, share);
+            zero = zeros[0];
+            let values = zeros.iter().map(|z| z.unwrap_or((0.0, 0.0)));
+            let (values, shares): (Vec<f64>, Vec<f64>) = values.unzip();
+            let above = (0..values.len()).map(|k| rows.above(k, signals[k], values[k])).collect();
+            let tap = Tap { drive, signals: above, shares };
+            if who.is_alone() {
+                let located = locator.locate_above(drive, tap.signals[0], 0.0, tap.shares[0]);
                 if let Some(objects) = &mut objects {
+                    let (signal, share) = (tap.signals[0], tap.shares[0]);
                     let tap = Asked { line: line.number, drive, signal, share, zero: counts.zeros };
-                    let name = objects.name(&lines, line.text);
+                    let name = objects.name(&rows, line.text);
                     together = objects.tell(&name, tap, &located, ask);
                 }
                 Answer::Known(located)
+            } else {
+                Answer::Asked(tap)
             }
         };
         let more = objects.as_ref().map(|objects| {
             let mut more = Vec::new();
             if !ask.keep && matches!(ask.by, By::Column(_)) {
-                field(&mut more, &objects.name(&lines, line.text));
+                field(&mut more, &objects.name(&rows, line.text));
             }
             Together::write(together.as_ref(), &mut more);
             more
@@ -220,22 +233,19 @@ pub fn answer(
         match &kept {
             Some(kept) => {
                 let zero = zero.map_or(f64::NAN, |z| z.0);
-                kept.row(&mut batch.asked, &line, &lines, [drive, signal, zero]);
+                kept.row(&mut batch.asked, &line, &rows, [drive, signals[0], zero]);
             }
             None => {
                 let shown = if locator.drive_recorded || drive != UNRECORDED { drive } else { f64::NAN };
                 number(&mut batch.asked, shown);
-                number(&mut batch.asked, signal);
-                if two {
-                    number(&mut batch.asked, second);
-                }
+                signals.iter().for_each(|signal| number(&mut batch.asked, *signal));
             }
         }
         batch.answers.push((batch.asked.len(), found, more));
         // Whoever sent half a line waits for the answers to those before it.
         let waiting = line.waiting;
         if waiting || batch.asked.len() >= BATCH || batch.answers.len() >= TOGETHER {
-            batch.answer(locator, &mut out, &mut counts)?;
+            batch.answer(who, &mut out, &mut counts)?;
             write(&out, waiting)?;
             out.clear();
         }
@@ -244,36 +254,40 @@ pub fn answer(
         }
     }
     counts.stopped = stop.load(Ordering::Relaxed);
-    batch.answer(locator, &mut out, &mut counts)?;
+    batch.answer(who, &mut out, &mut counts)?;
     write(&out, true)?;
     Ok(counts)
 }
 
-/// The zeros of the first signal and of the second: those of the file, if it has any, else what the user said or the calibration fitted.
+/// The zero of each signal: that of the file, if it has any, else what the user said or the calibration fitted.
 ///
 /// # Errors
 /// A zero that no such signal has.
 pub(super) fn tares(
-    locator: &Locator,
+    who: Who<'_>,
     lines: &Lines<'_>,
     ask: &Ask<'_>,
-    [zero, zero_2]: [Zero; 2],
-) -> Result<[Tare; 2], InputError> {
+    zeros: Vec<Zero>,
+) -> Result<Vec<Tare>, InputError> {
     let said = ask.zero.map(|zero| zero.map(|z| lines.signal(z)));
     if let Some(k) = (0..2).find(|&k| said[k].is_some_and(|z| !z.is_finite())) {
         let error = InputError::new("this is no zero of such a signal").key("--zero");
         let error = error.value(plain(ask.zero[k].unwrap_or(f64::NAN)));
         return Err(error.allowed("a number in the unit of the signal"));
     }
-    let first = if zero.count > 0 { Tare::File(zero) } else { Tare::new(locator, said[0]) };
-    let second = if zero_2.count > 0 { Tare::File(zero_2) } else { Tare::said(said[1]) };
-    Ok([first, second])
+    let mut zeros = zeros.into_iter();
+    let tare = |k: usize| match zeros.next().filter(|zero| zero.count > 0) {
+        Some(zero) => Tare::File(zero),
+        None if k > 0 && who.is_twofold() => Tare::said(said[k]),
+        None => Tare::new(who.locator(k), said[k.min(1)].filter(|_| !who.finds_drives())),
+    };
+    Ok((0..who.signals()).map(tare).collect())
 }
 
 /// What a line is answered by.
 enum Answer {
     Known(Located),
-    Asked(Readings),
+    Asked(Tap),
 }
 
 /// Lines that are answered together.
@@ -287,24 +301,31 @@ struct Batch {
 
 impl Batch {
     /// Writes the lines with their answers into `out`, and forgets them.
-    fn answer(&mut self, locator: &Locator, out: &mut Vec<u8>, counts: &mut Counts) -> Result<(), Error> {
-        let readings = self.answers.iter().filter_map(|(_, answer, _)| match answer {
-            Answer::Asked(readings) => Some(*readings),
-            Answer::Known(_) => None,
-        });
-        let readings: Vec<Readings> = readings.collect();
-        let mut located = locator.locate_pairs(&readings)?.into_iter();
-        let mut from = 0;
-        for (to, answer, more) in self.answers.drain(..) {
+    fn answer(&mut self, who: Who<'_>, out: &mut Vec<u8>, counts: &mut Counts) -> Result<(), Error> {
+        let answers = std::mem::take(&mut self.answers);
+        let (mut taps, mut known) = (Vec::new(), Vec::with_capacity(answers.len()));
+        for (to, answer, more) in answers {
             let found = match answer {
-                Answer::Known(located) => Some(Spatial { located, ..Spatial::nothing(located.status) }),
-                Answer::Asked(_) => located.next(),
+                Answer::Known(located) => Some(located),
+                Answer::Asked(tap) => {
+                    taps.push(tap);
+                    None
+                }
+            };
+            known.push((to, found, more));
+        }
+        let mut located = who.answer(&taps)?.into_iter();
+        let mut from = 0;
+        for (to, found, more) in known {
+            let found = match found {
+                Some(located) => Some(Spatial { located, ..Spatial::nothing(located.status) }),
+                None => located.next(),
             };
             let found = found.unwrap_or(Spatial::nothing(Status::BAD_INPUT));
             note(counts, found.located.status);
             out.extend_from_slice(&self.asked[from..to]);
             let numbers = found.numbers();
-            row(out, if locator.is_twofold() { &numbers } else { &numbers[..2] }, found.located.status);
+            row(out, if who.is_twofold() { &numbers } else { &numbers[..2] }, found.located.status);
             if let Some(more) = more {
                 out.push(b',');
                 out.extend(more);

@@ -3,7 +3,7 @@
 use super::kept::Kept;
 use super::lines::Source;
 use super::pair::Readings as PairOfReadings;
-use super::reading::Lines;
+use super::rows::{Rows, Who};
 use super::stream::{Ask, number, tares, zeros};
 use super::tare::doubt;
 use super::{Located, Locator};
@@ -63,25 +63,28 @@ impl Readings {
             ));
         }
         let mut source = Source::new(bytes, ask);
-        let mut lines = Lines::new(locator);
+        let mut lines = Rows::new(locator);
         source.first(&mut lines)?;
-        let [tare, tare_2] = tares(locator, &lines, ask, read)?;
-        let kept = Kept::new(locator, &lines, added);
+        let tares = tares(Who::One(locator), lines.lines(), ask, read)?;
+        let kept = Kept::new(&lines, added);
         let mut header = Vec::new();
         kept.header(&mut header);
         let names = lines.names();
         let (mut rows, mut asked): (Vec<Reading>, bool) = Default::default();
         let (mut pairs, mut places): (Vec<PairOfReadings>, Vec<usize>) = Default::default();
         while let Some(line) = source.next(&mut lines)? {
-            let (drive, recorded) = line.text.and_then(|t| lines.parse(t)).unwrap_or((f64::NAN, f64::NAN));
-            let finite = drive.is_finite() && recorded.is_finite();
+            let (drive, recorded) = line
+                .text
+                .and_then(|t| lines.parse(t))
+                .unwrap_or_else(|| (f64::NAN, vec![f64::NAN; tares.len()]));
+            let finite = drive.is_finite() && recorded[0].is_finite();
             let rests = finite && locator.rests(drive);
-            let zero = if finite && !rests { tare.at(line.place) } else { None };
+            let zero = if finite && !rests { tares[0].at(line.place) } else { None };
             if finite && !rests && !std::mem::replace(&mut asked, true) {
                 doubt(locator, zero.map(|z| z.0)).iter().for_each(|text| (ask.warn)(text));
             }
             let (value, share) = zero.unwrap_or((0.0, 0.0));
-            let signal = lines.above(recorded, value);
+            let signal = lines.above(0, recorded[0], value);
             let located = match (rests, finite) {
                 (true, _) => Located::nothing(Status::NO_STRAIN),
                 (_, false) => Located::nothing(Status::BAD_INPUT),
@@ -89,9 +92,8 @@ impl Readings {
                     // A drive that was not recorded when the whisker was calibrated counts as 1 here too.
                     let drive = if locator.drive_recorded { drive } else { 1.0 };
                     if locator.is_twofold() {
-                        let second = line.text.map_or(f64::NAN, |t| lines.second(t));
-                        let (value, share_2) = tare_2.at(line.place).unwrap_or((0.0, 0.0));
-                        let signals = [signal, lines.above(second, value)];
+                        let (value, share_2) = tares[1].at(line.place).unwrap_or((0.0, 0.0));
+                        let signals = [signal, lines.above(1, recorded[1], value)];
                         pairs.push(PairOfReadings { drive, signals, shares: [share, share_2] });
                         places.push(rows.len());
                         Located::nothing(Status::OK)
@@ -104,7 +106,7 @@ impl Readings {
                 lines.fields(line.text.unwrap_or_default()).iter().map(|f| f.to_string()).collect();
             let fields = if fields.len() == names.len() { fields } else { Vec::new() };
             let mut bytes = Vec::new();
-            kept.row(&mut bytes, &line, &lines, [drive, recorded, zero.map_or(f64::NAN, |z| z.0)]);
+            kept.row(&mut bytes, &line, &lines, [drive, recorded[0], zero.map_or(f64::NAN, |z| z.0)]);
             rows.push(Reading {
                 line: line.number,
                 fields,

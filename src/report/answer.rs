@@ -216,6 +216,25 @@ pub fn of_calibration(source: &Source) -> String {
     }
 }
 
+/// A calibration of several channels.
+pub fn of_channels(source: &Source) -> String {
+    let (result, number) =
+        (&source.run["result"], |v: &Value| v.as_f64().map_or("unknown".to_owned(), rounded));
+    let alone = |c: &Value| {
+        format!("{} to {} mm", c["name"].as_str().unwrap_or_default(), number(&c["held_out_rms_mm"]))
+    };
+    let channels: Vec<String> = result["channels"].as_array().into_iter().flatten().map(alone).collect();
+    let taps = count(result["taps"].as_u64().unwrap_or(0) as usize, "calibrated tap");
+    let within = result["within_sigma"].as_f64().map_or(String::new(), |x| {
+        format!(", {} of them within the standard deviation that is given with them", percent(x))
+    });
+    format!(
+        "All channels together tell the distances of {taps} to {} mm rms{within}. Each alone tells distances that it has not seen: {}.",
+        number(&result["rms_mm"]),
+        channels.join(", ")
+    )
+}
+
 /// Readings and their distances.
 pub fn of_readings(table: &Table) -> Result<String, InputError> {
     let (distance, sigma) = (table.numbers("distance_mm")?, table.numbers("sigma_mm")?);

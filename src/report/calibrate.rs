@@ -18,6 +18,9 @@ const CUT: &str = "The axis fits the bulk of the taps; an arrow at the edge stan
 /// # Errors
 /// Tables that are missing or damaged.
 pub fn content(source: &Source) -> Result<Content, Error> {
+    if let Some(taps) = source.maybe("channels.csv")? {
+        return of_channels(source, &taps);
+    }
     let mut c = Content { answer: answer::of_calibration(source), ..Content::default() };
     let rows = source.table("rows.csv")?;
     let cells = source.table("K_table.csv")?;
@@ -29,7 +32,8 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     c.figure(curves(&rows, &cells, drive, signal, &drives)?);
     c.figure(residuals(&rows, signal)?);
     c.figure(held_out(&rows)?);
-    if let Some(figure) = coverage(&rows)? {
+    let seen = ("held_out_error_mm", "distances left out", "rows.csv");
+    if let Some(figure) = coverage(&rows, &used(&rows)[0], seen)? {
         c.figure(figure);
     }
     if let Some(designs) = source.maybe("designs.csv")?
@@ -56,6 +60,61 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     c.fact("noise from", &result["noise_from"]);
     c.table(&rows, (0..rows.len.min(SHOWN)).collect(), "the first", true);
     c.first_rows(source, &["K_table.csv", "designs.csv", "distances.csv"])?;
+    Ok(c)
+}
+
+/// Of a sensor with several channels: what each leaves, and the distances that all tell together.
+fn of_channels(source: &Source, taps: &Table) -> Result<Content, Error> {
+    let mut c = Content { answer: answer::of_channels(source), ..Content::default() };
+    let channels = source.run["result"]["channels"].as_array().cloned().unwrap_or_default();
+    let uses = [("used", 0, Marker::Circle), ("suspect", 1, Marker::Square)];
+    let of = |word: &str| taps.rows(|r| taps.word("use", r) == word);
+    let with = |panel: Panel, y: &[f64], error: &[f64]| {
+        uses.iter().fold(panel.with(zero()), |panel, (word, colour, marker)| {
+            let (rows, a) = (of(word), taps.numbers("a_mm").unwrap_or_default());
+            panel.with(Mark::Points {
+                path: Path::new(*word, *colour, rows.iter().map(|r| (a[*r], y[*r]))),
+                marker: *marker,
+                error: if error.is_empty() { Vec::new() } else { rows.iter().map(|r| error[*r]).collect() },
+                rows: if taps.len <= SHOWN { rows.clone() } else { Vec::new() },
+                notes: rows.iter().map(|r| format!("line {}", taps.word("line", *r))).collect(),
+            })
+        })
+    };
+    let mut panels = Vec::new();
+    for channel in &channels {
+        let name = channel["name"].as_str().unwrap_or_default();
+        let column = match channel["signal"].as_str() {
+            Some(signal) if taps.has(signal) => signal,
+            _ => name,
+        };
+        let (signal, expected) = (taps.numbers(name)?, taps.numbers(&format!("{name}_expected"))?);
+        let left: Vec<f64> = signal.iter().zip(expected).map(|(y, e)| y - e).collect();
+        let y = Axis::new(&format!("{name} − expected"), &quantity::axis(column).unit);
+        panels.push(outliers::cut(with(Panel::new(name, quantity::axis("a_mm"), y), &left, &[]), "used"));
+    }
+    let caption = format!("Signal of each channel less what its calibration expects (channels.csv). {CUT}");
+    c.figure(Figure::new("residuals", "Residuals of each channel", caption, panels));
+    let panel = Panel::new("", quantity::axis("a_mm"), Axis::new("error â − a", "mm"));
+    let panel = with(panel, taps.numbers("error_mm")?, taps.numbers("sigma_mm")?);
+    let caption = format!(
+        "Error of the distance that all channels tell together, of calibrated taps, with the standard deviation that is given for it (channels.csv). {CUT}"
+    );
+    c.figure(Figure::new(
+        "errors",
+        "Errors of all channels together",
+        caption,
+        vec![outliers::cut(panel, "used")],
+    ));
+    if let Some(figure) = coverage(taps, &of("used"), ("error_mm", "calibrated distances", "channels.csv"))? {
+        c.figure(figure);
+    }
+    for channel in &channels {
+        let name = channel["name"].as_str().unwrap_or_default();
+        c.fact(&format!("noise of {name}"), &channel["noise"]);
+        c.fact(&format!("{name} alone, on distances left out, mm"), &channel["held_out_rms_mm"]);
+    }
+    c.table(taps, (0..taps.len.min(SHOWN)).collect(), "the first", true);
     Ok(c)
 }
 
@@ -239,9 +298,12 @@ fn held_out(rows: &Table) -> Result<Figure, InputError> {
 }
 
 /// Share of taps whose error is within so many σ, beside that of a normal distribution.
-fn coverage(rows: &Table) -> Result<Option<Figure>, InputError> {
-    let [used, _] = used(rows);
-    let (error, sigma) = (rows.numbers("held_out_error_mm")?, rows.numbers("sigma_mm")?);
+fn coverage(
+    rows: &Table,
+    used: &[usize],
+    (column, distances, file): (&str, &str, &str),
+) -> Result<Option<Figure>, InputError> {
+    let (error, sigma) = (rows.numbers(column)?, rows.numbers("sigma_mm")?);
     let mut ratios: Vec<f64> =
         used.iter().map(|r| error[*r].abs() / sigma[*r]).filter(|x| x.is_finite()).collect();
     if ratios.len() < 5 {
@@ -256,11 +318,11 @@ fn coverage(rows: &Table) -> Result<Option<Figure>, InputError> {
         Axis::new("|error|/σ", "").over([0.0, 4.0]),
         Axis::new("share of taps below", "").over([0.0, 1.02]),
     )
-    .with(Mark::line(Path::new("errors on distances left out", 0, steps), 0))
+    .with(Mark::line(Path::new(format!("errors on {distances}"), 0, steps), 0))
     .with(Mark::line(Path::new("normal distribution", 4, normal), 1));
     let beyond = ratios.iter().filter(|x| **x > 4.0).count();
     let caption = format!(
-        "Share of {} taps whose error on a distance left out is within so many of its standard deviations; {beyond} lie beyond 4 (rows.csv).",
+        "Share of {} taps whose error on {distances} is within so many of its standard deviations; {beyond} lie beyond 4 ({file}).",
         ratios.len()
     );
     Ok(Some(Figure::new("coverage", "Coverage", caption, vec![panel])))

@@ -1,6 +1,7 @@
 //! Sensors of several channels: distance and force are the most likely of all readings together.
 
 use crate::common::program::Desk;
+use crate::common::robot::{Answer, by_c_of, by_python, sorted};
 use crate::common::sweeping::{CPU, REFERENCE, Row, number, sweep, sweep_with};
 
 /// A sweep with these lines in [sensor] and after [tap].
@@ -185,7 +186,7 @@ fn a_sensor_is_simulated_calibrated_and_read_by_all_its_channels() {
     ];
     let desk = calibrated(&all);
     let answers = desk.run(&["locate", "c/calibration.toml", "f/measurements.csv", "--out", "l"]).exits(0);
-    assert!(answers.stdout.contains("2 channels together"), "{}", answers.stdout);
+    assert!(answers.stdout.contains("the channels moment_Nmm, force_N together"), "{}", answers.stdout);
     let [off, rms] = scored(&desk, "l");
     assert!((0.5..1.5).contains(&off), "errors of {off} σ");
     // One of them alone knows less.
@@ -233,8 +234,6 @@ fn mixed_channels_are_calibrated_from_the_data_alone() {
     desk.write("less.csv", table);
     let changed = desk.read("c/calibration.toml").replacen("noise = ", "noise = 1", 1);
     desk.write("changed.toml", changed);
-    let calibrate =
-        ["calibrate", "s/measurements.csv", "--whisker", "spec.toml", "--export", "c", "--out", "x"];
     let text = desk.read("c/calibration.toml");
     let first = text.find("covariance = [[").unwrap() + "covariance = [[".len();
     desk.write("loud.toml", format!("{}9{}", &text[..first], &text[first..]));
@@ -244,7 +243,7 @@ fn mixed_channels_are_calibrated_from_the_data_alone() {
         (&["locate", "c/calibration.toml", "f/measurements.csv", "--zero", "1", "--out", "x"], "one signal"),
         (&["locate", "changed.toml", "f/measurements.csv", "--out", "x"], "edited by hand"),
         (&["simulate", "spec.toml", "--noise", "1e-5", "--out", "x"], "several channels"),
-        (&calibrate, "--export: this is said of one signal"),
+        (&["locate", "c/calibration.toml", "f/measurements.csv", "--same", "--out", "x"], "several channels"),
         (
             &["contour", "--calibration", "c/calibration.toml", "f/measurements.csv", "--out", "x"],
             "several channels",
@@ -252,6 +251,68 @@ fn mixed_channels_are_calibrated_from_the_data_alone() {
     ] {
         let ran = desk.run(arguments).exits(2);
         assert!(ran.stderr.contains(words), "{arguments:?}: {}", ran.stderr);
+    }
+}
+
+/// Readings of the folder `f` above their zero, as programs of a robot read them; of each the drive that the sensor knows, or none.
+fn taps(desk: &Desk, names: &[&str], drive: bool) -> String {
+    let table = desk.read("f/measurements.csv");
+    let columns: Vec<Vec<f64>> = names.iter().map(|name| column(&table, name)).collect();
+    let at = |k: usize| {
+        let known = if drive { "3.5".to_owned() } else { "nan".to_owned() };
+        let signals = columns.iter().map(|c| (c[k] * 1.01).to_string());
+        std::iter::once(known).chain(signals).collect::<Vec<_>>().join(",")
+    };
+    let drives = column(&table, "theta_deg");
+    (0..drives.len()).filter(|k| drives[*k] != 0.0).map(at).collect::<Vec<_>>().join("\n") + "\n"
+}
+
+#[test]
+fn programs_for_robots_and_streams_answer_as_locate_does() {
+    let list = "signal = [\"moment\", \"force\", \"strain\"]\nnoise = [0.02, 0.001, 2e-5]";
+    let matrix = "matrix = [[1, 0, 10], [0.5, 0, -10]]\ncovariance = [[5e-4, 1e-4], [1e-4, 2e-4]]";
+    let names: [&[&str]; 2] = [&["moment_Nmm", "force_N", "strain"], &["channel_1", "channel_2"]];
+    for (sensor, names) in [list, matrix].into_iter().zip(names) {
+        let desk = calibrated(sensor);
+        let said = ["--whisker", "spec.toml", "--out", "e", "--export", "c,python"];
+        desk.run(&[&["calibrate", "s/measurements.csv"][..], &said].concat()).exits(0);
+        for drive in [true, false] {
+            let input = taps(&desk, names, drive);
+            let rows = if drive { input.clone() } else { input.replace("nan,", "") };
+            let header = if drive { "theta_deg," } else { "" };
+            desk.write("taps.csv", format!("{header}{}\n{rows}", names.join(",")));
+            desk.run(&["locate", "e/calibration.toml", "taps.csv", "--out", "l", "--force"]).exits(0);
+            let table = desk.read("l/located.csv");
+            let [a, sigma] = ["distance_mm", "sigma_mm"].map(|name| column(&table, name));
+            assert!(a.iter().filter(|a| a.is_finite()).count() >= 55, "{table}");
+            // A stream without a header, answered line by line.
+            let stream = desk.fed(&["locate", "e/calibration.toml"], &rows).exits(0).stdout;
+            assert_eq!(column(&stream, "distance_mm").len(), a.len());
+            assert!(
+                column(&stream, "distance_mm")
+                    .iter()
+                    .zip(&a)
+                    .all(|(x, y)| (x - y).abs() < 1e-9 || !y.is_finite())
+            );
+            let [double, float] = by_c_of(&desk.path("e"), &input);
+            let python = by_python(&desk.path("e"), &input);
+            for (k, said) in table.lines().skip(1).map(|l| l.rsplit(',').next().unwrap()).enumerate() {
+                for (Answer(b, s, words), far) in [(&double[k], 1e-4), (&python[k], 1e-4), (&float[k], 2e-2)]
+                {
+                    assert!((b - a[k]).abs() < far || b.is_nan() && a[k].is_nan(), "{k}: {b} {}", a[k]);
+                    assert!(
+                        (s / sigma[k] - 1.0).abs() < 0.05 || s.is_nan() && a[k].is_nan(),
+                        "{k}: {s} {}",
+                        sigma[k]
+                    );
+                    // Next to the end of the calibration a little more decides.
+                    assert!(
+                        *words == sorted(said) || far > 1e-3 || a[k] > 44.0 || a[k] < 22.0,
+                        "{k}: {words} {said}"
+                    );
+                }
+            }
+        }
     }
 }
 

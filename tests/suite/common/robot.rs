@@ -67,9 +67,42 @@ fn number(field: &str) -> f64 {
     if field.is_empty() { f64::NAN } else { field.parse().unwrap_or(f64::NAN) }
 }
 
+/// Reads lines of drive and signals; writes the same.
+const OF_CHANNELS: &str = r#"
+#include "locate.c"
+#include <stdio.h>
+int main(void)
+{
+    double drive, signals[VIBRISSA_CHANNELS], zeros[VIBRISSA_CHANNELS] = {0}, a, sigma, found;
+    float few[VIBRISSA_CHANNELS], none[VIBRISSA_CHANNELS] = {0}, af, sigmaf, foundf;
+    int status, statusf, k;
+    while (scanf("%lf", &drive) == 1) {
+        for (k = 0; k < VIBRISSA_CHANNELS; k++) {
+            if (scanf(",%lf", signals + k) != 1) {
+                return 1;
+            }
+            few[k] = (float)signals[k];
+        }
+        status = vibrissa_locate(drive, signals, zeros, &a, &sigma, &found);
+        statusf = vibrissa_locatef((float)drive, few, none, &af, &sigmaf, &foundf);
+        printf("%.17g,%.17g,%d,%.9g,%.9g,%d\n", a, sigma, status, af, sigmaf, statusf);
+    }
+    return 0;
+}
+"#;
+
 /// Answers of `locate.c` at both precisions.
 pub fn by_c(folder: &Path, input: &str) -> [Vec<Answer>; 2] {
-    std::fs::write(folder.join("harness.c"), HARNESS).unwrap();
+    compiled(folder, HARNESS, input)
+}
+
+/// The same of several channels.
+pub fn by_c_of(folder: &Path, input: &str) -> [Vec<Answer>; 2] {
+    compiled(folder, OF_CHANNELS, input)
+}
+
+fn compiled(folder: &Path, harness: &str, input: &str) -> [Vec<Answer>; 2] {
+    std::fs::write(folder.join("harness.c"), harness).unwrap();
     let flags =
         ["-std=c99", "-Wall", "-Wextra", "-pedantic", "-Werror", "-O1", "-o", "harness", "harness.c", "-lm"];
     ran(Command::new("cc").current_dir(folder).args(flags), "");
