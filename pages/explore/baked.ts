@@ -1,11 +1,11 @@
 // What `vibrissa explore` bakes into the page: see src/explore/document.rs. Lengths in mm, angles in degrees, strain without unit.
 
-import type { Skin } from "./beam";
+import type { Signal, Skin } from "./beam";
 
 export type Range = readonly [number, number];
 
-/** Names of the charted functions; the far side is left out where it is the mirror image of the contact side. */
-export type FunctionName = "contact" | "far" | "arc" | "force";
+/** Names of the charted functions; the far side is left out where it is the mirror image of the contact side, the signal where it is a strain. */
+export type FunctionName = "contact" | "far" | "arc" | "force" | "signal";
 
 export interface BakedAxis {
   readonly name: string;
@@ -38,6 +38,7 @@ export interface Baked {
     /** Where sections distort. */
     readonly skin: Skin | null;
   };
+  readonly sensor: { readonly signal: Signal };
   readonly gauge: { readonly side: "contact" | "far"; readonly strain_limit: number };
   readonly estimate: {
     readonly theory: string;
@@ -70,5 +71,5 @@ export interface Baked {
     readonly strain: number;
     readonly deviation: number;
   };
-  readonly kept: Readonly<Record<"gauge" | "tap" | "model" | "estimate", string>>;
+  readonly kept: Readonly<Record<"gauge" | "sensor" | "tap" | "model" | "estimate", string>>;
 }

@@ -2,6 +2,9 @@
 
 export type Drive = "angle" | "displacement";
 
+/** What the sensor reads: the strain of the gauge, the moment on the root (N mm), the force on it (N). */
+export type Signal = "strain" | "moment" | "force";
+
 /** A whisker with its gauge; lengths in mm. */
 export interface Whisker {
   readonly D: number;
@@ -59,8 +62,8 @@ export interface Roots {
 
 const SAMPLES = 48;
 
-/** f over u = 1/a: value, slope, and its inverse on pieces where it is monotonic. */
-export class StrainCurve {
+/** f of a signal over u = 1/a: value, slope, and its inverse on pieces where it is monotonic. */
+export class SignalCurve {
   private readonly t: Taper;
   private readonly b1: number;
   private readonly b2: number;
@@ -68,11 +71,13 @@ export class StrainCurve {
   private values: number[] = [];
   private peakAt = 0;
 
-  /** `shear` is S, or 0 for Euler and Bernoulli. */
+  /** `shear` is S, or 0 for Euler and Bernoulli; `E` the modulus, MPa, on which a strain does not depend. */
   constructor(
     private readonly w: Whisker,
     private readonly drive: Drive,
     readonly shear: number,
+    private readonly signal: Signal = "strain",
+    private readonly E = 1,
   ) {
     this.t = taperOf(w);
     this.b1 = 1 / (1 - this.t.tau * this.t.x1);
@@ -81,6 +86,23 @@ export class StrainCurve {
 
   /** f and df/du at u = 1/a (model §2.2). */
   at(u: number): [number, number] {
+    const [p, dp] = this.signal === "strain" ? this.strain(u) : this.atRoot(u);
+    const [w, dw] = this.drive === "angle" ? [1 + this.w.hub * u, this.w.hub] : [u, 1];
+    const q = p * w;
+    const dq = dp * w + p * dw;
+    const s = 1 + this.shear * u * u;
+    return [q / s, (dq - (q * 2 * this.shear * u) / s) / s];
+  }
+
+  /** A signal at the root without lever and shear, and its slope: P = 3πED⁴/64 (u − τ) u, M₀ = P/u. */
+  private atRoot(u: number): [number, number] {
+    const { tau } = this.t;
+    const stiffness = (3 * Math.PI * this.E * this.w.D ** 4) / 64;
+    return this.signal === "moment" ? [stiffness * (u - tau), stiffness] : [stiffness * (u - tau) * u, stiffness * (2 * u - tau)];
+  }
+
+  /** The same of the strain. */
+  private strain(u: number): [number, number] {
     const { tau, x1, x2 } = this.t;
     if (x1 * u >= 1) {
       return [0, 0];
@@ -100,14 +122,10 @@ export class StrainCurve {
       p = c * m * m;
       dp = -2 * c * x1 * m;
     }
-    const [w, dw] = this.drive === "angle" ? [1 + this.w.hub * u, this.w.hub] : [u, 1];
-    const q = p * w;
-    const dq = dp * w + p * dw;
-    const s = 1 + this.shear * u * u;
-    return [q / s, (dq - (q * 2 * this.shear * u) / s) / s];
+    return [p, dp];
   }
 
-  /** Strain per rad, or per mm, at a mm. */
+  /** Signal per rad, or per mm, at a mm. */
   value(a: number): number {
     return this.at(1 / a)[0];
   }
@@ -124,8 +142,9 @@ export class StrainCurve {
     }
     const { tau, x1, x2 } = this.t;
     const lo = Math.max(tau, 0);
-    const hi = x1 > 0 ? 1 / x1 : 1e9 / x2;
-    const mid = 1 / x2;
+    const strain = this.signal === "strain";
+    const hi = !strain ? 1e3 / this.w.L_a : x1 > 0 ? 1 / x1 : 1e9 / x2;
+    const mid = strain ? 1 / x2 : 20 / this.w.L_a;
     const grid: number[] = [];
     for (let i = 0; i < SAMPLES; i += 1) {
       grid.push(lo + (mid - lo) * (i / SAMPLES) ** 2);

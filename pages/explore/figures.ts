@@ -23,6 +23,13 @@ export interface View {
 export const FIGURES = ["along", "strain-a", "strain-drive", "K-a", "K-drive", "sd", "budget"] as const;
 
 const PERCENT = 100;
+
+/** What is read as an axis says it, and how many of its units one is. */
+const READ = {
+  strain: ["strain of the gauge, %", PERCENT],
+  moment: ["moment on the root, N mm", 1],
+  force: ["force on the root, N", 1],
+} as const;
 const ALONG_POINTS = 90;
 
 export function drawFigures(view: View, canvases: ReadonlyMap<string, HTMLCanvasElement>, palette: Palette): void {
@@ -47,7 +54,7 @@ function along(view: View, palette: Palette): Figure {
   const { L_a } = design.whisker;
   const { x1, x2 } = contact.taper;
   const x = Array.from({ length: ALONG_POINTS + 1 }, (_, i) => (L_a * i) / ALONG_POINTS);
-  const known = Number.isFinite(tap.strain);
+  const known = Number.isFinite(tap.arc);
   const of = (side: "contact" | "far") => (known ? x.map(contact.along(state.drive, side, tap.arc)) : x.map(() => NaN));
   const gauge = design.rig.baked.gauge.side;
   const other = gauge === "contact" ? "far" : "contact";
@@ -73,32 +80,33 @@ function strainOverA(view: View, palette: Palette): Figure {
   const taps = reach.map((c) => c.at(state.drive));
   return {
     x: "a, mm",
-    y: "strain of the gauge, %",
-    unitY: PERCENT,
+    y: READ[design.rig.reads][0],
+    unitY: READ[design.rig.reads][1],
     zeroY: true,
     rangeX: design.rig.baked.domain.a,
     marks: [{ x: state.a, color: palette.get("soft"), dashed: true }],
     lines: [
       { label: "linear", color: palette.get("linear"), x: a, y: reach.map((c) => c.linear(state.drive)), dashed: true },
-      { label: "exact", color: palette.get("exact"), x: a, y: taps.map((t) => t.strain) },
-      { label: "", color: palette.get("exact"), x: design.distances, y: row.taps.map((t) => t.strain), points: true },
+      { label: "exact", color: palette.get("exact"), x: a, y: taps.map((t) => t.signal) },
+      { label: "", color: palette.get("exact"), x: design.distances, y: row.taps.map((t) => t.signal), points: true },
     ],
   };
 }
 
 function strainOverDrive(view: View, palette: Palette): Figure {
-  const { rows, contact } = view;
+  const { rows, contact, design } = view;
   const x = rows.map((r) => r.drive);
+  const [words, unit] = READ[design.rig.reads];
   return {
     x: driveWord(view),
-    y: `strain at a = ${shortly(contact.a)} mm, %`,
-    unitY: PERCENT,
+    y: words.replace(/( of the gauge| on the root)/, ` at a = ${shortly(contact.a)} mm`),
+    unitY: unit,
     zeroY: true,
     rangeX: driveRange(view),
     marks: [here(view, palette)],
     lines: [
       { label: "linear", color: palette.get("linear"), x, y: x.map((d) => contact.linear(d)), dashed: true },
-      { label: "exact", color: palette.get("exact"), x, y: x.map((d) => contact.at(d).strain) },
+      { label: "exact", color: palette.get("exact"), x, y: x.map((d) => contact.at(d).signal) },
     ],
   };
 }

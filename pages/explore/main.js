@@ -4,7 +4,7 @@ import { drawFigures, FIGURES } from "./figures";
 import { Palette, text } from "./plot";
 import { drawScene } from "./scene";
 import { shapeOf } from "./shape";
-import { bounded, fromHash, keysOf, plain, slidersOf, startOf, toHash, toSpec } from "./state";
+import { bounded, fromHash, keysOf, NOISE_IN, plain, slidersOf, startOf, toHash, toSpec } from "./state";
 import { Design, spaced } from "./statistics";
 import { Rig } from "./rig";
 /** Drives of the curves over the drive, and distances of those over a. */
@@ -72,14 +72,21 @@ class Page {
         const model = this.baked.kept.model.trim().split("\n").filter((l) => l !== "").join(", ") || "exact rod, frictionless, hooke";
         element("name").textContent = name;
         const drive = this.rig.drive === "angle" ? "θ" : "δ";
-        element("formula").textContent = `K = ${drive} f(a)/ε`;
-        element("inverse").textContent = `f(â) = K̄ ε/${drive}`;
+        const [symbol, words] = SIGNALS[this.rig.reads];
+        element("formula").textContent = `K = ${drive} f(a)/${symbol}`;
+        element("inverse").textContent = `f(â) = K̄ ${symbol}/${drive}`;
+        document.querySelectorAll("[data-signal]").forEach((e) => (e.textContent = this.rig.reads));
+        element("sensor").textContent = words;
         element("model").textContent = model;
         const part = (x) => text(Number(x.toPrecision(2)));
         const departure = this.baked.power > 0 ? `, and what parts it from the linear theory to ${part(census.deviation)} of itself` : "";
         element("error").textContent =
             `Everything is read from one chart of ${this.rig.chart.terms} numbers (vibrissa ${version}): at ${census.taps} whiskers within the ` +
-                `sliders, solved beside it, strain and K are right to ${part(census.strain)} of themselves${departure}.`;
+                `sliders, solved beside it, ${this.rig.reads} and K are right to ${part(census.strain)} of themselves${departure}.`;
+    }
+    /** How many of the shown units of a key one is. */
+    shown(key) {
+        return key === "noise" ? NOISE_IN[this.rig.reads][1] : 1;
     }
     buildSliders() {
         const list = element("sliders");
@@ -90,7 +97,7 @@ class Page {
             const name = document.createElement("label");
             name.htmlFor = `range-${key}`;
             name.textContent = unit === "" ? label : `${label}, ${unit}`;
-            const shown = key === "noise" ? 1e6 : 1;
+            const shown = this.shown(key);
             const bar = document.createElement("input");
             Object.assign(bar, { type: "range", id: `range-${key}`, min: plain(range[0] * shown), max: plain(range[1] * shown), step: plain(step * shown) });
             bar.setAttribute("aria-description", meaning);
@@ -152,7 +159,7 @@ class Page {
             }
             state[key] = bounded(slider, asked) ?? state[key];
             if (!(asked >= allowed[0] && asked <= allowed[1])) {
-                const shown = key === "noise" ? 1e6 : 1;
+                const shown = this.shown(key);
                 refused.push(`${label} = ${asked * shown} is not within ${plain(allowed[0] * shown)} and ${plain(allowed[1] * shown)}`);
             }
         }
@@ -190,7 +197,7 @@ class Page {
     }
     draw() {
         const { contact, tap, state } = this.view;
-        const known = Number.isFinite(tap.strain);
+        const known = Number.isFinite(tap.arc);
         const shape = known ? shapeOf(contact, state.drive, tap) : undefined;
         const slipped = tap.words.includes("slipped_off");
         const sticks = this.rig.sticks(tap);
@@ -212,7 +219,7 @@ class Page {
         element("best").disabled = !found;
         const digits = (x, n = 4) => (Number.isFinite(x) ? text(Number(x.toPrecision(n))) : "–");
         const fields = {
-            strain: `${digits(100 * tap.strain, 5)} %`,
+            strain: this.rig.reads === "strain" ? `${digits(100 * tap.strain, 5)} %` : `${digits(tap.signal, 5)} ${NOISE_IN[this.rig.reads][0]}`,
             K: digits((1 + tap.deviation) * design.unit, 7),
             force: `${digits(tap.force)} N`,
             K_mean: digits((1 + row.deviation) * design.unit, 7),
@@ -220,7 +227,7 @@ class Page {
             bias: `${digits(row.error_rms)} mm`,
             noise: `${digits(row.noise_rms)} mm`,
             total: `${digits(row.total_rms)} mm`,
-            strain_max: `${digits(100 * row.strain_max)} %`,
+            strain_max: this.rig.reads === "strain" ? `${digits(100 * row.strain_max)} %` : `${digits(row.signal_max)} ${NOISE_IN[this.rig.reads][0]}`,
             optimum: !optimum ? "none" : `${found ? "" : "none up to "}${optimum.row.drive.toFixed(2)}${unit}`,
             optimum_total: found ? `${digits(optimum.row.total_rms)} mm` : "–",
             limited: optimum ? LIMITS[optimum.limitedBy] + end : outside.length > 0 ? "outside the chart" : NO_OPTIMUM,
@@ -244,7 +251,7 @@ class Page {
     }
     showSliders(by) {
         for (const { key } of this.sliders) {
-            const value = this.state[key] * (key === "noise" ? 1e6 : 1);
+            const value = this.state[key] * this.shown(key);
             const [bar, number] = [element(`range-${key}`), element(`number-${key}`)];
             if (bar !== by) {
                 bar.value = plain(value);
@@ -270,7 +277,7 @@ class Page {
     /** What the page shows, as numbers: for tests and for other programs. */
     numbers() {
         const { row, optimum, design, contact, tap, state } = this.current();
-        const shape = Number.isFinite(tap.strain) ? shapeOf(contact, state.drive, tap) : undefined;
+        const shape = Number.isFinite(tap.arc) ? shapeOf(contact, state.drive, tap) : undefined;
         const { taps, estimates, words, ...values } = row;
         return {
             state,
@@ -283,6 +290,12 @@ class Page {
         };
     }
 }
+/** Symbol of what is read, and what reads it. */
+const SIGNALS = {
+    strain: ["ε", "one strain gauge"],
+    moment: ["M₀", "a sensor of the moment on its root"],
+    force: ["F", "a sensor of the force on its root"],
+};
 const LIMITS = {
     bias: "inside: more drive, more bias",
     noise: "inside: less drive, more noise",

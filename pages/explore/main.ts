@@ -6,7 +6,7 @@ import { drawFigures, FIGURES, type View } from "./figures";
 import { Palette, text } from "./plot";
 import { drawScene } from "./scene";
 import { shapeOf } from "./shape";
-import { bounded, fromHash, type Key, keysOf, plain, type Slider, slidersOf, startOf, type State, toHash, toSpec } from "./state";
+import { bounded, fromHash, type Key, keysOf, NOISE_IN, plain, type Slider, slidersOf, startOf, type State, toHash, toSpec } from "./state";
 import { Design, spaced } from "./statistics";
 import { Rig } from "./rig";
 
@@ -79,15 +79,23 @@ class Page {
     const model = this.baked.kept.model.trim().split("\n").filter((l) => l !== "").join(", ") || "exact rod, frictionless, hooke";
     element("name").textContent = name;
     const drive = this.rig.drive === "angle" ? "θ" : "δ";
-    element("formula").textContent = `K = ${drive} f(a)/ε`;
-    element("inverse").textContent = `f(â) = K̄ ε/${drive}`;
+    const [symbol, words] = SIGNALS[this.rig.reads];
+    element("formula").textContent = `K = ${drive} f(a)/${symbol}`;
+    element("inverse").textContent = `f(â) = K̄ ${symbol}/${drive}`;
+    document.querySelectorAll("[data-signal]").forEach((e) => (e.textContent = this.rig.reads));
+    element("sensor").textContent = words;
     element("model").textContent = model;
     const part = (x: number) => text(Number(x.toPrecision(2)));
     const departure =
       this.baked.power > 0 ? `, and what parts it from the linear theory to ${part(census.deviation)} of itself` : "";
     element("error").textContent =
       `Everything is read from one chart of ${this.rig.chart.terms} numbers (vibrissa ${version}): at ${census.taps} whiskers within the ` +
-      `sliders, solved beside it, strain and K are right to ${part(census.strain)} of themselves${departure}.`;
+      `sliders, solved beside it, ${this.rig.reads} and K are right to ${part(census.strain)} of themselves${departure}.`;
+  }
+
+  /** How many of the shown units of a key one is. */
+  private shown(key: Key): number {
+    return key === "noise" ? NOISE_IN[this.rig.reads][1] : 1;
   }
 
   private buildSliders(): void {
@@ -99,7 +107,7 @@ class Page {
       const name = document.createElement("label");
       name.htmlFor = `range-${key}`;
       name.textContent = unit === "" ? label : `${label}, ${unit}`;
-      const shown = key === "noise" ? 1e6 : 1;
+      const shown = this.shown(key);
       const bar = document.createElement("input");
       Object.assign(bar, { type: "range", id: `range-${key}`, min: plain(range[0] * shown), max: plain(range[1] * shown), step: plain(step * shown) });
       bar.setAttribute("aria-description", meaning);
@@ -163,7 +171,7 @@ class Page {
       }
       state[key] = bounded(slider, asked) ?? state[key];
       if (!(asked >= allowed[0] && asked <= allowed[1])) {
-        const shown = key === "noise" ? 1e6 : 1;
+        const shown = this.shown(key);
         refused.push(`${label} = ${asked * shown} is not within ${plain(allowed[0] * shown)} and ${plain(allowed[1] * shown)}`);
       }
     }
@@ -205,7 +213,7 @@ class Page {
 
   private draw(): void {
     const { contact, tap, state } = this.view;
-    const known = Number.isFinite(tap.strain);
+    const known = Number.isFinite(tap.arc);
     const shape = known ? shapeOf(contact, state.drive, tap) : undefined;
     const slipped = tap.words.includes("slipped_off");
     const sticks = this.rig.sticks(tap);
@@ -228,7 +236,7 @@ class Page {
     element<HTMLButtonElement>("best").disabled = !found;
     const digits = (x: number, n = 4) => (Number.isFinite(x) ? text(Number(x.toPrecision(n))) : "–");
     const fields: Readonly<Record<string, string>> = {
-      strain: `${digits(100 * tap.strain, 5)} %`,
+      strain: this.rig.reads === "strain" ? `${digits(100 * tap.strain, 5)} %` : `${digits(tap.signal, 5)} ${NOISE_IN[this.rig.reads][0]}`,
       K: digits((1 + tap.deviation) * design.unit, 7),
       force: `${digits(tap.force)} N`,
       K_mean: digits((1 + row.deviation) * design.unit, 7),
@@ -236,7 +244,7 @@ class Page {
       bias: `${digits(row.error_rms)} mm`,
       noise: `${digits(row.noise_rms)} mm`,
       total: `${digits(row.total_rms)} mm`,
-      strain_max: `${digits(100 * row.strain_max)} %`,
+      strain_max: this.rig.reads === "strain" ? `${digits(100 * row.strain_max)} %` : `${digits(row.signal_max)} ${NOISE_IN[this.rig.reads][0]}`,
       optimum: !optimum ? "none" : `${found ? "" : "none up to "}${optimum.row.drive.toFixed(2)}${unit}`,
       optimum_total: found ? `${digits(optimum.row.total_rms)} mm` : "–",
       limited: optimum ? LIMITS[optimum.limitedBy] + end : outside.length > 0 ? "outside the chart" : NO_OPTIMUM,
@@ -261,7 +269,7 @@ class Page {
 
   private showSliders(by?: HTMLInputElement): void {
     for (const { key } of this.sliders) {
-      const value = this.state[key] * (key === "noise" ? 1e6 : 1);
+      const value = this.state[key] * this.shown(key);
       const [bar, number] = [element<HTMLInputElement>(`range-${key}`), element<HTMLInputElement>(`number-${key}`)];
       if (bar !== by) {
         bar.value = plain(value);
@@ -290,7 +298,7 @@ class Page {
   /** What the page shows, as numbers: for tests and for other programs. */
   numbers() {
     const { row, optimum, design, contact, tap, state } = this.current();
-    const shape = Number.isFinite(tap.strain) ? shapeOf(contact, state.drive, tap) : undefined;
+    const shape = Number.isFinite(tap.arc) ? shapeOf(contact, state.drive, tap) : undefined;
     const { taps, estimates, words, ...values } = row;
     return {
       state,
@@ -303,6 +311,13 @@ class Page {
     };
   }
 }
+
+/** Symbol of what is read, and what reads it. */
+const SIGNALS = {
+  strain: ["ε", "one strain gauge"],
+  moment: ["M₀", "a sensor of the moment on its root"],
+  force: ["F", "a sensor of the force on its root"],
+} as const;
 
 const LIMITS = {
   bias: "inside: more drive, more bias",

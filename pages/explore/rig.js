@@ -1,5 +1,5 @@
 // What all taps of a page share, and the strain curves of a whisker in it.
-import { shearLength2, StrainCurve } from "./beam";
+import { shearLength2, SignalCurve } from "./beam";
 import { basis } from "./chart";
 /** Orders over the drive are fewer. */
 const MOST_DRIVES = 24;
@@ -8,12 +8,15 @@ export class Rig {
     baked;
     chart;
     drive;
+    /** What the sensor reads. */
+    reads;
     last = NaN;
     lastBasis = new Float64Array(0);
     constructor(baked, chart) {
         this.baked = baked;
         this.chart = chart;
         this.drive = baked.drive;
+        this.reads = baked.sensor.signal;
     }
     /** S of the model, and of the theory that K and distances are told by. */
     shears(D) {
@@ -45,13 +48,16 @@ export class Rig {
         return this.chart.has(side) ? side : "contact";
     }
 }
-/** Strain curves of a whisker: of the model's linear limit, and of the theory of the estimate. */
+/** Strain curves of a whisker: of the model's linear limit, and of the theory of the estimate; and the curve of what is read by that theory. */
 export class Curves {
     model;
     theory;
+    read;
     constructor(rig, whisker) {
         const shears = rig.shears(whisker.D);
-        this.model = new StrainCurve(whisker, rig.drive, shears.model);
-        this.theory = new StrainCurve(whisker, rig.drive, shears.theory);
+        this.model = new SignalCurve(whisker, rig.drive, shears.model);
+        this.theory = new SignalCurve(whisker, rig.drive, shears.theory);
+        const { sensor, model } = rig.baked;
+        this.read = sensor.signal === "strain" ? this.theory : new SignalCurve(whisker, rig.drive, shears.theory, sensor.signal, model.E_MPa);
     }
 }

@@ -1,7 +1,7 @@
 // What all taps of a page share, and the strain curves of a whisker in it.
 
 import type { Baked, FunctionName } from "./baked";
-import { type Drive, shearLength2, StrainCurve, type Whisker } from "./beam";
+import { type Drive, shearLength2, type Signal, SignalCurve, type Whisker } from "./beam";
 import { basis, type Chart } from "./chart";
 import type { Tap } from "./tap";
 
@@ -11,6 +11,8 @@ const MOST_DRIVES = 24;
 /** Everything that the taps of a page share: its chart and its model. */
 export class Rig {
   readonly drive: Drive;
+  /** What the sensor reads. */
+  readonly reads: Signal;
   private last = NaN;
   private lastBasis: Float64Array = new Float64Array(0);
 
@@ -19,6 +21,7 @@ export class Rig {
     readonly chart: Chart,
   ) {
     this.drive = baked.drive;
+    this.reads = baked.sensor.signal;
   }
 
   /** S of the model, and of the theory that K and distances are told by. */
@@ -56,14 +59,17 @@ export class Rig {
   }
 }
 
-/** Strain curves of a whisker: of the model's linear limit, and of the theory of the estimate. */
+/** Strain curves of a whisker: of the model's linear limit, and of the theory of the estimate; and the curve of what is read by that theory. */
 export class Curves {
-  readonly model: StrainCurve;
-  readonly theory: StrainCurve;
+  readonly model: SignalCurve;
+  readonly theory: SignalCurve;
+  readonly read: SignalCurve;
 
   constructor(rig: Rig, whisker: Whisker) {
     const shears = rig.shears(whisker.D);
-    this.model = new StrainCurve(whisker, rig.drive, shears.model);
-    this.theory = new StrainCurve(whisker, rig.drive, shears.theory);
+    this.model = new SignalCurve(whisker, rig.drive, shears.model);
+    this.theory = new SignalCurve(whisker, rig.drive, shears.theory);
+    const { sensor, model } = rig.baked;
+    this.read = sensor.signal === "strain" ? this.theory : new SignalCurve(whisker, rig.drive, shears.theory, sensor.signal, model.E_MPa);
   }
 }

@@ -1,6 +1,8 @@
 // What the sliders say: their ranges, the address of the page, and the spec that a sweep runs.
-/** Noise where the spec says none: a good foil gauge; without noise the smallest drive is best. */
-const NOISE = 20e-6;
+/** Noise where the spec says none, of strains, moments (N mm) and forces (N): a good foil gauge, a good load cell; without noise the smallest drive is best. */
+const NOISE = { strain: 20e-6, moment: 0.02, force: 0.001 };
+/** Slider of the noise: its unit, how many of them one is, and what a reading is. */
+export const NOISE_IN = { strain: ["µε", 1e6, "strain"], moment: ["N mm", 1, "moment"], force: ["N", 1, "force"] };
 /** A step of 1, 2 or 5 times a power of ten, some five hundred to the range. */
 function stepOf([lo, hi]) {
     const least = (hi - lo) / 500;
@@ -11,7 +13,8 @@ function stepOf([lo, hi]) {
 const BEYOND = [0.1, 10];
 /** Every key of a state with its range; those of one value have no slider. */
 export function keysOf(baked) {
-    const { domain } = baked;
+    const { domain, sensor: { signal } } = baked;
+    const noise = NOISE[signal];
     const angle = baked.drive === "angle";
     const slider = (key, label, unit, range, meaning, allowed, step) => ({
         key,
@@ -32,7 +35,7 @@ export function keysOf(baked) {
         angle
             ? slider("drive", "θ", "°", domain.drive, "tap angle", [BEYOND[0] * domain.drive[0], 90])
             : slider("drive", "δ", "mm", domain.drive, "displacement of the object"),
-        slider("noise", "noise", "µε", [0, 200e-6], "standard deviation of one strain reading", [0, 0.01], 1e-6),
+        slider("noise", "noise", NOISE_IN[signal][0], [0, 10 * noise], `standard deviation of one ${NOISE_IN[signal][2]} reading`, [0, 500 * noise], 0.05 * noise),
         slider("from", "a from", "mm", domain.a, "nearest distance that is told"),
         slider("to", "a to", "mm", domain.a, "farthest distance that is told"),
         slider("distances", "number", "", [2, 40], "distances, evenly spaced", [2, 200], 1),
@@ -53,7 +56,7 @@ export function startOf(baked) {
     const distances = Math.min(Math.max(baked.start.distances, 2), 40);
     const [near, far] = from < to ? [from, to] : baked.domain.a;
     const a = near + Math.round((distances - 1) * 0.4) * ((far - near) / (distances - 1));
-    return { D, d, L_a, x_ss, l, hub, drive, noise: noise ?? NOISE, from: near, to: far, distances, a };
+    return { D, d, L_a, x_ss, l, hub, drive, noise: noise ?? NOISE[baked.sensor.signal], from: near, to: far, distances, a };
 }
 /** Shortest text of a number that a slider can give; sums of decimal steps lose their tail. */
 export function plain(x) {
@@ -77,6 +80,7 @@ export function fromHash(hash, start, keys) {
 /** The spec of what is shown, as TOML that `vibrissa sweep` runs. */
 export function toSpec(baked, state, address) {
     const angle = baked.drive === "angle";
+    const strain = baked.sensor.signal === "strain";
     const [from, to] = [Math.min(state.from, state.to), Math.max(state.from, state.to)];
     const number = (key, value) => `${key} = ${plain(value)}\n`;
     const section = (name, lines) => (lines === "" ? "" : `[${name}]\n${lines}\n`);
@@ -84,7 +88,8 @@ export function toSpec(baked, state, address) {
     return [
         `# From a page of vibrissa explore ${baked.version}, made of ${baked.name}.toml${address ? `: #${address}` : ""}\nformat = 1\n\n`,
         section("whisker", number("D", state.D) + number("d", state.d) + number("L_a", state.L_a) + number("hub", state.hub)),
-        section("gauge", number("x_ss", state.x_ss) + number("l", state.l) + number("noise_strain", state.noise) + baked.kept.gauge),
+        section("gauge", number("x_ss", state.x_ss) + number("l", state.l) + (strain ? number("noise_strain", state.noise) : "") + baked.kept.gauge),
+        section("sensor", strain ? "" : number("noise", state.noise) + baked.kept.sensor),
         section("tap", `a = ${a}\n` + number(angle ? "theta" : "delta", state.drive) + baked.kept.tap),
         section("model", baked.kept.model),
         section("estimate", baked.kept.estimate),

@@ -18,8 +18,11 @@ export interface Slider {
   readonly allowed: Range;
 }
 
-/** Noise where the spec says none: a good foil gauge; without noise the smallest drive is best. */
-const NOISE = 20e-6;
+/** Noise where the spec says none, of strains, moments (N mm) and forces (N): a good foil gauge, a good load cell; without noise the smallest drive is best. */
+const NOISE = { strain: 20e-6, moment: 0.02, force: 0.001 } as const;
+
+/** Slider of the noise: its unit, how many of them one is, and what a reading is. */
+export const NOISE_IN = { strain: ["µε", 1e6, "strain"], moment: ["N mm", 1, "moment"], force: ["N", 1, "force"] } as const;
 
 /** A step of 1, 2 or 5 times a power of ten, some five hundred to the range. */
 function stepOf([lo, hi]: Range): number {
@@ -33,7 +36,8 @@ const BEYOND: Range = [0.1, 10];
 
 /** Every key of a state with its range; those of one value have no slider. */
 export function keysOf(baked: Baked): Slider[] {
-  const { domain } = baked;
+  const { domain, sensor: { signal } } = baked;
+  const noise = NOISE[signal];
   const angle = baked.drive === "angle";
   const slider = (key: Key, label: string, unit: string, range: Range, meaning: string, allowed?: Range, step?: number): Slider => ({
     key,
@@ -54,7 +58,7 @@ export function keysOf(baked: Baked): Slider[] {
     angle
       ? slider("drive", "θ", "°", domain.drive, "tap angle", [BEYOND[0] * domain.drive[0], 90])
       : slider("drive", "δ", "mm", domain.drive, "displacement of the object"),
-    slider("noise", "noise", "µε", [0, 200e-6], "standard deviation of one strain reading", [0, 0.01], 1e-6),
+    slider("noise", "noise", NOISE_IN[signal][0], [0, 10 * noise], `standard deviation of one ${NOISE_IN[signal][2]} reading`, [0, 500 * noise], 0.05 * noise),
     slider("from", "a from", "mm", domain.a, "nearest distance that is told"),
     slider("to", "a to", "mm", domain.a, "farthest distance that is told"),
     slider("distances", "number", "", [2, 40], "distances, evenly spaced", [2, 200], 1),
@@ -78,7 +82,7 @@ export function startOf(baked: Baked): State {
   const distances = Math.min(Math.max(baked.start.distances, 2), 40);
   const [near, far] = from < to ? [from, to] : baked.domain.a;
   const a = near + Math.round((distances - 1) * 0.4) * ((far - near) / (distances - 1));
-  return { D, d, L_a, x_ss, l, hub, drive, noise: noise ?? NOISE, from: near, to: far, distances, a };
+  return { D, d, L_a, x_ss, l, hub, drive, noise: noise ?? NOISE[baked.sensor.signal], from: near, to: far, distances, a };
 }
 
 /** Shortest text of a number that a slider can give; sums of decimal steps lose their tail. */
@@ -106,6 +110,7 @@ export function fromHash(hash: string, start: State, keys: readonly Slider[]): S
 /** The spec of what is shown, as TOML that `vibrissa sweep` runs. */
 export function toSpec(baked: Baked, state: State, address: string): string {
   const angle = baked.drive === "angle";
+  const strain = baked.sensor.signal === "strain";
   const [from, to] = [Math.min(state.from, state.to), Math.max(state.from, state.to)];
   const number = (key: string, value: number) => `${key} = ${plain(value)}\n`;
   const section = (name: string, lines: string) => (lines === "" ? "" : `[${name}]\n${lines}\n`);
@@ -118,8 +123,9 @@ export function toSpec(baked: Baked, state: State, address: string): string {
     ),
     section(
       "gauge",
-      number("x_ss", state.x_ss) + number("l", state.l) + number("noise_strain", state.noise) + baked.kept.gauge,
+      number("x_ss", state.x_ss) + number("l", state.l) + (strain ? number("noise_strain", state.noise) : "") + baked.kept.gauge,
     ),
+    section("sensor", strain ? "" : number("noise", state.noise) + baked.kept.sensor),
     section("tap", `a = ${a}\n` + number(angle ? "theta" : "delta", state.drive) + baked.kept.tap),
     section("model", baked.kept.model),
     section("estimate", baked.kept.estimate),

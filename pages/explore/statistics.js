@@ -57,9 +57,9 @@ export class Design {
         const K_sd = n >= 2 ? Math.sqrt(spread / (n - 1)) : NaN;
         const K = this.calibration(n, mean);
         const amount = this.rig.amount(drive);
-        const estimates = taps.map((t, i) => K === undefined || !Number.isFinite(t.strain) || t.strain === 0 || t.words.includes("no_strain")
+        const estimates = taps.map((t, i) => K === undefined || !Number.isFinite(t.signal) || t.signal === 0 || t.words.includes("no_strain")
             ? undefined
-            : this.estimate(K, Math.abs(t.strain), amount, this.distances[i]));
+            : this.estimate(K, Math.abs(t.signal), amount, this.distances[i]));
         estimates.forEach((e) => e?.word && words.add(e.word));
         const judged = estimates.flatMap((e, i) => (e && counting[i] ? [{ e, a: this.distances[i] }] : []));
         const whole = K !== undefined && n > 0 && judged.length === n && judged.every(({ e }) => Number.isFinite(e.distance + e.sigma));
@@ -79,6 +79,7 @@ export class Design {
             noise_rms,
             total_rms: Math.hypot(error_rms, noise_rms),
             strain_max: largest((t) => Math.abs(t.strain)),
+            signal_max: largest((t) => Math.abs(t.signal)),
             force_max: largest((t) => t.force),
             complete: known && n === this.distances.length,
             words,
@@ -95,16 +96,16 @@ export class Design {
         const given = this.rig.baked.estimate.K;
         return given !== null ? given / this.unit : n >= 2 ? 1 + mean : undefined;
     }
-    estimate(K, strain, amount, a) {
-        const { theory } = this.curves;
-        const roots = theory.roots((K * strain) / amount, a);
+    estimate(K, signal, amount, a) {
+        const { read } = this.curves;
+        const roots = read.roots((K * signal) / amount, a);
         if (!roots) {
             return { distance: NaN, sigma: NaN, word: "no_root" };
         }
         const [lo, hi] = this.rig.baked.estimate.range ?? [Math.min(...this.distances), Math.max(...this.distances)];
         const interesting = (x) => x >= lo * (1 - 1e-6) && x <= hi * (1 + 1e-6);
         const twice = roots.onlyNear || (roots.near !== undefined && interesting(roots.near));
-        const sigma = this.noise === 0 ? 0 : (K * this.noise) / (amount * Math.abs(theory.slope(roots.far)));
+        const sigma = this.noise === 0 ? 0 : (K * this.noise) / (amount * Math.abs(read.slope(roots.far)));
         return { distance: roots.far, sigma, word: twice ? "ambiguous" : undefined };
     }
     /** The drive of [lo, hi] with the smallest total error among complete rows that keep the strain limit; nothing where there is none. */

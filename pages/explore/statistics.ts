@@ -25,6 +25,8 @@ export interface Row {
   readonly noise_rms: number;
   readonly total_rms: number;
   readonly strain_max: number;
+  /** Of what the sensor reads. */
+  readonly signal_max: number;
   readonly force_max: number;
   /** Whether every distance that was asked has its estimate. */
   readonly complete: boolean;
@@ -101,9 +103,9 @@ export class Design {
     const K = this.calibration(n, mean);
     const amount = this.rig.amount(drive);
     const estimates = taps.map((t, i) =>
-      K === undefined || !Number.isFinite(t.strain) || t.strain === 0 || t.words.includes("no_strain")
+      K === undefined || !Number.isFinite(t.signal) || t.signal === 0 || t.words.includes("no_strain")
         ? undefined
-        : this.estimate(K, Math.abs(t.strain), amount, this.distances[i]!),
+        : this.estimate(K, Math.abs(t.signal), amount, this.distances[i]!),
     );
     estimates.forEach((e) => e?.word && words.add(e.word));
     const judged = estimates.flatMap((e, i) => (e && counting[i] ? [{ e, a: this.distances[i]! }] : []));
@@ -125,6 +127,7 @@ export class Design {
       noise_rms,
       total_rms: Math.hypot(error_rms, noise_rms),
       strain_max: largest((t) => Math.abs(t.strain)),
+      signal_max: largest((t) => Math.abs(t.signal)),
       force_max: largest((t) => t.force),
       complete: known && n === this.distances.length,
       words,
@@ -144,16 +147,16 @@ export class Design {
     return given !== null ? given / this.unit : n >= 2 ? 1 + mean : undefined;
   }
 
-  private estimate(K: number, strain: number, amount: number, a: number): Estimate {
-    const { theory } = this.curves;
-    const roots = theory.roots((K * strain) / amount, a);
+  private estimate(K: number, signal: number, amount: number, a: number): Estimate {
+    const { read } = this.curves;
+    const roots = read.roots((K * signal) / amount, a);
     if (!roots) {
       return { distance: NaN, sigma: NaN, word: "no_root" };
     }
     const [lo, hi] = this.rig.baked.estimate.range ?? [Math.min(...this.distances), Math.max(...this.distances)];
     const interesting = (x: number) => x >= lo * (1 - 1e-6) && x <= hi * (1 + 1e-6);
     const twice = roots.onlyNear || (roots.near !== undefined && interesting(roots.near));
-    const sigma = this.noise === 0 ? 0 : (K * this.noise) / (amount * Math.abs(theory.slope(roots.far)));
+    const sigma = this.noise === 0 ? 0 : (K * this.noise) / (amount * Math.abs(read.slope(roots.far)));
     return { distance: roots.far, sigma, word: twice ? "ambiguous" : undefined };
   }
 

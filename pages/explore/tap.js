@@ -21,13 +21,14 @@ export class Contact {
     outside;
     model;
     linearStrain;
-    theoryStrain;
+    linearSignal;
     /** What distorting sections add to the strain of the gauge, relative to the rod's, at the linear limit. */
     skinOfGauge = 0;
     /** Coefficients over the drive, of each branch. */
     gauge = [];
     arcs = [];
     forces = [];
+    signals = [];
     planes = new Map();
     middle;
     constructor(rig, whisker, a, curves) {
@@ -35,12 +36,12 @@ export class Contact {
         this.whisker = whisker;
         this.a = a;
         const { chart, baked } = rig;
-        const { model, theory } = curves ?? new Curves(rig, whisker);
+        const { model, theory, read } = curves ?? new Curves(rig, whisker);
         this.taper = taperOf(whisker);
         this.theory = theory;
         this.model = model;
         this.linearStrain = model.value(a);
-        this.theoryStrain = theory.value(a);
+        this.linearSignal = read.value(a);
         const { tau, x1, x2 } = this.taper;
         const offset = baked.model.pole_radius > 0 ? baked.model.pole_radius : whisker.hub;
         this.middle = [offset / a, whisker.D / a, tau * a];
@@ -48,14 +49,15 @@ export class Contact {
             this.void = "invalid_geometry";
             return;
         }
-        if (a <= x1) {
+        if (a <= x1 && rig.reads === "strain") {
             this.void = "no_strain";
             return;
         }
         const outside = [1, 2, 3].map((k) => chart.outside(k, this.middle[k - 1]));
         // Where the chart is cut next to the contact, what is drawn goes on; what a gauge reads does not.
         const last = chart.axes[4].range[1];
-        if (x2 / a > last) {
+        const beyond = x2 / a > last;
+        if (beyond && rig.reads === "strain") {
             outside.push(`gauge end x₂/a = ${(x2 / a).toPrecision(3)} > ${Number(last.toPrecision(3))}`);
         }
         this.outside = outside.find((why) => why !== undefined);
@@ -63,9 +65,14 @@ export class Contact {
             return;
         }
         const fold = (name, weights) => this.plane(name).map((plane) => chart.fold(plane, weights));
-        const { weights, skin } = this.overGauge();
-        this.gauge = fold(rig.side(baked.gauge.side), weights);
-        this.skinOfGauge = skin;
+        if (!beyond) {
+            const { weights, skin } = this.overGauge();
+            this.gauge = fold(rig.side(baked.gauge.side), weights);
+            this.skinOfGauge = skin;
+        }
+        if (rig.reads !== "strain") {
+            this.signals = fold("signal", NOWHERE);
+        }
         this.arcs = fold("arc", NOWHERE);
         this.forces = fold("force", NOWHERE);
     }
@@ -121,7 +128,7 @@ export class Contact {
     }
     /** The tap at a drive, degrees or mm; only its words where it has no values. */
     at(drive) {
-        const none = (word) => ({ strain: NaN, deviation: NaN, arc: NaN, force: NaN, ratio: NaN, words: [word] });
+        const none = (word) => ({ strain: NaN, signal: NaN, deviation: NaN, arc: NaN, force: NaN, ratio: NaN, words: [word] });
         if (this.void) {
             return none(this.void);
         }
@@ -142,30 +149,32 @@ export class Contact {
             return scale * sum;
         };
         const pressed = 1 + read(this.forces);
-        const delta = read(this.gauge) + pressed * this.skinOfGauge;
+        const ofGauge = this.gauge.length > 0 ? read(this.gauge) + pressed * this.skinOfGauge : NaN;
+        const delta = this.rig.reads === "strain" ? ofGauge : read(this.signals);
         const arc = this.a * (1 + read(this.arcs));
         const force = this.linearForce(amount) * pressed;
         // K = θ f/ε with ε = θ f_model (1 + δ); both theories differ by their shear only.
         const u2 = 1 / (this.a * this.a);
         const apart = ((this.model.shear - this.theory.shear) * u2) / (1 + this.theory.shear * u2);
-        const sign = baked.gauge.side === "contact" ? 1 : -1;
-        const strain = sign * amount * this.linearStrain * (1 + delta);
+        const side = baked.gauge.side === "contact" ? 1 : -1;
+        const strain = side * amount * this.linearStrain * (1 + ofGauge);
+        const signal = this.rig.reads === "strain" ? strain : (this.linear(drive) * (1 + delta)) / (1 + apart);
         const words = [];
-        if (arc <= this.taper.x1) {
+        if (arc <= this.taper.x1 && this.rig.reads === "strain") {
             words.push("no_strain");
         }
         if (arc > this.whisker.L_a * (1 + 1e-12)) {
             words.push("slipped_off");
         }
-        if (Math.abs(strain) > baked.gauge.strain_limit) {
+        if (this.rig.reads === "strain" && Math.abs(strain) > baked.gauge.strain_limit) {
             words.push("strain_limit");
         }
-        return { strain, deviation: (apart - delta) / (1 + delta), arc, force, ratio, words };
+        return { strain, signal, deviation: (apart - delta) / (1 + delta), arc, force, ratio, words };
     }
-    /** |ε| of the theory of the estimate, and its sign: strain_linear of the tables. */
+    /** What is read by the theory of the estimate: strain_linear or signal_linear of the tables. A tap pushes the root back. */
     linear(drive) {
-        const sign = this.rig.baked.gauge.side === "contact" ? 1 : -1;
-        return sign * this.rig.amount(drive) * this.theoryStrain;
+        const sign = this.rig.reads === "strain" && this.rig.baked.gauge.side === "contact" ? 1 : -1;
+        return sign * this.rig.amount(drive) * this.linearSignal;
     }
     /** P of the linear theory of the model, N. */
     linearForce(amount) {

@@ -2,7 +2,7 @@
 // the strain along the whisker.
 
 import type { FunctionName } from "./baked";
-import { distortedLinear, isWhisker, type StrainCurve, type Taper, taperOf, type Whisker } from "./beam";
+import { distortedLinear, isWhisker, type SignalCurve, type Taper, taperOf, type Whisker } from "./beam";
 import { dotted, type Plane, polynomial } from "./chart";
 import { Curves, type Rig } from "./rig";
 
@@ -11,8 +11,10 @@ export type Word = "invalid_geometry" | "no_strain" | "slipped_off" | "strain_li
 
 /** What a tap gives. */
 export interface Tap {
-  /** Signed strain of the gauge; tension is positive. */
+  /** Signed strain of the gauge; tension is positive. NaN where a moment or a force is read and the gauge lies outside the chart. */
   readonly strain: number;
+  /** What the sensor reads: that strain, or the moment (N mm) or the force (N) on the root. */
+  readonly signal: number;
   /** K − 1, without unit. */
   readonly deviation: number;
   /** c, mm. */
@@ -34,20 +36,21 @@ const STEP = 0.05;
 /** Taps of a whisker at the distance a, mm. */
 export class Contact {
   readonly taper: Taper;
-  readonly theory: StrainCurve;
+  readonly theory: SignalCurve;
   /** Why there is no tap whatever the drive. */
   readonly void: Word | undefined;
   /** Which number lies outside the chart. */
   readonly outside: string | undefined;
-  private readonly model: StrainCurve;
+  private readonly model: SignalCurve;
   private readonly linearStrain: number;
-  private readonly theoryStrain: number;
+  private readonly linearSignal: number;
   /** What distorting sections add to the strain of the gauge, relative to the rod's, at the linear limit. */
   private readonly skinOfGauge: number = 0;
   /** Coefficients over the drive, of each branch. */
   private readonly gauge: readonly Float64Array[] = [];
   private readonly arcs: readonly Float64Array[] = [];
   private readonly forces: readonly Float64Array[] = [];
+  private readonly signals: readonly Float64Array[] = [];
   private readonly planes = new Map<FunctionName, readonly Plane[]>();
   private readonly middle: readonly [number, number, number];
 
@@ -58,12 +61,12 @@ export class Contact {
     curves?: Curves,
   ) {
     const { chart, baked } = rig;
-    const { model, theory } = curves ?? new Curves(rig, whisker);
+    const { model, theory, read } = curves ?? new Curves(rig, whisker);
     this.taper = taperOf(whisker);
     this.theory = theory;
     this.model = model;
     this.linearStrain = model.value(a);
-    this.theoryStrain = theory.value(a);
+    this.linearSignal = read.value(a);
     const { tau, x1, x2 } = this.taper;
     const offset = baked.model.pole_radius > 0 ? baked.model.pole_radius : whisker.hub;
     this.middle = [offset / a, whisker.D / a, tau * a];
@@ -71,14 +74,15 @@ export class Contact {
       this.void = "invalid_geometry";
       return;
     }
-    if (a <= x1) {
+    if (a <= x1 && rig.reads === "strain") {
       this.void = "no_strain";
       return;
     }
     const outside = [1, 2, 3].map((k) => chart.outside(k, this.middle[k - 1]!));
     // Where the chart is cut next to the contact, what is drawn goes on; what a gauge reads does not.
     const last = chart.axes[4]!.range[1];
-    if (x2 / a > last) {
+    const beyond = x2 / a > last;
+    if (beyond && rig.reads === "strain") {
       outside.push(`gauge end x₂/a = ${(x2 / a).toPrecision(3)} > ${Number(last.toPrecision(3))}`);
     }
     this.outside = outside.find((why) => why !== undefined);
@@ -86,9 +90,14 @@ export class Contact {
       return;
     }
     const fold = (name: FunctionName, weights: Float64Array) => this.plane(name).map((plane) => chart.fold(plane, weights));
-    const { weights, skin } = this.overGauge();
-    this.gauge = fold(rig.side(baked.gauge.side), weights);
-    this.skinOfGauge = skin;
+    if (!beyond) {
+      const { weights, skin } = this.overGauge();
+      this.gauge = fold(rig.side(baked.gauge.side), weights);
+      this.skinOfGauge = skin;
+    }
+    if (rig.reads !== "strain") {
+      this.signals = fold("signal", NOWHERE);
+    }
     this.arcs = fold("arc", NOWHERE);
     this.forces = fold("force", NOWHERE);
   }
@@ -150,7 +159,7 @@ export class Contact {
 
   /** The tap at a drive, degrees or mm; only its words where it has no values. */
   at(drive: number): Tap {
-    const none = (word: Word): Tap => ({ strain: NaN, deviation: NaN, arc: NaN, force: NaN, ratio: NaN, words: [word] });
+    const none = (word: Word): Tap => ({ strain: NaN, signal: NaN, deviation: NaN, arc: NaN, force: NaN, ratio: NaN, words: [word] });
     if (this.void) {
       return none(this.void);
     }
@@ -171,31 +180,33 @@ export class Contact {
       return scale * sum;
     };
     const pressed = 1 + read(this.forces);
-    const delta = read(this.gauge) + pressed * this.skinOfGauge;
+    const ofGauge = this.gauge.length > 0 ? read(this.gauge) + pressed * this.skinOfGauge : NaN;
+    const delta = this.rig.reads === "strain" ? ofGauge : read(this.signals);
     const arc = this.a * (1 + read(this.arcs));
     const force = this.linearForce(amount) * pressed;
     // K = θ f/ε with ε = θ f_model (1 + δ); both theories differ by their shear only.
     const u2 = 1 / (this.a * this.a);
     const apart = ((this.model.shear - this.theory.shear) * u2) / (1 + this.theory.shear * u2);
-    const sign = baked.gauge.side === "contact" ? 1 : -1;
-    const strain = sign * amount * this.linearStrain * (1 + delta);
+    const side = baked.gauge.side === "contact" ? 1 : -1;
+    const strain = side * amount * this.linearStrain * (1 + ofGauge);
+    const signal = this.rig.reads === "strain" ? strain : (this.linear(drive) * (1 + delta)) / (1 + apart);
     const words: Word[] = [];
-    if (arc <= this.taper.x1) {
+    if (arc <= this.taper.x1 && this.rig.reads === "strain") {
       words.push("no_strain");
     }
     if (arc > this.whisker.L_a * (1 + 1e-12)) {
       words.push("slipped_off");
     }
-    if (Math.abs(strain) > baked.gauge.strain_limit) {
+    if (this.rig.reads === "strain" && Math.abs(strain) > baked.gauge.strain_limit) {
       words.push("strain_limit");
     }
-    return { strain, deviation: (apart - delta) / (1 + delta), arc, force, ratio, words };
+    return { strain, signal, deviation: (apart - delta) / (1 + delta), arc, force, ratio, words };
   }
 
-  /** |ε| of the theory of the estimate, and its sign: strain_linear of the tables. */
+  /** What is read by the theory of the estimate: strain_linear or signal_linear of the tables. A tap pushes the root back. */
   linear(drive: number): number {
-    const sign = this.rig.baked.gauge.side === "contact" ? 1 : -1;
-    return sign * this.rig.amount(drive) * this.theoryStrain;
+    const sign = this.rig.reads === "strain" && this.rig.baked.gauge.side === "contact" ? 1 : -1;
+    return sign * this.rig.amount(drive) * this.linearSignal;
   }
 
   /** P of the linear theory of the model, N. */

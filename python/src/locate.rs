@@ -211,18 +211,23 @@ impl Locator {
 
     /// What answers readings as one file of C or Python.
     fn export(&self, py: Python<'_>, language: &str) -> PyResult<String> {
-        let words = || Language::ALL.map(|l| l.0).join(", ");
-        let found = Language::ALL.into_iter().find(|l| l.0 == language);
-        let wrong =
-            || InputError::new("there is no such language").key("language").value(language).allowed(words());
         let made = || -> Result<String, Error> {
-            let language = found.ok_or_else(wrong)?.1;
+            let language = spoken(language)?;
             let open = opener(&RunOptions::default());
             let export = Export::new(&self.locator, &self.calibration);
             Ok(export.map_err(|e| proposing(e, &self.calibration, &open))?.text(language))
         };
         job::here(py, made)?.map_err(|e| raise(py, e))
     }
+}
+
+/// The language of this name.
+pub fn spoken(language: &str) -> Result<Language, InputError> {
+    let found = Language::ALL.into_iter().find(|l| l.0 == language);
+    found.map(|l| l.1).ok_or_else(|| {
+        let words = Language::ALL.map(|l| l.0).join(", ");
+        InputError::new("there is no such language").key("language").value(language).allowed(words)
+    })
 }
 
 /// Readings of a CSV table, its name, bytes and columns, by `who` of what answers: located.csv, and what should be known of them.

@@ -6,13 +6,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use vibrissa::error::Error;
+use vibrissa::export::together::Export;
 use vibrissa::locate::{Located, Sensor, locator::opener, several};
 use vibrissa::scene::RunOptions;
 use vibrissa::status::Status;
 
 use crate::error::raise;
 use crate::job::{self, Far};
-use crate::locate::answered;
+use crate::locate::{answered, spoken};
 use crate::table::Table;
 use crate::taps::bits;
 
@@ -20,6 +21,7 @@ use crate::taps::bits;
 #[pyclass(frozen, module = "vibrissa._native")]
 pub struct Several {
     several: Arc<several::Several>,
+    sensor: Sensor,
 }
 
 #[pymethods]
@@ -33,7 +35,7 @@ impl Several {
         let made = || -> Result<Self, Error> {
             let sensor = Sensor::parse(label, text, trust)?;
             let several = several::Several::new(&sensor, label, &opener(&RunOptions::default()))?;
-            Ok(Self { several: Arc::new(several) })
+            Ok(Self { several: Arc::new(several), sensor })
         };
         job::here(py, made)?.map(Some).map_err(|e| raise(py, e))
     }
@@ -85,6 +87,15 @@ impl Several {
         columns: Option<String>,
     ) -> PyResult<(Table, Vec<String>)> {
         answered(py, (Arc::clone(&self.several), |s| s.into()), None, (label, bytes, columns))
+    }
+
+    /// What answers readings as one file of C or Python.
+    fn export(&self, py: Python<'_>, language: &str) -> PyResult<String> {
+        let made = || -> Result<String, Error> {
+            let language = spoken(language)?;
+            Ok(Export::new(&self.several, &self.sensor)?.text(language))
+        };
+        job::here(py, made)?.map_err(|e| raise(py, e))
     }
 
     /// Columns of the channels.

@@ -2,6 +2,7 @@
 
 import importlib.util
 import pathlib
+import pickle
 import re
 
 import matplotlib
@@ -150,3 +151,36 @@ def test_signals_of_a_sensor_at_the_root():
     found = locator.locate(4.0, locator.expected(33.0, 4.0))
     assert abs(found.distance_mm - 33) < 0.3 and found.sigma_mm > 0
     assert 2 <= vibrissa.tap(**rig, sensor=moment, tap=dict(a=[21, 33, 45], theta=[2, 6])).optimum["theta_deg"] <= 6
+
+
+def test_several_channels_are_calibrated_and_answer_together(tmp_path):
+    rig = dict(whisker=dict(D=10, d=4, L_a=50, root=dict(k_theta=1000)), gauge=dict(x_ss=5, l=2))
+    sensor = dict(signal=["moment", "force"], noise=[0.02, 0.001])
+    measured = vibrissa.simulate(**rig, sensor=sensor, tap=dict(a=[21, 25, 29, 33, 37, 41, 45], theta=[1, 2, 3, 4, 5]), repeats=2, zero_every=5)
+    found = vibrissa.calibrate(measured, **rig, sensor=sensor)
+    assert found.channels["moment_Nmm"].shape == found.channels["distance_mm"].shape
+    with pytest.raises(AttributeError, match="channels"):
+        found.K_table
+    locator = found.locator()
+    assert locator.channels == ["moment_Nmm", "force_N"] and locator.noise.shape == (2,)
+    tap = locator.expected(30.0, 3.0, -1.0)
+    at = locator.locate(3.0, tap)
+    assert abs(at.distance_mm - 30.0) < 1e-3 and at.status == 0
+    # Two channels tell the drive, too; arrays broadcast; a name for each is as good as an order.
+    assert abs(locator.locate(None, tap).distance_mm - 30.0) < 1e-2
+    many = locator.locate([2.0, 3.0], np.stack([locator.expected(30.0, 2.0, -1.0), tap]))
+    assert np.allclose(many.distance_mm, 30.0, atol=1e-3) and many.sigma_mm.shape == (2,)
+    named = locator.locate(3.0, dict(zip(locator.channels, tap)))
+    assert named.distance_mm == at.distance_mm
+    located = locator.table(measured.measurements)
+    assert np.nanmax(np.abs(located["distance_mm"] - located["a_mm"])) < 2.0
+    found.save(tmp_path / "calibration.toml")
+    again = pickle.loads(pickle.dumps(vibrissa.Calibration.load(tmp_path / "calibration.toml")))
+    assert again.locate(3.0, tap).distance_mm == at.distance_mm
+    scope = {"__name__": "robot"}
+    exec(locator.export("python"), scope)
+    assert abs(scope["locate"](3.0, list(tap))[0] - at.distance_mm) < 1e-4
+    wrong = [lambda: locator.locate(3.0, tap[:1]), lambda: locator.locate(3.0, dict(force_N=1.0)), lambda: locator.next([]), lambda: vibrissa.Locator(found, zero=1.0)]
+    for call in wrong:
+        with pytest.raises(vibrissa.InputError):
+            call()

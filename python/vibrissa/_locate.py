@@ -86,7 +86,7 @@ class Locator:
 
     def __getattr__(self, name: str) -> Any:
         if name == "_native" and self.__dict__.get("_several") is not None:
-            raise InputError("the calibration is of several channels", key="calibration", value=", ".join(self.channels), allowed="locate, table, expected, noise; a calibration of one signal")
+            raise InputError("the calibration is of several channels", key="calibration", value=", ".join(self.channels), allowed="locate, table, expected, export; a calibration of one signal")
         raise AttributeError(name)
 
     def __getstate__(self) -> tuple[Any, ...]:
@@ -245,7 +245,7 @@ class Locator:
 
     def export(self, language: str) -> str:
         """What answers readings as one file without dependencies: ``"c"`` (C99) or ``"python"``."""
-        return self._native.export(word("language", language))
+        return (self._several or self._native).export(word("language", language))
 
     def _pair(self, readings: Any) -> tuple[Any, Any]:
         """Drives and signals where one thing holds both, or only signals."""

@@ -7,6 +7,7 @@ use crate::estimator::taps::Tap;
 use crate::estimator::{ALL, CURVE, EXACT};
 use crate::measure::text::plain;
 use crate::measure::{Data, Rig};
+use crate::scene::Signal;
 
 /// On distances left out one estimator is so many times worse than another: it is wrong, not unlucky.
 const FAR_WORSE: f64 = 3.0;
@@ -111,7 +112,8 @@ fn other_whisker(data: &Data, side: &SideResult, unread: f64) -> Option<String> 
     let mut found = Vec::new();
     let [factor, error] = [fit.exact.values[Parameter::Factor as usize], fit.errors(unread)[0]];
     if data.unit.is_absolute() && (factor - 1.0).abs() > (ERRORS * error).max(ORDINARY) {
-        found.push(format!("the strain is {factor:.3} ± {error:.1e} times what the model of the spec gives"));
+        let read = data.unit.signal().map_or("signal", Signal::word);
+        found.push(format!("the {read} is {factor:.3} ± {error:.1e} times what the model of the spec gives"));
     }
     let both = side.answered_by_all(&[EXACT, CURVE]);
     let rms = |e| side.held_out(e).and_then(|h| h.rms(|k| both[k]).0);
@@ -129,11 +131,12 @@ fn other_whisker(data: &Data, side: &SideResult, unread: f64) -> Option<String> 
     }
     (!found.is_empty()).then(|| {
         format!(
-            "{}: {}. Is this the whisker that was measured? Check D, d, L_a, x_ss and l, from where a_mm is measured, gauge.factor, the unit \
+            "{}: {}. Is this the whisker that was measured? Check D, d, L_a{}, from where a_mm is measured, the unit \
              of {} and the drive; then how the base is held: a root that gives way ([whisker] root, --fit k_theta), [model] clamp; then material, \
              contact or --fit",
             data.file,
             found.join("; "),
+            if data.unit.signal() == Some(Signal::Strain) { ", x_ss and l, gauge.factor" } else { ", the modulus" },
             data.unit.column()
         )
     })

@@ -243,6 +243,18 @@ fn parameters(f: &crate::estimator::fitted::Fit, kind: Drive, zero: f64) -> Valu
             "misfit": f.misfit, "interpolation_error": e.error() })
 }
 
+/// The same for people, a line for each.
+pub fn fitted(f: &crate::estimator::fitted::Fit, kind: Drive, zero: f64) -> Vec<String> {
+    let value = |p: &Parameter| f.exact.values[*p as usize];
+    let told = f.exact.fitted.iter().zip(f.errors(zero));
+    let told =
+        told.map(|(p, error)| format!("{:<13} {:.6} ± {error:.1e} {}", p.name(kind), value(p), p.unit(kind)));
+    let held = f.undetermined.iter().map(|p| {
+        format!("{:<13} not determined by these data, held at {} {}", p.name(kind), value(p), p.unit(kind))
+    });
+    told.chain(held).collect()
+}
+
 /// A few lines for people.
 pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> String {
     let mut t = String::new();
@@ -314,19 +326,8 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
             let _ = writeln!(t, "  {line}");
         }
         if let Some(f) = &s.fit {
-            let errors = f.errors(found.unread);
-            for (p, error) in f.exact.fitted.iter().zip(errors) {
-                let value = f.exact.values[*p as usize];
-                let _ = writeln!(t, "  {:<13} {value:.6} ± {error:.1e} {}", p.name(kind), p.unit(kind));
-            }
-            for p in &f.undetermined {
-                let value = f.exact.values[*p as usize];
-                let _ = writeln!(
-                    t,
-                    "  {:<13} not determined by these data, held at {value} {}",
-                    p.name(kind),
-                    p.unit(kind)
-                );
+            for line in fitted(f, kind, found.unread) {
+                let _ = writeln!(t, "  {line}");
             }
         }
         if s.drives.len() > 1 && rig.known {

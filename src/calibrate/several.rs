@@ -60,8 +60,9 @@ impl Calibration {
         let channel = |(k, (name, c)): (usize, &(String, locate::Calibration))| {
             let used = self.each[k].sides[0].used;
             let held = self.held_out(k).map_or("unknown".to_owned(), |rms| format!("{rms:.3} mm"));
+            let fitted: String = self.fitted(k).iter().map(|p| format!("  {p}\n")).collect();
             format!(
-                "{name}: {used} taps, noise {:.3e}; alone it tells left-out distances to {held}\n",
+                "{name}: {used} taps, noise {:.3e}; alone it tells left-out distances to {held}\n{fitted}",
                 c.noise
             )
         };
@@ -96,6 +97,14 @@ impl Calibration {
             c.warnings.iter().map(|text| format!("{name}: {text}")).collect::<Vec<_>>()
         };
         self.each.iter().zip(&self.sensor.channels).flat_map(of).collect()
+    }
+
+    /// Parameters of the model that were fitted to the channel `k`, in words.
+    fn fitted(&self, k: usize) -> Vec<String> {
+        let found = &self.each[k];
+        let kind = found.calibration.rig.setup.drive;
+        let fits = found.sides.iter().filter_map(|side| side.fit.as_ref());
+        fits.flat_map(|fit| super::report::fitted(fit, kind, found.unread)).collect()
     }
 
     /// Error of the channel `k` alone on distances that are left out, mm.

@@ -28,8 +28,9 @@ fn numbers(learnt: &Learnt, kind: Drive) -> Vec<Number> {
         all.extend(found.map(|[value, error]| Number { name, term, value, error, unit, tells }));
     };
     let gain = Term::Curve(0, 0);
+    let per = "signal over that of the spec";
     if learnt.exact.is_some() {
-        add("gain", gain, of(gain, c.unit / c.base_unit, 0.0), "signal per strain of the spec", "");
+        add("gain", gain, of(gain, c.unit / c.base_unit, 0.0), per, "");
         let (name, unit) = match kind {
             Drive::Angle => ("theta_offset", "degrees"),
             Drive::Displacement => ("delta_offset", "mm"),

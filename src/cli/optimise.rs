@@ -184,15 +184,17 @@ fn summary(spec: &Spec, search: &Search, report: &Report) -> String {
         d.D, d.d, d.L_a, d.x_ss, d.l, d.drive
     );
     let number = |x: Option<f64>, unit: &str| x.map_or("none".to_owned(), |x| short(x) + unit);
+    let read = spec.study.setup.signal.unit();
     let _ = writeln!(
         text,
-        "  K_mean {:.6}, K_sd {}, total {} (bias {}, noise {}), largest strain {}, largest force {}",
+        "  K_mean {:.6}, K_sd {}, total {} (bias {}, noise {}), largest {} {}, largest force {}",
         row.deviation.mean().map_or(f64::NAN, |m| (1.0 + m) * report.best.unit),
         number(row.deviation.sd().map(|s| s * report.best.unit), ""),
         number(row.total_rms(), " mm"),
         bias(spec.study.setup.estimate.theory, row.error_rms(), &|x| number(x, " mm")),
         number(row.noise_rms(), " mm"),
-        number(row.strain_max(), ""),
+        spec.study.setup.signal.word(),
+        number(row.strain_max(), &if read.is_empty() { String::new() } else { format!(" {read}") }),
         number(row.force_max(), " N"),
     );
     if let Some(robust) = &search.robust {

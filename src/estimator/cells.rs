@@ -79,6 +79,8 @@ pub struct Cell {
     pub freedom: f64,
     /// Variance of the mean, in units of a reading's: 1/n and what the zeros bring.
     pub share: f64,
+    /// Runs of zero readings that its mean stands above: place, weight, and the variance of the run in units of a reading's.
+    pub zeros: Vec<(usize, f64, f64)>,
 }
 
 impl Cell {
@@ -127,7 +129,7 @@ fn cells(
         let (signal, theory) = (about(&|t| t.signal.abs()), about(&linear));
         let ratio = signal / theory;
         let squares = n * mean(&|t| (t.signal.abs() - ratio * linear(t)).powi(2));
-        let (of_mean, about_mean) = zero_noise(taps_here.iter().map(|&k| &taps[k]));
+        let (zeros, [of_mean, about_mean]) = zero_noise(taps_here.iter().map(|&k| &taps[k]));
         Some(Cell {
             i: place / drives.len(),
             j: place % drives.len(),
@@ -138,15 +140,16 @@ fn cells(
             squares: if n > 1.0 { squares } else { 0.0 },
             freedom: n - 1.0 + about_mean,
             share: 1.0 / n + of_mean,
+            zeros,
             taps: taps_here,
         })
     };
     grid.into_iter().enumerate().filter_map(cell).collect()
 }
 
-/// What the noise of the zero readings brings to taps of one cell: to the variance of their mean, and to the sum of squares about
-/// it, in units of a reading's variance.
-fn zero_noise<'a>(taps: impl Iterator<Item = &'a Tap>) -> (f64, f64) {
+/// What the noise of the zero readings brings to taps of one cell: the runs, with their weights in the mean; the variance of the mean, and the sum
+/// of squares about it, in units of a reading's variance.
+fn zero_noise<'a>(taps: impl Iterator<Item = &'a Tap>) -> (Vec<(usize, f64, f64)>, [f64; 2]) {
     let mut runs = std::collections::BTreeMap::<usize, (f64, f64, f64)>::new();
     let mut n = 0.0;
     for tap in taps {
@@ -158,8 +161,9 @@ fn zero_noise<'a>(taps: impl Iterator<Item = &'a Tap>) -> (f64, f64) {
             }
         }
     }
-    let add = |(mean, about): (f64, f64), (sum, squares, share): &(f64, f64, f64)| {
-        (mean + share * (sum / n).powi(2), about + share * (squares - sum * sum / n).max(0.0))
+    let add = |[mean, about]: [f64; 2], (sum, squares, share): &(f64, f64, f64)| {
+        [mean + share * (sum / n).powi(2), about + share * (squares - sum * sum / n).max(0.0)]
     };
-    runs.values().fold((0.0, 0.0), add)
+    let noise = runs.values().fold([0.0; 2], add);
+    (runs.into_iter().map(|(run, (sum, _, share))| (run, sum / n, share)).collect(), noise)
 }

@@ -24,6 +24,10 @@ const ROOM: f64 = 0.02;
 const SETTLED: f64 = 1e-14;
 /// The same of a solid, whose taps are known to about 1e-9 of the strain: smaller steps would follow their noise.
 const SETTLED_SOLID: f64 = 1e-10;
+/// Misfits that are looked at, relative to the signal.
+const MISFITS: [f64; 2] = [1e-8, 1.0];
+/// A misfit counts where −2 ln of the likelihood is so much less with it: of data without one that happens in 1 of 200.
+const BEYOND_NOISE: f64 = 6.6;
 /// Share of the cells for which the model must have solutions.
 const ENOUGH: f64 = 0.5;
 
@@ -124,24 +128,33 @@ impl Task<'_> {
         (noise + (misfit * c.signal).powi(2) + (MODEL * c.signal).powi(2)).sqrt()
     }
 
-    /// Relative standard deviation of residuals beyond noise.
+    /// Relative standard deviation of residuals beyond noise: the most likely one of a normal distribution that has both, where it is more likely
+    /// than none by [`BEYOND_NOISE`]. A mean of squares relative to the signal would be that of the weakest taps, which are noise.
     fn misfit(&self, model: &Exact) -> f64 {
-        let excess = |c: &Cell| {
+        let of = |c: &Cell| {
             let e = c.signal - model.expected(c.a, c.drive);
-            ((e * e - self.noise * self.noise * c.share) / (c.signal * c.signal), e)
+            e.is_finite().then_some([e * e, self.noise * self.noise * c.share, c.signal * c.signal])
         };
-        let (mut sum, mut n, mut chi2) = (0.0, 0.0, 0.0);
-        for c in self.cells {
-            let (x, e) = excess(c);
-            if x.is_finite() {
-                sum += x;
-                n += 1.0;
-                chi2 += e * e / (c.share * self.noise * self.noise);
-            }
+        let cells: Vec<[f64; 3]> = self.cells.iter().filter_map(of).collect();
+        let unlikely = |m: f64| -> f64 {
+            let one = |[e2, noise, s2]: &[f64; 3]| {
+                let v = noise + (m * m + MODEL * MODEL) * s2;
+                v.ln() + e2 / v
+            };
+            cells.iter().map(one).sum()
+        };
+        let at = |k: f64| MISFITS[0] * (MISFITS[1] / MISFITS[0]).powf(k);
+        let steps = 64;
+        let best = (0..=steps).map(|k| f64::from(k) / f64::from(steps));
+        let best = best.min_by(|p, q| unlikely(at(*p)).total_cmp(&unlikely(at(*q)))).unwrap_or(0.0);
+        // Between its neighbours, by thirds.
+        let (mut lo, mut hi) = (best - 1.0 / f64::from(steps), best + 1.0 / f64::from(steps));
+        for _ in 0..40 {
+            let (p, q) = (lo + (hi - lo) / 3.0, hi - (hi - lo) / 3.0);
+            if unlikely(at(p)) < unlikely(at(q)) { hi = q } else { lo = p }
         }
-        // Within what noise does by itself there is no misfit.
-        let usual = n + 2.0 * (2.0f64 * n).sqrt();
-        if self.noise > 0.0 && chi2 <= usual { 0.0 } else { (sum / n).max(0.0).sqrt() }
+        let best = at(0.5 * (lo + hi));
+        if unlikely(0.0) - unlikely(best) > BEYOND_NOISE { best } else { 0.0 }
     }
 
     /// Sets `free` by least squares, starting from `values`.
@@ -192,6 +205,21 @@ impl Task<'_> {
         Some(DMatrix::from_fn(scale.len(), scale.len(), |i, k| c[(i, k)] * scale[i] * scale[k]))
     }
 
+    /// What cells share beyond what each has for itself: Jᵀ D⁻¹ (Σ − D) D⁻¹ J, Σ the covariance of means above the same zero readings.
+    fn of_zeros(&self, slopes: &DMatrix<f64>, misfit: f64) -> DMatrix<f64> {
+        let mut runs = std::collections::BTreeMap::<usize, DVector<f64>>::new();
+        let mut shared = DMatrix::zeros(slopes.ncols(), slopes.ncols());
+        for (i, c) in self.cells.iter().enumerate() {
+            let pull = slopes.row(i).transpose() / self.deviation(c, misfit).powi(2);
+            for (run, weight, share) in &c.zeros {
+                let of_run = &pull * (weight * share.sqrt() * self.noise);
+                shared -= &of_run * of_run.transpose();
+                *runs.entry(*run).or_insert_with(|| DVector::zeros(slopes.ncols())) += of_run;
+            }
+        }
+        runs.values().fold(shared, |sum, of_run| sum + of_run * of_run.transpose())
+    }
+
     /// The parameter that the data determine least, if they do not determine it.
     fn worst(&self, model: &Exact, free: &[Parameter], misfit: f64) -> Option<usize> {
         let judged = |limit: f64, deviation: &dyn Fn(&Cell) -> f64| {
@@ -220,9 +248,10 @@ impl Task<'_> {
         let noise_only = self.noise.max(0.0);
         let covariance = self.covariance(&model, |c| self.deviation(c, misfit));
         let m = free.len();
+        let slopes = self.slopes(&model);
+        let covariance = covariance.map(|c| &c + &c * self.of_zeros(&slopes, misfit) * &c);
         let rows = covariance
             .map_or(vec![vec![0.0; m]; m], |c| (0..m).map(|i| (0..m).map(|k| c[(i, k)]).collect()).collect());
-        let slopes = self.slopes(&model);
         let residuals = DVector::from_iterator(
             self.cells.len(),
             self.cells.iter().map(|c| c.signal - model.expected(c.a, c.drive)),

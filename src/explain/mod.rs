@@ -91,7 +91,7 @@ pub fn explain(study: &Study, choice: &Choice, tolerances: &[f64]) -> Result<Exp
     let mut bench = Bench { setup: setup.clone(), choice, sample: &sample, known: Vec::new() };
     let said = Setting::of(setup).asked(&sample.tasks);
     let mut effects = Vec::new();
-    for effect in Effect::all() {
+    for effect in Effect::all().filter(|effect| effect.is_told(&said)) {
         let switch = Switch::new(effect, &said, setup.drive);
         let change = match &switch.pair {
             Ok(pair) => bench.compare(&pair.base, &pair.other)?,
@@ -142,6 +142,7 @@ impl Bench<'_> {
         setup.hub = setting.hub;
         setup.gauge.side = setting.side;
         setup.gauge.foil = setting.foil;
+        setup.built = setting.built.clone();
         // The strain of the first gauge is what is compared, and a solid has no second.
         setup.gauge.second = false;
         let designs: Vec<Design> = self.sample.designs.par_iter().map(|t| Design::new(setup, *t)).collect();

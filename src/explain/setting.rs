@@ -1,7 +1,10 @@
 //! What a comparison keeps and changes: the model, the rig, the direction of the pole.
 
+use std::sync::Arc;
+
 use super::switch::Effect;
 use crate::evaluate::Task;
+use crate::scene::built::Built;
 use crate::scene::{Direction, Foil, Model, Setup, Side};
 
 /// An angle of the pole.
@@ -50,8 +53,10 @@ pub struct Setting {
     pub lean: Aim,
     /// A foil under the grid.
     pub foil: Option<Foil>,
-    /// Whether the whisker is more than a cone clamped at its base, or its wrench is read: some effects are known of the cone's strain only.
-    pub more: bool,
+    /// What the whisker is beyond a cone clamped at its base.
+    pub built: Option<Arc<Built>>,
+    /// Whether the wrench on its root is read: some effects are known of a strain only.
+    pub wrench: bool,
 }
 
 impl Setting {
@@ -65,8 +70,16 @@ impl Setting {
             tilt,
             lean,
             foil: setup.gauge.foil,
-            more: !setup.is_plain(),
+            built: setup.built.clone(),
+            wrench: setup.asks_wrench(),
         }
+    }
+
+    /// The whisker with something else about it, or the cone, if it is no more then.
+    pub(super) fn rebuild(&mut self, change: impl FnOnce(&mut Built)) {
+        let mut built = self.built.as_deref().cloned().unwrap_or(Built::CONE);
+        change(&mut built);
+        self.built = Some(built).filter(|built| *built != Built::CONE).map(Arc::new);
     }
 
     /// With poles as `tasks` ask for them.

@@ -1,6 +1,7 @@
 //! Effects of the model as switches: what each is in a setup, and the two settings whose strains are compared.
 
 use super::setting::{Aim, Setting};
+use crate::scene::built::{Profile, Root};
 use crate::scene::{Amount, Contact, Drive, Foil, Geometry, Material, Model, Side, TERMS, Term};
 
 /// Distance of the motor's axis behind the clamp where the spec has none, mm.
@@ -43,6 +44,14 @@ pub enum Effect {
     Lean,
     /// A foil that is stiffer than the skin.
     Foil,
+    /// Springs between motor and whisker.
+    Root,
+    /// Curvature at rest.
+    Curvature,
+    /// A bore or a core.
+    Inner,
+    /// A profile that is no cone.
+    Profile,
     /// The gauge on the other side: neither on nor off.
     Side,
 }
@@ -58,6 +67,10 @@ impl Effect {
     pub fn all() -> impl Iterator<Item = Self> {
         let rest = [
             Self::Foil,
+            Self::Root,
+            Self::Curvature,
+            Self::Inner,
+            Self::Profile,
             Self::Hub,
             Self::Coulomb,
             Self::Stick,
@@ -81,7 +94,17 @@ impl Effect {
 
     /// Whether it is of the rig, not of the model: nobody can leave it off.
     pub fn is_of_rig(self) -> bool {
-        matches!(self, Self::Hub | Self::Tilt | Self::Lean | Self::Foil)
+        matches!(self, Self::Hub | Self::Tilt | Self::Lean | Self::Foil) || self.is_of_shape()
+    }
+
+    /// Whether it is what the whisker is beyond a cone clamped at its base.
+    fn is_of_shape(self) -> bool {
+        matches!(self, Self::Root | Self::Curvature | Self::Inner | Self::Profile)
+    }
+
+    /// Whether there is something to tell of it in `s`: nobody can say which shape a cone could have.
+    pub(super) fn is_told(self, s: &Setting) -> bool {
+        !self.is_of_shape() || self.is_on(s) == Some(true)
     }
 
     /// For people.
@@ -91,6 +114,10 @@ impl Effect {
             Self::Term(term) => term.name,
             Self::Hub => "hub",
             Self::Foil => "foil",
+            Self::Root => "root",
+            Self::Curvature => "rest curvature",
+            Self::Inner => "bore or core",
+            Self::Profile => "profile",
             Self::Coulomb => "friction",
             Self::Stick => "stick",
             Self::Rubber => "rubber nonlinearity",
@@ -107,6 +134,10 @@ impl Effect {
             Self::Term(term) => format!("model.{}", term.key),
             Self::Hub => "whisker.hub".into(),
             Self::Foil => "gauge.foil".into(),
+            Self::Root => "whisker.root".into(),
+            Self::Curvature => "whisker.curvature".into(),
+            Self::Inner => "whisker.bore".into(),
+            Self::Profile => "whisker.profile".into(),
             Self::Coulomb | Self::Stick => "model.contact".into(),
             Self::Rubber => "model.material".into(),
             Self::Tilt => "tap.tilt".into(),
@@ -122,6 +153,10 @@ impl Effect {
             Self::Term(term) => (term.get)(&s.model).is_on(),
             Self::Hub => s.hub > 0.0,
             Self::Foil => s.foil.is_some(),
+            Self::Root => s.built.as_ref().is_some_and(|b| b.root != Root::RIGID),
+            Self::Curvature => s.built.as_ref().is_some_and(|b| !b.is_straight()),
+            Self::Inner => s.built.as_ref().is_some_and(|b| b.inner.is_some()),
+            Self::Profile => s.built.as_ref().is_some_and(|b| b.profile != Profile::Power(1.0)),
             Self::Coulomb => matches!(s.model.contact, Contact::Coulomb(_)),
             Self::Stick => s.model.contact == Contact::Stick,
             Self::Rubber => !hooke(&s.model),
@@ -148,6 +183,11 @@ impl Effect {
                     .for_each(|other| (other.set)(m, other.trial.off()));
             }
             Self::Foil => s.foil = on.then_some(FOIL),
+            // Only off: [`Self::is_told`].
+            Self::Root => s.rebuild(|b| b.root = Root::RIGID),
+            Self::Curvature => s.rebuild(|b| b.curvature = [0.0; 2]),
+            Self::Inner => s.rebuild(|b| b.inner = None),
+            Self::Profile => s.rebuild(|b| b.profile = Profile::Power(1.0)),
             Self::Hub => s.hub = if on { HUB } else { 0.0 },
             Self::Coulomb if on => m.contact = Contact::Coulomb(FRICTION),
             Self::Stick if on => m.contact = Contact::Stick,
@@ -172,6 +212,18 @@ impl Effect {
                 Amount::Word(word) => word.into(),
             },
             Self::Foil => s.foil.map_or("none".into(), |foil| format!("{} N/mm", foil.stiffness)),
+            Self::Root => if self.is_on(s) == Some(true) { "springs" } else { "rigid" }.into(),
+            Self::Curvature => s.built.as_ref().map_or("0".into(), |b| format!("{} 1/mm", b.curvature[0])),
+            Self::Inner => match s.built.as_ref().and_then(|b| b.inner.as_ref()) {
+                Some(inner) if inner.modulus > 0.0 => "core".into(),
+                Some(_) => "bore".into(),
+                None => "solid".into(),
+            },
+            Self::Profile => match s.built.as_ref().map(|b| &b.profile) {
+                Some(Profile::Power(n)) if *n != 1.0 => format!("exponent {n}"),
+                Some(Profile::Table(knots)) => format!("{} knots", knots.len()),
+                _ => "cone".into(),
+            },
             Self::Hub => format!("{} mm", s.hub),
             Self::Coulomb | Self::Stick => match m.contact {
                 Contact::Frictionless => "frictionless".into(),
@@ -204,9 +256,13 @@ impl Effect {
         let rubs = s.model.contact != Contact::Frictionless;
         let unsolid = |term: &Term| ["clamp", "indentation", "section"].contains(&term.key);
         let off = |term: &Term| format!("{} = {}", term.key, term.off());
+        let more = s.built.is_some() || s.wrench;
+        let forbids = s.built.as_ref().and_then(|built| built.upright(s.model.surface));
         let why = match self {
-            Self::Foil | Self::Tilt | Self::Lean if s.more => "computed for a cone clamped at its base",
-            Self::Term(term) if s.more && unsolid(term) => "computed for a cone clamped at its base",
+            Self::Foil if more => "computed for a cone clamped at its base",
+            Self::Term(term) if more && unsolid(term) => "computed for a cone clamped at its base",
+            Self::Tilt | Self::Lean if s.wrench => "a moment or a force needs an upright pole",
+            Self::Tilt | Self::Lean if forbids.is_some() => forbids.unwrap_or_default(),
             Self::Term(term) if term.frictionless.is_some() && rubs => {
                 return Some(format!("friction needs {}", off(term)));
             }
@@ -327,7 +383,7 @@ impl Switch {
 
     /// Whether the spec may do without it: on, and nothing else has to change for that.
     pub fn removable(&self) -> bool {
-        let pole = matches!(self.effect, Effect::Tilt | Effect::Lean);
+        let pole = matches!(self.effect, Effect::Tilt | Effect::Lean) || self.effect.is_of_shape();
         !pole && self.on == Some(true) && self.pair.as_ref().is_ok_and(|p| p.both.is_empty())
     }
 }

@@ -8,13 +8,13 @@ use crate::chart::ranges::holds;
 use crate::error::SolveError;
 use crate::physics::linear::{StrainCurve, shear_length2};
 use crate::physics::{onset::Grip, root::bracketed, solid::is_solid, taper::Taper};
-use crate::scene::{Contact, Drive, Material, Setup, Side, Theory, Tuple};
+use crate::scene::{Contact, Drive, Material, Setup, Side, Signal, Theory, Tuple};
 
 use super::domain::Domain;
 use super::taps::{Taps, sides, skin};
 
 /// Functions of the chart.
-pub const FUNCTIONS: usize = 4;
+pub const FUNCTIONS: usize = 5;
 /// (1 − x/a) (ε(x)/(θ f(x)) − 1) of the contact side, f the linear limit of the model at a point, less [`skin`].
 pub const CONTACT: usize = 0;
 /// The same of the far side.
@@ -23,6 +23,8 @@ pub const FAR: usize = 1;
 pub const ARC: usize = 2;
 /// P over that of the linear theory, less 1.
 pub const FORCE: usize = 3;
+/// The moment or the force on the root over that of the linear limit, less 1; 0 where a strain is read.
+pub const SIGNAL: usize = 4;
 
 /// Axis of r₀/a, or of ρ/a where the pole has a radius.
 pub const OFFSET: usize = Quantity::Length as usize;
@@ -130,17 +132,23 @@ impl Along {
         &self.branches[0].axes
     }
 
-    /// Coefficients that a page reads.
-    pub fn coefficients(&self) -> usize {
-        let read = |f: &usize| !(self.mirrored && *f == FAR);
-        self.branches
-            .iter()
-            .map(|b| (0..FUNCTIONS).filter(read).map(|f| b.series[f].terms()).sum::<usize>())
-            .sum()
+    /// The functions that a page reads.
+    pub fn read(&self, signal: Signal) -> impl Iterator<Item = usize> {
+        let mirrored = self.mirrored;
+        (0..FUNCTIONS).filter(move |f| match *f {
+            FAR => !mirrored,
+            SIGNAL => signal != Signal::Strain,
+            _ => true,
+        })
     }
 
-    /// δ = ε/(θ f) − 1 of the gauge of `t` (drive in rad or mm), f the linear limit of the model; `None` outside the chart.
-    pub fn gauge(&self, setup: &Setup, hub: f64, t: &Tuple, drive: f64) -> Option<f64> {
+    /// Coefficients that a page reads.
+    pub fn coefficients(&self, signal: Signal) -> usize {
+        self.branches.iter().map(|b| self.read(signal).map(|f| b.series[f].terms()).sum::<usize>()).sum()
+    }
+
+    /// δ = s/(θ f) − 1 of what the sensor reads of `t` (drive in rad or mm), f the linear limit of the model; `None` outside the chart.
+    pub fn signal(&self, setup: &Setup, hub: f64, t: &Tuple, drive: f64) -> Option<f64> {
         let taper = Taper::new(t.D, t.d, t.L_a);
         let [x1, x2] = taper.gauge(t.x_ss, t.l);
         let side = if setup.gauge.side == Side::Contact { CONTACT } else { FAR };
@@ -161,6 +169,9 @@ impl Along {
             let held: f64 = self.branches.iter().zip(&shares).map(|(b, s)| s * b.series[of].at(place)).sum();
             held * own.powi(self.power)
         };
+        if setup.signal != Signal::Strain {
+            return Some(read(SIGNAL, at(0.5 * (x1 + x2))?.0));
+        }
         let (mut sum, mut linear) = (0.0, 0.0);
         for [x, weight] in GAUSS {
             let x = 0.5 * (x1 + x2) + 0.5 * (x2 - x1) * x;
@@ -209,6 +220,9 @@ fn branch(
     let mut bounds = [of_strain; FUNCTIONS];
     bounds[ARC] = Bound::of(if friction.is_some() { HELD * strain } else { error });
     bounds[FORCE] = Bound::of(10.0 * error);
+    if setup.signal == Signal::Strain {
+        bounds[SIGNAL] = Bound::of(f64::INFINITY);
+    }
     let on_sides = &sides(setup)[..if mirrored(setup) { 1 } else { 2 }];
     let solved = if power == 0 && friction.is_none() { 1e-9 } else { 1e-10 };
     let grip = Grip::Slide(friction.unwrap_or(0.0));
@@ -216,9 +230,11 @@ fn branch(
     build_of(axes, &bounds, (MOST[solid], &CUTS), &mut |q| taps.solve(q))
 }
 
-/// Strain of the gauge of `t` by the linear limit of the model, per unit of drive.
-pub fn linear(setup: &Setup, hub: f64, t: &Tuple) -> StrainCurve {
+/// What the sensor reads of `t` by the linear limit of the model, per unit of drive.
+pub fn linear(setup: &Setup, hub: f64, t: &Tuple) -> f64 {
     let taper = Taper::new(t.D, t.d, t.L_a);
     let shear = if setup.model.shear { shear_length2(&taper, setup.model.nu) } else { 0.0 };
-    StrainCurve::new(taper, taper.gauge(t.x_ss, t.l), hub, setup.drive, shear)
+    let curve = StrainCurve::new(taper, taper.gauge(t.x_ss, t.l), hub, setup.drive, shear);
+    let wrench = curve.wrench(setup.model.material.e0(), t.a);
+    setup.signal.of(wrench).map_or_else(|| curve.value(t.a), f64::abs)
 }

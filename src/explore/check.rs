@@ -18,9 +18,9 @@ pub struct Census {
     pub taps: usize,
     /// Taps of the domain that lie outside the chart.
     pub outside: usize,
-    /// Largest error of the strain, relative to it.
+    /// Largest error of what is read, a strain, a moment or a force, relative to it.
     pub strain: f64,
-    /// Largest error of ε/(θ f) − 1, f the linear limit of the model, relative to it and, where it is smaller than 1e-7, to that.
+    /// Largest error of s/(θ f) − 1, s what is read, f the linear limit of the model, relative to it and, where it is smaller than 1e-7, to that.
     pub deviation: f64,
 }
 
@@ -37,7 +37,7 @@ impl Census {
                 if !is_whisker(&t) || t.a > t.L_a {
                     continue;
                 }
-                match chart.gauge(setup, hub, &t, amount(setup.drive, t.drive)) {
+                match chart.signal(setup, hub, &t, amount(setup.drive, t.drive)) {
                     Some(delta) => taps.push((t, delta)),
                     None => census.outside += 1,
                 }
@@ -49,7 +49,7 @@ impl Census {
             for ((t, delta), o) in taps.iter().zip(&found).filter(|(_, o)| o.strain.is_finite()) {
                 // K − 1 is that of the estimator's theory; the two theories differ by a closed form.
                 let theory = o.strain_linear.abs();
-                let limit = amount(setup.drive, t.drive) * linear(setup, hub, t).value(t.a);
+                let limit = amount(setup.drive, t.drive) * linear(setup, hub, t);
                 let ratio = if theory == limit { 1.0 } else { theory / limit };
                 let known = ((ratio - 1.0) - o.deviation) / (1.0 + o.deviation);
                 let error = (delta - known).abs();

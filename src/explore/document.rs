@@ -3,7 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use super::Baked;
-use super::along::{FAR, FUNCTIONS, GAUSS};
+use super::along::{FUNCTIONS, GAUSS};
 use crate::chart::axis::Axis;
 use crate::chart::build::Built;
 use crate::chart::series::{Row, Series};
@@ -15,7 +15,7 @@ use crate::scene::{Convention, Drive, Material, Side, Spec};
 pub const FORMAT: u32 = 1;
 
 /// Names of the functions, in order.
-const NAMES: [&str; FUNCTIONS] = ["contact", "far", "arc", "force"];
+const NAMES: [&str; FUNCTIONS] = ["contact", "far", "arc", "force", "signal"];
 
 /// Names of the axes, in order.
 const AXIS_NAMES: [&str; 5] = ["drive", "offset_over_a", "D_over_a", "tau_a", "x_over_a"];
@@ -27,9 +27,8 @@ const AXIS_NAMES: [&str; 5] = ["drive", "offset_over_a", "D_over_a", "tau_a", "x
 pub fn document(spec: &Spec, baked: &Baked) -> Result<Value, Error> {
     let (setup, domain, chart) = (&spec.study.setup, &baked.domain, &baked.chart);
     let branch = |(k, built): (usize, &Built<FUNCTIONS>)| {
-        let read = (0..FUNCTIONS).filter(|f| !(chart.mirrored && *f == FAR));
         let functions: Map<String, Value> =
-            read.map(|f| (NAMES[f].to_owned(), rows(&built.series[f]))).collect();
+            chart.read(setup.signal).map(|f| (NAMES[f].to_owned(), rows(&built.series[f]))).collect();
         json!({ "T_over_P": chart.ratios.get(k).copied().unwrap_or(0.0), "functions": functions })
     };
     let axis =
@@ -52,6 +51,7 @@ pub fn document(spec: &Spec, baked: &Baked) -> Result<Value, Error> {
             "clamp": { "c0": held.c0, "k": held.shear },
             "skin": setup.model.distorting.then_some(SKIN),
         },
+        "sensor": { "signal": setup.signal.word() },
         "gauge": { "side": side(setup.gauge.side), "strain_limit": setup.gauge.strain_limit },
         "estimate": {
             "theory": estimate.theory.word(),
@@ -116,6 +116,7 @@ fn kept(spec: &Spec) -> Result<Value, Error> {
     };
     Ok(json!({
         "gauge": section("gauge", &["x_ss", "l", "noise_strain"])?,
+        "sensor": section("sensor", &["noise"])?,
         "tap": section("tap", &["a", "theta", "delta"])?,
         "model": section("model", &[])?,
         "estimate": section("estimate", &[])?,

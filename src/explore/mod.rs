@@ -14,7 +14,7 @@ pub mod taps;
 
 use crate::error::{Error, InputError};
 use crate::physics::solid::is_solid;
-use crate::scene::{Contact, Geometry, Signal, Spec, Theory};
+use crate::scene::{Contact, Geometry, Spec, Theory};
 use along::Along;
 use check::Census;
 use domain::Domain;
@@ -87,12 +87,9 @@ pub fn bake(spec: &Spec, strain: f64) -> Result<Baked, Error> {
             allowed,
         );
     }
-    if setup.signal != Signal::Strain || setup.channels.is_some() {
-        let value = setup
-            .channels
-            .as_ref()
-            .map_or(setup.signal.word().into(), |all| format!("{} channels", all.len()));
-        return refuse("a page shows the strain of a gauge", "sensor.signal", value, "\"strain\"");
+    if let Some(all) = &setup.channels {
+        let (value, allowed) = (format!("{} channels", all.len()), "\"strain\", \"moment\" or \"force\"");
+        return refuse("a page shows what one signal tells", "sensor.signal", value, allowed);
     }
     if let Some(foil) = setup.gauge.foil {
         let value = format!("{} N/mm", foil.stiffness);

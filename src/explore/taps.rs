@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::along::{ARC, CONTACT, FAR, FORCE, FUNCTIONS, OFFSET, PLACE, TAPER};
+use super::along::{ARC, CONTACT, FAR, FORCE, FUNCTIONS, OFFSET, PLACE, SIGNAL, TAPER};
 use crate::chart::axis::{AXES, POINT, Quantity};
 use crate::design::{Design, Shared, amount};
 use crate::error::SolveError;
@@ -15,7 +15,7 @@ use crate::physics::{
     solid::{Held, distorted_linear, is_solid},
     taper::Taper,
 };
-use crate::scene::{Drive, Precision, Setup, Side, Tuple};
+use crate::scene::{Drive, Precision, Setup, Side, Signal, Tuple};
 use crate::status::Status;
 
 /// Contact distance of taps without a length of their own, mm.
@@ -24,9 +24,11 @@ const UNIT: f64 = 10.0;
 const DRIVE: usize = Quantity::Drive as usize;
 const BASE: usize = Quantity::Base as usize;
 
-/// `setup` with its gauge on either side.
+/// `setup` with a gauge on either side, and what else the sensor reads of the root.
 pub fn sides(setup: &Setup) -> [Setup; 2] {
-    [Side::Contact, Side::Far].map(|side| setup.clone().side(side))
+    let wrench = setup.signal != Signal::Strain;
+    [Side::Contact, Side::Far]
+        .map(|side| Setup { signal: Signal::Strain, wrench, ..setup.clone() }.side(side))
 }
 
 /// Solves taps for what the chart holds.
@@ -73,6 +75,10 @@ impl<'a> Taps<'a> {
             f[CONTACT] = room * strain(&contact[i])? - skin;
             f[FAR] = room * strain(&far[i])? - skin;
             f[ARC] = contact[i].arc / tasks[i].a - 1.0;
+            if let Some(read) = setup.signal.of(contact[i].wrench) {
+                let arm = if setup.signal == Signal::Moment { tasks[i].a } else { 1.0 };
+                f[SIGNAL] = read.abs() / (linear * arm) - 1.0;
+            }
             Some(f.map(|f| f / scale)).filter(|f| f.iter().all(|f| f.is_finite()))
         };
         Ok((0..points.len()).into_par_iter().map(functions).collect())

@@ -24,6 +24,7 @@ impl Rig {
     pub fn read_with(path: &Path, drive: Option<Drive>) -> Result<(Self, Spec), InputError> {
         let text = std::fs::read_to_string(path).unwrap_or_default();
         let spec = spec::read_with(path, beside(&text, drive))?;
+        labelled(&spec, &path.display().to_string())?;
         Ok((Self::of_spec(&spec, &path.display().to_string())?, spec))
     }
 
@@ -35,6 +36,7 @@ impl Rig {
         drive: Option<Drive>,
     ) -> Result<(Self, Spec), InputError> {
         let spec = spec::parse_with(label, text, base, beside(text, drive))?;
+        labelled(&spec, label)?;
         Ok((Self::of_spec(&spec, label)?, spec))
     }
 
@@ -192,4 +194,18 @@ fn beyond(built: &Built) -> Vec<(&'static str, Value)> {
         all.push(("root", Value::Table(springs)));
     }
     all
+}
+
+/// Refuses a curved whisker whose measured distances would be abscissae: calibrations know arcs.
+fn labelled(spec: &Spec, label: &str) -> Result<(), InputError> {
+    let asked = spec.in_force.iter().any(|(key, value, _)| key == "tap.abscissa" && value == "true");
+    if !asked || !spec.study.setup.is_curved() {
+        return Ok(());
+    }
+    let line = 1 + spec.text.lines().position(|l| l.trim_start().starts_with("abscissa")).unwrap_or(0);
+    let error = InputError::new("a_mm of measurements is the arc of the contact, also of a curved whisker")
+        .at(label, Some(line));
+    Err(error.key("tap.abscissa").value(true).allowed(
+        "abscissa = false, with arcs in the data (a sweep with abscissa = true writes both: a_mm and x_a_mm)",
+    ))
 }

@@ -118,7 +118,8 @@ fn of_file(item: &Item<'_>, base: &Path) -> Result<Shape> {
         .map(|(key, column)| (key, of(column)))
         .collect();
     if inner.len() > 1 {
-        let error = document.error(None, "a whisker has a bore or a core, not both");
+        let header = table::line_span(&text, 0);
+        let error = document.error(Some(header), "a whisker has a bore or a core, not both");
         return Err(error.key("bore_mm, core_mm").allowed("one of these columns"));
     }
     Ok(Shape { diameter: of(1), inner: inner.into_iter().next(), warning })
@@ -228,7 +229,7 @@ fn root(item: &Item<'_>) -> Result<Root> {
 
 /// The whisker of `[whisker]` beyond D, d, L_a and hub.
 /// `scaled`: a search scales its profile.
-pub(super) fn whisker(section: &Section<'_>, base: &Path, model: &Model, scaled: bool) -> Result<Read> {
+pub(super) fn whisker(section: &Section<'_>, base: &Path, scaled: bool) -> Result<Read> {
     let shape = section.optional("profile", |item| profile(item, base))?;
     let (mut outline, mut file, mut warning) = (Profile::Power(1.0), None, None);
     if let Some(Shape { diameter, inner, warning: told }) = shape {
@@ -261,11 +262,6 @@ pub(super) fn whisker(section: &Section<'_>, base: &Path, model: &Model, scaled:
         }
         (None, None, None) => None,
     };
-    let hooke = matches!(model.material, Material::Hooke(_));
-    if let Some(item) = bore.as_ref().or(shell.as_ref()).filter(|_| !hooke) {
-        let why = "a bore or a core needs material = { hooke = E }: the law of the others is charted for solid sections only";
-        return Err(item.error(why).allowed("no bore and no core, or a hooke material"));
-    }
     let mut bend = [0.0; 2];
     for (bend, which) in bend.iter_mut().zip([Property::Curvature, Property::CurvatureSlope]) {
         *bend = section.optional(which.about().key, |item| first(item, which))?.unwrap_or(0.0);
@@ -349,8 +345,14 @@ pub(super) fn allowed(
         }
     }
     let Some(built) = &setup.built else { return Ok(()) };
-    let written = ["root", "curvature", "curvature_slope", "bore", "core", "profile", "exponent"];
     let whisker = sections.section("whisker");
+    if built.is_hollow_or_cored() && !matches!(setup.model.material, Material::Hooke(_)) {
+        let written = ["bore", "core", "profile"].into_iter().find_map(|key| whisker.written(key));
+        let item = at.cloned().or(written).map_or_else(|| whisker.get("bore"), Ok)?;
+        let why = "a bore or a core needs material = { hooke = E }: the law of the others is charted for solid sections only";
+        return Err(item.error(why).allowed("no bore and no core, or a hooke material"));
+    }
+    let written = ["root", "curvature", "curvature_slope", "bore", "core", "profile", "exponent"];
     let key = written.into_iter().find(|key| whisker.written(key).is_some()).unwrap_or("profile");
     let item = whisker.written(key).or_else(|| at.cloned()).map_or_else(|| whisker.get(key), Ok)?;
     let key = item.key.rsplit('.').next().unwrap_or(key);

@@ -135,7 +135,7 @@ fn of_sections<'a>(
         warnings.push(message.to_owned());
     }
     let scaled = properties::searched(sections, Property::Scale);
-    let built = built::whisker(&sections.section("whisker"), base, &model.model, scaled)?;
+    let built = built::whisker(&sections.section("whisker"), base, scaled)?;
     warnings.extend(built.warning);
     abscissa::to_arcs(sections, &mut space, built.built.as_ref(), &properties)?;
     let wrench = sections.section("output").get("wrench")?.flag()?;

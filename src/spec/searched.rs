@@ -6,7 +6,7 @@ use super::axis::AxisItem;
 use super::properties::{self, variable};
 use super::reader::{Item, Result};
 use super::schema::Sections;
-use crate::scene::search::{Quantity, Search};
+use crate::scene::search::{Quantity, Robust, Search};
 use crate::scene::{Material, Property, Rigs, Spec};
 
 /// Properties that someone can choose.
@@ -118,7 +118,9 @@ pub(super) fn vary(sections: &Sections<'_>, spec: &mut Spec, search: &mut Search
             }
         }
     }
-    properties::allowed_together(sections, setup, &axes, false)?;
+    let upright = spec.study.space.layout().is_none_or(|layout| layout.is_upright());
+    let tilts = !upright || search.robust.as_ref().is_some_and(Robust::tilts);
+    properties::allowed_together(sections, setup, &axes, tilts)?;
     let mut varied = Vec::new();
     for v in &mut search.variables {
         let Quantity::Property(property) = v.quantity else { continue };

@@ -5,6 +5,7 @@ use super::keys;
 use super::properties::first;
 use super::reader::{Item, Result};
 use super::schema::Sections;
+use crate::physics::solid::Held;
 use crate::scene::{
     Clamp, Column, Contact, Drive, Foil, Geometry, Material, Property, Setup, Spec, TERMS, Term,
 };
@@ -100,16 +101,24 @@ fn ends(spec: &Spec, column: Column) -> Option<[f64; 2]> {
     spec.study.space.axis(column).map(|axis| [axis.min(), axis.max()])
 }
 
-/// Refuses a foil that no whisker of the spec can carry: over its clamp, or beyond its tip.
+/// Refuses a gauge that every whisker of the spec has inside its clamp, and a foil that none can carry: over its clamp, beyond its tip, or wider
+/// than its skin.
 pub(super) fn fits(sections: &Sections<'_>, spec: &Spec) -> Result<()> {
-    let Some(foil) = spec.study.setup.gauge.foil else { return Ok(()) };
-    let columns = [Column::Length, Column::GaugePosition, Column::GridLength];
-    let [Some(length), Some(place), Some(grid)] = columns.map(|column| ends(spec, column)) else {
+    let setup = &spec.study.setup;
+    let columns = [Column::BaseDiameter, Column::Length, Column::GaugePosition, Column::GridLength];
+    let [Some(base), Some(length), Some(place), Some(grid)] = columns.map(|column| ends(spec, column)) else {
         return Ok(());
     };
     if sections.section("optimise").written("variables").is_some() {
         return Ok(()); // Designs of a search that do not carry it are no whiskers.
     }
+    let c0 = Held::new(&setup.model).c0;
+    if place[1] < c0 * base[0] && setup.is_plain() {
+        let item = sections.section("gauge").get("x_ss")?;
+        let why = format!("the gauge begins inside its clamp, which holds the whisker up to {c0} D");
+        return Err(item.error(why).allowed(format!("x_ss ≥ {:.4} mm, or clamp = \"rigid\"", c0 * base[0])));
+    }
+    let Some(foil) = setup.gauge.foil else { return Ok(()) };
     let half = 0.5 * foil.length;
     let (nearest, farthest) = (place[0] + 0.5 * grid[0], place[1] + 0.5 * grid[1]);
     let item = sections.section("gauge").get("foil")?;
@@ -118,6 +127,9 @@ pub(super) fn fits(sections: &Sections<'_>, spec: &Spec) -> Result<()> {
             "a foil of {} mm is shorter than its grid of {} mm: is it written in metres?",
             foil.length, grid[0]
         ),
+        () if foil.width > std::f64::consts::PI * base[1] => {
+            format!("a foil of {} mm is wider than the skin of the whisker is round", foil.width)
+        }
         () if farthest < half => format!(
             "the foil reaches over the clamp: its middle is at most {farthest} mm from there, and it is {} mm long",
             foil.length
@@ -148,6 +160,11 @@ pub(super) fn doubts(sections: &Sections<'_>, spec: &Spec) -> Vec<String> {
         "[model] clamp has been tested for contacts of at least 1.8 D: nearer ones may be off by some percent",
     );
     let slender = tip[0] < 0.1 * base[1] || tip[1] > 1.2 * base[0];
+    let short = ends(spec, Column::Length).is_some_and(|length| length[0] < 2.5 * base[1]);
+    say(
+        held && short,
+        "[model] clamp has been tested for whiskers of at least 2.5 D: shorter ones may be off by some percent",
+    );
     say(held && slender, "[model] clamp has been tested for d/D of 0.1 … 1.2");
     say(held && model.nu < 0.3, "[model] clamp has been tested for nu of 0.3 … 0.5");
     say(
@@ -213,8 +230,16 @@ pub(super) fn doubts(sections: &Sections<'_>, spec: &Spec) -> Vec<String> {
         }
         let relative = |x: f64, range: [f64; 2]| x / base[1] < range[0] || x / base[0] > range[1];
         say(
-            relative(foil.width, [0.22, 0.34]),
+            relative(foil.width, [0.22, 0.34]) && !relative(foil.width, [0.15, 0.5]),
             "[gauge] foil has been fitted to a width of 0.28 D: with 0.15 … 0.5 D the reading may be off by 12 %, the angle by 1 %",
+        );
+        say(
+            relative(foil.width, [0.15, 0.5]),
+            "[gauge] foil has been tested for widths of 0.15 … 0.5 D: beyond, nothing is known of its error",
+        );
+        say(
+            foil.stiffness < 1.0,
+            "[gauge] foil: a stiffness below 1 N/mm is that of no foil gauge; is the modulus written in GPa?",
         );
         say(relative(foil.length, [0.4, 1.0]), "[gauge] foil has been fitted to lengths of 0.4 … 1 D");
         let share = foil.stiffness / model.material.e0();

@@ -286,7 +286,7 @@ fn programs_for_robots_and_streams_answer_as_locate_does() {
             let [a, sigma] = ["distance_mm", "sigma_mm"].map(|name| column(&table, name));
             assert!(a.iter().filter(|a| a.is_finite()).count() >= 55, "{table}");
             // A stream without a header, answered line by line.
-            let stream = desk.fed(&["locate", "e/calibration.toml"], &rows).exits(0).stdout;
+            let stream = desk.pipe(&["locate", "e/calibration.toml"], &rows).exits(0).stdout;
             assert_eq!(column(&stream, "distance_mm").len(), a.len());
             assert!(
                 column(&stream, "distance_mm")

@@ -6,7 +6,7 @@
 mod c;
 mod python;
 
-use super::{LARGEST, Language, text};
+use super::{Language, text};
 use crate::error::{Error, InputError};
 use crate::locate::likely::{BEYOND, Channel};
 use crate::locate::locator::Opened;
@@ -17,9 +17,11 @@ use crate::scene::Signal;
 /// Rows over ln a and columns over the drive of the series, tried in this order.
 const NODES: [[usize; 2]; 3] = [[16, 8], [28, 12], [48, 16]];
 /// Points of the grid of variances, over ln a and the drive.
-const GRID: [usize; 2] = [33, 9];
+const GRID: [usize; 2] = [49, 13];
 /// Error of a series, relative to the signals of its channel, that is small enough.
 const FINE: f64 = 1e-8;
+/// Largest error that an export may have, mm; what the grid of variances leaves is a hundredth of σ.
+const LARGEST: f64 = 2e-4;
 /// Digits of the largest coefficient that count.
 const DIGITS: f64 = 14.0;
 /// Taps that are compared: distances and drives, among the calibrated ones.

@@ -67,6 +67,11 @@ impl Built {
         self.curvature == [0.0; 2]
     }
 
+    /// Whether something else than the skin is inside.
+    pub fn is_hollow_or_cored(&self) -> bool {
+        self.inner.as_ref().is_some_and(|inner| inner.diameter.iter().any(|knot| knot[1] > 0.0))
+    }
+
     /// Why there are no taps at poles that tilt, or lean; `None` where there are.
     pub fn upright(&self, surface: bool) -> Option<&'static str> {
         match () {

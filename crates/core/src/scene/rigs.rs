@@ -4,10 +4,10 @@ use std::collections::HashMap;
 use std::fmt::{Debug, Formatter};
 use std::sync::{Mutex, PoisonError};
 
-use super::Setup;
 use super::property::Property;
 use super::signal::Signal;
 use super::space::Factor;
+use super::{Material, Setup};
 
 /// The combinations of properties that tuples have: rig `i` of a grid is the i-th of their crossed axes, last fastest; other rigs are listed.
 pub struct Rigs {
@@ -115,8 +115,10 @@ impl Rigs {
             property.set(&mut setup, value);
         }
         let doubled = [Property::Bore, Property::Core].iter().all(|p| self.value(rig, *p) > 0.0);
+        let solid = matches!(setup.model.material, Material::Hooke(_))
+            || setup.built.as_ref().is_none_or(|built| !built.is_hollow_or_cored());
         let sinks = setup.model.indentation && setup.model.pole_radius == 0.0;
-        Some(setup).filter(|_| !doubled && !sinks)
+        Some(setup).filter(|_| !doubled && !sinks && solid)
     }
 
     /// The factors that hold properties; none of listed rigs.

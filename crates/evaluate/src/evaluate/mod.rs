@@ -335,7 +335,11 @@ impl<'a> Evaluator<'a> {
         if built::asked(self.setup) {
             return self.built(designs, tasks, Some(grip));
         }
-        let solved = self.solve(designs, tasks, &|_| grip)?;
+        // The angle at the base tells which way the force acts there.
+        self.spatial = self.setup.asks_wrench();
+        let solved = self.solve(designs, tasks, &|_| grip);
+        self.spatial = false;
+        let solved = solved?;
         solved.iter().flatten().for_each(|s| self.sweeps.push(s.sweeps));
         let (setup, tolerance) = (self.setup, self.tolerance());
         let read = |(task, s): (&Task, &Option<Solved>)| {

@@ -85,8 +85,10 @@ fn wrench(setup: &Setup, shared: &Shared, task: &Task, response: &Response, base
     let [x, y] = match setup.drive {
         Drive::Angle => {
             let (s, c) = amount.sin_cos();
-            let x = x + setup.hub;
-            [x * c + y * s - setup.hub, y * c - x * s]
+            // That of the design: a chart has taps of many hubs in one setup.
+            let hub = shared.model.hub;
+            let x = x + hub;
+            [x * c + y * s - hub, y * c - x * s]
         }
         Drive::Displacement => [x, y - amount],
     };
