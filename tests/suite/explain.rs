@@ -154,7 +154,7 @@ const SHAPE: [&str; 4] = ["root", "rest curvature", "bore or core", "profile"];
 
 #[test]
 fn what_a_whisker_is_beyond_a_cone_is_switched_too() {
-    let more = "root = { k_theta = 1000 }\nbore = 2\ncurvature = 0.003\nexponent = 1.5\n";
+    let more = "root = { k_theta = 1000 }\nbore = 5\ncurvature = 0.003\nexponent = 1.5\n";
     let text = SPEC.replace("[gauge]", &format!("{more}[gauge]"));
     let output = command(&text, &["--explain", "--json"]);
     let reply: Value = serde_json::from_slice(&output.stdout).expect("one JSON object");

@@ -185,11 +185,13 @@ static REAL settle_F(const tap_F *t, REAL *x, REAL *variance)
 /* Settles every start, the best first, and forgets those that lead nowhere; how many there are. */
 static int refined_F(const tap_F *t, REAL (*at)[2], int n, REAL *chi, REAL *variance)
 {
+    REAL least = INFINITY;
     int i, kept = 0;
     for (i = 0; i < n; i++) {
         REAL x[2] = {at[i][0], at[i][1]}, v, c = settle_F(t, x, &v);
         if (c < INFINITY) {
             int k = kept++;
+            least = (c < least) ? c : least;
             while (k > 0 && chi[k - 1] > c) {
                 at[k][0] = at[k - 1][0];
                 at[k][1] = at[k - 1][1];
@@ -201,6 +203,22 @@ static int refined_F(const tap_F *t, REAL (*at)[2], int n, REAL *chi, REAL *vari
             at[k][1] = x[1];
             chi[k] = c;
             variance[k] = v;
+        }
+    }
+    /* Of several that fit equally well the farthest of the calibrated ones, or of all, comes first. */
+    for (i = 1; i < kept; i++) {
+        const side_F *s = t->side[0];
+        int inside = at[i][0] >= s->nearest && at[i][0] <= s->farthest, other = at[0][0] >= s->nearest && at[0][0] <= s->farthest;
+        if (chi[i] <= least + @EQUAL && (inside > other || (inside == other && at[i][0] > at[0][0]))) {
+            REAL a = at[0][0], u = at[0][1], c = chi[0], v = variance[0];
+            at[0][0] = at[i][0];
+            at[0][1] = at[i][1];
+            chi[0] = chi[i];
+            variance[0] = variance[i];
+            at[i][0] = a;
+            at[i][1] = u;
+            chi[i] = c;
+            variance[i] = v;
         }
     }
     return kept;
@@ -318,6 +336,9 @@ int vibrissa_locate_F(REAL drive, const REAL *signals, const REAL *zeros, REAL *
     slack = ((@BEYOND * sigma < slack) ? @BEYOND * sigma : slack) + t.side[0]->rounding;
     if (at[0][0] < t.side[0]->nearest - slack || at[0][0] > t.side[0]->farthest + slack) {
         status |= VIBRISSA_OUTSIDE_CALIBRATION;
+    }
+    if (sigma > t.side[0]->farthest - t.side[0]->nearest) {
+        status |= VIBRISSA_AMBIGUOUS;
     }
     *distance_mm = at[0][0];
     *sigma_mm = sigma;

@@ -143,7 +143,12 @@ def settle(tap, x):
 
 def refined(tap, starts):
     """The least misfits that are reached from `starts`, the best first."""
-    return sorted(filter(None, (settle(tap, x) for x in starts)), key=lambda found: found[0])
+    found = sorted(filter(None, (settle(tap, x) for x in starts)), key=lambda found: found[0])
+    # Of several that fit equally well the farthest of the calibrated ones, or of all, comes first.
+    nearest, farthest = tap["used"][0][0]["distances"]
+    equal = [f for f in found if f[0] <= found[0][0] + @EQUAL]
+    equal.sort(key=lambda f: (nearest <= f[1][0] <= farthest, f[1][0]), reverse=True)
+    return equal[:1] + [f for f in found if f is not equal[0]]
 
 
 def starts(tap):
@@ -215,6 +220,8 @@ def locate(drive, signals, zeros=None):
     slack = min(@BEYOND * sigma, 0.5 * (farthest - nearest)) + side["rounding"]
     if at[0] < nearest - slack or at[0] > farthest + slack:
         status |= OUTSIDE_CALIBRATION
+    if sigma > farthest - nearest:
+        status |= AMBIGUOUS
     return at[0], sigma, status, at[1] if unknowns == 2 else drive
 
 

@@ -6,7 +6,7 @@ use crate::export::c::{REALS, Real};
 use crate::export::text;
 use crate::locate::likely::{RIDGE, STARTS};
 use crate::locate::locator::BEYOND;
-use crate::locate::several::CONTRADICTORY;
+use crate::locate::several::{CONTRADICTORY, EQUAL};
 use crate::measure::Unit;
 
 const HEAD: &str = include_str!("../template/together_head.c");
@@ -71,6 +71,7 @@ impl Export<'_> {
             .replace("@TINY", &n(if float { 1e-6 } else { 1e-13 }))
             .replace("@SETTLED", &n(if float { 1e-6 } else { 1e-12 }))
             .replace("@CONTRADICTORY", &n(CONTRADICTORY))
+            .replace("@EQUAL", &n(EQUAL))
             .replace("@BEYOND", &n(BEYOND))
             .replace("@SAME", &n(real.same));
         real.own_names(&code)

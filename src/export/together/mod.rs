@@ -259,8 +259,12 @@ fn compared(several: &Several, channels: &[Tables<'_>]) -> f64 {
         let signals: Vec<f64> = several.locators.iter().enumerate().map(read).collect();
         for drive in [u, f64::NAN] {
             let own = several::together((&heard, &several.covariance), drive, &signals, &shares);
-            let off = (own.distance - several.locate(drive, &signals, &shares).distance).abs();
-            worst = if off.is_finite() { worst.max(off) } else { worst };
+            let theirs = several.locate(drive, &signals, &shares);
+            let off = (own.distance - theirs.distance).abs();
+            // Where the channels tell next to nothing of a distance, another one is as good.
+            let [first, last] = first.side.distances;
+            let told = own.sigma.max(theirs.sigma) < last - first;
+            worst = if off.is_finite() && told { worst.max(off) } else { worst };
         }
     }
     worst

@@ -6,7 +6,7 @@ use crate::export::python::{infinite, list, rows};
 use crate::export::text::{self, number};
 use crate::locate::likely::{RIDGE, STARTS};
 use crate::locate::locator::BEYOND;
-use crate::locate::several::CONTRADICTORY;
+use crate::locate::several::{CONTRADICTORY, EQUAL};
 
 const WHOLE: &str = include_str!("../template/together.py");
 
@@ -41,6 +41,7 @@ impl Export<'_> {
             .replace("@STARTS_A", &STARTS[0].to_string())
             .replace("@STARTS_U", &STARTS[1].to_string())
             .replace("@CONTRADICTORY", &number(CONTRADICTORY))
+            .replace("@EQUAL", &number(EQUAL))
             .replace("@BEYOND", &number(BEYOND))
     }
 }

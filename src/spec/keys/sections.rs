@@ -120,7 +120,7 @@ const FRICTION: Key = key("contact", "", "friction at the contact", "{ coulomb =
 );
 const LAW: Key = key("material", "MPa", "material law and its moduli", "{ neo-hookean = 3.2 }")
     .holds(Form::Table(&MATERIAL, 1, 1))
-    .note("Strain, K and distances do not depend on a common factor of the moduli; forces do. The modulus of the first two may be a list or an axis");
+    .note("Without a foil strain, K and distances do not depend on a common factor of the moduli; forces do. The modulus of the first two may be a list or an axis");
 
 const SOLID: Key = key("solid", "", "all effects of a three-dimensional rubber rod (model §8)", "true")
     .holds(Form::Flag)
