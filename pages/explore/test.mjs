@@ -120,8 +120,9 @@ async function handles(url) {
   assert.deepEqual(told, [3.25, 3.25, 7, 7], "set() and numbers() agree");
 
   // Typed numbers are bounded, and the page says so.
-  const { domain } = await again.evaluate(() => JSON.parse(document.getElementById("chart").textContent));
-  for (const [key, typed, kept] of [["distances", "5000", 200], ["distances", "-3", 2], ["noise", "-50", 0], ["noise", "1e9", 0.01], ["D", "1e300", 10 * domain.D[1]], ["drive", "0", 0.1 * domain.drive[0]]]) {
+  const { domain, sensor } = await again.evaluate(() => JSON.parse(document.getElementById("chart").textContent));
+  const strain = sensor.signal === "strain";
+  for (const [key, typed, kept] of [["distances", "5000", 200], ["distances", "-3", 2], ["noise", "-50", 0], ["noise", "1e9", strain ? 0.01 : 10], ["D", "1e300", 10 * domain.D[1]], ["drive", "0", 0.1 * domain.drive[0]]]) {
     await again.$eval(`#number-${key}`, (input, typed) => {
       input.value = typed;
       input.dispatchEvent(new Event("input"));
@@ -131,7 +132,7 @@ async function handles(url) {
     assert.match(await again.$eval("#status", (s) => s.textContent), / is not within /, `${key} = ${typed} is named`);
     await again.$eval(`#number-${key}`, (input) => input.dispatchEvent(new Event("change")));
     await settled(again);
-    assert.equal(Number(await again.$eval(`#number-${key}`, (i) => i.value)), Number((kept * (key === "noise" ? 1e6 : 1)).toPrecision(6)), "what is shown is what counts");
+    assert.equal(Number(await again.$eval(`#number-${key}`, (i) => i.value)), Number((kept * (key === "noise" && strain ? 1e6 : 1)).toPrecision(6)), "what is shown is what counts");
     await again.click("#reset");
     await settled(again);
   }
@@ -185,13 +186,15 @@ async function frames(url, keys) {
 /** Random positions of all sliders, compared with `sweep` in f64; of some, the optimum with `tap`. */
 async function compare(name, url, positions, optima) {
   const page = await open(url);
-  const domain = await page.evaluate(() => JSON.parse(document.getElementById("chart").textContent).domain);
+  const { domain, sensor } = await page.evaluate(() => JSON.parse(document.getElementById("chart").textContent));
+  // What the sensor reads: its column, and noise of one reading in its unit.
+  const [read, loud] = { strain: ["strain", 1], moment: ["signal", 1e3], force: ["signal", 50] }[sensor.signal];
   const roll = random(7);
   const within = ([lo, hi]) => Number((lo + (hi - lo) * roll()).toPrecision(9));
   const hubs = 10;
   const worst = { positions: 0, rows: 0, taps: 0, outside: 0, strain: 0, K_sd: 0, optimum_deg: 0, total_mm: 0, optima: 0, closure_mm: 0 };
   for (let h = 0; h < hubs; h += 1) {
-    const [hub, noise] = [h % 2 === 0 ? within(domain.hub) : 0, Number((5e-6 + 1e-4 * roll()).toPrecision(6))];
+    const [hub, noise] = [h % 2 === 0 ? within(domain.hub) : 0, Number((loud * (5e-6 + 1e-4 * roll())).toPrecision(6))];
     const states = [];
     const tuples = ["D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg"];
     for (let i = 0; i < positions / hubs; i += 1) {
@@ -231,11 +234,11 @@ async function compare(name, url, positions, optima) {
         at += 1;
         if (t.words.includes("outside_chart")) {
           worst.outside += 1;
-        } else if (row.strain !== "" && t.strain !== null) {
+        } else if (row[read] !== "" && t.signal !== null) {
           worst.taps += 1;
-          worst.strain = Math.max(worst.strain, Math.abs(t.strain / row.strain - 1));
+          worst.strain = Math.max(worst.strain, Math.abs(t.signal / row[read] - 1));
         } else {
-          assert.ok(row.strain === "" || Number(row.strain) === 0, `${name}: the page has no strain where sweep has ${row.strain}: ${JSON.stringify(t)}`);
+          assert.ok(row[read] === "" || Number(row[read]) === 0, `${name}: the page has no ${read} where sweep has ${row[read]}: ${JSON.stringify(t)}`);
         }
       });
       const row = designs[i];
@@ -321,15 +324,16 @@ try {
     mkdirSync(out, { recursive: true });
   }
   const measured = {};
-  const pages = [["prototypes", 1], ["practical", 1], ["solid", 0.2], ["friction", 0.03]];
+  const pages = [["prototypes", 1], ["practical", 1], ["moment", 0.3], ["solid", 0.2], ["friction", 0.03]];
   for (const [name, share] of pages.filter(([name]) => option("--page", name) === name)) {
     const file = join(desk, `${name}.html`);
-    const known = join(root, "sweeps", `${{ friction: "practical", solid: "prototypes" }[name] ?? name}.toml`);
+    const known = join(root, "sweeps", `${{ friction: "practical", solid: "prototypes", moment: "practical" }[name] ?? name}.toml`);
     const text = readFileSync(known, "utf8");
     // With friction the shape of the strongest tapers is drawn from fewer strains next to the contact.
     const sticky = text.replace('"frictionless"', "{ coulomb = 0.3 }").replace("d = [4.0,", "d = [6.0,");
     const soft = text.replace("{ hooke = 3.2 }", "{ neo-hookean = 3.2 }\nsolid = true\npole_radius = 3.0");
-    writeFileSync(join(desk, `${name}.toml`), { friction: sticky, solid: soft }[name] ?? text);
+    const atRoot = `${text.replace(/^noise_strain.*\n/m, "")}\n[sensor]\nsignal = "moment"\nnoise = 0.02\n`;
+    writeFileSync(join(desk, `${name}.toml`), { friction: sticky, solid: soft, moment: atRoot }[name] ?? text);
     vibrissa("explore", `${name}.toml`, "--quiet", "--out", file);
     const url = pathToFileURL(file).href;
     assert.ok(statSync(file).size < 400e3, "a page stays small");
