@@ -415,3 +415,64 @@ fn variables_that_lack_something_say_so() {
         assert!(error["line"].is_number() && error.to_string().contains(part), "{error}");
     }
 }
+
+#[test]
+fn what_is_inside_needs_hooke_however_it_is_written() {
+    let whisker = "[whisker]\nD = 10\nd = 4\nL_a = 50\n";
+    let rest = "[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 2e-5\n[tap]\na = [21, 33, 45]\ntheta = [2, 8]\n[model]\nmaterial = { neo-hookean = 3.2 }\n";
+    let desk = Desk::new("");
+    desk.write("shape.csv", "s_mm,D_mm,bore_mm\n0,10,3\n50,4,2\n");
+    let search = "[optimise]\nobjective = \"distance\"\nvariables = { bore = [0, 2], theta = [1, 8] }\nbudget = { evaluations = 40 }\n";
+    for (command, text, place) in [
+        ("sweep", format!("[whisker]\nprofile = \"shape.csv\"\n{rest}"), "spec.toml:2: whisker.profile"),
+        ("sweep", format!("{whisker}bore = 2\n{rest}"), "spec.toml:5: whisker.bore"),
+        ("sweep", format!("{whisker}bore = [0, 2]\n{rest}"), "spec.toml:5: whisker.bore"),
+        (
+            "optimise",
+            format!("{whisker}{}{search}", rest.replace("theta = [2, 8]\n", "")),
+            "optimise.variables.bore",
+        ),
+    ] {
+        desk.write("spec.toml", &text);
+        let ran = desk.run(&[command, "spec.toml", "--out", "out"]).exits(2);
+        assert!(
+            ran.stderr.contains("needs material = { hooke = E }") && ran.stderr.contains(place),
+            "{text}: {}",
+            ran.stderr
+        );
+    }
+    // A bore of 0 is none.
+    desk.write("spec.toml", format!("{whisker}bore = 0\n{rest}"));
+    desk.run(&["sweep", "spec.toml", "--out", "out"]).exits(0);
+    let rows = "10,4,50,5,2,33,4,0\n10,4,50,5,2,33,4,2\n";
+    desk.write("list.csv", format!("D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg,bore_mm\n{rows}"));
+    desk.write("listed.toml", "[tuples]\nfile = \"list.csv\"\n[model]\nmaterial = { neo-hookean = 3.2 }\n");
+    let ran = desk.run(&["sweep", "listed.toml", "--out", "listed"]).exits(2);
+    assert!(ran.stderr.contains("needs material = { hooke = E }"), "{}", ran.stderr);
+}
+
+#[test]
+fn a_search_does_not_tilt_what_no_sweep_tilts() {
+    let text = "[whisker]\nD = 10\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 2e-5\n[tap]\na = [21, 33, 45]\ntilt = 10\n\
+                [optimise]\nobjective = \"distance\"\nvariables = { VARIABLE, theta = [1, 8] }\nbudget = { evaluations = 40 }\n";
+    for (variable, word) in
+        [("k_theta = [100, 2000]", "upright"), ("curvature = [0, 0.01]", "leaves the plane")]
+    {
+        let ran = Desk::new(&text.replace("VARIABLE", variable))
+            .run(&["optimise", "spec.toml", "--out", "o"])
+            .exits(2);
+        assert!(ran.stderr.contains(word) && ran.stderr.contains("spec.toml:14"), "{}", ran.stderr);
+    }
+}
+
+#[test]
+fn measured_distances_of_a_curved_whisker_are_arcs() {
+    let text = "[whisker]\nD = 10\nd = 4\nL_a = 50\ncurvature = 0.01\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = [21, 33, 45]\ntheta = [2, 8]\nabscissa = true\n";
+    let desk = Desk::new(text);
+    desk.write(
+        "data.csv",
+        "a_mm,theta_deg,strain\n21,2,0.02\n33,2,0.01\n45,2,0.006\n21,8,0.08\n33,8,0.04\n45,8,0.02\n",
+    );
+    let ran = desk.run(&["calibrate", "data.csv", "--whisker", "spec.toml", "--out", "c"]).exits(2);
+    assert!(ran.stderr.contains("tap.abscissa") && ran.stderr.contains("spec.toml:12"), "{}", ran.stderr);
+}

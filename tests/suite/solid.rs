@@ -354,3 +354,31 @@ fn what_no_solid_can_have_is_refused() {
         }
     }
 }
+
+#[test]
+fn a_gauge_inside_the_clamp_and_a_foil_that_no_whisker_wears_are_refused() {
+    let spec = |gauge: &str, model: &str| {
+        format!(
+            "[whisker]\nD = 10\nd = 4\nL_a = 50\n[gauge]\n{gauge}\n[tap]\na = [21, 33]\ntheta = 4\n[model]\npole_radius = 3\n{model}\n"
+        )
+    };
+    for (gauge, model, place, words) in [
+        ("x_ss = 0.3\nl = 2", "clamp = \"bonded\"", "spec.toml:6: gauge.x_ss", "inside its clamp"),
+        (
+            "x_ss = 5\nl = 2\nfoil = { stiffness = 100, length = 6.3, width = 40 }",
+            "",
+            "spec.toml:8: gauge.foil",
+            "wider than the skin",
+        ),
+    ] {
+        let ran = Desk::new(&spec(gauge, model)).run(&["sweep", "spec.toml", "--out", "out"]).exits(2);
+        assert!(ran.stderr.contains(place) && ran.stderr.contains(words), "{}", ran.stderr);
+    }
+    let soft = "x_ss = 5\nl = 2\nfoil = { thickness = 0.03, modulus = 3, length = 6.3, width = 2.8 }";
+    let ran = Desk::new(&spec(soft, "")).run(&["sweep", "spec.toml", "--out", "out"]).exits(0);
+    assert!(ran.stderr.contains("GPa"), "{}", ran.stderr);
+    // A page has no foil: where that stands is said.
+    let foil = "x_ss = 5\nl = 2\nfoil = \"KFGS-2-120\"";
+    let ran = Desk::new(&spec(foil, "")).run(&["explore", "spec.toml", "--out", "p.html"]).exits(2);
+    assert!(ran.stderr.contains("spec.toml:8: gauge.foil = \"KFGS-2-120\""), "{}", ran.stderr);
+}
