@@ -1,4 +1,4 @@
-"""Finite angles: a neo-Hookean whisker taps a rigid frictionless cylinder in three dimensions: finite.csv.
+"""Finite angles: a rubber whisker (neo-Hookean, Mooney and Rivlin, Yeoh) taps a rigid frictionless cylinder in three dimensions: finite.csv.
 
 Half of the whisker (symmetry y-x plane), triquadratic bricks with trilinear pressure, penalty contact. Axes: x along the whisker, y towards
 the object, z the motor's axis. The base stays; the cylinder turns about the wall's centre by -theta. Units: mm, N, MPa."""
@@ -30,9 +30,14 @@ def to_disc(s, t):
     return f * s, f * t
 
 
+# C10, C01, C20, C30 over E of the laws, as of the program's verify: neo-Hookean, Mooney and Rivlin, Yeoh.
+LAWS = {"neo-hookean": (1 / 6, 0, 0, 0), "mooney-rivlin": (0.35 / 3, 0.15 / 3, 0, 0), "yeoh": (0.5 / 3, 0, -0.08 / 3, 0.02 / 3)}
+
+
 class Finite:
-    def __init__(self, w, a, n=2, fine=1.0):
+    def __init__(self, w, a, n=2, fine=1.0, law="neo-hookean"):
         self.w, self.a = w, a
+        self.law = [c * w.E for c in LAWS[law]]
         end = min(w.L_a, a + 0.9 * w.D)
         x = patch.stations([0.0, 3.0, 8.0, a - 2.5, a, a + 2.5, end], [v * fine for v in (0.8, 1.0, 2.5, 1.2, 0.6, 1.2, 3.0)])
         mesh = MeshHex.init_tensor(x, np.linspace(-1, 1, 2 * n + 1), np.linspace(0, 1, n + 1))
@@ -78,7 +83,8 @@ class Finite:
         self.pdofs = self.p.element_dofs.T + self.u.N
 
     def system(self, x, centre, rho):
-        """Tangent, residual and contact forces. Energy: mu/2 (J^-2/3 I1 - 3) + p (J - 1) - p^2 / (2 bulk)."""
+        """Tangent, residual and contact forces. Energy: C10 (i1 - 3) + C01 (i2 - 3) + C20 (i1 - 3)^2 + C30 (i1 - 3)^3 + p (J - 1) - p^2 / (2 bulk) with
+        i1 = J^-2/3 I1, i2 = J^-4/3 I2."""
         mu = self.w.E / 3
         bulk = BULK * mu
         u = x[self.edofs]  # (element, 27, 3)
@@ -86,15 +92,36 @@ class Finite:
         p = np.einsum("eqb,eb->eq", self.N, x[self.pdofs])
         H = np.linalg.inv(F).swapaxes(-1, -2)  # F^-T
         J = np.linalg.det(F)
-        j, I1 = J ** (-2 / 3), np.einsum("eqkL,eqkL->eq", F, F)
-        m, W = mu * j, self.weight
+        W = self.weight
         X = lambda t: t[..., None, None]
-        stress = X(m) * (F - X(I1 / 3) * H) + X(p * J) * H
         X4 = lambda t: t[..., None, None, None, None]
         out = lambda A, B: np.einsum("eqiJ,eqkL->eqiJkL", A, B)
         HH, cross = out(H, H), np.einsum("eqiL,eqkJ->eqiJkL", H, H)
         eye = np.einsum("ik,JL->iJkL", np.eye(3), np.eye(3))
-        C = X4(m) * (eye - 2 / 3 * (out(F, H) + out(H, F)) + X4(2 / 9 * I1) * HH + X4(I1 / 3) * cross) + X4(p * J) * (HH - cross)
+        c10, c01, c20, c30 = self.law
+
+        def isochoric(I, first, second, s):
+            """J^-s I with its first and second derivatives by F."""
+            scale = J**-s
+            d = X(scale) * (first - X(s * I) * H)
+            dd = X4(scale) * (second - s * (out(first, H) + out(H, first)) + X4(s * s * I) * HH + X4(s * I) * cross)
+            return scale * I, d, dd
+
+        C_right = np.einsum("eqkI,eqkJ->eqIJ", F, F)
+        I1 = np.einsum("eqII->eq", C_right)
+        i1, d1, dd1 = isochoric(I1, 2 * F, 2 * eye, 2 / 3)
+        by, by2 = c10 + 2 * c20 * (i1 - 3) + 3 * c30 * (i1 - 3) ** 2, 2 * c20 + 6 * c30 * (i1 - 3)
+        stress = X(by) * d1 + X(p * J) * H
+        C = X4(by) * dd1 + X4(by2) * out(d1, d1) + X4(p * J) * (HH - cross)
+        if c01:
+            I2 = 0.5 * (I1**2 - np.einsum("eqIJ,eqIJ->eq", C_right, C_right))
+            first = 2 * (X(I1) * F - F @ C_right)
+            left = F @ F.swapaxes(-1, -2)
+            delta = np.eye(3)
+            second = 2 * (2 * out(F, F) + X4(I1) * eye - np.einsum("ik,eqLJ->eqiJkL", delta, C_right) - np.einsum("eqiL,eqkJ->eqiJkL", F, F) - np.einsum("eqik,JL->eqiJkL", left, delta))  # fmt: skip
+            _, d2, dd2 = isochoric(I2, first, second, 4 / 3)
+            stress = stress + c01 * d2
+            C = C + c01 * dd2
         ne, nq = W.shape
         B = np.zeros((ne, nq, 3, 3, 27, 3))  # dF_kL of unknown (a, k)
         for k in range(3):
@@ -183,15 +210,24 @@ STEPS = [0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 6.0, 7.0, 8.0, 9.0, 1
 
 
 def main(out, quick=False):
-    rows = []
+    laws = [("coarse", d, 21.0, 2, 1.4, law) for law in ("mooney-rivlin", "yeoh") for d in (4.0, 10.0)]
+    if "--laws" in sys.argv:
+        return measure(laws, pathlib.Path(out) / "finite_laws.csv", quick)
     jobs = [("coarse", 10.0, 21.0, 2, 1.4), ("coarse", 4.0, 21.0, 2, 1.4), ("coarse", 10.0, 33.0, 2, 1.4), ("coarse", 4.0, 33.0, 2, 1.4), ("fine", 10.0, 21.0, 3, 1.0)]
-    for mesh, d, a, n, fine in jobs[:1] if quick else jobs:
-        solver = Finite(Whisker(d=d), a, n, fine)
+    measure([(*job, "neo-hookean") for job in (jobs[:1] if quick else jobs)], pathlib.Path(out) / "finite.csv", quick)
+    measure(laws[:1] if quick else laws, pathlib.Path(out) / "finite_laws.csv", quick)
+
+
+def measure(jobs, file, quick):
+    rows = []
+    for mesh, d, a, n, fine, law in jobs:
+        solver = Finite(Whisker(d=d), a, n, fine, law)
         start = time.time()
         for angle, force, near, far, its, miss in solver.tap(3.0, 1.0 if quick else 10.0, STEPS):
-            print(mesh, d, a, angle, force, near, far, its, miss, solver.u.N, round(time.time() - start), flush=True)
-            rows.append(dict(mesh=mesh, unknowns=len(solver.keep), D_mm=10.0, d_mm=d, a_mm=a, pole_radius_mm=3.0, theta_deg=angle, normal_force_N=force, strain_contact=near, strain_far=far))  # fmt: skip
-            tables.write(pathlib.Path(out) / "finite.csv", rows)
+            print(law, mesh, d, a, angle, force, near, far, its, miss, solver.u.N, round(time.time() - start), flush=True)
+            named = {} if law == "neo-hookean" else {"law": law}
+            rows.append(dict(**named, mesh=mesh, unknowns=len(solver.keep), D_mm=10.0, d_mm=d, a_mm=a, pole_radius_mm=3.0, theta_deg=angle, normal_force_N=force, strain_contact=near, strain_far=far))  # fmt: skip
+            tables.write(file, rows)
 
 
 if __name__ == "__main__":

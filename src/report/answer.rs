@@ -99,10 +99,14 @@ pub fn of_best(listed: &[Value], varying: &[&str], [sd, by, drive]: [&str; 3], r
     let beyond = |row: &Value| row["status"].as_str().is_some_and(|words| words.contains("strain_limit"));
     let kept = listed.iter().position(|row| !beyond(row));
     let Some(best) = listed.get(kept.unwrap_or(0)) else { return String::new() };
-    let (rest, but) = match kept {
-        Some(0) => ("", ""),
-        Some(_) => (" of those within the strain limit", ""),
-        None => ("", "; that is beyond its strain limit"),
+    let (rest, but) = match (kept, listed.len()) {
+        (Some(0), _) => ("", String::new()),
+        (Some(_), _) => (" of those within the strain limit", String::new()),
+        (None, 1) => ("", "; that is beyond its strain limit".to_owned()),
+        // Rows that are not listed may be within it.
+        (None, n) => {
+            ("", format!("; that is beyond its strain limit, and so are the other {} that are listed", n - 1))
+        }
     };
     let number = |name: &str| best[name].as_f64();
     let whisker: Vec<String> = varying.iter().filter_map(|name| Some(said(name, number(name)?))).collect();

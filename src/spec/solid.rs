@@ -6,9 +6,7 @@ use super::properties::first;
 use super::reader::{Item, Result};
 use super::schema::Sections;
 use crate::physics::solid::Held;
-use crate::scene::{
-    Clamp, Column, Contact, Drive, Foil, Geometry, Material, Property, Setup, Spec, TERMS, Term,
-};
+use crate::scene::{Clamp, Column, Contact, Drive, Foil, Geometry, Property, Setup, Spec, TERMS, Term};
 
 /// Defaults of `[model]` with `solid = true`.
 pub(super) const ALL: &str = r#"[model]
@@ -185,11 +183,6 @@ pub(super) fn doubts(sections: &Sections<'_>, spec: &Spec) -> Vec<String> {
     say(
         model.distorting && over,
         "[model] section = \"distorting\" has been tested for contacts of at least 1.2 D beyond x_ss: nearer ones may be off by some percent",
-    );
-    let law = matches!(model.material, Material::Hooke(_) | Material::NeoHookean(_));
-    say(
-        model.distorting && !law,
-        "[model] section = \"distorting\" has been tested with hooke and neo-hookean only",
     );
     say(
         model.distorting && near.is_infinite(),

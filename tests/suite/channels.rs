@@ -153,15 +153,21 @@ fn column(table: &str, name: &str) -> Vec<f64> {
 
 /// A calibrated sensor, and fresh readings of it with their labels.
 fn calibrated(sensor: &str) -> Desk {
-    let desk = Desk::new(&spec(sensor, "").replace("theta = [2, 8]", "theta = [1, 2, 3, 4, 5, 6]"));
+    let desk = simulated(sensor, "theta = [1, 2, 3, 4, 5, 6]");
+    desk.run(&["calibrate", "s/measurements.csv", "--whisker", "spec.toml", "--out", "c"]).exits(0);
+    desk
+}
+
+/// Readings of a sensor by these drives to calibrate it from, and fresh ones.
+fn simulated(sensor: &str, drives: &str) -> Desk {
+    let desk = Desk::new(&spec(sensor, "").replace("theta = [2, 8]", drives));
     let text = desk.read("spec.toml");
     let a: Vec<String> =
         (0..60).map(|k| format!("{:.3}", 22.0 + 22.0 * f64::from((k * 37) % 60) / 59.0)).collect();
     let fresh = text.replace("a = { from = 21, to = 45, step = 4 }", &format!("a = [{}]", a.join(", ")));
-    desk.write("fresh.toml", fresh.replace("theta = [1, 2, 3, 4, 5, 6]", "theta = 3.5"));
+    desk.write("fresh.toml", fresh.replace(drives, "theta = 3.5"));
     desk.run(&["simulate", "spec.toml", "--out", "s", "--repeats", "2", "--zero-every", "5"]).exits(0);
     desk.run(&["simulate", "fresh.toml", "--out", "f", "--zero-every", "5", "--seed", "9"]).exits(0);
-    desk.run(&["calibrate", "s/measurements.csv", "--whisker", "spec.toml", "--out", "c"]).exits(0);
     desk
 }
 
@@ -273,7 +279,7 @@ fn programs_for_robots_and_streams_answer_as_locate_does() {
     let matrix = "matrix = [[1, 0, 10], [0.05, 0, 2]]\ncovariance = [[5e-4, 1e-6], [1e-6, 1e-6]]";
     let names: [&[&str]; 2] = [&["moment_Nmm", "force_N", "strain"], &["channel_1", "channel_2"]];
     for (sensor, names) in [list, matrix].into_iter().zip(names) {
-        let desk = calibrated(sensor);
+        let desk = simulated(sensor, "theta = [2, 3.5, 5]");
         let said = ["--whisker", "spec.toml", "--out", "e", "--export", "c,python"];
         desk.run(&[&["calibrate", "s/measurements.csv"][..], &said].concat()).exits(0);
         for drive in [true, false] {

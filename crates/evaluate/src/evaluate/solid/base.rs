@@ -96,7 +96,7 @@ impl Base {
         }
         let alpha = if model.surface { shared.taper.tan_alpha.atan() } else { 0.0 };
         let (sin, cos) = (alpha + angle).sin_cos();
-        let neo = matches!(model.material, Material::NeoHookean(_));
+        let rubber = !matches!(model.material, Material::Hooke(_));
         let rod = Loaded {
             setup,
             taper: shared.taper.from(shared.start),
@@ -107,7 +107,7 @@ impl Base {
             force: [-force * sin, -force * cos],
             through,
             side: if setup.gauge.side == Side::Far { -1.0 } else { 1.0 },
-            halved: if neo && model.distorting { HALVED } else { 0.0 },
+            halved: if rubber && model.distorting { HALVED } else { 0.0 },
             compliance: Held::new(model).shear_compliance(model),
             steps: {
                 let [under, elsewhere] = if tolerance >= COARSE.0 { COARSE.1 } else { [1.0; 2] };
