@@ -214,7 +214,7 @@ fn distances(t: &KTable, rig: &Rig) -> Vec<Value> {
 }
 
 /// Parameters of a fit to a signal whose zero has a standard error.
-fn parameters(f: &crate::estimator::fitted::Fit, kind: Drive, zero: f64) -> Value {
+pub(super) fn parameters(f: &crate::estimator::fitted::Fit, kind: Drive, zero: f64) -> Value {
     let e = &f.exact;
     let errors = f.errors(zero);
     let error = |i: usize| e.covariance[i][i].max(0.0).sqrt();

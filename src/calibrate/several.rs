@@ -77,7 +77,12 @@ impl Calibration {
     pub fn result(&self) -> Value {
         let (rms, within, n) = self.errors();
         let channel = |(k, (name, c)): (usize, &(String, locate::Calibration))| {
-            json!({ "name": name, "signal": c.signal, "estimator": c.estimator, "used": self.each[k].sides[0].used, "noise": c.noise,
+            let found = &self.each[k];
+            let kind = found.calibration.rig.setup.drive;
+            let fits = found.sides.iter().filter_map(|side| side.fit.as_ref());
+            let fits: Vec<Value> =
+                fits.map(|fit| super::report::parameters(fit, kind, found.unread)).collect();
+            json!({ "name": name, "signal": c.signal, "parameters": fits, "estimator": c.estimator, "used": self.each[k].sides[0].used, "noise": c.noise,
                     "held_out_rms_mm": self.held_out(k) })
         };
         let channels: Vec<Value> = self.sensor.channels.iter().enumerate().map(channel).collect();

@@ -41,7 +41,10 @@ fn fault(line: &Line, word: &str) -> String {
             format!("{word} error {:.2e} > {bound:.1e}, {} of {} taps{at}", f.worst, f.over, line.compared)
         }
         ("status", _) => format!("other words on {} taps{}", line.differ, odd()),
-        ("unsolved", _) => format!("{} of {} taps not_converged{}", line.unsolved, line.taps, odd()),
+        ("unsolved", _) => {
+            let (given_up, left) = (line.unsolved, line.referred);
+            format!("{given_up} of {} taps not_converged, {left} left to the reference{}", line.taps, odd())
+        }
         ("unanswered", _) => format!("{} taps solved without an answer of the reference", line.unanswered),
         _ => "nothing was compared".to_owned(),
     }

@@ -273,6 +273,9 @@ impl Effect {
                 return self.is_needed(&s.model).map(|other| format!("{} needs it", other.key));
             }
             Self::Foil if rubs => "friction needs a gauge without a foil",
+            Self::Rubber if s.built.as_ref().is_some_and(|built| built.is_hollow_or_cored()) => {
+                "a bore or a core needs hooke"
+            }
             Self::Coulomb | Self::Stick if s.foil.is_some() => "needs a gauge without a foil",
             Self::Tilt | Self::Lean if s.foil.is_some() => "a foil needs an upright pole",
             Self::Tilt | Self::Lean if upright(&s.model).is_some() => {

@@ -3,7 +3,7 @@
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::locator::Locator;
-use crate::estimator::least::{Minimum, by_values};
+use crate::estimator::least::Minimum;
 
 /// Distances and drives from which the most likely ones are looked for.
 pub(crate) const STARTS: [usize; 2] = [24, 12];
@@ -11,6 +11,8 @@ pub(crate) const STARTS: [usize; 2] = [24, 12];
 pub(crate) const BEYOND: f64 = 0.1;
 /// A small change of an unknown, relative to the end of its range.
 const STEP: f64 = 1e-5;
+/// Steps of a search at most.
+const STEPS: usize = 100;
 /// Relative change at which a search ends.
 const SETTLED: f64 = 1e-12;
 /// Added to variances, relative: noise-free data leave a covariance of rounding errors.
@@ -101,15 +103,77 @@ impl<'a> Tap<'a> {
 
     /// The minima of the misfit that are reached from `starts` and lie inside the range that is looked at, the least first.
     pub fn refined(&self, starts: &[Vec<f64>]) -> Vec<Minimum> {
-        let bounds = &self.bounds[..self.unknowns()];
-        let h: Vec<f64> = bounds.iter().map(|[_, hi]| STEP * hi).collect();
-        let residuals = |x: &[f64]| self.white(x);
-        let minimum = |x: &Vec<f64>| by_values(&residuals, x, &h, bounds, SETTLED);
         let [lo, hi] = self.bounds[0];
-        let mut found: Vec<Minimum> =
-            starts.iter().filter_map(minimum).filter(|m| m.at[0] > lo && m.at[0] < hi).collect();
+        let mut found: Vec<Minimum> = starts
+            .iter()
+            .filter_map(|x| self.settled(x.clone()))
+            .filter(|m| m.at[0] > lo && m.at[0] < hi)
+            .collect();
         found.sort_by(|p, q| p.chi2().total_cmp(&q.chi2()));
         found
+    }
+
+    /// Whether the drive of `x` is looked for, and lies at an end of the calibrated ones.
+    pub fn at_end(&self, x: &[f64]) -> bool {
+        let [lo, hi] = self.bounds[1];
+        x.get(1).is_some_and(|u| *u <= lo || *u >= hi)
+    }
+
+    /// White residuals at `x` and their derivatives by central differences, of one side at an end.
+    fn slopes(&self, x: &[f64]) -> Option<(DVector<f64>, DMatrix<f64>)> {
+        let r = DVector::from_vec(self.white(x)?);
+        let mut columns = Vec::with_capacity(x.len());
+        for (i, [lo, hi]) in self.bounds[..x.len()].iter().enumerate() {
+            let ends = [x[i] - STEP * hi, x[i] + STEP * hi].map(|end| end.clamp(*lo, *hi));
+            let at = |end: f64| {
+                let mut moved = x.to_vec();
+                moved[i] = end;
+                self.white(&moved).map(DVector::from_vec)
+            };
+            columns.push((at(ends[1])? - at(ends[0])?) / (ends[1] - ends[0]));
+        }
+        Some((r, DMatrix::from_columns(&columns)))
+    }
+
+    /// The least misfit that is reached from `x` (Levenberg, Marquardt): a drive that is pushed beyond an end stays there.
+    fn settled(&self, mut x: Vec<f64>) -> Option<Minimum> {
+        let (mut r, mut j) = self.slopes(&x)?;
+        let mut damping = 1e-3;
+        for _ in 0..STEPS {
+            let (gradient, normal) = (j.tr_mul(&r), j.tr_mul(&j));
+            let pushed = |i: usize| {
+                let [lo, hi] = self.bounds[i];
+                (x[i] <= lo && gradient[i] > 0.0) || (x[i] >= hi && gradient[i] < 0.0)
+            };
+            let free: Vec<usize> = (0..x.len()).filter(|i| !pushed(*i)).collect();
+            if free.is_empty() {
+                break;
+            }
+            let damped = DMatrix::from_fn(free.len(), free.len(), |p, q| {
+                normal[(free[p], free[q])] * if p == q { 1.0 + damping } else { 1.0 }
+            });
+            let right = DVector::from_iterator(free.len(), free.iter().map(|i| gradient[*i]));
+            let step = damped.lu().solve(&right).filter(|s| s.iter().all(|s| s.is_finite()))?;
+            let mut next = x.clone();
+            for (i, s) in free.iter().zip(step.iter()) {
+                next[*i] = (x[*i] - s).clamp(self.bounds[*i][0], self.bounds[*i][1]);
+            }
+            if next.iter().zip(&x).all(|(new, old)| (new - old).abs() <= SETTLED * old.abs()) {
+                break;
+            }
+            let better = self.slopes(&next).filter(|(new, _)| new.norm_squared() <= r.norm_squared());
+            if let Some((new, slopes)) = better {
+                (x, r, j) = (next, new, slopes);
+                damping *= 0.1;
+            } else {
+                damping *= 10.0;
+                if damping > 1e12 {
+                    break;
+                }
+            }
+        }
+        let covariance = j.tr_mul(&j).try_inverse()?;
+        Some(Minimum { residuals: r.as_slice().to_vec(), covariance, at: x })
     }
 
     /// Places from which every minimum is reached: those of a grid that fit better than their neighbours.

@@ -13,7 +13,7 @@ use crate::measure::counts::wrapped;
 use crate::measure::group::rounding;
 use crate::measure::zero::{Tared, TaredBy};
 use crate::measure::{Rig, Unit};
-use crate::scene::{BackendChoice, Model, Precision, RunOptions, Signal};
+use crate::scene::{BackendChoice, Model, Precision, RunOptions, Side, Signal};
 use crate::status::Status;
 
 /// A distance beyond the calibrated ones by so many of its standard deviations is said to be.
@@ -53,6 +53,8 @@ pub fn opener(options: &RunOptions) -> impl Fn(&Model) -> Result<Method, Error> 
 /// One side of the whisker.
 pub(crate) struct Opened {
     pub(crate) sign: f64,
+    /// Side of the whisker on which a gauge would read this sign.
+    pub(crate) gauge: Side,
     pub(crate) distances: [f64; 2],
     /// Distances within which a second one is ambiguous.
     pub(crate) interest: [f64; 2],
@@ -111,6 +113,7 @@ impl Opened {
         let sign = f64::from(record.sign);
         Ok(Some(Self {
             sign: if calibrated { sign } else { -sign },
+            gauge: side,
             distances: record.distances_mm,
             interest: rig.setup.estimate.range.unwrap_or(record.distances_mm),
             drives,

@@ -92,6 +92,17 @@ pub(crate) fn together(
         noise[(i, i)] *= 1.0 + shares[*k];
         status |= channels[*k].of().limit_of(signals[*k]);
     }
+    // No tap pulls one channel to its one side and another to its other.
+    let gauge = |k: &usize| {
+        let of = channels[*k].of();
+        of.sides().iter().find(|s| s.sign == signals[*k].signum() && of.rig.known).map(|s| s.gauge)
+    };
+    let mut gauges = used.iter().filter_map(gauge);
+    if let Some(first) = gauges.next()
+        && gauges.any(|other| other != first)
+    {
+        return Located::nothing(status | Status::NO_ROOT);
+    }
     let readings = used.iter().map(|k| (channels[*k], signals[*k])).collect();
     let Some(tap) = Tap::new(readings, drive, &noise) else {
         return Located::nothing(status | Status::OUTSIDE_CALIBRATION);
@@ -106,14 +117,17 @@ pub(crate) fn together(
         noise[(i, i)] += channels[*k].left(a, u, signals[*k].signum());
     }
     let starts: Vec<Vec<f64>> = found.into_iter().map(|m| m.at).collect();
-    let found = tap.with_noise(&noise).map_or(Vec::new(), |tap| chosen(tap.refined(&starts), side.distances));
+    let Some(tap) = tap.with_noise(&noise) else { return Located::nothing(status | Status::NO_ROOT) };
+    let found = chosen(tap.refined(&starts), side.distances);
     let Some((best, others)) = found.split_first() else {
         return Located::nothing(status | Status::NO_ROOT);
     };
     // Channels that no distance explains together have none; where less is left unexplained the answer is less certain.
-    let (misfit, freedom) = (best.chi2(), (used.len() - unknowns) as f64);
+    // A drive at the end of the calibrated ones is none that was free to follow: beyond it the misfit would be less.
+    let at_end = tap.at_end(&best.at);
+    let (misfit, freedom) = (best.chi2(), (used.len() - unknowns + usize::from(at_end)) as f64);
     if freedom > 0.0 && misfit > CONTRADICTORY + 4.0 * freedom {
-        return Located::nothing(status | Status::NO_ROOT);
+        return Located::nothing(status | if at_end { Status::OUTSIDE_CALIBRATION } else { Status::NO_ROOT });
     }
     let wider = if freedom > 0.0 { (misfit / freedom).sqrt().max(1.0) } else { 1.0 };
     let (a, sigma) = (best.at[0], best.covariance[(0, 0)].sqrt() * wider);

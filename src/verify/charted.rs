@@ -40,5 +40,5 @@ pub(super) fn line(
     let mut census = Census::default();
     errors.into_iter().for_each(|error| census.push_strain(error));
     let name = format!("{} chart", case.name);
-    Some(census.close(&name, case.setup.drive, at, tuples, (expected, expected)))
+    Some(census.close(&name, (case.setup.drive, false), at, tuples, (expected, expected)))
 }

@@ -182,7 +182,13 @@ impl Solved {
             charted::line(case, place, at, (tuples, designs), &self.expected)
                 .into_iter()
                 .for_each(&mut *each);
-            each(census.close(&case.name, setup.drive, at, tuples, (&self.expected, found)));
+            each(census.close(
+                &case.name,
+                (setup.drive, setup.built.is_some()),
+                at,
+                tuples,
+                (&self.expected, found),
+            ));
         }
     }
 }

@@ -3,7 +3,8 @@
 
 /* A channel on one side: the sign of its signal, and where its tables are. */
 typedef struct {
-    int sign, value, variance;        /* numbers: a Chebyshev series of signal/drive over ln a and the drive; its variance on a grid */
+    int sign, gauge;                  /* sign of the signal; side of the whisker that it stands for, -1 where that is not known */
+    int value, variance;              /* numbers: a Chebyshev series of signal/drive over ln a and the drive; its variance on a grid */
     REAL ln_a[2], drives[2];          /* where they hold; calibrated drives from their origin */
     REAL nearest, farthest, rounding; /* calibrated distances, mm */
     REAL interest[2], limit;          /* distances within which a second one is ambiguous; |signal| of the strain limit */
@@ -146,7 +147,9 @@ static REAL settle_F(const tap_F *t, REAL *x, REAL *variance)
     int k, m, moved;
     for (k = 0; k < 100; k++) {
         p = normal[0][0] * (1 + damping);
-        if (t->unknowns == 1) {
+        step[1] = 0;
+        /* A drive that is pushed beyond an end stays there. */
+        if (t->unknowns == 1 || (x[1] <= t->lo[1] && gradient[1] > 0) || (x[1] >= t->hi[1] && gradient[1] < 0)) {
             step[0] = gradient[0] / p;
         } else {
             q = normal[1][1] * (1 + damping);
@@ -255,7 +258,7 @@ int vibrissa_locate_F(REAL drive, const REAL *signals, const REAL *zeros, REAL *
 {
     tap_F t;
     REAL noise[@CHANNELS][@CHANNELS], at[@STARTS_A][2], chi[@STARTS_A], variance[@STARTS_A], y, slack, sigma, freedom, left;
-    int used[@CHANNELS], status = VIBRISSA_OK, k, i, j, n, zero = 1;
+    int used[@CHANNELS], status = VIBRISSA_OK, k, i, j, n, zero = 1, gauge = -1, at_end;
     *distance_mm = NAN;
     *sigma_mm = NAN;
     *drive_found = NAN;
@@ -294,6 +297,11 @@ int vibrissa_locate_F(REAL drive, const REAL *signals, const REAL *zeros, REAL *
         if (!s) {
             return status | VIBRISSA_OUTSIDE_CALIBRATION;
         }
+        /* No tap pulls one channel to its one side and another to its other. */
+        if (s->gauge >= 0 && gauge >= 0 && s->gauge != gauge) {
+            return status | VIBRISSA_NO_ROOT;
+        }
+        gauge = (s->gauge >= 0) ? s->gauge : gauge;
         y = drive - t.origin[i];
         if (t.unknowns == 1 && (y < s->drives[0] * (1 - @SAME) || y > s->drives[1] * (1 + @SAME))) {
             return status | VIBRISSA_OUTSIDE_CALIBRATION;
@@ -320,9 +328,13 @@ int vibrissa_locate_F(REAL drive, const REAL *signals, const REAL *zeros, REAL *
         noise[i][i] += left;
     }
     n = factor_F(&t, noise) ? refined_F(&t, at, n, chi, variance) : 0;
-    freedom = (REAL)(t.n - t.unknowns);
-    if (n == 0 || (freedom > 0 && chi[0] > @CONTRADICTORY + 4 * freedom)) {
+    if (n == 0) {
         return status | VIBRISSA_NO_ROOT;
+    }
+    at_end = t.unknowns == 2 && (at[0][1] <= t.lo[1] || at[0][1] >= t.hi[1]);
+    freedom = (REAL)(t.n - t.unknowns + at_end);
+    if (freedom > 0 && chi[0] > @CONTRADICTORY + 4 * freedom) {
+        return status | (at_end ? VIBRISSA_OUTSIDE_CALIBRATION : VIBRISSA_NO_ROOT);
     }
     sigma = sqrt_F(variance[0]) * ((freedom > 0 && chi[0] > freedom) ? sqrt_F(chi[0] / freedom) : 1);
     for (i = 1; i < n; i++) {

@@ -120,8 +120,10 @@ def settle(tap, x):
     damping = 1e-3
     for _ in range(100):
         p = normal[0][0] * (1.0 + damping)
-        if len(x) == 1:
-            step = [gradient[0] / p] if p else [0.0]
+        lo, hi = tap["bounds"][1]
+        # A drive that is pushed beyond an end stays there.
+        if len(x) == 1 or (x[1] <= lo and gradient[1] > 0.0) or (x[1] >= hi and gradient[1] < 0.0):
+            step = [gradient[0] / p if p else 0.0, 0.0]
         else:
             q = normal[1][1] * (1.0 + damping)
             det = p * q - normal[0][1] * normal[1][0]
@@ -185,6 +187,9 @@ def locate(drive, signals, zeros=None):
                 status |= STRAIN_LIMIT
     if len(used) < unknowns:
         return None, None, NO_STRAIN if all(y == 0.0 for y in read) else BAD_INPUT, None
+    # No tap pulls one channel to its one side and another to its other.
+    if None not in [u[1] for u in used] and len({u[1]["gauge"] for u in used} - {-1}) > 1:
+        return None, None, status | NO_ROOT, None
     bounds = [[0.0, inf], [0.0, inf]]
     for _, side, origin, _ in used:
         if side is None:
@@ -207,10 +212,13 @@ def locate(drive, signals, zeros=None):
         noise[i][i] += left(side, at[0], (at[1] if unknowns == 2 else drive) - origin)
     tap["factor"] = factor(noise)
     found = refined(tap, [x for _, x, _ in found])
-    freedom = len(used) - unknowns
-    if not found or (freedom > 0 and found[0][0] > @CONTRADICTORY + 4.0 * freedom):
+    if not found:
         return None, None, status | NO_ROOT, None
     chi, at, variance = found[0]
+    at_end = unknowns == 2 and not bounds[1][0] < at[1] < bounds[1][1]
+    freedom = len(used) - unknowns + at_end
+    if freedom > 0 and chi > @CONTRADICTORY + 4.0 * freedom:
+        return None, None, status | (OUTSIDE_CALIBRATION if at_end else NO_ROOT), None
     sigma = sqrt(variance) * (sqrt(chi / freedom) if freedom > 0 and chi > freedom else 1.0)
     side = used[0][1]
     near = next((x[0] for c, x, _ in found[1:] if c - chi < 1.0 and abs(x[0] - at[0]) > 3.0 * sigma), None)

@@ -53,13 +53,18 @@ impl Export<'_> {
         ];
         let series = &self.channels[0].0[0].series;
         let prepare = match self.several.locators[0].drive_recorded {
-            true => "",
-            false => "    drive = 1; /* it was not recorded when the whisker was calibrated */\n",
+            true => self.several.locators[0].only_drive().map_or(String::new(), |only| {
+                format!(
+                    "    drive = isfinite(drive) ? drive : {}; /* the only one that was calibrated */\n",
+                    n(only)
+                )
+            }),
+            false => "    drive = 1; /* it was not recorded when the whisker was calibrated */\n".to_owned(),
         };
         let float = real.is_float();
         let code = WHOLE
             .replace("@TABLES", &tables.join("\n\n"))
-            .replace("@PREPARE\n", prepare)
+            .replace("@PREPARE\n", &prepare)
             .replace("@CHANNELS", &self.channels.len().to_string())
             .replace("@ROWS", &series.len().to_string())
             .replace("@COLUMNS", &series[0].len().to_string())
@@ -94,8 +99,9 @@ fn side(t: &Table<'_>, [value, variance]: [usize; 2], real: Real) -> String {
     let [nearest, farthest] = of.distances;
     let interest = [of.interest[0] * (1.0 - WIDENING), of.interest[1] * (1.0 + WIDENING)];
     format!(
-        "    {{{}, {value}, {variance}, {{{}}}, {{{}}}, {}, {}, {}, {{{}}}, {}}},",
+        "    {{{}, {}, {value}, {variance}, {{{}}}, {{{}}}, {}, {}, {}, {{{}}}, {}}},",
         of.sign,
+        t.gauge(),
         t.ends.map(n).join(", "),
         t.drives.map(n).join(", "),
         n(nearest),

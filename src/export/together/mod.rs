@@ -12,7 +12,7 @@ use crate::locate::likely::{BEYOND, Channel};
 use crate::locate::locator::Opened;
 use crate::locate::{Locator, Sensor, Several, several};
 use crate::physics::chebyshev::{coefficients2, placed, points, scaled, series};
-use crate::scene::Signal;
+use crate::scene::{Side, Signal};
 
 /// Rows over ln a and columns over the drive of the series, tried in this order.
 const NODES: [[usize; 2]; 3] = [[16, 8], [28, 12], [48, 16]];
@@ -125,6 +125,15 @@ impl<'a> Table<'a> {
             size = size.max(exact.abs());
         }
         worst / size
+    }
+
+    /// Number of the side of the whisker that it stands for; −1 where that is not known.
+    fn gauge(&self) -> i32 {
+        match (self.locator.rig.known, self.side.gauge) {
+            (false, _) => -1,
+            (true, Side::Contact) => 0,
+            (true, Side::Far) => 1,
+        }
     }
 
     /// |signal| of the strain limit; infinite where there is none.

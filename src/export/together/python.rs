@@ -27,15 +27,17 @@ impl Export<'_> {
             self.several.names.iter().map(|n| format!("{:?}", text::harmless(n))).collect();
         let covariance: Vec<String> = self.sensor.covariance.iter().map(|row| list(row)).collect();
         let prepare = match self.several.locators[0].drive_recorded {
-            true => "",
-            false => "    drive = 1.0  # it was not recorded when the whisker was calibrated\n",
+            true => self.several.locators[0].only_drive().map_or(String::new(), |only| {
+                format!("    drive = {} if drive is None or drive != drive else drive  # the only one that was calibrated\n", number(only))
+            }),
+            false => "    drive = 1.0  # it was not recorded when the whisker was calibrated\n".to_owned(),
         };
         WHOLE
             .replace("@COMMENT", &self.comment(""))
             .replace("@NAMES", &names.join(", "))
             .replace("@COVARIANCE", &covariance.join(", "))
             .replace("@TABLES", &channels.join("\n"))
-            .replace("@PREPARE\n", prepare)
+            .replace("@PREPARE\n", &prepare)
             .replace("@DRIVE", text::drive(&self.several.locators[0]))
             .replace("@RIDGE", &number(RIDGE))
             .replace("@STARTS_A", &STARTS[0].to_string())
@@ -50,9 +52,10 @@ fn side(t: &Table<'_>) -> String {
     let of = t.side;
     let interest = [of.interest[0] * (1.0 - WIDENING), of.interest[1] * (1.0 + WIDENING)];
     format!(
-        "            {{\n            \"sign\": {}, \"ln_a\": {}, \"drives\": {},\n            \"distances\": {}, \"rounding\": {}, \"interest\": {}, \"limit\": {},\n            \
+        "            {{\n            \"sign\": {}, \"gauge\": {}, \"ln_a\": {}, \"drives\": {},\n            \"distances\": {}, \"rounding\": {}, \"interest\": {}, \"limit\": {},\n            \
          \"series\": {},\n            \"variance\": {},\n            }},",
         of.sign,
+        t.gauge(),
         list(&t.ends),
         list(&t.drives),
         list(&of.distances),
