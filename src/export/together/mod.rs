@@ -20,8 +20,8 @@ const NODES: [[usize; 2]; 3] = [[16, 8], [28, 12], [48, 16]];
 const GRID: [usize; 2] = [49, 13];
 /// Error of a series, relative to the signals of its channel, that is small enough.
 const FINE: f64 = 1e-8;
-/// Largest error that an export may have, mm; what the grid of variances leaves is a hundredth of σ.
-const LARGEST: f64 = 2e-4;
+/// Largest error that an export may have, mm, and where a distance is told less well as a share of its σ: what the grid of variances leaves.
+const LARGEST: [f64; 2] = [2e-4, 0.01];
 /// Digits of the largest coefficient that count.
 const DIGITS: f64 = 14.0;
 /// Taps that are compared: distances and drives, among the calibrated ones.
@@ -183,8 +183,8 @@ impl<'a> Export<'a> {
             }
         }
         let channels = last.unwrap_or_default();
-        let error = compared(several, &channels);
-        if error > LARGEST {
+        let [error, over] = compared(several, &channels);
+        if over > 1.0 {
             return Err(refused(format!("they would be wrong by up to {error:.1e} mm")));
         }
         Ok(Self { several, sensor, channels, error })
@@ -248,13 +248,14 @@ fn counted(mut c: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     c
 }
 
-/// Largest difference of a distance by `channels` to that by `several`, with and without their drive.
-fn compared(several: &Several, channels: &[Tables<'_>]) -> f64 {
+/// Largest difference of a distance by `channels` to that by `several`, with and without their drive; and
+/// the largest over what it may be.
+fn compared(several: &Several, channels: &[Tables<'_>]) -> [f64; 2] {
     let heard: Vec<&dyn Channel> = channels.iter().map(|c| c as &dyn Channel).collect();
     let first = &channels[0].0[0];
     let shares = vec![0.0; heard.len()];
     let even = |[lo, hi]: [f64; 2], k: usize, n: usize| lo + (hi - lo) * (k as f64 + 0.5) / n as f64;
-    let mut worst = 0.0f64;
+    let mut worst = [0.0f64; 2];
     for (i, j) in (0..COMPARED[0]).flat_map(|i| (0..COMPARED[1]).map(move |j| (i, j))) {
         let a = even(first.side.distances, i, COMPARED[0]);
         let u = even(first.drives, j, COMPARED[1]) + first.locator.drive_origin;
@@ -273,7 +274,10 @@ fn compared(several: &Several, channels: &[Tables<'_>]) -> f64 {
             // Where the channels tell next to nothing of a distance, another one is as good.
             let [first, last] = first.side.distances;
             let told = own.sigma.max(theirs.sigma) < last - first;
-            worst = if off.is_finite() && told { worst.max(off) } else { worst };
+            if off.is_finite() && told {
+                let allowed = LARGEST[0].max(LARGEST[1] * theirs.sigma);
+                worst = [worst[0].max(off), worst[1].max(off / allowed)];
+            }
         }
     }
     worst
