@@ -297,6 +297,17 @@ fn scale(z: vec2<real>) -> vec2<real> {
     return vec2<real>(force, ONE);
 }
 
+// The same by what it changes of the strain.
+fn scale_of_strain(tap: Tap, z: vec2<real>) -> vec2<real> {
+    let plain = scale(z);
+    if STICK {
+        return plain;
+    }
+    let arc = tap.a + tap.a * z.y;
+    let lever = arc - HALF * (tap.begin + min(tap.end, arc));
+    return vec2<real>(plain.x, min(plain.y, max(lever / tap.a, LEAST_LEVER)));
+}
+
 fn solve(tap: Tap) -> Solution {
     let stop = max(STOP * TOLERANCE, FOUR * ROUNDING);
     let amount = max(tap.turn, tap.lift / tap.a);
@@ -309,7 +320,9 @@ fn solve(tap: Tap) -> Solution {
     var begun = (tap.turn * (tap.a + tap.hub) + tap.lift) / tap.a;
     var by_x = vec2<real>(ZERO, ZERO);
     var by_y = by_x;
+    // The last step, by itself and by the strain.
     var remains = ZERO;
+    var owing = ZERO;
     for (var stride = 1u; stride <= strides; stride++) {
         let share = real(stride) / real(strides);
         var guess = z + (z - before);
@@ -341,7 +354,9 @@ fn solve(tap: Tap) -> Solution {
             let unit = scale(z);
             let relative = abs(wanted / unit);
             remains = max(relative.x, relative.y);
-            if !(remains >= stop) {
+            let of_strain = abs(wanted / scale_of_strain(tap, z));
+            owing = max(of_strain.x, of_strain.y);
+            if !(owing >= stop) {
                 break;
             }
             var next = z + min(ONE, LONGEST / remains) * wanted;
@@ -367,7 +382,9 @@ fn solve(tap: Tap) -> Solution {
     }
     let shot = shoot(tap, ONE, z, true);
     let bent = shot.bent.state.bent;
-    let measure = max(tap.least * tap.width, abs(bent.w));
+    // As wide as the pieces of the gauge are together, whose ends are rounded.
+    let width = tap.end - tap.begin;
+    let measure = max(tap.least * width, abs(bent.w));
     let sizes = max(vec3<real>(abs(bent.x), abs(bent.z), measure), vec3<real>(TINY));
     let parts = shot.bent.errors / sizes;
     // What the unknowns owe to errors of the miss (newton.rs).
@@ -377,8 +394,8 @@ fn solve(tap: Tap) -> Solution {
     let owed = vec2<real>(
         abs(by_y.y) * missed.x + abs(by_y.x) * missed.y,
         abs(by_x.x) * missed.y + abs(by_x.y) * missed.x,
-    ) / (scale(z) * determinant);
-    var error = WARY * (parts.x + parts.z + owed.x + owed.y) + remains + ROUNDINGS * ROUNDING + TWO * CHART_ERROR;
+    ) / (scale_of_strain(tap, z) * determinant);
+    var error = WARY * (parts.x + parts.z + owed.x + owed.y) + owing + ROUNDINGS * ROUNDING + TWO * CHART_ERROR;
     if lost {
         error = LOST;
     }
@@ -386,7 +403,7 @@ fn solve(tap: Tap) -> Solution {
         error = HOPELESS;
     }
     return Solution(
-        bent.w / tap.width, shot.load.normal, shot.load.tangential, shot.load.arc,
+        bent.w / width, shot.load.normal, shot.load.tangential, shot.load.arc,
         shot.wrench.x, shot.wrench.y, shot.wrench.z, error, shot.bent.load, real(shots + 1u), ZERO,
     );
 }

@@ -140,7 +140,7 @@ impl Taps {
         self.workers.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Who does not work just now, or someone new.
+    /// An idle worker, or a new one.
     fn worker(&self) -> Result<Worker, Error> {
         let waiting = self.idle().pop();
         let new = || {

@@ -9,7 +9,7 @@ use vibrissa::error::{Error, InputError};
 use vibrissa::estimator::{ALL, Estimator, named};
 use vibrissa::export::{Export, Language, proposing};
 use vibrissa::locate::object::By;
-use vibrissa::locate::{self, Calibration, Located, Sequence, Who, locator::opener, next, stream};
+use vibrissa::locate::{self, Answerer, Calibration, Located, Sequence, locator::opener, next, stream};
 use vibrissa::measure::Names;
 use vibrissa::scene::RunOptions;
 
@@ -233,7 +233,7 @@ pub fn spoken(language: &str) -> Result<Language, InputError> {
 /// Readings of a CSV table, its name, bytes and columns, by `who` of what answers: located.csv, and what should be known of them.
 pub fn answered<T: Send + Sync + 'static>(
     py: Python<'_>,
-    (of, who): (Arc<T>, fn(&T) -> Who<'_>),
+    (of, who): (Arc<T>, fn(&T) -> Answerer<'_>),
     zero: Option<f64>,
     (label, bytes, columns): (String, Vec<u8>, Option<String>),
 ) -> PyResult<(Table, Vec<String>)> {

@@ -37,9 +37,7 @@ pub fn run(args: &Explore) -> Result<Reply, Error> {
     }
     let at = |e: Error| match e {
         Error::Input(e) if e.file.is_none() => {
-            let (line, written) = written(&spec.text, e.key.as_deref().unwrap_or_default());
-            let value = written.or(e.value.clone());
-            Error::Input(InputError { value, ..e }.at(args.spec.display().to_string(), line))
+            Error::Input(spec::placed(&args.spec.display().to_string(), &spec.text, e))
         }
         other => other,
     };
@@ -136,21 +134,4 @@ fn write(out: &Path, page: &str) -> Result<(), Error> {
         let _ = std::fs::remove_file(&beside);
         failed(e)
     })
-}
-
-/// Line and value of a dotted `key` as they stand in the text of a spec; of a key within an inline table those of the table.
-fn written(text: &str, key: &str) -> (Option<usize>, Option<String>) {
-    let mut parts = key.split('.');
-    let section = format!("[{}]", parts.next().unwrap_or_default());
-    let Some(name) = parts.next() else { return (None, None) };
-    let begins = text.lines().position(|line| line.trim() == section);
-    let found = begins.into_iter().flat_map(|begins| {
-        let lines = text.lines().enumerate().skip(begins + 1);
-        lines.take_while(|(_, line)| !line.trim_start().starts_with('[')).find_map(|(k, line)| {
-            let (left, right) = line.split_once('=')?;
-            (left.trim() == name)
-                .then(|| (k + 1, right.split(" #").next().unwrap_or(right).trim().to_owned()))
-        })
-    });
-    found.map(|(line, value)| (Some(line), Some(value))).next().unwrap_or((None, None))
 }

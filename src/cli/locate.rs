@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use vibrissa::error::{Error, InputError};
 use vibrissa::locate::object::By;
 use vibrissa::locate::stream::{self, Ask};
-use vibrissa::locate::{Calibration, Locator, SaidZero, Sensor, Several, Who, locator::opener};
+use vibrissa::locate::{Answerer, Calibration, Locator, SaidZero, Sensor, Several, locator::opener};
 use vibrissa::measure::{Names, zero};
 use vibrissa::scene::RunOptions;
 use vibrissa::sink::folder::{Folder, Hashing, Question, hash, hash_all};
@@ -31,17 +31,17 @@ pub fn run(args: &Locate) -> Result<Reply, Error> {
     let options = args.common.over(&RunOptions::default());
     let text = Calibration::load(path)?;
     let readings = args.readings.as_deref().filter(|p| *p != Path::new("-"));
-    let several = Sensor::is_text(&text);
+    let parsed = Parsed::new(path, &text, args.common.force)?;
     let pool = rayon::ThreadPoolBuilder::new();
     let pool = match options.threads {
         Some(n) => pool.num_threads(n),
         // Of two signals the model is solved for every reading, of several channels the most likely tap.
-        None if (several || text.contains("\n[second]")) && readings.is_some() => pool,
+        None if parsed.takes_long() && readings.is_some() => pool,
         // A stream is answered by one thread; handing its few taps at start to others costs more than it saves.
         None => pool.num_threads(1).use_current_thread(),
     };
     pool.build_global().map_err(|e| Error::Run(e.to_string()))?;
-    let opened = Opened::new(args, (path, &text), &options)?;
+    let opened = Opened::new(args, (path, &text), parsed, &options)?;
     if !args.common.quiet {
         opened.warnings.iter().for_each(say::warning);
     }
@@ -70,6 +70,29 @@ pub fn run(args: &Locate) -> Result<Reply, Error> {
     filed(args, path, &opened, &Ask { label: label.as_deref(), keep: true, ..asked }, start)
 }
 
+/// A calibration as it was read.
+enum Parsed {
+    One(Box<Calibration>),
+    Several(Box<Sensor>),
+}
+
+impl Parsed {
+    fn new(path: &Path, text: &str, force: bool) -> Result<Self, Error> {
+        let label = path.display().to_string();
+        Ok(match Sensor::is_text(text) {
+            true => Self::Several(Box::new(Sensor::parse(&label, text, force)?)),
+            false => Self::One(Box::new(Calibration::parse(&label, text, force)?)),
+        })
+    }
+
+    fn takes_long(&self) -> bool {
+        match self {
+            Self::One(calibration) => calibration.second.is_some(),
+            Self::Several(_) => true,
+        }
+    }
+}
+
 /// An opened calibration.
 struct Opened {
     answers: Answers,
@@ -89,30 +112,35 @@ enum Answers {
 }
 
 impl Opened {
-    fn new(args: &Locate, (path, text): (&Path, &str), options: &RunOptions) -> Result<Self, Error> {
+    fn new(
+        args: &Locate,
+        (path, text): (&Path, &str),
+        parsed: Parsed,
+        options: &RunOptions,
+    ) -> Result<Self, Error> {
         let label = path.display().to_string();
         let open = opener(options);
-        if Sensor::is_text(text) {
-            let sensor = Sensor::parse(&label, text, args.common.force)?;
-            let best = "nothing: each channel is answered by the best of its own";
-            let one = [
-                ("--zero", args.zero.is_some(), "rows without contact, which tell the zero of each channel"),
-                ("--estimator", args.estimator.is_some(), best),
-            ];
-            super::several::of_one_signal(&one)?;
-            let mut several = Several::new(&sensor, &label, &open)?;
-            several.locators.iter_mut().for_each(|l| l.same_run = args.same_run);
-            let names = several.names.join(", ");
-            return Ok(Self {
-                known: json!({ "file": label, "channels": &several.names }),
-                checksum: hash(text),
-                by: format!("the channels {names} together"),
-                data: sensor.channels[0].1.data.file.clone(),
-                warnings: Vec::new(),
-                answers: Answers::Several(several),
-            });
-        }
-        let calibration = Calibration::parse(&label, text, args.common.force)?;
+        let calibration = match parsed {
+            Parsed::One(calibration) => calibration,
+            Parsed::Several(sensor) => {
+                let best = "nothing: each channel is answered by the best of its own";
+                let zeros = "rows without contact, which tell the zero of each channel";
+                super::several::of_one_signal(&[
+                    ("--zero", args.zero.is_some(), zeros),
+                    ("--estimator", args.estimator.is_some(), best),
+                ])?;
+                let mut several = Several::new(&sensor, &label, &open)?;
+                several.locators.iter_mut().for_each(|l| l.same_run = args.same_run);
+                return Ok(Self {
+                    known: json!({ "file": label, "channels": &several.names }),
+                    checksum: hash(text),
+                    by: format!("the channels {} together", several.names.join(", ")),
+                    data: sensor.channels[0].1.data.file.clone(),
+                    warnings: Vec::new(),
+                    answers: Answers::Several(several),
+                });
+            }
+        };
         let mut locator = Locator::new(&calibration, &label, args.estimator, &open)?;
         locator.same_run = args.same_run;
         let version = &calibration.version;
@@ -128,10 +156,10 @@ impl Opened {
         })
     }
 
-    fn who(&self) -> Who<'_> {
+    fn who(&self) -> Answerer<'_> {
         match &self.answers {
-            Answers::One(locator) => Who::One(locator),
-            Answers::Several(several) => Who::Several(several),
+            Answers::One(locator) => Answerer::One(locator),
+            Answers::Several(several) => Answerer::Several(several),
         }
     }
 }
@@ -188,7 +216,12 @@ impl Source {
     }
 
     /// What is there of a stream will not come again: it is kept when a signal ends it.
-    fn answer(self, who: Who<'_>, ask: &Ask<'_>, write: stream::Write<'_>) -> Result<stream::Counts, Error> {
+    fn answer(
+        self,
+        who: Answerer<'_>,
+        ask: &Ask<'_>,
+        write: stream::Write<'_>,
+    ) -> Result<stream::Counts, Error> {
         let nothing = |why: &str| Err(Error::Run(format!("interrupted{why}; no result was written")));
         let counts = match self {
             Self::File(path, digest) => {
@@ -221,7 +254,11 @@ fn unchanged(path: &Path, input: Hashing<Patient<File>>, digest: &str) -> Result
 }
 
 /// The zero of the file at `path`, from its own zero readings.
-fn read_zeros(who: Who<'_>, (path, digest): (&Path, &str), ask: &Ask<'_>) -> Result<Vec<zero::Zero>, Error> {
+fn read_zeros(
+    who: Answerer<'_>,
+    (path, digest): (&Path, &str),
+    ask: &Ask<'_>,
+) -> Result<Vec<zero::Zero>, Error> {
     let mut input = Hashing::new(Patient(open(path)?));
     let (zero, wrong) = stream::zeros(who, &mut input, ask)?;
     unchanged(path, input, digest)?;

@@ -202,10 +202,9 @@ fn labelled(spec: &Spec, label: &str) -> Result<(), InputError> {
     if !asked || !spec.study.setup.is_curved() {
         return Ok(());
     }
-    let line = 1 + spec.text.lines().position(|l| l.trim_start().starts_with("abscissa")).unwrap_or(0);
-    let error = InputError::new("a_mm of measurements is the arc of the contact, also of a curved whisker")
-        .at(label, Some(line));
-    Err(error.key("tap.abscissa").value(true).allowed(
+    let error = InputError::new("a_mm of measurements is the arc of the contact, also of a curved whisker");
+    let error = error.key("tap.abscissa").value(true).allowed(
         "abscissa = false, with arcs in the data (a sweep with abscissa = true writes both: a_mm and x_a_mm)",
-    ))
+    );
+    Err(spec::placed(label, &spec.text, error))
 }

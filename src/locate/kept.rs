@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use super::Spatial;
 use super::lines::Line;
-use super::rows::{Rows, Who};
+use super::rows::{Answerer, Rows};
 use super::stream::number;
 use crate::measure::text;
 
@@ -12,7 +12,7 @@ use crate::measure::text;
 pub const ADDED: [&str; 4] = ["zero", "distance_mm", "sigma_mm", "status"];
 
 /// The same where a whisker has two gauges, or not.
-pub fn added(who: Who<'_>) -> Vec<&'static str> {
+pub fn added(who: Answerer<'_>) -> Vec<&'static str> {
     match who.is_twofold() {
         true => [&["zero"], &Spatial::COLUMNS[..], &["status"]].concat(),
         false => ADDED.to_vec(),

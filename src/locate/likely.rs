@@ -19,7 +19,7 @@ const SETTLED: f64 = 1e-12;
 pub(crate) const RIDGE: f64 = 1e-9;
 
 /// What a channel shows.
-pub(crate) trait Channel {
+pub(crate) trait Response {
     /// Its calibration: sides, limits, words.
     fn of(&self) -> &Locator;
 
@@ -35,7 +35,7 @@ pub(crate) trait Channel {
     }
 }
 
-impl Channel for Locator {
+impl Response for Locator {
     fn of(&self) -> &Locator {
         self
     }
@@ -44,7 +44,7 @@ impl Channel for Locator {
 /// One tap.
 pub(super) struct Tap<'a> {
     /// Of each channel what answers it and its signal.
-    readings: Vec<(&'a dyn Channel, f64)>,
+    readings: Vec<(&'a dyn Response, f64)>,
     /// NaN where it is not known.
     drive: f64,
     noise: Cholesky<f64, Dyn>,
@@ -54,7 +54,7 @@ pub(super) struct Tap<'a> {
 
 impl<'a> Tap<'a> {
     /// `None` where a channel is not calibrated on the side of its signal, or the drive is none of the calibrated ones.
-    pub fn new(readings: Vec<(&'a dyn Channel, f64)>, drive: f64, noise: &DMatrix<f64>) -> Option<Self> {
+    pub fn new(readings: Vec<(&'a dyn Response, f64)>, drive: f64, noise: &DMatrix<f64>) -> Option<Self> {
         let mut bounds = [[0.0, f64::INFINITY]; 2];
         for (channel, signal) in &readings {
             let locator = channel.of();
@@ -91,7 +91,7 @@ impl<'a> Tap<'a> {
     /// Residuals, white.
     fn white(&self, x: &[f64]) -> Option<Vec<f64>> {
         let [a, u] = self.place(x);
-        let one = |(channel, signal): &(&dyn Channel, f64)| channel.expected(a, u, signal.signum()) - signal;
+        let one = |(channel, signal): &(&dyn Response, f64)| channel.expected(a, u, signal.signum()) - signal;
         let r = DVector::from_iterator(self.readings.len(), self.readings.iter().map(one));
         let white = self.noise.l_dirty().solve_lower_triangular(&r)?;
         white.iter().all(|x| x.is_finite()).then(|| white.as_slice().to_vec())

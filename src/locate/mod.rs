@@ -35,7 +35,7 @@ pub use crate::estimator::{self, Estimator};
 pub use calibration::Calibration;
 pub use locator::{Located, Locator};
 pub use pair::{Readings as PairOfReadings, Spatial};
-pub use rows::{Tap, Who};
+pub use rows::{Answerer, Reading};
 pub use said::SaidZero;
 pub use sequence::Sequence;
 pub use several::{Sensor, Several};

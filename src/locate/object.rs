@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use vibrissa_learned::joint::{Joint, Object, Tap};
 
-use super::rows::{Rows, Who};
+use super::rows::{Answerer, Rows};
 use super::stream::{Ask, number};
 use super::{Located, Locator};
 use crate::error::InputError;
@@ -134,9 +134,9 @@ impl<'a> Objects<'a> {
             }
             let key = if ask.by == By::Same { "--same" } else { "--object" };
             let estimator = match rows.who {
-                Who::Several(_) => "several channels",
-                Who::One(_) if locator.is_twofold() => "two gauges",
-                Who::One(_) => locator.estimator.name(),
+                Answerer::Several(_) => "several channels",
+                Answerer::One(_) if locator.is_twofold() => "two gauges",
+                Answerer::One(_) => locator.estimator.name(),
             };
             return Err(InputError::new(why).key(key).value(estimator).allowed("a calibration by learned"));
         }

@@ -8,29 +8,29 @@ use crate::measure::Names;
 use crate::measure::text::{fields, separator};
 use crate::status::Status;
 
-/// Who answers readings.
+/// What answers readings.
 #[derive(Clone, Copy)]
-pub enum Who<'a> {
+pub enum Answerer<'a> {
     /// A whisker with one signal, or with two gauges.
     One(&'a Locator),
     /// A sensor with several channels.
     Several(&'a Several),
 }
 
-impl<'a> From<&'a Locator> for Who<'a> {
+impl<'a> From<&'a Locator> for Answerer<'a> {
     fn from(locator: &'a Locator) -> Self {
         Self::One(locator)
     }
 }
 
-impl<'a> From<&'a Several> for Who<'a> {
+impl<'a> From<&'a Several> for Answerer<'a> {
     fn from(several: &'a Several) -> Self {
         Self::Several(several)
     }
 }
 
-/// A tap.
-pub struct Tap {
+/// A reading of every signal.
+pub struct Reading {
     /// Degrees or mm; NaN where it is not known.
     pub drive: f64,
     /// Above their zeros.
@@ -39,7 +39,7 @@ pub struct Tap {
     pub shares: Vec<f64>,
 }
 
-impl<'a> Who<'a> {
+impl<'a> Answerer<'a> {
     /// The one whose rig and columns are those of all.
     pub fn first(self) -> &'a Locator {
         match self {
@@ -92,11 +92,11 @@ impl<'a> Who<'a> {
     ///
     /// # Errors
     /// A backend that fails.
-    pub(super) fn answer(self, taps: &[Tap]) -> Result<Vec<Spatial>, Error> {
+    pub(super) fn answer(self, taps: &[Reading]) -> Result<Vec<Spatial>, Error> {
         let plain = |located: Located| Spatial { located, ..Spatial::nothing(located.status) };
         match self {
             Self::One(locator) if locator.is_twofold() => {
-                let pair = |t: &Tap| PairOfReadings {
+                let pair = |t: &Reading| PairOfReadings {
                     drive: t.drive,
                     signals: [t.signals[0], t.signals[1]],
                     shares: [t.shares[0], t.shares[1]],
@@ -104,12 +104,12 @@ impl<'a> Who<'a> {
                 locator.locate_pairs(&taps.iter().map(pair).collect::<Vec<_>>())
             }
             Self::One(locator) => {
-                let one = |t: &Tap| plain(locator.locate_above(t.drive, t.signals[0], 0.0, t.shares[0]));
+                let one = |t: &Reading| plain(locator.locate_above(t.drive, t.signals[0], 0.0, t.shares[0]));
                 Ok(taps.iter().map(one).collect())
             }
             Self::Several(several) => {
                 use rayon::prelude::*;
-                let one = |t: &Tap| plain(several.locate(t.drive, &t.signals, &t.shares));
+                let one = |t: &Reading| plain(several.locate(t.drive, &t.signals, &t.shares));
                 Ok(taps.par_iter().map(one).collect())
             }
         }
@@ -118,7 +118,7 @@ impl<'a> Who<'a> {
 
 /// How rows are read.
 pub struct Rows<'a> {
-    pub(super) who: Who<'a>,
+    pub(super) who: Answerer<'a>,
     /// What reads each channel; one for a whisker, with both its gauges.
     lines: Vec<Lines<'a>>,
     headed: bool,
@@ -127,11 +127,11 @@ pub struct Rows<'a> {
 impl<'a> Rows<'a> {
     /// Rows for `who`; without a header they hold the drive, which may be left out where it is known, or found, and the signals in the
     /// units of the calibration.
-    pub fn new(who: impl Into<Who<'a>>) -> Self {
+    pub fn new(who: impl Into<Answerer<'a>>) -> Self {
         let who = who.into();
         let lines = match who {
-            Who::One(locator) => vec![Lines::new(locator)],
-            Who::Several(several) => several.locators.iter().map(Lines::new).collect(),
+            Answerer::One(locator) => vec![Lines::new(locator)],
+            Answerer::Several(several) => several.locators.iter().map(Lines::new).collect(),
         };
         Self { who, lines, headed: false }
     }
@@ -142,8 +142,8 @@ impl<'a> Rows<'a> {
     /// Columns that do not fit the calibration.
     pub fn first(&mut self, line: &str, said: &Names, file: bool) -> Result<bool, InputError> {
         match self.who {
-            Who::One(_) => self.headed = self.lines[0].first(line, said, file)?,
-            Who::Several(several) => {
+            Answerer::One(_) => self.headed = self.lines[0].first(line, said, file)?,
+            Answerer::Several(several) => {
                 for (lines, column) in self.lines.iter_mut().zip(&several.columns) {
                     self.headed = lines.first(line, &said.of_channel(column.clone()), file)?;
                 }
@@ -160,7 +160,7 @@ impl<'a> Rows<'a> {
     /// Names of the columns.
     pub fn names(&self) -> Vec<String> {
         match self.who {
-            Who::Several(several) if !self.headed => {
+            Answerer::Several(several) if !self.headed => {
                 let drive = several.locators[0].rig.setup.drive.column();
                 std::iter::once(drive.to_owned()).chain(several.names.iter().cloned()).collect()
             }
@@ -171,7 +171,7 @@ impl<'a> Rows<'a> {
     /// The fields of a line; where the drive may be left out, and is, an empty one stands for it.
     pub fn fields<'b>(&self, line: &'b str) -> Vec<std::borrow::Cow<'b, str>> {
         match self.who {
-            Who::Several(several) if !self.headed => {
+            Answerer::Several(several) if !self.headed => {
                 let mut all = fields(line, separator(line));
                 if all.len() == several.names.len() {
                     all.insert(0, "".into());
@@ -185,12 +185,12 @@ impl<'a> Rows<'a> {
     /// Drive and signals of a line, NaN where a field is missing or no number; `None` for a line of another shape.
     pub fn parse(&mut self, line: &str) -> Option<(f64, Vec<f64>)> {
         let several = match self.who {
-            Who::One(locator) => {
+            Answerer::One(locator) => {
                 let (drive, signal) = self.lines[0].parse(line)?;
                 let second = locator.is_twofold().then(|| self.lines[0].second(line));
                 return Some((drive, std::iter::once(signal).chain(second).collect()));
             }
-            Who::Several(several) => several,
+            Answerer::Several(several) => several,
         };
         if self.headed {
             let mut all = self.lines.iter_mut().map(|lines| lines.parse(line));
@@ -221,8 +221,8 @@ impl<'a> Rows<'a> {
     /// Why a row cannot be answered by what it holds: nothing where it can.
     pub(super) fn lacks(&self, drive: f64, signals: &[f64]) -> Option<Status> {
         let missing = match self.who {
-            Who::One(_) => !drive.is_finite() || !signals[0].is_finite(),
-            Who::Several(_) => !signals.iter().any(|x| x.is_finite()),
+            Answerer::One(_) => !drive.is_finite() || !signals[0].is_finite(),
+            Answerer::Several(_) => !signals.iter().any(|x| x.is_finite()),
         };
         missing.then_some(Status::BAD_INPUT)
     }

@@ -6,7 +6,7 @@
 use nalgebra::DMatrix;
 
 use super::calibration::Calibration;
-use super::likely::{Channel as Heard, Tap};
+use super::likely::{Response, Tap};
 use super::locator::{Located, Locator};
 use crate::error::Error;
 use crate::estimator::least::Minimum;
@@ -67,14 +67,14 @@ impl Several {
     /// The distance of a tap by `drive` (degrees or mm; NaN where it is not known) with these tared signals; of each zero the variance in
     /// units of that of one reading. A channel without a reading is left out.
     pub fn locate(&self, drive: f64, signals: &[f64], shares: &[f64]) -> Located {
-        let channels: Vec<&dyn Heard> = self.locators.iter().map(|l| l as &dyn Heard).collect();
+        let channels: Vec<&dyn Response> = self.locators.iter().map(|l| l as &dyn Response).collect();
         together((&channels, &self.covariance), drive, signals, shares)
     }
 }
 
 /// The most likely distance of a tap by `drive`, given the signals of `channels`, whose noise has this covariance; as [`Several::locate`].
 pub(crate) fn together(
-    (channels, covariance): (&[&dyn Heard], &DMatrix<f64>),
+    (channels, covariance): (&[&dyn Response], &DMatrix<f64>),
     drive: f64,
     signals: &[f64],
     shares: &[f64],

@@ -9,7 +9,7 @@ use super::lines::Source;
 use super::object::{Asked, By, Objects, Together};
 use super::pair::Spatial;
 use super::reading::Lines;
-use super::rows::{Rows, Tap, Who};
+use super::rows::{Answerer, Reading, Rows};
 use super::tare::{Tare, doubt};
 use super::{Located, Locator};
 use crate::error::{Error, InputError};
@@ -79,7 +79,7 @@ impl Ask<'_> {
 /// # Errors
 /// As [`answer`].
 pub fn zeros<'a>(
-    who: impl Into<Who<'a>>,
+    who: impl Into<Answerer<'a>>,
     input: impl Read,
     ask: &Ask<'_>,
 ) -> Result<(Vec<Zero>, Vec<usize>), Error> {
@@ -119,7 +119,7 @@ pub fn zeros<'a>(
 /// # Errors
 /// A header that does not fit the calibration; input or output that fails. A line that is no reading is answered by its status.
 pub fn answer<'a>(
-    who: impl Into<Who<'a>>,
+    who: impl Into<Answerer<'a>>,
     input: impl Read,
     ask: &Ask<'_>,
     zero: Option<Vec<Zero>>,
@@ -206,7 +206,7 @@ pub fn answer<'a>(
             let values = zeros.iter().map(|z| z.unwrap_or((0.0, 0.0)));
             let (values, shares): (Vec<f64>, Vec<f64>) = values.unzip();
             let above = (0..values.len()).map(|k| rows.above(k, signals[k], values[k])).collect();
-            let tap = Tap { drive, signals: above, shares };
+            let tap = Reading { drive, signals: above, shares };
             if who.is_alone() {
                 let located = locator.locate_above(drive, tap.signals[0], 0.0, tap.shares[0]);
                 if let Some(objects) = &mut objects {
@@ -264,7 +264,7 @@ pub fn answer<'a>(
 /// # Errors
 /// A zero that no such signal has.
 pub(super) fn tares(
-    who: Who<'_>,
+    who: Answerer<'_>,
     lines: &Lines<'_>,
     ask: &Ask<'_>,
     zeros: Vec<Zero>,
@@ -287,7 +287,7 @@ pub(super) fn tares(
 /// What a line is answered by.
 enum Answer {
     Known(Located),
-    Asked(Tap),
+    Asked(Reading),
 }
 
 /// Lines that are answered together.
@@ -301,7 +301,7 @@ struct Batch {
 
 impl Batch {
     /// Writes the lines with their answers into `out`, and forgets them.
-    fn answer(&mut self, who: Who<'_>, out: &mut Vec<u8>, counts: &mut Counts) -> Result<(), Error> {
+    fn answer(&mut self, who: Answerer<'_>, out: &mut Vec<u8>, counts: &mut Counts) -> Result<(), Error> {
         let answers = std::mem::take(&mut self.answers);
         let (mut taps, mut known) = (Vec::new(), Vec::with_capacity(answers.len()));
         for (to, answer, more) in answers {

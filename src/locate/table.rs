@@ -3,7 +3,7 @@
 use super::kept::Kept;
 use super::lines::Source;
 use super::pair::Readings as PairOfReadings;
-use super::rows::{Rows, Who};
+use super::rows::{Answerer, Rows};
 use super::stream::{Ask, number, tares, zeros};
 use super::tare::doubt;
 use super::{Located, Locator};
@@ -65,7 +65,7 @@ impl Readings {
         let mut source = Source::new(bytes, ask);
         let mut lines = Rows::new(locator);
         source.first(&mut lines)?;
-        let tares = tares(Who::One(locator), lines.lines(), ask, read)?;
+        let tares = tares(Answerer::One(locator), lines.lines(), ask, read)?;
         let kept = Kept::new(&lines, added);
         let mut header = Vec::new();
         kept.header(&mut header);

@@ -38,6 +38,7 @@ use crate::error::InputError;
 use crate::scene::{Drive, Property, Search, Setup, Spec, Study, Written};
 pub(crate) use check::{COUNTERCLOCKWISE, Domain, LENGTH, SENSE, domain};
 pub(crate) use reader::Item;
+pub use reader::placed;
 use reader::{Document, Result};
 use schema::Sections;
 pub use units::of_taps as doubts_of_taps;

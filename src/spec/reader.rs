@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use toml::Spanned;
-use toml::de::DeValue;
+use toml::de::{DeTable, DeValue};
 
 use super::check::{Domain, MOST};
 use super::schema;
@@ -45,6 +45,24 @@ impl<'a> Document<'a> {
             None => line,
         }
     }
+}
+
+/// `error`, found after a spec was read, at its key in the `text` of the file `label`: of a key within an inline table that may be the table.
+/// Unchanged where the spec does not say the key.
+pub fn placed(label: &str, text: &str, error: InputError) -> InputError {
+    let document = Document { file: label, text };
+    let Ok(root) = DeTable::parse(text) else { return error };
+    let mut keys = error.key.as_deref().unwrap_or_default().split('.');
+    let mut at = keys.next().and_then(|section| root.get_ref().get(section)).map(|v| (v, false));
+    for key in keys {
+        match at.and_then(|(v, _)| v.get_ref().as_table()?.get(key)) {
+            Some(inner) => at = Some((inner, true)),
+            None => break,
+        }
+    }
+    let Some((value, _)) = at.filter(|(_, is_key)| *is_key) else { return error.at(label, None) };
+    let placed = document.error(Some(value.span()), error.message).value(document.excerpt(value.span()));
+    InputError { key: error.key, allowed: error.allowed, ..placed }
 }
 
 /// A value, its dotted key and its place; a defaulted value has no place.

@@ -1,6 +1,11 @@
 //! The configurations that are verified without a spec: each effect alone, the eight of model §5, and others of their kind.
 
-use crate::scene::{Clamp, Contact, Drive, Foil, Gauge, Geometry, Material, Model, Setup, Side, TERMS};
+use std::sync::Arc;
+
+use crate::scene::built::{Built, Inner, Profile, Root};
+use crate::scene::{
+    Clamp, Contact, Drive, Foil, Gauge, Geometry, Material, Model, Setup, Side, Signal, TERMS,
+};
 
 /// r₀ of the configurations with a hub, mm. Their random whiskers are scaled so that it is 0.03 to 3 distances.
 pub const HUB: f64 = 10.0;
@@ -25,6 +30,46 @@ pub struct Configuration {
     pub tilted: bool,
     /// Whether a foil is bonded to it.
     pub foil: bool,
+    /// What it is beyond a cone clamped at its base whose strain is read.
+    pub built: Shape,
+}
+
+/// What a whisker is beyond a cone clamped at its base, and what is read of it (model §7).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shape {
+    /// No more.
+    Cone,
+    /// On springs.
+    Root,
+    /// A power of the arc.
+    Power,
+    /// A blind hole.
+    Hollow,
+    /// A bonded core of another modulus.
+    Cored,
+    /// Bent at rest.
+    Curved,
+    /// Curved, on springs, and the moment on the root is read.
+    Moment,
+}
+
+impl Shape {
+    /// On whiskers of 10 mm and some MPa.
+    fn built(self) -> Option<Arc<Built>> {
+        let root = Root { k_theta: 500.0, k_y: 20.0, k_x: 20.0 };
+        let inner = |modulus, diameter: Vec<[f64; 2]>| Some(Inner { modulus, diameter });
+        let cone = Built::CONE;
+        let built = match self {
+            Self::Cone => return None,
+            Self::Root => Built { root, ..cone },
+            Self::Power => Built { profile: Profile::Power(2.0), ..cone },
+            Self::Hollow => Built { inner: inner(0.0, vec![[0.0, 0.2], [5.0, 0.1]]), ..cone },
+            Self::Cored => Built { inner: inner(6e4, vec![[0.0, 0.02], [1e3, 0.02]]), ..cone },
+            Self::Curved => Built { curvature: [2e-3, -1e-5], ..cone },
+            Self::Moment => Built { curvature: [-2e-3, 0.0], root, ..cone },
+        };
+        Some(Arc::new(built))
+    }
 }
 
 const fn tap(name: &'static str, model: Model) -> Configuration {
@@ -36,6 +81,7 @@ const fn tap(name: &'static str, model: Model) -> Configuration {
         drive: Drive::Angle,
         tilted: false,
         foil: false,
+        built: Shape::Cone,
     }
 }
 
@@ -57,6 +103,10 @@ const fn passive(of: Configuration) -> Configuration {
 
 const fn foil(of: Configuration) -> Configuration {
     Configuration { foil: true, ..of }
+}
+
+const fn built(shape: Shape, of: Configuration) -> Configuration {
+    Configuration { built: shape, ..of }
 }
 
 const PLAIN: Model = Model::PLAIN;
@@ -84,7 +134,7 @@ pub fn all() -> Vec<Configuration> {
     CHOSEN.into_iter().chain(alone).collect()
 }
 
-const CHOSEN: [Configuration; 49] = [
+const CHOSEN: [Configuration; 56] = [
     tap("linear", LINEAR),
     tap("linear-shear", LINEAR_SHEAR),
     hub(tap("linear-hub", LINEAR_SHEAR)),
@@ -134,6 +184,14 @@ const CHOSEN: [Configuration; 49] = [
     tilted(tap("sticking-tilted", Model { extension: true, contact: Contact::Stick, ..PLAIN })),
     tilted(hub(tap("neo-hub-tilted", NEO))),
     tilted(passive(tap("neo-passive-tilted", NEO))),
+    // Model §7.
+    built(Shape::Root, tap("root", TIMOSHENKO)),
+    built(Shape::Power, far(tap("power", TIMOSHENKO))),
+    built(Shape::Hollow, tap("hollow", ALL_ON)),
+    built(Shape::Cored, tap("cored", TIMOSHENKO)),
+    built(Shape::Curved, tap("curved", TIMOSHENKO)),
+    built(Shape::Curved, passive(tap("curved-neo-passive", Model { material: RUBBER, ..TIMOSHENKO }))),
+    built(Shape::Moment, tap("moment", PLAIN)),
     // Model §8.
     tap("solid", SOLID),
     hub(far(tap("solid-far-hub", SOLID))),
@@ -156,6 +214,8 @@ impl Configuration {
             drive: self.drive,
             gauge: Gauge { side: self.side, second: self.tilted, foil, ..Gauge::default() },
             model: self.model,
+            built: self.built.built(),
+            signal: if self.built == Shape::Moment { Signal::Moment } else { Signal::Strain },
             ..Setup::default()
         }
     }

@@ -22,7 +22,7 @@ impl Progress for Silent {
 /// and taps that only the reference solves. A slower solver, or one that gives up sooner, is noticed.
 struct Pin(&'static str, [(f64, f64); 2], usize);
 
-const PINS: [Pin; 52] = [
+const PINS: [Pin; 59] = [
     Pin("linear", [(0.0, 0.0), (0.0, 0.0)], 0),
     Pin("linear-shear", [(0.0, 0.0), (0.0, 0.0)], 0),
     Pin("linear-hub", [(0.0, 0.0), (0.0, 0.0)], 0),
@@ -65,6 +65,14 @@ const PINS: [Pin; 52] = [
     Pin("sticking-tilted", [(11.9, 94.0), (13.1, 115.0)], 2),
     Pin("neo-hub-tilted", [(11.2, 55.0), (9.9, 43.0)], 1),
     Pin("neo-passive-tilted", [(7.2, 62.0), (8.8, 59.0)], 3),
+    // Of these contacts within some 0.8 D of the base go to the reference.
+    Pin("root", [(12.2, 47.0), (14.1, 75.0)], 4),
+    Pin("power", [(7.4, 71.0), (9.4, 57.0)], 20),
+    Pin("hollow", [(6.6, 41.0), (16.3, 139.0)], 24),
+    Pin("cored", [(7.6, 51.0), (8.8, 77.0)], 21),
+    Pin("curved", [(6.9, 50.0), (8.9, 83.0)], 21),
+    Pin("curved-neo-passive", [(6.7, 49.0), (9.0, 74.0)], 21),
+    Pin("moment", [(11.5, 46.0), (13.5, 69.0)], 4),
     Pin("solid", [(6.9, 102.0), (10.1, 150.0)], 4),
     Pin("solid-far-hub", [(10.5, 106.0), (10.5, 156.0)], 6),
     Pin("solid-passive", [(6.6, 60.0), (7.4, 38.0)], 5),

@@ -15,7 +15,7 @@ use vibrissa_kernel::gpu::shader::{WORKGROUP, library, literal, validate};
 use vibrissa_kernel::rule::limits::{HOPELESS, LOST, ROUNDINGS, TINY};
 
 /// Numbers of a tap, in order.
-const TAP: [&str; 25] = [
+const TAP: [&str; 26] = [
     "first",
     "count",
     "a",
@@ -26,7 +26,8 @@ const TAP: [&str; 25] = [
     "force",
     "least",
     "pole",
-    "width",
+    "begin",
+    "end",
     "soft_theta",
     "soft_x",
     "soft_y",
@@ -106,6 +107,7 @@ fn text(job: &Job<'_>, precision: Precision) -> String {
         ("LEAST_ARC", newton::ARCS[0]),
         ("MOST_ARC", newton::ARCS[1]),
         ("LEAST_FORCE", newton::LEAST_FORCE),
+        ("LEAST_LEVER", newton::LEAST_LEVER),
         ("WARY", newton::WARY),
         ("SIDE", if far { -1.0 } else { 1.0 }),
     ];
@@ -234,7 +236,8 @@ fn numbers(taps: &[Tap<'_>], steps: usize) -> (Vec<f64>, Vec<f64>) {
         let [contact, contact_slope] = rod.radius(tap.a, tap.a);
         let [base, tip, n] = rod.power.unwrap_or([0.0; 3]);
         all.extend([first as f64, rod.pieces.len() as f64, tap.a, tap.hub, tap.turn, tap.lift, tap.ratio]);
-        all.extend([tap.force, tap.least, tap.pole, rod.width, rod.root[0], rod.root[1], rod.root[2]]);
+        all.extend([tap.force, tap.least, tap.pole]);
+        all.extend([rod.gauge[0], rod.gauge[1], rod.root[0], rod.root[1], rod.root[2]]);
         all.extend([rod.curvature[0], rod.curvature[1], rod.moduli[0], rod.moduli[1], 0.75 + 0.5 * rod.nu]);
         all.extend([contact, contact_slope, base - tip, tip, rod.length, n]);
     }

@@ -63,7 +63,8 @@ pub struct Ground<P> {
     pub force: P,
     pub least: P,
     pub pole: P,
-    pub width: P,
+    /// x1 and x2.
+    pub gauge: [P; 2],
     pub root: [P; 3],
     pub curvature: [P; 2],
     moduli: [P; 2],
@@ -140,7 +141,7 @@ impl<T: Scalar, const L: usize, const FMA: bool> Ground<Pack<T, L, FMA>> {
             force: pack(&|tap| tap.force),
             least: pack(&|tap| tap.least),
             pole: pack(&|tap| tap.pole),
-            width: whisker(&|rod| rod.width),
+            gauge: std::array::from_fn(|k| whisker(&|rod| rod.gauge[k])),
             root: std::array::from_fn(|k| whisker(&|rod| rod.root[k])),
             curvature: std::array::from_fn(|k| whisker(&|rod| rod.curvature[k])),
             moduli: std::array::from_fn(|k| whisker(&|rod| rod.moduli[k])),

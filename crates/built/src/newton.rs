@@ -33,6 +33,9 @@ pub const MOST_STRIDES: usize = 32;
 /// Least P over that of linear theory that its changes are looked at relative to.
 pub const LEAST_FORCE: f64 = 1e-6;
 
+/// Least distance between the contact and the middle of what bends of the gauge, over a, that changes of the contact are looked at relative to.
+pub const LEAST_LEVER: f64 = 1e-3;
+
 /// Least c/a, and largest.
 pub const ARCS: [f64; 2] = [0.05, 3.0];
 
@@ -241,6 +244,19 @@ impl<T: Scalar, const L: usize, const FMA: bool> Ground<Pack<T, L, FMA>> {
         let force = z[0].abs().max(Pack::of(LEAST_FORCE));
         [force, if self.effects.stick { force + z[1].abs() } else { Pack::of(1.0) }]
     }
+
+    /// The same, by what it changes of the strain: next to the gauge that is the moment of a short lever.
+    #[inline(always)]
+    fn scale_of_strain(&self, z: [Pack<T, L, FMA>; 2]) -> [Pack<T, L, FMA>; 2] {
+        let [force, other] = self.scale(z);
+        if self.effects.stick {
+            return [force, other];
+        }
+        let arc = self.a + self.a * z[1];
+        let [near, far] = self.gauge;
+        let lever = arc - Pack::of(0.5) * (near + far.min(arc));
+        [force, other.min((lever / self.a).max(Pack::of(LEAST_LEVER)))]
+    }
 }
 
 /// Nodes and weights of Gauss's rule on [0, 1].
@@ -267,6 +283,15 @@ fn step<T: Scalar, const L: usize, const FMA: bool>(
 ) -> [Pack<T, L, FMA>; 2] {
     let inverse = Pack::of(-1.0) / determinant(j);
     [inverse * (j[1][1] * miss[0] - j[1][0] * miss[1]), inverse * (j[0][0] * miss[1] - j[0][1] * miss[0])]
+}
+
+/// The larger of two changes, in units of `scale`.
+#[inline(always)]
+fn larger<T: Scalar, const L: usize, const FMA: bool>(
+    [x, y]: [Pack<T, L, FMA>; 2],
+    scale: [Pack<T, L, FMA>; 2],
+) -> Pack<T, L, FMA> {
+    (x / scale[0]).abs().max((y / scale[1]).abs())
 }
 
 /// Sum of the changes of both unknowns, in units of `scale`, by errors of the miss of these sizes.
@@ -303,7 +328,8 @@ pub fn close<T: Scalar, const L: usize, const FMA: bool>(
     let mut shots = 0;
     // Whether a lane has lost its way, above 0.
     let mut lost = zero;
-    let mut remains = zero;
+    // The last step by the strain.
+    let mut owing = zero;
     let mut jacobian = [[zero; 2]; 2];
     // Of a whisker that is hardly touched the determinant is this one, but for a contact that sticks.
     let mut begun = (ground.turn * (ground.a + ground.hub) + ground.lift) / ground.a;
@@ -341,19 +367,19 @@ pub fn close<T: Scalar, const L: usize, const FMA: bool>(
         }
         // Steps that were small enough, above 0: such a lane stays where it is.
         let mut done = zero;
-        remains = of(1e30);
-        let mut smallest = of(1e30);
+        let mut remains = of(1e30);
+        owing = remains;
         for _ in 0..STEPS {
             let wanted = step(&jacobian, shot.miss);
             let scale = ground.scale(z);
-            let size = (wanted[0] / scale[0]).abs().max((wanted[1] / scale[1]).abs());
-            // Where rounding lets no step get smaller.
+            let size = larger(wanted, scale);
+            let of_strain = larger(wanted, ground.scale_of_strain(z));
             remains = zero.if_less(done, remains, size);
-            done = size.if_less(stop, one, done);
+            owing = zero.if_less(done, owing, of_strain);
+            done = of_strain.if_less(stop, one, done);
             if one.all_at_most(done) {
                 break;
             }
-            smallest = smallest.min(size);
             let damped = one.min(of(LONGEST) / size.max(of(TINY)));
             let damped = zero.if_less(done, zero, damped);
             let taken = [damped * wanted[0], damped * wanted[1]];
@@ -384,8 +410,9 @@ pub fn close<T: Scalar, const L: usize, const FMA: bool>(
         lost = off.if_less(of(FORESEEN) * z[0].abs().max(guess[0].abs()).max(share), lost, one);
     }
     let Bent { state, errors, load: burden, beyond } = shot.bent;
-    let strain = state[3] / ground.width;
-    let measure = (ground.least * ground.width).max(state[3].abs());
+    let width = ground.gauge[1] - ground.gauge[0];
+    let strain = state[3] / width;
+    let measure = (ground.least * width).max(state[3].abs());
     let relative = |error: Pack<T, L, FMA>, of: Pack<T, L, FMA>| error / of.max(Pack::of(TINY));
     // The way across is a double integral, whose estimate is of order 5 where the method's error is of order 8
     // (500 to 2 000 times too large): its power 5/4 keeps a margin of some hundred, of one where steps are too long.
@@ -394,8 +421,8 @@ pub fn close<T: Scalar, const L: usize, const FMA: bool>(
     let missed = [errors[0] * state[2].abs() / ground.a, errors[0] + across / ground.a];
     let integrated = relative(errors[0], state[0].abs())
         + relative(errors[2], measure)
-        + owed(&jacobian, missed, ground.scale(z));
-    let mut error = of(WARY) * integrated + remains + of(ROUNDINGS * rounding);
+        + owed(&jacobian, missed, ground.scale_of_strain(z));
+    let mut error = of(WARY) * integrated + owing + of(ROUNDINGS * rounding);
     if let Some(law) = &fixed.law {
         error = error + of(2.0 * law.error);
     }

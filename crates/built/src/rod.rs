@@ -36,8 +36,8 @@ pub struct Rod {
     pub moduli: [f64; 2],
     /// ν.
     pub nu: f64,
-    /// x2 − x1, mm.
-    pub width: f64,
+    /// x1 and x2, mm.
+    pub gauge: [f64; 2],
 }
 
 /// What a ratio of e of the radii at both ends of a piece counts, in parts of its length over that of the whisker.
@@ -80,7 +80,7 @@ impl Rod {
             root: [root.k_theta, root.k_x, root.k_y].map(f64::recip),
             moduli: [body.modulus, body.core_modulus()],
             nu: body.nu,
-            width: gauge[1] - gauge[0],
+            gauge,
         }
     }
 

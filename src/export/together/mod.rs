@@ -8,7 +8,7 @@ mod python;
 
 use super::{Language, text};
 use crate::error::{Error, InputError};
-use crate::locate::likely::{BEYOND, Channel};
+use crate::locate::likely::{BEYOND, Response};
 use crate::locate::locator::Opened;
 use crate::locate::{Locator, Sensor, Several, several};
 use crate::physics::chebyshev::{coefficients2, placed, points, scaled, series};
@@ -49,7 +49,7 @@ impl Tables<'_> {
     }
 }
 
-impl Channel for Tables<'_> {
+impl Response for Tables<'_> {
     fn of(&self) -> &Locator {
         self.0[0].locator
     }
@@ -86,7 +86,7 @@ impl<'a> Table<'a> {
             let even = |k: usize, n: usize| 2.0 * k as f64 / (n - 1) as f64 - 1.0;
             let variance = |i: usize, j: usize| {
                 let (a, u) = (placed(ends, even(i, GRID[0])).exp(), placed(drives, even(j, GRID[1])));
-                Channel::left(locator, a, u + locator.drive_origin, side.sign)
+                Response::left(locator, a, u + locator.drive_origin, side.sign)
             };
             let variance = |i: usize| (0..GRID[1]).map(|j| text::digits(variance(i, j), 6)).collect();
             let variance = (0..GRID[0]).map(variance).collect();
@@ -251,7 +251,7 @@ fn counted(mut c: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
 /// Largest difference of a distance by `channels` to that by `several`, with and without their drive; and
 /// the largest over what it may be.
 fn compared(several: &Several, channels: &[Tables<'_>]) -> [f64; 2] {
-    let heard: Vec<&dyn Channel> = channels.iter().map(|c| c as &dyn Channel).collect();
+    let heard: Vec<&dyn Response> = channels.iter().map(|c| c as &dyn Response).collect();
     let first = &channels[0].0[0];
     let shares = vec![0.0; heard.len()];
     let even = |[lo, hi]: [f64; 2], k: usize, n: usize| lo + (hi - lo) * (k as f64 + 0.5) / n as f64;
