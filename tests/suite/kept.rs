@@ -198,7 +198,6 @@ fn tuple_files_go_on() {
     assert!((held.len() as u64) < 8 << 20 && read.len() as u64 > 8 << 20);
     for (output, list, least) in [
         ("", &held, 1),
-        ("", &read, 2),
         ("format = \"parquet\"", &read, 2),
         ("top = 50\nby = \"noise_rms_mm\"", &read, 2),
         ("top = 5\nby = \"noise_rms_mm\"\nper = \"design\"\nformat = \"parquet\"", &read, 2),
