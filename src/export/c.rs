@@ -7,7 +7,7 @@ use crate::estimate::WIDENING;
 use crate::estimator::learned::why;
 use crate::estimator::model::SAME;
 use crate::estimator::model::polynomial::Polynomial;
-use crate::locate::locator::BEYOND;
+use crate::locate::opened::BEYOND;
 use crate::measure::Unit;
 use vibrissa_learned::invert::{FAR, FINE, Inverse, Nothing, POINTS, QUANTILES, WIDE, node_weights};
 

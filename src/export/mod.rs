@@ -14,7 +14,7 @@ use crate::error::{Error, InputError};
 use crate::estimator::model::exact::Opener;
 use crate::estimator::model::polynomial::Polynomial;
 use crate::estimator::{ALL, Estimator, Known, Shape};
-use crate::locate::locator::Opened;
+use crate::locate::opened::Opened;
 use crate::locate::{Calibration, Locator};
 use crate::status::Status;
 use pieces::{Hole, Pieces};

@@ -1,7 +1,7 @@
 //! What of an estimator is exported: one side, cut to the distances that matter.
 
 use crate::estimator::Forward;
-use crate::locate::locator::Opened;
+use crate::locate::opened::Opened;
 
 /// How far beyond the range an export knows distances, in shares of it. A distance more than half of it away is always outside.
 const BEYOND: f64 = 0.55;

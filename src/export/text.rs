@@ -2,7 +2,7 @@
 
 use super::{Export, Form, Side};
 use crate::locate::Locator;
-use crate::locate::locator::BEYOND;
+use crate::locate::opened::BEYOND;
 use crate::measure::Unit;
 use crate::measure::zero::{Tared, TaredBy};
 use crate::scene::Drive;

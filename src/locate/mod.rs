@@ -17,6 +17,7 @@ mod lines;
 pub mod locator;
 pub mod next;
 pub mod object;
+pub(crate) mod opened;
 pub mod pair;
 mod reading;
 mod rows;

@@ -3,8 +3,8 @@
 use vibrissa_learned::joint::{Joint, Object, Tap};
 
 use super::Locator;
-use super::locator::Opened;
 use super::object::limit;
+use super::opened::Opened;
 use crate::status::Status;
 
 /// Drives that are tried.

@@ -96,10 +96,29 @@ pub struct Asked {
 }
 
 impl<'a> Objects<'a> {
+    /// Whether `who` can take taps of one object together, if they are told apart `by` something that was said.
+    ///
+    /// # Errors
+    /// Several signals, and estimators that tell each tap alone.
+    pub fn can(who: Answerer<'_>, by: By<'_>) -> Result<(), InputError> {
+        let locator = who.first();
+        if by == By::Unsaid || who.is_alone() && locator.is_learned() {
+            return Ok(());
+        }
+        let key = if by == By::Same { "--same" } else { "--object" };
+        let estimator = match who {
+            Answerer::Several(_) => "several channels",
+            Answerer::One(_) if locator.is_twofold() => "two gauges",
+            Answerer::One(_) => locator.estimator.name(),
+        };
+        let error = InputError::new("taps of one object are taken together by `learned`, of one signal");
+        Err(error.key(key).value(estimator).allowed("a calibration by learned"))
+    }
+
     /// Of readings, where they are told apart.
     ///
     /// # Errors
-    /// Several taps of one object where the calibration tells each alone; a column that is not there.
+    /// A column that is not there.
     pub fn new(rows: &Rows<'a>, ask: &Ask<'_>) -> Result<Option<Self>, InputError> {
         let locator = rows.who.first();
         let names = rows.names();
@@ -126,19 +145,10 @@ impl<'a> Objects<'a> {
                 }
             },
         };
-        if !rows.who.is_alone() || !locator.is_learned() {
-            let why = "taps of one object are taken together by `learned`, of one signal";
-            if ask.by == By::Unsaid {
-                (ask.warn)(&format!("column object is not looked at: {why}"));
-                return Ok(None);
-            }
-            let key = if ask.by == By::Same { "--same" } else { "--object" };
-            let estimator = match rows.who {
-                Answerer::Several(_) => "several channels",
-                Answerer::One(_) if locator.is_twofold() => "two gauges",
-                Answerer::One(_) => locator.estimator.name(),
-            };
-            return Err(InputError::new(why).key(key).value(estimator).allowed("a calibration by learned"));
+        if let Err(e) = Self::can(rows.who, By::Same) {
+            // Whoever asked for it was refused before.
+            (ask.warn)(&format!("column object is not looked at: {}", e.message));
+            return Ok(None);
         }
         Ok(Some(Self {
             locator,

@@ -3,7 +3,8 @@
 use std::sync::{Mutex, PoisonError};
 
 use super::calibration::{Calibration, Second};
-use super::locator::{Located, Locator, Opened};
+use super::locator::{Located, Locator};
+use super::opened::Opened;
 use crate::curve::both::inverse;
 use crate::error::{Error, SolveError};
 use crate::estimator::model::exact::{Extent, Opener};

@@ -155,6 +155,14 @@ impl<'a> Lines<'a> {
         self.decimals.number(field).unwrap_or(f64::NAN)
     }
 
+    /// The drive of a field that may be left out: NaN of an empty one and of `nan`, infinite of what is no number.
+    pub fn drive_if_told(&mut self, field: &str) -> f64 {
+        if field.is_empty() || field.eq_ignore_ascii_case("nan") {
+            return f64::NAN;
+        }
+        self.decimals.number(field).filter(|x| x.is_finite()).unwrap_or(f64::INFINITY)
+    }
+
     /// Strain, or the reading, of a recorded value.
     pub fn signal(&self, value: f64) -> f64 {
         self.unit().strain(value, self.locator.rig.setup.gauge.factor)
@@ -189,7 +197,8 @@ impl<'a> Lines<'a> {
         };
         let drive = match (drive?, only) {
             ("", Some(only)) => only,
-            (drive, _) => self.decimals.number(drive).unwrap_or(f64::NAN),
+            (drive, _) if self.locator.of_several => self.drive_if_told(drive),
+            (drive, _) => self.number(drive),
         };
         let value = self.decimals.number(signal).unwrap_or(f64::NAN);
         Some((drive, self.signal(value)))

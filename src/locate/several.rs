@@ -82,6 +82,10 @@ pub(crate) fn together(
     let used: Vec<usize> =
         (0..signals.len()).filter(|k| signals[*k].is_finite() && signals[*k] != 0.0).collect();
     let unknowns = if drive.is_finite() { 1 } else { 2 };
+    // An infinite drive is none; NaN is one that is not known.
+    if drive.is_infinite() {
+        return Located::nothing(Status::BAD_INPUT);
+    }
     if used.len() < unknowns {
         let none = signals.iter().all(|x| *x == 0.0);
         return Located::nothing(if none { Status::NO_STRAIN } else { Status::BAD_INPUT });

@@ -129,6 +129,8 @@ pub fn answer<'a>(
     let who = who.into();
     let locator = who.first();
     let mut source = Source::new(input, ask);
+    let label = |e: InputError| e.at(ask.label.unwrap_or("stdin"), None);
+    Objects::can(who, ask.by).map_err(label)?;
     let mut rows = Rows::new(who);
     let mut out = Vec::with_capacity(2 * BATCH);
     let mut counts = Counts::default();
@@ -146,7 +148,6 @@ pub fn answer<'a>(
     }
     source.first(&mut rows)?;
     let mut tares = tares(who, rows.lines(), ask, zero.unwrap_or_default())?;
-    let label = |e: InputError| e.at(ask.label.unwrap_or("stdin"), None);
     let mut objects = Objects::new(&rows, ask).map_err(label)?;
     let together = objects.iter().flat_map(|_| Objects::columns(ask.by, true));
     let columns: Vec<&str> = added(who).into_iter().chain(together).collect();

@@ -301,6 +301,19 @@ fn programs_for_robots_and_streams_answer_as_locate_does() {
                     .zip(&a)
                     .all(|(x, y)| (x - y).abs() < 1e-9 || !y.is_finite())
             );
+            if drive {
+                // A drive may be missing, but what is there is a number.
+                let odd: String = ["", "nan", "inf", "two", "1e999"]
+                    .map(|odd| {
+                        rows.lines().next().unwrap().replacen(rows.split(',').next().unwrap(), odd, 1) + "\n"
+                    })
+                    .concat();
+                let stream = desk.pipe(&["locate", "e/calibration.toml"], &odd).exits(0).stdout;
+                let bad: Vec<bool> = stream.lines().skip(1).map(|l| l.ends_with("bad_input")).collect();
+                assert_eq!(bad, [false, false, true, true, true], "{stream}");
+                let refused = desk.pipe(&["locate", "e/calibration.toml", "--same"], &rows).exits(2);
+                assert_eq!(refused.stdout, "");
+            }
             let [double, float] = by_c_of(&desk.path("e"), &input);
             let python = by_python(&desk.path("e"), &input);
             for (k, said) in table.lines().skip(1).map(|l| l.rsplit(',').next().unwrap()).enumerate() {

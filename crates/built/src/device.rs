@@ -4,7 +4,8 @@
 use std::collections::HashMap;
 use std::fmt::Write;
 
-use super::newton::{self, GAUSS};
+use super::newton;
+use super::shot::GAUSS;
 use super::tableau::{A, B, C, STAGES};
 use super::{Effects, Job, Rod, Solution, Tap, lanes};
 use vibrissa_core::error::SolveError;

@@ -20,6 +20,7 @@ pub mod device;
 mod lanes;
 mod newton;
 mod rod;
+mod shot;
 pub mod tableau;
 
 use rayon::prelude::*;

@@ -5,7 +5,7 @@ use crate::estimate::WIDENING;
 use crate::export::c::{REALS, Real};
 use crate::export::text;
 use crate::locate::likely::{RIDGE, STARTS};
-use crate::locate::locator::BEYOND;
+use crate::locate::opened::BEYOND;
 use crate::locate::several::{CONTRADICTORY, EQUAL};
 use crate::measure::Unit;
 

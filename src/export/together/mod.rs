@@ -9,7 +9,7 @@ mod python;
 use super::{Language, text};
 use crate::error::{Error, InputError};
 use crate::locate::likely::{BEYOND, Response};
-use crate::locate::locator::Opened;
+use crate::locate::opened::Opened;
 use crate::locate::{Locator, Sensor, Several, several};
 use crate::physics::chebyshev::{coefficients2, placed, points, scaled, series};
 use crate::scene::{Side, Signal};

@@ -5,7 +5,7 @@ use crate::estimate::WIDENING;
 use crate::export::python::{infinite, list, rows};
 use crate::export::text::{self, number};
 use crate::locate::likely::{RIDGE, STARTS};
-use crate::locate::locator::BEYOND;
+use crate::locate::opened::BEYOND;
 use crate::locate::several::{CONTRADICTORY, EQUAL};
 
 const WHOLE: &str = include_str!("../template/together.py");
