@@ -1,0 +1,139 @@
+//! The closure of a tap: by how much a rod under a load misses the object.
+
+use vibrissa_kernel::cpu::{Pack, Scalar};
+
+use super::lanes::{Bent, Fixed, Ground, Load};
+
+/// Nodes and weights of Gauss's rule on [0, 1].
+pub const GAUSS: [[f64; 2]; 4] = [
+    [0.069_431_844_202_973_71, 0.173_927_422_568_726_93],
+    [0.330_009_478_207_571_87, 0.326_072_577_431_273_07],
+    [0.669_990_521_792_428_1, 0.326_072_577_431_273_07],
+    [0.930_568_155_797_026_3, 0.173_927_422_568_726_93],
+];
+
+/// A rod that was bent, and by how much it misses the object, over a.
+#[derive(Default)]
+pub struct Shot<P> {
+    pub load: Load<P>,
+    pub bent: Bent<P>,
+    pub miss: [P; 2],
+    pub wrench: [P; 3],
+}
+
+impl<T: Scalar, const L: usize, const FMA: bool> Ground<Pack<T, L, FMA>> {
+    /// Shoots with the unknowns P/`force` and (c − a)/a, or T/`force` of a contact that sticks, at `share` of the drive.
+    #[inline(always)]
+    pub fn shoot(
+        &self,
+        fixed: &Fixed<T>,
+        share: Pack<T, L, FMA>,
+        z: [Pack<T, L, FMA>; 2],
+        judging: bool,
+    ) -> Shot<Pack<T, L, FMA>> {
+        let (zero, one) = (Pack::<T, L, FMA>::of(0.0), Pack::<T, L, FMA>::of(1.0));
+        let normal = self.force * z[0];
+        let (x, tangential) = match self.effects.stick {
+            true => (zero, self.force * z[1]),
+            false => (self.a * z[1], self.ratio * normal),
+        };
+        let load = self.load(self.a + x, normal, tangential);
+        let bent = self.bend(fixed, &load, judging);
+        let [turned, along, across, _, rest_x, rest_y] = bent.state;
+
+        // The base from the contact, and M₀.
+        let (base_x, base_y) = (load.arc - along - rest_x, load.height - across - rest_y);
+        let moment = base_x * load.force[1] - base_y * load.force[0];
+        // Turned into the frame of the resting base, of which the contact's is turned by the rest angle.
+        let (mut behind, mut leaned) = (zero, zero);
+        if self.effects.curved {
+            [behind, leaned] = self.rest(fixed, zero, load.arc);
+        }
+        let back = |v: [Pack<T, L, FMA>; 2]| {
+            let [x, y] = v;
+            [x - behind * x + leaned * y, y - behind * y - leaned * x]
+        };
+        let [k_theta, k_x, k_y] = self.root;
+        let beta = moment * k_theta - turned;
+        let [versine, sine] = fixed.turn(beta);
+        let turn = |v: [Pack<T, L, FMA>; 2]| {
+            [v[0] - versine * v[0] - sine * v[1], v[1] - versine * v[1] + sine * v[0]]
+        };
+        let force = turn(back(load.force));
+        let moved = back([along, across]);
+
+        // The pole's centre on the resting whisker, as touched at a, and how far it moves when it is touched at c.
+        let ([pole_x, pole_y], shift) = self.poles(fixed, &load, x);
+        let theta = self.turn * share;
+        let [versine_t, sine_t] = fixed.turn(theta);
+        // Rot(β) − Rot(−θ) = 2 sin((β + θ)/2) Rot((β − θ)/2 + 90°).
+        let half = Pack::of(0.5);
+        let [_, apart] = fixed.turn(half * (beta + theta));
+        let [mean_v, mean_s] = fixed.turn(half * (beta - theta));
+        let mean_c = one - mean_v;
+        let twice = apart + apart;
+        let swing =
+            [zero - twice * (mean_s * pole_x + mean_c * pole_y), twice * (mean_c * pole_x - mean_s * pole_y)];
+        let carried = turn([shift[0] - moved[0], shift[1] - moved[1]]);
+        let miss_x = force[0] * k_x + carried[0] + swing[0] + self.hub * versine_t;
+        let miss_y = force[1] * k_y + carried[1] + swing[1] + self.hub * sine_t + self.lift * share;
+        let scale = one / self.a;
+        Shot { load, bent, miss: [miss_x * scale, miss_y * scale], wrench: [moment, force[0], force[1]] }
+    }
+
+    /// 1 − cos and sin of the angle by which the resting whisker turns from the arc `to` back to `from`.
+    #[inline(always)]
+    fn rest(&self, fixed: &Fixed<T>, from: Pack<T, L, FMA>, to: Pack<T, L, FMA>) -> [Pack<T, L, FMA>; 2] {
+        let [base, rising] = self.curvature;
+        fixed.turn((to - from) * (base + Pack::of(0.5) * rising * (to + from)))
+    }
+
+    /// The centre of the pole on the resting whisker touched at a, from its base, and how far it lies from there where that is touched at the arc
+    /// a + `x` of `load`.
+    #[inline(always)]
+    fn poles(
+        &self,
+        fixed: &Fixed<T>,
+        load: &Load<Pack<T, L, FMA>>,
+        x: Pack<T, L, FMA>,
+    ) -> ([Pack<T, L, FMA>; 2], [Pack<T, L, FMA>; 2]) {
+        let (zero, one) = (Pack::<T, L, FMA>::of(0.0), Pack::<T, L, FMA>::of(1.0));
+        let (height, tilt) = self.touched(self.a);
+        // Of both, in the frame of the whisker where it is touched.
+        let here = [self.pole * tilt[0], height + self.pole * tilt[1]];
+        let there = [self.pole * load.tilt[0], load.height + self.pole * load.tilt[1]];
+        if !self.effects.curved {
+            return ([self.a + here[0], here[1]], [x + there[0] - here[0], there[1] - here[1]]);
+        }
+        // By Gauss's rule of four points on each of some parts: from the base to a, and from a to c.
+        let turned = |from: Pack<T, L, FMA>, to: Pack<T, L, FMA>| self.rest(fixed, from, to);
+        let path = |from: Pack<T, L, FMA>, to: Pack<T, L, FMA>, parts: usize| {
+            let (mut px, mut py) = (zero, zero);
+            let part = (to - from) * Pack::of(1.0 / parts as f64);
+            for k in 0..parts {
+                for [node, weight] in GAUSS {
+                    let s = from + part * Pack::of(k as f64 + node);
+                    let [behind, leaned] = turned(zero, s);
+                    let weight = part * Pack::of(weight);
+                    px = px + weight * (one - behind);
+                    py = py - weight * leaned;
+                }
+            }
+            [px, py]
+        };
+        let base = path(zero, self.a, 6);
+        let way = path(self.a, self.a + x, 2);
+        let [behind, leaned] = turned(zero, self.a);
+        // Rot(ψ₀(a)): ψ₀ = −(the turn of the resting whisker).
+        let out = |v: [Pack<T, L, FMA>; 2]| {
+            [v[0] - behind * v[0] + leaned * v[1], v[1] - behind * v[1] - leaned * v[0]]
+        };
+        let [more, less] = turned(self.a, self.a + x);
+        let moved = [
+            there[0] - here[0] - more * there[0] + less * there[1],
+            there[1] - here[1] - more * there[1] - less * there[0],
+        ];
+        let (at, moved) = (out(here), out(moved));
+        ([base[0] + at[0], base[1] + at[1]], [way[0] + moved[0], way[1] + moved[1]])
+    }
+}

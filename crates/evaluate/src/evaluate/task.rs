@@ -1,0 +1,98 @@
+//! A tap as it is asked, and what it gives.
+
+use crate::scene::{Direction, Setup, Tuple};
+use crate::status::Status;
+
+/// One tap of one design of a batch.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Task {
+    /// Place of the design in the batch.
+    pub design: u32,
+    /// Contact distance, mm.
+    pub a: f64,
+    /// Direction of the pole.
+    pub direction: Direction,
+    /// Tap angle, degrees, or displacement, mm.
+    pub drive: f64,
+}
+
+impl Task {
+    /// The tap `t` of the design at place `design` of the batch.
+    pub fn of(design: u32, t: &Tuple) -> Self {
+        Self { design, a: t.a, direction: t.direction(), drive: t.drive }
+    }
+
+    /// Whether the plane of bending is asked for: a pole that is not upright, or a second gauge.
+    pub(super) fn is_spatial(&self, setup: &Setup) -> bool {
+        setup.gauge.second || !self.direction.is_upright()
+    }
+}
+
+/// What a tap gives; NaN where there is no value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Outcome {
+    /// Signed gauge strain.
+    pub strain: f64,
+    /// Signed strain of the second gauge; NaN without one.
+    pub strain_2: f64,
+    /// Signed strain of the estimator's theory, ±θ f.
+    pub strain_linear: f64,
+    /// K − 1 at full relative precision.
+    pub deviation: f64,
+    /// P, N.
+    pub normal_force: f64,
+    /// T, N.
+    pub tangential_force: f64,
+    /// c, mm.
+    pub arc: f64,
+    /// What the whisker exerts on its root: M₀, N mm, F_x and F_y, N; NaN where it is not asked for.
+    pub wrench: [f64; 3],
+    /// Azimuth φ of the plane in which the whisker bends, rad; NaN where it is not asked for.
+    pub azimuth: f64,
+    /// Slide λ of the contact along the pole, mm; NaN where it is not asked for.
+    pub slide: f64,
+    /// Mean strain of the centreline over the gauge; NaN where no plane is asked for, and of what a chart tells.
+    pub axial: f64,
+    /// Whether the contact sticks.
+    pub sticking: bool,
+    /// Kernel sweeps spent.
+    pub sweeps: f32,
+    /// Read from taps at other drives.
+    pub interpolated: bool,
+    /// Answered by the reference in a kernel's place.
+    pub referred: bool,
+    /// Words of the physics; the estimate adds its own.
+    pub status: Status,
+}
+
+impl Outcome {
+    /// Size of the strain: of both gauges, where there are two.
+    pub fn magnitude(&self) -> f64 {
+        if self.strain_2.is_nan() { self.strain.abs() } else { self.strain.hypot(self.strain_2) }
+    }
+
+    /// cos β̂, where tan β̂ = ε₂/ε₁; 1 of one gauge.
+    pub fn cosine(&self) -> f64 {
+        if self.strain_2.is_nan() { 1.0 } else { self.strain.abs() / self.magnitude() }
+    }
+
+    /// No values, and nothing to say about them.
+    pub const NOTHING: Self = Self {
+        strain: f64::NAN,
+        strain_2: f64::NAN,
+        strain_linear: f64::NAN,
+        deviation: f64::NAN,
+        normal_force: f64::NAN,
+        tangential_force: f64::NAN,
+        arc: f64::NAN,
+        wrench: [f64::NAN; 3],
+        azimuth: f64::NAN,
+        slide: f64::NAN,
+        axial: f64::NAN,
+        sticking: false,
+        sweeps: 0.0,
+        interpolated: false,
+        referred: false,
+        status: Status::OK,
+    };
+}

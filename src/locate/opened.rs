@@ -1,0 +1,87 @@
+//! One side of a calibrated whisker.
+
+use crate::error::Error;
+use crate::estimate::WIDENING;
+use crate::estimator::model::SAME;
+use crate::estimator::{Answers, Estimator, Opening};
+use crate::scene::Side;
+use crate::status::Status;
+
+/// A distance beyond the calibrated ones by so many of its standard deviations is said to be.
+pub(crate) const BEYOND: f64 = 3.0;
+
+/// One side of the whisker.
+pub(crate) struct Opened {
+    pub(crate) sign: f64,
+    /// Side of the whisker on which a gauge would read this sign.
+    pub(crate) gauge: Side,
+    pub(crate) distances: [f64; 2],
+    /// Distances within which a second one is ambiguous.
+    pub(crate) interest: [f64; 2],
+    /// Calibrated drives, and beyond the means of the first and the last how far jitter led.
+    pub(crate) drives: Vec<f64>,
+    /// The one calibrated drive, where there are no others.
+    pub(super) only: Option<f64>,
+    pub(crate) answers: Box<dyn Answers>,
+    /// Per drive, mm.
+    pub(crate) bias: Vec<f64>,
+    /// Reading per strain, where it is known.
+    pub(crate) factor: f64,
+    /// |signal| at which the sensor stands still.
+    pub(crate) end_stop: f64,
+}
+
+impl Opened {
+    /// Whether `drive` is among the calibrated ones.
+    pub(crate) fn admits(&self, drive: f64) -> bool {
+        drive >= self.drives[0] * (1.0 - SAME) && drive <= self.drives[self.drives.len() - 1] * (1.0 + SAME)
+    }
+
+    /// Words of warning of a distance, mm, with `near` the next one of the same reading.
+    pub(crate) fn doubts(&self, a: f64, near: Option<f64>, sigma: f64) -> Status {
+        let mut status = Status::OK;
+        let [lo, hi] = self.interest;
+        if near.is_some_and(|a| a >= lo * (1.0 - WIDENING) && a <= hi * (1.0 + WIDENING)) {
+            status |= Status::AMBIGUOUS;
+        }
+        // However uncertain, a distance that is half the range away is not of it.
+        let [first, last] = self.distances;
+        let slack = (BEYOND * sigma).min(0.5 * (last - first)) + WIDENING * last;
+        if a < first - slack || a > last + slack {
+            status |= Status::OUTSIDE_CALIBRATION;
+        }
+        status
+    }
+
+    /// The side of `of`, answered by `estimator`; `None` where the record does not hold it.
+    pub(super) fn new(estimator: &dyn Estimator, of: &Opening<'_>) -> Result<Option<Self>, Error> {
+        let Opening { rig, record, side, .. } = *of;
+        let (Some(answers), Some(bias)) = (estimator.open(of)?, estimator.bias_mm(record)) else {
+            return Ok(None);
+        };
+        let (mut drives, mut bias) = (record.drives.clone(), bias.to_vec());
+        let [first, last] = record.ends();
+        if first < drives[0] {
+            drives.insert(0, first);
+            bias.insert(0, bias[0]);
+        }
+        if last > drives[drives.len() - 1] {
+            drives.push(last);
+            bias.push(bias[bias.len() - 1]);
+        }
+        let calibrated = side == record.gauge();
+        let sign = f64::from(record.sign);
+        Ok(Some(Self {
+            sign: if calibrated { sign } else { -sign },
+            gauge: side,
+            distances: record.distances_mm,
+            interest: rig.setup.estimate.range.unwrap_or(record.distances_mm),
+            drives,
+            only: Some(record.drives[0]).filter(|_| record.drives.len() == 1),
+            answers,
+            bias,
+            factor: record.exact.as_ref().and_then(|r| r.factor(rig.setup.drive)).unwrap_or(f64::NAN),
+            end_stop: record.end_stop.filter(|_| calibrated).unwrap_or(f64::INFINITY),
+        }))
+    }
+}
