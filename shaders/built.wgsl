@@ -297,15 +297,16 @@ fn scale(z: vec2<real>) -> vec2<real> {
     return vec2<real>(force, ONE);
 }
 
-// The same by what it changes of the strain.
-fn scale_of_strain(tap: Tap, z: vec2<real>) -> vec2<real> {
-    let plain = scale(z);
-    if STICK {
-        return plain;
-    }
-    let arc = tap.a + tap.a * z.y;
-    let lever = arc - HALF * (tap.begin + min(tap.end, arc));
-    return vec2<real>(plain.x, min(plain.y, max(lever / tap.a, LEAST_LEVER)));
+// What a column of the Jacobian is of: the miss, and the integral of the gauge's fibre.
+fn seen(shot: Shot) -> vec3<real> {
+    return vec3<real>(shot.miss, shot.bent.state.bent.w);
+}
+
+// Change of the strain by changes of the unknowns, relative, or the largest of these where that is larger.
+fn of_strain(tap: Tap, fibre: real, by_x: vec3<real>, by_y: vec3<real>, change: vec2<real>, unit: vec2<real>) -> real {
+    let relative = abs(change / unit);
+    let measure = max(max(tap.least * (tap.end - tap.begin), abs(fibre)), TINY);
+    return max(max(relative.x, relative.y), (abs(by_x.z * change.x) + abs(by_y.z * change.y)) / measure);
 }
 
 fn solve(tap: Tap) -> Solution {
@@ -318,7 +319,7 @@ fn solve(tap: Tap) -> Solution {
     var lost = false;
     // Of a whisker that is hardly touched the determinant is this one, but for a contact that sticks.
     var begun = (tap.turn * (tap.a + tap.hub) + tap.lift) / tap.a;
-    var by_x = vec2<real>(ZERO, ZERO);
+    var by_x = vec3<real>(ZERO, ZERO, ZERO);
     var by_y = by_x;
     // The last step, by itself and by the strain.
     var remains = ZERO;
@@ -339,8 +340,8 @@ fn solve(tap: Tap) -> Solution {
         let probe = PROBE * scale(z);
         let moved_x = z.x + probe.x;
         let moved_y = z.y + probe.y;
-        by_x = (shoot(tap, share, vec2<real>(moved_x, z.y), false).miss - shot.miss) / (moved_x - z.x);
-        by_y = (shoot(tap, share, vec2<real>(z.x, moved_y), false).miss - shot.miss) / (moved_y - z.y);
+        by_x = (seen(shoot(tap, share, vec2<real>(moved_x, z.y), false)) - seen(shot)) / (moved_x - z.x);
+        by_y = (seen(shoot(tap, share, vec2<real>(z.x, moved_y), false)) - seen(shot)) / (moved_y - z.y);
         shots += 3u;
         if STICK && stride == 1u {
             begun = by_x.x * by_y.y - by_y.x * by_x.y;
@@ -354,8 +355,7 @@ fn solve(tap: Tap) -> Solution {
             let unit = scale(z);
             let relative = abs(wanted / unit);
             remains = max(relative.x, relative.y);
-            let of_strain = abs(wanted / scale_of_strain(tap, z));
-            owing = max(of_strain.x, of_strain.y);
+            owing = of_strain(tap, shot.bent.state.bent.w, by_x, by_y, wanted, unit);
             if !(owing >= stop) {
                 break;
             }
@@ -369,7 +369,7 @@ fn solve(tap: Tap) -> Solution {
             let weighted = taken / (unit * unit);
             let length = dot(taken, weighted);
             if length > ZERO {
-                let lack = (fresh.miss - shot.miss - by_x * taken.x - by_y * taken.y) / length;
+                let lack = (seen(fresh) - seen(shot) - by_x * taken.x - by_y * taken.y) / length;
                 by_x += lack * weighted.x;
                 by_y += lack * weighted.y;
             }
@@ -394,8 +394,16 @@ fn solve(tap: Tap) -> Solution {
     let owed = vec2<real>(
         abs(by_y.y) * missed.x + abs(by_y.x) * missed.y,
         abs(by_x.x) * missed.y + abs(by_x.y) * missed.x,
-    ) / (scale_of_strain(tap, z) * determinant);
-    var error = WARY * (parts.x + parts.z + owed.x + owed.y) + owing + ROUNDINGS * ROUNDING + TWO * CHART_ERROR;
+    ) / determinant;
+    let unsure = of_strain(tap, bent.w, by_x, by_y, owed, scale(z));
+    // Of a contact that stays, the lever by itself.
+    let lever = shot.load.arc - HALF * (tap.begin + min(tap.end, shot.load.arc));
+    var shown = abs(by_y.z);
+    if STICK {
+        shown = select(ZERO, shot.load.arc * abs(bent.w) / max(lever, TINY), lever > ZERO);
+    }
+    let rounded = ONE + LEVERED * shown / max(measure, TINY);
+    var error = WARY * (parts.x + parts.z + unsure) + owing + ROUNDINGS * ROUNDING * rounded + TWO * CHART_ERROR;
     if lost {
         error = LOST;
     }

@@ -43,6 +43,15 @@ pub fn bake(spec: &Spec, strain: f64) -> Result<Baked, Error> {
     let refuse = |message: &str, key: &str, value: String, allowed: &str| {
         Err(Error::from(InputError::new(message).key(key).value(value).allowed(allowed)))
     };
+    // The first of `keys` that the spec writes, and has another value than `off`.
+    let written = |keys: &[&'static str], off: &str| {
+        let is = |key: &str, (k, value, written): &(String, String, bool)| {
+            *written
+                && value != off
+                && k.strip_prefix(key).is_some_and(|s| s.is_empty() || s.starts_with('.'))
+        };
+        keys.iter().copied().find(|key| spec.in_force.iter().any(|entry| is(key, entry))).unwrap_or(keys[0])
+    };
     if setup.model.geometry == Geometry::Linear {
         return refuse("a page shows the exact rod", "model.geometry", "linear".into(), "exact");
     }
@@ -70,7 +79,7 @@ pub fn bake(spec: &Spec, strain: f64) -> Result<Baked, Error> {
     if !layout.is_upright() {
         return refuse(
             "a page bakes one chart, of upright poles",
-            "tap.tilt",
+            written(&["tap.tilt", "tap.lean"], "0"),
             "not 0".into(),
             "tilt = 0 and lean = 0",
         );
@@ -80,16 +89,22 @@ pub fn bake(spec: &Spec, strain: f64) -> Result<Baked, Error> {
     }
     if setup.built.is_some() {
         let allowed = "a cone: D, d, L_a and hub only";
-        return refuse(
-            "a page shows a cone clamped at its base",
-            "whisker",
-            "more than a cone".into(),
-            allowed,
-        );
+        let keys = [
+            "whisker.profile",
+            "whisker.exponent",
+            "whisker.bore",
+            "whisker.core",
+            "whisker.curvature",
+            "whisker.curvature_slope",
+            "whisker.root",
+        ];
+        let key = written(&keys, "0");
+        return refuse("a page shows a cone clamped at its base", key, "more than a cone".into(), allowed);
     }
     if let Some(all) = &setup.channels {
         let (value, allowed) = (format!("{} channels", all.len()), "\"strain\", \"moment\" or \"force\"");
-        return refuse("a page shows what one signal tells", "sensor.signal", value, allowed);
+        let key = written(&["sensor.signal", "sensor.matrix"], "");
+        return refuse("a page shows what one signal tells", key, value, allowed);
     }
     if let Some(foil) = setup.gauge.foil {
         let value = format!("{} N/mm", foil.stiffness);

@@ -112,7 +112,7 @@ impl<'a> Objects<'a> {
             Answerer::One(_) => locator.estimator.name(),
         };
         let error = InputError::new("taps of one object are taken together by `learned`, of one signal");
-        Err(error.key(key).value(estimator).allowed("a calibration by learned"))
+        Err(error.key(key).value(estimator).allowed("a calibration of one signal by learned"))
     }
 
     /// Of readings, where they are told apart.

@@ -155,12 +155,18 @@ impl<'a> Lines<'a> {
         self.decimals.number(field).unwrap_or(f64::NAN)
     }
 
-    /// The drive of a field that may be left out: NaN of an empty one and of `nan`, infinite of what is no number.
-    pub fn drive_if_told(&mut self, field: &str) -> f64 {
+    /// The number of a field that may be left out: NaN of an empty one and of `nan`, infinite of what is no number.
+    pub fn told(&mut self, field: &str) -> f64 {
         if field.is_empty() || field.eq_ignore_ascii_case("nan") {
             return f64::NAN;
         }
         self.decimals.number(field).filter(|x| x.is_finite()).unwrap_or(f64::INFINITY)
+    }
+
+    /// The signal of a field that may be left out, as [`Self::told`].
+    pub fn signal_if_told(&mut self, field: &str) -> f64 {
+        let value = self.told(field);
+        if value.is_infinite() { value } else { self.signal(value) }
     }
 
     /// Strain, or the reading, of a recorded value.
@@ -197,10 +203,15 @@ impl<'a> Lines<'a> {
         };
         let drive = match (drive?, only) {
             ("", Some(only)) => only,
-            (drive, _) if self.locator.of_several => self.drive_if_told(drive),
+            (drive, _) if self.locator.of_several => self.told(drive),
             (drive, _) => self.number(drive),
         };
-        let value = self.decimals.number(signal).unwrap_or(f64::NAN);
-        Some((drive, self.signal(value)))
+        let signal = if self.locator.of_several {
+            self.signal_if_told(signal)
+        } else {
+            let value = self.number(signal);
+            self.signal(value)
+        };
+        Some((drive, signal))
     }
 }

@@ -182,7 +182,7 @@ impl<'a> Rows<'a> {
         }
     }
 
-    /// Drive and signals of a line, NaN where a field is missing or no number, the drive infinite where it may be missing and is no number; `None` for a line of another shape.
+    /// Drive and signals of a line, NaN where a field is missing or no number, of several channels infinite where it is no number; `None` for a line of another shape.
     pub fn parse(&mut self, line: &str) -> Option<(f64, Vec<f64>)> {
         let several = match self.who {
             Answerer::One(locator) => {
@@ -205,11 +205,8 @@ impl<'a> Rows<'a> {
             return None;
         }
         let only = several.locators[0].only_drive().filter(|_| all[0].is_empty());
-        let drive = only.unwrap_or_else(|| self.lines[0].drive_if_told(&all[0]));
-        let signals = (0..several.names.len()).map(|k| {
-            let value = self.lines[k].number(&all[k + 1]);
-            self.lines[k].signal(value)
-        });
+        let drive = only.unwrap_or_else(|| self.lines[0].told(&all[0]));
+        let signals = (0..several.names.len()).map(|k| self.lines[k].signal_if_told(&all[k + 1]));
         Some((drive, signals.collect()))
     }
 

@@ -82,8 +82,8 @@ pub(crate) fn together(
     let used: Vec<usize> =
         (0..signals.len()).filter(|k| signals[*k].is_finite() && signals[*k] != 0.0).collect();
     let unknowns = if drive.is_finite() { 1 } else { 2 };
-    // An infinite drive is none; NaN is one that is not known.
-    if drive.is_infinite() {
+    // What is infinite is no number; what is NaN is not known.
+    if drive.is_infinite() || signals.iter().any(|x| x.is_infinite()) {
         return Located::nothing(Status::BAD_INPUT);
     }
     if used.len() < unknowns {

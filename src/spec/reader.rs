@@ -47,8 +47,8 @@ impl<'a> Document<'a> {
     }
 }
 
-/// `error`, found after a spec was read, at its key in the `text` of the file `label`: of a key within an inline table that may be the table.
-/// Unchanged where the spec does not say the key.
+/// `error`, found after a spec was read, at its key in the `text` of the file `label`: of a key within an inline table that may be the table, of
+/// one that is not written its section.
 pub fn placed(label: &str, text: &str, error: InputError) -> InputError {
     let document = Document { file: label, text };
     let Ok(root) = DeTable::parse(text) else { return error };
@@ -60,9 +60,10 @@ pub fn placed(label: &str, text: &str, error: InputError) -> InputError {
             None => break,
         }
     }
-    let Some((value, _)) = at.filter(|(_, is_key)| *is_key) else { return error.at(label, None) };
-    let placed = document.error(Some(value.span()), error.message).value(document.excerpt(value.span()));
-    InputError { key: error.key, allowed: error.allowed, ..placed }
+    let Some((value, is_key)) = at else { return error.at(label, None) };
+    let placed = document.error(Some(value.span()), error.message);
+    let value = if is_key { Some(document.excerpt(value.span())) } else { error.value };
+    InputError { key: error.key, allowed: error.allowed, value, ..placed }
 }
 
 /// A value, its dotted key and its place; a defaulted value has no place.

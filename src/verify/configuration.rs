@@ -203,7 +203,8 @@ const CHOSEN: [Configuration; 56] = [
 ];
 
 /// Those of a quick run: the closed forms, the plain rod, rubber with every effect and a contact that sticks, a hub, an object that moves, poles that are not upright.
-pub const QUICK: [&str; 6] = ["linear", "hooke", "stick", "hooke-hub", "hooke-passive", "hooke-tilted"];
+pub const QUICK: [&str; 7] =
+    ["linear", "hooke", "stick", "hooke-hub", "hooke-passive", "hooke-tilted", "cored"];
 
 impl Configuration {
     /// What its taps share.

@@ -311,6 +311,14 @@ fn programs_for_robots_and_streams_answer_as_locate_does() {
                 let stream = desk.pipe(&["locate", "e/calibration.toml"], &odd).exits(0).stdout;
                 let bad: Vec<bool> = stream.lines().skip(1).map(|l| l.ends_with("bad_input")).collect();
                 assert_eq!(bad, [false, false, true, true, true], "{stream}");
+                // So may a signal.
+                let odd = ["", "nan", "inf", "much"].map(|odd| {
+                    let row = rows.lines().next().unwrap();
+                    format!("{},{odd}\n", row.rsplit_once(',').unwrap().0)
+                });
+                let stream = desk.pipe(&["locate", "e/calibration.toml"], &odd.concat()).exits(0).stdout;
+                let bad: Vec<bool> = stream.lines().skip(1).map(|l| l.ends_with("bad_input")).collect();
+                assert_eq!(bad, [false, false, true, true], "{stream}");
                 let refused = desk.pipe(&["locate", "e/calibration.toml", "--same"], &rows).exits(2);
                 assert_eq!(refused.stdout, "");
             }

@@ -108,7 +108,7 @@ fn text(job: &Job<'_>, precision: Precision) -> String {
         ("LEAST_ARC", newton::ARCS[0]),
         ("MOST_ARC", newton::ARCS[1]),
         ("LEAST_FORCE", newton::LEAST_FORCE),
-        ("LEAST_LEVER", newton::LEAST_LEVER),
+        ("LEVERED", newton::LEVERED),
         ("WARY", newton::WARY),
         ("SIDE", if far { -1.0 } else { 1.0 }),
     ];

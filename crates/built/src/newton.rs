@@ -34,8 +34,8 @@ pub const MOST_STRIDES: usize = 32;
 /// Least P over that of linear theory that its changes are looked at relative to.
 pub const LEAST_FORCE: f64 = 1e-6;
 
-/// Least distance between the contact and the middle of what bends of the gauge, over a, that changes of the contact are looked at relative to.
-pub const LEAST_LEVER: f64 = 1e-3;
+/// Share of the rounding errors of the contact that shows in the strain, which is that of the short lever next to the gauge.
+pub const LEVERED: f64 = 0.25;
 
 /// Least c/a, and largest.
 pub const ARCS: [f64; 2] = [0.05, 3.0];
@@ -121,23 +121,17 @@ impl<T: Scalar, const L: usize, const FMA: bool> Ground<Pack<T, L, FMA>> {
         let force = z[0].abs().max(Pack::of(LEAST_FORCE));
         [force, if self.effects.stick { force + z[1].abs() } else { Pack::of(1.0) }]
     }
-
-    /// The same, by what it changes of the strain: next to the gauge that is the moment of a short lever.
-    #[inline(always)]
-    fn scale_of_strain(&self, z: [Pack<T, L, FMA>; 2]) -> [Pack<T, L, FMA>; 2] {
-        let [force, other] = self.scale(z);
-        if self.effects.stick {
-            return [force, other];
-        }
-        let arc = self.a + self.a * z[1];
-        let [near, far] = self.gauge;
-        let lever = arc - Pack::of(0.5) * (near + far.min(arc));
-        [force, other.min((lever / self.a).max(Pack::of(LEAST_LEVER)))]
-    }
 }
 
-/// Columns of a matrix.
-type Matrix<P> = [[P; 2]; 2];
+/// Columns of a matrix: what each unknown changes of the miss, and of the integral of the gauge's fibre.
+type Matrix<P> = [[P; 3]; 2];
+
+impl<T: Scalar, const L: usize, const FMA: bool> Shot<Pack<T, L, FMA>> {
+    #[inline(always)]
+    fn seen(&self) -> [Pack<T, L, FMA>; 3] {
+        [self.miss[0], self.miss[1], self.bent.state[3]]
+    }
+}
 
 #[inline(always)]
 fn determinant<T: Scalar, const L: usize, const FMA: bool>(j: &Matrix<Pack<T, L, FMA>>) -> Pack<T, L, FMA> {
@@ -154,25 +148,26 @@ fn step<T: Scalar, const L: usize, const FMA: bool>(
     [inverse * (j[1][1] * miss[0] - j[1][0] * miss[1]), inverse * (j[0][0] * miss[1] - j[0][1] * miss[0])]
 }
 
-/// The larger of two changes, in units of `scale`.
+/// The largest of these changes of the unknowns in units of `scale`, and what they change of the fibre over `measure`.
 #[inline(always)]
-fn larger<T: Scalar, const L: usize, const FMA: bool>(
+fn largest<T: Scalar, const L: usize, const FMA: bool>(
+    j: &Matrix<Pack<T, L, FMA>>,
     [x, y]: [Pack<T, L, FMA>; 2],
     scale: [Pack<T, L, FMA>; 2],
-) -> Pack<T, L, FMA> {
-    (x / scale[0]).abs().max((y / scale[1]).abs())
+    measure: Pack<T, L, FMA>,
+) -> [Pack<T, L, FMA>; 2] {
+    let size = (x / scale[0]).abs().max((y / scale[1]).abs());
+    [size, size.max(((j[0][2] * x).abs() + (j[1][2] * y).abs()) / measure)]
 }
 
-/// Sum of the changes of both unknowns, in units of `scale`, by errors of the miss of these sizes.
+/// Changes of both unknowns by errors of the miss of these sizes.
 #[inline(always)]
 fn owed<T: Scalar, const L: usize, const FMA: bool>(
     j: &Matrix<Pack<T, L, FMA>>,
     [x, y]: [Pack<T, L, FMA>; 2],
-    scale: [Pack<T, L, FMA>; 2],
-) -> Pack<T, L, FMA> {
-    let first = (j[1][1].abs() * x + j[1][0].abs() * y) / scale[0];
-    let second = (j[0][0].abs() * y + j[0][1].abs() * x) / scale[1];
-    (first + second) / determinant(j).abs().max(Pack::of(TINY))
+) -> [Pack<T, L, FMA>; 2] {
+    let inverse = Pack::of(1.0) / determinant(j).abs().max(Pack::of(TINY));
+    [inverse * (j[1][1].abs() * x + j[1][0].abs() * y), inverse * (j[0][0].abs() * y + j[0][1].abs() * x)]
 }
 
 /// Solves the taps of `ground`, from where an iteration with fewer steps ended.
@@ -193,13 +188,15 @@ pub fn close<T: Scalar, const L: usize, const FMA: bool>(
         strides += 1;
     }
     let probe = rounding.powf(PROBE);
+    let width = ground.gauge[1] - ground.gauge[0];
+    let measure = |fibre: Pack<T, L, FMA>| (ground.least * width).max(fibre.abs()).max(of(TINY));
     let (mut z, mut before) = ([zero, zero], [zero, zero]);
     let mut shots = 0;
     // Whether a lane has lost its way, above 0.
     let mut lost = zero;
     // The last step by the strain.
     let mut owing = zero;
-    let mut jacobian = [[zero; 2]; 2];
+    let mut jacobian = [[zero; 3]; 2];
     // Of a whisker that is hardly touched the determinant is this one, but for a contact that sticks.
     let mut begun = (ground.turn * (ground.a + ground.hub) + ground.lift) / ground.a;
     let mut shot = Shot::default();
@@ -225,8 +222,9 @@ pub fn close<T: Scalar, const L: usize, const FMA: bool>(
                 moved[k] = z[k] + change;
                 let change = moved[k] - z[k];
                 let other = ground.shoot(fixed, share, moved, false);
-                for m in 0..2 {
-                    jacobian[k][m] = (other.miss[m] - shot.miss[m]) / change;
+                let (other, here) = (other.seen(), shot.seen());
+                for m in 0..3 {
+                    jacobian[k][m] = (other[m] - here[m]) / change;
                 }
             }
             shots += 2;
@@ -241,8 +239,7 @@ pub fn close<T: Scalar, const L: usize, const FMA: bool>(
         for _ in 0..STEPS {
             let wanted = step(&jacobian, shot.miss);
             let scale = ground.scale(z);
-            let size = larger(wanted, scale);
-            let of_strain = larger(wanted, ground.scale_of_strain(z));
+            let [size, of_strain] = largest(&jacobian, wanted, scale, measure(shot.bent.state[3]));
             remains = zero.if_less(done, remains, size);
             owing = zero.if_less(done, owing, of_strain);
             done = of_strain.if_less(stop, one, done);
@@ -263,9 +260,9 @@ pub fn close<T: Scalar, const L: usize, const FMA: bool>(
             let weighted = [taken[0] / (scale[0] * scale[0]), taken[1] / (scale[1] * scale[1])];
             let length = taken[0] * weighted[0] + taken[1] * weighted[1];
             let inverse = zero.if_less(length, one / length.max(of(TINY * TINY)), zero);
-            for m in 0..2 {
-                let lack =
-                    fresh.miss[m] - shot.miss[m] - jacobian[0][m] * taken[0] - jacobian[1][m] * taken[1];
+            let (there, here) = (fresh.seen(), shot.seen());
+            for m in 0..3 {
+                let lack = there[m] - here[m] - jacobian[0][m] * taken[0] - jacobian[1][m] * taken[1];
                 for k in 0..2 {
                     jacobian[k][m] = jacobian[k][m] + lack * weighted[k] * inverse;
                 }
@@ -279,19 +276,25 @@ pub fn close<T: Scalar, const L: usize, const FMA: bool>(
         lost = off.if_less(of(FORESEEN) * z[0].abs().max(guess[0].abs()).max(share), lost, one);
     }
     let Bent { state, errors, load: burden, beyond } = shot.bent;
-    let width = ground.gauge[1] - ground.gauge[0];
     let strain = state[3] / width;
-    let measure = (ground.least * width).max(state[3].abs());
+    let measure = measure(state[3]);
     let relative = |error: Pack<T, L, FMA>, of: Pack<T, L, FMA>| error / of.max(Pack::of(TINY));
     // The way across is a double integral, whose estimate is of order 5 where the method's error is of order 8
     // (500 to 2 000 times too large): its power 5/4 keeps a margin of some hundred, of one where steps are too long.
     let across = errors[1] * (of(ACROSS) * relative(errors[1], state[2].abs())).sqrt().sqrt();
     // What the unknowns owe to it: much where the path is about to fold back.
     let missed = [errors[0] * state[2].abs() / ground.a, errors[0] + across / ground.a];
-    let integrated = relative(errors[0], state[0].abs())
-        + relative(errors[2], measure)
-        + owed(&jacobian, missed, ground.scale_of_strain(z));
-    let mut error = of(WARY) * integrated + owing + of(ROUNDINGS * rounding);
+    let [_, unsure] = largest(&jacobian, owed(&jacobian, missed), ground.scale(z), measure);
+    let integrated = relative(errors[0], state[0].abs()) + relative(errors[2], measure) + unsure;
+    // Of a contact that stays, the lever by itself.
+    let arc = shot.load.arc;
+    let lever = arc - of(0.5) * (ground.gauge[0] + ground.gauge[1].min(arc));
+    let shown = match ground.effects.stick {
+        true => zero.if_less(lever, arc * state[3].abs() / lever.max(of(TINY)), zero),
+        false => jacobian[1][2].abs(),
+    };
+    let rounded = one + of(LEVERED) * shown / measure;
+    let mut error = of(WARY) * integrated + owing + of(ROUNDINGS * rounding) * rounded;
     if let Some(law) = &fixed.law {
         error = error + of(2.0 * law.error);
     }

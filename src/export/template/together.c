@@ -274,6 +274,9 @@ int vibrissa_locate_F(REAL drive, const REAL *signals, const REAL *zeros, REAL *
     for (k = 0; k < @CHANNELS; k++) {
         const channel_F *c = channels_F + k;
         const side_F *s = sides_F + c->first;
+        if (signals[k] == INFINITY || signals[k] == -INFINITY) {
+            return VIBRISSA_BAD_INPUT;
+        }
         y = signals[k] - (zeros ? zeros[k] : c->zero);
         y = (c->bridge > 0) ? ((y < 500) ? y / 1000 * 4 / (c->bridge * (1 - y / 500)) : NAN) : y * c->per;
         zero = zero && y == 0;

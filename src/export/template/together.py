@@ -172,7 +172,7 @@ def locate(drive, signals, zeros=None):
     is nan is left out. `zeros` are the signals without contact; None stands for those of the calibration."""
 @PREPARE
     drive = nan if drive is None else drive
-    if drive in (inf, -inf):
+    if any(x in (inf, -inf) for x in (drive, *signals)):
         return None, None, BAD_INPUT, None
     unknowns, status, used, read = 1 if isfinite(drive) else 2, OK, [], []
     for k, channel in enumerate(CHANNELS):
