@@ -35,7 +35,7 @@ pub const MOST_STRIDES: usize = 32;
 pub const LEAST_FORCE: f64 = 1e-6;
 
 /// Share of the rounding errors of the contact that shows in the strain, which is that of the short lever next to the gauge.
-pub const LEVERED: f64 = 0.25;
+pub const LEVERED: f64 = 0.5;
 
 /// Least c/a, and largest.
 pub const ARCS: [f64; 2] = [0.05, 3.0];
