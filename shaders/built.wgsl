@@ -321,7 +321,7 @@ fn solve(tap: Tap) -> Solution {
     var begun = (tap.turn * (tap.a + tap.hub) + tap.lift) / tap.a;
     var by_x = vec3<real>(ZERO, ZERO, ZERO);
     var by_y = by_x;
-    // The last step, by itself and by the strain.
+    // Size of the last step: of the unknowns, and measured by the strain.
     var remains = ZERO;
     var owing = ZERO;
     for (var stride = 1u; stride <= strides; stride++) {
@@ -382,7 +382,7 @@ fn solve(tap: Tap) -> Solution {
     }
     let shot = shoot(tap, ONE, z, true);
     let bent = shot.bent.state.bent;
-    // As wide as the pieces of the gauge are together, whose ends are rounded.
+    // The width of the gauge between its ends as they were rounded, which the integral has, too.
     let width = tap.end - tap.begin;
     let measure = max(tap.least * width, abs(bent.w));
     let sizes = max(vec3<real>(abs(bent.x), abs(bent.z), measure), vec3<real>(TINY));
@@ -396,7 +396,7 @@ fn solve(tap: Tap) -> Solution {
         abs(by_x.x) * missed.y + abs(by_x.y) * missed.x,
     ) / determinant;
     let unsure = of_strain(tap, bent.w, by_x, by_y, owed, scale(z));
-    // Of a contact that stays, the lever by itself.
+    // What the strain changes with the place of the contact. Where that sticks, it is no unknown: strain over lever.
     let lever = shot.load.arc - HALF * (tap.begin + min(tap.end, shot.load.arc));
     var shown = abs(by_y.z);
     if STICK {

@@ -146,7 +146,7 @@ impl<'a> Objects<'a> {
             },
         };
         if let Err(e) = Self::can(rows.who, By::Same) {
-            // Whoever asked for it was refused before.
+            // A column of a file only: --same and --object were refused before the first line.
             (ask.warn)(&format!("column object is not looked at: {}", e.message));
             return Ok(None);
         }

@@ -34,7 +34,7 @@ pub const MOST_STRIDES: usize = 32;
 /// Least P over that of linear theory that its changes are looked at relative to.
 pub const LEAST_FORCE: f64 = 1e-6;
 
-/// Share of the rounding errors of the contact that shows in the strain, which is that of the short lever next to the gauge.
+/// Weight of the rounding error of the contact's place in the error of the strain: next to the gauge the lever is short, and the error large.
 pub const LEVERED: f64 = 0.5;
 
 /// Least c/a, and largest.
@@ -194,7 +194,7 @@ pub fn close<T: Scalar, const L: usize, const FMA: bool>(
     let mut shots = 0;
     // Whether a lane has lost its way, above 0.
     let mut lost = zero;
-    // The last step by the strain.
+    // Size of the last step, measured by the strain.
     let mut owing = zero;
     let mut jacobian = [[zero; 3]; 2];
     // Of a whisker that is hardly touched the determinant is this one, but for a contact that sticks.
@@ -286,7 +286,7 @@ pub fn close<T: Scalar, const L: usize, const FMA: bool>(
     let missed = [errors[0] * state[2].abs() / ground.a, errors[0] + across / ground.a];
     let [_, unsure] = largest(&jacobian, owed(&jacobian, missed), ground.scale(z), measure);
     let integrated = relative(errors[0], state[0].abs()) + relative(errors[2], measure) + unsure;
-    // Of a contact that stays, the lever by itself.
+    // What the strain changes with the place of the contact. Where that sticks, it is no unknown: strain over lever.
     let arc = shot.load.arc;
     let lever = arc - of(0.5) * (ground.gauge[0] + ground.gauge[1].min(arc));
     let shown = match ground.effects.stick {
