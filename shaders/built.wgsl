@@ -395,7 +395,8 @@ fn solve(tap: Tap) -> Solution {
         abs(by_y.y) * missed.x + abs(by_y.x) * missed.y,
         abs(by_x.x) * missed.y + abs(by_x.y) * missed.x,
     ) / determinant;
-    let unsure = of_strain(tap, bent.w, by_x, by_y, owed, scale(z));
+    let both = owed / scale(z);
+    let unsure = max(both.x + both.y, of_strain(tap, bent.w, by_x, by_y, owed, scale(z)));
     // What the strain changes with the place of the contact. Where that sticks, it is no unknown: strain over lever.
     let lever = shot.load.arc - HALF * (tap.begin + min(tap.end, shot.load.arc));
     var shown = abs(by_y.z);

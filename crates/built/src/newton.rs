@@ -284,7 +284,9 @@ pub fn close<T: Scalar, const L: usize, const FMA: bool>(
     let across = errors[1] * (of(ACROSS) * relative(errors[1], state[2].abs())).sqrt().sqrt();
     // What the unknowns owe to it: much where the path is about to fold back.
     let missed = [errors[0] * state[2].abs() / ground.a, errors[0] + across / ground.a];
-    let [_, unsure] = largest(&jacobian, owed(&jacobian, missed), ground.scale(z), measure);
+    let (owed, scale) = (owed(&jacobian, missed), ground.scale(z));
+    let [_, of_strain] = largest(&jacobian, owed, scale, measure);
+    let unsure = (owed[0] / scale[0] + owed[1] / scale[1]).max(of_strain);
     let integrated = relative(errors[0], state[0].abs()) + relative(errors[2], measure) + unsure;
     // What the strain changes with the place of the contact. Where that sticks, it is no unknown: strain over lever.
     let arc = shot.load.arc;
