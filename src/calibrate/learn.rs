@@ -63,12 +63,13 @@ pub struct Side {
 pub fn side(ask: &Ask<'_>) -> Result<Side, Error> {
     let factor = ask.rig.setup.gauge.factor;
     let above = |raw: f64| ask.sign * ask.data.unit.above(raw, ask.mean, factor);
-    let mut of = (Vec::new(), Vec::new());
+    let mut of = (Vec::new(), Vec::new(), Vec::new());
     let mut recorded = Vec::new();
     let mut add = |place: usize, raw: f64, u: f64, tap: Option<usize>| {
         let row = &ask.data.rows[place];
         of.0.push(Row { a: row.a, u, y: above(raw), run: row.run, t: row.t });
         of.1.push(tap);
+        of.2.push(place);
         recorded.push([row.value, above(raw)]);
     };
     for z in ask.zeros.iter().filter(|z| z.reason.is_none()) {
@@ -79,7 +80,7 @@ pub fn side(ask: &Ask<'_>) -> Result<Side, Error> {
             add(t.place, t.raw, t.drive, Some(k));
         }
     }
-    let (rows, taps) = of;
+    let (rows, taps, lines) = of;
     let zero_read = taps.iter().any(Option::is_none);
     let mut runs: Vec<usize> = rows.iter().map(|r| r.run).collect();
     runs.sort_unstable();
@@ -102,6 +103,8 @@ pub fn side(ask: &Ask<'_>) -> Result<Side, Error> {
     let mut learnt = Learnt {
         rows,
         taps,
+        lines,
+        sign: ask.sign,
         places: all,
         fit: Arc::new(Fit::empty()),
         exact,

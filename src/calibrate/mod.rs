@@ -13,6 +13,7 @@
 //! ```
 
 pub mod coverage;
+mod lag;
 mod learn;
 pub mod order;
 pub mod output;
@@ -90,6 +91,20 @@ pub struct Calibrated {
 /// Data that no calibration can come from: no usable row, one distance only, units that cannot be, distances left out that no estimator
 /// tells; a backend that fails.
 pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Error> {
+    let plain = settled(data, rig, options)?;
+    let Some(lag) = lag::search(data, &plain) else { return Ok(plain) };
+    let Ok(mut with) = settled(&lag::settled(data, &lag), rig, options) else { return Ok(plain) };
+    if !lag::helps(&with, &plain) {
+        return Ok(plain);
+    }
+    let errors = [&plain, &with].map(|found| lag::errors(found).unwrap_or(f64::NAN));
+    with.warnings.push(lag::told(data, &lag, errors));
+    with.calibration.lag = Some(lag);
+    Ok(with)
+}
+
+/// Calibrates from readings that have settled.
+fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Error> {
     let mut rig = rig.clone();
     let mut warnings = Vec::new();
     let data = &data.rounded(options.group.map(|width| width == Some(0.0)));
@@ -180,6 +195,7 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
         noise,
         noise_from,
         zero: Some(tared),
+        lag: None,
         second: beside,
         data: Source {
             file: data.file.clone(),

@@ -244,6 +244,10 @@ pub struct Learnt {
     pub rows: Vec<Row>,
     /// Of each row the place of its tap.
     pub taps: Vec<Option<usize>>,
+    /// Of each row its place in the file.
+    pub lines: Vec<usize>,
+    /// The sign of the side.
+    pub sign: f64,
     /// Rows that were used.
     pub places: Vec<usize>,
     /// The fit.

@@ -101,8 +101,11 @@ pub fn taps(data: &Data, rig: &Rig, said: &Said) -> Sorted {
         true => None,
         false => counts::turn(&data.rows.iter().map(count).collect::<Vec<_>>()),
     };
-    let signals: Vec<f64> =
-        data.rows.iter().map(|r| data.unit.strain(counts::unwrapped(r.value, turn), factor)).collect();
+    let signals: Vec<f64> = data
+        .rows
+        .iter()
+        .map(|r| data.unit.strain(counts::unwrapped(r.value, turn) - r.late, factor))
+        .collect();
     let Rest { rest, from, until, origin, step } = Rest::of(data, &signals, &groups[0]);
     let mut zeros = Vec::new();
     let mut taps = Vec::new();

@@ -20,7 +20,7 @@ impl<W> Calibration<W> {
         let Self {
             format, version, checksum, estimator, signal, drive_recorded, drive_origin, noise, ..
         } = self;
-        let Self { noise_from, zero, second, data, sides, .. } = self;
+        let Self { noise_from, zero, lag, second, data, sides, .. } = self;
         Calibration {
             format,
             version,
@@ -32,6 +32,7 @@ impl<W> Calibration<W> {
             noise,
             noise_from,
             zero,
+            lag,
             second,
             data,
             rig,
@@ -57,6 +58,9 @@ impl<W> Calibration<W> {
         }
         if !self.drive_origin.is_finite() {
             return fault("drive_origin".into(), "this is no drive", "a finite number");
+        }
+        if self.lag.as_ref().is_some_and(|lag| !lag.is_sound()) {
+            return fault("lag".into(), "this is no lag", "|gain| ≤ 0.9, sigma_gain ≥ 0, tau_s > 0");
         }
         if self.second.as_ref().is_some_and(|second| !second.is_sound()) {
             return fault(

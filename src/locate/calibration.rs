@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::estimator::SideRecord;
 use crate::measure::Rig;
+use crate::measure::lag::Lag;
 use crate::measure::zero::Tared;
 
 /// Version of the file.
@@ -35,6 +36,9 @@ pub struct Calibration<W = Rig> {
     /// How the signal was tared; a file of an older program does not say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub zero: Option<Tared>,
+    /// How the readings lag, where the data tell it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lag: Option<Lag>,
     /// The second gauge, where there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub second: Option<Second>,

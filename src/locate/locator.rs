@@ -11,6 +11,7 @@ use crate::estimator::{ALL, Estimator, Known, Opening, PAPER, Shape, named};
 use crate::evaluate::Method;
 use crate::measure::counts::wrapped;
 use crate::measure::group::rounding;
+use crate::measure::lag::Lag;
 use crate::measure::zero::{Tared, TaredBy};
 use crate::measure::{Rig, Unit};
 use crate::scene::{BackendChoice, Model, Precision, RunOptions, Signal};
@@ -74,6 +75,8 @@ pub struct Locator {
     pub estimator: &'static dyn Estimator,
     /// How the signal of the calibration was tared; `None` where an older program did not say.
     pub tared: Option<Tared>,
+    /// How readings lag.
+    pub lag: Option<Lag>,
     /// Whether it answers one of several channels: the drive of readings need not be known.
     pub of_several: bool,
     /// Whether readings are of a run of the calibration: its zero and gain are known. They are of another one unless that is said.
@@ -154,6 +157,7 @@ impl Locator {
             drive_origin: c.drive_origin,
             estimator,
             tared,
+            lag: c.lag,
             of_several: false,
             same_run: false,
             noise: c.noise,

@@ -1,9 +1,11 @@
 //! One line of readings: which field is what.
 
 use std::borrow::Cow;
+use std::hash::{DefaultHasher, Hash, Hasher};
 
 use super::Locator;
 use crate::error::InputError;
+use crate::measure::lag::Memory;
 use crate::measure::text::{Decimals, fields, separator};
 use crate::measure::{Unit, text};
 use crate::measure::{
@@ -24,13 +26,15 @@ pub struct Lines<'a> {
     locator: &'a Locator,
     header: Option<Header>,
     decimals: Decimals,
+    /// What a sensor that lags remembers of the lines before.
+    memory: Memory,
 }
 
 impl<'a> Lines<'a> {
     /// Lines for `locator`; without a header they hold the drive, which may be left out where it is known, and the signal in the
     /// unit of the calibration.
     pub fn new(locator: &'a Locator) -> Self {
-        Self { locator, header: None, decimals: Decimals::default() }
+        Self { locator, header: None, decimals: Decimals::default(), memory: Memory::default() }
     }
 
     /// Looks at the first line; whether it is a header: it names a column that is known, or, in a `file`, anything that is no number.
@@ -189,6 +193,7 @@ impl<'a> Lines<'a> {
             None => (separator(line), None),
         };
         let all = fields(line, mark);
+        let when = self.when(&all);
         let (count, field) = (all.len(), |place: usize| all.get(place).map(AsRef::as_ref));
         let (drive, signal) = match places {
             None => match (count + 1 - self.signals(), only) {
@@ -209,9 +214,26 @@ impl<'a> Lines<'a> {
         let signal = if self.locator.of_several {
             self.signal_if_told(signal)
         } else {
-            let value = self.number(signal);
+            let mut value = self.number(signal);
+            if let (Some(lag), Some((t, run))) = (self.locator.lag, when) {
+                value = self.memory.settled(&lag, t, run, value).0;
+            }
             self.signal(value)
         };
         Some((drive, signal))
+    }
+
+    /// Whether lines have a time.
+    pub fn is_timed(&self) -> bool {
+        self.header.as_ref().is_some_and(|h| h.columns.time.is_some())
+    }
+
+    /// Time and run of a line of these fields; `None` where no column says the time.
+    fn when(&mut self, fields: &[Cow<'_, str>]) -> Option<(f64, u64)> {
+        let Columns { time, run: named, .. } = self.header.as_ref()?.columns;
+        let t = self.number(fields.get(time?)?);
+        let mut run = DefaultHasher::new();
+        named.and_then(|place| fields.get(place)).map(|name| name.trim()).hash(&mut run);
+        Some((t, run.finish()))
     }
 }

@@ -148,6 +148,14 @@ pub fn answer<'a>(
     }
     source.first(&mut rows)?;
     let mut tares = tares(who, rows.lines(), ask, zero.unwrap_or_default())?;
+    if let Some(lag) = locator.lag.filter(|_| !rows.lines().is_timed()) {
+        (ask.warn)(&format!(
+            "the readings of the calibration lag ({:.2} % of a change with a time constant of {:.2} s), and these have no column t_s: they are \
+             taken as settled",
+            100.0 * lag.gain,
+            lag.tau_s
+        ));
+    }
     let mut objects = Objects::new(&rows, ask).map_err(label)?;
     let together = objects.iter().flat_map(|_| Objects::columns(ask.by, true));
     let columns: Vec<&str> = added(who).into_iter().chain(together).collect();

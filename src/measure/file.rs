@@ -28,6 +28,8 @@ pub struct Row {
     pub drive: f64,
     /// The signal as recorded.
     pub value: f64,
+    /// What is subtracted from it because the sensor lags.
+    pub late: f64,
     /// Number of its run among [`Data::runs`]; 0 where no column says.
     pub run: usize,
     /// When it was taken: seconds, or its place in the file.
@@ -65,6 +67,8 @@ pub struct Data {
     pub drive: Option<Drive>,
     /// What the signal is.
     pub unit: Unit,
+    /// Whether a column says when a row was taken.
+    pub timed: bool,
     /// Every line after the header, comments and blank lines left out.
     pub rows: Vec<Row>,
     /// Names of the runs, in the order of the file; none where no column says.
@@ -184,6 +188,7 @@ impl Data {
                 a: number(distance)?,
                 drive: columns.drive.map_or(Ok(f64::NAN), |(_, place)| number(place))?,
                 value: number(columns.signal.1)?,
+                late: 0.0,
                 text: fingerprint.finish(),
             });
             let places = [columns.second.map(|s| s.1), columns.tilt];
@@ -212,6 +217,7 @@ impl Data {
             file: label.to_owned(),
             drive: columns.drive.map(|d| d.0),
             unit: columns.signal.0,
+            timed: columns.time.is_some(),
             rows,
             runs: runs.names(),
             beside,

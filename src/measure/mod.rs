@@ -8,6 +8,7 @@ pub mod columns;
 pub mod counts;
 pub mod file;
 pub mod group;
+pub mod lag;
 pub mod names;
 mod others;
 pub mod rest;

@@ -33,6 +33,7 @@ mod jobs;
 mod journal;
 mod kept;
 mod lab;
+mod lagging;
 mod learned;
 mod liars;
 mod linear;

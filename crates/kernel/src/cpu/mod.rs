@@ -77,15 +77,24 @@ impl Solver for Cpu {
     }
 }
 
-/// The number of nodes becomes a constant of the compiled kernel; those of `every_rule` are compiled.
+/// Two kinds of kernel are compiled. With all effects off the number of nodes is a constant, which unrolls the loops. Every other model
+/// takes the kernel of the least size that holds the nodes of the rule, and a PC without AVX2 that of the largest.
 macro_rules! by_nodes {
-    ($name:ident, $t:ty, $lanes:literal, $($n:literal)*) => {
+    ($name:ident, $t:ty, $lanes:literal, plain $($n:literal)*, sizes $($size:literal)*, most $most:literal) => {
         fn $name(job: &Job<'_>, taps: &[Tap<f64>], out: &mut [Solution<f64>]) -> Result<(), SolveError> {
             match job.rule.nodes {
-                $($n => {
+                $($n if job.effects.plain() && wide() => {
                     let tables = Tables::<$t, $n>::new(job.rule, job.chart);
-                    parallel(taps, out, |t, o| block::<$t, $n, $lanes>(&tables, job, t, o));
+                    parallel(taps, out, |t, o| block::<$t, $n, $lanes, true>(&tables, job, t, o));
                 })*
+                $(2..=$size if wide() => {
+                    let tables = Tables::<$t, $size>::new(job.rule, job.chart);
+                    parallel(taps, out, |t, o| block::<$t, $size, $lanes, false>(&tables, job, t, o));
+                })*
+                2..=$most => {
+                    let tables = Tables::<$t, $most>::new(job.rule, job.chart);
+                    parallel(taps, out, |t, o| lanes::<$t, $most, 1, false, false>(&tables, job, t, o));
+                }
                 n => return Err(SolveError::Nodes(n)),
             }
             Ok(())
@@ -93,14 +102,19 @@ macro_rules! by_nodes {
     };
 }
 #[cfg(not(test))]
-by_nodes!(by_nodes_f32, f32, 16, 6 10 16);
+by_nodes!(by_nodes_f32, f32, 16, plain 6 10, sizes 10 16, most 16);
 #[cfg(not(test))]
-by_nodes!(by_nodes_f64, f64, 8, 10 16 24);
+by_nodes!(by_nodes_f64, f64, 8, plain 10, sizes 10 24, most 24);
 // The unit tests of this crate solve no tap, and need not compile all kernels once more; whatever solves is tested from outside.
 #[cfg(test)]
-by_nodes!(by_nodes_f32, f32, 16,);
+by_nodes!(by_nodes_f32, f32, 16, plain, sizes, most 2);
 #[cfg(test)]
-by_nodes!(by_nodes_f64, f64, 8,);
+by_nodes!(by_nodes_f64, f64, 8, plain, sizes, most 2);
+
+/// Whether taps are solved side by side: not on a PC without AVX2.
+fn wide() -> bool {
+    fused() || cfg!(not(target_arch = "x86_64"))
+}
 
 fn parallel(
     taps: &[Tap<f64>],
@@ -110,40 +124,44 @@ fn parallel(
     taps.par_chunks(GRAIN).zip(out.par_chunks_mut(GRAIN)).for_each(|(t, o)| f(t, o));
 }
 
-/// Solves one work item with the best instruction set there is.
-fn block<T: Scalar, const N: usize, const L: usize>(
+/// Solves one work item side by side: NEON is always there.
+#[cfg(not(target_arch = "x86_64"))]
+fn block<T: Scalar, const N: usize, const L: usize, const PLAIN: bool>(
     tables: &Tables<T, N>,
     job: &Job<'_>,
     taps: &[Tap<f64>],
     out: &mut [Solution<f64>],
 ) {
-    #[cfg(target_arch = "x86_64")]
-    if fused() {
-        // SAFETY: the CPU has just been found to have both features.
-        unsafe { block_avx2::<T, N, L>(tables, job, taps, out) };
-        return;
-    }
-    // Without AVX2 a PC computes one lane at a time; NEON is always there.
-    #[cfg(target_arch = "x86_64")]
-    lanes::<T, N, 1, false>(tables, job, taps, out);
-    #[cfg(not(target_arch = "x86_64"))]
-    lanes::<T, N, L, { cfg!(target_arch = "aarch64") }>(tables, job, taps, out);
+    lanes::<T, N, L, { cfg!(target_arch = "aarch64") }, PLAIN>(tables, job, taps, out);
+}
+
+/// Solves one work item side by side, on a PC for which [`wide`] holds.
+#[cfg(target_arch = "x86_64")]
+fn block<T: Scalar, const N: usize, const L: usize, const PLAIN: bool>(
+    tables: &Tables<T, N>,
+    job: &Job<'_>,
+    taps: &[Tap<f64>],
+    out: &mut [Solution<f64>],
+) {
+    assert!(fused());
+    // SAFETY: the CPU has just been found to have both features.
+    unsafe { block_avx2::<T, N, L, PLAIN>(tables, job, taps, out) };
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-fn block_avx2<T: Scalar, const N: usize, const L: usize>(
+fn block_avx2<T: Scalar, const N: usize, const L: usize, const PLAIN: bool>(
     tables: &Tables<T, N>,
     job: &Job<'_>,
     taps: &[Tap<f64>],
     out: &mut [Solution<f64>],
 ) {
-    lanes::<T, N, L, true>(tables, job, taps, out);
+    lanes::<T, N, L, true, PLAIN>(tables, job, taps, out);
 }
 
-/// Packs `L` taps at a time; the last pack is filled up with copies of its first tap.
+/// Packs `L` taps at a time; the last pack is filled up with copies of its first tap. `PLAIN`: all effects are off, and the rule has N nodes.
 #[inline(always)]
-fn lanes<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
+fn lanes<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PLAIN: bool>(
     tables: &Tables<T, N>,
     job: &Job<'_>,
     taps: &[Tap<f64>],
@@ -152,12 +170,8 @@ fn lanes<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
     for (taps, out) in taps.chunks(L).zip(out.chunks_mut(L)) {
         let lane = |i: usize| &taps[if i < taps.len() { i } else { 0 }];
         let packed = Tap::gather(|field| Pack(std::array::from_fn(|i| T::of(lane(i).values()[field]))));
-        let effects = &job.effects;
-        let solved: Solution<Pack<T, L, FMA>> = if const { N <= exact::PLAIN_NODES } && effects.plain() {
-            exact::taps::<T, N, L, FMA, true>(tables, job.rule, effects, job.tolerance, &packed)
-        } else {
-            exact::taps::<T, N, L, FMA, false>(tables, job.rule, effects, job.tolerance, &packed)
-        };
+        let solved: Solution<Pack<T, L, FMA>> =
+            exact::taps::<T, N, L, FMA, PLAIN>(tables, job.rule, &job.effects, job.tolerance, &packed);
         for (i, o) in out.iter_mut().enumerate() {
             *o = solved.map(|x| x.0[i].get());
         }

@@ -39,9 +39,6 @@ use gauge::{gauge, sensitivity, shares};
 use sweep::{State, sweep};
 pub use tables::{Tables, series};
 
-/// Largest number of nodes for which a kernel without effects is compiled; the last rung is rare and takes the general one.
-pub const PLAIN_NODES: usize = 10;
-
 /// Solves `L` taps at once. `PLAIN`: all effects are off, at compile time.
 #[inline(always)]
 pub fn taps<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PLAIN: bool>(

@@ -7,7 +7,7 @@ use crate::{Chart, Rule, nodes::Nodes};
 /// Tables of [`Nodes`], of the two series and of the section law.
 #[derive(Debug, Clone)]
 pub struct Tables<T, const N: usize> {
-    /// N, but not to the compiler.
+    /// Number of nodes of the rule, at most N.
     count: usize,
     pub points: [T; N],
     pub weights: [T; N],
@@ -20,16 +20,20 @@ pub struct Tables<T, const N: usize> {
 }
 
 impl<T: Scalar, const N: usize> Tables<T, N> {
-    /// Tables of `rule`, which has N nodes, and of the section law of `chart`.
+    /// Tables of `rule`, which has at most N nodes, and of the section law of `chart`; zeros beyond the nodes.
     pub fn new(rule: &Rule, chart: Option<&Chart>) -> Self {
-        let (nodes, gauge) = (Nodes::of(N), Nodes::of(rule.gauge_points()));
-        let row = |v: &[f64]| -> [T; N] { std::array::from_fn(|i| T::of(v[i])) };
+        let (nodes, gauge) = (Nodes::of(rule.nodes), Nodes::of(rule.gauge_points()));
+        let at = |v: &[f64], i: usize| T::of(v.get(i).copied().unwrap_or(0.0));
+        let row = |v: &[f64]| -> [T; N] { std::array::from_fn(|i| at(v, i)) };
+        let rows = |m: &[Vec<f64>]| -> [[T; N]; N] {
+            std::array::from_fn(|i| m.get(i).map_or([T::of(0.0); N], |v| row(v)))
+        };
         Self {
             count: rule.nodes,
             points: row(&nodes.points),
             weights: row(&nodes.weights),
-            integral: std::array::from_fn(|i| row(&nodes.integral[i])),
-            legendre: std::array::from_fn(|i| row(&nodes.legendre[i])),
+            integral: rows(&nodes.integral),
+            legendre: rows(&nodes.legendre),
             gauge: gauge.points.iter().zip(&gauge.weights).map(|(&p, &w)| (T::of(p), T::of(w))).collect(),
             one_minus_cos: series(rule.terms, 2).into_iter().map(T::of).collect(),
             x_minus_sin: series(rule.terms, 3).into_iter().map(T::of).collect(),
