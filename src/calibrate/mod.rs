@@ -17,6 +17,7 @@ mod lag;
 mod learn;
 pub mod order;
 pub mod output;
+pub mod planned;
 mod prepare;
 mod remarks;
 pub mod report;

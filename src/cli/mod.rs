@@ -27,6 +27,7 @@ mod next;
 mod number;
 mod optimise;
 mod patient;
+mod plan;
 mod progress;
 mod reply;
 mod report;
@@ -96,6 +97,7 @@ pub fn run() -> u8 {
         Command::Locate(locate) => locate::run(locate),
         Command::Taps(taps) => taps::run(taps),
         Command::Next(next) => next::run(next),
+        Command::Plan(plan) => plan::run(plan),
         Command::Contour(contour) => contour::run(contour),
         Command::Simulate(simulate) => simulate::run(simulate),
         Command::Optimise(optimise) => optimise::run(optimise),

@@ -52,6 +52,7 @@ mod parquet;
 mod parts;
 mod pictures;
 mod planned;
+mod planned_taps;
 mod practical;
 mod raw;
 mod read_rows;

@@ -133,15 +133,13 @@ impl Problem {
     }
 
     /// Variance of one reading of each cell.
-    fn variances(&self, at: &[f64]) -> Vec<f64> {
+    pub fn variances(&self, at: &[f64]) -> Vec<f64> {
         let [floor, relative] = [Hyper::Floor, Hyper::Relative].map(|h| self.learned(at, h).powi(2));
         self.size2.iter().map(|m| floor + relative * m + self.steps + LEAST).collect()
     }
 
-    /// Likelihood, prior and coefficients; `None` where numbers overflow.
-    pub fn solve(&self, at: &[f64]) -> Option<Solved> {
-        let h = &self.model.matrix;
-        let variance = self.variances(at);
+    /// Standard deviations of the coefficients before any reading.
+    pub fn roots(&self, at: &[f64]) -> DVector<f64> {
         let spectra = self.spectra(at);
         let of_prior = |c: &Column| {
             let wave = if let Term::Wave(j, k) = c.term {
@@ -151,7 +149,14 @@ impl Problem {
             };
             (0.5 * (c.fixed + wave) + c.learned.iter().map(|k| at[*k]).sum::<f64>()).exp()
         };
-        let root = DVector::from_iterator(h.ncols(), self.model.columns.iter().map(of_prior));
+        DVector::from_iterator(self.model.columns.len(), self.model.columns.iter().map(of_prior))
+    }
+
+    /// Likelihood, prior and coefficients; `None` where numbers overflow.
+    pub fn solve(&self, at: &[f64]) -> Option<Solved> {
+        let h = &self.model.matrix;
+        let variance = self.variances(at);
+        let root = self.roots(at);
         let weight: Vec<f64> = variance.iter().zip(&self.repeats).map(|(v, r)| (r[0] / v).sqrt()).collect();
         let mut scaled = h.clone();
         for (j, mut column) in scaled.column_iter_mut().enumerate() {

@@ -19,6 +19,7 @@ pub mod hyper;
 pub mod invert;
 pub mod joint;
 pub mod newton;
+pub mod plan;
 pub mod rows;
 mod start;
 pub mod suspects;

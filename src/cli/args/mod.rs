@@ -11,7 +11,7 @@ use clap::{Parser, Subcommand};
 use super::help::{Completions, Help, Man};
 pub use common::Common;
 pub use design::{Chart, Cluster, Merge, Optimise, Sweep, Tap, TapObjective};
-pub use rig::{Calibrate, Contour, Locate, Next, Simulate, Taps};
+pub use rig::{Calibrate, Contour, Locate, Next, Plan, Simulate, Taps};
 pub use show::{Bench, Explore, Report, Shape, Verify};
 pub use write::{CLAMPS, Cite, GOALS, Goal, New, Schema};
 
@@ -35,6 +35,8 @@ pub struct Args {
 pub enum Command {
     /// Evaluate a design space: K, its spread, bias and noise of the distance -> tuples, designs, distances tables
     Sweep(Sweep),
+    /// Which taps a calibration needs for a wanted error, against an even grid -> plan.csv to fill in, plan_errors.csv, plan.svg
+    Plan(Plan),
     /// Calibrate a whisker from measured strains -> K table, estimators, best drive, calibration.toml
     Calibrate(Calibrate),
     /// Distances from readings, with their uncertainty: a file, or stdin line by line
@@ -89,6 +91,7 @@ impl Command {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Sweep(_) => "sweep",
+            Self::Plan(_) => "plan",
             Self::Calibrate(_) => "calibrate",
             Self::Locate(_) => "locate",
             Self::Taps(_) => "taps",
@@ -119,6 +122,7 @@ impl Command {
     pub fn common(&self) -> Option<&Common> {
         match self {
             Self::Sweep(s) => Some(&s.common),
+            Self::Plan(p) => Some(&p.common),
             Self::Calibrate(c) => Some(&c.common),
             Self::Locate(l) => Some(&l.common),
             Self::Taps(t) => Some(&t.common),

@@ -155,6 +155,40 @@ pub struct Next {
     pub common: Common,
 }
 
+/// The taps of a calibration.
+#[derive(Debug, Flags)]
+#[command(after_help = "Example: vibrissa plan examples/prototype-d10.toml --error 0.1 --out plan")]
+pub struct Plan {
+    /// Spec of the whisker; its [tap] says how far the rig may go: distances between the least and the largest, and these drives
+    pub spec: PathBuf,
+    /// Root mean square error of a distance that is wanted, mm: of one tap, in another run, over the distances and drives of the spec
+    #[arg(long, value_name = "MM", value_parser = number)]
+    pub error: f64,
+    /// Noise, and how positions and runs differ, as this calibration of the same rig learned them
+    #[arg(long, value_name = "CAL")]
+    pub like: Option<PathBuf>,
+    /// Most positions [default: as many as help]
+    #[arg(long, value_name = "N", value_parser = whole::<usize>(2..=25))]
+    pub positions: Option<usize>,
+    /// Runs: the rig is set up anew for each
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = whole::<usize>(1..=8))]
+    pub runs: usize,
+    /// How well a position is set, mm, one standard deviation
+    #[arg(long, value_name = "MM", default_value_t = 0.05, value_parser = number, conflicts_with = "like")]
+    pub place: f64,
+    /// By how much the gain differs between runs, as a share, one standard deviation
+    #[arg(long, value_name = "SHARE", default_value_t = 0.003, value_parser = number, conflicts_with = "like")]
+    pub gain: f64,
+    /// Noise that goes with the signal, as a share of it
+    #[arg(long, value_name = "SHARE", default_value_t = 0.001, value_parser = number, conflicts_with = "like")]
+    pub relative: f64,
+    /// Of the order of the taps
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    #[command(flatten)]
+    pub common: Common,
+}
+
 /// The contour of an object.
 #[derive(Debug, Flags)]
 #[command(after_help = "Example: vibrissa contour poses.csv --calibration calibration.toml --out traced")]

@@ -7,7 +7,7 @@ mod traced;
 
 use bent::{CONTACTS, SHAPE};
 use judged::{SCALING, THREADS, VERIFY, WORK};
-use object::{NEXT, RAW, READINGS, TOGETHER};
+use object::{NEXT, PLAN, PLAN_ERRORS, RAW, READINGS, TOGETHER};
 use traced::{ARRAY, CURVE, POINTS, STROKES};
 
 /// Name (`this or that` where it is one or the other) and meaning.
@@ -65,6 +65,8 @@ pub const OTHERS: &[Table] = &[
     LOCATED,
     TOGETHER,
     ARRAY,
+    PLAN,
+    PLAN_ERRORS,
     NEXT,
     RAW,
     READINGS,

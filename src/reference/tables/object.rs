@@ -69,3 +69,28 @@ pub const NEXT: Table = table(
         ("status", "ok, or strain_limit where the sensor could be overloaded"),
     ],
 );
+
+/// `plan.csv`.
+pub const PLAN: Table = table(
+    "plan",
+    "plan.csv",
+    "A row is a tap to do, or a zero reading, in this order; the column of the signal is to be filled in.",
+    &[
+        ("run", "the rig is set up anew for each"),
+        ("a_mm", "contact distance to set"),
+        ("theta_deg or delta_mm", "drive; 0 without contact"),
+        ("strain, moment_Nmm or force_N", "empty"),
+    ],
+);
+
+/// `plan_errors.csv`.
+pub const PLAN_ERRORS: Table = table(
+    "plan",
+    "plan_errors.csv",
+    "A row is a number of taps.",
+    &[
+        ("design", "planned, or even: all drives at as many positions, evenly apart, in each run"),
+        ("taps", "number of taps"),
+        ("sigma_mm", "root mean square error of a distance that is expected"),
+    ],
+);

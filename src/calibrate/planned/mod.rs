@@ -1,0 +1,285 @@
+//! The calibration that a rig needs: which taps, in which order, for distances as good as they are wanted.
+//!
+//! The whisker is that of the spec, what the rig adds is said or known of a calibration before; [`vibrissa_learned::plan`] chooses the taps.
+
+mod apart;
+mod order;
+
+pub use apart::Apart;
+pub use order::Row;
+
+use vibrissa_learned::plan::{Ask, Planner, Rig as Spread, Tap};
+
+use crate::error::{Error, InputError};
+use crate::estimator::learned::LearnedRecord;
+use crate::estimator::model::exact::{Exact, Extent, HARD, Opener, spec_values};
+use crate::locate::Calibration;
+use crate::measure::Rig;
+use crate::scene::{Axis, Column, Space};
+
+/// Distances among which positions are chosen, unless the spec lists more.
+const DISTANCES: usize = 25;
+/// Drives of the spec that are used at most.
+const DRIVES: usize = 12;
+/// Least taps of a plan: of fewer, noise and what runs differ by would not be learned.
+pub const LEAST: usize = 8;
+/// Most taps of a plan.
+pub const MOST: usize = 400;
+/// Positions at which a rig can be moved to, mm.
+const ROUND: f64 = 0.1;
+
+/// What is wanted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Asked {
+    /// Root mean square of the error of a distance, mm.
+    pub error: f64,
+    /// Most positions.
+    pub positions: Option<usize>,
+    /// Runs.
+    pub runs: usize,
+    /// How well a position is set, mm, one standard deviation.
+    pub place: f64,
+    /// How much the gain of two runs differs, as a share.
+    pub gain: f64,
+    /// Noise that goes with the signal, as a share.
+    pub relative: f64,
+    /// Of the order of the taps.
+    pub seed: u64,
+}
+
+/// A plan.
+#[derive(Debug, Clone)]
+pub struct Planned {
+    /// Distances (mm) and drives that are used.
+    pub distances: Vec<f64>,
+    /// See above.
+    pub drives: Vec<f64>,
+    /// The taps: places of distance and drive, and the run.
+    pub taps: Vec<Tap>,
+    /// What is to be done, line by line, zero readings included.
+    pub rows: Vec<Row>,
+    /// Root mean square of σ that is expected, mm.
+    pub sigma: f64,
+    /// What of it is noise, position and run of the reading itself.
+    pub floor: f64,
+    /// σ of the best so many taps.
+    pub path: Vec<(usize, f64)>,
+    /// σ of even grids: all drives at so many positions, in each run.
+    pub even: Vec<(usize, f64)>,
+    /// What the taps cannot tell apart.
+    pub apart: Vec<Apart>,
+    /// Where the numbers of the rig come from.
+    pub rig: Spread,
+}
+
+impl Planned {
+    /// Taps of the least even grid that is as good, where there is one.
+    pub fn even_as_good(&self) -> Option<usize> {
+        self.even.iter().find(|(_, sigma)| *sigma <= self.sigma).map(|(n, _)| *n)
+    }
+
+    /// σ of even grids of as many taps, between those that there are.
+    pub fn even_of_its_size(&self) -> Option<f64> {
+        let n = self.taps.len() as f64;
+        self.even.windows(2).find_map(|w| {
+            let [(n0, s0), (n1, s1)] = [w[0], w[1]].map(|(n, s)| (n as f64, s));
+            (n0 <= n && n <= n1).then(|| s0 + (s1 - s0) * (n - n0) / (n1 - n0))
+        })
+    }
+
+    /// Positions that are used, mm, and the taps at each.
+    pub fn positions(&self) -> Vec<(f64, usize)> {
+        let count = |i: usize| self.taps.iter().filter(|t| t[0] == i).count();
+        (0..self.distances.len()).map(|i| (self.distances[i], count(i))).filter(|(_, n)| *n > 0).collect()
+    }
+
+    /// Drives that are used, and the taps by each.
+    pub fn by_drive(&self) -> Vec<(f64, usize)> {
+        let count = |j: usize| self.taps.iter().filter(|t| t[1] == j).count();
+        (0..self.drives.len()).map(|j| (self.drives[j], count(j))).filter(|(_, n)| *n > 0).collect()
+    }
+}
+
+/// What a rig adds, as a calibration before learned it.
+///
+/// # Errors
+/// A calibration that was not learned.
+pub fn like(calibration: &Calibration, label: &str) -> Result<Spread, InputError> {
+    let Some(LearnedRecord { units, spread, .. }) =
+        calibration.sides.first().and_then(|side| side.learned.as_ref())
+    else {
+        let error = InputError::new("this calibration was not learned").at(label, None).key("--like");
+        return Err(error.allowed("a calibration.toml that holds learned"));
+    };
+    let [floor, relative, position, visit, gain, zero, _] = spread.map(f64::sqrt);
+    Ok(Spread { noise: floor * units[0], relative, position, visit, gain, zero: zero * units[0] })
+}
+
+/// Plans the calibration of the rig of a spec, whose axes `space` say how far it may go.
+///
+/// # Errors
+/// A spec without noise, with one distance only, or whose taps the gauge does not stand; a model that has no solution there; an error that
+/// cannot be reached.
+pub fn plan(
+    rig: &Rig,
+    space: &Space,
+    asked: &Asked,
+    like: Option<Spread>,
+    open: Opener<'_>,
+) -> Result<Planned, Error> {
+    let (distances, drives) = (distances(space)?, drives(space)?);
+    let noise = rig.setup.gauge.noise_strain.filter(|noise| *noise > 0.0);
+    let middle = (distances[0] * distances[distances.len() - 1]).sqrt();
+    let spread = match (like, noise) {
+        (Some(spread), _) => spread,
+        (None, Some(noise)) => Spread {
+            noise,
+            relative: asked.relative,
+            position: asked.place / middle,
+            visit: 0.0,
+            gain: asked.gain,
+            zero: noise,
+        },
+        (None, None) => {
+            let error = InputError::new("how good a calibration is depends on the noise of a reading");
+            let error = error.key("gauge.noise_strain");
+            return Err(error
+                .allowed("noise_strain in [gauge], noise in [sensor] for another signal; or --like CAL.toml")
+                .into());
+        }
+    };
+    let ends = |all: &[f64]| [all[0], all[all.len() - 1]];
+    let side = rig.setup.gauge.side;
+    let at = Extent { hard: HARD, ..Extent::around(rig, side, ends(&distances), ends(&drives), 0.0) };
+    let physical = apart::parameters(rig);
+    let exact = Exact::new(rig, spec_values(&rig.setup), physical, Vec::new(), at, open)?;
+    let curve = |a: f64, u: f64| exact.expected(a, u);
+    let limit = rig.strain_limit();
+    let near = rig.shared().gauge[1];
+    let allowed = |a: f64, u: f64| {
+        let signal = curve(a, u);
+        a > near
+            && rig.design.admits(&rig.setup, a, u)
+            && signal.is_finite()
+            && signal > 0.0
+            && signal <= limit
+    };
+    let ask = Ask {
+        curve: &curve,
+        distances: &distances,
+        drives: &drives,
+        allowed: &|i, j| allowed(distances[i], drives[j]),
+        runs: asked.runs,
+        positions: asked.positions.unwrap_or(usize::MAX),
+        rig: spread,
+    };
+    let Some(mut planner) = Planner::new(&ask) else {
+        let error = InputError::new(
+            "no tap of this spec tells a distance: two distances or more are needed beyond the gauge, within strain_limit, at which the signal falls",
+        );
+        return Err(error.key("tap").allowed("other a and theta (delta) in [tap]").into());
+    };
+    let even = even(&planner, &distances, &drives, asked.runs);
+    let mut path = Vec::new();
+    while (planner.sigma() > asked.error || planner.len() < LEAST) && planner.len() < MOST {
+        planner.grow();
+        path.push((planner.len(), planner.sigma()));
+    }
+    if planner.sigma() > asked.error {
+        return Err(out_of_reach(&planner, asked));
+    }
+    planner.exchange();
+    // What the exchange gained may save taps.
+    loop {
+        let mut fewer = planner.clone();
+        fewer.shrink();
+        fewer.exchange();
+        if fewer.len() < LEAST || fewer.sigma() > asked.error {
+            break;
+        }
+        planner = fewer;
+    }
+    let (sigma, floor, taps) = (planner.sigma(), planner.floor(), planner.chosen());
+    path.retain(|(n, _)| *n < taps.len());
+    path.push((taps.len(), sigma));
+    for _ in 0..taps.len().max(8).min(MOST - taps.len().min(MOST)) {
+        planner.grow();
+        path.push((planner.len(), planner.sigma()));
+    }
+    let rows = order::rows(&taps, asked.runs, asked.seed);
+    let apart = apart::apart(&apart::Ask {
+        rig,
+        exact: &exact,
+        taps: &taps,
+        distances: &distances,
+        drives: &drives,
+        noise: &spread,
+        allowed: &allowed,
+    });
+    Ok(Planned { distances, drives, taps, rows, sigma, floor, path, even, apart, rig: spread })
+}
+
+/// Positions to choose from: evenly between the ends of the spec's distances, to a tenth of a mm.
+fn distances(space: &Space) -> Result<Vec<f64>, InputError> {
+    let axis = axis(space, Column::Distance, "tap.a")?;
+    let (lo, hi) = (axis.min(), axis.max());
+    let round = |x: f64| (x / ROUND).round() * ROUND;
+    let at = |k: usize| round(lo + (hi - lo) * k as f64 / (DISTANCES - 1) as f64).clamp(lo, hi);
+    let mut all: Vec<f64> = (0..DISTANCES).map(at).collect();
+    all.dedup();
+    if all.len() < 2 {
+        let error = InputError::new("a calibration needs two distances or more").key("tap.a");
+        return Err(error
+            .value(lo)
+            .allowed("the range that the rig can go: a = { from = 20, to = 50, steps = 7 }"));
+    }
+    Ok(all)
+}
+
+/// The drives of the spec, those between left out where there are many.
+fn drives(space: &Space) -> Result<Vec<f64>, InputError> {
+    let axis = axis(space, Column::Drive, "tap.theta")?;
+    let mut all: Vec<f64> = axis.iter().take(1 << 20).collect();
+    all.sort_by(f64::total_cmp);
+    all.dedup();
+    let n = all.len();
+    let few = n.min(DRIVES);
+    Ok((0..few).map(|k| all[k * (n - 1) / few.max(2).saturating_sub(1).max(1)]).collect())
+}
+
+fn axis<'a>(space: &'a Space, column: Column, key: &str) -> Result<&'a Axis, InputError> {
+    space.axis(column).ok_or_else(|| {
+        let error = InputError::new("a plan needs distances and drives in [tap], not a list of tuples");
+        error.key(key).allowed("a = { from = 20, to = 50, steps = 7 } and theta = [2, 4, 6]")
+    })
+}
+
+/// Even grids: every drive at 2, 3 … positions evenly apart, in each run.
+fn even(planner: &Planner, distances: &[f64], drives: &[f64], runs: usize) -> Vec<(usize, f64)> {
+    let n = distances.len();
+    let of = |positions: usize| {
+        let place = |k: usize| k * (n - 1) / (positions - 1);
+        let taps = (0..runs).flat_map(|run| {
+            (0..positions).flat_map(move |k| (0..drives.len()).map(move |j| [place(k), j, run]))
+        });
+        let grid = planner.with(taps);
+        (grid.len(), grid.sigma())
+    };
+    let mut all: Vec<(usize, f64)> = (2..=n).map(of).take_while(|(taps, _)| *taps <= 2 * MOST).collect();
+    all.dedup_by_key(|(taps, _)| *taps);
+    all
+}
+
+fn out_of_reach(planner: &Planner, asked: &Asked) -> Error {
+    let error = InputError::new(format!(
+        "no calibration of {MOST} taps reaches this: they leave {:.3} mm, of which {:.3} mm are the noise, the position and the run of the \
+         reading itself",
+        planner.sigma(),
+        planner.floor()
+    ));
+    let allowed = format!(
+        "> {:.3} mm; larger drives, a smaller --place, or several taps of one object",
+        planner.sigma()
+    );
+    error.key("--error").value(asked.error).allowed(allowed).into()
+}

@@ -1,0 +1,277 @@
+//! `vibrissa plan SPEC.toml --error MM`.
+
+use std::fmt::Write;
+use std::time::Instant;
+
+use serde_json::{Value, json};
+use vibrissa::calibrate::planned::{self, Apart, Asked, Planned};
+use vibrissa::error::{Error, InputError};
+use vibrissa::figure::{self, Axis, Figure, Format, Mark, Marker, Panel, Path as Drawn, Style};
+use vibrissa::locate::{Calibration, locator::opener};
+use vibrissa::measure::{Rig, Unit};
+use vibrissa::report::quantity::short;
+use vibrissa::scene::Drive;
+use vibrissa::sink::folder::{Folder, Question};
+use vibrissa::sink::run_json;
+use vibrissa::sink::table::drive_unit;
+use vibrissa::spec;
+
+use super::args;
+use super::calibrate::prepared;
+use super::reply::Reply;
+use super::say;
+
+/// Files of a plan.
+const FILES: [&str; 3] = ["plan.csv", "plan_errors.csv", "plan.svg"];
+
+/// Plans the calibration of the whisker of a spec.
+pub fn run(args: &args::Plan) -> Result<Reply, Error> {
+    let start = Instant::now();
+    let label = args.spec.display().to_string();
+    let asked = asked(args)?;
+    let spec = spec::read(&args.spec)?;
+    let rig = Rig::of_spec(&spec, &label)?;
+    rig.of_one_signal().map_err(|e| e.at(&label, None))?;
+    let options = prepared(&args.common, &spec)?;
+    let quiet = options.quiet == Some(true);
+    let of_calibration = |path: &std::path::PathBuf| -> Result<_, Error> {
+        let calibration = Calibration::read(path, options.force == Some(true))?;
+        let like = planned::like(&calibration, &path.display().to_string())?;
+        Ok((like, calibration.checksum))
+    };
+    let like = args.like.as_ref().map(of_calibration).transpose()?;
+    let out = super::folder(options.out.as_ref(), &spec.name, "plan");
+    if !quiet {
+        spec.warnings.iter().for_each(say::warning);
+    }
+    if options.plan == Some(true) {
+        let text = format!("{}: would plan a calibration in {}; nothing was run\n", spec.name, out.display());
+        return Ok(Reply { text, out: Some(out), ..Reply::default() });
+    }
+    let checksum = like.as_ref().map(|l| l.1.clone());
+    let place = |e: Error| match e {
+        Error::Input(e) if e.file.is_none() && e.key.as_deref().is_some_and(|k| !k.starts_with("--")) => {
+            e.at(&label, None).into()
+        }
+        other => other,
+    };
+    let space = &spec.study.space;
+    let found = planned::plan(&rig, space, &asked, like.map(|l| l.0), &opener(&options)).map_err(place)?;
+    let drive = rig.setup.drive;
+    let of = json!({ "error": asked.error, "positions": asked.positions, "runs": asked.runs, "place": asked.place, "gain": asked.gain, "relative": asked.relative, "seed": asked.seed, "like": checksum });
+    let mut question = Question::of_scene("plan", &spec, of);
+    question.inputs.extend(args.like.clone());
+    let mut folder = Folder::open(&out, question, &FILES, options.force == Some(true))?;
+    folder.put("plan.csv", table(&found, drive, Unit::of_signal(rig.setup.signal)).as_bytes())?;
+    folder.put("plan_errors.csv", errors(&found).as_bytes())?;
+    for (_, bytes) in figure::files(&drawn(&found, drive, asked.error), &Style::default(), &[Format::Svg])? {
+        folder.put("plan.svg", &bytes)?;
+    }
+    let result = result(&found, drive);
+    let counts = json!({ "taps": found.taps.len(), "rows": found.rows.len() });
+    let seconds = json!({ "total": start.elapsed().as_secs_f64() });
+    let document = json!({ "in_force": run_json::in_force(&spec), "counts": counts, "seconds": seconds, "result": result });
+    folder.run_json(&run_json::document("plan", run_json::spec(&spec), document))?;
+    let written = folder.finish()?;
+    let mut text = told(&found, drive);
+    let _ =
+        writeln!(text, "wrote {} in {:.2} s", super::listed(&written.files), start.elapsed().as_secs_f64());
+    let reply = Reply {
+        answer: answer(&found, asked.error),
+        text,
+        out: Some(out),
+        files: written.files,
+        counts,
+        seconds,
+        result,
+        quiet,
+        ..Reply::default()
+    };
+    Ok(reply.removing(&written.removed))
+}
+
+fn asked(args: &args::Plan) -> Result<Asked, InputError> {
+    let sizes = [
+        ("--error", args.error, true),
+        ("--place", args.place, false),
+        ("--gain", args.gain, false),
+        ("--relative", args.relative, false),
+    ];
+    for (key, x, positive) in sizes {
+        if !(x.is_finite() && x >= 0.0 && (x > 0.0 || !positive)) {
+            let allowed = if positive { "> 0 (mm)" } else { "≥ 0" };
+            return Err(InputError::new("this is no such size").key(key).value(x).allowed(allowed));
+        }
+    }
+    Ok(Asked {
+        error: args.error,
+        positions: args.positions,
+        runs: args.runs,
+        place: args.place,
+        gain: args.gain,
+        relative: args.relative,
+        seed: args.seed,
+    })
+}
+
+/// What is to be done, with the signal to fill in.
+fn table(plan: &Planned, drive: Drive, unit: Unit) -> String {
+    let mut text = format!("run,a_mm,{},{}\n", drive.column(), unit.column());
+    for row in &plan.rows {
+        let u = row.drive.map_or(0.0, |j| plan.drives[j]);
+        let _ = writeln!(text, "{},{},{u},", row.run + 1, rounded(plan.distances[row.distance]));
+    }
+    text
+}
+
+/// A distance to a tenth of a mm, without the rounding of its sum.
+fn rounded(a: f64) -> f64 {
+    (a * 1e6).round() / 1e6
+}
+
+/// What taps bring: of the plan, and of even grids.
+fn errors(plan: &Planned) -> String {
+    let mut text = String::from("design,taps,sigma_mm\n");
+    for (name, all) in [("planned", &plan.path), ("even", &plan.even)] {
+        for (n, sigma) in all {
+            let _ = writeln!(text, "{name},{n},{sigma}");
+        }
+    }
+    text
+}
+
+fn result(plan: &Planned, drive: Drive) -> Value {
+    let rig = &plan.rig;
+    let of_apart = |a: &Apart| {
+        let tap =
+            a.tap.map(|([at, u], error)| json!({ "a_mm": at, drive.column(): u, "standard_error": error }));
+        json!({ "name": a.name, "other": a.other, "correlation": a.correlation, "standard_error": a.error.0, "unit": a.error.1, "tap": tap })
+    };
+    let positions: Vec<Value> =
+        plan.positions().into_iter().map(|(a, n)| json!({ "a_mm": rounded(a), "taps": n })).collect();
+    let drives: Vec<Value> =
+        plan.by_drive().into_iter().map(|(u, n)| json!({ drive.column(): u, "taps": n })).collect();
+    json!({
+        "taps": plan.taps.len(),
+        "sigma_mm": plan.sigma,
+        "least_sigma_mm": plan.floor,
+        "positions": positions,
+        "drives": drives,
+        "even_taps": plan.even_as_good(),
+        "even_sigma_mm": plan.even_of_its_size(),
+        "rig": { "noise": rig.noise, "relative": rig.relative, "position": rig.position, "visit": rig.visit, "gain": rig.gain, "zero": rig.zero },
+        "not_told_apart": plan.apart.iter().map(of_apart).collect::<Vec<_>>(),
+    })
+}
+
+fn answer(plan: &Planned, error: f64) -> String {
+    let even = match (plan.even_as_good(), plan.even_of_its_size()) {
+        (Some(n), _) => format!("An even grid needs {n} taps for that"),
+        (None, Some(sigma)) => format!(
+            "No even grid of these drives reaches that; one of the same size leaves {} mm",
+            short(sigma)
+        ),
+        (None, None) => "No even grid of these drives reaches that".to_owned(),
+    };
+    format!(
+        "{} taps at {} positions in {} runs leave an error of {} mm ({} mm asked for). {even}. {} mm are noise, position and run of the reading \
+         itself, which no calibration takes away.",
+        plan.taps.len(),
+        plan.positions().len(),
+        plan.rows.iter().map(|r| r.run + 1).max().unwrap_or(1),
+        short(plan.sigma),
+        short(error),
+        short(plan.floor),
+    )
+}
+
+fn told(plan: &Planned, drive: Drive) -> String {
+    let (symbol, unit) = drive_unit(drive);
+    let mut text = String::new();
+    let list = |all: Vec<(f64, usize)>| {
+        let each: Vec<String> = all.into_iter().map(|(x, n)| format!("{} ({n})", rounded(x))).collect();
+        each.join(", ")
+    };
+    let _ = writeln!(text, "positions, mm (taps at each): {}", list(plan.positions()));
+    let _ = writeln!(
+        text,
+        "{symbol},{} (taps by each): {}",
+        if unit.trim() == "mm" { " mm" } else { " degrees" },
+        list(plan.by_drive())
+    );
+    let more: Vec<String> = plan
+        .path
+        .iter()
+        .filter(|(n, _)| *n > plan.taps.len() && (*n - plan.taps.len()).is_power_of_two())
+        .map(|(n, sigma)| format!("{} more {} mm", n - plan.taps.len(), short(*sigma)))
+        .collect();
+    let _ = writeln!(text, "what further taps would bring: {}", more.join(", "));
+    for a in &plan.apart {
+        let error = format!("{} {}", short(a.error.0), a.error.1);
+        let what = match a.other {
+            Some(other) => format!("cannot tell {other} and {} apart", a.name),
+            None => format!("do not determine {}", a.name),
+        };
+        let _ = write!(text, "these taps {what} (error of {}: {})", a.name, error.trim());
+        let _ = match a.tap {
+            Some(([at, u], after)) => writeln!(
+                text,
+                ": as many at a = {at:.1} mm, {symbol} = {u:.2}{unit} would bring it to {}",
+                short(after)
+            ),
+            None => writeln!(text, "; no tap of this rig would: measure one of them by itself"),
+        };
+    }
+    text
+}
+
+fn drawn(plan: &Planned, drive: Drive, error: f64) -> Figure {
+    let (symbol, unit) = drive_unit(drive);
+    let points = |name: &str, colour, values: Vec<(f64, f64)>, notes: Vec<String>| Mark::Points {
+        path: Drawn::new(name, colour, values),
+        marker: Marker::Circle,
+        error: Vec::new(),
+        notes,
+        rows: Vec::new(),
+    };
+    let mut cells: Vec<([usize; 2], usize)> = Vec::new();
+    for [i, j, _] in &plan.taps {
+        match cells.iter_mut().find(|c| c.0 == [*i, *j]) {
+            Some(cell) => cell.1 += 1,
+            None => cells.push(([*i, *j], 1)),
+        }
+    }
+    let mut where_ =
+        Panel::new("where to tap, and how often", Axis::new("a", "mm"), Axis::new(symbol, unit.trim()));
+    let mut times: Vec<usize> = cells.iter().map(|c| c.1).collect();
+    times.sort_unstable();
+    times.dedup();
+    for (colour, n) in times.into_iter().enumerate() {
+        let of = cells.iter().filter(|c| c.1 == n);
+        let values = of.map(|([i, j], _)| (plan.distances[*i], plan.drives[*j])).collect();
+        where_ = where_.with(points(&format!("{n} ×"), colour % 6, values, Vec::new()));
+    }
+    let line = |name: &str, colour, all: &[(usize, f64)]| Mark::Line {
+        path: Drawn::new(name, colour, all.iter().map(|(n, s)| (*n as f64, *s))),
+        dash: 0,
+        marker: None,
+    };
+    let most = plan.path.last().map_or(1, |p| p.0).max(2 * plan.taps.len());
+    let even: Vec<(usize, f64)> = plan.even.iter().copied().filter(|(n, _)| *n <= most).collect();
+    let top = 6.0 * plan.sigma;
+    let path: Vec<(usize, f64)> = plan.path.iter().copied().filter(|p| p.1 <= top).collect();
+    let ends = [path.first().map_or(1, |p| p.0), most].map(|n| n as f64);
+    let flat = |name: &str, colour, y: f64| Mark::Line {
+        path: Drawn::new(name, colour, ends.map(|x| (x, y))),
+        dash: 1,
+        marker: None,
+    };
+    let what = Panel::new("what taps bring", Axis::new("taps", ""), Axis::log("expected error", "mm"))
+        .with(line("planned", 0, &path))
+        .with(line("even grid", 1, &even.into_iter().filter(|p| p.1 <= top).collect::<Vec<_>>()))
+        .with(flat("asked for", 2, error))
+        .with(flat("of the reading itself", 3, plan.floor))
+        .with(points("this plan", 0, vec![(plan.taps.len() as f64, plan.sigma)], Vec::new()));
+    let caption = "Taps of the planned calibration, and the root mean square error of a distance that is expected after so many taps (plan_errors.csv).";
+    Figure::new("plan", "The planned calibration", caption, vec![where_, what])
+}

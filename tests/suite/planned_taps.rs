@@ -1,0 +1,196 @@
+//! `plan`: taps of a calibration that reach an error with fewer taps than an even grid, and what cannot be planned.
+
+use std::fmt::Write as _;
+
+use crate::common::measuring::{data, table};
+use crate::common::program::Desk;
+use crate::common::random::Random;
+use crate::common::sweeping::{Table, number};
+use vibrissa::simulate::Settings;
+
+const WHISKER: &str = "[whisker]\nD = 10\nd = 4\nL_a = 60\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 20e-6\n";
+const TAP: &str = "[tap]\na = { from = 20, to = 50, steps = 11 }\ntheta = [2, 4, 6]\n";
+const MODEL: &str =
+    "[model]\nsurface = true\nshear = true\nextension = true\nmaterial = { neo-hookean = 3.2 }\n";
+/// What the user does not know of the rig.
+const FRICTION: &str = "contact = { coulomb = 0.3 }\n";
+
+fn spec(model: &str) -> String {
+    [WHISKER, TAP, model].concat()
+}
+
+/// Strain of the whisker with friction at each (a, θ), by a table of one tap for each distance and angle.
+fn truth(taps: &[(f64, f64)]) -> Vec<f64> {
+    let list = |f: fn(&(f64, f64)) -> f64| {
+        let mut all: Vec<f64> = taps.iter().map(f).collect();
+        all.sort_by(f64::total_cmp);
+        all.dedup();
+        all
+    };
+    let (distances, angles) = (list(|t| t.0), list(|t| t.1));
+    let text = |all: &[f64]| all.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(", ");
+    let tap = format!("[tap]\na = [{}]\ntheta = [{}]\n", text(&distances), text(&angles));
+    let rows = data(&table(&[WHISKER, &tap, MODEL, FRICTION].concat(), &Settings::default())).rows;
+    let of = |t: &(f64, f64)| rows.iter().find(|r| r.a == t.0 && r.drive == t.1).map(|r| r.value);
+    taps.iter().map(|t| of(t).expect("it was solved")).collect()
+}
+
+/// What a rig records of (run, a, θ), 0 without contact: an offset of the angle, a drift, noise; runs with a gain and a zero of their own, positions
+/// that are set to 0.05 mm.
+fn record(rows: &[(usize, f64, f64)], random: &mut Random) -> Vec<f64> {
+    let mut places: Vec<(f64, f64)> = Vec::new();
+    let mut at = Vec::new();
+    for (_, a, _) in rows {
+        if !places.iter().any(|p| p.0 == *a) {
+            places.push((*a, a + 0.05 * random.normal()));
+        }
+        at.push(places.iter().find(|p| p.0 == *a).unwrap().1);
+    }
+    let of_runs: Vec<[f64; 2]> =
+        (0..64).map(|_| [1.0 + 0.003 * random.normal(), 20e-6 * random.normal()]).collect();
+    let taps: Vec<(f64, f64)> =
+        rows.iter().zip(&at).filter(|(r, _)| r.2 > 0.0).map(|(r, a)| (*a, r.2 + 0.1)).collect();
+    let mut strains = truth(&taps).into_iter();
+    let mut row = |(k, (run, _, u)): (usize, &(usize, f64, f64))| {
+        let [gain, zero] = of_runs[*run];
+        let clean =
+            if *u > 0.0 { gain * strains.next().unwrap() * (1.0 + 1e-3 * random.normal()) } else { 0.0 };
+        clean + zero + 2e-4 + 2e-7 * k as f64 + 20e-6 * random.normal()
+    };
+    rows.iter().enumerate().map(&mut row).collect()
+}
+
+/// Root mean square error of fresh taps in other runs, mm, after a calibration by `rows`.
+fn error(desk: &Desk, rows: &[(usize, f64, f64)], seed: u64) -> f64 {
+    let mut random = Random(seed);
+    let mut text = String::from("run,a_mm,theta_deg,strain\n");
+    for ((run, a, u), y) in rows.iter().zip(record(rows, &mut random)) {
+        writeln!(text, "{run},{a},{u},{y:e}").unwrap();
+    }
+    desk.write("d.csv", text);
+    desk.run(&["calibrate", "d.csv", "--whisker", "spec.toml", "--out", "cal", "--force"]).exits(0);
+    let mut fresh = Vec::new();
+    for run in 0..12 {
+        fresh.extend([(run, 30.0, 0.0); 4]);
+        let tap = |random: &mut Random| (run, random.between(20.0, 50.0), [2.0, 4.0, 6.0][random.below(3)]);
+        fresh.extend((0..5).map(|_| tap(&mut random)));
+    }
+    let mut text = String::from("theta_deg,strain\n");
+    for ((_, _, u), y) in fresh.iter().zip(record(&fresh, &mut random)) {
+        writeln!(text, "{u},{y:e}").unwrap();
+    }
+    let answers = desk.pipe(&["locate", "cal/calibration.toml", "--quiet"], &text).exits(0).stdout;
+    let of = |(line, (_, a, u)): (&str, &(usize, f64, f64))| {
+        let distance: f64 = line.split(',').nth(2)?.parse().ok()?;
+        (*u > 0.0).then_some(distance - a)
+    };
+    let errors: Vec<f64> = answers.lines().skip(1).zip(&fresh).filter_map(of).collect();
+    assert!(errors.len() > 55, "{answers}");
+    (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt()
+}
+
+#[test]
+fn planned_taps_do_with_a_third_less_than_an_even_grid() {
+    let desk = Desk::new(&spec(MODEL));
+    let told = desk.run(&["plan", "spec.toml", "--error", "0.15", "--out", "plan"]).exits(0).stdout;
+    let rows: Vec<(usize, f64, f64)> = Table::read(&desk.path("plan/plan.csv"))
+        .rows
+        .iter()
+        .map(|r| {
+            assert!(r["strain"].is_empty());
+            (r["run"].parse().unwrap(), number(r, "a_mm").unwrap(), number(r, "theta_deg").unwrap())
+        })
+        .collect();
+    let result = desk.whole("plan")["result"].clone();
+    let taps = rows.iter().filter(|r| r.2 > 0.0).count();
+    assert_eq!(result["taps"], taps);
+    assert!(told.starts_with(&format!("{taps} taps at ")), "{told}");
+    assert!(result["sigma_mm"].as_f64().unwrap() <= 0.15);
+    assert!(result["even_taps"].as_u64().unwrap() as usize * 2 >= 3 * taps, "{result}");
+    // An even grid of half as many taps more, with as many zeros.
+    let positions = (1.5 * taps as f64 / 6.0).round() as usize;
+    let mut even = Vec::new();
+    for run in 0..2 {
+        for k in 0..positions {
+            let a = 20.0 + 30.0 * k as f64 / (positions - 1) as f64;
+            if k % 4 == 0 {
+                even.extend([(run, a, 0.0); 2]);
+            }
+            even.extend([2.0, 4.0, 6.0].map(|u| (run, a, u)));
+        }
+        even.extend([(run, 50.0, 0.0); 2]);
+    }
+    assert!(2 * even.iter().filter(|r| r.2 > 0.0).count() >= 3 * taps - 6, "{taps}");
+    let mean = |rows: &[(usize, f64, f64)]| {
+        let all = (0..8).map(|seed| error(&desk, rows, 40 + seed).powi(2));
+        (all.sum::<f64>() / 8.0).sqrt()
+    };
+    let (planned, even) = (mean(&rows), mean(&even));
+    println!("{taps} planned taps {planned:.3} mm, half as many more in a grid {even:.3} mm; {result}");
+    assert!(planned < 1.05 * even && planned < 1.25 * 0.15, "{planned} {even}");
+}
+
+#[test]
+fn what_the_taps_cannot_tell_is_named_with_the_tap_that_would() {
+    let desk = Desk::new(&spec(&[MODEL, FRICTION].concat()));
+    let told = desk.run(&["plan", "spec.toml", "--error", "0.16", "--out", "plan"]).exits(0).stdout;
+    assert!(
+        told.contains("cannot tell gain and a_offset apart") && told.contains("would bring it to"),
+        "{told}"
+    );
+    let result = desk.whole("plan")["result"].clone();
+    let of = result["not_told_apart"].as_array().unwrap().iter().find(|a| a["name"] == "a_offset").unwrap();
+    let [before, after] = [&of["standard_error"], &of["tap"]["standard_error"]].map(|x| x.as_f64().unwrap());
+    assert!(after < 0.5 * before && of["correlation"].as_f64().unwrap().abs() > 0.95, "{of}");
+    // A root so stiff that its turning is not seen.
+    desk.write("stiff.toml", spec(MODEL).replace("L_a = 60", "L_a = 60\nroot = { k_theta = 2e5 }"));
+    let told = desk.run(&["plan", "stiff.toml", "--error", "0.3", "--out", "stiff"]).exits(0).stdout;
+    assert!(told.contains("do not determine k_theta"), "{told}");
+    for name in ["plan.csv", "plan_errors.csv", "plan.svg", "run.json"] {
+        assert!(desk.path("plan").join(name).exists());
+    }
+    // Few positions; the rig as a calibration knows it.
+    desk.run(&["plan", "spec.toml", "--error", "0.2", "--positions", "4", "--out", "four"]).exits(0);
+    assert!(desk.whole("four")["result"]["positions"].as_array().unwrap().len() <= 4);
+    let measured = table(
+        &spec(&[MODEL, FRICTION].concat()),
+        &Settings { repeats: 2, noise: 20e-6, ..Settings::default() },
+    );
+    desk.write("d.csv", measured);
+    desk.run(&["calibrate", "d.csv", "--whisker", "spec.toml", "--out", "cal"]).exits(0);
+    let like = ["plan", "spec.toml", "--error", "0.3", "--like", "cal/calibration.toml", "--out", "like"];
+    desk.run(&like).exits(0);
+    let rig = desk.whole("like")["result"]["rig"].clone();
+    assert!((5e-6..8e-5).contains(&rig["noise"].as_f64().unwrap()), "{rig}");
+}
+
+#[test]
+fn what_cannot_be_planned_says_why() {
+    let desk = Desk::new(&spec(MODEL));
+    let cases = [
+        (spec(MODEL).replace("noise_strain = 20e-6\n", ""), vec!["--error", "0.2"], "noise_strain"),
+        (
+            spec(MODEL).replace("{ from = 20, to = 50, steps = 11 }", "30"),
+            vec!["--error", "0.2"],
+            "tap.a = 30",
+        ),
+        (spec(MODEL), vec!["--error", "0.01"], "--error = 0.01"),
+        (spec(MODEL), vec!["--error", "0"], "> 0 (mm)"),
+        (spec(MODEL), vec!["--error", "nan"], "--error"),
+        (spec(MODEL), vec!["--error", "0.2", "--runs", "0"], "1 … 8"),
+        (spec(MODEL), vec!["--error", "0.2", "--positions", "1"], "2 … 25"),
+        (spec(MODEL), vec!["--error", "0.2", "--like", "none.toml"], "none.toml"),
+        (
+            spec(MODEL).replace("noise_strain", "strain_limit = 1e-6\nnoise_strain"),
+            vec!["--error", "0.2"],
+            "strain_limit",
+        ),
+        (spec(MODEL).replace("D = 10", "D = [9, 10]"), vec!["--error", "0.2"], "whisker.D"),
+    ];
+    for (text, more, word) in cases {
+        desk.write("case.toml", text);
+        let ran = desk.run(&[&["plan", "case.toml", "--out", "no"], &more[..]].concat()).exits(2);
+        assert!(ran.stderr.contains(word), "{word}: {}", ran.stderr);
+        assert!(!desk.path("no").exists(), "{word}");
+    }
+}
