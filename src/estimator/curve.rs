@@ -1,6 +1,7 @@
 //! `curve`: a smooth, monotone fit of distance over signal and drive, from the data alone.
 
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 use super::{Answers, Estimator, Fault, Judged, Known, LeaveOut, Opening, Shape, SideRecord, positive};
 use crate::error::Error;
@@ -36,9 +37,9 @@ pub const CURVE: Smooth = Smooth;
 /// Taps up to which each counts with its own labels; of more, cells do with their means.
 const EACH: usize = 1000;
 
-/// The used taps of `side`, but those of the distance number `without`.
-fn points(side: &Measured<'_>, without: Option<usize>) -> Vec<Point> {
-    let kept = || side.cells.iter().filter(|c| Some(c.i) != without);
+/// The used taps of `side`, but those of the distances of the numbers `without`.
+fn points(side: &Measured<'_>, without: Option<&Range<usize>>) -> Vec<Point> {
+    let kept = || side.cells.iter().filter(|c| without.is_none_or(|gone| !gone.contains(&c.i)));
     let point = |position, a, drive, signal, n| Point { a, drive, signal, position, n };
     if kept().map(|c| c.taps.len()).sum::<usize>() > EACH {
         return kept().map(|c| point(c.i, c.a, c.drive, c.signal, c.n())).collect();
@@ -64,8 +65,8 @@ impl Estimator for Smooth {
     /// The form is that of all positions: what is judged is what will be used.
     fn leave_out<'a>(&'a self, side: &'a Measured<'a>, _: Option<&'a Fit>) -> LeaveOut<'a> {
         let form = Polynomial::choose(&points(side, None));
-        Box::new(move |distance| {
-            let curve = Polynomial::through(&points(side, Some(distance)), form?, BEYOND[1])?;
+        Box::new(move |gone| {
+            let curve = Polynomial::through(&points(side, Some(gone)), form?, BEYOND[1])?;
             Some(Box::new(move |_, drive, signal| curve.find(drive, signal)))
         })
     }

@@ -1,6 +1,7 @@
 //! `exact`: the configured model with fitted parameters, inverted.
 
 use std::collections::HashMap;
+use std::ops::Range;
 use std::sync::{Arc, Mutex};
 
 use indexmap::IndexMap;
@@ -89,10 +90,10 @@ impl Estimator for Model {
     }
 
     fn leave_out<'a>(&'a self, side: &'a Measured<'a>, fit: Option<&'a Fit>) -> LeaveOut<'a> {
-        Box::new(move |distance| {
+        Box::new(move |gone| {
             let fit = fit?;
             // The model keeps its parameters; the reading is moved by what the step would do to it.
-            let step = step_without(side, fit, distance)?;
+            let step = step_without(side, fit, gone)?;
             let shift: HashMap<usize, f64> =
                 fit.cells.iter().copied().zip((&fit.slopes * step).iter().copied()).collect();
             Some(Box::new(move |k, drive, signal| fit.exact.find(drive, signal - shift.get(&k)?)))
@@ -181,10 +182,10 @@ pub fn unsolved(rig: &Rig, record: &SideRecord, why: ModelError) -> Error {
 }
 
 /// Change of the parameters where the cells of distance `g` are left out: one Gauss–Newton step, which is all it takes.
-fn step_without(side: &Measured<'_>, fit: &Fit, g: usize) -> Option<DVector<f64>> {
+fn step_without(side: &Measured<'_>, fit: &Fit, gone: &Range<usize>) -> Option<DVector<f64>> {
     let m = fit.slopes.ncols();
     let (mut n, mut b) = (DMatrix::<f64>::zeros(m, m), DVector::<f64>::zeros(m));
-    for (k, _) in fit.cells.iter().enumerate().filter(|(_, cell)| side.cells[**cell].i != g) {
+    for (k, _) in fit.cells.iter().enumerate().filter(|(_, cell)| !gone.contains(&side.cells[**cell].i)) {
         let row = fit.slopes.row(k) / fit.deviations[k];
         n += row.transpose() * &row;
         b += row.transpose() * (fit.residuals[k] / fit.deviations[k]);

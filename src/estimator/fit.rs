@@ -231,7 +231,8 @@ impl Task<'_> {
             };
             free.iter().enumerate().map(share).collect()
         };
-        let noisy = judged(DETERMINED, &|c| self.deviation(c, misfit.max(self.misfit(model))));
+        let misfit = misfit.max(self.misfit(model));
+        let noisy = judged(DETERMINED, &|c| self.deviation(c, misfit));
         let clean = judged(SOLVABLE, &|c| MODEL * c.signal);
         // The gauge factor is always there: something has to carry the size of the signal.
         let shares = noisy.iter().zip(&clean).map(|(a, b)| a.max(*b)).enumerate().skip(1);

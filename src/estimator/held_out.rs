@@ -1,4 +1,5 @@
-//! Leave one distance out: every estimator is calibrated on the other distances and asked for the one it has not seen.
+//! Leave one distance out: every estimator is calibrated on the other distances and asked for the one it has not seen; of many distances some
+//! neighbours at a time.
 
 use std::ops::Range;
 
@@ -12,6 +13,9 @@ use super::taps::Tap;
 use super::{Estimator, LeaveOut};
 use crate::measure::Rig;
 use crate::reduce::Errors;
+
+/// Parts into which more distances than these are divided, to be left out in turn.
+const PARTS: usize = 40;
 
 /// Used data of one side.
 #[derive(Clone, Copy)]
@@ -92,9 +96,10 @@ impl HeldOut {
 /// Answers of `estimator` for every distance left out in turn; `None` where it cannot be calibrated so. `fit` is that of the model
 /// to all distances.
 pub fn held_out(side: &Side<'_>, estimator: &dyn Estimator, fit: Option<&Fit>) -> Option<HeldOut> {
-    let groups: Vec<usize> = (0..side.distances).collect();
+    let (n, parts) = (side.distances, side.distances.min(PARTS));
+    let groups: Vec<Range<usize>> = (0..parts).map(|k| k * n / parts..(k + 1) * n / parts).collect();
     let leave_out = estimator.leave_out(side, fit);
-    let each = |g: &usize| left_out(side, &leave_out, *g);
+    let each = |gone: &Range<usize>| left_out(side, &leave_out, gone);
     let parts: Vec<Option<Vec<(usize, CellAnswer)>>> = groups.par_iter().map(each).collect();
     if parts.iter().all(Option::is_none) {
         return None;
@@ -119,9 +124,13 @@ struct CellAnswer {
     taps: Vec<(usize, [f64; 2])>,
 }
 
-/// Answers for the cells of distance `g`.
-fn left_out(side: &Side<'_>, leave_out: &LeaveOut<'_>, g: usize) -> Option<Vec<(usize, CellAnswer)>> {
-    let find = leave_out(g)?;
+/// Answers for the cells of the distances `gone`.
+fn left_out(
+    side: &Side<'_>,
+    leave_out: &LeaveOut<'_>,
+    gone: &Range<usize>,
+) -> Option<Vec<(usize, CellAnswer)>> {
+    let find = leave_out(gone)?;
     let answer = |(k, cell): (usize, &Cell)| {
         let error = |drive: f64, signal: f64, a: f64| find(k, drive, signal).map(|f| (f.a - a, f));
         // The other of two distances is no bias: locate says that it is ambiguous.
@@ -137,5 +146,5 @@ fn left_out(side: &Side<'_>, leave_out: &LeaveOut<'_>, g: usize) -> Option<Vec<(
         };
         (k, CellAnswer { mean, taps: cell.taps.iter().map(of_tap).collect() })
     };
-    Some(side.cells.iter().enumerate().filter(|(_, c)| c.i == g).map(answer).collect())
+    Some(side.cells.iter().enumerate().filter(|(_, c)| gone.contains(&c.i)).map(answer).collect())
 }

@@ -127,12 +127,16 @@ impl Estimator for Learned {
         "One statistical model of curve, rig and runs"
     }
 
-    /// What was learned without a distance answers it.
+    /// What was learned without distances answers them.
     fn leave_out<'a>(&'a self, side: &'a Measured<'a>, _: Option<&'a Fit>) -> LeaveOut<'a> {
-        Box::new(move |distance| {
+        Box::new(move |gone| {
             let learnt = side.learned?;
-            let gone: std::collections::HashSet<usize> =
-                side.cells.iter().filter(|c| c.i == distance).flat_map(|c| c.taps.iter().copied()).collect();
+            let gone: std::collections::HashSet<usize> = side
+                .cells
+                .iter()
+                .filter(|c| gone.contains(&c.i))
+                .flat_map(|c| c.taps.iter().copied())
+                .collect();
             let kept = |k: &&usize| learnt.taps[**k].is_none_or(|tap| !gone.contains(&tap));
             let places: Vec<usize> = learnt.places.iter().filter(kept).copied().collect();
             let answers = learnt.without(&places)?;

@@ -21,6 +21,7 @@ pub mod singular;
 pub mod taps;
 
 use std::fmt;
+use std::ops::Range;
 
 use crate::error::Error;
 use crate::estimator::fitted::Fit;
@@ -78,8 +79,8 @@ pub trait Answers: Send + Sync {
 /// What answers readings of taps that are left out: by place of the cell, drive and |signal|.
 pub type Unseen<'a> = Box<dyn Fn(usize, f64, f64) -> Option<Found> + 'a>;
 
-/// Leaves one distance out, by its number: what answers it, calibrated on the others alone; `None` where that is not possible.
-pub type LeaveOut<'a> = Box<dyn Fn(usize) -> Option<Unseen<'a>> + Sync + 'a>;
+/// Leaves distances out, by their numbers: what answers them, calibrated on the others alone; `None` where that is not possible.
+pub type LeaveOut<'a> = Box<dyn Fn(&Range<usize>) -> Option<Unseen<'a>> + Sync + 'a>;
 
 /// What an estimator is worth on distances it has not seen.
 #[derive(Debug, Clone, PartialEq)]

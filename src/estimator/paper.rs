@@ -76,8 +76,8 @@ impl Estimator for Closed {
     }
 
     fn leave_out<'a>(&'a self, side: &'a Measured<'a>, _: Option<&'a Fit>) -> LeaveOut<'a> {
-        Box::new(move |distance| {
-            let factors = self.factors(side, |c| c.i != distance)?;
+        Box::new(move |gone| {
+            let factors = self.factors(side, |c| !gone.contains(&c.i))?;
             let paper = Paper::new(side.rig, Theory::EulerBernoulli, side.drives, factors);
             Some(Box::new(move |_, drive, signal| paper.find(drive, signal)))
         })
