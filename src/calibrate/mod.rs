@@ -46,6 +46,9 @@ use crate::scene::{Drive, RunOptions, Side};
 use crate::simulate;
 use prepare::Prepared;
 
+/// Times that a lag is looked for at most.
+const ROUNDS: usize = 5;
+
 /// What a user may say about a calibration.
 #[derive(Debug, Clone, Default)]
 pub struct Options {
@@ -93,8 +96,21 @@ pub struct Calibrated {
 /// tells; a backend that fails.
 pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Error> {
     let plain = settled(data, rig, options)?;
-    let Some(lag) = lag::search(data, &plain) else { return Ok(plain) };
-    let Ok(mut with) = settled(&lag::settled(data, &lag), rig, options) else { return Ok(plain) };
+    let Some(mut lag) = lag::search(data, &plain) else { return Ok(plain) };
+    let mut with;
+    let mut rounds = 0;
+    loop {
+        let data = lag::settled(data, &lag);
+        let Ok(found) = settled(&data, rig, options) else { return Ok(plain) };
+        with = found;
+        // With the lag taken out other rows are suspect, and less is noise.
+        let next = lag::again(&data, &with, lag);
+        rounds += 1;
+        if rounds == ROUNDS || (next.gain - lag.gain).abs() <= 0.3 * next.sigma_gain {
+            break;
+        }
+        lag = next;
+    }
     if !lag::helps(&with, &plain) {
         return Ok(plain);
     }

@@ -36,7 +36,7 @@ pub fn run(args: &args::Plan) -> Result<Reply, Error> {
     let quiet = options.quiet == Some(true);
     let of_calibration = |path: &std::path::PathBuf| -> Result<_, Error> {
         let calibration = Calibration::read(path, options.force == Some(true))?;
-        let like = planned::like(&calibration, &path.display().to_string())?;
+        let like = planned::like(&calibration, &rig, asked.gain, &path.display().to_string())?;
         Ok((like, calibration.checksum))
     };
     let like = args.like.as_ref().map(of_calibration).transpose()?;
@@ -206,6 +206,20 @@ fn told(plan: &Planned, drive: Drive) -> String {
         .map(|(n, sigma)| format!("{} more {} mm", n - plan.taps.len(), short(*sigma)))
         .collect();
     let _ = writeln!(text, "what further taps would bring: {}", more.join(", "));
+    let [[a0, a1], [u0, u1]] = plan.ends;
+    let beyond = |a: f64, u: f64| !((a0..=a1).contains(&a) && (u0..=u1).contains(&u));
+    let [no, all] = plan.forbidden;
+    if no > 0 {
+        let [[a0, a1], [u0, u1]] = plan.reached.map(|ends| ends.map(rounded));
+        let _ = writeln!(
+            text,
+            "{no} of {all} distances and drives of the spec are left out (next to the gauge, beyond the whisker, or above strain_limit): the \
+             plan is for {a0} … {a1} mm and {symbol} = {u0} … {u1}{unit}"
+        );
+    }
+    if plan.rows.iter().all(|r| r.run == 0) {
+        text += "one run: how zero and gain differ in the next one will not be known, and σ of locate does not hold there\n";
+    }
     for a in &plan.apart {
         let error = format!("{} {}", short(a.error.0), a.error.1);
         let what = match a.other {
@@ -216,7 +230,8 @@ fn told(plan: &Planned, drive: Drive) -> String {
         let _ = match a.tap {
             Some(([at, u], after)) => writeln!(
                 text,
-                ": as many at a = {at:.1} mm, {symbol} = {u:.2}{unit} would bring it to {}",
+                ": as many at a = {at:.1} mm, {symbol} = {u:.2}{unit}{} would bring it to {}",
+                if beyond(at, u) { " (beyond the spec)" } else { "" },
                 short(after)
             ),
             None => writeln!(text, "; no tap of this rig would: measure one of them by itself"),

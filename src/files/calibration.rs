@@ -60,7 +60,11 @@ impl<W> Calibration<W> {
             return fault("drive_origin".into(), "this is no drive", "a finite number");
         }
         if self.lag.as_ref().is_some_and(|lag| !lag.is_sound()) {
-            return fault("lag".into(), "this is no lag", "|gain| ≤ 0.9, sigma_gain ≥ 0, tau_s > 0");
+            return fault(
+                "lag".into(),
+                "this is no lag",
+                "|gain| ≤ 0.9, sigma_gain and sigma_tau_s ≥ 0, tau_s > 0",
+            );
         }
         if self.second.as_ref().is_some_and(|second| !second.is_sound()) {
             return fault(

@@ -28,13 +28,21 @@ pub struct Lines<'a> {
     decimals: Decimals,
     /// What a sensor that lags remembers of the lines before.
     memory: Memory,
+    /// Whether the last line had no time that follows those before.
+    untimed: bool,
 }
 
 impl<'a> Lines<'a> {
     /// Lines for `locator`; without a header they hold the drive, which may be left out where it is known, and the signal in the
     /// unit of the calibration.
     pub fn new(locator: &'a Locator) -> Self {
-        Self { locator, header: None, decimals: Decimals::default(), memory: Memory::default() }
+        Self {
+            locator,
+            header: None,
+            decimals: Decimals::default(),
+            memory: Memory::default(),
+            untimed: false,
+        }
     }
 
     /// Looks at the first line; whether it is a header: it names a column that is known, or, in a `file`, anything that is no number.
@@ -216,11 +224,21 @@ impl<'a> Lines<'a> {
         } else {
             let mut value = self.number(signal);
             if let (Some(lag), Some((t, run))) = (self.locator.lag, when) {
+                // A word is no time; what it settles to is not known.
+                if t.is_infinite() {
+                    return None;
+                }
+                self.untimed = !self.memory.follows(t, run);
                 value = self.memory.settled(&lag, t, run, value).0;
             }
             self.signal(value)
         };
         Some((drive, signal))
+    }
+
+    /// Whether the last line is taken as settled because its time is missing, or before that of a line above.
+    pub fn is_untimed(&self) -> bool {
+        self.untimed
     }
 
     /// Whether lines have a time.
@@ -231,7 +249,7 @@ impl<'a> Lines<'a> {
     /// Time and run of a line of these fields; `None` where no column says the time.
     fn when(&mut self, fields: &[Cow<'_, str>]) -> Option<(f64, u64)> {
         let Columns { time, run: named, .. } = self.header.as_ref()?.columns;
-        let t = self.number(fields.get(time?)?);
+        let t = self.told(fields.get(time?)?);
         let mut run = DefaultHasher::new();
         named.and_then(|place| fields.get(place)).map(|name| name.trim()).hash(&mut run);
         Some((t, run.finish()))

@@ -163,7 +163,7 @@ pub fn answer<'a>(
     if let Some(kept) = &kept {
         kept.header(&mut out);
     }
-    let (mut asked, mut follows) = (false, false);
+    let (mut asked, mut follows, mut untimed) = (false, false, false);
     let mut one = None;
     let mut batch = Batch::default();
     while let Some(line) = source.next(&mut rows)? {
@@ -173,6 +173,13 @@ pub fn answer<'a>(
         // Of a line that is no reading, no field is known to be a signal.
         let read = line.text.and_then(|t| rows.parse(t));
         let (drive, signals) = read.unwrap_or_else(|| (f64::NAN, vec![f64::NAN; who.signals()]));
+        if rows.lines().is_untimed() && !std::mem::replace(&mut untimed, true) {
+            (ask.warn)(&format!(
+                "line {}: this time is missing, or before that of a line above: such readings are taken as settled, and their σ does not know \
+                 of the lag",
+                line.number
+            ));
+        }
         let is_zero = rows.rests(drive, &signals);
         let (mut zero, mut together) = (None, None);
         let found = if is_zero {

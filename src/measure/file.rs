@@ -207,7 +207,12 @@ impl Data {
         if let Some(at) = columns.run {
             runs.check(rows.len()).map_err(|e| e.key(&names[at]).at(label, runs.line()))?;
         }
-        if let Some(at) = columns.time {
+        // A column without any time is as good as none.
+        let timed = columns.time.filter(|_| rows.iter().any(|r| r.t.is_finite()));
+        if timed.is_none() {
+            rows.iter_mut().enumerate().for_each(|(place, row)| row.t = place as f64);
+        }
+        if let Some(at) = timed {
             forward(&rows).map_err(|(line, e)| e.key(&names[at]).at(label, Some(line)))?;
         }
         if let Some(name) = others.drive(&rows) {
@@ -217,7 +222,7 @@ impl Data {
             file: label.to_owned(),
             drive: columns.drive.map(|d| d.0),
             unit: columns.signal.0,
-            timed: columns.time.is_some(),
+            timed: timed.is_some(),
             rows,
             runs: runs.names(),
             beside,

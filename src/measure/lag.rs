@@ -11,10 +11,12 @@ use super::Data;
 pub struct Lag {
     /// Share of the signal that comes late; below 0 where the signal is too large first and fades.
     pub gain: f64,
-    /// Its standard error.
+    /// Its standard error, the time constant being uncertain too.
     pub sigma_gain: f64,
     /// Time constant, seconds.
     pub tau_s: f64,
+    /// Its standard error.
+    pub sigma_tau_s: f64,
 }
 
 /// Largest |gain|.
@@ -28,6 +30,11 @@ pub struct Memory {
 }
 
 impl Memory {
+    /// Whether a reading at `t` seconds comes after the one that is remembered, of its run; the first one of a run does.
+    pub fn follows(&self, t: f64, run: u64) -> bool {
+        t.is_finite() && self.last.is_none_or(|(before, of, _)| of != run || t >= before)
+    }
+
     /// What a reading at `t` seconds settles to, and the share of what it settles to that was missing. The first one of a run, and the
     /// first one after a clock that starts anew, is taken as settled; one that is missing tells nothing.
     pub fn settled(&mut self, lag: &Lag, t: f64, run: u64, reading: f64) -> (f64, f64) {
@@ -50,7 +57,10 @@ impl Memory {
 impl Lag {
     /// Whether its numbers are those of a lag.
     pub fn is_sound(&self) -> bool {
-        self.gain.abs() <= MOST && self.sigma_gain >= 0.0 && self.tau_s > 0.0 && self.tau_s.is_finite()
+        self.gain.abs() <= MOST
+            && [self.sigma_gain, self.sigma_tau_s].iter().all(|s| *s >= 0.0 && s.is_finite())
+            && self.tau_s > 0.0
+            && self.tau_s.is_finite()
     }
 
     /// What every row of `data` settles to, and what of it was missing.
@@ -66,7 +76,7 @@ mod tests {
 
     #[test]
     fn a_reading_that_lags_settles_to_what_it_will_be() {
-        let lag = Lag { gain: 0.2, sigma_gain: 0.0, tau_s: 3.0 };
+        let lag = Lag { gain: 0.2, sigma_gain: 0.0, tau_s: 3.0, sigma_tau_s: 0.0 };
         let levels = [0.0, 5.0, 5.0, -2.0, 7.0, 0.0, 0.0];
         let (mut x, mut memory) = (0.0, Memory::default());
         for (k, s) in levels.into_iter().enumerate() {

@@ -65,12 +65,26 @@ pub fn forward(rows: &[Row]) -> Result<(), (usize, InputError)> {
     let back = |w: &&[Row]| w[1].t < w[0].t;
     let often = 2 * rows.windows(2).filter(back).count() > rows.len();
     let wrong = |w: &&[Row]| {
-        !w[1].t.is_finite() || (back(w) && (often || (w[0].run == w[1].run && w[0].a == w[1].a)))
+        !w[0].t.is_finite()
+            || !w[1].t.is_finite()
+            || (back(w) && (often || (w[0].run == w[1].run && w[0].a == w[1].a)))
     };
     match rows.windows(2).find(wrong) {
         Some(w) => {
-            let error = InputError::new("this time is before that of the row above it").value(w[1].t);
-            Err((w[1].line, error.allowed(format!("seconds that grow, {} or later", w[0].t))))
+            let (message, least) = match (w[0].t.is_finite(), w[1].t.is_finite()) {
+                (true, true) => {
+                    ("this time is before that of the row above it", format!(", {} or later", w[0].t))
+                }
+                _ => ("this time is missing", String::new()),
+            };
+            let line = if w[0].t.is_finite() { w[1].line } else { w[0].line };
+            let allowed = format!("seconds that grow{least}; or --columns ignore=t_s");
+            Err((
+                line,
+                InputError::new(message)
+                    .value(if w[1].t.is_finite() { w[1].t } else { f64::NAN })
+                    .allowed(allowed),
+            ))
         }
         None => Ok(()),
     }

@@ -66,13 +66,15 @@ fn a_lag_is_found_and_taken_out_of_readings_that_have_times() {
     let mut random = Random(11);
     let taps = clean();
     let desk = desk();
-    for (k, lag) in [[0.06, 8.0], [-0.04, 3.0], [0.12, 25.0]].into_iter().enumerate() {
+    for (k, lag) in
+        [[0.06, 8.0], [-0.04, 3.0], [0.12, 25.0], [-0.25, 8.0], [0.25, 8.0]].into_iter().enumerate()
+    {
         let rows = record(&taps, lag, &mut random);
         let (with, error) = calibrated(&desk, "timed", &rows, true);
         let (without, blind) = calibrated(&desk, "untimed", &rows, false);
         let of = |key: &str| with["lag"][key].as_float().unwrap();
-        let [gain, sigma, tau] = ["gain", "sigma_gain", "tau_s"].map(of);
-        println!("{lag:?}: {gain:.4} ± {sigma:.4}, {tau:.2} s; {blind:.3} → {error:.3} mm");
+        let [gain, sigma, tau, of_tau] = ["gain", "sigma_gain", "tau_s", "sigma_tau_s"].map(of);
+        println!("{lag:?}: {gain:.4} ± {sigma:.4}, {tau:.2} ± {of_tau:.2} s; {blind:.3} → {error:.3} mm");
         assert!((gain / lag[0] - 1.0).abs() < 0.15 && (tau / lag[1] - 1.0).abs() < 0.35, "{gain} {tau}");
         assert!(!without.contains_key("lag") && error < 0.6 * blind, "{error} {blind}");
 
@@ -124,6 +126,11 @@ fn a_stream_settles_as_a_file_does() {
         }
     }
     assert!(answered > 30, "{streamed}");
+    // Readings whose time is missing, or runs backwards, are told.
+    let empty: String = readings.lines().map(|l| l.rsplit_once(',').unwrap().0.to_owned() + ",\n").collect();
+    let empty = empty.replacen("strain,\n", "strain,t_s\n", 1);
+    let ran = desk.pipe(&["locate", "timed/calibration.toml"], &empty).exits(0);
+    assert!(ran.stderr.contains("line 2: this time is missing"), "{}", ran.stderr);
     // A calibration cannot be told another lag.
     let broken = desk.read("timed/calibration.toml").replace("tau_s = ", "tau_s = -");
     desk.write("broken.toml", broken);

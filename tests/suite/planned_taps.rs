@@ -106,8 +106,9 @@ fn planned_taps_do_with_a_third_less_than_an_even_grid() {
     assert_eq!(result["taps"], taps);
     assert!(told.starts_with(&format!("{taps} taps at ")), "{told}");
     assert!(result["sigma_mm"].as_f64().unwrap() <= 0.15);
-    assert!(result["even_taps"].as_u64().unwrap() as usize * 2 >= 3 * taps, "{result}");
-    // An even grid of half as many taps more, with as many zeros.
+    // The best of many even grids, which choose among the drives too.
+    assert!(result["even_taps"].as_u64().unwrap() as usize * 4 >= 5 * taps, "{result}");
+    // An even grid of all drives, with half as many taps more and as many zeros.
     let positions = (1.5 * taps as f64 / 6.0).round() as usize;
     let mut even = Vec::new();
     for run in 0..2 {
@@ -149,6 +150,14 @@ fn what_the_taps_cannot_tell_is_named_with_the_tap_that_would() {
     for name in ["plan.csv", "plan_errors.csv", "plan.svg", "run.json"] {
         assert!(desk.path("plan").join(name).exists());
     }
+    // Both ends are tapped: what lies beyond has no answer.
+    for (what, key, [least, largest]) in
+        [("positions", "a_mm", [20.0, 50.0]), ("drives", "theta_deg", [2.0, 6.0])]
+    {
+        let of = |x: &serde_json::Value| x[key].as_f64().unwrap();
+        let all = result[what].as_array().unwrap();
+        assert!(all.first().map(of) == Some(least) && all.last().map(of) == Some(largest), "{what}: {all:?}");
+    }
     // Few positions; the rig as a calibration knows it.
     desk.run(&["plan", "spec.toml", "--error", "0.2", "--positions", "4", "--out", "four"]).exits(0);
     assert!(desk.whole("four")["result"]["positions"].as_array().unwrap().len() <= 4);
@@ -161,7 +170,20 @@ fn what_the_taps_cannot_tell_is_named_with_the_tap_that_would() {
     let like = ["plan", "spec.toml", "--error", "0.3", "--like", "cal/calibration.toml", "--out", "like"];
     desk.run(&like).exits(0);
     let rig = desk.whole("like")["result"]["rig"].clone();
-    assert!((5e-6..8e-5).contains(&rig["noise"].as_f64().unwrap()), "{rig}");
+    // One run tells nothing of others.
+    assert!((5e-6..8e-5).contains(&rig["noise"].as_f64().unwrap()) && rig["gain"] == 0.003, "{rig}");
+    desk.write(
+        "moment.toml",
+        spec(MODEL).replace("noise_strain = 20e-6", "") + "[sensor]\nsignal = \"moment\"\nnoise = 0.1\n",
+    );
+    let ran = desk
+        .run(&["plan", "moment.toml", "--error", "1", "--like", "cal/calibration.toml", "--out", "no"])
+        .exits(2);
+    assert!(ran.stderr.contains("another signal"), "{}", ran.stderr);
+    // A limit that forbids the near ones.
+    desk.write("limit.toml", spec(MODEL).replace("noise_strain", "strain_limit = 0.02\nnoise_strain"));
+    let told = desk.run(&["plan", "limit.toml", "--error", "0.4", "--out", "limit"]).exits(0).stdout;
+    assert!(told.contains("are left out") && told.contains("the plan is for"), "{told}");
 }
 
 #[test]
@@ -175,6 +197,7 @@ fn what_cannot_be_planned_says_why() {
             "tap.a = 30",
         ),
         (spec(MODEL), vec!["--error", "0.01"], "--error = 0.01"),
+        (spec(MODEL), vec!["--error", "9"], "guess of the middle"),
         (spec(MODEL), vec!["--error", "0"], "> 0 (mm)"),
         (spec(MODEL), vec!["--error", "nan"], "--error"),
         (spec(MODEL), vec!["--error", "0.2", "--runs", "0"], "1 … 8"),

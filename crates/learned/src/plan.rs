@@ -81,6 +81,8 @@ pub struct Planner {
     floor: f64,
     /// What was chosen: places of candidates.
     chosen: Vec<usize>,
+    /// Of these, as many at the beginning stay: they reach the ends of distances and drives.
+    pinned: usize,
 }
 
 impl Planner {
@@ -161,6 +163,7 @@ impl Planner {
             weights,
             floor: floor / places,
             chosen: Vec::new(),
+            pinned: 0,
         };
         for run in 0..ask.runs {
             let place = planner.taps.len() + run;
@@ -250,6 +253,29 @@ impl Planner {
         all
     }
 
+    /// Taps at the least and the largest distance and drive, which stay: what lies beyond the calibrated ones has no answer.
+    pub fn pin(&mut self) {
+        for axis in [0, 1] {
+            let values = || self.taps.iter().map(|t| t[axis]);
+            let (Some(least), Some(largest)) = (values().min(), values().max()) else { return };
+            for end in [least, largest] {
+                if self.chosen.iter().any(|k| self.taps[*k][axis] == end) {
+                    continue;
+                }
+                let used =
+                    |k: &usize| axis == 0 || self.chosen.iter().any(|c| self.taps[*c][0] == self.taps[*k][0]);
+                let best = |among: &dyn Fn(&usize) -> bool| {
+                    let all = (0..self.taps.len()).filter(|k| self.taps[*k][axis] == end && among(k));
+                    all.max_by(|p, q| self.gain(*p).total_cmp(&self.gain(*q)))
+                };
+                if let Some(place) = best(&used).or_else(|| best(&|_| true)) {
+                    self.add(place);
+                    self.pinned += 1;
+                }
+            }
+        }
+    }
+
     /// One tap more, the best one.
     pub fn grow(&mut self) {
         if let Some(place) = self.best() {
@@ -259,7 +285,7 @@ impl Planner {
 
     /// Without the tap that tells least.
     pub fn shrink(&mut self) {
-        let least = (0..self.chosen.len())
+        let least = (self.pinned..self.chosen.len())
             .min_by(|i, k| self.worth(self.chosen[*i]).total_cmp(&self.worth(self.chosen[*k])));
         least.map(|k| self.remove(k));
     }
@@ -268,11 +294,10 @@ impl Planner {
     pub fn exchange(&mut self) {
         for _ in 0..ROUNDS {
             let before = self.variance();
-            for k in 0..self.chosen.len() {
-                let place = self.remove(0);
+            for _ in self.pinned..self.chosen.len() {
+                let place = self.remove(self.pinned);
                 let best = self.best().filter(|best| self.gain(*best) > self.gain(place) * (1.0 + WORTH));
                 self.add(best.unwrap_or(place));
-                debug_assert!(k < self.chosen.len());
             }
             if self.variance() > before * (1.0 - WORTH) {
                 break;
@@ -283,6 +308,7 @@ impl Planner {
     /// With these taps and no others.
     pub fn with(&self, taps: impl IntoIterator<Item = Tap>) -> Self {
         let mut other = self.clone();
+        other.pinned = 0;
         while !other.is_empty() {
             other.remove(0);
         }

@@ -14,7 +14,7 @@ use crate::error::{Error, InputError};
 use crate::estimator::learned::LearnedRecord;
 use crate::estimator::model::exact::{Exact, Extent, HARD, Opener, spec_values};
 use crate::locate::Calibration;
-use crate::measure::Rig;
+use crate::measure::{Rig, Unit};
 use crate::scene::{Axis, Column, Space};
 
 /// Distances among which positions are chosen, unless the spec lists more.
@@ -64,10 +64,16 @@ pub struct Planned {
     pub floor: f64,
     /// σ of the best so many taps.
     pub path: Vec<(usize, f64)>,
-    /// σ of even grids: all drives at so many positions, in each run.
+    /// σ of the best even grids of so many taps.
     pub even: Vec<(usize, f64)>,
     /// What the taps cannot tell apart.
     pub apart: Vec<Apart>,
+    /// Distances and drives of the spec that may be tapped.
+    pub reached: [[f64; 2]; 2],
+    /// Pairs of them that may not be tapped, and all.
+    pub forbidden: [usize; 2],
+    /// Distances and drives of the spec.
+    pub ends: [[f64; 2]; 2],
     /// Where the numbers of the rig come from.
     pub rig: Spread,
 }
@@ -78,13 +84,10 @@ impl Planned {
         self.even.iter().find(|(_, sigma)| *sigma <= self.sigma).map(|(n, _)| *n)
     }
 
-    /// σ of even grids of as many taps, between those that there are.
+    /// σ of the best even grid of no more taps.
     pub fn even_of_its_size(&self) -> Option<f64> {
-        let n = self.taps.len() as f64;
-        self.even.windows(2).find_map(|w| {
-            let [(n0, s0), (n1, s1)] = [w[0], w[1]].map(|(n, s)| (n as f64, s));
-            (n0 <= n && n <= n1).then(|| s0 + (s1 - s0) * (n - n0) / (n1 - n0))
-        })
+        let fits = self.even.iter().filter(|(n, _)| *n <= self.taps.len());
+        fits.map(|(_, sigma)| *sigma).min_by(f64::total_cmp)
     }
 
     /// Positions that are used, mm, and the taps at each.
@@ -100,19 +103,31 @@ impl Planned {
     }
 }
 
-/// What a rig adds, as a calibration before learned it.
+/// What a rig adds, as a calibration before learned it; `gain` is that of runs where it has one run only.
 ///
 /// # Errors
-/// A calibration that was not learned.
-pub fn like(calibration: &Calibration, label: &str) -> Result<Spread, InputError> {
-    let Some(LearnedRecord { units, spread, .. }) =
+/// A calibration that was not learned, of another signal, or of a whisker that is driven another way.
+pub fn like(calibration: &Calibration, rig: &Rig, gain: f64, label: &str) -> Result<Spread, InputError> {
+    let fault = |message: &str, allowed: String| {
+        Err(InputError::new(message).at(label, None).key("--like").allowed(allowed))
+    };
+    let signal = Unit::of_column(&calibration.signal).and_then(Unit::signal);
+    if signal != Some(rig.setup.signal) {
+        return fault("this calibration is of another signal", format!("one of {}", rig.setup.signal.word()));
+    }
+    if calibration.rig.setup.drive != rig.setup.drive {
+        let allowed = format!("one with {}", rig.setup.drive.column());
+        return fault("the whisker of this calibration is driven another way", allowed);
+    }
+    let Some(LearnedRecord { units, spread, runs, .. }) =
         calibration.sides.first().and_then(|side| side.learned.as_ref())
     else {
-        let error = InputError::new("this calibration was not learned").at(label, None).key("--like");
-        return Err(error.allowed("a calibration.toml that holds learned"));
+        return fault("this calibration was not learned", "a calibration.toml that holds learned".to_owned());
     };
-    let [floor, relative, position, visit, gain, zero, _] = spread.map(f64::sqrt);
-    Ok(Spread { noise: floor * units[0], relative, position, visit, gain, zero: zero * units[0] })
+    let [floor, relative, position, visit, of_runs, zero, _] = spread.map(f64::sqrt);
+    let noise = floor * units[0];
+    let [gain, zero] = if *runs > 1 { [of_runs, zero * units[0]] } else { [gain, noise] };
+    Ok(Spread { noise, relative, position, visit, gain, zero })
 }
 
 /// Plans the calibration of the rig of a spec, whose axes `space` say how far it may go.
@@ -128,6 +143,16 @@ pub fn plan(
     open: Opener<'_>,
 ) -> Result<Planned, Error> {
     let (distances, drives) = (distances(space)?, drives(space)?);
+    let width = distances[distances.len() - 1] - distances[0];
+    if width / 12.0_f64.sqrt() <= asked.error {
+        let error = InputError::new(format!(
+            "without any calibration a guess of the middle of the distances {} … {} mm is as good",
+            distances[0],
+            distances[distances.len() - 1]
+        ));
+        let allowed = format!("< {:.3} mm, or distances farther apart", width / 12.0_f64.sqrt());
+        return Err(error.key("--error").value(asked.error).allowed(allowed).into());
+    }
     let noise = rig.setup.gauge.noise_strain.filter(|noise| *noise > 0.0);
     let middle = (distances[0] * distances[distances.len() - 1]).sqrt();
     let spread = match (like, noise) {
@@ -152,7 +177,15 @@ pub fn plan(
     let side = rig.setup.gauge.side;
     let at = Extent { hard: HARD, ..Extent::around(rig, side, ends(&distances), ends(&drives), 0.0) };
     let physical = apart::parameters(rig);
-    let exact = Exact::new(rig, spec_values(&rig.setup), physical, Vec::new(), at, open)?;
+    let exact = Exact::new(rig, spec_values(&rig.setup), physical, Vec::new(), at, open);
+    let exact = exact.map_err(|why| match why.is_of_whisker() {
+        true => Error::from(
+            InputError::new(format!("the model cannot be solved over these distances and drives: {why}"))
+                .key("tap")
+                .allowed("nearer distances, smaller drives"),
+        ),
+        false => why.into(),
+    })?;
     let curve = |a: f64, u: f64| exact.expected(a, u);
     let limit = rig.strain_limit();
     let near = rig.shared().gauge[1];
@@ -180,6 +213,7 @@ pub fn plan(
         return Err(error.key("tap").allowed("other a and theta (delta) in [tap]").into());
     };
     let even = even(&planner, &distances, &drives, asked.runs);
+    planner.pin();
     let mut path = Vec::new();
     while (planner.sigma() > asked.error || planner.len() < LEAST) && planner.len() < MOST {
         planner.grow();
@@ -216,7 +250,31 @@ pub fn plan(
         noise: &spread,
         allowed: &allowed,
     });
-    Ok(Planned { distances, drives, taps, rows, sigma, floor, path, even, apart, rig: spread })
+    let pairs: Vec<(f64, f64)> =
+        distances.iter().flat_map(|a| drives.iter().map(move |u| (*a, *u))).collect();
+    let fine: Vec<&(f64, f64)> = pairs.iter().filter(|(a, u)| allowed(*a, *u)).collect();
+    let range = |f: &dyn Fn(&(f64, f64)) -> f64| {
+        let all = fine.iter().map(|p| f(p));
+        all.fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], x| [lo.min(x), hi.max(x)])
+    };
+    let reached = [range(&|p| p.0), range(&|p| p.1)];
+    let forbidden = [pairs.len() - fine.len(), pairs.len()];
+    let ends = [ends(&distances), ends(&drives)];
+    Ok(Planned {
+        distances,
+        drives,
+        taps,
+        rows,
+        sigma,
+        floor,
+        path,
+        even,
+        apart,
+        reached,
+        forbidden,
+        ends,
+        rig: spread,
+    })
 }
 
 /// Positions to choose from: evenly between the ends of the spec's distances, to a tenth of a mm.
@@ -254,19 +312,35 @@ fn axis<'a>(space: &'a Space, column: Column, key: &str) -> Result<&'a Axis, Inp
     })
 }
 
-/// Even grids: every drive at 2, 3 … positions evenly apart, in each run.
+/// Even grids: some of the drives, evenly apart with both ends, at 2, 3 … positions evenly apart with both ends; in each run, or the positions
+/// in one run after the other. Of each size the best one, where it is better than all smaller ones.
 fn even(planner: &Planner, distances: &[f64], drives: &[f64], runs: usize) -> Vec<(usize, f64)> {
     let n = distances.len();
-    let of = |positions: usize| {
-        let place = |k: usize| k * (n - 1) / (positions - 1);
+    let spread = |k: usize, of: usize, n: usize| if of > 1 { k * (n - 1) / (of - 1) } else { n - 1 };
+    let few = drives.len().min(6);
+    let kinds = (2..=n).flat_map(|p| (1..=few).flat_map(move |d| [(p, d, true), (p, d, false)]));
+    let mut all: Vec<(usize, f64)> = Vec::new();
+    for (positions, of_drives, each) in kinds {
+        if positions * of_drives * if each { runs } else { 1 } > MOST {
+            continue;
+        }
         let taps = (0..runs).flat_map(|run| {
-            (0..positions).flat_map(move |k| (0..drives.len()).map(move |j| [place(k), j, run]))
+            let own = (0..positions).filter(move |k| each || k % runs == run);
+            own.flat_map(move |k| {
+                let place = spread(k, positions, n);
+                (0..of_drives).map(move |j| [place, spread(j, of_drives, drives.len()), run])
+            })
         });
         let grid = planner.with(taps);
-        (grid.len(), grid.sigma())
-    };
-    let mut all: Vec<(usize, f64)> = (2..=n).map(of).take_while(|(taps, _)| *taps <= 2 * MOST).collect();
-    all.dedup_by_key(|(taps, _)| *taps);
+        all.push((grid.len(), grid.sigma()));
+    }
+    all.sort_by(|p, q| p.0.cmp(&q.0).then(p.1.total_cmp(&q.1)));
+    let mut least = f64::INFINITY;
+    all.retain(|(_, sigma)| {
+        let better = *sigma < least;
+        least = least.min(*sigma);
+        better
+    });
     all
 }
 

@@ -176,8 +176,8 @@ pub struct Plan {
     /// How well a position is set, mm, one standard deviation
     #[arg(long, value_name = "MM", default_value_t = 0.05, value_parser = number, conflicts_with = "like")]
     pub place: f64,
-    /// By how much the gain differs between runs, as a share, one standard deviation
-    #[arg(long, value_name = "SHARE", default_value_t = 0.003, value_parser = number, conflicts_with = "like")]
+    /// By how much the gain differs between runs, as a share, one standard deviation; as --like says where that has several runs
+    #[arg(long, value_name = "SHARE", default_value_t = 0.003, value_parser = number)]
     pub gain: f64,
     /// Noise that goes with the signal, as a share of it
     #[arg(long, value_name = "SHARE", default_value_t = 0.001, value_parser = number, conflicts_with = "like")]
