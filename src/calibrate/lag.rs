@@ -128,7 +128,7 @@ impl Search<'_> {
             let value = |gain: f64| self.likelihood(Some(&of(gain)), false).map(|l| l.0);
             let [below, here, above] = [value(at - step)?, value(at)?, value(at + step)?];
             let bend = (2.0 * here - below - above) / (step * step);
-            if !(bend > 0.0) {
+            if bend.is_nan() || bend <= 0.0 {
                 return best;
             }
             let moved = (0.5 * (above - below) / step / bend).clamp(-5.0 * STEP, 5.0 * STEP);
