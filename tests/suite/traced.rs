@@ -98,8 +98,8 @@ fn honesty(at: Along, kind: Kind, seeds: u64) -> f64 {
 #[test]
 fn a_curve_knows_how_well_it_is_known() {
     for (at, kind, seeds, [least, most]) in [
-        (line as Along, Kind::Line, 24, [0.7, 1.3]),
-        (circle, Kind::Circle, 24, [0.7, 1.3]),
+        (line as Along, Kind::Line, 40, [0.75, 1.25]),
+        (circle, Kind::Circle, 40, [0.75, 1.25]),
         // What a stiffness smooths away its standard deviation knows in part.
         (wave, Kind::Smooth, 12, [0.5, 1.6]),
     ] {
@@ -132,7 +132,7 @@ fn a_single_place_is_a_point() {
     // Nine points leave it open more often than many do.
     let (mut sum, mut all) = (0.0, 0.0);
     for (n, long, worse, seeds, most) in [
-        (9, 1.0, 1.0, 20, 5),
+        (9, 1.0, 1.0, 40, 8),
         (40, 1.0, 1.0, 4, 1),
         (40, 8.0, 1.0, 4, 1),
         (40, 8.0, 3.0, 4, 1),
