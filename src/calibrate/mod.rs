@@ -40,6 +40,7 @@ use crate::locate::calibration::{Calibration, FORMAT, Source};
 use crate::locate::locator::opener;
 use crate::measure::columns::may_drive;
 use crate::measure::group::Groups;
+use crate::measure::lag::Lag;
 use crate::measure::text::plain;
 use crate::measure::{Data, Rig, zero::Zero};
 use crate::scene::{Drive, RunOptions, Side};
@@ -107,6 +108,7 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
         let next = lag::again(&data, &with, lag);
         rounds += 1;
         if rounds == ROUNDS || (next.gain - lag.gain).abs() <= 0.3 * next.sigma_gain {
+            lag = Lag { gain: lag.gain, tau_s: lag.tau_s, ..next };
             break;
         }
         lag = next;

@@ -56,7 +56,7 @@ pub fn parameters(rig: &Rig) -> Vec<Parameter> {
     of_rig.into_iter().chain(of_whisker.into_iter().filter(known)).chain([Parameter::Zero]).collect()
 }
 
-/// Numbers that are not told, those that others are taken for first.
+/// Numbers that the taps do not tell; first those whose error goes most with that of another one.
 pub fn apart(ask: &Ask<'_>) -> Vec<Apart> {
     let (exact, values) = (ask.exact, ask.exact.values);
     let ends = [ask.drives[0], ask.drives[ask.drives.len() - 1]];

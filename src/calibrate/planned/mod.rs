@@ -3,21 +3,22 @@
 //! The whisker is that of the spec, what the rig adds is said or known of a calibration before; [`vibrissa_learned::plan`] chooses the taps.
 
 mod apart;
+mod even;
+mod like;
 mod order;
 
 pub use apart::Apart;
+pub use like::like;
 pub use order::Row;
 
 use vibrissa_learned::plan::{Ask, Planner, Rig as Spread, Tap};
 
 use crate::error::{Error, InputError};
-use crate::estimator::learned::LearnedRecord;
 use crate::estimator::model::exact::{Exact, Extent, HARD, Opener, spec_values};
-use crate::locate::Calibration;
-use crate::measure::{Rig, Unit};
+use crate::measure::Rig;
 use crate::scene::{Axis, Column, Space};
 
-/// Distances among which positions are chosen, unless the spec lists more.
+/// Distances among which positions are chosen.
 const DISTANCES: usize = 25;
 /// Drives of the spec that are used at most.
 const DRIVES: usize = 12;
@@ -103,33 +104,6 @@ impl Planned {
     }
 }
 
-/// What a rig adds, as a calibration before learned it; `gain` is that of runs where it has one run only.
-///
-/// # Errors
-/// A calibration that was not learned, of another signal, or of a whisker that is driven another way.
-pub fn like(calibration: &Calibration, rig: &Rig, gain: f64, label: &str) -> Result<Spread, InputError> {
-    let fault = |message: &str, allowed: String| {
-        Err(InputError::new(message).at(label, None).key("--like").allowed(allowed))
-    };
-    let signal = Unit::of_column(&calibration.signal).and_then(Unit::signal);
-    if signal != Some(rig.setup.signal) {
-        return fault("this calibration is of another signal", format!("one of {}", rig.setup.signal.word()));
-    }
-    if calibration.rig.setup.drive != rig.setup.drive {
-        let allowed = format!("one with {}", rig.setup.drive.column());
-        return fault("the whisker of this calibration is driven another way", allowed);
-    }
-    let Some(LearnedRecord { units, spread, runs, .. }) =
-        calibration.sides.first().and_then(|side| side.learned.as_ref())
-    else {
-        return fault("this calibration was not learned", "a calibration.toml that holds learned".to_owned());
-    };
-    let [floor, relative, position, visit, of_runs, zero, _] = spread.map(f64::sqrt);
-    let noise = floor * units[0];
-    let [gain, zero] = if *runs > 1 { [of_runs, zero * units[0]] } else { [gain, noise] };
-    Ok(Spread { noise, relative, position, visit, gain, zero })
-}
-
 /// Plans the calibration of the rig of a spec, whose axes `space` say how far it may go.
 ///
 /// # Errors
@@ -212,7 +186,7 @@ pub fn plan(
         );
         return Err(error.key("tap").allowed("other a and theta (delta) in [tap]").into());
     };
-    let even = even(&planner, &distances, &drives, asked.runs);
+    let even = even::even(&planner, &distances, &drives, asked.runs);
     planner.pin();
     let mut path = Vec::new();
     while (planner.sigma() > asked.error || planner.len() < LEAST) && planner.len() < MOST {
@@ -236,7 +210,7 @@ pub fn plan(
     let (sigma, floor, taps) = (planner.sigma(), planner.floor(), planner.chosen());
     path.retain(|(n, _)| *n < taps.len());
     path.push((taps.len(), sigma));
-    for _ in 0..taps.len().max(8).min(MOST - taps.len().min(MOST)) {
+    for _ in 0..taps.len().min(MOST - taps.len()) {
         planner.grow();
         path.push((planner.len(), planner.sigma()));
     }
@@ -302,7 +276,7 @@ fn drives(space: &Space) -> Result<Vec<f64>, InputError> {
     all.dedup();
     let n = all.len();
     let few = n.min(DRIVES);
-    Ok((0..few).map(|k| all[k * (n - 1) / few.max(2).saturating_sub(1).max(1)]).collect())
+    Ok((0..few).map(|k| all[k * (n - 1) / (few - 1).max(1)]).collect())
 }
 
 fn axis<'a>(space: &'a Space, column: Column, key: &str) -> Result<&'a Axis, InputError> {
@@ -310,38 +284,6 @@ fn axis<'a>(space: &'a Space, column: Column, key: &str) -> Result<&'a Axis, Inp
         let error = InputError::new("a plan needs distances and drives in [tap], not a list of tuples");
         error.key(key).allowed("a = { from = 20, to = 50, steps = 7 } and theta = [2, 4, 6]")
     })
-}
-
-/// Even grids: some of the drives, evenly apart with both ends, at 2, 3 … positions evenly apart with both ends; in each run, or the positions
-/// in one run after the other. Of each size the best one, where it is better than all smaller ones.
-fn even(planner: &Planner, distances: &[f64], drives: &[f64], runs: usize) -> Vec<(usize, f64)> {
-    let n = distances.len();
-    let spread = |k: usize, of: usize, n: usize| if of > 1 { k * (n - 1) / (of - 1) } else { n - 1 };
-    let few = drives.len().min(6);
-    let kinds = (2..=n).flat_map(|p| (1..=few).flat_map(move |d| [(p, d, true), (p, d, false)]));
-    let mut all: Vec<(usize, f64)> = Vec::new();
-    for (positions, of_drives, each) in kinds {
-        if positions * of_drives * if each { runs } else { 1 } > MOST {
-            continue;
-        }
-        let taps = (0..runs).flat_map(|run| {
-            let own = (0..positions).filter(move |k| each || k % runs == run);
-            own.flat_map(move |k| {
-                let place = spread(k, positions, n);
-                (0..of_drives).map(move |j| [place, spread(j, of_drives, drives.len()), run])
-            })
-        });
-        let grid = planner.with(taps);
-        all.push((grid.len(), grid.sigma()));
-    }
-    all.sort_by(|p, q| p.0.cmp(&q.0).then(p.1.total_cmp(&q.1)));
-    let mut least = f64::INFINITY;
-    all.retain(|(_, sigma)| {
-        let better = *sigma < least;
-        least = least.min(*sigma);
-        better
-    });
-    all
 }
 
 fn out_of_reach(planner: &Planner, asked: &Asked) -> Error {

@@ -2,6 +2,8 @@
 
 use vibrissa_learned::plan::Tap;
 
+use crate::scene::sampler::Sampler;
+
 /// Zero readings at a time.
 const ZEROS: usize = 2;
 /// Most taps between zero readings.
@@ -24,8 +26,8 @@ pub fn rows(taps: &[Tap], runs: usize, seed: u64) -> Vec<Row> {
     let mut positions: Vec<usize> = taps.iter().map(|t| t[0]).collect();
     positions.sort_unstable();
     positions.dedup();
-    let mut random = Random(seed);
-    random.shuffle(&mut positions);
+    let drawn = |what: u32, k: usize| Sampler::Random.coordinate(seed, what, k as u32);
+    positions.sort_by_key(|i| drawn(0, *i));
     let mut all = Vec::new();
     for run in 0..runs {
         let mut order = positions.clone();
@@ -35,15 +37,15 @@ pub fn rows(taps: &[Tap], runs: usize, seed: u64) -> Vec<Row> {
         let mut since = BETWEEN;
         let mut last = None;
         for i in order {
-            let mut drives: Vec<usize> =
-                taps.iter().filter(|t| t[0] == i && t[2] == run).map(|t| t[1]).collect();
-            random.shuffle(&mut drives);
-            for (k, j) in drives.into_iter().enumerate() {
+            let here = |(_, t): &(usize, &Tap)| t[0] == i && t[2] == run;
+            let mut drives: Vec<(usize, &Tap)> = taps.iter().enumerate().filter(here).collect();
+            drives.sort_by_key(|(n, _)| drawn(1, *n));
+            for (k, (_, tap)) in drives.into_iter().enumerate() {
                 if since >= BETWEEN || (k == 0 && 2 * since >= BETWEEN) {
                     all.extend([Row { run, distance: i, drive: None }; ZEROS]);
                     since = 0;
                 }
-                all.push(Row { run, distance: i, drive: Some(j) });
+                all.push(Row { run, distance: i, drive: Some(tap[1]) });
                 since += 1;
                 last = Some(i);
             }
@@ -53,25 +55,6 @@ pub fn rows(taps: &[Tap], runs: usize, seed: u64) -> Vec<Row> {
         }
     }
     all
-}
-
-/// splitmix64 (Steele, Lea and Flood 2014).
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, n: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) % n as u64) as usize
-    }
-
-    fn shuffle(&mut self, all: &mut [usize]) {
-        for k in (1..all.len()).rev() {
-            all.swap(k, self.below(k + 1));
-        }
-    }
 }
 
 #[cfg(test)]
