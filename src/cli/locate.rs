@@ -60,6 +60,7 @@ pub fn run(args: &Locate) -> Result<Reply, Error> {
     let by = match &args.object {
         Some(column) => By::Column(column),
         None if args.same => By::Same,
+        None if args.strokes => By::Strokes,
         None => By::Unsaid,
     };
     let asked = Ask { columns: &columns, zero, label: None, keep: false, by, warn: &warn };
@@ -286,7 +287,7 @@ fn filed(args: &Locate, path: &Path, opened: &Opened, ask: &Ask<'_>, start: Inst
     let out = super::folder(args.common.out.as_ref(), &stem, "locate");
     // What stdin brought is not known again.
     let data = readings.map(|_| &digest);
-    let asked = json!({ "readings": data, "calibration": opened.checksum, "estimator": opened.by, "columns": args.columns, "zero": SaidZero::json(args.zero.as_ref()), "same_run": args.same_run, "same": args.same, "object": args.object });
+    let asked = json!({ "readings": data, "calibration": opened.checksum, "estimator": opened.by, "columns": args.columns, "zero": SaidZero::json(args.zero.as_ref()), "same_run": args.same_run, "same": args.same, "object": args.object, "strokes": args.strokes });
     let from = readings.unwrap_or(Path::new("/dev/stdin"));
     let inputs = vec![path.to_owned(), from.to_owned()];
     let question = Question { inputs, ..Question::new("locate", &stem, asked) };

@@ -263,10 +263,7 @@ impl Locator {
     /// # Errors
     /// Why nothing is.
     pub(crate) fn asked(&self, drive: f64, signal: f64) -> Result<Asked, Status> {
-        let drive = drive - self.drive_origin;
-        let wraps = self.tared.as_ref().is_some_and(|t| t.wraps);
-        let lean = if let [one] = self.sides.as_slice() { one.sign } else { 0.0 };
-        let signal = if wraps { wrapped(signal, lean) } else { signal };
+        let (drive, signal) = self.as_calibrated(drive, signal);
         if !drive.is_finite() || !signal.is_finite() {
             return Err(Status::BAD_INPUT);
         }
@@ -285,6 +282,13 @@ impl Locator {
             return Err(status | Status::STRAIN_LIMIT);
         }
         Ok(Asked { side, drive, signal: signal.abs(), status })
+    }
+
+    /// A drive from its origin, and a tared signal of a counter that did not begin anew.
+    pub(crate) fn as_calibrated(&self, drive: f64, signal: f64) -> (f64, f64) {
+        let wraps = self.tared.as_ref().is_some_and(|t| t.wraps);
+        let lean = if let [one] = self.sides.as_slice() { one.sign } else { 0.0 };
+        (drive - self.drive_origin, if wraps { wrapped(signal, lean) } else { signal })
     }
 
     /// Whether a side is answered by a learned curve, whose taps of one object may be taken together.

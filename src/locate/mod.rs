@@ -11,6 +11,7 @@
 //! ```
 
 pub mod calibration;
+mod group;
 mod kept;
 pub(crate) mod likely;
 mod lines;
@@ -25,6 +26,7 @@ mod said;
 pub mod sequence;
 pub mod several;
 pub mod stream;
+pub mod strokes;
 pub mod table;
 pub mod tare;
 

@@ -31,6 +31,8 @@ pub enum By<'a> {
     Same,
     /// Those of one value in this column.
     Column(&'a str),
+    /// Not taps, but readings of strokes.
+    Strokes,
 }
 
 /// Objects and their taps.
@@ -105,13 +107,17 @@ impl<'a> Objects<'a> {
         if by == By::Unsaid || who.is_alone() && locator.is_learned() {
             return Ok(());
         }
-        let key = if by == By::Same { "--same" } else { "--object" };
+        let key = match by {
+            By::Same => "--same",
+            By::Strokes => "--strokes",
+            _ => "--object",
+        };
         let estimator = match who {
             Answerer::Several(_) => "several channels",
             Answerer::One(_) if locator.is_twofold() => "two gauges",
             Answerer::One(_) => locator.estimator.name(),
         };
-        let error = InputError::new("taps of one object are taken together by `learned`, of one signal");
+        let error = InputError::new("readings are taken together by `learned`, of one signal");
         Err(error.key(key).value(estimator).allowed("a calibration of one signal by learned"))
     }
 
@@ -136,7 +142,7 @@ impl<'a> Objects<'a> {
                 Some(place) => Some(place),
                 None => return Ok(None),
             },
-            By::Same => None,
+            By::Same | By::Strokes => None,
             By::Column(name) => match of(name) {
                 Some(place) => Some(place),
                 None => {

@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 use std::io::Read;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::kept::{Kept, added, field};
+use super::group::Group;
+use super::kept::{Kept, added};
 use super::lines::Source;
-use super::object::{Asked, By, Objects, Together};
+use super::object::{Asked, By, Objects};
 use super::pair::Spatial;
 use super::reading::Lines;
 use super::rows::{Answerer, Reading, Rows};
@@ -139,7 +140,7 @@ pub fn answer<'a>(
         names.extend((0..who.signals()).map(|k| who.column(k)));
         names.extend(&added(who)[1..]);
         if ask.by != By::Unsaid {
-            names.extend(Objects::columns(ask.by, false));
+            names.extend(Group::columns(ask.by, None));
         }
         out.extend(format!("{}\n", names.join(",")).bytes());
         // Whoever starts a stream may want to see that it is ready.
@@ -156,8 +157,8 @@ pub fn answer<'a>(
             lag.tau_s
         ));
     }
-    let mut objects = Objects::new(&rows, ask).map_err(label)?;
-    let together = objects.iter().flat_map(|_| Objects::columns(ask.by, true));
+    let mut group = Group::new(&rows, ask).map_err(label)?;
+    let together = group.iter().flat_map(|_| Group::columns(ask.by, Some(&rows)));
     let columns: Vec<&str> = added(who).into_iter().chain(together).collect();
     let kept = ask.keep.then(|| Kept::new(&rows, &columns));
     if let Some(kept) = &kept {
@@ -184,6 +185,7 @@ pub fn answer<'a>(
         let (mut zero, mut together) = (None, None);
         let found = if is_zero {
             counts.zeros += 1;
+            group.iter_mut().for_each(Group::rest);
             if let Some(zero) = ask.zero[0].filter(|_| counts.zeros == 1) {
                 (ask.warn)(&format!(
                     "the zero readings from line {} on take the place of --zero {}",
@@ -225,25 +227,18 @@ pub fn answer<'a>(
             let tap = Reading { drive, signals: above, shares };
             if who.is_alone() {
                 let located = locator.locate_above(drive, tap.signals[0], 0.0, tap.shares[0]);
-                if let Some(objects) = &mut objects {
+                if let Some(group) = &mut group {
                     let (signal, share) = (tap.signals[0], tap.shares[0]);
                     let tap = Asked { line: line.number, drive, signal, share, zero: counts.zeros };
-                    let name = objects.name(&rows, line.text);
-                    together = objects.tell(&name, tap, &located, ask);
+                    together = Some(group.tell((&rows, line.text), tap, &located, ask));
                 }
                 Answer::Known(located)
             } else {
                 Answer::Asked(tap)
             }
         };
-        let more = objects.as_ref().map(|objects| {
-            let mut more = Vec::new();
-            if !ask.keep && matches!(ask.by, By::Column(_)) {
-                field(&mut more, &objects.name(&rows, line.text));
-            }
-            Together::write(together.as_ref(), &mut more);
-            more
-        });
+        let nothing = |group: &Group<'_>| group.nothing((&rows, line.text), ask);
+        let more = group.as_ref().map(|group| together.unwrap_or_else(|| nothing(group)));
         follows = is_zero;
         counts.lines += 1;
         match &kept {

@@ -63,7 +63,7 @@ const STATUSES: [(Status, &str, &str, &str); 12] = [
         Status::INCONSISTENT,
         "not in a sweep",
         "",
-        "taps of one object contradict each other: columns apart_line and apart_sigmas say which",
+        "taps of one object contradict each other (columns apart_line and apart_sigmas say which), or no curve fits the readings of a stroke",
     ),
     (Status::BAD_INPUT, "not in a sweep", "", "the line is no reading"),
 ];

@@ -77,6 +77,7 @@ mod solid;
 mod spec_errors;
 mod spec_tuples;
 mod statuses;
+mod strokes;
 mod summary;
 mod tables;
 mod tap;

@@ -121,6 +121,17 @@ impl Curve {
         [self.unit * dot(&self.mean), self.unit * self.unit * (s.floor + m * m * s.relative)]
     }
 
+    /// As [`Self::moved`], of the sensor without contact: signal, variance of its noise, shared numbers.
+    pub fn rest(&self, tared: bool) -> Vec<f64> {
+        let zero = self.terms.iter().position(|t| *t == Term::Zero).filter(|_| !tared);
+        let of = |coefficients: &[f64]| zero.map_or(0.0, |k| self.unit * coefficients[k]);
+        let mut all = vec![of(&self.mean), self.unit * self.unit * self.spread.floor];
+        all.extend(self.deviations.iter().map(|d| of(d)));
+        all.extend([0.0; OF_RUN]);
+        all.push(if tared { 0.0 } else { self.unit * self.spread.zero.sqrt() });
+        all
+    }
+
     /// Coefficient of `term` and its standard deviation; `None` where it is no term.
     pub fn coefficient(&self, term: Term) -> Option<[f64; 2]> {
         let k = self.terms.iter().position(|t| *t == term)?;

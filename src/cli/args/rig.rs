@@ -79,6 +79,10 @@ pub struct Locate {
     /// Readings with the same word in this column are taps of one object [default: object, where a file has it]
     #[arg(long, value_name = "COLUMN", conflicts_with = "array")]
     pub object: Option<String>,
+    /// Readings are recorded along strokes at growing drive, of which each is told as one curve: where the whisker touched, and the
+    /// distance. A column stroke numbers them; else one begins where the drive grows again
+    #[arg(long, conflicts_with_all = ["same", "object", "array"])]
+    pub strokes: bool,
     /// Answer by this instead of learned
     #[arg(long, value_parser = words(ALL.map(|e| (e.name(), e, e.help()))), value_name = "NAME")]
     pub estimator: Option<&'static dyn Estimator>,

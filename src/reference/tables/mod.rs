@@ -7,7 +7,7 @@ mod traced;
 
 use bent::{CONTACTS, SHAPE};
 use judged::{SCALING, THREADS, VERIFY, WORK};
-use object::{NEXT, PLAN, PLAN_ERRORS, RAW, READINGS, TOGETHER};
+use object::{ALONG, NEXT, PLAN, PLAN_ERRORS, RAW, READINGS, TOGETHER};
 use traced::{ARRAY, CURVE, POINTS, STROKES};
 
 /// Name (`this or that` where it is one or the other) and meaning.
@@ -64,6 +64,7 @@ pub const OTHERS: &[Table] = &[
     ROWS,
     LOCATED,
     TOGETHER,
+    ALONG,
     ARRAY,
     PLAN,
     PLAN_ERRORS,

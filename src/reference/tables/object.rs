@@ -18,6 +18,32 @@ pub const TOGETHER: Table = table(
     ],
 );
 
+/// What `located.csv` has more of strokes.
+pub const ALONG: Table = table(
+    "locate --strokes",
+    "located.csv",
+    "These columns follow status where readings are of strokes; they say what the readings of the stroke so far tell, so that its last row is its \
+     answer. They are empty at rest, and where the drive falls.",
+    &[
+        ("stroke", "its number; a file that has such a column keeps its own"),
+        ("rows", "readings of the stroke so far"),
+        ("touch", "drive at which the whisker touched, degrees or mm"),
+        ("touch_sigma", "its standard deviation"),
+        ("stroke_distance_mm", "distance that they tell: the middle of its posterior"),
+        ("from_68_mm", "lower end of the interval that holds it with 68 %"),
+        ("to_68_mm", "upper end"),
+        ("from_95_mm", "lower end of the interval that holds it with 95 %"),
+        ("to_95_mm", "upper end"),
+        ("apart_drive", "drive at which readings next to each other are farthest off the curve"),
+        ("apart_sigmas", "by how many standard deviations"),
+        (
+            "stroke_status",
+            "ok, or no_strain (no contact is seen), ambiguous, outside_calibration, strain_limit, inconsistent (no curve fits, as after a slip), \
+             joined by +",
+        ),
+    ],
+);
+
 /// `taps.csv`.
 pub const RAW: Table = table(
     "taps",

@@ -9,15 +9,19 @@
 //! A, b and c are sums, so that a tap more costs the same after a thousand as after one. The product of single posteriors would count what is shared
 //! once for each tap, and be too sure.
 
+mod course;
 mod modes;
 mod object;
+mod stroke;
 #[cfg(test)]
 mod tests;
 
 use crate::base::Base;
 use crate::curve::{Curve, OF_RUN};
 use crate::invert::{Inverse, POINTS, prior};
+pub use course::{Course, Told as ToldCourse};
 pub use object::Object;
+pub use stroke::Stroke;
 
 /// Shared numbers that move no signal by more than this share of its variance count as noise.
 const SMALL: f64 = 1e-4;
@@ -42,6 +46,8 @@ pub struct Joint {
     table: Vec<Vec<f64>>,
     /// Which of the shared numbers are those of a new run.
     of_run: Vec<bool>,
+    /// Signal without contact, variance of its noise, and shared numbers.
+    rest: Vec<f64>,
 }
 
 /// One tap.
@@ -97,8 +103,9 @@ impl Joint {
             table.push(all);
         }
         let n = curve.shared();
-        let mut joint =
-            Self { inverse: inverse.clone(), table, of_run: (0..n).map(|k| k + OF_RUN >= n).collect() };
+        let rest = curve.rest(tared);
+        let of_run = (0..n).map(|k| k + OF_RUN >= n).collect();
+        let mut joint = Self { inverse: inverse.clone(), table, of_run, rest };
         joint.continued();
         joint.prune();
         joint
@@ -138,14 +145,15 @@ impl Joint {
             }
         }
         let kept: Vec<usize> = (0..n).filter(|k| largest[*k] > SMALL).collect();
+        let fewer = |point: &[f64]| {
+            let gone = (0..n).filter(|k| !kept.contains(k)).map(|k| point[2 + k].powi(2)).sum::<f64>();
+            let own = kept.iter().map(|k| point[2 + k]);
+            [point[0], point[1] + gone].into_iter().chain(own).collect::<Vec<f64>>()
+        };
         for row in &mut self.table {
-            let fewer = row.chunks(width).flat_map(|point| {
-                let gone = (0..n).filter(|k| !kept.contains(k)).map(|k| point[2 + k].powi(2)).sum::<f64>();
-                let own = kept.iter().map(|k| point[2 + k]);
-                [point[0], point[1] + gone].into_iter().chain(own).collect::<Vec<f64>>()
-            });
-            *row = fewer.collect();
+            *row = row.chunks(width).flat_map(fewer).collect();
         }
+        self.rest = fewer(&self.rest);
         self.of_run = kept.iter().map(|k| self.of_run[*k]).collect();
     }
 

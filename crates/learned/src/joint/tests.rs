@@ -121,3 +121,79 @@ fn one_tap_says_what_it_says_alone() {
         assert!((told.sigma / alone.sigma - 1.0).abs() < 0.03, "{told:?} {alone:?}");
     }
 }
+
+/// Readings of a stroke over the object at `a`, which is touched at the drive `touch`: of drives (u, signal).
+fn stroke(dice: &mut Dice, rig: &dyn Fn(f64, f64) -> f64, touch: f64, [scatter, jump]: [f64; 2]) -> Stroke {
+    let mut stroke = Stroke::default();
+    for k in 0..60 {
+        let u = 0.1 * f64::from(k);
+        let v = u - touch;
+        let slipped = if jump != 0.0 && v > 2.0 { 1.0 - jump } else { 1.0 };
+        stroke.add(u, rig(v.max(0.0), slipped) + scatter * dice.normal());
+    }
+    stroke
+}
+
+#[test]
+fn intervals_of_strokes_hold_what_they_promise() {
+    let size = 2.5 * 32.0_f64.powf(-1.5);
+    let spread = Spread {
+        floor: (0.01 * size).powi(2),
+        relative: 1e-4,
+        gain: 4e-4,
+        zero: (0.01 * size).powi(2),
+        ..Spread::default()
+    };
+    let curve = curve(spread);
+    let base = Base::Power(POWER);
+    let inverse = Inverse::new(&curve, &base, false, [0.0, f64::INFINITY]);
+    let joint = Joint::new(&curve, &base, false, &inverse);
+    let [middle, half] = curve.scales.a;
+    let [near, far] = [(middle - half).exp(), (middle + half).exp()];
+    let mut dice = Dice(11);
+    const STROKES: usize = 600;
+    let (mut inside, mut inside95, mut ranks, mut touches) = (0, 0, [0usize; 6], 0);
+    for _ in 0..STROKES {
+        let a = near + (far - near) * dice.uniform();
+        let touch = 0.3 + 1.2 * dice.uniform();
+        let [c0, c1, gain, zero, own, relative] = std::array::from_fn(|_| dice.normal());
+        let x = curve.scales.place(a, 2.5)[0];
+        let factor = 1.0 + 0.01 * c0 + 0.005 * c1 * x + 0.02 * gain + spread.relative.sqrt() * relative;
+        let rig = |v: f64, _: f64| {
+            (if v > 0.0 { POWER.value(a, v) * factor } else { 0.0 }) + 0.01 * size * (zero + own)
+        };
+        let mut s = stroke(&mut dice, &rig, touch, [0.01 * size, 0.0]);
+        let told =
+            s.told(&joint, Course { same_run: false, of_zero: 0.0, least: -0.3, touch: None }).unwrap();
+        inside += usize::from(told.a[1] < a && a < told.a[3]);
+        inside95 += usize::from(told.a[0] < a && a < told.a[4]);
+        ranks[told.a.iter().filter(|q| **q < a).count()] += 1;
+        touches += usize::from((told.touch[0] - touch).abs() < told.touch[1]);
+    }
+    let share = |n: usize| n as f64 / STROKES as f64;
+    // 99 % of a binomial.
+    assert!((share(inside) - 0.683).abs() < 0.049, "{}", share(inside));
+    assert!((share(inside95) - 0.95).abs() < 0.023, "{}", share(inside95));
+    assert!((share(touches) - 0.683).abs() < 0.049, "touch {}", share(touches));
+    for (n, expected) in ranks.iter().zip([0.025, 0.1337, 0.3413, 0.3413, 0.1337, 0.025]) {
+        let sd = (STROKES as f64 * expected * (1.0 - expected)).sqrt();
+        assert!((*n as f64 - STROKES as f64 * expected).abs() < 4.0 * sd, "{ranks:?}");
+    }
+}
+
+#[test]
+fn slips_are_told_and_strokes_without_contact_tell_nothing() {
+    let size = 2.5 * 32.0_f64.powf(-1.5);
+    let curve = curve(Spread { floor: (0.002 * size).powi(2), gain: 1e-4, ..Spread::default() });
+    let base = Base::Power(POWER);
+    let inverse = Inverse::new(&curve, &base, true, [0.0, f64::INFINITY]);
+    let joint = Joint::new(&curve, &base, true, &inverse);
+    let course = Course { same_run: false, of_zero: 0.0, least: -0.3, touch: None };
+    let mut dice = Dice(5);
+    let rig = |v: f64, slipped: f64| if v > 0.0 { slipped * POWER.value(30.0, v) } else { 0.0 };
+    let sound = stroke(&mut dice, &rig, 1.0, [0.002 * size, 0.0]).told(&joint, course).unwrap();
+    assert!(sound.apart[1].abs() < 4.0, "{sound:?}");
+    let slipped = stroke(&mut dice, &rig, 1.0, [0.002 * size, 0.05]).told(&joint, course).unwrap();
+    assert!(slipped.apart[1].abs() > 6.0 && (slipped.apart[0] - 3.0).abs() < 0.6, "{slipped:?}");
+    assert_eq!(stroke(&mut dice, &|_, _| 0.0, 1.0, [0.002 * size, 0.0]).told(&joint, course), None);
+}

@@ -1,0 +1,517 @@
+//! What a stroke tells: one posterior of the distance and of the drive at which the whisker touched.
+//!
+//! A reading by the drive u is one of the sensor at rest before the drive c of the touch, and after it that of a tap by u − c. All of a stroke
+//! share its touch, the errors of the calibration and of the run ([`Joint`]), and what is noise between taps: a gain and a zero of their own.
+//! Only what readings of one stroke scatter is noise.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::stroke::Bin;
+use super::{Joint, NEAR, SECOND, Stroke, lagrange};
+use crate::invert::{FINE, POINTS, node_weights, quantile};
+
+/// Shares of a posterior: 95 and 68 % intervals, and its middle.
+const SHARES: [f64; 5] = [0.025, 0.158_655, 0.5, 0.841_345, 0.975];
+/// Bins and places where the posterior is looked for, in ln a and in the drive of the touch.
+const COARSE: [usize; 3] = [24, 25, 33];
+/// Bins that are told by.
+const BINS: usize = 64;
+/// Points of the posterior in ln a, of which as many as [`FINE`] are made, and in the drive of the touch.
+const POSTERIOR: [usize; 2] = [17, 9];
+/// ln p below that of the highest point that is none.
+const NONE: f64 = 60.0;
+/// Standard deviations on either side of a mode that are looked at.
+const WINDOW: f64 = 5.0;
+/// Bins from which on their residuals tell their scatter.
+const JUDGED: usize = 12;
+/// Windows that are tried.
+const ROUNDS: usize = 10;
+/// Steps of a simplex.
+const STEPS: usize = 80;
+/// Between no contact and the smallest calibrated drive the signal goes straight, but for this share.
+const TOE: f64 = 0.05;
+/// And beyond the largest one but for this share of what is beyond.
+const BEYOND: f64 = 0.5;
+/// Numbers that only a stroke has: its gain, its zero, the error of the zero, the two shares.
+const OWN: usize = 5;
+/// By how much −2 ln p must fall for a contact to be seen.
+const SEEN: f64 = 16.0;
+/// Readings of a smooth curve leave no more than so many standard deviations of χ².
+const SMOOTH: f64 = 4.0;
+
+/// What is known of a stroke beside its readings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Course {
+    /// Whether it is of a run of the calibration.
+    pub same_run: bool,
+    /// Variance that its zero brings.
+    pub of_zero: f64,
+    /// Least drive at which the whisker may touch.
+    pub least: f64,
+    /// The drive of the touch, where it is known.
+    pub touch: Option<f64>,
+}
+
+/// What a stroke tells.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Told {
+    /// Distances, mm, below which 2.5, 15.9, 50, 84.1 and 97.5 % of the posterior lie.
+    pub a: [f64; 5],
+    /// Drive at which the whisker touched, and its standard deviation.
+    pub touch: [f64; 2],
+    /// Another distance that fits, mm.
+    pub near: Option<f64>,
+    /// Drive at which readings are farthest off the curve that fits best, and by how many of their standard deviations.
+    pub apart: [f64; 2],
+}
+
+/// ln a and the drive of the touch.
+pub(super) type Place = [f64; 2];
+
+/// A stroke that is told.
+struct Task<'a> {
+    joint: &'a Joint,
+    course: Course,
+    bins: Vec<Bin>,
+    /// Variance of one reading, and of any mean.
+    noise: [f64; 2],
+    /// Ends of the calibrated drives.
+    drives: [f64; 2],
+    /// Weights of the nodes of the drive.
+    weights: Vec<f64>,
+    /// Ends of ln a and of the drive of the touch.
+    ends: [[f64; 2]; 2],
+}
+
+/// A likely place.
+struct Mode {
+    at: Place,
+    value: f64,
+    /// Deviation of ln a, by how much the touch moves with that, and its deviation with ln a held.
+    shape: [f64; 3],
+}
+
+impl Stroke {
+    /// What the readings so far tell; `None` where no contact is seen.
+    pub fn told(&mut self, joint: &Joint, course: Course) -> Option<Told> {
+        let task = Task::new(self, joint, course, self.bins(BINS))?;
+        // What was likely a few readings ago is so still.
+        let starts = match self.recent() {
+            Some(modes) => modes.to_vec(),
+            None => Task::new(self, joint, course, self.bins(COARSE[0]))?.starts(),
+        };
+        let mut modes: Vec<Mode> = starts.into_iter().filter_map(|at| task.mode(at)).collect();
+        modes.sort_by(|p, q| p.value.total_cmp(&q.value));
+        modes.dedup_by(|q, p| (0..2).all(|k| (q.at[k] - p.at[k]).abs() < p.shape[2 * k].max(1e-9)));
+        self.remember(modes.iter().map(|mode| mode.at).collect());
+        let best = modes.first()?;
+        let none = task.value([best.at[0], task.ends[1][1]]);
+        if course.touch.is_none() && none - best.value < SEEN {
+            return None;
+        }
+        let (apart, excess) = task.misfit(best.at)?;
+        // Readings that no curve explains tell it less well than they scatter.
+        let noise = task.noise.map(|v| v * excess);
+        let task = Task { noise, ..task };
+        if excess > 2.0 {
+            modes = modes.iter().filter_map(|mode| task.mode(mode.at)).collect();
+        }
+        let least = modes.iter().map(|mode| task.value(mode.at)).fold(f64::INFINITY, f64::min);
+        let told: Vec<(f64, [f64; 5], Place)> =
+            modes.iter().take(3).filter_map(|mode| task.posterior(mode, least)).collect();
+        let all: f64 = told.iter().map(|t| t.0).sum();
+        // As of several taps, the farthest that is likely is answered.
+        let mut likely: Vec<_> = told.into_iter().filter(|t| t.0 >= SECOND * all).collect();
+        likely.sort_by(|p, q| q.1[2].total_cmp(&p.1[2]));
+        let (_, a, touch) = *likely.first()?;
+        Some(Told { a, touch, near: likely.get(1).map(|t| t.1[2]), apart })
+    }
+}
+
+impl<'a> Task<'a> {
+    fn new(stroke: &Stroke, joint: &'a Joint, course: Course, bins: Vec<Bin>) -> Option<Self> {
+        let nodes = &joint.inverse.nodes;
+        let ends = [f64::min, f64::max].map(|of| nodes.iter().copied().reduce(of));
+        let drives = [ends[0]?.exp() - joint.inverse.offset, ends[1]?.exp() - joint.inverse.offset];
+        let [first, last] = stroke.drives()?;
+        // The last reading is of a calibrated tap, or one before it.
+        let from = (last - drives[1]).min(first - drives[0]).max(course.least.min(last));
+        let touch = course.touch.map_or([from, last], |c| [c, c]);
+        let ends = [[joint.x(0), joint.x(POINTS - 1)], touch];
+        let weights = node_weights(nodes.len()).collect();
+        Some(Self { joint, course, bins, noise: stroke.noise(joint), drives, weights, ends })
+    }
+
+    /// Number of what is shared.
+    fn shared(&self) -> usize {
+        self.joint.of_run.len() + OWN
+    }
+
+    /// What is expected at ln a = x, over the nodes of the drive.
+    fn across(&self, x: f64) -> Vec<Vec<f64>> {
+        let (k, t) = self.joint.place(x);
+        let (weights, width) = (lagrange(t), self.joint.width());
+        let of = |row: &Vec<f64>| {
+            let near = row[k * width..(k + NEAR) * width].chunks(width);
+            near.zip(weights).fold(vec![0.0; width], |mut sum, (point, w)| {
+                sum.iter_mut().zip(point).for_each(|(sum, x)| *sum += w * x);
+                sum
+            })
+        };
+        self.joint.table.iter().map(of).collect()
+    }
+
+    /// Of a tap by the drive v: signal, variance of its noise, and shared numbers.
+    fn tap(&self, across: &[Vec<f64>], v: f64) -> Vec<f64> {
+        let inverse = &self.joint.inverse;
+        let u = v + inverse.offset;
+        let mut all = vec![0.0; self.joint.width()];
+        let x = u.ln();
+        let mut total = 0.0;
+        for ((node, w), values) in inverse.nodes.iter().zip(&self.weights).zip(across) {
+            let gap = x - node;
+            if gap == 0.0 {
+                (all, total) = (values.clone(), 1.0);
+                break;
+            }
+            total += w / gap;
+            all.iter_mut().zip(values).for_each(|(sum, x)| *sum += w / gap * x);
+        }
+        all.iter_mut().for_each(|x| *x *= u / total);
+        all[1] = (all[1] * u).max(f64::MIN_POSITIVE);
+        all
+    }
+
+    /// Residuals of the bins, their variances, and by how much what is shared moves each.
+    fn at(&self, across: &[Vec<f64>], touch: f64) -> Vec<(f64, f64, DVector<f64>)> {
+        let joint = self.joint;
+        let width = joint.width();
+        let [lo, hi] = self.drives;
+        let ends = self.drives.map(|v| self.tap(across, v));
+        let rest = &joint.rest;
+        let floor = rest[1];
+        let one = |bin: &Bin| {
+            let v = bin.u - touch;
+            // Up to the first calibrated drive in proportion from what is without contact on, and so from the last one on.
+            let part = |end: &[f64], share: f64| -> Vec<f64> {
+                (0..width).map(|c| rest[c] * (1.0 - share) + end[c] * share).collect()
+            };
+            let mut values = match v {
+                v if v <= 0.0 => rest.clone(),
+                v if v < lo => part(&ends[0], v / lo),
+                v if v > hi => part(&ends[1], v / hi),
+                v => self.tap(across, v),
+            };
+            if self.course.same_run {
+                values[2..]
+                    .iter_mut()
+                    .zip(&joint.of_run)
+                    .filter(|(_, run)| **run)
+                    .for_each(|(x, _)| *x = 0.0);
+            }
+            let signal = values[0] - rest[0];
+            let toe = if v > 0.0 && v < lo { TOE * (1.0 - v / lo) } else { 0.0 };
+            let beyond = if v > hi { BEYOND * (1.0 - hi / v) } else { 0.0 };
+            // Noise of a tap that goes with its signal is a gain of the stroke.
+            let relative = if v > 0.0 { (values[1] - floor).max(0.0).sqrt() } else { 0.0 };
+            let own = [relative, floor.sqrt(), self.course.of_zero.sqrt(), toe * signal, beyond * signal];
+            let shared = values[2..].iter().copied().chain(own);
+            let variance = self.noise[0] / bin.n + self.noise[1];
+            (bin.y - values[0], variance, DVector::from_iterator(self.shared(), shared))
+        };
+        self.bins.iter().map(one).collect()
+    }
+
+    /// −2 ln of the posterior.
+    fn value(&self, at: Place) -> f64 {
+        if self.is_inside(at) { self.value_of(&self.across(at[0]), at) } else { f64::INFINITY }
+    }
+
+    fn is_inside(&self, at: Place) -> bool {
+        (0..2).all(|k| at[k] >= self.ends[k][0] && at[k] <= self.ends[k][1])
+    }
+
+    fn value_of(&self, across: &[Vec<f64>], at: Place) -> f64 {
+        if !self.is_inside(at) {
+            return f64::INFINITY;
+        }
+        self.solved(&self.at(across, at[1])).map_or(f64::INFINITY, |s| s.0 - 2.0 * self.joint.prior(at[0]))
+    }
+
+    /// −2 ln of the likelihood, and what is shared.
+    fn solved(&self, bins: &[(f64, f64, DVector<f64>)]) -> Option<(f64, DVector<f64>)> {
+        let n = self.shared();
+        let (mut a, mut b, mut c) = (DMatrix::identity(n, n), DVector::zeros(n), 0.0);
+        for (r, d, shared) in bins {
+            a.ger(1.0 / d, shared, shared, 1.0);
+            b.axpy(r / d, shared, 1.0);
+            c += r * r / d + d.ln();
+        }
+        let factor = a.cholesky()?;
+        let ln_det = 2.0 * factor.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>();
+        let solved = factor.solve(&b);
+        let value = c - b.dot(&solved) + ln_det;
+        value.is_finite().then_some((value, solved))
+    }
+
+    /// Places from which the modes are reached: of each distance the best touch, where that is better than of its neighbours.
+    fn starts(&self) -> Vec<Place> {
+        let grid = |k: usize, n: usize, i: usize| {
+            let [lo, hi] = self.ends[k];
+            lo + (hi - lo) * i as f64 / (n - 1) as f64
+        };
+        let touches = if self.course.touch.is_some() { 1 } else { COARSE[2] };
+        let of = |i: usize| {
+            let x = grid(0, COARSE[1], i);
+            let across = self.across(x);
+            let value = |c: f64| self.value_of(&across, [x, c]);
+            let values: Vec<f64> =
+                (0..touches).map(|k| value(grid(1, touches.max(2), k.min(touches - 1)))).collect();
+            let k = (0..touches).min_by(|i, k| values[*i].total_cmp(&values[*k])).unwrap_or(0);
+            let mut at = grid(1, touches.max(2), k);
+            let mut least = values[k];
+            // Narrower and narrower around it.
+            let mut step = 0.5 * (self.ends[1][1] - self.ends[1][0]) / touches as f64;
+            for _ in 0..if touches > 1 { 9 } else { 0 } {
+                for c in [at - step, at + step] {
+                    let there = value(c);
+                    if there < least {
+                        (at, least) = (c, there);
+                    }
+                }
+                step *= 0.5;
+            }
+            ([x, at], least)
+        };
+        let all: Vec<(Place, f64)> = (0..COARSE[1]).map(of).collect();
+        let least = |i: &usize| {
+            let beside =
+                |k: Option<usize>| k.and_then(|k| all.get(k)).is_none_or(|other| other.1 >= all[*i].1);
+            all[*i].1.is_finite() && beside(i.checked_sub(1)) && beside(Some(i + 1))
+        };
+        let mut found: Vec<usize> = (0..COARSE[1]).filter(least).collect();
+        found.sort_by(|i, k| all[*i].1.total_cmp(&all[*k].1));
+        found.into_iter().take(3).map(|i| all[i].0).collect()
+    }
+
+    /// The mode that is reached from `start`.
+    fn mode(&self, start: Place) -> Option<Mode> {
+        let scale = [0, 1].map(|k| self.ends[k][1] - self.ends[k][0]);
+        let free = if scale[1] > 0.0 { 2 } else { 1 };
+        let mut size = [0.02 * scale[0], 0.02 * scale[1]];
+        let (mut at, mut value) = (start, self.value(start));
+        // Nelder and Mead's, begun anew while that gains.
+        for _ in 0..4 {
+            let before = value;
+            (at, value) = simplex(&|p| self.value(p), at, size, free);
+            if before - value < 1e-2 {
+                break;
+            }
+            size = size.map(|s| 0.2 * s);
+        }
+        if !value.is_finite() {
+            return None;
+        }
+        // Steps that raise −2 ln p by about 1.
+        let step = |k: usize| {
+            let mut h = 1e-3 * scale[k];
+            for _ in 0..40 {
+                let sides = [-h, h].map(|h| {
+                    let mut p = at;
+                    p[k] += h;
+                    self.value(p) - value
+                });
+                let rise = match sides {
+                    [p, q] if p.is_finite() && q.is_finite() => 0.5 * (p + q),
+                    [p, q] => {
+                        if p.is_finite() {
+                            p
+                        } else {
+                            q
+                        }
+                    }
+                };
+                if !rise.is_finite() || rise > 3.0 {
+                    h *= 0.5;
+                } else if rise < 0.3 && h < 0.2 * scale[k] {
+                    h *= 1.9;
+                } else {
+                    break;
+                }
+            }
+            h
+        };
+        let h = [step(0), if free > 1 { step(1) } else { 0.0 }];
+        let moved = |i: f64, k: f64| {
+            let p = [at[0] + i * h[0], at[1] + k * h[1]];
+            self.value(p).min(value + 50.0)
+        };
+        let second = |i: f64, k: f64| 0.5 * (moved(i, k) + moved(-i, -k) - 2.0 * value).max(1e-6);
+        let [xx, cc] = [second(1.0, 0.0), second(0.0, 1.0)];
+        if free == 1 {
+            return Some(Mode { at, value, shape: [h[0] / xx.sqrt(), 0.0, 0.0] });
+        }
+        let xc = 0.25 * (second(1.0, 1.0) - second(1.0, -1.0));
+        // Of −2 ln p ≈ xx p² + 2 xc p q + cc q² in steps.
+        let xc = xc.clamp(-0.999_999 * (xx * cc).sqrt(), 0.999_999 * (xx * cc).sqrt());
+        let alone = (xx - xc * xc / cc).max(1e-9);
+        Some(Mode { at, value, shape: [h[0] / alone.sqrt(), -xc / cc * h[1] / h[0], h[1] / cc.sqrt()] })
+    }
+
+    /// Mass of the posterior around `mode`, over that at `least`, shares of it, and the touch.
+    fn posterior(&self, mode: &Mode, least: f64) -> Option<(f64, [f64; 5], Place)> {
+        let [sd, slope, alone] = mode.shape;
+        let touches = if alone > 0.0 { POSTERIOR[1] } else { 1 };
+        let mut reach = [WINDOW; 2];
+        for _ in 0..ROUNDS {
+            let lo = (mode.at[0] - reach[0] * sd).max(self.ends[0][0]);
+            let hi = (mode.at[0] + reach[0] * sd).min(self.ends[0][1]);
+            let step = (hi - lo) / (POSTERIOR[0] - 1) as f64;
+            let part = 2.0 * reach[1] * alone / (touches.max(2) - 1) as f64;
+            let off = |k: usize| part * (k as f64 - 0.5 * (touches - 1) as f64);
+            let (mut along, mut beside, mut touch) = ([0.0; POSTERIOR[0]], [0.0; POSTERIOR[1]], [0.0; 3]);
+            for (i, sum) in along.iter_mut().enumerate() {
+                let moved = lo + step * i as f64 - mode.at[0];
+                let across = self.across(mode.at[0] + moved);
+                for (k, sum_beside) in beside[..touches].iter_mut().enumerate() {
+                    let c = slope * moved + off(k);
+                    let at = [mode.at[0] + moved, mode.at[1] + c];
+                    let p = (-0.5 * (self.value_of(&across, at) - least)).exp();
+                    *sum += p;
+                    *sum_beside += p;
+                    (0..3).for_each(|n| touch[n] += p * c.powi(n as i32));
+                }
+            }
+            let mut change = [fits(&along), fits(&beside[..touches])];
+            // At its own ends the posterior may be cut.
+            let last = POSTERIOR[0] - 1;
+            let cut = |i: usize, at: f64, end: f64| along[i] == 0.0 || (at - end).abs() < 1e-12;
+            if change[0] == Fits::TooNarrow && cut(0, lo, self.ends[0][0]) && cut(last, hi, self.ends[0][1]) {
+                change[0] = Fits::Well;
+            }
+            if touches == 1 {
+                change[1] = Fits::Well;
+            }
+            if change == [Fits::Well; 2] {
+                let mass = along.iter().sum::<f64>() * step * if touches > 1 { part } else { 1.0 };
+                let (density, step) = (finer(&along), (hi - lo) / (FINE - 1) as f64);
+                let a = SHARES.map(|share| quantile(&density, lo, step, share).exp());
+                let mean = touch[1] / touch[0];
+                let sd = (touch[2] / touch[0] - mean * mean).max(0.0).sqrt();
+                return a.iter().all(|a| a.is_finite()).then_some((mass, a, [mode.at[1] + mean, sd]));
+            }
+            for (reach, change) in reach.iter_mut().zip(change) {
+                *reach *= match change {
+                    Fits::Well => 1.0,
+                    Fits::TooNarrow => 1.7,
+                    Fits::TooWide => 0.4,
+                }
+            }
+        }
+        None
+    }
+
+    /// Drive at which readings next to each other are farthest off, by how many standard deviations, and by what variances are to be multiplied.
+    fn misfit(&self, at: Place) -> Option<([f64; 2], f64)> {
+        let bins = self.at(&self.across(at[0]), at[1]);
+        let (_, solved) = self.solved(&bins)?;
+        let left: Vec<[f64; 2]> = bins.iter().map(|(r, d, l)| [r - l.dot(&solved), *d]).collect();
+        let mut most = [f64::NAN, 0.0];
+        for size in [1, 2, 4, 8] {
+            for (k, run) in left.windows(size).enumerate() {
+                let (sum, weight) = run.iter().fold((0.0, 0.0), |(s, w), [r, d]| (s + r / d, w + 1.0 / d));
+                let z: f64 = sum / f64::sqrt(weight);
+                if z.abs() > f64::abs(most[1]) {
+                    most = [self.bins[k + size / 2].u, z];
+                }
+            }
+        }
+        let chi2: f64 = left.iter().map(|[r, d]| r * r / d).sum();
+        let freedom = (left.len() as f64 - 3.0).max(1.0);
+        let excess = (2.0 * chi2).sqrt() - (2.0 * freedom - 1.0).sqrt();
+        // Many residuals tell the scatter better than differences between neighbours do.
+        let judged = excess > SMOOTH || left.len() >= JUDGED;
+        Some((most, if judged { chi2 / freedom } else { 1.0 }))
+    }
+}
+
+/// A density at [`FINE`] points, its logarithm by polynomials.
+fn finer(of: &[f64; POSTERIOR[0]]) -> [f64; FINE] {
+    let top = of.iter().copied().fold(0.0, f64::max);
+    let logs = of.map(|p| (p / top).ln().max(-NONE));
+    std::array::from_fn(|i| {
+        let s = (i * (POSTERIOR[0] - 1)) as f64 / (FINE - 1) as f64;
+        let k = (s as usize + 1).saturating_sub(NEAR / 2).min(POSTERIOR[0] - NEAR);
+        let ln: f64 = lagrange(s - k as f64).iter().zip(&logs[k..]).map(|(w, l)| w * l).sum();
+        if ln <= -0.9 * NONE { 0.0 } else { ln.exp() }
+    })
+}
+
+/// How a posterior lies in its window.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Fits {
+    Well,
+    TooNarrow,
+    TooWide,
+}
+
+/// Whether the points of a density show all of it, and enough of it.
+fn fits(density: &[f64]) -> Fits {
+    let top = density.iter().copied().fold(0.0, f64::max);
+    let last = density.len() - 1;
+    if density[0].max(density[last]) > 1e-3 * top {
+        return Fits::TooNarrow;
+    }
+    let seen = density.iter().filter(|p| **p > 1e-3 * top).count();
+    if 3 * seen < density.len() { Fits::TooWide } else { Fits::Well }
+}
+
+/// The least value that Nelder and Mead's simplex of this size finds from `start`.
+fn simplex(value: &dyn Fn(Place) -> f64, start: Place, size: [f64; 2], free: usize) -> (Place, f64) {
+    let mut all: Vec<(Place, f64)> = (0..=free)
+        .map(|k| {
+            let mut p = start;
+            if k > 0 {
+                p[k - 1] += size[k - 1];
+            }
+            if !value(p).is_finite() && k > 0 {
+                p[k - 1] -= 2.0 * size[k - 1];
+            }
+            (p, value(p))
+        })
+        .collect();
+    let between = |p: Place, q: Place, t: f64| [0, 1].map(|k| p[k] + t * (q[k] - p[k]));
+    for _ in 0..STEPS {
+        all.sort_by(|p, q| p.1.total_cmp(&q.1));
+        let (best, worst) = (all[0], all[free]);
+        if worst.1 - best.1 < 1e-3 {
+            break;
+        }
+        let middle = [0, 1].map(|k| all[..free].iter().map(|p| p.0[k]).sum::<f64>() / free as f64);
+        let tried = |t: f64| {
+            let p = between(worst.0, middle, t);
+            (p, value(p))
+        };
+        let mirrored = tried(2.0);
+        let next = if mirrored.1 < best.1 {
+            let further = tried(3.0);
+            if further.1 < mirrored.1 { further } else { mirrored }
+        } else if mirrored.1 < all[free - 1].1 || (free == 1 && mirrored.1 < worst.1) {
+            mirrored
+        } else {
+            let inner = if mirrored.1 < worst.1 { tried(1.5) } else { tried(0.5) };
+            if inner.1 < worst.1.min(mirrored.1) {
+                inner
+            } else {
+                for other in &mut all[1..] {
+                    let p = between(best.0, other.0, 0.5);
+                    *other = (p, value(p));
+                }
+                continue;
+            }
+        };
+        all[free] = next;
+    }
+    all.sort_by(|p, q| p.1.total_cmp(&q.1));
+    all[0]
+}

@@ -1,0 +1,116 @@
+//! What readings tell together: taps of one object, or the readings of a stroke.
+
+use super::Located;
+use super::kept::field;
+use super::object::{Asked, By, Objects, Together};
+use super::rows::Rows;
+use super::stream::Ask;
+use super::strokes::{Far, Strokes};
+use crate::error::InputError;
+
+/// Readings that are told together.
+pub enum Group<'a> {
+    /// Taps of objects.
+    Objects(Objects<'a>),
+    /// Readings of strokes.
+    Strokes(Strokes<'a>),
+}
+
+impl<'a> Group<'a> {
+    /// Of readings, where any are told together.
+    ///
+    /// # Errors
+    /// As [`Objects::new`].
+    pub fn new(rows: &Rows<'a>, ask: &Ask<'_>) -> Result<Option<Self>, InputError> {
+        Ok(match ask.by {
+            By::Strokes => Some(Self::Strokes(Strokes::new(rows))),
+            _ => Objects::new(rows, ask)?.map(Self::Objects),
+        })
+    }
+
+    /// Columns that are added after the status of readings that are told together `by` this; `rows` of a file, whose columns are kept.
+    pub fn columns(by: By<'_>, rows: Option<&Rows<'_>>) -> Vec<&'static str> {
+        match by {
+            By::Strokes => Strokes::columns(rows),
+            _ => Objects::columns(by, rows.is_some()),
+        }
+    }
+
+    /// The sensor is at rest.
+    pub fn rest(&mut self) {
+        if let Self::Strokes(strokes) = self {
+            strokes.rest();
+        }
+    }
+
+    /// The columns of a reading: what it tells with those before it.
+    pub fn tell(
+        &mut self,
+        (rows, text): (&Rows<'_>, Option<&str>),
+        tap: Asked,
+        alone: &Located,
+        ask: &Ask<'_>,
+    ) -> Vec<u8> {
+        let mut out = Vec::new();
+        match self {
+            Self::Objects(objects) => {
+                let name = objects.name(rows, text);
+                let together = objects.tell(&name, tap, alone, ask);
+                self.name((rows, text), ask, &mut out);
+                Together::write(together.as_ref(), &mut out);
+            }
+            Self::Strokes(strokes) => {
+                let name = strokes.name(rows, text);
+                let far = strokes.tell(&name, tap, ask);
+                if far.is_some() {
+                    self.name((rows, text), ask, &mut out);
+                } else {
+                    self.nameless(rows, ask, &mut out);
+                }
+                Far::write(far.as_ref(), &mut out);
+            }
+        }
+        out
+    }
+
+    /// The columns of a reading that tells nothing.
+    pub fn nothing(&self, (rows, text): (&Rows<'_>, Option<&str>), ask: &Ask<'_>) -> Vec<u8> {
+        let mut out = Vec::new();
+        match self {
+            Self::Objects(_) => {
+                self.name((rows, text), ask, &mut out);
+                Together::write(None, &mut out);
+            }
+            Self::Strokes(_) => {
+                self.nameless(rows, ask, &mut out);
+                Far::write(None, &mut out);
+            }
+        }
+        out
+    }
+
+    /// Whether a column with the name stands before the others.
+    fn is_named(&self, rows: &Rows<'_>, ask: &Ask<'_>) -> bool {
+        match self {
+            Self::Objects(_) => !ask.keep && matches!(ask.by, By::Column(_)),
+            Self::Strokes(_) => {
+                Strokes::columns(ask.keep.then_some(rows)).len() > super::strokes::COLUMNS.len()
+            }
+        }
+    }
+
+    fn name(&self, (rows, text): (&Rows<'_>, Option<&str>), ask: &Ask<'_>, out: &mut Vec<u8>) {
+        if self.is_named(rows, ask) {
+            match self {
+                Self::Objects(objects) => field(out, &objects.name(rows, text)),
+                Self::Strokes(strokes) => field(out, &strokes.shown(rows, text)),
+            }
+        }
+    }
+
+    fn nameless(&self, rows: &Rows<'_>, ask: &Ask<'_>, out: &mut Vec<u8>) {
+        if self.is_named(rows, ask) {
+            out.push(b',');
+        }
+    }
+}

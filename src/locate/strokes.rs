@@ -1,0 +1,203 @@
+//! Strokes: taps that are recorded on their way, each told as one curve of the drive.
+
+use std::collections::HashMap;
+
+use vibrissa_learned::joint::{Course, Joint, Stroke, ToldCourse};
+
+use super::Locator;
+use super::object::{Asked, limit};
+use super::rows::Rows;
+use super::stream::{Ask, number};
+use crate::status::Status;
+
+/// Columns that are added: readings so far, the drive of the touch and its standard deviation, distance, ends of its 68 and 95 % intervals, the
+/// drive at which readings are farthest off the curve and by how many standard deviations, and words.
+pub const COLUMNS: [&str; 11] = [
+    "rows",
+    "touch",
+    "touch_sigma",
+    "stroke_distance_mm",
+    "from_68_mm",
+    "to_68_mm",
+    "from_95_mm",
+    "to_95_mm",
+    "apart_drive",
+    "apart_sigmas",
+    "stroke_status",
+];
+/// The column that numbers strokes.
+pub const NAME: &str = "stroke";
+/// A drive that falls by more than this share of the largest calibrated one ends a stroke.
+const FALLS: f64 = 0.01;
+/// The whisker touches no earlier than this share of the largest calibrated drive before drive 0.
+const EARLY: f64 = 0.03;
+
+/// Drives of no stroke.
+const NONE: [f64; 3] = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY];
+
+/// The stroke that is being recorded.
+pub struct Strokes<'a> {
+    locator: &'a Locator,
+    /// Place of the column that numbers them; none where the drive tells them apart.
+    place: Option<usize>,
+    joints: HashMap<(usize, bool), Joint>,
+    name: String,
+    number: u64,
+    /// The last drive, and the first and the largest of the stroke.
+    drives: [f64; 3],
+    falling: bool,
+    warned: bool,
+    /// Readings, taken with the sign of each side.
+    sides: Vec<Option<Side>>,
+}
+
+/// Readings as one side of the whisker gives them.
+struct Side {
+    stroke: Stroke,
+    tared: bool,
+    largest: f64,
+}
+
+/// What a stroke tells so far.
+pub struct Far {
+    rows: usize,
+    told: Option<ToldCourse>,
+    origin: f64,
+    status: Status,
+}
+
+impl Far {
+    /// Writes the columns, each with a comma after it but for the last.
+    pub fn write(this: Option<&Self>, out: &mut Vec<u8>) {
+        let Some(Self { rows, told, origin, status }) = this else {
+            out.extend(b",,,,,,,,,,");
+            return;
+        };
+        number(out, *rows as f64);
+        let nothing = ToldCourse { a: [f64::NAN; 5], touch: [f64::NAN; 2], near: None, apart: [f64::NAN; 2] };
+        let ToldCourse { a, touch, apart, .. } = told.unwrap_or(nothing);
+        [touch[0] + origin, touch[1], a[2], a[1], a[3], a[0], a[4], apart[0] + origin]
+            .into_iter()
+            .for_each(|x| number(out, x));
+        number(out, (100.0 * apart[1]).round() / 100.0 + 0.0);
+        out.extend(status.to_string().bytes());
+    }
+}
+
+impl<'a> Strokes<'a> {
+    /// Of readings.
+    pub fn new(rows: &Rows<'a>) -> Self {
+        let locator = rows.who.first();
+        Self {
+            locator,
+            place: rows.names().iter().position(|n| n == NAME),
+            joints: HashMap::new(),
+            name: String::new(),
+            number: 0,
+            drives: NONE,
+            falling: false,
+            warned: false,
+            sides: Vec::new(),
+        }
+    }
+
+    /// Columns that are added after the status, and before them the number of the stroke where the line does not keep one.
+    pub fn columns(rows: Option<&Rows<'_>>) -> Vec<&'static str> {
+        let own = rows.is_some_and(|rows| rows.names().iter().any(|n| n == NAME));
+        (!own).then_some(NAME).into_iter().chain(COLUMNS).collect()
+    }
+
+    /// The stroke of a line, where a column names it.
+    pub fn name(&self, rows: &Rows<'_>, text: Option<&str>) -> String {
+        let field = |place: usize| rows.fields(text?).get(place).map(|f| f.trim().to_owned());
+        self.place.and_then(field).unwrap_or_default()
+    }
+
+    /// The same, or the number of the last stroke.
+    pub fn shown(&self, rows: &Rows<'_>, text: Option<&str>) -> String {
+        if self.place.is_some() { self.name(rows, text) } else { self.number.to_string() }
+    }
+
+    /// Ends the stroke: the sensor is at rest.
+    pub fn rest(&mut self) {
+        self.drives = NONE;
+        self.falling = false;
+    }
+
+    /// Begins another stroke where `tap` is the first of one; whether it is of one at all.
+    fn begins(&mut self, tap: &Asked, name: &str, ask: &Ask<'_>) -> bool {
+        let slack =
+            FALLS * self.locator.sides().iter().filter_map(|s| s.drives.last()).fold(0.0, |x, y| y.max(x));
+        let [last, first, largest] = self.drives;
+        let named = self.place.is_some();
+        let back = tap.drive < largest - slack && tap.drive <= first + slack;
+        let again = back || self.falling && tap.drive > last + slack;
+        if !last.is_finite() || if named { name != self.name } else { again } {
+            self.sides = self.locator.sides().iter().map(|_| None).collect();
+            self.number += 1;
+            self.name = name.to_owned();
+            (self.drives, self.falling) = ([tap.drive; 3], false);
+            return true;
+        }
+        self.drives[0] = tap.drive;
+        self.falling |= tap.drive < largest - slack;
+        if self.falling {
+            if !std::mem::replace(&mut self.warned, true) {
+                (ask.warn)(&format!(
+                    "line {}: the drive falls: a stroke ends at its largest drive, and readings of the way back tell nothing",
+                    tap.line
+                ));
+            }
+            return false;
+        }
+        self.drives[2] = largest.max(tap.drive);
+        true
+    }
+
+    /// Adds a reading of the stroke `name`; `None` where it is of none.
+    pub fn tell(&mut self, name: &str, tap: Asked, ask: &Ask<'_>) -> Option<Far> {
+        if self.place.is_some() && name.is_empty() || !tap.drive.is_finite() || !tap.signal.is_finite() {
+            return None;
+        }
+        if !self.begins(&tap, name, ask) {
+            return None;
+        }
+        let locator = self.locator;
+        let (drive, signal) = locator.as_calibrated(tap.drive, tap.signal);
+        let mut status = locator.limit_of(signal);
+        for (side, readings) in locator.sides().iter().zip(&mut self.sides) {
+            let Some(learned) = side.answers.shape().learned() else { continue };
+            let (tared, y, _) = learned.read(side.sign * signal, tap.share);
+            let new = || Side { stroke: Stroke::default(), tared, largest: f64::NEG_INFINITY };
+            let own = readings.get_or_insert_with(new);
+            if side.sign * signal >= side.end_stop {
+                status |= Status::STRAIN_LIMIT;
+                continue;
+            }
+            own.largest = own.largest.max(side.sign * signal);
+            own.stroke.add(drive.max(own.stroke.drives().map_or(drive, |d| d[1])), y);
+        }
+        let known = self.sides.iter_mut().enumerate().filter_map(|(k, s)| Some((k, s.as_mut()?)));
+        let (k, own) = known.max_by(|(_, p), (_, q)| p.largest.total_cmp(&q.largest))?;
+        let side = &locator.sides()[k];
+        let learned = side.answers.shape().learned()?;
+        let joint = self.joints.entry((k, own.tared)).or_insert_with(|| learned.joint(own.tared));
+        let largest = side.drives[side.drives.len() - 1];
+        let course = Course {
+            same_run: locator.same_run,
+            of_zero: learned.read(1.0, tap.share).2,
+            least: -EARLY * largest,
+            touch: None,
+        };
+        let told = own.stroke.told(joint, course);
+        status |= match &told {
+            None => Status::NO_STRAIN,
+            Some(told) => side.doubts(told.a[2], told.near, 0.5 * (told.a[3] - told.a[1])),
+        };
+        // As many runs of readings are looked at as there are bins, of each of four sizes.
+        if told.is_some_and(|told| told.apart[1].abs() > limit(4 * own.stroke.count().min(64))) {
+            status |= Status::INCONSISTENT;
+        }
+        Some(Far { rows: own.stroke.count(), told, origin: locator.drive_origin, status })
+    }
+}

@@ -1,0 +1,134 @@
+//! Strokes: readings at growing drive, told as one curve with its touch.
+
+use crate::common::measuring::{REAL, TAPS, prototype};
+use crate::common::program::Desk;
+use crate::common::sweeping::{Row, Table, number};
+
+/// Strokes of 0.2 … 8 degrees at six distances, simulated as taps.
+const FINE: &str = "[tap]\na = [30, 32, 35, 38, 41, 45]\ntheta = { from = 0.2, to = 8, step = 0.2 }\n";
+const NOISE: f64 = 2e-5;
+
+fn desk() -> Desk {
+    let spec = |taps: &str| prototype(4.0, &["noise_strain = 2e-5\n", taps, REAL]);
+    let desk = Desk::new(&spec(TAPS));
+    desk.write("fine.toml", spec(FINE));
+    desk.run(&["simulate", "spec.toml", "--out", "sim", "--seed", "5"]).exits(0);
+    desk.run(&["calibrate", "sim/measurements.csv", "--whisker", "spec.toml", "--out", "cal"]).exits(0);
+    desk.run(&["simulate", "fine.toml", "--out", "new", "--seed", "11"]).exits(0);
+    desk
+}
+
+/// Distance, drive and strain of the fine taps, stroke after stroke.
+fn taps(desk: &Desk) -> Vec<[f64; 3]> {
+    let table = Table::read(&desk.path("new/measurements.csv"));
+    let mut all: Vec<[f64; 3]> =
+        table.rows.iter().map(|row| ["a_mm", "theta_deg", "strain"].map(|c| of(row, c))).collect();
+    all.retain(|tap| tap[1] > 0.0);
+    all.sort_by(|p, q| p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])));
+    all
+}
+
+/// Noise that is the same each time.
+fn noise(k: usize) -> f64 {
+    NOISE * ((k * 7919 % 1000) as f64 / 500.0 - 1.0)
+}
+
+/// Where stroke `k` touches, degrees.
+fn touch(k: usize) -> f64 {
+    0.6 + 0.4 * k as f64
+}
+
+/// A file of strokes that touch later than at drive 0; numbered in a column where `named`.
+fn strokes(desk: &Desk, named: bool, spoil: &dyn Fn(usize, f64, f64) -> f64) -> String {
+    let mut text = format!("a_mm,theta_deg,strain{}\n", if named { ",stroke" } else { "" });
+    for (k, stroke) in taps(desk).chunk_by(|p, q| p[0] == q[0]).enumerate() {
+        let before = (0..(touch(k) / 0.2) as usize).map(|n| (0.2 * (n + 1) as f64 - 0.1, noise(n)));
+        let after = stroke.iter().map(|tap| (tap[1] + touch(k), tap[2]));
+        for (u, y) in before.chain(after) {
+            let end = if named { format!(",{k}") } else { String::new() };
+            text += &format!("{},{u},{}{end}\n", stroke[0][0], spoil(k, u, y));
+        }
+    }
+    text
+}
+
+fn of(row: &Row, column: &str) -> f64 {
+    number(row, column).unwrap_or_else(|| panic!("{column} of {row:?}"))
+}
+
+fn last(table: &Table) -> Vec<&Row> {
+    table.rows.chunk_by(|p, q| p["stroke"] == q["stroke"]).map(|rows| &rows[rows.len() - 1]).collect()
+}
+
+#[test]
+fn strokes_tell_touch_and_distance() {
+    let desk = desk();
+    let cal = "cal/calibration.toml";
+    desk.write("strokes.csv", strokes(&desk, false, &|_, _, y| y));
+    desk.run(&["locate", cal, "strokes.csv", "--strokes", "--out", "out"]).exits(0);
+    let table = Table::read(&desk.path("out/located.csv"));
+    let told = last(&table);
+    assert_eq!(told.len(), 6);
+    let mut inside = 0;
+    for (k, row) in told.iter().enumerate() {
+        let (a, from, to) = (of(row, "a_mm"), of(row, "from_95_mm"), of(row, "to_95_mm"));
+        inside += usize::from(from < a && a < to);
+        assert!(to - from < 1.0, "{row:?}");
+        assert!(of(row, "from_68_mm") > from && of(row, "to_68_mm") < to, "{row:?}");
+        assert!((of(row, "touch") - touch(k)).abs() < 5.0 * of(row, "touch_sigma"), "{row:?}");
+        assert_eq!(row["stroke_status"], "ok", "{row:?}");
+        assert!(of(row, "rows") > 40.0);
+    }
+    assert!(inside >= 4, "{inside} of six 95 % intervals hold the distance");
+    // A stream says the same, and so far before.
+    let header = "theta_deg,strain\n";
+    let text = desk.read("strokes.csv");
+    let lines = text.lines().skip(1).map(|line| line.split_once(',').unwrap().1.to_owned() + "\n");
+    let answers = desk.pipe(&["locate", cal, "--strokes"], &(header.to_owned() + &lines.collect::<String>()));
+    let answers = answers.exits(0).stdout;
+    let place = answers.lines().next().unwrap().split(',').position(|n| n == "stroke_distance_mm").unwrap();
+    let streamed: Vec<&str> = answers.lines().skip(1).map(|l| l.split(',').nth(place).unwrap()).collect();
+    let filed: Vec<&str> = table.rows.iter().map(|row| row["stroke_distance_mm"].as_str()).collect();
+    assert_eq!(streamed, filed);
+    // Before the touch nothing is told.
+    assert_eq!(table.rows[0]["stroke_status"], "no_strain");
+}
+
+#[test]
+fn strokes_that_fit_no_curve_say_so() {
+    let desk = desk();
+    let cal = "cal/calibration.toml";
+    // The third slips at 5 degrees, the fourth creeps, the fifth never touches.
+    let spoil = |k: usize, u: f64, y: f64| match k {
+        2 if u > 5.0 => 0.93 * y,
+        4 => noise((100.0 * u) as usize),
+        _ => y,
+    };
+    desk.write("strokes.csv", strokes(&desk, true, &spoil));
+    desk.run(&["locate", cal, "strokes.csv", "--strokes", "--out", "out"]).exits(0);
+    let table = Table::read(&desk.path("out/located.csv"));
+    assert_eq!(table.columns.iter().filter(|c| c.as_str() == "stroke").count(), 1);
+    let told = last(&table);
+    let words: Vec<&str> = told.iter().map(|row| row["stroke_status"].as_str()).collect();
+    assert_eq!(words[4], "no_strain", "{words:?}");
+    assert!(words[2].contains("inconsistent"), "{words:?}");
+    assert!((of(told[2], "apart_drive") - 5.0).abs() < 1.0, "{:?}", told[2]);
+    assert!([0, 1, 3, 5].iter().all(|k| words[*k] == "ok"), "{words:?}");
+    // The way back tells nothing, and is said.
+    let text = desk.read("strokes.csv");
+    let lines: Vec<&str> = text.lines().collect();
+    let own: Vec<&str> = lines[1..].iter().copied().filter(|line| line.ends_with(",0")).collect();
+    let there_and_back = own.iter().chain(own.iter().rev().skip(1)).map(|line| format!("{line}\n"));
+    desk.write("back.csv", format!("{}\n{}", lines[0], there_and_back.collect::<String>()));
+    let ran = desk.run(&["locate", cal, "back.csv", "--strokes", "--out", "b"]).exits(0);
+    assert!(ran.stderr.contains("the drive falls"), "{}", ran.stderr);
+    let back = Table::read(&desk.path("b/located.csv"));
+    assert_eq!(back.rows[own.len()]["stroke_distance_mm"], "");
+    assert_eq!(back.rows[own.len() - 1]["stroke_distance_mm"], told[0]["stroke_distance_mm"]);
+    // Nothing at all, and flags that do not go together.
+    desk.write("none.csv", "theta_deg,strain\n");
+    desk.run(&["locate", cal, "none.csv", "--strokes", "--out", "e"]).exits(0);
+    desk.run(&["locate", cal, "strokes.csv", "--strokes", "--same", "--out", "e"]).exits(2);
+    let ran = desk.run(&["locate", cal, "strokes.csv", "--strokes", "--estimator", "paper", "--out", "f"]).exits(2);
+    assert!(ran.stderr.contains("--strokes"), "{}", ran.stderr);
+}
