@@ -129,6 +129,7 @@ fn strokes_that_fit_no_curve_say_so() {
     desk.write("none.csv", "theta_deg,strain\n");
     desk.run(&["locate", cal, "none.csv", "--strokes", "--out", "e"]).exits(0);
     desk.run(&["locate", cal, "strokes.csv", "--strokes", "--same", "--out", "e"]).exits(2);
-    let ran = desk.run(&["locate", cal, "strokes.csv", "--strokes", "--estimator", "paper", "--out", "f"]).exits(2);
+    let ran =
+        desk.run(&["locate", cal, "strokes.csv", "--strokes", "--estimator", "paper", "--out", "f"]).exits(2);
     assert!(ran.stderr.contains("--strokes"), "{}", ran.stderr);
 }

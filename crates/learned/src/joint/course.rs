@@ -26,6 +26,9 @@ const WINDOW: f64 = 5.0;
 const JUDGED: usize = 12;
 /// Windows that are tried.
 const ROUNDS: usize = 10;
+/// How far starts are off a mode, as shares of what is looked at: of a grid, and of a few readings less.
+const FAR_OFF: f64 = 0.02;
+const NEAR_IT: f64 = 0.003;
 /// Steps of a simplex.
 const STEPS: usize = 80;
 /// Between no contact and the smallest calibrated drive the signal goes straight, but for this share.
@@ -83,6 +86,16 @@ struct Task<'a> {
     ends: [[f64; 2]; 2],
 }
 
+/// Bins beside what is expected of them.
+struct Off {
+    /// What each is off, in standard deviations of its noise.
+    left: DVector<f64>,
+    /// These.
+    spread: DVector<f64>,
+    /// By how many of them what is shared moves each; a column is a bin.
+    shared: DMatrix<f64>,
+}
+
 /// A likely place.
 struct Mode {
     at: Place,
@@ -96,11 +109,11 @@ impl Stroke {
     pub fn told(&mut self, joint: &Joint, course: Course) -> Option<Told> {
         let task = Task::new(self, joint, course, self.bins(BINS))?;
         // What was likely a few readings ago is so still.
-        let starts = match self.recent() {
-            Some(modes) => modes.to_vec(),
-            None => Task::new(self, joint, course, self.bins(COARSE[0]))?.starts(),
+        let (starts, near) = match self.recent() {
+            Some(modes) => (modes.to_vec(), NEAR_IT),
+            None => (Task::new(self, joint, course, self.bins(COARSE[0]))?.starts(), FAR_OFF),
         };
-        let mut modes: Vec<Mode> = starts.into_iter().filter_map(|at| task.mode(at)).collect();
+        let mut modes: Vec<Mode> = starts.into_iter().filter_map(|at| task.mode(at, near)).collect();
         modes.sort_by(|p, q| p.value.total_cmp(&q.value));
         modes.dedup_by(|q, p| (0..2).all(|k| (q.at[k] - p.at[k]).abs() < p.shape[2 * k].max(1e-9)));
         self.remember(modes.iter().map(|mode| mode.at).collect());
@@ -114,7 +127,7 @@ impl Stroke {
         let noise = task.noise.map(|v| v * excess);
         let task = Task { noise, ..task };
         if excess > 2.0 {
-            modes = modes.iter().filter_map(|mode| task.mode(mode.at)).collect();
+            modes = modes.iter().filter_map(|mode| task.mode(mode.at, NEAR_IT)).collect();
         }
         let least = modes.iter().map(|mode| task.value(mode.at)).fold(f64::INFINITY, f64::min);
         let told: Vec<(f64, [f64; 5], Place)> =
@@ -182,44 +195,47 @@ impl<'a> Task<'a> {
         all
     }
 
-    /// Residuals of the bins, their variances, and by how much what is shared moves each.
-    fn at(&self, across: &[Vec<f64>], touch: f64) -> Vec<(f64, f64, DVector<f64>)> {
+    /// The bins where the touch is there.
+    fn at(&self, across: &[Vec<f64>], touch: f64) -> Off {
         let joint = self.joint;
         let width = joint.width();
         let [lo, hi] = self.drives;
         let ends = self.drives.map(|v| self.tap(across, v));
         let rest = &joint.rest;
         let floor = rest[1];
-        let one = |bin: &Bin| {
+        // In proportion to what is without contact, up to the first calibrated drive, and from the last one on.
+        let part = |end: &[f64], share: f64| -> Vec<f64> {
+            (0..width).map(|c| rest[c] * (1.0 - share) + end[c] * share).collect()
+        };
+        let of_run = |c: usize| self.course.same_run && joint.of_run[c];
+        let n = self.bins.len();
+        let mut off = Off {
+            left: DVector::zeros(n),
+            spread: DVector::zeros(n),
+            shared: DMatrix::zeros(self.shared(), n),
+        };
+        for (k, bin) in self.bins.iter().enumerate() {
             let v = bin.u - touch;
-            // Up to the first calibrated drive in proportion from what is without contact on, and so from the last one on.
-            let part = |end: &[f64], share: f64| -> Vec<f64> {
-                (0..width).map(|c| rest[c] * (1.0 - share) + end[c] * share).collect()
-            };
-            let mut values = match v {
+            let values = match v {
                 v if v <= 0.0 => rest.clone(),
                 v if v < lo => part(&ends[0], v / lo),
                 v if v > hi => part(&ends[1], v / hi),
                 v => self.tap(across, v),
             };
-            if self.course.same_run {
-                values[2..]
-                    .iter_mut()
-                    .zip(&joint.of_run)
-                    .filter(|(_, run)| **run)
-                    .for_each(|(x, _)| *x = 0.0);
-            }
             let signal = values[0] - rest[0];
             let toe = if v > 0.0 && v < lo { TOE * (1.0 - v / lo) } else { 0.0 };
             let beyond = if v > hi { BEYOND * (1.0 - hi / v) } else { 0.0 };
             // Noise of a tap that goes with its signal is a gain of the stroke.
             let relative = if v > 0.0 { (values[1] - floor).max(0.0).sqrt() } else { 0.0 };
             let own = [relative, floor.sqrt(), self.course.of_zero.sqrt(), toe * signal, beyond * signal];
-            let shared = values[2..].iter().copied().chain(own);
-            let variance = self.noise[0] / bin.n + self.noise[1];
-            (bin.y - values[0], variance, DVector::from_iterator(self.shared(), shared))
-        };
-        self.bins.iter().map(one).collect()
+            let sd = (self.noise[0] / bin.n + self.noise[1]).sqrt();
+            off.left[k] = (bin.y - values[0]) / sd;
+            off.spread[k] = sd;
+            let common = values[2..].iter().enumerate().map(|(c, x)| if of_run(c) { 0.0 } else { *x });
+            let mut column = off.shared.column_mut(k);
+            column.iter_mut().zip(common.chain(own)).for_each(|(to, x)| *to = x / sd);
+        }
+        off
     }
 
     /// −2 ln of the posterior.
@@ -239,18 +255,15 @@ impl<'a> Task<'a> {
     }
 
     /// −2 ln of the likelihood, and what is shared.
-    fn solved(&self, bins: &[(f64, f64, DVector<f64>)]) -> Option<(f64, DVector<f64>)> {
+    fn solved(&self, off: &Off) -> Option<(f64, DVector<f64>)> {
         let n = self.shared();
-        let (mut a, mut b, mut c) = (DMatrix::identity(n, n), DVector::zeros(n), 0.0);
-        for (r, d, shared) in bins {
-            a.ger(1.0 / d, shared, shared, 1.0);
-            b.axpy(r / d, shared, 1.0);
-            c += r * r / d + d.ln();
-        }
+        let a = DMatrix::identity(n, n) + &off.shared * off.shared.transpose();
+        let b = &off.shared * &off.left;
         let factor = a.cholesky()?;
         let ln_det = 2.0 * factor.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>();
         let solved = factor.solve(&b);
-        let value = c - b.dot(&solved) + ln_det;
+        let ln_spread = 2.0 * off.spread.iter().map(|x| x.ln()).sum::<f64>();
+        let value = off.left.norm_squared() + ln_spread - b.dot(&solved) + ln_det;
         value.is_finite().then_some((value, solved))
     }
 
@@ -294,14 +307,14 @@ impl<'a> Task<'a> {
         found.into_iter().take(3).map(|i| all[i].0).collect()
     }
 
-    /// The mode that is reached from `start`.
-    fn mode(&self, start: Place) -> Option<Mode> {
+    /// The mode that is reached from `start`, which is off it by some share `near` of the ends.
+    fn mode(&self, start: Place, near: f64) -> Option<Mode> {
         let scale = [0, 1].map(|k| self.ends[k][1] - self.ends[k][0]);
         let free = if scale[1] > 0.0 { 2 } else { 1 };
-        let mut size = [0.02 * scale[0], 0.02 * scale[1]];
+        let mut size = scale.map(|s| near * s);
         let (mut at, mut value) = (start, self.value(start));
         // Nelder and Mead's, begun anew while that gains.
-        for _ in 0..4 {
+        for _ in 0..3 {
             let before = value;
             (at, value) = simplex(&|p| self.value(p), at, size, free);
             if before - value < 1e-2 {
@@ -413,9 +426,10 @@ impl<'a> Task<'a> {
 
     /// Drive at which readings next to each other are farthest off, by how many standard deviations, and by what variances are to be multiplied.
     fn misfit(&self, at: Place) -> Option<([f64; 2], f64)> {
-        let bins = self.at(&self.across(at[0]), at[1]);
-        let (_, solved) = self.solved(&bins)?;
-        let left: Vec<[f64; 2]> = bins.iter().map(|(r, d, l)| [r - l.dot(&solved), *d]).collect();
+        let off = self.at(&self.across(at[0]), at[1]);
+        let (_, solved) = self.solved(&off)?;
+        let left = &off.left - off.shared.tr_mul(&solved);
+        let left: Vec<[f64; 2]> = left.iter().zip(&off.spread).map(|(r, s)| [r * s, s * s]).collect();
         let mut most = [f64::NAN, 0.0];
         for size in [1, 2, 4, 8] {
             for (k, run) in left.windows(size).enumerate() {
