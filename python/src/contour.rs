@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use serde_json::json;
 use vibrissa::contour::curve::Kind;
 use vibrissa::contour::point::Noise;
-use vibrissa::contour::trace::Asked;
+use vibrissa::contour::trace::TraceOptions;
 use vibrissa::contour::traced::{Question, Traced};
 use vibrissa::contour::truth::Edge;
 use vibrissa::error::{Error, InputError};
@@ -93,7 +93,7 @@ pub fn contour(
     let threads = said.threads;
     let work = move |stop: &AtomicBool, _: &mut dyn FnMut(Far)| {
         let start = std::time::Instant::now();
-        let asked = Asked {
+        let asked = TraceOptions {
             noise: Noise::said(said.angle_noise, said.base_noise, said.touch_noise)?,
             surface: meant("contact", said.contact.as_deref(), &PLACES)?,
             taps: said.taps,

@@ -17,7 +17,7 @@ use vibrissa::spec;
 
 use crate::job::{self, Far};
 use crate::search::named;
-use crate::spec::Asked;
+use crate::spec::UnreadSpec;
 use crate::table::Table;
 
 /// What a user says of a calibration beside data and whisker.
@@ -50,7 +50,7 @@ pub fn calibrate(
         let drive = said.theta.map(|_| Drive::Angle).or(said.delta.map(|_| Drive::Displacement));
         let asked = match path.is_none() && text.is_empty() {
             true => None,
-            false => Some(Asked::new(path, text, "calibrate")?),
+            false => Some(UnreadSpec::new(path, text, "calibrate")?),
         };
         let options = |kind: Drive, spec: &Spec| -> Result<Options, Error> {
             lab::same_drive(kind, drive)?;
@@ -132,7 +132,7 @@ pub fn simulate(
 ) -> PyResult<(Table, String)> {
     let work = move |stop: &AtomicBool, _: &mut dyn FnMut(Far)| {
         let start = std::time::Instant::now();
-        let asked = Asked::new(path, text, "simulate")?;
+        let asked = UnreadSpec::new(path, text, "simulate")?;
         let spec = asked.read(spec::parse)?;
         let rig = Rig::of_spec(&spec, &asked.label)?;
         let unit = synthetic::recorded(&rig, added.signal.as_deref(), "signal")?;
@@ -163,7 +163,7 @@ pub fn simulate(
         let layout = spec.study.space.layout().expect("a rig has axes");
         let room = memory::available().map_or(u64::MAX, |bytes| bytes / BYTES_OF_ROW);
         settings.rows(layout.len(), synthetic::MOST_ROWS.min(room))?;
-        let taps = synthetic::Asked { layout: &layout, directions: spec.study.setup.directions };
+        let taps = synthetic::SimulatedTaps { layout: &layout, directions: spec.study.setup.directions };
         let method = opener(&spec.run)(&rig.setup.model)?;
         let mut bytes = Vec::new();
         let counts = synthetic::simulate(&rig, taps, &settings, method, &mut |some| {

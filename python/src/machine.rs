@@ -16,7 +16,7 @@ use vibrissa::verify::{self as census, Case};
 
 use crate::error::raise;
 use crate::job::{self, Ahead, Far};
-use crate::spec::Asked;
+use crate::spec::UnreadSpec;
 use crate::table::Table;
 
 /// GPU drivers are asked by the process that `command`, a program and its arguments, starts: it calls [`answer`].
@@ -59,7 +59,7 @@ pub fn devices(py: Python<'_>) -> PyResult<String> {
 #[pyfunction]
 pub fn chart(py: Python<'_>, path: Option<PathBuf>, text: String) -> PyResult<(String, Vec<String>)> {
     let read = || {
-        let spec = Asked::new(path, text, "chart")?.read(spec::parse)?;
+        let spec = UnreadSpec::new(path, text, "chart")?.read(spec::parse)?;
         spec.one_rig()?;
         Ok::<_, Error>(spec)
     };
@@ -96,7 +96,7 @@ pub fn verify<'py>(
     let built_in =
         path.is_none() && text.parse::<toml::Table>().is_ok_and(|t| t.keys().all(|key| key == "run"));
     let read = || -> Result<_, Error> {
-        let asked = Asked::new(path, text, "verify")?;
+        let asked = UnreadSpec::new(path, text, "verify")?;
         match built_in {
             true => Ok((None, asked.read(spec::parse_listed)?.run)),
             false => {

@@ -13,7 +13,7 @@ use crate::error;
 
 /// A spec before it is read.
 #[derive(Debug, Clone)]
-pub struct Asked {
+pub struct UnreadSpec {
     /// Name in messages; its stem names the result. Ends with [`KEYWORDS`] where its lines are none that the user can look at.
     pub label: String,
     /// Text of the spec.
@@ -25,7 +25,7 @@ pub struct Asked {
 /// End of the name of what is no file: errors in it have no place.
 pub const KEYWORDS: &str = "keywords";
 
-impl Asked {
+impl UnreadSpec {
     /// The file at `path`, if one is named, and `text`, whose sections go before those of the file; `name` says what asks.
     ///
     /// # Errors
@@ -80,10 +80,10 @@ pub fn read_columns() -> Vec<&'static str> {
     names::names().chain(rows::NEEDED).chain(rows::MORE).collect()
 }
 
-/// As [`Asked::new`], as a function of Python raises.
+/// As [`UnreadSpec::new`], as a function of Python raises.
 ///
 /// # Errors
 /// A file that cannot be read.
-pub fn asked(py: Python<'_>, path: Option<PathBuf>, text: String, name: &str) -> PyResult<Asked> {
-    Asked::new(path, text, name).map_err(|e| error::raise(py, e))
+pub fn asked(py: Python<'_>, path: Option<PathBuf>, text: String, name: &str) -> PyResult<UnreadSpec> {
+    UnreadSpec::new(path, text, name).map_err(|e| error::raise(py, e))
 }

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use rayon::prelude::*;
 use vibrissa::backend::Choice;
 use vibrissa::error::Error;
-use vibrissa::needed::{Needed, Rows};
+use vibrissa::needed::{ComparedRows, Needed};
 use vibrissa::plan::Plan;
 use vibrissa::progress::Progress;
 use vibrissa::scene::{Column, Space, Spec, Tuple};
@@ -17,7 +17,7 @@ use vibrissa::{files, spec};
 
 use crate::held::{self, Given};
 use crate::job::{self, Ahead};
-use crate::spec::{Asked, asked};
+use crate::spec::{UnreadSpec, asked};
 use crate::table::Table;
 use crate::taps;
 
@@ -56,7 +56,7 @@ pub type Listed<'py> = (usize, Vec<held::Column<'py>>);
 ///
 /// # Errors
 /// What is wrong with it.
-pub fn read(py: Python<'_>, asked: &Asked, listed: Option<Listed<'_>>) -> PyResult<Spec> {
+pub fn read(py: Python<'_>, asked: &UnreadSpec, listed: Option<Listed<'_>>) -> PyResult<Spec> {
     let listed = listed.map(|(n, columns)| {
         let given = Given::new(py, n, columns)?;
         let tuples: Vec<Tuple> = (0..n).into_par_iter().map(|i| given.tap(i)).collect();
@@ -100,7 +100,7 @@ pub fn sweep<'py>(
     let work = move |stop: &std::sync::atomic::AtomicBool, tell: &mut dyn FnMut(job::Far)| {
         let choice = Choice::for_taps(&spec.run, &spec.study.setup)?;
         let bound = settle(&mut spec, &asked.label, &choice)?;
-        let fewer = |e| Needed::new(&spec.study.setup, Rows::of_study(&spec.study)?, e);
+        let fewer = |e| Needed::new(&spec.study.setup, ComparedRows::of_study(&spec.study)?, e);
         let mut needed = bound.map(fewer).transpose()?;
         if let Some(needed) = &needed {
             spec.study.setup = needed.setup().clone();

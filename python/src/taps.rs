@@ -23,7 +23,7 @@ use vibrissa::status::Status;
 use crate::error::raise;
 use crate::held::{Column, Given};
 use crate::job::{self, Far};
-use crate::spec::Asked;
+use crate::spec::UnreadSpec;
 
 /// Taps that are solved on the thread that asks: they take less than a moment.
 const FEW: usize = 256;
@@ -177,7 +177,7 @@ impl Taps {
     #[new]
     fn new(py: Python<'_>, text: String) -> PyResult<Self> {
         let made = || {
-            let mut spec = Asked::new(None, text, "strain")?.read(spec::parse_listed)?;
+            let mut spec = UnreadSpec::new(None, text, "strain")?.read(spec::parse_listed)?;
             let warnings = std::mem::take(&mut spec.warnings);
             let backend = spec.run.backend.unwrap_or(BackendChoice::Cpu);
             // Differences, and fits that take them, find no slope in f32.

@@ -80,7 +80,7 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
         refused,
         ..Reply::default()
     };
-    Ok(reply.removing(&written.removed))
+    Ok(reply.answered().removing(&written.removed))
 }
 
 /// What every calibration begins with.

@@ -75,7 +75,13 @@ pub fn run(args: &Chart) -> Result<Reply, Error> {
         super::listed(&written.files),
         start.elapsed().as_secs_f64()
     );
-    let reply =
-        Reply { text, out: Some(out), files: written.files, counts, seconds, quiet, ..Reply::default() };
+    let answer = format!(
+        "Taps at {} of {} distances are read from charts, with a strain error of {:.1e} at most where that was checked.",
+        distances.len() - without.len(),
+        distances.len(),
+        summary.strain_error
+    );
+    let files = written.files;
+    let reply = Reply { answer, text, out: Some(out), files, counts, seconds, quiet, ..Reply::default() };
     Ok(reply.removing(&written.removed))
 }

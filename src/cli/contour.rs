@@ -7,7 +7,7 @@ use std::time::Instant;
 use serde_json::{Value, json};
 use vibrissa::contour::curve::Curve;
 use vibrissa::contour::point::Noise;
-use vibrissa::contour::trace::{Asked, Trace};
+use vibrissa::contour::trace::{Trace, TraceOptions};
 use vibrissa::contour::traced::{self, Traced};
 use vibrissa::contour::{truth::Edge, write};
 use vibrissa::error::Error;
@@ -35,7 +35,7 @@ pub fn run(args: &Contour) -> Result<Reply, Error> {
         }
     };
     let noise = Noise::said(args.angle_noise, args.base_noise, args.touch_noise)?;
-    let asked = Asked { noise, surface: args.contact, taps: args.taps, kind: args.curve };
+    let asked = TraceOptions { noise, surface: args.contact, taps: args.taps, kind: args.curve };
     let columns = args.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
     let bytes = Data::load(&args.data)?;
     let calibration = Calibration::read(&args.calibration, args.common.force)?;
@@ -84,6 +84,7 @@ pub fn run(args: &Contour) -> Result<Reply, Error> {
         writeln!(text, "wrote {} in {:.2} s", super::listed(&written.files), start.elapsed().as_secs_f64());
     let (counts, result) = (counts.clone(), result.clone());
     Ok(Reply { text, out: Some(out), files: written.files, counts, seconds, result, ..Reply::default() }
+        .answered()
         .removing(&written.removed))
 }
 

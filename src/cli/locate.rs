@@ -21,6 +21,9 @@ use super::patient::Patient;
 use super::reply::Reply;
 use super::say;
 
+/// Readings of which the answer begins with what the report says.
+const ANSWERED: u64 = 100_000;
+
 /// Answers a file into `located.csv`, or a stream on stdout.
 pub fn run(args: &Locate) -> Result<Reply, Error> {
     let start = Instant::now();
@@ -324,6 +327,8 @@ fn filed(args: &Locate, path: &Path, opened: &Opened, ask: &Ask<'_>, start: Inst
         || format!("interrupted; the answers to {} readings are kept in {}", counts.lines, out.display());
     let broken = counts.stopped.then(kept);
     let reply = Reply { broken, ..reply(text, Some(out), files, &counts, opened, start) };
+    // A long table is not read again for a sentence.
+    let reply = if counts.lines <= ANSWERED { reply.answered() } else { reply };
     Ok(reply.removing(&written.removed))
 }
 

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::time::Instant;
 
 use serde_json::{Value, json};
-use vibrissa::calibrate::planned::{self, Apart, Asked, Planned};
+use vibrissa::calibrate::planned::{self, Apart, PlanGoal, Planned};
 use vibrissa::error::{Error, InputError};
 use vibrissa::figure::{self, Axis, Figure, Format, Mark, Marker, Panel, Path as Drawn, Style};
 use vibrissa::locate::{Calibration, locator::opener};
@@ -90,7 +90,7 @@ pub fn run(args: &args::Plan) -> Result<Reply, Error> {
     Ok(reply.removing(&written.removed))
 }
 
-fn asked(args: &args::Plan) -> Result<Asked, InputError> {
+fn asked(args: &args::Plan) -> Result<PlanGoal, InputError> {
     let sizes = [
         ("--error", args.error, true),
         ("--place", args.place, false),
@@ -103,7 +103,7 @@ fn asked(args: &args::Plan) -> Result<Asked, InputError> {
             return Err(InputError::new("this is no such size").key(key).value(x).allowed(allowed));
         }
     }
-    Ok(Asked {
+    Ok(PlanGoal {
         error: args.error,
         positions: args.positions,
         runs: args.runs,

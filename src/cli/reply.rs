@@ -8,6 +8,7 @@ use clap::error::{ContextKind, ContextValue};
 use miette::{GraphicalReportHandler, GraphicalTheme};
 use serde_json::{Value, json};
 use vibrissa::error::{Error, InputError};
+use vibrissa::report::answer_of;
 use vibrissa::sink::unfinished;
 
 use super::{lines::Shown, say};
@@ -63,6 +64,12 @@ pub struct Reply {
 }
 
 impl Reply {
+    /// Begins with what the report of the result in its folder says in a sentence.
+    pub fn answered(self) -> Self {
+        let answer = self.out.as_deref().map_or(String::new(), answer_of);
+        Self { answer, ..self }
+    }
+
     /// Names the files of an older result that `--force` removed.
     pub fn removing(mut self, files: &[PathBuf]) -> Self {
         if !files.is_empty() {

@@ -80,7 +80,7 @@ pub fn calibrate(
         refused,
         ..Reply::default()
     };
-    Ok(reply.removing(&written.removed))
+    Ok(reply.answered().removing(&written.removed))
 }
 
 /// Writes the files of `--export`, if there are any.

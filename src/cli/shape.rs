@@ -67,5 +67,6 @@ pub fn run(args: &Shape) -> Result<Reply, Error> {
     );
     let (files, backend) = (written.files, Value::Null);
     Ok(Reply { text, out: Some(out), files, counts: counted, seconds, backend, quiet, ..Reply::default() }
+        .answered()
         .removing(&written.removed))
 }

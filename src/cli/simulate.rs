@@ -6,7 +6,7 @@ use serde_json::json;
 use vibrissa::error::{Error, InputError};
 use vibrissa::locate::locator::opener;
 use vibrissa::measure::Rig;
-use vibrissa::simulate::{self, Asked, Settings};
+use vibrissa::simulate::{self, Settings, SimulatedTaps};
 use vibrissa::sink::folder::{Folder, Question};
 use vibrissa::sink::run_json;
 use vibrissa::spec;
@@ -33,7 +33,7 @@ pub fn run(args: &Simulate) -> Result<Reply, Error> {
         return super::strokes::run(object, &spec, &rig, &settings, &options, start);
     }
     let layout = spec.study.space.layout().expect("a rig has axes");
-    let asked = Asked { layout: &layout, directions: spec.study.setup.directions };
+    let asked = SimulatedTaps { layout: &layout, directions: spec.study.setup.directions };
     settings.rows(layout.len(), simulate::MOST_ROWS)?;
     let taps = layout.len() * settings.repeats;
     let out = super::folder(options.out.as_ref(), &spec.name, "simulate");

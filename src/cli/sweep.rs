@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use vibrissa::backend::{Backend, Choice};
 use vibrissa::curve::both::TAPS;
 use vibrissa::error::Error;
-use vibrissa::needed::{Needed, Rows};
+use vibrissa::needed::{ComparedRows, Needed};
 use vibrissa::plan::Plan;
 use vibrissa::report::answer::of_best;
 use vibrissa::scene::{Column, Geometry, Listed, RunOptions, Space, Spec};
@@ -49,7 +49,7 @@ pub fn run(args: &Sweep) -> Result<Reply, Error> {
     if bound.is_some() {
         vibrissa::sweep::whole(args.shard, &spec.study)?;
     }
-    let fewer = |e| Needed::new(&spec.study.setup, Rows::of_study(&spec.study)?, e);
+    let fewer = |e| Needed::new(&spec.study.setup, ComparedRows::of_study(&spec.study)?, e);
     let mut needed = bound.map(fewer).transpose()?;
     files::settle(&mut spec, &options, &choice.backend, &out);
     files::settle_model_error(&mut spec, bound);

@@ -28,7 +28,7 @@ const REFERENCE_RATE: f64 = 500.0;
 const COMPILE: f64 = 0.7;
 
 /// What was asked, in force.
-struct Asked {
+struct VerifyOptions {
     spec: Option<Spec>,
     options: RunOptions,
     out: PathBuf,
@@ -140,7 +140,7 @@ fn bound(args: &Verify) -> Result<Option<f64>, InputError> {
 }
 
 /// Reads the spec, if any. Its `out` is where a sweep of it goes: the census goes beside it.
-fn asked(args: &Verify) -> Result<Asked, Error> {
+fn asked(args: &Verify) -> Result<VerifyOptions, Error> {
     let mut spec = args.spec.as_deref().map(spec::read).transpose()?;
     spec.iter().try_for_each(|spec| spec.one_rig())?;
     let written = spec.as_ref().map_or_else(RunOptions::default, |s| s.run.clone());
@@ -161,17 +161,17 @@ fn asked(args: &Verify) -> Result<Asked, Error> {
     }
     let quick = args.quick;
     let samples = args.samples.unwrap_or(verify::samples(spec.is_some(), quick));
-    Ok(Asked { spec, options, out, samples, seed: args.seed, quick })
+    Ok(VerifyOptions { spec, options, out, samples, seed: args.seed, quick })
 }
 
-fn cases(asked: &Asked) -> Result<Vec<Case>, Error> {
+fn cases(asked: &VerifyOptions) -> Result<Vec<Case>, Error> {
     match &asked.spec {
         Some(spec) => Ok(vec![Case::of_study(&spec.name, spec.study.clone(), asked.samples, asked.seed)?]),
         None => Ok(Case::built_in(asked.samples, asked.seed, asked.quick)),
     }
 }
 
-fn headline(asked: &Asked, cases: usize, taps: u64, places: &[Place]) -> String {
+fn headline(asked: &VerifyOptions, cases: usize, taps: u64, places: &[Place]) -> String {
     let what = match &asked.spec {
         Some(spec) => format!("{}: {taps} of its taps", spec.name),
         None => format!("{taps} taps of {cases} configurations"),
@@ -186,7 +186,7 @@ fn headline(asked: &Asked, cases: usize, taps: u64, places: &[Place]) -> String 
     format!("{what}, each on the reference and on {}", on.join(", "))
 }
 
-fn planned(asked: &Asked, places: &[Place]) -> Result<Reply, Error> {
+fn planned(asked: &VerifyOptions, places: &[Place]) -> Result<Reply, Error> {
     let cases = cases(asked)?;
     let taps = cases.iter().map(|c| c.tuples.len() as u64).sum();
     let gpus = places.iter().filter(|p| p.backend().adapter.is_some()).count();

@@ -17,7 +17,7 @@ const LEAST: f64 = 1e-3;
 
 /// What is asked of a contour.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Asked {
+pub struct TraceOptions {
     /// What is not certain beside the signal.
     pub noise: Noise,
     /// Contact on the surface of the whisker, or on its centreline; as its model says if not said.
@@ -74,7 +74,7 @@ impl Trace {
     pub fn new(
         locator: &Locator,
         readings: &Readings,
-        asked: &Asked,
+        asked: &TraceOptions,
         stop: &AtomicBool,
     ) -> Result<Self, Error> {
         let go_on = || match stop.load(Ordering::Relaxed) {

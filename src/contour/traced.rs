@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use serde_json::{Value, json};
 
-use super::trace::{Asked, Trace};
+use super::trace::{Trace, TraceOptions};
 use super::truth::{self, Edge};
 use super::write;
 use crate::error::Error;
@@ -33,7 +33,7 @@ pub struct Question<'a> {
     /// What the sensor shows without contact, if it was said.
     pub zero: Option<&'a SaidZero>,
     /// Noise, contact, taps or strokes, kind of the curve.
-    pub asked: Asked,
+    pub asked: TraceOptions,
     /// The object, where it is known, and the name of its file.
     pub truth: Option<(&'a dyn Edge, &'a str)>,
 }

@@ -2,8 +2,8 @@
 
 use super::Located;
 use super::kept::field;
-use super::object::{Asked, By, Objects, Together};
-use super::rows::Rows;
+use super::object::{By, Objects, Together, UnlocatedTap};
+use super::rows::RowReader;
 use super::stream::Ask;
 use super::strokes::{Far, Strokes};
 use crate::error::InputError;
@@ -21,7 +21,7 @@ impl<'a> Group<'a> {
     ///
     /// # Errors
     /// As [`Objects::new`].
-    pub fn new(rows: &Rows<'a>, ask: &Ask<'_>) -> Result<Option<Self>, InputError> {
+    pub fn new(rows: &RowReader<'a>, ask: &Ask<'_>) -> Result<Option<Self>, InputError> {
         Ok(match ask.by {
             By::Strokes => Some(Self::Strokes(Strokes::new(rows))),
             _ => Objects::new(rows, ask)?.map(Self::Objects),
@@ -29,7 +29,7 @@ impl<'a> Group<'a> {
     }
 
     /// Columns that are added after the status of readings that are told together `by` this; `rows` of a file, whose columns are kept.
-    pub fn columns(by: By<'_>, rows: Option<&Rows<'_>>) -> Vec<&'static str> {
+    pub fn columns(by: By<'_>, rows: Option<&RowReader<'_>>) -> Vec<&'static str> {
         match by {
             By::Strokes => Strokes::columns(rows),
             _ => Objects::columns(by, rows.is_some()),
@@ -46,8 +46,8 @@ impl<'a> Group<'a> {
     /// The columns of a reading: what it tells with those before it.
     pub fn tell(
         &mut self,
-        (rows, text): (&Rows<'_>, Option<&str>),
-        tap: Asked,
+        (rows, text): (&RowReader<'_>, Option<&str>),
+        tap: UnlocatedTap,
         alone: &Located,
         ask: &Ask<'_>,
     ) -> Vec<u8> {
@@ -74,7 +74,7 @@ impl<'a> Group<'a> {
     }
 
     /// The columns of a reading that tells nothing.
-    pub fn nothing(&self, (rows, text): (&Rows<'_>, Option<&str>), ask: &Ask<'_>) -> Vec<u8> {
+    pub fn nothing(&self, (rows, text): (&RowReader<'_>, Option<&str>), ask: &Ask<'_>) -> Vec<u8> {
         let mut out = Vec::new();
         match self {
             Self::Objects(_) => {
@@ -90,7 +90,7 @@ impl<'a> Group<'a> {
     }
 
     /// Whether a column with the name stands before the others.
-    fn is_named(&self, rows: &Rows<'_>, ask: &Ask<'_>) -> bool {
+    fn is_named(&self, rows: &RowReader<'_>, ask: &Ask<'_>) -> bool {
         match self {
             Self::Objects(_) => !ask.keep && matches!(ask.by, By::Column(_)),
             Self::Strokes(_) => {
@@ -99,7 +99,7 @@ impl<'a> Group<'a> {
         }
     }
 
-    fn name(&self, (rows, text): (&Rows<'_>, Option<&str>), ask: &Ask<'_>, out: &mut Vec<u8>) {
+    fn name(&self, (rows, text): (&RowReader<'_>, Option<&str>), ask: &Ask<'_>, out: &mut Vec<u8>) {
         if self.is_named(rows, ask) {
             match self {
                 Self::Objects(objects) => field(out, &objects.name(rows, text)),
@@ -108,7 +108,7 @@ impl<'a> Group<'a> {
         }
     }
 
-    fn nameless(&self, rows: &Rows<'_>, ask: &Ask<'_>, out: &mut Vec<u8>) {
+    fn nameless(&self, rows: &RowReader<'_>, ask: &Ask<'_>, out: &mut Vec<u8>) {
         if self.is_named(rows, ask) {
             out.push(b',');
         }

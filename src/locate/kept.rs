@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use super::Spatial;
 use super::lines::Line;
-use super::rows::{Answerer, Rows};
+use super::rows::{Answerer, RowReader};
 use super::stream::number;
 use crate::measure::text;
 
@@ -31,7 +31,7 @@ pub struct Kept {
 
 impl Kept {
     /// For these rows, with the columns `added`, of which the zero is the first.
-    pub fn new(rows: &Rows<'_>, added: &[&'static str]) -> Self {
+    pub fn new(rows: &RowReader<'_>, added: &[&'static str]) -> Self {
         let own = rows.names();
         let common = [rows.lines().drive().column(), rows.who.first().unit.common()];
         let taken = |n: &String| n == "line" || added.contains(&n.as_str());
@@ -59,7 +59,13 @@ impl Kept {
     }
 
     /// The fields before the answer; of `drive, signal, zero` what is no number is left empty.
-    pub fn row(&self, out: &mut Vec<u8>, line: &Line<'_>, rows: &Rows<'_>, [drive, signal, zero]: [f64; 3]) {
+    pub fn row(
+        &self,
+        out: &mut Vec<u8>,
+        line: &Line<'_>,
+        rows: &RowReader<'_>,
+        [drive, signal, zero]: [f64; 3],
+    ) {
         out.extend_from_slice(line.number.to_string().as_bytes());
         out.push(b',');
         let fields = rows.fields(line.text.unwrap_or_default());

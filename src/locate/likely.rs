@@ -42,7 +42,7 @@ impl Response for Locator {
 }
 
 /// One tap.
-pub(super) struct Tap<'a> {
+pub(super) struct ChannelTap<'a> {
     /// Of each channel what answers it and its signal.
     readings: Vec<(&'a dyn Response, f64)>,
     /// NaN where it is not known.
@@ -52,7 +52,7 @@ pub(super) struct Tap<'a> {
     bounds: [[f64; 2]; 2],
 }
 
-impl<'a> Tap<'a> {
+impl<'a> ChannelTap<'a> {
     /// `None` where a channel is not calibrated on the side of its signal, or the drive is none of the calibrated ones.
     pub fn new(readings: Vec<(&'a dyn Response, f64)>, drive: f64, noise: &DMatrix<f64>) -> Option<Self> {
         let mut bounds = [[0.0, f64::INFINITY]; 2];

@@ -2,7 +2,7 @@
 
 use std::io::{BufRead, BufReader, Read};
 
-use super::rows::Rows;
+use super::rows::RowReader;
 use super::stream::Ask;
 use crate::error::{Error, InputError};
 
@@ -50,7 +50,7 @@ impl<'a, R: Read> Source<'a, R> {
     ///
     /// # Errors
     /// A header that does not fit the calibration; input that fails.
-    pub fn first(&mut self, rows: &mut Rows<'_>) -> Result<(), Error> {
+    pub fn first(&mut self, rows: &mut RowReader<'_>) -> Result<(), Error> {
         if std::mem::replace(&mut self.begun, true) {
             return Ok(());
         }
@@ -75,7 +75,7 @@ impl<'a, R: Read> Source<'a, R> {
     ///
     /// # Errors
     /// As [`Self::first`].
-    pub fn next(&mut self, rows: &mut Rows<'_>) -> Result<Option<Line<'_>>, Error> {
+    pub fn next(&mut self, rows: &mut RowReader<'_>) -> Result<Option<Line<'_>>, Error> {
         self.first(rows)?;
         let length = match self.held.take() {
             Some(length) => length,

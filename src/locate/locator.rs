@@ -50,7 +50,7 @@ pub fn opener(options: &RunOptions) -> impl Fn(&Model) -> Result<Method, Error> 
 }
 
 /// A tap on one side of the whisker.
-pub(crate) struct Asked {
+pub(crate) struct SideTap {
     /// Its place among the sides.
     pub(crate) side: usize,
     /// The drive from its origin.
@@ -237,7 +237,7 @@ impl Locator {
     /// that [`Unit::strain`] makes of what it shows.
     pub fn locate_above(&self, drive: f64, signal: f64, zero: f64, share: f64) -> Located {
         let signal = self.unit.above(signal, zero, self.rig.setup.gauge.factor);
-        let Asked { side, drive, signal, mut status } = match self.asked(drive, signal) {
+        let SideTap { side, drive, signal, mut status } = match self.asked(drive, signal) {
             Ok(asked) => asked,
             Err(status) => return Located::nothing(status),
         };
@@ -262,7 +262,7 @@ impl Locator {
     ///
     /// # Errors
     /// Why nothing is.
-    pub(crate) fn asked(&self, drive: f64, signal: f64) -> Result<Asked, Status> {
+    pub(crate) fn asked(&self, drive: f64, signal: f64) -> Result<SideTap, Status> {
         let (drive, signal) = self.as_calibrated(drive, signal);
         if !drive.is_finite() || !signal.is_finite() {
             return Err(Status::BAD_INPUT);
@@ -281,7 +281,7 @@ impl Locator {
         if signal.abs() >= known.end_stop * (1.0 - SAME) {
             return Err(status | Status::STRAIN_LIMIT);
         }
-        Ok(Asked { side, drive, signal: signal.abs(), status })
+        Ok(SideTap { side, drive, signal: signal.abs(), status })
     }
 
     /// A drive from its origin, and a tared signal of a counter that did not begin anew.

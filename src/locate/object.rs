@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use vibrissa_learned::joint::{Joint, Object, Tap};
 
-use super::rows::{Answerer, Rows};
+use super::rows::{Answerer, RowReader};
 use super::stream::{Ask, number};
 use super::{Located, Locator};
 use crate::error::InputError;
@@ -84,7 +84,7 @@ impl Together {
 
 /// A tap that is in question.
 #[derive(Debug, Clone, Copy)]
-pub struct Asked {
+pub struct UnlocatedTap {
     /// Line of the input.
     pub line: usize,
     /// The drive, as it is recorded.
@@ -125,7 +125,7 @@ impl<'a> Objects<'a> {
     ///
     /// # Errors
     /// A column that is not there.
-    pub fn new(rows: &Rows<'a>, ask: &Ask<'_>) -> Result<Option<Self>, InputError> {
+    pub fn new(rows: &RowReader<'a>, ask: &Ask<'_>) -> Result<Option<Self>, InputError> {
         let locator = rows.who.first();
         let names = rows.names();
         let of = |name: &str| names.iter().position(|n| n == name);
@@ -173,13 +173,19 @@ impl<'a> Objects<'a> {
     }
 
     /// The object of a line.
-    pub fn name(&self, rows: &Rows<'_>, text: Option<&str>) -> String {
+    pub fn name(&self, rows: &RowReader<'_>, text: Option<&str>) -> String {
         let field = |place: usize| rows.fields(text?).get(place).map(|f| f.trim().to_owned());
         self.place.and_then(field).unwrap_or_default()
     }
 
     /// Adds a tap of the object `name`, whose own answer is `alone`; `None` where it tells nothing.
-    pub fn tell(&mut self, name: &str, tap: Asked, alone: &Located, ask: &Ask<'_>) -> Option<Together> {
+    pub fn tell(
+        &mut self,
+        name: &str,
+        tap: UnlocatedTap,
+        alone: &Located,
+        ask: &Ask<'_>,
+    ) -> Option<Together> {
         // A tap that has no distance of its own, at an end stop or beyond any, tells none together with others either.
         if self.place.is_some() && name.is_empty() || alone.distance.is_nan() {
             return None;

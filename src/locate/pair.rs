@@ -8,7 +8,7 @@ use super::opened::Opened;
 use crate::curve::both::inverse;
 use crate::error::{Error, SolveError};
 use crate::estimator::model::exact::{Extent, Opener};
-use crate::estimator::model::pair::{Asked, Inverted, Pair, Place, Transfer};
+use crate::estimator::model::pair::{Inverted, Pair, Place, Transfer, TwoReadings};
 use crate::estimator::model::{Found, between};
 use crate::estimator::{EXACT, Estimator, Known, SideRecord};
 use crate::evaluate::Method;
@@ -123,7 +123,7 @@ impl Twofold {
     }
 
     /// The taps of the model, one after the other where several threads ask.
-    fn invert(&self, asked: &[Asked]) -> Result<Option<Vec<Option<Inverted>>>, SolveError> {
+    fn invert(&self, asked: &[TwoReadings]) -> Result<Option<Vec<Option<Inverted>>>, SolveError> {
         let Some((pair, method)) = &self.model else { return Ok(None) };
         let mut held = method.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(method) = held.take() else { return Ok(None) };
@@ -202,11 +202,12 @@ impl Locator {
             let solved = Solved { a: found.a, tilt, inverse, near: found.near, rising: false };
             begun.push((i, signs, drive, status, found, solved));
         }
-        let ask = |(_, readings, drive, _, _, s): &(usize, [f64; 2], f64, Status, Found, Solved)| Asked {
-            start: Place { a: s.a, tilt: s.tilt.to_degrees(), drive: *drive },
-            readings: *readings,
-        };
-        let asked: Vec<Asked> = begun.iter().map(ask).collect();
+        let ask =
+            |(_, readings, drive, _, _, s): &(usize, [f64; 2], f64, Status, Found, Solved)| TwoReadings {
+                start: Place { a: s.a, tilt: s.tilt.to_degrees(), drive: *drive },
+                readings: *readings,
+            };
+        let asked: Vec<TwoReadings> = begun.iter().map(ask).collect();
         if let Some(inverted) = two.invert(&asked)? {
             for ((i, .., status, _, solved), found) in begun.iter_mut().zip(inverted) {
                 let slopes = found.and_then(|f| Some((f, inverse(f.slopes)?)));

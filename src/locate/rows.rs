@@ -117,14 +117,14 @@ impl<'a> Answerer<'a> {
 }
 
 /// How rows are read.
-pub struct Rows<'a> {
+pub struct RowReader<'a> {
     pub(super) who: Answerer<'a>,
     /// What reads each channel; one for a whisker, with both its gauges.
     lines: Vec<Lines<'a>>,
     headed: bool,
 }
 
-impl<'a> Rows<'a> {
+impl<'a> RowReader<'a> {
     /// Rows for `who`; without a header they hold the drive, which may be left out where it is known, or found, and the signals in the
     /// units of the calibration.
     pub fn new(who: impl Into<Answerer<'a>>) -> Self {

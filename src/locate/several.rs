@@ -6,7 +6,7 @@
 use nalgebra::DMatrix;
 
 use super::calibration::Calibration;
-use super::likely::{Response, Tap};
+use super::likely::{ChannelTap, Response};
 use super::locator::{Located, Locator};
 use crate::error::Error;
 use crate::estimator::least::Minimum;
@@ -108,7 +108,7 @@ pub(crate) fn together(
         return Located::nothing(status | Status::NO_ROOT);
     }
     let readings = used.iter().map(|k| (channels[*k], signals[*k])).collect();
-    let Some(tap) = Tap::new(readings, drive, &noise) else {
+    let Some(tap) = ChannelTap::new(readings, drive, &noise) else {
         return Located::nothing(status | Status::OUTSIDE_CALIBRATION);
     };
     let side = channels[used[0]].of().sides().iter().find(|s| s.sign == signals[used[0]].signum());

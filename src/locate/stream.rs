@@ -7,10 +7,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::group::Group;
 use super::kept::{Kept, added};
 use super::lines::Source;
-use super::object::{Asked, By, Objects};
+use super::object::{By, Objects, UnlocatedTap};
 use super::pair::Spatial;
 use super::reading::Lines;
-use super::rows::{Answerer, Reading, Rows};
+use super::rows::{Answerer, Reading, RowReader};
 use super::tare::{Tare, doubt};
 use super::{Located, Locator};
 use crate::error::{Error, InputError};
@@ -86,7 +86,7 @@ pub fn zeros<'a>(
 ) -> Result<(Vec<Zero>, Vec<usize>), Error> {
     let who = who.into();
     let mut source = Source::new(input, ask);
-    let mut rows = Rows::new(who);
+    let mut rows = RowReader::new(who);
     let (mut readings, mut numbers, mut sizes) = (vec![Vec::new(); who.signals()], Vec::new(), Vec::new());
     while let Some(line) = source.next(&mut rows)? {
         let Some((drive, signals)) = line.text.and_then(|t| rows.parse(t)) else { continue };
@@ -132,7 +132,7 @@ pub fn answer<'a>(
     let mut source = Source::new(input, ask);
     let label = |e: InputError| e.at(ask.label.unwrap_or("stdin"), None);
     Objects::can(who, ask.by).map_err(label)?;
-    let mut rows = Rows::new(who);
+    let mut rows = RowReader::new(who);
     let mut out = Vec::with_capacity(2 * BATCH);
     let mut counts = Counts::default();
     if !ask.keep {
@@ -229,12 +229,12 @@ pub fn answer<'a>(
                 let located = locator.locate_above(drive, tap.signals[0], 0.0, tap.shares[0]);
                 if let Some(group) = &mut group {
                     let (signal, share) = (tap.signals[0], tap.shares[0]);
-                    let tap = Asked { line: line.number, drive, signal, share, zero: counts.zeros };
+                    let tap = UnlocatedTap { line: line.number, drive, signal, share, zero: counts.zeros };
                     together = Some(group.tell((&rows, line.text), tap, &located, ask));
                 }
                 Answer::Known(located)
             } else {
-                Answer::Asked(tap)
+                Answer::UnlocatedTap(tap)
             }
         };
         let nothing = |group: &Group<'_>| group.nothing((&rows, line.text), ask);
@@ -298,7 +298,7 @@ pub(super) fn tares(
 /// What a line is answered by.
 enum Answer {
     Known(Located),
-    Asked(Reading),
+    UnlocatedTap(Reading),
 }
 
 /// Lines that are answered together.
@@ -318,7 +318,7 @@ impl Batch {
         for (to, answer, more) in answers {
             let found = match answer {
                 Answer::Known(located) => Some(located),
-                Answer::Asked(tap) => {
+                Answer::UnlocatedTap(tap) => {
                     taps.push(tap);
                     None
                 }

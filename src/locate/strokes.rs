@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use vibrissa_learned::joint::{Course, Joint, Stroke, ToldCourse};
 
 use super::Locator;
-use super::object::{Asked, limit};
-use super::rows::Rows;
+use super::object::{UnlocatedTap, limit};
+use super::rows::RowReader;
 use super::stream::{Ask, number};
 use crate::status::Status;
 
@@ -86,7 +86,7 @@ impl Far {
 
 impl<'a> Strokes<'a> {
     /// Of readings.
-    pub fn new(rows: &Rows<'a>) -> Self {
+    pub fn new(rows: &RowReader<'a>) -> Self {
         let locator = rows.who.first();
         Self {
             locator,
@@ -102,19 +102,19 @@ impl<'a> Strokes<'a> {
     }
 
     /// Columns that are added after the status, and before them the number of the stroke where the line does not keep one.
-    pub fn columns(rows: Option<&Rows<'_>>) -> Vec<&'static str> {
+    pub fn columns(rows: Option<&RowReader<'_>>) -> Vec<&'static str> {
         let own = rows.is_some_and(|rows| rows.names().iter().any(|n| n == NAME));
         (!own).then_some(NAME).into_iter().chain(COLUMNS).collect()
     }
 
     /// The stroke of a line, where a column names it.
-    pub fn name(&self, rows: &Rows<'_>, text: Option<&str>) -> String {
+    pub fn name(&self, rows: &RowReader<'_>, text: Option<&str>) -> String {
         let field = |place: usize| rows.fields(text?).get(place).map(|f| f.trim().to_owned());
         self.place.and_then(field).unwrap_or_default()
     }
 
     /// The same, or the number of the last stroke.
-    pub fn shown(&self, rows: &Rows<'_>, text: Option<&str>) -> String {
+    pub fn shown(&self, rows: &RowReader<'_>, text: Option<&str>) -> String {
         if self.place.is_some() { self.name(rows, text) } else { self.number.to_string() }
     }
 
@@ -125,7 +125,7 @@ impl<'a> Strokes<'a> {
     }
 
     /// Begins another stroke where `tap` is the first of one; whether it is of one at all.
-    fn begins(&mut self, tap: &Asked, name: &str, ask: &Ask<'_>) -> bool {
+    fn begins(&mut self, tap: &UnlocatedTap, name: &str, ask: &Ask<'_>) -> bool {
         let slack =
             FALLS * self.locator.sides().iter().filter_map(|s| s.drives.last()).fold(0.0, |x, y| y.max(x));
         let [last, first, largest] = self.drives;
@@ -155,7 +155,7 @@ impl<'a> Strokes<'a> {
     }
 
     /// Adds a reading of the stroke `name`; `None` where it is of none.
-    pub fn tell(&mut self, name: &str, tap: Asked, ask: &Ask<'_>) -> Option<Far> {
+    pub fn tell(&mut self, name: &str, tap: UnlocatedTap, ask: &Ask<'_>) -> Option<Far> {
         if self.place.is_some() && name.is_empty() || !tap.drive.is_finite() || !tap.signal.is_finite() {
             return None;
         }

@@ -3,7 +3,7 @@
 use super::kept::Kept;
 use super::lines::Source;
 use super::pair::Readings as PairOfReadings;
-use super::rows::{Answerer, Rows};
+use super::rows::{Answerer, RowReader};
 use super::stream::{Ask, number, tares, zeros};
 use super::tare::doubt;
 use super::{Located, Locator};
@@ -63,7 +63,7 @@ impl Readings {
             ));
         }
         let mut source = Source::new(bytes, ask);
-        let mut lines = Rows::new(locator);
+        let mut lines = RowReader::new(locator);
         source.first(&mut lines)?;
         let tares = tares(Answerer::One(locator), lines.lines(), ask, read)?;
         let kept = Kept::new(&lines, added);

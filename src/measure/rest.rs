@@ -29,7 +29,7 @@ impl Rest {
     /// change. A negative drive that is also there as a positive one is a slip of the sign, or the other side of the whisker, unless its
     /// signals stand still, beyond those of the smallest positive drive.
     pub fn of(data: &Data, signals: &[f64], distances: &Groups) -> Self {
-        let rows = Rows { data, signals, distances };
+        let rows = RestRows { data, signals, distances };
         let all = 0..signals.len();
         let drive = |i: usize| data.rows[i].drive;
         let at_zero = |i: usize| data.drive.is_some() && drive(i) == 0.0;
@@ -63,13 +63,13 @@ impl Rest {
     }
 }
 
-struct Rows<'a> {
+struct RestRows<'a> {
     data: &'a Data,
     signals: &'a [f64],
     distances: &'a Groups,
 }
 
-impl Rows<'_> {
+impl RestRows<'_> {
     /// Signals at positive drives where `wanted`, by drive.
     fn forward(&self, wanted: impl Fn(&Row) -> bool) -> Vec<(f64, f64)> {
         let rows = self.data.rows.iter().zip(self.signals);

@@ -16,7 +16,7 @@ use crate::status::Status;
 
 /// What a model says of one tap: strain, contact arc (mm), all words.
 #[derive(Debug, Clone, Copy)]
-struct Tap {
+struct ModelTap {
     strain: f64,
     arc: f64,
     status: Status,
@@ -26,7 +26,7 @@ struct Tap {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Said {
     /// Taps row after row.
-    taps: Vec<Tap>,
+    taps: Vec<ModelTap>,
     /// K_sd and total_rms_mm of each row.
     figures: Vec<[Option<f64>; 2]>,
     /// What it took, s.
@@ -70,7 +70,7 @@ impl Said {
                 let at = (row.distances[i], row.point.drive);
                 let told = Told::by(&own, k).towards(row.point.direction()).or_both(both.get(i));
                 let estimated = reduced.estimate_by((i, 0), at, tap, told);
-                Tap { strain: tap.strain, arc: tap.arc, status: tap.status | estimated.status }
+                ModelTap { strain: tap.strain, arc: tap.arc, status: tap.status | estimated.status }
             }));
             let row = &reduced.drives[0];
             figures.push([row.deviation.sd(), row.total_rms()].map(|x| x.filter(|_| row.complete())));
@@ -137,7 +137,7 @@ impl Checked {
         all
     }
 
-    fn push(&mut self, tap: Tuple, least: f64, expected: Tap, found: Tap) {
+    fn push(&mut self, tap: Tuple, least: f64, expected: ModelTap, found: ModelTap) {
         self.taps += 1;
         let one = expected.strain.is_nan() != found.strain.is_nan();
         if one || expected.status != found.status {

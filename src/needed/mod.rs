@@ -14,7 +14,7 @@ mod write;
 use std::time::Instant;
 
 pub use compare::Checked;
-pub use rows::{Row, Rows};
+pub use rows::{ComparedRows, Row};
 
 use crate::backend::Choice;
 use crate::error::Error;
@@ -59,7 +59,7 @@ pub struct Needed {
     setup: Setup,
     bound: f64,
     choice: Choice,
-    rows: Rows,
+    rows: ComparedRows,
     /// Every effect that could be left off, those left off first and in that order.
     pub parts: Vec<Part>,
     /// Over the spread; `None` where nothing is left off.
@@ -81,7 +81,7 @@ impl Needed {
     ///
     /// # Errors
     /// A kernel that fails.
-    pub fn new(full: &Setup, rows: Rows, bound: f64) -> Result<Self, Error> {
+    pub fn new(full: &Setup, rows: ComparedRows, bound: f64) -> Result<Self, Error> {
         let begun = Instant::now();
         let options = RunOptions {
             backend: Some(BackendChoice::Cpu),

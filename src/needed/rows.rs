@@ -44,14 +44,14 @@ impl Row {
 
 /// Rows by which a model is chosen, and other rows by which the choice is checked.
 #[derive(Debug, Clone, Default)]
-pub struct Rows {
+pub struct ComparedRows {
     /// All of a small space; of a large one a spread with its ends.
     pub spread: Vec<Row>,
     /// Of the same space; none where the spread is all of it.
     pub own: Vec<Row>,
 }
 
-impl Rows {
+impl ComparedRows {
     /// Of the taps of `study`: the spread of [`Sample`] and the corners of the space.
     ///
     /// # Errors
@@ -204,7 +204,7 @@ mod tests {
 
     #[test]
     fn a_small_space_is_compared_whole() {
-        let rows = Rows::of_study(&study("[4, 7]", "[20, 30, 40]", "[1, 2]")).expect("a grid");
+        let rows = ComparedRows::of_study(&study("[4, 7]", "[20, 30, 40]", "[1, 2]")).expect("a grid");
         assert!(rows.own.is_empty());
         assert_eq!(rows.spread.iter().map(|r| r.distances.len()).sum::<usize>(), 12);
         assert!(rows.spread.iter().all(|r| r.reach == [20.0, 40.0]));
@@ -212,7 +212,7 @@ mod tests {
 
     #[test]
     fn a_large_space_has_its_corners_and_rows_of_its_own() {
-        let rows = Rows::of_study(&study(
+        let rows = ComparedRows::of_study(&study(
             "{ min = 2, max = 9, samples = 100000 }",
             "{ from = 10, to = 50, steps = 100 }",
             "{ from = 1, to = 9, steps = 80 }",
@@ -235,7 +235,7 @@ mod tests {
             "{ from = 10, to = 50, steps = 100 }",
             "[1, 9]\ntilt = { from = -20, to = 30, steps = 11 }\nlean = 5",
         );
-        let rows = Rows::of_study(&tilted).expect("a grid");
+        let rows = ComparedRows::of_study(&tilted).expect("a grid");
         for (tilt, d, drive) in [(-20.0, 2.0, 1.0), (-20.0, 9.0, 9.0), (30.0, 2.0, 9.0), (30.0, 9.0, 1.0)] {
             let there = |r: &Row| {
                 let t = r.point;
@@ -245,7 +245,7 @@ mod tests {
         }
         let Space::Grid(factors) = &mut tilted.space else { panic!("a grid") };
         let layout = Layout::new(factors);
-        let boxed = Rows::of_box(&Wanted::of(&layout), &layout);
+        let boxed = ComparedRows::of_box(&Wanted::of(&layout), &layout);
         let tilts =
             |rows: &[Row]| [-20.0, 30.0].map(|tilt| rows.iter().filter(|r| r.point.tilt == tilt).count());
         assert!(tilts(&boxed.spread).iter().chain(&tilts(&boxed.own)).all(|n| *n > 20));
@@ -265,7 +265,7 @@ mod tests {
             ..Tuple::default()
         };
         let tuples: Vec<Tuple> = (0..10).flat_map(|i| (0..1000).map(move |k| tuple(k, i))).collect();
-        let rows = Rows::of_list(&tuples);
+        let rows = ComparedRows::of_list(&tuples);
         for end in [2.0, 2.999] {
             assert!(rows.spread.iter().any(|r| r.point.d == end), "{end}");
         }

@@ -23,7 +23,7 @@ use super::write;
 use crate::backend::{Backend, Choice};
 use crate::curve::both;
 use crate::error::{Error, InputError};
-use crate::needed::{Needed, Row, Rows};
+use crate::needed::{ComparedRows, Needed, Row};
 use crate::scene::search::{Objective, Search};
 use crate::scene::{BackendChoice, Model, Precision, RunOptions, Spec, Tuple};
 use crate::sink::folder::{Folder, Question, Written};
@@ -135,7 +135,7 @@ pub fn needed(spec: &Spec, search: &Search, bound: f64) -> Result<Needed, Error>
     }
     let layout = spec.study.space.layout().ok_or_else(no_axes)?;
     let wanted = wanted(&layout, search, &Variables::new(&spec.study.setup, &layout, search));
-    Needed::new(&spec.study.setup, Rows::of_box(&wanted, &layout), bound)
+    Needed::new(&spec.study.setup, ComparedRows::of_box(&wanted, &layout), bound)
 }
 
 fn whole(

@@ -229,7 +229,7 @@ pub fn document(spec: &Spec, [settings, counts, seconds]: [&Value; 3]) -> Value 
 
 /// Which taps are simulated.
 #[derive(Debug, Clone, Copy)]
-pub struct Asked<'a> {
+pub struct SimulatedTaps<'a> {
     /// Distances, and strokes: directions of the pole and drives.
     pub layout: &'a Layout,
     /// Columns of the pole's direction that are written.
@@ -243,7 +243,7 @@ pub struct Asked<'a> {
 /// A backend or a file that fails.
 pub fn simulate(
     rig: &Rig,
-    asked: Asked<'_>,
+    asked: SimulatedTaps<'_>,
     settings: &Settings,
     method: Method,
     write: &mut dyn FnMut(&[u8]) -> Result<(), Error>,

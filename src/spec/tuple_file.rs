@@ -11,7 +11,7 @@ use super::reader::{Document, Item, Result};
 use super::schema::Sections;
 use super::space::Read;
 use super::table::{self, Columns, Header};
-use super::units::Rows;
+use super::units::DoubtfulRows;
 use crate::measure::text::separator;
 use crate::scene::listed::{Grouping, Listed, MOST_ROWS, reader};
 use crate::scene::property::Description;
@@ -146,7 +146,7 @@ pub(super) fn read<'a>(
     }
     let (label, text) = table::open(item, base, "tuple")?;
     let document = Document { file: &label, text: &text };
-    let (mut tuples, mut rows, mut seen) = (Vec::new(), Rows::new(drive), [false; 2]);
+    let (mut tuples, mut rows, mut seen) = (Vec::new(), DoubtfulRows::new(drive), [false; 2]);
     let mut varied = Varied::new(header(text.lines()));
     let header = table::read(&document, columns, allowed, &mut |values, start| {
         let tuple = varied.tuple(&values);
@@ -168,7 +168,7 @@ type Large = (Option<Listed>, Varied, DirectionColumns, [bool; 2], Vec<String>);
 
 /// Checks the file at `path` row by row; `None` where something is wrong with it, which is said of the whole text.
 fn large(path: &Path, columns: Columns<'_, ALL>, drive: Drive) -> Option<Large> {
-    let (mut grouping, mut rows, mut doubted) = (Grouping::default(), 0, Rows::new(drive));
+    let (mut grouping, mut rows, mut doubted) = (Grouping::default(), 0, DoubtfulRows::new(drive));
     let mut seen = [false; 2];
     let mut lines = BufReader::new(File::open(path).ok()?).lines().map_while(std::io::Result::ok);
     let first = lines.find(|line| !header(std::iter::once(line.as_str())).is_empty())?;

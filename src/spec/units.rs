@@ -6,7 +6,7 @@
 
 mod rows;
 
-pub(super) use rows::Rows;
+pub(super) use rows::DoubtfulRows;
 pub use rows::of_taps;
 
 use super::reader::Item;

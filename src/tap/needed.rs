@@ -8,7 +8,7 @@ use super::{Report, find_by};
 use crate::backend::Choice;
 use crate::chart::ranges::Wanted;
 use crate::error::{Error, SolveError};
-use crate::needed::{Needed, Row, Rows};
+use crate::needed::{ComparedRows, Needed, Row};
 use crate::optimise::run::no_axes;
 use crate::scene::search::Objective;
 use crate::scene::{Study, Tuple};
@@ -60,7 +60,7 @@ pub fn find_needed(
 pub fn needed(study: &Study, ends: [f64; 2], bound: f64) -> Result<Needed, Error> {
     let layout = study.space.layout().ok_or_else(no_axes)?;
     let wanted = Wanted { drive: ends, ..Wanted::of(&layout) };
-    Needed::new(&study.setup, Rows::of_box(&wanted, &layout), bound)
+    Needed::new(&study.setup, ComparedRows::of_box(&wanted, &layout), bound)
 }
 
 impl Report {

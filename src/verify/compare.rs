@@ -36,7 +36,7 @@ pub enum Compared {
 
 /// What belongs to a tap besides its outcomes.
 #[derive(Debug, Clone, Copy)]
-pub struct Tap {
+pub struct TapScale {
     /// 1e-3 θ f_max: strain to which errors refer at least.
     pub least: f64,
     /// L_a, mm.
@@ -51,7 +51,7 @@ pub struct Tap {
 const WITHOUT: [Status; 3] = [Status::INVALID_GEOMETRY, Status::NOT_CONVERGED, Status::MATERIAL_LIMIT];
 
 /// Compares `found` with the reference's `expected`; within `bound` of a threshold a word may differ.
-pub fn compare(setup: &Setup, tap: &Tap, expected: &Outcome, found: &Outcome, bound: f64) -> Compared {
+pub fn compare(setup: &Setup, tap: &TapScale, expected: &Outcome, found: &Outcome, bound: f64) -> Compared {
     // Beyond its tip, and at a knot, a whisker that is more than a cone has no values.
     let without = |o: &Outcome| WITHOUT.into_iter().any(|word| o.status.has(word)) || o.arc.is_nan();
     let unsure = |o: &Outcome| o.status.has(Status::NOT_CONVERGED);
@@ -70,7 +70,7 @@ pub fn compare(setup: &Setup, tap: &Tap, expected: &Outcome, found: &Outcome, bo
 }
 
 /// Whether words and contact state agree, but for those whose threshold is nearer than the bound.
-fn alike(setup: &Setup, tap: &Tap, expected: &Outcome, found: &Outcome, bound: f64) -> bool {
+fn alike(setup: &Setup, tap: &TapScale, expected: &Outcome, found: &Outcome, bound: f64) -> bool {
     let limit = tap.limit;
     let strain = expected.magnitude();
     let edges = [
@@ -90,7 +90,7 @@ fn at_sliding_edge(setup: &Setup, o: &Outcome, bound: f64) -> bool {
     (tangential - mu * normal).abs() <= 10.0 * bound * normal.hypot(tangential)
 }
 
-fn errors(tap: &Tap, expected: &Outcome, found: &Outcome) -> Errors {
+fn errors(tap: &TapScale, expected: &Outcome, found: &Outcome) -> Errors {
     let size = expected.magnitude().max(tap.least);
     let off = |a: f64, b: f64| if a.is_nan() && b.is_nan() { 0.0 } else { (a - b).abs() };
     let second = off(found.strain_2, expected.strain_2);

@@ -198,9 +198,9 @@ fn tasks(tuples: &[Tuple]) -> Vec<Task> {
     tuples.iter().enumerate().map(task).collect()
 }
 
-fn facts(setup: &Setup, design: &Design, tuple: &Tuple) -> compare::Tap {
+fn facts(setup: &Setup, design: &Design, tuple: &Tuple) -> compare::TapScale {
     let shared = design.shared.as_ref();
-    compare::Tap {
+    compare::TapScale {
         least: 1e-3 * shared.map_or(0.0, |s| s.peak) * amount(setup.drive, tuple.drive),
         length: tuple.L_a,
         near: shared.map_or(0.0, |s| s.gauge[0]),

@@ -10,7 +10,7 @@ use serde_json::Value;
 use crate::common::program::Desk;
 use crate::common::sweeping::{CPU_F64, Row, Table, number};
 use vibrissa::error::Error;
-use vibrissa::needed::{Needed, Rows};
+use vibrissa::needed::{ComparedRows, Needed};
 use vibrissa::plan::Plan;
 use vibrissa::progress::Progress;
 use vibrissa::scene::Setup;
@@ -287,7 +287,7 @@ impl Progress for Stops<'_> {
 fn needed(text: &str, out: &Path, stopping: bool) -> Result<Value, Error> {
     let mut spec = spec::parse("spec.toml", text, Path::new("")).expect("a spec");
     let choice = CPU_F64.choice();
-    let rows = Rows::of_study(&spec.study).expect("rows");
+    let rows = ComparedRows::of_study(&spec.study).expect("rows");
     let mut needed = Needed::new(&spec.study.setup, rows, 1e-2).expect("a model");
     assert!(!needed.left().is_empty());
     spec.study.setup = needed.setup().clone();

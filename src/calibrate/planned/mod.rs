@@ -31,7 +31,7 @@ const ROUND: f64 = 0.1;
 
 /// What is wanted.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Asked {
+pub struct PlanGoal {
     /// Root mean square of the error of a distance, mm.
     pub error: f64,
     /// Most positions.
@@ -112,7 +112,7 @@ impl Planned {
 pub fn plan(
     rig: &Rig,
     space: &Space,
-    asked: &Asked,
+    asked: &PlanGoal,
     like: Option<Spread>,
     open: Opener<'_>,
 ) -> Result<Planned, Error> {
@@ -286,7 +286,7 @@ fn axis<'a>(space: &'a Space, column: Column, key: &str) -> Result<&'a Axis, Inp
     })
 }
 
-fn out_of_reach(planner: &Planner, asked: &Asked) -> Error {
+fn out_of_reach(planner: &Planner, asked: &PlanGoal) -> Error {
     let error = InputError::new(format!(
         "no calibration of {MOST} taps reaches this: they leave {:.3} mm, of which {:.3} mm are the noise, the position and the run of the \
          reading itself",

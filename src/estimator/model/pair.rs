@@ -25,7 +25,7 @@ pub struct Place {
 
 /// Two readings, and where their tap is looked for first.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Asked {
+pub struct TwoReadings {
     /// Where the search starts.
     pub start: Place,
     /// r₁ > 0 and r₂.
@@ -116,15 +116,16 @@ impl Pair {
         &self,
         evaluator: &mut Evaluator<'_>,
         transfer: &Transfer,
-        asked: &[Asked],
+        asked: &[TwoReadings],
     ) -> Result<Vec<Option<Inverted>>, SolveError> {
         let [a0, drive0] = self.offsets;
         let reach = self.reach.map(|a| a + a0);
         let reading: Reading<'_> = &|strains| transfer.readings(strains);
         let mut inverter =
             Inverter { setup: &self.setup, evaluator, designs: &self.designs, reading, taps: 0 };
-        let start = |one: &Asked| both::Asked { start: self.task(&one.start), readings: one.readings };
-        let starts: Vec<both::Asked> = asked.iter().map(start).collect();
+        let start =
+            |one: &TwoReadings| both::TwoReadings { start: self.task(&one.start), readings: one.readings };
+        let starts: Vec<both::TwoReadings> = asked.iter().map(start).collect();
         let found = inverter.invert(&starts, &|_| reach)?;
         let labelled = |found: both::Inverted| {
             let both::Inverted { task, slopes } = found;

@@ -17,13 +17,16 @@ pub fn of_taps(
     tap: impl Fn(usize) -> Tuple + Sync,
     key: impl Fn(Column) -> String,
 ) -> Vec<String> {
-    let take = |mut rows: Rows, i: usize| {
+    let take = |mut rows: DoubtfulRows, i: usize| {
         rows.take(&tap(i), i);
         rows
     };
     let rows = match n {
-        ..MANY => (0..n).fold(Rows::new(drive), take),
-        _ => (0..n).into_par_iter().fold(|| Rows::new(drive), take).reduce(|| Rows::new(drive), Rows::joined),
+        ..MANY => (0..n).fold(DoubtfulRows::new(drive), take),
+        _ => (0..n)
+            .into_par_iter()
+            .fold(|| DoubtfulRows::new(drive), take)
+            .reduce(|| DoubtfulRows::new(drive), DoubtfulRows::joined),
     };
     let say = |column, value, words: String, _| InputError::new(words).key(key(column)).value(shown(value));
     rows.said(say)
@@ -31,7 +34,7 @@ pub fn of_taps(
 
 /// What is doubtful in rows of taps: the first of it is told, and how many rows are like it.
 #[derive(Debug)]
-pub(in crate::spec) struct Rows {
+pub(in crate::spec) struct DoubtfulRows {
     drive: Drive,
     rows: u64,
     doubted: u64,
@@ -40,7 +43,7 @@ pub(in crate::spec) struct Rows {
     largest: f64,
 }
 
-impl Rows {
+impl DoubtfulRows {
     pub fn new(drive: Drive) -> Self {
         Self { drive, rows: 0, doubted: 0, first: None, largest: f64::NEG_INFINITY }
     }

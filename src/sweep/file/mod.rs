@@ -17,7 +17,7 @@ use crate::scene::listed::{Groups, Listed};
 use crate::sink::pack::{Packed, Packer, Unpacker};
 use crate::sink::table::Table;
 use crate::statistics::Reduction;
-use read::{Reader, Tap, last_run, longest, order, solve};
+use read::{Reader, SolvedRow, last_run, longest, order, solve};
 use reduce::Reduced;
 use write::{write_distances, write_tuples};
 
@@ -146,9 +146,9 @@ fn curves<'t>(
     run: &mut Run<'_>,
     groups: &Groups,
     designs: &[Design],
-    taps: impl Iterator<Item = &'t Tap>,
+    taps: impl Iterator<Item = &'t SolvedRow>,
 ) -> Result<Vec<Option<Curve>>, Error> {
-    let row = |tap: &Tap| {
+    let row = |tap: &SolvedRow| {
         let reach = groups.reach[groups.designs[tap.row as usize] as usize];
         (tap.design, tap.direction, tap.drive, reach)
     };

@@ -14,7 +14,7 @@ use crate::scene::{Direction, Tuple};
 
 /// A solved row of the file.
 #[derive(Debug, Clone)]
-pub(super) struct Tap {
+pub(super) struct SolvedRow {
     pub row: u32,
     pub a: f64,
     pub direction: Direction,
@@ -54,8 +54,8 @@ pub(super) fn longest(numbers: &[u32]) -> u64 {
 }
 
 /// Where the designs row begins that may go on in the next batch.
-pub(super) fn last_run(groups: &Groups, batch: &[Tap]) -> usize {
-    let number = |tap: &Tap| groups.drives[tap.row as usize];
+pub(super) fn last_run(groups: &Groups, batch: &[SolvedRow]) -> usize {
+    let number = |tap: &SolvedRow| groups.drives[tap.row as usize];
     let Some(last) = batch.last().map(number) else { return 0 };
     batch.iter().rposition(|tap| number(tap) != last).map_or(0, |at| at + 1)
 }
@@ -116,7 +116,7 @@ pub(super) fn solve(
     groups: &Groups,
     reader: &mut Reader<'_>,
     designs: &mut Vec<Design>,
-    batch: &mut Vec<Tap>,
+    batch: &mut Vec<SolvedRow>,
 ) -> Result<bool, Error> {
     let (study, known) = (run.study, designs.len());
     let mut last = batch.last().map(|tap| groups.designs[tap.row as usize]);
@@ -136,7 +136,7 @@ pub(super) fn solve(
     let outcomes = run.evaluate(designs, &tasks)?;
     let reach = |i: usize| groups.reach[groups.designs[rows[i].0 as usize] as usize];
     let both = run.both(designs, (&tasks, &outcomes), reach)?;
-    let tap = |(i, (&(row, t), &outcome)): (usize, (&(u32, Task), &Outcome))| Tap {
+    let tap = |(i, (&(row, t), &outcome)): (usize, (&(u32, Task), &Outcome))| SolvedRow {
         row,
         a: t.a,
         direction: t.direction,

@@ -6,7 +6,7 @@ use super::super::Run;
 use super::super::grid::write_kept;
 use super::super::parted::Place;
 use super::super::select::{Best, Kept};
-use super::read::Tap;
+use super::read::SolvedRow;
 use super::{curves, reduction};
 use crate::design::Design;
 use crate::error::Error;
@@ -120,17 +120,17 @@ impl Reduced {
         run: &mut Run<'_>,
         groups: &Groups,
         designs: &[Design],
-        batch: &[Tap],
+        batch: &[SolvedRow],
         tuples: bool,
     ) -> Result<(), Error> {
         let study = run.study;
-        let runs: Vec<&[Tap]> =
+        let runs: Vec<&[SolvedRow]> =
             batch.chunk_by(|p, q| groups.drives[p.row as usize] == groups.drives[q.row as usize]).collect();
         let tuples = tuples && run.writers.wants(Table::Tuples);
         let ranked = self.best.is_some();
         let curves = curves(run, groups, designs, runs.iter().map(|taps| &taps[0]))?;
         let form = run.writers.form;
-        let part = |(at, runs): (usize, &[&[Tap]])| -> Result<Part, Error> {
+        let part = |(at, runs): (usize, &[&[SolvedRow]])| -> Result<Part, Error> {
             let mut part = Part::new(form);
             for (k, taps) in (at * GRAIN..).zip(runs) {
                 let told = Told::by(&curves, k).towards(taps[0].direction);
@@ -212,7 +212,7 @@ impl Part {
         study: &Study,
         groups: &Groups,
         designs: &[Design],
-        (taps, told): (&[Tap], Told<'_>),
+        (taps, told): (&[SolvedRow], Told<'_>),
         (tuples, row_too): (bool, bool),
     ) -> Result<(), Error> {
         let (first, design) = (&taps[0], &designs[taps[0].design as usize]);
@@ -221,7 +221,7 @@ impl Part {
         taps.iter().for_each(|tap| reduced.count((0, 0), (tap.a, tap.drive), &tap.outcome));
         reduced.calibrate();
         let mut values = Vec::new();
-        for Tap { row, a, direction, drive, outcome, both, .. } in taps {
+        for SolvedRow { row, a, direction, drive, outcome, both, .. } in taps {
             let told = told.or_both(both.as_ref());
             let estimated = reduced.estimate_by((0, 0), (*a, *drive), outcome, told);
             self.counts.taps += 1;

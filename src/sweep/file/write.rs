@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::super::Run;
 use super::super::select::Kept;
-use super::read::{Reader, Tap, is_own, solve};
+use super::read::{Reader, SolvedRow, is_own, solve};
 use super::reduce::Reduced;
 use super::{curves, pack_written, reduction};
 use crate::design::Design;
@@ -50,13 +50,13 @@ pub(super) fn write_tuples(
         }
         let curves = curves(run, groups, &designs, firsts.into_iter())?;
         let form = run.writers.form;
-        let text = |taps: &[Tap]| -> Result<Rows, Error> {
+        let text = |taps: &[SolvedRow]| -> Result<Rows, Error> {
             let (mut text, mut values) = (Rows::new(form), Vec::new());
             for tap in taps {
                 let (row, design) = (tap.row as usize, &designs[tap.design as usize]);
                 let mut reduced = reduction(&study.setup, groups, design, groups.designs[row]);
                 reduced.calibrate_as(Some(k[groups.drives[row] as usize]).filter(|k| !k.is_nan()));
-                let Tap { a, direction, drive, outcome, both, .. } = tap;
+                let SolvedRow { a, direction, drive, outcome, both, .. } = tap;
                 let told = Told::by(&curves, places[&groups.drives[row]]).towards(*direction);
                 let told = told.or_both(both.as_ref());
                 let estimated = reduced.estimate_by((0, 0), (*a, *drive), outcome, told);

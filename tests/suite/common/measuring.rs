@@ -6,7 +6,7 @@ use vibrissa::calibrate::{Calibrated, Options, calibrate};
 use vibrissa::locate::{Estimator, Locator, Parameter, locator::opener};
 use vibrissa::measure::{Data, Rig};
 use vibrissa::scene::{RunOptions, Spec};
-use vibrissa::simulate::{Asked, Settings, simulate};
+use vibrissa::simulate::{Settings, SimulatedTaps, simulate};
 use vibrissa::spec;
 
 /// Every effect of a real whisker.
@@ -33,7 +33,7 @@ pub fn rig(text: &str) -> Rig {
 pub fn table(text: &str, settings: &Settings) -> String {
     let (rig, spec) = (rig(text), parsed(text));
     let layout = spec.study.space.layout().expect("a rig has axes");
-    let asked = Asked { layout: &layout, directions: spec.study.setup.directions };
+    let asked = SimulatedTaps { layout: &layout, directions: spec.study.setup.directions };
     let method = opener(&RunOptions::default())(&rig.setup.model).unwrap();
     let mut bytes = Vec::new();
     let mut write = |b: &[u8]| {

@@ -1,7 +1,7 @@
 //! From which drive on a tap is above the strain limit, or has slipped off.
 
 use super::rows::{Row, Rows};
-use super::tap::Tap;
+use super::tap::TapSeries;
 use super::{Angle, Distance, LANES, Lanes, ORDERS, Tables};
 use crate::kernel::cpu::Pack;
 
@@ -22,7 +22,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
     pub fn edges<const OWN: bool>(
         &self,
         tables: &Tables,
-        tap: Tap<'_, Lanes<FMA>>,
+        tap: TapSeries<'_, Lanes<FMA>>,
         distance: &Distance,
         last: &Row<Lanes<FMA>>,
         drives: usize,
@@ -60,7 +60,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
     fn first_above(
         &self,
         tables: &Tables,
-        tap: Tap<'_, Lanes<FMA>>,
+        tap: TapSeries<'_, Lanes<FMA>>,
         limit: Lanes<FMA>,
         m: usize,
     ) -> Lanes<FMA> {

@@ -1,7 +1,7 @@
 //! The distance estimate in a pack: errors of a row.
 
 use super::rows::{Row, Rows};
-use super::tap::{Tap, Taps};
+use super::tap::{TapSeries, Taps};
 use super::{Distance, Lanes, ORDERS, Tables};
 use crate::kernel::cpu::Pack;
 use crate::kernel::ranking::FARTHEST;
@@ -14,7 +14,7 @@ const STEPS: usize = 6;
 #[inline(always)]
 pub(super) fn root<const FMA: bool>(
     tables: &Tables,
-    tap: Tap<'_, Lanes<FMA>>,
+    tap: TapSeries<'_, Lanes<FMA>>,
     (q, peak): (Lanes<FMA>, Lanes<FMA>),
 ) -> [Lanes<FMA>; 2] {
     let of = Lanes::<FMA>::of;
@@ -63,7 +63,7 @@ impl<const FMA: bool> Told<Lanes<FMA>> {
     #[inline(always)]
     pub fn new(
         tables: &Tables,
-        (tap, distance): (Tap<'_, Lanes<FMA>>, &Distance),
+        (tap, distance): (TapSeries<'_, Lanes<FMA>>, &Distance),
         (q, peak, noise): (Lanes<FMA>, Lanes<FMA>, Lanes<FMA>),
     ) -> Self {
         let of = Lanes::<FMA>::of;
@@ -91,7 +91,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
         &self,
         tables: &Tables,
         row: &Row<Lanes<FMA>>,
-        tap: (Tap<'_, Lanes<FMA>>, &Distance),
+        tap: (TapSeries<'_, Lanes<FMA>>, &Distance),
         (noise, peak): (Lanes<FMA>, Lanes<FMA>),
     ) -> Told<Lanes<FMA>> {
         Told::new(tables, tap, (self.miss(row, tap.0, tables.points), peak, noise))

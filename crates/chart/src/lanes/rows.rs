@@ -1,7 +1,7 @@
 //! Rows of a pack of designs: spread of K, status words, and which rows are among the best.
 
 use super::dispatch::{Part, apart};
-use super::tap::Tap;
+use super::tap::TapSeries;
 use super::theory::Whisker;
 use super::{Distance, LANES, Lanes, ORDERS, PAIRS, Scratch, Stroke, Tables};
 use crate::design::amount;
@@ -222,7 +222,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
 
     /// Takes the tap at distance `i`.
     #[inline(always)]
-    fn push(&mut self, tap: Tap<'_, Lanes<FMA>>, i: usize, m: usize) {
+    fn push(&mut self, tap: TapSeries<'_, Lanes<FMA>>, i: usize, m: usize) {
         let share = Lanes::<FMA>::of(1.0 / (i + 1) as f64);
         let (mut from_old, mut from_new) = ([Lanes::<FMA>::of(0.0); ORDERS], [Lanes::<FMA>::of(0.0); ORDERS]);
         self.largest = self.largest.max(tap.largest);
@@ -248,7 +248,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
 
     /// Takes κ of `tap` into the least and largest.
     #[inline(always)]
-    fn widen(&mut self, tap: Tap<'_, Lanes<FMA>>, m: usize) {
+    fn widen(&mut self, tap: TapSeries<'_, Lanes<FMA>>, m: usize) {
         for k in 0..m {
             self.hull[0][k] = self.hull[0][k].min(tap.kappa[k]);
             self.hull[1][k] = self.hull[1][k].max(tap.kappa[k]);
@@ -279,7 +279,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
 
     /// q = K̄/K − 1 of a tap of a row.
     #[inline(always)]
-    pub fn miss(&self, row: &Row<Lanes<FMA>>, tap: Tap<'_, Lanes<FMA>>, m: usize) -> Lanes<FMA> {
+    pub fn miss(&self, row: &Row<Lanes<FMA>>, tap: TapSeries<'_, Lanes<FMA>>, m: usize) -> Lanes<FMA> {
         let deviation = row.power * row.read(tap.kappa, m);
         (self.calibration(row, m) - deviation) / (Lanes::<FMA>::of(1.0) + deviation)
     }

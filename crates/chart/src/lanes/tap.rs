@@ -9,7 +9,7 @@ use crate::scene::RankBy;
 
 /// A tap as a series over the drive, or at its own.
 #[derive(Clone, Copy)]
-pub(super) struct Tap<'a, T> {
+pub(super) struct TapSeries<'a, T> {
     /// (K − 1)/θᵉ.
     pub kappa: &'a [T],
     /// (c/a − 1)/θᵉ, where the contact may slip off at all.
@@ -60,9 +60,9 @@ impl<const FMA: bool> Taps<Lanes<FMA>> {
 
     /// Tap `i`.
     #[inline(always)]
-    pub fn at(&self, i: usize) -> Tap<'_, Lanes<FMA>> {
+    pub fn at(&self, i: usize) -> TapSeries<'_, Lanes<FMA>> {
         let own = i * self.m..(i + 1) * self.m;
-        Tap {
+        TapSeries {
             kappa: &self.kappa[own.clone()],
             arc: &self.arc[own],
             force: self.force[i],

@@ -3,7 +3,7 @@
 use super::edges::Edges;
 use super::rows::Rows;
 use super::tally::Tally;
-use super::tap::Tap;
+use super::tap::TapSeries;
 use super::theory::Thresholds;
 use super::{Lanes, ORDERS, Tables};
 use crate::kernel::cpu::Pack;
@@ -12,7 +12,7 @@ use crate::kernel::ranking::BEYOND;
 impl<const FMA: bool> Thresholds<Lanes<FMA>> {
     /// q from which, and up to which, the near root is within the range of interest, and q at the peak.
     #[inline(always)]
-    pub fn bounds(&self, tap: Tap<'_, Lanes<FMA>>) -> [Lanes<FMA>; 3] {
+    pub fn bounds(&self, tap: TapSeries<'_, Lanes<FMA>>) -> [Lanes<FMA>; 3] {
         let one = Lanes::<FMA>::of(1.0);
         let inverse = one / tap.strain;
         [self.low, self.high, self.peak].map(|f| f * inverse - one)
@@ -24,7 +24,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
     #[inline(always)]
     pub fn count(
         &self,
-        tap: Tap<'_, Lanes<FMA>>,
+        tap: TapSeries<'_, Lanes<FMA>>,
         edge: &Edges<Lanes<FMA>>,
         complete: &Lanes<FMA>,
         tally: &mut Tally<Lanes<FMA>>,
@@ -86,7 +86,7 @@ impl<const FMA: bool> Decided<Lanes<FMA>> {
     fn range(
         &self,
         rows: &Rows<Lanes<FMA>>,
-        tap: Tap<'_, Lanes<FMA>>,
+        tap: TapSeries<'_, Lanes<FMA>>,
         every: bool,
         m: usize,
     ) -> [Lanes<FMA>; 2] {
@@ -121,7 +121,7 @@ impl<const FMA: bool> Decided<Lanes<FMA>> {
         &self,
         tables: &Tables,
         rows: &Rows<Lanes<FMA>>,
-        tap: Tap<'_, Lanes<FMA>>,
+        tap: TapSeries<'_, Lanes<FMA>>,
         edges: &Edges<Lanes<FMA>>,
         complete: &Lanes<FMA>,
         (tally, rootless_at): (&mut Tally<Lanes<FMA>>, &mut [Lanes<FMA>]),

@@ -59,7 +59,7 @@ pub type Reading<'r> = &'r dyn Fn([f64; 3]) -> [f64; 2];
 
 /// Two readings, and where their tap is looked for first.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Asked {
+pub struct TwoReadings {
     /// Where the search starts.
     pub start: Task,
     /// r₁ > 0 and r₂.
@@ -128,7 +128,7 @@ impl Inverter<'_, '_> {
     /// A backend that fails.
     pub fn invert(
         &mut self,
-        asked: &[Asked],
+        asked: &[TwoReadings],
         reach: &dyn Fn(u32) -> [f64; 2],
     ) -> Result<Vec<Option<Inverted>>, SolveError> {
         let room = 1.0 + 2.0 * STEPS[0];
@@ -139,7 +139,8 @@ impl Inverter<'_, '_> {
         let allowed = STILL.1 * self.evaluator.tolerance();
         let still = [STILL.0[0].max(allowed), STILL.0[1].max(allowed.to_degrees())];
         let mut found = vec![None; asked.len()];
-        let begin = |(i, one): (usize, &Asked)| Trial { i, at: within(one.start, reach), step: [0.0; 2] };
+        let begin =
+            |(i, one): (usize, &TwoReadings)| Trial { i, at: within(one.start, reach), step: [0.0; 2] };
         let mut open: Vec<Trial> = asked.iter().enumerate().map(begin).collect();
         for _ in 0..ROUNDS {
             if open.is_empty() {
@@ -342,17 +343,17 @@ impl Inverter<'_, '_> {
         for ((&i, task), seen) in own.iter().zip(&tasks).zip(self.seen(&tasks, TAPS)?) {
             found[i] = seen.map(|(_, slopes)| Inverted { task: *task, slopes });
         }
-        let asked = |&i: &usize| Some(Asked { start: asks[i].tap, readings: asks[i].strains? });
-        let starts: Vec<Asked> = blind.iter().filter_map(asked).collect();
+        let asked = |&i: &usize| Some(TwoReadings { start: asks[i].tap, readings: asks[i].strains? });
+        let starts: Vec<TwoReadings> = blind.iter().filter_map(asked).collect();
         for (&i, inverted) in blind.iter().zip(self.invert(&starts, &reach)?) {
             found[i] = inverted;
         }
         // On the other side of the peak there may be a tap with the same strains.
         let again = |&i: &usize| {
             let start = self.across(&asks[i], &found[i]?)?;
-            Some((i, Asked { start, readings: asks[i].strains? }))
+            Some((i, TwoReadings { start, readings: asks[i].strains? }))
         };
-        let (places, starts): (Vec<usize>, Vec<Asked>) = open.iter().filter_map(again).unzip();
+        let (places, starts): (Vec<usize>, Vec<TwoReadings>) = open.iter().filter_map(again).unzip();
         let mut others: Vec<Option<Inverted>> = vec![None; asks.len()];
         for (&i, inverted) in places.iter().zip(self.invert(&starts, &reach)?) {
             others[i] = inverted;
