@@ -5,12 +5,9 @@
 use vibrissa::api::*;
 
 fn main() -> Result<(), Error> {
-    let setup = Setup::default().noise(20e-6);
-    let distances = Axis::step(21.0, 48.0, 3.0)?;
-    let axes = [10.0.into(), 4.0.into(), 50.0.into(), 5.0.into(), 2.0.into(), distances, 4.0.into()];
-    let space = Space::grid(axes).expect("few enough to count");
-    let found =
-        best_tap(&Study { setup, space, output: Output::default() }, [0.5, 10.0], Objective::Distance)?;
+    let whisker = Whisker::mm(10.0, 4.0, 50.0).gauge_mm(5.0, 2.0).distance_mm(Axis::step(21.0, 48.0, 3.0)?);
+    let study = whisker.study(Setup::default().noise(20e-6), Output::default())?;
+    let found = best_tap(&study, [0.5, 10.0], Objective::Distance)?;
     println!("best at {:.2}°: {}", found.optimum.drive, found.why);
     Ok(())
 }

@@ -6,17 +6,11 @@ use vibrissa::api::*;
 
 fn main() -> Result<(), Error> {
     let setup = Setup::default().material(Material::NeoHookean(3.2)).surface().shear().extension();
-    let axes = [
-        10.0.into(),
-        Axis::steps(2.0, 8.0, 40)?,
-        50.0.into(),
-        5.0.into(),
-        2.0.into(),
-        Axis::steps(21.0, 48.0, 10)?,
-        Axis::steps(0.5, 10.0, 20)?,
-    ];
-    let space = Space::grid(axes).expect("few enough to count");
-    let study = Study { setup, space, output: Output { top: Some(5), ..Output::default() } };
+    let whisker = Whisker::mm(10.0, Axis::steps(2.0, 8.0, 40)?, 50.0)
+        .gauge_mm(5.0, 2.0)
+        .distance_mm(Axis::steps(21.0, 48.0, 10)?)
+        .theta_deg(Axis::steps(0.5, 10.0, 20)?);
+    let study = whisker.study(setup, Output { top: Some(5), ..Output::default() })?;
     let swept = sweep("rubber", &study, &RunOptions::default(), "results/example-rubber".as_ref())?;
     for best in &swept.highlights {
         println!("d = {:.2} mm, {:.1}°: K_sd = {:.2e}", best.design.d, best.drive, best.rank);

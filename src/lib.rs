@@ -12,45 +12,77 @@
 
 #![cfg_attr(not(test), deny(clippy::print_stderr, clippy::print_stdout))]
 
+#[doc(hidden)]
 pub use vibrissa_chart as chart;
+#[doc(hidden)]
 pub use vibrissa_core::{design, error, estimate, excerpt, physics, reduce, scene, status};
+#[doc(hidden)]
 pub use vibrissa_evaluate::{curve, evaluate, progress, statistics};
+#[doc(hidden)]
 pub use vibrissa_kernel as kernel;
 
 pub mod api;
+#[doc(hidden)]
 pub mod backend;
+#[doc(hidden)]
 #[cfg(feature = "bench")]
 pub mod bench;
+#[doc(hidden)]
 pub mod calibrate;
+#[doc(hidden)]
 pub mod contour;
+#[doc(hidden)]
 pub mod estimator;
+#[doc(hidden)]
 pub mod explain;
+#[doc(hidden)]
 #[cfg(feature = "files")]
 pub mod explore;
+#[doc(hidden)]
 pub mod export;
+#[doc(hidden)]
 #[cfg(feature = "report")]
 pub mod figure;
+#[doc(hidden)]
 #[cfg(feature = "files")]
 pub mod files;
+#[doc(hidden)]
 pub mod locate;
+#[doc(hidden)]
 pub mod measure;
+#[doc(hidden)]
 pub mod merge;
+#[doc(hidden)]
 pub mod needed;
+#[doc(hidden)]
 pub mod optimise;
+#[doc(hidden)]
 #[cfg(feature = "report")]
 pub mod page;
+#[doc(hidden)]
 pub mod plan;
+#[doc(hidden)]
 pub mod record;
+#[doc(hidden)]
 #[cfg(feature = "files")]
 pub mod reference;
+#[doc(hidden)]
 #[cfg(feature = "report")]
 pub mod report;
+#[doc(hidden)]
 pub mod shape;
+#[doc(hidden)]
 pub mod simulate;
+#[doc(hidden)]
 pub mod sink;
+#[doc(hidden)]
 #[cfg(feature = "files")]
 pub mod spec;
+#[doc(hidden)]
 pub mod sweep;
+#[doc(hidden)]
 pub mod tap;
+#[doc(hidden)]
 pub mod taps;
+#[doc(hidden)]
 pub mod verify;

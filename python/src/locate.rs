@@ -82,7 +82,7 @@ impl Locator {
             }
             false => Sequence::new(&self.locator, self.zero).answer(&self.locator, drive, value),
         };
-        let Located { distance, sigma, status } = job::here(py, answer)?;
+        let Located { distance, sigma, status, .. } = job::here(py, answer)?;
         Ok((distance, sigma, bits(status)))
     }
 

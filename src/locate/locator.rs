@@ -22,6 +22,7 @@ const QUOTIENT: f64 = 1e-4;
 
 /// A distance, what it is worth, and why not.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Located {
     /// Contact distance, mm; NaN where there is none.
     pub distance: f64,

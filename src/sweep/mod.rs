@@ -63,6 +63,7 @@ const HIGHLIGHTS: usize = 8;
 
 /// What a finished sweep tells.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct Report {
     /// Files written.
     pub files: Vec<std::path::PathBuf>,

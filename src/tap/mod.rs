@@ -75,6 +75,7 @@ impl LimitedBy {
 
 /// What was found.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct Report {
     /// The curve on its grid.
     pub curve: Vec<Sample>,

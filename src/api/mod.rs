@@ -1,14 +1,16 @@
 //! What is meant to be used from outside: a rig described in code, swept, its best tap angle, its readings answered. Everything else is
-//! public for the program and its tests, and changes with them.
+//! public for the program and its tests, changes with them, and is hidden in the documentation. Structs of answers may get more fields.
 //!
 //! ```no_run
 //! use vibrissa::api::*;
 //! let setup = Setup::default().material(Material::NeoHookean(3.2)).surface().noise(20e-6);
-//! let whisker = Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 30.0, drive: 4.0, ..Tuple::default() };
-//! let tap = strains(&setup, &[whisker])?[0];
+//! let whisker = Whisker::mm(10.0, 4.0, 50.0).gauge_mm(5.0, 2.0).distance_mm(30.0).theta_deg(4.0);
+//! let tap = strains(&setup, &[whisker.tap()?])?[0];
 //! println!("{:.6} {}", tap.strain, tap.status);
 //! # Ok::<(), vibrissa::api::Error>(())
 //! ```
+
+mod whisker;
 
 use std::path::Path;
 
@@ -24,6 +26,7 @@ pub use crate::status::Status;
 pub use crate::sweep::Report as Swept;
 pub use crate::tap::Report as BestTap;
 pub use crate::taps::Taps;
+pub use whisker::Whisker;
 
 use crate::backend::Choice;
 use crate::plan::Plan;
