@@ -87,17 +87,10 @@ pub fn run(args: &Locate, array: &Path) -> Result<Reply, Error> {
     folder.run_json(&run_json::document("locate", json!({ "name": stem, "hash": identity }), body))?;
     let written = folder.finish()?;
     let words: Vec<String> = answered.status.iter().map(|(w, n)| format!("{n} {w}")).collect();
-    let text = format!(
-        "{} readings of {} whiskers located: {}\nwrote {} in {:.2} s\n",
-        answered.rows,
-        whiskers.len(),
-        words.join(", "),
-        super::listed(&written.files),
-        start.elapsed().as_secs_f64()
-    );
+    let text =
+        format!("{} readings of {} whiskers located: {}\n", answered.rows, whiskers.len(), words.join(", "));
     let result = json!({ "whiskers": names });
-    Ok(Reply { text, out: Some(out), files: written.files, counts, seconds, result, ..Reply::default() }
-        .removing(&written.removed))
+    Ok(Reply { text, counts, seconds, result, ..Reply::default() }.written(out, written, start))
 }
 
 fn misused(value: &str, message: &str) -> InputError {

@@ -67,20 +67,9 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
     let told = [&counts, &seconds, &result];
     let document = report::document(&spec, &identity, (&data, &asked.hash), told);
     let written = output::write(&found, &data, &locator, &document, folder)?;
-    let mut text = report::text(&found, &data, &rig, &covered);
-    text += &format!("wrote {} in {:.2} s\n", super::listed(&written.files), start.elapsed().as_secs_f64());
-    let reply = Reply {
-        text,
-        out: Some(out),
-        files: written.files,
-        counts,
-        seconds,
-        result,
-        quiet,
-        refused,
-        ..Reply::default()
-    };
-    Ok(reply.answered().removing(&written.removed))
+    let text = report::text(&found, &data, &rig, &covered);
+    let reply = Reply { text, counts, seconds, result, quiet, refused, ..Reply::default() };
+    Ok(reply.written(out, written, start).answered())
 }
 
 /// What every calibration begins with.

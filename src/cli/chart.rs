@@ -62,7 +62,7 @@ pub fn run(args: &Chart) -> Result<Reply, Error> {
     folder.run_json(&run_json::document("chart", run_json::spec(&spec), body))?;
     let written = folder.finish()?;
     let text = format!(
-        "{} charts, {} coefficients from {} taps, strain error {:.1e} at their checking points{}\nwrote {} in {:.2} s\n",
+        "{} charts, {} coefficients from {} taps, strain error {:.1e} at their checking points{}\n",
         summary.charts,
         summary.coefficients,
         summary.solved,
@@ -71,9 +71,7 @@ pub fn run(args: &Chart) -> Result<Reply, Error> {
             String::new()
         } else {
             format!("; {} at a = {without:?} mm", if directions.len() > 1 { "not all" } else { "none" })
-        },
-        super::listed(&written.files),
-        start.elapsed().as_secs_f64()
+        }
     );
     let answer = format!(
         "Taps at {} of {} distances are read from charts, with a strain error of {:.1e} at most where that was checked.",
@@ -81,7 +79,5 @@ pub fn run(args: &Chart) -> Result<Reply, Error> {
         distances.len(),
         summary.strain_error
     );
-    let files = written.files;
-    let reply = Reply { answer, text, out: Some(out), files, counts, seconds, quiet, ..Reply::default() };
-    Ok(reply.removing(&written.removed))
+    Ok(Reply { answer, text, counts, seconds, quiet, ..Reply::default() }.written(out, written, start))
 }

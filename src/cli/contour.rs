@@ -79,13 +79,9 @@ pub fn run(args: &Contour) -> Result<Reply, Error> {
     folder.run_json(&traced.document(&stem, &seconds))?;
     let written = folder.finish()?;
     let Traced { counts, result, .. } = &traced;
-    let mut text = told(&traced.trace, counts, result, traced.estimator);
-    let _ =
-        writeln!(text, "wrote {} in {:.2} s", super::listed(&written.files), start.elapsed().as_secs_f64());
-    let (counts, result) = (counts.clone(), result.clone());
-    Ok(Reply { text, out: Some(out), files: written.files, counts, seconds, result, ..Reply::default() }
-        .answered()
-        .removing(&written.removed))
+    let text = told(&traced.trace, counts, result, traced.estimator);
+    let reply = Reply { text, counts: counts.clone(), seconds, result: result.clone(), ..Reply::default() };
+    Ok(reply.written(out, written, start).answered())
 }
 
 fn told(trace: &Trace, counts: &Value, result: &Value, estimator: &str) -> String {

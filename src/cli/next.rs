@@ -85,21 +85,8 @@ pub fn run(args: &args::Next) -> Result<Reply, Error> {
     let told = json!({ "calibration": { "file": label, "checksum": calibration.checksum }, "counts": counts, "seconds": seconds, "result": result });
     folder.run_json(&run_json::document("next", json!({ "name": stem, "hash": identity }), told))?;
     let written = folder.finish()?;
-    let mut text = String::new();
-    let _ =
-        writeln!(text, "wrote {} in {:.2} s", super::listed(&written.files), start.elapsed().as_secs_f64());
     let answer = answer(&found, drive, &lines);
-    let reply = Reply {
-        answer,
-        text,
-        out: Some(out),
-        files: written.files,
-        counts,
-        seconds,
-        result,
-        ..Reply::default()
-    };
-    Ok(reply.removing(&written.removed))
+    Ok(Reply { answer, counts, seconds, result, ..Reply::default() }.written(out, written, start))
 }
 
 /// The taps of one object in a file.

@@ -73,21 +73,9 @@ pub fn run(args: &args::Plan) -> Result<Reply, Error> {
     let document = json!({ "in_force": run_json::in_force(&spec), "counts": counts, "seconds": seconds, "result": result });
     folder.run_json(&run_json::document("plan", run_json::spec(&spec), document))?;
     let written = folder.finish()?;
-    let mut text = told(&found, drive);
-    let _ =
-        writeln!(text, "wrote {} in {:.2} s", super::listed(&written.files), start.elapsed().as_secs_f64());
-    let reply = Reply {
-        answer: answer(&found, asked.error),
-        text,
-        out: Some(out),
-        files: written.files,
-        counts,
-        seconds,
-        result,
-        quiet,
-        ..Reply::default()
-    };
-    Ok(reply.removing(&written.removed))
+    let (answer, text) = (answer(&found, asked.error), told(&found, drive));
+    Ok(Reply { answer, text, counts, seconds, result, quiet, ..Reply::default() }
+        .written(out, written, start))
 }
 
 fn asked(args: &args::Plan) -> Result<PlanGoal, InputError> {

@@ -3,12 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 
 use clap::error::{ContextKind, ContextValue};
 use miette::{GraphicalReportHandler, GraphicalTheme};
 use serde_json::{Value, json};
 use vibrissa::error::{Error, InputError};
 use vibrissa::report::answer_of;
+use vibrissa::sink::folder::Written;
 use vibrissa::sink::unfinished;
 
 use super::{lines::Shown, say};
@@ -68,6 +70,14 @@ impl Reply {
     pub fn answered(self) -> Self {
         let answer = self.out.as_deref().map_or(String::new(), answer_of);
         Self { answer, ..self }
+    }
+
+    /// Of a result in the folder `out`: the text ends with its files and the time since `start`.
+    pub fn written(self, out: PathBuf, written: Written, start: Instant) -> Self {
+        let wrote =
+            format!("wrote {} in {:.2} s\n", super::listed(&written.files), start.elapsed().as_secs_f64());
+        let text = self.text + &wrote;
+        Self { text, out: Some(out), files: written.files, ..self }.removing(&written.removed)
     }
 
     /// Names the files of an older result that `--force` removed.

@@ -67,20 +67,8 @@ pub fn calibrate(
         report::document(spec, &identity, (&found.data[0], &asked.hash), [&counts, &seconds, &result]);
     folder.run_json(&document)?;
     let written = folder.finish()?;
-    let text = text
-        + &format!("wrote {} in {:.2} s\n", super::listed(&written.files), start.elapsed().as_secs_f64());
-    let reply = Reply {
-        text,
-        out: Some(out),
-        files: written.files,
-        counts,
-        seconds,
-        result,
-        quiet,
-        refused,
-        ..Reply::default()
-    };
-    Ok(reply.answered().removing(&written.removed))
+    let reply = Reply { text, counts, seconds, result, quiet, refused, ..Reply::default() };
+    Ok(reply.written(out, written, start).answered())
 }
 
 /// Writes the files of `--export`, if there are any.

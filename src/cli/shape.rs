@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use serde_json::{Value, json};
+use serde_json::json;
 use vibrissa::error::Error;
 use vibrissa::progress::{NEVER, Progress, Silent};
 use vibrissa::sink::folder::{Folder, Question};
@@ -58,15 +58,8 @@ pub fn run(args: &Shape) -> Result<Reply, Error> {
         0 => String::new(),
         n => format!("; {n} taps have none, contacts.csv says why"),
     };
-    let text = format!(
-        "{} shapes of {} sections from clamp to contact{without}\nwrote {} in {:.2} s\n",
-        counts.shapes,
-        args.nodes,
-        super::listed(&written.files),
-        start.elapsed().as_secs_f64()
-    );
-    let (files, backend) = (written.files, Value::Null);
-    Ok(Reply { text, out: Some(out), files, counts: counted, seconds, backend, quiet, ..Reply::default() }
-        .answered()
-        .removing(&written.removed))
+    let (shapes, nodes) = (counts.shapes, args.nodes);
+    let text = format!("{shapes} shapes of {nodes} sections from clamp to contact{without}\n");
+    let reply = Reply { text, counts: counted, seconds, quiet, ..Reply::default() };
+    Ok(reply.written(out, written, start).answered())
 }

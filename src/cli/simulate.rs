@@ -65,24 +65,10 @@ pub fn run(args: &Simulate) -> Result<Reply, Error> {
         0 => String::new(),
         n => format!(", {n} of them without a solution and empty"),
     };
-    let text = format!(
-        "{} synthetic taps{empty}, {} zero readings\nwrote {} in {:.2} s\n",
-        counts.taps,
-        counts.zeros,
-        super::listed(&written.files),
-        start.elapsed().as_secs_f64()
-    );
-    Ok(Reply {
-        text,
-        out: Some(out),
-        files: written.files,
-        counts: counted,
-        seconds,
-        result: json!({ "settings": result }),
-        quiet,
-        ..Reply::default()
-    }
-    .removing(&written.removed))
+    let text = format!("{} synthetic taps{empty}, {} zero readings\n", counts.taps, counts.zeros);
+    let result = json!({ "settings": result });
+    Ok(Reply { text, counts: counted, seconds, result, quiet, ..Reply::default() }
+        .written(out, written, start))
 }
 
 fn settings(args: &Simulate, rig: &Rig) -> Result<Settings, InputError> {

@@ -68,22 +68,12 @@ pub fn run(
         n => format!(", {n} of them after the whisker has left the object"),
     };
     let text = format!(
-        "{} synthetic readings of {} strokes{without}, {} zero readings\nwrote {} in {:.2} s\n",
+        "{} synthetic readings of {} strokes{without}, {} zero readings\n",
         counts.taps,
         course.starts.len() - missed,
-        counts.zeros,
-        super::listed(&written.files),
-        start.elapsed().as_secs_f64()
+        counts.zeros
     );
-    Ok(Reply {
-        text,
-        out: Some(out),
-        files: written.files,
-        counts: counted,
-        seconds,
-        result: json!({ "settings": result }),
-        quiet,
-        ..Reply::default()
-    }
-    .removing(&written.removed))
+    let result = json!({ "settings": result });
+    Ok(Reply { text, counts: counted, seconds, result, quiet, ..Reply::default() }
+        .written(out, written, start))
 }

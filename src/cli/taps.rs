@@ -66,16 +66,5 @@ pub fn run(args: &Taps) -> Result<Reply, Error> {
         record.time.len(),
         rest.noise
     );
-    let text = format!("wrote {} in {:.2} s\n", super::listed(&written.files), start.elapsed().as_secs_f64());
-    let reply = Reply {
-        answer,
-        text,
-        out: Some(out),
-        files: written.files,
-        counts,
-        seconds,
-        result,
-        ..Reply::default()
-    };
-    Ok(reply.removing(&written.removed))
+    Ok(Reply { answer, counts, seconds, result, ..Reply::default() }.written(out, written, start))
 }
