@@ -273,7 +273,7 @@ def edges(p, w, start, end, x1, x2):
     for k in range(6):
         x = candidates[k]
         used = k < 2 or w[INNER] if k < 4 else w[FOIL]
-        if used and x.real > start.real and x.real < end.real:
+        if used and x.real >= start.real and x.real < end.real:
             places[n] = x
             n += 1
     places[n] = start

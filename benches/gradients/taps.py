@@ -45,7 +45,7 @@ def hard(model):
         taps += [dict(a=a, drive=drive) for a in places]
         taps += [dict(a=share * 50, drive=drive) for share in (0.999, 1.0)]
     taps += [dict(l=0.01), dict(x_ss=0.0), dict(x_ss=0.0, l=0.01, a=0.5, drive=0.5)]
-    if not any(key in model for key in ("hub", "pole_radius")):
+    if not any(key in model for key in ("hub", "pole_radius", "root", "bore", "core", "curvature", "foil")):
         taps += [{key: k * BASE[key] for key in ("D", "d", "L_a", "x_ss", "l", "a")} for k in (1e-3, 1e3)]
     columns = {name: np.array([{**BASE, **tap}.get(name, 0.0) for tap in taps]) for name in NAMES}
     if model.get("displaced"):

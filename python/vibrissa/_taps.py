@@ -144,9 +144,9 @@ def _solver(model: dict[str, Any], displaced: bool) -> tuple[_native.Taps, list[
     """What solves taps of this model, made once, and what should be known of it."""
     plain = all(type(value) in _PLAIN for value in model.values())
     # As keys True, 1 and 1.0 are one; in a spec they are not.
-    key = (displaced, *model.items(), *map(type, model.values())) if plain else None
-    if plain and key in _quick:
-        return _quick[key]
+    quick = (displaced, *model.items(), *map(type, model.values())) if plain else ()
+    if plain and quick in _quick:
+        return _quick[quick]
     text = ""
     if model or displaced:
         sections: dict[str, dict[str, Any]] = {}
@@ -164,7 +164,7 @@ def _solver(model: dict[str, Any], displaced: bool) -> tuple[_native.Taps, list[
     if plain:
         if len(_quick) >= _MOST_SOLVERS:
             _quick.clear()
-        _quick[key] = found
+        _quick[quick] = found
     return found
 
 

@@ -19,8 +19,9 @@ pub const INPUTS: usize = 4;
 /// A number with its derivatives by the unknowns, and after them by inputs.
 pub type Traced = Dual<{ UNKNOWNS + INPUTS }>;
 
-/// Largest step from the equilibrium that was told to the one of the reference at which derivatives are believed, relative.
-const NEAR: f64 = 1e-9;
+/// Largest step from the equilibrium that was told to the one of the reference at which derivatives are believed, relative: at 60° they may be off by ten
+/// times as much.
+const NEAR: f64 = 1e-10;
 
 /// The same where rounding lets no step get smaller: next to the clamp of a thick whisker, whose radius is many distances.
 const NEARLY: f64 = 1e-7;

@@ -48,6 +48,11 @@ pub(super) fn integrate<T: Real, const N: usize>(
     start: T,
     length: T,
 ) -> Result<[T; N], Ended> {
+    if !T::BARE && length.value() == 0.0 {
+        // Its end may move all the same.
+        let slope = rhs(start, &y).ok_or(Ended::NoValue)?;
+        return Ok(from_fn(|i| y[i] + length * slope.rate[i]));
+    }
     let (mut done, mut step) = (T::of(0.0), length);
     while done.value() < length.value() {
         let last = step.value() >= (length - done).value();
