@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use crate::backend::{Backend, Choice};
 use crate::design::Design;
 use crate::error::Error;
-use crate::evaluate::{Evaluator, Input, Method, OUTPUTS, Outcome, Task, gradient};
+use crate::evaluate::{Evaluator, Input, Method, OUTPUTS, Outcome, Task, closed, gradient, is_closed};
 use crate::kernel::Rung;
 use crate::kernel::frames::{Framed, Framing};
 use crate::plan::CHUNK;
@@ -115,10 +115,33 @@ impl Taps {
     /// # Errors
     /// Threads or kernels that fail.
     pub fn strains(&self, tap: impl Fn(usize) -> Tuple + Sync, out: &mut [f64]) -> Result<(), Error> {
+        if is_closed(&self.setup) {
+            return self.closed(&tap, out);
+        }
         match &self.framing {
             Some(framing) => self.in_blocks(out, |at, out| self.lanes(framing, |i| tap(at + i), out)),
             None => self.solve(tap, |outcome| outcome.strain, out),
         }
+    }
+
+    /// Strains of closed forms, in blocks.
+    fn closed(&self, tap: impl Fn(usize) -> Tuple + Sync, out: &mut [f64]) -> Result<(), Error> {
+        self.in_blocks(out, |at, out| {
+            let mut others = Vec::new();
+            for (i, place) in out.iter_mut().enumerate() {
+                match closed(&self.setup, &tap(at + i)) {
+                    Some(strain) => *place = strain,
+                    None => others.push(i),
+                }
+            }
+            if others.is_empty() {
+                return Ok(());
+            }
+            let mut strains = vec![f64::NAN; others.len()];
+            self.block(|k| tap(at + others[k]), BLOCK, &|_, _, outcome| outcome.strain, &mut strains)?;
+            others.iter().zip(strains).for_each(|(&i, strain)| out[i] = strain);
+            Ok(())
+        })
     }
 
     /// Does `one` for each block of `out`, which it is told the begin of.

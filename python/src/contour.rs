@@ -23,6 +23,7 @@ use crate::error::keywords;
 use crate::job::{self, Far};
 use crate::locate::estimator;
 use crate::search::named;
+use crate::spec::KEYWORDS;
 use crate::table::Table;
 
 /// What a user says of a contour beside data and calibration.
@@ -35,7 +36,8 @@ pub struct Said {
     contact: Option<String>,
     taps: bool,
     curve: Option<String>,
-    truth: Option<PathBuf>,
+    /// The path of a file, or its text.
+    truth: Option<(Option<PathBuf>, String)>,
     zero: Option<Vec<f64>>,
     columns: Option<String>,
     trust: bool,
@@ -100,10 +102,14 @@ pub fn contour(
             kind: meant("curve", said.curve.as_deref(), &Kind::WORDS)?,
         };
         let columns = said.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
-        let truth = said.truth.as_deref().map(|path| {
-            let strokes =
-                Strokes::read(path).map_err(|e| InputError { key: e.key.or(Some("truth".into())), ..e })?;
-            Ok::<_, Error>((strokes.object, path.display().to_string()))
+        let truth = said.truth.map(|(path, text)| {
+            let label = format!("truth.{KEYWORDS}");
+            let read = match &path {
+                Some(path) => Strokes::read(path),
+                None => Strokes::parse(&label, &text, Path::new("")),
+            };
+            let strokes = read.map_err(|e| InputError { key: e.key.or(Some("truth".into())), ..e })?;
+            Ok::<_, Error>((strokes.object, path.map_or(label, |path| path.display().to_string())))
         });
         let truth = truth.transpose()?;
         let (name, text) = &calibration;

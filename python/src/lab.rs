@@ -1,6 +1,6 @@
 //! `vibrissa.calibrate` and `vibrissa.simulate`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use pyo3::prelude::*;
@@ -9,7 +9,8 @@ use vibrissa::calibrate::{self as lab, Options, coverage, output, report, severa
 use vibrissa::error::{Error, InputError};
 use vibrissa::locate::{self, locator::opener};
 use vibrissa::measure::{Data, Names, Rig};
-use vibrissa::scene::{Drive, Spec};
+use vibrissa::scene::{Column, Drive, Spec};
+use vibrissa::simulate::strokes::{self as stroked, Strokes};
 use vibrissa::simulate::{self as synthetic, Settings};
 use vibrissa::sink::folder::hash_all;
 use vibrissa::sink::memory;
@@ -17,7 +18,7 @@ use vibrissa::spec;
 
 use crate::job::{self, Far};
 use crate::search::named;
-use crate::spec::UnreadSpec;
+use crate::spec::{KEYWORDS, UnreadSpec};
 use crate::table::Table;
 
 /// What a user says of a calibration beside data and whisker.
@@ -122,6 +123,86 @@ pub struct Added {
 /// Bytes of a row of synthetic measurements while their table is made: its text, in a buffer that may be twice as large, its fields, its columns.
 const BYTES_OF_ROW: u64 = 512;
 
+impl Added {
+    /// What it comes to for `rig`.
+    fn settings(&self, rig: &Rig) -> Result<Settings, InputError> {
+        let unit = synthetic::recorded(rig, self.signal.as_deref(), "signal")?;
+        for (key, n) in [("repeats", Some(self.repeats)), ("zero_every", self.zero_every)] {
+            if n == Some(0) {
+                return Err(InputError::new("this number is too small").key(key).value(0).allowed("≥ 1"));
+            }
+        }
+        let settings = Settings {
+            repeats: self.repeats,
+            noise: self.noise.or(rig.setup.gauge.noise_strain).unwrap_or(0.0),
+            seed: self.seed,
+            zero_every: self.zero_every,
+            drift: self.drift,
+            outliers: self.outliers,
+            saturate: self.saturate,
+            hysteresis: self.hysteresis,
+            factor: self.factor,
+            drive_offset: self.drive_offset,
+            a_offset: self.a_offset,
+            unit,
+        };
+        settings.check()?;
+        Ok(settings)
+    }
+}
+
+/// The spec that was `asked`, and its one whisker.
+fn asked_rig(asked: &UnreadSpec) -> Result<(Spec, Rig), Error> {
+    let spec = asked.read(spec::parse)?;
+    let rig = Rig::of_spec(&spec, &asked.label)?;
+    Ok((spec, rig))
+}
+
+/// What is stroked: the path of a file, or its text.
+type Course = (Option<PathBuf>, String);
+
+/// Synthetic strokes of the one whisker of a spec over an object: the table, run.json, what should be known.
+#[pyfunction]
+pub fn strokes(
+    py: Python<'_>,
+    path: Option<PathBuf>,
+    text: String,
+    course: Course,
+    added: Added,
+) -> PyResult<(Table, String, Vec<String>)> {
+    let work = move |stop: &AtomicBool, _: &mut dyn FnMut(Far)| {
+        let start = std::time::Instant::now();
+        let asked = UnreadSpec::new(path, text, "simulate")?;
+        let (spec, rig) = asked_rig(&asked)?;
+        if rig.setup.channels.is_some() {
+            let several = InputError::new("a stroke is read by one signal").key("object");
+            return Err(several.allowed("one signal in sensor").into());
+        }
+        let settings = added.settings(&rig)?;
+        stroked::check(&rig, &settings)?;
+        let course = match course {
+            (Some(path), _) => Strokes::read(&path)?,
+            (None, text) => Strokes::parse(&format!("object.{KEYWORDS}"), &text, Path::new(""))?,
+        };
+        let drives = spec.study.space.axis(Column::Drive).expect("a rig has axes");
+        let (mut bytes, mut told) = (Vec::new(), Vec::new());
+        let mut miss = |number, why| told.push(format!("start {number} makes no stroke: {why}"));
+        let counts = stroked::simulate(&rig, &course, drives, &settings, &mut miss, &mut |some| {
+            if stop.load(Ordering::Relaxed) {
+                return Err(Error::Run("interrupted".into()));
+            }
+            bytes.extend_from_slice(some);
+            Ok(())
+        })?;
+        let seconds = json!({ "total": start.elapsed().as_secs_f64() });
+        let result = course.described(settings.described(rig.setup.drive));
+        let run = synthetic::document(&spec, [&result, &counts.described(), &seconds]);
+        Ok((Table::of_csv(&bytes)?, run.to_string(), told))
+    };
+    let (found, interrupt) = job::run(py, None, work, job::shown(None))?;
+    interrupt.map_or(Ok(found), Err)
+}
+
 /// Synthetic measurements of the one whisker of a spec: the table, and run.json.
 #[pyfunction]
 pub fn simulate(
@@ -133,33 +214,8 @@ pub fn simulate(
     let work = move |stop: &AtomicBool, _: &mut dyn FnMut(Far)| {
         let start = std::time::Instant::now();
         let asked = UnreadSpec::new(path, text, "simulate")?;
-        let spec = asked.read(spec::parse)?;
-        let rig = Rig::of_spec(&spec, &asked.label)?;
-        let unit = synthetic::recorded(&rig, added.signal.as_deref(), "signal")?;
-        for (key, n) in [("repeats", Some(added.repeats)), ("zero_every", added.zero_every)] {
-            if n == Some(0) {
-                return Err(InputError::new("this number is too small")
-                    .key(key)
-                    .value(0)
-                    .allowed("≥ 1")
-                    .into());
-            }
-        }
-        let settings = Settings {
-            repeats: added.repeats,
-            noise: added.noise.or(rig.setup.gauge.noise_strain).unwrap_or(0.0),
-            seed: added.seed,
-            zero_every: added.zero_every,
-            drift: added.drift,
-            outliers: added.outliers,
-            saturate: added.saturate,
-            hysteresis: added.hysteresis,
-            factor: added.factor,
-            drive_offset: added.drive_offset,
-            a_offset: added.a_offset,
-            unit,
-        };
-        settings.check()?;
+        let (spec, rig) = asked_rig(&asked)?;
+        let settings = added.settings(&rig)?;
         let layout = spec.study.space.layout().expect("a rig has axes");
         let room = memory::available().map_or(u64::MAX, |bytes| bytes / BYTES_OF_ROW);
         settings.rows(layout.len(), synthetic::MOST_ROWS.min(room))?;

@@ -24,6 +24,8 @@ mod machine;
 #[cfg(feature = "extension")]
 mod module;
 #[cfg(feature = "extension")]
+mod page;
+#[cfg(feature = "extension")]
 mod search;
 #[cfg(feature = "extension")]
 mod several;

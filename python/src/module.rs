@@ -12,11 +12,13 @@ mod _native {
     #[pymodule_export]
     use crate::fork::forked;
     #[pymodule_export]
-    use crate::lab::{calibrate, simulate};
+    use crate::lab::{calibrate, simulate, strokes};
     #[pymodule_export]
     use crate::locate::Locator;
     #[pymodule_export]
     use crate::machine::{answer, ask_drivers_by, chart, devices, left_behind, verify};
+    #[pymodule_export]
+    use crate::page::{explore, report};
     #[pymodule_export]
     use crate::search::{optimise, tap};
     #[pymodule_export]

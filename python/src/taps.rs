@@ -34,7 +34,7 @@ const PART_OF_GRADIENTS: usize = 1 << 12;
 
 /// Names of inputs, in words.
 const INPUTS: &str = "D, d, L_a, x_ss, l, a, theta (or delta), tilt, lean, and of what the model has: hub, pole_radius, mu, E, C10, C01, C20, C30, \
-                      nu, clamp, foil.stiffness, foil.length, foil.width, exponent, bore, core.diameter, core.modulus, curvature, curvature_slope, \
+                      nu, clamp, foil.stiffness, foil.length, foil.width, exponent, scale, bore, core.diameter, core.modulus, curvature, curvature_slope, \
                       root.k_theta, root.k_y, root.k_x";
 
 /// Words by their bits: a word that is new takes the next bit, wherever it stands among the words.
@@ -228,6 +228,30 @@ impl Taps {
         ))
     }
 
+    /// The strain of one tap, and what should be known of it.
+    #[pyo3(signature = (D, d, L_a, x_ss, l, a, drive, tilt = 0.0, lean = 0.0, /))]
+    #[allow(non_snake_case, clippy::too_many_arguments)]
+    fn strain(
+        &self,
+        py: Python<'_>,
+        D: f64,
+        d: f64,
+        L_a: f64,
+        x_ss: f64,
+        l: f64,
+        a: f64,
+        drive: f64,
+        tilt: f64,
+        lean: f64,
+    ) -> PyResult<(f64, Doubts)> {
+        self.allowed(py, [tilt != 0.0, lean != 0.0])?;
+        let tap = Tuple { D, d, L_a, x_ss, l, a, tilt, lean, drive, rig: 0 };
+        let mut found = [f64::NAN];
+        let solved = job::here(py, || self.taps.strains(|_| tap, &mut found))?;
+        solved.map_err(|e| raise(py, e))?;
+        Ok((found[0], doubts(self.taps.setup(), 1, |_| tap)))
+    }
+
     /// `n` taps from the columns of [`Given::new`]; the numbers of [`Self::one`], each as an array, only the strain unless `full`; what should be
     /// known of them.
     #[pyo3(signature = (n, columns, full, progress = None))]
@@ -299,10 +323,15 @@ impl Taps {
         progress: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyTuple>, Doubts)> {
         let given = Given::new(py, n, columns)?;
-        self.allowed(py, given.leaning(n))?;
+        let leaning = given.leaning(n);
+        self.allowed(py, leaning)?;
         let taps = Arc::clone(&self.taps);
         let input = |name: &String| {
             let wrong = |why: String| InputError::new(why).key("grad").value(name).allowed(INPUTS);
+            if leaning.contains(&true) && name.starts_with("curvature") {
+                let why = "a curved whisker leaves its plane at a pole that is not upright".to_owned();
+                return Err(raise(py, wrong(why).into()));
+            }
             Input::new(taps.setup(), name).map_err(|why| raise(py, wrong(why).into()))
         };
         let inputs = by.iter().map(input).collect::<PyResult<Vec<Input>>>()?;

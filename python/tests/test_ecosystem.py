@@ -126,8 +126,10 @@ def test_a_law_from_a_curve():
     fit = vibrissa.fit_material(pd.DataFrame(dict(strain=strains, stress_MPa=stress(strains))))
     assert fit.material["yeoh"] == pytest.approx([0.5, -0.08, 0.02], rel=1e-8) and fit.points == 25 and fit.rms_MPa < 1e-12
     assert vibrissa.strain(10, 4, 50, 5, 2, 30, 4.0, material=fit.material) > 0
-    with pytest.raises(vibrissa.InputError):
-        vibrissa.fit_material(dict(strain=[0.1, 0.2], stress_MPa=[0.3, 0.6]))
+    for bad in (dict(strain=[0.1, 0.2], stress_MPa=[0.3, 0.6]), pd.DataFrame(), dict(strain=[0.1, np.nan, 0.3, 0.4, 0.5], stress_MPa=[0.3, 0.4, 0.5, 0.6, 0.7])):
+        with pytest.raises(vibrissa.InputError) as caught:
+            vibrissa.fit_material(bad)
+        assert caught.value.file is None and "curve.csv" not in str(caught.value)
 
 
 def test_parameters_of_a_fit():

@@ -99,6 +99,11 @@ def test_distances_without_a_calibration():
     assert np.isnan(one.distance_mm) and one.status == vibrissa.Status.no_root
     low = vibrissa.distance(1e-5, 4.0, whisker=whisker, gauge=gauge)
     assert low.status == vibrissa.Status.ambiguous and 5 < low.distance_mm < 7
+    outside = vibrissa.distance(0.02, [-4.0, 0.0, 90.0], whisker=whisker, gauge=gauge)
+    assert np.isnan(outside.distance_mm).all() and (outside.status == vibrissa.Status.invalid_geometry).all()
+    with pytest.raises(vibrissa.InputError) as caught:
+        vibrissa.distance(0.01, 4.0, whisker=whisker, gauge=gauge, grad=3)
+    assert caught.value.key == "grad"
     with pytest.raises(vibrissa.InputError) as caught:
         vibrissa.distance(0.01, 4.0, whisker=whisker, gauge=dict(x_ss=5))
     assert caught.value.key == "gauge.l"

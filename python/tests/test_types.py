@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import vibrissa
-from vibrissa import _distance, _native, _taps
+from vibrissa import _distance, _lab, _native, _pages, _taps
 
-COMMANDS = ["calibrate", "chart", "contour", "devices", "distance", "optimise", "pareto", "shape", "simulate", "strain", "sweep", "tap", "verify"]
+COMMANDS = ["calibrate", "chart", "contour", "devices", "distance", "explore", "optimise", "pareto", "report", "shape", "simulate", "strain", "sweep", "tap", "verify"]
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -23,7 +23,7 @@ def test_help_says_what_there_is_to_know(name):
     parameters = [p for p in inspect.signature(function).parameters if p not in ("spec", "sections", "model")]
     missing = [p for p in parameters if p not in text]
     assert not missing, f"help of {name} does not name {missing}"
-    if name in ("sweep", "strain", "contour", "shape"):
+    if name in ("sweep", "strain", "contour", "explore", "shape", "simulate"):
         for word in ("Args:", "Returns:", "Raises:", "Source:", "mm", "degrees", "InputError"):
             assert word in text, f"{name}: {word}"
 
@@ -40,7 +40,7 @@ def test_everything_public_is_documented():
 
 
 def test_examples_in_docstrings():
-    for module in (_taps, _distance):
+    for module in (_taps, _distance, _lab, _pages):
         failed, tried = doctest.testmod(module)
         assert tried > 0 and not failed
 

@@ -21,9 +21,11 @@ HERE = pathlib.Path(__file__).resolve().parents[1]
 CPU = dict(backend="cpu")
 
 
-@pytest.mark.parametrize("page", ["README.md", "python/README.md", "docs/python.md"])
+@pytest.mark.parametrize("page", ["README.md", "python/PYTHON.md", "docs/python.md"])
 def test_lines_of_a_page(page, root, monkeypatch):
     """Indented lines that begin with `import vibrissa` run as they stand."""
+    if not (root / page).exists():
+        pytest.skip("an sdist has no docs")
     text = (root / page).read_text()
     blocks = re.findall(r"(?:^    .*\n)+", text, flags=re.MULTILINE)
     blocks = [re.sub(r"^    ", "", b, flags=re.MULTILINE) for b in blocks if b.lstrip().startswith("import vibrissa")]

@@ -31,15 +31,16 @@ from ._lab import calibrate, simulate
 from ._locate import Located, Locator, NextTap
 from ._material import MaterialFit, fit_material
 from ._native import Table, __version__
+from ._pages import Page, Report, explore, report
 from ._results import BestTap, Calibration, Contour, Search, Shapes, Simulation, Sweep, Verification
 from ._shape import shape
 from ._spec import axis, samples
 from ._taps import Jacobian, Status, Tap, status_words, strain
 
 __all__ = [
-    "Array", "BestTap", "Calibration", "Contour", "Distance", "Error", "InputError", "Interrupted", "Jacobian", "Located", "Locator", "MaterialFit", "NextTap", "RunError", "Search", "Shapes",
+    "Array", "BestTap", "Calibration", "Contour", "Distance", "Error", "InputError", "Interrupted", "Jacobian", "Located", "Locator", "MaterialFit", "NextTap", "Page", "Report", "RunError", "Search", "Shapes",
     "Simulation", "Status", "Step", "Sweep", "Table", "Tap", "Verification", "VibrissaWarning", "__version__", "axis", "calibrate", "chart", "contour",
-    "devices", "distance", "fit_material", "optimise", "pareto", "samples", "shape", "simulate", "spec_text", "status_words", "strain", "sweep", "tap", "verify",
+    "devices", "distance", "explore", "fit_material", "optimise", "pareto", "report", "samples", "shape", "simulate", "spec_text", "status_words", "strain", "sweep", "tap", "verify",
 ]
 
 _Mapping.register(Table)

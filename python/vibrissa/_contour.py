@@ -14,7 +14,7 @@ from ._errors import InputError, short, warn
 from ._frames import csv
 from ._locate import calibration_text, roles
 from ._results import Calibration, Contour
-from ._spec import Section, _name, _whole_text, flag, given, number, section, whole, word
+from ._spec import Section, _name, _whole_text, document, flag, given, number, section, whole, word
 from ._units import UNITS, bare
 
 # As [run] threads.
@@ -36,9 +36,29 @@ def _path(key: str, path: Any) -> str:
         raise InputError("this is no path", key=key, value=short(path), allowed="str or os.PathLike") from None
 
 
+def course(said: Any, key: str = "object") -> tuple[str | None, str]:
+    """An object to stroke: the path of its file, or the text of its sections."""
+    if not isinstance(said, Mapping):
+        return _path(key, said), ""
+    lines: list[str] = []
+    starts: list[str] = []
+    sections: dict[str, Any] = {}
+    for name, value in said.items():
+        if name == "start":
+            for start in value if isinstance(value, (list, tuple)) else [value]:
+                if not isinstance(start, Mapping):
+                    raise InputError("a start is a dict of its keys", key="start", value=short(start), allowed="dict(x=…, y=…, heading=…)")
+                starts += ["[[start]]", *(f"{_name(k)} = {_whole_text(f'start.{k}', v)}" for k, v in start.items() if v is not None)]
+        elif isinstance(value, Mapping):
+            sections[name] = value
+        elif value is not None:
+            lines.append(f"{_name(name)} = {_whole_text(str(name), value)}")
+    return None, "\n".join([*lines, document(sections), *starts, ""])
+
+
 def contour(data: Any, calibration: Calibration | str | os.PathLike[str], *, estimator: str | None = None, angle_noise: float = 0.1,
             base_noise: float = 0.0, touch_noise: float | None = None, contact: str | None = None, taps: bool = False,
-            curve: str | None = None, truth: str | os.PathLike[str] | None = None, zero: float | tuple[float, float] | None = None,
+            curve: str | None = None, truth: str | os.PathLike[str] | Mapping[str, Any] | None = None, zero: float | tuple[float, float] | None = None,
             columns: dict[str, str] | str | None = None, threads: int | None = None, trust: bool = False) -> Contour:
     """Traces an object from taps and strokes of a calibrated whisker at several base poses: points with their ellipses, and a curve.
 
@@ -58,7 +78,7 @@ def contour(data: Any, calibration: Calibration | str | os.PathLike[str], *, est
         contact: which place of the whisker touches, ``"surface"`` or ``"centreline"``; as the calibration's model has it by default.
         taps: each row is a tap, whatever its stroke.
         curve: ``"point"``, ``"line"``, ``"circle"`` or ``"smooth"``; by default the one that tells best where points lie that were left out.
-        truth: path of the object as ``vibrissa simulate --object`` has it: ``run`` says how far from it the points are.
+        truth: the object, as :func:`simulate` takes it: ``run`` says how far from it the points are.
         zero: what the sensor shows without contact, in the unit of the signal, where no row says it; two numbers of two signals.
         columns: columns of readings under other names, ``dict(theta="angle", reading="ch3")``.
         threads: as many; all cores by default.
@@ -76,7 +96,7 @@ def contour(data: Any, calibration: Calibration | str | os.PathLike[str], *, est
     said = types.SimpleNamespace(
         estimator=given(word, "estimator", estimator), angle_noise=number("angle_noise", angle_noise, "degrees"),
         base_noise=number("base_noise", base_noise, "mm"), touch_noise=given(number, "touch_noise", touch_noise, "degrees"), contact=given(word, "contact", contact), taps=flag("taps", taps),
-        curve=given(word, "curve", curve), truth=given(_path, "truth", truth), zero=_zero(zero), columns=roles(columns),
+        curve=given(word, "curve", curve), truth=None if truth is None else course(truth, "truth"), zero=_zero(zero), columns=roles(columns),
         trust=flag("trust", trust), threads=None if threads is None else whole("threads", threads, _MOST_THREADS, 1))
     tables, run, told = _native.contour(table.label, table.bytes, calibration_text(calibration), said)
     warn(told)

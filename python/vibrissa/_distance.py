@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from . import _taps
 from ._errors import InputError, short
 from ._spec import section
-from ._taps import _SECTION, ALLOWED, Status, columns
+from ._taps import _SECTION, ALLOWED, Status, _inputs, columns
 from ._units import UNITS
 
 _PLACES = {"whisker": ("D", "d", "L_a"), "gauge": ("x_ss", "l")}
@@ -65,11 +65,9 @@ def distance(strain: Any, theta: Any = None, *, delta: Any = None, whisker: Mapp
         raise InputError("a tap has one drive", key="theta", allowed="theta (degrees) or delta (mm)")
     name, drive = ("theta", theta) if delta is None else ("delta", delta)
     fixed, others, noise = _whisker(whisker, gauge, model)
-    asked = [] if grad is None else [grad] if isinstance(grad, str) else list(grad)
-    if not all(isinstance(by, str) for by in asked) or len(set(asked)) < len(asked):
-        raise InputError("these are no names of inputs", key="grad", value=short(grad), allowed='different names, ("strain", "theta")')
+    asked = [] if grad is None else _inputs(grad)
     shape, n, (readings, drives) = columns({"strain": strain, name: drive}, {"strain": "numbers", name: ALLOWED[name]}, {"strain": "", name: UNITS[f"tap.{name}"]})
-    readings, drives = (np.abs(x) if len(x) == n else np.abs(x).repeat(n) for x in (readings, drives))
+    readings, drives = (x if len(x) == n else x.repeat(n) for x in (np.abs(readings), drives))
     if n == 0:
         none = np.empty(shape)
         return Distance(none, none, np.empty(shape, np.uint16), np.empty((*shape, len(asked))) if asked else None)
@@ -79,6 +77,8 @@ def distance(strain: Any, theta: Any = None, *, delta: Any = None, whisker: Mapp
         return found
 
     a, status = _solved(shown, readings, drives, fixed)
+    outside = (drives <= 0) | (drives >= 90) if name == "theta" else drives <= 0
+    a[outside], status[outside] = np.nan, Status.invalid_geometry
     wanted = ["a", *(by for by in asked if by not in ("strain", "a"))]
     value, slopes = _strain(**fixed, a=np.where(np.isnan(a), 1.0, a), **{name: drives}, **others, grad=wanted)
     slopes[np.isnan(a)] = np.nan

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from . import _native
+from ._contour import course
 from ._errors import InputError, short, warn
 from ._frames import csv
 from ._locate import roles
@@ -61,7 +62,7 @@ def simulate(spec: Spec = None, *, whisker: Section | None = None, gauge: Sectio
              model: Section | None = None, run: Section | None = None, repeats: int = 1, noise: float | None = None, seed: int = 1,
              zero_every: int | None = None, drift: float = 0.0, outliers: float = 0.0, saturate: float | None = None,
              hysteresis: float = 0.0, factor: float = 1.0, drive_offset: float = 0.0, a_offset: float = 0.0,
-             signal: str | None = None) -> Simulation:
+             signal: str | None = None, object: Any = None) -> Simulation:
     """Synthetic measurements of one whisker from the exact model: what :func:`calibrate` reads. They are no evidence about a real sensor.
 
     Args:
@@ -77,9 +78,27 @@ def simulate(spec: Spec = None, *, whisker: Section | None = None, gauge: Sectio
         factor: signal per strain.
         drive_offset, a_offset: tapped by this much more than the label says, degrees or mm, and mm.
         signal: ``"strain"``, ``"microstrain"``, ``"bridge_mV_per_V"``, ``"reading"``, ``"moment_Nmm"`` or ``"force_N"``; by default that of ``sensor``.
+        object: strokes over this object in place of taps: the path of a file, or its sections,
+            ``dict(object=dict(shape="circle", x=0, y=0, radius=10), around=dict(starts=12, distance=36))`` (mm, degrees; docs/contour.md §7). The drives of
+            ``tap`` are then angles after first touch, its distances are not used.
 
     Returns:
-        :class:`Simulation`.
+        :class:`Simulation`; of strokes what :func:`contour` reads, with the true contacts beside.
+
+    Raises:
+        InputError: several whiskers, settings that are not allowed; with ``object`` friction, linear theory or a displaced object, an object that no start
+            leads to.
+
+    Warns:
+        VibrissaWarning: a start that makes no stroke.
+
+    Source: docs/calibration.md, docs/contour.md.
+
+    >>> rig = dict(whisker=dict(D=10, d=4, L_a=50), gauge=dict(x_ss=5, l=2), model=dict(surface=True))
+    >>> circle = dict(object=dict(shape="circle", x=0, y=0, radius=10), around=dict(starts=4, distance=36))
+    >>> stroked = simulate(**rig, tap=dict(a=30, theta=[2, 4]), object=circle).measurements
+    >>> len(stroked), stroked["stroke"].tolist()
+    (8, [1.0, 1.0, 2.0, 2.0, 3.0, 3.0, 4.0, 4.0])
     """
     path, text = resolve(spec, {"whisker": whisker, "gauge": gauge, "sensor": sensor, "tap": tap, "model": model, "run": run})
     numbers = dict(drift=drift, outliers=outliers, hysteresis=hysteresis, factor=factor, drive_offset=drive_offset, a_offset=a_offset)
@@ -89,6 +108,11 @@ def simulate(spec: Spec = None, *, whisker: Section | None = None, gauge: Sectio
         repeats=whole("repeats", repeats), seed=whole("seed", seed), zero_every=given(whole, "zero_every", zero_every),
         noise=given(number, "noise", noise, ""), saturate=given(number, "saturate", saturate, ""), signal=given(word, "signal", signal),
         **{key: number(key, value, units[key]) for key, value in numbers.items()})
+    if object is not None:
+        table, document, told = _native.strokes(path, text, course(object), added)
+        result = Simulation(table, document)
+        warn([*(result.run.get("warnings") or ()), *told])
+        return result
     result = Simulation(*_native.simulate(path, text, added))
     warn(result.run.get("warnings") or ())
     return result

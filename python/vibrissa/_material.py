@@ -48,10 +48,16 @@ def fit_material(data: Any, law: str = "yeoh") -> MaterialFit:
         raise InputError("there is no fit of this law", key="law", value=short(law), allowed='"yeoh"')
     with TemporaryDirectory() as folder:
         path = os.path.join(folder, "curve.csv")
+        table = csv(data, "data")
         with open(path, "wb") as file:
-            file.write(csv(data, "curve").bytes)
+            file.write(table.bytes)
         tap = dict(a=30, theta=1)
-        told = sweep(whisker=dict(D=10, d=10, L_a=50), gauge=dict(x_ss=5, l=2), tap=tap, model=dict(material={"curve": path}), run=dict(backend="cpu"))
+        try:
+            told = sweep(whisker=dict(D=10, d=10, L_a=50), gauge=dict(x_ss=5, l=2), tap=tap, model=dict(material={"curve": path}), run=dict(backend="cpu"))
+        except InputError as e:
+            # The file is none that the user knows.
+            own = table.label if isinstance(data, (str, os.PathLike)) else None
+            raise InputError(e.message, key=e.key or "data", value=e.value, allowed=e.allowed, file=own, line=e.line if own else None) from None
     fit = told.run["material_fit"]
     low, high = fit["range"]
     return MaterialFit({"yeoh": list(fit["coefficients_MPa"])}, fit["rms_MPa"], (low, high), fit["points"])

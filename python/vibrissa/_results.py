@@ -316,7 +316,7 @@ class Verification(_Result):
 
 
 class Simulation(_Result):
-    """Result of :func:`vibrissa.simulate`: ``measurements``, a row is a tap or a zero reading."""
+    """Result of :func:`vibrissa.simulate`: ``measurements``, a row is a tap, a reading of a stroke, or a zero reading."""
 
     def __init__(self, measurements: Table, run: str) -> None:
         super().__init__(run)

@@ -134,11 +134,19 @@ _SECTION = {
 _SCALARS = frozenset({float, int, np.float64, np.float32, np.int64, np.int32})
 _NAMES = ("D", "d", "L_a", "x_ss", "l", "a", "theta")
 _solvers: dict[str, tuple[_native.Taps, list[str]]] = {}
+_quick: dict[Any, tuple[_native.Taps, list[str]]] = {}
+"""The same by keywords of plain values, whose text need not be written each time."""
+_PLAIN = frozenset({str, bool, int, float})
 _MOST_SOLVERS = 64
 
 
 def _solver(model: dict[str, Any], displaced: bool) -> tuple[_native.Taps, list[str]]:
     """What solves taps of this model, made once, and what should be known of it."""
+    plain = all(type(value) in _PLAIN for value in model.values())
+    # As keys True, 1 and 1.0 are one; in a spec they are not.
+    quick = (displaced, *model.items(), *map(type, model.values())) if plain else ()
+    if plain and quick in _quick:
+        return _quick[quick]
     text = ""
     if model or displaced:
         sections: dict[str, dict[str, Any]] = {}
@@ -153,13 +161,17 @@ def _solver(model: dict[str, Any], displaced: bool) -> tuple[_native.Taps, list[
             _solvers.clear()
         taps = _native.Taps(text)
         found = _solvers[text] = taps, taps.warnings
+    if plain:
+        if len(_quick) >= _MOST_SOLVERS:
+            _quick.clear()
+        _quick[quick] = found
     return found
 
 
 def forget_solvers() -> object:
     """What there was of them, for a forked process in which it cannot be used."""
-    global _solvers
-    old, _solvers = _solvers, {}
+    global _solvers, _quick
+    old, _solvers, _quick = (_solvers, _quick), {}, {}
     return old
 
 
@@ -309,20 +321,26 @@ def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = Non
         raise InputError("a tap has one drive", key="delta", allowed="theta (degrees) or delta (mm), not both")
     else:
         name, drive = "theta", theta
-    full = flag("full", full)
-    solver, doubts = _solver(model, name == "delta")
+    if full is not False:
+        full = flag("full", full)
+    solver, doubts = _solver(model, delta is not None)
     if doubts:
         warn(doubts)
     by = None if grad is None else _inputs(grad)
-    upright = type(tilt) in _SCALARS and type(lean) in _SCALARS and tilt == 0 and lean == 0
     if by is None and {type(D), type(d), type(L_a), type(x_ss), type(l), type(a), type(drive), type(tilt), type(lean)} <= _SCALARS:
         try:
+            if not full:
+                strain, of_tap = solver.strain(D, d, L_a, x_ss, l, a, drive, tilt, lean)
+                if of_tap:
+                    warn(of_tap)
+                return strain
             one = solver.one(D, d, L_a, x_ss, l, a, drive, tilt, lean)
         except OverflowError as e:
             raise InputError(str(e), key="arguments", allowed="numbers that a float holds") from None
         if one[11]:
             warn(one[11])
-        return Tap(*one[:6], Status(one[6]), *one[7:11]) if full else one[0]
+        return Tap(*one[:6], Status(one[6]), *one[7:11])
+    upright = type(tilt) in _SCALARS and type(lean) in _SCALARS and tilt == 0 and lean == 0
     given = {"D": D, "d": d, "L_a": L_a, "x_ss": x_ss, "l": l, "a": a, name: drive}
     if not upright:
         given |= {"tilt": tilt, "lean": lean}

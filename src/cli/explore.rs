@@ -6,21 +6,15 @@ use std::time::Instant;
 
 use serde_json::{Value, json};
 use vibrissa::error::{Error, InputError};
-use vibrissa::explore::{bake, document::document};
+use vibrissa::explore::page::{HEAD, html};
+use vibrissa::explore::{TOLERANCE, bake, document::document, sound};
 use vibrissa::sink::unfinished::Unfinished;
 use vibrissa::spec;
 
 use super::args::Explore;
 use super::calibrate::prepared;
-use super::explore_page::{HEAD, html};
 use super::reply::Reply;
 use super::say;
-
-/// Largest error of the strain, relative, where nothing is said: that of single precision.
-const TOLERANCE: f64 = 1e-5;
-
-/// Tolerances that a chart of some thousand terms can hold.
-const ALLOWED: [f64; 2] = [1e-7, 1e-3];
 
 /// Where the page goes.
 const FILE: &str = "explore.html";
@@ -41,12 +35,7 @@ pub fn run(args: &Explore) -> Result<Reply, Error> {
         }
         other => other,
     };
-    let tolerance = options.tolerance.unwrap_or(TOLERANCE);
-    if !(ALLOWED[0]..=ALLOWED[1]).contains(&tolerance) {
-        let e =
-            InputError::new("this is not a tolerance of a page's chart").key("tolerance").value(tolerance);
-        return Err(e.allowed(format!("{:e} to {:e}", ALLOWED[0], ALLOWED[1])).into());
-    }
+    let tolerance = sound(options.tolerance.unwrap_or(TOLERANCE))?;
     let out = options.out.clone().unwrap_or_else(|| PathBuf::from(FILE));
     free(&out, &spec.inputs, options.force == Some(true))?;
     if options.plan == Some(true) {

@@ -13,7 +13,6 @@ mod contour;
 mod devices;
 mod explain;
 mod explore;
-mod explore_page;
 mod faults;
 mod help;
 mod interrupt;

@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use serde_json::json;
-use vibrissa::error::{Error, InputError};
-use vibrissa::figure::{Format, Style, font::Font};
+use vibrissa::error::Error;
+use vibrissa::figure::{Format, Style};
 use vibrissa::report::{self, source::Source};
 
 use super::args::Report;
@@ -14,7 +14,8 @@ use super::say;
 /// Draws a result.
 pub fn run(args: &Report) -> Result<Reply, Error> {
     reply::in_json(args.json);
-    let style = style(args)?;
+    let keys = ["--width", "--font-size"];
+    let style = Style::asked(args.width, args.font_size, args.font.as_deref(), keys)?;
     let mut formats: Vec<Format> = args.figures.clone();
     formats.sort();
     formats.dedup();
@@ -65,19 +66,4 @@ pub fn run(args: &Report) -> Result<Reply, Error> {
         ..Reply::default()
     };
     Ok(reply.removing(&made.written.removed))
-}
-
-fn style(args: &Report) -> Result<Style, InputError> {
-    let within = |key: &str, x: f64, [from, to]: [f64; 2]| match (from..=to).contains(&x) {
-        true => Ok(x),
-        false => Err(InputError::new("no figure can be set like this")
-            .key(key)
-            .value(x)
-            .allowed(format!("{from} … {to}"))),
-    };
-    Ok(Style {
-        width: within("--width", args.width, [40.0, 400.0])?,
-        size: within("--font-size", args.font_size, [4.0, 24.0])?,
-        font: args.font.as_deref().map_or_else(|| Ok(Font::built_in()), Font::read)?,
-    })
 }

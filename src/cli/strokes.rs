@@ -29,10 +29,7 @@ pub fn run(
     let course = Strokes::read(object)?;
     let drives = spec.study.space.axis(Column::Drive).expect("a rig has axes");
     let out = super::folder(options.out.as_ref(), &spec.name, "simulate");
-    let mut result = settings.described(rig.setup.drive);
-    result["object"] = format!("{:?}", course.object).into();
-    result["starts"] = course.starts.len().into();
-    result["touch_noise_deg"] = course.touch_noise.into();
+    let result = course.described(settings.described(rig.setup.drive));
     if options.plan == Some(true) {
         let text = format!(
             "{}: {} strokes of {} readings to {}; nothing was run\n",

@@ -4,12 +4,13 @@
 //! place x/a at which the strain is asked. So one chart over scaled ranges holds every distance, and the strain along the whole whisker
 //! beside that of any gauge, which is a mean over x ([`along::Along`]). With Coulomb
 //! friction several charts hold it, as in [`crate::chart`]. [`domain`] says which ranges, [`taps`] solves the taps, [`check`]
-//! compares what a page would say with taps solved at whiskers of its own, [`document`] writes it all.
+//! compares what a page would say with taps solved at whiskers of its own, [`document`] writes it all, [`page`] makes the file.
 
 pub mod along;
 pub mod check;
 pub mod document;
 pub mod domain;
+pub mod page;
 pub mod taps;
 
 use crate::error::{Error, InputError};
@@ -21,6 +22,24 @@ use domain::Domain;
 
 /// Numbers of T/P between −μ and μ that are tried for a contact with friction.
 const RATIOS: [usize; 2] = [3, 5];
+
+/// Largest error of the strain, relative, where nothing is said: that of single precision.
+pub const TOLERANCE: f64 = 1e-5;
+
+/// Tolerances that a chart of some thousand terms can hold.
+const ALLOWED: [f64; 2] = [1e-7, 1e-3];
+
+/// `tolerance`, if a page's chart can hold it.
+///
+/// # Errors
+/// One that it cannot.
+pub fn sound(tolerance: f64) -> Result<f64, InputError> {
+    if (ALLOWED[0]..=ALLOWED[1]).contains(&tolerance) {
+        return Ok(tolerance);
+    }
+    let e = InputError::new("this is not a tolerance of a page's chart").key("tolerance").value(tolerance);
+    Err(e.allowed(format!("{:e} to {:e}", ALLOWED[0], ALLOWED[1])))
+}
 
 /// What a page reads.
 #[derive(Debug, Clone)]

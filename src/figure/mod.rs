@@ -63,6 +63,27 @@ pub struct Style {
     pub font: Font,
 }
 
+impl Style {
+    /// With a column of `width` mm, text of `size` pt, in the font of a file, or the built-in one; `keys` name the first two in complaints.
+    ///
+    /// # Errors
+    /// Sizes that no figure can be set in; a file that is no font.
+    pub fn asked(
+        width: f64,
+        size: f64,
+        font: Option<&std::path::Path>,
+        keys: [&str; 2],
+    ) -> Result<Self, crate::error::InputError> {
+        for (key, x, [from, to]) in [(keys[0], width, [40.0, 400.0]), (keys[1], size, [4.0, 24.0])] {
+            if !(from..=to).contains(&x) {
+                let wrong = crate::error::InputError::new("no figure can be set like this");
+                return Err(wrong.key(key).value(x).allowed(format!("{from} … {to}")));
+            }
+        }
+        Ok(Self { width, size, font: font.map_or_else(|| Ok(Font::built_in()), Font::read)? })
+    }
+}
+
 impl Default for Style {
     /// A column of 88 mm, text of 8 pt.
     fn default() -> Self {

@@ -35,30 +35,39 @@ impl Strokes {
     /// # Errors
     /// A file that is missing or says something else; an object that is none.
     pub fn read(path: &Path) -> Result<Self, InputError> {
-        spec::described(path, "object", |file| {
-            file.only(&["object", "start", "around", "touch_noise"], KEYS)?;
-            let touch_noise = file.or("touch_noise", 0.0, |x| x.within(&TOUCH))?;
-            let object = object(&file.needs("object", KEYS)?, path.parent().unwrap_or(Path::new("")))?;
-            let mut starts = Vec::new();
-            if let Some(list) = file.child("start") {
-                for start in list.tables(START)? {
-                    starts.push(self::start(&start)?);
-                }
+        let folder = path.parent().unwrap_or(Path::new(""));
+        spec::described(path, "object", |file| Self::of(file, folder))
+    }
+
+    /// As [`Self::read`], of a `text` that `label` names; the files it names are relative to `folder`.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn parse(label: &str, text: &str, folder: &Path) -> Result<Self, InputError> {
+        spec::described_by(label, text, |file| Self::of(file, folder))
+    }
+
+    fn of(file: &Item<'_>, folder: &Path) -> Result<Self, InputError> {
+        file.only(&["object", "start", "around", "touch_noise"], KEYS)?;
+        let touch_noise = file.or("touch_noise", 0.0, |x| x.within(&TOUCH))?;
+        let object = object(&file.needs("object", KEYS)?, folder)?;
+        let mut starts = Vec::new();
+        if let Some(list) = file.child("start") {
+            for start in list.tables(START)? {
+                starts.push(self::start(&start)?);
             }
-            if let Some(table) = file.child("around") {
-                starts.extend(around(&table, object.centre())?);
-            }
-            if starts.is_empty() {
-                let error = match file.needs("start", KEYS) {
-                    Ok(list) => list.error("there is no start"),
-                    Err(missing) => missing,
-                };
-                return Err(error
-                    .key("start")
-                    .allowed("[[start]] x, y, heading, or [around] starts, distance"));
-            }
-            Ok(Self { object, starts, touch_noise })
-        })
+        }
+        if let Some(table) = file.child("around") {
+            starts.extend(around(&table, object.centre())?);
+        }
+        if starts.is_empty() {
+            let error = match file.needs("start", KEYS) {
+                Ok(list) => list.error("there is no start"),
+                Err(missing) => missing,
+            };
+            return Err(error.key("start").allowed("[[start]] x, y, heading, or [around] starts, distance"));
+        }
+        Ok(Self { object, starts, touch_noise })
     }
 }
 

@@ -29,6 +29,16 @@ pub struct Strokes {
     pub touch_noise: f64,
 }
 
+impl Strokes {
+    /// `settings` of the run with what is stroked.
+    pub fn described(&self, mut settings: serde_json::Value) -> serde_json::Value {
+        settings["object"] = format!("{:?}", self.object).into();
+        settings["starts"] = self.starts.len().into();
+        settings["touch_noise_deg"] = self.touch_noise.into();
+        settings
+    }
+}
+
 /// Refuses what strokes cannot be made of.
 ///
 /// # Errors

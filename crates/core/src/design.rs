@@ -172,10 +172,6 @@ impl Design {
     /// Whether a tap at `a` mm with `drive` (degrees or mm) lies in the domain.
     pub fn admits(&self, setup: &Setup, a: f64, drive: f64) -> bool {
         let setup = self.setup(setup);
-        let drive_ok = match setup.drive {
-            Drive::Angle => drive > 0.0 && drive < 90.0,
-            Drive::Displacement => drive > 0.0 && drive <= MOST,
-        };
         let touched = |shared: &Shared| {
             let StrainCurve { hub, drive, .. } = shared.model;
             let hub = (drive == Drive::Angle).then_some(hub);
@@ -185,8 +181,17 @@ impl Design {
                     .as_ref()
                     .is_none_or(|body| body.refuses(a, setup.model.pole_radius, hub).is_none())
         };
-        self.shared.as_ref().is_some_and(touched) && drive_ok && a <= self.tuple.L_a * (1.0 + ROUNDING)
+        self.shared.as_ref().is_some_and(touched) && is_tap(setup.drive, &Tuple { a, drive, ..self.tuple })
     }
+}
+
+/// Whether the drive of `t` lies in the domain of its kind, and its contact on the whisker; where its clamp ends is not asked for.
+pub fn is_tap(kind: Drive, t: &Tuple) -> bool {
+    let driven = match kind {
+        Drive::Angle => t.drive > 0.0 && t.drive < 90.0,
+        Drive::Displacement => t.drive > 0.0 && t.drive <= MOST,
+    };
+    driven && t.a <= t.L_a * (1.0 + ROUNDING)
 }
 
 /// θ in rad, or δ in mm: here, and in [`radians`], angles of users become radians.

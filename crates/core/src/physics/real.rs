@@ -27,6 +27,9 @@ pub trait Real:
     /// The number itself.
     fn value(self) -> f64;
 
+    /// Its derivatives; none of a bare number.
+    fn slopes(&self) -> &[f64];
+
     /// A function of this number that has the value `value` and the derivative that `slope` tells.
     fn chain(self, value: f64, slope: impl FnOnce() -> f64) -> Self;
 
@@ -143,6 +146,11 @@ impl Real for f64 {
     }
 
     #[inline(always)]
+    fn slopes(&self) -> &[f64] {
+        &[]
+    }
+
+    #[inline(always)]
     fn chain(self, value: f64, _: impl FnOnce() -> f64) -> Self {
         value
     }
@@ -240,6 +248,11 @@ impl<const N: usize> Real for Dual<N> {
     #[inline(always)]
     fn value(self) -> f64 {
         self.value
+    }
+
+    #[inline(always)]
+    fn slopes(&self) -> &[f64] {
+        &self.slope
     }
 
     #[inline(always)]

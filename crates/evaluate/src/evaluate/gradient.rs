@@ -87,6 +87,12 @@ impl Input {
                 Self::Property(p @ Property::Friction) => p.get(setup) > 0.0,
                 // Next to the tip of a cone no step that its radius needs resolves v ln v.
                 Self::Property(p @ Property::Exponent) => !tabled && p.get(setup) != 1.0,
+                // A curved whisker has none of model §8.
+                Self::Property(Property::Curvature | Property::CurvatureSlope) => {
+                    let model = &setup.model;
+                    let rod = !(model.indentation || model.distorting || setup.gauge.foil.is_some());
+                    rod && model.clamp == Clamp::Rigid
+                }
                 // A contact that rubs is one on a thin edge.
                 Self::Property(Property::PoleRadius) => {
                     matches!(setup.model.contact, Contact::Frictionless | Contact::Coulomb(0.0))

@@ -2,12 +2,14 @@
 
 use super::solve::{Plane, Solved};
 use super::{Outcome, Task, beside_linear, path};
-use crate::design::{Design, Shared, amount, radians};
+use crate::design::{Design, Shared, amount, is_tap, is_whisker, radians};
 use crate::kernel::tap::Response;
 use crate::kernel::{Solution, Tap};
+use crate::physics::linear::{StrainCurve, shear_length2};
 use crate::physics::onset::Grip;
 use crate::physics::rod::{RodError, RodProblem, TiltedTap};
-use crate::scene::{Drive, Geometry, Setup, Side, Signal};
+use crate::physics::taper::Taper;
+use crate::scene::{Clamp, Drive, Geometry, Setup, Side, Signal, Tuple};
 use crate::status::Status;
 
 /// What a fast kernel's solution says of a tap.
@@ -322,6 +324,29 @@ pub(super) fn strain(setup: &Setup, (x1, a): (f64, f64), tap: &Tap<f64>, solutio
         return f64::NAN;
     }
     signed(setup, if off_gauge(x1, a, arc) { 0.0 } else { tap.strain(solution) })
+}
+
+/// Whether [`closed`] knows the strains of `setup`: those of a cone in linear theory, read by one gauge.
+pub fn is_closed(setup: &Setup) -> bool {
+    let plain = setup.built.is_none() && setup.gauge.foil.is_none() && setup.rigs.is_none();
+    let one = setup.signal == Signal::Strain && setup.channels.is_none() && !setup.gauge.second;
+    setup.model.geometry == Geometry::Linear && setup.model.clamp == Clamp::Rigid && plain && one
+}
+
+/// The strain of the tap `t` by the closed form alone, to the bits of an outcome's; none where the pole is not upright.
+pub fn closed(setup: &Setup, t: &Tuple) -> Option<f64> {
+    if !t.direction().is_upright() {
+        return None;
+    }
+    let taper = Taper::new(t.D, t.d, t.L_a);
+    let gauge = taper.gauge(t.x_ss, t.l);
+    if !(is_whisker(t) && gauge[0] < gauge[1] && is_tap(setup.drive, t) && t.a > 0.0) {
+        return Some(f64::NAN);
+    }
+    let shear = if setup.model.shear { shear_length2(&taper, setup.model.nu) } else { 0.0 };
+    let strain = amount(setup.drive, t.drive)
+        * StrainCurve::new(taper, gauge, setup.hub, setup.drive, shear).value(t.a);
+    Some(signed(setup, if off_gauge(gauge[0], t.a, t.a) { 0.0 } else { strain }))
 }
 
 /// Whether a tap lies in the domain.

@@ -19,8 +19,9 @@ pub const INPUTS: usize = 4;
 /// A number with its derivatives by the unknowns, and after them by inputs.
 pub type Traced = Dual<{ UNKNOWNS + INPUTS }>;
 
-/// Largest step from the equilibrium that was told to the one of the reference at which derivatives are believed, relative.
-const NEAR: f64 = 1e-9;
+/// Largest step from the equilibrium that was told to the one of the reference at which derivatives are believed, relative: at 60° they may be off by ten
+/// times as much.
+const NEAR: f64 = 1e-10;
 
 /// The same where rounding lets no step get smaller: next to the clamp of a thick whisker, whose radius is many distances.
 const NEARLY: f64 = 1e-7;
@@ -102,6 +103,8 @@ impl RodProblem<'_, Traced> {
         let count = if turns.is_some() { 3 } else { 2 };
         let mut z = [at.force[0] / force, second, turns.unwrap_or(0.0)];
         let mut last = f64::INFINITY;
+        // The smallest step so far, where rounding lets none get smaller.
+        let mut nearest: Option<(f64, Shown<[f64; 1 + INPUTS]>)> = None;
         for _ in 0..MOST_STEPS {
             let seeds = from_fn(|k| Traced::seed(z[k], k, if k < count { 1.0 } else { 0.0 }));
             let (lack, shown) = held.look(unknowns, force, direction, (seeds, turns.is_some()), at.second)?;
@@ -112,17 +115,21 @@ impl RodProblem<'_, Traced> {
                 _ => 1.0_f64,
             };
             let step = (0..count).map(|k| (steps[k][0] / size(k)).abs()).fold(0.0, f64::max);
-            if step <= NEAR || step <= NEARLY && step >= 0.5 * last {
-                let arc = shown.arc + start;
-                return Ok(Shown { arc, ..shown }.map(|x| follow(&x, &steps)));
-            }
             if !step.is_finite() {
+                break;
+            }
+            if nearest.as_ref().is_none_or(|(smallest, _)| step < *smallest) {
+                let arc = shown.arc + start;
+                nearest = Some((step, Shown { arc, ..shown }.map(|x| follow(&x, &steps))));
+            }
+            if step <= NEAR || step >= 0.5 * last && nearest.as_ref().is_some_and(|(near, _)| *near <= NEARLY)
+            {
                 break;
             }
             last = step;
             z = from_fn(|k| z[k] + steps[k][0]);
         }
-        Err(RodError::NotConverged)
+        nearest.filter(|(step, _)| *step <= NEARLY).map(|(_, shown)| shown).ok_or(RodError::NotConverged)
     }
 
     /// How far the closure is from being met under `unknowns`, and what the tap then shows.

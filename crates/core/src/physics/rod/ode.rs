@@ -12,6 +12,9 @@ const COLUMNS: usize = 9;
 /// Local error of a step, relative to the scale of each component.
 const TOLERANCE: f64 = 1e-13;
 
+/// The same of derivatives, relative to the largest of a component by one number. They may converge a column or two after the values.
+const OF_SLOPES: f64 = 1e-11;
+
 /// Smallest step, as a fraction of the interval.
 const SMALLEST: f64 = 1e-4;
 
@@ -36,7 +39,8 @@ pub(super) enum Ended {
 }
 
 /// Carries `y` from `start` over `length` ≥ 0 along y′ = `rhs`(x, y). Errors are relative to `scale` of y or of its
-/// increment over the step, whichever is larger, but need not be less than rounding leaves. Derivatives are those of the steps that are taken.
+/// increment over the step, whichever is larger, but need not be less than rounding leaves. Derivatives are those of the steps that are taken, of as many
+/// columns as they need.
 pub(super) fn integrate<T: Real, const N: usize>(
     rhs: impl Fn(T, &[T; N]) -> Option<Slope<T, N>>,
     scale: impl Fn(&[T; N]) -> [f64; N],
@@ -44,6 +48,11 @@ pub(super) fn integrate<T: Real, const N: usize>(
     start: T,
     length: T,
 ) -> Result<[T; N], Ended> {
+    if !T::BARE && length.value() == 0.0 {
+        // Its end may move all the same.
+        let slope = rhs(start, &y).ok_or(Ended::NoValue)?;
+        return Ok(from_fn(|i| y[i] + length * slope.rate[i]));
+    }
     let (mut done, mut step) = (T::of(0.0), length);
     while done.value() < length.value() {
         let last = step.value() >= (length - done).value();
@@ -81,10 +90,12 @@ fn extrapolate<T: Real, const N: usize>(
             return (Err(Ended::NoValue), 0.25);
         };
         let mut change = [f64::INFINITY; N];
+        let mut settled = T::BARE;
         for (j, above) in row.iter_mut().enumerate().take(k) {
             let ratio = ((k + 1) as f64 / (k - j) as f64).powi(2) - 1.0;
             let step: [T; N] = from_fn(|i| (entry[i] - above[i]) / ratio);
             change = step.map(T::value);
+            settled = T::BARE || (0..N).all(|i| is_small(&step[i], &y[i], &entry[i]));
             (*above, entry) = (entry, from_fn(|i| entry[i] + step[i]));
         }
         row[k] = entry;
@@ -94,12 +105,18 @@ fn extrapolate<T: Real, const N: usize>(
             .map(|i| change[i].abs() / here[i].max(there[i]))
             .fold(0.0, f64::max);
         factor = 0.9 * (0.5 * TOLERANCE / error.max(1e-18)).powf(1.0 / (2 * k + 1) as f64);
-        if error <= TOLERANCE {
+        if error <= TOLERANCE && (settled || k + 1 == COLUMNS) {
             let growth = if k + 2 >= COLUMNS { 1.5 } else { 4.0 };
             return (Ok(entry), factor.clamp(0.3, growth));
         }
     }
     (Err(Ended::Inaccurate), factor.clamp(0.1, 0.6))
+}
+
+/// Whether every derivative of a `change` is small beside the largest of `y` or its `increment`.
+fn is_small<T: Real>(change: &T, y: &T, increment: &T) -> bool {
+    let sizes = y.slopes().iter().zip(increment.slopes()).map(|(y, by)| y.abs().max(by.abs()));
+    change.slopes().iter().zip(sizes).all(|(change, size)| change.abs() <= OF_SLOPES * size)
 }
 
 /// Increment over `h` by `n` (even) substeps of the explicit midpoint rule; its error has only even powers of h. `size` becomes the largest

@@ -279,7 +279,9 @@ impl<T: Real> EndLoad<T> {
 
     /// The clamped end of the rod, with the gauge over [x1, x2].
     pub fn bend(&self, rod: &impl Response<T>, gauge: [T; 2]) -> Result<Bent<T>, Ended> {
-        let [x1, x2] = gauge.map(|x| Real::min(Real::max(x, T::of(0.0)), self.arc));
+        // A gauge that begins at the clamp has a beginning that may move.
+        let from_clamp = |x: T| if x.value() < 0.0 { T::of(0.0) } else { x };
+        let [x1, x2] = gauge.map(|x| Real::min(from_clamp(x), self.arc));
         let beyond = self.carry(rod, false, Bent::unbent(), T::of(0.0), self.arc - x2)?;
         let under = self.carry(rod, true, beyond, self.arc - x2, x2 - x1)?;
         self.carry(rod, false, under, self.arc - x1, x1)
