@@ -172,9 +172,7 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
     let mut record = SideRecord::new(ask.sign as i8, ask.gauge, ends(&distances), drives.centres.clone());
     record.end_stop = end_stop(ask);
     record.no_exact = no_exact;
-    let reached = cells.iter().flat_map(|c| &c.taps).map(|k| ask.taps[*k].drive);
-    let reached = reached.fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], d| [lo.min(d), hi.max(d)]);
-    record.drive_ends = Some(reached).filter(|r| *r != ends(&drives));
+    record.drive_ends = Some(reached(ask.taps, &cells, drives.len())).filter(|r| *r != ends(&drives));
     let contradictions = contradictions(&cells, [&distances, &drives], ask.noise);
     let mut held = Vec::new();
     let allowed = |e: &&'static dyn Estimator| {
@@ -205,6 +203,16 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
         contradictions,
         held,
     })
+}
+
+/// Smallest and largest drive that is answered: a tap that is meant to be one of these scatters about it as much as those of the calibration.
+fn reached(taps: &[Tap], cells: &[Cell], drives: usize) -> [f64; 2] {
+    let of = |j: usize| {
+        let all = cells.iter().filter(|c| c.j == j).flat_map(|c| &c.taps).map(|k| taps[*k].drive);
+        all.fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], d| [lo.min(d), hi.max(d)])
+    };
+    let ([a, b], [c, d]) = (of(0), of(drives - 1));
+    [a - (0.5 * (b - a)).min(0.5 * a), d + 0.5 * (d - c)]
 }
 
 /// |signal| of the sensor's end stop on this side, where rows show it; the zero is subtracted from it as from every reading.
