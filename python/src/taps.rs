@@ -86,7 +86,7 @@ type Told = ([f64; NUMBERS], u16, bool);
 
 const NUMBERS: usize = OUTPUTS;
 
-fn told(o: &Outcome) -> Told {
+fn numbers_of(o: &Outcome) -> Told {
     let upright = [o.strain, o.strain_linear, o.deviation, o.normal_force, o.tangential_force, o.arc];
     let [strain, linear, deviation, normal, tangential, arc] = upright;
     let azimuth = o.azimuth.to_degrees();
@@ -217,7 +217,7 @@ impl Taps {
         self.allowed(py, [tilt != 0.0, lean != 0.0])?;
         let mut found = [Told::default()];
         let tap = Tuple { D, d, L_a, x_ss, l, a, tilt, lean, drive, rig: 0 };
-        let solved = job::here(py, || self.taps.solve(|_| tap, told, &mut found))?;
+        let solved = job::here(py, || self.taps.solve(|_| tap, numbers_of, &mut found))?;
         solved.map_err(|e| raise(py, e))?;
         let doubts = doubts(self.taps.setup(), 1, |_| tap);
         let [([strain, linear, deviation, normal, tangential, arc, second, azimuth, slide], status, sticks)] =
@@ -272,7 +272,7 @@ impl Taps {
                 let mut some = Vec::new();
                 let one = |from: usize, more: usize| {
                     some.resize(more, Told::default());
-                    taps.solve(|i| given.tap(from + i), told, &mut some)?;
+                    taps.solve(|i| given.tap(from + i), numbers_of, &mut some)?;
                     answers.push(some.iter());
                     Ok(())
                 };
@@ -342,7 +342,7 @@ impl Taps {
             let mut some = Vec::new();
             let one = |from: usize, more: usize| {
                 some.resize(more, (Told::default(), Default::default()));
-                let read = |o: &Outcome, by: &[Vec<f64>; NUMBERS]| (told(o), by.clone());
+                let read = |o: &Outcome, by: &[Vec<f64>; NUMBERS]| (numbers_of(o), by.clone());
                 taps.gradients(|i| given.tap(from + i), &inputs, read, &mut some)?;
                 answers.push(some.iter().map(|(told, _)| told));
                 for (_, by) in &some {

@@ -217,7 +217,7 @@ pub fn settled(data: &Data, lag: &Lag) -> Data {
 }
 
 /// What a user should know of it.
-pub fn told(data: &Data, lag: &Lag, [without, with]: [f64; 2]) -> String {
+pub fn warning(data: &Data, lag: &Lag, [without, with]: [f64; 2]) -> String {
     format!(
         "{}: the readings lag: {:.2} % (± {:.2} %) of a change comes with a time constant of {} s (± {}; two standard errors), or a part \
          of the tap before stays so long. That was taken out (error on distances left out {without:.3} → {with:.3} mm); locate does so too where readings have their t_s, files of --export do not",

@@ -117,7 +117,7 @@ pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated
         return Ok(plain);
     }
     let errors = [&plain, &with].map(|found| lag::errors(found).unwrap_or(f64::NAN));
-    with.warnings.push(lag::told(data, &lag, errors));
+    with.warnings.push(lag::warning(data, &lag, errors));
     with.calibration.lag = Some(lag);
     Ok(with)
 }

@@ -79,12 +79,12 @@ pub fn run(args: &Contour) -> Result<Reply, Error> {
     folder.run_json(&traced.document(&stem, &seconds))?;
     let written = folder.finish()?;
     let Traced { counts, result, .. } = &traced;
-    let text = told(&traced.trace, counts, result, traced.estimator);
+    let text = summary(&traced.trace, counts, result, traced.estimator);
     let reply = Reply { text, counts: counts.clone(), seconds, result: result.clone(), ..Reply::default() };
     Ok(reply.written(out, written, start).answered())
 }
 
-fn told(trace: &Trace, counts: &Value, result: &Value, estimator: &str) -> String {
+fn summary(trace: &Trace, counts: &Value, result: &Value, estimator: &str) -> String {
     let mut text = String::new();
     let strokes = match trace.strokes.len() {
         0 => String::new(),

@@ -80,7 +80,7 @@ pub fn run(args: &Optimise) -> Result<Reply, Error> {
         counts: write::counts(&report),
         seconds: write::seconds(&report),
         backend: json!(report.backends[0]),
-        result: needed::told(write::result(&spec, &search, &report), report.model_error.as_ref()),
+        result: needed::with_model_error(write::result(&spec, &search, &report), report.model_error.as_ref()),
         broken: (report.ended == Ended::Interrupted).then(|| KEPT.to_owned()),
         files: report.files,
         quiet,

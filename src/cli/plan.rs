@@ -73,7 +73,7 @@ pub fn run(args: &args::Plan) -> Result<Reply, Error> {
     let document = json!({ "in_force": run_json::in_force(&spec), "counts": counts, "seconds": seconds, "result": result });
     folder.run_json(&run_json::document("plan", run_json::spec(&spec), document))?;
     let written = folder.finish()?;
-    let (answer, text) = (answer(&found, asked.error), told(&found, drive));
+    let (answer, text) = (answer(&found, asked.error), summary(&found, drive));
     Ok(Reply { answer, text, counts, seconds, result, quiet, ..Reply::default() }
         .written(out, written, start))
 }
@@ -173,7 +173,7 @@ fn answer(plan: &Planned, error: f64) -> String {
     )
 }
 
-fn told(plan: &Planned, drive: Drive) -> String {
+fn summary(plan: &Planned, drive: Drive) -> String {
     let (symbol, unit) = drive_unit(drive);
     let mut text = String::new();
     let list = |all: Vec<(f64, usize)>| {

@@ -93,7 +93,7 @@ pub fn run(args: &Tap) -> Result<Reply, Error> {
         counts: json!({ "evaluations": report.evaluations, "rows": report.curve.len() }),
         seconds: json!({ "total": report.seconds }),
         backend: json!(report.backend),
-        result: needed::told(result, report.model_error.as_ref()),
+        result: needed::with_model_error(result, report.model_error.as_ref()),
         files: report.files,
         quiet,
         ..Reply::default()

@@ -168,7 +168,7 @@ impl<'a> Lines<'a> {
     }
 
     /// The number of a field that may be left out: NaN of an empty one and of `nan`, infinite of what is no number.
-    pub fn told(&mut self, field: &str) -> f64 {
+    pub fn optional_number(&mut self, field: &str) -> f64 {
         if field.is_empty() || field.eq_ignore_ascii_case("nan") {
             return f64::NAN;
         }
@@ -177,7 +177,7 @@ impl<'a> Lines<'a> {
 
     /// The signal of a field that may be left out, as [`Self::told`].
     pub fn signal_if_told(&mut self, field: &str) -> f64 {
-        let value = self.told(field);
+        let value = self.optional_number(field);
         if value.is_infinite() { value } else { self.signal(value) }
     }
 
@@ -216,7 +216,7 @@ impl<'a> Lines<'a> {
         };
         let drive = match (drive?, only) {
             ("", Some(only)) => only,
-            (drive, _) if self.locator.of_several => self.told(drive),
+            (drive, _) if self.locator.of_several => self.optional_number(drive),
             (drive, _) => self.number(drive),
         };
         let signal = if self.locator.of_several {
@@ -249,7 +249,7 @@ impl<'a> Lines<'a> {
     /// Time and run of a line of these fields; `None` where no column says the time.
     fn when(&mut self, fields: &[Cow<'_, str>]) -> Option<(f64, u64)> {
         let Columns { time, run: named, .. } = self.header.as_ref()?.columns;
-        let t = self.told(fields.get(time?)?);
+        let t = self.optional_number(fields.get(time?)?);
         let mut run = DefaultHasher::new();
         named.and_then(|place| fields.get(place)).map(|name| name.trim()).hash(&mut run);
         Some((t, run.finish()))

@@ -205,7 +205,7 @@ impl<'a> RowReader<'a> {
             return None;
         }
         let only = several.locators[0].only_drive().filter(|_| all[0].is_empty());
-        let drive = only.unwrap_or_else(|| self.lines[0].told(&all[0]));
+        let drive = only.unwrap_or_else(|| self.lines[0].optional_number(&all[0]));
         let signals = (0..several.names.len()).map(|k| self.lines[k].signal_if_told(&all[k + 1]));
         Some((drive, signals.collect()))
     }

@@ -193,8 +193,9 @@ impl<'a> Scorer<'a> {
             .map(|w| judge.whisker(&points[w / whiskers], w % whiskers))
             .collect();
         let (found, _) = reader.read(&tuples, Counting::Every);
-        let told =
-            |(tuple, figures): (&Tuple, &Option<Figures>)| figures.as_ref().map(|f| judge.told(tuple, f));
+        let told = |(tuple, figures): (&Tuple, &Option<Figures>)| {
+            figures.as_ref().map(|f| judge.score_of_chart(tuple, f))
+        };
         let mut scores: Vec<Option<Score>> = tuples.par_iter().zip(&found).map(told).collect();
         let open: Vec<usize> = (0..tuples.len()).filter(|&w| scores[w].is_none()).collect();
         let designs: Vec<Design> = open.par_iter().map(|&w| Design::new(judge.setup, tuples[w])).collect();

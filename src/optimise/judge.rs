@@ -175,7 +175,7 @@ impl Judge<'_> {
     }
 
     /// Score of one whisker by itself, from what charts say of it.
-    pub fn told(&self, tuple: &Tuple, figures: &Figures) -> Score {
+    pub fn score_of_chart(&self, tuple: &Tuple, figures: &Figures) -> Score {
         let mut score = self.shape(tuple);
         let taper = Taper::new(tuple.D, tuple.d, tuple.L_a);
         let [x1, x2] = taper.gauge(tuple.x_ss, tuple.l);

@@ -151,7 +151,7 @@ fn whole(
     let question = Question { goes_on: target.resume, ..Question::of_scene("optimise", spec, Value::Null) };
     let names = write::names(search.objective);
     let folder = Folder::open_now(target.out, question, &names, target.force)?;
-    let gives_way = if target.force { GivesWay::Any } else { GivesWay::Told(told(&folder)) };
+    let gives_way = if target.force { GivesWay::Any } else { GivesWay::Told(evaluations_of_same(&folder)) };
     let model = needed.as_ref().map_or(&spec.study.setup, Needed::setup).model;
     let journal = Journal::new(target.out, &identity(spec, &model, backends), target.resume, gives_way)?;
     let discarded = journal.discarded;
@@ -303,7 +303,7 @@ fn search_with(
 }
 
 /// Evaluations of the result with the same values that `folder` holds, if that search ended by itself.
-fn told(folder: &Folder) -> u64 {
+fn evaluations_of_same(folder: &Folder) -> u64 {
     let ended = |run: &&Value| run["result"]["ended_by"] != Ended::Interrupted.name();
     folder.same().filter(ended).and_then(|run| run["counts"]["evaluations"].as_u64()).unwrap_or(0)
 }

@@ -19,7 +19,12 @@ pub(super) fn allowed(leaning: &[Option<Item<'_>>; 2], model: &Model) -> Result<
 }
 
 /// Refuses to invert the model of two strains for contacts at which they do not tell the tilt.
-pub(super) fn told(sections: &Sections<'_>, gauge: &Gauge, estimate: &Estimate, model: &Model) -> Result<()> {
+pub(super) fn check_second_gauge(
+    sections: &Sections<'_>,
+    gauge: &Gauge,
+    estimate: &Estimate,
+    model: &Model,
+) -> Result<()> {
     let why = both::forbids(model.contact).filter(|_| gauge.second && estimate.theory == Theory::Exact);
     let Some(why) = why else { return Ok(()) };
     let theory = sections.section("estimate").get("theory")?;

@@ -120,7 +120,7 @@ pub(super) fn allowed_together(
     tilts: bool,
 ) -> Result<()> {
     let check = |setup: &Setup, at: Option<&Item<'_>>| {
-        direction::told(sections, &setup.gauge, &setup.estimate, &setup.model)?;
+        direction::check_second_gauge(sections, &setup.gauge, &setup.estimate, &setup.model)?;
         built::allowed(sections, setup, tilts, at)?;
         solid::allowed(sections, setup, tilts)
     };

@@ -68,7 +68,7 @@ fn attempt(
         highlights: best.into_rows(),
         ranked,
         model_error,
-        handed_over: handed.told(),
+        handed_over: handed.described(),
     };
     Ok(Some((report, writers.into_tables())))
 }

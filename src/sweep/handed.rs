@@ -41,7 +41,7 @@ impl Handed {
     }
 
     /// `handed_over` of `run.json`; nothing where the device answered all.
-    pub fn told(&self) -> Option<Value> {
+    pub fn described(&self) -> Option<Value> {
         let one = |(what, [from, to, of]): &(String, [u64; 3])| json!({ "what": what, "from": from, "to": to, "of": of });
         let list: Vec<Value> = self.stretches.iter().map(one).collect();
         (!list.is_empty()).then(|| list.into())

@@ -185,7 +185,7 @@ fn attempt(
     };
     let total = clock.start.elapsed().as_secs_f64() + clock.before + keeper.before;
     let seconds = Seconds { total, open, chart: clock.chart, solve: solve.as_secs_f64() };
-    let handed_over = handed.told();
+    let handed_over = handed.described();
     let told = [model_error.as_ref(), handed_over.as_ref()];
     let mut document = run_json::of_sweep(spec, &choice.backend, &counts, seconds, told);
     if let Some(head) = &resumed {

@@ -12,7 +12,7 @@ use super::ranges::{NEAREST, Wanted, factors, holds, scaled, shaped};
 use super::scope::Summary;
 use crate::design::{Design, amount, radians};
 use crate::error::SolveError;
-use crate::evaluate::{Outcome, Source, Task, told};
+use crate::evaluate::{Outcome, Source, Task, outcome_of_chart};
 use crate::kernel::Effects;
 use crate::progress::NEVER;
 use crate::reduce::Sweeps;
@@ -133,8 +133,13 @@ impl Reader {
                     let sticking = friction != 0.0 && read.share.abs() < 1.0;
                     let [strain, arc, _] = read.functions.map(f64::from);
                     let beside = found_beside.get(k).map(|read| read.functions.map(f64::from));
-                    out[*place] =
-                        told(setup, design, task, ([strain, arc, force, friction], beside), sticking);
+                    out[*place] = outcome_of_chart(
+                        setup,
+                        design,
+                        task,
+                        ([strain, arc, force, friction], beside),
+                        sticking,
+                    );
                 }
             }
             out

@@ -106,7 +106,7 @@ impl<'a> Estimator<'a> {
     }
 
     /// The distance `a` mm, where |ε| changes by `slope` with it (1/mm), and `second` is another one with the same strain.
-    pub fn told(&self, a: f64, slope: f64, second: Option<f64>) -> Estimated {
+    pub fn estimated(&self, a: f64, slope: f64, second: Option<f64>) -> Estimated {
         let sigma = if self.noise == 0.0 { 0.0 } else { self.noise / slope.abs() };
         let twice = second.is_some_and(|a| self.interesting(a));
         let status = if twice { Status::AMBIGUOUS } else { Status::OK };

@@ -87,7 +87,7 @@ impl<const FMA: bool> Told<Lanes<FMA>> {
 impl<const FMA: bool> Rows<Lanes<FMA>> {
     /// The distance that a tap of a row tells.
     #[inline(always)]
-    fn told(
+    fn distance(
         &self,
         tables: &Tables,
         row: &Row<Lanes<FMA>>,
@@ -118,7 +118,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
         for (i, distance) in tables.distances.iter().enumerate() {
             let tap = (taps.at(i), distance);
             let [.., peak] = self.design.words.bounds(tap.0);
-            let told = self.told(tables, row, tap, (noise, peak));
+            let told = self.distance(tables, row, tap, (noise, peak));
             squares = told.error.mul_add(told.error, squares);
             largest = largest.max(told.error.abs());
             noises = told.sigma.mul_add(told.sigma, noises);
@@ -184,7 +184,7 @@ impl<const FMA: bool> Floor<Lanes<FMA>> {
             let mut smooth = Lanes::<FMA>::of(1.0);
             for (k, stroke) in tables.grid.iter().enumerate() {
                 let row = Row::at(stroke, m);
-                let told = rows.told(tables, &row, tap, (rows.noise(tables, &row), peak));
+                let told = rows.distance(tables, &row, tap, (rows.noise(tables, &row), peak));
                 smooth = smooth.min(told.smooth);
                 let (error, sigma) = (told.error / row.power, told.sigma * row.drive);
                 (squares[k], variances[k]) = (error * error, sigma * sigma);

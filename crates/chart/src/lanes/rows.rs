@@ -210,7 +210,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
             self.push_forms(tables, between, charts);
             between.fill::<FMA, FORCE>(charts, any, taps);
         }
-        taps.told::<FORCE>(tables, &design);
+        taps.add_theory::<FORCE>(tables, &design);
         for i in 0..taps.len() {
             let tap = taps.at(i);
             if each {

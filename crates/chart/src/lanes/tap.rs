@@ -74,7 +74,7 @@ impl<const FMA: bool> Taps<Lanes<FMA>> {
 
     /// Adds what the theory says of `design` at each distance; its growth where distances are estimated, and with `FIGURES`.
     #[inline(always)]
-    pub fn told<const FIGURES: bool>(&mut self, tables: &Tables, design: &Whisker<Lanes<FMA>>) {
+    pub fn add_theory<const FIGURES: bool>(&mut self, tables: &Tables, design: &Whisker<Lanes<FMA>>) {
         for (strain, distance) in self.strain.iter_mut().zip(&tables.distances) {
             *strain = design.strain(tables, Pack::splat(distance.inverse));
         }

@@ -277,7 +277,7 @@ pub struct Both {
 impl Both {
     /// The distance, with the noise and the range of interest of `by`.
     pub fn estimate(&self, by: &Estimator<'_>) -> Estimated {
-        let told = by.told(self.a, self.slope, self.other);
+        let told = by.estimated(self.a, self.slope, self.other);
         if self.near { Estimated { status: Status::AMBIGUOUS, ..told } } else { told }
     }
 }
@@ -320,14 +320,14 @@ pub fn both(
         let mut inverter = Inverter { setup, evaluator, designs, reading, taps: 0 };
         let mut all = Vec::with_capacity(asks.len());
         for asks in asks.chunks(TOGETHER) {
-            all.extend(inverter.told(asks)?);
+            all.extend(inverter.answers(asks)?);
         }
         Ok((all, inverter.taps))
     })
 }
 
 impl Inverter<'_, '_> {
-    fn told(&mut self, asks: &[Ask]) -> Result<Vec<Option<Both>>, SolveError> {
+    fn answers(&mut self, asks: &[Ask]) -> Result<Vec<Option<Both>>, SolveError> {
         let designs = self.designs;
         // From the gauge to the tip.
         let reach = |design: u32| {

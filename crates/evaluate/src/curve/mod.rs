@@ -151,11 +151,13 @@ impl Curve {
             }
         }
         if let Some(a) = own.filter(|a| self.slope(*a) < 0.0) {
-            return by.told(a, self.slope(a), near);
+            return by.estimated(a, self.slope(a), near);
         }
         match (far, own.or(near)) {
-            (Some(a), second) => by.told(a, self.slope(a), second),
-            (None, Some(a)) => Estimated { status: Status::AMBIGUOUS, ..by.told(a, self.slope(a), None) },
+            (Some(a), second) => by.estimated(a, self.slope(a), second),
+            (None, Some(a)) => {
+                Estimated { status: Status::AMBIGUOUS, ..by.estimated(a, self.slope(a), None) }
+            }
             (None, None) => Estimated { status: Status::NO_ROOT, ..Estimated::NOTHING },
         }
     }

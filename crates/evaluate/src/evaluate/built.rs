@@ -81,7 +81,7 @@ impl Evaluator<'_> {
         solved.iter().flatten().for_each(|s| self.sweeps.push(s.shots));
         let open = |(task, s): (&Task, &Option<Solution>)| {
             let s = s.as_ref()?;
-            Some(told(setup, &designs[task.design as usize], task, s, tolerance).map(|()| *s))
+            Some(check_answer(setup, &designs[task.design as usize], task, s, tolerance).map(|()| *s))
         };
         let known: Vec<Known> = tasks.par_iter().zip(&solved).map(open).collect();
         if self.spare < usize::MAX {
@@ -187,7 +187,13 @@ fn is_plain(s: &Solution, mu: f64, tolerance: f64) -> bool {
 }
 
 /// Whether the kernel has an answer to `task`, and if not, who has.
-fn told(setup: &Setup, design: &Design, task: &Task, s: &Solution, tolerance: f64) -> Result<(), Open> {
+fn check_answer(
+    setup: &Setup,
+    design: &Design,
+    task: &Task,
+    s: &Solution,
+    tolerance: f64,
+) -> Result<(), Open> {
     let Some(body) = design.shared.as_ref().and_then(|shared| shared.body.as_deref()) else {
         return Err(Open::Unsure);
     };

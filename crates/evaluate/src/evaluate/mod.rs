@@ -28,7 +28,7 @@ use crate::reduce::Sweeps;
 use crate::scene::{Contact, Geometry, Layout, Material, Setup};
 pub use gradient::{Input, OUTPUTS, gradient};
 pub use guard::{Guard, doubts};
-pub use outcome::{closed, is_closed, told};
+pub use outcome::{closed, is_closed, outcome_of_chart};
 use outcome::{fast, linear_share, reference};
 pub use solve::foreseen;
 use solve::{Solved, frame};

@@ -112,7 +112,7 @@ pub(super) fn linear_share(setup: &Setup, design: &Design, task: &Task, solved: 
 
 /// What a chart says of a tap: δ = ε/(θ f cos² β) − 1, of what a foil does not keep of the strain, c/a − 1, P (N) and T/P; with a second gauge also what it has beside linear
 /// theory ([`beside_linear`]). `None` of a design that is no whisker.
-pub fn told(
+pub fn outcome_of_chart(
     setup: &Setup,
     design: &Design,
     task: &Task,
