@@ -27,11 +27,17 @@ pub const COLUMNS: [&str; 11] = [
 ];
 /// The column that numbers strokes.
 pub const NAME: &str = "stroke";
-/// A drive that falls by more than this share of the largest calibrated one ends a stroke.
+/// A drive that falls by more than this share of the largest calibrated one goes back.
 const FALLS: f64 = 0.01;
-/// The whisker touches no earlier than this share of the largest calibrated drive before drive 0.
+/// A stroke ends where the drive has gone back by this share of its way; it may stay behind for less.
+const ENDS: f64 = 0.5;
+/// Readings from which on not each is answered anew, and then the share of new ones that are waited for.
+const PATIENT: usize = 32;
+/// The whisker touches no earlier than this share of the largest calibrated drive before drive 0, or than the stroke begins.
 const EARLY: f64 = 0.03;
 
+/// Signals of the other side beyond so many times the noise are of a contact.
+const BESIDE: f64 = 10.0;
 /// Drives of no stroke.
 const NONE: [f64; 3] = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY];
 
@@ -43,12 +49,16 @@ pub struct Strokes<'a> {
     joints: HashMap<(usize, bool), Joint>,
     name: String,
     number: u64,
-    /// The last drive, and the first and the largest of the stroke.
+    /// The least drive since the stroke went back, and the first and the largest of the stroke.
     drives: [f64; 3],
     falling: bool,
     warned: bool,
     /// Readings, taken with the sign of each side.
     sides: Vec<Option<Side>>,
+    /// Largest signals of either sign.
+    signals: [f64; 2],
+    /// The last answer.
+    far: Option<Far>,
 }
 
 /// Readings as one side of the whisker gives them.
@@ -59,6 +69,7 @@ struct Side {
 }
 
 /// What a stroke tells so far.
+#[derive(Clone)]
 pub struct Far {
     rows: usize,
     told: Option<ToldCourse>,
@@ -98,6 +109,8 @@ impl<'a> Strokes<'a> {
             falling: false,
             warned: false,
             sides: Vec::new(),
+            signals: [0.0; 2],
+            far: None,
         }
     }
 
@@ -128,23 +141,26 @@ impl<'a> Strokes<'a> {
     fn begins(&mut self, tap: &UnlocatedTap, name: &str, ask: &Ask<'_>) -> bool {
         let slack =
             FALLS * self.locator.sides().iter().filter_map(|s| s.drives.last()).fold(0.0, |x, y| y.max(x));
-        let [last, first, largest] = self.drives;
+        let [least, first, largest] = self.drives;
         let named = self.place.is_some();
-        let back = tap.drive < largest - slack && tap.drive <= first + slack;
-        let again = back || self.falling && tap.drive > last + slack;
-        if !last.is_finite() || if named { name != self.name } else { again } {
+        let behind = tap.drive < largest - slack;
+        let ended = self.falling && largest - least > ENDS * (largest - first);
+        let again = behind && tap.drive <= first + slack || ended && tap.drive > least + slack;
+        if !first.is_finite() || if named { name != self.name } else { again } {
             self.sides = self.locator.sides().iter().map(|_| None).collect();
             self.number += 1;
             self.name = name.to_owned();
-            (self.drives, self.falling) = ([tap.drive; 3], false);
+            (self.drives, self.falling) = ([f64::INFINITY, tap.drive, tap.drive], false);
+            self.signals = [0.0; 2];
+            self.far = None;
             return true;
         }
-        self.drives[0] = tap.drive;
-        self.falling |= tap.drive < largest - slack;
-        if self.falling {
+        self.falling = behind;
+        if behind {
+            self.drives[0] = least.min(tap.drive);
             if !std::mem::replace(&mut self.warned, true) {
                 (ask.warn)(&format!(
-                    "line {}: the drive falls: a stroke ends at its largest drive, and readings of the way back tell nothing",
+                    "line {}: the drive falls: readings of a stroke count while its drive grows, so that those of the way back tell nothing",
                     tap.line
                 ));
             }
@@ -175,18 +191,35 @@ impl<'a> Strokes<'a> {
                 continue;
             }
             own.largest = own.largest.max(side.sign * signal);
-            own.stroke.add(drive.max(own.stroke.drives().map_or(drive, |d| d[1])), y);
+            own.stroke.add(drive, y);
         }
+        let [up, down] = &mut self.signals;
+        (*up, *down) = (up.max(signal), down.max(-signal));
+        let has = |sign: f64| {
+            locator.sides().iter().any(|side| side.sign == sign && side.answers.shape().learned().is_some())
+        };
         let known = self.sides.iter_mut().enumerate().filter_map(|(k, s)| Some((k, s.as_mut()?)));
         let (k, own) = known.max_by(|(_, p), (_, q)| p.largest.total_cmp(&q.largest))?;
         let side = &locator.sides()[k];
+        let count = own.stroke.count();
+        // A side that only a model knows is not read along a stroke.
+        let others = self.signals[usize::from(side.sign > 0.0)];
+        if others > 2.0 * own.largest.max(0.0) && !has(-side.sign) && others > BESIDE * locator.noise() {
+            let status = status | Status::OUTSIDE_CALIBRATION;
+            return Some(Far { rows: count, told: None, origin: locator.drive_origin, status });
+        }
+        if let Some(far) =
+            self.far.as_ref().filter(|far| count >= PATIENT && count - far.rows < count / PATIENT)
+        {
+            return Some(Far { status: far.status | status, ..far.clone() });
+        }
         let learned = side.answers.shape().learned()?;
         let joint = self.joints.entry((k, own.tared)).or_insert_with(|| learned.joint(own.tared));
         let largest = side.drives[side.drives.len() - 1];
         let course = Course {
             same_run: locator.same_run,
             of_zero: learned.read(1.0, tap.share).2,
-            least: -EARLY * largest,
+            least: (-EARLY * largest).min(self.drives[1] - locator.drive_origin),
             touch: None,
         };
         let told = own.stroke.told(joint, course);
@@ -195,9 +228,11 @@ impl<'a> Strokes<'a> {
             Some(told) => side.doubts(told.a[2], told.near, 0.5 * (told.a[3] - told.a[1])),
         };
         // As many runs of readings are looked at as there are bins, of each of four sizes.
-        if told.is_some_and(|told| told.apart[1].abs() > limit(4 * own.stroke.count().min(64))) {
+        if told.is_some_and(|told| told.apart[1].abs() > limit(4 * count.min(64))) {
             status |= Status::INCONSISTENT;
         }
-        Some(Far { rows: own.stroke.count(), told, origin: locator.drive_origin, status })
+        let far = Far { rows: count, told, origin: locator.drive_origin, status };
+        self.far = Some(far.clone());
+        Some(far)
     }
 }

@@ -125,6 +125,34 @@ fn strokes_that_fit_no_curve_say_so() {
     let back = Table::read(&desk.path("b/located.csv"));
     assert_eq!(back.rows[own.len()]["stroke_distance_mm"], "");
     assert_eq!(back.rows[own.len() - 1]["stroke_distance_mm"], told[0]["stroke_distance_mm"]);
+    // A logger that is faster than its sensor, a drive that jitters, and a touch before drive 0 change nothing that matters.
+    let moved = |shift: f64, jitter: f64, times: usize| {
+        let of = |(k, line): (usize, &&str)| {
+            let fields: Vec<&str> = line.split(',').collect();
+            let u = fields[1].parse::<f64>().unwrap() + shift + jitter * noise(k) / NOISE;
+            format!("{u},{}\n", fields[2]).repeat(times)
+        };
+        let text = own.iter().enumerate().map(of).collect::<String>();
+        let answers = desk.pipe(&["locate", cal, "--strokes"], &format!("theta_deg,strain\n{text}"));
+        let answers = answers.exits(0).stdout;
+        let names: Vec<&str> = answers.lines().next().unwrap().split(',').collect();
+        let place = |name: &str| names.iter().position(|n| *n == name).unwrap();
+        let last: Vec<&str> = answers.lines().rfind(|l| !l.ends_with(",,,")).unwrap().split(',').collect();
+        (last[place("stroke_distance_mm")].parse::<f64>().unwrap(), last[place("stroke_status")].to_owned())
+    };
+    let a = of(told[0], "stroke_distance_mm");
+    for (shift, jitter, times) in [(0.0, 0.0, 2), (0.0, 0.04, 1), (-1.5, 0.0, 1)] {
+        let (there, words) = moved(shift, jitter, times);
+        assert!((there - a).abs() < 0.3 && words == "ok", "{shift} {jitter} {times}: {there} {a} {words}");
+    }
+    // The side that was not calibrated, and steps of a converter as large as those between readings.
+    let other = own.iter().map(|line| {
+        let fields: Vec<&str> = line.split(',').collect();
+        format!("{},{}\n", fields[1], -fields[2].parse::<f64>().unwrap())
+    });
+    let text = format!("theta_deg,strain\n{}", other.collect::<String>());
+    let answers = desk.pipe(&["locate", cal, "--strokes"], &text).exits(0).stdout;
+    assert!(answers.lines().last().unwrap().ends_with("outside_calibration"), "{answers}");
     // Nothing at all, and flags that do not go together.
     desk.write("none.csv", "theta_deg,strain\n");
     desk.run(&["locate", cal, "none.csv", "--strokes", "--out", "e"]).exits(0);

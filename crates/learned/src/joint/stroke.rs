@@ -27,12 +27,20 @@ pub(super) struct Bin {
     pub y: f64,
 }
 
+/// Readings that differ by whole numbers of steps, but for this share of one, are rounded to them.
+const ROUNDED: f64 = 1e-3;
+/// Fewest differences that say so.
+const FEWEST: usize = 4;
+
 /// Readings at growing drive.
 #[derive(Debug, Clone, Default)]
 pub struct Stroke {
     bins: Vec<Bin>,
     count: usize,
+    /// The last two readings.
     last: Vec<Bin>,
+    /// By how much readings differ from those before them.
+    steps: Vec<f64>,
     /// Second differences of readings, in units of the deviation of one.
     differences: Vec<f64>,
     /// Likely places, and until how many readings they are looked for from there.
@@ -45,7 +53,7 @@ impl Stroke {
         self.count
     }
 
-    /// Least and largest drive so far.
+    /// Least and largest drive so far, as means of their bins.
     pub fn drives(&self) -> Option<[f64; 2]> {
         Some([self.bins.first()?.u, self.bins.last()?.u])
     }
@@ -63,26 +71,38 @@ impl Stroke {
         self.modes.0 = modes;
     }
 
-    /// Adds the reading `y` by the drive `u`, which is no less than those before.
+    /// Adds the reading `y` by the drive `u`. One that repeats that before it to the last digit tells nothing.
     pub fn add(&mut self, u: f64, y: f64) {
         let one = Bin { n: 1.0, u, y };
+        self.count += 1;
+        if let Some(before) = self.last.last() {
+            if *before == one {
+                return;
+            }
+            remember(&mut self.steps, self.count, (y - before.y).abs());
+        }
         self.last.push(one);
         if let [p, q, r] = self.last[..] {
-            if self.differences.len() == DIFFERENCES {
-                self.differences[self.count % DIFFERENCES] = off(p, q, r);
-            } else {
-                self.differences.push(off(p, q, r));
-            }
+            remember(&mut self.differences, self.count, off(p, q, r));
             self.last.remove(0);
         }
-        self.count += 1;
-        self.bins.push(one);
+        // Drives jitter.
+        let place = self.bins.partition_point(|bin| bin.u <= u);
+        self.bins.insert(place, one);
         if self.bins.len() > MOST {
             let width = |k: &usize| self.bins[k + 1].u - self.bins[k.saturating_sub(1)].u;
             let narrowest = (0..MOST).min_by(|i, k| width(i).total_cmp(&width(k))).unwrap_or(0);
             let other = self.bins.remove(narrowest + 1);
             self.bins[narrowest] = joined(self.bins[narrowest], other);
         }
+    }
+
+    /// The step to which readings are rounded; 0 where they are not.
+    fn step(&self) -> f64 {
+        let moved = || self.steps.iter().copied().filter(|d| *d > 0.0);
+        let step = moved().fold(f64::INFINITY, f64::min);
+        let whole = |d: f64| (d / step - (d / step).round()).abs() < ROUNDED;
+        if self.steps.len() >= FEWEST && step.is_finite() && moved().all(whole) { step } else { 0.0 }
     }
 
     /// At most `most` bins.
@@ -99,6 +119,8 @@ impl Stroke {
         let n = MEDIAN * self.differences.len() as f64;
         let before = joint.rest[1].max(f64::MIN_POSITIVE);
         let one = (BEFORE * before + n * square(&self.differences)) / (BEFORE + n);
+        // A staircase that goes with the drive hides its steps from neighbours.
+        let one = one + self.step().powi(2) / 12.0;
         let means: Vec<f64> = self
             .bins
             .windows(3)
@@ -112,6 +134,11 @@ impl Stroke {
         let n = self.bins.iter().map(|bin| bin.n).sum::<f64>() / self.bins.len().max(1) as f64;
         [one, more / n]
     }
+}
+
+/// Puts `x` in the place of the oldest of many.
+fn remember(all: &mut Vec<f64>, count: usize, x: f64) {
+    if all.len() == DIFFERENCES { all[count % DIFFERENCES] = x } else { all.push(x) }
 }
 
 fn joined(p: Bin, q: Bin) -> Bin {
