@@ -44,7 +44,7 @@ pub struct LearnedRecord {
     pub scales: [[f64; 2]; 3],
     /// What is added to the drive before its logarithm is taken.
     pub drive_shift: f64,
-    /// Kind and degrees of each term: curve, wave, shift, a, u, zero.
+    /// Kind and degrees of each term: curve, wave, a, u, zero.
     pub terms: Vec<(String, u8, u8)>,
     /// Their coefficients.
     pub mean: Vec<f64>,
@@ -64,7 +64,6 @@ impl LearnedRecord {
         let word = |t: &Term| match t {
             Term::Curve(j, k) => ("curve".to_owned(), *j, *k),
             Term::Wave(j, k) => ("wave".to_owned(), *j, *k),
-            Term::Shift(j, k) => ("shift".to_owned(), *j, *k),
             Term::OffsetA => ("a".to_owned(), 0, 0),
             Term::OffsetU => ("u".to_owned(), 0, 0),
             Term::Zero | Term::Local => ("zero".to_owned(), 0, 0),
@@ -90,9 +89,8 @@ impl LearnedRecord {
 
     fn curve(&self) -> Option<Curve> {
         let term = |(word, j, k): &(String, u8, u8)| match word.as_str() {
-            "curve" if *j <= 3 && *k <= 2 => Some(Term::Curve(*j, *k)),
+            "curve" if *j <= 2 && *k <= 2 => Some(Term::Curve(*j, *k)),
             "wave" if *j < 9 && *k < 4 => Some(Term::Wave(*j, *k)),
-            "shift" if *j <= 2 && *k <= 1 => Some(Term::Shift(*j, *k)),
             "a" => Some(Term::OffsetA),
             "u" => Some(Term::OffsetU),
             "zero" => Some(Term::Zero),

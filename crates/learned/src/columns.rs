@@ -6,24 +6,20 @@ use nalgebra::DMatrix;
 
 use crate::base::Base;
 use crate::hyper::Hyper;
-use crate::positions::Positions;
 use crate::rows::Cell;
 
 /// Largest degree in ln a and in ln u.
 const DEGREE: usize = 2;
-/// Largest degree in ln a of a power law, whose exponent itself grows with the distance.
-const CUBE: usize = 3;
-/// Largest degree in ln u of what does not go with the base.
-const APART: usize = 1;
 /// Size of a term of a quadratic to that of one degree below.
 const LESS: f64 = 0.3;
-/// Size of a term of a power law of the third degree to one of the second, and so on. It says how a curve goes on beyond the last position, where
-/// waves are flat: without it one at an end is told from an exponent that does not change. More, and what positions are off bends the curve.
-const FADES: f64 = 0.05;
 /// Waves in ln a and in ln u, the constant one included, and the most of a product.
 pub const WAVES: [usize; 3] = [9, 4, 9];
 /// Half of the interval on which waves repeat, in half ranges of the data.
 const PERIOD: f64 = 1.8;
+/// Positions within this share of the range of ln a share their effect.
+const TOGETHER: f64 = 0.01;
+/// Most columns for effects of positions, of visits each; more are approximated.
+const EFFECTS: usize = 64;
 /// Knots of a drift.
 const KNOTS: usize = 16;
 /// Standard deviation of a coefficient of which nothing is known beforehand.
@@ -38,8 +34,6 @@ pub enum Term {
     Curve(u8, u8),
     /// Waves in ln a and ln u of the same.
     Wave(u8, u8),
-    /// Degrees in ln a and ln u of what is added to the curve: the same signal wherever the base is small.
-    Shift(u8, u8),
     /// Offset of the distance.
     OffsetA,
     /// Offset of the drive.
@@ -123,13 +117,9 @@ pub fn terms(known: bool, several: bool) -> Vec<Term> {
         let all = (0..n).flat_map(move |j| (0..m).map(move |k| (j, k)));
         all.filter(move |(j, k)| j + k <= most).map(|(j, k)| (j as u8, k as u8))
     };
-    let degree = if known { DEGREE } else { CUBE };
     let mut all: Vec<Term> =
-        pairs(degree + 1, DEGREE + 1, degree + DEGREE).map(|(j, k)| Term::Curve(j, k)).collect();
+        pairs(DEGREE + 1, DEGREE + 1, 2 * DEGREE).map(|(j, k)| Term::Curve(j, k)).collect();
     all.extend(pairs(WAVES[0], WAVES[1], WAVES[2]).map(|(j, k)| Term::Wave(j, k)));
-    if !known {
-        all.extend(pairs(DEGREE + 1, APART + 1, DEGREE + APART).map(|(j, k)| Term::Shift(j, k)));
-    }
     if several {
         all.push(Term::OffsetU);
     }
@@ -144,12 +134,11 @@ pub fn terms(known: bool, several: bool) -> Vec<Term> {
 pub fn values(base: &Base<'_>, unit: f64, scales: &Scales, terms: &[Term], a: f64, u: f64) -> Vec<f64> {
     let m = base.value(a, u) / unit;
     let [x, v] = scales.place(a, u);
-    let (p, q) = (legendre(CUBE, x), legendre(DEGREE, v));
+    let (p, q) = (legendre(DEGREE, x), legendre(DEGREE, v));
     let (f, g) = (waves(WAVES[0], x), waves(WAVES[1], v));
     let value = |t: &Term| match t {
         Term::Curve(j, k) => m * p[usize::from(*j)] * q[usize::from(*k)],
         Term::Wave(j, k) => m * f[usize::from(*j)] * g[usize::from(*k)],
-        Term::Shift(j, k) => p[usize::from(*j)] * q[usize::from(*k)],
         Term::OffsetA => base.by_distance(a, u) / unit * scales.sizes[0] / a,
         Term::OffsetU => base.by_drive(a, u) / unit * scales.sizes[1] / u,
         Term::Zero => 1.0,
@@ -193,17 +182,24 @@ impl Columns {
         let several = scales.u[1] > 0.0;
         let mut hypers = vec![Hyper::Floor, Hyper::Relative, Hyper::Bend, Hyper::Deviation, Hyper::LengthA];
         hypers.extend(if several { vec![Hyper::LengthU, Hyper::Twist] } else { Vec::new() });
-        let place = |k: &usize| scales.place(cells[*k].row.a, cells[*k].row.u)[0];
-        let positions = Positions::of(&taps.iter().map(place).collect::<Vec<_>>());
+        let place = |cell: &Cell| scales.place(cell.row.a, cell.row.u)[0];
+        let positions: Vec<f64> = taps.iter().map(|k| place(&cells[*k])).collect();
+        let near =
+            |i: usize, k: usize| (-0.5 * ((positions[i] - positions[k]) / (2.0 * TOGETHER)).powi(2)).exp();
         let run = |i: usize| cells[taps[i]].row.run;
         // An effect of the position is one of the reading where each position has one.
-        let repeated = taps.iter().any(|k| cells[*k].n > 1.0) || positions.repeated();
-        let position = if repeated { positions.effects(|_, _| true) } else { Vec::new() };
-        let visit =
-            if repeated && runs > 1 { positions.effects(|i, k| run(i) == run(k)) } else { Vec::new() };
+        let repeated = taps.iter().any(|k| cells[*k].n > 1.0) || {
+            let mut sorted = positions.clone();
+            sorted.sort_by(f64::total_cmp);
+            sorted.windows(2).any(|w| w[1] - w[0] < 2.0 * TOGETHER)
+        };
+        let position = if repeated { factor(taps.len(), &near) } else { Vec::new() };
+        let visit = match repeated && runs > 1 {
+            true => factor(taps.len(), &|i, k| if run(i) == run(k) { near(i, k) } else { 0.0 }),
+            false => Vec::new(),
+        };
         hypers.extend((!position.is_empty()).then_some(Hyper::Position));
         hypers.extend((!visit.is_empty()).then_some(Hyper::Visit));
-        hypers.extend((!effects.known).then_some(Hyper::Shift));
         hypers.extend(if runs > 1 { vec![Hyper::RunZero, Hyper::RunGain] } else { Vec::new() });
         hypers.extend((!effects.zeros).then_some(Hyper::Zero));
         hypers.extend(effects.drift.then_some(Hyper::Drift));
@@ -225,14 +221,10 @@ impl Columns {
                 Term::Curve(0, 0) => (FLAT, Vec::new()),
                 Term::Curve(1, 0) | Term::Curve(0, 1) if !effects.known => (FLAT, Vec::new()),
                 Term::Curve(j, k) => {
-                    let (less, beyond) = if effects.known { (LESS, 1) } else { (FADES, 2) };
-                    let size = less.powi(i32::from(j + k) - beyond);
-                    (size, vec![at(if k == 0 { Hyper::Bend } else { Hyper::Twist })])
+                    let beyond = i32::from(j + k) - if effects.known { 1 } else { 2 };
+                    (LESS.powi(beyond), vec![at(if k == 0 { Hyper::Bend } else { Hyper::Twist })])
                 }
                 Term::Wave(..) => (1.0, vec![at(Hyper::Deviation)]),
-                Term::Shift(j, k) => {
-                    (LESS.powi(i32::from((j + k).saturating_sub(1))), vec![at(Hyper::Shift)])
-                }
                 Term::OffsetA => (OFFSETS[0], Vec::new()),
                 Term::OffsetU => (OFFSETS[1], Vec::new()),
                 Term::Zero if effects.zeros => (FLAT, Vec::new()),
@@ -281,4 +273,23 @@ fn ramps(cells: &[Cell]) -> Vec<Vec<f64>> {
         cells.iter().map(|c| (((c.row.t - from) / step).clamp(0.0, 1.0) - shift) * scale).collect()
     };
     if step > 0.0 { (0..KNOTS).map(ramp).collect() } else { Vec::new() }
+}
+
+/// Columns F with F Fᵀ = the matrix of `kernel`, by Cholesky's method with pivots; what is below 1e-6 is left.
+fn factor(n: usize, kernel: &dyn Fn(usize, usize) -> f64) -> Vec<Vec<f64>> {
+    let mut left: Vec<f64> = (0..n).map(|i| kernel(i, i)).collect();
+    let mut columns: Vec<Vec<f64>> = Vec::new();
+    while columns.len() < EFFECTS {
+        let Some(pivot) = (0..n).max_by(|i, k| left[*i].total_cmp(&left[*k]).then(k.cmp(i))) else { break };
+        if left[pivot] < 1e-6 {
+            break;
+        }
+        let root = left[pivot].sqrt();
+        let entry =
+            |i: usize| (kernel(i, pivot) - columns.iter().map(|c| c[i] * c[pivot]).sum::<f64>()) / root;
+        let column: Vec<f64> = (0..n).map(entry).collect();
+        left.iter_mut().zip(&column).for_each(|(l, x)| *l = (*l - x * x).max(0.0));
+        columns.push(column);
+    }
+    columns
 }

@@ -237,19 +237,12 @@ fn held(problem: &Problem, whole: &Fit) -> Option<Peak> {
     Some(Peak { at: whole.at.clone(), solved, hessian: whole.hessian.clone() })
 }
 
-/// Where peaks are looked for: noise, effect of a position, and the length of the deviation where it is not that of the prior. Little noise;
-/// much; positions that are not where they are said to be; and positions that are, on a curve that bends: few positions may be either, and a
-/// search that begins with errors of positions never sees the bends.
-const STARTS: [(f64, f64, Option<f64>); 4] =
-    [(3e-3, 3e-3, None), (5e-2, 3e-3, None), (1e-2, 1e-1, None), (1e-3, 3e-4, Some(1.0))];
-
-/// The peaks that the starts lead to, the highest first.
+/// The peaks that three starts lead to, the highest first: little noise, much, and positions that are not where they are said to be.
 fn peaks(problem: &Problem, warm: Option<&[f64]>) -> Vec<Peak> {
-    let from = |(noise, position, length): (f64, f64, Option<f64>)| -> Vec<f64> {
+    let from = |noise: f64, position: f64| -> Vec<f64> {
         let of = |(h, p): (&Hyper, &[f64; 2])| match h {
             Hyper::Floor | Hyper::Relative => f64::ln(noise),
             Hyper::Position => f64::ln(position),
-            Hyper::LengthA => length.map_or(p[0], f64::ln),
             _ => p[0],
         };
         problem.model.hypers.iter().zip(&problem.priors).map(of).collect()
@@ -259,8 +252,9 @@ fn peaks(problem: &Problem, warm: Option<&[f64]>) -> Vec<Peak> {
     {
         return vec![found];
     }
+    let starts = [[3e-3, 3e-3], [5e-2, 3e-3], [1e-2, 1e-1]];
     let mut ends: Vec<(Vec<f64>, f64)> = Vec::new();
-    for end in STARTS.into_iter().filter_map(|start| approach(problem, &from(start))) {
+    for end in starts.into_iter().filter_map(|[noise, position]| approach(problem, &from(noise, position))) {
         if !ends.iter().any(|(at, _)| at.iter().zip(&end.0).all(|(x, y)| (x - y).abs() < 0.3)) {
             ends.push(end);
         }

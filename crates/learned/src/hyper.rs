@@ -1,11 +1,8 @@
 //! What is learned of the rig beside its curve: standard deviations and rates, each with a log-normal prior.
 //!
 //! All are in units of the signal: of that of the tap where the effect goes with it, of half of all taps where it does not. A prior's
-//! spread of 1.5 in ln means: a factor of 20 either way is within two standard deviations. Each says what an engineer expects of a rig
-//! before seeing it. Those of a power law's length and shift (and the size of its cubic, [`columns`](crate::columns)) were chosen after
-//! it: on a measured magnetometer rig and on simulated ones of three seeds. There shorter lengths took errors of positions for bends
-//! (without a cubic, its zero not read: 1.51 times the best of other fits with 3.2 ranges, 1.25 with 4, 1.37 with 4 and a cubic, which
-//! made the errors of simulated rigs 0.94 times as large).
+//! spread of 1.5 in ln means: a factor of 20 either way is within two standard deviations. No prior was fitted to data; each says what an
+//! engineer expects of a rig before seeing it.
 
 /// A learned number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -24,8 +21,6 @@ pub enum Hyper {
     LengthA,
     /// The same in ln u.
     LengthU,
-    /// Size of a deviation that does not go with the base.
-    Shift,
     /// Effect of a position: its label, how the object was set up.
     Position,
     /// Effect of a position in one run only.
@@ -55,13 +50,7 @@ impl Hyper {
             // What no quadratic takes up is less.
             Self::Deviation => (0.07, 1.5),
             // A whisker's curve has no feature shorter than the range of the data, unless these say so.
-            Self::LengthA | Self::LengthU if known => (2.5, 0.7),
-            // Beside a cubic with a size of its own, what a power law leaves is smoother still. Of a few positions that are off by some tenths
-            // of a mm nothing else tells that from bends.
-            Self::LengthA | Self::LengthU => (4.0, 0.7),
-            // The signal of a hinge, of a magnet, next to a tip falls to zero at a distance, as no power law does. Of a strain gauge in the
-            // middle of a rod it is next to nothing, and is learned to be.
-            Self::Shift => (0.02, 1.5),
+            Self::LengthA | Self::LengthU => (2.5, 0.7),
             // A stage finds 30 mm again to 0.05 mm; a hand, and a wrong label, to some mm.
             Self::Position => (1.5e-3, 2.0),
             Self::Visit | Self::RunGain | Self::RunZero => (3e-3, 1.5),
