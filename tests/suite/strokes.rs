@@ -30,7 +30,9 @@ fn taps(desk: &Desk) -> Vec<[f64; 3]> {
 
 /// Noise that is the same each time.
 fn noise(k: usize) -> f64 {
-    NOISE * ((k * 7919 % 1000) as f64 / 500.0 - 1.0)
+    let mixed = (k as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    NOISE
+        * (((mixed ^ (mixed >> 29)).wrapping_mul(0xBF58_476D_1CE4_E5B9) >> 40) as f64 / 2_f64.powi(23) - 1.0)
 }
 
 /// Where stroke `k` touches, degrees.
