@@ -6,6 +6,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::around::{Fits, finer, fits};
 use super::stroke::Bin;
 use super::{Joint, NEAR, SECOND, Stroke, lagrange};
 use crate::invert::{FINE, POINTS, node_weights, quantile};
@@ -13,13 +14,11 @@ use crate::invert::{FINE, POINTS, node_weights, quantile};
 /// Shares of a posterior: 95 and 68 % intervals, and its middle.
 const SHARES: [f64; 5] = [0.025, 0.158_655, 0.5, 0.841_345, 0.975];
 /// Bins and places where the posterior is looked for, in ln a and in the drive of the touch.
-const COARSE: [usize; 3] = [24, 25, 33];
+pub(super) const COARSE: [usize; 3] = [24, 25, 33];
 /// Bins that are told by.
 const BINS: usize = 64;
 /// Points of the posterior in ln a, of which as many as [`FINE`] are made, and in the drive of the touch.
-const POSTERIOR: [usize; 2] = [17, 9];
-/// ln p below that of the highest point that is none.
-const NONE: f64 = 60.0;
+pub(super) const POSTERIOR: [usize; 2] = [17, 9];
 /// Standard deviations on either side of a mode that are looked at.
 const WINDOW: f64 = 5.0;
 /// Bins from which on their residuals tell their scatter.
@@ -29,8 +28,6 @@ const ROUNDS: usize = 10;
 /// How far starts are off a mode, as shares of what is looked at: of a grid, and of a few readings less.
 const FAR_OFF: f64 = 0.02;
 const NEAR_IT: f64 = 0.003;
-/// Steps of a simplex.
-const STEPS: usize = 80;
 /// Between no contact and the smallest calibrated drive the signal goes straight, but for this share.
 const TOE: f64 = 0.05;
 /// And beyond the largest one but for this share of what is beyond.
@@ -72,18 +69,18 @@ pub struct Told {
 pub(super) type Place = [f64; 2];
 
 /// A stroke that is told.
-struct Task<'a> {
-    joint: &'a Joint,
-    course: Course,
-    bins: Vec<Bin>,
+pub(super) struct Task<'a> {
+    pub joint: &'a Joint,
+    pub course: Course,
+    pub bins: Vec<Bin>,
     /// Variance of one reading, and of any mean.
-    noise: [f64; 2],
+    pub noise: [f64; 2],
     /// Ends of the calibrated drives.
-    drives: [f64; 2],
+    pub drives: [f64; 2],
     /// Weights of the nodes of the drive.
-    weights: Vec<f64>,
+    pub weights: Vec<f64>,
     /// Ends of ln a and of the drive of the touch.
-    ends: [[f64; 2]; 2],
+    pub ends: [[f64; 2]; 2],
 }
 
 /// Bins beside what is expected of them.
@@ -97,11 +94,11 @@ struct Off {
 }
 
 /// A likely place.
-struct Mode {
-    at: Place,
-    value: f64,
+pub(super) struct Mode {
+    pub at: Place,
+    pub value: f64,
     /// Deviation of ln a, by how much the touch moves with that, and its deviation with ln a held.
-    shape: [f64; 3],
+    pub shape: [f64; 3],
 }
 
 impl Stroke {
@@ -142,7 +139,7 @@ impl Stroke {
 }
 
 impl<'a> Task<'a> {
-    fn new(stroke: &Stroke, joint: &'a Joint, course: Course, bins: Vec<Bin>) -> Option<Self> {
+    pub fn new(stroke: &Stroke, joint: &'a Joint, course: Course, bins: Vec<Bin>) -> Option<Self> {
         let nodes = &joint.inverse.nodes;
         let ends = [f64::min, f64::max].map(|of| nodes.iter().copied().reduce(of));
         let drives = [ends[0]?.exp() - joint.inverse.offset, ends[1]?.exp() - joint.inverse.offset];
@@ -161,7 +158,7 @@ impl<'a> Task<'a> {
     }
 
     /// What is expected at ln a = x, over the nodes of the drive.
-    fn across(&self, x: f64) -> Vec<Vec<f64>> {
+    pub fn across(&self, x: f64) -> Vec<Vec<f64>> {
         let (k, t) = self.joint.place(x);
         let (weights, width) = (lagrange(t), self.joint.width());
         let of = |row: &Vec<f64>| {
@@ -239,7 +236,7 @@ impl<'a> Task<'a> {
     }
 
     /// −2 ln of the posterior.
-    fn value(&self, at: Place) -> f64 {
+    pub fn value(&self, at: Place) -> f64 {
         if self.is_inside(at) { self.value_of(&self.across(at[0]), at) } else { f64::INFINITY }
     }
 
@@ -247,7 +244,7 @@ impl<'a> Task<'a> {
         (0..2).all(|k| at[k] >= self.ends[k][0] && at[k] <= self.ends[k][1])
     }
 
-    fn value_of(&self, across: &[Vec<f64>], at: Place) -> f64 {
+    pub fn value_of(&self, across: &[Vec<f64>], at: Place) -> f64 {
         if !self.is_inside(at) {
             return f64::INFINITY;
         }
@@ -265,110 +262,6 @@ impl<'a> Task<'a> {
         let ln_spread = 2.0 * off.spread.iter().map(|x| x.ln()).sum::<f64>();
         let value = off.left.norm_squared() + ln_spread - b.dot(&solved) + ln_det;
         value.is_finite().then_some((value, solved))
-    }
-
-    /// Places from which the modes are reached: of each distance the best touch, where that is better than of its neighbours.
-    fn starts(&self) -> Vec<Place> {
-        let grid = |k: usize, n: usize, i: usize| {
-            let [lo, hi] = self.ends[k];
-            lo + (hi - lo) * i as f64 / (n - 1) as f64
-        };
-        let touches = if self.course.touch.is_some() { 1 } else { COARSE[2] };
-        let of = |i: usize| {
-            let x = grid(0, COARSE[1], i);
-            let across = self.across(x);
-            let value = |c: f64| self.value_of(&across, [x, c]);
-            let values: Vec<f64> =
-                (0..touches).map(|k| value(grid(1, touches.max(2), k.min(touches - 1)))).collect();
-            let k = (0..touches).min_by(|i, k| values[*i].total_cmp(&values[*k])).unwrap_or(0);
-            let mut at = grid(1, touches.max(2), k);
-            let mut least = values[k];
-            // Narrower and narrower around it.
-            let mut step = 0.5 * (self.ends[1][1] - self.ends[1][0]) / touches as f64;
-            for _ in 0..if touches > 1 { 9 } else { 0 } {
-                for c in [at - step, at + step] {
-                    let there = value(c);
-                    if there < least {
-                        (at, least) = (c, there);
-                    }
-                }
-                step *= 0.5;
-            }
-            ([x, at], least)
-        };
-        let all: Vec<(Place, f64)> = (0..COARSE[1]).map(of).collect();
-        let least = |i: &usize| {
-            let beside =
-                |k: Option<usize>| k.and_then(|k| all.get(k)).is_none_or(|other| other.1 >= all[*i].1);
-            all[*i].1.is_finite() && beside(i.checked_sub(1)) && beside(Some(i + 1))
-        };
-        let mut found: Vec<usize> = (0..COARSE[1]).filter(least).collect();
-        found.sort_by(|i, k| all[*i].1.total_cmp(&all[*k].1));
-        found.into_iter().take(3).map(|i| all[i].0).collect()
-    }
-
-    /// The mode that is reached from `start`, which is off it by some share `near` of the ends.
-    fn mode(&self, start: Place, near: f64) -> Option<Mode> {
-        let scale = [0, 1].map(|k| self.ends[k][1] - self.ends[k][0]);
-        let free = if scale[1] > 0.0 { 2 } else { 1 };
-        let mut size = scale.map(|s| near * s);
-        let (mut at, mut value) = (start, self.value(start));
-        // Nelder and Mead's, begun anew while that gains.
-        for _ in 0..3 {
-            let before = value;
-            (at, value) = simplex(&|p| self.value(p), at, size, free);
-            if before - value < 1e-2 {
-                break;
-            }
-            size = size.map(|s| 0.2 * s);
-        }
-        if !value.is_finite() {
-            return None;
-        }
-        // Steps that raise −2 ln p by about 1.
-        let step = |k: usize| {
-            let mut h = 1e-3 * scale[k];
-            for _ in 0..40 {
-                let sides = [-h, h].map(|h| {
-                    let mut p = at;
-                    p[k] += h;
-                    self.value(p) - value
-                });
-                let rise = match sides {
-                    [p, q] if p.is_finite() && q.is_finite() => 0.5 * (p + q),
-                    [p, q] => {
-                        if p.is_finite() {
-                            p
-                        } else {
-                            q
-                        }
-                    }
-                };
-                if !rise.is_finite() || rise > 3.0 {
-                    h *= 0.5;
-                } else if rise < 0.3 && h < 0.2 * scale[k] {
-                    h *= 1.9;
-                } else {
-                    break;
-                }
-            }
-            h
-        };
-        let h = [step(0), if free > 1 { step(1) } else { 0.0 }];
-        let moved = |i: f64, k: f64| {
-            let p = [at[0] + i * h[0], at[1] + k * h[1]];
-            self.value(p).min(value + 50.0)
-        };
-        let second = |i: f64, k: f64| 0.5 * (moved(i, k) + moved(-i, -k) - 2.0 * value).max(1e-6);
-        let [xx, cc] = [second(1.0, 0.0), second(0.0, 1.0)];
-        if free == 1 {
-            return Some(Mode { at, value, shape: [h[0] / xx.sqrt(), 0.0, 0.0] });
-        }
-        let xc = 0.25 * (second(1.0, 1.0) - second(1.0, -1.0));
-        // Of −2 ln p ≈ xx p² + 2 xc p q + cc q² in steps.
-        let xc = xc.clamp(-0.999_999 * (xx * cc).sqrt(), 0.999_999 * (xx * cc).sqrt());
-        let alone = (xx - xc * xc / cc).max(1e-9);
-        Some(Mode { at, value, shape: [h[0] / alone.sqrt(), -xc / cc * h[1] / h[0], h[1] / cc.sqrt()] })
     }
 
     /// Mass of the posterior around `mode`, over that at `least`, shares of it, and the touch.
@@ -447,85 +340,4 @@ impl<'a> Task<'a> {
         let judged = excess > SMOOTH || left.len() >= JUDGED;
         Some((most, if judged { chi2 / freedom } else { 1.0 }))
     }
-}
-
-/// A density at [`FINE`] points, its logarithm by polynomials.
-fn finer(of: &[f64; POSTERIOR[0]]) -> [f64; FINE] {
-    let top = of.iter().copied().fold(0.0, f64::max);
-    let logs = of.map(|p| (p / top).ln().max(-NONE));
-    std::array::from_fn(|i| {
-        let s = (i * (POSTERIOR[0] - 1)) as f64 / (FINE - 1) as f64;
-        let k = (s as usize + 1).saturating_sub(NEAR / 2).min(POSTERIOR[0] - NEAR);
-        let ln: f64 = lagrange(s - k as f64).iter().zip(&logs[k..]).map(|(w, l)| w * l).sum();
-        if ln <= -0.9 * NONE { 0.0 } else { ln.exp() }
-    })
-}
-
-/// How a posterior lies in its window.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Fits {
-    Well,
-    TooNarrow,
-    TooWide,
-}
-
-/// Whether the points of a density show all of it, and enough of it.
-fn fits(density: &[f64]) -> Fits {
-    let top = density.iter().copied().fold(0.0, f64::max);
-    let last = density.len() - 1;
-    if density[0].max(density[last]) > 1e-3 * top {
-        return Fits::TooNarrow;
-    }
-    let seen = density.iter().filter(|p| **p > 1e-3 * top).count();
-    if 3 * seen < density.len() { Fits::TooWide } else { Fits::Well }
-}
-
-/// The least value that Nelder and Mead's simplex of this size finds from `start`.
-fn simplex(value: &dyn Fn(Place) -> f64, start: Place, size: [f64; 2], free: usize) -> (Place, f64) {
-    let mut all: Vec<(Place, f64)> = (0..=free)
-        .map(|k| {
-            let mut p = start;
-            if k > 0 {
-                p[k - 1] += size[k - 1];
-            }
-            if !value(p).is_finite() && k > 0 {
-                p[k - 1] -= 2.0 * size[k - 1];
-            }
-            (p, value(p))
-        })
-        .collect();
-    let between = |p: Place, q: Place, t: f64| [0, 1].map(|k| p[k] + t * (q[k] - p[k]));
-    for _ in 0..STEPS {
-        all.sort_by(|p, q| p.1.total_cmp(&q.1));
-        let (best, worst) = (all[0], all[free]);
-        if worst.1 - best.1 < 1e-3 {
-            break;
-        }
-        let middle = [0, 1].map(|k| all[..free].iter().map(|p| p.0[k]).sum::<f64>() / free as f64);
-        let tried = |t: f64| {
-            let p = between(worst.0, middle, t);
-            (p, value(p))
-        };
-        let mirrored = tried(2.0);
-        let next = if mirrored.1 < best.1 {
-            let further = tried(3.0);
-            if further.1 < mirrored.1 { further } else { mirrored }
-        } else if mirrored.1 < all[free - 1].1 || (free == 1 && mirrored.1 < worst.1) {
-            mirrored
-        } else {
-            let inner = if mirrored.1 < worst.1 { tried(1.5) } else { tried(0.5) };
-            if inner.1 < worst.1.min(mirrored.1) {
-                inner
-            } else {
-                for other in &mut all[1..] {
-                    let p = between(best.0, other.0, 0.5);
-                    *other = (p, value(p));
-                }
-                continue;
-            }
-        };
-        all[free] = next;
-    }
-    all.sort_by(|p, q| p.1.total_cmp(&q.1));
-    all[0]
 }

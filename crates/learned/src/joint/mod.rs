@@ -9,9 +9,11 @@
 //! A, b and c are sums, so that a tap more costs the same after a thousand as after one. The product of single posteriors would count what is shared
 //! once for each tap, and be too sure.
 
+mod around;
 mod course;
 mod modes;
 mod object;
+mod search;
 mod stroke;
 #[cfg(test)]
 mod tests;

@@ -1,0 +1,110 @@
+//! Where the posterior of a stroke is high.
+
+use super::around::simplex;
+use super::course::{COARSE, Mode, Place, Task};
+
+impl Task<'_> {
+    /// Places from which the modes are reached: of each distance the best touch, where that is better than of its neighbours.
+    pub fn starts(&self) -> Vec<Place> {
+        let grid = |k: usize, n: usize, i: usize| {
+            let [lo, hi] = self.ends[k];
+            lo + (hi - lo) * i as f64 / (n - 1) as f64
+        };
+        let touches = if self.course.touch.is_some() { 1 } else { COARSE[2] };
+        let of = |i: usize| {
+            let x = grid(0, COARSE[1], i);
+            let across = self.across(x);
+            let value = |c: f64| self.value_of(&across, [x, c]);
+            let values: Vec<f64> =
+                (0..touches).map(|k| value(grid(1, touches.max(2), k.min(touches - 1)))).collect();
+            let k = (0..touches).min_by(|i, k| values[*i].total_cmp(&values[*k])).unwrap_or(0);
+            let mut at = grid(1, touches.max(2), k);
+            let mut least = values[k];
+            // Narrower and narrower around it.
+            let mut step = 0.5 * (self.ends[1][1] - self.ends[1][0]) / touches as f64;
+            for _ in 0..if touches > 1 { 9 } else { 0 } {
+                for c in [at - step, at + step] {
+                    let there = value(c);
+                    if there < least {
+                        (at, least) = (c, there);
+                    }
+                }
+                step *= 0.5;
+            }
+            ([x, at], least)
+        };
+        let all: Vec<(Place, f64)> = (0..COARSE[1]).map(of).collect();
+        let least = |i: &usize| {
+            let beside =
+                |k: Option<usize>| k.and_then(|k| all.get(k)).is_none_or(|other| other.1 >= all[*i].1);
+            all[*i].1.is_finite() && beside(i.checked_sub(1)) && beside(Some(i + 1))
+        };
+        let mut found: Vec<usize> = (0..COARSE[1]).filter(least).collect();
+        found.sort_by(|i, k| all[*i].1.total_cmp(&all[*k].1));
+        found.into_iter().take(3).map(|i| all[i].0).collect()
+    }
+
+    /// The mode that is reached from `start`, which is off it by some share `near` of the ends.
+    pub fn mode(&self, start: Place, near: f64) -> Option<Mode> {
+        let scale = [0, 1].map(|k| self.ends[k][1] - self.ends[k][0]);
+        let free = if scale[1] > 0.0 { 2 } else { 1 };
+        let mut size = scale.map(|s| near * s);
+        let (mut at, mut value) = (start, self.value(start));
+        // Nelder and Mead's, begun anew while that gains.
+        for _ in 0..3 {
+            let before = value;
+            (at, value) = simplex(&|p| self.value(p), at, size, free);
+            if before - value < 1e-2 {
+                break;
+            }
+            size = size.map(|s| 0.2 * s);
+        }
+        if !value.is_finite() {
+            return None;
+        }
+        // Steps that raise −2 ln p by about 1.
+        let step = |k: usize| {
+            let mut h = 1e-3 * scale[k];
+            for _ in 0..40 {
+                let sides = [-h, h].map(|h| {
+                    let mut p = at;
+                    p[k] += h;
+                    self.value(p) - value
+                });
+                let rise = match sides {
+                    [p, q] if p.is_finite() && q.is_finite() => 0.5 * (p + q),
+                    [p, q] => {
+                        if p.is_finite() {
+                            p
+                        } else {
+                            q
+                        }
+                    }
+                };
+                if !rise.is_finite() || rise > 3.0 {
+                    h *= 0.5;
+                } else if rise < 0.3 && h < 0.2 * scale[k] {
+                    h *= 1.9;
+                } else {
+                    break;
+                }
+            }
+            h
+        };
+        let h = [step(0), if free > 1 { step(1) } else { 0.0 }];
+        let moved = |i: f64, k: f64| {
+            let p = [at[0] + i * h[0], at[1] + k * h[1]];
+            self.value(p).min(value + 50.0)
+        };
+        let second = |i: f64, k: f64| 0.5 * (moved(i, k) + moved(-i, -k) - 2.0 * value).max(1e-6);
+        let [xx, cc] = [second(1.0, 0.0), second(0.0, 1.0)];
+        if free == 1 {
+            return Some(Mode { at, value, shape: [h[0] / xx.sqrt(), 0.0, 0.0] });
+        }
+        let xc = 0.25 * (second(1.0, 1.0) - second(1.0, -1.0));
+        // Of −2 ln p ≈ xx p² + 2 xc p q + cc q² in steps.
+        let xc = xc.clamp(-0.999_999 * (xx * cc).sqrt(), 0.999_999 * (xx * cc).sqrt());
+        let alone = (xx - xc * xc / cc).max(1e-9);
+        Some(Mode { at, value, shape: [h[0] / alone.sqrt(), -xc / cc * h[1] / h[0], h[1] / cc.sqrt()] })
+    }
+}
