@@ -2,10 +2,11 @@
 
     python benches/gradients/against_jax.py [TAPS]
 
-In JAX it is the shooting problem of benches/peers/problem.py, by the classical Runge-Kutta method with as many steps and corrections as its error needs.
+In JAX it is the shooting problem of benches/peers/shooting.py, by the classical Runge-Kutta method with as many steps and corrections as its error needs.
 """
 
 import functools
+import pathlib
 import sys
 import time
 
@@ -17,39 +18,15 @@ import jax.numpy as jnp
 
 import vibrissa
 
+sys.path.insert(0, str(pathlib.Path(__file__).parents[1] / "peers"))
+from shooting import shoot
+
 
 def strain(steps, corrections, d, a, theta, D, L_a, x_ss, l):
     tau, cos = (D - d) / (D * L_a), 1 / jnp.sqrt(1 + ((D - d) / (2 * L_a)) ** 2)
     x1, x2, theta = x_ss, x_ss + l * cos, jnp.radians(theta)
-
-    def slope(q, c, t, y):
-        u = 1 / (1 - tau * (c - t))
-        return jnp.stack([q * y[1] * u**4, jnp.cos(y[0]), jnp.sin(y[0]), y[1] * u**3])
-
-    def march(q, c, begin, end, n, y):
-        h = (end - begin) / n
-
-        def step(i, y):
-            t = begin + i * h
-            k1 = slope(q, c, t, y)
-            k2 = slope(q, c, t + h / 2, y + h / 2 * k1)
-            k3 = slope(q, c, t + h / 2, y + h / 2 * k2)
-            k4 = slope(q, c, t + h, y + h * k3)
-            return y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-
-        return jax.lax.fori_loop(0, n, step, y)
-
-    def correct(_, state):
-        q, c, _ = state
-        far = march(q, c, 0.0, c - x2, steps - 2 * (steps // 6), jnp.zeros(4))
-        near = march(q, c, c - x2, c - x1, steps // 6, far)
-        base = march(q, c, c - x1, c, steps // 6, near)
-        angle = base[0] - jnp.arctan2(base[2], base[1])
-        return q * theta / angle, c + a - jnp.hypot(base[1], base[2]), q * (near[3] - far[3])
-
     begin = 3 * theta * (1 - tau * a) / a**2
-    q, c, s = jax.lax.fori_loop(0, corrections, correct, (begin, a, begin))
-    return 0.5 * D * s / (x2 - x1)
+    return 0.5 * D * shoot(steps, corrections, tau, a, theta, x1, x2, begin, a) / (x2 - x1)
 
 
 def timed(run, repeats=3):

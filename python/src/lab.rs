@@ -187,13 +187,8 @@ pub fn strokes(
         let drives = spec.study.space.axis(Column::Drive).expect("a rig has axes");
         let (mut bytes, mut told) = (Vec::new(), Vec::new());
         let mut miss = |number, why| told.push(format!("start {number} makes no stroke: {why}"));
-        let counts = stroked::simulate(&rig, &course, drives, &settings, &mut miss, &mut |some| {
-            if stop.load(Ordering::Relaxed) {
-                return Err(Error::Run("interrupted".into()));
-            }
-            bytes.extend_from_slice(some);
-            Ok(())
-        })?;
+        let counts =
+            stroked::simulate(&rig, &course, drives, &settings, &mut miss, &mut collected(&mut bytes, stop))?;
         let seconds = json!({ "total": start.elapsed().as_secs_f64() });
         let result = course.described(settings.described(rig.setup.drive));
         let run = synthetic::document(&spec, [&result, &counts.described(), &seconds]);
@@ -201,6 +196,20 @@ pub fn strokes(
     };
     let (found, interrupt) = job::run(py, None, work, job::shown(None))?;
     interrupt.map_or(Ok(found), Err)
+}
+
+/// Puts what is written into `bytes`, until that is to `stop`.
+fn collected<'a>(
+    bytes: &'a mut Vec<u8>,
+    stop: &'a AtomicBool,
+) -> impl FnMut(&[u8]) -> Result<(), Error> + 'a {
+    |some| {
+        if stop.load(Ordering::Relaxed) {
+            return Err(Error::Run("interrupted".into()));
+        }
+        bytes.extend_from_slice(some);
+        Ok(())
+    }
 }
 
 /// Synthetic measurements of the one whisker of a spec: the table, and run.json.
@@ -222,13 +231,7 @@ pub fn simulate(
         let taps = synthetic::SimulatedTaps { layout: &layout, directions: spec.study.setup.directions };
         let method = opener(&spec.run)(&rig.setup.model)?;
         let mut bytes = Vec::new();
-        let counts = synthetic::simulate(&rig, taps, &settings, method, &mut |some| {
-            if stop.load(Ordering::Relaxed) {
-                return Err(Error::Run("interrupted".into()));
-            }
-            bytes.extend_from_slice(some);
-            Ok(())
-        })?;
+        let counts = synthetic::simulate(&rig, taps, &settings, method, &mut collected(&mut bytes, stop))?;
         let seconds = json!({ "total": start.elapsed().as_secs_f64() });
         let told = [&settings.described(rig.setup.drive), &counts.described(), &seconds];
         Ok((Table::of_csv(&bytes)?, synthetic::document(&spec, told).to_string()))

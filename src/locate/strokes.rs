@@ -166,7 +166,7 @@ impl<'a> Strokes<'a> {
             }
             return false;
         }
-        self.drives[2] = largest.max(tap.drive);
+        (self.drives[0], self.drives[2]) = (f64::INFINITY, largest.max(tap.drive));
         true
     }
 
