@@ -4,8 +4,9 @@
     benches/ranked.py OUT PROGRAM [PROGRAM …]          PROGRAM: a path to `vibrissa`, or NAME=PATH
     JAX=PYTHON benches/ranked.py …                     PYTHON: an interpreter with benches/peers/requirements.txt
     ONLY=hooke,root,core benches/ranked.py …           these sweeps
+    benches/ranked.py OUT "cpu=PATH" "gpu=PATH --backend gpu"      flags after the path; without any, --backend cpu
 
-Writes OUT/ranked.csv: for each sweep and program the fastest of three rounds, in seconds of wall time and of CPU, and 10⁶ taps/s. Every
+Writes OUT/ranked.csv: for each sweep and program the fastest of three rounds (ROUNDS=1: of one), in seconds of wall time and of CPU, and 10⁶ taps/s. Every
 round runs all programs on a sweep one after the other. The sweeps lie beside the table."""
 import csv
 import json
@@ -17,7 +18,7 @@ import sys
 import tempfile
 import time
 
-ROUNDS = 3
+ROUNDS = int(os.environ.get("ROUNDS", 3))
 PEERS = pathlib.Path(__file__).parent / "peers"
 PRACTICAL = "[model]\nsurface = true\nshear = true\nextension = true\nmaterial = { neo-hookean = 3.2 }\n"
 FRICTION = PRACTICAL.replace("[model]\n", "[model]\ncontact = { coulomb = 0.3 }\n")
@@ -43,6 +44,8 @@ SWEEPS = {
     "core": (4_000_000, 10, HOOKE, 0, "K_sd"),
     "one_cone": (4_000_000, 10, PRACTICAL, 0, "K_sd"),
     "one_profile": (4_000_000, 10, PRACTICAL, 0, "K_sd"),
+    "practical_large": (40_000_000, 10, PRACTICAL, 0, "K_sd"),
+    "practical_gridded_large": (10_000_000, 10, PRACTICAL, 100, "K_sd"),
     "ideal_gridded": (1_000_000, 10, "", 100, "K_sd"),
     "practical_gridded": (1_000_000, 10, PRACTICAL, 100, "K_sd"),
     "ideal_gridded_total": (1_000_000, 10, "", 100, "total_rms_mm"),
@@ -71,7 +74,9 @@ by = "{by}"
 
 def timed(program, path, out):
     before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
-    subprocess.run([program, "sweep", path, "--backend", "cpu", "--force", "--quiet", "--out", out], check=True, stderr=subprocess.DEVNULL)
+    program, *flags = program.split()
+    flags = flags or ["--backend", "cpu"]
+    subprocess.run([program, "sweep", path, *flags, "--force", "--quiet", "--out", out], check=True, stderr=subprocess.DEVNULL)
     wall, after = time.perf_counter() - start, resource.getrusage(resource.RUSAGE_CHILDREN)
     return wall, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
@@ -79,7 +84,7 @@ def timed(program, path, out):
 def jax(python, program, work):
     """Taps/s of the finer of the two JAX solutions."""
     out = work / "reference"
-    subprocess.run([program, "sweep", PEERS / "taps.toml", "--backend", "reference", "--quiet", "--force", "--out", out], check=True)
+    subprocess.run([program.split()[0], "sweep", PEERS / "taps.toml", "--backend", "reference", "--quiet", "--force", "--out", out], check=True)
     lines = subprocess.run([python, "peer_jax.py", out / "tuples.csv"], cwd=PEERS, capture_output=True, text=True, check=True).stdout
     return next(j["taps_per_second"] for j in map(json.loads, lines.splitlines()) if "24 steps" in j["name"])
 
@@ -90,12 +95,12 @@ def main(out, *programs):
     programs = dict(p.split("=", 1) if "=" in p else (pathlib.Path(p).name, p) for p in programs)
     with tempfile.TemporaryDirectory() as work, open(out / "ranked.csv", "w", newline="") as file:
         work = pathlib.Path(work)
-        unit = [jax(os.environ["JAX"], next(iter(programs.values())), work) for _ in range(ROUNDS)] if "JAX" in os.environ else []
+        unit = [jax(os.environ["JAX"], next(iter(programs.values())), work) for _ in range(ROUNDS)] if os.environ.get("JAX") else []
         table = csv.writer(file, lineterminator="\n")
         table.writerow(["sweep", "program", "taps", "wall_s", "cpu_s", "million_taps_per_s", "over_jax"])
         if unit:
             table.writerow(["(every tap solved)", "JAX f32, RK4 24 steps x 8", "", "", "", f"{max(unit) / 1e6:.3g}", 1])
-        only = os.environ.get("ONLY", ",".join(SWEEPS)).split(",")
+        only = os.environ.get("ONLY", ",".join(s for s in SWEEPS if not s.endswith("_large"))).split(",")
         for name, sweep in ((name, SWEEPS[name]) for name in only):
             path = out / f"{name}.toml"
             path.write_text(spec(*sweep, *[WHISKERS[name]] if name in WHISKERS else []))

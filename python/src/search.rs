@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
 use pyo3::prelude::*;
-use vibrissa::backend::Choice;
+use vibrissa::backend::{Choice, Work};
 use vibrissa::error::{Error, InputError};
 use vibrissa::optimise::{self as search, Step, Watch, best, write};
 use vibrissa::scene::search::Objective;
@@ -38,7 +38,7 @@ pub fn tap(
     let (mut spec, ends) = read.map_err(|e| raise(py, e))?;
     let threads = spec.run.threads;
     let work = move |stop: &AtomicBool, _: &mut dyn FnMut(Far)| {
-        let choice = best_tap::choice(&spec.run, &spec.study.setup)?;
+        let choice = best_tap::choice(&spec.run, &spec.study)?;
         let report = match settle(&mut spec, &asked.label, &choice)? {
             Some(bound) => best_tap::find_needed(&spec.study, ends, objective, &choice, (bound, stop))?,
             None => best_tap::find(&spec.study, ends, objective, &choice, stop)?,
@@ -81,7 +81,11 @@ pub fn optimise<'py>(
     let (mut spec, wanted) = asked.read(spec::parse_search).map_err(|e| raise(py, e))?;
     let threads = spec.run.threads;
     let work = move |stop: &AtomicBool, tell: &mut dyn FnMut(Told)| {
-        let choice = Choice::for_taps(&spec.run, &spec.study.setup)?;
+        let choice = Choice::for_taps(
+            &spec.run,
+            &spec.study.setup,
+            Work::of_search(&wanted, &spec.study.space, &spec.study.setup, &spec.run),
+        )?;
         let bound = settle(&mut spec, &asked.label, &choice)?;
         let needed = bound.map(|e| search::run::needed(&spec, &wanted, e)).transpose()?;
         let (options, watch) = (spec.run.clone(), &mut Steps(tell));

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use pyo3::prelude::*;
 use rayon::prelude::*;
-use vibrissa::backend::Choice;
+use vibrissa::backend::{Choice, Work};
 use vibrissa::error::Error;
 use vibrissa::needed::{ComparedRows, Needed};
 use vibrissa::plan::Plan;
@@ -98,7 +98,7 @@ pub fn sweep<'py>(
     let mut spec = read(py, &asked, listed)?;
     let threads = spec.run.threads;
     let work = move |stop: &std::sync::atomic::AtomicBool, tell: &mut dyn FnMut(job::Far)| {
-        let choice = Choice::for_taps(&spec.run, &spec.study.setup)?;
+        let choice = Choice::for_taps(&spec.run, &spec.study.setup, Work::of_study(&spec.study, &spec.run))?;
         let bound = settle(&mut spec, &asked.label, &choice)?;
         let fewer = |e| Needed::new(&spec.study.setup, ComparedRows::of_study(&spec.study)?, e);
         let mut needed = bound.map(fewer).transpose()?;

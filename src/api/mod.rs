@@ -28,7 +28,7 @@ pub use crate::tap::Report as BestTap;
 pub use crate::taps::Taps;
 pub use whisker::Whisker;
 
-use crate::backend::Choice;
+use crate::backend::{Choice, Work};
 use crate::plan::Plan;
 use crate::progress::{NEVER, Silent};
 use crate::sweep::{self, Target};
@@ -50,7 +50,7 @@ pub fn strains(setup: &Setup, taps: &[Tuple]) -> Result<Vec<Outcome>, Error> {
 /// # Errors
 /// A folder that holds something else, tables that would be too large, a backend that fails.
 pub fn sweep(name: &str, study: &Study, options: &RunOptions, out: &Path) -> Result<Swept, Error> {
-    let choice = Choice::for_taps(options, &study.setup)?;
+    let choice = Choice::for_taps(options, &study.setup, Work::of_study(study, options))?;
     let plan = Plan::new(study, &choice)?;
     let target = Target { force: options.force == Some(true), ..Target::new(out, &NEVER) };
     sweep::run(&Spec::of(name, study.clone()), &plan, &choice, &target, &mut Silent)
@@ -61,5 +61,5 @@ pub fn sweep(name: &str, study: &Study, options: &RunOptions, out: &Path) -> Res
 /// # Errors
 /// No drive that keeps the strain limit, no complete row, a backend that fails.
 pub fn best_tap(study: &Study, ends: [f64; 2], objective: Objective) -> Result<BestTap, Error> {
-    tap::find(study, ends, objective, &Choice::for_taps(&RunOptions::default(), &study.setup)?, &NEVER)
+    tap::find(study, ends, objective, &tap::choice(&RunOptions::default(), study)?, &NEVER)
 }

@@ -4,6 +4,7 @@
 mod crash;
 mod drivers;
 mod listed;
+mod pays;
 mod verdicts;
 
 use std::sync::{Arc, Mutex, PoisonError};
@@ -27,6 +28,7 @@ pub use crash::tell_crashes;
 pub use drivers::{Found, Seen, adapters, answer, ask_by, found, look};
 pub use listed::listed;
 use listed::{names, no_hardware};
+pub use pays::Work;
 pub use verdicts::VARIABLE as SELF_CHECK;
 
 /// The backend taken, in words and numbers; part of `run.json`.
@@ -105,9 +107,13 @@ impl Choice {
         Ok(Self { seconds: begun.elapsed().as_secs_f64(), ..choice })
     }
 
-    /// As [`Self::new`], and [checked](Self::check) for taps of `setup`.
-    pub fn for_taps(options: &RunOptions, setup: &Setup) -> Result<Self, Error> {
+    /// As [`Self::new`], and [checked](Self::check) for taps of `setup`; `auto` takes the CPU where a device does not pay for the `work`.
+    pub fn for_taps(options: &RunOptions, setup: &Setup, work: Work) -> Result<Self, Error> {
         let begun = Instant::now();
+        let free = matches!(options.backend, None | Some(BackendChoice::Auto)) && options.adapter.is_none();
+        if free && work.0 < pays::PAYS {
+            return Self::instead(options, format!("under {:.0} s of work for it", pays::PAYS));
+        }
         let mut choice = Self::found(options)?;
         choice.check(setup)?;
         Ok(Self { seconds: begun.elapsed().as_secs_f64(), ..choice })

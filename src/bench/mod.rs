@@ -10,7 +10,7 @@
 
 pub mod noise;
 pub mod place;
-mod probe;
+pub mod probe;
 pub mod scaling;
 pub mod settings;
 pub mod stopwatch;

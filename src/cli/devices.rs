@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use serde_json::json;
-use vibrissa::backend::{self, Choice, listed};
+use vibrissa::backend::{self, Choice, Work, listed};
 use vibrissa::error::Error;
 use vibrissa::kernel::cpu::Cpu;
 use vibrissa::scene::{BackendChoice, RunOptions, Setup};
@@ -15,7 +15,7 @@ use super::reply::Reply;
 pub fn run(common: &Common) -> Result<Reply, Error> {
     let (adapters, faults) = backend::look();
     let options = common.over(&RunOptions::default());
-    let choice = Choice::for_taps(&options, &Setup::default())?;
+    let choice = Choice::for_taps(&options, &Setup::default(), Work::ANY)?;
     let mut text = String::new();
     for a in &adapters {
         let kind = if a.software { "software" } else { "hardware" };

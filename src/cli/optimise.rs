@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use serde_json::json;
-use vibrissa::backend::Choice;
+use vibrissa::backend::{Choice, Work};
 use vibrissa::error::Error;
 use vibrissa::needed::Needed;
 use vibrissa::optimise::report::Design;
@@ -51,7 +51,8 @@ pub fn run(args: &Optimise) -> Result<Reply, Error> {
     }
     let out = super::folder(options.out.as_ref(), &spec.name, "optimise");
     let out = args.shard.map_or(out.clone(), |shard| out.join(shard.folder()));
-    let choice = Choice::for_taps(&options, &spec.study.setup)?;
+    let work = Work::of_search(&search, &spec.study.space, &spec.study.setup, &options);
+    let choice = Choice::for_taps(&options, &spec.study.setup, work)?;
     let bound = files::model_error(args.model_error, &spec, &choice)?;
     files::settle(&mut spec, &options, &choice.backend, &out);
     files::settle_model_error(&mut spec, bound);

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use serde_json::{Value, json};
-use vibrissa::backend::{Backend, Choice};
+use vibrissa::backend::{Backend, Choice, Work};
 use vibrissa::curve::both::TAPS;
 use vibrissa::error::Error;
 use vibrissa::needed::{ComparedRows, Needed};
@@ -44,7 +44,7 @@ pub fn run(args: &Sweep) -> Result<Reply, Error> {
     }
     let out = super::folder(options.out.as_ref(), &spec.name, "sweep");
     let out = args.shard.map_or(out.clone(), |shard| out.join(shard.folder()));
-    let choice = Choice::for_taps(&options, &spec.study.setup)?;
+    let choice = Choice::for_taps(&options, &spec.study.setup, Work::of_study(&spec.study, &options))?;
     let bound = files::model_error(args.model_error, &spec, &choice)?;
     if bound.is_some() {
         vibrissa::sweep::whole(args.shard, &spec.study)?;

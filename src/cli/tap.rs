@@ -35,7 +35,7 @@ pub fn run(args: &Tap) -> Result<Reply, Error> {
     if !quiet {
         spec.warnings.iter().for_each(say::warning);
     }
-    let choice = tap::choice(&options, &spec.study.setup)?;
+    let choice = tap::choice(&options, &spec.study)?;
     let out = super::folder(options.out.as_ref(), &spec.name, "tap");
     let bound = files::model_error(args.model_error, &spec, &choice)?;
     files::settle(&mut spec, &options, &choice.backend, &out);

@@ -90,8 +90,8 @@ impl<'a> Scorer<'a> {
     }
 
     /// Failing once `stop` is set.
-    pub fn stopping(self, stop: &'a AtomicBool) -> Self {
-        Self { evaluator: self.evaluator.stopping(stop), ..self }
+    pub fn stop_by(&mut self, stop: &'a AtomicBool) {
+        self.evaluator.stop_by(stop);
     }
 
     /// Bound on the error of strains; 0 of the reference.

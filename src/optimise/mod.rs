@@ -17,6 +17,7 @@
 //! evaluations for k variables.
 
 #[cfg(feature = "files")]
+mod alarm;
 mod along;
 pub mod best;
 pub mod blame;

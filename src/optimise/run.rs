@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use serde_json::Value;
 
+use super::alarm::{self, Alarm};
 use super::blame::{infeasible, shortfall};
 use super::charted::{readers, wanted};
 use super::evaluate::Scorer;
@@ -24,6 +25,7 @@ use crate::backend::{Backend, Choice};
 use crate::curve::both;
 use crate::error::{Error, InputError};
 use crate::needed::{ComparedRows, Needed, Row};
+use crate::progress::NEVER;
 use crate::scene::search::{Objective, Search};
 use crate::scene::{BackendChoice, Model, Precision, RunOptions, Spec, Tuple};
 use crate::sink::folder::{Folder, Question, Written};
@@ -189,8 +191,20 @@ type Keep<'k> = dyn FnMut(&mut Report) -> Result<Option<Written>, Error> + 'k;
 fn search_with(
     spec: &Spec,
     search: &Search,
-    ([choice, precise], mut needed): ([&Choice; 2], Option<Needed>),
+    choices: ([&Choice; 2], Option<Needed>),
     (stop, journal, watch): (&AtomicBool, Option<Journal>, &mut dyn Watch),
+    keep: &mut Keep<'_>,
+) -> Result<Report, Error> {
+    alarm::watched(stop, search.budget.seconds, |alarm| {
+        under_alarm(spec, search, choices, (stop, alarm, journal, watch), keep)
+    })
+}
+
+fn under_alarm(
+    spec: &Spec,
+    search: &Search,
+    ([choice, precise], mut needed): ([&Choice; 2], Option<Needed>),
+    (stop, alarm, journal, watch): (&AtomicBool, &Alarm, Option<Journal>, &mut dyn Watch),
     keep: &mut Keep<'_>,
 ) -> Result<Report, Error> {
     let begun = Instant::now();
@@ -219,15 +233,17 @@ fn search_with(
     let scorers = [swarm(of_swarm(needed.as_ref()))?, scorer(precise, setup)?];
     let taps_each = scorers[0].taps();
     let goal = goal(search.objective);
-    let mut session = Session::new(scorers, &variables, goal, search.budget, (stop, journal, watch));
+    let mut session = Session::new(scorers, &variables, goal, search.budget, (stop, alarm, journal, watch));
 
     let (ended, front, best) = loop {
+        session.stop_by(&alarm.rings);
         let (ended, front) = if search.objective == Objective::Pareto {
             let (result, points) = front::search(&mut session, search.seed)?;
             (global::ending(result)?, Some(points))
         } else {
             (global::ending(global::run(&mut session, goal, search.seed, STARTS))?, None)
         };
+        session.stop_by(&NEVER);
         let best = settle(&mut session, ended, goal)?;
         if let Some(needed) = needed.as_mut().filter(|_| ended != Ended::Interrupted) {
             let distances: Arc<[f64]> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();

@@ -3,11 +3,12 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use super::alarm::Alarm;
 use super::evaluate::Scorer;
 use super::journal::Journal;
 use super::score::{Goal, Score};
 use super::variables::Variables;
-use crate::error::Error;
+use crate::error::{Error, SolveError};
 use crate::scene::Tuple;
 use crate::scene::search::Budget;
 
@@ -128,6 +129,7 @@ pub struct Session<'a> {
     kept_back: u64,
     begun: Instant,
     stop: &'a AtomicBool,
+    alarm: &'a Alarm,
     journal: Option<Journal>,
     watch: &'a mut dyn Watch,
     /// Start under way.
@@ -153,7 +155,7 @@ impl<'a> Session<'a> {
         variables: &'a Variables,
         goal: Goal,
         budget: Budget,
-        (stop, journal, watch): (&'a AtomicBool, Option<Journal>, &'a mut dyn Watch),
+        (stop, alarm, journal, watch): (&'a AtomicBool, &'a Alarm, Option<Journal>, &'a mut dyn Watch),
     ) -> Self {
         Self {
             swarm,
@@ -164,6 +166,7 @@ impl<'a> Session<'a> {
             kept_back: 0,
             begun: Instant::now(),
             stop,
+            alarm,
             journal,
             watch,
             start: 0,
@@ -174,6 +177,11 @@ impl<'a> Session<'a> {
             best: [None; 2],
             archive: Vec::new(),
         }
+    }
+
+    /// Evaluations fail once `stop` is set.
+    pub fn stop_by(&mut self, stop: &'a AtomicBool) {
+        [&mut self.swarm, &mut self.polish].into_iter().for_each(|scorer| scorer.stop_by(stop));
     }
 
     /// Scores swarms by `scorer` from now on.
@@ -209,7 +217,13 @@ impl<'a> Session<'a> {
                 }
                 let stop = self.stop;
                 let on = || !stop.load(Ordering::Relaxed);
-                let scores = self.scorer(stage).scores_while(&points[..take], &on)?;
+                let scores = match self.scorer(stage).scores_while(&points[..take], &on) {
+                    Err(Error::Solve(SolveError::Stopped)) => {
+                        let asked = stop.load(Ordering::Relaxed);
+                        return Err(Halt::Ended(if asked { Ended::Interrupted } else { Ended::Seconds }));
+                    }
+                    scores => scores?,
+                };
                 if scores.len() < take {
                     self.evaluations += scores.len() as u64;
                     self.note(stage, &points[..scores.len()], &scores);
@@ -261,6 +275,7 @@ impl<'a> Session<'a> {
         if points.is_empty() {
             return;
         }
+        self.alarm.scored.store(true, Ordering::Relaxed);
         let goal = self.goal;
         for (&point, &score) in points.iter().zip(scores) {
             let found = Found { point, score };

@@ -38,7 +38,9 @@ impl<'a> Curve<'a> {
 
     /// Until `stop` is set.
     pub fn stopping(self, stop: &'a AtomicBool) -> Self {
-        Self { scorer: self.scorer.stopping(stop), ..self }
+        let mut curve = self;
+        curve.scorer.stop_by(stop);
+        curve
     }
 
     /// Bound on the error of its strains.

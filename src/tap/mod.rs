@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use crate::backend::{Backend, Choice};
+use crate::backend::{Backend, Choice, Work};
 use crate::curve::both;
 use crate::error::{Error, InputError};
 use crate::needed::Needed;
@@ -120,7 +120,7 @@ pub struct Other {
 ///
 /// # Errors
 /// A backend that the machine does not have.
-pub fn choice(options: &RunOptions, setup: &Setup) -> Result<Choice, Error> {
+pub fn choice(options: &RunOptions, study: &Study) -> Result<Choice, Error> {
     let free = matches!(options.backend, None | Some(BackendChoice::Auto) | Some(BackendChoice::Cpu))
         && options.adapter.is_none();
     if free && options.precision.is_none() && options.tolerance.is_none() {
@@ -128,7 +128,7 @@ pub fn choice(options: &RunOptions, setup: &Setup) -> Result<Choice, Error> {
         choice.backend.reason = "few taps".into();
         return Ok(choice);
     }
-    Choice::for_taps(options, setup)
+    Choice::for_taps(options, &study.setup, Work::of_study(study, options))
 }
 
 /// Evaluates `spec`, which holds one whisker, over the drives `ends` and writes `tap.csv` and `run.json` into `out`; effects whose joint change of

@@ -43,6 +43,7 @@ pub use tap::{Solution, Tap};
 
 use std::sync::OnceLock;
 
+use rayon::prelude::*;
 use vibrissa_core::error::SolveError;
 use vibrissa_core::scene::Layout;
 use vibrissa_core::scene::{Material, Precision};
@@ -75,6 +76,9 @@ pub struct Rung {
 
 /// Share of the tolerance that spare rungs are solved to: they are few.
 const SPARE: f64 = 0.01;
+
+/// Answers that a thread looks through at least for those of the next rung.
+const SCANNED: usize = 1 << 14;
 
 impl Rung {
     /// The rung of `rule` for `material`, at `tolerance`.
@@ -216,7 +220,8 @@ pub fn solve(
         // A material that has ended has ended in any precision; what never came is left to the reference.
         let open =
             |s: &Solution<f64>| !(s.within(trusted * tolerance) || rung.spare && s.ended() || s.unwritten());
-        let hard: Vec<usize> = (0..out.len()).filter(|&i| open(&out[i])).collect();
+        let hard: Vec<usize> =
+            (0..out.len()).into_par_iter().with_min_len(SCANNED).filter(|&i| open(&out[i])).collect();
         if step > 0 && hard.is_empty() {
             continue;
         }
@@ -224,6 +229,10 @@ pub fn solve(
         let limit = solver.batch_limit();
         let share = if rung.spare { SPARE } else { 1.0 };
         let job = Job { effects, rule: &rung.rule, tolerance: share * tolerance, chart: rung.chart() };
+        if step == 0 && taps.len() <= limit {
+            solver.solve(&job, taps, out)?;
+            continue;
+        }
         if step == 0 {
             for chunk in taps.chunks(limit) {
                 solver.solve(&job, chunk, &mut part)?;

@@ -120,6 +120,8 @@ struct Work<'w, 'a> {
     transform: &'static [Vec<f64>],
     pieces: Vec<Vec<Piece>>,
     taps: u64,
+    /// Whether distances beyond those asked are looked at, where a contact may find no equilibrium: the tip flicks past.
+    beyond: bool,
 }
 
 impl<'w, 'a> Work<'w, 'a> {
@@ -131,13 +133,14 @@ impl<'w, 'a> Work<'w, 'a> {
     ) -> Self {
         let transform = &TRANSFORMS[usize::from(evaluator.tolerance() < NODES.0)];
         let (nodes, pieces) = (points(transform.len()), vec![Vec::new(); asks.len()]);
-        Self { setup, evaluator, designs, asks, nodes, transform, pieces, taps: 0 }
+        Self { setup, evaluator, designs, asks, nodes, transform, pieces, taps: 0, beyond: false }
     }
 
     fn run(&mut self, drives: Option<&[f64]>) -> Result<(), SolveError> {
         let first: Vec<Open> = (0..self.asks.len()).flat_map(|ask| self.first(ask)).collect();
         self.fill(first, drives)?;
         let beyond: Vec<Open> = (0..self.asks.len()).filter_map(|ask| self.beyond(ask)).collect();
+        self.beyond = true;
         self.fill(beyond, None)
     }
 
@@ -196,7 +199,12 @@ impl<'w, 'a> Work<'w, 'a> {
                     Some(c) => self.put(o, Ratio::smooth(&c)),
                     None if o.depth < HALVINGS && ratios.iter().any(|r| r.is_finite()) => {
                         let (mid, depth) = (0.5 * (o.u[0] + o.u[1]), o.depth + 1);
-                        next.extend([[o.u[0], mid], [mid, o.u[1]]].map(|u| Open { u, depth, ..*o }));
+                        for (u, lost) in [[o.u[0], mid], [mid, o.u[1]]].into_iter().zip(lost(ratios)) {
+                            match lost {
+                                true => self.put(o, Ratio::Rough(vec![(0.5 * (u[0] + u[1]), f64::NAN)])),
+                                false => next.push(Open { u, depth, ..*o }),
+                            }
+                        }
                     }
                     None => {
                         let places = self.nodes.iter().map(|x| placed(o.u, *x));
@@ -224,7 +232,10 @@ impl<'w, 'a> Work<'w, 'a> {
             open.iter().flat_map(|o| self.nodes.iter().map(move |x| task(o, *x))).collect();
         let Some(drives) = drives else {
             self.taps += tasks.len() as u64;
-            let outcomes = self.evaluator.run(self.designs, &tasks)?;
+            let outcomes = match self.beyond {
+                true => self.evaluator.as_samples(|evaluator| evaluator.run(self.designs, &tasks))?,
+                false => self.evaluator.run(self.designs, &tasks)?,
+            };
             return Ok(tasks.iter().zip(&outcomes).map(|(t, o)| self.ratio(t, o.strain)).collect());
         };
         // Taps of a design at all drives come next to each other here, and drive by drive there.
@@ -252,6 +263,13 @@ impl<'w, 'a> Work<'w, 'a> {
         // A contact that slid onto the gauge's near end shows nothing.
         if strain == 0.0 { f64::NAN } else { strain.abs() / linear }
     }
+}
+
+/// Whether no tap of the lower half of an interval, or of the upper one, has a solution, nor has the next one beyond its middle: what is left of such a
+/// half is not looked at. `ratios` are those at its nodes, ascending.
+fn lost(ratios: &[f64]) -> [bool; 2] {
+    let middle = ratios.len() / 2;
+    [&ratios[..=middle], &ratios[ratios.len() - middle - 1..]].map(|half| half.iter().all(|r| r.is_nan()))
 }
 
 /// Coefficients of the ratio from its values at the nodes, without those that are noise; `None` where it is not smooth.
@@ -306,4 +324,17 @@ fn curve(of: StrainCurve, amount: f64, mut pieces: Vec<Piece>) -> Curve {
     let f: Vec<[f64; LOOKS + 1]> =
         pieces.iter().map(|p| std::array::from_fn(|k| of.at_inverse(look(p.u, k)).0)).collect();
     Curve::new(of, amount, pieces.into_iter().zip(&f), 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::lost;
+
+    #[test]
+    fn a_half_is_lost_with_the_next_node_beyond_its_middle() {
+        let none = f64::NAN;
+        assert_eq!(lost(&[none, none, none, 1.0, 1.0, 1.0]), [false, false]);
+        assert_eq!(lost(&[none, none, none, none, 1.0, 1.0]), [true, false]);
+        assert_eq!(lost(&[1.0, 1.0, none, none, none, none]), [false, true]);
+    }
 }

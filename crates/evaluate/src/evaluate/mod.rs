@@ -26,6 +26,7 @@ use crate::physics::onset::Grip;
 use crate::progress::NEVER;
 use crate::reduce::Sweeps;
 use crate::scene::{Contact, Geometry, Layout, Material, Setup};
+use crate::status::Status;
 pub use gradient::{Input, OUTPUTS, gradient};
 pub use guard::{Guard, doubts};
 pub use outcome::{closed, is_closed, outcome_of_chart};
@@ -48,6 +49,8 @@ pub struct Evaluator<'a> {
     spare: usize,
     /// Whether taps are samples of a smooth function: a frictionless one that no rung solves lies beyond where it ends.
     samples: bool,
+    /// Whether taps that no rung solves have no answer.
+    leaves: bool,
     /// Read in place of solved, where that is enough: one for each rig.
     readers: Vec<Option<Arc<dyn Source>>>,
     /// Rungs for materials of rigs that differ.
@@ -85,6 +88,7 @@ impl<'a> Evaluator<'a> {
             spatial: false,
             spare: usize::MAX,
             samples: false,
+            leaves: false,
             readers: Vec::new(),
             laws: Vec::new(),
             guard: None,
@@ -95,6 +99,11 @@ impl<'a> Evaluator<'a> {
     /// Fails with [`SolveError::Stopped`] once `stop` is set.
     pub fn stopping(self, stop: &'a AtomicBool) -> Self {
         Self { stop, ..self }
+    }
+
+    /// The same from now on.
+    pub fn stop_by(&mut self, stop: &'a AtomicBool) {
+        self.stop = stop;
     }
 
     fn go_on(&self) -> Result<(), SolveError> {
@@ -141,6 +150,15 @@ impl<'a> Evaluator<'a> {
     /// [`SolveError::TooHard`], before the reference is asked, where more than `most` taps would be: each can take it a second.
     pub fn sparing(self, most: usize) -> Self {
         Self { spare: most, samples: true, ..self }
+    }
+
+    /// Does `f` with taps as samples of a smooth function that need no word: what no rung solves, or finds beyond a fold, is left without an answer,
+    /// and not to the reference, which takes up to a second to say that there is none. Not where kernels give up on taps that others solve.
+    pub fn as_samples<R>(&mut self, f: impl FnOnce(&mut Self) -> R) -> R {
+        let before = std::mem::replace(&mut self.leaves, true);
+        let done = f(self);
+        self.leaves = before;
+        done
     }
 
     /// The method, for another setup.
@@ -288,7 +306,8 @@ impl<'a> Evaluator<'a> {
         solved: &[Option<Solved>],
         expected: Option<&[Outcome]>,
     ) -> Result<Vec<Outcome>, SolveError> {
-        let (setup, tolerance, stop) = (self.setup, self.tolerance(), self.stop);
+        let (setup, tolerance, stop, leaves) =
+            (self.setup, self.tolerance(), self.stop, self.leaves && !self.ends_early());
         let missed = solved.iter().flatten().any(|s| !s.solution.is_told(tolerance));
         let asked = missed && (!self.samples || self.ends_early());
         let open = |s: &Solved| s.solution.unsure() || asked && !s.solution.is_told(tolerance);
@@ -298,6 +317,9 @@ impl<'a> Evaluator<'a> {
         }
         let finish = |(i, (task, solved)): (usize, (&Task, &Option<Solved>))| {
             let design = &designs[task.design as usize];
+            if leaves && solved.as_ref().is_some_and(open) {
+                return Outcome { status: Status::NOT_CONVERGED, ..Outcome::NOTHING };
+            }
             if solved.as_ref().is_some_and(open) {
                 // The reference may take long over all that is open.
                 if stop.load(Ordering::Relaxed) {

@@ -120,7 +120,7 @@ impl Evaluator<'_> {
             first = Some((place, std::mem::replace(rungs, std::mem::take(&mut self.laws[place].1))));
         }
         let mut other = Evaluator::new(setup, method).stopping(self.stop);
-        (other.spare, other.samples) = (self.spare, self.samples);
+        (other.spare, other.samples, other.leaves) = (self.spare, self.samples, self.leaves);
         let done = f(&mut other);
         self.spare = other.spare;
         self.sweeps.merge(&other.take_sweeps());

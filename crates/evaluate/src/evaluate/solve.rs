@@ -110,18 +110,25 @@ impl Evaluator<'_> {
             return Ok(Vec::new());
         }
         self.taps.clear();
-        self.taps.extend(frames.iter().flatten().map(|frame| *frame.tap()));
+        let tap = |frame: &Option<Frame>| frame.as_ref().map(|frame| *frame.tap());
+        self.taps.par_extend(frames.par_iter().with_min_len(FRAMES).filter_map(tap));
         let effects = Effects::new(&setup.model, setup.gauge.side, grip(0) == Grip::Stick);
         let effects = Effects { spatial: self.spatial, ..effects };
         let plane = (self.spatial && !setup.asks_wrench()).then(Plane::default);
         kernel::solve(solver.as_mut(), effects, rungs, *tolerance, &self.taps, &mut self.solutions)?;
-        let mut solutions = self.solutions.iter();
-        let solved = |(i, frame): (usize, &Option<Frame>)| {
-            let (frame, solution) = ((*frame)?, *solutions.next()?);
+        let solved = |i: usize, frame: Frame, solution: Solution<f64>| {
             let (grip, sweeps) = (grip(i), solution.sweeps);
-            Some(Solved { frame, solution, grip, sweeps, interpolated: false, plane, seen: None })
+            Solved { frame, solution, grip, sweeps, interpolated: false, plane, seen: None }
         };
-        Ok(frames.iter().enumerate().map(solved).collect())
+        if self.solutions.len() == frames.len() {
+            let one =
+                |(i, (frame, s)): (usize, (&Option<Frame>, &Solution<f64>))| Some(solved(i, (*frame)?, *s));
+            let all = frames.par_iter().zip(&self.solutions).enumerate();
+            return Ok(all.with_min_len(FRAMES).map(one).collect());
+        }
+        let mut solutions = self.solutions.iter();
+        let one = |(i, frame): (usize, &Option<Frame>)| Some(solved(i, (*frame)?, *solutions.next()?));
+        Ok(frames.iter().enumerate().map(one).collect())
     }
 
     /// Coulomb friction: sliding at μ where the contact then moves as that friction opposes, else sticking where |T| ≤ μP. The arc

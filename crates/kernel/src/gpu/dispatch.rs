@@ -4,8 +4,11 @@
 //! written, that is of another batch or place, or of which a bit has turned since it was computed, is found by its seal.
 
 use std::collections::HashMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
+
+use rayon::prelude::*;
 
 use super::compute::Program;
 use super::ranking::Ranker;
@@ -25,6 +28,9 @@ use vibrissa_core::scene::Precision;
 
 /// Taps of one dispatch: some milliseconds of work on a slow device, far below any watchdog.
 const BATCH: usize = 1 << 18;
+
+/// Taps that a thread of the host takes at least, to hand them over or to read their answers.
+const GRAIN: usize = 1 << 12;
 
 /// Bound on the time of a dispatch and of compiling a kernel: thousands of times what a dispatch takes, and ten times what lavapipe needs to
 /// compile its slowest kernel on two busy cores (docs/twins.md).
@@ -213,7 +219,8 @@ impl Gpu {
         let spoiled = |t: &Tap<f64>| if told == Some(Kind::Wrong) { t.map(|x| 1.01 * x) } else { *t };
         match precision {
             Precision::F32 => {
-                let narrow: Vec<Tap<f32>> = taps.iter().map(|t| spoiled(t).map(|x| x as f32)).collect();
+                let narrow: Vec<Tap<f32>> =
+                    taps.par_iter().with_min_len(GRAIN).map(|t| spoiled(t).map(|x| x as f32)).collect();
                 self.queue.write_buffer(&buffers.taps, 0, bytemuck::cast_slice(&narrow));
             }
             Precision::F64 if told.is_none() => {
@@ -292,25 +299,33 @@ fn unseal(
     out: &mut Vec<Solution<f64>>,
 ) -> usize {
     let words = Solution::<f32>::words(spatial);
-    let mut unwritten = 0;
-    let mut all = |sealed: Option<Solution<f64>>| {
-        unwritten += usize::from(sealed.is_none());
-        out.push(sealed.unwrap_or(Solution::UNWRITTEN));
+    let unwritten = AtomicUsize::new(0);
+    let told = |sealed: Option<Solution<f64>>| {
+        sealed.unwrap_or_else(|| {
+            unwritten.fetch_add(1, Ordering::Relaxed);
+            Solution::UNWRITTEN
+        })
     };
     // A copy of what was mapped need not lie as its numbers do.
     match precision {
-        Precision::F32 => (0..).zip(bytes.chunks_exact(4 * words)).for_each(|(i, answer)| {
-            let mut s = Solution::<f32>::default();
-            bytemuck::bytes_of_mut(&mut s)[..answer.len()].copy_from_slice(answer);
-            all(s.unseal(i, stamp, spatial).map(|s| s.map(f64::from)));
-        }),
-        Precision::F64 => (0..).zip(bytes.chunks_exact(8 * words)).for_each(|(i, answer)| {
-            let mut s = Solution::<f64>::default();
-            bytemuck::bytes_of_mut(&mut s)[..answer.len()].copy_from_slice(answer);
-            all(s.unseal(i, stamp, spatial));
-        }),
+        Precision::F32 => {
+            let answers = bytes.par_chunks_exact(4 * words).enumerate().with_min_len(GRAIN);
+            out.par_extend(answers.map(|(i, answer)| {
+                let mut s = Solution::<f32>::default();
+                bytemuck::bytes_of_mut(&mut s)[..answer.len()].copy_from_slice(answer);
+                told(s.unseal(i as u32, stamp, spatial).map(|s| s.map(f64::from)))
+            }));
+        }
+        Precision::F64 => {
+            let answers = bytes.par_chunks_exact(8 * words).enumerate().with_min_len(GRAIN);
+            out.par_extend(answers.map(|(i, answer)| {
+                let mut s = Solution::<f64>::default();
+                bytemuck::bytes_of_mut(&mut s)[..answer.len()].copy_from_slice(answer);
+                told(s.unseal(i as u32, stamp, spatial))
+            }));
+        }
     }
-    unwritten
+    unwritten.into_inner()
 }
 
 impl Solver for Gpu {

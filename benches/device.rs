@@ -1,0 +1,125 @@
+//! What the parts of a run take on a device, in seconds of wall time: `cargo bench --bench device`. It opens what `--backend gpu` takes. Of each whisker that is
+//! ranked: its charts, the shader with its self-check, and full batches, one by one and overlapped. Of each kernel of solved taps: its compilation, and a full
+//! batch with what the host does for it, beside the kernel of the CPU.
+
+use std::time::Instant;
+
+use vibrissa::backend::Choice;
+use vibrissa::bench::probe::Probe;
+use vibrissa::bench::taps::Taps;
+use vibrissa::chart::ranker::Ranker;
+use vibrissa::evaluate::{Evaluator, Method};
+use vibrissa::kernel::ranking::Ranking;
+use vibrissa::scene::{BackendChoice, Precision, RunOptions};
+use vibrissa::spec;
+use vibrissa::verify::configuration;
+
+/// Batches of a ranking that are timed.
+const BATCHES: u64 = 8;
+
+/// Taps that are solved together, and rounds of which the best counts.
+const TAPS: usize = 1 << 18;
+const ROUNDS: usize = 3;
+
+const PRACTICAL: &str =
+    "[model]\nsurface = true\nshear = true\nextension = true\nmaterial = { neo-hookean = 3.2 }\n";
+
+fn seconds<T>(f: impl FnOnce() -> T) -> (T, f64) {
+    let start = Instant::now();
+    let value = f();
+    (value, start.elapsed().as_secs_f64())
+}
+
+fn options(backend: BackendChoice, precision: Precision) -> RunOptions {
+    RunOptions { backend: Some(backend), precision: Some(precision), ..RunOptions::default() }
+}
+
+/// A ranked sweep, its drives each design's own or `drives` for all.
+fn ranked(name: &str, model: &str, drives: u32, by: &str) {
+    let n: u64 = 40_000_000;
+    let theta = match drives {
+        0 => format!("{{ min = 0.5, max = 10, samples = {n} }}"),
+        _ => format!("{{ from = 0.5, to = 10, steps = {drives} }}"),
+    };
+    let text = format!(
+        "[whisker]\nD = {{ min = 8, max = 12, samples = {n} }}\nd = {{ min = 2, max = 7, samples = {n} }}\nL_a = 50\n[gauge]\nx_ss = {{ min = 3, max = 15, samples = {n} }}\nl = 2\nnoise_strain = 2e-5\n[tap]\na = {{ from = 21, to = 48, steps = 10 }}\ntheta = {theta}\n{model}[output]\ntuples = false\ndistances = false\ntop = 100\nby = \"{by}\"\n"
+    );
+    let study = spec::parse("device.toml", &text, std::path::Path::new("")).expect("a valid spec").study;
+    let layout = study.space.layout().expect("a grid");
+    let (charts, charting) = seconds(|| Ranker::new(&study, &layout, 1e-5).expect("taps are solved"));
+    let charts = charts.expect("charts");
+    let choice = Choice::new(&options(BackendChoice::Gpu, Precision::F32)).expect("a device");
+    let mut solver = choice.solver().expect("the device opens");
+    let (device, compiling) = seconds(|| solver.ranking(&charts, &layout).expect("the device ranks"));
+    let mut device = device.expect("it serves devices");
+    let most = device.most();
+    let run = |device: &mut dyn Ranking, overlapped: bool| {
+        let mut done = 0;
+        for k in 0..BATCHES {
+            device.start(k * most..(k + 1) * most, 0.0);
+            if !(overlapped && k == 0) {
+                done += u64::from(device.finish().expect("a batch").is_ok());
+            }
+        }
+        while let Some(batch) = device.finish() {
+            done += u64::from(batch.is_ok());
+        }
+        assert_eq!(done, BATCHES, "batches that came back");
+    };
+    let alone = seconds(|| run(&mut *device, false)).1;
+    let both = seconds(|| run(&mut *device, true)).1;
+    let rate = (BATCHES * most * layout.block()) as f64 / both / 1e9;
+    println!(
+        "{name}: charts {charting:.3}, shader {compiling:.3}, {BATCHES} batches of {most} designs {alone:.4}, overlapped {both:.4}: {rate:.2} G taps/s"
+    );
+}
+
+/// Taps of a configuration on a device and on the CPU.
+fn solved(name: &str, precision: Precision) {
+    let c = configuration::all().into_iter().find(|c| c.name == name).expect("a configuration");
+    let taps = Taps::new(&c, TAPS).expect("taps");
+    let few = Taps::new(&c, 64).expect("taps");
+    let tolerance = if precision == Precision::F32 { 1e-5 } else { 1e-8 };
+    let mut line = format!("{name} {precision:?}:");
+    for backend in [BackendChoice::Gpu, BackendChoice::Cpu] {
+        let choice = Choice::new(&options(backend, precision)).expect("a backend");
+        let rungs = vibrissa::kernel::Rung::ladder(precision, &taps.setup.model.material, tolerance);
+        let (probe, account) = Probe::new(choice.solver().expect("it opens"), None);
+        let method = Method::Fast { solver: Box::new(probe), rungs, tolerance };
+        let mut evaluator = Evaluator::new(&taps.setup, method);
+        let first = seconds(|| evaluator.run(&few.designs, &few.tasks).expect("it answers")).1;
+        account.take();
+        let (mut all, mut kernel) = (f64::INFINITY, f64::INFINITY);
+        for _ in 0..ROUNDS {
+            let (_, whole) = seconds(|| evaluator.run(&taps.designs, &taps.tasks).expect("it answers"));
+            all = all.min(whole);
+            kernel = kernel.min(account.take().seconds);
+        }
+        let rate = |s: f64| taps.tasks.len() as f64 / s / 1e6;
+        line += &format!(
+            " {backend:?} first {first:.2} s, {:.1} M taps/s, solver {:.1};",
+            rate(all),
+            rate(kernel)
+        );
+    }
+    println!("{line}");
+}
+
+fn main() {
+    // `cargo test` runs bench targets too: nothing is measured then.
+    if !std::env::args().any(|a| a == "--bench") {
+        return;
+    }
+    let (choice, opening) =
+        seconds(|| Choice::new(&options(BackendChoice::Gpu, Precision::F32)).expect("a device"));
+    println!("{}: found in {opening:.3} s", choice.backend.adapter.as_deref().unwrap_or("no device"));
+    ranked("ideal", "", 0, "K_sd");
+    ranked("practical", PRACTICAL, 0, "K_sd");
+    ranked("practical, 100 drives", PRACTICAL, 100, "K_sd");
+    ranked("practical, 100 drives, by total", PRACTICAL, 100, "total_rms_mm");
+    for precision in [Precision::F32, Precision::F64] {
+        for name in ["hooke", "neo", "mooney-coulomb"] {
+            solved(name, precision);
+        }
+    }
+}
