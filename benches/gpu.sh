@@ -1,10 +1,11 @@
 #!/bin/sh
-# Everything that is measured on a hardware GPU, in some five minutes:
-#     benches/gpu.sh PROGRAM EFFECTS OUT        PROGRAM: a release build; EFFECTS: its `cargo bench --no-run --bench effects`
-# JAX=PYTHON has JAX solve the same taps on the same GPU. Each step has its own log in OUT and does not stop the next.
-program=$1 effects=$2 out=$3
+# Everything that is measured on a hardware GPU, in some four minutes:
+#     benches/gpu.sh PROGRAM DEVICE OUT        PROGRAM: a release build; DEVICE: its `cargo bench --no-run --bench device`
+# With JAX=PYTHON JAX solves taps on the same GPU. Each step has its own log in OUT and does not stop the next.
+program=$1 device=$2 out=$3
 here=$(dirname "$0")
 mkdir -p "$out"
+work=$(mktemp -d)
 step() {
     name=$1 limit=$2
     shift 2
@@ -12,19 +13,23 @@ step() {
     timeout "$limit" "$@" >"$out/$name.txt" 2>&1
     echo "$name: exit code $?, $(($(date +%s) - begun)) s"
 }
-work=$(mktemp -d)
+ranked() {
+    name=$1
+    shift
+    step "$name" 150 python3 "$here/ranked.py" "$work" "$@"
+    mv "$work/ranked.csv" "$out/$name.csv"
+}
 step devices 30 "$program" devices
-# The first process compiles what later ones find in the driver's cache.
-for n in 1 2 3; do
-    step "first_$n" 60 sh -c "time '$program' sweep sweeps/prototypes.toml --backend gpu --out '$work/gpu' --force"
+# The first process on a device compiles what later ones find in the driver's cache.
+for backend in gpu gpu cpu auto; do
+    step "first_$backend" 60 sh -c "time '$program' sweep sweeps/prototypes.toml --backend $backend --quiet --force --out '$work/first'"
 done
-step first_cpu 60 sh -c "time '$program' sweep sweeps/prototypes.toml --backend cpu --out '$work/cpu' --force"
-step verify 120 "$program" verify --backend gpu --out "$out/verify" --force
-TAPS=1048576 step effects 120 "$effects" --bench
-JAX_PLATFORMS=cuda ONLY=ideal,practical,friction,practical_200,practical_gridded,practical_gridded_total \
-    step ranked 150 python3 "$here/ranked.py" "$out" "cpu=$program --backend cpu" "gpu=$program --backend gpu"
-mv "$out/ranked.csv" "$out/ranked_small.csv"
-ROUNDS=1 ONLY=practical_large,practical_gridded_large JAX= \
-    step large 100 python3 "$here/ranked.py" "$out" "cpu=$program --backend cpu" "gpu=$program --backend gpu"
-mv "$out/ranked.csv" "$out/ranked_large.csv"
-rm -rf "$work" "$out"/*.toml
+step device 60 "$device" --bench
+export JAX_PLATFORMS=cuda ROUNDS=2
+ONLY=ideal,practical,practical_200,practical_gridded,practical_gridded_total,practical_large,practical_gridded_large \
+    ranked ranked "cpu=$program --backend cpu" "gpu=$program --backend gpu"
+unset JAX
+ONLY=practical_solved,friction_solved \
+    ranked solved "cpu=$program --backend cpu --precision f64" "gpu=$program --backend gpu --precision f64"
+step verify 60 "$program" verify sweeps/practical.toml --samples 20000 --backend gpu --out "$work/verify" --force
+rm -rf "$work"

@@ -44,6 +44,8 @@ SWEEPS = {
     "core": (4_000_000, 10, HOOKE, 0, "K_sd"),
     "one_cone": (4_000_000, 10, PRACTICAL, 0, "K_sd"),
     "one_profile": (4_000_000, 10, PRACTICAL, 0, "K_sd"),
+    "practical_solved": (400_000, 10, PRACTICAL, 0, "K_sd"),
+    "friction_solved": (100_000, 10, FRICTION, 0, "K_sd"),
     "practical_large": (40_000_000, 10, PRACTICAL, 0, "K_sd"),
     "practical_gridded_large": (10_000_000, 10, PRACTICAL, 100, "K_sd"),
     "ideal_gridded": (1_000_000, 10, "", 100, "K_sd"),
@@ -100,7 +102,7 @@ def main(out, *programs):
         table.writerow(["sweep", "program", "taps", "wall_s", "cpu_s", "million_taps_per_s", "over_jax"])
         if unit:
             table.writerow(["(every tap solved)", "JAX f32, RK4 24 steps x 8", "", "", "", f"{max(unit) / 1e6:.3g}", 1])
-        only = os.environ.get("ONLY", ",".join(s for s in SWEEPS if not s.endswith("_large"))).split(",")
+        only = os.environ.get("ONLY", ",".join(s for s in SWEEPS if not s.endswith(("_large", "_solved")))).split(",")
         for name, sweep in ((name, SWEEPS[name]) for name in only):
             path = out / f"{name}.toml"
             path.write_text(spec(*sweep, *[WHISKERS[name]] if name in WHISKERS else []))

@@ -103,7 +103,8 @@ def rig(program, seed):
         for k in range(2):
             a, touch = rng.uniform(22, 48), rng.uniform(0.5, 2)
             u = np.linspace(0.1, 6.5, 25)
-            truths.append((a, touch))
+            # The whisker touches where its own angle begins.
+            truths.append((a, touch - offset))
             readings += [(v, y, f"s{k}") for v, y in zip(u, read(a, u - touch))]
         told = located("strokes.csv", ["theta_deg", "strain", "stroke"], readings, "--strokes")
         strokes = []

@@ -122,7 +122,7 @@ def sweep(spec: Spec = None, *, whisker: Section | None = None, gauge: Section |
         model: ``geometry``, ``shear``, ``extension``, ``surface``, ``pole_radius``, ``nu``, ``contact``, ``material``, ``clamp``, ``indentation``, ``section``, ``solid``.
         estimate: ``theory``, ``convention``, ``range``, ``K``.
         output: ``tuples``, ``designs``, ``distances`` (which tables), ``top``, ``by``, ``per`` (the best rows only).
-        run: ``backend`` ("auto": a hardware adapter, else the CPU kernels; "gpu" also takes a software adapter), ``adapter``, ``precision``,
+        run: ``backend`` ("auto": a hardware adapter where the CPU would need over two seconds, else the CPU kernels; "gpu" also takes a software adapter), ``adapter``, ``precision``,
             ``tolerance``, ``threads``, ``model_error`` (effects that change strain less are left off).
         tuples: taps one by one instead of axes: a DataFrame or dict with D_mm, d_mm, L_a_mm, x_ss_mm, l_mm, a_mm and theta_deg
             (delta_mm), perhaps tilt_deg and lean_deg, or ``{"file": path}``.

@@ -1,10 +1,9 @@
-// Ranked rows of whole designs, read from charts: an invocation takes some designs, one after the other. Twin of crates/chart/src/lanes, where the derivation
+// Ranked rows of whole designs, read from charts: an invocation takes one design. Twin of crates/chart/src/lanes, where the derivation
 // stands. The charts are data: `numbers`, `shape` and `rows` hold them. The constants before this text give their sizes (crates/kernel/src/gpu/ranking/shader.rs).
 
 struct Job {
-    // Designs of this batch, invocations that run at once, bound of the rank.
+    // Designs of this batch, bound of the rank.
     count: u32,
-    stride: u32,
     bound: f32,
     // Number of the batch, in the upper bits of every entry of the lists.
     stamp: u32,
@@ -107,13 +106,9 @@ fn rank_design(i: u32, words: ptr<function, Words>) -> u32 {
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var words = Words();
-    // Designs gone through, and those of them that go to the list of hard ones here.
-    var seen = 0u;
-    var left = 0u;
-    for (var i = id.x; i < job.count; i += job.stride) {
-        seen += 1u;
-        left += rank_design(i, &words);
-    }
+    if id.x >= job.count { return; }
+    // Whether it goes to the list of hard ones.
+    let left = rank_design(id.x, &words);
     atomicAdd(&tally[2], words.ok);
     atomicAdd(&tally[3], words.slipped);
     atomicAdd(&tally[4], words.strain);
@@ -121,7 +116,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     atomicAdd(&tally[6], words.ambiguous);
     atomicAdd(&tally[7], words.invalid);
     atomicAdd(&tally[8], words.complete);
-    atomicAdd(&tally[9], seen);
+    // Designs gone through.
+    atomicAdd(&tally[9], 1u);
     let counts = array<u32, 8>(
         left, words.ok, words.slipped, words.strain, words.rootless, words.ambiguous, words.invalid, words.complete
     );

@@ -20,6 +20,14 @@ impl Base<'_> {
         }
     }
 
+    /// What is added to the drive: without any correction contact begins at minus this.
+    pub fn offset(&self) -> f64 {
+        match self {
+            Self::Known(_, offset) => *offset,
+            Self::Power(power) => power.offset,
+        }
+    }
+
     /// ∂ signal/∂u · u, by central differences.
     pub fn by_drive(&self, a: f64, u: f64) -> f64 {
         const H: f64 = 1e-3;

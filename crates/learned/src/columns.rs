@@ -25,7 +25,7 @@ const KNOTS: usize = 16;
 /// Standard deviation of a coefficient of which nothing is known beforehand.
 const FLAT: f64 = 1e2;
 /// Offsets of distance and drive that a rig has: shares of a middle distance, and of the largest drive.
-const OFFSETS: [f64; 2] = [0.005, 0.03];
+pub(crate) const OFFSETS: [f64; 2] = [0.005, 0.03];
 
 /// What a column says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, SymmetricEigen};
 
 use crate::base::Base;
-use crate::columns::{Scales, Term, values};
+use crate::columns::{OFFSETS, Scales, Term, values};
 
 /// Numbers that a new run has: an effect of each position, gain, zero.
 pub const OF_RUN: usize = 3;
@@ -130,6 +130,13 @@ impl Curve {
         all.extend([0.0; OF_RUN]);
         all.push(if tared { 0.0 } else { self.unit * self.spread.zero.sqrt() });
         all
+    }
+
+    /// By how much the drive is off, and its standard deviation: contact begins at minus this. Where all taps have one drive, what is usual.
+    pub fn offset(&self, base: &Base<'_>) -> [f64; 2] {
+        let size = self.scales.sizes[1];
+        let [mean, sd] = self.coefficient(Term::OffsetU).unwrap_or([0.0, OFFSETS[1]]);
+        [base.offset() + size * mean, size * sd]
     }
 
     /// Coefficient of `term` and its standard deviation; `None` where it is no term.

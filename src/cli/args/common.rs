@@ -45,7 +45,7 @@ pub struct Common {
     /// unfinished search, or other files. Removes only what its run.json lists, and names it; never an input or another file
     #[arg(long)]
     pub force: bool,
-    /// Where to compute [default: auto: a hardware adapter, else the CPU kernels; gpu also uses a software adapter]
+    /// Where to compute [default: auto: a hardware adapter where it pays, else the CPU kernels; gpu also uses a software adapter]
     #[arg(long, value_parser = words(BackendChoice::WORDS), value_name = "NAME")]
     pub backend: Option<BackendChoice>,
     /// Use the adapter whose name contains this

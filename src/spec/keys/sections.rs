@@ -223,7 +223,7 @@ pub const RUN: Section = section(
             .note("docs/folders.md says what that removes"),
         key("backend", "", "where to compute", "\"cpu\"").holds(Form::Words(&["auto", "gpu", "cpu", "reference"]))
             .absent("\"auto\"")
-            .note("\"auto\": a hardware adapter, else the CPU kernels; a software adapter with \"gpu\""),
+            .note("\"auto\": a hardware adapter where the CPU would need over two seconds, else the CPU kernels; a software adapter with \"gpu\""),
         key("adapter", "", "part of the adapter's name", "\"llvmpipe\"")
             .absent("any")
             .note("`vibrissa devices` lists them"),

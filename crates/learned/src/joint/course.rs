@@ -1,8 +1,8 @@
 //! What a stroke tells: one posterior of the distance and of the drive at which the whisker touched.
 //!
-//! A reading by the drive u is one of the sensor at rest before the drive c of the touch, and after it that of a tap by u − c. All of a stroke
-//! share its touch, the errors of the calibration and of the run ([`Joint`]), and what is noise between taps: a gain and a zero of their own.
-//! Only what readings of one stroke scatter is noise.
+//! A reading by the drive u is one of the sensor at rest before the drive c of the touch, and after it that of a tap by u − c − o, where o is by how
+//! much the drives of the calibration are off. All of a stroke share its touch, o, the errors of the calibration and of the run ([`Joint`]), and what
+//! is noise between taps: a gain and a zero of their own. Only what readings of one stroke scatter is noise.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -32,8 +32,12 @@ const NEAR_IT: f64 = 0.003;
 const TOE: f64 = 0.05;
 /// And beyond the largest one but for this share of what is beyond.
 const BEYOND: f64 = 0.5;
-/// Numbers that only a stroke has: its gain, its zero, the error of the zero, the two shares.
-const OWN: usize = 5;
+/// Numbers that only a stroke has: its gain, its zero, the error of the zero, the two shares, the offset of the drive.
+const OWN: usize = 6;
+/// The smallest calibrated drive is at least so much of itself beyond the touch.
+const LEAST: f64 = 0.1;
+/// Step of a slope over the drive, as a share of it.
+const STEP: f64 = 1e-3;
 /// By how much −2 ln p must fall for a contact to be seen.
 const SEEN: f64 = 16.0;
 /// Readings of a smooth curve leave no more than so many standard deviations of χ².
@@ -145,7 +149,7 @@ impl<'a> Task<'a> {
         let drives = [ends[0]?.exp() - joint.inverse.offset, ends[1]?.exp() - joint.inverse.offset];
         let [first, last] = stroke.drives()?;
         // The last reading is of a calibrated tap, or one before it.
-        let from = (last - drives[1]).min(first - drives[0]).max(course.least.min(last));
+        let from = (last - drives[1] - joint.offset[0]).min(first - drives[0]).max(course.least.min(last));
         let touch = course.touch.map_or([from, last], |c| [c, c]);
         let ends = [[joint.x(0), joint.x(POINTS - 1)], touch];
         let weights = node_weights(nodes.len()).collect();
@@ -192,12 +196,32 @@ impl<'a> Task<'a> {
         all
     }
 
+    /// The signal of such a tap.
+    fn signal(&self, across: &[Vec<f64>], v: f64) -> f64 {
+        let inverse = &self.joint.inverse;
+        let u = v + inverse.offset;
+        let (mut sum, mut total) = (0.0, 0.0);
+        for ((node, w), values) in inverse.nodes.iter().zip(&self.weights).zip(across) {
+            let gap = u.ln() - node;
+            if gap == 0.0 {
+                return values[0] * u;
+            }
+            sum += w / gap * values[0];
+            total += w / gap;
+        }
+        sum / total * u
+    }
+
     /// The bins where the touch is there.
     fn at(&self, across: &[Vec<f64>], touch: f64) -> Off {
         let joint = self.joint;
         let width = joint.width();
         let [lo, hi] = self.drives;
         let ends = self.drives.map(|v| self.tap(across, v));
+        let [mean, sd] = joint.offset;
+        // Of the calibrated drives beyond the touch.
+        let mean = mean.max((LEAST - 1.0) * lo);
+        let [from, to] = [lo + mean, hi + mean];
         let rest = &joint.rest;
         let floor = rest[1];
         // In proportion to what is without contact, up to the first calibrated drive, and from the last one on.
@@ -212,19 +236,28 @@ impl<'a> Task<'a> {
             shared: DMatrix::zeros(self.shared(), n),
         };
         for (k, bin) in self.bins.iter().enumerate() {
-            let v = bin.u - touch;
-            let values = match v {
-                v if v <= 0.0 => rest.clone(),
-                v if v < lo => part(&ends[0], v / lo),
-                v if v > hi => part(&ends[1], v / hi),
-                v => self.tap(across, v),
+            let since = bin.u - touch;
+            let values = match since {
+                s if s <= 0.0 => rest.clone(),
+                s if s < from => part(&ends[0], s / from),
+                s if s > to => part(&ends[1], s / to),
+                s => self.tap(across, s - mean),
             };
             let signal = values[0] - rest[0];
-            let toe = if v > 0.0 && v < lo { TOE * (1.0 - v / lo) } else { 0.0 };
-            let beyond = if v > hi { BEYOND * (1.0 - hi / v) } else { 0.0 };
+            let slope = match since {
+                s if s <= 0.0 => 0.0,
+                // A touch that comes earlier before the calibrated drives makes the way to them less steep.
+                s if s < from => signal / from,
+                s if s > to => signal / to,
+                s => (self.signal(across, (1.0 + STEP) * (s - mean)) - values[0]) / (STEP * (s - mean)),
+            };
+            let toe = if since > 0.0 && since < from { TOE * (1.0 - since / from) } else { 0.0 };
+            let beyond = if since > to { BEYOND * (1.0 - to / since) } else { 0.0 };
             // Noise of a tap that goes with its signal is a gain of the stroke.
-            let relative = if v > 0.0 { (values[1] - floor).max(0.0).sqrt() } else { 0.0 };
-            let own = [relative, floor.sqrt(), self.course.of_zero.sqrt(), toe * signal, beyond * signal];
+            let relative = if since > 0.0 { (values[1] - floor).max(0.0).sqrt() } else { 0.0 };
+            let moved = sd * slope;
+            let own =
+                [relative, floor.sqrt(), self.course.of_zero.sqrt(), toe * signal, beyond * signal, moved];
             let sd = (self.noise[0] / bin.n + self.noise[1]).sqrt();
             off.left[k] = (bin.y - values[0]) / sd;
             off.spread[k] = sd;

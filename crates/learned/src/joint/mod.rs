@@ -50,6 +50,8 @@ pub struct Joint {
     of_run: Vec<bool>,
     /// Signal without contact, variance of its noise, and shared numbers.
     rest: Vec<f64>,
+    /// By how much the drive is off, and its standard deviation.
+    offset: [f64; 2],
 }
 
 /// One tap.
@@ -107,7 +109,8 @@ impl Joint {
         let n = curve.shared();
         let rest = curve.rest(tared);
         let of_run = (0..n).map(|k| k + OF_RUN >= n).collect();
-        let mut joint = Self { inverse: inverse.clone(), table, of_run, rest };
+        let offset = curve.offset(base);
+        let mut joint = Self { inverse: inverse.clone(), table, of_run, rest, offset };
         joint.continued();
         joint.prune();
         joint

@@ -167,11 +167,19 @@ fn strokes(count: usize, seed: u64) {
     for _ in 0..count {
         let a = near + (far - near) * dice.uniform();
         let touch = 0.3 + 1.2 * dice.uniform();
-        let [c0, c1, gain, zero, own, relative] = std::array::from_fn(|_| dice.normal());
+        let [c0, c1, gain, zero, own, relative, off] = std::array::from_fn(|_| dice.normal());
+        // Contact begins at minus the offset, and goes straight to the smallest calibrated drive.
+        let least = inverse.nodes.iter().copied().fold(f64::INFINITY, f64::min).exp();
+        let offset = joint.offset[1] * off;
         let x = curve.scales.place(a, 2.5)[0];
         let factor = 1.0 + 0.01 * c0 + 0.005 * c1 * x + 0.02 * gain + spread.relative.sqrt() * relative;
-        let rig = |v: f64, _: f64| {
-            (if v > 0.0 { POWER.value(a, v) * factor } else { 0.0 }) + 0.01 * size * (zero + own)
+        let rig = |since: f64, _: f64| {
+            let v = since - offset;
+            let signal = match v {
+                v if v >= least => POWER.value(a, v),
+                _ => POWER.value(a, least) * since / (least + offset),
+            };
+            signal * factor + 0.01 * size * (zero + own)
         };
         let mut s = stroke(&mut dice, &rig, touch, [0.01 * size, 0.0]);
         let told =

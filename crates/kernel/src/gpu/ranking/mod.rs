@@ -33,9 +33,6 @@ const MOST: u64 = 1 << 20;
 /// Taps of a batch at most: bounds a dispatch in time and keeps its counts within 32 bits.
 const MOST_TAPS: u64 = 1 << 28;
 
-/// Designs that one invocation goes through at most.
-const EACH: u32 = 8;
-
 /// Rounds of all loops that an invocation goes through at most. Mesa's software device ends loops after 65 535 rounds.
 const MOST_ROUNDS: usize = 40_000;
 
@@ -58,8 +55,6 @@ pub struct Ranker {
     pipeline: wgpu::ComputePipeline,
     /// The shader's `numbers`, `shape`, `rows` and `axes`.
     charts: [wgpu::Buffer; 4],
-    /// Designs that one invocation goes through.
-    each: u32,
     /// Whether designs have an axis that is listed.
     listed: bool,
     lengths: Vec<u32>,
@@ -111,8 +106,7 @@ impl Ranker {
         let shader = charts.sheet().and_then(|sheet| Shader::new(&sheet, layout));
         let Some(shader) = shader else { return Ok(None) };
         let (device, queue) = gpu.handles();
-        let each = (MOST_ROUNDS / shader.rounds.max(1)).min(EACH as usize) as u32;
-        if each == 0 {
+        if shader.rounds > MOST_ROUNDS {
             return Ok(None);
         }
         let pipeline = gpu.compile("ranking", &shader.wgsl)?;
@@ -152,7 +146,6 @@ impl Ranker {
         Ok(Some(Self {
             pipeline,
             charts,
-            each,
             listed: !shader.axes.is_empty(),
             lengths: shader.lengths,
             slots,
@@ -261,10 +254,9 @@ impl Ranking for Ranker {
         self.stamp = self.stamp.max(1);
         let (slot, stamp) = (&self.slots[free], self.stamp);
         let count = (range.end - range.start) as u32;
-        let invocations = count.div_ceil(self.each).max(1).next_multiple_of(WORKGROUP);
         let mut job = [0u32; 12];
         let bound = if told == Some(Kind::Wrong) { 1.5 * bound } else { bound };
-        job[..4].copy_from_slice(&[count, invocations, bound.min(3e38).to_bits(), stamp << PLACE_BITS]);
+        job[..3].copy_from_slice(&[count, bound.min(3e38).to_bits(), stamp << PLACE_BITS]);
         let mut rest = range.start;
         for (f, n) in self.lengths.iter().enumerate().rev() {
             job[4 + f] = (rest % u64::from(*n)) as u32;
@@ -292,7 +284,7 @@ impl Ranking for Ranker {
             let mut pass = encoder.begin_compute_pass(&Default::default());
             pass.set_pipeline(&self.pipeline);
             pass.set_bind_group(0, &bind, &[]);
-            pass.dispatch_workgroups(invocations / WORKGROUP, 1, 1);
+            pass.dispatch_workgroups(count.div_ceil(WORKGROUP), 1, 1);
         }
         encoder.copy_buffer_to_buffer(&slot.tally, 0, &slot.readback, 0, 4 * COUNTERS as u64);
         if told == Some(Kind::Lose) {
