@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use vibrissa::error::{Error, InputError};
 use vibrissa::estimator::{ALL, Estimator, named};
 use vibrissa::export::{Export, Language, proposing};
-use vibrissa::locate::object::By;
+use vibrissa::locate::object::{By, Objects};
 use vibrissa::locate::{self, Answerer, Calibration, Located, Sequence, locator::opener, next, stream};
 use vibrissa::measure::Names;
 use vibrissa::scene::RunOptions;
@@ -49,11 +49,14 @@ impl Locator {
         estimator: Option<String>,
         zero: Option<f64>,
         trust: bool,
+        same_run: bool,
     ) -> PyResult<Self> {
         let made = || -> Result<Self, Error> {
             let asked = self::estimator(estimator)?;
             let calibration = Calibration::parse(label, text, trust)?;
-            let locator = locate::Locator::new(&calibration, label, asked, &opener(&RunOptions::default()))?;
+            let mut locator =
+                locate::Locator::new(&calibration, label, asked, &opener(&RunOptions::default()))?;
+            locator.same_run = same_run;
             if let Some(bad) =
                 zero.filter(|z| !locator.unit.strain(*z, locator.rig.setup.gauge.factor).is_finite())
             {
@@ -163,9 +166,10 @@ impl Locator {
         label: String,
         bytes: Vec<u8>,
         columns: Option<String>,
+        together: Together,
     ) -> PyResult<(Table, Vec<String>)> {
         let locator = Arc::clone(&self.locator);
-        answered(py, (locator, |l| l.into()), self.zero, (label, bytes, columns))
+        answered(py, (locator, |l| l.into()), self.zero, (label, bytes, columns), together)
     }
 
     /// Name of the estimator in use.
@@ -230,23 +234,35 @@ pub fn spoken(language: &str) -> Result<Language, InputError> {
     })
 }
 
-/// Readings of a CSV table, its name, bytes and columns, by `who` of what answers: located.csv, and what should be known of them.
+/// Which readings of a table are told together: "same", "strokes", or "object" and its column.
+pub type Together = Option<(String, Option<String>)>;
+
+/// Readings of a CSV table, its name, bytes and columns, by `who` of what answers, those that are told `together`: located.csv, and what should be
+/// known of them.
 pub fn answered<T: Send + Sync + 'static>(
     py: Python<'_>,
     (of, who): (Arc<T>, fn(&T) -> Answerer<'_>),
     zero: Option<f64>,
     (label, bytes, columns): (String, Vec<u8>, Option<String>),
+    together: Together,
 ) -> PyResult<(Table, Vec<String>)> {
     let work = move |stop: &AtomicBool, _: &mut dyn FnMut(Far)| {
         let columns = columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
         let told = Told::default();
         let warn = |text: &str| told.push(text);
+        let by = match &together {
+            Some((_, Some(column))) => By::Column(column),
+            Some((word, None)) if word == "strokes" => By::Strokes,
+            Some(_) => By::Same,
+            None => By::Unsaid,
+        };
+        Objects::can(who(&of), by)?;
         let ask = stream::Ask {
             columns: &columns,
             zero: [zero, None],
             label: Some(&label),
             keep: true,
-            by: By::Unsaid,
+            by,
             warn: &warn,
         };
         let (zeros, _) = stream::zeros(who(&of), bytes.as_slice(), &ask)?;

@@ -13,7 +13,7 @@ use vibrissa::status::Status;
 
 use crate::error::raise;
 use crate::job::{self, Far};
-use crate::locate::{answered, spoken};
+use crate::locate::{Together, answered, spoken};
 use crate::table::Table;
 use crate::taps::bits;
 
@@ -85,8 +85,9 @@ impl Several {
         label: String,
         bytes: Vec<u8>,
         columns: Option<String>,
+        together: Together,
     ) -> PyResult<(Table, Vec<String>)> {
-        answered(py, (Arc::clone(&self.several), |s| s.into()), None, (label, bytes, columns))
+        answered(py, (Arc::clone(&self.several), |s| s.into()), None, (label, bytes, columns), together)
     }
 
     /// What answers readings as one file of C or Python.

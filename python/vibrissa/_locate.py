@@ -63,25 +63,26 @@ class Locator:
         estimator: ``"learned"``, the default, ``"paper"``, ``"exact"`` or ``"curve"``; of one signal.
         zero: what the sensor shows without contact, in the unit of the signal; readings with drive 0 say it, too. Of one signal.
         trust: use a file that was edited by hand.
+        same_run: the readings are of a run of the calibration, whose zero and gain are known. Of one signal.
 
     Raises:
         InputError: a file that cannot be used, an estimator that the calibration does not hold.
     """
 
     def __init__(self, calibration: Calibration | str | os.PathLike[str], *, estimator: str | None = None,
-                 zero: float | None = None, trust: bool = False) -> None:
+                 zero: float | None = None, trust: bool = False, same_run: bool = False) -> None:
         label, text = calibration_text(calibration)
-        self.__setstate__((label, text, given(word, "estimator", estimator), given(number, "zero", zero), flag("trust", trust)))
+        self.__setstate__((label, text, given(word, "estimator", estimator), given(number, "zero", zero), flag("trust", trust), flag("same_run", same_run)))
         if self._several is None:
             warn(self._native.warnings)
 
     def __setstate__(self, args: tuple[Any, ...]) -> None:
-        label, text, estimator, zero, trust = self._args = args
+        label, text, estimator, zero, trust, same_run = self._args = args
         self._several = _native.Several.of(label, text, trust)
         if self._several is None:
             self._native = _native.Locator(*args)
-        elif estimator is not None or zero is not None:
-            key = "estimator" if zero is None else "zero"
+        elif estimator is not None or zero is not None or same_run:
+            key = "zero" if zero is not None else "estimator" if estimator is not None else "same_run"
             raise InputError("this is said of one signal, and the calibration is of several channels", key=key, allowed=None if zero is None else "rows with drive 0 in a table")
 
     def __getattr__(self, name: str) -> Any:
@@ -226,14 +227,34 @@ class Locator:
                 raise InputError("this is no reading", key="readings", value=short(item), allowed="(drive, reading), or a reading") from None
             yield Located(distance, sigma, Status(status))
 
-    def table(self, readings: Any, columns: dict[str, str] | str | None = None) -> _native.Table:
+    def table(self, readings: Any, columns: dict[str, str] | str | None = None, *, object: str | None = None, same: bool = False,
+              strokes: bool = False) -> _native.Table:
         """Readings of a table (a path, a DataFrame, a dict of columns) as ``located.csv``: their own columns, distance_mm, sigma_mm, status.
 
         Columns in memory come back as they were given: words as words (``"007"``), times as times, whole numbers as whole numbers; to_pandas()
         of what came from a DataFrame has its types and its index.
+
+        Args:
+            readings: the table.
+            columns: columns under other names.
+            object: the column that says which object a tap is of (a column ``object`` does without being named): ``object_distance_mm``,
+                ``object_sigma_mm`` and ``object_status`` say what the taps of an object so far tell together.
+            same: all taps are of one object.
+            strokes: readings at growing drive are strokes along an object, told apart by a column ``stroke`` or by where the drive begins anew;
+                ``touch``, ``stroke_distance_mm``, ``from_68_mm`` … say what a stroke so far tells.
+
+        Raises:
+            InputError: data that cannot be used; two of ``object``, ``same`` and ``strokes``; readings that are to be told together by another
+                estimator than ``learned``, or of several signals.
         """
+        column = given(word, "object", object)
+        ways = {"object": column is not None, "same": flag("same", same), "strokes": flag("strokes", strokes)}
+        said = [name for name, value in ways.items() if value]
+        if len(said) > 1:
+            raise InputError("readings are told together in one way", key=said[1], value=", ".join(said), allowed="one of object, same, strokes")
+        together = (said[0], column) if said else None
         data = csv(readings, "readings", columns)
-        found, told = (self._several or self._native).table(data.label, data.bytes, roles(columns))
+        found, told = (self._several or self._native).table(data.label, data.bytes, roles(columns), together)
         warn(told)
         return data.keep(found)
 

@@ -1,6 +1,6 @@
 //! Which drive the next tap of an object should have: the one after which its distance is expected to be known best.
 
-use vibrissa_learned::joint::{Joint, Object, Tap};
+use vibrissa_learned::joint::{Joint, Object, Outlook, Tap};
 
 use super::Locator;
 use super::object::limit;
@@ -114,15 +114,16 @@ pub fn next(
     }
     let left = (0..taps.len()).filter(|k| !places.contains(k)).collect();
     let told = object.told(&joint).ok_or("these taps fit no distance")?;
-    let known = Known { locator, side, joint: &joint, object: &object, a: told.a, same_run };
+    let outlook = Outlook::new(&joint, &object, same_run);
+    let known = Known { locator, side, joint: &joint, outlook: &outlook, a: told.a };
     let tried = known.tried(within)?;
     let allowed = tried.iter().enumerate().filter(|(_, t)| t.status == Status::OK && t.sigma.is_finite());
     let best = allowed.min_by(|(_, t), (_, u)| t.sigma.total_cmp(&u.sigma)).map(|(k, _)| k);
-    let after = |u: f64, times: f64| object.after(&joint, u, same_run, times);
+    let after = |u: f64, times: f64| outlook.after(u, times);
     let of_best = best.map(|k| tried[k].drive - locator.drive_origin);
     let more =
         of_best.map_or(Vec::new(), |u| (0..6).map(|k| (1 << k, after(u, f64::from(1 << k)))).collect());
-    let now = [told.a, object.spread(&joint)];
+    let now = [told.a, outlook.spread()];
     let floor =
         of_best.map(|u| after(u, ALL)).filter(|floor| floor.is_finite()).map(|floor| floor.min(now[1]));
     let mut status = Status::OK;
@@ -143,9 +144,8 @@ struct Known<'a> {
     locator: &'a Locator,
     side: &'a Opened,
     joint: &'a Joint,
-    object: &'a Object,
+    outlook: &'a Outlook<'a>,
     a: f64,
-    same_run: bool,
 }
 
 impl Known<'_> {
@@ -159,7 +159,7 @@ impl Known<'_> {
         let count = if lo < hi { TRIED } else { 1 };
         let drives = (0..count).map(|k| lo + (hi - lo) * k as f64 / (count.max(2) - 1) as f64);
         let try_one = |u: f64| {
-            let sigma = self.object.after(self.joint, u, self.same_run, 1.0);
+            let sigma = self.outlook.after(u, 1.0);
             let [signal, largest] = self.signals(u);
             let drive = u + origin;
             Tried { drive, signal: self.side.sign * signal, sigma, status: self.forbids(largest) }
@@ -169,8 +169,7 @@ impl Known<'_> {
 
     /// The signal that is expected by the drive u, and the largest of what is likely.
     fn signals(&self, u: f64) -> [f64; 2] {
-        let likely = self.object.likely(self.joint);
-        let signals = likely.iter().map(|(x, _)| self.joint.signal(u, *x));
+        let signals = self.outlook.likely().iter().map(|(x, _)| self.joint.signal(u, *x));
         [self.joint.signal(u, self.a.ln()), signals.fold(f64::NEG_INFINITY, f64::max)]
     }
 

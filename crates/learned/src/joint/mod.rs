@@ -13,6 +13,7 @@ mod around;
 mod course;
 mod modes;
 mod object;
+mod outlook;
 mod search;
 mod stroke;
 #[cfg(test)]
@@ -23,6 +24,7 @@ use crate::curve::{Curve, OF_RUN};
 use crate::invert::{Inverse, POINTS, prior};
 pub use course::{Course, Told as ToldCourse};
 pub use object::Object;
+pub use outlook::Outlook;
 pub use stroke::Stroke;
 
 /// Shared numbers that move no signal by more than this share of its variance count as noise.

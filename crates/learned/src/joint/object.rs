@@ -1,6 +1,6 @@
 //! The taps of one object, as sums over ln a.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::modes::{at, modes, spread};
 use super::{JUDGED, Joint, Mode, SECOND, Tap, Told, WINDOW};
@@ -56,7 +56,7 @@ impl Object {
     }
 
     /// Adds `times` taps like `tap` to the sums.
-    fn weigh(&mut self, joint: &Joint, tap: Tap, same_run: bool, times: f64) {
+    pub(super) fn weigh(&mut self, joint: &Joint, tap: Tap, same_run: bool, times: f64) {
         if self.zero.replace(tap.zero).is_some_and(|zero| zero != tap.zero) {
             self.let_zero_go();
         }
@@ -74,8 +74,13 @@ impl Object {
         }
     }
 
+    /// A, factored, and b at each point.
+    pub(super) fn factors(&self) -> impl Iterator<Item = Option<(Cholesky<f64, Dyn>, DVector<f64>)>> + '_ {
+        self.points.iter().map(|(a, b, _)| Some((a.clone().cholesky()?, b.clone())))
+    }
+
     /// ln of the posterior at each point.
-    fn heights(&self, joint: &Joint) -> Vec<f64> {
+    pub(super) fn heights(&self, joint: &Joint) -> Vec<f64> {
         let height = |(k, (a, b, c)): (usize, &(DMatrix<f64>, DVector<f64>, f64))| {
             let Some(factor) = a.clone().cholesky() else { return f64::NEG_INFINITY };
             let ln_det = 2.0 * factor.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>();
@@ -108,22 +113,6 @@ impl Object {
         let [lo, middle, hi] = QUANTILES.map(|share| quantile(&density, from, step, share));
         let told = Told { a: middle.exp(), sigma: 0.5 * (hi.exp() - lo.exp()), near };
         (told.a.is_finite() && told.sigma > 0.0).then_some(told)
-    }
-
-    /// Expected root mean square deviation from the mean of the posterior, mm.
-    pub fn spread(&self, joint: &Joint) -> f64 {
-        let heights = self.heights(joint);
-        let modes = modes(joint, &heights);
-        let step = joint.inverse.grid[1];
-        if modes.iter().all(|mode| mode.sd < 2.0 * step) {
-            return spread(&modes);
-        }
-        let top = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let all: Vec<(f64, f64)> =
-            heights.iter().enumerate().map(|(k, h)| (joint.x(k).exp(), (h - top).exp())).collect();
-        let mass: f64 = all.iter().map(|p| p.1).sum();
-        let mean = all.iter().map(|p| p.0 * p.1).sum::<f64>() / mass;
-        (all.iter().map(|p| (p.0 - mean).powi(2) * p.1).sum::<f64>() / mass).sqrt()
     }
 
     /// Of the last taps the one that is farthest from what the others say at ln a = x, the distance free: how long ago it was, and by how many
@@ -165,47 +154,44 @@ impl Object {
     pub fn compared(&self) -> usize {
         self.taps.len()
     }
+}
 
-    /// The expected [`Self::spread`] after `times` more taps by the drive `u`, over what is likely now.
-    pub fn after(&self, joint: &Joint, u: f64, same_run: bool, times: f64) -> f64 {
-        let (mut sum, mut total) = (0.0, 0.0);
-        for (x, share) in self.likely(joint) {
-            let mut then = self.clone();
-            then.weigh(
-                joint,
-                Tap { u, y: joint.signal(u, x), of_zero: 0.0, zero: self.zero.unwrap_or(0) },
-                same_run,
-                times,
-            );
-            sum += share * then.spread(joint);
-            total += share;
-        }
-        sum / total
+/// Expected root mean square deviation from the mean of a posterior, mm.
+pub(super) fn spread_of(joint: &Joint, heights: &[f64]) -> f64 {
+    let modes = modes(joint, heights);
+    let step = joint.inverse.grid[1];
+    if modes.iter().all(|mode| mode.sd < 2.0 * step) {
+        return spread(&modes);
     }
+    let top = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let all: Vec<(f64, f64)> =
+        heights.iter().enumerate().map(|(k, h)| (joint.x(k).exp(), (h - top).exp())).collect();
+    let mass: f64 = all.iter().map(|p| p.1).sum();
+    let mean = all.iter().map(|p| p.0 * p.1).sum::<f64>() / mass;
+    (all.iter().map(|p| (p.0 - mean).powi(2) * p.1).sum::<f64>() / mass).sqrt()
+}
 
-    /// Places in ln a that stand for the posterior, with their shares.
-    pub fn likely(&self, joint: &Joint) -> Vec<(f64, f64)> {
-        let heights = self.heights(joint);
-        let modes = modes(joint, &heights);
-        let narrow = |mode: &&Mode| mode.sd < 2.0 * joint.inverse.grid[1];
-        if modes.iter().all(|mode| narrow(&mode)) {
-            let each = |mode: &Mode| NODES.map(|(off, share)| (mode.at + off * mode.sd, mode.share * share));
-            return modes.iter().filter(|mode| mode.share >= 0.5 * SECOND).flat_map(each).collect();
-        }
-        // Places of equal mass.
-        let top = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let masses: Vec<f64> = heights.iter().map(|h| (h - top).exp()).collect();
-        let total: f64 = masses.iter().sum();
-        let (mut below, mut next, mut all) = (0.0, 0, Vec::new());
-        for (k, mass) in masses.iter().enumerate() {
-            below += mass / total;
-            while next < PLACES && below >= (next as f64 + 0.5) / PLACES as f64 {
-                all.push((joint.x(k), 1.0 / PLACES as f64));
-                next += 1;
-            }
-        }
-        all
+/// Places in ln a that stand for a posterior, with their shares.
+pub(super) fn likely(joint: &Joint, heights: &[f64]) -> Vec<(f64, f64)> {
+    let modes = modes(joint, heights);
+    let narrow = |mode: &&Mode| mode.sd < 2.0 * joint.inverse.grid[1];
+    if modes.iter().all(|mode| narrow(&mode)) {
+        let each = |mode: &Mode| NODES.map(|(off, share)| (mode.at + off * mode.sd, mode.share * share));
+        return modes.iter().filter(|mode| mode.share >= 0.5 * SECOND).flat_map(each).collect();
     }
+    // Places of equal mass.
+    let top = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let masses: Vec<f64> = heights.iter().map(|h| (h - top).exp()).collect();
+    let total: f64 = masses.iter().sum();
+    let (mut below, mut next, mut all) = (0.0, 0, Vec::new());
+    for (k, mass) in masses.iter().enumerate() {
+        below += mass / total;
+        while next < PLACES && below >= (next as f64 + 0.5) / PLACES as f64 {
+            all.push((joint.x(k), 1.0 / PLACES as f64));
+            next += 1;
+        }
+    }
+    all
 }
 
 /// Places that stand for a wide posterior.

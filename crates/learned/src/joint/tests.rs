@@ -222,3 +222,30 @@ fn slips_are_told_and_strokes_without_contact_tell_nothing() {
     assert!(slipped.apart[1].abs() > 6.0 && (slipped.apart[0] - 3.0).abs() < 0.6, "{slipped:?}");
     assert_eq!(stroke(&mut dice, &|_, _| 0.0, 1.0, [0.002 * size, 0.0]).told(&joint, course), None);
 }
+
+#[test]
+fn an_outlook_is_what_taps_would_bring() {
+    let size = 2.5 * 32.0_f64.powf(-1.5);
+    let spread = Spread { floor: (0.01 * size).powi(2), gain: 1e-4, zero: 1e-8, ..Spread::default() };
+    let curve = curve(spread);
+    let base = Base::Power(POWER);
+    let inverse = Inverse::new(&curve, &base, false, [0.0, f64::INFINITY]);
+    let joint = Joint::new(&curve, &base, false, &inverse);
+    let mut object = Object::new(&joint);
+    for taps in 0..3 {
+        let outlook = Outlook::new(&joint, &object, false);
+        for (u, times) in [(1.5, 1.0), (4.0, 1.0), (4.0, 64.0)] {
+            let (mut sum, mut total) = (0.0, 0.0);
+            for (x, share) in outlook.likely() {
+                let mut then = object.clone();
+                let tap = Tap { u, y: joint.signal(u, *x), of_zero: 0.0, zero: 0 };
+                then.weigh(&joint, tap, false, times);
+                sum += share * Outlook::new(&joint, &then, false).spread();
+                total += share;
+            }
+            let (found, expected) = (outlook.after(u, times), sum / total);
+            assert!((found / expected - 1.0).abs() < 1e-6, "{taps} taps, {u}: {found} {expected}");
+        }
+        object.add(&joint, Tap { u: 3.0, y: 1.01 * POWER.value(31.0, 3.0), of_zero: 0.0, zero: 0 }, false);
+    }
+}

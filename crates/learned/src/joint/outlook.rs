@@ -1,0 +1,82 @@
+//! What one more tap of an object is expected to bring.
+//!
+//! A tap by the drive u adds α l lᵀ to A and α r l to b, where l are its shared numbers at ln a = x, r its residual there and α = 1/d. With
+//! k = lᵀ A⁻¹ l and e = lᵀ A⁻¹ b, what the taps so far expect of that residual, −2 ln p rises by
+//!
+//! α (r − e)²/(1 + α k) + ln(1 + α k) + ln d,
+//!
+//! so that A is factored once, and a drive costs one solution for each point.
+
+use nalgebra::{Cholesky, DVector, Dyn};
+
+use super::object::{Object, likely, spread_of};
+use super::{Joint, POINTS};
+
+/// What an object is known by, from where one more tap is looked at.
+pub struct Outlook<'a> {
+    joint: &'a Joint,
+    same_run: bool,
+    heights: Vec<f64>,
+    likely: Vec<(f64, f64)>,
+    /// A and A⁻¹ b at each point.
+    known: Vec<Option<(Cholesky<f64, Dyn>, DVector<f64>)>>,
+}
+
+impl<'a> Outlook<'a> {
+    /// After the taps of `object`; the next ones are of a known run where `same_run`.
+    pub fn new(joint: &'a Joint, object: &Object, same_run: bool) -> Self {
+        let heights = object.heights(joint);
+        let likely = likely(joint, &heights);
+        let known =
+            object.factors().map(|factor| factor.map(|(factor, b)| (factor.clone(), factor.solve(&b))));
+        Self { joint, same_run, likely, known: known.collect(), heights }
+    }
+
+    /// Expected root mean square deviation from the mean of the posterior so far, mm.
+    pub fn spread(&self) -> f64 {
+        spread_of(self.joint, &self.heights)
+    }
+
+    /// Places in ln a that stand for the posterior, with their shares.
+    pub fn likely(&self) -> &[(f64, f64)] {
+        &self.likely
+    }
+
+    /// The expected [`Self::spread`] after `times` more taps by the drive `u`, over what is likely now.
+    pub fn after(&self, u: f64, times: f64) -> f64 {
+        let width = self.joint.width();
+        let slice = self.joint.slice(u, self.same_run, 0..POINTS);
+        // Of each point: signal, what is expected beside it, and α, α k.
+        let of = |(point, known): (&[f64], &Option<(Cholesky<f64, Dyn>, DVector<f64>)>)| {
+            let Some((factor, solved)) = known else { return [f64::NAN; 4] };
+            // The last shared number is the zero, which the tap has from before.
+            let mut shared = DVector::zeros(width - 1);
+            shared.rows_mut(0, width - 2).copy_from_slice(&point[2..]);
+            let alpha = times / point[1];
+            [point[0], shared.dot(solved), alpha, alpha * shared.dot(&factor.solve(&shared))]
+        };
+        let points: Vec<[f64; 4]> = slice.chunks(width).zip(&self.known).map(of).collect();
+        let logs: Vec<f64> = points
+            .iter()
+            .zip(slice.chunks(width))
+            .map(|(p, s)| (1.0 + p[3]).ln() + times * s[1].ln())
+            .collect();
+        let (mut sum, mut total) = (0.0, 0.0);
+        for (x, share) in &self.likely {
+            let y = self.joint.signal(u, *x);
+            let rise = |([signal, expected, alpha, k], ln): (&[f64; 4], &f64)| {
+                alpha * (y - signal - expected).powi(2) / (1.0 + k) + ln
+            };
+            let rises = points.iter().zip(&logs).map(rise);
+            let heights: Vec<f64> = self
+                .heights
+                .iter()
+                .zip(rises)
+                .map(|(h, rise)| if rise.is_nan() { f64::NEG_INFINITY } else { h - 0.5 * rise })
+                .collect();
+            sum += share * spread_of(self.joint, &heights);
+            total += share;
+        }
+        sum / total
+    }
+}
