@@ -37,7 +37,7 @@ impl SaidZero {
             return Ok([0, 1].map(|k| values.get(k).copied()));
         }
         let (message, allowed) = match signals {
-            1 => ("the calibration is of one signal", "one number"),
+            1 => ("the calibration is of one signal", "one number, with a decimal point"),
             _ => ("the calibration is of two signals, each with its zero", "two numbers: X,Y"),
         };
         Err(InputError::new(message).key("--zero").value(said).allowed(allowed))

@@ -54,9 +54,10 @@ pub(super) fn check(sections: &Sections<'_>, spec: &Spec, noisy: bool) -> Result
     let ends = [drive.min(), drive.max()];
     if ends[0] >= ends[1] {
         let item = sections.section("tap").get(key)?;
-        return Err(item
-            .error("one value leaves nothing to choose")
-            .allowed("two values or a range: the ends of the interval"));
+        return Err(item.error("one value leaves nothing to choose").allowed(match spec.study.setup.drive {
+            Drive::Angle => "two values or a range: the ends of the interval; or none, which is 0.1 … 10",
+            Drive::Displacement => "two values or a range: the ends of the interval",
+        }));
     }
     if noisy && spec.study.setup.is_noisy().is_none() {
         let section = sections.section("gauge");
