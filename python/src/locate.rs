@@ -108,6 +108,7 @@ impl Locator {
             let mut sequence = Sequence::new(&self.locator, self.zero);
             let taps = pairs.iter().filter_map(|(d, v)| sequence.read(&self.locator, *d, *v).ok());
             let taps: Vec<next::Read> = taps.collect();
+            let same_run = same_run || self.locator.same_run;
             next::next(&self.locator, &taps, ([within.0, within.1], same_run)).map_err(|why| {
                 InputError::new(why)
                     .key("readings")

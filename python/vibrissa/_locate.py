@@ -187,7 +187,7 @@ class Locator:
         Args:
             readings: (drive, reading) of each tap so far, in order; readings with drive 0 are those of the zero.
             within: least and largest drive that the motor may do, degrees or mm; the calibrated ones where left out.
-            same_run: the taps are of a run of the calibration, whose zero and gain are known.
+            same_run: the taps are of a run of the calibration, whose zero and gain are known; so are those of a locator that was told so.
 
         Returns:
             :class:`NextTap`.

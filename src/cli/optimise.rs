@@ -82,7 +82,7 @@ pub fn run(args: &Optimise) -> Result<Reply, Error> {
         seconds: write::seconds(&report),
         backend: json!(report.backends[0]),
         result: needed::with_model_error(write::result(&spec, &search, &report), report.model_error.as_ref()),
-        broken: (report.ended == Ended::Interrupted).then(|| KEPT.to_owned()),
+        broken: (report.ended == Ended::Interrupted || interrupt::asked()).then(|| KEPT.to_owned()),
         files: report.files,
         quiet,
         ..Reply::default()

@@ -79,6 +79,11 @@ impl<'a> Scorer<'a> {
         Self { evaluator: self.evaluator.reading([readers.taps]), rows: readers.rows, ..self }
     }
 
+    /// Taps that no kernel solves have no distance from now on: mostly there is no equilibrium, and the reference takes seconds to say so.
+    pub fn leave(&mut self) {
+        self.evaluator.leave();
+    }
+
     /// Whether rows are read from charts: to their error, and smoothly.
     pub fn reads(&self) -> bool {
         self.rows.is_some()

@@ -228,7 +228,9 @@ fn under_alarm(
         let seconds = charting.elapsed().as_secs_f64();
         let tried = readers.any() || seconds > TRIED;
         chart = [chart, Some(seconds).filter(|_| tried)].into_iter().flatten().reduce(|a, b| a + b);
-        Ok::<_, Error>(scorer.reading(readers))
+        let mut scorer = scorer.reading(readers);
+        scorer.leave();
+        Ok::<_, Error>(scorer)
     };
     let scorers = [swarm(of_swarm(needed.as_ref()))?, scorer(precise, setup)?];
     let taps_each = scorers[0].taps();
@@ -279,6 +281,7 @@ fn under_alarm(
         .transpose()?
         .map(Front::new);
 
+    session.report().into_iter().for_each(Scorer::leave);
     let sensitivity = sensitivity::run(session.report(), &variables, &best.point, search.seed, stop)?;
     let asked_to_stop = stop.load(Ordering::Relaxed);
     let one = search.objective.needs_distance() && both::possible(setup);

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::time::{Duration, Instant};
 
-use crate::common::program::{Desk, SPEC};
+use crate::common::program::{Desk, SPEC, large};
 use crate::common::sweeping::Table;
 
 /// Far above what these take, also where everything else runs at the same time; far below what they took.
@@ -132,16 +132,16 @@ fn a_large_tuple_file_is_refused_as_a_small_one() {
 #[test]
 #[cfg(target_os = "linux")]
 fn auto_takes_the_cpu_where_the_address_space_is_limited() {
-    let desk = Desk::new(SPEC);
+    let desk = Desk::new(&large());
     let program = assert_cmd::cargo::cargo_bin("vibrissa");
     for limit in [600_000, 1_000_000, 3_000_000] {
-        let script = format!("ulimit -v {limit}; exec {} sweep spec.toml --force", program.display());
+        let script = format!("ulimit -v {limit}; exec {} sweep spec.toml --plan", program.display());
         let ran = std::process::Command::new("sh")
             .args(["-c", &script])
             .current_dir(desk.path("."))
             .output()
             .expect("a shell");
-        let said = String::from_utf8_lossy(&ran.stderr);
+        let said = [&ran.stdout, &ran.stderr].map(|text| String::from_utf8_lossy(text)).concat();
         assert!(ran.status.success(), "{limit}: {said}");
         assert!(said.contains("on cpu with") && said.contains("the address space is limited to"), "{said}");
     }

@@ -1,6 +1,6 @@
 //! The command line: what goes to stdout, stderr and the exit code, and which backend runs.
 
-use crate::common::program::{Desk, SPEC};
+use crate::common::program::{Desk, SPEC, large};
 use serde_json::{Value, json};
 
 /// Environment in which no Vulkan driver is found.
@@ -174,8 +174,12 @@ fn gpu_without_an_adapter_is_exit_2_and_auto_takes_the_cpu() {
     let ran = desk.run_with(&["sweep", "spec.toml", "--backend", "gpu"], &NO_DRIVER).exits(2);
     assert!(ran.stderr.contains("no Vulkan") && ran.stderr.contains("mesa-vulkan-drivers"), "{}", ran.stderr);
     assert_eq!(desk.names("."), ["spec.toml"]);
+    desk.write("large.toml", large());
+    let ran = desk.run_with(&["sweep", "large.toml", "--plan"], &NO_DRIVER).exits(0);
+    assert!(ran.stdout.contains("on cpu") && ran.stdout.contains("no Vulkan"), "{}", ran.stdout);
+    // For few taps no driver is asked.
     let ran = desk.run_with(&["sweep", "spec.toml"], &NO_DRIVER).exits(0);
-    assert!(ran.stderr.contains("on cpu") && ran.stderr.contains("no Vulkan"), "{}", ran.stderr);
+    assert!(ran.stderr.contains("on cpu") && ran.stderr.contains("under 2 s of work"), "{}", ran.stderr);
     let listed = desk.run_with(&["devices"], &NO_DRIVER).exits(0);
     assert!(listed.stdout.contains("--backend auto takes: CPU kernels"), "{}", listed.stdout);
 }

@@ -3,7 +3,7 @@
 
 use std::process::Command;
 
-use crate::common::program::{Desk, SPEC};
+use crate::common::program::{Desk, SPEC, large};
 
 /// A Vulkan driver whose call `where` does what `what` says; that of `nothing` is one the loader takes and that has no device.
 fn driver(desk: &Desk, place: &str, what: &str) -> String {
@@ -48,7 +48,8 @@ fn a_driver_that_crashes_in_its_first_calls_takes_no_command_with_it() {
         let path = driver(&desk, place, what);
         let variables = [("VK_DRIVER_FILES", path.as_str()), ("VK_ICD_FILENAMES", path.as_str())];
         let run = |arguments: &[&str]| desk.run_with(arguments, &variables);
-        let ran = run(&["sweep", "spec.toml", "--json"]).exits(0).json();
+        desk.write("large.toml", large());
+        let ran = run(&["sweep", "large.toml", "--plan", "--json"]).exits(0).json();
         let reason = ran["backend"]["reason"].as_str().unwrap();
         assert!(ran["backend"]["name"] == "cpu" && reason.contains(why), "{place}: {reason}");
         let ran = run(&["devices"]).exits(0);

@@ -144,7 +144,7 @@ pub struct Next {
     #[arg(long, value_name = "WORD", requires = "readings")]
     pub only: Option<String>,
     /// Least and largest drive that the motor may do, degrees or mm [default: the calibrated ones]
-    #[arg(long, value_name = "LO,HI", value_delimiter = ',', value_parser = number)]
+    #[arg(long, value_name = "LO,HI", value_delimiter = ',', value_parser = number, allow_hyphen_values = true)]
     pub within: Option<Vec<f64>>,
     /// The taps are of a run of the calibration, whose zero and gain are known
     #[arg(long)]

@@ -10,6 +10,11 @@ use tempfile::TempDir;
 pub const SPEC: &str = "[whisker]\nD = 10\nd = [4, 7]\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-6\n\
                         [tap]\na = [21, 33, 48]\ntheta = [1, 4]\n";
 
+/// So many taps that `auto` looks for a device; to be planned, not run.
+pub fn large() -> String {
+    SPEC.replace("theta = [1, 4]", "theta = { from = 1, to = 4, steps = 10000000 }")
+}
+
 /// A folder with a spec, in which the program is run.
 pub struct Desk {
     folder: TempDir,

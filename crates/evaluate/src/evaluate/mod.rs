@@ -36,6 +36,9 @@ use solve::{Solved, frame};
 pub use source::{Source, beside_linear, path};
 pub use task::{Outcome, Task};
 
+/// As many times the distance of the gauge's far end, and the base diameter.
+const FAR: [f64; 2] = [1.5, 1.5];
+
 /// A backend, ready to evaluate taps of one setup.
 pub struct Evaluator<'a> {
     setup: &'a Setup,
@@ -74,6 +77,12 @@ pub enum Method {
     },
     /// f64 shooting.
     Reference,
+}
+
+/// Whether a contact is so far from gauge and base that kernels solve what has a solution.
+fn is_far(design: &Design, task: &Task) -> bool {
+    let x2 = design.shared.as_ref().map_or(f64::INFINITY, |shared| shared.gauge[1]);
+    task.a > (FAR[0] * x2).max(FAR[1] * design.tuple.D)
 }
 
 impl<'a> Evaluator<'a> {
@@ -152,13 +161,18 @@ impl<'a> Evaluator<'a> {
         Self { spare: most, samples: true, ..self }
     }
 
-    /// Does `f` with taps as samples of a smooth function that need no word: what no rung solves, or finds beyond a fold, is left without an answer,
-    /// and not to the reference, which takes up to a second to say that there is none. Not where kernels give up on taps that others solve.
+    /// Does `f` with taps as samples of a smooth function that need no word: what no rung solves, or finds beyond a fold, far from the base is left without an answer,
+    /// and not to the reference, which takes seconds to say that there is none.
     pub fn as_samples<R>(&mut self, f: impl FnOnce(&mut Self) -> R) -> R {
         let before = std::mem::replace(&mut self.leaves, true);
         let done = f(self);
         self.leaves = before;
         done
+    }
+
+    /// From now on as in [`Self::as_samples`].
+    pub fn leave(&mut self) {
+        self.leaves = true;
     }
 
     /// The method, for another setup.
@@ -306,8 +320,7 @@ impl<'a> Evaluator<'a> {
         solved: &[Option<Solved>],
         expected: Option<&[Outcome]>,
     ) -> Result<Vec<Outcome>, SolveError> {
-        let (setup, tolerance, stop, leaves) =
-            (self.setup, self.tolerance(), self.stop, self.leaves && !self.ends_early());
+        let (setup, tolerance, stop, leaves) = (self.setup, self.tolerance(), self.stop, self.leaves);
         let missed = solved.iter().flatten().any(|s| !s.solution.is_told(tolerance));
         let asked = missed && (!self.samples || self.ends_early());
         let open = |s: &Solved| s.solution.unsure() || asked && !s.solution.is_told(tolerance);
@@ -317,7 +330,7 @@ impl<'a> Evaluator<'a> {
         }
         let finish = |(i, (task, solved)): (usize, (&Task, &Option<Solved>))| {
             let design = &designs[task.design as usize];
-            if leaves && solved.as_ref().is_some_and(open) {
+            if leaves && is_far(design, task) && solved.as_ref().is_some_and(open) {
                 return Outcome { status: Status::NOT_CONVERGED, ..Outcome::NOTHING };
             }
             if solved.as_ref().is_some_and(open) {

@@ -29,9 +29,9 @@ const ROUNDS: usize = 10;
 const FAR_OFF: f64 = 0.02;
 const NEAR_IT: f64 = 0.003;
 /// Between no contact and the smallest calibrated drive the signal goes straight, but for this share.
-const TOE: f64 = 0.05;
+pub(super) const TOE: f64 = 0.05;
 /// And beyond the largest one but for this share of what is beyond.
-const BEYOND: f64 = 0.5;
+pub(super) const BEYOND: f64 = 0.5;
 /// Numbers that only a stroke has: its gain, its zero, the error of the zero, the two shares, the offset of the drive.
 const OWN: usize = 6;
 /// The smallest calibrated drive is at least so much of itself beyond the touch.

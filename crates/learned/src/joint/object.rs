@@ -13,6 +13,8 @@ pub struct Object {
     count: usize,
     /// The zero whose error is the last shared number.
     zero: Option<u64>,
+    /// Variance that it brings.
+    of_zero: f64,
     /// A, b and c at each point.
     points: Vec<(DMatrix<f64>, DVector<f64>, f64)>,
 }
@@ -22,7 +24,7 @@ impl Object {
     pub fn new(joint: &Joint) -> Self {
         let n = joint.of_run.len() + 1;
         let point = (DMatrix::identity(n, n), DVector::zeros(n), 0.0);
-        Self { taps: Vec::new(), count: 0, zero: None, points: vec![point; POINTS] }
+        Self { taps: Vec::new(), count: 0, zero: None, of_zero: 0.0, points: vec![point; POINTS] }
     }
 
     /// Taps so far.
@@ -33,7 +35,7 @@ impl Object {
     /// Adds `tap`; of a known run where `same_run`.
     pub fn add(&mut self, joint: &Joint, tap: Tap, same_run: bool) {
         self.weigh(joint, tap, same_run, 1.0);
-        self.count += 1;
+        (self.count, self.of_zero) = (self.count + 1, tap.of_zero);
         if self.taps.len() == JUDGED {
             self.taps.remove(0);
         }
@@ -72,6 +74,11 @@ impl Object {
             b.axpy(times * r / d, &shared, 1.0);
             *c += times * (r * r / d + d.ln());
         }
+    }
+
+    /// Variance that the zero of the last tap brings.
+    pub(super) fn of_zero(&self) -> f64 {
+        self.of_zero
     }
 
     /// A, factored, and b at each point.

@@ -18,6 +18,8 @@ pub struct Outlook<'a> {
     same_run: bool,
     heights: Vec<f64>,
     likely: Vec<(f64, f64)>,
+    /// Variance that the zero brings, which the taps so far and the next ones are above.
+    of_zero: f64,
     /// A and A⁻¹ b at each point.
     known: Vec<Option<(Cholesky<f64, Dyn>, DVector<f64>)>>,
 }
@@ -29,7 +31,7 @@ impl<'a> Outlook<'a> {
         let likely = likely(joint, &heights);
         let known =
             object.factors().map(|factor| factor.map(|(factor, b)| (factor.clone(), factor.solve(&b))));
-        Self { joint, same_run, likely, known: known.collect(), heights }
+        Self { joint, same_run, likely, of_zero: object.of_zero(), known: known.collect(), heights }
     }
 
     /// Expected root mean square deviation from the mean of the posterior so far, mm.
@@ -49,8 +51,8 @@ impl<'a> Outlook<'a> {
         // Of each point: signal, what is expected beside it, and α, α k.
         let of = |(point, known): (&[f64], &Option<(Cholesky<f64, Dyn>, DVector<f64>)>)| {
             let Some((factor, solved)) = known else { return [f64::NAN; 4] };
-            // The last shared number is the zero, which the tap has from before.
             let mut shared = DVector::zeros(width - 1);
+            shared[width - 2] = self.of_zero.sqrt();
             shared.rows_mut(0, width - 2).copy_from_slice(&point[2..]);
             let alpha = times / point[1];
             [point[0], shared.dot(solved), alpha, alpha * shared.dot(&factor.solve(&shared))]
