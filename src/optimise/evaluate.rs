@@ -79,9 +79,9 @@ impl<'a> Scorer<'a> {
         Self { evaluator: self.evaluator.reading([readers.taps]), rows: readers.rows, ..self }
     }
 
-    /// Taps that no kernel solves have no distance from now on: mostly there is no equilibrium, and the reference takes seconds to say so.
-    pub fn leave(&mut self) {
-        self.evaluator.leave();
+    /// With no distance of taps that no kernel solves: mostly there is no equilibrium, and the reference takes seconds to say so.
+    pub fn leaving(self) -> Self {
+        Self { evaluator: self.evaluator.leaving(), ..self }
     }
 
     /// Whether rows are read from charts: to their error, and smoothly.

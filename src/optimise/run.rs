@@ -37,6 +37,9 @@ const BINDING: [f64; 2] = [-1e-5, -5e-3];
 /// Candidates of an unfinished swarm that are scored again in f64.
 const AGAIN: usize = 64;
 
+/// Seconds for the sensitivities of a search whose seconds are spent: so many, or this share of them.
+const MORE: (f64, f64) = (1.0, 0.1);
+
 /// Where a search writes, and how it is steered.
 #[derive(Debug)]
 pub struct Target<'a> {
@@ -217,7 +220,7 @@ fn under_alarm(
         _ => setup,
     };
     let scorer = |choice: &Choice, setup| {
-        let scorer = Scorer::new(setup, &layout, search, choice.open(&setup.model)?);
+        let scorer = Scorer::new(setup, &layout, search, choice.open(&setup.model)?).leaving();
         Ok::<_, Error>(if choice.backend.name == "gpu" { scorer } else { scorer.in_parts() })
     };
     let before = choice.seconds + needed.as_ref().map_or(0.0, |n| n.seconds[0]);
@@ -228,9 +231,7 @@ fn under_alarm(
         let seconds = charting.elapsed().as_secs_f64();
         let tried = readers.any() || seconds > TRIED;
         chart = [chart, Some(seconds).filter(|_| tried)].into_iter().flatten().reduce(|a, b| a + b);
-        let mut scorer = scorer.reading(readers);
-        scorer.leave();
-        Ok::<_, Error>(scorer)
+        Ok::<_, Error>(scorer.reading(readers))
     };
     let scorers = [swarm(of_swarm(needed.as_ref()))?, scorer(precise, setup)?];
     let taps_each = scorers[0].taps();
@@ -281,8 +282,10 @@ fn under_alarm(
         .transpose()?
         .map(Front::new);
 
-    session.report().into_iter().for_each(Scorer::leave);
-    let sensitivity = sensitivity::run(session.report(), &variables, &best.point, search.seed, stop)?;
+    let searched = Instant::now();
+    let more = search.budget.seconds.filter(|_| ended == Ended::Seconds).map(|s| (MORE.1 * s).max(MORE.0));
+    let on = || !stop.load(Ordering::Relaxed) && more.is_none_or(|s| searched.elapsed().as_secs_f64() < s);
+    let sensitivity = sensitivity::run(session.report(), &variables, &best.point, search.seed, &on)?;
     let asked_to_stop = stop.load(Ordering::Relaxed);
     let one = search.objective.needs_distance() && both::possible(setup);
     let other = (one && !asked_to_stop).then(|| {

@@ -1,7 +1,5 @@
 //! How much each parameter matters: at the optimum, and over the whole box.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-
 use super::evaluate::Scorer;
 use super::score::Score;
 use super::shares::{self, LEVELS, LINES, Line, Shares};
@@ -27,7 +25,7 @@ pub struct Sensitivity {
     pub local: Vec<(Quantity, Pair)>,
     /// Shares of the variance of ln K_sd and of ln total_rms_mm that are due to each variable over its bounds: Sobol' indices.
     pub global: Vec<(Quantity, [Option<Shares>; 2])>,
-    /// Points at which they were evaluated: fewer where the search was asked to stop.
+    /// Points at which they were evaluated: fewer where the search was asked to stop, or had no more time.
     pub samples: u32,
     /// Those of them that have K_sd, and that have total_rms_mm, above 0; the shares are over these.
     pub complete: [u32; 2],
@@ -35,18 +33,18 @@ pub struct Sensitivity {
     pub evaluations: u64,
 }
 
-/// Around `best` by `local`, over the box of `variables` by `global`, as far as that is there when `stop` is set.
+/// Around `best` by `local`, over the box of `variables` by `global`, as far as that is there when `on` says no more.
 pub fn run(
     [global, local]: [&mut Scorer<'_>; 2],
     variables: &Variables,
     best: &Tuple,
     seed: u64,
-    stop: &AtomicBool,
+    on: &dyn Fn() -> bool,
 ) -> Result<Sensitivity, Error> {
     let mut s =
         Sensitivity { local: Vec::new(), global: Vec::new(), samples: 0, complete: [0; 2], evaluations: 0 };
     elasticities(local, best, &mut s)?;
-    indices(global, variables, best, (seed, stop), &mut s)?;
+    indices(global, variables, best, (seed, on), &mut s)?;
     Ok(s)
 }
 
@@ -99,7 +97,7 @@ fn indices(
     scorer: &mut Scorer<'_>,
     variables: &Variables,
     best: &Tuple,
-    (seed, stop): (u64, &AtomicBool),
+    (seed, on): (u64, &dyn Fn() -> bool),
     out: &mut Sensitivity,
 ) -> Result<(), Error> {
     let k = variables.len();
@@ -114,7 +112,7 @@ fn indices(
     };
     let lines = (0..LINES).flat_map(|i| (0..k).map(move |c| (i, c)));
     let points: Vec<Tuple> = lines.flat_map(|(i, c)| (0..LEVELS).map(move |j| point(i, c, j))).collect();
-    let scores = until(stop, scorer, &points, k * LEVELS)?;
+    let scores = until(on, scorer, &points, k * LEVELS)?;
     out.evaluations += scores.len() as u64;
     out.samples = scores.len() as u32;
     out.global = variables.list().iter().map(|v| (v.quantity, [None; 2])).collect();
@@ -131,14 +129,14 @@ fn indices(
     Ok(())
 }
 
-/// Scores of `points`, `each` of which belong together, as far as they are there when `stop` is set.
+/// Scores of `points`, `each` of which belong together, as far as they are there when `on` says no more.
 fn until(
-    stop: &AtomicBool,
+    on: &dyn Fn() -> bool,
     scorer: &mut Scorer<'_>,
     points: &[Tuple],
     each: usize,
 ) -> Result<Vec<Score>, Error> {
-    let mut scores = scorer.nominal_while(points, &|| !stop.load(Ordering::Relaxed))?;
+    let mut scores = scorer.nominal_while(points, on)?;
     scores.truncate(scores.len() / each * each);
     Ok(scores)
 }

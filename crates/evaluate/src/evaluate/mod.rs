@@ -170,9 +170,9 @@ impl<'a> Evaluator<'a> {
         done
     }
 
-    /// From now on as in [`Self::as_samples`].
-    pub fn leave(&mut self) {
-        self.leaves = true;
+    /// As in [`Self::as_samples`].
+    pub fn leaving(self) -> Self {
+        Self { leaves: true, ..self }
     }
 
     /// The method, for another setup.
