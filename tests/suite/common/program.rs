@@ -12,7 +12,8 @@ pub const SPEC: &str = "[whisker]\nD = 10\nd = [4, 7]\nL_a = 50\n[gauge]\nx_ss =
 
 /// So many taps that `auto` looks for a device; to be planned, not run.
 pub fn large() -> String {
-    SPEC.replace("D = 10", "D = { from = 8, to = 12, steps = 10000000 }")
+    let designs = SPEC.replace("D = 10", "D = { from = 8, to = 12, steps = 10000000 }");
+    designs + "[output]\ntop = 10\nby = \"strain_max\"\n"
 }
 
 /// A folder with a spec, in which the program is run.
