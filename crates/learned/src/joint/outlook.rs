@@ -12,6 +12,9 @@ use nalgebra::{Cholesky, DVector, Dyn};
 use super::object::{Object, likely, spread_of};
 use super::{Joint, POINTS};
 
+/// A of a point, factored, and A⁻¹ b.
+type Known = (Cholesky<f64, Dyn>, DVector<f64>);
+
 /// What an object is known by, from where one more tap is looked at.
 pub struct Outlook<'a> {
     joint: &'a Joint,
@@ -20,8 +23,8 @@ pub struct Outlook<'a> {
     likely: Vec<(f64, f64)>,
     /// Variance that the zero brings, which the taps so far and the next ones are above.
     of_zero: f64,
-    /// A and A⁻¹ b at each point.
-    known: Vec<Option<(Cholesky<f64, Dyn>, DVector<f64>)>>,
+    /// Of each point.
+    known: Vec<Option<Known>>,
 }
 
 impl<'a> Outlook<'a> {
@@ -49,7 +52,7 @@ impl<'a> Outlook<'a> {
         let width = self.joint.width();
         let slice = self.joint.slice(u, self.same_run, 0..POINTS);
         // Of each point: signal, what is expected beside it, and α, α k.
-        let of = |(point, known): (&[f64], &Option<(Cholesky<f64, Dyn>, DVector<f64>)>)| {
+        let of = |(point, known): (&[f64], &Option<Known>)| {
             let Some((factor, solved)) = known else { return [f64::NAN; 4] };
             let mut shared = DVector::zeros(width - 1);
             shared[width - 2] = self.of_zero.sqrt();
