@@ -25,7 +25,8 @@ Call vk_icdGetInstanceProcAddr(void *instance, const char *name) {
 RUN = """
 import vibrissa
 sections = dict(whisker=dict(D=10, d=4, L_a=50), gauge=dict(x_ss=5, l=2), tap=dict(a=[21, 30], theta=[1, 4]))
-backend = vibrissa.sweep(**sections).run["backend"]
+vibrissa.sweep(**sections)
+backend = vibrissa.devices()["auto"]
 print(backend["name"], backend["reason"])
 print(vibrissa.devices()["faults"])
 try:
