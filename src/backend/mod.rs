@@ -111,7 +111,7 @@ impl Choice {
     pub fn for_taps(options: &RunOptions, setup: &Setup, work: Work) -> Result<Self, Error> {
         let begun = Instant::now();
         let free = matches!(options.backend, None | Some(BackendChoice::Auto)) && options.adapter.is_none();
-        if free && work.0 < pays::PAYS {
+        if free && work.0 < pays::PAYS && gpu::forked().is_none() {
             return Self::instead(options, format!("under {:.0} s of work for it", pays::PAYS));
         }
         let mut choice = Self::found(options)?;
