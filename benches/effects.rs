@@ -1,7 +1,7 @@
 //! Cost of each effect: time per tap relative to the frictionless Hooke kernel on the same backend, as a markdown table.
 //!
 //! Every configuration solves the same random taps through the whole ladder of rules. All are timed in turn, round after round,
-//! and the best round of each counts: what disturbs the machine disturbs all alike. Beside it poles that are not upright and a second gauge, in CPU seconds
+//! and the best round of each counts: what disturbs the machine disturbs all alike. With the argument `poles`: poles that are not upright and a second gauge, in CPU seconds
 //! of one thread, each round relative to the upright pole of the same round: the median.
 
 mod clock;

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::outcome::{Found, admitted, outcome, reading, reference, unsolved};
 use super::solve::ROUGH;
-use super::{Evaluator, Method, Outcome, Task, is_far};
+use super::{Evaluator, Method, Outcome, Task};
 use crate::design::{Design, amount};
 use crate::error::SolveError;
 use crate::kernel::rule::limits::EDGE;
@@ -113,7 +113,7 @@ impl Evaluator<'_> {
                     Outcome { sweeps, ..outcome(setup, design, shared, task, linear, found) }
                 }
                 Some(Err(Open::Ended(why))) => unsolved(setup, shared, task, linear, *why),
-                _ if leaves && is_far(design, task) || samples && matches!(grip, Grip::Slide(_)) => {
+                _ if leaves && task.is_far(design) || samples && matches!(grip, Grip::Slide(_)) => {
                     unsolved(setup, shared, task, linear, Status::NOT_CONVERGED)
                 }
                 _ if stop.load(std::sync::atomic::Ordering::Relaxed) => Outcome::NOTHING,

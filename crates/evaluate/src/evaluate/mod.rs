@@ -36,9 +36,6 @@ use solve::{Solved, frame};
 pub use source::{Source, beside_linear, path};
 pub use task::{Outcome, Task};
 
-/// As many times the distance of the gauge's far end, and the base diameter.
-const FAR: [f64; 2] = [1.5, 1.5];
-
 /// A backend, ready to evaluate taps of one setup.
 pub struct Evaluator<'a> {
     setup: &'a Setup,
@@ -77,12 +74,6 @@ pub enum Method {
     },
     /// f64 shooting.
     Reference,
-}
-
-/// Whether a contact is so far from gauge and base that kernels solve what has a solution.
-fn is_far(design: &Design, task: &Task) -> bool {
-    let x2 = design.shared.as_ref().map_or(f64::INFINITY, |shared| shared.gauge[1]);
-    task.a > (FAR[0] * x2).max(FAR[1] * design.tuple.D)
 }
 
 impl<'a> Evaluator<'a> {
@@ -330,7 +321,7 @@ impl<'a> Evaluator<'a> {
         }
         let finish = |(i, (task, solved)): (usize, (&Task, &Option<Solved>))| {
             let design = &designs[task.design as usize];
-            if leaves && is_far(design, task) && solved.as_ref().is_some_and(open) {
+            if leaves && task.is_far(design) && solved.as_ref().is_some_and(open) {
                 return Outcome { status: Status::NOT_CONVERGED, ..Outcome::NOTHING };
             }
             if solved.as_ref().is_some_and(open) {

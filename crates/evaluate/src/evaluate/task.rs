@@ -1,7 +1,11 @@
 //! A tap as it is asked, and what it gives.
 
+use crate::design::Design;
 use crate::scene::{Direction, Setup, Tuple};
 use crate::status::Status;
+
+/// A contact is far where it is so many times the distance of the gauge's far end, and so many base diameters, from the base.
+const FAR: f64 = 1.5;
 
 /// One tap of one design of a batch.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -25,6 +29,12 @@ impl Task {
     /// Whether the plane of bending is asked for: a pole that is not upright, or a second gauge.
     pub(super) fn is_spatial(&self, setup: &Setup) -> bool {
         setup.gauge.second || !self.direction.is_upright()
+    }
+
+    /// Whether the contact is so far from gauge and base that kernels solve what has a solution.
+    pub(super) fn is_far(&self, design: &Design) -> bool {
+        let x2 = design.shared.as_ref().map_or(f64::INFINITY, |shared| shared.gauge[1]);
+        self.a > FAR * x2.max(design.tuple.D)
     }
 }
 

@@ -6,42 +6,24 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::around::{Fits, finer, fits};
+use super::expected::Off;
 use super::stroke::Bin;
-use super::{Joint, NEAR, SECOND, Stroke, lagrange};
-use crate::invert::{FINE, POINTS, node_weights, quantile};
+use super::{Joint, SECOND, Stroke};
+use crate::invert::POINTS;
 
-/// Shares of a posterior: 95 and 68 % intervals, and its middle.
-const SHARES: [f64; 5] = [0.025, 0.158_655, 0.5, 0.841_345, 0.975];
 /// Bins and places where the posterior is looked for, in ln a and in the drive of the touch.
 pub(super) const COARSE: [usize; 3] = [24, 25, 33];
 /// Bins that are told by.
 const BINS: usize = 64;
 /// Points of the posterior in ln a, of which as many as [`FINE`] are made, and in the drive of the touch.
 pub(super) const POSTERIOR: [usize; 2] = [17, 9];
-/// Standard deviations on either side of a mode that are looked at.
-const WINDOW: f64 = 5.0;
-/// Bins from which on their residuals tell their scatter.
-const JUDGED: usize = 12;
-/// Windows that are tried.
-const ROUNDS: usize = 10;
 /// How far starts are off a mode, as shares of what is looked at: of a grid, and of a few readings less.
 const FAR_OFF: f64 = 0.02;
 const NEAR_IT: f64 = 0.003;
-/// Between no contact and the smallest calibrated drive the signal goes straight, but for this share.
-pub(super) const TOE: f64 = 0.05;
-/// And beyond the largest one but for this share of what is beyond.
-pub(super) const BEYOND: f64 = 0.5;
 /// Numbers that only a stroke has: its gain, its zero, the error of the zero, the two shares, the offset of the drive.
 const OWN: usize = 6;
-/// The smallest calibrated drive is at least so much of itself beyond the touch.
-const LEAST: f64 = 0.1;
-/// Step of a slope over the drive, as a share of it.
-const STEP: f64 = 1e-3;
 /// By how much −2 ln p must fall for a contact to be seen.
 const SEEN: f64 = 16.0;
-/// Readings of a smooth curve leave no more than so many standard deviations of χ².
-const SMOOTH: f64 = 4.0;
 
 /// What is known of a stroke beside its readings.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -81,20 +63,8 @@ pub(super) struct Task<'a> {
     pub noise: [f64; 2],
     /// Ends of the calibrated drives.
     pub drives: [f64; 2],
-    /// Weights of the nodes of the drive.
-    pub weights: Vec<f64>,
     /// Ends of ln a and of the drive of the touch.
     pub ends: [[f64; 2]; 2],
-}
-
-/// Bins beside what is expected of them.
-struct Off {
-    /// What each is off, in standard deviations of its noise.
-    left: DVector<f64>,
-    /// These.
-    spread: DVector<f64>,
-    /// By how many of them what is shared moves each; a column is a bin.
-    shared: DMatrix<f64>,
 }
 
 /// A likely place.
@@ -152,120 +122,12 @@ impl<'a> Task<'a> {
         let from = (last - drives[1] - joint.offset[0]).min(first - drives[0]).max(course.least.min(last));
         let touch = course.touch.map_or([from, last], |c| [c, c]);
         let ends = [[joint.x(0), joint.x(POINTS - 1)], touch];
-        let weights = node_weights(nodes.len()).collect();
-        Some(Self { joint, course, bins, noise: stroke.noise(joint), drives, weights, ends })
+        Some(Self { joint, course, bins, noise: stroke.noise(joint), drives, ends })
     }
 
     /// Number of what is shared.
-    fn shared(&self) -> usize {
+    pub fn shared(&self) -> usize {
         self.joint.of_run.len() + OWN
-    }
-
-    /// What is expected at ln a = x, over the nodes of the drive.
-    pub fn across(&self, x: f64) -> Vec<Vec<f64>> {
-        let (k, t) = self.joint.place(x);
-        let (weights, width) = (lagrange(t), self.joint.width());
-        let of = |row: &Vec<f64>| {
-            let near = row[k * width..(k + NEAR) * width].chunks(width);
-            near.zip(weights).fold(vec![0.0; width], |mut sum, (point, w)| {
-                sum.iter_mut().zip(point).for_each(|(sum, x)| *sum += w * x);
-                sum
-            })
-        };
-        self.joint.table.iter().map(of).collect()
-    }
-
-    /// Of a tap by the drive v: signal, variance of its noise, and shared numbers.
-    fn tap(&self, across: &[Vec<f64>], v: f64) -> Vec<f64> {
-        let inverse = &self.joint.inverse;
-        let u = v + inverse.offset;
-        let mut all = vec![0.0; self.joint.width()];
-        let x = u.ln();
-        let mut total = 0.0;
-        for ((node, w), values) in inverse.nodes.iter().zip(&self.weights).zip(across) {
-            let gap = x - node;
-            if gap == 0.0 {
-                (all, total) = (values.clone(), 1.0);
-                break;
-            }
-            total += w / gap;
-            all.iter_mut().zip(values).for_each(|(sum, x)| *sum += w / gap * x);
-        }
-        all.iter_mut().for_each(|x| *x *= u / total);
-        all[1] = (all[1] * u).max(f64::MIN_POSITIVE);
-        all
-    }
-
-    /// The signal of such a tap.
-    fn signal(&self, across: &[Vec<f64>], v: f64) -> f64 {
-        let inverse = &self.joint.inverse;
-        let u = v + inverse.offset;
-        let (mut sum, mut total) = (0.0, 0.0);
-        for ((node, w), values) in inverse.nodes.iter().zip(&self.weights).zip(across) {
-            let gap = u.ln() - node;
-            if gap == 0.0 {
-                return values[0] * u;
-            }
-            sum += w / gap * values[0];
-            total += w / gap;
-        }
-        sum / total * u
-    }
-
-    /// The bins where the touch is there.
-    fn at(&self, across: &[Vec<f64>], touch: f64) -> Off {
-        let joint = self.joint;
-        let width = joint.width();
-        let [lo, hi] = self.drives;
-        let ends = self.drives.map(|v| self.tap(across, v));
-        let [mean, sd] = joint.offset;
-        // Of the calibrated drives beyond the touch.
-        let mean = mean.max((LEAST - 1.0) * lo);
-        let [from, to] = [lo + mean, hi + mean];
-        let rest = &joint.rest;
-        let floor = rest[1];
-        // In proportion to what is without contact, up to the first calibrated drive, and from the last one on.
-        let part = |end: &[f64], share: f64| -> Vec<f64> {
-            (0..width).map(|c| rest[c] * (1.0 - share) + end[c] * share).collect()
-        };
-        let of_run = |c: usize| self.course.same_run && joint.of_run[c];
-        let n = self.bins.len();
-        let mut off = Off {
-            left: DVector::zeros(n),
-            spread: DVector::zeros(n),
-            shared: DMatrix::zeros(self.shared(), n),
-        };
-        for (k, bin) in self.bins.iter().enumerate() {
-            let since = bin.u - touch;
-            let values = match since {
-                s if s <= 0.0 => rest.clone(),
-                s if s < from => part(&ends[0], s / from),
-                s if s > to => part(&ends[1], s / to),
-                s => self.tap(across, s - mean),
-            };
-            let signal = values[0] - rest[0];
-            let slope = match since {
-                s if s <= 0.0 => 0.0,
-                // A touch that comes earlier before the calibrated drives makes the way to them less steep.
-                s if s < from => signal / from,
-                s if s > to => signal / to,
-                s => (self.signal(across, (1.0 + STEP) * (s - mean)) - values[0]) / (STEP * (s - mean)),
-            };
-            let toe = if since > 0.0 && since < from { TOE * (1.0 - since / from) } else { 0.0 };
-            let beyond = if since > to { BEYOND * (1.0 - to / since) } else { 0.0 };
-            // Noise of a tap that goes with its signal is a gain of the stroke.
-            let relative = if since > 0.0 { (values[1] - floor).max(0.0).sqrt() } else { 0.0 };
-            let moved = sd * slope;
-            let own =
-                [relative, floor.sqrt(), self.course.of_zero.sqrt(), toe * signal, beyond * signal, moved];
-            let sd = (self.noise[0] / bin.n + self.noise[1]).sqrt();
-            off.left[k] = (bin.y - values[0]) / sd;
-            off.spread[k] = sd;
-            let common = values[2..].iter().enumerate().map(|(c, x)| if of_run(c) { 0.0 } else { *x });
-            let mut column = off.shared.column_mut(k);
-            column.iter_mut().zip(common.chain(own)).for_each(|(to, x)| *to = x / sd);
-        }
-        off
     }
 
     /// −2 ln of the posterior.
@@ -285,7 +147,7 @@ impl<'a> Task<'a> {
     }
 
     /// −2 ln of the likelihood, and what is shared.
-    fn solved(&self, off: &Off) -> Option<(f64, DVector<f64>)> {
+    pub fn solved(&self, off: &Off) -> Option<(f64, DVector<f64>)> {
         let n = self.shared();
         let a = DMatrix::identity(n, n) + &off.shared * off.shared.transpose();
         let b = &off.shared * &off.left;
@@ -295,82 +157,5 @@ impl<'a> Task<'a> {
         let ln_spread = 2.0 * off.spread.iter().map(|x| x.ln()).sum::<f64>();
         let value = off.left.norm_squared() + ln_spread - b.dot(&solved) + ln_det;
         value.is_finite().then_some((value, solved))
-    }
-
-    /// Mass of the posterior around `mode`, over that at `least`, shares of it, and the touch.
-    fn posterior(&self, mode: &Mode, least: f64) -> Option<(f64, [f64; 5], Place)> {
-        let [sd, slope, alone] = mode.shape;
-        let touches = if alone > 0.0 { POSTERIOR[1] } else { 1 };
-        let mut reach = [WINDOW; 2];
-        for _ in 0..ROUNDS {
-            let lo = (mode.at[0] - reach[0] * sd).max(self.ends[0][0]);
-            let hi = (mode.at[0] + reach[0] * sd).min(self.ends[0][1]);
-            let step = (hi - lo) / (POSTERIOR[0] - 1) as f64;
-            let part = 2.0 * reach[1] * alone / (touches.max(2) - 1) as f64;
-            let off = |k: usize| part * (k as f64 - 0.5 * (touches - 1) as f64);
-            let (mut along, mut beside, mut touch) = ([0.0; POSTERIOR[0]], [0.0; POSTERIOR[1]], [0.0; 3]);
-            for (i, sum) in along.iter_mut().enumerate() {
-                let moved = lo + step * i as f64 - mode.at[0];
-                let across = self.across(mode.at[0] + moved);
-                for (k, sum_beside) in beside[..touches].iter_mut().enumerate() {
-                    let c = slope * moved + off(k);
-                    let at = [mode.at[0] + moved, mode.at[1] + c];
-                    let p = (-0.5 * (self.value_of(&across, at) - least)).exp();
-                    *sum += p;
-                    *sum_beside += p;
-                    (0..3).for_each(|n| touch[n] += p * c.powi(n as i32));
-                }
-            }
-            let mut change = [fits(&along), fits(&beside[..touches])];
-            // At its own ends the posterior may be cut.
-            let last = POSTERIOR[0] - 1;
-            let cut = |i: usize, at: f64, end: f64| along[i] == 0.0 || (at - end).abs() < 1e-12;
-            if change[0] == Fits::TooNarrow && cut(0, lo, self.ends[0][0]) && cut(last, hi, self.ends[0][1]) {
-                change[0] = Fits::Well;
-            }
-            if touches == 1 {
-                change[1] = Fits::Well;
-            }
-            if change == [Fits::Well; 2] {
-                let mass = along.iter().sum::<f64>() * step * if touches > 1 { part } else { 1.0 };
-                let (density, step) = (finer(&along), (hi - lo) / (FINE - 1) as f64);
-                let a = SHARES.map(|share| quantile(&density, lo, step, share).exp());
-                let mean = touch[1] / touch[0];
-                let sd = (touch[2] / touch[0] - mean * mean).max(0.0).sqrt();
-                return a.iter().all(|a| a.is_finite()).then_some((mass, a, [mode.at[1] + mean, sd]));
-            }
-            for (reach, change) in reach.iter_mut().zip(change) {
-                *reach *= match change {
-                    Fits::Well => 1.0,
-                    Fits::TooNarrow => 1.7,
-                    Fits::TooWide => 0.4,
-                }
-            }
-        }
-        None
-    }
-
-    /// Drive at which readings next to each other are farthest off, by how many standard deviations, and by what variances are to be multiplied.
-    fn misfit(&self, at: Place) -> Option<([f64; 2], f64)> {
-        let off = self.at(&self.across(at[0]), at[1]);
-        let (_, solved) = self.solved(&off)?;
-        let left = &off.left - off.shared.tr_mul(&solved);
-        let left: Vec<[f64; 2]> = left.iter().zip(&off.spread).map(|(r, s)| [r * s, s * s]).collect();
-        let mut most = [f64::NAN, 0.0];
-        for size in [1, 2, 4, 8] {
-            for (k, run) in left.windows(size).enumerate() {
-                let (sum, weight) = run.iter().fold((0.0, 0.0), |(s, w), [r, d]| (s + r / d, w + 1.0 / d));
-                let z: f64 = sum / f64::sqrt(weight);
-                if z.abs() > f64::abs(most[1]) {
-                    most = [self.bins[k + size / 2].u, z];
-                }
-            }
-        }
-        let chi2: f64 = left.iter().map(|[r, d]| r * r / d).sum();
-        let freedom = (left.len() as f64 - 3.0).max(1.0);
-        let excess = (2.0 * chi2).sqrt() - (2.0 * freedom - 1.0).sqrt();
-        // Many residuals tell the scatter better than differences between neighbours do.
-        let judged = excess > SMOOTH || left.len() >= JUDGED;
-        Some((most, if judged { chi2 / freedom } else { 1.0 }))
     }
 }

@@ -11,9 +11,11 @@
 
 mod around;
 mod course;
+mod expected;
 mod modes;
 mod object;
 mod outlook;
+mod posterior;
 mod search;
 mod stroke;
 #[cfg(test)]

@@ -1,4 +1,4 @@
-use super::course::{BEYOND, TOE};
+use super::expected::{BEYOND, TOE};
 use super::*;
 use crate::base::Power;
 use crate::columns::{Scales, Term};
