@@ -112,7 +112,7 @@ impl Choice {
         let begun = Instant::now();
         let free = matches!(options.backend, None | Some(BackendChoice::Auto)) && options.adapter.is_none();
         if free && work.0 < pays::PAYS && gpu::forked().is_none() {
-            return Self::instead(options, format!("under {:.0} s of work for it", pays::PAYS));
+            return Self::instead(options, "too short a run to look for a GPU".into());
         }
         let mut choice = Self::found(options)?;
         choice.check(setup)?;

@@ -97,7 +97,7 @@ mod tests {
         assert!(read > PAYS && read < 20.0, "{read}");
         let double = RunOptions { precision: Some(Precision::F64), ..four.clone() };
         assert!(work(ranked, "4", &double) > 10.0 * read);
-        let friction = format!("[model]\ncontact = {{ coulomb = 0.3 }}\n{ranked}");
+        let friction = format!("[model]\nextension = true\ncontact = {{ coulomb = 0.3 }}\n{ranked}");
         assert!(work(&friction, "4", &double) > work(ranked, "4", &double));
         assert_eq!(work(&format!("[model]\ngeometry = \"linear\"\n{ranked}"), "4", &double), 0.0);
         let gridded = work(ranked, "{ from = 1, to = 10, steps = 10 }", &four);

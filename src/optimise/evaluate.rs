@@ -79,7 +79,7 @@ impl<'a> Scorer<'a> {
         Self { evaluator: self.evaluator.reading([readers.taps]), rows: readers.rows, ..self }
     }
 
-    /// With no distance of taps that no kernel solves: mostly there is no equilibrium, and the reference takes seconds to say so.
+    /// With no distance of taps that come near no equilibrium: the reference takes seconds to say that there is none.
     pub fn leaving(self) -> Self {
         Self { evaluator: self.evaluator.leaving(), ..self }
     }

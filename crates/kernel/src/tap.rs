@@ -6,7 +6,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::pose::Pose;
-use super::rule::limits::{EDGE, HOPELESS};
+use super::rule::limits::{ASTRAY, EDGE, HOPELESS};
 use vibrissa_core::physics::linear::StrainCurve;
 use vibrissa_core::physics::onset::Grip;
 use vibrissa_core::scene::{Model, Side};
@@ -165,6 +165,11 @@ impl Solution<f64> {
         self.unwritten()
             || self.error == HOPELESS && self.load <= 1.0 + EDGE
             || (self.load - 1.0).abs() <= EDGE
+    }
+
+    /// Whether the iteration has not come near any equilibrium: where the tip of a whisker has flicked past the object there is none.
+    pub fn is_astray(&self) -> bool {
+        !self.unsure() && !self.ended() && !self.within(ASTRAY)
     }
 
     /// Whether no answer came back.

@@ -40,7 +40,7 @@ impl Evaluator<'_> {
         tasks: &[Task],
         grip: Option<Grip>,
     ) -> Result<Vec<Outcome>, SolveError> {
-        let (setup, tolerance, samples, leaves) = (self.setup, self.tolerance(), self.samples, self.leaves);
+        let (setup, tolerance, samples) = (self.setup, self.tolerance(), self.samples);
         let rods: Vec<Option<Rod>> = designs
             .par_iter()
             .map(|design| {
@@ -113,7 +113,7 @@ impl Evaluator<'_> {
                     Outcome { sweeps, ..outcome(setup, design, shared, task, linear, found) }
                 }
                 Some(Err(Open::Ended(why))) => unsolved(setup, shared, task, linear, *why),
-                _ if leaves && task.is_far(design) || samples && matches!(grip, Grip::Slide(_)) => {
+                _ if samples && matches!(grip, Grip::Slide(_)) => {
                     unsolved(setup, shared, task, linear, Status::NOT_CONVERGED)
                 }
                 _ if stop.load(std::sync::atomic::Ordering::Relaxed) => Outcome::NOTHING,

@@ -49,7 +49,7 @@ pub struct Evaluator<'a> {
     spare: usize,
     /// Whether taps are samples of a smooth function: a frictionless one that no rung solves lies beyond where it ends.
     samples: bool,
-    /// Whether taps that no rung solves have no answer.
+    /// Whether taps that come near no equilibrium have no answer.
     leaves: bool,
     /// Read in place of solved, where that is enough: one for each rig.
     readers: Vec<Option<Arc<dyn Source>>>,
@@ -152,8 +152,8 @@ impl<'a> Evaluator<'a> {
         Self { spare: most, samples: true, ..self }
     }
 
-    /// Does `f` with taps as samples of a smooth function that need no word: what no rung solves, or finds beyond a fold, far from the base is left without an answer,
-    /// and not to the reference, which takes seconds to say that there is none.
+    /// Does `f` with taps as samples of a smooth function that need no word: far from the base those that come near no equilibrium are left without an
+    /// answer, and not to the reference, which takes seconds to say that there is none. Not of built whiskers.
     pub fn as_samples<R>(&mut self, f: impl FnOnce(&mut Self) -> R) -> R {
         let before = std::mem::replace(&mut self.leaves, true);
         let done = f(self);
@@ -321,7 +321,8 @@ impl<'a> Evaluator<'a> {
         }
         let finish = |(i, (task, solved)): (usize, (&Task, &Option<Solved>))| {
             let design = &designs[task.design as usize];
-            if leaves && task.is_far(design) && solved.as_ref().is_some_and(open) {
+            let astray = |s: &Solved| open(s) && s.solution.is_astray();
+            if leaves && task.is_far(design) && solved.as_ref().is_some_and(astray) {
                 return Outcome { status: Status::NOT_CONVERGED, ..Outcome::NOTHING };
             }
             if solved.as_ref().is_some_and(open) {
