@@ -26,12 +26,15 @@ pub struct LearnedRecord {
     pub held_out_rms_mm: Option<f64>,
     /// Nothing, per drive: σ is that of the model.
     pub bias_mm: Vec<f64>,
-    /// What is corrected: the whisker, with what is added to its drive; or (u + u₀)^p a^−q as [u₀, p, q].
+    /// What is corrected: the whisker, with what is added to its drive; or (u + u₀)^p (1/a − κ)^q as [u₀, p, q].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub whisker_drive_offset: Option<f64>,
     /// See above.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub power: Option<[f64; 3]>,
+    /// κ, 1/mm, where it is not 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub power_end: Option<f64>,
     /// Whether zeros were read with the taps.
     pub zero_read: bool,
     /// Whether the zero is known: else the signal is taken as tared, and readings with a zero of their own are no other ones.
@@ -73,6 +76,7 @@ impl LearnedRecord {
             bias_mm: vec![0.0; judged.bias_mm.len()],
             whisker_drive_offset: fit.power.is_none().then_some(fit.offset),
             power: fit.power.map(|p| [p.offset, p.p, p.q]),
+            power_end: fit.power.map(|p| p.end).filter(|end| *end > 0.0),
             zero_read: *zero_read,
             zero_known: learnt.zero_known,
             zero: zero - learnt.subtracted,
@@ -166,7 +170,8 @@ impl Estimator for Learned {
             .iter()
             .chain(r.deviations.iter().flatten())
             .chain(&r.spread)
-            .chain(r.scales.iter().flatten());
+            .chain(r.scales.iter().flatten())
+            .chain(&r.power_end);
         let sized = r.mean.len() == n && r.deviations.iter().all(|d| d.len() == n);
         let scaled = r.units.iter().all(|u| *u > 0.0 && u.is_finite())
             && r.scales[0][1] > 0.0
@@ -193,7 +198,7 @@ impl Estimator for Learned {
         let Some(r) = record.learned.as_ref().filter(|_| side == record.gauge()) else { return Ok(None) };
         let Some(curve) = r.curve() else { return Ok(None) };
         let whisker = match r.power {
-            Some([offset, p, q]) => Whisker::Power(Power { offset, p, q }),
+            Some([offset, p, q]) => Whisker::Power(Power { offset, p, q, end: r.power_end.unwrap_or(0.0) }),
             None => {
                 let at = extent(rig, record);
                 let exact = Exact::new(rig, spec_values(&rig.setup), Vec::new(), Vec::new(), at, open)

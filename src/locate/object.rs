@@ -2,13 +2,13 @@
 
 use std::collections::HashMap;
 
+use vibrissa_core::normal::quantile;
 use vibrissa_learned::joint::{Joint, Object, Tap};
 
 use super::rows::{Answerer, RowReader};
 use super::stream::{Ask, number};
 use super::{Located, Locator};
 use crate::error::InputError;
-use crate::optimise::normal::quantile;
 use crate::status::Status;
 
 /// Columns that are added: taps so far, distance and σ, the line of the tap that is farthest from what the others say and by how many standard

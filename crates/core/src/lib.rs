@@ -7,6 +7,7 @@ pub mod design;
 pub mod error;
 pub mod estimate;
 pub mod excerpt;
+pub mod normal;
 pub mod physics;
 pub mod reduce;
 pub mod scene;

@@ -1,13 +1,13 @@
 //! The curve that the model corrects: the whisker's own, or a power of distance and drive.
 
-use nalgebra::{Matrix3, Matrix5, Vector3, Vector5};
+use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 /// Signal of a tap without any correction, before the gain.
 #[derive(Clone, Copy)]
 pub enum Base<'a> {
     /// Of a whisker that is known: its |signal| at a (mm) by a drive, and what is added to the drive.
     Known(&'a (dyn Fn(f64, f64) -> f64 + Sync), f64),
-    /// (u + u₀)^p a^−q.
+    /// (u + u₀)^p (1/a − κ)^q.
     Power(Power),
 }
 
@@ -41,25 +41,32 @@ impl Base<'_> {
     }
 }
 
-/// (u + u₀)^p a^−q.
+/// (u + u₀)^p (1/a − κ)^q, with κ = 0 or q = 1: of a cone of length 1/κ the moment at the base is u (1/a − κ) times a constant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Power {
     /// Offset u₀ of the drive: contact begins at −u₀.
     pub offset: f64,
     /// Exponent of the drive.
     pub p: f64,
-    /// Exponent of 1/a.
+    /// Exponent of 1/a − κ.
     pub q: f64,
+    /// κ, 1/mm: at 1/κ the signal ends.
+    pub end: f64,
+}
+
+/// ln (1/a − κ); beyond 1/κ of a small number, so that the signal is small there and falls.
+fn ln_near(a: f64, end: f64) -> f64 {
+    (1.0 / a - end).max(1e-3 / a).ln()
 }
 
 impl Power {
     /// At a (mm) by the drive u.
     pub fn value(&self, a: f64, u: f64) -> f64 {
-        (self.p * (u + self.offset).ln() - self.q * a.ln()).exp()
+        (self.p * (u + self.offset).ln() + self.q * ln_near(a, self.end)).exp()
     }
 }
 
-/// A fitted power law: signal = zero + factor u^p a^−q.
+/// A fitted power law: signal = zero + factor (u + u₀)^p (1/a − κ)^q.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fitted {
     /// The curve.
@@ -72,37 +79,58 @@ pub struct Fitted {
     pub squares: f64,
 }
 
+/// Where a constant, an offset or an end is worth so much in ln of the likelihood, twice, it is there.
+pub(crate) const WORTH: f64 = 10.0;
+/// Of fewer positions the end is not looked for: the correction of the curve takes it up.
+const POSITIONS: usize = 5;
+/// Largest κ, in 1/(largest a).
+const NEAREST: f64 = 0.95;
+
 /// Fits a power law to taps (a, u, y) with the constant `zero`, or a free one: of a free exponent of the drive, or of the exponent 1 and a free
-/// offset, whichever is nearer.
+/// offset, whichever is nearer; of a free exponent of 1/a, or of a cone, where that is worth it. Both free at once, rods of one diameter would be
+/// told to end just beyond their farthest tap.
 pub fn power(taps: &[[f64; 3]], zero: Option<f64>) -> Option<Fitted> {
-    let mut drives: Vec<f64> = taps.iter().map(|t| t[1]).collect();
-    drives.sort_by(f64::total_cmp);
-    drives.dedup();
+    let different = |k: usize, apart: f64| {
+        let mut values: Vec<f64> = taps.iter().map(|t| t[k].ln()).collect();
+        values.sort_by(f64::total_cmp);
+        let least = apart * (values.last()? - values.first()?);
+        Some(1 + values.windows(2).filter(|w| w[1] - w[0] > least).count())
+    };
+    let [positions, drives] = [different(0, 0.02)?, different(1, 0.0)?];
     let free = zero.is_none();
-    let several = drives.len() > 1;
-    let exponent = from(taps, zero, [true, several, true, free, false]);
-    let offset = (drives.len() > 2).then(|| from(taps, zero, [true, false, true, free, true])).flatten();
-    [exponent, offset].into_iter().flatten().min_by(|f, g| f.squares.total_cmp(&g.squares))
+    let best = |end: bool| {
+        let exponent = from(taps, zero, [true, drives > 1, !end, free, false, end]);
+        let offset = (drives > 2).then(|| from(taps, zero, [true, false, !end, free, true, end])).flatten();
+        [exponent, offset].into_iter().flatten().min_by(|f, g| f.squares.total_cmp(&g.squares))
+    };
+    let endless = best(false)?;
+    let worth = |f: &Fitted| taps.len() as f64 * (endless.squares / f.squares).ln() > WORTH;
+    let ending = (positions >= POSITIONS).then(|| best(true)).flatten().filter(worth);
+    Some(ending.unwrap_or(endless))
 }
 
-/// ln factor, exponents of drive and of 1/a, constant, offset of the drive.
-type Parameters = [f64; 5];
+/// ln factor, exponents of drive and of 1/a − κ, constant, offset of the drive, κ.
+type Parameters = [f64; 6];
 
 /// The best that some starts lead to, where the parameters are fitted that `free` says.
-fn from(taps: &[[f64; 3]], zero: Option<f64>, free: [bool; 5]) -> Option<Fitted> {
+fn from(taps: &[[f64; 3]], zero: Option<f64>, free: [bool; 6]) -> Option<Fitted> {
     let ys = || taps.iter().map(|t| t[2]);
     let (lo, hi) = (ys().fold(f64::INFINITY, f64::min), ys().fold(f64::NEG_INFINITY, f64::max));
     let zeros =
         zero.map_or(vec![0.0, lo - 0.1 * (hi - lo), lo - 0.5 * (hi - lo), lo - 2.0 * (hi - lo)], |z| vec![z]);
     let offsets: &[f64] = if free[4] { &[0.0, 1.0] } else { &[0.0] };
     let largest = taps.iter().map(|t| t[1]).fold(0.0, f64::max);
-    let starts = zeros.iter().flat_map(|z| offsets.iter().map(move |o| (*z, o * largest)));
-    let fits = starts.filter_map(|(z, offset)| descend(taps, straight(taps, z, offset, free[1])?, free));
+    let longest = taps.iter().map(|t| t[0]).fold(0.0, f64::max);
+    let ends: &[f64] = if free[5] { &[0.4, 0.8] } else { &[0.0] };
+    let starts = zeros.iter().flat_map(|z| {
+        offsets.iter().flat_map(move |o| ends.iter().map(move |e| [*z, o * largest, e / longest]))
+    });
+    let fits = starts.filter_map(|start| descend(taps, straight(taps, start, [free[1], free[2]])?, free));
     fits.min_by(|f, g| f.squares.total_cmp(&g.squares))
 }
 
 /// A straight line through the logarithms of the taps above the constant.
-fn straight(taps: &[[f64; 3]], zero: f64, offset: f64, exponent: bool) -> Option<Parameters> {
+fn straight(taps: &[[f64; 3]], [zero, offset, end]: [f64; 3], exponents: [bool; 2]) -> Option<Parameters> {
     let (mut n, mut b) = (Matrix3::zeros(), Vector3::zeros());
     let above = || taps.iter().filter(|t| t[2] > zero);
     let mut sizes: Vec<f64> = above().map(|t| t[2] - zero).collect();
@@ -111,24 +139,26 @@ fn straight(taps: &[[f64; 3]], zero: f64, offset: f64, exponent: bool) -> Option
     let middle = *sizes.get(sizes.len() / 2)?;
     for t in above() {
         let (l, w) = ((t[2] - zero).ln(), (t[2] - zero).min(middle).powi(2));
-        let v = (t[1] + offset).ln();
-        let row = Vector3::new(1.0, if exponent { v } else { 0.0 }, -t[0].ln());
-        b += w * row * (if exponent { l } else { l - v });
+        let logs = [(t[1] + offset).ln(), ln_near(t[0], end)];
+        let [v, x] = [0, 1].map(|k| if exponents[k] { [logs[k], 0.0] } else { [0.0, logs[k]] });
+        let row = Vector3::new(1.0, v[0], x[0]);
+        b += w * row * (l - v[1] - x[1]);
         n += w * row * row.transpose();
     }
-    if !exponent {
-        n[(1, 1)] = 1.0;
-    }
+    (0..2).filter(|k| !exponents[*k]).for_each(|k| n[(k + 1, k + 1)] = 1.0);
     let x = n.try_inverse()? * b;
-    let p = if exponent { x[1].clamp(0.05, 5.0) } else { 1.0 };
-    x.iter().all(|x| x.is_finite()).then_some([x[0], p, x[2].clamp(0.02, 12.0), zero, offset])
+    let p = if exponents[0] { x[1].clamp(0.05, 5.0) } else { 1.0 };
+    let q = if exponents[1] { x[2].clamp(0.02, 12.0) } else { 1.0 };
+    x.iter().all(|x| x.is_finite()).then_some([x[0], p, q, zero, offset, end])
 }
 
 /// Least squares from `start` (Levenberg, Marquardt), with Huber's weights so that single wrong rows do not turn it; `None` where the exponents
 /// are no whisker's.
-fn descend(taps: &[[f64; 3]], start: Parameters, free: [bool; 5]) -> Option<Fitted> {
+fn descend(taps: &[[f64; 3]], start: Parameters, free: [bool; 6]) -> Option<Fitted> {
     let least = taps.iter().map(|t| t[1]).fold(f64::INFINITY, f64::min);
-    let value = |x: &Parameters, t: &[f64; 3]| (x[0] + x[1] * (t[1] + x[4]).ln() - x[2] * t[0].ln()).exp();
+    let longest = taps.iter().map(|t| t[0]).fold(0.0, f64::max);
+    let value =
+        |x: &Parameters, t: &[f64; 3]| (x[0] + x[1] * (t[1] + x[4]).ln() + x[2] * ln_near(t[0], x[5])).exp();
     let residuals = |x: &Parameters| taps.iter().map(|t| t[2] - x[3] - value(x, t)).collect::<Vec<f64>>();
     let huber = |r: &[f64]| {
         let mut sizes: Vec<f64> = r.iter().map(|r| r.abs()).collect();
@@ -142,22 +172,24 @@ fn descend(taps: &[[f64; 3]], start: Parameters, free: [bool; 5]) -> Option<Fitt
     for _ in 0..60 {
         let weights = huber(&r);
         let before = sum(&r, &weights);
-        let (mut n, mut b) = (Matrix5::zeros(), Vector5::zeros());
+        let (mut n, mut b) = (Matrix6::zeros(), Vector6::zeros());
         for ((t, r), w) in taps.iter().zip(&r).zip(&weights) {
             let m = value(&x, t);
-            let slopes = [m, m * (t[1] + x[4]).ln(), -m * t[0].ln(), 1.0, m * x[1] / (t[1] + x[4])];
-            let row = Vector5::from_fn(|i, _| if free[i] { slopes[i] } else { 0.0 });
+            let [by_drive, by_end] = [x[1] / (t[1] + x[4]), -x[2] / (1.0 / t[0] - x[5])];
+            let slopes = [m, m * (t[1] + x[4]).ln(), m * ln_near(t[0], x[5]), 1.0, m * by_drive, m * by_end];
+            let row = Vector6::from_fn(|i, _| if free[i] { slopes[i] } else { 0.0 });
             n += *w * row * row.transpose();
             b += *w * *r * row;
         }
         let scale = n.diagonal().map(|d| if d > 0.0 { d } else { 1.0 });
-        let damped = n + Matrix5::from_diagonal(&(scale * damping));
+        let damped = n + Matrix6::from_diagonal(&(scale * damping));
         let Some(step) = damped.cholesky().map(|c| c.solve(&b)) else { break };
         let mut next = x;
-        (0..5).filter(|i| free[*i]).for_each(|i| next[i] += step[i]);
+        (0..6).filter(|i| free[*i]).for_each(|i| next[i] += step[i]);
         next[1] = next[1].clamp(0.05, 5.0);
         next[2] = next[2].clamp(0.02, 12.0);
         next[4] = next[4].clamp(-0.9 * least, 50.0 * least.max(x[4].abs()));
+        next[5] = next[5].clamp(0.0, NEAREST / longest);
         let there = residuals(&next);
         let after = sum(&there, &weights);
         if after.is_finite() && after <= before {
@@ -174,7 +206,7 @@ fn descend(taps: &[[f64; 3]], start: Parameters, free: [bool; 5]) -> Option<Fitt
         }
     }
     let squares = sum(&r, &huber(&r));
-    let power = Power { offset: x[4], p: x[1], q: x[2] };
+    let power = Power { offset: x[4], p: x[1], q: x[2], end: x[5] };
     (squares.is_finite() && x[0].is_finite()).then_some(Fitted {
         power,
         factor: x[0].exp(),
@@ -199,5 +231,16 @@ mod tests {
         let tared: Vec<_> = taps.iter().map(|t| [t[0], t[1], t[2] - 3.0]).collect();
         let found = power(&tared, Some(0.0)).unwrap();
         assert!((found.power.p - 1.1).abs() < 0.01 && (found.power.q - 1.3).abs() < 0.02, "{found:?}");
+    }
+    #[test]
+    fn the_end_of_a_cone_is_found_where_there_is_one() {
+        let taps = |end: f64| -> Vec<[f64; 3]> {
+            let tap =
+                |a: f64, u: f64| [a, u, 40.0 * u * (1.0 / a - end) * (1.0 + 1e-3 * (9.0 * a + u).sin())];
+            (20..40).step_by(2).flat_map(|a| (1..5).map(move |u| tap(f64::from(a), f64::from(u)))).collect()
+        };
+        let found = power(&taps(1.0 / 60.0), Some(0.0)).unwrap().power;
+        assert!((found.end * 60.0 - 1.0).abs() < 0.02 && found.q == 1.0, "{found:?}");
+        assert_eq!(power(&taps(0.0), Some(0.0)).unwrap().power.end, 0.0);
     }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::average::{mean, points};
+use crate::average::{Widths, mean, points};
 use crate::base::{Base, Power};
 use crate::columns::{Columns, Effects, Scales, Term, terms};
 use crate::curve::{Curve, Spread};
@@ -55,6 +55,8 @@ pub struct Fit {
     pub at: Vec<f64>,
     /// Second derivatives there.
     pub hessian: DMatrix<f64>,
+    /// How wide the likelihood is about it.
+    pub widths: Widths,
     /// What is learned.
     pub hypers: Vec<Hyper>,
     /// The cells of the rows.
@@ -101,6 +103,7 @@ impl Fit {
             offset: 0.0,
             at: Vec::new(),
             hessian: DMatrix::zeros(0, 0),
+            widths: Widths::new(),
             hypers: Vec::new(),
             cells: Vec::new(),
             deleted: Vec::new(),
@@ -160,8 +163,9 @@ pub fn fit(task: &Task<'_>, places: &[usize], from: From<'_>, average: bool) -> 
     let terms = terms(known, scales.u[1] > 0.0);
     let kept: Vec<usize> = (0..terms.len()).collect();
     // One fold of many need not be averaged as finely.
-    let fold = if matches!(from, From::Held(_)) { 3 } else { 1 };
-    let mixed = mean(&problem, &found, &kept, if average { points(merged.len()) / fold } else { 0 });
+    let (fold, widths) = if let From::Held(whole) = from { (4, Some(&whole.widths)) } else { (1, None) };
+    let points = if average { points(merged.len()) / fold } else { 0 };
+    let mixed = mean(&problem, &found, &kept, points, widths);
     let peak = found.swap_remove(0);
     let leverage = peak.solved.leverage(|i| merged[i].n);
     let deleted = (0..merged.len())
@@ -220,6 +224,7 @@ pub fn fit(task: &Task<'_>, places: &[usize], from: From<'_>, average: bool) -> 
         offset,
         at: peak.at,
         hessian: peak.hessian,
+        widths: mixed.widths,
         hypers,
         cells: merged,
         deleted,

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::base::{Base, Power, power};
+use crate::base::{Base, Power, WORTH, power};
 use crate::columns::Scales;
 use crate::fit::{Fault, Task, Whisker};
 use crate::rows::Cell;
@@ -16,9 +16,6 @@ pub struct Start<'a> {
     /// Unit of the signals, zero, unit of the base.
     pub numbers: [f64; 3],
 }
-
-/// Where a free constant, or an offset of the drive, is worth so much in ln of the likelihood, twice, it is there.
-const WORTH: f64 = 10.0;
 
 /// The value in the middle.
 fn median(mut values: Vec<f64>) -> f64 {

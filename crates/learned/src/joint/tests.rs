@@ -38,7 +38,7 @@ fn curve(spread: Spread) -> Curve {
     }
 }
 
-const POWER: Power = Power { offset: 0.0, p: 1.0, q: 1.5 };
+const POWER: Power = Power { offset: 0.0, p: 1.0, q: 1.5, end: 0.0 };
 
 #[test]
 fn intervals_of_several_taps_hold_what_they_promise() {
