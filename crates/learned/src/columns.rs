@@ -6,6 +6,7 @@ use nalgebra::DMatrix;
 
 use crate::base::Base;
 use crate::hyper::Hyper;
+use crate::labels::TOGETHER;
 use crate::rows::Cell;
 
 /// Largest degree in ln a and in ln u.
@@ -16,8 +17,6 @@ const LESS: f64 = 0.3;
 pub const WAVES: [usize; 3] = [9, 4, 9];
 /// Half of the interval on which waves repeat, in half ranges of the data.
 const PERIOD: f64 = 1.8;
-/// Positions within this share of the range of ln a share their effect.
-const TOGETHER: f64 = 0.01;
 /// Most columns for effects of positions, of visits each; more are approximated.
 const EFFECTS: usize = 64;
 /// Knots of a drift.

@@ -1,0 +1,69 @@
+//! Positions whose signals are in the wrong order: beyond the strongest signal of a drive, signals fall with the distance.
+
+use crate::rows::Cell;
+
+/// Positions within this share of the range of ln a are one.
+pub const TOGETHER: f64 = 0.01;
+/// A signal rises beyond so many standard deviations of the difference.
+const CERTAIN: f64 = 4.0;
+/// And beyond this share of it.
+const LEAST: f64 = 0.01;
+/// Repeats from which their scatter is known.
+const REPEATS: f64 = 4.0;
+
+/// By how much, in ln a, two positions differ of which one cannot be where its label says; the largest of all, `None` where there are none.
+pub fn contradicted(cells: &[Cell]) -> Option<f64> {
+    let mut taps: Vec<&Cell> = cells.iter().filter(|c| c.row.touches()).collect();
+    taps.sort_by(|c, d| c.row.u.total_cmp(&d.row.u).then(c.row.a.total_cmp(&d.row.a)));
+    let lns = || taps.iter().map(|c| c.row.a.ln());
+    let range = lns().fold(f64::NEG_INFINITY, f64::max) - lns().fold(f64::INFINITY, f64::min);
+    let (mut squares, mut freedom) = (0.0, 0.0);
+    let mut positions: Vec<Vec<[f64; 3]>> = Vec::new();
+    for drive in taps.chunk_by(|c, d| c.row.u == d.row.u) {
+        let near = |c: &&Cell, d: &&Cell| (d.row.a / c.row.a).ln() <= TOGETHER * range;
+        let of_position = |cells: &[&Cell]| {
+            let n: f64 = cells.iter().map(|c| c.n).sum();
+            let mean = |of: &dyn Fn(&Cell) -> f64| cells.iter().map(|c| c.n * of(c)).sum::<f64>() / n;
+            let (x, y) = (mean(&|c| c.row.a.ln()), mean(&|c| c.row.y));
+            squares += cells.iter().map(|c| c.squares + c.n * (c.row.y - y).powi(2)).sum::<f64>();
+            freedom += n - 1.0;
+            [x, y, n]
+        };
+        positions.push(drive.chunk_by(near).map(of_position).collect());
+    }
+    if freedom < REPEATS {
+        return None;
+    }
+    let variance = squares / freedom;
+    let apart = |[p, q]: [[f64; 3]; 2]| {
+        let (rise, deviation) = (q[1] - p[1], (variance * (1.0 / p[2] + 1.0 / q[2])).sqrt());
+        (rise > LEAST * p[1].abs() && rise > CERTAIN * deviation).then_some(q[0] - p[0])
+    };
+    let of_drive = |all: &Vec<[f64; 3]>| {
+        let strongest = (0..all.len()).max_by(|i, k| all[*i][1].total_cmp(&all[*k][1])).unwrap_or(0);
+        all[strongest..].windows(2).filter_map(|w| apart([w[0], w[1]])).reduce(f64::max)
+    };
+    positions.iter().filter_map(of_drive).reduce(f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rows::{Row, cells};
+
+    #[test]
+    fn swapped_labels_are_seen_and_noise_is_not() {
+        let of = |labels: [f64; 4], noise: f64| {
+            let row = |k: usize| {
+                let a = [20.0, 30.0, 40.0, 50.0][k / 5];
+                let y = 1.0 / a * (1.0 + noise * (7.0 * k as f64).sin());
+                Row { a: labels[k / 5], u: 2.0, y, run: 0, t: 0.0 }
+            };
+            let rows: Vec<Row> = (0..20).map(row).collect();
+            contradicted(&cells(&rows, &(0..20).collect::<Vec<_>>(), false))
+        };
+        assert_eq!(of([20.0, 30.0, 40.0, 50.0], 0.01), None);
+        assert!((of([20.0, 30.0, 50.0, 40.0], 0.01).unwrap() - 1.25f64.ln()).abs() < 1e-12);
+        assert_eq!(of([20.0, 30.0, 50.0, 40.0], 0.5), None);
+    }
+}
