@@ -93,7 +93,7 @@ impl Search<'_> {
         let mut fits = Vec::new();
         for (learnt, held) in self.found.learnt.iter().zip(&self.fits) {
             let rows = settled.as_ref().map(|s| self.rows(learnt, s));
-            let from = if learned { From::Near(&held.at) } else { From::Held(held) };
+            let from = if learned { From::Near(held) } else { From::Held(held) };
             let of = |task: &Task<'_>| {
                 let task = Task { rows: rows.as_deref().unwrap_or(task.rows), ..*task };
                 fit(&task, &learnt.places, from, false)

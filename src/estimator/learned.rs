@@ -75,8 +75,8 @@ impl LearnedRecord {
             held_out_rms_mm: judged.rms_mm,
             bias_mm: vec![0.0; judged.bias_mm.len()],
             whisker_drive_offset: fit.power.is_none().then_some(fit.offset),
-            power: fit.power.map(|p| [p.offset, p.p, p.q]),
-            power_end: fit.power.map(|p| p.end).filter(|end| *end > 0.0),
+            power: fit.power.map(|f| [f.power.offset, f.power.p, f.power.q]),
+            power_end: fit.power.map(|f| f.power.end).filter(|end| *end > 0.0),
             zero_read: *zero_read,
             zero_known: learnt.zero_known,
             zero: zero - learnt.subtracted,
@@ -315,7 +315,7 @@ impl Learnt {
 
     fn whisker(&self, fit: &LearntFit) -> Whisker {
         match (&self.exact, fit.power) {
-            (_, Some(power)) => Whisker::Power(power),
+            (_, Some(fitted)) => Whisker::Power(fitted.power),
             (Some(exact), None) => Whisker::Known(Box::new(exact.clone()), fit.offset),
             (None, None) => unreachable!("a fit has a base"),
         }

@@ -77,6 +77,8 @@ pub struct Fitted {
     pub zero: f64,
     /// Weighted sum of squares.
     pub squares: f64,
+    /// Which parameters were fitted.
+    free: [bool; 6],
 }
 
 /// Where a constant, an offset or an end is worth so much in ln of the likelihood, twice, it is there.
@@ -107,6 +109,13 @@ pub fn power(taps: &[[f64; 3]], zero: Option<f64>) -> Option<Fitted> {
     let worth = |f: &Fitted| taps.len() as f64 * (endless.squares / f.squares).ln() > WORTH;
     let ending = (positions >= POSITIONS).then(|| best(true)).flatten().filter(worth);
     Some(ending.unwrap_or(endless))
+}
+
+/// The same form as `near`, of nearly the same taps.
+pub(crate) fn again(taps: &[[f64; 3]], zero: Option<f64>, near: &Fitted) -> Option<Fitted> {
+    let Power { offset, p, q, end } = near.power;
+    let constant = if near.free[3] { near.zero } else { zero.unwrap_or(near.zero) };
+    descend(taps, [near.factor.ln(), p, q, constant, offset, end], near.free)
 }
 
 /// ln factor, exponents of drive and of 1/a − κ, constant, offset of the drive, κ.
@@ -212,6 +221,7 @@ fn descend(taps: &[[f64; 3]], start: Parameters, free: [bool; 6]) -> Option<Fitt
         factor: x[0].exp(),
         zero: x[3],
         squares,
+        free,
     })
 }
 

@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use crate::average::{Widths, mean, points};
-use crate::base::{Base, Power};
+use crate::base::{Base, Fitted};
 use crate::columns::{Columns, Effects, Scales, Term, terms};
 use crate::curve::{Curve, Spread};
 use crate::evidence::Problem;
@@ -48,7 +48,7 @@ pub struct Fit {
     /// The curve.
     pub curve: Curve,
     /// The power law, where there is no whisker.
-    pub power: Option<Power>,
+    pub power: Option<Fitted>,
     /// What is added to the drive of a whisker that is known.
     pub offset: f64,
     /// Logarithms of the most likely learned numbers.
@@ -78,7 +78,7 @@ impl Fit {
     /// Hands the base of the curve to `then`.
     pub fn base<T>(&self, task: &Task<'_>, then: impl FnOnce(&Base<'_>) -> T) -> T {
         match (self.power, task.known) {
-            (Some(power), _) => then(&Base::Power(power)),
+            (Some(fitted), _) => then(&Base::Power(fitted.power)),
             (None, Some(curve)) => then(&Base::Known(curve, self.offset)),
             (None, None) => unreachable!("a fit has a base"),
         }
@@ -120,8 +120,8 @@ impl Fit {
 pub enum From<'a> {
     /// Nothing is known.
     Nowhere,
-    /// Those of nearly the same rows: the next peak is theirs.
-    Near(&'a [f64]),
+    /// Nearly the same rows: the next peak is theirs.
+    Near(&'a Fit),
     /// Those of this fit, of more rows, as they are.
     Held(&'a Fit),
 }
@@ -132,8 +132,8 @@ pub enum From<'a> {
 /// Rows that no curve follows.
 pub fn fit(task: &Task<'_>, places: &[usize], from: From<'_>, average: bool) -> Result<Fit, Fault> {
     let merged = cells(task.rows, places, task.drift);
-    let start = start(task, &merged)?;
-    let scales = Scales::of(&merged, start.power.map_or(0.0, |p| p.offset));
+    let start = start(task, &merged, from)?;
+    let scales = Scales::of(&merged, start.power.map_or(0.0, |f| f.power.offset));
     if !(scales.a[1] > 0.0 && scales.a[1].is_finite()) {
         return Err(Fault::OnePosition);
     }
@@ -155,7 +155,7 @@ pub fn fit(task: &Task<'_>, places: &[usize], from: From<'_>, average: bool) -> 
         problem.model.hypers.iter().zip(&problem.priors).map(of).collect::<Vec<f64>>()
     });
     let held = if let From::Held(whole) = from { held(&problem, whole) } else { None };
-    let warm = if let From::Near(at) = from { Some(at) } else { begun.as_deref() };
+    let warm = if let From::Near(fit) = from { Some(fit.at.as_slice()) } else { begun.as_deref() };
     let mut found = held.map_or_else(|| peaks(&problem, warm), |peak| vec![peak]);
     if found.is_empty() {
         return Err(Fault::Overflow);

@@ -2,9 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::base::{Base, Power, WORTH, power};
+use crate::base::{Base, Fitted, WORTH, again, power};
 use crate::columns::Scales;
-use crate::fit::{Fault, Task, Whisker};
+use crate::fit::{Fault, Fit, From, Task, Whisker};
 use crate::rows::Cell;
 
 /// The base and the scale of the signals.
@@ -12,7 +12,7 @@ pub struct Start<'a> {
     /// The curve that is corrected.
     pub base: Base<'a>,
     /// The power law, where there is no whisker.
-    pub power: Option<Power>,
+    pub power: Option<Fitted>,
     /// Unit of the signals, zero, unit of the base.
     pub numbers: [f64; 3],
 }
@@ -24,16 +24,22 @@ fn median(mut values: Vec<f64>) -> f64 {
     if n == 0 { f64::NAN } else { 0.5 * (values[(n - 1) / 2] + values[n / 2]) }
 }
 
-/// What the model of `cells` starts from.
+/// What the model of `cells` starts from: of nearly the rows of another fit, from its base.
 ///
 /// # Errors
 /// No curve that follows them.
-pub fn start<'a>(task: &Task<'a>, cells: &[Cell]) -> Result<Start<'a>, Fault> {
+pub fn start<'a>(task: &Task<'a>, cells: &[Cell], from: From<'_>) -> Result<Start<'a>, Fault> {
     let rests: Vec<f64> = cells.iter().filter(|c| !c.row.touches()).map(|c| c.row.y).collect();
     let taps: Vec<[f64; 3]> =
         cells.iter().filter(|c| c.row.touches()).map(|c| [c.row.a, c.row.u, c.row.y]).collect();
     let read = (!rests.is_empty()).then(|| median(rests));
+    let near: Option<&Fit> = if let From::Near(fit) | From::Held(fit) = from { Some(fit) } else { None };
     if let Some(curve) = task.known {
+        if let From::Held(fit) = from
+            && let Some(found) = of_known(curve, &taps, read, fit.offset)
+        {
+            return Ok(found.0);
+        }
         let plain = of_known(curve, &taps, read, 0.0);
         let free = of_known(curve, &taps, read, offset(curve, &taps, read));
         // An offset is there where it is worth it, or where the curve has no values without it.
@@ -43,24 +49,32 @@ pub fn start<'a>(task: &Task<'a>, cells: &[Cell]) -> Result<Start<'a>, Fault> {
         let found = if moved { free } else { plain.or(free) };
         return found.map(|f| f.0).ok_or(Fault::NoCurve);
     }
-    let tared = power(&taps, Some(read.unwrap_or(0.0)));
-    let several = taps.iter().any(|t| t[1] != taps[0][1]);
-    let free = if read.is_none() && several && taps.len() > 6 { power(&taps, None) } else { None };
-    let fitted = match (tared, free) {
-        (Some(tared), Some(free)) => {
-            let gain = taps.len() as f64 * (tared.squares / free.squares).ln();
-            if gain > WORTH { free } else { tared }
-        }
-        (tared, free) => tared.or(free).ok_or(Fault::NoCurve)?,
+    let fitted = match near.and_then(|fit| again(&taps, Some(read.unwrap_or(0.0)), fit.power.as_ref()?)) {
+        Some(fitted) => fitted,
+        None => law(&taps, read)?,
     };
     let unit = median(taps.iter().map(|t| (t[2] - fitted.zero).abs()).collect());
     match unit > 0.0 {
         true => Ok(Start {
             base: Base::Power(fitted.power),
-            power: Some(fitted.power),
+            power: Some(fitted),
             numbers: [unit, fitted.zero, unit / fitted.factor],
         }),
         false => Err(Fault::NoCurve),
+    }
+}
+
+/// The power law of taps above the zero that was `read`, or above a free one.
+fn law(taps: &[[f64; 3]], read: Option<f64>) -> Result<Fitted, Fault> {
+    let tared = power(taps, Some(read.unwrap_or(0.0)));
+    let several = taps.iter().any(|t| t[1] != taps[0][1]);
+    let free = if read.is_none() && several && taps.len() > 6 { power(taps, None) } else { None };
+    match (tared, free) {
+        (Some(tared), Some(free)) => {
+            let gain = taps.len() as f64 * (tared.squares / free.squares).ln();
+            Ok(if gain > WORTH { free } else { tared })
+        }
+        (tared, free) => tared.or(free).ok_or(Fault::NoCurve),
     }
 }
 

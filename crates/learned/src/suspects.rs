@@ -40,7 +40,7 @@ pub fn sound(task: &Task<'_>, places: &[usize], average: bool) -> Result<(Fit, V
     while (found.len() as f64) < MOST * places.len() as f64 {
         let Some((suspect, _)) = worst(task, &last, kept.len()) else { break };
         let left: Vec<usize> = kept.iter().copied().filter(|k| *k != suspect.place).collect();
-        let Ok(next) = fit(task, &left, From::Near(&last.at), false) else { break };
+        let Ok(next) = fit(task, &left, From::Near(&last), false) else { break };
         found.push(suspect);
         (last, kept) = (next, left);
     }
@@ -57,7 +57,7 @@ pub fn sound(task: &Task<'_>, places: &[usize], average: bool) -> Result<(Fit, V
 
 /// Rows that are so far from the base of the curve, whose size is that of most rows, that no noise explains them: in another unit.
 fn gross(task: &Task<'_>, places: &[usize]) -> Result<Vec<Suspect>, Fault> {
-    let start = start(task, &cells(task.rows, places, false))?;
+    let start = start(task, &cells(task.rows, places, false), From::Nowhere)?;
     let [unit, zero, base_unit] = start.numbers;
     let suspect = |place: &usize| {
         let row = &task.rows[*place];

@@ -63,7 +63,7 @@ fn all(rows: &[Row]) -> Vec<usize> {
 }
 
 fn inverse(found: &Fit) -> Inverse {
-    let base = Base::Power(found.power.expect("no whisker is known"));
+    let base = Base::Power(found.power.expect("no whisker is known").power);
     Inverse::new(&found.curve, &base, false, [1.0, 1e3])
 }
 
