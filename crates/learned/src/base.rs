@@ -28,16 +28,51 @@ impl Base<'_> {
         }
     }
 
-    /// ∂ signal/∂u · u, by central differences.
-    pub fn by_drive(&self, a: f64, u: f64) -> f64 {
-        const H: f64 = 1e-3;
-        (self.value(a, u * (1.0 + H)) - self.value(a, u * (1.0 - H))) / (2.0 * H)
+    /// At and about a (mm) and u, over `unit`.
+    pub fn about(&self, unit: f64, a: f64, u: f64) -> About {
+        let [value, nearer, farther, less, more] = [
+            (a, u),
+            (a * (1.0 - STEP), u),
+            (a * (1.0 + STEP), u),
+            (a, u * (1.0 - STEP)),
+            (a, u * (1.0 + STEP)),
+        ]
+        .map(|(a, u)| self.value(a, u) / unit);
+        About {
+            value,
+            by_distance: (farther - nearer) / (2.0 * STEP),
+            turns: (farther - 2.0 * value + nearer) / (STEP * STEP),
+            by_drive: (more - less) / (2.0 * STEP),
+        }
     }
+}
 
-    /// ∂ signal/∂a · a.
-    pub fn by_distance(&self, a: f64, u: f64) -> f64 {
-        const H: f64 = 1e-3;
-        (self.value(a * (1.0 + H), u) - self.value(a * (1.0 - H), u)) / (2.0 * H)
+/// Step of central differences, in ln.
+pub const STEP: f64 = 1e-3;
+
+/// The base at a tap.
+#[derive(Debug, Clone, Copy)]
+pub struct About {
+    /// Its value m.
+    pub value: f64,
+    /// ∂m/∂a · a.
+    pub by_distance: f64,
+    /// What that changes over ln a.
+    pub turns: f64,
+    /// ∂m/∂u · u.
+    pub by_drive: f64,
+}
+
+impl About {
+    /// At a (1 + `share`): what matters to a slope, to first order.
+    pub fn beside(&self, share: f64) -> Self {
+        let value = self.value + share * self.by_distance + 0.5 * share * share * self.turns;
+        Self {
+            value,
+            by_distance: self.by_distance + share * self.turns,
+            by_drive: if self.value == 0.0 { self.by_drive } else { self.by_drive * value / self.value },
+            ..*self
+        }
     }
 }
 

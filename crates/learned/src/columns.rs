@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::DMatrix;
 
-use crate::base::Base;
+use crate::base::{About, Base};
 use crate::hyper::Hyper;
 use crate::labels::TOGETHER;
 use crate::rows::Cell;
@@ -129,17 +129,17 @@ pub fn terms(known: bool, several: bool) -> Vec<Term> {
     all
 }
 
-/// What a tap at a (mm) by the drive u gives of each of `terms` (of [`Term::Zero`] 1), for a base divided by `unit`.
-pub fn values(base: &Base<'_>, unit: f64, scales: &Scales, terms: &[Term], a: f64, u: f64) -> Vec<f64> {
-    let m = base.value(a, u) / unit;
+/// What a tap at a (mm) by the drive u gives of each of `terms` (of [`Term::Zero`] 1), where the base is `base`.
+pub fn values(base: &About, scales: &Scales, terms: &[Term], a: f64, u: f64) -> Vec<f64> {
+    let m = base.value;
     let [x, v] = scales.place(a, u);
     let (p, q) = (legendre(DEGREE, x), legendre(DEGREE, v));
     let (f, g) = (waves(WAVES[0], x), waves(WAVES[1], v));
     let value = |t: &Term| match t {
         Term::Curve(j, k) => m * p[usize::from(*j)] * q[usize::from(*k)],
         Term::Wave(j, k) => m * f[usize::from(*j)] * g[usize::from(*k)],
-        Term::OffsetA => base.by_distance(a, u) / unit * scales.sizes[0] / a,
-        Term::OffsetU => base.by_drive(a, u) / unit * scales.sizes[1] / u,
+        Term::OffsetA => base.by_distance * scales.sizes[0] / a,
+        Term::OffsetU => base.by_drive * scales.sizes[1] / u,
         Term::Zero => 1.0,
         Term::Local => 0.0,
     };
@@ -213,7 +213,8 @@ impl Columns {
         let mut data: Vec<Vec<f64>> = Vec::new();
         let rows: BTreeMap<usize, Vec<f64>> = taps
             .iter()
-            .map(|k| (*k, values(base, unit, scales, &terms, cells[*k].row.a, cells[*k].row.u)))
+            .map(|k| (*k, cells[*k].row))
+            .map(|(k, row)| (k, values(&base.about(unit, row.a, row.u), scales, &terms, row.a, row.u)))
             .collect();
         for (j, term) in terms.iter().enumerate() {
             let (fixed, learned) = match *term {

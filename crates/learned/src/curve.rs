@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
-use crate::base::Base;
+use crate::base::{Base, STEP};
 use crate::columns::{OFFSETS, Scales, Term, values};
 
 /// Numbers that a new run has: an effect of each position, gain, zero.
@@ -101,19 +101,19 @@ impl Curve {
     /// Signal, and variance of its noise, of the same tap. Into `shared`: by how much the signal is moved by one standard deviation of each number
     /// that is the same for all taps of one object: those of the curve, the effect of the position, and last the [`OF_RUN`] numbers of a new run.
     pub fn moved(&self, base: &Base<'_>, (a, u): (f64, f64), tared: bool, shared: &mut Vec<f64>) -> [f64; 2] {
-        let mut row = values(base, self.base_unit, &self.scales, &self.terms, a, u);
+        let about = base.about(self.base_unit, a, u);
+        let mut row = values(&about, &self.scales, &self.terms, a, u);
         if tared {
             self.terms.iter().zip(&mut row).filter(|(t, _)| **t == Term::Zero).for_each(|(_, x)| *x = 0.0);
         }
         let dot = |c: &[f64]| c.iter().zip(&row).map(|(c, x)| c * x).sum::<f64>();
         let s = &self.spread;
-        let m = base.value(a, u) / self.base_unit;
-        const H: f64 = 1e-3;
-        let [lo, hi] = [1.0 - H, 1.0 + H].map(|f| {
-            let row = values(base, self.base_unit, &self.scales, &self.terms, a * f, u);
+        let m = about.value;
+        let [lo, hi] = [-STEP, STEP].map(|share| {
+            let row = values(&about.beside(share), &self.scales, &self.terms, a * (1.0 + share), u);
             row.iter().zip(&self.mean).map(|(x, c)| c * x).sum::<f64>()
         });
-        let slope = (hi - lo) / (2.0 * H);
+        let slope = (hi - lo) / (2.0 * STEP);
         shared.extend(self.deviations.iter().map(|d| self.unit * dot(d)));
         let zero = if tared { 0.0 } else { s.zero.sqrt() };
         let rest = [slope * s.position.sqrt(), slope * s.visit.sqrt(), m * s.gain.sqrt(), zero];

@@ -131,11 +131,12 @@ impl Planner {
         let (mut weights, mut floor) = (Vec::new(), 0.0);
         for (i, j) in &pairs {
             let (a, u) = (ask.distances[*i], ask.drives[*j]);
-            let (m, slope) = (signal(*i, *j) / unit, base.by_distance(a, u) / unit);
+            let about = base.about(unit, a, u);
+            let (m, slope) = (about.value, about.by_distance);
             if !(m.is_finite() && -slope > FALLS * m) {
                 continue;
             }
-            let row = values(&base, unit, &scales, &terms, a, u);
+            let row = values(&about, &scales, &terms, a, u);
             asked.push(terms.iter().zip(row).map(|(t, x)| if *t == Term::Zero { 0.0 } else { x }).collect());
             let per = (a / slope).powi(2);
             weights.push(per);
