@@ -61,8 +61,10 @@ pub fn frequency(n: usize) -> f64 {
 
 /// Waves 0 … n − 1 at x: cosines, so that a curve of great length is constant (Solin and Särkkä 2020, with free ends).
 fn waves(n: usize, x: f64) -> Vec<f64> {
-    let at = x.clamp(-PERIOD, PERIOD) + PERIOD;
-    (0..n).map(|k| if k == 0 { 1.0 } else { std::f64::consts::SQRT_2 * (frequency(k) * at).cos() }).collect()
+    let first = (frequency(1) * (x.clamp(-PERIOD, PERIOD) + PERIOD)).cos();
+    let mut cosines = vec![1.0, first];
+    (2..n).for_each(|k| cosines.push(2.0 * first * cosines[k - 1] - cosines[k - 2]));
+    cosines.iter().enumerate().map(|(k, c)| if k == 0 { 1.0 } else { std::f64::consts::SQRT_2 * c }).collect()
 }
 
 /// Scales of ln a and ln u: middle and half of their ranges.

@@ -73,13 +73,9 @@ impl Solved {
 
     /// Covariance of the coefficients of `places`.
     pub fn covariance(&self, places: &[usize]) -> DMatrix<f64> {
-        let mut unit = DMatrix::zeros(self.root.len(), places.len());
-        places.iter().enumerate().for_each(|(k, p)| unit[(*p, k)] = 1.0);
-        let solved = self.factor.solve(&unit);
-        DMatrix::from_fn(places.len(), places.len(), |i, k| {
-            let p = places[i];
-            solved[(p, k)] * self.root[p] * self.root[places[k]]
-        })
+        let mut halves = self.inverse_factor().select_columns(places);
+        places.iter().zip(halves.column_iter_mut()).for_each(|(p, mut column)| column *= self.root[*p]);
+        halves.transpose() * &halves
     }
 
     /// Variance of the expected signal of each cell, from all data.
