@@ -214,13 +214,16 @@ impl Locator {
         job::here(py, || self.locator.expected(a, drive, sign))
     }
 
-    /// What answers readings as one file of C or Python.
-    fn export(&self, py: Python<'_>, language: &str) -> PyResult<String> {
+    /// What answers readings, and several taps of one object by `taps`, as one file of C or Python.
+    #[pyo3(signature = (language, taps = Vec::new()))]
+    fn export(&self, py: Python<'_>, language: &str, taps: Vec<f64>) -> PyResult<String> {
         let made = || -> Result<String, Error> {
             let language = spoken(language)?;
             let open = opener(&RunOptions::default());
             let export = Export::new(&self.locator, &self.calibration);
-            Ok(export.map_err(|e| proposing(e, &self.calibration, &open))?.text(language))
+            let export = export.map_err(|e| proposing(e, &self.calibration, &open))?;
+            let export = if taps.is_empty() { export } else { export.with_taps(&taps)? };
+            Ok(export.text(language))
         };
         job::here(py, made)?.map_err(|e| raise(py, e))
     }

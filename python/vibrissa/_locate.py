@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, Union
 
 import numpy as np
@@ -264,9 +264,14 @@ class Locator:
             return np.array(self._several.expected(number("a", a, "mm"), number("drive", drive, unit_of_column(self._several.drive)), number("sign", sign)))
         return self._native.expected(number("a", a, "mm"), number("drive", drive, self._units()[0]), number("sign", sign))
 
-    def export(self, language: str) -> str:
-        """What answers readings as one file without dependencies: ``"c"`` (C99) or ``"python"``."""
-        return (self._several or self._native).export(word("language", language))
+    def export(self, language: str, taps: Sequence[float] = ()) -> str:
+        """What answers readings as one file without dependencies: ``"c"`` (C99) or ``"python"``; with 2 to 12 drives as ``taps`` also what the
+        taps of one object by these drives, in this order, tell together."""
+        if self._several:
+            if len(taps):
+                raise InputError("the file answers one tap of several channels", key="taps", value=repr(taps), allowed="()")
+            return self._several.export(word("language", language))
+        return self._native.export(word("language", language), [float(u) for u in taps])
 
     def _pair(self, readings: Any) -> tuple[Any, Any]:
         """Drives and signals where one thing holds both, or only signals."""

@@ -97,7 +97,7 @@ pub(super) fn begin(
     let stem =
         args.data.file_stem().map_or_else(|| "calibration".into(), |s| s.to_string_lossy().into_owned());
     let out = super::folder(run.out.as_ref(), &stem, "calibrate");
-    let of = json!({ "data": digest, "theta": format!("{:?}", args.theta), "delta": format!("{:?}", args.delta), "fit": args.fit, "columns": args.columns, "run": args.run, "group": args.group, "export": export_names(args), "estimator": args.estimator.map(|e| e.name()) });
+    let of = json!({ "data": digest, "theta": format!("{:?}", args.theta), "delta": format!("{:?}", args.delta), "fit": args.fit, "columns": args.columns, "run": args.run, "group": args.group, "export": export_names(args), "taps": args.taps, "estimator": args.estimator.map(|e| e.name()) });
     let mut question = Question { name: stem, ..Question::of_scene("calibrate", spec, of) };
     question.inputs.push(args.data.clone());
     let group = calibrate::widths(&args.group)?;
@@ -122,6 +122,7 @@ fn exported(
     let asked = args.estimator.map(asked).transpose()?;
     let export = Export::new(asked.as_ref().unwrap_or(won), &calibration);
     let export = export.map_err(|e| proposing(e, &calibration, &open))?;
+    let export = if args.taps.is_empty() { export } else { export.with_taps(&args.taps)? };
     for (_, language, _) in Language::ALL.into_iter().filter(|l| args.export.contains(&l.1)) {
         folder.put(language.file(), export.text(language).as_bytes())?;
     }

@@ -28,11 +28,9 @@ pub fn calibrate(
     (said, start): (Option<Drive>, Instant),
 ) -> Result<Reply, Error> {
     let label = args.data.display().to_string();
-    let one = [(
-        "--estimator",
-        args.estimator.is_some(),
-        "nothing: each channel is answered by the best of its own",
-    )];
+    let best = "nothing: each channel is answered by the best of its own";
+    let taps = "nothing: the file answers one tap of several channels";
+    let one = [("--estimator", args.estimator.is_some(), best), ("--taps", !args.taps.is_empty(), taps)];
     of_one_signal(&one)?;
     let Begun { asked, identity, out, question } = begin(args, bytes, (rig, spec), said)?;
     let quiet = asked.run.quiet == Some(true);

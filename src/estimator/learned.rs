@@ -366,6 +366,11 @@ impl Inverted {
         self.whisker.base(|base| Joint::new(&self.curve, base, tared, self.of(tared)))
     }
 
+    /// Whether those stand above a zero that was read.
+    pub fn plain_is_tared(&self) -> bool {
+        self.zero_read
+    }
+
     /// What answers readings that have no zero beside that of the calibration, and that zero.
     pub fn plain(&self) -> (&Inverse, f64) {
         let inverse = self.inverse[usize::from(self.zero_read)].as_ref().expect("it was made");

@@ -1,6 +1,7 @@
 //! The file in C: everything twice, for double and for float.
 
 use super::pieces::Pieces;
+use super::taps::Taps;
 use super::text::{self, code, digits, number, short, wrapped};
 use super::{Export, Form};
 use crate::estimate::WIDENING;
@@ -43,7 +44,7 @@ const TABLE: &str = "typedef struct {
 ";
 
 /// Functions that end with the suffix of their number type.
-const SHARED: [&str; 6] = ["exp", "fabs", "floor", "log", "sqrt", "vibrissa_locate"];
+const SHARED: [&str; 7] = ["exp", "fabs", "floor", "log", "sqrt", "vibrissa_locate", "vibrissa_taps"];
 
 /// A number type of C.
 #[derive(Clone, Copy)]
@@ -229,6 +230,7 @@ impl Export<'_> {
         let mut out = HEAD
             .replace("@COMMENT", &comment.lines().map(str::trim_end).collect::<Vec<_>>().join("\n"))
             .replace("@ZERO", &number(text::zero(self.locator)))
+            .replace("@TOGETHER", &self.taps.as_ref().map_or(String::new(), Taps::c_head))
             .replace("@DRIVE", text::drive(self.locator))
             .replace("@UNIT", text::unit(self.locator));
         for real in REALS {
@@ -251,6 +253,7 @@ impl Export<'_> {
         };
         let types = TYPES.replace("@TABLES", &tables.text(real));
         let strain = self.c_strain(real);
+        let together = self.taps.as_ref().map_or(String::new(), |taps| taps.c(real));
         let code = [
             types.as_str(),
             if pieces { PIECES } else { "" },
@@ -258,6 +261,7 @@ impl Export<'_> {
             if learned { LEARNED } else { "" },
             strain.as_str(),
             LOCATE,
+            together.as_str(),
         ];
         let code = code
             .concat()

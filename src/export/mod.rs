@@ -7,6 +7,7 @@ mod c;
 mod pieces;
 mod python;
 mod signal;
+mod taps;
 mod text;
 pub mod together;
 
@@ -77,6 +78,8 @@ pub struct Export<'a> {
     locator: &'a Locator,
     calibration: &'a Calibration,
     sides: Vec<Side<'a>>,
+    /// What is told together, if anything.
+    taps: Option<taps::Taps>,
 }
 
 impl<'a> Export<'a> {
@@ -138,7 +141,7 @@ impl<'a> Export<'a> {
             Ok(Side { of, form })
         };
         let sides = locator.sides().iter().map(side).collect::<Result<_, _>>()?;
-        Ok(Self { locator, calibration, sides })
+        Ok(Self { locator, calibration, sides, taps: None })
     }
 
     /// Whether there is a side that is inverted, one that is a polynomial, and one that was learned.

@@ -121,13 +121,16 @@ impl Export<'_> {
             (false, _) => "    drive = 1.0  # it was not recorded when the whisker was calibrated".to_owned(),
         };
         let [strain, above] = self.arithmetic();
-        let sides: Vec<String> = self.sides.iter().map(|s| self.side(s)).collect();
+        let mut learned_sides = 0..;
+        let sides: Vec<String> = self.sides.iter().map(|s| self.side(s, &mut learned_sides)).collect();
         let limit = text::limit(self.locator, f64::NAN);
         let limit = infinite(limit);
         WHOLE
             .replace("@COMMENT", &self.comment(""))
             .replace("@TABLES", &format!("SIDES = [\n{}\n]", sides.join("\n")))
             .replace("@FINDERS", &finders)
+            .replace("@TOGETHER\n", &self.taps.as_ref().map_or(String::new(), |taps| taps.python()))
+            .replace("@FINE", &FINE.to_string())
             .replace("@MORE", if learned { ", pi, sin" } else { "" })
             .replace("@PREPARE\n", &if prepare.is_empty() { String::new() } else { format!("{prepare}\n") })
             .replace("@FIND", &find)
@@ -159,12 +162,16 @@ impl Export<'_> {
         [strain, above]
     }
 
-    fn side(&self, side: &Side<'_>) -> String {
+    fn side(&self, side: &Side<'_>, learned: &mut impl Iterator<Item = usize>) -> String {
         let of = side.of;
         let interest = [of.interest[0] * (1.0 - WIDENING), of.interest[1] * (1.0 + WIDENING)];
         let form = match &side.form {
             Form::Direct(p) => format!("        \"polynomial\": {{\n{}\n        }},", polynomial(p)),
-            Form::Learned { inverse, zero } => learned_table(inverse, *zero),
+            Form::Learned { inverse, zero } => {
+                let k = learned.next().unwrap_or_default();
+                let together = self.taps.as_ref().map_or(String::new(), |taps| taps.python_table(k));
+                together + &learned_table(inverse, *zero)
+            }
             Form::Inverted { pieces, cut, near_is_ambiguous, without: [weak, strong] } => format!(
                 "        \"cut\": {},\n        \"near_is_ambiguous\": {},\n        \"if_weak\": {},\n        \"if_strong\": {},\n        \
                  # From drive, to drive, and from the farthest on: middle distance, half width of ln a, signal per drive, steps, ln of it, its variance.\n        \

@@ -162,6 +162,7 @@ pub(super) fn code(status: Status) -> u8 {
         (Status::AMBIGUOUS, 8),
         (Status::OUTSIDE_CALIBRATION, 16),
         (Status::BAD_INPUT, 32),
+        (Status::INCONSISTENT, 64),
     ];
     bits.iter().filter(|(s, _)| status.has(*s)).map(|(_, bit)| bit).sum()
 }

@@ -236,6 +236,6 @@ impl<'a> Objects<'a> {
 }
 
 /// Standard deviations beyond which the farthest of `n` sound taps is but by [`CHANCE`] (Bonferroni).
-pub(super) fn limit(n: usize) -> f64 {
+pub(crate) fn limit(n: usize) -> f64 {
     quantile(1.0 - 0.5 * CHANCE / n as f64)
 }

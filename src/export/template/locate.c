@@ -1,11 +1,29 @@
 
+/* What there is to say of a distance. */
+static int doubts_F(const side_F *side, REAL a, REAL near, REAL sigma)
+{
+    int status = VIBRISSA_OK;
+    REAL slack = @BEYOND * sigma;
+    if (near >= side->interest[0] && near <= side->interest[1]) {
+        status |= VIBRISSA_AMBIGUOUS;
+    }
+    if (slack > (side->farthest - side->nearest) / 2) {
+        slack = (side->farthest - side->nearest) / 2;
+    }
+    slack += side->rounding;
+    if (a < side->nearest - slack || a > side->farthest + slack) {
+        status |= VIBRISSA_OUTSIDE_CALIBRATION;
+    }
+    return status;
+}
+
 int vibrissa_locate_F(REAL drive, REAL signal, REAL zero, REAL *distance_mm, REAL *sigma_mm)
 {
     const side_F *side = sides_F;
     const side_F *end = side + @SIDES;
     found_F found = {0, 0, 0, 0, 0};
     const REAL *drives;
-    REAL size, share, bias, weight, sigma, slack;
+    REAL size, share, bias, weight, sigma;
     int status = VIBRISSA_OK, why, j = 0;
     *distance_mm = NAN;
     *sigma_mm = NAN;
@@ -52,17 +70,7 @@ int vibrissa_locate_F(REAL drive, REAL signal, REAL zero, REAL *distance_mm, REA
     if (!isfinite(sigma) || !isfinite(found.a)) {
         return status | VIBRISSA_NO_ROOT;
     }
-    if (found.near >= side->interest[0] && found.near <= side->interest[1]) {
-        status |= VIBRISSA_AMBIGUOUS;
-    }
-    slack = @BEYOND * sigma;
-    if (slack > (side->farthest - side->nearest) / 2) {
-        slack = (side->farthest - side->nearest) / 2;
-    }
-    slack += side->rounding;
-    if (found.a < side->nearest - slack || found.a > side->farthest + slack) {
-        status |= VIBRISSA_OUTSIDE_CALIBRATION;
-    }
+    status |= doubts_F(side, found.a, found.near, sigma);
     *distance_mm = found.a;
     *sigma_mm = sigma;
     return status;

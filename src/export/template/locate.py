@@ -12,6 +12,7 @@ NO_ROOT = 4  # no distance gives this signal: it is above the peak
 AMBIGUOUS = 8  # a second distance in the range of interest gives it too; the farther one is given
 OUTSIDE_CALIBRATION = 16  # the drive or the side was not calibrated (no distance), or the distance lies beyond
 BAD_INPUT = 32  # an argument is no finite number
+INCONSISTENT = 64  # taps of one object contradict each other
 
 WORDS = {
     NO_STRAIN: "no_strain",
@@ -20,6 +21,7 @@ WORDS = {
     AMBIGUOUS: "ambiguous",
     OUTSIDE_CALIBRATION: "outside_calibration",
     BAD_INPUT: "bad_input",
+    INCONSISTENT: "inconsistent",
 }
 
 # The zero of the calibration's own signal where it is known, else 0: for taps whose zero was not read.
@@ -44,6 +46,14 @@ def above(signal, zero):
     """The signal without its zero."""
     return @ABOVE
 @FINDERS
+
+def doubts(side, a, near, sigma):
+    """What there is to say of a distance."""
+    status = AMBIGUOUS if side["interest"][0] <= near <= side["interest"][1] else OK
+    nearest, farthest = side["distances"]
+    slack = min(@BEYOND * sigma, 0.5 * (farthest - nearest)) + side["rounding"]
+    return status | (OUTSIDE_CALIBRATION if a < nearest - slack or a > farthest + slack else OK)
+
 
 def locate(drive, signal, zero=ZERO):
     """Distance of the contact and its standard deviation, mm (None where there is none), and a status, from a tap by
@@ -81,14 +91,9 @@ def locate(drive, signal, zero=ZERO):
     sigma = sqrt(of_distance + bias * bias)
     if not (isfinite(sigma) and isfinite(a)):
         return None, None, status | NO_ROOT
-    if side["interest"][0] <= near <= side["interest"][1]:
-        status |= AMBIGUOUS
-    nearest, farthest = side["distances"]
-    slack = min(@BEYOND * sigma, 0.5 * (farthest - nearest)) + side["rounding"]
-    if a < nearest - slack or a > farthest + slack:
-        status |= OUTSIDE_CALIBRATION
-    return a, sigma, status
+    return a, sigma, status | doubts(side, a, near, sigma)
 
+@TOGETHER
 
 if __name__ == "__main__":
     # Lines of drive, signal and, if there is one, zero; commas between.

@@ -34,6 +34,7 @@ fn words(code: u8) -> String {
         (8, "ambiguous"),
         (16, "outside_calibration"),
         (32, "bad_input"),
+        (64, "inconsistent"),
     ];
     sorted(&all.iter().filter(|(bit, _)| code & bit != 0).map(|(_, w)| *w).collect::<Vec<_>>().join("+"))
 }
@@ -91,6 +92,49 @@ int main(void)
 }
 "#;
 
+/// Reads lines of the signals of the taps of one object.
+const OF_TAPS: &str = r#"
+#include "locate.c"
+#include <stdio.h>
+int main(void)
+{
+    double signals[VIBRISSA_TAPS], a, sigma;
+    float few[VIBRISSA_TAPS], af, sigmaf;
+    int status, statusf, k;
+    while (scanf("%lf", signals) == 1) {
+        few[0] = (float)signals[0];
+        for (k = 1; k < VIBRISSA_TAPS; k++) {
+            if (scanf(",%lf", signals + k) != 1) {
+                return 1;
+            }
+            few[k] = (float)signals[k];
+        }
+        status = vibrissa_taps(signals, VIBRISSA_ZERO, &a, &sigma);
+        statusf = vibrissa_tapsf(few, VIBRISSA_ZERO, &af, &sigmaf);
+        printf("%.17g,%.17g,%d,%.9g,%.9g,%d\n", a, sigma, status, af, sigmaf, statusf);
+    }
+    return 0;
+}
+"#;
+
+/// The same in Python.
+const TAPS_IN_PYTHON: &str = "
+import sys
+sys.path.insert(0, '.')
+import locate
+for line in sys.stdin:
+    a, sigma, said = locate.locate_taps([float(x) for x in line.split(',')])
+    print('' if a is None else repr(a), '' if sigma is None else repr(sigma), locate.words(said), sep=',')
+";
+
+/// Answers of `locate.c` at both precisions, and of `locate.py`, to taps of one object.
+pub fn together(folder: &Path, input: &str) -> [Vec<Answer>; 3] {
+    let [double, float] = compiled(folder, OF_TAPS, input);
+    let mut python = Command::new("python3");
+    python.current_dir(folder).args(["-I", "-W", "error", "-c", TAPS_IN_PYTHON]);
+    [double, float, spoken(&ran(&mut python, input))]
+}
+
 /// Answers of `locate.c` at both precisions.
 pub fn by_c(folder: &Path, input: &str) -> [Vec<Answer>; 2] {
     compiled(folder, HARNESS, input)
@@ -119,6 +163,11 @@ fn compiled(folder: &Path, harness: &str, input: &str) -> [Vec<Answer>; 2] {
 pub fn by_python(folder: &Path, input: &str) -> Vec<Answer> {
     let out =
         ran(Command::new("python3").current_dir(folder).args(["-I", "-W", "error", "locate.py"]), input);
+    spoken(&out)
+}
+
+/// Lines of distance, sigma and words.
+fn spoken(out: &str) -> Vec<Answer> {
     let answer = |l: &str| {
         let fields: Vec<&str> = l.split(',').collect();
         Answer(number(fields[0]), number(fields[1]), sorted(fields[2]))

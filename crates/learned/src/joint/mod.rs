@@ -10,6 +10,7 @@
 //! once for each tap, and be too sure.
 
 mod around;
+mod combined;
 mod course;
 mod expected;
 mod modes;
@@ -24,6 +25,7 @@ mod tests;
 use crate::base::Base;
 use crate::curve::{Curve, OF_RUN};
 use crate::invert::{Inverse, POINTS, prior};
+pub use combined::Combined;
 pub use course::{Course, Told as ToldCourse};
 pub use object::Object;
 pub use outlook::Outlook;
@@ -32,15 +34,15 @@ pub use stroke::Stroke;
 /// Shared numbers that move no signal by more than this share of its variance count as noise.
 const SMALL: f64 = 1e-4;
 /// Standard deviations on either side of a mode that are looked at.
-const WINDOW: f64 = 6.0;
+pub const WINDOW: f64 = 6.0;
 /// Points of the polynomial between points.
-const NEAR: usize = 6;
+pub const NEAR: usize = 6;
 /// Taps at most among which one that contradicts the others is looked for.
 const JUDGED: usize = 256;
 /// Standard deviation in ln a that is as good as none: the distance is free where taps are compared.
-const FREE: f64 = 10.0;
+pub const FREE: f64 = 10.0;
 /// Mass below which a mode is none.
-const NONE: f64 = 1e-9;
+pub const NONE: f64 = 1e-9;
 /// Mass below which another mode is no answer.
 pub const SECOND: f64 = 0.05;
 
