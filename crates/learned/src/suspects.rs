@@ -12,6 +12,8 @@ const CHANCE: f64 = 0.01;
 const LEAST: f64 = 0.03;
 /// Positions from which one can be told from the others.
 const ENOUGH: usize = 7;
+/// An end with so many times fewer rows than a usual position is looked at.
+const FEWER: usize = 4;
 /// Rows that are off by so many times their signal, and that of most rows, are left out before any fit.
 const GROSS: f64 = 30.0;
 /// At most this share of the rows is left out.
@@ -89,35 +91,51 @@ fn worst(task: &Task<'_>, fit: &Fit, n: usize) -> Option<(Suspect, f64)> {
 }
 
 /// The rows of a position that is where no curve through all others leads: few, and all of them, so that they bear each other out. Many rows are
-/// left in: then the position is one that was meant.
+/// left in: then the position is one that was meant. Looked at are the position that is farthest off, and the first and the last where they have
+/// far fewer rows than others: there a curve bends to any row.
 fn position(task: &Task<'_>, last: &Fit, kept: &[usize]) -> Option<Vec<(Suspect, f64)>> {
     let label = |k: &usize| (task.rows[*k].a.ln() * 1e9).round() as i64;
     let mut positions: BTreeMap<i64, Vec<usize>> = BTreeMap::new();
     kept.iter()
         .filter(|k| task.rows[**k].touches())
         .for_each(|k| positions.entry(label(k)).or_default().push(*k));
-    if last.curve.spread.position.sqrt() < LEAST || positions.len() < ENOUGH {
+    if positions.len() < ENOUGH {
         return None;
     }
-    let off = |fit: &Fit, rows: &[usize]| {
-        let n = rows.len() as f64;
-        let of = |k: &usize| {
-            let row = &task.rows[*k];
-            let e = fit.base(task, |base| fit.curve.expected(base, row.a, row.u, false));
-            let (off, size) = (row.y - fit.curve.zero - e.signal, e.signal.abs());
-            (off / size, (e.of_curve + e.of_position + e.of_run + e.of_noise / n) / (size * size))
-        };
-        let all: Vec<(f64, f64)> = rows.iter().map(of).collect();
-        [all.iter().map(|x| x.0).sum::<f64>() / n, (all.iter().map(|x| x.1).sum::<f64>() / n).sqrt()]
-    };
     let few = |rows: &&Vec<usize>| rows.len() <= 3 && (rows.len() as f64) < LEAST * kept.len() as f64;
-    let worst = positions.values().max_by(|p, q| off(last, p)[0].abs().total_cmp(&off(last, q)[0].abs()));
-    let rows = worst.filter(few)?;
+    let farther = |p: &&Vec<usize>, q: &&Vec<usize>| {
+        off(task, last, p)[0].abs().total_cmp(&off(task, last, q)[0].abs())
+    };
+    let spread = last.curve.spread.position.sqrt() >= LEAST;
+    let worst = positions.values().max_by(farther).filter(|_| spread);
+    let mut counts: Vec<usize> = positions.values().map(Vec::len).collect();
+    counts.sort_unstable();
+    let fewer = |rows: &&Vec<usize>| FEWER * rows.len() <= counts[counts.len() / 2];
+    let ends = [positions.values().next(), positions.values().next_back()];
+    let ends = ends.into_iter().flatten().filter(fewer);
+    worst.into_iter().chain(ends).filter(few).find_map(|rows| unlike(task, rows, kept, positions.len()))
+}
+
+/// By what share `rows` are off what `fit` expects, together, and its standard deviation.
+fn off(task: &Task<'_>, fit: &Fit, rows: &[usize]) -> [f64; 2] {
+    let n = rows.len() as f64;
+    let of = |k: &usize| {
+        let row = &task.rows[*k];
+        let e = fit.base(task, |base| fit.curve.expected(base, row.a, row.u, false));
+        let (off, size) = (row.y - fit.curve.zero - e.signal, e.signal.abs());
+        (off / size, (e.of_curve + e.of_position + e.of_run + e.of_noise / n) / (size * size))
+    };
+    let all: Vec<(f64, f64)> = rows.iter().map(of).collect();
+    [all.iter().map(|x| x.0).sum::<f64>() / n, (all.iter().map(|x| x.1).sum::<f64>() / n).sqrt()]
+}
+
+/// The `rows` of one of so many positions, each with its share, if all others expect them elsewhere.
+fn unlike(task: &Task<'_>, rows: &[usize], kept: &[usize], positions: usize) -> Option<Vec<(Suspect, f64)>> {
     let left: Vec<usize> = kept.iter().copied().filter(|k| !rows.contains(k)).collect();
     let next = fit(task, &left, From::Nowhere, true).ok()?;
-    let [share, sd] = off(&next, rows);
-    let freedom = (positions.len() as f64 - 5.0).max(1.0);
-    let rare = positions.len() as f64 * 2.0 * tail(normal(share.abs() / sd, freedom)) < CHANCE;
+    let [share, sd] = off(task, &next, rows);
+    let freedom = (positions as f64 - 5.0).max(1.0);
+    let rare = positions as f64 * 2.0 * tail(normal(share.abs() / sd, freedom)) < CHANCE;
     let suspect = |k: &usize| {
         let row = &task.rows[*k];
         let expected = next.base(task, |base| next.curve.expected(base, row.a, row.u, true)).signal;

@@ -168,6 +168,23 @@ fn wrong_rows_are_named_and_sound_ones_are_not() {
 }
 
 #[test]
+fn a_wrong_row_that_is_the_nearest_is_named() {
+    let rig =
+        Rig { noise: 2e-3, repeats: 2, drives: vec![1.0, 2.0, 4.0, 6.0], runs: 1, zero: 0.0, gain: 0.0 };
+    for seed in 1..=10 {
+        let mut rows = rig.rows(seed);
+        let nearest = |y: f64| Row { a: 17.0, u: 4.0, y, run: 0, t: 1e3 };
+        rows.push(nearest(truth(30.0, 4.0)));
+        let found = |rows: &[Row]| sound(&task(rows), &all(rows), false).unwrap().1;
+        let places: Vec<usize> = found(&rows).iter().map(|s| s.place).collect();
+        assert_eq!(places, [rows.len() - 1], "seed {seed}");
+        let last = rows.len() - 1;
+        rows[last] = nearest(truth(17.0, 4.0));
+        assert!(found(&rows).is_empty(), "seed {seed}");
+    }
+}
+
+#[test]
 fn one_position_is_none() {
     let rows: Vec<Row> =
         (1..9).map(|u| Row { a: 30.0, u: f64::from(u), y: f64::from(u), run: 0, t: 0.0 }).collect();
