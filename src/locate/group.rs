@@ -3,7 +3,8 @@
 use super::Located;
 use super::kept::field;
 use super::object::{By, Objects, Together, UnlocatedTap};
-use super::rows::RowReader;
+use super::pair::{Parts, Spatial};
+use super::rows::{Answerer, RowReader};
 use super::stream::Ask;
 use super::strokes::{Far, Strokes};
 use crate::error::InputError;
@@ -29,11 +30,29 @@ impl<'a> Group<'a> {
     }
 
     /// Columns that are added after the status of readings that are told together `by` this; `rows` of a file, whose columns are kept.
-    pub fn columns(by: By<'_>, rows: Option<&RowReader<'_>>) -> Vec<&'static str> {
+    pub fn columns(by: By<'_>, who: Answerer<'_>, rows: Option<&RowReader<'_>>) -> Vec<&'static str> {
         match by {
             By::Strokes => Strokes::columns(rows),
-            _ => Objects::columns(by, rows.is_some()),
+            _ => Objects::columns(by, rows.is_some(), who.is_twofold()),
         }
+    }
+
+    /// The columns of a tap by two gauges, as in [`Self::tell`].
+    pub(super) fn tell_pair(
+        &mut self,
+        (rows, text): (&RowReader<'_>, Option<&str>),
+        at: (usize, u64),
+        alone: &(Spatial, Option<Parts>),
+        ask: &Ask<'_>,
+    ) -> Vec<u8> {
+        let mut out = Vec::new();
+        if let Self::Objects(objects) = self {
+            let name = objects.name(rows, text);
+            let together = objects.tell_pair(&name, at, alone, ask);
+            self.name((rows, text), ask, &mut out);
+            Together::write(together.as_ref(), true, &mut out);
+        }
+        out
     }
 
     /// The sensor is at rest.
@@ -57,7 +76,7 @@ impl<'a> Group<'a> {
                 let name = objects.name(rows, text);
                 let together = objects.tell(&name, tap, alone, ask);
                 self.name((rows, text), ask, &mut out);
-                Together::write(together.as_ref(), &mut out);
+                Together::write(together.as_ref(), false, &mut out);
             }
             Self::Strokes(strokes) => {
                 let name = strokes.name(rows, text);
@@ -79,7 +98,7 @@ impl<'a> Group<'a> {
         match self {
             Self::Objects(_) => {
                 self.name((rows, text), ask, &mut out);
-                Together::write(None, &mut out);
+                Together::write(None, rows.who.is_twofold(), &mut out);
             }
             Self::Strokes(_) => {
                 self.nameless(rows, ask, &mut out);

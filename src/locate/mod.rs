@@ -20,6 +20,7 @@ pub mod next;
 pub mod object;
 pub(crate) mod opened;
 pub mod pair;
+mod pairs;
 mod reading;
 mod rows;
 mod said;

@@ -5,6 +5,8 @@ use std::collections::HashMap;
 use vibrissa_core::normal::quantile;
 use vibrissa_learned::joint::{Joint, Object, Tap};
 
+use super::pair::{Parts, Spatial};
+use super::pairs::{self, PairObject};
 use super::rows::{Answerer, RowReader};
 use super::stream::{Ask, number};
 use super::{Located, Locator};
@@ -15,10 +17,14 @@ use crate::status::Status;
 /// deviations, and words.
 pub const COLUMNS: [&str; 6] =
     ["taps", "object_distance_mm", "object_sigma_mm", "apart_line", "apart_sigmas", "object_status"];
+/// What two gauges add, after the third of these.
+pub const OF_TWO: [&str; 2] = ["object_tilt_deg", "object_sigma_tilt_deg"];
 /// The column that names the object, where none is said.
 pub const NAME: &str = "object";
 /// Objects that are known at a time; the one that was tapped longest ago goes first.
 const MOST: usize = 256;
+/// One gauge tells no tilt.
+const NO_TILT: [f64; 2] = [f64::NAN; 2];
 /// Chance that sound taps are said to contradict each other.
 const CHANCE: f64 = 0.001;
 
@@ -48,11 +54,16 @@ pub struct Objects<'a> {
     warned: bool,
 }
 
-/// The taps of an object.
+/// The taps of an object, by one gauge or by two.
+enum Taps {
+    /// With the side and taring of its first tap, which others have too.
+    One(Object, (usize, bool)),
+    Two(PairObject),
+}
+
+/// What is known of an object.
 struct Known {
-    object: Object,
-    /// Side and taring of its first tap, which others have too.
-    kind: (usize, bool),
+    object: Taps,
     /// Lines of the taps that are compared, the last at the end.
     lines: Vec<usize>,
     seen: u64,
@@ -62,18 +73,21 @@ struct Known {
 pub struct Together {
     taps: usize,
     located: Located,
+    /// By two gauges the tilt and its standard deviation, degrees.
+    tilt: [f64; 2],
     apart: Option<(usize, f64)>,
 }
 
 impl Together {
-    /// Writes the columns, each with a comma after it but for the last.
-    pub fn write(this: Option<&Self>, out: &mut Vec<u8>) {
-        let Some(Self { taps, located, apart }) = this else {
-            out.extend(b",,,,,");
+    /// Writes the columns, with those of two gauges or without, each with a comma after it but for the last.
+    pub fn write(this: Option<&Self>, twofold: bool, out: &mut Vec<u8>) {
+        let Some(Self { taps, located, tilt, apart }) = this else {
+            out.extend(if twofold { &b",,,,,,,"[..] } else { b",,,,," });
             return;
         };
         number(out, *taps as f64);
         [located.distance, located.sigma].into_iter().for_each(|x| number(out, x));
+        tilt.iter().filter(|_| twofold).for_each(|x| number(out, *x));
         let (line, by) = apart.map_or((f64::NAN, f64::NAN), |(line, by)| (line as f64, by));
         number(out, line);
         // More digits than two of a number of standard deviations say nothing.
@@ -104,7 +118,8 @@ impl<'a> Objects<'a> {
     /// Several signals, and estimators that tell each tap alone.
     pub fn can(who: Answerer<'_>, by: By<'_>) -> Result<(), InputError> {
         let locator = who.first();
-        if by == By::Unsaid || who.is_alone() && locator.is_learned() {
+        let two = who.is_twofold() && by != By::Strokes;
+        if by == By::Unsaid || two || who.is_alone() && locator.is_learned() {
             return Ok(());
         }
         let key = match by {
@@ -117,7 +132,9 @@ impl<'a> Objects<'a> {
             Answerer::One(_) if locator.is_twofold() => "two gauges",
             Answerer::One(_) => locator.estimator.name(),
         };
-        let error = InputError::new("readings are taken together by `learned`, of one signal");
+        let error = InputError::new(
+            "readings are taken together by `learned`, of one signal, and taps by two gauges",
+        );
         Err(error.key(key).value(estimator).allowed("a calibration of one signal by learned"))
     }
 
@@ -167,9 +184,11 @@ impl<'a> Objects<'a> {
     }
 
     /// Columns that are added after the status, and before them the object where the line does not keep it.
-    pub fn columns(by: By<'_>, keep: bool) -> Vec<&'static str> {
+    pub fn columns(by: By<'_>, keep: bool, twofold: bool) -> Vec<&'static str> {
         let named = !keep && matches!(by, By::Column(_));
-        named.then_some(NAME).into_iter().chain(COLUMNS).collect()
+        let (first, last) = COLUMNS.split_at(3);
+        let of_two = OF_TWO.iter().filter(|_| twofold);
+        named.then_some(&NAME).into_iter().chain(first).chain(of_two).chain(last).copied().collect()
     }
 
     /// The object of a line.
@@ -187,7 +206,7 @@ impl<'a> Objects<'a> {
         ask: &Ask<'_>,
     ) -> Option<Together> {
         // A tap that has no distance of its own, at an end stop or beyond any, tells none together with others either.
-        if self.place.is_some() && name.is_empty() || alone.distance.is_nan() {
+        if self.is_nameless(name) || alone.distance.is_nan() {
             return None;
         }
         let asked = self.locator.asked(tap.drive, tap.signal).ok()?;
@@ -195,43 +214,99 @@ impl<'a> Objects<'a> {
         let (tared, y, of_zero) = learned.read(asked.signal, tap.share);
         let kind = (asked.side, tared);
         let same_run = self.locator.same_run;
+        let new = |joint: &Joint| Taps::One(Object::new(joint), kind);
         let joint = self.joints.entry(kind).or_insert_with(|| learned.joint(tared));
         self.clock += 1;
-        if !self.known.contains_key(name) && self.known.len() == MOST {
-            let oldest = self.known.iter().min_by_key(|(_, k)| k.seen).map(|(name, _)| name.clone())?;
-            if !std::mem::replace(&mut self.warned, true) {
-                (ask.warn)(&format!(
-                    "more than {MOST} objects: of the one that was tapped longest ago, taps that come later are those of another one"
-                ));
-            }
-            self.known.remove(&oldest);
-        }
-        let new = || Known { object: Object::new(joint), kind, lines: Vec::new(), seen: 0 };
-        let known = self.known.entry(name.to_owned()).or_insert_with(new);
-        known.seen = self.clock;
-        if known.kind != kind {
+        let known = Known::of(&mut self.known, (name, self.clock), (&mut self.warned, ask), || new(joint));
+        let Taps::One(object, its_kind) = &mut known.object else { return None };
+        if *its_kind != kind {
             let located = Located::nothing(Status::INCONSISTENT);
-            return Some(Together { taps: known.object.count(), located, apart: Some((tap.line, f64::NAN)) });
+            let (taps, apart) = (object.count(), Some((tap.line, f64::NAN)));
+            return Some(Together { taps, located, tilt: NO_TILT, apart });
         }
-        known.object.add(joint, Tap { u: asked.drive, y, of_zero, zero: tap.zero }, same_run);
+        object.add(joint, Tap { u: asked.drive, y, of_zero, zero: tap.zero }, same_run);
         known.lines.push(tap.line);
-        let more = known.lines.len().saturating_sub(known.object.compared());
+        let more = known.lines.len().saturating_sub(object.compared());
         known.lines.drain(..more);
-        let taps = known.object.count();
+        let taps = object.count();
         if taps == 1 {
-            return Some(Together { taps, located: *alone, apart: None });
+            return Some(Together { taps, located: *alone, tilt: NO_TILT, apart: None });
         }
-        let Some(told) = known.object.told(joint) else {
-            return Some(Together { taps, located: Located::nothing(Status::NO_ROOT), apart: None });
+        let Some(told) = object.told(joint) else {
+            let located = Located::nothing(Status::NO_ROOT);
+            return Some(Together { taps, located, tilt: NO_TILT, apart: None });
         };
-        let apart = known.object.apart(joint, told.a.ln(), same_run);
+        let apart = object.apart(joint, told.a.ln(), same_run);
         let apart = apart.map(|(ago, by)| (known.lines[known.lines.len() - 1 - ago], by));
         let mut status = self.locator.sides()[asked.side].doubts(told.a, told.near, told.sigma);
         if apart.is_some_and(|(_, by)| by.abs() > limit(known.lines.len())) {
             status |= Status::INCONSISTENT;
         }
         let located = Located { distance: told.a, sigma: told.sigma, status };
-        Some(Together { taps, located, apart })
+        Some(Together { taps, located, tilt: NO_TILT, apart })
+    }
+
+    /// The same of a tap by two gauges, `alone` its own answer and of what that is made; its line, and the number of zero readings before it.
+    pub(super) fn tell_pair(
+        &mut self,
+        name: &str,
+        (line, zero): (usize, u64),
+        (alone, parts): &(Spatial, Option<Parts>),
+        ask: &Ask<'_>,
+    ) -> Option<Together> {
+        let parts = parts.filter(|_| !self.is_nameless(name) && alone.located.distance.is_finite())?;
+        self.clock += 1;
+        let new = || Taps::Two(PairObject::new());
+        let known = Known::of(&mut self.known, (name, self.clock), (&mut self.warned, ask), new);
+        let Taps::Two(object) = &mut known.object else { return None };
+        if !object.add(parts, zero) {
+            return None;
+        }
+        known.lines.push(line);
+        let more = known.lines.len().saturating_sub(object.compared());
+        known.lines.drain(..more);
+        let taps = object.count();
+        let Some(told) = object.told().filter(|_| taps > 1) else {
+            let tilt = [alone.tilt, alone.sigma_tilt];
+            return Some(Together { taps, located: alone.located, tilt, apart: None });
+        };
+        let apart = object.apart().map(|(ago, by)| (known.lines[known.lines.len() - 1 - ago], by));
+        let mut status = self.locator.doubts_together(told.at[0], told.sigma[0]);
+        if apart.is_some_and(|(_, by)| by > pairs::limit(known.lines.len(), CHANCE)) {
+            status |= Status::INCONSISTENT;
+        }
+        let located = Located { distance: told.at[0], sigma: told.sigma[0], status };
+        Some(Together { taps, located, tilt: [told.at[1], told.sigma[1]].map(f64::to_degrees), apart })
+    }
+
+    /// Whether a tap is of no object.
+    fn is_nameless(&self, name: &str) -> bool {
+        self.place.is_some() && name.is_empty()
+    }
+}
+
+impl Known {
+    /// What is known of the object `name`, of a new one what `new` makes; the oldest of too many goes.
+    fn of<'k>(
+        all: &'k mut HashMap<String, Self>,
+        (name, clock): (&str, u64),
+        (warned, ask): (&mut bool, &Ask<'_>),
+        new: impl FnOnce() -> Taps,
+    ) -> &'k mut Self {
+        if !all.contains_key(name) && all.len() == MOST {
+            if let Some(oldest) = all.iter().min_by_key(|(_, k)| k.seen).map(|(name, _)| name.clone()) {
+                all.remove(&oldest);
+            }
+            if !std::mem::replace(warned, true) {
+                (ask.warn)(&format!(
+                    "more than {MOST} objects: of the one that was tapped longest ago, taps that come later are those of another one"
+                ));
+            }
+        }
+        let known =
+            all.entry(name.to_owned()).or_insert_with(|| Self { object: new(), lines: Vec::new(), seen: 0 });
+        known.seen = clock;
+        known
     }
 }
 

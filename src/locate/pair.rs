@@ -82,6 +82,43 @@ impl Spatial {
     }
 }
 
+/// Of what the errors of two readings are made.
+struct Sources {
+    /// Variance of one reading of each gauge.
+    own: [f64; 2],
+    /// Standard deviation that the zero of each gauge brings.
+    zeros: [f64; 2],
+    /// By how much both readings are moved by one standard deviation of what all taps share: the zero of the calibration, its curve, the factor
+    /// and the misalignment of the second gauge.
+    shared: [[f64; 2]; SHARED - 1],
+}
+
+impl Sources {
+    /// Variances of both readings.
+    fn variances(&self) -> [f64; 2] {
+        [0, 1].map(|k| {
+            let shared: f64 = self.shared.iter().map(|s| s[k] * s[k]).sum();
+            self.own[k] + self.zeros[k] * self.zeros[k] + shared
+        })
+    }
+}
+
+/// Numbers that move all taps of a calibration of two gauges alike: those of [`Sources`], and the bias of distances.
+pub(super) const SHARED: usize = 5;
+
+/// Distance, mm, and tilt, rad, of a tap, and of what their errors are made.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Parts {
+    /// Both.
+    pub at: [f64; 2],
+    /// Covariance that is of this tap alone.
+    pub own: [[f64; 2]; 2],
+    /// By how much one standard deviation of the zero of each gauge moves them.
+    pub zeros: [[f64; 2]; 2],
+    /// The same of each of the numbers that all taps share.
+    pub shared: [[f64; 2]; SHARED],
+}
+
 /// What answers the readings of two gauges.
 pub(crate) struct Twofold {
     second: Second,
@@ -170,7 +207,13 @@ impl Locator {
     /// # Errors
     /// A backend that fails.
     pub fn locate_pairs(&self, readings: &[Readings]) -> Result<Vec<Spatial>, Error> {
-        let mut all = vec![Spatial::nothing(Status::OUTSIDE_CALIBRATION); readings.len()];
+        Ok(self.pairs(readings)?.into_iter().map(|found| found.0).collect())
+    }
+
+    /// The same with what each that is told is made of.
+    pub(super) fn pairs(&self, readings: &[Readings]) -> Result<Vec<(Spatial, Option<Parts>)>, Error> {
+        let nothing = |why: Status| (Spatial::nothing(why), None);
+        let mut all = vec![nothing(Status::OUTSIDE_CALIBRATION); readings.len()];
         let Some(two) = &self.twofold else { return Ok(all) };
         let side = &self.sides()[two.side];
         // What linear theory makes of them; the model starts there.
@@ -181,7 +224,7 @@ impl Locator {
             let status = match self.admitted(two, side, drive, signs) {
                 Ok(status) => status,
                 Err(why) => {
-                    all[i] = Spatial::nothing(why);
+                    all[i] = nothing(why);
                     continue;
                 }
             };
@@ -193,7 +236,7 @@ impl Locator {
             ) {
                 Ok(found) => found,
                 Err(why) => {
-                    all[i] = Spatial::nothing(status | why);
+                    all[i] = nothing(status | why);
                     continue;
                 }
             };
@@ -212,7 +255,7 @@ impl Locator {
             for ((i, .., status, _, solved), found) in begun.iter_mut().zip(inverted) {
                 let slopes = found.and_then(|f| Some((f, inverse(f.slopes)?)));
                 let Some((Inverted { place, slopes }, inverse)) = slopes else {
-                    all[*i] = Spatial::nothing(*status | Status::NO_ROOT);
+                    all[*i] = nothing(*status | Status::NO_ROOT);
                     solved.a = f64::NAN;
                     continue;
                 };
@@ -223,13 +266,9 @@ impl Locator {
         }
         for (i, signs, drive, status, found, solved) in begun {
             if solved.a.is_finite() {
-                let noise = self.variances(
-                    two,
-                    signs,
-                    readings[i].shares,
-                    found.variance * solved.tilt.cos().powi(4),
-                );
-                all[i] = self.judged(two, side, drive, status, noise, &solved);
+                let of_model = found.variance * solved.tilt.cos().powi(4);
+                let sources = self.sources(two, signs, readings[i].shares, of_model);
+                all[i] = self.judged(two, side, drive, status, &sources, &solved);
             }
         }
         Ok(all)
@@ -257,15 +296,23 @@ impl Locator {
         Ok(status)
     }
 
-    /// Variances of two readings, the expected ones' included, of which `of_model` is that of the first's.
-    fn variances(&self, two: &Twofold, readings: [f64; 2], shares: [f64; 2], of_model: f64) -> [f64; 2] {
+    /// Errors of two readings, the expected ones' included, of which `of_model` is the variance of the first's.
+    fn sources(&self, two: &Twofold, readings: [f64; 2], shares: [f64; 2], of_model: f64) -> Sources {
         let Second { factor, noise, sigma_factor, sigma_misalignment_deg, .. } = &two.second;
         let ratio = factor / two.transfer.factors[0];
-        let first = self.noise().powi(2) * (1.0 + shares[0]) + self.of_zero() + of_model;
-        let second = noise * noise * (1.0 + shares[1])
-            + (readings[1] * sigma_factor / factor).powi(2)
-            + (readings[0] * ratio * sigma_misalignment_deg.to_radians()).powi(2);
-        [first, second]
+        let noises = [self.noise(), *noise];
+        let of_factor = readings[1] * sigma_factor / factor;
+        let of_misalignment = readings[0] * ratio * sigma_misalignment_deg.to_radians();
+        Sources {
+            own: noises.map(|n| n * n),
+            zeros: [0, 1].map(|k| noises[k] * shares[k].sqrt()),
+            shared: [
+                [self.of_zero().sqrt(), 0.0],
+                [of_model.sqrt(), 0.0],
+                [0.0, of_factor],
+                [0.0, of_misalignment],
+            ],
+        }
     }
 
     /// The answer, with what it is worth: J⁻¹ N J⁻ᵀ, and the bias on held-out distances.
@@ -275,18 +322,29 @@ impl Locator {
         side: &Opened,
         drive: f64,
         status: Status,
-        noise: [f64; 2],
+        sources: &Sources,
         solved: &Solved,
-    ) -> Spatial {
+    ) -> (Spatial, Option<Parts>) {
         let [of_a, of_tilt] = solved.inverse;
-        let product = |p: [f64; 2], q: [f64; 2]| p[0] * q[0] * noise[0] + p[1] * q[1] * noise[1];
+        let product_of =
+            |v: [f64; 2]| move |p: [f64; 2], q: [f64; 2]| p[0] * q[0] * v[0] + p[1] * q[1] * v[1];
+        let product = product_of(sources.variances());
         let bias = between(&side.drives, &side.bias, drive);
         let aa = product(of_a, of_a) + bias * bias;
         let (at, tt) = (product(of_a, of_tilt), product(of_tilt, of_tilt));
         let (sigma, sigma_tilt) = (aa.sqrt(), tt.sqrt());
         if !(sigma.is_finite() && sigma_tilt.is_finite()) {
-            return Spatial::nothing(status | Status::NO_ROOT);
+            return (Spatial::nothing(status | Status::NO_ROOT), None);
         }
+        let own = product_of(sources.own);
+        let moved = |[r1, r2]: [f64; 2]| [of_a, of_tilt].map(|by| by[0] * r1 + by[1] * r2);
+        let [zero, curve, factor, misalignment] = sources.shared.map(moved);
+        let parts = Parts {
+            at: [solved.a, solved.tilt],
+            own: [of_a, of_tilt].map(|p| [of_a, of_tilt].map(|q| own(p, q))),
+            zeros: [moved([sources.zeros[0], 0.0]), moved([0.0, sources.zeros[1]])],
+            shared: [zero, curve, factor, misalignment, [bias, 0.0]],
+        };
         let ambiguous = if solved.rising { Status::AMBIGUOUS } else { Status::OK };
         let status = status | ambiguous | side.doubts(solved.a, solved.near, sigma);
         let (sin, cos) = solved.tilt.sin_cos();
@@ -295,13 +353,19 @@ impl Locator {
         // Gradients of x, y, z over a and β.
         let by = [[along, 0.0], [narrower * cos, -out * sin], [narrower * sin, out * cos]];
         let spread = |[a, b]: [f64; 2]| (a * a * aa + 2.0 * a * b * at + b * b * tt).max(0.0).sqrt();
-        Spatial {
+        let spatial = Spatial {
             located: Located { distance: solved.a, sigma, status },
             tilt: solved.tilt.to_degrees(),
             sigma_tilt: sigma_tilt.to_degrees(),
             correlation: at / (sigma * sigma_tilt),
             point: [x, out * cos, out * sin],
             sigma_point: by.map(spread),
-        }
+        };
+        (spatial, Some(parts))
+    }
+
+    /// Words of warning of a distance and its standard deviation that several taps tell together.
+    pub(super) fn doubts_together(&self, a: f64, sigma: f64) -> Status {
+        self.twofold.as_ref().map_or(Status::OK, |two| self.sides()[two.side].doubts(a, None, sigma))
     }
 }

@@ -39,6 +39,14 @@ pub struct Reading {
     pub shares: Vec<f64>,
 }
 
+impl Reading {
+    /// Of two gauges.
+    pub(super) fn pair(&self) -> PairOfReadings {
+        let two = |all: &[f64]| [all[0], all[1]];
+        PairOfReadings { drive: self.drive, signals: two(&self.signals), shares: two(&self.shares) }
+    }
+}
+
 impl<'a> Answerer<'a> {
     /// The one whose rig and columns are those of all.
     pub fn first(self) -> &'a Locator {
@@ -96,12 +104,7 @@ impl<'a> Answerer<'a> {
         let plain = |located: Located| Spatial { located, ..Spatial::nothing(located.status) };
         match self {
             Self::One(locator) if locator.is_twofold() => {
-                let pair = |t: &Reading| PairOfReadings {
-                    drive: t.drive,
-                    signals: [t.signals[0], t.signals[1]],
-                    shares: [t.shares[0], t.shares[1]],
-                };
-                locator.locate_pairs(&taps.iter().map(pair).collect::<Vec<_>>())
+                locator.locate_pairs(&taps.iter().map(Reading::pair).collect::<Vec<_>>())
             }
             Self::One(locator) => {
                 let one = |t: &Reading| plain(locator.locate_above(t.drive, t.signals[0], 0.0, t.shares[0]));

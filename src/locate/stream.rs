@@ -140,7 +140,7 @@ pub fn answer<'a>(
         names.extend((0..who.signals()).map(|k| who.column(k)));
         names.extend(&added(who)[1..]);
         if ask.by != By::Unsaid {
-            names.extend(Group::columns(ask.by, None));
+            names.extend(Group::columns(ask.by, who, None));
         }
         out.extend(format!("{}\n", names.join(",")).bytes());
         // Whoever starts a stream may want to see that it is ready.
@@ -158,7 +158,7 @@ pub fn answer<'a>(
         ));
     }
     let mut group = Group::new(&rows, ask).map_err(label)?;
-    let together = group.iter().flat_map(|_| Group::columns(ask.by, Some(&rows)));
+    let together = group.iter().flat_map(|_| Group::columns(ask.by, who, Some(&rows)));
     let columns: Vec<&str> = added(who).into_iter().chain(together).collect();
     let kept = ask.keep.then(|| Kept::new(&rows, &columns));
     if let Some(kept) = &kept {
@@ -233,6 +233,12 @@ pub fn answer<'a>(
                     together = Some(group.tell((&rows, line.text), tap, &located, ask));
                 }
                 Answer::Known(located)
+            } else if let Some(group) = group.as_mut().filter(|_| who.is_twofold()) {
+                let alone = locator.pairs(&[tap.pair()])?.pop();
+                let alone = alone.unwrap_or((Spatial::nothing(Status::BAD_INPUT), None));
+                together =
+                    Some(group.tell_pair((&rows, line.text), (line.number, counts.zeros), &alone, ask));
+                Answer::Contact(Box::new(alone.0))
             } else {
                 Answer::UnlocatedTap(tap)
             }
@@ -298,6 +304,7 @@ pub(super) fn tares(
 /// What a line is answered by.
 enum Answer {
     Known(Located),
+    Contact(Box<Spatial>),
     UnlocatedTap(Reading),
 }
 
@@ -317,7 +324,8 @@ impl Batch {
         let (mut taps, mut known) = (Vec::new(), Vec::with_capacity(answers.len()));
         for (to, answer, more) in answers {
             let found = match answer {
-                Answer::Known(located) => Some(located),
+                Answer::Known(located) => Some(Spatial { located, ..Spatial::nothing(located.status) }),
+                Answer::Contact(found) => Some(*found),
                 Answer::UnlocatedTap(tap) => {
                     taps.push(tap);
                     None
@@ -328,11 +336,7 @@ impl Batch {
         let mut located = who.answer(&taps)?.into_iter();
         let mut from = 0;
         for (to, found, more) in known {
-            let found = match found {
-                Some(located) => Some(Spatial { located, ..Spatial::nothing(located.status) }),
-                None => located.next(),
-            };
-            let found = found.unwrap_or(Spatial::nothing(Status::BAD_INPUT));
+            let found = found.or_else(|| located.next()).unwrap_or(Spatial::nothing(Status::BAD_INPUT));
             note(counts, found.located.status);
             out.extend_from_slice(&self.asked[from..to]);
             let numbers = found.numbers();

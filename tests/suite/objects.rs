@@ -295,3 +295,93 @@ fn a_robot_tells_taps_together_as_locate() {
     refused(&["--taps", "4,77"], "this drive was not calibrated");
     refused(&["--taps", "4,7", "--whisker", "spec.toml", "--estimator", "paper"], "--estimator learned");
 }
+
+/// Taps of poles that tilt, by two gauges: distance and tilt of an object are those of all its taps, and a wrong one is named.
+#[test]
+fn two_gauges_tell_an_object_together() {
+    const RIG: &str =
+        "[tap]\na = { from = 18, to = 48, step = 3 }\ntilt = [-20, 0, 20]\ntheta = [2, 4, 6, 8, 10]\n";
+    const POLES: &str =
+        "[tap]\na = { from = 21.5, to = 44.5, step = 1 }\ntilt = [-15, 5, 22]\ntheta = [3, 4.5, 6, 8]\n";
+    let spec = |taps: &str| prototype(4.0, &["second = true\nnoise_strain = 3e-5\n", taps, REAL]);
+    let desk = Desk::new(&spec(RIG));
+    desk.write("fresh.toml", spec(POLES));
+    desk.run(&["simulate", "spec.toml", "--out", "sim", "--seed", "5", "--repeats", "3"]).exits(0);
+    desk.run(&["calibrate", "sim/measurements.csv", "--whisker", "spec.toml", "--out", "cal"]).exits(0);
+    desk.run(&["simulate", "fresh.toml", "--out", "new", "--seed", "11"]).exits(0);
+    let text = desk.read("new/measurements.csv");
+    let mut lines = text.lines().filter(|line| !line.starts_with('#'));
+    let header: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let place = |name: &str| header.iter().position(|n| *n == name).unwrap();
+    let [a, tilt, theta, strain] = ["a_mm", "tilt_deg", "theta_deg", "strain"].map(place);
+    let mut taps: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
+    taps.retain(|tap| tap[theta].parse::<f64>().unwrap() > 0.0);
+    let key = |tap: &Vec<&str>| format!("{} {}", tap[a], tap[tilt]);
+    taps.sort_by_key(key);
+    let named = |tap: &Vec<&str>| format!("{},{}\n", tap.join(","), key(tap));
+    desk.write(
+        "taps.csv",
+        format!("{},object\n", header.join(",")) + &taps.iter().map(named).collect::<String>(),
+    );
+    desk.run(&["locate", "cal/calibration.toml", "taps.csv", "--out", "out"]).exits(0);
+    let table = Table::read(&desk.path("out/located.csv"));
+    let (mut objects, mut within) = (0.0, [[0.0; 2]; 2]);
+    let mut narrower = 0.0;
+    for rows in table.rows.chunk_by(|p, q| p["object"] == q["object"]) {
+        assert_eq!((rows.len(), &*rows[3]["taps"]), (4, "4"));
+        let last = &rows[3];
+        let pairs = [
+            ("distance_mm", "object_distance_mm"),
+            ("tilt_deg", "object_tilt_deg"),
+            ("sigma_mm", "object_sigma_mm"),
+        ];
+        pairs.iter().for_each(|(alone, all)| assert_eq!(rows[0][*alone], rows[0][*all]));
+        let off = [
+            (of(last, "object_distance_mm") - of(last, "a_mm")).abs() / of(last, "object_sigma_mm"),
+            (of(last, "object_tilt_deg") - of(last, "given_tilt_deg")).abs()
+                / of(last, "object_sigma_tilt_deg"),
+        ];
+        for (k, off) in off.into_iter().enumerate() {
+            (1..3).for_each(|n| within[k][n - 1] += f64::from(u8::from(off < n as f64)));
+        }
+        let best = rows.iter().map(|row| of(row, "sigma_mm")).fold(f64::INFINITY, f64::min);
+        assert!(of(last, "object_sigma_mm") <= best * 1.001, "{last:?}");
+        narrower += of(last, "object_sigma_mm") / best;
+        objects += 1.0;
+    }
+    println!("{objects} objects, within {within:?}, narrower {}", narrower / objects);
+    assert!(objects > 60.0 && narrower / objects < 0.95);
+    for [one, two] in within {
+        assert!((0.5..0.9).contains(&(one / objects)) && two / objects > 0.88, "{within:?} of {objects}");
+    }
+    let inconsistent = |table: &Table| {
+        table.rows.iter().skip(3).step_by(4).filter(|r| r["object_status"].contains("inconsistent")).count()
+    };
+    assert!(inconsistent(&table) < 3);
+    let changed = |(k, tap): (usize, &Vec<&str>)| {
+        let share = if k % 4 == 1 { 1.1 } else { 1.0 };
+        let value = (tap[strain].parse::<f64>().unwrap() * share).to_string();
+        let mut fields = tap.clone();
+        fields[strain] = &value;
+        format!("{},{}\n", fields.join(","), key(tap))
+    };
+    desk.write(
+        "wrong.csv",
+        format!("{},object\n", header.join(",")) + &taps.iter().enumerate().map(changed).collect::<String>(),
+    );
+    desk.run(&["locate", "cal/calibration.toml", "wrong.csv", "--out", "wrong"]).exits(0);
+    let wrong = Table::read(&desk.path("wrong/located.csv"));
+    assert!(inconsistent(&wrong) as f64 > 0.9 * objects);
+    // A stream answers line by line.
+    let first: Vec<String> = table.rows[..4]
+        .iter()
+        .map(|r| format!("{},{},{}\n", r["theta_deg"], r["strain"], r["strain_2"]))
+        .collect();
+    let ran = desk.pipe(&["locate", "cal/calibration.toml", "--same"], &first.concat()).exits(0);
+    let told = ran.stdout.lines().last().unwrap().to_owned();
+    let columns = ran.stdout.lines().next().unwrap().to_owned();
+    let at = columns.split(',').position(|c| c == "object_sigma_tilt_deg").unwrap();
+    assert!(told.split(',').nth(at).unwrap().parse::<f64>().unwrap() > 0.0, "{told}");
+    let ran = desk.run(&["locate", "cal/calibration.toml", "taps.csv", "--strokes", "--out", "no"]).exits(2);
+    assert!(ran.stderr.contains("--strokes"), "{}", ran.stderr);
+}

@@ -12,6 +12,8 @@ pub const TOGETHER: Table = table(
         ("taps", "taps of the object so far"),
         ("object_distance_mm", "distance that all of them tell"),
         ("object_sigma_mm", "its standard deviation; what the taps share is counted once"),
+        ("object_tilt_deg", "tilt that all of them tell, with a second gauge"),
+        ("object_sigma_tilt_deg", "its standard deviation"),
         ("apart_line", "line of the tap that is farthest from what the others say"),
         ("apart_sigmas", "by how many standard deviations"),
         ("object_status", "ok, or ambiguous, outside_calibration, inconsistent, joined by +"),

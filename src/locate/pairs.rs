@@ -1,0 +1,147 @@
+//! Several taps of one object by two gauges: one distance and one tilt.
+//!
+//! A tap tells x_i = x + B_i s + e_i, x distance and tilt, s ~ N(0, 1) what all taps share (the calibration, the zero above which they stand), e_i its own
+//! error. Least squares for x and s together count what is shared once. Their sums are kept, so that a tap more costs the same after a thousand.
+
+use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
+
+use super::pair::{Parts, SHARED};
+
+/// Taps at most among which one that contradicts the others is looked for.
+const JUDGED: usize = 256;
+/// Numbers of the sums: distance and tilt, what all taps share, and the zeros of both gauges.
+const ALL: usize = ZEROS + 2;
+/// Place of the zeros.
+const ZEROS: usize = 2 + SHARED;
+
+/// The taps of one object so far.
+pub(super) struct PairObject {
+    sums: Sums,
+    /// The zero readings above which the last tap stands.
+    zero: Option<u64>,
+    taps: Vec<Parts>,
+    count: usize,
+}
+
+/// Normal equations.
+struct Sums {
+    matrix: DMatrix<f64>,
+    vector: DVector<f64>,
+}
+
+/// Distance, mm, and tilt, rad, with their standard deviations.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Told {
+    pub at: [f64; 2],
+    pub sigma: [f64; 2],
+}
+
+impl Sums {
+    /// Of `n` numbers: nothing is known of the first two, of the others their prior.
+    fn new(n: usize) -> Self {
+        let matrix = DMatrix::from_fn(n, n, |i, j| if i == j && i > 1 { 1.0 } else { 0.0 });
+        Self { matrix, vector: DVector::zeros(n) }
+    }
+
+    fn add(&mut self, rows: &DMatrix<f64>, weight: &Matrix2<f64>, at: Vector2<f64>) {
+        let weighted = rows.transpose() * weight;
+        self.matrix += &weighted * rows;
+        self.vector += &weighted * at;
+    }
+}
+
+/// By how much one tap is moved by each number; by the zeros where those are numbers.
+fn rows(tap: &Parts, n: usize) -> DMatrix<f64> {
+    DMatrix::from_fn(2, n, |i, j| match j {
+        0 | 1 => f64::from(u8::from(i == j)),
+        _ if j < ZEROS => tap.shared[j - 2][i],
+        _ => tap.zeros[j - ZEROS][i],
+    })
+}
+
+impl PairObject {
+    pub fn new() -> Self {
+        Self { sums: Sums::new(ALL), zero: None, taps: Vec::new(), count: 0 }
+    }
+
+    /// Taps so far.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Number of taps that [`Self::apart`] compares.
+    pub fn compared(&self) -> usize {
+        self.taps.len()
+    }
+
+    /// Adds a tap above the zero with the number `zero`; whether it tells anything.
+    pub fn add(&mut self, tap: Parts, zero: u64) -> bool {
+        let Some(weight) = Matrix2::from_fn(|i, j| tap.own[i][j]).try_inverse() else { return false };
+        if self.zero.replace(zero).is_some_and(|before| before != zero) {
+            self.let_zeros_go();
+        }
+        self.sums.add(&rows(&tap, ALL), &weight, Vector2::from(tap.at));
+        self.count += 1;
+        if self.taps.len() == JUDGED {
+            self.taps.remove(0);
+        }
+        self.taps.push(tap);
+        true
+    }
+
+    /// Integrates over the zeros above which no more taps stand: their numbers are free for other ones.
+    fn let_zeros_go(&mut self) {
+        let Sums { matrix, vector } = &mut self.sums;
+        for k in ZEROS..ALL {
+            let (own, of) = (matrix[(k, k)], vector[k]);
+            let column = matrix.column(k).into_owned();
+            matrix.ger(-1.0 / own, &column, &column, 1.0);
+            vector.axpy(-of / own, &column, 1.0);
+            matrix.row_mut(k).fill(0.0);
+            matrix.column_mut(k).fill(0.0);
+            (matrix[(k, k)], vector[k]) = (1.0, 0.0);
+        }
+    }
+
+    /// What all taps tell.
+    pub fn told(&self) -> Option<Told> {
+        let factor = self.sums.matrix.clone().cholesky()?;
+        let (at, covariance) = (factor.solve(&self.sums.vector), factor.inverse());
+        let sigma = [0, 1].map(|k| covariance[(k, k)].sqrt());
+        (at[0].is_finite() && sigma.iter().all(|s| *s > 0.0)).then_some(Told { at: [at[0], at[1]], sigma })
+    }
+
+    /// Of the last taps the one that is farthest from what the others say: how long ago it was, and by how many standard deviations; `None` of one
+    /// tap.
+    pub fn apart(&self) -> Option<(usize, f64)> {
+        if self.taps.len() < 2 {
+            return None;
+        }
+        // Zeros count as errors of each tap.
+        let own = |tap: &Parts| {
+            Matrix2::from_fn(|i, j| tap.own[i][j] + tap.zeros.iter().map(|z| z[i] * z[j]).sum::<f64>())
+        };
+        let mut sums = Sums::new(ZEROS);
+        for tap in &self.taps {
+            sums.add(&rows(tap, ZEROS), &own(tap).try_inverse()?, Vector2::from(tap.at));
+        }
+        let factor = sums.matrix.cholesky()?;
+        let (solved, covariance) = (factor.solve(&sums.vector), factor.inverse());
+        let off = |tap: &Parts| {
+            let h = rows(tap, ZEROS);
+            let left = DVector::from_column_slice(&tap.at) - &h * &solved;
+            let left = Vector2::new(left[0], left[1]);
+            let known = &h * &covariance * h.transpose();
+            let of_left = own(tap) - Matrix2::from_fn(|i, j| known[(i, j)]);
+            Some((left.transpose() * of_left.try_inverse()? * left)[0].max(0.0).sqrt())
+        };
+        let offs = self.taps.iter().map(|tap| off(tap).unwrap_or(0.0)).enumerate();
+        let (k, most) = offs.max_by(|(_, p), (_, q)| p.total_cmp(q))?;
+        Some((self.taps.len() - 1 - k, most))
+    }
+}
+
+/// Standard deviations, of distance and tilt together, beyond which the farthest of `n` sound taps is but by `chance`.
+pub(super) fn limit(n: usize, chance: f64) -> f64 {
+    (2.0 * (n as f64 / chance).ln()).sqrt()
+}
