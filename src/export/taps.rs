@@ -15,7 +15,7 @@ const PYTHON: &str = include_str!("template/taps.py");
 /// Numbers of taps that are told together.
 const COUNTS: [usize; 2] = [2, 12];
 /// Digits of what covariances are made of.
-const DIGITS: usize = 7;
+const DIGITS: usize = 10;
 
 /// Taps that are told together.
 pub(super) struct Taps {

@@ -119,14 +119,14 @@ pub struct Fitted {
 /// Where a constant, an offset or an end is worth so much in ln of the likelihood, twice, it is there.
 pub(crate) const WORTH: f64 = 10.0;
 /// Of fewer positions the end is not looked for: the correction of the curve takes it up.
-const POSITIONS: usize = 5;
+const POSITIONS: usize = 4;
 /// Largest κ, in 1/(largest a).
-const NEAREST: f64 = 0.95;
+const NEAREST: f64 = 0.99;
 
 /// Fits a power law to taps (a, u, y) with the constant `zero`, or a free one: of a free exponent of the drive, or of the exponent 1 and a free
-/// offset, whichever is nearer; of a free exponent of 1/a, or of a cone, where that is worth it. Both free at once, rods of one diameter would be
+/// offset, whichever is nearer; of a free exponent of 1/a, or where `ends` of a cone, if that is worth it. Both free at once, rods of one diameter would be
 /// told to end just beyond their farthest tap.
-pub fn power(taps: &[[f64; 3]], zero: Option<f64>) -> Option<Fitted> {
+pub fn power(taps: &[[f64; 3]], zero: Option<f64>, ends: bool) -> Option<Fitted> {
     let different = |k: usize, apart: f64| {
         let mut values: Vec<f64> = taps.iter().map(|t| t[k].ln()).collect();
         values.sort_by(f64::total_cmp);
@@ -142,7 +142,7 @@ pub fn power(taps: &[[f64; 3]], zero: Option<f64>) -> Option<Fitted> {
     };
     let endless = best(false)?;
     let worth = |f: &Fitted| taps.len() as f64 * (endless.squares / f.squares).ln() > WORTH;
-    let ending = (positions >= POSITIONS).then(|| best(true)).flatten().filter(worth);
+    let ending = (ends && positions >= POSITIONS).then(|| best(true)).flatten().filter(worth);
     Some(ending.unwrap_or(endless))
 }
 
@@ -270,11 +270,11 @@ mod tests {
         let mut taps: Vec<_> =
             (10..20).flat_map(|a| (1..5).map(move |u| tap(f64::from(a), f64::from(u)))).collect();
         taps[7][2] *= 1.5;
-        let found = power(&taps, None).unwrap();
+        let found = power(&taps, None, true).unwrap();
         assert!((found.power.p - 1.1).abs() < 0.01 && (found.power.q - 1.3).abs() < 0.02, "{found:?}");
         assert!((found.zero - 3.0).abs() < 0.2, "{found:?}");
         let tared: Vec<_> = taps.iter().map(|t| [t[0], t[1], t[2] - 3.0]).collect();
-        let found = power(&tared, Some(0.0)).unwrap();
+        let found = power(&tared, Some(0.0), true).unwrap();
         assert!((found.power.p - 1.1).abs() < 0.01 && (found.power.q - 1.3).abs() < 0.02, "{found:?}");
     }
     #[test]
@@ -284,8 +284,8 @@ mod tests {
                 |a: f64, u: f64| [a, u, 40.0 * u * (1.0 / a - end) * (1.0 + 1e-3 * (9.0 * a + u).sin())];
             (20..40).step_by(2).flat_map(|a| (1..5).map(move |u| tap(f64::from(a), f64::from(u)))).collect()
         };
-        let found = power(&taps(1.0 / 60.0), Some(0.0)).unwrap().power;
+        let found = power(&taps(1.0 / 60.0), Some(0.0), true).unwrap().power;
         assert!((found.end * 60.0 - 1.0).abs() < 0.02 && found.q == 1.0, "{found:?}");
-        assert_eq!(power(&taps(0.0), Some(0.0)).unwrap().power.end, 0.0);
+        assert_eq!(power(&taps(0.0), Some(0.0), true).unwrap().power.end, 0.0);
     }
 }

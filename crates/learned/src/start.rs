@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::base::{Base, Fitted, WORTH, again, power};
 use crate::columns::Scales;
 use crate::fit::{Fault, Fit, From, Task, Whisker};
+use crate::labels::contradicted;
 use crate::rows::Cell;
 
 /// The base and the scale of the signals.
@@ -51,7 +52,7 @@ pub fn start<'a>(task: &Task<'a>, cells: &[Cell], from: From<'_>) -> Result<Star
     }
     let fitted = match near.and_then(|fit| again(&taps, Some(read.unwrap_or(0.0)), fit.power.as_ref()?)) {
         Some(fitted) => fitted,
-        None => law(&taps, read)?,
+        None => law(&taps, read, contradicted(cells).is_none())?,
     };
     let unit = median(taps.iter().map(|t| (t[2] - fitted.zero).abs()).collect());
     match unit > 0.0 {
@@ -64,11 +65,11 @@ pub fn start<'a>(task: &Task<'a>, cells: &[Cell], from: From<'_>) -> Result<Star
     }
 }
 
-/// The power law of taps above the zero that was `read`, or above a free one.
-fn law(taps: &[[f64; 3]], read: Option<f64>) -> Result<Fitted, Fault> {
-    let tared = power(taps, Some(read.unwrap_or(0.0)));
+/// The power law of taps above the zero that was `read`, or above a free one; where `ends` perhaps a cone.
+fn law(taps: &[[f64; 3]], read: Option<f64>, ends: bool) -> Result<Fitted, Fault> {
+    let tared = power(taps, Some(read.unwrap_or(0.0)), ends);
     let several = taps.iter().any(|t| t[1] != taps[0][1]);
-    let free = if read.is_none() && several && taps.len() > 6 { power(taps, None) } else { None };
+    let free = if read.is_none() && several && taps.len() > 6 { power(taps, None, ends) } else { None };
     match (tared, free) {
         (Some(tared), Some(free)) => {
             let gain = taps.len() as f64 * (tared.squares / free.squares).ln();

@@ -49,7 +49,7 @@ pub struct Calibrate {
     #[arg(long, value_name = "LANGUAGES", value_delimiter = ',', value_parser = words(Language::ALL))]
     pub export: Vec<Language>,
     /// Drives of the taps of one object, in their order, comma between: the exported program answers them together too
-    #[arg(long, value_name = "DRIVES", value_delimiter = ',', allow_negative_numbers = true, value_parser = number, requires = "export")]
+    #[arg(long, value_name = "DRIVES", value_delimiter = ',', allow_hyphen_values = true, value_parser = number, requires = "export")]
     pub taps: Vec<f64>,
     /// Estimator that is exported [default: learned]
     #[arg(long, value_parser = words(ALL.map(|e| (e.name(), e, e.help()))), value_name = "NAME", requires = "export")]

@@ -149,8 +149,9 @@ static int by_taps_F(const learned_F *l, int table, const REAL *y, REAL *a, REAL
             }
         }
     }
-    if (first < 0) {
-        return VIBRISSA_NO_ROOT;
+    if (first < 0 || (x[first] < l->from + step / 2 && x[first] < l->first - step)
+        || (x[first] > l->from + step * (@POINTS - 1) - step / 2 && x[first] > l->last + step)) {
+        return VIBRISSA_NO_ROOT; /* what is most likely lies beyond the table */
     }
     *near = (other < 0) ? 0 : exp_F(x[other]);
     lower = l->from;

@@ -22,7 +22,7 @@ def through(values, t):
 def by_taps(side, ys):
     """The distance that taps tell together, its standard deviation, the next one that fits (0: none) and by how many standard
     deviations the farthest tap is off the others; None where nothing is likely."""
-    first, step = side["learned"][:2]
+    first, step, near_end, far_end = side["learned"][:4]
     signals, heights, roots = side["together"]
     n, last, points = len(ys), len(heights) - 1, range(len(heights))
 
@@ -68,6 +68,8 @@ def by_taps(side, ys):
     others = [shares[i] for i in likely[1:]]
     other = exp(max(others, key=lambda m: m[2])[0]) if others else 0.0
     x, sd = shares[best][:2]
+    if (x < first + 0.5 * step and x < near_end - step) or (x > first + step * (last - 0.5) and x > far_end + step):
+        return None  # what is most likely lies beyond the table
     middles = [(i, 0.5 * (m[0] + x)) for i, m in enumerate(shares) if m[2] > @NONE * total and i != best]
     lower = max([first, x - @WINDOW * sd] + [m for i, m in middles if i < best])
     upper = min([first + step * last, x + @WINDOW * sd] + [m for i, m in middles if i > best])

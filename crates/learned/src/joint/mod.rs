@@ -191,6 +191,13 @@ impl Joint {
         self.inverse.grid[0] + self.inverse.grid[1] * k as f64
     }
 
+    /// Whether ln a = x is an end of what is looked at, beyond the calibrated distances: what is most likely there lies farther.
+    fn is_cut(&self, x: f64) -> bool {
+        let ([_, step], [first, last, _]) = (self.inverse.grid, self.inverse.ends);
+        let [near, far] = [x - self.x(0), self.x(POINTS - 1) - x];
+        near < 0.5 * step && x < first - step || far < 0.5 * step && x > last + step
+    }
+
     /// ln of the prior at ln a = x, flat in mm.
     fn prior(&self, x: f64) -> f64 {
         prior(self.inverse.ends, x).ln() + x

@@ -106,6 +106,9 @@ impl Object {
         let heights = self.heights(joint);
         let modes = modes(joint, &heights);
         let mode = modes.iter().find(|mode| mode.share >= SECOND)?;
+        if joint.is_cut(mode.at) {
+            return None;
+        }
         let others = modes.iter().filter(|other| other.at != mode.at && other.share >= SECOND);
         let near = others.max_by(|a, b| a.share.total_cmp(&b.share)).map(|other| other.at.exp());
         // Up to half of the way to its neighbours.
