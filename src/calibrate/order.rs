@@ -1,11 +1,8 @@
 //! Whole positions that contradict each other: beyond the strongest signal of a drive, signals fall with the distance.
 
-use crate::estimator::cells::{Cell, Levels};
+use vibrissa_learned::labels::{CERTAIN, LEAST};
 
-/// Signals are in the wrong order beyond so many standard deviations of their difference.
-const CERTAIN: f64 = 4.0;
-/// And beyond this share of the signal.
-const LEAST: f64 = 0.01;
+use crate::estimator::cells::{Cell, Levels};
 
 /// Two neighbouring positions of which one is not what its label says.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,7 +3,8 @@
 use super::Located;
 use super::kept::field;
 use super::object::{By, Objects, Together, UnlocatedTap};
-use super::pair::{Parts, Spatial};
+use super::pair::Spatial;
+use super::pairs::Parts;
 use super::rows::{Answerer, RowReader};
 use super::stream::Ask;
 use super::strokes::{Far, Strokes};

@@ -30,6 +30,7 @@ pub mod stream;
 pub mod strokes;
 pub mod table;
 pub mod tare;
+mod together;
 
 pub use crate::estimator::model::Found;
 pub use crate::estimator::model::error::ModelError;

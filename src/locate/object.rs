@@ -5,10 +5,11 @@ use std::collections::HashMap;
 use vibrissa_core::normal::quantile;
 use vibrissa_learned::joint::{Joint, Object, Tap};
 
-use super::pair::{Parts, Spatial};
-use super::pairs::{self, PairObject};
+use super::pair::Spatial;
+use super::pairs::{self, PairObject, Parts};
 use super::rows::{Answerer, RowReader};
-use super::stream::{Ask, number};
+use super::stream::Ask;
+pub use super::together::Together;
 use super::{Located, Locator};
 use crate::error::InputError;
 use crate::status::Status;
@@ -67,33 +68,6 @@ struct Known {
     /// Lines of the taps that are compared, the last at the end.
     lines: Vec<usize>,
     seen: u64,
-}
-
-/// What all taps of an object so far tell.
-pub struct Together {
-    taps: usize,
-    located: Located,
-    /// By two gauges the tilt and its standard deviation, degrees.
-    tilt: [f64; 2],
-    apart: Option<(usize, f64)>,
-}
-
-impl Together {
-    /// Writes the columns, with those of two gauges or without, each with a comma after it but for the last.
-    pub fn write(this: Option<&Self>, twofold: bool, out: &mut Vec<u8>) {
-        let Some(Self { taps, located, tilt, apart }) = this else {
-            out.extend(if twofold { &b",,,,,,,"[..] } else { b",,,,," });
-            return;
-        };
-        number(out, *taps as f64);
-        [located.distance, located.sigma].into_iter().for_each(|x| number(out, x));
-        tilt.iter().filter(|_| twofold).for_each(|x| number(out, *x));
-        let (line, by) = apart.map_or((f64::NAN, f64::NAN), |(line, by)| (line as f64, by));
-        number(out, line);
-        // More digits than two of a number of standard deviations say nothing.
-        number(out, (100.0 * by).round() / 100.0 + 0.0);
-        out.extend(located.status.to_string().bytes());
-    }
 }
 
 /// A tap that is in question.

@@ -5,6 +5,7 @@ use std::sync::{Mutex, PoisonError};
 use super::calibration::{Calibration, Second};
 use super::locator::{Located, Locator};
 use super::opened::Opened;
+use super::pairs::{Parts, Sources};
 use crate::curve::both::inverse;
 use crate::error::{Error, SolveError};
 use crate::estimator::model::exact::{Extent, Opener};
@@ -80,43 +81,6 @@ impl Spatial {
         let ([x, y, z], [sx, sy, sz]) = (self.point, self.sigma_point);
         [distance, sigma, self.tilt, self.sigma_tilt, self.correlation, x, y, z, sx, sy, sz]
     }
-}
-
-/// Of what the errors of two readings are made.
-struct Sources {
-    /// Variance of one reading of each gauge.
-    own: [f64; 2],
-    /// Standard deviation that the zero of each gauge brings.
-    zeros: [f64; 2],
-    /// By how much both readings are moved by one standard deviation of what all taps share: the zero of the calibration, its curve, the factor
-    /// and the misalignment of the second gauge.
-    shared: [[f64; 2]; SHARED - 1],
-}
-
-impl Sources {
-    /// Variances of both readings.
-    fn variances(&self) -> [f64; 2] {
-        [0, 1].map(|k| {
-            let shared: f64 = self.shared.iter().map(|s| s[k] * s[k]).sum();
-            self.own[k] + self.zeros[k] * self.zeros[k] + shared
-        })
-    }
-}
-
-/// Numbers that move all taps of a calibration of two gauges alike: those of [`Sources`], and the bias of distances.
-pub(super) const SHARED: usize = 5;
-
-/// Distance, mm, and tilt, rad, of a tap, and of what their errors are made.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Parts {
-    /// Both.
-    pub at: [f64; 2],
-    /// Covariance that is of this tap alone.
-    pub own: [[f64; 2]; 2],
-    /// By how much one standard deviation of the zero of each gauge moves them.
-    pub zeros: [[f64; 2]; 2],
-    /// The same of each of the numbers that all taps share.
-    pub shared: [[f64; 2]; SHARED],
 }
 
 /// What answers the readings of two gauges.

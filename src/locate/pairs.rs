@@ -5,7 +5,7 @@
 
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
-use super::pair::{Parts, SHARED};
+use vibrissa_learned::joint::integrate;
 
 /// Taps at most among which one that contradicts the others is looked for.
 const JUDGED: usize = 256;
@@ -13,6 +13,43 @@ const JUDGED: usize = 256;
 const ALL: usize = ZEROS + 2;
 /// Place of the zeros.
 const ZEROS: usize = 2 + SHARED;
+
+/// Of what the errors of two readings are made.
+pub(super) struct Sources {
+    /// Variance of one reading of each gauge.
+    pub own: [f64; 2],
+    /// Standard deviation that the zero of each gauge brings.
+    pub zeros: [f64; 2],
+    /// By how much both readings are moved by one standard deviation of what all taps share: the zero of the calibration, its curve, the factor
+    /// and the misalignment of the second gauge.
+    pub shared: [[f64; 2]; SHARED - 1],
+}
+
+impl Sources {
+    /// Variances of both readings.
+    pub fn variances(&self) -> [f64; 2] {
+        [0, 1].map(|k| {
+            let shared: f64 = self.shared.iter().map(|s| s[k] * s[k]).sum();
+            self.own[k] + self.zeros[k] * self.zeros[k] + shared
+        })
+    }
+}
+
+/// Numbers that move all taps of a calibration of two gauges alike: those of [`Sources`], and the bias of distances.
+const SHARED: usize = 5;
+
+/// Distance, mm, and tilt, rad, of a tap, and of what their errors are made.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Parts {
+    /// Both.
+    pub at: [f64; 2],
+    /// Covariance that is of this tap alone.
+    pub own: [[f64; 2]; 2],
+    /// By how much one standard deviation of the zero of each gauge moves them.
+    pub zeros: [[f64; 2]; 2],
+    /// The same of each of the numbers that all taps share.
+    pub shared: [[f64; 2]; SHARED],
+}
 
 /// The taps of one object so far.
 pub(super) struct PairObject {
@@ -93,13 +130,7 @@ impl PairObject {
     fn let_zeros_go(&mut self) {
         let Sums { matrix, vector } = &mut self.sums;
         for k in ZEROS..ALL {
-            let (own, of) = (matrix[(k, k)], vector[k]);
-            let column = matrix.column(k).into_owned();
-            matrix.ger(-1.0 / own, &column, &column, 1.0);
-            vector.axpy(-of / own, &column, 1.0);
-            matrix.row_mut(k).fill(0.0);
-            matrix.column_mut(k).fill(0.0);
-            (matrix[(k, k)], vector[k]) = (1.0, 0.0);
+            integrate(matrix, vector, k);
         }
     }
 

@@ -7,7 +7,6 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use crate::columns::{Column, Columns, Term, WAVES, frequency};
 use crate::hyper::Hyper;
-use crate::labels::contradicted;
 use crate::rows::Cell;
 
 /// Least variance of a reading, in units of the signal: a curve that was solved to 1e-7 of it is not known better.
@@ -87,13 +86,19 @@ impl Solved {
 }
 
 impl Problem {
-    /// Of `cells`, whose signals are divided by `unit` and stand above `zero`; `step` is that of the converter.
-    pub fn new(model: Columns, cells: &[Cell], [unit, zero, step]: [f64; 3], known: bool) -> Self {
+    /// Of `cells`, whose signals are divided by `unit` and stand above `zero`; `step` is that of the converter, and `labels` by how much
+    /// labels contradict each other.
+    pub fn new(
+        model: Columns,
+        cells: &[Cell],
+        [unit, zero, step]: [f64; 3],
+        (known, labels): (bool, Option<f64>),
+    ) -> Self {
         let mut priors: Vec<[f64; 2]> = model.hypers.iter().map(|h| h.prior(known)).collect();
         // A curve of no known whisker would bend as the labels say.
-        if let Some(apart) = contradicted(cells).filter(|_| !known) {
-            let labels = model.hypers.iter().position(|h| *h == Hyper::Position);
-            labels.into_iter().for_each(|k| priors[k] = [apart.ln(), WRONG]);
+        let position = model.hypers.iter().position(|h| *h == Hyper::Position);
+        if let (Some(apart), Some(k)) = (labels, position) {
+            priors[k] = [apart.ln(), WRONG];
         }
         let curve = model.columns.iter().position(|c| c.term == Term::Curve(0, 0));
         let size2 = (0..cells.len()).map(|i| curve.map_or(0.0, |j| model.matrix[(i, j)].powi(2))).collect();

@@ -142,7 +142,7 @@ pub fn fit(task: &Task<'_>, places: &[usize], from: From<'_>, average: bool) -> 
     let effects = Effects { known, zeros: merged.iter().any(|c| !c.row.touches()), drift: task.drift };
     let slopes = slopes(&merged, &start, &scales);
     let model = Columns::new(&merged, (&start.base, base_unit), &slopes, &scales, effects);
-    let problem = Problem::new(model, &merged, [unit, zero, task.step], known);
+    let problem = Problem::new(model, &merged, [unit, zero, task.step], (known, start.labels));
     let thinned = (matches!(from, From::Nowhere) && merged.len() > MANY).then(|| {
         let every = merged.len().div_ceil(MANY);
         let kept = |k: &usize| !merged[*k].row.touches() || k.is_multiple_of(every);

@@ -5,9 +5,9 @@ use crate::rows::Cell;
 /// Positions within this share of the range of ln a are one.
 pub const TOGETHER: f64 = 0.01;
 /// A signal rises beyond so many standard deviations of the difference.
-const CERTAIN: f64 = 4.0;
+pub const CERTAIN: f64 = 4.0;
 /// And beyond this share of it.
-const LEAST: f64 = 0.01;
+pub const LEAST: f64 = 0.01;
 /// Repeats from which their scatter is known.
 const REPEATS: f64 = 4.0;
 

@@ -18,7 +18,7 @@ pub mod fit;
 pub mod hyper;
 pub mod invert;
 pub mod joint;
-mod labels;
+pub mod labels;
 pub mod newton;
 pub mod plan;
 pub mod rows;

@@ -109,11 +109,11 @@ impl Planner {
             return None;
         }
         let base = Base::Known(ask.curve, 0.0);
-        let start = Start { base, power: None, numbers: [unit, 0.0, unit] };
+        let start = Start { base, power: None, numbers: [unit, 0.0, unit], labels: None };
         let slopes = slopes(&cells, &start, &scales);
         let effects = Effects { known: true, zeros: true, drift: false };
         let model = Columns::new(&cells, (&base, unit), &slopes, &scales, effects);
-        let problem = Problem::new(model, &cells, [unit, 0.0, 0.0], true);
+        let problem = Problem::new(model, &cells, [unit, 0.0, 0.0], (true, None));
         let Rig { noise, relative, position, visit, gain, zero } = ask.rig;
         let at = |h: &Hyper| match h {
             Hyper::Floor => (noise / unit).ln(),

@@ -16,6 +16,8 @@ pub struct Start<'a> {
     pub power: Option<Fitted>,
     /// Unit of the signals, zero, unit of the base.
     pub numbers: [f64; 3],
+    /// By how much labels contradict each other, where there is no whisker ([`contradicted`]).
+    pub labels: Option<f64>,
 }
 
 /// The value in the middle.
@@ -50,9 +52,10 @@ pub fn start<'a>(task: &Task<'a>, cells: &[Cell], from: From<'_>) -> Result<Star
         let found = if moved { free } else { plain.or(free) };
         return found.map(|f| f.0).ok_or(Fault::NoCurve);
     }
+    let labels = contradicted(cells);
     let fitted = match near.and_then(|fit| again(&taps, Some(read.unwrap_or(0.0)), fit.power.as_ref()?)) {
         Some(fitted) => fitted,
-        None => law(&taps, read, contradicted(cells).is_none())?,
+        None => law(&taps, read, labels.is_none())?,
     };
     let unit = median(taps.iter().map(|t| (t[2] - fitted.zero).abs()).collect());
     match unit > 0.0 {
@@ -60,6 +63,7 @@ pub fn start<'a>(task: &Task<'a>, cells: &[Cell], from: From<'_>) -> Result<Star
             base: Base::Power(fitted.power),
             power: Some(fitted),
             numbers: [unit, fitted.zero, unit / fitted.factor],
+            labels,
         }),
         false => Err(Fault::NoCurve),
     }
@@ -110,7 +114,9 @@ fn of_known<'a>(
     let numbers = [unit, read.unwrap_or(0.0) + zero, unit / gain];
     let sound =
         gain > 0.0 && unit > 0.0 && numbers.iter().all(|x| x.is_finite()) && m.iter().all(|m| m.is_finite());
-    sound.then(|| (Start { base: Base::Known(curve, offset), power: None, numbers }, squares(gain, zero)))
+    sound.then(|| {
+        (Start { base: Base::Known(curve, offset), power: None, numbers, labels: None }, squares(gain, zero))
+    })
 }
 
 /// What is best added to the drive of a whisker that is known, within what its curve was made for.

@@ -27,7 +27,7 @@ use crate::curve::{Curve, OF_RUN};
 use crate::invert::{Inverse, POINTS, prior};
 pub use combined::Combined;
 pub use course::{Course, Told as ToldCourse};
-pub use object::Object;
+pub use object::{Object, integrate};
 pub use outlook::Outlook;
 pub use stroke::Stroke;
 

@@ -45,15 +45,7 @@ impl Object {
     /// Ends what is shared by taps above one zero: its error is integrated over, and the number is free for that of another one.
     fn let_zero_go(&mut self) {
         for (a, b, c) in &mut self.points {
-            let last = b.len() - 1;
-            let (own, of) = (a[(last, last)], b[last]);
-            let column = a.column(last).into_owned();
-            a.ger(-1.0 / own, &column, &column, 1.0);
-            b.axpy(-of / own, &column, 1.0);
-            *c += own.ln() - of * of / own;
-            a.row_mut(last).fill(0.0);
-            a.column_mut(last).fill(0.0);
-            (a[(last, last)], b[last]) = (1.0, 0.0);
+            *c += integrate(a, b, b.len() - 1);
         }
     }
 
@@ -164,6 +156,18 @@ impl Object {
     pub fn compared(&self) -> usize {
         self.taps.len()
     }
+}
+
+/// Integrates number `k` out of the sums A and b, and makes place for another one of the same prior; what that adds to c.
+pub fn integrate(a: &mut DMatrix<f64>, b: &mut DVector<f64>, k: usize) -> f64 {
+    let (own, of) = (a[(k, k)], b[k]);
+    let column = a.column(k).into_owned();
+    a.ger(-1.0 / own, &column, &column, 1.0);
+    b.axpy(-of / own, &column, 1.0);
+    a.row_mut(k).fill(0.0);
+    a.column_mut(k).fill(0.0);
+    (a[(k, k)], b[k]) = (1.0, 0.0);
+    own.ln() - of * of / own
 }
 
 /// Expected root mean square deviation from the mean of a posterior, mm.
