@@ -9,7 +9,6 @@ use vibrissa::contour::array::{Mounted, answer};
 use vibrissa::contour::point::Noise;
 use vibrissa::error::{Error, InputError};
 use vibrissa::files;
-use vibrissa::locate::object::By;
 use vibrissa::locate::{Calibration, SaidZero, stream};
 use vibrissa::measure::Names;
 use vibrissa::scene::RunOptions;
@@ -17,7 +16,7 @@ use vibrissa::scene::RunOptions;
 use crate::contour::{Told, zero};
 use crate::error::keywords;
 use crate::job::{self, Far};
-use crate::locate::estimator;
+use crate::locate::{Together, by, estimator};
 use crate::table::Table;
 
 /// Points of readings of several calibrated whiskers, in one frame.
@@ -90,6 +89,7 @@ impl Array {
         label: String,
         bytes: Vec<u8>,
         columns: Option<String>,
+        together: Together,
     ) -> PyResult<(Table, Vec<String>)> {
         let (whiskers, noise, zero) = (Arc::clone(&self.whiskers), self.noise, self.zero);
         let work = move |_: &AtomicBool, _: &mut dyn FnMut(Far)| {
@@ -101,7 +101,7 @@ impl Array {
                 zero,
                 label: Some(&label),
                 keep: true,
-                by: By::Unsaid,
+                by: by(&together),
                 warn: &warn,
             };
             let answered = answer(&whiskers, &bytes, &ask, &noise)?;

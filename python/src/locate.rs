@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 use vibrissa::error::{Error, InputError};
 use vibrissa::estimator::{ALL, Estimator, named};
 use vibrissa::export::{Export, Language, proposing};
+use vibrissa::locate::object::UnlocatedTap;
 use vibrissa::locate::object::{By, Objects};
 use vibrissa::locate::{self, Answerer, Calibration, Located, Sequence, locator::opener, next, stream};
 use vibrissa::measure::Names;
@@ -89,27 +90,30 @@ impl Locator {
         Ok((distance, sigma, bits(status)))
     }
 
-    /// What the taps among these readings of one object tell, and the next one: taps, distance, sigma and another distance so far; best drive, the
-    /// sigma that it brings and the least that any number of taps does; status bits; drives that were tried, their sigmas and status bits.
+    /// What the taps among these readings (drives, values, shifts of the base) of one object tell, and the next one: taps, distance, sigma and another
+    /// distance so far; best drive and shift, the sigma that it brings and the least that any number of taps does; status bits; drives and shifts
+    /// that were tried, their sigmas and status bits.
     #[allow(clippy::type_complexity)]
     fn next(
         &self,
         py: Python<'_>,
-        drive: PyReadonlyArray1<'_, f64>,
-        value: PyReadonlyArray1<'_, f64>,
-        within: (f64, f64),
+        readings: [PyReadonlyArray1<'_, f64>; 3],
+        within: [f64; 2],
+        shifts: Option<[f64; 2]>,
         same_run: bool,
-    ) -> PyResult<(usize, [f64; 3], [f64; 3], u16, Vec<(f64, f64, u16)>)> {
+    ) -> PyResult<(usize, [f64; 3], [f64; 4], u16, Vec<([f64; 3], u16)>)> {
         self.single(py)?;
-        let pairs: Vec<(f64, f64)> =
-            drive.as_array().iter().copied().zip(value.as_array().iter().copied()).collect();
-        drop((drive, value));
+        let [drives, values, places] = readings.map(|column| column.as_array().to_vec());
         let work = || -> Result<next::Next, Error> {
             let mut sequence = Sequence::new(&self.locator, self.zero);
-            let taps = pairs.iter().filter_map(|(d, v)| sequence.read(&self.locator, *d, *v).ok());
-            let taps: Vec<next::Read> = taps.collect();
-            let same_run = same_run || self.locator.same_run;
-            next::next(&self.locator, &taps, ([within.0, within.1], same_run)).map_err(|why| {
+            let read = drives.iter().zip(&values).zip(&places);
+            let taps = read.filter_map(|((drive, value), shift)| {
+                let tap = sequence.read(&self.locator, *drive, *value).ok()?;
+                Some(UnlocatedTap { shift: *shift, ..tap })
+            });
+            let taps: Vec<UnlocatedTap> = taps.collect();
+            let may = next::May { within, shifts, same_run: same_run || self.locator.same_run };
+            next::next(&self.locator, &taps, may).map_err(|why| {
                 InputError::new(why)
                     .key("readings")
                     .allowed("a calibration by learned, taps of one object, and drives that were calibrated")
@@ -117,13 +121,14 @@ impl Locator {
             })
         };
         let found = job::here(py, work)?.map_err(|e| raise(py, e))?;
-        let best = found.best.map_or([f64::NAN; 2], |k| [found.tried[k].drive, found.tried[k].sigma]);
+        let best = found.best.map(|k| &found.tried[k]);
+        let [drive, shift, sigma] = best.map_or([f64::NAN; 3], |b| [b.drive, b.shift, b.sigma]);
         let now = if found.taps > 0 { found.now } else { [f64::NAN, found.now[1]] };
-        let tried = found.tried.iter().map(|t| (t.drive, t.sigma, bits(t.status))).collect();
+        let tried = found.tried.iter().map(|t| ([t.drive, t.shift, t.sigma], bits(t.status))).collect();
         Ok((
             found.taps,
             [now[0], now[1], found.near.unwrap_or(f64::NAN)],
-            [best[0], best[1], found.floor.unwrap_or(f64::NAN)],
+            [drive, shift, sigma, found.floor.unwrap_or(f64::NAN)],
             bits(found.status),
             tried,
         ))
@@ -241,6 +246,16 @@ pub fn spoken(language: &str) -> Result<Language, InputError> {
 /// Which readings of a table are told together: "same", "strokes", or "object" and its column.
 pub type Together = Option<(String, Option<String>)>;
 
+/// The same in the words of the library.
+pub fn by(together: &Together) -> By<'_> {
+    match together {
+        Some((_, Some(column))) => By::Column(column),
+        Some((word, None)) if word == "strokes" => By::Strokes,
+        Some(_) => By::Same,
+        None => By::Unsaid,
+    }
+}
+
 /// Readings of a CSV table, its name, bytes and columns, by `who` of what answers, those that are told `together`: located.csv, and what should be
 /// known of them.
 pub fn answered<T: Send + Sync + 'static>(
@@ -254,12 +269,7 @@ pub fn answered<T: Send + Sync + 'static>(
         let columns = columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
         let told = Told::default();
         let warn = |text: &str| told.push(text);
-        let by = match &together {
-            Some((_, Some(column))) => By::Column(column),
-            Some((word, None)) if word == "strokes" => By::Strokes,
-            Some(_) => By::Same,
-            None => By::Unsaid,
-        };
+        let by = by(&together);
         Objects::can(who(&of), by)?;
         let ask = stream::Ask {
             columns: &columns,

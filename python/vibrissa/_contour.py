@@ -12,7 +12,7 @@ import numpy as np
 from . import _native
 from ._errors import InputError, short, warn
 from ._frames import csv
-from ._locate import calibration_text, roles
+from ._locate import calibration_text, roles, told_together
 from ._results import Calibration, Contour
 from ._spec import Section, _name, _whole_text, document, flag, given, number, section, whole, word
 from ._units import UNITS, bare
@@ -180,18 +180,21 @@ class Array:
     def __repr__(self) -> str:
         return f"<Array of {', '.join(f'{name} by {estimator}' for name, estimator in self.estimators.items())}>"
 
-    def locate(self, data: Any, columns: dict[str, str] | str | None = None) -> _native.Table:
+    def locate(self, data: Any, columns: dict[str, str] | str | None = None, *, object: str | None = None, same: bool = False) -> _native.Table:
         """Points of readings as ``located.csv``: their own columns, distance_mm, sigma_mm, x_mm, y_mm, z_mm and their sigmas, status.
 
         Args:
             data: a path, a DataFrame, a dict of columns, with ``whisker`` (its name), ``contact_deg`` where the motor was not at 0 at first
                 touch, degrees, and drive and signal as of :meth:`Locator.table`.
             columns: columns of readings under other names, ``dict(theta="angle", reading="ch3")``.
+            object: the column that says which object a tap is of, as of :meth:`Locator.table`: what the taps of it by one whisker tell together.
+            same: all taps are of one object.
 
         Raises:
             InputError: a whisker that is not there, readings that do not fit a calibration.
         """
+        together = told_together(object, same)
         table = csv(data, "data", columns)
-        found, told = self._native.locate(table.label, table.bytes, roles(columns))
+        found, told = self._native.locate(table.label, table.bytes, roles(columns), together)
         warn(told)
         return table.keep(found)

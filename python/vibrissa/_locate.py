@@ -28,6 +28,16 @@ class Located(NamedTuple):
     """Bits of :class:`vibrissa.Status`."""
 
 
+def told_together(object: str | None, same: bool, strokes: bool = False) -> tuple[str, str | None] | None:
+    """Which readings of a table are told together."""
+    column = given(word, "object", object)
+    ways = {"object": column is not None, "same": flag("same", same), "strokes": flag("strokes", strokes)}
+    said = [name for name, value in ways.items() if value]
+    if len(said) > 1:
+        raise InputError("readings are told together in one way", key=said[1], value=", ".join(said), allowed=f"one of {', '.join(ways)}")
+    return (said[0], column) if said else None
+
+
 class NextTap(NamedTuple):
     """What the taps of an object tell so far, and what one more would bring."""
 
@@ -41,6 +51,8 @@ class NextTap(NamedTuple):
     """Another distance that fits as well."""
     drive: float | None
     """Best drive of the next tap, degrees or mm; None where none is within the limits of the sensor."""
+    shift_mm: float | None
+    """How much nearer to the object than where its distance is told from the base stands for it, mm."""
     expected_sigma_mm: float | None
     """Standard deviation that is expected after it, mm."""
     least_sigma_mm: float | None
@@ -49,6 +61,8 @@ class NextTap(NamedTuple):
     """Words of the taps so far: ambiguous, outside_calibration, inconsistent."""
     drives: Any
     """Drives that were tried."""
+    shifts_mm: Any
+    """Where the base stands for each, mm nearer."""
     sigmas_mm: Any
     """Standard deviation that is expected after each."""
     statuses: Any
@@ -181,12 +195,15 @@ class Locator:
             raise InputError("these are no readings", key="readings", value=short(readings), allowed="something to iterate over: (drive, reading), or readings") from None
         return self._answers(items)
 
-    def next(self, readings: Iterable[tuple[float, float]] = (), *, within: tuple[float, float] | None = None, same_run: bool = False) -> NextTap:
+    def next(self, readings: Iterable[tuple[float, float] | tuple[float, float, float]] = (), *, within: tuple[float, float] | None = None,
+             shift: tuple[float, float] | None = None, same_run: bool = False) -> NextTap:
         """Which drive the next tap of an object should have, after these readings of it.
 
         Args:
-            readings: (drive, reading) of each tap so far, in order; readings with drive 0 are those of the zero.
+            readings: (drive, reading) of each tap so far, in order; readings with drive 0 are those of the zero. A third number says how much
+                nearer to the object the base stood than where its distance is told from, mm.
             within: least and largest drive that the motor may do, degrees or mm; the calibrated ones where left out.
+            shift: the base may move along the whisker: least and largest such number, mm; it stays where it stood last where left out.
             same_run: the taps are of a run of the calibration, whose zero and gain are known; so are those of a locator that was told so.
 
         Returns:
@@ -195,22 +212,36 @@ class Locator:
         Raises:
             InputError: a calibration by another estimator than ``learned``, or of two gauges; readings that fit no distance; limits without a drive.
         """
-        pairs = [(number("readings", d, self._units()[0]), number("readings", y, self._units()[1])) for d, y in self._pairs(readings)]
-        lo, hi = (-np.inf, np.inf) if within is None else [number("within", x, self._units()[0]) for x in within]
-        if not lo <= hi:
-            raise InputError("these are no ends of drives", key="within", value=short(within), allowed="(least, largest)")
-        columns = np.array(pairs, dtype=float).reshape(-1, 2).T.copy()
-        taps, now, best, status, tried = self._native.next(columns[0], columns[1], (lo, hi), flag("same_run", same_run))
-        table = np.array([t[:2] for t in tried], dtype=float).reshape(-1, 2)
-        return NextTap(taps, _known(now[0]), now[1], _known(now[2]), _known(best[0]), _known(best[1]), _known(best[2]), Status(status), table[:, 0], table[:, 1],
-                       np.array([t[2] for t in tried], dtype=np.uint16))
+        units = *self._units(), "mm"
+        rows = [tuple(number("readings", x, unit) for x, unit in zip(row, units)) for row in self._rows(readings)]
+        lo, hi = (-np.inf, np.inf) if within is None else self._ends("within", within, units[0])
+        shifts = None if shift is None else self._ends("shift", shift, "mm")
+        columns = np.array([(*row, 0.0)[:3] for row in rows], dtype=float).reshape(-1, 3).T.copy()
+        taps, now, best, status, tried = self._native.next(list(columns), (lo, hi), shifts, flag("same_run", same_run))
+        table = np.array([t[0] for t in tried], dtype=float).reshape(-1, 3)
+        return NextTap(taps, _known(now[0]), now[1], _known(now[2]), *map(_known, best), Status(status), *table.T, np.array([t[1] for t in tried], dtype=np.uint16))
 
     @staticmethod
-    def _pairs(readings: Any) -> list[tuple[Any, Any]]:
+    def _ends(key: str, said: Any, unit: str) -> tuple[float, float]:
         try:
-            return [(d, y) for d, y in readings]
-        except (TypeError, ValueError):
-            raise InputError("these are no readings", key="readings", value=short(readings), allowed="(drive, reading) of each tap") from None
+            lo, hi = (number(key, x, unit) for x in said)
+        except (TypeError, ValueError) as e:
+            if isinstance(e, InputError):
+                raise
+            lo, hi = np.nan, np.nan
+        if not lo <= hi:
+            raise InputError("these are no ends", key=key, value=short(said), allowed="(least, largest)")
+        return lo, hi
+
+    @staticmethod
+    def _rows(readings: Any) -> list[tuple[Any, ...]]:
+        try:
+            rows = [tuple(row) for row in readings]
+        except TypeError:
+            rows = [()]
+        if not all(len(row) in (2, 3) for row in rows):
+            raise InputError("these are no readings", key="readings", value=short(readings), allowed="(drive, reading), or (drive, reading, shift) of each tap")
+        return rows
 
     def _answers(self, readings: Iterator[Any]) -> Iterator[Located]:
         native, units = _native.Locator(*self._args), self._units()
@@ -238,7 +269,8 @@ class Locator:
             readings: the table.
             columns: columns under other names.
             object: the column that says which object a tap is of (a column ``object`` does without being named): ``object_distance_mm``,
-                ``object_sigma_mm`` and ``object_status`` say what the taps of an object so far tell together.
+                ``object_sigma_mm`` and ``object_status`` say what the taps of an object so far tell together. A column ``shift_mm`` says how much
+                nearer to the object the base stood, mm.
             same: all taps are of one object.
             strokes: readings at growing drive are strokes along an object, told apart by a column ``stroke`` or by where the drive begins anew;
                 ``touch``, ``stroke_distance_mm``, ``from_68_mm`` … say what a stroke so far tells.
@@ -247,12 +279,7 @@ class Locator:
             InputError: data that cannot be used; two of ``object``, ``same`` and ``strokes``; readings that are to be told together by another
                 estimator than ``learned``, or of several signals.
         """
-        column = given(word, "object", object)
-        ways = {"object": column is not None, "same": flag("same", same), "strokes": flag("strokes", strokes)}
-        said = [name for name, value in ways.items() if value]
-        if len(said) > 1:
-            raise InputError("readings are told together in one way", key=said[1], value=", ".join(said), allowed="one of object, same, strokes")
-        together = (said[0], column) if said else None
+        together = told_together(object, same, strokes)
         data = csv(readings, "readings", columns)
         found, told = (self._several or self._native).table(data.label, data.bytes, roles(columns), together)
         warn(told)

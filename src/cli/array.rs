@@ -7,7 +7,6 @@ use serde_json::{Value, json};
 use vibrissa::contour::array::{Mounted, answer};
 use vibrissa::error::{Error, InputError};
 use vibrissa::files::Array;
-use vibrissa::locate::object::By;
 use vibrissa::locate::stream::Ask;
 use vibrissa::locate::{Calibration, SaidZero};
 use vibrissa::measure::{Data, Names};
@@ -55,19 +54,28 @@ pub fn run(args: &Locate, array: &Path) -> Result<Reply, Error> {
         (Vec::new(), Vec::new(), vec![array.to_owned(), readings.clone()]);
     for mount in &described.mounts {
         let calibration = Calibration::read(&mount.calibration, args.common.force)?;
-        whiskers.push(mount.open(&calibration, args.estimator, &options)?);
+        let mut mounted = mount.open(&calibration, args.estimator, &options)?;
+        mounted.locator.same_run = args.same_run;
+        whiskers.push(mounted);
         calibration.rig.warnings.iter().for_each(|w| warn(w));
         sums.push(calibration.checksum);
         inputs.push(mount.calibration.clone());
     }
     let file = readings.display().to_string();
     let zero = SaidZero::of(args.zero.as_ref(), whiskers.iter().map(|w| &w.locator))?;
-    let ask = Ask { columns: &columns, zero, label: Some(&file), keep: true, by: By::Unsaid, warn: &warn };
+    let ask = Ask {
+        columns: &columns,
+        zero,
+        label: Some(&file),
+        keep: true,
+        by: super::locate::by(args),
+        warn: &warn,
+    };
     let answered = answer(&whiskers, &bytes, &ask, &described.noise)?;
     let digest = hash_all(&mut bytes.as_slice()).map_err(|e| Error::Run(e.to_string()))?;
     let asked = json!({
         "readings": digest, "array": format!("{described:?}"), "calibrations": sums, "columns": args.columns, "zero": SaidZero::json(args.zero.as_ref()),
-        "estimator": args.estimator.map(|e| e.name()),
+        "estimator": args.estimator.map(|e| e.name()), "same": args.same, "object": args.object, "same_run": args.same_run,
     });
     let identity = hash(&asked.to_string());
     let question = Question { inputs, ..Question::new("locate", &stem, asked) };

@@ -60,18 +60,23 @@ pub fn run(args: &Locate) -> Result<Reply, Error> {
         }
     };
     let zero = SaidZero::of(args.zero.as_ref(), [opened.who().first()])?;
-    let by = match &args.object {
-        Some(column) => By::Column(column),
-        None if args.same => By::Same,
-        None if args.strokes => By::Strokes,
-        None => By::Unsaid,
-    };
+    let by = by(args);
     let asked = Ask { columns: &columns, zero, label: None, keep: false, by, warn: &warn };
     if readings.is_none() && !args.common.json && args.common.out.is_none() {
         return streamed(&opened, &asked, start);
     }
     let label = readings.map(|p| p.display().to_string());
     filed(args, path, &opened, &Ask { label: label.as_deref(), keep: true, ..asked }, start)
+}
+
+/// Which readings are of one object.
+pub(super) fn by(args: &Locate) -> By<'_> {
+    match &args.object {
+        Some(column) => By::Column(column),
+        None if args.same => By::Same,
+        None if args.strokes => By::Strokes,
+        None => By::Unsaid,
+    }
 }
 
 /// A calibration as it was read.

@@ -8,8 +8,8 @@ use std::time::Instant;
 use serde_json::json;
 use vibrissa::error::{Error, InputError};
 use vibrissa::figure::{self, Axis, Figure, Format, Mark, Marker, Panel, Path as Drawn, Style};
-use vibrissa::locate::next::{Next, Read, next};
-use vibrissa::locate::object::{By, NAME};
+use vibrissa::locate::next::{May, Next, Tried, next};
+use vibrissa::locate::object::{By, NAME, SHIFT, UnlocatedTap};
 use vibrissa::locate::stream::Ask;
 use vibrissa::locate::table::Readings;
 use vibrissa::locate::{Calibration, Locator, SaidZero, locator::opener};
@@ -33,15 +33,10 @@ pub fn run(args: &args::Next) -> Result<Reply, Error> {
     let label = args.calibration.display().to_string();
     let locator = Locator::new(&calibration, &label, None, &opener(&options))?;
     let drive = locator.rig.setup.drive;
-    let within = match args.within.as_deref() {
-        Some(&[lo, hi]) if lo <= hi => [lo, hi],
-        Some(ends) => {
-            let error = InputError::new("these are no ends of drives").key("--within");
-            let said: Vec<String> = ends.iter().map(f64::to_string).collect();
-            return Err(error.value(said.join(",")).allowed("LO,HI with LO ≤ HI").into());
-        }
-        None => [f64::NEG_INFINITY, f64::INFINITY],
-    };
+    let within =
+        ends("--within", "drives", args.within.as_deref())?.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+    let shifts = ends("--shift", "places of the base", args.shift.as_deref())?;
+    let may = May { within, shifts, same_run: args.same_run };
     let stem = args.readings.as_deref().unwrap_or(&args.calibration).file_stem();
     let stem = stem.map_or_else(|| "taps".into(), |s| s.to_string_lossy().into_owned());
     let out = super::folder(args.common.out.as_ref(), &stem, "next");
@@ -54,21 +49,21 @@ pub fn run(args: &args::Next) -> Result<Reply, Error> {
         (Some(bytes), Some(path)) => read(args, &locator, bytes, path)?,
         _ => Default::default(),
     };
-    let found = next(&locator, &taps, (within, args.same_run)).map_err(|why| {
+    let found = next(&locator, &taps, may).map_err(|why| {
         let error = InputError::new(why).at(label.clone(), None).key("next");
         error.allowed("a calibration by learned, taps of one object, and drives that were calibrated")
     })?;
     if !found.left.is_empty() && !args.common.quiet {
         let left: Vec<String> = found.left.iter().take(8).map(|k| lines[*k].to_string()).collect();
         say::warning(format_args!(
-            "{} of {} taps tell nothing here: of the other side, of a drive that was not calibrated, or without a distance (lines {})",
+            "{} of {} taps tell nothing here: of the other side, of a drive that was not calibrated, or without a distance or a number in {SHIFT} (lines {})",
             found.left.len(),
             taps.len(),
             left.join(", ")
         ));
     }
     let data = bytes.as_ref().map(|bytes| hash(&String::from_utf8_lossy(bytes)));
-    let asked = json!({ "calibration": calibration.checksum, "readings": data, "object": args.object, "only": args.only, "within": args.within, "same_run": args.same_run, "zero": SaidZero::json(args.zero.as_ref()), "columns": args.columns });
+    let asked = json!({ "calibration": calibration.checksum, "readings": data, "object": args.object, "only": args.only, "within": args.within, "shift": args.shift, "same_run": args.same_run, "zero": SaidZero::json(args.zero.as_ref()), "columns": args.columns });
     let inputs = std::iter::once(args.calibration.clone()).chain(args.readings.clone()).collect();
     let question = Question { inputs, ..Question::new("next", &stem, asked) };
     let mut folder = Folder::open(&out, question, &["next.csv", "next.svg"], args.common.force)?;
@@ -81,7 +76,7 @@ pub fn run(args: &args::Next) -> Result<Reply, Error> {
     let result = result(&found, drive, &lines);
     let counts = json!({ "taps": found.taps, "rows": found.tried.len() });
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
-    let identity = hash(&format!("{}\n{data:?}\n{within:?}", calibration.checksum));
+    let identity = hash(&format!("{}\n{data:?}\n{may:?}", calibration.checksum));
     let told = json!({ "calibration": { "file": label, "checksum": calibration.checksum }, "counts": counts, "seconds": seconds, "result": result });
     folder.run_json(&run_json::document("next", json!({ "name": stem, "hash": identity }), told))?;
     let written = folder.finish()?;
@@ -95,7 +90,7 @@ fn read(
     locator: &Locator,
     bytes: &[u8],
     path: &Path,
-) -> Result<(Vec<Read>, Vec<usize>), Error> {
+) -> Result<(Vec<UnlocatedTap>, Vec<usize>), Error> {
     let quiet = args.common.quiet;
     let warn = |text: &str| {
         if !quiet {
@@ -117,15 +112,18 @@ fn read(
     let word = |fields: &[String]| {
         place.and_then(|k| fields.get(k)).map(|f| f.trim().to_owned()).unwrap_or_default()
     };
+    let shifts = readings.numbers(SHIFT)?;
     let mut zeros = 0;
     let mut all = Vec::new();
-    for row in &readings.rows {
+    for (k, row) in readings.rows.iter().enumerate() {
         zeros += u64::from(row.rests);
         // A row without an object is of none, where others have one.
         let named = place.is_none() || !word(&row.fields).is_empty();
         if !row.rests && row.drive.is_finite() && row.signal.is_finite() && named {
-            let read = Read { drive: row.drive, signal: row.signal, share: row.share, zero: zeros };
-            all.push((read, row.line, word(&row.fields)));
+            let shift = shifts.as_ref().map_or(0.0, |all| all[k]);
+            let (drive, signal, share, line) = (row.drive, row.signal, row.share, row.line);
+            let tap = UnlocatedTap { line, drive, signal, share, zero: zeros, shift };
+            all.push((tap, line, word(&row.fields)));
         }
     }
     let taps = || all.iter();
@@ -146,7 +144,7 @@ fn read(
         only => only.clone(),
     };
     let own = taps().filter(|tap| only.as_ref().is_none_or(|only| tap.2 == *only));
-    let (taps, lines): (Vec<Read>, Vec<usize>) = own.map(|tap| (tap.0, tap.1)).unzip();
+    let (taps, lines): (Vec<UnlocatedTap>, Vec<usize>) = own.map(|tap| (tap.0, tap.1)).unzip();
     if taps.is_empty() {
         warn(&format!("{label}: no row is a tap; this is about the first one"));
     }
@@ -158,11 +156,26 @@ fn shown(objects: &BTreeSet<String>) -> String {
     first.join(", ") + if objects.len() > 8 { ", …" } else { "" }
 }
 
+/// The two ends of what a flag says.
+fn ends(key: &str, what: &str, said: Option<&[f64]>) -> Result<Option<[f64; 2]>, InputError> {
+    match said {
+        None => Ok(None),
+        Some(&[lo, hi]) if lo <= hi => Ok(Some([lo, hi])),
+        Some(other) => {
+            let said: Vec<String> = other.iter().map(f64::to_string).collect();
+            let error = InputError::new(format!("these are no ends of {what}")).key(key);
+            Err(error.value(said.join(",")).allowed("LO,HI with LO ≤ HI"))
+        }
+    }
+}
+
 fn table(next: &Next, drive: Drive) -> String {
-    let mut text = format!("{},expected_signal,expected_sigma_mm,status\n", drive.column());
+    let mut text = format!("{},{SHIFT},expected_signal,expected_sigma_mm,status\n", drive.column());
     for t in &next.tried {
         let status = if t.status == Status::OK { "ok".to_owned() } else { t.status.to_string() };
-        let _ = writeln!(text, "{},{},{},{status}", t.drive, t.signal, t.sigma);
+        let [signal, sigma] =
+            [t.signal, t.sigma].map(|x| if x.is_finite() { x.to_string() } else { String::new() });
+        let _ = writeln!(text, "{},{},{signal},{sigma},{status}", t.drive, t.shift);
     }
     text
 }
@@ -180,6 +193,7 @@ fn result(next: &Next, drive: Drive, lines: &[usize]) -> serde_json::Value {
         "apart_sigmas": next.apart.map(|(_, by)| by),
         "left_out": next.left.len(),
         drive.column(): best.map(|b| b.drive),
+        SHIFT: best.map(|b| b.shift),
         "expected_signal": best.map(|b| b.signal),
         "expected_sigma_mm": best.map(|b| b.sigma),
         "after_taps": next.more.iter().map(|(n, sigma)| json!({ "taps": n, "sigma_mm": sigma })).collect::<Vec<_>>(),
@@ -220,9 +234,14 @@ fn answer(next: &Next, drive: Drive, lines: &[usize]) -> String {
         );
         return text;
     }
+    let moved = if next.moves() {
+        format!(" with the base {:.2} mm nearer than where distances are told from", best.shift)
+    } else {
+        String::new()
+    };
     let _ = write!(
         text,
-        "Tap next by {symbol} = {:.3}{unit}: σ is expected to become {} mm. {} such taps would bring {} mm, any number no less than {} mm.",
+        "Tap next by {symbol} = {:.3}{unit}{moved}: σ is expected to become {} mm. {} such taps would bring {} mm, any number no less than {} mm.",
         best.drive,
         short(best.sigma),
         next.more[3].0,
@@ -234,11 +253,26 @@ fn answer(next: &Next, drive: Drive, lines: &[usize]) -> String {
 
 fn drawn(next: &Next, drive: Drive) -> Figure {
     let (symbol, unit) = drive_unit(drive);
-    let of = |fine: bool| {
-        next.tried.iter().filter(move |t| (t.status == Status::OK) == fine).map(|t| (t.drive, t.sigma))
+    let curve = |own: &dyn Fn(&Tried) -> bool| -> Vec<(f64, f64)> {
+        next.tried.iter().filter(|t| own(t)).map(|t| (t.drive, t.sigma)).collect()
     };
+    let fine = |t: &Tried| t.status == Status::OK;
     let best: Vec<(f64, f64)> =
         next.best.map(|k| (next.tried[k].drive, next.tried[k].sigma)).into_iter().collect();
+    let at = next.best.map_or(next.stands, |k| next.tried[k].shift);
+    let here = |shift: f64| move |t: &Tried| t.shift == shift;
+    let mut lines = vec![("after one tap more".to_owned(), 0, curve(&|t| fine(t) && here(at)(t)))];
+    if next.moves() {
+        lines[0].0 = format!("base {at:.1} mm nearer (best)");
+        let others = [next.tried.first(), next.tried.last()].into_iter().flatten().map(|t| t.shift);
+        let others: Vec<f64> = others.filter(|shift| *shift != at).collect();
+        for (k, shift) in others.into_iter().enumerate() {
+            let line = curve(&|t| fine(t) && here(shift)(t));
+            if !line.is_empty() {
+                lines.push((format!("base {shift:.1} mm nearer"), 3 + k, line));
+            }
+        }
+    }
     let points = |name: &str, colour, marker, values: Vec<(f64, f64)>| Mark::Points {
         path: Drawn::new(name, colour, values),
         marker,
@@ -253,10 +287,20 @@ fn drawn(next: &Next, drive: Drive) -> Figure {
         Axis::new(&format!("drive of the next tap {symbol}"), unit.trim()),
         Axis::log("expected σ", "mm"),
     )
-    .with(Mark::Line { path: Drawn::new("after one tap more", 0, of(true)), dash: 0, marker: None })
     .with(points("best", 0, Marker::Circle, best))
-    .with(points("beyond a limit of the sensor", 1, Marker::Cross, of(false).collect()))
+    .with(points(
+        "beyond a limit of the sensor",
+        1,
+        Marker::Cross,
+        curve(&|t| !fine(t) && t.sigma.is_finite() && here(at)(t)),
+    ))
     .with(Mark::Line { path: now, dash: 1, marker: None });
+    let line = |(name, colour, values): (String, usize, Vec<(f64, f64)>)| Mark::Line {
+        path: Drawn::new(&name, colour, values),
+        dash: 0,
+        marker: None,
+    };
+    let panel = lines.into_iter().map(line).fold(panel, Panel::with);
     let caption = "Standard deviation of the distance that is expected after one more tap, against its drive (next.csv).";
     Figure::new("next", "The next tap", caption, vec![panel])
 }

@@ -5,9 +5,10 @@ use std::collections::BTreeMap;
 use super::point::{Noise, Point};
 use super::pose::Pose;
 use crate::error::{Error, InputError, nearest};
-use crate::locate::Locator;
+use crate::locate::object::{Objects, Together};
 use crate::locate::stream::Ask;
 use crate::locate::table::{Readings, field};
+use crate::locate::{Answerer, Locator};
 use crate::measure::skin::Skin;
 use crate::measure::text::{fields, separator};
 
@@ -50,14 +51,17 @@ pub struct Answered {
     pub status: BTreeMap<String, u64>,
 }
 
-/// Answers the readings `bytes`, whose column [`WHISKER`] says which of `whiskers` each is of.
+/// Answers the readings `bytes`, whose column [`WHISKER`] says which of `whiskers` each is of. Taps of one object by one whisker are taken together
+/// where `ask` says so.
 ///
 /// # Errors
-/// No such column, or no such whisker; readings that do not fit a calibration; whiskers that are read in different ways.
+/// No such column, or no such whisker; readings that do not fit a calibration; whiskers that are read in different ways; taps that are to be taken
+/// together by what tells each alone.
 pub fn answer(whiskers: &[Mounted], bytes: &[u8], ask: &Ask<'_>, noise: &Noise) -> Result<Answered, Error> {
     let label = ask.label.unwrap_or("stdin");
     let owners = owners(whiskers, label, bytes)?;
     let lines: Vec<&[u8]> = bytes.split_inclusive(|b| *b == b'\n').collect();
+    let twofold = whiskers.iter().any(|w| w.locator.is_twofold());
     let mut header: Option<Vec<u8>> = None;
     // By line: rows of the whiskers come together again.
     let mut rows = BTreeMap::new();
@@ -70,7 +74,17 @@ pub fn answer(whiskers: &[Mounted], bytes: &[u8], ask: &Ask<'_>, noise: &Noise) 
             _ => &b"#\n"[..],
         });
         let own: Vec<u8> = own.copied().collect();
-        let readings = Readings::of(&whisker.locator, &own, ask, &ADDED)?;
+        let who = Answerer::One(&whisker.locator);
+        Objects::can(who, ask.by).map_err(|e| e.at(&whisker.name, None))?;
+        let mut readings = Readings::of(&whisker.locator, &own, ask, &ADDED)?;
+        let objects = Objects::of(who, &readings.names, ask);
+        let mut objects = objects.map_err(|e| e.at(label, Some(1)))?;
+        if objects.is_some() {
+            // They follow the status, which ends the line.
+            let more = Objects::columns(ask.by, true, twofold);
+            readings.header.pop();
+            readings.header.extend(format!(",{}\n", more.join(",")).bytes());
+        }
         if header.as_ref().is_some_and(|h| *h != readings.header) {
             let error =
                 InputError::new("whiskers of one array are driven and read in one way").at(label, Some(1));
@@ -84,7 +98,9 @@ pub fn answer(whiskers: &[Mounted], bytes: &[u8], ask: &Ask<'_>, noise: &Noise) 
         let contact = readings.numbers("contact_deg")?;
         Skin::is_known(&whisker.locator.rig)?;
         let skin = Skin::new(&whisker.locator.rig, None);
+        let mut rests = 0;
         for (i, row) in readings.rows.iter().enumerate() {
+            rests += u64::from(row.rests);
             let turned = contact.as_ref().map_or(0.0, |c| c[i]).to_radians();
             let pose = Pose { heading: whisker.pose.heading + turned, ..whisker.pose };
             let point = match row.rests {
@@ -103,6 +119,10 @@ pub fn answer(whiskers: &[Mounted], bytes: &[u8], ask: &Ask<'_>, noise: &Noise) 
                 field(&mut out, x);
             }
             out.extend(words.bytes());
+            if let Some(objects) = &mut objects {
+                out.push(b',');
+                Together::write(objects.tell_row(row, rests, ask).as_ref(), twofold, &mut out);
+            }
             out.push(b'\n');
             rows.insert(row.line, out);
         }

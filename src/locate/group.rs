@@ -48,8 +48,9 @@ impl<'a> Group<'a> {
     ) -> Vec<u8> {
         let mut out = Vec::new();
         if let Self::Objects(objects) = self {
-            let name = objects.name(rows, text);
-            let together = objects.tell_pair(&name, at, alone, ask);
+            let fields = rows.fields(text.unwrap_or_default());
+            let (name, shift) = (objects.name(&fields), objects.shift(&fields));
+            let together = objects.tell_pair(&name, (at.0, at.1, shift), alone, ask);
             self.name((rows, text), ask, &mut out);
             Together::write(together.as_ref(), true, &mut out);
         }
@@ -74,8 +75,9 @@ impl<'a> Group<'a> {
         let mut out = Vec::new();
         match self {
             Self::Objects(objects) => {
-                let name = objects.name(rows, text);
-                let together = objects.tell(&name, tap, alone, ask);
+                let fields = rows.fields(text.unwrap_or_default());
+                let (name, shift) = (objects.name(&fields), objects.shift(&fields));
+                let together = objects.tell(&name, UnlocatedTap { shift, ..tap }, alone, ask);
                 self.name((rows, text), ask, &mut out);
                 Together::write(together.as_ref(), false, &mut out);
             }
@@ -122,7 +124,7 @@ impl<'a> Group<'a> {
     fn name(&self, (rows, text): (&RowReader<'_>, Option<&str>), ask: &Ask<'_>, out: &mut Vec<u8>) {
         if self.is_named(rows, ask) {
             match self {
-                Self::Objects(objects) => field(out, &objects.name(rows, text)),
+                Self::Objects(objects) => field(out, &objects.name(&rows.fields(text.unwrap_or_default()))),
                 Self::Strokes(strokes) => field(out, &strokes.shown(rows, text)),
             }
         }

@@ -1,24 +1,29 @@
-//! Which drive the next tap of an object should have: the one after which its distance is expected to be known best.
+//! Which drive the next tap of an object should have, and where its base should stand: those after which its distance is expected to be known best.
 
 use vibrissa_learned::joint::{Joint, Object, Outlook, Tap};
 
 use super::Locator;
-use super::object::limit;
+use super::object::{UnlocatedTap, doubts, limit};
 use super::opened::Opened;
+use crate::estimate::WIDENING;
 use crate::status::Status;
 
 /// Drives that are tried.
 const TRIED: usize = 33;
+/// Places of the base that are tried, each with all drives, and as many again around the best of these.
+const SHIFTS: usize = 9;
 /// Taps more bring nothing where all there could be would not lower σ by more than this share.
 pub const NOTHING: f64 = 0.05;
 /// As many taps as there could be.
 const ALL: f64 = 1e4;
 
-/// A drive that is tried.
+/// A tap that is tried.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tried {
     /// Degrees or mm, as it is recorded.
     pub drive: f64,
+    /// How much nearer to the object the base stands than where its distance is told from, mm.
+    pub shift: f64,
     /// The signal above its zero that is expected where the object is most likely: strain, or the unit of the reading.
     pub signal: f64,
     /// σ that is expected after the tap, mm.
@@ -36,7 +41,9 @@ pub struct Next {
     pub now: [f64; 2],
     /// Another distance that fits.
     pub near: Option<f64>,
-    /// In the order of their drives.
+    /// How much nearer than where the distance is told from the base stands now, mm.
+    pub stands: f64,
+    /// In the order of their shifts, and of their drives.
     pub tried: Vec<Tried>,
     /// Place of the best one that is allowed.
     pub best: Option<usize>,
@@ -53,6 +60,11 @@ pub struct Next {
 }
 
 impl Next {
+    /// Whether more than one place of the base was tried.
+    pub fn moves(&self) -> bool {
+        self.tried.first().zip(self.tried.last()).is_some_and(|(first, last)| first.shift != last.shift)
+    }
+
     /// Whether taps more bring nothing.
     pub fn is_enough(&self) -> bool {
         self.status != Status::INCONSISTENT
@@ -60,38 +72,37 @@ impl Next {
     }
 }
 
-/// A tap of the object.
+/// What the next tap may be.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Read {
-    /// Drive, as it is recorded.
-    pub drive: f64,
-    /// Signal above its zero.
-    pub signal: f64,
-    /// Variance of that zero in units of that of one reading.
-    pub share: f64,
-    /// Which zero that is.
-    pub zero: u64,
+pub struct May {
+    /// The least and the largest drive that the motor can do.
+    pub within: [f64; 2],
+    /// How much nearer to the object than where its distance is told from the base may stand, the least and the largest, mm; none: it stands where
+    /// it stood for the last tap.
+    pub shifts: Option<[f64; 2]>,
+    /// Whether the taps are of a run of the calibration.
+    pub same_run: bool,
 }
 
-/// The next tap after `taps`, by drives `within` these ends; they are of a run of the calibration where `same_run`.
+/// The next tap after `taps`.
 ///
 /// # Errors
 /// Why nothing can be said, in words: no learned curve; no drive; taps that fit no distance.
 pub fn next(
     locator: &Locator,
-    taps: &[Read],
-    (within, same_run): ([f64; 2], bool),
+    taps: &[UnlocatedTap],
+    May { within, shifts, same_run }: May,
 ) -> Result<Next, &'static str> {
     let learned_side = |k: &usize| locator.sides()[*k].answers.shape().learned().is_some();
     let first = (0..locator.sides().len()).find(learned_side);
     let first = first.ok_or("taps are taken together by `learned`, with one gauge")?;
     // A tap without a distance of its own tells none together with others either.
-    let asked = |tap: &Read| {
+    let asked = |tap: &UnlocatedTap| {
         let alone = locator.locate_above(tap.drive, tap.signal, 0.0, tap.share);
         locator
             .asked(tap.drive, tap.signal)
             .ok()
-            .filter(|asked| learned_side(&asked.side) && alone.distance.is_finite())
+            .filter(|asked| learned_side(&asked.side) && alone.distance.is_finite() && tap.shift.is_finite())
     };
     let asked: Vec<_> = taps.iter().map(asked).collect();
     let place = asked.iter().flatten().next().map_or(first, |tap| tap.side);
@@ -106,37 +117,51 @@ pub fn next(
         .map_or_else(|| learned.read(1.0, 0.0).0, |(_, tap, asked)| learned.read(asked.signal, tap.share).0);
     let joint = learned.joint(tared);
     let mut object = Object::new(&joint);
-    let mut places = Vec::new();
+    let (mut places, mut stands) = (Vec::new(), 0.0);
     for (k, tap, asked) in own() {
         let (_, y, of_zero) = learned.read(asked.signal, tap.share);
-        object.add(&joint, Tap { u: asked.drive, y, of_zero, zero: tap.zero }, same_run);
+        let UnlocatedTap { zero, shift, .. } = *tap;
+        object.add(&joint, Tap { u: asked.drive, y, of_zero, zero, shift }, same_run);
+        stands = shift;
         places.push(k);
     }
     let left = (0..taps.len()).filter(|k| !places.contains(k)).collect();
     let told = object.told(&joint).ok_or("these taps fit no distance")?;
     let outlook = Outlook::new(&joint, &object, same_run);
-    let known = Known { locator, side, joint: &joint, outlook: &outlook, a: told.a };
-    let tried = known.tried(within)?;
-    let allowed = tried.iter().enumerate().filter(|(_, t)| t.status == Status::OK && t.sigma.is_finite());
-    let best = allowed.min_by(|(_, t), (_, u)| t.sigma.total_cmp(&u.sigma)).map(|(k, _)| k);
-    let after = |u: f64, times: f64| outlook.after(u, times);
-    let of_best = best.map(|k| tried[k].drive - locator.drive_origin);
+    let known = Known { locator, side, joint: &joint, outlook: &outlook, frame: object.frame(), a: told.a };
+    let tried = known.tried(within, shifts.unwrap_or([stands; 2]), shifts.is_some())?;
+    let best = best(&tried);
+    let of_best = best.map(|k| &tried[k]);
+    let after = |best: &Tried, times: f64| {
+        outlook.after(best.drive - locator.drive_origin, best.shift - object.frame(), times)
+    };
     let more =
-        of_best.map_or(Vec::new(), |u| (0..6).map(|k| (1 << k, after(u, f64::from(1 << k)))).collect());
+        of_best.map_or(Vec::new(), |best| (0..6).map(|k| (1 << k, after(best, f64::from(1 << k)))).collect());
     let now = [told.a, outlook.spread()];
     let floor =
-        of_best.map(|u| after(u, ALL)).filter(|floor| floor.is_finite()).map(|floor| floor.min(now[1]));
+        of_best.map(|best| after(best, ALL)).filter(|floor| floor.is_finite()).map(|floor| floor.min(now[1]));
     let mut status = Status::OK;
     let compared = places.len() - places.len().min(object.compared());
-    let apart =
-        object.apart(&joint, told.a.ln(), same_run).map(|(ago, by)| (places[places.len() - 1 - ago], by));
+    let apart = object.apart(&joint, told.a, same_run).map(|(ago, by)| (places[places.len() - 1 - ago], by));
     if object.count() > 0 {
-        status |= side.doubts(told.a, told.near, told.sigma);
+        status |= doubts(side, &object, &told);
     }
     if apart.is_some_and(|(_, by)| by.abs() > limit(places.len() - compared)) {
         status |= Status::INCONSISTENT;
     }
-    Ok(Next { taps: object.count(), now, near: told.near, tried, best, more, floor, status, apart, left })
+    Ok(Next {
+        taps: object.count(),
+        now,
+        near: told.near,
+        stands,
+        tried,
+        best,
+        more,
+        floor,
+        status,
+        apart,
+        left,
+    })
 }
 
 /// What is known of an object.
@@ -145,32 +170,60 @@ struct Known<'a> {
     side: &'a Opened,
     joint: &'a Joint,
     outlook: &'a Outlook<'a>,
+    /// How much nearer the base stood for the first tap than where the distance is told from.
+    frame: f64,
+    /// That distance.
     a: f64,
 }
 
 impl Known<'_> {
-    fn tried(&self, within: [f64; 2]) -> Result<Vec<Tried>, &'static str> {
+    /// By drives `within` these ends, and with the base between `shifts`; where it `may_move`, never to where the object may be outside of the
+    /// calibrated distances.
+    fn tried(&self, within: [f64; 2], shifts: [f64; 2], may_move: bool) -> Result<Vec<Tried>, &'static str> {
         let origin = self.locator.drive_origin;
         let [first, last] = [self.side.drives[0], self.side.drives[self.side.drives.len() - 1]];
-        let [lo, hi] = [first.max(within[0] - origin), last.min(within[1] - origin)];
-        if lo > hi {
+        let ends = [first.max(within[0] - origin), last.min(within[1] - origin)];
+        if ends[0] > ends[1] {
             return Err("no calibrated drive lies within these limits");
         }
-        let count = if lo < hi { TRIED } else { 1 };
-        let drives = (0..count).map(|k| lo + (hi - lo) * k as f64 / (count.max(2) - 1) as f64);
-        let try_one = |u: f64| {
-            let sigma = self.outlook.after(u, 1.0);
-            let [signal, largest] = self.signals(u);
-            let drive = u + origin;
-            Tried { drive, signal: self.side.sign * signal, sigma, status: self.forbids(largest) }
-        };
-        Ok(drives.map(try_one).collect())
+        let tried = |shift: f64| self.tried_at(shift, ends, may_move);
+        let mut all: Vec<Tried> = between(shifts, SHIFTS).flat_map(tried).collect();
+        if let (Some(k), [lo, hi]) = (best(&all), shifts) {
+            let step = (hi - lo) / (SHIFTS - 1) as f64;
+            let [from, to] = [-1.0, 1.0].map(|side| (all[k].shift + side * step).clamp(lo, hi));
+            let known: Vec<f64> = all.iter().map(|t| t.shift).collect();
+            let more =
+                between([from, to], SHIFTS).filter(|s| !known.iter().any(|k| (k - s).abs() < 0.01 * step));
+            all.extend(more.flat_map(tried));
+            all.sort_by(|p, q| p.shift.total_cmp(&q.shift).then(p.drive.total_cmp(&q.drive)));
+        }
+        Ok(all)
     }
 
-    /// The signal that is expected by the drive u, and the largest of what is likely.
-    fn signals(&self, u: f64) -> [f64; 2] {
-        let signals = self.outlook.likely().iter().map(|(x, _)| self.joint.signal(u, *x));
-        [self.joint.signal(u, self.a.ln()), signals.fold(f64::NEG_INFINITY, f64::max)]
+    /// By drives between these ends, with the base at one place.
+    fn tried_at(&self, shift: f64, ends: [f64; 2], may_move: bool) -> Vec<Tried> {
+        let near = shift - self.frame;
+        let seen: Vec<f64> = self.outlook.likely().iter().map(|(x, _)| x.exp() - near).collect();
+        let outside = may_move && !seen.iter().all(|a| self.is_calibrated(*a));
+        let one = |u: f64| {
+            let drive = u + self.locator.drive_origin;
+            if outside {
+                let status = Status::OUTSIDE_CALIBRATION;
+                return Tried { drive, shift, signal: f64::NAN, sigma: f64::NAN, status };
+            }
+            let sigma = self.outlook.after(u, near, 1.0);
+            let signals = seen.iter().map(|a| self.joint.signal(u, a.ln()));
+            let status = self.forbids(signals.fold(f64::NEG_INFINITY, f64::max));
+            let signal = self.side.sign * self.joint.signal(u, (self.a - shift).ln());
+            Tried { drive, shift, signal, sigma, status }
+        };
+        between(ends, TRIED).map(one).collect()
+    }
+
+    fn is_calibrated(&self, a: f64) -> bool {
+        let [first, last] = self.side.distances;
+        let slack = WIDENING * last;
+        (first - slack..=last + slack).contains(&a)
     }
 
     fn forbids(&self, signal: f64) -> Status {
@@ -180,4 +233,16 @@ impl Known<'_> {
             self.locator.limit_of(self.side.sign * signal)
         }
     }
+}
+
+/// Place of the best tap that is allowed.
+fn best(tried: &[Tried]) -> Option<usize> {
+    let allowed = tried.iter().enumerate().filter(|(_, t)| t.status == Status::OK && t.sigma.is_finite());
+    allowed.min_by(|(_, t), (_, u)| t.sigma.total_cmp(&u.sigma)).map(|(k, _)| k)
+}
+
+/// So many numbers from one end to the other, or the one that both are.
+fn between([lo, hi]: [f64; 2], count: usize) -> impl Iterator<Item = f64> {
+    let count = if lo < hi { count } else { 1 };
+    (0..count).map(move |k| lo + (hi - lo) * k as f64 / (count.max(2) - 1) as f64)
 }

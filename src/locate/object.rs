@@ -3,15 +3,18 @@
 use std::collections::HashMap;
 
 use vibrissa_core::normal::quantile;
-use vibrissa_learned::joint::{Joint, Object, Tap};
+use vibrissa_learned::joint::{Joint, Object, Tap, Told};
 
+use super::opened::Opened;
 use super::pair::Spatial;
 use super::pairs::{self, PairObject, Parts};
 use super::rows::{Answerer, RowReader};
 use super::stream::Ask;
+use super::table::Reading as Row;
 pub use super::together::Together;
 use super::{Located, Locator};
 use crate::error::InputError;
+use crate::measure::text::number as number_of;
 use crate::status::Status;
 
 /// Columns that are added: taps so far, distance and σ, the line of the tap that is farthest from what the others say and by how many standard
@@ -22,6 +25,8 @@ pub const COLUMNS: [&str; 6] =
 pub const OF_TWO: [&str; 2] = ["object_tilt_deg", "object_sigma_tilt_deg"];
 /// The column that names the object, where none is said.
 pub const NAME: &str = "object";
+/// The column that says how much nearer to the object the base stood, mm.
+pub const SHIFT: &str = "shift_mm";
 /// Objects that are known at a time; the one that was tapped longest ago goes first.
 const MOST: usize = 256;
 /// One gauge tells no tilt.
@@ -47,12 +52,16 @@ pub struct Objects<'a> {
     locator: &'a Locator,
     /// Place of the column; none where all readings are of one object.
     place: Option<usize>,
+    /// Place of the column [`SHIFT`].
+    shift: Option<usize>,
     /// What answers several taps, of each side whose zero was taken off, or not, made when it is first asked for.
     joints: HashMap<(usize, bool), Joint>,
     known: HashMap<String, Known>,
     clock: u64,
     /// Whether it was said that objects are forgotten.
     warned: bool,
+    /// Whether it was said that a tap has no place.
+    unplaced: bool,
 }
 
 /// The taps of an object, by one gauge or by two.
@@ -71,7 +80,7 @@ struct Known {
 }
 
 /// A tap that is in question.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UnlocatedTap {
     /// Line of the input.
     pub line: usize,
@@ -83,6 +92,8 @@ pub struct UnlocatedTap {
     pub share: f64,
     /// Number of zero readings before it: taps with the same one are above the same zero.
     pub zero: u64,
+    /// How much nearer to the object the base stands than where its distance is told from, mm; NaN where a row does not say it.
+    pub shift: f64,
 }
 
 impl<'a> Objects<'a> {
@@ -117,8 +128,14 @@ impl<'a> Objects<'a> {
     /// # Errors
     /// A column that is not there.
     pub fn new(rows: &RowReader<'a>, ask: &Ask<'_>) -> Result<Option<Self>, InputError> {
-        let locator = rows.who.first();
-        let names = rows.names();
+        Self::of(rows.who, &rows.names(), ask)
+    }
+
+    /// Of readings of these columns.
+    ///
+    /// # Errors
+    /// A column that is not there.
+    pub fn of(who: Answerer<'a>, names: &[String], ask: &Ask<'_>) -> Result<Option<Self>, InputError> {
         let of = |name: &str| names.iter().position(|n| n == name);
         let place = match ask.by {
             By::Unsaid if !ask.keep => {
@@ -142,18 +159,20 @@ impl<'a> Objects<'a> {
                 }
             },
         };
-        if let Err(e) = Self::can(rows.who, By::Same) {
+        if let Err(e) = Self::can(who, By::Same) {
             // A column of a file only: --same and --object were refused before the first line.
             (ask.warn)(&format!("column object is not looked at: {}", e.message));
             return Ok(None);
         }
         Ok(Some(Self {
-            locator,
+            locator: who.first(),
             place,
+            shift: of(SHIFT),
             joints: HashMap::new(),
             known: HashMap::new(),
             clock: 0,
             warned: false,
+            unplaced: false,
         }))
     }
 
@@ -165,10 +184,16 @@ impl<'a> Objects<'a> {
         named.then_some(&NAME).into_iter().chain(first).chain(of_two).chain(last).copied().collect()
     }
 
-    /// The object of a line.
-    pub fn name(&self, rows: &RowReader<'_>, text: Option<&str>) -> String {
-        let field = |place: usize| rows.fields(text?).get(place).map(|f| f.trim().to_owned());
-        self.place.and_then(field).unwrap_or_default()
+    /// The object of a line with these fields.
+    pub fn name<S: AsRef<str>>(&self, fields: &[S]) -> String {
+        let field = self.place.and_then(|place| fields.get(place));
+        field.map(|f| f.as_ref().trim().to_owned()).unwrap_or_default()
+    }
+
+    /// How much nearer to the object the base stood; NaN where no number says it.
+    pub fn shift<S: AsRef<str>>(&self, fields: &[S]) -> f64 {
+        let field = |place: usize| fields.get(place).and_then(|f| number_of(f.as_ref()));
+        self.shift.map_or(0.0, |place| field(place).filter(|x| x.is_finite()).unwrap_or(f64::NAN))
     }
 
     /// Adds a tap of the object `name`, whose own answer is `alone`; `None` where it tells nothing.
@@ -180,7 +205,7 @@ impl<'a> Objects<'a> {
         ask: &Ask<'_>,
     ) -> Option<Together> {
         // A tap that has no distance of its own, at an end stop or beyond any, tells none together with others either.
-        if self.is_nameless(name) || alone.distance.is_nan() {
+        if self.is_nameless(name) || alone.distance.is_nan() || self.is_unplaced(tap.line, tap.shift, ask) {
             return None;
         }
         let asked = self.locator.asked(tap.drive, tap.signal).ok()?;
@@ -198,21 +223,23 @@ impl<'a> Objects<'a> {
             let (taps, apart) = (object.count(), Some((tap.line, f64::NAN)));
             return Some(Together { taps, located, tilt: NO_TILT, apart });
         }
-        object.add(joint, Tap { u: asked.drive, y, of_zero, zero: tap.zero }, same_run);
+        let UnlocatedTap { zero, shift, .. } = tap;
+        object.add(joint, Tap { u: asked.drive, y, of_zero, zero, shift }, same_run);
         known.lines.push(tap.line);
         let more = known.lines.len().saturating_sub(object.compared());
         known.lines.drain(..more);
         let taps = object.count();
         if taps == 1 {
-            return Some(Together { taps, located: *alone, tilt: NO_TILT, apart: None });
+            let located = Located { distance: alone.distance + tap.shift, ..*alone };
+            return Some(Together { taps, located, tilt: NO_TILT, apart: None });
         }
         let Some(told) = object.told(joint) else {
             let located = Located::nothing(Status::NO_ROOT);
             return Some(Together { taps, located, tilt: NO_TILT, apart: None });
         };
-        let apart = object.apart(joint, told.a.ln(), same_run);
+        let apart = object.apart(joint, told.a, same_run);
         let apart = apart.map(|(ago, by)| (known.lines[known.lines.len() - 1 - ago], by));
-        let mut status = self.locator.sides()[asked.side].doubts(told.a, told.near, told.sigma);
+        let mut status = doubts(&self.locator.sides()[asked.side], object, &told);
         if apart.is_some_and(|(_, by)| by.abs() > limit(known.lines.len())) {
             status |= Status::INCONSISTENT;
         }
@@ -224,11 +251,15 @@ impl<'a> Objects<'a> {
     pub(super) fn tell_pair(
         &mut self,
         name: &str,
-        (line, zero): (usize, u64),
+        (line, zero, shift): (usize, u64, f64),
         (alone, parts): &(Spatial, Option<Parts>),
         ask: &Ask<'_>,
     ) -> Option<Together> {
         let parts = parts.filter(|_| !self.is_nameless(name) && alone.located.distance.is_finite())?;
+        if self.is_unplaced(line, shift, ask) {
+            return None;
+        }
+        let parts = parts.moved(shift);
         self.clock += 1;
         let new = || Taps::Two(PairObject::new());
         let known = Known::of(&mut self.known, (name, self.clock), (&mut self.warned, ask), new);
@@ -242,15 +273,38 @@ impl<'a> Objects<'a> {
         let taps = object.count();
         let Some(told) = object.told().filter(|_| taps > 1) else {
             let tilt = [alone.tilt, alone.sigma_tilt];
-            return Some(Together { taps, located: alone.located, tilt, apart: None });
+            let located = Located { distance: parts.at[0], ..alone.located };
+            return Some(Together { taps, located, tilt, apart: None });
         };
         let apart = object.apart().map(|(ago, by)| (known.lines[known.lines.len() - 1 - ago], by));
-        let mut status = self.locator.doubts_together(told.at[0], told.sigma[0]);
+        let mut status = self.locator.doubts_together(told.at[0] - shift, told.sigma[0]);
         if apart.is_some_and(|(_, by)| by > pairs::limit(known.lines.len(), CHANCE)) {
             status |= Status::INCONSISTENT;
         }
         let located = Located { distance: told.at[0], sigma: told.sigma[0], status };
         Some(Together { taps, located, tilt: [told.at[1], told.sigma[1]].map(f64::to_degrees), apart })
+    }
+
+    /// The same of a row of a file, after `zeros` zero readings.
+    pub fn tell_row(&mut self, row: &Row, zeros: u64, ask: &Ask<'_>) -> Option<Together> {
+        let (name, shift) = (self.name(&row.fields), self.shift(&row.fields));
+        let Row { line, drive, signal, share, .. } = *row;
+        match &row.pair {
+            _ if row.rests => None,
+            Some(alone) => self.tell_pair(&name, (line, zeros, shift), alone, ask),
+            None => {
+                let tap = UnlocatedTap { line, drive, signal, share, zero: zeros, shift };
+                self.tell(&name, tap, &row.located, ask)
+            }
+        }
+    }
+
+    /// Whether a tap is of a base that stands nobody knows where, which is said once.
+    fn is_unplaced(&mut self, line: usize, shift: f64, ask: &Ask<'_>) -> bool {
+        if shift.is_nan() && !std::mem::replace(&mut self.unplaced, true) {
+            (ask.warn)(&format!("line {line}: {SHIFT} is no number: such a tap tells nothing of its object"));
+        }
+        shift.is_nan()
     }
 
     /// Whether a tap is of no object.
@@ -282,6 +336,14 @@ impl Known {
         known.seen = clock;
         known
     }
+}
+
+/// Words of warning of what the taps of an object tell.
+pub(super) fn doubts(side: &Opened, object: &Object, told: &Told) -> Status {
+    object.seen(told.a).into_iter().fold(Status::OK, |all, a| {
+        // Of another distance what counts is where it would be seen from the same base.
+        all | side.doubts(a, told.near.map(|near| near - told.a + a), told.sigma)
+    })
 }
 
 /// Standard deviations beyond which the farthest of `n` sound taps is but by [`CHANCE`] (Bonferroni).

@@ -51,6 +51,13 @@ pub(super) struct Parts {
     pub shared: [[f64; 2]; SHARED],
 }
 
+impl Parts {
+    /// The distance from where the base stands `shift` mm farther from the object.
+    pub fn moved(self, shift: f64) -> Self {
+        Self { at: [self.at[0] + shift, self.at[1]], ..self }
+    }
+}
+
 /// The taps of one object so far.
 pub(super) struct PairObject {
     sums: Sums,

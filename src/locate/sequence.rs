@@ -1,6 +1,6 @@
 //! Readings one by one, as numbers: what a robot or an array of them asks.
 
-use super::next::Read;
+use super::object::UnlocatedTap;
 use super::tare::Tare;
 use super::{Located, Locator};
 use crate::status::Status;
@@ -36,7 +36,7 @@ impl Sequence {
     ///
     /// # Errors
     /// Why it is none.
-    pub fn read(&mut self, locator: &Locator, drive: f64, value: f64) -> Result<Read, Status> {
+    pub fn read(&mut self, locator: &Locator, drive: f64, value: f64) -> Result<UnlocatedTap, Status> {
         let factor = locator.rig.setup.gauge.factor;
         let signal = locator.unit.strain(value, factor);
         let finite = drive.is_finite() && signal.is_finite();
@@ -52,6 +52,7 @@ impl Sequence {
         }
         let drive = if locator.drive_recorded { drive } else { UNRECORDED };
         let (zero, share) = self.tare.at(0).unwrap_or((0.0, 0.0));
-        Ok(Read { drive, signal: locator.unit.above(signal, zero, factor), share, zero: self.zeros })
+        let signal = locator.unit.above(signal, zero, factor);
+        Ok(UnlocatedTap { line: 0, drive, signal, share, zero: self.zeros, shift: 0.0 })
     }
 }

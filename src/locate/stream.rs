@@ -229,7 +229,8 @@ pub fn answer<'a>(
                 let located = locator.locate_above(drive, tap.signals[0], 0.0, tap.shares[0]);
                 if let Some(group) = &mut group {
                     let (signal, share) = (tap.signals[0], tap.shares[0]);
-                    let tap = UnlocatedTap { line: line.number, drive, signal, share, zero: counts.zeros };
+                    let (line_number, zero, shift) = (line.number, counts.zeros, 0.0);
+                    let tap = UnlocatedTap { line: line_number, drive, signal, share, zero, shift };
                     together = Some(group.tell((&rows, line.text), tap, &located, ask));
                 }
                 Answer::Known(located)

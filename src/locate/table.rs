@@ -2,7 +2,8 @@
 
 use super::kept::Kept;
 use super::lines::Source;
-use super::pair::Readings as PairOfReadings;
+use super::pair::{Readings as PairOfReadings, Spatial};
+use super::pairs::Parts;
 use super::rows::{Answerer, RowReader};
 use super::stream::{Ask, number, tares, zeros};
 use super::tare::doubt;
@@ -30,6 +31,8 @@ pub struct Reading {
     pub rests: bool,
     /// Its distance.
     pub located: Located,
+    /// Of two gauges the contact, and what it is made of.
+    pub(super) pair: Option<(Spatial, Option<Parts>)>,
 }
 
 /// Readings of a file.
@@ -116,10 +119,12 @@ impl Readings {
                 share,
                 rests,
                 located,
+                pair: None,
             });
         }
-        for (place, found) in places.into_iter().zip(locator.locate_pairs(&pairs)?) {
-            rows[place].located = found.located;
+        for (place, found) in places.into_iter().zip(locator.pairs(&pairs)?) {
+            rows[place].located = found.0.located;
+            rows[place].pair = Some(found);
         }
         Ok(Self { file: label.to_owned(), names, header, rows })
     }

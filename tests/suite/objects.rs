@@ -179,7 +179,7 @@ fn the_next_tap_is_the_one_that_tells_most() {
     assert_eq!(told["taps"], 5);
     assert!((told["distance_mm"].as_f64().unwrap() - 30.0).abs() < 1.0, "{told}");
     let table = Table::read(&desk.path("n/next.csv"));
-    assert_eq!(table.columns, ["theta_deg", "expected_signal", "expected_sigma_mm", "status"]);
+    assert_eq!(table.columns, ["theta_deg", "shift_mm", "expected_signal", "expected_sigma_mm", "status"]);
     let fine = || table.rows.iter().filter(|row| row["status"] == "ok");
     let least = fine().map(|row| of(row, "expected_sigma_mm")).fold(f64::INFINITY, f64::min);
     assert_eq!(told["expected_sigma_mm"].as_f64().unwrap(), least);
@@ -238,6 +238,114 @@ fn chosen_taps_need_half_as_many_as_a_fixed_grid() {
     let sigma = |told: &serde_json::Value| told["sigma_mm"].as_f64().unwrap();
     assert_eq!(chosen["taps"], 5);
     assert!(sigma(&chosen) < 1.05 * sigma(&of_grid), "{} {}", sigma(&chosen), sigma(&of_grid));
+}
+
+/// Taps of an object from several places of the base tell one distance, and the best next tap has the base as near as the calibration goes.
+#[test]
+fn the_base_may_move() {
+    let desk = desk();
+    let all = objects(&desk);
+    let of_tap = |a: f64, theta: f64, end: &str| {
+        let own = |line: &&str| {
+            line.ends_with(&format!(",at {a}")) && line.split(',').any(|f| f == theta.to_string())
+        };
+        let line = all.lines().find(own).unwrap_or_else(|| panic!("{a} {theta}"));
+        format!("{},{end}\n", line.rsplit_once(',').unwrap().0)
+    };
+    let header = all.lines().next().unwrap().to_owned() + ",shift_mm\n";
+    let taps = [(36.0, 3.5, "p,0"), (36.0, 7.0, "p,0"), (28.0, 5.0, "p,8"), (26.0, 9.0, "p,10")];
+    let text = taps.iter().fold(header.clone(), |text, (a, theta, end)| text + &of_tap(*a, *theta, end));
+    desk.write("moved.csv", &text);
+    desk.run(&["locate", "cal/calibration.toml", "moved.csv", "--out", "moved"]).exits(0);
+    let rows = Table::read(&desk.path("moved/located.csv")).rows;
+    for row in &rows {
+        let off = (of(row, "object_distance_mm") - 36.0) / of(row, "object_sigma_mm");
+        assert!(off.abs() < 3.5 && row["object_status"] == "ok", "{row:?}");
+    }
+    let sigmas: Vec<f64> = rows.iter().map(|row| of(row, "object_sigma_mm")).collect();
+    assert!(sigmas[3] < 0.6 * sigmas[1], "{sigmas:?}");
+    // The first of all that were nearer tells the distance from where it is told.
+    desk.write("near.csv", header.clone() + &of_tap(28.0, 5.0, "p,8"));
+    desk.run(&["locate", "cal/calibration.toml", "near.csv", "--out", "near"]).exits(0);
+    let row = Table::read(&desk.path("near/located.csv")).rows.remove(0);
+    assert!((of(&row, "object_distance_mm") - of(&row, "distance_mm") - 8.0).abs() < 1e-9, "{row:?}");
+    // One place is wrong by 3 mm; another one is no number.
+    let wrong = text.replace("p,10", "p,13").replace("p,8", "p,8 mm");
+    desk.write("wrong.csv", &wrong);
+    let ran = desk.run(&["locate", "cal/calibration.toml", "wrong.csv", "--out", "wrong"]).exits(0);
+    assert!(ran.stderr.contains("shift_mm is no number"), "{}", ran.stderr);
+    let rows = Table::read(&desk.path("wrong/located.csv")).rows;
+    assert_eq!((rows[2]["taps"].as_str(), rows[3]["taps"].as_str()), ("", "3"));
+    assert!(rows[3]["object_status"].contains("inconsistent"), "{:?}", rows[3]);
+
+    // The tap after two from where distances are told from.
+    let text = taps[..2].iter().fold(header, |text, (a, theta, end)| text + &of_tap(*a, *theta, end));
+    desk.write("two.csv", text);
+    let next = |more: &[&str]| {
+        let own = ["next", "cal/calibration.toml", "two.csv", "--json", "--force", "--out", "n"];
+        desk.run(&[&own[..], more].concat()).exits(0).json()["result"].clone()
+    };
+    // A motor that turns little: nearer is better by as much as the signal grows.
+    let (stays, moves) = (next(&["--within", "1,4"]), next(&["--within", "1,4", "--shift", "-4,20"]));
+    let number = |told: &serde_json::Value, key: &str| told[key].as_f64().unwrap_or(f64::NAN);
+    assert_eq!(number(&stays, "shift_mm"), 0.0);
+    let precision = |told: &serde_json::Value, key: &str| number(told, key).powi(-2);
+    let brings =
+        |told: &serde_json::Value| precision(told, "expected_sigma_mm") - precision(told, "sigma_mm");
+    assert!(brings(&moves) > 1.7 * brings(&stays) && number(&moves, "shift_mm") > 8.0, "{stays} {moves}");
+    let table = Table::read(&desk.path("n/next.csv"));
+    let words = |row: &&Row| row["status"] == "outside_calibration" && row["expected_sigma_mm"].is_empty();
+    assert!(table.rows.iter().any(|row| words(&row)) && table.rows.len() > 200, "{}", table.rows.len());
+    desk.run(&["next", "cal/calibration.toml", "two.csv", "--shift", "4,-4", "--out", "no"]).exits(2);
+}
+
+/// Whiskers of an array tell each of their objects as they do alone.
+#[test]
+fn an_array_tells_objects_too() {
+    let desk = desk();
+    let all = objects(&desk);
+    let header = format!("whisker,{}\n", all.lines().next().unwrap());
+    let mut files = [header.clone(), header.clone(), header.clone()];
+    for (k, line) in all.lines().skip(1).enumerate() {
+        // Both whiskers tap every object, by turns.
+        let row = |name: &str| format!("{name},{line}\n");
+        let rows = if k % 3 == 0 { ["right", "left"] } else { ["left", "right"] };
+        for name in rows {
+            files[usize::from(name == "right")] += &row(name);
+            files[2] += &row(name);
+        }
+    }
+    let mount = |name: &str, y: i32| {
+        format!(
+            "[[whisker]]\nname = \"{name}\"\ncalibration = \"cal/calibration.toml\"\nx = 0\ny = {y}\nheading = 0\n"
+        )
+    };
+    desk.write("array.toml", mount("left", 40) + &mount("right", -40));
+    for (name, text) in ["left", "right", "both"].iter().zip(&files) {
+        desk.write(&format!("{name}.csv"), text);
+    }
+    desk.run(&["locate", "--array", "array.toml", "both.csv", "--out", "both"]).exits(0);
+    let both = Table::read(&desk.path("both/located.csv"));
+    let told = ["taps", "object_distance_mm", "object_sigma_mm", "apart_sigmas", "object_status"];
+    for name in ["left", "right"] {
+        desk.run(&["locate", "cal/calibration.toml", &format!("{name}.csv"), "--out", name]).exits(0);
+        let alone = Table::read(&desk.path(&format!("{name}/located.csv")));
+        let own = both.rows.iter().filter(|row| row["whisker"] == name);
+        assert_eq!(own.clone().count(), alone.rows.len());
+        for (row, alone) in own.zip(&alone.rows) {
+            told.iter().for_each(|column| assert_eq!(row[*column], alone[*column], "{column} of {row:?}"));
+        }
+    }
+    let run = |more: &[&str]| {
+        desk.run(
+            &[&["locate", "--array", "array.toml", "both.csv", "--out", "more", "--force"], more].concat(),
+        )
+    };
+    run(&["--same"]).exits(0);
+    let last = Table::read(&desk.path("more/located.csv")).rows.pop().unwrap();
+    assert_eq!(last["taps"], (files[0].lines().count() - 1).to_string());
+    assert!(run(&["--object", "pole"]).exits(2).stderr.contains("there is no such column"));
+    assert!(run(&["--object", "object", "--estimator", "paper"]).exits(2).stderr.contains("learned"));
 }
 
 /// Files for a robot answer objects of known drives as `locate` does: with a whisker and without, sound taps, one that is wrong, and all of them weak.

@@ -77,10 +77,10 @@ pub struct Locate {
     #[arg(long)]
     pub same_run: bool,
     /// All readings are taps of one object: after each, the distance that all so far tell together
-    #[arg(long, conflicts_with_all = ["object", "array"])]
+    #[arg(long, conflicts_with = "object")]
     pub same: bool,
     /// Readings with the same word in this column are taps of one object [default: object, where a file has it]
-    #[arg(long, value_name = "COLUMN", conflicts_with = "array")]
+    #[arg(long, value_name = "COLUMN")]
     pub object: Option<String>,
     /// Readings are recorded along strokes at growing drive, of which each is told as one curve: where the whisker touched, and the
     /// distance. A column stroke numbers them; else one begins where the drive grows again
@@ -149,6 +149,9 @@ pub struct Next {
     /// Least and largest drive that the motor may do, degrees or mm [default: the calibrated ones]
     #[arg(long, value_name = "LO,HI", value_delimiter = ',', value_parser = number, allow_hyphen_values = true)]
     pub within: Option<Vec<f64>>,
+    /// The base may move along the whisker: by how much nearer to the object than where its distance is told from, mm [default: it stays]
+    #[arg(long, value_name = "LO,HI", value_delimiter = ',', value_parser = number, allow_hyphen_values = true)]
+    pub shift: Option<Vec<f64>>,
     /// The taps are of a run of the calibration, whose zero and gain are known
     #[arg(long)]
     pub same_run: bool,

@@ -10,7 +10,10 @@ pub const TOGETHER: Table = table(
     &[
         ("object", "the object, on a stream with --object; a file keeps its own column"),
         ("taps", "taps of the object so far"),
-        ("object_distance_mm", "distance that all of them tell"),
+        (
+            "object_distance_mm",
+            "distance that all of them tell, from where the base stands at shift_mm = 0 if the file has this column",
+        ),
         ("object_sigma_mm", "its standard deviation; what the taps share is counted once"),
         ("object_tilt_deg", "tilt that all of them tell, with a second gauge"),
         ("object_sigma_tilt_deg", "its standard deviation"),
@@ -86,15 +89,23 @@ pub const READINGS: Table = table(
 pub const NEXT: Table = table(
     "next",
     "next.csv",
-    "A row is a drive that the next tap could have.",
+    "A row is a drive that the next tap could have, and a place of the base.",
     &[
         DRIVE,
+        (
+            "shift_mm",
+            "how much nearer to the object the base stands than where its distance is told from: --shift; else where it stood for the last tap",
+        ),
         (
             "expected_signal",
             "signal above its zero where the object is most likely: strain, or the unit of the reading",
         ),
         ("expected_sigma_mm", "standard deviation of the distance that is expected after the tap"),
-        ("status", "ok, or strain_limit where the sensor could be overloaded"),
+        (
+            "status",
+            "ok, or strain_limit where the sensor could be overloaded, or outside_calibration where the base may move and the object could be \
+             beyond the calibrated distances",
+        ),
     ],
 );
 

@@ -29,7 +29,9 @@ impl Joint {
             let factor = (&shared * shared.transpose() + noise).cholesky()?.l();
             let root = factor.solve_lower_triangular(&DMatrix::identity(n, n))?;
             all.signals.push(points.iter().map(|p| p[0]).collect());
-            all.heights.push(self.prior(self.x(k)) - factor.diagonal().iter().map(|x| x.ln()).sum::<f64>());
+            all.heights.push(
+                self.prior(self.x(k), [0.0; 2]) - factor.diagonal().iter().map(|x| x.ln()).sum::<f64>(),
+            );
             all.roots.push((0..n).flat_map(|i| (0..=i).map(move |j| (i, j))).map(|at| root[at]).collect());
         }
         Some(all)

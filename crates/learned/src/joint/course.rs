@@ -143,7 +143,8 @@ impl<'a> Task<'a> {
         if !self.is_inside(at) {
             return f64::INFINITY;
         }
-        self.solved(&self.at(across, at[1])).map_or(f64::INFINITY, |s| s.0 - 2.0 * self.joint.prior(at[0]))
+        self.solved(&self.at(across, at[1]))
+            .map_or(f64::INFINITY, |s| s.0 - 2.0 * self.joint.prior(at[0], [0.0; 2]))
     }
 
     /// −2 ln of the likelihood, and what is shared.

@@ -41,6 +41,8 @@ pub const NEAR: usize = 6;
 const JUDGED: usize = 256;
 /// Standard deviation in ln a that is as good as none: the distance is free where taps are compared.
 pub const FREE: f64 = 10.0;
+/// ln of the prior where no tap can be.
+const IMPOSSIBLE: f64 = -1e4;
 /// Mass below which a mode is none.
 pub const NONE: f64 = 1e-9;
 /// Mass below which another mode is no answer.
@@ -71,6 +73,8 @@ pub struct Tap {
     pub of_zero: f64,
     /// Which zero that is: taps above the same one share its error.
     pub zero: u64,
+    /// How much nearer to the object the base stands than where its distance is told from, mm.
+    pub shift: f64,
 }
 
 /// A distance that is likely.
@@ -168,6 +172,29 @@ impl Joint {
         self.of_run = kept.iter().map(|k| self.of_run[*k]).collect();
     }
 
+    /// [`Self::slice`] at all points, of a tap whose base stands `shift` mm nearer than where a is told from. Beyond the points it goes on as at the last.
+    fn shifted(&self, u: f64, shift: f64, same_run: bool) -> Vec<f64> {
+        let all = self.slice(u, same_run, 0..POINTS);
+        if shift == 0.0 {
+            return all;
+        }
+        let width = self.width();
+        let mut moved = vec![0.0; all.len()];
+        for (k, point) in moved.chunks_mut(width).enumerate() {
+            let (first, t) = self.place(self.seen(self.x(k), shift));
+            for (w, near) in lagrange(t).iter().zip(all[first * width..].chunks(width)) {
+                point.iter_mut().zip(near).for_each(|(sum, x)| *sum += w * x);
+            }
+            point[1] = point[1].max(f64::MIN_POSITIVE);
+        }
+        moved
+    }
+
+    /// ln of the distance from a base that stands `shift` mm nearer than where it is a, ln a = x.
+    fn seen(&self, x: f64, shift: f64) -> f64 {
+        if shift == 0.0 { x } else { (x.exp() - shift).max(f64::MIN_POSITIVE).ln() }
+    }
+
     /// Signal, variance of its noise, and shared numbers of the tap `u` at the points `from` and those after it; of a known run where `same_run`.
     fn slice(&self, u: f64, same_run: bool, points: std::ops::Range<usize>) -> Vec<f64> {
         let u = u + self.inverse.offset;
@@ -198,9 +225,11 @@ impl Joint {
         near < 0.5 * step && x < first - step || far < 0.5 * step && x > last + step
     }
 
-    /// ln of the prior at ln a = x, flat in mm.
-    fn prior(&self, x: f64) -> f64 {
-        prior(self.inverse.ends, x).ln() + x
+    /// ln of the prior at ln a = x, flat in mm; of taps whose base stands nearer by `shifts`, the least and the largest, mm.
+    fn prior(&self, x: f64, shifts: [f64; 2]) -> f64 {
+        let within = |shift: f64| prior(self.inverse.ends, self.seen(x, shift)).ln().max(IMPOSSIBLE);
+        let [least, largest] = shifts.map(within);
+        (if shifts[0] == shifts[1] { least } else { least + largest }) + x
     }
 }
 
@@ -214,7 +243,8 @@ impl Joint {
 
     /// Residual, variance of its noise, and shared numbers of `tap` at ln a = x, the last of them the distance.
     fn local(&self, tap: &Tap, x: f64, same_run: bool) -> (f64, f64, Vec<f64>) {
-        let (k, t) = self.place(x);
+        let seen = self.seen(x, tap.shift);
+        let (k, t) = self.place(seen);
         let slice = self.slice(tap.u, same_run, k..k + NEAR);
         let width = self.width();
         let (values, slopes) = (lagrange(t), slopes(t));
@@ -222,7 +252,7 @@ impl Joint {
             weights.iter().zip(slice.chunks(width)).map(|(w, point)| w * point[column]).sum::<f64>()
         };
         let mut shared: Vec<f64> = (2..width).map(|column| of(column, &values)).collect();
-        shared.push(FREE * of(0, &slopes) / self.inverse.grid[1]);
+        shared.push(FREE * (x - seen).exp() * of(0, &slopes) / self.inverse.grid[1]);
         (tap.y - of(0, &values), of(1, &values).max(f64::MIN_POSITIVE), shared)
     }
 

@@ -15,6 +15,10 @@ pub struct Object {
     zero: Option<u64>,
     /// Variance that it brings.
     of_zero: f64,
+    /// How much nearer than where its distance is told from the base stood for the first tap, mm: the points are distances from there.
+    frame: f64,
+    /// The least and the largest such number of all taps, above it.
+    shifts: [f64; 2],
     /// A, b and c at each point.
     points: Vec<(DMatrix<f64>, DVector<f64>, f64)>,
 }
@@ -24,7 +28,15 @@ impl Object {
     pub fn new(joint: &Joint) -> Self {
         let n = joint.of_run.len() + 1;
         let point = (DMatrix::identity(n, n), DVector::zeros(n), 0.0);
-        Self { taps: Vec::new(), count: 0, zero: None, of_zero: 0.0, points: vec![point; POINTS] }
+        Self {
+            taps: Vec::new(),
+            count: 0,
+            zero: None,
+            of_zero: 0.0,
+            frame: 0.0,
+            shifts: [0.0; 2],
+            points: vec![point; POINTS],
+        }
     }
 
     /// Taps so far.
@@ -33,7 +45,12 @@ impl Object {
     }
 
     /// Adds `tap`; of a known run where `same_run`.
-    pub fn add(&mut self, joint: &Joint, tap: Tap, same_run: bool) {
+    pub fn add(&mut self, joint: &Joint, mut tap: Tap, same_run: bool) {
+        if self.count == 0 {
+            self.frame = tap.shift;
+        }
+        tap.shift -= self.frame;
+        self.shifts = [self.shifts[0].min(tap.shift), self.shifts[1].max(tap.shift)];
         self.weigh(joint, tap, same_run, 1.0);
         (self.count, self.of_zero) = (self.count + 1, tap.of_zero);
         if self.taps.len() == JUDGED {
@@ -49,12 +66,22 @@ impl Object {
         }
     }
 
+    /// How much nearer than where the distance is told from the base stood for the first tap, mm.
+    pub fn frame(&self) -> f64 {
+        self.frame
+    }
+
+    /// The least and the largest distance from the base of a tap, where it is `a` from where it is told.
+    pub fn seen(&self, a: f64) -> [f64; 2] {
+        [self.shifts[1], self.shifts[0]].map(|shift| a - self.frame - shift)
+    }
+
     /// Adds `times` taps like `tap` to the sums.
     pub(super) fn weigh(&mut self, joint: &Joint, tap: Tap, same_run: bool, times: f64) {
         if self.zero.replace(tap.zero).is_some_and(|zero| zero != tap.zero) {
             self.let_zero_go();
         }
-        let slice = joint.slice(tap.u, same_run, 0..POINTS);
+        let slice = joint.shifted(tap.u, tap.shift, same_run);
         let width = joint.width();
         let mut shared = DVector::zeros(width - 1);
         for (point, (a, b, c)) in slice.chunks(width).zip(&mut self.points) {
@@ -83,12 +110,12 @@ impl Object {
         let height = |(k, (a, b, c)): (usize, &(DMatrix<f64>, DVector<f64>, f64))| {
             let Some(factor) = a.clone().cholesky() else { return f64::NEG_INFINITY };
             let ln_det = 2.0 * factor.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>();
-            joint.prior(joint.x(k)) - 0.5 * (c - b.dot(&factor.solve(b)) + ln_det)
+            joint.prior(joint.x(k), self.shifts) - 0.5 * (c - b.dot(&factor.solve(b)) + ln_det)
         };
         self.points.iter().enumerate().map(height).collect()
     }
 
-    /// Distances that are likely, the farthest first.
+    /// Distances that are likely, as seen by the first tap, the farthest first.
     pub fn modes(&self, joint: &Joint) -> Vec<Mode> {
         modes(joint, &self.heights(joint))
     }
@@ -102,7 +129,7 @@ impl Object {
             return None;
         }
         let others = modes.iter().filter(|other| other.at != mode.at && other.share >= SECOND);
-        let near = others.max_by(|a, b| a.share.total_cmp(&b.share)).map(|other| other.at.exp());
+        let near = others.max_by(|a, b| a.share.total_cmp(&b.share)).map(|other| other.at.exp() + self.frame);
         // Up to half of the way to its neighbours.
         let between = |other: &Mode| 0.5 * (other.at + mode.at);
         let lower = modes.iter().filter(|m| m.at < mode.at).map(between).fold(joint.x(0), f64::max);
@@ -113,16 +140,17 @@ impl Object {
         let top = fine.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let density = fine.map(|x| (x - top).exp());
         let [lo, middle, hi] = QUANTILES.map(|share| quantile(&density, from, step, share));
-        let told = Told { a: middle.exp(), sigma: 0.5 * (hi.exp() - lo.exp()), near };
+        let told = Told { a: middle.exp() + self.frame, sigma: 0.5 * (hi.exp() - lo.exp()), near };
         (told.a.is_finite() && told.sigma > 0.0).then_some(told)
     }
 
-    /// Of the last taps the one that is farthest from what the others say at ln a = x, the distance free: how long ago it was, and by how many
+    /// Of the last taps the one that is farthest from what the others say at the distance `a`, mm, which is free: how long ago it was, and by how many
     /// standard deviations it is off; `None` of one tap.
-    pub fn apart(&self, joint: &Joint, x: f64, same_run: bool) -> Option<(usize, f64)> {
+    pub fn apart(&self, joint: &Joint, a: f64, same_run: bool) -> Option<(usize, f64)> {
         if self.taps.len() < 2 {
             return None;
         }
+        let x = (a - self.frame).ln();
         // Each zero that several taps have is one more number that they share; that of a single tap is noise.
         let many = |zero: u64| self.taps.iter().filter(|tap| tap.zero == zero).count() > 1;
         let mut zeros: Vec<u64> = self.taps.iter().map(|tap| tap.zero).filter(|zero| many(*zero)).collect();

@@ -9,8 +9,8 @@
 
 use nalgebra::{Cholesky, DVector, Dyn};
 
+use super::Joint;
 use super::object::{Object, likely, spread_of};
-use super::{Joint, POINTS};
 
 /// A of a point, factored, and A⁻¹ b.
 type Known = (Cholesky<f64, Dyn>, DVector<f64>);
@@ -42,15 +42,15 @@ impl<'a> Outlook<'a> {
         spread_of(self.joint, &self.heights)
     }
 
-    /// Places in ln a that stand for the posterior, with their shares.
+    /// Places in ln a, from the base of the first tap, that stand for the posterior, with their shares.
     pub fn likely(&self) -> &[(f64, f64)] {
         &self.likely
     }
 
-    /// The expected [`Self::spread`] after `times` more taps by the drive `u`, over what is likely now.
-    pub fn after(&self, u: f64, times: f64) -> f64 {
+    /// The expected [`Self::spread`] after `times` more taps by the drive `u`, over what is likely now, the base `shift` mm nearer than for the first tap.
+    pub fn after(&self, u: f64, shift: f64, times: f64) -> f64 {
         let width = self.joint.width();
-        let slice = self.joint.slice(u, self.same_run, 0..POINTS);
+        let slice = self.joint.shifted(u, shift, self.same_run);
         // Of each point: signal, what is expected beside it, and α, α k.
         let of = |(point, known): (&[f64], &Option<Known>)| {
             let Some((factor, solved)) = known else { return [f64::NAN; 4] };
@@ -68,7 +68,7 @@ impl<'a> Outlook<'a> {
             .collect();
         let (mut sum, mut total) = (0.0, 0.0);
         for (x, share) in &self.likely {
-            let y = self.joint.signal(u, *x);
+            let y = self.joint.signal(u, self.joint.seen(*x, shift));
             let rise = |([signal, expected, alpha, k], ln): (&[f64; 4], &f64)| {
                 alpha * (y - signal - expected).powi(2) / (1.0 + k) + ln
             };

@@ -55,19 +55,22 @@ fn intervals_of_several_taps_hold_what_they_promise() {
         if k == 0 { (middle - half).exp() } else { (middle + half).exp() }
     });
     let mut dice = Dice(7);
-    for n in [1, 2, 5, 16] {
+    // From one place of the base, or from three.
+    for (n, shifts) in [(1, [0.0; 3]), (2, [0.0; 3]), (5, [0.0; 3]), (16, [0.0; 3]), (5, [2.0, 6.0, -3.0])] {
         const OBJECTS: usize = 1500;
         let (mut inside, mut beyond, mut squares, mut sigmas) = (0, 0, 0.0, 0.0);
         for _ in 0..OBJECTS {
-            let a: f64 = near + (far - near) * dice.uniform();
+            // Within the calibrated distances from everywhere.
+            let [least, most] = [near + f64::max(shifts[1], 0.0), far + f64::min(shifts[2], 0.0)];
+            let a: f64 = least + (most - least) * dice.uniform();
             let [c0, c1, gain, zero] = std::array::from_fn(|_| dice.normal());
-            let x = curve.scales.place(a, 2.5)[0];
-            let factor = 1.0 + 0.01 * c0 + 0.005 * c1 * x + 0.02 * gain;
             let mut object = Object::new(&joint);
-            for _ in 0..n {
-                let u = 1.3 + 3.5 * dice.uniform();
-                let y = POWER.value(a, u) * factor + size * (0.01 * zero + 0.02 * dice.normal());
-                object.add(&joint, Tap { u, y, of_zero: 0.0, zero: 0 }, false);
+            for k in 0..n {
+                let (u, shift) = (1.3 + 3.5 * dice.uniform(), shifts[k % 3]);
+                let x = curve.scales.place(a - shift, 2.5)[0];
+                let factor = 1.0 + 0.01 * c0 + 0.005 * c1 * x + 0.02 * gain;
+                let y = POWER.value(a - shift, u) * factor + size * (0.01 * zero + 0.02 * dice.normal());
+                object.add(&joint, Tap { u, y, of_zero: 0.0, zero: 0, shift }, false);
             }
             let told = object.told(&joint).unwrap();
             let z = (told.a - a) / told.sigma;
@@ -98,10 +101,10 @@ fn the_tap_that_contradicts_the_others_is_named() {
         let u = 1.5 + 0.5 * f64::from(k);
         let wrong = if k == 2 { 1.2 } else { 1.0 };
         let y = wrong * POWER.value(30.0, u) + 1e-4 * dice.normal();
-        object.add(&joint, Tap { u, y, of_zero: 0.0, zero: 0 }, false);
+        object.add(&joint, Tap { u, y, of_zero: 0.0, zero: 0, shift: 0.0 }, false);
     }
     let told = object.told(&joint).unwrap();
-    let (ago, by) = object.apart(&joint, told.a.ln(), false).unwrap();
+    let (ago, by) = object.apart(&joint, told.a, false).unwrap();
     assert_eq!(5 - ago, 2, "{by}");
     assert!(by > 5.0, "{by}");
 }
@@ -116,7 +119,7 @@ fn one_tap_says_what_it_says_alone() {
     for a in [25.0, 32.0, 41.0] {
         let y = POWER.value(a, 3.0);
         let mut object = Object::new(&joint);
-        object.add(&joint, Tap { u: 3.0, y, of_zero: 0.0, zero: 0 }, false);
+        object.add(&joint, Tap { u: 3.0, y, of_zero: 0.0, zero: 0, shift: 0.0 }, false);
         let (told, alone) = (object.told(&joint).unwrap(), inverse.at(3.0, false).find(y, 0.0).unwrap());
         assert!((told.a - alone.a).abs() < 0.05 * alone.sigma, "{told:?} {alone:?}");
         assert!((told.sigma / alone.sigma - 1.0).abs() < 0.03, "{told:?} {alone:?}");
@@ -253,16 +256,25 @@ fn an_outlook_is_what_taps_would_bring() {
             let (mut sum, mut total) = (0.0, 0.0);
             for (x, share) in outlook.likely() {
                 let mut then = object.clone();
-                let tap =
-                    Tap { u, y: joint.signal(u, *x), of_zero: if taps > 0 { 1e-9 } else { 0.0 }, zero: 0 };
+                let tap = Tap {
+                    u,
+                    y: joint.signal(u, *x),
+                    of_zero: if taps > 0 { 1e-9 } else { 0.0 },
+                    zero: 0,
+                    shift: 0.0,
+                };
                 then.weigh(&joint, tap, false, times);
                 sum += share * Outlook::new(&joint, &then, false).spread();
                 total += share;
             }
-            let (found, expected) = (outlook.after(u, times), sum / total);
+            let (found, expected) = (outlook.after(u, 0.0, times), sum / total);
             assert!((found / expected - 1.0).abs() < 1e-6, "{taps} taps, {u}: {found} {expected}");
         }
-        object.add(&joint, Tap { u: 3.0, y: 1.01 * POWER.value(31.0, 3.0), of_zero: 1e-9, zero: 0 }, false);
+        object.add(
+            &joint,
+            Tap { u: 3.0, y: 1.01 * POWER.value(31.0, 3.0), of_zero: 1e-9, zero: 0, shift: 0.0 },
+            false,
+        );
     }
 }
 
@@ -282,11 +294,11 @@ fn no_other_next_tap_is_better_by_two_per_cent() {
     let joint = Joint::new(&curve, &base, false, &inverse);
     let drives = |n: usize| (0..n).map(move |k| 1.3 + 3.5 * k as f64 / (n - 1) as f64);
     let mut object = Object::new(&joint);
-    let tap = |u: f64| Tap { u, y: POWER.value(34.0, u), of_zero: 0.0, zero: 0 };
+    let tap = |u: f64| Tap { u, y: POWER.value(34.0, u), of_zero: 0.0, zero: 0, shift: 0.0 };
     for taps in 0..4 {
         let outlook = Outlook::new(&joint, &object, false);
         let best = |n: usize| {
-            let all = drives(n).map(|u| (outlook.after(u, 1.0), u));
+            let all = drives(n).map(|u| (outlook.after(u, 0.0, 1.0), u));
             all.min_by(|p, q| p.0.total_cmp(&q.0)).unwrap()
         };
         // As many drives as `next` tries, and many more.
@@ -297,7 +309,7 @@ fn no_other_next_tap_is_better_by_two_per_cent() {
             let mut then = object.clone();
             then.add(&joint, tap(first), false);
             let outlook = Outlook::new(&joint, &then, false);
-            drives(33).map(|u| outlook.after(u, 1.0)).fold(f64::INFINITY, f64::min)
+            drives(33).map(|u| outlook.after(u, 0.0, 1.0)).fold(f64::INFINITY, f64::min)
         };
         let pairs = drives(33).map(after).fold(f64::INFINITY, f64::min);
         assert!(after(found.1) < 1.02 * pairs, "{taps} taps: {} {pairs}", after(found.1));
