@@ -264,14 +264,13 @@ fn drawn(next: &Next, drive: Drive) -> Figure {
     let mut lines = vec![("after one tap more".to_owned(), 0, curve(&|t| fine(t) && here(at)(t)))];
     if next.moves() {
         lines[0].0 = format!("base {at:.1} mm nearer (best)");
-        let others = [next.tried.first(), next.tried.last()].into_iter().flatten().map(|t| t.shift);
-        let others: Vec<f64> = others.filter(|shift| *shift != at).collect();
-        for (k, shift) in others.into_iter().enumerate() {
-            let line = curve(&|t| fine(t) && here(shift)(t));
-            if !line.is_empty() {
-                lines.push((format!("base {shift:.1} mm nearer"), 3 + k, line));
-            }
-        }
+        // And where it stands now, or nearest to that.
+        let off = |t: &&Tried| (t.shift - next.stands).abs();
+        let other = next.tried.iter().min_by(|p, q| off(p).total_cmp(&off(q))).map(|t| t.shift);
+        let other = other.filter(|shift| *shift != at);
+        let line = other
+            .map(|shift| (format!("base {shift:.1} mm nearer"), 3, curve(&|t| fine(t) && here(shift)(t))));
+        lines.extend(line.filter(|line| !line.2.is_empty()));
     }
     let points = |name: &str, colour, marker, values: Vec<(f64, f64)>| Mark::Points {
         path: Drawn::new(name, colour, values),

@@ -7,13 +7,31 @@
 //!
 //! so that A is factored once, and a drive costs one solution for each point.
 
-use nalgebra::{Cholesky, DVector, Dyn};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::Joint;
 use super::object::{Object, likely, spread_of};
 
-/// A of a point, factored, and A⁻¹ b.
-type Known = (Cholesky<f64, Dyn>, DVector<f64>);
+/// Of a point.
+struct Known {
+    /// Inverse of Cholesky's factor of A, its lower triangle row by row.
+    root: Vec<f64>,
+    /// A⁻¹ b.
+    solved: Vec<f64>,
+}
+
+impl Known {
+    /// lᵀ A⁻¹ b and lᵀ A⁻¹ l.
+    fn of(&self, shared: &[f64]) -> [f64; 2] {
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let (mut square, mut from) = (0.0, 0);
+        for n in 1..=shared.len() {
+            square += dot(&self.root[from..from + n], shared).powi(2);
+            from += n;
+        }
+        [dot(&self.solved, shared), square]
+    }
+}
 
 /// What an object is known by, from where one more tap is looked at.
 pub struct Outlook<'a> {
@@ -32,8 +50,13 @@ impl<'a> Outlook<'a> {
     pub fn new(joint: &'a Joint, object: &Object, same_run: bool) -> Self {
         let heights = object.heights(joint);
         let likely = likely(joint, &heights);
-        let known =
-            object.factors().map(|factor| factor.map(|(factor, b)| (factor.clone(), factor.solve(&b))));
+        let of = |(factor, b): (Cholesky<f64, Dyn>, DVector<f64>)| {
+            let n = b.len();
+            let root = factor.l_dirty().solve_lower_triangular(&DMatrix::identity(n, n))?;
+            let root = (0..n).flat_map(|i| (0..=i).map(move |j| (i, j))).map(|at| root[at]).collect();
+            Some(Known { root, solved: factor.solve(&b).as_slice().to_vec() })
+        };
+        let known = object.factors().map(|factor| factor.and_then(of));
         Self { joint, same_run, likely, of_zero: object.of_zero(), known: known.collect(), heights }
     }
 
@@ -51,14 +74,13 @@ impl<'a> Outlook<'a> {
     pub fn after(&self, u: f64, shift: f64, times: f64) -> f64 {
         let width = self.joint.width();
         let slice = self.joint.shifted(u, shift, self.same_run);
+        let mut shared: Vec<f64> = vec![self.of_zero.sqrt(); width - 1];
         // Of each point: signal, what is expected beside it, and α, α k.
         let of = |(point, known): (&[f64], &Option<Known>)| {
-            let Some((factor, solved)) = known else { return [f64::NAN; 4] };
-            let mut shared = DVector::zeros(width - 1);
-            shared[width - 2] = self.of_zero.sqrt();
-            shared.rows_mut(0, width - 2).copy_from_slice(&point[2..]);
-            let alpha = times / point[1];
-            [point[0], shared.dot(solved), alpha, alpha * shared.dot(&factor.solve(&shared))]
+            let Some(known) = known else { return [f64::NAN; 4] };
+            shared[..width - 2].copy_from_slice(&point[2..]);
+            let (alpha, [expected, k]) = (times / point[1], known.of(&shared));
+            [point[0], expected, alpha, alpha * k]
         };
         let points: Vec<[f64; 4]> = slice.chunks(width).zip(&self.known).map(of).collect();
         let logs: Vec<f64> = points
