@@ -36,8 +36,8 @@ pub struct Count {
 
 /// Where counts of 16 bits, in the order of a file, have in part begun anew: the largest of those. Neighbours that are more than half the range
 /// apart (repeats, the next drive, the next distance) are as close as all others when they are joined. Where there are none, readings without
-/// contact may be that far from the first drive, if a quarter of the range is empty between them and its end is less than a third of that away,
-/// or if the drive leads the signal back to them.
+/// contact may be that far from the first drive, if the drive leads the signal back to them, or, of one drive, if a quarter of the range is empty
+/// between them and its end is less than a third of that away.
 pub fn turn(all: &[Count]) -> Option<f64> {
     let mut values: Vec<f64> = all.iter().map(|c| c.value).filter(|x| x.is_finite()).collect();
     values.sort_by(f64::total_cmp);
@@ -56,8 +56,9 @@ pub fn turn(all: &[Count]) -> Option<f64> {
         let [from, to] = *gaps.first()?;
         let empty = to - from > 0.25 * TURN && first + TURN - last < (to - from) / 3.0;
         let rise = |n: &[[usize; 2]]| n.iter().map(|[i, j]| all[*j].value - all[*i].value).sum::<f64>();
-        let back = rise(&neighbours[1]) * rise(&rests) < 0.0;
-        jumps.extend(rests.iter().filter(far).filter(|_| empty || back));
+        let with_drive = rise(&neighbours[1]);
+        let anew = if with_drive == 0.0 { empty } else { with_drive * rise(&rests) < 0.0 };
+        jumps.extend(rests.iter().filter(far).filter(|_| anew));
     }
     let ends = |f: fn(f64, f64) -> f64| jumps.iter().map(move |[i, j]| f(all[*i].value, all[*j].value));
     let (low, high) = (ends(f64::min).reduce(f64::max)?, ends(f64::max).reduce(f64::min)?);
@@ -189,6 +190,13 @@ mod tests {
         let ends =
             |a: f64| [[a, 1.0], [a, 2.0]].map(|at| Count { at, value: 62_000.0 * (at[1] - 1.0) + 90.0 * a });
         assert_eq!(turn(&(1..20).flat_map(|a| ends(f64::from(a))).collect::<Vec<_>>()), None);
+        // A signal that fills the range, far from the zero.
+        let wide = |[a, drive]: [f64; 2]| 1e6 * (drive + 9.1) * (1.0 / a - 1.0 / 185.0);
+        let taps =
+            [117.0, 126.0, 135.0, 144.0].into_iter().flat_map(|a| [2.0, 4.0, 6.0, 8.0, 10.5].map(|d| [a, d]));
+        let taps = taps.map(|at| Count { at, value: wide(at) });
+        let rests = [0.0, 200.0].map(|value| Count { at: [144.0, 0.0], value });
+        assert_eq!(turn(&rests.into_iter().chain(taps).collect::<Vec<_>>()), None);
         let sides = rig(|x| x)
             .iter()
             .enumerate()

@@ -12,9 +12,6 @@ use crate::rows::Cell;
 /// Least variance of a reading, in units of the signal: a curve that was solved to 1e-7 of it is not known better.
 const LEAST: f64 = 1e-14;
 
-/// Spread in ln of the prior of labels that contradict each other; its median is by how much.
-const WRONG: f64 = 0.5;
-
 /// What is evaluated.
 pub struct Problem {
     /// Columns and what is learned.
@@ -86,19 +83,17 @@ impl Solved {
 }
 
 impl Problem {
-    /// Of `cells`, whose signals are divided by `unit` and stand above `zero`; `step` is that of the converter, and `labels` by how much
-    /// labels contradict each other.
+    /// Of `cells`, whose signals are divided by `unit` and stand above `zero`; `step` is that of the converter, and `position` the prior
+    /// of what labels are off.
     pub fn new(
         model: Columns,
         cells: &[Cell],
         [unit, zero, step]: [f64; 3],
-        (known, labels): (bool, Option<f64>),
+        (known, position): (bool, [f64; 2]),
     ) -> Self {
         let mut priors: Vec<[f64; 2]> = model.hypers.iter().map(|h| h.prior(known)).collect();
-        // A curve of no known whisker would bend as the labels say.
-        let position = model.hypers.iter().position(|h| *h == Hyper::Position);
-        if let (Some(apart), Some(k)) = (labels, position) {
-            priors[k] = [apart.ln(), WRONG];
+        if let Some(k) = model.hypers.iter().position(|h| *h == Hyper::Position) {
+            priors[k] = position;
         }
         let curve = model.columns.iter().position(|c| c.term == Term::Curve(0, 0));
         let size2 = (0..cells.len()).map(|i| curve.map_or(0.0, |j| model.matrix[(i, j)].powi(2))).collect();

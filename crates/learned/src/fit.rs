@@ -8,6 +8,7 @@ use crate::columns::{Columns, Effects, Scales, Term, terms};
 use crate::curve::{Curve, Spread};
 use crate::evidence::Problem;
 use crate::hyper::Hyper;
+use crate::labels;
 use crate::newton::{Peak, approach, climb};
 use crate::rows::{Cell, Row, cells};
 use crate::start::{slopes, start};
@@ -142,7 +143,8 @@ pub fn fit(task: &Task<'_>, places: &[usize], from: From<'_>, average: bool) -> 
     let effects = Effects { known, zeros: merged.iter().any(|c| !c.row.touches()), drift: task.drift };
     let slopes = slopes(&merged, &start, &scales);
     let model = Columns::new(&merged, (&start.base, base_unit), &slopes, &scales, effects);
-    let problem = Problem::new(model, &merged, [unit, zero, task.step], (known, start.labels));
+    let position = labels::prior(&merged, known, start.labels);
+    let problem = Problem::new(model, &merged, [unit, zero, task.step], (known, position));
     let thinned = (matches!(from, From::Nowhere) && merged.len() > MANY).then(|| {
         let every = merged.len().div_ceil(MANY);
         let kept = |k: &usize| !merged[*k].row.touches() || k.is_multiple_of(every);

@@ -113,7 +113,7 @@ impl Planner {
         let slopes = slopes(&cells, &start, &scales);
         let effects = Effects { known: true, zeros: true, drift: false };
         let model = Columns::new(&cells, (&base, unit), &slopes, &scales, effects);
-        let problem = Problem::new(model, &cells, [unit, 0.0, 0.0], (true, None));
+        let problem = Problem::new(model, &cells, [unit, 0.0, 0.0], (true, Hyper::Position.prior(true)));
         let Rig { noise, relative, position, visit, gain, zero } = ask.rig;
         let at = |h: &Hyper| match h {
             Hyper::Floor => (noise / unit).ln(),
