@@ -1,5 +1,7 @@
 //! Rows made ready: sorted, tared, grouped; sides told apart, suspects set aside.
 
+use nalgebra::{DMatrix, DVector};
+
 use super::{Options, Reason, learn, zero};
 use crate::error::{Error, InputError};
 use crate::estimator::learned::Learnt;
@@ -157,35 +159,57 @@ fn absurd(data: &Data, taps: &[Tap]) -> Result<(), InputError> {
     Ok(())
 }
 
-/// The sign of all taps where no zero was read and their signals turn it: they go the other way with the drive than they are, or change
-/// their sign on the way, at two distances or more, and at none are there both at one drive.
-fn turned(taps: &[Tap]) -> Option<f64> {
-    let mut cells = std::collections::BTreeMap::<[u64; 2], [bool; 2]>::new();
-    let mut at = std::collections::BTreeMap::<u64, Vec<&Tap>>::new();
-    for t in taps.iter().filter(|t| t.reason.is_none()) {
-        cells.entry(t.group.map(f64::to_bits)).or_default()[usize::from(t.signal < 0.0)] = true;
-        at.entry(t.group[0].to_bits()).or_default().push(t);
-    }
-    if cells.values().any(|both| both[0] && both[1]) {
-        return None;
-    }
-    let mean = |all: &[&Tap], f: fn(&Tap) -> f64| all.iter().map(|t| f(t)).sum::<f64>() / all.len() as f64;
-    let slope = |all: &Vec<&Tap>| {
-        let (u, y) = (mean(all, |t| t.drive), mean(all, |t| t.signal));
-        all.iter().map(|t| (t.drive - u) * (t.signal - y)).sum::<f64>()
+/// The sign of all taps where no zero was read and their signals turn it: they go the other way with the drive than they are, or with one drive grow with
+/// the distance; or they have both signs, and are one smooth function of distance and drive rather than their sizes are. `raw` readings have no zero of
+/// their own.
+fn turned(taps: &[Tap], raw: bool) -> Option<f64> {
+    let own: Vec<&Tap> = taps.iter().filter(|t| t.reason.is_none()).collect();
+    // Of most groups that share the other label: one row in another unit says nothing of the others.
+    let slope = |fixed: usize, of: fn(&Tap) -> f64| {
+        let mut groups = std::collections::BTreeMap::<u64, Vec<&Tap>>::new();
+        own.iter().for_each(|t| groups.entry(t.group[fixed].to_bits()).or_default().push(t));
+        let one = |all: &Vec<&Tap>| {
+            let mean = |f: &dyn Fn(&Tap) -> f64| all.iter().map(|t| f(t)).sum::<f64>() / all.len() as f64;
+            let (x, y) = (mean(&of), mean(&|t| t.signal));
+            let [xy, xx] = all
+                .iter()
+                .fold([0.0; 2], |[xy, xx], t| [xy + (of(t) - x) * (t.signal - y), xx + (of(t) - x).powi(2)]);
+            if xx > 0.0 { xy.signum() } else { 0.0 }
+        };
+        groups.values().map(one).sum::<f64>()
     };
-    // Of most distances: one row in another unit says nothing of the others.
-    let sign = at.values().map(|all| slope(all).signum()).sum::<f64>().signum();
-    let changes = |all: &&Vec<&Tap>| all.iter().any(|t| t.signal < 0.0) && all.iter().any(|t| t.signal > 0.0);
-    let against = at.values().flatten().filter(|t| t.signal * sign < 0.0).count();
-    let several = at.values().any(|all| all.iter().any(|t| t.group[1] != all[0].group[1]));
-    let all = at.values().map(Vec::len).sum::<usize>();
-    (several && (at.values().filter(changes).count() >= 2 || 2 * against > all)).then_some(sign)
+    let by_drive = slope(0, |t| t.drive);
+    let sign = if by_drive == 0.0 { -slope(1, |t| t.a) } else { by_drive }.signum();
+    let against = own.iter().filter(|t| t.signal * sign < 0.0).count();
+    match against {
+        0 => None,
+        n if n == own.len() => (by_drive != 0.0 || raw).then_some(sign),
+        _ => (roughness(&own, |y| y) < roughness(&own, f64::abs)).then_some(sign),
+    }
+}
+
+/// Sum of squares that a quadratic in ln a and ln drive leaves of `of` the signals.
+fn roughness(taps: &[&Tap], of: fn(f64) -> f64) -> f64 {
+    let scaled = |f: &dyn Fn(&Tap) -> f64| -> Vec<f64> {
+        let all: Vec<f64> = taps.iter().map(|t| f(t).abs().max(f64::MIN_POSITIVE).ln()).collect();
+        let (lo, hi) =
+            all.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(*x), hi.max(*x)));
+        let half = (0.5 * (hi - lo)).max(1e-9);
+        all.iter().map(|x| (x - 0.5 * (lo + hi)) / half).collect()
+    };
+    let (x, v) = (scaled(&|t| t.group[0]), scaled(&|t| t.group[1]));
+    let row = |i: usize| [1.0, x[i], v[i], x[i] * x[i], x[i] * v[i], v[i] * v[i]];
+    let y = DVector::from_iterator(taps.len(), taps.iter().map(|t| of(t.signal)));
+    let h = DMatrix::from_fn(taps.len(), 6, |i, k| row(i)[k]);
+    // One drive, or few distances, leave columns that say nothing.
+    let normal = h.tr_mul(&h) + DMatrix::identity(6, 6) * 1e-6;
+    let solved = normal.cholesky().map(|c| c.solve(&h.tr_mul(&y)));
+    solved.map_or(f64::INFINITY, |c| (&y - &h * c).norm_squared())
 }
 
 /// Signs of the sides to calibrate, that of most taps first; taps of a stray sign are set aside.
 fn signs(data: &Data, taps: &mut [Tap], read: bool) -> Result<Vec<f64>, InputError> {
-    if let Some(sign) = turned(taps).filter(|_| !read) {
+    if let Some(sign) = if read { None } else { turned(taps, data.unit.signal().is_none()) } {
         return Ok(vec![sign]);
     }
     let of = |sign: f64| move |t: &&Tap| t.reason.is_none() && t.signal.signum() == sign;

@@ -4,6 +4,8 @@
 const APART: f64 = 1.0 / 8.0;
 /// A group is at most this wide, relative to its mean.
 const WIDE: f64 = 0.1;
+/// The same where fewer than three groups would remain: of two that were reached with jitter, and three set close together, the latter are no jitter.
+const FEW: f64 = 0.01;
 /// Values that differ by less than this share of their size are equal but for rounding: numbers of single precision carry no more.
 pub const ROUNDING: f64 = f32::EPSILON as f64;
 
@@ -90,9 +92,11 @@ fn jitter(distinct: &[f64], alone: bool) -> f64 {
     let mut gaps: Vec<f64> = distinct.windows(2).map(|w| w[1] - w[0]).collect();
     gaps.sort_by(|p, q| q.total_cmp(p));
     let narrow = |within: f64, between: f64| {
-        distinct.chunk_by(|p, q| q - p <= within).all(|g| {
+        let groups = || distinct.chunk_by(|p, q| q - p <= within);
+        let wide = if groups().count() < 3 { FEW } else { WIDE };
+        groups().all(|g| {
             let width = g[g.len() - 1] - g[0];
-            width <= WIDE * mean(g).abs() && width <= 2.0 * APART * between
+            width <= wide * mean(g).abs() && width <= 2.0 * APART * between
         })
     };
     if let Some(step) = gaps.windows(2).find(|w| w[1] <= APART * w[0] && narrow(w[1], w[0])) {
@@ -122,6 +126,7 @@ mod tests {
             vec![0.5, 1.0, 1.5, 2.0, 2.5, 60.0],
             vec![20.0, 22.5, 26.0, 31.0, 38.0],
             vec![40.0, 41.0],
+            vec![190.9, 196.2, 201.8, 276.1],
             vec![7.0],
         ] {
             assert_eq!(centres(&plan, None), plan);

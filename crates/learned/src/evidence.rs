@@ -6,7 +6,7 @@
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use crate::columns::{Column, Columns, Term, WAVES, frequency};
-use crate::hyper::Hyper;
+use crate::hyper::{Hyper, Prior};
 use crate::rows::Cell;
 
 /// Least variance of a reading, in units of the signal: a curve that was solved to 1e-7 of it is not known better.
@@ -24,8 +24,8 @@ pub struct Problem {
     size2: Vec<f64>,
     /// Variance that the steps of a converter bring.
     pub steps: f64,
-    /// Median and spread of the priors.
-    pub priors: Vec<[f64; 2]>,
+    /// Of the learned numbers.
+    pub priors: Vec<Prior>,
 }
 
 /// The coefficients for some learned numbers.
@@ -89,9 +89,9 @@ impl Problem {
         model: Columns,
         cells: &[Cell],
         [unit, zero, step]: [f64; 3],
-        (known, position): (bool, [f64; 2]),
+        (known, position): (bool, Prior),
     ) -> Self {
-        let mut priors: Vec<[f64; 2]> = model.hypers.iter().map(|h| h.prior(known)).collect();
+        let mut priors: Vec<Prior> = model.hypers.iter().map(|h| Prior::new(h.prior(known))).collect();
         if let Some(k) = model.hypers.iter().position(|h| *h == Hyper::Position) {
             priors[k] = position;
         }
@@ -181,9 +181,7 @@ impl Problem {
         for (v, [n, squares]) in variance.iter().zip(&self.repeats) {
             twice += n * v.ln() + squares / v;
         }
-        for (x, [median, spread]) in at.iter().zip(&self.priors) {
-            twice += ((x - median) / spread).powi(2);
-        }
+        twice += at.iter().zip(&self.priors).map(|(x, prior)| prior.twice(*x)).sum::<f64>();
         let mean = coefficients.component_mul(&root);
         let residual = DVector::from_iterator(
             weight.len(),
@@ -203,11 +201,7 @@ impl Problem {
     /// Gradient of [`Solved::value`] over the learned numbers' logarithms.
     pub fn gradient(&self, at: &[f64], solved: &Solved) -> Vec<f64> {
         let inverse = solved.inverse_factor();
-        let mut gradient: Vec<f64> = at
-            .iter()
-            .zip(&self.priors)
-            .map(|(x, [median, spread])| (x - median) / (spread * spread))
-            .collect();
+        let mut gradient: Vec<f64> = at.iter().zip(&self.priors).map(|(x, prior)| prior.slope(*x)).collect();
         let spectra = self.spectra(at);
         let lengths = [Hyper::LengthA, Hyper::LengthU].map(|h| self.place(h));
         for (j, column) in self.model.columns.iter().enumerate().filter(|(_, c)| !c.learned.is_empty()) {

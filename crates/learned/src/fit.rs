@@ -7,7 +7,7 @@ use crate::base::{Base, Fitted};
 use crate::columns::{Columns, Effects, Scales, Term, terms};
 use crate::curve::{Curve, Spread};
 use crate::evidence::Problem;
-use crate::hyper::Hyper;
+use crate::hyper::{Hyper, Prior};
 use crate::labels;
 use crate::newton::{Peak, approach, climb};
 use crate::rows::{Cell, Row, cells};
@@ -153,7 +153,7 @@ pub fn fit(task: &Task<'_>, places: &[usize], from: From<'_>, average: bool) -> 
     });
     // The same numbers, of which the part may lack some.
     let begun = thinned.and_then(Result::ok).map(|(hypers, at)| {
-        let of = |(h, p): (&Hyper, &[f64; 2])| hypers.iter().position(|x| x == h).map_or(p[0], |k| at[k]);
+        let of = |(h, p): (&Hyper, &Prior)| hypers.iter().position(|x| x == h).map_or(p.median, |k| at[k]);
         problem.model.hypers.iter().zip(&problem.priors).map(of).collect::<Vec<f64>>()
     });
     let held = if let From::Held(whole) = from { held(&problem, whole) } else { None };
@@ -195,7 +195,7 @@ pub fn fit(task: &Task<'_>, places: &[usize], from: From<'_>, average: bool) -> 
             .clone()
             .cholesky()
             .map_or(0.0, |c| c.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>());
-    let prior: f64 = problem.priors.iter().map(|p| p[1].ln() + 0.5 * std::f64::consts::TAU.ln()).sum();
+    let prior: f64 = problem.priors.iter().map(|p| p.width().ln() + 0.5 * std::f64::consts::TAU.ln()).sum();
     let evidence = -peak.solved.value - prior + 0.5 * d * std::f64::consts::TAU.ln()
         - 0.5 * log_det
         - places.len() as f64 * unit.ln();
@@ -247,10 +247,10 @@ fn held(problem: &Problem, whole: &Fit) -> Option<Peak> {
 /// The peaks that three starts lead to, the highest first: little noise, much, and positions that are not where they are said to be.
 fn peaks(problem: &Problem, warm: Option<&[f64]>) -> Vec<Peak> {
     let from = |noise: f64, position: f64| -> Vec<f64> {
-        let of = |(h, p): (&Hyper, &[f64; 2])| match h {
+        let of = |(h, p): (&Hyper, &Prior)| match h {
             Hyper::Floor | Hyper::Relative => f64::ln(noise),
             Hyper::Position => f64::ln(position),
-            _ => p[0],
+            _ => p.median,
         };
         problem.model.hypers.iter().zip(&problem.priors).map(of).collect()
     };

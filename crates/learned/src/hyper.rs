@@ -4,6 +4,44 @@
 //! spread of 1.5 in ln means: a factor of 20 either way is within two standard deviations. No prior was fitted to data; each says what an
 //! engineer expects of a rig before seeing it.
 
+/// Prior of the logarithm of a learned number: normal, of another spread above its median than below.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Prior {
+    /// Median.
+    pub median: f64,
+    /// Standard deviation below it.
+    pub below: f64,
+    /// And above.
+    pub above: f64,
+}
+
+impl Prior {
+    /// Normal.
+    pub fn new([median, spread]: [f64; 2]) -> Self {
+        Self { median, below: spread, above: spread }
+    }
+
+    /// Standard deviation on the side of `x`.
+    fn spread(&self, x: f64) -> f64 {
+        if x < self.median { self.below } else { self.above }
+    }
+
+    /// −2 ln of its density at `x`, less that at the median.
+    pub fn twice(&self, x: f64) -> f64 {
+        ((x - self.median) / self.spread(x)).powi(2)
+    }
+
+    /// Half of the slope of that.
+    pub fn slope(&self, x: f64) -> f64 {
+        (x - self.median) / self.spread(x).powi(2)
+    }
+
+    /// Mean standard deviation.
+    pub fn width(&self) -> f64 {
+        0.5 * (self.below + self.above)
+    }
+}
+
 /// A learned number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Hyper {

@@ -1,7 +1,7 @@
 //! What labels tell of themselves: how far apart positions are, and whether their signals are in the wrong order: beyond the strongest signal of a drive,
 //! signals fall with the distance.
 
-use crate::hyper::Hyper;
+use crate::hyper::{Hyper, Prior};
 use crate::rows::Cell;
 
 /// Positions within this share of the range of ln a are one.
@@ -22,21 +22,21 @@ const BY_HAND: f64 = 0.01;
 /// Least spread in ln of the prior.
 const NARROW: f64 = 0.8;
 
-/// Median and spread in ln of the prior of [`Hyper::Position`]; `wrong` says by how much labels contradict each other ([`contradicted`]).
+/// Prior of [`Hyper::Position`]; `wrong` says by how much labels contradict each other ([`contradicted`]).
 ///
 /// A curve of no known whisker bends by drive and distance as labels that are wrong by as much as positions are apart make it seem: of four
 /// positions that were 9 mm apart, errors of 6 mm were as likely as none, and every σ was 8 mm.
-pub fn prior(cells: &[Cell], known: bool, wrong: Option<f64>) -> [f64; 2] {
-    let [median, spread] = Hyper::Position.prior(known);
+pub fn prior(cells: &[Cell], known: bool, wrong: Option<f64>) -> Prior {
+    let usual = Prior::new(Hyper::Position.prior(known));
     if let Some(apart) = wrong {
-        return [apart.ln(), WRONG];
+        return Prior::new([apart.ln(), WRONG]);
     }
     let mut all: Vec<f64> = cells.iter().filter(|c| c.row.touches()).map(|c| c.row.a.ln()).collect();
     all.sort_by(f64::total_cmp);
     let range = all.last().zip(all.first()).map_or(0.0, |(last, first)| last - first);
     let apart = all.windows(2).filter(|w| w[1] - w[0] > TOGETHER * range).count();
     let set = (SET * range / apart.max(1) as f64).max(BY_HAND);
-    [median, (0.5 * (set.ln() - median)).clamp(NARROW, spread)]
+    Prior { above: (0.5 * (set.ln() - usual.median)).clamp(NARROW, usual.above), ..usual }
 }
 
 /// By how much, in ln a, two positions differ of which one cannot be where its label says; the largest of all, `None` where there are none.
@@ -103,18 +103,16 @@ mod tests {
             let rows: Vec<Row> = labels.iter().enumerate().map(row).collect();
             prior(&cells(&rows, &(0..rows.len()).collect::<Vec<_>>(), false), false, None)
         };
-        let [median, spread] = Hyper::Position.prior(false);
+        let usual = Prior::new(Hyper::Position.prior(false));
         // Two standard deviations are a fifth of the 7 % between these, 1 % of close ones, and no more than the prior of old.
         for (labels, two) in
             [(&[117.0, 126.0, 135.0, 144.0][..], 0.2 * 0.0692), (&[30.0, 30.1, 30.3, 30.4], 0.01)]
         {
             let found = of(labels);
-            assert!(
-                found[0] == median && ((median + 2.0 * found[1]).exp() / two - 1.0).abs() < 1e-2,
-                "{found:?}"
-            );
+            assert_eq!(Prior { above: usual.above, ..found }, usual);
+            assert!(((found.median + 2.0 * found.above).exp() / two - 1.0).abs() < 1e-2, "{found:?}");
         }
-        assert_eq!(of(&[10.0, 40.0]), [median, spread]);
+        assert_eq!(of(&[10.0, 40.0]), usual);
         assert_eq!(of(&[30.0]), of(&[30.0, 30.0]));
     }
 }

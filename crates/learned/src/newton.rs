@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::evidence::{Problem, Solved};
+use crate::hyper::Prior;
 
 /// Steps of the differences, in ln.
 const STEP: f64 = 1e-3;
@@ -35,10 +36,10 @@ fn hessian(problem: &Problem, at: &[f64], gradient: &DVector<f64>) -> Option<DMa
 }
 
 /// The Hessian with what the prior alone gives as least curvature, where it is not positive.
-fn positive(h: &DMatrix<f64>, priors: &[[f64; 2]]) -> DMatrix<f64> {
+fn positive(h: &DMatrix<f64>, priors: &[Prior]) -> DMatrix<f64> {
     let mut added = 0.0;
     loop {
-        let least = |k: usize| added / priors[k][1].powi(2);
+        let least = |k: usize| added / priors[k].width().powi(2);
         let tried = h + DMatrix::from_diagonal(&DVector::from_fn(h.nrows(), |k, _| least(k)));
         if tried.clone().cholesky().is_some() {
             return tried;
@@ -77,7 +78,7 @@ pub fn approach(problem: &Problem, start: &[f64]) -> Option<(Vec<f64>, f64)> {
     let n = start.len();
     let mut at = start.to_vec();
     let mut solved = problem.solve(&at)?;
-    let of_prior = DVector::from_fn(n, |k, _| problem.priors[k][1].powi(2).min(1.0) * 0.3);
+    let of_prior = DVector::from_fn(n, |k, _| problem.priors[k].width().powi(2).min(1.0) * 0.3);
     let mut inverse = DMatrix::from_diagonal(&of_prior);
     let mut gradient = DVector::from_vec(problem.gradient(&at, &solved));
     for _ in 0..80 {

@@ -13,7 +13,7 @@ use crate::base::Base;
 use crate::columns::{Columns, Effects, Scales, Term, terms, values};
 use crate::evidence::Problem;
 use crate::fit::Whisker;
-use crate::hyper::Hyper;
+use crate::hyper::{Hyper, Prior};
 use crate::rows::{Cell, Row};
 use crate::start::{Start, slopes};
 
@@ -113,7 +113,8 @@ impl Planner {
         let slopes = slopes(&cells, &start, &scales);
         let effects = Effects { known: true, zeros: true, drift: false };
         let model = Columns::new(&cells, (&base, unit), &slopes, &scales, effects);
-        let problem = Problem::new(model, &cells, [unit, 0.0, 0.0], (true, Hyper::Position.prior(true)));
+        let problem =
+            Problem::new(model, &cells, [unit, 0.0, 0.0], (true, Prior::new(Hyper::Position.prior(true))));
         let Rig { noise, relative, position, visit, gain, zero } = ask.rig;
         let at = |h: &Hyper| match h {
             Hyper::Floor => (noise / unit).ln(),

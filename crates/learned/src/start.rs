@@ -73,7 +73,10 @@ pub fn start<'a>(task: &Task<'a>, cells: &[Cell], from: From<'_>) -> Result<Star
 fn law(taps: &[[f64; 3]], read: Option<f64>, ends: bool) -> Result<Fitted, Fault> {
     let tared = power(taps, Some(read.unwrap_or(0.0)), ends);
     let several = taps.iter().any(|t| t[1] != taps[0][1]);
-    let free = if read.is_none() && several && taps.len() > 6 { power(taps, None, ends) } else { None };
+    // One drive tells no zero, but where signals lie on both sides of it, or follow no law without one.
+    let needed = tared.is_none() || taps.iter().any(|t| t[2] < 0.0);
+    let free = read.is_none() && taps.len() > 6 && (several || needed);
+    let free = if free { power(taps, None, ends) } else { None };
     match (tared, free) {
         (Some(tared), Some(free)) => {
             let gain = taps.len() as f64 * (tared.squares / free.squares).ln();
