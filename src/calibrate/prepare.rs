@@ -1,10 +1,11 @@
 //! Rows made ready: sorted, tared, grouped; sides told apart, suspects set aside.
 
-use nalgebra::{DMatrix, DVector};
+use vibrissa_learned::base::power;
 
 use super::{Options, Reason, learn, zero};
 use crate::error::{Error, InputError};
 use crate::estimator::learned::Learnt;
+use crate::estimator::model::SAME;
 use crate::estimator::model::exact::{Exact, Extent, HARD, Opener, spec_values};
 use crate::estimator::taps::{Said, Sorted, Tap, ZeroReading};
 use crate::measure::group::Groups;
@@ -160,7 +161,7 @@ fn absurd(data: &Data, taps: &[Tap]) -> Result<(), InputError> {
 }
 
 /// The sign of all taps where no zero was read and their signals turn it: they go the other way with the drive than they are, or with one drive grow with
-/// the distance; or they have both signs, and are one smooth function of distance and drive rather than their sizes are. `raw` readings have no zero of
+/// the distance; or they have both signs, and one curve above a constant follows them best. `raw` readings have no zero of
 /// their own.
 fn turned(taps: &[Tap], raw: bool) -> Option<f64> {
     let own: Vec<&Tap> = taps.iter().filter(|t| t.reason.is_none()).collect();
@@ -174,7 +175,7 @@ fn turned(taps: &[Tap], raw: bool) -> Option<f64> {
             let [xy, xx] = all
                 .iter()
                 .fold([0.0; 2], |[xy, xx], t| [xy + (of(t) - x) * (t.signal - y), xx + (of(t) - x).powi(2)]);
-            if xx > 0.0 { xy.signum() } else { 0.0 }
+            if xx > all.len() as f64 * (SAME * x).powi(2) { xy.signum() } else { 0.0 }
         };
         groups.values().map(one).sum::<f64>()
     };
@@ -184,27 +185,27 @@ fn turned(taps: &[Tap], raw: bool) -> Option<f64> {
     match against {
         0 => None,
         n if n == own.len() => (by_drive != 0.0 || raw).then_some(sign),
-        _ => (roughness(&own, |y| y) < roughness(&own, f64::abs)).then_some(sign),
+        _ => is_one_curve(&own, sign).then_some(sign),
     }
 }
 
-/// Sum of squares that a quadratic in ln a and ln drive leaves of `of` the signals.
-fn roughness(taps: &[&Tap], of: fn(f64) -> f64) -> f64 {
-    let scaled = |f: &dyn Fn(&Tap) -> f64| -> Vec<f64> {
-        let all: Vec<f64> = taps.iter().map(|t| f(t).abs().max(f64::MIN_POSITIVE).ln()).collect();
-        let (lo, hi) =
-            all.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(*x), hi.max(*x)));
-        let half = (0.5 * (hi - lo)).max(1e-9);
-        all.iter().map(|x| (x - 0.5 * (lo + hi)) / half).collect()
+/// Whether one power law above a constant follows signals of both signs better than one law for each sign does, above none.
+fn is_one_curve(taps: &[&Tap], sign: f64) -> bool {
+    let points = |of: f64| taps.iter().map(move |t| [t.group[0], t.group[1], of * t.signal]);
+    let one: Vec<[f64; 3]> = points(sign).collect();
+    let sides = [1.0, -1.0].map(|of| points(of).filter(|p| p[2] > 0.0).collect::<Vec<_>>());
+    let left = |taps: &[[f64; 3]], zero: Option<f64>| {
+        let f = power(taps, zero, false)?;
+        let expected = |p: &[f64; 3]| f.zero + f.factor * f.power.value(p[0], p[1]);
+        Some(taps.iter().map(|p| (p[2] - expected(p)).abs()).sum::<f64>())
     };
-    let (x, v) = (scaled(&|t| t.group[0]), scaled(&|t| t.group[1]));
-    let row = |i: usize| [1.0, x[i], v[i], x[i] * x[i], x[i] * v[i], v[i] * v[i]];
-    let y = DVector::from_iterator(taps.len(), taps.iter().map(|t| of(t.signal)));
-    let h = DMatrix::from_fn(taps.len(), 6, |i, k| row(i)[k]);
-    // One drive, or few distances, leave columns that say nothing.
-    let normal = h.tr_mul(&h) + DMatrix::identity(6, 6) * 1e-6;
-    let solved = normal.cholesky().map(|c| c.solve(&h.tr_mul(&y)));
-    solved.map_or(f64::INFINITY, |c| (&y - &h * c).norm_squared())
+    let alone = left(&one, None);
+    // A side of one position or so follows any law.
+    let apart = sides.iter().map(|side| left(side, Some(0.0))).sum::<Option<f64>>();
+    match (alone, apart) {
+        (Some(alone), Some(apart)) => alone < apart,
+        (alone, _) => alone.is_some(),
+    }
 }
 
 /// Signs of the sides to calibrate, that of most taps first; taps of a stray sign are set aside.

@@ -77,6 +77,13 @@ fn law(taps: &[[f64; 3]], read: Option<f64>, ends: bool) -> Result<Fitted, Fault
     let needed = tared.is_none() || taps.iter().any(|t| t[2] < 0.0);
     let free = read.is_none() && taps.len() > 6 && (several || needed);
     let free = if free { power(taps, None, ends) } else { None };
+    // Of too few taps to tell it, a zero beyond the weakest one: the model corrects it.
+    let beyond = || {
+        let ys = || taps.iter().map(|t| t[2]);
+        let (lo, hi) = (ys().fold(f64::INFINITY, f64::min), ys().fold(f64::NEG_INFINITY, f64::max));
+        power(taps, Some(lo - 0.5 * (hi - lo)), ends)
+    };
+    let free = free.or_else(|| if read.is_none() && needed { beyond() } else { None });
     match (tared, free) {
         (Some(tared), Some(free)) => {
             let gain = taps.len() as f64 * (tared.squares / free.squares).ln();
