@@ -21,6 +21,10 @@ const PERIOD: f64 = 1.8;
 const EFFECTS: usize = 64;
 /// Knots of a drift.
 const KNOTS: usize = 16;
+/// Labels that differ by no more than this share are one.
+const SAME: f64 = 1e-6;
+/// Effects of positions that are more alike than this are hardly two.
+const CLOSE: f64 = 0.5;
 /// Standard deviation of a coefficient of which nothing is known beforehand.
 const FLAT: f64 = 1e2;
 /// Offsets of distance and drive that a rig has: shares of a middle distance, and of the largest drive.
@@ -195,10 +199,23 @@ impl Columns {
             sorted.windows(2).any(|w| w[1] - w[0] < 2.0 * TOGETHER)
         };
         let position = if repeated { factor(taps.len(), &near) } else { Vec::new() };
-        let visit = match repeated && runs > 1 {
-            true => factor(taps.len(), &|i, k| if run(i) == run(k) { near(i, k) } else { 0.0 }),
-            false => Vec::new(),
+        // Labels that hardly differ are jitter of one setting, or several settings, each with its own error.
+        let label = |i: usize| cells[taps[i]].row.a;
+        let same = |i: usize, k: usize| (label(i) - label(k)).abs() <= SAME * label(i);
+        let visited = |i: usize, k: usize| match run(i) == run(k) {
+            true => 0.5 * near(i, k) + if same(i, k) { 0.5 } else { 0.0 },
+            false => 0.0,
         };
+        let mut firsts: Vec<usize> = Vec::new();
+        for i in 0..taps.len() {
+            if !firsts.iter().any(|k| same(i, *k)) {
+                firsts.push(i);
+            }
+        }
+        let apart = |i: &usize| !firsts.iter().any(|k| k < i && near(*i, *k) > CLOSE);
+        // Where each tap has a label of its own, its error is noise.
+        let close = 2 * firsts.len() <= taps.len() && !firsts.iter().all(apart);
+        let visit = if repeated && (runs > 1 || close) { factor(taps.len(), &visited) } else { Vec::new() };
         hypers.extend((!position.is_empty()).then_some(Hyper::Position));
         hypers.extend((!visit.is_empty()).then_some(Hyper::Visit));
         hypers.extend(if runs > 1 { vec![Hyper::RunZero, Hyper::RunGain] } else { Vec::new() });
