@@ -193,19 +193,17 @@ fn turned(taps: &[Tap], raw: bool) -> Option<f64> {
 fn is_one_curve(taps: &[&Tap], sign: f64) -> bool {
     let points = |of: f64| taps.iter().map(move |t| [t.group[0], t.group[1], of * t.signal]);
     let one: Vec<[f64; 3]> = points(sign).collect();
-    let sides = [1.0, -1.0].map(|of| points(of).filter(|p| p[2] > 0.0).collect::<Vec<_>>());
+    let mut sides = [1.0, -1.0].map(|of| points(of).filter(|p| p[2] > 0.0).collect::<Vec<_>>());
+    sides.sort_by_key(Vec::len);
     let left = |taps: &[[f64; 3]], zero: Option<f64>| {
         let f = power(taps, zero, false)?;
         let expected = |p: &[f64; 3]| f.zero + f.factor * f.power.value(p[0], p[1]);
         Some(taps.iter().map(|p| (p[2] - expected(p)).abs()).sum::<f64>())
     };
-    let alone = left(&one, None);
-    // A side of one position or so follows any law.
-    let apart = sides.iter().map(|side| left(side, Some(0.0))).sum::<Option<f64>>();
-    match (alone, apart) {
-        (Some(alone), Some(apart)) => alone < apart,
-        (alone, _) => alone.is_some(),
-    }
+    let Some(alone) = left(&one, None) else { return false };
+    // So few taps that no law can be fitted to them follow any.
+    let few = left(&sides[0], Some(0.0)).unwrap_or(0.0);
+    left(&sides[1], Some(0.0)).is_none_or(|most| alone < most + few)
 }
 
 /// Signs of the sides to calibrate, that of most taps first; taps of a stray sign are set aside.
