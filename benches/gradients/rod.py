@@ -290,12 +290,13 @@ def shares(p, w, near, far, end, fine):
     """Shares of a piece at which its steps end: shorter where the whisker is thin."""
     one, two = radius(p, w, near).real, radius(p, w, far).real
     turn = abs(math.log(two / one))
-    n = math.ceil(fine * (8 * abs(far.real - near.real) / end + 6 * turn))
+    n = 8 * abs(far.real - near.real) / end + 6 * turn
     if w[POWER]:
-        n = math.ceil(fine * (30 * abs(far.real - near.real) / end + 6 * turn))
+        n = 30 * abs(far.real - near.real) / end + 6 * turn
     if w[DISTORTING]:
-        n = max(n, math.ceil(fine * min(abs(far.real - near.real) / (0.3 * p[D].real), 12)))
-    n = max(n, 2)
+        n = max(n, min(abs(far.real - near.real) / (0.1 * p[D].real), 24))
+    # Whole numbers before they are made finer: 1.5 times as many are always more.
+    n = math.ceil(fine * max(math.ceil(n), 2))
     found = np.empty(n + 1)
     for j in range(n + 1):
         found[j] = j / n
@@ -493,7 +494,8 @@ def closed(p, w):
     strain = theory(p, w) / shear
     reach = 1 + 0j if w[DISPLACED] else a + p[HUB]
     force = p[DRIVE] * reach * 3 * math.pi * p[E] * p[D] ** 4 * (1 - tau * a) / (64 * a ** 3) / shear
-    shows[5] = a
+    # K is that of shear alone.
+    shows[2], shows[5] = shear - 1, a
     shows[0], shows[3] = strain, force
     if w[TILTED]:
         cb, sb = cmath.cos(p[TILT]), cmath.sin(p[TILT])
@@ -508,6 +510,8 @@ def finish(p, w, shows):
     shows[1] = theory(p, w)
     if shows[0].real == 0:
         shows[2] = complex(np.nan, 0)
+    elif w[LINEAR]:
+        pass
     elif w[SECOND]:
         shows[2] = shows[1] * shows[0] / (shows[0] ** 2 + shows[6] ** 2) - 1
     else:
@@ -558,7 +562,7 @@ def one(p, w, units, inputs, begin, sticks, fine, values, slopes):
             if k == 2:
                 scale = 1.0
             size = max(size, abs(step[k]) / max(scale, 1e-300))
-        if size < 1e-11 or turn > 3 and size < 1e-7 and size > 0.3 * before:
+        if turn > 3 and size < 1e-7 and size > 0.3 * before:
             break
         for k in range(count):
             z[k] += step[k]

@@ -142,11 +142,12 @@ _MOST_SOLVERS = 64
 
 def _solver(model: dict[str, Any], displaced: bool) -> tuple[_native.Taps, list[str]]:
     """What solves taps of this model, made once, and what should be known of it."""
-    plain = all(type(value) in _PLAIN for value in model.values())
     # As keys True, 1 and 1.0 are one; in a spec they are not.
-    quick = (displaced, *model.items(), *map(type, model.values())) if plain else ()
-    if plain and quick in _quick:
+    quick = (displaced, *model.items(), *map(type, model.values()))
+    try:
         return _quick[quick]
+    except (KeyError, TypeError):
+        plain = all(type(value) in _PLAIN for value in model.values())
     text = ""
     if model or displaced:
         sections: dict[str, dict[str, Any]] = {}

@@ -261,3 +261,51 @@ fn derivatives_of_built_whiskers_are_those_of_the_reference() {
         check(&format!("built {k} {}", row["config"]), &study.setup, &[tuple]);
     }
 }
+
+/// The setup of a model of `verify`.
+fn named(name: &str) -> Setup {
+    configuration::all().iter().find(|c| c.name == name).expect("a model").setup()
+}
+
+/// Taps are told by a kernel: 5e-11 from the equilibrium of the reference.
+#[test]
+fn k_does_not_depend_on_the_length_of_a_gauge_that_the_contact_barely_reaches() {
+    for name in ["timoshenko", "shear", "neo-alone"] {
+        let setup = named(name);
+        let l = Input::new(&setup, "l").expect("an input");
+        for share in [2e-5, 1e-4] {
+            let whisker = Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, ..Tuple::default() };
+            let tuple = Tuple { a: 5.0 * (1.0 + share), drive: 0.5, ..whisker };
+            let (design, task, mut outcome) = solve(&setup, tuple);
+            assert!(outcome.strain > 0.0, "{name}");
+            outcome.arc *= 1.0 - 5e-11;
+            outcome.normal_force *= 1.0 + 5e-11;
+            let slopes = gradient(&setup, &design, &task, &outcome, &[l]);
+            let off = (slopes[2][0] / (1.0 + outcome.deviation)).abs() * tuple.l;
+            assert!(off <= TOLERANCE, "{name}, {share}: {off:e}");
+        }
+    }
+}
+
+/// A passive pole that has moved next to the clamp is nearer to it than any straight whisker is where it touches: tilted ones have no tap there.
+#[test]
+fn derivatives_next_to_the_clamp_are_told_of_an_upright_pole() {
+    for name in ["neo-passive", "pole-far-passive"] {
+        let setup = named(name);
+        let tuple = Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 0.0, l: 0.01, a: 0.5, ..Tuple::default() };
+        let tuple = Tuple { drive: 0.5 * 0.5_f64.to_radians(), ..tuple };
+        let (design, task, outcome) = solve(&setup, tuple);
+        assert!(outcome.strain != 0.0, "{name}");
+        let inputs = ["a", "delta", "tilt", "lean"].map(|n| Input::new(&setup, n).expect("an input"));
+        let alone = gradient(&setup, &design, &task, &outcome, &inputs[..2]);
+        let with = gradient(&setup, &design, &task, &outcome, &inputs);
+        for m in [0, 1, 2, 3, 5] {
+            for i in 0..2 {
+                let off = (with[m][i] - alone[m][i]).abs();
+                assert!(off <= 1e-10 * alone[m][i].abs(), "{name}, output {m}: {with:?}, {alone:?}");
+            }
+            // By what turns the pole they are even.
+            assert_eq!(with[m][2..], [0.0; 2], "{name}, output {m}");
+        }
+    }
+}

@@ -158,26 +158,21 @@ impl Exact {
 
     /// d reading/da, 1/mm.
     pub fn slope(&self, a: f64, drive: f64) -> f64 {
-        self.values[0] * self.at(drive).slope(a + self.values[2])
+        let (a, drive) = self.moved(a, drive);
+        self.values[0] * self.surface.slopes(a, drive)[0]
     }
 
     /// d reading/dp for the fitted parameters.
     pub fn gradient(&self, a: f64, drive: f64) -> Vec<f64> {
         let factor = self.values[0];
         let (a, drive) = self.moved(a, drive);
-        let quotient = |lo: f64, hi: f64, width: f64| factor * (hi - lo) / width;
+        let [by_a, by_drive] = self.surface.slopes(a, drive);
         let entry = |(p, beside): (&Parameter, &Option<(Surface, Surface, f64)>)| match (p, beside) {
             (Parameter::Factor, _) => self.surface.value(a, drive),
-            (Parameter::DriveOffset, _) => {
-                let h = 1e-4 * drive;
-                quotient(self.surface.value(a, drive - h), self.surface.value(a, drive + h), 2.0 * h)
-            }
-            (Parameter::DistanceOffset, _) => {
-                let h = 1e-4 * a;
-                quotient(self.surface.value(a - h, drive), self.surface.value(a + h, drive), 2.0 * h)
-            }
+            (Parameter::DriveOffset, _) => factor * by_drive,
+            (Parameter::DistanceOffset, _) => factor * by_a,
             (Parameter::Zero, _) => 1.0,
-            (_, Some((lo, hi, width))) => quotient(lo.value(a, drive), hi.value(a, drive), *width),
+            (_, Some((lo, hi, width))) => factor * (hi.value(a, drive) - lo.value(a, drive)) / width,
             (_, None) => 0.0,
         };
         self.fitted.iter().zip(&self.sides).map(entry).collect()

@@ -125,10 +125,26 @@ impl Surface {
     pub fn value(&self, a: f64, drive: f64) -> f64 {
         let drive = drive.clamp(self.drives[0], self.drives[1]);
         let (u, strip) = (1.0 / a, self.strip(drive));
-        let piece = strip.pieces.iter().find(|p| u <= p.u[1]).or(strip.pieces.last());
-        let Some(piece) = piece.filter(|_| u >= strip.end) else { return f64::NAN };
+        let Some(piece) = strip.piece(u) else { return f64::NAN };
         let c = piece.at(place_of(self.yields, strip.drives, drive));
         amount(self.kind, drive) * self.curve.value(a) * series(&c, scaled(piece.u, u)).0
+    }
+
+    /// Derivatives of the strain by a, 1/mm, and by the drive, per degree or mm: 0 where that is clamped to the ones covered; NaN where the
+    /// model has none.
+    pub fn slopes(&self, a: f64, drive: f64) -> [f64; 2] {
+        let [first, last] = self.drives;
+        let at = drive.clamp(first, last);
+        let (u, strip) = (1.0 / a, self.strip(at));
+        let Some(piece) = strip.piece(u) else { return [f64::NAN; 2] };
+        let (y, dy) = place_and_slope(self.yields, strip.drives, at);
+        let (x, dx) = (scaled(piece.u, u), 2.0 / (piece.u[1] - piece.u[0]));
+        let (ratio, ratio_x) = series(&piece.at(y), x);
+        let ((f, f_u), size) = (self.curve.at_inverse(u), amount(self.kind, at));
+        let by_a = -u * u * size * (f_u * ratio + f * ratio_x * dx);
+        let moves = first < last && at == drive;
+        let by_drive = amount(self.kind, 1.0) * f * ratio + size * f * series(&piece.slope(y), x).0 * dy;
+        [by_a, if moves { by_drive } else { 0.0 }]
     }
 
     /// Ends of the reach, and the far end of the gauge where it lies between them, mm.
@@ -158,6 +174,13 @@ fn place_of(yields: bool, ends: [f64; 2], drive: f64) -> f64 {
     if yields { scaled(ends.map(root), root(drive)) } else { scaled(ends, drive) }
 }
 
+/// The same, and its derivative by the drive.
+fn place_and_slope(yields: bool, ends: [f64; 2], drive: f64) -> (f64, f64) {
+    let [lo, hi] = if yields { ends.map(root) } else { ends };
+    let by_root = if yields { 0.25 * root(drive) / drive } else { 1.0 };
+    (place_of(yields, ends, drive), 2.0 * by_root / (hi - lo))
+}
+
 /// The drive at a place between two.
 fn drive_at(yields: bool, ends: [f64; 2], place: f64) -> f64 {
     if yields { placed(ends.map(root), place).powi(4) } else { placed(ends, place) }
@@ -165,6 +188,14 @@ fn drive_at(yields: bool, ends: [f64; 2], place: f64) -> f64 {
 
 fn root(drive: f64) -> f64 {
     drive.sqrt().sqrt()
+}
+
+impl Strip {
+    /// The piece that holds u = 1/a; `None` where the model has no solution.
+    fn piece(&self, u: f64) -> Option<&Piece> {
+        let piece = self.pieces.iter().find(|p| u <= p.u[1]).or(self.pieces.last());
+        piece.filter(|_| u >= self.end)
+    }
 }
 
 impl Piece {
@@ -176,6 +207,18 @@ impl Piece {
         for column in &self.columns {
             sums.iter_mut().zip(column).for_each(|(sum, c)| *sum += t * c);
             (before, t) = (t, 2.0 * y * t - before);
+        }
+        sums
+    }
+
+    /// Derivatives of these by y.
+    fn slope(&self, y: f64) -> [f64; NODES[0]] {
+        let mut sums = [0.0; NODES[0]];
+        // T'ₙ = n Uₙ₋₁.
+        let (mut before, mut u) = (0.0, 1.0);
+        for (n, column) in self.columns.iter().enumerate().skip(1) {
+            sums.iter_mut().zip(column).for_each(|(sum, c)| *sum += n as f64 * u * c);
+            (before, u) = (u, 2.0 * y * u - before);
         }
         sums
     }

@@ -89,12 +89,17 @@ impl<T: Real> Pole<T> {
         }
     }
 
+    /// λ, mm, of a contact in the plane of azimuth `phi`, rad.
+    pub fn slide(&self, phi: T) -> T {
+        let (sin, cos) = phi.sin_cos();
+        let normal = [T::of(0.0), -sin, cos];
+        -dot(self.point, normal) / dot(self.along, normal)
+    }
+
     /// The planar tap in the plane of azimuth `phi`, rad; `None` where the pole lies along that plane, or too near to be touched.
     pub fn planar(&self, phi: T) -> Option<Planar<T>> {
-        let zero = T::of(0.0);
         let (sin, cos) = phi.sin_cos();
-        let (m, normal) = ([zero, cos, sin], [zero, -sin, cos]);
-        let slide = -dot(self.point, normal) / dot(self.along, normal);
+        let (m, slide) = ([T::of(0.0), cos, sin], self.slide(phi));
         let seen = std::array::from_fn(|k| self.point[k] + slide * self.along[k]);
         let (x, y) = (seen[0], dot(seen, m));
         // |q(a + step)|² = |C|²: the whisker's radius falls with the slope.

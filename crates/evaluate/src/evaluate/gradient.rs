@@ -269,7 +269,8 @@ fn traced(
         }
     };
     let input = |x: Traced| Sloped { value: x.value, slope: std::array::from_fn(|k| x.slope[UNKNOWNS + k]) };
-    let linear = input(amount * curve(setup.estimate.theory == Theory::Timoshenko).value(a));
+    let timoshenko = setup.estimate.theory == Theory::Timoshenko;
+    let linear = input(amount * curve(timoshenko).value(a));
     let side = sign(setup);
     if !solved {
         return Some([nan, linear * side, nan, nan, nan, nan, nan, nan, nan]);
@@ -344,6 +345,11 @@ fn traced(
     let second = setup.gauge.second;
     let deviation = match second {
         _ if no_strain => nan,
+        // Shear is all that sets linear theories apart.
+        _ if setup.model.geometry == Geometry::Linear && body.is_none() => {
+            let softer = |shear: bool| input(curve(shear).shear / (a * a) + 1.0);
+            softer(setup.model.shear) / softer(timoshenko) - 1.0
+        }
         false => linear / strain - 1.0,
         true => linear * strain / (strain * strain + strain_2 * strain_2) - 1.0,
     };

@@ -8,7 +8,7 @@ use super::{RodError, RodProblem};
 use crate::physics::number::Number;
 use crate::physics::pole::{Pole, Rig};
 use crate::physics::real::{Dual, Real};
-use crate::scene::model::{Contact, Side};
+use crate::scene::model::{Contact, Drive, Side};
 
 /// Derivatives of a [`Dual`] by the unknowns: P, c or T, and the azimuth.
 pub const UNKNOWNS: usize = 3;
@@ -21,10 +21,13 @@ pub type Traced = Dual<{ UNKNOWNS + INPUTS }>;
 
 /// Largest step from the equilibrium that was told to the one of the reference at which derivatives are believed, relative: at 60° they may be off by ten
 /// times as much.
-const NEAR: f64 = 1e-10;
+const NEAR: f64 = 1e-11;
 
 /// The same where rounding lets no step get smaller: next to the clamp of a thick whisker, whose radius is many distances.
 const NEARLY: f64 = 1e-7;
+
+/// Drive, rad or δ/a, below which that is too far.
+const SMALL: f64 = 0.01;
 
 /// Steps at most. Kernels tell an equilibrium to some 1e-8, from where one is enough.
 const MOST_STEPS: usize = 6;
@@ -102,6 +105,13 @@ impl RodProblem<'_, Traced> {
         let turns = at.azimuth.filter(|_| !at.sticking);
         let count = if turns.is_some() { 3 } else { 2 };
         let mut z = [at.force[0] / force, second, turns.unwrap_or(0.0)];
+        // Next to an end of the gauge strain goes as the square of the contact's distance from there; a contact that sticks does not move.
+        let beside = |x: &Traced| ((at.arc - start.value - x.value) / at.arc).abs();
+        let room = held.gauge.iter().map(beside).fold(1.0, f64::min);
+        // By a small drive K is the difference of two numbers over the drive.
+        let unit = if self.drive == Drive::Angle { 1.0 } else { self.distance.value };
+        let driven = (self.amount.value / (SMALL * unit)).min(1.0);
+        let near = NEAR * if at.sticking { driven } else { driven.min(room) };
         let mut last = f64::INFINITY;
         // The smallest step so far, where rounding lets none get smaller.
         let mut nearest: Option<(f64, Shown<[f64; 1 + INPUTS]>)> = None;
@@ -122,8 +132,8 @@ impl RodProblem<'_, Traced> {
                 let arc = shown.arc + start;
                 nearest = Some((step, Shown { arc, ..shown }.map(|x| follow(&x, &steps))));
             }
-            if step <= NEAR || step >= 0.5 * last && nearest.as_ref().is_some_and(|(near, _)| *near <= NEARLY)
-            {
+            let settled = step >= 0.5 * last;
+            if step <= near || settled && nearest.as_ref().is_some_and(|(nearest, _)| *nearest <= NEARLY) {
                 break;
             }
             last = step;
@@ -148,8 +158,12 @@ impl RodProblem<'_, Traced> {
             Pole::new(&rig, direction, self.distance, self.amount)
         });
         if let Some(pole) = &pole {
-            let planar = pole.planar(phi).ok_or(RodError::NotConverged)?;
-            (plane, slide) = (self.in_plane(&planar), planar.slide);
+            slide = pole.slide(phi);
+            // Distance and angle in the plane are even in azimuth and direction: of an upright pole they are those of the tap. One that
+            // moves next to the clamp may come where no straight whisker reaches, and has none.
+            if direction.iter().any(|angle| angle.value != 0.0) {
+                plane = self.in_plane(&pole.planar(phi).ok_or(RodError::NotConverged)?);
+            }
         }
         let shooter = Shooter::with(&plane, unknowns, force);
         let z = match unknowns {
@@ -219,10 +233,11 @@ fn close(lack: [Traced; 3], count: usize) -> Option<[[f64; 1 + INPUTS]; 3]> {
     Some(from_fn(|r| from_fn(|k| if r < count { rows[r][UNKNOWNS + k] } else { 0.0 })))
 }
 
-/// Value and derivatives of `x` by the inputs, where the unknowns move by `steps`.
+/// Value of `x`, and its derivatives by the inputs, by which the unknowns move as `steps` say. The value is not taken the last step farther: K next to an
+/// end of the gauge is a ratio of what belongs together.
 fn follow(x: &Traced, steps: &[[f64; 1 + INPUTS]; 3]) -> [f64; 1 + INPUTS] {
-    from_fn(|k| {
-        let own = if k == 0 { x.value } else { x.slope[UNKNOWNS + k - 1] };
-        own + (0..UNKNOWNS).map(|u| x.slope[u] * steps[u][k]).sum::<f64>()
+    from_fn(|k| match k {
+        0 => x.value,
+        _ => x.slope[UNKNOWNS + k - 1] + (0..UNKNOWNS).map(|u| x.slope[u] * steps[u][k]).sum::<f64>(),
     })
 }

@@ -18,6 +18,9 @@ const OF_SLOPES: f64 = 1e-11;
 /// Smallest step, as a fraction of the interval.
 const SMALLEST: f64 = 1e-4;
 
+/// Smallest step that is shortened for the sake of derivatives, as a fraction of the interval: where they are nothing but rounding none lets them settle.
+const SHORTENED: f64 = 0.1;
+
 /// Error of an increment per step and [`Slope::size`] that no smaller step mends: the roundings of a sum of some twenty terms, and what the
 /// extrapolation makes of them. It adds up to 7e-15 of ∫ size dx, however the interval is cut.
 const ROUNDINGS: f64 = 32.0 * f64::EPSILON;
@@ -58,7 +61,8 @@ pub(super) fn integrate<T: Real, const N: usize>(
         let last = step.value() >= (length - done).value();
         let h = if last { length - done } else { step };
         let slope = rhs(start + done, &y).ok_or(Ended::NoValue)?;
-        let (increment, factor) = extrapolate(&rhs, &scale, start + done, &y, &slope, h);
+        let may_shorten = h.value() > SHORTENED * length.value();
+        let (increment, factor) = extrapolate(&rhs, &scale, (start + done, &y), &slope, h, may_shorten);
         match increment {
             Ok(increment) => {
                 y = from_fn(|i| y[i] + increment[i]);
@@ -76,10 +80,10 @@ pub(super) fn integrate<T: Real, const N: usize>(
 fn extrapolate<T: Real, const N: usize>(
     rhs: &impl Fn(T, &[T; N]) -> Option<Slope<T, N>>,
     scale: &impl Fn(&[T; N]) -> [f64; N],
-    x: T,
-    y: &[T; N],
+    (x, y): (T, &[T; N]),
     slope: &Slope<T, N>,
     h: T,
+    may_shorten: bool,
 ) -> (Result<[T; N], Ended>, f64) {
     let mut row = [[T::of(0.0); N]; COLUMNS];
     // The largest on the way: where the rod is loaded at its end, all are 0 there.
@@ -105,7 +109,7 @@ fn extrapolate<T: Real, const N: usize>(
             .map(|i| change[i].abs() / here[i].max(there[i]))
             .fold(0.0, f64::max);
         factor = 0.9 * (0.5 * TOLERANCE / error.max(1e-18)).powf(1.0 / (2 * k + 1) as f64);
-        if error <= TOLERANCE && (settled || k + 1 == COLUMNS) {
+        if error <= TOLERANCE && (settled || k + 1 == COLUMNS && !may_shorten) {
             let growth = if k + 2 >= COLUMNS { 1.5 } else { 4.0 };
             return (Ok(entry), factor.clamp(0.3, growth));
         }
