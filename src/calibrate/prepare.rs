@@ -16,6 +16,8 @@ use crate::scene::{Drive, Side, Signal};
 
 /// A signal of the other sign is a side of its own where it has at least this share of the taps.
 const MINORITY: f64 = 0.1;
+/// So many taps beyond a zero that was fitted are no strays.
+const LOST: f64 = 0.2;
 /// Strains above this are no strains.
 const ABSURD: f64 = 0.5;
 
@@ -118,7 +120,18 @@ pub fn prepare(
             // Nothing says what it is.
             (unread, tared.error) = (0.0, 0.0);
         }
-        for tap in taps.iter_mut().filter(|t| t.reason.is_none() && !signs.contains(&t.signal.signum())) {
+        let of_other = |t: &Tap| t.reason.is_none() && !signs.contains(&t.signal.signum());
+        let lost = taps.iter().filter(|t| of_other(t)).count();
+        if lost as f64 > LOST * taps.len() as f64 {
+            let error = InputError::new(
+                "no zero was read, and without it the taps of one side of the whisker cannot be told from those of the other",
+            );
+            let rows =
+                format!("{lost} of {} taps are on the other side of the zero that the data say", taps.len());
+            let error = error.at(&data.file, None).key(data.unit.column()).value(rows);
+            return Err(error.allowed(format!("rows with {} = 0", rig.setup.drive.column())).into());
+        }
+        for tap in taps.iter_mut().filter(|t| of_other(t)) {
             tap.reason = Some(Reason::OtherSide);
         }
     }

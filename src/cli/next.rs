@@ -224,7 +224,13 @@ fn answer(next: &Next, drive: Drive, lines: &[usize]) -> String {
         text += "That is outside of the calibrated distances. ";
     }
     let Some((best, floor)) = next.best.map(|k| next.tried[k]).zip(next.floor) else {
-        return text + "No drive is within the limits of the sensor.";
+        let outside = |t: &Tried| t.status.has(Status::OUTSIDE_CALIBRATION);
+        return text
+            + if next.tried.iter().all(outside) {
+                "From nowhere that the base may stand is the object within the calibrated distances."
+            } else {
+                "No drive is within the limits of the sensor."
+            };
     };
     if next.is_enough() {
         let _ = write!(
@@ -241,7 +247,7 @@ fn answer(next: &Next, drive: Drive, lines: &[usize]) -> String {
     };
     let _ = write!(
         text,
-        "Tap next by {symbol} = {:.3}{unit}{moved}: σ is expected to become {} mm. {} such taps would bring {} mm, any number no less than {} mm.",
+        "Tap next by {symbol} = {:.3}{unit}{moved}: σ is expected to become {} mm. {} such taps would bring {} mm, any number of them no less than {} mm.",
         best.drive,
         short(best.sigma),
         next.more[3].0,

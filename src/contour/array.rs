@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::point::{Noise, Point};
 use super::pose::Pose;
 use crate::error::{Error, InputError, nearest};
-use crate::locate::object::{Objects, Together};
+use crate::locate::object::{Objects, SHIFT, Together};
 use crate::locate::stream::Ask;
 use crate::locate::table::{Readings, field};
 use crate::locate::{Answerer, Locator};
@@ -98,11 +98,13 @@ pub fn answer(whiskers: &[Mounted], bytes: &[u8], ask: &Ask<'_>, noise: &Noise) 
         let contact = readings.numbers("contact_deg")?;
         Skin::is_known(&whisker.locator.rig)?;
         let skin = Skin::new(&whisker.locator.rig, None);
+        let shifts = readings.numbers(SHIFT)?;
         let mut rests = 0;
         for (i, row) in readings.rows.iter().enumerate() {
             rests += u64::from(row.rests);
             let turned = contact.as_ref().map_or(0.0, |c| c[i]).to_radians();
             let pose = Pose { heading: whisker.pose.heading + turned, ..whisker.pose };
+            let pose = pose.nearer(shifts.as_ref().map_or(0.0, |s| s[i]));
             let point = match row.rests {
                 true => Point::nothing(row.located.status),
                 false => Point::of_tap(&whisker.locator, &skin, &pose, row, noise),

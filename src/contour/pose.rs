@@ -29,6 +29,12 @@ impl Pose {
     pub fn turned(&self, angle: f64) -> Self {
         Self { heading: self.heading + self.sense * angle, ..*self }
     }
+
+    /// The same with the base carried along the whisker by `shift` mm.
+    pub fn nearer(&self, shift: f64) -> Self {
+        let [x, y] = self.place([shift, 0.0]);
+        Self { base: [x, y, self.base[2]], ..*self }
+    }
 }
 
 #[cfg(test)]
@@ -42,6 +48,7 @@ mod tests {
         let near = |[x, y]: [f64; 2], [u, v]: [f64; 2]| (x - u).hypot(y - v) < 1e-12;
         assert!(near(pose.place([30.0, 2.0]), [8.0, 50.0]));
         assert!(near(Pose { sense: -1.0, ..pose }.place([30.0, 2.0]), [12.0, 50.0]));
+        assert!(near(pose.nearer(5.0).place([30.0, 2.0]), [8.0, 55.0]));
         assert!(near(pose.turned(FRAC_PI_2).place([30.0, 0.0]), [-20.0, 20.0]));
         assert!(near(Pose { sense: -1.0, ..pose }.turned(FRAC_PI_2).place([30.0, 0.0]), [40.0, 20.0]));
     }

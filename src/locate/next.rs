@@ -10,8 +10,11 @@ use crate::status::Status;
 
 /// Drives that are tried.
 const TRIED: usize = 33;
-/// Places of the base that are tried, each with all drives, and as many again around the best of these.
+/// Places of the base that are tried, each with some drives, and as many again around the best of these; the best of all and the one where it stands
+/// have all drives.
 const SHIFTS: usize = 9;
+/// These drives.
+const SOME: usize = 9;
 /// Taps more bring nothing where all there could be would not lower σ by more than this share.
 pub const NOTHING: f64 = 0.05;
 /// As many taps as there could be.
@@ -129,7 +132,9 @@ pub fn next(
     let told = object.told(&joint).ok_or("these taps fit no distance")?;
     let outlook = Outlook::new(&joint, &object, same_run);
     let known = Known { locator, side, joint: &joint, outlook: &outlook, frame: object.frame(), a: told.a };
-    let tried = known.tried(within, shifts.unwrap_or([stands; 2]), shifts.is_some())?;
+    // Before the first tap the object may be anywhere.
+    let shifts = shifts.filter(|_| object.count() > 0);
+    let tried = known.tried(within, (shifts.unwrap_or([stands; 2]), stands), shifts.is_some())?;
     let best = best(&tried);
     let of_best = best.map(|k| &tried[k]);
     let after = |best: &Tried, times: f64| {
@@ -177,31 +182,55 @@ struct Known<'a> {
 }
 
 impl Known<'_> {
-    /// By drives `within` these ends, and with the base between `shifts`; where it `may_move`, never to where the object may be outside of the
-    /// calibrated distances.
-    fn tried(&self, within: [f64; 2], shifts: [f64; 2], may_move: bool) -> Result<Vec<Tried>, &'static str> {
+    /// By drives `within` these ends, and with the base between `shifts`, of which it `stands` at one; where it `may_move`, never to where the object
+    /// may be outside of the calibrated distances.
+    fn tried(
+        &self,
+        within: [f64; 2],
+        (shifts, stands): ([f64; 2], f64),
+        may_move: bool,
+    ) -> Result<Vec<Tried>, &'static str> {
         let origin = self.locator.drive_origin;
         let [first, last] = [self.side.drives[0], self.side.drives[self.side.drives.len() - 1]];
         let ends = [first.max(within[0] - origin), last.min(within[1] - origin)];
         if ends[0] > ends[1] {
             return Err("no calibrated drive lies within these limits");
         }
-        let tried = |shift: f64| self.tried_at(shift, ends, may_move);
-        let mut all: Vec<Tried> = between(shifts, SHIFTS).flat_map(tried).collect();
-        if let (Some(k), [lo, hi]) = (best(&all), shifts) {
-            let step = (hi - lo) / (SHIFTS - 1) as f64;
-            let [from, to] = [-1.0, 1.0].map(|side| (all[k].shift + side * step).clamp(lo, hi));
-            let known: Vec<f64> = all.iter().map(|t| t.shift).collect();
-            let more =
-                between([from, to], SHIFTS).filter(|s| !known.iter().any(|k| (k - s).abs() < 0.01 * step));
-            all.extend(more.flat_map(tried));
-            all.sort_by(|p, q| p.shift.total_cmp(&q.shift).then(p.drive.total_cmp(&q.drive)));
+        let tried = |shift: f64, count: usize| self.tried_at(shift, (ends, count), may_move);
+        let [lo, hi] = if may_move { self.reachable(shifts) } else { shifts };
+        if lo == hi {
+            return Ok(tried(lo, TRIED));
         }
+        let mut all: Vec<Tried> = between([lo, hi], SHIFTS).flat_map(|shift| tried(shift, SOME)).collect();
+        if let Some(k) = best(&all) {
+            let step = (hi - lo) / (SHIFTS - 1) as f64;
+            let around = [-1.0, 1.0].map(|side| (all[k].shift + side * step).clamp(lo, hi));
+            let known: Vec<f64> = all.iter().map(|t| t.shift).collect();
+            let is_new = |shift: &f64| !known.iter().any(|k| (k - shift).abs() < 0.01 * step);
+            all.extend(between(around, SHIFTS).filter(is_new).flat_map(|shift| tried(shift, SOME)));
+        }
+        let best = best(&all).map(|k| all[k].shift);
+        let here = (lo..=hi).contains(&stands).then_some(stands);
+        for shift in best.into_iter().chain(here.filter(|here| Some(*here) != best)) {
+            all.retain(|t| t.shift != shift);
+            all.extend(tried(shift, TRIED));
+        }
+        all.sort_by(|p, q| p.shift.total_cmp(&q.shift).then(p.drive.total_cmp(&q.drive)));
         Ok(all)
     }
 
+    /// Of these places of the base those from which the object is within the calibrated distances wherever it is likely; the first end where there is none.
+    fn reachable(&self, [lo, hi]: [f64; 2]) -> [f64; 2] {
+        let likely = || self.outlook.likely().iter().map(|(x, _)| x.exp() + self.frame);
+        let [first, last] = self.side.distances;
+        let nearest = likely().fold(f64::INFINITY, f64::min) - first;
+        let farthest = likely().fold(f64::NEG_INFINITY, f64::max) - last;
+        let ends = [lo.max(farthest), hi.min(nearest)];
+        if ends[0] <= ends[1] { ends } else { [lo; 2] }
+    }
+
     /// By drives between these ends, with the base at one place.
-    fn tried_at(&self, shift: f64, ends: [f64; 2], may_move: bool) -> Vec<Tried> {
+    fn tried_at(&self, shift: f64, (ends, count): ([f64; 2], usize), may_move: bool) -> Vec<Tried> {
         let near = shift - self.frame;
         let seen: Vec<f64> = self.outlook.likely().iter().map(|(x, _)| x.exp() - near).collect();
         let outside = may_move && !seen.iter().all(|a| self.is_calibrated(*a));
@@ -217,7 +246,7 @@ impl Known<'_> {
             let signal = self.side.sign * self.joint.signal(u, (self.a - shift).ln());
             Tried { drive, shift, signal, sigma, status }
         };
-        between(ends, TRIED).map(one).collect()
+        between(ends, count).map(one).collect()
     }
 
     fn is_calibrated(&self, a: f64) -> bool {

@@ -304,6 +304,13 @@ fn an_array_answers_in_one_frame() {
     assert!(near(n(4, "y_mm") + 40.0, n(3, "x_mm")) && near(n(4, "x_mm"), -(n(3, "y_mm") + 40.0)));
     assert_eq!([n(2, "z_mm"), n(3, "z_mm")], [12.0, 0.0]);
     assert!(n(3, "sigma_x_mm") > 0.0 && n(3, "sigma_y_mm") > 0.01);
+    // Where the base was carried nearer, the point is as much farther.
+    let point = [n(3, "x_mm"), n(3, "y_mm")];
+    desk.write("moved.csv", "whisker,theta_deg,strain,shift_mm\nright,0,0.002,0\nright,4,0.022,6\n");
+    desk.run(&["locate", "--array", "array.toml", "moved.csv", "--out", "moved"]).exits(0);
+    let moved = &Table::read(&desk.path("moved/located.csv")).rows[1];
+    let at = ["x_mm", "y_mm"].map(|key| moved[key].parse::<f64>().unwrap());
+    assert!(near(at[0], point[0] + 6.0) && near(at[1], point[1]), "{moved:?} {point:?}");
     desk.whole("out");
     desk.write("r.csv", "whisker,theta_deg,strain\nleft,4,0.02\nrigth,4,0.02\n");
     let ran = run(&[]).exits(2);

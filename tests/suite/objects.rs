@@ -293,9 +293,29 @@ fn the_base_may_move() {
     let brings =
         |told: &serde_json::Value| precision(told, "expected_sigma_mm") - precision(told, "sigma_mm");
     assert!(brings(&moves) > 1.7 * brings(&stays) && number(&moves, "shift_mm") > 8.0, "{stays} {moves}");
+    // Only to where the object is within the calibrated distances for certain: 21 to 48 mm.
     let table = Table::read(&desk.path("n/next.csv"));
-    let words = |row: &&Row| row["status"] == "outside_calibration" && row["expected_sigma_mm"].is_empty();
-    assert!(table.rows.iter().any(|row| words(&row)) && table.rows.len() > 200, "{}", table.rows.len());
+    let shifts: Vec<f64> = table.rows.iter().map(|row| of(row, "shift_mm")).collect();
+    assert_eq!(
+        (shifts[0], table.rows.iter().all(|row| row["status"] != "outside_calibration")),
+        (-4.0, true)
+    );
+    assert!((14.5..15.0).contains(&shifts[shifts.len() - 1]) && shifts.len() > 150, "{shifts:?}");
+    let far = next(&["--shift", "-4,400"]);
+    assert!(
+        number(&far, "expected_sigma_mm")
+            <= number(&next(&["--shift", "-4,20"]), "expected_sigma_mm") * 1.001
+    );
+    let beyond = next(&["--shift", "30,40"]);
+    assert!(
+        beyond["theta_deg"].is_null() && beyond["answer"].as_str().unwrap().contains("From nowhere"),
+        "{beyond}"
+    );
+    // Before the first tap it stays.
+    let first = ["next", "cal/calibration.toml", "--shift", "-5,5", "--json", "--out", "f"];
+    let first = desk.run(&first).exits(0).json()["result"].clone();
+    assert_eq!(number(&first, "shift_mm"), 0.0);
+    assert_eq!(Table::read(&desk.path("f/next.csv")).rows.len(), 33);
     desk.run(&["next", "cal/calibration.toml", "two.csv", "--shift", "4,-4", "--out", "no"]).exits(2);
 }
 

@@ -8,6 +8,9 @@ use crate::fit::{Fault, Fit, From, Task, Whisker};
 use crate::labels::contradicted;
 use crate::rows::Cell;
 
+/// The signal of no whisker falls with the distance more slowly than this power of it.
+const FLAT: f64 = 0.3;
+
 /// The base and the scale of the signals.
 pub struct Start<'a> {
     /// The curve that is corrected.
@@ -73,8 +76,9 @@ pub fn start<'a>(task: &Task<'a>, cells: &[Cell], from: From<'_>) -> Result<Star
 fn law(taps: &[[f64; 3]], read: Option<f64>, ends: bool) -> Result<Fitted, Fault> {
     let tared = power(taps, Some(read.unwrap_or(0.0)), ends);
     let several = taps.iter().any(|t| t[1] != taps[0][1]);
-    // One drive tells no zero, but where signals lie on both sides of it, or follow no law without one.
-    let needed = tared.is_none() || taps.iter().any(|t| t[2] < 0.0);
+    // One drive tells no zero, but where signals lie on both sides of it, or follow no law of a whisker without one.
+    let flat = |f: &Fitted| f.power.q < FLAT;
+    let needed = tared.as_ref().is_none_or(flat) || taps.iter().any(|t| t[2] < 0.0);
     let free = read.is_none() && taps.len() > 6 && (several || needed);
     let free = if free { power(taps, None, ends) } else { None };
     // Of too few taps to tell it, a zero beyond the weakest one: the model corrects it.
