@@ -25,6 +25,7 @@ pub mod second;
 pub mod several;
 pub mod side;
 mod told;
+mod winner;
 mod zero;
 
 pub use crate::estimator::reason::Reason;
@@ -49,12 +50,6 @@ use prepare::Prepared;
 
 /// Times that a lag is looked for at most.
 const ROUNDS: usize = 5;
-/// Distances of a side from which on it shows whether an estimator tells any.
-const MANY: usize = 5;
-/// Error of a guess of the middle, in ranges of the distances.
-const GUESS: f64 = 0.29;
-/// Another estimator answers in place of one that guesses where its errors are less than this share of those.
-const BETTER: f64 = 1.0 / 3.0;
 
 /// What a user may say about a calibration.
 #[derive(Debug, Clone, Default)]
@@ -180,10 +175,9 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
         };
         results.push(side::calibrate(&asked, &open)?);
     }
-    let range = |s: &SideResult| s.record.distances_mm[1] - s.record.distances_mm[0];
     let knows = |s: &SideResult| {
         let rms = |e: &&'static dyn Estimator| s.held_out(*e).and_then(|h| h.rms(|_| true).0);
-        ALL.iter().filter_map(rms).any(|rms| rms < range(s))
+        ALL.iter().filter_map(rms).any(|rms| rms < winner::range(s))
     };
     if !results.iter().all(knows) {
         return Err(remarks::nothing_known(data, &rig, &results).into());
@@ -203,7 +197,7 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
     }
     // Distance and tilt of two gauges are told by the model that has both.
     let both = beside.is_some() && results.iter().all(|s| s.has(EXACT));
-    let winner = if both { EXACT } else { default_of(&results, range) };
+    let winner = if both { EXACT } else { winner::of(&results) };
     if !both && winner.name() != LEARNED.name() {
         warnings.push(format!(
             "{}: learned tells distances that it has not seen no better than a guess of the middle, {} does: it answers by default",
@@ -252,21 +246,6 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
         winner,
         warnings,
     })
-}
-
-/// Learned, unless on a side of many distances it is as wrong as a guess of the middle, and another estimator that all sides have is far from that.
-fn default_of(sides: &[SideResult], range: impl Fn(&SideResult) -> f64) -> &'static dyn Estimator {
-    let rms = |s: &SideResult, e: &'static dyn Estimator| {
-        s.held_out(e).and_then(|h| h.rms(|_| true).0).unwrap_or(f64::INFINITY)
-    };
-    let lost = |s: &&SideResult| s.distances.len() >= MANY && rms(s, LEARNED) > GUESS * range(s);
-    let Some(side) = sides.iter().find(lost) else { return LEARNED };
-    let fit = |e: &&'static dyn Estimator| {
-        let on = |s: &SideResult| s.has(*e) && rms(s, *e) < GUESS * range(s);
-        sides.iter().all(on) && rms(side, *e) < BETTER * rms(side, LEARNED)
-    };
-    let total = |e: &'static dyn Estimator| sides.iter().map(|s| rms(s, e) / range(s)).sum::<f64>();
-    ALL.into_iter().filter(fit).min_by(|d, e| total(*d).total_cmp(&total(*e))).unwrap_or(LEARNED)
 }
 
 /// Widths within which distances and drives are one: one for both, or two; none where nobody says.

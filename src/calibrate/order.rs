@@ -1,6 +1,6 @@
 //! Whole positions that contradict each other: beyond the strongest signal of a drive, signals fall with the distance.
 
-use vibrissa_learned::labels::{CERTAIN, LEAST};
+use vibrissa_learned::labels::rises;
 
 use crate::estimator::cells::{Cell, Levels};
 
@@ -19,16 +19,10 @@ pub struct Contradiction {
 pub fn contradictions(cells: &[Cell], [distances, drives]: [&Levels; 2], noise: f64) -> Vec<Contradiction> {
     let mut found: Vec<Contradiction> = Vec::new();
     for j in 0..drives.len() {
-        let cells: Vec<_> = cells.iter().filter(|c| c.j == j).collect();
-        let strongest = (0..cells.len()).max_by(|&i, &k| cells[i].signal.total_cmp(&cells[k].signal));
-        for pair in cells[strongest.unwrap_or(0)..].windows(2) {
-            let rise = pair[1].signal - pair[0].signal;
-            let deviation = noise * (pair[0].share + pair[1].share).sqrt();
-            if rise <= LEAST * pair[0].signal || rise <= CERTAIN * deviation {
-                continue;
-            }
-            let a = [pair[0].i, pair[1].i].map(|i| distances.centres[i]);
-            let deviations = rise / deviation;
+        let cells: Vec<&Cell> = cells.iter().filter(|c| c.j == j).collect();
+        let deviation = |c: &&Cell, d: &&Cell| noise * (c.share + d.share).sqrt();
+        for (k, deviations) in rises(&cells, |c| c.signal, deviation) {
+            let a = [k, k + 1].map(|k| distances.centres[cells[k].i]);
             match found.iter_mut().find(|c| c.a == a) {
                 Some(c) => {
                     *c =

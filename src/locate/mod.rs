@@ -13,6 +13,7 @@
 pub mod calibration;
 mod group;
 mod kept;
+mod known;
 pub(crate) mod likely;
 mod lines;
 pub mod locator;

@@ -5,7 +5,6 @@ use vibrissa_learned::joint::{Joint, Object, Outlook, Tap};
 use super::Locator;
 use super::object::{UnlocatedTap, doubts, limit};
 use super::opened::Opened;
-use crate::estimate::WIDENING;
 use crate::status::Status;
 
 /// Drives that are tried.
@@ -182,8 +181,8 @@ struct Known<'a> {
 }
 
 impl Known<'_> {
-    /// By drives `within` these ends, and with the base between `shifts`, of which it `stands` at one; where it `may_move`, never to where the object
-    /// may be outside of the calibrated distances.
+    /// By drives `within` these ends, with the base where it `stands`, or where it `may_move` between `shifts`: to where the object is within the
+    /// calibrated distances.
     fn tried(
         &self,
         within: [f64; 2],
@@ -196,8 +195,18 @@ impl Known<'_> {
         if ends[0] > ends[1] {
             return Err("no calibrated drive lies within these limits");
         }
-        let tried = |shift: f64, count: usize| self.tried_at(shift, (ends, count), may_move);
-        let [lo, hi] = if may_move { self.reachable(shifts) } else { shifts };
+        let tried = |shift: f64, count: usize| self.tried_at(shift, (ends, count));
+        let [lo, hi] = match self.reachable(shifts) {
+            Some(shifts) if may_move => shifts,
+            // Where it stands it may be tapped in any case.
+            _ if (shifts[0]..=shifts[1]).contains(&stands) => [stands; 2],
+            _ => {
+                let status = Status::OUTSIDE_CALIBRATION;
+                let [shift, signal, sigma] = [shifts[0], f64::NAN, f64::NAN];
+                let none = |u: f64| Tried { drive: u + origin, shift, signal, sigma, status };
+                return Ok(between(ends, TRIED).map(none).collect());
+            }
+        };
         if lo == hi {
             return Ok(tried(lo, TRIED));
         }
@@ -219,40 +228,31 @@ impl Known<'_> {
         Ok(all)
     }
 
-    /// Of these places of the base those from which the object is within the calibrated distances wherever it is likely; the first end where there is none.
-    fn reachable(&self, [lo, hi]: [f64; 2]) -> [f64; 2] {
+    /// Of these places of the base those from which the object is within the calibrated distances wherever it is likely.
+    fn reachable(&self, [lo, hi]: [f64; 2]) -> Option<[f64; 2]> {
         let likely = || self.outlook.likely().iter().map(|(x, _)| x.exp() + self.frame);
         let [first, last] = self.side.distances;
         let nearest = likely().fold(f64::INFINITY, f64::min) - first;
         let farthest = likely().fold(f64::NEG_INFINITY, f64::max) - last;
         let ends = [lo.max(farthest), hi.min(nearest)];
-        if ends[0] <= ends[1] { ends } else { [lo; 2] }
+        (ends[0] <= ends[1]).then_some(ends)
     }
 
-    /// By drives between these ends, with the base at one place.
-    fn tried_at(&self, shift: f64, (ends, count): ([f64; 2], usize), may_move: bool) -> Vec<Tried> {
+    /// By so many drives between these ends, with the base at one place.
+    fn tried_at(&self, shift: f64, (ends, count): ([f64; 2], usize)) -> Vec<Tried> {
         let near = shift - self.frame;
         let seen: Vec<f64> = self.outlook.likely().iter().map(|(x, _)| x.exp() - near).collect();
-        let outside = may_move && !seen.iter().all(|a| self.is_calibrated(*a));
         let one = |u: f64| {
-            let drive = u + self.locator.drive_origin;
-            if outside {
-                let status = Status::OUTSIDE_CALIBRATION;
-                return Tried { drive, shift, signal: f64::NAN, sigma: f64::NAN, status };
-            }
-            let sigma = self.outlook.after(u, near, 1.0);
             let signals = seen.iter().map(|a| self.joint.signal(u, a.ln()));
-            let status = self.forbids(signals.fold(f64::NEG_INFINITY, f64::max));
-            let signal = self.side.sign * self.joint.signal(u, (self.a - shift).ln());
-            Tried { drive, shift, signal, sigma, status }
+            Tried {
+                drive: u + self.locator.drive_origin,
+                shift,
+                signal: self.side.sign * self.joint.signal(u, (self.a - shift).ln()),
+                sigma: self.outlook.after(u, near, 1.0),
+                status: self.forbids(signals.fold(f64::NEG_INFINITY, f64::max)),
+            }
         };
         between(ends, count).map(one).collect()
-    }
-
-    fn is_calibrated(&self, a: f64) -> bool {
-        let [first, last] = self.side.distances;
-        let slack = WIDENING * last;
-        (first - slack..=last + slack).contains(&a)
     }
 
     fn forbids(&self, signal: f64) -> Status {

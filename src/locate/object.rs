@@ -5,6 +5,8 @@ use std::collections::HashMap;
 use vibrissa_core::normal::quantile;
 use vibrissa_learned::joint::{Joint, Object, Tap, Told};
 
+pub use super::known::UnlocatedTap;
+use super::known::{Known, Taps};
 use super::opened::Opened;
 use super::pair::Spatial;
 use super::pairs::{self, PairObject, Parts};
@@ -27,8 +29,6 @@ pub const OF_TWO: [&str; 2] = ["object_tilt_deg", "object_sigma_tilt_deg"];
 pub const NAME: &str = "object";
 /// The column that says how much nearer to the object the base stood, mm.
 pub const SHIFT: &str = "shift_mm";
-/// Objects that are known at a time; the one that was tapped longest ago goes first.
-const MOST: usize = 256;
 /// One gauge tells no tilt.
 const NO_TILT: [f64; 2] = [f64::NAN; 2];
 /// Chance that sound taps are said to contradict each other.
@@ -62,38 +62,6 @@ pub struct Objects<'a> {
     warned: bool,
     /// Whether it was said that a tap has no place.
     unplaced: bool,
-}
-
-/// The taps of an object, by one gauge or by two.
-enum Taps {
-    /// With the side and taring of its first tap, which others have too.
-    One(Object, (usize, bool)),
-    Two(PairObject),
-}
-
-/// What is known of an object.
-struct Known {
-    object: Taps,
-    /// Lines of the taps that are compared, the last at the end.
-    lines: Vec<usize>,
-    seen: u64,
-}
-
-/// A tap that is in question.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct UnlocatedTap {
-    /// Line of the input.
-    pub line: usize,
-    /// The drive, as it is recorded.
-    pub drive: f64,
-    /// The signal above its zero.
-    pub signal: f64,
-    /// Variance of the zero in units of that of one reading.
-    pub share: f64,
-    /// Number of zero readings before it: taps with the same one are above the same zero.
-    pub zero: u64,
-    /// How much nearer to the object the base stands than where its distance is told from, mm; NaN where a row does not say it.
-    pub shift: f64,
 }
 
 impl<'a> Objects<'a> {
@@ -225,9 +193,7 @@ impl<'a> Objects<'a> {
         }
         let UnlocatedTap { zero, shift, .. } = tap;
         object.add(joint, Tap { u: asked.drive, y, of_zero, zero, shift }, same_run);
-        known.lines.push(tap.line);
-        let more = known.lines.len().saturating_sub(object.compared());
-        known.lines.drain(..more);
+        known.lines.add(tap.line, object.compared());
         let taps = object.count();
         if taps == 1 {
             let located = Located { distance: alone.distance + tap.shift, ..*alone };
@@ -238,7 +204,7 @@ impl<'a> Objects<'a> {
             return Some(Together { taps, located, tilt: NO_TILT, apart: None });
         };
         let apart = object.apart(joint, told.a, same_run);
-        let apart = apart.map(|(ago, by)| (known.lines[known.lines.len() - 1 - ago], by));
+        let apart = apart.map(|(ago, by)| (known.lines.ago(ago), by));
         let mut status = doubts(&self.locator.sides()[asked.side], object, &told);
         if apart.is_some_and(|(_, by)| by.abs() > limit(known.lines.len())) {
             status |= Status::INCONSISTENT;
@@ -267,16 +233,14 @@ impl<'a> Objects<'a> {
         if !object.add(parts, zero) {
             return None;
         }
-        known.lines.push(line);
-        let more = known.lines.len().saturating_sub(object.compared());
-        known.lines.drain(..more);
+        known.lines.add(line, object.compared());
         let taps = object.count();
         let Some(told) = object.told().filter(|_| taps > 1) else {
             let tilt = [alone.tilt, alone.sigma_tilt];
             let located = Located { distance: parts.at[0], ..alone.located };
             return Some(Together { taps, located, tilt, apart: None });
         };
-        let apart = object.apart().map(|(ago, by)| (known.lines[known.lines.len() - 1 - ago], by));
+        let apart = object.apart().map(|(ago, by)| (known.lines.ago(ago), by));
         let mut status = self.locator.doubts_together(told.at[0] - shift, told.sigma[0]);
         if apart.is_some_and(|(_, by)| by > pairs::limit(known.lines.len(), CHANCE)) {
             status |= Status::INCONSISTENT;
@@ -310,31 +274,6 @@ impl<'a> Objects<'a> {
     /// Whether a tap is of no object.
     fn is_nameless(&self, name: &str) -> bool {
         self.place.is_some() && name.is_empty()
-    }
-}
-
-impl Known {
-    /// What is known of the object `name`, of a new one what `new` makes; the oldest of too many goes.
-    fn of<'k>(
-        all: &'k mut HashMap<String, Self>,
-        (name, clock): (&str, u64),
-        (warned, ask): (&mut bool, &Ask<'_>),
-        new: impl FnOnce() -> Taps,
-    ) -> &'k mut Self {
-        if !all.contains_key(name) && all.len() == MOST {
-            if let Some(oldest) = all.iter().min_by_key(|(_, k)| k.seen).map(|(name, _)| name.clone()) {
-                all.remove(&oldest);
-            }
-            if !std::mem::replace(warned, true) {
-                (ask.warn)(&format!(
-                    "more than {MOST} objects: of the one that was tapped longest ago, taps that come later are those of another one"
-                ));
-            }
-        }
-        let known =
-            all.entry(name.to_owned()).or_insert_with(|| Self { object: new(), lines: Vec::new(), seen: 0 });
-        known.seen = clock;
-        known
     }
 }
 

@@ -229,8 +229,9 @@ pub fn answer<'a>(
                 let located = locator.locate_above(drive, tap.signals[0], 0.0, tap.shares[0]);
                 if let Some(group) = &mut group {
                     let (signal, share) = (tap.signals[0], tap.shares[0]);
-                    let (line_number, zero, shift) = (line.number, counts.zeros, 0.0);
-                    let tap = UnlocatedTap { line: line_number, drive, signal, share, zero, shift };
+                    let zeros = counts.zeros;
+                    let tap =
+                        UnlocatedTap { line: line.number, drive, signal, share, zero: zeros, shift: 0.0 };
                     together = Some(group.tell((&rows, line.text), tap, &located, ask));
                 }
                 Answer::Known(located)

@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 
 use crate::base::{About, Base};
 use crate::hyper::Hyper;
-use crate::labels::TOGETHER;
+use crate::positions::of_positions;
 use crate::rows::Cell;
 
 /// Largest degree in ln a and in ln u.
@@ -17,14 +17,8 @@ const LESS: f64 = 0.3;
 pub const WAVES: [usize; 3] = [9, 4, 9];
 /// Half of the interval on which waves repeat, in half ranges of the data.
 const PERIOD: f64 = 1.8;
-/// Most columns for effects of positions, of visits each; more are approximated.
-const EFFECTS: usize = 64;
 /// Knots of a drift.
 const KNOTS: usize = 16;
-/// Labels that differ by no more than this share are one.
-const SAME: f64 = 1e-6;
-/// Effects of positions that are more alike than this are hardly two.
-const CLOSE: f64 = 0.5;
 /// Standard deviation of a coefficient of which nothing is known beforehand.
 const FLAT: f64 = 1e2;
 /// Offsets of distance and drive that a rig has: shares of a middle distance, and of the largest drive.
@@ -187,35 +181,7 @@ impl Columns {
         let several = scales.u[1] > 0.0;
         let mut hypers = vec![Hyper::Floor, Hyper::Relative, Hyper::Bend, Hyper::Deviation, Hyper::LengthA];
         hypers.extend(if several { vec![Hyper::LengthU, Hyper::Twist] } else { Vec::new() });
-        let place = |cell: &Cell| scales.place(cell.row.a, cell.row.u)[0];
-        let positions: Vec<f64> = taps.iter().map(|k| place(&cells[*k])).collect();
-        let near =
-            |i: usize, k: usize| (-0.5 * ((positions[i] - positions[k]) / (2.0 * TOGETHER)).powi(2)).exp();
-        let run = |i: usize| cells[taps[i]].row.run;
-        // An effect of the position is one of the reading where each position has one.
-        let repeated = taps.iter().any(|k| cells[*k].n > 1.0) || {
-            let mut sorted = positions.clone();
-            sorted.sort_by(f64::total_cmp);
-            sorted.windows(2).any(|w| w[1] - w[0] < 2.0 * TOGETHER)
-        };
-        let position = if repeated { factor(taps.len(), &near) } else { Vec::new() };
-        // Labels that hardly differ are jitter of one setting, or several settings, each with its own error.
-        let label = |i: usize| cells[taps[i]].row.a;
-        let same = |i: usize, k: usize| (label(i) - label(k)).abs() <= SAME * label(i);
-        let visited = |i: usize, k: usize| match run(i) == run(k) {
-            true => 0.5 * near(i, k) + if same(i, k) { 0.5 } else { 0.0 },
-            false => 0.0,
-        };
-        let mut firsts: Vec<usize> = Vec::new();
-        for i in 0..taps.len() {
-            if !firsts.iter().any(|k| same(i, *k)) {
-                firsts.push(i);
-            }
-        }
-        let apart = |i: &usize| !firsts.iter().any(|k| k < i && near(*i, *k) > CLOSE);
-        // Where each tap has a label of its own, its error is noise.
-        let close = 2 * firsts.len() <= taps.len() && !firsts.iter().all(apart);
-        let visit = if repeated && (runs > 1 || close) { factor(taps.len(), &visited) } else { Vec::new() };
+        let [position, visit] = of_positions(cells, &taps, scales, runs);
         hypers.extend((!position.is_empty()).then_some(Hyper::Position));
         hypers.extend((!visit.is_empty()).then_some(Hyper::Visit));
         hypers.extend(if runs > 1 { vec![Hyper::RunZero, Hyper::RunGain] } else { Vec::new() });
@@ -292,23 +258,4 @@ fn ramps(cells: &[Cell]) -> Vec<Vec<f64>> {
         cells.iter().map(|c| (((c.row.t - from) / step).clamp(0.0, 1.0) - shift) * scale).collect()
     };
     if step > 0.0 { (0..KNOTS).map(ramp).collect() } else { Vec::new() }
-}
-
-/// Columns F with F Fᵀ = the matrix of `kernel`, by Cholesky's method with pivots; what is below 1e-6 is left.
-fn factor(n: usize, kernel: &dyn Fn(usize, usize) -> f64) -> Vec<Vec<f64>> {
-    let mut left: Vec<f64> = (0..n).map(|i| kernel(i, i)).collect();
-    let mut columns: Vec<Vec<f64>> = Vec::new();
-    while columns.len() < EFFECTS {
-        let Some(pivot) = (0..n).max_by(|i, k| left[*i].total_cmp(&left[*k]).then(k.cmp(i))) else { break };
-        if left[pivot] < 1e-6 {
-            break;
-        }
-        let root = left[pivot].sqrt();
-        let entry =
-            |i: usize| (kernel(i, pivot) - columns.iter().map(|c| c[i] * c[pivot]).sum::<f64>()) / root;
-        let column: Vec<f64> = (0..n).map(entry).collect();
-        left.iter_mut().zip(&column).for_each(|(l, x)| *l = (*l - x * x).max(0.0));
-        columns.push(column);
-    }
-    columns
 }

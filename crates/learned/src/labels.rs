@@ -7,9 +7,9 @@ use crate::rows::Cell;
 /// Positions within this share of the range of ln a are one.
 pub const TOGETHER: f64 = 0.01;
 /// A signal rises beyond so many standard deviations of the difference.
-pub const CERTAIN: f64 = 4.0;
+const CERTAIN: f64 = 4.0;
 /// And beyond this share of it.
-pub const LEAST: f64 = 0.01;
+const LEAST: f64 = 0.01;
 /// Repeats from which their scatter is known.
 const REPEATS: f64 = 4.0;
 
@@ -39,6 +39,21 @@ pub fn prior(cells: &[Cell], known: bool, wrong: Option<f64>) -> Prior {
     Prior { above: (0.5 * (set.ln() - usual.median)).clamp(NARROW, usual.above), ..usual }
 }
 
+/// Of the positions of one drive in their order, beyond the strongest `signal`, those after which it rises, and by how many standard `deviation`s.
+pub fn rises<P>(
+    all: &[P],
+    signal: impl Fn(&P) -> f64,
+    deviation: impl Fn(&P, &P) -> f64,
+) -> Vec<(usize, f64)> {
+    let strongest = (0..all.len()).max_by(|i, k| signal(&all[*i]).total_cmp(&signal(&all[*k])));
+    let rise = |k: usize| {
+        let (p, q) = (&all[k], &all[k + 1]);
+        let (rise, deviation) = (signal(q) - signal(p), deviation(p, q));
+        (rise > LEAST * signal(p).abs() && rise > CERTAIN * deviation).then_some((k, rise / deviation))
+    };
+    (strongest.unwrap_or(0)..all.len().saturating_sub(1)).filter_map(rise).collect()
+}
+
 /// By how much, in ln a, two positions differ of which one cannot be where its label says; the largest of all, `None` where there are none.
 pub fn contradicted(cells: &[Cell]) -> Option<f64> {
     let mut taps: Vec<&Cell> = cells.iter().filter(|c| c.row.touches()).collect();
@@ -63,13 +78,9 @@ pub fn contradicted(cells: &[Cell]) -> Option<f64> {
         return None;
     }
     let variance = squares / freedom;
-    let apart = |[p, q]: [[f64; 3]; 2]| {
-        let (rise, deviation) = (q[1] - p[1], (variance * (1.0 / p[2] + 1.0 / q[2])).sqrt());
-        (rise > LEAST * p[1].abs() && rise > CERTAIN * deviation).then_some(q[0] - p[0])
-    };
     let of_drive = |all: &Vec<[f64; 3]>| {
-        let strongest = (0..all.len()).max_by(|i, k| all[*i][1].total_cmp(&all[*k][1])).unwrap_or(0);
-        all[strongest..].windows(2).filter_map(|w| apart([w[0], w[1]])).reduce(f64::max)
+        let found = rises(all, |p| p[1], |p, q| (variance * (1.0 / p[2] + 1.0 / q[2])).sqrt());
+        found.into_iter().map(|(k, _)| all[k + 1][0] - all[k][0]).reduce(f64::max)
     };
     positions.iter().filter_map(of_drive).reduce(f64::max)
 }

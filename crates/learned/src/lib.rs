@@ -21,6 +21,7 @@ pub mod joint;
 pub mod labels;
 pub mod newton;
 pub mod plan;
+mod positions;
 pub mod rows;
 mod start;
 pub mod suspects;

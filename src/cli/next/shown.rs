@@ -1,0 +1,153 @@
+//! The next tap as a table, as JSON, in words and drawn.
+
+use std::fmt::Write;
+
+use serde_json::json;
+use vibrissa::figure::{Axis, Figure, Mark, Marker, Panel, Path as Drawn};
+use vibrissa::locate::next::{Next, Tried};
+use vibrissa::locate::object::SHIFT;
+use vibrissa::report::quantity::short;
+use vibrissa::scene::Drive;
+use vibrissa::sink::table::drive_unit;
+use vibrissa::status::Status;
+
+pub fn table(next: &Next, drive: Drive) -> String {
+    let mut text = format!("{},{SHIFT},expected_signal,expected_sigma_mm,status\n", drive.column());
+    for t in &next.tried {
+        let status = if t.status == Status::OK { "ok".to_owned() } else { t.status.to_string() };
+        let [signal, sigma] =
+            [t.signal, t.sigma].map(|x| if x.is_finite() { x.to_string() } else { String::new() });
+        let _ = writeln!(text, "{},{},{signal},{sigma},{status}", t.drive, t.shift);
+    }
+    text
+}
+
+pub fn result(next: &Next, drive: Drive, lines: &[usize]) -> serde_json::Value {
+    let best = next.best.map(|k| next.tried[k]);
+    let known = next.taps > 0;
+    json!({
+        "taps": next.taps,
+        "distance_mm": known.then_some(next.now[0]),
+        "sigma_mm": next.now[1],
+        "near_mm": next.near,
+        "status": next.status.to_string(),
+        "apart_line": next.apart.map(|(k, _)| lines[k]),
+        "apart_sigmas": next.apart.map(|(_, by)| by),
+        "left_out": next.left.len(),
+        drive.column(): best.map(|b| b.drive),
+        SHIFT: best.map(|b| b.shift),
+        "expected_signal": best.map(|b| b.signal),
+        "expected_sigma_mm": best.map(|b| b.sigma),
+        "after_taps": next.more.iter().map(|(n, sigma)| json!({ "taps": n, "sigma_mm": sigma })).collect::<Vec<_>>(),
+        "least_sigma_mm": next.floor,
+        "enough": next.is_enough(),
+    })
+}
+
+pub fn answer(next: &Next, drive: Drive, lines: &[usize]) -> String {
+    let (symbol, unit) = drive_unit(drive);
+    let [a, sigma] = next.now;
+    let mut text = match next.taps {
+        0 => format!("Nothing is known yet but the calibrated distances (σ {} mm). ", short(sigma)),
+        n => format!("{n} tap{} so far: {a:.3} ± {} mm. ", if n == 1 { "" } else { "s" }, short(sigma)),
+    };
+    if let Some(near) = next.near {
+        let _ = write!(text, "{near:.2} mm fits as well. ");
+    }
+    if let Some((k, by)) = next.apart.filter(|_| next.status.has(Status::INCONSISTENT)) {
+        let _ = write!(
+            text,
+            "They contradict each other: line {} is {:.1} standard deviations from what the others say. Mend that first; more taps do not. ",
+            lines[k],
+            by.abs()
+        );
+    }
+    if next.status.has(Status::OUTSIDE_CALIBRATION) {
+        text += "That is outside of the calibrated distances. ";
+    }
+    let Some((best, floor)) = next.best.map(|k| next.tried[k]).zip(next.floor) else {
+        let outside = |t: &Tried| t.status.has(Status::OUTSIDE_CALIBRATION);
+        return text
+            + if next.tried.iter().all(outside) {
+                "From nowhere that the base may stand is the object within the calibrated distances."
+            } else {
+                "No drive is within the limits of the sensor."
+            };
+    };
+    if next.is_enough() {
+        let _ = write!(
+            text,
+            "More taps bring nothing: what is left, {} mm, is the error of the calibration and of the run, which all taps share.",
+            short(floor)
+        );
+        return text;
+    }
+    let moved = if next.moves() {
+        format!(" with the base {:.2} mm nearer than where distances are told from", best.shift)
+    } else {
+        String::new()
+    };
+    let _ = write!(
+        text,
+        "Tap next by {symbol} = {:.3}{unit}{moved}: σ is expected to become {} mm. {} such taps would bring {} mm, any number of them no less than {} mm.",
+        best.drive,
+        short(best.sigma),
+        next.more[3].0,
+        short(next.more[3].1),
+        short(floor)
+    );
+    text
+}
+
+pub fn drawn(next: &Next, drive: Drive) -> Figure {
+    let (symbol, unit) = drive_unit(drive);
+    let curve = |own: &dyn Fn(&Tried) -> bool| -> Vec<(f64, f64)> {
+        next.tried.iter().filter(|t| own(t)).map(|t| (t.drive, t.sigma)).collect()
+    };
+    let fine = |t: &Tried| t.status == Status::OK;
+    let best: Vec<(f64, f64)> =
+        next.best.map(|k| (next.tried[k].drive, next.tried[k].sigma)).into_iter().collect();
+    let at = next.best.map_or(next.stands, |k| next.tried[k].shift);
+    let here = |shift: f64| move |t: &Tried| t.shift == shift;
+    let mut lines = vec![("after one tap more".to_owned(), 0, curve(&|t| fine(t) && here(at)(t)))];
+    if next.moves() {
+        lines[0].0 = format!("base {at:.1} mm nearer (best)");
+        // And where it stands now, or nearest to that.
+        let off = |t: &&Tried| (t.shift - next.stands).abs();
+        let other = next.tried.iter().min_by(|p, q| off(p).total_cmp(&off(q))).map(|t| t.shift);
+        let other = other.filter(|shift| *shift != at);
+        let line = other
+            .map(|shift| (format!("base {shift:.1} mm nearer"), 3, curve(&|t| fine(t) && here(shift)(t))));
+        lines.extend(line.filter(|line| !line.2.is_empty()));
+    }
+    let points = |name: &str, colour, marker, values: Vec<(f64, f64)>| Mark::Points {
+        path: Drawn::new(name, colour, values),
+        marker,
+        error: Vec::new(),
+        notes: Vec::new(),
+        rows: Vec::new(),
+    };
+    let ends = [next.tried.first(), next.tried.last()].map(|t| t.map_or(0.0, |t| t.drive));
+    let now = Drawn::new("σ so far", 2, ends.map(|x| (x, next.now[1])));
+    let panel = Panel::new(
+        "",
+        Axis::new(&format!("drive of the next tap {symbol}"), unit.trim()),
+        Axis::log("expected σ", "mm"),
+    )
+    .with(points("best", 0, Marker::Circle, best))
+    .with(points(
+        "beyond a limit of the sensor",
+        1,
+        Marker::Cross,
+        curve(&|t| !fine(t) && t.sigma.is_finite() && here(at)(t)),
+    ))
+    .with(Mark::Line { path: now, dash: 1, marker: None });
+    let line = |(name, colour, values): (String, usize, Vec<(f64, f64)>)| Mark::Line {
+        path: Drawn::new(&name, colour, values),
+        dash: 0,
+        marker: None,
+    };
+    let panel = lines.into_iter().map(line).fold(panel, Panel::with);
+    let caption = "Standard deviation of the distance that is expected after one more tap, against its drive (next.csv).";
+    Figure::new("next", "The next tap", caption, vec![panel])
+}
