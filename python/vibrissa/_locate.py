@@ -219,10 +219,13 @@ class Locator:
         columns = np.array([(*row, 0.0)[:3] for row in rows], dtype=float).reshape(-1, 3).T.copy()
         taps, now, best, status, tried = self._native.next(list(columns), (lo, hi), shifts, flag("same_run", same_run))
         table = np.array([t[0] for t in tried], dtype=float).reshape(-1, 3)
-        return NextTap(taps, _known(now[0]), now[1], _known(now[2]), *map(_known, best), Status(status), *table.T, np.array([t[1] for t in tried], dtype=np.uint16))
+        drive, moved, sigma, least = (_known(x) for x in best)
+        statuses = np.array([t[1] for t in tried], dtype=np.uint16)
+        return NextTap(taps, _known(now[0]), now[1], _known(now[2]), drive, moved, sigma, least, Status(status), table[:, 0], table[:, 1], table[:, 2],
+                       statuses)
 
     @staticmethod
-    def _ends(key: str, said: Any, unit: str) -> tuple[float, float]:
+    def _ends(key: str, said: Any, unit: str | None) -> tuple[float, float]:
         try:
             lo, hi = (number(key, x, unit) for x in said)
         except (TypeError, ValueError) as e:
