@@ -36,8 +36,10 @@ pub struct Ask<'a> {
     pub taps: &'a [Tap],
     /// Every row without contact.
     pub zeros: &'a [ZeroReading],
-    /// Mean of the zero readings.
+    /// Mean of the zero readings, or what taps of both sides tell.
     pub mean: f64,
+    /// Standard error of the latter; infinite where they tell nothing.
+    pub zero_error: f64,
     /// Sign of the signals of this side; all taps where the zero was not read.
     pub sign: f64,
     /// Whether taps of the other sign are of this side too.
@@ -113,7 +115,8 @@ pub fn side(ask: &Ask<'_>) -> Result<Side, Error> {
         runs: runs.len(),
         zero_read,
         subtracted: 0.0,
-        zero_known: zero_read,
+        zero_known: zero_read || ask.zero_error.is_finite(),
+        zero_error: ask.zero_error,
     };
     let no_curve = |why: Fault| nothing(ask, why);
     let mut reasons = Vec::new();

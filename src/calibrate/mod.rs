@@ -12,6 +12,7 @@
 //! # Ok::<(), vibrissa::error::Error>(())
 //! ```
 
+mod between;
 pub mod coverage;
 mod lag;
 mod learn;

@@ -2,7 +2,7 @@
 
 use vibrissa_learned::base::power;
 
-use super::{Options, Reason, learn, zero};
+use super::{Options, Reason, between, learn, zero};
 use crate::error::{Error, InputError};
 use crate::estimator::learned::Learnt;
 use crate::estimator::model::SAME;
@@ -80,7 +80,14 @@ pub fn prepare(
     absurd(data, &taps)?;
     let recorded = data.drive.is_some() || options.drive.is_some();
     let read = zero.count > 0;
-    let signs = signs(data, &mut taps, read)?;
+    let sound = taps.iter().filter(|t| t.reason.is_none());
+    let labelled = sound.map(|t| ((data.rows[t.place].run, t.group), t.signal));
+    let between = if read { None } else { between::zero(labelled) };
+    if let Some(found) = between {
+        zero::tare((data, rig), &mut taps, &mut tared, TaredBy::Fitted, found);
+    }
+    let known = read || between.is_some();
+    let signs = signs(data, &mut taps, known)?;
     let mut no_exact = None;
     let mut sides = Vec::new();
     for &sign in &signs {
@@ -89,9 +96,12 @@ pub fn prepare(
             true => spec_model(data, rig, &taps, sign, gauge, open)?.map_err(|why| no_exact = Some(why)).ok(),
             false => None,
         };
-        let all = !read && signs.len() == 1;
-        let asked = learn::Ask { data, rig, taps: &taps, zeros: &zeros, mean: tared.value, sign, all, exact };
-        let learnt = learn::side(&asked)?;
+        let all = !known && signs.len() == 1;
+        let zero_error = between.map_or(f64::INFINITY, |[_, error]| error);
+        let learnt = {
+            let (taps, zeros, mean) = (&taps, &zeros, tared.value);
+            learn::side(&learn::Ask { data, rig, taps, zeros, mean, zero_error, sign, all, exact })?
+        };
         for (k, reason) in &learnt.reasons {
             taps[*k].reason = Some(reason.clone());
         }
@@ -101,8 +111,8 @@ pub fn prepare(
         sides.push((sign, gauge, learnt.of));
     }
     warnings.extend(sides.iter().filter(|s| s.2.drift && !read).map(|s| zero::wandering(data, rig, &s.2)));
-    let mut unread = 0.0;
-    if !read {
+    let mut unread = between.map_or(0.0, |[_, error]| error);
+    if !known {
         let (sign, gauge, of) = &sides[0];
         let by_model = match no_exact.is_none() && of.exact.is_some() {
             true => zero::of_model((rig, &taps), (*sign, *gauge), of.noise(), &options.fit, open)?,

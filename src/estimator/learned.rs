@@ -273,6 +273,8 @@ pub struct Learnt {
     pub zero_read: bool,
     /// Whether the zero is known.
     pub zero_known: bool,
+    /// Its standard error, where taps of both sides told it; else infinite.
+    pub zero_error: f64,
     /// What was subtracted from the signals of the taps since, of the sign of the side.
     pub subtracted: f64,
 }
@@ -286,13 +288,13 @@ impl std::fmt::Debug for Learnt {
 impl Learnt {
     /// Hands what is fitted to `then`.
     pub fn task<T>(&self, then: impl FnOnce(&Task<'_>) -> T) -> T {
-        let (rows, step, drift) = (self.rows.as_slice(), self.step, self.drift);
+        let (rows, step, zero, drift) = (self.rows.as_slice(), self.step, self.zero_error, self.drift);
         match &self.exact {
             Some(exact) => {
                 let whisker = |a: f64, u: f64| exact.expected(a, u);
-                then(&Task { rows, known: Some(&whisker), step, drift })
+                then(&Task { rows, known: Some(&whisker), step, zero, drift })
             }
-            None => then(&Task { rows, known: None, step, drift }),
+            None => then(&Task { rows, known: None, step, zero, drift }),
         }
     }
 

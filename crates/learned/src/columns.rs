@@ -20,7 +20,7 @@ const PERIOD: f64 = 1.8;
 /// Knots of a drift.
 const KNOTS: usize = 16;
 /// Standard deviation of a coefficient of which nothing is known beforehand.
-const FLAT: f64 = 1e2;
+pub(crate) const FLAT: f64 = 1e2;
 /// Offsets of distance and drive that a rig has: shares of a middle distance, and of the largest drive.
 pub(crate) const OFFSETS: [f64; 2] = [0.005, 0.03];
 
@@ -147,12 +147,12 @@ pub fn values(base: &About, scales: &Scales, terms: &[Term], a: f64, u: f64) -> 
 }
 
 /// What the rows of a rig have in common.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effects {
     /// Whether the base is a whisker's curve.
     pub known: bool,
-    /// Whether the zero was read.
-    pub zeros: bool,
+    /// Standard deviation of the zero before any tap, in units of the signal: [`FLAT`] where it was read; `None` where it is learned.
+    pub zero: Option<f64>,
     /// Whether a drift is looked for.
     pub drift: bool,
 }
@@ -185,7 +185,7 @@ impl Columns {
         hypers.extend((!position.is_empty()).then_some(Hyper::Position));
         hypers.extend((!visit.is_empty()).then_some(Hyper::Visit));
         hypers.extend(if runs > 1 { vec![Hyper::RunZero, Hyper::RunGain] } else { Vec::new() });
-        hypers.extend((!effects.zeros).then_some(Hyper::Zero));
+        hypers.extend(effects.zero.is_none().then_some(Hyper::Zero));
         hypers.extend(effects.drift.then_some(Hyper::Drift));
         let at = |h: Hyper| hypers.iter().position(|x| *x == h).expect("it was put there");
         let m: Vec<f64> = cells
@@ -212,8 +212,9 @@ impl Columns {
                 Term::Wave(..) => (1.0, vec![at(Hyper::Deviation)]),
                 Term::OffsetA => (OFFSETS[0], Vec::new()),
                 Term::OffsetU => (OFFSETS[1], Vec::new()),
-                Term::Zero if effects.zeros => (FLAT, Vec::new()),
-                Term::Zero => (1.0, vec![at(Hyper::Zero)]),
+                Term::Zero => {
+                    effects.zero.map_or_else(|| (1.0, vec![at(Hyper::Zero)]), |sd| (sd, Vec::new()))
+                }
                 Term::Local => unreachable!("no term of the curve"),
             };
             columns.push(Column { term: *term, fixed: 2.0 * fixed.ln(), learned });

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use crate::average::{Widths, mean, points};
 use crate::base::{Base, Fitted};
-use crate::columns::{Columns, Effects, Scales, Term, terms};
+use crate::columns::{Columns, Effects, FLAT, Scales, Term, terms};
 use crate::curve::{Curve, Spread};
 use crate::evidence::Problem;
 use crate::hyper::{Hyper, Prior};
@@ -29,6 +29,8 @@ pub struct Task<'a> {
     pub known: Option<Whisker<'a>>,
     /// Step of the converter.
     pub step: f64,
+    /// Standard deviation of the zero about 0, where no row is without contact; infinite where nothing is known of it.
+    pub zero: f64,
     /// Whether a drift is looked for.
     pub drift: bool,
 }
@@ -140,7 +142,11 @@ pub fn fit(task: &Task<'_>, places: &[usize], from: From<'_>, average: bool) -> 
     }
     let [unit, zero, base_unit] = start.numbers;
     let known = task.known.is_some();
-    let effects = Effects { known, zeros: merged.iter().any(|c| !c.row.touches()), drift: task.drift };
+    let of_zero = match merged.iter().any(|c| !c.row.touches()) {
+        true => Some(FLAT),
+        false => task.zero.is_finite().then(|| task.zero / unit),
+    };
+    let effects = Effects { known, zero: of_zero, drift: task.drift };
     let slopes = slopes(&merged, &start, &scales);
     let model = Columns::new(&merged, (&start.base, base_unit), &slopes, &scales, effects);
     let position = labels::prior(&merged, known, start.labels);
@@ -240,7 +246,7 @@ pub fn fit(task: &Task<'_>, places: &[usize], from: From<'_>, average: bool) -> 
 /// The numbers of a fit of more rows, where the same are learned.
 fn held(problem: &Problem, whole: &Fit) -> Option<Peak> {
     let same = problem.model.hypers == whole.hypers;
-    let solved = problem.solve(&whole.at).filter(|_| same)?;
+    let solved = if same { problem.solve(&whole.at)? } else { return None };
     Some(Peak { at: whole.at.clone(), solved, hessian: whole.hessian.clone() })
 }
 

@@ -10,7 +10,7 @@ mod tests;
 use nalgebra::DMatrix;
 
 use crate::base::Base;
-use crate::columns::{Columns, Effects, Scales, Term, terms, values};
+use crate::columns::{Columns, Effects, FLAT, Scales, Term, terms, values};
 use crate::evidence::Problem;
 use crate::fit::Whisker;
 use crate::hyper::{Hyper, Prior};
@@ -111,7 +111,7 @@ impl Planner {
         let base = Base::Known(ask.curve, 0.0);
         let start = Start { base, power: None, numbers: [unit, 0.0, unit], labels: None };
         let slopes = slopes(&cells, &start, &scales);
-        let effects = Effects { known: true, zeros: true, drift: false };
+        let effects = Effects { known: true, zero: Some(FLAT), drift: false };
         let model = Columns::new(&cells, (&base, unit), &slopes, &scales, effects);
         let problem =
             Problem::new(model, &cells, [unit, 0.0, 0.0], (true, Prior::new(Hyper::Position.prior(true))));

@@ -38,7 +38,7 @@ pub fn start<'a>(task: &Task<'a>, cells: &[Cell], from: From<'_>) -> Result<Star
     let rests: Vec<f64> = cells.iter().filter(|c| !c.row.touches()).map(|c| c.row.y).collect();
     let taps: Vec<[f64; 3]> =
         cells.iter().filter(|c| c.row.touches()).map(|c| [c.row.a, c.row.u, c.row.y]).collect();
-    let read = (!rests.is_empty()).then(|| median(rests));
+    let read = if rests.is_empty() { task.zero.is_finite().then_some(0.0) } else { Some(median(rests)) };
     let near: Option<&Fit> = if let From::Near(fit) | From::Held(fit) = from { Some(fit) } else { None };
     if let Some(curve) = task.known {
         if let From::Held(fit) = from

@@ -55,7 +55,7 @@ impl Rig {
 }
 
 fn task(rows: &[Row]) -> Task<'_> {
-    Task { rows, known: None, step: 0.0, drift: false }
+    Task { rows, known: None, step: 0.0, zero: f64::INFINITY, drift: false }
 }
 
 fn all(rows: &[Row]) -> Vec<usize> {

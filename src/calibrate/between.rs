@@ -1,0 +1,186 @@
+//! The zero that the two sides of a whisker tell where nobody read it.
+//!
+//! What a gauge shows of a tap to one side and of the same tap to the other is y₊ = z + g and y₋ = z − r g: whatever g, the points (y₊, y₋) of all
+//! taps lie on one line, y₋ = (1 + r) z − r y₊, which meets the diagonal at the zero z. No curve of the whisker is needed, and the signals need not
+//! be on both sides of 0.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::reduce::median;
+
+/// Fewest cells with taps of both sides.
+const FEWEST: usize = 4;
+/// Share of the taps that are in such cells.
+const MOST: f64 = 0.6;
+/// Factor by which one side may show more than the other.
+const RATIO: f64 = 5.0;
+/// Share of the spread of the signals that the line may leave.
+const LEFT: f64 = 0.2;
+/// Cells that are off by so many standard deviations are not believed.
+const OFF: f64 = 5.0;
+/// Cells from which slopes between all of them are taken.
+const SLOPES: usize = 60;
+/// What the square of a usual gap may move the point between by, in gaps: a whisker is stretched beside being bent.
+const BENT: f64 = 0.02;
+/// Times that noise and line are told from each other.
+const ROUNDS: usize = 3;
+/// Shares of the noise's variance that do not go with the signal, tried in turn.
+const FLOORS: [f64; 4] = [1.0, 0.3, 0.03, 0.003];
+
+/// Mean signals of the two sides at one distance by one drive of one run.
+#[derive(Debug, Clone, Copy)]
+struct Pair {
+    high: f64,
+    low: f64,
+    taps: usize,
+}
+
+impl Pair {
+    fn gap(&self) -> f64 {
+        self.high - self.low
+    }
+
+    /// The point between both that does not move with their gap where the low signal falls by `ratio` as the high one rises.
+    fn middle(&self, ratio: f64) -> f64 {
+        (self.low + ratio * self.high) / (1.0 + ratio)
+    }
+}
+
+/// The zero between the signals of the two sides and its standard error, of taps of which each has its run, distance and drive, and its signal; `None`
+/// where they are of one side.
+pub(super) fn zero(taps: impl Iterator<Item = ((usize, [f64; 2]), f64)>) -> Option<[f64; 2]> {
+    let mut cells = BTreeMap::<_, Vec<f64>>::new();
+    taps.for_each(|((run, at), signal)| cells.entry((run, at.map(f64::to_bits))).or_default().push(signal));
+    let all: usize = cells.values().map(Vec::len).sum();
+    let mut pairs: Vec<Pair> = cells.into_values().filter_map(|signals| pair(signals)).collect();
+    let mut line = rough(&pairs)?;
+    // Cells of one side alone, and such with a wrong row, are not on it.
+    for _ in 0..3 {
+        let off = |p: &Pair| (p.middle(line.ratio) - line.zero).abs();
+        let usual = 1.4826 * median(&mut pairs.iter().map(off).collect::<Vec<_>>());
+        pairs.retain(|p| off(p) <= OFF * usual);
+        let Line { ratio, .. } = rough(&pairs)?;
+        let fits = FLOORS.iter().filter_map(|floor| Line::through(&pairs, ratio, *floor));
+        line = fits.min_by(|l, m| l.unlikely.total_cmp(&m.unlikely))?;
+    }
+    let enough = pairs.iter().map(|p| p.taps).sum::<usize>() as f64 >= MOST * all as f64;
+    let sides = (1.0 / RATIO..=RATIO).contains(&line.ratio) && line.left < LEFT;
+    (enough && sides).then_some([line.zero, line.error])
+}
+
+/// The signals of a cell, parted where they are farthest apart.
+fn pair(mut signals: Vec<f64>) -> Option<Pair> {
+    signals.sort_by(f64::total_cmp);
+    let apart = |k: &usize| signals[*k] - signals[k - 1];
+    let at = (1..signals.len()).max_by(|j, k| apart(j).total_cmp(&apart(k)))?;
+    let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len() as f64;
+    Some(Pair { high: mean(&signals[at..]), low: mean(&signals[..at]), taps: signals.len() })
+}
+
+/// What the signals of both sides say.
+struct Line {
+    /// Where it meets the diagonal, and the standard error of that.
+    zero: f64,
+    error: f64,
+    /// Fall of the low signal as the high one rises.
+    ratio: f64,
+    /// Share of the spread of the signals that it leaves.
+    left: f64,
+    /// −2 ln of its likelihood.
+    unlikely: f64,
+}
+
+/// The line by the median of the slopes (Theil and Sen), where it falls.
+fn rough(pairs: &[Pair]) -> Option<Line> {
+    if pairs.len() < FEWEST {
+        return None;
+    }
+    let some: Vec<&Pair> = pairs.iter().step_by(pairs.len().div_ceil(SLOPES)).collect();
+    let between = some.iter().enumerate().flat_map(|(k, p)| some[..k].iter().map(move |q| (p, q)));
+    let apart = between.filter(|(p, q)| p.high != q.high);
+    let mut slopes: Vec<f64> = apart.map(|(p, q)| (p.low - q.low) / (p.high - q.high)).collect();
+    let ratio = -median(&mut slopes);
+    let zero = median(&mut pairs.iter().map(|p| p.middle(ratio)).collect::<Vec<_>>());
+    (ratio > 0.0).then_some(Line { zero, error: f64::NAN, ratio, left: f64::NAN, unlikely: f64::NAN })
+}
+
+impl Line {
+    /// By least squares, near a line of this `ratio`, and by noise of which `floor` does not go with the signal: the point between the two signals
+    /// that would not move with their gap, over that gap and a little over its square, where the gap is 0.
+    fn through(pairs: &[Pair], ratio: f64, floor: f64) -> Option<Self> {
+        if pairs.len() < FEWEST {
+            return None;
+        }
+        let usual = median(&mut pairs.iter().map(Pair::gap).collect::<Vec<_>>());
+        let weight = |p: &Pair| 1.0 / (floor + (1.0 - floor) * (p.gap() / usual).powi(2));
+        let middle = median(&mut pairs.iter().map(|p| p.middle(ratio)).collect::<Vec<_>>());
+        let (mut of_gaps, mut of_middles, mut squares) = (Matrix3::zeros(), Vector3::zeros(), 0.0);
+        for p in pairs {
+            let (w, g, m) = (weight(p), p.gap() / usual, p.middle(ratio) - middle);
+            let row = Vector3::new(1.0, g, g * g);
+            of_gaps += w * row * row.transpose();
+            of_middles += w * m * row;
+            squares += w * m * m;
+        }
+        let n = pairs.len() as f64;
+        let mut variance = squares / n;
+        let (mut found, mut inverse) = (Vector3::zeros(), Matrix3::zeros());
+        for _ in 0..ROUNDS {
+            let bent = Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, variance / (BENT * usual).powi(2)));
+            inverse = (of_gaps + bent).try_inverse()?;
+            found = inverse * of_middles;
+            let left = squares - 2.0 * found.dot(&of_middles) + found.dot(&(of_gaps * found));
+            variance = left.max(1e-24 * usual * usual) / (n - 2.0);
+        }
+        let logs: f64 = pairs.iter().map(|p| weight(p).ln()).sum();
+        let spread = of_gaps[(2, 2)] / of_gaps[(0, 0)] - (of_gaps[(0, 1)] / of_gaps[(0, 0)]).powi(2);
+        let line = Self {
+            zero: middle + found.x,
+            error: (variance * inverse[(0, 0)]).sqrt(),
+            ratio,
+            left: (variance * n / of_gaps[(0, 0)] / spread).sqrt() / usual,
+            unlikely: n * variance.ln() - logs,
+        };
+        (line.zero.is_finite() && line.error.is_finite()).then_some(line)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The zero that taps of signals g and −ratio g above `zero` tell, with noise of `share` of g, two of them wrong; of one side where `ratio` is
+    /// negative.
+    fn told(at: f64, ratio: f64, share: f64) -> Option<[f64; 2]> {
+        let mut random = 1_u64;
+        let mut noise = || {
+            random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (random >> 33) as f64 / f64::from(1 << 30) - 1.0
+        };
+        let taps = (0..48).map(|k| {
+            let (a, drive) = (20.0 + 3.0 * f64::from(k % 8), 1.0 + f64::from(k / 8 % 3));
+            let g = 300.0 * drive / (a * a) * (1.0 + share * noise());
+            let wrong = if k < 2 { 0.4 } else { 0.0 };
+            let side = if k < 24 { g } else { -ratio * g * (1.0 + 0.01 * g) };
+            ((0, [a, drive]), at + wrong + side)
+        });
+        zero(taps)
+    }
+
+    #[test]
+    fn both_sides_tell_their_zero_wherever_it_is() {
+        for (at, ratio) in [(0.0, 1.0), (0.3, 0.8), (-7.0, 1.3), (50.0, 0.4)] {
+            let [found, error] = told(at, ratio, 3e-3).unwrap();
+            assert!((found - at).abs() < 4.0 * error && error < 0.01, "{found} ± {error} for {at}");
+        }
+    }
+
+    #[test]
+    fn repeats_of_one_side_tell_none() {
+        for share in [0.0, 3e-3, 0.1] {
+            assert_eq!(told(0.3, -1.0, share), None);
+        }
+    }
+}
