@@ -190,3 +190,21 @@ fn one_position_is_none() {
         (1..9).map(|u| Row { a: 30.0, u: f64::from(u), y: f64::from(u), run: 0, t: 0.0 }).collect();
     assert_eq!(fit(&task(&rows), &all(&rows), From::Nowhere, true).err(), Some(Fault::OnePosition));
 }
+
+#[test]
+fn rows_of_which_more_is_learned_than_of_the_whole_are_fitted_anew() {
+    let rig = Rig { noise: 2e-3, repeats: 2, drives: vec![1.0, 2.0], runs: 1, zero: 0.0, gain: 0.0 };
+    let mut rows = rig.rows(3);
+    let taps = all(&rows);
+    rows.push(Row { a: 30.0, u: 0.0, y: 0.0, run: 0, t: 1e3 });
+    let whole = fit(&task(&rows), &all(&rows), From::Nowhere, true).unwrap();
+    let part = fit(&task(&rows), &taps, From::Held(&whole), true).unwrap();
+    assert!(part.hypers.len() > whole.hypers.len());
+    // Of a zero that is known from elsewhere nothing is learned.
+    let known = fit(&Task { zero: 1e-9, ..task(&rows) }, &taps, From::Nowhere, true).unwrap();
+    let [zero, error] = known.curve.zero();
+    assert!(
+        known.hypers.len() == whole.hypers.len() && zero.abs() < 3e-9 && error < 2e-9,
+        "{zero} ± {error}"
+    );
+}
