@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::Calibrated;
 use super::output::side_name;
-use crate::estimator::learned::Learnt;
+use crate::estimator::learnt::Learnt;
 use crate::estimator::{Answers, Known, LEARNED};
 
 /// How many errors of one position lie within 1 σ and beyond 3 σ.

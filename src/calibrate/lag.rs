@@ -8,7 +8,7 @@ use vibrissa_learned::rows::Row;
 
 use super::Calibrated;
 use crate::estimator::LEARNED;
-use crate::estimator::learned::Learnt;
+use crate::estimator::learnt::Learnt;
 use crate::measure::Data;
 use crate::measure::lag::{Lag, MOST};
 use crate::report::quantity::short;

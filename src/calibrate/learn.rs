@@ -9,7 +9,7 @@ use vibrissa_learned::suspects::{Suspect, sound};
 
 use super::Reason;
 use crate::error::{Error, InputError};
-use crate::estimator::learned::Learnt;
+use crate::estimator::learnt::Learnt;
 use crate::estimator::model::exact::Exact;
 use crate::estimator::taps::{Tap, ZeroReading};
 use crate::measure::group::rounding;

@@ -33,7 +33,7 @@ pub use crate::estimator::reason::Reason;
 pub use side::SideResult;
 
 use crate::error::{Error, InputError};
-use crate::estimator::learned::Learnt;
+use crate::estimator::learnt::Learnt;
 use crate::estimator::model::exact::Extent;
 use crate::estimator::taps::{Tap, ZeroReading};
 use crate::estimator::{ALL, EXACT, Estimator, LEARNED};

@@ -9,7 +9,7 @@ use super::output::side_name;
 use super::side::{KTable, SideResult};
 use super::{Calibrated, Reason, told};
 use crate::error::InputError;
-use crate::estimator::learned::Learnt;
+use crate::estimator::learnt::Learnt;
 use crate::estimator::{ALL, EXACT, Estimator};
 use crate::locate::Parameter;
 use crate::measure::{Data, Rig};

@@ -6,7 +6,7 @@ use crate::error::{Error, InputError};
 use crate::estimate::Estimated;
 use crate::estimator::cells::{Cell, Levels, grouped};
 use crate::estimator::held_out::{HeldOut, Side as Held, held_out};
-use crate::estimator::learned::Learnt;
+use crate::estimator::learnt::Learnt;
 use crate::estimator::model::exact::{Opener, Parameter};
 use crate::estimator::taps::Tap;
 use crate::estimator::{ALL, Estimator, Judged, SideRecord, judged};

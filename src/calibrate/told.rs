@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 use vibrissa_learned::columns::Term;
 
-use crate::estimator::learned::Learnt;
+use crate::estimator::learnt::Learnt;
 use crate::scene::Drive;
 
 /// Two numbers whose errors are correlated by more than this are not told apart.

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::estimator::cells::grouped;
-use crate::estimator::learned::Learnt;
+use crate::estimator::learnt::Learnt;
 use crate::estimator::model::error::ModelError;
 use crate::estimator::model::exact::{Opener, Parameter};
 use crate::estimator::taps::Tap;

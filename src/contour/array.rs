@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::point::{Noise, Point};
 use super::pose::Pose;
 use crate::error::{Error, InputError, nearest};
-use crate::locate::object::{Objects, SHIFT, Together};
+use crate::locate::object::{Objects, SHIFT, Together, shift_column};
 use crate::locate::stream::Ask;
 use crate::locate::table::{Readings, field};
 use crate::locate::{Answerer, Locator};
@@ -98,6 +98,7 @@ pub fn answer(whiskers: &[Mounted], bytes: &[u8], ask: &Ask<'_>, noise: &Noise) 
         let contact = readings.numbers("contact_deg")?;
         Skin::is_known(&whisker.locator.rig)?;
         let skin = Skin::new(&whisker.locator.rig, None);
+        shift_column(&readings.names)?;
         let shifts = readings.numbers(SHIFT)?;
         let mut rests = 0;
         for (i, row) in readings.rows.iter().enumerate() {

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::cells::Cell;
 use super::fitted::Fit;
-use super::learned::Learnt;
+use super::learnt::Learnt;
 use super::model::Found;
 use super::taps::Tap;
 use super::{Estimator, LeaveOut};

@@ -10,6 +10,7 @@ pub mod fit;
 pub mod fitted;
 pub mod held_out;
 pub mod learned;
+pub mod learnt;
 pub mod least;
 pub mod model;
 pub mod normal;

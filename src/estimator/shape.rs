@@ -1,6 +1,6 @@
 //! What an estimator is made of, for whoever writes it down in another form.
 
-use super::learned::Inverted;
+use super::learnt::Inverted;
 use super::model::polynomial::Polynomial;
 
 /// What answers one side.

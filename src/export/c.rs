@@ -5,7 +5,7 @@ use super::taps::Taps;
 use super::text::{self, code, digits, number, short, wrapped};
 use super::{Export, Form};
 use crate::estimate::WIDENING;
-use crate::estimator::learned::why;
+use crate::estimator::learnt::why;
 use crate::estimator::model::SAME;
 use crate::estimator::model::polynomial::Polynomial;
 use crate::locate::opened::BEYOND;

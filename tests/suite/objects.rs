@@ -277,6 +277,13 @@ fn the_base_may_move() {
     let rows = Table::read(&desk.path("wrong/located.csv")).rows;
     assert_eq!((rows[2]["taps"].as_str(), rows[3]["taps"].as_str()), ("", "3"));
     assert!(rows[3]["object_status"].contains("inconsistent"), "{:?}", rows[3]);
+    for name in ["shift", "base_shift", "shift_m", "Shift_mm"] {
+        desk.write("nearly.csv", text.replace("shift_mm", name));
+        for command in ["locate", "next"] {
+            let ran = desk.run(&[command, "cal/calibration.toml", "nearly.csv", "--out", "nearly"]).exits(2);
+            assert!(ran.stderr.contains(name) && ran.stderr.contains("shift_mm, in mm"), "{}", ran.stderr);
+        }
+    }
 
     // The tap after two from where distances are told from.
     let text = taps[..2].iter().fold(header, |text, (a, theta, end)| text + &of_tap(*a, *theta, end));

@@ -10,7 +10,7 @@ use serde_json::json;
 use vibrissa::error::{Error, InputError};
 use vibrissa::figure::{self, Format, Style};
 use vibrissa::locate::next::{May, next};
-use vibrissa::locate::object::{By, NAME, SHIFT, UnlocatedTap};
+use vibrissa::locate::object::{By, NAME, SHIFT, UnlocatedTap, shift_column};
 use vibrissa::locate::stream::Ask;
 use vibrissa::locate::table::Readings;
 use vibrissa::locate::{Calibration, Locator, SaidZero, locator::opener};
@@ -111,6 +111,7 @@ fn read(
     let word = |fields: &[String]| {
         place.and_then(|k| fields.get(k)).map(|f| f.trim().to_owned()).unwrap_or_default()
     };
+    shift_column(&readings.names)?;
     let shifts = readings.numbers(SHIFT)?;
     let mut zeros = 0;
     let mut all = Vec::new();

@@ -29,11 +29,12 @@ use crate::scene::{Contact, Geometry, Layout, Material, Setup};
 use crate::status::Status;
 pub use gradient::{Input, OUTPUTS, gradient};
 pub use guard::{Guard, doubts};
-pub use outcome::{closed, is_closed, outcome_of_chart};
+pub use outcome::outcome_of_chart;
 use outcome::{fast, linear_share, reference};
 pub use solve::foreseen;
 use solve::{Solved, frame};
 pub use source::{Source, beside_linear, path};
+pub use strains::{closed, is_closed};
 pub use task::{Outcome, Task};
 
 /// A backend, ready to evaluate taps of one setup.

@@ -2,14 +2,11 @@
 
 use super::solve::{Plane, Solved};
 use super::{Outcome, Task, beside_linear, path};
-use crate::design::{Design, Shared, amount, is_tap, is_whisker, radians};
+use crate::design::{Design, Shared, amount, radians};
 use crate::kernel::tap::Response;
-use crate::kernel::{Solution, Tap};
-use crate::physics::linear::{StrainCurve, shear_length2};
 use crate::physics::onset::Grip;
 use crate::physics::rod::{RodError, RodProblem, TiltedTap};
-use crate::physics::taper::Taper;
-use crate::scene::{Clamp, Drive, Geometry, Setup, Side, Signal, Tuple};
+use crate::scene::{Drive, Geometry, Setup, Side, Signal};
 use crate::status::Status;
 
 /// What a fast kernel's solution says of a tap.
@@ -298,7 +295,7 @@ pub(super) fn sign(setup: &Setup) -> f64 {
 }
 
 /// A strain as the gauge shows it; 0 has no sign.
-fn signed(setup: &Setup, strain: f64) -> f64 {
+pub(super) fn signed(setup: &Setup, strain: f64) -> f64 {
     sign(setup) * strain + 0.0
 }
 
@@ -308,45 +305,13 @@ fn unread(setup: &Setup, shared: &Shared, a: f64, arc: f64) -> bool {
 }
 
 /// Whether a contact meant for `a` that is at `arc` bends no part of a gauge that begins at `x1`.
-fn off_gauge(x1: f64, a: f64, arc: f64) -> bool {
+pub(super) fn off_gauge(x1: f64, a: f64, arc: f64) -> bool {
     a <= x1 || arc <= x1
 }
 
 /// Whether a contact is behind the clamp: equations can be met there, by no whisker.
-fn is_behind(arc: f64) -> bool {
+pub(super) fn is_behind(arc: f64) -> bool {
     arc <= 0.0
-}
-
-/// Strain of an upright tap of one gauge that begins at `x1`, mm, from its kernel's answer.
-pub(super) fn strain(setup: &Setup, (x1, a): (f64, f64), tap: &Tap<f64>, solution: &Solution<f64>) -> f64 {
-    let arc = a * (1.0 + tap.moved(solution));
-    if is_behind(arc) {
-        return f64::NAN;
-    }
-    signed(setup, if off_gauge(x1, a, arc) { 0.0 } else { tap.strain(solution) })
-}
-
-/// Whether [`closed`] knows the strains of `setup`: those of a cone in linear theory, read by one gauge.
-pub fn is_closed(setup: &Setup) -> bool {
-    let plain = setup.built.is_none() && setup.gauge.foil.is_none() && setup.rigs.is_none();
-    let one = setup.signal == Signal::Strain && setup.channels.is_none() && !setup.gauge.second;
-    setup.model.geometry == Geometry::Linear && setup.model.clamp == Clamp::Rigid && plain && one
-}
-
-/// The strain of the tap `t` by the closed form alone, to the bits of an outcome's; none where the pole is not upright.
-pub fn closed(setup: &Setup, t: &Tuple) -> Option<f64> {
-    if !t.direction().is_upright() {
-        return None;
-    }
-    let taper = Taper::new(t.D, t.d, t.L_a);
-    let gauge = taper.gauge(t.x_ss, t.l);
-    if !(is_whisker(t) && gauge[0] < gauge[1] && is_tap(setup.drive, t) && t.a > 0.0) {
-        return Some(f64::NAN);
-    }
-    let shear = if setup.model.shear { shear_length2(&taper, setup.model.nu) } else { 0.0 };
-    let strain = amount(setup.drive, t.drive)
-        * StrainCurve::new(taper, gauge, setup.hub, setup.drive, shear).value(t.a);
-    Some(signed(setup, if off_gauge(gauge[0], t.a, t.a) { 0.0 } else { strain }))
 }
 
 /// Whether a tap lies in the domain.

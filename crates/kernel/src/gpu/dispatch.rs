@@ -4,7 +4,6 @@
 //! written, that is of another batch or place, or of which a bit has turned since it was computed, is found by its seal.
 
 use std::collections::HashMap;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -17,7 +16,7 @@ use super::{
     clock::within,
     fault::{Fault, quietly},
     lie::Kind,
-    seal::Seal,
+    seal::unseal,
     shader::{Variant, WORKGROUP, validate},
 };
 use crate::ranking::{Charts, Ranking};
@@ -30,7 +29,7 @@ use vibrissa_core::scene::Precision;
 const BATCH: usize = 1 << 18;
 
 /// Taps that a thread of the host takes at least, to hand them over or to read their answers.
-const GRAIN: usize = 1 << 12;
+pub(super) const GRAIN: usize = 1 << 12;
 
 /// Bound on the time of a dispatch and of compiling a kernel: thousands of times what a dispatch takes, and ten times what lavapipe needs to
 /// compile its slowest kernel on two busy cores (docs/twins.md).
@@ -290,43 +289,6 @@ fn pipeline(device: &wgpu::Device, name: &str, wgsl: &str) -> Result<wgpu::Compu
 
 const TAP_WORDS: usize = size_of::<Tap<f32>>() / 4;
 const SOLUTION_WORDS: usize = size_of::<Solution<f32>>() / 4;
-
-/// Appends the solutions in `bytes` without their seals; how many of them are not sealed as they should be.
-fn unseal(
-    precision: Precision,
-    bytes: &[u8],
-    (stamp, spatial): (u32, bool),
-    out: &mut Vec<Solution<f64>>,
-) -> usize {
-    let words = Solution::<f32>::words(spatial);
-    let unwritten = AtomicUsize::new(0);
-    let told = |sealed: Option<Solution<f64>>| {
-        sealed.unwrap_or_else(|| {
-            unwritten.fetch_add(1, Ordering::Relaxed);
-            Solution::UNWRITTEN
-        })
-    };
-    // A copy of what was mapped need not lie as its numbers do.
-    match precision {
-        Precision::F32 => {
-            let answers = bytes.par_chunks_exact(4 * words).enumerate().with_min_len(GRAIN);
-            out.par_extend(answers.map(|(i, answer)| {
-                let mut s = Solution::<f32>::default();
-                bytemuck::bytes_of_mut(&mut s)[..answer.len()].copy_from_slice(answer);
-                told(s.unseal(i as u32, stamp, spatial).map(|s| s.map(f64::from)))
-            }));
-        }
-        Precision::F64 => {
-            let answers = bytes.par_chunks_exact(8 * words).enumerate().with_min_len(GRAIN);
-            out.par_extend(answers.map(|(i, answer)| {
-                let mut s = Solution::<f64>::default();
-                bytemuck::bytes_of_mut(&mut s)[..answer.len()].copy_from_slice(answer);
-                told(s.unseal(i as u32, stamp, spatial))
-            }));
-        }
-    }
-    unwritten.into_inner()
-}
 
 impl Solver for Gpu {
     fn solve(

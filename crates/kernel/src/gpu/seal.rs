@@ -1,7 +1,13 @@
 //! Seals of answers: a check of an answer's bits, its place in the batch and the number of the batch, that the shader writes into the
 //! number of sweeps. Twin of `seal` in `shaders/main.wgsl`.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rayon::prelude::*;
+
+use super::dispatch::GRAIN;
 use crate::Solution;
+use vibrissa_core::scene::Precision;
 
 /// Sweeps are below this; seals are multiples of it. Seals and sweeps together are a whole number that f32 holds.
 const SWEEPS: f64 = 1024.0;
@@ -90,6 +96,43 @@ impl Seal for Solution<f64> {
         let (sweeps, found) = apart(self.sweeps)?;
         (seal(place, stamp, sweeps, std::iter::empty()) == found).then_some(Self { sweeps, ..self })
     }
+}
+
+/// Appends the solutions in `bytes` without their seals; how many of them are not sealed as they should be.
+pub(super) fn unseal(
+    precision: Precision,
+    bytes: &[u8],
+    (stamp, spatial): (u32, bool),
+    out: &mut Vec<Solution<f64>>,
+) -> usize {
+    let words = Solution::<f32>::words(spatial);
+    let unwritten = AtomicUsize::new(0);
+    let told = |sealed: Option<Solution<f64>>| {
+        sealed.unwrap_or_else(|| {
+            unwritten.fetch_add(1, Ordering::Relaxed);
+            Solution::UNWRITTEN
+        })
+    };
+    // A copy of what was mapped need not lie as its numbers do.
+    match precision {
+        Precision::F32 => {
+            let answers = bytes.par_chunks_exact(4 * words).enumerate().with_min_len(GRAIN);
+            out.par_extend(answers.map(|(i, answer)| {
+                let mut s = Solution::<f32>::default();
+                bytemuck::bytes_of_mut(&mut s)[..answer.len()].copy_from_slice(answer);
+                told(s.unseal(i as u32, stamp, spatial).map(|s| s.map(f64::from)))
+            }));
+        }
+        Precision::F64 => {
+            let answers = bytes.par_chunks_exact(8 * words).enumerate().with_min_len(GRAIN);
+            out.par_extend(answers.map(|(i, answer)| {
+                let mut s = Solution::<f64>::default();
+                bytemuck::bytes_of_mut(&mut s)[..answer.len()].copy_from_slice(answer);
+                told(s.unseal(i as u32, stamp, spatial))
+            }));
+        }
+    }
+    unwritten.into_inner()
 }
 
 #[cfg(test)]
