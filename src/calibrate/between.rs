@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{Matrix3, Vector3};
+use vibrissa_learned::base::power;
 
 use crate::reduce::median;
 
@@ -15,7 +16,7 @@ const FEWEST: usize = 4;
 /// Share of the taps that are in such cells.
 const MOST: f64 = 0.6;
 /// Factor by which one side may show more than the other.
-const RATIO: f64 = 5.0;
+const RATIO: f64 = 30.0;
 /// Share of the spread of the signals that the line may leave.
 const LEFT: f64 = 0.2;
 /// Cells that are off by so many standard deviations are not believed.
@@ -28,6 +29,17 @@ const BENT: f64 = 0.02;
 const ROUNDS: usize = 3;
 /// Shares of the noise's variance that do not go with the signal, tried in turn.
 const FLOORS: [f64; 4] = [1.0, 0.3, 0.03, 0.003];
+
+/// Of more taps a part is looked at where sides have laws of their own.
+const LOOKED_AT: usize = 120;
+/// Places at which the zero is looked for first.
+const PLACES: usize = 16;
+/// Two laws are taken for two sides where they are worth so much in ln of the likelihood, twice.
+const FAR_BETTER: f64 = 40.0;
+/// Share of the spread of its taps that a law leaves at most.
+const FOLLOWED: f64 = 0.25;
+/// A whisker is no power law: by this share of a usual signal the zero between two may be off.
+const NO_LAW: f64 = 0.01;
 
 /// Mean signals of the two sides at one distance by one drive of one run.
 #[derive(Debug, Clone, Copy)]
@@ -68,6 +80,64 @@ pub(super) fn zero(taps: impl Iterator<Item = ((usize, [f64; 2]), f64)>) -> Opti
     let enough = pairs.iter().map(|p| p.taps).sum::<usize>() as f64 >= MOST * all as f64;
     let sides = (1.0 / RATIO..=RATIO).contains(&line.ratio) && line.left < LEFT;
     (enough && sides).then_some([line.zero, line.error])
+}
+
+/// The same where the sides were not tapped at the same places, of taps (a, drive, signal): where one power law above it, and one below it, leave far
+/// less than one of all taps above any constant.
+pub(super) fn of_laws(taps: &[[f64; 3]]) -> Option<[f64; 2]> {
+    let taps: Vec<[f64; 3]> = taps.iter().copied().step_by(taps.len().div_ceil(LOOKED_AT).max(1)).collect();
+    let n = taps.len() as f64;
+    let mut signals: Vec<f64> = taps.iter().map(|t| t[2]).collect();
+    signals.sort_by(f64::total_cmp);
+    let left = |zero: f64| {
+        let of = |side: f64| -> Vec<[f64; 3]> {
+            let above = taps.iter().map(|t| [t[0], t[1], side * (t[2] - zero)]);
+            above.filter(|t| t[2] > 0.0).collect()
+        };
+        let sides = [of(1.0), of(-1.0)];
+        if sides.iter().any(|taps| taps.len() < FEWEST) {
+            return f64::INFINITY;
+        }
+        // A law that does not follow its taps is none: of one side, those below any constant go the other way.
+        let of_law = |taps: &Vec<[f64; 3]>| {
+            let mean = taps.iter().map(|t| t[2]).sum::<f64>() / taps.len() as f64;
+            let spread = taps.iter().map(|t| (t[2] - mean).powi(2)).sum::<f64>();
+            let squares = power(taps, Some(0.0), false).map(|f| f.squares);
+            squares.filter(|s| *s < FOLLOWED * spread).unwrap_or(f64::INFINITY)
+        };
+        sides.iter().map(of_law).sum()
+    };
+    // Between two signals next to each other no tap changes its side.
+    let between = |k: usize| 0.5 * (signals[k - 1] + signals[k]);
+    let ends = [FEWEST, signals.len().checked_sub(FEWEST)?];
+    let every = (ends[1].checked_sub(ends[0])? / PLACES).max(1);
+    let places = (ends[0]..=ends[1]).step_by(every);
+    let coarse = places.min_by(|j, k| left(between(*j)).total_cmp(&left(between(*k))))?;
+    let near = coarse.saturating_sub(every).max(ends[0])..=(coarse + every).min(ends[1]);
+    let at = near.min_by(|j, k| left(between(*j)).total_cmp(&left(between(*k))))?;
+    let (mut lo, mut hi) = (signals[at - 1], signals[at]);
+    let step = (hi - lo) / 64.0;
+    for _ in 0..24 {
+        let (p, q) = (lo + 0.382 * (hi - lo), lo + 0.618 * (hi - lo));
+        if left(p) < left(q) { hi = q } else { lo = p }
+    }
+    let zero = 0.5 * (lo + hi);
+    let least = left(zero);
+    let one_side = |side: f64| {
+        let turned: Vec<[f64; 3]> = taps.iter().map(|t| [t[0], t[1], side * t[2]]).collect();
+        power(&turned, None, true).map_or(f64::INFINITY, |f| f.squares)
+    };
+    let alone = one_side(1.0).min(one_side(-1.0));
+    let bends = (left(zero - step) + left(zero + step) - 2.0 * least) / (step * step);
+    let error = (2.0 * least / ((n - 7.0).max(1.0) * bends)).sqrt();
+    let usual = median(&mut taps.iter().map(|t| (t[2] - zero).abs()).collect::<Vec<_>>());
+    let told = least.is_finite() && n * (alone / least).ln() > FAR_BETTER;
+    told.then(|| {
+        [
+            zero,
+            if error.is_finite() { error.max(NO_LAW * usual) } else { 0.5 * (signals[at] - signals[at - 1]) },
+        ]
+    })
 }
 
 /// The signals of a cell, parted where they are farthest apart.
@@ -174,6 +244,33 @@ mod tests {
         for (at, ratio) in [(0.0, 1.0), (0.3, 0.8), (-7.0, 1.3), (50.0, 0.4)] {
             let [found, error] = told(at, ratio, 3e-3).unwrap();
             assert!((found - at).abs() < 4.0 * error && error < 0.01, "{found} ± {error} for {at}");
+        }
+    }
+
+    #[test]
+    fn sides_of_other_places_tell_it_by_their_laws() {
+        let taps = |at: f64, both: bool| -> Vec<[f64; 3]> {
+            let of = |k: i32| {
+                let side = if both && k % 3 == 0 { -0.7 } else { 1.0 };
+                let (a, u) =
+                    (20.0 + 3.1 * f64::from(k % 7) + 0.3 * side, 1.0 + f64::from(k % 4) + 0.2 * side);
+                [
+                    a,
+                    u,
+                    at + side
+                        * 40.0
+                        * u
+                        * a.powf(-1.4)
+                        * (1.0 + 0.02 * u)
+                        * (1.0 + 1e-3 * f64::from(k).sin()),
+                ]
+            };
+            (0..42).map(of).collect()
+        };
+        for at in [0.0, 0.4, -3.0] {
+            let [found, error] = of_laws(&taps(at, true)).unwrap();
+            assert!((found - at).abs() < 3.0 * error && error < 0.1, "{found} ± {error} for {at}");
+            assert_eq!(of_laws(&taps(at, false)), None);
         }
     }
 

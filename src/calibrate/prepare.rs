@@ -80,14 +80,12 @@ pub fn prepare(
     absurd(data, &taps)?;
     let recorded = data.drive.is_some() || options.drive.is_some();
     let read = zero.count > 0;
-    let sound = taps.iter().filter(|t| t.reason.is_none());
-    let labelled = sound.map(|t| ((data.rows[t.place].run, t.group), t.signal));
-    let between = if read { None } else { between::zero(labelled) };
+    let between = if read { None } else { between(data, &taps) };
     if let Some(found) = between {
         zero::tare((data, rig), &mut taps, &mut tared, TaredBy::Fitted, found);
     }
     let known = read || between.is_some();
-    let signs = signs(data, &mut taps, known)?;
+    let signs = signs(data, &mut taps, [known, rig.known])?;
     let mut no_exact = None;
     let mut sides = Vec::new();
     for &sign in &signs {
@@ -147,6 +145,15 @@ pub fn prepare(
     }
     warnings.extend(zero::untared(data, rig, &tared, unread));
     Ok(Prepared { taps, zeros, zero, tared, groups, sides, recorded, origin, unread, no_exact })
+}
+
+/// The zero that taps of both sides tell, and its standard error.
+fn between(data: &Data, taps: &[Tap]) -> Option<[f64; 2]> {
+    let sound = || taps.iter().filter(|t| t.reason.is_none());
+    let told = between::zero(sound().map(|t| ((data.rows[t.place].run, t.group), t.signal)));
+    told.or_else(|| {
+        between::of_laws(&sound().map(|t| [t.group[0], t.group[1], t.signal]).collect::<Vec<_>>())
+    })
 }
 
 /// What was taken as one.
@@ -229,8 +236,9 @@ fn is_one_curve(taps: &[&Tap], sign: f64) -> bool {
     left(&sides[1], Some(0.0)).is_none_or(|most| alone < most + few)
 }
 
-/// Signs of the sides to calibrate, that of most taps first; taps of a stray sign are set aside.
-fn signs(data: &Data, taps: &mut [Tap], read: bool) -> Result<Vec<f64>, InputError> {
+/// Signs of the sides to calibrate, that of most taps first; taps of a stray sign are set aside. Whether the zero was `read`, and the `whisker` is known,
+/// without which two distances of a side say nothing of it.
+fn signs(data: &Data, taps: &mut [Tap], [read, whisker]: [bool; 2]) -> Result<Vec<f64>, InputError> {
     if let Some(sign) = if read { None } else { turned(taps, data.unit.signal().is_none()) } {
         return Ok(vec![sign]);
     }
@@ -259,7 +267,8 @@ fn signs(data: &Data, taps: &mut [Tap], read: bool) -> Result<Vec<f64>, InputErr
             .value(plain(a))
             .allowed("two distances or more"));
     }
-    let both = count(least) as f64 >= MINORITY * count(most) as f64 && distances(least) >= 2;
+    let both = count(least) as f64 >= MINORITY * count(most) as f64
+        && distances(least) >= if whisker { 2 } else { 3 };
     if both {
         return Ok(vec![most, least]);
     }

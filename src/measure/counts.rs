@@ -47,6 +47,9 @@ pub fn turn(all: &[Count]) -> Option<f64> {
         return None;
     }
     let (neighbours, rests) = (neighbours(all), rests(all));
+    if let Some(turn) = of_sides(all, &neighbours, &values) {
+        return Some(turn);
+    }
     let apart = |[i, j]: &[usize; 2]| (all[*i].value - all[*j].value).abs();
     let far = |n: &&[usize; 2]| apart(n) > 0.5 * TURN;
     let mut jumps: Vec<&[usize; 2]> = neighbours.iter().flatten().filter(far).collect();
@@ -71,6 +74,23 @@ pub fn turn(all: &[Count]) -> Option<f64> {
     // A sensor that stands at the end of its range has not begun anew.
     let stands = turn == first && (first == 0.0 || first == -0.5 * TURN || values.get(1) == Some(&first));
     (!stands && neighbours.iter().all(|kind| fit(all, kind, turn))).then_some(turn)
+}
+
+/// The largest of the counts that have begun anew where taps of both sides of the whisker are told above and below a zero near the end of the range:
+/// half of it is empty, with a larger drive, or nearer, those below go down and those above go up.
+fn of_sides(all: &[Count], neighbours: &[Vec<[usize; 2]>; 3], values: &[f64]) -> Option<f64> {
+    let gaps = values.windows(2).max_by(|v, w| (v[1] - v[0]).total_cmp(&(w[1] - w[0])))?;
+    let [from, to] = [gaps[0], gaps[1]];
+    let rise = |kind: usize, here: &dyn Fn(f64) -> bool| {
+        let both = neighbours[kind].iter().map(|[i, j]| (all[*i].value, all[*j].value));
+        both.filter(|(v, w)| here(*v) && here(*w)).map(|(v, w)| w - v).sum::<f64>()
+    };
+    let grows = |here: &dyn Fn(f64) -> bool| match rise(1, here) {
+        0.0 => -rise(2, here),
+        along => along,
+    };
+    let apart = to - from > 0.5 * TURN && from < values[0] + 0.5 * TURN;
+    (apart && grows(&|v| v <= from) > 0.0 && grows(&|v| v >= to) < 0.0).then_some(from)
 }
 
 /// Places of counts that follow each other: repeats of a cell, and from cell to cell, first with first and so on, along the drive and along
@@ -175,6 +195,23 @@ mod tests {
             let back: Vec<f64> = counted.iter().map(|c| unwrapped(c.value, at)).collect();
             let whole = back[0] - plain[0].value;
             assert!(back.iter().zip(&plain).all(|(b, c)| (b - c.value - whole).abs() < 1e-6), "{offset}");
+        }
+    }
+
+    #[test]
+    fn taps_of_both_sides_about_the_end_of_the_range_are_joined() {
+        for rest in [660.0, 65_400.0] {
+            let plain: Vec<Count> = rig(|x| x - 14_000.0)
+                .iter()
+                .enumerate()
+                .map(|(k, c)| Count { value: rest + if k / 26 % 2 == 0 { c.value } else { -c.value } * 0.4, ..*c })
+                .collect();
+            let counted: Vec<Count> =
+                plain.iter().map(|c| Count { value: c.value.rem_euclid(TURN), ..*c }).collect();
+            let at = turn(&counted);
+            let back: Vec<f64> = counted.iter().map(|c| unwrapped(c.value, at)).collect();
+            let whole = back[0] - plain[0].value;
+            assert!(at.is_some() && back.iter().zip(&plain).all(|(b, c)| (b - c.value - whole).abs() < 1e-6));
         }
     }
 

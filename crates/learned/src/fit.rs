@@ -135,6 +135,9 @@ pub enum From<'a> {
 /// Rows that no curve follows.
 pub fn fit(task: &Task<'_>, places: &[usize], from: From<'_>, average: bool) -> Result<Fit, Fault> {
     let merged = cells(task.rows, places, task.drift);
+    if !merged.iter().any(|c| c.row.touches()) {
+        return Err(Fault::OnePosition);
+    }
     let start = start(task, &merged, from)?;
     let scales = Scales::of(&merged, start.power.map_or(0.0, |f| f.power.offset));
     if !(scales.a[1] > 0.0 && scales.a[1].is_finite()) {

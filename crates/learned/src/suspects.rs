@@ -16,6 +16,12 @@ const ENOUGH: usize = 7;
 const FEWER: usize = 4;
 /// Rows that are off by so many times their signal, and that of most rows, are left out before any fit.
 const GROSS: f64 = 30.0;
+/// Of no more rows each of the likeliest is tried: one of few hides in the noise that it makes.
+const FEW: usize = 60;
+/// So many of them.
+const TRIED: usize = 6;
+/// ln of the chance that a row is wrong, of which any signal may then come.
+const WRONG: f64 = -9.2;
 /// At most this share of the rows is left out.
 const MOST: f64 = 0.2;
 
@@ -40,7 +46,9 @@ pub fn sound(task: &Task<'_>, places: &[usize], average: bool) -> Result<(Fit, V
         places.iter().copied().filter(|k| !found.iter().any(|s| s.place == *k)).collect();
     let mut last = fit(task, &kept, From::Nowhere, average)?;
     while (found.len() as f64) < MOST * places.len() as f64 {
-        let Some((suspect, _)) = worst(task, &last, kept.len()) else { break };
+        let Some(suspect) = worst(task, &last, kept.len()).or_else(|| hidden(task, &last, &kept)) else {
+            break;
+        };
         let left: Vec<usize> = kept.iter().copied().filter(|k| *k != suspect.place).collect();
         let Ok(next) = fit(task, &left, From::Near(&last), false) else { break };
         found.push(suspect);
@@ -72,8 +80,38 @@ fn gross(task: &Task<'_>, places: &[usize]) -> Result<Vec<Suspect>, Fault> {
 }
 
 /// The row that is furthest from what the others expect, if that is no chance.
-fn worst(task: &Task<'_>, fit: &Fit, n: usize) -> Option<(Suspect, f64)> {
-    let mut most: Option<(Suspect, f64)> = None;
+fn worst(task: &Task<'_>, fit: &Fit, n: usize) -> Option<Suspect> {
+    let (suspect, t) = *off_most(task, fit).first()?;
+    let freedom = (fit.freedom - 1.0).max(1.0);
+    (n as f64 * 2.0 * tail(normal(t, freedom)) < CHANCE).then_some(suspect)
+}
+
+/// The row of few without which all others are so much likelier that it is a wrong one: of signals between the least and the largest.
+fn hidden(task: &Task<'_>, whole: &Fit, kept: &[usize]) -> Option<Suspect> {
+    if kept.len() > FEW || whole.freedom < 3.0 {
+        return None;
+    }
+    let ys = || kept.iter().map(|k| task.rows[*k].y);
+    let range = ys().fold(f64::NEG_INFINITY, f64::max) - ys().fold(f64::INFINITY, f64::min);
+    let gain = |(suspect, _): &(Suspect, f64)| {
+        let left: Vec<usize> = kept.iter().copied().filter(|k| *k != suspect.place).collect();
+        let next = fit(task, &left, From::Nowhere, false).ok()?;
+        let row = &task.rows[suspect.place];
+        let expected = match row.touches() {
+            true => next.base(task, |base| next.curve.expected(base, row.a, row.u, true)).signal,
+            false => 0.0,
+        };
+        let off = row.y - next.curve.zero()[0] - expected;
+        Some((Suspect { off, expected, ..*suspect }, next.evidence - range.ln() + WRONG - whole.evidence))
+    };
+    let all = off_most(task, whole);
+    let tried = all.iter().take(TRIED).filter_map(gain);
+    tried.max_by(|p, q| p.1.total_cmp(&q.1)).filter(|best| best.1 > 0.0).map(|best| best.0)
+}
+
+/// Rows that are off by more than [`LEAST`], and by how many standard deviations, those first that are off by most.
+fn off_most(task: &Task<'_>, fit: &Fit) -> Vec<(Suspect, f64)> {
+    let mut all: Vec<(Suspect, f64)> = Vec::new();
     for (i, cell) in fit.cells.iter().enumerate() {
         for &place in &cell.rows {
             let (expected, row) = (fit.expected[i], &task.rows[place]);
@@ -81,13 +119,13 @@ fn worst(task: &Task<'_>, fit: &Fit, n: usize) -> Option<(Suspect, f64)> {
             let t = off.abs() / sd;
             let signal =
                 (expected - fit.zeros[i]).abs().max(if row.touches() { 0.0 } else { fit.curve.unit });
-            if off.abs() > LEAST * signal && most.is_none_or(|m| t > m.1) {
-                most = Some((Suspect { place, off, expected: expected - fit.zeros[i] }, t));
+            if off.abs() > LEAST * signal {
+                all.push((Suspect { place, off, expected: expected - fit.zeros[i] }, t));
             }
         }
     }
-    let freedom = (fit.freedom - 1.0).max(1.0);
-    most.filter(|(_, t)| n as f64 * 2.0 * tail(normal(*t, freedom)) < CHANCE)
+    all.sort_by(|p, q| q.1.total_cmp(&p.1));
+    all
 }
 
 /// The rows of a position that is where no curve through all others leads: few, and all of them, so that they bear each other out. Many rows are
