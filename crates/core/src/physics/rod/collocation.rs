@@ -1,0 +1,416 @@
+//! The bent rod with derivatives by collocation, of a whisker without edges: Newton's method for the shape in f64, one look at the equations in
+//! [`Traced`] numbers at each node, and a linear equation for how the shape follows.
+//!
+//! Nodes are Gauss's in w, from the contact to the clamp, with (1 − τs)^(−½) linear in w: there the curvature of a cone is almost a polynomial. The offset
+//! changes the moment by one number alone, u = x − ρ y with ρ = F_x/F_y, so that the linear equation has two unknowns at a node: ψ and u.
+
+use std::sync::LazyLock;
+
+use super::gradient::{INPUTS, Traced, UNKNOWNS};
+use super::statics::{Bent, EndLoad, Whisker};
+use crate::physics::nodes::Nodes;
+use crate::physics::number::Number;
+use crate::physics::real::{Dual, Real};
+use crate::physics::section::SectionStrain;
+
+/// A number at each node.
+type Row<const N: usize> = [f64; N];
+
+/// ψ, the offsets x and y, mm, and e₀ and k of the section.
+type Shape<const N: usize> = [Row<N>; 5];
+
+/// Shapes from where the next look begins: of few nodes, and of more where those do not do.
+pub(super) type Shapes = (Option<Shape<16>>, Option<Shape<24>>);
+
+/// A number with derivatives by ψ and x of its place.
+type Local = Dual<2>;
+
+/// Derivatives of a [`Traced`].
+const LANES: usize = UNKNOWNS + INPUTS;
+
+/// Derivatives of the rates of ψ, x, y and the gauge's elongation, per w, by ψ and by u.
+type Stiffness<const N: usize> = [[Row<N>; 2]; 4];
+
+/// Change of the shape, relative to its largest, after which it is not changed any more: the next would be its square.
+const SETTLED: f64 = 3e-10;
+
+/// The same of the linear equation.
+const FOLLOWED: f64 = 1e-14;
+
+/// Iterations of each.
+const MOST_STEPS: usize = 8;
+const MOST_SWEEPS: usize = 40;
+
+/// The last coefficients of a series, relative to its largest value, above which the nodes are too few: of what the gauge shows; of rates, of which only the
+/// whole integral counts, right to twice as many terms; and of rates of which a part does.
+const TAIL: f64 = 2e-10;
+const WHOLE: f64 = 1e-6;
+const PART: f64 = 1e-9;
+
+struct Table<const N: usize> {
+    points: Row<N>,
+    weights: Row<N>,
+    /// What node j gives to the integrals from 0 to each node.
+    integral: [Row<N>; N],
+    /// Row k: the coefficient of P_k.
+    legendre: [Row<N>; N],
+}
+
+static FEW: LazyLock<Table<16>> = LazyLock::new(Table::new);
+static MANY: LazyLock<Table<24>> = LazyLock::new(Table::new);
+
+impl<const N: usize> Table<N> {
+    fn new() -> Self {
+        let Nodes { points, weights, integral, legendre } = Nodes::of(N);
+        let row = |of: &dyn Fn(usize) -> f64| std::array::from_fn(of);
+        Self {
+            points: row(&|i| points[i]),
+            weights: row(&|i| weights[i]),
+            integral: std::array::from_fn(|j| row(&|i| integral[i][j])),
+            legendre: std::array::from_fn(|k| row(&|j| legendre[k][j])),
+        }
+    }
+
+    /// ∫ of `rate` from 0 to each node, less `from`.
+    #[inline(always)]
+    fn integrate<const FMA: bool>(&self, rate: &Row<N>, from: &Row<N>) -> Row<N> {
+        let mut sum = [0.0; N];
+        for (x, column) in rate.iter().zip(&self.integral) {
+            add::<FMA, N>(&mut sum, *x, column);
+        }
+        add::<false, N>(&mut sum, -1.0, from);
+        sum
+    }
+
+    /// Weights of the interpolant at `w`, and of its integral from 0 to there.
+    #[inline(always)]
+    fn interpolate<const FMA: bool>(&self, w: f64) -> [Row<N>; 2] {
+        let x = 2.0 * w - 1.0;
+        let (mut before, mut now) = (1.0, x);
+        let mut weights = [self.legendre[0], [0.0; N]];
+        add::<FMA, N>(&mut weights[1], w, &self.legendre[0]);
+        for k in 1..N {
+            let kf = k as f64;
+            let next = ((2.0 * kf + 1.0) * x * now - kf * before) / (kf + 1.0);
+            add::<FMA, N>(&mut weights[0], now, &self.legendre[k]);
+            add::<FMA, N>(&mut weights[1], (next - before) * 0.5 / (2.0 * kf + 1.0), &self.legendre[k]);
+            (before, now) = (now, next);
+        }
+        weights
+    }
+
+    /// The last coefficients of the series of `rate`, relative to its largest.
+    #[inline(always)]
+    fn tail(&self, rate: &Row<N>) -> f64 {
+        let last = dot(&self.legendre[N - 1], rate).abs() + dot(&self.legendre[N - 2], rate).abs();
+        let size = largest(rate);
+        if size > 0.0 { last / size } else { size }
+    }
+}
+
+/// Adds `factor` x, in one rounding where the CPU has it.
+#[inline(always)]
+fn add<const FMA: bool, const N: usize>(to: &mut Row<N>, factor: f64, x: &Row<N>) {
+    for (to, x) in to.iter_mut().zip(x) {
+        *to = if FMA { factor.mul_add(*x, *to) } else { factor * *x + *to };
+    }
+}
+
+/// The same of a factor at each node.
+#[inline(always)]
+fn add_each<const FMA: bool, const N: usize>(to: &mut Row<N>, factor: &Row<N>, x: &Row<N>) {
+    for ((to, x), factor) in to.iter_mut().zip(x).zip(factor) {
+        *to = if FMA { factor.mul_add(*x, *to) } else { factor * *x + *to };
+    }
+}
+
+#[inline(always)]
+fn dot<const N: usize>(x: &Row<N>, y: &Row<N>) -> f64 {
+    let mut sums = [0.0; 4];
+    for k in (0..N).step_by(4) {
+        for i in 0..4 {
+            sums[i] += x[k + i] * y[k + i];
+        }
+    }
+    (sums[0] + sums[1]) + (sums[2] + sums[3])
+}
+
+/// The largest size.
+#[inline(always)]
+fn largest<const N: usize>(x: &Row<N>) -> f64 {
+    let mut most = [0.0_f64; 4];
+    for k in (0..N).step_by(4) {
+        for i in 0..4 {
+            let size = x[k + i].abs();
+            most[i] = if size > most[i] { size } else { most[i] };
+        }
+    }
+    most[0].max(most[1]).max(most[2]).max(most[3])
+}
+
+/// How ψ and u follow: their distances from `from`, where the rates of ψ and u are `rates` at `from` and change as `by` says.
+#[inline(always)]
+fn follow<const FMA: bool, const N: usize>(
+    table: &Table<N>,
+    by: &[[Row<N>; 2]; 2],
+    rates: [&Row<N>; 2],
+    from: [&Row<N>; 2],
+) -> Option<[Row<N>; 2]> {
+    let mut apart = [[0.0; N]; 2];
+    let mut turns = *rates[0];
+    for _ in 0..MOST_SWEEPS {
+        apart[0] = table.integrate::<FMA>(&turns, from[0]);
+        let mut leaves = *rates[1];
+        add_each::<FMA, N>(&mut leaves, &by[1][0], &apart[0]);
+        add_each::<FMA, N>(&mut leaves, &by[1][1], &apart[1]);
+        apart[1] = table.integrate::<FMA>(&leaves, from[1]);
+        let mut next = *rates[0];
+        add_each::<FMA, N>(&mut next, &by[0][0], &apart[0]);
+        add_each::<FMA, N>(&mut next, &by[0][1], &apart[1]);
+        let size = largest(&next);
+        add::<false, N>(&mut turns, -1.0, &next);
+        if largest(&turns) <= FOLLOWED * size {
+            return Some(apart);
+        }
+        turns = next;
+    }
+    None
+}
+
+/// `to` less ρ times `y`.
+#[inline(always)]
+fn less<const N: usize>(x: &Row<N>, ratio: f64, y: &Row<N>) -> Row<N> {
+    let mut u = *x;
+    add::<false, N>(&mut u, -ratio, y);
+    u
+}
+
+/// ∫ of rate `c` from 0 to `w`.
+#[inline(always)]
+fn until<const FMA: bool, const N: usize>(
+    table: &Table<N>,
+    w: Traced,
+    (values, slopes): (&[Row<N>; 4], &[[Row<N>; 4]; LANES]),
+    c: usize,
+) -> Traced {
+    let [here, before] = table.interpolate::<FMA>(w.value);
+    let mut sum = w * dot(&here, &values[c]);
+    sum.value = dot(&before, &values[c]);
+    for (slope, rates) in sum.slope.iter_mut().zip(slopes) {
+        *slope += dot(&before, &rates[c]);
+    }
+    sum
+}
+
+/// The derivatives of the rates of ψ and u.
+#[inline(always)]
+fn pair<const N: usize>(by: &Stiffness<N>, ratio: f64) -> [[Row<N>; 2]; 2] {
+    [by[0], [less(&by[1][0], ratio, &by[2][0]), less(&by[1][1], ratio, &by[2][1])]]
+}
+
+impl EndLoad<Traced> {
+    /// The clamped end of `rod`, as [`Self::bend`]; `None` where the nodes are too few, or edges lie between them. `shapes` become those of the rod; the
+    /// search begins from those that are given.
+    pub fn collocated(
+        &self,
+        rod: &Whisker<'_, Traced>,
+        gauge: [Traced; 2],
+        shapes: &mut Shapes,
+    ) -> Option<Bent<Traced>> {
+        #[cfg(target_arch = "x86_64")]
+        if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+            // SAFETY: the CPU has just been found to have both features.
+            return unsafe { self.collocated_avx2(rod, gauge, shapes) };
+        }
+        self.by_nodes::<{ cfg!(target_arch = "aarch64") }>(rod, gauge, shapes)
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,fma")]
+    fn collocated_avx2(
+        &self,
+        rod: &Whisker<'_, Traced>,
+        gauge: [Traced; 2],
+        shapes: &mut Shapes,
+    ) -> Option<Bent<Traced>> {
+        self.by_nodes::<true>(rod, gauge, shapes)
+    }
+
+    #[inline(always)]
+    fn by_nodes<const FMA: bool>(
+        &self,
+        rod: &Whisker<'_, Traced>,
+        gauge: [Traced; 2],
+        (few, many): &mut Shapes,
+    ) -> Option<Bent<Traced>> {
+        if let Some(bent) = self.at_nodes::<FMA, 16>(&FEW, rod, gauge, few) {
+            return Some(bent);
+        }
+        self.at_nodes::<FMA, 24>(&MANY, rod, gauge, many)
+    }
+
+    #[inline(always)]
+    fn at_nodes<const FMA: bool, const N: usize>(
+        &self,
+        table: &Table<N>,
+        rod: &Whisker<'_, Traced>,
+        gauge: [Traced; 2],
+        shape: &mut Option<Shape<N>>,
+    ) -> Option<Bent<Traced>> {
+        let (tau, one) = (rod.taper.tau, Traced::of(1.0));
+        let rest = one - tau * self.arc;
+        if !(rest.value > 0.0 && self.force.y.value != 0.0) {
+            return None;
+        }
+        let g = rest.sqrt();
+        let m = self.arc / (g + 1.0);
+        // σ and dσ/dw.
+        let mut places = [[one; 2]; N];
+        for (place, w) in places.iter_mut().zip(&table.points) {
+            let y = (g - 1.0) * *w + 1.0;
+            let over = one / y;
+            let density = rest * m * over * over;
+            *place = [density * (y + 1.0) * *w, density * over * 2.0];
+        }
+        let ratio = self.force.x.value / self.force.y.value;
+        let (at, by) = self.settled::<FMA, N>(table, rod, &places, *shape)?;
+        *shape = Some(at);
+
+        let mut values = [[0.0; N]; 4];
+        let mut slopes = [[[0.0; N]; 4]; LANES];
+        for j in 0..N {
+            let [sigma, weight] = places[j];
+            let part = (true, 0.0, self.arc.value - sigma.value, one);
+            let state = [Traced::of(at[0][j]), Traced::of(at[1][j]), Traced::of(at[2][j]), Traced::of(0.0)];
+            rod.near.set(Some(SectionStrain { axial: at[3][j], bending: at[4][j] }));
+            let rates = self.slope(rod, part, sigma, &state)?.rate;
+            for c in 0..4 {
+                let rate = rates[c] * weight;
+                values[c][j] = rate.value;
+                for (lane, slope) in slopes.iter_mut().zip(rate.slope) {
+                    lane[c][j] = slope;
+                }
+            }
+        }
+        let (both, still) = (pair(&by, ratio), [0.0; N]);
+        for rates in slopes.iter_mut().filter(|rates| rates.iter().any(|rate| *rate != still)) {
+            let leaves = less(&rates[1], ratio, &rates[2]);
+            let apart = follow::<FMA, N>(table, &both, [&rates[0], &leaves], [&still; 2])?;
+            for c in 0..4 {
+                add_each::<FMA, N>(&mut rates[c], &by[c][0], &apart[0]);
+                add_each::<FMA, N>(&mut rates[c], &by[c][1], &apart[1]);
+            }
+        }
+        let mut tails = [0.0_f64; 4];
+        for rates in slopes.iter().chain([&values]) {
+            for c in 0..4 {
+                tails[c] = tails[c].max(table.tail(&rates[c]));
+            }
+        }
+        let (others, along_gauge) = (tails[0].max(tails[1]).max(tails[2]), tails[3] <= TAIL);
+        if !(others <= if along_gauge { WHOLE } else { PART }) {
+            return None;
+        }
+
+        // Both ends of the gauge, the far one first.
+        let mut ends = [one; 2];
+        for (end, s) in ends.iter_mut().zip([gauge[1], gauge[0]]) {
+            let s = if s.value < 0.0 { Traced::of(0.0) } else { s };
+            *end = self.arc - Real::min(s, self.arc);
+        }
+        let w_at = |sigma: Traced| {
+            let root = (one - tau * (self.arc - sigma)).sqrt();
+            sigma * (g + 1.0) / (self.arc * root * (root + g))
+        };
+        let mut elongation = Traced::of(0.0);
+        if along_gauge {
+            let (far, near) = (w_at(ends[0]), w_at(ends[1]));
+            elongation = until::<FMA, N>(table, near, (&values, &slopes), 3)
+                - until::<FMA, N>(table, far, (&values, &slopes), 3);
+        } else {
+            // The skin changes faster along the rod than its shape.
+            let (length, mut strains) = (ends[1] - ends[0], [[0.0; N]; 1 + LANES]);
+            for j in 0..N {
+                let sigma = length * table.points[j] + ends[0];
+                let w = w_at(sigma);
+                let mut state = [Traced::of(0.0); 4];
+                for c in 0..3 {
+                    state[c] = until::<FMA, N>(table, w, (&values, &slopes), c);
+                }
+                let [here, _] = table.interpolate::<FMA>(w.value);
+                rod.near.set(Some(SectionStrain { axial: dot(&here, &at[3]), bending: dot(&here, &at[4]) }));
+                let strain =
+                    self.slope(rod, (true, 0.0, self.arc.value - sigma.value, one), sigma, &state)?.rate[3];
+                elongation = elongation + strain * length * table.weights[j];
+                strains[0][j] = strain.value;
+                for (row, slope) in strains[1..].iter_mut().zip(strain.slope) {
+                    row[j] = slope;
+                }
+            }
+            if !strains.iter().all(|row| table.tail(row) <= TAIL) {
+                return None;
+            }
+        }
+        rod.near.set(None);
+        let mut bent = [elongation; 4];
+        for c in 0..3 {
+            bent[c] = Traced::of(dot(&table.weights, &values[c]));
+            for (slope, rates) in bent[c].slope.iter_mut().zip(&slopes) {
+                *slope = dot(&table.weights, &rates[c]);
+            }
+        }
+        Some(Bent::from(bent))
+    }
+
+    /// The shape of the rod under this load, from `begun` on, and how its rates change with it.
+    #[inline(always)]
+    fn settled<const FMA: bool, const N: usize>(
+        &self,
+        table: &Table<N>,
+        rod: &Whisker<'_, Traced>,
+        places: &[[Traced; 2]; N],
+        begun: Option<Shape<N>>,
+    ) -> Option<(Shape<N>, Stiffness<N>)> {
+        let load = EndLoad {
+            arc: Local::of(self.arc.value),
+            force: self.force.map(|x| Local::of(x.value)),
+            point: self.point.map(|x| Local::of(x.value)),
+        };
+        let bare = rod.map(|x| Local::of(x.value))?;
+        let ratio = self.force.x.value / self.force.y.value;
+        let mut at = begun.unwrap_or([[0.0; N]; 5]);
+        for _ in 0..MOST_STEPS {
+            let (mut rates, mut by, before) = ([[0.0; N]; 4], [[[0.0; N]; 2]; 4], at[4]);
+            for j in 0..N {
+                let (psi, x) = (Local::seed(at[0][j], 0, 1.0), Local::seed(at[1][j], 1, 1.0));
+                let (sigma, weight) = (places[j][0].value, places[j][1].value);
+                let part = (true, 0.0, self.arc.value - sigma, Local::of(1.0));
+                let state = [psi, x, Local::of(at[2][j]), Local::of(0.0)];
+                bare.near.set(Some(SectionStrain { axial: at[3][j], bending: at[4][j] }));
+                let slope = load.slope(&bare, part, Local::of(sigma), &state)?;
+                let near = bare.near.get()?;
+                (at[3][j], at[4][j]) = (near.axial, near.bending);
+                for c in 0..4 {
+                    rates[c][j] = slope.rate[c].value * weight;
+                    by[c][0][j] = slope.rate[c].slope[0] * weight;
+                    by[c][1][j] = slope.rate[c].slope[1] * weight;
+                }
+            }
+            let (leaves, u) = (less(&rates[1], ratio, &rates[2]), less(&at[1], ratio, &at[2]));
+            let apart = follow::<FMA, N>(table, &pair(&by, ratio), [&rates[0], &leaves], [&at[0], &u])?;
+            let mut last = largest(&less(&at[4], 1.0, &before)) / largest(&at[4]).max(f64::MIN_POSITIVE);
+            for c in 0..3 {
+                add_each::<FMA, N>(&mut rates[c], &by[c][0], &apart[0]);
+                add_each::<FMA, N>(&mut rates[c], &by[c][1], &apart[1]);
+                let change = table.integrate::<FMA>(&rates[c], &at[c]);
+                add::<false, N>(&mut at[c], 1.0, &change);
+                let (change, size) = (largest(&change), largest(&at[c]));
+                last = last.max(if change > 0.0 { change / size } else { change });
+            }
+            if last <= SETTLED {
+                return Some((at, by));
+            }
+        }
+        None
+    }
+}
