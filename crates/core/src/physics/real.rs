@@ -206,7 +206,7 @@ macro_rules! operator {
 operator!(Add, add, |a, b| a + b, [1.0, 1.0]);
 operator!(Sub, sub, |a, b| a - b, [1.0, -1.0]);
 operator!(Mul, mul, |a, b| a * b, [b, a]);
-operator!(Div, div, |a, b| a / b, [1.0 / b, -a / b / b]);
+operator!(Div, div, |a, b| a / b, [1.0 / b, -(a / b) * (1.0 / b)]);
 
 impl<const N: usize> Neg for Dual<N> {
     type Output = Self;
