@@ -4,25 +4,20 @@
 //! Nodes are Gauss's in w, from the contact to the clamp, with (1 − τs)^(−½) linear in w: there the curvature of a cone is almost a polynomial. The offset
 //! changes the moment by one number alone, u = x − ρ y with ρ = F_x/F_y, so that the linear equation has two unknowns at a node: ψ and u.
 
-use std::sync::LazyLock;
+mod rule;
 
 use super::gradient::{INPUTS, Traced, UNKNOWNS};
 use super::statics::{Bent, EndLoad, Whisker};
-use crate::physics::nodes::Nodes;
 use crate::physics::number::Number;
 use crate::physics::real::{Dual, Real};
 use crate::physics::section::SectionStrain;
-
-/// A number at each node.
-type Row<const N: usize> = [f64; N];
+use rule::{FEW, MANY, OF_FEW, OF_MANY, Row, Table, add, add_each, dot, follow, largest, less};
 
 /// ψ, the offsets x and y, mm, and e₀ and k of the section.
 type Shape<const N: usize> = [Row<N>; 5];
 
 /// Shapes from where the next look begins: of few nodes, and of more where those do not do.
-pub(super) type Shapes = (Option<Shape<16>>, Option<Shape<MOST_NODES>>);
-
-const MOST_NODES: usize = 24;
+pub(super) type Shapes = (Option<Shape<FEW>>, Option<Shape<MANY>>);
 
 /// A number with derivatives by ψ and x of its place.
 type Local = Dual<2>;
@@ -36,15 +31,11 @@ type Stiffness<const N: usize> = [[Row<N>; 2]; 4];
 /// Change of the shape, relative to its largest, after which it is not changed any more: the next would be its square.
 const SETTLED: f64 = 3e-9;
 
-/// The same of the linear equation.
-const FOLLOWED: f64 = 1e-14;
-
 /// What the linear equation leaves of its first change while the shape is sought.
 const BEGUN: f64 = 1e-4;
 
-/// Iterations of each.
+/// Iterations at most.
 const MOST_STEPS: usize = 8;
-const MOST_SWEEPS: usize = 40;
 
 /// The last coefficients of a series, relative to its largest value, above which the nodes are too few: of what the gauge shows; of rates, of which only the
 /// whole integral counts, right to twice as many terms; and of rates of which a part does.
@@ -52,145 +43,8 @@ const TAIL: f64 = 1e-9;
 const WHOLE: f64 = 1e-6;
 const PART: f64 = 1e-9;
 
-struct Table<const N: usize> {
-    points: Row<N>,
-    weights: Row<N>,
-    /// What node j gives to the integrals from 0 to each node.
-    integral: [Row<N>; N],
-    /// Row k: the coefficient of P_k.
-    legendre: [Row<N>; N],
-}
-
-static FEW: LazyLock<Table<16>> = LazyLock::new(Table::new);
-static MANY: LazyLock<Table<MOST_NODES>> = LazyLock::new(Table::new);
-
-impl<const N: usize> Table<N> {
-    fn new() -> Self {
-        let Nodes { points, weights, integral, legendre } = Nodes::of(N);
-        let row = |of: &dyn Fn(usize) -> f64| std::array::from_fn(of);
-        Self {
-            points: row(&|i| points[i]),
-            weights: row(&|i| weights[i]),
-            integral: std::array::from_fn(|j| row(&|i| integral[i][j])),
-            legendre: std::array::from_fn(|k| row(&|j| legendre[k][j])),
-        }
-    }
-
-    /// ∫ of `rate` from 0 to each node, less `from`.
-    #[inline(always)]
-    fn integrate<const FMA: bool>(&self, rate: &Row<N>, from: &Row<N>) -> Row<N> {
-        let mut sum = [0.0; N];
-        for (x, column) in rate.iter().zip(&self.integral) {
-            add::<FMA, N>(&mut sum, *x, column);
-        }
-        add::<false, N>(&mut sum, -1.0, from);
-        sum
-    }
-
-    /// Weights of the interpolant at `w`, and of its integral from 0 to there.
-    #[inline(always)]
-    fn interpolate<const FMA: bool>(&self, w: f64) -> [Row<N>; 2] {
-        let x = 2.0 * w - 1.0;
-        let (mut before, mut now) = (1.0, x);
-        let mut weights = [self.legendre[0], [0.0; N]];
-        add::<FMA, N>(&mut weights[1], w, &self.legendre[0]);
-        for k in 1..N {
-            let kf = k as f64;
-            let next = ((2.0 * kf + 1.0) * x * now - kf * before) / (kf + 1.0);
-            add::<FMA, N>(&mut weights[0], now, &self.legendre[k]);
-            add::<FMA, N>(&mut weights[1], (next - before) * 0.5 / (2.0 * kf + 1.0), &self.legendre[k]);
-            (before, now) = (now, next);
-        }
-        weights
-    }
-
-    /// The last coefficients of the series of `rate`, relative to its largest.
-    #[inline(always)]
-    fn tail(&self, rate: &Row<N>) -> f64 {
-        let last = dot(&self.legendre[N - 1], rate).abs() + dot(&self.legendre[N - 2], rate).abs();
-        let size = largest(rate);
-        if size > 0.0 { last / size } else { size }
-    }
-}
-
-/// Adds `factor` x, in one rounding where the CPU has it.
-#[inline(always)]
-fn add<const FMA: bool, const N: usize>(to: &mut Row<N>, factor: f64, x: &Row<N>) {
-    for (to, x) in to.iter_mut().zip(x) {
-        *to = if FMA { factor.mul_add(*x, *to) } else { factor * *x + *to };
-    }
-}
-
-/// The same of a factor at each node.
-#[inline(always)]
-fn add_each<const FMA: bool, const N: usize>(to: &mut Row<N>, factor: &Row<N>, x: &Row<N>) {
-    for ((to, x), factor) in to.iter_mut().zip(x).zip(factor) {
-        *to = if FMA { factor.mul_add(*x, *to) } else { factor * *x + *to };
-    }
-}
-
-#[inline(always)]
-fn dot<const N: usize>(x: &Row<N>, y: &Row<N>) -> f64 {
-    let mut sums = [0.0; 4];
-    for k in (0..N).step_by(4) {
-        for i in 0..4 {
-            sums[i] += x[k + i] * y[k + i];
-        }
-    }
-    (sums[0] + sums[1]) + (sums[2] + sums[3])
-}
-
-/// The largest size.
-#[inline(always)]
-fn largest<const N: usize>(x: &Row<N>) -> f64 {
-    let mut most = [0.0_f64; 4];
-    for k in (0..N).step_by(4) {
-        for i in 0..4 {
-            let size = x[k + i].abs();
-            most[i] = if size > most[i] { size } else { most[i] };
-        }
-    }
-    most[0].max(most[1]).max(most[2]).max(most[3])
-}
-
-/// How ψ and u follow: their distances from `from`, where the rates of ψ and u are `rates` at `from` and change as `by` says.
-#[inline(always)]
-fn follow<const FMA: bool, const N: usize>(
-    table: &Table<N>,
-    by: &[[Row<N>; 2]; 2],
-    rates: [&Row<N>; 2],
-    from: [&Row<N>; 2],
-    share: f64,
-) -> Option<[Row<N>; 2]> {
-    let mut apart = [[0.0; N]; 2];
-    let (mut turns, mut first) = (*rates[0], None);
-    for _ in 0..MOST_SWEEPS {
-        apart[0] = table.integrate::<FMA>(&turns, from[0]);
-        let mut leaves = *rates[1];
-        add_each::<FMA, N>(&mut leaves, &by[1][0], &apart[0]);
-        add_each::<FMA, N>(&mut leaves, &by[1][1], &apart[1]);
-        apart[1] = table.integrate::<FMA>(&leaves, from[1]);
-        let mut next = *rates[0];
-        add_each::<FMA, N>(&mut next, &by[0][0], &apart[0]);
-        add_each::<FMA, N>(&mut next, &by[0][1], &apart[1]);
-        let size = largest(&next);
-        add::<false, N>(&mut turns, -1.0, &next);
-        let change = largest(&turns);
-        if change <= FOLLOWED * size || change <= share * *first.get_or_insert(change) {
-            return Some(apart);
-        }
-        turns = next;
-    }
-    None
-}
-
-/// `to` less ρ times `y`.
-#[inline(always)]
-fn less<const N: usize>(x: &Row<N>, ratio: f64, y: &Row<N>) -> Row<N> {
-    let mut u = *x;
-    add::<false, N>(&mut u, -ratio, y);
-    u
-}
+/// Share of the rod by which the contact must be beyond where the gauge begins: what it shows goes as the square of that.
+const BARELY: f64 = 1e-2;
 
 /// ∫ of rate `c` from 0 to `w`.
 #[inline(always)]
@@ -224,6 +78,18 @@ impl EndLoad<Traced> {
         gauge: [Traced; 2],
         shapes: &mut Shapes,
     ) -> Option<Bent<Traced>> {
+        let bent = self.widest(rod, gauge, shapes);
+        rod.near.set(None);
+        bent
+    }
+
+    /// The same by the widest instructions that the CPU has.
+    fn widest(
+        &self,
+        rod: &Whisker<'_, Traced>,
+        gauge: [Traced; 2],
+        shapes: &mut Shapes,
+    ) -> Option<Bent<Traced>> {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
             // SAFETY: the CPU has just been found to have both features.
@@ -250,10 +116,10 @@ impl EndLoad<Traced> {
         gauge: [Traced; 2],
         (few, many): &mut Shapes,
     ) -> Option<Bent<Traced>> {
-        if let Some(bent) = self.at_nodes::<FMA, 16>(&FEW, rod, gauge, few) {
+        if let Some(bent) = self.at_nodes::<FMA, FEW>(&OF_FEW, rod, gauge, few) {
             return Some(bent);
         }
-        self.at_nodes::<FMA, MOST_NODES>(&MANY, rod, gauge, many)
+        self.at_nodes::<FMA, MANY>(&OF_MANY, rod, gauge, many)
     }
 
     #[inline(always)]
@@ -315,7 +181,7 @@ impl EndLoad<Traced> {
             }
         }
         let (others, along_gauge) = (tails[0].max(tails[1]).max(tails[2]), tails[3] <= TAIL);
-        if !(others <= if along_gauge { WHOLE } else { PART }) {
+        if others > if along_gauge { WHOLE } else { PART } {
             return None;
         }
 
@@ -324,6 +190,9 @@ impl EndLoad<Traced> {
         for (end, s) in ends.iter_mut().zip([gauge[1], gauge[0]]) {
             let s = if s.value < 0.0 { Traced::of(0.0) } else { s };
             *end = self.arc - Real::min(s, self.arc);
+        }
+        if ends[1].value > 0.0 && ends[1].value < BARELY * self.arc.value {
+            return None;
         }
         let w_at = |sigma: Traced| {
             let root = (one - tau * (self.arc - sigma)).sqrt();
@@ -341,8 +210,8 @@ impl EndLoad<Traced> {
                 let sigma = length * table.points[j] + ends[0];
                 let w = w_at(sigma);
                 let mut state = [Traced::of(0.0); 4];
-                for c in 0..3 {
-                    state[c] = until::<FMA, N>(table, w, (&values, &slopes), c);
+                for (c, state) in state.iter_mut().enumerate().take(3) {
+                    *state = until::<FMA, N>(table, w, (&values, &slopes), c);
                 }
                 let [here, _] = table.interpolate::<FMA>(w.value);
                 rod.near.set(Some(SectionStrain { axial: dot(&here, &at[3]), bending: dot(&here, &at[4]) }));
@@ -358,7 +227,6 @@ impl EndLoad<Traced> {
                 return None;
             }
         }
-        rod.near.set(None);
         let mut bent = [elongation; 4];
         for c in 0..3 {
             bent[c] = Traced::of(dot(&table.weights, &values[c]));
@@ -366,7 +234,9 @@ impl EndLoad<Traced> {
                 *slope = dot(&table.weights, &rates[c]);
             }
         }
-        Some(Bent::from(bent))
+        let finite =
+            bent.iter().all(|x| x.value.is_finite() && x.slope.iter().all(|slope| slope.is_finite()));
+        finite.then(|| Bent::from(bent))
     }
 
     /// The shape of the rod under this load, from `begun` on, and how its rates change with it.
@@ -417,7 +287,7 @@ impl EndLoad<Traced> {
             }
             if last <= SETTLED {
                 // Derivatives end later than values.
-                let doubtful = rod.skin.is_none() && N < MOST_NODES && table.tail(&rates[3]) > 0.2 * TAIL;
+                let doubtful = rod.skin.is_none() && N < MANY && table.tail(&rates[3]) > 0.2 * TAIL;
                 return (!doubtful).then_some((at, by));
             }
             if step == 0 && begun.is_none() {
