@@ -29,7 +29,7 @@ const LANES: usize = UNKNOWNS + INPUTS;
 type Stiffness<const N: usize> = [[Row<N>; 2]; 4];
 
 /// Change of the shape, relative to its largest, after which it is not changed any more: the next would be its square.
-const SETTLED: f64 = 3e-9;
+const SETTLED: f64 = 3e-10;
 
 /// What the linear equation leaves of its first change while the shape is sought.
 const BEGUN: f64 = 1e-4;
@@ -39,9 +39,9 @@ const MOST_STEPS: usize = 8;
 
 /// The last coefficients of a series, relative to its largest value, above which the nodes are too few: of what the gauge shows; of rates, of which only the
 /// whole integral counts, right to twice as many terms; and of rates of which a part does.
-const TAIL: f64 = 1e-9;
-const WHOLE: f64 = 1e-6;
-const PART: f64 = 1e-9;
+const TAIL: f64 = 3e-10;
+const WHOLE: f64 = 1e-7;
+const PART: f64 = 3e-10;
 
 /// Share of the rod by which the contact must be beyond where the gauge begins: what it shows goes as the square of that.
 const BARELY: f64 = 1e-2;
