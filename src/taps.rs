@@ -20,7 +20,7 @@ use crate::scene::{RunOptions, Setup, Tuple};
 const BLOCK: usize = 1024;
 
 /// Taps of a work item of derivatives.
-const FEW: usize = 4;
+const FEW: usize = 32;
 
 /// What solves taps of one setup, from any thread.
 pub struct Taps {
@@ -101,11 +101,11 @@ impl Taps {
         &self,
         tap: impl Fn(usize) -> Tuple + Sync,
         inputs: &[Input],
-        read: impl Fn(&Outcome, &[Vec<f64>; OUTPUTS]) -> T + Sync,
+        read: impl Fn(&Outcome, [Vec<f64>; OUTPUTS]) -> T + Sync,
         out: &mut [T],
     ) -> Result<(), Error> {
         let one = |design: &Design, task: &Task, outcome: &Outcome| {
-            read(outcome, &gradient(&self.setup, design, task, outcome, inputs))
+            read(outcome, gradient(&self.setup, design, task, outcome, inputs))
         };
         self.in_blocks(out, |at, out| self.block(|i| tap(at + i), FEW, &one, out))
     }

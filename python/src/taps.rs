@@ -342,7 +342,7 @@ impl Taps {
             let mut some = Vec::new();
             let one = |from: usize, more: usize| {
                 some.resize(more, (Told::default(), Default::default()));
-                let read = |o: &Outcome, by: &[Vec<f64>; NUMBERS]| (numbers_of(o), by.clone());
+                let read = |o: &Outcome, by: [Vec<f64>; NUMBERS]| (numbers_of(o), by);
                 taps.gradients(|i| given.tap(from + i), &inputs, read, &mut some)?;
                 answers.push(some.iter().map(|(told, _)| told));
                 for (_, by) in &some {

@@ -27,7 +27,6 @@ pub mod drives;
 pub mod effects;
 pub mod frames;
 pub mod gpu;
-pub mod nodes;
 pub mod pose;
 pub mod ranking;
 pub mod rule;
@@ -40,6 +39,7 @@ pub use effects::Effects;
 use ranking::{Charts, Ranking};
 pub use rule::{Rule, ladder};
 pub use tap::{Solution, Tap};
+pub use vibrissa_core::physics::nodes;
 
 use std::sync::OnceLock;
 

@@ -7,6 +7,7 @@ pub mod flexure;
 mod gauss;
 pub mod inverse;
 pub mod linear;
+pub mod nodes;
 pub mod number;
 pub mod onset;
 pub mod pole;

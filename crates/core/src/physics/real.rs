@@ -173,7 +173,11 @@ impl<const N: usize> Dual<N> {
 
     #[inline(always)]
     fn of_two(self, o: Self, value: f64, [p, q]: [f64; 2]) -> Self {
-        Self { value, slope: from_fn(|i| p * self.slope[i] + q * o.slope[i]) }
+        let mut slope = self.slope;
+        for (s, o) in slope.iter_mut().zip(&o.slope) {
+            *s = p * *s + q * o;
+        }
+        Self { value, slope }
     }
 }
 
@@ -202,7 +206,7 @@ macro_rules! operator {
 operator!(Add, add, |a, b| a + b, [1.0, 1.0]);
 operator!(Sub, sub, |a, b| a - b, [1.0, -1.0]);
 operator!(Mul, mul, |a, b| a * b, [b, a]);
-operator!(Div, div, |a, b| a / b, [1.0 / b, -a / b / b]);
+operator!(Div, div, |a, b| a / b, [1.0 / b, -(a / b) * (1.0 / b)]);
 
 impl<const N: usize> Neg for Dual<N> {
     type Output = Self;
@@ -257,8 +261,11 @@ impl<const N: usize> Real for Dual<N> {
 
     #[inline(always)]
     fn chain(self, value: f64, slope: impl FnOnce() -> f64) -> Self {
-        let slope = slope();
-        Self { value, slope: self.slope.map(|s| slope * s) }
+        let (by, mut slope) = (slope(), self.slope);
+        for s in &mut slope {
+            *s *= by;
+        }
+        Self { value, slope }
     }
 }
 
@@ -281,6 +288,12 @@ impl<T: Real> Vector<T> {
     /// (x, y), numbers without derivatives.
     pub fn of(x: f64, y: f64) -> Self {
         Self { x: T::of(x), y: T::of(y) }
+    }
+
+    /// With each component as a `U`.
+    #[inline(always)]
+    pub fn map<U>(self, f: impl Fn(T) -> U) -> Vector<U> {
+        Vector { x: f(self.x), y: f(self.y) }
     }
 
     /// The unit vector at this angle, rad, from x.

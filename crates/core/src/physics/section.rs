@@ -4,6 +4,7 @@
 //! section of a whisker. The integrals over the disc use Gauss–Chebyshev quadrature of the second kind, whose
 //! weight √(1 − y²) is the width of the disc: n = 2 ∫ s(e₀ + k y) √(1 − y²) dy over −1 … 1.
 
+use std::array::from_fn;
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
@@ -13,13 +14,14 @@ use crate::scene::Material;
 /// Quadrature points over the diameter; inside [`STRAIN_RANGE`] they leave an error below 1e-15.
 const POINTS: usize = 20;
 
-/// Point y and weight 2 w of the quadrature over the unit disc.
-static NODES: LazyLock<[[f64; 2]; POINTS]> = LazyLock::new(|| {
+/// Points that are summed side by side.
+const LANES: usize = 4;
+
+/// Points y and weights 2 w of the quadrature over the unit disc.
+static NODES: LazyLock<[[f64; POINTS]; 2]> = LazyLock::new(|| {
     let step = PI / (POINTS + 1) as f64;
-    std::array::from_fn(|i| {
-        let (sin, cos) = (step * (i + 1) as f64).sin_cos();
-        [cos, 2.0 * step * sin * sin]
-    })
+    let angle = |i: usize| step * (i + 1) as f64;
+    [from_fn(|i| angle(i).cos()), from_fn(|i| 2.0 * step * angle(i).sin().powi(2))]
 });
 
 /// Fibre strains within which a hyperelastic law is trusted.
@@ -61,13 +63,20 @@ pub enum SectionLaw<T = f64> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hyperelastic<T = f64>([T; 4]);
 
-/// Scaled resultants and their derivatives with respect to (e₀, k).
-struct Resultants<T> {
-    n: T,
-    m: T,
-    n_axial: T,
-    n_bending: T,
-    m_bending: T,
+/// Scaled resultants, MPa, and their derivatives with respect to (e₀, k).
+struct Resultants {
+    n: f64,
+    m: f64,
+    n_axial: f64,
+    n_bending: f64,
+    m_bending: f64,
+}
+
+impl Resultants {
+    #[inline(always)]
+    fn tangent(&self) -> f64 {
+        self.n_axial * self.m_bending - self.n_bending * self.n_bending
+    }
 }
 
 impl<T: Real> SectionLaw<T> {
@@ -83,6 +92,15 @@ impl<T: Real> SectionLaw<T> {
         Self::Hyperelastic(Hyperelastic(coefficients))
     }
 
+    /// With each modulus as a `U`.
+    #[inline(always)]
+    pub fn map<U>(&self, f: impl Fn(T) -> U) -> SectionLaw<U> {
+        match self {
+            Self::Linear(e) => SectionLaw::Linear(f(*e)),
+            Self::Hyperelastic(law) => SectionLaw::Hyperelastic(Hyperelastic(law.0.map(f))),
+        }
+    }
+
     /// Whether the law is linear, hence without a range of validity.
     pub fn is_linear(&self) -> bool {
         matches!(self, Self::Linear(_))
@@ -92,20 +110,36 @@ impl<T: Real> SectionLaw<T> {
     /// branch has no such load, its tangent having vanished before. Strains outside [`STRAIN_RANGE`] are returned.
     pub fn deform(&self, n: T, m: T) -> Option<SectionStrain<T>> {
         match self {
-            Self::Linear(e) => {
-                let pi_e = *e * PI;
-                Some(SectionStrain { axial: n / pi_e, bending: m * 4.0 / pi_e })
-            }
+            Self::Linear(e) => Some(linear(*e, n, m)),
             Self::Hyperelastic(law) => {
                 let bare = Hyperelastic(law.0.map(T::value)).deform(n.value(), m.value())?;
-                Some(law.follow(bare, n, m))
+                match T::BARE {
+                    true => Some(SectionStrain { axial: T::of(bare.axial), bending: T::of(bare.bending) }),
+                    false => law.step(bare, n, m),
+                }
             }
+        }
+    }
+
+    /// The same to first order, from what is `near` to it.
+    #[inline(always)]
+    pub fn deform_near(&self, near: SectionStrain, n: T, m: T) -> Option<SectionStrain<T>> {
+        match self {
+            Self::Linear(e) => Some(linear(*e, n, m)),
+            Self::Hyperelastic(law) => law.step(near, n, m),
         }
     }
 }
 
+#[inline(always)]
+fn linear<T: Real>(e: T, n: T, m: T) -> SectionStrain<T> {
+    let pi_e = e * PI;
+    SectionStrain { axial: n / pi_e, bending: m * 4.0 / pi_e }
+}
+
 impl<T: Real> Hyperelastic<T> {
     /// Nominal uniaxial stress and its slope, MPa, at the strain `e` > −1; free of cancellation at e = 0.
+    #[inline(always)]
     pub fn stress(&self, e: T) -> (T, T) {
         let [c10, c01, c20, c30] = self.0;
         let inverse = T::of(1.0) / (e + 1.0);
@@ -116,43 +150,63 @@ impl<T: Real> Hyperelastic<T> {
         (g * 2.0 * w, ((inverse.powi(3) * 2.0 + 1.0) * w + g * slope) * 2.0)
     }
 
-    fn resultants(&self, at: SectionStrain<T>) -> Resultants<T> {
-        let zero = T::of(0.0);
-        let mut sum = Resultants { n: zero, m: zero, n_axial: zero, n_bending: zero, m_bending: zero };
-        for &[y, weight] in NODES.iter() {
-            let (s, slope) = self.stress(at.axial + at.bending * y);
-            let (s, slope) = (s * weight, slope * weight);
-            sum.n = sum.n + s;
-            sum.m = sum.m + s * y;
-            sum.n_axial = sum.n_axial + slope;
-            sum.n_bending = sum.n_bending + slope * y;
-            sum.m_bending = sum.m_bending + slope * y * y;
+    /// One step of Newton's method from `near` to the deformation under n and m, MPa, with its derivatives; `None` past where the tangent vanishes. Stress
+    /// is linear in the moduli, and so is what a change of one adds.
+    #[inline(always)]
+    fn step(&self, near: SectionStrain, n: T, m: T) -> Option<SectionStrain<T>> {
+        let [c10, c01, c20, c30] = self.0;
+        let r = Hyperelastic([c10.value(), c01.value(), c20.value(), c30.value()]).resultants(near);
+        let tangent = r.tangent();
+        if !(r.n_axial > 0.0 && tangent > 0.0) {
+            return None;
         }
-        sum
-    }
-
-    /// The deformation under n and m, MPa, that has the value `bare`, with its derivatives: one step of Newton's method.
-    fn follow(&self, bare: SectionStrain, n: T, m: T) -> SectionStrain<T> {
-        let at = SectionStrain { axial: T::of(bare.axial), bending: T::of(bare.bending) };
-        if T::BARE {
-            return at;
+        let (mut dn, mut dm) = (n - r.n, m - r.m);
+        for (k, modulus) in self.0.iter().enumerate() {
+            if modulus.slopes().iter().any(|slope| *slope != 0.0) {
+                let mut unit = [0.0; 4];
+                unit[k] = 1.0;
+                let unit = Hyperelastic(unit).resultants(near);
+                dn = dn - modulus.chain(0.0, || unit.n);
+                dm = dm - modulus.chain(0.0, || unit.m);
+            }
         }
-        let r = self.resultants(at);
-        let (dn, dm) = (n - r.n, m - r.m);
-        let tangent = r.n_axial * r.m_bending - r.n_bending * r.n_bending;
-        SectionStrain {
-            axial: at.axial + (dn * r.m_bending - dm * r.n_bending) / tangent,
-            bending: at.bending + (dm * r.n_axial - dn * r.n_bending) / tangent,
-        }
+        let [soft, cross, bent] = [r.m_bending, -r.n_bending, r.n_axial].map(|x| x / tangent);
+        Some(SectionStrain {
+            axial: dn * soft + dm * cross + near.axial,
+            bending: dn * cross + dm * bent + near.bending,
+        })
     }
 }
 
 impl Hyperelastic {
+    #[inline(always)]
+    fn resultants(&self, at: SectionStrain) -> Resultants {
+        let [points, weights] = &*NODES;
+        let (mut stress, mut slope) = ([0.0; POINTS], [0.0; POINTS]);
+        for i in 0..POINTS {
+            (stress[i], slope[i]) = self.stress(at.axial + at.bending * points[i]);
+        }
+        let mut sums = [[0.0; LANES]; 5];
+        for k in (0..POINTS).step_by(LANES) {
+            for i in 0..LANES {
+                let y = points[k + i];
+                let (s, slope) = (stress[k + i] * weights[k + i], slope[k + i] * weights[k + i]);
+                sums[0][i] += s;
+                sums[1][i] += s * y;
+                sums[2][i] += slope;
+                sums[3][i] += slope * y;
+                sums[4][i] += slope * y * y;
+            }
+        }
+        let [n, m, n_axial, n_bending, m_bending] = sums.map(|lanes| lanes.iter().sum());
+        Resultants { n, m, n_axial, n_bending, m_bending }
+    }
+
     fn deform(&self, n: f64, m: f64) -> Option<SectionStrain> {
         let mut at = SectionStrain { axial: 0.0, bending: 0.0 };
         for _ in 0..60 {
             let r = self.resultants(at);
-            let tangent = r.n_axial * r.m_bending - r.n_bending * r.n_bending;
+            let tangent = r.tangent();
             if r.n_axial.is_nan() || r.n_axial <= 0.0 || tangent <= 0.0 {
                 return None;
             }

@@ -25,8 +25,14 @@ impl<T: Number> Taper<T> {
         Self { D, tau: (D - d) / (D * L_a), tan_alpha: (D - d) / (T::of(2.0) * L_a) }
     }
 
+    /// With each number as a `U`.
+    #[inline(always)]
+    pub fn map<U>(&self, f: impl Fn(T) -> U) -> Taper<U> {
+        Taper { D: f(self.D), tau: f(self.tau), tan_alpha: f(self.tan_alpha) }
+    }
+
     /// Radius R(s) = D/2 (1 − τ s), mm.
-    #[inline]
+    #[inline(always)]
     pub fn radius(&self, s: T) -> T {
         T::of(0.5) * self.D * (T::of(1.0) - self.tau * s)
     }

@@ -260,9 +260,9 @@ fn traced(
         Some(body) => body.gauge(x_ss, l),
         None => taper.gauge(x_ss, l),
     };
+    let slack = |shear: bool| if shear { shear_length2(&taper, model.nu) } else { Traced::of(0.0) };
     let curve = |shear: bool| {
-        let shear = if shear { shear_length2(&taper, model.nu) } else { Traced::of(0.0) };
-        let plain = StrainCurve::new(taper, gauge, hub, setup.drive, shear);
+        let plain = StrainCurve::new(taper, gauge, hub, setup.drive, slack(shear));
         match &body {
             Some(body) => plain.built(body, setup.signal),
             None => plain,
@@ -347,7 +347,7 @@ fn traced(
         _ if no_strain => nan,
         // Shear is all that sets linear theories apart.
         _ if setup.model.geometry == Geometry::Linear && body.is_none() => {
-            let softer = |shear: bool| input(curve(shear).shear / (a * a) + 1.0);
+            let softer = |shear: bool| input(slack(shear) / (a * a) + 1.0);
             softer(setup.model.shear) / softer(timoshenko) - 1.0
         }
         false => linear / strain - 1.0,

@@ -3,7 +3,9 @@
 
 use std::array::from_fn;
 
+use super::collocation::Shapes;
 use super::shoot::{Shooter, Unknowns};
+use super::statics::EndLoad;
 use super::{RodError, RodProblem};
 use crate::physics::number::Number;
 use crate::physics::pole::{Pole, Rig};
@@ -14,7 +16,7 @@ use crate::scene::model::{Contact, Drive, Side};
 pub const UNKNOWNS: usize = 3;
 
 /// Inputs of one run.
-pub const INPUTS: usize = 4;
+pub const INPUTS: usize = 5;
 
 /// A number with its derivatives by the unknowns, and after them by inputs.
 pub type Traced = Dual<{ UNKNOWNS + INPUTS }>;
@@ -115,9 +117,11 @@ impl RodProblem<'_, Traced> {
         let mut last = f64::INFINITY;
         // The smallest step so far, where rounding lets none get smaller.
         let mut nearest: Option<(f64, Shown<[f64; 1 + INPUTS]>)> = None;
+        let mut shape = Shapes::default();
         for _ in 0..MOST_STEPS {
             let seeds = from_fn(|k| Traced::seed(z[k], k, if k < count { 1.0 } else { 0.0 }));
-            let (lack, shown) = held.look(unknowns, force, direction, (seeds, turns.is_some()), at.second)?;
+            let (lack, shown) =
+                held.look(unknowns, force, direction, (seeds, turns.is_some()), at.second, &mut shape)?;
             let steps = close(lack, count).ok_or(RodError::NotConverged)?;
             let size = |k: usize| match (k, at.sticking) {
                 (1, false) => at.arc,
@@ -150,6 +154,7 @@ impl RodProblem<'_, Traced> {
         direction: [Traced; 2],
         ([p, second, phi], turns): ([Traced; 3], bool),
         gauges: bool,
+        shape: &mut Shapes,
     ) -> Result<([Traced; 3], Shown<Traced>), RodError> {
         let zero = Traced::of(0.0);
         let (mut plane, mut slide) = (*self, zero);
@@ -170,7 +175,12 @@ impl RodProblem<'_, Traced> {
             Unknowns::Stick => second,
             Unknowns::Slide(_) => (second - plane.distance) / plane.distance,
         };
-        let shot = shooter.shoot(plane.amount, [p, z]).map_err(|_| RodError::NotConverged)?;
+        let bend = |shooter: &Shooter<'_, Traced>, load: &EndLoad<Traced>, shape: &mut Shapes| {
+            let found = load.collocated(&shooter.whisker, plane.gauge, shape);
+            found.map_or_else(|| load.bend(&shooter.whisker, plane.gauge), Ok)
+        };
+        let shot = shooter.shot(plane.amount, [p, z], |load| bend(&shooter, load, shape));
+        let shot = shot.map_err(|_| RodError::NotConverged)?;
         let width = plane.gauge[1] - plane.gauge[0];
         let strain = plane.foil.map_or(Traced::of(1.0), |foil| foil.transfer) * shot.bent.elongation / width;
         let lacking = match &pole {
@@ -194,9 +204,8 @@ impl RodProblem<'_, Traced> {
             // What the gauge in the plane of bending shows is axial + bending; on the far side both gauges are half a turn further.
             let side = if plane.side == Side::Contact { Side::Far } else { Side::Contact };
             let mirrored = Self { side, ..plane };
-            let beyond = Shooter::with(&mirrored, unknowns, force)
-                .elongation(shot.load.arc, [shot.normal, shot.tangential])
-                .ok_or(RodError::NotConverged)?;
+            let mirrored = Shooter::with(&mirrored, unknowns, force);
+            let beyond = bend(&mirrored, &shot.load, shape).map_err(|_| RodError::NotConverged)?.elongation;
             let axial = (strain + beyond / width) * 0.5;
             let (sin, cos) = phi.sin_cos();
             let bending = strain - axial;

@@ -5,6 +5,7 @@
 //! 1e-13; Newton's method shoots for the two unknowns of the contact until the object is where it must be. Errors
 //! of the answers are of the order of 1e-12 to 1e-11, relative.
 
+mod collocation;
 mod gradient;
 mod ode;
 mod shoot;

@@ -1,5 +1,6 @@
 //! Forces, moment and the equations of a planar rod (model §3).
 
+use std::cell::Cell;
 use std::f64::consts::PI;
 
 use super::RodProblem;
@@ -73,6 +74,8 @@ pub(super) struct Whisker<'a, T = f64> {
     pub foil: Option<Bonded<T>>,
     /// Where sections distort.
     pub skin: Option<Skin<T>>,
+    /// What is near to the strain of the section that is asked for next, where that is known; it becomes nearer.
+    pub near: Cell<Option<SectionStrain>>,
 }
 
 /// The skin of a whisker whose sections distort.
@@ -109,6 +112,7 @@ impl<T: Real> Skin<T> {
     }
 
     /// Strain of the skin on the side `sign` (1: of the contact) at `s` of the rod, under its axial and bending strain and its shear force, N.
+    #[inline(always)]
     fn strain(&self, s: T, strain: SectionStrain<T>, shear: T, sign: f64) -> T {
         let [bending, by_shear] = distorted(&self.taper, self.modulus, s + self.start);
         strain.axial
@@ -118,18 +122,46 @@ impl<T: Real> Skin<T> {
 }
 
 impl<T: Real> Whisker<'_, T> {
+    /// With each number as a `U`; none of what is no cone, or bears a foil.
+    #[inline(always)]
+    pub fn map<U: Real>(&self, f: impl Fn(T) -> U + Copy) -> Option<Whisker<'static, U>> {
+        let plain = self.body.is_none() && self.foil.is_none();
+        plain.then(|| Whisker {
+            taper: self.taper.map(f),
+            body: None,
+            law: self.law.map(f),
+            extension: self.extension,
+            shear_compliance: f(self.shear_compliance),
+            side: self.side,
+            foil: None,
+            skin: self.skin.as_ref().map(|skin| Skin {
+                taper: skin.taper.map(f),
+                start: f(skin.start),
+                modulus: f(skin.modulus),
+                halved: skin.halved,
+            }),
+            near: Cell::default(),
+        })
+    }
+
     /// R, mm, and what a section does under an axial force and a moment.
+    #[inline(always)]
     fn strain(&self, (s, within): (T, f64), axial: T, moment: T) -> Option<(T, SectionStrain<T>)> {
         if let Some(body) = self.body {
             return body.deform((&self.law, self.extension), (s, within), [axial, moment]);
         }
         let r = self.taper.radius(s);
         let n = if self.extension { axial / (r * r) } else { T::of(0.0) };
-        Some((r, self.law.deform(n, moment / (r * r * r))?))
+        let m = moment / (r * r * r);
+        let Some(near) = self.near.get() else { return Some((r, self.law.deform(n, m)?)) };
+        let strain = self.law.deform_near(near, n, m)?;
+        self.near.set(Some(SectionStrain { axial: strain.axial.value(), bending: strain.bending.value() }));
+        Some((r, strain))
     }
 }
 
 impl<T: Real> Response<T> for Whisker<'_, T> {
+    #[inline(always)]
     fn deform(&self, at: (T, f64), axial: T, shear: T, moment: T) -> Option<Deformation<T>> {
         let (r, strain) = self.strain(at, axial, moment)?;
         let sign = if self.side == Side::Far { -1.0 } else { 1.0 };
@@ -163,6 +195,7 @@ impl<T: Real> Response<T> for Whisker<'_, T> {
         self.foil.filter(inside).map_or(T::of(1.0), |foil| T::of(1.0) - foil.stiffening)
     }
 
+    #[inline(always)]
     fn rest(&self, s: T) -> T {
         self.body.map_or(T::of(0.0), |body| body.curvature(s))
     }
@@ -207,6 +240,7 @@ impl<T: Real> Bent<T> {
 
 impl<T: Real> EndLoad<T> {
     /// N, Q and M at the distance `sigma` from the end.
+    #[inline(always)]
     fn resultants(&self, sigma: T, bent: &Bent<T>) -> [T; 3] {
         let d1 = Vector::from_angle(bent.angle);
         let arm = self.point + Vector::new(sigma, T::of(0.0)) - bent.offset;
@@ -214,7 +248,8 @@ impl<T: Real> EndLoad<T> {
     }
 
     /// Derivatives with respect to σ, within `length` of where the segment begins: −dψ/ds, −dr/ds + (1, 0) and, over the gauge, the fibre's strain.
-    fn slope(
+    #[inline(always)]
+    pub fn slope(
         &self,
         rod: &impl Response<T>,
         (over_gauge, length, within, bends): (bool, f64, f64, T),

@@ -1,6 +1,9 @@
 //! The closure of a tap: how far the object is from where it must be, under forces that are tried (model §3).
 
+use std::cell::Cell;
+
 use super::super::RodProblem;
+use super::super::ode::Ended;
 use super::super::statics::{Bent, EndLoad, Skin, Whisker};
 use super::{Missed, Shooter, Shot, Unknowns, soft};
 use crate::physics::body::Touched;
@@ -42,6 +45,7 @@ impl<'a, T: Real> Shooter<'a, T> {
                 side: problem.side,
                 foil: problem.foil,
                 skin: Skin::new(problem),
+                near: Cell::default(),
             },
             soft: soft(problem),
             lever: (a + hub).value(),
@@ -54,7 +58,17 @@ impl<'a, T: Real> Shooter<'a, T> {
 
     /// Bends the whisker under the forces `z` says and compares the object's place with where it must be.
     pub fn shoot(&self, amount: T, z: [T; 2]) -> Result<Shot<T>, Missed> {
-        let RodProblem { gauge, distance: a, .. } = *self.problem;
+        self.shot(amount, z, |load| load.bend(&self.whisker, self.problem.gauge))
+    }
+
+    /// The same of a whisker that bends as `bend` says.
+    pub fn shot(
+        &self,
+        amount: T,
+        z: [T; 2],
+        bend: impl FnOnce(&EndLoad<T>) -> Result<Bent<T>, Ended>,
+    ) -> Result<Shot<T>, Missed> {
+        let a = self.problem.distance;
         let normal = z[0] * self.force;
         let (slid, tangential) = match self.unknowns {
             Unknowns::Slide(ratio) => (a * z[1], ratio * normal),
@@ -65,7 +79,7 @@ impl<'a, T: Real> Shooter<'a, T> {
             return Err(Missed::Stalled);
         }
         let load = self.load(arc, [normal, tangential]);
-        let bent = load.bend(&self.whisker, gauge)?;
+        let bent = bend(&load)?;
         let depth = self.soft.map_or(T::of(0.0), |soft| soft.depth(normal));
         let miss = self.miss(amount, slid, &load, &bent) - self.touched.tilt * depth;
         let shot = Shot { normal, tangential, load, bent, miss };
@@ -90,7 +104,7 @@ impl<'a, T: Real> Shooter<'a, T> {
     }
 
     /// P and T, N, on the whisker at the arc `arc`.
-    fn load(&self, arc: T, [normal, tangential]: [T; 2]) -> EndLoad<T> {
+    pub fn load(&self, arc: T, [normal, tangential]: [T; 2]) -> EndLoad<T> {
         let (tilt, zero) = (self.tilt(arc), T::of(0.0));
         let force = tilt * -normal + Vector::new(tilt.y, -tilt.x) * tangential;
         let height = if self.problem.model.surface { self.radius(arc) } else { zero };

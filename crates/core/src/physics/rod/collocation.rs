@@ -1,0 +1,303 @@
+//! The bent rod with derivatives by collocation, of a whisker without edges: Newton's method for the shape in f64, one look at the equations in
+//! [`Traced`] numbers at each node, and a linear equation for how the shape follows.
+//!
+//! Nodes are Gauss's in w, from the contact to the clamp, with (1 − τs)^(−½) linear in w: there the curvature of a cone is almost a polynomial. The offset
+//! changes the moment by one number alone, u = x − ρ y with ρ = F_x/F_y, so that the linear equation has two unknowns at a node: ψ and u.
+
+mod rule;
+
+use super::gradient::{INPUTS, Traced, UNKNOWNS};
+use super::statics::{Bent, EndLoad, Whisker};
+use crate::physics::number::Number;
+use crate::physics::real::{Dual, Real};
+use crate::physics::section::SectionStrain;
+use rule::{FEW, MANY, OF_FEW, OF_MANY, Row, Table, add, add_each, dot, follow, largest, less};
+
+/// ψ, the offsets x and y, mm, and e₀ and k of the section.
+type Shape<const N: usize> = [Row<N>; 5];
+
+/// Shapes from where the next look begins: of few nodes, and of more where those do not do.
+pub(super) type Shapes = (Option<Shape<FEW>>, Option<Shape<MANY>>);
+
+/// A number with derivatives by ψ and x of its place.
+type Local = Dual<2>;
+
+/// Derivatives of a [`Traced`].
+const LANES: usize = UNKNOWNS + INPUTS;
+
+/// Derivatives of the rates of ψ, x, y and the gauge's elongation, per w, by ψ and by u.
+type Stiffness<const N: usize> = [[Row<N>; 2]; 4];
+
+/// Change of the shape, relative to its largest, after which it is not changed any more: the next would be its square.
+const SETTLED: f64 = 3e-10;
+
+/// What the linear equation leaves of its first change while the shape is sought.
+const BEGUN: f64 = 1e-4;
+
+/// Iterations at most.
+const MOST_STEPS: usize = 8;
+
+/// The last coefficients of a series, relative to its largest value, above which the nodes are too few: of what the gauge shows; of rates, of which only the
+/// whole integral counts, right to twice as many terms; and of rates of which a part does.
+const TAIL: f64 = 3e-10;
+const WHOLE: f64 = 1e-7;
+const PART: f64 = 3e-10;
+
+/// Share of the rod by which the contact must be beyond where the gauge begins: what it shows goes as the square of that.
+const BARELY: f64 = 1e-2;
+
+/// ∫ of rate `c` from 0 to `w`.
+#[inline(always)]
+fn until<const FMA: bool, const N: usize>(
+    table: &Table<N>,
+    w: Traced,
+    (values, slopes): (&[Row<N>; 4], &[[Row<N>; 4]; LANES]),
+    c: usize,
+) -> Traced {
+    let [here, before] = table.interpolate::<FMA>(w.value);
+    let mut sum = w * dot(&here, &values[c]);
+    sum.value = dot(&before, &values[c]);
+    for (slope, rates) in sum.slope.iter_mut().zip(slopes) {
+        *slope += dot(&before, &rates[c]);
+    }
+    sum
+}
+
+/// The derivatives of the rates of ψ and u.
+#[inline(always)]
+fn pair<const N: usize>(by: &Stiffness<N>, ratio: f64) -> [[Row<N>; 2]; 2] {
+    [by[0], [less(&by[1][0], ratio, &by[2][0]), less(&by[1][1], ratio, &by[2][1])]]
+}
+
+impl EndLoad<Traced> {
+    /// The clamped end of `rod`, as [`Self::bend`]; `None` where the nodes are too few, or edges lie between them. `shapes` become those of the rod; the
+    /// search begins from those that are given.
+    pub fn collocated(
+        &self,
+        rod: &Whisker<'_, Traced>,
+        gauge: [Traced; 2],
+        shapes: &mut Shapes,
+    ) -> Option<Bent<Traced>> {
+        let bent = self.widest(rod, gauge, shapes);
+        rod.near.set(None);
+        bent
+    }
+
+    /// The same by the widest instructions that the CPU has.
+    fn widest(
+        &self,
+        rod: &Whisker<'_, Traced>,
+        gauge: [Traced; 2],
+        shapes: &mut Shapes,
+    ) -> Option<Bent<Traced>> {
+        #[cfg(target_arch = "x86_64")]
+        if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+            // SAFETY: the CPU has just been found to have both features.
+            return unsafe { self.collocated_avx2(rod, gauge, shapes) };
+        }
+        self.by_nodes::<{ cfg!(target_arch = "aarch64") }>(rod, gauge, shapes)
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,fma")]
+    fn collocated_avx2(
+        &self,
+        rod: &Whisker<'_, Traced>,
+        gauge: [Traced; 2],
+        shapes: &mut Shapes,
+    ) -> Option<Bent<Traced>> {
+        self.by_nodes::<true>(rod, gauge, shapes)
+    }
+
+    #[inline(always)]
+    fn by_nodes<const FMA: bool>(
+        &self,
+        rod: &Whisker<'_, Traced>,
+        gauge: [Traced; 2],
+        (few, many): &mut Shapes,
+    ) -> Option<Bent<Traced>> {
+        if let Some(bent) = self.at_nodes::<FMA, FEW>(&OF_FEW, rod, gauge, few) {
+            return Some(bent);
+        }
+        self.at_nodes::<FMA, MANY>(&OF_MANY, rod, gauge, many)
+    }
+
+    #[inline(always)]
+    fn at_nodes<const FMA: bool, const N: usize>(
+        &self,
+        table: &Table<N>,
+        rod: &Whisker<'_, Traced>,
+        gauge: [Traced; 2],
+        shape: &mut Option<Shape<N>>,
+    ) -> Option<Bent<Traced>> {
+        let (tau, one) = (rod.taper.tau, Traced::of(1.0));
+        let rest = one - tau * self.arc;
+        if !(rest.value > 0.0 && self.force.y.value != 0.0) {
+            return None;
+        }
+        let g = rest.sqrt();
+        let m = self.arc / (g + 1.0);
+        // σ and dσ/dw.
+        let mut places = [[one; 2]; N];
+        for (place, w) in places.iter_mut().zip(&table.points) {
+            let y = (g - 1.0) * *w + 1.0;
+            let over = one / y;
+            let density = rest * m * over * over;
+            *place = [density * (y + 1.0) * *w, density * over * 2.0];
+        }
+        let ratio = self.force.x.value / self.force.y.value;
+        let (at, by) = self.settled::<FMA, N>(table, rod, &places, *shape)?;
+        *shape = Some(at);
+
+        let mut values = [[0.0; N]; 4];
+        let mut slopes = [[[0.0; N]; 4]; LANES];
+        for j in 0..N {
+            let [sigma, weight] = places[j];
+            let part = (true, 0.0, self.arc.value - sigma.value, one);
+            let state = [Traced::of(at[0][j]), Traced::of(at[1][j]), Traced::of(at[2][j]), Traced::of(0.0)];
+            rod.near.set(Some(SectionStrain { axial: at[3][j], bending: at[4][j] }));
+            let rates = self.slope(rod, part, sigma, &state)?.rate;
+            for c in 0..4 {
+                let rate = rates[c] * weight;
+                values[c][j] = rate.value;
+                for (lane, slope) in slopes.iter_mut().zip(rate.slope) {
+                    lane[c][j] = slope;
+                }
+            }
+        }
+        let (both, still) = (pair(&by, ratio), [0.0; N]);
+        for rates in slopes.iter_mut().filter(|rates| rates.iter().any(|rate| *rate != still)) {
+            let leaves = less(&rates[1], ratio, &rates[2]);
+            let apart = follow::<FMA, N>(table, &both, [&rates[0], &leaves], [&still; 2], 0.0)?;
+            for c in 0..4 {
+                add_each::<FMA, N>(&mut rates[c], &by[c][0], &apart[0]);
+                add_each::<FMA, N>(&mut rates[c], &by[c][1], &apart[1]);
+            }
+        }
+        let mut tails = [0.0_f64; 4];
+        for rates in slopes.iter().chain([&values]) {
+            for c in 0..4 {
+                tails[c] = tails[c].max(table.tail(&rates[c]));
+            }
+        }
+        let (others, along_gauge) = (tails[0].max(tails[1]).max(tails[2]), tails[3] <= TAIL);
+        if others > if along_gauge { WHOLE } else { PART } {
+            return None;
+        }
+
+        // Both ends of the gauge, the far one first.
+        let mut ends = [one; 2];
+        for (end, s) in ends.iter_mut().zip([gauge[1], gauge[0]]) {
+            let s = if s.value < 0.0 { Traced::of(0.0) } else { s };
+            *end = self.arc - Real::min(s, self.arc);
+        }
+        if ends[1].value > 0.0 && ends[1].value < BARELY * self.arc.value {
+            return None;
+        }
+        let w_at = |sigma: Traced| {
+            let root = (one - tau * (self.arc - sigma)).sqrt();
+            sigma * (g + 1.0) / (self.arc * root * (root + g))
+        };
+        let mut elongation = Traced::of(0.0);
+        if along_gauge {
+            let (far, near) = (w_at(ends[0]), w_at(ends[1]));
+            elongation = until::<FMA, N>(table, near, (&values, &slopes), 3)
+                - until::<FMA, N>(table, far, (&values, &slopes), 3);
+        } else {
+            // The skin changes faster along the rod than its shape.
+            let (length, mut strains) = (ends[1] - ends[0], [[0.0; N]; 1 + LANES]);
+            for j in 0..N {
+                let sigma = length * table.points[j] + ends[0];
+                let w = w_at(sigma);
+                let mut state = [Traced::of(0.0); 4];
+                for (c, state) in state.iter_mut().enumerate().take(3) {
+                    *state = until::<FMA, N>(table, w, (&values, &slopes), c);
+                }
+                let [here, _] = table.interpolate::<FMA>(w.value);
+                rod.near.set(Some(SectionStrain { axial: dot(&here, &at[3]), bending: dot(&here, &at[4]) }));
+                let strain =
+                    self.slope(rod, (true, 0.0, self.arc.value - sigma.value, one), sigma, &state)?.rate[3];
+                elongation = elongation + strain * length * table.weights[j];
+                strains[0][j] = strain.value;
+                for (row, slope) in strains[1..].iter_mut().zip(strain.slope) {
+                    row[j] = slope;
+                }
+            }
+            if !strains.iter().all(|row| table.tail(row) <= TAIL) {
+                return None;
+            }
+        }
+        let mut bent = [elongation; 4];
+        for c in 0..3 {
+            bent[c] = Traced::of(dot(&table.weights, &values[c]));
+            for (slope, rates) in bent[c].slope.iter_mut().zip(&slopes) {
+                *slope = dot(&table.weights, &rates[c]);
+            }
+        }
+        let finite =
+            bent.iter().all(|x| x.value.is_finite() && x.slope.iter().all(|slope| slope.is_finite()));
+        finite.then(|| Bent::from(bent))
+    }
+
+    /// The shape of the rod under this load, from `begun` on, and how its rates change with it.
+    #[inline(always)]
+    fn settled<const FMA: bool, const N: usize>(
+        &self,
+        table: &Table<N>,
+        rod: &Whisker<'_, Traced>,
+        places: &[[Traced; 2]; N],
+        begun: Option<Shape<N>>,
+    ) -> Option<(Shape<N>, Stiffness<N>)> {
+        let load = EndLoad {
+            arc: Local::of(self.arc.value),
+            force: self.force.map(|x| Local::of(x.value)),
+            point: self.point.map(|x| Local::of(x.value)),
+        };
+        let bare = rod.map(|x| Local::of(x.value))?;
+        let ratio = self.force.x.value / self.force.y.value;
+        let mut at = begun.unwrap_or([[0.0; N]; 5]);
+        for step in 0..MOST_STEPS {
+            let (mut rates, mut by, before) = ([[0.0; N]; 4], [[[0.0; N]; 2]; 4], at[4]);
+            for j in 0..N {
+                let (psi, x) = (Local::seed(at[0][j], 0, 1.0), Local::seed(at[1][j], 1, 1.0));
+                let (sigma, weight) = (places[j][0].value, places[j][1].value);
+                let part = (true, 0.0, self.arc.value - sigma, Local::of(1.0));
+                let state = [psi, x, Local::of(at[2][j]), Local::of(0.0)];
+                bare.near.set(Some(SectionStrain { axial: at[3][j], bending: at[4][j] }));
+                let slope = load.slope(&bare, part, Local::of(sigma), &state)?;
+                let near = bare.near.get()?;
+                (at[3][j], at[4][j]) = (near.axial, near.bending);
+                for c in 0..4 {
+                    rates[c][j] = slope.rate[c].value * weight;
+                    by[c][0][j] = slope.rate[c].slope[0] * weight;
+                    by[c][1][j] = slope.rate[c].slope[1] * weight;
+                }
+            }
+            let (leaves, u) = (less(&rates[1], ratio, &rates[2]), less(&at[1], ratio, &at[2]));
+            let apart =
+                follow::<FMA, N>(table, &pair(&by, ratio), [&rates[0], &leaves], [&at[0], &u], BEGUN)?;
+            let mut last = largest(&less(&at[4], 1.0, &before)) / largest(&at[4]).max(f64::MIN_POSITIVE);
+            for c in 0..3 {
+                add_each::<FMA, N>(&mut rates[c], &by[c][0], &apart[0]);
+                add_each::<FMA, N>(&mut rates[c], &by[c][1], &apart[1]);
+                let change = table.integrate::<FMA>(&rates[c], &at[c]);
+                add::<false, N>(&mut at[c], 1.0, &change);
+                let (change, size) = (largest(&change), largest(&at[c]));
+                last = last.max(if change > 0.0 { change / size } else { change });
+            }
+            if last <= SETTLED {
+                // Derivatives end later than values.
+                let doubtful = rod.skin.is_none() && N < MANY && table.tail(&rates[3]) > 0.2 * TAIL;
+                return (!doubtful).then_some((at, by));
+            }
+            if step == 0 && begun.is_none() {
+                // A straight rod does not tell how it shortens: by ψ²/2.
+                for j in 0..N {
+                    rates[1][j] += 0.5 * at[0][j] * at[0][j] * places[j][1].value;
+                }
+                at[1] = table.integrate::<FMA>(&rates[1], &[0.0; N]);
+            }
+        }
+        None
+    }
+}

@@ -1,0 +1,160 @@
+//! Functions by their values at Gauss's nodes: integrals, series, and a linear equation of two of them.
+
+use std::sync::LazyLock;
+
+use crate::physics::nodes::Nodes;
+
+/// A number at each node.
+pub type Row<const N: usize> = [f64; N];
+
+/// Change of the solution of a linear equation, relative to its largest, at which it is solved.
+const FOLLOWED: f64 = 1e-14;
+
+/// Sweeps at most.
+const MOST_SWEEPS: usize = 40;
+
+/// Gauss's rule of N nodes on w ∈ [0, 1], as [`Nodes`].
+pub struct Table<const N: usize> {
+    pub points: Row<N>,
+    pub weights: Row<N>,
+    /// What node j gives to the integrals from 0 to each node.
+    integral: [Row<N>; N],
+    /// Row k: the coefficient of P_k.
+    legendre: [Row<N>; N],
+}
+
+/// Nodes where they do, and where they do not; multiples of four.
+pub const FEW: usize = 16;
+pub const MANY: usize = 24;
+
+pub static OF_FEW: LazyLock<Table<FEW>> = LazyLock::new(Table::new);
+pub static OF_MANY: LazyLock<Table<MANY>> = LazyLock::new(Table::new);
+
+impl<const N: usize> Table<N> {
+    fn new() -> Self {
+        let Nodes { points, weights, integral, legendre } = Nodes::of(N);
+        let row = |of: &dyn Fn(usize) -> f64| std::array::from_fn(of);
+        Self {
+            points: row(&|i| points[i]),
+            weights: row(&|i| weights[i]),
+            integral: std::array::from_fn(|j| row(&|i| integral[i][j])),
+            legendre: std::array::from_fn(|k| row(&|j| legendre[k][j])),
+        }
+    }
+
+    /// ∫ of `rate` from 0 to each node, less `from`.
+    #[inline(always)]
+    pub fn integrate<const FMA: bool>(&self, rate: &Row<N>, from: &Row<N>) -> Row<N> {
+        let mut sum = [0.0; N];
+        for (x, column) in rate.iter().zip(&self.integral) {
+            add::<FMA, N>(&mut sum, *x, column);
+        }
+        add::<false, N>(&mut sum, -1.0, from);
+        sum
+    }
+
+    /// Weights of the interpolant at `w`, and of its integral from 0 to there.
+    #[inline(always)]
+    pub fn interpolate<const FMA: bool>(&self, w: f64) -> [Row<N>; 2] {
+        let x = 2.0 * w - 1.0;
+        let (mut before, mut now) = (1.0, x);
+        let mut weights = [self.legendre[0], [0.0; N]];
+        add::<FMA, N>(&mut weights[1], w, &self.legendre[0]);
+        for k in 1..N {
+            let kf = k as f64;
+            let next = ((2.0 * kf + 1.0) * x * now - kf * before) / (kf + 1.0);
+            add::<FMA, N>(&mut weights[0], now, &self.legendre[k]);
+            add::<FMA, N>(&mut weights[1], (next - before) * 0.5 / (2.0 * kf + 1.0), &self.legendre[k]);
+            (before, now) = (now, next);
+        }
+        weights
+    }
+
+    /// The last coefficients of the series of `rate`, relative to its largest.
+    #[inline(always)]
+    pub fn tail(&self, rate: &Row<N>) -> f64 {
+        let last = dot(&self.legendre[N - 1], rate).abs() + dot(&self.legendre[N - 2], rate).abs();
+        let size = largest(rate);
+        if size > 0.0 { last / size } else { size }
+    }
+}
+
+/// Adds `factor` x, in one rounding where the CPU has it.
+#[inline(always)]
+pub fn add<const FMA: bool, const N: usize>(to: &mut Row<N>, factor: f64, x: &Row<N>) {
+    for (to, x) in to.iter_mut().zip(x) {
+        *to = if FMA { factor.mul_add(*x, *to) } else { factor * *x + *to };
+    }
+}
+
+/// The same of a factor at each node.
+#[inline(always)]
+pub fn add_each<const FMA: bool, const N: usize>(to: &mut Row<N>, factor: &Row<N>, x: &Row<N>) {
+    for ((to, x), factor) in to.iter_mut().zip(x).zip(factor) {
+        *to = if FMA { factor.mul_add(*x, *to) } else { factor * *x + *to };
+    }
+}
+
+/// Σ x y.
+#[inline(always)]
+pub fn dot<const N: usize>(x: &Row<N>, y: &Row<N>) -> f64 {
+    let mut sums = [0.0; 4];
+    for k in (0..N).step_by(4) {
+        for i in 0..4 {
+            sums[i] += x[k + i] * y[k + i];
+        }
+    }
+    (sums[0] + sums[1]) + (sums[2] + sums[3])
+}
+
+/// The largest size.
+#[inline(always)]
+pub fn largest<const N: usize>(x: &Row<N>) -> f64 {
+    let mut most = [0.0_f64; 4];
+    for k in (0..N).step_by(4) {
+        for i in 0..4 {
+            let size = x[k + i].abs();
+            most[i] = if size > most[i] { size } else { most[i] };
+        }
+    }
+    most[0].max(most[1]).max(most[2]).max(most[3])
+}
+
+/// How two functions follow: their distances from `from`, where their rates are `rates` at `from` and change as `by` says; to `share` of the first change.
+#[inline(always)]
+pub fn follow<const FMA: bool, const N: usize>(
+    table: &Table<N>,
+    by: &[[Row<N>; 2]; 2],
+    rates: [&Row<N>; 2],
+    from: [&Row<N>; 2],
+    share: f64,
+) -> Option<[Row<N>; 2]> {
+    let mut apart = [[0.0; N]; 2];
+    let (mut turns, mut first) = (*rates[0], None);
+    for _ in 0..MOST_SWEEPS {
+        apart[0] = table.integrate::<FMA>(&turns, from[0]);
+        let mut leaves = *rates[1];
+        add_each::<FMA, N>(&mut leaves, &by[1][0], &apart[0]);
+        add_each::<FMA, N>(&mut leaves, &by[1][1], &apart[1]);
+        apart[1] = table.integrate::<FMA>(&leaves, from[1]);
+        let mut next = *rates[0];
+        add_each::<FMA, N>(&mut next, &by[0][0], &apart[0]);
+        add_each::<FMA, N>(&mut next, &by[0][1], &apart[1]);
+        let size = largest(&next);
+        add::<false, N>(&mut turns, -1.0, &next);
+        let change = largest(&turns);
+        if change <= FOLLOWED * size || change <= share * *first.get_or_insert(change) {
+            return Some(apart);
+        }
+        turns = next;
+    }
+    None
+}
+
+/// x less `ratio` y.
+#[inline(always)]
+pub fn less<const N: usize>(x: &Row<N>, ratio: f64, y: &Row<N>) -> Row<N> {
+    let mut u = *x;
+    add::<false, N>(&mut u, -ratio, y);
+    u
+}
