@@ -39,3 +39,5 @@ mod sweep;
 mod table;
 #[cfg(feature = "extension")]
 mod taps;
+#[cfg(feature = "extension")]
+mod words;

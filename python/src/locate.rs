@@ -18,7 +18,7 @@ use crate::contour::Told;
 use crate::error::{keywords, raise};
 use crate::job::{self, Far};
 use crate::table::Table;
-use crate::taps::bits;
+use crate::words::bits;
 
 /// The estimator of this name.
 pub fn estimator(name: Option<String>) -> Result<Option<&'static dyn Estimator>, Error> {

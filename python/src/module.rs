@@ -32,7 +32,9 @@ mod _native {
     #[pymodule_export]
     use crate::table::Table;
     #[pymodule_export]
-    use crate::taps::{Taps, counts};
+    use crate::taps::Taps;
+    #[pymodule_export]
+    use crate::words::counts;
     use pyo3::prelude::*;
 
     #[pymodule_init]

@@ -15,7 +15,7 @@ use crate::error::raise;
 use crate::job::{self, Far};
 use crate::locate::{Together, answered, spoken};
 use crate::table::Table;
-use crate::taps::bits;
+use crate::words::bits;
 
 /// Distances of readings of a calibrated sensor with several channels.
 #[pyclass(frozen, module = "vibrissa._native")]

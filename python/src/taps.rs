@@ -18,12 +18,12 @@ use vibrissa::optimise::write;
 use vibrissa::physics::onset::Grip;
 use vibrissa::scene::{BackendChoice, Precision, RunOptions, Setup};
 use vibrissa::spec;
-use vibrissa::status::Status;
 
 use crate::error::raise;
 use crate::held::{Column, Given};
 use crate::job::{self, Far};
 use crate::spec::UnreadSpec;
+use crate::words::bits;
 
 /// Taps that are solved on the thread that asks: they take less than a moment.
 const FEW: usize = 256;
@@ -36,38 +36,6 @@ const PART_OF_GRADIENTS: usize = 1 << 12;
 const INPUTS: &str = "D, d, L_a, x_ss, l, a, theta (or delta), tilt, lean, and of what the model has: hub, pole_radius, mu, E, C10, C01, C20, C30, \
                       nu, clamp, foil.stiffness, foil.length, foil.width, exponent, scale, bore, core.diameter, core.modulus, curvature, curvature_slope, \
                       root.k_theta, root.k_y, root.k_x";
-
-/// Words by their bits: a word that is new takes the next bit, wherever it stands among the words.
-const BITS: [Status; 12] = [
-    Status::INVALID_GEOMETRY,
-    Status::NO_STRAIN,
-    Status::NOT_CONVERGED,
-    Status::MATERIAL_LIMIT,
-    Status::SLIPPED_OFF,
-    Status::STRAIN_LIMIT,
-    Status::NO_ROOT,
-    Status::AMBIGUOUS,
-    Status::OUTSIDE_CALIBRATION,
-    Status::BAD_INPUT,
-    Status::AT_KNOT,
-    Status::INCONSISTENT,
-];
-const _: () = assert!(BITS.len() == Status::ALL.len());
-
-/// A status as a number: a bit for each word, by [`BITS`].
-pub fn bits(status: Status) -> u16 {
-    if status == Status::OK {
-        return 0;
-    }
-    BITS.iter().enumerate().map(|(k, word)| u16::from(status.has(*word)) << k).sum()
-}
-
-/// Whether every tap of a row with these `words` counts in its statistics.
-#[pyfunction]
-pub fn counts(words: &str) -> bool {
-    let known = Status::ALL.iter().filter(|(_, word)| words.split('+').any(|w| w == *word));
-    known.fold(Status::OK, |all, (one, _)| all | *one).counts()
-}
 
 /// Solves taps of one model, as often as it is asked, from any thread.
 #[pyclass(frozen, module = "vibrissa._native")]

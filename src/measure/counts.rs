@@ -204,7 +204,10 @@ mod tests {
             let plain: Vec<Count> = rig(|x| x - 14_000.0)
                 .iter()
                 .enumerate()
-                .map(|(k, c)| Count { value: rest + if k / 26 % 2 == 0 { c.value } else { -c.value } * 0.4, ..*c })
+                .map(|(k, c)| Count {
+                    value: rest + if k / 26 % 2 == 0 { c.value } else { -c.value } * 0.4,
+                    ..*c
+                })
                 .collect();
             let counted: Vec<Count> =
                 plain.iter().map(|c| Count { value: c.value.rem_euclid(TURN), ..*c }).collect();

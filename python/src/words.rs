@@ -1,0 +1,36 @@
+//! Words of a status as numbers.
+
+use pyo3::prelude::*;
+use vibrissa::status::Status;
+
+/// Words by their bits: a word that is new takes the next bit, wherever it stands among the words.
+const BITS: [Status; 12] = [
+    Status::INVALID_GEOMETRY,
+    Status::NO_STRAIN,
+    Status::NOT_CONVERGED,
+    Status::MATERIAL_LIMIT,
+    Status::SLIPPED_OFF,
+    Status::STRAIN_LIMIT,
+    Status::NO_ROOT,
+    Status::AMBIGUOUS,
+    Status::OUTSIDE_CALIBRATION,
+    Status::BAD_INPUT,
+    Status::AT_KNOT,
+    Status::INCONSISTENT,
+];
+const _: () = assert!(BITS.len() == Status::ALL.len());
+
+/// A status as a number: a bit for each word, by [`BITS`].
+pub fn bits(status: Status) -> u16 {
+    if status == Status::OK {
+        return 0;
+    }
+    BITS.iter().enumerate().map(|(k, word)| u16::from(status.has(*word)) << k).sum()
+}
+
+/// Whether every tap of a row with these `words` counts in its statistics.
+#[pyfunction]
+pub fn counts(words: &str) -> bool {
+    let known = Status::ALL.iter().filter(|(_, word)| words.split('+').any(|w| w == *word));
+    known.fold(Status::OK, |all, (one, _)| all | *one).counts()
+}
