@@ -66,7 +66,7 @@ pub(super) fn zero(taps: impl Iterator<Item = ((usize, [f64; 2]), f64)>) -> Opti
     let mut cells = BTreeMap::<_, Vec<f64>>::new();
     taps.for_each(|((run, at), signal)| cells.entry((run, at.map(f64::to_bits))).or_default().push(signal));
     let all: usize = cells.values().map(Vec::len).sum();
-    let mut pairs: Vec<Pair> = cells.into_values().filter_map(|signals| pair(signals)).collect();
+    let mut pairs: Vec<Pair> = cells.into_values().filter_map(pair).collect();
     let mut line = rough(&pairs)?;
     // Cells of one side alone, and such with a wrong row, are not on it.
     for _ in 0..3 {

@@ -1,6 +1,8 @@
-//! Everything that is tested from outside, in one program: each file says what it holds. `cargo test folders::` runs one of them.
+//! Everything that is tested from outside, in one program: each file says what it holds. `cargo test folders::` runs one of them. They begin in the order of their names, so that those that take
+//! longest have early ones.
 
 mod agreement;
+mod all_backends;
 mod bench;
 mod both;
 mod bounded;
@@ -12,6 +14,7 @@ mod charted;
 mod cli;
 mod common;
 mod contour;
+mod contour_curves;
 mod counted;
 mod curve;
 mod drivers;
@@ -84,11 +87,9 @@ mod tap;
 mod tilt;
 mod tilted;
 mod touched;
-mod traced;
 mod trends;
 mod twins;
 mod units;
-mod verify;
 mod words;
 mod world;
 mod writers;
