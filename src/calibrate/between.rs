@@ -89,13 +89,18 @@ pub(super) fn of_laws(taps: &[[f64; 3]]) -> Option<[f64; 2]> {
     let n = taps.len() as f64;
     let mut signals: Vec<f64> = taps.iter().map(|t| t[2]).collect();
     signals.sort_by(f64::total_cmp);
+    let different = |taps: &[[f64; 3]], k: usize| {
+        taps.iter().map(|t| t[k].to_bits()).collect::<std::collections::BTreeSet<_>>().len()
+    };
+    // By one drive two positions in the wrong order are as those of another side.
+    let positions = if different(&taps, 1) > 1 { 2 } else { 3 };
     let left = |zero: f64| {
         let of = |side: f64| -> Vec<[f64; 3]> {
             let above = taps.iter().map(|t| [t[0], t[1], side * (t[2] - zero)]);
             above.filter(|t| t[2] > 0.0).collect()
         };
         let sides = [of(1.0), of(-1.0)];
-        if sides.iter().any(|taps| taps.len() < FEWEST) {
+        if sides.iter().any(|taps| taps.len() < FEWEST || different(taps, 0) < positions) {
             return f64::INFINITY;
         }
         // A law that does not follow its taps is none: of one side, those below any constant go the other way.
@@ -272,6 +277,12 @@ mod tests {
             assert!((found - at).abs() < 3.0 * error && error < 0.1, "{found} ± {error} for {at}");
             assert_eq!(of_laws(&taps(at, false)), None);
         }
+        // Two labels are exchanged.
+        let exchanged = |k: i32| [65.0, 75.0, 95.0, 85.0][k as usize / 5];
+        let one_drive: Vec<[f64; 3]> = (0..20)
+            .map(|k| [exchanged(k), 1.0, 9.0 - f64::from(k / 5) + 0.01 * f64::from(k).sin()])
+            .collect();
+        assert_eq!(of_laws(&one_drive), None);
     }
 
     #[test]
