@@ -85,6 +85,8 @@ pub struct Objects<'a> {
     warned: bool,
     /// Whether it was said that a tap has no place.
     unplaced: bool,
+    /// Whether it was said that a tap is of another side than the first.
+    other_side: bool,
 }
 
 impl<'a> Objects<'a> {
@@ -164,6 +166,7 @@ impl<'a> Objects<'a> {
             clock: 0,
             warned: false,
             unplaced: false,
+            other_side: false,
         }))
     }
 
@@ -210,9 +213,18 @@ impl<'a> Objects<'a> {
         let known = Known::of(&mut self.known, (name, self.clock), (&mut self.warned, ask), || new(joint));
         let Taps::One(object, its_kind) = &mut known.object else { return None };
         if *its_kind != kind {
-            let located = Located::nothing(Status::INCONSISTENT);
-            let (taps, apart) = (object.count(), Some((tap.line, f64::NAN)));
-            return Some(Together { taps, located, tilt: NO_TILT, apart });
+            if !std::mem::replace(&mut self.other_side, true) {
+                (ask.warn)(&format!(
+                    "line {}: an object is told by taps of one side, above zeros of one kind, those of its first tap; such a tap is told alone",
+                    tap.line
+                ));
+            }
+            let joint = &self.joints[its_kind];
+            let located = object.told(joint).map_or(Located::nothing(Status::NO_ROOT), |told| {
+                let status = doubts(&self.locator.sides()[its_kind.0], object, &told);
+                Located { distance: told.a, sigma: told.sigma, status }
+            });
+            return Some(Together { taps: object.count(), located, tilt: NO_TILT, apart: None });
         }
         let UnlocatedTap { zero, shift, .. } = tap;
         object.add(joint, Tap { u: asked.drive, y, of_zero, zero, shift }, same_run);

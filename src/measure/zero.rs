@@ -42,6 +42,9 @@ impl Tared {
     }
 }
 
+/// Share of what one of few readings is off by within which the others are together.
+const TOGETHER: f64 = 0.01;
+
 /// Zero readings of a file.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Zero {
@@ -108,10 +111,17 @@ impl Zero {
     }
 
     /// Places of readings that lie off the line through their neighbours by more than 8 times what is usual, and by more
-    /// than a tenth of `scale`: taps recorded as zero, most likely. Five readings or more are needed to say so.
+    /// than a tenth of `scale`: taps recorded as zero, most likely. Of three or four readings one is none where the others are together.
     pub fn outliers(readings: &[(usize, f64)], scale: f64) -> Vec<usize> {
         if readings.len() < 5 {
-            return Vec::new();
+            let middle = crate::reduce::median(&mut readings.iter().map(|r| r.1).collect::<Vec<_>>());
+            let mut by_size: Vec<(usize, f64)> =
+                readings.iter().map(|r| (r.0, (r.1 - middle).abs())).collect();
+            by_size.sort_by(|p, q| q.1.total_cmp(&p.1));
+            return match by_size[..] {
+                [(place, off), (_, next), _, ..] if off > 0.1 * scale && next < TOGETHER * off => vec![place],
+                _ => Vec::new(),
+            };
         }
         let off: Vec<f64> = (0..readings.len())
             .map(|i| {
@@ -146,5 +156,10 @@ mod tests {
         let mut wrong = readings;
         wrong[4].1 += 5e-3;
         assert_eq!(Zero::outliers(&wrong, 1e-2), [55]);
+        let few = [(0, 1930.15), (7, 1930.18), (14, 0.0), (21, 1930.14)];
+        assert_eq!(Zero::outliers(&few, 1850.0), [14]);
+        assert_eq!(Zero::outliers(&few[..3], 1850.0), [14]);
+        assert_eq!(Zero::outliers(&[(0, 1.0), (7, 1.4), (14, 2.0)], 2.0), [] as [usize; 0]);
+        assert_eq!(Zero::outliers(&few[1..3], 1850.0), [] as [usize; 0]);
     }
 }

@@ -151,7 +151,7 @@ pub fn values(base: &About, scales: &Scales, terms: &[Term], a: f64, u: f64) -> 
 pub struct Effects {
     /// Whether the base is a whisker's curve.
     pub known: bool,
-    /// Standard deviation of the zero before any tap, in units of the signal: [`FLAT`] where it was read; `None` where it is learned.
+    /// Standard deviation of the zero before any tap, in units of the signal, large where it was read; `None` where it is learned.
     pub zero: Option<f64>,
     /// Whether a drift is looked for.
     pub drift: bool,

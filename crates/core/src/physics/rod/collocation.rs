@@ -28,8 +28,9 @@ const LANES: usize = UNKNOWNS + INPUTS;
 /// Derivatives of the rates of ψ, x, y and the gauge's elongation, per w, by ψ and by u.
 type Stiffness<const N: usize> = [[Row<N>; 2]; 4];
 
-/// Change of the shape, relative to its largest, after which it is not changed any more: the next would be its square.
-const SETTLED: f64 = 3e-10;
+/// Change of the shape, relative to its largest, after which it is not changed any more: the next would be its square, but derivatives are those of the
+/// sections before it.
+const SETTLED: f64 = 1e-11;
 
 /// What the linear equation leaves of its first change while the shape is sought.
 const BEGUN: f64 = 1e-4;
