@@ -142,8 +142,9 @@ pub fn next(
     let more =
         of_best.map_or(Vec::new(), |best| (0..6).map(|k| (1 << k, after(best, f64::from(1 << k)))).collect());
     let now = [told.a, outlook.spread()];
+    let least = more.iter().map(|(_, sigma)| *sigma).fold(now[1], f64::min);
     let floor =
-        of_best.map(|best| after(best, ALL)).filter(|floor| floor.is_finite()).map(|floor| floor.min(now[1]));
+        of_best.map(|best| after(best, ALL)).filter(|floor| floor.is_finite()).map(|floor| floor.min(least));
     let mut status = Status::OK;
     let compared = places.len() - places.len().min(object.compared());
     let apart = object.apart(&joint, told.a, same_run).map(|(ago, by)| (places[places.len() - 1 - ago], by));

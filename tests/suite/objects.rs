@@ -320,7 +320,9 @@ fn the_base_may_move() {
     );
     // Before the first tap it stays.
     let first = ["next", "cal/calibration.toml", "--shift", "-5,5", "--json", "--out", "f"];
-    let first = desk.run(&first).exits(0).json()["result"].clone();
+    let ran = desk.run(&first).exits(0);
+    assert!(ran.stderr.contains("--shift is not looked at before the first tap"), "{}", ran.stderr);
+    let first = ran.json()["result"].clone();
     assert_eq!(number(&first, "shift_mm"), 0.0);
     assert_eq!(Table::read(&desk.path("f/next.csv")).rows.len(), 33);
     desk.run(&["next", "cal/calibration.toml", "two.csv", "--shift", "4,-4", "--out", "no"]).exits(2);

@@ -61,6 +61,11 @@ pub fn run(args: &args::Next) -> Result<Reply, Error> {
             left.join(", ")
         ));
     }
+    if shifts.is_some() && found.taps == 0 && !args.common.quiet {
+        say::warning(format_args!(
+            "--shift is not looked at before the first tap, which tells where the object is"
+        ));
+    }
     let data = bytes.as_ref().map(|bytes| hash(&String::from_utf8_lossy(bytes)));
     let asked = json!({ "calibration": calibration.checksum, "readings": data, "object": args.object, "only": args.only, "within": args.within, "shift": args.shift, "same_run": args.same_run, "zero": SaidZero::json(args.zero.as_ref()), "columns": args.columns });
     let inputs = std::iter::once(args.calibration.clone()).chain(args.readings.clone()).collect();
