@@ -4,10 +4,11 @@
 //! taps lie on one line, y₋ = (1 + r) z − r y₊, which meets the diagonal at the zero z. No curve of the whisker is needed, and the signals need not
 //! be on both sides of 0.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Matrix3, Vector3};
 use vibrissa_learned::base::power;
+use vibrissa_learned::start::lowest;
 
 use crate::reduce::median;
 
@@ -89,9 +90,8 @@ pub(super) fn of_laws(taps: &[[f64; 3]]) -> Option<[f64; 2]> {
     let n = taps.len() as f64;
     let mut signals: Vec<f64> = taps.iter().map(|t| t[2]).collect();
     signals.sort_by(f64::total_cmp);
-    let different = |taps: &[[f64; 3]], k: usize| {
-        taps.iter().map(|t| t[k].to_bits()).collect::<std::collections::BTreeSet<_>>().len()
-    };
+    let different =
+        |taps: &[[f64; 3]], k: usize| taps.iter().map(|t| t[k].to_bits()).collect::<BTreeSet<_>>().len();
     // By one drive two positions in the wrong order are as those of another side.
     let positions = if different(&taps, 1) > 1 { 2 } else { 3 };
     let left = |zero: f64| {
@@ -120,13 +120,8 @@ pub(super) fn of_laws(taps: &[[f64; 3]]) -> Option<[f64; 2]> {
     let coarse = places.min_by(|j, k| left(between(*j)).total_cmp(&left(between(*k))))?;
     let near = coarse.saturating_sub(every).max(ends[0])..=(coarse + every).min(ends[1]);
     let at = near.min_by(|j, k| left(between(*j)).total_cmp(&left(between(*k))))?;
-    let (mut lo, mut hi) = (signals[at - 1], signals[at]);
-    let step = (hi - lo) / 64.0;
-    for _ in 0..24 {
-        let (p, q) = (lo + 0.382 * (hi - lo), lo + 0.618 * (hi - lo));
-        if left(p) < left(q) { hi = q } else { lo = p }
-    }
-    let zero = 0.5 * (lo + hi);
+    let around = [signals[at - 1], signals[at]];
+    let (zero, step) = (lowest(left, around), (around[1] - around[0]) / 64.0);
     let least = left(zero);
     let one_side = |side: f64| {
         let turned: Vec<[f64; 3]> = taps.iter().map(|t| [t[0], t[1], side * t[2]]).collect();
@@ -137,12 +132,9 @@ pub(super) fn of_laws(taps: &[[f64; 3]]) -> Option<[f64; 2]> {
     let error = (2.0 * least / ((n - 7.0).max(1.0) * bends)).sqrt();
     let usual = median(&mut taps.iter().map(|t| (t[2] - zero).abs()).collect::<Vec<_>>());
     let told = least.is_finite() && n * (alone / least).ln() > FAR_BETTER;
-    told.then(|| {
-        [
-            zero,
-            if error.is_finite() { error.max(NO_LAW * usual) } else { 0.5 * (signals[at] - signals[at - 1]) },
-        ]
-    })
+    // A misfit without a low says no more than that the zero is between these two.
+    let error = if error.is_finite() { error.max(NO_LAW * usual) } else { 0.5 * (around[1] - around[0]) };
+    told.then_some([zero, error])
 }
 
 /// The signals of a cell, parted where they are farthest apart.

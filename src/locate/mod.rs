@@ -27,6 +27,7 @@ mod rows;
 mod said;
 pub mod sequence;
 pub mod several;
+pub mod shift;
 pub mod stream;
 pub mod strokes;
 pub mod table;

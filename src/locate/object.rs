@@ -11,11 +11,12 @@ use super::opened::Opened;
 use super::pair::Spatial;
 use super::pairs::{self, PairObject, Parts};
 use super::rows::{Answerer, RowReader};
+use super::shift::{SHIFT, shift_column};
 use super::stream::Ask;
 use super::table::Reading as Row;
 pub use super::together::Together;
 use super::{Located, Locator};
-use crate::error::{InputError, nearest};
+use crate::error::InputError;
 use crate::measure::text::number as number_of;
 use crate::status::Status;
 
@@ -27,35 +28,10 @@ pub const COLUMNS: [&str; 6] =
 pub const OF_TWO: [&str; 2] = ["object_tilt_deg", "object_sigma_tilt_deg"];
 /// The column that names the object, where none is said.
 pub const NAME: &str = "object";
-/// The column that says how much nearer to the object the base stood, mm.
-pub const SHIFT: &str = "shift_mm";
 /// One gauge tells no tilt.
 const NO_TILT: [f64; 2] = [f64::NAN; 2];
 /// Chance that sound taps are said to contradict each other.
 const CHANCE: f64 = 0.001;
-
-/// Place of the column [`SHIFT`] among `names`.
-///
-/// # Errors
-/// A column that is nearly called so.
-pub fn shift_column(names: &[String]) -> Result<Option<usize>, InputError> {
-    let found = names.iter().position(|n| n == SHIFT);
-    let parts = |n: &str| n.to_lowercase().split('_').map(str::to_owned).collect::<Vec<_>>();
-    let known = |part: &String| ["base", "shift", "mm", "cm", "m"].contains(&part.as_str());
-    let like = |n: &&String| {
-        let parts = parts(n);
-        nearest(n, &[SHIFT]).is_some() || parts.iter().all(known) && parts.iter().any(|part| part == "shift")
-    };
-    match names.iter().find(like).filter(|_| found.is_none()) {
-        Some(name) => {
-            let error = InputError::new(
-                "this is nearly the column of the shift of the base, and would not be looked at",
-            );
-            Err(error.key(name).allowed(format!("{SHIFT}, in mm; or a name unlike it")))
-        }
-        None => Ok(found),
-    }
-}
 
 /// Which readings are of one object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

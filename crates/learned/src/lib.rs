@@ -23,5 +23,5 @@ pub mod newton;
 pub mod plan;
 mod positions;
 pub mod rows;
-mod start;
+pub mod start;
 pub mod suspects;

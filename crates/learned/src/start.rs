@@ -144,7 +144,11 @@ fn offset(curve: Whisker<'_>, taps: &[[f64; 3]], read: Option<f64>) -> f64 {
     let ends = [-0.9 * least.min(0.5 * largest), 0.9 * least.max(0.1 * largest)];
     let at = |k: usize| ends[0] + (ends[1] - ends[0]) * k as f64 / 16.0;
     let best = (0..=16).min_by(|i, k| of(at(*i)).total_cmp(&of(at(*k)))).unwrap_or(0);
-    let (mut lo, mut hi) = (at(best.saturating_sub(1)), at((best + 1).min(16)));
+    lowest(of, [at(best.saturating_sub(1)), at((best + 1).min(16))])
+}
+
+/// Where between two ends a function with one low there is lowest, to 1e-5 of what is between them (golden section).
+pub fn lowest(of: impl Fn(f64) -> f64, [mut lo, mut hi]: [f64; 2]) -> f64 {
     for _ in 0..24 {
         let (p, q) = (lo + 0.382 * (hi - lo), lo + 0.618 * (hi - lo));
         if of(p) < of(q) {
