@@ -44,7 +44,7 @@ use crate::measure::columns::may_drive;
 use crate::measure::group::Groups;
 use crate::measure::lag::Lag;
 use crate::measure::text::plain;
-use crate::measure::{Data, Rig, zero::Zero};
+use crate::measure::{Data, Rig, signed, zero::Zero};
 use crate::scene::{Drive, RunOptions, Side};
 use crate::simulate;
 use prepare::Prepared;
@@ -129,6 +129,14 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
     let mut rig = rig.clone();
     let mut warnings = Vec::new();
     let data = &data.rounded(options.group.map(|width| width == Some(0.0)));
+    let folded = signed::folded(data);
+    if folded.is_some() {
+        warnings.push(format!(
+            "{}: signals say that drives below 0 are taps to the other side: their size counts, of readings too",
+            data.file
+        ));
+    }
+    let data = folded.as_ref().unwrap_or(data);
     check(data, &rig, options)?;
     if let Some(k) = rig.setup.estimate.k.take() {
         warnings.push(format!(

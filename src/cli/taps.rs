@@ -34,6 +34,9 @@ pub fn run(args: &Taps) -> Result<Reply, Error> {
     if !args.common.quiet && !record.ignored.is_empty() {
         say::warning(format_args!("columns that are not used: {}", record.ignored.join(", ")));
     }
+    if !args.common.quiet && record.empty > 0 {
+        say::warning(format_args!("lines without a signal are left out: {}", record.empty));
+    }
     let drive = match (&args.theta, &args.delta) {
         (Some(values), _) => Some((Drive::Angle, values.clone())),
         (None, Some(values)) => Some((Drive::Displacement, values.clone())),

@@ -306,6 +306,9 @@ impl Export<'_> {
         if !self.locator.drive_recorded {
             lines.push("    drive = 1; /* it was not recorded when the whisker was calibrated */".to_owned());
         }
+        if self.locator.drive_recorded && self.locator.drive_origin == 0.0 && self.sides.len() > 1 {
+            lines.push("    drive = fabs_F(drive); /* below 0: to the other side */".to_owned());
+        }
         if self.locator.drive_origin != 0.0 {
             lines.push(format!(
                 "    drive -= {}; /* the drive that counts as 0 */",

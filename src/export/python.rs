@@ -116,6 +116,9 @@ impl Export<'_> {
             .replace("@FAR", &number(FAR))
             .replace("@QUANTILES", &list(&QUANTILES));
         let prepare = match (self.locator.drive_recorded, self.locator.drive_origin) {
+            (true, 0.0) if self.sides.len() > 1 => {
+                "    drive = abs(drive)  # below 0: to the other side".to_owned()
+            }
             (true, 0.0) => String::new(),
             (true, origin) => format!("    drive -= {}  # the drive that counts as 0", number(origin)),
             (false, _) => "    drive = 1.0  # it was not recorded when the whisker was calibrated".to_owned(),

@@ -264,7 +264,8 @@ impl Locator {
     /// # Errors
     /// Why nothing is.
     pub(crate) fn asked(&self, drive: f64, signal: f64) -> Result<SideTap, Status> {
-        let (drive, signal) = self.as_calibrated(drive, signal);
+        let signal = self.as_calibrated(drive, signal).1;
+        let drive = self.from_origin(drive);
         if !drive.is_finite() || !signal.is_finite() {
             return Err(Status::BAD_INPUT);
         }
@@ -285,6 +286,12 @@ impl Locator {
         Ok(SideTap { side, drive, signal: signal.abs(), status })
     }
 
+    /// A drive from its origin; where both sides are calibrated, its size.
+    pub(crate) fn from_origin(&self, drive: f64) -> f64 {
+        let drive = drive - self.drive_origin;
+        if self.drive_origin == 0.0 && self.sides.len() > 1 { drive.abs() } else { drive }
+    }
+
     /// A drive from its origin, and a tared signal of a counter that did not begin anew.
     pub(crate) fn as_calibrated(&self, drive: f64, signal: f64) -> (f64, f64) {
         let wraps = self.tared.as_ref().is_some_and(|t| t.wraps);
@@ -299,7 +306,7 @@ impl Locator {
 
     /// Signal that the estimator expects of a tap at a (mm) by `drive`, on the side of `sign`; NaN where it expects nothing.
     pub fn expected(&self, a: f64, drive: f64, sign: f64) -> f64 {
-        let drive = drive - self.drive_origin;
+        let drive = self.from_origin(drive);
         let Some(side) = self.sides.iter().find(|s| s.sign == sign) else { return f64::NAN };
         if !side.admits(drive) || !a.is_finite() {
             return f64::NAN;
@@ -309,7 +316,7 @@ impl Locator {
 
     /// Variance of what is expected there, beyond the noise of one reading; NaN where nothing is known of it.
     pub(crate) fn left(&self, a: f64, drive: f64, sign: f64) -> f64 {
-        let drive = drive - self.drive_origin;
+        let drive = self.from_origin(drive);
         let Some(side) = self.sides.iter().find(|s| s.sign == sign) else { return f64::NAN };
         let expected = |a: f64| side.answers.expected(a, drive);
         let slope = (expected(a * (1.0 + QUOTIENT)) - expected(a * (1.0 - QUOTIENT))) / (2.0 * QUOTIENT * a);

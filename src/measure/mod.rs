@@ -14,6 +14,7 @@ mod others;
 pub mod rest;
 pub mod rig;
 pub mod runs;
+pub mod signed;
 pub mod skin;
 pub mod text;
 pub mod unit;

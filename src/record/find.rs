@@ -1,20 +1,24 @@
 //! Contacts in a record, and their readings.
 
 use super::Record;
-use super::rest::{AWAY, Rest, STILL, blocks_of, noise, rest, spreads};
+use super::rest::{AWAY, Rest, STILL, apart, blocks_of, rest, spreads};
 use crate::error::InputError;
 use crate::reduce::median;
 
 /// Contacts that are nearer to each other, in samples, are one.
 const APART: usize = 3;
+/// So much smaller contacts without a rest between are none: a whisker swings when it comes free, and rubber creeps back.
+const SWINGS: f64 = 0.35;
 /// Samples of a contact at least.
 const LEAST: usize = 3;
 /// Share of a contact that a plateau lasts at least.
 const LASTS: f64 = 0.15;
 /// Band of a plateau beside its noise: share of its level.
 const BAND: f64 = 0.02;
-/// Parts of a contact that are looked at together: of one that has one plateau, and of one that may have many.
-const PARTS: [usize; 2] = [20, 60];
+/// Parts of a contact that are looked at together for a drive that stands still.
+const PARTS: usize = 60;
+/// Standard deviations of noise within which samples are at one level.
+const NEAR: f64 = 3.0;
 /// A plateau is a reading where its level is at least this share of the largest of the contact.
 const HIGH: f64 = 0.5;
 /// Share of a plateau at its beginning that is left out: there the rubber still creeps most.
@@ -23,8 +27,8 @@ const SETTLES: f64 = 1.0 / 3.0;
 const SAME: f64 = 0.01;
 /// Share of a peak by which a sample may stand out of its neighbours.
 const SHARP: f64 = 0.1;
-/// Samples at a peak whose mean is the reading.
-const TOP: usize = 3;
+/// What is at its top: within so many standard deviations of noise ([`NEAR`]), or this share of it.
+const NEXT: f64 = 0.01;
 
 /// What of a contact is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -104,12 +108,18 @@ pub fn find(record: &Record, take: Take) -> Result<(Vec<Reading>, Rest), InputEr
     let mut readings: Vec<Reading> =
         rest.blocks.iter().map(|&block| mean(record, &rest, Kind::Rest, block, block)).collect();
     let n = record.signal.len();
+    let largest = |[first, last]: [usize; 2]| (first..=last).map(off).fold(0.0, f64::max);
     let mut found: Vec<[usize; 2]> = Vec::new();
     for contact in contacts(n, |k| off(k) > rest.away) {
-        let [first, last] = grown(contact, |k| off(k) > 2.0 * rest.noise, n);
-        match found.last_mut() {
-            Some(before) if first <= before[1] + APART => before[1] = before[1].max(last),
-            _ => found.push([first, last]),
+        let [first, last] = grown(contact, |k| off(k) > 2.0 * rest.scatter, n);
+        let before = found.last_mut().filter(|before| {
+            let rested = || rest.blocks.iter().any(|b| (2 * before[1]..2 * first).contains(&(b[0] + b[1])));
+            let (one, other) = (largest(**before), largest([first, last]));
+            first <= before[1] + APART || one.min(other) < SWINGS * one.max(other) && !rested()
+        });
+        match before {
+            Some(before) => before[1] = before[1].max(last),
+            None => found.push([first, last]),
         }
     }
     for contact in found {
@@ -148,17 +158,20 @@ fn grown([mut first, mut last]: [usize; 2], off: impl Fn(usize) -> bool, n: usiz
     [first, last]
 }
 
+/// The sample `k` of a peak. It may be one sample; but what springs out of its neighbours is none.
+fn sample(record: &Record, rest: &Rest, k: usize) -> f64 {
+    let (smooth, raw) = (rest.signal[k], record.signal[k]);
+    let most = AWAY * rest.noise + SHARP * (smooth - rest.level[k]).abs();
+    raw.clamp(smooth - most, smooth + most)
+}
+
 /// The mean of the samples `of` in a contact.
 fn mean(record: &Record, rest: &Rest, kind: Kind, contact: [usize; 2], of: [usize; 2]) -> Reading {
     let n = (of[1] - of[0] + 1) as f64;
     let sum = |values: &[f64]| values[of[0]..=of[1]].iter().sum::<f64>() / n;
-    // A peak may be one sample; but what springs out of its neighbours is none.
-    let sample = |k: usize| {
-        let (smooth, raw) = (rest.signal[k], record.signal[k]);
-        let most = AWAY * rest.noise + SHARP * (smooth - rest.level[k]).abs();
-        if kind == Kind::Peak { raw.clamp(smooth - most, smooth + most) } else { smooth }
-    };
-    let samples: Vec<f64> = (of[0]..=of[1]).map(sample).collect();
+    let peaks = kind == Kind::Peak;
+    let of_kind = |k: usize| if peaks { sample(record, rest, k) } else { rest.signal[k] };
+    let samples: Vec<f64> = (of[0]..=of[1]).map(of_kind).collect();
     let signal = samples.iter().sum::<f64>() / n;
     let square = samples.iter().map(|y| (y - signal).powi(2)).sum::<f64>();
     Reading {
@@ -176,50 +189,107 @@ fn mean(record: &Record, rest: &Rest, kind: Kind, contact: [usize; 2], of: [usiz
     }
 }
 
+/// What is read of a contact.
 fn of_contact(record: &Record, rest: &Rest, contact: [usize; 2], take: Take) -> Vec<Reading> {
     let [first, last] = contact;
-    let off = |k: usize| rest.signal[k] - rest.level[k];
-    let top = (first..=last).max_by(|j, k| off(*j).abs().total_cmp(&off(*k).abs())).unwrap_or(first);
-    let peak = || {
-        let of = [top.saturating_sub(TOP / 2).max(first), (top + TOP / 2).min(last)];
-        vec![mean(record, rest, Kind::Peak, contact, of)]
-    };
+    let off = |k: usize| (rest.signal[k] - rest.level[k]).abs();
+    let top = (first..=last).max_by(|j, k| off(*j).total_cmp(&off(*k))).unwrap_or(first);
     if take == Take::Peak {
-        return peak();
+        return vec![peak(record, rest, contact, top)];
     }
-    let drives = record.drive.as_ref().map(|(_, drives)| drives.as_slice());
-    let most = drives.map_or(0.0, |d| d.iter().fold(0.0_f64, |m, x| m.max(x.abs())));
+    let plateaus = match &record.drive {
+        None => plateau(record, rest, contact, contact, HIGH * off(top)).into_iter().collect(),
+        Some((_, drives)) => {
+            let most = drives.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+            let stays = steady(drives, contact, SAME * most);
+            let of = |stay: [usize; 2]| plateau(record, rest, contact, stay, 0.0);
+            let found = stays.into_iter().filter_map(of);
+            let pushed = found.filter(|r| r.drive.is_none_or(|d| d.abs() > SAME * most));
+            joined(record, rest, pushed.collect(), SAME * most)
+        }
+    };
+    match (plateaus.is_empty(), take) {
+        (true, Take::Auto) => vec![peak(record, rest, contact, top)],
+        _ => plateaus,
+    }
+}
+
+/// Stretches of a contact in which the drive stands still.
+fn steady(drives: &[f64], [first, last]: [usize; 2], same: f64) -> Vec<[usize; 2]> {
     let length = last - first + 1;
-    // Quiet around it: the samples next to it lie within the band, and so do their drives. A part of the contact, since a ramp of many samples is no plateau.
-    let window = STILL.max(length / PARTS[usize::from(drives.is_some())]);
-    let bands = spreads(&rest.signal, window, contact);
-    let moved = drives.map(|d| (spreads(d, window, contact), AWAY * noise(d)));
-    let quiet = |k: usize| {
-        bands[k] <= AWAY * rest.noise + BAND * off(first + k).abs()
-            && moved.as_ref().is_none_or(|(spreads, noise)| spreads[k] <= noise.max(SAME * most))
-    };
-    let enough = STILL.max((LASTS * length as f64) as usize);
-    // Of several drives in one contact each plateau counts, however short beside the whole.
-    let least = if drives.is_some() { window } else { enough };
-    let plateaus = blocks_of(length, 1, quiet).into_iter().map(|[p, q]| [first + p, first + q]);
-    let plateaus: Vec<[usize; 2]> = plateaus.filter(|[p, q]| q - p + 1 >= least).collect();
-    let settled = |&[p, q]: &[usize; 2]| {
-        let from = p + ((q - p + 1) as f64 * SETTLES) as usize;
-        mean(record, rest, Kind::Plateau, contact, [from, q])
-    };
-    let mut found: Vec<Reading> = plateaus.iter().map(settled).collect();
-    found.retain(|r| r.drive.is_none_or(|d| d.abs() > SAME * most));
-    if drives.is_none() {
-        // One tap: its highest plateau.
-        found.sort_by(|p, q| (q.signal - q.rest).abs().total_cmp(&(p.signal - p.rest).abs()));
-        found.truncate(1);
-        found.retain(|r| (r.signal - r.rest).abs() >= HIGH * off(top).abs());
-    } else {
-        found = joined(record, rest, found, SAME * most);
+    let window = STILL.max(length / PARTS);
+    let (spreads, moves) = (spreads(drives, window, [first, last]), same.max(AWAY * apart(drives)));
+    let still = blocks_of(length, window, |k| spreads[k] <= moves);
+    still.into_iter().map(|[p, q]| [first + p, first + q]).collect()
+}
+
+/// The plateau in the `stretch` of a contact, at least so `high`: the level near which the signal is longest, and the longest time that it is near it without break.
+fn plateau(
+    record: &Record,
+    rest: &Rest,
+    contact: [usize; 2],
+    stretch: [usize; 2],
+    high: f64,
+) -> Option<Reading> {
+    let [first, last] = stretch;
+    let off = |k: usize| rest.signal[k] - rest.level[k];
+    let band = |level: f64| (NEAR * rest.scatter).max(BAND * level.abs());
+    let mut sorted: Vec<f64> = (first..=last).map(off).collect();
+    sorted.sort_by(f64::total_cmp);
+    // The densest band of levels.
+    let mut dense = (0, 0.0);
+    let mut low = 0;
+    for (k, &value) in sorted.iter().enumerate() {
+        while value - sorted[low] > 2.0 * band(value) {
+            low += 1;
+        }
+        let level = sorted[low + (k - low) / 2];
+        if level.abs() >= high && k - low + 1 > dense.0 {
+            dense = (k - low + 1, level);
+        }
     }
-    match (found.is_empty(), take) {
-        (true, Take::Auto) => peak(),
-        _ => found,
+    let level = dense.1;
+    let near = |k: usize| (off(first + k) - level).abs() <= band(level);
+    let runs = blocks_of(last - first + 1, 1, near);
+    let [p, q] = runs.into_iter().max_by_key(|[p, q]| (q - p, *p))?;
+    let lasts = q - p + 1;
+    if lasts < STILL.max((LASTS * (last - first + 1) as f64) as usize) {
+        return None;
+    }
+    let from = p + (lasts as f64 * SETTLES) as usize;
+    Some(mean(record, rest, Kind::Plateau, contact, [first + from, first + q]))
+}
+
+/// The largest signal of a contact: the top of the parabola through the samples next to it that are as high but for noise, three or more.
+fn peak(record: &Record, rest: &Rest, contact: [usize; 2], top: usize) -> Reading {
+    let off = |k: usize| (rest.signal[k] - rest.level[k]).abs();
+    let near = |k: usize| off(k) >= off(top) - (NEAR * rest.scatter).max(NEXT * off(top));
+    let [mut first, mut last] = [top.saturating_sub(1).max(contact[0]), (top + 1).min(contact[1])];
+    while first > contact[0] && near(first - 1) {
+        first -= 1;
+    }
+    while last < contact[1] && near(last + 1) {
+        last += 1;
+    }
+    let told = mean(record, rest, Kind::Peak, contact, [first, last]);
+    // Least squares of level + slope x + curve x² on places −1 … 1.
+    let n = last - first;
+    let place = |k: usize| 2.0 * (k - first) as f64 / n as f64 - 1.0;
+    let mut sums = [0.0; 4];
+    for k in first..=last {
+        let (x, y) = (place(k), sample(record, rest, k) - told.signal);
+        for (sum, value) in sums.iter_mut().zip([x * x, x.powi(4), x * y, x * x * y]) {
+            *sum += value;
+        }
+    }
+    let [xx, xxxx, xy, xxy] = sums;
+    let curve = xxy / (xxxx - xx * xx / (n + 1) as f64);
+    let (slope, level) = (xy / xx, -curve * xx / (n + 1) as f64);
+    // Its top lies between the samples, or is none.
+    let at = -0.5 * slope / curve;
+    match at.abs() <= 1.0 {
+        true => Reading { signal: told.signal + level + at * (slope + at * curve), ..told },
+        false => told,
     }
 }
 

@@ -27,6 +27,8 @@ pub struct Record {
     pub labels: Vec<(String, Vec<String>)>,
     /// Names of columns that are not used.
     pub ignored: Vec<String>,
+    /// Lines without a signal, which are left out.
+    pub empty: usize,
 }
 
 impl Record {
@@ -61,6 +63,7 @@ impl Record {
                 .collect(),
             time: Vec::new(),
             signal: Vec::new(),
+            empty: 0,
         };
         let object = names.iter().position(|name| name == crate::locate::object::NAME);
         let labelled: Vec<usize> =
@@ -72,6 +75,10 @@ impl Record {
             if all.len() != names.len() {
                 let error = InputError::new("this line has another number of fields than the header");
                 return Err(at(error.value(all.len()).allowed(names.len().to_string()), line));
+            }
+            if matches!(all[columns.signal.1].trim(), "" | "NaN" | "nan") {
+                record.empty += 1;
+                continue;
             }
             let mut number = |place: usize| match decimals.number(&all[place]) {
                 Some(x) if x.is_finite() => Ok(x),

@@ -3,16 +3,25 @@
 use crate::reduce::median;
 
 use super::Record;
+use super::chain::returns;
 
 /// Standard deviations of noise, and share of the largest signal, beyond which a sample is in contact.
 pub const AWAY: f64 = 6.0;
 const SHARE: f64 = 0.005;
-/// Samples that are looked at together, at least; and the parts of a record that are tried for them. The longest is taken with which there are two rests or
-/// more: few samples of a slow ramp look like a rest.
+/// Standard deviation of a smoothed sample ([`smoothed`]) over that which its differences would have if samples were independent (2 000 000 normal samples).
+const SMOOTH: f64 = 2.62;
+/// And over that of a sample.
+const SMOOTHED: f64 = 0.553;
+/// Samples that are looked at together, at least; and the parts of a record that are tried for them: few samples of a slow ramp look like a rest.
 pub const STILL: usize = 5;
 const WINDOWS: [usize; 4] = [400, 800, 1600, 3200];
-/// The level may drift between two rests by this share of the contact between them.
-const DRIFT: f64 = 0.15;
+/// Standard deviations of smoothed noise by which a window spreads that is still.
+const SPREADS: f64 = 6.5;
+/// This share of the windows of a record is still in any case, and so is what spreads by so many times as much, up to a share of the whole signal: hum of the mains and
+/// drift are in all of them.
+const SURELY: f64 = 0.1;
+const ALIKE: f64 = 2.0;
+const HUM: f64 = 0.06;
 /// Drives up to this share of the largest, from the least, are none; the least is that of a rest up to the other share: not every encoder has its zero
 /// where contact begins.
 const NONE: f64 = 0.02;
@@ -22,7 +31,9 @@ const OFF: f64 = 0.1;
 pub struct Rest {
     /// Standard deviation of a sample.
     pub noise: f64,
-    /// The signal without single samples that spring out of it.
+    /// The same of a smoothed one.
+    pub scatter: f64,
+    /// The signal, smoothed.
     pub signal: Vec<f64>,
     /// The level at each sample.
     pub level: Vec<f64>,
@@ -32,21 +43,33 @@ pub struct Rest {
     pub blocks: Vec<[usize; 2]>,
 }
 
-/// Standard deviation of the noise of samples: of their differences, most of which no tap makes; of a converter at least that of its step.
-pub fn noise(signal: &[f64]) -> f64 {
-    let mut differences: Vec<f64> = signal.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
-    let step = differences.iter().copied().filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
-    let middle = median(&mut differences) / (0.674_5 * std::f64::consts::SQRT_2);
-    middle.max(if step.is_finite() { step / 12_f64.sqrt() } else { 0.0 })
+/// Differences of neighbours.
+fn differences(values: &[f64]) -> impl Iterator<Item = f64> {
+    values.windows(2).map(|w| (w[1] - w[0]).abs())
 }
 
-/// Each sample's median with its two neighbours.
+/// Median of a normal deviate's absolute value, in standard deviations.
+const MEDIAN: f64 = 0.674_5;
+
+/// Standard deviation of independent samples: of their differences, most of which no tap makes.
+pub fn apart(values: &[f64]) -> f64 {
+    median(&mut differences(values).collect::<Vec<_>>()) / (MEDIAN * std::f64::consts::SQRT_2)
+}
+
+/// Standard deviation of the noise of a converter: that of its step.
+fn step(values: &[f64]) -> f64 {
+    let least = differences(values).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
+    if least.is_finite() { least / 12_f64.sqrt() } else { 0.0 }
+}
+
+/// Each sample's median with its two neighbours, which no single sample that springs out of them moves; and of these the mean of each and its neighbours with weights 1, 2, 1,
+/// in which hum at half the rate of the samples is not.
 fn smoothed(y: &[f64]) -> Vec<f64> {
-    let at = |k: usize| {
-        let (a, b, c) = (y[k.saturating_sub(1)], y[k], y[(k + 1).min(y.len() - 1)]);
-        a.max(b).min(a.min(b).max(c))
+    let three = |y: &[f64], f: fn(f64, f64, f64) -> f64| -> Vec<f64> {
+        (0..y.len()).map(|k| f(y[k.saturating_sub(1)], y[k], y[(k + 1).min(y.len() - 1)])).collect()
     };
-    (0..y.len()).map(at).collect()
+    let middle = three(y, |a, b, c| a.max(b).min(a.min(b).max(c)));
+    three(&middle, |a, b, c| 0.25 * (a + 2.0 * b + c))
 }
 
 /// For each sample the largest less the smallest of the `window` samples around it, between two `ends`.
@@ -87,23 +110,49 @@ fn driven(record: &Record) -> Option<Vec<bool>> {
 
 /// The rest of `record`.
 pub fn rest(record: &Record) -> Rest {
-    let noise = noise(&record.signal);
     let y = smoothed(&record.signal);
+    let scatter = (SMOOTH * apart(&y)).max(SMOOTHED * step(&record.signal));
+    let span = range(&y);
     let driven = driven(record);
     let by = |window: usize| {
         let spreads = spreads(&y, window, [0, y.len() - 1]);
-        let free = |k: usize| spreads[k] <= AWAY * noise && driven.as_ref().is_none_or(|driven| !driven[k]);
-        let quiet = blocks_of(y.len(), window, free);
-        // Where the drive is known it says what is no contact; else the level to which the signal comes back.
-        if driven.is_some() { quiet } else { returns(&y, &quiet, AWAY * noise) }
+        let least = quantile(&mut spreads.clone(), SURELY);
+        let still = (SPREADS * scatter).max((ALIKE * least).min(HUM * span));
+        let free = |k: usize| spreads[k] <= still && driven.as_ref().is_none_or(|driven| !driven[k]);
+        (blocks_of(y.len(), window, free), still)
     };
     let windows = WINDOWS.map(|parts| (y.len() / parts).max(STILL));
-    let mut found = windows.into_iter().map(by);
-    let blocks = found.find(|blocks| blocks.len() > 1).unwrap_or_else(|| by(windows[WINDOWS.len() - 1]));
+    let found = windows.map(by);
+    let blocks = match driven.is_some() {
+        // Where the drive is known it says what is no contact; else the level to which the signal comes back.
+        true => {
+            found.iter().find(|(blocks, _)| blocks.len() > 1).unwrap_or(&found[windows.len() - 1]).0.clone()
+        }
+        false => returns(&y, span, found),
+    };
     let level = between(&y, &blocks);
+    // Of the rests, so that it has all that is in every sample of them.
+    let by_rests = |values: &[f64], least: f64| {
+        let samples = blocks.iter().flat_map(|[first, last]| *first..=*last);
+        let mut off: Vec<f64> = samples.map(|k| (values[k] - level[k]).abs()).collect();
+        if off.is_empty() { least } else { least.max(median(&mut off) / MEDIAN) }
+    };
+    let (noise, scatter) = (by_rests(&record.signal, step(&record.signal)), by_rests(&y, scatter));
     let span = y.iter().zip(&level).map(|(y, level)| (y - level).abs()).fold(0.0, f64::max);
-    let away = (AWAY * noise).max(SHARE * span);
-    Rest { noise, signal: y, level, away, blocks }
+    let away = (AWAY * scatter).max(SHARE * span);
+    Rest { noise, scatter, signal: y, level, away, blocks }
+}
+
+/// The largest of `values` less the smallest.
+fn range(values: &[f64]) -> f64 {
+    let of = |start: f64, f: fn(f64, f64) -> f64| values.iter().copied().fold(start, f);
+    of(f64::NEG_INFINITY, f64::max) - of(f64::INFINITY, f64::min)
+}
+
+/// The value below which `share` of `values` lie.
+fn quantile(values: &mut [f64], share: f64) -> f64 {
+    let place = (share * values.len() as f64) as usize;
+    *values.select_nth_unstable_by(place, f64::total_cmp).1
 }
 
 /// First and last of each run of samples that are `still`, `least` or more together.
@@ -125,49 +174,6 @@ pub fn blocks_of(n: usize, least: usize, still: impl Fn(usize) -> bool) -> Vec<[
     all
 }
 
-/// Those of the `quiet` blocks that are rests: from one of them on, in both directions, those whose level is that of the rest before, but for a share of
-/// the contact between them. Of several to begin with, the one with which most are rests; of equals the first.
-fn returns(y: &[f64], quiet: &[[usize; 2]], away: f64) -> Vec<[usize; 2]> {
-    const TRIED: usize = 24;
-    let levels: Vec<f64> =
-        quiet.iter().map(|[first, last]| median(&mut y[*first..=*last].to_vec())).collect();
-    // Largest and smallest signal between a block and the next.
-    let gaps: Vec<[f64; 2]> = quiet
-        .windows(2)
-        .map(|pair| {
-            let gap = &y[pair[0][0]..=pair[1][1]];
-            let of = |start: f64, f: fn(f64, f64) -> f64| gap.iter().copied().fold(start, f);
-            [of(f64::NEG_INFINITY, f64::max), of(f64::INFINITY, f64::min)]
-        })
-        .collect();
-    let follow = |start: usize, way: &mut dyn Iterator<Item = usize>, back: bool, all: &mut Vec<usize>| {
-        let (mut level, mut most) = (levels[start], 0.0_f64);
-        for k in way {
-            let [hi, lo] = gaps[if back { k } else { k - 1 }];
-            most = most.max((hi - level).abs()).max((lo - level).abs());
-            if (levels[k] - level).abs() <= away.max(DRIFT * most) {
-                (level, most) = (levels[k], 0.0);
-                all.push(k);
-            }
-        }
-    };
-    let from = |start: usize| {
-        let mut all = vec![start];
-        follow(start, &mut (start + 1..quiet.len()), false, &mut all);
-        follow(start, &mut (0..start).rev(), true, &mut all);
-        all.sort_unstable();
-        all
-    };
-    let mut best: Vec<usize> = Vec::new();
-    for start in 0..quiet.len().min(TRIED) {
-        let all = from(start);
-        if all.len() > best.len() {
-            best = all;
-        }
-    }
-    best.into_iter().map(|k| quiet[k]).collect()
-}
-
 /// The level at each sample: the medians of the rests, joined by straight lines.
 fn between(y: &[f64], blocks: &[[usize; 2]]) -> Vec<f64> {
     // A long rest has a median at each of its quarters, so that a level that creeps is followed.
@@ -176,9 +182,19 @@ fn between(y: &[f64], blocks: &[[usize; 2]]) -> Vec<f64> {
         .flat_map(|&[first, last]| {
             let parts = if last - first >= 4 * STILL { 4 } else { 1 };
             let length = (last - first + 1) / parts;
-            (0..parts).map(move |p| (first + p * length, first + (p + 1) * length - 1))
+            let part = |p: usize| {
+                let (from, to) = (first + p * length, first + (p + 1) * length - 1);
+                (0.5 * (from + to) as f64, median(&mut y[from..=to].to_vec()))
+            };
+            let mut all: Vec<(f64, f64)> = (0..parts).map(part).collect();
+            if let [p, q, .., r, s] = all[..] {
+                let line =
+                    |p: (f64, f64), q: (f64, f64), x: f64| (x, p.1 + (q.1 - p.1) * (x - p.0) / (q.0 - p.0));
+                all.insert(0, line(p, q, first as f64));
+                all.push(line(r, s, last as f64));
+            }
+            all
         })
-        .map(|(from, to)| (0.5 * (from + to) as f64, median(&mut y[from..=to].to_vec())))
         .collect();
     let at = |k: usize| {
         let x = k as f64;
