@@ -101,7 +101,7 @@ impl Array {
                 zero,
                 label: Some(&label),
                 keep: true,
-                by: by(&together),
+                by: by(&together)?,
                 warn: &warn,
             };
             let answered = answer(&whiskers, &bytes, &ask, &noise)?;

@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 use vibrissa::error::{Error, InputError};
 use vibrissa::estimator::{ALL, Estimator, named};
 use vibrissa::export::{Export, Language, proposing};
+use vibrissa::locate::free::Free;
 use vibrissa::locate::object::UnlocatedTap;
 use vibrissa::locate::object::{By, Objects};
 use vibrissa::locate::{self, Answerer, Calibration, Located, Sequence, locator::opener, next, stream};
@@ -243,17 +244,22 @@ pub fn spoken(language: &str) -> Result<Language, InputError> {
     })
 }
 
-/// Which readings of a table are told together: "same", "strokes", or "object" and its column.
+/// Which readings of a table are told together: "same", "strokes" and what they leave free, or "object" and its column.
 pub type Together = Option<(String, Option<String>)>;
 
 /// The same in the words of the library.
-pub fn by(together: &Together) -> By<'_> {
-    match together {
+pub fn by(together: &Together) -> Result<By<'_>, InputError> {
+    Ok(match together {
+        Some((word, free)) if word == "strokes" => {
+            let parsed = free.as_deref().map(str::parse::<Free>).transpose();
+            let refused =
+                |why: String| InputError::new(why).key("free").value(free.clone().unwrap_or_default());
+            By::Strokes(parsed.map_err(refused)?.unwrap_or_default())
+        }
         Some((_, Some(column))) => By::Column(column),
-        Some((word, None)) if word == "strokes" => By::Strokes,
         Some(_) => By::Same,
         None => By::Unsaid,
-    }
+    })
 }
 
 /// Readings of a CSV table, its name, bytes and columns, by `who` of what answers, those that are told `together`: located.csv, and what should be
@@ -269,7 +275,7 @@ pub fn answered<T: Send + Sync + 'static>(
         let columns = columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
         let told = Told::default();
         let warn = |text: &str| told.push(text);
-        let by = by(&together);
+        let by = by(&together)?;
         Objects::can(who(&of), by)?;
         let ask = stream::Ask {
             columns: &columns,

@@ -28,14 +28,17 @@ class Located(NamedTuple):
     """Bits of :class:`vibrissa.Status`."""
 
 
-def told_together(object: str | None, same: bool, strokes: bool = False) -> tuple[str, str | None] | None:
+def told_together(object: str | None, same: bool, strokes: bool = False, free: str | None = None) -> tuple[str, str | None] | None:
     """Which readings of a table are told together."""
     column = given(word, "object", object)
     ways = {"object": column is not None, "same": flag("same", same), "strokes": flag("strokes", strokes)}
     said = [name for name, value in ways.items() if value]
     if len(said) > 1:
         raise InputError("readings are told together in one way", key=said[1], value=", ".join(said), allowed=f"one of {', '.join(ways)}")
-    return (said[0], column) if said else None
+    left = given(word, "free", free)
+    if left is not None and said != ["strokes"]:
+        raise InputError("only strokes leave something free", key="free", value=left, allowed="strokes=True beside it")
+    return (said[0], left or column) if said else None
 
 
 class NextTap(NamedTuple):
@@ -262,7 +265,7 @@ class Locator:
             yield Located(distance, sigma, Status(status))
 
     def table(self, readings: Any, columns: dict[str, str] | str | None = None, *, object: str | None = None, same: bool = False,
-              strokes: bool = False) -> _native.Table:
+              strokes: bool = False, free: str | None = None) -> _native.Table:
         """Readings of a table (a path, a DataFrame, a dict of columns) as ``located.csv``: their own columns, distance_mm, sigma_mm, status.
 
         Columns in memory come back as they were given: words as words (``"007"``), times as times, whole numbers as whole numbers; to_pandas()
@@ -277,12 +280,14 @@ class Locator:
             same: all taps are of one object.
             strokes: readings at growing drive are strokes along an object, told apart by a column ``stroke`` or by where the drive begins anew;
                 ``touch``, ``stroke_distance_mm``, ``from_68_mm`` … say what a stroke so far tells.
+            free: what a stroke leaves free, as words joined by commas: ``zero`` (that of the sensor), ``friction=SD`` of the object, ``tilt=SD`` of its
+                edge in degrees.
 
         Raises:
             InputError: data that cannot be used; two of ``object``, ``same`` and ``strokes``; readings that are to be told together by another
                 estimator than ``learned``, or of several signals.
         """
-        together = told_together(object, same, strokes)
+        together = told_together(object, same, strokes, free)
         data = csv(readings, "readings", columns)
         found, told = (self._several or self._native).table(data.label, data.bytes, roles(columns), together)
         warn(told)

@@ -8,7 +8,7 @@ use super::pairs::Parts;
 use super::rows::{Answerer, RowReader};
 use super::stream::Ask;
 use super::strokes::{Far, Strokes};
-use crate::error::InputError;
+use crate::error::Error;
 
 /// Readings that are told together.
 pub enum Group<'a> {
@@ -22,18 +22,22 @@ impl<'a> Group<'a> {
     /// Of readings, where any are told together.
     ///
     /// # Errors
-    /// As [`Objects::new`].
-    pub fn new(rows: &RowReader<'a>, ask: &Ask<'_>) -> Result<Option<Self>, InputError> {
+    /// As [`Objects::new`] and [`Strokes::new`].
+    pub fn new(rows: &RowReader<'a>, ask: &Ask<'_>) -> Result<Option<Self>, Error> {
         Ok(match ask.by {
-            By::Strokes => Some(Self::Strokes(Strokes::new(rows))),
-            _ => Objects::new(rows, ask)?.map(Self::Objects),
+            By::Strokes(free) => Some(Self::Strokes(Strokes::new(rows, free)?)),
+            _ => {
+                let objects =
+                    Objects::new(rows, ask).map_err(|e| e.at(ask.label.unwrap_or("stdin"), None))?;
+                objects.map(Self::Objects)
+            }
         })
     }
 
     /// Columns that are added after the status of readings that are told together `by` this; `rows` of a file, whose columns are kept.
     pub fn columns(by: By<'_>, who: Answerer<'_>, rows: Option<&RowReader<'_>>) -> Vec<&'static str> {
         match by {
-            By::Strokes => Strokes::columns(rows),
+            By::Strokes(_) => Strokes::columns(rows),
             _ => Objects::columns(by, rows.is_some(), who.is_twofold()),
         }
     }

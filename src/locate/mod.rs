@@ -11,6 +11,7 @@
 //! ```
 
 pub mod calibration;
+pub mod free;
 mod group;
 mod kept;
 mod known;

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use vibrissa_core::normal::quantile;
 use vibrissa_learned::joint::{Joint, Object, Tap, Told};
 
+use super::free::Free;
 pub use super::known::UnlocatedTap;
 use super::known::{Known, Taps};
 use super::opened::Opened;
@@ -34,7 +35,7 @@ const NO_TILT: [f64; 2] = [f64::NAN; 2];
 const CHANCE: f64 = 0.001;
 
 /// Which readings are of one object.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum By<'a> {
     /// Nobody said; in a file a column `object` says it.
     Unsaid,
@@ -42,8 +43,8 @@ pub enum By<'a> {
     Same,
     /// Those of one value in this column.
     Column(&'a str),
-    /// Not taps, but readings of strokes.
-    Strokes,
+    /// Not taps, but readings of strokes, which leave this free.
+    Strokes(Free),
 }
 
 /// Objects and their taps.
@@ -72,13 +73,13 @@ impl<'a> Objects<'a> {
     /// Several signals, and estimators that tell each tap alone.
     pub fn can(who: Answerer<'_>, by: By<'_>) -> Result<(), InputError> {
         let locator = who.first();
-        let two = who.is_twofold() && by != By::Strokes;
+        let two = who.is_twofold() && !matches!(by, By::Strokes(_));
         if by == By::Unsaid || two || who.is_alone() && locator.is_learned() {
             return Ok(());
         }
         let key = match by {
             By::Same => "--same",
-            By::Strokes => "--strokes",
+            By::Strokes(_) => "--strokes",
             _ => "--object",
         };
         let estimator = match who {
@@ -119,7 +120,7 @@ impl<'a> Objects<'a> {
                 Some(place) => Some(place),
                 None => return Ok(None),
             },
-            By::Same | By::Strokes => None,
+            By::Same | By::Strokes(_) => None,
             By::Column(name) => match of(name) {
                 Some(place) => Some(place),
                 None => {

@@ -157,7 +157,7 @@ pub fn answer<'a>(
             lag.tau_s
         ));
     }
-    let mut group = Group::new(&rows, ask).map_err(label)?;
+    let mut group = Group::new(&rows, ask)?;
     let together = group.iter().flat_map(|_| Group::columns(ask.by, who, Some(&rows)));
     let columns: Vec<&str> = added(who).into_iter().chain(together).collect();
     let kept = ask.keep.then(|| Kept::new(&rows, &columns));

@@ -2,12 +2,14 @@
 
 use std::collections::HashMap;
 
-use vibrissa_learned::joint::{Course, Joint, Stroke, ToldCourse};
+use vibrissa_learned::joint::{Course, Joint, Nuisance, Stroke, ToldCourse};
 
 use super::Locator;
+use super::free::Free;
 use super::object::{UnlocatedTap, limit};
 use super::rows::RowReader;
 use super::stream::{Ask, number};
+use crate::error::Error;
 use crate::status::Status;
 
 /// Columns that are added: readings so far, the drive of the touch and its standard deviation, distance, ends of its 68 and 95 % intervals, the
@@ -36,6 +38,8 @@ const PATIENT: usize = 32;
 /// The whisker touches no earlier than this share of the largest calibrated drive before drive 0, or than the stroke begins.
 const EARLY: f64 = 0.03;
 
+/// Variance of a zero that may be anywhere, over the square of the largest signal.
+const ANYWHERE: f64 = 100.0;
 /// Signals of the other side beyond so many times the noise are of a contact.
 const BESIDE: f64 = 10.0;
 /// Drives of no stroke.
@@ -59,6 +63,8 @@ pub struct Strokes<'a> {
     signals: [f64; 2],
     /// The last answer.
     far: Option<Far>,
+    /// What is free, and what that changes of the signals of each side.
+    free: (Free, Vec<Vec<Nuisance>>),
 }
 
 /// Readings as one side of the whisker gives them.
@@ -96,10 +102,15 @@ impl Far {
 }
 
 impl<'a> Strokes<'a> {
-    /// Of readings.
-    pub fn new(rows: &RowReader<'a>) -> Self {
+    /// Of readings, which leave this `free`.
+    ///
+    /// # Errors
+    /// As [`Free::nuisances`].
+    pub fn new(rows: &RowReader<'a>, free: Free) -> Result<Self, Error> {
         let locator = rows.who.first();
-        Self {
+        let changes = locator.sides().iter().map(|side| free.nuisances(locator, side));
+        let changes = changes.collect::<Result<_, _>>()?;
+        Ok(Self {
             locator,
             place: rows.names().iter().position(|n| n == NAME),
             joints: HashMap::new(),
@@ -111,7 +122,8 @@ impl<'a> Strokes<'a> {
             sides: Vec::new(),
             signals: [0.0; 2],
             far: None,
-        }
+            free: (free, changes),
+        })
     }
 
     /// Columns that are added after the status, and before them the number of the stroke where the line does not keep one.
@@ -218,9 +230,14 @@ impl<'a> Strokes<'a> {
         let largest = side.drives[side.drives.len() - 1];
         let course = Course {
             same_run: locator.same_run,
-            of_zero: learned.read(1.0, tap.share).2,
+            of_zero: if self.free.0.zero {
+                ANYWHERE * own.largest.powi(2)
+            } else {
+                learned.read(1.0, tap.share).2
+            },
             least: (-EARLY * largest).min(self.drives[1] - locator.drive_origin),
             touch: None,
+            nuisances: &self.free.1[k],
         };
         let told = own.stroke.told(joint, course);
         status |= match &told {

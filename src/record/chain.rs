@@ -1,5 +1,6 @@
 //! Which quiet parts of a record are rests.
 
+use super::rest::WINDOWS;
 use crate::reduce::median;
 
 /// A level may move between two rests by this share of the contact between them, and without contact by this one of the whole signal.
@@ -19,7 +20,7 @@ const BRIEF: f64 = 1.0 / 8.0;
 ///
 /// Each way from a rest to a later one counts 1 where there is contact between, less by how far the level has moved, in shares of [`MOVED`] of the contact;
 /// a way without contact costs what the level moved by. Rests that last much less than others count less: the signal turns there. The best chain, by dynamic programming.
-pub fn returns(y: &[f64], span: f64, found: [(Vec<[usize; 2]>, f64); 4]) -> Vec<[usize; 2]> {
+pub fn returns(y: &[f64], span: f64, found: [(Vec<[usize; 2]>, f64); WINDOWS.len()]) -> Vec<[usize; 2]> {
     let mut best: (f64, Vec<[usize; 2]>) = (0.0, Vec::new());
     let (mut lasts, mut still) = (None, 0.0_f64);
     for (blocks, own) in found {

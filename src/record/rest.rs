@@ -14,7 +14,7 @@ const SMOOTH: f64 = 2.62;
 const SMOOTHED: f64 = 0.553;
 /// Samples that are looked at together, at least; and the parts of a record that are tried for them: few samples of a slow ramp look like a rest.
 pub const STILL: usize = 5;
-const WINDOWS: [usize; 4] = [400, 800, 1600, 3200];
+pub const WINDOWS: [usize; 6] = [100, 200, 400, 800, 1600, 3200];
 /// Standard deviations of smoothed noise by which a window spreads that is still.
 const SPREADS: f64 = 6.5;
 /// This share of the windows of a record is still in any case, and so is what spreads by so many times as much, up to a share of the whole signal: hum of the mains and
@@ -22,6 +22,8 @@ const SPREADS: f64 = 6.5;
 const SURELY: f64 = 0.1;
 const ALIKE: f64 = 2.0;
 const HUM: f64 = 0.06;
+/// Standard deviations of smoothed noise within which the ends of a rest are.
+const AT: f64 = 2.0;
 /// Drives up to this share of the largest, from the least, are none; the least is that of a rest up to the other share: not every encoder has its zero
 /// where contact begins.
 const NONE: f64 = 0.02;
@@ -130,6 +132,7 @@ pub fn rest(record: &Record) -> Rest {
         }
         false => returns(&y, span, found),
     };
+    let blocks: Vec<_> = blocks.into_iter().map(|block| trimmed(&y, block, scatter)).collect();
     let level = between(&y, &blocks);
     // Of the rests, so that it has all that is in every sample of them.
     let by_rests = |values: &[f64], least: f64| {
@@ -137,7 +140,9 @@ pub fn rest(record: &Record) -> Rest {
         let mut off: Vec<f64> = samples.map(|k| (values[k] - level[k]).abs()).collect();
         if off.is_empty() { least } else { least.max(median(&mut off) / MEDIAN) }
     };
-    let (noise, scatter) = (by_rests(&record.signal, step(&record.signal)), by_rests(&y, scatter));
+    // The steps of a converter are not independent, and hardly smaller in the mean.
+    let step = step(&record.signal);
+    let (noise, scatter) = (by_rests(&record.signal, step), by_rests(&y, scatter.max(step)));
     let span = y.iter().zip(&level).map(|(y, level)| (y - level).abs()).fold(0.0, f64::max);
     let away = (AWAY * scatter).max(SHARE * span);
     Rest { noise, scatter, signal: y, level, away, blocks }
@@ -172,6 +177,21 @@ pub fn blocks_of(n: usize, least: usize, still: impl Fn(usize) -> bool) -> Vec<[
         }
     }
     all
+}
+
+/// A rest without the samples at its ends that are off the line through its middle: of a slow ramp not all is seen.
+fn trimmed(y: &[f64], [first, last]: [usize; 2], scatter: f64) -> [usize; 2] {
+    let quarter = (last - first + 1) / 4;
+    let middle = |from: usize| median(&mut y[from..from + quarter].to_vec());
+    if quarter < STILL {
+        return [first, last];
+    }
+    let [p, q] = [middle(first + quarter), middle(first + 2 * quarter)];
+    let line = |k: usize| p + (q - p) * (k as f64 - (first as f64 + 1.5 * quarter as f64)) / quarter as f64;
+    let on = |k: &usize| (y[*k] - line(*k)).abs() <= AT * scatter.max((q - p).abs());
+    let from = (first..first + quarter).find(on).unwrap_or(first + quarter);
+    let to = (last - quarter..=last).rev().find(on).unwrap_or(last - quarter);
+    [from, to]
 }
 
 /// The level at each sample: the medians of the rests, joined by straight lines.

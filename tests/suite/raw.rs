@@ -242,3 +242,61 @@ fn spikes_long_holds_and_negative_drives_are_read() {
         assert!(ran.stderr.contains(bad[0]), "{}", ran.stderr);
     }
 }
+
+/// A record of taps that hold for 1 s, at 1 kHz or 100 Hz, above what `more` (of the share of the record that is over) adds.
+fn trials(rate: f64, seed: u64, noise: f64, more: &dyn Fn(f64, f64) -> f64) -> (Vec<f64>, String) {
+    let mut dice = Dice(seed);
+    let levels: Vec<f64> = (0..7).map(|_| 0.2 + 0.8 * dice.uniform()).collect();
+    let mut signal = vec![0.0; (1.5 * rate) as usize];
+    for level in &levels {
+        let (ramp, hold) = (0.1 + 0.4 * dice.uniform(), 0.5 + dice.uniform());
+        let steps = |s: f64| (s * rate) as usize;
+        let part =
+            |n: usize, f: &dyn Fn(f64) -> f64| (0..n).map(|k| f(k as f64 / n as f64)).collect::<Vec<_>>();
+        signal.extend(part(steps(ramp), &|s| level * s));
+        signal.extend(part(steps(hold), &|_| *level));
+        signal.extend(part(steps(ramp), &|s| level * (1.0 - s)));
+        signal.extend(part(steps(0.6 + dice.uniform()), &|_| 0.0));
+    }
+    let n = signal.len() as f64;
+    let mut text = "t_s,reading\n".to_owned();
+    for (k, y) in signal.iter().enumerate() {
+        let t = k as f64 / rate;
+        text += &format!("{t},{}\n", 5.0 + y + more(k as f64 / n, t) + noise * dice.normal());
+    }
+    (levels, text)
+}
+
+#[test]
+fn noise_drift_and_hum_hide_no_tap() {
+    let desk = Desk::new("");
+    let hum = |_: f64, t: f64| 0.01 * (std::f64::consts::TAU * 50.0 * t + 1.0).sin();
+    let drift = |share: f64, _: f64| 0.3 * share;
+    let wave = |share: f64, _: f64| 0.05 * (9.4 * share).sin();
+    let none = |_: f64, _: f64| 0.0;
+    let cases: [(&str, &dyn Fn(f64, f64) -> f64, f64); 4] =
+        [("noise", &none, 0.008), ("hum", &hum, 5e-4), ("drift", &drift, 2e-3), ("wave", &wave, 2e-3)];
+    for (name, more, noise) in cases {
+        for seed in 0..6 {
+            let (levels, text) = trials([100.0, 1000.0][seed as usize % 2], seed, noise, more);
+            desk.write("r.csv", text);
+            desk.run(&["taps", "r.csv", "--out", "t", "--force"]).exits(0);
+            let table = Table::read(&desk.path("t/taps.csv"));
+            assert_eq!(table.rows.len(), levels.len(), "{name} {seed}: {}", table.text);
+            for (row, level) in table.rows.iter().zip(&levels) {
+                let found = number(row, "reading").unwrap();
+                assert!((found - level).abs() < 0.015, "{name} {seed}: {found} for {level}");
+            }
+        }
+    }
+    // Samples that were lost are no fault.
+    let (levels, text) = trials(100.0, 9, 1e-3, &none);
+    let lost = |(k, line): (usize, &str)| match line.rsplit_once(',') {
+        Some((t, _)) if k % 11 == 5 => format!("{t},\n"),
+        _ => format!("{line}\n"),
+    };
+    desk.write("r.csv", text.lines().enumerate().map(lost).collect::<String>());
+    let ran = desk.run(&["taps", "r.csv", "--out", "t", "--force"]).exits(0);
+    assert!(ran.stderr.contains("lines without a signal are left out"), "{}", ran.stderr);
+    assert_eq!(Table::read(&desk.path("t/taps.csv")).rows.len(), levels.len());
+}

@@ -163,3 +163,49 @@ fn strokes_that_fit_no_curve_say_so() {
         desk.run(&["locate", cal, "strokes.csv", "--strokes", "--estimator", "paper", "--out", "f"]).exits(2);
     assert!(ran.stderr.contains("--strokes"), "{}", ran.stderr);
 }
+
+#[test]
+fn zero_friction_and_tilt_of_a_stroke_may_be_free() {
+    let desk = desk();
+    let cal = "cal/calibration.toml";
+    let ask = |file: &str, more: &[&str]| {
+        desk.run(&[&["locate", cal, file, "--strokes", "--out", "out", "--force"], more].concat()).exits(0);
+        let table = Table::read(&desk.path("out/located.csv"));
+        last(&table).into_iter().cloned().collect::<Vec<Row>>()
+    };
+    let width = |row: &Row| of(row, "to_68_mm") - of(row, "from_68_mm");
+    let inside = |row: &Row| of(row, "from_95_mm") < of(row, "a_mm") && of(row, "a_mm") < of(row, "to_95_mm");
+    // A zero far from that of the calibration: a curve that fits none, and one that fits.
+    let of_two = |spoil: &dyn Fn(usize, f64, f64) -> f64| {
+        let all = strokes(&desk, true, spoil);
+        let wanted = |l: &&str| ["stroke", ",0", ",1"].iter().any(|end| l.ends_with(end));
+        all.lines().filter(wanted).fold(String::new(), |text, l| text + l + "\n")
+    };
+    desk.write("away.csv", of_two(&|_, _, y| y + 3e-3));
+    let away = ask("away.csv", &["--free", "zero"]);
+    assert!(away.len() == 2 && away.iter().all(inside), "{away:?}");
+    assert!(away.iter().all(|row| row["stroke_status"] == "ok"), "{away:?}");
+    let fixed = ask("away.csv", &[]);
+    assert!(fixed.iter().all(|row| row["stroke_status"] != "ok"), "{fixed:?}");
+    desk.write("strokes.csv", of_two(&|_, _, y| y));
+    let known = ask("strokes.csv", &[]);
+    for free in ["friction=0.2", "zero, tilt=10"] {
+        let found = ask("strokes.csv", &["--free", free]);
+        for (row, known) in found.iter().zip(&known) {
+            assert!(inside(row) && width(row) > 1.1 * width(known), "{free} {row:?}");
+        }
+    }
+    for (bad, said) in
+        [("rough", "rough"), ("tilt=60", "30"), ("friction", "friction=SD"), ("tilt=-1", "> 0")]
+    {
+        let ran = desk.run(&["locate", cal, "strokes.csv", "--strokes", "--free", bad]).exits(2);
+        assert!(ran.stderr.contains(said), "{}", ran.stderr);
+    }
+    desk.run(&["locate", cal, "strokes.csv", "--free", "zero"]).exits(2);
+    // Nothing is known of the whisker.
+    desk.run(&["calibrate", "sim/measurements.csv", "--out", "alone"]).exits(0);
+    let ran = desk
+        .run(&["locate", "alone/calibration.toml", "strokes.csv", "--strokes", "--free", "tilt=5"])
+        .exits(2);
+    assert!(ran.stderr.contains("--whisker"), "{}", ran.stderr);
+}

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use crate::common::measuring::{REAL, TAPS, calibrated, data, prototype, table};
 use crate::common::program::Desk;
-use crate::common::sweeping::{Row, Table};
+use crate::common::sweeping::{Row, Table, number};
 use vibrissa::calibrate::Reason;
 use vibrissa::calibrate::report::result;
 use vibrissa::calibrate::{Calibrated, Options, calibrate, coverage::coverage};
@@ -218,8 +218,8 @@ fn taps_at_drives_below_the_zero_of_the_rig_are_taps() {
     let located = Table::read(&desk.path("loc/located.csv"));
     let words = |w: &str| located.rows.iter().filter(|r| r["status"] == w).count();
     assert_eq!([words("no_strain"), words("ok")], [3, 105], "{}", ran.stderr);
-    let number = |r: &Row, c: &str| r[c].parse::<f64>().unwrap();
-    let off = |r: &&Row| (number(r, "distance_mm") - number(r, "a_mm")).abs() / number(r, "sigma_mm");
+    let of = |r: &Row, c: &str| number(r, c).unwrap();
+    let off = |r: &&Row| (of(r, "distance_mm") - of(r, "a_mm")).abs() / of(r, "sigma_mm");
     assert!(located.rows.iter().filter(|r| r["status"] == "ok").map(|r| off(&r)).all(|e| e < 4.0));
     let rows = Table::read(&desk.path("cal/rows.csv"));
     assert!(rows.rows[0]["delta_mm"] == "-7.85" && rows.rows[1]["delta_mm"] == "-4");
@@ -235,9 +235,9 @@ fn a_rest_row_whose_drive_is_also_there_as_a_positive_one_is_no_slip() {
     };
     let plan = [2.0, 4.0, 6.0, 8.0, 10.0];
     assert_eq!(judged(&own_zero(-6.0, &plan, -8.0)), (3, 0));
-    // Neither is a slip of the sign, nor the other side of the whisker, a rest.
+    // Neither is a slip of the sign a rest, nor the other side of the whisker, whose taps count.
     assert_eq!(judged(&own_zero(0.0, &plan, 0.0).replacen("117,4,", "117,-4,", 1)), (3, 1));
-    assert_eq!(judged(&own_zero(0.0, &[-8.0, -4.0, 4.0, 8.0, 10.0], 0.0)), (3, 42));
+    assert_eq!(judged(&own_zero(0.0, &[-8.0, -4.0, 4.0, 8.0, 10.0], 0.0)), (3, 0));
 }
 
 #[test]
@@ -342,5 +342,55 @@ fn a_drift_is_told_where_a_sharp_tip_follows_not_all_taps() {
         assert!(side.fit.as_ref().unwrap().cells.len() < side.cells.len());
         let told = found.warnings.iter().any(|w| w.contains("order of the lines"));
         assert_eq!(told, drift != 0.0, "{drift}: {:?}", found.warnings);
+    }
+}
+
+/// Taps at 8 distances by 2, 4 and 6 degrees, and by as much the other way where `other` says what these give.
+fn two_signs(zero: bool, other: impl Fn(f64) -> f64) -> String {
+    let mut text = "a_mm,theta_deg,reading\n".to_owned();
+    for k in 0..8 {
+        let a = 20.0 + 3.0 * k as f64;
+        let signal = |theta: f64| 66_000.0 * theta / (a * a);
+        let noise = |n: i32| 0.2 * f64::from((k * 7 + n * 5) % 11 - 5);
+        if zero {
+            text += &format!("{a},0,{}\n", 300.0 + noise(0));
+        }
+        for n in 1..4 {
+            let theta = 2.0 * f64::from(n);
+            text += &format!(
+                "{a},{theta},{}\n{a},{},{}\n",
+                300.0 + signal(theta) + noise(n),
+                -theta,
+                300.0 + other(signal(theta)) + noise(n + 4)
+            );
+        }
+    }
+    text
+}
+
+#[test]
+fn drives_of_both_signs_are_taps_to_both_sides() {
+    for zero in [true, false] {
+        let desk = Desk::new("");
+        desk.write("taps.csv", two_signs(zero, |s| -s));
+        let ran = desk.run(&["calibrate", "taps.csv", "--out", "c", "--export", "python"]).exits(0);
+        assert!(ran.stderr.contains("drives below 0 are taps to the other side"), "{}", ran.stderr);
+        let rows = Table::read(&desk.path("c/rows.csv"));
+        assert!(rows.rows.iter().all(|row| row["use"] == "used"), "{}", rows.text);
+        desk.write("new.csv", "theta_deg,reading\n0,300\n-4,0\n4,600\n");
+        desk.run(&["locate", "c/calibration.toml", "new.csv", "--out", "l"]).exits(0);
+        let found = Table::read(&desk.path("l/located.csv"));
+        for row in &found.rows[1..] {
+            let a = number(row, "distance_mm").unwrap();
+            assert!((a - 880_f64.sqrt()).abs() < 0.3, "{zero} {}", found.text);
+        }
+        assert!(std::fs::read_to_string(desk.path("c/locate.py")).unwrap().contains("abs(drive)"));
+    }
+    // Before contact nothing changes; a slip of the sign changes all the same way.
+    for (name, other) in [("rest", (|_| 0.0) as fn(f64) -> f64), ("slip", |s| s)] {
+        let desk = Desk::new("");
+        desk.write("taps.csv", two_signs(true, other));
+        let ran = desk.run(&["calibrate", "taps.csv", "--out", "c"]);
+        assert!(!ran.stderr.contains("taps to the other side: "), "{name}: {}", ran.stderr);
     }
 }

@@ -7,6 +7,7 @@ use vibrissa::contour::curve::Kind;
 use vibrissa::export::Language;
 use vibrissa::locate::SaidZero;
 use vibrissa::locate::estimator::{ALL, Estimator};
+use vibrissa::locate::free::Free;
 use vibrissa::measure::skin::PLACES;
 use vibrissa::record::Take;
 
@@ -86,6 +87,10 @@ pub struct Locate {
     /// distance. A column stroke numbers them; else one begins where the drive grows again
     #[arg(long, conflicts_with_all = ["same", "object", "array"])]
     pub strokes: bool,
+    /// What a stroke leaves free, so that its interval has all that it may be: zero (that of the sensor, wherever it is), friction=SD of the
+    /// object (about that of the whisker's spec), tilt=SD of its edge in degrees; joined by commas
+    #[arg(long, requires = "strokes", value_name = "WORDS")]
+    pub free: Option<Free>,
     /// Answer by this instead of learned
     #[arg(long, value_parser = words(ALL.map(|e| (e.name(), e, e.help()))), value_name = "NAME")]
     pub estimator: Option<&'static dyn Estimator>,

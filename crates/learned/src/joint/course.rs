@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::expected::Off;
 use super::stroke::Bin;
-use super::{Joint, SECOND, Stroke};
+use super::{Joint, Nuisance, SECOND, Stroke};
 use crate::invert::POINTS;
 
 /// Bins and places where the posterior is looked for, in ln a and in the drive of the touch.
@@ -20,14 +20,14 @@ pub(super) const POSTERIOR: [usize; 2] = [17, 9];
 /// How far starts are off a mode, as shares of what is looked at: of a grid, and of a few readings less.
 const FAR_OFF: f64 = 0.02;
 const NEAR_IT: f64 = 0.003;
-/// Numbers that only a stroke has: its gain, its zero, the error of the zero, the two shares, the offset of the drive.
+/// Numbers that only a stroke has beside those of its object: its gain, its zero, the error of the zero, the two shares, the offset of the drive.
 const OWN: usize = 6;
 /// By how much −2 ln p must fall for a contact to be seen.
 const SEEN: f64 = 16.0;
 
 /// What is known of a stroke beside its readings.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Course {
+pub struct Course<'a> {
     /// Whether it is of a run of the calibration.
     pub same_run: bool,
     /// Variance that its zero brings.
@@ -36,6 +36,8 @@ pub struct Course {
     pub least: f64,
     /// The drive of the touch, where it is known.
     pub touch: Option<f64>,
+    /// What its object may have of its own.
+    pub nuisances: &'a [Nuisance],
 }
 
 /// What a stroke tells.
@@ -57,7 +59,7 @@ pub(super) type Place = [f64; 2];
 /// A stroke that is told.
 pub(super) struct Task<'a> {
     pub joint: &'a Joint,
-    pub course: Course,
+    pub course: Course<'a>,
     pub bins: Vec<Bin>,
     /// Variance of one reading, and of any mean.
     pub noise: [f64; 2],
@@ -77,7 +79,7 @@ pub(super) struct Mode {
 
 impl Stroke {
     /// What the readings so far tell; `None` where no contact is seen.
-    pub fn told(&mut self, joint: &Joint, course: Course) -> Option<Told> {
+    pub fn told(&mut self, joint: &Joint, course: Course<'_>) -> Option<Told> {
         let task = Task::new(self, joint, course, self.bins(BINS))?;
         // What was likely a few readings ago is so still.
         let (starts, near) = match self.recent() {
@@ -113,7 +115,7 @@ impl Stroke {
 }
 
 impl<'a> Task<'a> {
-    pub fn new(stroke: &Stroke, joint: &'a Joint, course: Course, bins: Vec<Bin>) -> Option<Self> {
+    pub fn new(stroke: &Stroke, joint: &'a Joint, course: Course<'a>, bins: Vec<Bin>) -> Option<Self> {
         let nodes = &joint.inverse.nodes;
         let ends = [f64::min, f64::max].map(|of| nodes.iter().copied().reduce(of));
         let drives = [ends[0]?.exp() - joint.inverse.offset, ends[1]?.exp() - joint.inverse.offset];
@@ -127,7 +129,7 @@ impl<'a> Task<'a> {
 
     /// Number of what is shared.
     pub fn shared(&self) -> usize {
-        self.joint.of_run.len() + OWN
+        self.joint.of_run.len() + OWN + self.course.nuisances.len()
     }
 
     /// −2 ln of the posterior.
@@ -143,7 +145,7 @@ impl<'a> Task<'a> {
         if !self.is_inside(at) {
             return f64::INFINITY;
         }
-        self.solved(&self.at(across, at[1]))
+        self.solved(&self.at(across, at))
             .map_or(f64::INFINITY, |s| s.0 - 2.0 * self.joint.prior(at[0], [0.0; 2]))
     }
 

@@ -2,8 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::course::Task;
-use super::{NEAR, lagrange};
+use super::course::{Place, Task};
+use super::{NEAR, Nuisance, lagrange};
 
 /// Between no contact and the smallest calibrated drive the signal goes straight, but for this share.
 pub(super) const TOE: f64 = 0.05;
@@ -59,8 +59,8 @@ impl Task<'_> {
         u * weights.iter().zip(across).map(|(w, values)| w * values[0]).sum::<f64>()
     }
 
-    /// The bins where the touch is there.
-    pub fn at(&self, across: &[Vec<f64>], touch: f64) -> Off {
+    /// The bins where distance and touch are these.
+    pub fn at(&self, across: &[Vec<f64>], [x, touch]: Place) -> Off {
         let joint = self.joint;
         let width = joint.width();
         let [lo, hi] = self.drives;
@@ -106,11 +106,16 @@ impl Task<'_> {
             let own =
                 [relative, floor.sqrt(), self.course.of_zero.sqrt(), toe * signal, beyond * signal, moved];
             let sd = (self.noise[0] / bin.n + self.noise[1]).sqrt();
-            off.left[k] = (bin.y - values[0]) / sd;
+            let of_object = |own: &Nuisance| {
+                if since > 0.0 { own.at(x, since - mean).map(|c| c * signal) } else { [0.0; 2] }
+            };
+            let changes = self.course.nuisances.iter().map(of_object);
+            off.left[k] = (bin.y - values[0] - changes.clone().map(|c| c[0]).sum::<f64>()) / sd;
             off.spread[k] = sd;
             let common = values[2..].iter().enumerate().map(|(c, x)| if of_run(c) { 0.0 } else { *x });
             let mut column = off.shared.column_mut(k);
-            column.iter_mut().zip(common.chain(own)).for_each(|(to, x)| *to = x / sd);
+            let all = common.chain(own).chain(changes.map(|c| c[1]));
+            column.iter_mut().zip(all).for_each(|(to, x)| *to = x / sd);
         }
         off
     }

@@ -71,7 +71,7 @@ impl Task<'_> {
 
     /// Drive at which readings next to each other are farthest off, by how many standard deviations, and by what variances are to be multiplied.
     pub fn misfit(&self, at: Place) -> Option<([f64; 2], f64)> {
-        let off = self.at(&self.across(at[0]), at[1]);
+        let off = self.at(&self.across(at[0]), at);
         let (_, solved) = self.solved(&off)?;
         let left = &off.left - off.shared.tr_mul(&solved);
         let left: Vec<[f64; 2]> = left.iter().zip(&off.spread).map(|(r, s)| [r * s, s * s]).collect();

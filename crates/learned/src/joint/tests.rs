@@ -193,8 +193,9 @@ fn strokes(count: usize, seed: u64) {
             signal * factor + 0.01 * size * (zero + own)
         };
         let mut s = stroke(&mut dice, &rig, touch, [0.01 * size, 0.0]);
-        let told =
-            s.told(&joint, Course { same_run: false, of_zero: 0.0, least: -0.3, touch: None }).unwrap();
+        let told = s
+            .told(&joint, Course { same_run: false, of_zero: 0.0, least: -0.3, touch: None, nuisances: &[] })
+            .unwrap();
         inside += usize::from(told.a[1] < a && a < told.a[3]);
         inside95 += usize::from(told.a[0] < a && a < told.a[4]);
         ranks[told.a.iter().filter(|q| **q < a).count()] += 1;
@@ -231,7 +232,7 @@ fn slips_are_told_and_strokes_without_contact_tell_nothing() {
     let base = Base::Power(POWER);
     let inverse = Inverse::new(&curve, &base, true, [0.0, f64::INFINITY]);
     let joint = Joint::new(&curve, &base, true, &inverse);
-    let course = Course { same_run: false, of_zero: 0.0, least: -0.3, touch: None };
+    let course = Course { same_run: false, of_zero: 0.0, least: -0.3, touch: None, nuisances: &[] };
     let mut dice = Dice(5);
     let rig = |v: f64, slipped: f64| if v > 0.0 { slipped * POWER.value(30.0, v) } else { 0.0 };
     let sound = stroke(&mut dice, &rig, 1.0, [0.002 * size, 0.0]).told(&joint, course).unwrap();
