@@ -22,6 +22,9 @@ const FEW: usize = 60;
 const TRIED: usize = 6;
 /// ln of the chance that a row is wrong, of which any signal may then come.
 const WRONG: f64 = -9.2;
+/// A position of a wrong decimal point lies this far out of the others at most where it is, as a factor; among so many.
+const BEYOND: f64 = 1.3;
+const OTHERS: usize = 3;
 /// At most this share of the rows is left out.
 const MOST: f64 = 0.2;
 
@@ -44,14 +47,20 @@ pub fn sound(task: &Task<'_>, places: &[usize], average: bool) -> Result<(Fit, V
     let mut found = gross(task, places)?;
     let mut kept: Vec<usize> =
         places.iter().copied().filter(|k| !found.iter().any(|s| s.place == *k)).collect();
+    let slips = slipped(task, &kept);
+    found.extend(&slips);
+    kept.retain(|k| !slips.iter().any(|s| s.place == *k));
     let mut last = fit(task, &kept, From::Nowhere, average)?;
     while (found.len() as f64) < MOST * places.len() as f64 {
-        let Some(suspect) = worst(task, &last, kept.len()).or_else(|| hidden(task, &last, &kept)) else {
+        let one = worst(task, &last, kept.len()).map(|suspect| vec![suspect]);
+        let wrong = one.unwrap_or_else(|| hidden(task, &last, &kept));
+        if wrong.is_empty() {
             break;
-        };
-        let left: Vec<usize> = kept.iter().copied().filter(|k| *k != suspect.place).collect();
+        }
+        let left: Vec<usize> =
+            kept.iter().copied().filter(|k| !wrong.iter().any(|s| s.place == *k)).collect();
         let Ok(next) = fit(task, &left, From::Near(&last), false) else { break };
-        found.push(suspect);
+        found.extend(wrong);
         (last, kept) = (next, left);
     }
     if let Some(rows) = position(task, &last, &kept) {
@@ -86,27 +95,43 @@ fn worst(task: &Task<'_>, fit: &Fit, n: usize) -> Option<Suspect> {
     (n as f64 * 2.0 * tail(normal(t, freedom)) < CHANCE).then_some(suspect)
 }
 
-/// The row of few without which all others are so much likelier that it is a wrong one: of signals between the least and the largest.
-fn hidden(task: &Task<'_>, whole: &Fit, kept: &[usize]) -> Option<Suspect> {
+/// The row of few, or the rows, without which all others are so much likelier that these are wrong: of signals between the least and the largest. Several wrong rows hide each
+/// other: without one of them the noise is still theirs.
+fn hidden(task: &Task<'_>, whole: &Fit, kept: &[usize]) -> Vec<Suspect> {
     if kept.len() > FEW || whole.freedom < 3.0 {
-        return None;
+        return Vec::new();
     }
     let ys = || kept.iter().map(|k| task.rows[*k].y);
     let range = ys().fold(f64::NEG_INFINITY, f64::max) - ys().fold(f64::INFINITY, f64::min);
-    let gain = |(suspect, _): &(Suspect, f64)| {
-        let left: Vec<usize> = kept.iter().copied().filter(|k| *k != suspect.place).collect();
+    let all: Vec<Suspect> = off_most(task, whole).into_iter().map(|s| s.0).collect();
+    let gain = |wrong: &[Suspect]| {
+        let left: Vec<usize> =
+            kept.iter().copied().filter(|k| !wrong.iter().any(|s| s.place == *k)).collect();
         let next = fit(task, &left, From::Nowhere, false).ok()?;
-        let row = &task.rows[suspect.place];
-        let expected = match row.touches() {
-            true => next.base(task, |base| next.curve.expected(base, row.a, row.u, true)).signal,
-            false => 0.0,
-        };
-        let off = row.y - next.curve.zero()[0] - expected;
-        Some((Suspect { off, expected, ..*suspect }, next.evidence - range.ln() + WRONG - whole.evidence))
+        let found: Vec<Suspect> = wrong.iter().map(|s| judged(task, &next, s.place)).collect();
+        let n = wrong.len() as f64;
+        Some((found, next.evidence + n * (WRONG - range.ln()) - whole.evidence))
     };
-    let all = off_most(task, whole);
-    let tried = all.iter().take(TRIED).filter_map(gain);
-    tried.max_by(|p, q| p.1.total_cmp(&q.1)).filter(|best| best.1 > 0.0).map(|best| best.0)
+    let best = |sets: &mut dyn Iterator<Item = &[Suspect]>| {
+        let best = sets.filter_map(gain).max_by(|p, q| p.1.total_cmp(&q.1));
+        best.filter(|best| best.1 > 0.0).map(|best| best.0)
+    };
+    let most = ((MOST * kept.len() as f64) as usize).min(TRIED).min(all.len());
+    let one = best(&mut all[..TRIED.min(all.len())].chunks(1));
+    let mut found = one.or_else(|| best(&mut (2..=most).map(|n| &all[..n]))).unwrap_or_default();
+    // Of several, those that the fit without them does expect are sound.
+    found.retain(|s| s.off.abs() > LEAST * s.expected.abs());
+    found
+}
+
+/// A row beside what `fit`, which is of others, expects of it.
+fn judged(task: &Task<'_>, fit: &Fit, place: usize) -> Suspect {
+    let row = &task.rows[place];
+    let expected = match row.touches() {
+        true => fit.base(task, |base| fit.curve.expected(base, row.a, row.u, true)).signal,
+        false => 0.0,
+    };
+    Suspect { place, off: row.y - fit.curve.zero()[0] - expected, expected }
 }
 
 /// Rows that are off by more than [`LEAST`], and by how many standard deviations, those first that are off by most.
@@ -132,17 +157,13 @@ fn off_most(task: &Task<'_>, fit: &Fit) -> Vec<(Suspect, f64)> {
 /// left in: then the position is one that was meant. Looked at are the position that is farthest off, and the first and the last where they have
 /// far fewer rows than others: there a curve bends to any row.
 fn position(task: &Task<'_>, last: &Fit, kept: &[usize]) -> Option<Vec<(Suspect, f64)>> {
-    let label = |k: &usize| (task.rows[*k].a.ln() * 1e9).round() as i64;
-    let mut positions: BTreeMap<i64, Vec<usize>> = BTreeMap::new();
-    kept.iter()
-        .filter(|k| task.rows[**k].touches())
-        .for_each(|k| positions.entry(label(k)).or_default().push(*k));
+    let positions = positions(task, kept);
     if positions.len() < ENOUGH {
         return None;
     }
     let few = |rows: &&Vec<usize>| rows.len() <= 3 && (rows.len() as f64) < LEAST * kept.len() as f64;
     let farther = |p: &&Vec<usize>, q: &&Vec<usize>| {
-        off(task, last, p)[0].abs().total_cmp(&off(task, last, q)[0].abs())
+        off(task, last, p, 1.0)[0].abs().total_cmp(&off(task, last, q, 1.0)[0].abs())
     };
     let spread = last.curve.spread.position.sqrt() >= LEAST;
     let worst = positions.values().max_by(farther).filter(|_| spread);
@@ -154,12 +175,53 @@ fn position(task: &Task<'_>, last: &Fit, kept: &[usize]) -> Option<Vec<(Suspect,
     worst.into_iter().chain(ends).filter(few).find_map(|rows| unlike(task, rows, kept, positions.len()))
 }
 
-/// By what share `rows` are off what `fit` expects, together, and its standard deviation.
-fn off(task: &Task<'_>, fit: &Fit, rows: &[usize]) -> [f64; 2] {
+/// Rows by the label of their position.
+fn positions(task: &Task<'_>, kept: &[usize]) -> BTreeMap<i64, Vec<usize>> {
+    let label = |k: &usize| (task.rows[*k].a.ln() * 1e9).round() as i64;
+    let mut positions: BTreeMap<i64, Vec<usize>> = BTreeMap::new();
+    kept.iter()
+        .filter(|k| task.rows[**k].touches())
+        .for_each(|k| positions.entry(label(k)).or_default().push(*k));
+    positions
+}
+
+/// The rows of a position that lies apart from all others, and among them where its decimal point is moved by one place: where their signals are much likelier there.
+fn slipped(task: &Task<'_>, kept: &[usize]) -> Vec<Suspect> {
+    let positions = positions(task, kept);
+    let all: Vec<(f64, &Vec<usize>)> = positions.values().map(|rows| (task.rows[rows[0]].a, rows)).collect();
+    let tried = [0, all.len().saturating_sub(1)].into_iter().filter(|_| all.len() > OTHERS).find_map(|end| {
+        let (label, rows) = all[end];
+        let others = || all.iter().enumerate().filter(|(i, _)| *i != end).map(|(_, (a, _))| *a);
+        let (least, most) = (others().fold(f64::INFINITY, f64::min), others().fold(0.0, f64::max));
+        let factor = if end == 0 { 10.0 } else { 0.1 };
+        let there = factor * label;
+        if label > least && label < most || there < least / BEYOND || there > most * BEYOND {
+            return None;
+        }
+        let left: Vec<usize> = kept.iter().copied().filter(|k| !rows.contains(k)).collect();
+        let next = fit(task, &left, From::Nowhere, false).ok()?;
+        let expected = |k: &usize, factor: f64| {
+            let row = &task.rows[*k];
+            next.base(task, |base| next.curve.expected(base, factor * row.a, row.u, true)).signal
+        };
+        // ln of the likelihood of what they give together, of which the size is the expected signal.
+        let ln = |factor: f64| {
+            let [share, sd] = off(task, &next, rows, factor);
+            let size = rows.iter().map(|k| expected(k, factor).abs()).sum::<f64>();
+            -0.5 * (share / sd).powi(2) - (sd * size).ln()
+        };
+        let suspect = |k: &usize| judged(task, &next, *k);
+        (ln(factor) - ln(1.0) + WRONG > 0.0).then(|| rows.iter().map(suspect).collect())
+    });
+    tried.unwrap_or_default()
+}
+
+/// By what share `rows` are off what `fit` expects at their labels times a `factor`, together, and its standard deviation.
+fn off(task: &Task<'_>, fit: &Fit, rows: &[usize], factor: f64) -> [f64; 2] {
     let n = rows.len() as f64;
     let of = |k: &usize| {
         let row = &task.rows[*k];
-        let e = fit.base(task, |base| fit.curve.expected(base, row.a, row.u, false));
+        let e = fit.base(task, |base| fit.curve.expected(base, factor * row.a, row.u, false));
         let (off, size) = (row.y - fit.curve.zero - e.signal, e.signal.abs());
         (off / size, (e.of_curve + e.of_position + e.of_run + e.of_noise / n) / (size * size))
     };
@@ -171,7 +233,7 @@ fn off(task: &Task<'_>, fit: &Fit, rows: &[usize]) -> [f64; 2] {
 fn unlike(task: &Task<'_>, rows: &[usize], kept: &[usize], positions: usize) -> Option<Vec<(Suspect, f64)>> {
     let left: Vec<usize> = kept.iter().copied().filter(|k| !rows.contains(k)).collect();
     let next = fit(task, &left, From::Nowhere, true).ok()?;
-    let [share, sd] = off(task, &next, rows);
+    let [share, sd] = off(task, &next, rows, 1.0);
     let freedom = (positions as f64 - 5.0).max(1.0);
     let rare = positions as f64 * 2.0 * tail(normal(share.abs() / sd, freedom)) < CHANCE;
     let suspect = |k: &usize| {
