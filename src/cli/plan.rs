@@ -161,12 +161,13 @@ fn answer(plan: &Planned, error: f64) -> String {
         ),
         (None, None) => "No even grid of these drives reaches that".to_owned(),
     };
+    let runs = plan.rows.iter().map(|r| r.run + 1).max().unwrap_or(1);
     format!(
-        "{} taps at {} positions in {} runs leave an error of {} mm ({} mm asked for). {even}. {} mm are noise, position and run of the reading \
+        "{} taps at {} positions in {runs} run{} leave an error of {} mm ({} mm asked for). {even}. {} mm are noise, position and run of the reading \
          itself, which no calibration takes away.",
         plan.taps.len(),
         plan.positions().len(),
-        plan.rows.iter().map(|r| r.run + 1).max().unwrap_or(1),
+        if runs == 1 { "" } else { "s" },
         short(plan.sigma),
         short(error),
         short(plan.floor),

@@ -66,7 +66,7 @@ impl<'a> ChannelTap<'a> {
             for (bound, [lo, hi]) in bounds.iter_mut().zip([[first - slack, last + slack], drives]) {
                 *bound = [bound[0].max(lo), bound[1].min(hi)];
             }
-            if drive.is_finite() && !side.admits(locator.from_origin(drive)) {
+            if drive.is_finite() && !side.admits(locator.beyond_origin(drive)) {
                 return None;
             }
         }

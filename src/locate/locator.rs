@@ -265,7 +265,7 @@ impl Locator {
     /// Why nothing is.
     pub(crate) fn asked(&self, drive: f64, signal: f64) -> Result<SideTap, Status> {
         let signal = self.as_calibrated(drive, signal).1;
-        let drive = self.from_origin(drive);
+        let drive = self.beyond_origin(drive);
         if !drive.is_finite() || !signal.is_finite() {
             return Err(Status::BAD_INPUT);
         }
@@ -287,7 +287,7 @@ impl Locator {
     }
 
     /// A drive from its origin; where both sides are calibrated, its size.
-    pub(crate) fn from_origin(&self, drive: f64) -> f64 {
+    pub(crate) fn beyond_origin(&self, drive: f64) -> f64 {
         let drive = drive - self.drive_origin;
         if self.drive_origin == 0.0 && self.sides.len() > 1 { drive.abs() } else { drive }
     }
@@ -306,7 +306,7 @@ impl Locator {
 
     /// Signal that the estimator expects of a tap at a (mm) by `drive`, on the side of `sign`; NaN where it expects nothing.
     pub fn expected(&self, a: f64, drive: f64, sign: f64) -> f64 {
-        let drive = self.from_origin(drive);
+        let drive = self.beyond_origin(drive);
         let Some(side) = self.sides.iter().find(|s| s.sign == sign) else { return f64::NAN };
         if !side.admits(drive) || !a.is_finite() {
             return f64::NAN;
@@ -316,7 +316,7 @@ impl Locator {
 
     /// Variance of what is expected there, beyond the noise of one reading; NaN where nothing is known of it.
     pub(crate) fn left(&self, a: f64, drive: f64, sign: f64) -> f64 {
-        let drive = self.from_origin(drive);
+        let drive = self.beyond_origin(drive);
         let Some(side) = self.sides.iter().find(|s| s.sign == sign) else { return f64::NAN };
         let expected = |a: f64| side.answers.expected(a, drive);
         let slope = (expected(a * (1.0 + QUOTIENT)) - expected(a * (1.0 - QUOTIENT))) / (2.0 * QUOTIENT * a);

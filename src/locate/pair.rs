@@ -183,7 +183,7 @@ impl Locator {
         // What linear theory makes of them; the model starts there.
         let mut begun: Vec<(usize, [f64; 2], f64, Status, Found, Solved)> = Vec::new();
         for (i, r) in readings.iter().enumerate() {
-            let drive = self.from_origin(r.drive);
+            let drive = self.beyond_origin(r.drive);
             let signs = r.signals.map(|x| side.sign * x);
             let status = match self.admitted(two, side, drive, signs) {
                 Ok(status) => status,

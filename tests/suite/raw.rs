@@ -274,7 +274,8 @@ fn noise_drift_and_hum_hide_no_tap() {
     let drift = |share: f64, _: f64| 0.3 * share;
     let wave = |share: f64, _: f64| 0.05 * (9.4 * share).sin();
     let none = |_: f64, _: f64| 0.0;
-    let cases: [(&str, &dyn Fn(f64, f64) -> f64, f64); 4] =
+    type Case<'a> = (&'a str, &'a dyn Fn(f64, f64) -> f64, f64);
+    let cases: [Case<'_>; 4] =
         [("noise", &none, 0.008), ("hum", &hum, 5e-4), ("drift", &drift, 2e-3), ("wave", &wave, 2e-3)];
     for (name, more, noise) in cases {
         for seed in 0..6 {
