@@ -13,12 +13,10 @@ pub mod learned;
 pub mod learnt;
 pub mod least;
 pub mod model;
-pub mod normal;
 pub mod paper;
 pub mod reason;
 pub mod registry;
 pub mod shape;
-pub mod singular;
 pub mod taps;
 
 use std::fmt;
@@ -34,6 +32,7 @@ use model::Found;
 use model::exact::Opener;
 pub use registry::{ALL, SideRecord};
 pub use shape::{Forward, Shape};
+pub use vibrissa_learned::algebra::{normal, singular};
 
 /// Distances of which those between the first and the last are enough to judge by.
 const BETWEEN: usize = 5;

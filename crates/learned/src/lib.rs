@@ -9,6 +9,7 @@
 //! m. All but the learned numbers ([`hyper`]) is linear and normal: [`columns`]. The learned numbers follow restricted likelihood and
 //! priors ([`evidence`], Patterson and Thompson 1971), found by [`newton`] and averaged over by [`fit`].
 
+pub mod algebra;
 mod average;
 pub mod base;
 pub mod columns;

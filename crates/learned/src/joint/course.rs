@@ -152,8 +152,16 @@ impl<'a> Task<'a> {
     /// −2 ln of the likelihood, and what is shared.
     pub fn solved(&self, off: &Off) -> Option<(f64, DVector<f64>)> {
         let n = self.shared();
-        let a = DMatrix::identity(n, n) + &off.shared * off.shared.transpose();
-        let b = &off.shared * &off.left;
+        // 1 + Σ s sᵀ below its diagonal, and Σ s × what is left.
+        let (mut a, mut b) = (DMatrix::<f64>::identity(n, n), DVector::<f64>::zeros(n));
+        for (shared, left) in off.shared.column_iter().zip(&off.left) {
+            let shared = shared.as_slice();
+            for (j, s) in shared.iter().enumerate() {
+                b[j] += s * left;
+                let below = &mut a.as_mut_slice()[j * n + j..(j + 1) * n];
+                below.iter_mut().zip(&shared[j..]).for_each(|(sum, x)| *sum += s * x);
+            }
+        }
         let factor = a.cholesky()?;
         let ln_det = 2.0 * factor.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>();
         let solved = factor.solve(&b);
