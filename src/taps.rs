@@ -3,6 +3,7 @@
 //! On a CPU they are solved in blocks, each from whisker to outcome on one core, so that what lies between stays in its cache: it is
 //! ten times as large as what is asked and told.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 use rayon::prelude::*;
@@ -10,7 +11,9 @@ use rayon::prelude::*;
 use crate::backend::{Backend, Choice};
 use crate::design::Design;
 use crate::error::Error;
-use crate::evaluate::{Evaluator, Input, Method, OUTPUTS, Outcome, Task, closed, gradient, is_closed};
+use crate::evaluate::{
+    Evaluator, Input, Method, Outcome, Task, closed, closed_gradient, gradient, is_closed,
+};
 use crate::kernel::Rung;
 use crate::kernel::frames::{Framed, Framing};
 use crate::plan::CHUNK;
@@ -90,24 +93,61 @@ impl Taps {
         read: impl Fn(&Outcome) -> T + Sync,
         out: &mut [T],
     ) -> Result<(), Error> {
-        self.in_blocks(out, |at, out| self.block(|i| tap(at + i), BLOCK, &|_, _, outcome| read(outcome), out))
+        self.in_blocks(out, |at, out| {
+            let one = |_: &Design, _: &Task, outcome: &Outcome, place: &mut T| *place = read(outcome);
+            self.block(|i| tap(at + i), BLOCK, &one, out)
+        })
     }
 
-    /// The same with the derivatives of each outcome by `inputs` ([`gradient`]): of each of its numbers by each input.
+    /// The same with derivatives by `inputs` ([`gradient`]) of those `numbers` of each outcome, into `slopes`: of tap after tap, of number after number,
+    /// by input after input.
     ///
     /// # Errors
     /// As [`Self::solve`].
     pub fn gradients<T: Send>(
         &self,
         tap: impl Fn(usize) -> Tuple + Sync,
-        inputs: &[Input],
-        read: impl Fn(&Outcome, [Vec<f64>; OUTPUTS]) -> T + Sync,
+        (inputs, numbers): (&[Input], &[usize]),
+        read: impl Fn(&Outcome) -> T + Sync,
         out: &mut [T],
+        slopes: &mut [f64],
     ) -> Result<(), Error> {
-        let one = |design: &Design, task: &Task, outcome: &Outcome| {
-            read(outcome, gradient(&self.setup, design, task, outcome, inputs))
+        let mut places = beside(out, slopes, inputs.len() * numbers.len());
+        let one = |design: &Design, task: &Task, outcome: &Outcome, place: &mut (&mut T, &mut [f64])| {
+            *place.0 = read(outcome);
+            gradient(&self.setup, (design, task, outcome), inputs, numbers, place.1);
         };
-        self.in_blocks(out, |at, out| self.block(|i| tap(at + i), FEW, &one, out))
+        self.in_blocks(&mut places, |at, out| self.block(|i| tap(at + i), FEW, &one, out))
+    }
+
+    /// Strains, and their derivatives by `inputs` into `slopes`: of tap after tap, by input after input.
+    ///
+    /// # Errors
+    /// As [`Self::solve`].
+    pub fn strain_gradients(
+        &self,
+        tap: impl Fn(usize) -> Tuple + Sync,
+        inputs: &[Input],
+        out: &mut [f64],
+        slopes: &mut [f64],
+    ) -> Result<(), Error> {
+        if is_closed(&self.setup) {
+            let open = AtomicBool::new(false);
+            let mut places = beside(out, slopes, inputs.len());
+            self.in_blocks(&mut places, |at, places| {
+                for (i, (strain, slopes)) in places.iter_mut().enumerate() {
+                    match closed_gradient(&self.setup, &tap(at + i), inputs, slopes) {
+                        Some(found) => **strain = found,
+                        None => open.store(true, Ordering::Relaxed),
+                    }
+                }
+                Ok(())
+            })?;
+            if !open.into_inner() {
+                return Ok(());
+            }
+        }
+        self.gradients(tap, (inputs, &[0]), |outcome| outcome.strain, out, slopes)
     }
 
     /// Solves as many taps as `out` has places, as [`Self::solve`], and writes their strains.
@@ -138,7 +178,7 @@ impl Taps {
                 return Ok(());
             }
             let mut strains = vec![f64::NAN; others.len()];
-            self.block(|k| tap(at + others[k]), BLOCK, &|_, _, outcome| outcome.strain, &mut strains)?;
+            self.block(|k| tap(at + others[k]), BLOCK, &strain, &mut strains)?;
             others.iter().zip(strains).for_each(|(&i, strain)| out[i] = strain);
             Ok(())
         })
@@ -198,7 +238,7 @@ impl Taps {
             return Ok(());
         }
         let mut others = vec![f64::NAN; open.len()];
-        self.block(|k| tap(open[k]), BLOCK, &|_, _, outcome| outcome.strain, &mut others)?;
+        self.block(|k| tap(open[k]), BLOCK, &strain, &mut others)?;
         open.iter().zip(others).for_each(|(&i, strain)| out[i] = strain);
         Ok(())
     }
@@ -207,7 +247,7 @@ impl Taps {
         &self,
         tap: impl Fn(usize) -> Tuple + Sync,
         item: usize,
-        read: &(impl Fn(&Design, &Task, &Outcome) -> T + Sync),
+        read: &(impl Fn(&Design, &Task, &Outcome, &mut T) + Sync),
         out: &mut [T],
     ) -> Result<(), Error> {
         let Worker { method, mut designs, mut tasks, framed } = self.worker()?;
@@ -219,8 +259,23 @@ impl Taps {
         let outcomes = evaluator.run(&designs, &tasks)?;
         let solved = designs.par_iter().zip(&tasks).zip(&outcomes);
         let told = out.par_iter_mut().with_min_len(item).zip(solved);
-        told.for_each(|(place, ((design, task), outcome))| *place = read(design, task, outcome));
+        told.for_each(|(place, ((design, task), outcome))| read(design, task, outcome, place));
         self.idle().push(Worker { method: evaluator.into_method(), designs, tasks, framed });
         Ok(())
     }
+}
+
+/// Each place with its own `width` slopes.
+fn beside<'a, T>(out: &'a mut [T], slopes: &'a mut [f64], width: usize) -> Vec<(&'a mut T, &'a mut [f64])> {
+    let mut rest = slopes;
+    let own = |place| {
+        let (own, others) = std::mem::take(&mut rest).split_at_mut(width);
+        rest = others;
+        (place, own)
+    };
+    out.iter_mut().map(own).collect()
+}
+
+fn strain(_: &Design, _: &Task, outcome: &Outcome, place: &mut f64) {
+    *place = outcome.strain;
 }

@@ -2,6 +2,8 @@
 //! comes back as columns, JSON text and exceptions. Words, defaults and documentation are Python's, in `vibrissa/`.
 
 #[cfg(feature = "extension")]
+mod answers;
+#[cfg(feature = "extension")]
 mod array;
 #[cfg(feature = "extension")]
 mod column;

@@ -8,10 +8,10 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use rayon::prelude::*;
-use vibrissa::api::{Outcome, Tuple};
+use vibrissa::api::Tuple;
 use vibrissa::design::{Design, amount};
 use vibrissa::error::{Error, InputError};
-use vibrissa::evaluate::{Input, Method, OUTPUTS};
+use vibrissa::evaluate::{Input, Method};
 use vibrissa::kernel::tap::{Ask, Frame};
 use vibrissa::kernel::{self, Effects};
 use vibrissa::optimise::write;
@@ -19,11 +19,11 @@ use vibrissa::physics::onset::Grip;
 use vibrissa::scene::{BackendChoice, Precision, RunOptions, Setup};
 use vibrissa::spec;
 
+use crate::answers::{Answers, NUMBERS, Told, numbers_of};
 use crate::error::raise;
 use crate::held::{Column, Given};
 use crate::job::{self, Far};
 use crate::spec::UnreadSpec;
-use crate::words::bits;
 
 /// Taps that are solved on the thread that asks: they take less than a moment.
 const FEW: usize = 256;
@@ -46,52 +46,6 @@ pub struct Taps {
     slow: bool,
     /// What should be known of the model.
     warnings: Vec<String>,
-}
-
-/// What is told of a tap: strain, that of the estimator's theory, K − 1, P, T, arc, strain of the second gauge, azimuth (degrees) and slide;
-/// words as bits, and whether it sticks.
-type Told = ([f64; NUMBERS], u16, bool);
-
-const NUMBERS: usize = OUTPUTS;
-
-fn numbers_of(o: &Outcome) -> Told {
-    let upright = [o.strain, o.strain_linear, o.deviation, o.normal_force, o.tangential_force, o.arc];
-    let [strain, linear, deviation, normal, tangential, arc] = upright;
-    let azimuth = o.azimuth.to_degrees();
-    let numbers = [strain, linear, deviation, normal, tangential, arc, o.strain_2, azimuth, o.slide];
-    (numbers, bits(o.status), o.sticking)
-}
-
-/// What is told of taps, by columns.
-struct Answers {
-    numbers: [Vec<f64>; NUMBERS],
-    status: Vec<u16>,
-    sticking: Vec<bool>,
-}
-
-impl Answers {
-    fn new(n: usize) -> Self {
-        let numbers = std::array::from_fn(|_| Vec::with_capacity(n));
-        Self { numbers, status: Vec::with_capacity(n), sticking: Vec::with_capacity(n) }
-    }
-
-    fn push<'a>(&mut self, some: impl Iterator<Item = &'a Told>) {
-        for (numbers, status, sticking) in some {
-            self.numbers.iter_mut().zip(numbers).for_each(|(column, x)| column.push(*x));
-            self.status.push(*status);
-            self.sticking.push(*sticking);
-        }
-    }
-
-    fn into_arrays(self, py: Python<'_>) -> PyResult<Bound<'_, PyTuple>> {
-        let numbers = self.numbers.into_iter().map(|column| PyArray1::from_vec(py, column).into_any());
-        let mut all: Vec<_> = numbers.collect();
-        let last = all.split_off(6);
-        all.push(PyArray1::from_vec(py, self.status).into_any());
-        all.push(PyArray1::from_vec(py, self.sticking).into_any());
-        all.extend(last);
-        PyTuple::new(py, all)
-    }
 }
 
 /// Asks `solve` for `n` taps in parts of at most `most`, each from one place on and so many, as long as `go_on` is happy with how many are done.
@@ -275,12 +229,11 @@ impl Taps {
         Ok((arrays?, doubts))
     }
 
-    /// As [`Self::many`] with all its numbers, and after them their derivatives by the inputs `by`: for each number `n` times as many as there are
-    /// inputs.
+    /// As [`Self::many`], and after that the derivatives of its numbers by the inputs `by`: for each number `n` times as many as there are inputs.
     ///
     /// # Errors
     /// An input that these taps have not; and as [`Self::many`].
-    #[pyo3(signature = (n, columns, by, progress = None))]
+    #[pyo3(signature = (n, columns, by, full, progress = None))]
     #[allow(clippy::type_complexity)]
     fn gradients<'py>(
         &self,
@@ -288,6 +241,7 @@ impl Taps {
         n: usize,
         columns: Vec<Column<'py>>,
         by: Vec<String>,
+        full: bool,
         progress: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyTuple>, Doubts)> {
         let given = Given::new(py, n, columns)?;
@@ -305,16 +259,29 @@ impl Taps {
         let inputs = by.iter().map(input).collect::<PyResult<Vec<Input>>>()?;
         let count = inputs.len();
         let work = move |stop: &AtomicBool, tell: &mut dyn FnMut(Far)| {
-            let mut answers = Answers::new(n);
-            let mut slopes: [Vec<f64>; NUMBERS] = std::array::from_fn(|_| Vec::with_capacity(n * count));
-            let mut some = Vec::new();
+            let every: [usize; NUMBERS] = std::array::from_fn(|k| k);
+            let numbers = if full { &every[..] } else { &every[..1] };
+            let mut answers = Answers::new(if full { n } else { 0 });
+            let (mut strains, mut some) = (vec![f64::NAN; if full { 0 } else { n }], Vec::new());
+            let mut slopes: Vec<Vec<f64>> = numbers.iter().map(|_| Vec::with_capacity(n * count)).collect();
             let one = |from: usize, more: usize| {
-                some.resize(more, (Told::default(), Default::default()));
-                let read = |o: &Outcome, by: [Vec<f64>; NUMBERS]| (numbers_of(o), by);
-                taps.gradients(|i| given.tap(from + i), &inputs, read, &mut some)?;
-                answers.push(some.iter().map(|(told, _)| told));
-                for (_, by) in &some {
-                    slopes.iter_mut().zip(by).for_each(|(column, by)| column.extend(by));
+                let tap = |i: usize| given.tap(from + i);
+                if !full {
+                    let begin = slopes[0].len();
+                    slopes[0].resize(begin + more * count, f64::NAN);
+                    return taps.strain_gradients(
+                        tap,
+                        &inputs,
+                        &mut strains[from..from + more],
+                        &mut slopes[0][begin..],
+                    );
+                }
+                some.resize(more, Told::default());
+                let mut by = vec![f64::NAN; more * count * NUMBERS];
+                taps.gradients(tap, (&inputs, numbers), numbers_of, &mut some, &mut by)?;
+                answers.push(some.iter());
+                for (k, row) in by.chunks(count.max(1)).enumerate() {
+                    slopes[k % NUMBERS].extend(row);
                 }
                 Ok(())
             };
@@ -323,14 +290,19 @@ impl Taps {
                 !stop.load(Ordering::Relaxed)
             })?;
             // Azimuths are told in degrees.
-            slopes[7].iter_mut().for_each(|x| *x = x.to_degrees());
+            slopes.iter_mut().skip(7).take(1).flatten().for_each(|x| *x = x.to_degrees());
             let doubts = doubts(taps.setup(), n, |i| given.tap(i));
-            Ok((answers, slopes, doubts))
+            Ok((strains, answers, slopes, doubts))
         };
-        let ((answers, slopes, doubts), interrupt) = job::run(py, self.threads, work, job::shown(progress))?;
+        let ((strains, answers, slopes, doubts), interrupt) =
+            job::run(py, self.threads, work, job::shown(progress))?;
         interrupt.map_or(Ok(()), Err)?;
-        let slopes = PyTuple::new(py, slopes.map(|column| PyArray1::from_vec(py, column)))?;
-        Ok((answers.into_arrays(py)?, slopes, doubts))
+        let slopes = PyTuple::new(py, slopes.into_iter().map(|column| PyArray1::from_vec(py, column)))?;
+        let numbers = match full {
+            true => answers.into_arrays(py)?,
+            false => PyTuple::new(py, [PyArray1::from_vec(py, strains)])?,
+        };
+        Ok((numbers, slopes, doubts))
     }
 
     /// For benches/python: seconds of `repeats` solves of these taps by the kernel alone, framed in its own units and nothing told of them, or,

@@ -355,12 +355,12 @@ def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = Non
         return nothing if full else empty
     with shown(progress) as tell:
         if by is not None:
-            values, slopes, doubts_ = solver.gradients(n, flat, by, tell)
+            values, slopes, doubts_ = solver.gradients(n, flat, by, full, tell)
             if doubts_:
                 warn(doubts_)
-            taps = Tap(*(x.reshape(shape) if shape else x.reshape(shape)[()] for x in values))
-            jacobian = Jacobian(*(x.reshape(*shape, len(by)) for x in slopes))
-            return (taps, jacobian) if full else (taps.strain, jacobian.strain)
+            told = [x.reshape(shape) if shape else x.reshape(shape)[()] for x in values]
+            by_inputs = [x.reshape(*shape, len(by)) for x in slopes]
+            return (Tap(*told), Jacobian(*by_inputs)) if full else (told[0], by_inputs[0])
         found, doubts_ = solver.many(n, flat, full, tell)
     if doubts_:
         warn(doubts_)

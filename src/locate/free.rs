@@ -28,7 +28,11 @@ impl std::str::FromStr for Free {
     /// Of words as `zero,friction=0.1,tilt=5`.
     fn from_str(text: &str) -> Result<Self, String> {
         let mut free = Self::default();
-        for word in text.split(',').map(str::trim).filter(|w| !w.is_empty()) {
+        let words = || text.split(',').map(|w| w.split('=').next().unwrap_or_default().trim());
+        if let Some(twice) = words().enumerate().find(|(k, w)| words().take(*k).any(|other| other == *w)) {
+            return Err(format!("`{}` stands there twice", twice.1));
+        }
+        for word in text.split(',').map(str::trim) {
             let number = |value: &str, most: f64| match value.trim().parse::<f64>() {
                 Ok(x) if x > 0.0 && x <= most => Ok(x),
                 _ => Err(format!("`{word}`: a standard deviation > 0 and ≤ {most} is wanted")),

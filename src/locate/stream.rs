@@ -212,7 +212,9 @@ pub fn answer<'a>(
             let zeros: Vec<Option<(f64, f64)>> = tares.iter().map(|tare| tare.at(line.place)).collect();
             if !std::mem::replace(&mut asked, true) {
                 let known = if who.is_twofold() { 1 } else { zeros.len() };
-                let doubts = (0..known).filter_map(|k| doubt(who.locator(k), zeros[k].map(|z| z.0)));
+                let free = matches!(ask.by, By::Strokes(free) if free.zero);
+                let doubts =
+                    (0..known).filter(|_| !free).filter_map(|k| doubt(who.locator(k), zeros[k].map(|z| z.0)));
                 for text in doubts {
                     match who.finds_drives() {
                         true => (ask.warn)(&text.replace(", or --zero", "")),

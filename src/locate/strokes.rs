@@ -72,6 +72,8 @@ struct Side {
     stroke: Stroke,
     tared: bool,
     largest: f64,
+    /// What is subtracted, since the zero is free: the first reading.
+    first: f64,
 }
 
 /// What a stroke tells so far.
@@ -192,11 +194,15 @@ impl<'a> Strokes<'a> {
         }
         let locator = self.locator;
         let (drive, signal) = locator.as_calibrated(tap.drive, tap.signal);
+        let from_first =
+            |side: Option<&Side>| if self.free.0.zero { side.map_or(signal, |s| s.first) } else { 0.0 };
+        let first = from_first(self.sides.iter().flatten().next());
+        let signal = signal - first;
         let mut status = locator.limit_of(signal);
         for (side, readings) in locator.sides().iter().zip(&mut self.sides) {
             let Some(learned) = side.answers.shape().learned() else { continue };
             let (tared, y, _) = learned.read(side.sign * signal, tap.share);
-            let new = || Side { stroke: Stroke::default(), tared, largest: f64::NEG_INFINITY };
+            let new = || Side { stroke: Stroke::default(), tared, largest: f64::NEG_INFINITY, first };
             let own = readings.get_or_insert_with(new);
             if side.sign * signal >= side.end_stop {
                 status |= Status::STRAIN_LIMIT;

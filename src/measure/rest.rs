@@ -102,10 +102,25 @@ impl RestRows<'_> {
         })
     }
 
+    /// Whether a row has a drive below 0 that most other distances have above it, and its own has not: a slip of the sign.
+    fn slipped(&self, i: usize) -> bool {
+        let row = &self.data.rows[i];
+        let place = |r: &Row| self.distances.centre(r.a).to_bits();
+        let mut places = std::collections::BTreeMap::<u64, bool>::new();
+        for other in self.data.rows.iter().filter(|r| r.drive > 0.0) {
+            *places.entry(place(other)).or_default() |= (row.drive + other.drive).abs() <= 1e-6 * other.drive;
+        }
+        let own = places.remove(&place(row));
+        own == Some(false) && 2 * places.values().filter(|has| **has).count() > places.len()
+    }
+
     /// Whether rows of one negative drive, the smallest, are before contact.
     fn before_contact(&self, level: &[usize]) -> bool {
         if !self.mirrored(self.data.rows[level[0]].drive) {
             return true;
+        }
+        if level.iter().all(|i| self.slipped(*i)) {
+            return false;
         }
         let negative = |d: &f64| self.data.rows.iter().any(|r| (r.drive + d).abs() <= 1e-6 * d);
         let mut forward: Vec<f64> = self.forward(|_| true).iter().map(|t| t.0).collect();

@@ -19,17 +19,20 @@ const BRIEF: f64 = 1.0 / 8.0;
 /// comes back to it most often and nearest. A plateau is quiet too, but the next has another level.
 ///
 /// Each way from a rest to a later one counts 1 where there is contact between, less by how far the level has moved, in shares of [`MOVED`] of the contact;
-/// a way without contact costs what the level moved by. Rests that last much less than others count less: the signal turns there. The best chain, by dynamic programming.
+/// a way without contact costs what the level moved by. Rests that last much less than most count less: the signal turns there. The best chain, by dynamic programming.
 pub fn returns(y: &[f64], span: f64, found: [(Vec<[usize; 2]>, f64); WINDOWS.len()]) -> Vec<[usize; 2]> {
     let mut best: (f64, Vec<[usize; 2]>) = (0.0, Vec::new());
     let (mut lasts, mut still) = (None, 0.0_f64);
     for (blocks, own) in found {
         still = still.max(own);
-        let (mut score, mut chain) = chain(y, span, &blocks, still, lasts);
-        if lasts.is_none() && score > 0.5 {
-            let mut lengths: Vec<f64> = chain.iter().map(|[first, last]| (last - first + 1) as f64).collect();
-            lasts = Some(median(&mut lengths));
-            (score, chain) = self::chain(y, span, &blocks, still, lasts);
+        let (mut score, mut chain, cut) = chain(y, span, &blocks, still, lasts);
+        let mut lengths: Vec<usize> = chain.iter().map(|[first, last]| last - first + 1).collect();
+        lengths.sort_unstable();
+        if let (None, Some(long)) = (lasts, lengths.get(lengths.len() * 3 / 4)) {
+            let long = Some(*long as f64);
+            // Rests that begin and end the record are those that are meant; of others a smaller window may know better.
+            lasts = long.filter(|_| score > 0.5 && !cut);
+            (score, chain, _) = self::chain(y, span, &blocks, still, long);
         }
         if score > best.0 + 0.1 || best.1.is_empty() {
             best = (score, chain);
@@ -38,14 +41,14 @@ pub fn returns(y: &[f64], span: f64, found: [(Vec<[usize; 2]>, f64); WINDOWS.len
     best.1
 }
 
-/// The best chain of rests among `blocks`, and what it counts; of equals the first.
+/// The best chain of rests among `blocks`, what it counts, and whether the record begins or ends in contact; of equals the first.
 fn chain(
     y: &[f64],
     span: f64,
     blocks: &[[usize; 2]],
     away: f64,
     lasts: Option<f64>,
-) -> (f64, Vec<[usize; 2]>) {
+) -> (f64, Vec<[usize; 2]>, bool) {
     let level = |[first, last]: [usize; 2]| median(&mut y[first..=last].to_vec());
     let levels: Vec<f64> = blocks.iter().map(|block| level(*block)).collect();
     let weight = |k: usize| {
@@ -86,16 +89,18 @@ fn chain(
     }
     let whole = |k: usize| ends[k].0 + cut(k, after[k]);
     let Some(mut at) = (0..ends.len()).max_by(|i, j| whole(*i).total_cmp(&whole(*j)).then(j.cmp(i))) else {
-        return (0.0, Vec::new());
+        return (0.0, Vec::new(), true);
     };
     let score = whole(at);
+    let ends_cut = cut(at, after[at]) < 0.0;
     let mut all = vec![blocks[at]];
     while let Some(before) = ends[at].1 {
         at = before;
         all.push(blocks[at]);
     }
     all.reverse();
-    (score, all)
+    let first = at;
+    (score, all, cut(first, before[first]) < 0.0 || ends_cut)
 }
 
 /// Largest and smallest value of each part and those before it.

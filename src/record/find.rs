@@ -9,8 +9,10 @@ use crate::reduce::median;
 const APART: usize = 3;
 /// So much smaller contacts without a rest between are none: a whisker swings when it comes free, and rubber creeps back.
 const SWINGS: f64 = 0.35;
-/// Samples of a contact at least.
-const LEAST: usize = 3;
+/// Smoothed samples of a contact at least: of a disturbance of two samples there are four.
+const LEAST: usize = 5;
+/// What is higher for no more than this share of a contact, and this many samples, is no part of it.
+const RARE: (f64, usize) = (0.03, 5);
 /// Share of a contact that a plateau lasts at least.
 const LASTS: f64 = 0.15;
 /// Band of a plateau beside its noise: share of its level.
@@ -87,6 +89,15 @@ pub struct Reading {
 /// # Errors
 /// A record without rest, or without contact.
 pub fn find(record: &Record, take: Take) -> Result<(Vec<Reading>, Rest), InputError> {
+    if let Some((kind, drives)) = &record.drive
+        && drives.iter().all(|d| *d == 0.0)
+    {
+        let error = InputError::new("this drive is 0 throughout, so that it says of no tap")
+            .at(record.file.clone(), None);
+        return Err(error
+            .key(kind.column())
+            .allowed("the drive of each sample; --columns ignore=NAME leaves it out"));
+    }
     let rest = rest(record);
     let fault = |message: &str, value: String, allowed: &str| {
         InputError::new(message).at(record.file.clone(), None).key("signal").value(value).allowed(allowed)
@@ -198,7 +209,12 @@ fn of_contact(record: &Record, rest: &Rest, contact: [usize; 2], take: Take) -> 
         return vec![peak(record, rest, contact, top)];
     }
     let plateaus = match &record.drive {
-        None => plateau(record, rest, contact, contact, HIGH * off(top)).into_iter().collect(),
+        None => {
+            let mut heights: Vec<f64> = (first..=last).map(off).collect();
+            let rare = ((RARE.0 * heights.len() as f64) as usize).max(RARE.1).min(heights.len() - 1);
+            let high = *heights.select_nth_unstable_by(rare, |p, q| q.total_cmp(p)).1;
+            plateau(record, rest, contact, contact, HIGH * high).into_iter().collect()
+        }
         Some((_, drives)) => {
             let most = drives.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
             let stays = steady(drives, contact, SAME * most);
@@ -288,7 +304,13 @@ fn peak(record: &Record, rest: &Rest, contact: [usize; 2], top: usize) -> Readin
     // Its top lies between the samples, or is none.
     let at = -0.5 * slope / curve;
     match at.abs() <= 1.0 {
-        true => Reading { signal: told.signal + level + at * (slope + at * curve), ..told },
+        true => {
+            let signal = told.signal + level + at * (slope + at * curve);
+            let place = first as f64 + 0.5 * (at + 1.0) * n as f64;
+            let (k, t) = (place as usize, place.fract());
+            let drive = record.drive.as_ref().map(|(_, d)| d[k] + t * (d[(k + 1).min(last)] - d[k]));
+            Reading { signal, drive, ..told }
+        }
         false => told,
     }
 }

@@ -50,12 +50,18 @@ fn differences(values: &[f64]) -> impl Iterator<Item = f64> {
     values.windows(2).map(|w| (w[1] - w[0]).abs())
 }
 
-/// Median of a normal deviate's absolute value, in standard deviations.
+/// Median and lowest quarter of a normal deviate's absolute value, in standard deviations.
 const MEDIAN: f64 = 0.674_5;
+const QUARTER: f64 = 0.318_6;
 
-/// Standard deviation of independent samples: of their differences, most of which no tap makes.
+/// Standard deviation of independent samples: of their least differences, which no tap makes.
 pub fn apart(values: &[f64]) -> f64 {
-    median(&mut differences(values).collect::<Vec<_>>()) / (MEDIAN * std::f64::consts::SQRT_2)
+    let ends = [f64::max, f64::min].map(|of| values.iter().copied().reduce(of));
+    // At an end stop there is no noise.
+    let stands = |w: &[f64]| w[0] == w[1] && ends.contains(&Some(w[0]));
+    let pairs = values.windows(2).filter(|w| !stands(w));
+    let mut all: Vec<f64> = pairs.map(|w| (w[1] - w[0]).abs()).collect();
+    if all.is_empty() { 0.0 } else { quantile(&mut all, 0.25) / (QUARTER * std::f64::consts::SQRT_2) }
 }
 
 /// Standard deviation of the noise of a converter: that of its step.
@@ -119,7 +125,8 @@ pub fn rest(record: &Record) -> Rest {
     let by = |window: usize| {
         let spreads = spreads(&y, window, [0, y.len() - 1]);
         let least = quantile(&mut spreads.clone(), SURELY);
-        let still = (SPREADS * scatter).max((ALIKE * least).min(HUM * span));
+        let steady = if driven.is_some() { HUM * span } else { (ALIKE * least).min(HUM * span) };
+        let still = (SPREADS * scatter).max(steady);
         let free = |k: usize| spreads[k] <= still && driven.as_ref().is_none_or(|driven| !driven[k]);
         (blocks_of(y.len(), window, free), still)
     };

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::built::{case, cases};
 use vibrissa::design::Design;
-use vibrissa::evaluate::{Evaluator, Input, Method, OUTPUTS, Outcome, Task, gradient};
+use vibrissa::evaluate::{self, Evaluator, Input, Method, OUTPUTS, Outcome, Task};
 use vibrissa::scene::{Clamp, Property, Setup, Tuple};
 use vibrissa::spec;
 use vibrissa::verify::{configuration, taps};
@@ -59,6 +59,20 @@ fn solve(setup: &Setup, tuple: Tuple) -> (Design, Task, Outcome) {
     let mut evaluator = Evaluator::new(setup, Method::Reference);
     let outcome = evaluator.run(std::slice::from_ref(&design), &[task]).expect("the reference runs")[0];
     (design, task, outcome)
+}
+
+/// Derivatives of each number of a tap by each of `inputs`.
+fn gradient(
+    setup: &Setup,
+    design: &Design,
+    task: &Task,
+    outcome: &Outcome,
+    inputs: &[Input],
+) -> [Vec<f64>; OUTPUTS] {
+    let (every, mut slopes): ([usize; OUTPUTS], _) =
+        (std::array::from_fn(|k| k), vec![0.0; OUTPUTS * inputs.len()]);
+    evaluate::gradient(setup, (design, task, outcome), inputs, &every, &mut slopes);
+    std::array::from_fn(|k| slopes[k * inputs.len()..][..inputs.len()].to_vec())
 }
 
 fn numbers(o: &Outcome) -> [f64; OUTPUTS] {

@@ -23,7 +23,9 @@ const TRIED: usize = 6;
 /// ln of the chance that a row is wrong, of which any signal may then come.
 const WRONG: f64 = -9.2;
 /// A position of a wrong decimal point lies this far out of the others at most where it is, as a factor; among so many.
-const BEYOND: f64 = 1.3;
+const BEYOND: f64 = 2.5;
+/// ln of the chance of that.
+const MOVED: f64 = -4.6;
 const OTHERS: usize = 3;
 /// At most this share of the rows is left out.
 const MOST: f64 = 0.2;
@@ -211,7 +213,7 @@ fn slipped(task: &Task<'_>, kept: &[usize]) -> Vec<Suspect> {
             -0.5 * (share / sd).powi(2) - (sd * size).ln()
         };
         let suspect = |k: &usize| judged(task, &next, *k);
-        (ln(factor) - ln(1.0) + WRONG > 0.0).then(|| rows.iter().map(suspect).collect())
+        (ln(factor) - ln(1.0) + MOVED > 0.0).then(|| rows.iter().map(suspect).collect())
     });
     tried.unwrap_or_default()
 }

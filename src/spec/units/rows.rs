@@ -10,6 +10,9 @@ use crate::scene::{Column, Drive, Tuple};
 /// Rows from which on several threads look for doubts.
 const MANY: usize = 1 << 13;
 
+/// Rows that are looked at together.
+const TOGETHER: usize = 64;
+
 /// The warnings about `n` taps that are given one by one, `tap(i)` being tap i; `key` names a column. Of many, all threads look.
 pub fn of_taps(
     drive: Drive,
@@ -17,13 +20,15 @@ pub fn of_taps(
     tap: impl Fn(usize) -> Tuple + Sync,
     key: impl Fn(Column) -> String,
 ) -> Vec<String> {
-    let take = |mut rows: DoubtfulRows, i: usize| {
-        rows.take(&tap(i), i);
+    let take = |mut rows: DoubtfulRows, k: usize| {
+        let those = k * TOGETHER..n.min((k + 1) * TOGETHER);
+        rows.take_all(those, &tap);
         rows
     };
+    let parts = n.div_ceil(TOGETHER);
     let rows = match n {
-        ..MANY => (0..n).fold(DoubtfulRows::new(drive), take),
-        _ => (0..n)
+        ..MANY => (0..parts).fold(DoubtfulRows::new(drive), take),
+        _ => (0..parts)
             .into_par_iter()
             .fold(|| DoubtfulRows::new(drive), take)
             .reduce(|| DoubtfulRows::new(drive), DoubtfulRows::joined),
@@ -48,6 +53,38 @@ impl DoubtfulRows {
         Self { drive, rows: 0, doubted: 0, first: None, largest: f64::NEG_INFINITY }
     }
 
+    /// The next `rows`: one after the other where what is farthest apart in them is doubtful.
+    fn take_all(&mut self, rows: std::ops::Range<usize>, tap: impl Fn(usize) -> Tuple) {
+        let mut ends = [[f64::INFINITY, f64::NEG_INFINITY]; 9];
+        for i in rows.clone() {
+            for ([least, most], v) in ends.iter_mut().zip(tap(i).to_array()) {
+                (*least, *most) = (if v < *least { v } else { *least }, if v > *most { v } else { *most });
+            }
+        }
+        // The longest stands where the shortest is asked for.
+        let beside = Beside::new(|column| [1, 0].map(|k| ends[column as usize][k]));
+        let sure = |column: &Column| {
+            let ends = ends[*column as usize];
+            matches!(column, Column::Tilt | Column::Lean)
+                || ends[0] > 0.0 && ends.iter().all(|v| length(*column, *v, &beside).is_none())
+        };
+        let drives = ends[Column::Drive as usize];
+        if self.lengths().iter().all(sure) && drives.iter().all(|drive| admissible(*drive)) {
+            self.rows += rows.len() as u64;
+            self.largest = self.largest.max(drives[1]);
+            return;
+        }
+        rows.for_each(|i| self.take(&tap(i), i));
+    }
+
+    /// Columns of lengths.
+    fn lengths(&self) -> &'static [Column] {
+        match self.drive {
+            Drive::Angle => &Column::ALL[..6],
+            Drive::Displacement => &Column::ALL,
+        }
+    }
+
     /// The next row, which starts at `place`.
     pub fn take(&mut self, tuple: &Tuple, place: usize) {
         self.rows += 1;
@@ -56,15 +93,11 @@ impl DoubtfulRows {
         }
         let values = tuple.to_array();
         let beside = Beside::new(|column| [values[column as usize]; 2]);
-        let lengths = match self.drive {
-            Drive::Angle => &Column::ALL[..6],
-            Drive::Displacement => &Column::ALL,
-        };
         let slip = |column: &Column| {
             let v = values[*column as usize];
             Some((*column, v, length(*column, v, &beside).filter(|_| admissible(v))?, place))
         };
-        if let Some(first) = lengths.iter().find_map(slip) {
+        if let Some(first) = self.lengths().iter().find_map(slip) {
             self.doubted += 1;
             self.first.get_or_insert(first);
         }

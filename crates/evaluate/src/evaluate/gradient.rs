@@ -206,26 +206,25 @@ impl Lifted {
     }
 }
 
-/// Derivatives of the numbers of [`OUTPUTS`] by `inputs`, of the tap `task` of `design` that has the `outcome`: for each number one by each input, per
-/// mm, degree, or unit of the key. NaN where the number has no value. At a kink (a contact that is about to slide or about to leave the gauge) they are
-/// those of the side on which the tap lies.
+/// Derivatives of those `numbers` of [`OUTPUTS`] by `inputs`, of the tap `task` of `design` that has the `outcome`, into `slopes`: for each number one by
+/// each input, per mm, degree, or unit of the key. NaN where the number has no value. At a kink (a contact that is about to slide or about to leave the
+/// gauge) they are those of the side on which the tap lies.
 pub fn gradient(
     setup: &Setup,
-    design: &Design,
-    task: &Task,
-    outcome: &Outcome,
+    (design, task, outcome): (&Design, &Task, &Outcome),
     inputs: &[Input],
-) -> [Vec<f64>; OUTPUTS] {
+    numbers: &[usize],
+    slopes: &mut [f64],
+) {
     let setup = design.setup(setup);
-    let mut all: [Vec<f64>; OUTPUTS] = std::array::from_fn(|_| Vec::with_capacity(inputs.len()));
-    for some in inputs.chunks(INPUTS) {
+    for (at, some) in inputs.chunks(INPUTS).enumerate() {
         let found = traced(setup, design, task, outcome, some);
-        for (k, column) in all.iter_mut().enumerate() {
-            let slope = |i: usize| found.as_ref().map_or(f64::NAN, |found| found[k].slope[i]);
-            column.extend((0..some.len()).map(slope));
+        for (row, number) in slopes.chunks_mut(inputs.len()).zip(numbers) {
+            let row = row[at * INPUTS..].iter_mut().take(some.len());
+            let slope = |i: usize| found.as_ref().map_or(f64::NAN, |found| found[*number].slope[i]);
+            row.enumerate().for_each(|(i, x)| *x = slope(i));
         }
     }
-    all
 }
 
 /// A number with its derivatives by some inputs.

@@ -34,7 +34,7 @@ use outcome::{fast, linear_share, reference};
 pub use solve::foreseen;
 use solve::{Solved, frame};
 pub use source::{Source, beside_linear, path};
-pub use strains::{closed, is_closed};
+pub use strains::{closed, closed_gradient, is_closed};
 pub use task::{Outcome, Task};
 
 /// A backend, ready to evaluate taps of one setup.

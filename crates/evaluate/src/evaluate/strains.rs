@@ -1,13 +1,18 @@
 //! Strains alone: of many upright taps of whiskers of their own, and by the closed form.
 
 use super::outcome::{is_behind, off_gauge, signed};
-use super::{Evaluator, Method};
+use super::{Evaluator, Input, Method};
 use crate::design::{amount, is_tap, is_whisker};
 use crate::error::SolveError;
 use crate::kernel::{self, Effects, Solution, Tap, frames::Framed};
 use crate::physics::linear::{StrainCurve, shear_length2};
+use crate::physics::number::Number;
+use crate::physics::real::{Dual, Real};
 use crate::physics::taper::Taper;
-use crate::scene::{Clamp, Contact, Geometry, Setup, Signal, Tuple};
+use crate::scene::{Clamp, Contact, Drive, Geometry, Property, Setup, Signal, Tuple};
+
+/// Inputs by which derivatives of the closed form are taken together.
+const FEW: usize = 3;
 
 impl Evaluator<'_> {
     /// Strains of `framed`, to the bits of [`Self::run`], and the places of those left out: taps that are not framed, and those of which the kernel
@@ -62,13 +67,54 @@ pub fn closed(setup: &Setup, t: &Tuple) -> Option<f64> {
     if !t.direction().is_upright() {
         return None;
     }
-    let taper = Taper::new(t.D, t.d, t.L_a);
-    let gauge = taper.gauge(t.x_ss, t.l);
-    if !(is_whisker(t) && gauge[0] < gauge[1] && is_tap(setup.drive, t) && t.a > 0.0) {
+    let [x1, x2] = Taper::new(t.D, t.d, t.L_a).gauge(t.x_ss, t.l);
+    if !(is_whisker(t) && x1 < x2 && is_tap(setup.drive, t) && t.a > 0.0) {
         return Some(f64::NAN);
     }
-    let shear = if setup.model.shear { shear_length2(&taper, setup.model.nu) } else { 0.0 };
-    let strain = amount(setup.drive, t.drive)
-        * StrainCurve::new(taper, gauge, setup.hub, setup.drive, shear).value(t.a);
-    Some(signed(setup, if off_gauge(gauge[0], t.a, t.a) { 0.0 } else { strain }))
+    Some(signed(setup, if off_gauge(x1, t.a, t.a) { 0.0 } else { form(setup, numbers(setup, t)) }))
+}
+
+/// What the closed form is of: D, d, L_a, x_ss, l, a (mm), the drive (rad or mm), the hub and ν.
+fn numbers(setup: &Setup, t: &Tuple) -> [f64; 9] {
+    [t.D, t.d, t.L_a, t.x_ss, t.l, t.a, amount(setup.drive, t.drive), setup.hub, setup.model.nu]
+}
+
+/// Strain on the contact side, of a contact beyond the gauge's near end.
+#[inline(always)]
+#[allow(non_snake_case)]
+fn form<T: Real>(setup: &Setup, [D, d, L_a, x_ss, l, a, amount, hub, nu]: [T; 9]) -> T {
+    let taper = Taper::new(D, d, L_a);
+    let shear = if setup.model.shear { shear_length2(&taper, nu) } else { T::of(0.0) };
+    amount * StrainCurve::new(taper, taper.gauge(x_ss, l), hub, setup.drive, shear).value(a)
+}
+
+/// [`closed`], and the derivatives of that strain by `inputs`, per mm, degree or unit of the key; none by what the form does not say.
+pub fn closed_gradient(setup: &Setup, t: &Tuple, inputs: &[Input], slopes: &mut [f64]) -> Option<f64> {
+    let strain = closed(setup, t)?;
+    let degrees = setup.drive == Drive::Angle;
+    let place = |input: &Input| match *input {
+        Input::Tuple(k @ ..=5) => Some((k, 1.0)),
+        Input::Tuple(8) => Some((6, if degrees { 1_f64.to_radians() } else { 1.0 })),
+        Input::Property(Property::Hub) => Some((7, 1.0)),
+        Input::Property(Property::Nu) => Some((8, 1.0)),
+        _ => None,
+    };
+    let x1 = t.x_ss;
+    for (some, slopes) in inputs.chunks(FEW).zip(slopes.chunks_mut(FEW)) {
+        let mut lifted = [Dual::<FEW>::of(0.0); 9];
+        for (lifted, x) in lifted.iter_mut().zip(numbers(setup, t)) {
+            lifted.value = x;
+        }
+        for (i, input) in some.iter().enumerate() {
+            let (k, unit) = place(input)?;
+            lifted[k].slope[i] = unit;
+        }
+        if strain.is_nan() || off_gauge(x1, t.a, t.a) {
+            slopes.fill(strain);
+            continue;
+        }
+        let found = form(setup, lifted).slope;
+        slopes.iter_mut().zip(found).for_each(|(slope, found)| *slope = signed(setup, found));
+    }
+    Some(strain)
 }
