@@ -4,6 +4,7 @@
 //! one for each drive at which it stands still.
 
 pub mod chain;
+pub mod contact;
 pub mod find;
 #[cfg(feature = "report")]
 pub mod output;

@@ -15,6 +15,8 @@ const SMOOTHED: f64 = 0.553;
 /// Samples that are looked at together, at least; and the parts of a record that are tried for them: few samples of a slow ramp look like a rest.
 pub const STILL: usize = 5;
 pub const WINDOWS: [usize; 6] = [100, 200, 400, 800, 1600, 3200];
+/// The same where the drive says what is no contact, and no rest is longer.
+const SHORT: usize = 3;
 /// Standard deviations of smoothed noise by which a window spreads that is still.
 const SPREADS: f64 = 6.5;
 /// This share of the windows of a record is still in any case, and so is what spreads by so many times as much, up to a share of the whole signal: hum of the mains and
@@ -132,11 +134,10 @@ pub fn rest(record: &Record) -> Rest {
     };
     let windows = WINDOWS.map(|parts| (y.len() / parts).max(STILL));
     let found = windows.map(by);
-    let blocks = match driven.is_some() {
+    let known = driven.is_some();
+    let blocks = match known {
         // Where the drive is known it says what is no contact; else the level to which the signal comes back.
-        true => {
-            found.iter().find(|(blocks, _)| blocks.len() > 1).unwrap_or(&found[windows.len() - 1]).0.clone()
-        }
+        true => found.into_iter().find(|(blocks, _)| blocks.len() > 1).unwrap_or_else(|| by(SHORT)).0,
         false => returns(&y, span, found),
     };
     let blocks: Vec<_> = blocks.into_iter().map(|block| trimmed(&y, block, scatter)).collect();
@@ -149,7 +150,8 @@ pub fn rest(record: &Record) -> Rest {
     };
     // The steps of a converter are not independent, and hardly smaller in the mean.
     let step = step(&record.signal);
-    let (noise, scatter) = (by_rests(&record.signal, step), by_rests(&y, scatter.max(step)));
+    let (noise, scatter) =
+        (by_rests(&record.signal, step), by_rests(&y, if known { step } else { scatter.max(step) }));
     let span = y.iter().zip(&level).map(|(y, level)| (y - level).abs()).fold(0.0, f64::max);
     let away = (AWAY * scatter).max(SHARE * span);
     Rest { noise, scatter, signal: y, level, away, blocks }

@@ -394,3 +394,26 @@ fn drives_of_both_signs_are_taps_to_both_sides() {
         assert!(!ran.stderr.contains("taps to the other side: "), "{name}: {}", ran.stderr);
     }
 }
+
+#[test]
+fn a_slip_of_the_sign_of_the_smallest_drive_is_no_zero() {
+    for zeros in [true, false] {
+        let mut text = "a_mm,theta_deg,reading\n".to_owned();
+        for k in 0..5 {
+            let a = 20.0 + 6.0 * f64::from(k);
+            for n in if zeros { 0..4 } else { 1..4 } {
+                let theta = if (k, n) == (3, 1) { -2.0 } else { 2.0 * f64::from(n) };
+                let noise = 1e-3 * f64::from((k * 7 + n * 5) % 11 - 5);
+                text += &format!("{a},{theta},{}\n", 3.0 + 400.0 * f64::from(n) / (a * a) + noise);
+            }
+        }
+        let desk = Desk::new("");
+        desk.write("taps.csv", text);
+        let ran = desk.run(&["calibrate", "taps.csv", "--out", "c"]).exits(0);
+        let said = format!("14 of 15 taps used, {} zero readings", if zeros { 5 } else { 0 });
+        assert!(ran.stdout.contains(&said), "{} {}", ran.stdout, ran.stderr);
+        let rows = Table::read(&desk.path("c/rows.csv"));
+        let suspects: Vec<&Row> = rows.rows.iter().filter(|row| row["use"] == "suspect").collect();
+        assert!(suspects.len() == 1 && suspects[0]["theta_deg"] == "-2", "{}", rows.text);
+    }
+}
