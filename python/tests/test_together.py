@@ -50,11 +50,14 @@ def test_strokes(calibration):
     table = vibrissa.Locator(calibration).table(dict(theta_deg=drives, strain=signal), strokes=True)
     assert table["from_95_mm"][-1] < 33.0 < table["to_95_mm"][-1]
     assert abs(table["touch"][-1] - 0.8) < 5 * table["touch_sigma"][-1] and table["stroke_status"][-1] == "ok"
+    free = vibrissa.Locator(calibration).table(dict(theta_deg=drives, strain=signal + 2e-3), strokes=True, free="zero")
+    assert free["from_95_mm"][-1] < 33.0 < free["to_95_mm"][-1] and free["stroke_status"][-1] == "ok"
 
 
 def test_what_is_refused(calibration):
     locator, (_, taps) = vibrissa.Locator(calibration), readings(np.random.default_rng(8))
-    for said, key in ((dict(same=True, strokes=True), "strokes"), (dict(object="no"), "object"), (dict(strokes=2), "strokes"), (dict(object=3), "object")):
+    for said, key in ((dict(same=True, strokes=True), "strokes"), (dict(object="no"), "object"), (dict(strokes=2), "strokes"), (dict(object=3), "object"),
+                      (dict(strokes=True, free="gain"), "free"), (dict(free="zero"), "free")):
         with pytest.raises(vibrissa.InputError) as caught:
             locator.table(taps, **said)
         assert caught.value.key == key and caught.value.allowed, said
