@@ -252,8 +252,10 @@ pub fn by(together: &Together) -> Result<By<'_>, InputError> {
     Ok(match together {
         Some((word, free)) if word == "strokes" => {
             let parsed = free.as_deref().map(str::parse::<Free>).transpose();
-            let refused =
-                |why: String| InputError::new(why).key("free").value(free.clone().unwrap_or_default());
+            let refused = |why: String| {
+                let error = InputError::new(why).key("free").value(free.clone().unwrap_or_default());
+                error.allowed("zero, friction=SD, tilt=SD (degrees), joined by commas")
+            };
             By::Strokes(parsed.map_err(refused)?.unwrap_or_default())
         }
         Some((_, Some(column))) => By::Column(column),

@@ -41,7 +41,11 @@ impl std::str::FromStr for Free {
                 None if word == "zero" => free.zero = true,
                 Some(("friction", value)) => free.friction = number(value, 1.0)?,
                 Some(("tilt", value)) => free.tilt = number(value, 30.0)?,
-                _ => return Err(format!("`{word}`: zero, friction=SD and tilt=SD (degrees) can be free")),
+                _ => {
+                    return Err(format!(
+                        "`{word}` cannot be free: zero, friction=SD and tilt=SD (degrees) can"
+                    ));
+                }
             }
         }
         if free == Self::default() { Err("nothing is free".to_owned()) } else { Ok(free) }
