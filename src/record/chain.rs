@@ -18,7 +18,7 @@ const BRIEF: f64 = 1.0 / 8.0;
 /// The rests among blocks that are quiet, which several windows found (with what they may spread by): those between which the signal leaves a level and
 /// comes back to it most often and nearest. A plateau is quiet too, but the next has another level.
 ///
-/// Each way from a rest to a later one counts 1 where there is contact between, less by how far the level has moved, in shares of [`MOVED`] of the contact;
+/// Each way from a rest to a later one counts 1 where there is contact between, less by how far the level has moved, in halves of the contact;
 /// a way without contact costs what the level moved by. Rests that last much less than most count less: the signal turns there. The best chain, by dynamic programming.
 pub fn returns(y: &[f64], span: f64, found: [(Vec<[usize; 2]>, f64); WINDOWS.len()]) -> Vec<[usize; 2]> {
     let mut best: (f64, Vec<[usize; 2]>) = (0.0, Vec::new());
