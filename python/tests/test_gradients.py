@@ -145,3 +145,14 @@ def test_torch():
     assert slope.numpy() == pytest.approx(vibrissa.strain(10, 4, 50, 5, 2, [21.0, 30.0], 4.0, grad="a")[1][:, 0])
     with pytest.raises(RuntimeError, match="first derivatives only"):
         torch.autograd.grad(f(a, theta).sum(), a, create_graph=True)
+
+
+@pytest.mark.parametrize("model", [{}, dict(shear=True), dict(hub=5.0), dict(side="far")])
+def test_slopes_of_the_linear_strain_alone_are_those_of_the_tap(model):
+    """To the bit, also where there is no tap."""
+    names = ("D", "d", "L_a", "x_ss", "l", "a", "theta")
+    taps = np.random.default_rng(3).uniform([8, 3, 50, 3, 1, 2, 0.5], [12, 8, 55, 8, 4, 56, 10], (2000, 7)).T
+    strain, slopes = vibrissa.strain(*taps, geometry="linear", grad=names, **model)
+    tap, jacobian = vibrissa.strain(*taps, geometry="linear", grad=names, full=True, **model)
+    assert np.isnan(strain).any() and np.array_equal(strain, tap.strain, equal_nan=True)
+    assert np.array_equal(slopes, jacobian.strain, equal_nan=True)

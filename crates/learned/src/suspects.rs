@@ -22,11 +22,10 @@ const FEW: usize = 60;
 const TRIED: usize = 6;
 /// ln of the chance that a row is wrong, of which any signal may then come.
 const WRONG: f64 = -9.2;
-/// A position of a wrong decimal point lies this far out of the others at most where it is, as a factor; among so many.
-const BEYOND: f64 = 2.5;
-/// ln of the chance of that.
-const MOVED: f64 = -4.6;
+/// Other positions from which it is told that the decimal point of one is moved, how far beyond them that one may truly be (a factor), and ln of the chance of it.
 const OTHERS: usize = 3;
+const BEYOND: f64 = 2.5;
+const MOVED: f64 = -4.6;
 /// At most this share of the rows is left out.
 const MOST: f64 = 0.2;
 
@@ -47,11 +46,8 @@ pub struct Suspect {
 /// As of [`fit`].
 pub fn sound(task: &Task<'_>, places: &[usize], average: bool) -> Result<(Fit, Vec<Suspect>), Fault> {
     let mut found = gross(task, places)?;
-    let mut kept: Vec<usize> =
-        places.iter().copied().filter(|k| !found.iter().any(|s| s.place == *k)).collect();
-    let slips = slipped(task, &kept);
-    found.extend(&slips);
-    kept.retain(|k| !slips.iter().any(|s| s.place == *k));
+    found.extend(slipped(task, &without(places, &found)));
+    let mut kept = without(places, &found);
     let mut last = fit(task, &kept, From::Nowhere, average)?;
     while (found.len() as f64) < MOST * places.len() as f64 {
         let one = worst(task, &last, kept.len()).map(|suspect| vec![suspect]);
@@ -59,8 +55,7 @@ pub fn sound(task: &Task<'_>, places: &[usize], average: bool) -> Result<(Fit, V
         if wrong.is_empty() {
             break;
         }
-        let left: Vec<usize> =
-            kept.iter().copied().filter(|k| !wrong.iter().any(|s| s.place == *k)).collect();
+        let left = without(&kept, &wrong);
         let Ok(next) = fit(task, &left, From::Near(&last), false) else { break };
         found.extend(wrong);
         (last, kept) = (next, left);
@@ -107,10 +102,8 @@ fn hidden(task: &Task<'_>, whole: &Fit, kept: &[usize]) -> Vec<Suspect> {
     let range = ys().fold(f64::NEG_INFINITY, f64::max) - ys().fold(f64::INFINITY, f64::min);
     let all: Vec<Suspect> = off_most(task, whole).into_iter().map(|s| s.0).collect();
     let gain = |wrong: &[Suspect]| {
-        let left: Vec<usize> =
-            kept.iter().copied().filter(|k| !wrong.iter().any(|s| s.place == *k)).collect();
-        let next = fit(task, &left, From::Nowhere, false).ok()?;
-        let found: Vec<Suspect> = wrong.iter().map(|s| judged(task, &next, s.place)).collect();
+        let next = fit(task, &without(kept, wrong), From::Nowhere, false).ok()?;
+        let found: Vec<Suspect> = wrong.iter().map(|s| judged(task, &next, s.place, 1.0)).collect();
         let n = wrong.len() as f64;
         Some((found, next.evidence + n * (WRONG - range.ln()) - whole.evidence))
     };
@@ -126,11 +119,16 @@ fn hidden(task: &Task<'_>, whole: &Fit, kept: &[usize]) -> Vec<Suspect> {
     found
 }
 
-/// A row beside what `fit`, which is of others, expects of it.
-fn judged(task: &Task<'_>, fit: &Fit, place: usize) -> Suspect {
+/// The `places` without those of suspects.
+fn without(places: &[usize], wrong: &[Suspect]) -> Vec<usize> {
+    places.iter().copied().filter(|k| !wrong.iter().any(|s| s.place == *k)).collect()
+}
+
+/// A row beside what `fit`, which is of others, expects of it at its label times a `factor`.
+fn judged(task: &Task<'_>, fit: &Fit, place: usize, factor: f64) -> Suspect {
     let row = &task.rows[place];
     let expected = match row.touches() {
-        true => fit.base(task, |base| fit.curve.expected(base, row.a, row.u, true)).signal,
+        true => fit.base(task, |base| fit.curve.expected(base, factor * row.a, row.u, true)).signal,
         false => 0.0,
     };
     Suspect { place, off: row.y - fit.curve.zero()[0] - expected, expected }
@@ -202,17 +200,13 @@ fn slipped(task: &Task<'_>, kept: &[usize]) -> Vec<Suspect> {
         }
         let left: Vec<usize> = kept.iter().copied().filter(|k| !rows.contains(k)).collect();
         let next = fit(task, &left, From::Nowhere, false).ok()?;
-        let expected = |k: &usize, factor: f64| {
-            let row = &task.rows[*k];
-            next.base(task, |base| next.curve.expected(base, factor * row.a, row.u, true)).signal
-        };
         // ln of the likelihood of what they give together, of which the size is the expected signal.
         let ln = |factor: f64| {
             let [share, sd] = off(task, &next, rows, factor);
-            let size = rows.iter().map(|k| expected(k, factor).abs()).sum::<f64>();
+            let size = rows.iter().map(|k| judged(task, &next, *k, factor).expected.abs()).sum::<f64>();
             -0.5 * (share / sd).powi(2) - (sd * size).ln()
         };
-        let suspect = |k: &usize| judged(task, &next, *k);
+        let suspect = |k: &usize| judged(task, &next, *k, 1.0);
         (ln(factor) - ln(1.0) + MOVED > 0.0).then(|| rows.iter().map(suspect).collect())
     });
     tried.unwrap_or_default()
