@@ -26,7 +26,7 @@ import vibrissa
 SPEC = """[whisker]
 D = {D}
 d = {d}
-L_a = 60
+L_a = 75
 [gauge]
 x_ss = 5
 l = 2
@@ -58,7 +58,7 @@ def rig(program, seed, prior):
     gain, offset = 1 + 0.05 * rng.normal(), 0.05 * rng.normal()
 
     def strain(a, theta):
-        eps = vibrissa.strain(D, d, 60.0, 5.0, 2.0, a, np.maximum(theta + offset, 1e-3), surface=True, shear=True, extension=True, precision="f64")
+        eps = vibrissa.strain(D, d, 75.0, 5.0, 2.0, a, np.maximum(theta + offset, 1e-3), surface=True, shear=True, extension=True, precision="f64")
         return gain * np.asarray(eps)
 
     size = float(strain(35.0, 3.0))
@@ -77,10 +77,11 @@ def rig(program, seed, prior):
         """In a run of its own."""
         g, z = 1 + runs[0] * rng.normal(), runs[1] * rng.normal()
         theta, a = np.asarray(theta), np.asarray(a)
-        y = np.where(theta > -offset, strain(a, theta), 0.0)
-        own = {x: np.hypot(position, visit) * rng.normal() for x in np.unique(a)}
-        # Along a stroke, which has one distance, it is the same.
-        y = y * (g + np.vectorize(own.get)(a)) * (1 + relative * rng.normal(size=a.shape if stroke else y.shape))
+        # Where an object truly stands, whose label says a.
+        own = {x: np.exp(np.hypot(position, visit) * rng.normal()) for x in np.unique(a)}
+        y = np.where(theta > -offset, strain(np.minimum(a * np.vectorize(own.get)(a), 74.0), theta), 0.0)
+        # Along a stroke, which is one tap, it is the same.
+        y = y * g * (1 + relative * rng.normal(size=a.shape if stroke else y.shape))
         return y + z + noise * rng.normal(size=y.shape)
 
     with tempfile.TemporaryDirectory() as folder:

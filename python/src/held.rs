@@ -6,6 +6,7 @@ use numpy::{PyArray1, PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
 use vibrissa::scene::{DirectionColumns, Tuple};
+use vibrissa::spec::{Ends, NO_ENDS, widened};
 
 /// An array of contiguous numbers that lives at least as long as this.
 pub struct Held {
@@ -81,6 +82,18 @@ impl Given {
         let [D, d, L_a, x_ss, l, a, drive] = std::array::from_fn(|k| self.seven[k].at(i));
         let [tilt, lean] = self.directions.each_ref().map(|column| column.as_ref().map_or(0.0, |c| c.at(i)));
         Tuple { D, d, L_a, x_ss, l, a, tilt, lean, drive, rig: 0 }
+    }
+
+    /// Least and largest value of each column of the `n` taps; of a tap that has no number it has none.
+    #[allow(non_snake_case)]
+    pub fn ends(&self, n: usize) -> Ends {
+        let of = |column: &Argument| match column {
+            Argument::One(x) => widened(NO_ENDS, *x),
+            Argument::Each(all) => (0..n).fold(NO_ENDS, |ends, i| widened(ends, all.at(i))),
+        };
+        let [D, d, L_a, x_ss, l, a, drive] = self.seven.each_ref().map(of);
+        let [tilt, lean] = self.directions.each_ref().map(|column| column.as_ref().map_or([0.0; 2], of));
+        [D, d, L_a, x_ss, l, a, tilt, lean, drive]
     }
 
     /// Whether poles tilt, and lean, in any of the `n` taps; where it is not known, they do.

@@ -70,7 +70,7 @@ pub fn read(py: Python<'_>, asked: &UnreadSpec, listed: Option<Listed<'_>>) -> P
             spec.study.setup.directions = directions;
             let kind = spec.study.setup.drive;
             let name = |column: Column| column.name(kind).to_owned();
-            spec.warnings.extend(spec::doubts_of_taps(kind, tuples.len(), |i| tuples[i], name));
+            spec.warnings.extend(spec::doubts_of_taps(kind, tuples.len(), None, |i| tuples[i], name));
             spec.study.space = Space::List(tuples);
             let of_tuples =
                 |key: &str| Column::ALL.iter().any(|c| key.ends_with(&format!(".{}", key_of(*c, kind))));

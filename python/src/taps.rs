@@ -17,7 +17,7 @@ use vibrissa::kernel::{self, Effects};
 use vibrissa::optimise::write;
 use vibrissa::physics::onset::Grip;
 use vibrissa::scene::{BackendChoice, Precision, RunOptions, Setup};
-use vibrissa::spec;
+use vibrissa::spec::{self, Ends};
 
 use crate::answers::{Answers, NUMBERS, Told, numbers_of};
 use crate::error::raise;
@@ -71,8 +71,8 @@ fn parts(
 type Doubts = Option<Vec<String>>;
 
 /// Which of `n` taps were probably meant in another unit.
-fn doubts(setup: &Setup, n: usize, tap: impl Fn(usize) -> Tuple + Sync) -> Doubts {
-    let all = spec::doubts_of_taps(setup.drive, n, tap, |column| write::key(setup, column).to_owned());
+fn doubts(setup: &Setup, n: usize, ends: Option<Ends>, tap: impl Fn(usize) -> Tuple + Sync) -> Doubts {
+    let all = spec::doubts_of_taps(setup.drive, n, ends, tap, |column| write::key(setup, column).to_owned());
     Some(all).filter(|all| !all.is_empty())
 }
 
@@ -141,7 +141,7 @@ impl Taps {
         let tap = Tuple { D, d, L_a, x_ss, l, a, tilt, lean, drive, rig: 0 };
         let solved = job::here(py, || self.taps.solve(|_| tap, numbers_of, &mut found))?;
         solved.map_err(|e| raise(py, e))?;
-        let doubts = doubts(self.taps.setup(), 1, |_| tap);
+        let doubts = doubts(self.taps.setup(), 1, None, |_| tap);
         let [([strain, linear, deviation, normal, tangential, arc, second, azimuth, slide], status, sticks)] =
             found;
         Ok((
@@ -171,7 +171,7 @@ impl Taps {
         let mut found = [f64::NAN];
         let solved = job::here(py, || self.taps.strains(|_| tap, &mut found))?;
         solved.map_err(|e| raise(py, e))?;
-        Ok((found[0], doubts(self.taps.setup(), 1, |_| tap)))
+        Ok((found[0], doubts(self.taps.setup(), 1, None, |_| tap)))
     }
 
     /// `n` taps from the columns of [`Given::new`]; the numbers of [`Self::one`], each as an array, only the strain unless `full`; what should be
@@ -206,7 +206,7 @@ impl Taps {
                 };
                 parts(n, PART, one, go_on)?;
             }
-            let doubts = doubts(taps.setup(), n, |i| given.tap(i));
+            let doubts = doubts(taps.setup(), n, Some(given.ends(n)), |i| given.tap(i));
             Ok((strains, answers, doubts))
         };
         let (strains, answers, doubts) = if n <= FEW && !self.slow {
@@ -291,7 +291,7 @@ impl Taps {
             })?;
             // Azimuths are told in degrees.
             slopes.iter_mut().skip(7).take(1).flatten().for_each(|x| *x = x.to_degrees());
-            let doubts = doubts(taps.setup(), n, |i| given.tap(i));
+            let doubts = doubts(taps.setup(), n, Some(given.ends(n)), |i| given.tap(i));
             Ok((strains, answers, slopes, doubts))
         };
         let ((strains, answers, slopes, doubts), interrupt) =

@@ -170,6 +170,11 @@ impl Inverted {
         self.whisker.base(|base| Joint::new(&self.curve, base, tared, self.of(tared)))
     }
 
+    /// What answers strokes.
+    pub fn joint_of_strokes(&self, tared: bool) -> Joint {
+        self.whisker.base(|base| Joint::of_strokes(&self.curve, base, tared, self.of(tared)))
+    }
+
     /// Whether those stand above a zero that was read.
     pub fn plain_is_tared(&self) -> bool {
         self.zero_read

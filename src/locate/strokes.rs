@@ -232,7 +232,7 @@ impl<'a> Strokes<'a> {
             return Some(Far { status: far.status | status, ..far.clone() });
         }
         let learned = side.answers.shape().learned()?;
-        let joint = self.joints.entry((k, own.tared)).or_insert_with(|| learned.joint(own.tared));
+        let joint = self.joints.entry((k, own.tared)).or_insert_with(|| learned.joint_of_strokes(own.tared));
         let largest = side.drives[side.drives.len() - 1];
         let course = Course {
             same_run: locator.same_run,

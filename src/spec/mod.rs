@@ -41,7 +41,7 @@ pub(crate) use reader::Item;
 pub use reader::placed;
 use reader::{Document, Result};
 use schema::Sections;
-pub use units::of_taps as doubts_of_taps;
+pub use units::{Ends, NO_ENDS, of_taps as doubts_of_taps, widened};
 
 /// Reads the spec at `path`. Paths in the spec are relative to its folder.
 pub fn read(path: &Path) -> Result<Spec> {

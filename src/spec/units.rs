@@ -7,7 +7,7 @@
 mod rows;
 
 pub(super) use rows::DoubtfulRows;
-pub use rows::of_taps;
+pub use rows::{Ends, NO_ENDS, of_taps, widened};
 
 use super::reader::Item;
 use super::schema::Sections;

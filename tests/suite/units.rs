@@ -231,7 +231,7 @@ fn taps_that_are_given_one_by_one_are_doubted_as_those_of_a_spec() {
         rig: 0,
     };
     let said = |n: usize, tap: &(dyn Fn(usize) -> Tuple + Sync)| {
-        spec::doubts_of_taps(Drive::Angle, n, tap, |column| column.name(Drive::Angle).to_owned())
+        spec::doubts_of_taps(Drive::Angle, n, None, tap, |column| column.name(Drive::Angle).to_owned())
     };
     let one = |tap: Tuple| said(1, &move |_| tap);
     let of_spec =

@@ -79,6 +79,7 @@ impl Shared {
 
 /// Whether these are a whisker with a gauge on it: D, d, L_a, l > 0 and at most [`MOST`], x_ss ≥ 0, x_ss + l ≤ L_a. Distance and drive are
 /// not asked for.
+#[inline]
 pub fn is_whisker(t: &Tuple) -> bool {
     let positive = [t.D, t.d, t.L_a, t.l].iter().all(|x| *x > 0.0 && *x <= MOST);
     positive && t.x_ss >= 0.0 && t.x_ss + t.l <= t.L_a * (1.0 + ROUNDING)
@@ -186,6 +187,7 @@ impl Design {
 }
 
 /// Whether the drive of `t` lies in the domain of its kind, and its contact on the whisker; where its clamp ends is not asked for.
+#[inline]
 pub fn is_tap(kind: Drive, t: &Tuple) -> bool {
     let driven = match kind {
         Drive::Angle => t.drive > 0.0 && t.drive < 90.0,

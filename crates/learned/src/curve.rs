@@ -64,6 +64,17 @@ pub struct Expected {
     pub of_run: f64,
 }
 
+/// By how much the drives of a calibration are off: contact begins at minus this.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Offset {
+    /// Mean.
+    pub mean: f64,
+    /// By how much one standard deviation of each number that is shared ([`Curve::moved`]) moves it.
+    pub moved: Vec<f64>,
+    /// Standard deviation beside those.
+    pub own: f64,
+}
+
 impl Curve {
     /// Eigenvectors of a covariance, as many as matter.
     pub fn deviations(covariance: DMatrix<f64>) -> Vec<Vec<f64>> {
@@ -132,11 +143,15 @@ impl Curve {
         all
     }
 
-    /// By how much the drive is off, and its standard deviation: contact begins at minus this. Where all taps have one drive, what is usual.
-    pub fn offset(&self, base: &Base<'_>) -> [f64; 2] {
+    /// By how much the drive is off. Where all taps have one drive nothing tells it: its own deviation is what is usual.
+    pub fn offset(&self, base: &Base<'_>) -> Offset {
         let size = self.scales.sizes[1];
-        let [mean, sd] = self.coefficient(Term::OffsetU).unwrap_or([0.0, OFFSETS[1]]);
-        [base.offset() + size * mean, size * sd]
+        let mut moved = vec![0.0; self.shared()];
+        let Some(k) = self.terms.iter().position(|t| *t == Term::OffsetU) else {
+            return Offset { mean: base.offset(), moved, own: size * OFFSETS[1] };
+        };
+        moved.iter_mut().zip(&self.deviations).for_each(|(moved, d)| *moved = size * d[k]);
+        Offset { mean: base.offset() + size * self.mean[k], moved, own: 0.0 }
     }
 
     /// Coefficient of `term` and its standard deviation; `None` where it is no term.

@@ -13,13 +13,34 @@ const MANY: usize = 1 << 13;
 /// Rows that are looked at together.
 const TOGETHER: usize = 64;
 
-/// The warnings about `n` taps that are given one by one, `tap(i)` being tap i; `key` names a column. Of many, all threads look.
+/// Least and largest value of each column, numbers alone.
+pub type Ends = [[f64; 2]; 9];
+
+/// Those of no row.
+pub const NO_ENDS: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
+
+/// `ends` with `v` among what lies between them.
+#[inline(always)]
+pub fn widened([least, most]: [f64; 2], v: f64) -> [f64; 2] {
+    [if v < least { v } else { least }, if v > most { v } else { most }]
+}
+
+/// The warnings about `n` taps that are given one by one, `tap(i)` being tap i, all of them within `ends` where these are known; `key` names a column.
+/// Of many, all threads look.
 pub fn of_taps(
     drive: Drive,
     n: usize,
+    ends: Option<Ends>,
     tap: impl Fn(usize) -> Tuple + Sync,
     key: impl Fn(Column) -> String,
 ) -> Vec<String> {
+    let say = |column, value, words: String, _| InputError::new(words).key(key(column)).value(shown(value));
+    if let Some(ends) = ends {
+        let mut rows = DoubtfulRows::new(drive);
+        if rows.are_sure(n, &ends) {
+            return rows.said(say);
+        }
+    }
     let take = |mut rows: DoubtfulRows, k: usize| {
         let those = k * TOGETHER..n.min((k + 1) * TOGETHER);
         rows.take_all(those, &tap);
@@ -33,7 +54,6 @@ pub fn of_taps(
             .fold(|| DoubtfulRows::new(drive), take)
             .reduce(|| DoubtfulRows::new(drive), DoubtfulRows::joined),
     };
-    let say = |column, value, words: String, _| InputError::new(words).key(key(column)).value(shown(value));
     rows.said(say)
 }
 
@@ -55,12 +75,17 @@ impl DoubtfulRows {
 
     /// The next `rows`: one after the other where what is farthest apart in them is doubtful.
     fn take_all(&mut self, rows: std::ops::Range<usize>, tap: impl Fn(usize) -> Tuple) {
-        let mut ends = [[f64::INFINITY, f64::NEG_INFINITY]; 9];
+        let mut ends = [NO_ENDS; 9];
         for i in rows.clone() {
-            for ([least, most], v) in ends.iter_mut().zip(tap(i).to_array()) {
-                (*least, *most) = (if v < *least { v } else { *least }, if v > *most { v } else { *most });
-            }
+            ends.iter_mut().zip(tap(i).to_array()).for_each(|(ends, v)| *ends = widened(*ends, v));
         }
+        if !self.are_sure(rows.len(), &ends) {
+            rows.for_each(|i| self.take(&tap(i), i));
+        }
+    }
+
+    /// Whether nothing is doubtful in the next `count` rows, whose columns lie between `ends`: then they are counted.
+    fn are_sure(&mut self, count: usize, ends: &Ends) -> bool {
         // The longest stands where the shortest is asked for.
         let beside = Beside::new(|column| [1, 0].map(|k| ends[column as usize][k]));
         let sure = |column: &Column| {
@@ -69,12 +94,12 @@ impl DoubtfulRows {
                 || ends[0] > 0.0 && ends.iter().all(|v| length(*column, *v, &beside).is_none())
         };
         let drives = ends[Column::Drive as usize];
-        if self.lengths().iter().all(sure) && drives.iter().all(|drive| admissible(*drive)) {
-            self.rows += rows.len() as u64;
+        let all = self.lengths().iter().all(sure) && drives.iter().all(|drive| admissible(*drive));
+        if all {
+            self.rows += count as u64;
             self.largest = self.largest.max(drives[1]);
-            return;
         }
-        rows.for_each(|i| self.take(&tap(i), i));
+        all
     }
 
     /// Columns of lengths.

@@ -67,6 +67,7 @@ pub struct StrainCurve<T = f64> {
 
 impl<T: Real> StrainCurve<T> {
     /// `shear` is S of [`shear_length2`], or 0 for Euler–Bernoulli theory; lengths in mm.
+    #[inline(always)]
     pub fn new(taper: Taper<T>, gauge: [T; 2], hub: T, drive: Drive, shear: T) -> Self {
         let hub = if drive == Drive::Displacement { T::of(0.0) } else { hub };
         let b = gauge.map(|x| T::of(1.0) / (T::of(1.0) - taper.tau * x));
@@ -101,6 +102,7 @@ impl<T: Real> StrainCurve<T> {
     }
 
     /// The factor w(u) that the drive puts on the strain: 1 + r₀u for a tap angle, u for a displacement.
+    #[inline(always)]
     fn drive_factor(&self, u: T) -> (T, T) {
         match self.drive {
             Drive::Angle => (self.hub * u + 1.0, self.hub),
@@ -110,12 +112,16 @@ impl<T: Real> StrainCurve<T> {
 
     /// f and df/du at u = 1/a, for 0 ≤ u < 1/x1; 0 beyond.
     pub fn at_inverse(&self, u: T) -> (T, T) {
+        let Some(built) = &self.built else { return self.of_cone(u) };
+        let a = T::of(1.0) / u;
+        let [f, slope] = built.value(a);
+        (f, -slope * a * a)
+    }
+
+    /// The same of a cone clamped at its base.
+    #[inline(always)]
+    pub fn of_cone(&self, u: T) -> (T, T) {
         let one = T::of(1.0);
-        if let Some(built) = &self.built {
-            let a = one / u;
-            let [f, slope] = built.value(a);
-            return (f, -slope * a * a);
-        }
         let ([x1, x2], [b1, b2]) = (self.gauge, self.b);
         if (x1 * u).value() >= 1.0 {
             return (T::of(0.0), T::of(0.0));

@@ -287,6 +287,7 @@ pub(super) fn reading(setup: &Setup, wrench: [f64; 3], strain: f64) -> f64 {
 }
 
 /// Sign of what the sensor reads: a tap turns and pushes the root back.
+#[inline]
 pub(super) fn sign(setup: &Setup) -> f64 {
     match (setup.signal, setup.gauge.side) {
         (Signal::Strain, Side::Contact) => 1.0,
@@ -295,6 +296,7 @@ pub(super) fn sign(setup: &Setup) -> f64 {
 }
 
 /// A strain as the gauge shows it; 0 has no sign.
+#[inline]
 pub(super) fn signed(setup: &Setup, strain: f64) -> f64 {
     sign(setup) * strain + 0.0
 }
@@ -305,6 +307,7 @@ fn unread(setup: &Setup, shared: &Shared, a: f64, arc: f64) -> bool {
 }
 
 /// Whether a contact meant for `a` that is at `arc` bends no part of a gauge that begins at `x1`.
+#[inline]
 pub(super) fn off_gauge(x1: f64, a: f64, arc: f64) -> bool {
     a <= x1 || arc <= x1
 }

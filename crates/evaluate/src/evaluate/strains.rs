@@ -63,6 +63,7 @@ pub fn is_closed(setup: &Setup) -> bool {
 }
 
 /// The strain of the tap `t` by the closed form alone, to the bits of an outcome's; none where the pole is not upright.
+#[inline]
 pub fn closed(setup: &Setup, t: &Tuple) -> Option<f64> {
     if !t.direction().is_upright() {
         return None;
@@ -85,7 +86,8 @@ fn numbers(setup: &Setup, t: &Tuple) -> [f64; 9] {
 fn form<T: Real>(setup: &Setup, [D, d, L_a, x_ss, l, a, amount, hub, nu]: [T; 9]) -> T {
     let taper = Taper::new(D, d, L_a);
     let shear = if setup.model.shear { shear_length2(&taper, nu) } else { T::of(0.0) };
-    amount * StrainCurve::new(taper, taper.gauge(x_ss, l), hub, setup.drive, shear).value(a)
+    let curve = StrainCurve::new(taper, taper.gauge(x_ss, l), hub, setup.drive, shear);
+    amount * curve.of_cone(T::of(1.0) / a).0
 }
 
 /// [`closed`], and the derivatives of that strain by `inputs`, per mm, degree or unit of the key; none by what the form does not say.

@@ -121,7 +121,7 @@ impl<'a> Task<'a> {
         let drives = [ends[0]?.exp() - joint.inverse.offset, ends[1]?.exp() - joint.inverse.offset];
         let [first, last] = stroke.drives()?;
         // The last reading is of a calibrated tap, or one before it.
-        let from = (last - drives[1] - joint.offset[0]).min(first - drives[0]).max(course.least.min(last));
+        let from = (last - drives[1] - joint.offset.mean).min(first - drives[0]).max(course.least.min(last));
         let touch = course.touch.map_or([from, last], |c| [c, c]);
         let ends = [[joint.x(0), joint.x(POINTS - 1)], touch];
         Some(Self { joint, course, bins, noise: stroke.noise(joint), drives, ends })

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::course::{Place, Task};
-use super::{NEAR, Nuisance, lagrange};
+use super::{NEAR, Nuisance, Offset, lagrange};
 
 /// Between no contact and the smallest calibrated drive the signal goes straight, but for this share.
 pub(super) const TOE: f64 = 0.05;
@@ -39,7 +39,7 @@ impl Task<'_> {
         self.joint.table.iter().map(of).collect()
     }
 
-    /// Of a tap by the drive v: signal, variance of its noise, and shared numbers.
+    /// Of a tap by the drive v: signal, deviation of its noise that goes with it, and shared numbers.
     fn tap(&self, across: &[Vec<f64>], v: f64) -> Vec<f64> {
         let u = v + self.joint.inverse.offset;
         let weights = self.joint.inverse.weights(u);
@@ -48,7 +48,7 @@ impl Task<'_> {
             all.iter_mut().zip(values).for_each(|(sum, x)| *sum += w * x);
         }
         all.iter_mut().for_each(|x| *x *= u);
-        all[1] = (all[1] * u).max(f64::MIN_POSITIVE);
+        all[1] = (all[1] * u - self.joint.rest[1]).max(0.0).sqrt();
         all
     }
 
@@ -65,12 +65,13 @@ impl Task<'_> {
         let width = joint.width();
         let [lo, hi] = self.drives;
         let ends = self.drives.map(|v| self.tap(across, v));
-        let [mean, sd] = joint.offset;
+        let Offset { mean, moved: ref by, own } = joint.offset;
         // Of the calibrated drives beyond the touch.
         let mean = mean.max((LEAST - 1.0) * lo);
         let [from, to] = [lo + mean, hi + mean];
-        let rest = &joint.rest;
-        let floor = rest[1];
+        let floor = joint.rest[1];
+        let mut rest = joint.rest.clone();
+        rest[1] = 0.0;
         // In proportion to what is without contact, up to the first calibrated drive, and from the last one on.
         let part = |end: &[f64], share: f64| -> Vec<f64> {
             (0..width).map(|c| rest[c] * (1.0 - share) + end[c] * share).collect()
@@ -100,11 +101,11 @@ impl Task<'_> {
             };
             let toe = if since > 0.0 && since < from { TOE * (1.0 - since / from) } else { 0.0 };
             let beyond = if since > to { BEYOND * (1.0 - to / since) } else { 0.0 };
+            // Where the drives of the calibration begin is learned with its curve: whichever it is, contact begins where it is seen.
+            let moved = own * slope;
             // Noise of a tap that goes with its signal is a gain of the stroke.
-            let relative = if since > 0.0 { (values[1] - floor).max(0.0).sqrt() } else { 0.0 };
-            let moved = sd * slope;
             let own =
-                [relative, floor.sqrt(), self.course.of_zero.sqrt(), toe * signal, beyond * signal, moved];
+                [values[1], floor.sqrt(), self.course.of_zero.sqrt(), toe * signal, beyond * signal, moved];
             let sd = (self.noise[0] / bin.n + self.noise[1]).sqrt();
             let of_object = |own: &Nuisance| {
                 if since > 0.0 { own.at(x, since - mean).map(|c| c * signal) } else { [0.0; 2] }
@@ -112,7 +113,8 @@ impl Task<'_> {
             let changes = self.course.nuisances.iter().map(of_object);
             off.left[k] = (bin.y - values[0] - changes.clone().map(|c| c[0]).sum::<f64>()) / sd;
             off.spread[k] = sd;
-            let common = values[2..].iter().enumerate().map(|(c, x)| if of_run(c) { 0.0 } else { *x });
+            let common = values[2..].iter().zip(by).enumerate();
+            let common = common.map(|(c, (x, by))| if of_run(c) { 0.0 } else { x - by * slope });
             let mut column = off.shared.column_mut(k);
             let all = common.chain(own).chain(changes.map(|c| c[1]));
             column.iter_mut().zip(all).for_each(|(to, x)| *to = x / sd);

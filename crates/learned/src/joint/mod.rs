@@ -24,7 +24,7 @@ mod stroke;
 mod tests;
 
 use crate::base::Base;
-use crate::curve::{Curve, OF_RUN};
+use crate::curve::{Curve, OF_RUN, Offset};
 use crate::invert::{Inverse, POINTS, prior};
 pub use combined::Combined;
 pub use course::{Course, Told as ToldCourse};
@@ -33,7 +33,7 @@ pub use object::{Object, integrate};
 pub use outlook::Outlook;
 pub use stroke::Stroke;
 
-/// Shared numbers that move no signal by more than this share of its variance count as noise.
+/// Shared numbers that move no signal by more than this share of a variance count as noise.
 const SMALL: f64 = 1e-4;
 /// Standard deviations on either side of a mode that are looked at.
 pub const WINDOW: f64 = 6.0;
@@ -60,8 +60,8 @@ pub struct Joint {
     of_run: Vec<bool>,
     /// Signal without contact, variance of its noise, and shared numbers.
     rest: Vec<f64>,
-    /// By how much the drive is off, and its standard deviation.
-    offset: [f64; 2],
+    /// By how much the drive is off.
+    offset: Offset,
 }
 
 /// One tap.
@@ -102,8 +102,22 @@ pub struct Told {
 }
 
 impl Joint {
-    /// Of `curve` over its base, at the points of `inverse`, which is of the same.
+    /// For taps: of `curve` over its base, at the points of `inverse`, which is of the same.
     pub fn new(curve: &Curve, base: &Base<'_>, tared: bool, inverse: &Inverse) -> Self {
+        let mut joint = Self::whole(curve, base, tared, inverse);
+        joint.prune(|point, _| point[1] + point[2..].iter().map(|x| x * x).sum::<f64>());
+        joint
+    }
+
+    /// The same for strokes: noise that goes with the signal is no noise between readings of one, which may tell much smaller things.
+    pub fn of_strokes(curve: &Curve, base: &Base<'_>, tared: bool, inverse: &Inverse) -> Self {
+        let mut joint = Self::whole(curve, base, tared, inverse);
+        let floor = joint.rest[1];
+        joint.prune(|_, u| floor / (u * u));
+        joint
+    }
+
+    fn whole(curve: &Curve, base: &Base<'_>, tared: bool, inverse: &Inverse) -> Self {
         let [from, step] = inverse.grid;
         let width = 2 + curve.shared();
         let mut table: Vec<Vec<f64>> = Vec::new();
@@ -124,7 +138,6 @@ impl Joint {
         let offset = curve.offset(base);
         let mut joint = Self { inverse: inverse.clone(), table, of_run, rest, offset };
         joint.continued();
-        joint.prune();
         joint
     }
 
@@ -151,14 +164,16 @@ impl Joint {
         }
     }
 
-    /// Counts shared numbers that move little as noise.
-    fn prune(&mut self) {
+    /// Counts shared numbers as noise that move little beside the variance `of` a point, over u², by a drive.
+    fn prune(&mut self, of: impl Fn(&[f64], f64) -> f64) {
         let (width, n) = (self.width(), self.of_run.len());
         let mut largest = vec![0.0_f64; n];
-        for point in self.table.iter().flat_map(|row| row.chunks(width)) {
-            let all = point[1] + point[2..].iter().map(|x| x * x).sum::<f64>();
-            for (most, x) in largest.iter_mut().zip(&point[2..]) {
-                *most = most.max(if all > 0.0 { x * x / all } else { 0.0 });
+        for (row, u) in self.table.iter().zip(&self.inverse.nodes) {
+            for point in row.chunks(width) {
+                let all = of(point, u.exp());
+                for (most, x) in largest.iter_mut().zip(&point[2..]) {
+                    *most = most.max(if *x != 0.0 { x * x / all } else { 0.0 });
+                }
             }
         }
         let kept: Vec<usize> = (0..n).filter(|k| largest[*k] > SMALL).collect();
@@ -171,6 +186,10 @@ impl Joint {
             *row = row.chunks(width).flat_map(fewer).collect();
         }
         self.rest = fewer(&self.rest);
+        let Offset { moved, own, .. } = &mut self.offset;
+        let gone = (0..n).filter(|k| !kept.contains(k)).map(|k| moved[k].powi(2)).sum::<f64>();
+        *own = (*own * *own + gone).sqrt();
+        *moved = kept.iter().map(|k| moved[*k]).collect();
         self.of_run = kept.iter().map(|k| self.of_run[*k]).collect();
     }
 

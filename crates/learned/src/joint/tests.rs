@@ -140,32 +140,46 @@ fn stroke(dice: &mut Dice, rig: &dyn Fn(f64, f64) -> f64, touch: f64, [scatter, 
 
 #[test]
 fn intervals_of_strokes_hold_what_they_promise() {
-    strokes(600, 11);
+    strokes(600, 11, false);
+}
+
+/// Of taps that scatter a hundred times as much as readings of a stroke, of a whisker whose bend tells the distance too.
+#[test]
+fn intervals_of_precise_strokes_hold_what_they_promise() {
+    strokes(600, 13, true);
 }
 
 /// What results/2026-11-26-inside states.
 #[test]
 #[ignore = "a minute"]
 fn intervals_of_many_strokes_hold_what_they_promise() {
-    strokes(6000, 12);
+    strokes(6000, 12, false);
 }
 
 /// Judges the intervals of so many strokes, and prints how often they hold the distance.
-fn strokes(count: usize, seed: u64) {
+fn strokes(count: usize, seed: u64, precise: bool) {
     let size = 2.5 * 32.0_f64.powf(-1.5);
+    let (scatter, relative, bend) = if precise { (5e-4, 0.05, 0.02) } else { (0.01, 0.01, 0.0) };
     let spread = Spread {
-        floor: (0.01 * size).powi(2),
-        relative: 1e-4,
+        floor: (scatter * size).powi(2),
+        relative: f64::powi(relative, 2),
         gain: 4e-4,
         zero: (0.01 * size).powi(2),
         ..Spread::default()
     };
-    let curve = curve(spread);
-    let base = Base::Power(POWER);
+    let mut curve = curve(spread);
+    // How the signal goes with the drive is known to less than taps scatter.
+    let twist = if precise { 4e-4 } else { 0.0 };
+    curve.terms.push(Term::Curve(0, 1));
+    curve.mean.push(0.0);
+    curve.deviations.iter_mut().for_each(|d| d.push(0.0));
+    curve.deviations.push(vec![0.0, 0.0, twist]);
+    let value = |a: f64, u: f64| POWER.value(a, u) * (1.0 + bend * u * 32.0 / a);
+    let base = if precise { Base::Known(&value, 0.0) } else { Base::Power(POWER) };
     let inverse = Inverse::new(&curve, &base, false, [0.0, f64::INFINITY]);
-    let mut joint = Joint::new(&curve, &base, false, &inverse);
+    let mut joint = Joint::of_strokes(&curve, &base, false, &inverse);
     // As a calibration of several drives tells it.
-    joint.offset = [0.0, 0.05];
+    joint.offset.own = if precise { 0.0 } else { 0.05 };
     let [middle, half] = curve.scales.a;
     let [near, far] = [(middle - half).exp(), (middle + half).exp()];
     let mut dice = Dice(seed);
@@ -173,26 +187,31 @@ fn strokes(count: usize, seed: u64) {
     for _ in 0..count {
         let a = near + (far - near) * dice.uniform();
         let touch = 0.3 + 1.2 * dice.uniform();
-        let [c0, c1, gain, zero, own, relative, off, toe, end] = std::array::from_fn(|_| dice.normal());
+        let [c0, c1, c2, gain, zero, own, by_tap, off, toe, end] = std::array::from_fn(|_| dice.normal());
         // Contact begins at minus the offset, and goes straight to the smallest calibrated drive, and from the largest one on, both about.
         let [least, most] =
             [f64::min, f64::max].map(|of| inverse.nodes.iter().copied().reduce(of).unwrap().exp());
-        let offset = joint.offset[1] * off;
+        let offset = joint.offset.own * off;
         let x = curve.scales.place(a, 2.5)[0];
-        let factor = 1.0 + 0.01 * c0 + 0.005 * c1 * x + 0.02 * gain + spread.relative.sqrt() * relative;
+        let factor = 1.0 + 0.01 * c0 + 0.005 * c1 * x + 0.02 * gain + relative * by_tap;
+        let value = |a: f64, u: f64| {
+            let moved = twist * c2 * curve.scales.place(a, u)[1];
+            match precise {
+                true => value(a, u) * (factor + moved),
+                false => POWER.value(a, u) * factor,
+            }
+        };
         let rig = |since: f64, _: f64| {
             let v = since - offset;
             let [from, to] = [least, most].map(|v| v + offset);
             let signal = match v {
-                v if v > most => {
-                    POWER.value(a, most) * since / to * (1.0 + BEYOND * (1.0 - to / since) * end)
-                }
-                v if v >= least => POWER.value(a, v),
-                _ => POWER.value(a, least) * since / from * (1.0 + TOE * (1.0 - since / from) * toe),
+                v if v > most => value(a, most) * since / to * (1.0 + BEYOND * (1.0 - to / since) * end),
+                v if v >= least => value(a, v),
+                _ => value(a, least) * since / from * (1.0 + TOE * (1.0 - since / from) * toe),
             };
-            signal * factor + 0.01 * size * (zero + own)
+            signal + 0.01 * size * zero + scatter * size * own
         };
-        let mut s = stroke(&mut dice, &rig, touch, [0.01 * size, 0.0]);
+        let mut s = stroke(&mut dice, &rig, touch, [scatter * size, 0.0]);
         let told = s
             .told(&joint, Course { same_run: false, of_zero: 0.0, least: -0.3, touch: None, nuisances: &[] })
             .unwrap();
