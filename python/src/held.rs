@@ -26,6 +26,18 @@ impl Held {
         // SAFETY: within the array. Who writes into it meanwhile gets taps of what was there or of what is there, as from numpy itself.
         unsafe { self.values.add(i).read_volatile() }
     }
+
+    /// Least and largest of the first `n`.
+    fn ends(&self, n: usize) -> [f64; 2] {
+        // Side by side, so that none waits for the one before it.
+        let mut all = [NO_ENDS; 4];
+        let whole = n - n % 4;
+        for i in (0..whole).step_by(4) {
+            all.iter_mut().enumerate().for_each(|(k, ends)| *ends = widened(*ends, self.at(i + k)));
+        }
+        let rest = (whole..n).map(|i| self.at(i));
+        all.into_iter().flatten().chain(rest).fold(NO_ENDS, widened)
+    }
 }
 
 /// One argument: a value for all taps, or one for each.
@@ -89,7 +101,7 @@ impl Given {
     pub fn ends(&self, n: usize) -> Ends {
         let of = |column: &Argument| match column {
             Argument::One(x) => widened(NO_ENDS, *x),
-            Argument::Each(all) => (0..n).fold(NO_ENDS, |ends, i| widened(ends, all.at(i))),
+            Argument::Each(all) => all.ends(n),
         };
         let [D, d, L_a, x_ss, l, a, drive] = self.seven.each_ref().map(of);
         let [tilt, lean] = self.directions.each_ref().map(|column| column.as_ref().map_or([0.0; 2], of));

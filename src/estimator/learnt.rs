@@ -1,5 +1,7 @@
 //! What was learned of a side of the whisker, and a learned curve read backwards.
 
+use std::sync::OnceLock;
+
 use vibrissa_learned::base::{Base, Power};
 use vibrissa_learned::curve::Curve;
 use vibrissa_learned::fit::{Fit, From, Task, fit};
@@ -140,6 +142,8 @@ pub struct Inverted {
     inverse: [Option<Inverse>; 2],
     /// Whether zeros were read with the taps.
     zero_read: bool,
+    /// What answers several taps, and strokes, made where it is asked for.
+    joints: [[OnceLock<Joint>; 2]; 2],
 }
 
 impl Inverted {
@@ -150,7 +154,7 @@ impl Inverted {
             let all = needed.map(|(needed, tared)| needed.then(|| Inverse::new(&curve, base, tared, reach)));
             all.collect::<Vec<_>>().try_into().expect("there are two")
         };
-        Self { inverse: whisker.base(of), curve, whisker, zero_read }
+        Self { inverse: whisker.base(of), curve, whisker, zero_read, joints: Default::default() }
     }
 
     /// Whether a reading above a zero of this `share` is told above its own zero, the signal that counts, and the variance that its zero brings.
@@ -166,13 +170,15 @@ impl Inverted {
     }
 
     /// What answers several taps of one object.
-    pub fn joint(&self, tared: bool) -> Joint {
-        self.whisker.base(|base| Joint::new(&self.curve, base, tared, self.of(tared)))
+    pub fn joint(&self, tared: bool) -> &Joint {
+        let new = |base: &Base<'_>| Joint::new(&self.curve, base, tared, self.of(tared));
+        self.joints[0][usize::from(tared)].get_or_init(|| self.whisker.base(new))
     }
 
     /// What answers strokes.
-    pub fn joint_of_strokes(&self, tared: bool) -> Joint {
-        self.whisker.base(|base| Joint::of_strokes(&self.curve, base, tared, self.of(tared)))
+    pub fn joint_of_strokes(&self, tared: bool) -> &Joint {
+        let new = |base: &Base<'_>| Joint::of_strokes(&self.curve, base, tared, self.of(tared));
+        self.joints[1][usize::from(tared)].get_or_init(|| self.whisker.base(new))
     }
 
     /// Whether those stand above a zero that was read.

@@ -1,5 +1,6 @@
 //! Which drive the next tap of an object should have, and where its base should stand: those after which its distance is expected to be known best.
 
+use rayon::prelude::*;
 use vibrissa_learned::joint::{Joint, Object, Outlook, Tap};
 
 use super::Locator;
@@ -118,19 +119,19 @@ pub fn next(
         .next()
         .map_or_else(|| learned.read(1.0, 0.0).0, |(_, tap, asked)| learned.read(asked.signal, tap.share).0);
     let joint = learned.joint(tared);
-    let mut object = Object::new(&joint);
+    let mut object = Object::new(joint);
     let (mut places, mut stands) = (Vec::new(), 0.0);
     for (k, tap, asked) in own() {
         let (_, y, of_zero) = learned.read(asked.signal, tap.share);
         let UnlocatedTap { zero, shift, .. } = *tap;
-        object.add(&joint, Tap { u: asked.drive, y, of_zero, zero, shift }, same_run);
+        object.add(joint, Tap { u: asked.drive, y, of_zero, zero, shift }, same_run);
         stands = shift;
         places.push(k);
     }
     let left = (0..taps.len()).filter(|k| !places.contains(k)).collect();
-    let told = object.told(&joint).ok_or("these taps fit no distance")?;
-    let outlook = Outlook::new(&joint, &object, same_run);
-    let known = Known { locator, side, joint: &joint, outlook: &outlook, frame: object.frame(), a: told.a };
+    let told = object.told(joint).ok_or("these taps fit no distance")?;
+    let outlook = Outlook::new(joint, &object, same_run);
+    let known = Known { locator, side, joint, outlook: &outlook, frame: object.frame(), a: told.a };
     // Before the first tap the object may be anywhere.
     let shifts = shifts.filter(|_| object.count() > 0);
     let tried = known.tried(within, (shifts.unwrap_or([stands; 2]), stands), shifts.is_some())?;
@@ -147,7 +148,7 @@ pub fn next(
         of_best.map(|best| after(best, ALL)).filter(|floor| floor.is_finite()).map(|floor| floor.min(least));
     let mut status = Status::OK;
     let compared = places.len() - places.len().min(object.compared());
-    let apart = object.apart(&joint, told.a, same_run).map(|(ago, by)| (places[places.len() - 1 - ago], by));
+    let apart = object.apart(joint, told.a, same_run).map(|(ago, by)| (places[places.len() - 1 - ago], by));
     if object.count() > 0 {
         status |= doubts(side, &object, &told);
     }
@@ -253,7 +254,7 @@ impl Known<'_> {
                 status: self.forbids(signals.fold(f64::NEG_INFINITY, f64::max)),
             }
         };
-        between(ends, count).map(one).collect()
+        between(ends, count).collect::<Vec<f64>>().into_par_iter().map(one).collect()
     }
 
     fn forbids(&self, signal: f64) -> Status {

@@ -54,8 +54,6 @@ pub struct Objects<'a> {
     place: Option<usize>,
     /// Place of the column [`SHIFT`].
     shift: Option<usize>,
-    /// What answers several taps, of each side whose zero was taken off, or not, made when it is first asked for.
-    joints: HashMap<(usize, bool), Joint>,
     known: HashMap<String, Known>,
     clock: u64,
     /// Whether it was said that objects are forgotten.
@@ -138,7 +136,6 @@ impl<'a> Objects<'a> {
             locator: who.first(),
             place,
             shift: shift_column(names)?,
-            joints: HashMap::new(),
             known: HashMap::new(),
             clock: 0,
             warned: false,
@@ -185,7 +182,7 @@ impl<'a> Objects<'a> {
         let kind = (asked.side, tared);
         let same_run = self.locator.same_run;
         let new = |joint: &Joint| Taps::One(Object::new(joint), kind);
-        let joint = self.joints.entry(kind).or_insert_with(|| learned.joint(tared));
+        let joint = learned.joint(tared);
         self.clock += 1;
         let known = Known::of(&mut self.known, (name, self.clock), (&mut self.warned, ask), || new(joint));
         let Taps::One(object, its_kind) = &mut known.object else { return None };
@@ -196,8 +193,12 @@ impl<'a> Objects<'a> {
                     tap.line
                 ));
             }
-            let joint = &self.joints[its_kind];
-            let located = object.told(joint).map_or(Located::nothing(Status::NO_ROOT), |told| {
+            let told = self.locator.sides()[its_kind.0]
+                .answers
+                .shape()
+                .learned()
+                .and_then(|learned| object.told(learned.joint(its_kind.1)));
+            let located = told.map_or(Located::nothing(Status::NO_ROOT), |told| {
                 let status = doubts(&self.locator.sides()[its_kind.0], object, &told);
                 Located { distance: told.a, sigma: told.sigma, status }
             });

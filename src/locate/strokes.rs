@@ -1,8 +1,6 @@
 //! Strokes: taps that are recorded on their way, each told as one curve of the drive.
 
-use std::collections::HashMap;
-
-use vibrissa_learned::joint::{Course, Joint, Nuisance, Stroke, ToldCourse};
+use vibrissa_learned::joint::{Course, Nuisance, Stroke, ToldCourse};
 
 use super::Locator;
 use super::free::Free;
@@ -50,7 +48,6 @@ pub struct Strokes<'a> {
     locator: &'a Locator,
     /// Place of the column that numbers them; none where the drive tells them apart.
     place: Option<usize>,
-    joints: HashMap<(usize, bool), Joint>,
     name: String,
     number: u64,
     /// The least drive since the stroke went back, and the first and the largest of the stroke.
@@ -115,7 +112,6 @@ impl<'a> Strokes<'a> {
         Ok(Self {
             locator,
             place: rows.names().iter().position(|n| n == NAME),
-            joints: HashMap::new(),
             name: String::new(),
             number: 0,
             drives: NONE,
@@ -232,7 +228,7 @@ impl<'a> Strokes<'a> {
             return Some(Far { status: far.status | status, ..far.clone() });
         }
         let learned = side.answers.shape().learned()?;
-        let joint = self.joints.entry((k, own.tared)).or_insert_with(|| learned.joint_of_strokes(own.tared));
+        let joint = learned.joint_of_strokes(own.tared);
         let largest = side.drives[side.drives.len() - 1];
         let course = Course {
             same_run: locator.same_run,
