@@ -34,3 +34,27 @@ pub fn contradictions(cells: &[Cell], [distances, drives]: [&Levels; 2], noise: 
     }
     found
 }
+
+/// Signals that are so many standard deviations stronger grow.
+const SURE: f64 = 6.0;
+/// Fewest distances that say so.
+const FEWEST: usize = 3;
+
+/// At how many drives the farthest of `cells` gives the strongest signal and the nearest the weakest, where the theory expects (or, of a whisker that is
+/// not `known`, would expect away from its gauge) the opposite; and at how many there are distances enough to say so.
+pub fn growing(cells: &[Cell], drives: usize, noise: f64, known: bool) -> [usize; 2] {
+    let mut found = [0; 2];
+    for j in 0..drives {
+        let mut cells: Vec<&Cell> = cells.iter().filter(|c| c.j == j).collect();
+        cells.sort_by(|c, d| c.a.total_cmp(&d.a));
+        let (Some(near), Some(far)) = (cells.first(), cells.last()) else { continue };
+        if cells.len() < FEWEST {
+            continue;
+        }
+        let sd = noise * (near.share + far.share).sqrt();
+        let grows = far.signal - near.signal > SURE * sd && (!known || far.linear < near.linear);
+        let between = cells.iter().all(|c| c.signal >= near.signal && c.signal <= far.signal);
+        found = [found[0] + usize::from(grows && between), found[1] + 1];
+    }
+    found
+}

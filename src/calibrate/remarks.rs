@@ -1,5 +1,6 @@
 //! What a user should know before trusting a calibration.
 
+use super::order::growing;
 use super::{Reason, SideResult};
 use crate::error::InputError;
 use crate::estimator::model::exact::Parameter;
@@ -72,6 +73,15 @@ pub fn remarks(data: &Data, taps: &[Tap], sides: &[SideResult], rig: &Rig, unrea
                 c.drives,
                 s.drives.len(),
                 c.deviations
+            ));
+        }
+        let [grows, of] = growing(&s.cells, s.drives.len(), s.noise, rig.known);
+        if grows > 0 && 2 * grows >= of {
+            all.push(format!(
+                "{}: at {grows} of {of} drives signals grow with the distance, where those of a whisker fall: are distances measured from its tip, or is \
+                 another column the signal?{}",
+                data.file,
+                if rig.known { "" } else { " Only taps right beside the gauge grow" }
             ));
         }
         all.extend(end_stop(data, taps, s));

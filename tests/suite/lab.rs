@@ -434,6 +434,22 @@ fn raw_counts_of_a_known_whisker_are_answered_with_the_rows_before_contact_as_ze
 }
 
 #[test]
+fn signals_that_grow_with_the_distance_are_told() {
+    let told = |text: &str| {
+        let found = calibrated(text, &spec(), &[]);
+        found.warnings.iter().any(|w| w.contains("signals grow with the distance"))
+    };
+    let sound = table(&spec(), &noisy(4));
+    assert!(!told(&sound));
+    // Distances from the tip.
+    let from_tip = |line: &str| match line.split_once(',') {
+        Some((a, rest)) if a.parse::<f64>().is_ok() => format!("{},{rest}", 60.0 - a.parse::<f64>().unwrap()),
+        _ => line.to_owned(),
+    };
+    assert!(told(&sound.lines().map(from_tip).collect::<Vec<_>>().join("\n")));
+}
+
+#[test]
 fn a_whole_position_with_a_wrong_label_is_told_and_kept() {
     let text = moved(&table(&spec(), &noisy(4)), |_, _, _, s| s).replace("\n30,", "\n34,");
     let found = calibrated(&text, &spec(), &[]);
