@@ -252,6 +252,15 @@ fn signs(data: &Data, taps: &mut [Tap], [read, whisker]: [bool; 2]) -> Result<Ve
     if plus + minus == 0 {
         let reasons: std::collections::BTreeSet<String> =
             taps.iter().filter_map(|t| t.reason.as_ref()).map(|r| r.word().to_owned()).collect();
+        if let Some(tap) = taps.iter().find(|t| t.drive < 0.0).filter(|_| !taps.iter().any(|t| t.drive > 0.0))
+        {
+            let column = data.drive.map_or("drive", |kind| kind.column());
+            let error = InputError::new("all taps have drives below 0").at(&data.file, Some(tap.line));
+            return Err(error
+                .key(column)
+                .value(plain(tap.drive))
+                .allowed("the size of the drive, > 0, where all taps are to one side"));
+        }
         let message = "no row can be used";
         let why = reasons.into_iter().collect::<Vec<_>>().join(", ");
         return Err(InputError::new(message).at(&data.file, None).value(why).allowed(

@@ -62,6 +62,7 @@ fn bad_data_are_refused_with_file_line_and_column() {
         ("a_mm,theta_deg,strain\n", "21,4,0.03\n30,4,0.02 ue\n", "d.csv:3", "not a number"),
         ("a_mm,theta_deg,strain\n", "21,4,0,03\n", "d.csv:2", "4 fields"),
         ("a_mm,theta_deg,strain\n", "21,4,0\n30,4,0\n", "d.csv", "no row can be used"),
+        ("a_mm,theta_deg,strain\n", "21,-4,0.01\n30,-4,0.006\n", "d.csv:2", "the size of the drive"),
         ("a_mm,theta_deg,strain\n", "21,4,0.03\n21,5,0.04\n", "d.csv", "one distance"),
         ("a_mm,theta_deg,strain\n", "21,4,3e4\n30,4,2.4e4\n39,4,1.9e4\n", "d.csv", "another unit"),
         ("a_mm,theta_deg,strain\n", "", "d.csv", "no rows"),
