@@ -54,6 +54,8 @@ pub struct Strokes<'a> {
     drives: [f64; 3],
     falling: bool,
     warned: bool,
+    /// The drive of the last reading.
+    before: f64,
     /// Readings, taken with the sign of each side.
     sides: Vec<Option<Side>>,
     /// Largest signals of either sign.
@@ -117,6 +119,7 @@ impl<'a> Strokes<'a> {
             drives: NONE,
             falling: false,
             warned: false,
+            before: f64::INFINITY,
             sides: Vec::new(),
             signals: [0.0; 2],
             far: None,
@@ -180,11 +183,21 @@ impl<'a> Strokes<'a> {
         true
     }
 
+    /// The drive, or its size where it goes down from 0 and both sides were calibrated.
+    fn towards(&mut self, name: &str, drive: f64) -> f64 {
+        let learned = self.locator.sides().iter().filter(|side| side.answers.shape().learned().is_some());
+        let before = std::mem::replace(&mut self.before, drive);
+        let down = drive < before || name != self.name;
+        let folded = down && drive < 0.0 && self.locator.drive_origin == 0.0 && learned.count() > 1;
+        if folded { -drive } else { drive }
+    }
+
     /// Adds a reading of the stroke `name`; `None` where it is of none.
     pub fn tell(&mut self, name: &str, tap: UnlocatedTap, ask: &Ask<'_>) -> Option<Far> {
         if self.place.is_some() && name.is_empty() || !tap.drive.is_finite() || !tap.signal.is_finite() {
             return None;
         }
+        let tap = UnlocatedTap { drive: self.towards(name, tap.drive), ..tap };
         if !self.begins(&tap, name, ask) {
             return None;
         }

@@ -385,6 +385,20 @@ fn drives_of_both_signs_are_taps_to_both_sides() {
             assert!((a - 880_f64.sqrt()).abs() < 0.3, "{zero} {}", found.text);
         }
         assert!(std::fs::read_to_string(desk.path("c/locate.py")).unwrap().contains("abs(drive)"));
+        // So are strokes.
+        let side = |sign: f64| {
+            let reading = |u: f64| 300.0 + sign * 66_000.0 * (u - 0.5).max(0.0) / 880.0;
+            let rows = (1..14).map(|k| 0.45 * f64::from(k));
+            rows.map(|u| format!("{},{},{sign}\n", sign * u, reading(u) + 0.1 * (7.0 * u).sin()))
+                .collect::<String>()
+        };
+        desk.write("strokes.csv", format!("theta_deg,reading,stroke\n0,300,\n{}{}", side(1.0), side(-1.0)));
+        desk.run(&["locate", "c/calibration.toml", "strokes.csv", "--strokes", "--out", "s"]).exits(0);
+        let found = Table::read(&desk.path("s/located.csv"));
+        for k in [13, 26] {
+            let a = number(&found.rows[k], "stroke_distance_mm").unwrap();
+            assert!((a - 880_f64.sqrt()).abs() < 0.5, "{zero} {}", found.text);
+        }
     }
     // Before contact nothing changes; a slip of the sign changes all the same way.
     for (name, other) in [("rest", (|_| 0.0) as fn(f64) -> f64), ("slip", |s| s)] {

@@ -4,7 +4,7 @@
 //! much the drives of the calibration are off. All of a stroke share its touch, o, the errors of the calibration and of the run ([`Joint`]), and what
 //! is noise between taps: a gain and a zero of their own. Only what readings of one stroke scatter is noise.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::expected::Off;
 use super::stroke::Bin;
@@ -20,8 +20,10 @@ pub(super) const POSTERIOR: [usize; 2] = [17, 9];
 /// How far starts are off a mode, as shares of what is looked at: of a grid, and of a few readings less.
 const FAR_OFF: f64 = 0.02;
 const NEAR_IT: f64 = 0.003;
-/// Numbers that only a stroke has beside those of its object: its gain, its zero, the error of the zero, the two shares, the offset of the drive.
-const OWN: usize = 6;
+/// Numbers that only a stroke has beside those of its object: its gain, its zero, the error of the zero, three shares, the offset of the drive.
+const OWN: usize = 7;
+/// The last reading is of a drive that is no more than so many times the largest calibrated one.
+const PAST: f64 = 1.25;
 /// By how much −2 ln p must fall for a contact to be seen.
 const SEEN: f64 = 16.0;
 
@@ -120,8 +122,10 @@ impl<'a> Task<'a> {
         let ends = [f64::min, f64::max].map(|of| nodes.iter().copied().reduce(of));
         let drives = [ends[0]?.exp() - joint.inverse.offset, ends[1]?.exp() - joint.inverse.offset];
         let [first, last] = stroke.drives()?;
-        // The last reading is of a calibrated tap, or one before it.
-        let from = (last - drives[1] - joint.offset.mean).min(first - drives[0]).max(course.least.min(last));
+        // The last reading is of a calibrated tap, or one not far beyond them.
+        let from = (last - PAST * (drives[1] + joint.offset.mean))
+            .min(first - drives[0])
+            .max(course.least.min(last));
         let touch = course.touch.map_or([from, last], |c| [c, c]);
         let ends = [[joint.x(0), joint.x(POINTS - 1)], touch];
         Some(Self { joint, course, bins, noise: stroke.noise(joint), drives, ends })
@@ -151,8 +155,24 @@ impl<'a> Task<'a> {
 
     /// −2 ln of the likelihood, and what is shared.
     pub fn solved(&self, off: &Off) -> Option<(f64, DVector<f64>)> {
+        let (factor, b) = self.factor(off)?;
+        let ln_det = 2.0 * factor.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>();
+        let solved = factor.solve(&b);
+        let ln_spread = 2.0 * off.spread.iter().map(|x| x.ln()).sum::<f64>();
+        let value = off.left.norm_squared() + ln_spread - b.dot(&solved) + ln_det;
+        value.is_finite().then_some((value, solved))
+    }
+
+    /// How many numbers bins leave for their noise, where distance and touch were found by them: the trace of (1 + sᵀ s)⁻¹, less those two.
+    pub fn freedom(&self, off: &Off) -> Option<f64> {
+        let told = self.shared() as f64 - self.factor(off)?.0.inverse().trace();
+        Some(off.left.len() as f64 - told - 2.0)
+    }
+
+    /// Cholesky's factor of A = 1 + Σ s sᵀ, and Σ s × what is left.
+    fn factor(&self, off: &Off) -> Option<(Cholesky<f64, Dyn>, DVector<f64>)> {
         let n = self.shared();
-        // 1 + Σ s sᵀ below its diagonal, and Σ s × what is left.
+        // Below its diagonal.
         let (mut a, mut b) = (DMatrix::<f64>::identity(n, n), DVector::<f64>::zeros(n));
         for (shared, left) in off.shared.column_iter().zip(&off.left) {
             let shared = shared.as_slice();
@@ -162,11 +182,6 @@ impl<'a> Task<'a> {
                 below.iter_mut().zip(&shared[j..]).for_each(|(sum, x)| *sum += s * x);
             }
         }
-        let factor = a.cholesky()?;
-        let ln_det = 2.0 * factor.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>();
-        let solved = factor.solve(&b);
-        let ln_spread = 2.0 * off.spread.iter().map(|x| x.ln()).sum::<f64>();
-        let value = off.left.norm_squared() + ln_spread - b.dot(&solved) + ln_det;
-        value.is_finite().then_some((value, solved))
+        Some((a.cholesky()?, b))
     }
 }

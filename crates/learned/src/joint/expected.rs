@@ -7,6 +7,8 @@ use super::{NEAR, Nuisance, Offset, lagrange};
 
 /// Between no contact and the smallest calibrated drive the signal goes straight, but for this share.
 pub(super) const TOE: f64 = 0.05;
+/// And bends there by no more than this share, as a whisker's own curve does.
+pub(super) const BEND: f64 = 0.01;
 /// And beyond the largest one but for this share of what is beyond.
 pub(super) const BEYOND: f64 = 0.5;
 /// The smallest calibrated drive is at least so much of itself beyond the touch.
@@ -99,13 +101,22 @@ impl Task<'_> {
                 s if s > to => signal / to,
                 s => (self.signal(across, (1.0 + STEP) * (s - mean)) - values[0]) / (STEP * (s - mean)),
             };
-            let toe = if since > 0.0 && since < from { TOE * (1.0 - since / from) } else { 0.0 };
+            let toe = if since > 0.0 && since < from { 1.0 - since / from } else { 0.0 };
+            let bend = BEND * toe * since / from;
+            let toe = TOE * toe;
             let beyond = if since > to { BEYOND * (1.0 - to / since) } else { 0.0 };
             // Where the drives of the calibration begin is learned with its curve: whichever it is, contact begins where it is seen.
             let moved = own * slope;
             // Noise of a tap that goes with its signal is a gain of the stroke.
-            let own =
-                [values[1], floor.sqrt(), self.course.of_zero.sqrt(), toe * signal, beyond * signal, moved];
+            let own = [
+                values[1],
+                floor.sqrt(),
+                self.course.of_zero.sqrt(),
+                toe * signal,
+                bend * signal,
+                beyond * signal,
+                moved,
+            ];
             let sd = (self.noise[0] / bin.n + self.noise[1]).sqrt();
             let of_object = |own: &Nuisance| {
                 if since > 0.0 { own.at(x, since - mean).map(|c| c * signal) } else { [0.0; 2] }

@@ -1,5 +1,9 @@
 //! What a stroke tells of its distance and its touch around a likely place, and how well a curve fits.
 
+use std::f64::consts::TAU;
+
+use vibrissa_core::normal::quantile as quantile_of_bell;
+
 use super::around::{Fits, finer, fits};
 use super::course::{Mode, POSTERIOR, Place, Task};
 use crate::invert::{FINE, quantile};
@@ -66,7 +70,17 @@ impl Task<'_> {
                 }
             }
         }
-        None
+        Some(self.bell(mode, least))
+    }
+
+    /// The same where no window shows all of the posterior, and enough of it: of a bell with the curvature at `mode`.
+    fn bell(&self, mode: &Mode, least: f64) -> (f64, [f64; 5], Place) {
+        let [sd, slope, alone] = mode.shape;
+        let [lo, hi] = self.ends[0];
+        let a = SHARES.map(|share| (mode.at[0] + sd * quantile_of_bell(share)).clamp(lo, hi).exp());
+        let mass = (-0.5 * (mode.value - least)).exp() * TAU.sqrt() * sd;
+        let mass = if alone > 0.0 { mass * TAU.sqrt() * alone } else { mass };
+        (mass, a, [mode.at[1], alone.hypot(slope * sd)])
     }
 
     /// Drive at which readings next to each other are farthest off, by how many standard deviations, and by what variances are to be multiplied.
@@ -86,7 +100,7 @@ impl Task<'_> {
             }
         }
         let chi2: f64 = left.iter().map(|[r, d]| r * r / d).sum();
-        let freedom = (left.len() as f64 - 3.0).max(1.0);
+        let freedom = self.freedom(&off)?.max(1.0);
         let excess = (2.0 * chi2).sqrt() - (2.0 * freedom - 1.0).sqrt();
         // Many residuals tell the scatter better than differences between neighbours do.
         let judged = excess > SMOOTH || left.len() >= JUDGED;

@@ -3,6 +3,9 @@
 use super::around::simplex;
 use super::course::{COARSE, Mode, Place, Task};
 
+/// Valleys over the touch that are looked into at one distance.
+const VALLEYS: usize = 3;
+
 impl Task<'_> {
     /// Places from which the modes are reached: of each distance the best touch, where that is better than of its neighbours.
     pub fn starts(&self) -> Vec<Place> {
@@ -17,20 +20,28 @@ impl Task<'_> {
             let value = |c: f64| self.value_of(&across, [x, c]);
             let values: Vec<f64> =
                 (0..touches).map(|k| value(grid(1, touches.max(2), k.min(touches - 1)))).collect();
-            let k = (0..touches).min_by(|i, k| values[*i].total_cmp(&values[*k])).unwrap_or(0);
-            let mut at = grid(1, touches.max(2), k);
-            let mut least = values[k];
-            // Narrower and narrower around it.
-            let mut step = 0.5 * (self.ends[1][1] - self.ends[1][0]) / touches as f64;
-            for _ in 0..if touches > 1 { 9 } else { 0 } {
-                for c in [at - step, at + step] {
-                    let there = value(c);
-                    if there < least {
-                        (at, least) = (c, there);
+            // Between two readings the drive of the touch may have a valley of its own: narrower and narrower around each of the lowest.
+            let beside = |k: Option<usize>, own: f64| k.and_then(|k| values.get(k)).is_none_or(|v| *v >= own);
+            let is_low = |k: &usize| beside(k.checked_sub(1), values[*k]) && beside(Some(k + 1), values[*k]);
+            let mut low: Vec<usize> = (0..touches).filter(is_low).collect();
+            low.sort_by(|i, k| values[*i].total_cmp(&values[*k]));
+            let narrowed = |k: usize| {
+                let (mut at, mut least) = (grid(1, touches.max(2), k), values[k]);
+                let mut step = 0.5 * (self.ends[1][1] - self.ends[1][0]) / touches as f64;
+                for _ in 0..if touches > 1 { 9 } else { 0 } {
+                    for c in [at - step, at + step] {
+                        let there = value(c);
+                        if there < least {
+                            (at, least) = (c, there);
+                        }
                     }
+                    step *= 0.5;
                 }
-                step *= 0.5;
-            }
+                (at, least)
+            };
+            let all = low.into_iter().take(VALLEYS).map(narrowed);
+            let (at, least) =
+                all.min_by(|p, q| p.1.total_cmp(&q.1)).unwrap_or((self.ends[1][0], f64::INFINITY));
             ([x, at], least)
         };
         let all: Vec<(Place, f64)> = (0..COARSE[1]).map(of).collect();
@@ -48,16 +59,17 @@ impl Task<'_> {
     pub fn mode(&self, start: Place, near: f64) -> Option<Mode> {
         let scale = [0, 1].map(|k| self.ends[k][1] - self.ends[k][0]);
         let free = if scale[1] > 0.0 { 2 } else { 1 };
-        let mut size = scale.map(|s| near * s);
+        let size = scale.map(|s| near * s);
         let (mut at, mut value) = (start, self.value(start));
-        // Nelder and Mead's, begun anew while that gains.
-        for _ in 0..3 {
+        // Nelder and Mead's, begun anew while that gains: a simplex may collapse in a narrow valley.
+        let mut idle = 0;
+        for share in [1.0, 0.2, 1.0, 0.04, 0.2, 1.0, 0.04, 0.2] {
             let before = value;
-            (at, value) = simplex(&|p| self.value(p), at, size, free);
-            if before - value < 1e-2 {
+            (at, value) = simplex(&|p| self.value(p), at, size.map(|s| share * s), free);
+            idle = if before - value < 1e-2 { idle + 1 } else { 0 };
+            if idle == 2 {
                 break;
             }
-            size = size.map(|s| 0.2 * s);
         }
         if !value.is_finite() {
             return None;

@@ -1,4 +1,4 @@
-use super::expected::{BEYOND, TOE};
+use super::expected::{BEND, BEYOND, TOE};
 use super::*;
 use crate::base::Power;
 use crate::columns::{Scales, Term};
@@ -183,11 +183,12 @@ fn strokes(count: usize, seed: u64, precise: bool) {
     let [middle, half] = curve.scales.a;
     let [near, far] = [(middle - half).exp(), (middle + half).exp()];
     let mut dice = Dice(seed);
-    let (mut inside, mut inside95, mut ranks, mut touches, mut squares) = (0, 0, [0usize; 6], 0, 0.0);
+    let (mut inside, mut inside95, mut ranks, mut touches) = (0, 0, [0usize; 6], [0; 3]);
     for _ in 0..count {
         let a = near + (far - near) * dice.uniform();
         let touch = 0.3 + 1.2 * dice.uniform();
-        let [c0, c1, c2, gain, zero, own, by_tap, off, toe, end] = std::array::from_fn(|_| dice.normal());
+        let [c0, c1, c2, gain, zero, own, by_tap, off, toe, bend, end] =
+            std::array::from_fn(|_| dice.normal());
         // Contact begins at minus the offset, and goes straight to the smallest calibrated drive, and from the largest one on, both about.
         let [least, most] =
             [f64::min, f64::max].map(|of| inverse.nodes.iter().copied().reduce(of).unwrap().exp());
@@ -207,7 +208,10 @@ fn strokes(count: usize, seed: u64, precise: bool) {
             let signal = match v {
                 v if v > most => value(a, most) * since / to * (1.0 + BEYOND * (1.0 - to / since) * end),
                 v if v >= least => value(a, v),
-                _ => value(a, least) * since / from * (1.0 + TOE * (1.0 - since / from) * toe),
+                _ => {
+                    let t = since / from;
+                    value(a, least) * t * (1.0 + (1.0 - t) * (TOE * toe + BEND * t * bend))
+                }
             };
             signal + 0.01 * size * zero + scatter * size * own
         };
@@ -219,19 +223,14 @@ fn strokes(count: usize, seed: u64, precise: bool) {
         inside95 += usize::from(told.a[0] < a && a < told.a[4]);
         ranks[told.a.iter().filter(|q| **q < a).count()] += 1;
         let z = (told.touch[0] - touch) / told.touch[1];
-        touches += usize::from(z.abs() < 1.0);
-        squares += z * z;
+        touches.iter_mut().zip([1.0, 2.0, 4.0]).for_each(|(n, most)| *n += usize::from(z.abs() < most));
     }
-    let rms = (squares / count as f64).sqrt();
     println!(
-        "{count} strokes: {inside} in 68 %, {inside95} in 95 %, parts {ranks:?}; touch: {touches} in one sigma, rms {:.3} sigma",
-        rms
+        "{count} strokes: {inside} in 68 %, {inside95} in 95 %, parts {ranks:?}; touch: {touches:?} in 1, 2 and 4 sigma"
     );
-    // The posterior of the touch is no bell, as the signal has a kink there: its standard deviation is what is told.
-    assert!(
-        (rms - 1.0).abs() < 0.05 + 2.0 / (2.0 * count as f64).sqrt(),
-        "errors of the touch are {rms} of sigma"
-    );
+    // The posterior of the touch is no bell, as the signal has a kink there, and the farthest distance that is likely is answered, not the likeliest.
+    let share = |n: usize| n as f64 / count as f64;
+    assert!(share(touches[0]) > 0.6 && share(touches[1]) > 0.92 && share(touches[2]) > 0.985, "{touches:?}");
     for (name, n, expected) in [("68 %", inside, 0.6827), ("95 %", inside95, 0.95_f64)] {
         // 99 % of a binomial.
         let slack = 2.576 * (expected * (1.0 - expected) / count as f64).sqrt();
