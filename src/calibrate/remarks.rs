@@ -81,7 +81,7 @@ pub fn remarks(data: &Data, taps: &[Tap], sides: &[SideResult], rig: &Rig, unrea
                 "{}: at {grows} of {of} drives signals grow with the distance, where those of a whisker fall: are distances measured from its tip, or is \
                  another column the signal?{}",
                 data.file,
-                if rig.known { "" } else { " Only taps right beside the gauge grow" }
+                if rig.known { "" } else { " Only those of taps right beside the gauge grow" }
             ));
         }
         all.extend(end_stop(data, taps, s));
