@@ -51,7 +51,8 @@ def write(path, names, rows):
 
 
 def rig(program, seed, prior):
-    """z of single taps, of objects; shares of the posterior below the distance of strokes, and whether the touch is within one sigma."""
+    """z of single taps and of objects, and whether the interval of 95 % holds them; parts of the posterior in which strokes lie, and whether the touch is
+    within one sigma."""
     rng = np.random.default_rng(seed)
     D = rng.uniform(8, 12)
     d = D * rng.uniform(0.4, 0.9)
@@ -104,15 +105,21 @@ def rig(program, seed, prior):
 
         number = lambda text: float(text) if text else np.nan
         singles = [(a, u, float(read(a, u))) for a, u in zip(rng.uniform(22, 48, 10), rng.uniform(1.5, 6, 10))]
-        told = located("single.csv", ["true_mm", "theta_deg", "strain"], singles)
-        single = [(number(r["distance_mm"]) - float(r["true_mm"])) / number(r["sigma_mm"]) for r in told]
+        told = located("single.csv", ["true_mm", "theta_deg", "strain"], singles, "--interval")
+
+        def judged(row, of):
+            a, sigma, lo, hi = (number(row[of + c]) for c in ("distance_mm", "sigma_mm", "from_95_mm", "to_95_mm"))
+            true = float(row["true_mm"])
+            return (a - true) / sigma, lo < true < hi
+
+        single = [judged(r, "") for r in told]
 
         taps = []
         for k in range(2):
             a, u = rng.uniform(22, 48), rng.uniform(1.5, 6, 5)
             taps += [(a, v, y, f"o{k}") for v, y in zip(u, read(a, u))]
-        told = located("objects.csv", ["true_mm", "theta_deg", "strain", "object"], taps)
-        five = [(number(r["object_distance_mm"]) - float(r["true_mm"])) / number(r["object_sigma_mm"]) for r in told[4::5]]
+        told = located("objects.csv", ["true_mm", "theta_deg", "strain", "object"], taps, "--interval")
+        five = [judged(r, "object_") for r in told[4::5]]
 
         readings, truths = [], []
         for k in range(2):
@@ -150,11 +157,12 @@ def main():
     print(f"{len(results)} rigs\n")
     print("| | distances | inside | 99 % of a binomial |\n|---|---|---|---|")
     for name, k in (("single taps", 0), ("five taps", 1)):
-        z = np.array([z for r in results for z in r[k]])
-        lost = int(np.isnan(z).sum())
-        z = z[~np.isnan(z)]
+        all_told = np.array([told for r in results for told in r[k]])
+        told = all_told[~np.isnan(all_told[:, 0])]
+        z, lost = told[:, 0], len(all_told) - len(told)
         for share, limit in ((0.682689, 1.0), (0.954500, 2.0)):
             print(line(f"{name}, {limit:.0f} σ", len(z), int((abs(z) < limit).sum()), share))
+        print(line(f"{name}, 95 % interval", len(z), int(told[:, 1].sum()), 0.95))
         bins = np.histogram(stats.norm.cdf(z), np.linspace(0, 1, 11))[0]
         chi2 = float(((bins - len(z) / 10) ** 2 / (len(z) / 10)).sum())
         print(f"\n{name}: {lost} without an answer; tenths of the posterior {bins.tolist()}, chi² {chi2:.1f}; beyond 3 σ {100 * (abs(z) > 3).mean():.2f} %\n")

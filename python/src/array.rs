@@ -102,6 +102,7 @@ impl Array {
                 label: Some(&label),
                 keep: true,
                 by: by(&together)?,
+                interval: false,
                 warn: &warn,
             };
             let answered = answer(&whiskers, &bytes, &ask, &noise)?;

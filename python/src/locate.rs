@@ -174,9 +174,10 @@ impl Locator {
         bytes: Vec<u8>,
         columns: Option<String>,
         together: Together,
+        interval: bool,
     ) -> PyResult<(Table, Vec<String>)> {
         let locator = Arc::clone(&self.locator);
-        answered(py, (locator, |l| l.into()), self.zero, (label, bytes, columns), together)
+        answered(py, (locator, |l| l.into()), self.zero, (label, bytes, columns), (together, interval))
     }
 
     /// Name of the estimator in use.
@@ -271,7 +272,7 @@ pub fn answered<T: Send + Sync + 'static>(
     (of, who): (Arc<T>, fn(&T) -> Answerer<'_>),
     zero: Option<f64>,
     (label, bytes, columns): (String, Vec<u8>, Option<String>),
-    together: Together,
+    (together, interval): (Together, bool),
 ) -> PyResult<(Table, Vec<String>)> {
     let work = move |stop: &AtomicBool, _: &mut dyn FnMut(Far)| {
         let columns = columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
@@ -285,6 +286,7 @@ pub fn answered<T: Send + Sync + 'static>(
             label: Some(&label),
             keep: true,
             by,
+            interval,
             warn: &warn,
         };
         let (zeros, _) = stream::zeros(who(&of), bytes.as_slice(), &ask)?;

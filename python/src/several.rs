@@ -86,8 +86,15 @@ impl Several {
         bytes: Vec<u8>,
         columns: Option<String>,
         together: Together,
+        interval: bool,
     ) -> PyResult<(Table, Vec<String>)> {
-        answered(py, (Arc::clone(&self.several), |s| s.into()), None, (label, bytes, columns), together)
+        answered(
+            py,
+            (Arc::clone(&self.several), |s| s.into()),
+            None,
+            (label, bytes, columns),
+            (together, interval),
+        )
     }
 
     /// What answers readings as one file of C or Python.

@@ -43,6 +43,16 @@ def test_taps_of_objects(calibration):
     assert known["object_sigma_mm"][3] <= same["object_sigma_mm"][3]
 
 
+def test_interval(calibration):
+    locator, (a, taps) = vibrissa.Locator(calibration), readings(np.random.default_rng(9))
+    plain, table = locator.table(taps, object=None), locator.table(dict(taps, object=["near"] * 4 + ["far"] * 4), interval=True)
+    assert "from_95_mm" not in plain
+    for of in ("", "object_"):
+        distance, sigma, lo, hi = (np.array(table[of + name]) for name in ("distance_mm", "sigma_mm", "from_95_mm", "to_95_mm"))
+        assert np.all(lo < distance) and np.all(distance < hi) and np.all(hi - lo > 3.9 * sigma) and np.all(hi - lo < 5 * sigma)
+    assert np.mean((np.array(table["from_95_mm"]) < a) & (a < np.array(table["to_95_mm"]))) > 0.8
+
+
 def test_strokes(calibration):
     rng, drives = np.random.default_rng(7), np.linspace(0.1, 6.5, 40)
     since = drives - 0.8
@@ -57,7 +67,7 @@ def test_strokes(calibration):
 def test_what_is_refused(calibration):
     locator, (_, taps) = vibrissa.Locator(calibration), readings(np.random.default_rng(8))
     for said, key in ((dict(same=True, strokes=True), "strokes"), (dict(object="no"), "object"), (dict(strokes=2), "strokes"), (dict(object=3), "object"),
-                      (dict(strokes=True, free="gain"), "free"), (dict(free="zero"), "free")):
+                      (dict(strokes=True, free="gain"), "free"), (dict(free="zero"), "free"), (dict(strokes=True, interval=True), "interval")):
         with pytest.raises(vibrissa.InputError) as caught:
             locator.table(taps, **said)
         assert caught.value.key == key and caught.value.allowed, said

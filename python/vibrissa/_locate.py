@@ -265,7 +265,7 @@ class Locator:
             yield Located(distance, sigma, Status(status))
 
     def table(self, readings: Any, columns: dict[str, str] | str | None = None, *, object: str | None = None, same: bool = False,
-              strokes: bool = False, free: str | None = None) -> _native.Table:
+              strokes: bool = False, free: str | None = None, interval: bool = False) -> _native.Table:
         """Readings of a table (a path, a DataFrame, a dict of columns) as ``located.csv``: their own columns, distance_mm, sigma_mm, status.
 
         Columns in memory come back as they were given: words as words (``"007"``), times as times, whole numbers as whole numbers; to_pandas()
@@ -282,14 +282,18 @@ class Locator:
                 ``touch``, ``stroke_distance_mm``, ``from_68_mm`` … say what a stroke so far tells.
             free: what a stroke leaves free, as words joined by commas: ``zero`` (that of the sensor), ``friction=SD`` of the object, ``tilt=SD`` of its
                 edge in degrees.
+            interval: adds ``from_95_mm`` and ``to_95_mm``, the interval that holds the distance with 95 %; of objects ``object_from_95_mm`` and
+                ``object_to_95_mm``. Strokes tell it anyway.
 
         Raises:
             InputError: data that cannot be used; two of ``object``, ``same`` and ``strokes``; readings that are to be told together by another
                 estimator than ``learned``, or of several signals.
         """
         together = told_together(object, same, strokes, free)
+        if flag("interval", interval) and strokes:
+            raise InputError("strokes tell their interval anyway", key="interval", value="True", allowed="strokes=True without it")
         data = csv(readings, "readings", columns)
-        found, told = (self._several or self._native).table(data.label, data.bytes, roles(columns), together)
+        found, told = (self._several or self._native).table(data.label, data.bytes, roles(columns), together, interval)
         warn(told)
         return data.keep(found)
 

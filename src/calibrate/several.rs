@@ -134,7 +134,7 @@ impl Calibration {
         text.header(&header)?;
         for tap in &self.taps {
             let mut row = vec![Field::Count(tap.line as u64)];
-            let Located { distance, sigma, status } = tap.located;
+            let Located { distance, sigma, status, .. } = tap.located;
             let numbers = [tap.a, tap.drive].into_iter().chain(tap.signals.iter().flatten().copied());
             row.extend(numbers.chain([distance, sigma, distance - tap.a]).map(Field::Number));
             let word = if tap.used { "used" } else { "suspect" };

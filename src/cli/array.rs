@@ -69,6 +69,7 @@ pub fn run(args: &Locate, array: &Path) -> Result<Reply, Error> {
         label: Some(&file),
         keep: true,
         by: super::locate::by(args),
+        interval: false,
         warn: &warn,
     };
     let answered = answer(&whiskers, &bytes, &ask, &described.noise)?;

@@ -61,7 +61,8 @@ pub fn run(args: &Locate) -> Result<Reply, Error> {
     };
     let zero = SaidZero::of(args.zero.as_ref(), [opened.who().first()])?;
     let by = by(args);
-    let asked = Ask { columns: &columns, zero, label: None, keep: false, by, warn: &warn };
+    let asked =
+        Ask { columns: &columns, zero, label: None, keep: false, by, interval: args.interval, warn: &warn };
     if readings.is_none() && !args.common.json && args.common.out.is_none() {
         return streamed(&opened, &asked, start);
     }
@@ -295,7 +296,7 @@ fn filed(args: &Locate, path: &Path, opened: &Opened, ask: &Ask<'_>, start: Inst
     let out = super::folder(args.common.out.as_ref(), &stem, "locate");
     // What stdin brought is not known again.
     let data = readings.map(|_| &digest);
-    let asked = json!({ "readings": data, "calibration": opened.checksum, "estimator": opened.by, "columns": args.columns, "zero": SaidZero::json(args.zero.as_ref()), "same_run": args.same_run, "same": args.same, "object": args.object, "strokes": args.strokes, "free": args.free.map(|free| format!("{free:?}")) });
+    let asked = json!({ "readings": data, "calibration": opened.checksum, "estimator": opened.by, "columns": args.columns, "zero": SaidZero::json(args.zero.as_ref()), "same_run": args.same_run, "same": args.same, "object": args.object, "strokes": args.strokes, "interval": args.interval, "free": args.free.map(|free| format!("{free:?}")) });
     let from = readings.unwrap_or(Path::new("/dev/stdin"));
     let inputs = vec![path.to_owned(), from.to_owned()];
     let question = Question { inputs, ..Question::new("locate", &stem, asked) };

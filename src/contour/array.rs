@@ -82,7 +82,7 @@ pub fn answer(whiskers: &[Mounted], bytes: &[u8], ask: &Ask<'_>, noise: &Noise) 
         let mut objects = objects.map_err(|e| e.at(label, Some(1)))?;
         if objects.is_some() {
             // They follow the status, which ends the line.
-            let more = Objects::columns(ask.by, true, twofold);
+            let more = Objects::columns(ask.by, true, [twofold, ask.interval]);
             readings.header.pop();
             readings.header.extend(format!(",{}\n", more.join(",")).bytes());
         }
@@ -125,7 +125,11 @@ pub fn answer(whiskers: &[Mounted], bytes: &[u8], ask: &Ask<'_>, noise: &Noise) 
             out.extend(words.bytes());
             if let Some(objects) = &mut objects {
                 out.push(b',');
-                Together::write(objects.tell_row(row, rests, ask).as_ref(), twofold, &mut out);
+                Together::write(
+                    objects.tell_row(row, rests, ask).as_ref(),
+                    [twofold, ask.interval],
+                    &mut out,
+                );
             }
             out.push(b'\n');
             rows.insert(row.line, out);

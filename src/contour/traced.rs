@@ -80,7 +80,15 @@ impl Traced {
         let locator = Locator::new(calibration, label, estimator, &opener(options))?;
         calibration.rig.warnings.iter().for_each(|w| warn(w));
         let of_signals = SaidZero::of(zero, [&locator])?;
-        let ask = Ask { columns, zero: of_signals, label: Some(file), keep: true, by: By::Unsaid, warn };
+        let ask = Ask {
+            columns,
+            zero: of_signals,
+            label: Some(file),
+            keep: true,
+            by: By::Unsaid,
+            interval: false,
+            warn,
+        };
         let readings = Readings::of(&locator, bytes, &ask, &write::ADDED)?;
         let trace = Trace::new(&locator, &readings, &asked, stop)?;
         if !trace.on_surface && asked.surface.is_none() && locator.rig.known {

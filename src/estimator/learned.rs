@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use vibrissa_learned::base::Power;
 use vibrissa_learned::columns::{Scales, Term};
 use vibrissa_learned::curve::{Curve, Spread};
+use vibrissa_learned::tails::{PARTS, Tails};
 
 use super::learnt::{Inverted, Learnt, Whisker, extent};
 use super::{Answers, Estimator, Fault, Judged, Known, LeaveOut, Opening, SideRecord};
@@ -52,13 +53,16 @@ pub struct LearnedRecord {
     pub runs: usize,
     /// Variances beside the curve: noise of all readings and of such that go with the signal; of position, visit, gain and zero of a run, drift.
     pub spread: [f64; 7],
+    /// Covariance of what is known of these: noise, that which goes with the signal, position, visit, zero and gain of a run.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spread_covariance: Option<[[f64; PARTS]; PARTS]>,
 }
 
 impl LearnedRecord {
     /// Of a fit; `zero` was subtracted from the signals before.
     pub fn new(learnt: &Learnt, judged: Judged) -> Self {
         let Learnt { fit, runs, zero_read, .. } = learnt;
-        let Curve { unit, base_unit, zero, scales, terms, mean, deviations, spread: s } = &fit.curve;
+        let Curve { unit, base_unit, zero, scales, terms, mean, deviations, spread: s, tails } = &fit.curve;
         let word = |t: &Term| match t {
             Term::Curve(j, k) => ("curve".to_owned(), *j, *k),
             Term::Wave(j, k) => ("wave".to_owned(), *j, *k),
@@ -83,6 +87,7 @@ impl LearnedRecord {
             deviations: deviations.clone(),
             runs: *runs,
             spread: [s.floor, s.relative, s.position, s.visit, s.gain, s.zero, s.drift],
+            spread_covariance: tails.0.iter().flatten().any(|c| *c != 0.0).then_some(tails.0),
         }
     }
 
@@ -107,6 +112,7 @@ impl LearnedRecord {
             mean: self.mean.clone(),
             deviations: self.deviations.clone(),
             spread: Spread { floor, relative, position, visit, zero, gain, drift },
+            tails: Tails(self.spread_covariance.unwrap_or_default()),
         })
     }
 }
@@ -166,7 +172,8 @@ impl Estimator for Learned {
             .chain(r.deviations.iter().flatten())
             .chain(&r.spread)
             .chain(r.scales.iter().flatten())
-            .chain(&r.power_end);
+            .chain(&r.power_end)
+            .chain(r.spread_covariance.iter().flatten().flatten());
         let sized = r.mean.len() == n && r.deviations.iter().all(|d| d.len() == n);
         let scaled = r.units.iter().all(|u| *u > 0.0 && u.is_finite())
             && r.scales[0][1] > 0.0

@@ -3,10 +3,10 @@
 use std::sync::OnceLock;
 
 use vibrissa_learned::base::{Base, Power};
-use vibrissa_learned::curve::Curve;
+use vibrissa_learned::curve::{Curve, Weights};
 use vibrissa_learned::fit::{Fit, From, Task, fit};
 use vibrissa_learned::invert::{Answer, Inverse, Nothing};
-use vibrissa_learned::joint::Joint;
+use vibrissa_learned::joint::{Joint, Object, Told as Together};
 use vibrissa_learned::rows::Row;
 
 use super::model::Found;
@@ -181,6 +181,15 @@ impl Inverted {
         self.joints[1][usize::from(tared)].get_or_init(|| self.whisker.base(new))
     }
 
+    /// The interval that holds the distance of an object with 95 %, mm.
+    pub fn ends(&self, object: &Object, told: &Together, tared: bool, same_run: bool) -> [f64; 2] {
+        let joint = self.joint(tared);
+        let variance = (told.sigma / (told.a - object.frame())).powi(2);
+        let longer = object.weights(joint, told.a, same_run);
+        let longer = longer.map_or(1.0, |weights| self.curve.longer(weights, variance, tared, same_run));
+        stretched(told.a, told.ends, longer)
+    }
+
     /// Whether those stand above a zero that was read.
     pub fn plain_is_tared(&self) -> bool {
         self.zero_read
@@ -191,6 +200,11 @@ impl Inverted {
         let inverse = self.inverse[usize::from(self.zero_read)].as_ref().expect("it was made");
         (inverse, if self.zero_read { 0.0 } else { self.curve.zero })
     }
+}
+
+/// These ends `longer` times as far from the distance `a`.
+fn stretched(a: f64, ends: [f64; 2], longer: f64) -> [f64; 2] {
+    ends.map(|end| a + longer * (end - a))
 }
 
 /// Why there is no distance, in the words of a table.
@@ -206,8 +220,11 @@ impl Answers for Inverted {
         let (tared, y, of_zero) = self.read(reading, share);
         let inverse = self.of(tared);
         let found = inverse.at(drive, same_run).find(y, of_zero).map_err(why)?;
-        let Answer { a, near, slope, variance, sigma } = found;
-        Ok(Found { a, near, slope, variance, sigma })
+        let Answer { a, near, slope, variance, sigma, ends } = found;
+        let mut weights = Weights::default();
+        weights.add(1.0, [y, slope * a], share);
+        let longer = self.curve.longer(weights, (sigma * slope).powi(2), tared, same_run);
+        Ok(Found { a, near, slope, variance, sigma, ends: stretched(a, ends, longer) })
     }
 
     fn expected(&self, a: f64, drive: f64) -> f64 {

@@ -35,10 +35,14 @@ impl<'a> Group<'a> {
     }
 
     /// Columns that are added after the status of readings that are told together `by` this; `rows` of a file, whose columns are kept.
-    pub fn columns(by: By<'_>, who: Answerer<'_>, rows: Option<&RowReader<'_>>) -> Vec<&'static str> {
+    pub fn columns(
+        (by, interval): (By<'_>, bool),
+        who: Answerer<'_>,
+        rows: Option<&RowReader<'_>>,
+    ) -> Vec<&'static str> {
         match by {
             By::Strokes(_) => Strokes::columns(rows),
-            _ => Objects::columns(by, rows.is_some(), who.is_twofold()),
+            _ => Objects::columns(by, rows.is_some(), [who.is_twofold(), interval]),
         }
     }
 
@@ -56,7 +60,7 @@ impl<'a> Group<'a> {
             let (name, shift) = (objects.name(&fields), objects.shift(&fields));
             let together = objects.tell_pair(&name, (at.0, at.1, shift), alone, ask);
             self.name((rows, text), ask, &mut out);
-            Together::write(together.as_ref(), true, &mut out);
+            Together::write(together.as_ref(), [true, ask.interval], &mut out);
         }
         out
     }
@@ -83,7 +87,7 @@ impl<'a> Group<'a> {
                 let (name, shift) = (objects.name(&fields), objects.shift(&fields));
                 let together = objects.tell(&name, UnlocatedTap { shift, ..tap }, alone, ask);
                 self.name((rows, text), ask, &mut out);
-                Together::write(together.as_ref(), false, &mut out);
+                Together::write(together.as_ref(), [false, ask.interval], &mut out);
             }
             Self::Strokes(strokes) => {
                 let name = strokes.name(rows, text);
@@ -105,7 +109,7 @@ impl<'a> Group<'a> {
         match self {
             Self::Objects(_) => {
                 self.name((rows, text), ask, &mut out);
-                Together::write(None, rows.who.is_twofold(), &mut out);
+                Together::write(None, [rows.who.is_twofold(), ask.interval], &mut out);
             }
             Self::Strokes(_) => {
                 self.nameless(rows, ask, &mut out);

@@ -11,12 +11,19 @@ use crate::measure::text;
 /// Columns that are added after the user's own where distances are asked for.
 pub const ADDED: [&str; 4] = ["zero", "distance_mm", "sigma_mm", "status"];
 
-/// The same where a whisker has two gauges, or not.
-pub fn added(who: Answerer<'_>) -> Vec<&'static str> {
-    match who.is_twofold() {
+/// What an interval adds, after the third of these.
+pub const OF_95: [&str; 2] = ["from_95_mm", "to_95_mm"];
+
+/// The same where a whisker has two gauges, or not, with the interval where it is asked for.
+pub fn added(who: Answerer<'_>, interval: bool) -> Vec<&'static str> {
+    let mut all = match who.is_twofold() {
         true => [&["zero"], &Spatial::COLUMNS[..], &["status"]].concat(),
         false => ADDED.to_vec(),
+    };
+    if interval {
+        all.splice(3..3, OF_95);
     }
+    all
 }
 
 /// How rows of a file are written: number of the line, the user's columns, drive and signal under their own names where the user has

@@ -16,6 +16,7 @@ use crate::measure::zero::{Tared, TaredBy};
 use crate::measure::{Rig, Unit};
 use crate::scene::{BackendChoice, Model, Precision, RunOptions, Signal};
 use crate::status::Status;
+use vibrissa_learned::tails::OF_95;
 
 /// Step of difference quotients of a distance, relative.
 const QUOTIENT: f64 = 1e-4;
@@ -28,6 +29,8 @@ pub struct Located {
     pub distance: f64,
     /// One standard deviation, mm: noise of one reading, noise of the calibration, bias on held-out distances. NaN without a distance.
     pub sigma: f64,
+    /// The interval that holds it with 95 %, mm.
+    pub interval: [f64; 2],
     /// Words of warning.
     pub status: Status,
 }
@@ -35,7 +38,13 @@ pub struct Located {
 impl Located {
     /// No distance, and why.
     pub const fn nothing(status: Status) -> Self {
-        Self { distance: f64::NAN, sigma: f64::NAN, status }
+        Self { distance: f64::NAN, sigma: f64::NAN, interval: [f64::NAN; 2], status }
+    }
+
+    /// A distance with a normal error.
+    pub fn normal(distance: f64, sigma: f64, status: Status) -> Self {
+        let interval = [-OF_95, OF_95].map(|z| distance + z * sigma);
+        Self { distance, sigma, interval, status }
     }
 }
 
@@ -256,7 +265,8 @@ impl Locator {
             return Located::nothing(status | Status::NO_ROOT);
         }
         status |= side.doubts(found.a, found.near, sigma);
-        Located { distance: found.a, sigma, status }
+        let normal = Located::normal(found.a, sigma, status);
+        if found.ends[0].is_finite() { Located { interval: found.ends, ..normal } } else { normal }
     }
 
     /// What is asked by a tap of this drive, as it is recorded, with this tared signal.

@@ -18,6 +18,7 @@ use super::table::Reading as Row;
 pub use super::together::Together;
 use super::{Located, Locator};
 use crate::error::InputError;
+use crate::estimator::learnt::Inverted;
 use crate::measure::text::number as number_of;
 use crate::status::Status;
 
@@ -25,7 +26,9 @@ use crate::status::Status;
 /// deviations, and words.
 pub const COLUMNS: [&str; 6] =
     ["taps", "object_distance_mm", "object_sigma_mm", "apart_line", "apart_sigmas", "object_status"];
-/// What two gauges add, after the third of these.
+/// What an interval adds, after the third of these.
+pub const OF_95: [&str; 2] = ["object_from_95_mm", "object_to_95_mm"];
+/// What two gauges add, after that.
 pub const OF_TWO: [&str; 2] = ["object_tilt_deg", "object_sigma_tilt_deg"];
 /// The column that names the object, where none is said.
 pub const NAME: &str = "object";
@@ -145,11 +148,20 @@ impl<'a> Objects<'a> {
     }
 
     /// Columns that are added after the status, and before them the object where the line does not keep it.
-    pub fn columns(by: By<'_>, keep: bool, twofold: bool) -> Vec<&'static str> {
+    pub fn columns(by: By<'_>, keep: bool, [twofold, interval]: [bool; 2]) -> Vec<&'static str> {
         let named = !keep && matches!(by, By::Column(_));
         let (first, last) = COLUMNS.split_at(3);
+        let ends = OF_95.iter().filter(|_| interval);
         let of_two = OF_TWO.iter().filter(|_| twofold);
-        named.then_some(&NAME).into_iter().chain(first).chain(of_two).chain(last).copied().collect()
+        named
+            .then_some(&NAME)
+            .into_iter()
+            .chain(first)
+            .chain(ends)
+            .chain(of_two)
+            .chain(last)
+            .copied()
+            .collect()
     }
 
     /// The object of a line with these fields.
@@ -193,15 +205,13 @@ impl<'a> Objects<'a> {
                     tap.line
                 ));
             }
-            let told = self.locator.sides()[its_kind.0]
-                .answers
-                .shape()
-                .learned()
-                .and_then(|learned| object.told(learned.joint(its_kind.1)));
-            let located = told.map_or(Located::nothing(Status::NO_ROOT), |told| {
-                let status = doubts(&self.locator.sides()[its_kind.0], object, &told);
-                Located { distance: told.a, sigma: told.sigma, status }
+            let (side, tared) = (&self.locator.sides()[its_kind.0], its_kind.1);
+            let located = side.answers.shape().learned().and_then(|learned| {
+                let told = object.told(learned.joint(tared))?;
+                let known = ask.interval.then_some((learned, tared, same_run));
+                Some(located(object, &told, known, doubts(side, object, &told)))
             });
+            let located = located.unwrap_or(Located::nothing(Status::NO_ROOT));
             return Some(Together { taps: object.count(), located, tilt: NO_TILT, apart: None });
         }
         let UnlocatedTap { zero, shift, .. } = tap;
@@ -209,7 +219,8 @@ impl<'a> Objects<'a> {
         known.lines.add(tap.line, object.compared());
         let taps = object.count();
         if taps == 1 {
-            let located = Located { distance: alone.distance + tap.shift, ..*alone };
+            let interval = alone.interval.map(|end| end + tap.shift);
+            let located = Located { distance: alone.distance + tap.shift, interval, ..*alone };
             return Some(Together { taps, located, tilt: NO_TILT, apart: None });
         }
         let Some(told) = object.told(joint) else {
@@ -222,7 +233,7 @@ impl<'a> Objects<'a> {
         if apart.is_some_and(|(_, by)| by.abs() > limit(known.lines.len())) {
             status |= Status::INCONSISTENT;
         }
-        let located = Located { distance: told.a, sigma: told.sigma, status };
+        let located = located(object, &told, ask.interval.then_some((learned, tared, same_run)), status);
         Some(Together { taps, located, tilt: NO_TILT, apart })
     }
 
@@ -250,7 +261,7 @@ impl<'a> Objects<'a> {
         let taps = object.count();
         let Some(told) = object.told().filter(|_| taps > 1) else {
             let tilt = [alone.tilt, alone.sigma_tilt];
-            let located = Located { distance: parts.at[0], ..alone.located };
+            let located = Located::normal(parts.at[0], alone.located.sigma, alone.located.status);
             return Some(Together { taps, located, tilt, apart: None });
         };
         let apart = object.apart().map(|(ago, by)| (known.lines.ago(ago), by));
@@ -258,7 +269,7 @@ impl<'a> Objects<'a> {
         if apart.is_some_and(|(_, by)| by > pairs::limit(known.lines.len(), CHANCE)) {
             status |= Status::INCONSISTENT;
         }
-        let located = Located { distance: told.at[0], sigma: told.sigma[0], status };
+        let located = Located::normal(told.at[0], told.sigma[0], status);
         Some(Together { taps, located, tilt: [told.at[1], told.sigma[1]].map(f64::to_degrees), apart })
     }
 
@@ -288,6 +299,13 @@ impl<'a> Objects<'a> {
     fn is_nameless(&self, name: &str) -> bool {
         self.place.is_some() && name.is_empty()
     }
+}
+
+/// What the taps of an object tell, with the interval where it is asked for: by the curve and the kind of signal that `known` names.
+fn located(object: &Object, told: &Told, known: Option<(&Inverted, bool, bool)>, status: Status) -> Located {
+    let normal = Located::normal(told.a, told.sigma, status);
+    let interval = known.map(|(learned, tared, same_run)| learned.ends(object, told, tared, same_run));
+    Located { interval: interval.unwrap_or(normal.interval), ..normal }
 }
 
 /// Words of warning of what the taps of an object tell.

@@ -318,7 +318,7 @@ impl Locator {
         let by = [[along, 0.0], [narrower * cos, -out * sin], [narrower * sin, out * cos]];
         let spread = |[a, b]: [f64; 2]| (a * a * aa + 2.0 * a * b * at + b * b * tt).max(0.0).sqrt();
         let spatial = Spatial {
-            located: Located { distance: solved.a, sigma, status },
+            located: Located::normal(solved.a, sigma, status),
             tilt: solved.tilt.to_degrees(),
             sigma_tilt: sigma_tilt.to_degrees(),
             correlation: at / (sigma * sigma_tilt),

@@ -142,7 +142,7 @@ pub(crate) fn together(
     if sigma > side.distances[1] - side.distances[0] {
         status |= Status::AMBIGUOUS;
     }
-    Located { distance: a, sigma, status }
+    Located::normal(a, sigma, status)
 }
 
 /// `found`, best first, with that one at the head which is told where several fit equally well: the farthest of the calibrated ones, or of all.

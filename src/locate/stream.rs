@@ -58,6 +58,8 @@ pub struct Ask<'a> {
     pub keep: bool,
     /// Which readings are of one object.
     pub by: By<'a>,
+    /// Whether the interval that holds a distance with 95 % is told.
+    pub interval: bool,
     /// Tells the user what he should know, at once.
     pub warn: &'a dyn Fn(&str),
 }
@@ -138,9 +140,9 @@ pub fn answer<'a>(
     if !ask.keep {
         let mut names = vec![locator.rig.setup.drive.column()];
         names.extend((0..who.signals()).map(|k| who.column(k)));
-        names.extend(&added(who)[1..]);
+        names.extend(&added(who, ask.interval)[1..]);
         if ask.by != By::Unsaid {
-            names.extend(Group::columns(ask.by, who, None));
+            names.extend(Group::columns((ask.by, ask.interval), who, None));
         }
         out.extend(format!("{}\n", names.join(",")).bytes());
         // Whoever starts a stream may want to see that it is ready.
@@ -158,8 +160,8 @@ pub fn answer<'a>(
         ));
     }
     let mut group = Group::new(&rows, ask)?;
-    let together = group.iter().flat_map(|_| Group::columns(ask.by, who, Some(&rows)));
-    let columns: Vec<&str> = added(who).into_iter().chain(together).collect();
+    let together = group.iter().flat_map(|_| Group::columns((ask.by, ask.interval), who, Some(&rows)));
+    let columns: Vec<&str> = added(who, ask.interval).into_iter().chain(together).collect();
     let kept = ask.keep.then(|| Kept::new(&rows, &columns));
     if let Some(kept) = &kept {
         kept.header(&mut out);
@@ -266,7 +268,7 @@ pub fn answer<'a>(
         // Whoever sent half a line waits for the answers to those before it.
         let waiting = line.waiting;
         if waiting || batch.asked.len() >= BATCH || batch.answers.len() >= TOGETHER {
-            batch.answer(who, &mut out, &mut counts)?;
+            batch.answer(who, ask.interval, &mut out, &mut counts)?;
             write(&out, waiting)?;
             out.clear();
         }
@@ -275,7 +277,7 @@ pub fn answer<'a>(
         }
     }
     counts.stopped = stop.load(Ordering::Relaxed);
-    batch.answer(who, &mut out, &mut counts)?;
+    batch.answer(who, ask.interval, &mut out, &mut counts)?;
     write(&out, true)?;
     Ok(counts)
 }
@@ -323,7 +325,13 @@ struct Batch {
 
 impl Batch {
     /// Writes the lines with their answers into `out`, and forgets them.
-    fn answer(&mut self, who: Answerer<'_>, out: &mut Vec<u8>, counts: &mut Counts) -> Result<(), Error> {
+    fn answer(
+        &mut self,
+        who: Answerer<'_>,
+        interval: bool,
+        out: &mut Vec<u8>,
+        counts: &mut Counts,
+    ) -> Result<(), Error> {
         let answers = std::mem::take(&mut self.answers);
         let (mut taps, mut known) = (Vec::new(), Vec::with_capacity(answers.len()));
         for (to, answer, more) in answers {
@@ -344,7 +352,10 @@ impl Batch {
             note(counts, found.located.status);
             out.extend_from_slice(&self.asked[from..to]);
             let numbers = found.numbers();
-            row(out, if who.is_twofold() { &numbers } else { &numbers[..2] }, found.located.status);
+            let (first, more_of_two) = numbers.split_at(2);
+            let ends = found.located.interval.iter().filter(|_| interval);
+            let of_two = more_of_two.iter().filter(|_| who.is_twofold());
+            row(out, first.iter().chain(ends).chain(of_two), found.located.status);
             if let Some(more) = more {
                 out.push(b',');
                 out.extend(more);
@@ -381,8 +392,8 @@ fn note(counts: &mut Counts, status: Status) {
 }
 
 /// One answer; what is missing stays empty.
-fn row(out: &mut Vec<u8>, numbers: &[f64], status: Status) {
-    numbers.iter().for_each(|x| number(out, *x));
+fn row<'a>(out: &mut Vec<u8>, numbers: impl Iterator<Item = &'a f64>, status: Status) {
+    numbers.for_each(|x| number(out, *x));
     if status == Status::OK {
         out.extend(b"ok");
     } else {

@@ -33,6 +33,45 @@ fn of(row: &Row, column: &str) -> f64 {
 }
 
 #[test]
+fn intervals_hold_taps_and_objects() {
+    let desk = desk();
+    desk.write("taps.csv", objects(&desk));
+    desk.run(&["locate", "cal/calibration.toml", "taps.csv", "--out", "plain"]).exits(0);
+    desk.run(&["locate", "cal/calibration.toml", "taps.csv", "--interval", "--out", "out"]).exits(0);
+    let [plain, table] = ["plain", "out"].map(|out| Table::read(&desk.path(&format!("{out}/located.csv"))));
+    for (what, of_what) in [("", 1), ("object_", 5)] {
+        let (mut inside, mut n) = (0.0, 0.0);
+        for (row, other) in table.rows.iter().zip(&plain.rows) {
+            let [a, sigma, lo, hi] = ["distance_mm", "sigma_mm", "from_95_mm", "to_95_mm"]
+                .map(|column| of(row, &format!("{what}{column}")));
+            assert!(other.get(&format!("{what}from_95_mm")).is_none());
+            assert_eq!(row[&format!("{what}distance_mm")], other[&format!("{what}distance_mm")]);
+            assert!(lo < a && a < hi && hi - lo > 3.7 * sigma && hi - lo < 5.0 * sigma, "{row:?}");
+            inside += f64::from(u8::from(lo < of(row, "a_mm") && of(row, "a_mm") < hi));
+            n += 1.0;
+        }
+        // 99 % of a binomial, of as many as are independent.
+        let spread = 2.58 * (0.05 * 0.95 * f64::from(of_what) / n).sqrt();
+        assert!((inside / n - 0.95).abs() < spread.max(0.03), "{what}{}", inside / n);
+    }
+    // A stream has the same columns; strokes tell theirs anyway.
+    let row = &table.rows[0];
+    let line = format!("{},{}\n", row["theta_deg"], row["strain"]);
+    let ran = desk.pipe(&["locate", "cal/calibration.toml", "--same", "--interval"], &line).exits(0);
+    let (names, told) = ran.stdout.trim().split_once('\n').unwrap();
+    let at = |name: &str| {
+        let place = names.split(',').position(|n| n == name).unwrap();
+        told.split(',').nth(place).unwrap().parse::<f64>().unwrap()
+    };
+    for name in ["from_95_mm", "to_95_mm"] {
+        assert!((at(name) - of(row, name)).abs() < 1e-3, "{told}");
+        assert_eq!(at(name), at(&format!("object_{name}")));
+    }
+    let ran = desk.run(&["locate", "cal/calibration.toml", "taps.csv", "--strokes", "--interval"]).exits(2);
+    assert!(ran.stderr.contains("--interval"), "{}", ran.stderr);
+}
+
+#[test]
 fn taps_of_an_object_add_up() {
     let desk = desk();
     desk.write("taps.csv", objects(&desk));

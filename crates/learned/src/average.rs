@@ -12,6 +12,7 @@ use crate::curve::Spread;
 use crate::evidence::{Problem, Solved};
 use crate::hyper::Hyper;
 use crate::newton::Peak;
+use crate::tails::{PARTS, Tails};
 
 /// Points over which the learned numbers are averaged: of few cells, of more, of many; powers of two, of which Sobol's points are even.
 const POINTS: [usize; 3] = [128, 64, 16];
@@ -105,6 +106,10 @@ const OF_SPREAD: [(Hyper, i32); 7] = [
     (Hyper::RunGain, 1),
 ];
 
+/// Those whose variances [`Tails`] is of.
+const OF_TAILS: [Hyper; PARTS] =
+    [Hyper::Floor, Hyper::Relative, Hyper::Position, Hyper::Visit, Hyper::RunZero, Hyper::RunGain];
+
 /// Means over the learned numbers.
 pub struct Mixed {
     /// Of the coefficients.
@@ -114,6 +119,8 @@ pub struct Mixed {
     /// Mean variances beside the curve; of the zero and the gain of runs the squares of mean standard deviations: of six runs these hold 68 % of
     /// the readings of another one, and mean variances some more.
     pub spread: Spread,
+    /// How well these are known.
+    pub tails: Tails,
     /// How wide the first peak is.
     pub widths: Widths,
 }
@@ -152,6 +159,7 @@ pub fn mean(
     let sum: f64 = weights.iter().sum();
     let n = kept.len();
     let (mut mean, mut square, mut means) = (DVector::zeros(n), DMatrix::zeros(n, n), [0.0; 7]);
+    let (mut variances, mut products) = ([0.0; PARTS], [[0.0; PARTS]; PARTS]);
     for ((_, at, solved), weight) in all.iter().zip(&weights) {
         let (w, solved) = (weight / sum, solved.as_ref().unwrap_or(&first.solved));
         // About the first peak: differences of large numbers cost digits.
@@ -162,12 +170,19 @@ pub fn mean(
             .iter()
             .zip(&mut means)
             .for_each(|((h, power), x)| *x += w * problem.learned(at, *h).powi(*power));
+        let own = OF_TAILS.map(|h| problem.learned(at, h).powi(2));
+        for (i, x) in own.into_iter().enumerate() {
+            variances[i] += w * x;
+            products[i].iter_mut().zip(own).for_each(|(sum, y)| *sum += w * x * y);
+        }
     }
     let [floor, relative, position, visit, drift, zero, gain] = means;
     let [zero, gain] = [zero * zero, gain * gain];
     let spread = Spread { floor: floor + problem.steps, relative, position, visit, zero, gain, drift };
+    let tails =
+        Tails(std::array::from_fn(|i| std::array::from_fn(|k| products[i][k] - variances[i] * variances[k])));
     let covariance = square - &mean * mean.transpose();
     let mean = kept.iter().zip(mean.iter()).map(|(k, x)| x + first.solved.mean[*k]).collect();
     let widths = proposals.into_iter().next().map_or(Vec::new(), |p| p.widths);
-    Mixed { mean, covariance, spread, widths }
+    Mixed { mean, covariance, spread, tails, widths }
 }

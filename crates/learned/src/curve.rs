@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, SymmetricEigen};
 
 use crate::base::{Base, STEP};
 use crate::columns::{OFFSETS, Scales, Term, values};
+use crate::tails::{PARTS, Tails};
 
 /// Numbers that a new run has: an effect of each position, gain, zero.
 pub const OF_RUN: usize = 3;
@@ -47,6 +48,8 @@ pub struct Curve {
     pub deviations: Vec<Vec<f64>>,
     /// What else moves a reading.
     pub spread: Spread,
+    /// How well that is known.
+    pub tails: Tails,
 }
 
 /// What is expected of a tap, in the unit of the signal, above the zero.
@@ -62,6 +65,32 @@ pub struct Expected {
     pub of_position: f64,
     /// Variance that a new run brings, its zero left out.
     pub of_run: f64,
+}
+
+/// How readings count in an answer, by their weights w, signals y and slopes dy/d ln a.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Weights {
+    /// Σ w.
+    pub sum: f64,
+    /// Σ w².
+    pub of_noise: f64,
+    /// Σ (w y)².
+    pub of_relative: f64,
+    /// Σ w dy/d ln a.
+    pub of_slope: f64,
+    /// Σ w y.
+    pub of_signal: f64,
+}
+
+impl Weights {
+    /// One more reading, of this signal and slope, whose weight is `w`; its zero brings `share` of the variance of a reading.
+    pub fn add(&mut self, w: f64, [y, slope]: [f64; 2], share: f64) {
+        self.sum += w;
+        self.of_noise += w * w * (1.0 + share);
+        self.of_relative += (w * y).powi(2);
+        self.of_slope += w * slope;
+        self.of_signal += w * y;
+    }
 }
 
 /// By how much the drives of a calibration are off: contact begins at minus this.
@@ -130,6 +159,24 @@ impl Curve {
         let rest = [slope * s.position.sqrt(), slope * s.visit.sqrt(), m * s.gain.sqrt(), zero];
         shared.extend(rest.map(|x| self.unit * x));
         [self.unit * dot(&self.mean), self.unit * self.unit * (s.floor + m * m * s.relative)]
+    }
+
+    /// By how much farther the interval of 95 % of an answer reaches than that of a normal one ([`Tails::longer`]): of readings whose weights in the answer
+    /// sum up as `weights` say, and whose variance is this.
+    pub fn longer(&self, weights: Weights, variance: f64, tared: bool, same_run: bool) -> f64 {
+        let unit = self.unit * self.unit;
+        let of_run = if same_run { 0.0 } else { 1.0 };
+        let zero = if tared { 0.0 } else { weights.sum * weights.sum * unit };
+        let placed = weights.of_slope * weights.of_slope;
+        let parts: [f64; PARTS] = [
+            weights.of_noise * unit,
+            weights.of_relative,
+            placed,
+            of_run * placed,
+            of_run * zero,
+            of_run * weights.of_signal * weights.of_signal,
+        ];
+        self.tails.longer(parts, variance)
     }
 
     /// As [`Self::moved`], of the sensor without contact: signal, variance of its noise, shared numbers.

@@ -12,6 +12,7 @@ use crate::labels;
 use crate::newton::{Peak, approach, climb};
 use crate::rows::{Cell, Row, cells};
 use crate::start::{slopes, start};
+use crate::tails::Tails;
 
 /// A peak that is less likely by so much in ln has no say.
 pub const HEARD: f64 = 6.0;
@@ -99,6 +100,7 @@ impl Fit {
             mean: Vec::new(),
             deviations: Vec::new(),
             spread: Spread::default(),
+            tails: Tails::default(),
         };
         Self {
             curve,
@@ -225,6 +227,7 @@ pub fn fit(task: &Task<'_>, places: &[usize], from: From<'_>, average: bool) -> 
         mean: mixed.mean,
         deviations: Curve::deviations(mixed.covariance),
         spread,
+        tails: mixed.tails,
     };
     let freedom = places.len() as f64 - used;
     let hypers = problem.model.hypers.clone();

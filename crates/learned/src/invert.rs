@@ -2,6 +2,7 @@
 
 use crate::base::Base;
 use crate::curve::Curve;
+use crate::tails::OF_95;
 
 /// Points in ln a.
 pub const POINTS: usize = 161;
@@ -19,6 +20,8 @@ pub const FAR: f64 = 5.0;
 pub const WIDE: f64 = 0.05;
 /// Shares of a posterior: one standard deviation to either side of its middle.
 pub const QUANTILES: [f64; 3] = [0.158_655, 0.5, 0.841_345];
+/// Ends of the interval that holds it with 95 %.
+pub const ENDS_95: [f64; 2] = [0.025, 0.975];
 /// Points of a posterior.
 pub const FINE: usize = 49;
 
@@ -29,6 +32,8 @@ pub struct Answer {
     pub a: f64,
     /// One standard deviation, mm; half of the 68 % interval where the posterior is wide.
     pub sigma: f64,
+    /// The interval that holds it with 95 % if the variances are known, mm.
+    pub ends: [f64; 2],
     /// d signal/da, 1/mm.
     pub slope: f64,
     /// Variance of the signal that is not of one reading: curve, position, run.
@@ -256,27 +261,30 @@ impl Slice {
             _ => [from.min(self.x(last - 1)), to],
         };
         let [first, end, _] = self.ends;
-        let [x, sigma] = match local {
+        let ([x, sigma], ends) = match local {
             // Within the calibrated distances the prior says nothing: there it is the root.
-            Some((x, sd)) if sd < WIDE && window[0] >= first && window[1] <= end => [x, x.exp() * sd],
+            Some((x, sd)) if sd < WIDE && window[0] >= first && window[1] <= end => {
+                let (a, sigma) = (x.exp(), x.exp() * sd);
+                ([x, sigma], [-OF_95, OF_95].map(|z| a + z * sigma))
+            }
             _ => self.posterior(y, local, window, spread)?,
         };
         let p = self.at(x);
         let a = x.exp();
-        let found = Answer { a, sigma, slope: self.slope(x) / a, variance: p[2] + more, near };
+        let found = Answer { a, sigma, ends, slope: self.slope(x) / a, variance: p[2] + more, near };
         if found.a.is_finite() && found.sigma.is_finite() { Ok(found) } else { Err(Nothing::Weak) }
     }
 }
 
 impl Slice {
-    /// ln a and σ in mm of the posterior of the signal `y` on `window`; `local` is the root and its standard deviation in ln a.
+    /// ln a and σ in mm, and the ends in mm of the interval of 95 %, of the posterior of the signal `y` on `window`; `local` is the root and its standard deviation in ln a.
     fn posterior(
         &self,
         y: f64,
         local: Option<(f64, f64)>,
         window: [f64; 2],
         spread: impl Fn(&[f64; 3]) -> f64,
-    ) -> Result<[f64; 2], Nothing> {
+    ) -> Result<([f64; 2], [f64; 2]), Nothing> {
         let step = (window[1] - window[0]) / (FINE - 1) as f64;
         let place = |k: usize| window[0] + step * k as f64;
         let mut least = f64::INFINITY;
@@ -295,14 +303,15 @@ impl Slice {
         let faded: [f64; FINE] = std::array::from_fn(|k| flat[k] * prior(self.ends, place(k)));
         let of = |p: &[f64; FINE]| QUANTILES.map(|s| quantile(p, window[0], step, s));
         let [lo, middle, hi] = of(&faded);
+        let ends = ENDS_95.map(|s| quantile(&faded, window[0], step, s));
         Ok(match local {
             // Moved, and made narrower, by what the prior does.
             Some((x, sd)) if sd < WIDE && hi > lo => {
                 let [p, q, r] = of(&flat);
                 let x = x + middle - q;
-                [x, x.exp() * sd * (hi - lo) / (r - p)]
+                ([x, x.exp() * sd * (hi - lo) / (r - p)], ends.map(|end| (end + x - middle).exp()))
             }
-            _ => [middle, 0.5 * (hi.exp() - lo.exp())],
+            _ => ([middle, 0.5 * (hi.exp() - lo.exp())], ends.map(f64::exp)),
         })
     }
 }

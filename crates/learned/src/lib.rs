@@ -26,3 +26,4 @@ mod positions;
 pub mod rows;
 pub mod start;
 pub mod suspects;
+pub mod tails;

@@ -105,7 +105,15 @@ fn read(
     let columns = args.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
     let zero = SaidZero::of(args.zero.as_ref(), [locator])?;
     let label = path.display().to_string();
-    let ask = Ask { columns: &columns, zero, label: Some(&label), keep: true, by: By::Unsaid, warn: &warn };
+    let ask = Ask {
+        columns: &columns,
+        zero,
+        label: Some(&label),
+        keep: true,
+        by: By::Unsaid,
+        interval: false,
+        warn: &warn,
+    };
     let readings = Readings::of(locator, bytes, &ask, &["zero"])?;
     let place = match &args.object {
         Some(column) => Some(readings.column(column).ok_or_else(|| {

@@ -191,7 +191,14 @@ impl Exact {
         let a = far - self.values[2];
         let slope = self.values[0] * curve.slope(far);
         let near = near.map(|n| n - self.values[2]);
-        Some(Found { a, near, slope, variance: self.variance(a, drive), sigma: f64::NAN })
+        Some(Found {
+            a,
+            near,
+            slope,
+            variance: self.variance(a, drive),
+            sigma: f64::NAN,
+            ends: [f64::NAN; 2],
+        })
     }
 
     /// As [`Self::find_in`].

@@ -22,6 +22,8 @@ pub struct Found {
     pub variance: f64,
     /// One standard deviation of the distance, mm, where it is that of a posterior; NaN where noise, slope and variance make it.
     pub sigma: f64,
+    /// The interval that holds it with 95 %, mm, where it is that of a posterior.
+    pub ends: [f64; 2],
 }
 
 /// Relative slack with which a recorded drive equals a calibrated one.

@@ -44,7 +44,14 @@ impl Paper {
         let variance = between(&self.drives, &self.factors.variance, drive);
         // A distance on the near side alone may belong to one beyond the calibration.
         let near = roots.near.or(roots.only_near.then_some(roots.far));
-        Some(Found { a: roots.far, near, slope, variance: reading * reading * variance, sigma: f64::NAN })
+        Some(Found {
+            a: roots.far,
+            near,
+            slope,
+            variance: reading * reading * variance,
+            sigma: f64::NAN,
+            ends: [f64::NAN; 2],
+        })
     }
 
     /// Ends of the distances at which the theory has a strain, and the far end of the gauge, where it has a kink, mm.

@@ -263,7 +263,14 @@ impl Polynomial {
             return None;
         }
         let slope = signal / at.slope;
-        Some(Found { a: at.a, near: None, slope, variance: at.variance * slope * slope, sigma: f64::NAN })
+        Some(Found {
+            a: at.a,
+            near: None,
+            slope,
+            variance: at.variance * slope * slope,
+            sigma: f64::NAN,
+            ends: [f64::NAN; 2],
+        })
     }
 
     /// Signal of a tap at a (mm) by `drive`; NaN beyond the reach.

@@ -210,6 +210,8 @@ const LOCATED: Table = table(
         ("zero", "what was subtracted from it, of a bridge in mV/V; empty where no zero is known"),
         ("distance_mm", "distance â"),
         ("sigma_mm", "standard deviation of â: noise, calibration and bias (docs/calibration.md)"),
+        ("from_95_mm", "with --interval: lower end of the interval that holds the distance with 95 %"),
+        ("to_95_mm", "its upper end"),
         ("tilt_deg", "tilt β̂ of the pole (§6)"),
         ("sigma_tilt_deg", "its standard deviation"),
         ("corr", "correlation of the errors of distance and tilt"),

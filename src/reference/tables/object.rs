@@ -15,6 +15,8 @@ pub const TOGETHER: Table = table(
             "distance that all of them tell, from where the base stands at shift_mm = 0 if the file has this column",
         ),
         ("object_sigma_mm", "its standard deviation; what the taps share is counted once"),
+        ("object_from_95_mm", "with --interval: lower end of the interval that holds it with 95 %"),
+        ("object_to_95_mm", "its upper end"),
         ("object_tilt_deg", "tilt that all of them tell, with a second gauge"),
         ("object_sigma_tilt_deg", "its standard deviation"),
         ("apart_line", "line of the tap that is farthest from what the others say"),

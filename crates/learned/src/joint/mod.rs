@@ -23,6 +23,8 @@ mod stroke;
 #[cfg(test)]
 mod tests;
 
+use std::ops::Range;
+
 use crate::base::Base;
 use crate::curve::{Curve, OF_RUN, Offset};
 use crate::invert::{Inverse, POINTS, prior};
@@ -97,6 +99,8 @@ pub struct Told {
     pub a: f64,
     /// Half of its 68 % interval, mm.
     pub sigma: f64,
+    /// The interval that holds it with 95 % if the variances are known, mm.
+    pub ends: [f64; 2],
     /// Another distance that fits, mm.
     pub near: Option<f64>,
 }
@@ -193,17 +197,17 @@ impl Joint {
         self.of_run = kept.iter().map(|k| self.of_run[*k]).collect();
     }
 
-    /// [`Self::slice`] at all points, of a tap whose base stands `shift` mm nearer than where a is told from. Beyond the points it goes on as at the last.
-    fn shifted(&self, u: f64, shift: f64, same_run: bool) -> Vec<f64> {
-        let all = self.slice(u, same_run, 0..POINTS);
+    /// [`Self::slice`] at these points, of a tap whose base stands `shift` mm nearer than where a is told from. Beyond all points it goes on as at the last.
+    fn shifted(&self, u: f64, shift: f64, same_run: bool, points: Range<usize>) -> Vec<f64> {
         if shift == 0.0 {
-            return all;
+            return self.slice(u, same_run, points);
         }
-        let width = self.width();
-        let mut moved = vec![0.0; all.len()];
-        for (k, point) in moved.chunks_mut(width).enumerate() {
-            let (first, t) = self.place(self.seen(self.x(k), shift));
-            for (w, near) in lagrange(t).iter().zip(all[first * width..].chunks(width)) {
+        let places: Vec<(usize, f64)> = points.map(|k| self.place(self.seen(self.x(k), shift))).collect();
+        let [first, last] = [places.first(), places.last()].map(|place| place.map_or(0, |(k, _)| *k));
+        let (width, all) = (self.width(), self.slice(u, same_run, first..last + NEAR));
+        let mut moved = vec![0.0; places.len() * width];
+        for (point, (k, t)) in moved.chunks_mut(width).zip(places) {
+            for (w, near) in lagrange(t).iter().zip(all[(k - first) * width..].chunks(width)) {
                 point.iter_mut().zip(near).for_each(|(sum, x)| *sum += w * x);
             }
             point[1] = point[1].max(f64::MIN_POSITIVE);
@@ -216,8 +220,8 @@ impl Joint {
         if shift == 0.0 { x } else { (x.exp() - shift).max(f64::MIN_POSITIVE).ln() }
     }
 
-    /// Signal, variance of its noise, and shared numbers of the tap `u` at the points `from` and those after it; of a known run where `same_run`.
-    fn slice(&self, u: f64, same_run: bool, points: std::ops::Range<usize>) -> Vec<f64> {
+    /// Signal, variance of its noise, and shared numbers of the tap `u` at these points; of a known run where `same_run`.
+    fn slice(&self, u: f64, same_run: bool, points: Range<usize>) -> Vec<f64> {
         let u = u + self.inverse.offset;
         let (width, weights) = (self.width(), self.inverse.weights(u));
         let mut all = vec![0.0; points.len() * width];

@@ -2,10 +2,28 @@
 
 use super::{Joint, Mode, NONE, POINTS, lagrange};
 
+/// A point whose ln p is so much below that of another one counts for nothing beside it.
+const NOTHING: f64 = 60.0;
+
+/// A mode is told by the parabola through its highest points where its standard deviation is less than so many steps, else by all its points.
+pub(super) const NARROW: f64 = 2.0;
+
 /// `heights` at ln a = x.
 pub(super) fn at(joint: &Joint, heights: &[f64], x: f64) -> f64 {
     let (k, t) = joint.place(x);
     lagrange(t).iter().zip(&heights[k..]).map(|(w, h)| w * h).sum()
+}
+
+/// Place in ln a, standard deviation there and ln p of the mode whose highest point is `k`.
+pub(super) fn top_of(joint: &Joint, heights: &[f64], k: usize) -> (f64, f64, f64) {
+    let step = joint.inverse.grid[1];
+    // A parabola through three points is the posterior of a signal that goes straight, however narrow that is.
+    let m = k.clamp(1, POINTS - 2);
+    let [p, q, r] = [m - 1, m, m + 1].map(|i| heights[i]);
+    let (slope, bend) = (0.5 * (r - p), 2.0 * q - p - r);
+    let t = if bend > 0.0 { (slope / bend).clamp(-1.0, 1.0) } else { k as f64 - m as f64 };
+    let sd = if bend > 0.0 { step / bend.sqrt() } else { f64::INFINITY };
+    (joint.x(m) + t * step, sd, q + slope * t - 0.5 * bend * t * t)
 }
 
 pub(super) fn modes(joint: &Joint, heights: &[f64]) -> Vec<Mode> {
@@ -14,29 +32,20 @@ pub(super) fn modes(joint: &Joint, heights: &[f64]) -> Vec<Mode> {
     let higher =
         |k: usize, other: usize| heights[k] > heights[other] || heights[k] == heights[other] && k < other;
     let tops = (0..POINTS).filter(|&k| (k == 0 || higher(k, k - 1)) && (k == last || higher(k, k + 1)));
-    let mode = |k: usize| {
-        // A parabola through three points is the posterior of a signal that goes straight, however narrow that is.
-        let m = k.clamp(1, last - 1);
-        let [p, q, r] = [m - 1, m, m + 1].map(|i| heights[i]);
-        let (slope, bend) = (0.5 * (r - p), 2.0 * q - p - r);
-        let t = if bend > 0.0 { (slope / bend).clamp(-1.0, 1.0) } else { k as f64 - m as f64 };
-        let sd = if bend > 0.0 { step / bend.sqrt() } else { f64::INFINITY };
-        let x = joint.x(m) + t * step;
-        (x, sd, q + slope * t - 0.5 * bend * t * t)
-    };
-    let found: Vec<(f64, f64, f64)> = tops.map(mode).filter(|m| m.2.is_finite()).collect();
+    let found: Vec<(f64, f64, f64)> =
+        tops.map(|k| top_of(joint, heights, k)).filter(|m| m.2.is_finite()).collect();
     let top = found.iter().map(|m| m.2).fold(f64::NEG_INFINITY, f64::max);
     // Masses up to half of the way to the neighbours.
     let mut all = Vec::new();
     for (i, &(x, sd, height)) in found.iter().enumerate() {
         let lower = if i > 0 { 0.5 * (x + found[i - 1].0) } else { joint.x(0) };
         let upper = found.get(i + 1).map_or(joint.x(last), |next| 0.5 * (x + next.0));
-        let narrow = sd < 2.0 * step;
+        let narrow = sd < NARROW * step;
         let mass = if narrow {
             (height - top).exp() * sd * (2.0 * std::f64::consts::PI).sqrt()
         } else {
             let own = (0..POINTS).filter(|k| (lower..=upper).contains(&joint.x(*k)));
-            own.map(|k| (heights[k] - top).exp()).sum::<f64>() * step
+            own.map(|k| density(heights[k], top)).sum::<f64>() * step
         };
         let sd = if narrow { sd } else { wide(joint, heights, (lower, upper), top).unwrap_or(step) };
         all.push(Mode { at: x, sd, share: mass });
@@ -48,11 +57,16 @@ pub(super) fn modes(joint: &Joint, heights: &[f64]) -> Vec<Mode> {
     all
 }
 
+/// Of a point whose ln p is `height`, to that of the highest one: none where it would count for nothing beside it.
+pub(super) fn density(height: f64, top: f64) -> f64 {
+    if height > top - NOTHING { (height - top).exp() } else { 0.0 }
+}
+
 /// Standard deviation of the posterior between two places, ln a.
 fn wide(joint: &Joint, heights: &[f64], (lower, upper): (f64, f64), top: f64) -> Option<f64> {
     let own: Vec<(f64, f64)> = (0..POINTS)
         .filter(|k| (lower..=upper).contains(&joint.x(*k)))
-        .map(|k| (joint.x(k), (heights[k] - top).exp()))
+        .map(|k| (joint.x(k), density(heights[k], top)))
         .collect();
     let mass: f64 = own.iter().map(|p| p.1).sum();
     let mean = own.iter().map(|p| p.0 * p.1).sum::<f64>() / mass;

@@ -2,9 +2,10 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::modes::{at, modes, spread};
-use super::{JUDGED, Joint, Mode, SECOND, Tap, Told, WINDOW};
-use crate::invert::{FINE, POINTS, QUANTILES, quantile};
+use super::modes::{NARROW, at, density, modes, spread, top_of};
+use super::{FREE, JUDGED, Joint, Mode, SECOND, Tap, Told, WINDOW};
+use crate::curve::Weights;
+use crate::invert::{ENDS_95, FINE, POINTS, QUANTILES, quantile};
 
 /// The taps of one object so far.
 #[derive(Debug, Clone)]
@@ -81,7 +82,7 @@ impl Object {
         if self.zero.replace(tap.zero).is_some_and(|zero| zero != tap.zero) {
             self.let_zero_go();
         }
-        let slice = joint.shifted(tap.u, tap.shift, same_run);
+        let slice = joint.shifted(tap.u, tap.shift, same_run, 0..POINTS);
         let width = joint.width();
         let mut shared = DVector::zeros(width - 1);
         for (point, (a, b, c)) in slice.chunks(width).zip(&mut self.points) {
@@ -100,9 +101,10 @@ impl Object {
         self.of_zero
     }
 
-    /// A, factored, and b at each point.
-    pub(super) fn factors(&self) -> impl Iterator<Item = Option<(Cholesky<f64, Dyn>, DVector<f64>)>> + '_ {
-        self.points.iter().map(|(a, b, _)| Some((a.clone().cholesky()?, b.clone())))
+    /// A, factored, and b at point `k`.
+    pub(super) fn factor(&self, k: usize) -> Option<(Cholesky<f64, Dyn>, DVector<f64>)> {
+        let (a, b, _) = &self.points[k];
+        Some((a.clone().cholesky()?, b.clone()))
     }
 
     /// ln of the posterior at each point.
@@ -140,16 +142,20 @@ impl Object {
         let top = fine.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let density = fine.map(|x| (x - top).exp());
         let [lo, middle, hi] = QUANTILES.map(|share| quantile(&density, from, step, share));
-        let told = Told { a: middle.exp() + self.frame, sigma: 0.5 * (hi.exp() - lo.exp()), near };
+        let ends = ENDS_95.map(|share| quantile(&density, from, step, share).exp() + self.frame);
+        let told = Told { a: middle.exp() + self.frame, sigma: 0.5 * (hi.exp() - lo.exp()), ends, near };
         (told.a.is_finite() && told.sigma > 0.0).then_some(told)
     }
 
-    /// Of the last taps the one that is farthest from what the others say at the distance `a`, mm, which is free: how long ago it was, and by how many
-    /// standard deviations it is off; `None` of one tap.
-    pub fn apart(&self, joint: &Joint, a: f64, same_run: bool) -> Option<(usize, f64)> {
-        if self.taps.len() < 2 {
-            return None;
-        }
+    /// The last taps at the distance `a`, mm, which is free and the last number that they share but for their zeros: residual, variance of the noise and shared
+    /// numbers of each; A, factored, and b. `None` where A has no factor.
+    #[allow(clippy::type_complexity)]
+    fn linear(
+        &self,
+        joint: &Joint,
+        a: f64,
+        same_run: bool,
+    ) -> Option<(Vec<(f64, f64, DVector<f64>)>, Cholesky<f64, Dyn>, DVector<f64>)> {
         let x = (a - self.frame).ln();
         // Each zero that several taps have is one more number that they share; that of a single tap is noise.
         let many = |zero: u64| self.taps.iter().filter(|tap| tap.zero == zero).count() > 1;
@@ -169,7 +175,28 @@ impl Object {
             a.ger(1.0 / d, shared, shared, 1.0);
             b.axpy(r / d, shared, 1.0);
         }
-        let factor = a.cholesky()?;
+        Some((local, a.cholesky()?, b))
+    }
+
+    /// By how much each of the last taps counts in ln a at the distance `a`, mm.
+    pub fn weights(&self, joint: &Joint, a: f64, same_run: bool) -> Option<Weights> {
+        let (local, factor, b) = self.linear(joint, a, same_run)?;
+        let distance = joint.of_run.len();
+        let mut all = Weights::default();
+        let row = factor.solve(&DVector::from_fn(b.len(), |k, _| if k == distance { FREE } else { 0.0 }));
+        for ((r, d, shared), tap) in local.iter().zip(&self.taps) {
+            all.add(row.dot(shared) / d, [tap.y - r, shared[distance] / FREE], 0.0);
+        }
+        Some(all)
+    }
+
+    /// Of the last taps the one that is farthest from what the others say at the distance `a`, mm, which is free: how long ago it was, and by how many
+    /// standard deviations it is off; `None` of one tap.
+    pub fn apart(&self, joint: &Joint, a: f64, same_run: bool) -> Option<(usize, f64)> {
+        if self.taps.len() < 2 {
+            return None;
+        }
+        let (local, factor, b) = self.linear(joint, a, same_run)?;
         let solved = factor.solve(&b);
         let off = |(r, d, shared): &(f64, f64, DVector<f64>)| {
             let known = 1.0 - shared.dot(&factor.solve(shared)) / d;
@@ -200,14 +227,15 @@ pub fn integrate(a: &mut DMatrix<f64>, b: &mut DVector<f64>, k: usize) -> f64 {
 
 /// Expected root mean square deviation from the mean of a posterior, mm.
 pub(super) fn spread_of(joint: &Joint, heights: &[f64]) -> f64 {
-    let modes = modes(joint, heights);
-    let step = joint.inverse.grid[1];
-    if modes.iter().all(|mode| mode.sd < 2.0 * step) {
+    let highest = (0..POINTS).max_by(|i, k| heights[*i].total_cmp(&heights[*k])).unwrap_or(0);
+    let wide = top_of(joint, heights, highest).1 >= NARROW * joint.inverse.grid[1];
+    let modes = if wide { Vec::new() } else { modes(joint, heights) };
+    if !wide && modes.iter().all(|mode| mode.sd < NARROW * joint.inverse.grid[1]) {
         return spread(&modes);
     }
-    let top = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let all: Vec<(f64, f64)> =
-        heights.iter().enumerate().map(|(k, h)| (joint.x(k).exp(), (h - top).exp())).collect();
+    let top = heights[highest];
+    let heard = heights.iter().map(|h| density(*h, top)).enumerate().filter(|(_, p)| *p > 0.0);
+    let all: Vec<(f64, f64)> = heard.map(|(k, p)| (joint.x(k).exp(), p)).collect();
     let mass: f64 = all.iter().map(|p| p.1).sum();
     let mean = all.iter().map(|p| p.0 * p.1).sum::<f64>() / mass;
     (all.iter().map(|p| (p.0 - mean).powi(2) * p.1).sum::<f64>() / mass).sqrt()
@@ -216,7 +244,7 @@ pub(super) fn spread_of(joint: &Joint, heights: &[f64]) -> f64 {
 /// Places in ln a that stand for a posterior, with their shares.
 pub(super) fn likely(joint: &Joint, heights: &[f64]) -> Vec<(f64, f64)> {
     let modes = modes(joint, heights);
-    let narrow = |mode: &&Mode| mode.sd < 2.0 * joint.inverse.grid[1];
+    let narrow = |mode: &&Mode| mode.sd < NARROW * joint.inverse.grid[1];
     if modes.iter().all(|mode| narrow(&mode)) {
         let each = |mode: &Mode| NODES.map(|(off, share)| (mode.at + off * mode.sd, mode.share * share));
         return modes.iter().filter(|mode| mode.share >= 0.5 * SECOND).flat_map(each).collect();

@@ -5,12 +5,18 @@
 //!
 //! α (r − e)²/(1 + α k) + ln(1 + α k) + ln d,
 //!
-//! so that A is factored once, and a drive costs one solution for each point.
+//! so that A is factored once, and a drive costs one solution for each point. Of n more taps by one drive their mean is the tap, with α = n/d: what their
+//! scatter would tell of the distance is not counted.
+
+use std::ops::Range;
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::Joint;
 use super::object::{Object, likely, spread_of};
+use super::{Joint, NEAR};
+
+/// A point is not looked at whose ln p is so much below that of the highest one, seven standard deviations, and that has no neighbour that is above.
+const UNLIKELY: f64 = 25.0;
 
 /// Of a point.
 struct Known {
@@ -41,7 +47,8 @@ pub struct Outlook<'a> {
     likely: Vec<(f64, f64)>,
     /// Variance that the zero brings, which the taps so far and the next ones are above.
     of_zero: f64,
-    /// Of each point.
+    /// The first and the last point that count, and of each from one to the other what is known; of those that do not count nothing.
+    points: Range<usize>,
     known: Vec<Option<Known>>,
 }
 
@@ -56,8 +63,14 @@ impl<'a> Outlook<'a> {
             let root = (0..n).flat_map(|i| (0..=i).map(move |j| (i, j))).map(|at| root[at]).collect();
             Some(Known { root, solved: factor.solve(&b).as_slice().to_vec() })
         };
-        let known = object.factors().map(|factor| factor.and_then(of));
-        Self { joint, same_run, likely, of_zero: object.of_zero(), known: known.collect(), heights }
+        let counts = counting(&heights);
+        let points = counts
+            .iter()
+            .position(|c| *c)
+            .map_or(0..0, |first| first..counts.iter().rposition(|c| *c).map_or(first, |last| last + 1));
+        let known =
+            points.clone().map(|k| if counts[k] { object.factor(k).and_then(of) } else { None }).collect();
+        Self { joint, same_run, likely, of_zero: object.of_zero(), points, known, heights }
     }
 
     /// Expected root mean square deviation from the mean of the posterior so far, mm.
@@ -73,7 +86,7 @@ impl<'a> Outlook<'a> {
     /// The expected [`Self::spread`] after `times` more taps by the drive `u`, over what is likely now, the base `shift` mm nearer than for the first tap.
     pub fn after(&self, u: f64, shift: f64, times: f64) -> f64 {
         let width = self.joint.width();
-        let slice = self.joint.shifted(u, shift, self.same_run);
+        let slice = self.joint.shifted(u, shift, self.same_run, self.points.clone());
         let mut shared: Vec<f64> = vec![self.of_zero.sqrt(); width - 1];
         // Of each point: signal, what is expected beside it, and α, α k.
         let of = |(point, known): (&[f64], &Option<Known>)| {
@@ -83,11 +96,8 @@ impl<'a> Outlook<'a> {
             [point[0], expected, alpha, alpha * k]
         };
         let points: Vec<[f64; 4]> = slice.chunks(width).zip(&self.known).map(of).collect();
-        let logs: Vec<f64> = points
-            .iter()
-            .zip(slice.chunks(width))
-            .map(|(p, s)| (1.0 + p[3]).ln() + times * s[1].ln())
-            .collect();
+        let logs: Vec<f64> =
+            points.iter().zip(slice.chunks(width)).map(|(p, s)| (1.0 + p[3]).ln() + s[1].ln()).collect();
         let (mut sum, mut total) = (0.0, 0.0);
         for (x, share) in &self.likely {
             let y = self.joint.signal(u, self.joint.seen(*x, shift));
@@ -95,15 +105,19 @@ impl<'a> Outlook<'a> {
                 alpha * (y - signal - expected).powi(2) / (1.0 + k) + ln
             };
             let rises = points.iter().zip(&logs).map(rise);
-            let heights: Vec<f64> = self
-                .heights
-                .iter()
-                .zip(rises)
-                .map(|(h, rise)| if rise.is_nan() { f64::NEG_INFINITY } else { h - 0.5 * rise })
-                .collect();
+            let mut heights = vec![f64::NEG_INFINITY; self.heights.len()];
+            let own = self.points.clone().zip(rises).filter(|(_, rise)| !rise.is_nan());
+            own.for_each(|(k, rise)| heights[k] = self.heights[k] - 0.5 * rise);
             sum += share * spread_of(self.joint, &heights);
             total += share;
         }
         sum / total
     }
+}
+
+/// Which points count: those that are likely, and their neighbours.
+fn counting(heights: &[f64]) -> Vec<bool> {
+    let top = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let around = |k: usize| &heights[k.saturating_sub(NEAR)..(k + NEAR + 1).min(heights.len())];
+    (0..heights.len()).map(|k| around(k).iter().any(|h| *h >= top - UNLIKELY)).collect()
 }

@@ -3,6 +3,7 @@ use super::*;
 use crate::base::Power;
 use crate::columns::{Scales, Term};
 use crate::curve::Spread;
+use crate::tails::Tails;
 
 /// A sequence of numbers between 0 and 1, and normal ones.
 struct Dice(u64);
@@ -35,6 +36,7 @@ fn curve(spread: Spread) -> Curve {
         mean: vec![1.0, 0.0],
         deviations: vec![vec![0.01, 0.0], vec![0.0, 0.005]],
         spread,
+        tails: Tails::default(),
     }
 }
 
