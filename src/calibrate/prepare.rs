@@ -25,6 +25,8 @@ const ABSURD: f64 = 0.5;
 const CERTAIN: f64 = 3.0;
 /// It is not known where it may be more than this share of a usual signal.
 const DETERMINED: f64 = 0.02;
+/// A tap of the wrong sign that is so many standard deviations off what is expected is no noise.
+const NOISY: f64 = 4.0;
 
 /// Rows that are ready to be calibrated from.
 pub struct Prepared {
@@ -94,7 +96,8 @@ pub fn prepare(
             true => spec_model(data, rig, &taps, sign, gauge, open)?.map_err(|why| no_exact = Some(why)).ok(),
             false => None,
         };
-        let all = !known && signs.len() == 1;
+        // Of one side alone what is left with the other sign is noise about the zero.
+        let all = signs.len() == 1;
         let zero_error = between.map_or(f64::INFINITY, |[_, error]| error);
         let learnt = {
             let (taps, zeros, mean) = (&taps, &zeros, tared.value);
@@ -128,7 +131,10 @@ pub fn prepare(
             // Nothing says what it is.
             (unread, tared.error) = (0.0, 0.0);
         }
-        let of_other = |t: &Tap| t.reason.is_none() && !signs.contains(&t.signal.signum());
+        let weak = weak(&taps, signs[0]);
+        let of_other = |t: &Tap| {
+            t.reason.is_none() && !signs.contains(&t.signal.signum()) && !weak.contains(&t.place)
+        };
         let lost = taps.iter().filter(|t| of_other(t)).count();
         if lost as f64 > LOST * taps.len() as f64 {
             let error = InputError::new(
@@ -242,13 +248,18 @@ fn signs(data: &Data, taps: &mut [Tap], [read, whisker]: [bool; 2]) -> Result<Ve
     if let Some(sign) = if read { None } else { turned(taps, data.unit.signal().is_none()) } {
         return Ok(vec![sign]);
     }
-    let of = |sign: f64| move |t: &&Tap| t.reason.is_none() && t.signal.signum() == sign;
+    let with = |sign: f64| move |t: &&Tap| t.reason.is_none() && t.signal.signum() == sign;
+    let [plus, minus] = [1.0, -1.0].map(|sign| taps.iter().filter(with(sign)).count());
+    let (most, least) = if plus >= minus { (1.0, -1.0) } else { (-1.0, 1.0) };
+    let weak = weak(taps, most);
+    let of = |sign: f64| {
+        let weak = &weak;
+        move |t: &&Tap| with(sign)(t) && (sign == most || !weak.contains(&t.place))
+    };
     let count = |sign: f64| taps.iter().filter(of(sign)).count();
     let distances = |sign: f64| {
         crate::estimator::cells::Levels::of(taps.iter().filter(of(sign)).map(|t| t.group[0])).len()
     };
-    let (plus, minus) = (count(1.0), count(-1.0));
-    let (most, least) = if plus >= minus { (1.0, -1.0) } else { (-1.0, 1.0) };
     if plus + minus == 0 {
         let reasons: std::collections::BTreeSet<String> =
             taps.iter().filter_map(|t| t.reason.as_ref()).map(|r| r.word().to_owned()).collect();
@@ -283,6 +294,25 @@ fn signs(data: &Data, taps: &mut [Tap], [read, whisker]: [bool; 2]) -> Result<Ve
     }
     taps.iter_mut().filter(|t| of(least)(&&**t)).for_each(|t| t.reason = Some(Reason::OtherSide));
     Ok(vec![most])
+}
+
+/// Places of taps of the other sign than `most` that may be noise: less far off the power law of the others than [`NOISY`] times what the weakest third
+/// of these are.
+fn weak(taps: &[Tap], most: f64) -> Vec<usize> {
+    let sound = || taps.iter().filter(|t| t.reason.is_none());
+    let point = |t: &Tap| [t.group[0], t.group[1], most * t.signal];
+    let strong: Vec<[f64; 3]> = sound().map(point).filter(|p| p[2] > 0.0).collect();
+    if strong.len() == sound().count() {
+        return Vec::new();
+    }
+    let Some(law) = power(&strong, Some(0.0), false) else { return Vec::new() };
+    let expected = |p: &[f64; 3]| law.factor * law.power.value(p[0], p[1]);
+    let mut off: Vec<[f64; 2]> = strong.iter().map(|p| [expected(p), (p[2] - expected(p)).abs()]).collect();
+    off.sort_by(|p, q| p[0].total_cmp(&q[0]));
+    let mut weakest: Vec<f64> = off[..off.len().div_ceil(3)].iter().map(|p| p[1]).collect();
+    let noise = 1.4826 * crate::reduce::median(&mut weakest);
+    let near = |t: &&Tap| most * t.signal <= 0.0 && expected(&point(t)) - most * t.signal <= NOISY * noise;
+    sound().filter(near).map(|t| t.place).collect()
 }
 
 /// Side of the gauge that `sign` means: tension is the contact side. A reading of unknown unit says nothing about it: most of its

@@ -88,7 +88,7 @@ impl Columns {
             [one] => *one,
             [] => match said.channel() {
                 Some(channel) => return Err(channel.missing(names)),
-                None => return Err(missing("strain", names)),
+                None => return Err(no_signal(names)),
             },
             several => {
                 let found: Vec<&str> = several.iter().map(|(_, place)| names[*place].as_str()).collect();
@@ -149,6 +149,24 @@ fn has(name: &str, words: &[&str]) -> bool {
 /// Whether a name that is no column may be that of a drive as well as of anything else.
 pub fn may_drive(name: &str) -> bool {
     has(name, &["step", "steps", "mm", "position", "pos", "stage", "travel", "stroke", "weg"])
+}
+
+/// That no column is a signal, and which one may be meant.
+fn no_signal(names: &[String]) -> InputError {
+    const UNITS: [(&[&str], &str); 3] = [
+        (&["µε", "με", "µstrain", "μstrain", "ustrain", "ue"], "microstrain"),
+        (&["strain", "ε", "dehnung"], "strain"),
+        (&["mv"], "bridge"),
+    ];
+    let role = |name: &str| UNITS.into_iter().find(|(words, _)| has(name, words)).map(|u| u.1);
+    match names.iter().find_map(|name| Some((role(name)?, name))) {
+        Some((role, name)) => {
+            let error =
+                InputError::new("this column looks like the signal, but it is none by name").key(name);
+            error.allowed(format!("one of {}; or {}", signal_names(), said_as(role, name)))
+        }
+        None => missing("strain", names),
+    }
 }
 
 /// `--columns` with the column `name` as `role`, as a shell takes it.

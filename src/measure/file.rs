@@ -9,7 +9,7 @@ use super::group::rounded;
 pub use super::names::DISTANCE;
 use super::others::Others;
 use super::runs::{Runs, forward};
-use super::text::{Decimals, OTHER_MARK, fields, separator};
+use super::text::{Decimals, OTHER_MARK, fields, lines, separator};
 use super::{
     columns::{Columns, all_names, followed, missing},
     names::Names,
@@ -132,7 +132,7 @@ impl Data {
             let line = 1 + bytes[..e.valid_up_to()].iter().filter(|&&b| b == b'\n').count();
             InputError::new("this data file is not UTF-8 text; save it as UTF-8 CSV").at(label, Some(line))
         })?;
-        let mut lines = (1..).zip(text.lines()).filter(|(_, l)| !l.trim().is_empty() && !l.starts_with('#'));
+        let mut lines = (1..).zip(lines(text)).filter(|(_, l)| !l.trim().is_empty() && !l.starts_with('#'));
         let Some((line, header)) = lines.next() else {
             let message = "this file is empty; its first line must name the columns";
             return Err(InputError::new(message).at(label, None).allowed(all_names()));

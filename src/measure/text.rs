@@ -2,6 +2,12 @@
 
 use std::borrow::Cow;
 
+/// The lines of a file, without their ends: LF, CR LF, or, where no LF stands in it, CR alone.
+pub fn lines(text: &str) -> impl Iterator<Item = &str> {
+    let end = if text.contains('\n') { '\n' } else { '\r' };
+    text.split_terminator(end).map(|line| line.strip_suffix('\r').unwrap_or(line))
+}
+
 /// What separates the fields of `line`: `;` or a tab where one stands outside quotes, else a comma.
 pub fn separator(line: &str) -> char {
     let mut quoted = false;

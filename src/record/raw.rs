@@ -4,7 +4,7 @@ use crate::error::InputError;
 use crate::measure::Unit;
 use crate::measure::columns::Columns;
 use crate::measure::names::Names;
-use crate::measure::text::{Decimals, OTHER_MARK, fields, separator};
+use crate::measure::text::{Decimals, OTHER_MARK, fields, lines, separator};
 use crate::scene::Drive;
 
 /// Samples at least.
@@ -37,7 +37,7 @@ impl Record {
     /// # Errors
     /// A column that is missing; a field that is no number; times that do not rise; too few samples.
     pub fn parse(file: &str, text: &str, said: &Names) -> Result<Self, InputError> {
-        let lines = || (1..).zip(text.trim_start_matches('\u{feff}').lines());
+        let lines = || (1..).zip(lines(text.trim_start_matches('\u{feff}')));
         let mut rows = lines().filter(|(_, line)| !line.starts_with('#') && !line.trim().is_empty());
         let (first, header) = rows.next().unwrap_or((1, ""));
         let mark = separator(header);

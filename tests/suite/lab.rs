@@ -273,6 +273,25 @@ fn names_of_columns_are_checked() {
     assert!(e.message.contains("dist"), "{e}");
 }
 
+#[test]
+fn a_signal_by_another_name_is_guessed_and_any_end_of_line_read() {
+    let read = |text: &str| {
+        vibrissa::measure::Data::parse_named("d.csv", text.as_bytes(), &Names::parse("a=a_mm").unwrap())
+    };
+    for (name, meant) in [("strain [µε]", "microstrain"), ("Dehnung", "strain"), ("mV/V", "bridge")] {
+        let e = read(&format!("a_mm,theta_deg,{name}\n30,2,100\n")).unwrap_err();
+        assert_eq!(e.key.as_deref(), Some(name));
+        assert!(e.allowed.as_ref().unwrap().contains(&format!("{meant}={name}")), "{e}");
+    }
+    let rows =
+        |end: &str| read(&["a_mm,theta_deg,strain", "30,2,1e-3", "40,2,5e-4", ""].join(end)).unwrap().rows;
+    assert_eq!(rows("\n").len(), 2);
+    for end in ["\r\n", "\r"] {
+        let same = rows(end).iter().zip(rows("\n")).all(|(p, q)| (p.line, p.value) == (q.line, q.value));
+        assert!(same && rows(end).len() == 2);
+    }
+}
+
 /// What labs do to a table: an offset, a drift, drives that jitter, microstrain, semicolons, decimal commas, two wrong labels.
 fn spoilt(table: &str, wrong: &[usize]) -> String {
     let comma = |x: f64| x.to_string().replace('.', ",");
