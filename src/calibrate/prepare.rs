@@ -132,9 +132,8 @@ pub fn prepare(
             (unread, tared.error) = (0.0, 0.0);
         }
         let weak = weak(&taps, signs[0]);
-        let of_other = |t: &Tap| {
-            t.reason.is_none() && !signs.contains(&t.signal.signum()) && !weak.contains(&t.place)
-        };
+        let of_other =
+            |t: &Tap| t.reason.is_none() && !signs.contains(&t.signal.signum()) && !weak.contains(&t.place);
         let lost = taps.iter().filter(|t| of_other(t)).count();
         if lost as f64 > LOST * taps.len() as f64 {
             let error = InputError::new(

@@ -2,6 +2,7 @@
 
 use crate::common::measuring::{REAL, calibrated, data, fresh, locator, prototype, rig, table};
 use crate::common::program::Desk;
+use crate::common::random::Random;
 use vibrissa::calibrate::{Calibrated, Options, Reason, calibrate};
 use vibrissa::estimator::{ALL, CURVE, LEARNED};
 use vibrissa::measure::{Rig, Row};
@@ -36,6 +37,36 @@ fn without_whisker(table: &str) -> Calibrated {
 
 fn told(found: &Calibrated, what: &str) -> bool {
     found.warnings.iter().any(|w| w.contains(what))
+}
+
+/// Far taps that are weaker than the noise: a range of 1 to 10, and 3 repeats.
+#[test]
+fn rows_whose_noise_turns_their_sign_are_used() {
+    let mut dice = Random(7);
+    let mut turned = 0;
+    for set in 0..6 {
+        let signal = |a: f64, u: f64| 1e-2 * (u / 6.0) * (10.0 / a).powf(2.4);
+        let noise = (0.3 + 0.12 * f64::from(set)) * signal(100.0, 1.0);
+        let mut text = String::from("a_mm,theta_deg,strain\n");
+        let zeros = if set % 2 == 0 { 12 } else { 0 };
+        (0..zeros).for_each(|_| text += &format!(",0,{}\n", noise * dice.normal()));
+        for k in 0..96 {
+            let (a, u) =
+                (10.0 * 10f64.powf(f64::from(k / 12) / 7.0), [1.0, 2.0, 4.0, 6.0][k as usize / 3 % 4]);
+            text += &format!("{a},{u},{}\n", signal(a, u) + noise * dice.normal());
+        }
+        // One slip of the sign, where no noise does it.
+        let slipped = text.replacen("\n10,6,", "\n10,6,-", 1);
+        for (text, others) in [(&text, 0), (&slipped, 1)] {
+            let found = without_whisker(text);
+            let other = found.taps.iter().filter(|t| t.reason == Some(Reason::OtherSide)).count();
+            let away = found.taps.iter().filter(|t| t.reason.is_some()).count();
+            assert_eq!((found.sides.len(), other), (1, others), "set {set}");
+            assert!(away <= others + 1, "set {set}: {away}");
+            turned += found.taps.iter().filter(|t| t.signal < 0.0 && t.reason.is_none()).count();
+        }
+    }
+    assert!(turned >= 6, "{turned}");
 }
 
 #[test]
