@@ -84,11 +84,12 @@ fn runs(found: &Calibrated, learnt: &Learnt) -> Vec<[f64; 2]> {
     let without = |run: &usize| {
         let (gone, left): (Vec<usize>, Vec<usize>) =
             learnt.places.iter().partition(|k| learnt.rows[**k].run == *run);
-        let Some(answers) = learnt.without(&left) else { return Vec::new() };
+        let drives: Vec<f64> = gone.iter().filter_map(|k| Some(found.taps[learnt.taps[*k]?].drive)).collect();
+        let Some(answers) = learnt.without(&left, &drives) else { return Vec::new() };
         let of = |k: usize| {
             let tap = &found.taps[learnt.taps[k]?];
             let known = Known { share: tap.zero_share(), same_run: false };
-            let at = answers.find(tap.drive, tap.signal.abs(), known).ok()?;
+            let at = answers.find(tap.drive, learnt.sign * tap.signal, known).ok()?;
             Some([at.a - tap.a, at.sigma])
         };
         gone.into_iter().filter_map(of).collect::<Vec<_>>()

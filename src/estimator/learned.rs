@@ -136,15 +136,14 @@ impl Estimator for Learned {
     fn leave_out<'a>(&'a self, side: &'a Measured<'a>, _: Option<&'a Fit>) -> LeaveOut<'a> {
         Box::new(move |gone| {
             let learnt = side.learned?;
-            let gone: std::collections::HashSet<usize> = side
-                .cells
-                .iter()
-                .filter(|c| gone.contains(&c.i))
-                .flat_map(|c| c.taps.iter().copied())
-                .collect();
+            let cells = || side.cells.iter().filter(|c| gone.contains(&c.i));
+            let of_taps = || cells().flat_map(|c| c.taps.iter().copied());
+            let drives: Vec<f64> =
+                cells().map(|c| c.drive).chain(of_taps().map(|t| side.taps[t].drive)).collect();
+            let gone: std::collections::HashSet<usize> = of_taps().collect();
             let kept = |k: &&usize| learnt.taps[**k].is_none_or(|tap| !gone.contains(&tap));
             let places: Vec<usize> = learnt.places.iter().filter(kept).copied().collect();
-            let answers = learnt.without(&places)?;
+            let answers = learnt.without(&places, &drives)?;
             Some(Box::new(move |k, drive, signal| {
                 // The taps of a cell are above zeros that were read.
                 let taps = &side.cells[k].taps;
@@ -208,6 +207,6 @@ impl Estimator for Learned {
                 Whisker::Known(Box::new(exact), r.whisker_drive_offset.unwrap_or(0.0))
             }
         };
-        Ok(Some(Box::new(Inverted::new(curve, whisker, [r.zero_read, r.zero_known]))))
+        Ok(Some(Box::new(Inverted::new(curve, whisker, [r.zero_read, r.zero_known], None))))
     }
 }

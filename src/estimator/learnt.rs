@@ -108,10 +108,10 @@ impl Learnt {
         curve.unit * (curve.spread.floor + curve.spread.relative).sqrt()
     }
 
-    /// What answers readings if only the rows at `places` are known; the learned numbers stay.
-    pub fn without(&self, places: &[usize]) -> Option<Inverted> {
+    /// What answers readings by these `drives` if only the rows at `places` are known; the learned numbers stay.
+    pub fn without(&self, places: &[usize], drives: &[f64]) -> Option<Inverted> {
         let fit = self.task(|task| fit(task, places, From::Held(&self.fit), true)).ok()?;
-        Some(self.inverted(&fit))
+        Some(self.inverted(&fit, drives))
     }
 
     /// What is expected of a tap at a (mm) by the drive u, above its zero.
@@ -127,10 +127,10 @@ impl Learnt {
         }
     }
 
-    /// What answers readings as `fit` says, of the same whisker.
-    fn inverted(&self, fit: &Fit) -> Inverted {
+    /// What answers readings by these drives as `fit` says, of the same whisker.
+    fn inverted(&self, fit: &Fit, drives: &[f64]) -> Inverted {
         let curve = Curve { zero: fit.curve.zero - self.subtracted, ..fit.curve.clone() };
-        Inverted::new(curve, self.whisker(fit), [self.zero_read, self.zero_known])
+        Inverted::new(curve, self.whisker(fit), [self.zero_read, self.zero_known], Some(drives))
     }
 }
 
@@ -147,11 +147,21 @@ pub struct Inverted {
 }
 
 impl Inverted {
-    pub(super) fn new(curve: Curve, whisker: Whisker, [zero_read, zero_known]: [bool; 2]) -> Self {
+    /// Of any drive, or of these alone.
+    pub(super) fn new(
+        curve: Curve,
+        whisker: Whisker,
+        [zero_read, zero_known]: [bool; 2],
+        drives: Option<&[f64]>,
+    ) -> Self {
         let reach = whisker.reach();
         let of = |base: &Base<'_>| {
             let needed = [!zero_read, zero_read || zero_known].into_iter().zip([false, true]);
-            let all = needed.map(|(needed, tared)| needed.then(|| Inverse::new(&curve, base, tared, reach)));
+            let new = |tared: bool| match drives {
+                Some(drives) => Inverse::of_drives(&curve, base, (tared, reach), drives),
+                None => Inverse::new(&curve, base, tared, reach),
+            };
+            let all = needed.map(|(needed, tared)| needed.then(|| new(tared)));
             all.collect::<Vec<_>>().try_into().expect("there are two")
         };
         Self { inverse: whisker.base(of), curve, whisker, zero_read, joints: Default::default() }

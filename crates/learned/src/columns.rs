@@ -161,7 +161,7 @@ pub struct Effects {
 pub struct Columns {
     /// Of each cell its row.
     pub matrix: DMatrix<f64>,
-    /// Of each column its prior.
+    /// Of each column its prior; those of new readings' [`terms`] are the last ones.
     pub columns: Vec<Column>,
     /// What is learned.
     pub hypers: Vec<Hyper>,
@@ -201,6 +201,26 @@ impl Columns {
             .map(|k| (*k, cells[*k].row))
             .map(|(k, row)| (k, values(&base.about(unit, row.a, row.u), scales, &terms, row.a, row.u)))
             .collect();
+        // Those of the curve last: then its covariance is that of the last rows of a factor alone.
+        let mut add = |hyper: Hyper, values: Vec<f64>| {
+            columns.push(Column { term: Term::Local, fixed: 0.0, learned: vec![at(hyper)] });
+            data.push(values);
+        };
+        for (hyper, effect) in [(Hyper::Position, position), (Hyper::Visit, visit)] {
+            for column in effect {
+                let mut values = vec![0.0; cells.len()];
+                taps.iter().zip(column).for_each(|(k, x)| values[*k] = slopes[*k] * x);
+                add(hyper, values);
+            }
+        }
+        for r in 0..if runs > 1 { runs } else { 0 } {
+            let here = |k: usize| if cells[k].row.run == r { 1.0 } else { 0.0 };
+            add(Hyper::RunZero, (0..cells.len()).map(here).collect());
+            add(Hyper::RunGain, (0..cells.len()).map(|k| here(k) * m[k]).collect());
+        }
+        if effects.drift {
+            ramps(cells).into_iter().for_each(|values| add(Hyper::Drift, values));
+        }
         for (j, term) in terms.iter().enumerate() {
             let (fixed, learned) = match *term {
                 Term::Curve(0, 0) => (FLAT, Vec::new()),
@@ -220,25 +240,6 @@ impl Columns {
             columns.push(Column { term: *term, fixed: 2.0 * fixed.ln(), learned });
             let of_rest = if *term == Term::Zero { 1.0 } else { 0.0 };
             data.push((0..cells.len()).map(|k| rows.get(&k).map_or(of_rest, |r| r[j])).collect());
-        }
-        let mut add = |hyper: Hyper, values: Vec<f64>| {
-            columns.push(Column { term: Term::Local, fixed: 0.0, learned: vec![at(hyper)] });
-            data.push(values);
-        };
-        for (hyper, effect) in [(Hyper::Position, position), (Hyper::Visit, visit)] {
-            for column in effect {
-                let mut values = vec![0.0; cells.len()];
-                taps.iter().zip(column).for_each(|(k, x)| values[*k] = slopes[*k] * x);
-                add(hyper, values);
-            }
-        }
-        for r in 0..if runs > 1 { runs } else { 0 } {
-            let here = |k: usize| if cells[k].row.run == r { 1.0 } else { 0.0 };
-            add(Hyper::RunZero, (0..cells.len()).map(here).collect());
-            add(Hyper::RunGain, (0..cells.len()).map(|k| here(k) * m[k]).collect());
-        }
-        if effects.drift {
-            ramps(cells).into_iter().for_each(|values| add(Hyper::Drift, values));
         }
         let matrix = DMatrix::from_fn(cells.len(), columns.len(), |i, j| data[j][i]);
         Self { matrix, columns, hypers }

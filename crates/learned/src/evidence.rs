@@ -45,12 +45,12 @@ pub struct Solved {
 }
 
 impl Solved {
-    /// L⁻¹ of B = L Lᵀ: products with it are fast, and B⁻¹ itself is not needed.
-    fn inverse_factor(&self) -> DMatrix<f64> {
+    /// L⁻¹ of B = L Lᵀ: products with it are fast, and B⁻¹ itself is not needed; only the columns from this one on.
+    fn inverse_factor(&self, from: usize) -> DMatrix<f64> {
         let l = self.factor.l_dirty();
         let n = l.nrows();
         let mut inverse = DMatrix::zeros(n, n);
-        for j in 0..n {
+        for j in from..n {
             inverse[(j, j)] = 1.0 / l[(j, j)];
             for k in j..n {
                 let x = inverse[(k, j)];
@@ -69,14 +69,17 @@ impl Solved {
 
     /// Covariance of the coefficients of `places`.
     pub fn covariance(&self, places: &[usize]) -> DMatrix<f64> {
-        let mut halves = self.inverse_factor().select_columns(places);
+        let from = places.iter().copied().min().unwrap_or(0);
+        let inverse = self.inverse_factor(from);
+        // Above its first column there is nothing.
+        let mut halves = inverse.rows(from, inverse.nrows() - from).select_columns(places);
         places.iter().zip(halves.column_iter_mut()).for_each(|(p, mut column)| column *= self.root[*p]);
         halves.transpose() * &halves
     }
 
     /// Variance of the expected signal of each cell, from all data.
     pub fn leverage(&self, repeats: impl Fn(usize) -> f64) -> Vec<f64> {
-        let t = self.inverse_factor() * self.scaled.transpose();
+        let t = self.inverse_factor(0) * self.scaled.transpose();
         let of = |i: usize| t.column(i).norm_squared() * self.variance[i] / repeats(i);
         (0..self.scaled.nrows()).map(of).collect()
     }
@@ -200,7 +203,7 @@ impl Problem {
 
     /// Gradient of [`Solved::value`] over the learned numbers' logarithms.
     pub fn gradient(&self, at: &[f64], solved: &Solved) -> Vec<f64> {
-        let inverse = solved.inverse_factor();
+        let inverse = solved.inverse_factor(0);
         let mut gradient: Vec<f64> = at.iter().zip(&self.priors).map(|(x, prior)| prior.slope(*x)).collect();
         let spectra = self.spectra(at);
         let lengths = [Hyper::LengthA, Hyper::LengthU].map(|h| self.place(h));

@@ -69,6 +69,34 @@ pub struct Inverse {
 impl Inverse {
     /// Of `curve` over its base, for readings whose own zero was taken off where `tared`; distances are looked for within `reach`, mm.
     pub fn new(curve: &Curve, base: &Base<'_>, tared: bool, reach: [f64; 2]) -> Self {
+        let [u, width] = curve.scales.u;
+        let nodes = match width > 0.0 {
+            true => (0..DRIVES)
+                .map(|k| u + 1.02 * width * (std::f64::consts::PI * (k as f64 + 0.5) / DRIVES as f64).cos())
+                .collect(),
+            false => vec![u],
+        };
+        Self::of_nodes(curve, base, (tared, reach), nodes)
+    }
+
+    /// The same for these drives alone, or for any where they are as many as the nodes of all.
+    pub fn of_drives(
+        curve: &Curve,
+        base: &Base<'_>,
+        (tared, reach): (bool, [f64; 2]),
+        drives: &[f64],
+    ) -> Self {
+        let mut nodes: Vec<f64> = drives.iter().map(|u| (u + curve.scales.offset).ln()).collect();
+        nodes.sort_by(f64::total_cmp);
+        nodes.dedup();
+        match curve.scales.u[1] > 0.0 && nodes.len() < DRIVES && nodes.iter().all(|x| x.is_finite()) {
+            true => Self::of_nodes(curve, base, (tared, reach), nodes),
+            false => Self::new(curve, base, tared, reach),
+        }
+    }
+
+    /// Of nodes in ln u.
+    fn of_nodes(curve: &Curve, base: &Base<'_>, (tared, reach): (bool, [f64; 2]), nodes: Vec<f64>) -> Self {
         let [middle, half] = curve.scales.a;
         let ends = [middle - half, middle + half];
         let known = matches!(base, Base::Known(..));
@@ -78,13 +106,6 @@ impl Inverse {
         let fades = (FADES[0] * 2.0 * half).max(if known { FADES[1] } else { 0.0 });
         let ends = [ends[0], ends[1], fades];
         let step = (to - from) / (POINTS - 1) as f64;
-        let [u, width] = curve.scales.u;
-        let nodes: Vec<f64> = match width > 0.0 {
-            true => (0..DRIVES)
-                .map(|k| u + 1.02 * width * (std::f64::consts::PI * (k as f64 + 0.5) / DRIVES as f64).cos())
-                .collect(),
-            false => vec![u],
-        };
         let offset = curve.scales.offset;
         let zero = if tared { 0.0 } else { curve.spread.zero * curve.unit.powi(2) };
         let one = |u: f64, k: usize| {
