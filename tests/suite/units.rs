@@ -231,8 +231,18 @@ fn taps_that_are_given_one_by_one_are_doubted_as_those_of_a_spec() {
         rig: 0,
     };
     let said = |n: usize, tap: &(dyn Fn(usize) -> Tuple + Sync)| {
-        spec::doubts_of_taps(Drive::Angle, n, None, tap, |column| column.name(Drive::Angle).to_owned())
+        let said = |ends| {
+            spec::doubts_of_taps(Drive::Angle, n, ends, tap, |column| column.name(Drive::Angle).to_owned())
+        };
+        // Where the ends of the columns are known, the same.
+        let mut ends = [spec::NO_ENDS; 9];
+        for k in 0..n {
+            ends.iter_mut().zip(tap(k).to_array()).for_each(|(ends, v)| *ends = spec::widened(*ends, v));
+        }
+        assert_eq!(said(Some(ends)), said(None));
+        said(None)
     };
+    assert_eq!(said(3, &|_| TAP), [""; 0]);
     let one = |tap: Tuple| said(1, &move |_| tap);
     let of_spec =
         |theta: f64| doubts(&whisker([10.0, 4.0, 50.0, 5.0, 2.0, 30.0], &format!("theta = {theta}\n")));
