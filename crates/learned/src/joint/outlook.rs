@@ -13,7 +13,7 @@ use std::ops::Range;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::object::{Object, likely, spread_of};
-use super::{Joint, NEAR};
+use super::{Joint, NEAR, lagrange};
 
 /// A point is not looked at whose ln p is so much below that of the highest one, seven standard deviations, and that has no neighbour that is above.
 const UNLIKELY: f64 = 25.0;
@@ -100,18 +100,39 @@ impl<'a> Outlook<'a> {
             points.iter().zip(slice.chunks(width)).map(|(p, s)| (1.0 + p[3]).ln() + s[1].ln()).collect();
         let (mut sum, mut total) = (0.0, 0.0);
         for (x, share) in &self.likely {
-            let y = self.joint.signal(u, self.joint.seen(*x, shift));
+            // What the taps so far say of the shared numbers, if the object is there, is in the next tap too.
+            let y = self.joint.signal(u, self.joint.seen(*x, shift)) + self.beside(*x, &points);
             let rise = |([signal, expected, alpha, k], ln): (&[f64; 4], &f64)| {
                 alpha * (y - signal - expected).powi(2) / (1.0 + k) + ln
             };
-            let rises = points.iter().zip(&logs).map(rise);
-            let mut heights = vec![f64::NEG_INFINITY; self.heights.len()];
+            let rises: Vec<f64> = points.iter().zip(&logs).map(rise).collect();
+            // A point that does not count stays far below the others.
+            let least = rises.iter().copied().fold(f64::INFINITY, f64::min);
+            let mut heights: Vec<f64> = self.heights.iter().map(|h| h - 0.5 * least).collect();
             let own = self.points.clone().zip(rises).filter(|(_, rise)| !rise.is_nan());
             own.for_each(|(k, rise)| heights[k] = self.heights[k] - 0.5 * rise);
             sum += share * spread_of(self.joint, &heights);
             total += share;
         }
         sum / total
+    }
+}
+
+impl Outlook<'_> {
+    /// What is expected at ln a = x beside the signal, of `points` whose second number it is; of the nearest one where not all around count.
+    fn beside(&self, x: f64, points: &[[f64; 4]]) -> f64 {
+        let (first, t) = self.joint.place(x);
+        let at = |k: usize| {
+            k.checked_sub(self.points.start).and_then(|k| points.get(k)).map_or(f64::NAN, |p| p[1])
+        };
+        let near: [f64; NEAR] = std::array::from_fn(|i| at(first + i));
+        let sum: f64 = lagrange(t).iter().zip(near).map(|(w, e)| w * e).sum();
+        if sum.is_finite() {
+            return sum;
+        }
+        let known = near.iter().enumerate().filter(|(_, e)| e.is_finite());
+        let off = |i: usize| (i as f64 - t).abs();
+        known.min_by(|(i, _), (k, _)| off(*i).total_cmp(&off(*k))).map_or(0.0, |(_, e)| *e)
     }
 }
 

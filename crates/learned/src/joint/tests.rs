@@ -276,16 +276,17 @@ fn an_outlook_is_what_taps_would_bring() {
         for (u, times) in [(1.5, 1.0), (4.0, 1.0), (4.0, 64.0)] {
             let (mut sum, mut total) = (0.0, 0.0);
             for (x, share) in outlook.likely() {
-                let mut then = object.clone();
-                let tap = Tap {
-                    u,
-                    y: joint.signal(u, *x),
-                    of_zero: if taps > 0 { 1e-9 } else { 0.0 },
-                    zero: 0,
-                    shift: 0.0,
+                let then = |y: f64| {
+                    let mut then = object.clone();
+                    let of_zero = if taps > 0 { 1e-9 } else { 0.0 };
+                    then.weigh(&joint, Tap { u, y, of_zero, zero: 0, shift: 0.0 }, false, times);
+                    then
                 };
-                then.weigh(&joint, tap, false, times);
-                sum += share * Outlook::new(&joint, &then, false).spread();
+                // The signal that is most likely if the object is there: the top of a parabola.
+                let (m, h) = (joint.signal(u, *x), 0.01 * size);
+                let [p, q, r] = [m - h, m, m + h].map(|y| modes::at(&joint, &then(y).heights(&joint), *x));
+                let most = m + 0.5 * h * (r - p) / (2.0 * q - p - r);
+                sum += share * Outlook::new(&joint, &then(most), false).spread();
                 total += share;
             }
             let (found, expected) = (outlook.after(u, 0.0, times), sum / total);
@@ -335,5 +336,32 @@ fn no_other_next_tap_is_better_by_two_per_cent() {
         let pairs = drives(33).map(after).fold(f64::INFINITY, f64::min);
         assert!(after(found.1) < 1.02 * pairs, "{taps} taps: {} {pairs}", after(found.1));
         object.add(&joint, tap(found.1), false);
+    }
+}
+
+#[test]
+fn what_all_taps_share_no_next_tap_takes_away() {
+    // A gain of one per cent, and hardly any noise.
+    let size = 2.5 * 32.0_f64.powf(-1.5);
+    for noise in [1e-3, 1e-5, 1e-6] {
+        let curve = curve(Spread { floor: (noise * size).powi(2), gain: 1e-4, ..Spread::default() });
+        let base = Base::Power(POWER);
+        let inverse = Inverse::new(&curve, &base, true, [0.0, f64::INFINITY]);
+        let joint = Joint::new(&curve, &base, true, &inverse);
+        let mut object = Object::new(&joint);
+        let mut dice = Dice(3);
+        for k in 0..60 {
+            let u = 1.5 + 0.5 * f64::from(k % 6);
+            let y = 1.012 * POWER.value(31.0, u) + noise * size * dice.normal();
+            object.add(&joint, Tap { u, y, of_zero: 0.0, zero: 0, shift: 0.0 }, false);
+            if [1, 3, 10, 30, 60].contains(&(k + 1)) {
+                let outlook = Outlook::new(&joint, &object, false);
+                let now = outlook.spread();
+                for (u, times) in [(1.5, 1.0), (4.0, 1.0), (4.0, 8.0), (4.0, 1e4)] {
+                    let then = outlook.after(u, 0.0, times);
+                    assert!((0.95..1.02).contains(&(then / now)), "{noise} {k} {u} {times}: {then} of {now}");
+                }
+            }
+        }
     }
 }
