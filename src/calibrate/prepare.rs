@@ -27,6 +27,8 @@ const CERTAIN: f64 = 3.0;
 const DETERMINED: f64 = 0.02;
 /// A tap of the wrong sign that is so many standard deviations off what is expected is no noise.
 const NOISY: f64 = 4.0;
+/// So many rows tell a scatter, or a side.
+const REPEATS: usize = 3;
 
 /// Rows that are ready to be calibrated from.
 pub struct Prepared {
@@ -87,7 +89,8 @@ pub fn prepare(
         zero::tare((data, rig), &mut taps, &mut tared, TaredBy::Fitted, found);
     }
     let known = read || between.is_some();
-    let signs = signs(data, &mut taps, [known, rig.known])?;
+    let rests: Vec<f64> = zeros.iter().filter(|z| z.reason.is_none()).map(|z| z.signal).collect();
+    let signs = signs(data, &mut taps, &rests, [known, rig.known])?;
     let mut no_exact = None;
     let mut sides = Vec::new();
     for &sign in &signs {
@@ -131,7 +134,7 @@ pub fn prepare(
             // Nothing says what it is.
             (unread, tared.error) = (0.0, 0.0);
         }
-        let weak = weak(&taps, signs[0]);
+        let weak = weak(&taps, signs[0], &rests);
         let of_other =
             |t: &Tap| t.reason.is_none() && !signs.contains(&t.signal.signum()) && !weak.contains(&t.place);
         let lost = taps.iter().filter(|t| of_other(t)).count();
@@ -241,16 +244,21 @@ fn is_one_curve(taps: &[&Tap], sign: f64) -> bool {
     left(&sides[1], Some(0.0)).is_none_or(|most| alone < most + few)
 }
 
-/// Signs of the sides to calibrate, that of most taps first; taps of a stray sign are set aside. Whether the zero was `read`, and the `whisker` is known,
+/// Signs of the sides to calibrate, that of most taps first; taps of a stray sign are set aside, but for those that `rests` show to be noise. Whether the zero was `read`, and the `whisker` is known,
 /// without which two distances of a side say nothing of it.
-fn signs(data: &Data, taps: &mut [Tap], [read, whisker]: [bool; 2]) -> Result<Vec<f64>, InputError> {
+fn signs(
+    data: &Data,
+    taps: &mut [Tap],
+    rests: &[f64],
+    [read, whisker]: [bool; 2],
+) -> Result<Vec<f64>, InputError> {
     if let Some(sign) = if read { None } else { turned(taps, data.unit.signal().is_none()) } {
         return Ok(vec![sign]);
     }
     let with = |sign: f64| move |t: &&Tap| t.reason.is_none() && t.signal.signum() == sign;
     let [plus, minus] = [1.0, -1.0].map(|sign| taps.iter().filter(with(sign)).count());
     let (most, least) = if plus >= minus { (1.0, -1.0) } else { (-1.0, 1.0) };
-    let weak = weak(taps, most);
+    let weak = weak(taps, most, rests);
     let of = |sign: f64| {
         let weak = &weak;
         move |t: &&Tap| with(sign)(t) && (sign == most || !weak.contains(&t.place))
@@ -295,11 +303,16 @@ fn signs(data: &Data, taps: &mut [Tap], [read, whisker]: [bool; 2]) -> Result<Ve
     Ok(vec![most])
 }
 
-/// Places of taps of the other sign than `most` that may be noise: less far off the power law of the others than [`NOISY`] times what the weakest third
-/// of these are.
-fn weak(taps: &[Tap], most: f64) -> Vec<usize> {
+/// Places of taps of the other sign than `most` that may be noise: less far off the power law of the others than [`NOISY`] times the noise. None of them is
+/// where some others of this sign are farther off: then it is a side. The noise is the least of what readings at rest, repeats of weak taps, and the
+/// weakest third of taps about the law scatter.
+fn weak(taps: &[Tap], most: f64, rests: &[f64]) -> Vec<usize> {
     let sound = || taps.iter().filter(|t| t.reason.is_none());
     let point = |t: &Tap| [t.group[0], t.group[1], most * t.signal];
+    let scatter = |of: &[f64]| {
+        let mean = of.iter().sum::<f64>() / of.len() as f64;
+        of.iter().map(|x| (x - mean).powi(2)).sum::<f64>()
+    };
     let strong: Vec<[f64; 3]> = sound().map(point).filter(|p| p[2] > 0.0).collect();
     if strong.len() == sound().count() {
         return Vec::new();
@@ -309,9 +322,24 @@ fn weak(taps: &[Tap], most: f64) -> Vec<usize> {
     let mut off: Vec<[f64; 2]> = strong.iter().map(|p| [expected(p), (p[2] - expected(p)).abs()]).collect();
     off.sort_by(|p, q| p[0].total_cmp(&q[0]));
     let mut weakest: Vec<f64> = off[..off.len().div_ceil(3)].iter().map(|p| p[1]).collect();
-    let noise = 1.4826 * crate::reduce::median(&mut weakest);
-    let near = |t: &&Tap| most * t.signal <= 0.0 && expected(&point(t)) - most * t.signal <= NOISY * noise;
-    sound().filter(near).map(|t| t.place).collect()
+    let mut noise = 1.4826 * crate::reduce::median(&mut weakest);
+    if rests.len() >= REPEATS {
+        noise = noise.min((scatter(rests) / (rests.len() - 1) as f64).sqrt());
+    }
+    let weak = off[off.len().div_ceil(3) - 1][0];
+    let mut cells = std::collections::BTreeMap::<[u64; 2], Vec<f64>>::new();
+    for p in strong.iter().filter(|p| expected(p) <= weak) {
+        cells.entry([p[0].to_bits(), p[1].to_bits()]).or_default().push(p[2]);
+    }
+    let (squares, freedom) =
+        cells.values().fold((0.0, 0), |(sum, n), all| (sum + scatter(all), n + all.len() - 1));
+    if freedom >= REPEATS {
+        noise = noise.min((squares / freedom as f64).sqrt());
+    }
+    let off = |t: &Tap| expected(&point(t)) - most * t.signal;
+    let (near, far): (Vec<&Tap>, Vec<&Tap>) =
+        sound().filter(|t| most * t.signal <= 0.0).partition(|t| off(t) <= NOISY * noise);
+    if far.len() >= REPEATS { Vec::new() } else { near.iter().map(|t| t.place).collect() }
 }
 
 /// Side of the gauge that `sign` means: tension is the contact side. A reading of unknown unit says nothing about it: most of its

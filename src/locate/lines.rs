@@ -61,8 +61,8 @@ impl<'a, R: Read> Source<'a, R> {
             let error = InputError::new("this file is not UTF-8 text, so its columns cannot be told by name");
             return Err(at(error.allowed("CSV saved as UTF-8")).into());
         }
-        if self.ask.label.is_some() && self.line.trim_ascii_end().contains(&b'\r') {
-            let error = InputError::new("the lines of this file end with CR alone");
+        if self.line.trim_ascii_end().contains(&b'\r') {
+            let error = InputError::new("these lines end with CR alone");
             return Err(at(error.allowed("lines that end with LF or CR LF")).into());
         }
         let header = match self.held.and_then(|n| text(&self.line, n)) {

@@ -154,7 +154,7 @@ pub fn may_drive(name: &str) -> bool {
 /// That no column is a signal, and which one may be meant.
 fn no_signal(names: &[String]) -> InputError {
     const UNITS: [(&[&str], &str); 3] = [
-        (&["µε", "με", "µstrain", "μstrain", "ustrain", "ue"], "microstrain"),
+        (&["µε", "με", "µstrain", "μstrain", "ustrain", "microstrain", "ue"], "microstrain"),
         (&["strain", "ε", "dehnung"], "strain"),
         (&["mv"], "bridge"),
     ];

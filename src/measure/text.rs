@@ -2,10 +2,18 @@
 
 use std::borrow::Cow;
 
-/// The lines of a file, without their ends: LF, CR LF, or, where no LF stands in it, CR alone.
+/// The lines of a file, without their ends: LF, CR LF, or CR alone.
 pub fn lines(text: &str) -> impl Iterator<Item = &str> {
-    let end = if text.contains('\n') { '\n' } else { '\r' };
-    text.split_terminator(end).map(|line| line.strip_suffix('\r').unwrap_or(line))
+    let mut rest = text;
+    std::iter::from_fn(move || {
+        if rest.is_empty() {
+            return None;
+        }
+        let end = rest.find(['\n', '\r']).unwrap_or(rest.len());
+        let (line, after) = rest.split_at(end);
+        rest = after.strip_prefix("\r\n").or_else(|| after.get(1..)).unwrap_or_default();
+        Some(line)
+    })
 }
 
 /// What separates the fields of `line`: `;` or a tab where one stands outside quotes, else a comma.

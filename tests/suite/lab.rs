@@ -286,6 +286,8 @@ fn a_signal_by_another_name_is_guessed_and_any_end_of_line_read() {
     let rows =
         |end: &str| read(&["a_mm,theta_deg,strain", "30,2,1e-3", "40,2,5e-4", ""].join(end)).unwrap().rows;
     assert_eq!(rows("\n").len(), 2);
+    // Whatever ends a comment or the last line.
+    assert_eq!(read("# lab 3\na_mm,theta_deg,strain\r30,2,1e-3\r40,2,5e-4\n").unwrap().rows.len(), 2);
     for end in ["\r\n", "\r"] {
         let same = rows(end).iter().zip(rows("\n")).all(|(p, q)| (p.line, p.value) == (q.line, q.value));
         assert!(same && rows(end).len() == 2);
