@@ -21,7 +21,7 @@ impl Tails {
         let row = |row: &[f64; PARTS]| row.iter().zip(parts).map(|(c, p)| c * p).sum::<f64>();
         let uncertain =
             self.0.iter().zip(parts).map(|(r, p)| p * row(r)).sum::<f64>() / (variance * variance);
-        if !(uncertain > 0.0) {
+        if uncertain.is_nan() || uncertain <= 0.0 {
             return 1.0;
         }
         let inverse = 1.0 / (4.0 + 2.0 / uncertain);
