@@ -159,13 +159,14 @@ fn no_signal(names: &[String]) -> InputError {
         (&["mv"], "bridge"),
     ];
     let role = |name: &str| UNITS.into_iter().find(|(words, _)| has(name, words)).map(|u| u.1);
+    let known: Vec<&str> = names.iter().map(String::as_str).collect();
     match names.iter().find_map(|name| Some((role(name)?, name))) {
-        Some((role, name)) => {
+        Some((role, name)) if crate::error::nearest("strain", &known).is_none() => {
             let error =
                 InputError::new("this column looks like the signal, but it is none by name").key(name);
             error.allowed(format!("one of {}; or {}", signal_names(), said_as(role, name)))
         }
-        None => missing("strain", names),
+        _ => missing("strain", names),
     }
 }
 

@@ -222,7 +222,7 @@ fn every_column_from_measurement_to_distance_is_described() {
         described_all(&desk, "calibrate", &made);
         let column = if signal == "reading" { signal } else { "strain" };
         desk.write("readings.csv", format!("theta_deg,{column}\n2,0.01\n"));
-        desk.run(&["locate", &calibration, "readings.csv", "--out", &read]).exits(0);
+        desk.run(&["locate", &calibration, "readings.csv", "--interval", "--out", &read]).exits(0);
         described_all(&desk, "locate", &read);
         traced(&desk, signal, &calibration);
     }

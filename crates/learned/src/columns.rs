@@ -168,6 +168,11 @@ pub struct Columns {
 }
 
 impl Columns {
+    /// Places of the columns of new readings' `terms`.
+    pub fn places(&self, terms: &[Term]) -> std::ops::Range<usize> {
+        self.columns.len() - terms.len()..self.columns.len()
+    }
+
     /// Of `cells` with `base`, which is divided by `unit`; `slopes` are ∂ signal/∂ ln a of each, in the same unit.
     pub fn new(
         cells: &[Cell],

@@ -174,8 +174,7 @@ pub fn fit(task: &Task<'_>, places: &[usize], from: From<'_>, average: bool) -> 
         return Err(Fault::Overflow);
     }
     let terms = terms(known, scales.u[1] > 0.0);
-    let columns = problem.model.columns.len();
-    let kept: Vec<usize> = (columns - terms.len()..columns).collect();
+    let kept: Vec<usize> = problem.model.places(&terms).collect();
     // One fold of many need not be averaged as finely.
     let (fold, widths) = if let From::Held(whole) = from { (4, Some(&whole.widths)) } else { (1, None) };
     let points = if average { points(merged.len()) / fold } else { 0 };
@@ -196,7 +195,7 @@ pub fn fit(task: &Task<'_>, places: &[usize], from: From<'_>, average: bool) -> 
         c.term == Term::Zero
             || [Hyper::RunZero, Hyper::Drift].iter().any(|h| own(*h).is_some_and(|k| c.learned.contains(&k)))
     };
-    let movers: Vec<usize> = (0..columns).filter(|j| moves_zero(*j)).collect();
+    let movers: Vec<usize> = (0..problem.model.columns.len()).filter(|j| moves_zero(*j)).collect();
     let zero_of =
         |i: usize| movers.iter().map(|j| problem.model.matrix[(i, *j)] * peak.solved.mean[*j]).sum::<f64>();
     let zeros = (0..merged.len()).map(|i| zero + unit * zero_of(i)).collect();

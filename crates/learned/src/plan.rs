@@ -150,11 +150,11 @@ impl Planner {
         }
         weights.iter_mut().for_each(|w| *w /= places);
         let n = cells.len();
+        let first = problem.model.places(&terms).start;
         let entry = |i: usize, k: usize| {
-            let x = if i < n {
-                problem.model.matrix[(i, k)]
-            } else {
-                asked[i - n].get(k).copied().unwrap_or(0.0)
+            let x = match i < n {
+                true => problem.model.matrix[(i, k)],
+                false => k.checked_sub(first).map_or(0.0, |k| asked[i - n][k]),
             };
             x * roots[k]
         };
