@@ -10,6 +10,7 @@
 //! # Ok::<(), vibrissa::error::Error>(())
 //! ```
 
+mod batch;
 pub mod calibration;
 pub mod free;
 mod group;

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::io::Read;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use super::batch::{Answer, Batch};
 use super::group::Group;
 use super::kept::{Kept, added};
 use super::lines::Source;
@@ -307,67 +308,6 @@ pub(super) fn tares(
     Ok((0..who.signals()).map(tare).collect())
 }
 
-/// What a line is answered by.
-enum Answer {
-    Known(Located),
-    Contact(Box<Spatial>),
-    UnlocatedTap(Reading),
-}
-
-/// Lines that are answered together.
-#[derive(Default)]
-struct Batch {
-    /// What stands before the answers, line after line.
-    asked: Vec<u8>,
-    /// Of each line where that ends, its answer, and what follows it.
-    answers: Vec<(usize, Answer, Option<Vec<u8>>)>,
-}
-
-impl Batch {
-    /// Writes the lines with their answers into `out`, and forgets them.
-    fn answer(
-        &mut self,
-        who: Answerer<'_>,
-        interval: bool,
-        out: &mut Vec<u8>,
-        counts: &mut Counts,
-    ) -> Result<(), Error> {
-        let answers = std::mem::take(&mut self.answers);
-        let (mut taps, mut known) = (Vec::new(), Vec::with_capacity(answers.len()));
-        for (to, answer, more) in answers {
-            let found = match answer {
-                Answer::Known(located) => Some(Spatial { located, ..Spatial::nothing(located.status) }),
-                Answer::Contact(found) => Some(*found),
-                Answer::UnlocatedTap(tap) => {
-                    taps.push(tap);
-                    None
-                }
-            };
-            known.push((to, found, more));
-        }
-        let mut located = who.answer(&taps)?.into_iter();
-        let mut from = 0;
-        for (to, found, more) in known {
-            let found = found.or_else(|| located.next()).unwrap_or(Spatial::nothing(Status::BAD_INPUT));
-            note(counts, found.located.status);
-            out.extend_from_slice(&self.asked[from..to]);
-            let numbers = found.numbers();
-            let (first, more_of_two) = numbers.split_at(2);
-            let ends = found.located.interval.iter().filter(|_| interval);
-            let of_two = more_of_two.iter().filter(|_| who.is_twofold());
-            row(out, first.iter().chain(ends).chain(of_two), found.located.status);
-            if let Some(more) = more {
-                out.push(b',');
-                out.extend(more);
-            }
-            out.push(b'\n');
-            from = to;
-        }
-        self.asked.clear();
-        Ok(())
-    }
-}
-
 /// Whether a reading is of the one drive of a calibration whose drive was not recorded: that of the first reading is taken as it.
 fn same(one: &mut Option<f64>, drive: f64, locator: &Locator, ask: &Ask<'_>) -> bool {
     if one.is_none() && drive != UNRECORDED {
@@ -380,25 +320,6 @@ fn same(one: &mut Option<f64>, drive: f64, locator: &Locator, ask: &Ask<'_>) -> 
     }
     let one = *one.get_or_insert(drive);
     drive > 0.0 && (drive - one).abs() <= JITTER * one
-}
-
-fn note(counts: &mut Counts, status: Status) {
-    if status == Status::OK {
-        *counts.status.entry("ok").or_default() += 1;
-    }
-    for word in status.words() {
-        *counts.status.entry(word).or_default() += 1;
-    }
-}
-
-/// One answer; what is missing stays empty.
-fn row<'a>(out: &mut Vec<u8>, numbers: impl Iterator<Item = &'a f64>, status: Status) {
-    numbers.for_each(|x| number(out, *x));
-    if status == Status::OK {
-        out.extend(b"ok");
-    } else {
-        out.extend(status.to_string().bytes());
-    }
 }
 
 /// A field, empty where there is no number, and the comma after it.
