@@ -6,7 +6,7 @@ use vibrissa_learned::base::{Base, Power};
 use vibrissa_learned::curve::{Curve, Weights};
 use vibrissa_learned::fit::{Fit, From, Task, fit};
 use vibrissa_learned::invert::{Answer, Inverse, Nothing};
-use vibrissa_learned::joint::{Joint, Object, Told as Together};
+use vibrissa_learned::joint::{Joint, Object, Told};
 use vibrissa_learned::rows::Row;
 
 use super::model::Found;
@@ -192,7 +192,7 @@ impl Inverted {
     }
 
     /// The interval that holds the distance of an object with 95 %, mm.
-    pub fn ends(&self, object: &Object, told: &Together, tared: bool, same_run: bool) -> [f64; 2] {
+    pub fn ends(&self, object: &Object, told: &Told, tared: bool, same_run: bool) -> [f64; 2] {
         let joint = self.joint(tared);
         let variance = (told.sigma / (told.a - object.frame())).powi(2);
         let longer = object.weights(joint, told.a, same_run);
