@@ -101,6 +101,15 @@ impl<T: Real> SectionLaw<T> {
         }
     }
 
+    /// Young's modulus of small strains, MPa.
+    #[inline(always)]
+    pub fn modulus(&self) -> T {
+        match self {
+            Self::Linear(e) => *e,
+            Self::Hyperelastic(Hyperelastic([c10, c01, ..])) => (*c10 + *c01) * 6.0,
+        }
+    }
+
     /// Whether the law is linear, hence without a range of validity.
     pub fn is_linear(&self) -> bool {
         matches!(self, Self::Linear(_))

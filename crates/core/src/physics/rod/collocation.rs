@@ -6,10 +6,13 @@
 
 mod rule;
 
+use std::array::from_fn;
+use std::f64::consts::PI;
+
 use super::gradient::{INPUTS, Traced, UNKNOWNS};
 use super::statics::{Bent, EndLoad, Whisker};
 use crate::physics::number::Number;
-use crate::physics::real::{Dual, Real};
+use crate::physics::real::{Dual, Real, Vector};
 use crate::physics::section::SectionStrain;
 use rule::{FEW, MANY, OF_FEW, OF_MANY, Row, Table, add, add_each, dot, follow, largest, less};
 
@@ -28,9 +31,8 @@ const LANES: usize = UNKNOWNS + INPUTS;
 /// Derivatives of the rates of ψ, x, y and the gauge's elongation, per w, by ψ and by u.
 type Stiffness<const N: usize> = [[Row<N>; 2]; 4];
 
-/// Change of the shape, relative to its largest, after which it is not changed any more: the next would be its square, but derivatives are those of the
-/// sections before it.
-const SETTLED: f64 = 1e-11;
+/// Change of the shape, relative to its largest, after which it is not changed any more: the next would be its square.
+const SETTLED: f64 = 1e-7;
 
 /// What the linear equation leaves of its first change while the shape is sought.
 const BEGUN: f64 = 1e-4;
@@ -167,12 +169,20 @@ impl EndLoad<Traced> {
             }
         }
         let (both, still) = (pair(&by, ratio), [0.0; N]);
-        for rates in slopes.iter_mut().filter(|rates| rates.iter().any(|rate| *rate != still)) {
-            let leaves = less(&rates[1], ratio, &rates[2]);
-            let apart = follow::<FMA, N>(table, &both, [&rates[0], &leaves], [&still; 2], 0.0)?;
-            for c in 0..4 {
-                add_each::<FMA, N>(&mut rates[c], &by[c][0], &apart[0]);
-                add_each::<FMA, N>(&mut rates[c], &by[c][1], &apart[1]);
+        let pushed = |rates: &[Row<N>; 4]| [rates[0], less(&rates[1], ratio, &rates[2])];
+        let mut moved: [usize; LANES] = from_fn(|k| k);
+        let moving = |k: &usize| slopes[*k].iter().any(|rate| *rate != still);
+        let count = (0..LANES).filter(moving).zip(&mut moved).map(|(k, place)| *place = k).count();
+        for lanes in moved[..count].chunks(2) {
+            // A last one that is alone goes beside itself.
+            let two = [lanes[0], lanes[lanes.len() - 1]];
+            let rates = two.map(|k| pushed(&slopes[k]));
+            let apart = follow::<FMA, N, 2>(table, &both, &rates, [&still; 2], 0.0)?;
+            for (k, [turned, left]) in lanes.iter().zip(&apart) {
+                for (rate, by) in slopes[*k].iter_mut().zip(&by) {
+                    add_each::<FMA, N>(rate, &by[0], turned);
+                    add_each::<FMA, N>(rate, &by[1], left);
+                }
             }
         }
         let mut tails = [0.0_f64; 4];
@@ -240,6 +250,33 @@ impl EndLoad<Traced> {
         finite.then(|| Bent::from(bent))
     }
 
+    /// The shape to first order: what the moment on the straight rod bends, and how that shortens it.
+    #[inline(always)]
+    fn straight<const FMA: bool, const N: usize>(
+        &self,
+        table: &Table<N>,
+        rod: &Whisker<'_, Traced>,
+        places: &[[Traced; 2]; N],
+    ) -> Shape<N> {
+        let (arc, modulus) = (self.arc.value, rod.law.modulus().value);
+        let (force, point) = (self.force.map(|x| x.value), self.point.map(|x| x.value));
+        let (taper, still) = (rod.taper.map(|x| x.value), [0.0; N]);
+        let mut at = [still; 5];
+        let mut rate = still;
+        for j in 0..N {
+            let [sigma, weight] = places[j].map(|x| x.value);
+            let radius = taper.radius(arc - sigma);
+            let moment = Vector::new(point.x + sigma, point.y).perp_dot(force);
+            at[4][j] = moment * 4.0 / (PI * modulus * radius.powi(3));
+            rate[j] = -at[4][j] / radius * weight;
+        }
+        [at[0]] = table.integrate::<FMA, 1>([&rate], &still);
+        let [shorter, lower] = [|psi: f64| 0.5 * psi * psi, |psi: f64| -psi]
+            .map(|of| from_fn(|j| of(at[0][j]) * places[j][1].value));
+        [at[1], at[2]] = table.integrate::<FMA, 2>([&shorter, &lower], &still);
+        at
+    }
+
     /// The shape of the rod under this load, from `begun` on, and how its rates change with it.
     #[inline(always)]
     fn settled<const FMA: bool, const N: usize>(
@@ -256,8 +293,9 @@ impl EndLoad<Traced> {
         };
         let bare = rod.map(|x| Local::of(x.value))?;
         let ratio = self.force.x.value / self.force.y.value;
-        let mut at = begun.unwrap_or([[0.0; N]; 5]);
-        for step in 0..MOST_STEPS {
+        let mut at = begun.unwrap_or_else(|| self.straight::<FMA, N>(table, rod, places));
+        let mut last = f64::INFINITY;
+        for _ in 0..MOST_STEPS {
             let (mut rates, mut by, before) = ([[0.0; N]; 4], [[[0.0; N]; 2]; 4], at[4]);
             for j in 0..N {
                 let (psi, x) = (Local::seed(at[0][j], 0, 1.0), Local::seed(at[1][j], 1, 1.0));
@@ -274,29 +312,22 @@ impl EndLoad<Traced> {
                     by[c][1][j] = slope.rate[c].slope[1] * weight;
                 }
             }
-            let (leaves, u) = (less(&rates[1], ratio, &rates[2]), less(&at[1], ratio, &at[2]));
-            let apart =
-                follow::<FMA, N>(table, &pair(&by, ratio), [&rates[0], &leaves], [&at[0], &u], BEGUN)?;
-            let mut last = largest(&less(&at[4], 1.0, &before)) / largest(&at[4]).max(f64::MIN_POSITIVE);
-            for c in 0..3 {
-                add_each::<FMA, N>(&mut rates[c], &by[c][0], &apart[0]);
-                add_each::<FMA, N>(&mut rates[c], &by[c][1], &apart[1]);
-                let change = table.integrate::<FMA>(&rates[c], &at[c]);
-                add::<false, N>(&mut at[c], 1.0, &change);
-                let (change, size) = (largest(&change), largest(&at[c]));
-                last = last.max(if change > 0.0 { change / size } else { change });
-            }
             if last <= SETTLED {
                 // Derivatives end later than values.
                 let doubtful = rod.skin.is_none() && N < MANY && table.tail(&rates[3]) > 0.2 * TAIL;
                 return (!doubtful).then_some((at, by));
             }
-            if step == 0 && begun.is_none() {
-                // A straight rod does not tell how it shortens: by ψ²/2.
-                for j in 0..N {
-                    rates[1][j] += 0.5 * at[0][j] * at[0][j] * places[j][1].value;
-                }
-                at[1] = table.integrate::<FMA>(&rates[1], &[0.0; N]);
+            let (leaves, u) = (less(&rates[1], ratio, &rates[2]), less(&at[1], ratio, &at[2]));
+            let pushed = [[rates[0], leaves]];
+            let [apart] = follow::<FMA, N, 1>(table, &pair(&by, ratio), &pushed, [&at[0], &u], BEGUN)?;
+            last = largest(&less(&at[4], 1.0, &before)) / largest(&at[4]).max(f64::MIN_POSITIVE);
+            for c in 0..3 {
+                add_each::<FMA, N>(&mut rates[c], &by[c][0], &apart[0]);
+                add_each::<FMA, N>(&mut rates[c], &by[c][1], &apart[1]);
+                let [change] = table.integrate::<FMA, 1>([&rates[c]], &at[c]);
+                add::<false, N>(&mut at[c], 1.0, &change);
+                let (change, size) = (largest(&change), largest(&at[c]));
+                last = last.max(if change > 0.0 { change / size } else { change });
             }
         }
         None

@@ -1,5 +1,6 @@
 //! Functions by their values at Gauss's nodes: integrals, series, and a linear equation of two of them.
 
+use std::array::from_fn;
 use std::sync::LazyLock;
 
 use crate::physics::nodes::Nodes;
@@ -33,24 +34,30 @@ pub static OF_MANY: LazyLock<Table<MANY>> = LazyLock::new(Table::new);
 impl<const N: usize> Table<N> {
     fn new() -> Self {
         let Nodes { points, weights, integral, legendre } = Nodes::of(N);
-        let row = |of: &dyn Fn(usize) -> f64| std::array::from_fn(of);
+        let row = |of: &dyn Fn(usize) -> f64| from_fn(of);
         Self {
             points: row(&|i| points[i]),
             weights: row(&|i| weights[i]),
-            integral: std::array::from_fn(|j| row(&|i| integral[i][j])),
-            legendre: std::array::from_fn(|k| row(&|j| legendre[k][j])),
+            integral: from_fn(|j| row(&|i| integral[i][j])),
+            legendre: from_fn(|k| row(&|j| legendre[k][j])),
         }
     }
 
-    /// ∫ of `rate` from 0 to each node, less `from`.
+    /// ∫ of each of `rates` from 0 to each node, less `from`: side by side, for a sum waits for its last term.
     #[inline(always)]
-    pub fn integrate<const FMA: bool>(&self, rate: &Row<N>, from: &Row<N>) -> Row<N> {
-        let mut sum = [0.0; N];
-        for (x, column) in rate.iter().zip(&self.integral) {
-            add::<FMA, N>(&mut sum, *x, column);
+    pub fn integrate<const FMA: bool, const M: usize>(
+        &self,
+        rates: [&Row<N>; M],
+        from: &Row<N>,
+    ) -> [Row<N>; M] {
+        let mut sums = [[0.0; N]; M];
+        for (j, column) in self.integral.iter().enumerate() {
+            for (sum, rate) in sums.iter_mut().zip(rates) {
+                add::<FMA, N>(sum, rate[j], column);
+            }
         }
-        add::<false, N>(&mut sum, -1.0, from);
-        sum
+        sums.iter_mut().for_each(|sum| add::<false, N>(sum, -1.0, from));
+        sums
     }
 
     /// Weights of the interpolant at `w`, and of its integral from 0 to there.
@@ -120,33 +127,44 @@ pub fn largest<const N: usize>(x: &Row<N>) -> f64 {
     most[0].max(most[1]).max(most[2]).max(most[3])
 }
 
-/// How two functions follow: their distances from `from`, where their rates are `rates` at `from` and change as `by` says; to `share` of the first change.
+/// How pairs of functions follow: their distances from `from`, where their rates are `rates` at `from` and change as `by` says; to `share` of the first
+/// change.
 #[inline(always)]
-pub fn follow<const FMA: bool, const N: usize>(
+pub fn follow<const FMA: bool, const N: usize, const M: usize>(
     table: &Table<N>,
     by: &[[Row<N>; 2]; 2],
-    rates: [&Row<N>; 2],
+    rates: &[[Row<N>; 2]; M],
     from: [&Row<N>; 2],
     share: f64,
-) -> Option<[Row<N>; 2]> {
-    let mut apart = [[0.0; N]; 2];
-    let (mut turns, mut first) = (*rates[0], None);
-    for _ in 0..MOST_SWEEPS {
-        apart[0] = table.integrate::<FMA>(&turns, from[0]);
-        let mut leaves = *rates[1];
-        add_each::<FMA, N>(&mut leaves, &by[1][0], &apart[0]);
-        add_each::<FMA, N>(&mut leaves, &by[1][1], &apart[1]);
-        apart[1] = table.integrate::<FMA>(&leaves, from[1]);
-        let mut next = *rates[0];
-        add_each::<FMA, N>(&mut next, &by[0][0], &apart[0]);
-        add_each::<FMA, N>(&mut next, &by[0][1], &apart[1]);
-        let size = largest(&next);
-        add::<false, N>(&mut turns, -1.0, &next);
-        let change = largest(&turns);
-        if change <= FOLLOWED * size || change <= share * *first.get_or_insert(change) {
+) -> Option<[[Row<N>; 2]; M]> {
+    let mut apart = [[[0.0; N]; 2]; M];
+    let (mut turns, mut first) = (from_fn(|m| rates[m][0]), [f64::NAN; M]);
+    for sweep in 0..MOST_SWEEPS {
+        let turned = table.integrate::<FMA, M>(turns.each_ref(), from[0]);
+        let mut leaves: [Row<N>; M] = from_fn(|m| rates[m][1]);
+        for m in 0..M {
+            add_each::<FMA, N>(&mut leaves[m], &by[1][0], &turned[m]);
+            add_each::<FMA, N>(&mut leaves[m], &by[1][1], &apart[m][1]);
+        }
+        let left = table.integrate::<FMA, M>(leaves.each_ref(), from[1]);
+        let mut done = true;
+        for m in 0..M {
+            apart[m] = [turned[m], left[m]];
+            let mut next = rates[m][0];
+            add_each::<FMA, N>(&mut next, &by[0][0], &apart[m][0]);
+            add_each::<FMA, N>(&mut next, &by[0][1], &apart[m][1]);
+            let size = largest(&next);
+            add::<false, N>(&mut turns[m], -1.0, &next);
+            let change = largest(&turns[m]);
+            if sweep == 0 {
+                first[m] = change;
+            }
+            done &= change <= FOLLOWED * size || change <= share * first[m];
+            turns[m] = next;
+        }
+        if done {
             return Some(apart);
         }
-        turns = next;
     }
     None
 }
