@@ -301,6 +301,42 @@ fn k_does_not_depend_on_the_length_of_a_gauge_that_the_contact_barely_reaches() 
     }
 }
 
+/// Kernels tell taps to some 1e-10. K by the drive is what two numbers leave that are larger by the square of the drive.
+#[test]
+fn derivatives_of_taps_that_are_nearly_told_are_those_of_told_ones() {
+    for name in ["hooke", "surface", "neo", "yeoh", "coulomb", "root", "solid"] {
+        let setup = named(name);
+        let inputs = ["d", "a", "theta"].map(|n| Input::new(&setup, n).expect("an input"));
+        let (mut largest, mut off) = ([[0.0_f64; 3]; 4], [[0.0_f64; 3]; 4]);
+        for drive in [0.6, 1.0, 2.5, 6.0] {
+            let whisker = Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, ..Tuple::default() };
+            let (design, task, told) = solve(&setup, Tuple { a: 30.0, drive, ..whisker });
+            let (arc, force) = (told.arc * (1.0 - 6e-11), told.normal_force * (1.0 + 6e-11));
+            let nearly = Outcome {
+                arc,
+                normal_force: force,
+                tangential_force: told.tangential_force * 1.00000000006,
+                ..told
+            };
+            let rows = |outcome: &Outcome| {
+                let every = gradient(&setup, &design, &task, outcome, &inputs);
+                let mut alone = vec![0.0; 3];
+                evaluate::gradient(&setup, (&design, &task, outcome), &inputs, &[0], &mut alone);
+                [alone, every[0].clone(), every[2].clone(), every[3].clone()]
+            };
+            for (k, (exact, found)) in rows(&told).iter().zip(rows(&nearly)).enumerate() {
+                for i in 0..3 {
+                    largest[k][i] = largest[k][i].max(exact[i].abs());
+                    off[k][i] = off[k][i].max((exact[i] - found[i]).abs());
+                }
+            }
+        }
+        for (off, largest) in off.iter().flatten().zip(largest.iter().flatten()) {
+            assert!(off <= &(TOLERANCE * largest) && *largest > 0.0, "{name}: {off:e} of {largest:e}");
+        }
+    }
+}
+
 /// A passive pole that has moved next to the clamp is nearer to it than any straight whisker is where it touches: tilted ones have no tap there.
 #[test]
 fn derivatives_next_to_the_clamp_are_told_of_an_upright_pole() {

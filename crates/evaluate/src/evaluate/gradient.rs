@@ -21,6 +21,9 @@ use crate::status::Status;
 /// Numbers of a tap that have derivatives: strain, strain of linear theory, K − 1, P, T, arc, strain of the second gauge, azimuth (rad) and slide.
 pub const OUTPUTS: usize = 9;
 
+/// Place of K − 1 among them.
+const DEVIATION: usize = 2;
+
 /// What derivatives are by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Input {
@@ -218,7 +221,7 @@ pub fn gradient(
 ) {
     let setup = design.setup(setup);
     for (at, some) in inputs.chunks(INPUTS).enumerate() {
-        let found = traced(setup, design, task, outcome, some);
+        let found = traced(setup, design, (task, outcome), some, numbers.contains(&DEVIATION));
         for (row, number) in slopes.chunks_mut(inputs.len()).zip(numbers) {
             let row = row[at * INPUTS..].iter_mut().take(some.len());
             let slope = |i: usize| found.as_ref().map_or(f64::NAN, |found| found[*number].slope[i]);
@@ -234,9 +237,9 @@ type Sloped = Dual<INPUTS>;
 fn traced(
     setup: &Setup,
     design: &Design,
-    task: &Task,
-    outcome: &Outcome,
+    (task, outcome): (&Task, &Outcome),
     inputs: &[Input],
+    asks_k: bool,
 ) -> Option<[Sloped; OUTPUTS]> {
     let nan = Sloped::of(f64::NAN) * f64::NAN;
     let solved = !(outcome.normal_force.is_nan() || outcome.arc.is_nan());
@@ -304,6 +307,7 @@ fn traced(
                     0.0
                 }),
                 second: setup.gauge.second,
+                deviation: asks_k,
             };
             let bonded = |foil: Foil<Traced>| Bonded::new(&foil, &taper, gauge, e);
             let problem = RodProblem {
