@@ -22,7 +22,7 @@ pub const INPUTS: usize = 5;
 pub type Traced = Dual<{ UNKNOWNS + INPUTS }>;
 
 /// Largest step from the equilibrium that was told to the one of the reference at which derivatives of strain and forces are believed, relative, of drives up
-/// to [`GENTLE`]: of 24 000 random taps of all models they are off by 2e-9 of their column's largest at most, and by 40° by ten to forty times the step.
+/// to [`GENTLE`]: of 24 000 random taps of all models they are off by 4e-9 of their column's largest at most, and by 40° by ten to forty times the step.
 const NEAR: f64 = 1e-10;
 
 /// Drive, rad or δ/a, above which it is smaller with the square of the drive, down to [`NEAREST`].
