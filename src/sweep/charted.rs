@@ -239,8 +239,7 @@ pub(super) fn group(layout: &Layout, rankers: &Rankers<'_>, ks: &[u64], bound: f
         let each = ks.len() / rankers.0.len() + 1;
         let mut easy: Vec<(Vec<u64>, Vec<Tuple>)> =
             rankers.0.iter().map(|_| (Vec::with_capacity(each), Vec::with_capacity(each))).collect();
-        for &k in ks {
-            let tuple = layout.design(k);
+        for (&k, tuple) in ks.iter().zip(layout.designs(ks)) {
             match rankers.case(&tuple) {
                 Case::Easy => {
                     let (ks, tuples) = &mut easy[tuple.rig as usize];

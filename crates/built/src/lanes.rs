@@ -33,7 +33,7 @@ impl<T: Scalar> Fixed<T> {
 
     /// 1 − cos x and sin x.
     #[inline(always)]
-    pub fn turn<const L: usize, const FMA: bool>(&self, x: Pack<T, L, FMA>) -> [Pack<T, L, FMA>; 2] {
+    pub fn turn<const L: usize, const SET: u8>(&self, x: Pack<T, L, SET>) -> [Pack<T, L, SET>; 2] {
         let z = x * x;
         [z * polynomial(&self.one_minus_cos, z), x - x * z * polynomial(&self.x_minus_sin, z)]
     }
@@ -100,7 +100,7 @@ pub struct Load<P> {
     pub force: [P; 2],
 }
 
-impl<T: Scalar, const L: usize, const FMA: bool> Ground<Pack<T, L, FMA>> {
+impl<T: Scalar, const L: usize, const SET: u8> Ground<Pack<T, L, SET>> {
     /// Of the taps that `lane` names, with `steps` over each whisker at least.
     pub fn new<'a>(lane: impl Fn(usize) -> &'a Tap<'a>, effects: Effects, steps: usize) -> Self {
         let pack = |f: &dyn Fn(&Tap<'a>) -> f64| Pack(std::array::from_fn(|i| T::of(f(lane(i)))));
@@ -152,7 +152,7 @@ impl<T: Scalar, const L: usize, const FMA: bool> Ground<Pack<T, L, FMA>> {
 
     /// R and R′ at `s` of a diameter that is a power of the distance from the tip.
     #[inline(always)]
-    fn powered(&self, s: Pack<T, L, FMA>, sloped: bool) -> [Pack<T, L, FMA>; 2] {
+    fn powered(&self, s: Pack<T, L, SET>, sloped: bool) -> [Pack<T, L, SET>; 2] {
         let [wider, tip, length, n] = self.power;
         let v = Pack::of(1.0) - s * length;
         let (mut vn, mut slope) = (v, v);
@@ -166,7 +166,7 @@ impl<T: Scalar, const L: usize, const FMA: bool> Ground<Pack<T, L, FMA>> {
 
     /// R and R′ at the arc `s`, by the piece that holds a.
     #[inline(always)]
-    fn radius(&self, s: Pack<T, L, FMA>) -> [Pack<T, L, FMA>; 2] {
+    fn radius(&self, s: Pack<T, L, SET>) -> [Pack<T, L, SET>; 2] {
         if self.effects.power {
             return self.powered(s, true);
         }
@@ -176,7 +176,7 @@ impl<T: Scalar, const L: usize, const FMA: bool> Ground<Pack<T, L, FMA>> {
 
     /// R and sin α, cos α of a contact at the arc `s`; 0, 0 and 1 on the centreline.
     #[inline(always)]
-    pub fn touched(&self, s: Pack<T, L, FMA>) -> (Pack<T, L, FMA>, [Pack<T, L, FMA>; 2]) {
+    pub fn touched(&self, s: Pack<T, L, SET>) -> (Pack<T, L, SET>, [Pack<T, L, SET>; 2]) {
         let (zero, one) = (Pack::of(0.0), Pack::of(1.0));
         if !self.effects.surface {
             return (zero, [zero, one]);
@@ -195,10 +195,10 @@ impl<T: Scalar, const L: usize, const FMA: bool> Ground<Pack<T, L, FMA>> {
     #[inline(always)]
     pub fn load(
         &self,
-        arc: Pack<T, L, FMA>,
-        normal: Pack<T, L, FMA>,
-        tangential: Pack<T, L, FMA>,
-    ) -> Load<Pack<T, L, FMA>> {
+        arc: Pack<T, L, SET>,
+        normal: Pack<T, L, SET>,
+        tangential: Pack<T, L, SET>,
+    ) -> Load<Pack<T, L, SET>> {
         let (height, [sin, cos]) = self.touched(arc);
         let zero = Pack::of(0.0);
         let force = [tangential * cos - normal * sin, zero - normal * cos - tangential * sin];
@@ -210,10 +210,10 @@ impl<T: Scalar, const L: usize, const FMA: bool> Ground<Pack<T, L, FMA>> {
     pub fn bend(
         &self,
         fixed: &Fixed<T>,
-        load: &Load<Pack<T, L, FMA>>,
+        load: &Load<Pack<T, L, SET>>,
         judging: bool,
-    ) -> Bent<Pack<T, L, FMA>> {
-        let (zero, one) = (Pack::<T, L, FMA>::of(0.0), Pack::<T, L, FMA>::of(1.0));
+    ) -> Bent<Pack<T, L, SET>> {
+        let (zero, one) = (Pack::<T, L, SET>::of(0.0), Pack::<T, L, SET>::of(1.0));
         let mut bent = Bent { state: [zero; 6], errors: [zero; 3], load: zero, beyond: zero };
         let states = if self.effects.curved { 6 } else { 4 };
         let mut slopes = [[zero; 6]; STAGES];
@@ -270,7 +270,7 @@ impl<T: Scalar, const L: usize, const FMA: bool> Ground<Pack<T, L, FMA>> {
 
     /// R at `s` by `piece`.
     #[inline(always)]
-    fn of_piece(&self, piece: &Lane<Pack<T, L, FMA>>, s: Pack<T, L, FMA>) -> Pack<T, L, FMA> {
+    fn of_piece(&self, piece: &Lane<Pack<T, L, SET>>, s: Pack<T, L, SET>) -> Pack<T, L, SET> {
         if self.effects.power {
             return self.powered(s, false)[0];
         }
@@ -282,13 +282,13 @@ impl<T: Scalar, const L: usize, const FMA: bool> Ground<Pack<T, L, FMA>> {
     fn slope(
         &self,
         fixed: &Fixed<T>,
-        load: &Load<Pack<T, L, FMA>>,
-        piece: &Lane<Pack<T, L, FMA>>,
-        (s, rate): (Pack<T, L, FMA>, Pack<T, L, FMA>),
-        state: &[Pack<T, L, FMA>; 6],
-        seen: &mut Bent<Pack<T, L, FMA>>,
-    ) -> [Pack<T, L, FMA>; 6] {
-        let of = Pack::<T, L, FMA>::of;
+        load: &Load<Pack<T, L, SET>>,
+        piece: &Lane<Pack<T, L, SET>>,
+        (s, rate): (Pack<T, L, SET>, Pack<T, L, SET>),
+        state: &[Pack<T, L, SET>; 6],
+        seen: &mut Bent<Pack<T, L, SET>>,
+    ) -> [Pack<T, L, SET>; 6] {
+        let of = Pack::<T, L, SET>::of;
         let (zero, one) = (of(0.0), of(1.0));
         let Effects { shear, extension, law, far, curved, inner, .. } = self.effects;
         let [turned, along, across, _, rest_x, rest_y] = *state;

@@ -32,7 +32,7 @@ use vibrissa_core::error::SolveError;
 use vibrissa_core::scene::Precision;
 use vibrissa_kernel::Chart;
 use vibrissa_kernel::Solver;
-use vibrissa_kernel::cpu::{Pack, Scalar, fused};
+use vibrissa_kernel::cpu::{FUSED, Pack, Scalar, UNFUSED, fused};
 
 /// Effects that are the same of all taps of a batch; one that is off costs nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -218,25 +218,25 @@ fn block<T: Scalar, const L: usize>(job: &Job<'_>, taps: &[Begun<'_>]) -> Vec<So
         return unsafe { block_avx2::<T, L>(job, taps) };
     }
     #[cfg(target_arch = "x86_64")]
-    return packs::<T, 1, false>(job, taps);
+    return packs::<T, 1, UNFUSED>(job, taps);
     #[cfg(not(target_arch = "x86_64"))]
-    packs::<T, L, { cfg!(target_arch = "aarch64") }>(job, taps)
+    packs::<T, L, { if cfg!(target_arch = "aarch64") { FUSED } else { UNFUSED } }>(job, taps)
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
 fn block_avx2<T: Scalar, const L: usize>(job: &Job<'_>, taps: &[Begun<'_>]) -> Vec<Solved> {
-    packs::<T, L, true>(job, taps)
+    packs::<T, L, FUSED>(job, taps)
 }
 
 /// Packs `L` taps at a time; the last pack is filled up with copies of its first tap.
 #[inline(always)]
-fn packs<T: Scalar, const L: usize, const FMA: bool>(job: &Job<'_>, taps: &[Begun<'_>]) -> Vec<Solved> {
+fn packs<T: Scalar, const L: usize, const SET: u8>(job: &Job<'_>, taps: &[Begun<'_>]) -> Vec<Solved> {
     let fixed = Fixed::<T>::new(job.chart);
     let mut out = Vec::with_capacity(taps.len());
     for taps in taps.chunks(L) {
         let lane = |i: usize| &taps[if i < taps.len() { i } else { 0 }];
-        let ground = Ground::<Pack<T, L, FMA>>::new(|i| &lane(i).0, job.effects, job.steps);
+        let ground = Ground::<Pack<T, L, SET>>::new(|i| &lane(i).0, job.effects, job.steps);
         let start = taps[0].1.is_some().then(|| End::of(|i| lane(i).1.as_ref().expect("all of a pack")));
         let solved = newton::close(&fixed, &ground, job.tolerance, start);
         out.extend((0..taps.len()).map(|i| (solved.lane(i), solved.end(i))));

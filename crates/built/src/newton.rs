@@ -73,10 +73,10 @@ pub struct Solved<P> {
     end: End<P>,
 }
 
-impl<T: Scalar, const L: usize, const FMA: bool> Solved<Pack<T, L, FMA>> {
+impl<T: Scalar, const L: usize, const SET: u8> Solved<Pack<T, L, SET>> {
     /// Where a lane ended; `None` where it was lost.
     pub fn end(&self, i: usize) -> Option<End<f64>> {
-        let of = |x: Pack<T, L, FMA>| x.0[i].get();
+        let of = |x: Pack<T, L, SET>| x.0[i].get();
         let End { z, jacobian, begun } = self.end;
         (of(self.error) < 1.0).then(|| End {
             z: z.map(of),
@@ -87,7 +87,7 @@ impl<T: Scalar, const L: usize, const FMA: bool> Solved<Pack<T, L, FMA>> {
 
     /// That of a lane.
     pub fn lane(&self, i: usize) -> Solution {
-        let of = |x: Pack<T, L, FMA>| x.0[i].get();
+        let of = |x: Pack<T, L, SET>| x.0[i].get();
         let error = of(self.error);
         Solution {
             strain: of(self.strain),
@@ -102,7 +102,7 @@ impl<T: Scalar, const L: usize, const FMA: bool> Solved<Pack<T, L, FMA>> {
     }
 }
 
-impl<T: Scalar, const L: usize, const FMA: bool> End<Pack<T, L, FMA>> {
+impl<T: Scalar, const L: usize, const SET: u8> End<Pack<T, L, SET>> {
     /// Of the ends of the lanes.
     pub fn of<'a>(lane: impl Fn(usize) -> &'a End<f64>) -> Self {
         let pack = |f: &dyn Fn(&End<f64>) -> f64| Pack(std::array::from_fn(|i| T::of(f(lane(i)))));
@@ -114,10 +114,10 @@ impl<T: Scalar, const L: usize, const FMA: bool> End<Pack<T, L, FMA>> {
     }
 }
 
-impl<T: Scalar, const L: usize, const FMA: bool> Ground<Pack<T, L, FMA>> {
+impl<T: Scalar, const L: usize, const SET: u8> Ground<Pack<T, L, SET>> {
     /// Change of the unknowns that is looked at relative to 1: of P to itself, of c to a, of T to the contact force.
     #[inline(always)]
-    fn scale(&self, z: [Pack<T, L, FMA>; 2]) -> [Pack<T, L, FMA>; 2] {
+    fn scale(&self, z: [Pack<T, L, SET>; 2]) -> [Pack<T, L, SET>; 2] {
         let force = z[0].abs().max(Pack::of(LEAST_FORCE));
         [force, if self.effects.stick { force + z[1].abs() } else { Pack::of(1.0) }]
     }
@@ -126,59 +126,59 @@ impl<T: Scalar, const L: usize, const FMA: bool> Ground<Pack<T, L, FMA>> {
 /// Columns of a matrix: what each unknown changes of the miss, and of the integral of the gauge's fibre.
 type Matrix<P> = [[P; 3]; 2];
 
-impl<T: Scalar, const L: usize, const FMA: bool> Shot<Pack<T, L, FMA>> {
+impl<T: Scalar, const L: usize, const SET: u8> Shot<Pack<T, L, SET>> {
     #[inline(always)]
-    fn seen(&self) -> [Pack<T, L, FMA>; 3] {
+    fn seen(&self) -> [Pack<T, L, SET>; 3] {
         [self.miss[0], self.miss[1], self.bent.state[3]]
     }
 }
 
 #[inline(always)]
-fn determinant<T: Scalar, const L: usize, const FMA: bool>(j: &Matrix<Pack<T, L, FMA>>) -> Pack<T, L, FMA> {
+fn determinant<T: Scalar, const L: usize, const SET: u8>(j: &Matrix<Pack<T, L, SET>>) -> Pack<T, L, SET> {
     j[0][0] * j[1][1] - j[1][0] * j[0][1]
 }
 
 /// The step that brings a miss to 0.
 #[inline(always)]
-fn step<T: Scalar, const L: usize, const FMA: bool>(
-    j: &Matrix<Pack<T, L, FMA>>,
-    miss: [Pack<T, L, FMA>; 2],
-) -> [Pack<T, L, FMA>; 2] {
+fn step<T: Scalar, const L: usize, const SET: u8>(
+    j: &Matrix<Pack<T, L, SET>>,
+    miss: [Pack<T, L, SET>; 2],
+) -> [Pack<T, L, SET>; 2] {
     let inverse = Pack::of(-1.0) / determinant(j);
     [inverse * (j[1][1] * miss[0] - j[1][0] * miss[1]), inverse * (j[0][0] * miss[1] - j[0][1] * miss[0])]
 }
 
 /// The largest of these changes of the unknowns in units of `scale`, and what they change of the fibre over `measure`.
 #[inline(always)]
-fn largest<T: Scalar, const L: usize, const FMA: bool>(
-    j: &Matrix<Pack<T, L, FMA>>,
-    [x, y]: [Pack<T, L, FMA>; 2],
-    scale: [Pack<T, L, FMA>; 2],
-    measure: Pack<T, L, FMA>,
-) -> [Pack<T, L, FMA>; 2] {
+fn largest<T: Scalar, const L: usize, const SET: u8>(
+    j: &Matrix<Pack<T, L, SET>>,
+    [x, y]: [Pack<T, L, SET>; 2],
+    scale: [Pack<T, L, SET>; 2],
+    measure: Pack<T, L, SET>,
+) -> [Pack<T, L, SET>; 2] {
     let size = (x / scale[0]).abs().max((y / scale[1]).abs());
     [size, size.max(((j[0][2] * x).abs() + (j[1][2] * y).abs()) / measure)]
 }
 
 /// Changes of both unknowns by errors of the miss of these sizes.
 #[inline(always)]
-fn owed<T: Scalar, const L: usize, const FMA: bool>(
-    j: &Matrix<Pack<T, L, FMA>>,
-    [x, y]: [Pack<T, L, FMA>; 2],
-) -> [Pack<T, L, FMA>; 2] {
+fn owed<T: Scalar, const L: usize, const SET: u8>(
+    j: &Matrix<Pack<T, L, SET>>,
+    [x, y]: [Pack<T, L, SET>; 2],
+) -> [Pack<T, L, SET>; 2] {
     let inverse = Pack::of(1.0) / determinant(j).abs().max(Pack::of(TINY));
     [inverse * (j[1][1].abs() * x + j[1][0].abs() * y), inverse * (j[0][0].abs() * y + j[0][1].abs() * x)]
 }
 
 /// Solves the taps of `ground`, from where an iteration with fewer steps ended.
 #[inline(always)]
-pub fn close<T: Scalar, const L: usize, const FMA: bool>(
+pub fn close<T: Scalar, const L: usize, const SET: u8>(
     fixed: &Fixed<T>,
-    ground: &Ground<Pack<T, L, FMA>>,
+    ground: &Ground<Pack<T, L, SET>>,
     tolerance: f64,
-    start: Option<End<Pack<T, L, FMA>>>,
-) -> Solved<Pack<T, L, FMA>> {
-    let of = Pack::<T, L, FMA>::of;
+    start: Option<End<Pack<T, L, SET>>>,
+) -> Solved<Pack<T, L, SET>> {
+    let of = Pack::<T, L, SET>::of;
     let (zero, one) = (of(0.0), of(1.0));
     let rounding = T::ROUNDING;
     let stop = of((STOP * tolerance).max(4.0 * rounding));
@@ -189,7 +189,7 @@ pub fn close<T: Scalar, const L: usize, const FMA: bool>(
     }
     let probe = rounding.powf(PROBE);
     let width = ground.gauge[1] - ground.gauge[0];
-    let measure = |fibre: Pack<T, L, FMA>| (ground.least * width).max(fibre.abs()).max(of(TINY));
+    let measure = |fibre: Pack<T, L, SET>| (ground.least * width).max(fibre.abs()).max(of(TINY));
     let (mut z, mut before) = ([zero, zero], [zero, zero]);
     let mut shots = 0;
     // Whether a lane has lost its way, above 0.
@@ -278,7 +278,7 @@ pub fn close<T: Scalar, const L: usize, const FMA: bool>(
     let Bent { state, errors, load: burden, beyond } = shot.bent;
     let strain = state[3] / width;
     let measure = measure(state[3]);
-    let relative = |error: Pack<T, L, FMA>, of: Pack<T, L, FMA>| error / of.max(Pack::of(TINY));
+    let relative = |error: Pack<T, L, SET>, of: Pack<T, L, SET>| error / of.max(Pack::of(TINY));
     // The way across is a double integral, whose estimate is of order 5 where the method's error is of order 8
     // (500 to 2 000 times too large): its power 5/4 keeps a margin of some hundred, of one where steps are too long.
     let across = errors[1] * (of(ACROSS) * relative(errors[1], state[2].abs())).sqrt().sqrt();

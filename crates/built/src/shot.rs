@@ -21,17 +21,17 @@ pub struct Shot<P> {
     pub wrench: [P; 3],
 }
 
-impl<T: Scalar, const L: usize, const FMA: bool> Ground<Pack<T, L, FMA>> {
+impl<T: Scalar, const L: usize, const SET: u8> Ground<Pack<T, L, SET>> {
     /// Shoots with the unknowns P/`force` and (c − a)/a, or T/`force` of a contact that sticks, at `share` of the drive.
     #[inline(always)]
     pub fn shoot(
         &self,
         fixed: &Fixed<T>,
-        share: Pack<T, L, FMA>,
-        z: [Pack<T, L, FMA>; 2],
+        share: Pack<T, L, SET>,
+        z: [Pack<T, L, SET>; 2],
         judging: bool,
-    ) -> Shot<Pack<T, L, FMA>> {
-        let (zero, one) = (Pack::<T, L, FMA>::of(0.0), Pack::<T, L, FMA>::of(1.0));
+    ) -> Shot<Pack<T, L, SET>> {
+        let (zero, one) = (Pack::<T, L, SET>::of(0.0), Pack::<T, L, SET>::of(1.0));
         let normal = self.force * z[0];
         let (x, tangential) = match self.effects.stick {
             true => (zero, self.force * z[1]),
@@ -49,14 +49,14 @@ impl<T: Scalar, const L: usize, const FMA: bool> Ground<Pack<T, L, FMA>> {
         if self.effects.curved {
             [behind, leaned] = self.rest(fixed, zero, load.arc);
         }
-        let back = |v: [Pack<T, L, FMA>; 2]| {
+        let back = |v: [Pack<T, L, SET>; 2]| {
             let [x, y] = v;
             [x - behind * x + leaned * y, y - behind * y - leaned * x]
         };
         let [k_theta, k_x, k_y] = self.root;
         let beta = moment * k_theta - turned;
         let [versine, sine] = fixed.turn(beta);
-        let turn = |v: [Pack<T, L, FMA>; 2]| {
+        let turn = |v: [Pack<T, L, SET>; 2]| {
             [v[0] - versine * v[0] - sine * v[1], v[1] - versine * v[1] + sine * v[0]]
         };
         let force = turn(back(load.force));
@@ -83,7 +83,7 @@ impl<T: Scalar, const L: usize, const FMA: bool> Ground<Pack<T, L, FMA>> {
 
     /// 1 − cos and sin of the angle by which the resting whisker turns from the arc `to` back to `from`.
     #[inline(always)]
-    fn rest(&self, fixed: &Fixed<T>, from: Pack<T, L, FMA>, to: Pack<T, L, FMA>) -> [Pack<T, L, FMA>; 2] {
+    fn rest(&self, fixed: &Fixed<T>, from: Pack<T, L, SET>, to: Pack<T, L, SET>) -> [Pack<T, L, SET>; 2] {
         let [base, rising] = self.curvature;
         fixed.turn((to - from) * (base + Pack::of(0.5) * rising * (to + from)))
     }
@@ -94,10 +94,10 @@ impl<T: Scalar, const L: usize, const FMA: bool> Ground<Pack<T, L, FMA>> {
     fn poles(
         &self,
         fixed: &Fixed<T>,
-        load: &Load<Pack<T, L, FMA>>,
-        x: Pack<T, L, FMA>,
-    ) -> ([Pack<T, L, FMA>; 2], [Pack<T, L, FMA>; 2]) {
-        let (zero, one) = (Pack::<T, L, FMA>::of(0.0), Pack::<T, L, FMA>::of(1.0));
+        load: &Load<Pack<T, L, SET>>,
+        x: Pack<T, L, SET>,
+    ) -> ([Pack<T, L, SET>; 2], [Pack<T, L, SET>; 2]) {
+        let (zero, one) = (Pack::<T, L, SET>::of(0.0), Pack::<T, L, SET>::of(1.0));
         let (height, tilt) = self.touched(self.a);
         // Of both, in the frame of the whisker where it is touched.
         let here = [self.pole * tilt[0], height + self.pole * tilt[1]];
@@ -106,8 +106,8 @@ impl<T: Scalar, const L: usize, const FMA: bool> Ground<Pack<T, L, FMA>> {
             return ([self.a + here[0], here[1]], [x + there[0] - here[0], there[1] - here[1]]);
         }
         // By Gauss's rule of four points on each of some parts: from the base to a, and from a to c.
-        let turned = |from: Pack<T, L, FMA>, to: Pack<T, L, FMA>| self.rest(fixed, from, to);
-        let path = |from: Pack<T, L, FMA>, to: Pack<T, L, FMA>, parts: usize| {
+        let turned = |from: Pack<T, L, SET>, to: Pack<T, L, SET>| self.rest(fixed, from, to);
+        let path = |from: Pack<T, L, SET>, to: Pack<T, L, SET>, parts: usize| {
             let (mut px, mut py) = (zero, zero);
             let part = (to - from) * Pack::of(1.0 / parts as f64);
             for k in 0..parts {
@@ -125,7 +125,7 @@ impl<T: Scalar, const L: usize, const FMA: bool> Ground<Pack<T, L, FMA>> {
         let way = path(self.a, self.a + x, 2);
         let [behind, leaned] = turned(zero, self.a);
         // Rot(ψ₀(a)): ψ₀ = −(the turn of the resting whisker).
-        let out = |v: [Pack<T, L, FMA>; 2]| {
+        let out = |v: [Pack<T, L, SET>; 2]| {
             [v[0] - behind * v[0] + leaned * v[1], v[1] - behind * v[1] - leaned * v[0]]
         };
         let [more, less] = turned(self.a, self.a + x);

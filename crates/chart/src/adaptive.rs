@@ -4,7 +4,9 @@
 //! function (Chkifa, Cohen, Schwab 2014). From the middle of the box orders are added next to those whose surplus still matters
 //! (Gerstner, Griebel 2003), until none does: one tap for each order, where a tensor product takes ten.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
+
+use rustc_hash::FxHashSet;
 
 use super::axis::{AXES, ORDERS, Quantity};
 use super::leja;
@@ -16,9 +18,10 @@ pub type Orders = [u8; AXES];
 /// An interpolant of `F` functions.
 #[derive(Debug, Clone)]
 pub struct Interpolant<const F: usize> {
-    values: HashMap<Orders, [f64; F]>,
-    /// Of the orders in `values`.
-    surplus: HashMap<Orders, [f64; F]>,
+    /// In the order in which they came.
+    surplus: Vec<(Orders, [f64; F])>,
+    /// Those of `surplus`.
+    known: FxHashSet<Orders>,
     /// Orders that every axis may have; 1 of an axis that is a point.
     most: [usize; AXES],
 }
@@ -28,7 +31,7 @@ impl<const F: usize> Interpolant<F> {
     pub fn new(points: [bool; AXES]) -> Self {
         let mut most = points.map(|point| if point { 1 } else { leja::MOST });
         most[Quantity::Drive as usize] = most[Quantity::Drive as usize].min(ORDERS);
-        Self { values: HashMap::new(), surplus: HashMap::new(), most }
+        Self { surplus: Vec::new(), known: FxHashSet::default(), most }
     }
 
     /// x of the point of `orders`.
@@ -39,7 +42,7 @@ impl<const F: usize> Interpolant<F> {
     /// Orders that are asked for next: those with all smaller neighbours there, next to one with a surplus above `least`. Sorted, so that
     /// the same is asked on every run.
     pub fn wanted(&self, least: &[f64; F]) -> Vec<Orders> {
-        if self.values.is_empty() {
+        if self.surplus.is_empty() {
             return vec![[0; AXES]];
         }
         let matters = |s: &[f64; F]| s.iter().zip(least).any(|(s, least)| s.abs() > *least);
@@ -49,7 +52,7 @@ impl<const F: usize> Interpolant<F> {
                 let mut next = *orders;
                 next[axis] += 1;
                 let room = usize::from(next[axis]) < self.most[axis];
-                if room && !self.values.contains_key(&next) && self.admissible(&next) {
+                if room && !self.known.contains(&next) && self.admissible(&next) {
                     wanted.push(next);
                 }
             }
@@ -63,46 +66,56 @@ impl<const F: usize> Interpolant<F> {
         (0..AXES).filter(|axis| orders[*axis] > 0).all(|axis| {
             let mut before = *orders;
             before[axis] -= 1;
-            self.values.contains_key(&before)
+            self.known.contains(&before)
         })
     }
 
     /// Takes the values at the points of `orders`.
     pub fn add(&mut self, orders: &[Orders], values: &[[f64; F]]) {
-        self.values.extend(orders.iter().copied().zip(values.iter().copied()));
-        self.surplus = self.values.clone();
-        self.transform(leja::surpluses);
+        // No order of one call is below another: what a point adds is what the interpolant before lacks there.
+        let lacks = |(at, value): (&Orders, &[f64; F])| {
+            let mut surplus = *value;
+            for (orders, known) in &self.surplus {
+                let share = leja::newton(orders, at);
+                if share != 0.0 {
+                    surplus.iter_mut().zip(known).for_each(|(surplus, known)| *surplus -= share * known);
+                }
+            }
+            (*at, surplus)
+        };
+        let new: Vec<(Orders, [f64; F])> = orders.iter().zip(values).map(lacks).collect();
+        self.surplus.extend(new);
+        self.known.extend(orders);
     }
 
-    /// Applies `f` to every line of `surplus` along every axis.
-    fn transform(&mut self, f: fn(&mut [f64])) {
+    /// Chebyshev coefficients of all orders, ascending.
+    fn chebyshev(&self) -> BTreeMap<Orders, [f64; F]> {
+        let mut all: BTreeMap<Orders, [f64; F]> = self.surplus.iter().copied().collect();
         for axis in 0..AXES {
-            let starts: Vec<Orders> = self.surplus.keys().filter(|o| o[axis] == 0).copied().collect();
+            let starts: Vec<Orders> = all.keys().filter(|o| o[axis] == 0).copied().collect();
             for start in starts {
                 let at = |k: u8| {
                     let mut orders = start;
                     orders[axis] = k;
                     orders
                 };
-                let line: Vec<[f64; F]> = (0..).map_while(|k| self.surplus.get(&at(k)).copied()).collect();
+                let line: Vec<[f64; F]> = (0..).map_while(|k| all.get(&at(k)).copied()).collect();
                 if line.len() == 1 {
                     continue;
                 }
                 let mut lines: [Vec<f64>; F] = std::array::from_fn(|i| line.iter().map(|v| v[i]).collect());
-                lines.iter_mut().for_each(|line| f(line));
+                lines.iter_mut().for_each(|line| leja::to_chebyshev(line));
                 (0..line.len()).for_each(|k| {
-                    self.surplus.insert(at(k as u8), std::array::from_fn(|i| lines[i][k]));
+                    all.insert(at(k as u8), std::array::from_fn(|i| lines[i][k]));
                 });
             }
         }
+        all
     }
 
     /// The series of every function, of terms above its `least`.
     pub fn series(&self, least: &[f64; F]) -> [Series; F] {
-        let mut chebyshev = self.clone();
-        chebyshev.transform(leja::to_chebyshev);
-        let mut terms: Vec<(Orders, [f64; F])> = chebyshev.surplus.into_iter().collect();
-        terms.sort_unstable_by_key(|t| t.0);
+        let terms = self.chebyshev();
         std::array::from_fn(|i| {
             let mut rows: Vec<Row> = Vec::new();
             for (orders, c) in terms.iter().filter(|(_, c)| c[i].abs() > least[i]) {
@@ -120,11 +133,11 @@ impl<const F: usize> Interpolant<F> {
 
     /// Points it goes through.
     pub fn len(&self) -> usize {
-        self.values.len()
+        self.surplus.len()
     }
 
     /// Whether it goes through none.
     pub fn is_empty(&self) -> bool {
-        self.values.is_empty()
+        self.surplus.is_empty()
     }
 }

@@ -47,12 +47,12 @@ pub fn point(k: usize) -> f64 {
     TABLE.points[k]
 }
 
-/// Values at the first points → surpluses, in place.
-pub fn surpluses(line: &mut [f64]) {
-    for k in 1..line.len() {
-        let before: f64 = (0..k).map(|j| line[j] * TABLE.newton[j][k]).sum();
-        line[k] -= before;
+/// The product of Newton's polynomials of `orders`, one per axis, at the point of the orders `at`.
+pub fn newton<const N: usize>(orders: &[u8; N], at: &[u8; N]) -> f64 {
+    if orders.iter().zip(at).any(|(j, k)| j > k) {
+        return 0.0;
     }
+    orders.iter().zip(at).map(|(j, k)| TABLE.newton[usize::from(*j)][usize::from(*k)]).product()
 }
 
 /// Surpluses → Chebyshev coefficients, in place.
@@ -71,7 +71,10 @@ mod tests {
     fn a_smooth_function_is_rebuilt_and_its_surplus_bounds_what_is_left() {
         let f = |x: f64| 1.0 / (2.5 - x);
         let mut line: Vec<f64> = (0..16).map(|k| f(point(k))).collect();
-        surpluses(&mut line);
+        for k in 1..line.len() {
+            let before: f64 = (0..k).map(|j| line[j] * newton(&[j as u8], &[k as u8])).sum();
+            line[k] -= before;
+        }
         let last = line[15].abs();
         to_chebyshev(&mut line);
         for i in 0..=100 {

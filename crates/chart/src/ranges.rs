@@ -84,10 +84,16 @@ pub fn shaped(setup: &Setup) -> bool {
     setup.built.as_ref().is_some_and(|built| built.profile != Profile::Power(1.0))
 }
 
-/// Whether `value` lies in the range, or next to it.
-pub fn holds([lo, hi]: [f64; 2], value: f64) -> bool {
+/// The range, and what lies next to it.
+pub fn slackened([lo, hi]: [f64; 2]) -> [f64; 2] {
     let slack = SLACK * lo.abs().max(hi.abs());
-    value >= lo - slack && value <= hi + slack
+    [lo - slack, hi + slack]
+}
+
+/// Whether `value` lies in the range, or next to it.
+pub fn holds(range: [f64; 2], value: f64) -> bool {
+    let [lo, hi] = slackened(range);
+    value >= lo && value <= hi
 }
 
 /// Ranges of quantities at `a` from numbers in mm.

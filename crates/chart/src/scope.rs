@@ -5,7 +5,7 @@ use super::between::{self, Between};
 use super::distance::DistanceChart;
 use super::gauge::asked;
 use super::maker::{Maker, Many};
-use super::ranges::{NEAREST, Wanted, holds, shaped};
+use super::ranges::{NEAREST, Wanted, shaped, slackened};
 use crate::design::{amount, is_whisker};
 use crate::error::SolveError;
 use crate::estimate::WIDENING;
@@ -111,6 +111,11 @@ pub struct Scope {
     width: f64,
     /// Where every chart holds: drive (rad or mm), a length, D, τ, x in mm and 1/mm.
     within: [[f64; 2]; AXES],
+    /// The same with the slack of [`holds`](super::ranges::holds), and so the width.
+    held: [[f64; 2]; AXES],
+    widest: f64,
+    /// Whether a length of the rig is an axis.
+    shaped: bool,
 }
 
 impl Scope {
@@ -200,11 +205,15 @@ impl Scope {
         };
         let taps = maker.taps;
         let Some((charts, between)) = made else { return Ok((None, taps)) };
+        let within = maker.within(&charts);
         let scope = Self {
             setup: setup.clone(),
             distances: distances.to_vec(),
             ends: [lo * (1.0 - WIDENING), hi * (1.0 + WIDENING)],
-            within: maker.within(&charts),
+            within,
+            held: within.map(slackened),
+            widest: slackened([0.0, width])[1],
+            shaped: shaped(setup),
             charts,
             between,
             drives: Vec::new(),
@@ -228,15 +237,14 @@ impl Scope {
         } else {
             self.within[Quantity::Drive as usize][0]
         };
-        let length = if shaped(&self.setup) { t.L_a } else { 0.0 };
-        let numbers = asked(&self.setup, [x1, x2]).map(|x| [drive, length, t.D, taper.tau, x]);
+        let length = if self.shaped { t.L_a } else { 0.0 };
         // Rows are those of upright poles; a design may leave it to its strokes.
         let tilted = t.tilt.abs() > 0.0 || t.lean.abs() > 0.0;
+        let [rest @ .., places] = &self.held;
         let inside = !tilted
-            && holds([0.0, self.width], x2 - x1)
-            && numbers
-                .iter()
-                .all(|numbers| self.within.iter().zip(numbers).all(|(range, number)| holds(*range, *number)));
+            && x2 - x1 <= self.widest
+            && rest.iter().zip([drive, length, t.D, taper.tau]).all(|([lo, hi], q)| *lo <= q && q <= *hi)
+            && asked(&self.setup, [x1, x2]).iter().all(|x| places[0] <= *x && *x <= places[1]);
         if inside && self.reach[1] <= t.L_a { Case::Easy } else { Case::Hard }
     }
 

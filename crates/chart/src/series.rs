@@ -30,6 +30,28 @@ impl Series {
         self.rows.iter().flat_map(|r| &r.coefficients).map(|c| c.abs()).sum()
     }
 
+    /// The largest terms, so that all others together are at most `error`; and what those are together.
+    pub fn largest(&self, error: f64) -> (Self, f64) {
+        let mut sizes: Vec<f64> = self.rows.iter().flat_map(|r| &r.coefficients).map(|c| c.abs()).collect();
+        sizes.sort_unstable_by(f64::total_cmp);
+        let (mut missed, mut least) = (0.0, 0.0);
+        for size in sizes {
+            if missed + size > error {
+                least = size;
+                break;
+            }
+            missed += size;
+        }
+        let kept = |c: &f64| if c.abs() < least || least == 0.0 { 0.0 } else { *c };
+        let row = |row: &Row| {
+            let mut coefficients: Vec<f64> = row.coefficients.iter().map(kept).collect();
+            coefficients.truncate(coefficients.iter().rposition(|c| *c != 0.0).map_or(0, |last| last + 1));
+            Row { orders: row.orders, coefficients }
+        };
+        let rows = self.rows.iter().map(row).filter(|row| !row.coefficients.is_empty()).collect();
+        (Self { rows }, missed)
+    }
+
     /// Orders over each axis.
     pub fn sizes(&self) -> [usize; AXES] {
         let mut sizes = [1; AXES];

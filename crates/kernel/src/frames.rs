@@ -3,7 +3,7 @@
 
 use std::array::from_fn;
 
-use crate::cpu::Pack;
+use crate::cpu::{Pack, UNFUSED};
 use crate::pose::Pose;
 use crate::tap::Tap;
 use vibrissa_core::design::MOST;
@@ -13,7 +13,7 @@ use vibrissa_core::scene::{Clamp, Contact, Drive, Geometry, Model, Setup, Side};
 /// Taps that go through the same arithmetic.
 const LANES: usize = 4;
 
-type Lanes = Pack<f64, LANES, false>;
+type Lanes = Pack<f64, LANES, UNFUSED>;
 
 /// Dimensions of a tap: D, d, L_a, x_ss, l, a (mm) and the tap angle (degrees) or the displacement (mm).
 pub const DIMENSIONS: usize = 7;

@@ -2,44 +2,62 @@
 
 use super::dispatch::{Part, apart};
 use super::estimate::Floor;
+use super::groups::{Group, TOGETHER};
 use super::rows::{MOST, Rows};
 use super::tally::{Tally, sum};
-use super::words::Decided;
 use super::{Found, LANES, Lanes, Scratch, Tables};
 use crate::kernel::cpu::Pack;
 use crate::scene::{Per, RankBy};
 
+/// Slack for rounding of what a rough look may miss.
+const SAFE: f64 = 1.01;
+
 /// [`Rows::count_and_rank`].
-struct Ranking<'a, const FMA: bool, const OWN: bool> {
-    rows: &'a Rows<Lanes<FMA>>,
+struct Ranking<'a, const SET: u8, const OWN: bool> {
+    rows: &'a Rows<Lanes<SET>>,
     tables: &'a Tables,
     asked: (&'a [u64], &'a [u32; LANES]),
     bound: f32,
-    scratch: &'a mut Scratch<FMA>,
+    scratch: &'a mut Scratch<SET>,
     found: &'a mut Found,
+    left: Option<&'a mut Vec<usize>>,
 }
 
-impl<const FMA: bool, const OWN: bool> Part<FMA> for Ranking<'_, FMA, OWN> {
+impl<const SET: u8, const OWN: bool> Part<SET> for Ranking<'_, SET, OWN> {
     type Out = ();
 
     #[inline(always)]
     fn run(self) {
-        self.rows.ranked::<OWN>(self.tables, self.asked, self.bound, self.scratch, self.found);
+        self.rows.ranked::<OWN>(self.tables, self.asked, (self.bound, self.left), self.scratch, self.found);
     }
 }
 
-impl<const FMA: bool> Rows<Lanes<FMA>> {
-    /// Counts the words of all taps and adds the rows below `bound`.
+impl<const SET: u8> Rows<Lanes<SET>> {
+    /// Bound from below on what the spread of K is at the drives of `group`, times √(n − 1).
+    #[inline(always)]
+    fn least_spread(&self, group: &Group, m: usize) -> Lanes<SET> {
+        let zero = Lanes::<SET>::of(0.0);
+        let (mut sum, mut apart) = (zero, zero);
+        let [middle, around] = &group.products;
+        for at in 0..m * (m + 1) / 2 {
+            sum = self.spread[at].mul_add(Pack::splat(middle[at]), sum);
+            apart = self.spread[at].abs().mul_add(Pack::splat(around[at]), apart);
+        }
+        Lanes::<SET>::splat(group.powers[0]) * (sum - apart).max(zero).sqrt()
+    }
+
+    /// Counts the words of all taps and adds the rows below `bound`. After a rough look the lanes of designs that it does not tell, or that
+    /// may be below the bound, go to `left` instead.
     #[inline(always)]
     pub fn count_and_rank<const OWN: bool>(
         &self,
         tables: &Tables,
         asked: (&[u64], &[u32; LANES]),
-        bound: f32,
-        scratch: &mut Scratch<FMA>,
+        (bound, left): (f32, Option<&mut Vec<usize>>),
+        scratch: &mut Scratch<SET>,
         found: &mut Found,
     ) {
-        apart(Ranking::<FMA, OWN> { rows: self, tables, asked, bound, scratch, found });
+        apart(Ranking::<SET, OWN> { rows: self, tables, asked, bound, scratch, found, left });
     }
 
     #[inline(always)]
@@ -47,12 +65,12 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
         &self,
         tables: &Tables,
         (ks, places): (&[u64], &[u32; LANES]),
-        bound: f32,
-        scratch: &mut Scratch<FMA>,
+        (bound, left): (f32, Option<&mut Vec<usize>>),
+        scratch: &mut Scratch<SET>,
         found: &mut Found,
     ) {
-        let of = Lanes::<FMA>::of;
-        let m = tables.points;
+        let of = Lanes::<SET>::of;
+        let m = if OWN { 1 } else { tables.points };
         let (taps, edges, rootless) = (&scratch.taps, &mut scratch.edges, &mut scratch.rootless);
         let drives = if OWN { 1 } else { tables.angles.len() };
         let estimates = tables.by != RankBy::KSd;
@@ -68,33 +86,43 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
             edges.push(edge);
         }
         if OWN {
+            let calibrations = self.calibrations(taps, &complete);
             for (i, edge) in edges.iter().enumerate() {
-                self.count(taps.at(i), edge, &complete, &mut tally);
+                self.count(taps.at(i), edge, &calibrations, &mut tally);
             }
         } else {
-            let decided = Decided::new(tables);
             rootless.clear();
             rootless.resize(if estimates { drives } else { 0 }, of(0.0));
             for (i, edge) in edges.iter().enumerate() {
-                decided.count(tables, self, taps.at(i), edge, &complete, (&mut tally, rootless));
+                self.count_shared(tables, taps.at(i), edge, &complete, (&mut tally, rootless));
             }
         }
 
         let scale = if tables.elongation { self.design.gauge[1] - self.design.gauge[0] } else { of(1.0) };
         let scale = scale * of((1.0 / (taps.len() as f64 - 1.0)).sqrt()) / self.passed.share;
-        let (bound, never) = (Lanes::<FMA>::splat(bound), of(f64::INFINITY));
+        let (bound, never) = (Lanes::<SET>::splat(bound), of(f64::INFINITY));
         let mut best = [never, of(0.0)];
         let mut rows_complete = if OWN && estimates { of(0.0) } else { complete };
         for (j, rootless) in rootless.iter().enumerate() {
             rows_complete = rows_complete - of(j as f64).if_less(complete, *rootless, of(0.0));
         }
-        let floor = if !OWN && estimates && Floor::<Lanes<FMA>>::pays(tables) {
+        let floor = if !OWN && estimates && Floor::<Lanes<SET>>::pays(tables) {
             Some(Floor::new(tables, self, taps))
         } else {
             None
         };
         let start = found.rows.len();
+        let mut dull = false;
         for j in 0..drives {
+            if !OWN && !estimates {
+                if j % TOGETHER == 0 {
+                    let group = &tables.groups[1 + j / TOGETHER];
+                    dull = bound.all_at_most(self.least_spread(group, m) * scale);
+                }
+                if dull {
+                    continue;
+                }
+            }
             let place = of(j as f64);
             let mut rank = if estimates {
                 let row = self.row::<OWN>(tables, j);
@@ -120,10 +148,15 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
                 for at in 1..m * (m + 1) / 2 {
                     sum = self.spread[at].mul_add(Pack::splat(a.products[at]), sum);
                 }
-                Lanes::<FMA>::splat(a.stroke.power) * sum.max(of(0.0)).sqrt() * scale
+                Lanes::<SET>::splat(a.stroke.power) * sum.max(of(0.0)).sqrt() * scale
             };
             if !estimates {
                 rank = place.if_less(complete, rank, never);
+            }
+            if left.is_some() {
+                // The spread is a norm: it is off by no more than that of what is missed.
+                let least = rank - of(SAFE) * self.own[1] * self.slack[1].sqrt() * scale;
+                tally.hard = tally.hard.max(least.if_less(bound, of(1.0), of(0.0)));
             }
             match tables.per {
                 Per::Row if bound.all_at_most(rank) => {}
@@ -154,7 +187,9 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
                 found.rows.push((best[0].0[lane], ks[lane], place));
             }
         }
-        if (0..self.live).any(|lane| tally.is_hard(lane)) {
+        if let Some(left) = left {
+            left.extend((0..self.live).filter(|&lane| tally.is_hard(lane)));
+        } else if (0..self.live).any(|lane| tally.is_hard(lane)) {
             // Rows pushed before a design turned out to be hard.
             let mut at = start;
             while at < found.rows.len() {

@@ -33,18 +33,18 @@ impl Between {
 
     /// Taps at all distances from those at the charts.
     #[inline(always)]
-    pub fn fill<const FMA: bool, const FORCE: bool>(
+    pub fn fill<const SET: u8, const FORCE: bool>(
         &self,
-        charts: &Taps<Lanes<FMA>>,
+        charts: &Taps<Lanes<SET>>,
         with_arc: bool,
-        taps: &mut Taps<Lanes<FMA>>,
+        taps: &mut Taps<Lanes<SET>>,
     ) {
         self.spread(&charts.kappa, &mut taps.kappa);
         if with_arc {
             self.spread(&charts.arc, &mut taps.arc);
         } else {
             for arc in &mut taps.arc {
-                *arc = Lanes::<FMA>::of(0.0);
+                *arc = Lanes::<SET>::of(0.0);
             }
         }
         if FORCE {
@@ -54,14 +54,14 @@ impl Between {
 
     /// Values of all distances from `values` of the charts, as many of each.
     #[inline(always)]
-    fn spread<const FMA: bool>(&self, values: &[Lanes<FMA>], into: &mut [Lanes<FMA>]) {
+    fn spread<const SET: u8>(&self, values: &[Lanes<SET>], into: &mut [Lanes<SET>]) {
         let m = values.len() / self.mean.len();
         for (weights, into) in self.weights.iter().zip(into.chunks_mut(TOGETHER * m)) {
             for k in 0..m {
-                let mut sums = [Lanes::<FMA>::of(0.0); TOGETHER];
+                let mut sums = [Lanes::<SET>::of(0.0); TOGETHER];
                 for (weights, values) in weights.iter().zip(values.chunks_exact(m)) {
                     for (sum, weight) in sums.iter_mut().zip(weights) {
-                        *sum = Lanes::<FMA>::splat(*weight).mul_add(values[k], *sum);
+                        *sum = Lanes::<SET>::splat(*weight).mul_add(values[k], *sum);
                     }
                 }
                 for (into, sum) in into.chunks_exact_mut(m).zip(sums) {
@@ -72,22 +72,22 @@ impl Between {
     }
 }
 
-impl<const FMA: bool> Rows<Lanes<FMA>> {
+impl<const SET: u8> Rows<Lanes<SET>> {
     /// Takes all distances as forms of the taps at the charts.
     #[inline(always)]
-    pub(super) fn push_forms(&mut self, tables: &Tables, between: &Between, charts: &Taps<Lanes<FMA>>) {
+    pub(super) fn push_forms(&mut self, tables: &Tables, between: &Between, charts: &Taps<Lanes<SET>>) {
         let m = tables.points;
         for (i, weight) in between.mean.iter().enumerate() {
-            let (chart, weight) = (charts.at(i), Lanes::<FMA>::splat(*weight));
+            let (chart, weight) = (charts.at(i), Lanes::<SET>::splat(*weight));
             self.largest = self.largest.max(chart.largest);
             for k in 0..m {
                 self.mean[k] = weight.mul_add(chart.kappa[k], self.mean[k]);
             }
         }
         for row in &between.squares {
-            let mut apart = [Lanes::<FMA>::of(0.0); ORDERS];
+            let mut apart = [Lanes::<SET>::of(0.0); ORDERS];
             for (i, factor) in row.iter().enumerate() {
-                let (chart, factor) = (charts.at(i), Lanes::<FMA>::splat(*factor));
+                let (chart, factor) = (charts.at(i), Lanes::<SET>::splat(*factor));
                 for k in 0..m {
                     apart[k] = factor.mul_add(chart.kappa[k] - self.mean[k], apart[k]);
                 }

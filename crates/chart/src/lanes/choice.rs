@@ -4,8 +4,7 @@
 //! what holds the arc. So the sliding solutions at a few T/P between −μ and μ, smooth in T/P, tell it all.
 
 use super::Lanes;
-use super::read::{Flat, Values, dot};
-use crate::axis::AXES;
+use super::read::{Flat, Values};
 use crate::distance::{FUNCTIONS, lobatto, matrix_at};
 
 /// Most branches of a contact with friction.
@@ -28,25 +27,23 @@ impl Choice {
 
     /// δ, c/a − 1 and, with `FORCE`, the force over driveᵉ at each lane's own drive; and T/(μP): ±1 where it slides.
     #[inline(always)]
-    pub fn read<const FMA: bool, const FORCE: bool>(
+    pub fn read<const SET: u8, const FORCE: bool>(
         &self,
         branches: &[[Flat; FUNCTIONS]],
-        basis: &[Vec<Lanes<FMA>>; AXES],
-        products: &Values<FMA>,
-    ) -> ([Lanes<FMA>; FUNCTIONS], Lanes<FMA>) {
-        let of = Lanes::<FMA>::of;
+        at: &Values<SET>,
+    ) -> ([Lanes<SET>; FUNCTIONS], Lanes<SET>) {
+        let of = Lanes::<SET>::of;
         let (zero, n) = (of(0.0), branches.len());
-        let at = (basis, products);
-        let high = one(&branches[n - 1][1], at);
+        let high = branches[n - 1][1].at(at);
         if n == 1 || zero.all_at_most(high) {
-            return (rest::<FMA, FORCE>(&branches[n - 1], high, at), of(1.0));
+            return (rest::<SET, FORCE>(&branches[n - 1], high, at), of(1.0));
         }
-        let low = one(&branches[0][1], at);
+        let low = branches[0][1].at(at);
         // 1 and −1 where a lane slides. It has the values of its branch then, as beside neighbours that all slide: the polynomial through
         // the branches is off by roundings, and a tap must not depend on its neighbours.
         let side = high.if_less(zero, zero.if_less(low, zero, of(-1.0)), of(1.0));
         if side.all_at_most(of(-1.0)) {
-            return (rest::<FMA, FORCE>(&branches[0], low, at), of(-1.0));
+            return (rest::<SET, FORCE>(&branches[0], low, at), of(-1.0));
         }
         let mut ends = [[zero; FUNCTIONS]; 2];
         let mut powers = [[zero; FUNCTIONS]; MOST_BRANCHES];
@@ -54,12 +51,12 @@ impl Choice {
             let arc = match k {
                 0 => low,
                 k if k == n - 1 => high,
-                k => one(&branches[k][1], at),
+                k => branches[k][1].at(at),
             };
-            let values = rest::<FMA, FORCE>(&branches[k], arc, at);
+            let values = rest::<SET, FORCE>(&branches[k], arc, at);
             ends[usize::from(k > 0)] = values;
             for (row, power) in self.powers[n].iter().zip(&mut powers) {
-                let m = Lanes::<FMA>::splat(row[k]);
+                let m = Lanes::<SET>::splat(row[k]);
                 for (power, value) in power.iter_mut().zip(values) {
                     *power = m.mul_add(value, *power);
                 }
@@ -85,47 +82,38 @@ impl Choice {
 
 /// `back` where `side` is −1, `between` where it is 0, `out` where it is 1.
 #[inline(always)]
-fn by_side<const FMA: bool>(
-    side: Lanes<FMA>,
-    back: Lanes<FMA>,
-    between: Lanes<FMA>,
-    out: Lanes<FMA>,
-) -> Lanes<FMA> {
-    let half = Lanes::<FMA>::of(0.5);
+fn by_side<const SET: u8>(
+    side: Lanes<SET>,
+    back: Lanes<SET>,
+    between: Lanes<SET>,
+    out: Lanes<SET>,
+) -> Lanes<SET> {
+    let half = Lanes::<SET>::of(0.5);
     half.if_less(side, out, side.if_less(-half, back, between))
 }
 
-/// Polynomials over the axes, and products of some.
-type At<'a, const FMA: bool> = (&'a [Vec<Lanes<FMA>>; AXES], &'a Values<FMA>);
-
 // Functions and no closures: what is not inlined would not be compiled for the instruction set of its caller.
-
-/// A series at each lane's own drive.
-#[inline(always)]
-fn one<const FMA: bool>(flat: &Flat, (basis, products): At<'_, FMA>) -> Lanes<FMA> {
-    dot(&flat.read(basis, products), &basis[0])
-}
 
 /// The functions of a branch whose arc is known.
 #[inline(always)]
-fn rest<const FMA: bool, const FORCE: bool>(
+fn rest<const SET: u8, const FORCE: bool>(
     [strain, _, force]: &[Flat; FUNCTIONS],
-    arc: Lanes<FMA>,
-    at: At<'_, FMA>,
-) -> [Lanes<FMA>; FUNCTIONS] {
-    let force = if FORCE { one(force, at) } else { Lanes::<FMA>::of(0.0) };
-    [one(strain, at), arc, force]
+    arc: Lanes<SET>,
+    at: &Values<SET>,
+) -> [Lanes<SET>; FUNCTIONS] {
+    let force = if FORCE { force.at(at) } else { Lanes::<SET>::of(0.0) };
+    [strain.at(at), arc, force]
 }
 
 /// Value and slope of function `f` at `x`, from its powers.
 #[inline(always)]
-fn polynomial<const FMA: bool>(
-    powers: &[[Lanes<FMA>; FUNCTIONS]],
+fn polynomial<const SET: u8>(
+    powers: &[[Lanes<SET>; FUNCTIONS]],
     f: usize,
-    x: Lanes<FMA>,
-) -> (Lanes<FMA>, Lanes<FMA>) {
+    x: Lanes<SET>,
+) -> (Lanes<SET>, Lanes<SET>) {
     let n = powers.len();
-    let (mut value, mut slope) = (powers[n - 1][f], Lanes::<FMA>::of(0.0));
+    let (mut value, mut slope) = (powers[n - 1][f], Lanes::<SET>::of(0.0));
     for power in powers[..n - 1].iter().rev() {
         slope = slope.mul_add(x, value);
         value = value.mul_add(x, power[f]);

@@ -16,8 +16,8 @@ impl Work for Deviations<'_> {
     type Out = Vec<f64>;
 
     #[inline(always)]
-    fn run<const FMA: bool>(self) -> Vec<f64> {
-        self.tables.deviations_lanes::<FMA>(self.taps)
+    fn run<const SET: u8>(self) -> Vec<f64> {
+        self.tables.deviations_lanes::<SET>(self.taps)
     }
 }
 
@@ -28,15 +28,15 @@ impl Tables {
     }
 
     #[inline(always)]
-    fn deviations_lanes<const FMA: bool>(&self, taps: &[(Tuple, usize)]) -> Vec<f64> {
-        let (mut scratch, mut rows) = (Scratch::<FMA>::new(self), Rows::new());
+    fn deviations_lanes<const SET: u8>(&self, taps: &[(Tuple, usize)]) -> Vec<f64> {
+        let (mut scratch, mut rows) = (Scratch::<SET>::new(self), Rows::new());
         let mut found = Vec::with_capacity(taps.len());
         for taps in taps.chunks(LANES) {
             let tuples: Vec<Tuple> = taps.iter().map(|(tuple, _)| *tuple).collect();
             let own = self.angles.is_empty() || self.apart;
             match own {
-                true => rows.fill::<true, false>(self, taps.len(), &tuples, &mut scratch),
-                false => rows.fill::<false, false>(self, taps.len(), &tuples, &mut scratch),
+                true => rows.fill::<true, false>((self, &self.charts), taps.len(), &tuples, &mut scratch),
+                false => rows.fill::<false, false>((self, &self.charts), taps.len(), &tuples, &mut scratch),
             }
             for (lane, (tuple, i)) in taps.iter().enumerate() {
                 let kappa: Vec<f32> = scratch.taps.at(*i).kappa.iter().map(|k| k.0[lane]).collect();

@@ -3,17 +3,19 @@
 //! Inlined work grows with every place that asks for the same part of it, and most of the time of building this crate went into such copies:
 //! a part that several places need, or that is large, is compiled [`apart`], once for each instruction set.
 
+use crate::kernel::cpu::{FUSED, UNFUSED, WIDE};
+
 /// Work over lanes. All of it must be inlined (`#[inline(always)]`, no closure that is called twice) or a [`Part`]: what is neither is
 /// compiled for no particular instruction set.
 pub(super) trait Work {
     type Out;
 
-    /// With fused multiply–add or without.
-    fn run<const FMA: bool>(self) -> Self::Out;
+    /// By the instructions of a set.
+    fn run<const SET: u8>(self) -> Self::Out;
 }
 
-/// A part of work whose lanes are fused or not.
-pub(super) trait Part<const FMA: bool> {
+/// A part of work by the instructions of a set.
+pub(super) trait Part<const SET: u8> {
     type Out;
 
     fn run(self) -> Self::Out;
@@ -32,20 +34,19 @@ pub(super) fn best<W: Work>(work: W) -> W::Out {
             return unsafe { avx2(work) };
         }
     }
-    work.run::<{ cfg!(target_arch = "aarch64") }>()
+    work.run::<{ if cfg!(target_arch = "aarch64") { FUSED } else { UNFUSED } }>()
 }
 
 /// Does `part` with the instructions of the work it is a part of, behind a call.
 #[inline(always)]
-pub(super) fn apart<const FMA: bool, P: Part<FMA>>(part: P) -> P::Out {
+pub(super) fn apart<const SET: u8, P: Part<SET>>(part: P) -> P::Out {
     #[cfg(target_arch = "x86_64")]
-    if FMA {
-        return match has_512() {
-            // SAFETY: fused lanes are only made where the CPU was found to have the first, and it was just found to have the others.
-            true => unsafe { avx512_part(part) },
-            // SAFETY: as above.
-            false => unsafe { avx2_part(part) },
-        };
+    match SET {
+        // SAFETY: such lanes are only made where the CPU was found to have the instructions.
+        WIDE => return unsafe { avx512_part(part) },
+        // SAFETY: as above.
+        FUSED => return unsafe { avx2_part(part) },
+        _ => {}
     }
     plain_part(part)
 }
@@ -61,32 +62,32 @@ fn has_512() -> bool {
 }
 
 #[inline(never)]
-fn plain_part<const FMA: bool, P: Part<FMA>>(part: P) -> P::Out {
+fn plain_part<const SET: u8, P: Part<SET>>(part: P) -> P::Out {
     part.run()
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512dq,avx2,fma")]
 #[inline(never)]
-fn avx512_part<const FMA: bool, P: Part<FMA>>(part: P) -> P::Out {
+fn avx512_part<const SET: u8, P: Part<SET>>(part: P) -> P::Out {
     part.run()
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
 #[inline(never)]
-fn avx2_part<const FMA: bool, P: Part<FMA>>(part: P) -> P::Out {
+fn avx2_part<const SET: u8, P: Part<SET>>(part: P) -> P::Out {
     part.run()
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512dq,avx2,fma")]
 fn avx512<W: Work>(work: W) -> W::Out {
-    work.run::<true>()
+    work.run::<WIDE>()
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
 fn avx2<W: Work>(work: W) -> W::Out {
-    work.run::<true>()
+    work.run::<FUSED>()
 }

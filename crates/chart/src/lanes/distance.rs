@@ -52,27 +52,31 @@ pub(super) struct Charted {
     weight: Option<Weight>,
     /// Bound on c/a − 1 over driveᵉ in the chart.
     pub most_arc: f32,
+    /// What strain and arc may be off for terms that were left out.
+    pub missed: [f32; 2],
+    /// Whether its branch holds only where its arc is not below 0.
+    pub slides: bool,
 }
 
 /// What points count of a whisker that is no cone of one material.
-struct Own<'a, const FMA: bool> {
+struct Own<'a, const SET: u8> {
     weights: &'a Weight,
-    at: [Lanes<FMA>; 3],
-    variable: Lanes<FMA>,
+    at: [Lanes<SET>; 3],
+    variable: Lanes<SET>,
 }
 
-impl<const FMA: bool> Part<FMA> for Own<'_, FMA> {
-    type Out = Lanes<FMA>;
+impl<const SET: u8> Part<SET> for Own<'_, SET> {
+    type Out = Lanes<SET>;
 
     #[inline(always)]
-    fn run(self) -> Lanes<FMA> {
-        self.weights.at(self.at, self.variable, Lanes::<FMA>::of, power)
+    fn run(self) -> Lanes<SET> {
+        self.weights.at(self.at, self.variable, Lanes::<SET>::of, power)
     }
 }
 
 /// Powers, lane by lane.
 #[inline(always)]
-fn power<const FMA: bool>(mut x: Lanes<FMA>, n: f64) -> Lanes<FMA> {
+fn power<const SET: u8>(mut x: Lanes<SET>, n: f64) -> Lanes<SET> {
     for x in &mut x.0 {
         *x = x.powf(n as f32);
     }
@@ -112,31 +116,63 @@ impl Charted {
                 .collect(),
             products,
             most_arc: chart.branches.iter().map(arc).fold(0.0, f32::max),
+            missed: [0.0; 2],
+            slides: false,
+        }
+    }
+
+    /// The terms of `chart` without which strain and arc at the largest drives are off by no more than `error`; of a contact that chooses, those of
+    /// sliding outwards.
+    pub fn roughly(chart: &DistanceChart, kind: Drive, error: f64) -> Self {
+        let exact = Self::new(chart, kind, &[]);
+        let axes = chart.axes();
+        let drive = axes[Quantity::Drive as usize].range[1];
+        let place = 1.0 - axes[Quantity::Place as usize].range[1];
+        let share = |function: Function| {
+            let point = function == Function::Strain || chart.gauges.centred;
+            error / drive.powi(chart.power) * if point { place } else { 1.0 }
+        };
+        let mut rough = chart.clone();
+        rough.branches.drain(..chart.branches.len() - 1);
+        let mut missed = [Function::Strain, Function::Arc].map(|function| {
+            let series = &mut rough.branches[0].series[function as usize];
+            let (kept, missed) = series.largest(share(function));
+            *series = kept;
+            (missed * f64::from(exact.scale)) as f32
+        });
+        if chart.gauges.centred {
+            missed[1] /= place as f32;
+        }
+        Self {
+            missed,
+            slides: chart.branches.len() > 1,
+            most_arc: exact.most_arc,
+            ..Self::new(&rough, kind, &[])
         }
     }
 
     /// Chebyshev polynomials at the drive (with `OWN`), D/a and τa, and the means of those over x/a between the ends of a gauge.
     #[inline(always)]
-    pub fn polynomials<const FMA: bool, const OWN: bool>(
+    pub fn polynomials<const SET: u8, const OWN: bool>(
         &self,
-        [drive, near, base, taper, far]: &[Lanes<FMA>; AXES],
-        basis: &mut [Vec<Lanes<FMA>>; AXES],
-        products: &mut Values<FMA>,
+        [drive, near, base, taper, far]: &[Lanes<SET>; AXES],
+        basis: &mut [Vec<Lanes<SET>>; AXES],
+        products: &mut Values<SET>,
     ) {
-        basis[1][0] = Lanes::<FMA>::of(1.0);
+        basis[1][0] = Lanes::<SET>::of(1.0);
         if OWN {
             read::polynomials(self.variable(0, *drive), self.sizes[0], &mut basis[0]);
         }
         read::polynomials(self.variable(2, *base), self.sizes[2], &mut basis[2]);
         read::polynomials(self.variable(3, *taper), self.sizes[3], &mut basis[3]);
         self.fold([*near, *far], [*base, *taper], &mut basis[4]);
-        self.products.fill(basis, products);
+        self.products.fill::<SET, OWN>(basis, products);
     }
 
     /// The variable of axis `k`, in [−1, 1].
     #[inline(always)]
-    fn variable<const FMA: bool>(&self, k: usize, q: Lanes<FMA>) -> Lanes<FMA> {
-        let one = Lanes::<FMA>::of(1.0);
+    fn variable<const SET: u8>(&self, k: usize, q: Lanes<SET>) -> Lanes<SET> {
+        let one = Lanes::<SET>::of(1.0);
         let y = match self.maps[k] {
             Map::Linear => q,
             Map::Square => q * q,
@@ -150,32 +186,45 @@ impl Charted {
 
     /// Means over a gauge of the polynomials over x/a, so that they give its δ (see [`crate::gauge`]).
     #[inline(always)]
-    fn fold<const FMA: bool>(
+    fn fold<const SET: u8>(
         &self,
-        [near, far]: [Lanes<FMA>; 2],
-        [base, p]: [Lanes<FMA>; 2],
-        into: &mut [Lanes<FMA>],
+        [near, far]: [Lanes<SET>; 2],
+        [base, p]: [Lanes<SET>; 2],
+        into: &mut [Lanes<SET>],
     ) {
-        let of = Lanes::<FMA>::of;
+        let of = Lanes::<SET>::of;
         let (one, width) = (of(1.0), far - near);
         let (mut total, mut whole, mut first) = (of(0.0), of(0.0), of(0.0));
-        // Of each point: its weight, twice its variable, and two neighbouring polynomials there. All points go on together, so that none
+        // Of each point: its weight, 1 − s and (1 − p s)³, then twice its variable and two neighbouring polynomials there. All points go on together, so that none
         // waits for its own last product.
         let mut points = [[of(0.0); 4]; MOST_POINTS];
         let points = &mut points[..self.gauge.len().min(MOST_POINTS)];
         for (point, [place, weight]) in points.iter_mut().zip(&self.gauge) {
             let s = width.mul_add(Pack::splat(*place), near);
             let (u, x) = (one - p * s, self.variable(4, s));
+            let cube = u * u * u;
             let weight = match &self.weight {
-                None => Lanes::<FMA>::splat(*weight) / (u * u * u),
+                None => Lanes::<SET>::splat(*weight),
                 Some(weights) => {
-                    Lanes::<FMA>::splat(*weight) * apart(Own { weights, at: [base, p, s], variable: x })
+                    Lanes::<SET>::splat(*weight) * apart(Own { weights, at: [base, p, s], variable: x })
                 }
             };
-            total = weight.mul_add(one - s, total);
-            whole = whole + weight;
-            first = weight.mul_add(x, first);
-            *point = [weight, x + x, one, x];
+            *point = [weight, one - s, cube, x];
+        }
+        if self.weight.is_none() {
+            match &mut *points {
+                [a, b] => {
+                    // Weights of two count by their ratio: no quotient.
+                    [a[0], b[0]] = [a[0] * b[2], b[0] * a[2]];
+                }
+                points => points.iter_mut().for_each(|point| point[0] = point[0] / point[2]),
+            }
+        }
+        for [weight, room, before, x] in points.iter_mut() {
+            total = weight.mul_add(*room, total);
+            whole = whole + *weight;
+            first = weight.mul_add(*x, first);
+            (*room, *before) = (*x + *x, one);
         }
         let share = one / total;
         into[0] = whole * share;

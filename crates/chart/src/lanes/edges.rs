@@ -14,44 +14,50 @@ const REPEATS_YIELDING: usize = 10;
 pub(super) struct Edges<T> {
     pub above: T,
     pub slipped: T,
+    /// 1 where a rough look does not tell.
+    pub open: T,
+    /// No lane has any of these, at drives of its own.
+    pub none: bool,
 }
 
-impl<const FMA: bool> Rows<Lanes<FMA>> {
+impl<const SET: u8> Rows<Lanes<SET>> {
     /// First drives at which a tap is above the strain limit and at which it has slipped off.
     #[inline(always)]
     pub fn edges<const OWN: bool>(
         &self,
         tables: &Tables,
-        tap: TapSeries<'_, Lanes<FMA>>,
+        tap: TapSeries<'_, Lanes<SET>>,
         distance: &Distance,
-        last: &Row<Lanes<FMA>>,
+        last: &Row<Lanes<SET>>,
         drives: usize,
         m: usize,
-    ) -> Edges<Lanes<FMA>> {
-        let of = Lanes::<FMA>::of;
+    ) -> Edges<Lanes<SET>> {
+        let of = Lanes::<SET>::of;
         let never = of(drives as f64);
         let limit = self.passed.limit;
         let (strain, most) =
             (tap.strain * last.drive, limit * (of(1.0) + last.power * last.read(tap.kappa, m)));
-        let mut above = never;
-        if !strain.all_at_most(most) {
-            above = if OWN {
-                most.if_less(strain, of(0.0), never)
-            } else {
-                most.if_less(strain, self.first_above(tables, tap, limit, m), never)
-            };
-        }
         let room = (self.design.length - Pack::splat(distance.a)) * Pack::splat(distance.inverse);
         let arc = last.power * last.read(tap.arc, m);
-        let mut slipped = never;
-        if !arc.all_at_most(room) {
-            slipped = if OWN {
-                room.if_less(arc, of(0.0), never)
-            } else {
-                room.if_less(arc, Pack(first_slipped(tables, tap.arc, room)), never)
-            };
+        let mut edges = Edges { above: never, slipped: never, open: of(0.0), none: false };
+        if OWN {
+            let [strain_slack, arc_slack] = [limit * last.power * tap.slack[0], last.power * tap.slack[1]];
+            edges.none = strain.all_at_most(most - strain_slack) && arc.all_at_most(room - arc_slack);
+            if !edges.none {
+                edges.above = most.if_less(strain, of(0.0), never);
+                edges.slipped = room.if_less(arc, of(0.0), never);
+                let open = (strain - most).abs().if_less(strain_slack, of(1.0), of(0.0));
+                edges.open = (arc - room).abs().if_less(arc_slack, of(1.0), open);
+            }
+            return edges;
         }
-        Edges { above, slipped }
+        if !strain.all_at_most(most) {
+            edges.above = most.if_less(strain, self.first_above(tables, tap, limit, m), never);
+        }
+        if !arc.all_at_most(room) {
+            edges.slipped = room.if_less(arc, Pack(first_slipped(tables, tap.arc, room)), never);
+        }
+        edges
     }
 
     /// First place at which the strain is above `limit`. It is where s θ = limit · (1 + θᵉ κ(θ)), which is solved by repetition: strain is
@@ -60,11 +66,11 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
     fn first_above(
         &self,
         tables: &Tables,
-        tap: TapSeries<'_, Lanes<FMA>>,
-        limit: Lanes<FMA>,
+        tap: TapSeries<'_, Lanes<SET>>,
+        limit: Lanes<SET>,
         m: usize,
-    ) -> Lanes<FMA> {
-        let of = Lanes::<FMA>::of;
+    ) -> Lanes<SET> {
+        let of = Lanes::<SET>::of;
         let ends =
             [&tables.angles[0], &tables.angles[tables.angles.len() - 1]].map(|a| Pack::splat(a.stroke.drive));
         let linear = limit / tap.strain;
@@ -82,6 +88,14 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
             drive = linear.mul_add(power * kappa, linear);
         }
         let mut places = of(0.0);
+        if let Some([first, steps]) = tables.even.map(|even| even.map(Lanes::<SET>::splat)) {
+            let mut passed =
+                ((drive - first) * steps + of(1.0)).max(of(0.0)).min(of(tables.angles.len() as f64));
+            for place in &mut passed.0 {
+                *place = *place as i32 as f32;
+            }
+            return passed;
+        }
         for angle in &tables.angles {
             places = places + drive.if_less(Pack::splat(angle.stroke.drive), of(0.0), of(1.0));
         }
@@ -90,7 +104,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
 }
 
 /// First place, in each lane, at which the arc has grown by more than `room`.
-fn first_slipped<const FMA: bool>(tables: &Tables, values: &[Lanes<FMA>], room: Lanes<FMA>) -> [f32; LANES] {
+fn first_slipped<const SET: u8>(tables: &Tables, values: &[Lanes<SET>], room: Lanes<SET>) -> [f32; LANES] {
     let n = tables.angles.len();
     let mut places = [n as f32; LANES];
     for (lane, place) in places.iter_mut().enumerate() {

@@ -12,12 +12,12 @@ const STEPS: usize = 6;
 
 /// η of the far root of a growth of `q`, and the slope there; the slope is 0 where there is none.
 #[inline(always)]
-pub(super) fn root<const FMA: bool>(
+pub(super) fn root<const SET: u8>(
     tables: &Tables,
-    tap: TapSeries<'_, Lanes<FMA>>,
-    (q, peak): (Lanes<FMA>, Lanes<FMA>),
-) -> [Lanes<FMA>; 2] {
-    let of = Lanes::<FMA>::of;
+    tap: TapSeries<'_, Lanes<SET>>,
+    (q, peak): (Lanes<SET>, Lanes<SET>),
+) -> [Lanes<SET>; 2] {
+    let of = Lanes::<SET>::of;
     let growth = tap.growth;
     let zero = of(0.0);
     if tables.theory.plain {
@@ -58,15 +58,15 @@ pub(super) struct Told<T> {
 /// Shares of the slope of f at the contact, and of what its factors alone give, below which a distance is not taken to be smooth.
 const SMOOTH: [f64; 2] = [0.5, 0.1];
 
-impl<const FMA: bool> Told<Lanes<FMA>> {
+impl<const SET: u8> Told<Lanes<SET>> {
     /// Of the reading `q` of `tap`, whose standard deviation is `noise` θ; `peak` is q at the peak.
     #[inline(always)]
     pub fn new(
         tables: &Tables,
-        (tap, distance): (TapSeries<'_, Lanes<FMA>>, &Distance),
-        (q, peak, noise): (Lanes<FMA>, Lanes<FMA>, Lanes<FMA>),
+        (tap, distance): (TapSeries<'_, Lanes<SET>>, &Distance),
+        (q, peak, noise): (Lanes<SET>, Lanes<SET>, Lanes<SET>),
     ) -> Self {
-        let of = Lanes::<FMA>::of;
+        let of = Lanes::<SET>::of;
         let (zero, one) = (of(0.0), of(1.0));
         let [eta, slope] = root(tables, tap, (q, peak));
         let whole = one / (one + eta);
@@ -84,23 +84,23 @@ impl<const FMA: bool> Told<Lanes<FMA>> {
     }
 }
 
-impl<const FMA: bool> Rows<Lanes<FMA>> {
+impl<const SET: u8> Rows<Lanes<SET>> {
     /// The distance that a tap of a row tells.
     #[inline(always)]
     fn distance(
         &self,
         tables: &Tables,
-        row: &Row<Lanes<FMA>>,
-        tap: (TapSeries<'_, Lanes<FMA>>, &Distance),
-        (noise, peak): (Lanes<FMA>, Lanes<FMA>),
-    ) -> Told<Lanes<FMA>> {
+        row: &Row<Lanes<SET>>,
+        tap: (TapSeries<'_, Lanes<SET>>, &Distance),
+        (noise, peak): (Lanes<SET>, Lanes<SET>),
+    ) -> Told<Lanes<SET>> {
         Told::new(tables, tap, (self.miss(row, tap.0, tables.points), peak, noise))
     }
 
     /// K̄ σ/θ of a reading.
     #[inline(always)]
-    fn noise(&self, tables: &Tables, row: &Row<Lanes<FMA>>) -> Lanes<FMA> {
-        let k = Lanes::<FMA>::of(1.0) + self.calibration(row, tables.points);
+    fn noise(&self, tables: &Tables, row: &Row<Lanes<SET>>) -> Lanes<SET> {
+        let k = Lanes::<SET>::of(1.0) + self.calibration(row, tables.points);
         k * Pack::splat(tables.noise) / row.drive / self.passed.share
     }
 
@@ -109,10 +109,10 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
     pub fn estimate(
         &self,
         tables: &Tables,
-        row: &Row<Lanes<FMA>>,
-        taps: &Taps<Lanes<FMA>>,
-    ) -> (Lanes<FMA>, Lanes<FMA>) {
-        let of = Lanes::<FMA>::of;
+        row: &Row<Lanes<SET>>,
+        taps: &Taps<Lanes<SET>>,
+    ) -> (Lanes<SET>, Lanes<SET>) {
+        let of = Lanes::<SET>::of;
         let [mut squares, mut largest, mut noises, mut none] = [of(0.0); 4];
         let noise = self.noise(tables, row);
         for (i, distance) in tables.distances.iter().enumerate() {
@@ -149,22 +149,22 @@ pub(super) struct Floor<T> {
 
 /// Coefficients over the drives, times `share`, from values at the points.
 #[inline(always)]
-fn series<const FMA: bool>(
+fn series<const SET: u8>(
     tables: &Tables,
-    values: &[Lanes<FMA>; ORDERS],
-    share: Lanes<FMA>,
-) -> [Lanes<FMA>; ORDERS] {
-    let mut series = [Lanes::<FMA>::of(0.0); ORDERS];
+    values: &[Lanes<SET>; ORDERS],
+    share: Lanes<SET>,
+) -> [Lanes<SET>; ORDERS] {
+    let mut series = [Lanes::<SET>::of(0.0); ORDERS];
     for k in 0..tables.points {
         for n in 0..tables.points {
-            series[k] = Lanes::<FMA>::splat(tables.from_points[k][n]).mul_add(values[n], series[k]);
+            series[k] = Lanes::<SET>::splat(tables.from_points[k][n]).mul_add(values[n], series[k]);
         }
         series[k] = series[k] * share;
     }
     series
 }
 
-impl<const FMA: bool> Floor<Lanes<FMA>> {
+impl<const SET: u8> Floor<Lanes<SET>> {
     /// Whether `tables` rank by what has one, and by enough drives.
     pub fn pays(tables: &Tables) -> bool {
         let smooth = matches!(tables.by, RankBy::ErrorRms | RankBy::NoiseRms | RankBy::TotalRms);
@@ -173,15 +173,15 @@ impl<const FMA: bool> Floor<Lanes<FMA>> {
 
     /// Of `rows` with their taps.
     #[inline(always)]
-    pub fn new(tables: &Tables, rows: &Rows<Lanes<FMA>>, taps: &Taps<Lanes<FMA>>) -> Self {
-        let (zero, half) = (Lanes::<FMA>::of(0.0), Lanes::<FMA>::of(0.5));
+    pub fn new(tables: &Tables, rows: &Rows<Lanes<SET>>, taps: &Taps<Lanes<SET>>) -> Self {
+        let (zero, half) = (Lanes::<SET>::of(0.0), Lanes::<SET>::of(0.5));
         let (mut errors, mut noises) = ([zero; ORDERS], [zero; ORDERS]);
         let m = tables.points;
         for (i, distance) in tables.distances.iter().enumerate() {
             let tap = (taps.at(i), distance);
             let [.., peak] = rows.design.words.bounds(tap.0);
             let (mut squares, mut variances) = ([zero; ORDERS], [zero; ORDERS]);
-            let mut smooth = Lanes::<FMA>::of(1.0);
+            let mut smooth = Lanes::<SET>::of(1.0);
             for (k, stroke) in tables.grid.iter().enumerate() {
                 let row = Row::at(stroke, m);
                 let told = rows.distance(tables, &row, tap, (rows.noise(tables, &row), peak));
@@ -195,13 +195,13 @@ impl<const FMA: bool> Floor<Lanes<FMA>> {
                 noises[k] = noises[k] + half.if_less(smooth, variances[k], zero);
             }
         }
-        let share = Lanes::<FMA>::of((1.0 - MARGIN) / taps.len() as f64);
+        let share = Lanes::<SET>::of((1.0 - MARGIN) / taps.len() as f64);
         Self { errors: series(tables, &errors, share), noises: series(tables, &noises, share) }
     }
 
     /// Square of the bound of a row.
     #[inline(always)]
-    pub fn at(&self, tables: &Tables, row: &Row<Lanes<FMA>>) -> Lanes<FMA> {
+    pub fn at(&self, tables: &Tables, row: &Row<Lanes<SET>>) -> Lanes<SET> {
         let m = tables.points;
         let errors = row.power * row.power * row.read(&self.errors, m);
         let noises = row.read(&self.noises, m) / (row.drive * row.drive);

@@ -42,16 +42,16 @@ impl Tables {
     }
 
     #[inline(always)]
-    fn figures_lanes<const FMA: bool>(
+    fn figures_lanes<const SET: u8>(
         &self,
         tuples: &[Tuple],
         counting: Counting,
         out: &mut Vec<Option<Figures>>,
     ) -> Words {
-        let (mut scratch, mut rows) = (Scratch::<FMA>::new(self), Rows::new());
+        let (mut scratch, mut rows) = (Scratch::<SET>::new(self), Rows::new());
         let mut words = Words::default();
         for tuples in tuples.chunks(LANES) {
-            rows.fill::<true, true>(self, tuples.len(), tuples, &mut scratch);
+            rows.fill::<true, true>((self, &self.charts), tuples.len(), tuples, &mut scratch);
             words.add(&rows.figures(self, counting, &scratch, out));
         }
         words
@@ -70,22 +70,22 @@ impl Work for Reading<'_> {
     type Out = Words;
 
     #[inline(always)]
-    fn run<const FMA: bool>(self) -> Words {
-        self.tables.figures_lanes::<FMA>(self.tuples, self.counting, self.out)
+    fn run<const SET: u8>(self) -> Words {
+        self.tables.figures_lanes::<SET>(self.tuples, self.counting, self.out)
     }
 }
 
-impl<const FMA: bool> Rows<Lanes<FMA>> {
+impl<const SET: u8> Rows<Lanes<SET>> {
     /// Figures of the rows of a pack, whose taps are in `scratch`.
     #[inline(always)]
     fn figures(
         &self,
         tables: &Tables,
         counting: Counting,
-        scratch: &Scratch<FMA>,
+        scratch: &Scratch<SET>,
         out: &mut Vec<Option<Figures>>,
     ) -> Words {
-        let of = Lanes::<FMA>::of;
+        let of = Lanes::<SET>::of;
         let (zero, one) = (of(0.0), of(1.0));
         let taps = &scratch.taps;
         let [drive, power] = self.own;
@@ -163,7 +163,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
                 out.push(None);
                 continue;
             }
-            let at = |x: &Lanes<FMA>| f64::from(x.0[lane]);
+            let at = |x: &Lanes<SET>| f64::from(x.0[lane]);
             let mut status = Status::OK;
             for (count, word) in [
                 (&tally.slipped, Status::SLIPPED_OFF),

@@ -23,6 +23,7 @@ mod distance;
 mod edges;
 mod estimate;
 mod figures;
+mod groups;
 mod outcome;
 mod read;
 mod rows;
@@ -49,6 +50,7 @@ use choice::Choice;
 use dispatch::{Work, best};
 use distance::{Charted, Distance};
 pub use figures::{Counting, Figures};
+use groups::Group;
 pub use outcome::{Read, Readings};
 use rows::Rows;
 use scratch::Scratch;
@@ -56,10 +58,13 @@ use scratch::Scratch;
 /// Designs that go together.
 pub const LANES: usize = 16;
 
+/// What strain and arc may be off, relative, where charts are read roughly.
+const ROUGH: f64 = 5e-4;
+
 /// Pairs of orders.
 const PAIRS: usize = ORDERS * (ORDERS + 1) / 2;
 
-type Lanes<const FMA: bool> = Pack<f32, LANES, FMA>;
+type Lanes<const SET: u8> = Pack<f32, LANES, SET>;
 
 /// Constants of a scope in single precision.
 #[derive(Debug)]
@@ -67,8 +72,14 @@ pub struct Tables {
     distances: Vec<Distance>,
     /// One per distance, or those that `between` reads.
     charts: Vec<Charted>,
+    /// The same with their largest terms only, where rows by the spread of K are ranked at drives of their own.
+    rough: Vec<Charted>,
     between: Option<Between>,
     angles: Vec<Angle>,
+    /// First of the angles, and 1 over the step between them, where they are evenly spaced.
+    even: Option<[f32; 2]>,
+    /// Of the angles: first all, then some at a time.
+    groups: Vec<Group>,
     /// Points over the drives that designs share; 1 where each has its own.
     points: usize,
     /// Coefficients from values at the points.
@@ -139,8 +150,8 @@ impl Work for Rank<'_> {
     type Out = ();
 
     #[inline(always)]
-    fn run<const FMA: bool>(self) {
-        self.tables.rank_lanes::<FMA>(self.ks, self.tuples, self.bound, self.found);
+    fn run<const SET: u8>(self) {
+        self.tables.rank_lanes::<SET>(self.ks, self.tuples, self.bound, self.found);
     }
 }
 
@@ -148,6 +159,16 @@ impl Work for Rank<'_> {
 fn affine(ends: [f64; 2]) -> [f32; 2] {
     let shift = scaled(ends, 0.0);
     [(scaled(ends, 1.0) - shift) as f32, shift as f32]
+}
+
+/// First of `drives` and 1 over the step between them, where they are evenly spaced.
+fn even(drives: &[(f64, f64, u32)]) -> Option<[f32; 2]> {
+    let (first, last) = (drives.first()?.0, drives.last()?.0);
+    let step = (last - first) / (drives.len() - 1) as f64;
+    let near = |(i, drive): (usize, &(f64, f64, u32))| {
+        (drive.0 - first - i as f64 * step).abs() <= 1e-9 * last.abs()
+    };
+    (step > 0.0 && drives.iter().enumerate().all(near)).then(|| [first as f32, (1.0 / step) as f32])
 }
 
 fn narrow<const N: usize>(v: &[f64]) -> [f32; N] {
@@ -182,6 +203,8 @@ impl Tables {
         let drives: Vec<f64> = points(n).into_iter().map(|x| map.back(placed(common, x))).collect();
         let shared = if own { Vec::new() } else { drives.clone() };
         let charted = |chart: &DistanceChart| Charted::new(chart, setup.drive, &shared);
+        let roughly = scope.drives.is_empty() && scope.between.is_none() && scope.rank.by == RankBy::KSd;
+        let rough = |chart: &DistanceChart| Charted::roughly(chart, setup.drive, ROUGH);
         let stroke = |drive: f64, t: &[f64]| Stroke {
             drive: drive as f32,
             power: drive.powi(power) as f32,
@@ -199,6 +222,7 @@ impl Tables {
             }
             Angle { asked, stroke: stroke(drive, &t), products, place }
         };
+        let angles: Vec<Angle> = scope.drives.iter().map(angle).collect();
         let unit = Taper { D: 1.0, tau: 0.0, tan_alpha: 0.0 };
         let with_shear = setup.estimate.theory == Theory::Timoshenko;
         let shear = if with_shear { shear_length2(&unit, setup.model.nu) as f32 } else { 0.0 };
@@ -207,8 +231,11 @@ impl Tables {
         Some(Self {
             distances: scope.distances.iter().map(|a| Distance::new(*a)).collect(),
             charts: scope.charts.iter().map(charted).collect(),
+            rough: if roughly { scope.charts.iter().map(rough).collect() } else { Vec::new() },
             between: scope.between.as_ref().map(Between::new),
-            angles: scope.drives.iter().map(angle).collect(),
+            even: even(&scope.drives),
+            groups: Group::of(&angles),
+            angles,
             points: n,
             from_points: matrix(n).iter().map(|row| wide(row)).collect(),
             grid: drives.iter().zip(points(n)).map(|(d, x)| stroke(*d, &basis(n, x))).collect(),
@@ -235,11 +262,11 @@ impl Tables {
 
     /// Place of a drive in [−1, 1], and its power e.
     #[inline(always)]
-    fn over_drives<const FMA: bool>(&self, drive: Lanes<FMA>) -> (Lanes<FMA>, Lanes<FMA>) {
+    fn over_drives<const SET: u8>(&self, drive: Lanes<SET>) -> (Lanes<SET>, Lanes<SET>) {
         let [scale, shift] = self.affine.map(Pack::splat);
         match self.power {
-            _ if self.fourth => (drive.sqrt().sqrt().mul_add(scale, shift), Lanes::<FMA>::of(1.0)),
-            0 => (drive.mul_add(scale, shift), Lanes::<FMA>::of(1.0)),
+            _ if self.fourth => (drive.sqrt().sqrt().mul_add(scale, shift), Lanes::<SET>::of(1.0)),
+            0 => (drive.mul_add(scale, shift), Lanes::<SET>::of(1.0)),
             1 => (drive.mul_add(scale, shift), drive),
             _ => ((drive * drive).mul_add(scale, shift), drive * drive),
         }
@@ -251,8 +278,8 @@ impl Tables {
     }
 
     #[inline(always)]
-    fn rank_lanes<const FMA: bool>(&self, ks: &[u64], tuples: &[Tuple], bound: f32, found: &mut Found) {
-        let (mut scratch, mut rows) = (Scratch::<FMA>::new(self), Rows::new());
+    fn rank_lanes<const SET: u8>(&self, ks: &[u64], tuples: &[Tuple], bound: f32, found: &mut Found) {
+        let (mut scratch, mut rows) = (Scratch::<SET>::new(self), Rows::new());
         if self.apart {
             for (k, tuple) in ks.iter().zip(tuples) {
                 self.rank_apart(*k, tuple, bound, (&mut rows, &mut scratch), found);
@@ -260,25 +287,53 @@ impl Tables {
             return;
         }
         let places = [0; LANES];
-        for (ks, tuples) in ks.chunks(LANES).zip(tuples.chunks(LANES)) {
+        let left = self.look::<SET>((ks, tuples), bound, (&mut rows, &mut scratch), found);
+        for left in left.chunks(LANES) {
+            let n = left.len();
+            let own: [usize; LANES] = std::array::from_fn(|lane| left[if lane < n { lane } else { 0 }]);
+            let (ks, tuples) = (own.map(|at| ks[at]), own.map(|at| tuples[at]));
             if self.angles.is_empty() {
-                rows.fill::<true, false>(self, ks.len(), tuples, &mut scratch);
-                rows.count_and_rank::<true>(self, (ks, &places), bound, &mut scratch, found);
+                rows.fill::<true, false>((self, &self.charts), n, &tuples, &mut scratch);
+                rows.count_and_rank::<true>(self, (&ks[..n], &places), (bound, None), &mut scratch, found);
             } else {
-                rows.fill::<false, false>(self, ks.len(), tuples, &mut scratch);
-                rows.count_and_rank::<false>(self, (ks, &places), bound, &mut scratch, found);
+                rows.fill::<false, false>((self, &self.charts), n, &tuples, &mut scratch);
+                rows.count_and_rank::<false>(self, (&ks[..n], &places), (bound, None), &mut scratch, found);
             }
         }
     }
 
+    /// A first look at designs with drives of their own: the places of those that rough charts do not tell, or that may rank below `bound`.
+    #[inline(always)]
+    fn look<const SET: u8>(
+        &self,
+        (ks, tuples): (&[u64], &[Tuple]),
+        bound: f32,
+        (rows, scratch): (&mut Rows<Lanes<SET>>, &mut Scratch<SET>),
+        found: &mut Found,
+    ) -> Vec<usize> {
+        let (mut left, mut from) = (Vec::with_capacity(ks.len()), 0);
+        // Where it tells few designs it is not worth it.
+        while !self.rough.is_empty() && bound.is_finite() && from < ks.len() && 2 * left.len() <= from {
+            let to = (from + LANES).min(ks.len());
+            let before = left.len();
+            rows.fill::<true, false>((self, &self.rough), to - from, &tuples[from..to], scratch);
+            let asked = (&ks[from..to], &[0; LANES]);
+            rows.count_and_rank::<true>(self, asked, (bound, Some(&mut left)), scratch, found);
+            left[before..].iter_mut().for_each(|at| *at += from);
+            from = to;
+        }
+        left.extend(from..ks.len());
+        left
+    }
+
     /// Rows of the design `k`, each read at its own drive.
     #[inline(always)]
-    fn rank_apart<const FMA: bool>(
+    fn rank_apart<const SET: u8>(
         &self,
         k: u64,
         tuple: &Tuple,
         bound: f32,
-        (rows, scratch): (&mut Rows<Lanes<FMA>>, &mut Scratch<FMA>),
+        (rows, scratch): (&mut Rows<Lanes<SET>>, &mut Scratch<SET>),
         found: &mut Found,
     ) {
         let mut all = Found::default();
@@ -289,8 +344,8 @@ impl Tables {
                 (tuple.drive, *place) = (angle.asked, angle.place);
             }
             let (ks, n) = ([k; LANES], angles.len());
-            rows.fill::<true, false>(self, n, &tuples[..n], scratch);
-            rows.count_and_rank::<true>(self, (&ks[..n], &places), bound, scratch, &mut all);
+            rows.fill::<true, false>((self, &self.charts), n, &tuples[..n], scratch);
+            rows.count_and_rank::<true>(self, (&ks[..n], &places), (bound, None), scratch, &mut all);
             if !all.hard.is_empty() {
                 found.hard.push(k);
                 return;

@@ -2,7 +2,7 @@
 
 use super::choice::Choice;
 use super::dispatch::{Work, best};
-use super::read::Products;
+use super::read::Values;
 use super::{Charted, LANES, Lanes};
 use crate::axis::AXES;
 use crate::distance::{DistanceChart, FUNCTIONS};
@@ -44,12 +44,12 @@ impl Readings {
     }
 
     #[inline(always)]
-    fn read_lanes<const FMA: bool>(&self, i: usize, quantities: &[[f64; AXES]], out: &mut Vec<Read>) {
+    fn read_lanes<const SET: u8>(&self, i: usize, quantities: &[[f64; AXES]], out: &mut Vec<Read>) {
         let chart = &self.charts[i];
-        let of = Lanes::<FMA>::of;
-        let mut basis: [Vec<Lanes<FMA>>; AXES] =
+        let of = Lanes::<SET>::of;
+        let mut basis: [Vec<Lanes<SET>>; AXES] =
             std::array::from_fn(|k| vec![of(0.0); chart.sizes[k].max(2)]);
-        let mut products = Products::values();
+        let mut products = Values::new([&chart.products].into_iter());
         for part in quantities.chunks(LANES) {
             let mut columns = [[0.0f32; LANES]; AXES];
             for lane in 0..LANES {
@@ -63,8 +63,8 @@ impl Readings {
             if self.displaced {
                 q[0] = drive * Pack::splat(chart.inverse);
             }
-            chart.polynomials::<FMA, true>(&q, &mut basis, &mut products);
-            let (functions, share) = self.choice.read::<FMA, true>(&chart.branches, &basis, &products);
+            chart.polynomials::<SET, true>(&q, &mut basis, &mut products);
+            let (functions, share) = self.choice.read::<SET, true>(&chart.branches, &products);
             let power = Pack::splat(chart.scale)
                 * match self.power {
                     0 => of(1.0),
@@ -92,7 +92,7 @@ impl Work for Reading<'_> {
     type Out = ();
 
     #[inline(always)]
-    fn run<const FMA: bool>(self) {
-        self.readings.read_lanes::<FMA>(self.i, self.quantities, self.out);
+    fn run<const SET: u8>(self) {
+        self.readings.read_lanes::<SET>(self.i, self.quantities, self.out);
     }
 }

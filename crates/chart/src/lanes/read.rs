@@ -12,125 +12,178 @@ const _: () = assert!(ORDERS * ORDERS <= MOST_PRODUCTS);
 /// In place of an order over x/a: of a function of the whole tap, which knows none.
 const WHOLE: u8 = u8::MAX;
 
-/// Values of products, by place.
-pub(super) type Values<const FMA: bool> = [Lanes<FMA>; MOST_PRODUCTS];
+/// Most terms of a block that is read at one drive.
+const LONGEST: usize = 8;
 
-/// Series over the same axes, flat: the products of polynomials over taper and place are made once, and every coefficient is then one
-/// multiply–add, in blocks that share their orders over drive, width and base.
+/// Values of products, by place in [`Products`].
+pub(super) struct Values<const SET: u8> {
+    inner: Box<[Lanes<SET>; MOST_PRODUCTS]>,
+    outer: Vec<Lanes<SET>>,
+}
+
+impl<const SET: u8> Values<SET> {
+    /// None yet, with room for those of `products`.
+    #[inline(always)]
+    pub fn new<'a>(products: impl Iterator<Item = &'a Products>) -> Self {
+        let zero = Lanes::<SET>::of(0.0);
+        let most = products.map(|p| p.outer.len()).max().unwrap_or(0);
+        Self { inner: Box::new([zero; MOST_PRODUCTS]), outer: vec![zero; most] }
+    }
+}
+
+/// What the series over the same axes are made of: products of polynomials, made once for all of them. Every coefficient is then one multiply–add, in
+/// blocks that share their orders over drive, width and base.
 #[derive(Debug, Default)]
 pub(super) struct Products {
     /// Orders over taper and place.
-    pairs: Vec<[u8; 2]>,
+    inner: Vec<[u8; 2]>,
+    /// Orders over drive, width and base.
+    outer: Vec<[u8; 3]>,
 }
 
-/// A series, its coefficients by place in [`Products`].
+/// A series, its coefficients by place in [`Products`]. Blocks of as many terms come together, so that each loop knows how long it is.
 #[derive(Debug, Default)]
 pub(super) struct Flat {
+    /// Number of blocks of 1, 2 … terms.
+    lengths: [usize; LONGEST],
     blocks: Vec<Block>,
     terms: Vec<Term>,
+    /// Orders over the drive.
+    pub orders: usize,
 }
 
 /// Terms that share their orders over drive, width and base.
-#[derive(Debug)]
+#[derive(Debug, Clone, Copy)]
 struct Block {
-    orders: [u8; 3],
-    terms: u32,
+    /// Among the outer products.
+    place: u32,
+    /// Order over the drive.
+    drive: u8,
 }
 
 #[derive(Debug, Clone, Copy)]
 struct Term {
     coefficient: f32,
+    /// Among the inner products.
     place: u8,
 }
 
+fn place_of<T: PartialEq>(all: &mut Vec<T>, one: T) -> usize {
+    all.iter().position(|known| *known == one).unwrap_or_else(|| {
+        all.push(one);
+        all.len() - 1
+    })
+}
+
 impl Products {
-    /// No values yet.
+    /// Their values; with `OWN` at each lane's own drive, else without their polynomials over it.
     #[inline(always)]
-    pub fn values<const FMA: bool>() -> Box<Values<FMA>> {
-        Box::new([Lanes::<FMA>::of(0.0); MOST_PRODUCTS])
-    }
-
-    fn place(&mut self, pair: [u8; 2]) -> u8 {
-        let at = self.pairs.iter().position(|p| *p == pair).unwrap_or_else(|| {
-            self.pairs.push(pair);
-            self.pairs.len() - 1
-        });
-        at as u8
-    }
-
-    /// Their values.
-    #[inline(always)]
-    pub fn fill<const FMA: bool>(&self, basis: &[Vec<Lanes<FMA>>; AXES], into: &mut Values<FMA>) {
-        for ([taper, place], value) in self.pairs.iter().zip(into) {
+    pub fn fill<const SET: u8, const OWN: bool>(
+        &self,
+        basis: &[Vec<Lanes<SET>>; AXES],
+        into: &mut Values<SET>,
+    ) {
+        for ([taper, place], value) in self.inner.iter().zip(&mut *into.inner) {
             let taper = basis[3][usize::from(*taper)];
             *value = if *place == WHOLE { taper } else { taper * basis[4][usize::from(*place)] };
         }
+        for (orders, value) in self.outer.iter().zip(&mut into.outer) {
+            let [drive, width, base] = orders.map(usize::from);
+            let rest = if width == 0 { basis[2][base] } else { basis[1][width] * basis[2][base] };
+            *value = if OWN && drive > 0 { basis[0][drive] * rest } else { rest };
+        }
+    }
+}
+
+/// Adds blocks of `N` terms each: to the sum, or to that of their order over the drive.
+#[inline(always)]
+fn add_blocks<const N: usize, const OWN: bool, const SET: u8>(
+    blocks: &[Block],
+    terms: &[Term],
+    values: &Values<SET>,
+    sums: &mut [Lanes<SET>; ORDERS],
+) {
+    let mut sum = sums[0];
+    for (block, terms) in blocks.iter().zip(terms.as_chunks::<N>().0) {
+        let mut value = values.inner[usize::from(terms[0].place)] * Pack::splat(terms[0].coefficient);
+        for term in &terms[1..] {
+            value = values.inner[usize::from(term.place)].mul_add(Pack::splat(term.coefficient), value);
+        }
+        let outer = values.outer[block.place as usize];
+        if OWN {
+            sum = value.mul_add(outer, sum);
+        } else {
+            let sum = &mut sums[usize::from(block.drive)];
+            *sum = value.mul_add(outer, *sum);
+        }
+    }
+    if OWN {
+        sums[0] = sum;
     }
 }
 
 impl Flat {
     /// Of `series`, a function of the `point` at which the strain is asked, or of the whole tap.
     pub fn new(series: &Series, point: bool, products: &mut Products) -> Self {
-        let mut flat = Self::default();
+        let mut parts: Vec<([u8; 3], Vec<Term>)> = Vec::new();
         for row in &series.rows {
             let [orders @ .., taper] = row.orders.map(|k| k as u8);
-            if flat.blocks.last().is_none_or(|block| block.orders != orders) {
-                flat.blocks.push(Block { orders, terms: 0 });
-            }
-            let orders = if point { row.coefficients.len() } else { 1 };
-            for (place, c) in row.coefficients[..orders].iter().enumerate().filter(|(_, c)| **c != 0.0) {
-                let place = products.place([taper, if point { place as u8 } else { WHOLE }]);
-                flat.terms.push(Term { coefficient: *c as f32, place });
-                if let Some(block) = flat.blocks.last_mut() {
-                    block.terms += 1;
+            let n = if point { row.coefficients.len() } else { 1 };
+            for (place, c) in row.coefficients[..n].iter().enumerate().filter(|(_, c)| **c != 0.0) {
+                let pair = [taper, if point { place as u8 } else { WHOLE }];
+                let term = Term { coefficient: *c as f32, place: place_of(&mut products.inner, pair) as u8 };
+                match parts.last_mut() {
+                    Some((own, terms)) if *own == orders && terms.len() < LONGEST => terms.push(term),
+                    _ => parts.push((orders, vec![term])),
                 }
             }
+        }
+        parts.sort_by_key(|(_, terms)| terms.len());
+        let mut flat = Self { orders: series.sizes()[0], ..Self::default() };
+        for (orders, terms) in parts {
+            flat.lengths[terms.len() - 1] += 1;
+            let place = place_of(&mut products.outer, orders) as u32;
+            flat.blocks.push(Block { place, drive: orders[0] });
+            flat.terms.extend(terms);
         }
         flat
     }
 
-    /// Orders over the drive.
-    pub fn orders(&self) -> usize {
-        self.blocks.last().map_or(1, |block| usize::from(block.orders[0]) + 1)
+    /// Its value at each lane's own drive, where the products have that, else its coefficients over the drive.
+    #[inline(always)]
+    fn sums<const OWN: bool, const SET: u8>(&self, values: &Values<SET>) -> [Lanes<SET>; ORDERS] {
+        let mut sums = [Lanes::<SET>::of(0.0); ORDERS];
+        let (mut blocks, mut terms) = (self.blocks.as_slice(), self.terms.as_slice());
+        macro_rules! of_length {
+            ($($n:literal)*) => {$(
+                let (these, others) = blocks.split_at(self.lengths[$n - 1]);
+                let (own, rest) = terms.split_at($n * these.len());
+                (blocks, terms) = (others, rest);
+                add_blocks::<$n, OWN, SET>(these, own, values, &mut sums);
+            )*};
+        }
+        of_length!(1 2 3 4 5 6 7 8);
+        debug_assert!(blocks.is_empty() && terms.is_empty());
+        sums
     }
 
     /// Its coefficients over the drive.
     #[inline(always)]
-    pub fn read<const FMA: bool>(
-        &self,
-        basis: &[Vec<Lanes<FMA>>; AXES],
-        products: &Values<FMA>,
-    ) -> [Lanes<FMA>; ORDERS] {
-        let zero = Lanes::<FMA>::of(0.0);
-        let mut out = [zero; ORDERS];
-        let [_, width, base, ..] = basis;
-        let mut terms = self.terms.as_slice();
-        for block in &self.blocks {
-            let (these, rest) = terms.split_at(block.terms as usize);
-            terms = rest;
-            // Two sums, so that one need not wait for the other.
-            let (mut even, mut odd) = (zero, zero);
-            let pairs = these.chunks_exact(2);
-            let last = pairs.remainder();
-            for pair in pairs {
-                let [a, b] = [pair[0], pair[1]];
-                even = products[usize::from(a.place)].mul_add(Pack::splat(a.coefficient), even);
-                odd = products[usize::from(b.place)].mul_add(Pack::splat(b.coefficient), odd);
-            }
-            if let [a] = last {
-                even = products[usize::from(a.place)].mul_add(Pack::splat(a.coefficient), even);
-            }
-            let [drive, w, b] = block.orders.map(usize::from);
-            out[drive] = (even + odd).mul_add(width[w] * base[b], out[drive]);
-        }
-        out
+    pub fn read<const SET: u8>(&self, values: &Values<SET>) -> [Lanes<SET>; ORDERS] {
+        self.sums::<false, SET>(values)
+    }
+
+    /// Its value at each lane's own drive.
+    #[inline(always)]
+    pub fn at<const SET: u8>(&self, values: &Values<SET>) -> Lanes<SET> {
+        self.sums::<true, SET>(values)[0]
     }
 }
 
 /// T_0(x) … into `into`, at least two: those of even and of odd order apart, T_{k+2} = 2 T_2 T_k − T_{k−2}, so that one need not wait for the other.
 #[inline(always)]
-pub(super) fn polynomials<const FMA: bool>(x: Lanes<FMA>, n: usize, into: &mut [Lanes<FMA>]) {
-    let one = Lanes::<FMA>::of(1.0);
+pub(super) fn polynomials<const SET: u8>(x: Lanes<SET>, n: usize, into: &mut [Lanes<SET>]) {
+    let one = Lanes::<SET>::of(1.0);
     let double = x + x;
     let second = double * x - one;
     let twice = second + second;
@@ -144,14 +197,4 @@ pub(super) fn polynomials<const FMA: bool>(x: Lanes<FMA>, n: usize, into: &mut [
             odd = [odd[1], twice * odd[1] - odd[0]];
         }
     }
-}
-
-/// Σ of values over the drive times its polynomials.
-#[inline(always)]
-pub(super) fn dot<const FMA: bool>(values: &[Lanes<FMA>; ORDERS], basis: &[Lanes<FMA>]) -> Lanes<FMA> {
-    let mut sum = Lanes::<FMA>::of(0.0);
-    for (value, t) in values.iter().zip(basis) {
-        sum = value.mul_add(*t, sum);
-    }
-    sum
 }

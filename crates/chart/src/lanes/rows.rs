@@ -3,7 +3,7 @@
 use super::dispatch::{Part, apart};
 use super::tap::TapSeries;
 use super::theory::Whisker;
-use super::{Distance, LANES, Lanes, ORDERS, PAIRS, Scratch, Stroke, Tables};
+use super::{Charted, Distance, LANES, Lanes, ORDERS, PAIRS, Scratch, Stroke, Tables};
 use crate::design::amount;
 use crate::kernel::cpu::Pack;
 use crate::physics::{solid::Bonded, taper::Taper};
@@ -40,6 +40,8 @@ pub(super) struct Rows<T> {
     pub spread: [T; PAIRS],
     /// Largest |δ|.
     pub largest: T,
+    /// Mean and sum of squares of what κ may be off.
+    pub slack: [T; 2],
 }
 
 /// What the foil of a gauge passes on, as the readings that a chart knows have it: all of the strain.
@@ -52,7 +54,7 @@ pub(super) struct Passed<T> {
     pub fixed: Option<T>,
 }
 
-impl<const FMA: bool> Passed<Lanes<FMA>> {
+impl<const SET: u8> Passed<Lanes<SET>> {
     /// Of the designs `tuples`.
     #[inline(always)]
     fn new(tables: &Tables, tuples: &[Tuple]) -> Self {
@@ -82,7 +84,7 @@ pub(super) struct Row<T> {
     basis: [T; ORDERS],
 }
 
-impl<const FMA: bool> Row<Lanes<FMA>> {
+impl<const SET: u8> Row<Lanes<SET>> {
     /// At a drive that designs share.
     #[inline(always)]
     pub fn at(stroke: &Stroke, m: usize) -> Self {
@@ -95,7 +97,7 @@ impl<const FMA: bool> Row<Lanes<FMA>> {
 
     /// The polynomial through `values` at this angle.
     #[inline(always)]
-    pub fn read(&self, values: &[Lanes<FMA>], m: usize) -> Lanes<FMA> {
+    pub fn read(&self, values: &[Lanes<SET>], m: usize) -> Lanes<SET> {
         let mut sum = self.basis[0] * values[0];
         for k in 1..m {
             sum = self.basis[k].mul_add(values[k], sum);
@@ -105,73 +107,76 @@ impl<const FMA: bool> Row<Lanes<FMA>> {
 }
 
 /// [`Rows::fill`].
-struct Fill<'a, const FMA: bool, const OWN: bool, const FORCE: bool> {
-    rows: &'a mut Rows<Lanes<FMA>>,
+struct Fill<'a, const SET: u8, const OWN: bool, const FORCE: bool> {
+    rows: &'a mut Rows<Lanes<SET>>,
     tables: &'a Tables,
+    set: &'a [Charted],
     live: usize,
     tuples: &'a [Tuple],
-    scratch: &'a mut Scratch<FMA>,
+    scratch: &'a mut Scratch<SET>,
 }
 
-impl<const FMA: bool, const OWN: bool, const FORCE: bool> Part<FMA> for Fill<'_, FMA, OWN, FORCE> {
+impl<const SET: u8, const OWN: bool, const FORCE: bool> Part<SET> for Fill<'_, SET, OWN, FORCE> {
     type Out = ();
 
     #[inline(always)]
     fn run(self) {
-        self.rows.filled::<OWN, FORCE>(self.tables, self.live, self.tuples, self.scratch);
+        self.rows.filled::<OWN, FORCE>((self.tables, self.set), self.live, self.tuples, self.scratch);
     }
 }
 
-impl<const FMA: bool> Rows<Lanes<FMA>> {
+impl<const SET: u8> Rows<Lanes<SET>> {
     /// No designs yet.
     #[inline(always)]
     pub fn new() -> Self {
-        let zero = Lanes::<FMA>::of(0.0);
+        let zero = Lanes::<SET>::of(0.0);
         Self {
             live: 0,
             design: Whisker::default(),
-            passed: Passed { share: Lanes::<FMA>::of(1.0), limit: zero, fixed: None },
+            passed: Passed { share: Lanes::<SET>::of(1.0), limit: zero, fixed: None },
             own: [zero; 2],
             mean: [zero; ORDERS],
             hull: [[zero; ORDERS]; 2],
             spread: [zero; PAIRS],
             largest: zero,
+            slack: [zero; 2],
         }
     }
 
-    /// Statistics of `tuples`, the first `live` of which count; their taps, with `FORCE` all that is known of them, stay in `scratch`.
+    /// Statistics of `tuples` from the charts of `set`, the first `live` of which count; their taps, with `FORCE` all that is known of them, stay in
+    /// `scratch`.
     #[inline(always)]
     pub fn fill<const OWN: bool, const FORCE: bool>(
         &mut self,
-        tables: &Tables,
+        (tables, set): (&Tables, &[Charted]),
         live: usize,
         tuples: &[Tuple],
-        scratch: &mut Scratch<FMA>,
+        scratch: &mut Scratch<SET>,
     ) {
-        apart(Fill::<FMA, OWN, FORCE> { rows: self, tables, live, tuples, scratch });
+        apart(Fill::<SET, OWN, FORCE> { rows: self, tables, set, live, tuples, scratch });
     }
 
     #[inline(always)]
     fn filled<const OWN: bool, const FORCE: bool>(
         &mut self,
-        tables: &Tables,
+        (tables, set): (&Tables, &[Charted]),
         live: usize,
         tuples: &[Tuple],
-        scratch: &mut Scratch<FMA>,
+        scratch: &mut Scratch<SET>,
     ) {
-        let of = Lanes::<FMA>::of;
+        let of = Lanes::<SET>::of;
         let mut columns = [[0.0f32; LANES]; 6];
         for lane in 0..LANES {
             let t = &tuples[if lane < live { lane } else { 0 }];
-            let slope = 0.5 * (t.D - t.d) / t.L_a;
-            let x2 = t.x_ss + t.l / (1.0 + slope * slope).sqrt();
-            let drive = amount(tables.kind, t.drive);
-            let values = [t.D, (t.D - t.d) / (t.D * t.L_a), t.L_a, t.x_ss, x2, drive];
+            let values = [t.D, t.D - t.d, t.L_a, t.x_ss, t.l, amount(tables.kind, t.drive)];
             for (column, value) in columns.iter_mut().zip(values) {
                 column[lane] = value as f32;
             }
         }
-        let [diameter, tau, length, x1, x2, mut own] = columns.map(Pack);
+        let [diameter, narrower, length, x1, grid, mut own] = columns.map(Pack);
+        let taper = narrower / length;
+        let (tau, slope) = (taper / diameter, of(0.5) * taper);
+        let x2 = x1 + grid / slope.mul_add(slope, of(1.0)).sqrt();
         if !OWN {
             // The largest counts where contacts slip off.
             own = Pack::splat(tables.angles[tables.angles.len() - 1].stroke.drive);
@@ -183,8 +188,9 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
             1 => own,
             _ => own * own,
         };
-        let m = tables.points;
+        let m = if OWN { 1 } else { tables.points };
         (self.live, self.design, self.own, self.largest) = (live, design, [own, power], of(0.0));
+        self.slack = [of(0.0); 2];
         for k in 0..m {
             (self.mean[k], self.hull[0][k], self.hull[1][k]) = (of(0.0), of(1e30), of(-1e30));
         }
@@ -197,18 +203,18 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
         // Between charts an arc is read from those of all.
         let mut any = FORCE;
         if !each {
-            for chart in &tables.charts {
+            for chart in set {
                 any |= design.moves(power, chart);
             }
         }
-        for (i, chart) in tables.charts.iter().enumerate() {
-            let with_arc = any || each && design.moves(power, chart);
-            let at = (&mut *basis, &mut **products);
-            tables.tap::<FMA, OWN, FORCE>(&design, [own, power], (chart, with_arc), at, (&mut *into, i));
+        for (i, chart) in set.iter().enumerate() {
+            let with_arc = any || chart.slides || each && design.moves(power, chart);
+            let at = (&mut *basis, &mut *products);
+            tables.tap::<SET, OWN, FORCE>(&design, [own, power], (chart, with_arc), at, (&mut *into, i));
         }
         if let Some(between) = &tables.between {
             self.push_forms(tables, between, charts);
-            between.fill::<FMA, FORCE>(charts, any, taps);
+            between.fill::<SET, FORCE>(charts, any, taps);
         }
         taps.add_theory::<FORCE>(tables, &design);
         for i in 0..taps.len() {
@@ -216,16 +222,20 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
             if each {
                 self.push(tap, i, m);
             }
-            self.widen(tap, m);
+            if !OWN {
+                self.widen(tap, m);
+            }
         }
     }
 
     /// Takes the tap at distance `i`.
     #[inline(always)]
-    fn push(&mut self, tap: TapSeries<'_, Lanes<FMA>>, i: usize, m: usize) {
-        let share = Lanes::<FMA>::of(1.0 / (i + 1) as f64);
-        let (mut from_old, mut from_new) = ([Lanes::<FMA>::of(0.0); ORDERS], [Lanes::<FMA>::of(0.0); ORDERS]);
+    fn push(&mut self, tap: TapSeries<'_, Lanes<SET>>, i: usize, m: usize) {
+        let share = Lanes::<SET>::of(1.0 / (i + 1) as f64);
+        let (mut from_old, mut from_new) = ([Lanes::<SET>::of(0.0); ORDERS], [Lanes::<SET>::of(0.0); ORDERS]);
         self.largest = self.largest.max(tap.largest);
+        self.slack[0] = (tap.slack[0] - self.slack[0]).mul_add(share, self.slack[0]);
+        self.slack[1] = tap.slack[0].mul_add(tap.slack[0], self.slack[1]);
         for k in 0..m {
             from_old[k] = tap.kappa[k] - self.mean[k];
             self.mean[k] = from_old[k].mul_add(share, self.mean[k]);
@@ -236,7 +246,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
 
     /// Adds products of deviations.
     #[inline(always)]
-    pub(super) fn spread(&mut self, a: &[Lanes<FMA>; ORDERS], b: &[Lanes<FMA>; ORDERS], m: usize) {
+    pub(super) fn spread(&mut self, a: &[Lanes<SET>; ORDERS], b: &[Lanes<SET>; ORDERS], m: usize) {
         let mut at = 0;
         for k in 0..m {
             for l in k..m {
@@ -248,7 +258,7 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
 
     /// Takes κ of `tap` into the least and largest.
     #[inline(always)]
-    fn widen(&mut self, tap: TapSeries<'_, Lanes<FMA>>, m: usize) {
+    fn widen(&mut self, tap: TapSeries<'_, Lanes<SET>>, m: usize) {
         for k in 0..m {
             self.hull[0][k] = self.hull[0][k].min(tap.kappa[k]);
             self.hull[1][k] = self.hull[1][k].max(tap.kappa[k]);
@@ -257,18 +267,18 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
 
     /// P of the linear theory at `distance`, N.
     #[inline(always)]
-    pub fn linear_force(&self, tables: &Tables, distance: &Distance) -> Lanes<FMA> {
+    pub fn linear_force(&self, tables: &Tables, distance: &Distance) -> Lanes<SET> {
         let (a, inverse) = (Pack::splat(distance.a), Pack::splat(distance.inverse));
-        let (one, square) = (Lanes::<FMA>::of(1.0), self.design.diameter * self.design.diameter);
+        let (one, square) = (Lanes::<SET>::of(1.0), self.design.diameter * self.design.diameter);
         let lever = if tables.theory.displaced { one } else { a + Pack::splat(tables.theory.hub) };
         let reach = (one - self.design.tau * a) * lever * inverse * inverse * inverse;
-        let yielding = one + Lanes::<FMA>::splat(tables.shear) * square * inverse * inverse;
+        let yielding = one + Lanes::<SET>::splat(tables.shear) * square * inverse * inverse;
         self.own[0] * Pack::splat(tables.stiffness) * square * square * reach / yielding
     }
 
     /// Drive `j`.
     #[inline(always)]
-    pub fn row<const OWN: bool>(&self, tables: &Tables, j: usize) -> Row<Lanes<FMA>> {
+    pub fn row<const OWN: bool>(&self, tables: &Tables, j: usize) -> Row<Lanes<SET>> {
         if OWN {
             let mut basis = [Pack::of(0.0); ORDERS];
             basis[0] = Pack::of(1.0);
@@ -279,14 +289,14 @@ impl<const FMA: bool> Rows<Lanes<FMA>> {
 
     /// q = K̄/K − 1 of a tap of a row.
     #[inline(always)]
-    pub fn miss(&self, row: &Row<Lanes<FMA>>, tap: TapSeries<'_, Lanes<FMA>>, m: usize) -> Lanes<FMA> {
+    pub fn miss(&self, row: &Row<Lanes<SET>>, tap: TapSeries<'_, Lanes<SET>>, m: usize) -> Lanes<SET> {
         let deviation = row.power * row.read(tap.kappa, m);
-        (self.calibration(row, m) - deviation) / (Lanes::<FMA>::of(1.0) + deviation)
+        (self.calibration(row, m) - deviation) / (Lanes::<SET>::of(1.0) + deviation)
     }
 
     /// K̄ − 1 of a row.
     #[inline(always)]
-    pub fn calibration(&self, row: &Row<Lanes<FMA>>, m: usize) -> Lanes<FMA> {
+    pub fn calibration(&self, row: &Row<Lanes<SET>>, m: usize) -> Lanes<SET> {
         match self.passed.fixed {
             Some(fixed) => fixed,
             None => row.power * row.read(&self.mean, m),

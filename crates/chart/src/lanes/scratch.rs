@@ -3,35 +3,35 @@
 use super::Lanes;
 use super::Tables;
 use super::edges::Edges;
-use super::read::{Products, Values};
+use super::read::Values;
 use super::tap::Taps;
 use crate::axis::AXES;
 use crate::kernel::cpu::Pack;
 
 /// Memory of a pack, used again by the next.
-pub(super) struct Scratch<const FMA: bool> {
+pub(super) struct Scratch<const SET: u8> {
     /// Chebyshev polynomials over each axis.
-    pub basis: [Vec<Lanes<FMA>>; AXES],
-    /// Products of those over taper and place.
-    pub products: Box<Values<FMA>>,
+    pub basis: [Vec<Lanes<SET>>; AXES],
+    /// Products of those.
+    pub products: Values<SET>,
     /// A tap per distance.
-    pub taps: Taps<Lanes<FMA>>,
+    pub taps: Taps<Lanes<SET>>,
     /// A tap per chart, where distances are read between charts.
-    pub charts: Taps<Lanes<FMA>>,
+    pub charts: Taps<Lanes<SET>>,
     /// Where its words begin.
-    pub edges: Vec<Edges<Lanes<FMA>>>,
+    pub edges: Vec<Edges<Lanes<SET>>>,
     /// 1 at each drive at which a tap has no distance, where distances are estimated.
-    pub rootless: Vec<Lanes<FMA>>,
+    pub rootless: Vec<Lanes<SET>>,
 }
 
-impl<const FMA: bool> Scratch<FMA> {
+impl<const SET: u8> Scratch<SET> {
     #[inline(always)]
     pub fn new(tables: &Tables) -> Self {
         let most = |k: usize| tables.charts.iter().map(|c| c.sizes[k]).max().unwrap_or(1).max(2);
         let charts = if tables.between.is_some() { tables.charts.len() } else { 0 };
         Self {
             basis: std::array::from_fn(|k| vec![Pack::default(); most(k)]),
-            products: Products::values(),
+            products: Values::new(tables.charts.iter().chain(&tables.rough).map(|chart| &chart.products)),
             taps: Taps::new(tables.distances.len(), tables.points),
             charts: Taps::new(charts, tables.points),
             edges: Vec::with_capacity(tables.distances.len()),

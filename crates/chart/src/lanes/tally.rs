@@ -14,11 +14,11 @@ pub(super) struct Tally<T> {
     pub hard: T,
 }
 
-impl<const FMA: bool> Tally<Lanes<FMA>> {
+impl<const SET: u8> Tally<Lanes<SET>> {
     /// Nothing yet; `hard` as given.
     #[inline(always)]
-    pub fn new(hard: Lanes<FMA>) -> Self {
-        let zero = Lanes::<FMA>::of(0.0);
+    pub fn new(hard: Lanes<SET>) -> Self {
+        let zero = Lanes::<SET>::of(0.0);
         Self { ok: zero, slipped: zero, strain: zero, rootless: zero, ambiguous: zero, hard }
     }
 
@@ -30,9 +30,9 @@ impl<const FMA: bool> Tally<Lanes<FMA>> {
 
     /// 1 of the first `live` lanes that are not hard.
     #[inline(always)]
-    pub fn counts(&self, live: usize) -> Lanes<FMA> {
-        let zero = Lanes::<FMA>::of(0.0);
-        let mut counts = Lanes::<FMA>::of(1.0);
+    pub fn counts(&self, live: usize) -> Lanes<SET> {
+        let zero = Lanes::<SET>::of(0.0);
+        let mut counts = Lanes::<SET>::of(1.0);
         for lane in live..LANES {
             counts.0[lane] = 0.0;
         }
@@ -41,7 +41,7 @@ impl<const FMA: bool> Tally<Lanes<FMA>> {
 
     /// Taps per word of the lanes that `counts` marks.
     #[inline(always)]
-    pub fn words(&self, counts: Lanes<FMA>) -> Words {
+    pub fn words(&self, counts: Lanes<SET>) -> Words {
         Words {
             ok: sum(self.ok * counts),
             slipped: sum(self.slipped * counts),
@@ -53,12 +53,15 @@ impl<const FMA: bool> Tally<Lanes<FMA>> {
     }
 }
 
-/// Of whole numbers.
+/// Of whole numbers, together far below 2²⁴.
 #[inline(always)]
-pub(super) fn sum<const FMA: bool>(x: Lanes<FMA>) -> u64 {
-    let mut sum = 0;
-    for value in x.0 {
-        sum += value as i32;
+pub(super) fn sum<const SET: u8>(x: Lanes<SET>) -> u64 {
+    let (mut sums, mut n) = (x.0, LANES);
+    while n > 1 {
+        n /= 2;
+        for lane in 0..n {
+            sums[lane] += sums[lane + n];
+        }
     }
-    sum as u64
+    sums[0] as u64
 }

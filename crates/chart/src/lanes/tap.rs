@@ -1,11 +1,14 @@
 //! The strain, arc and force of a tap from its chart.
 
-use super::read::{Values, dot};
+use super::read::Values;
 use super::theory::{Growth, Whisker};
 use super::{Charted, Lanes, ORDERS, Tables};
 use crate::axis::AXES;
 use crate::kernel::cpu::Pack;
 use crate::scene::RankBy;
+
+/// Slack of a tap of which nothing is known.
+const UNKNOWN: f64 = 1e6;
 
 /// A tap as a series over the drive, or at its own.
 #[derive(Clone, Copy)]
@@ -20,6 +23,8 @@ pub(super) struct TapSeries<'a, T> {
     pub largest: T,
     /// f, per radian or mm.
     pub strain: T,
+    /// How far κ and the arc may be off, where charts are read roughly.
+    pub slack: [T; 2],
     /// How f grows with η, where distances are estimated.
     pub growth: &'a Growth<T>,
 }
@@ -33,10 +38,11 @@ pub(super) struct Taps<T> {
     pub force: Vec<T>,
     largest: Vec<T>,
     strain: Vec<T>,
+    slack: Vec<[T; 2]>,
     growth: Vec<Growth<T>>,
 }
 
-impl<const FMA: bool> Taps<Lanes<FMA>> {
+impl<const SET: u8> Taps<Lanes<SET>> {
     /// Of `n` taps, of `m` orders over the drive each.
     pub fn new(n: usize, m: usize) -> Self {
         let zeros = |n: usize| vec![Pack::default(); n];
@@ -48,6 +54,7 @@ impl<const FMA: bool> Taps<Lanes<FMA>> {
             force: zeros(n),
             largest: zeros(n),
             strain: zeros(n),
+            slack: vec![[Pack::default(); 2]; n],
             growth,
         }
     }
@@ -60,7 +67,7 @@ impl<const FMA: bool> Taps<Lanes<FMA>> {
 
     /// Tap `i`.
     #[inline(always)]
-    pub fn at(&self, i: usize) -> TapSeries<'_, Lanes<FMA>> {
+    pub fn at(&self, i: usize) -> TapSeries<'_, Lanes<SET>> {
         let own = i * self.m..(i + 1) * self.m;
         TapSeries {
             kappa: &self.kappa[own.clone()],
@@ -68,13 +75,14 @@ impl<const FMA: bool> Taps<Lanes<FMA>> {
             force: self.force[i],
             largest: self.largest[i],
             strain: self.strain[i],
+            slack: self.slack[i],
             growth: &self.growth[i],
         }
     }
 
     /// Adds what the theory says of `design` at each distance; its growth where distances are estimated, and with `FIGURES`.
     #[inline(always)]
-    pub fn add_theory<const FIGURES: bool>(&mut self, tables: &Tables, design: &Whisker<Lanes<FMA>>) {
+    pub fn add_theory<const FIGURES: bool>(&mut self, tables: &Tables, design: &Whisker<Lanes<SET>>) {
         for (strain, distance) in self.strain.iter_mut().zip(&tables.distances) {
             *strain = design.strain(tables, Pack::splat(distance.inverse));
         }
@@ -90,15 +98,15 @@ impl Tables {
     /// What `chart` says of `design`, over the points or at its own drive, but for its theory; its arc where that is asked for, with `FORCE` its
     /// force.
     #[inline(always)]
-    pub(super) fn tap<const FMA: bool, const OWN: bool, const FORCE: bool>(
+    pub(super) fn tap<const SET: u8, const OWN: bool, const FORCE: bool>(
         &self,
-        design: &Whisker<Lanes<FMA>>,
-        [drive, power]: [Lanes<FMA>; 2],
+        design: &Whisker<Lanes<SET>>,
+        [drive, power]: [Lanes<SET>; 2],
         (chart, with_arc): (&Charted, bool),
-        (basis, products): (&mut [Vec<Lanes<FMA>>; AXES], &mut Values<FMA>),
-        (taps, i): (&mut Taps<Lanes<FMA>>, usize),
+        (basis, products): (&mut [Vec<Lanes<SET>>; AXES], &mut Values<SET>),
+        (taps, i): (&mut Taps<Lanes<SET>>, usize),
     ) {
-        let of = Lanes::<FMA>::of;
+        let of = Lanes::<SET>::of;
         let own = i * taps.m..(i + 1) * taps.m;
         let (into, into_arc) = (&mut taps.kappa[own.clone()], &mut taps.arc[own]);
         let (one, inverse) = (of(1.0), Pack::splat(chart.inverse));
@@ -106,26 +114,35 @@ impl Tables {
         let [s1, s2] = [design.gauge[0] * inverse, design.gauge[1] * inverse];
         let own = if self.theory.displaced { drive * inverse } else { drive };
         let quantities = [own, s1, design.diameter * inverse, p, s2];
-        chart.polynomials::<FMA, OWN>(&quantities, basis, products);
+        chart.polynomials::<SET, OWN>(&quantities, basis, products);
         let scale = Pack::splat(chart.scale);
         if OWN && chart.branches.len() > 1 {
-            let (read, _) = self.choice.read::<FMA, FORCE>(&chart.branches, basis, products);
+            let (read, _) = self.choice.read::<SET, FORCE>(&chart.branches, products);
             let [deviation, arc, force] = [scale * read[0], scale * read[1], scale * read[2]];
             let delta = power * deviation;
             into[0] = -(deviation / (one + delta));
             (taps.largest[i], into_arc[0], taps.force[i]) = (delta.abs(), arc, force);
+            taps.slack[i] = [of(0.0); 2];
             return;
         }
         let [strain, arc, force] = &chart.branches[0];
-        let orders = strain.orders();
-        let strain = strain.read(basis, products);
-        let mut largest = of(0.0);
+        let (mut largest, mut slack) = (of(0.0), [of(0.0); 2]);
         if OWN {
-            let deviation = scale * dot(&strain, &basis[0]);
+            let deviation = scale * strain.at(products);
             let delta = power * deviation;
-            into[0] = -(deviation / (one + delta));
-            largest = delta.abs();
+            let inverse = one / (one + delta);
+            into[0] = -(deviation * inverse);
+            // Every mean of a polynomial over the gauge is at most that of the first.
+            let missed = Pack::splat(chart.missed[0]) * basis[4][0];
+            largest = power.mul_add(missed, delta.abs());
+            // m/((1 + δ)(1 + δ − m θᵉ)), where the last is far below 1: of others nothing is told.
+            let near = missed * inverse;
+            let share = power * near;
+            let more = share.if_less(of(0.1), one + of(1.2) * share, of(UNKNOWN));
+            slack[0] = near * inverse * more;
         } else {
+            let orders = strain.orders;
+            let strain = strain.read(products);
             // δ is a series, 1/(1 + δ) is not: through the points over the drive.
             let n = self.points;
             let mut kappa = [of(0.0); ORDERS];
@@ -133,47 +150,52 @@ impl Tables {
                 let basis = &chart.at_points[k];
                 let mut deviation = strain[0];
                 for j in 1..orders {
-                    deviation = Lanes::<FMA>::splat(basis[j]).mul_add(strain[j], deviation);
+                    deviation = Lanes::<SET>::splat(basis[j]).mul_add(strain[j], deviation);
                 }
                 let deviation = scale * deviation;
-                let delta = Lanes::<FMA>::splat(self.grid[k].power) * deviation;
+                let delta = Lanes::<SET>::splat(self.grid[k].power) * deviation;
                 kappa[k] = -(deviation / (one + delta));
                 largest = largest.max(delta.abs());
             }
             for k in 0..n {
-                let mut sum = Lanes::<FMA>::splat(self.from_points[k][0]) * kappa[0];
+                let mut sum = Lanes::<SET>::splat(self.from_points[k][0]) * kappa[0];
                 for j in 1..n {
-                    sum = Lanes::<FMA>::splat(self.from_points[k][j]).mul_add(kappa[j], sum);
+                    sum = Lanes::<SET>::splat(self.from_points[k][j]).mul_add(kappa[j], sum);
                 }
                 into[k] = sum;
             }
         }
         taps.largest[i] = largest;
+        taps.slack[i] = slack;
         for arc in into_arc.iter_mut() {
             *arc = of(0.0);
         }
         if with_arc {
-            let arc = arc.read(basis, products);
             if OWN {
-                into_arc[0] = scale * dot(&arc, &basis[0]);
+                into_arc[0] = scale * arc.at(products);
+                taps.slack[i][1] = Pack::splat(chart.missed[1]);
+                if chart.slides {
+                    // Where the arc may be below 0 another branch may hold.
+                    taps.slack[i][0] = into_arc[0].if_less(taps.slack[i][1], of(UNKNOWN), slack[0]);
+                }
             } else {
+                let arc = arc.read(products);
                 for k in 0..self.points {
                     let mut values = [of(0.0); ORDERS];
                     for (n, value) in values.iter_mut().enumerate().take(self.points) {
                         for (a, t) in arc.iter().zip(&chart.at_points[n]) {
-                            *value = Lanes::<FMA>::splat(*t).mul_add(*a, *value);
+                            *value = Lanes::<SET>::splat(*t).mul_add(*a, *value);
                         }
                     }
                     for (n, value) in values.iter().enumerate().take(self.points) {
-                        let back = Lanes::<FMA>::splat(self.from_points[k][n]);
+                        let back = Lanes::<SET>::splat(self.from_points[k][n]);
                         into_arc[k] = back.mul_add(scale * *value, into_arc[k]);
                     }
                 }
             }
         }
         if FORCE {
-            let force = force.read(basis, products);
-            taps.force[i] = scale * dot(&force, &basis[0]);
+            taps.force[i] = scale * force.at(products);
         }
     }
 }

@@ -33,11 +33,11 @@ pub(super) struct Thresholds<T> {
     pub farthest: T,
 }
 
-impl<const FMA: bool> Whisker<Lanes<FMA>> {
+impl<const SET: u8> Whisker<Lanes<SET>> {
     /// Of D, τ, L_a and x1, x2.
     #[inline(always)]
-    pub fn new(tables: &Tables, [diameter, tau, length]: [Lanes<FMA>; 3], gauge: [Lanes<FMA>; 2]) -> Self {
-        let of = Lanes::<FMA>::of;
+    pub fn new(tables: &Tables, [diameter, tau, length]: [Lanes<SET>; 3], gauge: [Lanes<SET>; 2]) -> Self {
+        let of = Lanes::<SET>::of;
         let (zero, one) = (of(0.0), of(1.0));
         let [u1, u2] = [one - tau * gauge[0], one - tau * gauge[1]];
         let b = one / (u1 * u2);
@@ -46,7 +46,7 @@ impl<const FMA: bool> Whisker<Lanes<FMA>> {
         let words = Thresholds { low: zero, high: zero, peak: zero, farthest: zero };
         let mut whisker = Self { diameter, tau, length, gauge, peak, form, words };
         let highest = whisker.strain(tables, peak);
-        let [lo, hi] = tables.ends.map(Lanes::<FMA>::splat);
+        let [lo, hi] = tables.ends.map(Lanes::<SET>::splat);
         let never = of(1e30);
         let high = peak.if_less(hi, whisker.strain(tables, hi), never);
         whisker.words = Thresholds {
@@ -60,24 +60,24 @@ impl<const FMA: bool> Whisker<Lanes<FMA>> {
 
     /// f per radian or mm at u = 1/a.
     #[inline(always)]
-    pub fn strain(&self, tables: &Tables, u: Lanes<FMA>) -> Lanes<FMA> {
+    pub fn strain(&self, tables: &Tables, u: Lanes<SET>) -> Lanes<SET> {
         let [scale, sum, moment] = self.form;
         let f = scale * (u - self.tau) * (sum - moment * u);
         if tables.theory.plain {
             return f;
         }
-        let one = Lanes::<FMA>::of(1.0);
-        let shear = Lanes::<FMA>::splat(tables.theory.shear) * self.diameter * self.diameter;
+        let one = Lanes::<SET>::of(1.0);
+        let shear = Lanes::<SET>::splat(tables.theory.shear) * self.diameter * self.diameter;
         let lever =
-            if tables.theory.displaced { u } else { one + Lanes::<FMA>::splat(tables.theory.hub) * u };
+            if tables.theory.displaced { u } else { one + Lanes::<SET>::splat(tables.theory.hub) * u };
         f * lever / (one + shear * u * u)
     }
 
     /// How f grows from `distance`.
     #[inline(always)]
-    pub fn growth(&self, tables: &Tables, distance: &Distance) -> Growth<Lanes<FMA>> {
-        let of = Lanes::<FMA>::of;
-        let (one, inverse) = (of(1.0), Lanes::<FMA>::splat(distance.inverse));
+    pub fn growth(&self, tables: &Tables, distance: &Distance) -> Growth<Lanes<SET>> {
+        let of = Lanes::<SET>::of;
+        let (one, inverse) = (of(1.0), Lanes::<SET>::splat(distance.inverse));
         let [_, sum, moment] = self.form;
         let beta = moment * inverse;
         let mut growth = Growth {
@@ -88,8 +88,8 @@ impl<const FMA: bool> Whisker<Lanes<FMA>> {
             vertex: self.peak * Pack::splat(distance.a) - one,
         };
         if !tables.theory.plain {
-            let hub = Lanes::<FMA>::splat(tables.theory.hub) * inverse;
-            let shear = Lanes::<FMA>::splat(tables.theory.shear) * self.diameter * self.diameter;
+            let hub = Lanes::<SET>::splat(tables.theory.hub) * inverse;
+            let shear = Lanes::<SET>::splat(tables.theory.shear) * self.diameter * self.diameter;
             growth.shear = shear * inverse * inverse;
             growth.hub = if tables.theory.displaced { one } else { hub / (one + hub) };
         }
@@ -98,7 +98,7 @@ impl<const FMA: bool> Whisker<Lanes<FMA>> {
 
     /// Whether a contact at `chart` may move off it. Contacts move little: most whiskers are longer than any contact of theirs.
     #[inline(always)]
-    pub fn moves(&self, power: Lanes<FMA>, chart: &Charted) -> bool {
+    pub fn moves(&self, power: Lanes<SET>, chart: &Charted) -> bool {
         let room = (self.length - Pack::splat(chart.a)) * Pack::splat(chart.inverse);
         !(power * Pack::splat(chart.most_arc)).all_at_most(room)
     }
@@ -119,18 +119,18 @@ pub(super) struct Growth<T> {
     pub vertex: T,
 }
 
-impl<const FMA: bool> Growth<Lanes<FMA>> {
+impl<const SET: u8> Growth<Lanes<SET>> {
     /// η at the apex, or infinitely far of a whisker without one.
     #[inline(always)]
-    pub fn least(&self) -> Lanes<FMA> {
-        let of = Lanes::<FMA>::of;
+    pub fn least(&self) -> Lanes<SET> {
+        let of = Lanes::<SET>::of;
         (of(-1.0) / self.steep).max(of(-1.0))
     }
 
     /// η of the far root of a growth of `q` of the plain theory, (1 + sη)(1 − gη) − 1 = q, and the slope there.
     #[inline(always)]
-    pub fn far(&self, q: Lanes<FMA>) -> [Lanes<FMA>; 2] {
-        let of = Lanes::<FMA>::of;
+    pub fn far(&self, q: Lanes<SET>) -> [Lanes<SET>; 2] {
+        let of = Lanes::<SET>::of;
         let (linear, square) = (self.steep - self.gauge, self.steep * self.gauge);
         let slope = (linear * linear - of(4.0) * square * q).max(of(0.0)).sqrt();
         // Beyond the peak the terms of one form cancel, before it those of the other.
@@ -141,15 +141,15 @@ impl<const FMA: bool> Growth<Lanes<FMA>> {
 
     /// The slope at the contact, and what its factors give without regard to their sign.
     #[inline(always)]
-    pub fn slopes(&self) -> [Lanes<FMA>; 2] {
-        let other = self.hub - (self.shear + self.shear) / (Lanes::<FMA>::of(1.0) + self.shear);
+    pub fn slopes(&self) -> [Lanes<SET>; 2] {
+        let other = self.hub - (self.shear + self.shear) / (Lanes::<SET>::of(1.0) + self.shear);
         [self.steep - self.gauge + other, self.steep + self.gauge]
     }
 
     /// The growth, its slope and its curvature at η.
     #[inline(always)]
-    pub fn at(&self, tables: &Tables, eta: Lanes<FMA>) -> [Lanes<FMA>; 3] {
-        let zero = Lanes::<FMA>::of(0.0);
+    pub fn at(&self, tables: &Tables, eta: Lanes<SET>) -> [Lanes<SET>; 3] {
+        let zero = Lanes::<SET>::of(0.0);
         let all = grow([self.steep * eta, self.steep, zero], [-(self.gauge * eta), -self.gauge, zero]);
         if tables.theory.plain {
             return all;
@@ -159,19 +159,19 @@ impl<const FMA: bool> Growth<Lanes<FMA>> {
 }
 
 /// What hub, displacement and shear make of the growth of the plain theory.
-struct Beyond<'a, const FMA: bool> {
-    growth: &'a Growth<Lanes<FMA>>,
-    all: [Lanes<FMA>; 3],
-    eta: Lanes<FMA>,
+struct Beyond<'a, const SET: u8> {
+    growth: &'a Growth<Lanes<SET>>,
+    all: [Lanes<SET>; 3],
+    eta: Lanes<SET>,
 }
 
-impl<const FMA: bool> Part<FMA> for Beyond<'_, FMA> {
-    type Out = [Lanes<FMA>; 3];
+impl<const SET: u8> Part<SET> for Beyond<'_, SET> {
+    type Out = [Lanes<SET>; 3];
 
     #[inline(always)]
-    fn run(self) -> [Lanes<FMA>; 3] {
+    fn run(self) -> [Lanes<SET>; 3] {
         let Self { growth, all, eta } = self;
-        let of = Lanes::<FMA>::of;
+        let of = Lanes::<SET>::of;
         let (zero, one, two) = (of(0.0), of(1.0), of(2.0));
         let all = grow(all, [growth.hub * eta, growth.hub, zero]);
         let more = one + eta;
@@ -186,8 +186,8 @@ impl<const FMA: bool> Part<FMA> for Beyond<'_, FMA> {
 
 /// Two growths, each with its slope and curvature, together.
 #[inline(always)]
-fn grow<const FMA: bool>(a: [Lanes<FMA>; 3], b: [Lanes<FMA>; 3]) -> [Lanes<FMA>; 3] {
-    let one = Lanes::<FMA>::of(1.0);
+fn grow<const SET: u8>(a: [Lanes<SET>; 3], b: [Lanes<SET>; 3]) -> [Lanes<SET>; 3] {
+    let one = Lanes::<SET>::of(1.0);
     let (more_a, more_b) = (one + a[0], one + b[0]);
     let both = a[1] * b[1];
     [a[0] + b[0] + a[0] * b[0], a[1] * more_b + b[1] * more_a, a[2] * more_b + (both + both) + b[2] * more_a]
@@ -196,13 +196,13 @@ fn grow<const FMA: bool>(a: [Lanes<FMA>; 3], b: [Lanes<FMA>; 3]) -> [Lanes<FMA>;
 impl Tables {
     /// u at the peak of the theory: that of the quadratic, then Newton's steps for what the rest adds.
     #[inline(always)]
-    pub(super) fn peak<const FMA: bool>(
+    pub(super) fn peak<const SET: u8>(
         &self,
-        diameter: Lanes<FMA>,
-        tau: Lanes<FMA>,
-        [x1, x2]: [Lanes<FMA>; 2],
-    ) -> Lanes<FMA> {
-        let of = Lanes::<FMA>::of;
+        diameter: Lanes<SET>,
+        tau: Lanes<SET>,
+        [x1, x2]: [Lanes<SET>; 2],
+    ) -> Lanes<SET> {
+        let of = Lanes::<SET>::of;
         let (one, two) = (of(1.0), of(2.0));
         let [b1, b2] = [one / (one - tau * x1), one / (one - tau * x2)];
         let (sum, moment) = (b1 + b2, x1 * b1 + x2 * b2);

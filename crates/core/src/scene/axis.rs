@@ -140,11 +140,28 @@ impl Axis {
             Self::Log { from, .. } if i == 0 => *from,
             Self::Log { to, len, .. } if i + 1 == *len => *to,
             Self::Log { from, to, len } => from * (to / from).powf(i as f64 / (len - 1) as f64),
-            Self::Samples { min, max, log, points, dimension } => {
-                let bits = points.sampler.coordinate(points.seed, *dimension, i as u32);
-                let x = (f64::from(bits) + 0.5) / 4_294_967_296.0;
-                if *log { min * (max / min).powf(x) } else { min + (max - min) * x }
+            Self::Samples { points, dimension, .. } => {
+                self.sampled(points.sampler.coordinate(points.seed, *dimension, i as u32))
             }
+        }
+    }
+
+    /// The value of a sampled axis at a coordinate.
+    fn sampled(&self, coordinate: u32) -> f64 {
+        let Self::Samples { min, max, log, .. } = self else { return f64::NAN };
+        let x = (f64::from(coordinate) + 0.5) / 4_294_967_296.0;
+        if *log { min * (max / min).powf(x) } else { min + (max - min) * x }
+    }
+
+    /// Values `at`, each given to `put` with its place among them.
+    pub fn each(&self, at: &[u64], mut put: impl FnMut(usize, f64)) {
+        match self {
+            Self::Samples { points, dimension, .. } => {
+                points
+                    .sampler
+                    .each(points.seed, *dimension, at, |n, coordinate| put(n, self.sampled(coordinate)));
+            }
+            _ => at.iter().enumerate().for_each(|(n, i)| put(n, self.at(*i))),
         }
     }
 

@@ -84,6 +84,29 @@ impl Layout {
         if self.n_rigs == 1 { tuple } else { self.of_rig(tuple, k) }
     }
 
+    /// Designs `ks`, as [`Self::design`] has each.
+    pub fn designs(&self, ks: &[u64]) -> Vec<Tuple> {
+        let mut values = vec![[f64::NAN; COLUMNS]; ks.len()];
+        let (mut rest, mut at, mut left) = (ks.to_vec(), vec![0; ks.len()], self.n_designs);
+        for factor in self.designs.iter().rev() {
+            // Quotients take longest: those by 1, and of the last that is more than one, are known.
+            match factor.len {
+                1 => at.fill(0),
+                len if len == left => (rest, at) = (vec![0; ks.len()], rest),
+                len => rest.iter_mut().zip(&mut at).for_each(|(k, at)| (*k, *at) = (*k / len, *k % len)),
+            }
+            left /= factor.len;
+            for (column, axis) in &factor.axes {
+                axis.each(&at, |n, value| values[n][*column as usize] = value);
+            }
+        }
+        let tuples = values.into_iter().map(Tuple::from_array);
+        if self.n_rigs == 1 {
+            return tuples.collect();
+        }
+        tuples.zip(ks).map(|(tuple, k)| self.of_rig(tuple, *k)).collect()
+    }
+
     /// `tuple`, which is design `k`, with its rig; a profile that is scaled has other diameters.
     fn of_rig(&self, mut tuple: Tuple, mut k: u64) -> Tuple {
         let mut stride = 1;

@@ -27,11 +27,20 @@ pub const MAX_DIMENSIONS: u32 = JOE_KUO.len() as u32;
 impl Sampler {
     /// Coordinate `dimension` of point `index`, as a fraction of 2³². `dimension` is below [`MAX_DIMENSIONS`].
     pub fn coordinate(self, seed: u64, dimension: u32, index: u32) -> u32 {
-        let point = || sobol(dimension, index);
         match (self, Self::scramble(seed, dimension)) {
-            (Self::Sobol, None) => point(),
-            (Self::Sobol, Some(key)) => owen(point(), key),
+            (Self::Sobol, None) => sobol(dimension, index),
+            (Self::Sobol, Some(key)) => owen(sobol(dimension, index), key),
             (Self::Random, _) => philox([index, dimension / 4, 0, 0], words(seed))[(dimension % 4) as usize],
+        }
+    }
+
+    /// [`Self::coordinate`] of many points, each given to `put` with its place among them.
+    pub fn each(self, seed: u64, dimension: u32, points: &[u64], mut put: impl FnMut(usize, u32)) {
+        let all = points.iter().map(|index| *index as u32).enumerate();
+        match (self, Self::scramble(seed, dimension)) {
+            (Self::Sobol, None) => all.for_each(|(n, index)| put(n, sobol(dimension, index))),
+            (Self::Sobol, Some(key)) => all.for_each(|(n, index)| put(n, owen(sobol(dimension, index), key))),
+            (Self::Random, _) => all.for_each(|(n, index)| put(n, self.coordinate(seed, dimension, index))),
         }
     }
 

@@ -37,12 +37,12 @@ impl<T: Scalar> Law<T> {
 
     /// (e₀ − t, χ, load) of the section law at the Hookean strains t and b; above a load of 1 the chart does not tell.
     #[inline(always)]
-    pub fn section<const L: usize, const FMA: bool>(
+    pub fn section<const L: usize, const SET: u8>(
         &self,
-        t: Pack<T, L, FMA>,
-        b: Pack<T, L, FMA>,
-    ) -> [Pack<T, L, FMA>; 3] {
-        let of = Pack::<T, L, FMA>::of;
+        t: Pack<T, L, SET>,
+        b: Pack<T, L, SET>,
+    ) -> [Pack<T, L, SET>; 3] {
+        let of = Pack::<T, L, SET>::of;
         let most = t.mul_add(Pack::splat(self.bending[1]), Pack::splat(self.bending[0]));
         let b2 = b * b;
         let beta = b2 / (most * most);
@@ -56,10 +56,7 @@ impl<T: Scalar> Law<T> {
 
 /// Σ c_k z^k.
 #[inline(always)]
-pub fn polynomial<T: Scalar, const L: usize, const FMA: bool>(
-    c: &[T],
-    z: Pack<T, L, FMA>,
-) -> Pack<T, L, FMA> {
+pub fn polynomial<T: Scalar, const L: usize, const SET: u8>(c: &[T], z: Pack<T, L, SET>) -> Pack<T, L, SET> {
     let Some((&last, others)) = c.split_last() else { return Pack::of(0.0) };
     let mut sum = Pack::splat(last);
     for &next in others.iter().rev() {
@@ -70,11 +67,11 @@ pub fn polynomial<T: Scalar, const L: usize, const FMA: bool>(
 
 /// Σ c_jk x^k y^j. Loops only: a closure that the compiler leaves alone has neither the vectors nor the fused operations of its caller.
 #[inline(always)]
-fn plane<T: Scalar, const L: usize, const FMA: bool>(
+fn plane<T: Scalar, const L: usize, const SET: u8>(
     c: &[Vec<T>],
-    x: Pack<T, L, FMA>,
-    y: Pack<T, L, FMA>,
-) -> Pack<T, L, FMA> {
+    x: Pack<T, L, SET>,
+    y: Pack<T, L, SET>,
+) -> Pack<T, L, SET> {
     let mut sum = Pack::of(0.0);
     for row in c.iter().rev() {
         sum = sum.mul_add(y, polynomial(row, x));

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use exact::Tables;
 pub use exact::series;
-pub use pack::{Pack, Scalar};
+pub use pack::{FUSED, Pack, Scalar, UNFUSED, WIDE};
 
 use super::{Effects, Job, Rung, Solution, Solver, Tap};
 use vibrissa_core::error::SolveError;
@@ -93,7 +93,7 @@ macro_rules! by_nodes {
                 })*
                 2..=$most => {
                     let tables = Tables::<$t, $most>::new(job.rule, job.chart);
-                    parallel(taps, out, |t, o| lanes::<$t, $most, 1, false, false>(&tables, job, t, o));
+                    parallel(taps, out, |t, o| lanes::<$t, $most, 1, UNFUSED, false>(&tables, job, t, o));
                 }
                 n => return Err(SolveError::Nodes(n)),
             }
@@ -132,7 +132,9 @@ fn block<T: Scalar, const N: usize, const L: usize, const PLAIN: bool>(
     taps: &[Tap<f64>],
     out: &mut [Solution<f64>],
 ) {
-    lanes::<T, N, L, { cfg!(target_arch = "aarch64") }, PLAIN>(tables, job, taps, out);
+    lanes::<T, N, L, { if cfg!(target_arch = "aarch64") { FUSED } else { UNFUSED } }, PLAIN>(
+        tables, job, taps, out,
+    );
 }
 
 /// Solves one work item side by side, on a PC for which [`wide`] holds.
@@ -156,12 +158,12 @@ fn block_avx2<T: Scalar, const N: usize, const L: usize, const PLAIN: bool>(
     taps: &[Tap<f64>],
     out: &mut [Solution<f64>],
 ) {
-    lanes::<T, N, L, true, PLAIN>(tables, job, taps, out);
+    lanes::<T, N, L, FUSED, PLAIN>(tables, job, taps, out);
 }
 
 /// Packs `L` taps at a time; the last pack is filled up with copies of its first tap. `PLAIN`: all effects are off, and the rule has N nodes.
 #[inline(always)]
-fn lanes<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PLAIN: bool>(
+fn lanes<T: Scalar, const N: usize, const L: usize, const SET: u8, const PLAIN: bool>(
     tables: &Tables<T, N>,
     job: &Job<'_>,
     taps: &[Tap<f64>],
@@ -170,8 +172,8 @@ fn lanes<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PLAIN
     for (taps, out) in taps.chunks(L).zip(out.chunks_mut(L)) {
         let lane = |i: usize| &taps[if i < taps.len() { i } else { 0 }];
         let packed = Tap::gather(|field| Pack(std::array::from_fn(|i| T::of(lane(i).values()[field]))));
-        let solved: Solution<Pack<T, L, FMA>> =
-            exact::taps::<T, N, L, FMA, PLAIN>(tables, job.rule, &job.effects, job.tolerance, &packed);
+        let solved: Solution<Pack<T, L, SET>> =
+            exact::taps::<T, N, L, SET, PLAIN>(tables, job.rule, &job.effects, job.tolerance, &packed);
         for (i, o) in out.iter_mut().enumerate() {
             *o = solved.map(|x| x.0[i].get());
         }

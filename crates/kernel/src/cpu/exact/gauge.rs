@@ -11,12 +11,12 @@ use crate::{Effects, Rule, Solution, Tap, rule::limits::*};
 /// there, times what the strain weighs. Where the contact starts next to the gauge, ℓ may grow by orders on the way, as the square of
 /// the bent part of the gauge; with an `offset` force, part of the strain goes as the bent part itself.
 #[inline(always)]
-pub fn sensitivity<T: Scalar, const L: usize, const FMA: bool>(
+pub fn sensitivity<T: Scalar, const L: usize, const SET: u8>(
     offset: bool,
-    tap: &Tap<Pack<T, L, FMA>>,
-    x: Pack<T, L, FMA>,
-) -> Pack<T, L, FMA> {
-    let of = Pack::<T, L, FMA>::of;
+    tap: &Tap<Pack<T, L, SET>>,
+    x: Pack<T, L, SET>,
+) -> Pack<T, L, SET> {
+    let of = Pack::<T, L, SET>::of;
     let (one, tiny) = (of(1.0), of(TINY));
     let (near, far) = ((tap.near + x).max(tiny), tap.far + x);
     let (u1, u2) = (tap.taper.mul_add(tap.near, tap.rest), tap.taper.mul_add(tap.far, tap.rest));
@@ -32,11 +32,11 @@ pub fn sensitivity<T: Scalar, const L: usize, const FMA: bool>(
 /// where bending and the force along the whisker nearly cancel at the gauge, as they may next to the clamp. The third number is the
 /// same of the section law, which shows in the strains of both, and where the contact sticks in the forces too.
 #[inline(always)]
-pub fn shares<T: Scalar, const L: usize, const FMA: bool>(
+pub fn shares<T: Scalar, const L: usize, const SET: u8>(
     effects: &Effects,
-    tap: &Tap<Pack<T, L, FMA>>,
-) -> [Pack<T, L, FMA>; 3] {
-    let of = Pack::<T, L, FMA>::of;
+    tap: &Tap<Pack<T, L, SET>>,
+) -> [Pack<T, L, SET>; 3] {
+    let of = Pack::<T, L, SET>::of;
     let (zero, one, half) = (of(0.0), of(1.0), of(0.5));
     if !effects.offset {
         return [one; 3];
@@ -66,16 +66,16 @@ pub fn shares<T: Scalar, const L: usize, const FMA: bool>(
 
 /// The solution of a tap whose last sweep left `residual`, and rounding `rounded`; `across` is the first of its [`shares`].
 #[inline(always)]
-pub fn gauge<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PLAIN: bool>(
+pub fn gauge<T: Scalar, const N: usize, const L: usize, const SET: u8, const PLAIN: bool>(
     tables: &Tables<T, N>,
     rule: &Rule,
     effects: &Effects,
-    tap: &Tap<Pack<T, L, FMA>>,
-    state: &State<Pack<T, L, FMA>, N>,
-    [residual, rounded, across]: [Pack<T, L, FMA>; 3],
-    sweeps: Pack<T, L, FMA>,
-) -> Solution<Pack<T, L, FMA>> {
-    let of = Pack::<T, L, FMA>::of;
+    tap: &Tap<Pack<T, L, SET>>,
+    state: &State<Pack<T, L, SET>, N>,
+    [residual, rounded, across]: [Pack<T, L, SET>; 3],
+    sweeps: Pack<T, L, SET>,
+) -> Solution<Pack<T, L, SET>> {
+    let of = Pack::<T, L, SET>::of;
     let (zero, one, two, tiny) = (of(0.0), of(1.0), of(2.0), of(TINY));
     let n = tables.nodes::<PLAIN>();
     let offset = !PLAIN && effects.offset;
@@ -171,7 +171,7 @@ pub fn gauge<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
             let first = tap.far.if_less(zero, one / tap.rest, b2);
             let share = tap.far.if_less(zero, tap.near.max(zero) / tap.width, one);
             let section =
-                |bent: Pack<T, L, FMA>, end: Pack<T, L, FMA>| of(0.5) * bent * b1 * end * (b1 + end);
+                |bent: Pack<T, L, SET>, end: Pack<T, L, SET>| of(0.5) * bent * b1 * end * (b1 + end);
             let (now, then) = (section(bent, end), section(share, first));
             let (dh, dr) = (tap.force * state.along, zero - tap.slope * x);
             let torque = (dh * (tap.contact_radius + dr) + tap.along * dr) * now
@@ -232,7 +232,7 @@ pub fn gauge<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
     let error = zero.if_less(outside.max(ended), zero.if_less(astray, of(LOST), of(HOPELESS)), error);
     let load = zero.if_less(outside.max(astray), zero, load);
     let Spatial { base, axial } = if effects.spatial {
-        spatial::<T, N, L, FMA, PLAIN>(tables, effects, tap, state, &series, &climbs, &angles)
+        spatial::<T, N, L, SET, PLAIN>(tables, effects, tap, state, &series, &climbs, &angles)
     } else {
         Spatial { base: zero, axial: zero }
     };
@@ -241,23 +241,23 @@ pub fn gauge<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
 
 /// The part of the lever mean beyond the contact, which has no moment.
 #[inline(always)]
-fn past<T: Scalar, const L: usize, const FMA: bool>(
-    end: Pack<T, L, FMA>,
-    b2: Pack<T, L, FMA>,
-    g2: Pack<T, L, FMA>,
-    width: Pack<T, L, FMA>,
-) -> Pack<T, L, FMA> {
+fn past<T: Scalar, const L: usize, const SET: u8>(
+    end: Pack<T, L, SET>,
+    b2: Pack<T, L, SET>,
+    g2: Pack<T, L, SET>,
+    width: Pack<T, L, SET>,
+) -> Pack<T, L, SET> {
     end * end * b2 * b2 / (Pack::of(2.0) * g2 * width)
 }
 
 /// Place w on the rod of a point at distance `from_contact`, u² = 1 − τs there.
 #[inline(always)]
-pub fn place<T: Scalar, const L: usize, const FMA: bool>(
-    from_contact: Pack<T, L, FMA>,
-    u: Pack<T, L, FMA>,
-    c: Pack<T, L, FMA>,
-    g: Pack<T, L, FMA>,
-) -> Pack<T, L, FMA> {
+pub fn place<T: Scalar, const L: usize, const SET: u8>(
+    from_contact: Pack<T, L, SET>,
+    u: Pack<T, L, SET>,
+    c: Pack<T, L, SET>,
+    g: Pack<T, L, SET>,
+) -> Pack<T, L, SET> {
     let root = u.max(Pack::of(TINY)).sqrt();
     from_contact.max(Pack::of(0.0)) * (Pack::of(1.0) + g) / (c * root * (root + g))
 }
@@ -266,15 +266,15 @@ pub fn place<T: Scalar, const L: usize, const FMA: bool>(
 /// nodes converge faster than the interpolant, hence the power; the factors were fitted to 20 000 random taps (d/D
 /// 0.02…1.3, θ 0.1…60°, gauges of all lengths) at n = 6…16. The shortening is what the arc is wrong by.
 #[inline(always)]
-fn truncation<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
+fn truncation<T: Scalar, const N: usize, const L: usize, const SET: u8>(
     n: usize,
     tables: &Tables<T, N>,
-    tap: &Tap<Pack<T, L, FMA>>,
-    state: &State<Pack<T, L, FMA>, N>,
-    series: &[Pack<T, L, FMA>; N],
-    [m, g2, sensitivity]: [Pack<T, L, FMA>; 3],
-) -> Pack<T, L, FMA> {
-    let of = Pack::<T, L, FMA>::of;
+    tap: &Tap<Pack<T, L, SET>>,
+    state: &State<Pack<T, L, SET>, N>,
+    series: &[Pack<T, L, SET>; N],
+    [m, g2, sensitivity]: [Pack<T, L, SET>; 3],
+) -> Pack<T, L, SET> {
+    let of = Pack::<T, L, SET>::of;
     // No closure: one that is called twice may not be inlined, and then is compiled for no particular instruction set.
     let mut last = of(0.0);
     for k in n - 2..n {

@@ -4,12 +4,12 @@ use super::super::pack::{Pack, Scalar};
 
 /// ∫₀^w of a series of shifted Legendre polynomials.
 #[inline(always)]
-pub fn primitive<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
+pub fn primitive<T: Scalar, const N: usize, const L: usize, const SET: u8>(
     n: usize,
-    series: &[Pack<T, L, FMA>; N],
-    w: Pack<T, L, FMA>,
-) -> Pack<T, L, FMA> {
-    let of = Pack::<T, L, FMA>::of;
+    series: &[Pack<T, L, SET>; N],
+    w: Pack<T, L, SET>,
+) -> Pack<T, L, SET> {
+    let of = Pack::<T, L, SET>::of;
     let x = w.mul_add(of(2.0), of(-1.0));
     let mut sum = series[0] * w;
     let (mut before, mut now) = (of(1.0), x);
@@ -24,12 +24,12 @@ pub fn primitive<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
 
 /// A series of shifted Legendre polynomials at w.
 #[inline(always)]
-pub fn legendre<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
+pub fn legendre<T: Scalar, const N: usize, const L: usize, const SET: u8>(
     n: usize,
-    series: &[Pack<T, L, FMA>; N],
-    w: Pack<T, L, FMA>,
-) -> Pack<T, L, FMA> {
-    let of = Pack::<T, L, FMA>::of;
+    series: &[Pack<T, L, SET>; N],
+    w: Pack<T, L, SET>,
+) -> Pack<T, L, SET> {
+    let of = Pack::<T, L, SET>::of;
     let x = w.mul_add(of(2.0), of(-1.0));
     let mut sum = series[0];
     let (mut before, mut now) = (of(1.0), x);

@@ -41,14 +41,14 @@ pub use tables::{Tables, series};
 
 /// Solves `L` taps at once. `PLAIN`: all effects are off, at compile time.
 #[inline(always)]
-pub fn taps<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PLAIN: bool>(
+pub fn taps<T: Scalar, const N: usize, const L: usize, const SET: u8, const PLAIN: bool>(
     tables: &Tables<T, N>,
     rule: &Rule,
     effects: &Effects,
     tolerance: f64,
-    tap: &Tap<Pack<T, L, FMA>>,
-) -> Solution<Pack<T, L, FMA>> {
-    let of = Pack::<T, L, FMA>::of;
+    tap: &Tap<Pack<T, L, SET>>,
+) -> Solution<Pack<T, L, SET>> {
+    let of = Pack::<T, L, SET>::of;
     let zero = of(0.0);
     let mut state = State {
         force: zero,
@@ -75,14 +75,14 @@ pub fn taps<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PL
     for step in 1..=rule.sweeps {
         let before = state.clone();
         let stepping = step % rule.settle() == 0;
-        sweep::<T, N, L, FMA, PLAIN>(tables, effects, rule, stepping, tap, &mut state);
+        sweep::<T, N, L, SET, PLAIN>(tables, effects, rule, stepping, tap, &mut state);
         // A lane that is done stays as it is, so that no tap depends on its neighbours.
         state.keep(tables.nodes::<PLAIN>(), done, &before);
         if !stepping {
             continue;
         }
         let felt = sensitivity(!PLAIN && effects.offset, tap, tap.arc + state.arc);
-        let shows = |[first, second]: [Pack<T, L, FMA>; 2]| {
+        let shows = |[first, second]: [Pack<T, L, SET>; 2]| {
             if !PLAIN && effects.stick {
                 across * first.abs() + along * second.abs()
             } else {
@@ -124,5 +124,5 @@ pub fn taps<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PL
         let x = state.arc.abs() * of(ARC_ROUNDINGS * T::ROUNDING);
         rounded = state.force.abs() * of(ROUNDINGS * T::ROUNDING) + sensitivity(false, tap, state.arc) * x;
     }
-    gauge::<T, N, L, FMA, PLAIN>(tables, rule, effects, tap, &state, [error, rounded, across], sweeps)
+    gauge::<T, N, L, SET, PLAIN>(tables, rule, effects, tap, &state, [error, rounded, across], sweeps)
 }

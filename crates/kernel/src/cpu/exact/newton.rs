@@ -54,14 +54,14 @@ struct Rod<P, const N: usize> {
 /// Turn of the rod when its lag follows: `fixed` is the turn at a fixed shape, which changes the moment by H ∂η − W ∂Δξ. A
 /// Volterra equation, iterated from `fixed`.
 #[inline(always)]
-fn follow<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
+fn follow<T: Scalar, const N: usize, const L: usize, const SET: u8>(
     tables: &Tables<T, N>,
     passes: u32,
-    rod: &Rod<Pack<T, L, FMA>, N>,
-    fixed: Turned<Pack<T, L, FMA>, N>,
-) -> Turned<Pack<T, L, FMA>, N> {
+    rod: &Rod<Pack<T, L, SET>, N>,
+    fixed: Turned<Pack<T, L, SET>, N>,
+) -> Turned<Pack<T, L, SET>, N> {
     let n = tables.nodes::<false>();
-    let zero = Pack::<T, L, FMA>::of(0.0);
+    let zero = Pack::<T, L, SET>::of(0.0);
     let Turned { mut nodes, mut base } = fixed;
     for _ in 0..passes {
         let (mut pulled, mut bending) = ([zero; N], [zero; N]);
@@ -81,23 +81,23 @@ fn follow<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
 
 /// Turn by a unit of W at a fixed shape.
 #[inline(always)]
-fn unit_force<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
+fn unit_force<T: Scalar, const N: usize, const L: usize, const SET: u8>(
     effects: &Effects,
-    tap: &Tap<Pack<T, L, FMA>>,
-    bent: &Bent<Pack<T, L, FMA>, N>,
-    lever: Pack<T, L, FMA>,
-    pivot: Pack<T, L, FMA>,
-) -> Pack<T, L, FMA> {
+    tap: &Tap<Pack<T, L, SET>>,
+    bent: &Bent<Pack<T, L, SET>, N>,
+    lever: Pack<T, L, SET>,
+    pivot: Pack<T, L, SET>,
+) -> Pack<T, L, SET> {
     if effects.stick { lever } else { lever + tap.ratio * bent.contact_radius * pivot }
 }
 
 /// Turn by a unit of c, or of H of a sticking contact, at a fixed shape.
 #[inline(always)]
-fn unit_other<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
+fn unit_other<T: Scalar, const N: usize, const L: usize, const SET: u8>(
     effects: &Effects,
-    bent: &Bent<Pack<T, L, FMA>, N>,
-    pivot: Pack<T, L, FMA>,
-) -> Pack<T, L, FMA> {
+    bent: &Bent<Pack<T, L, SET>, N>,
+    pivot: Pack<T, L, SET>,
+) -> Pack<T, L, SET> {
     (if effects.stick { bent.contact_radius } else { bent.w_force }) * pivot
 }
 
@@ -115,17 +115,17 @@ pub struct Step<P> {
 /// H turns the rod by ∂ψ(s), which moves V by −∫sin ψ ∂ψ ds and ∫cos ψ ∂ψ ds.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
-pub fn step<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
+pub fn step<T: Scalar, const N: usize, const L: usize, const SET: u8>(
     tables: &Tables<T, N>,
     effects: &Effects,
     passes: u32,
-    tap: &Tap<Pack<T, L, FMA>>,
-    state: &State<Pack<T, L, FMA>, N>,
-    bent: &Bent<Pack<T, L, FMA>, N>,
-    [across, along]: [Pack<T, L, FMA>; 2],
-    noise: [Pack<T, L, FMA>; 2],
-) -> Step<Pack<T, L, FMA>> {
-    let of = Pack::<T, L, FMA>::of;
+    tap: &Tap<Pack<T, L, SET>>,
+    state: &State<Pack<T, L, SET>, N>,
+    bent: &Bent<Pack<T, L, SET>, N>,
+    [across, along]: [Pack<T, L, SET>; 2],
+    noise: [Pack<T, L, SET>; 2],
+) -> Step<Pack<T, L, SET>> {
+    let of = Pack::<T, L, SET>::of;
     let (zero, one, two) = (of(0.0), of(1.0), of(2.0));
     let c = one + bent.x;
     let g2 = (tap.rest - tap.taper * bent.x).max(of(APEX) * tap.rest);
@@ -213,10 +213,10 @@ pub fn step<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
     let toward = [x0 * beta_cosine - y0 * beta_sine, x0 * beta_sine + y0 * beta_cosine];
     let [vx, vy] = bent.pole;
     let along_both = vx * toward[0] + vy * toward[1];
-    let row1 = |v: [Pack<T, L, FMA>; 2], base: Pack<T, L, FMA>| {
+    let row1 = |v: [Pack<T, L, SET>; 2], base: Pack<T, L, SET>| {
         v[0] * toward[1] - v[1] * toward[0] + base * along_both
     };
-    let row2 = |v: [Pack<T, L, FMA>; 2]| vx * v[0] + vy * v[1];
+    let row2 = |v: [Pack<T, L, SET>; 2]| vx * v[0] + vy * v[1];
     let unit2 = if effects.stick { tap.force } else { one };
     let (m11, m12) = (tap.force * row1(move1, base1), unit2 * row1(move2, base2));
     let (m21, m22) = (tap.force * row2(move1), unit2 * row2(move2));

@@ -18,16 +18,16 @@ pub struct Spatial<P> {
 /// The angle at the base, and the mean strain of the centreline over the gauge. `series`, `climbs` and `angles` are those of
 /// the shortening, the height and the angle.
 #[inline(always)]
-pub fn spatial<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PLAIN: bool>(
+pub fn spatial<T: Scalar, const N: usize, const L: usize, const SET: u8, const PLAIN: bool>(
     tables: &Tables<T, N>,
     effects: &Effects,
-    tap: &Tap<Pack<T, L, FMA>>,
-    state: &State<Pack<T, L, FMA>, N>,
-    series: &[Pack<T, L, FMA>; N],
-    climbs: &[Pack<T, L, FMA>; N],
-    angles: &[Pack<T, L, FMA>; N],
-) -> Spatial<Pack<T, L, FMA>> {
-    let of = Pack::<T, L, FMA>::of;
+    tap: &Tap<Pack<T, L, SET>>,
+    state: &State<Pack<T, L, SET>, N>,
+    series: &[Pack<T, L, SET>; N],
+    climbs: &[Pack<T, L, SET>; N],
+    angles: &[Pack<T, L, SET>; N],
+) -> Spatial<Pack<T, L, SET>> {
+    let of = Pack::<T, L, SET>::of;
     let (zero, one, two) = (of(0.0), of(1.0), of(2.0));
     let n = tables.nodes::<PLAIN>();
     let offset = !PLAIN && effects.offset;

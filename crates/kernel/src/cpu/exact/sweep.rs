@@ -41,12 +41,12 @@ pub struct State<P, const N: usize> {
     pub beyond: P,
 }
 
-impl<T: Scalar, const N: usize, const L: usize, const FMA: bool> State<Pack<T, L, FMA>, N> {
+impl<T: Scalar, const N: usize, const L: usize, const SET: u8> State<Pack<T, L, SET>, N> {
     /// Takes back `before` in the lanes where `done` is above zero.
     #[inline(always)]
-    pub fn keep(&mut self, n: usize, done: Pack<T, L, FMA>, before: &Self) {
+    pub fn keep(&mut self, n: usize, done: Pack<T, L, SET>, before: &Self) {
         let zero = Pack::of(0.0);
-        let pick = |new: &mut Pack<T, L, FMA>, old: Pack<T, L, FMA>| *new = zero.if_less(done, old, *new);
+        let pick = |new: &mut Pack<T, L, SET>, old: Pack<T, L, SET>| *new = zero.if_less(done, old, *new);
         pick(&mut self.force, before.force);
         pick(&mut self.along, before.along);
         pick(&mut self.arc, before.arc);
@@ -69,24 +69,21 @@ impl<T: Scalar, const N: usize, const L: usize, const FMA: bool> State<Pack<T, L
 
 /// a + b + ab: growth by a, then by b.
 #[inline(always)]
-fn then<T: Scalar, const L: usize, const FMA: bool>(
-    a: Pack<T, L, FMA>,
-    b: Pack<T, L, FMA>,
-) -> Pack<T, L, FMA> {
+fn then<T: Scalar, const L: usize, const SET: u8>(a: Pack<T, L, SET>, b: Pack<T, L, SET>) -> Pack<T, L, SET> {
     a.mul_add(b, a + b)
 }
 
 /// One sweep from `state` to `state`, with a Newton step if `stepping`.
 #[inline(always)]
-pub fn sweep<T: Scalar, const N: usize, const L: usize, const FMA: bool, const PLAIN: bool>(
+pub fn sweep<T: Scalar, const N: usize, const L: usize, const SET: u8, const PLAIN: bool>(
     tables: &Tables<T, N>,
     effects: &Effects,
     rule: &Rule,
     stepping: bool,
-    tap: &Tap<Pack<T, L, FMA>>,
-    state: &mut State<Pack<T, L, FMA>, N>,
+    tap: &Tap<Pack<T, L, SET>>,
+    state: &mut State<Pack<T, L, SET>, N>,
 ) {
-    let of = Pack::<T, L, FMA>::of;
+    let of = Pack::<T, L, SET>::of;
     let (zero, one, two) = (of(0.0), of(1.0), of(2.0));
     let n = tables.nodes::<PLAIN>();
     let shear = !PLAIN && effects.shear;
@@ -310,7 +307,7 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const FMA: bool, const P
         [zero; 2]
     } else {
         let rounding = of(ROUNDINGS * T::ROUNDING);
-        let lever1 = |psi: Pack<T, L, FMA>, eta: Pack<T, L, FMA>| (turn * psi).abs() + (x0 * eta).abs();
+        let lever1 = |psi: Pack<T, L, SET>, eta: Pack<T, L, SET>| (turn * psi).abs() + (x0 * eta).abs();
         let forced =
             tap.force.abs() * (lever1(psi1, eta1) * dw.abs() + (one + dw).abs() * lever1(d_psi1, d_eta1));
         let mut first = forced

@@ -54,25 +54,25 @@ impl<T: Scalar, const N: usize> Tables<T, N> {
 
     /// 1 − cos x.
     #[inline(always)]
-    pub fn one_minus_cos<const L: usize, const FMA: bool>(&self, x: Pack<T, L, FMA>) -> Pack<T, L, FMA> {
+    pub fn one_minus_cos<const L: usize, const SET: u8>(&self, x: Pack<T, L, SET>) -> Pack<T, L, SET> {
         let z = x * x;
         z * polynomial(&self.one_minus_cos, z)
     }
 
     /// x − sin x.
     #[inline(always)]
-    pub fn x_minus_sin<const L: usize, const FMA: bool>(&self, x: Pack<T, L, FMA>) -> Pack<T, L, FMA> {
+    pub fn x_minus_sin<const L: usize, const SET: u8>(&self, x: Pack<T, L, SET>) -> Pack<T, L, SET> {
         let z = x * x;
         x * z * polynomial(&self.x_minus_sin, z)
     }
 
     /// [`Law::section`]; zeros of Hooke's.
     #[inline(always)]
-    pub fn section<const L: usize, const FMA: bool>(
+    pub fn section<const L: usize, const SET: u8>(
         &self,
-        t: Pack<T, L, FMA>,
-        b: Pack<T, L, FMA>,
-    ) -> [Pack<T, L, FMA>; 3] {
+        t: Pack<T, L, SET>,
+        b: Pack<T, L, SET>,
+    ) -> [Pack<T, L, SET>; 3] {
         match &self.law {
             Some(law) => law.section(t, b),
             None => [Pack::of(0.0); 3],
@@ -88,11 +88,11 @@ pub fn series(terms: usize, first: u32) -> Vec<f64> {
 
 /// Σ row_j y_j over the first `n`.
 #[inline(always)]
-pub fn dot<T: Scalar, const N: usize, const L: usize, const FMA: bool>(
+pub fn dot<T: Scalar, const N: usize, const L: usize, const SET: u8>(
     n: usize,
     row: &[T; N],
-    y: &[Pack<T, L, FMA>; N],
-) -> Pack<T, L, FMA> {
+    y: &[Pack<T, L, SET>; N],
+) -> Pack<T, L, SET> {
     let mut sum = Pack::splat(row[0]) * y[0];
     for j in 1..n {
         sum = Pack::splat(row[j]).mul_add(y[j], sum);
