@@ -31,7 +31,7 @@ const GROUP: u64 = 1 << 16;
 const TRIES: u32 = 2;
 
 /// Designs of one work item.
-const GRAIN: usize = 512;
+const GRAIN: usize = 2048;
 
 /// What ranks the designs of each rig; nothing of a rig whose designs are all solved.
 pub(super) struct Rankers<'a>(Vec<Option<&'a Ranker>>);

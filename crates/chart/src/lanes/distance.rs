@@ -1,10 +1,10 @@
 //! Distances and charts in single precision, and the polynomials of taps at a chart.
 
 use super::dispatch::{Part, apart};
-use super::read::{self, Flat, Products, Values};
+use super::read::{self, Basis, Flat, Products, Values};
 use super::{Lanes, ORDERS, affine, wide};
 use crate::axis::{AXES, Axis, Map, Quantity};
-use crate::build::Built;
+use crate::build::{Built, check};
 use crate::distance::{DistanceChart, FUNCTIONS, Function};
 use crate::kernel::cpu::Pack;
 use crate::physics::chebyshev::basis;
@@ -13,6 +13,9 @@ use crate::weight::Weight;
 
 /// Most points of a gauge.
 const MOST_POINTS: usize = 8;
+
+/// Points that tell to which side most taps slide.
+const SIDES: usize = 64;
 
 /// A contact distance.
 #[derive(Debug)]
@@ -54,8 +57,8 @@ pub(super) struct Charted {
     pub most_arc: f32,
     /// What strain and arc may be off for terms that were left out.
     pub missed: [f32; 2],
-    /// Whether its branch holds only where its arc is not below 0.
-    pub slides: bool,
+    /// Sign that the arc has where its branch holds; 0 where there is no other.
+    pub slides: f32,
 }
 
 /// What points count of a whisker that is no cone of one material.
@@ -117,12 +120,12 @@ impl Charted {
             products,
             most_arc: chart.branches.iter().map(arc).fold(0.0, f32::max),
             missed: [0.0; 2],
-            slides: false,
+            slides: 0.0,
         }
     }
 
     /// The terms of `chart` without which strain and arc at the largest drives are off by no more than `error`; of a contact that chooses, those of
-    /// sliding outwards.
+    /// sliding to the side to which most taps do.
     pub fn roughly(chart: &DistanceChart, kind: Drive, error: f64) -> Self {
         let exact = Self::new(chart, kind, &[]);
         let axes = chart.axes();
@@ -132,8 +135,14 @@ impl Charted {
             let point = function == Function::Strain || chart.gauges.centred;
             error / drive.powi(chart.power) * if point { place } else { 1.0 }
         };
+        let last = chart.branches.len() - 1;
+        let arc = |branch: usize, x: [f64; AXES]| chart.branches[branch].series[Function::Arc as usize].at(x);
+        let points = || (0..SIDES).map(|i| check(i, &axes.map(|axis| axis.is_point())));
+        let outwards = points().filter(|x| arc(last, *x) >= 0.0).count();
+        let inwards = points().filter(|x| arc(0, *x) <= 0.0).count();
+        let (side, slides) = if outwards >= inwards { (last, 1.0) } else { (0, -1.0) };
         let mut rough = chart.clone();
-        rough.branches.drain(..chart.branches.len() - 1);
+        rough.branches = vec![chart.branches[side].clone()];
         let mut missed = [Function::Strain, Function::Arc].map(|function| {
             let series = &mut rough.branches[0].series[function as usize];
             let (kept, missed) = series.largest(share(function));
@@ -145,7 +154,7 @@ impl Charted {
         }
         Self {
             missed,
-            slides: chart.branches.len() > 1,
+            slides: if last > 0 { slides } else { 0.0 },
             most_arc: exact.most_arc,
             ..Self::new(&rough, kind, &[])
         }
@@ -156,7 +165,7 @@ impl Charted {
     pub fn polynomials<const SET: u8, const OWN: bool>(
         &self,
         [drive, near, base, taper, far]: &[Lanes<SET>; AXES],
-        basis: &mut [Vec<Lanes<SET>>; AXES],
+        basis: &mut Basis<SET>,
         products: &mut Values<SET>,
     ) {
         basis[1][0] = Lanes::<SET>::of(1.0);
@@ -180,8 +189,8 @@ impl Charted {
             Map::Inverse => one / (one - q),
             Map::Fourth => q.sqrt().sqrt(),
         };
-        let [scale, shift] = self.affine[k].map(Pack::splat);
-        y.mul_add(scale, shift)
+        let [scale, shift] = self.affine[k];
+        y.mul_add(Pack::splat(scale), Pack::splat(shift))
     }
 
     /// Means over a gauge of the polynomials over x/a, so that they give its δ (see [`crate::gauge`]).

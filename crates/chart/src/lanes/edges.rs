@@ -37,12 +37,15 @@ impl<const SET: u8> Rows<Lanes<SET>> {
         let limit = self.passed.limit;
         let (strain, most) =
             (tap.strain * last.drive, limit * (of(1.0) + last.power * last.read(tap.kappa, m)));
-        let room = (self.design.length - Pack::splat(distance.a)) * Pack::splat(distance.inverse);
-        let arc = last.power * last.read(tap.arc, m);
         let mut edges = Edges { above: never, slipped: never, open: of(0.0), none: false };
+        let room = (self.design.length - Pack::splat(distance.a)) * Pack::splat(distance.inverse);
         if OWN {
-            let [strain_slack, arc_slack] = [limit * last.power * tap.slack[0], last.power * tap.slack[1]];
-            edges.none = strain.all_at_most(most - strain_slack) && arc.all_at_most(room - arc_slack);
+            let strain_slack = limit * last.power * tap.slack[0];
+            edges.none = strain.all_at_most(most - strain_slack);
+            let [arc, arc_slack] = [last.power * last.read(tap.arc, m), last.power * tap.slack[1]];
+            if !self.still {
+                edges.none &= arc.all_at_most(room - arc_slack);
+            }
             if !edges.none {
                 edges.above = most.if_less(strain, of(0.0), never);
                 edges.slipped = room.if_less(arc, of(0.0), never);
@@ -51,6 +54,7 @@ impl<const SET: u8> Rows<Lanes<SET>> {
             }
             return edges;
         }
+        let arc = last.power * last.read(tap.arc, m);
         if !strain.all_at_most(most) {
             edges.above = most.if_less(strain, self.first_above(tables, tap, limit, m), never);
         }

@@ -9,6 +9,10 @@
 //! The estimate f(â) = K̄ε/θ in â = a/(1 + η), q = K̄/K − 1 reads f(η)/f(0) − 1 = q, whose left side is a product of growth factors
 //! composed as a + b + ab: the error â − a keeps its relative precision. Without hub, shear and displacement it is a quadratic.
 //!
+//! Designs with drives of their own, ranked by the spread of K, get a first look: charts by their largest terms, whose error is at most the sum of
+//! the coefficients left out. It is enough where no word depends on it and the spread, a norm, is above the bound by more; the few other designs are
+//! read again in full. Of drives that designs share some neighbours are asked together (`groups`).
+//!
 //! Under a foil all of this is of what it does not keep of the strain: K in place of K/T, and limit, noise and a given K in its measure (`rows::Passed`).
 
 // Index loops are what the lanes vectorise on.
@@ -56,7 +60,7 @@ use rows::Rows;
 use scratch::Scratch;
 
 /// Designs that go together.
-pub const LANES: usize = 16;
+pub const LANES: usize = 32;
 
 /// What strain and arc may be off, relative, where charts are read roughly.
 const ROUGH: f64 = 5e-4;

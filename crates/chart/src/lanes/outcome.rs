@@ -2,7 +2,7 @@
 
 use super::choice::Choice;
 use super::dispatch::{Work, best};
-use super::read::Values;
+use super::read::{Basis, Values};
 use super::{Charted, LANES, Lanes};
 use crate::axis::AXES;
 use crate::distance::{DistanceChart, FUNCTIONS};
@@ -47,8 +47,7 @@ impl Readings {
     fn read_lanes<const SET: u8>(&self, i: usize, quantities: &[[f64; AXES]], out: &mut Vec<Read>) {
         let chart = &self.charts[i];
         let of = Lanes::<SET>::of;
-        let mut basis: [Vec<Lanes<SET>>; AXES] =
-            std::array::from_fn(|k| vec![of(0.0); chart.sizes[k].max(2)]);
+        let mut basis: Basis<SET> = [[of(0.0); _]; _];
         let mut products = Values::new([&chart.products].into_iter());
         for part in quantities.chunks(LANES) {
             let mut columns = [[0.0f32; LANES]; AXES];

@@ -3,14 +3,20 @@
 use super::{Lanes, ORDERS};
 use crate::axis::AXES;
 use crate::kernel::cpu::Pack;
+use crate::leja;
 use crate::series::Series;
 
 /// Most products: any pair of orders, and a power of two, so that a place needs no check.
 const MOST_PRODUCTS: usize = 256;
 const _: () = assert!(ORDERS * ORDERS <= MOST_PRODUCTS);
 
-/// In place of an order over x/a: of a function of the whole tap, which knows none.
-const WHOLE: u8 = u8::MAX;
+/// Polynomials over an axis, with room for more than any axis has orders, so that an order needs no check.
+pub(super) type Basis<const SET: u8> = [[Lanes<SET>; MOST_ORDERS]; AXES];
+const MOST_ORDERS: usize = 32;
+const _: () = assert!(leja::MOST < MOST_ORDERS);
+
+/// In place of an order over x/a: of a function of the whole tap, which knows none. What is there is 1.
+const WHOLE: u8 = MOST_ORDERS as u8 - 1;
 
 /// Most terms of a block that is read at one drive.
 const LONGEST: usize = 8;
@@ -78,19 +84,22 @@ fn place_of<T: PartialEq>(all: &mut Vec<T>, one: T) -> usize {
 impl Products {
     /// Their values; with `OWN` at each lane's own drive, else without their polynomials over it.
     #[inline(always)]
-    pub fn fill<const SET: u8, const OWN: bool>(
-        &self,
-        basis: &[Vec<Lanes<SET>>; AXES],
-        into: &mut Values<SET>,
-    ) {
+    pub fn fill<const SET: u8, const OWN: bool>(&self, basis: &mut Basis<SET>, into: &mut Values<SET>) {
+        let order = |order: u8| usize::from(order) % MOST_ORDERS;
+        basis[4][order(WHOLE)] = Lanes::<SET>::of(1.0);
+        let [over_drive, over_width, over_base, over_taper, over_place] = &*basis;
         for ([taper, place], value) in self.inner.iter().zip(&mut *into.inner) {
-            let taper = basis[3][usize::from(*taper)];
-            *value = if *place == WHOLE { taper } else { taper * basis[4][usize::from(*place)] };
+            *value = over_taper[order(*taper)] * over_place[order(*place)];
         }
-        for (orders, value) in self.outer.iter().zip(&mut into.outer) {
-            let [drive, width, base] = orders.map(usize::from);
-            let rest = if width == 0 { basis[2][base] } else { basis[1][width] * basis[2][base] };
-            *value = if OWN && drive > 0 { basis[0][drive] * rest } else { rest };
+        for ([drive, width, base], value) in self.outer.iter().zip(&mut into.outer) {
+            let mut product = over_base[order(*base)];
+            if *width > 0 {
+                product = product * over_width[order(*width)];
+            }
+            if OWN && *drive > 0 {
+                product = product * over_drive[order(*drive)];
+            }
+            *value = product;
         }
     }
 }

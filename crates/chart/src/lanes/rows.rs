@@ -42,6 +42,8 @@ pub(super) struct Rows<T> {
     pub largest: T,
     /// Mean and sum of squares of what κ may be off.
     pub slack: [T; 2],
+    /// No contact can move off its whisker.
+    pub still: bool,
 }
 
 /// What the foil of a gauge passes on, as the readings that a chart knows have it: all of the strain.
@@ -140,6 +142,7 @@ impl<const SET: u8> Rows<Lanes<SET>> {
             spread: [zero; PAIRS],
             largest: zero,
             slack: [zero; 2],
+            still: false,
         }
     }
 
@@ -190,7 +193,7 @@ impl<const SET: u8> Rows<Lanes<SET>> {
         };
         let m = if OWN { 1 } else { tables.points };
         (self.live, self.design, self.own, self.largest) = (live, design, [own, power], of(0.0));
-        self.slack = [of(0.0); 2];
+        (self.slack, self.still) = ([of(0.0); 2], true);
         for k in 0..m {
             (self.mean[k], self.hull[0][k], self.hull[1][k]) = (of(0.0), of(1e30), of(-1e30));
         }
@@ -208,8 +211,10 @@ impl<const SET: u8> Rows<Lanes<SET>> {
             }
         }
         for (i, chart) in set.iter().enumerate() {
-            let with_arc = any || chart.slides || each && design.moves(power, chart);
-            let at = (&mut *basis, &mut *products);
+            let moves = any || each && design.moves(power, chart);
+            self.still &= !moves;
+            let with_arc = moves || chart.slides != 0.0;
+            let at = (&mut **basis, &mut *products);
             tables.tap::<SET, OWN, FORCE>(&design, [own, power], (chart, with_arc), at, (&mut *into, i));
         }
         if let Some(between) = &tables.between {

@@ -3,15 +3,14 @@
 use super::Lanes;
 use super::Tables;
 use super::edges::Edges;
-use super::read::Values;
+use super::read::{Basis, Values};
 use super::tap::Taps;
-use crate::axis::AXES;
 use crate::kernel::cpu::Pack;
 
 /// Memory of a pack, used again by the next.
 pub(super) struct Scratch<const SET: u8> {
     /// Chebyshev polynomials over each axis.
-    pub basis: [Vec<Lanes<SET>>; AXES],
+    pub basis: Box<Basis<SET>>,
     /// Products of those.
     pub products: Values<SET>,
     /// A tap per distance.
@@ -27,10 +26,9 @@ pub(super) struct Scratch<const SET: u8> {
 impl<const SET: u8> Scratch<SET> {
     #[inline(always)]
     pub fn new(tables: &Tables) -> Self {
-        let most = |k: usize| tables.charts.iter().map(|c| c.sizes[k]).max().unwrap_or(1).max(2);
         let charts = if tables.between.is_some() { tables.charts.len() } else { 0 };
         Self {
-            basis: std::array::from_fn(|k| vec![Pack::default(); most(k)]),
+            basis: Box::new([[Pack::default(); _]; _]),
             products: Values::new(tables.charts.iter().chain(&tables.rough).map(|chart| &chart.products)),
             taps: Taps::new(tables.distances.len(), tables.points),
             charts: Taps::new(charts, tables.points),

@@ -1,9 +1,8 @@
 //! The strain, arc and force of a tap from its chart.
 
-use super::read::Values;
+use super::read::{Basis, Values};
 use super::theory::{Growth, Whisker};
 use super::{Charted, Lanes, ORDERS, Tables};
-use crate::axis::AXES;
 use crate::kernel::cpu::Pack;
 use crate::scene::RankBy;
 
@@ -103,7 +102,7 @@ impl Tables {
         design: &Whisker<Lanes<SET>>,
         [drive, power]: [Lanes<SET>; 2],
         (chart, with_arc): (&Charted, bool),
-        (basis, products): (&mut [Vec<Lanes<SET>>; AXES], &mut Values<SET>),
+        (basis, products): (&mut Basis<SET>, &mut Values<SET>),
         (taps, i): (&mut Taps<Lanes<SET>>, usize),
     ) {
         let of = Lanes::<SET>::of;
@@ -174,9 +173,10 @@ impl Tables {
             if OWN {
                 into_arc[0] = scale * arc.at(products);
                 taps.slack[i][1] = Pack::splat(chart.missed[1]);
-                if chart.slides {
-                    // Where the arc may be below 0 another branch may hold.
-                    taps.slack[i][0] = into_arc[0].if_less(taps.slack[i][1], of(UNKNOWN), slack[0]);
+                if chart.slides != 0.0 {
+                    // Where the arc may have the other sign another branch may hold.
+                    let arc = into_arc[0] * Pack::splat(chart.slides);
+                    taps.slack[i][0] = arc.if_less(taps.slack[i][1], of(UNKNOWN), slack[0]);
                 }
             } else {
                 let arc = arc.read(products);

@@ -10,35 +10,66 @@ use super::{Lanes, Tables};
 use crate::kernel::cpu::Pack;
 use crate::kernel::ranking::BEYOND;
 
+/// Largest deviation of the strain at which no reading is far from that of its calibration.
+const USUAL: f64 = 0.8;
+const _: () = assert!(
+    (1.0 - USUAL) / (1.0 + USUAL) > 1.0 + BEYOND[0][0] && (1.0 + USUAL) / (1.0 - USUAL) < 1.0 + BEYOND[0][1]
+);
+
+/// What readings of a pack of designs are calibrated with.
+pub(super) struct Calibrations<T> {
+    /// Least and largest K̄: where some taps do not count it is anywhere among the others.
+    least: T,
+    most: T,
+    /// K̄ and the K of all taps are known.
+    one: bool,
+    /// No reading is as far off as [`BEYOND`].
+    usual: bool,
+}
+
 impl<const SET: u8> Thresholds<Lanes<SET>> {
     /// q from which, and up to which, the near root is within the range of interest, and q at the peak.
     #[inline(always)]
     pub fn bounds(&self, tap: TapSeries<'_, Lanes<SET>>) -> [Lanes<SET>; 3] {
         let one = Lanes::<SET>::of(1.0);
         let inverse = one / tap.strain;
-        [self.low, self.high, self.peak].map(|f| f * inverse - one)
+        [self.low * inverse - one, self.high * inverse - one, self.peak * inverse - one]
     }
 }
 
 impl<const SET: u8> Rows<Lanes<SET>> {
-    /// Least and largest K̄ of designs that have a drive of their own: where some taps do not count it is anywhere among the others.
+    /// What readings of designs that have a drive of their own are calibrated with.
     #[inline(always)]
-    pub fn calibrations(&self, taps: &Taps<Lanes<SET>>, complete: &Lanes<SET>) -> [Lanes<SET>; 2] {
+    pub fn calibrations(&self, taps: &Taps<Lanes<SET>>, complete: &Lanes<SET>) -> Calibrations<Lanes<SET>> {
         let of = Lanes::<SET>::of;
-        let (half, one, power) = (of(0.5), of(1.0), self.own[1]);
+        let (zero, half, one, power) = (of(0.0), of(0.5), of(1.0), self.own[1]);
+        let whole = one.all_at_most(*complete);
+        let [mut least, mut most] = [self.mean[0] - self.slack[0], self.mean[0] + self.slack[0]];
         if let Some(fixed) = self.passed.fixed {
-            return [one + fixed; 2];
+            let fixed = one + fixed;
+            return Calibrations {
+                least: fixed,
+                most: fixed,
+                one: self.slack[1].all_at_most(zero),
+                usual: false,
+            };
         }
-        let mut ends = [self.mean[0] - self.slack[0], self.mean[0] + self.slack[0]];
-        if !one.all_at_most(*complete) {
+        if !whole {
             let mut hull = [of(1e30), of(-1e30)];
             for i in 0..taps.len() {
                 let tap = taps.at(i);
                 hull = [hull[0].min(tap.kappa[0] - tap.slack[0]), hull[1].max(tap.kappa[0] + tap.slack[0])];
             }
-            ends = [half.if_less(*complete, ends[0], hull[0]), half.if_less(*complete, ends[1], hull[1])];
+            least = half.if_less(*complete, least, hull[0]);
+            most = half.if_less(*complete, most, hull[1]);
         }
-        ends.map(|end| one + power * end)
+        Calibrations {
+            least: one + power * least,
+            most: one + power * most,
+            one: whole && self.slack[1].all_at_most(zero),
+            // K̄/K lies between (1 − δ)/(1 + δ) and its inverse then.
+            usual: self.largest.all_at_most(of(USUAL)) && self.design.words.farthest.all_at_most(zero),
+        }
     }
 
     /// Adds the words of one tap of designs that have a drive of their own. A tap reads f K̄/K, which is compared with what f is where words begin.
@@ -47,22 +78,33 @@ impl<const SET: u8> Rows<Lanes<SET>> {
         &self,
         tap: TapSeries<'_, Lanes<SET>>,
         edge: &Edges<Lanes<SET>>,
-        [least, most]: &[Lanes<SET>; 2],
+        calibrations: &Calibrations<Lanes<SET>>,
         tally: &mut Tally<Lanes<SET>>,
     ) {
         let of = Lanes::<SET>::of;
         let (zero, one) = (of(0.0), of(1.0));
         let power = self.own[1];
-        let k = one + power * tap.kappa[0];
-        let slack = power * tap.slack[0];
-        let [slow, fast] = [k - slack, k + slack];
+        let k = power.mul_add(tap.kappa[0], one);
         let words = &self.design.words;
-        let [from, to] = [tap.strain * *least, tap.strain * *most];
-        let rootless = from.if_less(words.peak * fast, zero, one);
-        let rooted = to.if_less(words.peak * slow, one, zero);
-        let near = rooted * from.if_less(words.low * fast, zero, (words.high * slow).if_less(to, zero, one));
-        let clear = rooted * to.if_less(words.low * slow, one, (words.high * fast).if_less(from, one, zero));
-        tally.hard = tally.hard.max(one - rootless.max(near).max(clear));
+        let (clear, near, rootless);
+        if calibrations.one {
+            let read = tap.strain * calibrations.least;
+            rootless = read.if_less(words.peak * k, zero, one);
+            let within = read.if_less(words.low * k, zero, (words.high * k).if_less(read, zero, one));
+            near = within * (one - rootless);
+            clear = one - rootless - near;
+        } else {
+            let slack = power * tap.slack[0];
+            let slow = k - slack;
+            let from = tap.strain * calibrations.least;
+            let to = tap.strain * calibrations.most;
+            let fast = k + slack;
+            rootless = from.if_less(words.peak * fast, zero, one);
+            let rooted = to.if_less(words.peak * slow, one, zero);
+            near = rooted * from.if_less(words.low * fast, zero, (words.high * slow).if_less(to, zero, one));
+            clear = rooted * to.if_less(words.low * slow, one, (words.high * fast).if_less(from, one, zero));
+            tally.hard = tally.hard.max(one - rootless.max(near).max(clear));
+        }
         tally.rootless = tally.rootless + rootless;
         tally.ambiguous = tally.ambiguous + near;
         if edge.none {
@@ -73,15 +115,15 @@ impl<const SET: u8> Rows<Lanes<SET>> {
             tally.slipped = tally.slipped + (one - edge.slipped);
             tally.ok = tally.ok + clear * edge.above.min(edge.slipped);
         }
-        let [fewest, highest] = BEYOND[0].map(|q| of(1.0 + q));
-        // q below that of a contact nearly infinitely far: f K̄ − f K < −0.9 (f − f_∞) K.
-        let far = tap.strain - of(0.9) * (tap.strain - words.farthest);
-        let far = (far * slow).max(far * fast);
-        let usual =
-            far.all_at_most(from) && (fewest * fast).all_at_most(*least) && most.all_at_most(highest * slow);
-        if !usual {
-            let beyond = from.if_less(far, one, least.if_less(fewest * fast, one, zero));
-            tally.hard = tally.hard.max((highest * slow).if_less(*most, one, beyond));
+        if !calibrations.usual {
+            let slack = power * tap.slack[0];
+            let [fewest, highest] = [of(1.0 + BEYOND[0][0]), of(1.0 + BEYOND[0][1])];
+            // q below that of a contact nearly infinitely far: f K̄ − f K < −0.9 (f − f_∞) K.
+            let far = tap.strain - of(0.9) * (tap.strain - words.farthest);
+            let far = (far * (k - slack)).max(far * (k + slack));
+            let beyond = calibrations.least.if_less(fewest * (k + slack), one, zero);
+            let beyond = (tap.strain * calibrations.least).if_less(far, one, beyond);
+            tally.hard = tally.hard.max((highest * (k - slack)).if_less(calibrations.most, one, beyond));
         }
     }
 }
@@ -120,7 +162,7 @@ impl<const SET: u8> Rows<Lanes<SET>> {
             }
             lo = lo - hi;
         }
-        let [least, most] = group.powers.map(Lanes::<SET>::splat);
+        let [least, most] = [Lanes::<SET>::splat(group.powers[0]), Lanes::<SET>::splat(group.powers[1])];
         let fixed = self.passed.fixed.unwrap_or(zero);
         let lo = lo * lo.if_less(zero, most, least) + fixed;
         let hi = hi * hi.if_less(zero, least, most) + fixed;
