@@ -3,7 +3,7 @@
 //! Inlined work grows with every place that asks for the same part of it, and most of the time of building this crate went into such copies:
 //! a part that several places need, or that is large, is compiled [`apart`], once for each instruction set.
 
-use crate::kernel::cpu::{FUSED, UNFUSED, WIDE};
+use crate::kernel::cpu::{AVX2, AVX512, FUSED, UNFUSED};
 
 /// Work over lanes. All of it must be inlined (`#[inline(always)]`, no closure that is called twice) or a [`Part`]: what is neither is
 /// compiled for no particular instruction set.
@@ -43,9 +43,9 @@ pub(super) fn apart<const SET: u8, P: Part<SET>>(part: P) -> P::Out {
     #[cfg(target_arch = "x86_64")]
     match SET {
         // SAFETY: such lanes are only made where the CPU was found to have the instructions.
-        WIDE => return unsafe { avx512_part(part) },
+        AVX512 => return unsafe { avx512_part(part) },
         // SAFETY: as above.
-        FUSED => return unsafe { avx2_part(part) },
+        AVX2 => return unsafe { avx2_part(part) },
         _ => {}
     }
     plain_part(part)
@@ -83,11 +83,11 @@ fn avx2_part<const SET: u8, P: Part<SET>>(part: P) -> P::Out {
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512dq,avx2,fma")]
 fn avx512<W: Work>(work: W) -> W::Out {
-    work.run::<WIDE>()
+    work.run::<AVX512>()
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
 fn avx2<W: Work>(work: W) -> W::Out {
-    work.run::<FUSED>()
+    work.run::<AVX2>()
 }

@@ -42,7 +42,7 @@ use super::axis::{Map, ORDERS};
 use super::distance::DistanceChart;
 use super::function::over_drives;
 use super::scope::Scope;
-use crate::kernel::cpu::Pack;
+use crate::kernel::cpu::{Pack, VECTORS};
 use crate::kernel::ranking::Theory as EstimateTheory;
 pub use crate::kernel::ranking::{Found, Words};
 use crate::physics::chebyshev::{basis, matrix, placed, points, scaled};
@@ -60,7 +60,7 @@ use rows::Rows;
 use scratch::Scratch;
 
 /// Designs that go together.
-pub const LANES: usize = 32;
+pub const LANES: usize = VECTORS;
 
 /// What strain and arc may be off, relative, where charts are read roughly.
 const ROUGH: f64 = 5e-4;

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use exact::Tables;
 pub use exact::series;
-pub use pack::{FUSED, Pack, Scalar, UNFUSED, WIDE};
+pub use pack::{AVX2, AVX512, FUSED, Pack, Scalar, UNFUSED, VECTORS};
 
 use super::{Effects, Job, Rung, Solution, Solver, Tap};
 use vibrissa_core::error::SolveError;

@@ -75,53 +75,59 @@ scalar!(f64);
 pub const UNFUSED: u8 = 0;
 /// With fused multiply–add; without it a fused operation would be a library call per lane.
 pub const FUSED: u8 = 1;
-/// With fused multiply–add and AVX-512: sixteen f32 are one vector. The compiler, left alone, makes of some sums of packs vectors of two.
-pub const WIDE: u8 = 2;
+/// The same, where [`VECTORS`] f32 are vectors of AVX2. The compiler, left alone, makes of some sums of packs vectors of two.
+pub const AVX2: u8 = 2;
+/// The same of AVX-512.
+pub const AVX512: u8 = 3;
+
+/// f32 of a pack that is made of vectors.
+pub const VECTORS: usize = 32;
 
 /// `L` lanes of `T`, by the instructions of `SET`, which the calling function must enable.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(align(64))]
 pub struct Pack<T, const L: usize, const SET: u8>(pub [T; L]);
 
-/// Whether packs are whole vectors of `bits` of f32, or of f64, by `by`.
+/// Whether packs are vectors of the set `by`.
 #[cfg(target_arch = "x86_64")]
-const fn whole<T, const L: usize>((set, by): (u8, u8), bytes: usize, bits: usize) -> bool {
-    set == by && size_of::<T>() == bytes && (8 * bytes * L).is_multiple_of(bits)
+const fn are_vectors<T, const L: usize>(set: u8, by: u8) -> bool {
+    set == by && L == VECTORS && size_of::<T>() == 4
 }
 
-/// The operation of vectors, where the packs are some: of f32 and of f64, of 512 and of 256 bits.
-macro_rules! vectors {
-    ($($pack:expr),+ => $f32x16:ident $f64x8:ident $f32x8:ident $f64x4:ident) => {
-        vectors!(WIDE, 4, 512, __m512, $($pack),+ => $f32x16);
-        vectors!(WIDE, 8, 512, __m512d, $($pack),+ => $f64x8);
-        vectors!(FUSED, 4, 256, __m256, $($pack),+ => $f32x8);
-        vectors!(FUSED, 8, 256, __m256d, $($pack),+ => $f64x4);
+/// A pack and the vectors that it is. A union has no checks, which would cost a debug build minutes.
+#[cfg(target_arch = "x86_64")]
+#[derive(Clone, Copy)]
+union Same<P: Copy, V: Copy> {
+    pack: P,
+    vectors: V,
+}
+
+/// The first of some expressions.
+macro_rules! first {
+    ($first:expr $(, $rest:expr)*) => {
+        $first
     };
-    ($by:ident, $bytes:literal, $bits:literal, $vector:ty, $($pack:expr),+ => $operation:ident) => {
+}
+
+/// The operation of vectors, where the packs are some.
+macro_rules! vectors {
+    ($($pack:expr),+ => $avx512:ident $avx2:ident) => {
+        vectors!(AVX512, [__m512; 2], $($pack),+ => $avx512);
+        vectors!(AVX2, [__m256; 4], $($pack),+ => $avx2);
+    };
+    ($by:ident, $vectors:ty, $($pack:expr),+ => $operation:ident) => {
         #[cfg(target_arch = "x86_64")]
-        if whole::<T, L>((SET, $by), $bytes, $bits) {
-            let mut all = Self([T::of(0.0); L]);
-            for k in 0..8 * $bytes * L / $bits {
-                // SAFETY: such packs are only made where the CPU has the instructions, and these are as many numbers, aligned as their pack.
-                unsafe { all.put_vector::<$vector>(k, $operation($($pack.vector::<$vector>(k)),+)) };
+        if are_vectors::<T, L>(SET, $by) {
+            // SAFETY: such packs are only made where the CPU has the instructions, and these are as many f32.
+            unsafe {
+                let mut all: $vectors = Same { pack: first!($($pack),+) }.vectors;
+                for k in 0..all.len() {
+                    all[k] = $operation($(Same::<Self, $vectors> { pack: $pack }.vectors[k]),+);
+                }
+                return Same { vectors: all }.pack;
             }
-            return all;
         }
     };
-}
-
-#[cfg(target_arch = "x86_64")]
-impl<T: Scalar, const L: usize, const SET: u8> Pack<T, L, SET> {
-    /// Vector `k` of those that it is.
-    #[inline(always)]
-    unsafe fn vector<V>(&self, k: usize) -> V {
-        unsafe { (&raw const self.0).cast::<V>().add(k).read() }
-    }
-
-    #[inline(always)]
-    unsafe fn put_vector<V>(&mut self, k: usize, vector: V) {
-        unsafe { (&raw mut self.0).cast::<V>().add(k).write(vector) };
-    }
 }
 
 /// `yes` where a < b, else `no`, and whether a ≤ b everywhere.
@@ -129,52 +135,43 @@ impl<T: Scalar, const L: usize, const SET: u8> Pack<T, L, SET> {
 mod compare {
     use super::*;
 
-    macro_rules! wide {
-        ($v:ty, $less:ident, $most:ident, $mask:ident, $blend:ident, $all:expr) => {
-            #[inline(always)]
-            pub unsafe fn $less(a: $v, b: $v, yes: $v, no: $v) -> $v {
-                unsafe { $blend($mask::<_CMP_LT_OQ>(a, b), no, yes) }
-            }
-
-            #[inline(always)]
-            pub unsafe fn $most(a: $v, b: $v) -> bool {
-                unsafe { $mask::<_CMP_LE_OQ>(a, b) == $all }
-            }
-        };
+    #[inline(always)]
+    pub unsafe fn less_avx512(a: __m512, b: __m512, yes: __m512, no: __m512) -> __m512 {
+        unsafe { _mm512_mask_blend_ps(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(a, b), no, yes) }
     }
-    wide!(__m512, less_f32x16, most_f32x16, _mm512_cmp_ps_mask, _mm512_mask_blend_ps, u16::MAX);
-    wide!(__m512d, less_f64x8, most_f64x8, _mm512_cmp_pd_mask, _mm512_mask_blend_pd, u8::MAX);
 
-    macro_rules! fused {
-        ($v:ty, $less:ident, $most:ident, $compare:ident, $blend:ident, $bits:ident, $all:expr) => {
-            #[inline(always)]
-            pub unsafe fn $less(a: $v, b: $v, yes: $v, no: $v) -> $v {
-                unsafe { $blend(no, yes, $compare::<_CMP_LT_OQ>(a, b)) }
-            }
-
-            #[inline(always)]
-            pub unsafe fn $most(a: $v, b: $v) -> bool {
-                unsafe { $bits($compare::<_CMP_LE_OQ>(a, b)) == $all }
-            }
-        };
+    #[inline(always)]
+    pub unsafe fn less_avx2(a: __m256, b: __m256, yes: __m256, no: __m256) -> __m256 {
+        unsafe { _mm256_blendv_ps(no, yes, _mm256_cmp_ps::<_CMP_LT_OQ>(a, b)) }
     }
-    fused!(__m256, less_f32x8, most_f32x8, _mm256_cmp_ps, _mm256_blendv_ps, _mm256_movemask_ps, 0xff);
-    fused!(__m256d, less_f64x4, most_f64x4, _mm256_cmp_pd, _mm256_blendv_pd, _mm256_movemask_pd, 0xf);
+
+    #[inline(always)]
+    pub unsafe fn at_most_avx512(a: __m512, b: __m512) -> bool {
+        unsafe { _mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b) == u16::MAX }
+    }
+
+    #[inline(always)]
+    pub unsafe fn at_most_avx2(a: __m256, b: __m256) -> bool {
+        unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b)) == 0xff }
+    }
 }
 #[cfg(target_arch = "x86_64")]
 use compare::*;
 
 /// Whether it holds of all vectors of two packs, where they are some.
 macro_rules! all_vectors {
-    ($a:expr, $b:expr => $($by:ident $bytes:literal $bits:literal $vector:ty, $holds:ident;)+) => {$(
+    ($a:expr, $b:expr => $($by:ident $vectors:ty, $holds:ident;)+) => {$(
         #[cfg(target_arch = "x86_64")]
-        if whole::<T, L>((SET, $by), $bytes, $bits) {
-            let mut all = true;
-            for k in 0..8 * $bytes * L / $bits {
-                // SAFETY: as above.
-                all &= unsafe { $holds($a.vector::<$vector>(k), $b.vector::<$vector>(k)) };
+        if are_vectors::<T, L>(SET, $by) {
+            // SAFETY: as above.
+            unsafe {
+                let (a, b): ($vectors, $vectors) = (Same { pack: $a }.vectors, Same { pack: $b }.vectors);
+                let mut all = true;
+                for k in 0..a.len() {
+                    all &= $holds(a[k], b[k]);
+                }
+                return all;
             }
-            return all;
         }
     )+};
 }
@@ -210,7 +207,7 @@ impl<T: Scalar, const L: usize, const SET: u8> Pack<T, L, SET> {
     /// self · b + c.
     #[inline(always)]
     pub fn mul_add(self, b: Self, c: Self) -> Self {
-        vectors!(self, b, c => _mm512_fmadd_ps _mm512_fmadd_pd _mm256_fmadd_ps _mm256_fmadd_pd);
+        vectors!(self, b, c => _mm512_fmadd_ps _mm256_fmadd_ps);
         let mut r = self.0;
         for i in 0..L {
             r[i] = if SET != UNFUSED {
@@ -225,7 +222,7 @@ impl<T: Scalar, const L: usize, const SET: u8> Pack<T, L, SET> {
     /// Square root.
     #[inline(always)]
     pub fn sqrt(self) -> Self {
-        vectors!(self => _mm512_sqrt_ps _mm512_sqrt_pd _mm256_sqrt_ps _mm256_sqrt_pd);
+        vectors!(self => _mm512_sqrt_ps _mm256_sqrt_ps);
         let mut r = self.0;
         for x in &mut r {
             *x = x.sqrt();
@@ -236,14 +233,14 @@ impl<T: Scalar, const L: usize, const SET: u8> Pack<T, L, SET> {
     /// Larger of both; the second where the first is NaN.
     #[inline(always)]
     pub fn max(self, o: Self) -> Self {
-        vectors!(self, o => _mm512_max_ps _mm512_max_pd _mm256_max_ps _mm256_max_pd);
+        vectors!(self, o => _mm512_max_ps _mm256_max_ps);
         self.map2(o, |a, b| if a > b { a } else { b })
     }
 
     /// Smaller of both; the second where the first is NaN.
     #[inline(always)]
     pub fn min(self, o: Self) -> Self {
-        vectors!(self, o => _mm512_min_ps _mm512_min_pd _mm256_min_ps _mm256_min_pd);
+        vectors!(self, o => _mm512_min_ps _mm256_min_ps);
         self.map2(o, |a, b| if a < b { a } else { b })
     }
 
@@ -256,7 +253,7 @@ impl<T: Scalar, const L: usize, const SET: u8> Pack<T, L, SET> {
     /// Per lane `yes` where self < `o`, else `no`.
     #[inline(always)]
     pub fn if_less(self, o: Self, yes: Self, no: Self) -> Self {
-        vectors!(self, o, yes, no => less_f32x16 less_f64x8 less_f32x8 less_f64x4);
+        vectors!(self, o, yes, no => less_avx512 less_avx2);
         let mut r = no.0;
         for i in 0..L {
             r[i] = if self.0[i] < o.0[i] { yes.0[i] } else { no.0[i] };
@@ -267,12 +264,7 @@ impl<T: Scalar, const L: usize, const SET: u8> Pack<T, L, SET> {
     /// Whether self ≤ `o` in every lane; false where either is NaN.
     #[inline(always)]
     pub fn all_at_most(self, o: Self) -> bool {
-        all_vectors!(self, o =>
-            WIDE 4 512 __m512, most_f32x16;
-            WIDE 8 512 __m512d, most_f64x8;
-            FUSED 4 256 __m256, most_f32x8;
-            FUSED 8 256 __m256d, most_f64x4;
-        );
+        all_vectors!(self, o => AVX512 [__m512; 2], at_most_avx512; AVX2 [__m256; 4], at_most_avx2;);
         let mut all = true;
         for i in 0..L {
             all &= self.0[i] <= o.0[i];
@@ -293,10 +285,10 @@ macro_rules! operator {
         }
     };
 }
-operator!(Add, add, _mm512_add_ps _mm512_add_pd _mm256_add_ps _mm256_add_pd);
-operator!(Sub, sub, _mm512_sub_ps _mm512_sub_pd _mm256_sub_ps _mm256_sub_pd);
-operator!(Mul, mul, _mm512_mul_ps _mm512_mul_pd _mm256_mul_ps _mm256_mul_pd);
-operator!(Div, div, _mm512_div_ps _mm512_div_pd _mm256_div_ps _mm256_div_pd);
+operator!(Add, add, _mm512_add_ps _mm256_add_ps);
+operator!(Sub, sub, _mm512_sub_ps _mm256_sub_ps);
+operator!(Mul, mul, _mm512_mul_ps _mm256_mul_ps);
+operator!(Div, div, _mm512_div_ps _mm256_div_ps);
 
 impl<T: Scalar, const L: usize, const SET: u8> Neg for Pack<T, L, SET> {
     type Output = Self;
