@@ -117,7 +117,7 @@ macro_rules! vectors {
     };
     ($by:ident, $vectors:ty, $($pack:expr),+ => $operation:ident) => {
         #[cfg(target_arch = "x86_64")]
-        if are_vectors::<T, L>(SET, $by) {
+        if const { are_vectors::<T, L>(SET, $by) } {
             // SAFETY: such packs are only made where the CPU has the instructions, and these are as many f32.
             unsafe {
                 let mut all: $vectors = Same { pack: first!($($pack),+) }.vectors;
@@ -162,7 +162,7 @@ use compare::*;
 macro_rules! all_vectors {
     ($a:expr, $b:expr => $($by:ident $vectors:ty, $holds:ident;)+) => {$(
         #[cfg(target_arch = "x86_64")]
-        if are_vectors::<T, L>(SET, $by) {
+        if const { are_vectors::<T, L>(SET, $by) } {
             // SAFETY: as above.
             unsafe {
                 let (a, b): ($vectors, $vectors) = (Same { pack: $a }.vectors, Same { pack: $b }.vectors);
@@ -210,7 +210,7 @@ impl<T: Scalar, const L: usize, const SET: u8> Pack<T, L, SET> {
         vectors!(self, b, c => _mm512_fmadd_ps _mm256_fmadd_ps);
         let mut r = self.0;
         for i in 0..L {
-            r[i] = if SET != UNFUSED {
+            r[i] = if const { SET != UNFUSED } {
                 self.0[i].fma(b.0[i], c.0[i])
             } else {
                 self.0[i].mul(b.0[i]).add(c.0[i])
