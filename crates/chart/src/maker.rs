@@ -94,9 +94,9 @@ impl Maker<'_> {
         let near = distances.iter().copied().fold(f64::INFINITY, f64::min);
         let far = distances.iter().copied().fold(0.0, f64::max);
         let others: Vec<f64> = distances.iter().copied().filter(|a| *a != far && *a != near).collect();
-        let ends = if far == near { vec![far] } else { vec![far, near] };
+        let ends = if far == near { vec![vec![far]] } else { vec![vec![far], vec![near]] };
         let mut charts: Vec<DistanceChart> = Vec::new();
-        for part in [ends, others] {
+        for part in ends.into_iter().chain([others]) {
             let made = part.par_iter().map(|a| self.chart(*a)).collect::<Result<Vec<_>, SolveError>>()?;
             self.taps += made.iter().map(|(_, taps)| taps).sum::<u64>();
             let count = charts.len() + made.len();

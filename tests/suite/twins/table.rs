@@ -286,6 +286,7 @@ pub const RUST_ONLY: [(&[&str], &str); 6] = [
     (
         &[
             "scene/sampler.rs:Sampler::coordinate",
+            "scene/sampler.rs:Sampler::each",
             "scene/sampler.rs:Sampler::scramble",
             "scene/sampler.rs:words",
             "scene/sampler.rs:hash",
