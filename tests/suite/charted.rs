@@ -102,16 +102,18 @@ fn every_rank() {
 
 #[test]
 fn sampled_designs_with_their_own_angle() {
-    for (sampler, by) in [
-        ("sampler = \"sobol\"", "K_sd"),
-        ("sampler = \"sobol\", seed = 7", "total_rms_mm"),
-        ("sampler = \"random\", seed = 3", "K_sd"),
+    const FRICTION: &str = "[model]\ncontact = { coulomb = 0.3 }\nsurface = true\nshear = true\nextension = true\nmaterial = { neo-hookean = 3.2 }";
+    for (sampler, model, rank, by) in [
+        ("sampler = \"sobol\"", "", "top = 9\nby = \"K_sd\"", "K_sd"),
+        ("sampler = \"sobol\", seed = 7", "", "top = 9\nby = \"total_rms_mm\"", "total_rms_mm"),
+        ("sampler = \"random\", seed = 3", "", "top = 60\nby = \"K_sd\"\nper = \"design\"", "K_sd"),
+        ("sampler = \"random\", seed = 5", FRICTION, "top = 20\nby = \"K_sd\"", "K_sd"),
     ] {
         let axis = |lo: f64, hi: f64| format!("{{ min = {lo}, max = {hi}, {SAMPLED}, {sampler} }}");
         let whisker = format!("D = {}\nd = {}\nL_a = 50", axis(8.0, 12.0), axis(2.0, 7.0));
         let gauge = format!("x_ss = {}\nl = 2\nnoise_strain = 2e-5", axis(3.0, 15.0));
         let tap = format!("a = {{ from = 21, to = 48, steps = 10 }}\ntheta = {}", axis(0.5, 10.0));
-        agrees(&spec(&whisker, &gauge, &tap, "", &format!("top = 9\nby = \"{by}\"")), by);
+        agrees(&spec(&whisker, &gauge, &tap, model, rank), by);
     }
 }
 

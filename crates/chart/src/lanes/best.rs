@@ -181,7 +181,8 @@ impl<const SET: u8> Rows<Lanes<SET>> {
             Per::Design => sum(of(0.0).if_less(rows_complete, counts, of(0.0))),
         };
         if tables.per == Per::Design && !bound.all_at_most(best[0]) {
-            for lane in (0..self.live).filter(|&lane| best[0].0[lane] < bound.0[lane]) {
+            let listed = |lane: &usize| best[0].0[*lane] < bound.0[*lane] && !tally.is_hard(*lane);
+            for lane in (0..self.live).filter(listed) {
                 let j = best[1].0[lane] as usize;
                 let place = if OWN { places[lane] } else { tables.angles[j].place };
                 found.rows.push((best[0].0[lane], ks[lane], place));

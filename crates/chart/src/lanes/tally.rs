@@ -53,10 +53,13 @@ impl<const SET: u8> Tally<Lanes<SET>> {
     }
 }
 
-/// Of whole numbers, together far below 2²⁴.
+/// Of whole numbers; together they may be more than f32 counts.
 #[inline(always)]
 pub(super) fn sum<const SET: u8>(x: Lanes<SET>) -> u64 {
-    let (mut sums, mut n) = (x.0, LANES);
+    let (mut sums, mut n) = ([0; LANES], LANES);
+    for lane in 0..LANES {
+        sums[lane] = x.0[lane] as i32;
+    }
     while n > 1 {
         n /= 2;
         for lane in 0..n {
