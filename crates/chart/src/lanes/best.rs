@@ -112,14 +112,14 @@ impl<const SET: u8> Rows<Lanes<SET>> {
             None
         };
         let start = found.rows.len();
-        let mut dull = false;
+        let mut none_below = false;
         for j in 0..drives {
             if !OWN && !estimates {
                 if j % TOGETHER == 0 {
                     let group = &tables.groups[1 + j / TOGETHER];
-                    dull = bound.all_at_most(self.least_spread(group, m) * scale);
+                    none_below = bound.all_at_most(self.least_spread(group, m) * scale);
                 }
-                if dull {
+                if none_below {
                     continue;
                 }
             }

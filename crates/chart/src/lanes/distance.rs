@@ -124,10 +124,9 @@ impl Charted {
         }
     }
 
-    /// The terms of `chart` without which strain and arc at the largest drives are off by no more than `error`; of a contact that chooses, those of
+    /// Of `chart`, which is `exact`, the terms without which strain and arc at the largest drives are off by no more than `error`; of a contact that chooses, those of
     /// sliding to the side to which most taps do.
-    pub fn roughly(chart: &DistanceChart, kind: Drive, error: f64) -> Self {
-        let exact = Self::new(chart, kind, &[]);
+    pub fn roughly(chart: &DistanceChart, exact: &Self, kind: Drive, error: f64) -> Self {
         let axes = chart.axes();
         let drive = axes[Quantity::Drive as usize].range[1];
         let place = 1.0 - axes[Quantity::Place as usize].range[1];

@@ -13,7 +13,7 @@
 //! the coefficients left out. It is enough where no word depends on it and the spread, a norm, is above the bound by more; the few other designs are
 //! read again in full. Of drives that designs share some neighbours are asked together (`groups`).
 //!
-//! Under a foil all of this is of what it does not keep of the strain: K in place of K/T, and limit, noise and a given K in its measure (`rows::Passed`).
+//! Under a foil all of this is of what it does not keep of the strain: K in place of K/T, and limit, noise and a given K in its measure (`passed`).
 
 // Index loops are what the lanes vectorise on.
 #![allow(clippy::needless_range_loop)]
@@ -29,6 +29,8 @@ mod estimate;
 mod figures;
 mod groups;
 mod outcome;
+mod passed;
+mod rank;
 mod read;
 mod rows;
 mod scratch;
@@ -48,15 +50,13 @@ pub use crate::kernel::ranking::{Found, Words};
 use crate::physics::chebyshev::{basis, matrix, placed, points, scaled};
 use crate::physics::linear::shear_length2;
 use crate::physics::taper::Taper;
-use crate::scene::{Convention, Drive, Foil, Per, RankBy, Theory, Tuple};
+use crate::scene::{Convention, Drive, Foil, Per, RankBy, Theory};
 use between::Between;
 use choice::Choice;
-use dispatch::{Work, best};
 use distance::{Charted, Distance};
 pub use figures::{Counting, Figures};
 use groups::Group;
 pub use outcome::{Read, Readings};
-use rows::Rows;
 use scratch::Scratch;
 
 /// Designs that go together.
@@ -141,24 +141,6 @@ struct Angle {
     place: u32,
 }
 
-/// [`Tables::rank`] for an instruction set.
-struct Rank<'a> {
-    tables: &'a Tables,
-    ks: &'a [u64],
-    tuples: &'a [Tuple],
-    bound: f32,
-    found: &'a mut Found,
-}
-
-impl Work for Rank<'_> {
-    type Out = ();
-
-    #[inline(always)]
-    fn run<const SET: u8>(self) {
-        self.tables.rank_lanes::<SET>(self.ks, self.tuples, self.bound, self.found);
-    }
-}
-
 /// Scale and shift of the variable between `ends` to [−1, 1].
 fn affine(ends: [f64; 2]) -> [f32; 2] {
     let shift = scaled(ends, 0.0);
@@ -208,7 +190,8 @@ impl Tables {
         let shared = if own { Vec::new() } else { drives.clone() };
         let charted = |chart: &DistanceChart| Charted::new(chart, setup.drive, &shared);
         let roughly = scope.drives.is_empty() && scope.between.is_none() && scope.rank.by == RankBy::KSd;
-        let rough = |chart: &DistanceChart| Charted::roughly(chart, setup.drive, ROUGH);
+        let charts: Vec<Charted> = scope.charts.iter().map(charted).collect();
+        let rough = |(chart, exact)| Charted::roughly(chart, exact, setup.drive, ROUGH);
         let stroke = |drive: f64, t: &[f64]| Stroke {
             drive: drive as f32,
             power: drive.powi(power) as f32,
@@ -234,8 +217,8 @@ impl Tables {
         let hub = if displaced { 0.0 } else { setup.hub as f32 };
         Some(Self {
             distances: scope.distances.iter().map(|a| Distance::new(*a)).collect(),
-            charts: scope.charts.iter().map(charted).collect(),
-            rough: if roughly { scope.charts.iter().map(rough).collect() } else { Vec::new() },
+            rough: if roughly { scope.charts.iter().zip(&charts).map(rough).collect() } else { Vec::new() },
+            charts,
             between: scope.between.as_ref().map(Between::new),
             even: even(&scope.drives),
             groups: Group::of(&angles),
@@ -274,92 +257,5 @@ impl Tables {
             1 => (drive.mul_add(scale, shift), drive),
             _ => ((drive * drive).mul_add(scale, shift), drive * drive),
         }
-    }
-
-    /// Rows of the designs `ks`, all easy, that rank below `bound`; [`LANES`] at a time.
-    pub fn rank(&self, ks: &[u64], tuples: &[Tuple], bound: f32, found: &mut Found) {
-        best(Rank { tables: self, ks, tuples, bound, found });
-    }
-
-    #[inline(always)]
-    fn rank_lanes<const SET: u8>(&self, ks: &[u64], tuples: &[Tuple], bound: f32, found: &mut Found) {
-        let (mut scratch, mut rows) = (Scratch::<SET>::new(self), Rows::new());
-        if self.apart {
-            for (k, tuple) in ks.iter().zip(tuples) {
-                self.rank_apart(*k, tuple, bound, (&mut rows, &mut scratch), found);
-            }
-            return;
-        }
-        let places = [0; LANES];
-        let left = self.look::<SET>((ks, tuples), bound, (&mut rows, &mut scratch), found);
-        for left in left.chunks(LANES) {
-            let n = left.len();
-            let own: [usize; LANES] = std::array::from_fn(|lane| left[if lane < n { lane } else { 0 }]);
-            let (ks, tuples) = (own.map(|at| ks[at]), own.map(|at| tuples[at]));
-            if self.angles.is_empty() {
-                rows.fill::<true, false>((self, &self.charts), n, &tuples, &mut scratch);
-                rows.count_and_rank::<true>(self, (&ks[..n], &places), (bound, None), &mut scratch, found);
-            } else {
-                rows.fill::<false, false>((self, &self.charts), n, &tuples, &mut scratch);
-                rows.count_and_rank::<false>(self, (&ks[..n], &places), (bound, None), &mut scratch, found);
-            }
-        }
-    }
-
-    /// A first look at designs with drives of their own: the places of those that rough charts do not tell, or that may rank below `bound`.
-    #[inline(always)]
-    fn look<const SET: u8>(
-        &self,
-        (ks, tuples): (&[u64], &[Tuple]),
-        bound: f32,
-        (rows, scratch): (&mut Rows<Lanes<SET>>, &mut Scratch<SET>),
-        found: &mut Found,
-    ) -> Vec<usize> {
-        let (mut left, mut from) = (Vec::with_capacity(ks.len()), 0);
-        // Where it tells few designs it is not worth it.
-        while !self.rough.is_empty() && bound.is_finite() && from < ks.len() && 2 * left.len() <= from {
-            let to = (from + LANES).min(ks.len());
-            let before = left.len();
-            rows.fill::<true, false>((self, &self.rough), to - from, &tuples[from..to], scratch);
-            let asked = (&ks[from..to], &[0; LANES]);
-            rows.count_and_rank::<true>(self, asked, (bound, Some(&mut left)), scratch, found);
-            left[before..].iter_mut().for_each(|at| *at += from);
-            from = to;
-        }
-        left.extend(from..ks.len());
-        left
-    }
-
-    /// Rows of the design `k`, each read at its own drive.
-    #[inline(always)]
-    fn rank_apart<const SET: u8>(
-        &self,
-        k: u64,
-        tuple: &Tuple,
-        bound: f32,
-        (rows, scratch): (&mut Rows<Lanes<SET>>, &mut Scratch<SET>),
-        found: &mut Found,
-    ) {
-        let mut all = Found::default();
-        for angles in self.angles.chunks(LANES) {
-            let mut tuples = [*tuple; LANES];
-            let mut places = [0; LANES];
-            for ((tuple, place), angle) in tuples.iter_mut().zip(&mut places).zip(angles) {
-                (tuple.drive, *place) = (angle.asked, angle.place);
-            }
-            let (ks, n) = ([k; LANES], angles.len());
-            rows.fill::<true, false>((self, &self.charts), n, &tuples[..n], scratch);
-            rows.count_and_rank::<true>(self, (&ks[..n], &places), (bound, None), scratch, &mut all);
-            if !all.hard.is_empty() {
-                found.hard.push(k);
-                return;
-            }
-        }
-        if self.per == Per::Design {
-            all.complete = all.complete.min(1);
-            all.rows.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
-            all.rows.truncate(1);
-        }
-        found.merge(all);
     }
 }

@@ -22,7 +22,7 @@ pub(super) struct Calibrations<T> {
     least: T,
     most: T,
     /// K̄ and the K of all taps are known.
-    one: bool,
+    known: bool,
     /// No reading is as far off as [`BEYOND`].
     usual: bool,
 }
@@ -50,7 +50,7 @@ impl<const SET: u8> Rows<Lanes<SET>> {
             return Calibrations {
                 least: fixed,
                 most: fixed,
-                one: self.slack[1].all_at_most(zero),
+                known: self.slack[1].all_at_most(zero),
                 usual: false,
             };
         }
@@ -66,7 +66,7 @@ impl<const SET: u8> Rows<Lanes<SET>> {
         Calibrations {
             least: one + power * least,
             most: one + power * most,
-            one: whole && self.slack[1].all_at_most(zero),
+            known: whole && self.slack[1].all_at_most(zero),
             // K̄/K lies between (1 − δ)/(1 + δ) and its inverse then.
             usual: self.largest.all_at_most(of(USUAL)) && self.design.words.farthest.all_at_most(zero),
         }
@@ -87,7 +87,7 @@ impl<const SET: u8> Rows<Lanes<SET>> {
         let k = power.mul_add(tap.kappa[0], one);
         let words = &self.design.words;
         let (clear, near, rootless);
-        if calibrations.one {
+        if calibrations.known {
             let read = tap.strain * calibrations.least;
             rootless = read.if_less(words.peak * k, zero, one);
             let within = read.if_less(words.low * k, zero, (words.high * k).if_less(read, zero, one));
@@ -95,14 +95,16 @@ impl<const SET: u8> Rows<Lanes<SET>> {
             clear = one - rootless - near;
         } else {
             let slack = power * tap.slack[0];
-            let slow = k - slack;
+            let least_k = k - slack;
             let from = tap.strain * calibrations.least;
             let to = tap.strain * calibrations.most;
-            let fast = k + slack;
-            rootless = from.if_less(words.peak * fast, zero, one);
-            let rooted = to.if_less(words.peak * slow, one, zero);
-            near = rooted * from.if_less(words.low * fast, zero, (words.high * slow).if_less(to, zero, one));
-            clear = rooted * to.if_less(words.low * slow, one, (words.high * fast).if_less(from, one, zero));
+            let most_k = k + slack;
+            rootless = from.if_less(words.peak * most_k, zero, one);
+            let rooted = to.if_less(words.peak * least_k, one, zero);
+            near = rooted
+                * from.if_less(words.low * most_k, zero, (words.high * least_k).if_less(to, zero, one));
+            clear =
+                rooted * to.if_less(words.low * least_k, one, (words.high * most_k).if_less(from, one, zero));
             tally.hard = tally.hard.max(one - rootless.max(near).max(clear));
         }
         tally.rootless = tally.rootless + rootless;
