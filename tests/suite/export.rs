@@ -12,7 +12,7 @@ use vibrissa::scene::RunOptions;
 use vibrissa::status::Status;
 
 /// Readings of each calibration.
-const READINGS: usize = 10_000;
+const READINGS: usize = 5_000;
 /// Largest difference of a distance, mm.
 const APART: f64 = 1e-4;
 /// Largest relative difference of a standard deviation.

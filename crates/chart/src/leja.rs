@@ -61,36 +61,3 @@ pub fn to_chebyshev(line: &mut [f64]) {
         line[k] = (k..line.len()).map(|j| line[j] * TABLE.chebyshev[j][k]).sum();
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::physics::chebyshev::series;
-
-    #[test]
-    fn a_smooth_function_is_rebuilt_and_its_surplus_bounds_what_is_left() {
-        let f = |x: f64| 1.0 / (2.5 - x);
-        let mut line: Vec<f64> = (0..16).map(|k| f(point(k))).collect();
-        for k in 1..line.len() {
-            let before: f64 = (0..k).map(|j| line[j] * newton(&[j as u8], &[k as u8])).sum();
-            line[k] -= before;
-        }
-        let last = line[15].abs();
-        to_chebyshev(&mut line);
-        for i in 0..=100 {
-            let x = 0.02 * f64::from(i) - 1.0;
-            assert!((series(&line, x).0 - f(x)).abs() < 4.0 * last, "{x}");
-        }
-    }
-
-    #[test]
-    fn newtons_polynomials_stay_below_one() {
-        for j in 0..MOST {
-            for i in 0..=1000 {
-                let x = 0.002 * f64::from(i) - 1.0;
-                let value: f64 = (0..j).map(|i| (x - point(i)) / (point(j) - point(i))).product();
-                assert!(value.abs() < 1.001, "{j} {x} {value}");
-            }
-        }
-    }
-}
