@@ -51,15 +51,15 @@ fn pairs(item: &Item<'_>, allowed: &'static str, least: usize) -> Result<Vec<[f6
     for pair in item.elements().ok_or_else(wrong)? {
         let [s, value] = pair.numbers(allowed)?;
         if s < 0.0 || all.last().is_some_and(|last| last[0] >= s) {
-            return Err(pair.error("s must be at least 0 and rise from pair to pair").allowed(allowed));
+            return pair.refuse("s must be at least 0 and rise from pair to pair", allowed);
         }
         if value <= 0.0 {
-            return Err(pair.error("a diameter must be larger than 0").allowed(allowed));
+            return pair.refuse("a diameter must be larger than 0", allowed);
         }
         all.push([s, value]);
     }
     if all.len() < least {
-        return Err(item.error(format!("at least {least} pairs are needed")).allowed(allowed));
+        return item.refuse(format!("at least {least} pairs are needed"), allowed);
     }
     Ok(all)
 }
@@ -71,7 +71,7 @@ fn profile(item: &Item<'_>, base: &Path) -> Result<Shape> {
     }
     let diameter = pairs(item, PROFILE, 2)?;
     if diameter[0][0] != 0.0 {
-        return Err(item.error(format!("the profile begins at s = {} mm", diameter[0][0])).allowed(PROFILE));
+        return item.refuse(format!("the profile begins at s = {} mm", diameter[0][0]), PROFILE);
     }
     Ok(Shape { diameter, inner: None, warning: None })
 }
@@ -155,10 +155,10 @@ pub(super) fn beside(document: &Document<'_>, user: &DeTable<'_>, base: &Path) -
         if let Some(other) =
             variables.and_then(|v| ["D", "d", "L_a"].into_iter().find_map(|key| v.child(key)))
         {
-            let error = other.error("this follows from the profile and cannot be searched over");
-            return Err(error.allowed(
+            return other.refuse(
+                "this follows from the profile and cannot be searched over",
                 "scale, x_ss, l, theta (delta) as variables; or D, d and L_a in place of the profile",
-            ));
+            );
         }
         let (first, last) = (diameter[0], diameter[diameter.len() - 1]);
         text = format!(
@@ -198,9 +198,7 @@ fn core(item: &Item<'_>, file: Option<Vec<[f64; 2]>>) -> Result<Inner> {
         (Some(item), None) => inside(&item, Property::Core)?,
         (None, Some(diameter)) => diameter,
         (Some(item), Some(_)) => {
-            return Err(item
-                .error("the profile has the core's diameter already")
-                .allowed("core = { modulus }"));
+            return item.refuse("the profile has the core's diameter already", "core = { modulus }");
         }
         (None, None) => return Err(item.needs("diameter", SHELL).expect_err("it is missing")),
     };
@@ -222,7 +220,7 @@ fn root(item: &Item<'_>) -> Result<Root> {
         k_x: spring("k_x", Property::Along)?,
     };
     if keys::ROOT.names().iter().all(|key| item.child(key).is_none()) {
-        return Err(item.error("a root needs a spring").allowed(ROOT));
+        return item.refuse("a root needs a spring", ROOT);
     }
     Ok(root)
 }
@@ -244,7 +242,7 @@ pub(super) fn whisker(section: &Section<'_>, base: &Path, scaled: bool) -> Resul
         outline = Profile::Power(n);
     }
     let (bore, shell) = (section.written("bore"), section.written("core"));
-    let double = |item: &Item<'_>, why: &str| Err(item.error(why.to_owned()).allowed("a bore, or a core"));
+    let double = |item: &Item<'_>, why: &str| item.refuse(why.to_owned(), "a bore, or a core");
     let inner = match (&bore, &shell, file) {
         (Some(item), Some(_), _) => return double(item, "a whisker has a bore or a core, not both"),
         (Some(item), None, Some(_)) => return double(item, "the profile's file has what is inside already"),
@@ -256,9 +254,7 @@ pub(super) fn whisker(section: &Section<'_>, base: &Path, scaled: bool) -> Resul
         (None, None, Some(("bore", diameter))) => Some(Inner { modulus: 0.0, diameter }),
         (None, None, Some(_)) => {
             let item = section.get("profile")?;
-            return Err(item
-                .error("the core of this file needs a modulus")
-                .allowed("core = { modulus = 60000 } (MPa)"));
+            return item.refuse("the core of this file needs a modulus", "core = { modulus = 60000 } (MPa)");
         }
         (None, None, None) => None,
     };
@@ -336,12 +332,12 @@ pub(super) fn allowed(
             () => None,
         };
         if let Some((why, instead)) = why {
-            return Err(item.error(format!("{what} {why}")).allowed(instead));
+            return item.refuse(format!("{what} {why}"), instead);
         }
         let solid = solid(&setup.model).or(setup.gauge.foil.map(|_| ("gauge", "foil", "no foil".to_owned())));
         if let Some((_, key, instead)) = solid {
             let why = format!("{what} has been computed for a rod without {key}");
-            return Err(item.error(why).allowed(instead));
+            return item.refuse(why, instead);
         }
     }
     let Some(built) = &setup.built else { return Ok(()) };
@@ -350,7 +346,7 @@ pub(super) fn allowed(
         let written = ["bore", "core", "profile"].into_iter().find_map(|key| whisker.written(key));
         let item = at.cloned().or(written).map_or_else(|| whisker.get("bore"), Ok)?;
         let why = "a bore or a core needs material = { hooke = E }: the law of the others is charted for solid sections only";
-        return Err(item.error(why).allowed("no bore and no core, or a hooke material"));
+        return item.refuse(why, "no bore and no core, or a hooke material");
     }
     let written = ["root", "curvature", "curvature_slope", "bore", "core", "profile", "exponent"];
     let key = written.into_iter().find(|key| whisker.written(key).is_some()).unwrap_or("profile");
@@ -362,10 +358,10 @@ pub(super) fn allowed(
         let why = format!(
             "{key} and {other} of [{section}] have not been checked together against three-dimensional elasticity"
         );
-        return Err(item.error(why).allowed(format!("no {key}, or {instead}")));
+        return item.refuse(why, format!("no {key}, or {instead}"));
     }
     if let Some(why) = built.upright(setup.model.surface).filter(|_| tilts) {
-        return Err(item.error(why).allowed("tilt = 0 and lean = 0"));
+        return item.refuse(why, "tilt = 0 and lean = 0");
     }
     Ok(())
 }

@@ -100,8 +100,7 @@ pub(super) fn vary(sections: &Sections<'_>, spec: &mut Spec, search: &mut Search
                 continue;
             }
             if let Some(what) = lacking(property) {
-                let error = place.error(format!("{} needs more in the spec", property.name()));
-                return Err(error.allowed(what));
+                return place.refuse(format!("{} needs more in the spec", property.name()), what);
             }
             if !names
                 && !property.get(setup).is_finite()

@@ -34,7 +34,7 @@ pub(super) fn foil(item: &Item<'_>) -> Result<Foil> {
         return item.word(&NAMED).map_err(|e| e.allowed(SHAPE));
     }
     if !item.value.is_table() {
-        return Err(item.error("this is not a foil").allowed(SHAPE));
+        return item.refuse("this is not a foil", SHAPE);
     }
     item.only(&keys::FOIL.names(), SHAPE)?;
     let length = item.needs("length", SHAPE)?.within(&LENGTH)?;
@@ -47,15 +47,15 @@ pub(super) fn foil(item: &Item<'_>) -> Result<Foil> {
             let (allowed, holds) = Property::Foil.about().allowed;
             if !holds(stiffness) {
                 let message = format!("thickness times modulus is {stiffness} N/mm");
-                return Err(modulus.error(message).allowed(allowed));
+                return modulus.refuse(message, allowed);
             }
             stiffness
         }
         (Some(stiffness), ..) => {
             let message = "a foil has a stiffness, or a thickness and a modulus, not both";
-            return Err(stiffness.error(message).allowed(SHAPE));
+            return stiffness.refuse(message, SHAPE);
         }
-        _ => return Err(item.error("a foil needs a stiffness, or a thickness and a modulus").allowed(SHAPE)),
+        _ => return item.refuse("a foil needs a stiffness, or a thickness and a modulus", SHAPE),
     };
     Ok(Foil { stiffness, length, width, strain_limit })
 }
@@ -74,7 +74,7 @@ pub(super) fn allowed(sections: &Sections<'_>, setup: &Setup, tilts: bool) -> Re
         && let Some((term, why)) = TERMS.iter().filter(on).find_map(|term| Some((term, term.upright?)))
     {
         let item = sections.section("model").get(term.key)?;
-        return Err(item.error(why).allowed(format!("{}, or second = false in [gauge]", term.off())));
+        return item.refuse(why, format!("{}, or second = false in [gauge]", term.off()));
     }
     if gauge.foil.is_none() {
         return Ok(());
@@ -91,7 +91,7 @@ pub(super) fn allowed(sections: &Sections<'_>, setup: &Setup, tilts: bool) -> Re
         () if tilts => ("a foil has been computed for upright edges only", "no tilt and no lean in [tap]"),
         () => return Ok(()),
     };
-    Err(item.error(why.0).allowed(format!("no foil, or {}", why.1)))
+    item.refuse(why.0, format!("no foil, or {}", why.1))
 }
 
 /// Smallest and largest value of a column; `None` of listed tuples.
@@ -114,7 +114,7 @@ pub(super) fn fits(sections: &Sections<'_>, spec: &Spec) -> Result<()> {
     if place[1] < c0 * base[0] && setup.is_plain() {
         let item = sections.section("gauge").get("x_ss")?;
         let why = format!("the gauge begins inside its clamp, which holds the whisker up to {c0} D");
-        return Err(item.error(why).allowed(format!("x_ss ≥ {:.4} mm, or clamp = \"rigid\"", c0 * base[0])));
+        return item.refuse(why, format!("x_ss ≥ {:.4} mm, or clamp = \"rigid\"", c0 * base[0]));
     }
     let Some(foil) = setup.gauge.foil else { return Ok(()) };
     let half = 0.5 * foil.length;
@@ -138,7 +138,7 @@ pub(super) fn fits(sections: &Sections<'_>, spec: &Spec) -> Result<()> {
         ),
         () => return Ok(()),
     };
-    Err(item.error(wrong).allowed("a foil between the clamp and the tip, centred on the grid"))
+    item.refuse(wrong, "a foil between the clamp and the tip, centred on the grid")
 }
 
 /// Where the numbers of a solid have not been tested.
