@@ -218,25 +218,35 @@ impl Needed {
             if !small || !allowed(&rest) {
                 continue;
             }
-            let expected = match &mut expected {
-                Some(known) => known,
-                none => none.insert(Said::of(&self.full, &self.choice, spread)?),
-            };
-            let setup = Setup { model: rest.model, ..self.full.clone() };
-            let found = Said::of(&setup, &self.choice, spread)?;
-            let together = Checked::of(&self.full, spread, expected, &found, bound);
+            let (together, each) = self.against(&mut expected, &rest, spread)?;
             part.together = Some(together);
             if together.holds(bound) {
-                part.left = true;
-                left = set;
-                (self.spread, self.each) = (Some(together), Some([expected.each(), found.each()]));
-                self.setup = setup;
+                (part.left, left) = (true, set);
+                (self.spread, self.each) = (Some(together), Some(each));
+                self.setup = Setup { model: rest.model, ..self.full.clone() };
             }
         }
         // A stable order: what is left off as it was, then the rest.
         parts.sort_by_key(|p| !p.left);
         self.parts = parts;
         Ok(())
+    }
+
+    /// How far the model of `rest` is from the full one at `rows`, which is `expected` there once it has been asked, and seconds of a tap of both.
+    fn against(
+        &self,
+        expected: &mut Option<Said>,
+        rest: &Setting,
+        rows: &[Row],
+    ) -> Result<(Checked, [f64; 2]), Error> {
+        let expected = match expected {
+            Some(known) => known,
+            none => none.insert(Said::of(&self.full, &self.choice, rows)?),
+        };
+        let setup = Setup { model: rest.model, ..self.full.clone() };
+        let found = Said::of(&setup, &self.choice, rows)?;
+        let checked = Checked::of(&self.full, rows, expected, &found, self.bound);
+        Ok((checked, [expected.each(), found.each()]))
     }
 
     /// The effects of the full model, and what each changes alone at some rows of the spread.
@@ -248,15 +258,7 @@ impl Needed {
             let rest = without(said, &[effect]);
             let alone = match allowed(&rest) {
                 false => None,
-                true => {
-                    let expected = match &mut expected {
-                        Some(known) => known,
-                        none => none.insert(Said::of(&self.full, &self.choice, &some)?),
-                    };
-                    let setup = Setup { model: rest.model, ..self.full.clone() };
-                    let found = Said::of(&setup, &self.choice, &some)?;
-                    Some(Checked::of(&self.full, &some, expected, &found, self.bound))
-                }
+                true => Some(self.against(&mut expected, &rest, &some)?.0),
             };
             let (spec, instead) = (effect.value(said), effect.value(&rest));
             parts.push(Part { effect, spec, instead, alone, together: None, left: false });
