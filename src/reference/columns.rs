@@ -62,11 +62,10 @@ pub fn tables() -> Vec<Written> {
             beside(of(&AtDistance::COLUMNS), AT_DISTANCE),
         ),
     ];
-    all.extend(
-        OTHERS.iter().map(|t| {
-            written(t.command, t.file, t.row, t.columns.iter().map(|c| told(t.command, c)).collect())
-        }),
-    );
+    all.extend(OTHERS.iter().map(|t| {
+        let columns = t.before.iter().chain(t.columns).map(|c| told(t.command, c));
+        written(t.command, t.file, t.row, columns.collect())
+    }));
     all
 }
 
@@ -125,12 +124,9 @@ pub fn parts() -> Vec<Part> {
         };
         Entry { facts: vec![unit(&c.name)], meaning, name: c.name }
     };
-    let part = |t: Written| Part {
-        title: format!("{} ({})", t.file, t.command),
-        about: t.row.to_owned(),
-        examples: Vec::new(),
-        heads: vec!["column", "unit", "meaning"],
-        entries: t.columns.into_iter().map(entry).collect(),
+    let part = |t: Written| {
+        let title = format!("{} ({})", t.file, t.command);
+        Part::new(title, t.row, &["column", "unit", "meaning"], t.columns.into_iter().map(entry))
     };
     tables().into_iter().map(part).collect()
 }

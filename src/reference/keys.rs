@@ -22,27 +22,13 @@ const COMPLETE: &str = "[whisker]\nD = 10.0\nd = 4.0\nL_a = 50.0\n[gauge]\nx_ss 
 
 /// Every section, then every inline table.
 pub fn parts() -> Vec<Part> {
-    let heads = vec!["key", "unit", "default", "allowed", EXAMPLE, "meaning"];
-    let top = Part {
-        title: "Above all sections".to_owned(),
-        about: String::new(),
-        examples: Vec::new(),
-        heads: heads.clone(),
-        entries: vec![entry(None, &FORMAT)],
-    };
-    let section = |s: &Section| Part {
-        title: format!("[{}]", s.name),
-        about: s.about.to_owned(),
-        examples: Vec::new(),
-        heads: heads.clone(),
-        entries: s.keys.iter().map(|k| entry(Some(s), k)).collect(),
-    };
-    let inline = |s: &Section| Part {
-        title: s.name.to_owned(),
-        about: s.about.to_owned(),
+    let heads = ["key", "unit", "default", "allowed", EXAMPLE, "meaning"];
+    let top = Part::new("Above all sections", "", &heads, [entry(None, &FORMAT)].into_iter());
+    let entries = |s: &'static Section| s.keys.iter().map(|k| entry(Some(s), k));
+    let section = |s: &'static Section| Part::new(format!("[{}]", s.name), s.about, &heads, entries(s));
+    let inline = |s: &'static Section| Part {
         examples: s.examples.to_vec(),
-        heads: vec!["key", "unit", "default", "allowed", "meaning"],
-        entries: s.keys.iter().map(|k| entry(Some(s), k)).collect(),
+        ..Part::new(s.name, s.about, &["key", "unit", "default", "allowed", "meaning"], entries(s))
     };
     std::iter::once(top).chain(SECTIONS.iter().map(section)).chain(INLINE.iter().map(inline)).collect()
 }
