@@ -71,13 +71,12 @@ impl Array {
         for whisker in whiskers.tables(KEYS)? {
             let mount = mount(&whisker, folder)?;
             if mounts.iter().any(|m| m.name == mount.name) {
-                let error = whisker.needs("name", KEYS)?.error("two whiskers have this name");
-                return Err(error.allowed("different names"));
+                return whisker.needs("name", KEYS)?.refuse("two whiskers have this name", "different names");
             }
             mounts.push(mount);
         }
         if mounts.is_empty() {
-            return Err(whiskers.error("there is no whisker").allowed(KEYS));
+            return whiskers.refuse("there is no whisker", KEYS);
         }
         Ok(Self { mounts, noise: Noise { angle, base, touch: None } })
     }

@@ -118,7 +118,7 @@ fn around(table: &Item<'_>, [x, y]: [f64; 2]) -> Result<Vec<Pose>, InputError> {
     let counted = table.needs("starts", AROUND)?;
     let n = counted.whole(1)?;
     if n > MOST_STARTS {
-        return Err(counted.error("so many strokes are not made").allowed(format!("1 … {MOST_STARTS}")));
+        return counted.refuse("so many strokes are not made", format!("1 … {MOST_STARTS}"));
     }
     let distance = table.needs("distance", AROUND)?.within(&LENGTH)?;
     let sense = table.or("sense", COUNTERCLOCKWISE, |s| s.within(&SENSE))?;
