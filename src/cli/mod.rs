@@ -42,9 +42,10 @@ mod verify;
 
 use std::path::{Path, PathBuf};
 
-use clap::Parser;
+use clap::{CommandFactory, FromArgMatches};
 
 use args::{Args, Command};
+use vibrissa::scene::Spec;
 use vibrissa::{backend, kernel::gpu};
 
 /// The one argument of the process that asks the GPU drivers, before the number of the first adapter to open.
@@ -61,6 +62,19 @@ pub fn quiet_driver() {
 /// Names of files in one line.
 fn listed(files: &[PathBuf]) -> String {
     files.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", ")
+}
+
+/// Name of the file at `path` without its ending; `usual` where it has none.
+fn stem(path: &Path, usual: &str) -> String {
+    path.file_stem().map_or_else(|| usual.to_owned(), |stem| stem.to_string_lossy().into_owned())
+}
+
+/// The values in force of `spec`, a line each.
+fn in_force(spec: &Spec) -> String {
+    let line = |(key, value, written): &(String, String, bool)| {
+        format!("  {key} = {value}{}\n", if *written { "" } else { "    (default)" })
+    };
+    spec.in_force.iter().map(line).collect()
 }
 
 /// Where a command writes: what was typed or stands in the spec, else `results/<name>` for a sweep and
@@ -81,11 +95,14 @@ pub fn run() -> u8 {
         Some(own)
     });
     reply::in_json(std::env::args_os().any(|a| a == "--json"));
-    let args = match Args::try_parse() {
+    let typed = Args::command().try_get_matches().and_then(|typed| {
+        reply::to(typed.subcommand_name().unwrap_or_default());
+        Args::from_arg_matches(&typed)
+    });
+    let args = match typed {
         Ok(args) => args,
         Err(e) => return reply::usage(&e),
     };
-    reply::to(args.command.name());
     let quiet = args.command.common().is_some_and(|c| c.quiet);
     if !quiet {
         gpu::tell(|words| say::warning(words));

@@ -10,33 +10,23 @@ use vibrissa::sink::run_json;
 use vibrissa::{shape, spec};
 
 use super::args::Shape;
-use super::calibrate::prepared;
+use super::calibrate::begun;
 use super::reply::Reply;
-use super::say;
 
 /// Writes the shapes of a spec's taps: few, so by the reference unless something else is asked for.
 pub fn run(args: &Shape) -> Result<Reply, Error> {
     let start = Instant::now();
     let spec = spec::read(&args.spec)?;
     spec.one_rig()?;
-    let options = prepared(&args.common, &spec)?;
-    let quiet = options.quiet == Some(true);
-    if !quiet {
-        spec.warnings.iter().for_each(say::warning);
-    }
+    let (options, quiet) = begun(&args.common, &spec)?;
     let file = || args.spec.display().to_string();
     let setup = &spec.study.setup;
     shape::check(setup).map_err(|e| e.at(file(), None))?;
     let out = super::folder(options.out.as_ref(), &spec.name, "shape");
     if options.plan == Some(true) {
-        let text = format!(
-            "{}: shapes with {} sections to {}; nothing was run\n",
-            spec.name,
-            args.nodes,
-            out.display()
-        );
-        let result = json!({ "in_force": run_json::in_force(&spec) });
-        return Ok(Reply { text, out: Some(out), result, ..Reply::default() });
+        let planned =
+            Reply::planned(out, |to| format!("{}: shapes with {} sections to {to}", spec.name, args.nodes));
+        return Ok(Reply { result: json!({ "in_force": run_json::in_force(&spec) }), ..planned });
     }
     let (method, by) = shape::method(&options, &setup.model)?;
     let question = Question::of_scene("shape", &spec, json!({ "nodes": args.nodes, "solved_by": by }));

@@ -29,7 +29,7 @@ use crate::statistics::DriveRow;
 use curve::Curve;
 
 pub use needed::{find_needed, needed};
-pub use write::{document, result, table, unit};
+pub use write::{document, k_names, result, table, unit};
 
 /// The curve at one drive.
 #[derive(Debug, Clone, Copy)]

@@ -30,7 +30,7 @@ fn k_unit(study: &Study) -> f64 {
 }
 
 /// Names of K̄ and SD.
-fn k_names(setup: &Setup) -> [&'static str; 2] {
+pub fn k_names(setup: &Setup) -> [&'static str; 2] {
     match setup.estimate.convention {
         Convention::Mean => ["K_mean", "K_sd"],
         Convention::Elongation => ["K_mean_mm", "K_sd_mm"],

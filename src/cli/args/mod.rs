@@ -87,37 +87,6 @@ pub enum Command {
 }
 
 impl Command {
-    /// Name as typed.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::Sweep(_) => "sweep",
-            Self::Plan(_) => "plan",
-            Self::Calibrate(_) => "calibrate",
-            Self::Locate(_) => "locate",
-            Self::Taps(_) => "taps",
-            Self::Next(_) => "next",
-            Self::Contour(_) => "contour",
-            Self::Simulate(_) => "simulate",
-            Self::Optimise(_) => "optimise",
-            Self::Tap(_) => "tap",
-            Self::Merge(_) => "merge",
-            Self::Cluster(_) => "cluster",
-            Self::Chart(_) => "chart",
-            Self::Explore(_) => "explore",
-            Self::Verify(_) => "verify",
-            Self::Bench(_) => "bench",
-            Self::Shape(_) => "shape",
-            Self::Report(_) => "report",
-            Self::Devices(_) => "devices",
-            Self::New(_) => "new",
-            Self::Cite(_) => "cite",
-            Self::Schema(_) => "schema",
-            Self::Help(_) => "help",
-            Self::Completions(_) => "completions",
-            Self::Man(_) => "man",
-        }
-    }
-
     /// The flags that every command that computes has.
     pub fn common(&self) -> Option<&Common> {
         match self {
