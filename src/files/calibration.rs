@@ -39,9 +39,7 @@ impl<W> Calibration<W> {
             sides,
         }
     }
-}
 
-impl<W> Calibration<W> {
     /// Refuses values that contradict each other.
     fn check(&self, label: &str) -> Result<(), InputError> {
         let fault = |key: &str, message: &str, allowed: &str| {
@@ -116,9 +114,6 @@ impl Calibration {
     }
 
     /// Text of the file at `path`.
-    ///
-    /// # Errors
-    /// A file that is missing, or is none.
     pub fn load(path: &Path) -> Result<String, InputError> {
         let label = path.display().to_string();
         if path.is_dir() {
