@@ -15,9 +15,7 @@ use super::reader::{Document, Item, Result};
 use super::schema::Sections;
 use super::table::{self, Columns};
 use crate::scene::built::{Built, Inner, Profile, Root};
-use crate::scene::{
-    Channels, Clamp, Convention, Gauge, Material, Model, Property, Setup, Signal, TERMS, Term,
-};
+use crate::scene::{Channels, Clamp, Convention, Gauge, Material, Property, Setup, Signal, TERMS, Term};
 
 const PROFILE: &str = "[[s, D], …] in mm, s rising from 0 to L_a and D > 0, or a CSV file with the columns s_mm, D_mm and perhaps bore_mm or core_mm";
 const ROOT: &str = "{ k_theta = 500 } (N mm/rad), and k_y, k_x (N/mm) where the base also moves";
@@ -323,19 +321,17 @@ pub(super) fn allowed(
             Signal::Strain => (of("output", "wrench")?, "the wrench on the base"),
             _ => (of("sensor", "signal")?, "a signal other than strain"),
         };
-        let why = match () {
-            () if tilts => Some(("has been computed for upright edges only", "tilt = 0 and lean = 0")),
-            () if setup.gauge.second => Some(("has no second gauge", "second = false in [gauge]")),
-            () if setup.estimate.convention == Convention::Elongation => {
-                Some(("has no elongation", "convention = \"mean\" in [estimate]"))
-            }
-            () => None,
-        };
-        if let Some((why, instead)) = why {
-            return item.refuse(format!("{what} {why}"), instead);
+        let refuse = |why: &str, instead: &str| item.refuse(format!("{what} {why}"), instead);
+        if tilts {
+            return refuse("has been computed for upright edges only", "tilt = 0 and lean = 0");
         }
-        let solid = solid(&setup.model).or(setup.gauge.foil.map(|_| ("gauge", "foil", "no foil".to_owned())));
-        if let Some((_, key, instead)) = solid {
+        if setup.gauge.second {
+            return refuse("has no second gauge", "second = false in [gauge]");
+        }
+        if setup.estimate.convention == Convention::Elongation {
+            return refuse("has no elongation", "convention = \"mean\" in [estimate]");
+        }
+        if let Some((_, key, instead)) = solid(setup) {
             let why = format!("{what} has been computed for a rod without {key}");
             return item.refuse(why, instead);
         }
@@ -352,9 +348,7 @@ pub(super) fn allowed(
     let key = written.into_iter().find(|key| whisker.written(key).is_some()).unwrap_or("profile");
     let item = whisker.written(key).or_else(|| at.cloned()).map_or_else(|| whisker.get(key), Ok)?;
     let key = item.key.rsplit('.').next().unwrap_or(key);
-    if let Some((section, other, instead)) =
-        solid(&setup.model).or(setup.gauge.foil.map(|_| ("gauge", "foil", "no foil".to_owned())))
-    {
+    if let Some((section, other, instead)) = solid(setup) {
         let why = format!(
             "{key} and {other} of [{section}] have not been checked together against three-dimensional elasticity"
         );
@@ -366,11 +360,13 @@ pub(super) fn allowed(
     Ok(())
 }
 
-/// What of a solid is on: section, key, and how it is off.
-fn solid(model: &Model) -> Option<(&'static str, &'static str, String)> {
+/// What of a solid is on, a foil too: section, key, and how it is off.
+fn solid(setup: &Setup) -> Option<(&'static str, &'static str, String)> {
+    let model = &setup.model;
     let on =
         |term: &&Term| ["clamp", "indentation", "section"].contains(&term.key) && (term.get)(model).is_on();
     let told =
         TERMS.iter().find(on).map(|term| ("model", term.key, format!("{} = {}", term.key, term.off())));
-    told.filter(|_| model.clamp != Clamp::At(0.0) || model.indentation || model.distorting)
+    let told = told.filter(|_| model.clamp != Clamp::At(0.0) || model.indentation || model.distorting);
+    told.or(setup.gauge.foil.map(|_| ("gauge", "foil", "no foil".to_owned())))
 }
