@@ -84,13 +84,12 @@ pub fn run(args: &Locate, array: &Path) -> Result<Reply, Error> {
         "readings": { "file": file, "hash": digest },
         "counts": counts, "seconds": seconds,
     });
-    folder.run_json(&run_json::document("locate", json!({ "name": stem, "hash": identity }), body))?;
-    let written = folder.finish()?;
+    let document = run_json::document("locate", json!({ "name": stem, "hash": identity }), body);
     let words: Vec<String> = answered.status.iter().map(|(w, n)| format!("{n} {w}")).collect();
     let text =
         format!("{} readings of {} whiskers located: {}\n", answered.rows, whiskers.len(), words.join(", "));
     let result = json!({ "whiskers": names });
-    Ok(Reply { text, counts, seconds, result, ..Reply::default() }.written(out, written, start))
+    Reply { text, counts, seconds, result, ..Reply::default() }.filed(folder, &document, (out, start))
 }
 
 fn misused(value: &str, message: &str) -> InputError {

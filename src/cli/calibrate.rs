@@ -24,11 +24,7 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
     let columns = args.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
     let columns = args.run.iter().fold(columns, |names, run| names.with_run(run));
     let label = args.data.display().to_string();
-    let said = match (args.theta, args.delta) {
-        (Some(_), _) => Some(Drive::Angle),
-        (None, Some(_)) => Some(Drive::Displacement),
-        (None, None) => None,
-    };
+    let said = args.theta.map(|_| Drive::Angle).or(args.delta.map(|_| Drive::Displacement));
     let channels = |path: &PathBuf| {
         several::whisker(|drive| Rig::read_with(path, drive), (&label, &bytes, &columns), said)
     };

@@ -49,8 +49,7 @@ pub fn run(args: &Chart) -> Result<Reply, Error> {
         "in_force": run_json::in_force(&spec), "warnings": spec.warnings, "tolerance": tolerance,
         "counts": counts, "seconds": seconds,
     });
-    folder.run_json(&run_json::document("chart", run_json::spec(&spec), body))?;
-    let written = folder.finish()?;
+    let document = run_json::document("chart", run_json::spec(&spec), body);
     let Summary { charts, coefficients, solved, strain_error: error, .. } = summary;
     let none = if directions.len() > 1 { "not all" } else { "none" };
     let lacking = if without.is_empty() { String::new() } else { format!("; {none} at a = {without:?} mm") };
@@ -61,5 +60,6 @@ pub fn run(args: &Chart) -> Result<Reply, Error> {
     let answer = format!(
         "Taps at {with} of {all} distances are read from charts, with a strain error of {error:.1e} at most where that was checked."
     );
-    Ok(Reply { answer, text, counts, seconds, quiet, ..Reply::default() }.written(out, written, start))
+    let reply = Reply { answer, text, counts, seconds, quiet, ..Reply::default() };
+    reply.filed(folder, &document, (out, start))
 }

@@ -60,19 +60,15 @@ pub fn run(args: &Contour) -> Result<Reply, Error> {
     let mut folder = Folder::open(&out, question, &write::FILES, args.common.force)?;
     let figure = of_contour(&traced.points, &traced.curve, traced.kind(), &traced.outline)?;
     let drawn = figure::files(&figure, &Style::default(), &[Format::Svg])?;
-    let drawn = drawn.iter().map(|(_, bytes)| ("contour.svg", bytes));
-    for (name, bytes) in
-        [("points.csv", &traced.points), ("curve.csv", &traced.curve)].into_iter().chain(drawn)
-    {
-        folder.put(name, bytes)?;
-    }
+    folder.put("points.csv", &traced.points)?;
+    folder.put("curve.csv", &traced.curve)?;
+    drawn.iter().try_for_each(|(_, bytes)| folder.put("contour.svg", bytes))?;
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
-    folder.run_json(&traced.document(&stem, &seconds))?;
-    let written = folder.finish()?;
+    let document = traced.document(&stem, &seconds);
     let Traced { counts, result, .. } = &traced;
     let text = summary(&traced.trace, counts, result, traced.estimator);
     let reply = Reply { text, counts: counts.clone(), seconds, result: result.clone(), ..Reply::default() };
-    Ok(reply.written(out, written, start).answered())
+    Ok(reply.filed(folder, &document, (out, start))?.answered())
 }
 
 fn summary(trace: &Trace, counts: &Value, result: &Value, estimator: &str) -> String {

@@ -95,15 +95,19 @@ pub fn run() -> u8 {
         Some(own)
     });
     reply::in_json(std::env::args_os().any(|a| a == "--json"));
+    let mut quiet = false;
     let typed = Args::command().try_get_matches().and_then(|typed| {
-        reply::to(typed.subcommand_name().unwrap_or_default());
+        if let Some((name, flags)) = typed.subcommand() {
+            reply::to(name);
+            // A report sees to that itself: what it plans is told in any case.
+            quiet = name != "report" && matches!(flags.try_get_one("quiet"), Ok(Some(true)));
+        }
         Args::from_arg_matches(&typed)
     });
     let args = match typed {
         Ok(args) => args,
         Err(e) => return reply::usage(&e),
     };
-    let quiet = args.command.common().is_some_and(|c| c.quiet);
     if !quiet {
         gpu::tell(|words| say::warning(words));
     }

@@ -61,18 +61,19 @@ pub fn run(args: &args::Plan) -> Result<Reply, Error> {
     let mut folder = Folder::open(&out, question, &FILES, options.force == Some(true))?;
     folder.put("plan.csv", table(&found, drive, Unit::of_signal(rig.setup.signal)).as_bytes())?;
     folder.put("plan_errors.csv", errors(&found).as_bytes())?;
-    for (_, bytes) in figure::files(&drawn(&found, drive, asked.error), &Style::default(), &[Format::Svg])? {
-        folder.put("plan.svg", &bytes)?;
-    }
+    let drawn = figure::files(&drawn(&found, drive, asked.error), &Style::default(), &[Format::Svg])?;
+    drawn.iter().try_for_each(|(_, bytes)| folder.put("plan.svg", bytes))?;
     let result = result(&found, drive);
     let counts = json!({ "taps": found.taps.len(), "rows": found.rows.len() });
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
     let document = json!({ "in_force": run_json::in_force(&spec), "counts": counts, "seconds": seconds, "result": result });
-    folder.run_json(&run_json::document("plan", run_json::spec(&spec), document))?;
-    let written = folder.finish()?;
+    let document = run_json::document("plan", run_json::spec(&spec), document);
     let (answer, text) = (answer(&found, asked.error), summary(&found, drive));
-    Ok(Reply { answer, text, counts, seconds, result, quiet, ..Reply::default() }
-        .written(out, written, start))
+    Reply { answer, text, counts, seconds, result, quiet, ..Reply::default() }.filed(
+        folder,
+        &document,
+        (out, start),
+    )
 }
 
 fn asked(args: &args::Plan) -> Result<PlanGoal, InputError> {

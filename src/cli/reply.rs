@@ -10,7 +10,7 @@ use miette::{GraphicalReportHandler, GraphicalTheme};
 use serde_json::{Value, json};
 use vibrissa::error::{Error, InputError};
 use vibrissa::report::answer_of;
-use vibrissa::sink::folder::Written;
+use vibrissa::sink::folder::{Folder, Written};
 use vibrissa::sink::unfinished;
 
 use super::{lines::Shown, say};
@@ -76,6 +76,17 @@ impl Reply {
     pub fn answered(self) -> Self {
         let answer = self.out.as_deref().map_or(String::new(), answer_of);
         Self { answer, ..self }
+    }
+
+    /// Of a result in the `folder` at `out`, which ends with its run.json, the `document`.
+    pub fn filed(
+        self,
+        mut folder: Folder,
+        document: &Value,
+        (out, start): (PathBuf, Instant),
+    ) -> Result<Self, Error> {
+        folder.run_json(document)?;
+        Ok(self.written(out, folder.finish()?, start))
     }
 
     /// Of a result in the folder `out`: the text ends with its files and the time since `start`.

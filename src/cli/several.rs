@@ -49,10 +49,8 @@ pub fn calibrate(
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
     let document =
         report::document(spec, &identity, (&found.data[0], &asked.hash), [&counts, &seconds, &result]);
-    folder.run_json(&document)?;
-    let written = folder.finish()?;
     let reply = Reply { text, counts, seconds, result, quiet, refused, ..Reply::default() };
-    Ok(reply.written(out, written, start).answered())
+    Ok(reply.filed(folder, &document, (out, start))?.answered())
 }
 
 /// Writes the files of `--export`, if there are any.

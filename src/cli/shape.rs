@@ -42,8 +42,7 @@ pub fn run(args: &Shape) -> Result<Reply, Error> {
     }
     let counted = counts.described();
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
-    folder.run_json(&shape::document(&spec, by, &counted, &seconds))?;
-    let written = folder.finish()?;
+    let document = shape::document(&spec, by, &counted, &seconds);
     let without = match counts.taps - counts.shapes {
         0 => String::new(),
         n => format!("; {n} taps have none, contacts.csv says why"),
@@ -51,5 +50,5 @@ pub fn run(args: &Shape) -> Result<Reply, Error> {
     let (shapes, nodes) = (counts.shapes, args.nodes);
     let text = format!("{shapes} shapes of {nodes} sections from clamp to contact{without}\n");
     let reply = Reply { text, counts: counted, seconds, quiet, ..Reply::default() };
-    Ok(reply.written(out, written, start).answered())
+    Ok(reply.filed(folder, &document, (out, start))?.answered())
 }

@@ -50,16 +50,18 @@ pub fn run(args: &Simulate) -> Result<Reply, Error> {
     file.close()?;
     let counted = counts.described();
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
-    folder.run_json(&simulate::document(&spec, [&result, &counted, &seconds]))?;
-    let written = folder.finish()?;
+    let document = simulate::document(&spec, [&result, &counted, &seconds]);
     let empty = match counts.unsolved {
         0 => String::new(),
         n => format!(", {n} of them without a solution and empty"),
     };
     let text = format!("{} synthetic taps{empty}, {} zero readings\n", counts.taps, counts.zeros);
     let result = json!({ "settings": result });
-    Ok(Reply { text, counts: counted, seconds, result, quiet, ..Reply::default() }
-        .written(out, written, start))
+    Reply { text, counts: counted, seconds, result, quiet, ..Reply::default() }.filed(
+        folder,
+        &document,
+        (out, start),
+    )
 }
 
 fn settings(args: &Simulate, rig: &Rig) -> Result<Settings, InputError> {

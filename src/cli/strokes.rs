@@ -53,8 +53,7 @@ pub fn run(
     file.close()?;
     let counted = counts.described();
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
-    folder.run_json(&simulate::document(spec, [&result, &counted, &seconds]))?;
-    let written = folder.finish()?;
+    let document = simulate::document(spec, [&result, &counted, &seconds]);
     let without = match counts.unsolved {
         0 => String::new(),
         n => format!(", {n} of them after the whisker has left the object"),
@@ -62,6 +61,9 @@ pub fn run(
     let (taps, strokes, zeros) = (counts.taps, course.starts.len() - missed, counts.zeros);
     let text = format!("{taps} synthetic readings of {strokes} strokes{without}, {zeros} zero readings\n");
     let result = json!({ "settings": result });
-    Ok(Reply { text, counts: counted, seconds, result, quiet, ..Reply::default() }
-        .written(out, written, start))
+    Reply { text, counts: counted, seconds, result, quiet, ..Reply::default() }.filed(
+        folder,
+        &document,
+        (out, start),
+    )
 }

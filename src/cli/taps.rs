@@ -34,11 +34,8 @@ pub fn run(args: &Taps) -> Result<Reply, Error> {
     say::warnings(args.common.quiet, (!record.ignored.is_empty()).then(ignored));
     let empty = || format!("lines without a signal are left out: {}", record.empty);
     say::warnings(args.common.quiet, (record.empty > 0).then(empty));
-    let drive = match (&args.theta, &args.delta) {
-        (Some(values), _) => Some((Drive::Angle, values.clone())),
-        (None, Some(values)) => Some((Drive::Displacement, values.clone())),
-        (None, None) => None,
-    };
+    let angles = args.theta.clone().map(|values| (Drive::Angle, values));
+    let drive = angles.or_else(|| Some((Drive::Displacement, args.delta.clone()?)));
     let labels = Labels { a: args.a.clone().unwrap_or_default(), drive };
     let (readings, rest) = find(&record, args.take)?;
     labels.check(&record, &readings)?;
@@ -58,10 +55,9 @@ pub fn run(args: &Taps) -> Result<Reply, Error> {
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
     let result = json!({ "noise": noise, "taps": taps });
     let told = json!({ "raw": { "file": label, "hash": hash(&text) }, "counts": counts, "seconds": seconds, "result": result });
-    folder.run_json(&run_json::document("taps", json!({ "name": stem, "hash": hash(&text) }), told))?;
-    let written = folder.finish()?;
+    let document = run_json::document("taps", json!({ "name": stem, "hash": hash(&text) }), told);
     let answer = format!(
         "{taps} taps in {samples} samples ({plateaus} stand still, {peaks} are peaks), rests: {rests}; noise of a sample {noise:.3e}. Look at taps.svg before you use them."
     );
-    Ok(Reply { answer, counts, seconds, result, ..Reply::default() }.written(out, written, start))
+    Reply { answer, counts, seconds, result, ..Reply::default() }.filed(folder, &document, (out, start))
 }

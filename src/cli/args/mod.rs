@@ -86,39 +86,6 @@ pub enum Command {
     Man(Man),
 }
 
-impl Command {
-    /// The flags that every command that computes has.
-    pub fn common(&self) -> Option<&Common> {
-        match self {
-            Self::Sweep(s) => Some(&s.common),
-            Self::Plan(p) => Some(&p.common),
-            Self::Calibrate(c) => Some(&c.common),
-            Self::Locate(l) => Some(&l.common),
-            Self::Taps(t) => Some(&t.common),
-            Self::Next(n) => Some(&n.common),
-            Self::Contour(c) => Some(&c.common),
-            Self::Simulate(s) => Some(&s.common),
-            Self::Optimise(o) => Some(&o.common),
-            Self::Tap(t) => Some(&t.common),
-            Self::Merge(m) => Some(&m.common),
-            Self::Cluster(c) => Some(&c.common),
-            Self::Chart(c) => Some(&c.common),
-            Self::Explore(e) => Some(&e.common),
-            Self::Verify(v) => Some(&v.common),
-            Self::Bench(b) => Some(&b.common),
-            Self::Shape(s) => Some(&s.common),
-            Self::Devices(c) => Some(c),
-            Self::Report(_)
-            | Self::New(_)
-            | Self::Cite(_)
-            | Self::Schema(_)
-            | Self::Help(_)
-            | Self::Completions(_)
-            | Self::Man(_) => None,
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use clap::CommandFactory;

@@ -68,20 +68,16 @@ pub fn run(args: &args::Next) -> Result<Reply, Error> {
     let question = Question { inputs, ..Question::new("next", &stem, asked) };
     let mut folder = Folder::open(&out, question, &["next.csv", "next.svg"], args.common.force)?;
     let drawn = figure::files(&drawn(&found, drive), &Style::default(), &[Format::Svg])?;
-    let table = table(&found, drive).into_bytes();
-    let drawn = drawn.iter().map(|(_, bytes)| ("next.svg", bytes));
-    for (name, bytes) in std::iter::once(("next.csv", &table)).chain(drawn) {
-        folder.put(name, bytes)?;
-    }
+    folder.put("next.csv", table(&found, drive).as_bytes())?;
+    drawn.iter().try_for_each(|(_, bytes)| folder.put("next.svg", bytes))?;
     let result = result(&found, drive, &lines);
     let counts = json!({ "taps": found.taps, "rows": found.tried.len() });
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
     let identity = hash(&format!("{}\n{data:?}\n{may:?}", calibration.checksum));
     let told = json!({ "calibration": { "file": label, "checksum": calibration.checksum }, "counts": counts, "seconds": seconds, "result": result });
-    folder.run_json(&run_json::document("next", json!({ "name": stem, "hash": identity }), told))?;
-    let written = folder.finish()?;
+    let document = run_json::document("next", json!({ "name": stem, "hash": identity }), told);
     let answer = answer(&found, drive, &lines);
-    Ok(Reply { answer, counts, seconds, result, ..Reply::default() }.written(out, written, start))
+    Reply { answer, counts, seconds, result, ..Reply::default() }.filed(folder, &document, (out, start))
 }
 
 /// The taps of one object in a file.
