@@ -101,11 +101,8 @@ fn of<R>(columns: &[Column<R>]) -> Vec<Described> {
     };
     // The first channel stands for all.
     let first = |c: &&Column<R>| !matches!(c.only, Only::Channel(1..));
-    columns
-        .iter()
-        .filter(first)
-        .map(|c| Described { name: name(c.name), meaning: c.meaning, only: c.only })
-        .collect()
+    let described = |c: &Column<R>| Described { name: name(c.name), meaning: c.meaning, only: c.only };
+    columns.iter().filter(first).map(described).collect()
 }
 
 /// `columns` with `more` before the last of them, the status.
