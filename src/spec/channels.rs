@@ -57,17 +57,9 @@ pub(super) fn read(section: &Section<'_>) -> Result<Option<(Signal, Arc<Channels
         let error = matrix.error("the matrix names its channels itself; remove it or signal");
         return Err(error.allowed("signal, or matrix"));
     }
-    let (item, signals, rows) = match (signal, matrix) {
-        (Some(item), _) => {
-            let signals = signals(&item)?;
-            (item, signals, Vec::new())
-        }
-        (None, Some(item)) => {
-            let rows = rows(&item)?;
-            (item, Vec::new(), rows)
-        }
-        (None, None) => return Ok(None),
-    };
+    let signals = signal.as_ref().map_or(Ok(Vec::new()), signals)?;
+    let rows = matrix.as_ref().map_or(Ok(Vec::new()), rows)?;
+    let Some(item) = signal.or(matrix) else { return Ok(None) };
     let n = signals.len().max(rows.len());
     let (covariance, place) = match (section.written("noise"), section.written("covariance")) {
         (Some(noise), Some(_)) => {

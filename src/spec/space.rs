@@ -153,15 +153,12 @@ fn zipped(axes: &[AxisItem<'_>; COLUMNS], properties: &[(Property, AxisItem<'_>)
                 format!("{first_key} and {key} are both sampled; a is sampled only if no other axis is");
             return Err(axes[5].item.error(message).allowed("a value, a list or a range for a"));
         }
-        let differing = if others.samples != points.samples {
-            "samples"
-        } else if others.sampler != points.sampler {
-            "sampler"
-        } else if others.seed != points.seed {
-            "seed"
-        } else {
-            continue;
-        };
+        let differ = [
+            ("samples", others.samples != points.samples),
+            ("sampler", others.sampler != points.sampler),
+            ("seed", others.seed != points.seed),
+        ];
+        let Some((differing, _)) = differ.into_iter().find(|(_, differs)| *differs) else { continue };
         let place = other.item.child(differing).unwrap_or_else(|| other.item.clone());
         let message = format!("{first_key} and {key} are sampled together, but differ in {differing}");
         return place.refuse(message, "the same samples, sampler and seed for all sampled axes");
