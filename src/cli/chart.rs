@@ -38,11 +38,8 @@ pub fn run(args: &Chart) -> Result<Reply, Error> {
     let mut folder = Folder::open(&out, question, &[FILE], options.force == Some(true))?;
     folder.put(FILE, document(setup, &found).to_string().as_bytes())?;
     let summary = Summary::of(&found, setup.drive);
-    let without: Vec<f64> = distances
-        .iter()
-        .copied()
-        .filter(|a| found.iter().filter(|c| c.a == *a).count() < directions.len())
-        .collect();
+    let lacks = |a: &f64| found.iter().filter(|c| c.a == *a).count() < directions.len();
+    let without: Vec<f64> = distances.iter().copied().filter(lacks).collect();
     let counts = json!({ "charts": summary, "without": without });
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
     let body = json!({

@@ -111,10 +111,8 @@ fn filled(template: &str, marks: &[(&str, String)]) -> String {
     while let Some(at) = rest.find('@') {
         text += &rest[..at];
         rest = &rest[at..];
-        let (mark, value) = marks
-            .iter()
-            .find(|(mark, _)| rest.starts_with(mark))
-            .map_or(("@", "@"), |(mark, value)| (*mark, value.as_str()));
+        let found = marks.iter().find(|(mark, _)| rest.starts_with(mark));
+        let (mark, value) = found.map_or(("@", "@"), |(mark, value)| (*mark, value.as_str()));
         text += value;
         rest = &rest[mark.len()..];
     }

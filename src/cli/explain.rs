@@ -56,10 +56,9 @@ fn tolerances(typed: &[f64], accuracy: f64) -> Result<Vec<f64>, InputError> {
         typed.to_vec()
     };
     if let Some(bad) = wanted.iter().find(|t| !(**t > 0.0 && **t < 1.0 && **t >= 2.0 * accuracy)) {
-        return Err(InputError::new("effects cannot be judged at this tolerance")
-            .key("--leave-off")
-            .value(bad)
-            .allowed(format!("0 < E < 1, and at least twice --tolerance, {accuracy:e}")));
+        let error = InputError::new("effects cannot be judged at this tolerance").key("--leave-off");
+        let allowed = format!("0 < E < 1, and at least twice --tolerance, {accuracy:e}");
+        return Err(error.value(bad).allowed(allowed));
     }
     wanted.sort_by(f64::total_cmp);
     wanted.dedup();

@@ -191,7 +191,7 @@ fn streamed(opened: &Opened, ask: &Ask<'_>, start: Instant) -> Result<Reply, Err
         other => other?,
     };
     let broken = counts.stopped.then(|| format!("interrupted; {} readings were answered", counts.lines));
-    Ok(Reply { broken, ..reply(String::new(), None, Vec::new(), &counts, opened, start) })
+    Ok(Reply { broken, ..reply(String::new(), &counts, opened, start) })
 }
 
 /// Readings of a file or of a stream.
@@ -305,21 +305,16 @@ fn filed(args: &Locate, path: &Path, opened: &Opened, ask: &Ask<'_>, start: Inst
             "seconds": { "total": start.elapsed().as_secs_f64() },
         }),
     );
-    folder.run_json(&document)?;
-    let written = folder.finish()?;
-    let files = written.files;
     let words: Vec<String> = counts.status.iter().map(|(w, n)| format!("{n} {w}")).collect();
     let words = if words.is_empty() { "none".to_owned() } else { words.join(", ") };
-    let (n, by, wrote, time) =
-        (counts.lines, &opened.by, super::listed(&files), start.elapsed().as_secs_f64());
-    let text = format!("{n} readings located by {by}: {words}\nwrote {wrote} in {time:.2} s\n");
+    let text = format!("{} readings located by {}: {words}\n", counts.lines, opened.by);
     let kept =
         || format!("interrupted; the answers to {} readings are kept in {}", counts.lines, out.display());
     let broken = counts.stopped.then(kept);
-    let reply = Reply { broken, ..reply(text, Some(out), files, &counts, opened, start) };
+    let reply = Reply { broken, ..reply(text, &counts, opened, start) };
+    let reply = reply.filed(folder, &document, (out, start))?;
     // A long table is not read again for a sentence.
-    let reply = if counts.lines <= ANSWERED { reply.answered() } else { reply };
-    Ok(reply.removing(&written.removed))
+    Ok(if counts.lines <= ANSWERED { reply.answered() } else { reply })
 }
 
 fn open(path: &Path) -> Result<File, Error> {
@@ -339,18 +334,9 @@ fn counted(counts: &stream::Counts) -> Value {
     json!({ "readings": counts.lines, "zero_readings": counts.zeros, "status": counts.status })
 }
 
-fn reply(
-    text: String,
-    out: Option<PathBuf>,
-    files: Vec<PathBuf>,
-    counts: &stream::Counts,
-    opened: &Opened,
-    start: Instant,
-) -> Reply {
+fn reply(text: String, counts: &stream::Counts, opened: &Opened, start: Instant) -> Reply {
     Reply {
         text,
-        out,
-        files,
         counts: counted(counts),
         seconds: json!({ "total": start.elapsed().as_secs_f64() }),
         result: json!({ "estimator": opened.by }),
@@ -364,5 +350,5 @@ fn planned(opened: &Opened, readings: Option<&Path>) -> Reply {
         "would locate readings of {from} by {}, calibrated on {}; nothing was run\n",
         opened.by, opened.data
     );
-    reply(text, None, Vec::new(), &stream::Counts::default(), opened, Instant::now())
+    reply(text, &stream::Counts::default(), opened, Instant::now())
 }

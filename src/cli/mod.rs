@@ -20,7 +20,6 @@ mod kept;
 mod lines;
 mod locate;
 mod merge;
-mod needed;
 mod new;
 mod next;
 mod number;
@@ -45,6 +44,7 @@ use std::path::{Path, PathBuf};
 use clap::{CommandFactory, FromArgMatches};
 
 use args::{Args, Command};
+use serde_json::Value;
 use vibrissa::scene::Spec;
 use vibrissa::{backend, kernel::gpu};
 
@@ -75,6 +75,14 @@ fn in_force(spec: &Spec) -> String {
         format!("  {key} = {value}{}\n", if *written { "" } else { "    (default)" })
     };
     spec.in_force.iter().map(line).collect()
+}
+
+/// `result` with what was left off in it, where that was asked for.
+fn with_model_error(mut result: Value, model_error: Option<&(Value, String)>) -> Value {
+    if let Some((told, _)) = model_error {
+        result["model_error"] = told.clone();
+    }
+    result
 }
 
 /// Where a command writes: what was typed or stands in the spec, else `results/<name>` for a sweep and

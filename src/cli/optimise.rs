@@ -26,7 +26,6 @@ use vibrissa::{files, spec};
 use super::args::Optimise;
 use super::calibrate::begun;
 use super::interrupt;
-use super::needed;
 use super::number::{grouped, rough};
 use super::reply::Reply;
 use super::say;
@@ -76,7 +75,7 @@ pub fn run(args: &Optimise) -> Result<Reply, Error> {
         counts: write::counts(&report),
         seconds: write::seconds(&report),
         backend: json!(report.backends[0]),
-        result: needed::with_model_error(write::result(&spec, &search, &report), report.model_error.as_ref()),
+        result: super::with_model_error(write::result(&spec, &search, &report), report.model_error.as_ref()),
         broken: (report.ended == Ended::Interrupted || interrupt::asked()).then(|| KEPT.to_owned()),
         files: report.files,
         quiet,

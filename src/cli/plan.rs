@@ -181,12 +181,10 @@ fn summary(plan: &Planned, drive: Drive) -> String {
     let _ = writeln!(text, "positions, mm (taps at each): {}", list(plan.positions()));
     let named = if unit.trim() == "mm" { "mm" } else { "degrees" };
     let _ = writeln!(text, "{symbol}, {named} (taps by each): {}", list(plan.by_drive()));
-    let more: Vec<String> = plan
-        .path
-        .iter()
-        .filter(|(n, _)| *n > plan.taps.len() && (*n - plan.taps.len()).is_power_of_two())
-        .map(|(n, sigma)| format!("{} more {} mm", n - plan.taps.len(), short(*sigma)))
-        .collect();
+    let beyond_plan =
+        plan.path.iter().filter_map(|(n, sigma)| Some((n.checked_sub(plan.taps.len())?, sigma)));
+    let doubling = beyond_plan.filter(|(more, _)| more.is_power_of_two());
+    let more: Vec<String> = doubling.map(|(n, sigma)| format!("{n} more {} mm", short(*sigma))).collect();
     let _ = writeln!(text, "what further taps would bring: {}", more.join(", "));
     let [[a0, a1], [u0, u1]] = plan.ends;
     let beyond = |a: f64, u: f64| !((a0..=a1).contains(&a) && (u0..=u1).contains(&u));

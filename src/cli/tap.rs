@@ -17,7 +17,6 @@ use vibrissa::{files, spec};
 
 use super::args::{Tap, TapObjective};
 use super::calibrate::begun;
-use super::needed;
 use super::reply::Reply;
 use super::say;
 use super::sweep::where_and_why;
@@ -74,7 +73,7 @@ pub fn run(args: &Tap) -> Result<Reply, Error> {
         counts: json!({ "evaluations": report.evaluations, "rows": report.curve.len() }),
         seconds: json!({ "total": report.seconds }),
         backend: json!(report.backend),
-        result: needed::with_model_error(result, report.model_error.as_ref()),
+        result: super::with_model_error(result, report.model_error.as_ref()),
         files: report.files,
         quiet,
         ..Reply::default()

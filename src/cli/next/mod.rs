@@ -135,11 +135,8 @@ fn read(
         }
         None if objects.len() > 1 => {
             let error = InputError::new("these are taps of several objects").at(label.clone(), None);
-            return Err(error
-                .key(args.object.as_deref().unwrap_or(NAME))
-                .value(shown(&objects))
-                .allowed("--only WORD: one of them")
-                .into());
+            let error = error.key(args.object.as_deref().unwrap_or(NAME)).value(shown(&objects));
+            return Err(error.allowed("--only WORD: one of them").into());
         }
         only => only.clone(),
     };
