@@ -230,8 +230,8 @@ fn best(
     {
         limited_by = LimitedBy::Friction;
     }
-    Ok(Report {
-        why: write::why(setup, &optimum, &unconstrained, limited_by, at_bound, ends, objective),
+    let mut report = Report {
+        why: String::new(),
         curve: samples,
         optimum,
         unconstrained,
@@ -244,23 +244,22 @@ fn best(
         model_error: None,
         files: Vec::new(),
         removed: Vec::new(),
-    })
+    };
+    report.why = write::why(setup, &report, ends, objective);
+    Ok(report)
 }
 
 /// A search without variables: what a score of the curve needs.
 fn search(setup: &Setup, objective: Objective) -> Search {
+    let strain = setup.gauge.strain_limit;
+    let limits = Limits { strain, force: None, unambiguous: false, tip_not_wider: false };
     Search {
         objective,
         weights: [1.0; 2],
         seed: 0,
         budget: Budget::default(),
         variables: Vec::new(),
-        limits: Limits {
-            strain: setup.gauge.strain_limit,
-            force: None,
-            unambiguous: false,
-            tip_not_wider: false,
-        },
+        limits,
         robust: None,
         places: Places::default(),
     }
