@@ -49,15 +49,12 @@ pub(super) fn satisfiable(axes: &[AxisItem<'_>; COLUMNS]) -> Result<()> {
             format!("the whisker is too short to be touched at a = {a} mm: its largest L_a is {longest} mm");
         return item.refuse(message, format!("0 < a ≤ {longest} mm"));
     }
-    if let Some((x, item)) = place.first_where(first, |x| !fits(x + shortest, longest)) {
+    let begins = place.first_where(first, |x| !fits(x + shortest, longest));
+    let begins = begins.map(|(x, item)| (x, shortest, item));
+    let ends = || grid.first_where(shortest, |l| !fits(first + l, longest));
+    if let Some((x, l, item)) = begins.or_else(|| ends().map(|(l, item)| (first, l, item))) {
         let message = format!(
-            "the gauge ends beyond the whisker: x_ss + l = {x} + {shortest} mm, but its largest L_a is {longest} mm"
-        );
-        return item.refuse(message, format!("x_ss + l ≤ {longest} mm"));
-    }
-    if let Some((l, item)) = grid.first_where(shortest, |l| !fits(first + l, longest)) {
-        let message = format!(
-            "the gauge ends beyond the whisker: x_ss + l = {first} + {l} mm, but its largest L_a is {longest} mm"
+            "the gauge ends beyond the whisker: x_ss + l = {x} + {l} mm, but its largest L_a is {longest} mm"
         );
         return item.refuse(message, format!("x_ss + l ≤ {longest} mm"));
     }

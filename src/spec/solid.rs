@@ -152,7 +152,8 @@ pub(super) fn doubts(sections: &Sections<'_>, spec: &Spec) -> Vec<String> {
     let held = model.clamp != Clamp::Rigid;
     let mut say = |on: bool, what: &str| all.extend(on.then(|| format!("{what} (docs/model.md §8)")));
     // A rig that is read from a calibration has no distances of its own.
-    let near = a[0] < 1.8 * base[1] && sections.section("tap").written("a").is_some();
+    let tapped = sections.section("tap").written("a").is_some();
+    let near = tapped && a[0] < 1.8 * base[1];
     say(
         held && near,
         "[model] clamp has been tested for contacts of at least 1.8 D: nearer ones may be off by some percent",
@@ -179,7 +180,7 @@ pub(super) fn doubts(sections: &Sections<'_>, spec: &Spec) -> Vec<String> {
         model.indentation && !(poles[0]..=poles[1]).contains(&model.pole_radius),
         "[model] indentation has been tested for pole radii of 0.3 to 3 times that of the whisker at the contact",
     );
-    let over = sections.section("tap").written("a").is_some() && a[0] - place[1] < 1.2 * base[1];
+    let over = tapped && a[0] - place[1] < 1.2 * base[1];
     say(
         model.distorting && over,
         "[model] section = \"distorting\" has been tested for contacts of at least 1.2 D beyond x_ss: nearer ones may be off by some percent",
@@ -192,10 +193,7 @@ pub(super) fn doubts(sections: &Sections<'_>, spec: &Spec) -> Vec<String> {
         model.distorting && near.is_finite() && place[0] < near * base[1],
         "[model] section = \"distorting\" has been tested for gauges that begin at least 0.24 D from a bonded clamp, 0.45 D from a glued one",
     );
-    let tap = sections.section("tap");
-    if tap.written("a").is_some()
-        && let Some(drive) = ends(spec, Column::Drive)
-    {
+    if tapped && let Some(drive) = ends(spec, Column::Drive) {
         let [least, most] = match spec.study.setup.drive {
             Drive::Angle => drive,
             Drive::Displacement => [drive[0] / a[1], drive[1] / a[0]].map(|x| x.atan().to_degrees()),
@@ -213,7 +211,7 @@ pub(super) fn doubts(sections: &Sections<'_>, spec: &Spec) -> Vec<String> {
         if let Some(grid) = ends(spec, Column::GridLength) {
             let [begins, stops] = [place[0] + 0.5 * grid[0] - half, place[1] + 0.5 * grid[1] + half];
             say(
-                tap.written("a").is_some() && a[0] < stops + base[1],
+                tapped && a[0] < stops + base[1],
                 "[gauge] foil has been tested for contacts of at least 1 D beyond its end",
             );
             say(
