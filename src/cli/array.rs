@@ -22,12 +22,7 @@ use super::say;
 pub fn run(args: &Locate, array: &Path) -> Result<Reply, Error> {
     let start = Instant::now();
     let options = args.common.over(&RunOptions::default());
-    let quiet = args.common.quiet;
-    let warn = |text: &str| {
-        if !quiet {
-            say::warning(text)
-        }
-    };
+    let warn = say::unless(args.common.quiet);
     // The first of the two files is the readings where the array names the calibrations.
     let readings = match (&args.calibration, &args.readings) {
         (Some(readings), None) => readings,
@@ -38,16 +33,12 @@ pub fn run(args: &Locate, array: &Path) -> Result<Reply, Error> {
     };
     let described = Array::read(array)?;
     let bytes = Data::load(readings)?;
-    let stem = readings.file_stem().map_or_else(|| "readings".into(), |s| s.to_string_lossy().into_owned());
+    let stem = super::stem(readings, "readings");
     let out = super::folder(args.common.out.as_ref(), &stem, "locate");
     let names: Vec<&str> = described.mounts.iter().map(|m| m.name.as_str()).collect();
     if options.plan == Some(true) {
-        let text = format!(
-            "would locate readings of {} by {}; nothing was run\n",
-            readings.display(),
-            names.join(", ")
-        );
-        return Ok(Reply { text, out: Some(out), ..Reply::default() });
+        let (file, by) = (readings.display(), names.join(", "));
+        return Ok(Reply::planned(out, |_| format!("would locate readings of {file} by {by}")));
     }
     let columns = args.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
     let (mut whiskers, mut sums, mut inputs) =
@@ -93,13 +84,12 @@ pub fn run(args: &Locate, array: &Path) -> Result<Reply, Error> {
         "readings": { "file": file, "hash": digest },
         "counts": counts, "seconds": seconds,
     });
-    folder.run_json(&run_json::document("locate", json!({ "name": stem, "hash": identity }), body))?;
-    let written = folder.finish()?;
+    let document = run_json::document("locate", json!({ "name": stem, "hash": identity }), body);
     let words: Vec<String> = answered.status.iter().map(|(w, n)| format!("{n} {w}")).collect();
     let text =
         format!("{} readings of {} whiskers located: {}\n", answered.rows, whiskers.len(), words.join(", "));
     let result = json!({ "whiskers": names });
-    Ok(Reply { text, counts, seconds, result, ..Reply::default() }.written(out, written, start))
+    Reply { text, counts, seconds, result, ..Reply::default() }.filed(folder, &document, (out, start))
 }
 
 fn misused(value: &str, message: &str) -> InputError {

@@ -33,11 +33,8 @@ pub fn run(args: &Bench) -> Result<Reply, Error> {
     if let Some(t) = options.tolerance {
         let least = smallest_tolerance(options.precision.unwrap_or(Precision::F64));
         if !(least..1.0).contains(&t) {
-            return Err(InputError::new("no kernel keeps such a tolerance")
-                .key("--tolerance")
-                .value(t)
-                .allowed(format!("{least:e} … 1 (exclusive)"))
-                .into());
+            let error = InputError::new("no kernel keeps such a tolerance").key("--tolerance").value(t);
+            return Err(error.allowed(format!("{least:e} … 1 (exclusive)")).into());
         }
     }
     let mut places = places(&options)?;
@@ -61,9 +58,7 @@ pub fn run(args: &Bench) -> Result<Reply, Error> {
     let stopped = (done < steps).then_some([done, steps]);
     let kept = stopped.is_none() || (!measured.is_empty() && (force || !kept::is_whole(folder.older())));
     let noise = Noise::of(&measured, &places);
-    if let Some(warning) = noise.warning().filter(|_| !quiet) {
-        say::warning(warning);
-    }
+    say::warnings(quiet, noise.warning());
     let mut text = summary(&measured, &places);
     let (mut files, mut removed) = (Vec::new(), Vec::new());
     if kept {
@@ -134,66 +129,45 @@ fn backends(places: &[Place]) -> Value {
 
 fn planned(settings: &Settings, places: &[Place], out: PathBuf) -> Reply {
     let (steps, taps, seconds) = (settings.steps(places), settings.taps(places), settings.seconds(places));
-    let names = |list: Vec<&str>| list.join(", ");
-    let mut text = String::new();
-    let kind = if settings.quick { "quick benchmark" } else { "benchmark" };
-    let _ = writeln!(
-        text,
-        "{kind}: {steps} measurements, about {} taps, about {} s",
-        rough(taps as f64),
-        rough(seconds)
-    );
-    let _ = writeln!(text, "  backends        {}", names(places.iter().map(|p| p.name.as_str()).collect()));
-    let configurations = settings.configurations.iter().map(|c| c.name).collect();
-    let _ = writeln!(text, "  configurations  {}", names(configurations));
-    let _ = writeln!(text, "  taps compared   {} with the reference, each", settings.compared);
-    let _ = writeln!(text, "  taps timed      {}, {} times", settings.timed, settings.repeats);
-    let _ = writeln!(text, "  whole sweeps    {:?} taps", settings.sizes);
-    let _ = writeln!(text, "  threads         {:?}", settings.threads);
-    let _ = writeln!(text, "  tables, figures and run.json go to {}; nothing was run", out.display());
+    let (about, time) = (rough(taps as f64), rough(seconds));
+    let on = places.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
+    let of = settings.configurations.iter().map(|c| c.name).collect::<Vec<_>>().join(", ");
+    let Settings { quick, compared, timed, repeats, sizes, threads, .. } = settings;
+    let kind = if *quick { "quick benchmark" } else { "benchmark" };
     Reply {
-        text,
-        out: Some(out),
         counts: json!({ "measurements": steps, "taps": taps }),
         seconds: json!({ "expected": seconds }),
         backend: backends(places),
         result: settings.json(),
-        ..Reply::default()
+        ..Reply::planned(out, |to| {
+            format!(
+                "{kind}: {steps} measurements, about {about} taps, about {time} s\n  \
+                 backends        {on}\n  \
+                 configurations  {of}\n  \
+                 taps compared   {compared} with the reference, each\n  \
+                 taps timed      {timed}, {repeats} times\n  \
+                 whole sweeps    {sizes:?} taps\n  \
+                 threads         {threads:?}\n  \
+                 tables, figures and run.json go to {to}"
+            )
+        })
     }
 }
 
 /// The ladder at every tolerance, in one line each.
 fn summary(m: &Measured, places: &[Place]) -> String {
-    let mut text = String::new();
-    let _ = writeln!(
-        text,
-        "{:<15} {:<14} {:<12} {:>9} {:>11} {:>7} {:>10} {:>9} {:>9} {:>7}",
-        "configuration",
-        "backend",
-        "kernel",
-        "tolerance",
-        "ns per tap",
-        "spread",
-        "taps/s",
-        "p99",
-        "worst",
-        "failed"
-    );
+    let mut text = "configuration   backend        kernel       tolerance  ns per tap  spread     taps/s       p99     worst  failed\n".to_owned();
     for p in m.points.iter().filter(|p| !matches!(p.solved, Solved::Nodes(_))) {
         let number = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x:.1e}"));
+        let (name, backend, kernel, failed) =
+            (p.configuration, &places[p.place].name, p.solved.name(), p.failed);
+        let tolerance = p.tolerance.map_or(String::new(), |t| format!("{t:e}"));
+        let (ns, rate) = (p.whole.best, 1e9 / p.whole.best);
+        let spread = p.whole.spread.map_or(String::new(), |s| format!("{:.0} %", 100.0 * s));
+        let [p99, worst] = [p.errors.map(|e| e.p99), p.errors.map(|e| e.worst)].map(number);
         let _ = writeln!(
             text,
-            "{:<15} {:<14} {:<12} {:>9} {:>11.1} {:>7} {:>10.2e} {:>9} {:>9} {:>7}",
-            p.configuration,
-            places[p.place].name,
-            p.solved.name(),
-            p.tolerance.map_or(String::new(), |t| format!("{t:e}")),
-            p.whole.best,
-            p.whole.spread.map_or(String::new(), |s| format!("{:.0} %", 100.0 * s)),
-            1e9 / p.whole.best,
-            number(p.errors.map(|e| e.p99)),
-            number(p.errors.map(|e| e.worst)),
-            p.failed,
+            "{name:<15} {backend:<14} {kernel:<12} {tolerance:>9} {ns:>11.1} {spread:>7} {rate:>10.2e} {p99:>9} {worst:>9} {failed:>7}"
         );
     }
     text.push_str(

@@ -90,8 +90,7 @@ fn explained(columns: &[RankBy], by: RankBy, silent: bool) -> String {
         text += ", noise_rms_mm what the noise of the gauge adds, total_rms_mm both in quadrature";
     }
     if silent {
-        let _ = write!(
-            text,
+        text += &format!(
             "\n{} holds no noise: `by = \"total_rms_mm\"` in [output] ranks by bias and noise",
             by.name()
         );

@@ -24,11 +24,7 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
     let columns = args.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
     let columns = args.run.iter().fold(columns, |names, run| names.with_run(run));
     let label = args.data.display().to_string();
-    let said = match (args.theta, args.delta) {
-        (Some(_), _) => Some(Drive::Angle),
-        (None, Some(_)) => Some(Drive::Displacement),
-        (None, None) => None,
-    };
+    let said = args.theta.map(|_| Drive::Angle).or(args.delta.map(|_| Drive::Displacement));
     let channels = |path: &PathBuf| {
         several::whisker(|drive| Rig::read_with(path, drive), (&label, &bytes, &columns), said)
     };
@@ -42,24 +38,15 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
     let options = asked.run.clone();
     let quiet = options.quiet == Some(true);
     if options.plan == Some(true) {
-        return Ok(planned(&data, &spec, &out));
+        return Ok(planned(&data, &spec, out));
     }
-    if !quiet {
-        spec.warnings.iter().for_each(say::warning);
-    }
+    say::warnings(quiet, &spec.warnings);
     let mut folder = Folder::open(&out, question, &output::FILES, options.force == Some(true))?;
     let found = calibrate::calibrate(&data, &rig, &asked)?;
-    if !quiet {
-        found.warnings.iter().for_each(say::warning);
-    }
+    say::warnings(quiet, &found.warnings);
     let label = out.join("calibration.toml").display().to_string();
     let locator = Locator::new(&found.calibration, &label, None, &opener(&options))?;
-    let refused = match exported(args, &found.calibration, &locator, &options, &mut folder) {
-        Err(Error::Input(e)) => {
-            Some(InputError { message: format!("{} (the calibration is written)", e.message), ..e })
-        }
-        other => other.map(|()| None)?,
-    };
+    let refused = beside(exported(args, &found.calibration, &locator, &options, &mut folder))?;
     let covered = coverage::coverage(&found);
     let result = report::result(&found, &rig, &covered);
     let counts = report::counts(&found, &data);
@@ -94,8 +81,7 @@ pub(super) fn begin(
     let fit = report::named_parameters(&args.fit, kind)?;
     let digest = hash_bytes(bytes)?;
     let identity = hash(&format!("{digest}\n{}\n{:?}{:?}{:?}", spec.text, args.theta, args.delta, args.fit));
-    let stem =
-        args.data.file_stem().map_or_else(|| "calibration".into(), |s| s.to_string_lossy().into_owned());
+    let stem = super::stem(&args.data, "calibration");
     let out = super::folder(run.out.as_ref(), &stem, "calibrate");
     let of = json!({ "data": digest, "theta": format!("{:?}", args.theta), "delta": format!("{:?}", args.delta), "fit": args.fit, "columns": args.columns, "run": args.run, "group": args.group, "export": export_names(args), "taps": args.taps, "estimator": args.estimator.map(|e| e.name()) });
     let mut question = Question { name: stem, ..Question::of_scene("calibrate", spec, of) };
@@ -103,6 +89,16 @@ pub(super) fn begin(
     let group = calibrate::widths(&args.group)?;
     let asked = Options { drive: args.theta.or(args.delta), group, fit, run, hash: digest };
     Ok(Begun { asked, identity, out, question })
+}
+
+/// Why there is no exported program: the calibration is written also where none can be made of it.
+pub(super) fn beside(exported: Result<(), Error>) -> Result<Option<InputError>, Error> {
+    match exported {
+        Err(Error::Input(e)) => {
+            Ok(Some(InputError { message: format!("{} (the calibration is written)", e.message), ..e }))
+        }
+        other => other.map(|()| None),
+    }
 }
 
 /// Writes the files of `--export`, if there are any: `calibration` as `--estimator` answers, or as `won`, the one that it chose.
@@ -158,21 +154,22 @@ pub(super) fn prepared(common: &Common, spec: &Spec) -> Result<RunOptions, Error
     Ok(options)
 }
 
-fn planned(data: &Data, spec: &Spec, out: &std::path::Path) -> Reply {
-    let text = format!(
-        "{}: {} rows, {}, {}; whisker {}; would write to {}; nothing was run\n",
-        data.file,
-        data.rows.len(),
-        data.drive.map_or("no drive column", Drive::column),
-        data.unit.column(),
-        spec.name,
-        out.display()
-    );
+/// As [`prepared`], and tells the warnings about `spec`; whether the command is to be quiet.
+pub(super) fn begun(common: &Common, spec: &Spec) -> Result<(RunOptions, bool), Error> {
+    let options = prepared(common, spec)?;
+    let quiet = options.quiet == Some(true);
+    say::warnings(quiet, &spec.warnings);
+    Ok((options, quiet))
+}
+
+fn planned(data: &Data, spec: &Spec, out: PathBuf) -> Reply {
+    let (file, name, rows, signal) = (&data.file, &spec.name, data.rows.len(), data.unit.column());
+    let drive = data.drive.map_or("no drive column", Drive::column);
     Reply {
-        text,
-        out: Some(out.to_owned()),
-        counts: json!({ "rows": data.rows.len() }),
-        result: json!({ "in_force": run_json::in_force(spec), "signal": data.unit.column() }),
-        ..Reply::default()
+        counts: json!({ "rows": rows }),
+        result: json!({ "in_force": run_json::in_force(spec), "signal": signal }),
+        ..Reply::planned(out, |to| {
+            format!("{file}: {rows} rows, {drive}, {signal}; whisker {name}; would write to {to}")
+        })
     }
 }

@@ -23,10 +23,8 @@ pub fn run(args: &Cite) -> Result<Reply, Error> {
     let version = text(&run["version"]).unwrap_or_else(|| VERSION.to_owned());
     let commit = text(&run["commit"]).map_or(String::new(), |commit| format!(", commit {commit}"));
     let backend = &run["backend"];
-    let on: Vec<String> = [text(&backend["name"]), text(&backend["adapter"]), text(&backend["precision"])]
-        .into_iter()
-        .flatten()
-        .collect();
+    let on = ["name", "adapter", "precision"].into_iter().filter_map(|key| text(&backend[key]));
+    let on: Vec<String> = on.collect();
     let on = if on.is_empty() { String::new() } else { format!(" on {}", on.join(", ")) };
     let tolerance = backend["tolerance"].as_f64().map_or(String::new(), |t| format!(", tolerance {t:e}"));
     let result = format!(

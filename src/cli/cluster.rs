@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use vibrissa::backend::Choice;
 use vibrissa::error::{Error, InputError};
 use vibrissa::plan::Plan;
-use vibrissa::scene::RunOptions;
+use vibrissa::scene::{BackendChoice, Precision, RunOptions};
 use vibrissa::sink::folder::{Folder, Question, Written};
 use vibrissa::sink::run_json;
 use vibrissa::sink::shard::Shard;
@@ -37,18 +37,12 @@ pub fn run(args: &Cluster) -> Result<Reply, Error> {
         vibrissa::sweep::whole(Some(Shard { index: 1, of: args.shards }), &spec.study)?;
     }
     // What is computed here is nothing; on which machine, the scripts leave open.
-    let choice = Choice::new(&RunOptions {
-        backend: Some(vibrissa::scene::BackendChoice::Cpu),
-        ..RunOptions::default()
-    })?;
+    let choice = Choice::new(&RunOptions { backend: Some(BackendChoice::Cpu), ..RunOptions::default() })?;
     let plan = Plan::new(&spec.study, &choice)?;
     let out = super::folder(args.common.out.as_ref(), &spec.name, "cluster");
     if u64::from(args.shards) > plan.designs {
-        say::warning(format_args!(
-            "{} of {} parts will have no design",
-            u64::from(args.shards) - plan.designs,
-            args.shards
-        ));
+        let (idle, parts) = (u64::from(args.shards) - plan.designs, args.shards);
+        say::warning(format_args!("{idle} of {parts} parts will have no design"));
     }
     if args.shards > ARRAY {
         say::warning(format_args!(
@@ -82,17 +76,14 @@ pub fn run(args: &Cluster) -> Result<Reply, Error> {
     let body = json!({ "in_force": Value::Null, "seconds": { "total": 0.0 }, "cluster": asked });
     folder.run_json(&run_json::document("cluster", run_json::spec(&spec), body))?;
     let Written { files, removed, .. } = folder.finish()?;
-    let each = plan.taps as f64 / f64::from(args.shards);
+    let [taps, designs, parts] = [plan.taps, plan.designs, args.shards.into()].map(grouped);
+    let (each, wrote) = (rough(plan.taps as f64 / f64::from(args.shards)), listed(&files));
+    let submit = out.join("submit.sh");
+    let bash = quoted(&submit)?;
     let text = format!(
-        "{} taps of {} designs in {} parts, about {} taps each\nwrote {}\nlook at time, memory and partition in part.sbatch, then: bash {}\n",
-        grouped(plan.taps),
-        grouped(plan.designs),
-        grouped(args.shards.into()),
-        rough(each),
-        listed(&files),
-        quoted(&out.join("submit.sh"))?,
+        "{taps} taps of {designs} designs in {parts} parts, about {each} taps each\nwrote {wrote}\nlook at time, memory and partition in part.sbatch, then: bash {bash}\n"
     );
-    let result = json!({ "submit": out.join("submit.sh").display().to_string(), "merged": whole.display().to_string() });
+    let result = json!({ "submit": submit.display().to_string(), "merged": whole.display().to_string() });
     Ok(Reply { text, out: Some(out), files, result, quiet: options.quiet == Some(true), ..Reply::default() }
         .removing(&removed))
 }
@@ -102,20 +93,16 @@ fn flags(common: &super::args::Common, whole: &Path) -> Result<String, Error> {
     let mut text = format!(" --out {}", quoted(whole)?);
     let word =
         |flag: &str, value: Option<String>| value.map_or(String::new(), |value| format!(" --{flag} {value}"));
-    let name = |words: &[(&'static str, vibrissa::scene::BackendChoice, &str)], b| {
-        words.iter().find(|(_, choice, _)| *choice == b).map(|(name, ..)| (*name).to_owned())
-    };
-    text += &word("backend", common.backend.and_then(|b| name(&vibrissa::scene::BackendChoice::WORDS, b)));
+    text += &word("backend", common.backend.and_then(|b| name(&BackendChoice::WORDS, b)));
     text += &word("adapter", common.adapter.as_deref().map(|a| quoted(Path::new(a))).transpose()?);
-    let precision = |p| {
-        vibrissa::scene::Precision::WORDS
-            .iter()
-            .find(|(_, q, _)| *q == p)
-            .map(|(name, ..)| (*name).to_owned())
-    };
-    text += &word("precision", common.precision.and_then(precision));
+    text += &word("precision", common.precision.and_then(|p| name(&Precision::WORDS, p)));
     text += &word("tolerance", common.tolerance.map(|t| format!("{t:e}")));
     Ok(text)
+}
+
+/// The one of `words` that says `of`.
+fn name<T: PartialEq>(words: &[(&str, T, &str)], of: T) -> Option<String> {
+    words.iter().find(|(_, choice, _)| *choice == of).map(|(name, ..)| (*name).to_owned())
 }
 
 /// `template` with each mark replaced by its value, in one pass: what stands in a value is no mark.
@@ -124,10 +111,8 @@ fn filled(template: &str, marks: &[(&str, String)]) -> String {
     while let Some(at) = rest.find('@') {
         text += &rest[..at];
         rest = &rest[at..];
-        let (mark, value) = marks
-            .iter()
-            .find(|(mark, _)| rest.starts_with(mark))
-            .map_or(("@", "@"), |(mark, value)| (*mark, value.as_str()));
+        let found = marks.iter().find(|(mark, _)| rest.starts_with(mark));
+        let (mark, value) = found.map_or(("@", "@"), |(mark, value)| (*mark, value.as_str()));
         text += value;
         rest = &rest[mark.len()..];
     }

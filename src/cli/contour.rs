@@ -28,27 +28,18 @@ use super::say;
 pub fn run(args: &Contour) -> Result<Reply, Error> {
     let start = Instant::now();
     let options = args.common.over(&RunOptions::default());
-    let quiet = args.common.quiet;
-    let warn = |text: &str| {
-        if !quiet {
-            say::warning(text)
-        }
-    };
+    let warn = say::unless(args.common.quiet);
     let noise = Noise::said(args.angle_noise, args.base_noise, args.touch_noise)?;
     let asked = TraceOptions { noise, surface: args.contact, taps: args.taps, kind: args.curve };
     let columns = args.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
     let bytes = Data::load(&args.data)?;
     let calibration = Calibration::read(&args.calibration, args.common.force)?;
     let truth = args.truth.as_deref().map(Strokes::read).transpose()?.map(|s| s.object);
-    let stem = args.data.file_stem().map_or_else(|| "points".into(), |s| s.to_string_lossy().into_owned());
+    let stem = super::stem(&args.data, "points");
     let out = super::folder(args.common.out.as_ref(), &stem, "contour");
     if options.plan == Some(true) {
-        let text = format!(
-            "would trace the points of {} to {}; nothing was run\n",
-            args.data.display(),
-            out.display()
-        );
-        return Ok(Reply { text, out: Some(out), ..Reply::default() });
+        let data = args.data.display();
+        return Ok(Reply::planned(out, |to| format!("would trace the points of {data} to {to}")));
     }
     super::sweep::threads(&options)?;
     let label = |path: &Path| path.display().to_string();
@@ -69,89 +60,66 @@ pub fn run(args: &Contour) -> Result<Reply, Error> {
     let mut folder = Folder::open(&out, question, &write::FILES, args.common.force)?;
     let figure = of_contour(&traced.points, &traced.curve, traced.kind(), &traced.outline)?;
     let drawn = figure::files(&figure, &Style::default(), &[Format::Svg])?;
-    let drawn = drawn.iter().map(|(_, bytes)| ("contour.svg", bytes));
-    for (name, bytes) in
-        [("points.csv", &traced.points), ("curve.csv", &traced.curve)].into_iter().chain(drawn)
-    {
-        folder.put(name, bytes)?;
-    }
+    folder.put("points.csv", &traced.points)?;
+    folder.put("curve.csv", &traced.curve)?;
+    drawn.iter().try_for_each(|(_, bytes)| folder.put("contour.svg", bytes))?;
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
-    folder.run_json(&traced.document(&stem, &seconds))?;
-    let written = folder.finish()?;
+    let document = traced.document(&stem, &seconds);
     let Traced { counts, result, .. } = &traced;
     let text = summary(&traced.trace, counts, result, traced.estimator);
     let reply = Reply { text, counts: counts.clone(), seconds, result: result.clone(), ..Reply::default() };
-    Ok(reply.written(out, written, start).answered())
+    Ok(reply.filed(folder, &document, (out, start))?.answered())
 }
 
 fn summary(trace: &Trace, counts: &Value, result: &Value, estimator: &str) -> String {
     let mut text = String::new();
+    let as_taps = trace.strokes.iter().filter(|s| s.sharp.is_none()).count();
     let strokes = match trace.strokes.len() {
         0 => String::new(),
-        n => format!(
-            ", {n} strokes, {} of them as taps",
-            trace.strokes.iter().filter(|s| s.sharp.is_none()).count()
-        ),
+        n => format!(", {n} strokes, {as_taps} of them as taps"),
     };
-    let _ = writeln!(
-        text,
-        "{} points of {} rows by {estimator}{strokes}; {} outliers",
-        counts["points"], counts["rows"], counts["outliers"]
-    );
+    let [points, rows, outliers] = ["points", "rows", "outliers"].map(|key| &counts[key]);
+    let _ = writeln!(text, "{points} points of {rows} rows by {estimator}{strokes}; {outliers} outliers");
     match &trace.curve {
         Err(why) => {
             let _ = writeln!(text, "no curve: {why}");
         }
         Ok(chosen) => {
             for j in &chosen.judged {
+                let (kind, rms, outliers, [more, or]) = (j.kind.word(), j.left_out_rms, j.outliers, j.more);
+                let drawn = if j.kind == chosen.kind { "  <- drawn" } else { "" };
                 let _ = writeln!(
                     text,
-                    "  {:7} {:9.4} mm rms of points left out, {} outliers, loss {:+.3} ± {:.3} to the best{}",
-                    j.kind.word(),
-                    j.left_out_rms,
-                    j.outliers,
-                    j.more[0],
-                    j.more[1],
-                    if j.kind == chosen.kind { "  <- drawn" } else { "" }
+                    "  {kind:7} {rms:9.4} mm rms of points left out, {outliers} outliers, loss {more:+.3} ± {or:.3} to the best{drawn}"
                 );
             }
             if let Curve::Point(spot) = &chosen.curve {
-                let [xx, _, yy] = spot.covariance.0;
-                let _ = writeln!(
-                    text,
-                    "  at ({:.4} ± {:.4}, {:.4} ± {:.4}) mm",
-                    spot.at[0],
-                    xx.sqrt(),
-                    spot.at[1],
-                    yy.sqrt()
-                );
+                let ([x, y], [xx, _, yy]) = (spot.at, spot.covariance.0.map(f64::sqrt));
+                let _ = writeln!(text, "  at ({x:.4} ± {xx:.4}, {y:.4} ± {yy:.4}) mm");
             }
             if let Curve::Arc(arc) = &chosen.curve
-                && let (Some((c, r)), Some((dc, dr))) = (arc.circle(), arc.circle_deviations())
+                && let (Some(([x, y], r)), Some(([dx, dy], dr))) = (arc.circle(), arc.circle_deviations())
             {
                 let _ = writeln!(
                     text,
-                    "  centre ({:.3} ± {:.3}, {:.3} ± {:.3}) mm, radius {r:.3} ± {dr:.3} mm",
-                    c[0], dc[0], c[1], dc[1]
+                    "  centre ({x:.3} ± {dx:.3}, {y:.3} ± {dy:.3}) mm, radius {r:.3} ± {dr:.3} mm"
                 );
             }
-            if chosen.scale > 1.5 {
+            let scale = chosen.scale;
+            if scale > 1.5 {
                 let _ = writeln!(
                     text,
-                    "  points are {:.1} times farther off than their standard deviations say; those of the curve are as much larger",
-                    chosen.scale
+                    "  points are {scale:.1} times farther off than their standard deviations say; those of the curve are as much larger"
                 );
             }
         }
     }
     if let Some(truth) = result.get("truth") {
         let mm = |key: &str| truth[key].as_f64().map_or("–".to_owned(), |x| format!("{x:.4} mm"));
+        let [points, curve, places] = ["points_rms_mm", "curve_rms_mm", "places_rms_mm"].map(mm);
         let _ = writeln!(
             text,
-            "  from the object itself: points {} rms, curve {} rms; from the places that were touched: points {} rms",
-            mm("points_rms_mm"),
-            mm("curve_rms_mm"),
-            mm("places_rms_mm")
+            "  from the object itself: points {points} rms, curve {curve} rms; from the places that were touched: points {places} rms"
         );
     }
     text

@@ -21,25 +21,16 @@ pub fn run(common: &Common) -> Result<Reply, Error> {
         let kind = if a.software { "software" } else { "hardware" };
         let _ = writeln!(text, "{}  ({kind}, {})", a.name, a.api);
         let _ = writeln!(text, "    driver        {}", a.driver);
-        let _ = writeln!(
-            text,
-            "    largest binding {} MiB, {} workgroups a dimension",
-            a.max_binding >> 20,
-            a.max_workgroups
-        );
+        let (size, groups) = (a.max_binding >> 20, a.max_workgroups);
+        let _ = writeln!(text, "    largest binding {size} MiB, {groups} workgroups a dimension");
         let _ = writeln!(text, "    features      {}", a.features.join(", "));
     }
-    for why in &faults {
-        let _ = writeln!(text, "{why}");
-    }
+    text.extend(faults.iter().map(|why| format!("{why}\n")));
     if adapters.is_empty() && faults.is_empty() {
-        let _ = writeln!(
-            text,
-            "no Vulkan, Metal or DirectX 12 adapter (Debian: apt install mesa-vulkan-drivers)"
-        );
+        text += "no Vulkan, Metal or DirectX 12 adapter (Debian: apt install mesa-vulkan-drivers)\n";
     }
-    let _ =
-        writeln!(text, "CPU kernels  ({} threads, {})", rayon::current_num_threads(), Cpu::instructions());
+    let (threads, instructions) = (rayon::current_num_threads(), Cpu::instructions());
+    let _ = writeln!(text, "CPU kernels  ({threads} threads, {instructions})");
     let b = &choice.backend;
     let name = b.adapter.as_deref().unwrap_or(match b.name {
         "reference" => "the reference",

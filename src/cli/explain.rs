@@ -20,10 +20,8 @@ pub fn run(spec: &Spec, options: &RunOptions, leave_off: &[f64]) -> Result<Reply
     let start = Instant::now();
     if let Some(rigs) = &spec.study.setup.rigs {
         let names: Vec<&str> = rigs.properties.iter().map(|property| property.name()).collect();
-        let why = format!(
-            "what each effect changes is told of one rig, and {} have several values",
-            names.join(", ")
-        );
+        let names = names.join(", ");
+        let why = format!("what each effect changes is told of one rig, and {names} have several values");
         return Err(InputError::new(why).key("--explain").allowed("one number each").into());
     }
     let free = matches!(options.backend, None | Some(BackendChoice::Auto)) && options.adapter.is_none();
@@ -58,10 +56,9 @@ fn tolerances(typed: &[f64], accuracy: f64) -> Result<Vec<f64>, InputError> {
         typed.to_vec()
     };
     if let Some(bad) = wanted.iter().find(|t| !(**t > 0.0 && **t < 1.0 && **t >= 2.0 * accuracy)) {
-        return Err(InputError::new("effects cannot be judged at this tolerance")
-            .key("--leave-off")
-            .value(bad)
-            .allowed(format!("0 < E < 1, and at least twice --tolerance, {accuracy:e}")));
+        let error = InputError::new("effects cannot be judged at this tolerance").key("--leave-off");
+        let allowed = format!("0 < E < 1, and at least twice --tolerance, {accuracy:e}");
+        return Err(error.value(bad).allowed(allowed));
     }
     wanted.sort_by(f64::total_cmp);
     wanted.dedup();
@@ -135,31 +132,16 @@ fn numbers(c: &Change) -> Vec<String> {
 fn text(spec: &Spec, choice: &Choice, found: &Explanation) -> String {
     let mut text = String::new();
     let part = if found.taps as u64 == found.total { "all" } else { "spread over" };
+    let (name, on) = (&spec.name, where_and_why(&choice.backend));
+    let Explanation { taps, total, .. } = found;
     let _ = writeln!(
         text,
-        "{}: what each effect changes, in % of strain; {} taps ({part} {}), {}",
-        spec.name,
-        found.taps,
-        found.total,
-        where_and_why(&choice.backend)
+        "{name}: what each effect changes, in % of strain; {taps} taps ({part} {total}), {on}"
     );
-    let unit = spec.study.setup.drive.column();
-    let header = [
-        "effect",
-        "spec",
-        "instead",
-        "median",
-        "largest",
-        "at D_mm",
-        "d_mm",
-        "a_mm",
-        unit,
-        "calibrated",
-        "taps",
-        "leave off",
-        "",
-    ];
-    let mut rows = vec![header.map(str::to_owned).to_vec()];
+    let drive = spec.study.setup.drive.column();
+    let header =
+        format!("effect,spec,instead,median,largest,at D_mm,d_mm,a_mm,{drive},calibrated,taps,leave off,");
+    let mut rows = vec![header.split(',').map(str::to_owned).collect()];
     rows.extend(found.effects.iter().map(|e| row(e, found)));
     if let Some(change) = &found.linear {
         let mut row = vec!["all effects".to_owned(), "as above".into(), "linear theory".into()];
@@ -173,20 +155,15 @@ fn text(spec: &Spec, choice: &Choice, found: &Explanation) -> String {
          calibrated: what is left after calibration, the relative SD over the distances of a design and drive; worst row.\n",
     );
     for v in &found.verdicts {
-        let _ = match &v.together {
-            None => writeln!(text, "could be left off at {:e}: nothing", v.tolerance),
-            Some(c) => writeln!(
-                text,
-                "could be left off at {:e}: {}{}",
-                v.tolerance,
-                names(&v.effects),
-                match v.effects.len() {
+        let which = v.together.map_or("nothing".to_owned(), |c| {
+            names(&v.effects)
+                + &match v.effects.len() {
                     1 => String::new(),
                     _ if c.within(v.tolerance) => format!(" (together {} %)", percent(c.largest)),
                     _ => format!(" (each alone; together {} %, too much)", percent(c.largest)),
                 }
-            ),
-        };
+        });
+        let _ = writeln!(text, "could be left off at {:e}: {which}", v.tolerance);
     }
     text
 }

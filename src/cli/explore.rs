@@ -12,9 +12,8 @@ use vibrissa::sink::unfinished::Unfinished;
 use vibrissa::spec;
 
 use super::args::Explore;
-use super::calibrate::prepared;
+use super::calibrate::begun;
 use super::reply::Reply;
-use super::say;
 
 /// Where the page goes.
 const FILE: &str = "explore.html";
@@ -24,11 +23,7 @@ pub fn run(args: &Explore) -> Result<Reply, Error> {
     let start = Instant::now();
     let spec = spec::read(&args.spec)?;
     spec.one_rig()?;
-    let options = prepared(&args.common, &spec)?;
-    let quiet = options.quiet == Some(true);
-    if !quiet {
-        spec.warnings.iter().for_each(say::warning);
-    }
+    let (options, quiet) = begun(&args.common, &spec)?;
     let at = |e: Error| match e {
         Error::Input(e) if e.file.is_none() => {
             Error::Input(spec::placed(&args.spec.display().to_string(), &spec.text, e))
@@ -39,9 +34,7 @@ pub fn run(args: &Explore) -> Result<Reply, Error> {
     let out = options.out.clone().unwrap_or_else(|| PathBuf::from(FILE));
     free(&out, &spec.inputs, options.force == Some(true))?;
     if options.plan == Some(true) {
-        let text =
-            format!("{}: one chart to {tolerance:e}, as {}; nothing was run\n", spec.name, out.display());
-        return Ok(Reply { text, out: Some(out), ..Reply::default() });
+        return Ok(Reply::planned(out, |to| format!("{}: one chart to {tolerance:e}, as {to}", spec.name)));
     }
     let baked = bake(&spec, tolerance).map_err(at)?;
     let page = html(&document(&spec, &baked)?);
@@ -49,20 +42,15 @@ pub fn run(args: &Explore) -> Result<Reply, Error> {
     let (census, chart) = (baked.census, &baked.chart);
     let coefficients = chart.coefficients(spec.study.setup.signal);
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
+    let (signal, taps, error) = (spec.study.setup.signal.word(), census.taps, census.strain);
+    let outside = match census.outside {
+        0 => String::new(),
+        n => format!(", {n} more lie outside the chart"),
+    };
+    let (to, size, time) = (out.display(), page.len().div_ceil(1000), start.elapsed().as_secs_f64());
     let text = format!(
-        "one chart of every distance, {coefficients} coefficients; {} right to {:.1e} at {} whiskers of the ranges{}\n\
-         wrote {} ({} kB) in {:.2} s\n",
-        spec.study.setup.signal.word(),
-        census.strain,
-        census.taps,
-        if census.outside == 0 {
-            String::new()
-        } else {
-            format!(", {} more lie outside the chart", census.outside)
-        },
-        out.display(),
-        page.len().div_ceil(1000),
-        start.elapsed().as_secs_f64()
+        "one chart of every distance, {coefficients} coefficients; {signal} right to {error:.1e} at {taps} whiskers of the ranges{outside}\n\
+         wrote {to} ({size} kB) in {time:.2} s\n"
     );
     Ok(Reply {
         text,

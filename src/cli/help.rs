@@ -73,10 +73,8 @@ fn tell(topic: &str, part: Option<&str>) -> Result<String, InputError> {
 fn unknown(what: &str, word: &str, known: Vec<String>) -> InputError {
     let names: Vec<&str> = known.iter().map(String::as_str).collect();
     let hint = nearest(word, &names).map_or_else(String::new, |name| format!("; did you mean {name}?"));
-    InputError::new(format!("there is no such {what}{hint}"))
-        .key("help")
-        .value(word)
-        .allowed(names.join(", "))
+    let error = InputError::new(format!("there is no such {what}{hint}")).key("help");
+    error.value(word).allowed(names.join(", "))
 }
 
 fn commands() -> Vec<String> {

@@ -45,20 +45,13 @@ pub fn run(args: &Locate) -> Result<Reply, Error> {
     };
     pool.build_global().map_err(|e| Error::Run(e.to_string()))?;
     let opened = Opened::new(args, (path, &text), parsed, &options)?;
-    if !args.common.quiet {
-        opened.warnings.iter().for_each(say::warning);
-    }
+    say::warnings(args.common.quiet, &opened.warnings);
     if options.plan == Some(true) {
         return Ok(planned(&opened, readings));
     }
     // A stream is answered on stdout, unless that is taken by JSON or a folder is asked for.
     let columns = args.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
-    let quiet = args.common.quiet;
-    let warn = |text: &str| {
-        if !quiet {
-            say::warning(text)
-        }
-    };
+    let warn = say::unless(args.common.quiet);
     let zero = SaidZero::of(args.zero.as_ref(), [opened.who().first()])?;
     let by = by(args);
     let asked =
@@ -198,7 +191,7 @@ fn streamed(opened: &Opened, ask: &Ask<'_>, start: Instant) -> Result<Reply, Err
         other => other?,
     };
     let broken = counts.stopped.then(|| format!("interrupted; {} readings were answered", counts.lines));
-    Ok(Reply { broken, ..reply(String::new(), None, Vec::new(), &counts, opened, start) })
+    Ok(Reply { broken, ..reply(String::new(), &counts, opened, start) })
 }
 
 /// Readings of a file or of a stream.
@@ -274,13 +267,10 @@ fn read_zeros(
     unchanged(path, input, digest)?;
     ask.contradicted(&zero)?;
     if !wrong.is_empty() {
-        let shown: Vec<String> = wrong.iter().take(8).map(usize::to_string).collect();
-        let label = ask.label.unwrap_or("stdin");
-        (ask.warn)(&format!(
-            "{label}: {} zero readings are taps by their size and not used (lines {})",
-            wrong.len(),
-            shown.join(", ")
-        ));
+        let first: Vec<String> = wrong.iter().take(8).map(usize::to_string).collect();
+        let (label, n, lines) = (ask.label.unwrap_or("stdin"), wrong.len(), first.join(", "));
+        let taps = "zero readings are taps by their size and not used";
+        (ask.warn)(&format!("{label}: {n} {taps} (lines {lines})"));
     }
     Ok(zero)
 }
@@ -290,9 +280,7 @@ fn filed(args: &Locate, path: &Path, opened: &Opened, ask: &Ask<'_>, start: Inst
     let source = Source::new(readings)?;
     let (label, digest) = (ask.label.unwrap_or("stdin").to_owned(), source.digest().to_owned());
     let identity = hash(&format!("{digest}\n{}\n{}", opened.checksum, opened.by));
-    let stem = readings
-        .and_then(Path::file_stem)
-        .map_or_else(|| "readings".into(), |s| s.to_string_lossy().into_owned());
+    let stem = super::stem(readings.unwrap_or(Path::new("")), "readings");
     let out = super::folder(args.common.out.as_ref(), &stem, "locate");
     // What stdin brought is not known again.
     let data = readings.map(|_| &digest);
@@ -317,25 +305,16 @@ fn filed(args: &Locate, path: &Path, opened: &Opened, ask: &Ask<'_>, start: Inst
             "seconds": { "total": start.elapsed().as_secs_f64() },
         }),
     );
-    folder.run_json(&document)?;
-    let written = folder.finish()?;
-    let files = written.files;
     let words: Vec<String> = counts.status.iter().map(|(w, n)| format!("{n} {w}")).collect();
     let words = if words.is_empty() { "none".to_owned() } else { words.join(", ") };
-    let text = format!(
-        "{} readings located by {}: {words}\nwrote {} in {:.2} s\n",
-        counts.lines,
-        opened.by,
-        super::listed(&files),
-        start.elapsed().as_secs_f64()
-    );
+    let text = format!("{} readings located by {}: {words}\n", counts.lines, opened.by);
     let kept =
         || format!("interrupted; the answers to {} readings are kept in {}", counts.lines, out.display());
     let broken = counts.stopped.then(kept);
-    let reply = Reply { broken, ..reply(text, Some(out), files, &counts, opened, start) };
+    let reply = Reply { broken, ..reply(text, &counts, opened, start) };
+    let reply = reply.filed(folder, &document, (out, start))?;
     // A long table is not read again for a sentence.
-    let reply = if counts.lines <= ANSWERED { reply.answered() } else { reply };
-    Ok(reply.removing(&written.removed))
+    Ok(if counts.lines <= ANSWERED { reply.answered() } else { reply })
 }
 
 fn open(path: &Path) -> Result<File, Error> {
@@ -355,18 +334,9 @@ fn counted(counts: &stream::Counts) -> Value {
     json!({ "readings": counts.lines, "zero_readings": counts.zeros, "status": counts.status })
 }
 
-fn reply(
-    text: String,
-    out: Option<PathBuf>,
-    files: Vec<PathBuf>,
-    counts: &stream::Counts,
-    opened: &Opened,
-    start: Instant,
-) -> Reply {
+fn reply(text: String, counts: &stream::Counts, opened: &Opened, start: Instant) -> Reply {
     Reply {
         text,
-        out,
-        files,
         counts: counted(counts),
         seconds: json!({ "total": start.elapsed().as_secs_f64() }),
         result: json!({ "estimator": opened.by }),
@@ -380,5 +350,5 @@ fn planned(opened: &Opened, readings: Option<&Path>) -> Reply {
         "would locate readings of {from} by {}, calibrated on {}; nothing was run\n",
         opened.by, opened.data
     );
-    reply(text, None, Vec::new(), &stream::Counts::default(), opened, Instant::now())
+    reply(text, &stream::Counts::default(), opened, Instant::now())
 }

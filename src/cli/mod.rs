@@ -20,7 +20,6 @@ mod kept;
 mod lines;
 mod locate;
 mod merge;
-mod needed;
 mod new;
 mod next;
 mod number;
@@ -42,9 +41,11 @@ mod verify;
 
 use std::path::{Path, PathBuf};
 
-use clap::Parser;
+use clap::{CommandFactory, FromArgMatches};
 
 use args::{Args, Command};
+use serde_json::Value;
+use vibrissa::scene::Spec;
 use vibrissa::{backend, kernel::gpu};
 
 /// The one argument of the process that asks the GPU drivers, before the number of the first adapter to open.
@@ -61,6 +62,27 @@ pub fn quiet_driver() {
 /// Names of files in one line.
 fn listed(files: &[PathBuf]) -> String {
     files.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", ")
+}
+
+/// Name of the file at `path` without its ending; `usual` where it has none.
+fn stem(path: &Path, usual: &str) -> String {
+    path.file_stem().map_or_else(|| usual.to_owned(), |stem| stem.to_string_lossy().into_owned())
+}
+
+/// The values in force of `spec`, a line each.
+fn in_force(spec: &Spec) -> String {
+    let line = |(key, value, written): &(String, String, bool)| {
+        format!("  {key} = {value}{}\n", if *written { "" } else { "    (default)" })
+    };
+    spec.in_force.iter().map(line).collect()
+}
+
+/// `result` with what was left off in it, where that was asked for.
+fn with_model_error(mut result: Value, model_error: Option<&(Value, String)>) -> Value {
+    if let Some((told, _)) = model_error {
+        result["model_error"] = told.clone();
+    }
+    result
 }
 
 /// Where a command writes: what was typed or stands in the spec, else `results/<name>` for a sweep and
@@ -81,12 +103,19 @@ pub fn run() -> u8 {
         Some(own)
     });
     reply::in_json(std::env::args_os().any(|a| a == "--json"));
-    let args = match Args::try_parse() {
+    let mut quiet = false;
+    let typed = Args::command().try_get_matches().and_then(|typed| {
+        if let Some((name, flags)) = typed.subcommand() {
+            reply::to(name);
+            // A report sees to that itself: what it plans is told in any case.
+            quiet = name != "report" && matches!(flags.try_get_one("quiet"), Ok(Some(true)));
+        }
+        Args::from_arg_matches(&typed)
+    });
+    let args = match typed {
         Ok(args) => args,
         Err(e) => return reply::usage(&e),
     };
-    reply::to(args.command.name());
-    let quiet = args.command.common().is_some_and(|c| c.quiet);
     if !quiet {
         gpu::tell(|words| say::warning(words));
     }

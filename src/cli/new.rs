@@ -18,6 +18,11 @@ const SCHEMA: &str = "spec.schema.json";
 /// Share by which a search may leave the whisker that was asked for.
 const NEAR: [f64; 2] = [0.7, 1.3];
 
+/// What is asked where a flag does not say it.
+const WHISKER_ASKED: &str = "Base diameter, tip diameter and length of the whisker, mm, as 10,4,80";
+const GAUGE_ASKED: &str = "Start of the gauge's grid from the clamp and its length, mm, and the noise of one reading, microstrain, as 5,2,15";
+const DISTANCES_ASKED: &str = "Nearest and farthest distance of objects from the clamp, mm, as 25,70";
+
 /// The answers.
 struct Answers {
     whisker: [f64; 3],
@@ -62,7 +67,6 @@ pub fn run(args: &New) -> Result<Reply, Error> {
 }
 
 fn answers(args: &New) -> Result<Answers, Error> {
-    let mut asked = Vec::new();
     let missing = [
         ("--whisker D,d,L_a", args.whisker.is_none()),
         ("--gauge x_ss,l,noise", args.gauge.is_none()),
@@ -70,35 +74,17 @@ fn answers(args: &New) -> Result<Answers, Error> {
         ("--distances NEAR,FAR", args.distances.is_none()),
         ("--for GOAL", args.goal.is_none()),
     ];
-    asked.extend(missing.iter().filter(|(_, missing)| *missing).map(|(flag, _)| *flag));
+    let asked: Vec<&str> = missing.iter().filter(|(_, missing)| *missing).map(|(flag, _)| *flag).collect();
     if !asked.is_empty() && (args.json || !std::io::stdin().is_terminal()) {
         let message = "the answers are missing, and there is no terminal for the questions";
         return Err(InputError::new(message).key("new").allowed(asked.join(" ")).into());
     }
     Ok(Answers {
-        whisker: numbers(
-            "--whisker",
-            args.whisker.as_deref(),
-            "Base diameter, tip diameter and length of the whisker, mm, as 10,4,80",
-        )?,
-        gauge: numbers(
-            "--gauge",
-            args.gauge.as_deref(),
-            "Start of the gauge's grid from the clamp and its length, mm, and the noise of one reading, microstrain, as 5,2,15",
-        )?,
-        clamp: match args.clamp {
-            Some(clamp) => clamp,
-            None => choose("How is the base held?", CLAMPS)?,
-        },
-        distances: numbers(
-            "--distances",
-            args.distances.as_deref(),
-            "Nearest and farthest distance of objects from the clamp, mm, as 25,70",
-        )?,
-        goal: match args.goal {
-            Some(goal) => goal,
-            None => choose("What do you want to know?", GOALS)?,
-        },
+        whisker: numbers("--whisker", &args.whisker, WHISKER_ASKED)?,
+        gauge: numbers("--gauge", &args.gauge, GAUGE_ASKED)?,
+        clamp: args.clamp.map_or_else(|| choose("How is the base held?", CLAMPS), Ok)?,
+        distances: numbers("--distances", &args.distances, DISTANCES_ASKED)?,
+        goal: args.goal.map_or_else(|| choose("What do you want to know?", GOALS), Ok)?,
     })
 }
 
@@ -120,7 +106,7 @@ fn asked<T>(question: &str, read: impl Fn(&str) -> Result<T, InputError>) -> Res
 }
 
 /// `N` numbers of a flag, or asked for.
-fn numbers<const N: usize>(flag: &str, said: Option<&str>, question: &str) -> Result<[f64; N], Error> {
+fn numbers<const N: usize>(flag: &str, said: &Option<String>, question: &str) -> Result<[f64; N], Error> {
     let read = |text: &str| {
         let parts = text.split([',', ' ', ';']).filter(|part| !part.is_empty());
         let values: Option<Vec<f64>> =
@@ -195,7 +181,8 @@ fn text(answers: &Answers) -> String {
     match goal {
         Goal::Optimise => {
             let near_to = |key: &str, value: f64| {
-                format!("{key} = [{}, {}]", round(NEAR[0] * value), round(NEAR[1] * value))
+                let [low, high] = NEAR.map(|share| (share * value * 1e3).round() / 1e3);
+                format!("{key} = [{low}, {high}]")
             };
             let _ = write!(
                 text,
@@ -212,9 +199,4 @@ fn text(answers: &Answers) -> String {
         Goal::Tap | Goal::Calibrate => {}
     }
     text
-}
-
-/// To three decimals.
-fn round(value: f64) -> f64 {
-    (value * 1e3).round() / 1e3
 }

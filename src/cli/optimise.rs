@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 use std::io::IsTerminal;
-use std::path::Path;
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use serde_json::json;
@@ -24,12 +24,12 @@ use vibrissa::sink::table::drive_unit;
 use vibrissa::{files, spec};
 
 use super::args::Optimise;
+use super::calibrate::begun;
 use super::interrupt;
-use super::needed;
 use super::number::{grouped, rough};
-use super::reply::{self, Reply};
+use super::reply::Reply;
 use super::say;
-use super::sweep::{threads, where_and_why};
+use super::sweep::where_and_why;
 
 /// What to say of a search that a signal ended.
 const KEPT: &str = "interrupted; the best so far is written, and --resume continues";
@@ -42,13 +42,7 @@ pub fn run(args: &Optimise) -> Result<Reply, Error> {
         let seed = spec.in_force.iter_mut().find(|(key, ..)| key == "optimise.seed");
         seed.into_iter().for_each(|(_, value, _)| *value = search.seed.to_string());
     }
-    let options = args.common.over(&spec.run);
-    let quiet = options.quiet == Some(true);
-    reply::in_json(options.json == Some(true));
-    threads(&options)?;
-    if !quiet {
-        spec.warnings.iter().for_each(say::warning);
-    }
+    let (options, quiet) = begun(&args.common, &spec)?;
     let out = super::folder(options.out.as_ref(), &spec.name, "optimise");
     let out = args.shard.map_or(out.clone(), |shard| out.join(shard.folder()));
     let work = Work::of_search(&search, &spec.study.space, &spec.study.setup, &options);
@@ -58,7 +52,7 @@ pub fn run(args: &Optimise) -> Result<Reply, Error> {
     files::settle_model_error(&mut spec, bound);
     let needed = bound.map(|e| optimise::run::needed(&spec, &search, e)).transpose()?;
     if options.plan == Some(true) {
-        return Ok(planned(&spec, &search, &choice, needed.as_ref(), &out));
+        return Ok(planned(&spec, &search, &choice, needed.as_ref(), out));
     }
     if !quiet {
         say::line(headline(&spec, &search, &choice));
@@ -81,7 +75,7 @@ pub fn run(args: &Optimise) -> Result<Reply, Error> {
         counts: write::counts(&report),
         seconds: write::seconds(&report),
         backend: json!(report.backends[0]),
-        result: needed::with_model_error(write::result(&spec, &search, &report), report.model_error.as_ref()),
+        result: super::with_model_error(write::result(&spec, &search, &report), report.model_error.as_ref()),
         broken: (report.ended == Ended::Interrupted || interrupt::asked()).then(|| KEPT.to_owned()),
         files: report.files,
         quiet,
@@ -91,20 +85,13 @@ pub fn run(args: &Optimise) -> Result<Reply, Error> {
 }
 
 fn headline(spec: &Spec, search: &Search, choice: &Choice) -> String {
-    let over: Vec<String> = search
-        .variables
-        .iter()
-        .map(|v| format!("{} {}…{}", v.quantity.name(spec.study.setup.drive), v.min, v.max))
-        .collect();
+    let drive = spec.study.setup.drive;
+    let over = search.variables.iter().map(|v| format!("{} {}…{}", v.quantity.name(drive), v.min, v.max));
+    let over = over.collect::<Vec<_>>().join(", ");
     let samples =
         search.robust.as_ref().map_or(String::new(), |r| format!(", over {} sampled whiskers", r.samples));
-    format!(
-        "{}: looking for the smallest {} over {}{samples}, on {}",
-        spec.name,
-        sought(search),
-        over.join(", "),
-        where_and_why(&choice.backend)
-    )
+    let (name, sought, on) = (&spec.name, sought(search), where_and_why(&choice.backend));
+    format!("{name}: looking for the smallest {sought} over {over}{samples}, on {on}")
 }
 
 /// What is made small.
@@ -127,50 +114,37 @@ fn ending(ended: Ended) -> &'static str {
     }
 }
 
-fn planned(spec: &Spec, search: &Search, choice: &Choice, needed: Option<&Needed>, out: &Path) -> Reply {
-    let mut text = headline(spec, search, choice) + "\n";
+fn planned(spec: &Spec, search: &Search, choice: &Choice, needed: Option<&Needed>, out: PathBuf) -> Reply {
     let (evaluations, seconds) = (search.budget.evaluations, search.budget.seconds);
-    let _ = match (evaluations, seconds) {
-        (None, None) => {
-            writeln!(text, "  until several starts agree, at most {} starts", optimise::global::STARTS)
-        }
-        (e, s) => {
-            let e = e.map(|e| format!("{e} evaluations"));
-            let s = s.map(|s| format!("{s} s"));
-            writeln!(
-                text,
-                "  until several starts agree, at most {}",
-                e.into_iter().chain(s).collect::<Vec<_>>().join(" or ")
-            )
-        }
+    let most = evaluations.map(|n| format!("{n} evaluations"));
+    let most: Vec<String> = most.into_iter().chain(seconds.map(|s| format!("{s} s"))).collect();
+    let most = match most.is_empty() {
+        true => format!("{} starts", optimise::global::STARTS),
+        false => most.join(" or "),
     };
-    let _ = writeln!(text, "  into {}; nothing was run", out.display());
-    text += &needed.map_or_else(String::new, Needed::sentence);
-    text += "values in force:\n";
-    for (key, value, written) in &spec.in_force {
-        let _ = writeln!(text, "  {key} = {value}{}", if *written { "" } else { "    (default)" });
-    }
+    let head = headline(spec, search, choice);
+    let planned = Reply::planned(out, |to| {
+        format!("{head}\n  until several starts agree, at most {most}\n  into {to}")
+    });
+    let left = needed.map_or_else(String::new, Needed::sentence);
     Reply {
-        text,
-        out: Some(out.to_owned()),
+        text: format!("{}{left}values in force:\n{}", planned.text, super::in_force(spec)),
         counts: json!({ "evaluations": evaluations, "variables": search.variables.len() }),
         seconds: json!({ "budget": seconds }),
         backend: json!(choice.backend),
         result: json!({ "in_force": run_json::in_force(spec), "model_error": needed.map(|n| n.summary(0.0)) }),
-        ..Reply::default()
+        ..planned
     }
 }
 
 fn summary(spec: &Spec, search: &Search, report: &Report) -> String {
     let (symbol, unit) = drive_unit(spec.study.setup.drive);
     let (d, row) = (&report.best.point, &report.best.row);
-    let mut text = String::new();
-    let title = if search.objective == Objective::Pareto {
-        "point of the front with the least total"
-    } else {
-        "best design"
+    let title = match search.objective {
+        Objective::Pareto => "point of the front with the least total",
+        _ => "best design",
     };
-    let _ = writeln!(text, "{title}:");
+    let mut text = format!("{title}:\n");
     let rigs = spec.study.setup.rigs.iter();
     let properties = rigs.flat_map(|rigs| rigs.properties.iter().zip(rigs.values(d.rig)));
     let properties: String = properties
@@ -185,65 +159,41 @@ fn summary(spec: &Spec, search: &Search, report: &Report) -> String {
         d.D, d.d, d.L_a, d.x_ss, d.l, d.drive
     );
     let number = |x: Option<f64>, unit: &str| x.map_or("none".to_owned(), |x| short(x) + unit);
-    let read = spec.study.setup.signal.unit();
+    let (signal, theory) = (spec.study.setup.signal, spec.study.setup.estimate.theory);
+    let read = if signal.unit().is_empty() { String::new() } else { format!(" {}", signal.unit()) };
+    let mean = row.deviation.mean().map_or(f64::NAN, |m| (1.0 + m) * report.best.unit);
+    let sd = number(row.deviation.sd().map(|s| s * report.best.unit), "");
+    let [total, noise] = [row.total_rms(), row.noise_rms()].map(|x| number(x, " mm"));
+    let bias = bias(theory, row.error_rms(), &|x| number(x, " mm"));
+    let (word, most, force) = (signal.word(), number(row.strain_max(), &read), number(row.force_max(), " N"));
     let _ = writeln!(
         text,
-        "  K_mean {:.6}, K_sd {}, total {} (bias {}, noise {}), largest {} {}, largest force {}",
-        row.deviation.mean().map_or(f64::NAN, |m| (1.0 + m) * report.best.unit),
-        number(row.deviation.sd().map(|s| s * report.best.unit), ""),
-        number(row.total_rms(), " mm"),
-        bias(spec.study.setup.estimate.theory, row.error_rms(), &|x| number(x, " mm")),
-        number(row.noise_rms(), " mm"),
-        spec.study.setup.signal.word(),
-        number(row.strain_max(), &if read.is_empty() { String::new() } else { format!(" {read}") }),
-        number(row.force_max(), " N"),
+        "  K_mean {mean:.6}, K_sd {sd}, total {total} (bias {bias}, noise {noise}), largest {word} {most}, largest force {force}"
     );
     if let Some(robust) = &search.robust {
-        let [sd, total, _] = report.best.score.figures;
-        let _ = writeln!(
-            text,
-            "  over {} sampled whiskers: K_sd {}, total {} mm",
-            robust.samples,
-            short(sd),
-            short(total)
-        );
+        let ([sd, total, _], n) = (report.best.score.figures.map(short), robust.samples);
+        let _ = writeln!(text, "  over {n} sampled whiskers: K_sd {sd}, total {total} mm");
     }
     let _ = writeln!(text, "  {}", why(&spec.study.setup, search, report));
     if let Some(other) = &report.other {
         let total = |d: &Design| number(Some(d.score.figures[1]).filter(|t| t.is_finite()), " mm");
-        let _ = write!(
-            text,
-            "  this holds for locate --estimator {}; with --estimator {} the error of this design would be {}",
-            spec.study.setup.estimate.theory.estimator(),
-            other.theory.estimator(),
-            total(&other.here)
-        );
-        let _ = match &other.best {
-            Some(d) => {
-                writeln!(text, ", and {} at its best {symbol}, {:.4}{unit}", total(d), d.point.drive)
-            }
-            None => writeln!(text),
-        };
-    }
-    if let Some(front) = &report.front {
+        let (this, that, error) = (theory.estimator(), other.theory.estimator(), total(&other.here));
+        let best = |d| format!(", and {} at its best {symbol}, {:.4}{unit}", total(d), d.point.drive);
+        let best = other.best.as_ref().map_or(String::new(), best);
         let _ = writeln!(
             text,
-            "front of {} points, hypervolume {}",
-            front.points.len(),
-            short(front.hypervolume)
+            "  this holds for locate --estimator {this}; with --estimator {that} the error of this design would be {error}{best}"
         );
     }
-    let _ = writeln!(
-        text,
-        "{} evaluations in {} starts, {:.2} s; {}",
-        grouped(report.evaluations),
-        report.starts,
-        report.seconds[1],
-        ending(report.ended)
-    );
+    if let Some(front) = &report.front {
+        let (points, volume) = (front.points.len(), short(front.hypervolume));
+        let _ = writeln!(text, "front of {points} points, hypervolume {volume}");
+    }
+    let (evaluations, starts, [all, own]) = (grouped(report.evaluations), report.starts, report.seconds);
+    let ended = ending(report.ended);
+    let _ = writeln!(text, "{evaluations} evaluations in {starts} starts, {own:.2} s; {ended}");
     text += report.model_error.as_ref().map_or("", |(_, told)| told);
-    let files: Vec<_> = report.files.iter().map(|p| p.display().to_string()).collect();
-    let _ = writeln!(text, "wrote {} in {:.2} s", files.join(", "), report.seconds[0]);
+    let _ = writeln!(text, "wrote {} in {all:.2} s", super::listed(&report.files));
     text
 }
 
@@ -273,13 +223,9 @@ impl Watch for Shown {
         let best =
             if feasible { format!("best {value:.6e}") } else { "no design keeps the limits yet".to_owned() };
         let left = left.map_or(String::new(), |n| format!(", {n} left"));
-        let line = format!(
-            "{best}; {} evaluations{left}, {}/s, start {}, {}",
-            grouped(step.evaluations),
-            rough(rate),
-            step.start + 1,
-            step.stage.name()
-        );
+        let (evaluations, rate) = (grouped(step.evaluations), rough(rate));
+        let (start, stage) = (step.start + 1, step.stage.name());
+        let line = format!("{best}; {evaluations} evaluations{left}, {rate}/s, start {start}, {stage}");
         if self.terminal {
             say::part(format_args!("\r\x1b[2K{line}"));
         } else {

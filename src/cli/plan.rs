@@ -41,12 +41,9 @@ pub fn run(args: &args::Plan) -> Result<Reply, Error> {
     };
     let like = args.like.as_ref().map(of_calibration).transpose()?;
     let out = super::folder(options.out.as_ref(), &spec.name, "plan");
-    if !quiet {
-        spec.warnings.iter().for_each(say::warning);
-    }
+    say::warnings(quiet, &spec.warnings);
     if options.plan == Some(true) {
-        let text = format!("{}: would plan a calibration in {}; nothing was run\n", spec.name, out.display());
-        return Ok(Reply { text, out: Some(out), ..Reply::default() });
+        return Ok(Reply::planned(out, |to| format!("{}: would plan a calibration in {to}", spec.name)));
     }
     let checksum = like.as_ref().map(|l| l.1.clone());
     let place = |e: Error| match e {
@@ -64,18 +61,19 @@ pub fn run(args: &args::Plan) -> Result<Reply, Error> {
     let mut folder = Folder::open(&out, question, &FILES, options.force == Some(true))?;
     folder.put("plan.csv", table(&found, drive, Unit::of_signal(rig.setup.signal)).as_bytes())?;
     folder.put("plan_errors.csv", errors(&found).as_bytes())?;
-    for (_, bytes) in figure::files(&drawn(&found, drive, asked.error), &Style::default(), &[Format::Svg])? {
-        folder.put("plan.svg", &bytes)?;
-    }
+    let drawn = figure::files(&drawn(&found, drive, asked.error), &Style::default(), &[Format::Svg])?;
+    drawn.iter().try_for_each(|(_, bytes)| folder.put("plan.svg", bytes))?;
     let result = result(&found, drive);
     let counts = json!({ "taps": found.taps.len(), "rows": found.rows.len() });
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
     let document = json!({ "in_force": run_json::in_force(&spec), "counts": counts, "seconds": seconds, "result": result });
-    folder.run_json(&run_json::document("plan", run_json::spec(&spec), document))?;
-    let written = folder.finish()?;
+    let document = run_json::document("plan", run_json::spec(&spec), document);
     let (answer, text) = (answer(&found, asked.error), summary(&found, drive));
-    Ok(Reply { answer, text, counts, seconds, result, quiet, ..Reply::default() }
-        .written(out, written, start))
+    Reply { answer, text, counts, seconds, result, quiet, ..Reply::default() }.filed(
+        folder,
+        &document,
+        (out, start),
+    )
 }
 
 fn asked(args: &args::Plan) -> Result<PlanGoal, InputError> {
@@ -155,22 +153,21 @@ fn result(plan: &Planned, drive: Drive) -> Value {
 fn answer(plan: &Planned, error: f64) -> String {
     let even = match (plan.even_as_good(), plan.even_of_its_size()) {
         (Some(n), _) => format!("An even grid needs {n} taps for that"),
-        (None, Some(sigma)) => format!(
-            "No even grid of these drives reaches that; one of the same size leaves {} mm",
-            short(sigma)
-        ),
+        (None, Some(sigma)) => {
+            let sigma = short(sigma);
+            format!("No even grid of these drives reaches that; one of the same size leaves {sigma} mm")
+        }
         (None, None) => "No even grid of these drives reaches that".to_owned(),
     };
-    let runs = plan.rows.iter().map(|r| r.run + 1).max().unwrap_or(1);
+    let runs = match plan.rows.iter().map(|r| r.run + 1).max().unwrap_or(1) {
+        1 => "1 run".to_owned(),
+        n => format!("{n} runs"),
+    };
+    let (taps, positions) = (plan.taps.len(), plan.positions().len());
+    let [sigma, error, floor] = [plan.sigma, error, plan.floor].map(short);
     format!(
-        "{} taps at {} positions in {runs} run{} leave an error of {} mm ({} mm asked for). {even}. {} mm are noise, position and run of the reading \
-         itself, which no calibration takes away.",
-        plan.taps.len(),
-        plan.positions().len(),
-        if runs == 1 { "" } else { "s" },
-        short(plan.sigma),
-        short(error),
-        short(plan.floor),
+        "{taps} taps at {positions} positions in {runs} leave an error of {sigma} mm ({error} mm asked for). {even}. {floor} mm are noise, position and run of the reading \
+         itself, which no calibration takes away."
     )
 }
 
@@ -182,18 +179,12 @@ fn summary(plan: &Planned, drive: Drive) -> String {
         each.join(", ")
     };
     let _ = writeln!(text, "positions, mm (taps at each): {}", list(plan.positions()));
-    let _ = writeln!(
-        text,
-        "{symbol},{} (taps by each): {}",
-        if unit.trim() == "mm" { " mm" } else { " degrees" },
-        list(plan.by_drive())
-    );
-    let more: Vec<String> = plan
-        .path
-        .iter()
-        .filter(|(n, _)| *n > plan.taps.len() && (*n - plan.taps.len()).is_power_of_two())
-        .map(|(n, sigma)| format!("{} more {} mm", n - plan.taps.len(), short(*sigma)))
-        .collect();
+    let named = if unit.trim() == "mm" { "mm" } else { "degrees" };
+    let _ = writeln!(text, "{symbol}, {named} (taps by each): {}", list(plan.by_drive()));
+    let beyond_plan =
+        plan.path.iter().filter_map(|(n, sigma)| Some((n.checked_sub(plan.taps.len())?, sigma)));
+    let doubling = beyond_plan.filter(|(more, _)| more.is_power_of_two());
+    let more: Vec<String> = doubling.map(|(n, sigma)| format!("{n} more {} mm", short(*sigma))).collect();
     let _ = writeln!(text, "what further taps would bring: {}", more.join(", "));
     let [[a0, a1], [u0, u1]] = plan.ends;
     let beyond = |a: f64, u: f64| !((a0..=a1).contains(&a) && (u0..=u1).contains(&u));
@@ -216,15 +207,15 @@ fn summary(plan: &Planned, drive: Drive) -> String {
             None => format!("do not determine {}", a.name),
         };
         let _ = write!(text, "these taps {what} (error of {}: {})", a.name, error.trim());
-        let _ = match a.tap {
-            Some(([at, u], after)) => writeln!(
-                text,
-                ": as many at a = {at:.1} mm, {symbol} = {u:.2}{unit}{} would bring it to {}",
-                if beyond(at, u) { " (beyond the spec)" } else { "" },
-                short(after)
-            ),
-            None => writeln!(text, "; no tap of this rig would: measure one of them by itself"),
+        let Some(([at, u], after)) = a.tap else {
+            text += "; no tap of this rig would: measure one of them by itself\n";
+            continue;
         };
+        let (off, after) = (if beyond(at, u) { " (beyond the spec)" } else { "" }, short(after));
+        let _ = writeln!(
+            text,
+            ": as many at a = {at:.1} mm, {symbol} = {u:.2}{unit}{off} would bring it to {after}"
+        );
     }
     text
 }

@@ -33,11 +33,7 @@ impl Shown {
             return Self::Lines { start: Instant::now(), last: Instant::now(), before: 0 };
         }
         let template = "{bar:32} {percent:>3} %  {human_pos} of {human_len} taps  {per_sec}  {eta} left";
-        let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr());
-        if let Ok(style) = ProgressStyle::with_template(template) {
-            bar.set_style(style);
-        }
-        Self::Bar(bar)
+        Self::Bar(bar(total, template))
     }
 
     /// Takes the bar off the screen.
@@ -81,6 +77,12 @@ impl Progress for Shown {
     }
 }
 
+/// A bar on stderr of `total` steps that looks as `template` says.
+fn bar(total: u64, template: &str) -> ProgressBar {
+    let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr());
+    ProgressStyle::with_template(template).map_or(bar.clone(), |style| bar.with_style(style))
+}
+
 /// A plain line: taps done of all, `own` of which took `time`, their rate and the time that the others will take.
 fn line((done, total): (u64, u64), own: u64, time: Duration) -> String {
     let rate = own as f64 / time.as_secs_f64();
@@ -110,12 +112,7 @@ impl Steps {
             (true, _) => Self::Silent,
             (_, false) => Self::Lines,
             (_, true) => {
-                let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr());
-                if let Ok(style) =
-                    ProgressStyle::with_template("{bar:32} {pos} of {len}  {elapsed}  {wide_msg}")
-                {
-                    bar.set_style(style);
-                }
+                let bar = bar(total, "{bar:32} {pos} of {len}  {elapsed}  {wide_msg}");
                 bar.enable_steady_tick(Duration::from_millis(200));
                 Self::Bar(bar)
             }

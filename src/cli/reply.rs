@@ -10,7 +10,7 @@ use miette::{GraphicalReportHandler, GraphicalTheme};
 use serde_json::{Value, json};
 use vibrissa::error::{Error, InputError};
 use vibrissa::report::answer_of;
-use vibrissa::sink::folder::Written;
+use vibrissa::sink::folder::{Folder, Written};
 use vibrissa::sink::unfinished;
 
 use super::{lines::Shown, say};
@@ -21,7 +21,7 @@ const FORMAT: u32 = 1;
 /// Whether stdout carries one JSON object.
 static JSON: AtomicBool = AtomicBool::new(false);
 /// The command, once it is known.
-static COMMAND: OnceLock<&'static str> = OnceLock::new();
+static COMMAND: OnceLock<String> = OnceLock::new();
 
 /// From now on stdout carries one JSON object and nothing else, if that is `wanted`.
 pub fn in_json(wanted: bool) {
@@ -29,8 +29,8 @@ pub fn in_json(wanted: bool) {
 }
 
 /// Says which command is answered.
-pub fn to(command: &'static str) {
-    let _ = COMMAND.set(command);
+pub fn to(command: &str) {
+    let _ = COMMAND.set(command.to_owned());
 }
 
 fn json() -> bool {
@@ -38,7 +38,7 @@ fn json() -> bool {
 }
 
 fn command() -> &'static str {
-    COMMAND.get().copied().unwrap_or_default()
+    COMMAND.get().map_or("", String::as_str)
 }
 
 /// A finished command.
@@ -66,10 +66,27 @@ pub struct Reply {
 }
 
 impl Reply {
+    /// Of a run into `out` that is only planned: `what` would be done.
+    pub fn planned(out: PathBuf, what: impl FnOnce(std::path::Display<'_>) -> String) -> Self {
+        let text = what(out.display()) + "; nothing was run\n";
+        Self { text, out: Some(out), ..Self::default() }
+    }
+
     /// Begins with what the report of the result in its folder says in a sentence.
     pub fn answered(self) -> Self {
         let answer = self.out.as_deref().map_or(String::new(), answer_of);
         Self { answer, ..self }
+    }
+
+    /// Of a result in the `folder` at `out`, which ends with its run.json, the `document`.
+    pub fn filed(
+        self,
+        mut folder: Folder,
+        document: &Value,
+        (out, start): (PathBuf, Instant),
+    ) -> Result<Self, Error> {
+        folder.run_json(document)?;
+        Ok(self.written(out, folder.finish()?, start))
     }
 
     /// Of a result in the folder `out`: the text ends with its files and the time since `start`.
@@ -96,11 +113,7 @@ impl Reply {
     pub fn print(self, quiet: bool) -> u8 {
         let path = |p: &Path| p.display().to_string();
         let mut told = Ok(());
-        let none = InputError::default();
-        let wrong = match (&self.broken, &self.refused) {
-            (Some(message), _) => Some((&none, message)),
-            (None, refused) => refused.as_ref().map(|e| (e, &e.message)),
-        };
+        let wrong = self.broken.map(Error::Run).or(self.refused.map(Error::Input));
         if json() {
             let mut object = json!({
                 "format": FORMAT,
@@ -117,25 +130,18 @@ impl Reply {
             if !self.answer.is_empty() && (self.result.is_object() || self.result.is_null()) {
                 object["result"]["answer"] = self.answer.into();
             }
-            if let Some((error, message)) = wrong {
-                object["error"] = error_json(error, message);
+            if let Some(error) = &wrong {
+                object["error"] = error_json(error);
             }
             told = write_out(&format!("{object}\n"));
         } else if !quiet && !self.quiet {
             let answer = if self.answer.is_empty() { String::new() } else { self.answer + "\n" };
             told = write_out(&(answer + &self.text));
         }
-        match (&self.broken, &self.refused) {
-            _ if json() => {}
-            (Some(message), _) => say::line(format_args!("error: {message}")),
-            (None, Some(error)) => say::line(format_args!("error: {error}")),
-            (None, None) => {}
+        if let Some(error) = wrong.as_ref().filter(|_| !json()) {
+            say::line(format_args!("error: {error}"));
         }
-        match (told.is_err() || self.broken.is_some(), self.refused.is_some()) {
-            (true, _) => 1,
-            (_, true) => 2,
-            _ => 0,
-        }
+        if told.is_err() { 1 } else { wrong.map_or(0, |error| error.exit_code()) }
     }
 }
 
@@ -159,12 +165,7 @@ fn taken(written: std::io::Result<()>) -> Result<(), ()> {
 /// Prints an error: JSON on stdout or, with the offending lines, on stderr; the exit code.
 pub fn failure(error: &Error) -> u8 {
     if json() {
-        let empty = InputError::default();
-        let (e, message) = match error {
-            Error::Input(e) => (e, e.message.clone()),
-            other => (&empty, other.to_string()),
-        };
-        print_failure(command(), e, &message);
+        print_failure(command(), error);
     } else {
         say::line(render(error));
     }
@@ -181,19 +182,24 @@ pub fn interrupted() {
     failure(&Error::Run(format!("interrupted{what}")));
 }
 
-fn print_failure(command: &str, e: &InputError, message: &str) {
+fn print_failure(command: &str, error: &Error) {
     let object = json!({
         "format": FORMAT,
         "command": command,
         "version": env!("CARGO_PKG_VERSION"),
         "ok": false,
-        "error": error_json(e, message),
+        "error": error_json(error),
     });
     // The exit code says already that something failed.
     let _ = write_out(&format!("{object}\n"));
 }
 
-fn error_json(e: &InputError, message: &str) -> Value {
+fn error_json(error: &Error) -> Value {
+    let none = InputError::default();
+    let (e, message) = match error {
+        Error::Input(e) => (e, e.message.clone()),
+        other => (&none, other.to_string()),
+    };
     json!({ "file": e.file, "line": e.line, "key": e.key, "value": e.value, "allowed": e.allowed, "message": message })
 }
 
@@ -233,7 +239,8 @@ pub fn usage(e: &clap::Error) -> u8 {
             _ => None,
         };
         let allowed = message.split_once(": allowed: ").map(|(_, allowed)| allowed.to_owned()).or(listed);
-        print_failure(&command, &InputError { key, value, allowed, ..InputError::default() }, &message);
+        let error = InputError { key, value, allowed, message, ..InputError::default() };
+        print_failure(&command, &error.into());
     } else {
         let _ = e.print();
     }

@@ -1,7 +1,5 @@
 //! `vibrissa report DIR`.
 
-use std::fmt::Write;
-
 use serde_json::json;
 use vibrissa::error::Error;
 use vibrissa::figure::{Format, Style};
@@ -24,37 +22,26 @@ pub fn run(args: &Report) -> Result<Reply, Error> {
         let source = Source::open(&args.dir, args.force)?;
         let content = report::content(&source)?;
         let names: Vec<&str> = content.figures.iter().map(|f| f.name.as_str()).collect();
-        let text = format!(
-            "{} of {}: {} and {} figures to {} ({}); nothing was written\n",
-            source.command,
-            source.name,
-            report::PAGE,
-            names.len(),
-            out.display(),
-            names.join(", ")
-        );
+        let (command, name, page) = (&source.command, &source.name, report::PAGE);
+        let (n, listed, to) = (names.len(), names.join(", "), out.display());
+        let text =
+            format!("{command} of {name}: {page} and {n} figures to {to} ({listed}); nothing was written\n");
         return Ok(Reply { text, out: Some(out), result: json!({ "figures": names }), ..Reply::default() });
     }
     let made = report::run(&args.dir, &out, &style, &formats, args.force)?;
     if !args.quiet {
         made.notes.iter().for_each(|n| say::line(format_args!("note: {n}")));
     }
-    let mut text = String::new();
     let endings: Vec<&str> = formats.iter().map(|f| f.ending()).collect();
-    let _ = writeln!(text, "{}", made.answer);
-    let _ = writeln!(text, "{} figures: {}", made.figures.len(), made.figures.join(", "));
-    let _ = writeln!(
-        text,
-        "wrote {} ({} kB){} in {:.2} s",
-        out.join(report::PAGE).display(),
-        made.bytes.div_ceil(1000),
-        if endings.is_empty() {
-            String::new()
-        } else {
-            format!(" and the figures as {}", endings.join(", "))
-        },
-        made.seconds
-    );
+    let also = match endings.is_empty() {
+        true => String::new(),
+        false => format!(" and the figures as {}", endings.join(", ")),
+    };
+    let (answer, n, names) = (&made.answer, made.figures.len(), made.figures.join(", "));
+    let (page, kilobytes, time) = (out.join(report::PAGE), made.bytes.div_ceil(1000), made.seconds);
+    let page = page.display();
+    let text =
+        format!("{answer}\n{n} figures: {names}\nwrote {page} ({kilobytes} kB){also} in {time:.2} s\n");
     let reply = Reply {
         text,
         out: Some(out),

@@ -13,7 +13,7 @@ use vibrissa::scene::{Drive, RunOptions, Spec};
 use vibrissa::sink::folder::Folder;
 
 use super::args::Calibrate;
-use super::calibrate::{Begun, begin};
+use super::calibrate::{Begun, begin, beside};
 use super::reply::Reply;
 use super::say;
 
@@ -35,38 +35,22 @@ pub fn calibrate(
     let Begun { asked, identity, out, question } = begin(args, bytes, (rig, spec), said)?;
     let quiet = asked.run.quiet == Some(true);
     if asked.run.plan == Some(true) {
-        let text = format!(
-            "would calibrate the channels of {label} and write to {}; nothing was run\n",
-            out.display()
-        );
-        return Ok(Reply { text, out: Some(out), ..Reply::default() });
+        return Ok(Reply::planned(out, |to| {
+            format!("would calibrate the channels of {label} and write to {to}")
+        }));
     }
     let mut folder = Folder::open(&out, question, &FILES, asked.run.force == Some(true))?;
     let found = several((&label, bytes, names), rig, &asked)?;
-    if !quiet {
-        spec.warnings.iter().for_each(say::warning);
-        found.warnings().iter().for_each(say::warning);
-    }
-    for (name, bytes) in
-        [("calibration.toml", found.sensor.to_text().into_bytes()), ("channels.csv", found.table()?)]
-    {
-        folder.put(name, &bytes)?;
-    }
-    // The calibration is written also where no program can be made of it.
-    let refused = match exported(args, &found, &asked.run, &mut folder) {
-        Err(Error::Input(e)) => {
-            Some(InputError { message: format!("{} (the calibration is written)", e.message), ..e })
-        }
-        other => other.map(|()| None)?,
-    };
+    say::warnings(quiet, spec.warnings.iter().chain(&found.warnings()));
+    folder.put("calibration.toml", found.sensor.to_text().as_bytes())?;
+    folder.put("channels.csv", &found.table()?)?;
+    let refused = beside(exported(args, &found, &asked.run, &mut folder))?;
     let (text, result, counts) = (found.text(), found.result(), found.counts());
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
     let document =
         report::document(spec, &identity, (&found.data[0], &asked.hash), [&counts, &seconds, &result]);
-    folder.run_json(&document)?;
-    let written = folder.finish()?;
     let reply = Reply { text, counts, seconds, result, quiet, refused, ..Reply::default() };
-    Ok(reply.written(out, written, start).answered())
+    Ok(reply.filed(folder, &document, (out, start))?.answered())
 }
 
 /// Writes the files of `--export`, if there are any.

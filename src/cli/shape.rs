@@ -10,33 +10,23 @@ use vibrissa::sink::run_json;
 use vibrissa::{shape, spec};
 
 use super::args::Shape;
-use super::calibrate::prepared;
+use super::calibrate::begun;
 use super::reply::Reply;
-use super::say;
 
 /// Writes the shapes of a spec's taps: few, so by the reference unless something else is asked for.
 pub fn run(args: &Shape) -> Result<Reply, Error> {
     let start = Instant::now();
     let spec = spec::read(&args.spec)?;
     spec.one_rig()?;
-    let options = prepared(&args.common, &spec)?;
-    let quiet = options.quiet == Some(true);
-    if !quiet {
-        spec.warnings.iter().for_each(say::warning);
-    }
+    let (options, quiet) = begun(&args.common, &spec)?;
     let file = || args.spec.display().to_string();
     let setup = &spec.study.setup;
     shape::check(setup).map_err(|e| e.at(file(), None))?;
     let out = super::folder(options.out.as_ref(), &spec.name, "shape");
     if options.plan == Some(true) {
-        let text = format!(
-            "{}: shapes with {} sections to {}; nothing was run\n",
-            spec.name,
-            args.nodes,
-            out.display()
-        );
-        let result = json!({ "in_force": run_json::in_force(&spec) });
-        return Ok(Reply { text, out: Some(out), result, ..Reply::default() });
+        let planned =
+            Reply::planned(out, |to| format!("{}: shapes with {} sections to {to}", spec.name, args.nodes));
+        return Ok(Reply { result: json!({ "in_force": run_json::in_force(&spec) }), ..planned });
     }
     let (method, by) = shape::method(&options, &setup.model)?;
     let question = Question::of_scene("shape", &spec, json!({ "nodes": args.nodes, "solved_by": by }));
@@ -52,8 +42,7 @@ pub fn run(args: &Shape) -> Result<Reply, Error> {
     }
     let counted = counts.described();
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
-    folder.run_json(&shape::document(&spec, by, &counted, &seconds))?;
-    let written = folder.finish()?;
+    let document = shape::document(&spec, by, &counted, &seconds);
     let without = match counts.taps - counts.shapes {
         0 => String::new(),
         n => format!("; {n} taps have none, contacts.csv says why"),
@@ -61,5 +50,5 @@ pub fn run(args: &Shape) -> Result<Reply, Error> {
     let (shapes, nodes) = (counts.shapes, args.nodes);
     let text = format!("{shapes} shapes of {nodes} sections from clamp to contact{without}\n");
     let reply = Reply { text, counts: counted, seconds, quiet, ..Reply::default() };
-    Ok(reply.written(out, written, start).answered())
+    Ok(reply.filed(folder, &document, (out, start))?.answered())
 }

@@ -27,9 +27,7 @@ pub fn run(args: &Simulate) -> Result<Reply, Error> {
     let quiet = options.quiet == Some(true);
     let settings = settings(args, &rig)?;
     if let Some(object) = &args.object {
-        if !quiet {
-            spec.warnings.iter().for_each(say::warning);
-        }
+        say::warnings(quiet, &spec.warnings);
         return super::strokes::run(object, &spec, &rig, &settings, &options, start);
     }
     let layout = spec.study.space.layout().expect("a rig has axes");
@@ -37,19 +35,12 @@ pub fn run(args: &Simulate) -> Result<Reply, Error> {
     settings.rows(layout.len(), simulate::MOST_ROWS)?;
     let taps = layout.len() * settings.repeats;
     let out = super::folder(options.out.as_ref(), &spec.name, "simulate");
-    if !quiet {
-        spec.warnings.iter().for_each(say::warning);
-    }
+    say::warnings(quiet, &spec.warnings);
     let result = settings.described(rig.setup.drive);
     if options.plan == Some(true) {
-        let text = format!("{}: {taps} synthetic taps to {}; nothing was run\n", spec.name, out.display());
-        return Ok(Reply {
-            text,
-            out: Some(out),
-            counts: json!({ "taps": taps }),
-            result: json!({ "settings": result, "in_force": run_json::in_force(&spec) }),
-            ..Reply::default()
-        });
+        let planned = Reply::planned(out, |to| format!("{}: {taps} synthetic taps to {to}", spec.name));
+        let result = json!({ "settings": result, "in_force": run_json::in_force(&spec) });
+        return Ok(Reply { counts: json!({ "taps": taps }), result, ..planned });
     }
     let question = Question::of_scene("simulate", &spec, json!({ "settings": result.to_string() }));
     let mut folder = Folder::open(&out, question, &["measurements.csv"], options.force == Some(true))?;
@@ -59,16 +50,18 @@ pub fn run(args: &Simulate) -> Result<Reply, Error> {
     file.close()?;
     let counted = counts.described();
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
-    folder.run_json(&simulate::document(&spec, [&result, &counted, &seconds]))?;
-    let written = folder.finish()?;
+    let document = simulate::document(&spec, [&result, &counted, &seconds]);
     let empty = match counts.unsolved {
         0 => String::new(),
         n => format!(", {n} of them without a solution and empty"),
     };
     let text = format!("{} synthetic taps{empty}, {} zero readings\n", counts.taps, counts.zeros);
     let result = json!({ "settings": result });
-    Ok(Reply { text, counts: counted, seconds, result, quiet, ..Reply::default() }
-        .written(out, written, start))
+    Reply { text, counts: counted, seconds, result, quiet, ..Reply::default() }.filed(
+        folder,
+        &document,
+        (out, start),
+    )
 }
 
 fn settings(args: &Simulate, rig: &Rig) -> Result<Settings, InputError> {

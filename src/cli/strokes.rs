@@ -31,15 +31,12 @@ pub fn run(
     let out = super::folder(options.out.as_ref(), &spec.name, "simulate");
     let result = course.described(settings.described(rig.setup.drive));
     if options.plan == Some(true) {
-        let text = format!(
-            "{}: {} strokes of {} readings to {}; nothing was run\n",
-            spec.name,
-            course.starts.len(),
-            drives.len(),
-            out.display()
-        );
+        let (starts, readings) = (course.starts.len(), drives.len());
+        let planned = Reply::planned(out, |to| {
+            format!("{}: {starts} strokes of {readings} readings to {to}", spec.name)
+        });
         let result = json!({ "settings": result, "in_force": run_json::in_force(spec) });
-        return Ok(Reply { text, out: Some(out), result, ..Reply::default() });
+        return Ok(Reply { result, ..planned });
     }
     let asked = json!({ "settings": result.to_string(), "course": format!("{course:?}") });
     let mut question = Question::of_scene("simulate", spec, asked);
@@ -49,28 +46,24 @@ pub fn run(
     let mut missed = 0;
     let mut miss = |number: usize, why| {
         missed += 1;
-        if !quiet {
-            say::warning(format_args!("start {number} makes no stroke: {why}"));
-        }
+        say::warnings(quiet, [format_args!("start {number} makes no stroke: {why}")]);
     };
     let mut write = |bytes: &[u8]| file.write(bytes);
     let counts = strokes::simulate(rig, &course, drives, settings, &mut miss, &mut write)?;
     file.close()?;
     let counted = counts.described();
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
-    folder.run_json(&simulate::document(spec, [&result, &counted, &seconds]))?;
-    let written = folder.finish()?;
+    let document = simulate::document(spec, [&result, &counted, &seconds]);
     let without = match counts.unsolved {
         0 => String::new(),
         n => format!(", {n} of them after the whisker has left the object"),
     };
-    let text = format!(
-        "{} synthetic readings of {} strokes{without}, {} zero readings\n",
-        counts.taps,
-        course.starts.len() - missed,
-        counts.zeros
-    );
+    let (taps, strokes, zeros) = (counts.taps, course.starts.len() - missed, counts.zeros);
+    let text = format!("{taps} synthetic readings of {strokes} strokes{without}, {zeros} zero readings\n");
     let result = json!({ "settings": result });
-    Ok(Reply { text, counts: counted, seconds, result, quiet, ..Reply::default() }
-        .written(out, written, start))
+    Reply { text, counts: counted, seconds, result, quiet, ..Reply::default() }.filed(
+        folder,
+        &document,
+        (out, start),
+    )
 }

@@ -10,34 +10,29 @@ use vibrissa::error::Error;
 use vibrissa::needed::{ComparedRows, Needed};
 use vibrissa::plan::Plan;
 use vibrissa::report::answer::of_best;
-use vibrissa::scene::{Column, Geometry, Listed, RunOptions, Space, Spec};
+use vibrissa::scene::{Column, Direction, Geometry, Listed, MaterialFit, RunOptions, Space, Spec};
 use vibrissa::sink::rows::TableFormat;
 use vibrissa::sink::run_json;
 use vibrissa::sink::table::{LARGEST, Table};
 use vibrissa::sweep::{Kept, Report, Target};
+use vibrissa::tap::k_names;
 use vibrissa::{files, spec};
 
 use super::args::Sweep;
+use super::calibrate::begun;
 use super::number::{grouped, rough};
 use super::progress::Shown;
-use super::reply::{self, Reply};
+use super::reply::Reply;
 use super::say;
 use super::{best, explain, interrupt};
 
 /// Reads the spec and runs it, says what would run, or explains it (`--explain` overrules `plan` in the spec).
 pub fn run(args: &Sweep) -> Result<Reply, Error> {
     let mut spec = spec::read(&args.spec)?;
-    let options = args.common.over(&spec.run);
-    let quiet = options.quiet == Some(true);
-    reply::in_json(options.json == Some(true));
-    threads(&options)?;
-    if !quiet {
-        spec.warnings.iter().for_each(say::warning);
-        if args.shard.is_none() && std::env::var_os("SLURM_ARRAY_TASK_ID").is_some() {
-            say::warning(
-                "this is a task of a Slurm array, and does the whole sweep; --shard slurm does one part",
-            );
-        }
+    let (options, quiet) = begun(&args.common, &spec)?;
+    if args.shard.is_none() && std::env::var_os("SLURM_ARRAY_TASK_ID").is_some() {
+        let why = "this is a task of a Slurm array, and does the whole sweep; --shard slurm does one part";
+        say::unless(quiet)(why);
     }
     if args.explain {
         return explain::run(&spec, &options, &args.leave_off);
@@ -91,9 +86,7 @@ pub fn run(args: &Sweep) -> Result<Reply, Error> {
     };
     progress.finish();
     let report = report?;
-    if !quiet && let Some(warning) = beyond_curve(&spec, &report) {
-        say::warning(warning);
-    }
+    say::warnings(quiet, beyond_curve(&spec, &report));
     Ok(Reply {
         answer: answer(&spec, &report),
         text: summary(&spec, &report, needed.as_ref()),
@@ -123,13 +116,8 @@ pub(super) fn threads(options: &RunOptions) -> Result<(), Error> {
 fn headline(spec: &Spec, plan: &Plan, b: &Backend) -> String {
     let model =
         if spec.study.setup.model.geometry == Geometry::Linear { "linear theory" } else { "exact rod" };
-    format!(
-        "{}: {} taps of {} designs, {model}, on {}",
-        spec.name,
-        grouped(plan.taps),
-        grouped(plan.designs),
-        where_and_why(b)
-    )
+    let (name, taps, designs) = (&spec.name, grouped(plan.taps), grouped(plan.designs));
+    format!("{name}: {taps} taps of {designs} designs, {model}, on {}", where_and_why(b))
 }
 
 /// What to say when the gauge saw more strain than the curve of the material holds.
@@ -166,31 +154,20 @@ fn planned(
     let mut text = headline(spec, plan, b) + "\n";
     let format = TableFormat::of(spec);
     for (name, rows) in Table::ALL.map(|table| table.file(format)).iter().zip(plan.rows) {
-        let _ = writeln!(
-            text,
-            "  {name:<14} {}",
-            if rows > 0 { format!("{} rows", grouped(rows)) } else { "not written".into() }
-        );
+        let rows = if rows > 0 { format!("{} rows", grouped(rows)) } else { "not written".into() };
+        let _ = writeln!(text, "  {name:<14} {rows}");
     }
-    let _ = writeln!(
-        text,
-        "  about {} bytes in {}, about {} s, {}; nothing was run",
-        rough(plan.bytes * format.share()),
-        out.display(),
-        rough(seconds),
-        way.name()
-    );
-    if let Some(needed) = needed {
-        text += &needed.sentence();
-    }
+    let (bytes, curves) = (plan.bytes * format.share(), plan.curves);
+    let (size, to, time, by) = (rough(bytes), out.display(), rough(seconds), way.name());
+    let _ = writeln!(text, "  about {size} bytes in {to}, about {time} s, {by}; nothing was run");
+    text += &needed.map_or_else(String::new, Needed::sentence);
     if let Some(full) = full {
         let _ = writeln!(text, "  with the full model about {} s", rough(full));
     }
-    if plan.curves > 0 {
+    if curves > 0 {
         let _ = writeln!(
             text,
-            "  theory \"exact\": the model's own curve of each of {} designs rows too, some 12 to 16 taps more for each",
-            plan.curves
+            "  theory \"exact\": the model's own curve of each of {curves} designs rows too, some 12 to 16 taps more for each"
         );
     }
     if plan.both > 0 {
@@ -203,21 +180,17 @@ fn planned(
         let _ = writeln!(text, "  warning: {}", large(file));
     }
     if let Some(fit) = &spec.material_fit {
-        let ([c10, c20, c30], [min, max]) = (fit.coefficients, fit.range);
+        let MaterialFit { file, points, coefficients: [c10, c20, c30], rms, range: [min, max] } = fit;
         let _ = writeln!(
             text,
-            "  material fitted to {}: yeoh = [{c10}, {c20}, {c30}] MPa, rms {:.3e} MPa over {} points, strain {min} … {max}",
-            fit.file, fit.rms, fit.points
+            "  material fitted to {file}: yeoh = [{c10}, {c20}, {c30}] MPa, rms {rms:.3e} MPa over {points} points, strain {min} … {max}"
         );
     }
-    let _ = writeln!(text, "values in force:");
-    for (key, value, written) in &spec.in_force {
-        let _ = writeln!(text, "  {key} = {value}{}", if *written { "" } else { "    (default)" });
-    }
+    let _ = write!(text, "values in force:\n{}", super::in_force(spec));
     Ok(Reply {
         text,
         out: Some(out),
-        counts: json!({ "taps": plan.taps, "designs_total": plan.designs, "tuples": plan.rows[0], "designs": plan.rows[1], "distances": plan.rows[2], "bytes": plan.bytes * format.share(), "curves": plan.curves }),
+        counts: json!({ "taps": plan.taps, "designs_total": plan.designs, "tuples": plan.rows[0], "designs": plan.rows[1], "distances": plan.rows[2], "bytes": bytes, "curves": curves }),
         seconds: json!({ "expected": seconds, "way": way.name(), "expected_full": full }),
         backend: json!(b),
         result: json!({ "in_force": run_json::in_force(spec), "material_fit": run_json::material_fit(spec, None), "model_error": needed.map(|n| n.summary(seconds)) }),
@@ -228,10 +201,9 @@ fn planned(
 /// What to expect of a tuple file that is not held in memory: some 45 bytes a row are, and every reading of it takes time.
 fn large(file: &Listed) -> String {
     let rows = file.len() as f64;
+    let (size, time) = (150.0 + 45e-6 * rows, (rows / 3e6).ceil());
     format!(
-        "the tuple file has {rows:.1e} rows: it takes about {:.0} MB of memory and is read two to four times, about {:.0} s each",
-        150.0 + 45e-6 * rows,
-        (rows / 3e6).ceil()
+        "the tuple file has {rows:.1e} rows: it takes about {size:.0} MB of memory and is read two to four times, about {time:.0} s each"
     )
 }
 
@@ -253,54 +225,34 @@ fn row(spec: &Spec, k: &Kept) -> Value {
             value[property.about().column] = x.into();
         }
     }
-    let shown = spec.study.setup.directions;
-    for (column, angle, shown) in
-        [("tilt_deg", k.direction.tilt, shown.tilt), ("lean_deg", k.direction.lean, shown.lean)]
-    {
-        if shown {
-            value[column] = angle.into();
-        }
+    for (column, angle) in angles(spec, k.direction) {
+        value[column] = angle.into();
     }
     value[spec.study.setup.drive.column()] = k.drive.into();
-    let unit = if spec.study.setup.estimate.convention == vibrissa::scene::Convention::Elongation {
-        "_mm"
-    } else {
-        ""
-    };
-    value[format!("K_mean{unit}")] = json!(k.row.mean.map(|m| (1.0 + m) * k.unit));
-    value[format!("K_sd{unit}")] = json!(k.row.sd.map(|s| s * k.unit));
+    let [mean, sd] = k_names(&spec.study.setup);
+    value[mean] = json!(k.row.mean.map(|m| (1.0 + m) * k.unit));
+    value[sd] = json!(k.row.sd.map(|s| s * k.unit));
     value
+}
+
+/// Columns of the pole's direction that are shown, and their angles.
+fn angles(spec: &Spec, of: Direction) -> impl Iterator<Item = (&'static str, f64)> {
+    let shown = spec.study.setup.directions;
+    let tilt = shown.tilt.then_some(("tilt_deg", of.tilt));
+    tilt.into_iter().chain(shown.lean.then_some(("lean_deg", of.lean)))
 }
 
 /// The best row in a sentence.
 fn answer(spec: &Spec, report: &Report) -> String {
-    let whisker = [
-        Column::BaseDiameter,
-        Column::TipDiameter,
-        Column::Length,
-        Column::GaugePosition,
-        Column::GridLength,
-    ];
+    let setup = &spec.study.setup;
     let several = |column: &Column| spec.study.space.axis(*column).is_none_or(|axis| axis.len() > 1);
-    let rigs = spec.study.setup.rigs.iter().flat_map(|rigs| rigs.properties.iter().map(|p| p.about().column));
-    let angles = spec.study.setup.directions;
-    let angles =
-        [(angles.tilt, "tilt_deg"), (angles.lean, "lean_deg")].into_iter().filter(|a| a.0).map(|a| a.1);
-    let names = whisker
-        .into_iter()
-        .zip(["D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm"])
-        .filter(|(c, _)| several(c))
-        .map(|c| c.1);
-    let varying: Vec<&str> = names.chain(rigs).chain(angles).collect();
-    let elongation = spec.study.setup.estimate.convention == vibrissa::scene::Convention::Elongation;
-    let sd = if elongation { "K_sd_mm" } else { "K_sd" };
-    let by = spec.study.listed_by().name();
-    of_best(
-        &report.highlights.iter().map(|k| row(spec, k)).collect::<Vec<_>>(),
-        &varying,
-        [sd, by, spec.study.setup.drive.column()],
-        report.ranked,
-    )
+    let whisker = Column::ALL.into_iter().take(5).filter(several).map(|column| column.name(setup.drive));
+    let rigs = setup.rigs.iter().flat_map(|rigs| rigs.properties.iter().map(|p| p.about().column));
+    let angles = angles(spec, Direction::default()).map(|(column, _)| column);
+    let varying: Vec<&str> = whisker.chain(rigs).chain(angles).collect();
+    let ([_, sd], by) = (k_names(setup), spec.study.listed_by().name());
+    let rows: Vec<Value> = report.highlights.iter().map(|k| row(spec, k)).collect();
+    of_best(&rows, &varying, [sd, by, setup.drive.column()], report.ranked)
 }
 
 fn summary(spec: &Spec, report: &Report, needed: Option<&Needed>) -> String {
@@ -314,7 +266,6 @@ fn summary(spec: &Spec, report: &Report, needed: Option<&Needed>) -> String {
         let _ = writeln!(text, "kept {kept} of {complete} complete rows (top = {top})");
     }
     text += &needed.map_or_else(String::new, Needed::sentence);
-    let files: Vec<_> = report.files.iter().map(|p| p.display().to_string()).collect();
-    let _ = writeln!(text, "wrote {} in {:.2} s", files.join(", "), report.seconds.total);
+    let _ = writeln!(text, "wrote {} in {:.2} s", super::listed(&report.files), report.seconds.total);
     text
 }

@@ -20,28 +20,22 @@ use super::say;
 pub fn run(args: &Taps) -> Result<Reply, Error> {
     let start = Instant::now();
     let label = args.raw.display().to_string();
-    let stem = args.raw.file_stem().map_or_else(|| "taps".into(), |s| s.to_string_lossy().into_owned());
+    let stem = super::stem(&args.raw, "taps");
     let out = super::folder(args.common.out.as_ref(), &stem, "taps");
     let columns = args.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
     let bytes = Data::load(&args.raw)?;
     let text = String::from_utf8_lossy(&bytes);
     let record = Record::parse(&label, &text, &columns)?;
+    let samples = record.time.len();
     if args.common.plan {
-        let text =
-            format!("would look for taps in {} samples of {label}; nothing was run\n", record.time.len());
-        return Ok(Reply { text, out: Some(out), ..Reply::default() });
+        return Ok(Reply::planned(out, |_| format!("would look for taps in {samples} samples of {label}")));
     }
-    if !args.common.quiet && !record.ignored.is_empty() {
-        say::warning(format_args!("columns that are not used: {}", record.ignored.join(", ")));
-    }
-    if !args.common.quiet && record.empty > 0 {
-        say::warning(format_args!("lines without a signal are left out: {}", record.empty));
-    }
-    let drive = match (&args.theta, &args.delta) {
-        (Some(values), _) => Some((Drive::Angle, values.clone())),
-        (None, Some(values)) => Some((Drive::Displacement, values.clone())),
-        (None, None) => None,
-    };
+    let ignored = || format!("columns that are not used: {}", record.ignored.join(", "));
+    say::warnings(args.common.quiet, (!record.ignored.is_empty()).then(ignored));
+    let empty = || format!("lines without a signal are left out: {}", record.empty);
+    say::warnings(args.common.quiet, (record.empty > 0).then(empty));
+    let angles = args.theta.clone().map(|values| (Drive::Angle, values));
+    let drive = angles.or_else(|| Some((Drive::Displacement, args.delta.clone()?)));
     let labels = Labels { a: args.a.clone().unwrap_or_default(), drive };
     let (readings, rest) = find(&record, args.take)?;
     labels.check(&record, &readings)?;
@@ -56,18 +50,14 @@ pub fn run(args: &Taps) -> Result<Reply, Error> {
     }
     let count = |kind: Kind| readings.iter().filter(|r| r.kind == kind).count();
     let [rests, plateaus, peaks] = [Kind::Rest, Kind::Plateau, Kind::Peak].map(count);
-    let counts =
-        json!({ "samples": record.time.len(), "rests": rests, "plateaus": plateaus, "peaks": peaks });
+    let (taps, noise) = (plateaus + peaks, rest.noise);
+    let counts = json!({ "samples": samples, "rests": rests, "plateaus": plateaus, "peaks": peaks });
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
-    let result = json!({ "noise": rest.noise, "taps": plateaus + peaks });
+    let result = json!({ "noise": noise, "taps": taps });
     let told = json!({ "raw": { "file": label, "hash": hash(&text) }, "counts": counts, "seconds": seconds, "result": result });
-    folder.run_json(&run_json::document("taps", json!({ "name": stem, "hash": hash(&text) }), told))?;
-    let written = folder.finish()?;
+    let document = run_json::document("taps", json!({ "name": stem, "hash": hash(&text) }), told);
     let answer = format!(
-        "{} taps in {} samples ({plateaus} stand still, {peaks} are peaks), rests: {rests}; noise of a sample {:.3e}. Look at taps.svg before you use them.",
-        plateaus + peaks,
-        record.time.len(),
-        rest.noise
+        "{taps} taps in {samples} samples ({plateaus} stand still, {peaks} are peaks), rests: {rests}; noise of a sample {noise:.3e}. Look at taps.svg before you use them."
     );
-    Ok(Reply { answer, counts, seconds, result, ..Reply::default() }.written(out, written, start))
+    Reply { answer, counts, seconds, result, ..Reply::default() }.filed(folder, &document, (out, start))
 }

@@ -46,11 +46,9 @@ pub fn run(args: &Verify) -> Result<Reply, Error> {
     reply::in_json(options.json == Some(true));
     super::sweep::threads(options)?;
     let places = verify::present(options, bound(args)?)?;
-    if !quiet {
-        asked.spec.iter().flat_map(|s| &s.warnings).for_each(say::warning);
-        if options.backend.is_none() && !places.iter().any(|p| p.backend().name == "gpu") {
-            say::warning("no Vulkan, Metal or DirectX 12 adapter: only the CPU kernels are verified");
-        }
+    say::warnings(quiet, asked.spec.iter().flat_map(|s| &s.warnings));
+    if options.backend.is_none() && !places.iter().any(|p| p.backend().name == "gpu") {
+        say::unless(quiet)("no Vulkan, Metal or DirectX 12 adapter: only the CPU kernels are verified");
     }
     if options.plan == Some(true) {
         return planned(&asked, &places);
@@ -90,10 +88,8 @@ pub fn run(args: &Verify) -> Result<Reply, Error> {
         Written { files, removed, .. } = folder.finish()?;
         let _ = writeln!(text, "wrote {} in {seconds:.1} s", super::listed(&files));
     }
-    let cut = stopped.map(|[done, taps]| {
-        let what = format!("{done} of {taps} taps");
-        kept::words(&what, lines.is_empty(), kept, &asked.out)
-    });
+    let what = format!("{done} of {taps} taps");
+    let cut = stopped.map(|_| kept::words(&what, lines.is_empty(), kept, &asked.out));
     let faults = [cut, broken(&lines, &on)].into_iter().flatten().collect::<Vec<_>>();
     Ok(Reply {
         answer: if kept { answer_of(&asked.out) } else { String::new() },
@@ -128,15 +124,9 @@ fn solved(cases: Vec<Case>, mut places: Vec<Place>, progress: &Shown) -> Result<
 
 /// `--bound`, checked.
 fn bound(args: &Verify) -> Result<Option<f64>, InputError> {
-    match args.bound {
-        Some(b) if !(b > 0.0 && b.is_finite()) => {
-            Err(InputError::new("a bound on an error must be a positive number")
-                .key("--bound")
-                .value(b)
-                .allowed("> 0"))
-        }
-        b => Ok(b),
-    }
+    let Some(b) = args.bound.filter(|b| !(*b > 0.0 && b.is_finite())) else { return Ok(args.bound) };
+    let error = InputError::new("a bound on an error must be a positive number");
+    Err(error.key("--bound").value(b).allowed("> 0"))
 }
 
 /// Reads the spec, if any. Its `out` is where a sweep of it goes: the census goes beside it.
@@ -196,16 +186,15 @@ fn planned(asked: &VerifyOptions, places: &[Place]) -> Result<Reply, Error> {
     for case in &cases {
         let _ = writeln!(text, "  {:<22} {} taps", case.name, case.tuples.len());
     }
+    let (rows, out) = (cases.len() * places.len(), asked.out.display());
     let _ = writeln!(
         text,
-        "  verify.csv would have {} rows, in {}; about {seconds:.0} s; nothing was run",
-        cases.len() * places.len(),
-        asked.out.display()
+        "  verify.csv would have {rows} rows, in {out}; about {seconds:.0} s; nothing was run"
     );
     Ok(Reply {
         text,
         out: Some(asked.out.clone()),
-        counts: json!({ "configurations": cases.len(), "taps": taps, "lines": cases.len() * places.len() }),
+        counts: json!({ "configurations": cases.len(), "taps": taps, "lines": rows }),
         seconds: json!({ "expected": seconds }),
         backend: json!(places.iter().map(Place::backend).collect::<Vec<_>>()),
         result: json!({ "samples": asked.samples, "seed": asked.seed }),
@@ -215,41 +204,17 @@ fn planned(asked: &VerifyOptions, places: &[Place]) -> Result<Reply, Error> {
 
 /// The census for people: one line per configuration and backend.
 fn table(lines: &[Line], places: &[String]) -> String {
-    let mut text = format!(
-        "{:<22} {:<8} {:>5} {:>8} {:>8} {:>8} {:>5} {:>8} {:>8} {:>8} {:>8} {:>6} {:>5}  verdict\n",
-        "configuration",
-        "backend",
-        "taps",
-        "strain",
-        "median",
-        "p99",
-        "over",
-        "K",
-        "force",
-        "arc",
-        "unsolved",
-        "sweeps",
-        "max"
-    );
+    let mut text = "configuration          backend   taps   strain   median      p99  over        K    force      arc unsolved sweeps   max  verdict\n".to_owned();
     let number = |x: Option<f64>| x.map_or("-".into(), |x| format!("{x:.1e}"));
     for line in lines {
-        let [strain, k, force, arc] = line.errors;
+        let Line { configuration, taps, unsolved, sweeps: (mean, most), .. } = line;
+        let (place, first) = (&places[line.place], line.errors[0]);
+        let over = first.map_or(0, |f| f.over);
+        let [strain, k, force, arc] = line.errors.map(|f| number(f.map(|f| f.worst)));
+        let [median, p99] = [first.map(|f| f.median), first.map(|f| f.p99)].map(number);
         let _ = writeln!(
             text,
-            "{:<22} {:<8} {:>5} {:>8} {:>8} {:>8} {:>5} {:>8} {:>8} {:>8} {:>8} {:>6.1} {:>5}  {}",
-            line.configuration,
-            places[line.place],
-            line.taps,
-            number(strain.map(|f| f.worst)),
-            number(strain.map(|f| f.median)),
-            number(strain.map(|f| f.p99)),
-            strain.map_or(0, |f| f.over),
-            number(k.map(|f| f.worst)),
-            number(force.map(|f| f.worst)),
-            number(arc.map(|f| f.worst)),
-            line.unsolved,
-            line.sweeps.0,
-            line.sweeps.1,
+            "{configuration:<22} {place:<8} {taps:>5} {strain:>8} {median:>8} {p99:>8} {over:>5} {k:>8} {force:>8} {arc:>8} {unsolved:>8} {mean:>6.1} {most:>5}  {}",
             verdict(line)
         );
     }

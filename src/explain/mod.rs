@@ -9,6 +9,8 @@ mod sample;
 mod setting;
 mod switch;
 
+#[cfg(test)]
+pub(crate) use sample::tests as samples;
 pub use sample::{LIMIT, Sample};
 pub use setting::{Aim, Setting};
 pub use switch::{Effect, FOIL, FRICTION, HUB, LEAN, Pair, Switch, TILT, without};

@@ -31,9 +31,6 @@ impl Sample {
     ///
     /// First and last distance and drive are always among them; designs are spread by the golden ratio, which no
     /// period of a grid can meet.
-    ///
-    /// # Errors
-    /// A tuple file that cannot be read again.
     pub fn new(study: &Study) -> Result<Self, Error> {
         Ok(match &study.space {
             Space::Grid(factors) => Self::grid(&Layout::new(factors)),
@@ -121,16 +118,33 @@ fn golden(n: u64, some: u64) -> impl Iterator<Item = u64> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::spec::parse;
     use std::path::Path;
 
-    fn sample(d: &str, a: &str, theta: &str) -> Sample {
+    /// A study of whiskers with these tips, distances and tap angles, as a spec writes them.
+    pub fn study(d: &str, a: &str, theta: &str) -> Study {
         let text = format!(
             "[whisker]\nD = 10\nd = {d}\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = {a}\ntheta = {theta}"
         );
-        Sample::new(&parse("t.toml", &text, Path::new("")).expect("valid spec").study).expect("a grid")
+        parse("t.toml", &text, Path::new("")).expect("valid spec").study
+    }
+
+    /// Taps of so many whiskers at so many distances each, one distance after the other.
+    pub fn listed(whiskers: u64, distances: u64) -> Vec<Tuple> {
+        let whisker = Tuple { D: 10.0, L_a: 50.0, x_ss: 5.0, l: 2.0, ..Tuple::default() };
+        let tuple = |k: u64, i: u64| Tuple {
+            d: 2.0 + 1e-3 * k as f64,
+            a: 20.0 + i as f64,
+            drive: 1.0 + 1e-3 * (k % 7) as f64,
+            ..whisker
+        };
+        (0..distances).flat_map(|i| (0..whiskers).map(move |k| tuple(k, i))).collect()
+    }
+
+    fn sample(d: &str, a: &str, theta: &str) -> Sample {
+        Sample::new(&study(d, a, theta)).expect("a grid")
     }
 
     #[test]
@@ -162,20 +176,8 @@ mod tests {
 
     #[test]
     fn a_long_list_is_thinned_in_whole_rows() {
-        let tuple = |k: u64, i: u64| Tuple {
-            D: 10.0,
-            d: 2.0 + 1e-3 * k as f64,
-            L_a: 50.0,
-            x_ss: 5.0,
-            l: 2.0,
-            a: 20.0 + i as f64,
-            drive: 1.0,
-            ..Tuple::default()
-        };
         for (designs, distances) in [(1000, 10), (5000, 1), (3, 5000)] {
-            let tuples: Vec<_> =
-                (0..distances).flat_map(|i| (0..designs).map(move |k| tuple(k, i))).collect();
-            let s = Sample::list(&tuples);
+            let s = Sample::list(&listed(designs, distances));
             assert!((1000..=LIMIT as usize).contains(&s.tasks.len()), "{}", s.tasks.len());
             assert!(s.rows.windows(2).all(|r| s.tasks[r[0]].a == 20.0));
         }

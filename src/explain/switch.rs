@@ -107,43 +107,35 @@ impl Effect {
         !self.is_of_shape() || self.is_on(s) == Some(true)
     }
 
+    /// Its name for people, and its key of the spec.
+    fn about(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Rotation => ("finite rotation", "model.geometry"),
+            Self::Term(term) => (term.name, term.key),
+            Self::Hub => ("hub", "whisker.hub"),
+            Self::Foil => ("foil", "gauge.foil"),
+            Self::Root => ("root", "whisker.root"),
+            Self::Curvature => ("rest curvature", "whisker.curvature"),
+            Self::Inner => ("bore or core", "whisker.bore"),
+            Self::Profile => ("profile", "whisker.profile"),
+            Self::Coulomb => ("friction", "model.contact"),
+            Self::Stick => ("stick", "model.contact"),
+            Self::Rubber => ("rubber nonlinearity", "model.material"),
+            Self::Tilt => ("tilt", "tap.tilt"),
+            Self::Lean => ("lean", "tap.lean"),
+            Self::Side => ("other side", "gauge.side"),
+        }
+    }
+
     /// For people.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Rotation => "finite rotation",
-            Self::Term(term) => term.name,
-            Self::Hub => "hub",
-            Self::Foil => "foil",
-            Self::Root => "root",
-            Self::Curvature => "rest curvature",
-            Self::Inner => "bore or core",
-            Self::Profile => "profile",
-            Self::Coulomb => "friction",
-            Self::Stick => "stick",
-            Self::Rubber => "rubber nonlinearity",
-            Self::Tilt => "tilt",
-            Self::Lean => "lean",
-            Self::Side => "other side",
-        }
+        self.about().0
     }
 
     /// Key of the spec.
     pub fn key(self) -> String {
-        match self {
-            Self::Rotation => "model.geometry".into(),
-            Self::Term(term) => format!("model.{}", term.key),
-            Self::Hub => "whisker.hub".into(),
-            Self::Foil => "gauge.foil".into(),
-            Self::Root => "whisker.root".into(),
-            Self::Curvature => "whisker.curvature".into(),
-            Self::Inner => "whisker.bore".into(),
-            Self::Profile => "whisker.profile".into(),
-            Self::Coulomb | Self::Stick => "model.contact".into(),
-            Self::Rubber => "model.material".into(),
-            Self::Tilt => "tap.tilt".into(),
-            Self::Lean => "tap.lean".into(),
-            Self::Side => "gauge.side".into(),
-        }
+        let (_, key) = self.about();
+        if matches!(self, Self::Term(_)) { format!("model.{key}") } else { key.to_owned() }
     }
 
     /// Whether the setting has it; `None` for the side, which is no effect.
@@ -176,11 +168,8 @@ impl Effect {
                 (term.set)(m, if on { term.trial } else { term.trial.off() });
                 // What needs it goes with it.
                 let needs = |other: &&Term| other.needs.is_some_and(|(key, _)| key == term.key);
-                TERMS
-                    .iter()
-                    .filter(needs)
-                    .filter(|_| !on)
-                    .for_each(|other| (other.set)(m, other.trial.off()));
+                let others = TERMS.iter().filter(needs).filter(|_| !on);
+                others.for_each(|other| (other.set)(m, other.trial.off()));
             }
             Self::Foil => s.foil = on.then_some(FOIL),
             // Only off: [`Self::is_told`].
@@ -231,11 +220,12 @@ impl Effect {
                 Contact::Coulomb(mu) => format!("coulomb {mu}"),
             },
             Self::Rubber => match m.material {
-                Material::Hooke(_) => "hooke".into(),
-                Material::NeoHookean(_) => "neo-hookean".into(),
-                Material::MooneyRivlin(_) => "mooney-rivlin".into(),
-                Material::Yeoh(_) => "yeoh".into(),
-            },
+                Material::Hooke(_) => "hooke",
+                Material::NeoHookean(_) => "neo-hookean",
+                Material::MooneyRivlin(_) => "mooney-rivlin",
+                Material::Yeoh(_) => "yeoh",
+            }
+            .into(),
             Self::Tilt => s.tilt.words(),
             Self::Lean => s.lean.words(),
             Self::Side if s.side == Side::Far => "far".into(),

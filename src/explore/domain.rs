@@ -56,10 +56,9 @@ impl Domain {
         let pole = setup.model.pole_radius;
         let angle = setup.drive == Drive::Angle;
         if pole > 0.0 && setup.hub > 0.0 && angle {
-            return Err(InputError::new("a page holds a hub or an object with a radius, not both")
-                .key("model.pole_radius")
-                .value(pole)
-                .allowed("0, or hub = 0 in [whisker]"));
+            let error = InputError::new("a page holds a hub or an object with a radius, not both");
+            let error = error.key("model.pole_radius").value(pole);
+            return Err(error.allowed("0, or hub = 0 in [whisker]"));
         }
         let drives = layout.bounds(Column::Drive);
         let [base, tip, length, x_ss, grid] = std::array::from_fn(|k| layout.bounds(Column::ALL[k]));

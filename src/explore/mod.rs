@@ -30,9 +30,6 @@ pub const TOLERANCE: f64 = 1e-5;
 const ALLOWED: [f64; 2] = [1e-7, 1e-3];
 
 /// `tolerance`, if a page's chart can hold it.
-///
-/// # Errors
-/// One that it cannot.
 pub fn sound(tolerance: f64) -> Result<f64, InputError> {
     if (ALLOWED[0]..=ALLOWED[1]).contains(&tolerance) {
         return Ok(tolerance);
@@ -40,6 +37,17 @@ pub fn sound(tolerance: f64) -> Result<f64, InputError> {
     let e = InputError::new("this is not a tolerance of a page's chart").key("tolerance").value(tolerance);
     Err(e.allowed(format!("{:e} to {:e}", ALLOWED[0], ALLOWED[1])))
 }
+
+/// Keys of what is no cone.
+const BUILT: [&str; 7] = [
+    "whisker.profile",
+    "whisker.exponent",
+    "whisker.bore",
+    "whisker.core",
+    "whisker.curvature",
+    "whisker.curvature_slope",
+    "whisker.root",
+];
 
 /// What a page reads.
 #[derive(Debug, Clone)]
@@ -75,50 +83,28 @@ pub fn bake(spec: &Spec, strain: f64) -> Result<Baked, Error> {
         return refuse("a page shows the exact rod", "model.geometry", "linear".into(), "exact");
     }
     if setup.model.contact == Contact::Stick {
-        let allowed = "frictionless, { coulomb = … }";
-        return refuse(
-            "what holds a contact that always sticks has no chart",
-            "model.contact",
-            "stick".into(),
-            allowed,
-        );
+        let (message, allowed) =
+            ("what holds a contact that always sticks has no chart", "frictionless, { coulomb = … }");
+        return refuse(message, "model.contact", "stick".into(), allowed);
     }
     if setup.estimate.theory == Theory::Exact {
         let allowed = "euler-bernoulli, timoshenko";
         return refuse("a page tells distances by a theory", "estimate.theory", "exact".into(), allowed);
     }
     let Some(layout) = spec.study.space.layout() else {
-        return refuse(
-            "a page needs ranges, not a list of tuples",
-            "tuples",
-            "a file".into(),
-            "[whisker], [gauge] and [tap]",
-        );
+        let (value, allowed) = ("a file".to_owned(), "[whisker], [gauge] and [tap]");
+        return refuse("a page needs ranges, not a list of tuples", "tuples", value, allowed);
     };
     if !layout.is_upright() {
-        return refuse(
-            "a page bakes one chart, of upright poles",
-            written(&["tap.tilt", "tap.lean"], "0"),
-            "not 0".into(),
-            "tilt = 0 and lean = 0",
-        );
+        let (key, value) = (written(&["tap.tilt", "tap.lean"], "0"), "not 0".to_owned());
+        return refuse("a page bakes one chart, of upright poles", key, value, "tilt = 0 and lean = 0");
     }
     if setup.gauge.second {
         return refuse("a page shows what one gauge reads", "gauge.second", "true".into(), "false");
     }
     if setup.built.is_some() {
-        let allowed = "a cone: D, d, L_a and hub only";
-        let keys = [
-            "whisker.profile",
-            "whisker.exponent",
-            "whisker.bore",
-            "whisker.core",
-            "whisker.curvature",
-            "whisker.curvature_slope",
-            "whisker.root",
-        ];
-        let key = written(&keys, "0");
-        return refuse("a page shows a cone clamped at its base", key, "more than a cone".into(), allowed);
+        let (value, allowed) = ("more than a cone".to_owned(), "a cone: D, d, L_a and hub only");
+        return refuse("a page shows a cone clamped at its base", written(&BUILT, "0"), value, allowed);
     }
     if let Some(all) = &setup.channels {
         let (value, allowed) = (format!("{} channels", all.len()), "\"strain\", \"moment\" or \"force\"");

@@ -135,14 +135,9 @@ impl Tables {
                 let value = self.matrix(&p.value, short);
                 let variance = self.matrix(&p.variance, |x| x);
                 let reals = [(p.a[0] * p.a[1]).sqrt(), p.half(), p.scale].map(|x| real.number(x)).join(", ");
-                self.pieces.push(format!(
-                    "    {{{reals}, {}, {}, {}, {}, {}, {value}, {variance}}},",
-                    p.looks,
-                    p.value.len(),
-                    p.value[0].len(),
-                    p.variance.len(),
-                    p.variance[0].len()
-                ));
+                let of = [p.value.len(), p.value[0].len(), p.variance.len(), p.variance[0].len()];
+                let (looks, of) = (p.looks, of.map(|n| n.to_string()).join(", "));
+                self.pieces.push(format!("    {{{reals}, {looks}, {of}, {value}, {variance}}},"));
             }
         }
         (first, all.strips.len())
@@ -226,9 +221,8 @@ impl Export<'_> {
     /// The file in C.
     pub(super) fn c(&self) -> String {
         let float = "; float: 2e-5 mm, more next to the peak of the signal";
-        let comment = format!("/* {}\n*/", self.comment(float).replace('\n', "\n   "));
         let mut out = HEAD
-            .replace("@COMMENT", &comment.lines().map(str::trim_end).collect::<Vec<_>>().join("\n"))
+            .replace("@COMMENT", &text::c_comment(&self.comment(float)))
             .replace("@ZERO", &number(text::zero(self.locator)))
             .replace("@TOGETHER", &self.taps.as_ref().map_or(String::new(), Taps::c_head))
             .replace("@DRIVE", text::drive(self.locator))
@@ -310,10 +304,8 @@ impl Export<'_> {
             lines.push("    drive = fabs_F(drive); /* below 0: to the other side */".to_owned());
         }
         if self.locator.drive_origin != 0.0 {
-            lines.push(format!(
-                "    drive -= {}; /* the drive that counts as 0 */",
-                real.number(self.locator.drive_origin)
-            ));
+            let origin = real.number(self.locator.drive_origin);
+            lines.push(format!("    drive -= {origin}; /* the drive that counts as 0 */"));
         }
         lines.push(match self.locator.unit {
             Unit::Strain | Unit::Reading | Unit::Moment | Unit::Force => "    signal -= zero;".to_owned(),
@@ -348,18 +340,12 @@ impl Tables {
         let [lo, hi] = [of.interest[0] * (1.0 - WIDENING), of.interest[1] * (1.0 + WIDENING)];
         let end_stop = of.end_stop * (1.0 - SAME);
         let n = |x: f64| real.number(x);
+        let (sign, begin, drives) = (of.sign, self.drives.len(), of.drives.len());
+        let reach = [nearest, farthest, WIDENING * farthest].map(n).join(", ");
+        let [interest, ends] =
+            [[lo, hi], [text::limit(export.locator, of.factor), end_stop]].map(|pair| pair.map(n).join(", "));
         self.sides.push(format!(
-            "    {{{}, {first}, {count}, {}, {}, {}, {}, {}, {{{}, {}}}, {}, {}, {cut}, {alone}, {weak}, {strong}}},",
-            of.sign,
-            self.drives.len(),
-            of.drives.len(),
-            n(nearest),
-            n(farthest),
-            n(WIDENING * farthest),
-            n(lo),
-            n(hi),
-            n(text::limit(export.locator, of.factor)),
-            n(end_stop),
+            "    {{{sign}, {first}, {count}, {begin}, {drives}, {reach}, {{{interest}}}, {ends}, {cut}, {alone}, {weak}, {strong}}},"
         ));
         self.drives.extend(&of.drives);
         self.bias.extend(&of.bias);

@@ -38,26 +38,15 @@ fn word(b: bool) -> &'static str {
 
 fn piece(p: &Piece) -> String {
     let value: Vec<Vec<f64>> = p.value.iter().map(|r| r.iter().map(|x| short(*x)).collect()).collect();
-    format!(
-        "            ({}, {}, {}, {}, {}, {}),",
-        number((p.a[0] * p.a[1]).sqrt()),
-        number(p.half()),
-        number(p.scale),
-        p.looks,
-        rows(&value),
-        rows(&p.variance)
-    )
+    let reals = [(p.a[0] * p.a[1]).sqrt(), p.half(), p.scale].map(number).join(", ");
+    format!("            ({reals}, {}, {}, {}),", p.looks, rows(&value), rows(&p.variance))
 }
 
 fn strips(all: &Pieces) -> String {
     let one = |s: &super::pieces::Strip| {
-        let pieces: Vec<String> = s.pieces.iter().map(piece).collect();
-        format!(
-            "        ({}, {}, [\n{}\n        ]),",
-            number(s.drives[0]),
-            number(s.drives[1]),
-            pieces.join("\n")
-        )
+        let pieces = s.pieces.iter().map(piece).collect::<Vec<_>>().join("\n");
+        let [from, to] = s.drives.map(number);
+        format!("        ({from}, {to}, [\n{pieces}\n        ]),")
     };
     all.strips.iter().map(one).collect::<Vec<_>>().join("\n")
 }
@@ -126,8 +115,7 @@ impl Export<'_> {
         let [strain, above] = self.arithmetic();
         let mut learned_sides = 0..;
         let sides: Vec<String> = self.sides.iter().map(|s| self.side(s, &mut learned_sides)).collect();
-        let limit = text::limit(self.locator, f64::NAN);
-        let limit = infinite(limit);
+        let limit = infinite(text::limit(self.locator, f64::NAN));
         WHOLE
             .replace("@COMMENT", &self.comment(""))
             .replace("@TABLES", &format!("SIDES = [\n{}\n]", sides.join("\n")))
@@ -157,10 +145,9 @@ impl Export<'_> {
                 format!("0.004 * value / ({factor} * (1.0 - 0.002 * value)) if value < 500.0 else inf - inf")
             }
         };
-        let above = "strain(signal - zero)";
         let above = match text::wraps(self.locator) {
-            Some(below) => format!("({above} + {below:?}) % 65536.0 - {below:?}"),
-            None => above.to_owned(),
+            Some(below) => format!("(strain(signal - zero) + {below:?}) % 65536.0 - {below:?}"),
+            None => "strain(signal - zero)".to_owned(),
         };
         [strain, above]
     }

@@ -88,10 +88,8 @@ impl Taps {
         let mut out = String::from("\n");
         if !real.is_float() {
             let roots = self.sides.iter().flat_map(|s| s.roots.iter().flatten()).copied();
-            out += &format!(
-                "static const float together_roots[] = {{\n{}\n}};\n\n",
-                super::c::REALS[1].list(roots)
-            );
+            let roots = super::c::REALS[1].list(roots);
+            out += &format!("static const float together_roots[] = {{\n{roots}\n}};\n\n");
         }
         for (name, rows) in tables {
             out += &format!("static const REAL {name}_F[] = {{\n{rows}\n}};\n\n");

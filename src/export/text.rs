@@ -85,18 +85,19 @@ pub(super) fn limit(locator: &Locator, factor: f64) -> f64 {
 /// The whisker of a calibration.
 pub(super) fn whisker(locator: &Locator) -> Option<String> {
     let t = &locator.rig.design.tuple;
-    let known = || {
-        format!(
-            "whisker      D = {} mm, d = {} mm, L_a = {} mm; gauge x_ss = {} mm, l = {} mm",
-            t.D, t.d, t.L_a, t.x_ss, t.l
-        )
-    };
+    let whisker = format!("D = {} mm, d = {} mm, L_a = {} mm", t.D, t.d, t.L_a);
+    let known = || format!("whisker      {whisker}; gauge x_ss = {} mm, l = {} mm", t.x_ss, t.l);
     locator.rig.known.then(known)
 }
 
 /// Lines of a comment without blanks at their ends.
 pub(super) fn trimmed(lines: &[String]) -> String {
     lines.join("\n").lines().map(str::trim_end).collect::<Vec<_>>().join("\n")
+}
+
+/// A comment of C.
+pub(super) fn c_comment(text: &str) -> String {
+    trimmed(&[format!("/* {}\n*/", text.replace('\n', "\n   "))])
 }
 
 impl Export<'_> {
@@ -112,13 +113,10 @@ impl Export<'_> {
         lines.extend(whisker(l));
         lines.push(format!("signal       {}", unit(l)));
         lines.push(format!("drive        {}", drive(l)));
-        for side in &self.sides {
-            lines.push(self.domain(side));
-        }
+        lines.extend(self.sides.iter().map(|side| self.domain(side)));
+        let (noise, unit) = (l.noise(), l.unit.common());
         lines.push(format!(
-            "sigma        noise of one reading ({:.3e} {}), of the calibration, bias; {BEYOND} sigma beyond the distances is outside",
-            l.noise(),
-            l.unit.common()
+            "sigma        noise of one reading ({noise:.3e} {unit}), of the calibration, bias; {BEYOND} sigma beyond the distances is outside"
         ));
         lines.push(format!("error        {}", self.precision(precision)));
         lines.push(format!("data         {}, SHA-256 {}", harmless(&c.data.file), harmless(&c.data.hash)));

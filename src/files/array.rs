@@ -55,9 +55,6 @@ impl Array {
     }
 
     /// As [`Self::read`], from a `text` that `label` names; calibrations are relative to `folder`.
-    ///
-    /// # Errors
-    /// A text that says something else; two whiskers of one name.
     pub fn parse(label: &str, text: &str, folder: &Path) -> Result<Self, InputError> {
         spec::described_by(label, text, |file| Self::of(file, folder))
     }
@@ -71,13 +68,12 @@ impl Array {
         for whisker in whiskers.tables(KEYS)? {
             let mount = mount(&whisker, folder)?;
             if mounts.iter().any(|m| m.name == mount.name) {
-                let error = whisker.needs("name", KEYS)?.error("two whiskers have this name");
-                return Err(error.allowed("different names"));
+                return whisker.needs("name", KEYS)?.refuse("two whiskers have this name", "different names");
             }
             mounts.push(mount);
         }
         if mounts.is_empty() {
-            return Err(whiskers.error("there is no whisker").allowed(KEYS));
+            return whiskers.refuse("there is no whisker", KEYS);
         }
         Ok(Self { mounts, noise: Noise { angle, base, touch: None } })
     }

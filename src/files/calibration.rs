@@ -39,49 +39,40 @@ impl<W> Calibration<W> {
             sides,
         }
     }
-}
 
-impl<W> Calibration<W> {
     /// Refuses values that contradict each other.
     fn check(&self, label: &str) -> Result<(), InputError> {
-        let fault = |key: String, message: &str, allowed: &str| {
+        let fault = |key: &str, message: &str, allowed: &str| {
             Err(InputError::new(message).at(label, None).key(key).allowed(allowed))
         };
         if named(&self.estimator).is_none() {
-            return fault("estimator".into(), "unknown estimator", &ALL.map(|e| e.name()).join(", "));
+            return fault("estimator", "unknown estimator", &ALL.map(|e| e.name()).join(", "));
         }
         if Unit::of_column(&self.signal).is_none() {
-            return fault("signal".into(), "unknown signal", "strain, microstrain, bridge_mV_per_V, reading");
+            return fault("signal", "unknown signal", "strain, microstrain, bridge_mV_per_V, reading");
         }
         if !(self.noise >= 0.0 && self.noise.is_finite()) {
-            return fault("noise".into(), "this is no standard deviation", "≥ 0");
+            return fault("noise", "this is no standard deviation", "≥ 0");
         }
         if !self.drive_origin.is_finite() {
-            return fault("drive_origin".into(), "this is no drive", "a finite number");
+            return fault("drive_origin", "this is no drive", "a finite number");
         }
         if self.lag.as_ref().is_some_and(|lag| !lag.is_sound()) {
-            return fault(
-                "lag".into(),
-                "this is no lag",
-                "|gain| ≤ 0.9, sigma_gain and sigma_tau_s ≥ 0, tau_s > 0",
-            );
+            let allowed = "|gain| ≤ 0.9, sigma_gain and sigma_tau_s ≥ 0, tau_s > 0";
+            return fault("lag", "this is no lag", allowed);
         }
         if self.second.as_ref().is_some_and(|second| !second.is_sound()) {
-            return fault(
-                "second".into(),
-                "this is no second gauge",
-                "a factor other than 0, |misalignment_deg| and |lean_deg| < 90, noise and standard errors ≥ 0",
-            );
+            let allowed = "a factor other than 0, |misalignment_deg| and |lean_deg| < 90, noise and standard errors ≥ 0";
+            return fault("second", "this is no second gauge", allowed);
         }
         if self.sides.is_empty() || self.sides.len() > 2 {
-            return fault("sides".into(), "one or two sides are needed", "1 … 2");
+            return fault("sides", "one or two sides are needed", "1 … 2");
         }
-        for (i, side) in self.sides.iter().enumerate() {
-            if let Err((key, wrong)) = side.check() {
-                return fault(format!("sides[{i}].{key}"), wrong.message, wrong.allowed);
-            }
+        let mut faults = self.sides.iter().enumerate().filter_map(|(i, side)| Some((i, side.check().err()?)));
+        match faults.next() {
+            Some((i, (key, wrong))) => fault(&format!("sides[{i}].{key}"), wrong.message, wrong.allowed),
+            None => Ok(()),
         }
-        Ok(())
     }
 }
 
@@ -123,9 +114,6 @@ impl Calibration {
     }
 
     /// Text of the file at `path`.
-    ///
-    /// # Errors
-    /// A file that is missing, or is none.
     pub fn load(path: &Path) -> Result<String, InputError> {
         let label = path.display().to_string();
         if path.is_dir() {
@@ -162,20 +150,15 @@ impl Calibration {
                 let value = other.map_or_else(|| table["format"].to_string(), |f| f.to_string());
                 let message = "this calibration was written by another version of the program, in a format it does not know; \
                                run `vibrissa calibrate` again";
-                return Err(InputError::new(message)
-                    .at(label, None)
-                    .key("format")
-                    .value(value)
-                    .allowed(format!("format = {FORMAT}")));
+                let error = InputError::new(message).at(label, None).key("format").value(value);
+                return Err(error.allowed(format!("format = {FORMAT}")));
             }
         }
         if table.contains_key("channels") {
             let message =
                 "this calibration is of a sensor with several channels, which only `vibrissa locate` reads";
-            return Err(InputError::new(message)
-                .at(label, None)
-                .key("channels")
-                .allowed("a calibration of one signal"));
+            let error = InputError::new(message).at(label, None).key("channels");
+            return Err(error.allowed("a calibration of one signal"));
         }
         let sides = table.get("sides").and_then(|s| s.as_array()).into_iter().flatten();
         let gone = sides.filter_map(|s| GONE.into_iter().find(|name| s.get(*name).is_some())).next();
@@ -187,11 +170,9 @@ impl Calibration {
         let read: Calibration<Table> = toml::from_str(text).map_err(|e| broken(&e))?;
         if read.sum() != read.checksum && !trust {
             let message = "this calibration was edited by hand: its checksum does not fit its values";
-            return Err(InputError::new(message)
-                .at(label, None)
-                .key("checksum")
-                .value(&read.checksum)
-                .allowed("the file as `vibrissa calibrate` wrote it; or --force to use it as it is"));
+            let error = InputError::new(message).at(label, None).key("checksum").value(&read.checksum);
+            let allowed = "the file as `vibrissa calibrate` wrote it; or --force to use it as it is";
+            return Err(error.allowed(allowed));
         }
         read.check(label)?;
         // Once more, with the places of the values: the spec is judged like any other.

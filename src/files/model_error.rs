@@ -7,9 +7,6 @@ use crate::scene::{Spec, Written};
 use crate::spec;
 
 /// The bound that was typed, else that of `spec`, if it can be judged where the strain of a tap is good to the tolerance of `choice`.
-///
-/// # Errors
-/// A bound by which nothing can be judged.
 pub fn model_error(typed: Option<f64>, spec: &Spec, choice: &Choice) -> Result<Option<f64>, Error> {
     let (bound, at) = match typed {
         Some(bound) => (bound, None),
@@ -20,15 +17,10 @@ pub fn model_error(typed: Option<f64>, spec: &Spec, choice: &Choice) -> Result<O
     };
     if let Some(rigs) = &spec.study.setup.rigs {
         let names: Vec<&str> = rigs.properties.iter().map(|property| property.name()).collect();
-        let why = format!(
-            "{} differ from design to design: which effects they need is not one answer",
-            names.join(", ")
-        );
-        return Err(InputError::new(why)
-            .key("--model-error")
-            .value(bound)
-            .allowed("one rig, or no --model-error")
-            .into());
+        let names = names.join(", ");
+        let why = format!("{names} differ from design to design: which effects they need is not one answer");
+        let error = InputError::new(why).key("--model-error").value(bound);
+        return Err(error.allowed("one rig, or no --model-error").into());
     }
     let least = LEAST.max(2.0 * choice.backend.tolerance.unwrap_or(0.0));
     if bound >= least && bound < 1.0 {

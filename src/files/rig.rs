@@ -44,9 +44,7 @@ impl Rig {
     pub fn to_table(&self) -> Table {
         let (s, t, m) = (&self.setup, &self.design.tuple, &self.setup.model);
         let word = |w: &str| Value::from(w);
-        let table = |entries: Vec<(&str, Value)>| -> Value {
-            Value::Table(entries.into_iter().map(|(k, v)| (k.to_owned(), v)).collect())
-        };
+        let table = |entries: Vec<(&str, Value)>| Value::Table(named(entries));
         let list = |v: &[f64]| Value::Array(v.iter().map(|x| Value::from(*x)).collect());
         let material = match &m.material {
             Material::Hooke(e) => ("hooke", Value::from(*e)),
@@ -76,12 +74,11 @@ impl Rig {
         let convention = if s.estimate.convention == Convention::Elongation { "elongation" } else { "mean" };
         let mut estimate = vec![("theory", word(s.estimate.theory.word())), ("convention", word(convention))];
         estimate.extend(s.estimate.range.map(|r| ("range", list(&r))));
+        let drive = word(if s.drive == Drive::Angle { "angle" } else { "displacement" });
         if !self.known {
             let gauge = ["strain_limit", "factor"];
             let gauge = gauge.into_iter().zip([s.gauge.strain_limit.into(), s.gauge.factor.into()]).collect();
-            let drive = word(if s.drive == Drive::Angle { "angle" } else { "displacement" });
-            let entries = [("gauge", table(gauge)), ("tap", table(vec![("drive", drive)]))];
-            return entries.into_iter().map(|(k, v)| (k.to_owned(), v)).collect();
+            return named([("gauge", table(gauge)), ("tap", table(vec![("drive", drive)]))]);
         }
         let sized = [("D", t.D), ("d", t.d), ("L_a", t.L_a)].map(|(key, x)| (key, x.into()));
         let tabled = s.built.as_ref().is_some_and(|built| matches!(built.profile, Profile::Table(_)));
@@ -99,22 +96,17 @@ impl Rig {
         let entries = [
             ("whisker", table(whisker)),
             ("gauge", table(gauge)),
-            (
-                "tap",
-                table(vec![("drive", word(if s.drive == Drive::Angle { "angle" } else { "displacement" }))]),
-            ),
+            ("tap", table(vec![("drive", drive)])),
             ("model", table(model)),
             ("estimate", table(estimate)),
         ];
         let sensor = (s.signal != Signal::Strain).then(|| {
             let noise = s.gauge.noise_strain.map(|n| ("noise", n.into()));
             let fixed = s.fixed.then(|| ("fixed", true.into()));
-            (
-                "sensor",
-                table([("signal", word(s.signal.word()))].into_iter().chain(noise).chain(fixed).collect()),
-            )
+            let signal = [("signal", word(s.signal.word()))].into_iter();
+            ("sensor", table(signal.chain(noise).chain(fixed).collect()))
         });
-        entries.into_iter().chain(sensor).map(|(k, v)| (k.to_owned(), v)).collect()
+        named(entries.into_iter().chain(sensor))
     }
 
     /// The whisker of a spec that is a `table` of the `text` of the file `label`, as [`Self::to_table`] wrote it; without a whisker in
@@ -156,6 +148,11 @@ fn fallback(drive: Drive) -> &'static str {
     }
 }
 
+/// A table of these entries.
+fn named<'k>(entries: impl IntoIterator<Item = (&'k str, Value)>) -> Table {
+    entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
+}
+
 /// What `[whisker]` says of a whisker beyond D, d, L_a and hub.
 fn beyond(built: &Built) -> Vec<(&'static str, Value)> {
     let pairs = |all: &[[f64; 2]]| {
@@ -177,7 +174,7 @@ fn beyond(built: &Built) -> Vec<(&'static str, Value)> {
             true => ("bore", diameter),
             false => {
                 let core = [("diameter", diameter), ("modulus", (*modulus).into())];
-                ("core", Value::Table(core.into_iter().map(|(k, v)| (k.to_owned(), v)).collect()))
+                ("core", Value::Table(named(core)))
             }
         });
     }
@@ -185,11 +182,8 @@ fn beyond(built: &Built) -> Vec<(&'static str, Value)> {
     all.extend(bends.filter(|(_, x)| *x != 0.0).map(|(key, x)| (key, x.into())));
     let Root { k_theta, k_y, k_x } = built.root;
     let springs = [("k_theta", k_theta), ("k_y", k_y), ("k_x", k_x)];
-    let springs: Table = springs
-        .into_iter()
-        .filter(|(_, k)| k.is_finite())
-        .map(|(key, k)| (key.to_owned(), k.into()))
-        .collect();
+    let springs = springs.into_iter().filter(|(_, k)| k.is_finite());
+    let springs = named(springs.map(|(key, k)| (key, k.into())));
     if !springs.is_empty() {
         all.push(("root", Value::Table(springs)));
     }

@@ -40,9 +40,6 @@ impl Strokes {
     }
 
     /// As [`Self::read`], of a `text` that `label` names; the files it names are relative to `folder`.
-    ///
-    /// # Errors
-    /// As [`Self::read`].
     pub fn parse(label: &str, text: &str, folder: &Path) -> Result<Self, InputError> {
         spec::described_by(label, text, |file| Self::of(file, folder))
     }
@@ -118,7 +115,7 @@ fn around(table: &Item<'_>, [x, y]: [f64; 2]) -> Result<Vec<Pose>, InputError> {
     let counted = table.needs("starts", AROUND)?;
     let n = counted.whole(1)?;
     if n > MOST_STARTS {
-        return Err(counted.error("so many strokes are not made").allowed(format!("1 … {MOST_STARTS}")));
+        return counted.refuse("so many strokes are not made", format!("1 … {MOST_STARTS}"));
     }
     let distance = table.needs("distance", AROUND)?.within(&LENGTH)?;
     let sense = table.or("sense", COUNTERCLOCKWISE, |s| s.within(&SENSE))?;

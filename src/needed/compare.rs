@@ -61,10 +61,9 @@ impl Said {
             let both = both.get(from..from + these.len()).unwrap_or_default();
             from += these.len();
             let mut reduced = Reduction::new(setup, &designs[k], row.reach, (these.len(), 1));
-            these
-                .iter()
-                .enumerate()
-                .for_each(|(i, tap)| reduced.count((i, 0), (row.distances[i], row.point.drive), tap));
+            for (i, tap) in these.iter().enumerate() {
+                reduced.count((i, 0), (row.distances[i], row.point.drive), tap);
+            }
             reduced.calibrate();
             taps.extend(these.iter().enumerate().map(|(i, tap): (usize, &Outcome)| {
                 let at = (row.distances[i], row.point.drive);

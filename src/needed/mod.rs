@@ -78,9 +78,6 @@ pub struct Needed {
 
 impl Needed {
     /// What the taps of `rows` need of the model of `full` for a strain within `bound`.
-    ///
-    /// # Errors
-    /// A kernel that fails.
     pub fn new(full: &Setup, rows: ComparedRows, bound: f64) -> Result<Self, Error> {
         let begun = Instant::now();
         let options = RunOptions {
@@ -123,9 +120,6 @@ impl Needed {
     }
 
     /// The model of `full`, the full one, for the taps near a threshold: to twice the bound.
-    ///
-    /// # Errors
-    /// A kernel that does not open.
     pub fn guard<'a>(&self, full: &'a Setup) -> Result<Guard<'a>, Error> {
         Ok(Guard::new(full, self.choice.open(&full.model)?, DOUBT * self.bound))
     }
@@ -142,9 +136,6 @@ impl Needed {
     }
 
     /// Whether the model keeps the bound at `rows`, which are kept; where it does not, the full model is taken. `go_on` is asked between parts.
-    ///
-    /// # Errors
-    /// A kernel that fails; that of `go_on`.
     pub fn keeps(&mut self, rows: &[Row], go_on: &dyn Fn() -> Result<(), Error>) -> Result<bool, Error> {
         self.measure(rows, go_on)?;
         let holds = self.kept.is_none_or(|kept| kept.holds(self.bound));
@@ -155,9 +146,6 @@ impl Needed {
     }
 
     /// How well the model holds at `rows`, which are kept. `go_on` is asked between parts.
-    ///
-    /// # Errors
-    /// A kernel that fails; that of `go_on`.
     pub fn measure(&mut self, rows: &[Row], go_on: &dyn Fn() -> Result<(), Error>) -> Result<(), Error> {
         self.kept = None;
         if self.left().is_empty() || rows.is_empty() {
@@ -218,25 +206,35 @@ impl Needed {
             if !small || !allowed(&rest) {
                 continue;
             }
-            let expected = match &mut expected {
-                Some(known) => known,
-                none => none.insert(Said::of(&self.full, &self.choice, spread)?),
-            };
-            let setup = Setup { model: rest.model, ..self.full.clone() };
-            let found = Said::of(&setup, &self.choice, spread)?;
-            let together = Checked::of(&self.full, spread, expected, &found, bound);
+            let (together, each) = self.against(&mut expected, &rest, spread)?;
             part.together = Some(together);
             if together.holds(bound) {
-                part.left = true;
-                left = set;
-                (self.spread, self.each) = (Some(together), Some([expected.each(), found.each()]));
-                self.setup = setup;
+                (part.left, left) = (true, set);
+                (self.spread, self.each) = (Some(together), Some(each));
+                self.setup = Setup { model: rest.model, ..self.full.clone() };
             }
         }
         // A stable order: what is left off as it was, then the rest.
         parts.sort_by_key(|p| !p.left);
         self.parts = parts;
         Ok(())
+    }
+
+    /// How far the model of `rest` is from the full one at `rows`, which is `expected` there once it has been asked, and seconds of a tap of both.
+    fn against(
+        &self,
+        expected: &mut Option<Said>,
+        rest: &Setting,
+        rows: &[Row],
+    ) -> Result<(Checked, [f64; 2]), Error> {
+        let expected = match expected {
+            Some(known) => known,
+            none => none.insert(Said::of(&self.full, &self.choice, rows)?),
+        };
+        let setup = Setup { model: rest.model, ..self.full.clone() };
+        let found = Said::of(&setup, &self.choice, rows)?;
+        let checked = Checked::of(&self.full, rows, expected, &found, self.bound);
+        Ok((checked, [expected.each(), found.each()]))
     }
 
     /// The effects of the full model, and what each changes alone at some rows of the spread.
@@ -248,15 +246,7 @@ impl Needed {
             let rest = without(said, &[effect]);
             let alone = match allowed(&rest) {
                 false => None,
-                true => {
-                    let expected = match &mut expected {
-                        Some(known) => known,
-                        none => none.insert(Said::of(&self.full, &self.choice, &some)?),
-                    };
-                    let setup = Setup { model: rest.model, ..self.full.clone() };
-                    let found = Said::of(&setup, &self.choice, &some)?;
-                    Some(Checked::of(&self.full, &some, expected, &found, self.bound))
-                }
+                true => Some(self.against(&mut expected, &rest, &some)?.0),
             };
             let (spec, instead) = (effect.value(said), effect.value(&rest));
             parts.push(Part { effect, spec, instead, alone, together: None, left: false });

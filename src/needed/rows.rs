@@ -53,9 +53,6 @@ pub struct ComparedRows {
 
 impl ComparedRows {
     /// Of the taps of `study`: the spread of [`Sample`] and the corners of the space.
-    ///
-    /// # Errors
-    /// A tuple file that cannot be read again.
     pub fn of_study(study: &Study) -> Result<Self, Error> {
         Ok(match &study.space {
             Space::Grid(factors) => Self::of_grid(study, &Layout::new(factors))?,
@@ -193,14 +190,7 @@ fn of_sample(sample: &Sample) -> Vec<Row> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::path::Path;
-
-    fn study(d: &str, a: &str, theta: &str) -> Study {
-        let text = format!(
-            "[whisker]\nD = 10\nd = {d}\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = {a}\ntheta = {theta}"
-        );
-        crate::spec::parse("t.toml", &text, Path::new("")).expect("valid spec").study
-    }
+    use crate::explain::samples::{listed, study};
 
     #[test]
     fn a_small_space_is_compared_whole() {
@@ -254,18 +244,7 @@ mod tests {
 
     #[test]
     fn of_a_long_list_every_column_has_its_ends() {
-        let tuple = |k: u64, i: u64| Tuple {
-            D: 10.0,
-            d: 2.0 + 1e-3 * k as f64,
-            L_a: 50.0,
-            x_ss: 5.0,
-            l: 2.0,
-            a: 20.0 + i as f64,
-            drive: 1.0 + 1e-3 * (k % 7) as f64,
-            ..Tuple::default()
-        };
-        let tuples: Vec<Tuple> = (0..10).flat_map(|i| (0..1000).map(move |k| tuple(k, i))).collect();
-        let rows = ComparedRows::of_list(&tuples);
+        let rows = ComparedRows::of_list(&listed(1000, 10));
         for end in [2.0, 2.999] {
             assert!(rows.spread.iter().any(|r| r.point.d == end), "{end}");
         }

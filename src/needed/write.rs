@@ -61,26 +61,19 @@ impl Needed {
     /// What was left off and how well that holds, in a few lines.
     pub fn sentence(&self) -> String {
         let left: Vec<&Part> = self.parts.iter().filter(|p| p.left).collect();
-        let mut text = String::new();
+        let bound = self.bound;
         if left.is_empty() {
-            let _ = match self.nearest() {
-                None => {
-                    writeln!(text, "--model-error {:e}: the model has no effect to leave off", self.bound)
+            return match self.nearest() {
+                None => format!("--model-error {bound:e}: the model has no effect to leave off\n"),
+                Some(p) => {
+                    let why = self.why(p, p.effect.name());
+                    format!("--model-error {bound:e} leaves off nothing: {why}\n")
                 }
-                Some(p) => writeln!(
-                    text,
-                    "--model-error {:e} leaves off nothing: {}",
-                    self.bound,
-                    self.why(p, p.effect.name())
-                ),
             };
-            return text;
         }
-        let names: Vec<String> = left
-            .iter()
-            .map(|p| format!("{} ({} in place of {})", p.effect.name(), p.instead, p.spec))
-            .collect();
-        let _ = writeln!(text, "--model-error {:e} leaves off {}", self.bound, names.join(", "));
+        let name = |p: &&Part| format!("{} ({} in place of {})", p.effect.name(), p.instead, p.spec);
+        let names = left.iter().map(name).collect::<Vec<_>>().join(", ");
+        let mut text = format!("--model-error {bound:e} leaves off {names}\n");
         let at = |c: &Option<Checked>, who: &str| {
             c.as_ref().map(|c| format!("{:.1e} at {} {who}", c.error, c.taps))
         };
@@ -89,16 +82,12 @@ impl Needed {
             at(&self.own, "others"),
             at(&self.kept, "taps of the rows kept"),
         ];
-        let astray = self.kept.filter(|c| !c.holds(self.bound));
-        let _ = write!(
-            text,
-            "  strain changes by at most {}; {}",
-            all.into_iter().flatten().collect::<Vec<_>>().join(", "),
-            match astray {
-                None => "no status changes".to_owned(),
-                Some(c) => format!("rows kept do not keep the bound, {} statuses change", c.statuses),
-            }
-        );
+        let most = all.into_iter().flatten().collect::<Vec<_>>().join(", ");
+        let statuses = match self.kept.filter(|c| !c.holds(bound)) {
+            None => "no status changes".to_owned(),
+            Some(c) => format!("rows kept do not keep the bound, {} statuses change", c.statuses),
+        };
+        let _ = write!(text, "  strain changes by at most {most}; {statuses}");
         if let Some([full, reduced]) = self.each {
             let _ = write!(text, "; a tap is solved in {:.0} % of the time", 100.0 * reduced / full);
         }

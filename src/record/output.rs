@@ -120,20 +120,10 @@ fn middle(record: &Record, reading: &Reading) -> f64 {
 pub fn readings(record: &Record, readings: &[Reading]) -> String {
     let mut text = "kind,begins_s,ends_s,from_s,to_s,samples,signal,rest,sd\n".to_owned();
     for r in readings {
-        let t = |k: usize| record.time[k];
-        let _ = writeln!(
-            text,
-            "{},{},{},{},{},{},{},{},{}",
-            r.kind.word(),
-            t(r.contact[0]),
-            t(r.contact[1]),
-            t(r.mean[0]),
-            t(r.mean[1]),
-            r.mean[1] - r.mean[0] + 1,
-            r.signal,
-            r.rest,
-            r.sd
-        );
+        let [[begins, ends], [from, to]] = [r.contact, r.mean].map(|ends| ends.map(|k| record.time[k]));
+        let (kind, samples) = (r.kind.word(), r.mean[1] - r.mean[0] + 1);
+        let Reading { signal, rest, sd, .. } = r;
+        let _ = writeln!(text, "{kind},{begins},{ends},{from},{to},{samples},{signal},{rest},{sd}");
     }
     text
 }

@@ -1,9 +1,10 @@
 //! A raw record: times, signals, and what stands beside them.
 
 use crate::error::InputError;
+use crate::locate::object::NAME as OBJECT;
 use crate::measure::Unit;
 use crate::measure::columns::Columns;
-use crate::measure::names::Names;
+use crate::measure::names::{DISTANCE, Names, TILT};
 use crate::measure::text::{Decimals, OTHER_MARK, fields, lines, separator};
 use crate::scene::Drive;
 
@@ -55,17 +56,12 @@ impl Record {
             unit: columns.signal.0,
             drive: columns.drive.map(|(kind, _)| (kind, Vec::new())),
             labels: Vec::new(),
-            ignored: columns
-                .ignored
-                .iter()
-                .filter(|name| *name != crate::locate::object::NAME)
-                .cloned()
-                .collect(),
+            ignored: columns.ignored.iter().filter(|name| *name != OBJECT).cloned().collect(),
             time: Vec::new(),
             signal: Vec::new(),
             empty: 0,
         };
-        let object = names.iter().position(|name| name == crate::locate::object::NAME);
+        let object = names.iter().position(|name| name == OBJECT);
         let labelled: Vec<usize> =
             [columns.a, columns.tilt, columns.run, object].into_iter().flatten().collect();
         record.labels = labelled.iter().map(|k| (own(&columns, *k, &names), Vec::new())).collect();
@@ -120,10 +116,7 @@ impl Record {
 
 /// The name that a data file has for the column `k`.
 fn own(columns: &Columns, k: usize, names: &[String]) -> String {
-    match Some(k) {
-        k if k == columns.a => crate::measure::names::DISTANCE.to_owned(),
-        k if k == columns.tilt => crate::measure::names::TILT.to_owned(),
-        k if k == columns.run => "run".to_owned(),
-        _ => names[k].clone(),
-    }
+    let known = [(columns.a, DISTANCE), (columns.tilt, TILT), (columns.run, "run")];
+    let name = known.into_iter().find(|(place, _)| *place == Some(k));
+    name.map_or_else(|| names[k].clone(), |(_, name)| name.to_owned())
 }

@@ -62,11 +62,10 @@ pub fn tables() -> Vec<Written> {
             beside(of(&AtDistance::COLUMNS), AT_DISTANCE),
         ),
     ];
-    all.extend(
-        OTHERS.iter().map(|t| {
-            written(t.command, t.file, t.row, t.columns.iter().map(|c| told(t.command, c)).collect())
-        }),
-    );
+    all.extend(OTHERS.iter().map(|t| {
+        let columns = t.before.iter().chain(t.columns).map(|c| told(t.command, c));
+        written(t.command, t.file, t.row, columns.collect())
+    }));
     all
 }
 
@@ -102,11 +101,8 @@ fn of<R>(columns: &[Column<R>]) -> Vec<Described> {
     };
     // The first channel stands for all.
     let first = |c: &&Column<R>| !matches!(c.only, Only::Channel(1..));
-    columns
-        .iter()
-        .filter(first)
-        .map(|c| Described { name: name(c.name), meaning: c.meaning, only: c.only })
-        .collect()
+    let described = |c: &Column<R>| Described { name: name(c.name), meaning: c.meaning, only: c.only };
+    columns.iter().filter(first).map(described).collect()
 }
 
 /// `columns` with `more` before the last of them, the status.
@@ -125,12 +121,9 @@ pub fn parts() -> Vec<Part> {
         };
         Entry { facts: vec![unit(&c.name)], meaning, name: c.name }
     };
-    let part = |t: Written| Part {
-        title: format!("{} ({})", t.file, t.command),
-        about: t.row.to_owned(),
-        examples: Vec::new(),
-        heads: vec!["column", "unit", "meaning"],
-        entries: t.columns.into_iter().map(entry).collect(),
+    let part = |t: Written| {
+        let title = format!("{} ({})", t.file, t.command);
+        Part::new(title, t.row, &["column", "unit", "meaning"], t.columns.into_iter().map(entry))
     };
     tables().into_iter().map(part).collect()
 }

@@ -22,27 +22,13 @@ const COMPLETE: &str = "[whisker]\nD = 10.0\nd = 4.0\nL_a = 50.0\n[gauge]\nx_ss 
 
 /// Every section, then every inline table.
 pub fn parts() -> Vec<Part> {
-    let heads = vec!["key", "unit", "default", "allowed", EXAMPLE, "meaning"];
-    let top = Part {
-        title: "Above all sections".to_owned(),
-        about: String::new(),
-        examples: Vec::new(),
-        heads: heads.clone(),
-        entries: vec![entry(None, &FORMAT)],
-    };
-    let section = |s: &Section| Part {
-        title: format!("[{}]", s.name),
-        about: s.about.to_owned(),
-        examples: Vec::new(),
-        heads: heads.clone(),
-        entries: s.keys.iter().map(|k| entry(Some(s), k)).collect(),
-    };
-    let inline = |s: &Section| Part {
-        title: s.name.to_owned(),
-        about: s.about.to_owned(),
+    let heads = ["key", "unit", "default", "allowed", EXAMPLE, "meaning"];
+    let top = Part::new("Above all sections", "", &heads, [entry(None, &FORMAT)].into_iter());
+    let entries = |s: &'static Section| s.keys.iter().map(|k| entry(Some(s), k));
+    let section = |s: &'static Section| Part::new(format!("[{}]", s.name), s.about, &heads, entries(s));
+    let inline = |s: &'static Section| Part {
         examples: s.examples.to_vec(),
-        heads: vec!["key", "unit", "default", "allowed", "meaning"],
-        entries: s.keys.iter().map(|k| entry(Some(s), k)).collect(),
+        ..Part::new(s.name, s.about, &["key", "unit", "default", "allowed", "meaning"], entries(s))
     };
     std::iter::once(top).chain(SECTIONS.iter().map(section)).chain(INLINE.iter().map(inline)).collect()
 }
@@ -104,37 +90,23 @@ pub fn with(section: Option<&Section>, key: &Key, value: Option<Value>) -> Strin
             ["whisker", "gauge", "tap", "optimise"].map(|s| spec.remove(s)).into_iter().for_each(drop)
         }
         ("tap", "delta" | "drive") => {
-            let tap = table(&mut spec, "tap");
-            tap.remove("theta");
-            tap.insert("delta".to_owned(), 2.0.into());
-            tap.insert("drive".to_owned(), "displacement".into());
-            let searched: Table = "d = [2.0, 8.0]".parse().expect("a table");
-            table(&mut spec, "optimise").insert("variables".to_owned(), searched.into());
+            table(&mut spec, "tap").remove("theta");
+            set(&mut spec, "tap", "delta = 2.0\ndrive = \"displacement\"");
+            set(&mut spec, "optimise", "variables = { d = [2.0, 8.0] }");
         }
         ("whisker", "profile" | "scale") if value.is_some() => {
             let whisker = table(&mut spec, "whisker");
             ["D", "d", "L_a"].map(|key| whisker.remove(key)).into_iter().for_each(drop);
             if key.name == "scale" {
                 // The cone that is complete.
-                let profile: Table = "profile = [[0.0, 10.0], [50.0, 4.0]]".parse().expect("a table");
-                whisker.extend(profile);
+                set(&mut spec, "whisker", "profile = [[0.0, 10.0], [50.0, 4.0]]");
             }
-            let searched: Table = "theta = [1.0, 8.0]".parse().expect("a table");
-            table(&mut spec, "optimise").insert("variables".to_owned(), searched.into());
+            set(&mut spec, "optimise", "variables = { theta = [1.0, 8.0] }");
         }
-        ("sensor", "noise" | "fixed") => {
-            table(&mut spec, "sensor").insert("signal".to_owned(), "moment".into());
-        }
-        ("sensor", "covariance") => {
-            let channels: Table = "signal = [\"moment\", \"force\"]".parse().expect("a table");
-            table(&mut spec, "sensor").extend(channels);
-        }
-        ("model", "indentation" | "solid") => {
-            table(&mut spec, "model").insert("pole_radius".to_owned(), 3.0.into());
-        }
-        ("model" | "model.contact", "contact" | "coulomb") => {
-            table(&mut spec, "model").insert("extension".to_owned(), true.into());
-        }
+        ("sensor", "noise" | "fixed") => set(&mut spec, "sensor", "signal = \"moment\""),
+        ("sensor", "covariance") => set(&mut spec, "sensor", "signal = [\"moment\", \"force\"]"),
+        ("model", "indentation" | "solid") => set(&mut spec, "model", "pole_radius = 3.0"),
+        ("model" | "model.contact", "contact" | "coulomb") => set(&mut spec, "model", "extension = true"),
         _ => {}
     }
     let place = match (name, name.split_once('.')) {
@@ -148,6 +120,11 @@ pub fn with(section: Option<&Section>, key: &Key, value: Option<Value>) -> Strin
         None => place.remove(key.name),
     };
     spec.to_string()
+}
+
+/// Puts the keys of `text` into the section `name`.
+fn set(spec: &mut Table, name: &str, text: &str) {
+    table(spec, name).extend(text.parse::<Table>().expect("keys of a section"));
 }
 
 fn table<'a>(of: &'a mut Table, name: &str) -> &'a mut Table {

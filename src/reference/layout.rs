@@ -38,6 +38,17 @@ pub struct Entry {
 }
 
 impl Part {
+    /// Without examples.
+    pub fn new(
+        title: impl Into<String>,
+        about: &str,
+        heads: &[&'static str],
+        entries: impl Iterator<Item = Entry>,
+    ) -> Self {
+        let (title, about) = (title.into(), about.to_owned());
+        Self { title, about, examples: Vec::new(), heads: heads.to_vec(), entries: entries.collect() }
+    }
+
     /// A heading, a paragraph and a table.
     pub fn markdown(&self) -> String {
         let cells = |e: &Entry| -> Vec<String> {

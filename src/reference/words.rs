@@ -105,14 +105,10 @@ pub const EXIT_CODES: [(&str, &str); 3] = [
 
 /// Statuses, reasons, verdicts, exit codes.
 pub fn parts() -> Vec<Part> {
+    let heads = ["word", "counts", "values of the tap", "in locate", "meaning"];
+    let entries = Status::ALL.into_iter().map(|(status, word)| entry(status, word));
     vec![
-        Part {
-            title: "status".to_owned(),
-            about: "In the order in which words are joined.".to_owned(),
-            examples: Vec::new(),
-            heads: vec!["word", "counts", "values of the tap", "in locate", "meaning"],
-            entries: Status::ALL.into_iter().map(|(status, word)| entry(status, word)).collect(),
-        },
+        Part::new("status", "In the order in which words are joined.", &heads, entries),
         list("reason", "Why `calibrate` does not use a row (rows.csv).", &REASONS),
         list("verdict", "What `verify` finds wrong (verify.csv).", &VERDICTS),
         list("exit codes", "What the program returns.", &EXIT_CODES),
@@ -138,11 +134,5 @@ fn list(title: &str, about: &str, words: &[(&str, &str)]) -> Part {
         facts: Vec::new(),
         meaning: (*meaning).to_owned(),
     };
-    Part {
-        title: title.to_owned(),
-        about: about.to_owned(),
-        examples: Vec::new(),
-        heads: vec!["word", "meaning"],
-        entries: words.iter().map(entry).collect(),
-    }
+    Part::new(title, about, &["word", "meaning"], words.iter().map(entry))
 }

@@ -16,7 +16,7 @@ use crate::physics::solid::{Bonded, Held, Soft};
 use crate::physics::taper::Taper;
 use crate::scene::{Drive, Geometry, Model, Setup};
 pub use asked::{check, document, method};
-pub use table::{COLUMNS, CONTACTS, Counts, FILES, MOST_TAPS, Tables, rows, tables};
+pub use table::{COLUMNS, CONTACTS, Counts, FILES, MOST_TAPS, TAP, Tables, rows, tables};
 
 /// Sections from the contact to the tip of a whisker that is no cone.
 const FREE: usize = 16;

@@ -10,7 +10,7 @@ use crate::design::Design;
 use crate::error::{Error, InputError, SolveError};
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
 use crate::progress::Progress;
-use crate::scene::{Column, DirectionColumns, Setup, Space, Spec, Tuple};
+use crate::scene::{DirectionColumns, Setup, Space, Spec, Tuple};
 use crate::sink::csv::Text;
 use crate::sink::table::Field;
 use crate::status::Status;
@@ -22,57 +22,53 @@ pub const MOST_TAPS: u64 = 10_000;
 /// Taps between two tellings of how far the work is.
 const PART: usize = 256;
 
-/// Columns of `shape.csv`, those of the pole's direction and z where the spec says tilt or lean; the place of the drive is told by its
-/// name.
-pub const COLUMNS: [&str; 18] = [
-    "tap",
-    "D_mm",
-    "d_mm",
-    "L_a_mm",
-    "x_ss_mm",
-    "l_mm",
-    "a_mm",
-    "tilt_deg",
-    "lean_deg",
-    "theta_deg",
-    "s_mm",
-    "x_mm",
-    "y_mm",
-    "z_mm",
-    "psi_deg",
-    "direction_deg",
-    "strain",
-    "diameter_mm",
+/// Names of columns, `this or that` where a drive has one or the other, and what they say.
+type Columns = [(&'static str, &'static str)];
+
+/// Columns of a tap, with which both tables begin; those of the pole's direction, and z, are there where the spec says tilt or lean.
+pub const TAP: &Columns = &[
+    ("tap", "number of the tap, from 0, in the order of the spec"),
+    ("D_mm", "base diameter D"),
+    ("d_mm", "tip diameter d"),
+    ("L_a_mm", "length L_a"),
+    ("x_ss_mm", "place of the gauge's near end x_ss"),
+    ("l_mm", "length of the gauge's grid l"),
+    ("a_mm", "contact distance a"),
+    ("tilt_deg", "tilt β of the object's edge (§6)"),
+    ("lean_deg", "lean γ of the object's edge (§6)"),
+    ("theta_deg or delta_mm", "tap angle θ, or displacement δ of the object"),
+];
+
+/// Columns of `shape.csv`.
+pub const COLUMNS: &Columns = &[
+    ("s_mm", "arc length s from the clamp, in the unloaded whisker"),
+    ("x_mm", "place of the section's centre"),
+    ("y_mm", "the same, towards the object"),
+    ("z_mm", "the same, along the motor's axis"),
+    ("psi_deg", "ψ: turn of the section against that at the contact"),
+    ("direction_deg", "direction of the section's normal against x"),
+    ("strain", "strain of the fibre on the side that touches; tension positive"),
+    ("diameter_mm", "diameter of the unloaded section (model §7)"),
 ];
 
 /// Columns of `contacts.csv`.
-pub const CONTACTS: [&str; 26] = [
-    "tap",
-    "D_mm",
-    "d_mm",
-    "L_a_mm",
-    "x_ss_mm",
-    "l_mm",
-    "a_mm",
-    "tilt_deg",
-    "lean_deg",
-    "theta_deg",
-    "hub_mm",
-    "gauge_from_mm",
-    "gauge_to_mm",
-    "strain",
-    "normal_force_N",
-    "tangential_force_N",
-    "contact_arc_mm",
-    "contact_x_mm",
-    "contact_y_mm",
-    "contact_z_mm",
-    "pole_x_mm",
-    "pole_y_mm",
-    "pole_z_mm",
-    "pole_radius_mm",
-    "contact_state",
-    "status",
+pub const CONTACTS: &Columns = &[
+    ("hub_mm", "distance of the motor's axis behind the clamp"),
+    ("gauge_from_mm", "near end x1 of the gauge"),
+    ("gauge_to_mm", "far end x2 of the gauge"),
+    ("strain", "mean strain of the gauge, on its side"),
+    ("normal_force_N", "force P pressing on the object"),
+    ("tangential_force_N", "friction T on the whisker, positive towards the tip"),
+    ("contact_arc_mm", "arc length c of the contact"),
+    ("contact_x_mm", "place where the force acts"),
+    ("contact_y_mm", "the same, towards the object"),
+    ("contact_z_mm", "the same, along the motor's axis"),
+    ("pole_x_mm", "centre of the pole"),
+    ("pole_y_mm", "the same, towards the object"),
+    ("pole_z_mm", "the same, along the motor's axis"),
+    ("pole_radius_mm", "its radius ρ"),
+    ("contact_state", "slide or stick"),
+    ("status", "ok, or words joined by +"),
 ];
 
 /// What was written.
@@ -115,7 +111,7 @@ pub fn tables(
         outcomes.extend(evaluator.run(&designs, some)?);
         progress.at(outcomes.len() as u64, tasks.len() as u64);
     }
-    let (mut nodes_text, mut contacts) = (header(&COLUMNS, setup)?, header(&CONTACTS, setup)?);
+    let (mut nodes_text, mut contacts) = (header(COLUMNS, setup)?, header(CONTACTS, setup)?);
     let mut counts = Counts { taps: tuples.len(), shapes: 0 };
     for (i, ((design, task), outcome)) in designs.iter().zip(&tasks).zip(&outcomes).enumerate() {
         if stop.load(Ordering::Relaxed) {
@@ -123,9 +119,8 @@ pub fn tables(
         }
         let bent = shape(setup, design, task, outcome, nodes);
         counts.shapes += usize::from(bent.is_some());
-        let of = |s: &Shape| s.nodes.clone();
-        for node in bent.as_ref().map(of).unwrap_or_default() {
-            nodes_text.row(&mut section(setup, i, &tuples[i], &node))?;
+        for node in bent.iter().flat_map(|shape| &shape.nodes) {
+            nodes_text.row(&mut section(setup, i, &tuples[i], node))?;
         }
         contacts.row(&mut contact(setup, i, design, &tuples[i], outcome, bent.as_ref()))?;
     }
@@ -133,20 +128,19 @@ pub fn tables(
     Ok((counts, [(shape, nodes_text.into_bytes()), (of_contact, contacts.into_bytes())]))
 }
 
-fn header(columns: &[&'static str], setup: &Setup) -> Result<Text, Error> {
+/// The first line of a table of taps with these `columns` too.
+fn header(columns: &Columns, setup: &Setup) -> Result<Text, Error> {
     let mut text = Text::default();
     let DirectionColumns { tilt, lean } = setup.directions;
-    let names: Vec<&str> = columns
-        .iter()
-        .filter(|c| match **c {
-            "tilt_deg" => tilt,
-            "lean_deg" => lean,
-            "diameter_mm" => setup.built.is_some(),
-            name => tilt || lean || !name.ends_with("z_mm"),
-        })
-        .map(|c| if *c == "theta_deg" { Column::Drive.name(setup.drive) } else { *c })
-        .collect();
-    text.header(&names)?;
+    let there = |name: &&str| match *name {
+        "tilt_deg" => tilt,
+        "lean_deg" => lean,
+        "diameter_mm" => setup.built.is_some(),
+        name => tilt || lean || !name.ends_with("z_mm"),
+    };
+    let named = |name: &'static str| if name.contains(" or ") { setup.drive.column() } else { name };
+    let names = TAP.iter().chain(columns).map(|(name, _)| *name).filter(there).map(named);
+    text.header(&names.collect::<Vec<_>>())?;
     Ok(text)
 }
 
@@ -155,36 +149,27 @@ fn header(columns: &[&'static str], setup: &Setup) -> Result<Text, Error> {
 /// # Errors
 /// Too many taps; more rows than there is room for.
 pub fn rows(space: &Space, nodes: usize, room: u64) -> Result<u64, InputError> {
-    // Two more from contact to tip.
     // Two more from contact to tip, or as many as the outline of what is no cone needs.
     let rows = tuples(space)?.len() as u64 * (nodes + super::FREE + 1) as u64;
-    match rows <= room {
-        true => Ok(rows),
-        false => Err(InputError::new("there is no memory for so many sections")
-            .key("nodes")
-            .value(nodes)
-            .allowed(format!("{room} sections of all taps"))),
+    if rows <= room {
+        return Ok(rows);
     }
+    let error = InputError::new("there is no memory for so many sections").key("nodes").value(nodes);
+    Err(error.allowed(format!("{room} sections of all taps")))
 }
 
 fn tuples(space: &Space) -> Result<Vec<Tuple>, InputError> {
     let many = |n: u64| {
-        InputError::new("these are too many taps to look at")
-            .value(n)
-            .key("tuples")
-            .allowed(format!("{MOST_TAPS} at most"))
+        let error = InputError::new("these are too many taps to look at").value(n).key("tuples");
+        error.allowed(format!("{MOST_TAPS} at most"))
     };
-    match space {
-        Space::List(tuples) if tuples.len() as u64 > MOST_TAPS => Err(many(tuples.len() as u64)),
-        Space::List(tuples) => Ok(tuples.clone()),
-        Space::File(file) => Err(many(file.len() as u64)),
-        Space::Grid(_) => {
-            let layout = space.layout().expect("a grid has a layout");
-            if layout.len() > MOST_TAPS {
-                return Err(many(layout.len()));
-            }
-            Ok((0..layout.len()).map(|i| layout.tuple(i)).collect())
-        }
+    match (space, space.layout()) {
+        (_, Some(layout)) if layout.len() > MOST_TAPS => Err(many(layout.len())),
+        (_, Some(layout)) => Ok((0..layout.len()).map(|i| layout.tuple(i)).collect()),
+        (Space::List(tuples), _) if tuples.len() as u64 > MOST_TAPS => Err(many(tuples.len() as u64)),
+        (Space::List(tuples), _) => Ok(tuples.clone()),
+        (Space::File(file), _) => Err(many(file.len() as u64)),
+        (Space::Grid(_), None) => unreachable!("a grid has a layout"),
     }
 }
 
@@ -225,15 +210,8 @@ fn contact(
     let at = bent.map_or([DVec3::NAN; 2], |s| [s.contact, s.pole]);
     let at = at.into_iter().flat_map(|at| place(setup.directions, at));
     let solved = [o.strain, o.normal_force, o.tangential_force, o.arc];
-    row.extend(
-        [setup.hub]
-            .into_iter()
-            .chain(gauge)
-            .chain(solved)
-            .chain(at)
-            .chain([setup.model.pole_radius])
-            .map(Field::Number),
-    );
+    let numbers = [setup.hub].into_iter().chain(gauge).chain(solved).chain(at);
+    row.extend(numbers.chain([setup.model.pole_radius]).map(Field::Number));
     row.push(Field::Word(match (o.arc.is_finite(), o.sticking) {
         (false, _) => "",
         (_, true) => "stick",

@@ -109,9 +109,6 @@ impl Settings {
     }
 
     /// Rows of a table with each of `taps` (distances × strokes) so often, zero readings included; refuses more than `most`.
-    ///
-    /// # Errors
-    /// How often would be allowed.
     pub fn rows(&self, taps: u64, most: u64) -> Result<u64, InputError> {
         let rows_of = |repeats: u64| {
             let taps = u128::from(taps) * u128::from(repeats);
@@ -127,64 +124,48 @@ impl Settings {
             let middle = fit + (too_many - fit) / 2;
             *if rows_of(middle) <= most { &mut fit } else { &mut too_many } = middle;
         }
-        let error =
-            InputError::new(format!("these would be {rows} rows; there is room for {most} in one table"))
-                .key("--repeats")
-                .value(self.repeats);
-        Err(match fit {
-            0 => error
-                .allowed(format!("fewer distances and drives: one repeat of them is {} rows", rows_of(1))),
-            _ => error.allowed(format!("1 … {fit}")),
-        })
+        let allowed = match fit {
+            0 => format!("fewer distances and drives: one repeat of them is {} rows", rows_of(1)),
+            _ => format!("1 … {fit}"),
+        };
+        let message = format!("these would be {rows} rows; there is room for {most} in one table");
+        Err(InputError::new(message).key("--repeats").value(self.repeats).allowed(allowed))
     }
 
     /// Refuses values that mean nothing.
-    ///
-    /// # Errors
-    /// The option at fault.
     pub fn check(&self) -> Result<(), InputError> {
-        let at_least_zero =
-            [("--noise", self.noise), ("--hysteresis", self.hysteresis), ("--outliers", self.outliers)];
-        for (key, x) in at_least_zero {
-            if !(x >= 0.0 && x.is_finite()) {
-                return Err(InputError::new("this must be a number that is not negative")
-                    .key(key)
-                    .value(x)
-                    .allowed("≥ 0"));
-            }
+        let Self { noise, drift, outliers, hysteresis, factor, drive_offset, a_offset, .. } = *self;
+        let wrong = |message: &str, key: &str, x: f64| InputError::new(message).key(key).value(x);
+        let positive = [("--noise", noise), ("--hysteresis", hysteresis), ("--outliers", outliers)];
+        if let Some((key, x)) = positive.into_iter().find(|(_, x)| !(*x >= 0.0 && x.is_finite())) {
+            return Err(wrong("this must be a number that is not negative", key, x).allowed("≥ 0"));
         }
-        if self.noise >= 0.5 && self.unit.signal() == Some(Signal::Strain) {
-            return Err(InputError::new("this is more noise than strain")
-                .key("--noise")
-                .value(self.noise)
-                .allowed("≥ 0 and < 0.5 (strain, one standard deviation; 15 microstrain are 15e-6)"));
+        if noise >= 0.5 && self.unit.signal() == Some(Signal::Strain) {
+            let allowed = "≥ 0 and < 0.5 (strain, one standard deviation; 15 microstrain are 15e-6)";
+            return Err(wrong("this is more noise than strain", "--noise", noise).allowed(allowed));
         }
-        if self.outliers > 1.0 || self.hysteresis >= 1.0 {
-            let (key, x) = if self.outliers > 1.0 {
-                ("--outliers", self.outliers)
-            } else {
-                ("--hysteresis", self.hysteresis)
-            };
-            return Err(InputError::new("this is a share").key(key).value(x).allowed("0 … 1"));
+        if outliers > 1.0 {
+            return Err(wrong("this is a share", "--outliers", outliers).allowed("0 … 1"));
+        }
+        if hysteresis >= 1.0 {
+            return Err(wrong("this is a share", "--hysteresis", hysteresis).allowed("0 … 1"));
         }
         let finite = [
-            ("--drift", self.drift),
-            ("--factor", self.factor),
-            ("--drive-offset", self.drive_offset),
-            ("--a-offset", self.a_offset),
+            ("--drift", drift),
+            ("--factor", factor),
+            ("--drive-offset", drive_offset),
+            ("--a-offset", a_offset),
         ];
         if let Some((key, x)) = finite.into_iter().find(|(_, x)| !x.is_finite()) {
-            return Err(InputError::new("this must be a finite number").key(key).value(x));
+            return Err(wrong("this must be a finite number", key, x));
         }
-        if self.factor == 0.0 {
-            return Err(InputError::new("a sensor without response measures nothing")
-                .key("--factor")
-                .value(0)
-                .allowed("a number other than 0"));
+        if factor == 0.0 {
+            let error = wrong("a sensor without response measures nothing", "--factor", 0.0);
+            return Err(error.allowed("a number other than 0"));
         }
         match self.saturate {
             Some(x) if !(x > 0.0 && x.is_finite()) => {
-                Err(InputError::new("this is not a strain limit").key("--saturate").value(x).allowed("> 0"))
+                Err(wrong("this is not a strain limit", "--saturate", x).allowed("> 0"))
             }
             _ => Ok(()),
         }
@@ -238,9 +219,6 @@ pub struct SimulatedTaps<'a> {
 
 /// Simulates taps of `rig` where they are asked for: for every distance, for every repeat, all strokes in turn. `write` takes the bytes of
 /// the table.
-///
-/// # Errors
-/// A backend or a file that fails.
 pub fn simulate(
     rig: &Rig,
     asked: SimulatedTaps<'_>,

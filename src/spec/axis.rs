@@ -37,16 +37,14 @@ impl<'a> AxisItem<'a> {
                 let found = |keys: &[&str]| keys.iter().find_map(|key| item.child(key));
                 match (found(&RANGE_KEYS), found(&SAMPLE_KEYS)) {
                     (Some(_), Some(other)) => {
-                        return Err(other
-                            .error("this belongs to samples, but the axis is a range")
-                            .allowed(FORMS));
+                        return other.refuse("this belongs to samples, but the axis is a range", FORMS);
                     }
                     (None, Some(_)) => samples(&item, domain, dimension)?,
                     _ => range(&item, domain)?,
                 }
             }
             DeValue::Integer(_) | DeValue::Float(_) | DeValue::String(_) => Axis::Value(item.within(domain)?),
-            _ => return Err(item.error("this must be a number or an axis").allowed(FORMS)),
+            _ => return item.refuse("this must be a number or an axis", FORMS),
         };
         Ok(Self { item, axis })
     }
@@ -74,7 +72,7 @@ fn list(item: &Item<'_>, domain: &Domain) -> Result<Vec<f64>> {
     let values: Vec<f64> =
         item.elements().into_iter().flatten().map(|e| e.within(domain)).collect::<Result<_>>()?;
     if values.is_empty() {
-        return Err(item.error("this list is empty; at least one value is needed").allowed(FORMS));
+        return item.refuse("this list is empty; at least one value is needed", FORMS);
     }
     Ok(values)
 }
@@ -95,9 +93,7 @@ fn range(item: &Item<'_>, domain: &Domain) -> Result<Axis> {
             return Err(step.error("steps and step contradict each other; keep one of them"));
         }
         (None, None) => {
-            return Err(item
-                .error("steps (the number of values) or step (their distance) is missing")
-                .allowed(FORMS));
+            return item.refuse("steps (the number of values) or step (their distance) is missing", FORMS);
         }
     };
     let axis = axis.map_err(|e| item.place(e))?;
@@ -105,7 +101,7 @@ fn range(item: &Item<'_>, domain: &Domain) -> Result<Axis> {
     if (domain.holds)(axis.max()) {
         return Ok(axis);
     }
-    Err(last.error(format!("the last value, {}, is out of range", axis.max())).allowed(domain.allowed))
+    last.refuse(format!("the last value, {}, is out of range", axis.max()), domain.allowed)
 }
 
 fn samples(item: &Item<'_>, domain: &Domain, dimension: u32) -> Result<Axis> {

@@ -15,9 +15,7 @@ use super::reader::{Document, Item, Result};
 use super::schema::Sections;
 use super::table::{self, Columns};
 use crate::scene::built::{Built, Inner, Profile, Root};
-use crate::scene::{
-    Channels, Clamp, Convention, Gauge, Material, Model, Property, Setup, Signal, TERMS, Term,
-};
+use crate::scene::{Channels, Clamp, Convention, Gauge, Material, Property, Setup, Signal, TERMS, Term};
 
 const PROFILE: &str = "[[s, D], …] in mm, s rising from 0 to L_a and D > 0, or a CSV file with the columns s_mm, D_mm and perhaps bore_mm or core_mm";
 const ROOT: &str = "{ k_theta = 500 } (N mm/rad), and k_y, k_x (N/mm) where the base also moves";
@@ -51,15 +49,15 @@ fn pairs(item: &Item<'_>, allowed: &'static str, least: usize) -> Result<Vec<[f6
     for pair in item.elements().ok_or_else(wrong)? {
         let [s, value] = pair.numbers(allowed)?;
         if s < 0.0 || all.last().is_some_and(|last| last[0] >= s) {
-            return Err(pair.error("s must be at least 0 and rise from pair to pair").allowed(allowed));
+            return pair.refuse("s must be at least 0 and rise from pair to pair", allowed);
         }
         if value <= 0.0 {
-            return Err(pair.error("a diameter must be larger than 0").allowed(allowed));
+            return pair.refuse("a diameter must be larger than 0", allowed);
         }
         all.push([s, value]);
     }
     if all.len() < least {
-        return Err(item.error(format!("at least {least} pairs are needed")).allowed(allowed));
+        return item.refuse(format!("at least {least} pairs are needed"), allowed);
     }
     Ok(all)
 }
@@ -71,7 +69,7 @@ fn profile(item: &Item<'_>, base: &Path) -> Result<Shape> {
     }
     let diameter = pairs(item, PROFILE, 2)?;
     if diameter[0][0] != 0.0 {
-        return Err(item.error(format!("the profile begins at s = {} mm", diameter[0][0])).allowed(PROFILE));
+        return item.refuse(format!("the profile begins at s = {} mm", diameter[0][0]), PROFILE);
     }
     Ok(Shape { diameter, inner: None, warning: None })
 }
@@ -155,10 +153,10 @@ pub(super) fn beside(document: &Document<'_>, user: &DeTable<'_>, base: &Path) -
         if let Some(other) =
             variables.and_then(|v| ["D", "d", "L_a"].into_iter().find_map(|key| v.child(key)))
         {
-            let error = other.error("this follows from the profile and cannot be searched over");
-            return Err(error.allowed(
+            return other.refuse(
+                "this follows from the profile and cannot be searched over",
                 "scale, x_ss, l, theta (delta) as variables; or D, d and L_a in place of the profile",
-            ));
+            );
         }
         let (first, last) = (diameter[0], diameter[diameter.len() - 1]);
         text = format!(
@@ -198,9 +196,7 @@ fn core(item: &Item<'_>, file: Option<Vec<[f64; 2]>>) -> Result<Inner> {
         (Some(item), None) => inside(&item, Property::Core)?,
         (None, Some(diameter)) => diameter,
         (Some(item), Some(_)) => {
-            return Err(item
-                .error("the profile has the core's diameter already")
-                .allowed("core = { modulus }"));
+            return item.refuse("the profile has the core's diameter already", "core = { modulus }");
         }
         (None, None) => return Err(item.needs("diameter", SHELL).expect_err("it is missing")),
     };
@@ -222,7 +218,7 @@ fn root(item: &Item<'_>) -> Result<Root> {
         k_x: spring("k_x", Property::Along)?,
     };
     if keys::ROOT.names().iter().all(|key| item.child(key).is_none()) {
-        return Err(item.error("a root needs a spring").allowed(ROOT));
+        return item.refuse("a root needs a spring", ROOT);
     }
     Ok(root)
 }
@@ -244,7 +240,7 @@ pub(super) fn whisker(section: &Section<'_>, base: &Path, scaled: bool) -> Resul
         outline = Profile::Power(n);
     }
     let (bore, shell) = (section.written("bore"), section.written("core"));
-    let double = |item: &Item<'_>, why: &str| Err(item.error(why.to_owned()).allowed("a bore, or a core"));
+    let double = |item: &Item<'_>, why: &str| item.refuse(why.to_owned(), "a bore, or a core");
     let inner = match (&bore, &shell, file) {
         (Some(item), Some(_), _) => return double(item, "a whisker has a bore or a core, not both"),
         (Some(item), None, Some(_)) => return double(item, "the profile's file has what is inside already"),
@@ -256,9 +252,7 @@ pub(super) fn whisker(section: &Section<'_>, base: &Path, scaled: bool) -> Resul
         (None, None, Some(("bore", diameter))) => Some(Inner { modulus: 0.0, diameter }),
         (None, None, Some(_)) => {
             let item = section.get("profile")?;
-            return Err(item
-                .error("the core of this file needs a modulus")
-                .allowed("core = { modulus = 60000 } (MPa)"));
+            return item.refuse("the core of this file needs a modulus", "core = { modulus = 60000 } (MPa)");
         }
         (None, None, None) => None,
     };
@@ -327,21 +321,19 @@ pub(super) fn allowed(
             Signal::Strain => (of("output", "wrench")?, "the wrench on the base"),
             _ => (of("sensor", "signal")?, "a signal other than strain"),
         };
-        let why = match () {
-            () if tilts => Some(("has been computed for upright edges only", "tilt = 0 and lean = 0")),
-            () if setup.gauge.second => Some(("has no second gauge", "second = false in [gauge]")),
-            () if setup.estimate.convention == Convention::Elongation => {
-                Some(("has no elongation", "convention = \"mean\" in [estimate]"))
-            }
-            () => None,
-        };
-        if let Some((why, instead)) = why {
-            return Err(item.error(format!("{what} {why}")).allowed(instead));
+        let refuse = |why: &str, instead: &str| item.refuse(format!("{what} {why}"), instead);
+        if tilts {
+            return refuse("has been computed for upright edges only", "tilt = 0 and lean = 0");
         }
-        let solid = solid(&setup.model).or(setup.gauge.foil.map(|_| ("gauge", "foil", "no foil".to_owned())));
-        if let Some((_, key, instead)) = solid {
+        if setup.gauge.second {
+            return refuse("has no second gauge", "second = false in [gauge]");
+        }
+        if setup.estimate.convention == Convention::Elongation {
+            return refuse("has no elongation", "convention = \"mean\" in [estimate]");
+        }
+        if let Some((_, key, instead)) = solid(setup) {
             let why = format!("{what} has been computed for a rod without {key}");
-            return Err(item.error(why).allowed(instead));
+            return item.refuse(why, instead);
         }
     }
     let Some(built) = &setup.built else { return Ok(()) };
@@ -350,31 +342,31 @@ pub(super) fn allowed(
         let written = ["bore", "core", "profile"].into_iter().find_map(|key| whisker.written(key));
         let item = at.cloned().or(written).map_or_else(|| whisker.get("bore"), Ok)?;
         let why = "a bore or a core needs material = { hooke = E }: the law of the others is charted for solid sections only";
-        return Err(item.error(why).allowed("no bore and no core, or a hooke material"));
+        return item.refuse(why, "no bore and no core, or a hooke material");
     }
     let written = ["root", "curvature", "curvature_slope", "bore", "core", "profile", "exponent"];
     let key = written.into_iter().find(|key| whisker.written(key).is_some()).unwrap_or("profile");
     let item = whisker.written(key).or_else(|| at.cloned()).map_or_else(|| whisker.get(key), Ok)?;
     let key = item.key.rsplit('.').next().unwrap_or(key);
-    if let Some((section, other, instead)) =
-        solid(&setup.model).or(setup.gauge.foil.map(|_| ("gauge", "foil", "no foil".to_owned())))
-    {
+    if let Some((section, other, instead)) = solid(setup) {
         let why = format!(
             "{key} and {other} of [{section}] have not been checked together against three-dimensional elasticity"
         );
-        return Err(item.error(why).allowed(format!("no {key}, or {instead}")));
+        return item.refuse(why, format!("no {key}, or {instead}"));
     }
     if let Some(why) = built.upright(setup.model.surface).filter(|_| tilts) {
-        return Err(item.error(why).allowed("tilt = 0 and lean = 0"));
+        return item.refuse(why, "tilt = 0 and lean = 0");
     }
     Ok(())
 }
 
-/// What of a solid is on: section, key, and how it is off.
-fn solid(model: &Model) -> Option<(&'static str, &'static str, String)> {
+/// What of a solid is on, a foil too: section, key, and how it is off.
+fn solid(setup: &Setup) -> Option<(&'static str, &'static str, String)> {
+    let model = &setup.model;
     let on =
         |term: &&Term| ["clamp", "indentation", "section"].contains(&term.key) && (term.get)(model).is_on();
     let told =
         TERMS.iter().find(on).map(|term| ("model", term.key, format!("{} = {}", term.key, term.off())));
-    told.filter(|_| model.clamp != Clamp::At(0.0) || model.indentation || model.distorting)
+    let told = told.filter(|_| model.clamp != Clamp::At(0.0) || model.indentation || model.distorting);
+    told.or(setup.gauge.foil.map(|_| ("gauge", "foil", "no foil".to_owned())))
 }

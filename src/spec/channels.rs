@@ -37,7 +37,7 @@ pub(super) fn allowed(sections: &Sections<'_>, setup: &Setup, item: &Item<'_>) -
         return Err(error.allowed("theory = \"euler-bernoulli\" or \"timoshenko\" in [estimate]"));
     }
     if let Some(robust) = sections.section("optimise").written("robust") {
-        return Err(robust.error("tolerances are those of one signal").allowed("one signal, or no robust"));
+        return robust.refuse("tolerances are those of one signal", "one signal, or no robust");
     }
     Ok(())
 }
@@ -57,17 +57,9 @@ pub(super) fn read(section: &Section<'_>) -> Result<Option<(Signal, Arc<Channels
         let error = matrix.error("the matrix names its channels itself; remove it or signal");
         return Err(error.allowed("signal, or matrix"));
     }
-    let (item, signals, rows) = match (signal, matrix) {
-        (Some(item), _) => {
-            let signals = signals(&item)?;
-            (item, signals, Vec::new())
-        }
-        (None, Some(item)) => {
-            let rows = rows(&item)?;
-            (item, Vec::new(), rows)
-        }
-        (None, None) => return Ok(None),
-    };
+    let signals = signal.as_ref().map_or(Ok(Vec::new()), signals)?;
+    let rows = matrix.as_ref().map_or(Ok(Vec::new()), rows)?;
+    let Some(item) = signal.or(matrix) else { return Ok(None) };
     let n = signals.len().max(rows.len());
     let (covariance, place) = match (section.written("noise"), section.written("covariance")) {
         (Some(noise), Some(_)) => {
@@ -94,12 +86,12 @@ fn signals(item: &Item<'_>) -> Result<Vec<Signal>> {
     for one in item.elements().into_iter().flatten() {
         let signal = one.word(&Signal::WORDS)?;
         if all.contains(&signal) {
-            return Err(one.error("this signal stands here twice").allowed(SIGNALS));
+            return one.refuse("this signal stands here twice", SIGNALS);
         }
         all.push(signal);
     }
     if all.len() < 2 {
-        return Err(item.error("a list needs at least two signals").allowed(SIGNALS));
+        return item.refuse("a list needs at least two signals", SIGNALS);
     }
     Ok(all)
 }
@@ -113,7 +105,7 @@ fn rows(item: &Item<'_>) -> Result<Vec<[f64; SOURCES]>> {
             4 => row.numbers::<4>(MATRIX)?,
             _ => {
                 let message = format!("a row of {width} numbers is none of a channel");
-                return Err(row.error(message).allowed(MATRIX));
+                return row.refuse(message, MATRIX);
             }
         };
         Ok(row)
@@ -121,10 +113,10 @@ fn rows(item: &Item<'_>) -> Result<Vec<[f64; SOURCES]>> {
     let rows = rows.collect::<Result<Vec<_>>>()?;
     if !(2..=MOST_CHANNELS).contains(&rows.len()) {
         let message = format!("2 to {MOST_CHANNELS} rows of numbers are needed, not {}", rows.len());
-        return Err(item.error(message).allowed(MATRIX));
+        return item.refuse(message, MATRIX);
     }
     if let Some(k) = rows.iter().position(|row| row.iter().all(|x| *x == 0.0)) {
-        return Err(item.error(format!("row {} reads nothing", k + 1)).allowed(MATRIX));
+        return item.refuse(format!("row {} reads nothing", k + 1), MATRIX);
     }
     Ok(rows)
 }
@@ -140,7 +132,7 @@ fn diagonal(item: &Item<'_>, n: usize) -> Result<Vec<f64>> {
     let mut all = vec![0.0; n * n];
     for (k, (sigma, item)) in values.into_iter().enumerate() {
         if sigma <= 0.0 {
-            return Err(item.error("a standard deviation must be positive").allowed(NOISE));
+            return item.refuse("a standard deviation must be positive", NOISE);
         }
         all[k * n + k] = sigma * sigma;
     }
@@ -162,7 +154,7 @@ fn square(item: &Item<'_>, n: usize) -> Result<Vec<f64>> {
             let (below, above) = (all[i * n + j], all[j * n + i]);
             if (below - above).abs() > 1e-12 * below.abs().max(above.abs()) {
                 let message = format!("rows {} and {} are not symmetric: {below} and {above}", j + 1, i + 1);
-                return Err(item.error(message).allowed(COVARIANCE));
+                return item.refuse(message, COVARIANCE);
             }
         }
     }

@@ -47,30 +47,27 @@ pub(super) fn satisfiable(axes: &[AxisItem<'_>; COLUMNS]) -> Result<()> {
     if let Some((a, item)) = distance.first_where(nearest, |a| !fits(a, longest)) {
         let message =
             format!("the whisker is too short to be touched at a = {a} mm: its largest L_a is {longest} mm");
-        return Err(item.error(message).allowed(format!("0 < a ≤ {longest} mm")));
+        return item.refuse(message, format!("0 < a ≤ {longest} mm"));
     }
-    if let Some((x, item)) = place.first_where(first, |x| !fits(x + shortest, longest)) {
+    let begins = place.first_where(first, |x| !fits(x + shortest, longest));
+    let begins = begins.map(|(x, item)| (x, shortest, item));
+    let ends = || grid.first_where(shortest, |l| !fits(first + l, longest));
+    if let Some((x, l, item)) = begins.or_else(|| ends().map(|(l, item)| (first, l, item))) {
         let message = format!(
-            "the gauge ends beyond the whisker: x_ss + l = {x} + {shortest} mm, but its largest L_a is {longest} mm"
+            "the gauge ends beyond the whisker: x_ss + l = {x} + {l} mm, but its largest L_a is {longest} mm"
         );
-        return Err(item.error(message).allowed(format!("x_ss + l ≤ {longest} mm")));
-    }
-    if let Some((l, item)) = grid.first_where(shortest, |l| !fits(first + l, longest)) {
-        let message = format!(
-            "the gauge ends beyond the whisker: x_ss + l = {first} + {l} mm, but its largest L_a is {longest} mm"
-        );
-        return Err(item.error(message).allowed(format!("x_ss + l ≤ {longest} mm")));
+        return item.refuse(message, format!("x_ss + l ≤ {longest} mm"));
     }
     if let Some((length, item)) = length.first_where(longest, |length| !fits(nearest, length)) {
         let message = format!("a whisker of L_a = {length} mm is shorter than the smallest a, {nearest} mm");
-        return Err(item.error(message).allowed(format!("L_a ≥ {nearest} mm")));
+        return item.refuse(message, format!("L_a ≥ {nearest} mm"));
     }
     let gauge_end = first + shortest;
     if let Some((length, item)) = length.first_where(longest, |length| !fits(gauge_end, length)) {
         let message = format!(
             "a whisker of L_a = {length} mm is shorter than the smallest x_ss + l, {first} + {shortest} mm"
         );
-        return Err(item.error(message).allowed(format!("L_a ≥ {gauge_end} mm")));
+        return item.refuse(message, format!("L_a ≥ {gauge_end} mm"));
     }
     Ok(())
 }

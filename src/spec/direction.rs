@@ -11,9 +11,9 @@ pub(super) fn allowed(leaning: &[Option<Item<'_>>; 2], model: &Model) -> Result<
     let why = model.forbids([tilt.is_some(), lean.is_some()]);
     match tilt.as_ref().or(lean.as_ref()).zip(why) {
         Some((item, why)) if model.contact == Contact::Frictionless => {
-            Err(item.error(why).allowed("0, or that effect off in [model]"))
+            item.refuse(why, "0, or that effect off in [model]")
         }
-        Some((item, why)) => Err(item.error(why).allowed("0, or contact = \"frictionless\" in [model]")),
+        Some((item, why)) => item.refuse(why, "0, or contact = \"frictionless\" in [model]"),
         None => Ok(()),
     }
 }
@@ -28,5 +28,5 @@ pub(super) fn check_second_gauge(
     let why = both::forbids(model.contact).filter(|_| gauge.second && estimate.theory == Theory::Exact);
     let Some(why) = why else { return Ok(()) };
     let theory = sections.section("estimate").get("theory")?;
-    Err(theory.error(why).allowed("\"euler-bernoulli\" or \"timoshenko\"; second = false in [gauge]; or contact = \"frictionless\" in [model]"))
+    theory.refuse(why, "\"euler-bernoulli\" or \"timoshenko\"; second = false in [gauge]; or contact = \"frictionless\" in [model]")
 }

@@ -82,12 +82,12 @@ pub(super) fn fits(
             && let Some((value, item)) = axis.first_where(0.0, |value| with(value).is_some())
             && let Some((why, allowed, _)) = with(value)
         {
-            return Err(item.error(why).allowed(allowed));
+            return item.refuse(why, allowed);
         }
     }
     if let Some((why, allowed, keys)) = wrong(&shaping, setup, 1.0) {
         let item = keys.iter().find_map(|key| whisker.written(key));
-        return Err(item.map_or_else(|| whisker.get(keys[0]), Ok)?.error(why).allowed(allowed));
+        return item.map_or_else(|| whisker.get(keys[0]), Ok)?.refuse(why, allowed);
     }
     Ok(())
 }

@@ -35,7 +35,7 @@ use std::sync::Arc;
 use toml::de::{DeTable, DeValue};
 
 use crate::error::InputError;
-use crate::scene::{Drive, Property, Search, Setup, Spec, Study, Written};
+use crate::scene::{Drive, Property, Search, Setup, Signal, Spec, Study, Written};
 pub(crate) use check::{COUNTERCLOCKWISE, Domain, LENGTH, SENSE, domain};
 pub(crate) use reader::Item;
 pub use reader::placed;
@@ -51,21 +51,14 @@ pub fn read(path: &Path) -> Result<Spec> {
 /// As [`read`], for a command to which some keys mean something else or nothing: `fallback` is TOML with values that stand in
 /// for keys a sweep requires, beside the defaults.
 pub fn read_with(path: &Path, fallback: &str) -> Result<Spec> {
-    let label = path.display().to_string();
-    let text = load(path, "spec").map_err(|e| InputError { file: Some(label.clone()), ..e })?;
-    let spec = parse_with(&label, &text, path.parent().unwrap_or(Path::new("")), fallback)?;
-    Ok(read_from(path, spec))
+    let mut spec = of_file(path, |label, text, base| parse_with(label, text, base, fallback))?;
+    spec.inputs.push(path.to_owned());
+    Ok(spec)
 }
 
 /// As [`parse`], of a spec whose taps are not in it, but listed where it is read: none until they are put into its space.
 pub fn parse_listed(label: &str, text: &str, base: &Path) -> Result<Spec> {
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let document = Document { file: label, text };
-    let user = DeTable::parse(text).map_err(|e| syntax(&document, &e))?;
-    let beside = built::beside(&document, user.get_ref(), base)?;
-    let defaults = schema::defaults(&["", &beside], user.get_ref());
-    let sections = Sections::new(&document, user.get_ref(), &defaults)?;
-    of_sections(label, text, &sections, base, space::listed)
+    parsed(label, text, |document, user| of_user(document, user, base, "", space::listed))
 }
 
 /// Reads a spec from `text`; `label` names it in messages, relative paths start at `base`.
@@ -75,10 +68,7 @@ pub fn parse(label: &str, text: &str, base: &Path) -> Result<Spec> {
 
 /// As [`parse`], with the `fallback` of [`read_with`].
 pub fn parse_with(label: &str, text: &str, base: &Path, fallback: &str) -> Result<Spec> {
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let document = Document { file: label, text };
-    let user = DeTable::parse(text).map_err(|e| syntax(&document, &e))?;
-    of_table(label, text, user.get_ref(), base, fallback)
+    parsed(label, text, |document, user| of_table(document.file, document.text, user, base, fallback))
 }
 
 /// As [`parse_with`], of a spec that is a `user` table in the `text` of a file, perhaps with other things beside it.
@@ -90,26 +80,57 @@ pub(crate) fn of_table(
     fallback: &str,
 ) -> Result<Spec> {
     let document = Document { file: label, text };
-    let beside = built::beside(&document, user, base)?;
-    let defaults = schema::defaults(&[fallback, &beside], user);
-    let sections = Sections::new(&document, user, &defaults)?;
-    of_sections(label, text, &sections, base, |sections, drive| space::read(sections, drive, base))
+    of_user(&document, user, base, fallback, |sections, drive| space::read(sections, drive, base))
 }
 
-/// Of the sections of a `text`; `taps` reads its tuples.
-fn of_sections<'a>(
+/// What `parse` makes of label and text of the file at `path`, and the folder to which its paths are relative.
+fn of_file<T>(path: &Path, parse: impl FnOnce(&str, &str, &Path) -> Result<T>) -> Result<T> {
+    let text = load(path, "spec")?;
+    parse(&path.display().to_string(), &text, path.parent().unwrap_or(Path::new("")))
+}
+
+/// What `read` makes of the table that `text` is.
+fn parsed<T>(
     label: &str,
     text: &str,
-    sections: &Sections<'a>,
+    read: impl FnOnce(&Document<'_>, &DeTable<'_>) -> Result<T>,
+) -> Result<T> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let document = Document { file: label, text };
+    let user = DeTable::parse(text).map_err(|e| syntax(&document, &e))?;
+    read(&document, user.get_ref())
+}
+
+/// What `read` makes of the sections of `text`, with the `defaults` beside those of every command.
+fn with_sections<T>(
+    label: &str,
+    text: &str,
+    defaults: &str,
+    read: impl FnOnce(&Sections<'_>) -> Result<T>,
+) -> Result<T> {
+    parsed(label, text, |document, user| {
+        let defaults = schema::defaults(&[defaults], user);
+        read(&Sections::new(document, user, &defaults)?)
+    })
+}
+
+/// The spec that a `user` table in a `document` is; `taps` reads its tuples.
+fn of_user(
+    document: &Document<'_>,
+    user: &DeTable<'_>,
     base: &Path,
-    taps: impl FnOnce(&Sections<'a>, Drive) -> Result<space::Read<'a>>,
+    fallback: &str,
+    taps: impl for<'a> FnOnce(&Sections<'a>, Drive) -> Result<space::Read<'a>>,
 ) -> Result<Spec> {
+    let beside = built::beside(document, user, base)?;
+    let defaults = schema::defaults(&[fallback, &beside], user);
+    let sections = &Sections::new(document, user, &defaults)?;
     if let Some(format) = sections.format() {
         let number = format.whole(1)?;
         if number > schema::FORMAT {
             let message =
                 format!("this spec is of a newer format than this program reads, {}", schema::FORMAT);
-            return Err(format.error(message).allowed("format = 1, or a newer version of the program"));
+            return format.refuse(message, "format = 1, or a newer version of the program");
         }
     }
     let tap = sections.section("tap");
@@ -159,10 +180,10 @@ fn of_sections<'a>(
     };
     properties::allowed_together(sections, &setup, &properties, tilts)?;
     let mut spec = Spec {
-        name: Path::new(label)
+        name: Path::new(document.file)
             .file_stem()
             .map_or_else(|| "spec".into(), |stem| stem.to_string_lossy().into_owned()),
-        text: text.to_owned(),
+        text: document.text.to_owned(),
         study: Study { setup, space, output },
         material_fit: fit,
         run,
@@ -183,74 +204,53 @@ fn of_sections<'a>(
 
 /// Reads the spec at `path` with its `[optimise]`.
 pub fn read_search(path: &Path) -> Result<(Spec, Search)> {
-    let label = path.display().to_string();
-    let text = load(path, "spec").map_err(|e| InputError { file: Some(label.clone()), ..e })?;
-    let (spec, search) = parse_search(&label, &text, path.parent().unwrap_or(Path::new("")))?;
-    Ok((read_from(path, spec), search))
+    let (mut spec, search) = of_file(path, parse_search)?;
+    spec.inputs.push(path.to_owned());
+    Ok((spec, search))
 }
 
 /// As [`parse`], with `[optimise]`; its variables need not stand in their sections.
 pub fn parse_search(label: &str, text: &str, base: &Path) -> Result<(Spec, Search)> {
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let document = Document { file: label, text };
-    let user = DeTable::parse(text).map_err(|e| syntax(&document, &e))?;
-    let defaults = schema::defaults(&[optimise::DEFAULTS], user.get_ref());
-    let sections = Sections::new(&document, user.get_ref(), &defaults)?;
-    let mut search = optimise::read(&sections)?;
-    let mut spec = parse_with(label, text, base, &optimise::fallback(&search))?;
-    spec.in_force.retain(|(key, _, written)| *written || !optimise::is_variable(&search, key));
-    optimise::check(&sections, &mut spec, &mut search)?;
-    // Only of the strain there is a limit.
-    if spec.study.setup.signal != crate::scene::Signal::Strain {
-        let limits = sections.section("optimise").written("limits");
-        if let Some(strain) = limits.and_then(|limits| limits.child("strain")) {
-            let error = strain.error("this sensor reads no strain, so that none can be limited");
-            return Err(
-                error.allowed("force_N, unambiguous, tip_not_wider; or signal = \"strain\" in [sensor]")
-            );
+    with_sections(label, text, optimise::DEFAULTS, |sections| {
+        let mut search = optimise::read(sections)?;
+        let mut spec = parse_with(label, text, base, &optimise::fallback(&search))?;
+        spec.in_force.retain(|(key, _, written)| *written || !optimise::is_variable(&search, key));
+        optimise::check(sections, &mut spec, &mut search)?;
+        // Only of the strain there is a limit.
+        if spec.study.setup.signal != Signal::Strain {
+            let limits = sections.section("optimise").written("limits");
+            if let Some(strain) = limits.and_then(|limits| limits.child("strain")) {
+                let allowed = "force_N, unambiguous, tip_not_wider; or signal = \"strain\" in [sensor]";
+                return strain.refuse("this sensor reads no strain, so that none can be limited", allowed);
+            }
+            search.limits.strain = f64::INFINITY;
         }
-        search.limits.strain = f64::INFINITY;
-    }
-    let doubts = units::of_search(&sections, &spec.study);
-    spec.warnings.extend(doubts);
-    Ok((spec, search))
+        let doubts = units::of_search(sections, &spec.study);
+        spec.warnings.extend(doubts);
+        Ok((spec, search))
+    })
 }
 
 /// Reads the spec at `path` for a command that varies the drive of one whisker, and the ends of its drive; `noisy`: its
 /// objective needs the noise of the gauge.
 pub fn read_tap(path: &Path, noisy: bool) -> Result<(Spec, [f64; 2])> {
-    let label = path.display().to_string();
-    let text = load(path, "spec").map_err(|e| InputError { file: Some(label.clone()), ..e })?;
-    let (spec, ends) = parse_tap(&label, &text, path.parent().unwrap_or(Path::new("")), noisy)?;
-    Ok((read_from(path, spec), ends))
+    let (mut spec, ends) = of_file(path, |label, text, base| parse_tap(label, text, base, noisy))?;
+    spec.inputs.push(path.to_owned());
+    Ok((spec, ends))
 }
 
 /// As [`read_tap`], from `text`.
 pub fn parse_tap(label: &str, text: &str, base: &Path, noisy: bool) -> Result<(Spec, [f64; 2])> {
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let spec = parse_with(label, text, base, tap::FALLBACK)?;
     spec.one_rig()?;
-    let document = Document { file: label, text };
-    let user = DeTable::parse(text).map_err(|e| syntax(&document, &e))?;
-    let defaults = schema::defaults(&[tap::FALLBACK], user.get_ref());
-    let sections = Sections::new(&document, user.get_ref(), &defaults)?;
-    let ends = tap::check(&sections, &spec, noisy)?;
+    let ends = with_sections(label, text, tap::FALLBACK, |sections| tap::check(sections, &spec, noisy))?;
     Ok((spec, ends))
 }
 
 /// `[run] model_error` of a spec that was read from a file, and where it stands.
 pub fn model_error(spec: &Spec) -> Result<Option<(f64, Option<Written>)>> {
     let file = spec.inputs.last().map_or_else(String::new, |path| path.display().to_string());
-    let document = Document { file: &file, text: &spec.text };
-    let user = DeTable::parse(&spec.text).map_err(|e| syntax(&document, &e))?;
-    let defaults = schema::defaults(&[""], user.get_ref());
-    sections::model_error(&Sections::new(&document, user.get_ref(), &defaults)?.section("run"))
-}
-
-/// A spec whose spec is the file at `path`.
-fn read_from(path: &Path, mut spec: Spec) -> Spec {
-    spec.inputs.push(path.to_owned());
-    spec
+    with_sections(&file, &spec.text, "", |sections| sections::model_error(&sections.section("run")))
 }
 
 /// The files that a spec names for reading.
@@ -262,9 +262,7 @@ fn inputs(sections: &Sections<'_>, base: &Path) -> Vec<PathBuf> {
 
 /// What `read` makes of another file that users write as TOML, at `path`; `what` says what the file is.
 pub(crate) fn described<T>(path: &Path, what: &str, read: impl FnOnce(&Item<'_>) -> Result<T>) -> Result<T> {
-    let label = path.display().to_string();
-    let text = load(path, what).map_err(|e| InputError { file: Some(label.clone()), ..e })?;
-    described_by(&label, &text, read)
+    described_by(&path.display().to_string(), &load(path, what)?, read)
 }
 
 /// As [`described`], of a `text` that `label` names.
@@ -273,28 +271,23 @@ pub(crate) fn described_by<T>(
     text: &str,
     read: impl FnOnce(&Item<'_>) -> Result<T>,
 ) -> Result<T> {
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let document = Document { file: label, text };
-    let table = DeTable::parse(text).map_err(|e| syntax(&document, &e))?;
-    read(&Item::of(&document, &DeValue::Table(table.into_inner())))
+    parsed(label, text, |document, table| read(&Item::of(document, &DeValue::Table(table.clone()))))
 }
 
 /// Text of a file without byte order mark; `what` says what the file is.
 fn load(path: &Path, what: &str) -> Result<String> {
+    let wrong = |line, message: String| InputError::new(message).at(path.display().to_string(), line);
     if path.is_dir() {
-        return Err(InputError::new(format!("this is a folder, no {what} file")));
+        return Err(wrong(None, format!("this is a folder, no {what} file")));
     }
     let bytes = std::fs::read(path).map_err(|e| match e.kind() {
-        std::io::ErrorKind::NotFound => InputError::new(format!("there is no such {what} file")),
-        _ => InputError::new(format!("this {what} file cannot be read: {e}")),
+        std::io::ErrorKind::NotFound => wrong(None, format!("there is no such {what} file")),
+        _ => wrong(None, format!("this {what} file cannot be read: {e}")),
     })?;
     let mut text = String::from_utf8(bytes).map_err(|e| {
         let valid = &e.as_bytes()[..e.utf8_error().valid_up_to()];
         let line = 1 + valid.iter().filter(|&&b| b == b'\n').count();
-        InputError {
-            line: Some(line),
-            ..InputError::new(format!("this {what} file is not UTF-8 text; save it as UTF-8"))
-        }
+        wrong(Some(line), format!("this {what} file is not UTF-8 text; save it as UTF-8"))
     })?;
     if text.starts_with('\u{feff}') {
         text.drain(..'\u{feff}'.len_utf8());

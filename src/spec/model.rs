@@ -41,7 +41,7 @@ pub(super) fn read(section: &Section<'_>, base: &Path) -> Result<Read> {
     if let Err((key, message, allowed)) = check::consistent(&model) {
         // What `solid = true` switched on is told where that stands.
         let item = section.written(key).or_else(|| section.written("solid"));
-        return Err(item.map_or_else(|| section.get(key), Ok)?.error(message).allowed(allowed));
+        return item.map_or_else(|| section.get(key), Ok)?.refuse(message, allowed);
     }
     Ok(Read { model, fit, warning })
 }
@@ -66,7 +66,7 @@ fn material(item: &Item<'_>, base: &Path) -> Result<Law> {
     let laws = item.value.as_table().into_iter().flatten().map(|(key, _)| &**key.get_ref());
     let laws: Vec<&str> = laws.collect();
     let &[law] = laws.as_slice() else {
-        return Err(item.error("exactly one material law is needed").allowed(allowed));
+        return item.refuse("exactly one material law is needed", allowed);
     };
     let value = item.need(law)?;
     let material = match law {
@@ -84,5 +84,5 @@ fn material(item: &Item<'_>, base: &Path) -> Result<Law> {
     }
     let message = format!("the initial modulus E0 is {} MPa", material.e0());
     let allowed = if law == "yeoh" { "E0 = 6 C10 > 0 MPa" } else { "E0 = 6 (C10 + C01) > 0 MPa" };
-    Err(value.error(message).allowed(allowed))
+    value.refuse(message, allowed)
 }

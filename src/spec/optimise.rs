@@ -72,7 +72,7 @@ pub(super) fn read(sections: &Sections<'_>) -> Result<Search> {
             "the spread of K is that of each whisker's own K; objective = \"{}\" needs it",
             word.word()
         );
-        return Err(calibrated.error(message).allowed("calibrated = \"each\", or objective = \"distance\""));
+        return calibrated.refuse(message, "calibrated = \"each\", or objective = \"distance\"");
     }
     let leaning = |r: &Robust| {
         r.tilts()
@@ -82,7 +82,7 @@ pub(super) fn read(sections: &Sections<'_>) -> Result<Search> {
     if word == Objective::Sd && robust.as_ref().is_some_and(leaning) {
         let message = "K and its spread are those of a calibration, which is made at upright poles: a tilt does not change them";
         let allowed = "objective = \"distance\", \"weighted\" or \"pareto\", or a tolerance of the whisker";
-        return Err(section.get("robust")?.error(message).allowed(allowed));
+        return section.get("robust")?.refuse(message, allowed);
     }
     let gauge = sections.section("gauge").get("strain_limit")?;
     let (limits, places) = limits(&section, &gauge)?;
@@ -104,7 +104,7 @@ fn weights(item: &Item<'_>) -> Result<[f64; 2]> {
     let weight = |key| item.child(key).map_or(Ok(1.0), |w| w.within(&WEIGHT));
     let weights = [weight("sd")?, weight("distance")?];
     if weights == [0.0; 2] {
-        return Err(item.error("both weights are 0: there is nothing to minimise").allowed(allowed));
+        return item.refuse("both weights are 0: there is nothing to minimise", allowed);
     }
     Ok(weights)
 }
@@ -116,7 +116,7 @@ fn budget(item: &Item<'_>) -> Result<Budget> {
         seconds: item.child("seconds").map(|s| s.within(&SECONDS)).transpose()?,
     };
     if budget == Budget::default() {
-        return Err(item.error("this budget says neither evaluations nor seconds").allowed(BUDGET));
+        return item.refuse("this budget says neither evaluations nor seconds", BUDGET);
     }
     Ok(budget)
 }
@@ -144,21 +144,20 @@ fn variables<'a>(item: &Item<'a>, drive: Drive) -> Result<Vec<Variable>> {
         let Some(bounds) = bounds else { continue };
         let allowed = format!("[min, max] with min < max, {}", domain.allowed);
         let [min, max] = bounds.numbers(&allowed)?;
-        let message = match (min, max) {
-            (min, max) if !(domain.holds)(min) || !(domain.holds)(max) => "these bounds are out of range",
-            (min, max) if min > max => "these bounds are inverted: min is larger than max",
-            (min, max) if min == max => {
-                "these bounds have no width; a value that is given belongs into its own section"
-            }
-            _ => {
-                variables.push(Variable { quantity, min, max, start: None });
-                continue;
-            }
-        };
-        return Err(bounds.error(message).allowed(allowed));
+        if !(domain.holds)(min) || !(domain.holds)(max) {
+            return bounds.refuse("these bounds are out of range", allowed);
+        }
+        if min > max {
+            return bounds.refuse("these bounds are inverted: min is larger than max", allowed);
+        }
+        if min == max {
+            let message = "these bounds have no width; a value that is given belongs into its own section";
+            return bounds.refuse(message, allowed);
+        }
+        variables.push(Variable { quantity, min, max, start: None });
     }
     if variables.is_empty() {
-        return Err(item.error("there is nothing to search over").allowed(all));
+        return item.refuse("there is nothing to search over", all);
     }
     Ok(variables)
 }
@@ -166,12 +165,8 @@ fn variables<'a>(item: &Item<'a>, drive: Drive) -> Result<Vec<Variable>> {
 fn limits(section: &Section<'_>, gauge: &Item<'_>) -> Result<(Limits, Places)> {
     let blank = |item: &Item<'_>| item.error("");
     let variables = blank(&section.get("variables")?);
-    let mut limits = Limits {
-        strain: gauge.within(&STRAIN_LIMIT)?,
-        force: None,
-        unambiguous: false,
-        tip_not_wider: false,
-    };
+    let strain = gauge.within(&STRAIN_LIMIT)?;
+    let mut limits = Limits { strain, force: None, unambiguous: false, tip_not_wider: false };
     let mut places = Places { strain: blank(gauge), variables, ..Places::default() };
     let Some(item) = section.written("limits") else { return Ok((limits, places)) };
     item.only(&listed::LIMITS.names(), LIMITS)?;
@@ -179,8 +174,8 @@ fn limits(section: &Section<'_>, gauge: &Item<'_>) -> Result<(Limits, Places)> {
         (limits.strain, places.strain) = (strain.within(&STRAIN_LIMIT)?, blank(&strain));
     }
     if let Some(force) = item.child("force_N") {
-        (limits.force, places.force) =
-            (Some(force.within(&Domain { allowed: "> 0 N", ..POSITIVE })?), blank(&force));
+        let newtons = Domain { allowed: "> 0 N", ..POSITIVE };
+        (limits.force, places.force) = (Some(force.within(&newtons)?), blank(&force));
     }
     if let Some(flag) = item.child("unambiguous") {
         (limits.unambiguous, places.unambiguous) = (flag.flag()?, blank(&flag));
@@ -199,15 +194,11 @@ fn robust(item: &Item<'_>, drive: Drive) -> Result<Robust> {
     known.extend(names(UNSURE));
     searched::known(item, &known, &known.join(", "))?;
     let mut sd = [0.0; COLUMNS];
-    for (_, key, column, _) in keys {
-        if let Some(value) = item.child(key) {
-            sd[column as usize] = value.within(&DEVIATION)?;
-        }
-    }
-    for (key, column) in DIRECTIONS {
-        if let Some(value) = item.child(key) {
-            sd[column as usize] = value.within(&LEANING_DEVIATION)?;
-        }
+    let directions = DIRECTIONS.map(|(key, column)| (key, column, LEANING_DEVIATION));
+    for (key, column, domain) in
+        keys.map(|(_, key, column, _)| (key, column, DEVIATION)).into_iter().chain(directions)
+    {
+        sd[column as usize] = item.or(key, 0.0, |value| value.within(&domain))?;
     }
     let mut properties = Vec::new();
     for property in UNSURE {
@@ -218,21 +209,17 @@ fn robust(item: &Item<'_>, drive: Drive) -> Result<Robust> {
     properties.retain(|(_, sd)| *sd > 0.0);
     if sd == [0.0; COLUMNS] && properties.is_empty() {
         let message = "no standard deviation is larger than zero: nothing to be robust against";
-        return Err(item.error(message).allowed(known.join(", ")));
+        return item.refuse(message, known.join(", "));
     }
-    let samples = item.child("samples").map_or(Ok(SAMPLES), |s| match s.whole(2)? {
+    let samples = item.or("samples", SAMPLES, |s| match s.whole(2)? {
         n @ ..=MOST_SAMPLES => Ok(n),
-        _ => Err(s.error("this number is too large").allowed(format!("2 … {MOST_SAMPLES}"))),
-    })?;
-    let measure = |m: Item<'_>| m.word(&[("mean", Measure::Mean), ("cvar90", Measure::Cvar90)]);
-    let calibrated = |c: Item<'_>| c.word(&[("each", Calibrated::Each), ("nominal", Calibrated::Nominal)]);
-    Ok(Robust {
-        sd,
-        properties,
-        samples: samples as u32,
-        measure: item.child("measure").map_or(Ok(Measure::Mean), measure)?,
-        calibrated: item.child("calibrated").map_or(Ok(Calibrated::Each), calibrated)?,
-    })
+        _ => s.refuse("this number is too large", format!("2 … {MOST_SAMPLES}")),
+    })? as u32;
+    let measures = [("mean", Measure::Mean), ("cvar90", Measure::Cvar90)];
+    let measure = item.or("measure", Measure::Mean, |m| m.word(&measures))?;
+    let of = [("each", Calibrated::Each), ("nominal", Calibrated::Nominal)];
+    let calibrated = item.or("calibrated", Calibrated::Each, |c| c.word(&of))?;
+    Ok(Robust { sd, properties, samples, measure, calibrated })
 }
 
 /// Whether a column is one of the pole's direction.
@@ -285,9 +272,7 @@ pub(super) fn check(sections: &Sections<'_>, spec: &mut Spec, search: &mut Searc
     let needs_mean = estimate.k.is_none() && estimate.theory != Theory::Exact;
     if axis(Column::Distance).is_some_and(|a| a.len() < 2) && (search.objective.needs_sd() || needs_mean) {
         let a = sections.section("tap").get("a")?;
-        return Err(a
-            .error("K has no spread and no mean over one distance")
-            .allowed("two distances or more"));
+        return a.refuse("K has no spread and no mean over one distance", "two distances or more");
     }
     for (section, key, column, _) in keys(spec.study.setup.drive) {
         let variable = search.variables.iter_mut().find(|v| v.quantity == Quantity::Column(column));
@@ -318,23 +303,19 @@ pub(super) fn check(sections: &Sections<'_>, spec: &mut Spec, search: &mut Searc
         let Some(item) = sections.section("tap").written(key) else { continue };
         let axis = axis(column).filter(|axis| axis.len() > 1 || axis.at(0) != 0.0);
         if axis.is_some_and(|axis| axis.len() > 1) {
-            return Err(item
-                .error("a search needs one direction of the object's edge")
-                .allowed("one number"));
+            return item.refuse("a search needs one direction of the object's edge", "one number");
         }
         if axis.is_some() && search.robust.as_ref().is_some_and(Robust::tilts) {
             let message =
                 "with a tilt or lean in [optimise] robust the object's edge is upright but for that";
-            return Err(item.error(message).allowed("0, or nothing"));
+            return item.refuse(message, "0, or nothing");
         }
     }
     if let Some(robust) = &search.robust {
         let leaning = [Column::Tilt, Column::Lean].map(|column| robust.sd[column as usize] > 0.0);
         if let Some(why) = spec.study.setup.forbids(leaning) {
             let item = sections.section("optimise").get("robust")?;
-            return Err(item
-                .error(why)
-                .allowed("no tilt and lean in it, or contact = \"frictionless\" in [model]"));
+            return item.refuse(why, "no tilt and lean in it, or contact = \"frictionless\" in [model]");
         }
     }
     let ends = |column: Column| {

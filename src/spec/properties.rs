@@ -127,7 +127,7 @@ pub(super) fn allowed_together(
     check(setup, None)?;
     for (axis, one) in each(setup, axes) {
         if let Err((_, message, allowed)) = consistent(&one.model) {
-            return Err(axis.item.error(message).allowed(allowed));
+            return axis.item.refuse(message, allowed);
         }
         check(&one, Some(&axis.item))?;
     }

@@ -98,6 +98,11 @@ impl<'a> Item<'a> {
         self.document.error(self.span.clone(), message).key(&self.key).value(value)
     }
 
+    /// Refuses this value: `message` says why, `allowed` what could stand there.
+    pub fn refuse<T>(&self, message: impl Into<String>, allowed: impl Into<String>) -> Result<T> {
+        Err(self.error(message).allowed(allowed))
+    }
+
     /// Its place; none for a default.
     pub fn at(&self) -> Option<Written> {
         let Document { file, text } = *self.document;
@@ -139,7 +144,7 @@ impl<'a> Item<'a> {
         };
         match parsed {
             Some(x) if f64::is_finite(x) => Ok(x),
-            _ => Err(self.error("this must be a finite number").allowed(allowed)),
+            _ => self.refuse("this must be a finite number", allowed),
         }
     }
 
@@ -149,9 +154,7 @@ impl<'a> Item<'a> {
         if value.abs() <= MOST {
             return Ok(value);
         }
-        Err(self
-            .error("no quantity of a whisker is this large")
-            .allowed(format!("{allowed}; at most {MOST:e}")))
+        self.refuse("no quantity of a whisker is this large", format!("{allowed}; at most {MOST:e}"))
     }
 
     /// A number inside `domain`.
@@ -160,7 +163,7 @@ impl<'a> Item<'a> {
         if (domain.holds)(value) {
             return Ok(value);
         }
-        Err(self.error("this value is out of range").allowed(domain.allowed))
+        self.refuse("this value is out of range", domain.allowed)
     }
 
     /// A whole number from `min` to 2⁶³ − 1.
@@ -168,18 +171,18 @@ impl<'a> Item<'a> {
         let allowed = format!("a whole number ≥ {min}");
         let value = self.number(&allowed)?;
         if value.fract() != 0.0 {
-            return Err(self.error("this must be a whole number").allowed(allowed));
+            return self.refuse("this must be a whole number", allowed);
         }
         let exact = match self.value {
             DeValue::Integer(x) => i128::from_str_radix(x.as_str(), x.radix()).unwrap_or(i128::MAX),
             _ => value as i128,
         };
         if exact > i128::from(i64::MAX) {
-            return Err(self.error("this number is too large").allowed(format!("{min} … 2^63 − 1")));
+            return self.refuse("this number is too large", format!("{min} … 2^63 − 1"));
         }
         match u64::try_from(exact) {
             Ok(n) if n >= min => Ok(n),
-            _ => Err(self.error("this number is too small").allowed(allowed)),
+            _ => self.refuse("this number is too small", allowed),
         }
     }
 
@@ -209,7 +212,7 @@ impl<'a> Item<'a> {
         };
         match words.iter().find(|(name, _)| name == text) {
             Some((_, meaning)) => Ok(*meaning),
-            None => Err(self.error(format!("unknown word{}", schema::hint(text, &names))).allowed(allowed)),
+            None => self.refuse(format!("unknown word{}", schema::hint(text, &names)), allowed),
         }
     }
 

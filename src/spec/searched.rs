@@ -65,15 +65,10 @@ pub(super) fn vary(sections: &Sections<'_>, spec: &mut Spec, search: &mut Search
     spec.one_rig()?;
     let section = sections.section("optimise");
     let setup = &spec.study.setup;
+    let profiled = sections.section("whisker").written("profile").is_some();
     let lacking = |property: Property| match property {
-        Property::Scale => {
-            sections.section("whisker").written("profile").is_none().then_some("a profile in [whisker]")
-        }
-        Property::Exponent => sections
-            .section("whisker")
-            .written("profile")
-            .is_some()
-            .then_some("D, d and L_a in place of the profile"),
+        Property::Scale => (!profiled).then_some("a profile in [whisker]"),
+        Property::Exponent => profiled.then_some("D, d and L_a in place of the profile"),
         Property::Core | Property::CoreModulus => {
             (property.get(setup).max(0.0) == 0.0).then_some("core = { diameter, modulus } in [whisker]")
         }
@@ -93,27 +88,20 @@ pub(super) fn vary(sections: &Sections<'_>, spec: &mut Spec, search: &mut Search
         let Some(item) = section.written(table) else { continue };
         for property in UNSURE {
             let Some(place) = variable(&item, property) else { continue };
-            let unsure =
-                search.robust.iter().flat_map(|robust| &robust.properties).any(|(p, _)| *p == property);
+            let mut unsure = search.robust.iter().flat_map(|robust| &robust.properties);
             // A deviation of 0 asks nothing.
-            if !names && !unsure {
+            if !names && !unsure.any(|(p, _)| *p == property) {
                 continue;
             }
+            let varied = search.variables.iter().find(|v| v.quantity == Quantity::Property(property));
             if let Some(what) = lacking(property) {
-                let error = place.error(format!("{} needs more in the spec", property.name()));
-                return Err(error.allowed(what));
+                return place.refuse(format!("{} needs more in the spec", property.name()), what);
             }
-            if !names
-                && !property.get(setup).is_finite()
-                && !search.variables.iter().any(|v| v.quantity == Quantity::Property(property))
-            {
-                let error =
-                    place.error(format!("{} has no value from which it could differ", property.name()));
-                return Err(error.allowed("its value in the spec, or bounds for it in variables"));
+            if !names && !property.get(setup).is_finite() && varied.is_none() {
+                let message = format!("{} has no value from which it could differ", property.name());
+                return place.refuse(message, "its value in the spec, or bounds for it in variables");
             }
-            if let Some(v) =
-                search.variables.iter().find(|v| v.quantity == Quantity::Property(property)).filter(|_| names)
-            {
+            if let Some(v) = varied.filter(|_| names) {
                 axes.push((property, AxisItem { item: place, axis: vec![v.min, v.max].into() }));
             }
         }

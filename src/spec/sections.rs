@@ -43,7 +43,7 @@ fn range(item: &Item<'_>) -> Result<[f64; 2]> {
     if (LENGTH.holds)(min) && min < max {
         return Ok([min, max]);
     }
-    Err(item.error("this is not a range of distances").allowed(allowed))
+    item.refuse("this is not a range of distances", allowed)
 }
 
 /// What of `[estimate]` plays no part.
@@ -64,7 +64,7 @@ pub(super) fn rankable(sections: &Sections<'_>, estimate: &Estimate, output: &Ou
     let others = RankBy::ALL.iter().map(|by| by.name()).filter(|name| !name.starts_with("error_"));
     let message = "with theory = \"exact\" the model inverts its own strains: beyond the peak there is no error to rank by";
     let allowed = others.map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
-    Err(sections.section("output").get("by")?.error(message).allowed(allowed))
+    sections.section("output").get("by")?.refuse(message, allowed)
 }
 
 /// A column to rank by, also by the other name of the bias.
@@ -113,7 +113,7 @@ pub(super) fn run(section: &Section<'_>, base: &Path) -> Result<RunOptions> {
     let precisions = [("f32", Precision::F32), ("f64", Precision::F64)];
     let threads = |v: &Item<'_>| match v.whole(1)? {
         n @ ..=MOST_THREADS => Ok(n as usize),
-        _ => Err(v.error("this number is too large").allowed(format!("1 … {MOST_THREADS}"))),
+        _ => v.refuse("this number is too large", format!("1 … {MOST_THREADS}")),
     };
     let (tolerance, tolerance_at) =
         section.optional("tolerance", |v| Ok((v.within(&TOLERANCE)?, v.at())))?.unzip();

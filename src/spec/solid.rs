@@ -34,7 +34,7 @@ pub(super) fn foil(item: &Item<'_>) -> Result<Foil> {
         return item.word(&NAMED).map_err(|e| e.allowed(SHAPE));
     }
     if !item.value.is_table() {
-        return Err(item.error("this is not a foil").allowed(SHAPE));
+        return item.refuse("this is not a foil", SHAPE);
     }
     item.only(&keys::FOIL.names(), SHAPE)?;
     let length = item.needs("length", SHAPE)?.within(&LENGTH)?;
@@ -47,15 +47,15 @@ pub(super) fn foil(item: &Item<'_>) -> Result<Foil> {
             let (allowed, holds) = Property::Foil.about().allowed;
             if !holds(stiffness) {
                 let message = format!("thickness times modulus is {stiffness} N/mm");
-                return Err(modulus.error(message).allowed(allowed));
+                return modulus.refuse(message, allowed);
             }
             stiffness
         }
         (Some(stiffness), ..) => {
             let message = "a foil has a stiffness, or a thickness and a modulus, not both";
-            return Err(stiffness.error(message).allowed(SHAPE));
+            return stiffness.refuse(message, SHAPE);
         }
-        _ => return Err(item.error("a foil needs a stiffness, or a thickness and a modulus").allowed(SHAPE)),
+        _ => return item.refuse("a foil needs a stiffness, or a thickness and a modulus", SHAPE),
     };
     Ok(Foil { stiffness, length, width, strain_limit })
 }
@@ -74,7 +74,7 @@ pub(super) fn allowed(sections: &Sections<'_>, setup: &Setup, tilts: bool) -> Re
         && let Some((term, why)) = TERMS.iter().filter(on).find_map(|term| Some((term, term.upright?)))
     {
         let item = sections.section("model").get(term.key)?;
-        return Err(item.error(why).allowed(format!("{}, or second = false in [gauge]", term.off())));
+        return item.refuse(why, format!("{}, or second = false in [gauge]", term.off()));
     }
     if gauge.foil.is_none() {
         return Ok(());
@@ -91,7 +91,7 @@ pub(super) fn allowed(sections: &Sections<'_>, setup: &Setup, tilts: bool) -> Re
         () if tilts => ("a foil has been computed for upright edges only", "no tilt and no lean in [tap]"),
         () => return Ok(()),
     };
-    Err(item.error(why.0).allowed(format!("no foil, or {}", why.1)))
+    item.refuse(why.0, format!("no foil, or {}", why.1))
 }
 
 /// Smallest and largest value of a column; `None` of listed tuples.
@@ -114,7 +114,7 @@ pub(super) fn fits(sections: &Sections<'_>, spec: &Spec) -> Result<()> {
     if place[1] < c0 * base[0] && setup.is_plain() {
         let item = sections.section("gauge").get("x_ss")?;
         let why = format!("the gauge begins inside its clamp, which holds the whisker up to {c0} D");
-        return Err(item.error(why).allowed(format!("x_ss ≥ {:.4} mm, or clamp = \"rigid\"", c0 * base[0])));
+        return item.refuse(why, format!("x_ss ≥ {:.4} mm, or clamp = \"rigid\"", c0 * base[0]));
     }
     let Some(foil) = setup.gauge.foil else { return Ok(()) };
     let half = 0.5 * foil.length;
@@ -138,7 +138,7 @@ pub(super) fn fits(sections: &Sections<'_>, spec: &Spec) -> Result<()> {
         ),
         () => return Ok(()),
     };
-    Err(item.error(wrong).allowed("a foil between the clamp and the tip, centred on the grid"))
+    item.refuse(wrong, "a foil between the clamp and the tip, centred on the grid")
 }
 
 /// Where the numbers of a solid have not been tested.
@@ -152,7 +152,8 @@ pub(super) fn doubts(sections: &Sections<'_>, spec: &Spec) -> Vec<String> {
     let held = model.clamp != Clamp::Rigid;
     let mut say = |on: bool, what: &str| all.extend(on.then(|| format!("{what} (docs/model.md §8)")));
     // A rig that is read from a calibration has no distances of its own.
-    let near = a[0] < 1.8 * base[1] && sections.section("tap").written("a").is_some();
+    let tapped = sections.section("tap").written("a").is_some();
+    let near = tapped && a[0] < 1.8 * base[1];
     say(
         held && near,
         "[model] clamp has been tested for contacts of at least 1.8 D: nearer ones may be off by some percent",
@@ -179,7 +180,7 @@ pub(super) fn doubts(sections: &Sections<'_>, spec: &Spec) -> Vec<String> {
         model.indentation && !(poles[0]..=poles[1]).contains(&model.pole_radius),
         "[model] indentation has been tested for pole radii of 0.3 to 3 times that of the whisker at the contact",
     );
-    let over = sections.section("tap").written("a").is_some() && a[0] - place[1] < 1.2 * base[1];
+    let over = tapped && a[0] - place[1] < 1.2 * base[1];
     say(
         model.distorting && over,
         "[model] section = \"distorting\" has been tested for contacts of at least 1.2 D beyond x_ss: nearer ones may be off by some percent",
@@ -192,10 +193,7 @@ pub(super) fn doubts(sections: &Sections<'_>, spec: &Spec) -> Vec<String> {
         model.distorting && near.is_finite() && place[0] < near * base[1],
         "[model] section = \"distorting\" has been tested for gauges that begin at least 0.24 D from a bonded clamp, 0.45 D from a glued one",
     );
-    let tap = sections.section("tap");
-    if tap.written("a").is_some()
-        && let Some(drive) = ends(spec, Column::Drive)
-    {
+    if tapped && let Some(drive) = ends(spec, Column::Drive) {
         let [least, most] = match spec.study.setup.drive {
             Drive::Angle => drive,
             Drive::Displacement => [drive[0] / a[1], drive[1] / a[0]].map(|x| x.atan().to_degrees()),
@@ -213,7 +211,7 @@ pub(super) fn doubts(sections: &Sections<'_>, spec: &Spec) -> Vec<String> {
         if let Some(grid) = ends(spec, Column::GridLength) {
             let [begins, stops] = [place[0] + 0.5 * grid[0] - half, place[1] + 0.5 * grid[1] + half];
             say(
-                tap.written("a").is_some() && a[0] < stops + base[1],
+                tapped && a[0] < stops + base[1],
                 "[gauge] foil has been tested for contacts of at least 1 D beyond its end",
             );
             say(

@@ -64,7 +64,7 @@ pub(super) fn listed<'a>(sections: &Sections<'a>, _: Drive) -> Result<Read<'a>> 
         return Err(item.error("this comes from the tuples; remove one of the two"));
     }
     if let Some((_, axis)) = properties::axes(sections, &mut 0)?.first() {
-        return Err(axis.item.error("all taps have one rig here").allowed("one number"));
+        return axis.item.refuse("all taps have one rig here", "one number");
     }
     Ok(Read {
         space: Space::List(Vec::new()),
@@ -88,7 +88,7 @@ pub(super) fn read<'a>(sections: &Sections<'a>, drive: Drive, base: &Path) -> Re
                 "with drive = \"displacement\" the object moves by delta; theta has no meaning"
             }
         };
-        return Err(item.error(message).allowed(format!("{key} in place of {other}")));
+        return item.refuse(message, format!("{key} in place of {other}"));
     }
     let keys = KEYS.into_iter().chain([("tap", key)]);
 
@@ -100,7 +100,7 @@ pub(super) fn read<'a>(sections: &Sections<'a>, drive: Drive, base: &Path) -> Re
         if let Some((property, axis)) = properties::axes(sections, &mut 0)?.first() {
             let message = "beside a tuple file this is one number, or a column of the file";
             let allowed = format!("a number, or the column {} in the file", property.about().column);
-            return Err(axis.item.error(message).allowed(allowed));
+            return axis.item.refuse(message, allowed);
         }
         return tuple_file::read(sections, &tuples.get("file")?, drive, base);
     }
@@ -153,18 +153,15 @@ fn zipped(axes: &[AxisItem<'_>; COLUMNS], properties: &[(Property, AxisItem<'_>)
                 format!("{first_key} and {key} are both sampled; a is sampled only if no other axis is");
             return Err(axes[5].item.error(message).allowed("a value, a list or a range for a"));
         }
-        let differing = if others.samples != points.samples {
-            "samples"
-        } else if others.sampler != points.sampler {
-            "sampler"
-        } else if others.seed != points.seed {
-            "seed"
-        } else {
-            continue;
-        };
+        let differ = [
+            ("samples", others.samples != points.samples),
+            ("sampler", others.sampler != points.sampler),
+            ("seed", others.seed != points.seed),
+        ];
+        let Some((differing, _)) = differ.into_iter().find(|(_, differs)| *differs) else { continue };
         let place = other.item.child(differing).unwrap_or_else(|| other.item.clone());
         let message = format!("{first_key} and {key} are sampled together, but differ in {differing}");
-        return Err(place.error(message).allowed("the same samples, sampler and seed for all sampled axes"));
+        return place.refuse(message, "the same samples, sampler and seed for all sampled axes");
     }
     Ok(())
 }
@@ -174,7 +171,7 @@ fn short(axes: &[AxisItem<'_>; COLUMNS], rigs_sampled: bool) -> Result<()> {
     let [whisker @ .., a, tilt, lean, drive] = axes;
     let many = |long: &AxisItem<'_>, n: u64| {
         let message = format!("one design would have too many of these, {n}; use several specs");
-        Err(long.item.error(message).allowed(format!("at most {AXIS_LIMIT} values")))
+        long.item.refuse(message, format!("at most {AXIS_LIMIT} values"))
     };
     if a.axis.len() > AXIS_LIMIT {
         return many(a, a.axis.len());

@@ -12,11 +12,10 @@ use crate::measure::text::{Decimals, OTHER_MARK, separator};
 /// Name and text of the file that `item` names, relative to `base`; `what` says what the file is.
 pub(super) fn open(item: &Item<'_>, base: &Path, what: &str) -> Result<(String, String)> {
     let path = base.join(item.text()?);
-    let label = path.display().to_string();
     match load(&path, what) {
-        Ok(text) => Ok((label, text)),
+        Ok(text) => Ok((path.display().to_string(), text)),
         Err(e) if e.line.is_none() => Err(item.error(e.message)),
-        Err(e) => Err(InputError { file: Some(label), ..e }),
+        Err(e) => Err(e),
     }
 }
 

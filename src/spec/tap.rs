@@ -2,6 +2,7 @@
 
 use super::reader::Result;
 use super::schema::Sections;
+use super::space::{KEYS, drive_key};
 use crate::scene::{Axis, Column, Drive, Factor, Space, Spec, Theory};
 
 /// Interval of tap angles where the spec has none, degrees.
@@ -19,25 +20,16 @@ pub(super) fn check(sections: &Sections<'_>, spec: &Spec, noisy: bool) -> Result
         let mut axes = factors.iter().flat_map(|f: &Factor| &f.axes);
         &axes.find(|(c, _)| *c == column).expect("a grid has every column").1
     };
-    let whisker = [
-        ("whisker", "D", Column::BaseDiameter),
-        ("whisker", "d", Column::TipDiameter),
-        ("whisker", "L_a", Column::Length),
-        ("gauge", "x_ss", Column::GaugePosition),
-        ("gauge", "l", Column::GridLength),
-    ];
-    for (section, key, column) in whisker {
+    for ((section, key), column) in KEYS.into_iter().zip(Column::ALL).take(5) {
         if axis(column).len() > 1 {
             let item = sections.section(section).get(key)?;
-            return Err(item
-                .error("this takes one whisker")
-                .allowed("one number; optimise searches over whiskers"));
+            return item.refuse("this takes one whisker", "one number; optimise searches over whiskers");
         }
     }
     for (key, column) in [("tilt", Column::Tilt), ("lean", Column::Lean)] {
         if axis(column).len() > 1 {
             let item = sections.section("tap").get(key)?;
-            return Err(item.error("this takes one direction of the object's edge").allowed("one number"));
+            return item.refuse("this takes one direction of the object's edge", "one number");
         }
     }
     let estimate = &spec.study.setup.estimate;
@@ -45,19 +37,19 @@ pub(super) fn check(sections: &Sections<'_>, spec: &Spec, noisy: bool) -> Result
     let told = estimate.k.is_some() || noisy && estimate.theory == Theory::Exact;
     if axis(Column::Distance).len() < 2 && !told {
         let a = sections.section("tap").get("a")?;
-        return Err(a
-            .error("K has no spread and no mean over one distance")
-            .allowed("two distances or more"));
+        return a.refuse("K has no spread and no mean over one distance", "two distances or more");
     }
-    let key = if spec.study.setup.drive == Drive::Angle { "theta" } else { "delta" };
     let drive = axis(Column::Drive);
     let ends = [drive.min(), drive.max()];
     if ends[0] >= ends[1] {
-        let item = sections.section("tap").get(key)?;
-        return Err(item.error("one value leaves nothing to choose").allowed(match spec.study.setup.drive {
-            Drive::Angle => "two values or a range: the ends of the interval; or none, which is 0.1 … 10",
-            Drive::Displacement => "two values or a range: the ends of the interval",
-        }));
+        let item = sections.section("tap").get(drive_key(spec.study.setup.drive))?;
+        return item.refuse(
+            "one value leaves nothing to choose",
+            match spec.study.setup.drive {
+                Drive::Angle => "two values or a range: the ends of the interval; or none, which is 0.1 … 10",
+                Drive::Displacement => "two values or a range: the ends of the interval",
+            },
+        );
     }
     if noisy && spec.study.setup.is_noisy().is_none() {
         let section = sections.section("gauge");

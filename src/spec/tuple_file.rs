@@ -52,10 +52,8 @@ impl Varied {
     fn new(header: &str) -> Self {
         let names: Vec<&str> =
             header.split(separator(header)).map(|name| name.trim().trim_matches('"')).collect();
-        let places: Vec<(Property, usize)> = varied()
-            .zip(COLUMNS..)
-            .filter(|(property, _)| names.contains(&property.about().column))
-            .collect();
+        let there = |(property, _): &(Property, usize)| names.contains(&property.about().column);
+        let places: Vec<(Property, usize)> = varied().zip(COLUMNS..).filter(there).collect();
         let properties: Vec<Property> = places.iter().map(|(property, _)| *property).collect();
         Self { largest: vec![0.0; places.len()], rigs: Arc::new(Rigs::listed(properties)), places }
     }
@@ -81,22 +79,21 @@ impl Varied {
         for (property, _) in &self.places {
             let Description { column, key, section, .. } = *property.about();
             let written = properties::written(sections, *property);
+            let unwritten = written.is_none();
             // What stands in an inline table is a number that each row replaces.
             if let Some(other) = written.filter(|_| !key.contains('.') && *property != Property::Modulus) {
                 let error = other.error(format!("the tuple file of [tuples] has the column {column}"));
                 return Err(error.allowed("one of the two"));
             }
+            let coreless = sections.section("whisker").written("core").is_none();
             let (missing, allowed) = match property {
-                Property::Foil => (
-                    properties::written(sections, *property).is_none(),
-                    "foil = { stiffness, length, width }",
-                ),
+                Property::Foil => (unwritten, "foil = { stiffness, length, width }"),
                 Property::Core => (
-                    !has(Property::CoreModulus) && sections.section("whisker").written("core").is_none(),
+                    !has(Property::CoreModulus) && coreless,
                     "a column E_core_MPa beside it, or core = { diameter, modulus }",
                 ),
                 Property::CoreModulus => (
-                    !has(Property::Core) && sections.section("whisker").written("core").is_none(),
+                    !has(Property::Core) && coreless,
                     "a column core_mm beside it, or core = { diameter, modulus }",
                 ),
                 Property::Modulus => {

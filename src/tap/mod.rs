@@ -29,7 +29,7 @@ use crate::statistics::DriveRow;
 use curve::Curve;
 
 pub use needed::{find_needed, needed};
-pub use write::{document, result, table, unit};
+pub use write::{document, k_names, result, table, unit};
 
 /// The curve at one drive.
 #[derive(Debug, Clone, Copy)]
@@ -117,9 +117,6 @@ pub struct Other {
 }
 
 /// Where a best drive is looked for: what `options` ask for, else, for few taps, the CPU in f64.
-///
-/// # Errors
-/// A backend that the machine does not have.
 pub fn choice(options: &RunOptions, study: &Study) -> Result<Choice, Error> {
     let free = matches!(options.backend, None | Some(BackendChoice::Auto) | Some(BackendChoice::Cpu))
         && options.adapter.is_none();
@@ -233,8 +230,8 @@ fn best(
     {
         limited_by = LimitedBy::Friction;
     }
-    Ok(Report {
-        why: write::why(setup, &optimum, &unconstrained, limited_by, at_bound, ends, objective),
+    let mut report = Report {
+        why: String::new(),
         curve: samples,
         optimum,
         unconstrained,
@@ -247,23 +244,22 @@ fn best(
         model_error: None,
         files: Vec::new(),
         removed: Vec::new(),
-    })
+    };
+    report.why = write::why(setup, &report, ends, objective);
+    Ok(report)
 }
 
 /// A search without variables: what a score of the curve needs.
 fn search(setup: &Setup, objective: Objective) -> Search {
+    let strain = setup.gauge.strain_limit;
+    let limits = Limits { strain, force: None, unambiguous: false, tip_not_wider: false };
     Search {
         objective,
         weights: [1.0; 2],
         seed: 0,
         budget: Budget::default(),
         variables: Vec::new(),
-        limits: Limits {
-            strain: setup.gauge.strain_limit,
-            force: None,
-            unambiguous: false,
-            tip_not_wider: false,
-        },
+        limits,
         robust: None,
         places: Places::default(),
     }

@@ -30,7 +30,7 @@ fn k_unit(study: &Study) -> f64 {
 }
 
 /// Names of K̄ and SD.
-fn k_names(setup: &Setup) -> [&'static str; 2] {
+pub fn k_names(setup: &Setup) -> [&'static str; 2] {
     match setup.estimate.convention {
         Convention::Mean => ["K_mean", "K_sd"],
         Convention::Elongation => ["K_mean_mm", "K_sd_mm"],
@@ -129,21 +129,11 @@ pub fn all(spec: &Spec, report: &Report, folder: &mut Folder) -> Result<(), Erro
 }
 
 /// One sentence on what limits the optimum.
-pub fn why(
-    setup: &Setup,
-    optimum: &Sample,
-    unconstrained: &Sample,
-    by: LimitedBy,
-    at_bound: bool,
-    ends: [f64; 2],
-    objective: Objective,
-) -> String {
+pub fn why(setup: &Setup, report: &Report, ends: [f64; 2], objective: Objective) -> String {
+    let Report { optimum, unconstrained, limited_by: by, at_bound, .. } = report;
     let (name, unit) = unit(setup);
-    let end = if (optimum.drive - ends[0]).abs() <= (optimum.drive - ends[1]).abs() {
-        "smallest"
-    } else {
-        "largest"
-    };
+    let [from, to] = ends.map(|end| (optimum.drive - end).abs());
+    let end = if from <= to { "smallest" } else { "largest" };
     // The model itself has no bias, unless a tap before the peak is taken for one beyond it.
     let exact = setup.estimate.theory == Theory::Exact && optimum.row.error_rms() == Some(0.0);
     let trend = match (objective, end) {
@@ -188,7 +178,7 @@ pub fn why(
         LimitedBy::Bias => "Bias and noise balance, and the bias is the larger part: a better model of the whisker, or a calibration by distance, would help more than a quieter gauge.".to_owned(),
         LimitedBy::Noise => "Bias and noise balance, and the noise is the larger part: a quieter gauge, or averaged taps, would help most.".to_owned(),
     };
-    if at_bound && by != LimitedBy::Bound {
+    if *at_bound && *by != LimitedBy::Bound {
         text += &format!(" It is also the {end} {name} of the interval.");
     }
     if exact && objective == Objective::Distance {

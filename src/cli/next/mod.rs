@@ -37,12 +37,10 @@ pub fn run(args: &args::Next) -> Result<Reply, Error> {
         ends("--within", "drives", args.within.as_deref())?.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
     let shifts = ends("--shift", "places of the base", args.shift.as_deref())?;
     let may = May { within, shifts, same_run: args.same_run };
-    let stem = args.readings.as_deref().unwrap_or(&args.calibration).file_stem();
-    let stem = stem.map_or_else(|| "taps".into(), |s| s.to_string_lossy().into_owned());
+    let stem = super::stem(args.readings.as_deref().unwrap_or(&args.calibration), "taps");
     let out = super::folder(args.common.out.as_ref(), &stem, "next");
     if options.plan == Some(true) {
-        let text = format!("would say the next tap in {}; nothing was run\n", out.display());
-        return Ok(Reply { text, out: Some(out), ..Reply::default() });
+        return Ok(Reply::planned(out, |to| format!("would say the next tap in {to}")));
     }
     let bytes = args.readings.as_deref().map(Data::load).transpose()?;
     let (taps, lines) = match (&bytes, args.readings.as_deref()) {
@@ -53,19 +51,16 @@ pub fn run(args: &args::Next) -> Result<Reply, Error> {
         let error = InputError::new(why).at(label.clone(), None).key("next");
         error.allowed("a calibration by learned, taps of one object, and drives that were calibrated")
     })?;
-    if !found.left.is_empty() && !args.common.quiet {
-        let left: Vec<String> = found.left.iter().take(8).map(|k| lines[*k].to_string()).collect();
-        say::warning(format_args!(
-            "{} of {} taps tell nothing here: of the other side, of a drive that was not calibrated, or without a distance or a number in {SHIFT} (lines {})",
-            found.left.len(),
-            taps.len(),
-            left.join(", ")
+    let warn = say::unless(args.common.quiet);
+    if !found.left.is_empty() {
+        let first: Vec<String> = found.left.iter().take(8).map(|k| lines[*k].to_string()).collect();
+        let (left, taps, first) = (found.left.len(), taps.len(), first.join(", "));
+        warn(&format!(
+            "{left} of {taps} taps tell nothing here: of the other side, of a drive that was not calibrated, or without a distance or a number in {SHIFT} (lines {first})"
         ));
     }
-    if shifts.is_some() && found.taps == 0 && !args.common.quiet {
-        say::warning(format_args!(
-            "--shift is not looked at before the first tap, which tells where the object is"
-        ));
+    if shifts.is_some() && found.taps == 0 {
+        warn("--shift is not looked at before the first tap, which tells where the object is");
     }
     let data = bytes.as_ref().map(|bytes| hash(&String::from_utf8_lossy(bytes)));
     let asked = json!({ "calibration": calibration.checksum, "readings": data, "object": args.object, "only": args.only, "within": args.within, "shift": args.shift, "same_run": args.same_run, "zero": SaidZero::json(args.zero.as_ref()), "columns": args.columns });
@@ -73,20 +68,16 @@ pub fn run(args: &args::Next) -> Result<Reply, Error> {
     let question = Question { inputs, ..Question::new("next", &stem, asked) };
     let mut folder = Folder::open(&out, question, &["next.csv", "next.svg"], args.common.force)?;
     let drawn = figure::files(&drawn(&found, drive), &Style::default(), &[Format::Svg])?;
-    let table = table(&found, drive).into_bytes();
-    let drawn = drawn.iter().map(|(_, bytes)| ("next.svg", bytes));
-    for (name, bytes) in std::iter::once(("next.csv", &table)).chain(drawn) {
-        folder.put(name, bytes)?;
-    }
+    folder.put("next.csv", table(&found, drive).as_bytes())?;
+    drawn.iter().try_for_each(|(_, bytes)| folder.put("next.svg", bytes))?;
     let result = result(&found, drive, &lines);
     let counts = json!({ "taps": found.taps, "rows": found.tried.len() });
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
     let identity = hash(&format!("{}\n{data:?}\n{may:?}", calibration.checksum));
     let told = json!({ "calibration": { "file": label, "checksum": calibration.checksum }, "counts": counts, "seconds": seconds, "result": result });
-    folder.run_json(&run_json::document("next", json!({ "name": stem, "hash": identity }), told))?;
-    let written = folder.finish()?;
+    let document = run_json::document("next", json!({ "name": stem, "hash": identity }), told);
     let answer = answer(&found, drive, &lines);
-    Ok(Reply { answer, counts, seconds, result, ..Reply::default() }.written(out, written, start))
+    Reply { answer, counts, seconds, result, ..Reply::default() }.filed(folder, &document, (out, start))
 }
 
 /// The taps of one object in a file.
@@ -96,12 +87,7 @@ fn read(
     bytes: &[u8],
     path: &Path,
 ) -> Result<(Vec<UnlocatedTap>, Vec<usize>), Error> {
-    let quiet = args.common.quiet;
-    let warn = |text: &str| {
-        if !quiet {
-            say::warning(text)
-        }
-    };
+    let warn = say::unless(args.common.quiet);
     let columns = args.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
     let zero = SaidZero::of(args.zero.as_ref(), [locator])?;
     let label = path.display().to_string();
@@ -149,11 +135,8 @@ fn read(
         }
         None if objects.len() > 1 => {
             let error = InputError::new("these are taps of several objects").at(label.clone(), None);
-            return Err(error
-                .key(args.object.as_deref().unwrap_or(NAME))
-                .value(shown(&objects))
-                .allowed("--only WORD: one of them")
-                .into());
+            let error = error.key(args.object.as_deref().unwrap_or(NAME)).value(shown(&objects));
+            return Err(error.allowed("--only WORD: one of them").into());
         }
         only => only.clone(),
     };

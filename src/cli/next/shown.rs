@@ -55,11 +55,9 @@ pub fn answer(next: &Next, drive: Drive, lines: &[usize]) -> String {
         let _ = write!(text, "{near:.2} mm fits as well. ");
     }
     if let Some((k, by)) = next.apart.filter(|_| next.status.has(Status::INCONSISTENT)) {
-        let _ = write!(
-            text,
-            "They contradict each other: line {} is {:.1} standard deviations from what the others say. Mend that first; more taps do not. ",
-            lines[k],
-            by.abs()
+        let (line, by) = (lines[k], by.abs());
+        text += &format!(
+            "They contradict each other: line {line} is {by:.1} standard deviations from what the others say. Mend that first; more taps do not. "
         );
     }
     if next.status.has(Status::OUTSIDE_CALIBRATION) {
@@ -74,29 +72,23 @@ pub fn answer(next: &Next, drive: Drive, lines: &[usize]) -> String {
                 "No drive is within the limits of the sensor."
             };
     };
+    let floor = short(floor);
     if next.is_enough() {
-        let _ = write!(
-            text,
-            "More taps bring nothing: what is left, {} mm, is the error of the calibration and of the run, which all taps share.",
-            short(floor)
-        );
-        return text;
+        return text
+            + &format!(
+                "More taps bring nothing: what is left, {floor} mm, is the error of the calibration and of the run, which all taps share."
+            );
     }
     let moved = if next.moves() {
         format!(" with the base {:.2} mm nearer than where distances are told from", best.shift)
     } else {
         String::new()
     };
-    let _ = write!(
-        text,
-        "Tap next by {symbol} = {:.3}{unit}{moved}: σ is expected to become {} mm. {} such taps would bring {} mm, any number of them no less than {} mm.",
-        best.drive,
-        short(best.sigma),
-        next.more[3].0,
-        short(next.more[3].1),
-        short(floor)
-    );
-    text
+    let (drive, sigma, (n, more)) = (best.drive, short(best.sigma), next.more[3]);
+    let more = short(more);
+    text + &format!(
+        "Tap next by {symbol} = {drive:.3}{unit}{moved}: σ is expected to become {sigma} mm. {n} such taps would bring {more} mm, any number of them no less than {floor} mm."
+    )
 }
 
 pub fn drawn(next: &Next, drive: Drive) -> Figure {

@@ -15,10 +15,9 @@ const WHOLE: &str = include_str!("../template/together.c");
 impl Export<'_> {
     pub(super) fn c(&self) -> String {
         let float = "; float: 1e-3 mm, 1e-2 mm where the drive is not known";
-        let comment = format!("/* {}\n*/", self.comment(float).replace('\n', "\n   "));
         let names: Vec<String> = self.several.names.iter().map(|n| text::harmless(n)).collect();
         let mut out = HEAD
-            .replace("@COMMENT", &comment.lines().map(str::trim_end).collect::<Vec<_>>().join("\n"))
+            .replace("@COMMENT", &text::c_comment(&self.comment(float)))
             .replace("@NAMES", &names.join(", "))
             .replace("@CHANNELS", &self.channels.len().to_string())
             .replace("@DRIVE", text::drive(&self.several.locators[0]));
@@ -98,16 +97,10 @@ fn side(t: &Table<'_>, [value, variance]: [usize; 2], real: Real) -> String {
     let n = |x: f64| real.number(x);
     let [nearest, farthest] = of.distances;
     let interest = [of.interest[0] * (1.0 - WIDENING), of.interest[1] * (1.0 + WIDENING)];
+    let [ends, drives, interest] = [t.ends, t.drives, interest].map(|pair| pair.map(n).join(", "));
+    let reach = [nearest, farthest, WIDENING * farthest].map(n).join(", ");
+    let (sign, gauge, limit) = (of.sign, t.gauge(), n(t.limit()));
     format!(
-        "    {{{}, {}, {value}, {variance}, {{{}}}, {{{}}}, {}, {}, {}, {{{}}}, {}}},",
-        of.sign,
-        t.gauge(),
-        t.ends.map(n).join(", "),
-        t.drives.map(n).join(", "),
-        n(nearest),
-        n(farthest),
-        n(WIDENING * farthest),
-        interest.map(n).join(", "),
-        n(t.limit()),
+        "    {{{sign}, {gauge}, {value}, {variance}, {{{ends}}}, {{{drives}}}, {reach}, {{{interest}}}, {limit}}},"
     )
 }

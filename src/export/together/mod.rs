@@ -209,12 +209,8 @@ impl<'a> Export<'a> {
         ];
         lines.extend(locators.iter().find_map(text::whisker));
         for (l, name) in locators.iter().zip(&self.several.names) {
-            lines.push(format!(
-                "channel      {}: {}, by {}",
-                text::harmless(name),
-                text::unit(l),
-                l.estimator.name()
-            ));
+            let (name, unit, by) = (text::harmless(name), text::unit(l), l.estimator.name());
+            lines.push(format!("channel      {name}: {unit}, by {by}"));
         }
         lines.push(format!("drive        {}", text::drive(&locators[0])));
         for t in self.channels.iter().flat_map(|c| &c.0) {
@@ -229,11 +225,8 @@ impl<'a> Export<'a> {
             "error        up to {error:.1e} mm to `vibrissa locate` among the calibrated distances{precision}"
         ));
         let data = &self.sensor.channels[0].1.data;
-        lines.push(format!(
-            "data         {}, SHA-256 {}",
-            text::harmless(&data.file),
-            text::harmless(&data.hash)
-        ));
+        let [file, hash] = [&data.file, &data.hash].map(|name| text::harmless(name));
+        lines.push(format!("data         {file}, SHA-256 {hash}"));
         text::trimmed(&lines)
     }
 }

@@ -22,8 +22,17 @@ pub struct Table {
     pub file: &'static str,
     /// What a row is.
     pub row: &'static str,
-    /// Its columns, in order.
+    /// Its first columns, which another table has too.
+    pub before: &'static [Told],
+    /// Its own columns, in order.
     pub columns: &'static [Told],
+}
+
+impl Table {
+    /// With columns `before` its own.
+    const fn after(self, before: &'static [Told]) -> Self {
+        Self { before, ..self }
+    }
 }
 
 const fn table(
@@ -32,7 +41,7 @@ const fn table(
     row: &'static str,
     columns: &'static [Told],
 ) -> Table {
-    Table { command, file, row, columns }
+    Table { command, file, row, before: &[], columns }
 }
 
 const STATUS: Told = ("status", "ok, or words joined by +");

@@ -84,6 +84,10 @@ pub const RANKED: Form = Form::Words(&[
 ]);
 /// Any number that a whisker could have.
 pub const ANY: Range = within(-MOST, MOST);
+/// A number that is larger than zero.
+pub const POSITIVE: Form = Form::Number(above(0.0));
+/// A number that may be zero.
+pub const NOT_NEGATIVE: Form = Form::Number(from(0.0));
 /// An axis of lengths that are larger than zero.
 pub const LENGTHS: Form = Form::Axis(above(0.0));
 /// An axis of numbers that may be zero.
@@ -110,6 +114,11 @@ pub const fn of(property: Property) -> Range {
     }
 }
 
+/// An axis of such values.
+pub const fn axis(property: Property) -> Form {
+    Form::Axis(of(property))
+}
+
 /// A clamp by name, or where the rod begins, in base diameters.
 const CLAMPS: [Form; 2] =
     [Form::Words(&["rigid", "bonded", "glued", "socket"]), Form::Number(within(-1.0, 0.2))];
@@ -118,7 +127,7 @@ const CLAMPS: [Form; 2] =
 pub const fn of_term(term: &Term) -> Form {
     match term.trial {
         Amount::Flag(_) => Form::Flag,
-        Amount::Number(_) => Form::Axis(of(Property::PoleRadius)),
+        Amount::Number(_) => axis(Property::PoleRadius),
         Amount::Word(_) if term.words.len() > 2 => Form::Any(&CLAMPS),
         Amount::Word(_) => Form::Words(term.words),
     }

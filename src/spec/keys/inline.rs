@@ -2,10 +2,16 @@
 
 use super::super::searched::{UNSURE, VARIED};
 use super::form::{
-    ANGLES, ANY, Form, LARGEST, PLACES, Range, above, below, between, from, of as held, within,
+    ANGLES, ANY, Form, LARGEST, NOT_NEGATIVE, PLACES, POSITIVE, Range, above, axis, below, between, from,
+    of as held, within,
 };
 use super::{Key, Section, THAT_OF_THE_KEY, inline, key};
 use crate::scene::Property;
+
+/// A key of an inline table, which has the examples.
+const fn part(name: &'static str, unit: &'static str, what: &'static str, form: Form) -> Key {
+    key(name, unit, what, "").holds(form)
+}
 
 /// Many values of a quantity.
 pub const AXIS: Section = inline(
@@ -19,26 +25,25 @@ pub const AXIS: Section = inline(
         "{ min = 2, max = 8, samples = 1024, sampler = \"random\", seed = 1 }",
     ],
     &[
-        key("from", THAT_OF_THE_KEY, "first value", "").holds(Form::Number(ANY)),
-        key("to", THAT_OF_THE_KEY, "last value", "")
-            .holds(Form::Number(ANY))
+        part("from", THAT_OF_THE_KEY, "first value", Form::Number(ANY)),
+        part("to", THAT_OF_THE_KEY, "last value", Form::Number(ANY))
             .note("Belongs to the axis with steps, and with step if it falls on one"),
-        key("steps", "", "number of values, both ends included", "")
-            .holds(Form::Whole(1, LARGEST))
+        part("steps", "", "number of values, both ends included", Form::Whole(1, LARGEST))
             .absent("required, or step"),
-        key("step", THAT_OF_THE_KEY, "distance of the values", "")
-            .holds(Form::Number(above(0.0)))
-            .absent("required, or steps"),
-        key("scale", "", "even steps of the value or of its logarithm", "")
-            .holds(Form::Words(&["linear", "log"]))
+        part("step", THAT_OF_THE_KEY, "distance of the values", POSITIVE).absent("required, or steps"),
+        part("scale", "", "even steps of the value or of its logarithm", Form::Words(&["linear", "log"]))
             .absent("\"linear\""),
-        key("min", THAT_OF_THE_KEY, "smallest value of samples", "").holds(Form::Number(ANY)),
-        key("max", THAT_OF_THE_KEY, "largest value of samples", "").holds(Form::Number(ANY)),
-        key("samples", "", "number of samples", "").holds(Form::Whole(1, 1 << 32)),
-        key("sampler", "", "Sobol points (scrambled, unless seed is 0), or random ones", "")
-            .holds(Form::Words(&["sobol", "random"]))
-            .absent("\"sobol\""),
-        key("seed", "", "seed of the samples", "").holds(Form::Whole(0, LARGEST)).absent("0"),
+        part("min", THAT_OF_THE_KEY, "smallest value of samples", Form::Number(ANY)),
+        part("max", THAT_OF_THE_KEY, "largest value of samples", Form::Number(ANY)),
+        part("samples", "", "number of samples", Form::Whole(1, 1 << 32)),
+        part(
+            "sampler",
+            "",
+            "Sobol points (scrambled, unless seed is 0), or random ones",
+            Form::Words(&["sobol", "random"]),
+        )
+        .absent("\"sobol\""),
+        part("seed", "", "seed of the samples", Form::Whole(0, LARGEST)).absent("0"),
     ],
 );
 
@@ -47,7 +52,7 @@ pub const CONTACT: Section = inline(
     "model.contact",
     "Friction with a coefficient (model §3.5).",
     &["{ coulomb = 0.3 }"],
-    &[key("coulomb", "", "coefficient of friction μ", "").holds(Form::Axis(held(Property::Friction)))],
+    &[part("coulomb", "", "coefficient of friction μ", axis(Property::Friction))],
 );
 
 /// `root` in `[whisker]`.
@@ -56,15 +61,9 @@ pub const ROOT: Section = inline(
     "Springs between the motor and the base section, unloaded at rest (model §7); one of them at least.",
     &["{ k_theta = 500 }", "{ k_theta = 500, k_y = 20, k_x = 100 }"],
     &[
-        key("k_theta", "N mm/rad", "stiffness against turning", "")
-            .holds(Form::Axis(held(Property::Turn)))
-            .absent("rigid"),
-        key("k_y", "N/mm", "stiffness across the whisker", "")
-            .holds(Form::Axis(held(Property::Across)))
-            .absent("rigid"),
-        key("k_x", "N/mm", "stiffness along the whisker", "")
-            .holds(Form::Axis(held(Property::Along)))
-            .absent("rigid"),
+        part("k_theta", "N mm/rad", "stiffness against turning", axis(Property::Turn)).absent("rigid"),
+        part("k_y", "N/mm", "stiffness across the whisker", axis(Property::Across)).absent("rigid"),
+        part("k_x", "N/mm", "stiffness along the whisker", axis(Property::Along)).absent("rigid"),
     ],
 );
 
@@ -74,10 +73,9 @@ pub const CORE: Section = inline(
     "A bonded concentric core of another modulus (model §7).",
     &["{ diameter = 0.5, modulus = 60000 }", "{ diameter = [[0, 1.0], [40, 0.5]], modulus = 60000 }"],
     &[
-        key("diameter", "mm", "its diameter, or [[s, diameter], …]", "")
-            .holds(Form::Any(&[PLACES, Form::Pairs]))
+        part("diameter", "mm", "its diameter, or [[s, diameter], …]", Form::Any(&[PLACES, Form::Pairs]))
             .absent("required, unless the profile's file has core_mm"),
-        key("modulus", "MPa", "its modulus", "").holds(Form::Axis(held(Property::CoreModulus))),
+        part("modulus", "MPa", "its modulus", axis(Property::CoreModulus)),
     ],
 );
 
@@ -91,19 +89,14 @@ pub const FOIL: Section = inline(
         "\"KFGS-2-120\"",
     ],
     &[
-        key("stiffness", "N/mm", "modulus times thickness", "")
-            .holds(Form::Axis(held(Property::Foil)))
+        part("stiffness", "N/mm", "modulus times thickness", axis(Property::Foil))
             .absent("required, or thickness and modulus"),
-        key("thickness", "mm", "thickness", "")
-            .holds(Form::Number(Range { open: [true, false], ..within(0.0, 2.0) }))
+        part("thickness", "mm", "thickness", Form::Number(Range { open: [true, false], ..within(0.0, 2.0) }))
             .absent("required, or stiffness"),
-        key("modulus", "MPa", "modulus", "")
-            .holds(Form::Number(between(0.0, 1e6)))
-            .absent("required, or stiffness"),
-        key("length", "mm", "length of the base along the whisker", "").holds(Form::Number(above(0.0))),
-        key("width", "mm", "width of the base", "").holds(Form::Number(above(0.0))),
-        key("strain_limit", "", "largest |strain| of the foil itself, compared with its reading", "")
-            .holds(Form::Number(above(0.0)))
+        part("modulus", "MPa", "modulus", Form::Number(between(0.0, 1e6))).absent("required, or stiffness"),
+        part("length", "mm", "length of the base along the whisker", POSITIVE),
+        part("width", "mm", "width of the base", POSITIVE),
+        part("strain_limit", "", "largest |strain| of the foil itself, compared with its reading", POSITIVE)
             .absent("none"),
     ],
 );
@@ -119,23 +112,18 @@ pub const MATERIAL: Section = inline(
         "{ yeoh = [0.5, -0.08, 0.02] }",
     ],
     &[
-        key("hooke", "MPa", "Young's modulus E of Hooke's law", "")
-            .holds(Form::Axis(held(Property::Modulus)))
+        part("hooke", "MPa", "Young's modulus E of Hooke's law", axis(Property::Modulus))
             .absent("required: one of these"),
-        key("neo-hookean", "MPa", "initial modulus E₀ = 6 C10", "")
-            .holds(Form::Axis(held(Property::Modulus)))
+        part("neo-hookean", "MPa", "initial modulus E₀ = 6 C10", axis(Property::Modulus))
             .absent("required: one of these"),
-        key("mooney-rivlin", "MPa", "[C10, C01]; E₀ = 6 (C10 + C01)", "")
-            .holds(Form::Numbers(2))
+        part("mooney-rivlin", "MPa", "[C10, C01]; E₀ = 6 (C10 + C01)", Form::Numbers(2))
             .absent("required: one of these"),
-        key("yeoh", "MPa", "[C10, C20, C30]; E₀ = 6 C10", "")
-            .holds(Form::Numbers(3))
-            .absent("required: one of these"),
-        key(
+        part("yeoh", "MPa", "[C10, C20, C30]; E₀ = 6 C10", Form::Numbers(3)).absent("required: one of these"),
+        part(
             "curve",
             "",
             "CSV file with the columns strain, stress_MPa (nominal), to which Yeoh's law is fitted",
-            "",
+            Form::Text,
         )
         .absent("required: one of these")
         .note("Five points or more, stress rising with strain; relative to the spec"),
@@ -148,8 +136,8 @@ pub const WEIGHTS: Section = inline(
     "Weights of the objective \"weighted\"; one of them at least is above 0.",
     &["{ sd = 1.0, distance = 2.0 }"],
     &[
-        key("sd", "", "weight of K_sd/K_mean", "").holds(Form::Number(from(0.0))).absent("1.0"),
-        key("distance", "", "weight of total_rms_mm/L_a", "").holds(Form::Number(from(0.0))).absent("1.0"),
+        part("sd", "", "weight of K_sd/K_mean", NOT_NEGATIVE).absent("1.0"),
+        part("distance", "", "weight of total_rms_mm/L_a", NOT_NEGATIVE).absent("1.0"),
     ],
 );
 
@@ -159,15 +147,14 @@ pub const BUDGET: Section = inline(
     "Limits of the search; the first that is reached ends it.",
     &["{ evaluations = 20000, seconds = 30 }"],
     &[
-        key(
+        part(
             "evaluations",
             "",
             "evaluations: one design at one drive, over all distances and robust samples",
-            "",
+            Form::Whole(1, LARGEST),
         )
-        .holds(Form::Whole(1, LARGEST))
         .absent("no limit"),
-        key("seconds", "s", "wall time", "").holds(Form::Number(above(0.0))).absent("no limit"),
+        part("seconds", "s", "wall time", POSITIVE).absent("no limit"),
     ],
 );
 
@@ -184,14 +171,12 @@ pub const VARIABLES: Section = inline(
 
 /// Columns that may be variables.
 const COLUMNS_VARIED: [Key; 6] = [
-    key("D", "mm", "base diameter", "").holds(Form::Ends(above(0.0))).absent("fixed"),
-    key("d", "mm", "tip diameter", "").holds(Form::Ends(above(0.0))).absent("fixed"),
-    key("L_a", "mm", "length", "").holds(Form::Ends(above(0.0))).absent("fixed"),
-    key("x_ss", "mm", "start of the grid", "").holds(Form::Ends(from(0.0))).absent("fixed"),
-    key("l", "mm", "length of the grid", "").holds(Form::Ends(above(0.0))).absent("fixed"),
-    key("theta", "degrees", "tap angle", "")
-        .holds(Form::Ends(ANGLES))
-        .absent("fixed")
+    part("D", "mm", "base diameter", Form::Ends(above(0.0))),
+    part("d", "mm", "tip diameter", Form::Ends(above(0.0))),
+    part("L_a", "mm", "length", Form::Ends(above(0.0))),
+    part("x_ss", "mm", "start of the grid", Form::Ends(from(0.0))),
+    part("l", "mm", "length of the grid", Form::Ends(above(0.0))),
+    part("theta", "degrees", "tap angle", Form::Ends(ANGLES))
         .note("delta (mm) with drive = \"displacement\""),
 ];
 
@@ -201,14 +186,16 @@ pub const LIMITS: Section = inline(
     "Limits that a design must keep. Its row must also be complete.",
     &["{ strain = 0.02, force_N = 1.0, unambiguous = true, tip_not_wider = true }"],
     &[
-        key("strain", "", "largest |strain|", "")
-            .holds(Form::Number(above(0.0)))
-            .absent("gauge.strain_limit"),
-        key("force_N", "N", "largest contact force", "").holds(Form::Number(above(0.0))).absent("no limit"),
-        key("unambiguous", "", "the peak of the theory's curve lies below the range of distances", "")
-            .holds(Form::Flag)
-            .absent("false"),
-        key("tip_not_wider", "", "d ≤ D", "").holds(Form::Flag).absent("false"),
+        part("strain", "", "largest |strain|", POSITIVE).absent("gauge.strain_limit"),
+        part("force_N", "N", "largest contact force", POSITIVE).absent("no limit"),
+        part(
+            "unambiguous",
+            "",
+            "the peak of the theory's curve lies below the range of distances",
+            Form::Flag,
+        )
+        .absent("false"),
+        part("tip_not_wider", "", "d ≤ D", Form::Flag).absent("false"),
     ],
 );
 
@@ -225,33 +212,29 @@ pub const ROBUST: Section = inline(
 
 /// Columns that may have a tolerance, and what is done with it.
 const TOLERANCES: [Key; 11] = [
-    key("D", "mm", "of the base diameter", "").holds(Form::Number(from(0.0))).absent("0"),
-    key("d", "mm", "of the tip diameter", "").holds(Form::Number(from(0.0))).absent("0"),
-    key("L_a", "mm", "of the length", "").holds(Form::Number(from(0.0))).absent("0"),
-    key("x_ss", "mm", "of the gauge's place", "").holds(Form::Number(from(0.0))).absent("0"),
-    key("l", "mm", "of the grid's length", "").holds(Form::Number(from(0.0))).absent("0"),
-    key("theta", "degrees", "of the tap angle", "")
-        .holds(Form::Number(from(0.0)))
-        .absent("0")
+    part("D", "mm", "of the base diameter", NOT_NEGATIVE),
+    part("d", "mm", "of the tip diameter", NOT_NEGATIVE),
+    part("L_a", "mm", "of the length", NOT_NEGATIVE),
+    part("x_ss", "mm", "of the gauge's place", NOT_NEGATIVE),
+    part("l", "mm", "of the grid's length", NOT_NEGATIVE),
+    part("theta", "degrees", "of the tap angle", NOT_NEGATIVE)
         .note("delta (mm) with drive = \"displacement\""),
-    key("tilt", "degrees", "of the tilt of the object's edge", "")
-        .holds(Form::Number(below(0.0, 30.0)))
-        .absent("0")
+    part("tilt", "degrees", "of the tilt of the object's edge", Form::Number(below(0.0, 30.0)))
         .note("The calibration does not include it: K̄ and f come from taps at upright edges (model §6)"),
-    key("lean", "degrees", "of its lean", "")
-        .holds(Form::Number(below(0.0, 30.0)))
-        .absent("0")
-        .note("As tilt"),
-    key("samples", "", "whiskers sampled for each candidate", "").holds(Form::Whole(2, 1 << 16)).absent("64"),
-    key("measure", "", "their mean, or the mean of the worst tenth", "")
-        .holds(Form::Words(&["mean", "cvar90"]))
+    part("lean", "degrees", "of its lean", Form::Number(below(0.0, 30.0))).note("As tilt"),
+    part("samples", "", "whiskers sampled for each candidate", Form::Whole(2, 1 << 16)).absent("64"),
+    part("measure", "", "their mean, or the mean of the worst tenth", Form::Words(&["mean", "cvar90"]))
         .absent("\"mean\""),
-    key("calibrated", "", "K̄ and f of each sampled whisker, or of the nominal one", "")
-        .holds(Form::Words(&["each", "nominal"]))
-        .absent("\"each\""),
+    part(
+        "calibrated",
+        "",
+        "K̄ and f of each sampled whisker, or of the nominal one",
+        Form::Words(&["each", "nominal"]),
+    )
+    .absent("\"each\""),
 ];
 
-/// `keys`, and those of `properties` in a table of `[optimise]`.
+/// `keys`, and those of `properties` in a table of `[optimise]`; `absent` holds of all of which nothing else is said.
 const fn with<const N: usize, const P: usize, const M: usize>(
     keys: &[Key; N],
     properties: &[Property; P],
@@ -261,14 +244,15 @@ const fn with<const N: usize, const P: usize, const M: usize>(
     let mut all = [keys[0]; M];
     let mut k = 0;
     while k < N + P {
-        all[k] = if k < N { keys[k] } else { of(properties[k - N], absent, varied) };
+        let one = if k < N { keys[k] } else { of(properties[k - N], varied) };
+        all[k] = if one.absent.is_empty() { one.absent(absent) } else { one };
         k += 1;
     }
     all
 }
 
 /// Bounds of a variable, or a tolerance.
-const fn of(property: Property, absent: &'static str, varied: bool) -> Key {
+const fn of(property: Property, varied: bool) -> Key {
     let about = property.about();
     let name = match property {
         Property::Turn => "k_theta",
@@ -278,6 +262,6 @@ const fn of(property: Property, absent: &'static str, varied: bool) -> Key {
         Property::Friction => "mu",
         _ => about.key,
     };
-    let form = if varied { Form::Ends(held(property)) } else { Form::Number(from(0.0)) };
-    key(name, about.unit, about.what, "").holds(form).absent(absent)
+    let form = if varied { Form::Ends(held(property)) } else { NOT_NEGATIVE };
+    part(name, about.unit, about.what, form)
 }
