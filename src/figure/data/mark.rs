@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::Axis;
+use crate::figure::series;
 
 /// Shape of points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
@@ -231,6 +232,17 @@ impl Mark {
     /// Joined points, marked; where they are many, only some of them.
     pub fn dotted(path: Path, marker: Marker) -> Self {
         Self::Line { path, dash: 0, marker: Some(marker) }
+    }
+
+    /// Those of the `i`-th of some series beside each other.
+    pub fn series(i: usize, name: impl Into<String>, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
+        let (colour, marker) = series(i);
+        Self::dotted(Path::new(name, colour, points), marker)
+    }
+
+    /// A dotted line at y = 0.
+    pub fn zero() -> Self {
+        Self::Rule { along: Along::X, at: 0.0, name: String::new(), colour: 4, dash: 2 }
     }
 
     /// Points.
