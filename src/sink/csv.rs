@@ -1,6 +1,6 @@
 //! Tables as comma-separated text: UTF-8, LF, shortest round-trip numbers, empty where a value is missing.
 
-use super::table::{Field, Sink};
+use super::table::Field;
 use crate::error::Error;
 
 /// Rows as bytes of a CSV file, formatted away from the file so that it can be done in parallel.
@@ -71,14 +71,6 @@ impl Text {
     /// What has been written.
     pub fn into_bytes(self) -> Vec<u8> {
         self.writer.into_inner().expect("writing to memory does not fail")
-    }
-}
-
-impl Sink for Text {
-    type Error = Error;
-
-    fn row(&mut self, fields: &mut Vec<Field>) -> Result<(), Error> {
-        Text::row(self, fields)
     }
 }
 

@@ -104,11 +104,8 @@ pub(super) fn recover(target: &Path) -> Result<(), Error> {
     };
     let torn = |e: serde_json::Error| {
         let why = format!("{} does not say what a killed run was about to put here: {e}", pending.display());
-        refuse(
-            target,
-            why,
-            "another folder; or move this away: it holds files of a result that was not finished",
-        )
+        let allowed = "another folder; or move this away: it holds files of a result that was not finished";
+        refuse(target, why, allowed)
     };
     let manifest: Manifest = serde_json::from_str(&text).map_err(torn)?;
     let names = manifest.put.iter().chain(manifest.old.iter().map(|f| &f.name));
@@ -128,15 +125,12 @@ pub(super) fn recover(target: &Path) -> Result<(), Error> {
         let kept = name == RUN && manifest.aside.is_some();
         let there = look(&target.join(name))?;
         if there.is_some_and(|(found, _)| !kept && known != Some(&found)) {
-            let why = format!(
-                "a run was killed while it replaced the result here, and {} has changed since",
-                target.join(name).display()
-            );
-            return Err(refuse(
-                target,
-                why,
-                "the folder without this file (move it away), or another folder",
-            ));
+            let file = target.join(name);
+            let file = file.display();
+            let why =
+                format!("a run was killed while it replaced the result here, and {file} has changed since");
+            let allowed = "the folder without this file (move it away), or another folder";
+            return Err(refuse(target, why, allowed));
         }
     }
     put(target, &manifest).and_then(|()| finish(target)).map_err(|e| Error::io(target, e))

@@ -60,17 +60,7 @@ pub(super) fn write_tuples(
                 let told = Told::by(&curves, places[&groups.drives[row]]).towards(*direction);
                 let told = told.or_both(both.as_ref());
                 let estimated = reduced.estimate_by((0, 0), (*a, *drive), outcome, told);
-                let elongation = reduced.elongation;
-                let row = TapRow {
-                    design,
-                    a: *a,
-                    direction: *direction,
-                    drive: *drive,
-                    tap: outcome,
-                    estimated: &estimated,
-                    elongation,
-                    channels: reduced.of_channels((*a, *drive), outcome),
-                };
+                let row = TapRow::of(&reduced, design, (*a, *direction, *drive), (outcome, &estimated));
                 fields(&TapRow::COLUMNS, &study.setup, &row, &mut values);
                 text.row(&mut values)?;
             }
