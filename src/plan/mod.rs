@@ -65,20 +65,20 @@ pub struct Plan {
 const MOST_RIGS: u64 = 64;
 
 /// Seconds from which on a chart that did not come about was tried.
-const TRIED: f64 = 1e-3;
+pub(crate) const TRIED: f64 = 1e-3;
 
 impl Plan {
     /// What a sweep of `study` on `choice` does, its chart included. An error where its default tables would be too large to write.
     pub fn new(study: &Study, choice: &Choice) -> Result<Self, InputError> {
         let begun = Instant::now();
-        let (taps, designs, full) = match &study.space {
+        let output = &study.output;
+        let kept = |n: u64, each: u64| output.top.map_or(n, |top| n.min((top as u64).saturating_mul(each)));
+        // Taps, designs, all rows of the tables, and rows of tuples and distances of a row that is kept.
+        let (taps, designs, full, [per_row, per_design]) = match &study.space {
             Space::Grid(factors) => {
                 let l = Layout::new(factors);
-                (
-                    l.len(),
-                    l.n_designs,
-                    [l.len(), l.n_designs * l.n_drives, l.n_designs * l.n_distances * l.n_directions],
-                )
+                let each = [l.n_distances, l.n_distances * l.n_directions];
+                (l.len(), l.n_designs, [l.len(), l.n_designs * l.n_drives, l.n_designs * each[1]], each)
             }
             Space::List(tuples) => {
                 let designs = distinct(tuples, |_| [0.0; 3]);
@@ -87,21 +87,12 @@ impl Plan {
                     distinct(tuples, |t| [t.tilt, t.lean, t.drive]),
                     distinct(tuples, |t| [t.tilt, t.lean, t.a]),
                 ];
-                (rows[0], designs, rows)
+                (rows[0], designs, rows, [1; 2])
             }
             Space::File(file) => {
                 let ([designs, drives, distances], taps) = (file.groups().counts, file.len() as u64);
-                (taps, designs, [taps, drives, distances])
+                (taps, designs, [taps, drives, distances], [1; 2])
             }
-        };
-        let output = &study.output;
-        let kept = |n: u64, each: u64| output.top.map_or(n, |top| n.min((top as u64).saturating_mul(each)));
-        let (per_row, per_design) = match &study.space {
-            Space::Grid(factors) => {
-                let l = Layout::new(factors);
-                (l.n_distances, l.n_distances * l.n_directions)
-            }
-            Space::List(_) | Space::File(_) => (1, 1),
         };
         let tuples = output.tuples.unwrap_or(true);
         let rows = [
