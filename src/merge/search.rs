@@ -10,6 +10,7 @@ use super::checked::Checked;
 use super::part::refuse;
 use super::stated::Stated;
 use crate::error::Error;
+use crate::optimise::front::unbeaten;
 use crate::sink::folder::{Folder, Listed, Question, Written, open_regular};
 use crate::sink::shard::Shard;
 
@@ -171,14 +172,7 @@ fn front(parts: &[Part]) -> Result<(Vec<u8>, usize), Error> {
             points.extend(figures.map(|(sd, total)| (sd, total, line.to_owned())));
         }
     }
-    points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
-    let mut least = f64::INFINITY;
-    // As the search itself tells points apart.
-    points.retain(|(_, total, _)| {
-        let better = *total < least * (1.0 - 1e-9);
-        least = if better { *total } else { least };
-        better
-    });
+    unbeaten(&mut points, |(sd, total, _)| [*sd, *total]);
     let lines = points.iter().map(|(.., line)| line.as_str());
     let text: String = std::iter::once(header.as_str()).chain(lines).flat_map(|line| [line, "\n"]).collect();
     Ok((text.into_bytes(), points.len()))
