@@ -26,12 +26,6 @@ impl Text {
         self.writer.write_record(columns).map_err(failed)
     }
 
-    /// One row that starts with `words`; `fields` is left empty for the next.
-    pub fn named_row(&mut self, words: &[&str], fields: &mut Vec<Field>) -> Result<(), Error> {
-        words.iter().try_for_each(|w| self.writer.write_field(w)).map_err(failed)?;
-        self.row(fields)
-    }
-
     /// One row; `fields` is left empty for the next.
     pub fn row(&mut self, fields: &mut Vec<Field>) -> Result<(), Error> {
         self.row_with(fields, &[])

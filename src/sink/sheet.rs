@@ -1,4 +1,5 @@
 //! A table that is being written, in its format: from its first row to its last, also by a run that goes on where another stopped.
+//! Each step fails where the file cannot be read or written.
 
 use super::csv::Text;
 use super::folder::{Folder, Mark, Output};
@@ -38,9 +39,6 @@ impl About<'_> {
 
 impl Sheet {
     /// A new table in `folder`.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
     pub fn new(folder: &mut Folder, about: &About<'_>) -> Result<Self, Error> {
         let (mut output, columns) = (folder.file(&about.name())?, about.columns);
         Ok(match about.format {
@@ -57,9 +55,6 @@ impl Sheet {
     }
 
     /// Goes on with the table whose [`Self::pack`] is `state`; `None` where it, or the file, is not what it was.
-    ///
-    /// # Errors
-    /// A file that cannot be read or written.
     pub fn resume(
         folder: &mut Folder,
         about: &About<'_>,
@@ -77,9 +72,6 @@ impl Sheet {
     }
 
     /// What [`Self::resume`] needs beside the file as it is now.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
     pub fn pack(&mut self, to: &mut Packer<'_>) -> Result<(), Error> {
         self.output().mark()?.pack(to);
         match self {
@@ -89,9 +81,6 @@ impl Sheet {
     }
 
     /// Appends rows.
-    ///
-    /// # Errors
-    /// A file that cannot be written; rows of another format.
     pub fn write(&mut self, rows: Rows) -> Result<(), Error> {
         match (self, rows) {
             (Self::Csv(output), Rows::Text(text)) => output.write(&text.into_bytes()),
@@ -101,9 +90,6 @@ impl Sheet {
     }
 
     /// Appends lines as they are.
-    ///
-    /// # Errors
-    /// A file that cannot be written, or is no text.
     pub fn lines(&mut self, bytes: &[u8]) -> Result<(), Error> {
         match self {
             Self::Csv(output) => output.write(bytes),
@@ -120,9 +106,6 @@ impl Sheet {
     }
 
     /// Ends the file.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
     pub fn close(self) -> Result<(), Error> {
         match self {
             Self::Csv(output) => output.close(),
