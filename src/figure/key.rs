@@ -70,7 +70,8 @@ pub fn entries(figure: &Figure) -> Vec<Entry> {
         let points = Some((INK, Marker::Arrow));
         all.push(Entry { name: panel.beyond.clone(), points, ..Entry::default() });
     }
-    if figure.panels.iter().flat_map(|p| &p.marks).any(Mark::has_gaps) {
+    let has_gaps = |m: &Mark| matches!(m, Mark::Cells(c) if c.z.iter().any(|z| z.is_nan()));
+    if figure.panels.iter().flat_map(|p| &p.marks).any(has_gaps) {
         let area = Some(([255; 3], 1.0, Some(INK)));
         all.push(Entry { name: NO_VALUE.to_owned(), area, ..Entry::default() });
     }

@@ -81,15 +81,10 @@ impl Journal {
         (self.old.len() / RECORD) as u64
     }
 
-    /// Whether everything known has been taken.
-    pub fn is_replayed(&self) -> bool {
-        self.at == self.old.len()
-    }
-
     /// The scores of `points` if all of them are known.
     pub fn replay(&mut self, stage: u64, points: &[Tuple]) -> Result<Option<Vec<Score>>, Error> {
         let end = self.at + points.len() * RECORD;
-        if self.is_replayed() {
+        if self.at == self.old.len() {
             return Ok(None);
         }
         if end > self.old.len() {

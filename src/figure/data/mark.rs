@@ -267,11 +267,6 @@ impl Mark {
         }
     }
 
-    /// Whether it is a map with cells that stay empty.
-    pub fn has_gaps(&self) -> bool {
-        matches!(self, Self::Cells(c) if c.z.iter().any(|z| z.is_nan()))
-    }
-
     /// Points that the axes must hold. Rules and notes ask for nothing.
     pub fn reach(&self) -> Vec<(f64, f64)> {
         let pairs = |x: &[f64], y: &[f64]| x.iter().copied().zip(y.iter().copied()).collect::<Vec<_>>();
