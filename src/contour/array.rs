@@ -122,11 +122,8 @@ pub fn answer(whiskers: &[Mounted], bytes: &[u8], ask: &Ask<'_>, noise: &Noise) 
             out.extend(words.bytes());
             if let Some(objects) = &mut objects {
                 out.push(b',');
-                Together::write(
-                    objects.tell_row(row, rests, ask).as_ref(),
-                    [twofold, ask.interval],
-                    &mut out,
-                );
+                let told = objects.tell_row(row, rests, ask);
+                Together::write(told.as_ref(), [twofold, ask.interval], &mut out);
             }
             out.push(b'\n');
             rows.insert(row.line, out);

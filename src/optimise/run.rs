@@ -275,10 +275,8 @@ fn under_alarm(
         Ok(Design { point: f.point, row, score: f.score, unit: unit(setup, &f.point) })
     };
     let best = design(&best)?;
-    let front = front
-        .map(|points| points.iter().map(&mut design).collect::<Result<Vec<_>, _>>())
-        .transpose()?
-        .map(Front::new);
+    let front = front.map(|all| all.iter().map(&mut design).collect::<Result<_, _>>());
+    let front = front.transpose()?.map(Front::new);
 
     let searched = Instant::now();
     let more = search.budget.seconds.filter(|_| ended == Ended::Seconds).map(|s| (MORE.1 * s).max(MORE.0));

@@ -103,14 +103,10 @@ impl Plan {
         let bytes: f64 = rows.iter().zip(ROW_BYTES).map(|(&n, b)| n as f64 * b).sum();
         let tuple_bytes = rows[0] as f64 * ROW_BYTES[0];
         if output.tuples.is_none() && tuple_bytes > DEFAULT_TUPLES_LIMIT {
-            return Err(InputError::new(format!(
-                "the tuples table would hold {} rows, about {:.0} GB; say that you want it, or leave it out",
-                rows[0],
-                tuple_bytes / 1e9
-            ))
-            .key("output.tuples")
-            .value("true (by default)")
-            .allowed("tuples = true or tuples = false in [output], or top = N"));
+            let size = format!("{} rows, about {:.0} GB", rows[0], tuple_bytes / 1e9);
+            let why = format!("the tuples table would hold {size}; say that you want it, or leave it out");
+            let error = InputError::new(why).key("output.tuples").value("true (by default)");
+            return Err(error.allowed("tuples = true or tuples = false in [output], or top = N"));
         }
         let layout = study.space.layout();
         let of_one = || study.space.layout().filter(|_| study.setup.rigs.is_none());

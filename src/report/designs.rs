@@ -175,12 +175,11 @@ pub fn maps(table: &Table, fine: &[bool], quantity: &str) -> Result<Option<Figur
     } else {
         String::new()
     };
+    let (label, all) = (quantity::axis(quantity).label, table.len);
     let caption = format!(
-        "Least {} in each cell{rest}, of the rows that keep their limits, of all {} rows{bins}; cells without such a row are empty.",
-        quantity::axis(quantity).label,
-        table.len
+        "Least {label} in each cell{rest}, of the rows that keep their limits, of all {all} rows{bins}; cells without such a row are empty."
     );
-    let title = format!("Map of {}", quantity::axis(quantity).label);
+    let title = format!("Map of {label}");
     Ok(Some(Figure::new(&format!("map_{quantity}"), &title, caption, panels)))
 }
 
