@@ -245,19 +245,14 @@ mod tests {
 
     #[test]
     fn a_driver_that_crashes_or_hangs_is_told_in_words() {
-        let found = found_by_script("kill -SEGV $$");
-        assert!(
-            found.adapters.is_empty()
-                && found.faults[0].contains("crashed (signal 11 SIGSEGV) when it was asked"),
-            "{found:?}"
-        );
-        let found = found_by_script("exec sleep 60");
-        assert!(
-            found.adapters.is_empty() && found.faults[0].contains("did not answer within 0.4 s"),
-            "{found:?}"
-        );
-        let found = found_by_script(r#"echo '{"failed":"no room"}'"#);
-        assert!(found.faults[0].contains("no room"), "{found:?}");
+        for (script, fault) in [
+            ("kill -SEGV $$", "crashed (signal 11 SIGSEGV) when it was asked"),
+            ("exec sleep 60", "did not answer within 0.4 s"),
+            (r#"echo '{"failed":"no room"}'"#, "no room"),
+        ] {
+            let found = found_by_script(script);
+            assert!(found.adapters.is_empty() && found.faults[0].contains(fault), "{found:?}");
+        }
     }
 
     #[test]

@@ -11,10 +11,10 @@ pub(super) fn no_hardware<'a>(software: impl Iterator<Item = &'a str>, faults: &
     match software[..] {
         [] if faults.is_empty() => why.push("no Vulkan, Metal or DirectX 12 adapter".to_owned()),
         [] => {}
-        _ => why.push(format!(
-            "no hardware adapter; --backend gpu takes the software adapter {}",
-            software.join(" or ")
-        )),
+        _ => {
+            let all = software.join(" or ");
+            why.push(format!("no hardware adapter; --backend gpu takes the software adapter {all}"));
+        }
     }
     why.join("; ")
 }

@@ -142,10 +142,8 @@ impl Choice {
                 }
                 let (adapters, faults) = look();
                 if adapters.iter().all(|a| a.software) {
-                    return Self::instead(
-                        options,
-                        no_hardware(adapters.iter().map(|a| a.name.as_str()), &faults),
-                    );
+                    let software = adapters.iter().map(|a| a.name.as_str());
+                    return Self::instead(options, no_hardware(software, &faults));
                 }
                 faults.iter().for_each(|why| gpu::hear(why));
                 Self::among(options, &adapters)?.opened(options)
@@ -271,20 +269,14 @@ impl Choice {
             (BackendChoice::Reference, _) => ("reference", None, "asked for".to_owned()),
             (BackendChoice::Cpu, _) => ("cpu", None, "asked for".to_owned()),
             (BackendChoice::Gpu, None) => {
-                return Err(InputError::new(
-                    "no Vulkan, Metal or DirectX 12 adapter was found on this machine",
-                )
-                .key("--backend")
-                .value("gpu")
-                .allowed("auto, cpu, reference; or install a driver (Debian: mesa-vulkan-drivers)")
-                .into());
+                let why = "no Vulkan, Metal or DirectX 12 adapter was found on this machine";
+                let allowed = "auto, cpu, reference; or install a driver (Debian: mesa-vulkan-drivers)";
+                return Err(InputError::new(why).key("--backend").value("gpu").allowed(allowed).into());
             }
             (BackendChoice::Gpu, Some(a)) if !usable(&a) => {
-                return Err(InputError::new(format!("the shaders of {} have no f64", a.name))
-                    .key("--precision")
-                    .value("f64")
-                    .allowed("f32, or --backend cpu --precision f64")
-                    .into());
+                let error = InputError::new(format!("the shaders of {} have no f64", a.name));
+                let error = error.key("--precision").value("f64");
+                return Err(error.allowed("f32, or --backend cpu --precision f64").into());
             }
             (BackendChoice::Gpu, Some(a)) => ("gpu", Some(a), "asked for".to_owned()),
             (BackendChoice::Auto, None) => ("cpu", None, no_hardware([].into_iter(), &[])),

@@ -164,19 +164,14 @@ pub fn write(
     measured: &Measured,
     (start, stopped): (Instant, Option<[usize; 2]>),
 ) -> Result<Written, Error> {
-    let mut put = |name: &str, bytes: &[u8]| -> Result<(), Error> {
-        let mut file = folder.file(name)?;
-        file.write(bytes)?;
-        file.close()
-    };
     let texts = tables::all(measured, places)?;
     for (name, text) in &texts {
-        put(name, text.as_bytes())?;
+        folder.put(name, text.as_bytes())?;
     }
     if stopped.is_none() {
         for figure in report::of_bench(&texts)? {
             for (name, bytes) in figure::files(&figure, &Style::default(), &[Format::Svg, Format::Png])? {
-                put(&name, &bytes)?;
+                folder.put(&name, &bytes)?;
             }
         }
     }

@@ -21,24 +21,12 @@ pub struct Place {
 }
 
 impl Place {
-    /// Options that lead to this place at `tolerance`, or at the default.
-    fn options(&self, tolerance: Option<f64>) -> RunOptions {
-        RunOptions {
-            backend: Some(self.backend),
-            precision: Some(self.precision),
-            adapter: self.adapter.as_ref().map(|a| a.name.clone()),
-            tolerance,
-            ..RunOptions::default()
-        }
-    }
-
     /// This place at `tolerance`.
     ///
     /// # Errors
     /// A tolerance that the precision cannot reach.
     pub fn at(&self, tolerance: f64) -> Result<Choice, Error> {
-        let adapters: Vec<_> = self.adapter.iter().cloned().collect();
-        Choice::among(&self.options(Some(tolerance)), &adapters)
+        chosen(self.backend, self.precision, self.adapter.as_ref(), Some(tolerance))
     }
 
     /// Its solver; none for the reference.
@@ -60,6 +48,19 @@ impl Place {
     }
 }
 
+/// What leads to a place at `tolerance`, or at the default.
+pub(super) fn chosen(
+    backend: BackendChoice,
+    precision: Precision,
+    adapter: Option<&gpu::Adapter>,
+    tolerance: Option<f64>,
+) -> Result<Choice, Error> {
+    let (backend, precision) = (Some(backend), Some(precision));
+    let name = adapter.map(|a| a.name.clone());
+    let options = RunOptions { backend, precision, adapter: name, tolerance, ..RunOptions::default() };
+    Choice::among(&options, adapter.map_or(&[], std::slice::from_ref))
+}
+
 /// All places that `options` leave: those of one backend, one adapter, one precision, or all of the machine. The reference is
 /// always among them, for it is the yardstick.
 ///
@@ -71,14 +72,14 @@ pub fn places(options: &RunOptions) -> Result<Vec<Place>, Error> {
     let named = options.adapter.as_deref().unwrap_or_default().to_lowercase();
     let needed = options.backend == Some(Gpu) || !named.is_empty();
     let adapters = if wants(Gpu) { adapters(needed)? } else { Vec::new() };
-    let mut chosen: Vec<gpu::Adapter> = Vec::new();
+    let mut taken: Vec<gpu::Adapter> = Vec::new();
     for a in adapters.iter().filter(|a| a.name.to_lowercase().contains(&named)) {
         // The same device may be there under two interfaces.
-        if chosen.iter().all(|c| c.name != a.name) {
-            chosen.push(a.clone());
+        if taken.iter().all(|c| c.name != a.name) {
+            taken.push(a.clone());
         }
     }
-    if chosen.is_empty() && (options.backend == Some(Gpu) || !named.is_empty()) {
+    if taken.is_empty() && (options.backend == Some(Gpu) || !named.is_empty()) {
         // The same words as those of every other command.
         Choice::among(&RunOptions { backend: Some(Gpu), ..options.clone() }, &adapters)?;
     }
@@ -90,22 +91,15 @@ pub fn places(options: &RunOptions) -> Result<Vec<Place>, Error> {
         let bits = if precision == Precision::F32 { "f32" } else { "f64" };
         let name = match (backend, adapter) {
             (Reference, _) => "reference f64".to_owned(),
-            (_, Some(a)) if chosen.len() > 1 => format!("gpu {bits}, {}", a.name),
+            (_, Some(a)) if taken.len() > 1 => format!("gpu {bits}, {}", a.name),
             (_, Some(_)) => format!("gpu {bits}"),
             _ => format!("cpu {bits}"),
         };
-        let ask = RunOptions {
-            backend: Some(backend),
-            precision: Some(precision),
-            adapter: adapter.map(|a| a.name.clone()),
-            ..RunOptions::default()
-        };
-        let adapters: Vec<_> = adapter.into_iter().cloned().collect();
-        let choice = Choice::among(&ask, &adapters)?;
+        let choice = chosen(backend, precision, adapter, None)?;
         found.push(Place { backend, precision, adapter: adapter.cloned(), choice, name });
         Ok(())
     };
-    for a in &chosen {
+    for a in &taken {
         add(Gpu, Precision::F32, Some(a))?;
         if a.f64 {
             add(Gpu, Precision::F64, Some(a))?;
@@ -117,11 +111,8 @@ pub fn places(options: &RunOptions) -> Result<Vec<Place>, Error> {
     }
     add(Reference, Precision::F64, None)?;
     if found.len() == 1 && options.backend != Some(Reference) {
-        return Err(InputError::new("nothing on this machine computes like this")
-            .key("--precision")
-            .value("f64")
-            .allowed("f32 on this adapter")
-            .into());
+        let error = InputError::new("nothing on this machine computes like this");
+        return Err(error.key("--precision").value("f64").allowed("f32 on this adapter").into());
     }
     Ok(found)
 }

@@ -10,9 +10,6 @@ use crate::sink::{csv::Text, table::Field};
 type Row<'a> = (Vec<&'a str>, Vec<Field>);
 
 /// Text of every table, by file name.
-///
-/// # Errors
-/// None in practice: tables are made in memory.
 pub fn all(m: &Measured, places: &[Place]) -> Result<Vec<(&'static str, String)>, Error> {
     let at = |place: usize| -> Vec<&str> {
         let p = &places[place];
@@ -107,8 +104,9 @@ fn point(p: &Point) -> Vec<Field> {
 fn table<'a>(columns: &[&str], rows: impl Iterator<Item = Row<'a>>) -> Result<String, Error> {
     let mut text = Text::default();
     text.header(columns)?;
-    for (words, mut numbers) in rows {
-        text.named_row(&words, &mut numbers)?;
+    for (words, numbers) in rows {
+        let words = words.into_iter().map(|word| Field::Text(word.to_owned()));
+        text.row(&mut words.chain(numbers).collect())?;
     }
     String::from_utf8(text.into_bytes()).map_err(|e| Error::Run(e.to_string()))
 }

@@ -1,11 +1,10 @@
 //! Work–precision points: time per tap against strain error.
 
-use super::place::Place;
+use super::place::{Place, chosen};
 use super::probe::{Account, Probe, Spent};
 use super::stopwatch::{Times, repeat};
 use super::taps::{self, Taps};
 use super::{Part, Settings, Watch};
-use crate::backend::Choice;
 use crate::error::Error;
 use crate::evaluate::{Evaluator, Method, Outcome};
 use crate::kernel::{
@@ -13,7 +12,7 @@ use crate::kernel::{
     rule::{every_rule, smallest_tolerance},
 };
 use crate::reduce::percentile;
-use crate::scene::{Model, Precision};
+use crate::scene::{BackendChoice, Model, Precision};
 use crate::verify::configuration::Configuration;
 
 /// Which kernel solved a point's taps.
@@ -96,9 +95,6 @@ struct Run {
 }
 
 /// All points.
-///
-/// # Errors
-/// A device that fails, or a request to stop.
 pub fn measure(settings: &Settings, places: &[Place], watch: &mut Watch<'_>) -> Result<(), Error> {
     for (i, c) in settings.configurations.iter().enumerate() {
         let judge = Judge::new(settings, places, c, watch)?;
@@ -117,9 +113,8 @@ pub fn measure(settings: &Settings, places: &[Place], watch: &mut Watch<'_>) -> 
                     Ok(vec![Rung::new(rule(p.precision, nodes), p.precision, &m.material, tolerance)])
                 };
                 let run = fast(&timed, p, settings.repeats, alone, (1.0, Some(tolerance)))?;
-                (watch.each)(Part::Point(
-                    judge.point((c, place, Solved::Nodes(nodes), Some(tolerance)), run),
-                ));
+                let point = judge.point((c, place, Solved::Nodes(nodes), Some(tolerance)), run);
+                (watch.each)(Part::Point(point));
             }
             if i == 0 {
                 // The same taps by the linear theory: what leaving the rod out costs.
@@ -175,15 +170,9 @@ impl Judge {
         };
         let mut judge = Self { compared, answers, point };
         let tolerance = smallest_tolerance(Precision::F64);
-        let options = crate::scene::RunOptions {
-            backend: Some(crate::scene::BackendChoice::Cpu),
-            precision: Some(Precision::F64),
-            tolerance: Some(tolerance),
-            ..Default::default()
-        };
-        let other = Choice::among(&options, &[])?.open(&judge.compared.setup.model)?;
-        let other = Evaluator::new(&judge.compared.setup, other)
-            .run(&judge.compared.designs, &judge.compared.tasks)?;
+        let other = chosen(BackendChoice::Cpu, Precision::F64, None, Some(tolerance))?;
+        let Taps { setup, designs, tasks } = &judge.compared;
+        let other = Evaluator::new(setup, other.open(&setup.model)?).run(designs, tasks)?;
         let (taps, unsolved, errors) = judge.compare(&other);
         (judge.point.taps, judge.point.errors) = (taps - unsolved, errors);
         Ok(judge)

@@ -89,11 +89,8 @@ pub fn answer(whiskers: &[Mounted], bytes: &[u8], ask: &Ask<'_>, noise: &Noise) 
         if header.as_ref().is_some_and(|h| *h != readings.header) {
             let error =
                 InputError::new("whiskers of one array are driven and read in one way").at(label, Some(1));
-            return Err(error
-                .key(WHISKER)
-                .value(&whisker.name)
-                .allowed("calibrations of one drive and one signal")
-                .into());
+            let error = error.key(WHISKER).value(&whisker.name);
+            return Err(error.allowed("calibrations of one drive and one signal").into());
         }
         header.get_or_insert(readings.header.clone());
         let contact = readings.numbers("contact_deg")?;
@@ -125,11 +122,8 @@ pub fn answer(whiskers: &[Mounted], bytes: &[u8], ask: &Ask<'_>, noise: &Noise) 
             out.extend(words.bytes());
             if let Some(objects) = &mut objects {
                 out.push(b',');
-                Together::write(
-                    objects.tell_row(row, rests, ask).as_ref(),
-                    [twofold, ask.interval],
-                    &mut out,
-                );
+                let told = objects.tell_row(row, rests, ask);
+                Together::write(told.as_ref(), [twofold, ask.interval], &mut out);
             }
             out.push(b'\n');
             rows.insert(row.line, out);
@@ -191,10 +185,8 @@ fn owners(whiskers: &[Mounted], label: &str, bytes: &[u8]) -> Result<Vec<Owner>,
         all.push(Owner::Of(owner));
     }
     if place.is_none() {
-        let message = "this file is empty; its first line must name the columns";
-        return Err(InputError::new(message)
-            .at(label, None)
-            .allowed("whisker, then the columns of readings"));
+        let error = InputError::new("this file is empty; its first line must name the columns");
+        return Err(error.at(label, None).allowed("whisker, then the columns of readings"));
     }
     Ok(all)
 }

@@ -77,10 +77,7 @@ impl Trace {
         asked: &TraceOptions,
         stop: &AtomicBool,
     ) -> Result<Self, Error> {
-        let go_on = || match stop.load(Ordering::Relaxed) {
-            true => Err(SolveError::Stopped),
-            false => Ok(()),
-        };
+        let go_on = || if stop.load(Ordering::Relaxed) { Err(SolveError::Stopped) } else { Ok(()) };
         let places = placed(readings)?;
         let n = places.len();
         Skin::is_known(&locator.rig)?;
@@ -89,11 +86,8 @@ impl Trace {
         if with_strokes && locator.rig.setup.drive == Drive::Displacement {
             let error =
                 InputError::new("a stroke turns the whisker; these readings are of an object that is moved");
-            return Err(error
-                .at(readings.file.clone(), Some(1))
-                .key("stroke")
-                .allowed("theta_deg; or --taps")
-                .into());
+            let error = error.at(readings.file.clone(), Some(1)).key("stroke");
+            return Err(error.allowed("theta_deg; or --taps").into());
         }
         let tap = |i: usize| -> Point {
             let reading = &readings.rows[i];

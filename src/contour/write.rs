@@ -91,7 +91,6 @@ pub fn curve(trace: &Trace) -> Result<Vec<u8>, Error> {
 
 /// What was found, for run.json and `--json`.
 pub fn described(trace: &Trace) -> Value {
-    let number = |x: f64| if x.is_finite() { json!(x) } else { Value::Null };
     let curve = match &trace.curve {
         Err(why) => json!({ "kind": Value::Null, "why": why.to_string() }),
         Ok(chosen) => {
@@ -100,7 +99,7 @@ pub fn described(trace: &Trace) -> Value {
                 .iter()
                 .map(|j| {
                     json!({
-                        "kind": j.kind.word(), "loss": j.loss, "left_out_rms_mm": number(j.left_out_rms), "outliers": j.outliers,
+                        "kind": j.kind.word(), "loss": j.loss, "left_out_rms_mm": j.left_out_rms, "outliers": j.outliers,
                         "loss_more_than_best": j.more[0], "loss_more_se": j.more[1],
                     })
                 })
@@ -112,7 +111,7 @@ pub fn described(trace: &Trace) -> Value {
                 v["sigma_x_mm"] = xx.sqrt().into();
                 v["y_mm"] = spot.at[1].into();
                 v["sigma_y_mm"] = yy.sqrt().into();
-                v["corr"] = number(xy / (xx * yy).sqrt());
+                v["corr"] = (xy / (xx * yy).sqrt()).into();
             }
             if let Curve::Arc(arc) = &chosen.curve {
                 if let (Some((centre, radius)), Some((of_centre, of_radius))) =
@@ -140,8 +139,8 @@ pub fn described(trace: &Trace) -> Value {
         .iter()
         .map(|s| {
             json!({
-                "stroke": s.number, "points": s.points, "object": s.sharp.map(|sharp| if sharp { "sharp" } else { "smooth" }), "touched_before_deg": number(s.touch[0]),
-                "sigma_touched_before_deg": number(s.touch[1]), "chi2": number(s.chi2),
+                "stroke": s.number, "points": s.points, "object": s.sharp.map(|sharp| if sharp { "sharp" } else { "smooth" }), "touched_before_deg": s.touch[0],
+                "sigma_touched_before_deg": s.touch[1], "chi2": s.chi2,
             })
         })
         .collect();

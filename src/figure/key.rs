@@ -1,5 +1,6 @@
 //! The key: every name of a figure once, with all that is drawn under it.
 
+use indexmap::IndexMap;
 use ttf_parser::Face;
 
 use super::axes::LEADING;
@@ -35,7 +36,7 @@ const AFTER: f64 = 4.0;
 
 /// Entries of `figure`, in the order in which their names come first.
 pub fn entries(figure: &Figure) -> Vec<Entry> {
-    let mut all: Vec<Entry> = Vec::new();
+    let mut all: IndexMap<&str, Entry> = IndexMap::new();
     for mark in figure.panels.iter().flat_map(|p| &p.marks) {
         let (name, colour) = match mark {
             Mark::Line { path, .. }
@@ -48,11 +49,8 @@ pub fn entries(figure: &Figure) -> Vec<Entry> {
         if name.is_empty() {
             continue;
         }
-        let at = all.iter().position(|e| e.name == *name).unwrap_or_else(|| {
-            all.push(Entry { name: name.clone(), ..Entry::default() });
-            all.len() - 1
-        });
-        let (entry, c) = (&mut all[at], colour::of(colour));
+        let new = || Entry { name: name.clone(), ..Entry::default() };
+        let (entry, c) = (all.entry(name).or_insert_with(new), colour::of(colour));
         match mark {
             Mark::Line { dash, marker, .. } => {
                 entry.line = entry.line.or(Some((c, *dash)));
@@ -67,11 +65,13 @@ pub fn entries(figure: &Figure) -> Vec<Entry> {
             _ => entry.area = entry.area.or(Some((c, 1.0, None))),
         }
     }
+    let mut all: Vec<Entry> = all.into_values().collect();
     for panel in figure.panels.iter().filter(|p| !p.beyond.is_empty()) {
         let points = Some((INK, Marker::Arrow));
         all.push(Entry { name: panel.beyond.clone(), points, ..Entry::default() });
     }
-    if figure.panels.iter().flat_map(|p| &p.marks).any(Mark::has_gaps) {
+    let has_gaps = |m: &Mark| matches!(m, Mark::Cells(c) if c.z.iter().any(|z| z.is_nan()));
+    if figure.panels.iter().flat_map(|p| &p.marks).any(has_gaps) {
         let area = Some(([255; 3], 1.0, Some(INK)));
         all.push(Entry { name: NO_VALUE.to_owned(), area, ..Entry::default() });
     }

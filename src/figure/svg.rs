@@ -21,12 +21,10 @@ pub fn write(drawing: &Drawing, font: &Font, figure: &Figure) -> String {
         if let Item::Path { clip: Some(c), .. } = item
             && !clips.contains(c)
         {
-            let [x, y, w, h] = c;
+            let ([x, y, w, h], name, n) = (c, &figure.name, clips.len());
             let _ = writeln!(
                 text,
-                "<clipPath id=\"{}-{}\"><rect x=\"{x:.2}\" y=\"{y:.2}\" width=\"{w:.2}\" height=\"{h:.2}\"/></clipPath>",
-                figure.name,
-                clips.len()
+                "<clipPath id=\"{name}-{n}\"><rect x=\"{x:.2}\" y=\"{y:.2}\" width=\"{w:.2}\" height=\"{h:.2}\"/></clipPath>"
             );
             clips.push(*c);
         }
@@ -43,12 +41,8 @@ fn one(out: &mut String, item: &Item, clips: &[[f64; 4]], name: &str) {
         Item::Path { steps, fill, stroke, opacity, clip } => {
             let _ = write!(out, "<path d=\"{}\" fill=\"{}\"", course(steps), fill.map_or("none".into(), css));
             if let Some(s) = stroke {
-                let _ = write!(
-                    out,
-                    " stroke=\"{}\" stroke-width=\"{:.2}\" stroke-linejoin=\"round\"",
-                    css(s.colour),
-                    s.width
-                );
+                let (c, width) = (css(s.colour), s.width);
+                let _ = write!(out, " stroke=\"{c}\" stroke-width=\"{width:.2}\" stroke-linejoin=\"round\"");
                 if s.dash[0] > 0.0 {
                     let _ = write!(out, " stroke-dasharray=\"{:.2} {:.2}\"", s.dash[0], s.dash[1]);
                 }

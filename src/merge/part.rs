@@ -152,15 +152,10 @@ pub(super) fn checked(found: &[(Shard, PathBuf)]) -> Result<Vec<Part>, Error> {
             let of = |run: &Value| key.iter().fold(run.clone(), |value, key| value[*key].clone());
             let (one, other) = (of(&first.run), of(&part.run));
             if one != other {
-                let why = format!(
-                    "this part and {} are of another {what}: {other} and {one}",
-                    first.folder.display()
-                );
-                return Err(refuse(
-                    &part.folder,
-                    why,
-                    "parts of one spec, version, backend, precision and tolerance",
-                ));
+                let beside = first.folder.display();
+                let why = format!("this part and {beside} are of another {what}: {other} and {one}");
+                let allowed = "parts of one spec, version, backend, precision and tolerance";
+                return Err(refuse(&part.folder, why, allowed));
             }
         }
     }

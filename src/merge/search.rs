@@ -10,6 +10,7 @@ use super::checked::Checked;
 use super::part::refuse;
 use super::stated::Stated;
 use crate::error::Error;
+use crate::optimise::front::unbeaten;
 use crate::sink::folder::{Folder, Listed, Question, Written, open_regular};
 use crate::sink::shard::Shard;
 
@@ -118,10 +119,7 @@ fn in_force(run: &Value) -> Vec<(&str, &str)> {
 
 /// The seed of a part.
 fn seed(part: &Part) -> Option<u64> {
-    in_force(&part.run)
-        .iter()
-        .find(|(key, _)| *key == "optimise.seed")
-        .and_then(|(_, value)| value.parse().ok())
+    in_force(&part.run).iter().find(|(key, _)| *key == "optimise.seed")?.1.parse().ok()
 }
 
 /// Fails unless both are of one spec, version and backends, with the seeds of their numbers.
@@ -165,27 +163,16 @@ fn front(parts: &[Part]) -> Result<(Vec<u8>, usize), Error> {
         header = lines.next().unwrap_or_default().to_owned();
         let at = |name: &str| header.split(',').position(|column| column.starts_with(name));
         let Some(places) = at("K_sd").zip(at("total_rms_mm")) else {
-            return Err(refuse(
-                &part.folder,
-                "its front has no K_sd and total_rms_mm",
-                "the front that optimise wrote",
-            ));
+            let why = "its front has no K_sd and total_rms_mm";
+            return Err(refuse(&part.folder, why, "the front that optimise wrote"));
         };
         for line in lines {
             let number = |at: usize| line.split(',').nth(at).and_then(|x| x.parse::<f64>().ok());
-            points.extend(
-                number(places.0).zip(number(places.1)).map(|(sd, total)| (sd, total, line.to_owned())),
-            );
+            let figures = number(places.0).zip(number(places.1));
+            points.extend(figures.map(|(sd, total)| (sd, total, line.to_owned())));
         }
     }
-    points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
-    let mut least = f64::INFINITY;
-    // As the search itself tells points apart.
-    points.retain(|(_, total, _)| {
-        let better = *total < least * (1.0 - 1e-9);
-        least = if better { *total } else { least };
-        better
-    });
+    unbeaten(&mut points, |(sd, total, _)| [*sd, *total]);
     let lines = points.iter().map(|(.., line)| line.as_str());
     let text: String = std::iter::once(header.as_str()).chain(lines).flat_map(|line| [line, "\n"]).collect();
     Ok((text.into_bytes(), points.len()))

@@ -77,28 +77,18 @@ impl<'a> Stated<'a> {
         let all: Vec<Listed> = serde_json::from_value(value.clone())
             .map_err(|_| self.wrong("files", value, "lists no files", shape))?;
         for (i, file) in all.iter().enumerate() {
-            let wrong = |key: &str, value: Value, why, allowed| {
-                Err(self.wrong(&format!("files[{i}].{key}"), &value, why, allowed))
+            let wrong = |key: &str, value: &str, why, allowed| {
+                Err(self.wrong(&format!("files[{i}].{key}"), &value.into(), why, allowed))
             };
-            let name = || Value::from(file.name.as_str());
-            if !is_result_name(&file.name) {
-                return wrong(
-                    "name",
-                    name(),
-                    "names no file of a result",
-                    "the name of a file in its folder",
-                );
+            let (name, hash) = (file.name.as_str(), file.blake3.as_str());
+            if !is_result_name(name) {
+                return wrong("name", name, "names no file of a result", "the name of a file in its folder");
             }
-            if all[..i].iter().any(|other| other.name == file.name) {
-                return wrong("name", name(), "lists a file twice", "each file once");
+            if all[..i].iter().any(|other| other.name == name) {
+                return wrong("name", name, "lists a file twice", "each file once");
             }
-            if file.blake3.len() != 64 || !file.blake3.bytes().all(|b| b.is_ascii_hexdigit()) {
-                return wrong(
-                    "blake3",
-                    file.blake3.as_str().into(),
-                    "states no hash",
-                    "64 hexadecimal digits",
-                );
+            if hash.len() != 64 || !hash.bytes().all(|b| b.is_ascii_hexdigit()) {
+                return wrong("blake3", hash, "states no hash", "64 hexadecimal digits");
             }
         }
         let listed = |name: &String| all.iter().any(|file| file.name == *name);

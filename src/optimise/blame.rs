@@ -10,21 +10,12 @@ pub fn infeasible(setup: &Setup, search: &Search, closest: &Score) -> InputError
     let first = violated(closest)[0];
     let message =
         format!("no design within the bounds keeps this limit: {}", shortfall(setup, search, closest));
+    let more = |most: f64, unit: &str| {
+        format!("about {}{unit} or more with everything else as it is", reached(closest, first, most))
+    };
     let (place, allowed) = match first {
-        Limit::Strain => (
-            &search.places.strain,
-            format!(
-                "about {} or more with everything else as it is",
-                reached(closest, first, search.limits.strain)
-            ),
-        ),
-        Limit::Force => (
-            &search.places.force,
-            format!(
-                "about {} N or more with everything else as it is",
-                reached(closest, first, search.limits.force.unwrap_or(f64::NAN))
-            ),
-        ),
+        Limit::Strain => (&search.places.strain, more(search.limits.strain, "")),
+        Limit::Force => (&search.places.force, more(search.limits.force.unwrap_or(f64::NAN), " N")),
         Limit::Unambiguous => {
             (&search.places.unambiguous, "false, larger distances, or other bounds".to_owned())
         }
@@ -36,7 +27,7 @@ pub fn infeasible(setup: &Setup, search: &Search, closest: &Score) -> InputError
 
 /// Limits that `score` violates, worst first; at least one.
 fn violated(score: &Score) -> Vec<Limit> {
-    let mut violated: Vec<Limit> = Limit::ALL.into_iter().filter(|&l| score.limit(l) > 0.0).collect();
+    let mut violated: Vec<Limit> = Limit::all().filter(|&l| score.limit(l) > 0.0).collect();
     violated.sort_by(|a, b| score.limit(*b).total_cmp(&score.limit(*a)));
     if violated.is_empty() {
         violated.push(Limit::Solved);
@@ -54,11 +45,8 @@ pub fn shortfall(setup: &Setup, search: &Search, score: &Score) -> String {
 fn phrase(setup: &Setup, search: &Search, score: &Score, limit: Limit) -> String {
     let value = score.limit(limit);
     let times = |least: f64, unit: &str| {
-        format!(
-            "{}{unit} at the closest design, {:.3} times the limit of {least}{unit}",
-            reached(score, limit, least),
-            1.0 + value
-        )
+        let reached = reached(score, limit, least);
+        format!("{reached}{unit} at the closest design, {:.3} times the limit of {least}{unit}", 1.0 + value)
     };
     match limit {
         Limit::Strain => format!("the gauge strain is {}", times(search.limits.strain, "")),

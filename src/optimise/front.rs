@@ -107,14 +107,20 @@ fn figures(f: &Found) -> [f64; 2] {
 /// Those that keep all limits and that no other beats in both figures, by rising K_sd.
 fn nondominated(mut all: Vec<Found>) -> Vec<Found> {
     all.retain(|f| f.score.violation() == 0.0 && figures(f).iter().all(|x| x.is_finite()));
-    all.sort_by(|a, b| figures(a)[0].total_cmp(&figures(b)[0]).then(figures(a)[1].total_cmp(&figures(b)[1])));
+    unbeaten(&mut all, figures);
+    all
+}
+
+/// Leaves those that no other beats in both figures, by the first of these, rising.
+pub(crate) fn unbeaten<T>(all: &mut Vec<T>, figures: impl Fn(&T) -> [f64; 2]) {
+    let order = |[a, c]: [f64; 2], [b, d]: [f64; 2]| a.total_cmp(&b).then(c.total_cmp(&d));
+    all.sort_by(|a, b| order(figures(a), figures(b)));
     let mut least = f64::INFINITY;
     all.retain(|f| {
         let better = figures(f)[1] < least * (1.0 - 1e-9);
         least = if better { figures(f)[1] } else { least };
         better
     });
-    all
 }
 
 /// A front under way.

@@ -15,7 +15,7 @@ use crate::scene::Tuple;
 use crate::sink::folder::{JOURNAL, hash, open_regular};
 
 /// Numbers of a record behind its check.
-const NUMBERS: usize = 3 + Limit::ALL.len();
+const NUMBERS: usize = 3 + Limit::WORDS.len();
 /// Bytes of a record.
 const RECORD: usize = 8 * (1 + NUMBERS);
 
@@ -81,15 +81,10 @@ impl Journal {
         (self.old.len() / RECORD) as u64
     }
 
-    /// Whether everything known has been taken.
-    pub fn is_replayed(&self) -> bool {
-        self.at == self.old.len()
-    }
-
     /// The scores of `points` if all of them are known.
     pub fn replay(&mut self, stage: u64, points: &[Tuple]) -> Result<Option<Vec<Score>>, Error> {
         let end = self.at + points.len() * RECORD;
-        if self.is_replayed() {
+        if self.at == self.old.len() {
             return Ok(None);
         }
         if end > self.old.len() {
@@ -102,11 +97,8 @@ impl Journal {
             let mut words =
                 record.chunks_exact(8).map(|b| u64::from_le_bytes(b.try_into().expect("eight bytes")));
             if words.next() != Some(check(stage, point)) {
-                let message = format!(
-                    "{} does not belong to this search; start again without --resume",
-                    self.path.display()
-                );
-                return Err(Error::Run(message));
+                let why = "does not belong to this search; start again without --resume";
+                return Err(Error::Run(format!("{} {why}", self.path.display())));
             }
             let mut numbers = words.map(f64::from_bits);
             let mut next = || numbers.next().expect("as many numbers as a score has");
@@ -164,17 +156,16 @@ fn begin(path: &Path, out: &Path, header: &str, gives_way: GivesWay) -> Result<(
             let told = matches!(gives_way, GivesWay::Told(n) if same && known <= n);
             if known > 0 && !told {
                 lost = known;
-                let work = format!("an unfinished search of {known} evaluations");
-                match (gives_way, same) {
-                    (GivesWay::Any, _) => {}
-                    (_, true) => {
-                        let allowed = "--resume to go on with it, --force to discard it, or another folder";
-                        return Err(refuse(format!("this folder holds {work}"), allowed).into());
-                    }
-                    (_, false) => {
-                        let why = format!("this folder holds {work} with other values or on another backend");
-                        return Err(refuse(why, "--force to discard it, or another folder").into());
-                    }
+                if gives_way != GivesWay::Any {
+                    let work = format!("this folder holds an unfinished search of {known} evaluations");
+                    let (why, allowed) = match same {
+                        true => (work, "--resume to go on with it, --force to discard it, or another folder"),
+                        false => (
+                            format!("{work} with other values or on another backend"),
+                            "--force to discard it, or another folder",
+                        ),
+                    };
+                    return Err(refuse(why, allowed).into());
                 }
             }
             std::fs::remove_file(path).map_err(|e| Error::io(path, e))?;

@@ -25,6 +25,7 @@ use crate::backend::{Backend, Choice};
 use crate::curve::both;
 use crate::error::{Error, InputError};
 use crate::needed::{ComparedRows, Needed, Row};
+use crate::plan::TRIED;
 use crate::progress::NEVER;
 use crate::scene::search::{Objective, Search};
 use crate::scene::{BackendChoice, Model, Precision, RunOptions, Spec, Tuple};
@@ -122,9 +123,6 @@ pub fn run_needed(
     }
     result
 }
-
-/// Seconds from which on a chart that did not come about was tried.
-const TRIED: f64 = 1e-3;
 
 /// What the candidates of `search` need of the model of `spec` for a strain within `bound`.
 ///
@@ -277,10 +275,8 @@ fn under_alarm(
         Ok(Design { point: f.point, row, score: f.score, unit: unit(setup, &f.point) })
     };
     let best = design(&best)?;
-    let front = front
-        .map(|points| points.iter().map(&mut design).collect::<Result<Vec<_>, _>>())
-        .transpose()?
-        .map(Front::new);
+    let front = front.map(|all| all.iter().map(&mut design).collect::<Result<_, _>>());
+    let front = front.transpose()?.map(Front::new);
 
     let searched = Instant::now();
     let more = search.budget.seconds.filter(|_| ended == Ended::Seconds).map(|s| (MORE.1 * s).max(MORE.0));
@@ -293,10 +289,7 @@ fn under_alarm(
         other::judge((setup, &layout), search, method, (&best.point, goal))
     });
     let other = other.transpose()?;
-    let binding = Limit::ALL
-        .into_iter()
-        .filter(|&l| best.score.limit(l) > BINDING[usize::from(l == Limit::Samples)])
-        .collect();
+    let binds = |&l: &Limit| best.score.limit(l) > BINDING[usize::from(l == Limit::Samples)];
     let mut report = Report {
         files: Vec::new(),
         removed: Vec::new(),
@@ -312,7 +305,7 @@ fn under_alarm(
         seconds: [begun.elapsed().as_secs_f64() + before, search_seconds],
         chart,
         model_error: needed.map(|n| (n.summary(search_seconds + chart.unwrap_or(0.0)), n.sentence())),
-        binding,
+        binding: Limit::all().filter(binds).collect(),
         other,
         sensitivity,
         front,

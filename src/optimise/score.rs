@@ -32,36 +32,29 @@ pub enum Limit {
 }
 
 impl Limit {
-    /// All, by their place in [`Score::limits`].
-    pub const ALL: [Self; 11] = [
-        Self::Gauge,
-        Self::Reach,
-        Self::Tip,
-        Self::NoStrain,
-        Self::Slipped,
-        Self::Root,
-        Self::Solved,
-        Self::Strain,
-        Self::Force,
-        Self::Unambiguous,
-        Self::Samples,
+    /// All, by their place in [`Score::limits`], with their names in results.
+    pub const WORDS: [(&'static str, Self); 11] = [
+        ("gauge_on_whisker", Self::Gauge),
+        ("a_on_whisker", Self::Reach),
+        ("tip_not_wider", Self::Tip),
+        ("no_strain", Self::NoStrain),
+        ("slipped_off", Self::Slipped),
+        ("no_root", Self::Root),
+        ("not_converged", Self::Solved),
+        ("strain", Self::Strain),
+        ("force_N", Self::Force),
+        ("unambiguous", Self::Unambiguous),
+        ("samples", Self::Samples),
     ];
+
+    /// All.
+    pub fn all() -> impl Iterator<Item = Self> {
+        Self::WORDS.into_iter().map(|(_, limit)| limit)
+    }
 
     /// Name in results.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Gauge => "gauge_on_whisker",
-            Self::Reach => "a_on_whisker",
-            Self::Tip => "tip_not_wider",
-            Self::NoStrain => "no_strain",
-            Self::Slipped => "slipped_off",
-            Self::Root => "no_root",
-            Self::Solved => "not_converged",
-            Self::Strain => "strain",
-            Self::Force => "force_N",
-            Self::Unambiguous => "unambiguous",
-            Self::Samples => "samples",
-        }
+        Self::WORDS[self as usize].0
     }
 }
 
@@ -70,13 +63,14 @@ impl Limit {
 pub struct Score {
     /// K_sd (in the tables' unit), total_rms_mm and the weighted sum; NaN where missing.
     pub figures: [f64; 3],
-    /// By [`Limit::ALL`]; −∞ for a limit that is off, NaN for one that could not be computed.
-    pub limits: [f64; Limit::ALL.len()],
+    /// By [`Limit::WORDS`]; −∞ for a limit that is off, NaN for one that could not be computed.
+    pub limits: [f64; Limit::WORDS.len()],
 }
 
 impl Score {
     /// Nothing known.
-    pub const NOTHING: Self = Self { figures: [f64::NAN; 3], limits: [f64::NEG_INFINITY; Limit::ALL.len()] };
+    pub const NOTHING: Self =
+        Self { figures: [f64::NAN; 3], limits: [f64::NEG_INFINITY; Limit::WORDS.len()] };
 
     /// Value of a limit.
     pub fn limit(&self, limit: Limit) -> f64 {

@@ -112,7 +112,9 @@ fn indices(
     };
     let lines = (0..LINES).flat_map(|i| (0..k).map(move |c| (i, c)));
     let points: Vec<Tuple> = lines.flat_map(|(i, c)| (0..LEVELS).map(move |j| point(i, c, j))).collect();
-    let scores = until(on, scorer, &points, k * LEVELS)?;
+    let mut scores = scorer.nominal_while(&points, on)?;
+    // Those of a place of the lines belong together.
+    scores.truncate(scores.len() / (k * LEVELS) * (k * LEVELS));
     out.evaluations += scores.len() as u64;
     out.samples = scores.len() as u32;
     out.global = variables.list().iter().map(|v| (v.quantity, [None; 2])).collect();
@@ -127,16 +129,4 @@ fn indices(
         }
     }
     Ok(())
-}
-
-/// Scores of `points`, `each` of which belong together, as far as they are there when `on` says no more.
-fn until(
-    on: &dyn Fn() -> bool,
-    scorer: &mut Scorer<'_>,
-    points: &[Tuple],
-    each: usize,
-) -> Result<Vec<Score>, Error> {
-    let mut scores = scorer.nominal_while(points, on)?;
-    scores.truncate(scores.len() / each * each);
-    Ok(scores)
 }

@@ -58,9 +58,9 @@ pub fn shares(lines: &[Line]) -> Option<Shares> {
         .collect();
     let resampled: Vec<Squares> =
         (0..RESAMPLES).filter_map(|r| Squares::of(lines, &resample(lines, r))).collect();
-    let share = |side: Side| {
-        let value = found.share(side);
-        let mut drawn: Vec<f64> = resampled.iter().map(|s| s.share(side)).collect();
+    let share = |k: usize| {
+        let value = found.shares()[k];
+        let mut drawn: Vec<f64> = resampled.iter().map(|s| s.shares()[k]).collect();
         drawn.sort_by(f64::total_cmp);
         let beyond = BEYOND.min(drawn.len().saturating_sub(1) / 2);
         let [low, high] = match drawn.len() {
@@ -70,13 +70,13 @@ pub fn shares(lines: &[Line]) -> Option<Shares> {
         // A share next to 0 is drawn too large again and again: its mirror image lies on the other side. Levels that lie elsewhere say what
         // the number of them is worth.
         let apart = match halves.as_slice() {
-            [a, b] => 0.5 * (a.share(side) - b.share(side)).abs(),
+            [a, b] => 0.5 * (a.shares()[k] - b.shares()[k]).abs(),
             _ => 0.0,
         };
         let (low, high) = (low.min(2.0 * value - high), high.max(2.0 * value - low));
         Share { value, interval: [(low - apart).max(0.0), (high + apart).min(1.0)] }
     };
-    Some(Shares { first: share(Side::First), total: share(Side::Total) })
+    Some(Shares { first: share(0), total: share(1) })
 }
 
 /// Lines of the first half.
@@ -93,13 +93,6 @@ fn resample(lines: &[Line], r: usize) -> Vec<usize> {
         from + ((chance * n as u64) >> 32) as usize
     };
     (0..lines.len()).map(drawn).collect()
-}
-
-/// Which of two shares.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Side {
-    First,
-    Total,
 }
 
 /// Sums of squares, of values about their means: between and within levels, between and within lines.
@@ -142,13 +135,10 @@ impl Squares {
         (squares.lines[0] + squares.lines[1] > 0.0).then_some(squares)
     }
 
-    /// A share of the sum.
-    fn share(&self, side: Side) -> f64 {
+    /// Shares of the sum: of the first order, and total.
+    fn shares(&self) -> [f64; 2] {
         let ([of, rest], [other, within]) = (self.levels, self.lines);
-        match side {
-            Side::First => of / (of + rest),
-            Side::Total => within / (other + within),
-        }
+        [of / (of + rest), within / (other + within)]
     }
 }
 

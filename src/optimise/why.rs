@@ -21,10 +21,8 @@ pub fn why(setup: &Setup, search: &Search, report: &Report) -> String {
         let value = value(setup, &report.best.point, *quantity);
         let (name, unit) = (quantity.name(setup.drive), quantity.unit(setup.drive));
         let space = if unit.is_empty() || unit.starts_with([' ', '°']) { "" } else { " " };
-        parts.push(format!(
-            "{name} is at its {}, {value}{space}{unit}",
-            if *end == "min" { "smallest value" } else { "largest value" }
-        ));
+        let end = if *end == "min" { "smallest" } else { "largest" };
+        parts.push(format!("{name} is at its {end} value, {value}{space}{unit}"));
     }
     let binds = |l: &Limit| match l {
         Limit::Strain => "the strain limit binds",
@@ -50,10 +48,8 @@ pub fn why(setup: &Setup, search: &Search, report: &Report) -> String {
             x => format!("{x:.4} mm"),
         };
         let bias = bias(setup.estimate.theory, Some(error), &mm);
-        parts.push(format!(
-            "{larger} is the larger part of the total (bias {bias}, noise {})",
-            mm(Some(noise))
-        ));
+        let noise = mm(Some(noise));
+        parts.push(format!("{larger} is the larger part of the total (bias {bias}, noise {noise})"));
     }
     if parts.is_empty() {
         return "No bound and no limit binds: the optimum lies inside.".into();

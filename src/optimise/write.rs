@@ -14,7 +14,7 @@ use crate::scene::{Column, Convention, Property, Setup, Spec};
 use crate::sink::csv::Text;
 use crate::sink::folder::{Folder, Written};
 use crate::sink::run_json;
-use crate::sink::table::{AtDrive, Field, Objects, Sink, Table, fields};
+use crate::sink::table::{AtDrive, Field, Table, fields};
 
 /// Their names.
 pub fn names(objective: Objective) -> Vec<&'static str> {
@@ -23,9 +23,6 @@ pub fn names(objective: Objective) -> Vec<&'static str> {
 }
 
 /// Its tables by the names of their files.
-///
-/// # Errors
-/// None of a whole report.
 pub fn tables(spec: &Spec, report: &Report) -> Result<Vec<(&'static str, Vec<u8>)>, Error> {
     let mut all =
         vec![("history.csv", history(spec, report)?), ("sensitivity.csv", sensitivity(spec, report)?)];
@@ -37,14 +34,9 @@ pub fn tables(spec: &Spec, report: &Report) -> Result<Vec<(&'static str, Vec<u8>
 
 /// Writes them all and moves them to their final place.
 pub fn all(spec: &Spec, search: &Search, report: &Report, mut folder: Folder) -> Result<Written, Error> {
-    let mut put = |name: &str, bytes: &[u8]| -> Result<(), Error> {
-        let mut file = folder.file(name)?;
-        file.write(bytes)?;
-        file.close()
-    };
     #[cfg(feature = "files")]
-    put("best.toml", super::best::text(spec, search, report)?.as_bytes())?;
-    tables(spec, report)?.iter().try_for_each(|(name, bytes)| put(name, bytes))?;
+    folder.put("best.toml", super::best::text(spec, search, report)?.as_bytes())?;
+    tables(spec, report)?.iter().try_for_each(|(name, bytes)| folder.put(name, bytes))?;
     folder.run_json(&document(spec, search, report))?;
     folder.finish()
 }
@@ -94,11 +86,9 @@ pub fn seconds(report: &Report) -> Value {
 
 /// A designs row as JSON; missing is null.
 pub fn row(spec: &Spec, design: &Design) -> Value {
-    let names = Table::Designs.columns(&spec.study.setup);
-    let (mut objects, mut values) = (Objects::new(&names), Vec::new());
+    let (names, mut values) = (Table::Designs.columns(&spec.study.setup), Vec::new());
     fields(&AtDrive::COLUMNS, &spec.study.setup, &design.at_drive(), &mut values);
-    let Ok(()) = objects.row(&mut values);
-    objects.rows.remove(0)
+    names.into_iter().map(str::to_owned).zip(values.into_iter().map(Value::from)).collect()
 }
 
 /// Name of a column without its unit, as in a spec.

@@ -65,20 +65,20 @@ pub struct Plan {
 const MOST_RIGS: u64 = 64;
 
 /// Seconds from which on a chart that did not come about was tried.
-const TRIED: f64 = 1e-3;
+pub(crate) const TRIED: f64 = 1e-3;
 
 impl Plan {
     /// What a sweep of `study` on `choice` does, its chart included. An error where its default tables would be too large to write.
     pub fn new(study: &Study, choice: &Choice) -> Result<Self, InputError> {
         let begun = Instant::now();
-        let (taps, designs, full) = match &study.space {
+        let output = &study.output;
+        let kept = |n: u64, each: u64| output.top.map_or(n, |top| n.min((top as u64).saturating_mul(each)));
+        // Taps, designs, all rows of the tables, and rows of tuples and distances of a row that is kept.
+        let (taps, designs, full, [per_row, per_design]) = match &study.space {
             Space::Grid(factors) => {
                 let l = Layout::new(factors);
-                (
-                    l.len(),
-                    l.n_designs,
-                    [l.len(), l.n_designs * l.n_drives, l.n_designs * l.n_distances * l.n_directions],
-                )
+                let each = [l.n_distances, l.n_distances * l.n_directions];
+                (l.len(), l.n_designs, [l.len(), l.n_designs * l.n_drives, l.n_designs * each[1]], each)
             }
             Space::List(tuples) => {
                 let designs = distinct(tuples, |_| [0.0; 3]);
@@ -87,21 +87,12 @@ impl Plan {
                     distinct(tuples, |t| [t.tilt, t.lean, t.drive]),
                     distinct(tuples, |t| [t.tilt, t.lean, t.a]),
                 ];
-                (rows[0], designs, rows)
+                (rows[0], designs, rows, [1; 2])
             }
             Space::File(file) => {
                 let ([designs, drives, distances], taps) = (file.groups().counts, file.len() as u64);
-                (taps, designs, [taps, drives, distances])
+                (taps, designs, [taps, drives, distances], [1; 2])
             }
-        };
-        let output = &study.output;
-        let kept = |n: u64, each: u64| output.top.map_or(n, |top| n.min((top as u64).saturating_mul(each)));
-        let (per_row, per_design) = match &study.space {
-            Space::Grid(factors) => {
-                let l = Layout::new(factors);
-                (l.n_distances, l.n_distances * l.n_directions)
-            }
-            Space::List(_) | Space::File(_) => (1, 1),
         };
         let tuples = output.tuples.unwrap_or(true);
         let rows = [
@@ -112,14 +103,10 @@ impl Plan {
         let bytes: f64 = rows.iter().zip(ROW_BYTES).map(|(&n, b)| n as f64 * b).sum();
         let tuple_bytes = rows[0] as f64 * ROW_BYTES[0];
         if output.tuples.is_none() && tuple_bytes > DEFAULT_TUPLES_LIMIT {
-            return Err(InputError::new(format!(
-                "the tuples table would hold {} rows, about {:.0} GB; say that you want it, or leave it out",
-                rows[0],
-                tuple_bytes / 1e9
-            ))
-            .key("output.tuples")
-            .value("true (by default)")
-            .allowed("tuples = true or tuples = false in [output], or top = N"));
+            let size = format!("{} rows, about {:.0} GB", rows[0], tuple_bytes / 1e9);
+            let why = format!("the tuples table would hold {size}; say that you want it, or leave it out");
+            let error = InputError::new(why).key("output.tuples").value("true (by default)");
+            return Err(error.allowed("tuples = true or tuples = false in [output], or top = N"));
         }
         let layout = study.space.layout();
         let of_one = || study.space.layout().filter(|_| study.setup.rigs.is_none());

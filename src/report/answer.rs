@@ -22,13 +22,9 @@ fn range(numbers: impl Iterator<Item = f64>, say: impl Fn(f64) -> String, unit: 
         .filter(|x| x.is_finite())
         .fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)]);
     let words = all.map(say);
-    (all[0] <= all[1]).then(|| {
-        if words[0] == words[1] {
-            format!("{}{unit}", words[0])
-        } else {
-            format!("{} to {}{unit}", words[0], words[1])
-        }
-    })
+    let [least, most] = &words;
+    let said = || if least == most { format!("{least}{unit}") } else { format!("{least} to {most}{unit}") };
+    (all[0] <= all[1]).then(said)
 }
 
 /// How far K varies about its mean: a share of it, or mm where K has a unit.
@@ -57,26 +53,16 @@ pub fn of_designs(table: &Table, fine: &[bool], [sd, by, drive]: [&str; 3]) -> R
     let values = table.numbers(by)?;
     let kept: Vec<usize> = (0..table.len).filter(|r| fine[*r] && values[*r].is_finite()).collect();
     let Some(best) = kept.iter().copied().min_by(|a, b| values[*a].total_cmp(&values[*b])) else {
-        return Ok(format!(
-            "None of {} of whisker and tap keeps every limit at every distance.",
-            count(table.len, "row")
-        ));
+        let rows = count(table.len, "row");
+        return Ok(format!("None of {rows} of whisker and tap keeps every limit at every distance."));
     };
-    let names: Vec<String> = varying(table)?
-        .into_iter()
-        .filter(|name| *name != drive)
-        .map(|name| said(name, table.number(name, best)))
-        .collect();
-    let whisker = if names.is_empty() {
-        "the whisker".to_owned()
-    } else {
-        format!("the whisker with {}", names.join(", "))
-    };
+    let names = varying(table)?.into_iter().filter(|name| *name != drive);
+    let names: Vec<String> = names.map(|name| said(name, table.number(name, best))).collect();
+    let with = if names.is_empty() { String::new() } else { format!(" with {}", names.join(", ")) };
+    let whisker = format!("the whisker{with}");
     let tap = tapped(drive, table.number(drive, best));
-    let of = format!(
-        "Of {} of whisker and tap that keep every limit, {whisker}, {tap},",
-        count(kept.len(), "row")
-    );
+    let rows = count(kept.len(), "row");
+    let of = format!("Of {rows} of whisker and tap that keep every limit, {whisker}, {tap},");
     let largest = if table.has("strain_max") { table.number("strain_max", best) } else { f64::NAN };
     let strain = match largest {
         x if x.is_finite() => format!(", with strains up to {}", percent(x)),
@@ -114,10 +100,8 @@ pub fn of_best(listed: &[Value], varying: &[&str], [sd, by, drive]: [&str; 3], r
     let tap = tapped(drive, number(drive).unwrap_or(f64::NAN));
     let what = match (by, number("K_mean").zip(number(sd)), number(by)) {
         ("K_sd", Some((mean, x)), _) => {
-            format!(
-                "has the steadiest K{rest}: it varies by {} from distance to distance",
-                spread(sd, x, mean)
-            )
+            let varies = spread(sd, x, mean);
+            format!("has the steadiest K{rest}: it varies by {varies} from distance to distance")
         }
         ("total_rms_mm", _, Some(x)) => {
             format!("tells distance best{rest}: bias and noise together are {} mm rms", rounded(x))
@@ -135,11 +119,8 @@ pub fn of_taps(table: &Table) -> String {
     let fine = table.rows(|r| table.word("status", r) == "ok" && table.has("strain"));
     let strain = range(fine.iter().map(|r| 100.0 * table.number("strain", *r)), rounded, " %");
     let strain = strain.map_or(String::new(), |s| format!("; their strains are {s}"));
-    format!(
-        "Of {} {} ok{strain}.",
-        count(table.len, "tap"),
-        if fine.len() == 1 { "1 is".into() } else { format!("{} are", fine.len()) }
-    )
+    let are = if fine.len() == 1 { "is" } else { "are" };
+    format!("Of {} {} {are} ok{strain}.", count(table.len, "tap"), fine.len())
 }
 
 /// The best tap of one whisker.
@@ -168,12 +149,9 @@ pub fn of_search(source: &Source, front: Option<&Table>, sd: &str) -> Result<Str
         let there = || (0..front.len).filter(|r| x[*r].is_finite() && y[*r].is_finite());
         let row = |r: usize| worth(|name| Some(front.number(name, r)).filter(|x| x.is_finite()), sd);
         if let (Some(first), Some(last)) = (there().min_by(by), there().max_by(by)) {
-            return Ok(format!(
-                "No design is best in both: the front has {}, from one where {} to one where {}.",
-                count(front.len, "design"),
-                row(first),
-                row(last)
-            ));
+            let (designs, first, last) = (count(front.len, "design"), row(first), row(last));
+            let ends = format!("from one where {first} to one where {last}");
+            return Ok(format!("No design is best in both: the front has {designs}, {ends}."));
         }
     }
     let asked = source.in_force("optimise.variables").unwrap_or_default();
@@ -191,11 +169,15 @@ pub fn of_search(source: &Source, front: Option<&Table>, sd: &str) -> Result<Str
     if told.is_empty() {
         return Ok("The search found no whisker that keeps every limit.".to_owned());
     }
-    Ok(format!(
-        "The best whisker found is the one {}: {}.",
-        told.join(", "),
-        worth(|name| best[name].as_f64(), sd)
-    ))
+    let worth = worth(|name| best[name].as_f64(), sd);
+    Ok(format!("The best whisker found is the one {}: {worth}.", told.join(", ")))
+}
+
+/// The `share` of taps within their σ, if it is known.
+fn within(share: &Value) -> String {
+    share.as_f64().map_or(String::new(), |x| {
+        format!(", {} of them within the standard deviation that is given with them", percent(x))
+    })
 }
 
 /// A calibration: how well its estimator tells distances that it has not seen.
@@ -208,10 +190,7 @@ pub fn of_calibration(source: &Source) -> String {
     let used = format!("{} of {} used", number(&counts["used"]), count(number(&counts["taps"]), "tap"));
     match range(errors, rounded, " mm") {
         Some(error) => {
-            let within = &result["coverage"]["all"]["within_1"];
-            let within = within.as_f64().map_or(String::new(), |x| {
-                format!(", {} of them within the standard deviation that is given with them", percent(x))
-            });
+            let within = within(&result["coverage"]["all"]["within_1"]);
             format!(
                 "The estimator “{name}” tells distances that it has not seen to {error} rms{within} ({used})."
             )
@@ -229,9 +208,7 @@ pub fn of_channels(source: &Source) -> String {
     };
     let channels: Vec<String> = result["channels"].as_array().into_iter().flatten().map(alone).collect();
     let taps = count(result["taps"].as_u64().unwrap_or(0) as usize, "calibrated tap");
-    let within = result["within_sigma"].as_f64().map_or(String::new(), |x| {
-        format!(", {} of them within the standard deviation that is given with them", percent(x))
-    });
+    let within = within(&result["within_sigma"]);
     format!(
         "All channels together tell the distances of {taps} to {} mm rms{within}. Each alone tells distances that it has not seen: {}.",
         number(&result["rms_mm"]),
@@ -252,11 +229,8 @@ pub fn of_readings(table: &Table) -> Result<String, InputError> {
     let half = sigmas.get(sigmas.len() / 2).map_or(String::new(), |s| {
         format!(", half of them with a standard deviation of at most {} mm", rounded(*s))
     });
-    Ok(format!(
-        "{} of {readings} {} a distance: {where_}{half}.",
-        answered.len(),
-        if answered.len() == 1 { "has" } else { "have" }
-    ))
+    let have = if answered.len() == 1 { "has" } else { "have" };
+    Ok(format!("{} of {readings} {have} a distance: {where_}{half}.", answered.len()))
 }
 
 /// A traced object.
@@ -310,12 +284,8 @@ pub fn of_verify(table: &Table) -> Result<String, InputError> {
     let (worst, bound, taps) =
         (table.numbers("strain_error_worst")?, table.numbers("bound")?, table.numbers("taps")?);
     let line = |r: usize| {
-        format!(
-            "{} {}, {}",
-            table.word("backend", r),
-            table.word("precision", r),
-            table.word("configuration", r)
-        )
+        let [backend, precision, of] = ["backend", "precision", "configuration"].map(|c| table.word(c, r));
+        format!("{backend} {precision}, {of}")
     };
     let broken = table.rows(|r| table.word("verdict", r) != "ok");
     let near = |r: &usize| if bound[*r] > 0.0 { worst[*r] / bound[*r] } else { 0.0 };
@@ -323,12 +293,8 @@ pub fn of_verify(table: &Table) -> Result<String, InputError> {
         rows.into_iter().filter(|r| worst[*r].is_finite()).max_by(|a, b| near(a).total_cmp(&near(b)))
     };
     let told = |r: usize| {
-        format!(
-            "{} is off by {} of a strain at most, where {} is allowed",
-            line(r),
-            percent(worst[r]),
-            percent(bound[r])
-        )
+        let (off, allowed) = (percent(worst[r]), percent(bound[r]));
+        format!("{} is off by {off} of a strain at most, where {allowed} is allowed", line(r))
     };
     let all = taps.iter().filter(|n| n.is_finite()).sum::<f64>() as usize;
     let lines = count(table.len, "check");
@@ -339,9 +305,9 @@ pub fn of_verify(table: &Table) -> Result<String, InputError> {
     }
     let nearest = nearest((0..table.len).collect())
         .map_or(String::new(), |r| format!("; nearest to its bound, {}", told(r)));
+    let all = count(all, "tap");
     Ok(format!(
-        "Every backend keeps its bounds: {lines} against the reference passed, {} in all{nearest}.",
-        count(all, "tap")
+        "Every backend keeps its bounds: {lines} against the reference passed, {all} in all{nearest}."
     ))
 }
 

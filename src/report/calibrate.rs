@@ -1,12 +1,14 @@
 //! Figures of a calibration.
 
+use indexmap::IndexMap;
+
 use super::content::{Content, SHOWN};
 use super::designs::{DRIVES, SD};
 use super::source::Source;
 use super::table::{Table, distinct};
 use super::{answer, outliers, quantity};
 use crate::error::{Error, InputError};
-use crate::figure::{Along, Axis, Figure, Mark, Marker, Panel, Path, series};
+use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path, series};
 
 /// Curves of a panel.
 const CURVES: usize = 6;
@@ -14,9 +16,6 @@ const CURVES: usize = 6;
 const CUT: &str = "The axis fits the bulk of the taps; an arrow at the edge stands for a tap beyond it.";
 
 /// Everything of the folder of `calibrate`.
-///
-/// # Errors
-/// Tables that are missing or damaged.
 pub fn content(source: &Source) -> Result<Content, Error> {
     if let Some(taps) = source.maybe("channels.csv")? {
         return of_channels(source, &taps);
@@ -24,10 +23,8 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     let mut c = Content { answer: answer::of_calibration(source), ..Content::default() };
     let rows = source.table("rows.csv")?;
     let cells = source.table("K_table.csv")?;
-    let signal = cells
-        .first(&["strain", "reading", "moment_Nmm", "force_N"])
-        .ok_or_else(|| lacks(&cells, "strain"))?;
-    let drive = rows.first(&DRIVES).ok_or_else(|| lacks(&rows, "theta_deg"))?;
+    let signal = cells.one_of(&["strain", "reading", "moment_Nmm", "force_N"])?;
+    let drive = rows.one_of(&DRIVES)?;
     let drives = Drives::of(source, &cells, drive)?;
     c.figure(curves(&rows, &cells, drive, signal, &drives)?);
     c.figure(residuals(&rows, signal)?);
@@ -40,25 +37,18 @@ pub fn content(source: &Source) -> Result<Content, Error> {
         && let Some(sd) = designs.first(&SD)
         && designs.has(sd)
     {
-        let line = Path::new(
-            "SD of K",
-            0,
-            designs.numbers(drive)?.iter().copied().zip(designs.numbers(sd)?.iter().copied()),
-        );
+        let points = designs.numbers(drive)?.iter().copied().zip(designs.numbers(sd)?.iter().copied());
+        let line = Path::new("SD of K", 0, points);
         let panel = Panel::new("", quantity::axis(drive), quantity::axis(sd))
             .with(Mark::dotted(line, Marker::Circle));
-        c.figure(Figure::new(
-            "sd",
-            "Spread of K",
-            "Standard deviation of K over the distances of each tap (designs.csv).",
-            vec![panel],
-        ));
+        let caption = "Standard deviation of K over the distances of each tap (designs.csv).";
+        c.figure(Figure::new("sd", "Spread of K", caption, vec![panel]));
     }
     let result = &source.run["result"];
     c.fact("estimator", &result["estimator"]);
     c.fact("noise of one reading", &result["noise"]);
     c.fact("noise from", &result["noise_from"]);
-    c.table(&rows, (0..rows.len.min(SHOWN)).collect(), "the first", true);
+    c.first(&rows, true);
     c.first_rows(source, &["K_table.csv", "designs.csv", "distances.csv"])?;
     Ok(c)
 }
@@ -70,7 +60,7 @@ fn of_channels(source: &Source, taps: &Table) -> Result<Content, Error> {
     let uses = [("used", 0, Marker::Circle), ("suspect", 1, Marker::Square)];
     let of = |word: &str| taps.rows(|r| taps.word("use", r) == word);
     let with = |panel: Panel, y: &[f64], error: &[f64]| {
-        uses.iter().fold(panel.with(zero()), |panel, (word, colour, marker)| {
+        uses.iter().fold(panel.with(Mark::zero()), |panel, (word, colour, marker)| {
             let (rows, a) = (of(word), taps.numbers("a_mm").unwrap_or_default());
             panel.with(Mark::Points {
                 path: Path::new(*word, *colour, rows.iter().map(|r| (a[*r], y[*r]))),
@@ -114,12 +104,8 @@ fn of_channels(source: &Source, taps: &Table) -> Result<Content, Error> {
         c.fact(&format!("noise of {name}"), &channel["noise"]);
         c.fact(&format!("{name} alone, on distances left out, mm"), &channel["held_out_rms_mm"]);
     }
-    c.table(taps, (0..taps.len.min(SHOWN)).collect(), "the first", true);
+    c.first(taps, true);
     Ok(c)
-}
-
-fn lacks(table: &Table, column: &str) -> InputError {
-    InputError::new("the table lacks this column").at(table.file.clone(), None).key(column)
 }
 
 /// Drives of the data, those that are meant to be one together.
@@ -219,38 +205,24 @@ fn points(
 ) -> Result<Mark, InputError> {
     let (a, y) = (table.numbers("a_mm")?, table.numbers(y)?);
     let note = |r: &usize| {
-        format!(
-            "line {}{}",
-            table.word("line", *r),
-            Some(table.word("reason", *r))
-                .filter(|w| !w.is_empty())
-                .map_or(String::new(), |w| format!(": {w}"))
-        )
+        let reason = table.word("reason", *r);
+        let why = if reason.is_empty() { String::new() } else { format!(": {reason}") };
+        format!("line {}{why}", table.word("line", *r))
     };
-    let bars = match error {
-        Some(column) => {
-            let e = table.numbers(column)?;
-            rows.iter().map(|r| e[*r]).collect()
-        }
-        None => Vec::new(),
-    };
+    let bars = error.map(|column| table.numbers(column)).transpose()?;
     Ok(Mark::Points {
         path: Path::new(name, colour, rows.iter().map(|r| (a[*r], y[*r]))),
         marker,
-        error: bars,
+        error: bars.map_or(Vec::new(), |e| rows.iter().map(|r| e[*r]).collect()),
         rows: if table.len <= SHOWN { rows.to_vec() } else { Vec::new() },
         notes: rows.iter().map(note).collect(),
     })
 }
 
-fn zero() -> Mark {
-    Mark::Rule { along: Along::X, at: 0.0, name: String::new(), colour: 4, dash: 2 }
-}
-
 fn residuals(rows: &Table, signal: &str) -> Result<Figure, InputError> {
     let [used, suspect] = used(rows);
     let y = Axis::new(&format!("{signal} − expected"), &quantity::axis(signal).unit);
-    let mut panel = Panel::new("", quantity::axis("a_mm"), y).with(zero()).with(points(
+    let mut panel = Panel::new("", quantity::axis("a_mm"), y).with(Mark::zero()).with(points(
         rows,
         "used",
         0,
@@ -259,14 +231,11 @@ fn residuals(rows: &Table, signal: &str) -> Result<Figure, InputError> {
         "residual",
         None,
     )?);
-    let mut reasons: Vec<(String, Vec<usize>)> = Vec::new();
+    let mut reasons: IndexMap<String, Vec<usize>> = IndexMap::new();
     for r in &suspect {
         let word = rows.word("reason", *r);
         let word = word.split([':', ',']).next().unwrap_or_default().trim().to_owned();
-        match reasons.iter_mut().find(|(w, _)| *w == word) {
-            Some((_, all)) => all.push(*r),
-            None => reasons.push((word, vec![*r])),
-        }
+        reasons.entry(word).or_default().push(*r);
     }
     for (i, (why, all)) in reasons.iter().enumerate() {
         let (name, (colour, marker)) = (format!("suspect: {why}"), series(i + 1));
@@ -274,25 +243,22 @@ fn residuals(rows: &Table, signal: &str) -> Result<Figure, InputError> {
     }
     let why = reasons.iter().map(|(w, all)| format!("{} {w}", all.len())).collect::<Vec<_>>().join(", ");
     let why = if why.is_empty() { "no row is suspect".to_owned() } else { format!("suspect: {why}") };
-    Ok(Figure::new(
-        "residuals",
-        "Residuals by distance",
-        format!("Signal less what the estimator expects, of every tap; {why} (rows.csv). {CUT}"),
-        vec![outliers::cut(panel, "used")],
-    ))
+    let caption = format!("Signal less what the estimator expects, of every tap; {why} (rows.csv). {CUT}");
+    Ok(Figure::new("residuals", "Residuals by distance", caption, vec![outliers::cut(panel, "used")]))
 }
 
 fn held_out(rows: &Table) -> Result<Figure, InputError> {
     let [used, _] = used(rows);
     let panel = Panel::new("", quantity::axis("a_mm"), Axis::new("error â − a", "mm"))
-        .with(zero())
+        .with(Mark::zero())
         .with(points(rows, "error ± σ", 0, Marker::Circle, &used, "held_out_error_mm", Some("sigma_mm"))?);
+    let caption = format!(
+        "Error of each tap when its distance is left out of the calibration, with the standard deviation that is given for it (rows.csv). {CUT}"
+    );
     Ok(Figure::new(
         "held_out",
         "Errors on distances left out",
-        format!(
-            "Error of each tap when its distance is left out of the calibration, with the standard deviation that is given for it (rows.csv). {CUT}"
-        ),
+        caption,
         vec![outliers::cut(panel, "error ± σ")],
     ))
 }
@@ -313,13 +279,11 @@ fn coverage(
     let n = ratios.len() as f64;
     let steps = ratios.iter().enumerate().map(|(i, x)| (*x, (i + 1) as f64 / n)).filter(|p| p.0 <= 4.0);
     let normal = (0..=80).map(|i| f64::from(i) / 20.0).map(|x| (x, normal_within(x)));
-    let panel = Panel::new(
-        "",
-        Axis::new("|error|/σ", "").over([0.0, 4.0]),
-        Axis::new("share of taps below", "").over([0.0, 1.02]),
-    )
-    .with(Mark::line(Path::new(format!("errors on {distances}"), 0, steps), 0))
-    .with(Mark::line(Path::new("normal distribution", 4, normal), 1));
+    let x = Axis::new("|error|/σ", "").over([0.0, 4.0]);
+    let y = Axis::new("share of taps below", "").over([0.0, 1.02]);
+    let panel = Panel::new("", x, y)
+        .with(Mark::line(Path::new(format!("errors on {distances}"), 0, steps), 0))
+        .with(Mark::line(Path::new("normal distribution", 4, normal), 1));
     let beyond = ratios.iter().filter(|x| **x > 4.0).count();
     let caption = format!(
         "Share of {} taps whose error on {distances} is within so many of its standard deviations; {beyond} lie beyond 4 ({file}).",
@@ -333,14 +297,10 @@ fn normal_within(x: f64) -> f64 {
     const PARTS: usize = 64;
     let density = |t: f64| (-0.5 * t * t).exp() * (2.0 / std::f64::consts::PI).sqrt();
     let h = x / PARTS as f64;
-    let weight = |i: usize| {
-        if i == 0 || i == PARTS {
-            1.0
-        } else if i % 2 == 1 {
-            4.0
-        } else {
-            2.0
-        }
+    let weight = |i: usize| match i {
+        0 | PARTS => 1.0,
+        i if i % 2 == 1 => 4.0,
+        _ => 2.0,
     };
     (0..=PARTS).map(|i| weight(i) * density(i as f64 * h)).sum::<f64>() * h / 3.0
 }

@@ -55,25 +55,27 @@ impl Content {
         if rows.len() < table.len {
             self.notes.push(format!("{file}: {} of {} rows are in this page, {how}", rows.len(), table.len));
         }
-        let columns: Vec<Value> = table
-            .columns
-            .iter()
-            .map(|c| {
-                let axis = quantity::axis(c);
-                json!({ "name": c, "label": axis.label, "unit": axis.unit })
-            })
-            .collect();
+        let column = |c: &String| {
+            let axis = quantity::axis(c);
+            json!({ "name": c, "label": axis.label, "unit": axis.unit })
+        };
+        let columns: Vec<Value> = table.columns.iter().map(column).collect();
         let values: Vec<Value> =
             rows.iter().map(|r| (0..table.columns.len()).map(|c| table.json(c, *r)).collect()).collect();
         let json = json!({ "columns": columns, "rows": values });
         self.tables.push(Shown { file, of: (table.len, how.to_owned()), rows, linked, json });
     }
 
+    /// With the first rows of `table`.
+    pub fn first(&mut self, table: &Table, linked: bool) {
+        self.table(table, (0..table.len.min(SHOWN)).collect(), "the first", linked);
+    }
+
     /// With the first rows of the tables of these names that the result has.
     pub fn first_rows(&mut self, source: &Source, names: &[&str]) -> Result<(), Error> {
         for name in names {
             if let Some(table) = source.maybe(name)? {
-                self.table(&table, (0..table.len.min(SHOWN)).collect(), "the first", false);
+                self.first(&table, false);
             }
         }
         Ok(())

@@ -1,7 +1,7 @@
 //! The figure of a traced object.
 
 use super::answer;
-use super::content::{Content, SHOWN};
+use super::content::Content;
 use super::quantity;
 use super::source::Source;
 use super::table::Table;
@@ -16,9 +16,6 @@ const CORNERS: usize = 24;
 const WIDE: f64 = 2.0;
 
 /// Everything of the folder of `contour`.
-///
-/// # Errors
-/// Tables that are missing or damaged.
 pub fn content(source: &Source) -> Result<Content, Error> {
     let mut c = Content::default();
     let (points, curve) = (source.table("points.csv")?, source.table("curve.csv")?);
@@ -28,8 +25,8 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     if let Some(why) = source.run["result"]["curve"]["why"].as_str() {
         c.notes.push(format!("no curve: {why}"));
     }
-    c.table(&points, (0..points.len.min(SHOWN)).collect(), "the first", false);
-    c.table(&curve, (0..curve.len.min(SHOWN)).collect(), "the first", false);
+    c.first(&points, false);
+    c.first(&curve, false);
     Ok(c)
 }
 

@@ -1,5 +1,7 @@
 //! Rows of designs: what varies among them, which of them are kept, and figures of many: front, parallel coordinates, maps.
 
+use indexmap::IndexMap;
+
 use super::bins::map;
 use super::content::SHOWN;
 use super::quantity;
@@ -21,10 +23,15 @@ pub const SD: [&str; 2] = ["K_sd", "K_sd_mm"];
 /// Names of the drive.
 pub const DRIVES: [&str; 2] = ["theta_deg", "delta_mm"];
 
-/// Columns of whisker, direction and drive with more than one value.
+/// Columns of whisker, rig, direction and drive.
+fn named() -> impl Iterator<Item = &'static str> {
+    WHISKER.into_iter().chain(properties()).chain(DIRECTIONS).chain(DRIVES)
+}
+
+/// Those with more than one value.
 pub fn varying(table: &Table) -> Result<Vec<&'static str>, InputError> {
     let mut columns = Vec::new();
-    for name in WHISKER.into_iter().chain(properties()).chain(DIRECTIONS).chain(DRIVES) {
+    for name in named() {
         if table.has(name) {
             let numbers = table.numbers(name)?;
             if numbers.iter().any(|x| *x != numbers[0]) {
@@ -119,14 +126,11 @@ pub fn parallel(
     }
     let columns = names.iter().map(|n| table.numbers(n)).collect::<Result<Vec<_>, _>>()?;
     let missing = |r: usize| columns.iter().any(|c| !c[r].is_finite());
+    // Symbols fit where labels do not.
+    let short = |n: &str| named().any(|s| s == n);
     let axis = |n: &&str| {
         let mut axis = quantity::axis(n);
-        // Symbols fit where labels do not.
-        if WHISKER.contains(n)
-            || properties().any(|p| p == *n)
-            || DIRECTIONS.contains(n)
-            || DRIVES.contains(n)
-        {
+        if short(n) {
             axis.label = axis.label.rsplit(' ').next().unwrap_or_default().to_owned();
         }
         axis
@@ -171,12 +175,11 @@ pub fn maps(table: &Table, fine: &[bool], quantity: &str) -> Result<Option<Figur
     } else {
         String::new()
     };
+    let (label, all) = (quantity::axis(quantity).label, table.len);
     let caption = format!(
-        "Least {} in each cell{rest}, of the rows that keep their limits, of all {} rows{bins}; cells without such a row are empty.",
-        quantity::axis(quantity).label,
-        table.len
+        "Least {label} in each cell{rest}, of the rows that keep their limits, of all {all} rows{bins}; cells without such a row are empty."
     );
-    let title = format!("Map of {}", quantity::axis(quantity).label);
+    let title = format!("Map of {label}");
     Ok(Some(Figure::new(&format!("map_{quantity}"), &title, caption, panels)))
 }
 
@@ -192,22 +195,21 @@ pub fn whiskers(
     let columns = names.iter().map(|n| table.numbers(n)).collect::<Result<Vec<_>, _>>()?;
     let values = table.numbers(by)?;
     let key = |r: usize| -> Vec<u64> { columns.iter().map(|column| (column[r] + 0.0).to_bits()).collect() };
-    let mut places: std::collections::HashMap<Vec<u64>, usize> = std::collections::HashMap::new();
-    let mut all: Vec<Whisker> = Vec::new();
+    let mut all: IndexMap<Vec<u64>, Whisker> = IndexMap::new();
     for r in 0..table.len {
-        let place = *places.entry(key(r)).or_insert(all.len());
-        if place == all.len() {
-            all.push(Whisker {
-                of: columns.iter().map(|column| column[r]).collect(),
-                name: String::new(),
-                rows: Vec::new(),
-                best: f64::INFINITY,
-            });
+        let of = || columns.iter().map(|column| column[r]).collect();
+        let whisker = all.entry(key(r)).or_insert_with(|| Whisker {
+            of: of(),
+            name: String::new(),
+            rows: Vec::new(),
+            best: f64::INFINITY,
+        });
+        whisker.rows.push(r);
+        if fine[r] && values[r].is_finite() {
+            whisker.best = whisker.best.min(values[r]);
         }
-        all[place].rows.push(r);
-        all[place].best =
-            all[place].best.min(if fine[r] && values[r].is_finite() { values[r] } else { f64::INFINITY });
     }
+    let mut all: Vec<Whisker> = all.into_values().collect();
     let count = all.len();
     // Also what does not differ among those that are left is told.
     let differ: Vec<usize> =

@@ -11,9 +11,6 @@ use crate::figure::{Figure, Mark, Marker, Panel, Path};
 const DRAWN: usize = 4000;
 
 /// Everything of the folder of `locate`.
-///
-/// # Errors
-/// A table that is missing or damaged.
 pub fn content(source: &Source) -> Result<Content, Error> {
     let mut c = Content::default();
     let table = source.table("located.csv")?;
@@ -47,6 +44,6 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     if answered.is_empty() {
         c.notes.push("no reading has a distance: see their status".to_owned());
     }
-    c.table(&table, (0..table.len.min(SHOWN)).collect(), "the first", table.len <= SHOWN);
+    c.first(&table, table.len <= SHOWN);
     Ok(c)
 }

@@ -133,13 +133,9 @@ pub fn run(
     let question = Question::new("report", source.name.clone(), asked);
     let mut target = Folder::open(out, question, &listed, force)?;
     for (name, bytes) in pieces.into_iter().flatten() {
-        let mut file = target.file(&name)?;
-        file.write(&bytes)?;
-        file.close()?;
+        target.put(&name, &bytes)?;
     }
-    let mut file = target.file(PAGE)?;
-    file.write(page.as_bytes())?;
-    file.close()?;
+    target.put(PAGE, page.as_bytes())?;
     let figures: Vec<String> = content.figures.iter().map(|f| f.name.clone()).collect();
     let body = json!({
         "of": { "command": source.command, "run_json_blake3": source.hash, "version": source.run["version"], "commit": source.run["commit"] },

@@ -1,24 +1,21 @@
 //! Figures of a search.
 
 use super::answer;
-use super::content::{Content, SHOWN};
+use super::content::Content;
 use super::designs::{self, DRIVES, SD, WHISKER};
 use super::limits::Limits;
 use super::quantity::{self, said};
 use super::source::Source;
 use super::table::Table;
 use crate::error::{Error, InputError};
-use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path, series};
+use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path};
 
 /// Everything of the folder of `optimise`.
-///
-/// # Errors
-/// Tables that are missing or damaged.
 pub fn content(source: &Source) -> Result<Content, Error> {
     let mut c = Content::default();
     let result = &source.run["result"];
     let history = source.table("history.csv")?;
-    let sd = history.first(&SD).ok_or_else(|| lacks(&history, "K_sd"))?;
+    let sd = history.one_of(&SD)?;
     let best = (result["best"][sd].as_f64(), result["best"]["total_rms_mm"].as_f64());
     let best = best.0.zip(best.1);
     let front = source.maybe("pareto.csv")?;
@@ -65,13 +62,9 @@ pub fn content(source: &Source) -> Result<Content, Error> {
         c.fact(name, &result["best"][key]);
     }
     c.fact("why", &result["why"]);
-    c.table(&history, (0..history.len.min(SHOWN)).collect(), "the first", false);
+    c.first(&history, false);
     c.first_rows(source, &["sensitivity.csv"])?;
     Ok(c)
-}
-
-fn lacks(table: &Table, column: &str) -> InputError {
-    InputError::new("the table lacks this column").at(table.file.clone(), None).key(column)
 }
 
 /// Best value so far against evaluations, a line for each start.
@@ -84,17 +77,13 @@ fn convergence(history: &Table, column: &str) -> Result<Figure, InputError> {
     for (i, s) in starts.iter().enumerate() {
         let rows: Vec<usize> = history.rows(|r| start[r] == *s);
         let kept = rows.iter().filter(|r| broken[**r] == 0.0).map(|r| (n[*r], value[*r]));
-        let (colour, marker) = series(i);
-        panel = panel.with(Mark::dotted(Path::new(format!("start {s}"), colour, kept), marker));
+        panel = panel.with(Mark::series(i, format!("start {s}"), kept));
         let over = rows.iter().filter(|r| broken[**r] > 0.0).map(|r| (n[*r], value[*r]));
         panel = panel.with(Mark::points(Path::new("a limit is broken", 7, over), Marker::Cross));
     }
-    Ok(Figure::new(
-        "convergence",
-        "Convergence",
-        "Best row so far against the evaluations that were spent on it, where it got better (history.csv).",
-        vec![panel],
-    ))
+    let caption =
+        "Best row so far against the evaluations that were spent on it, where it got better (history.csv).";
+    Ok(Figure::new("convergence", "Convergence", caption, vec![panel]))
 }
 
 /// Title, label, and the name and column of each series.
@@ -125,24 +114,16 @@ fn sensitivity(table: &Table) -> Result<Figure, InputError> {
         let mut panel = Panel::new(title, Axis::new(label, ""), Axis::words("", names.clone()));
         let there: Vec<_> = columns.iter().filter(|(_, column)| table.has(column)).collect();
         for (i, (name, column)) in there.iter().enumerate() {
-            let values = table.numbers(column)?;
-            let path = Path::new(
-                *name,
-                if k == 0 { i } else { i + 2 },
-                values.iter().enumerate().map(|(r, x)| (*x, r as f64)),
-            );
+            let points = table.numbers(column)?.iter().enumerate().map(|(r, x)| (*x, r as f64));
+            let path = Path::new(*name, if k == 0 { i } else { i + 2 }, points);
             panel = panel.with(Mark::Bars { path, among: [i, there.len()] });
         }
         if !panel.marks.is_empty() {
             panels.push(panel);
         }
     }
-    Ok(Figure::new(
-        "sensitivity",
-        "Sensitivity",
-        "How much each parameter moves the result: elasticities ∂ln/∂ln at the optimum, and shares of the variance of the logarithm over the box of the variables (Sobol’ indices; sensitivity.csv).",
-        panels,
-    ))
+    let caption = "How much each parameter moves the result: elasticities ∂ln/∂ln at the optimum, and shares of the variance of the logarithm over the box of the variables (Sobol’ indices; sensitivity.csv).";
+    Ok(Figure::new("sensitivity", "Sensitivity", caption, panels))
 }
 
 /// The best design as it is, and over the sampled ones.
@@ -179,10 +160,6 @@ fn split(source: &Source, c: &mut Content) {
     let path = Path::new("", 0, values.iter().rev().enumerate().map(|(i, x)| (*x, i as f64)));
     let panel = Panel::new("", Axis::new("error of the distance, rms", "mm"), Axis::words("", words))
         .with(Mark::Bars { path, among: [0, 1] });
-    c.figure(Figure::new(
-        "split",
-        "Error of the best design",
-        "Bias and noise of the best design; they add in quadrature (run.json).",
-        vec![panel],
-    ));
+    let caption = "Bias and noise of the best design; they add in quadrature (run.json).";
+    c.figure(Figure::new("split", "Error of the best design", caption, vec![panel]));
 }

@@ -52,10 +52,8 @@ fn made(source: &Source) -> Vec<[String; 2]> {
     let run = &source.run;
     let text = |v: &Value| v.as_str().map(str::to_owned);
     let backend = |b: &Value| {
-        let place = text(&b["adapter"]).map_or_else(
-            || text(&b["name"]),
-            |a| Some(format!("{} {a}", b["name"].as_str().unwrap_or_default())),
-        );
+        let named = |a: String| format!("{} {a}", b["name"].as_str().unwrap_or_default());
+        let place = text(&b["adapter"]).map(named).or_else(|| text(&b["name"]));
         let tolerance = b["tolerance"].as_f64().map_or(String::new(), |t| format!(", tolerance {t:e}"));
         place.map(|p| format!("{p}, {}{tolerance}", b["precision"].as_str().unwrap_or_default()))
     };
@@ -63,12 +61,9 @@ fn made(source: &Source) -> Vec<[String; 2]> {
         Value::Array(all) => all.iter().filter_map(backend).collect::<Vec<_>>().join("; "),
         _ => backend(&run["backend"]).unwrap_or_default(),
     };
-    let version = match text(&run["commit"]) {
-        Some(commit) => {
-            format!("{} ({})", run["version"].as_str().unwrap_or("?"), &commit[..commit.len().min(12)])
-        }
-        None => run["version"].as_str().unwrap_or("?").to_owned(),
-    };
+    let version = run["version"].as_str().unwrap_or("?");
+    let commit = text(&run["commit"]).map(|commit| format!(" ({})", &commit[..commit.len().min(12)]));
+    let version = format!("{version}{}", commit.unwrap_or_default());
     let counts = run["counts"].as_object().map_or(String::new(), |c| {
         let plain = |(k, v): (&String, &Value)| v.as_u64().map(|n| format!("{n} {}", k.replace('_', " ")));
         c.iter().filter_map(plain).collect::<Vec<_>>().join(", ")

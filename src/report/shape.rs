@@ -1,7 +1,9 @@
 //! Figures of bent whiskers.
 
+use indexmap::IndexMap;
+
 use super::answer;
-use super::content::{Content, SHOWN};
+use super::content::Content;
 use super::designs::{DIRECTIONS, DRIVES, WHISKER};
 use super::quantity::{self, short, told_apart};
 use super::source::Source;
@@ -14,15 +16,10 @@ const PANELS: usize = 6;
 const WHISKERS: usize = 4;
 
 /// Everything of the folder of `shape`.
-///
-/// # Errors
-/// Tables that are missing or damaged.
 pub fn content(source: &Source) -> Result<Content, Error> {
     let mut c = Content::default();
     let (shape, contacts) = (source.table("shape.csv")?, source.table("contacts.csv")?);
-    let drive = contacts.first(&DRIVES).ok_or_else(|| {
-        InputError::new("the table lacks this column").at(contacts.file.clone(), None).key("theta_deg")
-    })?;
+    let drive = contacts.one_of(&DRIVES)?;
     c.answer = answer::of_shapes(&contacts, drive)?;
     let taps = taps(&shape, &contacts)?;
     let solved = contacts.rows(|r| contacts.number("contact_x_mm", r).is_finite());
@@ -33,19 +30,14 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     let directions = DIRECTIONS.into_iter().filter(|name| contacts.has(name));
     let names: Vec<&str> = WHISKER.into_iter().chain(["a_mm"]).chain(directions).collect();
     let group = |r: usize| names.iter().map(|n| contacts.number(n, r).to_bits()).collect::<Vec<_>>();
-    let mut groups: Vec<Vec<usize>> = Vec::new();
-    for r in &solved {
-        match groups.iter_mut().find(|g| group(g[0]) == group(*r)) {
-            Some(g) => g.push(*r),
-            None => groups.push(vec![*r]),
-        }
-    }
+    let mut groups: IndexMap<Vec<u64>, Vec<usize>> = IndexMap::new();
+    solved.iter().for_each(|r| groups.entry(group(*r)).or_default().push(*r));
     let differ: Vec<&str> = names
         .iter()
         .copied()
         .filter(|n| distinct(solved.iter().map(|r| contacts.number(n, *r))).len() > 1)
         .collect();
-    let shown: Vec<&Vec<usize>> = groups.iter().take(PANELS).collect();
+    let shown: Vec<&Vec<usize>> = groups.values().take(PANELS).collect();
     let left = if groups.len() > PANELS {
         format!("; {PANELS} of {} whiskers and distances are shown", groups.len())
     } else {
@@ -68,8 +60,7 @@ pub fn content(source: &Source) -> Result<Content, Error> {
         for (i, r) in some.iter().enumerate() {
             let nodes = &taps[*r];
             let points = nodes.iter().map(|k| (shape.number("s_mm", *k), shape.number("strain", *k)));
-            let (colour, marker) = series(i);
-            panel = panel.with(Mark::dotted(Path::new(names[*r].clone(), colour, points), marker));
+            panel = panel.with(Mark::series(i, names[*r].clone(), points));
         }
         let [x1, x2] = ["gauge_from_mm", "gauge_to_mm"].map(|n| contacts.number(n, rows[0]));
         let most =
@@ -81,8 +72,8 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     c.figure(Figure::new("whisker", "The bent whisker", format!("The whisker to scale at several taps, turned about the motor's axis (+) towards the pole; the thick side is the gauge, the dot the contact, the dashed line the whisker at first touch (shape.csv, contacts.csv){left}."), drawn));
     c.figure(Figure::new("strain_along", "Strain along the whisker", format!("Strain of the side that touches, along the whisker; the span of the gauge is shaded (shape.csv){left}."), strains));
     c.fact("taps", &contacts.len.into());
-    c.table(&contacts, (0..contacts.len.min(SHOWN)).collect(), "the first", false);
-    c.table(&shape, (0..shape.len.min(SHOWN)).collect(), "the first", false);
+    c.first(&contacts, false);
+    c.first(&shape, false);
     Ok(c)
 }
 

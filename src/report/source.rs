@@ -55,25 +55,20 @@ impl Source {
             Err(e) => return Err(Error::io(&path, e)),
         };
         let damaged = |why: &str| InputError::new(why).at(path.display().to_string(), None);
-        let run: Value = serde_json::from_slice(&bytes).map_err(|e| {
-            damaged(&format!("this is not the run.json of a result: {e}"))
-                .at(path.display().to_string(), Some(e.line()))
-        })?;
-        match run["format"].as_u64() {
-            Some(format) if format == u64::from(FORMAT) => {}
-            Some(format) => {
-                return Err(damaged("this result is of another version of the program")
-                    .key("format")
-                    .value(format)
-                    .allowed(FORMAT.to_string())
-                    .into());
+        let torn = |e: serde_json::Error| {
+            let error = damaged(&format!("this is not the run.json of a result: {e}"));
+            error.at(path.display().to_string(), Some(e.line()))
+        };
+        let run: Value = serde_json::from_slice(&bytes).map_err(torn)?;
+        let format = run["format"].as_u64();
+        if format != Some(FORMAT.into()) {
+            let other = "this result is of another version of the program";
+            let mut error =
+                damaged(format.map_or("this is not the run.json of a result", |_| other)).key("format");
+            if let Some(format) = format {
+                error = error.value(format);
             }
-            None => {
-                return Err(damaged("this is not the run.json of a result")
-                    .key("format")
-                    .allowed(FORMAT.to_string())
-                    .into());
-            }
+            return Err(error.allowed(FORMAT.to_string()).into());
         }
         let command = run["command"]
             .as_str()
@@ -134,18 +129,16 @@ fn checked(folder: &Path, listed: &Value, force: bool, notes: &mut Vec<String>) 
     let refuse = |why: &str| InputError::new(why).at(path.display().to_string(), None);
     let mut file = match open_regular(&path, std::fs::OpenOptions::new().read(true)) {
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
-            return Err(refuse("run.json lists this file, and it is not there: the result is not whole")
-                .allowed("the files of the result as they were written")
-                .into());
+            let error = refuse("run.json lists this file, and it is not there: the result is not whole");
+            return Err(error.allowed("the files of the result as they were written").into());
         }
         other => other.map_err(|e| Error::io(&path, e))?,
     };
     let found = hash_file(&mut file).map_err(|e| Error::io(&path, e))?;
     if listed["blake3"].as_str().is_some_and(|hash| hash != found) {
         if !force {
-            return Err(refuse("this file was changed since it was written")
-                .allowed("the file as it was written; or --force, which draws it as it is")
-                .into());
+            let allowed = "the file as it was written; or --force, which draws it as it is";
+            return Err(refuse("this file was changed since it was written").allowed(allowed).into());
         }
         notes.push(format!("{name} was changed since it was written"));
     }

@@ -3,14 +3,14 @@
 use super::answer;
 use super::bins;
 use super::budget::{budget, least};
-use super::content::{Content, SHOWN};
+use super::content::Content;
 use super::designs::{self, DRIVES, SD, WHISKER, Whisker};
 use super::limits::Limits;
 use super::quantity;
 use super::source::Source;
 use super::table::{Table, distinct};
 use crate::error::{Error, InputError};
-use crate::figure::{self, Along, Figure, Mark, Marker, Panel, Path, series};
+use crate::figure::{self, Figure, Mark, Marker, Panel, Path};
 
 /// Whiskers with panels.
 const WHISKERS: usize = 4;
@@ -18,9 +18,6 @@ const WHISKERS: usize = 4;
 const CURVES: usize = 5;
 
 /// Everything of the folder of a sweep.
-///
-/// # Errors
-/// Tables that are missing or damaged.
 pub fn content(source: &Source) -> Result<Content, Error> {
     let mut c = Content::default();
     let limits = Limits::of(source);
@@ -39,7 +36,7 @@ pub fn content(source: &Source) -> Result<Content, Error> {
         None => {}
     }
     if let Some(tuples) = tuples {
-        c.table(&tuples, (0..tuples.len.min(SHOWN)).collect(), "the first", false);
+        c.first(&tuples, false);
     }
     c.first_rows(source, &["distances.csv"])?;
     if c.figures.is_empty() {
@@ -50,10 +47,7 @@ pub fn content(source: &Source) -> Result<Content, Error> {
 
 /// Spread, budget, front, parallel coordinates, maps.
 fn of_designs(c: &mut Content, table: &Table, limits: Limits) -> Result<(), Error> {
-    let Some(sd) = table.first(&SD) else {
-        return Err(lacks(table, "K_sd").into());
-    };
-    let drive = table.first(&DRIVES).ok_or_else(|| lacks(table, "theta_deg"))?;
+    let (sd, drive) = (table.one_of(&SD)?, table.one_of(&DRIVES)?);
     let by = if table.has("total_rms_mm") { "total_rms_mm" } else { sd };
     let fine = limits.kept(table);
     c.answer = answer::of_designs(table, &fine, [sd, by, drive])?;
@@ -65,8 +59,7 @@ fn of_designs(c: &mut Content, table: &Table, limits: Limits) -> Result<(), Erro
         for (i, w) in whiskers.iter().enumerate() {
             let points = w.rows.iter().map(|r| (table.number(drive, *r), table.number(sd, *r)));
             let name = if w.name.is_empty() { "the whisker".to_owned() } else { w.name.clone() };
-            let (colour, marker) = series(i);
-            panel = panel.with(Mark::dotted(Path::new(name, colour, sorted(points)), marker));
+            panel = panel.with(Mark::series(i, name, sorted(points)));
         }
         let caption =
             format!("Standard deviation of K over the distances of each tap angle (designs.csv){left}.");
@@ -124,8 +117,7 @@ fn budgets(table: &Table, whiskers: &[Whisker], fine: &[bool], drive: &str, left
 
 /// Strain, K and distance of single taps.
 fn of_taps(c: &mut Content, table: &Table, limits: Limits) -> Result<(), Error> {
-    let k = table.first(&["K", "K_mm"]).ok_or_else(|| lacks(table, "K"))?;
-    let drive = table.first(&DRIVES).ok_or_else(|| lacks(table, "theta_deg"))?;
+    let (k, drive) = (table.one_of(&["K", "K_mm"])?, table.one_of(&DRIVES)?);
     for name in WHISKER {
         table.numbers(name)?;
     }
@@ -136,7 +128,7 @@ fn of_taps(c: &mut Content, table: &Table, limits: Limits) -> Result<(), Error> 
     let (whiskers, of) = designs::whiskers(table, &limits.kept(table), k, WHISKERS)?;
     let left = left_out(table, whiskers.len(), of, k);
     let linear = linear(table)?;
-    let read = table.first(&["strain", "signal"]).ok_or_else(|| lacks(table, "strain"))?;
+    let read = table.one_of(&["strain", "signal"])?;
     let columns = Taps {
         a: table.numbers("a_mm")?,
         drive: table.numbers(drive)?,
@@ -159,35 +151,27 @@ fn of_taps(c: &mut Content, table: &Table, limits: Limits) -> Result<(), Error> 
         "Moment, or force, on the root".to_owned()
     };
     let theory = format!("{what}: exact rod (points) beside linear theory{share} (dashed)");
-    c.figure(Figure::new(
-        "strain_drive",
-        "Strain against the tap",
-        format!("{theory}, against the tap angle at {CURVES} distances or fewer (tuples.csv){left}."),
-        against_drive,
-    ));
-    c.figure(Figure::new(
-        "strain_distance",
-        "Strain against the distance",
-        format!("{theory}, against the contact distance at {CURVES} tap angles or fewer (tuples.csv){left}."),
-        against_a,
-    ));
-    c.figure(Figure::new(
-        "K",
-        "K over distance and tap",
-        format!(
-            "K = {} over contact distance and tap angle (tuples.csv){left}.",
-            match table.has("strain_2") {
-                true => "θ f(a) cos β̂/√(ε₁² + ε₂²), tan β̂ = ε₂/ε₁,",
-                false => "θ f(a)/|ε|",
-            }
-        ),
-        each(&|t, w| t.map(w)),
-    ));
+    let caption =
+        format!("{theory}, against the tap angle at {CURVES} distances or fewer (tuples.csv){left}.");
+    c.figure(Figure::new("strain_drive", "Strain against the tap", caption, against_drive));
+    let caption =
+        format!("{theory}, against the contact distance at {CURVES} tap angles or fewer (tuples.csv){left}.");
+    c.figure(Figure::new("strain_distance", "Strain against the distance", caption, against_a));
+    let caption = format!(
+        "K = {} over contact distance and tap angle (tuples.csv){left}.",
+        if table.has("strain_2") {
+            "θ f(a) cos β̂/√(ε₁² + ε₂²), tan β̂ = ε₂/ε₁,"
+        } else {
+            "θ f(a)/|ε|"
+        }
+    );
+    c.figure(Figure::new("K", "K over distance and tap", caption, each(&|t, w| t.map(w))));
     c.figure(Figure::new("distance", "Estimated distance", format!("Distance estimated from the strain with the mean K of each tap angle, against the true one; dotted: equal (tuples.csv){left}."), each(&|t, w| t.located(w, false))));
+    let caption = format!("Estimated less true distance, against the true one (tuples.csv){left}.");
     c.figure(Figure::new(
         "distance_error",
         "Error of the estimated distance",
-        format!("Estimated less true distance, against the true one (tuples.csv){left}."),
+        caption,
         each(&|t, w| t.located(w, true)),
     ));
     Ok(())
@@ -195,9 +179,7 @@ fn of_taps(c: &mut Content, table: &Table, limits: Limits) -> Result<(), Error> 
 
 /// Strains of linear theory: that of an upright pole, and of one that is tilted cos² β of it (model §6.3).
 fn linear(table: &Table) -> Result<Vec<f64>, InputError> {
-    let theory =
-        table.first(&["strain_linear", "signal_linear"]).ok_or_else(|| lacks(table, "strain_linear"))?;
-    let upright = table.numbers(theory)?;
+    let upright = table.numbers(table.one_of(&["strain_linear", "signal_linear"])?)?;
     if !table.has("tilt_deg") {
         return Ok(upright.to_vec());
     }
@@ -236,10 +218,9 @@ impl Taps<'_> {
         for (i, (value, name)) in values.into_iter().zip(names).enumerate() {
             let of =
                 |y: &[f64]| sorted(w.rows.iter().filter(|r| other[**r] == value).map(|r| (x[*r], y[*r])));
-            let (colour, marker) = series(i);
             panel = panel
                 .with(Mark::line(Path::new("linear theory", 4, of(self.linear)), 1))
-                .with(Mark::dotted(Path::new(name, colour, of(self.strain)), marker));
+                .with(Mark::series(i, name, of(self.strain)));
         }
         panel
     }
@@ -261,8 +242,7 @@ impl Taps<'_> {
         let all = w.rows.iter().map(|r| self.a[*r]);
         let (least, most) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(x, y), a| (x.min(a), y.max(a)));
         if error {
-            panel =
-                panel.with(Mark::Rule { along: Along::X, at: 0.0, name: String::new(), colour: 4, dash: 2 });
+            panel = panel.with(Mark::zero());
         } else {
             panel = panel.with(Mark::line(Path::new("â = a", 4, [(least, least), (most, most)]), 2));
         }
@@ -271,9 +251,7 @@ impl Taps<'_> {
         let names = quantity::told_apart(self.names[1], &drives);
         for (i, (drive, name)) in drives.into_iter().zip(names).enumerate().rev() {
             let rows = w.rows.iter().filter(|r| self.drive[**r] == drive);
-            let points = sorted(rows.map(|r| (self.a[*r], of[*r])));
-            let (colour, marker) = series(i);
-            panel = panel.with(Mark::dotted(Path::new(name, colour, points), marker));
+            panel = panel.with(Mark::series(i, name, sorted(rows.map(|r| (self.a[*r], of[*r])))));
         }
         panel
     }
@@ -292,8 +270,4 @@ fn left_out(table: &Table, shown: usize, of: usize, by: &str) -> String {
     let what =
         if designs::DIRECTIONS.iter().any(|d| table.has(d)) { "whiskers and directions" } else { "whiskers" };
     format!("; of {of} {what} the {shown} with the least {by} are shown")
-}
-
-fn lacks(table: &Table, column: &str) -> InputError {
-    InputError::new("the table lacks this column").at(table.file.clone(), None).key(column)
 }

@@ -193,22 +193,33 @@ impl Table {
         names.iter().copied().find(|n| self.place(n).is_some())
     }
 
+    /// The first of `names` that is a column.
+    ///
+    /// # Errors
+    /// None is: the first is missed.
+    pub fn one_of(&self, names: &[&'static str]) -> Result<&'static str, InputError> {
+        self.first(names).ok_or_else(|| self.lacks(names[0]))
+    }
+
+    fn lacks(&self, column: &str) -> InputError {
+        InputError::new("the table lacks this column").at(self.file.clone(), None).key(column)
+    }
+
     /// A column of numbers, NaN where one is missing.
     ///
     /// # Errors
     /// A column that is not there, or a field of it that is no number.
     pub fn numbers(&self, name: &str) -> Result<&[f64], InputError> {
-        let damaged = |why: &str| InputError::new(why).at(self.file.clone(), None).key(name);
-        let place = self.place(name).ok_or_else(|| damaged("the table lacks this column"))?;
+        let place = self.place(name).ok_or_else(|| self.lacks(name))?;
+        let damaged = |line: usize, text: &str| {
+            InputError::new("this is not a number").at(self.file.clone(), Some(line)).key(name).value(text)
+        };
         match &self.values[place] {
             Values::Numbers(numbers, None) => Ok(numbers),
-            Values::Numbers(_, Some((line, text))) => {
-                Err(damaged("this is not a number").at(self.file.clone(), Some(*line)).value(text))
-            }
+            Values::Numbers(_, Some((line, text))) => Err(damaged(*line, text)),
             Values::Words(places, words) => {
                 let row = places.iter().position(|p| *p > 0).unwrap_or(0);
-                let text = places.get(row).map_or("", |p| &words[*p as usize]);
-                Err(damaged("this is not a number").at(self.file.clone(), Some(row + 2)).value(text))
+                Err(damaged(row + 2, places.get(row).map_or("", |p| &words[*p as usize])))
             }
         }
     }

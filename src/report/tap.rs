@@ -2,7 +2,7 @@
 
 use super::answer;
 use super::budget::budget;
-use super::content::{Content, SHOWN};
+use super::content::Content;
 use super::designs::{DRIVES, SD};
 use super::quantity;
 use super::source::Source;
@@ -17,16 +17,9 @@ const LARGEST: [&str; 2] = ["strain_max", "signal_max"];
 const BEST: &str = "best within the limits";
 
 /// Everything of the folder of `tap`.
-///
-/// # Errors
-/// A table that is missing or damaged.
 pub fn content(source: &Source) -> Result<Content, Error> {
     let table = source.table("tap.csv")?;
-    let lacks = |column: &str| {
-        InputError::new("the table lacks this column").at(table.file.clone(), None).key(column)
-    };
-    let drive = table.first(&DRIVES).ok_or_else(|| lacks("theta_deg"))?;
-    let sd = table.first(&SD).ok_or_else(|| lacks("K_sd"))?;
+    let (drive, sd) = (table.one_of(&DRIVES)?, table.one_of(&SD)?);
     let result = &source.run["result"];
     let at =
         |which: &str, column: &str| Some((result[which][drive].as_f64()?, result[which][column].as_f64()?));
@@ -47,22 +40,14 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     let best = at("optimum", "total_rms_mm").map(|at| (BEST, at));
     let errors = free(budget("", drive, parts, best), "total_rms_mm");
     let why = result["why"].as_str().unwrap_or_default();
-    c.figure(Figure::new(
-        "budget",
-        "Error of the distance",
-        format!("Bias of the estimate and noise of the gauge add in quadrature (tap.csv). {why}"),
-        vec![errors],
-    ));
+    let caption = format!("Bias of the estimate and noise of the gauge add in quadrature (tap.csv). {why}");
+    c.figure(Figure::new("budget", "Error of the distance", caption, vec![errors]));
     let spread = Panel::new("", quantity::axis(drive), quantity::axis(sd))
         .with(Mark::line(Path::new("SD of K", 0, column(sd)?), 0));
-    c.figure(Figure::new(
-        "sd",
-        "Spread of K",
-        "Standard deviation of K over the distances (tap.csv).",
-        vec![optimum(spread, sd)],
-    ));
+    let caption = "Standard deviation of K over the distances (tap.csv).";
+    c.figure(Figure::new("sd", "Spread of K", caption, vec![optimum(spread, sd)]));
     let limit = source.in_force("gauge.strain_limit").and_then(|t| t.parse().ok()).unwrap_or(f64::NAN);
-    let most = table.first(&LARGEST).ok_or_else(|| lacks(LARGEST[0]))?;
+    let most = table.one_of(&LARGEST)?;
     let (what, title) = match most == LARGEST[0] {
         true => ("strain", "Strain of the gauge"),
         false => ("signal", "What the sensor reads"),
@@ -79,12 +64,8 @@ pub fn content(source: &Source) -> Result<Content, Error> {
             dash: 1,
         });
     }
-    c.figure(Figure::new(
-        "strain",
-        title,
-        format!("Largest {what} over the distances (tap.csv)."),
-        vec![optimum(strain, most)],
-    ));
+    let caption = format!("Largest {what} over the distances (tap.csv).");
+    c.figure(Figure::new("strain", title, caption, vec![optimum(strain, most)]));
     if let Some(best) = result["optimum"][drive].as_f64() {
         c.facts.push(("best tap".to_owned(), quantity::said(drive, best)));
     }
@@ -97,6 +78,6 @@ pub fn content(source: &Source) -> Result<Content, Error> {
         c.fact(name, &result["optimum"][key]);
     }
     c.fact("limited by", &result["limited_by"]);
-    c.table(&table, (0..table.len.min(SHOWN)).collect(), "the first", false);
+    c.first(&table, false);
     Ok(c)
 }

@@ -1,5 +1,7 @@
 //! Figures of a census of errors.
 
+use indexmap::IndexSet;
+
 use super::answer;
 use super::content::Content;
 use super::source::Source;
@@ -7,29 +9,18 @@ use crate::error::Error;
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path};
 
 /// Everything of the folder of `verify`.
-///
-/// # Errors
-/// A table that is missing or damaged.
 pub fn content(source: &Source) -> Result<Content, Error> {
     let mut c = Content::default();
     let table = source.table("verify.csv")?;
     c.answer = answer::of_verify(&table)?;
-    let mut places: Vec<(String, String)> = Vec::new();
     let place = |r: usize| (table.word("backend", r), table.word("precision", r));
-    for r in 0..table.len {
-        if !places.contains(&place(r)) {
-            places.push(place(r));
-        }
-    }
+    let places: IndexSet<(String, String)> = (0..table.len).map(place).collect();
     let mut panels = Vec::new();
     for p in &places {
         let rows = table.rows(|r| place(r) == *p);
         let names = rows.iter().rev().map(|r| table.word("configuration", *r)).collect();
-        let mut panel = Panel::new(
-            format!("{} {}", p.0, p.1),
-            Axis::log("strain error, relative", ""),
-            Axis::words("", names),
-        );
+        let (x, y) = (Axis::log("strain error, relative", ""), Axis::words("", names));
+        let mut panel = Panel::new(format!("{} {}", p.0, p.1), x, y);
         for (name, column, colour, marker) in [
             ("median", "strain_error_median", 2, Marker::Circle),
             ("99 % of taps below", "strain_error_p99", 0, Marker::Square),

@@ -233,16 +233,10 @@ impl Packed for Values {
             2 => {
                 let (known, codes): (Vec<String>, Vec<u32>) = from.take()?;
                 let fits = codes.iter().all(|code| (*code as usize) < known.len());
-                Self::Words(Words { known, codes, last: None }).filter(fits)?
+                Self::Words(fits.then_some(Words { known, codes, last: None })?)
             }
             _ => return None,
         })
-    }
-}
-
-impl Values {
-    fn filter(self, keep: bool) -> Option<Self> {
-        keep.then_some(self)
     }
 }
 

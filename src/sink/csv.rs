@@ -1,6 +1,6 @@
 //! Tables as comma-separated text: UTF-8, LF, shortest round-trip numbers, empty where a value is missing.
 
-use super::table::{Field, Sink};
+use super::table::Field;
 use crate::error::Error;
 
 /// Rows as bytes of a CSV file, formatted away from the file so that it can be done in parallel.
@@ -24,12 +24,6 @@ impl Text {
     /// None but a row of another width, here and below: rows are written to memory.
     pub fn header(&mut self, columns: &[&str]) -> Result<(), Error> {
         self.writer.write_record(columns).map_err(failed)
-    }
-
-    /// One row that starts with `words`; `fields` is left empty for the next.
-    pub fn named_row(&mut self, words: &[&str], fields: &mut Vec<Field>) -> Result<(), Error> {
-        words.iter().try_for_each(|w| self.writer.write_field(w)).map_err(failed)?;
-        self.row(fields)
     }
 
     /// One row; `fields` is left empty for the next.
@@ -71,14 +65,6 @@ impl Text {
     /// What has been written.
     pub fn into_bytes(self) -> Vec<u8> {
         self.writer.into_inner().expect("writing to memory does not fail")
-    }
-}
-
-impl Sink for Text {
-    type Error = Error;
-
-    fn row(&mut self, fields: &mut Vec<Field>) -> Result<(), Error> {
-        Text::row(self, fields)
     }
 }
 

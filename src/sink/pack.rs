@@ -118,6 +118,22 @@ macro_rules! tuples {
 }
 tuples!((A 0, B 1), (A 0, B 1, C 2), (A 0, B 1, C 2, D 3));
 
+/// Packs structs as their fields, in this order.
+macro_rules! packed {
+    ($($t:ty { $($field:ident),* })*) => {$(
+        impl $crate::sink::pack::Packed for $t {
+            fn pack(&self, to: &mut $crate::sink::pack::Packer<'_>) {
+                $($crate::sink::pack::Packed::pack(&self.$field, to);)*
+            }
+            fn unpack(from: &mut $crate::sink::pack::Unpacker<'_>) -> Option<Self> {
+                Some(Self { $($field: from.take()?),* })
+            }
+        }
+    )*};
+}
+pub(crate) use packed;
+packed!(Direction { tilt, lean });
+
 impl Packed for bool {
     fn pack(&self, to: &mut Packer<'_>) {
         u8::from(*self).pack(to);
@@ -214,16 +230,6 @@ impl Packed for Tuple {
     }
 }
 
-impl Packed for Direction {
-    fn pack(&self, to: &mut Packer<'_>) {
-        [self.tilt, self.lean].pack(to);
-    }
-    fn unpack(from: &mut Unpacker<'_>) -> Option<Self> {
-        let [tilt, lean] = from.take()?;
-        Some(Self { tilt, lean })
-    }
-}
-
 impl Packed for Figures {
     fn pack(&self, to: &mut Packer<'_>) {
         self.n.pack(to);
@@ -241,44 +247,37 @@ impl Packed for Figures {
     }
 }
 
+/// Its numbers, in the order in which they are packed.
+fn numbers(o: &mut Outcome) -> [&mut f64; 9] {
+    [
+        &mut o.strain,
+        &mut o.strain_linear,
+        &mut o.deviation,
+        &mut o.normal_force,
+        &mut o.tangential_force,
+        &mut o.arc,
+        &mut o.strain_2,
+        &mut o.azimuth,
+        &mut o.slide,
+    ]
+}
+
 impl Packed for Outcome {
     fn pack(&self, to: &mut Packer<'_>) {
-        [self.strain, self.strain_linear, self.deviation, self.normal_force, self.tangential_force, self.arc]
-            .pack(to);
-        [self.strain_2, self.azimuth, self.slide].pack(to);
+        numbers(&mut { *self }).map(|x| *x).pack(to);
         (self.sweeps, self.status).pack(to);
         (self.sticking, self.interpolated, self.referred).pack(to);
-        let wrench = Some(self.wrench).filter(|wrench| !wrench[0].is_nan());
-        (wrench.is_some()).pack(to);
-        if let Some(wrench) = wrench {
-            wrench.pack(to);
-        }
+        Some(self.wrench).filter(|wrench| !wrench[0].is_nan()).pack(to);
     }
     fn unpack(from: &mut Unpacker<'_>) -> Option<Self> {
-        let [strain, strain_linear, deviation, normal_force, tangential_force, arc] = from.take()?;
-        let [strain_2, azimuth, slide] = from.take()?;
-        let (sweeps, status) = from.take()?;
-        let (sticking, interpolated, referred) = from.take()?;
-        let told: bool = from.take()?;
-        let wrench = if told { from.take()? } else { [f64::NAN; 3] };
-        Some(Self {
-            strain,
-            strain_2,
-            strain_linear,
-            deviation,
-            normal_force,
-            tangential_force,
-            arc,
-            wrench,
-            azimuth,
-            slide,
-            axial: f64::NAN,
-            sticking,
-            sweeps,
-            interpolated,
-            referred,
-            status,
-        })
+        let mut outcome = Self::NOTHING;
+        for x in numbers(&mut outcome) {
+            *x = from.take()?;
+        }
+        (outcome.sweeps, outcome.status) = from.take()?;
+        (outcome.sticking, outcome.interpolated, outcome.referred) = from.take()?;
+        outcome.wrench = from.take::<Option<_>>()?.unwrap_or([f64::NAN; 3]);
+        Some(outcome)
     }
 }
 

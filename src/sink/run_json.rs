@@ -6,7 +6,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::folder::hash;
-use super::pack::{Packed, Packer, Unpacker};
+use super::pack::{Packed, Packer, Unpacker, packed};
 use crate::backend::Backend;
 use crate::reduce::{Largest, Sweeps};
 use crate::scene::Spec;
@@ -84,12 +84,14 @@ impl Effort {
     }
 }
 
+packed!(Effort { taps, spent, most });
+
 impl Packed for Counts {
     fn pack(&self, to: &mut Packer<'_>) {
         ([self.taps, self.solved, self.interpolated, self.referred], self.rows).pack(to);
         let status: BTreeMap<String, u64> = self.status.iter().map(|(w, n)| ((*w).to_owned(), *n)).collect();
         (status, self.complete, self.kept).pack(to);
-        (self.sweeps.taps, self.sweeps.spent, self.sweeps.most, self.strain.get()).pack(to);
+        (self.sweeps, self.strain.get()).pack(to);
     }
 
     fn unpack(from: &mut Unpacker<'_>) -> Option<Self> {
@@ -97,7 +99,7 @@ impl Packed for Counts {
         let (status, complete, kept): (BTreeMap<String, u64>, _, _) = from.take()?;
         let known = || Status::ALL.into_iter().map(|(_, word)| word).chain(["ok"]);
         let status = status.into_iter().map(|(word, n)| Some((known().find(|w| *w == word)?, n)));
-        let (n, spent, most, largest): (u64, f64, f64, Option<f64>) = from.take()?;
+        let (sweeps, largest): (_, Option<f64>) = from.take()?;
         let mut strain = Largest::default();
         largest.into_iter().for_each(|x| strain.push(x));
         Some(Self {
@@ -107,11 +109,11 @@ impl Packed for Counts {
             referred,
             rows,
             status: status.collect::<Option<_>>()?,
-            chart: None,
             complete,
             kept,
-            sweeps: Effort { taps: n, spent, most },
+            sweeps,
             strain,
+            ..Self::default()
         })
     }
 }

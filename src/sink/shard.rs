@@ -65,9 +65,9 @@ impl Shard {
             return cannot("one task alone does not say of how many parts it is one");
         }
         if (max - min) / step + 1 != count || (id - min) % step != 0 {
-            return cannot(
-                "its tasks do not follow each other in even steps, so that which part each is cannot be told",
-            );
+            let why =
+                "its tasks do not follow each other in even steps, so that which part each is cannot be told";
+            return cannot(why);
         }
         Ok(Self { index: (id - min) / step + 1, of: count })
     }

@@ -1,4 +1,5 @@
 //! A table that is being written, in its format: from its first row to its last, also by a run that goes on where another stopped.
+//! Each step fails where the file cannot be read or written.
 
 use super::csv::Text;
 use super::folder::{Folder, Mark, Output};
@@ -9,12 +10,10 @@ use super::table::Table;
 use crate::error::Error;
 
 /// A table on its way to its file.
-pub struct Sheet {
-    file: File,
-}
-
-enum File {
+pub enum Sheet {
+    /// Comma-separated text.
     Csv(Box<Output>),
+    /// Apache Parquet.
     Parquet(Box<parquet::Writer>),
 }
 
@@ -40,29 +39,22 @@ impl About<'_> {
 
 impl Sheet {
     /// A new table in `folder`.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
     pub fn new(folder: &mut Folder, about: &About<'_>) -> Result<Self, Error> {
         let (mut output, columns) = (folder.file(&about.name())?, about.columns);
-        let file = match about.format {
+        Ok(match about.format {
             TableFormat::Csv => {
                 let mut text = Text::default();
                 text.header(columns)?;
                 output.write(&text.into_bytes())?;
-                File::Csv(Box::new(output))
+                Self::Csv(Box::new(output))
             }
             TableFormat::Parquet => {
-                File::Parquet(Box::new(parquet::Writer::new(output, columns, about.provenance)?))
+                Self::Parquet(Box::new(parquet::Writer::new(output, columns, about.provenance)?))
             }
-        };
-        Ok(Self { file })
+        })
     }
 
     /// Goes on with the table whose [`Self::pack`] is `state`; `None` where it, or the file, is not what it was.
-    ///
-    /// # Errors
-    /// A file that cannot be read or written.
     pub fn resume(
         folder: &mut Folder,
         about: &About<'_>,
@@ -71,65 +63,53 @@ impl Sheet {
         let Some(mark) = state.take::<Mark>() else { return Ok(None) };
         let Some(output) = folder.file_again(&about.name(), &mark)? else { return Ok(None) };
         Ok(match about.format {
-            TableFormat::Csv => Some(Self { file: File::Csv(Box::new(output)) }),
+            TableFormat::Csv => Some(Self::Csv(Box::new(output))),
             TableFormat::Parquet => {
                 let writer = parquet::Writer::resume(output, about.columns, about.provenance, state)?;
-                writer.map(|writer| Self { file: File::Parquet(Box::new(writer)) })
+                writer.map(|writer| Self::Parquet(Box::new(writer)))
             }
         })
     }
 
     /// What [`Self::resume`] needs beside the file as it is now.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
     pub fn pack(&mut self, to: &mut Packer<'_>) -> Result<(), Error> {
         self.output().mark()?.pack(to);
-        match &self.file {
-            File::Csv(_) => Ok(()),
-            File::Parquet(writer) => writer.pack(to),
+        match self {
+            Self::Csv(_) => Ok(()),
+            Self::Parquet(writer) => writer.pack(to),
         }
     }
 
     /// Appends rows.
-    ///
-    /// # Errors
-    /// A file that cannot be written; rows of another format.
     pub fn write(&mut self, rows: Rows) -> Result<(), Error> {
-        match (&mut self.file, rows) {
-            (File::Csv(output), Rows::Text(text)) => output.write(&text.into_bytes()),
-            (File::Parquet(writer), Rows::Columns(columns)) => writer.write(&columns),
+        match (self, rows) {
+            (Self::Csv(output), Rows::Text(text)) => output.write(&text.into_bytes()),
+            (Self::Parquet(writer), Rows::Columns(columns)) => writer.write(&columns),
             _ => Err(Error::Run("rows of another format".into())),
         }
     }
 
     /// Appends lines as they are.
-    ///
-    /// # Errors
-    /// A file that cannot be written, or is no text.
     pub fn lines(&mut self, bytes: &[u8]) -> Result<(), Error> {
-        match &mut self.file {
-            File::Csv(output) => output.write(bytes),
-            File::Parquet(_) => Err(Error::Run("rows of another format".into())),
+        match self {
+            Self::Csv(output) => output.write(bytes),
+            Self::Parquet(_) => Err(Error::Run("rows of another format".into())),
         }
     }
 
     /// The file on the way.
     pub fn output(&mut self) -> &mut Output {
-        match &mut self.file {
-            File::Csv(output) => output,
-            File::Parquet(writer) => writer.output(),
+        match self {
+            Self::Csv(output) => output,
+            Self::Parquet(writer) => writer.output(),
         }
     }
 
     /// Ends the file.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
     pub fn close(self) -> Result<(), Error> {
-        match self.file {
-            File::Csv(output) => output.close(),
-            File::Parquet(writer) => writer.close(),
+        match self {
+            Self::Csv(output) => output.close(),
+            Self::Parquet(writer) => writer.close(),
         }
     }
 }

@@ -44,12 +44,8 @@ impl About {
             "name": b.name, "adapter": b.adapter, "driver": b.driver, "precision": b.precision, "tolerance": b.tolerance,
         });
         let question = Question::of_scene("sweep", spec, Value::Null);
-        let provenance = run_json::document(
-            "sweep",
-            run_json::spec(spec),
-            json!({ "in_force": question.lasting(), "backend": backend }),
-        )
-        .to_string();
+        let body = json!({ "in_force": question.lasting(), "backend": backend });
+        let provenance = run_json::document("sweep", run_json::spec(spec), body).to_string();
         // Listed tuples are known by their hash.
         let study = &spec.study;
         let space = if listed { String::new() } else { format!("{:?}", study.space) };

@@ -2,7 +2,7 @@
 
 use super::select::Best;
 use crate::chart::lanes::{Found, Words};
-use crate::sink::pack::{Packed, Packer, Unpacker};
+use crate::sink::pack::{Packed, Packer, Unpacker, packed};
 
 /// How far a ranked sweep is.
 pub(super) enum At {
@@ -11,6 +11,8 @@ pub(super) enum At {
     /// The rows kept, and how many of their designs are written.
     Kept(Vec<(u64, u32)>, u64),
 }
+
+packed!(Words { ok, slipped, strain, rootless, ambiguous, invalid });
 
 impl Packed for At {
     fn pack(&self, to: &mut Packer<'_>) {
@@ -27,9 +29,7 @@ impl Packed for At {
     fn unpack(from: &mut Unpacker<'_>) -> Option<Self> {
         match from.take::<u8>()? {
             0 => {
-                let (next, rows, complete) = from.take()?;
-                let ([ok, slipped, strain, rootless, ambiguous, invalid], best) = from.take()?;
-                let words = Words { ok, slipped, strain, rootless, ambiguous, invalid };
+                let (next, rows, complete, (words, best)) = from.take()?;
                 Some(Self::Ranked(next, Found { rows, complete, words, ..Found::default() }, best))
             }
             1 => Some(Self::Kept(from.take()?, from.take()?)),
@@ -40,11 +40,10 @@ impl Packed for At {
 
 /// Packs [`At::Ranked`] without taking it.
 pub(super) fn pack_ranked((next, found, best): (u64, &Found, &Best), to: &mut Packer<'_>) {
-    let w = &found.words;
     0u8.pack(to);
     next.pack(to);
     found.rows.pack(to);
     found.complete.pack(to);
-    [w.ok, w.slipped, w.strain, w.rootless, w.ambiguous, w.invalid].pack(to);
+    found.words.pack(to);
     best.pack(to);
 }

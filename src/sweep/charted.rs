@@ -20,7 +20,7 @@ use crate::kernel::ranking::{Case, Charts, Ranking};
 use crate::plan::{Layout, Plan};
 use crate::reduce::Sweeps;
 use crate::scene::Tuple;
-use crate::sink::run_json::Counts;
+use crate::sink::{run_json::Counts, table::AtDrive};
 use crate::statistics::Reduction;
 use crate::status::Status;
 
@@ -290,19 +290,10 @@ fn solve(run: &mut Run<'_>, layout: &Layout, rows: &[(f32, u64, u32)]) -> Result
             for (i, tap) in taps.iter().enumerate() {
                 reduced.estimate((i, 0), place(i), tap);
             }
-            let (row, unit) = (reduced.drives[0], reduced.unit());
+            let (row, unit) = (reduced.drives[0].figures(), reduced.unit());
             let rank = reduced.rank(0, study.listed_by())?;
-            let charted = rows[at].0;
-            Some(Kept {
-                rank,
-                index: (k, j),
-                design: design.tuple,
-                direction,
-                drive,
-                row: row.figures(),
-                unit,
-                charted,
-            })
+            let row = AtDrive { design: &design.tuple, direction, drive, row, unit };
+            Some(Kept { charted: rows[at].0, ..Kept::of(&row, rank, (k, j)) })
         };
         kept.par_extend((0..rows.len()).into_par_iter().filter_map(one));
     }

@@ -12,7 +12,6 @@ use crate::needed::Needed;
 use crate::plan::Plan;
 use crate::progress::Progress;
 use crate::scene::Spec;
-use crate::sink::run_json::Seconds;
 
 /// Does what `plan`, of `spec` on `choice`, says, and gives the tables that it asks for; nothing is written, and a stopped one cannot go on. With
 /// `needed` by the model that it says, which is in `spec`, or by the fuller one that the rows kept turn out to need.
@@ -27,7 +26,7 @@ pub fn collect(
     needed: Option<&mut Needed>,
 ) -> Result<(Report, Tables), Error> {
     let Some(needed) = needed else {
-        let clock = Clock { start: Instant::now(), before: choice.seconds + plan.seconds, chart: plan.chart };
+        let clock = Clock::new(&plan, choice.seconds);
         let done = attempt(spec, &plan, choice, (stop, progress), (clock, None))?;
         return Ok(done.expect("without a model to check every sweep is done"));
     };
@@ -55,20 +54,7 @@ fn attempt(
     run.handed = run.handed.on(choice.backend.device.clone());
     routes(&mut run, spec)?;
     let Checked::Holds(model_error) = checked(&run, needed)? else { return Ok(None) };
-    let Run { writers, counts, best, solve, handed, .. } = run;
-    let (ranked, total) = (counts.complete.unwrap_or(best.offered), clock.start.elapsed().as_secs_f64());
-    let seconds =
-        Seconds { total: total + clock.before, open, chart: clock.chart, solve: solve.as_secs_f64() };
-    let report = Report {
-        files: Vec::new(),
-        removed: Vec::new(),
-        counts,
-        seconds,
-        backend: choice.backend.clone(),
-        highlights: best.into_rows(),
-        ranked,
-        model_error,
-        handed_over: handed.described(),
-    };
+    let (report, writers, _) = Report::of(run, choice, clock, open);
+    let report = Report { model_error, ..report };
     Ok(Some((report, writers.into_tables())))
 }

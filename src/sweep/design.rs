@@ -64,7 +64,6 @@ pub(super) fn render(
 ) -> Result<Rendered, Error> {
     let none = || Rows::new(wanted.form);
     let mut reduced = Reduction::new(&study.setup, design, axes.reach, axes.n);
-    let elongation = reduced.elongation;
     taps(&mut |(i, j), tap, _| {
         reduced.count((i, j), ((axes.distance)(i).0, (axes.stroke)(j).drive), tap);
         Ok(())
@@ -87,9 +86,7 @@ pub(super) fn render(
         out.counts.taps += 1;
         out.counts.note(tap.status | estimated.status, 1);
         if write_tuples && wanted.drives.is_none_or(|kept| kept.contains(&(j as u32))) {
-            let channels = reduced.of_channels((a, drive), tap);
-            let estimated = &estimated;
-            let row = TapRow { design, a, direction, drive, tap, estimated, elongation, channels };
+            let row = TapRow::of(&reduced, design, (a, direction, drive), (tap, &estimated));
             fields(&TapRow::COLUMNS, &study.setup, &row, &mut values);
             text.row(&mut values)?;
             out.rows[0] += 1;
@@ -107,23 +104,14 @@ pub(super) fn render(
     for (j, row) in reduced.drives.iter().enumerate() {
         let stroke = (axes.stroke)(j);
         let (direction, drive, row) = (stroke.direction(), stroke.drive, row.figures());
+        let at = AtDrive { design: &design.tuple, direction, drive, row, unit };
         if (wanted.tables)(Table::Designs) {
-            let at = AtDrive { design: &design.tuple, direction, drive, row, unit };
             fields(&AtDrive::COLUMNS, &study.setup, &at, &mut values);
             out.designs.row(&mut values)?;
             out.rows[1] += 1;
         }
         let rank = reduced.rank(j, study.listed_by());
-        out.candidates.extend(rank.map(|rank| Kept {
-            rank,
-            index: (k, j as u32),
-            design: design.tuple,
-            direction,
-            drive,
-            row,
-            unit,
-            charted: f32::NAN,
-        }));
+        out.candidates.extend(rank.map(|rank| Kept::of(&at, rank, (k, j as u32))));
     }
     if (wanted.tables)(Table::Distances) {
         for (i, row) in reduced.distances.iter().enumerate() {
@@ -137,15 +125,10 @@ pub(super) fn render(
     Ok(out)
 }
 
-/// Best of the candidates of one design: smallest value, then smallest index.
-fn best(candidates: &[Kept]) -> Option<Kept> {
-    candidates.iter().min_by(|a, b| a.rank.total_cmp(&b.rank).then(a.index.cmp(&b.index))).cloned()
-}
-
 /// The candidates that compete: every row, or each design's best.
 pub(super) fn competing(per: Per, candidates: Vec<Kept>) -> Vec<Kept> {
     match per {
         Per::Row => candidates,
-        Per::Design => best(&candidates).into_iter().collect(),
+        Per::Design => candidates.into_iter().min_by(Kept::order).into_iter().collect(),
     }
 }

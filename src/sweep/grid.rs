@@ -49,13 +49,8 @@ pub(super) fn run(run: &mut Run<'_>, layout: &Layout) -> Result<(), Error> {
     }
     let (mut places, from) = at;
     places.sort_unstable();
-    let mut order: Vec<(u64, Vec<u32>)> = Vec::new();
-    for (k, j) in &places {
-        match order.last_mut() {
-            Some((last, drives)) if last == k => drives.push(*j),
-            _ => order.push((*k, vec![*j])),
-        }
-    }
+    let of_design = |rows: &[(u64, u32)]| (rows[0].0, rows.iter().map(|(_, j)| *j).collect());
+    let order: Vec<(u64, Vec<u32>)> = places.chunk_by(|p, q| p.0 == q.0).map(of_design).collect();
     let drives = |k: u64| order.binary_search_by_key(&k, |(k, _)| *k).ok().map(|at| order[at].1.clone());
     let mut designs = order.iter().map(|(k, _)| *k).skip(from as usize);
     let (mut next, of) = (from, order.len() as u64);

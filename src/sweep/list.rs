@@ -118,17 +118,9 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
         let complete = reduced.drives.iter().enumerate().filter_map(|(j, row)| {
             let rank = row.rank(study.listed_by(), unit)?;
             let (drive, direction) = group.drives.values[j];
+            let row = AtDrive { design: &design.tuple, direction, drive, row: row.figures(), unit };
             // Ties go to the row that stood first in the file.
-            Some(Kept {
-                rank,
-                index: (rows[group.drives.first[j]], j as u32),
-                design: design.tuple,
-                direction,
-                drive,
-                row: row.figures(),
-                unit,
-                charted: f32::NAN,
-            })
+            Some(Kept::of(&row, rank, (rows[group.drives.first[j]], j as u32)))
         });
         let complete: Vec<Kept> = complete.collect();
         match &mut best_rows {
@@ -228,16 +220,8 @@ fn write_tuples(
             let (mut text, mut values) = (Rows::new(form), Vec::new());
             for &r in rows {
                 let (t, d) = (&tuples[r], of_row[r] as usize);
-                let row = TapRow {
-                    design: &designs[d],
-                    a: t.a,
-                    direction: t.direction(),
-                    drive: t.drive,
-                    tap: &outcomes[r],
-                    estimated: &estimates[r],
-                    elongation: reduced[d].elongation,
-                    channels: reduced[d].of_channels((t.a, t.drive), &outcomes[r]),
-                };
+                let at = (t.a, t.direction(), t.drive);
+                let row = TapRow::of(&reduced[d], &designs[d], at, (&outcomes[r], &estimates[r]));
                 fields(&TapRow::COLUMNS, &run.study.setup, &row, &mut values);
                 text.row(&mut values)?;
             }

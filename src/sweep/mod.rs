@@ -118,7 +118,7 @@ pub fn run(
     target: &Target<'_>,
     progress: &mut dyn Progress,
 ) -> Result<Report, Error> {
-    let clock = Clock { start: Instant::now(), before: choice.seconds + plan.seconds, chart: plan.chart };
+    let clock = Clock::new(plan, choice.seconds);
     let report = attempt(spec, plan, choice, target, progress, (clock, None))?;
     Ok(report.expect("without a model to check every sweep is done"))
 }
@@ -130,6 +130,35 @@ struct Clock {
     before: f64,
     /// Making charts, in this and in earlier attempts.
     chart: Option<f64>,
+}
+
+impl Clock {
+    fn new(plan: &Plan, before: f64) -> Self {
+        Self { start: Instant::now(), before: before + plan.seconds, chart: plan.chart }
+    }
+
+    fn total(&self) -> f64 {
+        self.start.elapsed().as_secs_f64() + self.before
+    }
+}
+
+impl Report {
+    /// What `run` on `choice`, whose device took `open` seconds, comes to, where its tables go, and what keeps it.
+    fn of(run: Run<'_>, choice: &Choice, clock: Clock, open: f64) -> (Self, Writers, Option<Keeper>) {
+        let Run { writers, counts, best, solve, keeper, handed, .. } = run;
+        let report = Self {
+            files: Vec::new(),
+            removed: Vec::new(),
+            seconds: Seconds { total: clock.total(), open, chart: clock.chart, solve: solve.as_secs_f64() },
+            backend: choice.backend.clone(),
+            ranked: counts.complete.unwrap_or(best.offered),
+            counts,
+            highlights: best.into_rows(),
+            model_error: None,
+            handed_over: handed.described(),
+        };
+        (report, writers, keeper)
+    }
 }
 
 /// One sweep; `None`, and nothing is written, where its kept rows show that its model does not do.
@@ -174,20 +203,16 @@ fn attempt(
     let guard = needed.as_ref().zip(full.as_ref()).map(|(needed, full)| needed.guard(full)).transpose()?;
     run.evaluator = run.evaluator.guarded(guard);
     let done = routes(&mut run, spec).and_then(|()| checked(&run, needed));
-    let Run { writers, counts, best, solve, keeper, handed, .. } = run;
+    let (mut report, writers, keeper) = Report::of(run, choice, clock, open);
     let Some(keeper) = keeper else { return Err(Error::Run("a sweep without a folder".into())) };
-    let ranked = counts.complete.unwrap_or(best.offered);
-    let highlights = best.into_rows();
-    let model_error = match done.and_then(|told| writers.close().map(|()| told)) {
+    report.model_error = match done.and_then(|told| writers.close().map(|()| told)) {
         Ok(Checked::Holds(told)) => told,
         Ok(Checked::Astray) => return Ok(None),
         Err(e) => return Err(keeper.explain(e)),
     };
-    let total = clock.start.elapsed().as_secs_f64() + clock.before + keeper.before;
-    let seconds = Seconds { total, open, chart: clock.chart, solve: solve.as_secs_f64() };
-    let handed_over = handed.described();
-    let told = [model_error.as_ref(), handed_over.as_ref()];
-    let mut document = run_json::of_sweep(spec, &choice.backend, &counts, seconds, told);
+    report.seconds.total = clock.total() + keeper.before;
+    let told = [report.model_error.as_ref(), report.handed_over.as_ref()];
+    let mut document = run_json::of_sweep(spec, &choice.backend, &report.counts, report.seconds, told);
     if let Some(head) = &resumed {
         document["resumed"] = json!({ "from": head.done, "seconds_before": head.seconds });
     }
@@ -204,19 +229,8 @@ fn attempt(
         return Err(Error::Run(format!("{}: {why}", file.path().display())));
     }
     folder.run_json(&document)?;
-    let Written { files, removed, .. } = folder.finish()?;
-    let backend = choice.backend.clone();
-    Ok(Some(Report {
-        files,
-        removed,
-        counts,
-        seconds,
-        backend,
-        highlights,
-        ranked,
-        model_error,
-        handed_over,
-    }))
+    Written { files: report.files, removed: report.removed, .. } = folder.finish()?;
+    Ok(Some(report))
 }
 
 /// The way of the space.

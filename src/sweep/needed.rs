@@ -2,7 +2,6 @@
 
 use std::collections::HashMap;
 use std::sync::Arc;
-use std::time::Instant;
 
 use serde_json::Value;
 
@@ -45,8 +44,7 @@ pub(super) fn until_it_holds<T>(
     needed: &mut Needed,
     attempt: &mut Attempt<'_, T>,
 ) -> Result<T, Error> {
-    let before = choice.seconds + plan.seconds + needed.seconds[0];
-    let mut clock = Clock { start: Instant::now(), before, chart: plan.chart };
+    let mut clock = Clock::new(&plan, choice.seconds + needed.seconds[0]);
     loop {
         if let Some(done) = attempt(spec, &plan, (clock, Some(&mut *needed)))? {
             return Ok(done);

@@ -100,11 +100,7 @@ fn place(i: u64, n: u64) -> u64 {
 fn grid(run: &mut Run<'_>, layout: &Layout, curves: f64) -> Result<f64, Error> {
     let tables: Vec<Table> = match run.study.output.top {
         Some(_) => Vec::new(),
-        None => [(Table::Tuples, 0), (Table::Designs, 1), (Table::Distances, 2)]
-            .into_iter()
-            .filter(|(_, at)| run.plan.rows[*at] > 0)
-            .map(|(table, _)| table)
-            .collect(),
+        None => Table::ALL.into_iter().filter(|table| run.plan.rows[*table as usize] > 0).collect(),
     };
     let passes = if layout.block() > KEEP { 2.0 } else { 1.0 };
     if layout.block() > CHUNK / 8 {

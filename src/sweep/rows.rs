@@ -157,26 +157,12 @@ fn write(
             let unit = unit(design);
             let (direction, drive) = (design.direction(), design.drive);
             let (rank, row) = (row.rank(by, unit), row.figures());
-            fields(
-                &AtDrive::COLUMNS,
-                &study.setup,
-                &AtDrive { design, direction, drive, row, unit },
-                &mut values,
-            );
+            let row = AtDrive { design, direction, drive, row, unit };
+            fields(&AtDrive::COLUMNS, &study.setup, &row, &mut values);
             out.row(&mut values)?;
             if let Some(rank) = rank {
                 let r = places[p * PIECE + i];
-                let index = (r / layout.n_drives, (r % layout.n_drives) as u32);
-                best.offer(Kept {
-                    rank,
-                    index,
-                    design: *design,
-                    direction,
-                    drive,
-                    row,
-                    unit,
-                    charted: f32::NAN,
-                });
+                best.offer(Kept::of(&row, rank, (r / layout.n_drives, (r % layout.n_drives) as u32)));
             }
         }
         Ok((out, best, rows.len() as u64))

@@ -84,27 +84,31 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Outcomes of `tasks`; `Err` when asked to stop.
-    pub fn evaluate(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, Error> {
+    /// Does `f` unless asked to stop, and notes the time and the sweeps that it took.
+    fn timed<R, E>(&mut self, f: impl FnOnce(&mut Evaluator<'a>) -> Result<R, E>) -> Result<R, Error>
+    where
+        Error: From<E>,
+    {
         self.check_stop()?;
         let start = Instant::now();
-        let outcomes = self.evaluator.run(designs, tasks)?;
+        let done = f(&mut self.evaluator)?;
         self.solve += start.elapsed();
-        self.counts.solved += outcomes.len() as u64;
-        self.note(&outcomes);
+        self.counts.sweeps.merge(&self.evaluator.take_sweeps());
+        Ok(done)
+    }
+
+    /// Outcomes of `tasks`; `Err` when asked to stop.
+    pub fn evaluate(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, Error> {
+        let outcomes = self.timed(|evaluator| evaluator.run(designs, tasks))?;
+        self.note(&outcomes, outcomes.len() as u64);
         Ok(outcomes)
     }
 
     /// As [`Self::evaluate`], read from charts where the plan has any.
     pub fn read(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, Error> {
-        self.check_stop()?;
-        let start = Instant::now();
-        let outcomes = self.evaluator.read(designs, tasks)?;
-        self.solve += start.elapsed();
-        let interpolated = outcomes.iter().filter(|o| o.interpolated).count() as u64;
-        self.counts.interpolated += interpolated;
-        self.counts.solved += outcomes.len() as u64 - interpolated;
-        self.note(&outcomes);
+        let outcomes = self.timed(|evaluator| evaluator.read(designs, tasks))?;
+        let interpolated = self.interpolated(&outcomes);
+        self.note(&outcomes, outcomes.len() as u64 - interpolated);
         Ok(outcomes)
     }
 
@@ -115,13 +119,9 @@ impl<'a> Run<'a> {
         tasks: &[Task],
         drives: &[f64],
     ) -> Result<Vec<Outcome>, Error> {
-        self.check_stop()?;
-        let start = Instant::now();
-        let (outcomes, solved) = self.evaluator.run_over_drives(designs, tasks, drives)?;
-        self.solve += start.elapsed();
-        self.counts.solved += solved;
-        self.counts.interpolated += outcomes.iter().filter(|o| o.interpolated).count() as u64;
-        self.note(&outcomes);
+        let (outcomes, solved) = self.timed(|evaluator| evaluator.run_over_drives(designs, tasks, drives))?;
+        self.interpolated(&outcomes);
+        self.note(&outcomes, solved);
         Ok(outcomes)
     }
 
@@ -136,14 +136,12 @@ impl<'a> Run<'a> {
         if self.study.setup.estimate.theory != Theory::Exact || self.study.setup.gauge.second {
             return Ok(Vec::new());
         }
-        self.check_stop()?;
-        let start = Instant::now();
         let ask = |(design, direction, drive, ends)| Ask { design, drive, reach: Reach::of(direction, ends) };
         let asks: Vec<Ask> = rows.map(ask).collect();
-        let (curves, solved) = curve::solve(&self.study.setup, &mut self.evaluator, designs, &asks, drives)?;
-        self.solve += start.elapsed();
+        let setup = &self.study.setup;
+        let (curves, solved) =
+            self.timed(|evaluator| curve::solve(setup, evaluator, designs, &asks, drives))?;
         self.counts.solved += solved;
-        self.counts.sweeps.merge(&self.evaluator.take_sweeps());
         Ok(curves)
     }
 
@@ -159,21 +157,24 @@ impl<'a> Run<'a> {
         if !both::asked(setup) {
             return Ok(Vec::new());
         }
-        self.check_stop()?;
-        let start = Instant::now();
         let taps = tasks.iter().zip(outcomes).enumerate();
         let asks: Vec<both::Ask> =
             taps.map(|(i, (task, tap))| both::Ask::own(setup, *task, tap, reach(i))).collect();
-        let (found, solved) = both::both(setup, &mut self.evaluator, designs, &asks)?;
-        self.solve += start.elapsed();
+        let (found, solved) = self.timed(|evaluator| both::both(setup, evaluator, designs, &asks))?;
         self.counts.solved += solved;
-        self.counts.sweeps.merge(&self.evaluator.take_sweeps());
         Ok(found)
     }
 
-    /// Counts sweeps, strains, and what was left to the reference.
-    pub fn note(&mut self, outcomes: &[Outcome]) {
-        self.counts.sweeps.merge(&self.evaluator.take_sweeps());
+    /// Counts what was interpolated.
+    fn interpolated(&mut self, outcomes: &[Outcome]) -> u64 {
+        let interpolated = outcomes.iter().filter(|o| o.interpolated).count() as u64;
+        self.counts.interpolated += interpolated;
+        interpolated
+    }
+
+    /// Counts the `solved` ones, strains, and what was left to the reference.
+    fn note(&mut self, outcomes: &[Outcome], solved: u64) {
+        self.counts.solved += solved;
         self.counts.referred += outcomes.iter().filter(|o| o.referred).count() as u64;
         for o in outcomes.iter().filter(|o| o.status.counts()) {
             self.counts.strain.push(o.magnitude());
@@ -182,10 +183,7 @@ impl<'a> Run<'a> {
 
     /// `Err` when asked to stop.
     pub fn check_stop(&self) -> Result<(), Error> {
-        match self.stop.load(Ordering::Relaxed) {
-            true => Err(keep::interrupted()),
-            false => Ok(()),
-        }
+        if self.stop.load(Ordering::Relaxed) { Err(keep::interrupted()) } else { Ok(()) }
     }
 
     /// Taps that the full model solved in place of one with effects left off.

@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use crate::scene::{Direction, Setup, Tuple};
-use crate::sink::pack::{Packed, Packer, Unpacker};
+use crate::sink::pack::{Packed, Packer, Unpacker, packed};
 use crate::sink::table::{AtDrive, Field, fields};
 use crate::statistics::Figures;
 
@@ -29,20 +29,7 @@ pub struct Kept {
     pub(super) charted: f32,
 }
 
-impl Packed for Kept {
-    fn pack(&self, to: &mut Packer<'_>) {
-        (self.rank, self.index, self.design).pack(to);
-        self.direction.pack(to);
-        (self.drive, self.row, self.unit, self.charted).pack(to);
-    }
-
-    fn unpack(from: &mut Unpacker<'_>) -> Option<Self> {
-        let (rank, index, design) = from.take()?;
-        let direction = from.take()?;
-        let (drive, row, unit, charted) = from.take()?;
-        Some(Self { rank, index, design, direction, drive, row, unit, charted })
-    }
-}
+packed!(Kept { rank, index, design, direction, drive, row, unit, charted });
 
 impl Packed for Best {
     fn pack(&self, to: &mut Packer<'_>) {
@@ -58,6 +45,12 @@ impl Packed for Best {
 }
 
 impl Kept {
+    /// A row whose taps were solved.
+    pub(super) fn of(row: &AtDrive<'_>, rank: f64, index: (u64, u32)) -> Self {
+        let AtDrive { design, direction, drive, row, unit } = *row;
+        Self { rank, index, design: *design, direction, drive, row, unit, charted: f32::NAN }
+    }
+
     /// Its row of designs.csv for `setup`, after what `out` holds.
     pub fn fields(&self, setup: &Setup, out: &mut Vec<Field>) {
         let Self { direction, drive, row, unit, .. } = *self;

@@ -34,24 +34,19 @@ pub(super) struct Writers {
 pub type Tables = [Option<Columns>; 3];
 
 /// Which tables are written.
-fn wanted(study: &Study, plan: &Plan) -> [bool; 3] {
-    [plan.tuples, study.output.designs, study.output.distances]
+fn wanted(study: &Study, plan: &Plan) -> impl Iterator<Item = Table> {
+    let wanted = [plan.tuples, study.output.designs, study.output.distances];
+    Table::ALL.into_iter().filter(move |table| wanted[*table as usize])
 }
 
 /// Names of the tables that are written.
 pub(super) fn tables(study: &Study, plan: &Plan) -> Vec<&'static str> {
-    Table::ALL
-        .into_iter()
-        .zip(wanted(study, plan))
-        .filter(|(_, wanted)| *wanted)
-        .map(|(t, _)| t.name())
-        .collect()
+    wanted(study, plan).map(Table::name).collect()
 }
 
 /// Names of the files that are written.
 pub(super) fn names(study: &Study, plan: &Plan, about: &About) -> Vec<String> {
-    let tables = Table::ALL.into_iter().zip(wanted(study, plan)).filter(|(_, wanted)| *wanted);
-    let tables = tables.map(|(table, _)| table.file(about.format));
+    let tables = wanted(study, plan).map(|table| table.file(about.format));
     tables.chain(about.places.then(|| PLACES.to_owned())).collect()
 }
 
@@ -67,8 +62,7 @@ impl Writers {
     /// More rows than there is memory for.
     pub fn in_memory(study: &Study, plan: &Plan) -> Result<Self, Error> {
         let mut goals = [const { None }; 3];
-        let all = Table::ALL.into_iter().filter(|table| wanted(study, plan)[*table as usize]);
-        let bytes = all.map(|table| {
+        let bytes = wanted(study, plan).map(|table| {
             let width = table.columns(&study.setup).len() as u64;
             plan.rows[table as usize].saturating_mul(8 * width)
         });
@@ -76,14 +70,12 @@ impl Writers {
         if let Some(room) = memory::available().filter(|room| bytes > *room) {
             let [bytes, room] = [bytes, room].map(|bytes| bytes as f64 / 1e9);
             let why = format!("the tables take {bytes:.1} GB, and there are {room:.1} GB of memory");
-            return Err(Error::Run(format!(
-                "{why}: leave out output.tuples, say output.top, or write files"
-            )));
+            let help = "leave out output.tuples, say output.top, or write files";
+            return Err(Error::Run(format!("{why}: {help}")));
         }
-        for table in Table::ALL.into_iter().filter(|table| wanted(study, plan)[*table as usize]) {
-            let rows = plan.rows[table as usize];
-            goals[table as usize] =
-                Some(Goal::Memory(Columns::with_room(&table.columns(&study.setup), rows)?));
+        for table in wanted(study, plan) {
+            let columns = Columns::with_room(&table.columns(&study.setup), plan.rows[table as usize])?;
+            goals[table as usize] = Some(Goal::Memory(columns));
         }
         Ok(Self { goals, places: None, form: Form::Columns })
     }
@@ -91,11 +83,10 @@ impl Writers {
     /// New tables in `folder`.
     pub fn new(study: &Study, plan: &Plan, about: &About, folder: &mut Folder) -> Result<Self, Error> {
         let mut goals = [const { None }; 3];
-        for (table, goal) in Table::ALL.into_iter().zip(&mut goals) {
-            if wanted(study, plan)[table as usize] {
-                let columns = table.columns(&study.setup);
-                *goal = Some(Goal::File(Box::new(Sheet::new(folder, &about.sheet(table, &columns))?)));
-            }
+        for table in wanted(study, plan) {
+            let columns = table.columns(&study.setup);
+            let sheet = Sheet::new(folder, &about.sheet(table, &columns))?;
+            goals[table as usize] = Some(Goal::File(Box::new(sheet)));
         }
         let places = about.places.then(|| folder.file(PLACES)).transpose()?;
         Ok(Self { goals, places, form: about.format.form() })
@@ -110,14 +101,12 @@ impl Writers {
         state: &mut Unpacker<'_>,
     ) -> Result<Result<Self, String>, Error> {
         let mut goals = [const { None }; 3];
-        for (table, goal) in Table::ALL.into_iter().zip(&mut goals) {
-            if wanted(study, plan)[table as usize] {
-                let columns = table.columns(&study.setup);
-                let Some(sheet) = Sheet::resume(folder, &about.sheet(table, &columns), state)? else {
-                    return Ok(Err(table.file(about.format)));
-                };
-                *goal = Some(Goal::File(Box::new(sheet)));
-            }
+        for table in wanted(study, plan) {
+            let columns = table.columns(&study.setup);
+            let Some(sheet) = Sheet::resume(folder, &about.sheet(table, &columns), state)? else {
+                return Ok(Err(table.file(about.format)));
+            };
+            goals[table as usize] = Some(Goal::File(Box::new(sheet)));
         }
         let mut places = None;
         if about.places {

@@ -112,12 +112,8 @@ pub fn run(
         let mut evaluators = places.iter_mut().map(evaluator).collect::<Result<Vec<_>, Error>>()?;
         for start in (0..designs.len()).step_by(PART) {
             let part = start..(start + PART).min(designs.len());
-            if !solved.part(
-                &designs[part.clone()],
-                &case.tuples[part],
-                (&mut reference, &mut evaluators),
-                stop,
-            )? {
+            let (designs, tuples) = (&designs[part.clone()], &case.tuples[part]);
+            if !solved.part(designs, tuples, (&mut reference, &mut evaluators), stop)? {
                 break;
             }
             progress.at(done + solved.expected.len() as u64, total);
@@ -182,13 +178,8 @@ impl Solved {
             charted::line(case, place, at, (tuples, designs), &self.expected)
                 .into_iter()
                 .for_each(&mut *each);
-            each(census.close(
-                &case.name,
-                (setup.drive, setup.built.is_some()),
-                at,
-                tuples,
-                (&self.expected, found),
-            ));
+            let (kind, solved) = ((setup.drive, setup.built.is_some()), (&self.expected[..], &found[..]));
+            each(census.close(&case.name, kind, at, tuples, solved));
         }
     }
 }

@@ -75,11 +75,8 @@ impl Place {
 pub fn present(options: &RunOptions, bound: Option<f64>) -> Result<Vec<Place>, Error> {
     let asked = options.backend.unwrap_or(BackendChoice::Auto);
     if asked == BackendChoice::Reference {
-        return Err(InputError::new("the reference is what the other backends are compared with")
-            .key("--backend")
-            .value("reference")
-            .allowed("auto (all), gpu, cpu")
-            .into());
+        let error = InputError::new("the reference is what the other backends are compared with");
+        return Err(error.key("--backend").value("reference").allowed("auto (all), gpu, cpu").into());
     }
     let named = options.adapter.is_some() && asked == BackendChoice::Auto;
     let mut places = Vec::new();
@@ -101,20 +98,15 @@ pub fn present(options: &RunOptions, bound: Option<f64>) -> Result<Vec<Place>, E
                     continue;
                 }
                 let options = narrowed(options, BackendChoice::Gpu, precision);
-                places.push(Place::new(
-                    Choice::among(&options, std::slice::from_ref(adapter))?,
-                    precision,
-                    bound,
-                ));
+                let choice = Choice::among(&options, std::slice::from_ref(adapter))?;
+                places.push(Place::new(choice, precision, bound));
             }
         }
     }
     if places.is_empty() {
-        return Err(InputError::new("no adapter of this name has f64 in its shaders")
-            .key("--precision")
-            .value("f64")
-            .allowed("f32, or --backend cpu --precision f64")
-            .into());
+        let error = InputError::new("no adapter of this name has f64 in its shaders");
+        let error = error.key("--precision").value("f64");
+        return Err(error.allowed("f32, or --backend cpu --precision f64").into());
     }
     Ok(places)
 }

@@ -65,15 +65,10 @@ pub fn other_words(line: &Line) -> String {
 
 /// Writes `verify.csv`.
 pub fn write(folder: &mut Folder, lines: &[Line], backends: &[Backend]) -> Result<(), Error> {
-    let mut file = folder.file("verify.csv")?;
-    file.write(&table(lines, backends)?)?;
-    file.close()
+    folder.put("verify.csv", &table(lines, backends)?)
 }
 
 /// The census as `verify.csv`.
-///
-/// # Errors
-/// None of a whole census.
 pub fn table(lines: &[Line], backends: &[Backend]) -> Result<Vec<u8>, Error> {
     let mut text = Text::default();
     text.header(&COLUMNS)?;

@@ -1,5 +1,7 @@
 //! Which curve: each kind drawn robustly, judged by what is left out.
 
+use indexmap::IndexMap;
+
 use super::arc::Arc;
 use super::smooth::Smooth;
 use super::spot::Spot;
@@ -86,16 +88,11 @@ struct Drawn {
 
 /// Groups of samples, at most [`GROUPS`].
 fn groups(samples: &[Sample]) -> Vec<Vec<usize>> {
-    let mut all: Vec<(usize, Vec<usize>)> = Vec::new();
-    for (i, s) in samples.iter().enumerate() {
-        match all.iter_mut().find(|(g, _)| *g == s.group) {
-            Some((_, members)) => members.push(i),
-            None => all.push((s.group, vec![i])),
-        }
-    }
+    let mut all: IndexMap<usize, Vec<usize>> = IndexMap::new();
+    samples.iter().enumerate().for_each(|(i, s)| all.entry(s.group).or_default().push(i));
     let n = all.len().min(GROUPS);
     let mut joined = vec![Vec::new(); n];
-    for (k, (_, members)) in all.into_iter().enumerate() {
+    for (k, members) in all.into_values().enumerate() {
         joined[k % n].extend(members);
     }
     joined
@@ -152,36 +149,6 @@ fn start(samples: &[Sample], kind: Kind) -> Option<Arc> {
     best.map(|(_, arc)| arc)
 }
 
-/// Weights of samples: their shares, 0 of outliers.
-fn weights(samples: &[Sample], outliers: &[bool]) -> Vec<f64> {
-    samples.iter().zip(outliers).map(|(s, o)| if *o { 0.0 } else { s.share }).collect()
-}
-
-/// A curve that settles with its outliers; `draw` makes it of weights.
-fn settle(
-    samples: &[Sample],
-    first: Curve,
-    free: f64,
-    draw: &dyn Fn(&Curve, &[f64]) -> Option<Curve>,
-) -> Option<(Curve, f64, Vec<bool>)> {
-    let mut curve = first;
-    let mut outliers: Vec<bool> = vec![false; samples.len()];
-    let judge = |curve: &Curve| -> (f64, Vec<bool>) {
-        let scale = spread(curve, samples, free).max(1.0);
-        (scale, samples.iter().map(|s| off(curve, s).1.abs() > OFF * scale).collect())
-    };
-    for pass in 0..PASSES {
-        let (_, next) = judge(&curve);
-        if pass > 0 && next == outliers {
-            break;
-        }
-        outliers = next;
-        curve = draw(&curve, &weights(samples, &outliers))?;
-    }
-    let (scale, outliers) = judge(&curve);
-    Some((curve, scale, outliers))
-}
-
 /// Loss of a point that a curve has not seen. A curve does not say where along it a point lies: anywhere on its `length`, or on what the point is not
 /// known better than.
 fn loss(curve: &Curve, scale: f64, s: &Sample, (extent, length): (f64, f64)) -> (f64, f64) {
@@ -196,99 +163,130 @@ fn loss(curve: &Curve, scale: f64, s: &Sample, (extent, length): (f64, f64)) -> 
     (-((1.0 - ANYWHERE) * density + ANYWHERE / (extent * extent)).ln(), d)
 }
 
-/// Losses by group, and the sum of squares with what it is over.
-fn judged(
-    samples: &[Sample],
-    groups: &[Vec<usize>],
+/// Draws a curve of weights, beside one.
+type Draw<'a> = dyn Fn(&Curve, &[f64]) -> Option<Curve> + 'a;
+
+/// What curves are drawn to, and judged by.
+struct Judge<'a> {
+    samples: &'a [Sample],
+    groups: &'a [Vec<usize>],
+    /// Length within which a point may lie anywhere, mm.
     extent: f64,
-    (curve, scale, outliers): (&Curve, f64, &[bool]),
-    unseen: &dyn Fn(usize) -> Option<Curve>,
-) -> Option<(Vec<f64>, [f64; 2])> {
-    let size = (extent, length(curve, samples, outliers));
-    let (mut losses, mut squares) = (Vec::new(), [0.0, 0.0]);
-    for (g, group) in groups.iter().enumerate() {
-        let curve = unseen(g)?;
-        let mut sum = 0.0;
-        for &i in group {
-            let (loss, d) = loss(&curve, scale, &samples[i], size);
-            sum += samples[i].share * loss;
-            if !outliers[i] {
-                squares[0] += samples[i].share * d * d;
-                squares[1] += samples[i].share;
-            }
-        }
-        losses.push(sum);
+}
+
+impl Judge<'_> {
+    /// Weights of samples: their shares, 0 of outliers.
+    fn weights(&self, outliers: &[bool]) -> Vec<f64> {
+        self.samples.iter().zip(outliers).map(|(s, o)| if *o { 0.0 } else { s.share }).collect()
     }
-    losses.iter().all(|l| l.is_finite()).then_some((losses, squares))
-}
 
-/// What `draw` makes of the samples from `first` on, judged by what each group would be told without it.
-fn left_out(
-    samples: &[Sample],
-    groups: &[Vec<usize>],
-    extent: f64,
-    (kind, first, free): (Kind, Curve, f64),
-    draw: &dyn Fn(&Curve, &[f64]) -> Option<Curve>,
-) -> Option<Drawn> {
-    let (curve, scale, outliers) = settle(samples, first, free, draw)?;
-    let all = weights(samples, &outliers);
-    let unseen = |g: usize| {
-        let mut left = all.clone();
-        groups[g].iter().for_each(|&i| left[i] = 0.0);
-        draw(&curve, &left)
-    };
-    let (losses, squares) = judged(samples, groups, extent, (&curve, scale, &outliers), &unseen)?;
-    Some(Drawn { kind, curve, scale, outliers, losses, squares })
-}
+    /// A curve that settles with its outliers; `draw` makes it of weights.
+    fn settle(&self, mut curve: Curve, free: f64, draw: &Draw<'_>) -> Option<(Curve, f64, Vec<bool>)> {
+        let samples = self.samples;
+        let mut outliers: Vec<bool> = vec![false; samples.len()];
+        let judge = |curve: &Curve| -> (f64, Vec<bool>) {
+            let scale = spread(curve, samples, free).max(1.0);
+            (scale, samples.iter().map(|s| off(curve, s).1.abs() > OFF * scale).collect())
+        };
+        for pass in 0..PASSES {
+            let (_, next) = judge(&curve);
+            if pass > 0 && next == outliers {
+                break;
+            }
+            outliers = next;
+            curve = draw(&curve, &self.weights(&outliers))?;
+        }
+        let (scale, outliers) = judge(&curve);
+        Some((curve, scale, outliers))
+    }
 
-/// One place.
-fn point(samples: &[Sample], groups: &[Vec<usize>], extent: f64) -> Option<Drawn> {
-    let draw = |_: &Curve, weights: &[f64]| Spot::fit(samples, weights).map(Curve::Point);
-    let first = Curve::Point(Spot::middle(samples));
-    left_out(samples, groups, extent, (Kind::Point, first, 1.0), &draw)
-}
+    /// Losses by group, and the sum of squares with what it is over.
+    fn judged(
+        &self,
+        (curve, scale, outliers): (&Curve, f64, &[bool]),
+        unseen: &dyn Fn(usize) -> Option<Curve>,
+    ) -> Option<(Vec<f64>, [f64; 2])> {
+        let samples = self.samples;
+        let size = (self.extent, length(curve, samples, outliers));
+        let (mut losses, mut squares) = (Vec::new(), [0.0, 0.0]);
+        for (g, group) in self.groups.iter().enumerate() {
+            let curve = unseen(g)?;
+            let mut sum = 0.0;
+            for &i in group {
+                let (loss, d) = loss(&curve, scale, &samples[i], size);
+                sum += samples[i].share * loss;
+                if !outliers[i] {
+                    squares[0] += samples[i].share * d * d;
+                    squares[1] += samples[i].share;
+                }
+            }
+            losses.push(sum);
+        }
+        losses.iter().all(|l| l.is_finite()).then_some((losses, squares))
+    }
 
-/// A line or a circle.
-fn arc(samples: &[Sample], groups: &[Vec<usize>], extent: f64, kind: Kind) -> Option<Drawn> {
-    let free = if kind == Kind::Line { 2.0 } else { 3.0 };
-    let draw = |curve: &Curve, weights: &[f64]| match curve {
-        Curve::Arc(arc) => arc.fit(samples, weights).map(Curve::Arc),
-        _ => None,
-    };
-    let first = Curve::Arc(start(samples, kind)?);
-    left_out(samples, groups, extent, (kind, first, free), &draw)
-}
+    /// What `draw` makes of the samples from `first` on, judged by what each group would be told without it.
+    fn left_out(&self, (kind, first, free): (Kind, Curve, f64), draw: &Draw<'_>) -> Option<Drawn> {
+        let (curve, scale, outliers) = self.settle(first, free, draw)?;
+        let all = self.weights(&outliers);
+        let unseen = |g: usize| {
+            let mut left = all.clone();
+            self.groups[g].iter().for_each(|&i| left[i] = 0.0);
+            draw(&curve, &left)
+        };
+        let (losses, squares) = self.judged((&curve, scale, &outliers), &unseen)?;
+        Some(Drawn { kind, curve, scale, outliers, losses, squares })
+    }
 
-/// The smooth curve beside `base` whose stiffness tells best what it has not seen.
-fn smooth(samples: &[Sample], groups: &[Vec<usize>], extent: f64, base: &Arc) -> Option<Drawn> {
-    let flat = Smooth::beside(base, samples, groups.len())?;
-    let mut best: Option<(f64, Drawn)> = None;
-    for power in STIFFNESS {
-        let stiffness = 10f64.powf(power);
+    /// One place.
+    fn point(&self) -> Option<Drawn> {
+        let draw = |_: &Curve, weights: &[f64]| Spot::fit(self.samples, weights).map(Curve::Point);
+        let first = Curve::Point(Spot::middle(self.samples));
+        self.left_out((Kind::Point, first, 1.0), &draw)
+    }
+
+    /// A line or a circle.
+    fn arc(&self, kind: Kind) -> Option<Drawn> {
+        let free = if kind == Kind::Line { 2.0 } else { 3.0 };
         let draw = |curve: &Curve, weights: &[f64]| match curve {
-            Curve::Smooth(s) => s.fit(samples, weights, stiffness).map(Curve::Smooth),
+            Curve::Arc(arc) => arc.fit(self.samples, weights).map(Curve::Arc),
             _ => None,
         };
-        let Some(first) = flat.fit(samples, &weights(samples, &vec![false; samples.len()]), stiffness) else {
-            continue;
-        };
-        let Some((curve, scale, outliers)) = settle(samples, Curve::Smooth(first), 0.0, &draw) else {
-            continue;
-        };
-        let Curve::Smooth(drawn) = &curve else { continue };
-        let all = weights(samples, &outliers);
-        let Some(unseen) = drawn.without(samples, &all, stiffness, groups) else { continue };
-        let unseen = |g: usize| Some(Curve::Smooth(unseen[g].clone()));
-        let Some((losses, squares)) = judged(samples, groups, extent, (&curve, scale, &outliers), &unseen)
-        else {
-            continue;
-        };
-        let sum: f64 = losses.iter().sum();
-        if best.as_ref().is_none_or(|(least, _)| sum < *least) {
-            best = Some((sum, Drawn { kind: Kind::Smooth, curve, scale, outliers, losses, squares }));
-        }
+        let first = Curve::Arc(start(self.samples, kind)?);
+        self.left_out((kind, first, free), &draw)
     }
-    best.map(|(_, drawn)| drawn)
+
+    /// The smooth curve beside `base` whose stiffness tells best what it has not seen.
+    fn smooth(&self, base: &Arc) -> Option<Drawn> {
+        let (samples, groups) = (self.samples, self.groups);
+        let flat = Smooth::beside(base, samples, groups.len())?;
+        let mut best: Option<(f64, Drawn)> = None;
+        for power in STIFFNESS {
+            let stiffness = 10f64.powf(power);
+            let draw = |curve: &Curve, weights: &[f64]| match curve {
+                Curve::Smooth(s) => s.fit(samples, weights, stiffness).map(Curve::Smooth),
+                _ => None,
+            };
+            let Some(first) = flat.fit(samples, &self.weights(&vec![false; samples.len()]), stiffness) else {
+                continue;
+            };
+            let Some((curve, scale, outliers)) = self.settle(Curve::Smooth(first), 0.0, &draw) else {
+                continue;
+            };
+            let Curve::Smooth(drawn) = &curve else { continue };
+            let all = self.weights(&outliers);
+            let Some(unseen) = drawn.without(samples, &all, stiffness, groups) else { continue };
+            let unseen = |g: usize| Some(Curve::Smooth(unseen[g].clone()));
+            let Some((losses, squares)) = self.judged((&curve, scale, &outliers), &unseen) else {
+                continue;
+            };
+            let sum: f64 = losses.iter().sum();
+            if best.as_ref().is_none_or(|(least, _)| sum < *least) {
+                best = Some((sum, Drawn { kind: Kind::Smooth, curve, scale, outliers, losses, squares }));
+            }
+        }
+        best.map(|(_, drawn)| drawn)
+    }
 }
 
 /// The curve of `samples`; `asked`: of this kind, whatever the others are worth.
@@ -311,22 +309,22 @@ pub fn choose(samples: &[Sample], asked: Option<Kind>) -> Result<Chosen, Nothing
         return Err(Nothing::OnePlace);
     }
     let groups = groups(samples);
-    let wide = 2.0 * extent.max(spread);
+    let judge = Judge { samples, groups: &groups, extent: 2.0 * extent.max(spread) };
     let mut all: Vec<Drawn> = Vec::new();
     if groups.len() >= 2 {
-        all.extend(point(samples, &groups, wide));
+        all.extend(judge.point());
     }
     if groups.len() >= 3 && !one_place {
-        all.extend(arc(samples, &groups, wide, Kind::Line));
+        all.extend(judge.arc(Kind::Line));
     }
     if groups.len() >= 4 && !one_place {
-        all.extend(arc(samples, &groups, wide, Kind::Circle));
+        all.extend(judge.arc(Kind::Circle));
     }
     let sum = |d: &Drawn| d.losses.iter().sum::<f64>();
     let arcs = all.iter().filter(|d| matches!(d.curve, Curve::Arc(_)));
     let base = arcs.min_by(|a, b| sum(a).total_cmp(&sum(b)));
     if let (Some(Curve::Arc(base)), true) = (base.map(|d| d.curve.clone()), groups.len() >= 6) {
-        all.extend(smooth(samples, &groups, wide, &base));
+        all.extend(judge.smooth(&base));
     }
     let nothing = if one_place { Nothing::OnePlace } else { Nothing::Undetermined };
     let least = all.iter().min_by(|a, b| sum(a).total_cmp(&sum(b))).ok_or(nothing)?;

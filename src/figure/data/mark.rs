@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::Axis;
+use crate::figure::series;
 
 /// Shape of points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
@@ -233,6 +234,17 @@ impl Mark {
         Self::Line { path, dash: 0, marker: Some(marker) }
     }
 
+    /// Those of the `i`-th of some series beside each other.
+    pub fn series(i: usize, name: impl Into<String>, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
+        let (colour, marker) = series(i);
+        Self::dotted(Path::new(name, colour, points), marker)
+    }
+
+    /// A dotted line at y = 0.
+    pub fn zero() -> Self {
+        Self::Rule { along: Along::X, at: 0.0, name: String::new(), colour: 4, dash: 2 }
+    }
+
     /// Points.
     pub fn points(path: Path, marker: Marker) -> Self {
         Self::Points { path, marker, error: Vec::new(), rows: Vec::new(), notes: Vec::new() }
@@ -253,11 +265,6 @@ impl Mark {
             Self::Rule { at, .. } => !at.is_finite(),
             Self::Note { text, .. } => text.is_empty(),
         }
-    }
-
-    /// Whether it is a map with cells that stay empty.
-    pub fn has_gaps(&self) -> bool {
-        matches!(self, Self::Cells(c) if c.z.iter().any(|z| z.is_nan()))
     }
 
     /// Points that the axes must hold. Rules and notes ask for nothing.

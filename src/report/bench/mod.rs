@@ -2,6 +2,8 @@
 
 mod places;
 
+use indexmap::IndexSet;
+
 use super::answer;
 use super::content::Content;
 use super::designs::front;
@@ -17,9 +19,6 @@ const TIME: (&str, &str) = ("time per tap", "ns");
 const SLOWEST: f64 = 1e8;
 
 /// Everything of the folder of `bench`.
-///
-/// # Errors
-/// Tables that are damaged.
 pub fn content(source: &Source) -> Result<Content, Error> {
     let mut c = Content::default();
     figures(&|name| source.maybe(name))?.into_iter().for_each(|f| c.figure(f));
@@ -35,9 +34,6 @@ pub fn content(source: &Source) -> Result<Content, Error> {
 }
 
 /// Figures of the tables that `read` finds.
-///
-/// # Errors
-/// Tables that are damaged.
 pub fn figures(read: &dyn Fn(&str) -> Result<Option<Table>, Error>) -> Result<Vec<Figure>, Error> {
     let mut all = Vec::new();
     if let Some(work) = read("work_precision.csv")? {
@@ -106,11 +102,8 @@ fn precision(work: &Table, peers: Option<&Table>) -> Result<Figure, InputError> 
             let (rate, error) = (peers.numbers("taps_per_second")?, peers.numbers(theirs)?);
             for r in peers.rows(|r| !peers.word("name", r).starts_with("vibrissa") && error[r] > 0.0) {
                 if 1e9 / rate[r] > SLOWEST {
-                    beyond.push(format!(
-                        "{} at {} s a tap",
-                        peers.word("name", r),
-                        quantity::short(1.0 / rate[r])
-                    ));
+                    let seconds = quantity::short(1.0 / rate[r]);
+                    beyond.push(format!("{} at {seconds} s a tap", peers.word("name", r)));
                     continue;
                 }
                 let name = peers.word("name", r);
@@ -133,11 +126,8 @@ fn precision(work: &Table, peers: Option<&Table>) -> Result<Figure, InputError> 
     share(&mut panels);
     beyond.sort();
     beyond.dedup();
-    let mut beside = if peers.is_some() {
-        " Points without a line: other programs on the same taps (peers.csv)".to_owned()
-    } else {
-        String::new()
-    };
+    let others = " Points without a line: other programs on the same taps (peers.csv)";
+    let mut beside = peers.map_or("", |_| others).to_owned();
     if !beyond.is_empty() {
         beside += &format!("; beyond the axis: {}", beyond.join(", "));
     }
@@ -164,12 +154,8 @@ fn configurations(work: &Table) -> Result<Figure, InputError> {
     let places = Places::of(work);
     let (time, error) = (work.numbers("ns_per_tap")?, work.numbers("strain_error_p99")?);
     let ladder = |r: usize| matches!(work.word("kernel", r).as_str(), "exact" | "reference");
-    let mut names: Vec<String> = Vec::new();
-    for r in work.rows(ladder) {
-        if !names.contains(&work.word("configuration", r)) {
-            names.push(work.word("configuration", r));
-        }
-    }
+    let names: IndexSet<String> =
+        work.rows(ladder).into_iter().map(|r| work.word("configuration", r)).collect();
     let mut panels = Vec::new();
     for c in &names {
         let mut panel = Panel::new(c.clone(), Axis::log(TIME.0, TIME.1), Axis::log("strain error, 99 %", ""));
@@ -182,12 +168,8 @@ fn configurations(work: &Table) -> Result<Figure, InputError> {
         panels.push(panel);
     }
     share(&mut panels);
-    Ok(Figure::new(
-        "configurations",
-        "Every configuration",
-        "Time of a tap against the strain error that 99 of 100 taps keep, of every configuration over tolerances; a line joins the points that no other beats (work_precision.csv).",
-        panels,
-    ))
+    let caption = "Time of a tap against the strain error that 99 of 100 taps keep, of every configuration over tolerances; a line joins the points that no other beats (work_precision.csv).";
+    Ok(Figure::new("configurations", "Every configuration", caption, panels))
 }
 
 fn scaling(table: &Table) -> Result<Figure, InputError> {
@@ -199,19 +181,14 @@ fn scaling(table: &Table) -> Result<Figure, InputError> {
                 Panel::new(title, Axis::log("taps of the sweep", ""), Axis::log("whole sweep", "s"));
             for (i, (name, _)) in places.0.iter().enumerate() {
                 let rows = places.rows(table, i, |r| table.word("shape", r) == shape);
-                let (colour, marker) = series(i);
-                let path = Path::new(name.clone(), colour, rows.into_iter().map(|r| (taps[r], seconds[r])));
-                panel = panel.with(Mark::dotted(path, marker));
+                let points = rows.into_iter().map(|r| (taps[r], seconds[r]));
+                panel = panel.with(Mark::series(i, name.clone(), points));
             }
             panel
         },
     );
-    Ok(Figure::new(
-        "scaling",
-        "Cost of whole sweeps",
-        "Seconds of whole sweeps, reduced to the 100 best designs (scaling.csv).",
-        panels.into(),
-    ))
+    let caption = "Seconds of whole sweeps, reduced to the 100 best designs (scaling.csv).";
+    Ok(Figure::new("scaling", "Cost of whole sweeps", caption, panels.into()))
 }
 
 fn threads(table: &Table) -> Result<Figure, InputError> {
@@ -219,13 +196,14 @@ fn threads(table: &Table) -> Result<Figure, InputError> {
     let (n, time) = (table.numbers("threads")?, table.numbers("ns_per_tap")?);
     let mut panel = Panel::new("", Axis::new("CPU threads", "").whole(), Axis::log(TIME.0, TIME.1));
     for (i, (name, _)) in places.0.iter().enumerate() {
-        let (rows, (colour, marker)) = (places.rows(table, i, |_| true), series(i));
-        let points: Vec<(f64, f64)> = rows.into_iter().map(|r| (n[r], time[r])).collect();
+        let points: Vec<(f64, f64)> =
+            places.rows(table, i, |_| true).into_iter().map(|r| (n[r], time[r])).collect();
         if let Some(&(_, alone)) = points.iter().find(|p| p.0 == 1.0) {
             let ideal = points.iter().map(|(n, _)| (*n, alone / n));
-            panel = panel.with(Mark::line(Path::new("ideal: time of one thread, shared", colour, ideal), 1));
+            panel =
+                panel.with(Mark::line(Path::new("ideal: time of one thread, shared", series(i).0, ideal), 1));
         }
-        panel = panel.with(Mark::dotted(Path::new(name.clone(), colour, points), marker));
+        panel = panel.with(Mark::series(i, name.clone(), points));
     }
     Ok(Figure::new("threads", "Threads", "The same taps on more threads (threads.csv).", vec![panel]))
 }

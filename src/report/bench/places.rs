@@ -1,5 +1,7 @@
 //! Where a benchmark ran.
 
+use indexmap::IndexSet;
+
 use crate::report::table::Table;
 
 /// Backends of a table in order of appearance, by what they are called; software adapters are called so.
@@ -8,12 +10,8 @@ pub struct Places(pub Vec<(String, [String; 3])>);
 impl Places {
     /// Those of `table`.
     pub fn of(table: &Table) -> Self {
-        let mut all: Vec<(String, [String; 3])> = Vec::new();
-        for r in 0..table.len {
-            let key = Self::key(table, r);
-            if all.iter().any(|(_, k)| *k == key) {
-                continue;
-            }
+        let keys: IndexSet<[String; 3]> = (0..table.len).map(|r| Self::key(table, r)).collect();
+        let named = |key: [String; 3]| {
             let [backend, precision, adapter] = &key;
             let name = match (backend.as_str(), is_software(adapter)) {
                 ("gpu", true) => format!("software GPU {precision} ({})", short(adapter)),
@@ -21,9 +19,9 @@ impl Places {
                 ("cpu", _) => format!("CPU {precision}"),
                 _ => format!("{backend} {precision}"),
             };
-            all.push((name, key));
-        }
-        Self(all)
+            (name, key)
+        };
+        Self(keys.into_iter().map(named).collect())
     }
 
     /// Backend, precision and adapter of a row.

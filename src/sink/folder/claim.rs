@@ -48,10 +48,8 @@ pub(super) fn judge(folder: &Path, question: &Question, names: &[String], force:
     let at = |name: &str| folder.join(name);
     for name in names {
         if at(name).symlink_metadata().is_ok_and(|m| !m.is_file()) && !leads_to_input(&at(name), question) {
-            return Err(refuse(
-                format!("{} is in the way and no regular file", at(name).display()),
-                elsewhere,
-            ));
+            let why = format!("{} is in the way and no regular file", at(name).display());
+            return Err(refuse(why, elsewhere));
         }
     }
     inputs(folder, question, names)?;

@@ -289,9 +289,7 @@ impl Folder {
         document["name"] = json!(self.question.name);
         document["asked"] = self.question.asked.clone();
         document["files"] = json!(self.closed.sorted());
-        let mut file = self.file(RUN)?;
-        file.write(format!("{document:#}\n").as_bytes())?;
-        file.close()
+        self.put(RUN, format!("{document:#}\n").as_bytes())
     }
 }
 

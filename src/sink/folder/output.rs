@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use super::disk::{hash_file, open_regular, place};
 use super::record::Listed;
 use crate::error::Error;
-use crate::sink::pack::{Packed, Packer, Unpacker};
+use crate::sink::pack::packed;
 
 /// The files that are written, each once it is closed.
 #[derive(Debug, Clone, Default)]
@@ -63,9 +63,8 @@ impl Closed {
 fn touched(path: &Path, listed: &Listed, file: &fs::File, hashed: bool) -> io::Result<Option<&'static str>> {
     let there = match open_regular(path, fs::OpenOptions::new().read(true)) {
         Err(e) if matches!(e.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => {
-            return Ok(Some(
-                "this file is gone: it was removed, or its folder was moved, while the run wrote it",
-            ));
+            let why = "this file is gone: it was removed, or its folder was moved, while the run wrote it";
+            return Ok(Some(why));
         }
         Err(_) if path.symlink_metadata().is_ok_and(|m| !m.is_file()) => {
             return Ok(Some("this was replaced while the run wrote it, by what is no regular file"));
@@ -100,17 +99,7 @@ pub struct Mark {
     pub blake3: String,
 }
 
-impl Packed for Mark {
-    fn pack(&self, to: &mut Packer<'_>) {
-        self.bytes.pack(to);
-        self.blake3.pack(to);
-    }
-
-    fn unpack(from: &mut Unpacker<'_>) -> Option<Self> {
-        let (bytes, blake3) = from.take()?;
-        Some(Self { bytes, blake3 })
-    }
-}
+packed!(Mark { bytes, blake3 });
 
 impl Output {
     /// Goes on with `file` behind the bytes that `mark` knows; what follows them is cut off. `None` where they are not those.

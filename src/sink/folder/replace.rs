@@ -73,10 +73,7 @@ pub(super) fn replace(
 /// Renames `new`, with what is to be done in it, to its last hidden name.
 fn decide(target: &Path, new: &Path, names: &[String], old: &Old) -> io::Result<()> {
     // One of a run that was killed here, of the same result.
-    match fs::remove_file(new.join(MANIFEST)) {
-        Err(e) if e.kind() != ErrorKind::NotFound => return Err(e),
-        _ => {}
-    }
+    gone(fs::remove_file(new.join(MANIFEST)))?;
     let mut file = fs::File::create_new(new.join(MANIFEST))?;
     file.write_all(serde_json::to_string(&Manifest::of(names, old))?.as_bytes())?;
     file.sync_all()?;
@@ -104,11 +101,8 @@ pub(super) fn recover(target: &Path) -> Result<(), Error> {
     };
     let torn = |e: serde_json::Error| {
         let why = format!("{} does not say what a killed run was about to put here: {e}", pending.display());
-        refuse(
-            target,
-            why,
-            "another folder; or move this away: it holds files of a result that was not finished",
-        )
+        let allowed = "another folder; or move this away: it holds files of a result that was not finished";
+        refuse(target, why, allowed)
     };
     let manifest: Manifest = serde_json::from_str(&text).map_err(torn)?;
     let names = manifest.put.iter().chain(manifest.old.iter().map(|f| &f.name));
@@ -128,26 +122,24 @@ pub(super) fn recover(target: &Path) -> Result<(), Error> {
         let kept = name == RUN && manifest.aside.is_some();
         let there = look(&target.join(name))?;
         if there.is_some_and(|(found, _)| !kept && known != Some(&found)) {
-            let why = format!(
-                "a run was killed while it replaced the result here, and {} has changed since",
-                target.join(name).display()
-            );
-            return Err(refuse(
-                target,
-                why,
-                "the folder without this file (move it away), or another folder",
-            ));
+            let file = target.join(name);
+            let file = file.display();
+            let why =
+                format!("a run was killed while it replaced the result here, and {file} has changed since");
+            let allowed = "the folder without this file (move it away), or another folder";
+            return Err(refuse(target, why, allowed));
         }
     }
     put(target, &manifest).and_then(|()| finish(target)).map_err(|e| Error::io(target, e))
 }
 
+/// What was `done` to a file, which may have been done before.
+fn gone(done: io::Result<()>) -> io::Result<()> {
+    done.or_else(|e| if e.kind() == ErrorKind::NotFound { Ok(()) } else { Err(e) })
+}
+
 /// The renames, the `run.json` last; any number of them may have been done before.
 fn put(target: &Path, manifest: &Manifest) -> io::Result<()> {
-    let gone = |done: io::Result<()>| match done {
-        Err(e) if e.kind() == ErrorKind::NotFound => Ok(()),
-        other => other,
-    };
     let pending = target.join(PENDING);
     if let Some(aside) = manifest.aside.as_ref().filter(|a| !target.join(a).exists()) {
         gone(fs::rename(target.join(RUN), target.join(aside)))?;
@@ -165,10 +157,8 @@ fn put(target: &Path, manifest: &Manifest) -> io::Result<()> {
 fn finish(target: &Path) -> io::Result<()> {
     let pending = target.join(PENDING);
     sync(target)?;
-    match fs::remove_file(pending.join(STATE)) {
-        Err(e) if e.kind() != ErrorKind::NotFound => return Err(e),
-        _ => fs::remove_file(pending.join(MANIFEST))?,
-    }
+    gone(fs::remove_file(pending.join(STATE)))?;
+    fs::remove_file(pending.join(MANIFEST))?;
     clear_away(target)
 }
 

@@ -47,11 +47,7 @@ impl Table {
 
     /// What its rows are called.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Tuples => "tuples",
-            Self::Designs => "designs",
-            Self::Distances => "distances",
-        }
+        ["tuples", "designs", "distances"][self as usize]
     }
 
     /// File name.
@@ -237,44 +233,10 @@ pub fn fields<R>(columns: &[Column<R>], setup: &Setup, row: &R, out: &mut Vec<Fi
     out.extend(columns.iter().filter(|c| c.only.holds(setup)).map(value));
 }
 
-/// What takes the rows of a table, one after the other.
-pub trait Sink {
-    /// Why a row cannot be taken.
-    type Error;
-
-    /// Takes one row and leaves `fields` empty for the next.
-    fn row(&mut self, fields: &mut Vec<Field>) -> Result<(), Self::Error>;
-}
-
-/// Rows as JSON objects: missing is null.
-pub struct Objects<'a> {
-    names: &'a [&'static str],
-    /// The rows so far.
-    pub rows: Vec<Value>,
-}
-
-impl<'a> Objects<'a> {
-    /// Of rows whose columns have these names.
-    pub fn new(names: &'a [&'static str]) -> Self {
-        Self { names, rows: Vec::new() }
-    }
-}
-
-impl Sink for Objects<'_> {
-    type Error = std::convert::Infallible;
-
-    fn row(&mut self, fields: &mut Vec<Field>) -> Result<(), Self::Error> {
-        let names = self.names.iter().map(|name| (*name).to_owned());
-        self.rows.push(names.zip(fields.drain(..).map(Value::from)).collect());
-        Ok(())
-    }
-}
-
 impl From<Field> for Value {
     fn from(field: Field) -> Self {
         match field {
-            Field::Number(x) if x.is_finite() => x.into(),
-            Field::Number(_) => Self::Null,
+            Field::Number(x) => x.into(),
             Field::Count(n) => n.into(),
             Field::Word("") => Self::Null,
             Field::Word(w) => w.into(),

@@ -8,7 +8,7 @@ use crate::estimate::Estimated;
 use crate::evaluate::Outcome;
 use crate::scene::channels::MOST_CHANNELS;
 use crate::scene::{Direction, PROPERTIES, Tuple};
-use crate::statistics::{DistanceRow, Figures};
+use crate::statistics::{DistanceRow, Figures, Reduction};
 
 /// A row of tuples.csv: one tap.
 #[derive(Debug, Clone, Copy)]
@@ -100,6 +100,19 @@ fn reading<const K: usize>(r: &TapRow<'_>) -> Field {
 
 fn factor<const K: usize>(r: &TapRow<'_>) -> Field {
     r.channels.map(|all| all[K][1]).into()
+}
+
+impl<'a> TapRow<'a> {
+    /// Of one `tap`: its whisker, where and how it is tapped, what is read from it; `reduced` is that of its whisker.
+    pub fn of(
+        reduced: &Reduction<'_>,
+        design: &'a Design,
+        (a, direction, drive): (f64, Direction, f64),
+        (tap, estimated): (&'a Outcome, &'a Estimated),
+    ) -> Self {
+        let channels = reduced.of_channels((a, drive), tap);
+        Self { design, a, direction, drive, tap, estimated, elongation: reduced.elongation, channels }
+    }
 }
 
 impl TapRow<'_> {

@@ -75,8 +75,11 @@ enum At {
 impl Packed for At {
     fn pack(&self, to: &mut Packer<'_>) {
         match self {
-            Self::Reduced(place, all) => pack_reduced((*place, all), to),
-            Self::Written(place, all, kept) => pack_written((*place, all, kept), to),
+            Self::Reduced(place, all) => pack((0, *place), all, to),
+            Self::Written(place, all, kept) => {
+                pack((1, *place), all, to);
+                kept.pack(to);
+            }
         }
     }
 
@@ -89,19 +92,10 @@ impl Packed for At {
     }
 }
 
-/// Packs [`At::Reduced`] without taking it.
-fn pack_reduced((place, all): (u64, &Reduced), to: &mut Packer<'_>) {
-    0u8.pack(to);
-    place.pack(to);
+/// Packs [`At::Reduced`] (0), or [`At::Written`] (1) but for the rows kept, without taking it.
+fn pack(at: (u8, u64), all: &Reduced, to: &mut Packer<'_>) {
+    at.pack(to);
     all.pack(to);
-}
-
-/// Packs [`At::Written`] without taking it.
-fn pack_written((place, all, kept): (u64, &Reduced, &Option<Vec<Kept>>), to: &mut Packer<'_>) {
-    1u8.pack(to);
-    place.pack(to);
-    all.pack(to);
-    kept.pack(to);
 }
 
 /// Reduces the rows of the file from place `from` on, in `order`; `once`: writes their taps on the way.
@@ -126,7 +120,7 @@ fn reduce_all(
         batch.drain(..open);
         if !more {
             let rows = reader.len as u64;
-            return run.complete((rows, rows, "rows"), |to| pack_reduced((rows, all), to));
+            return run.complete((rows, rows, "rows"), |to| pack((0, rows), all, to));
         }
         // The design of what is left comes first in the next batch.
         if let Some(tap) = batch.first() {
@@ -137,7 +131,7 @@ fn reduce_all(
             designs.clear();
         }
         let place = (reader.at.1 - batch.len()) as u64;
-        run.complete((place, reader.len as u64, "rows"), |to| pack_reduced((place, all), to))?;
+        run.complete((place, reader.len as u64, "rows"), |to| pack((0, place), all, to))?;
     }
 }
 

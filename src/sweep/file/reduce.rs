@@ -191,7 +191,7 @@ fn offer(best: &mut Best, champion: &mut Option<(u32, Kept)>, per: Per, design: 
     match champion {
         _ if per == Per::Row => best.offer(row),
         Some((number, old)) if *number == design => {
-            if row.rank.total_cmp(&old.rank).then(row.index.cmp(&old.index)).is_lt() {
+            if row.order(old).is_lt() {
                 *old = row;
             }
         }
@@ -228,39 +228,22 @@ impl Part {
             self.counts.note(outcome.status | estimated.status, 1);
             self.left.push((*row, outcome.deviation, outcome.status | estimated.status));
             if tuples {
-                let elongation = reduced.elongation;
-                let row = TapRow {
-                    design,
-                    a: *a,
-                    direction: *direction,
-                    drive: *drive,
-                    tap: outcome,
-                    estimated: &estimated,
-                    elongation,
-                    channels: reduced.of_channels((*a, *drive), outcome),
-                };
+                let row = TapRow::of(&reduced, design, (*a, *direction, *drive), (outcome, &estimated));
                 fields(&TapRow::COLUMNS, &study.setup, &row, &mut values);
                 self.tuples.row(&mut values)?;
             }
         }
         let (row, unit) = (reduced.drives[0], reduced.unit());
+        let (direction, drive) = (first.direction, first.drive);
+        let at = AtDrive { design: &design.tuple, direction, drive, row: row.figures(), unit };
         if row_too {
-            let (direction, drive) = (first.direction, first.drive);
-            let at = AtDrive { design: &design.tuple, direction, drive, row: row.figures(), unit };
             fields(&AtDrive::COLUMNS, &study.setup, &at, &mut values);
             self.designs.row(&mut values)?;
             self.firsts.push(first.row);
         }
         self.k.push((groups.drives[first.row as usize], row.k.unwrap_or(f64::NAN)));
         let rank = reduced.rank(0, study.listed_by());
-        self.complete.extend(rank.map(|rank| {
-            let (index, design) = ((u64::from(first.row), 0), design.tuple);
-            let (direction, drive) = (first.direction, first.drive);
-            (
-                number,
-                Kept { rank, index, design, direction, drive, row: row.figures(), unit, charted: f32::NAN },
-            )
-        }));
+        self.complete.extend(rank.map(|rank| (number, Kept::of(&at, rank, (u64::from(first.row), 0)))));
         Ok(())
     }
 }

@@ -8,12 +8,13 @@ use super::super::Run;
 use super::super::select::Kept;
 use super::read::{Reader, SolvedRow, is_own, solve};
 use super::reduce::Reduced;
-use super::{curves, pack_written, reduction};
+use super::{curves, pack, reduction};
 use crate::design::Design;
 use crate::error::Error;
 use crate::scene::Convention;
 use crate::scene::listed::Listed;
 use crate::sink::{
+    pack::Packed,
     rows::Rows,
     table::{AtDistance, Table, TapRow, fields},
 };
@@ -60,17 +61,7 @@ pub(super) fn write_tuples(
                 let told = Told::by(&curves, places[&groups.drives[row]]).towards(*direction);
                 let told = told.or_both(both.as_ref());
                 let estimated = reduced.estimate_by((0, 0), (*a, *drive), outcome, told);
-                let elongation = reduced.elongation;
-                let row = TapRow {
-                    design,
-                    a: *a,
-                    direction: *direction,
-                    drive: *drive,
-                    tap: outcome,
-                    estimated: &estimated,
-                    elongation,
-                    channels: reduced.of_channels((*a, *drive), outcome),
-                };
+                let row = TapRow::of(&reduced, design, (*a, *direction, *drive), (outcome, &estimated));
                 fields(&TapRow::COLUMNS, &study.setup, &row, &mut values);
                 text.row(&mut values)?;
             }
@@ -81,7 +72,10 @@ pub(super) fn write_tuples(
         run.count(Table::Tuples, batch.len() as u64);
         run.place(batch.iter().map(|tap| all.place(groups, Table::Tuples, tap.row)))?;
         let place = reader.at.1 as u64;
-        run.complete((place, reader.len as u64, "taps"), |to| pack_written((place, all, kept), to))?;
+        run.complete((place, reader.len as u64, "taps"), |to| {
+            pack((1, place), all, to);
+            kept.pack(to);
+        })?;
     }
     Ok(())
 }
