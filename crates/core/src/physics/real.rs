@@ -10,8 +10,8 @@ use super::number::Number;
 
 /// Functions y of one number x, as f64 has them, and their derivatives.
 macro_rules! functions {
-    ($(#[$doc:meta] $name:ident: |$x:ident, $y:ident| $slope:expr;)+) => {$(
-        #[$doc]
+    ($($(#[$attribute:meta])+ $name:ident: |$x:ident, $y:ident| $slope:expr;)+) => {$(
+        $(#[$attribute])+
         fn $name(self) -> Self {
             let $x = self.value();
             let $y = $x.$name();
@@ -52,21 +52,13 @@ pub trait Real:
         (self.chain(sin, || cos), self.chain(cos, || -sin))
     }
 
-    /// Sine.
-    #[inline(always)]
-    fn sin(self) -> Self {
-        let x = self.value();
-        self.chain(x.sin(), || x.cos())
-    }
-
-    /// Absolute value.
-    #[inline(always)]
-    fn abs(self) -> Self {
-        let x = self.value();
-        self.chain(x.abs(), || x.signum())
-    }
-
     functions! {
+        /// Sine.
+        #[inline(always)]
+        sin: |x, _y| x.cos();
+        /// Absolute value.
+        #[inline(always)]
+        abs: |x, _y| x.signum();
         /// eˣ.
         exp: |_x, y| y;
         /// Natural logarithm.
