@@ -10,58 +10,22 @@ use super::tableau::{A, B, C, STAGES};
 use super::{Effects, Job, Rod, Solution, Tap, lanes};
 use vibrissa_core::error::SolveError;
 use vibrissa_core::scene::Precision;
-use vibrissa_kernel::Solver;
 use vibrissa_kernel::gpu::compute::{Program, seal};
-use vibrissa_kernel::gpu::shader::{WORKGROUP, library, literal, validate};
+use vibrissa_kernel::gpu::shader::{library, reals, rounding, structures, validate};
 use vibrissa_kernel::rule::limits::{HOPELESS, LOST, ROUNDINGS, TINY};
+use vibrissa_kernel::{Solver, names};
 
 /// Numbers of a tap, in order.
-const TAP: [&str; 26] = [
-    "first",
-    "count",
-    "a",
-    "hub",
-    "turn",
-    "lift",
-    "ratio",
-    "force",
-    "least",
-    "pole",
-    "begin",
-    "end",
-    "soft_theta",
-    "soft_x",
-    "soft_y",
-    "curvature",
-    "curvature_slope",
-    "modulus",
-    "core",
-    "shear",
-    "contact",
-    "contact_slope",
-    "wider",
-    "tip",
-    "length",
-    "exponent",
+const TAP: [&str; 26] = names![
+    first count a hub turn lift ratio force least pole begin end soft_theta soft_x soft_y curvature curvature_slope modulus
+    core shear contact contact_slope wider tip length exponent
 ];
 
 /// Numbers of a piece.
-const PIECE: [&str; 8] = ["near", "far", "radius", "slope", "inner", "inner_slope", "gauge", "steps"];
+const PIECE: [&str; 8] = names![near far radius slope inner inner_slope gauge steps];
 
 /// Numbers of an answer.
-const ANSWER: [&str; 11] = [
-    "strain",
-    "normal",
-    "tangential",
-    "arc",
-    "moment",
-    "force_x",
-    "force_y",
-    "error",
-    "load",
-    "shots",
-    "seal",
-];
+const ANSWER: [&str; 11] = names![strain normal tangential arc moment force_x force_y error load shots seal];
 
 /// Taps of a batch: some milliseconds of work on a slow device.
 const BATCH: usize = 1 << 16;
@@ -71,13 +35,8 @@ const FAR: f64 = 1e30;
 
 /// The text for a batch.
 fn text(job: &Job<'_>, precision: Precision) -> String {
-    let lit = |x: f64| literal(precision, x);
-    let (real, rounding) = match precision {
-        Precision::F32 => ("f32", 0.5 * f64::from(f32::EPSILON)),
-        Precision::F64 => ("f64", 0.5 * f64::EPSILON),
-    };
+    let rounding = rounding(precision);
     let Effects { shear, extension, surface, stick, law, far, curved, inner, power } = job.effects;
-    let mut text = format!("alias real = {real};\nconst WORKGROUP = {WORKGROUP}u;\n");
     let numbers = [
         ("ZERO", 0.0),
         ("ONE", 1.0),
@@ -112,9 +71,7 @@ fn text(job: &Job<'_>, precision: Precision) -> String {
         ("WARY", newton::WARY),
         ("SIDE", if far { -1.0 } else { 1.0 }),
     ];
-    for (name, x) in numbers {
-        let _ = writeln!(text, "const {name}: real = {};", lit(x));
-    }
+    let mut text = reals(precision, numbers);
     let switches = [
         ("SHEAR", shear),
         ("EXTENSION", extension),
@@ -128,10 +85,7 @@ fn text(job: &Job<'_>, precision: Precision) -> String {
     for (name, on) in switches {
         let _ = writeln!(text, "const {name} = {on};");
     }
-    for (name, fields) in [("Tap", &TAP[..]), ("Piece", &PIECE[..]), ("Solution", &ANSWER[..])] {
-        let members: Vec<_> = fields.iter().map(|field| format!("{field}: real")).collect();
-        let _ = writeln!(text, "struct {name} {{ {} }}", members.join(", "));
-    }
+    text += &structures(&[("Tap", &TAP), ("Piece", &PIECE), ("Solution", &ANSWER)]);
     let _ = writeln!(text, "const STAGES = {STAGES}u;\nconst STEPS = {}u;", newton::STEPS);
     for (name, at) in tableau().1 {
         let _ = writeln!(text, "const {name} = {at}u;");

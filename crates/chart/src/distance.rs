@@ -100,45 +100,51 @@ impl DistanceChart {
         ];
         ranges[Quantity::Place as usize][0] = ranges[Quantity::Place as usize][0].max(FIRST_PLACE);
         let whole = |k: usize| all_drives && k == Quantity::Drive as usize;
-        let mut axes = std::array::from_fn(|k| Axis { range: ranges[k], map: maps[k], whole: whole(k) });
+        let axes = std::array::from_fn(|k| Axis { range: ranges[k], map: maps[k], whole: whole(k) });
         let job = (power, tolerance, stop);
-        if setup.gauge.second || !direction.is_upright() {
-            if !matches!(setup.model.contact, Contact::Frictionless | Contact::Coulomb(0.0)) {
-                return Ok(None);
+        let grip = match setup.model.contact {
+            Contact::Coulomb(0.0) if !spatial => Some(Grip::Slide(0.0)),
+            Contact::Frictionless | Contact::Coulomb(0.0) => None,
+            _ if spatial => return Ok(None),
+            Contact::Stick => None,
+            Contact::Coulomb(mu) => {
+                return Ok(Self::choosing(setup, a, mu, (axes, width), job, sweeps)?.and_then(served));
             }
-            let Some(built) = branch(setup, (a, direction, None), (axes, width), job, sweeps)? else {
-                return Ok(None);
-            };
-            let mut chart = Self::of(a, power, vec![built], Vec::new(), *sweeps);
-            chart.direction = direction;
-            if setup.gauge.second {
-                let error = SHARE * tolerance / axes[Quantity::Drive as usize].range[1].powi(power);
-                let (place, job) = ((a, direction), (power, error, solved(power, false), stop));
-                chart.beside = beside::branch(setup, place, *chart.axes(), job, &mut chart.sweeps)?;
-            }
-            let whole = chart.beside.is_some() == setup.gauge.second;
-            return Ok(if whole { served(chart) } else { None });
-        }
-        let Contact::Coulomb(mu) = setup.model.contact else {
-            let Some(built) = branch(setup, (a, direction, None), (axes, width), job, sweeps)? else {
-                return Ok(None);
-            };
-            return Ok(served(Self::of(a, power, vec![built], Vec::new(), *sweeps)));
         };
-        if mu == 0.0 {
-            let frictionless = Some(Grip::Slide(0.0));
-            let Some(built) = branch(setup, (a, direction, frictionless), (axes, width), job, sweeps)? else {
-                return Ok(None);
-            };
-            return Ok(served(Self::of(a, power, vec![built], Vec::new(), *sweeps)));
+        let Some(built) = branch(setup, (a, direction, grip), (axes, width), job, sweeps)? else {
+            return Ok(None);
+        };
+        let mut chart = Self::of(a, power, vec![built], Vec::new(), *sweeps);
+        if spatial {
+            chart.direction = direction;
         }
+        if setup.gauge.second {
+            let error = SHARE * tolerance / axes[Quantity::Drive as usize].range[1].powi(power);
+            let (place, job) = ((a, direction), (power, error, solved(power, false), stop));
+            chart.beside = beside::branch(setup, place, *chart.axes(), job, &mut chart.sweeps)?;
+        }
+        let whole = chart.beside.is_some() == setup.gauge.second;
+        Ok(if whole { served(chart) } else { None })
+    }
+
+    /// The chart of contacts that choose whether they slide, of a friction `mu`, over `axes` or less of them.
+    fn choosing(
+        setup: &Setup,
+        a: f64,
+        mu: f64,
+        (mut axes, width): ([Axis; AXES], f64),
+        job: (i32, f64, &AtomicBool),
+        sweeps: &mut Sweeps,
+    ) -> Result<Option<Self>, SolveError> {
+        let (power, tolerance, stop) = job;
         // By their ratios, all over one box.
         let mut known: Vec<(f64, Built<FUNCTIONS>)> = Vec::new();
         for nodes in NODES {
             let ratios: Vec<f64> = lobatto(nodes).into_iter().map(|x| x * mu).collect();
             while let Some(ratio) = ratios.iter().find(|r| known.iter().all(|(known, _)| known != *r)) {
                 let grip = Some(Grip::Slide(*ratio));
-                let Some(built) = branch(setup, (a, direction, grip), (axes, width), job, sweeps)? else {
+                let Some(built) = branch(setup, (a, Direction::UPRIGHT, grip), (axes, width), job, sweeps)?
+                else {
                     return Ok(None);
                 };
                 if built.axes != axes {
@@ -152,7 +158,7 @@ impl DistanceChart {
             let mut chart = Self::of(a, power, branches, ratios, *sweeps);
             chart.error = chart.choice(setup, stop)?;
             if chart.error <= CHOICE * tolerance {
-                return Ok(served(chart));
+                return Ok(Some(chart));
             }
             *sweeps = chart.sweeps;
         }

@@ -29,7 +29,7 @@ impl RowReader {
         wanted: &Wanted,
         tolerance: f64,
     ) -> Result<Option<Self>, SolveError> {
-        let Some(scope) = Scope::of_rows(setup, distances, wanted, tolerance)? else { return Ok(None) };
+        let Some(scope) = Scope::tried(setup, distances, wanted, tolerance)?.0 else { return Ok(None) };
         Ok(Tables::new(&scope).map(|tables| Self { scope, tables }))
     }
 

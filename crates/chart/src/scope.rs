@@ -152,17 +152,7 @@ impl Scope {
         Ok(Some(scope))
     }
 
-    /// For rows of whiskers as `wanted`, each at its own drive; `None` where they must be reduced from taps.
-    pub fn of_rows(
-        setup: &Setup,
-        distances: &[f64],
-        wanted: &Wanted,
-        tolerance: f64,
-    ) -> Result<Option<Self>, SolveError> {
-        Ok(Self::tried(setup, distances, wanted, tolerance)?.0)
-    }
-
-    /// The same, with the number of taps that were asked on the way, also where there is none.
+    /// For rows of whiskers as `wanted`, each at its own drive; `None` where they must be reduced from taps. With the number of taps that were asked on the way.
     pub fn tried(
         setup: &Setup,
         distances: &[f64],

@@ -7,7 +7,7 @@ use std::sync::{Arc, OnceLock};
 
 use crate::estimate::Estimated;
 use crate::physics::linear::StrainCurve;
-use crate::scene::channels::{Channels, MOST_CHANNELS};
+use crate::scene::channels::{Channels, PerChannel};
 use crate::status::Status;
 
 /// Distances at which the search begins.
@@ -41,7 +41,7 @@ pub struct Contact {
     /// Smallest and largest distance that is looked for, mm.
     reach: [f64; 2],
     /// s at the distances of the search, made when it is first asked for.
-    grid: OnceLock<Vec<[f64; MOST_CHANNELS]>>,
+    grid: OnceLock<Vec<PerChannel>>,
 }
 
 impl Contact {
@@ -61,7 +61,7 @@ impl Contact {
     }
 
     /// s(a): what the channels show per unit of drive.
-    pub fn linear(&self, curve: &StrainCurve, a: f64) -> [f64; MOST_CHANNELS] {
+    pub fn linear(&self, curve: &StrainCurve, a: f64) -> PerChannel {
         let strain = if self.channels.read_strain() { self.sign * curve.value(a) } else { 0.0 };
         self.channels.read(curve.wrench(self.modulus, a), strain)
     }
@@ -76,18 +76,18 @@ impl Contact {
     pub fn estimate(
         &self,
         curve: &StrainCurve,
-        k: &[f64; MOST_CHANNELS],
-        readings: &[f64; MOST_CHANNELS],
+        k: &PerChannel,
+        readings: &PerChannel,
         amount: f64,
         interesting: impl Fn(f64) -> bool,
     ) -> Estimated {
         let nothing = Estimated { status: Status::NO_ROOT, ..Estimated::NOTHING };
-        let white = |x: &[f64; MOST_CHANNELS]| self.channels.white(x, readings);
-        let scaled = |s: &[f64; MOST_CHANNELS]| white(&std::array::from_fn(|j| amount * s[j] / k[j]));
+        let white = |x: &PerChannel| self.channels.white(x, readings);
+        let scaled = |s: &PerChannel| white(&std::array::from_fn(|j| amount * s[j] / k[j]));
         let at = |a: f64| scaled(&self.linear(curve, a));
         let y = white(readings);
         // (vᵀy)²/vᵀv: what the best force explains of yᵀy; nothing where it would pull.
-        let explained = |v: &[f64; MOST_CHANNELS]| {
+        let explained = |v: &PerChannel| {
             let along = dot(v, &y).max(0.0);
             along * along / dot(v, v).max(f64::MIN_POSITIVE)
         };
@@ -117,12 +117,7 @@ impl Contact {
     }
 
     /// The best distance near that of the grid's place `k`; `None` where it lies at an end.
-    fn refine(
-        &self,
-        at: &impl Fn(f64) -> [f64; MOST_CHANNELS],
-        y: &[f64; MOST_CHANNELS],
-        k: usize,
-    ) -> Option<(f64, Fit)> {
+    fn refine(&self, at: &impl Fn(f64) -> PerChannel, y: &PerChannel, k: usize) -> Option<(f64, Fit)> {
         let [low, high] = [self.place(k.saturating_sub(1)), self.place((k + 1).min(GRID - 1))];
         let mut a = self.place(k);
         for _ in 0..ROUNDS {
@@ -131,7 +126,7 @@ impl Contact {
             // Gauss's step in (a, g), g eliminated.
             let (vv, vs, ss) = (dot(&v, &v), dot(&v, &slope), dot(&slope, &slope));
             let share = dot(&v, y) / vv;
-            let rest: [f64; MOST_CHANNELS] = std::array::from_fn(|j| y[j] - share * v[j]);
+            let rest: PerChannel = std::array::from_fn(|j| y[j] - share * v[j]);
             let told = ss - vs * vs / vv;
             let tells = told > 1e-12 * ss && share > 0.0;
             if !tells {
@@ -158,11 +153,11 @@ struct Fit {
     sigma: f64,
 }
 
-fn dot(x: &[f64; MOST_CHANNELS], y: &[f64; MOST_CHANNELS]) -> f64 {
+fn dot(x: &PerChannel, y: &PerChannel) -> f64 {
     x.iter().zip(y).map(|(x, y)| x * y).sum()
 }
 
-fn quotient(above: [f64; MOST_CHANNELS], below: [f64; MOST_CHANNELS], step: f64) -> [f64; MOST_CHANNELS] {
+fn quotient(above: PerChannel, below: PerChannel, step: f64) -> PerChannel {
     std::array::from_fn(|j| (above[j] - below[j]) / step)
 }
 
@@ -170,6 +165,7 @@ fn quotient(above: [f64; MOST_CHANNELS], below: [f64; MOST_CHANNELS], step: f64)
 mod tests {
     use super::*;
     use crate::physics::taper::Taper;
+    use crate::scene::channels::MOST_CHANNELS;
     use crate::scene::{Drive, Signal};
 
     fn cone() -> StrainCurve {

@@ -2,7 +2,7 @@
 
 use crate::contact::Contact;
 use crate::design::Shared;
-use crate::scene::channels::MOST_CHANNELS;
+use crate::scene::channels::PerChannel;
 use crate::scene::{Convention, Setup};
 use crate::status::Status;
 
@@ -85,7 +85,7 @@ impl<'a> Estimator<'a> {
     }
 
     /// What the channels show at `a` mm per unit of drive, by the estimator's theory.
-    pub fn linear(&self, contact: &Contact, a: f64) -> [f64; MOST_CHANNELS] {
+    pub fn linear(&self, contact: &Contact, a: f64) -> PerChannel {
         contact.linear(self.shared.theory.curve(), a)
     }
 
@@ -93,8 +93,8 @@ impl<'a> Estimator<'a> {
     pub fn together(
         &self,
         contact: &Contact,
-        k: &[f64; MOST_CHANNELS],
-        readings: &[f64; MOST_CHANNELS],
+        k: &PerChannel,
+        readings: &PerChannel,
         amount: f64,
     ) -> Estimated {
         contact.estimate(self.shared.theory.curve(), k, readings, amount, |a| self.interesting(a))

@@ -113,14 +113,7 @@ mod tests {
         assert_eq!(Status::OK.to_string(), "ok");
         assert_eq!((Status::AMBIGUOUS | Status::SLIPPED_OFF).to_string(), "slipped_off+ambiguous");
         assert!((Status::STRAIN_LIMIT | Status::NO_ROOT | Status::AMBIGUOUS).counts());
-        for s in [
-            Status::INVALID_GEOMETRY,
-            Status::NO_STRAIN,
-            Status::NOT_CONVERGED,
-            Status::MATERIAL_LIMIT,
-            Status::AT_KNOT,
-            Status::SLIPPED_OFF,
-        ] {
+        for (s, _) in Status::ALL.into_iter().take(6) {
             assert!(!(s | Status::AMBIGUOUS).counts());
         }
     }

@@ -80,7 +80,7 @@ impl DriveAxis {
     }
 
     /// Solutions at every drive from those at the nodes, all of them within `tolerance`; `None` where a check fails.
-    pub fn spread(&self, solutions: &[Solution<f64>], tolerance: f64) -> Option<Vec<Solution<f64>>> {
+    pub fn spread(&self, solutions: &[Solution], tolerance: f64) -> Option<Vec<Solution>> {
         let points = self.nodes.len() - self.checks.len();
         let slopes: Vec<[f64; 4]> = solutions
             .iter()
@@ -128,7 +128,7 @@ impl DriveAxis {
 mod tests {
     use super::*;
 
-    fn solution(x: f64, f: impl Fn(f64) -> f64) -> Solution<f64> {
+    fn solution(x: f64, f: impl Fn(f64) -> f64) -> Solution {
         Solution {
             force: f(x),
             along: 0.5 * f(x),

@@ -44,7 +44,7 @@ pub struct Framed {
     /// Dimensions of the taps, those of each kind together.
     pub columns: [Vec<f64>; DIMENSIONS],
     /// The taps, as kernels take them.
-    pub taps: Vec<Tap<f64>>,
+    pub taps: Vec<Tap>,
     /// Which of them are framed.
     pub whole: Vec<bool>,
 }
@@ -116,7 +116,7 @@ impl Framing {
     /// Frames the taps of one pack.
     #[inline(always)]
     #[allow(non_snake_case)]
-    fn some(&self, dimensions: [Lanes; DIMENSIONS], taps: &mut [Tap<f64>], whole: &mut [bool]) {
+    fn some(&self, dimensions: [Lanes; DIMENSIONS], taps: &mut [Tap], whole: &mut [bool]) {
         let [D, d, L_a, x_ss, l, a, drive] = dimensions;
         let Self { model, side, drive: kind, hub, grip } = self;
         let (side, hub, grip) = (*side, *hub, *grip);

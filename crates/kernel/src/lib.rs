@@ -21,6 +21,14 @@
 //! f32 at 1e-5 and 4.2 of 10 nodes in f64 at 1e-8, all rungs together (`sweeps_mean` of `vibrissa bench`); counted once, with the gauge, that
 //! was 3381 and 8115 floating-point operations a tap.
 
+/// Names as words.
+#[macro_export]
+macro_rules! names {
+    ($($name:ident)+) => {
+        [$(stringify!($name)),+]
+    };
+}
+
 pub mod chart;
 pub mod cpu;
 pub mod drives;
@@ -30,13 +38,12 @@ pub mod gpu;
 pub mod pose;
 pub mod ranking;
 pub mod rule;
-
 pub mod tap;
 
 pub use chart::Chart;
 use cpu::Cpu;
 pub use effects::Effects;
-use ranking::{Charts, Ranking};
+use ranking::{Charts, DeviceRanking};
 pub use rule::{Rule, ladder};
 pub use tap::{Solution, Tap};
 pub use vibrissa_core::physics::nodes;
@@ -45,8 +52,7 @@ use std::sync::OnceLock;
 
 use rayon::prelude::*;
 use vibrissa_core::error::SolveError;
-use vibrissa_core::scene::Layout;
-use vibrissa_core::scene::{Material, Precision};
+use vibrissa_core::scene::{Layout, Material, Precision};
 
 /// What one batch is solved with.
 #[derive(Debug, Clone, Copy)]
@@ -139,12 +145,7 @@ impl Rung {
 /// A backend that solves batches of dimensionless taps.
 pub trait Solver: Send {
     /// Solves every tap of `taps` into the same place of `out`.
-    fn solve(
-        &mut self,
-        job: &Job<'_>,
-        taps: &[Tap<f64>],
-        out: &mut Vec<Solution<f64>>,
-    ) -> Result<(), SolveError>;
+    fn solve(&mut self, job: &Job<'_>, taps: &[Tap], out: &mut Vec<Solution>) -> Result<(), SolveError>;
 
     /// Taps that one call takes at most.
     fn batch_limit(&self) -> usize;
@@ -168,11 +169,7 @@ pub trait Solver: Send {
     fn refuse(&mut self, _why: &str) {}
 
     /// What ranks the designs of a layout from `charts` on this backend's own device; `None` where it has none, or they do not fit on it.
-    fn ranking(
-        &mut self,
-        _charts: &dyn Charts,
-        _layout: &Layout,
-    ) -> Result<Option<Box<dyn Ranking>>, SolveError> {
+    fn ranking(&mut self, _charts: &dyn Charts, _layout: &Layout) -> DeviceRanking {
         Ok(None)
     }
 
@@ -192,7 +189,7 @@ pub(crate) fn trusted(effects: &Effects) -> f64 {
 
 /// What to believe of a tap after a finer rung. Estimates of full Newton are generous: where it converged it is nearer than an
 /// answer whose own estimate is not trusted, even if it does not claim so.
-fn finer(old: &Solution<f64>, new: Solution<f64>, tolerance: f64) -> Solution<f64> {
+fn finer(old: &Solution, new: Solution, tolerance: f64) -> Solution {
     match (old.within(tolerance), new.within(10.0 * tolerance)) {
         (true, true) => Solution { error: new.error.min(old.error), ..new },
         (true, false) => *old,
@@ -207,8 +204,8 @@ pub fn solve(
     effects: Effects,
     rungs: &[Rung],
     tolerance: f64,
-    taps: &[Tap<f64>],
-    out: &mut Vec<Solution<f64>>,
+    taps: &[Tap],
+    out: &mut Vec<Solution>,
 ) -> Result<(), SolveError> {
     out.clear();
     let trusted = trusted(&effects);
@@ -219,7 +216,7 @@ pub fn solve(
     for (step, rung) in climbed.enumerate() {
         // A material that has ended has ended in any precision; what never came is left to the reference.
         let open =
-            |s: &Solution<f64>| !(s.within(trusted * tolerance) || rung.spare && s.ended() || s.unwritten());
+            |s: &Solution| !(s.within(trusted * tolerance) || rung.spare && s.ended() || s.unwritten());
         let hard: Vec<usize> =
             (0..out.len()).into_par_iter().with_min_len(SCANNED).filter(|&i| open(&out[i])).collect();
         if step > 0 && hard.is_empty() {

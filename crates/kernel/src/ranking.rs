@@ -97,6 +97,9 @@ pub trait Ranking {
     fn finish(&mut self) -> Option<Result<Batch, SolveError>>;
 }
 
+/// What ranks designs on a device, where there is one that can.
+pub type DeviceRanking = Result<Option<Box<dyn Ranking>>, SolveError>;
+
 /// Charts that rank designs on the CPU, and say what a device needs to do the same.
 pub trait Charts {
     /// How the design `t` is dealt with.
@@ -111,23 +114,9 @@ pub trait Charts {
 
 /// Numbers of a distance before the points of its gauge, as the shader calls them: ends of the range of interest (η), what the functions are multiplied
 /// by, largest arc over driveᵉ, number of branches, where their matrix begins in [`Sheet::choice`], scale and shift of drive, D/a, τa and x/a, a and 1/a.
-pub const HEAD: [&str; 16] = [
-    "END_LO",
-    "END_HI",
-    "SCALE",
-    "MOST_ARC",
-    "COUNT",
-    "CHOICE_OF",
-    "DRIVE_AXIS",
-    "DRIVE_SHIFT",
-    "BASE_AXIS",
-    "BASE_SHIFT",
-    "TAPER_AXIS",
-    "TAPER_SHIFT",
-    "PLACE_AXIS",
-    "PLACE_SHIFT",
-    "A",
-    "INVERSE",
+pub const HEAD: [&str; 16] = crate::names![
+    END_LO END_HI SCALE MOST_ARC COUNT CHOICE_OF DRIVE_AXIS DRIVE_SHIFT BASE_AXIS BASE_SHIFT TAPER_AXIS TAPER_SHIFT
+    PLACE_AXIS PLACE_SHIFT A INVERSE
 ];
 
 /// Bounds on q beyond which a design is solved tap by tap: of one reading, which is known, and of many, of which only bounds are.

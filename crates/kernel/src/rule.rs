@@ -129,22 +129,61 @@ pub fn chart_shares(precision: Precision, rule: &Rule) -> [f64; 2] {
 
 /// Guards of the iteration, the same numbers on every backend.
 pub mod limits {
-    /// Least (1 − τc)/(1 − τa) while iterating: keeps the contact on this side of the apex.
-    pub const APEX: f64 = 1e-3;
-    /// Least c/a − 1 while iterating.
-    pub const LEAST_ARC: f64 = -0.5;
+    /// Those that shaders have too, by their names there.
+    macro_rules! named {
+        ($($(#[$doc:meta])+ $name:ident = $x:expr;)+) => {
+            $($(#[$doc])+ pub const $name: f64 = $x;)+
+
+            /// All of these, by the names they have in the shaders.
+            pub const NAMED: [(&str, f64); 20] = [$((stringify!($name), $name)),+];
+        };
+    }
+
+    named! {
+        /// Least (1 − τc)/(1 − τa) while iterating: keeps the contact on this side of the apex.
+        APEX = 1e-3;
+        /// Least c/a − 1 while iterating.
+        LEAST_ARC = -0.5;
+        /// Largest c/a − 1 while iterating.
+        MOST_ARC = 2.0;
+        /// Least W/W₀ − 1 while iterating.
+        LEAST_FORCE = -0.95;
+        /// Largest W/W₀ − 1 while iterating.
+        MOST_FORCE = 20.0;
+        /// Largest change of w in a step of full Newton, relative to 1 + |w|.
+        LONGEST_STEP = 0.5;
+        /// Least share of the expected change of a step that is believed, with friction or a radius.
+        CHANCE = 0.25;
+        /// Distance of a contact beyond a gauge it started on, per length of the gauge, from which on it counts as clear of it.
+        LEFT = 0.25;
+        /// Growth of the distance between contact and gauge from which on a step may be small by chance.
+        GROWN = 2.0;
+        /// Largest growth of the lever that is told apart.
+        MOST_GROWTH = 1e10;
+        /// Error from which on an iteration has not come near any equilibrium.
+        ASTRAY = 1e-2;
+        /// Least W/W₀ − 1 of a sticking contact, which may pull, while iterating.
+        MOST_PULL = -20.0;
+        /// Error of a tap at an equilibrium beyond what the kernel can tell: the range of its series or of its chart, or a fold of the path.
+        HOPELESS = 1e9;
+        /// Error of an iteration that has gone astray as far.
+        LOST = 1e12;
+        /// Roundings that add up in a residual of the closure, at most.
+        ROUNDINGS = 16.0;
+        /// Roundings of the arc where no Jacobian tells how they show.
+        ARC_ROUNDINGS = 30.0;
+        /// Below every number of interest and above underflow in f32.
+        TINY = 1e-20;
+        /// Weight of the tail of the height's integrand, which the gauge interpolates, in the truncation error.
+        HEIGHT_TAIL = 0.005;
+        /// Weight of the tail of the bending integrand (to the power 3/2) in the truncation error.
+        BENDING_TAIL = 0.05;
+        /// Weight of the tail of the shortening integrand in the truncation error.
+        SHORTENING_TAIL = 0.01;
+    }
+
     /// Least 1 − τa on the first rung with friction or a radius.
     pub const SHARP: f64 = 0.1;
-    /// Largest c/a − 1 while iterating.
-    pub const MOST_ARC: f64 = 2.0;
-    /// Least W/W₀ − 1 while iterating.
-    pub const LEAST_FORCE: f64 = -0.95;
-    /// Least W/W₀ − 1 of a sticking contact, which may pull, while iterating.
-    pub const MOST_PULL: f64 = -20.0;
-    /// Largest W/W₀ − 1 while iterating.
-    pub const MOST_FORCE: f64 = 20.0;
-    /// Largest change of w in a step of full Newton, relative to 1 + |w|.
-    pub const LONGEST_STEP: f64 = 0.5;
     /// Sweeps per step of full Newton.
     pub const SETTLE: u32 = 4;
     /// Passes for the Jacobian of full Newton.
@@ -155,63 +194,12 @@ pub mod limits {
     pub const LARGEST_FULL_RATE: f64 = 0.5;
     /// Smallest contraction rate believed.
     pub const SMALLEST_RATE: f64 = 0.05;
-    /// Least share of the expected change of a step that is believed, with friction or a radius.
-    pub const CHANCE: f64 = 0.25;
-    /// Distance of a contact beyond a gauge it started on, per length of the gauge, from which on it counts as clear of it.
-    pub const LEFT: f64 = 0.25;
-    /// Growth of the distance between contact and gauge from which on a step may be small by chance.
-    pub const GROWN: f64 = 2.0;
-    /// Largest growth of the lever that is told apart.
-    pub const MOST_GROWTH: f64 = 1e10;
     /// Share of the tolerance at which the iteration stops; the rest is for truncation and for optimism.
     pub const STOP: f64 = 0.1;
     /// The same with any effect, whose lag goes on a little longer than the steps tell.
     pub const EFFECTS_STOP: f64 = 0.05;
     /// The same of full Newton, which has nodes to spare and whose noise in f32 may be above the other.
     pub const FULL_STOP: f64 = 0.5;
-    /// Error from which on an iteration has not come near any equilibrium.
-    pub const ASTRAY: f64 = 1e-2;
-    /// Error of a tap at an equilibrium beyond what the kernel can tell: the range of its series or of its chart, or a fold of the path.
-    pub const HOPELESS: f64 = 1e9;
-    /// Error of an iteration that has gone astray as far.
-    pub const LOST: f64 = 1e12;
-    /// Roundings that add up in a residual of the closure, at most.
-    pub const ROUNDINGS: f64 = 16.0;
-    /// Roundings of the arc where no Jacobian tells how they show.
-    pub const ARC_ROUNDINGS: f64 = 30.0;
     /// Distance of a fibre's load from 1 within which the reference is asked whether the material ends.
     pub const EDGE: f64 = 0.02;
-    /// Below every number of interest and above underflow in f32.
-    pub const TINY: f64 = 1e-20;
-
-    /// Weight of the tail of the bending integrand (to the power 3/2) in the truncation error.
-    pub const BENDING_TAIL: f64 = 0.05;
-    /// Weight of the tail of the shortening integrand in the truncation error.
-    pub const SHORTENING_TAIL: f64 = 0.01;
-    /// Weight of the tail of the height's integrand, which the gauge interpolates, in the truncation error.
-    pub const HEIGHT_TAIL: f64 = 0.005;
-
-    /// All, by the names they have in the shaders.
-    pub const NAMED: [(&str, f64); 20] = [
-        ("APEX", APEX),
-        ("LEAST_ARC", LEAST_ARC),
-        ("MOST_ARC", MOST_ARC),
-        ("LEAST_FORCE", LEAST_FORCE),
-        ("MOST_FORCE", MOST_FORCE),
-        ("LONGEST_STEP", LONGEST_STEP),
-        ("CHANCE", CHANCE),
-        ("LEFT", LEFT),
-        ("GROWN", GROWN),
-        ("MOST_GROWTH", MOST_GROWTH),
-        ("ASTRAY", ASTRAY),
-        ("MOST_PULL", MOST_PULL),
-        ("HOPELESS", HOPELESS),
-        ("LOST", LOST),
-        ("ROUNDINGS", ROUNDINGS),
-        ("ARC_ROUNDINGS", ARC_ROUNDINGS),
-        ("TINY", TINY),
-        ("HEIGHT_TAIL", HEIGHT_TAIL),
-        ("BENDING_TAIL", BENDING_TAIL),
-        ("SHORTENING_TAIL", SHORTENING_TAIL),
-    ];
 }

@@ -14,7 +14,7 @@ use vibrissa_core::scene::{Model, Side};
 /// A tap in units of the contact distance; the layout is the WGSL struct `Tap`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(C)]
-pub struct Tap<T> {
+pub struct Tap<T = f64> {
     /// τa.
     pub taper: T,
     /// 1 − τa > 0, from f64: next to the apex the difference would lose digits in f32.
@@ -58,7 +58,7 @@ pub struct Tap<T> {
 /// What a kernel returns; the layout is the WGSL struct `Solution`, which ends before `base` where the effects are not `spatial`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(C)]
-pub struct Solution<T> {
+pub struct Solution<T = f64> {
     /// w: W/W₀ − 1.
     pub force: T,
     /// k: (H − H₀)/W₀.
@@ -122,14 +122,14 @@ macro_rules! fields {
 fields!(Tap: taper rest angle hub near far width shear weight radius contact_radius slope pole_x pole_y ratio force along arc strain);
 fields!(Solution: force along arc strain error load sweeps base axial);
 
-impl Tap<f64> {
+impl Tap {
     /// Strain that `s` says, positive as on the contact side.
-    pub fn strain(&self, s: &Solution<f64>) -> f64 {
+    pub fn strain(&self, s: &Solution) -> f64 {
         self.strain + self.strain * s.strain
     }
 
     /// How far the contact has moved along the whisker: c/a − 1.
-    pub fn moved(&self, s: &Solution<f64>) -> f64 {
+    pub fn moved(&self, s: &Solution) -> f64 {
         self.arc + s.arc
     }
 }
@@ -141,7 +141,7 @@ impl<T> Solution<T> {
     }
 }
 
-impl Solution<f64> {
+impl Solution {
     /// Whether the tap met the tolerance; false for anything that is not a number.
     pub fn within(&self, tolerance: f64) -> bool {
         self.error <= tolerance
@@ -214,7 +214,7 @@ impl Solution<f64> {
 /// A tap in its own units: what is asked of the rod, and how a solution is read.
 #[derive(Debug, Clone, Copy)]
 pub struct Frame {
-    tap: Tap<f64>,
+    tap: Tap,
     /// Contact distance, mm.
     a: f64,
     /// EI₀/a², N.
@@ -287,12 +287,12 @@ impl Frame {
     }
 
     /// The dimensionless tap.
-    pub fn tap(&self) -> &Tap<f64> {
+    pub fn tap(&self) -> &Tap {
         &self.tap
     }
 
     /// Reads a solution.
-    pub fn response(&self, s: &Solution<f64>) -> Response {
+    pub fn response(&self, s: &Solution) -> Response {
         let t = &self.tap;
         let (w, h) = (t.force + t.force * s.force, t.along + t.force * s.along);
         let (cos, sin) = self.direction;
@@ -315,7 +315,7 @@ impl Frame {
     }
 
     /// How far the contact has moved along the whisker: c/a − 1.
-    pub fn moved(&self, s: &Solution<f64>) -> f64 {
+    pub fn moved(&self, s: &Solution) -> f64 {
         self.tap.moved(s)
     }
 }

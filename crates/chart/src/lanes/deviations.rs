@@ -1,30 +1,20 @@
 //! Single taps as rows are made of them, to be compared with solved ones.
 
-use super::dispatch::{Work, best};
+use super::dispatch::{Work, best, work};
 use super::rows::Rows;
 use super::{LANES, Scratch, Tables};
 use crate::design::amount;
 use crate::scene::Tuple;
 
-/// [`Tables::deviations`] for an instruction set.
-struct Deviations<'a> {
-    tables: &'a Tables,
-    taps: &'a [(Tuple, usize)],
-}
-
-impl Work for Deviations<'_> {
-    type Out = Vec<f64>;
-
-    #[inline(always)]
-    fn run<const SET: u8>(self) -> Vec<f64> {
-        self.tables.deviations_lanes::<SET>(self.taps)
-    }
+work! {
+    /// [`Tables::deviations`] for an instruction set.
+    Deviations: Tables.deviations_lanes(taps: &'a [(Tuple, usize)]) -> Vec<f64>
 }
 
 impl Tables {
     /// K − 1 of taps of easy designs, each with the place of its distance, as the rows are made of them.
     pub fn deviations(&self, taps: &[(Tuple, usize)]) -> Vec<f64> {
-        best(Deviations { tables: self, taps })
+        best(Deviations { of: self, taps })
     }
 
     #[inline(always)]

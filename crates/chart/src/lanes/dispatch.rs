@@ -14,6 +14,27 @@ pub(super) trait Work {
     fn run<const SET: u8>(self) -> Self::Out;
 }
 
+/// A method of `$of` for each instruction set as [`Work`]: what it is called with.
+macro_rules! work {
+    ($(#[$doc:meta])+ $name:ident: $of:ident.$method:ident($($field:ident: $type:ty),+) -> $out:ty) => {
+        $(#[$doc])+
+        struct $name<'a> {
+            of: &'a $of,
+            $($field: $type,)+
+        }
+
+        impl Work for $name<'_> {
+            type Out = $out;
+
+            #[inline(always)]
+            fn run<const SET: u8>(self) -> $out {
+                self.of.$method::<SET>($(self.$field),+)
+            }
+        }
+    };
+}
+pub(super) use work;
+
 /// A part of work by the instructions of a set.
 pub(super) trait Part<const SET: u8> {
     type Out;

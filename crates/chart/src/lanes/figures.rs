@@ -1,6 +1,6 @@
 //! All figures of designs rows, each design at its own drive, and what limits of a search ask of its taps.
 
-use super::dispatch::{Work, best};
+use super::dispatch::{Work, best, work};
 use super::estimate::Told;
 use super::rows::{MOST, Rows};
 use super::tally::Tally;
@@ -38,7 +38,7 @@ pub struct Figures {
 impl Tables {
     /// Figures of `tuples`, all easy, each at its own drive, and their taps per word; `None` of a row that must be solved.
     pub fn figures(&self, tuples: &[Tuple], counting: Counting, out: &mut Vec<Option<Figures>>) -> Words {
-        best(Reading { tables: self, tuples, counting, out })
+        best(Reading { of: self, tuples, counting, out })
     }
 
     #[inline(always)]
@@ -58,21 +58,9 @@ impl Tables {
     }
 }
 
-/// [`Tables::figures`] for an instruction set.
-struct Reading<'a> {
-    tables: &'a Tables,
-    tuples: &'a [Tuple],
-    counting: Counting,
-    out: &'a mut Vec<Option<Figures>>,
-}
-
-impl Work for Reading<'_> {
-    type Out = Words;
-
-    #[inline(always)]
-    fn run<const SET: u8>(self) -> Words {
-        self.tables.figures_lanes::<SET>(self.tuples, self.counting, self.out)
-    }
+work! {
+    /// [`Tables::figures`] for an instruction set.
+    Reading: Tables.figures_lanes(tuples: &'a [Tuple], counting: Counting, out: &'a mut Vec<Option<Figures>>) -> Words
 }
 
 impl<const SET: u8> Rows<Lanes<SET>> {

@@ -1,7 +1,7 @@
 //! Single taps read in lanes.
 
 use super::choice::Choice;
-use super::dispatch::{Work, best};
+use super::dispatch::{Work, best, work};
 use super::read::{Basis, Values};
 use super::{Charted, LANES, Lanes};
 use crate::axis::AXES;
@@ -40,7 +40,7 @@ impl Readings {
 
     /// Taps at distance `i`; drive (rad or mm), x1/a, D/a, τa and x2/a of each, within its chart.
     pub fn read(&self, i: usize, quantities: &[[f64; AXES]], out: &mut Vec<Read>) {
-        best(Reading { readings: self, i, quantities, out });
+        best(Reading { of: self, i, quantities, out });
     }
 
     #[inline(always)]
@@ -79,19 +79,7 @@ impl Readings {
     }
 }
 
-/// [`Readings::read`] for an instruction set.
-struct Reading<'a> {
-    readings: &'a Readings,
-    i: usize,
-    quantities: &'a [[f64; AXES]],
-    out: &'a mut Vec<Read>,
-}
-
-impl Work for Reading<'_> {
-    type Out = ();
-
-    #[inline(always)]
-    fn run<const SET: u8>(self) {
-        self.readings.read_lanes::<SET>(self.i, self.quantities, self.out);
-    }
+work! {
+    /// [`Readings::read`] for an instruction set.
+    Reading: Readings.read_lanes(i: usize, quantities: &'a [[f64; AXES]], out: &'a mut Vec<Read>) -> ()
 }

@@ -1,32 +1,19 @@
 //! Ranks designs, a pack at a time: a first look by rough charts, then in full what that does not tell.
 
-use super::dispatch::{Work, best};
+use super::dispatch::{Work, best, work};
 use super::rows::Rows;
 use super::{Found, LANES, Lanes, Scratch, Tables};
 use crate::scene::{Per, Tuple};
 
-/// [`Tables::rank`] for an instruction set.
-struct Rank<'a> {
-    tables: &'a Tables,
-    ks: &'a [u64],
-    tuples: &'a [Tuple],
-    bound: f32,
-    found: &'a mut Found,
-}
-
-impl Work for Rank<'_> {
-    type Out = ();
-
-    #[inline(always)]
-    fn run<const SET: u8>(self) {
-        self.tables.rank_lanes::<SET>(self.ks, self.tuples, self.bound, self.found);
-    }
+work! {
+    /// [`Tables::rank`] for an instruction set.
+    Rank: Tables.rank_lanes(ks: &'a [u64], tuples: &'a [Tuple], bound: f32, found: &'a mut Found) -> ()
 }
 
 impl Tables {
     /// Rows of the designs `ks`, all easy, that rank below `bound`; [`LANES`] at a time.
     pub fn rank(&self, ks: &[u64], tuples: &[Tuple], bound: f32, found: &mut Found) {
-        best(Rank { tables: self, ks, tuples, bound, found });
+        best(Rank { of: self, ks, tuples, bound, found });
     }
 
     #[inline(always)]

@@ -8,6 +8,18 @@ use glam::DVec2;
 
 use super::number::Number;
 
+/// Functions y of one number x, as f64 has them, and their derivatives.
+macro_rules! functions {
+    ($($(#[$attribute:meta])+ $name:ident: |$x:ident, $y:ident| $slope:expr;)+) => {$(
+        $(#[$attribute])+
+        fn $name(self) -> Self {
+            let $x = self.value();
+            let $y = $x.$name();
+            self.chain($y, || $slope)
+        }
+    )+};
+}
+
 /// A real number; a function of it has the value that f64 gives.
 pub trait Real:
     Number
@@ -40,72 +52,31 @@ pub trait Real:
         (self.chain(sin, || cos), self.chain(cos, || -sin))
     }
 
-    /// Sine.
-    #[inline(always)]
-    fn sin(self) -> Self {
-        let x = self.value();
-        self.chain(x.sin(), || x.cos())
-    }
-
-    /// Absolute value.
-    #[inline(always)]
-    fn abs(self) -> Self {
-        let x = self.value();
-        self.chain(x.abs(), || x.signum())
-    }
-
-    /// eˣ.
-    fn exp(self) -> Self {
-        let y = self.value().exp();
-        self.chain(y, || y)
-    }
-
-    /// Natural logarithm.
-    fn ln(self) -> Self {
-        let x = self.value();
-        self.chain(x.ln(), || 1.0 / x)
-    }
-
-    /// Logarithm to base 10.
-    fn log10(self) -> Self {
-        let x = self.value();
-        self.chain(x.log10(), || std::f64::consts::LOG10_E / x)
-    }
-
-    /// ln(1 + x).
-    fn ln_1p(self) -> Self {
-        let x = self.value();
-        self.chain(x.ln_1p(), || 1.0 / (1.0 + x))
-    }
-
-    /// eˣ − 1.
-    fn exp_m1(self) -> Self {
-        let x = self.value();
-        self.chain(x.exp_m1(), || x.exp())
-    }
-
-    /// Arctangent.
-    fn atan(self) -> Self {
-        let x = self.value();
-        self.chain(x.atan(), || 1.0 / (1.0 + x * x))
-    }
-
-    /// Tangent.
-    fn tan(self) -> Self {
-        let y = self.value().tan();
-        self.chain(y, || 1.0 + y * y)
-    }
-
-    /// Arcsine.
-    fn asin(self) -> Self {
-        let x = self.value();
-        self.chain(x.asin(), || 1.0 / (1.0 - x * x).sqrt())
-    }
-
-    /// Cube root.
-    fn cbrt(self) -> Self {
-        let y = self.value().cbrt();
-        self.chain(y, || 1.0 / (3.0 * y * y))
+    functions! {
+        /// Sine.
+        #[inline(always)]
+        sin: |x, _y| x.cos();
+        /// Absolute value.
+        #[inline(always)]
+        abs: |x, _y| x.signum();
+        /// eˣ.
+        exp: |_x, y| y;
+        /// Natural logarithm.
+        ln: |x, _y| 1.0 / x;
+        /// Logarithm to base 10.
+        log10: |x, _y| std::f64::consts::LOG10_E / x;
+        /// ln(1 + x).
+        ln_1p: |x, _y| 1.0 / (1.0 + x);
+        /// eˣ − 1.
+        exp_m1: |x, _y| x.exp();
+        /// Arctangent.
+        atan: |x, _y| 1.0 / (1.0 + x * x);
+        /// Tangent.
+        tan: |_x, y| 1.0 + y * y;
+        /// Arcsine.
+        asin: |x, _y| 1.0 / (1.0 - x * x).sqrt();
+        /// Cube root.
+        cbrt: |_x, y| 1.0 / (3.0 * y * y);
     }
 
     /// A whole power.

@@ -5,6 +5,9 @@ use super::signal::Signal;
 /// Channels at most.
 pub const MOST_CHANNELS: usize = 6;
 
+/// A number of each channel; what is beyond the last means nothing.
+pub type PerChannel = [f64; MOST_CHANNELS];
+
 /// What is read of a tap: M₀ (N mm), F_x, F_y (N), and the strain under the gauge.
 pub const SOURCES: usize = 4;
 
@@ -89,7 +92,7 @@ impl Channels {
     }
 
     /// Noise of one reading of each, of independent standard normal numbers.
-    pub fn noise(&self, normal: &[f64; MOST_CHANNELS]) -> [f64; MOST_CHANNELS] {
+    pub fn noise(&self, normal: &PerChannel) -> PerChannel {
         let n = self.len();
         let mut all = [0.0; MOST_CHANNELS];
         if self.covariance.is_some() {
@@ -122,7 +125,7 @@ impl Channels {
     }
 
     /// What they show of the wrench [M₀, F_x, F_y] and the strain; those beyond the last are 0.
-    pub fn read(&self, [moment, along, across]: [f64; 3], strain: f64) -> [f64; MOST_CHANNELS] {
+    pub fn read(&self, [moment, along, across]: [f64; 3], strain: f64) -> PerChannel {
         let mut all = [0.0; MOST_CHANNELS];
         for (reading, row) in all.iter_mut().zip(&self.rows) {
             // What a channel does not read may be unknown.
@@ -133,11 +136,7 @@ impl Channels {
     }
 
     /// `readings` in units of white noise; without noise each relative to its size in `like`.
-    pub fn white(
-        &self,
-        readings: &[f64; MOST_CHANNELS],
-        like: &[f64; MOST_CHANNELS],
-    ) -> [f64; MOST_CHANNELS] {
+    pub fn white(&self, readings: &PerChannel, like: &PerChannel) -> PerChannel {
         let n = self.len();
         let mut all = [0.0; MOST_CHANNELS];
         for k in 0..n {

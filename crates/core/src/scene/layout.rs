@@ -258,30 +258,12 @@ mod tests {
         ]);
         assert_eq!((l.n_designs, l.n_distances, l.n_drives, l.len()), (6, 2, 6, 72));
         assert_eq!((l.n_directions, l.drives_each(), l.is_upright()), (2, 3, false));
-        let mut index = 0;
-        for big in [8.0, 10.0] {
-            for x_ss in [3.0, 5.0, 7.0] {
-                for a in [20.0, 30.0] {
-                    for tilt in [0.0, 10.0] {
-                        for drive in [1.0, 2.0, 3.0] {
-                            let want = Tuple {
-                                D: big,
-                                d: 4.0,
-                                L_a: 50.0,
-                                x_ss,
-                                l: 2.0,
-                                a,
-                                tilt,
-                                lean: 0.0,
-                                drive,
-                                rig: 0,
-                            };
-                            assert_eq!(l.tuple(index), want);
-                            index += 1;
-                        }
-                    }
-                }
-            }
+        for index in 0..l.len() {
+            let at = |values: &[f64], stride: u64| values[(index / stride) as usize % values.len()];
+            let (base, x_ss, a) = (at(&[8.0, 10.0], 36), at(&[3.0, 5.0, 7.0], 12), at(&[20.0, 30.0], 6));
+            let (tilt, drive) = (at(&[0.0, 10.0], 3), at(&[1.0, 2.0, 3.0], 1));
+            let want = Tuple::from_array([base, 4.0, 50.0, x_ss, 2.0, a, tilt, 0.0, drive]);
+            assert_eq!(l.tuple(index), want);
         }
     }
 

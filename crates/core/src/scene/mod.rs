@@ -124,66 +124,42 @@ impl Setup {
     pub fn asks_wrench(&self) -> bool {
         self.wrench || self.signal != Signal::Strain || self.channels.is_some()
     }
+}
 
+/// What a setup is made with: it is given back with a value set.
+macro_rules! with {
+    ($($(#[$doc:meta])+ $name:ident($($value:ident: $of:ty)?) sets $($field:ident).+ = $to:expr;)+) => {
+        impl Setup {$(
+            $(#[$doc])+
+            pub fn $name(mut self $(, $value: $of)?) -> Self {
+                self.$($field).+ = $to;
+                self
+            }
+        )+}
+    };
+}
+
+with! {
     /// With this law of the material; moduli in MPa.
-    pub fn material(mut self, material: Material) -> Self {
-        self.model.material = material;
-        self
-    }
-
+    material(material: Material) sets model.material = material;
     /// With contact on the whisker's surface, not on its centreline.
-    pub fn surface(mut self) -> Self {
-        self.model.surface = true;
-        self
-    }
-
+    surface() sets model.surface = true;
     /// With Timoshenko's shear deformation.
-    pub fn shear(mut self) -> Self {
-        self.model.shear = true;
-        self
-    }
-
+    shear() sets model.shear = true;
     /// With a centreline that stretches.
-    pub fn extension(mut self) -> Self {
-        self.model.extension = true;
-        self
-    }
-
+    extension() sets model.extension = true;
     /// With this behaviour of the contact; sticking and Coulomb friction need [`Self::extension`].
-    pub fn contact(mut self, contact: Contact) -> Self {
-        self.model.contact = contact;
-        self
-    }
-
+    contact(contact: Contact) sets model.contact = contact;
     /// With an object of this radius ρ, mm.
-    pub fn pole_radius(mut self, radius: f64) -> Self {
-        self.model.pole_radius = radius;
-        self
-    }
-
+    pole_radius(radius: f64) sets model.pole_radius = radius;
     /// With the motor's axis so far behind the clamp, r₀, mm.
-    pub fn hub(mut self, hub: f64) -> Self {
-        self.hub = hub;
-        self
-    }
-
+    hub(hub: f64) sets hub = hub;
     /// With the gauge on this side.
-    pub fn side(mut self, side: Side) -> Self {
-        self.gauge.side = side;
-        self
-    }
-
+    side(side: Side) sets gauge.side = side;
     /// With this standard deviation of the gauge's noise, in strain.
-    pub fn noise(mut self, strain: f64) -> Self {
-        self.gauge.noise_strain = Some(strain);
-        self
-    }
-
+    noise(strain: f64) sets gauge.noise_strain = Some(strain);
     /// By the closed forms of the paper.
-    pub fn linear(mut self) -> Self {
-        self.model.geometry = Geometry::Linear;
-        self
-    }
+    linear() sets model.geometry = Geometry::Linear;
 }
 
 /// What is to be evaluated and reported.

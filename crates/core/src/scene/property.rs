@@ -8,43 +8,23 @@ use crate::design::MOST;
 /// How many properties there are.
 pub const PROPERTIES: usize = 17;
 
-/// A property, in row order: after l, before a.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Property {
-    /// n of the diameter's power law.
-    Exponent,
-    /// Factor of a profile's diameters.
-    Scale,
-    /// Diameter of a bore; 0: none.
-    Bore,
-    /// Diameter of a core; 0: none.
-    Core,
-    /// Modulus of a core.
-    CoreModulus,
-    /// κ_base.
-    Curvature,
-    /// κ_slope.
-    CurvatureSlope,
-    /// Stiffness of the root against turning.
-    Turn,
-    /// Stiffness of the root across the whisker.
-    Across,
-    /// Stiffness of the root along the whisker.
-    Along,
-    /// r₀.
-    Hub,
-    /// E, of a hooke or neo-hookean material.
-    Modulus,
-    /// ν.
-    Nu,
-    /// ρ.
-    PoleRadius,
-    /// μ.
-    Friction,
-    /// Modulus times thickness of a foil.
-    Foil,
-    /// Standard deviation of one reading.
-    Noise,
+/// The properties in row order: name, column, section, key, unit, what it is, and the values that it may have, in words and as a check.
+macro_rules! properties {
+    ($($(#[$doc:meta])* $name:ident: $about:expr, $allowed:expr, $holds:expr;)+) => {
+        /// A property, in row order: after l, before a.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub enum Property {
+            $($(#[$doc])* $name,)+
+        }
+
+        impl Property {
+            /// All, in row order.
+            pub const ALL: [Self; PROPERTIES] = [$(Self::$name),+];
+        }
+
+        /// All, in the order of [`Property::ALL`].
+        const DESCRIPTIONS: [Description; PROPERTIES] = [$(description($about, ($allowed, $holds))),+];
+    };
 }
 
 /// What is known of a property.
@@ -66,137 +46,72 @@ pub struct Description {
 
 const fn description(
     [column, section, key, unit, what]: [&'static str; 5],
-    allowed: &'static str,
-    holds: fn(f64) -> bool,
+    allowed: (&'static str, fn(f64) -> bool),
 ) -> Description {
-    Description { column, section, key, unit, what, allowed: (allowed, holds) }
+    Description { column, section, key, unit, what, allowed }
 }
 
-/// All, in the order of [`Property::ALL`].
-const DESCRIPTIONS: [Description; PROPERTIES] = [
-    description(
-        ["exponent", "whisker", "exponent", "", "n of D(s) = d + (D − d)(1 − s/L_a)ⁿ"],
-        "0.25 … 4 (1: the cone)",
-        |v| (0.25..=4.0).contains(&v),
-    ),
-    description(
-        ["scale", "whisker", "scale", "", "factor of the profile's diameters"],
-        "0 < scale ≤ 1000",
-        |v| v > 0.0 && v <= 1e3,
-    ),
-    description(["bore_mm", "whisker", "bore", "mm", "diameter of the bore"], "≥ 0 mm (0: none)", |v| {
-        v >= 0.0
-    }),
-    description(
-        ["core_mm", "whisker", "core.diameter", "mm", "diameter of the core"],
-        "≥ 0 mm (0: none)",
-        |v| v >= 0.0,
-    ),
-    description(
-        ["E_core_MPa", "whisker", "core.modulus", "MPa", "modulus of the core"],
-        "0 < modulus < 10000000 MPa (nitinol 60000, steel 200000)",
-        |v| v > 0.0 && v < 1e7,
-    ),
-    description(
-        ["kappa_base_per_mm", "whisker", "curvature", "1/mm", "curvature at rest κ_base"],
-        "-1 … 1 per mm",
-        |v| v.abs() <= 1.0,
-    ),
-    description(
-        [
-            "kappa_slope_per_mm2",
-            "whisker",
-            "curvature_slope",
-            "1/mm²",
-            "its growth along the whisker κ_slope",
-        ],
-        "-1 … 1 per mm²",
-        |v| v.abs() <= 1.0,
-    ),
-    description(
-        [
-            "k_theta_Nmm_per_rad",
-            "whisker",
-            "root.k_theta",
-            "N mm/rad",
-            "stiffness of the root against turning",
-        ],
-        "> 0 N mm/rad",
-        |v| v > 0.0,
-    ),
-    description(
-        ["k_y_N_per_mm", "whisker", "root.k_y", "N/mm", "stiffness of the root across the whisker"],
-        "> 0 N/mm",
-        |v| v > 0.0,
-    ),
-    description(
-        ["k_x_N_per_mm", "whisker", "root.k_x", "N/mm", "stiffness of the root along the whisker"],
-        "> 0 N/mm",
-        |v| v > 0.0,
-    ),
-    description(
-        ["hub_mm", "whisker", "hub", "mm", "distance of the motor's axis behind the clamp r₀"],
-        "≥ 0 mm",
-        |v| v >= 0.0,
-    ),
-    description(
-        ["E_MPa", "model", "material", "MPa", "E of a hooke material, E₀ of a neo-hookean one"],
-        "> 0 MPa",
-        |v| v > 0.0,
-    ),
-    description(["nu", "model", "nu", "", "Poisson's ratio ν"], "0 … 0.5", |v| (0.0..=0.5).contains(&v)),
-    description(
-        ["pole_radius_mm", "model", "pole_radius", "mm", "radius of the object ρ"],
-        "≥ 0 mm",
-        |v| v >= 0.0,
-    ),
-    description(["mu", "model", "contact.coulomb", "", "coefficient of friction μ"], "≥ 0", |v| v >= 0.0),
-    description(
-        [
-            "foil_N_per_mm",
-            "gauge",
-            "foil.stiffness",
-            "N/mm",
-            "stiffness of the foil, modulus times thickness",
-        ],
+properties! {
+    /// n of the diameter's power law.
+    Exponent: ["exponent", "whisker", "exponent", "", "n of D(s) = d + (D − d)(1 − s/L_a)ⁿ"],
+        "0.25 … 4 (1: the cone)", |v| (0.25..=4.0).contains(&v);
+    /// Factor of a profile's diameters.
+    Scale: ["scale", "whisker", "scale", "", "factor of the profile's diameters"],
+        "0 < scale ≤ 1000", |v| v > 0.0 && v <= 1e3;
+    /// Diameter of a bore; 0: none.
+    Bore: ["bore_mm", "whisker", "bore", "mm", "diameter of the bore"],
+        "≥ 0 mm (0: none)", |v| v >= 0.0;
+    /// Diameter of a core; 0: none.
+    Core: ["core_mm", "whisker", "core.diameter", "mm", "diameter of the core"],
+        "≥ 0 mm (0: none)", |v| v >= 0.0;
+    /// Modulus of a core.
+    CoreModulus: ["E_core_MPa", "whisker", "core.modulus", "MPa", "modulus of the core"],
+        "0 < modulus < 10000000 MPa (nitinol 60000, steel 200000)", |v| v > 0.0 && v < 1e7;
+    /// κ_base.
+    Curvature: ["kappa_base_per_mm", "whisker", "curvature", "1/mm", "curvature at rest κ_base"],
+        "-1 … 1 per mm", |v| v.abs() <= 1.0;
+    /// κ_slope.
+    CurvatureSlope: ["kappa_slope_per_mm2", "whisker", "curvature_slope", "1/mm²",
+        "its growth along the whisker κ_slope"],
+        "-1 … 1 per mm²", |v| v.abs() <= 1.0;
+    /// Stiffness of the root against turning.
+    Turn: ["k_theta_Nmm_per_rad", "whisker", "root.k_theta", "N mm/rad",
+        "stiffness of the root against turning"],
+        "> 0 N mm/rad", |v| v > 0.0;
+    /// Stiffness of the root across the whisker.
+    Across: ["k_y_N_per_mm", "whisker", "root.k_y", "N/mm", "stiffness of the root across the whisker"],
+        "> 0 N/mm", |v| v > 0.0;
+    /// Stiffness of the root along the whisker.
+    Along: ["k_x_N_per_mm", "whisker", "root.k_x", "N/mm", "stiffness of the root along the whisker"],
+        "> 0 N/mm", |v| v > 0.0;
+    /// r₀.
+    Hub: ["hub_mm", "whisker", "hub", "mm", "distance of the motor's axis behind the clamp r₀"],
+        "≥ 0 mm", |v| v >= 0.0;
+    /// E, of a hooke or neo-hookean material.
+    Modulus: ["E_MPa", "model", "material", "MPa", "E of a hooke material, E₀ of a neo-hookean one"],
+        "> 0 MPa", |v| v > 0.0;
+    /// ν.
+    Nu: ["nu", "model", "nu", "", "Poisson's ratio ν"],
+        "0 … 0.5", |v| (0.0..=0.5).contains(&v);
+    /// ρ.
+    PoleRadius: ["pole_radius_mm", "model", "pole_radius", "mm", "radius of the object ρ"],
+        "≥ 0 mm", |v| v >= 0.0;
+    /// μ.
+    Friction: ["mu", "model", "contact.coulomb", "", "coefficient of friction μ"],
+        "≥ 0", |v| v >= 0.0;
+    /// Modulus times thickness of a foil.
+    Foil: ["foil_N_per_mm", "gauge", "foil.stiffness", "N/mm",
+        "stiffness of the foil, modulus times thickness"],
         "0 < stiffness < 50000 N/mm (modulus times thickness: 3000 MPa of 0.033 mm are 100 N/mm)",
-        |v| v > 0.0 && v < 5e4,
-    ),
-    description(
-        [
-            "noise",
-            "gauge",
-            "noise_strain",
-            "",
-            "standard deviation of one reading: strain, or N mm or N of a moment or a force",
-        ],
+        |v| v > 0.0 && v < 5e4;
+    /// Standard deviation of one reading.
+    Noise: ["noise", "gauge", "noise_strain", "",
+        "standard deviation of one reading: strain, or N mm or N of a moment or a force"],
         "≥ 0 and < 0.5 (strain, one standard deviation; 15 microstrain are 15e-6; 0: none)",
-        |v| (0.0..0.5).contains(&v) && (v == 0.0 || v * v >= f64::MIN_POSITIVE),
-    ),
-];
+        |v| (0.0..0.5).contains(&v) && (v == 0.0 || v * v >= f64::MIN_POSITIVE);
+}
 
 impl Property {
-    /// All, in row order.
-    pub const ALL: [Self; PROPERTIES] = [
-        Self::Exponent,
-        Self::Scale,
-        Self::Bore,
-        Self::Core,
-        Self::CoreModulus,
-        Self::Curvature,
-        Self::CurvatureSlope,
-        Self::Turn,
-        Self::Across,
-        Self::Along,
-        Self::Hub,
-        Self::Modulus,
-        Self::Nu,
-        Self::PoleRadius,
-        Self::Friction,
-        Self::Foil,
-        Self::Noise,
-    ];
-
     /// What is known of it.
     pub const fn about(self) -> &'static Description {
         &DESCRIPTIONS[self as usize]

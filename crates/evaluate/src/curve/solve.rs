@@ -79,26 +79,17 @@ pub fn solve(
     if setup.estimate.theory != Theory::Exact || setup.gauge.second {
         return Ok((Vec::new(), 0));
     }
-    evaluator.unguarded(|evaluator| curves(setup, evaluator, designs, asks, drives))
-}
-
-/// The same where distances are told by the model.
-fn curves(
-    setup: &Setup,
-    evaluator: &mut Evaluator<'_>,
-    designs: &[Design],
-    asks: &[Ask],
-    drives: Option<&[f64]>,
-) -> Result<(Vec<Option<Curve>>, u64), SolveError> {
     let run = drives.map_or(1, <[f64]>::len).max(1);
-    let (mut all, mut taps) = (Vec::with_capacity(asks.len()), 0);
-    for asks in asks.chunks((TOGETHER / run).max(1) * run) {
-        let mut work = Work::new(setup, evaluator, designs, asks);
-        work.run(drives)?;
-        taps += work.taps;
-        all.extend(work.curves());
-    }
-    Ok((all, taps))
+    evaluator.unguarded(|evaluator| {
+        let (mut all, mut taps) = (Vec::with_capacity(asks.len()), 0);
+        for asks in asks.chunks((TOGETHER / run).max(1) * run) {
+            let mut work = Work::new(setup, evaluator, designs, asks);
+            work.run(drives)?;
+            taps += work.taps;
+            all.extend(work.curves());
+        }
+        Ok((all, taps))
+    })
 }
 
 /// An interval of u in which the model is to be solved.

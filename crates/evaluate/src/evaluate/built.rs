@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::outcome::{Found, admitted, outcome, reading, reference, unsolved};
 use super::solve::ROUGH;
-use super::{Evaluator, Method, Outcome, Task};
+use super::{Evaluator, Method, Outcome, Outcomes, Task};
 use crate::design::{Design, amount};
 use crate::error::SolveError;
 use crate::kernel::rule::limits::EDGE;
@@ -34,12 +34,7 @@ pub(super) fn asked(setup: &Setup) -> bool {
 
 impl Evaluator<'_> {
     /// Outcomes of upright `tasks`, held by `grip`, or as the model says.
-    pub(super) fn built(
-        &mut self,
-        designs: &[Design],
-        tasks: &[Task],
-        grip: Option<Grip>,
-    ) -> Result<Vec<Outcome>, SolveError> {
+    pub(super) fn built(&mut self, designs: &[Design], tasks: &[Task], grip: Option<Grip>) -> Outcomes {
         let (setup, tolerance, samples) = (self.setup, self.tolerance(), self.samples);
         let rods: Vec<Option<Rod>> = designs
             .par_iter()

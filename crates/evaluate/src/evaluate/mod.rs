@@ -12,6 +12,7 @@ mod source;
 mod strains;
 mod task;
 mod tilted;
+mod trial;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -20,7 +21,7 @@ use rayon::prelude::*;
 
 use crate::design::Design;
 use crate::error::SolveError;
-use crate::kernel::ranking::{Charts, Ranking};
+use crate::kernel::ranking::{Charts, DeviceRanking};
 use crate::kernel::{Rung, Solution, Solver, Tap};
 use crate::physics::onset::Grip;
 use crate::progress::NEVER;
@@ -32,17 +33,17 @@ pub use guard::{Guard, doubts};
 pub use outcome::outcome_of_chart;
 use outcome::{fast, linear_share, reference};
 pub use solve::foreseen;
-use solve::{Solved, frame};
+use solve::{Solutions, Solved, frame};
 pub use source::{Source, beside_linear, path};
 pub use strains::{closed, closed_gradient, is_closed};
-pub use task::{Outcome, Task};
+pub use task::{Counted, Outcome, Outcomes, Task};
 
 /// A backend, ready to evaluate taps of one setup.
 pub struct Evaluator<'a> {
     setup: &'a Setup,
     method: Method,
-    taps: Vec<Tap<f64>>,
-    solutions: Vec<Solution<f64>>,
+    taps: Vec<Tap>,
+    solutions: Vec<Solution>,
     sweeps: Sweeps,
     /// Whether kernels tell the plane of bending too: while taps are solved that ask for it.
     spatial: bool,
@@ -135,12 +136,7 @@ impl<'a> Evaluator<'a> {
     }
 
     /// `outcomes` with those near a threshold by the full model, where effects are left off.
-    fn mend(
-        &mut self,
-        designs: &[Design],
-        tasks: &[Task],
-        mut outcomes: Vec<Outcome>,
-    ) -> Result<Vec<Outcome>, SolveError> {
+    fn mend(&mut self, designs: &[Design], tasks: &[Task], mut outcomes: Vec<Outcome>) -> Outcomes {
         if let Some(guard) = &mut self.guard {
             guard.mend(designs, tasks, &mut outcomes)?;
         }
@@ -178,11 +174,7 @@ impl<'a> Evaluator<'a> {
     }
 
     /// What ranks the designs of `layout` from `charts` on the solver's own device, where it has one.
-    pub fn ranking(
-        &mut self,
-        charts: &dyn Charts,
-        layout: &Layout,
-    ) -> Result<Option<Box<dyn Ranking>>, SolveError> {
+    pub fn ranking(&mut self, charts: &dyn Charts, layout: &Layout) -> DeviceRanking {
         match &mut self.method {
             // Shaders know f of a cone only.
             Method::Fast { solver, .. } if self.setup.built.is_none() => solver.ranking(charts, layout),
@@ -214,7 +206,7 @@ impl<'a> Evaluator<'a> {
     }
 
     /// [`Self::run`] of designs with rigs of one kind, not yet mended.
-    fn run_alike(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, SolveError> {
+    fn run_alike(&mut self, designs: &[Design], tasks: &[Task]) -> Outcomes {
         self.go_on()?;
         let (setup, stop) = (self.setup, self.stop);
         let outcomes = if self.needs_no_kernel(tasks) {
@@ -235,11 +227,7 @@ impl<'a> Evaluator<'a> {
     }
 
     /// [`Self::solutions`] of taps of any direction.
-    fn solutions_anywhere(
-        &mut self,
-        designs: &[Design],
-        tasks: &[Task],
-    ) -> Result<Vec<Option<Solved>>, SolveError> {
+    fn solutions_anywhere(&mut self, designs: &[Design], tasks: &[Task]) -> Solutions {
         let setup = self.setup;
         if setup.asks_wrench() {
             // The angle at the base tells which way the force acts there.
@@ -256,12 +244,7 @@ impl<'a> Evaluator<'a> {
 
     /// Outcomes of `tasks` whose contacts are all held by `grip`, whatever the model says of them: good to the tolerance relative to their strain or,
     /// where that crosses zero next to the contact, to the strain of linear theory. Charts hold the ratio of the two.
-    pub fn run_gripped(
-        &mut self,
-        designs: &[Design],
-        tasks: &[Task],
-        grip: Grip,
-    ) -> Result<Vec<Outcome>, SolveError> {
+    pub fn run_gripped(&mut self, designs: &[Design], tasks: &[Task], grip: Grip) -> Outcomes {
         self.go_on()?;
         if built::asked(self.setup) {
             return self.built(designs, tasks, Some(grip));
@@ -282,12 +265,7 @@ impl<'a> Evaluator<'a> {
     }
 
     /// [`run`](Self::run) where it is known already what the reference says of each tap, so that it need not be asked again.
-    pub fn run_beside(
-        &mut self,
-        designs: &[Design],
-        tasks: &[Task],
-        expected: &[Outcome],
-    ) -> Result<Vec<Outcome>, SolveError> {
+    pub fn run_beside(&mut self, designs: &[Design], tasks: &[Task], expected: &[Outcome]) -> Outcomes {
         if self.needs_no_kernel(tasks) || built::asked(self.setup) {
             return self.run(designs, tasks);
         }
@@ -311,7 +289,7 @@ impl<'a> Evaluator<'a> {
         tasks: &[Task],
         solved: &[Option<Solved>],
         expected: Option<&[Outcome]>,
-    ) -> Result<Vec<Outcome>, SolveError> {
+    ) -> Outcomes {
         let (setup, tolerance, stop, leaves) = (self.setup, self.tolerance(), self.stop, self.leaves);
         let missed = solved.iter().flatten().any(|s| !s.solution.is_told(tolerance));
         let asked = missed && (!self.samples || self.ends_early());

@@ -3,37 +3,23 @@
 use rayon::prelude::*;
 
 use super::solve::Solved;
-use super::{Evaluator, Outcome, Task, built, frame, solid};
+use super::{Counted, Evaluator, Task, built, frame, solid};
 use crate::design::Design;
-use crate::error::SolveError;
 use crate::kernel::drives::DriveAxis;
 use crate::scene::Setup;
 
 impl Evaluator<'_> {
     /// Outcomes of taps that come in runs of one distance over all of `drives`, and how many taps were solved. A run whose
     /// solutions are smooth over the drive is read from a few of them; the others are solved drive by drive.
-    pub fn run_over_drives(
-        &mut self,
-        designs: &[Design],
-        tasks: &[Task],
-        drives: &[f64],
-    ) -> Result<(Vec<Outcome>, u64), SolveError> {
+    pub fn run_over_drives(&mut self, designs: &[Design], tasks: &[Task], drives: &[f64]) -> Counted {
         let one =
             &mut |one: &mut Evaluator<'_>, tasks: &[Task]| one.over_drives_alike(designs, tasks, drives);
-        let (outcomes, count) = match self.by_kind(designs, tasks, one)? {
-            Some(found) => found,
-            None => self.over_drives_alike(designs, tasks, drives)?,
-        };
+        let (outcomes, count) = self.by_kind(designs, tasks, one)?;
         Ok((self.mend(designs, tasks, outcomes)?, count))
     }
 
     /// The same of designs with rigs of one kind, not yet mended.
-    fn over_drives_alike(
-        &mut self,
-        designs: &[Design],
-        tasks: &[Task],
-        drives: &[f64],
-    ) -> Result<(Vec<Outcome>, u64), SolveError> {
+    fn over_drives_alike(&mut self, designs: &[Design], tasks: &[Task], drives: &[f64]) -> Counted {
         let setup = self.setup;
         let told = solid::asked(setup) || setup.asks_wrench() || built::asked(setup);
         if self.needs_no_kernel(tasks) || told || tasks.iter().any(|task| task.is_spatial(setup)) {

@@ -2,9 +2,8 @@
 
 use std::sync::Arc;
 
-use super::{Evaluator, Method, Outcome, Task};
+use super::{Counted, Evaluator, Method, Outcome, Outcomes, Task};
 use crate::design::Design;
-use crate::error::SolveError;
 use crate::kernel::Rung;
 use crate::scene::built::{Inner, Profile, Root};
 use crate::scene::{Material, Setup};
@@ -43,7 +42,7 @@ fn kind(setup: &Setup) -> Setup {
 type Kinds = Vec<(Option<Arc<Setup>>, Vec<usize>)>;
 
 /// Solves some tasks, and counts.
-type Solve<'s> = dyn FnMut(&mut Evaluator<'_>, &[Task]) -> Result<(Vec<Outcome>, u64), SolveError> + 's;
+type Solve<'s> = dyn FnMut(&mut Evaluator<'_>, &[Task]) -> Counted + 's;
 
 /// See [`Kinds`]; `None` where no design has a rig of its own.
 fn kinds(designs: &[Design], tasks: &[Task]) -> Option<Kinds> {
@@ -73,24 +72,15 @@ impl Evaluator<'_> {
     /// Outcomes of `tasks`, in their order. The reference answers what a kernel leaves open, whatever its precision and its device: taps that
     /// no rung solves, whether a contact sticks where none finds out, and equilibria of which the kernel cannot tell whether the
     /// material bears them, or whether they lie on the path from the unloaded whisker. What the reference leaves open has no answer.
-    pub fn run(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, SolveError> {
+    pub fn run(&mut self, designs: &[Design], tasks: &[Task]) -> Outcomes {
         let one = &mut |one: &mut Evaluator<'_>, tasks: &[Task]| Ok((one.run_alike(designs, tasks)?, 0));
-        let outcomes = match self.by_kind(designs, tasks, one)? {
-            Some((outcomes, _)) => outcomes,
-            None => self.run_alike(designs, tasks)?,
-        };
+        let (outcomes, _) = self.by_kind(designs, tasks, one)?;
         self.mend(designs, tasks, outcomes)
     }
 
-    /// Outcomes of `tasks` by `solve`, one kind of rig after the other, with the number that it counts; `None` where no design has a rig of its
-    /// own.
-    pub(super) fn by_kind(
-        &mut self,
-        designs: &[Design],
-        tasks: &[Task],
-        solve: &mut Solve<'_>,
-    ) -> Result<Option<(Vec<Outcome>, u64)>, SolveError> {
-        let Some(kinds) = kinds(designs, tasks) else { return Ok(None) };
+    /// Outcomes of `tasks` by `solve`, one kind of rig after the other, with the number that it counts.
+    pub(super) fn by_kind(&mut self, designs: &[Design], tasks: &[Task], solve: &mut Solve<'_>) -> Counted {
+        let Some(kinds) = kinds(designs, tasks) else { return solve(self, tasks) };
         let (mut outcomes, mut count) = (vec![Outcome::NOTHING; tasks.len()], 0);
         for (setup, places) in &kinds {
             let these: Vec<Task> = places.iter().map(|&i| tasks[i]).collect();
@@ -101,7 +91,7 @@ impl Evaluator<'_> {
             places.iter().zip(found).for_each(|(&i, outcome)| outcomes[i] = outcome);
             count += n;
         }
-        Ok(Some((outcomes, count)))
+        Ok((outcomes, count))
     }
 
     /// Does `f` for another `setup`, of the same kind of material.

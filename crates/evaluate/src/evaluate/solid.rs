@@ -5,12 +5,10 @@
 //! and the base, so that each tap is solved two or three times, on any backend. What the skin shows next to the clamp follows from the force and its line
 //! of action.
 
-use rayon::prelude::*;
-
-use super::solve::Solved;
-use super::{Evaluator, Method, Task};
+use super::solve::Solutions;
+use super::trial::{self, Turn};
+use super::{Evaluator, Task};
 use crate::design::{Design, Shared, amount};
-use crate::error::SolveError;
 use crate::kernel::tap::{Ask, Frame};
 use crate::kernel::{Chart, Solution};
 use crate::physics::linear::StrainCurve;
@@ -21,7 +19,7 @@ use crate::scene::{Drive, Model, Setup};
 
 mod base;
 
-use base::{Base, Load, Seen};
+use base::{Base, Load};
 
 /// Share of the tolerance that what is left of the angle may make of the strain.
 const SHARE: f64 = 0.03;
@@ -68,7 +66,7 @@ struct Last {
     angle: f64,
     /// P, N.
     force: f64,
-    solution: Solution<f64>,
+    solution: Solution,
 }
 
 impl<'a> Trial<'a> {
@@ -103,7 +101,7 @@ impl<'a> Trial<'a> {
             strained,
         };
         one.at = one.planar(0.0, &Base::UNMOVED, 1.0)?;
-        let force = one.frame()?.response(&Solution::UNLOADED).normal;
+        let force = trial::Trial::frame(&one)?.response(&Solution::UNLOADED).normal;
         one.at = one.next(force, &Base::UNMOVED, 1.0)?.0;
         Some(one)
     }
@@ -147,6 +145,19 @@ impl<'a> Trial<'a> {
         Some((self.planar(depth(share), base, share)?, g))
     }
 
+    /// The object's centre from the base of the rod.
+    fn pole_of_rod(&self) -> [f64; 2] {
+        let [a, angle, depth] = self.at;
+        let [sin, cos] = self.tilt;
+        let radius = self.setup.model.pole_radius - depth;
+        let height = if self.setup.model.surface { self.rod.taper.radius(a) } else { 0.0 };
+        let [x, y] = [a + radius * sin, height + radius * cos];
+        let (s, c) = angle.sin_cos();
+        [x * c + y * s, y * c - x * s]
+    }
+}
+
+impl trial::Trial for Trial<'_> {
     /// The tap of the rod in its own units; none where its strain means nothing: the contact begins at or inside the gauge's near end.
     fn frame(&self) -> Option<Frame> {
         let Self { setup, shared, rod, .. } = self;
@@ -170,10 +181,10 @@ impl<'a> Trial<'a> {
     }
 
     /// What `solution` says of the tap `here`, and how well it is known: the next tap, or the one that is sought.
-    fn turn(&mut self, here: &Frame, solution: &Solution<f64>, told: (Option<&Chart>, f64)) -> Turn {
+    fn turn(&mut self, here: &Frame, solution: &Solution, told: (Option<&Chart>, f64)) -> Turn {
         let force = here.response(solution).normal;
         let [a, angle, _] = self.at;
-        let reached = |of: &Self, frame: &Frame, solution: &Solution<f64>, fine: bool| {
+        let reached = |of: &Self, frame: &Frame, solution: &Solution, fine: bool| {
             let response = frame.response(solution);
             let load = Load {
                 force: response.normal,
@@ -222,32 +233,10 @@ impl<'a> Trial<'a> {
         }
         let Some(frame) = self.frame() else { return Turn::Lost };
         match reached(self, &frame, &found, true) {
-            Some((_, mean)) => Turn::Found(frame, found, mean),
+            Some((_, mean)) => Turn::Found(frame, found, None, mean),
             None => Turn::Lost,
         }
     }
-
-    /// The object's centre from the base of the rod.
-    fn pole_of_rod(&self) -> [f64; 2] {
-        let [a, angle, depth] = self.at;
-        let [sin, cos] = self.tilt;
-        let radius = self.setup.model.pole_radius - depth;
-        let height = if self.setup.model.surface { self.rod.taper.radius(a) } else { 0.0 };
-        let [x, y] = [a + radius * sin, height + radius * cos];
-        let (s, c) = angle.sin_cos();
-        [x * c + y * s, y * c - x * s]
-    }
-}
-
-/// What a solved tap says.
-#[expect(clippy::large_enum_variant, reason = "most are the large one, and none is kept")]
-enum Turn {
-    /// It is the one that is sought, as far as the tolerance asks: its frame, its solution, and what the skin shows where that is not the rod's strain.
-    Found(Frame, Solution<f64>, Seen),
-    /// The next to be tried.
-    Next,
-    /// There is none.
-    Lost,
 }
 
 /// Whether taps of `setup` are more than those of its rod.
@@ -262,66 +251,10 @@ fn skinned(setup: &Setup) -> bool {
 
 impl Evaluator<'_> {
     /// Frames and solutions of frictionless taps of a solid; `None` outside the domain.
-    pub(super) fn solid(
-        &mut self,
-        designs: &[Design],
-        tasks: &[Task],
-    ) -> Result<Vec<Option<Solved>>, SolveError> {
-        let (setup, tolerance) = (self.setup, self.tolerance());
-        let begin = |task: &Task| {
-            let design = &designs[task.design as usize];
-            let shared = design.shared.as_ref().filter(|_| design.admits(setup, task.a, task.drive))?;
-            // Where nothing else is found the reference is asked.
-            let lost = Solved::lost(super::solve::frame(setup, design, task, Grip::Slide(0.0))?);
-            Some((lost, Trial::new(design.setup(setup), shared, task)))
-        };
-        let begun: Vec<Option<(Solved, Option<Trial<'_>>)>> =
-            tasks.par_iter().with_min_len(64).map(begin).collect();
-        let mut all: Vec<Option<Solved>> = begun.iter().map(|b| b.as_ref().map(|b| b.0)).collect();
-        let mut open: Vec<(usize, Trial<'_>)> =
-            begun.into_iter().enumerate().filter_map(|(i, b)| b?.1.map(|trial| (i, trial))).collect();
-        let chart = match &self.method {
-            Method::Fast { rungs, .. } => rungs.first().and_then(|rung| rung.chart().cloned()),
-            Method::Reference => None,
-        };
-        let told = (chart.as_ref(), tolerance);
-        self.spatial = skinned(setup);
-        for _ in 0..ROUNDS {
-            if open.is_empty() {
-                break;
-            }
-            let frames: Vec<Option<Frame>> =
-                open.par_iter().with_min_len(256).map(|(_, trial)| trial.frame()).collect();
-            let solved = self.solve_framed(&frames, &|_| Grip::Slide(0.0))?;
-            let turned: Vec<_> = open
-                .into_par_iter()
-                .zip(solved)
-                .with_min_len(64)
-                .filter_map(|((i, mut trial), s)| {
-                    let s = s?;
-                    let within = s.solution.within(tolerance);
-                    let turn = within.then(|| trial.turn(&s.frame, &s.solution, told));
-                    Some((i, trial, s, turn))
-                })
-                .collect();
-            open = Vec::new();
-            for (i, trial, s, turn) in turned {
-                let Some(one) = &mut all[i] else { continue };
-                let sweeps = one.sweeps + s.sweeps;
-                one.sweeps = sweeps;
-                match turn {
-                    // As of a rod: the material ends, or a kernel cannot tell.
-                    None => *one = Solved { sweeps, plane: None, ..s },
-                    Some(Turn::Found(frame, solution, seen)) => {
-                        *one = Solved { frame, solution, seen, sweeps, plane: None, ..s };
-                    }
-                    Some(Turn::Next) => open.push((i, trial)),
-                    Some(Turn::Lost) => {}
-                }
-            }
-        }
+    pub(super) fn solid(&mut self, designs: &[Design], tasks: &[Task]) -> Solutions {
+        self.spatial = skinned(self.setup);
+        let solved = self.sought((designs, tasks), ROUNDS, Trial::new);
         self.spatial = false;
-        all.iter().flatten().for_each(|s| self.sweeps.push(s.sweeps));
-        Ok(all)
+        solved
     }
 }

@@ -31,7 +31,7 @@ const FRAMES: usize = 1024;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Solved {
     pub frame: Frame,
-    pub solution: Solution<f64>,
+    pub solution: Solution,
     pub grip: Grip,
     /// Sweeps spent on it, also for another grip.
     pub sweeps: f64,
@@ -58,6 +58,12 @@ impl Solved {
     }
 }
 
+/// What holds the contact of each of some taps, by their places.
+type Grips<'g> = &'g (dyn Fn(usize) -> Grip + Sync);
+
+/// Frames and solutions of taps, in their order.
+pub(super) type Solutions = Result<Vec<Option<Solved>>, SolveError>;
+
 /// The plane in which the rod bends.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Plane {
@@ -69,11 +75,7 @@ pub(super) struct Plane {
 
 impl Evaluator<'_> {
     /// Frames and solutions of `tasks`, whatever holds their contacts; `None` outside the domain or at the apex.
-    pub(super) fn solutions(
-        &mut self,
-        designs: &[Design],
-        tasks: &[Task],
-    ) -> Result<Vec<Option<Solved>>, SolveError> {
+    pub(super) fn solutions(&mut self, designs: &[Design], tasks: &[Task]) -> Solutions {
         let solved = match self.setup.model.contact {
             Contact::Frictionless if solid::asked(self.setup) => return self.solid(designs, tasks),
             Contact::Frictionless | Contact::Coulomb(0.0) => {
@@ -87,21 +89,12 @@ impl Evaluator<'_> {
     }
 
     /// Frames and solutions of `tasks`; `None` outside the domain or at the apex.
-    pub(super) fn solve(
-        &mut self,
-        designs: &[Design],
-        tasks: &[Task],
-        grip: &(dyn Fn(usize) -> Grip + Sync),
-    ) -> Result<Vec<Option<Solved>>, SolveError> {
+    pub(super) fn solve(&mut self, designs: &[Design], tasks: &[Task], grip: Grips<'_>) -> Solutions {
         self.solve_framed(&frames(self.setup, designs, tasks, grip), grip)
     }
 
     /// Solutions of `frames`, where there are any.
-    pub(super) fn solve_framed(
-        &mut self,
-        frames: &[Option<Frame>],
-        grip: &(dyn Fn(usize) -> Grip + Sync),
-    ) -> Result<Vec<Option<Solved>>, SolveError> {
+    pub(super) fn solve_framed(&mut self, frames: &[Option<Frame>], grip: Grips<'_>) -> Solutions {
         let setup = self.setup;
         let Method::Fast { solver, rungs, tolerance } = &mut self.method else {
             return Ok(vec![None; frames.len()]);
@@ -116,13 +109,12 @@ impl Evaluator<'_> {
         let effects = Effects { spatial: self.spatial, ..effects };
         let plane = (self.spatial && !setup.asks_wrench()).then(Plane::default);
         kernel::solve(solver.as_mut(), effects, rungs, *tolerance, &self.taps, &mut self.solutions)?;
-        let solved = |i: usize, frame: Frame, solution: Solution<f64>| {
+        let solved = |i: usize, frame: Frame, solution: Solution| {
             let (grip, sweeps) = (grip(i), solution.sweeps);
             Solved { frame, solution, grip, sweeps, interpolated: false, plane, seen: None }
         };
         if self.solutions.len() == frames.len() {
-            let one =
-                |(i, (frame, s)): (usize, (&Option<Frame>, &Solution<f64>))| Some(solved(i, (*frame)?, *s));
+            let one = |(i, (frame, s)): (usize, (&Option<Frame>, &Solution))| Some(solved(i, (*frame)?, *s));
             let all = frames.par_iter().zip(&self.solutions).enumerate();
             return Ok(all.with_min_len(FRAMES).map(one).collect());
         }
@@ -134,12 +126,7 @@ impl Evaluator<'_> {
     /// Coulomb friction: sliding at μ where the contact then moves as that friction opposes, else sticking where |T| ≤ μP. The arc
     /// falls with T/P (model §3), so that the two say the same; most taps are told by one solution. Where the kernel finds no sticking
     /// solution, or one too rough to tell, or one whose material ends, the tap is left open: it may slide before.
-    fn coulomb(
-        &mut self,
-        designs: &[Design],
-        tasks: &[Task],
-        mu: f64,
-    ) -> Result<Vec<Option<Solved>>, SolveError> {
+    fn coulomb(&mut self, designs: &[Design], tasks: &[Task], mu: f64) -> Solutions {
         let setup = self.setup;
         let framed = frames(setup, designs, tasks, &|_| Grip::Stick);
         let held = foreseen(setup, framed.iter().flatten(), mu)?;
@@ -174,12 +161,7 @@ impl Evaluator<'_> {
     }
 
     /// Frames and solutions of the tasks of `sliding`, each held by its grip.
-    fn slide(
-        &mut self,
-        designs: &[Design],
-        tasks: &[Task],
-        sliding: &[(usize, Grip)],
-    ) -> Result<Vec<Option<Solved>>, SolveError> {
+    fn slide(&mut self, designs: &[Design], tasks: &[Task], sliding: &[(usize, Grip)]) -> Solutions {
         let those: Vec<Task> = sliding.iter().map(|&(i, _)| tasks[i]).collect();
         self.solve(designs, &those, &|k| sliding[k].1)
     }
@@ -197,10 +179,10 @@ pub fn foreseen<'f>(
     let look = Rule { sweeps: 1, ..every_rule(Precision::F32)[0] };
     let rung = Rung::new(look, Precision::F32, &Material::Hooke(1.0), COARSE);
     let effects = Effects { law: false, ..Effects::new(&setup.model, setup.gauge.side, true) };
-    let taps: Vec<Tap<f64>> = frames.clone().map(|frame| *frame.tap()).collect();
+    let taps: Vec<Tap> = frames.clone().map(|frame| *frame.tap()).collect();
     let mut out = Vec::new();
     kernel::solve(&mut Cpu::new(Precision::F32), effects, &[rung], COARSE, &taps, &mut out)?;
-    let grip = |(frame, s): (&Frame, &Solution<f64>)| {
+    let grip = |(frame, s): (&Frame, &Solution)| {
         let Response { tangential, normal, .. } = frame.response(s);
         if tangential.abs() > mu * normal { Grip::Slide(mu.copysign(tangential)) } else { Grip::Stick }
     };
@@ -227,12 +209,7 @@ fn decide(s: &Solved, mu: f64) -> Option<Grip> {
 }
 
 /// `tasks` in their own units, their contacts held by `grip`; `None` outside the domain or at the apex.
-fn frames(
-    setup: &Setup,
-    designs: &[Design],
-    tasks: &[Task],
-    grip: &(dyn Fn(usize) -> Grip + Sync),
-) -> Vec<Option<Frame>> {
+fn frames(setup: &Setup, designs: &[Design], tasks: &[Task], grip: Grips<'_>) -> Vec<Option<Frame>> {
     let one = |i: usize| frame(setup, &designs[tasks[i].design as usize], &tasks[i], grip(i));
     (0..tasks.len()).into_par_iter().with_min_len(FRAMES).map(one).collect()
 }

@@ -3,9 +3,8 @@
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use super::{Evaluator, Outcome, Task};
+use super::{Evaluator, Outcome, Outcomes, Task};
 use crate::design::{Design, radians};
-use crate::error::SolveError;
 use crate::scene::{Direction, Drive, Setup};
 
 /// Where taps are read: charts of them.
@@ -40,7 +39,7 @@ impl Evaluator<'_> {
     }
 
     /// Outcomes of `tasks`, in their order: read from charts where there are any, else as [`Self::run`].
-    pub fn read(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, SolveError> {
+    pub fn read(&mut self, designs: &[Design], tasks: &[Task]) -> Outcomes {
         if self.readers.iter().all(Option::is_none) {
             return self.run(designs, tasks);
         }

@@ -47,7 +47,7 @@ impl Evaluator<'_> {
 }
 
 /// Strain of an upright tap of one gauge that begins at `x1`, mm, from its kernel's answer.
-fn strain(setup: &Setup, (x1, a): (f64, f64), tap: &Tap<f64>, solution: &Solution<f64>) -> f64 {
+fn strain(setup: &Setup, (x1, a): (f64, f64), tap: &Tap, solution: &Solution) -> f64 {
     let arc = a * (1.0 + tap.moved(solution));
     if is_behind(arc) {
         return f64::NAN;

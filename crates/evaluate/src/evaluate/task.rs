@@ -1,6 +1,7 @@
 //! A tap as it is asked, and what it gives.
 
 use crate::design::Design;
+use crate::error::SolveError;
 use crate::scene::{Direction, Setup, Tuple};
 use crate::status::Status;
 
@@ -37,6 +38,12 @@ impl Task {
         self.a > FAR * x2.max(design.tuple.D)
     }
 }
+
+/// Outcomes of taps, in their order.
+pub type Outcomes = Result<Vec<Outcome>, SolveError>;
+
+/// The same, and how many taps were solved for them.
+pub type Counted = Result<(Vec<Outcome>, u64), SolveError>;
 
 /// What a tap gives; NaN where there is no value.
 #[derive(Debug, Clone, Copy, PartialEq)]

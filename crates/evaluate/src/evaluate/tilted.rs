@@ -4,17 +4,16 @@
 //! contracts by about θ². It is followed first with the base angle of the first-order solution, which costs next to nothing and tells how
 //! it contracts; what is left of φ is then corrected by solved taps, of which one suffices at 1e-5, and two at 1e-8.
 
-use super::solve::{Plane, Solved, frame};
+use super::solve::{Plane, Solutions, Solved};
+use super::trial::{self, Turn};
 use super::{Evaluator, Task};
 use crate::design::{Design, Shared, amount, radians};
-use crate::error::SolveError;
-use crate::kernel::Solution;
 use crate::kernel::tap::{Ask, Frame};
+use crate::kernel::{Chart, Solution};
 use crate::physics::linear::StrainCurve;
 use crate::physics::onset::Grip;
 use crate::physics::pole::{Planar, Pole, Rig};
 use crate::scene::{Contact, Drive, Setup};
-use rayon::prelude::*;
 
 /// Share of the tolerance that what is left of φ may make of the strain.
 const SHARE: f64 = 0.1;
@@ -55,17 +54,6 @@ struct Trial<'a> {
     strained: bool,
 }
 
-/// What a solved tap says of its plane.
-#[expect(clippy::large_enum_variant, reason = "most are the large one, and none is kept")]
-enum Turn {
-    /// It is the one of equilibrium, as far as the tolerance asks; its frame there.
-    Found(Frame, Plane),
-    /// The next to be tried.
-    Next,
-    /// There is none.
-    Lost,
-}
-
 impl<'a> Trial<'a> {
     /// The plane that the first-order solutions give; `None` where they give none.
     fn new(setup: &'a Setup, shared: &'a Shared, task: &Task) -> Option<Self> {
@@ -85,7 +73,7 @@ impl<'a> Trial<'a> {
             Self { setup, shared, pole, alpha, amount, phi: direction[0], contraction: 0.0, strained };
         let mut last = 0.0f64;
         for _ in 0..ROUNDS {
-            let base = one.frame(&pole.planar(one.phi)?)?.base_angle();
+            let base = one.framed(&pole.planar(one.phi)?)?.base_angle();
             let step = pole.azimuth(base + alpha)? - one.phi;
             one.phi += step;
             if last != 0.0 {
@@ -100,7 +88,7 @@ impl<'a> Trial<'a> {
     }
 
     /// The tap in a plane of bending, in its own units; `None` at the apex.
-    fn frame(&self, planar: &Planar) -> Option<Frame> {
+    fn framed(&self, planar: &Planar) -> Option<Frame> {
         let Self { setup, shared, .. } = self;
         let rod = shared.rod();
         let hub = if setup.drive == Drive::Angle { rod.hub } else { 0.0 };
@@ -123,11 +111,17 @@ impl<'a> Trial<'a> {
         let told =
             |planar: &Planar| planar.distance > self.shared.gauge[0] - self.shared.start || !self.strained;
         let planar = self.pole.planar(phi).filter(told)?;
-        Some((self.frame(&planar)?, planar.slide))
+        Some((self.framed(&planar)?, planar.slide))
+    }
+}
+
+impl trial::Trial for Trial<'_> {
+    fn frame(&self) -> Option<Frame> {
+        Some(self.at(self.phi)?.0)
     }
 
     /// What `solution` says, of the tap `here` in the plane of [`Self::phi`].
-    fn turn(&mut self, here: &Frame, solution: &Solution<f64>, tolerance: f64) -> Turn {
+    fn turn(&mut self, here: &Frame, solution: &Solution, (_, tolerance): (Option<&Chart>, f64)) -> Turn {
         let psi = solution.base + self.alpha;
         let (Some(next), Some(beside)) = (self.pole.azimuth(psi), self.pole.azimuth(psi + PROBE)) else {
             return Turn::Lost;
@@ -152,7 +146,9 @@ impl<'a> Trial<'a> {
         self.phi = phi;
         match () {
             () if noise > NOISE * tolerance => Turn::Lost,
-            () if left <= SHARE * tolerance => Turn::Found(frame, Plane { azimuth: phi, slide }),
+            () if left <= SHARE * tolerance => {
+                Turn::Found(frame, *solution, Some(Plane { azimuth: phi, slide }), None)
+            }
             () => Turn::Next,
         }
     }
@@ -160,11 +156,7 @@ impl<'a> Trial<'a> {
 
 impl Evaluator<'_> {
     /// Frames and solutions of `tasks`, of which some ask for their plane of bending; `None` outside the domain or at the apex.
-    pub(super) fn spatial_solutions(
-        &mut self,
-        designs: &[Design],
-        tasks: &[Task],
-    ) -> Result<Vec<Option<Solved>>, SolveError> {
+    pub(super) fn spatial_solutions(&mut self, designs: &[Design], tasks: &[Task]) -> Solutions {
         let setup = self.setup;
         // A contact that sticks on the centreline stays in the plane of rotation, wherever the pole points.
         let kind = |task: &Task| match (task.direction.is_upright(), setup.model.contact) {
@@ -182,58 +174,13 @@ impl Evaluator<'_> {
             }
             let these: Vec<Task> = places.iter().map(|&i| tasks[i]).collect();
             self.spatial = which > 0;
-            let solved =
-                if which == 2 { self.tilted(designs, &these) } else { self.solutions(designs, &these) };
+            let solved = match which {
+                2 => self.sought((designs, &these), MOST_PLANES, Trial::new),
+                _ => self.solutions(designs, &these),
+            };
             self.spatial = false;
             places.iter().zip(solved?).for_each(|(&i, s)| all[i] = s);
         }
-        Ok(all)
-    }
-
-    /// The same of frictionless taps against poles that are not upright.
-    fn tilted(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Option<Solved>>, SolveError> {
-        let (setup, tolerance) = (self.setup, self.tolerance());
-        let begin = |task: &Task| {
-            let design = &designs[task.design as usize];
-            // Where nothing else is found the reference is asked.
-            let upright =
-                frame(setup, design, task, Grip::Slide(0.0)).filter(|_| task.direction.is_valid())?;
-            let lost = Solved { plane: Some(Plane::default()), ..Solved::lost(upright) };
-            let setup = design.setup(setup);
-            Some((lost, design.shared.as_ref().and_then(|shared| Trial::new(setup, shared, task))))
-        };
-        let begun: Vec<Option<(Solved, Option<Trial<'_>>)>> =
-            tasks.par_iter().with_min_len(64).map(begin).collect();
-        let mut all: Vec<Option<Solved>> = begun.iter().map(|b| b.as_ref().map(|b| b.0)).collect();
-        let mut open: Vec<(usize, Trial<'_>)> =
-            begun.into_iter().enumerate().filter_map(|(i, b)| b?.1.map(|trial| (i, trial))).collect();
-        for _ in 0..MOST_PLANES {
-            if open.is_empty() {
-                break;
-            }
-            let framed = |(_, trial): &(usize, Trial<'_>)| Some(trial.at(trial.phi)?.0);
-            let frames: Vec<Option<Frame>> = open.par_iter().with_min_len(256).map(framed).collect();
-            let solved = self.solve_framed(&frames, &|_| Grip::Slide(0.0))?;
-            let mut rest = Vec::new();
-            for ((i, mut trial), s) in open.into_iter().zip(solved) {
-                let (Some(s), Some(one)) = (s, &mut all[i]) else { continue };
-                one.sweeps += s.sweeps;
-                if !s.solution.within(tolerance) {
-                    // As of an upright pole: the material ends, or a kernel cannot tell.
-                    *one = Solved { sweeps: one.sweeps, ..s };
-                    continue;
-                }
-                match trial.turn(&s.frame, &s.solution, tolerance) {
-                    Turn::Found(frame, plane) => {
-                        *one = Solved { frame, plane: Some(plane), sweeps: one.sweeps, ..s };
-                    }
-                    Turn::Next => rest.push((i, trial)),
-                    Turn::Lost => {}
-                }
-            }
-            open = rest;
-        }
-        all.iter().flatten().for_each(|s| self.sweeps.push(s.sweeps));
         Ok(all)
     }
 }

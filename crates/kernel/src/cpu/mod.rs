@@ -52,12 +52,7 @@ pub fn fused() -> bool {
 }
 
 impl Solver for Cpu {
-    fn solve(
-        &mut self,
-        job: &Job<'_>,
-        taps: &[Tap<f64>],
-        out: &mut Vec<Solution<f64>>,
-    ) -> Result<(), SolveError> {
+    fn solve(&mut self, job: &Job<'_>, taps: &[Tap], out: &mut Vec<Solution>) -> Result<(), SolveError> {
         out.clear();
         out.resize(taps.len(), Solution::FAILED);
         match self.precision {
@@ -81,7 +76,7 @@ impl Solver for Cpu {
 /// takes the kernel of the least size that holds the nodes of the rule, and a PC without AVX2 that of the largest.
 macro_rules! by_nodes {
     ($name:ident, $t:ty, $lanes:literal, plain $($n:literal)*, sizes $($size:literal)*, most $most:literal) => {
-        fn $name(job: &Job<'_>, taps: &[Tap<f64>], out: &mut [Solution<f64>]) -> Result<(), SolveError> {
+        fn $name(job: &Job<'_>, taps: &[Tap], out: &mut [Solution]) -> Result<(), SolveError> {
             match job.rule.nodes {
                 $($n if job.effects.plain() && wide() => {
                     let tables = Tables::<$t, $n>::new(job.rule, job.chart);
@@ -116,11 +111,7 @@ fn wide() -> bool {
     fused() || cfg!(not(target_arch = "x86_64"))
 }
 
-fn parallel(
-    taps: &[Tap<f64>],
-    out: &mut [Solution<f64>],
-    f: impl Fn(&[Tap<f64>], &mut [Solution<f64>]) + Sync,
-) {
+fn parallel(taps: &[Tap], out: &mut [Solution], f: impl Fn(&[Tap], &mut [Solution]) + Sync) {
     taps.par_chunks(GRAIN).zip(out.par_chunks_mut(GRAIN)).for_each(|(t, o)| f(t, o));
 }
 
@@ -129,8 +120,8 @@ fn parallel(
 fn block<T: Scalar, const N: usize, const L: usize, const PLAIN: bool>(
     tables: &Tables<T, N>,
     job: &Job<'_>,
-    taps: &[Tap<f64>],
-    out: &mut [Solution<f64>],
+    taps: &[Tap],
+    out: &mut [Solution],
 ) {
     lanes::<T, N, L, { if cfg!(target_arch = "aarch64") { FUSED } else { UNFUSED } }, PLAIN>(
         tables, job, taps, out,
@@ -142,8 +133,8 @@ fn block<T: Scalar, const N: usize, const L: usize, const PLAIN: bool>(
 fn block<T: Scalar, const N: usize, const L: usize, const PLAIN: bool>(
     tables: &Tables<T, N>,
     job: &Job<'_>,
-    taps: &[Tap<f64>],
-    out: &mut [Solution<f64>],
+    taps: &[Tap],
+    out: &mut [Solution],
 ) {
     assert!(fused());
     // SAFETY: the CPU has just been found to have both features.
@@ -155,8 +146,8 @@ fn block<T: Scalar, const N: usize, const L: usize, const PLAIN: bool>(
 fn block_avx2<T: Scalar, const N: usize, const L: usize, const PLAIN: bool>(
     tables: &Tables<T, N>,
     job: &Job<'_>,
-    taps: &[Tap<f64>],
-    out: &mut [Solution<f64>],
+    taps: &[Tap],
+    out: &mut [Solution],
 ) {
     lanes::<T, N, L, FUSED, PLAIN>(tables, job, taps, out);
 }
@@ -166,8 +157,8 @@ fn block_avx2<T: Scalar, const N: usize, const L: usize, const PLAIN: bool>(
 fn lanes<T: Scalar, const N: usize, const L: usize, const SET: u8, const PLAIN: bool>(
     tables: &Tables<T, N>,
     job: &Job<'_>,
-    taps: &[Tap<f64>],
-    out: &mut [Solution<f64>],
+    taps: &[Tap],
+    out: &mut [Solution],
 ) {
     for (taps, out) in taps.chunks(L).zip(out.chunks_mut(L)) {
         let lane = |i: usize| &taps[if i < taps.len() { i } else { 0 }];

@@ -40,7 +40,7 @@ pub struct Passed {
 
 /// Whiskers and taps over the ranges that robots have, as `effects` need them: d/D of 0.3 to 1.2, gauges on the first third, contacts from
 /// the gauge to the tip, angles of 0.1° to 12°.
-fn known_taps(effects: &Effects) -> Vec<Tap<f64>> {
+fn known_taps(effects: &Effects) -> Vec<Tap> {
     let model =
         Model { shear: effects.shear, extension: effects.extension, surface: effects.offset, ..Model::PLAIN };
     let one = |index: u32| {
@@ -92,11 +92,7 @@ pub(super) fn check(gpu: &mut Gpu, kernel: &Kernel, job: &Job<'_>) -> Result<Pas
 }
 
 /// What is right to a tenth of the tolerance, and what the CPU says by the same kernel.
-fn answers(
-    precision: Precision,
-    job: &Job<'_>,
-    taps: &[Tap<f64>],
-) -> Result<[Vec<Solution<f64>>; 2], SolveError> {
+fn answers(precision: Precision, job: &Job<'_>, taps: &[Tap]) -> Result<[Vec<Solution>; 2], SolveError> {
     let (mut known, mut twin) = (Vec::new(), Vec::new());
     let rules = every_rule(Precision::F64);
     // The finest rung, which solves most; it reads the same section law.
@@ -113,12 +109,12 @@ fn wrong(why: String) -> Fault {
 
 fn judge(
     job: &Job<'_>,
-    taps: &[Tap<f64>],
-    (known, twin): (&[Solution<f64>], &[Solution<f64>]),
-    found: &[Solution<f64>],
+    taps: &[Tap],
+    (known, twin): (&[Solution], &[Solution]),
+    found: &[Solution],
 ) -> Result<Passed, Fault> {
     let tolerance = job.tolerance;
-    let believed = |s: &Solution<f64>| s.within(trusted(&job.effects) * tolerance);
+    let believed = |s: &Solution| s.within(trusted(&job.effects) * tolerance);
     let (mut solved, mut expected, mut compared, mut worst) = (0, 0, 0, [0.0f64; 3]);
     let mut apart = 0;
     for (((tap, known), twin), found) in taps.iter().zip(known).zip(twin).zip(found) {

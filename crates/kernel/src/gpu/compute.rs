@@ -5,7 +5,7 @@
 use std::fmt::Write;
 use std::sync::Arc;
 
-use super::dispatch::{Gpu, entry, lost, wait};
+use super::dispatch::{Gpu, buffer, lost, submit, wait};
 use super::fault::{Fault, quietly};
 use super::lie::Kind;
 use super::seal::{mix, mix_bits};
@@ -68,7 +68,7 @@ impl Gpu {
         };
         self.stamp = self.stamp.wrapping_add(1);
         let (device, queue) = self.handles();
-        let word = if self.precision() == Precision::F64 { 8 } else { 4 };
+        let word = self.word();
         let bytes = |numbers: &[f64]| -> Vec<u8> {
             match word {
                 8 => numbers.iter().flat_map(|x| x.to_le_bytes()).collect(),
@@ -76,14 +76,7 @@ impl Gpu {
             }
         };
         use wgpu::BufferUsages as U;
-        let buffer = |size: usize, usage| {
-            device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some(name),
-                size: size.max(16) as u64,
-                usage,
-                mapped_at_creation: false,
-            })
-        };
+        let buffer = |size: usize, usage| buffer(&device, name, size.max(16) as u64, usage);
         let uploaded = |data: &[u8], usage| {
             let of = buffer(data.len(), usage | U::COPY_DST);
             queue.write_buffer(&of, 0, data);
@@ -105,23 +98,14 @@ impl Gpu {
         let answers = buffer(size, U::STORAGE | U::COPY_SRC);
         let readback = buffer(size, U::MAP_READ | U::COPY_DST);
         self.heard()?;
-        let bind = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some(name),
-            layout: &pipeline.get_bind_group_layout(0),
-            entries: &[entry(0, &head), entry(1, &taps), entry(2, &shared), entry(3, &answers)],
-        });
-        let mut encoder = device.create_command_encoder(&Default::default());
-        {
-            let mut pass = encoder.begin_compute_pass(&Default::default());
-            pass.set_pipeline(&pipeline);
-            pass.set_bind_group(0, &bind, &[]);
-            pass.dispatch_workgroups((count as u32).div_ceil(WORKGROUP), 1, 1);
-        }
-        encoder.copy_buffer_to_buffer(&answers, 0, &readback, 0, size as u64);
-        if told == Some(Kind::Lose) {
-            device.destroy();
-        }
-        let at = queue.submit([encoder.finish()]);
+        let at = submit(
+            (&device, &queue),
+            (name, &pipeline),
+            &[&head, &taps, &shared, &answers],
+            count as u32,
+            (&answers, &readback, size as u64),
+            told,
+        );
         wait(&device, (&readback, size as u64), at, told == Some(Kind::Hang), &self.mishap())?;
         let mut view = readback.get_mapped_range(0..size as u64).map_err(lost)?.to_vec();
         readback.unmap();

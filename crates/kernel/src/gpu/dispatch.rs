@@ -19,11 +19,10 @@ use super::{
     seal::unseal,
     shader::{Variant, WORKGROUP, validate},
 };
-use crate::ranking::{Charts, Ranking};
+use crate::ranking::{Charts, DeviceRanking, Ranking};
 use crate::{Job, Solution, Solver, Tap};
 use vibrissa_core::error::SolveError;
-use vibrissa_core::scene::Layout;
-use vibrissa_core::scene::Precision;
+use vibrissa_core::scene::{Layout, Precision};
 
 /// Taps of one dispatch: some milliseconds of work on a slow device, far below any watchdog.
 const BATCH: usize = 1 << 18;
@@ -117,7 +116,7 @@ impl Gpu {
     }
 
     /// Bytes of one number.
-    fn word(&self) -> usize {
+    pub(super) fn word(&self) -> usize {
         match self.precision {
             Precision::F32 => 4,
             Precision::F64 => 8,
@@ -164,14 +163,7 @@ impl Gpu {
             let capacity = count.next_power_of_two().min(self.batch_limit()).max(count);
             // Room for the larger ones is made of that of the smaller.
             self.buffers = None;
-            let buffer = |label, bytes: usize, usage| {
-                self.device.create_buffer(&wgpu::BufferDescriptor {
-                    label: Some(label),
-                    size: bytes as u64,
-                    usage,
-                    mapped_at_creation: false,
-                })
-            };
+            let buffer = |label, bytes: usize, usage| buffer(&self.device, label, bytes as u64, usage);
             use wgpu::BufferUsages as U;
             let (taps, solutions) = (capacity * word * TAP_WORDS, capacity * word * SOLUTION_WORDS);
             let made = Buffers {
@@ -192,18 +184,13 @@ impl Gpu {
     pub(super) fn batch(
         &mut self,
         kernel: &Kernel,
-        taps: &[Tap<f64>],
-        out: &mut Vec<Solution<f64>>,
+        taps: &[Tap],
+        out: &mut Vec<Solution>,
     ) -> Result<usize, Fault> {
         quietly(|| self.dispatched(kernel, taps, out)).map_err(Fault::Lost)?
     }
 
-    fn dispatched(
-        &mut self,
-        kernel: &Kernel,
-        taps: &[Tap<f64>],
-        out: &mut Vec<Solution<f64>>,
-    ) -> Result<usize, Fault> {
+    fn dispatched(&mut self, kernel: &Kernel, taps: &[Tap], out: &mut Vec<Solution>) -> Result<usize, Fault> {
         out.clear();
         let (precision, count, word) = (self.precision, taps.len(), self.word());
         let lie = self.adapter.lie.clone();
@@ -215,7 +202,7 @@ impl Gpu {
         self.stamp = self.stamp.wrapping_add(1);
         let buffers = self.buffers.as_ref().expect("reserved");
         self.queue.write_buffer(&buffers.batch, 0, bytemuck::bytes_of(&[count as u32, self.stamp, 0, 0]));
-        let spoiled = |t: &Tap<f64>| if told == Some(Kind::Wrong) { t.map(|x| 1.01 * x) } else { *t };
+        let spoiled = |t: &Tap| if told == Some(Kind::Wrong) { t.map(|x| 1.01 * x) } else { *t };
         match precision {
             Precision::F32 => {
                 let narrow: Vec<Tap<f32>> =
@@ -226,29 +213,20 @@ impl Gpu {
                 self.queue.write_buffer(&buffers.taps, 0, bytemuck::cast_slice(taps));
             }
             Precision::F64 => {
-                let all: Vec<Tap<f64>> = taps.iter().map(spoiled).collect();
+                let all: Vec<Tap> = taps.iter().map(spoiled).collect();
                 self.queue.write_buffer(&buffers.taps, 0, bytemuck::cast_slice(&all));
             }
         }
-        let bind = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("taps"),
-            layout: &kernel.pipeline.get_bind_group_layout(0),
-            entries: &[entry(0, &buffers.batch), entry(1, &buffers.taps), entry(2, &buffers.solutions)],
-        });
-        let mut encoder = self.device.create_command_encoder(&Default::default());
-        {
-            let mut pass = encoder.begin_compute_pass(&Default::default());
-            pass.set_pipeline(&kernel.pipeline);
-            pass.set_bind_group(0, &bind, &[]);
-            pass.dispatch_workgroups((count as u32).div_ceil(WORKGROUP), 1, 1);
-        }
         let answer = Solution::<f32>::words(kernel.spatial) * word;
         let bytes = (count * answer) as u64;
-        encoder.copy_buffer_to_buffer(&buffers.solutions, 0, &buffers.readback, 0, bytes);
-        if told == Some(Kind::Lose) {
-            self.device.destroy();
-        }
-        let at = self.queue.submit([encoder.finish()]);
+        let at = submit(
+            (&self.device, &self.queue),
+            ("taps", &kernel.pipeline),
+            &[&buffers.batch, &buffers.taps, &buffers.solutions],
+            count as u32,
+            (&buffers.solutions, &buffers.readback, bytes),
+            told,
+        );
         assert!(told != Some(Kind::Panic), "the device was lost while it was waited for");
         wait(&self.device, (&buffers.readback, bytes), at, told == Some(Kind::Hang), &self.mishap)?;
         let view = buffers.readback.get_mapped_range(0..bytes).map_err(lost)?;
@@ -291,12 +269,7 @@ const TAP_WORDS: usize = size_of::<Tap<f32>>() / 4;
 const SOLUTION_WORDS: usize = size_of::<Solution<f32>>() / 4;
 
 impl Solver for Gpu {
-    fn solve(
-        &mut self,
-        job: &Job<'_>,
-        taps: &[Tap<f64>],
-        out: &mut Vec<Solution<f64>>,
-    ) -> Result<(), SolveError> {
+    fn solve(&mut self, job: &Job<'_>, taps: &[Tap], out: &mut Vec<Solution>) -> Result<(), SolveError> {
         out.clear();
         if taps.is_empty() {
             return Ok(());
@@ -316,11 +289,7 @@ impl Solver for Gpu {
         Ok(Some(Self::compute(self, program)?))
     }
 
-    fn ranking(
-        &mut self,
-        charts: &dyn Charts,
-        layout: &Layout,
-    ) -> Result<Option<Box<dyn Ranking>>, SolveError> {
+    fn ranking(&mut self, charts: &dyn Charts, layout: &Layout) -> DeviceRanking {
         if !self.adapter.ranks() {
             return Ok(None);
         }
@@ -369,6 +338,50 @@ pub(super) fn wait(
     receive.try_recv().map_err(lost)?.map_err(lost)
 }
 
-pub(super) fn entry(binding: u32, buffer: &wgpu::Buffer) -> wgpu::BindGroupEntry<'_> {
-    wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() }
+/// A buffer of so many bytes.
+pub(super) fn buffer(
+    device: &wgpu::Device,
+    label: &str,
+    size: u64,
+    usage: wgpu::BufferUsages,
+) -> wgpu::Buffer {
+    device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size,
+        usage,
+        mapped_at_creation: false,
+    })
+}
+
+/// Submits `pipeline` over `buffers`, bound in their order, with an invocation for each of `count`, and after it a copy of the first bytes of a buffer to
+/// another. What is `told` to lose its device loses it before.
+pub(super) fn submit(
+    (device, queue): (&wgpu::Device, &wgpu::Queue),
+    (label, pipeline): (&str, &wgpu::ComputePipeline),
+    buffers: &[&wgpu::Buffer],
+    count: u32,
+    (from, to, bytes): (&wgpu::Buffer, &wgpu::Buffer, u64),
+    told: Option<Kind>,
+) -> wgpu::SubmissionIndex {
+    let entries: Vec<_> = (0..)
+        .zip(buffers)
+        .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+        .collect();
+    let bind = device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some(label),
+        layout: &pipeline.get_bind_group_layout(0),
+        entries: &entries,
+    });
+    let mut encoder = device.create_command_encoder(&Default::default());
+    {
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, &bind, &[]);
+        pass.dispatch_workgroups(count.div_ceil(WORKGROUP), 1, 1);
+    }
+    encoder.copy_buffer_to_buffer(from, 0, to, 0, bytes);
+    if told == Some(Kind::Lose) {
+        device.destroy();
+    }
+    queue.submit([encoder.finish()])
 }

@@ -91,7 +91,7 @@ impl Seal for Solution<f32> {
     }
 }
 
-impl Seal for Solution<f64> {
+impl Seal for Solution {
     fn unseal(self, place: u32, stamp: u32, _: bool) -> Option<Self> {
         let (sweeps, found) = apart(self.sweeps)?;
         (seal(place, stamp, sweeps, std::iter::empty()) == found).then_some(Self { sweeps, ..self })
@@ -103,11 +103,11 @@ pub(super) fn unseal(
     precision: Precision,
     bytes: &[u8],
     (stamp, spatial): (u32, bool),
-    out: &mut Vec<Solution<f64>>,
+    out: &mut Vec<Solution>,
 ) -> usize {
     let words = Solution::<f32>::words(spatial);
     let unwritten = AtomicUsize::new(0);
-    let told = |sealed: Option<Solution<f64>>| {
+    let told = |sealed: Option<Solution>| {
         sealed.unwrap_or_else(|| {
             unwritten.fetch_add(1, Ordering::Relaxed);
             Solution::UNWRITTEN

@@ -73,13 +73,33 @@ pub fn literal(precision: Precision, x: f64) -> String {
     }
 }
 
+/// Largest relative error of one rounding.
+pub fn rounding(precision: Precision) -> f64 {
+    match precision {
+        Precision::F32 => f32::ROUNDING,
+        Precision::F64 => f64::ROUNDING,
+    }
+}
+
+/// The type of every number, the size of a workgroup, and constants.
+pub fn reals(precision: Precision, named: impl IntoIterator<Item = (&'static str, f64)>) -> String {
+    let real = format!("{precision:?}").to_lowercase();
+    let mut text = format!("alias real = {real};\nconst WORKGROUP = {WORKGROUP}u;\n");
+    for (name, x) in named {
+        let _ = writeln!(text, "const {name}: real = {};", literal(precision, x));
+    }
+    text
+}
+
+/// Structures of numbers, by their names and those of their fields.
+pub fn structures(all: &[(&str, &[&str])]) -> String {
+    let member = |field: &&str| format!("{field}: real");
+    let fields = |fields: &[&str]| fields.iter().map(member).collect::<Vec<_>>().join(", ");
+    all.iter().map(|(name, of)| format!("struct {name} {{ {} }}\n", fields(of))).collect()
+}
+
 /// Types, layouts and the named numbers that every kernel uses.
 fn header(v: &Variant<'_>) -> String {
-    let (real, rounding) = match v.precision {
-        Precision::F32 => ("f32", f32::ROUNDING),
-        Precision::F64 => ("f64", f64::ROUNDING),
-    };
-    let mut text = format!("alias real = {real};\nconst WORKGROUP = {WORKGROUP}u;\n");
     let named = [
         ("ZERO", 0.0),
         ("SIXTH", 1.0 / 6.0),
@@ -90,17 +110,11 @@ fn header(v: &Variant<'_>) -> String {
         ("TOLERANCE", v.job.tolerance),
         ("MAX_ANGLE", v.job.rule.max_angle()),
         ("LEAST_REST", v.job.rule.least_rest()),
-        ("ROUNDING", rounding),
+        ("ROUNDING", rounding(v.precision)),
     ];
-    for (name, x) in named.into_iter().chain(limits::NAMED) {
-        let _ = writeln!(text, "const {name}: real = {};", literal(v.precision, x));
-    }
     let answer = &Solution::<f32>::FIELDS[..Solution::<f32>::words(v.job.effects.spatial)];
-    for (name, fields) in [("Tap", Tap::<f32>::FIELDS), ("Solution", answer)] {
-        let members: Vec<_> = fields.iter().map(|f| format!("{f}: real")).collect();
-        let _ = writeln!(text, "struct {name} {{ {} }}", members.join(", "));
-    }
-    text
+    reals(v.precision, named.into_iter().chain(limits::NAMED))
+        + &structures(&[("Tap", Tap::<f32>::FIELDS), ("Solution", answer)])
 }
 
 /// Tables of the exact kernel as unrolled sums with literal coefficients.

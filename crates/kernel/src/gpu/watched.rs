@@ -11,7 +11,7 @@ use super::dispatch::{Gpu, Kernel};
 use super::fault::{Fault, Log, quietly};
 use super::ranking::Ranker;
 use crate::cpu::Cpu;
-use crate::ranking::{Charts, Ranking};
+use crate::ranking::{Charts, DeviceRanking, Ranking};
 use crate::{Job, Solution, Solver, Tap};
 use vibrissa_core::error::SolveError;
 use vibrissa_core::scene::{Layout, Precision};
@@ -140,12 +140,23 @@ impl Watched {
         }
     }
 
+    /// After `fault` in a batch of so many `taps`: the device is opened again to try once more, or after the `last` try for what comes.
+    fn strike(&mut self, fault: &Fault, last: bool, taps: usize) {
+        if let Fault::Slow(_) = fault {
+            return self.give_up(fault);
+        }
+        let next = if last { "handed over to the CPU" } else { "tried once more" };
+        self.log.say(format!("{}: {fault}: a batch of {taps} taps was {next}", self.adapter.name));
+        self.strikes += u32::from(last);
+        self.reopen(fault);
+    }
+
     /// One try; `last` leaves the answers that are missing to the reference, if they are few.
     fn attempt(
         &mut self,
         (job, last): (&Job<'_>, bool),
-        taps: &[Tap<f64>],
-        out: &mut Vec<Solution<f64>>,
+        taps: &[Tap],
+        out: &mut Vec<Solution>,
     ) -> Result<(), Fault> {
         let kernel = self.admitted(job)?;
         let gpu = self.gpu.as_mut().ok_or_else(|| Fault::Lost("it does not open".into()))?;
@@ -169,13 +180,7 @@ impl Watched {
         Ok(())
     }
 
-    fn batch(
-        &mut self,
-        job: &Job<'_>,
-        taps: &[Tap<f64>],
-        out: &mut Vec<Solution<f64>>,
-    ) -> Result<Done, SolveError> {
-        let name = self.adapter.name.clone();
+    fn batch(&mut self, job: &Job<'_>, taps: &[Tap], out: &mut Vec<Solution>) -> Result<Done, SolveError> {
         for last in [false, true] {
             if self.gpu.is_none() {
                 break;
@@ -186,20 +191,12 @@ impl Watched {
                 Err(Fault::Memory) if taps.len() > LEAST => {
                     self.limit = (taps.len() / 2).max(LEAST);
                     self.log.note(|told| told.smaller_batches += 1);
-                    self.log.say(format!(
-                        "{name}: out of memory with {} taps: batches of {} from here",
-                        taps.len(),
-                        self.limit
-                    ));
+                    let (name, from, to) = (&self.adapter.name, taps.len(), self.limit);
+                    self.log
+                        .say(format!("{name}: out of memory with {from} taps: batches of {to} from here"));
                     return Ok(Done::Again);
                 }
-                Err(fault @ Fault::Slow(_)) => self.give_up(&fault),
-                Err(fault) => {
-                    let next = if last { "handed over to the CPU" } else { "tried once more" };
-                    self.log.say(format!("{name}: {fault}: a batch of {} taps was {next}", taps.len()));
-                    self.strikes += u32::from(last);
-                    self.reopen(&fault);
-                }
+                Err(fault) => self.strike(&fault, last, taps.len()),
             }
         }
         self.log.note(|told| told.handed_over_taps += taps.len() as u64);
@@ -208,12 +205,7 @@ impl Watched {
 }
 
 impl Solver for Watched {
-    fn solve(
-        &mut self,
-        job: &Job<'_>,
-        taps: &[Tap<f64>],
-        out: &mut Vec<Solution<f64>>,
-    ) -> Result<(), SolveError> {
+    fn solve(&mut self, job: &Job<'_>, taps: &[Tap], out: &mut Vec<Solution>) -> Result<(), SolveError> {
         out.clear();
         let (mut rest, mut part) = (taps, Vec::new());
         while !rest.is_empty() {
@@ -231,18 +223,11 @@ impl Solver for Watched {
     }
 
     fn compute(&mut self, program: &Program<'_>) -> Result<Option<Vec<f64>>, SolveError> {
-        let name = self.adapter.name.clone();
         for last in [false, true] {
             let Some(gpu) = self.gpu.as_mut() else { break };
             match gpu.compute(program) {
                 Ok(numbers) => return Ok(Some(numbers)),
-                Err(fault @ Fault::Slow(_)) => self.give_up(&fault),
-                Err(fault) => {
-                    let next = if last { "handed over to the CPU" } else { "tried once more" };
-                    self.log.say(format!("{name}: {fault}: a batch of {} taps was {next}", program.count));
-                    self.strikes += u32::from(last);
-                    self.reopen(&fault);
-                }
+                Err(fault) => self.strike(&fault, last, program.count),
             }
         }
         self.log.note(|told| told.handed_over_taps += program.count as u64);
@@ -259,11 +244,7 @@ impl Solver for Watched {
         self.limit
     }
 
-    fn ranking(
-        &mut self,
-        charts: &dyn Charts,
-        layout: &Layout,
-    ) -> Result<Option<Box<dyn Ranking>>, SolveError> {
+    fn ranking(&mut self, charts: &dyn Charts, layout: &Layout) -> DeviceRanking {
         let Some(gpu) = self.gpu.as_ref().filter(|gpu| gpu.adapter().ranks()) else { return Ok(None) };
         match Ranker::new(gpu, charts, layout) {
             Ok(ranker) => return Ok(ranker.map(|ranker| Box::new(ranker) as Box<dyn Ranking>)),

@@ -62,20 +62,8 @@ fn pair<const N: usize>(by: &Stiffness<N>, ratio: f64) -> [[Row<N>; 2]; 2] {
 
 impl EndLoad<Traced> {
     /// The clamped end of `rod`, as [`Self::bend`]; `None` where the nodes are too few, or edges lie between them. `shapes` become those of the rod; the
-    /// search begins from those that are given.
+    /// search begins from those that are given. By the widest instructions that the CPU has.
     pub fn collocated(
-        &self,
-        rod: &Whisker<'_, Traced>,
-        gauge: [Traced; 2],
-        shapes: &mut Shapes,
-    ) -> Option<Bent<Traced>> {
-        let bent = self.widest(rod, gauge, shapes);
-        rod.near.set(None);
-        bent
-    }
-
-    /// The same by the widest instructions that the CPU has.
-    fn widest(
         &self,
         rod: &Whisker<'_, Traced>,
         gauge: [Traced; 2],
@@ -107,10 +95,12 @@ impl EndLoad<Traced> {
         gauge: [Traced; 2],
         (few, many): &mut Shapes,
     ) -> Option<Bent<Traced>> {
-        if let Some(bent) = self.at_nodes::<FMA, FEW>(&OF_FEW, rod, gauge, few) {
-            return Some(bent);
+        let mut bent = self.at_nodes::<FMA, FEW>(&OF_FEW, rod, gauge, few);
+        if bent.is_none() {
+            bent = self.at_nodes::<FMA, MANY>(&OF_MANY, rod, gauge, many);
         }
-        self.at_nodes::<FMA, MANY>(&OF_MANY, rod, gauge, many)
+        rod.near.set(None);
+        bent
     }
 
     #[inline(always)]

@@ -15,11 +15,10 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Mutex};
 
 use crate::gpu::Gpu;
-use crate::gpu::dispatch::{lost, wait};
+use crate::gpu::dispatch::{buffer, lost, submit, wait};
 use crate::gpu::fault::Fault;
 use crate::gpu::lie::{Kind, Lie};
 use crate::ranking::{Batch, Charts, Ranking, Words};
-use shader::WORKGROUP;
 use vibrissa_core::error::SolveError;
 use vibrissa_core::scene::Layout;
 
@@ -110,14 +109,7 @@ impl Ranker {
             return Ok(None);
         }
         let pipeline = gpu.compile("ranking", &shader.wgsl)?;
-        let buffer = |bytes: u64, usage| {
-            device.create_buffer(&wgpu::BufferDescriptor {
-                label: None,
-                size: bytes,
-                usage,
-                mapped_at_creation: false,
-            })
-        };
+        let buffer = |bytes: u64, usage| buffer(&device, "ranking", bytes, usage);
         use wgpu::BufferUsages as U;
         let uploaded = |bytes: &[u8]| {
             // One number at least: a buffer is not empty.
@@ -168,32 +160,22 @@ impl Ranker {
     fn collect(&self, flight: &Flight) -> Result<Batch, Fault> {
         let (slot, range) = (&self.slots[flight.slot], flight.range.clone());
         let tally = self.read(slot, COUNTERS, flight)?;
-        let [best, hard, ok, slipped, strain, rootless, ambiguous, invalid, complete, seen, sum] =
-            tally[..11]
-        else {
-            return Err(lost("the tally is too short"));
-        };
+        let [best, hard, .., seen, sum] = tally[..11] else { return Err(lost("the tally is too short")) };
         let count = (range.end - range.start) as usize;
-        let counts = [hard, ok, slipped, strain, rootless, ambiguous, invalid, complete];
-        let right = counts.iter().zip(WEIGHTS).fold(0u32, |sum, (n, w)| sum.wrapping_add(n.wrapping_mul(w)));
+        let right =
+            tally[1..9].iter().zip(WEIGHTS).fold(0u32, |sum, (n, w)| sum.wrapping_add(n.wrapping_mul(w)));
         let whole = tally[COUNTERS - 1] == flight.stamp && seen as usize == count && sum == right;
         if !whole || best.max(hard) as usize > count {
             return Err(Fault::Damaged(count, count));
         }
-        let word = u64::from;
-        let words = Words {
-            ok: word(ok),
-            slipped: word(slipped),
-            strain: word(strain),
-            rootless: word(rootless),
-            ambiguous: word(ambiguous),
-            invalid: word(invalid),
-        };
+        let [ok, slipped, strain, rootless, ambiguous, invalid, complete] =
+            std::array::from_fn(|k| u64::from(tally[2 + k]));
+        let words = Words { ok, slipped, strain, rootless, ambiguous, invalid };
         let list = |from: &wgpu::Buffer, n: u32| -> Result<Vec<u64>, Fault> {
             let mut entries = self.copy(slot, from, n as usize + 1, flight)?;
             let own = |entry: u32| entry >> PLACE_BITS == flight.stamp;
             let beyond = entries.pop().is_some_and(own);
-            let mut ks: Vec<u64> = entries.iter().map(|e| word(e & ((1 << PLACE_BITS) - 1))).collect();
+            let mut ks: Vec<u64> = entries.iter().map(|e| u64::from(e & ((1 << PLACE_BITS) - 1))).collect();
             ks.sort_unstable();
             ks.dedup();
             let inside = ks.last().is_none_or(|k| *k < count as u64);
@@ -203,7 +185,7 @@ impl Ranker {
             Ok(ks.into_iter().map(|i| range.start + i).collect())
         };
         let (best, hard) = (list(&slot.best, best)?, list(&slot.hard, hard)?);
-        Ok(Batch { range, complete: word(complete), words, best, hard })
+        Ok(Batch { range, complete, words, best, hard })
     }
 
     /// The first `count` words of a buffer of `slot`.
@@ -268,29 +250,15 @@ impl Ranking for Ranker {
         self.queue.write_buffer(&slot.tally, 0, bytemuck::cast_slice(&tally));
         let [numbers, shape, rows, axes] = &self.charts;
         let buffers = [&slot.job, numbers, shape, rows, &slot.tally, &slot.best, &slot.hard, axes];
-        let entries: Vec<_> = (0..)
-            .zip(buffers)
+        let at = submit(
+            (&self.device, &self.queue),
+            ("ranking", &self.pipeline),
             // What the shader does not read has no binding.
-            .take(7 + usize::from(self.listed))
-            .map(|(binding, b)| wgpu::BindGroupEntry { binding, resource: b.as_entire_binding() })
-            .collect();
-        let bind = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("ranking"),
-            layout: &self.pipeline.get_bind_group_layout(0),
-            entries: &entries,
-        });
-        let mut encoder = self.device.create_command_encoder(&Default::default());
-        {
-            let mut pass = encoder.begin_compute_pass(&Default::default());
-            pass.set_pipeline(&self.pipeline);
-            pass.set_bind_group(0, &bind, &[]);
-            pass.dispatch_workgroups(count.div_ceil(WORKGROUP), 1, 1);
-        }
-        encoder.copy_buffer_to_buffer(&slot.tally, 0, &slot.readback, 0, 4 * COUNTERS as u64);
-        if told == Some(Kind::Lose) {
-            self.device.destroy();
-        }
-        let at = self.queue.submit([encoder.finish()]);
+            &buffers[..7 + usize::from(self.listed)],
+            count,
+            (&slot.tally, &slot.readback, 4 * COUNTERS as u64),
+            told,
+        );
         self.flying.push_back(Flight { slot: free, range, stamp, at, told });
     }
 

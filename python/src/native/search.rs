@@ -10,14 +10,17 @@ use vibrissa::optimise::{self as search, Step, Watch, best, write};
 use vibrissa::scene::search::Objective;
 use vibrissa::{spec, tap as best_tap};
 
-use crate::error::raise;
-use crate::job::{self, Far};
-use crate::spec::asked;
-use crate::sweep::settle;
-use crate::table::Table;
+use super::error::raise;
+use super::job;
+use super::spec::asked;
+use super::sweep::settle;
+use super::table::Table;
 
-/// A table under the name of its file, without its end.
-pub fn named(tables: &[(&'static str, Vec<u8>)]) -> Result<Vec<(&'static str, Table)>, Error> {
+/// Tables under the names of their files, without their ends.
+pub type Tables = Vec<(&'static str, Table)>;
+
+/// See [`Tables`].
+pub fn named(tables: &[(&'static str, Vec<u8>)]) -> Result<Tables, Error> {
     tables.iter().map(|(name, bytes)| Ok((name.trim_end_matches(".csv"), Table::of_csv(bytes)?))).collect()
 }
 
@@ -37,7 +40,7 @@ pub fn tap(
     let read = asked.read(|label, text, base| spec::parse_tap(label, text, base, objective.needs_distance()));
     let (mut spec, ends) = read.map_err(|e| raise(py, e))?;
     let threads = spec.run.threads;
-    let work = move |stop: &AtomicBool, _: &mut dyn FnMut(Far)| {
+    job::whole(py, threads, None, move |stop, _| {
         let choice = best_tap::choice(&spec.run, &spec.study)?;
         let report = match settle(&mut spec, &asked.label, &choice)? {
             Some(bound) => best_tap::find_needed(&spec.study, ends, objective, &choice, (bound, stop))?,
@@ -45,9 +48,7 @@ pub fn tap(
         };
         let curve = Table::of_csv(&best_tap::table(&spec.study, &report)?)?;
         Ok((curve, best_tap::document(&spec, &report).to_string()))
-    };
-    let (found, interrupt) = job::run(py, threads, work, job::shown(None))?;
-    interrupt.map_or(Ok(found), Err)
+    })
 }
 
 /// A step of a search: evaluations, what the budget still allows, start, stage, the best design (D, d, L_a, x_ss, l, drive), the value of the
@@ -76,7 +77,7 @@ pub fn optimise<'py>(
     text: String,
     name: &str,
     callback: Option<&Bound<'py, PyAny>>,
-) -> PyResult<(Vec<(&'static str, Table)>, String, String, Option<Bound<'py, PyAny>>)> {
+) -> PyResult<(Tables, String, String, Option<Bound<'py, PyAny>>)> {
     let asked = asked(py, path, text, name)?;
     let (mut spec, wanted) = asked.read(spec::parse_search).map_err(|e| raise(py, e))?;
     let threads = spec.run.threads;

@@ -1,7 +1,7 @@
 //! Single taps: arrays in, arrays out.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use numpy::PyArray1;
@@ -19,11 +19,11 @@ use vibrissa::physics::onset::Grip;
 use vibrissa::scene::{BackendChoice, Precision, RunOptions, Setup};
 use vibrissa::spec::{self, Ends};
 
-use crate::answers::{Answers, NUMBERS, Told, numbers_of};
-use crate::error::raise;
-use crate::held::{Column, Given};
-use crate::job::{self, Far};
-use crate::spec::UnreadSpec;
+use super::answers::{Answers, NUMBERS, Told, numbers_of};
+use super::error::raise;
+use super::held::{Column, Given};
+use super::job;
+use super::spec::UnreadSpec;
 
 /// Taps that are solved on the thread that asks: they take less than a moment.
 const FEW: usize = 256;
@@ -212,15 +212,12 @@ impl Taps {
         let (strains, answers, doubts) = if n <= FEW && !self.slow {
             job::here(py, || solve(&mut |_| true))?.map_err(|e| raise(py, e))?
         } else {
-            let work = move |stop: &AtomicBool, tell: &mut dyn FnMut(Far)| {
+            job::whole(py, self.threads, progress, move |stop, tell| {
                 solve(&mut |done| {
                     tell((done as u64, n as u64));
                     !stop.load(Ordering::Relaxed)
                 })
-            };
-            let (answers, interrupt) = job::run(py, self.threads, work, job::shown(progress))?;
-            interrupt.map_or(Ok(()), Err)?;
-            answers
+            })?
         };
         let arrays = match full {
             true => answers.into_arrays(py),
@@ -258,7 +255,7 @@ impl Taps {
         };
         let inputs = by.iter().map(input).collect::<PyResult<Vec<Input>>>()?;
         let count = inputs.len();
-        let work = move |stop: &AtomicBool, tell: &mut dyn FnMut(Far)| {
+        let solved = job::whole(py, self.threads, progress, move |stop, tell| {
             let every: [usize; NUMBERS] = std::array::from_fn(|k| k);
             let numbers = if full { &every[..] } else { &every[..1] };
             let mut answers = Answers::new(if full { n } else { 0 });
@@ -293,10 +290,8 @@ impl Taps {
             slopes.iter_mut().skip(7).take(1).flatten().for_each(|x| *x = x.to_degrees());
             let doubts = doubts(taps.setup(), n, Some(given.ends(n)), |i| given.tap(i));
             Ok((strains, answers, slopes, doubts))
-        };
-        let ((strains, answers, slopes, doubts), interrupt) =
-            job::run(py, self.threads, work, job::shown(progress))?;
-        interrupt.map_or(Ok(()), Err)?;
+        });
+        let (strains, answers, slopes, doubts) = solved?;
         let slopes = PyTuple::new(py, slopes.into_iter().map(|column| PyArray1::from_vec(py, column)))?;
         let numbers = match full {
             true => answers.into_arrays(py)?,

@@ -4,8 +4,8 @@ use std::sync::atomic::{AtomicU8, AtomicUsize, Ordering};
 
 use pyo3::prelude::*;
 
-use crate::error;
-use crate::job;
+use super::error;
+use super::job;
 
 /// No fork, or none since the package was imported.
 const WHOLE: u8 = 0;

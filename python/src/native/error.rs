@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use vibrissa::error::{Error, InputError};
 
-use crate::spec::KEYWORDS;
+use super::spec::KEYWORDS;
 
 /// Where exceptions are defined: in Python, so that they have attributes and bases there.
 const HOME: &str = "vibrissa._errors";

@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 use pyo3::prelude::*;
 use vibrissa::contour::array::{Mounted, answer};
@@ -13,11 +12,11 @@ use vibrissa::locate::{Calibration, SaidZero, stream};
 use vibrissa::measure::Names;
 use vibrissa::scene::RunOptions;
 
-use crate::contour::{Told, zero};
-use crate::error::keywords;
-use crate::job::{self, Far};
-use crate::locate::{Together, by, estimator};
-use crate::table::Table;
+use super::contour::{Told, zero};
+use super::error::keywords;
+use super::job;
+use super::locate::{Together, by, estimator};
+use super::table::Table;
 
 /// Points of readings of several calibrated whiskers, in one frame.
 #[pyclass(frozen, module = "vibrissa._native")]
@@ -46,7 +45,7 @@ impl Array {
         zero: Option<Vec<f64>>,
         trust: bool,
     ) -> PyResult<Self> {
-        let work = move |_: &AtomicBool, _: &mut dyn FnMut(Far)| {
+        job::whole(py, None, None, move |_, _| {
             let asked = self::estimator(estimator)?;
             let zero = self::zero(zero)?;
             let array = files::Array::parse(&label, &text, &folder)?;
@@ -77,9 +76,7 @@ impl Array {
             }
             let zero = SaidZero::of(zero.as_ref(), whiskers.iter().map(|w| &w.locator))?;
             Ok(Self { whiskers: Arc::new(whiskers), noise: said, zero, calibrations, warnings })
-        };
-        let (array, interrupt) = job::run(py, None, work, job::shown(None))?;
-        interrupt.map_or(Ok(array), Err)
+        })
     }
 
     /// Readings of a CSV table: located.csv, and what should be known of them.
@@ -92,7 +89,7 @@ impl Array {
         together: Together,
     ) -> PyResult<(Table, Vec<String>)> {
         let (whiskers, noise, zero) = (Arc::clone(&self.whiskers), self.noise, self.zero);
-        let work = move |_: &AtomicBool, _: &mut dyn FnMut(Far)| {
+        job::whole(py, None, None, move |_, _| {
             let columns = columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
             let told = Told::default();
             let warn = |text: &str| told.push(text);
@@ -107,9 +104,7 @@ impl Array {
             };
             let answered = answer(&whiskers, &bytes, &ask, &noise)?;
             Ok::<_, Error>((Table::of_csv(&answered.table)?, told.into_texts()))
-        };
-        let (found, interrupt) = job::run(py, None, work, job::shown(None))?;
-        interrupt.map_or(Ok(found), Err)
+        })
     }
 
     /// Names of the whiskers.

@@ -1,7 +1,6 @@
 //! `vibrissa.contour`.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
 
 use pyo3::prelude::*;
@@ -19,12 +18,13 @@ use vibrissa::scene::RunOptions;
 use vibrissa::simulate::strokes::Strokes;
 use vibrissa::sink::columns::{Columns, Values};
 
-use crate::error::keywords;
-use crate::job::{self, Far};
-use crate::locate::estimator;
-use crate::search::named;
-use crate::spec::KEYWORDS;
-use crate::table::Table;
+use super::error::keywords;
+use super::job;
+use super::locate::estimator;
+use super::search::{Tables, named};
+use super::spec::KEYWORDS;
+use super::table::Table;
+use super::words::meant;
 
 /// What a user says of a contour beside data and calibration.
 #[derive(FromPyObject)]
@@ -44,13 +44,14 @@ pub struct Said {
     threads: Option<usize>,
 }
 
-/// What stands beside a word in `words`.
-fn meant<T: Copy>(key: &str, said: Option<&str>, words: &[(&str, T, &str)]) -> Result<Option<T>, InputError> {
-    let Some(said) = said else { return Ok(None) };
-    let found = words.iter().find(|(word, ..)| *word == said);
-    let known = || words.iter().map(|(word, ..)| *word).collect::<Vec<_>>().join(", ");
-    let wrong = || InputError::new("there is no such word").key(key).value(said).allowed(known());
-    found.map(|(_, value, _)| Some(*value)).ok_or_else(wrong)
+/// What stands beside a word that was said in `words`.
+fn beside<T: Copy>(
+    key: &str,
+    said: Option<&str>,
+    words: &[(&str, T, &str)],
+) -> Result<Option<T>, InputError> {
+    let meant = |said| meant(("word", key), said, words.iter().map(|(word, value, _)| (*word, *value)));
+    said.map(meant).transpose()
 }
 
 /// What a sensor shows without contact, as numbers.
@@ -84,22 +85,21 @@ impl Told {
 /// Traces `data`, the bytes of a CSV file that `label` names, by a calibration, its name and text: points, curve, the outline of a known
 /// object; run.json; what should be known.
 #[pyfunction]
-#[allow(clippy::type_complexity)]
 pub fn contour(
     py: Python<'_>,
     label: String,
     data: Vec<u8>,
     calibration: (String, String),
     said: Said,
-) -> PyResult<(Vec<(&'static str, Table)>, String, Vec<String>)> {
+) -> PyResult<(Tables, String, Vec<String>)> {
     let threads = said.threads;
-    let work = move |stop: &AtomicBool, _: &mut dyn FnMut(Far)| {
+    job::whole(py, threads, None, move |stop, _| {
         let start = std::time::Instant::now();
         let asked = TraceOptions {
             noise: Noise::said(said.angle_noise, said.base_noise, said.touch_noise)?,
-            surface: meant("contact", said.contact.as_deref(), &PLACES)?,
+            surface: beside("contact", said.contact.as_deref(), &PLACES)?,
             taps: said.taps,
-            kind: meant("curve", said.curve.as_deref(), &Kind::WORDS)?,
+            kind: beside("curve", said.curve.as_deref(), &Kind::WORDS)?,
         };
         let columns = said.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
         let truth = said.truth.map(|(path, text)| {
@@ -134,7 +134,5 @@ pub fn contour(
         let seconds = json!({ "total": start.elapsed().as_secs_f64() });
         let stem = Path::new(&label).file_stem().map_or_else(|| "data".into(), |s| s.to_string_lossy());
         Ok((tables, traced.document(&stem, &seconds).to_string(), told.into_texts()))
-    };
-    let (found, interrupt) = job::run(py, threads, work, job::shown(None))?;
-    interrupt.map_or(Ok(found), Err)
+    })
 }

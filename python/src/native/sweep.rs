@@ -15,11 +15,11 @@ use vibrissa::sink::table::Table as Of;
 use vibrissa::sweep::collect;
 use vibrissa::{files, spec};
 
-use crate::held::{self, Given};
-use crate::job::{self, Ahead};
-use crate::spec::{UnreadSpec, asked};
-use crate::table::Table;
-use crate::taps;
+use super::held::{self, Given};
+use super::job::{self, Ahead};
+use super::spec::{UnreadSpec, asked};
+use super::table::Table;
+use super::taps;
 
 /// Keys of `[run]` that say where files go, of which there are none.
 const OF_FILES: [&str; 5] = ["run.out", "run.force", "run.plan", "run.quiet", "run.json"];
@@ -78,7 +78,7 @@ pub fn read(py: Python<'_>, asked: &UnreadSpec, listed: Option<Listed<'_>>) -> P
             Ok(spec)
         }
     };
-    read(listed.transpose()?).map_err(|e| crate::error::raise(py, e))
+    read(listed.transpose()?).map_err(|e| super::error::raise(py, e))
 }
 
 /// Sweeps the spec in `path` with the sections of `text` over it, or, with `listed`, these taps. The tables by name, None for one that was
@@ -97,7 +97,7 @@ pub fn sweep<'py>(
     let asked = asked(py, path, text, name)?;
     let mut spec = read(py, &asked, listed)?;
     let threads = spec.run.threads;
-    let work = move |stop: &std::sync::atomic::AtomicBool, tell: &mut dyn FnMut(job::Far)| {
+    job::whole(py, threads, progress, move |stop, tell| {
         let choice = Choice::for_taps(&spec.run, &spec.study.setup, Work::of_study(&spec.study, &spec.run))?;
         let bound = settle(&mut spec, &asked.label, &choice)?;
         let fewer = |e| Needed::new(&spec.study.setup, ComparedRows::of_study(&spec.study)?, e);
@@ -116,9 +116,7 @@ pub fn sweep<'py>(
             Ok((of.name(), table))
         });
         Ok((named.collect::<Result<Vec<_>, Error>>()?, run.to_string()))
-    };
-    let (swept, interrupt) = job::run(py, threads, work, job::shown(progress))?;
-    interrupt.map_or(Ok(swept), Err)
+    })
 }
 
 /// Key of a column in a spec.

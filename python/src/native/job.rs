@@ -12,8 +12,8 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use vibrissa::error::Error;
 use vibrissa::progress::Progress;
 
-use crate::error;
-use crate::fork::{self, Working};
+use super::error;
+use super::fork::{self, Working};
 
 /// Time in which the work may end by itself after an interrupt; then it is left behind. Interrupts are answered within two seconds.
 const GRACE: Duration = Duration::from_millis(1500);
@@ -173,14 +173,17 @@ impl Progress for Ahead<'_> {
     }
 }
 
-/// Calls `progress(done, total)`, if there is any.
-pub fn shown<'a, 'py>(
-    progress: Option<&'a Bound<'py, PyAny>>,
-) -> impl FnMut(Far) -> PyResult<bool> + use<'a, 'py> {
-    move |far| {
-        if let Some(progress) = progress {
-            progress.call1(far)?;
-        }
-        Ok(true)
-    }
+/// As [`run`], with `progress(done, total)` called, if there is any; after an interrupt there is nothing.
+///
+/// # Errors
+/// As [`run`].
+pub fn whole<T: Send + 'static>(
+    py: Python<'_>,
+    threads: Option<usize>,
+    progress: Option<&Bound<'_, PyAny>>,
+    work: impl FnOnce(&AtomicBool, &mut dyn FnMut(Far)) -> Result<T, Error> + Send + 'static,
+) -> PyResult<T> {
+    let hear = |far: Far| progress.map_or(Ok(true), |progress| progress.call1(far).map(|_| true));
+    let (found, interrupt) = run(py, threads, work, hear)?;
+    interrupt.map_or(Ok(found), Err)
 }

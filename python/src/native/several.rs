@@ -1,7 +1,7 @@
 //! Distances of readings of a sensor with several channels.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -11,11 +11,11 @@ use vibrissa::locate::{Located, Sensor, locator::opener, several};
 use vibrissa::scene::RunOptions;
 use vibrissa::status::Status;
 
-use crate::error::raise;
-use crate::job::{self, Far};
-use crate::locate::{Together, answered, spoken};
-use crate::table::Table;
-use crate::words::bits;
+use super::error::raise;
+use super::job;
+use super::locate::{Together, answered, spoken};
+use super::table::Table;
+use super::words::bits;
 
 /// Distances of readings of a calibrated sensor with several channels.
 #[pyclass(frozen, module = "vibrissa._native")]
@@ -52,7 +52,7 @@ impl Several {
         let drives: Vec<f64> = drive.as_array().iter().copied().collect();
         let values: Vec<Vec<f64>> = values.as_array().rows().into_iter().map(|r| r.to_vec()).collect();
         let several = Arc::clone(&self.several);
-        let work = move |stop: &AtomicBool, _: &mut dyn FnMut(Far)| {
+        let all = job::whole(py, None, None, move |stop, _| {
             let shares = vec![0.0; several.locators.len()];
             let mut all = Vec::with_capacity(drives.len());
             for (drive, values) in drives.iter().zip(&values) {
@@ -69,9 +69,7 @@ impl Several {
                 });
             }
             Ok(all)
-        };
-        let (all, interrupt) = job::run(py, None, work, job::shown(None))?;
-        interrupt.map_or(Ok(()), Err)?;
+        })?;
         let numbers =
             |of: fn(&Located) -> f64| PyArray1::from_vec(py, all.iter().map(of).collect()).into_any();
         let words = PyArray1::from_vec(py, all.iter().map(|l| bits(l.status)).collect());

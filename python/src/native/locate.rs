@@ -1,33 +1,29 @@
 //! `vibrissa.Locator`.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use vibrissa::error::{Error, InputError};
-use vibrissa::estimator::{ALL, Estimator, named};
+use vibrissa::estimator::{ALL, Estimator};
 use vibrissa::export::{Export, Language, proposing};
 use vibrissa::locate::free::Free;
-use vibrissa::locate::object::UnlocatedTap;
-use vibrissa::locate::object::{By, Objects};
+use vibrissa::locate::object::{By, Objects, UnlocatedTap};
 use vibrissa::locate::{self, Answerer, Calibration, Located, Sequence, locator::opener, next, stream};
 use vibrissa::measure::Names;
 use vibrissa::scene::RunOptions;
 
-use crate::contour::Told;
-use crate::error::{keywords, raise};
-use crate::job::{self, Far};
-use crate::table::Table;
-use crate::words::bits;
+use super::contour::Told;
+use super::error::{keywords, raise};
+use super::job;
+use super::table::Table;
+use super::words::{bits, meant};
 
 /// The estimator of this name.
 pub fn estimator(name: Option<String>) -> Result<Option<&'static dyn Estimator>, Error> {
-    let Some(name) = name else { return Ok(None) };
-    let known = || ALL.map(|e| e.name()).join(", ");
-    let wrong =
-        || InputError::new("there is no such estimator").key("estimator").value(&name).allowed(known());
-    named(&name).map(Some).ok_or_else(|| wrong().into())
+    let all = || ALL.map(|e| (e.name(), e));
+    Ok(name.map(|name| meant(("estimator", "estimator"), &name, all())).transpose()?)
 }
 
 /// Distances of readings of one calibrated whisker.
@@ -148,7 +144,7 @@ impl Locator {
             (drive.as_array().iter().copied().collect(), value.as_array().iter().copied().collect());
         drop((drive, value));
         let (locator, mut sequence) = (Arc::clone(&self.locator), Sequence::new(&self.locator, self.zero));
-        let work = move |stop: &AtomicBool, _: &mut dyn FnMut(Far)| {
+        let (a, sigma, status) = job::whole(py, None, None, move |stop, _| {
             let n = drives.len();
             let (mut a, mut sigma, mut status) = (vec![0.0; n], vec![0.0; n], vec![0; n]);
             for (i, (drive, value)) in drives.iter().zip(&values).enumerate() {
@@ -159,9 +155,7 @@ impl Locator {
                 (a[i], sigma[i], status[i]) = (found.distance, found.sigma, bits(found.status));
             }
             Ok((a, sigma, status))
-        };
-        let ((a, sigma, status), interrupt) = job::run(py, None, work, job::shown(None))?;
-        interrupt.map_or(Ok(()), Err)?;
+        })?;
         let numbers = |all| PyArray1::from_vec(py, all).into_any();
         Ok((numbers(a), numbers(sigma), PyArray1::from_vec(py, status).into_any()))
     }
@@ -238,11 +232,7 @@ impl Locator {
 
 /// The language of this name.
 pub fn spoken(language: &str) -> Result<Language, InputError> {
-    let found = Language::ALL.into_iter().find(|l| l.0 == language);
-    found.map(|l| l.1).ok_or_else(|| {
-        let words = Language::ALL.map(|l| l.0).join(", ");
-        InputError::new("there is no such language").key("language").value(language).allowed(words)
-    })
+    meant(("language", "language"), language, Language::ALL.map(|l| (l.0, l.1)))
 }
 
 /// Which readings of a table are told together: "same", "strokes" and what they leave free, or "object" and its column.
@@ -274,7 +264,7 @@ pub fn answered<T: Send + Sync + 'static>(
     (label, bytes, columns): (String, Vec<u8>, Option<String>),
     (together, interval): (Together, bool),
 ) -> PyResult<(Table, Vec<String>)> {
-    let work = move |stop: &AtomicBool, _: &mut dyn FnMut(Far)| {
+    job::whole(py, None, None, move |stop, _| {
         let columns = columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
         let told = Told::default();
         let warn = |text: &str| told.push(text);
@@ -297,9 +287,7 @@ pub fn answered<T: Send + Sync + 'static>(
         };
         stream::answer(who(&of), bytes.as_slice(), &ask, Some(zeros), stop, &mut write)?;
         Ok((Table::of_csv(&out)?, told.into_texts()))
-    };
-    let (found, interrupt) = job::run(py, None, work, job::shown(None))?;
-    interrupt.map_or(Ok(found), Err)
+    })
 }
 
 impl Locator {

@@ -71,7 +71,7 @@ impl Given {
     /// # Errors
     /// Arrays of other lengths.
     pub fn new(py: Python<'_>, n: usize, columns: Vec<Column<'_>>) -> PyResult<Self> {
-        let wrong = || crate::error::run(py, "arrays of other lengths");
+        let wrong = || super::error::run(py, "arrays of other lengths");
         let one = |column: PyReadonlyArray1<'_, f64>| match column.as_slice().map_err(|_| wrong())? {
             [one] => Ok(Argument::One(*one)),
             values if column.len() == n => {

@@ -22,7 +22,7 @@ use vibrissa::measure::text::fields;
 use vibrissa::scene::RankBy;
 use vibrissa::sink::columns::Columns;
 
-use crate::column::{Given, OF_TIME, array, of_cells};
+use super::column::{Given, OF_TIME, array, of_cells};
 
 /// Names of capsules, as the Arrow PyCapsule interface has them.
 const STREAM: &CStr = c"arrow_array_stream";
@@ -283,5 +283,5 @@ impl Table {
 }
 
 fn failed(py: Python<'_>, e: &ArrowError) -> PyErr {
-    crate::error::run(py, &e.to_string())
+    super::error::run(py, &e.to_string())
 }

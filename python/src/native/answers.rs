@@ -6,7 +6,7 @@ use pyo3::types::PyTuple;
 use vibrissa::api::Outcome;
 use vibrissa::evaluate::OUTPUTS;
 
-use crate::words::bits;
+use super::words::bits;
 
 /// What is told of a tap: strain, that of the estimator's theory, K − 1, P, T, arc, strain of the second gauge, azimuth (degrees) and slide;
 /// words as bits, and whether it sticks.

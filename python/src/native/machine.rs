@@ -1,7 +1,6 @@
 //! `vibrissa.verify`, `vibrissa.devices` and `vibrissa.chart`.
 
 use std::path::PathBuf;
-use std::sync::atomic::AtomicBool;
 
 use pyo3::prelude::*;
 use serde_json::json;
@@ -14,10 +13,10 @@ use vibrissa::spec;
 use vibrissa::verify::write::{self, Verified};
 use vibrissa::verify::{self as census, Case};
 
-use crate::error::raise;
-use crate::job::{self, Ahead, Far};
-use crate::spec::UnreadSpec;
-use crate::table::Table;
+use super::error::raise;
+use super::job::{self, Ahead};
+use super::spec::UnreadSpec;
+use super::table::Table;
 
 /// GPU drivers are asked by the process that `command`, a program and its arguments, starts: it calls [`answer`].
 #[pyfunction]
@@ -45,14 +44,12 @@ pub fn left_behind() -> bool {
 /// What there is to compute on, as JSON; which of it the `[run]` of `text` takes.
 #[pyfunction]
 pub fn devices(py: Python<'_>) -> PyResult<String> {
-    let work = |_: &AtomicBool, _: &mut dyn FnMut(Far)| {
+    job::whole(py, None, None, |_, _| {
         let (adapters, faults) = backend::look();
         let mut all = backend::listed(&adapters, &faults);
         all["auto"] = json!(Choice::new(&RunOptions::default())?.backend);
         Ok(all.to_string())
-    };
-    let (all, interrupt) = job::run(py, None, work, job::shown(None))?;
-    interrupt.map_or(Ok(all), Err)
+    })
 }
 
 /// Charts of a spec over its ranges, as JSON; what should be known of it.
@@ -65,13 +62,11 @@ pub fn chart(py: Python<'_>, path: Option<PathBuf>, text: String) -> PyResult<(S
     };
     let spec = read().map_err(|e| raise(py, e))?;
     let threads = spec.run.threads;
-    let work = move |stop: &AtomicBool, _: &mut dyn FnMut(Far)| {
+    job::whole(py, threads, None, move |stop, _| {
         let tolerance = spec.run.tolerance.unwrap_or(charts::TOLERANCE);
         let found = charts::of_study(&spec.study, tolerance, stop)?;
         Ok((document::document(&spec.study.setup, &found).to_string(), spec.warnings))
-    };
-    let (found, interrupt) = job::run(py, threads, work, job::shown(None))?;
-    interrupt.map_or(Ok(found), Err)
+    })
 }
 
 /// Every backend against the reference: the census, run.json, whether nothing is broken, and what should be known of the spec.
@@ -108,7 +103,7 @@ pub fn verify<'py>(
     };
     let (spec, options) = read().map_err(|e| raise(py, e))?;
     let threads = options.threads;
-    let work = move |stop: &AtomicBool, tell: &mut dyn FnMut(Far)| {
+    job::whole(py, threads, progress, move |stop, tell| {
         let start = std::time::Instant::now();
         let mut places = census::present(&options, bound)?;
         let samples = samples.unwrap_or(census::samples(spec.is_some(), quick));
@@ -133,7 +128,5 @@ pub fn verify<'py>(
         let good = done == taps && lines.iter().all(|line| line.faults().is_empty());
         let document = write::document(&verified).to_string();
         Ok((table, document, good, spec.map_or_else(Vec::new, |spec| spec.warnings)))
-    };
-    let (found, interrupt) = job::run(py, threads, work, job::shown(progress))?;
-    interrupt.map_or(Ok(found), Err)
+    })
 }

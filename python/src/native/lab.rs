@@ -16,10 +16,10 @@ use vibrissa::sink::folder::hash_all;
 use vibrissa::sink::memory;
 use vibrissa::spec;
 
-use crate::job::{self, Far};
-use crate::search::named;
-use crate::spec::{KEYWORDS, UnreadSpec};
-use crate::table::Table;
+use super::job;
+use super::search::{Tables, named};
+use super::spec::{KEYWORDS, UnreadSpec};
+use super::table::Table;
 
 /// What a user says of a calibration beside data and whisker.
 #[derive(FromPyObject)]
@@ -35,7 +35,6 @@ pub struct Said {
 /// `path` with the sections of `text` over it; there need be none.
 #[pyfunction]
 #[pyo3(signature = (label, data, path, text, said))]
-#[allow(clippy::type_complexity)]
 pub fn calibrate(
     py: Python<'_>,
     label: String,
@@ -43,9 +42,9 @@ pub fn calibrate(
     path: Option<PathBuf>,
     text: String,
     said: Said,
-) -> PyResult<(Vec<(&'static str, Table)>, String, String)> {
+) -> PyResult<(Tables, String, String)> {
     let start = std::time::Instant::now();
-    let work = move |_: &AtomicBool, _: &mut dyn FnMut(Far)| {
+    job::whole(py, None, None, move |_, _| {
         let columns = said.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
         let hash = hash_all(&mut data.as_slice()).map_err(|e| Error::Run(e.to_string()))?;
         let drive = said.theta.map(|_| Drive::Angle).or(said.delta.map(|_| Drive::Displacement));
@@ -98,9 +97,7 @@ pub fn calibrate(
         let document = report::document(&spec, &hash, (&data, &hash), told);
         let tables = named(&output::tables(&found, &data, &locator)?)?;
         Ok((tables, found.calibration.to_text(), document.to_string()))
-    };
-    let (found, interrupt) = job::run(py, None, work, job::shown(None))?;
-    interrupt.map_or(Ok(found), Err)
+    })
 }
 
 /// What a rig adds to the model.
@@ -170,7 +167,7 @@ pub fn strokes(
     course: Course,
     added: Added,
 ) -> PyResult<(Table, String, Vec<String>)> {
-    let work = move |stop: &AtomicBool, _: &mut dyn FnMut(Far)| {
+    job::whole(py, None, None, move |stop, _| {
         let start = std::time::Instant::now();
         let asked = UnreadSpec::new(path, text, "simulate")?;
         let (spec, rig) = asked_rig(&asked)?;
@@ -193,9 +190,7 @@ pub fn strokes(
         let result = course.described(settings.described(rig.setup.drive));
         let run = synthetic::document(&spec, [&result, &counts.described(), &seconds]);
         Ok((Table::of_csv(&bytes)?, run.to_string(), told))
-    };
-    let (found, interrupt) = job::run(py, None, work, job::shown(None))?;
-    interrupt.map_or(Ok(found), Err)
+    })
 }
 
 /// Puts what is written into `bytes`, until that is to `stop`.
@@ -220,7 +215,7 @@ pub fn simulate(
     text: String,
     added: Added,
 ) -> PyResult<(Table, String)> {
-    let work = move |stop: &AtomicBool, _: &mut dyn FnMut(Far)| {
+    job::whole(py, None, None, move |stop, _| {
         let start = std::time::Instant::now();
         let asked = UnreadSpec::new(path, text, "simulate")?;
         let (spec, rig) = asked_rig(&asked)?;
@@ -235,7 +230,5 @@ pub fn simulate(
         let seconds = json!({ "total": start.elapsed().as_secs_f64() });
         let told = [&settings.described(rig.setup.drive), &counts.described(), &seconds];
         Ok((Table::of_csv(&bytes)?, synthetic::document(&spec, told).to_string()))
-    };
-    let (found, interrupt) = job::run(py, None, work, job::shown(None))?;
-    interrupt.map_or(Ok(found), Err)
+    })
 }

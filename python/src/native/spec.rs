@@ -9,7 +9,7 @@ use vibrissa::error::{Error, InputError};
 use vibrissa::measure::names;
 use vibrissa::{files, spec};
 
-use crate::error;
+use super::error;
 
 /// A spec before it is read.
 #[derive(Debug, Clone)]

@@ -1,12 +1,11 @@
 //! `vibrissa.explore` and `vibrissa.report`.
 
 use std::path::PathBuf;
-use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use pyo3::prelude::*;
 use serde_json::json;
-use vibrissa::error::{Error, InputError};
+use vibrissa::error::InputError;
 use vibrissa::explore::document::document;
 use vibrissa::explore::{TOLERANCE, bake, page, sound};
 use vibrissa::figure::{Format, Style};
@@ -14,9 +13,10 @@ use vibrissa::report as drawn;
 use vibrissa::sink::run_json;
 use vibrissa::spec;
 
-use crate::error::keywords;
-use crate::job::{self, Far};
-use crate::spec::UnreadSpec;
+use super::error::keywords;
+use super::job;
+use super::spec::UnreadSpec;
+use super::words::meant;
 
 /// The page with sliders of the spec in `path` with the sections of `text` over it: HTML, run.json, what should be known.
 #[pyfunction]
@@ -25,7 +25,7 @@ pub fn explore(
     path: Option<PathBuf>,
     text: String,
 ) -> PyResult<(String, String, Vec<String>)> {
-    let work = move |_: &AtomicBool, _: &mut dyn FnMut(Far)| {
+    job::whole(py, None, None, move |_, _| {
         let start = Instant::now();
         let asked = UnreadSpec::new(path, text, "explore")?;
         let spec = asked.read(spec::parse)?;
@@ -41,9 +41,7 @@ pub fn explore(
         });
         let run = run_json::document("explore", run_json::spec(&spec), body);
         Ok((html, run.to_string(), spec.warnings))
-    };
-    let (found, interrupt) = job::run(py, None, work, job::shown(None))?;
-    interrupt.map_or(Ok(found), Err)
+    })
 }
 
 /// How a result is drawn.
@@ -65,16 +63,11 @@ pub fn report(
     folder: PathBuf,
     said: Drawn,
 ) -> PyResult<(String, PathBuf, Vec<String>, Vec<PathBuf>, Vec<String>)> {
-    let work = move |_: &AtomicBool, _: &mut dyn FnMut(Far)| {
-        let known = Format::WORDS.map(|(word, ..)| word);
-        let mut formats = Vec::new();
-        for word in &said.figures {
-            let Some(k) = known.iter().position(|known| known == word) else {
-                let wrong = InputError::new("there is no such word").key("figures").value(word);
-                return Err(Error::from(wrong.allowed(known.join(", "))));
-            };
-            formats.push(Format::WORDS[k].1);
-        }
+    job::whole(py, None, None, move |_, _| {
+        let format = |word: &String| {
+            meant(("word", "figures"), word, Format::WORDS.map(|(word, format, _)| (word, format)))
+        };
+        let mut formats = said.figures.iter().map(format).collect::<Result<Vec<_>, InputError>>()?;
         formats.sort();
         formats.dedup();
         let style = Style::asked(said.width, said.font_size, said.font.as_deref(), ["width", "font_size"])?;
@@ -82,7 +75,5 @@ pub fn report(
         let made = drawn::run(&folder, &out, &style, &formats, said.force)?;
         let notes = made.notes.iter().map(|note| keywords(note)).collect();
         Ok((made.answer, out, made.figures, made.written.files.clone(), notes))
-    };
-    let (found, interrupt) = job::run(py, None, work, job::shown(None))?;
-    interrupt.map_or(Ok(found), Err)
+    })
 }

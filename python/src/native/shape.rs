@@ -1,7 +1,6 @@
 //! `vibrissa.shape`.
 
 use std::path::PathBuf;
-use std::sync::atomic::AtomicBool;
 
 use pyo3::prelude::*;
 use serde_json::json;
@@ -10,11 +9,10 @@ use vibrissa::progress::Progress;
 use vibrissa::shape as bent;
 use vibrissa::sink::memory;
 
-use crate::job::{self, Ahead, Far};
-use crate::search::named;
-use crate::spec::asked;
-use crate::sweep::{Listed, leave_files, read};
-use crate::table::Table;
+use super::job::{self, Ahead};
+use super::search::{Tables, named};
+use super::spec::asked;
+use super::sweep::{Listed, leave_files, read};
 
 /// Bytes of a section while its table is made: its text, in a buffer that may be twice as large, its fields, its columns.
 const BYTES_OF_SECTION: u64 = 1024;
@@ -30,11 +28,11 @@ pub fn shape<'py>(
     nodes: u32,
     listed: Option<Listed<'py>>,
     progress: Option<&Bound<'py, PyAny>>,
-) -> PyResult<(Vec<(&'static str, Table)>, String)> {
+) -> PyResult<(Tables, String)> {
     let asked = asked(py, path, text, name)?;
     let mut spec = read(py, &asked, listed)?;
     let threads = spec.run.threads;
-    let work = move |stop: &AtomicBool, tell: &mut dyn FnMut(Far)| {
+    job::whole(py, threads, progress, move |stop, tell| {
         let start = std::time::Instant::now();
         leave_files(&mut spec);
         let placed = |e: InputError| Error::from(e.at(&asked.label, None));
@@ -48,7 +46,5 @@ pub fn shape<'py>(
         let seconds = json!({ "total": start.elapsed().as_secs_f64() });
         let run = bent::document(&spec, by, &counts.described(), &seconds);
         Ok((named(&tables)?, run.to_string()))
-    };
-    let (found, interrupt) = job::run(py, threads, work, job::shown(progress))?;
-    interrupt.map_or(Ok(found), Err)
+    })
 }

@@ -1,0 +1,95 @@
+//! Taps that others tell: what is solved of one says where it is, until it is near enough.
+
+use rayon::prelude::*;
+
+use super::solve::{Plane, Solutions, Solved, frame};
+use super::{Evaluator, Method, Task};
+use crate::design::{Design, Shared};
+use crate::kernel::tap::Frame;
+use crate::kernel::{Chart, Solution};
+use crate::physics::onset::Grip;
+use crate::scene::Setup;
+
+/// What a solved tap says of the one that is sought.
+#[expect(clippy::large_enum_variant, reason = "most are the large one, and none is kept")]
+pub(super) enum Turn {
+    /// It is that one, as far as the tolerance asks: its frame, its solution, its plane of bending and what the skin shows, where these are asked for.
+    Found(Frame, Solution, Option<Plane>, Option<f64>),
+    /// The next to be tried.
+    Next,
+    /// There is none.
+    Lost,
+}
+
+/// A frictionless tap that is sought.
+pub(super) trait Trial: Send + Sync {
+    /// The tap to be solved next, in its own units; none where its strain means nothing.
+    fn frame(&self) -> Option<Frame>;
+
+    /// What `solution` says of the tap `here`; `told`: the chart of its law, and how well it is known.
+    fn turn(&mut self, here: &Frame, solution: &Solution, told: (Option<&Chart>, f64)) -> Turn;
+}
+
+impl<'a> Evaluator<'a> {
+    /// Frames and solutions of frictionless `tasks`, each sought from what `begin` makes of it, in so many `rounds` at most; `None` outside the domain
+    /// or at the apex.
+    pub(super) fn sought<'t, T: Trial>(
+        &mut self,
+        (designs, tasks): (&'t [Design], &[Task]),
+        rounds: usize,
+        begin: impl Fn(&'t Setup, &'t Shared, &Task) -> Option<T> + Sync,
+    ) -> Solutions
+    where
+        'a: 't,
+    {
+        let (setup, tolerance) = (self.setup, self.tolerance());
+        let begun = |task: &Task| {
+            let design = &designs[task.design as usize];
+            let upright =
+                frame(setup, design, task, Grip::Slide(0.0)).filter(|_| task.direction.is_valid())?;
+            // Where nothing else is found the reference is asked.
+            Some((Solved::lost(upright), begin(design.setup(setup), design.shared.as_ref()?, task)))
+        };
+        let begun: Vec<Option<(Solved, Option<T>)>> = tasks.par_iter().with_min_len(64).map(begun).collect();
+        let mut all: Vec<Option<Solved>> = begun.iter().map(|b| b.as_ref().map(|b| b.0)).collect();
+        let mut open: Vec<(usize, T)> =
+            begun.into_iter().enumerate().filter_map(|(i, b)| b?.1.map(|trial| (i, trial))).collect();
+        let chart = match &self.method {
+            Method::Fast { rungs, .. } => rungs.first().and_then(|rung| rung.chart().cloned()),
+            Method::Reference => None,
+        };
+        for _ in 0..rounds {
+            if open.is_empty() {
+                break;
+            }
+            let framed = |(_, trial): &(usize, T)| trial.frame();
+            let frames: Vec<Option<Frame>> = open.par_iter().with_min_len(256).map(framed).collect();
+            let solved = self.solve_framed(&frames, &|_| Grip::Slide(0.0))?;
+            let turned = |((i, mut trial), s): ((usize, T), Option<Solved>)| {
+                let s = s?;
+                let turn = |s: &Solved| trial.turn(&s.frame, &s.solution, (chart.as_ref(), tolerance));
+                let turn = Some(s).filter(|s| s.solution.within(tolerance)).as_ref().map(turn);
+                Some((i, trial, s, turn))
+            };
+            let turned: Vec<_> =
+                open.into_par_iter().zip(solved).with_min_len(64).filter_map(turned).collect();
+            open = Vec::new();
+            for (i, trial, s, turn) in turned {
+                let Some(one) = &mut all[i] else { continue };
+                let sweeps = one.sweeps + s.sweeps;
+                one.sweeps = sweeps;
+                match turn {
+                    // As of an upright rod: the material ends, or a kernel cannot tell.
+                    None => *one = Solved { sweeps, plane: None, ..s },
+                    Some(Turn::Found(frame, solution, plane, seen)) => {
+                        *one = Solved { frame, solution, plane, seen, sweeps, ..s };
+                    }
+                    Some(Turn::Next) => open.push((i, trial)),
+                    Some(Turn::Lost) => {}
+                }
+            }
+        }
+        all.iter().flatten().for_each(|s| self.sweeps.push(s.sweeps));
+        Ok(all)
+    }
+}
