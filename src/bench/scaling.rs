@@ -65,6 +65,9 @@ pub struct Threaded {
 }
 
 /// Sweeps of all sizes, reduced to the best designs, into folders in `scratch`.
+///
+/// # Errors
+/// A device or a folder that fails, or a request to stop.
 pub fn sizes(
     settings: &Settings,
     places: &[Place],
@@ -101,6 +104,9 @@ pub fn sizes(
 }
 
 /// The taps of the simplest configuration on 1, 2, … threads of the CPU.
+///
+/// # Errors
+/// Threads that do not start, or a request to stop.
 pub fn threads(settings: &Settings, places: &[Place], watch: &mut Watch<'_>) -> Result<(), Error> {
     let hooke = exact()[0];
     for (place, p) in places.iter().enumerate().filter(|(_, p)| p.adapter.is_none()) {

@@ -10,6 +10,9 @@ use crate::sink::{csv::Text, table::Field};
 type Row<'a> = (Vec<&'a str>, Vec<Field>);
 
 /// Text of every table, by file name.
+///
+/// # Errors
+/// None in practice: tables are made in memory.
 pub fn all(m: &Measured, places: &[Place]) -> Result<Vec<(&'static str, String)>, Error> {
     let at = |place: usize| -> Vec<&str> {
         let p = &places[place];

@@ -84,6 +84,9 @@ pub struct Taps {
 
 impl Taps {
     /// About `count` independent taps of `c`: a whole number of whiskers, one at least.
+    ///
+    /// # Errors
+    /// None for the configurations above.
     pub fn new(c: &Configuration, count: usize) -> Result<Self, Error> {
         let Study { setup, space, .. } = independent(c, count.div_ceil(DISTANCES).max(1) as u64)?;
         let layout = space.layout().expect("the taps of a benchmark are a grid");

@@ -95,6 +95,9 @@ struct Run {
 }
 
 /// All points.
+///
+/// # Errors
+/// A device that fails, or a request to stop.
 pub fn measure(settings: &Settings, places: &[Place], watch: &mut Watch<'_>) -> Result<(), Error> {
     for (i, c) in settings.configurations.iter().enumerate() {
         let judge = Judge::new(settings, places, c, watch)?;

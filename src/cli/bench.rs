@@ -29,7 +29,7 @@ use super::{apart, interrupt, kept, say};
 pub fn run(args: &Bench) -> Result<Reply, Error> {
     let options = args.common.over(&RunOptions::default());
     let quiet = options.quiet == Some(true);
-    super::sweep::threads(&options)?;
+    super::begun::threads(&options)?;
     if let Some(t) = options.tolerance {
         let least = smallest_tolerance(options.precision.unwrap_or(Precision::F64));
         if !(least..1.0).contains(&t) {

@@ -13,8 +13,9 @@ use vibrissa::scene::{Drive, RunOptions, Spec};
 use vibrissa::sink::folder::{Folder, Question, hash};
 use vibrissa::sink::run_json;
 
-use super::args::{Calibrate, Common};
-use super::reply::{self, Reply};
+use super::args::Calibrate;
+use super::begun::prepared;
+use super::reply::Reply;
 use super::say;
 
 /// Reads data and whisker, calibrates, writes the files.
@@ -144,22 +145,6 @@ fn whisker(args: &Calibrate, data: &Data, drive: Option<Drive>) -> Result<(Rig, 
 
 fn hash_bytes(mut bytes: &[u8]) -> Result<String, Error> {
     vibrissa::sink::folder::hash_all(&mut bytes).map_err(|e| Error::Run(e.to_string()))
-}
-
-/// Options of spec and command line; starts the threads they ask for, and JSON if they ask for it.
-pub(super) fn prepared(common: &Common, spec: &Spec) -> Result<RunOptions, Error> {
-    let options = common.over(&spec.run);
-    reply::in_json(options.json == Some(true));
-    super::sweep::threads(&options)?;
-    Ok(options)
-}
-
-/// As [`prepared`], and tells the warnings about `spec`; whether the command is to be quiet.
-pub(super) fn begun(common: &Common, spec: &Spec) -> Result<(RunOptions, bool), Error> {
-    let options = prepared(common, spec)?;
-    let quiet = options.quiet == Some(true);
-    say::warnings(quiet, &spec.warnings);
-    Ok((options, quiet))
 }
 
 fn planned(data: &Data, spec: &Spec, out: PathBuf) -> Reply {

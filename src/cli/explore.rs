@@ -12,7 +12,7 @@ use vibrissa::sink::unfinished::Unfinished;
 use vibrissa::spec;
 
 use super::args::Explore;
-use super::calibrate::begun;
+use super::begun::begun;
 use super::reply::Reply;
 
 /// Where the page goes.

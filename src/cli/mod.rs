@@ -3,6 +3,7 @@
 mod apart;
 mod args;
 mod array;
+mod begun;
 mod bench;
 mod best;
 mod calibrate;

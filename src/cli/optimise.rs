@@ -24,7 +24,7 @@ use vibrissa::sink::table::drive_unit;
 use vibrissa::{files, spec};
 
 use super::args::Optimise;
-use super::calibrate::begun;
+use super::begun::begun;
 use super::interrupt;
 use super::number::{grouped, rough};
 use super::reply::Reply;

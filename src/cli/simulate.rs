@@ -12,7 +12,7 @@ use vibrissa::sink::run_json;
 use vibrissa::spec;
 
 use super::args::Simulate;
-use super::calibrate::prepared;
+use super::begun::prepared;
 use super::reply::Reply;
 use super::say;
 use super::several::of_one_signal;

@@ -10,7 +10,7 @@ use vibrissa::error::Error;
 use vibrissa::needed::{ComparedRows, Needed};
 use vibrissa::plan::Plan;
 use vibrissa::report::answer::of_best;
-use vibrissa::scene::{Column, Direction, Geometry, Listed, MaterialFit, RunOptions, Space, Spec};
+use vibrissa::scene::{Column, Direction, Geometry, Listed, MaterialFit, Space, Spec};
 use vibrissa::sink::rows::TableFormat;
 use vibrissa::sink::run_json;
 use vibrissa::sink::table::{LARGEST, Table};
@@ -19,7 +19,7 @@ use vibrissa::tap::k_names;
 use vibrissa::{files, spec};
 
 use super::args::Sweep;
-use super::calibrate::begun;
+use super::begun::begun;
 use super::number::{grouped, rough};
 use super::progress::Shown;
 use super::reply::Reply;
@@ -105,12 +105,6 @@ pub fn run(args: &Sweep) -> Result<Reply, Error> {
         ..Reply::default()
     }
     .removing(&report.removed))
-}
-
-/// Sets the number of CPU threads that was asked for.
-pub(super) fn threads(options: &RunOptions) -> Result<(), Error> {
-    let Some(n) = options.threads else { return Ok(()) };
-    rayon::ThreadPoolBuilder::new().num_threads(n).build_global().map_err(|e| Error::Run(e.to_string()))
 }
 
 fn headline(spec: &Spec, plan: &Plan, b: &Backend) -> String {

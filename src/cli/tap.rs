@@ -16,7 +16,7 @@ use vibrissa::tap::{self, Report, Sample};
 use vibrissa::{files, spec};
 
 use super::args::{Tap, TapObjective};
-use super::calibrate::begun;
+use super::begun::begun;
 use super::reply::Reply;
 use super::say;
 use super::sweep::where_and_why;

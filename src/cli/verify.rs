@@ -44,7 +44,7 @@ pub fn run(args: &Verify) -> Result<Reply, Error> {
     let options = &asked.options;
     let quiet = options.quiet == Some(true);
     reply::in_json(options.json == Some(true));
-    super::sweep::threads(options)?;
+    super::begun::threads(options)?;
     let places = verify::present(options, bound(args)?)?;
     say::warnings(quiet, asked.spec.iter().flat_map(|s| &s.warnings));
     if options.backend.is_none() && !places.iter().any(|p| p.backend().name == "gpu") {

@@ -31,6 +31,9 @@ impl Sample {
     ///
     /// First and last distance and drive are always among them; designs are spread by the golden ratio, which no
     /// period of a grid can meet.
+    ///
+    /// # Errors
+    /// A tuple file that cannot be read again.
     pub fn new(study: &Study) -> Result<Self, Error> {
         Ok(match &study.space {
             Space::Grid(factors) => Self::grid(&Layout::new(factors)),

@@ -30,6 +30,9 @@ pub const TOLERANCE: f64 = 1e-5;
 const ALLOWED: [f64; 2] = [1e-7, 1e-3];
 
 /// `tolerance`, if a page's chart can hold it.
+///
+/// # Errors
+/// One that it cannot.
 pub fn sound(tolerance: f64) -> Result<f64, InputError> {
     if (ALLOWED[0]..=ALLOWED[1]).contains(&tolerance) {
         return Ok(tolerance);

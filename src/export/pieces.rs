@@ -60,6 +60,9 @@ pub struct Hole(pub f64, pub f64);
 
 impl Pieces {
     /// Of `signal`.
+    ///
+    /// # Errors
+    /// Where the estimator has no number.
     pub fn new(signal: &Signal<'_>) -> Result<Self, Hole> {
         let mut all = Self::to(signal, FINE[0])?;
         for fine in &FINE[1..] {

@@ -55,6 +55,9 @@ impl Array {
     }
 
     /// As [`Self::read`], from a `text` that `label` names; calibrations are relative to `folder`.
+    ///
+    /// # Errors
+    /// A text that says something else; two whiskers of one name.
     pub fn parse(label: &str, text: &str, folder: &Path) -> Result<Self, InputError> {
         spec::described_by(label, text, |file| Self::of(file, folder))
     }

@@ -114,6 +114,9 @@ impl Calibration {
     }
 
     /// Text of the file at `path`.
+    ///
+    /// # Errors
+    /// A file that is missing, or is none.
     pub fn load(path: &Path) -> Result<String, InputError> {
         let label = path.display().to_string();
         if path.is_dir() {

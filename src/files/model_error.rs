@@ -7,6 +7,9 @@ use crate::scene::{Spec, Written};
 use crate::spec;
 
 /// The bound that was typed, else that of `spec`, if it can be judged where the strain of a tap is good to the tolerance of `choice`.
+///
+/// # Errors
+/// A bound by which nothing can be judged.
 pub fn model_error(typed: Option<f64>, spec: &Spec, choice: &Choice) -> Result<Option<f64>, Error> {
     let (bound, at) = match typed {
         Some(bound) => (bound, None),

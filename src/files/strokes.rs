@@ -40,6 +40,9 @@ impl Strokes {
     }
 
     /// As [`Self::read`], of a `text` that `label` names; the files it names are relative to `folder`.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
     pub fn parse(label: &str, text: &str, folder: &Path) -> Result<Self, InputError> {
         spec::described_by(label, text, |file| Self::of(file, folder))
     }

@@ -78,6 +78,9 @@ pub struct Needed {
 
 impl Needed {
     /// What the taps of `rows` need of the model of `full` for a strain within `bound`.
+    ///
+    /// # Errors
+    /// A kernel that fails.
     pub fn new(full: &Setup, rows: ComparedRows, bound: f64) -> Result<Self, Error> {
         let begun = Instant::now();
         let options = RunOptions {
@@ -120,6 +123,9 @@ impl Needed {
     }
 
     /// The model of `full`, the full one, for the taps near a threshold: to twice the bound.
+    ///
+    /// # Errors
+    /// A kernel that does not open.
     pub fn guard<'a>(&self, full: &'a Setup) -> Result<Guard<'a>, Error> {
         Ok(Guard::new(full, self.choice.open(&full.model)?, DOUBT * self.bound))
     }
@@ -136,6 +142,9 @@ impl Needed {
     }
 
     /// Whether the model keeps the bound at `rows`, which are kept; where it does not, the full model is taken. `go_on` is asked between parts.
+    ///
+    /// # Errors
+    /// A kernel that fails; that of `go_on`.
     pub fn keeps(&mut self, rows: &[Row], go_on: &dyn Fn() -> Result<(), Error>) -> Result<bool, Error> {
         self.measure(rows, go_on)?;
         let holds = self.kept.is_none_or(|kept| kept.holds(self.bound));
@@ -146,6 +155,9 @@ impl Needed {
     }
 
     /// How well the model holds at `rows`, which are kept. `go_on` is asked between parts.
+    ///
+    /// # Errors
+    /// A kernel that fails; that of `go_on`.
     pub fn measure(&mut self, rows: &[Row], go_on: &dyn Fn() -> Result<(), Error>) -> Result<(), Error> {
         self.kept = None;
         if self.left().is_empty() || rows.is_empty() {

@@ -53,6 +53,9 @@ pub struct ComparedRows {
 
 impl ComparedRows {
     /// Of the taps of `study`: the spread of [`Sample`] and the corners of the space.
+    ///
+    /// # Errors
+    /// A tuple file that cannot be read again.
     pub fn of_study(study: &Study) -> Result<Self, Error> {
         Ok(match &study.space {
             Space::Grid(factors) => Self::of_grid(study, &Layout::new(factors))?,

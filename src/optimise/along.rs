@@ -12,6 +12,9 @@ use crate::statistics::{DriveRow, Told};
 
 impl Scorer<'_> {
     /// Designs rows and scores of `whisker` at `drives`, degrees or mm.
+    ///
+    /// # Errors
+    /// A backend that fails.
     pub fn along(&mut self, whisker: &Tuple, drives: &[f64]) -> Result<Vec<(DriveRow, Score)>, Error> {
         if !self.judge.deviations.is_empty() {
             let points: Vec<Tuple> = drives.iter().map(|&drive| Tuple { drive, ..*whisker }).collect();

@@ -23,6 +23,9 @@ pub fn names(objective: Objective) -> Vec<&'static str> {
 }
 
 /// Its tables by the names of their files.
+///
+/// # Errors
+/// None of a whole report.
 pub fn tables(spec: &Spec, report: &Report) -> Result<Vec<(&'static str, Vec<u8>)>, Error> {
     let mut all =
         vec![("history.csv", history(spec, report)?), ("sensitivity.csv", sensitivity(spec, report)?)];

@@ -16,6 +16,9 @@ const CORNERS: usize = 24;
 const WIDE: f64 = 2.0;
 
 /// Everything of the folder of `contour`.
+///
+/// # Errors
+/// Tables that are missing or damaged.
 pub fn content(source: &Source) -> Result<Content, Error> {
     let mut c = Content::default();
     let (points, curve) = (source.table("points.csv")?, source.table("curve.csv")?);

@@ -11,6 +11,9 @@ use crate::figure::{Figure, Mark, Marker, Panel, Path};
 const DRAWN: usize = 4000;
 
 /// Everything of the folder of `locate`.
+///
+/// # Errors
+/// A table that is missing or damaged.
 pub fn content(source: &Source) -> Result<Content, Error> {
     let mut c = Content::default();
     let table = source.table("located.csv")?;

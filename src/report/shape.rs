@@ -16,6 +16,9 @@ const PANELS: usize = 6;
 const WHISKERS: usize = 4;
 
 /// Everything of the folder of `shape`.
+///
+/// # Errors
+/// Tables that are missing or damaged.
 pub fn content(source: &Source) -> Result<Content, Error> {
     let mut c = Content::default();
     let (shape, contacts) = (source.table("shape.csv")?, source.table("contacts.csv")?);

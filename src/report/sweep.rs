@@ -18,6 +18,9 @@ const WHISKERS: usize = 4;
 const CURVES: usize = 5;
 
 /// Everything of the folder of a sweep.
+///
+/// # Errors
+/// Tables that are missing or damaged.
 pub fn content(source: &Source) -> Result<Content, Error> {
     let mut c = Content::default();
     let limits = Limits::of(source);

@@ -9,6 +9,9 @@ use crate::error::Error;
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path};
 
 /// Everything of the folder of `verify`.
+///
+/// # Errors
+/// A table that is missing or damaged.
 pub fn content(source: &Source) -> Result<Content, Error> {
     let mut c = Content::default();
     let table = source.table("verify.csv")?;

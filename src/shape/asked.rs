@@ -9,6 +9,9 @@ use crate::scene::{BackendChoice, Geometry, Model, RunOptions, Setup, Spec};
 use crate::sink::run_json;
 
 /// Refuses a model without shapes.
+///
+/// # Errors
+/// That.
 pub fn check(setup: &Setup) -> Result<(), InputError> {
     if setup.model.geometry != Geometry::Linear {
         return Ok(());
@@ -18,6 +21,9 @@ pub fn check(setup: &Setup) -> Result<(), InputError> {
 }
 
 /// What solves the taps of which shapes are asked, and its word in run.json: they are few, so the reference unless `options` say otherwise.
+///
+/// # Errors
+/// A backend that fails.
 pub fn method(options: &RunOptions, model: &Model) -> Result<(Method, &'static str), Error> {
     let free = options.backend.is_none() && options.precision.is_none() && options.adapter.is_none();
     let method = match options.backend {

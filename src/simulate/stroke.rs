@@ -94,6 +94,9 @@ impl<'a> Stroker<'a> {
     }
 
     /// Where the whisker at `start` first touches when it turns on.
+    ///
+    /// # Errors
+    /// Why it does not, or not so that it could stroke.
     pub fn touch(&self, start: Pose) -> Result<Touch, Missed> {
         let base = self.seen([start.base[0], start.base[1]]);
         let heading = self.sense * start.heading;

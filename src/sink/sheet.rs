@@ -39,6 +39,9 @@ impl About<'_> {
 
 impl Sheet {
     /// A new table in `folder`.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
     pub fn new(folder: &mut Folder, about: &About<'_>) -> Result<Self, Error> {
         let (mut output, columns) = (folder.file(&about.name())?, about.columns);
         Ok(match about.format {
@@ -55,6 +58,9 @@ impl Sheet {
     }
 
     /// Goes on with the table whose [`Self::pack`] is `state`; `None` where it, or the file, is not what it was.
+    ///
+    /// # Errors
+    /// A file that cannot be read or written.
     pub fn resume(
         folder: &mut Folder,
         about: &About<'_>,
@@ -72,6 +78,9 @@ impl Sheet {
     }
 
     /// What [`Self::resume`] needs beside the file as it is now.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
     pub fn pack(&mut self, to: &mut Packer<'_>) -> Result<(), Error> {
         self.output().mark()?.pack(to);
         match self {
@@ -81,6 +90,9 @@ impl Sheet {
     }
 
     /// Appends rows.
+    ///
+    /// # Errors
+    /// A file that cannot be written; rows of another format.
     pub fn write(&mut self, rows: Rows) -> Result<(), Error> {
         match (self, rows) {
             (Self::Csv(output), Rows::Text(text)) => output.write(&text.into_bytes()),
@@ -90,6 +102,9 @@ impl Sheet {
     }
 
     /// Appends lines as they are.
+    ///
+    /// # Errors
+    /// A file that cannot be written, or is no text.
     pub fn lines(&mut self, bytes: &[u8]) -> Result<(), Error> {
         match self {
             Self::Csv(output) => output.write(bytes),
@@ -106,6 +121,9 @@ impl Sheet {
     }
 
     /// Ends the file.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
     pub fn close(self) -> Result<(), Error> {
         match self {
             Self::Csv(output) => output.close(),

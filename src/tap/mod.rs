@@ -117,6 +117,9 @@ pub struct Other {
 }
 
 /// Where a best drive is looked for: what `options` ask for, else, for few taps, the CPU in f64.
+///
+/// # Errors
+/// A backend that the machine does not have.
 pub fn choice(options: &RunOptions, study: &Study) -> Result<Choice, Error> {
     let free = matches!(options.backend, None | Some(BackendChoice::Auto) | Some(BackendChoice::Cpu))
         && options.adapter.is_none();

@@ -15,6 +15,9 @@ use crate::scene::{Study, Tuple};
 
 /// As [`find`](super::find), with effects left off whose joint change of strain stays within `bound`: over the interval, at the optima, and where a status
 /// changes from one drive of the curve to the next.
+///
+/// # Errors
+/// Those of [`find`](super::find) with the full model.
 pub fn find_needed(
     study: &Study,
     ends: [f64; 2],
@@ -51,6 +54,9 @@ pub fn find_needed(
 }
 
 /// What the one whisker of `study` needs of its model for a strain within `bound`, over its distances and the drives `ends`.
+///
+/// # Errors
+/// A tuple file; a kernel that fails.
 pub fn needed(study: &Study, ends: [f64; 2], bound: f64) -> Result<Needed, Error> {
     let layout = study.space.layout().ok_or_else(no_axes)?;
     let wanted = Wanted { drive: ends, ..Wanted::of(&layout) };

@@ -69,6 +69,9 @@ pub fn write(folder: &mut Folder, lines: &[Line], backends: &[Backend]) -> Resul
 }
 
 /// The census as `verify.csv`.
+///
+/// # Errors
+/// None of a whole census.
 pub fn table(lines: &[Line], backends: &[Backend]) -> Result<Vec<u8>, Error> {
     let mut text = Text::default();
     text.header(&COLUMNS)?;

@@ -19,6 +19,9 @@ const TIME: (&str, &str) = ("time per tap", "ns");
 const SLOWEST: f64 = 1e8;
 
 /// Everything of the folder of `bench`.
+///
+/// # Errors
+/// Tables that are damaged.
 pub fn content(source: &Source) -> Result<Content, Error> {
     let mut c = Content::default();
     figures(&|name| source.maybe(name))?.into_iter().for_each(|f| c.figure(f));
@@ -34,6 +37,9 @@ pub fn content(source: &Source) -> Result<Content, Error> {
 }
 
 /// Figures of the tables that `read` finds.
+///
+/// # Errors
+/// Tables that are damaged.
 pub fn figures(read: &dyn Fn(&str) -> Result<Option<Table>, Error>) -> Result<Vec<Figure>, Error> {
     let mut all = Vec::new();
     if let Some(work) = read("work_precision.csv")? {

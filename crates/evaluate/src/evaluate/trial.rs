@@ -67,8 +67,8 @@ impl<'a> Evaluator<'a> {
             let solved = self.solve_framed(&frames, &|_| Grip::Slide(0.0))?;
             let turned = |((i, mut trial), s): ((usize, T), Option<Solved>)| {
                 let s = s?;
-                let turn = |s: &Solved| trial.turn(&s.frame, &s.solution, (chart.as_ref(), tolerance));
-                let turn = Some(s).filter(|s| s.solution.within(tolerance)).as_ref().map(turn);
+                let within = s.solution.within(tolerance);
+                let turn = within.then(|| trial.turn(&s.frame, &s.solution, (chart.as_ref(), tolerance)));
                 Some((i, trial, s, turn))
             };
             let turned: Vec<_> =
