@@ -7,7 +7,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::point::{Covariance, Noise, Point};
+use super::curve::Covariance;
+use super::point::{Noise, Point};
 use super::pose::Pose;
 use crate::estimator::least::{FREE, Minimum, by_values, slopes};
 use crate::locate::Locator;

@@ -11,7 +11,6 @@ pub mod fitted;
 pub mod held_out;
 pub mod learned;
 pub mod learnt;
-pub mod least;
 pub mod model;
 pub mod paper;
 pub mod reason;
@@ -32,7 +31,7 @@ use model::Found;
 use model::exact::Opener;
 pub use registry::{ALL, SideRecord};
 pub use shape::{Forward, Shape};
-pub use vibrissa_learned::algebra::{normal, singular};
+pub use vibrissa_learned::algebra::{least, normal, singular};
 
 /// Distances of which those between the first and the last are enough to judge by.
 const BETWEEN: usize = 5;

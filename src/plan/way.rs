@@ -9,8 +9,13 @@ use crate::chart::{
     reader::{LEAST_TAPS, MOST_DISTANCES, Reader, directions},
     rows::RowReader,
 };
+use crate::curve::{self, Reach};
+use crate::design::Design;
 use crate::kernel::drives::DriveAxis;
-use crate::scene::{Geometry, Layout, Study};
+use crate::scene::{Direction, Geometry, Layout, Study, Theory};
+
+/// Curves for which charts at the places of their taps pay: a chart asks about a thousand taps, a curve one at most of its places.
+const PAYS_CURVES: u64 = 1 << 13;
 
 /// How taps are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,9 +59,10 @@ impl Way {
         if layout.len() < LEAST_TAPS * layout.n_directions || charts > MOST_DISTANCES as u64 {
             return None;
         }
-        let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
+        let mut distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
         let directions = directions(layout)?;
         let tolerance = choice.chart_tolerance()?;
+        distances.extend(of_curves(study, layout, tolerance));
         Reader::towards(&study.setup, (&distances, &directions), &Wanted::of(layout), tolerance)
             .ok()
             .flatten()
@@ -82,6 +88,20 @@ impl Way {
             Self::Reference => "solved by the reference",
         }
     }
+}
+
+/// Distances whose charts serve the model's own curves of a sweep that tells distances by them; none where curves are few.
+fn of_curves(study: &Study, layout: &Layout, tolerance: f64) -> Vec<f64> {
+    let rows = layout.len() / layout.n_distances;
+    let own = study.setup.estimate.theory == Theory::Exact;
+    if !own || !planar(study, layout) || rows < PAYS_CURVES {
+        return Vec::new();
+    }
+    let design = Design::new(&study.setup, layout.design(0));
+    let reach = Reach::of(Direction::UPRIGHT, layout.reach());
+    let more = curve::distances(&study.setup, &design, reach, tolerance);
+    let room = more.len() as u64 + layout.n_distances <= MOST_DISTANCES as u64;
+    if room { more } else { Vec::new() }
 }
 
 /// Whether every tap is one of the plane of rotation, and told by one gauge: what charts know.

@@ -10,7 +10,7 @@ mod piece;
 mod solve;
 
 pub use piece::{LOOKS, NODES, Piece, Ratio, look};
-pub use solve::{Ask, Reach, solve};
+pub use solve::{Ask, Reach, distances, solve};
 
 use crate::estimate::{Estimated, Estimator};
 use crate::physics::linear::StrainCurve;

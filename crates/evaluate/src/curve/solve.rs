@@ -92,6 +92,20 @@ pub fn solve(
     })
 }
 
+/// Distances (mm) of the taps from which a curve of `design` is made, to a `tolerance`, where one piece or its halves are smooth: those of all
+/// designs whose gauges end before the distances asked, so that charts of them serve all curves of a sweep.
+pub fn distances(setup: &Setup, design: &Design, reach: Reach, tolerance: f64) -> Vec<f64> {
+    let nodes = points(TRANSFORMS[usize::from(tolerance < NODES.0)].len());
+    let pieces = ends(setup, design, reach);
+    let halves = |w: &[f64]| {
+        let u = [1.0 / w[0], 1.0 / w[1]];
+        let mid = 0.5 * (u[0] + u[1]);
+        [u, [u[0], mid], [mid, u[1]]]
+    };
+    let of = |u: [f64; 2]| nodes.iter().map(move |x| 1.0 / placed(u, *x)).collect::<Vec<f64>>();
+    pieces.windows(2).flat_map(halves).flat_map(of).collect()
+}
+
 /// An interval of u in which the model is to be solved.
 #[derive(Clone, Copy)]
 struct Open {
@@ -222,11 +236,11 @@ impl<'w, 'a> Work<'w, 'a> {
         let tasks: Vec<Task> =
             open.iter().flat_map(|o| self.nodes.iter().map(move |x| task(o, *x))).collect();
         let Some(drives) = drives else {
-            self.taps += tasks.len() as u64;
             let outcomes = match self.beyond {
                 true => self.evaluator.as_samples(|evaluator| evaluator.run(self.designs, &tasks))?,
-                false => self.evaluator.run(self.designs, &tasks)?,
+                false => self.evaluator.read(self.designs, &tasks)?,
             };
+            self.taps += outcomes.iter().filter(|o| !o.interpolated).count() as u64;
             return Ok(tasks.iter().zip(&outcomes).map(|(t, o)| self.ratio(t, o.strain)).collect());
         };
         // Taps of a design at all drives come next to each other here, and drive by drive there.

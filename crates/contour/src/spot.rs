@@ -1,8 +1,8 @@
 //! One place: what is met at a single corner.
 
-use super::Sample;
-use crate::contour::point::Covariance;
-use crate::reduce::median;
+use vibrissa_core::reduce::median;
+
+use super::{Covariance, Sample};
 
 /// A place and its covariance.
 #[derive(Debug, Clone, Copy, PartialEq)]

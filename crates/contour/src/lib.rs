@@ -7,15 +7,15 @@
 
 mod arc;
 mod choice;
+mod covariance;
 mod smooth;
 mod spot;
 
 pub use arc::Arc;
 pub use choice::{Chosen, Judged, Nothing, choose};
+pub use covariance::Covariance;
 pub use smooth::{Smooth, ends};
 pub use spot::Spot;
-
-use super::point::Covariance;
 
 /// A point that takes part.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,10 +2,10 @@
 //! allow (P-splines: Eilers and Marx, Stat. Sci. 11:89, 1996).
 
 use nalgebra::{DMatrix, DVector};
+use vibrissa_learned::algebra::normal;
 
 use super::Sample;
 use super::arc::Arc;
-use crate::estimator::normal;
 
 /// Most intervals between knots.
 const INTERVALS: usize = 40;

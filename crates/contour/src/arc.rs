@@ -1,9 +1,9 @@
 //! A line or a circle, as one family: a place, a direction and a curvature, which is 0 of a line. Nothing is singular where one becomes the other.
 
 use nalgebra::{DMatrix, DVector};
+use vibrissa_learned::algebra::least::{FREE, by_values, slopes};
 
 use super::Sample;
-use crate::estimator::least::{FREE, by_values, slopes};
 
 /// Small changes of offset (mm), direction (rad), curvature (1/mm).
 const STEPS: [f64; 3] = [1e-5, 1e-6, 1e-7];
@@ -84,6 +84,18 @@ impl Arc {
         q / (1.0 + (1.0 - k * q).max(0.0).sqrt())
     }
 
+    /// ∂off/∂(offset, turn, curvature): of k off² − 2 off + q = 0, the circle's equation that `off` solves.
+    fn off_slopes(&self, p: [f64; 2]) -> [f64; 3] {
+        let (origin, t, n) = self.frame(&self.values);
+        let (s0, c0) = self.direction.sin_cos();
+        let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
+        let (u, n0, k) = ([p[0] - origin[0], p[1] - origin[1]], [-s0, c0], self.curvature());
+        let off = self.off(p);
+        // 0 in the centre, where all directions are across.
+        let room = (1.0 - k * (2.0 * dot(u, n) - k * dot(u, u))).max(0.0).sqrt().max(1e-6);
+        [(k * dot(u, n0) - dot(n0, n)) / room, -dot(u, t) / room, 0.5 * (off * off - dot(u, u)) / room]
+    }
+
     /// Unit vector to the left at a place beside it.
     pub fn normal(&self, p: [f64; 2]) -> [f64; 2] {
         let (origin, _, n) = self.frame(&self.values);
@@ -116,9 +128,9 @@ impl Arc {
 
     /// Standard deviation square to it at a place of it, mm.
     pub fn deviation(&self, p: [f64; 2]) -> f64 {
-        let of = |v: &[f64]| Some(vec![self.off_by(v, p)]);
-        let Some(g) = slopes(&of, &self.values, &STEPS[..self.values.len()]) else { return f64::NAN };
-        (&g * &self.covariance * g.transpose())[(0, 0)].max(0.0).sqrt()
+        let (g, n) = (self.off_slopes(p), self.values.len());
+        let variance = |i: usize| (0..n).map(|k| g[i] * self.covariance[(i, k)] * g[k]).sum::<f64>();
+        (0..n).map(variance).sum::<f64>().max(0.0).sqrt()
     }
 
     /// Standard deviations of offset (mm), turn (rad), curvature (1/mm).
@@ -175,7 +187,7 @@ impl Arc {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contour::point::Covariance;
+    use crate::Covariance;
 
     fn sample(at: [f64; 2], sigma: f64) -> Sample {
         Sample { at, covariance: Covariance([sigma * sigma, 0.0, sigma * sigma]), share: 1.0, group: 0 }
