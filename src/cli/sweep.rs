@@ -161,7 +161,7 @@ fn planned(
     if curves > 0 {
         let _ = writeln!(
             text,
-            "  theory \"exact\": the model's own curve of each of {curves} designs rows too, some 12 to 16 taps more for each"
+            "  theory \"exact\": the model's own curve of each of {curves} designs rows too, some 12 to 36 taps more for each, solved or read from charts"
         );
     }
     if plan.both > 0 {

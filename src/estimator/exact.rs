@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 use std::ops::Range;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, RwLock};
 
 use indexmap::IndexMap;
 use nalgebra::{DMatrix, DVector};
@@ -147,7 +147,7 @@ impl Estimator for Model {
         let at = Extent { hard: HARD, ..at };
         let exact = Exact::new(rig, values, fitted, r.covariance.clone(), at, open);
         let exact = exact.map_err(|why| unsolved(rig, record, why))?;
-        Ok(Some(Box::new(Inverted { exact, last: Mutex::new(None) })))
+        Ok(Some(Box::new(Inverted { exact, last: RwLock::default() })))
     }
 }
 
@@ -193,20 +193,38 @@ fn step_without(side: &Measured<'_>, fit: &Fit, gone: &Range<usize>) -> Option<D
     Some(normal::solve(&n, &b)?.0)
 }
 
-/// The model, and its curve at the drive that was asked for last: a stream mostly stays at one.
+/// Drives whose curves are kept.
+const KEPT: usize = 16;
+
+/// The model, and its curves at the drives that were asked for last: taps of a rig are mostly by a few.
 struct Inverted {
     exact: Exact,
-    last: Mutex<Option<(f64, Arc<Curve>)>>,
+    last: RwLock<Recent>,
 }
 
+/// Curves of drives, and the place of the next one.
+#[derive(Default)]
+struct Recent(Vec<(f64, Arc<Curve>)>, usize);
+
 impl Inverted {
-    /// The curve at `drive`. Nobody waits for it: where another thread is looking too, it is made again.
+    /// The curve at `drive`. Nobody waits for it: where another thread keeps one just now, it is made again.
     fn curve(&self, drive: f64) -> Arc<Curve> {
-        let Ok(mut last) = self.last.try_lock() else { return Arc::new(self.exact.at(drive)) };
-        match last.as_ref() {
-            Some((at, curve)) if *at == drive => Arc::clone(curve),
-            _ => Arc::clone(&last.insert((drive, Arc::new(self.exact.at(drive)))).1),
+        let kept = |last: &Recent| last.0.iter().find(|(at, _)| *at == drive).map(|(_, curve)| curve.clone());
+        if let Some(curve) = self.last.try_read().ok().and_then(|last| kept(&last)) {
+            return curve;
         }
+        let curve = Arc::new(self.exact.at(drive));
+        if let Ok(mut last) = self.last.try_write() {
+            let Recent(curves, next) = &mut *last;
+            let new = (drive, Arc::clone(&curve));
+            if curves.len() < KEPT {
+                curves.push(new)
+            } else {
+                curves[*next] = new
+            }
+            *next = (*next + 1) % KEPT;
+        }
+        curve
     }
 }
 

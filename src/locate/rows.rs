@@ -1,5 +1,7 @@
 //! Rows of readings: a drive and as many signals as the sensor has.
 
+use rayon::prelude::*;
+
 use super::reading::Lines;
 use super::several::Several;
 use super::{Located, Locator, PairOfReadings, Spatial};
@@ -7,6 +9,9 @@ use crate::error::{Error, InputError};
 use crate::measure::Names;
 use crate::measure::text::{fields, separator};
 use crate::status::Status;
+
+/// Taps from which on the work of answering them is shared by threads.
+const MANY: usize = 512;
 
 /// What answers readings.
 #[derive(Clone, Copy)]
@@ -108,10 +113,13 @@ impl<'a> Answerer<'a> {
             }
             Self::One(locator) => {
                 let one = |t: &Reading| plain(locator.locate_above(t.drive, t.signals[0], 0.0, t.shares[0]));
-                Ok(taps.iter().map(one).collect())
+                Ok(if taps.len() < MANY {
+                    taps.iter().map(one).collect()
+                } else {
+                    taps.par_iter().map(one).collect()
+                })
             }
             Self::Several(several) => {
-                use rayon::prelude::*;
                 let one = |t: &Reading| plain(several.locate(t.drive, &t.signals, &t.shares));
                 Ok(taps.par_iter().map(one).collect())
             }
