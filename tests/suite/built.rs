@@ -423,15 +423,18 @@ fn the_wrench_of_a_cone_on_every_backend() {
         "[model]\nextension = true\nsurface = true\ncontact = { coulomb = 0.3 }\n",
     ];
     let drives = ["theta = [0.1, 2, 12]\n", "drive = \"displacement\"\ndelta = [0.1, 1, 4]\n"];
-    for (model, drive) in models.iter().flat_map(|model| drives.map(|drive| (model, drive))) {
-        for signal in ["strain", "moment", "force"] {
+    for (k, (model, drive)) in models.iter().flat_map(|model| drives.map(|drive| (model, drive))).enumerate()
+    {
+        for (j, signal) in ["strain", "moment", "force"].into_iter().enumerate() {
             let text = format!(
                 "[whisker]\nD = [8, 10]\nd = [2, 10]\nL_a = 50\nhub = 6\n[gauge]\nx_ss = 5\nl = 2\n[sensor]\nsignal = {signal:?}\n\
                  [tap]\na = [12, 25, 40]\n{drive}{model}[output]\nwrench = true\n"
             );
             let rows = |place: Place| sweep(&text, place).tuples.rows;
             let expected = rows(REFERENCE);
-            for (place, bound) in [(CPU, 2e-5), (CPU_F64, 5e-8), (GPU, 2e-5)] {
+            // A device compiles a kernel for each: it has one signal of each model and drive.
+            let places = [(CPU, 2e-5), (CPU_F64, 5e-8), (GPU, 2e-5)];
+            for &(place, bound) in places.iter().filter(|(place, _)| *place != GPU || j == k % 3) {
                 for (found, known) in rows(place).iter().zip(&expected) {
                     assert_eq!(found["status"], known["status"]);
                     let force =
