@@ -92,18 +92,23 @@ pub fn solve(
     })
 }
 
-/// Distances (mm) of the taps from which a curve of `design` is made, to a `tolerance`, where one piece or its halves are smooth: those of all
-/// designs whose gauges end before the distances asked, so that charts of them serve all curves of a sweep.
-pub fn distances(setup: &Setup, design: &Design, reach: Reach, tolerance: f64) -> Vec<f64> {
+/// Distances (mm) of the taps from which a curve of `design` is made, to a `tolerance`: those of its first pieces, of what lies beyond them, and of the
+/// halves of the first ones. They are those of all designs of one length whose gauges end before the distances asked, so that charts of them serve all
+/// curves of a sweep.
+pub fn distances(setup: &Setup, design: &Design, reach: Reach, tolerance: f64) -> [Vec<f64>; 3] {
     let nodes = points(TRANSFORMS[usize::from(tolerance < NODES.0)].len());
-    let pieces = ends(setup, design, reach);
-    let halves = |w: &[f64]| {
-        let u = [1.0 / w[0], 1.0 / w[1]];
+    let pieces: Vec<[f64; 2]> =
+        ends(setup, design, reach).windows(2).map(|w| [1.0 / w[0], 1.0 / w[1]]).collect();
+    let tip = 1.0 / design.tuple.L_a;
+    let far = pieces.iter().map(|u| u[0]).fold(f64::INFINITY, f64::min);
+    let beyond: Vec<[f64; 2]> = (tip < far && far.is_finite()).then_some([tip, far]).into_iter().collect();
+    let halves = pieces.iter().flat_map(|u| {
         let mid = 0.5 * (u[0] + u[1]);
-        [u, [u[0], mid], [mid, u[1]]]
-    };
-    let of = |u: [f64; 2]| nodes.iter().map(move |x| 1.0 / placed(u, *x)).collect::<Vec<f64>>();
-    pieces.windows(2).flat_map(halves).flat_map(of).collect()
+        [[u[0], mid], [mid, u[1]]]
+    });
+    let halves: Vec<[f64; 2]> = halves.collect();
+    let of = |u: &[f64; 2]| nodes.iter().map(|x| 1.0 / placed(*u, *x)).collect::<Vec<f64>>();
+    [pieces, beyond, halves].map(|all| all.iter().flat_map(of).collect())
 }
 
 /// An interval of u in which the model is to be solved.
@@ -236,10 +241,8 @@ impl<'w, 'a> Work<'w, 'a> {
         let tasks: Vec<Task> =
             open.iter().flat_map(|o| self.nodes.iter().map(move |x| task(o, *x))).collect();
         let Some(drives) = drives else {
-            let outcomes = match self.beyond {
-                true => self.evaluator.as_samples(|evaluator| evaluator.run(self.designs, &tasks))?,
-                false => self.evaluator.read(self.designs, &tasks)?,
-            };
+            let read = |evaluator: &mut Evaluator<'_>| evaluator.read(self.designs, &tasks);
+            let outcomes = if self.beyond { self.evaluator.as_samples(read)? } else { read(self.evaluator)? };
             self.taps += outcomes.iter().filter(|o| !o.interpolated).count() as u64;
             return Ok(tasks.iter().zip(&outcomes).map(|(t, o)| self.ratio(t, o.strain)).collect());
         };
