@@ -3,6 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
 use super::axis::{AXES, Quantity};
 use super::distance::{DistanceChart, linear_force, power};
@@ -31,6 +32,8 @@ const GRAIN: usize = 4096;
 #[derive(Debug)]
 pub struct Reader {
     charts: Vec<DistanceChart>,
+    /// Places of the charts at a distance, by its bits.
+    at: FxHashMap<u64, Vec<usize>>,
     readings: Readings,
     /// The functions beside the first gauge's, of the same charts; empty without a second gauge.
     beside: (Vec<DistanceChart>, Option<Readings>),
@@ -71,7 +74,9 @@ impl Reader {
         let of_besides = (!besides.is_empty()).then(|| Readings::new(&besides, setup.drive));
         let (contact, kind) = (setup.model.contact, setup.drive);
         let beside = (besides, of_besides);
-        Ok((!charts.is_empty()).then_some(Self { charts, readings, beside, contact, kind }))
+        let mut at: FxHashMap<u64, Vec<usize>> = FxHashMap::default();
+        charts.iter().enumerate().for_each(|(i, chart)| at.entry(chart.a.to_bits()).or_default().push(i));
+        Ok((!charts.is_empty()).then_some(Self { charts, at, readings, beside, contact, kind }))
     }
 
     /// The charts.
@@ -97,13 +102,19 @@ impl Reader {
             let mut out = vec![None; tasks.len()];
             let (mut places, mut taps, mut found) = (Vec::new(), Vec::new(), Vec::new());
             let mut found_beside = Vec::new();
+            let mut at: Vec<Vec<usize>> = vec![Vec::new(); self.charts.len()];
+            for (place, task) in tasks.iter().enumerate() {
+                let charts = self.at.get(&task.a.to_bits()).into_iter().flatten();
+                charts.for_each(|i| at[*i].push(place));
+            }
             for (i, chart) in self.charts.iter().enumerate() {
                 places.clear();
                 taps.clear();
                 found.clear();
                 found_beside.clear();
                 let also = self.beside.0.get(i);
-                for (place, task) in tasks.iter().enumerate() {
+                for &place in &at[i] {
+                    let task = &tasks[place];
                     let Some(numbers) = self.numbers(setup, (chart, also), designs, task) else { continue };
                     places.push(place);
                     taps.push(numbers);
