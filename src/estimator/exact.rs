@@ -214,7 +214,9 @@ impl Inverted {
             return curve;
         }
         let curve = Arc::new(self.exact.at(drive));
-        if let Ok(mut last) = self.last.try_write() {
+        if let Ok(mut last) = self.last.try_write()
+            && kept(&last).is_none()
+        {
             let Recent(curves, next) = &mut *last;
             let new = (drive, Arc::clone(&curve));
             if curves.len() < KEPT {

@@ -92,7 +92,7 @@ impl Arc {
         let (u, n0, k) = ([p[0] - origin[0], p[1] - origin[1]], [-s0, c0], self.curvature());
         let off = self.off(p);
         // 0 in the centre, where all directions are across.
-        let room = (1.0 - k * (2.0 * dot(u, n) - k * dot(u, u))).max(0.0).sqrt().max(1e-6);
+        let room = (1.0 - k * off).max(1e-6);
         [(k * dot(u, n0) - dot(n0, n)) / room, -dot(u, t) / room, 0.5 * (off * off - dot(u, u)) / room]
     }
 

@@ -7,10 +7,12 @@
 
 pub mod both;
 mod piece;
+mod places;
 mod solve;
 
 pub use piece::{LOOKS, NODES, Piece, Ratio, look};
-pub use solve::{Ask, Reach, distances, solve};
+pub use places::{Reach, distances};
+pub use solve::{Ask, solve};
 
 use crate::estimate::{Estimated, Estimator};
 use crate::physics::linear::StrainCurve;

@@ -4,23 +4,18 @@
 //! Where the contact is frictionless or sticks one piece mostly does: 12 taps in f32, 16 in f64, for each design and drive, beside the taps
 //! asked for; along a fine axis of drives these are read from a few solved ones as the others are.
 
-use std::sync::LazyLock;
-
 use rayon::prelude::*;
 
 use crate::design::{Design, amount};
 use crate::error::SolveError;
 use crate::evaluate::{Evaluator, Task};
-use crate::physics::chebyshev::{matrix, placed, points};
+use crate::physics::chebyshev::{placed, points};
 use crate::physics::linear::StrainCurve;
-use crate::scene::{Direction, Geometry, Setup, Theory};
+use crate::scene::{Geometry, Setup, Theory};
 
+use super::places::{Reach, between, distance, ends, halves, transform};
 use super::{Curve, LOOKS, Piece, Ratio, look};
 
-/// Tolerance from which a piece has fewer points, and how many it has.
-const NODES: (f64, [usize; 2]) = (1e-6, [12, super::NODES]);
-/// From values at so many points to coefficients.
-static TRANSFORMS: LazyLock<[Vec<Vec<f64>>; 2]> = LazyLock::new(|| NODES.1.map(matrix));
 /// Size of the last coefficients, relative to the first, that a smooth piece has at most: so small, or a share of the tolerance.
 const FINE: (f64, f64) = (1e-9, 0.3);
 /// Share of the tolerance below which coefficients are left out: they are noise, which a slope would magnify.
@@ -29,28 +24,8 @@ const NOISE: f64 = 0.1;
 const HALVINGS: u32 = 8;
 /// Most halvings of one next to the gauge that nobody asked for.
 const FEW: u32 = 2;
-/// Pieces narrower than this share of their distance are none.
-const NARROW: f64 = 1e-3;
 /// Curves that are solved together.
 const TOGETHER: usize = 1 << 13;
-
-/// Where a curve is wanted.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Reach {
-    /// Around these distances (smallest and largest, mm) and the range of interest; to the tip where |ε| rises at the smallest.
-    Asked([f64; 2]),
-    /// The same from before the peak on.
-    Peak([f64; 2]),
-    /// From the gauge to the tip.
-    Whole([f64; 2]),
-}
-
-impl Reach {
-    /// Of taps between these distances (mm) at a pole of this direction: readings of one that is not upright may lie anywhere on the curve.
-    pub fn of(direction: Direction, ends: [f64; 2]) -> Self {
-        if direction.is_upright() { Self::Asked(ends) } else { Self::Whole(ends) }
-    }
-}
 
 /// A curve that is wanted.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -92,25 +67,6 @@ pub fn solve(
     })
 }
 
-/// Distances (mm) of the taps from which a curve of `design` is made, to a `tolerance`: those of its first pieces, of what lies beyond them, and of the
-/// halves of the first ones. They are those of all designs of one length whose gauges end before the distances asked, so that charts of them serve all
-/// curves of a sweep.
-pub fn distances(setup: &Setup, design: &Design, reach: Reach, tolerance: f64) -> [Vec<f64>; 3] {
-    let nodes = points(TRANSFORMS[usize::from(tolerance < NODES.0)].len());
-    let pieces: Vec<[f64; 2]> =
-        ends(setup, design, reach).windows(2).map(|w| [1.0 / w[0], 1.0 / w[1]]).collect();
-    let tip = 1.0 / design.tuple.L_a;
-    let far = pieces.iter().map(|u| u[0]).fold(f64::INFINITY, f64::min);
-    let beyond: Vec<[f64; 2]> = (tip < far && far.is_finite()).then_some([tip, far]).into_iter().collect();
-    let halves = pieces.iter().flat_map(|u| {
-        let mid = 0.5 * (u[0] + u[1]);
-        [[u[0], mid], [mid, u[1]]]
-    });
-    let halves: Vec<[f64; 2]> = halves.collect();
-    let of = |u: &[f64; 2]| nodes.iter().map(|x| 1.0 / placed(*u, *x)).collect::<Vec<f64>>();
-    [pieces, beyond, halves].map(|all| all.iter().flat_map(of).collect())
-}
-
 /// An interval of u in which the model is to be solved.
 #[derive(Clone, Copy)]
 struct Open {
@@ -141,7 +97,7 @@ impl<'w, 'a> Work<'w, 'a> {
         designs: &'w [Design],
         asks: &'w [Ask],
     ) -> Self {
-        let transform = &TRANSFORMS[usize::from(evaluator.tolerance() < NODES.0)];
+        let transform = transform(evaluator.tolerance());
         let (nodes, pieces) = (points(transform.len()), vec![Vec::new(); asks.len()]);
         Self { setup, evaluator, designs, asks, nodes, transform, pieces, taps: 0, beyond: false }
     }
@@ -171,7 +127,7 @@ impl<'w, 'a> Work<'w, 'a> {
         let (Reach::Asked([least, _]) | Reach::Peak([least, _]) | Reach::Whole([least, _])) = reach;
         let rough = |far: f64| matches!(reach, Reach::Whole(_)) && far < least;
         let depth = |far| if rough(far) { HALVINGS - FEW } else { 0 };
-        let open = |w: &[f64]| Open { ask, u: [1.0 / w[0], 1.0 / w[1]], depth: depth(w[0]) };
+        let open = |w: &[f64]| Open { ask, u: between(w), depth: depth(w[0]) };
         ends.windows(2).map(open).collect()
     }
 
@@ -208,8 +164,8 @@ impl<'w, 'a> Work<'w, 'a> {
                 match fit {
                     Some(c) => self.put(o, Ratio::smooth(&c)),
                     None if o.depth < HALVINGS && ratios.iter().any(|r| r.is_finite()) => {
-                        let (mid, depth) = (0.5 * (o.u[0] + o.u[1]), o.depth + 1);
-                        for (u, lost) in [[o.u[0], mid], [mid, o.u[1]]].into_iter().zip(lost(ratios)) {
+                        let depth = o.depth + 1;
+                        for (u, lost) in halves(o.u).into_iter().zip(lost(ratios)) {
                             match lost {
                                 true => self.put(o, Ratio::Rough(vec![(0.5 * (u[0] + u[1]), f64::NAN)])),
                                 false => next.push(Open { u, depth, ..*o }),
@@ -236,7 +192,7 @@ impl<'w, 'a> Work<'w, 'a> {
         let n = self.nodes.len();
         let task = |o: &Open, x: f64| {
             let Ask { design, drive, .. } = self.asks[o.ask];
-            Task { design, a: 1.0 / placed(o.u, x), drive, ..Task::default() }
+            Task { design, a: distance(o.u, x), drive, ..Task::default() }
         };
         let tasks: Vec<Task> =
             open.iter().flat_map(|o| self.nodes.iter().map(move |x| task(o, *x))).collect();
@@ -295,35 +251,6 @@ fn smooth(transform: &[Vec<f64>], tolerance: f64, ratios: &[f64]) -> Option<Vec<
     let heard = c.iter().rposition(|c| c.abs() > NOISE * tolerance * size).unwrap_or(0);
     c.truncate(heard + 1);
     Some(c)
-}
-
-/// Ends of the pieces over which the curve of `design` is solved first, mm, falling. They reach a little beyond what was asked: a polynomial
-/// tells slopes badly at its ends and over a narrow range.
-fn ends(setup: &Setup, design: &Design, reach: Reach) -> Vec<f64> {
-    let Some(shared) = &design.shared else { return Vec::new() };
-    let ([x1, x2], tip) = (shared.gauge, design.tuple.L_a);
-    let start = x1 + 0.02 * (x2 - x1);
-    let (Reach::Asked([least, most]) | Reach::Peak([least, most]) | Reach::Whole([least, most])) = reach;
-    let [from, to] = setup.estimate.range.unwrap_or([least, most]);
-    let (least, most) = (least.min(from).max(start), most.max(to).min(tip));
-    let whole = matches!(reach, Reach::Whole(_));
-    let hi = if whole { tip } else { most.max(1.2 * least).min(tip) };
-    // A contact on the gauge is another branch of f.
-    let clear = |a: f64| if least > x2 { a.max(0.5 * (x2 + least)).min(least) } else { least };
-    let mut ends = vec![hi, clear(0.7 * hi)];
-    if !matches!(reach, Reach::Asked(_)) {
-        ends.push(x2 + 0.5 * (shared.theory.peak().0 - x2));
-    }
-    if whole {
-        ends.push(start);
-    }
-    ends.retain(|a| (start..=tip).contains(a));
-    ends.sort_by(|p, q| q.total_cmp(p));
-    if let Some(place) = ends.windows(2).position(|w| w[1] < x2 && x2 < w[0]) {
-        ends.insert(place + 1, x2);
-    }
-    ends.dedup_by(|next, last| *next > *last * (1.0 - NARROW));
-    ends
 }
 
 /// Of `pieces` in any order, where f is `of`.

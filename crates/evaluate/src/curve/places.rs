@@ -1,0 +1,97 @@
+//! Where a curve is solved: its pieces, their halves, and the distances of the taps in each.
+
+use std::sync::LazyLock;
+
+use crate::design::Design;
+use crate::physics::chebyshev::{matrix, placed, points};
+use crate::scene::{Direction, Setup};
+
+/// Tolerance from which a piece has fewer points, and how many it has.
+const NODES: (f64, [usize; 2]) = (1e-6, [12, super::NODES]);
+/// From values at so many points to coefficients.
+static TRANSFORMS: LazyLock<[Vec<Vec<f64>>; 2]> = LazyLock::new(|| NODES.1.map(matrix));
+
+/// From the values of a piece to its coefficients, at a `tolerance`.
+pub(super) fn transform(tolerance: f64) -> &'static [Vec<f64>] {
+    &TRANSFORMS[usize::from(tolerance < NODES.0)]
+}
+
+/// Pieces narrower than this share of their distance are none.
+const NARROW: f64 = 1e-3;
+
+/// Where a curve is wanted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Reach {
+    /// Around these distances (smallest and largest, mm) and the range of interest; to the tip where |ε| rises at the smallest.
+    Asked([f64; 2]),
+    /// The same from before the peak on.
+    Peak([f64; 2]),
+    /// From the gauge to the tip.
+    Whole([f64; 2]),
+}
+
+impl Reach {
+    /// Of taps between these distances (mm) at a pole of this direction: readings of one that is not upright may lie anywhere on the curve.
+    pub fn of(direction: Direction, ends: [f64; 2]) -> Self {
+        if direction.is_upright() { Self::Asked(ends) } else { Self::Whole(ends) }
+    }
+}
+
+/// Distances (mm) of the taps from which a curve of `design` is made, to a `tolerance`: those of its first pieces, of what lies beyond them, and of the
+/// halves of the first ones. They are those of all designs of one length whose gauges end before the distances asked, so that charts of them serve all
+/// curves of a sweep.
+pub fn distances(setup: &Setup, design: &Design, reach: Reach, tolerance: f64) -> [Vec<f64>; 3] {
+    let nodes = points(transform(tolerance).len());
+    let pieces: Vec<[f64; 2]> = ends(setup, design, reach).windows(2).map(between).collect();
+    let tip = 1.0 / design.tuple.L_a;
+    let far = pieces.iter().map(|u| u[0]).fold(f64::INFINITY, f64::min);
+    let beyond: Vec<[f64; 2]> = (tip < far && far.is_finite()).then_some([tip, far]).into_iter().collect();
+    let halves: Vec<[f64; 2]> = pieces.iter().copied().flat_map(halves).collect();
+    let of = |u: &[f64; 2]| nodes.iter().map(|x| distance(*u, *x)).collect::<Vec<f64>>();
+    [pieces, beyond, halves].map(|all| all.iter().flat_map(of).collect())
+}
+
+/// The interval of u between two distances, mm, the farther first.
+pub(super) fn between(ends: &[f64]) -> [f64; 2] {
+    [1.0 / ends[0], 1.0 / ends[1]]
+}
+
+/// Both halves of an interval of u.
+pub(super) fn halves(u: [f64; 2]) -> [[f64; 2]; 2] {
+    let mid = 0.5 * (u[0] + u[1]);
+    [[u[0], mid], [mid, u[1]]]
+}
+
+/// The distance at the place x, −1 … 1, of an interval of u, mm.
+pub(super) fn distance(u: [f64; 2], x: f64) -> f64 {
+    1.0 / placed(u, x)
+}
+
+/// Ends of the pieces over which the curve of `design` is solved first, mm, falling. They reach a little beyond what was asked: a polynomial
+/// tells slopes badly at its ends and over a narrow range.
+pub(super) fn ends(setup: &Setup, design: &Design, reach: Reach) -> Vec<f64> {
+    let Some(shared) = &design.shared else { return Vec::new() };
+    let ([x1, x2], tip) = (shared.gauge, design.tuple.L_a);
+    let start = x1 + 0.02 * (x2 - x1);
+    let (Reach::Asked([least, most]) | Reach::Peak([least, most]) | Reach::Whole([least, most])) = reach;
+    let [from, to] = setup.estimate.range.unwrap_or([least, most]);
+    let (least, most) = (least.min(from).max(start), most.max(to).min(tip));
+    let whole = matches!(reach, Reach::Whole(_));
+    let hi = if whole { tip } else { most.max(1.2 * least).min(tip) };
+    // A contact on the gauge is another branch of f.
+    let clear = |a: f64| if least > x2 { a.max(0.5 * (x2 + least)).min(least) } else { least };
+    let mut ends = vec![hi, clear(0.7 * hi)];
+    if !matches!(reach, Reach::Asked(_)) {
+        ends.push(x2 + 0.5 * (shared.theory.peak().0 - x2));
+    }
+    if whole {
+        ends.push(start);
+    }
+    ends.retain(|a| (start..=tip).contains(a));
+    ends.sort_by(|p, q| q.total_cmp(p));
+    if let Some(place) = ends.windows(2).position(|w| w[1] < x2 && x2 < w[0]) {
+        ends.insert(place + 1, x2);
+    }
+    ends.dedup_by(|next, last| *next > *last * (1.0 - NARROW));
+    ends
+}
