@@ -120,14 +120,14 @@ impl Rung {
         self.precision
     }
 
-    /// Whether taps with these effects climb it. What a contact that sticks lacks in f32 is precision, which more nodes do not give; what
-    /// others lack is nodes.
+    /// Whether taps with these effects climb it. What a contact that sticks lacks in f32 is precision; what others lack is nodes.
     fn suits(&self, effects: &Effects) -> bool {
-        if effects.stick {
-            self.spare || self.precision == Precision::F64 || !self.rule.full
-        } else {
-            !self.spare || self.rule.nodes > rule::every_rule(Precision::F64)[0].nodes
-        }
+        effects.stick || !self.spare || self.rule.nodes > rule::every_rule(Precision::F64)[0].nodes
+    }
+
+    /// Whether the CPU solves it, whatever the backend: few taps climb so far.
+    fn is_on_the_cpu(&self) -> bool {
+        self.spare || self.rule.full
     }
 
     /// Section law over the range of this rung, charted when it is first asked for: few taps climb.
@@ -209,7 +209,7 @@ pub fn solve(
 ) -> Result<(), SolveError> {
     out.clear();
     let trusted = trusted(&effects);
-    let mut spare = Cpu::new(Precision::F64);
+    let mut cpu = Cpu::new(Precision::F64);
     let mut part = Vec::new();
     let begin = solver.begin(&effects, rungs);
     let climbed = rungs[begin..].iter().filter(|rung| rung.suits(&effects));
@@ -222,7 +222,7 @@ pub fn solve(
         if step > 0 && hard.is_empty() {
             continue;
         }
-        let solver: &mut dyn Solver = if rung.spare { &mut spare } else { &mut *solver };
+        let solver: &mut dyn Solver = if rung.is_on_the_cpu() { &mut cpu } else { &mut *solver };
         let limit = solver.batch_limit();
         let share = if rung.spare { SPARE } else { 1.0 };
         let job = Job { effects, rule: &rung.rule, tolerance: share * tolerance, chart: rung.chart() };

@@ -97,7 +97,7 @@ macro_rules! by_nodes {
     };
 }
 #[cfg(not(test))]
-by_nodes!(by_nodes_f32, f32, 16, plain 6 10, sizes 10 16, most 16);
+by_nodes!(by_nodes_f32, f32, 16, plain 6 10, sizes 10, most 10);
 #[cfg(not(test))]
 by_nodes!(by_nodes_f64, f64, 8, plain 10, sizes 10 24, most 24);
 // The unit tests of this crate solve no tap, and need not compile all kernels once more; whatever solves is tested from outside.
