@@ -35,20 +35,16 @@ fn solve(tap: Tap) -> Solution {
     let stop = STOP * TOLERANCE;
     let felt = shares(tap);
     for (var i = 0u; i < SWEEPS; i++) {
-        let stepping = (i + 1u) % SETTLE == 0u;
-        sweep(tap, &state, stepping);
-        if !stepping {
-            continue;
-        }
+        sweep(tap, &state);
         let moved = sensitivity(tap, tap.arc + state.arc);
         let change = shows(felt, moved, state.step_force, state.step_other);
         let expected = rate * last;
         // What is left if the contraction goes on: change * rate / (1 - rate). One good sweep is half believed.
         rate = max(min(max(change / last, 0.5 * rate), LARGEST_RATE), SMALLEST_RATE);
         last = max(change, TINY);
-        sweeps += real(SETTLE);
+        sweeps += ONE;
         // Where two unknowns turn around each other, or the lever grows on the way, a step may be small by chance.
-        let wary = OFFSET || FULL || tap.near + state.arc > GROWN * tap.near;
+        let wary = OFFSET || tap.near + state.arc > GROWN * tap.near;
         let believed = select(change, max(change, CHANCE * expected), wary);
         error = believed * rate / (1.0 - rate);
         rounded = shows(felt, moved, state.noise_force, state.noise_other);

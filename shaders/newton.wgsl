@@ -5,7 +5,6 @@
 struct Bent {
     x: real,
     w_force: real,
-    h_force: real,
     contact_radius: real,
     base: real,
     pole_x: real,
@@ -20,37 +19,6 @@ struct Bent {
 struct Turned {
     nodes: Nodes,
     base: real,
-}
-
-// What both `follow` need; see the Rust twin.
-struct Rod {
-    w_force: real,
-    h_force: real,
-    spread: real,
-    fifth: Nodes,
-    sine: Nodes,
-    cosine: Nodes,
-}
-
-// Turn of the rod when its lag follows.
-fn follow(rod: ptr<function, Rod>, fixed: Turned) -> Turned {
-    var turned = fixed;
-    for (var k = 0u; k < PASSES; k++) {
-        var pulled: Nodes;
-        for (var i = 0u; i < N; i++) {
-            pulled[i] = (rod.h_force * rod.cosine[i] - rod.w_force * rod.sine[i]) * turned.nodes[i];
-        }
-        var bending = integrate(pulled);
-        for (var i = 0u; i < N; i++) {
-            bending[i] *= rod.fifth[i];
-        }
-        let more = integrate(bending);
-        for (var i = 0u; i < N; i++) {
-            turned.nodes[i] = fixed.nodes[i] + rod.spread * more[i];
-        }
-        turned.base = fixed.base + rod.spread * weigh(bending);
-    }
-    return turned;
 }
 
 // A Newton step; see the Rust twin.
@@ -69,31 +37,18 @@ fn newton(tap: Tap, bent: Bent, state: ptr<function, State>, y: Nodes, density: 
     let ig2 = 1.0 / g2;
     let g4 = ig2 * ig2;
     let ds = 2.0 * g2 * m;
-    var rod: Rod;
-    rod.w_force = bent.w_force;
-    rod.h_force = bent.h_force;
-    rod.spread = 2.0 * m * g4 * ig2;
-    // Moment over y^-5 that a unit of W, and of H where it is an unknown, takes away and adds through dxi and eta.
-    var drawn: Nodes;
+    let spread = 2.0 * m * g4 * ig2;
+    var sines: Nodes;
+    var cosines: Nodes;
+    // Moment over y^-5 that a unit of H, where it is an unknown, adds through eta.
     var raised: Nodes;
-    if PASSES > 0u {
-        drawn = integrate(state.shortening);
-    }
     for (var i = 0u; i < N; i++) {
         let y2 = y[i] * y[i];
-        rod.fifth[i] = y2 * y2 * y[i];
         let angle = state.angle[i];
         let weight = density[i] * ds;
-        rod.sine[i] = weight * (angle - x_minus_sin(angle));
-        rod.cosine[i] = weight * (1.0 - one_minus_cos(angle));
-        raised[i] = heights[i] * rod.fifth[i];
-        drawn[i] *= ds * rod.fifth[i];
-    }
-    var drag: Nodes;
-    var drag_base = ZERO;
-    if PASSES > 0u {
-        drag = integrate(drawn);
-        drag_base = weigh(drawn);
+        sines[i] = weight * (angle - x_minus_sin(angle));
+        cosines[i] = weight * (1.0 - one_minus_cos(angle));
+        raised[i] = heights[i] * (y2 * y2 * y[i]);
     }
     var lift: Nodes;
     var lift_base = ZERO;
@@ -108,24 +63,22 @@ fn newton(tap: Tap, bent: Bent, state: ptr<function, State>, y: Nodes, density: 
         let reach = POINTS[i] * (1.0 + y[i]);
         let lever = m * m * g4 * SIXTH * reach * reach * fma(y2, TWO, ONE);
         let pivot = m * g4 * ig2 * THIRD * reach * fma(y2, y2 + 1.0, ONE);
-        first.nodes[i] = unit_force(tap, bent, lever, pivot) - rod.spread * drag[i];
-        second.nodes[i] = unit_other(bent, pivot) + rod.spread * lift[i];
+        first.nodes[i] = unit_force(tap, bent, lever, pivot);
+        second.nodes[i] = unit_other(bent, pivot) + spread * lift[i];
     }
     let lever = c * c * g4 * SIXTH * fma(g2, TWO, ONE);
     let pivot = c * (1.0 + g2 + g2 * g2) * g4 * ig2 * THIRD;
-    first.base = unit_force(tap, bent, lever, pivot) - rod.spread * drag_base;
-    second.base = unit_other(bent, pivot) + rod.spread * lift_base;
-    first = follow(&rod, first);
-    second = follow(&rod, second);
+    first.base = unit_force(tap, bent, lever, pivot);
+    second.base = unit_other(bent, pivot) + spread * lift_base;
     var turn1: Nodes;
     var climb1: Nodes;
     var turn2: Nodes;
     var climb2: Nodes;
     for (var i = 0u; i < N; i++) {
-        turn1[i] = rod.sine[i] * first.nodes[i];
-        climb1[i] = rod.cosine[i] * first.nodes[i];
-        turn2[i] = rod.sine[i] * second.nodes[i];
-        climb2[i] = rod.cosine[i] * second.nodes[i];
+        turn1[i] = sines[i] * first.nodes[i];
+        climb1[i] = cosines[i] * first.nodes[i];
+        turn2[i] = sines[i] * second.nodes[i];
+        climb2[i] = cosines[i] * second.nodes[i];
     }
     var stretch = ZERO;
     if EXTENSION {

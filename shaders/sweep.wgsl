@@ -1,11 +1,11 @@
-// One Picard sweep, with a Newton step for the two unknowns of the contact if `stepping`. Twin of crates/kernel/src/cpu/exact/sweep.rs.
+// One Picard sweep, with a Newton step for the two unknowns of the contact. Twin of crates/kernel/src/cpu/exact/sweep.rs.
 
 // a + b + ab: growth by a, then by b.
 fn then(a: real, b: real) -> real {
     return fma(a, b, a + b);
 }
 
-fn sweep(tap: Tap, state: ptr<function, State>, stepping: bool) {
+fn sweep(tap: Tap, state: ptr<function, State>) {
     let w_force = tap.force * (1.0 + state.force);
     var h_force = ZERO;
     var contact_radius = ZERO;
@@ -250,9 +250,6 @@ fn sweep(tap: Tap, state: ptr<function, State>, stepping: bool) {
     state.shortening = shortening;
     state.climb = climb;
     state.bending = bending;
-    if !stepping {
-        return;
-    }
 
     // Terms that may cancel in the residuals: each is off by a rounding or so.
     var noise_across = ZERO;
@@ -275,8 +272,8 @@ fn sweep(tap: Tap, state: ptr<function, State>, stepping: bool) {
     // Newton for (w, z), or (w, k) of a sticking contact.
     var dw = ZERO;
     var dx = ZERO;
-    if OFFSET || FULL {
-        let bent = Bent(x, w_force, h_force, contact_radius, base, pole_x, pole_y, x0, y0, cosine, sine);
+    if OFFSET {
+        let bent = Bent(x, w_force, contact_radius, base, pole_x, pole_y, x0, y0, cosine, sine);
         let step = newton(tap, bent, state, y, density, heights, across, along, noise_across, noise_along);
         dw = step.force;
         dx = step.other;
@@ -284,9 +281,8 @@ fn sweep(tap: Tap, state: ptr<function, State>, stepping: bool) {
         state.noise_other = step.noise_other;
         // The same of the unloaded rod, per unit of its forces.
         let b1 = eta1 + hub * psi1;
-        let ratio = select(ZERO, tap.ratio, OFFSET);
         let held = a1 * (x0 * f + y0 * b0) - (a0 + y0 * f) * y0 * b1;
-        let sliding = (a1 + ratio * (a0 + y0 * f)) * s1 - (y0 + x0 * tap.slope) * (ratio * x0 * f + y0 * (b1 + ratio * b0));
+        let sliding = (a1 + tap.ratio * (a0 + y0 * f)) * s1 - (y0 + x0 * tap.slope) * (tap.ratio * x0 * f + y0 * (b1 + tap.ratio * b0));
         state.fold = step.fold * select(sliding * tap.force, held, STICK);
     } else {
         // Frictionless on the centreline the arc does not feel the force to first order.
@@ -299,11 +295,6 @@ fn sweep(tap: Tap, state: ptr<function, State>, stepping: bool) {
     }
     state.step_force = dw;
     state.step_other = dx;
-    if FULL {
-        let share = min(LONGEST_STEP * (1.0 + abs(state.force)) / max(abs(dw), TINY), ONE);
-        dw *= share;
-        dx *= share;
-    }
     state.force = clamp(state.force - dw, select(LEAST_FORCE, MOST_PULL, STICK), MOST_FORCE);
     if STICK {
         state.along -= dx;

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::place::Place;
 use super::taps::exact;
-use crate::kernel::rule::{every_rule, smallest_tolerance};
+use crate::kernel::rule::{every_rule, rules_of_devices, smallest_tolerance};
 use crate::scene::{BackendChoice, Contact, Precision};
 use crate::verify::configuration::Configuration;
 
@@ -65,7 +65,8 @@ impl Settings {
 
     /// Numbers of nodes that are measured each alone. A GPU compiles any; the CPU kernels have those of the ladder.
     pub fn nodes(&self, place: &Place) -> Vec<usize> {
-        let ladder: Vec<usize> = every_rule(place.precision).iter().map(|r| r.nodes).collect();
+        let rules = if place.adapter.is_some() { rules_of_devices } else { every_rule };
+        let ladder: Vec<usize> = rules(place.precision).iter().map(|r| r.nodes).collect();
         let more = match (place.backend, self.quick) {
             (BackendChoice::Gpu, false) => vec![4, 5, 6, 7, 8, 10],
             (BackendChoice::Gpu, true) => return ladder[..1].to_vec(),

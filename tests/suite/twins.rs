@@ -20,7 +20,7 @@ use vibrissa::chart::ranker::Ranker;
 use vibrissa::kernel::gpu::ranking::Shader as Ranking;
 use vibrissa::kernel::gpu::shader::{Variant, WORKGROUP};
 use vibrissa::kernel::ranking::Charts;
-use vibrissa::kernel::rule::{chart_range, every_rule, limits};
+use vibrissa::kernel::rule::{chart_range, limits, rules_of_devices};
 use vibrissa::kernel::{Chart, Effects, Job, Rule};
 use vibrissa::scene::axis::Points;
 use vibrissa::scene::sampler::Sampler;
@@ -93,8 +93,8 @@ fn parts(name: &str) -> Vec<String> {
 const PLAIN: [&str; 6] = ["ZERO", "ONE", "TWO", "THREE", "SIXTH", "THIRD"];
 
 /// Names of sizes, which Rust has in its types and tables.
-const SIZES: [&str; 10] =
-    ["N", "GAUGE_N", "SWEEPS", "LEAST_SWEEPS", "TOLERANCE", "SIDE", "NA", "DRIVES", "ANGLES", "PASSES"];
+const SIZES: [&str; 9] =
+    ["N", "GAUGE_N", "SWEEPS", "LEAST_SWEEPS", "TOLERANCE", "SIDE", "NA", "DRIVES", "ANGLES"];
 
 /// A shader's text.
 #[derive(Debug, Clone)]
@@ -127,7 +127,7 @@ fn exact() -> Vec<Text> {
         ("far", Effects { offset: false, far: true, ..all }, Some(Material::Yeoh([0.5, -0.08, 0.02]))),
     ];
     for precision in [Precision::F32, Precision::F64] {
-        for rule in every_rule(precision) {
+        for rule in rules_of_devices(precision) {
             for (name, effects, material) in &kinds {
                 let (axial, bending) = chart_range(precision, &rule);
                 let chart = material.as_ref().and_then(|m| Chart::new(m, axial, bending, [1e-4, 1e-3]));
@@ -158,8 +158,6 @@ fn named(v: &Variant<'_>) -> BTreeMap<&'static str, f64> {
         ("GAUGE_N", rule.gauge_points() as f64),
         ("SWEEPS", f64::from(rule.sweeps)),
         ("LEAST_SWEEPS", f64::from(Rule::least(effects, v.job.tolerance))),
-        ("SETTLE", f64::from(rule.settle())),
-        ("PASSES", f64::from(rule.passes())),
         ("LARGEST_RATE", rule.largest_rate()),
         ("SMALLEST_RATE", rule.smallest_rate()),
         ("STOP", rule.stop(effects)),

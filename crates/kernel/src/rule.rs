@@ -110,6 +110,11 @@ pub fn every_rule(precision: Precision) -> Vec<Rule> {
     }
 }
 
+/// Those of them that devices have kernels for.
+pub fn rules_of_devices(precision: Precision) -> Vec<Rule> {
+    every_rule(precision).into_iter().filter(|rule| !rule.full).collect()
+}
+
 /// Range of the section chart on rung `rung` of every rule: largest axial strain, and largest bending strain b₀ + b₁ t. Most
 /// whiskers stay within the first; the last reaches to the ends of the material's range.
 pub fn chart_range(precision: Precision, rule: &Rule) -> (f64, [f64; 2]) {

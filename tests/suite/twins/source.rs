@@ -306,6 +306,8 @@ impl Reader<'_> {
                         ("!PLAIN", _) => y,
                         _ => Formula::call("and", &[x, y]),
                     },
+                    // Devices have no full Newton.
+                    BinOp::Or(_) if y.to_string() == "rule.full" => x,
                     BinOp::Or(_) => Formula::call("or", &[x, y]),
                     _ => Formula::name("?"),
                 }

@@ -16,7 +16,7 @@ pub const FILES: [(&str, &str); 9] = [
 ];
 
 /// Names of Rust that are others in every shader.
-pub const RENAMED: [(&str, &str); 31] = [
+pub const RENAMED: [(&str, &str); 27] = [
     ("effects.shear", "SHEAR"),
     ("effects.extension", "EXTENSION"),
     ("effects.offset", "OFFSET"),
@@ -27,8 +27,6 @@ pub const RENAMED: [(&str, &str); 31] = [
     ("offset", "OFFSET"),
     ("stick", "STICK"),
     ("law", "LAW"),
-    ("rule.full", "FULL"),
-    ("passes", "PASSES"),
     ("tables.points", "POINTS"),
     ("state.steps[0]", "state.step_force"),
     ("state.steps[1]", "state.step_other"),
@@ -46,8 +44,6 @@ pub const RENAMED: [(&str, &str); 31] = [
     ("Bent.pole[1]", "Bent.pole_y"),
     ("Bent.centre[0]", "Bent.centre_x"),
     ("Bent.centre[1]", "Bent.centre_y"),
-    ("Rod.w_force", "rod.w_force"),
-    ("Rod.h_force", "rod.h_force"),
 ];
 
 /// What exists twice.
@@ -57,6 +53,8 @@ pub const TWINS: &[Twin] = &[
         rust: "exact/mod.rs:taps",
         only_rust: &["tables", "rule", "effects", "tolerance"],
         renamed: &[("across", "felt.across"), ("strains", "felt.strains")],
+        // Devices have no full Newton.
+        numbers: &["SETTLE"],
         same: 20,
         ..Twin::NONE
     },
@@ -78,8 +76,8 @@ pub const TWINS: &[Twin] = &[
     Twin {
         wgsl: "sweep",
         rust: "exact/sweep.rs:sweep",
-        only_rust: &["tables", "effects", "rule"],
-        order: Some("tap state stepping"),
+        only_rust: &["tables", "effects", "rule", "stepping"],
+        order: Some("tap state"),
         renamed: &[
             ("state.bending", "bending"),
             ("state.shortening", "shortening"),
@@ -92,16 +90,11 @@ pub const TWINS: &[Twin] = &[
             ("dw", "grown"),
             ("first", "noise_across"),
             ("second", "noise_along"),
+            ("ratio", "tap.ratio"),
         ],
-        same: 162,
-        ..Twin::NONE
-    },
-    Twin {
-        wgsl: "follow",
-        rust: "exact/newton.rs:follow",
-        only_rust: &["tables", "passes"],
-        renamed: &[("nodes", "turned.nodes"), ("base", "turned.base")],
-        same: 2,
+        // Devices have no full Newton.
+        numbers: &["LONGEST_STEP", "PASSES"],
+        same: 157,
         ..Twin::NONE
     },
     Twin {
@@ -125,7 +118,7 @@ pub const TWINS: &[Twin] = &[
             ("Step.steps[0]", "Step.force"),
             ("Step.steps[1]", "Step.other"),
         ],
-        same: 47,
+        same: 42,
         ..Twin::NONE
     },
     Twin {
@@ -309,9 +302,8 @@ pub const STRUCTS: &[Struct] = &[
     ),
     ("Turned", "exact/newton.rs:Turned", &[]),
     ("Spatial", "exact/spatial.rs:Spatial", &[]),
-    ("Rod", "exact/newton.rs:Rod", &[]),
     ("Step", "exact/newton.rs:Step", &[("steps", "force other"), ("noise", "noise_force noise_other")]),
-    // What is of nodes is an argument of its own in WGSL.
+    // What is of nodes is an argument of its own in WGSL; H is for full Newton, which the CPU alone has.
     (
         "Bent",
         "exact/newton.rs:Bent",
@@ -321,6 +313,7 @@ pub const STRUCTS: &[Struct] = &[
             ("y", ""),
             ("density", ""),
             ("heights", ""),
+            ("h_force", ""),
         ],
     ),
     // `Tap` and `Solution` have one home. `Words` has a counter more in WGSL, of rows that are complete.

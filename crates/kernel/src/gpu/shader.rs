@@ -174,11 +174,8 @@ fn switches(e: &Effects, job: &Job<'_>) -> String {
     let list: String = e.switches().iter().map(|(name, on)| format!("const {name} = {on};\n")).collect();
     let side = if e.far { "-" } else { "" };
     format!(
-        "{list}const SIDE: real = {side}1.0;\nconst FULL = {};\nconst SETTLE = {}u;\nconst LEAST_SWEEPS = {}u;\nconst PASSES = {}u;\nconst LARGEST_RATE: real = {:?};\nconst SMALLEST_RATE: real = {:?};\nconst STOP: real = {:?};\n",
-        rule.full,
-        rule.settle(),
+        "{list}const SIDE: real = {side}1.0;\nconst LEAST_SWEEPS = {}u;\nconst LARGEST_RATE: real = {:?};\nconst SMALLEST_RATE: real = {:?};\nconst STOP: real = {:?};\n",
         Rule::least(e, job.tolerance),
-        rule.passes(),
         rule.largest_rate(),
         rule.smallest_rate(),
         rule.stop(e),
@@ -268,7 +265,7 @@ pub fn validate(name: &str, wgsl: &str) -> Result<naga::Module, SolveError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rule::{chart_range, every_rule};
+    use crate::rule::{chart_range, rules_of_devices};
     use std::mem::offset_of;
     use vibrissa_core::scene::Material;
 
@@ -276,7 +273,7 @@ mod tests {
     fn each_variant(mut f: impl FnMut(&Variant<'_>)) -> usize {
         let mut seen = 0;
         for precision in [Precision::F32, Precision::F64] {
-            for rule in every_rule(precision) {
+            for rule in rules_of_devices(precision) {
                 let (axial, bending) = chart_range(precision, &rule);
                 let chart = Chart::new(&Material::NeoHookean(3.2), axial, bending, [1e-6, 1e-5]);
                 let effects = (0..128u32).map(|bits| {
@@ -308,12 +305,12 @@ mod tests {
         let seen = each_variant(|v| {
             validate(&v.name(), &v.wgsl()).unwrap_or_else(|e| panic!("{e}"));
         });
-        assert_eq!(seen, 2 * 6 * (32 + 8));
+        assert_eq!(seen, 2 * 4 * (32 + 8));
     }
 
     #[test]
     fn struct_layouts_are_those_of_rust() {
-        let rule = every_rule(Precision::F32)[0];
+        let rule = rules_of_devices(Precision::F32)[0];
         let spatial = Effects { spatial: true, ..Effects::default() };
         let job = Job { effects: spatial, rule: &rule, tolerance: 1e-5, chart: None };
         let v = Variant { job, precision: Precision::F32 };

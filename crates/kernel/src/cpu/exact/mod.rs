@@ -26,6 +26,7 @@
 //! last rung lets the lag settle over a few sweeps, which always converge for given forces (a Volterra equation), and its Jacobian knows
 //! how the lag follows.
 
+mod full;
 mod gauge;
 mod legendre;
 mod newton;

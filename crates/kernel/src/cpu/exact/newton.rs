@@ -1,6 +1,7 @@
 //! The Newton step of a contact whose force does not simply act across the centreline. Twin of `shaders/newton.wgsl`.
 
 use super::super::pack::{Pack, Scalar};
+use super::full::settled;
 use super::sweep::State;
 use super::tables::{Tables, dot};
 use crate::{Effects, Tap, rule::limits::*};
@@ -34,49 +35,11 @@ pub struct Bent<P, const N: usize> {
 }
 
 /// How the rod turns with one of the unknowns.
-struct Turned<P, const N: usize> {
+pub struct Turned<P, const N: usize> {
     /// ∂ψ at the nodes.
-    nodes: [P; N],
+    pub nodes: [P; N],
     /// ∂ψ at the base.
-    base: P,
-}
-
-/// What both [`follow`] need: W, H, the factor of the lag, and at the nodes y⁵, sin ψ ds and cos ψ ds.
-struct Rod<P, const N: usize> {
-    w_force: P,
-    h_force: P,
-    spread: P,
-    fifth: [P; N],
-    sine: [P; N],
-    cosine: [P; N],
-}
-
-/// Turn of the rod when its lag follows: `fixed` is the turn at a fixed shape, which changes the moment by H ∂η − W ∂Δξ. A
-/// Volterra equation, iterated from `fixed`.
-#[inline(always)]
-fn follow<T: Scalar, const N: usize, const L: usize, const SET: u8>(
-    tables: &Tables<T, N>,
-    passes: u32,
-    rod: &Rod<Pack<T, L, SET>, N>,
-    fixed: Turned<Pack<T, L, SET>, N>,
-) -> Turned<Pack<T, L, SET>, N> {
-    let n = tables.nodes::<false>();
-    let zero = Pack::<T, L, SET>::of(0.0);
-    let Turned { mut nodes, mut base } = fixed;
-    for _ in 0..passes {
-        let (mut pulled, mut bending) = ([zero; N], [zero; N]);
-        for i in 0..n {
-            pulled[i] = (rod.h_force * rod.cosine[i] - rod.w_force * rod.sine[i]) * nodes[i];
-        }
-        for i in 0..n {
-            bending[i] = dot(n, &tables.integral[i], &pulled) * rod.fifth[i];
-        }
-        for i in 0..n {
-            nodes[i] = fixed.nodes[i] + rod.spread * dot(n, &tables.integral[i], &bending);
-        }
-        base = fixed.base + rod.spread * dot(n, &tables.weights, &bending);
-    }
-    Turned { nodes, base }
+    pub base: P,
 }
 
 /// Turn by a unit of W at a fixed shape.
@@ -133,28 +96,18 @@ pub fn step<T: Scalar, const N: usize, const L: usize, const SET: u8>(
     let ig2 = one / g2;
     let (g4, ds) = (ig2 * ig2, two * g2 * m);
     let n = tables.nodes::<false>();
-    let mut rod = Rod {
-        w_force: bent.w_force,
-        h_force: bent.h_force,
-        spread: two * m * g4 * ig2,
-        fifth: [zero; N],
-        sine: [zero; N],
-        cosine: [zero; N],
-    };
-    // Moment over y⁻⁵ that a unit of W, and of H where it is an unknown, takes away and adds through Δξ and η.
-    let (mut drawn, mut raised) = ([zero; N], [zero; N]);
+    let spread = two * m * g4 * ig2;
+    let (mut sines, mut cosines) = ([zero; N], [zero; N]);
+    // Moment over y⁻⁵ that a unit of H, where it is an unknown, adds through η.
+    let mut raised = [zero; N];
     for i in 0..n {
         let y2 = bent.y[i] * bent.y[i];
-        rod.fifth[i] = y2 * y2 * bent.y[i];
         let angle = state.angle[i];
         let weight = bent.density[i] * ds;
-        rod.sine[i] = weight * (angle - tables.x_minus_sin(angle));
-        rod.cosine[i] = weight * (one - tables.one_minus_cos(angle));
+        sines[i] = weight * (angle - tables.x_minus_sin(angle));
+        cosines[i] = weight * (one - tables.one_minus_cos(angle));
         if effects.stick {
-            raised[i] = bent.heights[i] * rod.fifth[i];
-        }
-        if passes > 0 {
-            drawn[i] = ds * dot(n, &tables.integral[i], &state.shortening) * rod.fifth[i];
+            raised[i] = bent.heights[i] * (y2 * y2 * bent.y[i]);
         }
     }
     let mut first = Turned { nodes: [zero; N], base: zero };
@@ -166,30 +119,26 @@ pub fn step<T: Scalar, const N: usize, const L: usize, const SET: u8>(
         let pivot = m * g4 * ig2 * of(1.0 / 3.0) * reach * y2.mul_add(y2 + one, one);
         first.nodes[i] = unit_force(effects, tap, bent, lever, pivot);
         second.nodes[i] = unit_other(effects, bent, pivot);
-        if passes > 0 {
-            first.nodes[i] = first.nodes[i] - rod.spread * dot(n, &tables.integral[i], &drawn);
-        }
         if effects.stick {
-            second.nodes[i] = second.nodes[i] + rod.spread * dot(n, &tables.integral[i], &raised);
+            second.nodes[i] = second.nodes[i] + spread * dot(n, &tables.integral[i], &raised);
         }
     }
     let lever = c * c * g4 * of(1.0 / 6.0) * g2.mul_add(two, one);
     let pivot = c * (one + g2 + g2 * g2) * g4 * ig2 * of(1.0 / 3.0);
     first.base = unit_force(effects, tap, bent, lever, pivot);
     second.base = unit_other(effects, bent, pivot);
-    if passes > 0 {
-        first.base = first.base - rod.spread * dot(n, &tables.weights, &drawn);
-    }
     if effects.stick {
-        second.base = second.base + rod.spread * dot(n, &tables.weights, &raised);
+        second.base = second.base + spread * dot(n, &tables.weights, &raised);
     }
-    let first = follow(tables, passes, &rod, first);
-    let second = follow(tables, passes, &rod, second);
+    if passes > 0 {
+        [first, second] =
+            settled(tables, passes, state, bent, [spread, ds], [&sines, &cosines], [first, second]);
+    }
     let (base1, base2) = (first.base, second.base);
     let (mut turn1, mut climb1, mut turn2, mut climb2) = (zero, zero, zero, zero);
     for i in 0..n {
         let weight = Pack::splat(tables.weights[i]);
-        let (sine, cosine) = (weight * rod.sine[i], weight * rod.cosine[i]);
+        let (sine, cosine) = (weight * sines[i], weight * cosines[i]);
         turn1 = turn1 + sine * first.nodes[i];
         climb1 = climb1 + cosine * first.nodes[i];
         turn2 = turn2 + sine * second.nodes[i];

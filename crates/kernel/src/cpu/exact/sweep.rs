@@ -330,29 +330,22 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const SET: u8, const PLA
     };
     state.fold = one;
     let (dw, dx) = if offset || !PLAIN && rule.full {
-        let Step { steps: [dw, dx], noise, fold } = step(
-            tables,
-            effects,
-            rule.passes(),
-            tap,
-            state,
-            &Bent {
-                y,
-                density,
-                heights,
-                w_force,
-                h_force,
-                contact_radius,
-                x,
-                base,
-                pole: [pole_x, pole_y],
-                centre: [x0, y0],
-                cosine,
-                sine,
-            },
-            [across, along],
-            noise,
-        );
+        let bent = Bent {
+            y,
+            density,
+            heights,
+            w_force,
+            h_force,
+            contact_radius,
+            x,
+            base,
+            pole: [pole_x, pole_y],
+            centre: [x0, y0],
+            cosine,
+            sine,
+        };
+        let Step { steps: [dw, dx], noise, fold } =
+            step(tables, effects, rule.passes(), tap, state, &bent, [across, along], noise);
         // The same of the unloaded rod, per unit of its forces.
         let b1 = eta1 + hub * psi1;
         let unloaded = if stick {

@@ -1,0 +1,73 @@
+//! Full Newton: how the lag of the rod follows the unknowns, which a step at a fixed shape leaves out. For the last rung, which the CPU alone has.
+
+use super::super::pack::{Pack, Scalar};
+use super::newton::{Bent, Turned};
+use super::sweep::State;
+use super::tables::{Tables, dot};
+
+/// What both [`follow`] need: W, H, the factor of the lag, and at the nodes y⁵, sin ψ ds and cos ψ ds.
+struct Rod<'a, P, const N: usize> {
+    w_force: P,
+    h_force: P,
+    spread: P,
+    fifth: [P; N],
+    sines: &'a [P; N],
+    cosines: &'a [P; N],
+}
+
+/// Turns by a unit of each unknown when the lag follows, from those `fixed` at a shape. A unit of W also takes away the moment W ∂Δξ. `spread`: factor of the lag, and ds; of
+/// `turning`: sin ψ ds and cos ψ ds at the nodes.
+#[inline(always)]
+pub fn settled<T: Scalar, const N: usize, const L: usize, const SET: u8>(
+    tables: &Tables<T, N>,
+    passes: u32,
+    state: &State<Pack<T, L, SET>, N>,
+    bent: &Bent<Pack<T, L, SET>, N>,
+    [spread, ds]: [Pack<T, L, SET>; 2],
+    [sines, cosines]: [&[Pack<T, L, SET>; N]; 2],
+    [mut first, second]: [Turned<Pack<T, L, SET>, N>; 2],
+) -> [Turned<Pack<T, L, SET>, N>; 2] {
+    let n = tables.nodes::<false>();
+    let zero = Pack::<T, L, SET>::of(0.0);
+    let mut rod =
+        Rod { w_force: bent.w_force, h_force: bent.h_force, spread, fifth: [zero; N], sines, cosines };
+    let mut drawn = [zero; N];
+    for i in 0..n {
+        let y2 = bent.y[i] * bent.y[i];
+        rod.fifth[i] = y2 * y2 * bent.y[i];
+        drawn[i] = ds * dot(n, &tables.integral[i], &state.shortening) * rod.fifth[i];
+    }
+    for i in 0..n {
+        first.nodes[i] = first.nodes[i] - spread * dot(n, &tables.integral[i], &drawn);
+    }
+    first.base = first.base - spread * dot(n, &tables.weights, &drawn);
+    [follow(tables, passes, &rod, first), follow(tables, passes, &rod, second)]
+}
+
+/// Turn of the rod when its lag follows: `fixed` is the turn at a fixed shape, which changes the moment by H ∂η − W ∂Δξ. A
+/// Volterra equation, iterated from `fixed`.
+#[inline(always)]
+fn follow<T: Scalar, const N: usize, const L: usize, const SET: u8>(
+    tables: &Tables<T, N>,
+    passes: u32,
+    rod: &Rod<'_, Pack<T, L, SET>, N>,
+    fixed: Turned<Pack<T, L, SET>, N>,
+) -> Turned<Pack<T, L, SET>, N> {
+    let n = tables.nodes::<false>();
+    let zero = Pack::<T, L, SET>::of(0.0);
+    let Turned { mut nodes, mut base } = fixed;
+    for _ in 0..passes {
+        let (mut pulled, mut bending) = ([zero; N], [zero; N]);
+        for i in 0..n {
+            pulled[i] = (rod.h_force * rod.cosines[i] - rod.w_force * rod.sines[i]) * nodes[i];
+        }
+        for i in 0..n {
+            bending[i] = dot(n, &tables.integral[i], &pulled) * rod.fifth[i];
+        }
+        for i in 0..n {
+            nodes[i] = fixed.nodes[i] + rod.spread * dot(n, &tables.integral[i], &bending);
+        }
+        base = fixed.base + rod.spread * dot(n, &tables.weights, &bending);
+    }
+    Turned { nodes, base }
+}
