@@ -309,13 +309,25 @@ fn of_strain(tap: Tap, fibre: real, by_x: vec3<real>, by_y: vec3<real>, change: 
     return max(max(relative.x, relative.y), (abs(by_x.z * change.x) + abs(by_y.z * change.y)) / measure);
 }
 
+// What is shot for: the begin of a stride, the two columns of the Jacobian there, a step of Broyden's, the judgement of where it ended.
+const BEGIN = 0u;
+const ALONG_X = 1u;
+const ALONG_Y = 2u;
+const STEP = 3u;
+const JUDGE = 4u;
+
 fn solve(tap: Tap) -> Solution {
     let stop = max(STOP * TOLERANCE, FOUR * ROUNDING);
     let amount = max(tap.turn, tap.lift / tap.a);
     let strides = u32(clamp(ceil(amount / STRIDE), ONE, MOST_STRIDES));
-    var z = vec2<real>(ZERO, ZERO);
-    var before = z;
+    var stride = 1u;
+    var share = ONE / real(strides);
+    // Where the stride began, what was foreseen of its end, and where it is.
+    var before = vec2<real>(ZERO, ZERO);
+    var guess = vec2<real>(share, ZERO);
+    var z = guess;
     var shots = 0u;
+    var steps = 0u;
     var lost = false;
     // Of a whisker that is hardly touched the determinant is this one, but for a contact that sticks.
     var begun = (tap.turn * (tap.a + tap.hub) + tap.lift) / tap.a;
@@ -324,29 +336,51 @@ fn solve(tap: Tap) -> Solution {
     // Size of the last step: of the unknowns, and measured by the strain.
     var remains = ZERO;
     var owing = ZERO;
-    for (var stride = 1u; stride <= strides; stride++) {
-        let share = real(stride) / real(strides);
-        var guess = z + (z - before);
-        if stride == 1u {
-            guess = vec2<real>(share, ZERO);
+    var shot: Shot;
+    // One call of `shoot` for all: a device's compiler writes it out wherever it is called.
+    var phase = BEGIN;
+    var asked = z;
+    loop {
+        let fresh = shoot(tap, share, asked, phase == JUDGE);
+        shots += 1u;
+        if phase == JUDGE {
+            shot = fresh;
+            break;
         }
-        if stride == 2u {
-            guess = vec2<real>(TWO * z.x, FOUR * z.y);
+        if phase == BEGIN {
+            shot = fresh;
+            phase = ALONG_X;
+            asked.x = z.x + PROBE * scale(z).x;
+            continue;
         }
-        before = z;
-        z = guess;
-        var shot = shoot(tap, share, z, false);
-        // Columns: how the miss changes with each unknown.
-        let probe = PROBE * scale(z);
-        let moved_x = z.x + probe.x;
-        let moved_y = z.y + probe.y;
-        by_x = (seen(shoot(tap, share, vec2<real>(moved_x, z.y), false)) - seen(shot)) / (moved_x - z.x);
-        by_y = (seen(shoot(tap, share, vec2<real>(z.x, moved_y), false)) - seen(shot)) / (moved_y - z.y);
-        shots += 3u;
-        if STICK && stride == 1u {
-            begun = by_x.x * by_y.y - by_y.x * by_x.y;
+        if phase == ALONG_X {
+            by_x = (seen(fresh) - seen(shot)) / (asked.x - z.x);
+            phase = ALONG_Y;
+            asked = vec2<real>(z.x, z.y + PROBE * scale(z).y);
+            continue;
         }
-        for (var k = 0u; k < STEPS; k++) {
+        if phase == ALONG_Y {
+            by_y = (seen(fresh) - seen(shot)) / (asked.y - z.y);
+            if STICK && stride == 1u {
+                begun = by_x.x * by_y.y - by_y.x * by_x.y;
+            }
+            phase = STEP;
+            steps = 0u;
+        } else {
+            let unit = scale(z);
+            let taken = asked - z;
+            let weighted = taken / (unit * unit);
+            let length = dot(taken, weighted);
+            if length > ZERO {
+                let lack = (seen(fresh) - seen(shot) - by_x * taken.x - by_y * taken.y) / length;
+                by_x += lack * weighted.x;
+                by_y += lack * weighted.y;
+            }
+            z = asked;
+            shot = fresh;
+            steps += 1u;
+        }
+        if steps < STEPS {
             let inverse = -ONE / (by_x.x * by_y.y - by_y.x * by_x.y);
             let wanted = inverse * vec2<real>(
                 by_y.y * shot.miss.x - by_y.x * shot.miss.y,
@@ -356,31 +390,33 @@ fn solve(tap: Tap) -> Solution {
             let relative = abs(wanted / unit);
             remains = max(relative.x, relative.y);
             owing = of_strain(tap, shot.bent.state.bent.w, by_x, by_y, wanted, unit);
-            if !(owing >= stop) {
-                break;
+            if owing >= stop {
+                asked = z + min(ONE, LONGEST / remains) * wanted;
+                if !STICK {
+                    asked.y = clamp(asked.y, LEAST_ARC - ONE, MOST_ARC - ONE);
+                }
+                continue;
             }
-            var next = z + min(ONE, LONGEST / remains) * wanted;
-            if !STICK {
-                next.y = clamp(next.y, LEAST_ARC - ONE, MOST_ARC - ONE);
-            }
-            let taken = next - z;
-            let fresh = shoot(tap, share, next, false);
-            shots += 1u;
-            let weighted = taken / (unit * unit);
-            let length = dot(taken, weighted);
-            if length > ZERO {
-                let lack = (seen(fresh) - seen(shot) - by_x * taken.x - by_y * taken.y) / length;
-                by_x += lack * weighted.x;
-                by_y += lack * weighted.y;
-            }
-            z = next;
-            shot = fresh;
         }
         let off = abs(z.x - guess.x);
         lost = lost || !(remains < CONTRACTED) || !((by_x.x * by_y.y - by_y.x * by_x.y) / begun > UPRIGHT)
             || !(off < FORESEEN * max(max(abs(z.x), abs(guess.x)), share));
+        if stride == strides {
+            phase = JUDGE;
+            share = ONE;
+        } else {
+            stride += 1u;
+            share = real(stride) / real(strides);
+            guess = z + (z - before);
+            if stride == 2u {
+                guess = vec2<real>(TWO * z.x, FOUR * z.y);
+            }
+            before = z;
+            z = guess;
+            phase = BEGIN;
+        }
+        asked = z;
     }
-    let shot = shoot(tap, ONE, z, true);
     let bent = shot.bent.state.bent;
     // The width of the gauge between its ends as they were rounded, which the integral has, too.
     let width = tap.end - tap.begin;
@@ -413,7 +449,7 @@ fn solve(tap: Tap) -> Solution {
     }
     return Solution(
         bent.w / width, shot.load.normal, shot.load.tangential, shot.load.arc,
-        shot.wrench.x, shot.wrench.y, shot.wrench.z, error, shot.bent.load, real(shots + 1u), ZERO,
+        shot.wrench.x, shot.wrench.y, shot.wrench.z, error, shot.bent.load, real(shots), ZERO,
     );
 }
 

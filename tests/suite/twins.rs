@@ -421,7 +421,7 @@ const CHANGED: &[(&str, &str, &str)] = &[
         "fn truncation(tap: Tap, state: ptr<function, State>, series: Nodes, g2: real, m: real,",
     ),
     ("WGSL", "truncation(tap, state, series, m, g2,", "truncation(tap, state, series, g2, m,"),
-    ("WGSL", "x, w_force, h_force, contact_radius, base,", "x, h_force, w_force, contact_radius, base,"),
+    ("WGSL", "x, w_force, contact_radius, base,", "x, contact_radius, w_force, base,"),
     ("WGSL", "x0, y0, cosine, sine);", "x0, y0, sine, cosine);"),
     (
         "WGSL",
@@ -438,7 +438,7 @@ const CHANGED: &[(&str, &str, &str)] = &[
     ("exact/gauge.rs", "on_gauge_change, clear_change)", "clear_change, on_gauge_change)"),
     ("exact/mod.rs", "[error, rounded, across], sweeps)", "[rounded, error, across], sweeps)"),
     ("exact/newton.rs", "(m22 * across - m12 * along)", "(m22 * along - m12 * across)"),
-    ("exact/sweep.rs", "[across, along],\n", "[along, across],\n"),
+    ("exact/sweep.rs", "[across, along], noise)", "[along, across], noise)"),
     ("exact/sweep.rs", "tables.section(axial[i], b.abs())", "tables.section(b.abs(), axial[i])"),
     // Signs, names and functions that only one side has.
     ("WGSL", "let slim = tap.taper * x / g2;", "let slim = -tap.taper * x / g2;"),
