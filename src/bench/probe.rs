@@ -77,6 +77,10 @@ impl Solver for Probe {
         self.inner.failed(why);
     }
 
+    fn has_full_newton(&self) -> bool {
+        self.inner.has_full_newton()
+    }
+
     fn batch_limit(&self) -> usize {
         self.inner.batch_limit()
     }

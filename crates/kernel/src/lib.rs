@@ -125,9 +125,9 @@ impl Rung {
         effects.stick || !self.spare || self.rule.nodes > rule::every_rule(Precision::F64)[0].nodes
     }
 
-    /// Whether the CPU solves it, whatever the backend: few taps climb so far.
-    fn is_on_the_cpu(&self) -> bool {
-        self.spare || self.rule.full
+    /// Whether the CPU solves it for `solver`: few taps climb so far.
+    fn is_left_by(&self, solver: &dyn Solver) -> bool {
+        self.spare || self.rule.full && !solver.has_full_newton()
     }
 
     /// Section law over the range of this rung, charted when it is first asked for: few taps climb.
@@ -149,6 +149,11 @@ pub trait Solver: Send {
 
     /// Taps that one call takes at most.
     fn batch_limit(&self) -> usize;
+
+    /// Whether it has kernels for rungs of full Newton; devices have none.
+    fn has_full_newton(&self) -> bool {
+        false
+    }
 
     /// Place of the rung on which taps with these effects begin; the first, unless it costs more than it solves.
     fn begin(&self, _effects: &Effects, _rungs: &[Rung]) -> usize {
@@ -222,7 +227,7 @@ pub fn solve(
         if step > 0 && hard.is_empty() {
             continue;
         }
-        let solver: &mut dyn Solver = if rung.is_on_the_cpu() { &mut cpu } else { &mut *solver };
+        let solver: &mut dyn Solver = if rung.is_left_by(solver) { &mut cpu } else { &mut *solver };
         let limit = solver.batch_limit();
         let share = if rung.spare { SPARE } else { 1.0 };
         let job = Job { effects, rule: &rung.rule, tolerance: share * tolerance, chart: rung.chart() };

@@ -65,6 +65,10 @@ impl Solver for Cpu {
         1 << 20
     }
 
+    fn has_full_newton(&self) -> bool {
+        true
+    }
+
     /// The stretch that holds a sticking contact is so small that half of such taps cannot be told in f32, and the others hardly faster.
     fn begin(&self, effects: &Effects, rungs: &[Rung]) -> usize {
         let coarse = effects.stick && self.precision == Precision::F32;
