@@ -194,7 +194,7 @@ fn tuple_files_go_on() {
             "[tuples]\nfile = \"list.csv\"\n[gauge]\nnoise_strain = 1e-6\n[model]\ngeometry = \"linear\"\n[output]\n{output}\n"
         )
     };
-    let (held, read) = (rows(140_000, 2), rows(200_000, 6));
+    let (held, read) = (rows(140_000, 2), rows(140_000, 10));
     assert!((held.len() as u64) < 8 << 20 && read.len() as u64 > 8 << 20);
     for (output, list, least) in [
         ("", &held, 1),

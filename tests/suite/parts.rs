@@ -178,14 +178,14 @@ fn large_parts_give_the_bytes_of_the_whole() {
     let row = |i: usize| {
         let design = i * 7919 % 97;
         format!(
-            "10.000000,{:.6},50.000000,{:.6},2.0000,{:.6},{:.6}\n",
+            "10.000000,{:.15},50.000000,{:.15},2.0000,{:.15},{:.15}\n",
             4.0 + 0.05 * (design % 20) as f64,
             3.0 + 0.05 * (design / 20) as f64,
             21.0 + (i % 27) as f64,
             1.0 + 0.5 * (i % 3) as f64
         )
     };
-    let rows: String = (0..170_000).map(row).collect();
+    let rows: String = (0..100_000).map(row).collect();
     let file = format!("D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg\n{rows}");
     assert!(file.len() as u64 > 8 << 20, "it is read again");
     joined(&listed(""), &file, CPU, 3);

@@ -11,7 +11,7 @@
 //! Taps are reduced to dimensionless groups ([`Tap`]; unit of length is the contact distance, E drops out), solved
 //! in batches by one of the [`Solver`]s, and brought back to mm and N by `tap::Frame` in f64. A batch is solved on a
 //! small rule first; the taps whose own error estimate exceeds the tolerance are solved again on a larger one
-//! ([`Rule`]), and what the last cannot tell, in f64 on the CPU. The estimate of a tap holds what the iteration left, the
+//! ([`Rule`]); the last of these, full Newton, and whatever is left after it are solved in f64 on the CPU. The estimate of a tap holds what the iteration left, the
 //! truncation of its rule, the error of its section chart, and what rounding makes of terms that cancel. An equilibrium
 //! of which a kernel cannot tell whether the material bears it, or whether it lies on the path from the unloaded whisker, is
 //! said to be [unsure](Solution::unsure), and the reference is asked.

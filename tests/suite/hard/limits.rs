@@ -71,15 +71,16 @@ fn contacts_that_pass_the_tip_have_slipped_off_on_every_backend() {
 #[test]
 fn softening_materials_end_with_a_status_on_every_backend() {
     let materials = [
-        (Material::Yeoh([0.5, -0.5, 0.0]), "falling"),
-        (Material::Yeoh([0.5, -0.1, 0.0]), "falling late"),
-        (Material::Yeoh([0.5, -0.3, 0.1]), "falling, then rising"),
-        (Material::MooneyRivlin([0.9, -0.35]), "negative C01"),
+        (Material::Yeoh([0.5, -0.5, 0.0]), "falling", &FAST[..]),
+        (Material::Yeoh([0.5, -0.1, 0.0]), "falling late", &FAST[..2]),
+        (Material::Yeoh([0.5, -0.3, 0.1]), "falling, then rising", &FAST[..2]),
+        (Material::MooneyRivlin([0.9, -0.35]), "negative C01", &FAST[..3]),
     ];
     let tuples = grid(&[7.0, 10.0], &[10.0, 25.0], &[1.0, 5.0, 15.0, 45.0]);
-    for (material, name) in materials {
+    // A device compiles its kernel for each material: both ways in which one ends are enough there.
+    for (material, name, places) in materials {
         let model = common::all_effects(material);
-        let exact = agree(name, &setup(model, Side::Contact), &tuples);
+        let exact = agree_on(places, name, &setup(model, Side::Contact), &tuples);
         let ended = exact.iter().filter(|o| o.status.has(Status::MATERIAL_LIMIT)).count();
         let solved = exact.iter().filter(|o| o.strain.is_finite()).count();
         println!("{name}: {ended} at the limit, {solved} solved of {}", exact.len());

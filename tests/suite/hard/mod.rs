@@ -63,10 +63,16 @@ const CONFIGURATIONS: [&str; 8] =
 /// contact arc within five times that, and no value where there is none. The outcomes of the reference.
 #[track_caller]
 fn agree(name: &str, setup: &Setup, tuples: &[Tuple]) -> Vec<Outcome> {
+    agree_on(&FAST, name, setup, tuples)
+}
+
+/// As [`agree`], of these backends.
+#[track_caller]
+fn agree_on(places: &[Place], name: &str, setup: &Setup, tuples: &[Tuple]) -> Vec<Outcome> {
     assert!(!tuples.is_empty());
     let exact = evaluate(setup, REFERENCE.open(setup), tuples);
     let mut faults = Vec::new();
-    for place in FAST {
+    for &place in places {
         let found = evaluate(setup, place.open(setup), tuples);
         let (mut worst, mut compared) = (0.0_f64, 0);
         for (i, ((fast, _), (exact, least))) in found.iter().zip(&exact).enumerate() {
