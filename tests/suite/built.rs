@@ -228,7 +228,7 @@ fn charts_of_built_whiskers_say_what_solved_taps_do() {
         let text = |places: &[f64], top: &str| {
             format!(
                 "[whisker]\n{whisker}\n[gauge]\nx_ss = {places:?}\nl = 2\n\
-                 [tap]\na = {{ from = 21, to = 46, steps = 6 }}\ntheta = {{ from = 1, to = 9, steps = 100 }}\n\
+                 [tap]\na = {{ from = 21, to = 46, steps = 6 }}\ntheta = {{ from = 1, to = 9, steps = 200 }}\n\
                  [model]\n{model}[output]\ntuples = false\n{top}"
             )
         };
