@@ -401,7 +401,7 @@ fn solve(tap: Tap) -> Solution {
         let off = abs(z.x - guess.x);
         lost = lost || !(remains < CONTRACTED) || !((by_x.x * by_y.y - by_y.x * by_x.y) / begun > UPRIGHT)
             || !(off < FORESEEN * max(max(abs(z.x), abs(guess.x)), share));
-        if stride == strides {
+        if stride >= strides {
             phase = JUDGE;
             share = ONE;
         } else {

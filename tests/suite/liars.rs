@@ -305,7 +305,7 @@ fn honest_answers_are_finite() {
     for precision in [Precision::F32, Precision::F64] {
         let mut gpu = Gpu::new(adapter(), precision).unwrap();
         let rungs = Rung::ladder(precision, &setup.model.material, 1e-5);
-        for rung in rungs.iter().filter(|rung| !rung.spare) {
+        for rung in rungs.iter().filter(|rung| !rung.spare && !rung.rule.full) {
             let job = Job { effects: Effects::default(), rule: &rung.rule, tolerance: 1e-5, chart: None };
             let (mut found, mut twin) = (Vec::new(), Vec::new());
             gpu.solve(&job, &asked, &mut found).unwrap();

@@ -11,7 +11,7 @@
 //! Taps are reduced to dimensionless groups ([`Tap`]; unit of length is the contact distance, E drops out), solved
 //! in batches by one of the [`Solver`]s, and brought back to mm and N by `tap::Frame` in f64. A batch is solved on a
 //! small rule first; the taps whose own error estimate exceeds the tolerance are solved again on a larger one
-//! ([`Rule`]); the last of these, full Newton, and whatever is left after it are solved in f64 on the CPU. The estimate of a tap holds what the iteration left, the
+//! ([`Rule`]); full Newton, which f64 alone has, and whatever is left are solved in f64 on the CPU. The estimate of a tap holds what the iteration left, the
 //! truncation of its rule, the error of its section chart, and what rounding makes of terms that cancel. An equilibrium
 //! of which a kernel cannot tell whether the material bears it, or whether it lies on the path from the unloaded whisker, is
 //! said to be [unsure](Solution::unsure), and the reference is asked.
@@ -106,10 +106,9 @@ impl Rung {
             rules.into_iter().map(|rule| Self::new(rule, precision, material, tolerance)).collect();
         let finest = rule::smallest_tolerance(Precision::F64);
         if SPARE * tolerance >= finest {
-            let spare = |rule: &Rule| Self {
-                spare: true,
-                ..Self::new(*rule, Precision::F64, material, SPARE * tolerance)
-            };
+            // A finer law would be charted over less of the material's range.
+            let spare =
+                |rule: &Rule| Self { spare: true, ..Self::new(*rule, Precision::F64, material, tolerance) };
             rungs.extend(rule::ladder(Precision::F64, SPARE * tolerance).iter().map(spare));
         }
         rungs

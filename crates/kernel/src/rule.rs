@@ -141,7 +141,7 @@ pub mod limits {
             $($(#[$doc])+ pub const $name: f64 = $x;)+
 
             /// All of these, by the names they have in the shaders.
-            pub const NAMED: [(&str, f64); 20] = [$((stringify!($name), $name)),+];
+            pub const NAMED: [(&str, f64); 19] = [$((stringify!($name), $name)),+];
         };
     }
 
@@ -156,8 +156,6 @@ pub mod limits {
         LEAST_FORCE = -0.95;
         /// Largest W/W₀ − 1 while iterating.
         MOST_FORCE = 20.0;
-        /// Largest change of w in a step of full Newton, relative to 1 + |w|.
-        LONGEST_STEP = 0.5;
         /// Least share of the expected change of a step that is believed, with friction or a radius.
         CHANCE = 0.25;
         /// Distance of a contact beyond a gauge it started on, per length of the gauge, from which on it counts as clear of it.
@@ -204,7 +202,9 @@ pub mod limits {
     pub const STOP: f64 = 0.1;
     /// The same with any effect, whose lag goes on a little longer than the steps tell.
     pub const EFFECTS_STOP: f64 = 0.05;
-    /// The same of full Newton, which has nodes to spare and whose noise in f32 may be above the other.
+    /// Largest change of w in a step of full Newton, relative to 1 + |w|.
+    pub const LONGEST_STEP: f64 = 0.5;
+    /// Share of the tolerance at which full Newton stops, which has nodes to spare.
     pub const FULL_STOP: f64 = 0.5;
     /// Distance of a fibre's load from 1 within which the reference is asked whether the material ends.
     pub const EDGE: f64 = 0.02;

@@ -93,7 +93,7 @@ pub const TWINS: &[Twin] = &[
             ("ratio", "tap.ratio"),
         ],
         // Devices have no full Newton.
-        numbers: &["LONGEST_STEP", "PASSES"],
+        numbers: &["PASSES"],
         same: 157,
         ..Twin::NONE
     },

@@ -30,8 +30,8 @@ const BATCH: usize = 1 << 18;
 /// Taps that a thread of the host takes at least, to hand them over or to read their answers.
 pub(super) const GRAIN: usize = 1 << 12;
 
-/// Bound on the time of a dispatch and of compiling a kernel: thousands of times what a dispatch takes, and ten times what lavapipe needs to
-/// compile its slowest kernel on two busy cores (docs/twins.md).
+/// Bound on the time of a dispatch and of compiling a kernel: thousands of times what a dispatch takes, and some ten times what lavapipe needs
+/// for its slowest kernel on two busy cores.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A device with its compiled pipelines and buffers.
@@ -124,7 +124,13 @@ impl Gpu {
     }
 
     /// The kernel of `job`, compiled on first use.
+    ///
+    /// # Errors
+    /// Full Newton, which devices do not have.
     pub(super) fn kernel(&mut self, job: &Job<'_>) -> Result<Kernel, Fault> {
+        if job.rule.full {
+            return Err(SolveError::Device("devices have no kernel of full Newton".into()).into());
+        }
         let variant = Variant { job: *job, precision: self.precision };
         let (name, wgsl) = (variant.name(), variant.wgsl());
         if let Some((text, pipeline)) = self.pipelines.get_key_value(wgsl.as_str()) {
