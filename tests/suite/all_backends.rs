@@ -54,7 +54,7 @@ const PINS: [Pin; 59] = [
     Pin("stick-hub", [(18.5, 113.0), (17.4, 123.0)], 2),
     Pin("hooke-passive", [(4.4, 20.0), (6.0, 32.0)], 0),
     Pin("neo-passive", [(7.2, 51.0), (11.0, 110.0)], 0),
-    Pin("mooney-coulomb-passive", [(7.2, 24.0), (10.5, 94.0)], 3),
+    Pin("mooney-coulomb-passive", [(8.3, 58.0), (10.5, 94.0)], 3),
     Pin("stick-passive", [(17.5, 134.0), (23.6, 398.0)], 1),
     Pin("pole-far-passive", [(6.4, 40.0), (9.2, 85.0)], 0),
     Pin("linear-tilted", [(0.0, 0.0), (0.0, 0.0)], 0),
@@ -64,7 +64,7 @@ const PINS: [Pin; 59] = [
     Pin("pole-far-tilted", [(5.4, 28.0), (6.1, 33.0)], 2),
     Pin("sticking-tilted", [(11.9, 94.0), (13.1, 115.0)], 2),
     Pin("neo-hub-tilted", [(8.6, 32.0), (9.9, 43.0)], 1),
-    Pin("neo-passive-tilted", [(6.0, 39.0), (8.8, 59.0)], 3),
+    Pin("neo-passive-tilted", [(6.5, 52.0), (8.8, 59.0)], 3),
     // Of these contacts within some 0.8 D of the base go to the reference. A device that rounds otherwise takes other steps: a tenth of the mean and a fifth of the most are left for that.
     Pin("root", [(13.4, 57.0), (15.5, 90.0)], 6),
     Pin("power", [(8.1, 86.0), (10.3, 69.0)], 22),

@@ -106,9 +106,12 @@ impl Rung {
             rules.into_iter().map(|rule| Self::new(rule, precision, material, tolerance)).collect();
         let finest = rule::smallest_tolerance(Precision::F64);
         if SPARE * tolerance >= finest {
-            // A finer law would be charted over less of the material's range.
-            let spare =
-                |rule: &Rule| Self { spare: true, ..Self::new(*rule, Precision::F64, material, tolerance) };
+            // A finer law is charted over less of the material's range, which f32 has no rung for but these.
+            let fine = if precision == Precision::F32 { 1.0 } else { SPARE };
+            let spare = |rule: &Rule| Self {
+                spare: true,
+                ..Self::new(*rule, Precision::F64, material, fine * tolerance)
+            };
             rungs.extend(rule::ladder(Precision::F64, SPARE * tolerance).iter().map(spare));
         }
         rungs
