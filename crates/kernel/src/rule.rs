@@ -11,7 +11,7 @@ pub struct Rule {
     /// Terms of the series of 1 − cos ψ and ψ − sin ψ.
     pub terms: usize,
     /// Full Newton: the lag settles between steps, and the Jacobian knows how it follows the unknowns. Dearer, but it reaches
-    /// taps on which a step a sweep diverges, such as a sticking contact next to a fine tip.
+    /// taps on which a step a sweep diverges, such as a sticking contact next to a fine tip. In f64 only, and solved on the CPU.
     pub full: bool,
     /// Most sweeps before a tap counts as not converged on this rung.
     pub sweeps: u32,
@@ -116,7 +116,7 @@ pub fn rules_of_devices(precision: Precision) -> Vec<Rule> {
 }
 
 /// Range of the section chart on rung `rung` of every rule: largest axial strain, and largest bending strain b₀ + b₁ t. Most
-/// whiskers stay within the first; the last reaches to the ends of the material's range.
+/// whiskers stay within the first; the last, of f64, reaches to the ends of the material's range.
 pub fn chart_range(precision: Precision, rule: &Rule) -> (f64, [f64; 2]) {
     match every_rule(precision).iter().position(|r| r == rule) {
         Some(0) => (0.04, [0.15, 0.0]),

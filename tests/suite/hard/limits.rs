@@ -77,7 +77,7 @@ fn softening_materials_end_with_a_status_on_every_backend() {
         (Material::MooneyRivlin([0.9, -0.35]), "negative C01", &FAST[..3]),
     ];
     let tuples = grid(&[7.0, 10.0], &[10.0, 25.0], &[1.0, 5.0, 15.0, 45.0]);
-    // A device compiles its kernel for each material: both ways in which one ends are enough there.
+    // A device compiles a kernel for each material, and has two of them.
     for (material, name, places) in materials {
         let model = common::all_effects(material);
         let exact = agree_on(places, name, &setup(model, Side::Contact), &tuples);

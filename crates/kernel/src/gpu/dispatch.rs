@@ -30,7 +30,7 @@ const BATCH: usize = 1 << 18;
 /// Taps that a thread of the host takes at least, to hand them over or to read their answers.
 pub(super) const GRAIN: usize = 1 << 12;
 
-/// Bound on the time of a dispatch and of compiling a kernel: thousands of times what a dispatch takes, and some ten times what lavapipe needs
+/// Bound on the time of a dispatch and of compiling a kernel: thousands of times what a dispatch takes, and far more than lavapipe needs
 /// for its slowest kernel on two busy cores.
 const PATIENCE: Duration = Duration::from_secs(60);
 

@@ -15,8 +15,8 @@ struct Rod<'a, P, const N: usize> {
     cosines: &'a [P; N],
 }
 
-/// Turns by a unit of each unknown when the lag follows, from those `fixed` at a shape. A unit of W also takes away the moment W ∂Δξ. `spread`: factor of the lag, and ds; of
-/// `turning`: sin ψ ds and cos ψ ds at the nodes.
+/// Turns of the rod by a unit of each unknown when its lag follows, from those at a fixed shape. A unit of W also takes away moment through Δξ.
+/// `spread` is the factor of the lag; `sines` and `cosines` are sin ψ ds and cos ψ ds at the nodes.
 #[inline(always)]
 pub fn settled<T: Scalar, const N: usize, const L: usize, const SET: u8>(
     tables: &Tables<T, N>,
