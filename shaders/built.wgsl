@@ -309,7 +309,7 @@ fn of_strain(tap: Tap, fibre: real, by_x: vec3<real>, by_y: vec3<real>, change: 
     return max(max(relative.x, relative.y), (abs(by_x.z * change.x) + abs(by_y.z * change.y)) / measure);
 }
 
-// What is shot for: the begin of a stride, the two columns of the Jacobian there, a step of Broyden's, the judgement of where it ended.
+// Purpose of a shot: the start of a stride, the two columns of the Jacobian there, a step of Broyden's method, the error estimate at the end.
 const BEGIN = 0u;
 const ALONG_X = 1u;
 const ALONG_Y = 2u;
@@ -322,7 +322,7 @@ fn solve(tap: Tap) -> Solution {
     let strides = u32(clamp(ceil(amount / STRIDE), ONE, MOST_STRIDES));
     var stride = 1u;
     var share = ONE / real(strides);
-    // Where the stride began, what was foreseen of its end, and where it is.
+    // The unknowns at the end of the last stride, those guessed for this one, and those reached.
     var before = vec2<real>(ZERO, ZERO);
     var guess = vec2<real>(share, ZERO);
     var z = guess;
@@ -337,7 +337,7 @@ fn solve(tap: Tap) -> Solution {
     var remains = ZERO;
     var owing = ZERO;
     var shot: Shot;
-    // One call of `shoot` for all: a device's compiler writes it out wherever it is called.
+    // `shoot` is called in one place: drivers inline every call, and the time of compiling grows with each.
     var phase = BEGIN;
     var asked = z;
     loop {

@@ -106,7 +106,7 @@ impl Rung {
             rules.into_iter().map(|rule| Self::new(rule, precision, material, tolerance)).collect();
         let finest = rule::smallest_tolerance(Precision::F64);
         if SPARE * tolerance >= finest {
-            // A finer law is charted over less of the material's range, which f32 has no rung for but these.
+            // A section law that is charted more finely covers a smaller range of strain. After f32 no other rung covers the rest: the chart is as fine as the tolerance.
             let fine = if precision == Precision::F32 { 1.0 } else { SPARE };
             let spare = |rule: &Rule| Self {
                 spare: true,
@@ -127,8 +127,8 @@ impl Rung {
         effects.stick || !self.spare || self.rule.nodes > rule::every_rule(Precision::F64)[0].nodes
     }
 
-    /// Whether the CPU solves it for `solver`: few taps climb so far.
-    fn is_left_by(&self, solver: &dyn Solver) -> bool {
+    /// True if the CPU solves this rung in place of `solver`. Few taps climb so far.
+    fn is_for_the_cpu(&self, solver: &dyn Solver) -> bool {
         self.spare || self.rule.full && !solver.has_full_newton()
     }
 
@@ -152,7 +152,7 @@ pub trait Solver: Send {
     /// Taps that one call takes at most.
     fn batch_limit(&self) -> usize;
 
-    /// Whether it has kernels for rungs of full Newton; devices have none.
+    /// True if it has kernels for rungs of full Newton. Devices have none.
     fn has_full_newton(&self) -> bool {
         false
     }
@@ -229,7 +229,7 @@ pub fn solve(
         if step > 0 && hard.is_empty() {
             continue;
         }
-        let solver: &mut dyn Solver = if rung.is_left_by(solver) { &mut cpu } else { &mut *solver };
+        let solver: &mut dyn Solver = if rung.is_for_the_cpu(solver) { &mut cpu } else { &mut *solver };
         let limit = solver.batch_limit();
         let share = if rung.spare { SPARE } else { 1.0 };
         let job = Job { effects, rule: &rung.rule, tolerance: share * tolerance, chart: rung.chart() };

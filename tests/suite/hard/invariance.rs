@@ -4,7 +4,7 @@ use super::*;
 use crate::common::program::Desk;
 use crate::common::sweeping::Table;
 
-/// Factors of lengths and of moduli. Shaders have the numbers of a law in their texts, which a power of two leaves as they are: they are compiled once.
+/// Factors of lengths and of moduli. A shader contains the coefficients of the law. A power of two does not change them, so that the shader is compiled once.
 fn factors(place: Place) -> &'static [f64] {
     let gpu = [GPU, GPU_F64].contains(&place);
     if gpu { &[1.0 / 1024.0, 1024.0] } else { &[1e-3, 0.03, 0.5, 7.0, 100.0, 1e3] }
