@@ -225,17 +225,24 @@ fn charts_of_built_whiskers_say_what_solved_taps_do() {
         let (first, range) = if several == 128 { (7.0, 9.0) } else { (3.0, 7.0) };
         let place = |k: u32| first + range * f64::from(k) / f64::from(several - 1);
         let places: Vec<f64> = (0..several).map(place).collect();
-        let text = |places: &[f64], top: &str| {
+        let text = |places: &[f64], theta: &str, top: &str| {
             format!(
                 "[whisker]\n{whisker}\n[gauge]\nx_ss = {places:?}\nl = 2\n\
-                 [tap]\na = {{ from = 21, to = 46, steps = 6 }}\ntheta = {{ from = 1, to = 9, steps = 200 }}\n\
+                 [tap]\na = {{ from = 21, to = 46, steps = 6 }}\ntheta = {theta}\n\
                  [model]\n{model}[output]\ntuples = false\n{top}"
             )
         };
-        // Enough taps for charts; then so few at a time that they are solved.
-        let charted = sweep(&text(&places, "top = 60"), CPU);
+        // Enough taps for charts; then those at the drives that were chosen and at some others, so few at a time that they are solved.
+        let charted = sweep(&text(&places, "{ from = 1, to = 9, steps = 200 }", "top = 60"), CPU);
         assert!(charted.report.counts.interpolated > charted.report.counts.solved, "{whisker}");
-        let parts = places.chunks(places.len() / 4).map(|part| sweep(&text(part, ""), CPU_F64));
+        let drive = |i: u32| 1.0 + 8.0 * f64::from(i) / 199.0;
+        let chosen: Vec<f64> =
+            charted.designs.rows.iter().map(|row| number(row, "theta_deg").expect("an angle")).collect();
+        let near = |i: u32| chosen.iter().any(|x| (x - drive(i)).abs() < 1e-9);
+        let drives: Vec<f64> = (0..200).filter(|i| i % 20 == 0 || near(*i)).map(drive).collect();
+        println!("{whisker}: {} drives", drives.len());
+        let parts = places.chunks(places.len() / 4);
+        let parts = parts.map(|part| sweep(&text(part, &format!("{drives:?}"), ""), CPU_F64));
         let all: Vec<Row> = parts
             .flat_map(|part| {
                 assert_eq!(part.report.counts.interpolated, 0, "{whisker}");

@@ -32,7 +32,7 @@ use vibrissa_core::error::SolveError;
 use vibrissa_core::scene::Precision;
 use vibrissa_kernel::Chart;
 use vibrissa_kernel::Solver;
-use vibrissa_kernel::cpu::{FUSED, Pack, Scalar, UNFUSED, fused};
+use vibrissa_kernel::cpu::{Pack, Scalar, UNFUSED, fused};
 
 /// Effects that are the same of all taps of a batch; one that is off costs nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -220,13 +220,15 @@ fn block<T: Scalar, const L: usize>(job: &Job<'_>, taps: &[Begun<'_>]) -> Vec<So
     #[cfg(target_arch = "x86_64")]
     return packs::<T, 1, UNFUSED>(job, taps);
     #[cfg(not(target_arch = "x86_64"))]
-    packs::<T, L, { if cfg!(target_arch = "aarch64") { FUSED } else { UNFUSED } }>(job, taps)
+    packs::<T, L, { if cfg!(target_arch = "aarch64") { vibrissa_kernel::cpu::FUSED } else { UNFUSED } }>(
+        job, taps,
+    )
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
 fn block_avx2<T: Scalar, const L: usize>(job: &Job<'_>, taps: &[Begun<'_>]) -> Vec<Solved> {
-    packs::<T, L, FUSED>(job, taps)
+    packs::<T, L, { vibrissa_kernel::cpu::AVX2 }>(job, taps)
 }
 
 /// Packs `L` taps at a time; the last pack is filled up with copies of its first tap.

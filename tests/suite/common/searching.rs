@@ -45,8 +45,8 @@ pub fn search(text: &str, place: Place) -> Report {
 }
 
 /// The best of `designs` points that fill the box of the variables evenly, and of what random steps of falling length find around the
-/// best of them, in f64. It shares the scores with a search, and nothing else.
-pub fn brute(text: &str, goal: Goal, designs: u32, place: Place) -> Found {
+/// `starts` best of them, in f64. It shares the scores with a search, and nothing else.
+pub fn brute(text: &str, goal: Goal, (designs, starts): (u32, usize), place: Place) -> Found {
     let (spec, search) = parse(text);
     let variables = Variables::new(&spec.study.setup, &layout(&spec), &search);
     let (k, drives) = (variables.len(), variables.drives());
@@ -73,9 +73,9 @@ pub fn brute(text: &str, goal: Goal, designs: u32, place: Place) -> Found {
         let to = (from + (1 << 14)).min(designs);
         let places: Vec<Vec<f64>> =
             (from..to).map(|i| (0..k).map(|c| coordinate(0, i, c)).collect()).collect();
-        best.extend(best_of(&mut dense, &places, 10));
+        best.extend(best_of(&mut dense, &places, starts));
         best.sort_by(|a, b| a.0.total_cmp(&b.0));
-        best.truncate(10);
+        best.truncate(starts);
     }
     let mut precise =
         Scorer::new(&spec.study.setup, &layout(&spec), &search, CPU_F64.open(&spec.study.setup));

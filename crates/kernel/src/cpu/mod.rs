@@ -153,7 +153,7 @@ fn block_avx2<T: Scalar, const N: usize, const L: usize, const PLAIN: bool>(
     taps: &[Tap],
     out: &mut [Solution],
 ) {
-    lanes::<T, N, L, FUSED, PLAIN>(tables, job, taps, out);
+    lanes::<T, N, L, AVX2, PLAIN>(tables, job, taps, out);
 }
 
 /// Packs `L` taps at a time; the last pack is filled up with copies of its first tap. `PLAIN`: all effects are off, and the rule has N nodes.

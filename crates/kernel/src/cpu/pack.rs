@@ -2,7 +2,7 @@
 //! instruction set the calling function enables.
 
 #[cfg(target_arch = "x86_64")]
-use std::arch::x86_64::*;
+use std::arch::x86_64::{__m256, __m256d, __m512};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use vibrissa_core::physics::number::Number;
@@ -75,24 +75,18 @@ scalar!(f64);
 pub const UNFUSED: u8 = 0;
 /// With fused multiply–add; without it a fused operation would be a library call per lane.
 pub const FUSED: u8 = 1;
-/// The same, where [`VECTORS`] f32 are vectors of AVX2. The compiler, left alone, makes of some sums of packs vectors of two.
+/// The same, where packs of [`VECTORS`] or 16 f32, or of 8 f64, are vectors of AVX2: left alone, the compiler makes of some sums of packs vectors of two.
 pub const AVX2: u8 = 2;
-/// The same of AVX-512.
+/// The same, where packs of [`VECTORS`] f32 are vectors of AVX-512.
 pub const AVX512: u8 = 3;
 
-/// f32 of a pack that is made of vectors.
+/// f32 of the widest packs that are made of vectors.
 pub const VECTORS: usize = 32;
 
 /// `L` lanes of `T`, by the instructions of `SET`, which the calling function must enable.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(align(64))]
 pub struct Pack<T, const L: usize, const SET: u8>(pub [T; L]);
-
-/// Whether packs are vectors of the set `by`.
-#[cfg(target_arch = "x86_64")]
-const fn are_vectors<T, const L: usize>(set: u8, by: u8) -> bool {
-    set == by && L == VECTORS && size_of::<T>() == 4
-}
 
 /// A pack and the vectors that it is. A union has no checks, which would cost a debug build minutes.
 #[cfg(target_arch = "x86_64")]
@@ -102,78 +96,143 @@ union Same<P: Copy, V: Copy> {
     vectors: V,
 }
 
-/// The first of some expressions.
-macro_rules! first {
-    ($first:expr $(, $rest:expr)*) => {
-        $first
+/// Operations of the vectors of a set, under the same names.
+#[cfg(target_arch = "x86_64")]
+mod of_512 {
+    use std::arch::x86_64::{__m512, _CMP_LE_OQ, _CMP_LT_OQ, _mm512_cmp_ps_mask, _mm512_mask_blend_ps};
+    pub use std::arch::x86_64::{
+        _mm512_add_ps as add, _mm512_div_ps as div, _mm512_fmadd_ps as mul_add, _mm512_max_ps as max,
+        _mm512_min_ps as min, _mm512_mul_ps as mul, _mm512_set1_ps as set, _mm512_sqrt_ps as sqrt,
+        _mm512_sub_ps as sub,
+    };
+
+    /// `yes` where a < b, else `no`.
+    #[inline(always)]
+    pub unsafe fn if_less(a: __m512, b: __m512, yes: __m512, no: __m512) -> __m512 {
+        unsafe { _mm512_mask_blend_ps(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(a, b), no, yes) }
+    }
+
+    /// Whether a ≤ b everywhere.
+    #[inline(always)]
+    pub unsafe fn all_at_most(a: __m512, b: __m512) -> bool {
+        unsafe { _mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b) == u16::MAX }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+mod of_256 {
+    use std::arch::x86_64::{
+        __m256, _CMP_LE_OQ, _CMP_LT_OQ, _mm256_blendv_ps, _mm256_cmp_ps, _mm256_movemask_ps,
+    };
+    pub use std::arch::x86_64::{
+        _mm256_add_ps as add, _mm256_div_ps as div, _mm256_fmadd_ps as mul_add, _mm256_max_ps as max,
+        _mm256_min_ps as min, _mm256_mul_ps as mul, _mm256_set1_ps as set, _mm256_sqrt_ps as sqrt,
+        _mm256_sub_ps as sub,
+    };
+
+    #[inline(always)]
+    pub unsafe fn if_less(a: __m256, b: __m256, yes: __m256, no: __m256) -> __m256 {
+        unsafe { _mm256_blendv_ps(no, yes, _mm256_cmp_ps::<_CMP_LT_OQ>(a, b)) }
+    }
+
+    #[inline(always)]
+    pub unsafe fn all_at_most(a: __m256, b: __m256) -> bool {
+        unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b)) == 0xff }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+mod of_256_double {
+    use std::arch::x86_64::{
+        __m256d, _CMP_LE_OQ, _CMP_LT_OQ, _mm256_blendv_pd, _mm256_cmp_pd, _mm256_movemask_pd,
+    };
+    pub use std::arch::x86_64::{
+        _mm256_add_pd as add, _mm256_div_pd as div, _mm256_fmadd_pd as mul_add, _mm256_max_pd as max,
+        _mm256_min_pd as min, _mm256_mul_pd as mul, _mm256_set1_pd as set, _mm256_sqrt_pd as sqrt,
+        _mm256_sub_pd as sub,
+    };
+
+    #[inline(always)]
+    pub unsafe fn if_less(a: __m256d, b: __m256d, yes: __m256d, no: __m256d) -> __m256d {
+        unsafe { _mm256_blendv_pd(no, yes, _mm256_cmp_pd::<_CMP_LT_OQ>(a, b)) }
+    }
+
+    #[inline(always)]
+    pub unsafe fn all_at_most(a: __m256d, b: __m256d) -> bool {
+        unsafe { _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LE_OQ>(a, b)) == 0xf }
+    }
+}
+
+/// Whether packs of `L` numbers `T` are `vectors` of the set `by`, each of `bytes` bytes, of numbers of `size` bytes.
+#[cfg(target_arch = "x86_64")]
+const fn are<T, const L: usize>(set: u8, by: u8, size: usize, bytes: usize) -> bool {
+    set == by && size_of::<T>() == size && L * size == bytes
+}
+
+/// Hands what packs are made of to `$each`: a set, the size of a number, the vectors, their operations, and which there are. No operation is a loop:
+/// LLVM takes minutes for thousands of small loops in one function.
+macro_rules! kinds {
+    ($each:ident, $($rest:tt)+) => {
+        $each!(AVX512, 4, [__m512; 2], of_512, [0 1], $($rest)+);
+        $each!(AVX2, 4, [__m256; 4], of_256, [0 1 2 3], $($rest)+);
+        $each!(AVX2, 4, [__m256; 2], of_256, [0 1], $($rest)+);
+        $each!(AVX2, 8, [__m256d; 2], of_256_double, [0 1], $($rest)+);
     };
 }
 
-/// The operation of vectors, where the packs are some.
-macro_rules! vectors {
-    ($($pack:expr),+ => $avx512:ident $avx2:ident) => {
-        vectors!(AVX512, [__m512; 2], $($pack),+ => $avx512);
-        vectors!(AVX2, [__m256; 4], $($pack),+ => $avx2);
-    };
-    ($by:ident, $vectors:ty, $($pack:expr),+ => $operation:ident) => {
+/// The same number in all vectors, where packs are some.
+macro_rules! same {
+    ($by:ident, $size:literal, $vectors:ty, $of:ident, [$($k:literal)+], $x:expr) => {
         #[cfg(target_arch = "x86_64")]
-        if const { are_vectors::<T, L>(SET, $by) } {
-            // SAFETY: such packs are only made where the CPU has the instructions, and these are as many f32.
+        if const { are::<T, L>(SET, $by, $size, size_of::<$vectors>()) } {
+            // SAFETY: such packs are only made where the CPU has the instructions, and these are as many numbers of this type.
             unsafe {
-                let mut all: $vectors = Same { pack: first!($($pack),+) }.vectors;
-                for k in 0..all.len() {
-                    all[k] = $operation($(Same::<Self, $vectors> { pack: $pack }.vectors[k]),+);
-                }
+                let x = $of::set(Same::<T, _> { pack: $x }.vectors);
+                let all: $vectors = [$({ let _ = $k; x }),+];
                 return Same { vectors: all }.pack;
             }
         }
     };
 }
 
-/// `yes` where a < b, else `no`, and whether a ≤ b everywhere.
-#[cfg(target_arch = "x86_64")]
-mod compare {
-    use super::*;
-
-    #[inline(always)]
-    pub unsafe fn less_avx512(a: __m512, b: __m512, yes: __m512, no: __m512) -> __m512 {
-        unsafe { _mm512_mask_blend_ps(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(a, b), no, yes) }
-    }
-
-    #[inline(always)]
-    pub unsafe fn less_avx2(a: __m256, b: __m256, yes: __m256, no: __m256) -> __m256 {
-        unsafe { _mm256_blendv_ps(no, yes, _mm256_cmp_ps::<_CMP_LT_OQ>(a, b)) }
-    }
-
-    #[inline(always)]
-    pub unsafe fn at_most_avx512(a: __m512, b: __m512) -> bool {
-        unsafe { _mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b) == u16::MAX }
-    }
-
-    #[inline(always)]
-    pub unsafe fn at_most_avx2(a: __m256, b: __m256) -> bool {
-        unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b)) == 0xff }
-    }
+/// The operation of vectors, where the packs are some.
+macro_rules! vectors {
+    ($by:ident, $size:literal, $vectors:ty, $of:ident, $which:tt, $operation:ident $packs:tt) => {
+        #[cfg(target_arch = "x86_64")]
+        if const { are::<T, L>(SET, $by, $size, size_of::<$vectors>()) } {
+            // SAFETY: as above.
+            unsafe {
+                let all: $vectors = each!($which, $vectors, $of, $operation $packs);
+                return Same { vectors: all }.pack;
+            }
+        }
+    };
 }
-#[cfg(target_arch = "x86_64")]
-use compare::*;
 
 /// Whether it holds of all vectors of two packs, where they are some.
 macro_rules! all_vectors {
-    ($a:expr, $b:expr => $($by:ident $vectors:ty, $holds:ident;)+) => {$(
+    ($by:ident, $size:literal, $vectors:ty, $of:ident, $which:tt, $holds:ident $packs:tt) => {
         #[cfg(target_arch = "x86_64")]
-        if const { are_vectors::<T, L>(SET, $by) } {
+        if const { are::<T, L>(SET, $by, $size, size_of::<$vectors>()) } {
             // SAFETY: as above.
             unsafe {
-                let (a, b): ($vectors, $vectors) = (Same { pack: $a }.vectors, Same { pack: $b }.vectors);
-                let mut all = true;
-                for k in 0..a.len() {
-                    all &= $holds(a[k], b[k]);
-                }
-                return all;
+                return each!(all $vectors, $of, $which, $holds $packs);
             }
         }
-    )+};
+    };
+}
+
+/// What an operation gives of each of some vectors.
+macro_rules! each {
+    ([$($k:literal)+], $vectors:ty, $of:ident, $operation:ident $packs:tt) => {
+        [$(each!(at $k, $vectors, $of, $operation $packs)),+]
+    };
+    (all $vectors:ty, $of:ident, [$($k:literal)+], $holds:ident $packs:tt) => {
+        true $(& each!(at $k, $vectors, $of, $holds $packs))+
+    };
+    (at $k:literal, $vectors:ty, $of:ident, $operation:ident ($($pack:expr),+)) => {
+        $of::$operation($(Same::<Self, $vectors> { pack: $pack }.vectors[$k]),+)
+    };
 }
 
 impl<T: Scalar, const L: usize, const SET: u8> Default for Pack<T, L, SET> {
@@ -186,18 +245,23 @@ impl<T: Scalar, const L: usize, const SET: u8> Pack<T, L, SET> {
     /// The same number in every lane.
     #[inline(always)]
     pub fn of(x: f64) -> Self {
-        Self([T::of(x); L])
+        Self::splat(T::of(x))
     }
 
     /// The same number in every lane.
     #[inline(always)]
     pub fn splat(x: T) -> Self {
+        kinds!(same, x);
         Self([x; L])
     }
 
     #[inline(always)]
     fn map2(self, o: Self, f: impl Fn(T, T) -> T) -> Self {
         let mut r = self.0;
+        if const { L == 1 } {
+            r[0] = f(self.0[0], o.0[0]);
+            return Self(r);
+        }
         for i in 0..L {
             r[i] = f(self.0[i], o.0[i]);
         }
@@ -207,7 +271,7 @@ impl<T: Scalar, const L: usize, const SET: u8> Pack<T, L, SET> {
     /// self · b + c.
     #[inline(always)]
     pub fn mul_add(self, b: Self, c: Self) -> Self {
-        vectors!(self, b, c => _mm512_fmadd_ps _mm256_fmadd_ps);
+        kinds!(vectors, mul_add(self, b, c));
         let mut r = self.0;
         for i in 0..L {
             r[i] = if const { SET != UNFUSED } {
@@ -222,7 +286,7 @@ impl<T: Scalar, const L: usize, const SET: u8> Pack<T, L, SET> {
     /// Square root.
     #[inline(always)]
     pub fn sqrt(self) -> Self {
-        vectors!(self => _mm512_sqrt_ps _mm256_sqrt_ps);
+        kinds!(vectors, sqrt(self));
         let mut r = self.0;
         for x in &mut r {
             *x = x.sqrt();
@@ -233,14 +297,14 @@ impl<T: Scalar, const L: usize, const SET: u8> Pack<T, L, SET> {
     /// Larger of both; the second where the first is NaN.
     #[inline(always)]
     pub fn max(self, o: Self) -> Self {
-        vectors!(self, o => _mm512_max_ps _mm256_max_ps);
+        kinds!(vectors, max(self, o));
         self.map2(o, |a, b| if a > b { a } else { b })
     }
 
     /// Smaller of both; the second where the first is NaN.
     #[inline(always)]
     pub fn min(self, o: Self) -> Self {
-        vectors!(self, o => _mm512_min_ps _mm256_min_ps);
+        kinds!(vectors, min(self, o));
         self.map2(o, |a, b| if a < b { a } else { b })
     }
 
@@ -253,7 +317,7 @@ impl<T: Scalar, const L: usize, const SET: u8> Pack<T, L, SET> {
     /// Per lane `yes` where self < `o`, else `no`.
     #[inline(always)]
     pub fn if_less(self, o: Self, yes: Self, no: Self) -> Self {
-        vectors!(self, o, yes, no => less_avx512 less_avx2);
+        kinds!(vectors, if_less(self, o, yes, no));
         let mut r = no.0;
         for i in 0..L {
             r[i] = if self.0[i] < o.0[i] { yes.0[i] } else { no.0[i] };
@@ -264,7 +328,7 @@ impl<T: Scalar, const L: usize, const SET: u8> Pack<T, L, SET> {
     /// Whether self ≤ `o` in every lane; false where either is NaN.
     #[inline(always)]
     pub fn all_at_most(self, o: Self) -> bool {
-        all_vectors!(self, o => AVX512 [__m512; 2], at_most_avx512; AVX2 [__m256; 4], at_most_avx2;);
+        kinds!(all_vectors, all_at_most(self, o));
         let mut all = true;
         for i in 0..L {
             all &= self.0[i] <= o.0[i];
@@ -274,21 +338,21 @@ impl<T: Scalar, const L: usize, const SET: u8> Pack<T, L, SET> {
 }
 
 macro_rules! operator {
-    ($trait:ident, $name:ident, $($vectors:ident)+) => {
+    ($trait:ident, $name:ident) => {
         impl<T: Scalar, const L: usize, const SET: u8> $trait for Pack<T, L, SET> {
             type Output = Self;
             #[inline(always)]
             fn $name(self, o: Self) -> Self {
-                vectors!(self, o => $($vectors)+);
+                kinds!(vectors, $name(self, o));
                 self.map2(o, T::$name)
             }
         }
     };
 }
-operator!(Add, add, _mm512_add_ps _mm256_add_ps);
-operator!(Sub, sub, _mm512_sub_ps _mm256_sub_ps);
-operator!(Mul, mul, _mm512_mul_ps _mm256_mul_ps);
-operator!(Div, div, _mm512_div_ps _mm256_div_ps);
+operator!(Add, add);
+operator!(Sub, sub);
+operator!(Mul, mul);
+operator!(Div, div);
 
 impl<T: Scalar, const L: usize, const SET: u8> Neg for Pack<T, L, SET> {
     type Output = Self;
