@@ -2,7 +2,7 @@
 //! instruction set the calling function enables.
 
 #[cfg(target_arch = "x86_64")]
-use std::arch::x86_64::{__m256, __m256d, __m512};
+use std::arch::x86_64::{__m128, __m256, __m256d, __m512};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use vibrissa_core::physics::number::Number;
@@ -71,7 +71,7 @@ macro_rules! scalar {
 scalar!(f32);
 scalar!(f64);
 
-/// Instruction sets of packs, their parameter `SET`: none in particular.
+/// Instruction sets of packs, their parameter `SET`: what every CPU has. On a PC packs of [`VECTORS`] f32 are vectors of SSE2.
 pub const UNFUSED: u8 = 0;
 /// With fused multiply–add; without it a fused operation would be a library call per lane.
 pub const FUSED: u8 = 1;
@@ -163,6 +163,36 @@ mod of_256_double {
     }
 }
 
+#[cfg(target_arch = "x86_64")]
+mod of_128 {
+    use std::arch::x86_64::{
+        __m128, _mm_and_ps, _mm_andnot_ps, _mm_cmple_ps, _mm_cmplt_ps, _mm_movemask_ps, _mm_or_ps,
+    };
+    pub use std::arch::x86_64::{
+        _mm_add_ps as add, _mm_div_ps as div, _mm_max_ps as max, _mm_min_ps as min, _mm_mul_ps as mul,
+        _mm_set1_ps as set, _mm_sqrt_ps as sqrt, _mm_sub_ps as sub,
+    };
+
+    /// Rounded twice.
+    #[inline(always)]
+    pub unsafe fn mul_add(a: __m128, b: __m128, c: __m128) -> __m128 {
+        unsafe { add(mul(a, b), c) }
+    }
+
+    #[inline(always)]
+    pub unsafe fn if_less(a: __m128, b: __m128, yes: __m128, no: __m128) -> __m128 {
+        unsafe {
+            let less = _mm_cmplt_ps(a, b);
+            _mm_or_ps(_mm_and_ps(less, yes), _mm_andnot_ps(less, no))
+        }
+    }
+
+    #[inline(always)]
+    pub unsafe fn all_at_most(a: __m128, b: __m128) -> bool {
+        unsafe { _mm_movemask_ps(_mm_cmple_ps(a, b)) == 0xf }
+    }
+}
+
 /// Whether packs of `L` numbers `T` are `vectors` of the set `by`, each of `bytes` bytes, of numbers of `size` bytes.
 #[cfg(target_arch = "x86_64")]
 const fn are<T, const L: usize>(set: u8, by: u8, size: usize, bytes: usize) -> bool {
@@ -173,6 +203,7 @@ const fn are<T, const L: usize>(set: u8, by: u8, size: usize, bytes: usize) -> b
 /// LLVM takes minutes for thousands of small loops in one function.
 macro_rules! kinds {
     ($each:ident, $($rest:tt)+) => {
+        $each!(UNFUSED, 4, [__m128; 8], of_128, [0 1 2 3 4 5 6 7], $($rest)+);
         $each!(AVX512, 4, [__m512; 2], of_512, [0 1], $($rest)+);
         $each!(AVX2, 4, [__m256; 4], of_256, [0 1 2 3], $($rest)+);
         $each!(AVX2, 4, [__m256; 2], of_256, [0 1], $($rest)+);

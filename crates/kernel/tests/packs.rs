@@ -1,0 +1,81 @@
+//! Packs that are vectors against the same operations number by number.
+
+#![cfg(target_arch = "x86_64")]
+
+use vibrissa_kernel::cpu::{AVX2, AVX512, Pack, Scalar, UNFUSED, VECTORS};
+
+const KINDS: [f64; 11] =
+    [0.0, -0.0, 1.0, -1.0, 0.3, 7e-20, -7e-20, 3e19, f64::INFINITY, f64::NEG_INFINITY, f64::NAN];
+
+/// Numbers of every kind; over all turns each meets each.
+fn numbers<T: Scalar, const L: usize, const SET: u8>(turn: usize) -> Pack<T, L, SET> {
+    Pack(std::array::from_fn(|i| T::of(KINDS[(i + turn * (1 + i / KINDS.len())) % KINDS.len()])))
+}
+
+/// The bits of both are the same, but that any NaN is like any other.
+fn same<T: Scalar, const L: usize, const SET: u8>(
+    name: &str,
+    found: Pack<T, L, SET>,
+    each: impl Fn(usize) -> T,
+) {
+    for (i, found) in found.0.into_iter().enumerate() {
+        let (found, expected) = (found.get(), each(i).get());
+        let equal = found.to_bits() == expected.to_bits() || found.is_nan() && expected.is_nan();
+        assert!(equal, "{name} {i}: {found} {expected}");
+    }
+}
+
+#[inline(always)]
+fn every_operation<T: Scalar, const L: usize, const SET: u8>() {
+    let of = Pack::<T, L, SET>::of;
+    for turn in 0..KINDS.len() {
+        let [a, b, c, d] = [0, turn, 2 * turn + 1, 3 * turn + 2].map(numbers::<T, L, SET>);
+        same("add", a + b, |i| a.0[i].add(b.0[i]));
+        same("sub", a - b, |i| a.0[i].sub(b.0[i]));
+        same("mul", a * b, |i| a.0[i].mul(b.0[i]));
+        same("div", a / b, |i| a.0[i].div(b.0[i]));
+        same("neg", -a, |i| T::of(0.0).sub(a.0[i]));
+        same("sqrt", a.sqrt(), |i| a.0[i].sqrt());
+        same("max", a.max(b), |i| if a.0[i] > b.0[i] { a.0[i] } else { b.0[i] });
+        same("min", a.min(b), |i| if a.0[i] < b.0[i] { a.0[i] } else { b.0[i] });
+        same("if_less", a.if_less(b, c, d), |i| if a.0[i] < b.0[i] { c.0[i] } else { d.0[i] });
+        same("mul_add", a.mul_add(b, c), |i| {
+            if SET == UNFUSED { a.0[i].mul(b.0[i]).add(c.0[i]) } else { a.0[i].fma(b.0[i], c.0[i]) }
+        });
+    }
+    same("of", of(0.1), |_| T::of(0.1));
+    assert!(of(1.0).all_at_most(of(1.0)) && of(-0.0).all_at_most(of(0.0)));
+    for (lane, not) in (0..L).flat_map(|lane| [(lane, 1.5), (lane, f64::NAN)]) {
+        let mut one = of(1.0);
+        one.0[lane] = T::of(not);
+        assert!(!one.all_at_most(of(1.0)), "{lane} {not}");
+    }
+}
+
+#[target_feature(enable = "avx2,fma")]
+fn by_avx2() {
+    every_operation::<f32, VECTORS, AVX2>();
+    every_operation::<f32, 16, AVX2>();
+    every_operation::<f64, 8, AVX2>();
+}
+
+#[target_feature(enable = "avx512f,avx512dq,avx2,fma")]
+fn by_avx512() {
+    every_operation::<f32, VECTORS, AVX512>();
+}
+
+#[test]
+fn vectors_do_what_numbers_do() {
+    every_operation::<f32, VECTORS, UNFUSED>();
+    every_operation::<f64, 8, UNFUSED>();
+    every_operation::<f32, 1, UNFUSED>();
+    every_operation::<f64, 1, UNFUSED>();
+    if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+        // SAFETY: the CPU has just been found to have them.
+        unsafe { by_avx2() };
+        if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq") {
+            // SAFETY: as above.
+            unsafe { by_avx512() };
+        }
+    }
+}
