@@ -232,14 +232,14 @@ fn charts_of_built_whiskers_say_what_solved_taps_do() {
                  [model]\n{model}[output]\ntuples = false\n{top}"
             )
         };
-        // Enough taps for charts; then those at the drives that were chosen and at some others, so few at a time that they are solved.
+        // Enough taps for charts; then those at the drives that were chosen, at their neighbours and at some others, so few at a time that they are solved.
         let charted = sweep(&text(&places, "{ from = 1, to = 9, steps = 200 }", "top = 60"), CPU);
         assert!(charted.report.counts.interpolated > charted.report.counts.solved, "{whisker}");
         let drive = |i: u32| 1.0 + 8.0 * f64::from(i) / 199.0;
         let chosen: Vec<f64> =
             charted.designs.rows.iter().map(|row| number(row, "theta_deg").expect("an angle")).collect();
-        let near = |i: u32| chosen.iter().any(|x| (x - drive(i)).abs() < 1e-9);
-        let drives: Vec<f64> = (0..200).filter(|i| i % 20 == 0 || near(*i)).map(drive).collect();
+        let near = |i: u32| chosen.iter().any(|x| (x - drive(i)).abs() < 0.05);
+        let drives: Vec<f64> = (0..200).filter(|i| i % 20 == 0 || *i == 199 || near(*i)).map(drive).collect();
         println!("{whisker}: {} drives", drives.len());
         let parts = places.chunks(places.len() / 4);
         let parts = parts.map(|part| sweep(&text(part, &format!("{drives:?}"), ""), CPU_F64));

@@ -1,6 +1,6 @@
 //! Searches against dense sweeps with local refinement: no design of theirs is better.
 //!
-//! `cargo test --release --test search -- --ignored --nocapture --test-threads 1` makes the comparisons in full: 10⁷ designs and ten
+//! `cargo test --release --test suite search:: -- --ignored --nocapture --test-threads 1` makes the comparisons in full: 10⁷ designs and ten
 //! seeds, fronts against 10⁶ designs, and what one batch costs against one design at a time.
 
 use crate::common::searching::{brute, dense, layout, parse, search, spread};

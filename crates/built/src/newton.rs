@@ -160,6 +160,15 @@ fn largest<T: Scalar, const L: usize, const SET: u8>(
     [size, size.max(((j[0][2] * x).abs() + (j[1][2] * y).abs()) / measure)]
 }
 
+/// What errors of this `fibre` are relative to.
+#[inline(always)]
+fn measure<T: Scalar, const L: usize, const SET: u8>(
+    least: Pack<T, L, SET>,
+    fibre: Pack<T, L, SET>,
+) -> Pack<T, L, SET> {
+    least.max(fibre.abs()).max(Pack::of(TINY))
+}
+
 /// Changes of both unknowns by errors of the miss of these sizes.
 #[inline(always)]
 fn owed<T: Scalar, const L: usize, const SET: u8>(
@@ -189,7 +198,7 @@ pub fn close<T: Scalar, const L: usize, const SET: u8>(
     }
     let probe = rounding.powf(PROBE);
     let width = ground.gauge[1] - ground.gauge[0];
-    let measure = |fibre: Pack<T, L, SET>| (ground.least * width).max(fibre.abs()).max(of(TINY));
+    let least = ground.least * width;
     let (mut z, mut before) = ([zero, zero], [zero, zero]);
     let mut shots = 0;
     // Whether a lane has lost its way, above 0.
@@ -239,7 +248,7 @@ pub fn close<T: Scalar, const L: usize, const SET: u8>(
         for _ in 0..STEPS {
             let wanted = step(&jacobian, shot.miss);
             let scale = ground.scale(z);
-            let [size, of_strain] = largest(&jacobian, wanted, scale, measure(shot.bent.state[3]));
+            let [size, of_strain] = largest(&jacobian, wanted, scale, measure(least, shot.bent.state[3]));
             remains = zero.if_less(done, remains, size);
             owing = zero.if_less(done, owing, of_strain);
             done = of_strain.if_less(stop, one, done);
@@ -277,7 +286,7 @@ pub fn close<T: Scalar, const L: usize, const SET: u8>(
     }
     let Bent { state, errors, load: burden, beyond } = shot.bent;
     let strain = state[3] / width;
-    let measure = measure(state[3]);
+    let measure = measure(least, state[3]);
     let relative = |error: Pack<T, L, SET>, of: Pack<T, L, SET>| error / of.max(Pack::of(TINY));
     // The way across is a double integral, whose estimate is of order 5 where the method's error is of order 8
     // (500 to 2 000 times too large): its power 5/4 keeps a margin of some hundred, of one where steps are too long.

@@ -21,6 +21,24 @@ pub struct Shot<P> {
     pub wrench: [P; 3],
 }
 
+/// `v` rotated by the angle of this 1 − cos and sin.
+#[inline(always)]
+fn rotated<T: Scalar, const L: usize, const SET: u8>(
+    v: [Pack<T, L, SET>; 2],
+    [versine, sine]: [Pack<T, L, SET>; 2],
+) -> [Pack<T, L, SET>; 2] {
+    [v[0] - versine * v[0] - sine * v[1], v[1] - versine * v[1] + sine * v[0]]
+}
+
+/// `v` rotated back by it.
+#[inline(always)]
+fn rotated_back<T: Scalar, const L: usize, const SET: u8>(
+    v: [Pack<T, L, SET>; 2],
+    [versine, sine]: [Pack<T, L, SET>; 2],
+) -> [Pack<T, L, SET>; 2] {
+    [v[0] - versine * v[0] + sine * v[1], v[1] - versine * v[1] - sine * v[0]]
+}
+
 impl<T: Scalar, const L: usize, const SET: u8> Ground<Pack<T, L, SET>> {
     /// Shoots with the unknowns P/`force` and (c − a)/a, or T/`force` of a contact that sticks, at `share` of the drive.
     #[inline(always)]
@@ -49,18 +67,11 @@ impl<T: Scalar, const L: usize, const SET: u8> Ground<Pack<T, L, SET>> {
         if self.effects.curved {
             [behind, leaned] = self.rest(fixed, zero, load.arc);
         }
-        let back = |v: [Pack<T, L, SET>; 2]| {
-            let [x, y] = v;
-            [x - behind * x + leaned * y, y - behind * y - leaned * x]
-        };
         let [k_theta, k_x, k_y] = self.root;
         let beta = moment * k_theta - turned;
-        let [versine, sine] = fixed.turn(beta);
-        let turn = |v: [Pack<T, L, SET>; 2]| {
-            [v[0] - versine * v[0] - sine * v[1], v[1] - versine * v[1] + sine * v[0]]
-        };
-        let force = turn(back(load.force));
-        let moved = back([along, across]);
+        let by = fixed.turn(beta);
+        let force = rotated(rotated_back(load.force, [behind, leaned]), by);
+        let moved = rotated_back([along, across], [behind, leaned]);
 
         // The pole's centre on the resting whisker, as touched at a, and how far it moves when it is touched at c.
         let ([pole_x, pole_y], shift) = self.poles(fixed, &load, x);
@@ -74,7 +85,7 @@ impl<T: Scalar, const L: usize, const SET: u8> Ground<Pack<T, L, SET>> {
         let twice = apart + apart;
         let swing =
             [zero - twice * (mean_s * pole_x + mean_c * pole_y), twice * (mean_c * pole_x - mean_s * pole_y)];
-        let carried = turn([shift[0] - moved[0], shift[1] - moved[1]]);
+        let carried = rotated([shift[0] - moved[0], shift[1] - moved[1]], by);
         let miss_x = force[0] * k_x + carried[0] + swing[0] + self.hub * versine_t;
         let miss_y = force[1] * k_y + carried[1] + swing[1] + self.hub * sine_t + self.lift * share;
         let scale = one / self.a;
@@ -88,6 +99,30 @@ impl<T: Scalar, const L: usize, const SET: u8> Ground<Pack<T, L, SET>> {
         fixed.turn((to - from) * (base + Pack::of(0.5) * rising * (to + from)))
     }
 
+    /// The way along the resting whisker from one arc to another, by Gauss's rule of four points on each of some parts.
+    #[inline(always)]
+    fn path(
+        &self,
+        fixed: &Fixed<T>,
+        from: Pack<T, L, SET>,
+        to: Pack<T, L, SET>,
+        parts: usize,
+    ) -> [Pack<T, L, SET>; 2] {
+        let (zero, one) = (Pack::<T, L, SET>::of(0.0), Pack::<T, L, SET>::of(1.0));
+        let (mut px, mut py) = (zero, zero);
+        let part = (to - from) * Pack::of(1.0 / parts as f64);
+        for k in 0..parts {
+            for [node, weight] in GAUSS {
+                let s = from + part * Pack::of(k as f64 + node);
+                let [behind, leaned] = self.rest(fixed, zero, s);
+                let weight = part * Pack::of(weight);
+                px = px + weight * (one - behind);
+                py = py - weight * leaned;
+            }
+        }
+        [px, py]
+    }
+
     /// The centre of the pole on the resting whisker touched at a, from its base, and how far it lies from there where that is touched at the arc
     /// a + `x` of `load`.
     #[inline(always)]
@@ -97,7 +132,7 @@ impl<T: Scalar, const L: usize, const SET: u8> Ground<Pack<T, L, SET>> {
         load: &Load<Pack<T, L, SET>>,
         x: Pack<T, L, SET>,
     ) -> ([Pack<T, L, SET>; 2], [Pack<T, L, SET>; 2]) {
-        let (zero, one) = (Pack::<T, L, SET>::of(0.0), Pack::<T, L, SET>::of(1.0));
+        let zero = Pack::<T, L, SET>::of(0.0);
         let (height, tilt) = self.touched(self.a);
         // Of both, in the frame of the whisker where it is touched.
         let here = [self.pole * tilt[0], height + self.pole * tilt[1]];
@@ -105,35 +140,17 @@ impl<T: Scalar, const L: usize, const SET: u8> Ground<Pack<T, L, SET>> {
         if !self.effects.curved {
             return ([self.a + here[0], here[1]], [x + there[0] - here[0], there[1] - here[1]]);
         }
-        // By Gauss's rule of four points on each of some parts: from the base to a, and from a to c.
-        let turned = |from: Pack<T, L, SET>, to: Pack<T, L, SET>| self.rest(fixed, from, to);
-        let path = |from: Pack<T, L, SET>, to: Pack<T, L, SET>, parts: usize| {
-            let (mut px, mut py) = (zero, zero);
-            let part = (to - from) * Pack::of(1.0 / parts as f64);
-            for k in 0..parts {
-                for [node, weight] in GAUSS {
-                    let s = from + part * Pack::of(k as f64 + node);
-                    let [behind, leaned] = turned(zero, s);
-                    let weight = part * Pack::of(weight);
-                    px = px + weight * (one - behind);
-                    py = py - weight * leaned;
-                }
-            }
-            [px, py]
-        };
-        let base = path(zero, self.a, 6);
-        let way = path(self.a, self.a + x, 2);
-        let [behind, leaned] = turned(zero, self.a);
+        // From the base to a, and from a to c.
+        let base = self.path(fixed, zero, self.a, 6);
+        let way = self.path(fixed, self.a, self.a + x, 2);
         // Rot(ψ₀(a)): ψ₀ = −(the turn of the resting whisker).
-        let out = |v: [Pack<T, L, SET>; 2]| {
-            [v[0] - behind * v[0] + leaned * v[1], v[1] - behind * v[1] - leaned * v[0]]
-        };
-        let [more, less] = turned(self.a, self.a + x);
+        let rest = self.rest(fixed, zero, self.a);
+        let [more, less] = self.rest(fixed, self.a, self.a + x);
         let moved = [
             there[0] - here[0] - more * there[0] + less * there[1],
             there[1] - here[1] - more * there[1] - less * there[0],
         ];
-        let (at, moved) = (out(here), out(moved));
+        let (at, moved) = (rotated_back(here, rest), rotated_back(moved, rest));
         ([base[0] + at[0], base[1] + at[1]], [way[0] + moved[0], way[1] + moved[1]])
     }
 }

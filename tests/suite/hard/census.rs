@@ -3,7 +3,7 @@
 //! The long run, 100 000 rows on the CPU kernels and on the GPU's:
 //!
 //! ```text
-//! cargo test --release --test hard -- --ignored --nocapture census
+//! cargo test --release --test suite -- --ignored --nocapture census
 //! ```
 
 use rayon::prelude::*;

@@ -103,7 +103,7 @@ fn the_unit_of_stress_leaves_the_strain_and_scales_the_force() {
 fn the_side_of_the_gauge_is_nothing_to_the_rod() {
     for (i, name) in CONFIGURATIONS.into_iter().enumerate() {
         let (model, _) = common::configuration(name);
-        // Each shader takes its time to compile, and those of the two precisions are one text.
+        // Each shader takes its time to compile, and those of the two precisions have one source.
         for place in [CPU, CPU_F64, [GPU, GPU_F64][i % 2], REFERENCE] {
             let of = |side| outcomes(&setup(model, side), place, &taps());
             for (near, far) in of(Side::Contact).iter().zip(&of(Side::Far)) {

@@ -60,15 +60,9 @@ pub const TWINS: &[Twin] = &[
     },
     Twin {
         wgsl: "shows",
-        rust: "exact/mod.rs:taps/shows",
-        only_wgsl: &["felt", "moved"],
-        renamed: &[
-            ("first", "force"),
-            ("second", "other"),
-            ("felt", "moved"),
-            ("across", "felt.across"),
-            ("along", "felt.along"),
-        ],
+        rust: "exact/mod.rs:shows",
+        only_rust: &["stick"],
+        renamed: &[("felt[0]", "felt.across"), ("felt[1]", "felt.along")],
         same: 2,
         ..Twin::NONE
     },
@@ -155,7 +149,7 @@ pub const TWINS: &[Twin] = &[
             ("point", "GAUGE_POINTS[i]"),
             ("side", "SIDE"),
         ],
-        same: 98,
+        same: 100,
         ..Twin::NONE
     },
     Twin {

@@ -1,6 +1,6 @@
 //! CPU backend: the fast kernel in f32 or f64 on all cores, in lanes, for the instruction set found at run time.
 
-// Index loops are what the lanes vectorise on, and they read like their WGSL twins.
+// Index loops read like their WGSL twins, and are what lanes vectorise on where packs are no vectors.
 #![allow(clippy::needless_range_loop)]
 #![cfg_attr(test, allow(dead_code, unused_variables, unreachable_code))]
 

@@ -1,5 +1,5 @@
-//! Lanes: `L` numbers that go through the same arithmetic, written so that the compiler vectorises them for whichever
-//! instruction set the calling function enables.
+//! Lanes: `L` numbers that go through the same arithmetic, as vectors of an instruction set that the calling function enables; where packs are of no
+//! such size, as numbers that the compiler makes vectors of.
 
 #[cfg(target_arch = "x86_64")]
 use std::arch::x86_64::{__m128, __m256, __m256d, __m512};
@@ -7,8 +7,15 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use vibrissa_core::physics::number::Number;
 
+mod sealed {
+    /// Packs that are vectors tell f32 and f64 by their size: no other type is a [`super::Scalar`].
+    pub trait Sealed {}
+    impl Sealed for f32 {}
+    impl Sealed for f64 {}
+}
+
 /// f32 or f64.
-pub trait Scalar: Copy + PartialOrd + Send + Sync + 'static {
+pub trait Scalar: sealed::Sealed + Copy + PartialOrd + Send + Sync + 'static {
     /// Largest relative error of one rounding.
     const ROUNDING: f64;
     /// Rounded from f64.
@@ -193,14 +200,14 @@ mod of_128 {
     }
 }
 
-/// Whether packs of `L` numbers `T` are `vectors` of the set `by`, each of `bytes` bytes, of numbers of `size` bytes.
+/// Whether packs of `L` numbers `T` are vectors of the set `by`, in all of `bytes` bytes, of numbers of `size` bytes.
 #[cfg(target_arch = "x86_64")]
 const fn are<T, const L: usize>(set: u8, by: u8, size: usize, bytes: usize) -> bool {
     set == by && size_of::<T>() == size && L * size == bytes
 }
 
-/// Hands what packs are made of to `$each`: a set, the size of a number, the vectors, their operations, and which there are. No operation is a loop:
-/// LLVM takes minutes for thousands of small loops in one function.
+/// Hands what packs are made of to `$each`: a set, the size of a number, the vectors, their operations, and which there are. None of these operations is a
+/// loop: LLVM takes minutes for thousands of small loops in one function.
 macro_rules! kinds {
     ($each:ident, $($rest:tt)+) => {
         $each!(UNFUSED, 4, [__m128; 8], of_128, [0 1 2 3 4 5 6 7], $($rest)+);
@@ -253,7 +260,8 @@ macro_rules! all_vectors {
     };
 }
 
-/// What an operation gives of each of some vectors.
+/// What an operation gives of each of some vectors, or whether it is true of all.
+#[cfg(target_arch = "x86_64")]
 macro_rules! each {
     ([$($k:literal)+], $vectors:ty, $of:ident, $operation:ident $packs:tt) => {
         [$(each!(at $k, $vectors, $of, $operation $packs)),+]

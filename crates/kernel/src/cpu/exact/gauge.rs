@@ -170,9 +170,8 @@ pub fn gauge<T: Scalar, const N: usize, const L: usize, const SET: u8, const PLA
             let end = c2.if_less(zero, ig2, b2);
             let first = tap.far.if_less(zero, one / tap.rest, b2);
             let share = tap.far.if_less(zero, tap.near.max(zero) / tap.width, one);
-            let section =
-                |bent: Pack<T, L, SET>, end: Pack<T, L, SET>| of(0.5) * bent * b1 * end * (b1 + end);
-            let (now, then) = (section(bent, end), section(share, first));
+            let now = of(0.5) * bent * b1 * end * (b1 + end);
+            let then = of(0.5) * share * b1 * first * (b1 + first);
             let (dh, dr) = (tap.force * state.along, zero - tap.slope * x);
             let torque = (dh * (tap.contact_radius + dr) + tap.along * dr) * now
                 + tap.along * tap.contact_radius * (now - then);

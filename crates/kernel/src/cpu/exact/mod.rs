@@ -40,6 +40,20 @@ use gauge::{gauge, sensitivity, shares};
 use sweep::{State, sweep};
 pub use tables::{Tables, series};
 
+/// How changes of the two unknowns show in the strain. A function, as closures that are called twice are not compiled for the instructions of their caller.
+#[inline(always)]
+fn shows<T: Scalar, const L: usize, const SET: u8>(
+    stick: bool,
+    felt: [Pack<T, L, SET>; 2],
+    moved: Pack<T, L, SET>,
+    [force, other]: [Pack<T, L, SET>; 2],
+) -> Pack<T, L, SET> {
+    if stick {
+        return felt[0] * force.abs() + felt[1] * other.abs();
+    }
+    force.abs() + felt[0] * moved * other.abs()
+}
+
 /// Solves `L` taps at once. `PLAIN`: all effects are off, at compile time.
 #[inline(always)]
 pub fn taps<T: Scalar, const N: usize, const L: usize, const SET: u8, const PLAIN: bool>(
@@ -72,6 +86,7 @@ pub fn taps<T: Scalar, const N: usize, const L: usize, const SET: u8, const PLAI
     let stop = of(rule.stop(effects) * tolerance);
     let least = Rule::least(effects, tolerance);
     let [across, along, strains] = if PLAIN { [of(1.0); 3] } else { shares(effects, tap) };
+    let (stick, felt) = (!PLAIN && effects.stick, [across, along]);
     let mut done = zero;
     for step in 1..=rule.sweeps {
         let before = state.clone();
@@ -82,15 +97,8 @@ pub fn taps<T: Scalar, const N: usize, const L: usize, const SET: u8, const PLAI
         if !stepping {
             continue;
         }
-        let felt = sensitivity(!PLAIN && effects.offset, tap, tap.arc + state.arc);
-        let shows = |[first, second]: [Pack<T, L, SET>; 2]| {
-            if !PLAIN && effects.stick {
-                across * first.abs() + along * second.abs()
-            } else {
-                first.abs() + across * felt * second.abs()
-            }
-        };
-        let change = shows(state.steps);
+        let moved = sensitivity(!PLAIN && effects.offset, tap, tap.arc + state.arc);
+        let change = shows(stick, felt, moved, state.steps);
         // What is left if the contraction goes on: change · ρ/(1 − ρ). One good sweep is half believed.
         let expected = rate * last;
         let next =
@@ -106,7 +114,7 @@ pub fn taps<T: Scalar, const N: usize, const L: usize, const SET: u8, const PLAI
             () => (of(GROWN) * tap.near).if_less(tap.near + state.arc, wary, change),
         };
         error = open(believed * rate / (of(1.0) - rate), error);
-        rounded = open(shows(state.noise), rounded);
+        rounded = open(shows(stick, felt, moved, state.noise), rounded);
         if step >= least {
             done = stop.if_less(error, done, of(1.0));
             if of(1.0).all_at_most(done) {

@@ -307,9 +307,8 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const SET: u8, const PLA
         [zero; 2]
     } else {
         let rounding = of(ROUNDINGS * T::ROUNDING);
-        let lever1 = |psi: Pack<T, L, SET>, eta: Pack<T, L, SET>| (turn * psi).abs() + (x0 * eta).abs();
-        let forced =
-            tap.force.abs() * (lever1(psi1, eta1) * dw.abs() + (one + dw).abs() * lever1(d_psi1, d_eta1));
+        let levers = [(turn * psi1).abs() + (x0 * eta1).abs(), (turn * d_psi1).abs() + (x0 * d_eta1).abs()];
+        let forced = tap.force.abs() * (levers[0] * dw.abs() + (one + dw).abs() * levers[1]);
         let mut first = forced
             + (turn_c * lag).abs()
             + (x0 * sigma).abs()
