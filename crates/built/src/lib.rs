@@ -220,9 +220,7 @@ fn block<T: Scalar, const L: usize>(job: &Job<'_>, taps: &[Begun<'_>]) -> Vec<So
     #[cfg(target_arch = "x86_64")]
     return packs::<T, 1, UNFUSED>(job, taps);
     #[cfg(not(target_arch = "x86_64"))]
-    packs::<T, L, { if cfg!(target_arch = "aarch64") { vibrissa_kernel::cpu::FUSED } else { UNFUSED } }>(
-        job, taps,
-    )
+    packs::<T, L, { vibrissa_kernel::cpu::COMMON }>(job, taps)
 }
 
 #[cfg(target_arch = "x86_64")]

@@ -3,7 +3,7 @@
 //! Inlined work grows with every place that asks for the same part of it, and most of the time of building this crate went into such copies:
 //! a part that several places need, or that is large, is compiled [`apart`], once for each instruction set.
 
-use crate::kernel::cpu::{AVX2, AVX512, FUSED, UNFUSED};
+use crate::kernel::cpu::{AVX2, AVX512, COMMON};
 
 /// Work over lanes. All of it must be inlined (`#[inline(always)]`, no closure that is called twice) or a [`Part`]: what is neither is
 /// compiled for no particular instruction set.
@@ -55,7 +55,7 @@ pub(super) fn best<W: Work>(work: W) -> W::Out {
             return unsafe { avx2(work) };
         }
     }
-    work.run::<{ if cfg!(target_arch = "aarch64") { FUSED } else { UNFUSED } }>()
+    work.run::<COMMON>()
 }
 
 /// Does `part` with the instructions of the work it is a part of, behind a call.

@@ -7,12 +7,14 @@
 mod exact;
 pub mod law;
 pub mod pack;
+#[cfg(target_arch = "x86_64")]
+mod vectors;
 
 use rayon::prelude::*;
 
 use exact::Tables;
 pub use exact::series;
-pub use pack::{AVX2, AVX512, FUSED, Pack, Scalar, UNFUSED, VECTORS};
+pub use pack::{AVX2, AVX512, COMMON, Pack, Scalar, UNFUSED, VECTORS};
 
 use super::{Effects, Job, Rung, Solution, Solver, Tap};
 use vibrissa_core::error::SolveError;
@@ -127,9 +129,7 @@ fn block<T: Scalar, const N: usize, const L: usize, const PLAIN: bool>(
     taps: &[Tap],
     out: &mut [Solution],
 ) {
-    lanes::<T, N, L, { if cfg!(target_arch = "aarch64") { FUSED } else { UNFUSED } }, PLAIN>(
-        tables, job, taps, out,
-    );
+    lanes::<T, N, L, COMMON, PLAIN>(tables, job, taps, out);
 }
 
 /// Solves one work item side by side, on a PC for which [`wide`] holds.

@@ -1,11 +1,17 @@
 //! Lanes: `L` numbers that go through the same arithmetic, as vectors of an instruction set that the calling function enables; where packs are of no
 //! such size, as numbers that the compiler makes vectors of.
 
-#[cfg(target_arch = "x86_64")]
-use std::arch::x86_64::{__m128, __m256, __m256d, __m512};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+#[cfg(target_arch = "x86_64")]
+use super::vectors::*;
 use vibrissa_core::physics::number::Number;
+
+/// Packs are vectors on a PC only.
+#[cfg(not(target_arch = "x86_64"))]
+macro_rules! kinds {
+    ($($any:tt)*) => {};
+}
 
 mod sealed {
     /// Packs that are vectors tell f32 and f64 by their size: no other type is a [`super::Scalar`].
@@ -86,6 +92,8 @@ pub const FUSED: u8 = 1;
 pub const AVX2: u8 = 2;
 /// The same, where packs of [`VECTORS`] f32 are vectors of AVX-512.
 pub const AVX512: u8 = 3;
+/// What every CPU of this architecture has.
+pub const COMMON: u8 = if cfg!(target_arch = "aarch64") { FUSED } else { UNFUSED };
 
 /// f32 of the widest packs that are made of vectors.
 pub const VECTORS: usize = 32;
@@ -94,185 +102,6 @@ pub const VECTORS: usize = 32;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(align(64))]
 pub struct Pack<T, const L: usize, const SET: u8>(pub [T; L]);
-
-/// A pack and the vectors that it is. A union has no checks, which would cost a debug build minutes.
-#[cfg(target_arch = "x86_64")]
-#[derive(Clone, Copy)]
-union Same<P: Copy, V: Copy> {
-    pack: P,
-    vectors: V,
-}
-
-/// Operations of the vectors of a set, under the same names.
-#[cfg(target_arch = "x86_64")]
-mod of_512 {
-    use std::arch::x86_64::{__m512, _CMP_LE_OQ, _CMP_LT_OQ, _mm512_cmp_ps_mask, _mm512_mask_blend_ps};
-    pub use std::arch::x86_64::{
-        _mm512_add_ps as add, _mm512_div_ps as div, _mm512_fmadd_ps as mul_add, _mm512_max_ps as max,
-        _mm512_min_ps as min, _mm512_mul_ps as mul, _mm512_set1_ps as set, _mm512_sqrt_ps as sqrt,
-        _mm512_sub_ps as sub,
-    };
-
-    /// `yes` where a < b, else `no`.
-    #[inline(always)]
-    pub unsafe fn if_less(a: __m512, b: __m512, yes: __m512, no: __m512) -> __m512 {
-        unsafe { _mm512_mask_blend_ps(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(a, b), no, yes) }
-    }
-
-    /// Whether a ≤ b everywhere.
-    #[inline(always)]
-    pub unsafe fn all_at_most(a: __m512, b: __m512) -> bool {
-        unsafe { _mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b) == u16::MAX }
-    }
-}
-
-#[cfg(target_arch = "x86_64")]
-mod of_256 {
-    use std::arch::x86_64::{
-        __m256, _CMP_LE_OQ, _CMP_LT_OQ, _mm256_blendv_ps, _mm256_cmp_ps, _mm256_movemask_ps,
-    };
-    pub use std::arch::x86_64::{
-        _mm256_add_ps as add, _mm256_div_ps as div, _mm256_fmadd_ps as mul_add, _mm256_max_ps as max,
-        _mm256_min_ps as min, _mm256_mul_ps as mul, _mm256_set1_ps as set, _mm256_sqrt_ps as sqrt,
-        _mm256_sub_ps as sub,
-    };
-
-    #[inline(always)]
-    pub unsafe fn if_less(a: __m256, b: __m256, yes: __m256, no: __m256) -> __m256 {
-        unsafe { _mm256_blendv_ps(no, yes, _mm256_cmp_ps::<_CMP_LT_OQ>(a, b)) }
-    }
-
-    #[inline(always)]
-    pub unsafe fn all_at_most(a: __m256, b: __m256) -> bool {
-        unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b)) == 0xff }
-    }
-}
-
-#[cfg(target_arch = "x86_64")]
-mod of_256_double {
-    use std::arch::x86_64::{
-        __m256d, _CMP_LE_OQ, _CMP_LT_OQ, _mm256_blendv_pd, _mm256_cmp_pd, _mm256_movemask_pd,
-    };
-    pub use std::arch::x86_64::{
-        _mm256_add_pd as add, _mm256_div_pd as div, _mm256_fmadd_pd as mul_add, _mm256_max_pd as max,
-        _mm256_min_pd as min, _mm256_mul_pd as mul, _mm256_set1_pd as set, _mm256_sqrt_pd as sqrt,
-        _mm256_sub_pd as sub,
-    };
-
-    #[inline(always)]
-    pub unsafe fn if_less(a: __m256d, b: __m256d, yes: __m256d, no: __m256d) -> __m256d {
-        unsafe { _mm256_blendv_pd(no, yes, _mm256_cmp_pd::<_CMP_LT_OQ>(a, b)) }
-    }
-
-    #[inline(always)]
-    pub unsafe fn all_at_most(a: __m256d, b: __m256d) -> bool {
-        unsafe { _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LE_OQ>(a, b)) == 0xf }
-    }
-}
-
-#[cfg(target_arch = "x86_64")]
-mod of_128 {
-    use std::arch::x86_64::{
-        __m128, _mm_and_ps, _mm_andnot_ps, _mm_cmple_ps, _mm_cmplt_ps, _mm_movemask_ps, _mm_or_ps,
-    };
-    pub use std::arch::x86_64::{
-        _mm_add_ps as add, _mm_div_ps as div, _mm_max_ps as max, _mm_min_ps as min, _mm_mul_ps as mul,
-        _mm_set1_ps as set, _mm_sqrt_ps as sqrt, _mm_sub_ps as sub,
-    };
-
-    /// Rounded twice.
-    #[inline(always)]
-    pub unsafe fn mul_add(a: __m128, b: __m128, c: __m128) -> __m128 {
-        unsafe { add(mul(a, b), c) }
-    }
-
-    #[inline(always)]
-    pub unsafe fn if_less(a: __m128, b: __m128, yes: __m128, no: __m128) -> __m128 {
-        unsafe {
-            let less = _mm_cmplt_ps(a, b);
-            _mm_or_ps(_mm_and_ps(less, yes), _mm_andnot_ps(less, no))
-        }
-    }
-
-    #[inline(always)]
-    pub unsafe fn all_at_most(a: __m128, b: __m128) -> bool {
-        unsafe { _mm_movemask_ps(_mm_cmple_ps(a, b)) == 0xf }
-    }
-}
-
-/// Whether packs of `L` numbers `T` are vectors of the set `by`, in all of `bytes` bytes, of numbers of `size` bytes.
-#[cfg(target_arch = "x86_64")]
-const fn are<T, const L: usize>(set: u8, by: u8, size: usize, bytes: usize) -> bool {
-    set == by && size_of::<T>() == size && L * size == bytes
-}
-
-/// Hands what packs are made of to `$each`: a set, the size of a number, the vectors, their operations, and which there are. None of these operations is a
-/// loop: LLVM takes minutes for thousands of small loops in one function.
-macro_rules! kinds {
-    ($each:ident, $($rest:tt)+) => {
-        $each!(UNFUSED, 4, [__m128; 8], of_128, [0 1 2 3 4 5 6 7], $($rest)+);
-        $each!(AVX512, 4, [__m512; 2], of_512, [0 1], $($rest)+);
-        $each!(AVX2, 4, [__m256; 4], of_256, [0 1 2 3], $($rest)+);
-        $each!(AVX2, 4, [__m256; 2], of_256, [0 1], $($rest)+);
-        $each!(AVX2, 8, [__m256d; 2], of_256_double, [0 1], $($rest)+);
-    };
-}
-
-/// The same number in all vectors, where packs are some.
-macro_rules! same {
-    ($by:ident, $size:literal, $vectors:ty, $of:ident, [$($k:literal)+], $x:expr) => {
-        #[cfg(target_arch = "x86_64")]
-        if const { are::<T, L>(SET, $by, $size, size_of::<$vectors>()) } {
-            // SAFETY: such packs are only made where the CPU has the instructions, and these are as many numbers of this type.
-            unsafe {
-                let x = $of::set(Same::<T, _> { pack: $x }.vectors);
-                let all: $vectors = [$({ let _ = $k; x }),+];
-                return Same { vectors: all }.pack;
-            }
-        }
-    };
-}
-
-/// The operation of vectors, where the packs are some.
-macro_rules! vectors {
-    ($by:ident, $size:literal, $vectors:ty, $of:ident, $which:tt, $operation:ident $packs:tt) => {
-        #[cfg(target_arch = "x86_64")]
-        if const { are::<T, L>(SET, $by, $size, size_of::<$vectors>()) } {
-            // SAFETY: as above.
-            unsafe {
-                let all: $vectors = each!($which, $vectors, $of, $operation $packs);
-                return Same { vectors: all }.pack;
-            }
-        }
-    };
-}
-
-/// Whether it holds of all vectors of two packs, where they are some.
-macro_rules! all_vectors {
-    ($by:ident, $size:literal, $vectors:ty, $of:ident, $which:tt, $holds:ident $packs:tt) => {
-        #[cfg(target_arch = "x86_64")]
-        if const { are::<T, L>(SET, $by, $size, size_of::<$vectors>()) } {
-            // SAFETY: as above.
-            unsafe {
-                return each!(all $vectors, $of, $which, $holds $packs);
-            }
-        }
-    };
-}
-
-/// What an operation gives of each of some vectors, or whether it is true of all.
-#[cfg(target_arch = "x86_64")]
-macro_rules! each {
-    ([$($k:literal)+], $vectors:ty, $of:ident, $operation:ident $packs:tt) => {
-        [$(each!(at $k, $vectors, $of, $operation $packs)),+]
-    };
-    (all $vectors:ty, $of:ident, [$($k:literal)+], $holds:ident $packs:tt) => {
-        true $(& each!(at $k, $vectors, $of, $holds $packs))+
-    };
-    (at $k:literal, $vectors:ty, $of:ident, $operation:ident ($($pack:expr),+)) => {
-        $of::$operation($(Same::<Self, $vectors> { pack: $pack }.vectors[$k]),+)
-    };
-}
 
 impl<T: Scalar, const L: usize, const SET: u8> Default for Pack<T, L, SET> {
     fn default() -> Self {
