@@ -145,6 +145,47 @@ fn many_distances_are_read_from_a_few_charts() {
     }
 }
 
+/// By the spread of K words of neighbouring distances are counted together, by the distance error tap by tap; both from the same charts.
+#[test]
+fn words_of_neighbouring_distances_are_those_of_each() {
+    const MODEL: &str = "[model]\nsurface = true\nshear = true\nextension = true\n";
+    let axis = |lo: f64, hi: f64| format!("{{ min = {lo}, max = {hi}, samples = 6000 }}");
+    let backwards: Vec<String> = (0..90).map(|i| format!("{}", 48.0 - 0.3 * f64::from(i))).collect();
+    let mixed: Vec<String> = (0..90).map(|i| format!("{}", 21.0 + 0.3 * f64::from(i * 37 % 90))).collect();
+    let even = "{ from = 21, to = 48, steps = 150 }".to_owned();
+    for (tips, theta, a, more) in [
+        ([2.0, 7.0], [0.5, 10.0], even.clone(), MODEL.to_owned()),
+        ([2.0, 7.0], [0.5, 10.0], even.clone(), String::new()),
+        // Cylinders and whiskers that widen: some readings are far from that of their calibration.
+        ([6.0, 13.0], [0.5, 10.0], even.clone(), MODEL.to_owned()),
+        // Contacts slip off.
+        ([2.0, 7.0], [4.0, 25.0], even.clone(), MODEL.to_owned()),
+        ([2.0, 7.0], [0.01, 0.4], format!("[{}]", backwards.join(", ")), MODEL.to_owned()),
+        ([2.0, 7.0], [0.5, 10.0], format!("[{}]", mixed.join(", ")), MODEL.to_owned()),
+        (
+            [2.0, 7.0],
+            [0.5, 10.0],
+            even.clone(),
+            "[estimate]\ntheory = \"timoshenko\"\nrange = [24, 40]".into(),
+        ),
+        ([2.0, 7.0], [0.5, 10.0], even.clone(), "[estimate]\nK = 1.02\n".into()),
+    ] {
+        let whisker = format!("D = {}\nd = {}\nL_a = 49", axis(8.0, 12.0), axis(tips[0], tips[1]));
+        let gauge = format!("x_ss = {}\nl = 2\nnoise_strain = 2e-5", axis(3.0, 15.0));
+        let tap = format!("a = {a}\ntheta = {}", axis(theta[0], theta[1]));
+        let counts = |by: &str| {
+            let text = spec(&whisker, &gauge, &tap, &more, &format!("top = 9\nby = \"{by}\""));
+            let json = Desk::new(&text).run(&["sweep", "spec.toml", "--json"]).exits(0).json();
+            json["counts"].clone()
+        };
+        let (together, each) = (counts("K_sd"), counts("total_rms_mm"));
+        assert!(together["chart"]["charts"].as_u64().is_some_and(|n| n <= 20), "{together}");
+        assert!(together["interpolated"].as_u64().unwrap() > 200_000, "{together}");
+        assert_eq!(together["taps"], each["taps"]);
+        assert_eq!(together["status"], each["status"], "{tap} {more}");
+    }
+}
+
 #[test]
 fn angles_in_any_order_and_any_spacing() {
     let list: Vec<String> = (0..40)

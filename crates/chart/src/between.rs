@@ -7,7 +7,7 @@
 use nalgebra::{DMatrix, SymmetricEigen};
 
 use super::leja;
-use crate::physics::chebyshev::{placed, scaled};
+use crate::physics::chebyshev::{basis, matrix, placed, points, scaled};
 use crate::scene::{Contact, Setup};
 
 /// Fewest distances that are read so: a chart for each of fewer costs no more.
@@ -31,6 +31,10 @@ pub struct Between {
     pub mean: Vec<f64>,
     /// Rows F: for values v at the charts, less their mean, |F v|² is the sum of squares over the distances.
     pub squares: Vec<Vec<f64>>,
+    /// Rows that give, from values at the charts, the coefficients of the polynomial over the distances.
+    pub coefficients: Vec<Vec<f64>>,
+    /// Of each distance, Chebyshev's polynomials there.
+    pub basis: Vec<Vec<f64>>,
     /// Largest error of the strain found at distances without a chart, relative.
     pub error: f64,
 }
@@ -48,10 +52,15 @@ pub fn nodes([near, far]: [f64; 2], n: usize) -> Vec<f64> {
     (0..n).map(|k| placed([near, far], leja::point(k)).clamp(near, far)).collect()
 }
 
+/// Nearest and farthest of `nodes`.
+fn ends(nodes: &[f64]) -> [f64; 2] {
+    nodes.iter().fold([f64::INFINITY, 0.0f64], |[lo, hi], a| [lo.min(*a), hi.max(*a)])
+}
+
 /// Weights of charts at `nodes` in a value at `a`.
 pub fn weights(nodes: &[f64], a: f64) -> Vec<f64> {
-    let [near, far] = nodes.iter().fold([f64::INFINITY, 0.0f64], |[lo, hi], a| [lo.min(*a), hi.max(*a)]);
-    let place = |a: f64| scaled([near, far], a);
+    let ends = ends(nodes);
+    let place = |a: f64| scaled(ends, a);
     let at: Vec<f64> = nodes.iter().map(|node| place(*node)).collect();
     let x = place(a);
     let weight = |i: usize| -> f64 {
@@ -73,6 +82,12 @@ impl Between {
             .filter(|k| form.eigenvalues[*k] > LEAST * most)
             .map(|k| (0..n).map(|i| form.eigenvalues[k].sqrt() * form.eigenvectors[(i, k)]).collect())
             .collect();
-        Self { weights, mean, squares, error }
+        let ends = ends(nodes);
+        // From values at Chebyshev's points.
+        let at_points = DMatrix::from_fn(n, n, |k, i| self::weights(nodes, placed(ends, points(n)[k]))[i]);
+        let back = DMatrix::from_fn(n, n, |k, j| matrix(n)[k][j]) * at_points;
+        let coefficients = (0..n).map(|k| back.row(k).iter().copied().collect()).collect();
+        let basis = distances.iter().map(|a| basis(n, scaled(ends, *a))).collect();
+        Self { weights, mean, squares, coefficients, basis, error }
     }
 }

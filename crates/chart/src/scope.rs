@@ -220,7 +220,6 @@ impl Scope {
             return Case::Void;
         }
         let taper = Taper::new(t.D, t.d, t.L_a);
-        let [x1, x2] = taper.gauge(t.x_ss, t.l);
         // Where all designs share their drives these lie within.
         let drive = if self.drives.is_empty() {
             amount(self.setup.drive, t.drive)
@@ -231,10 +230,15 @@ impl Scope {
         // Rows are those of upright poles; a design may leave it to its strokes.
         let tilted = t.tilt.abs() > 0.0 || t.lean.abs() > 0.0;
         let [rest @ .., places] = &self.held;
+        let holds = |[x1, x2]: [f64; 2]| {
+            x2 - x1 <= self.widest
+                && asked(&self.setup, [x1, x2]).iter().all(|x| places[0] <= *x && *x <= places[1])
+        };
+        // A gauge ends no later than on a cylinder, which needs no root.
+        let on_cylinder = self.setup.gauge.foil.is_none() && holds([t.x_ss, t.x_ss + t.l]);
         let inside = !tilted
-            && x2 - x1 <= self.widest
             && rest.iter().zip([drive, length, t.D, taper.tau]).all(|([lo, hi], q)| *lo <= q && q <= *hi)
-            && asked(&self.setup, [x1, x2]).iter().all(|x| places[0] <= *x && *x <= places[1]);
+            && (on_cylinder || holds(taper.gauge(t.x_ss, t.l)));
         if inside && self.reach[1] <= t.L_a { Case::Easy } else { Case::Hard }
     }
 

@@ -71,24 +71,40 @@ impl<const SET: u8> Rows<Lanes<SET>> {
     ) {
         let of = Lanes::<SET>::of;
         let m = if OWN { 1 } else { tables.points };
-        let (taps, edges, rootless) = (&scratch.taps, &mut scratch.edges, &mut scratch.rootless);
         let drives = if OWN { 1 } else { tables.angles.len() };
         let estimates = tables.by != RankBy::KSd;
         let most = Pack::splat(if OWN { MOST } else { tables.largest() });
         let mut tally = Tally::new(self.largest.if_less(most, of(0.0), of(1.0)));
+        // Where no contact can slip off, words of distances between charts are asked some at a time.
+        let mut together = None;
+        if let Some(between) = tables.between.as_ref().filter(|_| OWN && !estimates && self.still) {
+            let calibrations = self.calibrations(&scratch.taps, &of(1.0));
+            if calibrations.usual {
+                together = Some((between, calibrations));
+            }
+        }
+        if OWN && together.is_none() {
+            self.read_between::<false>(tables, scratch);
+        }
+        let Scratch { taps, charts, edges, rootless, .. } = scratch;
         edges.clear();
         // First drive at which any tap of the design has slipped: from there its rows are not complete.
         let mut complete = of(drives as f64);
         let last = self.row::<OWN>(tables, drives - 1);
-        for (i, distance) in tables.distances.iter().enumerate() {
+        let each = if together.is_some() { &[] } else { tables.distances.as_slice() };
+        for (i, distance) in each.iter().enumerate() {
             let edge = self.edges::<OWN>(tables, taps.at(i), distance, &last, drives, m);
             complete = complete.min(edge.slipped);
             edges.push(edge);
         }
         if OWN {
-            let calibrations = self.calibrations(taps, &complete);
-            for (i, edge) in edges.iter().enumerate() {
-                self.count(taps.at(i), edge, &calibrations, &mut tally);
+            if let Some((between, calibrations)) = &together {
+                self.count_between((tables, between), &last, calibrations, &charts.kappa, &mut tally);
+            } else {
+                let calibrations = self.calibrations(taps, &complete);
+                for (i, edge) in edges.iter().enumerate() {
+                    self.count(taps.at(i), edge, &calibrations, &mut tally);
+                }
             }
         } else {
             rootless.clear();

@@ -1,5 +1,6 @@
 //! Taps at many distances from those at a few charts, and their statistics as forms: see [`crate::between`].
 
+use super::neighbours::Neighbours;
 use super::rows::Rows;
 use super::tap::Taps;
 use super::{Lanes, ORDERS, Tables};
@@ -8,6 +9,10 @@ use crate::between;
 /// Distances that are read together.
 const TOGETHER: usize = 4;
 
+/// Most charts between which distances are read.
+pub(super) const MOST_CHARTS: usize = 20;
+const _: () = assert!(between::NODES[between::NODES.len() - 1] <= MOST_CHARTS);
+
 /// [`between::Between`] in single precision.
 #[derive(Debug)]
 pub(super) struct Between {
@@ -15,11 +20,14 @@ pub(super) struct Between {
     weights: Vec<Vec<[f32; TOGETHER]>>,
     mean: Vec<f32>,
     squares: Vec<Vec<f32>>,
+    /// Coefficients of the polynomial over the distances from values at the charts.
+    coefficients: Vec<Vec<f32>>,
+    pub neighbours: Vec<Neighbours>,
 }
 
 impl Between {
-    pub fn new(of: &between::Between) -> Self {
-        let narrow = |row: &Vec<f64>| row.iter().map(|x| *x as f32).collect();
+    pub fn new(of: &between::Between, distances: &[f64]) -> Self {
+        let narrow = |row: &Vec<f64>| -> Vec<f32> { row.iter().map(|x| *x as f32).collect() };
         let group = |group: &[Vec<f64>]| {
             let weight = |i: usize| std::array::from_fn(|d| group.get(d).map_or(0.0, |w| w[i] as f32));
             (0..of.mean.len()).map(weight).collect()
@@ -28,6 +36,8 @@ impl Between {
             weights: of.weights.chunks(TOGETHER).map(group).collect(),
             mean: narrow(&of.mean),
             squares: of.squares.iter().map(narrow).collect(),
+            coefficients: of.coefficients.iter().map(narrow).collect(),
+            neighbours: Neighbours::of(of, distances),
         }
     }
 
@@ -69,6 +79,21 @@ impl Between {
                 }
             }
         }
+    }
+
+    /// Coefficients over the distances of what has `values` at the charts, added to those of `into`.
+    #[inline(always)]
+    pub fn over_distances<'a, const SET: u8>(
+        &self,
+        values: &[Lanes<SET>],
+        into: &'a mut [Lanes<SET>; MOST_CHARTS],
+    ) -> &'a [Lanes<SET>] {
+        for (sum, row) in into.iter_mut().zip(&self.coefficients) {
+            for (weight, value) in row.iter().zip(values) {
+                *sum = Lanes::<SET>::splat(*weight).mul_add(*value, *sum);
+            }
+        }
+        &into[..self.mean.len()]
     }
 }
 

@@ -29,21 +29,21 @@ impl Choice {
     #[inline(always)]
     pub fn read<const SET: u8, const FORCE: bool>(
         &self,
-        branches: &[[Flat; FUNCTIONS]],
+        functions @ [_, arcs, _]: &[Vec<Flat>; FUNCTIONS],
         at: &Values<SET>,
     ) -> ([Lanes<SET>; FUNCTIONS], Lanes<SET>) {
         let of = Lanes::<SET>::of;
-        let (zero, n) = (of(0.0), branches.len());
-        let high = branches[n - 1][1].at(at);
+        let (zero, n) = (of(0.0), arcs.len());
+        let high = arcs[n - 1].at(at);
         if n == 1 || zero.all_at_most(high) {
-            return (rest::<SET, FORCE>(&branches[n - 1], high, at), of(1.0));
+            return (rest::<SET, FORCE>(functions, n - 1, high, at), of(1.0));
         }
-        let low = branches[0][1].at(at);
+        let low = arcs[0].at(at);
         // 1 and −1 where a lane slides. It has the values of its branch then, as beside neighbours that all slide: the polynomial through
         // the branches is off by roundings, and a tap must not depend on its neighbours.
         let side = high.if_less(zero, zero.if_less(low, zero, of(-1.0)), of(1.0));
         if side.all_at_most(of(-1.0)) {
-            return (rest::<SET, FORCE>(&branches[0], low, at), of(-1.0));
+            return (rest::<SET, FORCE>(functions, 0, low, at), of(-1.0));
         }
         let mut ends = [[zero; FUNCTIONS]; 2];
         let mut powers = [[zero; FUNCTIONS]; MOST_BRANCHES];
@@ -51,9 +51,9 @@ impl Choice {
             let arc = match k {
                 0 => low,
                 k if k == n - 1 => high,
-                k => branches[k][1].at(at),
+                k => arcs[k].at(at),
             };
-            let values = rest::<SET, FORCE>(&branches[k], arc, at);
+            let values = rest::<SET, FORCE>(functions, k, arc, at);
             ends[usize::from(k > 0)] = values;
             for (row, power) in self.powers[n].iter().zip(&mut powers) {
                 let m = Lanes::<SET>::splat(row[k]);
@@ -94,15 +94,16 @@ fn by_side<const SET: u8>(
 
 // Functions and no closures: what is not inlined would not be compiled for the instruction set of its caller.
 
-/// The functions of a branch whose arc is known.
+/// The functions of branch `k`, whose arc is known.
 #[inline(always)]
 fn rest<const SET: u8, const FORCE: bool>(
-    [strain, _, force]: &[Flat; FUNCTIONS],
+    [strains, _, forces]: &[Vec<Flat>; FUNCTIONS],
+    k: usize,
     arc: Lanes<SET>,
     at: &Values<SET>,
 ) -> [Lanes<SET>; FUNCTIONS] {
-    let force = if FORCE { force.at(at) } else { Lanes::<SET>::of(0.0) };
-    [strain.at(at), arc, force]
+    let force = if FORCE { forces[k].at(at) } else { Lanes::<SET>::of(0.0) };
+    [strains[k].at(at), arc, force]
 }
 
 /// Value and slope of function `f` at `x`, from its powers.

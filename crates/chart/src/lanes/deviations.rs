@@ -28,6 +28,9 @@ impl Tables {
                 true => rows.fill::<true, false>((self, &self.charts), taps.len(), &tuples, &mut scratch),
                 false => rows.fill::<false, false>((self, &self.charts), taps.len(), &tuples, &mut scratch),
             }
+            if own {
+                rows.read_between::<false>(self, &mut scratch);
+            }
             for (lane, (tuple, i)) in taps.iter().enumerate() {
                 let kappa: Vec<f32> = scratch.taps.at(*i).kappa.iter().map(|k| k.0[lane]).collect();
                 let drive = amount(self.kind, tuple.drive) as f32;

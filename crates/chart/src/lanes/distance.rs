@@ -11,9 +11,6 @@ use crate::physics::chebyshev::basis;
 use crate::scene::Drive;
 use crate::weight::Weight;
 
-/// Most points of a gauge.
-const MOST_POINTS: usize = 8;
-
 /// Points that tell to which side most taps slide.
 const SIDES: usize = 64;
 
@@ -43,14 +40,12 @@ pub(super) struct Charted {
     /// Scale and shift of each variable.
     pub affine: [[f32; 2]; AXES],
     pub maps: [Map; AXES],
-    /// Orders over each axis.
-    pub sizes: [usize; AXES],
     /// Values of the polynomials over the drive at the points.
     pub at_points: Vec<[f32; ORDERS]>,
     /// Of all its series.
     pub products: Products,
-    /// Strain, arc and force of each branch.
-    pub branches: Vec<[Flat; FUNCTIONS]>,
+    /// Strain, arc and force, each of every branch.
+    pub functions: [Vec<Flat>; FUNCTIONS],
     /// What points count of a whisker that is no cone of one material.
     weight: Option<Weight>,
     /// Bound on c/a − 1 over driveᵉ in the chart.
@@ -93,8 +88,6 @@ impl Charted {
         let affine = |axis: &Axis| if axis.is_point() { [0.0; 2] } else { affine(axis.ends()) };
         let per_mm = if kind == Drive::Displacement { 1.0 / chart.a } else { 1.0 };
         let all = [Function::Strain, Function::Arc, Function::Force];
-        let series = || chart.branches.iter().flat_map(|b| all.map(|f| &b.series[f as usize]));
-        let sizes: Vec<[usize; AXES]> = series().map(|s| s.sizes()).collect();
         let scale = per_mm.powi(chart.power);
         let mut products = Products::default();
         let place = |drive: &f64| axes[Quantity::Drive as usize].place(drive * per_mm);
@@ -110,13 +103,9 @@ impl Charted {
             scale: scale as f32,
             affine: axes.each_ref().map(affine),
             maps: axes.each_ref().map(|axis| axis.map),
-            sizes: std::array::from_fn(|k| sizes.iter().map(|s| s[k]).max().unwrap_or(1)),
             at_points: drives.iter().map(|d| wide(&basis(ORDERS, place(d)))).collect(),
-            branches: chart
-                .branches
-                .iter()
-                .map(|b| all.map(|f| Flat::new(&b.series[f as usize], point(f), &mut products)))
-                .collect(),
+            functions: all
+                .map(|f| products.add(chart.branches.iter().map(|b| &b.series[f as usize]), point(f))),
             products,
             most_arc: chart.branches.iter().map(arc).fold(0.0, f32::max),
             missed: [0.0; 2],
@@ -159,22 +148,26 @@ impl Charted {
         }
     }
 
-    /// Chebyshev polynomials at the drive (with `OWN`), D/a and τa, and the means of those over x/a between the ends of a gauge.
+    /// Chebyshev polynomials at the drive (with `OWN`), D/a and τa, and the means of those over x/a between the ends of a gauge, as far as the functions
+    /// up to `last` need them.
     #[inline(always)]
     pub fn polynomials<const SET: u8, const OWN: bool>(
         &self,
         [drive, near, base, taper, far]: &[Lanes<SET>; AXES],
+        last: Function,
         basis: &mut Basis<SET>,
         products: &mut Values<SET>,
     ) {
+        let need = self.products.need(last as usize);
+        let sizes = &need.sizes;
         basis[1][0] = Lanes::<SET>::of(1.0);
         if OWN {
-            read::polynomials(self.variable(0, *drive), self.sizes[0], &mut basis[0]);
+            read::polynomials(self.variable(0, *drive), sizes[0], &mut basis[0]);
         }
-        read::polynomials(self.variable(2, *base), self.sizes[2], &mut basis[2]);
-        read::polynomials(self.variable(3, *taper), self.sizes[3], &mut basis[3]);
-        self.fold([*near, *far], [*base, *taper], &mut basis[4]);
-        self.products.fill::<SET, OWN>(basis, products);
+        read::polynomials(self.variable(2, *base), sizes[2], &mut basis[2]);
+        read::polynomials(self.variable(3, *taper), sizes[3], &mut basis[3]);
+        self.fold([*near, *far], [*base, *taper], (&mut basis[4], sizes[4]), &mut *products.points);
+        self.products.fill::<SET, OWN>(need, basis, products);
     }
 
     /// The variable of axis `k`, in [−1, 1].
@@ -198,15 +191,16 @@ impl Charted {
         &self,
         [near, far]: [Lanes<SET>; 2],
         [base, p]: [Lanes<SET>; 2],
-        into: &mut [Lanes<SET>],
+        (into, size): (&mut [Lanes<SET>], usize),
+        points: &mut [[Lanes<SET>; 4]],
     ) {
         let of = Lanes::<SET>::of;
         let (one, width) = (of(1.0), far - near);
         let (mut total, mut whole, mut first) = (of(0.0), of(0.0), of(0.0));
         // Of each point: its weight, 1 − s and (1 − p s)³, then twice its variable and two neighbouring polynomials there. All points go on together, so that none
         // waits for its own last product.
-        let mut points = [[of(0.0); 4]; MOST_POINTS];
-        let points = &mut points[..self.gauge.len().min(MOST_POINTS)];
+        let count = self.gauge.len().min(points.len());
+        let points = &mut points[..count];
         for (point, [place, weight]) in points.iter_mut().zip(&self.gauge) {
             let s = width.mul_add(Pack::splat(*place), near);
             let (u, x) = (one - p * s, self.variable(4, s));
@@ -237,7 +231,7 @@ impl Charted {
         let share = one / total;
         into[0] = whole * share;
         into[1] = first * share;
-        for value in into.iter_mut().take(self.sizes[4]).skip(2) {
+        for value in into.iter_mut().take(size).skip(2) {
             let mut sum = of(0.0);
             for [weight, twice, last, this] in points.iter_mut() {
                 (*last, *this) = (*this, *twice * *this - *last);

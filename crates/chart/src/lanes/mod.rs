@@ -11,7 +11,8 @@
 //!
 //! Designs with drives of their own, ranked by the spread of K, get a first look: charts by their largest terms, whose error is at most the sum of
 //! the coefficients left out. It is enough where no word depends on it and the spread, a norm, is above the bound by more; the few other designs are
-//! read again in full. Of drives that designs share some neighbours are asked together (`groups`).
+//! read again in full. Of drives that designs share some neighbours are asked together (`groups`). So are distances between charts (`neighbours`), of
+//! designs with drives of their own: one by one only where a word begins or ends.
 //!
 //! Under a foil all of this is of what it does not keep of the strain: K in place of K/T, and limit, noise and a given K in its measure (`passed`).
 
@@ -28,6 +29,7 @@ mod edges;
 mod estimate;
 mod figures;
 mod groups;
+mod neighbours;
 mod outcome;
 mod passed;
 mod rank;
@@ -219,7 +221,7 @@ impl Tables {
             distances: scope.distances.iter().map(|a| Distance::new(*a)).collect(),
             rough: if roughly { scope.charts.iter().zip(&charts).map(rough).collect() } else { Vec::new() },
             charts,
-            between: scope.between.as_ref().map(Between::new),
+            between: scope.between.as_ref().map(|between| Between::new(between, &scope.distances)),
             even: even(&scope.drives),
             groups: Group::of(&angles),
             angles,

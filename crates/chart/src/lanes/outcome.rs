@@ -5,7 +5,7 @@ use super::dispatch::{Work, best, work};
 use super::read::{Basis, Values};
 use super::{Charted, LANES, Lanes};
 use crate::axis::AXES;
-use crate::distance::{DistanceChart, FUNCTIONS};
+use crate::distance::{DistanceChart, FUNCTIONS, Function};
 use crate::kernel::cpu::Pack;
 use crate::scene::Drive;
 
@@ -62,8 +62,8 @@ impl Readings {
             if self.displaced {
                 q[0] = drive * Pack::splat(chart.inverse);
             }
-            chart.polynomials::<SET, true>(&q, &mut basis, &mut products);
-            let (functions, share) = self.choice.read::<SET, true>(&chart.branches, &products);
+            chart.polynomials::<SET, true>(&q, Function::Force, &mut basis, &mut products);
+            let (functions, share) = self.choice.read::<SET, true>(&chart.functions, &products);
             let power = Pack::splat(chart.scale)
                 * match self.power {
                     0 => of(1.0),

@@ -15,16 +15,20 @@ pub(super) type Basis<const SET: u8> = [[Lanes<SET>; MOST_ORDERS]; AXES];
 const MOST_ORDERS: usize = 32;
 const _: () = assert!(leja::MOST < MOST_ORDERS);
 
+/// Most points of a gauge.
+const MOST_POINTS: usize = 8;
+
 /// In place of an order over x/a: of a function of the whole tap, which knows none. What is there is 1.
 const WHOLE: u8 = MOST_ORDERS as u8 - 1;
 
 /// Most terms of a block that is read at one drive.
 const LONGEST: usize = 8;
 
-/// Values of products, by place in [`Products`].
+/// Values of products, by place in [`Products`], and what the points of a gauge are folded in.
 pub(super) struct Values<const SET: u8> {
     inner: Box<[Lanes<SET>; MOST_PRODUCTS]>,
     outer: Vec<Lanes<SET>>,
+    pub points: Box<[[Lanes<SET>; 4]; MOST_POINTS]>,
 }
 
 impl<const SET: u8> Values<SET> {
@@ -33,7 +37,11 @@ impl<const SET: u8> Values<SET> {
     pub fn new<'a>(products: impl Iterator<Item = &'a Products>) -> Self {
         let zero = Lanes::<SET>::of(0.0);
         let most = products.map(|p| p.outer.len()).max().unwrap_or(0);
-        Self { inner: Box::new([zero; MOST_PRODUCTS]), outer: vec![zero; most] }
+        Self {
+            inner: Box::new([zero; MOST_PRODUCTS]),
+            outer: vec![zero; most],
+            points: Box::new([[zero; 4]; MOST_POINTS]),
+        }
     }
 }
 
@@ -45,6 +53,17 @@ pub(super) struct Products {
     inner: Vec<[u8; 2]>,
     /// Orders over drive, width and base.
     outer: Vec<[u8; 3]>,
+    /// What the first functions need, for each number of functions.
+    needs: Vec<Need>,
+}
+
+/// What some functions need.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Need {
+    /// Number of inner and of outer products.
+    products: [usize; 2],
+    /// Orders over each axis.
+    pub sizes: [usize; AXES],
 }
 
 /// A series, its coefficients by place in [`Products`]. Blocks of as many terms come together, so that each loop knows how long it is.
@@ -82,16 +101,42 @@ fn place_of<T: PartialEq>(all: &mut Vec<T>, one: T) -> usize {
 }
 
 impl Products {
-    /// Their values; with `OWN` at each lane's own drive, else without their polynomials over it.
+    /// Adds what a function whose `series` are these needs; `point` as in [`Flat::new`].
+    pub fn add<'a>(&mut self, series: impl Iterator<Item = &'a Series>, point: bool) -> Vec<Flat> {
+        let mut sizes = self.needs.last().map_or([1; AXES], |need| need.sizes);
+        let mut flat = |series: &Series| {
+            for (size, own) in sizes.iter_mut().zip(series.sizes()) {
+                *size = own.max(*size);
+            }
+            Flat::new(series, point, self)
+        };
+        let flats = series.map(&mut flat).collect();
+        self.needs.push(Need { products: [self.inner.len(), self.outer.len()], sizes });
+        flats
+    }
+
+    /// What the functions up to `last`, in the order in which they were added, need.
     #[inline(always)]
-    pub fn fill<const SET: u8, const OWN: bool>(&self, basis: &mut Basis<SET>, into: &mut Values<SET>) {
+    pub fn need(&self, last: usize) -> &Need {
+        &self.needs[last]
+    }
+
+    /// The values that `need` asks for; with `OWN` at each lane's own drive, else without their polynomials over it.
+    #[inline(always)]
+    pub fn fill<const SET: u8, const OWN: bool>(
+        &self,
+        need: &Need,
+        basis: &mut Basis<SET>,
+        into: &mut Values<SET>,
+    ) {
         let order = |order: u8| usize::from(order) % MOST_ORDERS;
         basis[4][order(WHOLE)] = Lanes::<SET>::of(1.0);
         let [over_drive, over_width, over_base, over_taper, over_place] = &*basis;
-        for ([taper, place], value) in self.inner.iter().zip(&mut *into.inner) {
+        let [inner, outer] = need.products;
+        for ([taper, place], value) in self.inner[..inner].iter().zip(&mut *into.inner) {
             *value = over_taper[order(*taper)] * over_place[order(*place)];
         }
-        for ([drive, width, base], value) in self.outer.iter().zip(&mut into.outer) {
+        for ([drive, width, base], value) in self.outer[..outer].iter().zip(&mut into.outer) {
             let mut product = over_base[order(*base)];
             if *width > 0 {
                 product = product * over_width[order(*width)];
@@ -133,7 +178,7 @@ fn add_blocks<const N: usize, const OWN: bool, const SET: u8>(
 
 impl Flat {
     /// Of `series`, a function of the `point` at which the strain is asked, or of the whole tap.
-    pub fn new(series: &Series, point: bool, products: &mut Products) -> Self {
+    fn new(series: &Series, point: bool, products: &mut Products) -> Self {
         let mut parts: Vec<([u8; 3], Vec<Term>)> = Vec::new();
         for row in &series.rows {
             let [orders @ .., taper] = row.orders.map(|k| k as u8);

@@ -169,7 +169,7 @@ impl<const SET: u8> Rows<Lanes<SET>> {
         for sum in &mut self.spread[..m * (m + 1) / 2] {
             *sum = of(0.0);
         }
-        let Scratch { basis, products, taps, charts, .. } = scratch;
+        let Scratch { basis, products, taps, charts, .. } = &mut *scratch;
         let each = tables.between.is_none();
         let into = if each { &mut *taps } else { &mut *charts };
         // Between charts an arc is read from those of all.
@@ -186,11 +186,18 @@ impl<const SET: u8> Rows<Lanes<SET>> {
             let at = (&mut **basis, &mut *products);
             tables.tap::<SET, OWN, FORCE>(&design, [own, power], (chart, with_arc), at, (&mut *into, i));
         }
-        if let Some(between) = &tables.between {
-            self.push_forms(tables, between, charts);
-            between.fill::<SET, FORCE>(charts, any, taps);
+        match &tables.between {
+            None => taps.add_theory::<FORCE>(tables, &design),
+            Some(between) => {
+                self.push_forms(tables, between, charts);
+                // At drives of their own many distances need not be read one by one.
+                match OWN && !FORCE {
+                    true => return,
+                    false => self.read_between::<FORCE>(tables, scratch),
+                }
+            }
         }
-        taps.add_theory::<FORCE>(tables, &design);
+        let taps = &scratch.taps;
         for i in 0..taps.len() {
             let tap = taps.at(i);
             if each {
@@ -200,6 +207,15 @@ impl<const SET: u8> Rows<Lanes<SET>> {
                 self.widen(tap, m);
             }
         }
+    }
+
+    /// Reads the taps at all distances between those at the charts.
+    #[inline(always)]
+    pub fn read_between<const FORCE: bool>(&self, tables: &Tables, scratch: &mut Scratch<SET>) {
+        let Some(between) = &tables.between else { return };
+        let Scratch { taps, charts, .. } = scratch;
+        between.fill::<SET, FORCE>(charts, FORCE || !self.still, taps);
+        taps.add_theory::<FORCE>(tables, &self.design);
     }
 
     /// Takes the tap at distance `i`.

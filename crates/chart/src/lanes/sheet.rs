@@ -130,7 +130,7 @@ impl Tables {
 /// Numbers of a distance; `ends` as in [`Tables`], `five`: where the matrix of five branches begins, behind that of three.
 fn head(distance: &Distance, chart: &Charted, ends: [f32; 2], five: usize) -> [f32; HEAD.len()] {
     let [drive, _, base, taper, place] = chart.affine;
-    let branches = chart.branches.len();
+    let branches = chart.functions[0].len();
     let choice = if branches == 5 { five } else { 0 };
     let [lo, hi] = ends.map(|u| (f64::from(distance.a) * f64::from(u) - 1.0) as f32);
     let whole = [branches as f32, choice as f32];

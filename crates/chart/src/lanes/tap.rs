@@ -3,6 +3,7 @@
 use super::read::{Basis, Values};
 use super::theory::{Growth, Whisker};
 use super::{Charted, Lanes, ORDERS, Tables};
+use crate::distance::Function;
 use crate::kernel::cpu::Pack;
 use crate::scene::RankBy;
 
@@ -113,10 +114,15 @@ impl Tables {
         let [s1, s2] = [design.gauge[0] * inverse, design.gauge[1] * inverse];
         let own = if self.theory.displaced { drive * inverse } else { drive };
         let quantities = [own, s1, design.diameter * inverse, p, s2];
-        chart.polynomials::<SET, OWN>(&quantities, basis, products);
+        let last = match (FORCE, with_arc || chart.functions[0].len() > 1) {
+            (true, _) => Function::Force,
+            (_, true) => Function::Arc,
+            _ => Function::Strain,
+        };
+        chart.polynomials::<SET, OWN>(&quantities, last, basis, products);
         let scale = Pack::splat(chart.scale);
-        if OWN && chart.branches.len() > 1 {
-            let (read, _) = self.choice.read::<SET, FORCE>(&chart.branches, products);
+        if OWN && chart.functions[0].len() > 1 {
+            let (read, _) = self.choice.read::<SET, FORCE>(&chart.functions, products);
             let [deviation, arc, force] = [scale * read[0], scale * read[1], scale * read[2]];
             let delta = power * deviation;
             into[0] = -(deviation / (one + delta));
@@ -124,7 +130,7 @@ impl Tables {
             taps.slack[i] = [of(0.0); 2];
             return;
         }
-        let [strain, arc, force] = &chart.branches[0];
+        let [strain, arc, force] = chart.functions.each_ref().map(|of| &of[0]);
         let (mut largest, mut slack) = (of(0.0), [of(0.0); 2]);
         if OWN {
             let deviation = scale * strain.at(products);

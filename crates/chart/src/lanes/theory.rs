@@ -1,6 +1,7 @@
 //! The estimate's theory of whiskers in a pack: f, where it peaks, and how it grows from a distance.
 
 use super::dispatch::{Part, apart};
+use super::neighbours::picked;
 use super::{Charted, Distance, Lanes, Tables};
 use crate::kernel::cpu::Pack;
 
@@ -56,6 +57,25 @@ impl<const SET: u8> Whisker<Lanes<SET>> {
             farthest: whisker.strain(tables, zero),
         };
         whisker
+    }
+
+    /// What f and words need, of the lanes of `places`.
+    #[inline(always)]
+    pub fn picked(&self, places: &[(usize, usize)]) -> Self {
+        let [scale, sum, moment] = &self.form;
+        let words = &self.words;
+        Self {
+            diameter: picked(&self.diameter, places),
+            tau: picked(&self.tau, places),
+            form: [picked(scale, places), picked(sum, places), picked(moment, places)],
+            words: Thresholds {
+                low: picked(&words.low, places),
+                high: picked(&words.high, places),
+                peak: picked(&words.peak, places),
+                farthest: words.farthest,
+            },
+            ..*self
+        }
     }
 
     /// f per radian or mm at u = 1/a.

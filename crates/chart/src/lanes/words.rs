@@ -2,6 +2,7 @@
 
 use super::edges::Edges;
 use super::groups::Group;
+use super::neighbours::picked;
 use super::rows::Rows;
 use super::tally::Tally;
 use super::tap::{TapSeries, Taps};
@@ -24,7 +25,32 @@ pub(super) struct Calibrations<T> {
     /// K̄ and the K of all taps are known.
     known: bool,
     /// No reading is as far off as [`BEYOND`].
-    usual: bool,
+    pub usual: bool,
+}
+
+impl<const SET: u8> Calibrations<Lanes<SET>> {
+    /// Those of the lanes of `places`.
+    #[inline(always)]
+    pub fn picked(&self, places: &[(usize, usize)]) -> Self {
+        Self { least: picked(&self.least, places), most: picked(&self.most, places), ..*self }
+    }
+
+    /// 1 where taps have no root, one of two, or neither word, for certain; with f and K within bounds.
+    #[inline(always)]
+    pub fn certain(
+        &self,
+        words: &Thresholds<Lanes<SET>>,
+        [least_f, most_f]: [Lanes<SET>; 2],
+        [least_k, most_k]: [Lanes<SET>; 2],
+    ) -> [Lanes<SET>; 3] {
+        let (zero, one) = (Lanes::<SET>::of(0.0), Lanes::<SET>::of(1.0));
+        let (from, to) = (least_f * self.least, most_f * self.most);
+        let rootless = from.if_less(words.peak * most_k, zero, one);
+        let rooted = to.if_less(words.peak * least_k, one, zero);
+        let near = from.if_less(words.low * most_k, zero, (words.high * least_k).if_less(to, zero, one));
+        let clear = to.if_less(words.low * least_k, one, (words.high * most_k).if_less(from, one, zero));
+        [rootless, rooted * near, rooted * clear]
+    }
 }
 
 impl<const SET: u8> Thresholds<Lanes<SET>> {
@@ -95,16 +121,7 @@ impl<const SET: u8> Rows<Lanes<SET>> {
             clear = one - rootless - near;
         } else {
             let slack = power * tap.slack[0];
-            let least_k = k - slack;
-            let from = tap.strain * calibrations.least;
-            let to = tap.strain * calibrations.most;
-            let most_k = k + slack;
-            rootless = from.if_less(words.peak * most_k, zero, one);
-            let rooted = to.if_less(words.peak * least_k, one, zero);
-            near = rooted
-                * from.if_less(words.low * most_k, zero, (words.high * least_k).if_less(to, zero, one));
-            clear =
-                rooted * to.if_less(words.low * least_k, one, (words.high * most_k).if_less(from, one, zero));
+            [rootless, near, clear] = calibrations.certain(words, [tap.strain; 2], [k - slack, k + slack]);
             tally.hard = tally.hard.max(one - rootless.max(near).max(clear));
         }
         tally.rootless = tally.rootless + rootless;

@@ -1,0 +1,208 @@
+//! Words of distances between charts, some neighbours at a time, of designs that have a drive of their own: what is certain of all of
+//! them is counted at once, so that the cost grows little with their number.
+
+use super::between::{Between, MOST_CHARTS};
+use super::dispatch::{Part, apart};
+use super::rows::{Row, Rows};
+use super::tally::Tally;
+use super::words::Calibrations;
+use super::{LANES, Lanes, Tables};
+use crate::between;
+use crate::kernel::cpu::Pack;
+
+/// Distances that are neighbours.
+const COUNT: usize = 8;
+
+/// Orders over the distances that are told apart; higher ones are small, and count as far as they can.
+const ORDERS: usize = 8;
+
+/// Slack for rounding.
+const SAFE: f64 = 2e-6;
+
+/// Neighbouring distances.
+#[derive(Debug)]
+pub(super) struct Neighbours {
+    /// How many.
+    count: usize,
+    /// 1/a of each, 1/mm.
+    inverse: [f32; COUNT],
+    /// Of each chart its weight in each.
+    weights: Vec<[f32; COUNT]>,
+    /// Largest and smallest 1/a, 1/mm.
+    ends: [f32; 2],
+    /// Of each polynomial over the distances the middle of its values, and how far they are from there.
+    basis: [[f32; 2]; ORDERS],
+}
+
+/// Least and largest of `values`.
+fn span(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], v| [lo.min(v), hi.max(v)])
+}
+
+impl Neighbours {
+    /// Of `distances`, in their order.
+    pub fn of(of: &between::Between, distances: &[f64]) -> Vec<Self> {
+        let some = |((a, basis), weights): ((&[f64], &[Vec<f64>]), &[Vec<f64>])| {
+            let of_chart =
+                |i: usize| std::array::from_fn(|n| weights.get(n).map_or(0.0, |weights| weights[i] as f32));
+            let of_order = |k: usize| {
+                let [lo, hi] = span(basis.iter().map(|t| t.get(k).copied().unwrap_or(0.0)));
+                [(0.5 * (lo + hi)) as f32, (0.5 * (hi - lo) + SAFE) as f32]
+            };
+            Self {
+                count: a.len(),
+                inverse: std::array::from_fn(|n| (1.0 / a[n.min(a.len() - 1)]) as f32),
+                weights: (0..of.mean.len()).map(of_chart).collect(),
+                ends: span(a.iter().copied()).map(|a| (1.0 / a) as f32),
+                basis: std::array::from_fn(of_order),
+            }
+        };
+        let parts = distances.chunks(COUNT).zip(of.basis.chunks(COUNT)).zip(of.weights.chunks(COUNT));
+        parts.map(some).collect()
+    }
+}
+
+/// Designs that are asked at their neighbours one by one together.
+const PLACES: usize = LANES / COUNT;
+
+/// The values that `x` has in the lanes of `places`, each for all of its neighbours.
+#[inline(always)]
+pub(super) fn picked<const SET: u8>(x: &Lanes<SET>, places: &[(usize, usize)]) -> Lanes<SET> {
+    let mut all = Lanes::<SET>::of(0.0);
+    for (part, (lane, _)) in all.0.as_chunks_mut::<COUNT>().0.iter_mut().zip(places) {
+        *part = [x.0[*lane]; COUNT];
+    }
+    all
+}
+
+impl<const SET: u8> Rows<Lanes<SET>> {
+    /// Adds the words of all distances, none of whose contacts can slip off; K̄ and K are known, and no reading is far from that of its calibration.
+    #[inline(always)]
+    pub fn count_between(
+        &self,
+        (tables, between): (&Tables, &Between),
+        row: &Row<Lanes<SET>>,
+        calibrations: &Calibrations<Lanes<SET>>,
+        kappa: &[Lanes<SET>],
+        tally: &mut Tally<Lanes<SET>>,
+    ) {
+        let of = Lanes::<SET>::of;
+        let (zero, one) = (of(0.0), of(1.0));
+        let (limit, words, peak) = (self.passed.limit, &self.design.words, self.design.peak);
+        let mut coefficients = [zero; MOST_CHARTS];
+        let coefficients = between.over_distances::<SET>(kappa, &mut coefficients);
+        let mut rest = of(SAFE);
+        for c in coefficients.iter().skip(ORDERS) {
+            rest = rest + c.abs();
+        }
+        let (mut places, mut waiting) = ([(0, 0); PLACES], 0);
+        for (n, group) in between.neighbours.iter().enumerate() {
+            let (mut middle, mut around) = (zero, rest);
+            for (c, [mid, half]) in coefficients.iter().zip(&group.basis) {
+                middle = c.mul_add(Pack::splat(*mid), middle);
+                around = c.abs().mul_add(Pack::splat(*half), around);
+            }
+            middle = row.power.mul_add(middle, one);
+            around = row.power.mul_add(around, of(SAFE));
+            let k = [middle - around, middle + around];
+            // f rises up to its peak, and falls from there.
+            let (near, far) = (Lanes::<SET>::splat(group.ends[0]), Lanes::<SET>::splat(group.ends[1]));
+            let at_near = self.design.strain(tables, near);
+            let at_far = self.design.strain(tables, far);
+            let highest = at_near.max(at_far);
+            let highest = far.if_less(peak, peak.if_less(near, words.peak, highest), highest);
+            let f = [at_near.min(at_far) * of(1.0 - SAFE), highest * of(1.0 + SAFE)];
+            let [rootless, twice, clear] = calibrations.certain(words, f, k);
+            let above = (limit * k[1]).if_less(f[0] * row.drive, one, zero);
+            let below = (limit * k[0]).if_less(f[1] * row.drive, zero, one);
+            let certain = (rootless + twice + clear).min(above + below);
+            let count = of(group.count as f64) * certain;
+            tally.rootless = count.mul_add(rootless, tally.rootless);
+            tally.ambiguous = count.mul_add(twice, tally.ambiguous);
+            tally.strain = count.mul_add(above, tally.strain);
+            tally.ok = count.mul_add(clear * below, tally.ok);
+            let certain = certain.max(tally.hard);
+            if one.all_at_most(certain) {
+                continue;
+            }
+            for lane in 0..self.live {
+                if certain.0[lane] > 0.5 {
+                    continue;
+                }
+                places[waiting] = (lane, n);
+                waiting += 1;
+                if waiting == places.len() {
+                    self.count_one_by_one((tables, between), row, calibrations, (kappa, &places), tally);
+                    waiting = 0;
+                }
+            }
+        }
+        if waiting > 0 {
+            self.count_one_by_one((tables, between), row, calibrations, (kappa, &places[..waiting]), tally);
+        }
+    }
+
+    /// Adds the words of the neighbours of `places` distance by distance, those of one place side by side.
+    #[inline(always)]
+    fn count_one_by_one(
+        &self,
+        (tables, between): (&Tables, &Between),
+        row: &Row<Lanes<SET>>,
+        calibrations: &Calibrations<Lanes<SET>>,
+        (kappa, places): (&[Lanes<SET>], &[(usize, usize)]),
+        tally: &mut Tally<Lanes<SET>>,
+    ) {
+        apart(OneByOne { rows: self, tables, between, row, calibrations, kappa, places, tally });
+    }
+}
+
+/// [`Rows::count_one_by_one`].
+struct OneByOne<'a, const SET: u8> {
+    rows: &'a Rows<Lanes<SET>>,
+    tables: &'a Tables,
+    between: &'a Between,
+    row: &'a Row<Lanes<SET>>,
+    calibrations: &'a Calibrations<Lanes<SET>>,
+    kappa: &'a [Lanes<SET>],
+    places: &'a [(usize, usize)],
+    tally: &'a mut Tally<Lanes<SET>>,
+}
+
+impl<const SET: u8> Part<SET> for OneByOne<'_, SET> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { rows, tables, between, row, calibrations, kappa, places, tally } = self;
+        let (zero, one) = (Lanes::<SET>::of(0.0), Lanes::<SET>::of(1.0));
+        let mut inverse = one;
+        for (part, (_, n)) in inverse.0.as_chunks_mut::<COUNT>().0.iter_mut().zip(places) {
+            *part = between.neighbours[*n].inverse;
+        }
+        let mut own = zero;
+        for (i, value) in kappa.iter().enumerate() {
+            let mut weights = zero;
+            for (part, (_, n)) in weights.0.as_chunks_mut::<COUNT>().0.iter_mut().zip(places) {
+                *part = between.neighbours[*n].weights[i];
+            }
+            own = weights.mul_add(picked(value, places), own);
+        }
+        let design = rows.design.picked(places);
+        let calibrations = calibrations.picked(places);
+        let deviation = picked(&row.power, places) * own;
+        let k = one + deviation;
+        let f = design.strain(tables, inverse);
+        let [rootless, twice, clear] = calibrations.certain(&design.words, [f; 2], [k; 2]);
+        let limit = picked(&rows.passed.limit, places);
+        let above = (limit * k).if_less(f * picked(&row.drive, places), one, zero);
+        let ok = clear * (one - above);
+        for (q, (lane, n)) in places.iter().enumerate() {
+            for at in q * COUNT..q * COUNT + between.neighbours[*n].count {
+                tally.rootless.0[*lane] += rootless.0[at];
+                tally.ambiguous.0[*lane] += twice.0[at];
+                tally.strain.0[*lane] += above.0[at];
+                tally.ok.0[*lane] += ok.0[at];
+            }
+        }
+    }
+}
