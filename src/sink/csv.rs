@@ -3,6 +3,9 @@
 use super::table::Field;
 use crate::error::Error;
 
+/// Bytes that a writer holds back. Each design of a sweep has a few of them, most of one row or none.
+const BUFFER: usize = 256;
+
 /// Rows as bytes of a CSV file, formatted away from the file so that it can be done in parallel.
 pub struct Text {
     writer: csv::Writer<Vec<u8>>,
@@ -11,8 +14,10 @@ pub struct Text {
 
 impl Default for Text {
     fn default() -> Self {
-        let writer =
-            csv::WriterBuilder::new().terminator(csv::Terminator::Any(b'\n')).from_writer(Vec::new());
+        let writer = csv::WriterBuilder::new()
+            .buffer_capacity(BUFFER)
+            .terminator(csv::Terminator::Any(b'\n'))
+            .from_writer(Vec::new());
         Self { writer, number: ryu::Buffer::new() }
     }
 }

@@ -42,13 +42,15 @@ fn span(values: impl Iterator<Item = f64>) -> [f64; 2] {
 impl Neighbours {
     /// Of `distances`, in their order.
     pub fn of(of: &between::Between, distances: &[f64]) -> Vec<Self> {
-        let some = |((a, basis), weights): ((&[f64], &[Vec<f64>]), &[Vec<f64>])| {
-            let of_chart =
-                |i: usize| std::array::from_fn(|n| weights.get(n).map_or(0.0, |weights| weights[i] as f32));
+        let some = |from: usize| {
+            let these = from..distances.len().min(from + COUNT);
+            let (a, basis, weights) =
+                (&distances[these.clone()], &of.basis[these.clone()], &of.weights[these]);
             let of_order = |k: usize| {
                 let [lo, hi] = span(basis.iter().map(|t| t.get(k).copied().unwrap_or(0.0)));
                 [(0.5 * (lo + hi)) as f32, (0.5 * (hi - lo) + SAFE) as f32]
             };
+            let of_chart = |i: usize| std::array::from_fn(|n| weights.get(n).map_or(0.0, |w| w[i] as f32));
             Self {
                 count: a.len(),
                 inverse: std::array::from_fn(|n| (1.0 / a[n.min(a.len() - 1)]) as f32),
@@ -57,8 +59,7 @@ impl Neighbours {
                 basis: std::array::from_fn(of_order),
             }
         };
-        let parts = distances.chunks(COUNT).zip(of.basis.chunks(COUNT)).zip(of.weights.chunks(COUNT));
-        parts.map(some).collect()
+        (0..distances.len()).step_by(COUNT).map(some).collect()
     }
 }
 
