@@ -253,8 +253,10 @@ fn summary(spec: &Spec, report: &Report, needed: Option<&Needed>) -> String {
     let mut text = best::table(spec, report);
     let c = &report.counts;
     let words: Vec<_> = c.status.iter().map(|(word, n)| format!("{} {word}", grouped(*n))).collect();
-    let words = if words.is_empty() { "no taps".to_owned() } else { words.join(", ") };
-    let _ = writeln!(text, "status of {} taps: {words}", grouped(c.taps));
+    let words = if words.is_empty() { "none".to_owned() } else { words.join(", ") };
+    let part = c.chart.as_ref().is_some_and(|chart| chart.get("words").is_some());
+    let rest = if part { "; other words are told of the listed rows only" } else { "" };
+    let _ = writeln!(text, "status of {} taps: {words}{rest}", grouped(c.taps));
     if let (Some(kept), Some(complete), Some(top)) = (c.kept, c.complete, spec.study.output.top) {
         let (kept, complete) = (grouped(kept), grouped(complete));
         let _ = writeln!(text, "kept {kept} of {complete} complete rows (top = {top})");

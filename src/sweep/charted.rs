@@ -27,6 +27,9 @@ use crate::status::Status;
 /// Designs between two looks at the clock and at the bound.
 const GROUP: u64 = 1 << 16;
 
+/// Words of taps that do not depend on f.
+const KNOWN: [&str; 2] = ["slipped_off", "invalid_geometry"];
+
 /// Times that a device which fails is opened.
 const TRIES: u32 = 2;
 
@@ -106,6 +109,12 @@ pub(super) fn run(
     }
     let Search { mut all, mut best, .. } = search;
     note(&mut run.counts, &all.words);
+    if !ranker.all().all(Ranker::tells_words) {
+        run.counts.status.retain(|word, _| KNOWN.contains(word));
+        if let Some(chart) = &mut run.counts.chart {
+            chart["words"] = KNOWN.into();
+        }
+    }
     bound(&mut all, ranker.keep());
     run.counts.complete = Some(best.offered + all.complete);
     let found = solve(run, layout, &all.rows)?;

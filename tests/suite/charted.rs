@@ -169,6 +169,8 @@ fn words_of_neighbouring_distances_are_those_of_each() {
             "[estimate]\ntheory = \"timoshenko\"\nrange = [24, 40]".into(),
         ),
         ([2.0, 7.0], [0.5, 10.0], even.clone(), "[estimate]\nK = 1.02\n".into()),
+        // Neighbours so near to each other that some lie within rounding of where a word begins.
+        ([2.0, 7.0], [0.5, 10.0], "{ from = 21, to = 21.001, steps = 1000 }".into(), String::new()),
     ] {
         let whisker = format!("D = {}\nd = {}\nL_a = 49", axis(8.0, 12.0), axis(tips[0], tips[1]));
         let gauge = format!("x_ss = {}\nl = 2\nnoise_strain = 2e-5", axis(3.0, 15.0));
@@ -184,6 +186,26 @@ fn words_of_neighbouring_distances_are_those_of_each() {
         assert_eq!(together["taps"], each["taps"]);
         assert_eq!(together["status"], each["status"], "{tap} {more}");
     }
+}
+
+/// Lanes do not know the linear theory of a built whisker, on which most words depend: these are told of the listed rows only.
+#[test]
+fn words_of_built_whiskers_are_told_of_the_rows() {
+    let axis = |lo: f64, hi: f64| format!("{{ min = {lo}, max = {hi}, samples = 15000 }}");
+    let core = "core = { diameter = 0.5, modulus = 60000 }";
+    let whisker = format!("D = {}\nd = {}\nL_a = 48.05\n{core}", axis(8.0, 12.0), axis(2.0, 7.0));
+    let gauge = format!("x_ss = {}\nl = 2", axis(3.0, 15.0));
+    let tap = format!("a = {{ from = 21, to = 48, steps = 10 }}\ntheta = {}", axis(0.5, 10.0));
+    let desk = Desk::new(&spec(&whisker, &gauge, &tap, "", "top = 9\nby = \"K_sd\""));
+    let ran = desk.run(&["sweep", "spec.toml", "--json"]).exits(0);
+    let counts = ran.json()["counts"].clone();
+    assert_eq!(counts["chart"]["words"], serde_json::json!(["slipped_off", "invalid_geometry"]));
+    let words: Vec<&String> = counts["status"].as_object().unwrap().keys().collect();
+    assert_eq!(words, ["slipped_off"], "{counts}");
+    let ran = desk.run(&["sweep", "spec.toml", "--force"]).exits(0);
+    let text = ran.stdout + &ran.stderr;
+    assert!(text.contains("other words are told of the listed rows only"), "{text}");
+    assert!(desk.read("results/spec/designs.csv").lines().nth(1).unwrap().ends_with("ok"));
 }
 
 #[test]

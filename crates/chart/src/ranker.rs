@@ -31,6 +31,11 @@ impl Ranker {
         self.scope.between.is_none() && self.scope.setup.gauge.foil.is_none()
     }
 
+    /// Whether the words of taps are right: the f of whiskers that are no cone clamped at its base is not known to lanes and devices.
+    pub fn tells_words(&self) -> bool {
+        self.scope.setup.built.is_none()
+    }
+
     /// Candidates to bring back.
     pub fn keep(&self) -> usize {
         self.scope.rank.keep

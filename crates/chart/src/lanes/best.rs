@@ -78,6 +78,7 @@ impl<const SET: u8> Rows<Lanes<SET>> {
         // Where no contact can slip off, words of distances between charts are asked some at a time.
         let mut together = None;
         if let Some(between) = tables.between.as_ref().filter(|_| OWN && !estimates && self.still) {
+            // All taps count, so that none is asked.
             let calibrations = self.calibrations(&scratch.taps, &of(1.0));
             if calibrations.usual {
                 together = Some((between, calibrations));

@@ -14,7 +14,7 @@ use crate::kernel::cpu::Pack;
 const COUNT: usize = 8;
 
 /// Orders over the distances that are told apart; higher ones are small, and count as far as they can.
-const ORDERS: usize = 8;
+const TOLD_APART: usize = 8;
 
 /// Slack for rounding.
 const SAFE: f64 = 2e-6;
@@ -31,7 +31,7 @@ pub(super) struct Neighbours {
     /// Largest and smallest 1/a, 1/mm.
     ends: [f32; 2],
     /// Of each polynomial over the distances the middle of its values, and how far they are from there.
-    basis: [[f32; 2]; ORDERS],
+    basis: [[f32; 2]; TOLD_APART],
 }
 
 /// Least and largest of `values`.
@@ -93,7 +93,7 @@ impl<const SET: u8> Rows<Lanes<SET>> {
         let mut coefficients = [zero; MOST_CHARTS];
         let coefficients = between.over_distances::<SET>(kappa, &mut coefficients);
         let mut rest = of(SAFE);
-        for c in coefficients.iter().skip(ORDERS) {
+        for c in coefficients.iter().skip(TOLD_APART) {
             rest = rest + c.abs();
         }
         let (mut places, mut waiting) = ([(0, 0); PLACES], 0);
@@ -111,7 +111,7 @@ impl<const SET: u8> Rows<Lanes<SET>> {
             let at_near = self.design.strain(tables, near);
             let at_far = self.design.strain(tables, far);
             let highest = at_near.max(at_far);
-            let highest = far.if_less(peak, peak.if_less(near, words.peak, highest), highest);
+            let highest = far.if_less(peak, peak.if_less(near, words.peak.max(highest), highest), highest);
             let f = [at_near.min(at_far) * of(1.0 - SAFE), highest * of(1.0 + SAFE)];
             let [rootless, twice, clear] = calibrations.certain(words, f, k);
             let above = (limit * k[1]).if_less(f[0] * row.drive, one, zero);
@@ -122,7 +122,6 @@ impl<const SET: u8> Rows<Lanes<SET>> {
             tally.ambiguous = count.mul_add(twice, tally.ambiguous);
             tally.strain = count.mul_add(above, tally.strain);
             tally.ok = count.mul_add(clear * below, tally.ok);
-            let certain = certain.max(tally.hard);
             if one.all_at_most(certain) {
                 continue;
             }
@@ -190,12 +189,13 @@ impl<const SET: u8> Part<SET> for OneByOne<'_, SET> {
         }
         let design = rows.design.picked(places);
         let calibrations = calibrations.picked(places);
-        let deviation = picked(&row.power, places) * own;
-        let k = one + deviation;
+        // K as `Rows::count` and `Rows::edges` have it, rounded as there.
+        let power = picked(&row.power, places);
+        let k = power.mul_add(own, one);
         let f = design.strain(tables, inverse);
         let [rootless, twice, clear] = calibrations.certain(&design.words, [f; 2], [k; 2]);
         let limit = picked(&rows.passed.limit, places);
-        let above = (limit * k).if_less(f * picked(&row.drive, places), one, zero);
+        let above = (limit * (one + power * own)).if_less(f * picked(&row.drive, places), one, zero);
         let ok = clear * (one - above);
         for (q, (lane, n)) in places.iter().enumerate() {
             for at in q * COUNT..q * COUNT + between.neighbours[*n].count {
