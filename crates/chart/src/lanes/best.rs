@@ -75,45 +75,34 @@ impl<const SET: u8> Rows<Lanes<SET>> {
         let estimates = tables.by != RankBy::KSd;
         let most = Pack::splat(if OWN { MOST } else { tables.largest() });
         let mut tally = Tally::new(self.largest.if_less(most, of(0.0), of(1.0)));
-        // Where no contact can slip off, words of distances between charts are asked some at a time.
-        let mut together = None;
-        if let Some(between) = tables.between.as_ref().filter(|_| OWN && !estimates && self.still) {
-            // All taps count, so that none is asked.
-            let calibrations = self.calibrations(&scratch.taps, &of(1.0));
-            if calibrations.usual {
-                together = Some((between, calibrations));
-            }
-        }
-        if OWN && together.is_none() {
-            self.read_between::<false>(tables, scratch);
-        }
-        let Scratch { taps, charts, edges, rootless, .. } = scratch;
-        edges.clear();
         // First drive at which any tap of the design has slipped: from there its rows are not complete.
         let mut complete = of(drives as f64);
         let last = self.row::<OWN>(tables, drives - 1);
-        let each = if together.is_some() { &[] } else { tables.distances.as_slice() };
-        for (i, distance) in each.iter().enumerate() {
-            let edge = self.edges::<OWN>(tables, taps.at(i), distance, &last, drives, m);
-            complete = complete.min(edge.slipped);
-            edges.push(edge);
-        }
-        if OWN {
-            if let Some((between, calibrations)) = &together {
-                self.count_between((tables, between), &last, calibrations, &charts.kappa, &mut tally);
-            } else {
+        if !(OWN && self.count_together(tables, &last, scratch, &mut tally)) {
+            if OWN {
+                self.read_between::<false>(tables, scratch);
+            }
+            let Scratch { taps, edges, rootless, .. } = &mut *scratch;
+            edges.clear();
+            for (i, distance) in tables.distances.iter().enumerate() {
+                let edge = self.edges::<OWN>(tables, taps.at(i), distance, &last, drives, m);
+                complete = complete.min(edge.slipped);
+                edges.push(edge);
+            }
+            if OWN {
                 let calibrations = self.calibrations(taps, &complete);
                 for (i, edge) in edges.iter().enumerate() {
                     self.count(taps.at(i), edge, &calibrations, &mut tally);
                 }
-            }
-        } else {
-            rootless.clear();
-            rootless.resize(if estimates { drives } else { 0 }, of(0.0));
-            for (i, edge) in edges.iter().enumerate() {
-                self.count_shared(tables, taps.at(i), edge, &complete, (&mut tally, rootless));
+            } else {
+                rootless.clear();
+                rootless.resize(if estimates { drives } else { 0 }, of(0.0));
+                for (i, edge) in edges.iter().enumerate() {
+                    self.count_shared(tables, taps.at(i), edge, &complete, (&mut tally, rootless));
+                }
             }
         }
+        let Scratch { taps, rootless, .. } = scratch;
 
         let scale = if tables.elongation { self.design.gauge[1] - self.design.gauge[0] } else { of(1.0) };
         let scale = scale * of((1.0 / (taps.len() as f64 - 1.0)).sqrt()) / self.passed.share;

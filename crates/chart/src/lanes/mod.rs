@@ -32,6 +32,7 @@ mod groups;
 mod neighbours;
 mod outcome;
 mod passed;
+mod place;
 mod rank;
 mod read;
 mod rows;

@@ -3,15 +3,14 @@
 
 use super::between::{Between, MOST_CHARTS};
 use super::dispatch::{Part, apart};
+use super::place::{NEIGHBOURS, PLACES, Place, picked};
 use super::rows::{Row, Rows};
 use super::tally::Tally;
 use super::words::Calibrations;
-use super::{LANES, Lanes, Tables};
+use super::{Lanes, Scratch, Tables};
 use crate::between;
 use crate::kernel::cpu::Pack;
-
-/// Distances that are neighbours.
-const COUNT: usize = 8;
+use crate::scene::RankBy;
 
 /// Orders over the distances that are told apart; higher ones are small, and count as far as they can.
 const TOLD_APART: usize = 8;
@@ -25,9 +24,9 @@ pub(super) struct Neighbours {
     /// How many.
     count: usize,
     /// 1/a of each, 1/mm.
-    inverse: [f32; COUNT],
+    inverse: [f32; NEIGHBOURS],
     /// Of each chart its weight in each.
-    weights: Vec<[f32; COUNT]>,
+    weights: Vec<[f32; NEIGHBOURS]>,
     /// Largest and smallest 1/a, 1/mm.
     ends: [f32; 2],
     /// Of each polynomial over the distances the middle of its values, and how far they are from there.
@@ -43,7 +42,7 @@ impl Neighbours {
     /// Of `distances`, in their order.
     pub fn of(of: &between::Between, distances: &[f64]) -> Vec<Self> {
         let some = |from: usize| {
-            let these = from..distances.len().min(from + COUNT);
+            let these = from..distances.len().min(from + NEIGHBOURS);
             let (a, basis, weights) =
                 (&distances[these.clone()], &of.basis[these.clone()], &of.weights[these]);
             let of_order = |k: usize| {
@@ -59,27 +58,35 @@ impl Neighbours {
                 basis: std::array::from_fn(of_order),
             }
         };
-        (0..distances.len()).step_by(COUNT).map(some).collect()
+        (0..distances.len()).step_by(NEIGHBOURS).map(some).collect()
     }
-}
-
-/// Designs that are asked at their neighbours one by one together.
-const PLACES: usize = LANES / COUNT;
-
-/// The values that `x` has in the lanes of `places`, each for all of its neighbours.
-#[inline(always)]
-pub(super) fn picked<const SET: u8>(x: &Lanes<SET>, places: &[(usize, usize)]) -> Lanes<SET> {
-    let mut all = Lanes::<SET>::of(0.0);
-    for (part, (lane, _)) in all.0.as_chunks_mut::<COUNT>().0.iter_mut().zip(places) {
-        *part = [x.0[*lane]; COUNT];
-    }
-    all
 }
 
 impl<const SET: u8> Rows<Lanes<SET>> {
-    /// Adds the words of all distances, none of whose contacts can slip off; K̄ and K are known, and no reading is far from that of its calibration.
+    /// Adds the words of all distances between charts at the drive of each design, and says whether it did: only where no contact can slip off and no reading is
+    /// far from that of its calibration.
     #[inline(always)]
-    pub fn count_between(
+    pub fn count_together(
+        &self,
+        tables: &Tables,
+        row: &Row<Lanes<SET>>,
+        scratch: &Scratch<SET>,
+        tally: &mut Tally<Lanes<SET>>,
+    ) -> bool {
+        let Some(between) = &tables.between else { return false };
+        if tables.by != RankBy::KSd || !self.still {
+            return false;
+        }
+        // All taps count, so that none is asked.
+        let calibrations = self.calibrations(&scratch.taps, &Lanes::<SET>::of(1.0));
+        if calibrations.usual {
+            self.count_between((tables, between), row, &calibrations, &scratch.charts.kappa, tally);
+        }
+        calibrations.usual
+    }
+
+    #[inline(always)]
+    fn count_between(
         &self,
         (tables, between): (&Tables, &Between),
         row: &Row<Lanes<SET>>,
@@ -96,7 +103,7 @@ impl<const SET: u8> Rows<Lanes<SET>> {
         for c in coefficients.iter().skip(TOLD_APART) {
             rest = rest + c.abs();
         }
-        let (mut places, mut waiting) = ([(0, 0); PLACES], 0);
+        let (mut places, mut waiting) = ([Place::default(); PLACES], 0);
         for (n, group) in between.neighbours.iter().enumerate() {
             let (mut middle, mut around) = (zero, rest);
             for (c, [mid, half]) in coefficients.iter().zip(&group.basis) {
@@ -129,7 +136,7 @@ impl<const SET: u8> Rows<Lanes<SET>> {
                 if certain.0[lane] > 0.5 {
                     continue;
                 }
-                places[waiting] = (lane, n);
+                places[waiting] = Place { lane, group: n };
                 waiting += 1;
                 if waiting == places.len() {
                     self.count_one_by_one((tables, between), row, calibrations, (kappa, &places), tally);
@@ -149,7 +156,7 @@ impl<const SET: u8> Rows<Lanes<SET>> {
         (tables, between): (&Tables, &Between),
         row: &Row<Lanes<SET>>,
         calibrations: &Calibrations<Lanes<SET>>,
-        (kappa, places): (&[Lanes<SET>], &[(usize, usize)]),
+        (kappa, places): (&[Lanes<SET>], &[Place]),
         tally: &mut Tally<Lanes<SET>>,
     ) {
         apart(OneByOne { rows: self, tables, between, row, calibrations, kappa, places, tally });
@@ -164,7 +171,7 @@ struct OneByOne<'a, const SET: u8> {
     row: &'a Row<Lanes<SET>>,
     calibrations: &'a Calibrations<Lanes<SET>>,
     kappa: &'a [Lanes<SET>],
-    places: &'a [(usize, usize)],
+    places: &'a [Place],
     tally: &'a mut Tally<Lanes<SET>>,
 }
 
@@ -176,14 +183,14 @@ impl<const SET: u8> Part<SET> for OneByOne<'_, SET> {
         let Self { rows, tables, between, row, calibrations, kappa, places, tally } = self;
         let (zero, one) = (Lanes::<SET>::of(0.0), Lanes::<SET>::of(1.0));
         let mut inverse = one;
-        for (part, (_, n)) in inverse.0.as_chunks_mut::<COUNT>().0.iter_mut().zip(places) {
-            *part = between.neighbours[*n].inverse;
+        for (part, place) in inverse.0.as_chunks_mut::<NEIGHBOURS>().0.iter_mut().zip(places) {
+            *part = between.neighbours[place.group].inverse;
         }
         let mut own = zero;
         for (i, value) in kappa.iter().enumerate() {
             let mut weights = zero;
-            for (part, (_, n)) in weights.0.as_chunks_mut::<COUNT>().0.iter_mut().zip(places) {
-                *part = between.neighbours[*n].weights[i];
+            for (part, place) in weights.0.as_chunks_mut::<NEIGHBOURS>().0.iter_mut().zip(places) {
+                *part = between.neighbours[place.group].weights[i];
             }
             own = weights.mul_add(picked(value, places), own);
         }
@@ -197,8 +204,8 @@ impl<const SET: u8> Part<SET> for OneByOne<'_, SET> {
         let limit = picked(&rows.passed.limit, places);
         let above = (limit * (one + power * own)).if_less(f * picked(&row.drive, places), one, zero);
         let ok = clear * (one - above);
-        for (q, (lane, n)) in places.iter().enumerate() {
-            for at in q * COUNT..q * COUNT + between.neighbours[*n].count {
+        for (q, Place { lane, group }) in places.iter().enumerate() {
+            for at in q * NEIGHBOURS..q * NEIGHBOURS + between.neighbours[*group].count {
                 tally.rootless.0[*lane] += rootless.0[at];
                 tally.ambiguous.0[*lane] += twice.0[at];
                 tally.strain.0[*lane] += above.0[at];

@@ -1,7 +1,7 @@
 //! The estimate's theory of whiskers in a pack: f, where it peaks, and how it grows from a distance.
 
 use super::dispatch::{Part, apart};
-use super::neighbours::picked;
+use super::place::{Place, picked};
 use super::{Charted, Distance, Lanes, Tables};
 use crate::kernel::cpu::Pack;
 
@@ -61,7 +61,7 @@ impl<const SET: u8> Whisker<Lanes<SET>> {
 
     /// What f and words need, of the lanes of `places`.
     #[inline(always)]
-    pub fn picked(&self, places: &[(usize, usize)]) -> Self {
+    pub fn picked(&self, places: &[Place]) -> Self {
         let [scale, sum, moment] = &self.form;
         let words = &self.words;
         Self {

@@ -2,7 +2,7 @@
 
 use super::edges::Edges;
 use super::groups::Group;
-use super::neighbours::picked;
+use super::place::{Place, picked};
 use super::rows::Rows;
 use super::tally::Tally;
 use super::tap::{TapSeries, Taps};
@@ -31,7 +31,7 @@ pub(super) struct Calibrations<T> {
 impl<const SET: u8> Calibrations<Lanes<SET>> {
     /// Those of the lanes of `places`.
     #[inline(always)]
-    pub fn picked(&self, places: &[(usize, usize)]) -> Self {
+    pub fn picked(&self, places: &[Place]) -> Self {
         Self { least: picked(&self.least, places), most: picked(&self.most, places), ..*self }
     }
 
