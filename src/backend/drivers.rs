@@ -231,26 +231,29 @@ fn unusable(faults: &[String]) -> Error {
 mod tests {
     use super::*;
 
+    /// For a process that answers: only so that a test does not hang.
+    const LONG: Duration = Duration::from_secs(300);
+
     /// What is found where the other process is `script`, which has the number of the first adapter as $1.
-    fn found_by_script(script: &'static str) -> Found {
+    fn found_by_script(script: &'static str, limit: Duration) -> Found {
         let how = move || {
             let mut command = Command::new("sh");
             command.args(["-c", script, "sh"]);
             Some(command)
         };
-        found_by(&(Box::new(how) as How), Duration::from_millis(400)).unwrap()
+        found_by(&(Box::new(how) as How), limit).unwrap()
     }
 
     const TWO: &str = r#"echo '{"adapters":[{"name":"A","driver":"","software":false},{"name":"B","driver":"","software":true}]}'"#;
 
     #[test]
     fn a_driver_that_crashes_or_hangs_is_told_in_words() {
-        for (script, fault) in [
-            ("kill -SEGV $$", "crashed (signal 11 SIGSEGV) when it was asked"),
-            ("exec sleep 60", "did not answer within 0.4 s"),
-            (r#"echo '{"failed":"no room"}'"#, "no room"),
+        for (script, limit, fault) in [
+            ("kill -SEGV $$", LONG, "crashed (signal 11 SIGSEGV) when it was asked"),
+            ("exec sleep 600", Duration::from_millis(400), "did not answer within 0.4 s"),
+            (r#"echo '{"failed":"no room"}'"#, LONG, "no room"),
         ] {
-            let found = found_by_script(script);
+            let found = found_by_script(script, limit);
             assert!(found.adapters.is_empty() && found.faults[0].contains(fault), "{found:?}");
         }
     }
@@ -260,7 +263,7 @@ mod tests {
         let script = format!(
             r#"{TWO}; [ "$1" = 0 ] && echo '{{"opens":0}}' && kill -ABRT $$; echo '{{"opens":1}}'; echo '"done"'"#
         );
-        let found = found_by_script(Box::leak(script.into_boxed_str()));
+        let found = found_by_script(Box::leak(script.into_boxed_str()), LONG);
         assert_eq!(found.adapters.iter().map(|a| a.name.as_str()).collect::<Vec<_>>(), ["B"]);
         assert!(
             found.faults.len() == 1 && found.faults[0].contains("the driver of A crashed (signal 6 SIGABRT)"),

@@ -7,25 +7,26 @@ use std::os::unix::process::ExitStatusExt;
 use std::path::Path;
 use std::process::Output;
 
-use libc::{SIGCONT, SIGSEGV, SIGSTOP};
+use libc::{SIGCONT, SIGSEGV};
 use serde_json::json;
 use vibrissa::sink::folder::{Folder, Question};
 
 use crate::common::program::{Desk, SPEC, names};
-use crate::common::world::{Running, calibrated, program, send, shell, until, words};
+use crate::common::world::{Running, calibrated, held, program, send, shell, until, words};
 
-/// Runs `line`, which writes `table` for `out`, and holds it while `change` is made.
-fn held(desk: &Desk, line: &[&str], table: &str, change: impl Fn()) -> Output {
-    let child = Running::new(&mut program(desk, line));
-    let begun = || {
-        let hidden =
-            |at: &Path| names(at).into_iter().filter(|n| n.starts_with(".vibrissa-")).collect::<Vec<_>>();
-        let all = hidden(&desk.path("."));
-        all.iter().any(|name| desk.path(name).join(table).metadata().is_ok_and(|m| m.len() > 0))
+/// Whether a run for `out` has begun to write `table`.
+fn begun(desk: &Desk, table: &str) -> bool {
+    let hidden = names(&desk.path(".")).into_iter().filter(|n| n.starts_with(".vibrissa-"));
+    hidden.into_iter().any(|name| desk.path(&name).join(table).metadata().is_ok_and(|m| m.len() > 0))
+}
+
+/// Runs `line`, which writes `table` for `out`, and makes `change` in the middle.
+fn changed(desk: &Desk, line: &[&str], table: &str, change: impl Fn()) -> Output {
+    let begin = || {
+        let _ = fs::remove_dir_all(desk.path("out"));
+        Running::new(&mut program(desk, line))
     };
-    until(begun, "no table is begun");
-    send(&child, SIGSTOP);
-    assert!(!desk.path("out").exists(), "the run ended before it could be held");
+    let child = held(begin, || begun(desk, table) && !desk.path("out").exists());
     change();
     send(&child, SIGCONT);
     child.wait_with_output().unwrap()
@@ -46,7 +47,7 @@ fn a_tuple_file_that_changes_while_it_is_swept_gives_no_result() {
     let rows: String = (0..240_000).map(row).collect();
     desk.write("list.csv", format!("D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg\n{rows}"));
     let line = ["sweep", "spec.toml", "--backend", "cpu", "--out", "out", "--keep-every", "3600"];
-    let left = held(&desk, &line, "tuples.csv", || edit(&desk.path("list.csv"), "2"));
+    let left = changed(&desk, &line, "tuples.csv", || edit(&desk.path("list.csv"), "2"));
     let said = words(&left.stderr);
     assert_eq!(left.status.code(), Some(1), "{said}");
     assert!(said.contains("list.csv: this tuple file was changed while the run read it"), "{said}");
@@ -60,7 +61,7 @@ fn readings_that_change_while_they_are_located_give_no_result() {
     let rows: String = (0..400_000).map(|i| format!("4,{}e-7\n", 3000 + i % 900)).collect();
     desk.write("many.csv", format!("theta_deg,strain\n{rows}4,0.0003\n"));
     let line = ["locate", "cal/calibration.toml", "many.csv", "--out", "out"];
-    let left = held(&desk, &line, "located.csv", || edit(&desk.path("many.csv"), "4"));
+    let left = changed(&desk, &line, "located.csv", || edit(&desk.path("many.csv"), "4"));
     let said = words(&left.stderr);
     assert_eq!(left.status.code(), Some(1), "{said}");
     assert!(said.contains("many.csv: these readings were changed while they were read"), "{said}");
@@ -121,15 +122,12 @@ fn a_full_disk_leaves_no_lock() {
 
 #[test]
 fn a_crash_with_a_driver_loaded_says_what_to_do() {
-    let large = SPEC.replace("d = [4, 7]", "d = { from = 4, to = 7, steps = 400_000 }");
-    let desk = Desk::new(&large);
+    // It does not end by itself.
+    let endless = SPEC.replace("d = [4, 7]", "d = { from = 4, to = 7, steps = 40_000_000_000 }");
+    let desk = Desk::new(&format!("{endless}[output]\ntuples = true\n"));
     let line = ["sweep", "spec.toml", "--backend", "gpu", "--out", "out", "--keep-every", "3600"];
     let child = Running::new(&mut program(&desk, &line));
-    let begun = || {
-        let at = names(&desk.path("."));
-        at.iter().any(|name| desk.path(name).join("tuples.csv").metadata().is_ok_and(|m| m.len() > 0))
-    };
-    until(begun, "no table is begun");
+    until(|| begun(&desk, "tuples.csv"), "no table is begun");
     send(&child, SIGSEGV);
     let left = child.wait_with_output().unwrap();
     let said = words(&left.stderr);

@@ -3,7 +3,6 @@
 
 use std::os::unix::fs::PermissionsExt;
 use std::process::{Command, Output, Stdio};
-use std::time::Duration;
 
 use libc::{SIGKILL, SIGTERM, SIGUSR1};
 
@@ -108,9 +107,9 @@ fn job_scripts_name_odd_paths_as_they_are() {
     }
 }
 
-/// A sweep of a minute and more, whose part keeps what it has soon.
+/// A sweep that does not end by itself, whose part keeps what it has soon.
 fn long() -> Desk {
-    let large = SPEC.replace("d = [4, 7]", "d = { from = 4, to = 7, steps = 4_000_000 }");
+    let large = SPEC.replace("d = [4, 7]", "d = { from = 4, to = 7, steps = 40_000_000_000 }");
     let desk = Desk::new(&format!(
         "{large}[output]\ntuples = false\ndistances = false\n[run]\nprecision = \"f64\"\n"
     ));
@@ -148,7 +147,8 @@ fn kill(process: i32, signal: i32) {
 #[test]
 fn scancel_ends_a_part_for_good() {
     let desk = long();
-    for order in [&["script"][..], &["script", "sweep"], &["sweep", "script"], &["sweep", "pause", "script"]]
+    for order in
+        [&["script"][..], &["script", "sweep"], &["sweep", "script"], &["sweep", "its end", "script"]]
     {
         let script = under_way(&desk, "0");
         let sweep = sweep_of(&script).unwrap();
@@ -156,7 +156,8 @@ fn scancel_ends_a_part_for_good() {
             match *whom {
                 "script" => send(&script, SIGTERM),
                 "sweep" => kill(sweep, SIGTERM),
-                _ => std::thread::sleep(Duration::from_millis(700)),
+                // The script still waits a moment for a signal of its own.
+                _ => until(|| sweep_of(&script) != Some(sweep), "the sweep goes on"),
             }
         }
         let left = script.wait_with_output().unwrap();

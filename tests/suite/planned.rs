@@ -28,11 +28,10 @@ fn a_ranked_sweep_of_billions_is_planned_in_seconds() {
     );
     let (seconds, way) = planned(&ranked, &["--backend", "cpu", "--threads", "2"]);
     assert_eq!(way, "ranked from a chart");
-    // A second or two on two quiet threads; how quiet they are here, and how well the lanes are compiled for tests, is nothing to test.
-    assert!((0.1..1e4).contains(&seconds), "{seconds}");
     let (each, way) = planned(&ranked, &["--backend", "cpu", "--threads", "2", "--precision", "f64"]);
     assert_eq!(way, "solved at some drives, read at the others");
-    assert!(each > seconds, "{each} and {seconds}");
+    // Seconds are those of this machine, whatever it is: only how they compare is to test.
+    assert!((1e-5 * each..each).contains(&seconds), "{each} and {seconds}");
 }
 
 #[test]

@@ -2,13 +2,16 @@
 #![cfg(target_os = "linux")]
 
 use std::io::{BufRead, BufReader, Write};
+use std::os::fd::{AsRawFd, OwnedFd};
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::process::Command;
 use std::time::Duration;
 
 use crate::common::program::{Desk, SPEC};
-use crate::common::world::{Running, calibrated, ends, program, send, until, until_it_hears, words};
-use libc::{SIGHUP, SIGINT, SIGTERM};
+use crate::common::world::{
+    Running, calibrated, ends, held, program, send, until, until_it_hears, until_it_works, words,
+};
+use libc::{SIGCONT, SIGHUP, SIGINT, SIGTERM};
 use serde_json::Value;
 
 /// A named pipe that nobody writes to.
@@ -27,6 +30,14 @@ fn start(mut command: Command) -> Running {
 fn begun(desk: &Desk) -> bool {
     let partial = |name: &String| name.starts_with(".vibrissa-");
     [".", "results", "loc"].iter().any(|folder| desk.names(folder).iter().any(partial))
+}
+
+/// Bytes in a pipe that nobody has read yet.
+fn unread(pipe: &impl AsRawFd) -> i32 {
+    let mut bytes = 0;
+    // SAFETY: only asks for a number, and writes it.
+    assert_eq!(unsafe { libc::ioctl(pipe.as_raw_fd(), libc::FIONREAD, &mut bytes) }, 0);
+    bytes
 }
 
 /// As `nohup` and the background of a script start a program.
@@ -58,7 +69,6 @@ fn what_was_ignored_stays_ignored() {
         until_it_hears(&child, other);
         answer(&mut child, "");
         send(&child, signal);
-        std::thread::sleep(Duration::from_millis(300));
         assert!(answer(&mut child, "4,0.02\n").contains("ok"), "{signal}");
         drop(child.stdin.take());
         assert_eq!(ends(child).status.code(), Some(0), "{signal}");
@@ -88,6 +98,7 @@ fn a_file_that_does_not_open_makes_no_command_deaf() {
             .iter()
             .map(|line| start(program(&desk, &[*line, if json { &["--json"] } else { &[] }].concat())))
             .collect();
+        // Wherever the signal finds them: most wait for the file.
         std::thread::sleep(Duration::from_millis(100));
         all.iter().for_each(|child| send(child, signal));
         for (child, line) in all.into_iter().zip(lines) {
@@ -108,9 +119,9 @@ fn a_file_that_does_not_open_makes_no_command_deaf() {
 
 #[test]
 fn every_long_command_ends_at_the_first_signal_and_leaves_nothing_half_done() {
-    let huge = SPEC.replace("D = 10", "D = { from = 8, to = 12, steps = 5_000_000 }");
+    let huge = SPEC.replace("D = 10", "D = { from = 8, to = 12, steps = 50_000_000_000 }");
     let desk = Desk::new(&format!("{huge}[output]\ntuples = false\n"));
-    desk.write("one.toml", "[whisker]\nD = 10\nd = 7\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-6\n[tap]\na = { from = 10, to = 49, steps = 1_000_000 }\n");
+    desk.write("one.toml", "[whisker]\nD = 10\nd = 7\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-6\n[tap]\na = { from = 10, to = 49, steps = 4_000_000 }\n");
     let taps = "theta = { from = 0.5, to = 9, steps = 3_000 }\n[model]\nmaterial = { neo-hookean = 3.2 }\n";
     desk.write("many.toml", desk.read("one.toml") + taps);
     let before = desk.names(".");
@@ -123,7 +134,7 @@ fn every_long_command_ends_at_the_first_signal_and_leaves_nothing_half_done() {
     for line in lines {
         let child = start(program(&desk, line));
         until(|| begun(&desk), "the run has not begun");
-        std::thread::sleep(Duration::from_millis(100));
+        until_it_works(&child);
         send(&child, SIGINT);
         let left = ends(child);
         assert_eq!(left.status.code(), Some(1), "{line:?}: {}", words(&left.stderr));
@@ -144,9 +155,13 @@ fn a_stopped_sweep_keeps_what_is_complete_and_goes_on() {
         ["sweep", "spec.toml", "--backend", "cpu", "--precision", "f64", "--out", "out", "--keep-every", "0"];
     desk.run(&[&line[..6], &["--out", "whole"]].concat()).exits(0);
     for (signal, json) in [(SIGINT, false), (SIGTERM, true), (SIGHUP, false)] {
-        let child = start(program(&desk, &[&line[..], if json { &["--json"] } else { &[] }].concat()));
-        until(|| desk.path("out/.vibrissa-unfinished/.state").exists(), "nothing is complete");
+        let begin = || {
+            let _ = std::fs::remove_dir_all(desk.path("out"));
+            start(program(&desk, &[&line[..], if json { &["--json"] } else { &[] }].concat()))
+        };
+        let child = held(begin, || desk.path("out/.vibrissa-unfinished/.state").exists());
         send(&child, signal);
+        send(&child, SIGCONT);
         let left = ends(child);
         assert_eq!(left.status.code(), Some(1), "{}", words(&left.stderr));
         let said = if json { words(&left.stdout) } else { words(&left.stderr) };
@@ -157,9 +172,13 @@ fn a_stopped_sweep_keeps_what_is_complete_and_goes_on() {
         std::fs::remove_dir_all(desk.path("out")).unwrap();
     }
     // A search for signals to ignore: as nohup starts it.
-    let child = ignoring(program(&desk, &line), SIGHUP);
-    until(|| desk.path("out/.vibrissa-unfinished/.state").exists(), "nothing is complete");
+    let begin = || {
+        let _ = std::fs::remove_dir_all(desk.path("out"));
+        ignoring(program(&desk, &line), SIGHUP)
+    };
+    let child = held(begin, || desk.path("out/.vibrissa-unfinished/.state").exists());
     send(&child, SIGHUP);
+    send(&child, SIGCONT);
     assert_eq!(child.wait_with_output().unwrap().status.code(), Some(0));
     assert!(desk.read("out/designs.csv") == desk.read("whole/designs.csv"));
 }
@@ -167,12 +186,12 @@ fn a_stopped_sweep_keeps_what_is_complete_and_goes_on() {
 #[test]
 fn a_stopped_search_says_what_it_kept_and_fails() {
     let search = "[whisker]\nL_a = 50\n[gauge]\nnoise_strain = 20e-6\n[tap]\na = [21, 33, 48]\n[optimise]\nobjective = \"distance\"\n\
-                  robust = { D = 0.05, samples = 64, calibrated = \"nominal\" }\n\
+                  robust = { D = 0.05, samples = 4096, calibrated = \"nominal\" }\n\
                   budget = { evaluations = 100000000 }\nvariables = { D = [8, 12], d = [2, 10], x_ss = [3, 15], l = [1, 4], theta = [0.5, 10] }\n";
     let desk = Desk::new(search);
     let child = start(program(&desk, &["optimise", "spec.toml", "--backend", "cpu", "--json"]));
-    until(|| desk.path("results/spec-optimise/.vibrissa-evaluations").exists(), "the search has not begun");
-    std::thread::sleep(Duration::from_millis(500));
+    let journal = desk.path("results/spec-optimise/.vibrissa-evaluations");
+    until(|| std::fs::metadata(&journal).is_ok_and(|m| m.len() > 100), "the search has not begun");
     send(&child, SIGINT);
     // It writes what it has, which takes a while without optimisation.
     let left = child.wait_with_output().unwrap();
@@ -196,6 +215,7 @@ fn a_slow_search_is_stopped_in_time() {
             start(program(&desk, &["optimise", "spec.toml", "--backend", "cpu", "--force", "--json"]));
         let written = || std::fs::metadata(&journal).is_ok_and(|m| m.len() > 100);
         until(written, "the search has not begun");
+        // Soon, or later: wherever the search then is, it does not end by itself.
         std::thread::sleep(Duration::from_millis(pause));
         send(&child, SIGINT);
         let left = ends(child);
@@ -258,13 +278,14 @@ fn a_stopped_census_keeps_its_lines_but_does_not_replace_a_whole_one() {
         assert_eq!(left.status.code(), Some(1), "{}", words(&left.stderr));
         words(&left.stderr)
     };
-    let kept = [1, 3, 9, 27].into_iter().any(|wait| {
+    // How long a part of it takes is the machine's: ever longer, until one was done.
+    let kept = [1, 3, 9, 27, 81, 243].into_iter().any(|wait| {
         let said = stopped(wait);
         let kept = said.contains("is kept in out");
         assert!(kept || said.contains("nothing was written"), "{said}");
         kept
     });
-    assert!(kept, "no part was done in 27 s");
+    assert!(kept, "no part was done in 243 s");
     let run = desk.whole("out");
     let (taps, of) = (run["stopped"]["taps"].as_u64().unwrap(), run["stopped"]["of"].as_u64().unwrap());
     assert!(taps > 0 && taps < of, "{taps} of {of}");
@@ -284,17 +305,28 @@ fn a_stopped_census_keeps_its_lines_but_does_not_replace_a_whole_one() {
 fn the_second_signal_ends_it_at_once() {
     let desk = calibrated();
     for signal in [SIGINT, SIGTERM] {
-        // Nobody takes the answers, so that it cannot end by itself.
-        let mut child = start(program(&desk, &["locate", "cal/calibration.toml"]));
-        answer(&mut child, "");
-        let mut stdin = child.stdin.take().unwrap();
-        let feed = std::thread::spawn(move || while stdin.write_all(b"4,0.02\n").is_ok() {});
-        std::thread::sleep(Duration::from_millis(300));
-        send(&child, signal);
-        std::thread::sleep(Duration::from_millis(150));
-        send(&child, signal);
-        assert_eq!(child.wait().unwrap().signal(), Some(signal));
-        feed.join().unwrap();
+        // How `locate` ends after two signals, so long after its first reading.
+        let ended = |pause: u64| {
+            // Nobody takes the answers, so that it cannot end by itself once the pipe is full.
+            let mut child = start(program(&desk, &["locate", "cal/calibration.toml"]));
+            answer(&mut child, "");
+            let mut stdin = child.stdin.take().unwrap();
+            let feed = std::thread::spawn(move || while stdin.write_all(b"4,0.02\n").is_ok() {});
+            std::thread::sleep(Duration::from_millis(pause));
+            // Signals that follow each other closely are one: the second comes until it is heard.
+            let status = loop {
+                send(&child, signal);
+                std::thread::sleep(Duration::from_millis(150));
+                if let Some(status) = child.try_wait().unwrap() {
+                    break status;
+                }
+            };
+            feed.join().unwrap();
+            status
+        };
+        // Where the pipe was not yet full the first signal has ended it: then once more, and later.
+        let full = [300, 3_000, 30_000].into_iter().map(ended).find(|status| status.code() != Some(1));
+        assert_eq!(full.expect("the pipe is full in 30 s").signal(), Some(signal));
     }
 }
 
@@ -318,14 +350,15 @@ fn a_stream_that_is_stopped_keeps_its_answers() {
     for (signal, from) in [(SIGTERM, "-"), (SIGINT, "pipe")] {
         let arguments = ["locate", "cal/calibration.toml", from, "--out", "loc", "--force"];
         let mut child = Running::new(&mut program(&desk, &arguments));
-        let mut feed: Box<dyn Write> = match from {
-            "-" => Box::new(child.stdin.take().unwrap()),
-            name => Box::new(std::fs::File::options().write(true).open(desk.path(name)).unwrap()),
-        };
+        let mut feed = std::fs::File::from(match from {
+            "-" => OwnedFd::from(child.stdin.take().unwrap()),
+            name => std::fs::File::options().write(true).open(desk.path(name)).unwrap().into(),
+        });
         until(|| begun(&desk), "the stream has not begun");
         // The last reading is not whole: it is not answered.
         feed.write_all(b"4,0.02\n4,0.021\nnonsense\n4,0.0").unwrap();
-        std::thread::sleep(Duration::from_millis(500));
+        // Whole lines that were read are answered before it ends.
+        until(|| unread(&feed) == 0, "the readings are not read");
         send(&child, signal);
         let left = ends(child);
         assert_eq!(left.status.code(), Some(1));

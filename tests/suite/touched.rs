@@ -5,12 +5,12 @@ use std::fs::{self, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use libc::{SIGCONT, SIGSTOP};
+use libc::SIGCONT;
 use serde_json::json;
 use vibrissa::sink::folder::{Folder, Question};
 
 use crate::common::program::{Desk, SPEC, names};
-use crate::common::world::{Running, program, send, until, words};
+use crate::common::world::{Running, held, program, send, words};
 
 /// What is done to a file that is being written, and what the run says of it.
 const ALL: [(&str, &str); 7] = [
@@ -104,13 +104,13 @@ fn a_sweep_whose_table_is_removed_or_cut_while_it_runs_fails() {
             "--keep-every",
             "3600",
         ];
-        let child = Running::new(&mut program(&desk, &line));
         let table = || hidden(&desk, "out").join(format!("tuples.{format}"));
-        until(|| table().metadata().is_ok_and(|m| m.len() > 0), "no table is begun");
-        send(&child, SIGSTOP);
-        let file = table();
-        assert!(file.exists(), "the sweep ended before it could be held");
-        touch(&file, what);
+        let begin = || {
+            let _ = fs::remove_dir_all(desk.path("out"));
+            Running::new(&mut program(&desk, &line))
+        };
+        let child = held(begin, || table().metadata().is_ok_and(|m| m.len() > 0));
+        touch(&table(), what);
         send(&child, SIGCONT);
         let left = child.wait_with_output().unwrap();
         let said = words(&left.stderr);

@@ -12,7 +12,7 @@ pub const SPEC: &str = "[whisker]\nD = 10\nd = [4, 7]\nL_a = 50\n[gauge]\nx_ss =
 
 /// So many taps that `auto` looks for a device; to be planned, not run.
 pub fn large() -> String {
-    let designs = SPEC.replace("D = 10", "D = { from = 8, to = 12, steps = 10000000 }");
+    let designs = SPEC.replace("D = 10", "D = { from = 8, to = 12, steps = 1_000_000_000_000 }");
     designs + "[output]\ntop = 10\nby = \"strain_max\"\n"
 }
 

@@ -8,8 +8,11 @@ use std::time::{Duration, Instant};
 use super::measuring::{REAL, prototype};
 use super::program::Desk;
 
-/// Time that an answer to a signal may take: two seconds, and as much for a busy machine.
-pub const PROMPT: Duration = Duration::from_secs(4);
+/// Guards a test against hanging. No test expects anything to take less.
+pub const GUARD: Duration = Duration::from_secs(300);
+/// Work that a program may still do after a signal, s of every core. Unlike the clock it does not depend on what else the machine does.
+#[cfg(target_os = "linux")]
+const PROMPT: f64 = 2.0;
 
 /// The program on `desk`, with pipes for all streams.
 pub fn program(desk: &Desk, arguments: &[impl AsRef<OsStr>]) -> Command {
@@ -115,25 +118,77 @@ pub fn until_it_hears(child: &Child, signal: i32) {
 }
 
 /// Waits for `condition`.
+#[track_caller]
 pub fn until(condition: impl Fn() -> bool, otherwise: &str) {
     let begun = Instant::now();
     while !condition() {
-        assert!(begun.elapsed() < Duration::from_secs(20), "{otherwise}");
-        std::thread::sleep(Duration::from_millis(10));
+        assert!(begun.elapsed() < GUARD, "{otherwise}");
+        std::thread::sleep(Duration::from_millis(5));
     }
 }
 
-/// What `child` leaves; fails if it does not end promptly.
+/// CPU time of `child` so far, s.
+#[cfg(target_os = "linux")]
+fn work(child: &Child) -> f64 {
+    let stat = std::fs::read_to_string(format!("/proc/{}/stat", child.id())).expect("not waited for yet");
+    // The name in brackets may hold anything.
+    let fields: Vec<&str> = stat[stat.rfind(')').expect("a name")..].split(' ').collect();
+    let ticks = |k: usize| fields[k].parse::<f64>().expect("ticks of user and system");
+    // SAFETY: only asks for a number.
+    (ticks(12) + ticks(13)) / unsafe { libc::sysconf(libc::_SC_CLK_TCK) } as f64
+}
+
+/// Waits until `child` is deep in its work: it has computed for 0.3 s more.
+#[cfg(target_os = "linux")]
+pub fn until_it_works(child: &Child) {
+    let before = work(child);
+    until(|| work(child) > before + 0.3, "it does not work");
+}
+
+/// What `child` leaves after a signal; fails if it goes on with its work.
+#[cfg(target_os = "linux")]
 #[track_caller]
 pub fn ends(mut child: Running) -> Output {
-    let begun = Instant::now();
-    while child.try_wait().expect("a child").is_none() {
-        if begun.elapsed() > PROMPT {
-            panic!("it goes on after {PROMPT:?}");
+    let (begun, before) = (Instant::now(), work(&child));
+    let cores = std::thread::available_parallelism().map_or(1, |n| n.get());
+    loop {
+        let after = work(&child) - before;
+        if child.try_wait().expect("a child").is_some() {
+            break;
         }
+        assert!(after < PROMPT * cores as f64, "it goes on: {after} s of CPU time after the signal");
+        assert!(begun.elapsed() < GUARD, "it neither works nor ends");
         std::thread::sleep(Duration::from_millis(10));
     }
     child.wait_with_output().expect("its words")
+}
+
+/// How `child` is: exited, killed, stopped, or 0 where it runs. It is not waited for.
+#[cfg(unix)]
+fn state(child: &Child) -> i32 {
+    let mut info = std::mem::MaybeUninit::<libc::siginfo_t>::zeroed();
+    let how = libc::WEXITED | libc::WSTOPPED | libc::WNOHANG | libc::WNOWAIT;
+    // SAFETY: only looks at a child, and writes what it sees.
+    unsafe {
+        assert_eq!(libc::waitid(libc::P_PID, child.id(), info.as_mut_ptr(), how), 0);
+        info.assume_init().si_code
+    }
+}
+
+/// A run that is stopped (SIGSTOP) while `amid` is true. A run that ended before is begun again.
+#[cfg(unix)]
+#[track_caller]
+pub fn held(begin: impl Fn() -> Running, amid: impl Fn() -> bool) -> Running {
+    for _ in 0..20 {
+        let child = begin();
+        until(|| amid() || state(&child) != 0, "it does not come so far");
+        send(&child, libc::SIGSTOP);
+        until(|| state(&child) != 0, "it is not stopped");
+        if state(&child) == libc::CLD_STOPPED && amid() {
+            return child;
+        }
+    }
+    panic!("twenty runs ended before one could be stopped");
 }
 
 /// Words of an output.
