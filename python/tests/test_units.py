@@ -198,7 +198,7 @@ def test_labels_of_units(desk):
     """A unit that is only written beside an array is read where it is that of the key."""
     ten = np.array([10.0, 12.0])
     for text in ("mm", "millimetre"):
-        assert strain(D=xarray.DataArray(ten, attrs=dict(units=text))).tolist() == strain(D=ten).tolist()
+        assert strain(D=xarray.DataArray(ten, attrs=dict(units=text))).values.tolist() == strain(D=ten).tolist()
     assert strain(D=xarray.DataArray(ten)).tolist() == strain(D=dask.array.from_array(ten)).tolist() == strain(D=ten).tolist()
     assert strain(D=xarray.DataArray(ten / 10 * ur.cm)).tolist() == strain(D=ten).tolist()
     refused(lambda: strain(D=xarray.DataArray(ten, attrs=dict(units="cm"))), "D", "cm", "mm")
@@ -353,3 +353,29 @@ def test_no_whisker_is_that_large(absurd):
     assert np.isnan(vibrissa.strain(10, 4, 50, 5, 2, 30, delta=absurd))
     with pytest.raises(vibrissa.InputError, match="large|finite"):
         vibrissa.sweep(whisker=dict(D=absurd, d=absurd, L_a=50), gauge=dict(x_ss=5, l=2), tap=dict(a=30, theta=4), run=CPU)
+
+
+@of_libraries
+def test_arguments_of_jax_are_converted_or_refused(quantity):
+    import jax
+    import vibrissa.jax
+
+    jax.config.update("jax_enable_x64", True)
+    strained = lambda **changes: vibrissa.jax.strain(**{**GOOD, **changes})
+    for key in ("D", "d", "L_a", "x_ss", "l", "a"):
+        for unit, size in (("cm", 10.0), ("mm", 1.0)):
+            assert float(strained(**{key: quantity(GOOD[key] / size, unit)})) == pytest.approx(strain(), rel=1e-8)
+            assert np.asarray(strained(**{key: quantity(np.full(3, GOOD[key] / size), unit)})) == pytest.approx([strain()] * 3, rel=1e-8)
+        refused(lambda: strained(**{key: quantity(1.0, "s")}), key, "s", "mm")
+    assert float(strained(theta=quantity(np.deg2rad(4.0), "rad"))) == pytest.approx(strain(), rel=1e-8)
+    assert float(strained(theta=None, delta=quantity(0.2, "cm"))) == pytest.approx(strain(theta=None, delta=2.0), rel=1e-8)
+    assert float(strained(hub=quantity(0.3, "cm"), tilt=quantity(0.2, "rad"))) == pytest.approx(strain(hub=3.0, tilt=np.rad2deg(0.2)), rel=1e-8)
+    refused(lambda: strained(theta=quantity(4.0, "mm")), "theta", "degrees")
+    refused(lambda: strained(theta=None, delta=quantity(2.0, "deg")), "delta", "mm")
+    refused(lambda: strained(hub=quantity(3.0, "s")), "whisker.hub", "mm")
+    for bad in ("10 mm", True, np.array([True]), 3j, pd.Series(["a"])):
+        refused(lambda: strained(a=bad), "a", "numbers")
+    # Round an array of JAX, under its transformations.
+    if quantity is MAKERS[0]:
+        slope = jax.jit(jax.grad(lambda a: vibrissa.jax.strain(10.0, 4.0, 50.0, 5.0, 2.0, a * ur.cm, 4.0)))(3.0)
+        assert float(slope) == pytest.approx(10 * vibrissa.strain(**GOOD, grad="a")[1][0], rel=1e-8)

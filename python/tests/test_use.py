@@ -186,3 +186,60 @@ def test_several_channels_are_calibrated_and_answer_together(tmp_path):
     for call in wrong:
         with pytest.raises(vibrissa.InputError):
             call()
+
+
+def looks(lines):
+    return [(line.get_color(), line.get_marker(), line.get_linestyle()) for line in lines]
+
+
+def test_designs_of_a_figure_can_be_told_apart():
+    tap = dict(a=[21, 30, 48], theta=[1, 4, 9])
+    result = vibrissa.sweep(whisker=dict(D=vibrissa.axis(8, 12, steps=10), d=[3, 4, 5, 6], L_a=50), gauge=dict(x_ss=5, l=2), tap=tap, run=CPU)
+    ax = result.plot("sd")
+    behind = [line for line in ax.get_lines() if line.get_color() == "lightgrey"]
+    named = [line for line in ax.get_lines() if line.get_color() != "lightgrey"]
+    assert len(named) == 7 and len(behind) == 33 and len(set(looks(named))) == 7
+    legend = ax.get_legend()
+    assert "7 designs of least spread" in legend.get_title().get_text() and legend.get_texts()[-1].get_text() == "the other 33 designs"
+    designs = result.designs
+    least = {}
+    for D, d, sd in zip(designs["D_mm"], designs["d_mm"], designs["K_sd"]):
+        least[D, d] = min(sd, least.get((D, d), np.inf))
+    best = sorted(least, key=least.get)[:7]
+    assert [text.get_text() for text in legend.get_texts()[:7]] == [f"D = {D:g}, d = {d:g} mm" for D, d in best]
+    for line, (D, d) in zip(named, best):
+        rows = (designs["D_mm"] == D) & (designs["d_mm"] == d)
+        np.testing.assert_array_equal(line.get_ydata(), designs["K_sd"][rows])
+    plt.close("all")
+    # Of so many not all are drawn, and the figure says so.
+    many = vibrissa.sweep(whisker=dict(D=vibrissa.axis(8, 12, steps=500), d=4, L_a=50), gauge=dict(x_ss=5, l=2), tap=tap, run=CPU, output=dict(tuples=False)).plot("sd")
+    assert many.get_legend().get_texts()[-1].get_text() == "300 of the other 493 designs" and len(many.get_lines()) == 307
+    drives = vibrissa.sweep(whisker=dict(D=10, d=4, L_a=50), gauge=dict(x_ss=5, l=2), tap=dict(a=[21, 30, 48], theta=vibrissa.axis(1, 10, steps=60)), run=CPU)
+    for kind, first in (("K", 0), ("distance", 1)):
+        lines = drives.plot(kind, drives=drives.tuples["theta_deg"][:49]).get_lines()[first:]
+        assert len(lines) == 49 and len(set(looks(lines))) == 49
+        with pytest.raises(vibrissa.InputError, match="told apart"):
+            drives.plot(kind, drives=drives.tuples["theta_deg"][:60])
+    bent = vibrissa.shape(whisker=dict(D=10, d=4, L_a=50), gauge=dict(x_ss=5, l=2), tap=dict(a=30, theta=vibrissa.axis(1, 10, steps=30)), nodes=3)
+    assert len(set(looks(bent.plot("strain", taps=range(28)).get_lines()))) == 28
+    with pytest.raises(vibrissa.InputError, match="told apart"):
+        bent.plot("strain", taps=range(30))
+    plt.close("all")
+
+
+def test_a_file_is_saved_whole_or_not_at_all(tmp_path):
+    swept = vibrissa.sweep(whisker=dict(D=10, d=4, L_a=50), gauge=dict(x_ss=5, l=2), tap=dict(a=[21, 30], theta=[1, 4]), run=CPU)
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    for path in (folder, f"{tmp_path / 'new'}/"):
+        with pytest.raises(vibrissa.InputError) as caught:
+            swept.save(path)
+        assert caught.value.key == "path" and "folder" in str(caught.value)
+    with pytest.raises(OSError):
+        swept.save(tmp_path / "none" / "sweep.npz")
+    assert [p.name for p in tmp_path.rglob("*")] == ["folder"]
+    # What has a name like that of a part is somebody else's.
+    (tmp_path / "sweep.npz.part").write_text("mine")
+    swept.save(tmp_path / "sweep.npz")
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["folder", "sweep.npz", "sweep.npz.part"] and (tmp_path / "sweep.npz.part").read_text() == "mine"
+    assert (tmp_path / "sweep.npz").stat().st_mode == (tmp_path / "sweep.npz.part").stat().st_mode

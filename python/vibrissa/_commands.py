@@ -4,98 +4,22 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
-from tempfile import TemporaryDirectory
+from collections.abc import Callable
 from typing import Any, NamedTuple
-
-import numpy as np
 
 from . import _native
 from ._errors import InputError, Interrupted, short, warn
-from ._frames import csv
 from ._progress import Progress, shown
 from ._results import BestTap, Search, Sweep, Verification
 from ._spec import Section, Spec, flag, given, number, resolve, section, whole, word
-from ._taps import ALLOWED, columns as broadcast
+from ._tuples import asked
 
 # As `verify --samples`: the reference takes hours for as many.
 _MOST_SAMPLES = 10**6
-_TUPLES = {"D_mm": "D", "d_mm": "d", "L_a_mm": "L_a", "x_ss_mm": "x_ss", "l_mm": "l", "a_mm": "a"}
-_PROPERTIES = {
-    "exponent", "scale", "bore_mm", "core_mm", "E_core_MPa", "kappa_base_per_mm", "kappa_slope_per_mm2", "k_theta_Nmm_per_rad", "k_y_N_per_mm", "k_x_N_per_mm",
-    "hub_mm", "E_MPa", "nu", "pole_radius_mm", "mu", "foil_N_per_mm", "noise"}
-_DIRECTIONS = {"tilt_deg": "tilt", "lean_deg": "lean"}
-_OF_TUPLES = {"whisker": ("D", "d", "L_a"), "gauge": ("x_ss", "l"), "tap": ("a", "tilt", "lean", "theta", "delta")}
 
 
 def _name(spec: Spec, name: str | None, command: str) -> str:
     return word("name", command if name in (None, "") else name)
-
-
-@contextmanager
-def _asked(spec: Spec, tuples: Any, sections: dict[str, Section | None]) -> Iterator[tuple[str | None, str, tuple[int, list[Any]] | None]]:
-    """Path and text of a spec with these sections, and taps given one by one. Those with a rig of their own go as a tuple file."""
-    if tuples is not None and not (isinstance(tuples, Mapping) and set(tuples) == {"file"}) and _PROPERTIES & set(_columns_of(tuples)):
-        with TemporaryDirectory() as folder:
-            path = os.path.join(folder, "tuples.csv")
-            with open(path, "wb") as file:
-                file.write(csv(tuples, "tuples").bytes)
-            sections["tuples"] = {"file": path}
-            yield *resolve(spec, sections), None
-        return
-    listed = _listed(tuples, sections)
-    if listed is None:
-        sections["tuples"] = tuples
-    yield *resolve(spec, sections), listed
-
-
-def _columns_of(tuples: Any) -> list[str]:
-    """Names of the columns of taps given one by one."""
-    names = list(tuples) if isinstance(tuples, Mapping) else list(getattr(tuples, "columns", ()))
-    return [str(name) for name in names]
-
-
-def _listed(tuples: Any, sections: dict[str, Section | None]) -> tuple[int, list[Any]] | None:
-    """Taps given one by one: their number, and their columns; None in the place of a tilt or a lean that is not there."""
-    if tuples is None or isinstance(tuples, Mapping) and set(tuples) == {"file"}:
-        return None
-    said = {name: section(name, sections.get(name)) or {} for name in _OF_TUPLES}
-    for name, keys in _OF_TUPLES.items():
-        written = [key for key in keys if key in said[name]]
-        if written:
-            raise InputError("this comes from the tuples; remove one of the two", key=f"{name}.{written[0]}")
-    displaced = said["tap"].get("drive") == "displacement"
-    wanted = {**_TUPLES, **({"delta_mm": "delta"} if displaced else {"theta_deg": "theta"})}
-    given: dict[str, Any] = {}
-    for column, key in wanted.items():
-        try:
-            given[key] = tuples[column]
-        except (KeyError, IndexError, TypeError, ValueError):
-            raise InputError(f"column {column} is missing", key="tuples", allowed=", ".join(wanted)) from None
-    directions: dict[str, Any] = {}
-    for column, key in _DIRECTIONS.items():
-        try:
-            directions[key] = tuples[column]
-        except (KeyError, IndexError, TypeError, ValueError):
-            pass
-    given |= directions
-    shape, n, flat = broadcast(given, ALLOWED, prefix="tuples.")
-    if len(shape) > 1:
-        raise InputError("columns of tuples have one dimension", key="tuples", value=f"shape {shape}")
-    for key, values in zip(given, flat):
-        bad = np.flatnonzero(~np.isfinite(values))
-        if len(bad):
-            raise InputError("this is not a finite number", key=f"tuples.{key}", value=f"{values[bad[0]]} in row {bad[0]}", allowed=ALLOWED[key])
-    named = dict(zip(given, flat))
-    return n, flat[:7] + [named.get(key) for key in _DIRECTIONS.values()]
-
-
-def _unread(tuples: Any) -> list[str]:
-    """That columns of taps given one by one are none that is known."""
-    known = {*_TUPLES, *_DIRECTIONS, *_PROPERTIES, "theta_deg", "delta_mm", "file"}
-    ignored = ", ".join(name for name in _columns_of(tuples) if name not in known)
-    return [f"tuples: ignored columns {ignored}"] if ignored else []
 
 
 def sweep(spec: Spec = None, *, whisker: Section | None = None, gauge: Section | None = None, sensor: Section | None = None,
@@ -124,8 +48,9 @@ def sweep(spec: Spec = None, *, whisker: Section | None = None, gauge: Section |
         output: ``tuples``, ``designs``, ``distances`` (which tables), ``top``, ``by``, ``per`` (the best rows only).
         run: ``backend`` ("auto": a hardware adapter where the CPU would need over two seconds, else the CPU kernels; "gpu" also takes a software adapter), ``adapter``, ``precision``,
             ``tolerance``, ``threads``, ``model_error`` (effects that change strain less are left off).
-        tuples: taps one by one instead of axes: a DataFrame or dict with D_mm, d_mm, L_a_mm, x_ss_mm, l_mm, a_mm and theta_deg
-            (delta_mm), perhaps tilt_deg and lean_deg, or ``{"file": path}``.
+        tuples: taps one by one instead of axes: D_mm, d_mm, L_a_mm, x_ss_mm, l_mm, a_mm and theta_deg (delta_mm), perhaps tilt_deg, lean_deg and
+            properties of the rig (hub_mm, E_MPa, …: docs/built.md), as a DataFrame (pandas, polars), pyarrow Table, DuckDB relation, structured
+            array, xarray Dataset or dict of columns; or ``{"file": path}``.
         name: name of the result in ``run``.
         progress: True (a bar, if tqdm is installed), or a function of (taps done, taps).
 
@@ -142,9 +67,9 @@ def sweep(spec: Spec = None, *, whisker: Section | None = None, gauge: Section |
     """
     sections: dict[str, Section | None] = {
         "whisker": whisker, "gauge": gauge, "sensor": sensor, "tap": tap, "model": model, "estimate": estimate, "output": output, "run": run}
-    with _asked(spec, tuples, sections) as (path, text, listed), shown(progress) as tell:
+    with asked(spec, tuples, sections) as (path, text, listed, told), shown(progress) as tell:
         result = Sweep(*_native.sweep(path, text, _name(spec, name, "sweep"), listed, tell))
-    warn([*_unread(tuples), *(result.run.get("warnings") or ())])
+    warn([*told, *(result.run.get("warnings") or ())])
     return result
 
 

@@ -69,8 +69,8 @@ def distance(strain: Any, theta: Any = None, *, delta: Any = None, whisker: Mapp
     shape, n, (readings, drives) = columns({"strain": strain, name: drive}, {"strain": "numbers", name: ALLOWED[name]}, {"strain": "", name: UNITS[f"tap.{name}"]})
     readings, drives = (x if len(x) == n else x.repeat(n) for x in (np.abs(readings), drives))
     if n == 0:
-        none = np.empty(shape)
-        return Distance(none, none, np.empty(shape, np.uint16), np.empty((*shape, len(asked))) if asked else None)
+        none = shape.of(np.empty(0))
+        return Distance(none, none, shape.of(np.empty(0, np.uint16)), shape.of(np.empty(0), asked) if asked else None)
 
     def shown(a: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.float64]:
         found: NDArray[np.float64] = np.abs(_strain(**fixed, a=a, **{name: at}, **others))
@@ -85,11 +85,10 @@ def distance(strain: Any, theta: Any = None, *, delta: Any = None, whisker: Mapp
     by_a, sign = slopes[:, 0], np.sign(value)
     sigma = np.full(n, np.nan) if noise is None else noise / np.abs(by_a)
     of = dict(zip(wanted, -slopes.T / by_a), strain=sign / by_a)
-    jacobian = np.stack([of[by] for by in asked], axis=-1).reshape(*shape, len(asked)) if asked else None
+    jacobian = shape.of(np.stack([of[by] for by in asked], axis=-1), asked) if asked else None
     if not shape:
         return Distance(float(a[0]), float(sigma[0]), Status(int(status[0])), jacobian)
-    return Distance(a.reshape(shape), sigma.reshape(shape), status.reshape(shape), jacobian)
-
+    return Distance(shape.of(a), shape.of(sigma), shape.of(status), jacobian)
 
 
 def _whisker(whisker: Any, gauge: Any, model: Any) -> tuple[dict[str, Any], dict[str, Any], float | None]:

@@ -22,8 +22,9 @@ _WIDE = 2.0
 # Points of which the ellipses are drawn; of more, one in so many.
 _ELLIPSES = 150
 _TURN = np.linspace(0.0, 2.0 * np.pi, 33)
-# Whiskers in one figure.
+# Whiskers in one figure, and lines that tell more of them apart than there are colours.
 _WHISKERS = 4
+_STYLES = ("-", "--", "-.", ":")
 
 
 def _known(kind: Any, kinds: tuple[str, ...]) -> None:
@@ -92,6 +93,8 @@ def shapes(result: Shapes, kind: str, taps: Any, ax: Axes | None) -> Axes:
         chosen = np.atleast_1d(np.asarray(taps))
         if chosen.dtype.kind not in "iu" or chosen.ndim > 1 or not np.isin(chosen, solved).all():
             raise InputError("there is no shape of such a tap", key="taps", value=short(taps), allowed="numbers of taps with a shape (column tap)")
+        if len(chosen) > len(_COLOURS) * len(_STYLES):
+            raise InputError("so many taps cannot be told apart in one figure", key="taps", value=short(taps), allowed=f"at most {len(_COLOURS) * len(_STYLES)}")
     ax = _axes(ax)
     draw = _whisker if kind == "whisker" else _strain
     draw(result, [int(tap) for tap in chosen], ax)
@@ -125,8 +128,8 @@ def _whisker(result: Shapes, taps: list[int], ax: Axes) -> None:
         radius, turn = 0.5 * wide, np.radians(turn)
         across = np.stack([-radius * np.sin(turn), radius * np.cos(turn)])
         upper, lower = np.stack([x, y]) + across, np.stack([x, y]) - across
-        colour = _COLOURS[k % 7]
-        ax.fill(*np.concatenate([upper, lower[:, ::-1]], axis=1), facecolor=to_rgba(colour, 0.15), edgecolor=colour, linewidth=0.9, label=_label(result, tap))
+        colour, style = _COLOURS[k % 7], _STYLES[k // 7 % 4]
+        ax.fill(*np.concatenate([upper, lower[:, ::-1]], axis=1), facecolor=to_rgba(colour, 0.15), edgecolor=colour, linestyle=style, linewidth=0.9, label=_label(result, tap))
         near, end = contacts["gauge_from_mm"][tap], contacts["gauge_to_mm"][tap]
         under = (s >= near) & (s <= end)
         ax.plot(*(lower if far else upper)[:, under], color=_COLOURS[4], linewidth=2.0, label="gauge" if k == 0 else None)
@@ -142,7 +145,7 @@ def _strain(result: Shapes, taps: list[int], ax: Axes) -> None:
     """Strain of the side that touches, the gauge shaded."""
     for k, tap in enumerate(taps):
         rows = np.flatnonzero(result.shape["tap"] == tap)
-        ax.plot(result.shape["s_mm"][rows], result.shape["strain"][rows], color=_COLOURS[k % 7], label=_label(result, tap))
+        ax.plot(result.shape["s_mm"][rows], result.shape["strain"][rows], color=_COLOURS[k % 7], linestyle=_STYLES[k // 7 % 4], label=_label(result, tap))
     if taps:
         ax.axvspan(result.contacts["gauge_from_mm"][taps[0]], result.contacts["gauge_to_mm"][taps[0]], color=_COLOURS[4], alpha=0.3, linewidth=0, label="gauge")
     ax.set(xlabel="arc length from the clamp s (mm)", ylabel="strain of the contact side")

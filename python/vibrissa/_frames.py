@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
+from ._containers import named_columns, with_index
 from ._errors import InputError, short
 from ._units import READ, UNITS, bare, filled, has_quantities, is_labelled, unit_of_column
 
@@ -215,41 +216,6 @@ class Data(NamedTuple):
         return _of_columns(names, columns, own)
 
 
-def _polars(column: Any) -> Any:
-    # An array of whole numbers shows none that is missing.
-    return np.array(column.to_list(), dtype=object) if column.dtype.is_integer() and column.null_count() else column.to_numpy()
-
-
-def _arrow(column: Any) -> Any:
-    return np.array(column.to_pylist(), dtype=object) if column.null_count and "int" in str(column.type) else np.asarray(column)
-
-
-def _named(data: Any, what: str) -> list[tuple[str, Any]]:
-    """The columns of a table in memory with their names."""
-    if isinstance(getattr(data, "dtype", None), np.dtype) and data.dtype.names:
-        return [(str(name), data[name]) for name in data.dtype.names]
-    if isinstance(data, Mapping) and not hasattr(data, "kinds"):
-        return [(str(name), column) for name, column in data.items()]
-    if hasattr(data, "iloc") and hasattr(data, "columns"):
-        return [(str(name), data.iloc[:, place]) for place, name in enumerate(data.columns)]
-    if type(data).__name__ == "LazyFrame" and hasattr(data, "collect"):
-        data = data.collect()
-    if hasattr(data, "write_csv") and hasattr(data, "get_column"):
-        return [(name, _polars(data[name])) for name in data.columns]
-    if hasattr(data, "schema") and hasattr(data, "to_pylist") and hasattr(data, "column"):
-        return [(name, _arrow(data.column(place))) for place, name in enumerate(data.schema.names)]
-    if hasattr(data, "columns") and hasattr(data, "kinds"):
-        return [(name, data[name]) for name in data.columns]
-    if hasattr(data, "__arrow_c_stream__") or hasattr(data, "__arrow_c_array__") or hasattr(data, "fetch_arrow_table"):
-        try:
-            import pyarrow
-        except ImportError:
-            raise ImportError(f"a {type(data).__name__} is read by pyarrow (pip install pyarrow)") from None
-        # DuckDB's relations, record batches and their readers, and whatever else knows the Arrow PyCapsule interface.
-        return _named(data.fetch_arrow_table() if hasattr(data, "fetch_arrow_table") else pyarrow.table(data), what)
-    raise InputError(f"{type(data).__name__} is no table", key=what, allowed="a path, a DataFrame (pandas, polars), a pyarrow Table, whatever knows the Arrow PyCapsule interface, a structured array, a dict of columns, what simulate gave")
-
-
 def _lines(names: list[str], arrays: list[NDArray[Any]]) -> bytes:
     if len({len(a) for a in arrays}) > 1 or any(a.ndim > 1 for a in arrays):
         shapes = ", ".join(f"{name}: {a.shape}" for name, a in zip(names, arrays))
@@ -297,11 +263,16 @@ def csv(data: Any, what: str, columns: dict[str, str] | str | None = None) -> Da
             raise InputError(f"this {what} file cannot be read: {why}", key=what, file=str(path).encode(errors="replace").decode()) from None
     if not (columns is None or isinstance(columns, (str, Mapping))):
         raise InputError("this names no columns", key="columns", value=short(columns), allowed='dict(a="…", theta="…", reading="…")')
-    named, said = _named(data, what), _units(columns)
+    said = _units(columns)
+    data = with_index(data, READ | set(said))
+    named = named_columns(data, what, READ | set(said))
     values = [
         _read(name, column, said[name] if name in said else unit_of_column(name)) if name in said or name in READ else _kept(name, column)
         for name, column in named]
     converted = [place for place, (_, column) in enumerate(named) if has_quantities(column)]
     pandas = sys.modules.get("pandas")
-    frame = data if pandas is not None and isinstance(data, pandas.DataFrame) else None
+    frame = None
+    if pandas is not None:
+        series = isinstance(data, Mapping) and any(isinstance(column, pandas.Series) for _, column in named)
+        frame = pandas.DataFrame(dict(named)) if series else data if isinstance(data, pandas.DataFrame) else None
     return Data("data", _lines([name for name, _ in named], values), values, converted, frame)

@@ -11,6 +11,7 @@ import numpy as np
 from . import _native
 from ._errors import InputError, short, warn
 from ._frames import csv
+from ._labels import by_name
 from ._results import Calibration, Simulation
 from ._spec import flag, given, number, plain, word
 from ._taps import _SCALARS, Status, columns
@@ -137,15 +138,15 @@ class Locator:
             drive: tap angle, degrees (or displacement, mm), number or array; left out where there is only one. Or what
                 :func:`vibrissa.simulate` gave, or a :class:`vibrissa.Table` with columns of drive and signal.
             reading: signal in the unit of the calibration (strain, microstrain, mV/V, or what the sensor shows). Of several channels an array
-                whose last axis holds them in the order of :attr:`channels`, or a dict of their numbers, above their zeros; the drive may
+                whose last axis holds them in the order of :attr:`channels`, or a dict or DataFrame of their numbers, above their zeros; the drive may
                 then be None where it is not known.
 
         Returns:
-            :class:`Located` of floats, or of arrays of the common shape. In arrays, readings with drive 0 are those of the zero
+            :class:`Located` of floats, or of arrays of the common shape, with the labels of the arguments (Series, DataArrays) if they have some. In arrays, readings with drive 0 are those of the zero
             and serve those after them.
 
         Raises:
-            InputError: what is no number, shapes that do not broadcast.
+            InputError: what is no number, shapes that do not broadcast, labels that differ.
         """
         if self._several is not None:
             return self._together(self._several, drive, reading)
@@ -161,8 +162,7 @@ class Locator:
         shape, n, flat = columns(
             {"drive": drive, "reading": reading}, {"drive": f"numbers, {drive_unit}", "reading": "numbers"}, {"drive": drive_unit, "reading": reading_unit})
         drives, readings = (x if len(x) == n else x.repeat(n) for x in flat)
-        found = [x.reshape(shape) for x in self._native.many(drives, readings)]
-        return Located(*(found if shape else [x[()] for x in found]))
+        return Located(*[shape.of(x) for x in self._native.many(drives, readings)])
 
     __call__ = locate
 
@@ -170,10 +170,11 @@ class Locator:
         """Distances of readings of all channels."""
         names = several.channels
         allowed = f"a dict, or an array with a last axis of {len(names)}: {', '.join(names)}"
-        if isinstance(reading, Mapping):
-            if set(reading) != set(names):
-                raise InputError("these are not the channels of the calibration", key="reading", value=", ".join(map(str, reading)), allowed=allowed)
-            given = [reading[name] for name in names]
+        channels = by_name(reading)
+        if channels is not None:
+            if sorted(map(str, channels)) != sorted(names):
+                raise InputError("these are not the channels of the calibration", key="reading", value=", ".join(map(str, channels)), allowed=allowed)
+            given = [channels[name] for name in names]
         else:
             try:
                 values = np.asarray(reading, dtype=float)
@@ -186,8 +187,8 @@ class Locator:
         named = {"drive": np.nan if drive is None else drive, **dict(zip(names, given))}
         shape, n, flat = columns(named, {name: "numbers" for name in named}, {name: unit if name == "drive" else unit_of_column(name) for name in named})
         drives, *signals = (x if len(x) == n else x.repeat(n) for x in flat)
-        found = [x.reshape(shape) for x in several.many(drives, np.stack(signals, axis=1))]
-        return Located(*(found if shape else [x[()] for x in found[:2]] + [Status(int(found[2][()]))]))
+        distance, sigma, status = (shape.of(x) for x in several.many(drives, np.stack(signals, axis=1)))
+        return Located(distance, sigma, status if shape else Status(int(status)))
 
     def stream(self, readings: Iterable[Union[float, tuple[float, float]]]) -> Iterator[Located]:
         """Answers readings one by one, each a (drive, reading) (a tuple, a list, the row of an array) or, where there is only one drive, a

@@ -26,9 +26,16 @@ _PROPERTIES = {
     "exponent": ("n", ""), "scale": ("scale", ""), "bore_mm": ("bore", " mm"), "core_mm": ("core", " mm"), "E_core_MPa": ("E_c", " MPa"),
     "kappa_base_per_mm": ("κ_base", "/mm"), "kappa_slope_per_mm2": ("κ_slope", "/mm²"), "k_theta_Nmm_per_rad": ("k_θ", " N mm/rad"),
     "k_y_N_per_mm": ("k_y", " N/mm"), "k_x_N_per_mm": ("k_x", " N/mm"), "hub_mm": ("r₀", " mm"), "E_MPa": ("E", " MPa"), "nu": ("ν", ""),
-    "pole_radius_mm": ("ρ", " mm"), "mu": ("μ", ""), "foil_N_per_mm": ("foil", " N/mm"), "noise": ("σ", ""),
+    "pole_radius_mm": ("ρ", " mm"), "mu": ("μ", ""), "foil_N_per_mm": ("foil", " N/mm"), "noise": ("σ", ""), "tilt_deg": ("tilt", "°"), "lean_deg": ("lean", "°"),
 }
 _MARKS = "osD^vP*"
+# Designs with a name in the figure of their spread, and the most that are drawn in grey behind them.
+_NAMED, _BEHIND = 7, 300
+
+
+def look(k: int) -> dict[str, Any]:
+    """Colour and mark of the ``k``-th of several series: 49 that differ."""
+    return dict(color=_COLOURS[k % 7], marker=_MARKS[(k + k // 7) % 7], markersize=4)
 
 
 def _axes(ax: Axes | None) -> Axes:
@@ -52,7 +59,7 @@ def _unit(table: Table, name: str) -> tuple[str, str]:
 
 
 def _properties(table: Table) -> list[str]:
-    """Columns of properties of the rig."""
+    """Columns of properties of the rig, and of the direction of the object's edge."""
     return [c for c in _PROPERTIES if c in table]
 
 
@@ -107,7 +114,9 @@ def sweep(result: Sweep, kind: str, ax: Axes | None, design: int = 0, drives: An
     rows = np.flatnonzero(number == design)
     column, label = _drive(table)
     of = table[column][rows]
-    wanted = _shown(of, 5) if drives is None else np.atleast_1d(number_array("drives", drives, "numbers, degrees or mm", unit_of_column(column)))
+    wanted = _shown(of, 5) if drives is None else np.unique(number_array("drives", drives, "numbers, degrees or mm", unit_of_column(column)))
+    if len(wanted) > len(_COLOURS) * len(_MARKS):
+        raise InputError("so many drives cannot be told apart in one figure", key="drives", value=short(drives), allowed=f"at most {len(_COLOURS) * len(_MARKS)}")
     ax = _axes(ax)
     if kind == "strain":
         _strain(table, rows, ax)
@@ -138,7 +147,7 @@ def _k(table: Table, rows: np.ndarray[Any, Any], ax: Axes, of: np.ndarray[Any, A
     """K against the distance, a line for each drive."""
     name, label = _unit(table, "K")
     for k, value, at in _lines(of, wanted):
-        ax.plot(table["a_mm"][rows[at]], table[name][rows[at]], color=_COLOURS[k % 7], marker=_MARKS[k % 7], markersize=4,
+        ax.plot(table["a_mm"][rows[at]], table[name][rows[at]], **look(k),
                 label=f"{'θ' if 'theta_deg' in table else 'δ'} = {value:g}{'°' if 'theta_deg' in table else ' mm'}")
     ax.set(xlabel="contact distance a (mm)", ylabel=label)
     ax.legend(fontsize="small")
@@ -150,7 +159,7 @@ def _distance(table: Table, rows: np.ndarray[Any, Any], ax: Axes, of: np.ndarray
     a = table["a_mm"][rows]
     ax.plot([a.min(), a.max()], [a.min(), a.max()], color="grey", linewidth=0.9, label="true")
     for k, value, at in _lines(of, wanted):
-        ax.plot(a[at], table["distance_mm"][rows[at]], color=_COLOURS[k % 7], marker=_MARKS[k % 7], markersize=4, linestyle="none",
+        ax.plot(a[at], table["distance_mm"][rows[at]], **look(k), linestyle="none",
                 label=f"{'θ' if 'theta_deg' in table else 'δ'} = {value:g}{'°' if 'theta_deg' in table else ' mm'}")
     ax.set(xlabel="contact distance a (mm)", ylabel="estimated distance â (mm)")
     ax.legend(fontsize="small")
@@ -158,17 +167,31 @@ def _distance(table: Table, rows: np.ndarray[Any, Any], ax: Axes, of: np.ndarray
 
 
 def _sd(table: Table, ax: Axes) -> Axes:
-    """Spread of K against the drive, a line for each whisker."""
+    """Spread of K against the drive: a line for each whisker, or for those of least spread, with the others in grey behind."""
     column, label = _drive(table)
     name, of_k = _unit(table, "K_sd")
     whiskers, number = _whiskers(table)
-    for design in _shown(number, 7):
+    least = np.full(len(whiskers), np.inf)
+    np.fmin.at(least, number, table[name])
+    ranked = np.argsort(least, kind="stable")
+    named, others = (ranked, ranked[:0]) if len(ranked) <= _NAMED else (ranked[:_NAMED], ranked[_NAMED:])
+    behind = _shown(np.sort(others), _BEHIND)
+
+    def line(design: int) -> list[np.ndarray[Any, Any]]:
         rows = np.flatnonzero(number == design)
-        order = np.argsort(table[column][rows])
-        k = int(design) % 7
-        ax.plot(table[column][rows][order], table[name][rows][order], color=_COLOURS[k], marker=_MARKS[k], markersize=4, label=_name(whiskers, int(design), table))
+        rows = rows[np.argsort(table[column][rows])]
+        return [table[column][rows], table[name][rows]]
+
+    for k, design in enumerate(behind):
+        few = "" if len(behind) == len(others) else f"{len(behind)} of "
+        ax.plot(*line(design), color="lightgrey", linewidth=0.7, zorder=1, label=f"{few}the other {len(others)} designs" if k == 0 else None)
+    for k, design in enumerate(named if len(others) else np.sort(named)):
+        ax.plot(*line(design), **look(k), label=_name(whiskers, int(design), table))
     ax.set(xlabel=label, ylabel=of_k, yscale="log")
-    ax.legend(fontsize="small")
+    handles, labels = ax.get_legend_handles_labels()
+    first = len(behind) > 0
+    ax.legend(handles[first:] + handles[:first], labels[first:] + labels[:first], fontsize="small", title=f"the {_NAMED} designs of least spread" if first else None,
+              title_fontsize="small")
     return ax
 
 

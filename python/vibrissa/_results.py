@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import os
+import secrets
 from collections.abc import Callable
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,12 +28,22 @@ def _whole(path: str | os.PathLike[str], mode: str, write: Callable[[Any], objec
         path = os.fsdecode(path)
     except TypeError:
         raise InputError("this is no path", key="path", value=short(path), allowed="str or os.PathLike") from None
-    part = f"{path}.part"
-    with open(part, mode) as file:
-        write(file)
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(part, path)
+    if os.path.isdir(path) or not os.path.basename(path):
+        raise InputError("this is a folder", key="path", value=short(path), allowed="a name of a file")
+    if os.path.exists(path) and not os.path.isfile(path):
+        raise InputError("this is no regular file", key="path", value=short(path), allowed="a name of a file")
+    # In the same folder, so that it can take the place of the file.
+    part = os.path.join(os.path.dirname(path), f".vibrissa-{secrets.token_hex(6)}.part")
+    try:
+        with open(part, mode.replace("w", "x")) as file:
+            write(file)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(part, path)
+    except BaseException:
+        with suppress(OSError):
+            os.unlink(part)
+        raise
 
 
 _warned_of_fork = False
@@ -154,7 +166,8 @@ class Sweep(_Result):
 
         Args:
             kind: ``"strain"`` (Fig. 5: strain against the drive, exact beside linear), ``"K"`` (Fig. 6: K against the distance),
-                ``"sd"`` (Fig. 7: spread of K against the drive), ``"distance"`` (Fig. 8: estimated against true distance),
+                ``"sd"`` (Fig. 7: spread of K against the drive; of more than seven designs the seven of least spread have names, the others are
+                grey), ``"distance"`` (Fig. 8: estimated against true distance),
                 ``"error"`` (bias, noise and total against the drive).
             ax: where to draw; a new figure by default.
             **options: ``design`` (number of the whisker, in row order) for "strain", "K", "distance" and "error"; ``drives`` to show.

@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from . import _native
-from ._commands import _asked, _name, _unread
+from ._commands import _name
 from ._errors import warn
 from ._progress import Progress, shown
 from ._results import Shapes
 from ._spec import Section, Spec, whole
+from ._tuples import asked
 
 # As `shape --nodes`.
 _NODES = (3, 10_001)
@@ -38,7 +39,7 @@ def shape(spec: Spec = None, *, whisker: Section | None = None, gauge: Section |
     sections: dict[str, Section | None] = {
         "whisker": whisker, "gauge": gauge, "sensor": sensor, "tap": tap, "model": model, "estimate": estimate, "output": output, "run": run}
     least, most = _NODES
-    with _asked(spec, tuples, sections) as (path, text, listed), shown(progress) as tell:
+    with asked(spec, tuples, sections) as (path, text, listed, told), shown(progress) as tell:
         result = Shapes(*_native.shape(path, text, _name(spec, name, "shape"), whole("nodes", nodes, most, least), listed, tell))
-    warn([*_unread(tuples), *(result.run.get("warnings") or ())])
+    warn([*told, *(result.run.get("warnings") or ())])
     return result

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _native
 from ._errors import InputError, short, warn
+from ._labels import Shape, aligned
 from ._progress import Progress, shown
 from ._spec import document, flag
 from ._units import UNITS, bare, filled, has_flags
@@ -54,14 +55,16 @@ class Status(enum.IntFlag):
 
 
 def status_words(status: ArrayLike) -> NDArray[np.object_]:
-    """Status bits as the words of tables, element by element."""
+    """Status bits as the words of tables, element by element; labels are kept."""
+    _, labels = aligned({"status": status})
     bits = np.asarray(status)
     whole = bits.dtype.kind in "iu" and (bits.size == 0 or 0 <= bits.min() and bits.max() < 2 * Status.inconsistent)
     if bits.size > 0 and not whole:
         raise InputError("these are no bits of a status", key="status", value=short(status), allowed=f"integers 0 … {2 * Status.inconsistent - 1}")
     different, place = np.unique(np.atleast_1d(bits), return_inverse=True)
-    names = np.array([Status(int(s)).words for s in different], dtype=object)
-    return names[place].reshape(bits.shape)
+    names = np.array([Status(int(s)).words for s in different], dtype=object)[place].reshape(bits.shape)
+    found: NDArray[np.object_] = names if labels is None else labels.put(names)
+    return found
 
 
 class Tap(NamedTuple):
@@ -215,17 +218,19 @@ def number_array(name: str, value: Any, allowed: str, unit: str | None) -> NDArr
     return found if missing is None else np.where(missing, np.nan, found)
 
 
-def columns(given: dict[str, Any], allowed: dict[str, str], units: Mapping[str, str | None] | None = None,
-            prefix: str = "") -> tuple[tuple[int, ...], int, list[NDArray[np.float64]]]:
+def columns(given: Mapping[str, Any], allowed: Mapping[str, str], units: Mapping[str, str | None] | None = None,
+            prefix: str = "") -> tuple[Shape, int, list[NDArray[np.float64]]]:
     """The common shape of all arguments, its size, and each as a contiguous array of that many values, or of one; ``prefix`` stands before their
-    names in complaints."""
+    names in complaints. Arguments with labels are paired by them."""
     units = _OF_TAPS if units is None else units
-    arrays = {name: number_array(prefix + name, value, allowed[name], units[name]) for name, value in given.items()}
+    paired, labels = aligned(given, prefix)
+    arrays = {name: number_array(prefix + name, value, allowed[name], units[name]) for name, value in paired.items()}
     try:
-        shape = np.broadcast_shapes(*(a.shape for a in arrays.values()))
+        shape = Shape(np.broadcast_shapes(*(a.shape for a in arrays.values())))
     except ValueError:
         shapes = ", ".join(f"{name} {a.shape}" for name, a in arrays.items() if a.ndim)
         raise InputError("these shapes do not broadcast", key="shapes", value=shapes, allowed="shapes that numpy broadcasts together") from None
+    shape.labels = labels
     flat = []
     for a in arrays.values():
         if a.size != 1:
@@ -239,6 +244,22 @@ ALLOWED = {
     "a": "numbers > 0 and ≤ L_a, mm", "theta": "numbers > 0 and < 90, degrees", "delta": "numbers > 0, mm",
     "tilt": "numbers > −90 and < 90, degrees", "lean": "numbers > −90 and < 90, degrees",
 }
+
+
+def without_units(given: Mapping[str, Any], kind: type) -> dict[str, Any]:
+    """Arguments of taps as arrays of this kind, of another library, where they are some; others as numbers or arrays of numpy, in mm and degrees."""
+    paired, _ = aligned(given)
+
+    def one(name: str, value: Any) -> Any:
+        found = value if type(value) in _SCALARS or isinstance(value, kind) else bare(name, value, _OF_TAPS[name])
+        several = isinstance(found, (list, tuple)) and any(isinstance(x, kind) for x in found)
+        if type(found) in _SCALARS or isinstance(found, kind) or several or type(found) is np.ndarray and found.dtype.kind in "fiu":
+            return found
+        return number_array(name, value, ALLOWED[name], _OF_TAPS[name])
+
+    return {name: one(name, value) for name, value in paired.items()}
+
+
 _OF_TAPS = {name: UNITS[key] for name in ALLOWED for key in (f"whisker.{name}", f"gauge.{name}", f"tap.{name}") if key in UNITS}
 
 
@@ -267,7 +288,8 @@ def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = Non
     """Mean strain of the gauge when a whisker taps an object.
 
     Arguments are numbers or arrays that broadcast together; the result is a float, or an array of their common shape. Quantities with units
-    (pint, astropy, unyt, quantities) are converted.
+    (pint, astropy, unyt, quantities) are converted. Series and DataFrames of pandas are paired by their index and columns, DataArrays of xarray by their
+    dimensions and coordinates, in any order; the result has these labels.
 
     Args:
         D, d: diameter at base and tip, mm, > 0.
@@ -292,15 +314,15 @@ def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = Non
             ``tolerance`` (1e-8 in f64, 1e-5 in f32), ``threads``.
 
     Returns:
-        float, ndarray of float64, or :class:`Tap`. A tap that has no value (outside the domain, slipped off with ``status``,
+        float, ndarray of float64 (or what has the labels of the arguments), or :class:`Tap`. A tap that has no value (outside the domain, slipped off with ``status``,
         not converged; a NaN or a masked value in any argument) is NaN; ``full=True`` says why. With ``grad`` a pair: that, and its derivatives, an
         array of the common shape with one more axis, in the order asked, per mm, per degree, or per unit of the key (``full=True``: a
         :class:`Jacobian` of such arrays). They follow from the equations of the tap, not from differences. At a kink (``sticks`` changes, the
         contact leaves the gauge) they are those of the side on which the tap lies.
 
     Raises:
-        InputError: what is no number, a quantity that does not convert to the unit above, shapes that do not broadcast, a key or value
-            of the model that is not allowed.
+        InputError: what is no number, a quantity that does not convert to the unit above, shapes that do not broadcast, labels that differ, a key or
+            value of the model that is not allowed.
 
     Warns:
         VibrissaWarning: numbers that were probably meant in another unit (``theta=0.07``, ``material={"hooke": 3.2e6}``).
@@ -347,10 +369,10 @@ def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = Non
         given |= {"tilt": tilt, "lean": lean}
     shape, n, flat = columns(given, ALLOWED)
     if n == 0:
-        empty = np.empty(shape)
-        nothing = Tap(empty, empty, empty, empty, empty, empty, np.empty(shape, np.uint16), np.empty(shape, bool), empty, empty, empty)
+        empty = shape.of(np.empty(0))
+        nothing = Tap(empty, empty, empty, empty, empty, empty, shape.of(np.empty(0, np.uint16)), shape.of(np.empty(0, bool)), empty, empty, empty)
         if by is not None:
-            none = np.empty((*shape, len(by)))
+            none = shape.of(np.empty(0), by)
             return (nothing, Jacobian(*[none] * 9)) if full else (empty, none)
         return nothing if full else empty
     with shown(progress) as tell:
@@ -358,13 +380,11 @@ def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = Non
             values, slopes, doubts_ = solver.gradients(n, flat, by, full, tell)
             if doubts_:
                 warn(doubts_)
-            told = [x.reshape(shape) if shape else x.reshape(shape)[()] for x in values]
-            by_inputs = [x.reshape(*shape, len(by)) for x in slopes]
+            told = [shape.of(x) for x in values]
+            by_inputs = [shape.of(x, by) for x in slopes]
             return (Tap(*told), Jacobian(*by_inputs)) if full else (told[0], by_inputs[0])
         found, doubts_ = solver.many(n, flat, full, tell)
     if doubts_:
         warn(doubts_)
-    shaped: list[Any] = [x.reshape(shape) for x in found]
-    if not shape:
-        shaped = [x[()] for x in shaped]
+    shaped = [shape.of(x) for x in found]
     return Tap(*shaped) if full else shaped[0]

@@ -30,7 +30,7 @@ def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = Non
     ``jax_enable_x64`` for f64. There are first derivatives, forward and reverse; second ones are refused by JAX.
 
     Args:
-        D, d, L_a, x_ss, l, a: mm.
+        D, d, L_a, x_ss, l, a: mm; quantities with units, also round JAX arrays, are converted.
         theta: tap angle, degrees; or
         delta: displacement of the object, mm.
         **model: as of :func:`vibrissa.strain`; no JAX arrays.
@@ -39,13 +39,14 @@ def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = Non
         An array of the common shape.
 
     Raises:
-        InputError: no drive, or two; a model that is not allowed.
+        InputError: no drive, or two; what is no number; a quantity that does not convert; a model that is not allowed.
     """
     if (theta is None) == (delta is None):
         raise InputError("a tap has one drive", key="theta", allowed="theta (degrees) or delta (mm)")
     name, drive = ("theta", theta) if delta is None else ("delta", delta)
     _check(name, model)
-    arguments = jnp.broadcast_arrays(*(jnp.asarray(x) for x in (D, d, L_a, x_ss, l, a, drive)))
+    given = _taps.without_units(dict(zip((*_NAMES, name), (D, d, L_a, x_ss, l, a, drive))), jax.Array)
+    arguments = jnp.broadcast_arrays(*(jnp.asarray(x) for x in given.values()))
     kind = jnp.result_type(float, *arguments)
     return _function(name, model)(*(x.astype(kind) for x in arguments))
 

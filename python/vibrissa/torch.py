@@ -48,7 +48,7 @@ def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = Non
     a double backward (``create_graph=True``) is refused.
 
     Args:
-        D, d, L_a, x_ss, l, a: tensors or numbers, mm.
+        D, d, L_a, x_ss, l, a: tensors or numbers, mm; quantities with units, also round tensors, are converted.
         theta: tap angle, degrees; or
         delta: displacement of the object, mm.
         **model: as of :func:`vibrissa.strain`; no tensors.
@@ -57,13 +57,13 @@ def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = Non
         A tensor of the common shape.
 
     Raises:
-        InputError: no drive, or two; a model that is not allowed.
+        InputError: no drive, or two; what is no number; a quantity that does not convert; a model that is not allowed.
         RuntimeError: a double backward.
     """
     if (theta is None) == (delta is None):
         raise InputError("a tap has one drive", key="theta", allowed="theta (degrees) or delta (mm)")
     name, drive = ("theta", theta) if delta is None else ("delta", delta)
-    given = (D, d, L_a, x_ss, l, a, drive)
+    given = _taps.without_units(dict(zip((*_NAMES, name), (D, d, L_a, x_ss, l, a, drive))), torch.Tensor).values()
     like = next((x for x in given if isinstance(x, torch.Tensor) and x.is_floating_point()), torch.empty(0, dtype=torch.float64))
     tensors = [x.to(like) if isinstance(x, torch.Tensor) else torch.as_tensor(x, dtype=like.dtype, device=like.device) for x in given]
     return _Strain.apply((*_NAMES, name), model, *torch.broadcast_tensors(*tensors))

@@ -1,0 +1,98 @@
+"""Taps given one by one, in place of axes."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from tempfile import TemporaryDirectory
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._containers import named_columns
+from ._errors import InputError
+from ._spec import Section, Spec, resolve, section
+from ._taps import ALLOWED, columns
+from ._units import UNITS
+
+_TUPLES = {"D_mm": "D", "d_mm": "d", "L_a_mm": "L_a", "x_ss_mm": "x_ss", "l_mm": "l", "a_mm": "a"}
+_DIRECTIONS = {"tilt_deg": "tilt", "lean_deg": "lean"}
+# Properties of the rig that a row may have, with their units.
+_PROPERTIES = {
+    "exponent": "", "bore_mm": "mm", "core_mm": "mm", "E_core_MPa": "MPa", "kappa_base_per_mm": "1/mm", "kappa_slope_per_mm2": "1/mm**2",
+    "k_theta_Nmm_per_rad": "N*mm/rad", "k_y_N_per_mm": "N/mm", "k_x_N_per_mm": "N/mm", "hub_mm": "mm", "E_MPa": "MPa", "nu": "", "pole_radius_mm": "mm", "mu": "",
+    "foil_N_per_mm": "N/mm", "noise": ""}
+_SECTIONS = {"whisker": ("D", "d", "L_a"), "gauge": ("x_ss", "l"), "tap": ("a", "tilt", "lean", "theta", "delta")}
+
+
+class Asked(NamedTuple):
+    """What was asked of a sweep or of shapes."""
+
+    path: str | None
+    """Path of the spec, if it is in a file."""
+    text: str
+    """The spec that goes over it."""
+    listed: tuple[int, list[Any]] | None
+    """Taps given one by one: their number, and their columns; None in the place of a tilt or a lean that is not there."""
+    told: list[str]
+    """What to warn of."""
+
+
+@contextmanager
+def asked(spec: Spec, tuples: Any, sections: dict[str, Section | None]) -> Iterator[Asked]:
+    """A spec with these sections, and taps given one by one. Those with a rig of their own go as a tuple file."""
+    if tuples is None or isinstance(tuples, Mapping) and set(tuples) == {"file"}:
+        yield Asked(*resolve(spec, {**sections, "tuples": tuples}), None, [])
+        return
+    rows, n, told = _rows(tuples, sections)
+    if not _PROPERTIES.keys() & rows.keys():
+        of_tuple = list(rows.values())[:7] + [rows.get(name) for name in _DIRECTIONS]
+        yield Asked(*resolve(spec, sections), (n, of_tuple), told)
+        return
+    with TemporaryDirectory() as folder:
+        path = os.path.join(folder, "tuples.csv")
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(",".join(rows) + "\n")
+            file.writelines(",".join(map(repr, row)) + "\n" for row in zip(*(np.broadcast_to(x, n).tolist() for x in rows.values())))
+        try:
+            yield Asked(*resolve(spec, {**sections, "tuples": {"file": path}}), None, told)
+        except InputError as e:
+            if path not in (e.file, e.value) and f'"{path}"' != e.value:
+                raise
+            # The file is none that the user knows.
+            whole = e.key in (None, "tuples.file")
+            raise InputError(e.message.replace(" of this file", ""), key="tuples" if whole else e.key, value=None if whole else e.value, allowed=e.allowed) from None
+
+
+def _rows(tuples: Any, sections: dict[str, Section | None]) -> tuple[dict[str, NDArray[np.float64]], int, list[str]]:
+    """Columns that are read, those of a tuple first, of one value or of as many as there are rows; that number; what to warn of."""
+    said = {name: section(name, sections.get(name)) or {} for name in _SECTIONS}
+    for name, keys in _SECTIONS.items():
+        written = [key for key in keys if key in said[name]]
+        if written:
+            raise InputError("this comes from the tuples; remove one of the two", key=f"{name}.{written[0]}")
+    drive = ("delta_mm", "delta") if said["tap"].get("drive") == "displacement" else ("theta_deg", "theta")
+    wanted = {**_TUPLES, drive[0]: drive[1]}
+    known = {**wanted, **_DIRECTIONS, **{name: name for name in _PROPERTIES}}
+    named = named_columns(tuples, "tuples", known.keys())
+    names = [name for name, _ in named]
+    for name in known:
+        if names.count(name) > 1:
+            raise InputError(f"column {name} is there {names.count(name)} times", key="tuples", value=", ".join(names), allowed="each column once")
+    for name in wanted:
+        if name not in names:
+            raise InputError(f"column {name} is missing", key="tuples", value=", ".join(names), allowed=", ".join(wanted))
+    held = dict(named)
+    read = {known[name]: held[name] for name in known if name in held}
+    units = {key: _PROPERTIES.get(key, UNITS.get(f"tap.{key}", "mm")) for key in read}
+    shape, n, flat = columns(read, {key: ALLOWED.get(key, "numbers") for key in read}, units, prefix="tuples.")
+    if len(shape) > 1:
+        raise InputError("columns of tuples have one dimension", key="tuples", value=f"shape {tuple(shape)}")
+    for key, values in zip(read, flat):
+        bad = np.flatnonzero(~np.isfinite(values))
+        if len(bad):
+            raise InputError("this is not a finite number", key=f"tuples.{key}", value=f"{values[bad[0]]} in row {bad[0]}", allowed=ALLOWED.get(key, "numbers"))
+    ignored = ", ".join(name for name in names if name not in known)
+    return dict(zip((name for name in known if name in held), flat)), n, [f"tuples: ignored columns {ignored}"] if ignored else []
