@@ -14,6 +14,7 @@ import numpy as np
 from . import _native
 from ._errors import InputError, Interrupted, short, warn
 from ._frames import csv
+from ._keywords import keywords
 from ._progress import Progress, shown
 from ._results import BestTap, Search, Sweep, Verification
 from ._spec import Section, Spec, flag, given, number, resolve, section, whole, word
@@ -98,6 +99,7 @@ def _unread(tuples: Any) -> list[str]:
     return [f"tuples: ignored columns {ignored}"] if ignored else []
 
 
+@keywords
 def sweep(spec: Spec = None, *, whisker: Section | None = None, gauge: Section | None = None, sensor: Section | None = None,
           tap: Section | None = None,
           model: Section | None = None, estimate: Section | None = None, output: Section | None = None,
@@ -148,6 +150,7 @@ def sweep(spec: Spec = None, *, whisker: Section | None = None, gauge: Section |
     return result
 
 
+@keywords
 def tap(spec: Spec = None, *, whisker: Section | None = None, gauge: Section | None = None, sensor: Section | None = None,
         tap: Section | None = None,
         model: Section | None = None, estimate: Section | None = None, run: Section | None = None,
@@ -195,6 +198,7 @@ class Step(NamedTuple):
     """Whether it keeps the limits."""
 
 
+@keywords
 def optimise(spec: Spec = None, *, whisker: Section | None = None, gauge: Section | None = None, sensor: Section | None = None,
              tap: Section | None = None,
              model: Section | None = None, estimate: Section | None = None, optimise: Section | None = None,

@@ -55,8 +55,8 @@ const STATUSES: [(Status, &str, &str, &str); 12] = [
     ),
     (
         Status::OUTSIDE_CALIBRATION,
-        "not in a sweep",
-        "",
+        "the only distance that gives this reading lies beyond the whisker (d > D, model §2.3)",
+        "all",
         "the drive, the side or the distance lies outside what was calibrated",
     ),
     (

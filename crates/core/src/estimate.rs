@@ -18,7 +18,8 @@ pub struct Estimated {
     pub sigma: f64,
     /// Contact force, N; NaN where only one channel is read.
     pub force: f64,
-    /// `no_root`; `ambiguous` also where only the near side of the peak gives the reading; or nothing.
+    /// `no_root`; `ambiguous` also where the near side of the peak gives the reading and another distance lies beyond what is known;
+    /// `outside_calibration` where the only distance lies beyond the whisker; or nothing.
     pub status: Status,
 }
 
@@ -73,8 +74,13 @@ impl<'a> Estimator<'a> {
             return Estimated { status: Status::NO_ROOT, ..Estimated::NOTHING };
         };
         let slope = self.shared.theory.curve().slope(roots.far).abs();
-        let twice = roots.only_near || roots.near.is_some_and(|a| self.interesting(a));
-        let status = if twice { Status::AMBIGUOUS } else { Status::OK };
+        let twice = roots.unseen || roots.near.is_some_and(|a| self.interesting(a));
+        let beyond = roots.alone && roots.far > self.shared.length * (1.0 + WIDENING);
+        let status = match () {
+            () if twice => Status::AMBIGUOUS,
+            () if beyond => Status::OUTSIDE_CALIBRATION,
+            () => Status::OK,
+        };
         let sigma = if self.noise == 0.0 { 0.0 } else { k * self.noise / (amount * slope) };
         Estimated { distance: roots.far, sigma, status, ..Estimated::NOTHING }
     }

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::WEIGHTS;
 use super::tuples::Tuples;
-use crate::ranking::{BEYOND, FARTHEST, HEAD, Sheet};
+use crate::ranking::{BEYOND, COMBINED, FARTHEST, HEAD, Sheet};
 use vibrissa_core::scene::{Drive, Layout, Per, RankBy};
 
 /// Invocations of one workgroup.
@@ -92,6 +92,7 @@ impl Shader {
             ("POWERS", powers),
             ("AT_POINTS", sheet.at_points),
             ("BY", by(sheet.by)),
+            ("COMBINED", COMBINED),
         ];
         let switches = [
             ("OWN", sheet.own),
