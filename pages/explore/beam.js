@@ -142,11 +142,13 @@ export class SignalCurve {
             return undefined;
         }
         // The strain of a widening whisker levels off above 0.
-        const alone = near === undefined && this.signal === "strain" && this.values[0] > 0;
+        const levelsOff = this.signal === "strain" && this.values[0] > 0;
+        const tip = this.w.L_a * (1 + 1e-6);
+        const onWhisker = near !== undefined && 1 / near <= tip;
         return {
             far: 1 / far,
             near: near === undefined ? undefined : 1 / near,
-            beyond: alone && 1 / far > this.w.L_a * (1 + 1e-6),
+            beyond: levelsOff && 1 / far > (onWhisker ? 2 * this.w.L_a : tip),
         };
     }
     /** Newton's method from `u`, within a monotonic piece; nothing where it leaves that. */

@@ -53,7 +53,7 @@ export function shearLength2(D: number, nu: number): number {
   return ((7 + 6 * nu) / 16) * D * D;
 }
 
-/** Distances of a reading, mm: the largest, the next one, and whether the largest is the only one and lies beyond the whisker. */
+/** Distances of a reading, mm: the largest, the next one, and whether none lies on a widening whisker, or the largest far beyond it. */
 export interface Roots {
   readonly far: number;
   readonly near: number | undefined;
@@ -185,11 +185,13 @@ export class SignalCurve {
       return undefined;
     }
     // The strain of a widening whisker levels off above 0.
-    const alone = near === undefined && this.signal === "strain" && this.values[0]! > 0;
+    const levelsOff = this.signal === "strain" && this.values[0]! > 0;
+    const tip = this.w.L_a * (1 + 1e-6);
+    const onWhisker = near !== undefined && 1 / near <= tip;
     return {
       far: 1 / far,
       near: near === undefined ? undefined : 1 / near,
-      beyond: alone && 1 / far > this.w.L_a * (1 + 1e-6),
+      beyond: levelsOff && 1 / far > (onWhisker ? 2 * this.w.L_a : tip),
     };
   }
 

@@ -63,11 +63,13 @@ fn count(w: Design, n: u32, complete: u32, largest: f32, words: ptr<function, Ta
     let beyond = lowest < max(-0.9 * farthest, BEYOND_LO) || BEYOND_HI < highest;
     // Every drive has a root; all of them are clear of a second one, or none is.
     let certain = !beyond && highest < limits.peak;
-    let is_clear = certain && (highest < limits.low || limits.high < lowest);
-    let twofold = certain && !is_clear && limits.low < lowest && highest < limits.high;
-    let open = !beyond && !is_clear && !twofold;
+    let away = highest < limits.low || limits.high < lowest;
+    let twofold = certain && !away && limits.low < lowest && highest < limits.high;
+    let out = beyond || (!twofold && is_out(w, n, g, limits, lowest, highest));
+    let is_clear = certain && away && !out;
+    let open = !out && !is_clear && !twofold;
     if is_clear || twofold { note(select(AMBIGUOUS, CLEAR, is_clear), n, 0u, ROW_DRIVES, words); }
-    (*words).hard = (*words).hard || beyond || (open && !whole);
+    (*words).hard = (*words).hard || out || (open && !whole);
     if open && whole {
         for (var j = 0u; j < ROW_DRIVES; j++) {
             var power = w.power;
@@ -106,8 +108,9 @@ fn estimate(w: Design, drive: f32, power: f32, j: u32, words: ptr<function, Tall
         let none = limits.peak < q;
         // Nearly infinitely far, or beyond: a widening whisker may read less than what its farthest contact gives.
         let lost = 1.0 + root.eta < FARTHEST || q < grown(g, -1.0).value;
-        (*words).hard = (*words).hard || (lost && !none);
         let two = q >= limits.low && q <= limits.high && !none;
+        let out = lost || (!two && is_out(w, n, g, limits, q, q));
+        (*words).hard = (*words).hard || (out && !none);
         lacking += u32(none);
         note(select(select(CLEAR, AMBIGUOUS, two), ROOTLESS, none), n, j, j + 1u, words);
     }

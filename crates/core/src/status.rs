@@ -25,7 +25,7 @@ impl Status {
     pub const NO_ROOT: Self = Self(1 << 6);
     /// A second distance in the range of interest gives this reading, or one beyond the farthest that is known.
     pub const AMBIGUOUS: Self = Self(1 << 7);
-    /// The drive, the side or the distance lies outside the calibration, or the only distance beyond the whisker.
+    /// The drive, the side or the distance lies outside the calibration, or beyond a widening whisker.
     pub const OUTSIDE_CALIBRATION: Self = Self(1 << 8);
     /// The input line could not be read.
     pub const BAD_INPUT: Self = Self(1 << 9);

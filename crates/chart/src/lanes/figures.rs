@@ -122,7 +122,10 @@ impl<const SET: u8> Rows<Lanes<SET>> {
             let none = told.none;
             let least = self.design.words.farthest / tap.strain - one;
             let lost = q.if_less(least, one, told.lost);
-            tally.hard = tally.hard.max(known * (one - none) * lost);
+            let ends = self.design.words.ends.map(|end| end / tap.strain - one);
+            let out = q.if_less(ends[0], one, ends[1].if_less(q, one, zero));
+            let near = known * q.if_less(low, zero, high.if_less(q, zero, one)) * (one - none);
+            tally.hard = tally.hard.max(known * (one - none) * lost.max(out * (one - near)));
             let strain = tap.strain * drive / (one + deviation);
             let a = Pack::splat(distance.a);
             let room = (self.design.length - a) * Pack::splat(distance.inverse);
@@ -136,7 +139,6 @@ impl<const SET: u8> Rows<Lanes<SET>> {
             largest = largest.max(error.abs());
             noises = sigma.mul_add(sigma, noises);
             read = read + counted;
-            let near = known * q.if_less(low, zero, high.if_less(q, zero, one)) * (one - none);
             let rootless = known * none;
             let over = limit.if_less(strain, one, zero);
             let worn = [(one - over) * (one - off), over * (one - off), (one - over) * off, over * off];

@@ -37,8 +37,15 @@ pub struct Roots {
     pub near: Option<f64>,
     /// Whether there is a larger one, beyond the farthest contact of which f is known.
     pub unseen: bool,
-    /// Whether no other contact gives the reading, however far out: f of a widening whisker levels off above it.
-    pub alone: bool,
+    /// Whether f levels off above 0 far out: that of a widening whisker.
+    pub levels_off: bool,
+}
+
+impl Roots {
+    /// Whether no other contact gives the reading, however far out: f levels off above it.
+    pub fn alone(&self) -> bool {
+        self.levels_off && self.near.is_none() && !self.unseen
+    }
 }
 
 /// Points at which the slope's sign is looked at; f has at most a few extrema, far apart on this scale.
@@ -106,7 +113,7 @@ impl Inverse {
 
     /// Whether no other contact, however far out, gives the reading of one at `a` mm.
     pub fn alone(&self, a: f64) -> bool {
-        self.roots(self.curve.value(a)).is_some_and(|roots| roots.alone)
+        self.roots(self.curve.value(a)).is_some_and(|roots| roots.alone())
     }
 
     /// Roots of f(a) = `reading` > 0 (strain per radian, or per mm); `None` above the peak. Of a widening whisker a
@@ -133,8 +140,7 @@ impl Inverse {
         let Cut { peak: (peak, _), farthest, .. } = *self.cut();
         found[0].map(|far| {
             let unseen = peak > 0.0 && far > peak && reading >= farthest;
-            let alone = farthest > 0.0 && found[1].is_none() && !unseen;
-            Roots { far: 1.0 / far, near: found[1].map(|u| 1.0 / u), unseen, alone }
+            Roots { far: 1.0 / far, near: found[1].map(|u| 1.0 / u), unseen, levels_off: farthest > 0.0 }
         })
     }
 
