@@ -34,7 +34,6 @@ export class SignalCurve {
     b2;
     pieces;
     values = [];
-    peakAt = 0;
     /** `shear` is S, or 0 for Euler and Bernoulli; `E` the modulus, MPa, on which a strain does not depend. */
     constructor(w, drive, shear, signal = "strain", E = 1) {
         this.w = w;
@@ -118,7 +117,6 @@ export class SignalCurve {
             }
         }
         pieces.push(hi);
-        this.peakAt = pieces.reduce((best, u) => (this.at(u)[0] > this.at(best)[0] ? u : best), lo);
         this.pieces = pieces;
         this.values = pieces.map((u) => this.at(u)[0]);
         return pieces;
@@ -143,10 +141,14 @@ export class SignalCurve {
         if (far === undefined) {
             return undefined;
         }
+        // The strain of a widening whisker levels off above 0.
+        const levelsOff = this.signal === "strain" && this.values[0] > 0;
+        const tip = this.w.L_a * (1 + 1e-6);
+        const onWhisker = near !== undefined && 1 / near <= tip;
         return {
             far: 1 / far,
             near: near === undefined ? undefined : 1 / near,
-            onlyNear: this.peakAt > 0 && far > this.peakAt,
+            beyond: levelsOff && 1 / far > (onWhisker ? 2 * this.w.L_a : tip),
         };
     }
     /** Newton's method from `u`, within a monotonic piece; nothing where it leaves that. */

@@ -53,11 +53,11 @@ export function shearLength2(D: number, nu: number): number {
   return ((7 + 6 * nu) / 16) * D * D;
 }
 
-/** Distances of a reading, mm: the largest, the next one, and whether the largest lies on the near side of the peak. */
+/** Distances of a reading, mm: the largest, the next one, and whether none lies on a widening whisker, or the largest far beyond it. */
 export interface Roots {
   readonly far: number;
   readonly near: number | undefined;
-  readonly onlyNear: boolean;
+  readonly beyond: boolean;
 }
 
 const SAMPLES = 48;
@@ -69,7 +69,6 @@ export class SignalCurve {
   private readonly b2: number;
   private pieces: number[] | undefined;
   private values: number[] = [];
-  private peakAt = 0;
 
   /** `shear` is S, or 0 for Euler and Bernoulli; `E` the modulus, MPa, on which a strain does not depend. */
   constructor(
@@ -160,7 +159,6 @@ export class SignalCurve {
       }
     }
     pieces.push(hi);
-    this.peakAt = pieces.reduce((best, u) => (this.at(u)[0] > this.at(best)[0] ? u : best), lo);
     this.pieces = pieces;
     this.values = pieces.map((u) => this.at(u)[0]);
     return pieces;
@@ -186,10 +184,14 @@ export class SignalCurve {
     if (far === undefined) {
       return undefined;
     }
+    // The strain of a widening whisker levels off above 0.
+    const levelsOff = this.signal === "strain" && this.values[0]! > 0;
+    const tip = this.w.L_a * (1 + 1e-6);
+    const onWhisker = near !== undefined && 1 / near <= tip;
     return {
       far: 1 / far,
       near: near === undefined ? undefined : 1 / near,
-      onlyNear: this.peakAt > 0 && far > this.peakAt,
+      beyond: levelsOff && 1 / far > (onWhisker ? 2 * this.w.L_a : tip),
     };
   }
 

@@ -338,6 +338,7 @@ const WORDS = {
   strain_limit: "some strains exceed the limit of the gauge",
   no_root: "some strains have no distance by the theory",
   ambiguous: "some strains have two distances in the range",
+  outside_calibration: "some strains have a distance beyond the whisker only",
   outside_chart: "outside the chart",
 } as const;
 

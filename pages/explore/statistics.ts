@@ -155,9 +155,9 @@ export class Design {
     }
     const [lo, hi] = this.rig.baked.estimate.range ?? [Math.min(...this.distances), Math.max(...this.distances)];
     const interesting = (x: number) => x >= lo * (1 - 1e-6) && x <= hi * (1 + 1e-6);
-    const twice = roots.onlyNear || (roots.near !== undefined && interesting(roots.near));
+    const twice = roots.near !== undefined && interesting(roots.near);
     const sigma = this.noise === 0 ? 0 : (K * this.noise) / (amount * Math.abs(read.slope(roots.far)));
-    return { distance: roots.far, sigma, word: twice ? "ambiguous" : undefined };
+    return { distance: roots.far, sigma, word: twice ? "ambiguous" : roots.beyond ? "outside_calibration" : undefined };
   }
 
   /** The drive of [lo, hi] with the smallest total error among complete rows that keep the strain limit; nothing where there is none. */

@@ -7,7 +7,7 @@ import { dotted, type Plane, polynomial } from "./chart";
 import { Curves, type Rig } from "./rig";
 
 /** Words of a tap; those of the sweep's tables, and what only a chart can say. */
-export type Word = "invalid_geometry" | "no_strain" | "slipped_off" | "strain_limit" | "no_root" | "ambiguous" | "outside_chart";
+export type Word = "invalid_geometry" | "no_strain" | "slipped_off" | "strain_limit" | "no_root" | "ambiguous" | "outside_calibration" | "outside_chart";
 
 /** What a tap gives. */
 export interface Tap {

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from . import _native
 from ._errors import InputError, Interrupted, short, warn
+from ._keywords import keywords
 from ._progress import Progress, shown
 from ._results import BestTap, Search, Sweep, Verification
 from ._spec import Section, Spec, flag, given, number, resolve, section, whole, word
@@ -22,6 +23,7 @@ def _name(spec: Spec, name: str | None, command: str) -> str:
     return word("name", command if name in (None, "") else name)
 
 
+@keywords
 def sweep(spec: Spec = None, *, whisker: Section | None = None, gauge: Section | None = None, sensor: Section | None = None,
           tap: Section | None = None,
           model: Section | None = None, estimate: Section | None = None, output: Section | None = None,
@@ -73,6 +75,7 @@ def sweep(spec: Spec = None, *, whisker: Section | None = None, gauge: Section |
     return result
 
 
+@keywords
 def tap(spec: Spec = None, *, whisker: Section | None = None, gauge: Section | None = None, sensor: Section | None = None,
         tap: Section | None = None,
         model: Section | None = None, estimate: Section | None = None, run: Section | None = None,
@@ -120,6 +123,7 @@ class Step(NamedTuple):
     """Whether it keeps the limits."""
 
 
+@keywords
 def optimise(spec: Spec = None, *, whisker: Section | None = None, gauge: Section | None = None, sensor: Section | None = None,
              tap: Section | None = None,
              model: Section | None = None, estimate: Section | None = None, optimise: Section | None = None,

@@ -12,6 +12,7 @@ import numpy as np
 from . import _native
 from ._errors import InputError, short, warn
 from ._frames import csv
+from ._keywords import keywords
 from ._locate import calibration_text, roles, told_together
 from ._results import Calibration, Contour
 from ._spec import Section, _name, _whole_text, document, flag, given, number, section, whole, word
@@ -56,6 +57,7 @@ def course(said: Any, key: str = "object") -> tuple[str | None, str]:
     return None, "\n".join([*lines, document(sections), *starts, ""])
 
 
+@keywords
 def contour(data: Any, calibration: Calibration | str | os.PathLike[str], *, estimator: str | None = None, angle_noise: float = 0.1,
             base_noise: float = 0.0, touch_noise: float | None = None, contact: str | None = None, taps: bool = False,
             curve: str | None = None, truth: str | os.PathLike[str] | Mapping[str, Any] | None = None, zero: float | tuple[float, float] | None = None,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 import warnings
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
@@ -27,10 +28,13 @@ class VibrissaWarning(UserWarning):
 
 
 def warn(texts: Iterable[str]) -> None:
-    """Warns of ``texts``, at the line that called the function that calls this."""
+    """Warns of ``texts``, at the line outside of this package that led here."""
+    frame, level = sys._getframe(), 1
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == __package__:
+        frame, level = frame.f_back, level + 1
     for text in texts:
         # Keywords have no place in a file.
-        warnings.warn(_OF_KEYWORDS.sub("", text), VibrissaWarning, stacklevel=3)
+        warnings.warn(_OF_KEYWORDS.sub("", text), VibrissaWarning, stacklevel=level)
 
 
 class Error(Exception):

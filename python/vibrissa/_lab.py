@@ -11,11 +11,13 @@ from . import _native
 from ._contour import course
 from ._errors import InputError, short, warn
 from ._frames import csv
+from ._keywords import keywords
 from ._locate import roles
 from ._results import Calibration, Simulation
 from ._spec import Section, Spec, given, number, resolve, whole, word
 
 
+@keywords
 def calibrate(data: Any, spec: Spec = None, *, whisker: Section | None = None, gauge: Section | None = None, sensor: Section | None = None,
               tap: Section | None = None,
               model: Section | None = None, estimate: Section | None = None, run: Section | None = None,
@@ -57,6 +59,7 @@ def calibrate(data: Any, spec: Spec = None, *, whisker: Section | None = None, g
     return result
 
 
+@keywords
 def simulate(spec: Spec = None, *, whisker: Section | None = None, gauge: Section | None = None, sensor: Section | None = None,
              tap: Section | None = None,
              model: Section | None = None, run: Section | None = None, repeats: int = 1, noise: float | None = None, seed: int = 1,

@@ -11,6 +11,7 @@ import numpy as np
 from . import _native
 from ._errors import InputError, short, warn
 from ._frames import csv
+from ._keywords import keywords
 from ._labels import by_name
 from ._results import Calibration, Simulation
 from ._spec import flag, given, number, plain, word
@@ -87,6 +88,7 @@ class Locator:
         InputError: a file that cannot be used, an estimator that the calibration does not hold.
     """
 
+    @keywords
     def __init__(self, calibration: Calibration | str | os.PathLike[str], *, estimator: str | None = None,
                  zero: float | None = None, trust: bool = False, same_run: bool = False) -> None:
         label, text = calibration_text(calibration)
@@ -199,6 +201,7 @@ class Locator:
             raise InputError("these are no readings", key="readings", value=short(readings), allowed="something to iterate over: (drive, reading), or readings") from None
         return self._answers(items)
 
+    @keywords
     def next(self, readings: Iterable[tuple[float, float] | tuple[float, float, float]] = (), *, within: tuple[float, float] | None = None,
              shift: tuple[float, float] | None = None, same_run: bool = False) -> NextTap:
         """Which drive the next tap of an object should have, after these readings of it.
@@ -265,6 +268,7 @@ class Locator:
                 raise InputError("this is no reading", key="readings", value=short(item), allowed="(drive, reading), or a reading") from None
             yield Located(distance, sigma, Status(status))
 
+    @keywords
     def table(self, readings: Any, columns: dict[str, str] | str | None = None, *, object: str | None = None, same: bool = False,
               strokes: bool = False, free: str | None = None, interval: bool = False) -> _native.Table:
         """Readings of a table (a path, a DataFrame, a dict of columns) as ``located.csv``: their own columns, distance_mm, sigma_mm, status.

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 from ._commands import sweep
 from ._errors import InputError, short
 from ._frames import csv
+from ._keywords import keywords
 
 
 class MaterialFit(NamedTuple):
@@ -24,6 +25,7 @@ class MaterialFit(NamedTuple):
     """Points of different strain."""
 
 
+@keywords
 def fit_material(data: Any, law: str = "yeoh") -> MaterialFit:
     """Fits a hyperelastic law to a measured uniaxial stress–strain curve, as ``material = { curve = … }`` of a spec does.
 

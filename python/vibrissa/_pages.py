@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from . import _native
 from ._contour import _path
 from ._errors import InputError, short, warn
+from ._keywords import keywords
 from ._results import _Result, _whole
 from ._spec import Section, Spec, flag, given, number, resolve, word
 
@@ -40,6 +41,7 @@ class Page(_Result):
         return f'<iframe srcdoc="{html_.escape(self.html)}" width="100%" height="720" style="border: 0"></iframe>'
 
 
+@keywords
 def explore(spec: Spec = None, *, whisker: Section | None = None, gauge: Section | None = None, sensor: Section | None = None,
             tap: Section | None = None, model: Section | None = None, estimate: Section | None = None, run: Section | None = None) -> Page:
     """One page with sliders for whisker, gauge and tap, as ``vibrissa explore`` writes it.
@@ -81,6 +83,7 @@ class Report(NamedTuple):
     """All files."""
 
 
+@keywords
 def report(folder: str | os.PathLike[str], out: str | os.PathLike[str] | None = None, *, figures: str | tuple[str, ...] | list[str] = ("svg", "png", "pdf"),
            width: float = 88.0, font_size: float = 8.0, font: str | os.PathLike[str] | None = None, force: bool = False) -> Report:
     """Figures and one page of a result folder that the program wrote, as ``vibrissa report`` draws them.

@@ -7,6 +7,7 @@ from typing import Any
 from . import _native
 from ._commands import _name
 from ._errors import warn
+from ._keywords import keywords
 from ._progress import Progress, shown
 from ._results import Shapes
 from ._spec import Section, Spec, whole
@@ -16,6 +17,7 @@ from ._tuples import asked
 _NODES = (3, 10_001)
 
 
+@keywords
 def shape(spec: Spec = None, *, whisker: Section | None = None, gauge: Section | None = None, sensor: Section | None = None,
           tap: Section | None = None,
           model: Section | None = None, estimate: Section | None = None, output: Section | None = None, run: Section | None = None,

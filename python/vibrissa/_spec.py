@@ -11,6 +11,7 @@ from typing import Any, TypeVar, Union
 import numpy as np
 
 from ._errors import InputError, short
+from ._keywords import keywords
 from ._units import bare, unit_of
 
 _T = TypeVar("_T")
@@ -22,6 +23,7 @@ _BARE = re.compile(r"[A-Za-z0-9_-]+")
 _ESCAPES = {**{i: f"\\u{i:04x}" for i in (*range(32), 127)}, ord('"'): '\\"', ord("\\"): "\\\\"}
 
 
+@keywords
 def axis(start: float, stop: float, *, steps: int | None = None, step: float | None = None, scale: str = "linear") -> dict[str, Any]:
     """An even (``scale="linear"``) or logarithmic (``"log"``) axis from ``start`` to ``stop``, both ends included.
 
@@ -34,6 +36,7 @@ def axis(start: float, stop: float, *, steps: int | None = None, step: float | N
     return {"from": start, "to": stop, **{k: v for k, v in given.items() if v is not None}}
 
 
+@keywords
 def samples(low: float, high: float, n: int, *, sampler: str = "sobol", seed: int = 0, scale: str = "linear") -> dict[str, Any]:
     """``n`` points between ``low`` and ``high``, ``"sobol"`` (Owen-scrambled) or ``"random"``. Sampled axes of one spec share their points."""
     given = {"min": low, "max": high, "samples": n, "sampler": sampler, "seed": seed}

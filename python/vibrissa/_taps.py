@@ -159,17 +159,30 @@ def _solver(model: dict[str, Any], displaced: bool) -> tuple[_native.Taps, list[
         if displaced:
             sections["tap"] = {"drive": "displacement"}
         text = document(sections)
+    found = _solver_of(text)
+    if plain:
+        if len(_quick) >= _MOST_SOLVERS:
+            _quick.clear()
+        _quick[quick] = found
+    return found
+
+
+def _solver_of(text: str) -> tuple[_native.Taps, list[str]]:
+    """What solves taps of the model that ``text``, sections of a spec, describes."""
     found = _solvers.get(text)
     if found is None:
         if len(_solvers) >= _MOST_SOLVERS:
             _solvers.clear()
         taps = _native.Taps(text)
         found = _solvers[text] = taps, taps.warnings
-    if plain:
-        if len(_quick) >= _MOST_SOLVERS:
-            _quick.clear()
-        _quick[quick] = found
     return found
+
+
+def of_model(model: Mapping[str, Any]) -> None:
+    """Refuses keywords of :func:`strain` that say what comes back, and are none of a model."""
+    for key in ("full", "grad", "progress"):
+        if key in model:
+            raise InputError("this is no key of a model", key=key, value=short(model[key]), allowed="keys of [model]; vibrissa.strain has this one")
 
 
 def forget_solvers() -> object:

@@ -53,6 +53,7 @@ def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = Non
 
 def _check(drive: str, model: dict[str, Any]) -> None:
     """Refuses a model now, and not in a callback."""
+    _taps.of_model(model)
     _strain(10, 4, 50, 5, 2, np.empty(0), **{drive: 1.0}, **model)
 
 

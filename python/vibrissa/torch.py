@@ -63,6 +63,7 @@ def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = Non
     if (theta is None) == (delta is None):
         raise InputError("a tap has one drive", key="theta", allowed="theta (degrees) or delta (mm)")
     name, drive = ("theta", theta) if delta is None else ("delta", delta)
+    _taps.of_model(model)
     given = _taps.without_units(dict(zip((*_NAMES, name), (D, d, L_a, x_ss, l, a, drive))), torch.Tensor).values()
     like = next((x for x in given if isinstance(x, torch.Tensor) and x.is_floating_point()), torch.empty(0, dtype=torch.float64))
     tensors = [x.to(like) if isinstance(x, torch.Tensor) else torch.as_tensor(x, dtype=like.dtype, device=like.device) for x in given]

@@ -11,12 +11,12 @@ struct Job {
     first: array<vec4<u32>, 2>,
 }
 
-// Taps per status word, and rows (designs, where designs compete) that are complete.
-struct Words { ok: u32, slipped: u32, strain: u32, rootless: u32, ambiguous: u32, invalid: u32, complete: u32 }
+// Taps per combination of status words, and rows (designs, where designs compete) that are complete.
+struct Words { taps: array<u32, COMBINED>, invalid: u32, complete: u32 }
 
 @group(0) @binding(0) var<uniform> job: Job;
 // `numbers`, `shape` and `rows`, bindings 1 to 3, are declared before this text: uniform where they fit, else storage.
-@group(0) @binding(4) var<storage, read_write> tally: array<atomic<u32>, 16>;
+@group(0) @binding(4) var<storage, read_write> tally: array<atomic<u32>, 20>;
 // Designs with a row below the bound, and those that must be solved tap by tap.
 @group(0) @binding(5) var<storage, read_write> best: array<u32>;
 @group(0) @binding(6) var<storage, read_write> hard: array<u32>;
@@ -94,11 +94,7 @@ fn rank_design(i: u32, words: ptr<function, Words>) -> u32 {
     }
     if counts.hard { return list_hard(i); }
     if found { best[atomicAdd(&tally[0], 1u)] = job.stamp | i; }
-    (*words).ok += counts.ok;
-    (*words).slipped += counts.slipped;
-    (*words).strain += counts.strain;
-    (*words).rootless += counts.rootless;
-    (*words).ambiguous += counts.ambiguous;
+    (*words).taps = counts.taps;
     (*words).complete += select(counts.complete, min(counts.complete, 1u), PER_DESIGN);
     return 0u;
 }
@@ -109,21 +105,15 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= job.count { return; }
     // Whether it goes to the list of hard ones.
     let left = rank_design(id.x, &words);
-    atomicAdd(&tally[2], words.ok);
-    atomicAdd(&tally[3], words.slipped);
-    atomicAdd(&tally[4], words.strain);
-    atomicAdd(&tally[5], words.rootless);
-    atomicAdd(&tally[6], words.ambiguous);
-    atomicAdd(&tally[7], words.invalid);
-    atomicAdd(&tally[8], words.complete);
-    // Designs gone through.
-    atomicAdd(&tally[9], 1u);
-    let counts = array<u32, 8>(
-        left, words.ok, words.slipped, words.strain, words.rootless, words.ambiguous, words.invalid, words.complete
-    );
-    var sum = 0u;
-    for (var k = 0u; k < 8u; k++) {
-        sum += WEIGHTS[k] * counts[k];
+    var sum = WEIGHTS[0] * left + WEIGHTS[COMBINED + 1u] * words.invalid + WEIGHTS[COMBINED + 2u] * words.complete;
+    for (var k = 0u; k < COMBINED; k++) {
+        // Most combinations have no tap.
+        if words.taps[k] > 0u { atomicAdd(&tally[2u + k], words.taps[k]); }
+        sum += WEIGHTS[k + 1u] * words.taps[k];
     }
-    atomicAdd(&tally[10], sum);
+    atomicAdd(&tally[COMBINED + 2u], words.invalid);
+    atomicAdd(&tally[COMBINED + 3u], words.complete);
+    // Designs gone through.
+    atomicAdd(&tally[COMBINED + 4u], 1u);
+    atomicAdd(&tally[COMBINED + 5u], sum);
 }

@@ -1,7 +1,7 @@
 // Words and rows of a design, from its taps.
 
-// Taps of a design per word, and whether it must be solved tap by tap.
-struct Tally { ok: u32, slipped: u32, strain: u32, rootless: u32, ambiguous: u32, complete: u32, hard: bool }
+// Taps of a design per combination of words, and whether it must be solved tap by tap.
+struct Tally { taps: array<u32, COMBINED>, complete: u32, hard: bool }
 
 var<private> mean: array<f32, POINTS>;
 var<private> least: array<f32, POINTS>;

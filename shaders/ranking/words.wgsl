@@ -29,11 +29,24 @@ fn range_of(n: u32, every: bool, largest: f32) -> array<f32, 2> {
     return array<f32, 2>(lo * select(less, more, lo < 0.0) - 1e-7, hi * select(more, less, hi < 0.0) + 1e-7);
 }
 
+// What an estimate says of a tap: places of its combinations of words.
+const CLEAR = 0u;
+const AMBIGUOUS = 4u;
+const ROOTLESS = 8u;
+
+// Adds the drives from `begin` to `end` of tap `n`, of which the estimate says `told`, each with the words that do not depend on it.
+fn note(told: u32, n: u32, begin: u32, end: u32, words: ptr<function, Tally>) {
+    let above = clamp(u32(kept(n, ABOVE)), begin, end);
+    let slipped = clamp(u32(kept(n, SLIPPED)), begin, end);
+    let clean = min(above, slipped);
+    (*words).taps[told] += clean - begin;
+    (*words).taps[told + 1u] += slipped - clean;
+    (*words).taps[told + 2u] += above - clean;
+    (*words).taps[told + 3u] += end - max(above, slipped);
+}
+
 // Adds the words of tap `n` over all drives to `words`; `complete`: first drive from which rows are not complete.
 fn count(w: Design, n: u32, complete: u32, largest: f32, words: ptr<function, Tally>) {
-    let above = u32(kept(n, ABOVE));
-    let slipped = u32(kept(n, SLIPPED));
-    let clean = min(above, slipped);
     let whole = complete >= ROW_DRIVES;
     var between = array<f32, 2>();
     if OWN {
@@ -50,14 +63,13 @@ fn count(w: Design, n: u32, complete: u32, largest: f32, words: ptr<function, Ta
     let beyond = lowest < max(-0.9 * farthest, BEYOND_LO) || BEYOND_HI < highest;
     // Every drive has a root; all of them are clear of a second one, or none is.
     let certain = !beyond && highest < limits.peak;
-    let is_clear = certain && (highest < limits.low || limits.high < lowest);
-    let twofold = certain && !is_clear && limits.low < lowest && highest < limits.high;
-    let open = !beyond && !is_clear && !twofold;
-    (*words).strain += ROW_DRIVES - above;
-    (*words).slipped += ROW_DRIVES - slipped;
-    (*words).ok += select(0u, clean, is_clear);
-    (*words).ambiguous += select(0u, ROW_DRIVES, twofold);
-    (*words).hard = (*words).hard || beyond || (open && !whole);
+    let away = highest < limits.low || limits.high < lowest;
+    let twofold = certain && !away && limits.low < lowest && highest < limits.high;
+    let out = beyond || (!twofold && is_out(w, n, g, limits, lowest, highest));
+    let is_clear = certain && away && !out;
+    let open = !out && !is_clear && !twofold;
+    if is_clear || twofold { note(select(AMBIGUOUS, CLEAR, is_clear), n, 0u, ROW_DRIVES, words); }
+    (*words).hard = (*words).hard || out || (open && !whole);
     if open && whole {
         for (var j = 0u; j < ROW_DRIVES; j++) {
             var power = w.power;
@@ -65,9 +77,7 @@ fn count(w: Design, n: u32, complete: u32, largest: f32, words: ptr<function, Ta
             let q = miss(power, calibration(power), n);
             let none = limits.peak < q;
             let two = q >= limits.low && q <= limits.high;
-            (*words).rootless += u32(none);
-            (*words).ambiguous += u32(two);
-            (*words).ok += u32(!none && !two && j < clean);
+            note(select(select(CLEAR, AMBIGUOUS, two), ROOTLESS, none), n, j, j + 1u, words);
         }
     }
 }
@@ -95,16 +105,14 @@ fn estimate(w: Design, drive: f32, power: f32, j: u32, words: ptr<function, Tall
         largest = max(largest, abs(error));
         let sigma = noise * a * whole * whole / max(kept(n, F) * root.slope, 1e-30);
         noises = fma(sigma, sigma, noises);
-        let none = limits.peak < q || 1.0 + root.eta < FARTHEST;
+        let none = limits.peak < q;
+        // Nearly infinitely far, or beyond: a widening whisker may read less than what its farthest contact gives.
+        let lost = 1.0 + root.eta < FARTHEST || q < grown(g, -1.0).value;
         let two = q >= limits.low && q <= limits.high && !none;
-        let over_limit = j >= u32(kept(n, ABOVE));
-        let off = j >= u32(kept(n, SLIPPED));
+        let out = lost || (!two && is_out(w, n, g, limits, q, q));
+        (*words).hard = (*words).hard || (out && !none);
         lacking += u32(none);
-        (*words).rootless += u32(none);
-        (*words).ambiguous += u32(two);
-        (*words).strain += u32(over_limit);
-        (*words).slipped += u32(off);
-        (*words).ok += u32(!(none || two || over_limit || off));
+        note(select(select(CLEAR, AMBIGUOUS, two), ROOTLESS, none), n, j, j + 1u, words);
     }
     let share = 1.0 / f32(DISTANCES);
     var rank = sqrt(squares * share);

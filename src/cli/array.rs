@@ -75,8 +75,9 @@ pub fn run(args: &Locate, array: &Path) -> Result<Reply, Error> {
     let mut table = folder.file("located.csv")?;
     table.write(&answered.table)?;
     table.close()?;
-    let counts =
-        json!({ "readings": answered.rows, "zero_readings": answered.zeros, "status": answered.status });
+    let counts = json!({
+        "readings": answered.rows, "zero_readings": answered.zeros, "status": answered.status, "combinations": answered.combinations.named(),
+    });
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
     let by = |w: &Mounted| json!({ "name": w.name, "estimator": w.locator.estimator.name() });
     let body = json!({
@@ -85,9 +86,8 @@ pub fn run(args: &Locate, array: &Path) -> Result<Reply, Error> {
         "counts": counts, "seconds": seconds,
     });
     let document = run_json::document("locate", json!({ "name": stem, "hash": identity }), body);
-    let words: Vec<String> = answered.status.iter().map(|(w, n)| format!("{n} {w}")).collect();
-    let text =
-        format!("{} readings of {} whiskers located: {}\n", answered.rows, whiskers.len(), words.join(", "));
+    let words = answered.combinations.told(|n| n.to_string());
+    let text = format!("{} readings of {} whiskers located: {words}\n", answered.rows, whiskers.len());
     let result = json!({ "whiskers": names });
     Reply { text, counts, seconds, result, ..Reply::default() }.filed(folder, &document, (out, start))
 }

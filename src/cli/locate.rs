@@ -305,8 +305,7 @@ fn filed(args: &Locate, path: &Path, opened: &Opened, ask: &Ask<'_>, start: Inst
             "seconds": { "total": start.elapsed().as_secs_f64() },
         }),
     );
-    let words: Vec<String> = counts.status.iter().map(|(w, n)| format!("{n} {w}")).collect();
-    let words = if words.is_empty() { "none".to_owned() } else { words.join(", ") };
+    let words = counts.combinations.told(|n| n.to_string());
     let text = format!("{} readings located by {}: {words}\n", counts.lines, opened.by);
     let kept =
         || format!("interrupted; the answers to {} readings are kept in {}", counts.lines, out.display());
@@ -331,7 +330,7 @@ fn open(path: &Path) -> Result<File, Error> {
 }
 
 fn counted(counts: &stream::Counts) -> Value {
-    json!({ "readings": counts.lines, "zero_readings": counts.zeros, "status": counts.status })
+    json!({ "readings": counts.lines, "zero_readings": counts.zeros, "status": counts.status, "combinations": counts.combinations.named() })
 }
 
 fn reply(text: String, counts: &stream::Counts, opened: &Opened, start: Instant) -> Reply {

@@ -252,8 +252,7 @@ fn answer(spec: &Spec, report: &Report) -> String {
 fn summary(spec: &Spec, report: &Report, needed: Option<&Needed>) -> String {
     let mut text = best::table(spec, report);
     let c = &report.counts;
-    let words: Vec<_> = c.status.iter().map(|(word, n)| format!("{} {word}", grouped(*n))).collect();
-    let words = if words.is_empty() { "none".to_owned() } else { words.join(", ") };
+    let words = c.combinations.told(grouped);
     let part = c.chart.as_ref().is_some_and(|chart| chart.get("words").is_some());
     let rest = if part { "; other words are told of the listed rows only" } else { "" };
     let _ = writeln!(text, "status of {} taps: {words}{rest}", grouped(c.taps));

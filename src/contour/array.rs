@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::point::{Noise, Point};
 use super::pose::Pose;
+use crate::combinations::Combinations;
 use crate::error::{Error, InputError, nearest};
 use crate::locate::object::{Objects, Together};
 use crate::locate::shift::{SHIFT, shift_column};
@@ -50,6 +51,8 @@ pub struct Answered {
     pub zeros: usize,
     /// Rows per status word, and `ok`.
     pub status: BTreeMap<String, u64>,
+    /// Readings per combination of words.
+    pub combinations: Combinations,
 }
 
 /// Answers the readings `bytes`, whose column [`WHISKER`] says which of `whiskers` each is of. Taps of one object by one whisker are taken together
@@ -67,6 +70,7 @@ pub fn answer(whiskers: &[Mounted], bytes: &[u8], ask: &Ask<'_>, noise: &Noise) 
     // By line: rows of the whiskers come together again.
     let mut rows = BTreeMap::new();
     let (mut zeros, mut status) = (0, BTreeMap::<String, u64>::new());
+    let mut combinations = Combinations::default();
     for (w, whisker) in whiskers.iter().enumerate().filter(|(w, _)| owners.contains(&Owner::Of(*w))) {
         // Lines of others become comments, so that lines keep their numbers and zeros are those of this whisker.
         let own = lines.iter().zip(&owners).flat_map(|(line, owner)| match owner {
@@ -110,6 +114,7 @@ pub fn answer(whiskers: &[Mounted], bytes: &[u8], ask: &Ask<'_>, noise: &Noise) 
             };
             zeros += usize::from(row.rests);
             let words = point.status.to_string();
+            combinations.note(point.status, 1);
             words.split('+').for_each(|word| *status.entry(word.to_owned()).or_default() += 1);
             let mut out = row.kept.clone();
             let [xx, _, yy] = point.covariance.0;
@@ -133,7 +138,7 @@ pub fn answer(whiskers: &[Mounted], bytes: &[u8], ask: &Ask<'_>, noise: &Noise) 
         header.ok_or_else(|| InputError::new("this file has a header but no rows").at(label, None))?;
     let n = rows.len();
     let table = header.into_iter().chain(rows.into_values().flatten()).collect();
-    Ok(Answered { table, rows: n, zeros, status })
+    Ok(Answered { table, rows: n, zeros, status, combinations })
 }
 
 /// Whose line it is.

@@ -1,5 +1,7 @@
 //! Tables and figures in numbers of a traced object.
 
+use std::collections::BTreeMap;
+
 use serde_json::{Value, json};
 
 use super::curve::{Curve, Kind};
@@ -149,15 +151,18 @@ pub fn described(trace: &Trace) -> Value {
 
 /// Rows, points and words.
 pub fn counts(trace: &Trace, readings: &Readings) -> Value {
-    let mut status = std::collections::BTreeMap::<String, u64>::new();
+    let (mut status, mut combinations) = (BTreeMap::<String, u64>::new(), BTreeMap::<String, u64>::new());
     for (p, outlier) in trace.points.iter().zip(&trace.outliers) {
-        for word in words(p.status, *outlier).split('+') {
+        let words = words(p.status, *outlier);
+        for word in words.split('+') {
             *status.entry(word.to_owned()).or_default() += 1;
         }
+        *combinations.entry(words).or_default() += 1;
     }
     json!({
         "rows": readings.rows.len(), "points": trace.points.iter().filter(|p| p.is_there()).count(),
         "zero_readings": readings.rows.iter().filter(|r| r.rests).count(),
         "outliers": trace.outliers.iter().filter(|o| **o).count(), "strokes": trace.strokes.len(), "status": status,
+        "combinations": combinations,
     })
 }

@@ -143,7 +143,7 @@ impl Forward for Paper {
         self.variance(a, drive)
     }
 
-    fn near_is_ambiguous(&self) -> bool {
-        true
+    fn alone(&self) -> f64 {
+        self.alone()
     }
 }

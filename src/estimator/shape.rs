@@ -35,8 +35,9 @@ pub trait Forward {
     /// Its variance, which the noise of the calibration leaves.
     fn variance(&self, a: f64, drive: f64) -> f64;
 
-    /// Whether a distance on the near side of the peak is ambiguous also where there is no other one.
-    fn near_is_ambiguous(&self) -> bool {
-        false
+    /// Share of the signal at the farthest distance, 0 to 1, above which a distance on the near side of the peak is ambiguous although no other
+    /// one is known.
+    fn alone(&self) -> f64 {
+        1.0
     }
 }

@@ -137,6 +137,7 @@ fn tap(setup: &Setup, q: &[f64; AXES]) -> (Design, f64, f64) {
         Tuple { D, d, L_a, x_ss: gauge[0], l: a * POINT, a: f64::NAN, drive: f64::NAN, ..Tuple::default() };
     let shared = Shared {
         taper,
+        length: L_a,
         gauge,
         model: curve(0.0),
         peak: bare.peak().1,

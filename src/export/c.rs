@@ -324,15 +324,16 @@ impl Export<'_> {
 
 impl Tables {
     fn side(&mut self, export: &Export<'_>, side: &super::Side<'_>, real: Real) {
-        let ((first, count), [cut, alone, weak, strong]) = match &side.form {
-            Form::Direct(p) => ((self.direct(p, real), 0), [0; 4]),
+        let ((first, count), alone, [cut, weak, strong]) = match &side.form {
+            Form::Direct(p) => ((self.direct(p, real), 0), 0.0, [0; 3]),
             Form::Learned { inverse, zero } => (
                 (self.learned(inverse, *zero, real), 0),
-                [0, 0, code(why(Nothing::Weak)), code(why(Nothing::Strong))],
+                0.0,
+                [0, code(why(Nothing::Weak)), code(why(Nothing::Strong))],
             ),
-            Form::Inverted { pieces, cut, near_is_ambiguous, without } => {
+            Form::Inverted { pieces, cut, alone, without } => {
                 let [weak, strong] = without.map(code);
-                (self.add(pieces, real), [u8::from(*cut), u8::from(*near_is_ambiguous), weak, strong])
+                (self.add(pieces, real), *alone, [u8::from(*cut), weak, strong])
             }
         };
         let of = side.of;
@@ -345,7 +346,8 @@ impl Tables {
         let [interest, ends] =
             [[lo, hi], [text::limit(export.locator, of.factor), end_stop]].map(|pair| pair.map(n).join(", "));
         self.sides.push(format!(
-            "    {{{sign}, {first}, {count}, {begin}, {drives}, {reach}, {{{interest}}}, {ends}, {cut}, {alone}, {weak}, {strong}}},"
+            "    {{{sign}, {first}, {count}, {begin}, {drives}, {reach}, {{{interest}}}, {ends}, {}, {cut}, {weak}, {strong}}},",
+            n(alone)
         ));
         self.drives.extend(&of.drives);
         self.bias.extend(&of.bias);

@@ -61,7 +61,8 @@ enum Form<'a> {
         pieces: Pieces,
         /// Whether there is more beyond the farthest distance.
         cut: bool,
-        near_is_ambiguous: bool,
+        /// Logarithm of the signal at the farthest distance over one below which the near distance is the only one; infinite where it never is.
+        alone: f64,
         /// What is said where there is no distance: below the signal of the farthest one, and otherwise.
         without: [Status; 2],
     },
@@ -135,7 +136,7 @@ impl<'a> Export<'a> {
             let form = Form::Inverted {
                 pieces,
                 cut: signal.cut.is_finite(),
-                near_is_ambiguous: inverted.near_is_ambiguous(),
+                alone: inverted.alone().recip().ln(),
                 without: [why(1e-150, Status::OUTSIDE_CALIBRATION), why(1e150, Status::NO_ROOT)],
             };
             Ok(Side { of, form })

@@ -162,12 +162,12 @@ impl Export<'_> {
                 let together = self.taps.as_ref().map_or(String::new(), |taps| taps.python_table(k));
                 together + &learned_table(inverse, *zero)
             }
-            Form::Inverted { pieces, cut, near_is_ambiguous, without: [weak, strong] } => format!(
-                "        \"cut\": {},\n        \"near_is_ambiguous\": {},\n        \"if_weak\": {},\n        \"if_strong\": {},\n        \
+            Form::Inverted { pieces, cut, alone, without: [weak, strong] } => format!(
+                "        \"cut\": {},\n        \"alone\": {},\n        \"if_weak\": {},\n        \"if_strong\": {},\n        \
                  # From drive, to drive, and from the farthest on: middle distance, half width of ln a, signal per drive, steps, ln of it, its variance.\n        \
                  \"strips\": [\n{}\n        ],",
                 word(*cut),
-                word(*near_is_ambiguous),
+                infinite(*alone),
                 code(*weak),
                 code(*strong),
                 strips(pieces)

@@ -69,6 +69,7 @@ impl Batch {
 }
 
 fn note(counts: &mut Counts, status: Status) {
+    counts.combinations.note(status, 1);
     if status == Status::OK {
         *counts.status.entry("ok").or_default() += 1;
     }

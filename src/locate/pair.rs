@@ -309,7 +309,8 @@ impl Locator {
             zeros: [moved([sources.zeros[0], 0.0]), moved([0.0, sources.zeros[1]])],
             shared: [zero, curve, factor, misalignment, [bias, 0.0]],
         };
-        let ambiguous = if solved.rising { Status::AMBIGUOUS } else { Status::OK };
+        let more = || !self.rig.shared().theory.alone(solved.a);
+        let ambiguous = if solved.rising && more() { Status::AMBIGUOUS } else { Status::OK };
         let status = status | ambiguous | side.doubts(solved.a, solved.near, sigma);
         let (sin, cos) = solved.tilt.sin_cos();
         let [x, out] = two.skin.place(solved.a);

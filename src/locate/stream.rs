@@ -14,6 +14,7 @@ use super::reading::Lines;
 use super::rows::{Answerer, Reading, RowReader};
 use super::tare::{Tare, doubt};
 use super::{Located, Locator};
+use crate::combinations::Combinations;
 use crate::error::{Error, InputError};
 use crate::measure::Names;
 use crate::measure::text::plain;
@@ -42,6 +43,8 @@ pub struct Counts {
     pub zeros: u64,
     /// Answers per status word, and `ok`.
     pub status: BTreeMap<&'static str, u64>,
+    /// Answers per combination of words.
+    pub combinations: Combinations,
     /// Whether it was asked to stop, and some of the input may not be answered.
     pub stopped: bool,
 }

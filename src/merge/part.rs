@@ -200,6 +200,9 @@ fn read(shard: Shard, folder: &Path) -> Result<Part, Error> {
     stated.counts(&COUNTS, false)?;
     stated.counts(&SPARE, true)?;
     stated.counts_in("counts.status")?;
+    if !run["counts"]["combinations"].is_null() {
+        stated.counts_in("counts.combinations")?;
+    }
     stated.numbers(&NUMBERS)?;
     let wanted: Vec<String> = part.tables.iter().map(|table| table.file(part.format)).collect();
     Ok(Part { listed: stated.files(&wanted)?, ..part })

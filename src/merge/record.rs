@@ -32,13 +32,20 @@ fn largest(parts: &[Part], of: impl Fn(&Value) -> &Value) -> Value {
 /// Taps, rows and words of all parts together.
 fn counts(parts: &[Part], (rows, kept): ([u64; 3], Option<u64>)) -> Value {
     let mut counts = parts[0].run["counts"].clone();
-    let mut status = serde_json::Map::new();
-    for (word, n) in parts.iter().filter_map(|part| part.run["counts"]["status"].as_object()).flatten() {
-        let before = status.get(word).and_then(Value::as_u64).unwrap_or(0);
-        status.insert(word.clone(), (before + n.as_u64().unwrap_or(0)).into());
+    // Parts of an older version do not say which words a tap has together.
+    let combined = parts.iter().all(|part| part.run["counts"]["combinations"].is_object());
+    for key in ["status"].into_iter().chain(combined.then_some("combinations")) {
+        let mut all = serde_json::Map::new();
+        for (word, n) in parts.iter().filter_map(|part| part.run["counts"][key].as_object()).flatten() {
+            let before = all.get(word).and_then(Value::as_u64).unwrap_or(0);
+            all.insert(word.clone(), (before + n.as_u64().unwrap_or(0)).into());
+        }
+        all.sort_keys();
+        counts[key] = Value::Object(all);
     }
-    status.sort_keys();
-    counts["status"] = Value::Object(status);
+    if let Some(counts) = counts.as_object_mut().filter(|_| !combined) {
+        counts.shift_remove("combinations");
+    }
     for key in ["taps", "solved", "interpolated", "referred"] {
         counts[key] = sum(parts, |run| &run["counts"][key]);
     }

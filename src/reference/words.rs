@@ -5,7 +5,9 @@ use crate::status::Status;
 
 /// Before the lists.
 pub const ABOUT: &str = "Every row that was asked for comes back; one without values says why. `status` is `ok`, or words of the first list joined \
-    by `+` in its order; of a row over many taps it is the union of their words. A tap that counts enters K̄, SD, errors and maxima of its row.";
+    by `+` in its order; of a row over many taps it is the union of their words. A tap that counts enters K̄, SD, errors and maxima of its row. \
+    Summaries count each combination of words once, and add up to the number of taps, as `counts.combinations` of run.json does; `counts.status` there \
+    counts each word.";
 
 /// What a word says in a sweep, which values a tap has with it, and what it says in `locate` where that is something else.
 const STATUSES: [(Status, &str, &str, &str); 12] = [
@@ -55,8 +57,8 @@ const STATUSES: [(Status, &str, &str, &str); 12] = [
     ),
     (
         Status::OUTSIDE_CALIBRATION,
-        "not in a sweep",
-        "",
+        "d > D only: no distance on the whisker gives this reading, or the only one of interest lies beyond 2 L_a (model §2.3)",
+        "all",
         "the drive, the side or the distance lies outside what was calibrated",
     ),
     (

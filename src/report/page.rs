@@ -4,6 +4,7 @@ use serde_json::{Value, json};
 
 use super::content::Content;
 use super::source::Source;
+use crate::combinations::told;
 use crate::figure::{self, Marker};
 use crate::page::{Page, html};
 
@@ -68,8 +69,10 @@ fn made(source: &Source) -> Vec<[String; 2]> {
         let plain = |(k, v): (&String, &Value)| v.as_u64().map(|n| format!("{n} {}", k.replace('_', " ")));
         c.iter().filter_map(plain).collect::<Vec<_>>().join(", ")
     });
-    let status = run["counts"]["status"].as_object().map_or(String::new(), |c| {
-        c.iter().map(|(word, n)| format!("{n} {word}")).collect::<Vec<_>>().join(", ")
+    // Runs of an older version count each word of a tap.
+    let counted = ["combinations", "status"].iter().find_map(|key| run["counts"][*key].as_object());
+    let status = counted.filter(|c| !c.is_empty()).map_or(String::new(), |c| {
+        told(c.iter().map(|(words, n)| (words.as_str(), n.as_u64().unwrap_or(0))), |n| n.to_string())
     });
     let seconds = run["seconds"]["total"].as_f64().map_or(String::new(), |s| format!("{s:.2} s"));
     let rows = [

@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use super::folder::hash;
 use super::pack::{Packed, Packer, Unpacker, packed};
 use crate::backend::Backend;
+use crate::combinations::Combinations;
 use crate::reduce::{Largest, Sweeps};
 use crate::scene::Spec;
 use crate::status::Status;
@@ -28,8 +29,10 @@ pub struct Counts {
     pub referred: u64,
     /// Rows of tuples, designs, distances tables.
     pub rows: [u64; 3],
-    /// Taps per status word, and `ok`.
+    /// Taps per status word, and `ok`: a tap with two words counts twice.
     pub status: BTreeMap<&'static str, u64>,
+    /// Taps per combination of words.
+    pub combinations: Combinations,
     /// The chart that rows were ranked from.
     pub chart: Option<Value>,
     /// Designs rows that `top` could choose from.
@@ -45,6 +48,7 @@ pub struct Counts {
 impl Counts {
     /// Notes the words of one tap.
     pub fn note(&mut self, status: Status, taps: u64) {
+        self.combinations.note(status, taps);
         if status == Status::OK {
             *self.status.entry("ok").or_default() += taps;
         }
@@ -90,13 +94,13 @@ impl Packed for Counts {
     fn pack(&self, to: &mut Packer<'_>) {
         ([self.taps, self.solved, self.interpolated, self.referred], self.rows).pack(to);
         let status: BTreeMap<String, u64> = self.status.iter().map(|(w, n)| ((*w).to_owned(), *n)).collect();
-        (status, self.complete, self.kept).pack(to);
+        (status, self.combinations.named(), self.complete, self.kept).pack(to);
         (self.sweeps, self.strain.get()).pack(to);
     }
 
     fn unpack(from: &mut Unpacker<'_>) -> Option<Self> {
         let ([taps, solved, interpolated, referred], rows) = from.take()?;
-        let (status, complete, kept): (BTreeMap<String, u64>, _, _) = from.take()?;
+        let (status, combinations, complete, kept): (BTreeMap<String, u64>, _, _, _) = from.take()?;
         let known = || Status::ALL.into_iter().map(|(_, word)| word).chain(["ok"]);
         let status = status.into_iter().map(|(word, n)| Some((known().find(|w| *w == word)?, n)));
         let (sweeps, largest): (_, Option<f64>) = from.take()?;
@@ -109,6 +113,7 @@ impl Packed for Counts {
             referred,
             rows,
             status: status.collect::<Option<_>>()?,
+            combinations: Combinations::of(&combinations)?,
             complete,
             kept,
             sweeps,
@@ -143,6 +148,7 @@ pub fn counts(c: &Counts) -> Value {
         "designs": c.rows[1],
         "distances": c.rows[2],
         "status": c.status,
+        "combinations": c.combinations.named(),
         "sweeps_mean": c.sweeps.mean(),
         "sweeps_max": c.sweeps.most,
     });

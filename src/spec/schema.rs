@@ -197,7 +197,7 @@ fn unknown<'a>(
     let what = if value.get_ref().is_table() && section.is_none() { "section" } else { "key" };
     let error = document.error(Some(key.span()), format!("unknown {what}{place}{hint}")).key(dotted);
     let error = if what == "key" { error.value(document.excerpt(value.span())) } else { error };
-    if home.is_some() { error } else { error.allowed(known.join(", ")) }
+    error.allowed(known.join(", "))
 }
 
 /// "; did you mean …?" if one of `known` is close to `word`.

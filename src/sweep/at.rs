@@ -12,7 +12,7 @@ pub(super) enum At {
     Kept(Vec<(u64, u32)>, u64),
 }
 
-packed!(Words { ok, slipped, strain, rootless, ambiguous, invalid });
+packed!(Words { taps, invalid });
 
 impl Packed for At {
     fn pack(&self, to: &mut Packer<'_>) {

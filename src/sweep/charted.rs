@@ -111,6 +111,7 @@ pub(super) fn run(
     note(&mut run.counts, &all.words);
     if !ranker.all().all(Ranker::tells_words) {
         run.counts.status.retain(|word, _| KNOWN.contains(word));
+        run.counts.combinations.retain(Status::SLIPPED_OFF | Status::INVALID_GEOMETRY);
         if let Some(chart) = &mut run.counts.chart {
             chart["words"] = KNOWN.into();
         }
@@ -130,18 +131,7 @@ pub(super) fn run(
 
 /// Counts the words of taps.
 pub(super) fn note(counts: &mut Counts, words: &Words) {
-    for (status, n) in [
-        (Status::OK, words.ok),
-        (Status::INVALID_GEOMETRY, words.invalid),
-        (Status::SLIPPED_OFF, words.slipped),
-        (Status::STRAIN_LIMIT, words.strain),
-        (Status::NO_ROOT, words.rootless),
-        (Status::AMBIGUOUS, words.ambiguous),
-    ] {
-        if n > 0 {
-            counts.note(status, n);
-        }
-    }
+    words.combinations().filter(|(_, n)| *n > 0).for_each(|(status, n)| counts.note(status, n));
 }
 
 /// What ranks on the backend's own device, where it can.

@@ -55,9 +55,10 @@ pub(super) fn run(run: &mut Run<'_>, layout: &Layout) -> Result<(), Error> {
     let mut designs = order.iter().map(|(k, _)| *k).skip(from as usize);
     let (mut next, of) = (from, order.len() as u64);
     while let Some(group) = group(run, layout, &mut designs) {
-        let (taps, status) = (run.counts.taps, run.counts.status.clone());
+        let before = run.counts.clone();
         pass(run, layout, &group, &rest, &drives, &mut |_, _| Ok(()))?;
-        (run.counts.taps, run.counts.status) = (taps, status);
+        (run.counts.taps, run.counts.status) = (before.taps, before.status);
+        run.counts.combinations = before.combinations;
         next += group.len() as u64;
         run.complete((next, of, "kept designs"), |to| At::Kept(places.clone(), next).pack(to))?;
     }

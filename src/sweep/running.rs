@@ -197,6 +197,7 @@ impl<'a> Run<'a> {
         for (word, n) in &status.status {
             *self.counts.status.entry(word).or_default() += n;
         }
+        self.counts.combinations.add(&status.combinations);
         self.progress.at(self.counts.taps, self.taps);
     }
 

@@ -1,6 +1,8 @@
 //! Counts of run.json that are means: of the taps that they name, on every way that taps go.
 
+use crate::common::measuring::{REAL, TAPS, prototype};
 use crate::common::program::Desk;
+use vibrissa::kernel::gpu::SOFTWARE_RANKS;
 
 /// A grid whose taps are solved one by one, read over the drives, or ranked from a chart, as `rest` says.
 fn spec(designs: u32, theta: &str, rest: &str) -> String {
@@ -84,4 +86,61 @@ fn solved_taps_take_few_sweeps() {
         let mean = counts["sweeps_mean"].as_f64().unwrap();
         assert!(mean > 0.0 && mean < most, "{contact}: {counts}");
     }
+}
+
+/// The number before each word of a list such as `1 952 ok, 48 strain_limit+ambiguous`.
+fn numbers(list: &str) -> u64 {
+    let number = |part: &str| part.chars().filter(char::is_ascii_digit).collect::<String>();
+    list.split(", ").map(|part| number(part).parse::<u64>().unwrap_or_else(|_| panic!("{list}"))).sum()
+}
+
+#[test]
+fn the_words_of_a_summary_add_up_to_its_taps() {
+    // Near contacts at large angles have a second distance and strain the gauge too much.
+    let axis = |lo: f64, hi: f64| format!("{{ min = {lo}, max = {hi}, samples = 1500 }}");
+    let near = |whisker: &str, theta: &str, rest: &str| {
+        format!(
+            "[whisker]\n{whisker}\nL_a = 50\n[gauge]\nx_ss = 12\nl = 2\n[tap]\na = {{ from = 18, to = 48, steps = 11 }}\ntheta = {theta}\n{rest}"
+        )
+    };
+    let even = "D = { from = 8, to = 12, steps = 30 }\nd = 4";
+    let sampled = format!("D = {}\nd = {}", axis(8.0, 12.0), axis(3.0, 7.0));
+    let fine = "{ from = 0.5, to = 12, steps = 40 }";
+    for (way, text) in [
+        ("solved", near("D = 10\nd = 4", "[1, 12]", "")),
+        ("ranked", near(even, fine, "[output]\ntop = 5\n")),
+        ("ranked by errors", near(even, fine, "[output]\ntop = 5\nby = \"error_rms_mm\"\n")),
+        ("ranked samples", near(&sampled, &axis(0.5, 12.0), "[output]\ntop = 5\n")),
+    ] {
+        for backend in ["cpu", "gpu"] {
+            let desk = Desk::new(&text);
+            let arguments = ["sweep", "spec.toml", "--backend", backend, "--out", "out"];
+            let ran = desk.run_with(&arguments, &[(SOFTWARE_RANKS, "1")]).exits(0);
+            let line = ran.stdout.lines().find(|line| line.starts_with("status of ")).unwrap();
+            let (taps, words) = line.split_once(" taps: ").unwrap();
+            assert_eq!(numbers(words), numbers(taps), "{way} on {backend}: {line}");
+            assert!(words.contains("strain_limit+ambiguous"), "{way} on {backend}: {line}");
+            // run.json counts each word of a tap.
+            let run: serde_json::Value = serde_json::from_str(&desk.read("out/run.json")).unwrap();
+            let counts = &run["counts"];
+            let sum =
+                |key: &str| counts[key].as_object().unwrap().values().filter_map(|n| n.as_u64()).sum::<u64>();
+            assert_eq!(sum("combinations"), numbers(taps), "{way} on {backend}: {counts}");
+            assert!(sum("status") > numbers(taps), "{way} on {backend}: {counts}");
+        }
+    }
+}
+
+#[test]
+fn the_words_of_located_readings_add_up() {
+    let desk = Desk::new(&prototype(10.0, &["noise_strain = 1e-5\n", TAPS, REAL]));
+    desk.run(&["simulate", "spec.toml", "--repeats", "3", "--out", "sim"]).exits(0);
+    desk.run(&["calibrate", "sim/measurements.csv", "--whisker", "spec.toml", "--out", "cal"]).exits(0);
+    // The second one is too strong, and too far out.
+    desk.write("r.csv", "theta_deg,strain\n4,0.02\n4,0.2\n40,0.2\n4,1e-9\n");
+    let ran = desk.run(&["locate", "cal/calibration.toml", "r.csv", "--out", "out"]).exits(0);
+    let (head, words) = ran.stdout.lines().next().unwrap().rsplit_once(": ").unwrap();
+    assert!(head.starts_with("4 readings located"), "{head}");
+    assert_eq!(numbers(words), 4, "{words}");
+    assert!(words.contains('+'), "a reading with two words: {words}");
 }

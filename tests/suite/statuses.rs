@@ -220,15 +220,59 @@ fn material_limit_has_only_the_linear_strain_and_joins_no_strain() {
     }
 }
 
-/// f of a widening whisker does not vanish far out: a reading below what it tends to has a root on the near side of the peak only, far
-/// from the distance that was touched, and says so.
+/// A whisker twice as wide at its tip as at its base, whose f levels off above 0; its peak lies at 56 mm.
+fn widening(place: u32, a: &str, more: &str) -> String {
+    format!(
+        "[whisker]\nD = 7\nd = 14\nL_a = 50\n[gauge]\nx_ss = {place}\nl = 6\n[tap]\na = {a}\ntheta = 0.05\n{more}\n"
+    )
+}
+
 #[test]
-fn a_reading_that_only_the_near_side_gives_is_ambiguous() {
-    let wide = spec(["50", "5", "[21, 33, 48]", "2"], "[estimate]\nK = 0.3").replace("d = 4", "d = 14");
+fn a_widening_whisker_is_ambiguous_only_where_a_second_distance_exists() {
+    let near = [17.0, 18.0, 19.0, 20.0, 21.0, 22.0];
     for place in [CPU, CPU_F64, GPU, REFERENCE] {
-        let s = sweep(&wide, place);
-        let far = s.tuples.rows.iter().filter(|row| number(row, "distance_mm").unwrap() < 10.0);
-        assert!(far.clone().count() >= 1, "{place:?}: {:?}", s.tuples.numbers("distance_mm"));
-        far.for_each(|row| assert_eq!(row["status"], "ambiguous", "{place:?}: {row:?}"));
+        for more in ["", "[model]\ngeometry = \"linear\"", "[estimate]\ntheory = \"timoshenko\""] {
+            let s = sweep(&widening(15, "[17, 18, 19, 20, 21, 22, 30, 45]", more), place);
+            // f(∞) lies above the readings of the first six.
+            let wanted = ["ok", "ok", "ok", "ok", "ok", "ok", "ambiguous", "ambiguous"];
+            assert_eq!(s.tuples.statuses(), wanted, "{place:?} {more}");
+            let told: Vec<f64> = s.tuples.rows.iter().filter_map(|row| number(row, "distance_mm")).collect();
+            assert!(told.iter().zip(near).all(|(d, a)| (d - a).abs() < 0.01), "{place:?} {more}: {told:?}");
+            // The far root of 30 mm; that of 45 mm lies nearer.
+            if !more.contains("timoshenko") {
+                assert!((told[6] - 376.7).abs() < 2.0 && told[7] > 60.0, "{place:?} {more}: {told:?}");
+            }
+        }
     }
+}
+
+#[test]
+fn an_only_distance_beyond_the_whisker_says_so() {
+    let given = |k: f64, more: &str| format!("[estimate]\nK = {k}\n{more}");
+    let cases = [
+        // One distance, on the whisker and beyond it; two distances, both beyond it.
+        (30, "40", given(1.1, ""), "ok", 40.0..45.0),
+        (30, "48", given(1.1, ""), "outside_calibration", 50.5..60.0),
+        (30, "48", given(1.8, ""), "outside_calibration", 300.0..f64::INFINITY),
+        // Two distances, of which the near one is none of interest.
+        (15, "30", given(1.0, "range = [40, 50]"), "outside_calibration", 370.0..383.0),
+        (15, "30", given(1.0, "range = [20, 50]"), "ambiguous", 370.0..383.0),
+    ];
+    for place in [CPU, CPU_F64, GPU, REFERENCE] {
+        for (x_ss, a, more, status, within) in &cases {
+            let s = sweep(&widening(*x_ss, a, more), place);
+            assert_eq!(s.tuples.statuses(), [*status], "{place:?} {x_ss} {a} {more}");
+            assert_eq!(s.designs.rows[0]["status"], *status);
+            let told = number(&s.tuples.rows[0], "distance_mm").unwrap();
+            assert!(within.contains(&told), "{place:?} {x_ss} {a} {more}: {told}");
+            assert!(number(&s.designs.rows[0], "error_rms_mm").is_some());
+        }
+    }
+}
+
+/// Contacts of a narrowing whisker may be told beyond its tip: its far root has no other word there.
+#[test]
+fn a_narrowing_whisker_tells_its_far_root_beyond_the_tip() {
+    let s = swept(&spec(["50", "5", "[40, 49]", "1"], "[estimate]\nK = 0.95"), &["ok"; 2]);
+    assert!(number(&s.tuples.rows[1], "distance_mm").unwrap() > 50.0);
 }

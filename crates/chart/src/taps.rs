@@ -136,6 +136,7 @@ pub(super) fn design(setup: &Setup, grid: Option<f64>, a: f64, q: &[f64; AXES]) 
     Design {
         shared: Some(Shared {
             taper,
+            length: L_a,
             gauge,
             model: bare.curve().clone(),
             peak,

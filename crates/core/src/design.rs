@@ -37,6 +37,8 @@ pub struct Design {
 pub struct Shared {
     /// Shape.
     pub taper: Taper,
+    /// L_a, mm.
+    pub length: f64,
     /// Gauge span [x1, x2], mm.
     pub gauge: [f64; 2],
     /// Strain curve whose peak is f_max: of linear theory its own, of the exact rod that of Euler and Bernoulli, whatever its effects.
@@ -157,7 +159,8 @@ impl Design {
                     let ends = [gauge[0], L_a];
                     Contact::new(Arc::clone(channels), theory.curve(), ends, setup.model.material.e0(), sign)
                 });
-                Shared { taper, gauge, model, peak, theory, foil, start, body: body.clone(), contact }
+                let body = body.clone();
+                Shared { taper, length: L_a, gauge, model, peak, theory, foil, start, body, contact }
             });
         Self { tuple, shared, own: None }
     }

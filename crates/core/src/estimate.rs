@@ -2,12 +2,17 @@
 
 use crate::contact::Contact;
 use crate::design::Shared;
+use crate::physics::inverse::Roots;
 use crate::scene::channels::PerChannel;
 use crate::scene::{Convention, Setup};
 use crate::status::Status;
 
 /// Relative widening of the range of interest, in which a second root makes an estimate ambiguous.
 pub const WIDENING: f64 = 1e-6;
+
+/// Distance over L_a beyond which none is that of a contact, where f levels off and the distance of a reading has no bound: no error of a
+/// calibration leads so far.
+pub const FAR: f64 = 2.0;
 
 /// An estimated distance.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,7 +23,8 @@ pub struct Estimated {
     pub sigma: f64,
     /// Contact force, N; NaN where only one channel is read.
     pub force: f64,
-    /// `no_root`; `ambiguous` also where only the near side of the peak gives the reading; or nothing.
+    /// `no_root`; `ambiguous` also where the near side of the peak gives the reading and another distance lies beyond what is known;
+    /// `outside_calibration` where no distance of a widening whisker lies on it, or one far beyond it is the only one of interest; or nothing.
     pub status: Status,
 }
 
@@ -73,10 +79,21 @@ impl<'a> Estimator<'a> {
             return Estimated { status: Status::NO_ROOT, ..Estimated::NOTHING };
         };
         let slope = self.shared.theory.curve().slope(roots.far).abs();
-        let twice = roots.only_near || roots.near.is_some_and(|a| self.interesting(a));
-        let status = if twice { Status::AMBIGUOUS } else { Status::OK };
+        let twice = roots.unseen || roots.near.is_some_and(|a| self.interesting(a));
+        let status = match () {
+            () if twice => Status::AMBIGUOUS,
+            () if self.beyond(&roots) => Status::OUTSIDE_CALIBRATION,
+            () => Status::OK,
+        };
         let sigma = if self.noise == 0.0 { 0.0 } else { k * self.noise / (amount * slope) };
         Estimated { distance: roots.far, sigma, status, ..Estimated::NOTHING }
+    }
+
+    /// Whether f levels off and the whisker has none of the distances, or the one that is returned lies [`FAR`] beyond it.
+    fn beyond(&self, roots: &Roots) -> bool {
+        let tip = self.shared.length * (1.0 + WIDENING);
+        let on_whisker = roots.near.is_some_and(|a| a <= tip);
+        roots.levels_off && roots.far > if on_whisker { FAR * self.shared.length } else { tip }
     }
 
     /// The several channels of the sensor.

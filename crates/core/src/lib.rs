@@ -2,6 +2,7 @@
 //! ([`physics`]), what a design's taps share ([`design`]), the paper's estimate ([`estimate`]), words ([`status`]), sums ([`reduce`]).
 //! Pure: no files, no threads of its own, no GPU.
 
+pub mod combinations;
 pub mod contact;
 pub mod design;
 pub mod error;

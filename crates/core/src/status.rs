@@ -3,7 +3,7 @@
 use std::fmt;
 
 /// A set of status words; `ok` when empty.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Hash)]
 pub struct Status(u16);
 
 impl Status {
@@ -23,9 +23,9 @@ impl Status {
     pub const STRAIN_LIMIT: Self = Self(1 << 5);
     /// No distance gives this reading.
     pub const NO_ROOT: Self = Self(1 << 6);
-    /// A second distance in the range of interest gives this reading.
+    /// A second distance in the range of interest gives this reading, or one beyond the farthest that is known.
     pub const AMBIGUOUS: Self = Self(1 << 7);
-    /// The drive or the side lies outside the calibration.
+    /// The drive, the side or the distance lies outside the calibration, or beyond a widening whisker.
     pub const OUTSIDE_CALIBRATION: Self = Self(1 << 8);
     /// The input line could not be read.
     pub const BAD_INPUT: Self = Self(1 << 9);
@@ -59,6 +59,20 @@ impl Status {
     /// This set less the words of `other`.
     pub fn without(self, other: Self) -> Self {
         Self(self.0 & !other.0)
+    }
+
+    /// The words of this set that `other` has too.
+    pub fn only(self, other: Self) -> Self {
+        Self(self.0 & other.0)
+    }
+
+    /// The set that tables call this: `ok`, or words joined by `+`; `None` of other text.
+    pub fn named(text: &str) -> Option<Self> {
+        let word = |word: &str| Self::ALL.iter().find(|(_, w)| *w == word).map(|(s, _)| *s);
+        match text {
+            "ok" => Some(Self::OK),
+            _ => text.split('+').map(word).try_fold(Self::OK, |all, one| Some(all | one?)),
+        }
     }
 
     /// Whether the tap enters the statistics of its row.

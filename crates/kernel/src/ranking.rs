@@ -4,6 +4,7 @@
 
 use vibrissa_core::error::SolveError;
 use vibrissa_core::scene::{Drive, Per, RankBy, Tuple};
+use vibrissa_core::status::Status;
 
 /// How a design is dealt with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,19 +17,20 @@ pub enum Case {
     Void,
 }
 
-/// Taps per status word.
+/// What an estimate says of a tap.
+pub const TOLD: [Status; 3] = [Status::OK, Status::AMBIGUOUS, Status::NO_ROOT];
+
+/// Words of a tap that do not depend on its estimate; the last is both.
+pub const WORN: [Status; 3] = [Status::OK, Status::STRAIN_LIMIT, Status::SLIPPED_OFF];
+
+/// Combinations of the words of a whisker: of each of [`TOLD`] those of [`WORN`], then `strain_limit` and `slipped_off` together.
+pub const COMBINED: usize = 12;
+
+/// Taps per combination of status words.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Words {
-    /// No word.
-    pub ok: u64,
-    /// `slipped_off`.
-    pub slipped: u64,
-    /// `strain_limit`.
-    pub strain: u64,
-    /// `no_root`.
-    pub rootless: u64,
-    /// `ambiguous`.
-    pub ambiguous: u64,
+    /// In the order of [`COMBINED`].
+    pub taps: [u64; COMBINED],
     /// `invalid_geometry`.
     pub invalid: u64,
 }
@@ -36,12 +38,15 @@ pub struct Words {
 impl Words {
     /// Adds `other`.
     pub fn add(&mut self, other: &Self) {
-        self.ok += other.ok;
-        self.slipped += other.slipped;
-        self.strain += other.strain;
-        self.rootless += other.rootless;
-        self.ambiguous += other.ambiguous;
+        self.taps.iter_mut().zip(other.taps).for_each(|(n, more)| *n += more);
         self.invalid += other.invalid;
+    }
+
+    /// Each combination with its taps.
+    pub fn combinations(&self) -> impl Iterator<Item = (Status, u64)> {
+        let status = |k: usize| TOLD[k / 4] | WORN.get(k % 4).copied().unwrap_or(WORN[1] | WORN[2]);
+        let all = self.taps.into_iter().enumerate().map(move |(k, n)| (status(k), n));
+        all.chain([(Status::INVALID_GEOMETRY, self.invalid)])
     }
 }
 

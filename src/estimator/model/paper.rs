@@ -42,8 +42,8 @@ impl Paper {
         let roots = self.inverse.roots(k * reading / amount)?;
         let slope = amount * self.inverse.curve().slope(roots.far) / k;
         let variance = between(&self.drives, &self.factors.variance, drive);
-        // A distance on the near side alone may belong to one beyond the calibration.
-        let near = roots.near.or(roots.only_near.then_some(roots.far));
+        // A distance on the near side may belong to one beyond the calibration.
+        let near = roots.near.or(roots.unseen.then_some(roots.far));
         Some(Found {
             a: roots.far,
             near,
@@ -64,6 +64,13 @@ impl Paper {
         let tau = curve.taper.tau;
         // At the gauge's near end, and at the apex, there is no strain.
         vec![x1 + INSIDE * x2, x2, if tau > 0.0 { (1.0 - INSIDE) / tau } else { f64::INFINITY }]
+    }
+
+    /// Share of the reading at the farthest distance below which there is one distance only.
+    pub fn alone(&self) -> f64 {
+        let curve = self.inverse.curve();
+        let end = curve.end().map_or_else(|| curve.farthest(), |end| curve.value(end));
+        if curve.farthest() > 0.0 { curve.farthest() / end } else { 0.0 }
     }
 
     /// Variance of the expected reading that the noise of the calibration leaves.

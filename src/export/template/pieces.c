@@ -81,7 +81,7 @@ static int by_pieces_F(const side_F *side, REAL drive, REAL signal, found_F *fou
 {
     const strip_F *strip = strips_F + side->first;
     const strip_F *last = strip + side->count - 1;
-    REAL c[@ROWS], ignored, z = 0, target, y0, y1, e0, e1, d0, d1, top;
+    REAL c[@ROWS], ignored, z = 0, target, y0, y1, e0, e1, d0, d1, top, over = 0;
     int i, j, k, n = 0, below = 0, weak = 0;
     while (strip < last && drive >= strip[1].from) {
         strip++;
@@ -101,6 +101,7 @@ static int by_pieces_F(const side_F *side, REAL drive, REAL signal, found_F *fou
         if (i == 0) {
             below = e0 <= 0;
             weak = !below;
+            over = e0;
             if (weak && side->cut) {
                 return side->if_weak;
             }
@@ -128,7 +129,7 @@ static int by_pieces_F(const side_F *side, REAL drive, REAL signal, found_F *fou
         return weak ? side->if_weak : side->if_strong;
     }
     if (found->near < 0) {
-        found->near = side->near_is_ambiguous ? -found->near : 0;
+        found->near = (weak && over >= side->alone) ? 0 : -found->near;
     }
     return VIBRISSA_OK;
 }

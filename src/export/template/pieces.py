@@ -43,6 +43,7 @@ def by_pieces(side, drive, signal):
     z = min(max((2.0 * drive - (end + start)) / (end - start), -1.0), 1.0) if end > start else 0.0
     found = []
     below = weak = False
+    over = 0.0
 
     def keep(y):
         found.append((middle * exp(half * y), y, half, c, variance))
@@ -54,7 +55,7 @@ def by_pieces(side, drive, signal):
         e0, d0 = series(c, y0)
         if i == 0:
             below = e0 <= target
-            weak = not below
+            weak, over = not below, e0 - target
             if weak and side["cut"]:
                 return side["if_weak"], 0.0, 0.0, 0.0, 0.0
         for k in range(1, looks + 1):
@@ -81,6 +82,6 @@ def by_pieces(side, drive, signal):
     if len(found) > 1:
         near = found[1][0]
     else:
-        near = a if slope > 0.0 and side["near_is_ambiguous"] else 0.0
+        near = a if slope > 0.0 and not (weak and over >= side["alone"]) else 0.0
     of_signal = 1.0 / (slope * slope) if slope else inf
     return OK, a, near, of_signal, series([series(row, z)[0] for row in variance], y)[0]

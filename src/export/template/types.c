@@ -13,7 +13,8 @@ typedef struct {
     REAL nearest, farthest, rounding; /* calibrated distances, mm */
     REAL interest[2];                 /* distances within which a second one is ambiguous */
     REAL limit, end_stop;             /* |signal| of the strain limit and of the sensor's end stop */
-    int cut, near_is_ambiguous, if_weak, if_strong;
+    REAL alone;                       /* ln(signal at the farthest distance/signal) from which a near distance is the only one */
+    int cut, if_weak, if_strong;
 } side_F;
 
 @TABLES

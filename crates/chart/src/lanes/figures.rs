@@ -3,9 +3,10 @@
 use super::dispatch::{Work, best, work};
 use super::estimate::Told;
 use super::rows::{MOST, Rows};
-use super::tally::Tally;
+use super::tally::{AMBIGUOUS, CLEAR, ROOTLESS, Tally};
 use super::{LANES, Lanes, Scratch, Tables, Words};
 use crate::kernel::cpu::Pack;
+use crate::kernel::ranking::{TOLD, WORN};
 use crate::reduce::{Errors, Spread};
 use crate::scene::Tuple;
 use crate::statistics::DriveRow;
@@ -102,8 +103,6 @@ impl<const SET: u8> Rows<Lanes<SET>> {
             (strain_max, force_max) = (strain_max.max(counts * strain), force_max.max(counts * force));
             let arc = a + a * moved;
             (nearest, farthest) = (nearest.min(arc), farthest.max(arc));
-            tally.strain = tally.strain + limit.if_less(strain, one, zero);
-            tally.slipped = tally.slipped + off;
         }
 
         // Second pass, with K̄: errors of the distances.
@@ -121,10 +120,16 @@ impl<const SET: u8> Rows<Lanes<SET>> {
             let [low, high, peak] = self.design.words.bounds(tap);
             let told = Told::new(tables, (tap, distance), (q, peak, noise));
             let none = told.none;
-            tally.hard = tally.hard.max(known * (one - none) * told.lost);
+            let least = self.design.words.farthest / tap.strain - one;
+            let lost = q.if_less(least, one, told.lost);
+            let ends = self.design.words.ends.map(|end| end / tap.strain - one);
+            let out = q.if_less(ends[0], one, ends[1].if_less(q, one, zero));
+            let near = known * q.if_less(low, zero, high.if_less(q, zero, one)) * (one - none);
+            tally.hard = tally.hard.max(known * (one - none) * lost.max(out * (one - near)));
             let strain = tap.strain * drive / (one + deviation);
             let a = Pack::splat(distance.a);
-            let off = (self.design.length - a).if_less(a * power * tap.arc[0], one, zero);
+            let room = (self.design.length - a) * Pack::splat(distance.inverse);
+            let off = room.if_less(power * tap.arc[0], one, zero);
             let counts = if counting == Counting::Every { one } else { one - off };
             let counted = counts * known * (one - none);
             let error = zero - counted * told.error;
@@ -134,12 +139,13 @@ impl<const SET: u8> Rows<Lanes<SET>> {
             largest = largest.max(error.abs());
             noises = sigma.mul_add(sigma, noises);
             read = read + counted;
-            let near = known * q.if_less(low, zero, high.if_less(q, zero, one)) * (one - none);
             let rootless = known * none;
-            tally.rootless = tally.rootless + rootless;
-            tally.ambiguous = tally.ambiguous + near;
             let over = limit.if_less(strain, one, zero);
-            tally.ok = tally.ok + (one - rootless.max(near).max(over).max(off));
+            let worn = [(one - over) * (one - off), over * (one - off), (one - over) * off, over * off];
+            for (told, share) in [(CLEAR, one - rootless.max(near)), (AMBIGUOUS, near), (ROOTLESS, rootless)]
+            {
+                tally.add(told, share, &worn);
+            }
         }
 
         let highest = self.design.words.peak * drive;
@@ -153,14 +159,11 @@ impl<const SET: u8> Rows<Lanes<SET>> {
             }
             let at = |x: &Lanes<SET>| f64::from(x.0[lane]);
             let mut status = Status::OK;
-            for (count, word) in [
-                (&tally.slipped, Status::SLIPPED_OFF),
-                (&tally.strain, Status::STRAIN_LIMIT),
-                (&tally.rootless, Status::NO_ROOT),
-                (&tally.ambiguous, Status::AMBIGUOUS),
-            ] {
-                if count.0[lane] > 0.0 {
-                    status |= word;
+            for (told, estimated) in tally.taps.iter().zip(TOLD) {
+                for (taps, word) in told.iter().zip(WORN.into_iter().chain([WORN[1] | WORN[2]])) {
+                    if taps.0[lane] > 0.0 {
+                        status |= estimated | word;
+                    }
                 }
             }
             let (counting, told) = (n.0[lane] as u64, read.0[lane] as u64);

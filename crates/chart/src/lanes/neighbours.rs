@@ -5,7 +5,7 @@ use super::between::{Between, MOST_CHARTS};
 use super::dispatch::{Part, apart};
 use super::place::{NEIGHBOURS, PLACES, Place, picked};
 use super::rows::{Row, Rows};
-use super::tally::Tally;
+use super::tally::{AMBIGUOUS, CLEAR, ROOTLESS, Tally};
 use super::words::Calibrations;
 use super::{Lanes, Scratch, Tables};
 use crate::between;
@@ -125,10 +125,12 @@ impl<const SET: u8> Rows<Lanes<SET>> {
             let below = (limit * k[0]).if_less(f[1] * row.drive, zero, one);
             let certain = (rootless + twice + clear).min(above + below);
             let count = of(group.count as f64) * certain;
-            tally.rootless = count.mul_add(rootless, tally.rootless);
-            tally.ambiguous = count.mul_add(twice, tally.ambiguous);
-            tally.strain = count.mul_add(above, tally.strain);
-            tally.ok = count.mul_add(clear * below, tally.ok);
+            let worn = [count * below, count * above];
+            for (told, share) in [(CLEAR, clear), (AMBIGUOUS, twice), (ROOTLESS, rootless)] {
+                for (sum, taps) in tally.taps[told].iter_mut().zip(worn) {
+                    *sum = share.mul_add(taps, *sum);
+                }
+            }
             if one.all_at_most(certain) {
                 continue;
             }
@@ -203,13 +205,15 @@ impl<const SET: u8> Part<SET> for OneByOne<'_, SET> {
         let [rootless, twice, clear] = calibrations.certain(&design.words, [f; 2], [k; 2]);
         let limit = picked(&rows.passed.limit, places);
         let above = (limit * (one + power * own)).if_less(f * picked(&row.drive, places), one, zero);
-        let ok = clear * (one - above);
+        let told = [(CLEAR, clear), (AMBIGUOUS, twice), (ROOTLESS, rootless)];
+        let told = told.map(|(told, share)| (told, [share * (one - above), share * above]));
         for (q, Place { lane, group }) in places.iter().enumerate() {
             for at in q * NEIGHBOURS..q * NEIGHBOURS + between.neighbours[*group].count {
-                tally.rootless.0[*lane] += rootless.0[at];
-                tally.ambiguous.0[*lane] += twice.0[at];
-                tally.strain.0[*lane] += above.0[at];
-                tally.ok.0[*lane] += ok.0[at];
+                for (told, taps) in &told {
+                    for (sum, taps) in tally.taps[*told].iter_mut().zip(taps) {
+                        sum.0[*lane] += taps.0[at];
+                    }
+                }
             }
         }
     }

@@ -1,15 +1,30 @@
-//! Taps per status word, lane by lane.
+//! Taps per combination of status words, lane by lane.
 
 use super::{LANES, Lanes, Words};
 
-/// Taps of each lane per word; whole numbers, far below the 2²⁴ up to which f32 counts.
+/// What an estimate says of a tap: places among the combinations.
+pub(super) const CLEAR: usize = 0;
+pub(super) const AMBIGUOUS: usize = 1;
+pub(super) const ROOTLESS: usize = 2;
+
+/// Drives of a tap, or distances, by their words that do not depend on the estimate: none, `strain_limit`, `slipped_off`, both.
+pub(super) type Worn<T> = [T; 4];
+
+/// Those of the drives from `from` to `to` of a tap that is above the strain limit, and has slipped off, from these places on.
+#[inline(always)]
+pub(super) fn worn<const SET: u8>(
+    [above, slipped]: [Lanes<SET>; 2],
+    [from, to]: [Lanes<SET>; 2],
+) -> Worn<Lanes<SET>> {
+    let [above, slipped] = [above, slipped].map(|place| place.max(from).min(to));
+    let clean = above.min(slipped);
+    [clean - from, slipped - clean, above - clean, to - above.max(slipped)]
+}
+
+/// Taps of each lane per combination; whole numbers, far below the 2²⁴ up to which f32 counts.
 #[derive(Clone, Copy)]
 pub(super) struct Tally<T> {
-    pub ok: T,
-    pub slipped: T,
-    pub strain: T,
-    pub rootless: T,
-    pub ambiguous: T,
+    pub taps: [Worn<T>; 3],
     /// 1 of a design that must be solved tap by tap.
     pub hard: T,
 }
@@ -19,7 +34,21 @@ impl<const SET: u8> Tally<Lanes<SET>> {
     #[inline(always)]
     pub fn new(hard: Lanes<SET>) -> Self {
         let zero = Lanes::<SET>::of(0.0);
-        Self { ok: zero, slipped: zero, strain: zero, rootless: zero, ambiguous: zero, hard }
+        Self { taps: [[zero; 4]; 3], hard }
+    }
+
+    /// Adds the taps of `worn`, of which the estimate says `told`, in the lanes of `share`.
+    #[inline(always)]
+    pub fn add(&mut self, told: usize, share: Lanes<SET>, worn: &Worn<Lanes<SET>>) {
+        for (sum, taps) in self.taps[told].iter_mut().zip(worn) {
+            *sum = share.mul_add(*taps, *sum);
+        }
+    }
+
+    /// Adds taps without any other word.
+    #[inline(always)]
+    pub fn add_clean(&mut self, told: usize, taps: Lanes<SET>) {
+        self.taps[told][0] = self.taps[told][0] + taps;
     }
 
     /// Whether the design in `lane` must be solved tap by tap.
@@ -39,17 +68,10 @@ impl<const SET: u8> Tally<Lanes<SET>> {
         zero.if_less(self.hard, zero, counts)
     }
 
-    /// Taps per word of the lanes that `counts` marks.
+    /// Taps per combination of the lanes that `counts` marks.
     #[inline(always)]
     pub fn words(&self, counts: Lanes<SET>) -> Words {
-        Words {
-            ok: sum(self.ok * counts),
-            slipped: sum(self.slipped * counts),
-            strain: sum(self.strain * counts),
-            rootless: sum(self.rootless * counts),
-            ambiguous: sum(self.ambiguous * counts),
-            invalid: 0,
-        }
+        Words { taps: std::array::from_fn(|k| sum(self.taps[k / 4][k % 4] * counts)), invalid: 0 }
     }
 }
 

@@ -3,6 +3,7 @@
 use super::dispatch::{Part, apart};
 use super::place::{Place, picked};
 use super::{Charted, Distance, Lanes, Tables};
+use crate::estimate::FAR;
 use crate::kernel::cpu::Pack;
 
 /// A whisker with its gauge, mm and 1/mm.
@@ -32,6 +33,8 @@ pub(super) struct Thresholds<T> {
     pub peak: T,
     /// Infinitely far.
     pub farthest: T,
+    /// Where f levels off: below the first a distance lies far beyond the whisker, above the second none lies on it.
+    pub ends: [T; 2],
 }
 
 impl<const SET: u8> Whisker<Lanes<SET>> {
@@ -44,17 +47,23 @@ impl<const SET: u8> Whisker<Lanes<SET>> {
         let b = one / (u1 * u2);
         let form = [of(0.75) * diameter * b * b, u1 + u2, gauge[0] * u2 + gauge[1] * u1];
         let peak = tables.peak(diameter, tau, gauge);
-        let words = Thresholds { low: zero, high: zero, peak: zero, farthest: zero };
+        let words = Thresholds { low: zero, high: zero, peak: zero, farthest: zero, ends: [zero; 2] };
         let mut whisker = Self { diameter, tau, length, gauge, peak, form, words };
         let highest = whisker.strain(tables, peak);
         let [lo, hi] = tables.ends.map(Lanes::<SET>::splat);
         let never = of(1e30);
         let high = peak.if_less(hi, whisker.strain(tables, hi), never);
+        let farthest = whisker.strain(tables, zero);
+        let (tip, far) = (one / length, of(1.0 / FAR) / length);
+        let least = peak.if_less(far, highest, whisker.strain(tables, far));
+        let most = peak.if_less(tip, whisker.strain(tables, tip), never);
+        let ends = [zero.if_less(farthest, least, -never), zero.if_less(farthest, most, never)];
         whisker.words = Thresholds {
             low: lo.if_less(peak, never, whisker.strain(tables, lo)),
             high: high.min(highest),
             peak: highest,
-            farthest: whisker.strain(tables, zero),
+            farthest,
+            ends,
         };
         whisker
     }
@@ -73,6 +82,7 @@ impl<const SET: u8> Whisker<Lanes<SET>> {
                 high: picked(&words.high, places),
                 peak: picked(&words.peak, places),
                 farthest: words.farthest,
+                ends: words.ends,
             },
             ..*self
         }

@@ -4,7 +4,7 @@ use super::edges::Edges;
 use super::groups::Group;
 use super::place::{Place, picked};
 use super::rows::Rows;
-use super::tally::Tally;
+use super::tally::{AMBIGUOUS, CLEAR, ROOTLESS, Tally, worn};
 use super::tap::{TapSeries, Taps};
 use super::theory::Thresholds;
 use super::{Lanes, Tables};
@@ -124,19 +124,22 @@ impl<const SET: u8> Rows<Lanes<SET>> {
             [rootless, near, clear] = calibrations.certain(words, [tap.strain; 2], [k - slack, k + slack]);
             tally.hard = tally.hard.max(one - rootless.max(near).max(clear));
         }
-        tally.rootless = tally.rootless + rootless;
-        tally.ambiguous = tally.ambiguous + near;
+        let told = [(CLEAR, clear), (AMBIGUOUS, near), (ROOTLESS, rootless)];
         if edge.none {
-            tally.ok = tally.ok + clear;
+            told.into_iter().for_each(|(told, taps)| tally.add_clean(told, taps));
         } else {
             tally.hard = tally.hard.max(edge.open);
-            tally.strain = tally.strain + (one - edge.above);
-            tally.slipped = tally.slipped + (one - edge.slipped);
-            tally.ok = tally.ok + clear * edge.above.min(edge.slipped);
+            let worn = worn([edge.above, edge.slipped], [zero, one]);
+            told.into_iter().for_each(|(told, share)| tally.add(told, share, &worn));
         }
         if !calibrations.usual {
             let slack = power * tap.slack[0];
             let [fewest, highest] = [of(1.0 + BEYOND[0][0]), of(1.0 + BEYOND[0][1])];
+            // A widening whisker has words beyond its tip.
+            let [nearest, farthest] = words.ends;
+            let over = (farthest * (k - slack)).if_less(tap.strain * calibrations.most, one, zero);
+            let out = (tap.strain * calibrations.least).if_less(nearest * (k + slack), one, over);
+            tally.hard = tally.hard.max(clear * out);
             // q below that of a contact nearly infinitely far: f K̄ − f K < −0.9 (f − f_∞) K.
             let far = tap.strain - of(0.9) * (tap.strain - words.farthest);
             let far = (far * (k - slack)).max(far * (k + slack));
@@ -215,13 +218,20 @@ impl<const SET: u8> Rows<Lanes<SET>> {
         let beyond = least.if_less(beyond, one, of(highest).if_less(most, one, zero));
 
         let all = of(drives as f64);
-        tally.strain = tally.strain + (all - edges.above);
-        tally.slipped = tally.slipped + (all - edges.slipped);
-        let clean = edges.above.min(edges.slipped);
+        // A widening whisker has words beyond its tip.
+        let ends = self.design.words.ends.map(|end| end / tap.strain - one);
+        let out = least.if_less(ends[0], one, ends[1].if_less(most, one, zero));
+        let edges = [edges.above, edges.slipped];
         let [clear, ambiguous, _] = certain(bounds, [least, most]);
+        let beyond = beyond.max(out * (one - ambiguous));
         let near = one - beyond;
-        tally.ok = tally.ok + near * clear * clean;
-        tally.ambiguous = tally.ambiguous + near * ambiguous * all;
+        let told = [(CLEAR, near * clear), (AMBIGUOUS, near * ambiguous)];
+        if all.all_at_most(edges[0].min(edges[1])) {
+            told.into_iter().for_each(|(told, share)| tally.add_clean(told, share * all));
+        } else {
+            let worn = worn(edges, [zero, all]);
+            told.into_iter().for_each(|(told, share)| tally.add(told, share, &worn));
+        }
         let rest = near * (one - clear) * (one - ambiguous);
         let whole = complete.if_less(all, zero, one);
         tally.hard = tally.hard.max(beyond).max(rest * (one - whole));
@@ -229,14 +239,13 @@ impl<const SET: u8> Rows<Lanes<SET>> {
         if open.all_at_most(zero) {
             return;
         }
-        let [mut rootless, mut twice, mut free] = [zero; 3];
         for group in groups {
             let [clear, ambiguous, none] = certain(bounds, self.reach(group, tap, true, m));
             if open.all_at_most(clear + ambiguous + none) {
-                let (from, n) = (of(group.drives.start as f64), of(group.drives.len() as f64));
-                rootless = n.mul_add(none, rootless);
-                twice = n.mul_add(ambiguous, twice);
-                free = clear.mul_add((clean - from).max(zero).min(n), free);
+                let worn = worn(edges, [group.drives.start, group.drives.end].map(|j| of(j as f64)));
+                for (told, share) in [(CLEAR, clear), (AMBIGUOUS, ambiguous), (ROOTLESS, none)] {
+                    tally.add(told, open * share, &worn);
+                }
                 for at in rootless_at.get_mut(group.drives.clone()).unwrap_or_default() {
                     *at = at.max(open * none);
                 }
@@ -248,17 +257,15 @@ impl<const SET: u8> Rows<Lanes<SET>> {
                 let q = self.miss(&row, tap, m);
                 let none = peak.if_less(q, one, zero);
                 let two = q.if_less(low, zero, high.if_less(q, zero, one));
-                rootless = rootless + none;
                 if let Some(at) = rootless_at.get_mut(j) {
                     *at = at.max(open * none);
                 }
-                twice = twice + two;
-                free = free + of(j as f64).if_less(clean, one - none.max(two), zero);
+                let worn = worn(edges, [j, j + 1].map(|j| of(j as f64)));
+                for (told, share) in [(CLEAR, one - none.max(two)), (AMBIGUOUS, two), (ROOTLESS, none)] {
+                    tally.add(told, open * share, &worn);
+                }
             }
         }
-        tally.rootless = tally.rootless + open * rootless;
-        tally.ambiguous = tally.ambiguous + open * twice;
-        tally.ok = tally.ok + open * free;
     }
 }
 

@@ -24,6 +24,8 @@ struct Cut {
     pieces: Vec<f64>,
     /// u and f at the peak.
     peak: (f64, f64),
+    /// f infinitely far out.
+    farthest: f64,
 }
 
 /// Distances at which the linear theory gives a reading, mm.
@@ -33,9 +35,17 @@ pub struct Roots {
     pub far: f64,
     /// The next one, if any.
     pub near: Option<f64>,
-    /// Whether the largest lies on the near side of the peak: a widening whisker, whose f does not vanish far out, gives a
-    /// small reading there only.
-    pub only_near: bool,
+    /// Whether there is a larger one, beyond the farthest contact of which f is known.
+    pub unseen: bool,
+    /// Whether f levels off above 0 far out: that of a widening whisker.
+    pub levels_off: bool,
+}
+
+impl Roots {
+    /// Whether no other contact gives the reading, however far out: f levels off above it.
+    pub fn alone(&self) -> bool {
+        self.levels_off && self.near.is_none() && !self.unseen
+    }
 }
 
 /// Points at which the slope's sign is looked at; f has at most a few extrema, far apart on this scale.
@@ -45,6 +55,7 @@ impl Cut {
     /// Cuts `curve` into monotone pieces.
     fn new(curve: &StrainCurve) -> Self {
         let [x1, x2] = curve.gauge;
+        let farthest = Some(curve.farthest()).filter(|f| f.is_finite()).unwrap_or(0.0);
         let lo = curve.end().map_or(curve.taper.tau.max(0.0), |end| 1.0 / end);
         let hi = match curve.end() {
             // The wrench of a contact anywhere has a value.
@@ -57,7 +68,7 @@ impl Cut {
             let (s, t) = (b1 + b2, x1 * b1 + x2 * b2);
             let peak = Some(0.5 * (s / t + curve.taper.tau)).filter(|peak| *peak > lo && *peak < hi);
             let peak = highest(curve, lo, [Some(lo), peak, Some(hi)].into_iter().flatten());
-            return Self { pieces: Vec::new(), peak };
+            return Self { pieces: Vec::new(), peak, farthest };
         }
         let mut pieces = vec![lo];
         let slope = |u: f64| curve.at_inverse(u).1;
@@ -74,7 +85,7 @@ impl Cut {
         }
         pieces.push(hi);
         let peak = highest(curve, lo, pieces.iter().copied());
-        Self { pieces, peak }
+        Self { pieces, peak, farthest }
     }
 }
 
@@ -100,6 +111,11 @@ impl Inverse {
         (1.0 / u, f)
     }
 
+    /// Whether no other contact, however far out, gives the reading of one at `a` mm.
+    pub fn alone(&self, a: f64) -> bool {
+        self.roots(self.curve.value(a)).is_some_and(|roots| roots.alone())
+    }
+
     /// Roots of f(a) = `reading` > 0 (strain per radian, or per mm); `None` above the peak. Of a widening whisker a
     /// reading below what the farthest contact gives has its near root only.
     pub fn roots(&self, reading: f64) -> Option<Roots> {
@@ -121,11 +137,10 @@ impl Inverse {
                 }
             }
         }
-        let (peak, _) = self.cut().peak;
-        found[0].map(|far| Roots {
-            far: 1.0 / far,
-            near: found[1].map(|u| 1.0 / u),
-            only_near: peak > 0.0 && far > peak,
+        let Cut { peak: (peak, _), farthest, .. } = *self.cut();
+        found[0].map(|far| {
+            let unseen = peak > 0.0 && far > peak && reading >= farthest;
+            Roots { far: 1.0 / far, near: found[1].map(|u| 1.0 / u), unseen, levels_off: farthest > 0.0 }
         })
     }
 

@@ -150,6 +150,17 @@ impl<T: Real> StrainCurve<T> {
         self.at_inverse(T::of(1.0) / a).0
     }
 
+    /// f of a contact infinitely far out, on a cone that goes on: above 0 where it widens. What is known up to its tip only, built on such a cone,
+    /// loses from there what the cone loses.
+    pub fn farthest(&self) -> T {
+        let (zero, widens) = (T::of(0.0), self.taper.tau.value() < 0.0);
+        match self.end() {
+            _ if !widens || !self.reads_strain() => zero,
+            None => self.of_cone(zero).0,
+            Some(end) => self.value(end) * self.of_cone(zero).0 / self.of_cone(T::of(1.0) / end).0,
+        }
+    }
+
     /// df/da, per radian (or mm) and mm.
     pub fn slope(&self, a: T) -> T {
         -self.at_inverse(T::of(1.0) / a).1 / (a * a)

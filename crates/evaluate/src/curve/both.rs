@@ -270,7 +270,7 @@ pub struct Both {
     slope: f64,
     /// Another distance with the same strains, mm.
     other: Option<f64>,
-    /// Whether the strains grow with the distance, and no farther one has them.
+    /// Whether the strains grow with the distance, and a farther one that has them is not known.
     near: bool,
 }
 
@@ -358,7 +358,13 @@ impl Inverter<'_, '_> {
         for (&i, inverted) in places.iter().zip(self.invert(&starts, &reach)?) {
             others[i] = inverted;
         }
-        Ok(found.iter().zip(&others).map(|(found, other)| taken(found.as_ref()?, other.as_ref())).collect())
+        let taken = |(found, other): (&Option<Inverted>, &Option<Inverted>)| {
+            let both = taken(found.as_ref()?, other.as_ref())?;
+            let shared = designs[found.as_ref()?.task.design as usize].shared.as_ref();
+            let alone = both.near && shared.is_some_and(|shared| shared.theory.alone(both.a));
+            Some(Both { near: both.near && !alone, ..both })
+        };
+        Ok(found.iter().zip(&others).map(taken).collect())
     }
 
     /// Where the other tap with the strains of `found` is looked for, if it matters: where f has its other root.

@@ -135,6 +135,12 @@ impl Curve {
         found[0].map(|far| (far, found[1]))
     }
 
+    /// |ε| of a contact infinitely far out: from the farthest one known it changes as f does.
+    fn farthest(&self) -> f64 {
+        let Some((u, strain)) = self.looks.iter().find(|look| look.1.is_finite()) else { return 0.0 };
+        strain * self.of.farthest() / self.of.at_inverse(*u).0
+    }
+
     /// Whether |ε| may have a maximum after look `i`.
     fn may_peak(&self, i: usize) -> bool {
         let at = |k: usize| self.looks.get(k).map_or(f64::NEG_INFINITY, |l| l.1);
@@ -158,7 +164,8 @@ impl Curve {
         match (far, own.or(near)) {
             (Some(a), second) => by.estimated(a, self.slope(a), second),
             (None, Some(a)) => {
-                Estimated { status: Status::AMBIGUOUS, ..by.estimated(a, self.slope(a), None) }
+                let status = if strain < self.farthest() { Status::OK } else { Status::AMBIGUOUS };
+                Estimated { status, ..by.estimated(a, self.slope(a), None) }
             }
             (None, None) => Estimated { status: Status::NO_ROOT, ..Estimated::NOTHING },
         }

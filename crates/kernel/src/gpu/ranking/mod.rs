@@ -18,7 +18,7 @@ use crate::gpu::Gpu;
 use crate::gpu::dispatch::{buffer, lost, submit, wait};
 use crate::gpu::fault::Fault;
 use crate::gpu::lie::{Kind, Lie};
-use crate::ranking::{Batch, Charts, Ranking, Words};
+use crate::ranking::{Batch, COMBINED, Charts, Ranking, Words};
 use vibrissa_core::error::SolveError;
 use vibrissa_core::scene::Layout;
 
@@ -39,13 +39,13 @@ const MOST_ROUNDS: usize = 40_000;
 const DEPTH: usize = 2;
 
 /// Counters at the head of the tally.
-const COUNTERS: usize = 16;
+const COUNTERS: usize = 20;
 
 /// Bits of a place in a batch; the others of an entry are those of the batch's number.
 const PLACE_BITS: u32 = MOST.ilog2();
 
 /// Weights of the counts of a batch in their sum.
-const WEIGHTS: [u32; 8] = [1, 3, 5, 7, 11, 13, 17, 19];
+const WEIGHTS: [u32; COMBINED + 3] = [1, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47];
 
 /// A device with the charts of one sweep.
 pub struct Ranker {
@@ -160,17 +160,21 @@ impl Ranker {
     fn collect(&self, flight: &Flight) -> Result<Batch, Fault> {
         let (slot, range) = (&self.slots[flight.slot], flight.range.clone());
         let tally = self.read(slot, COUNTERS, flight)?;
-        let [best, hard, .., seen, sum] = tally[..11] else { return Err(lost("the tally is too short")) };
+        let [best, hard, .., seen, sum] = tally[..COMBINED + 6] else {
+            return Err(lost("the tally is too short"));
+        };
         let count = (range.end - range.start) as usize;
-        let right =
-            tally[1..9].iter().zip(WEIGHTS).fold(0u32, |sum, (n, w)| sum.wrapping_add(n.wrapping_mul(w)));
+        let right = tally[1..=WEIGHTS.len()]
+            .iter()
+            .zip(WEIGHTS)
+            .fold(0u32, |sum, (n, w)| sum.wrapping_add(n.wrapping_mul(w)));
         let whole = tally[COUNTERS - 1] == flight.stamp && seen as usize == count && sum == right;
         if !whole || best.max(hard) as usize > count {
             return Err(Fault::Damaged(count, count));
         }
-        let [ok, slipped, strain, rootless, ambiguous, invalid, complete] =
-            std::array::from_fn(|k| u64::from(tally[2 + k]));
-        let words = Words { ok, slipped, strain, rootless, ambiguous, invalid };
+        let taps = std::array::from_fn(|k| u64::from(tally[2 + k]));
+        let [invalid, complete] = [0, 1].map(|k| u64::from(tally[2 + COMBINED + k]));
+        let words = Words { taps, invalid };
         let list = |from: &wgpu::Buffer, n: u32| -> Result<Vec<u64>, Fault> {
             let mut entries = self.copy(slot, from, n as usize + 1, flight)?;
             let own = |entry: u32| entry >> PLACE_BITS == flight.stamp;

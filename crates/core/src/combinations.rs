@@ -1,0 +1,78 @@
+//! How many taps have which words together.
+
+use std::collections::BTreeMap;
+
+use crate::status::Status;
+
+/// Taps per combination of status words: each tap counts once.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Combinations(BTreeMap<Status, u64>);
+
+impl Combinations {
+    /// Adds `taps` taps with these words.
+    pub fn note(&mut self, status: Status, taps: u64) {
+        if taps > 0 {
+            *self.0.entry(status).or_default() += taps;
+        }
+    }
+
+    /// Adds those of `other`.
+    pub fn add(&mut self, other: &Self) {
+        other.0.iter().for_each(|(status, taps)| self.note(*status, *taps));
+    }
+
+    /// Keeps the words of `known` only, and no tap without any of them.
+    pub fn retain(&mut self, known: Status) {
+        for (status, taps) in std::mem::take(&mut self.0) {
+            if status.has(known) {
+                self.note(status.only(known), taps);
+            }
+        }
+    }
+
+    /// As they stand in tables, words joined by `+`, in alphabetical order.
+    pub fn named(&self) -> BTreeMap<String, u64> {
+        self.0.iter().map(|(status, taps)| (status.to_string(), *taps)).collect()
+    }
+
+    /// Of [`Self::named`]; `None` where a name is none of tables.
+    pub fn of(named: &BTreeMap<String, u64>) -> Option<Self> {
+        let mut all = Self::default();
+        for (words, taps) in named {
+            all.note(Status::named(words)?, *taps);
+        }
+        Some(all)
+    }
+
+    /// In words, `number` as it writes numbers: `952 ok, 48 strain_limit+ambiguous`; `none` of no taps.
+    pub fn told(&self, number: impl Fn(u64) -> String) -> String {
+        told(self.named().iter().map(|(words, taps)| (words.as_str(), *taps)), number)
+    }
+}
+
+/// Counts of words, as [`Combinations::told`].
+pub fn told<'w>(counts: impl Iterator<Item = (&'w str, u64)>, number: impl Fn(u64) -> String) -> String {
+    let all: Vec<String> = counts.map(|(words, taps)| format!("{} {words}", number(taps))).collect();
+    if all.is_empty() { "none".to_owned() } else { all.join(", ") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tap_counts_once_whatever_its_words() {
+        let mut all = Combinations::default();
+        let both = Status::STRAIN_LIMIT | Status::AMBIGUOUS;
+        for (status, taps) in
+            [(Status::OK, 3), (both, 2), (Status::STRAIN_LIMIT, 1), (both, 1), (Status::NO_ROOT, 0)]
+        {
+            all.note(status, taps);
+        }
+        assert_eq!(all.told(|n| n.to_string()), "3 ok, 1 strain_limit, 3 strain_limit+ambiguous");
+        assert_eq!(Combinations::of(&all.named()), Some(all.clone()));
+        all.retain(Status::AMBIGUOUS | Status::NO_ROOT);
+        assert_eq!(all.told(|n| n.to_string()), "3 ambiguous");
+        assert_eq!(Combinations::of(&BTreeMap::from([("no_word".to_owned(), 1)])), None);
+    }
+}
