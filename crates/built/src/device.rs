@@ -44,6 +44,7 @@ fn text(job: &Job<'_>, precision: Precision) -> String {
         ("FOUR", 4.0),
         ("HALF", 0.5),
         ("QUARTER", 0.25),
+        ("EIGHTH", 0.125),
         ("TWENTY_FOURTH", 1.0 / 24.0),
         ("HUNDREDTH", 0.01),
         ("PI", std::f64::consts::PI),
