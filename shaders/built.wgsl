@@ -15,7 +15,6 @@ struct Load {
     normal: real,
     tangential: real,
     height: real,
-    tilt: vec2<real>,
     force: vec2<real>,
 }
 
@@ -60,46 +59,91 @@ fn back(by: vec2<real>) -> vec2<real> {
     return vec2<real>(by.x, -by.y);
 }
 
-// R and R' at s by the piece that holds a.
-fn radius(tap: Tap, s: real) -> vec2<real> {
-    if POWER {
-        let v = max(ONE - s / tap.length, ZERO);
-        let steep = select(ZERO, power(v, tap.exponent - ONE), v > ZERO);
-        return vec2<real>(tap.tip + tap.wider * power(v, tap.exponent), -tap.wider * tap.exponent / tap.length * steep);
+// ((1 + u)^n - 1)/(n u) for |u| up to an eighth.
+fn binomial(n: real, u: real) -> real {
+    var sum = ONE;
+    for (var k = 8u; k > 0u; k--) {
+        sum = ONE + (n - real(k)) / real(k + 1u) * u * sum;
     }
-    return vec2<real>(tap.contact + tap.contact_slope * (s - tap.a), tap.contact_slope);
+    return sum;
 }
 
-// R, sin α and cos α of a contact at the arc s; 0, 0 and 1 on the centreline.
-fn touched(tap: Tap, s: real) -> vec3<real> {
+// What R and R' at a + x exceed those at a by, by the piece that holds a. Not as a difference of both: of small drives it would be all rounding.
+fn widened(tap: Tap, x: real) -> vec2<real> {
+    if !POWER {
+        return vec2<real>(tap.contact_slope * x, ZERO);
+    }
+    let n = tap.exponent;
+    let left = tap.length - tap.a;
+    if abs(x) < EIGHTH * left {
+        let u = -x / left;
+        return tap.contact_slope * vec2<real>(x * binomial(n, u), (n - ONE) * u * binomial(n - ONE, u));
+    }
+    let v = max(left - x, ZERO) / tap.length;
+    let steep = select(ZERO, power(v, n - ONE), v > ZERO);
+    return vec2<real>(
+        tap.wider * power(v, n) - (tap.contact - tap.tip),
+        -tap.wider * n / tap.length * steep - tap.contact_slope,
+    );
+}
+
+// R, sin α and cos α of a contact at a; 0, 0 and 1 on the centreline.
+fn touched(tap: Tap) -> vec3<real> {
     if !SURFACE {
         return vec3<real>(ZERO, ZERO, ONE);
     }
-    let at = radius(tap, s);
-    var tangent = -at.y;
+    var tangent = -tap.contact_slope;
     if CURVED {
-        tangent = tangent / (ONE + (tap.curvature + tap.curvature_slope * s) * at.x);
+        tangent = tangent / (ONE + (tap.curvature + tap.curvature_slope * tap.a) * tap.contact);
     }
     let cosine = ONE / sqrt(ONE + tangent * tangent);
-    return vec3<real>(at.x, tangent * cosine, cosine);
+    return vec3<real>(tap.contact, tangent * cosine, cosine);
 }
 
-fn loaded(tap: Tap, arc: real, normal: real, tangential: real) -> Load {
-    let at = touched(tap, arc);
-    let force = vec2<real>(tangential * at.z - normal * at.y, -normal * at.z - tangential * at.y);
-    return Load(arc, normal, tangential, at.x, at.yz, force);
+// What those of a contact at a + x exceed those `at` a by.
+fn slid(tap: Tap, at: vec3<real>, x: real) -> vec3<real> {
+    if !SURFACE {
+        return vec3<real>(ZERO, ZERO, ZERO);
+    }
+    let more = widened(tap, x);
+    if !POWER && !CURVED {
+        return vec3<real>(more.x, ZERO, ZERO);
+    }
+    // tan α = -R'/(1 + κ0 R) at both, and by how much the first denominator is exceeded.
+    let slope = tap.contact_slope;
+    var here = ONE;
+    var excess = ZERO;
+    if CURVED {
+        let curvature = tap.curvature + tap.curvature_slope * tap.a;
+        here = ONE + curvature * tap.contact;
+        excess = (curvature + tap.curvature_slope * x) * more.x + tap.curvature_slope * x * tap.contact;
+    }
+    let there = here + excess;
+    let grown = (slope * excess - more.y * here) / (here * there);
+    let turned = grown / (ONE + slope * (slope + more.y) / (here * there));
+    let cosine = ONE / sqrt(ONE + turned * turned);
+    let sine = turned * cosine;
+    let versine = sine * sine / (ONE + cosine);
+    return vec3<real>(more.x, sine * at.z - versine * at.y, -versine * at.z - sine * at.y);
+}
+
+// P and T at a + x; `at` a and `more` there.
+fn loaded(tap: Tap, at: vec3<real>, more: vec3<real>, x: real, normal: real, tangential: real) -> Load {
+    let now = at + more;
+    let force = vec2<real>(tangential * now.z - normal * now.y, -normal * now.z - tangential * now.y);
+    return Load(tap.a + x, normal, tangential, now.x, force);
 }
 
 fn radius_of(tap: Tap, piece: Piece, s: real) -> real {
     if POWER {
-        return radius(tap, s).x;
+        return tap.tip + tap.wider * power(max(ONE - s / tap.length, ZERO), tap.exponent);
     }
     return piece.radius + piece.slope * (s - piece.near);
 }
 
-// 1 − cos and sin of the angle by which the resting whisker turns from the arc `to` back to `from`.
-fn rest(tap: Tap, begin: real, end: real) -> vec2<real> {
-    return turn((end - begin) * (tap.curvature + HALF * tap.curvature_slope * (end + begin)));
+// 1 − cos and sin of the angle by which the resting whisker turns over `length` from the arc `begin`, back to it.
+fn rest(tap: Tap, begin: real, length: real) -> vec2<real> {
+    return turn(length * (tap.curvature + tap.curvature_slope * (begin + HALF * length)));
 }
 
 fn slope(tap: Tap, load: Load, piece: Piece, s: real, rate: real, state: Slope, seen: ptr<function, vec2<real>>) -> Slope {
@@ -109,7 +153,7 @@ fn slope(tap: Tap, load: Load, piece: Piece, s: real, rate: real, state: Slope, 
     var arm = vec2<real>(distance - bent.y, load.height - bent.z);
     var resting = vec2<real>(ZERO, ZERO);
     if CURVED {
-        resting = rest(tap, s, load.arc);
+        resting = rest(tap, s, distance);
         arm -= state.rest;
     }
     let upright = ONE - resting.x;
@@ -229,10 +273,10 @@ fn bend(tap: Tap, load: Load, judging: bool) -> Bent {
     return Bent(state, errors, seen.x, seen.y);
 }
 
-// The way along the resting whisker from one arc to another, in the frame of its base.
-fn path(tap: Tap, begin: real, end: real, parts: u32) -> vec2<real> {
+// The way along the resting whisker over `length` from the arc `begin`, in the frame of its base.
+fn path(tap: Tap, begin: real, length: real, parts: u32) -> vec2<real> {
     var way = vec2<real>(ZERO, ZERO);
-    let part = (end - begin) / real(parts);
+    let part = length / real(parts);
     for (var k = 0u; k < parts; k++) {
         for (var n = 0u; n < 4u; n++) {
             let s = begin + part * (real(k) + numbers[GAUSS + 2u * n]);
@@ -251,7 +295,9 @@ fn shoot(tap: Tap, share: real, z: vec2<real>, judging: bool) -> Shot {
         x = ZERO;
         tangential = tap.force * z.y;
     }
-    let load = loaded(tap, tap.a + x, normal, tangential);
+    let at = touched(tap);
+    let more = slid(tap, at, x);
+    let load = loaded(tap, at, more, x, normal, tangential);
     let bent = bend(tap, load, judging);
     let state = bent.state;
     let base = vec2<real>(load.arc - state.bent.y, load.height - state.bent.z) - state.rest;
@@ -265,24 +311,26 @@ fn shoot(tap: Tap, share: real, z: vec2<real>, judging: bool) -> Shot {
     let force = rotated(rotated(load.force, back(leaned)), by);
     let moved = rotated(state.bent.yz, back(leaned));
 
-    let at = touched(tap, tap.a);
+    // The pole's centre beside the contact at a, and what it is moved by at c.
     let here = vec2<real>(tap.pole * at.y, at.x + tap.pole * at.z);
-    let there = vec2<real>(tap.pole * load.tilt.x, load.height + tap.pole * load.tilt.y);
+    let aside = vec2<real>(tap.pole * more.y, more.x + tap.pole * more.z);
     var pole = vec2<real>(tap.a + here.x, here.y);
-    var shift = vec2<real>(x + there.x - here.x, there.y - here.y);
+    var shift = vec2<real>(x + aside.x, aside.y);
     if CURVED {
         let out = back(rest(tap, ZERO, tap.a));
-        let more = rotated(there, back(rest(tap, tap.a, tap.a + x)));
+        let by = rest(tap, tap.a, x);
+        let there = here + aside;
+        let turned = vec2<real>(by.y * there.y - by.x * there.x, -by.y * there.x - by.x * there.y);
         pole = path(tap, ZERO, tap.a, 6u) + rotated(here, out);
-        shift = path(tap, tap.a, tap.a + x, 2u) + rotated(more - here, out);
+        shift = path(tap, tap.a, x, 2u) + rotated(aside + turned, out);
     }
     let theta = tap.turn * share;
     let swung = turn(theta);
     // Rot(β) − Rot(−θ) = 2 sin((β + θ)/2) Rot((β − θ)/2 + 90°).
     let apart = TWO * turn(HALF * (beta + theta)).y;
     let mean = turn(HALF * (beta - theta));
-    let aside = rotated(pole, mean);
-    let swing = apart * vec2<real>(-aside.y, aside.x);
+    let crossed = rotated(pole, mean);
+    let swing = apart * vec2<real>(-crossed.y, crossed.x);
     let carried = rotated(shift - moved, by);
     let miss = force * vec2<real>(tap.soft_x, tap.soft_y) + carried + swing + tap.hub * swung
         + vec2<real>(ZERO, tap.lift * share);

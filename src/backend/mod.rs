@@ -7,6 +7,7 @@ mod listed;
 mod pays;
 mod verdicts;
 
+use std::fmt::Write;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
@@ -91,6 +92,28 @@ pub fn cramped() -> Option<String> {
     (bytes < ROOM).then(|| {
         format!("the address space is limited to {room:.1} GB (ulimit -v), too little for a GPU driver")
     })
+}
+
+impl Backend {
+    /// The warnings of a spec and what its device did wrong.
+    pub fn warnings(&self, of_spec: &[String]) -> Vec<String> {
+        [of_spec, &self.device.get().words[..]].concat()
+    }
+
+    /// What the comparison of its device with the CPU found, and what the device did wrong, a line each; nothing without a device.
+    pub fn compared(&self) -> String {
+        let told = self.device.get();
+        let mut text = String::new();
+        if told.compared_taps > 0 {
+            let (taps, worst) = (told.compared_taps, told.compared_worst);
+            let _ = writeln!(
+                text,
+                "{taps} taps of the GPU compared with the CPU: strain errors up to {worst:.2} of the tolerance"
+            );
+        }
+        told.words.iter().for_each(|words| text += &format!("GPU: {words}\n"));
+        text
+    }
 }
 
 impl Choice {

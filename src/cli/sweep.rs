@@ -261,6 +261,7 @@ fn summary(spec: &Spec, report: &Report, needed: Option<&Needed>) -> String {
         let _ = writeln!(text, "kept {kept} of {complete} complete rows (top = {top})");
     }
     text += &needed.map_or_else(String::new, Needed::sentence);
+    text += &report.backend.compared();
     let _ = writeln!(text, "wrote {} in {:.2} s", super::listed(&report.files), report.seconds.total);
     text
 }

@@ -75,6 +75,13 @@ pub(super) fn whole(parts: &[Part], rows: ([u64; 3], Option<u64>), merging: f64,
             run.shift_remove(key);
         }
     }
+    let mut warnings: Vec<&Value> = Vec::new();
+    for text in parts.iter().flat_map(|part| part.run["warnings"].as_array().into_iter().flatten()) {
+        if !warnings.contains(&text) {
+            warnings.push(text);
+        }
+    }
+    run["warnings"] = json!(warnings);
     // What one device did is told with its part.
     if let Some(backend) = run["backend"].as_object_mut() {
         backend.shift_remove("device");

@@ -53,7 +53,7 @@ pub fn document(spec: &Spec, search: &Search, report: &Report) -> Value {
     }
     let mut body = json!({
         "in_force": run_json::in_force(spec),
-        "warnings": spec.warnings,
+        "warnings": report.backends[0].warnings(&spec.warnings),
         "backend": report.backends[0],
         "backend_polish": report.backends[1],
         "counts": counts(report),

@@ -218,7 +218,7 @@ pub fn of_sweep(
     let mut body = json!({
         "in_force": in_force(spec),
         "material_fit": material_fit(spec, Some(c)),
-        "warnings": spec.warnings,
+        "warnings": backend.warnings(&spec.warnings),
         "backend": backend,
         "counts": counts(c),
         "seconds": seconds,

@@ -15,6 +15,7 @@ mod grid;
 mod handed;
 mod keep;
 mod list;
+mod look;
 mod needed;
 mod parted;
 mod probe;
@@ -180,7 +181,7 @@ fn attempt(
     let names = writers::names(study, plan, &about);
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let (mut folder, left) = Folder::open_again(target.out, question, &names, &about.identity, target.force)?;
-    let method = choice.open(&study.setup.model)?;
+    let method = look::first(study, choice, target.stop)?;
     let open = begun.elapsed().as_secs_f64() + choice.seconds;
     let head = left.as_ref().map(|left| left.head.clone());
     let before = match left {

@@ -110,7 +110,7 @@ pub fn table(study: &Study, report: &Report) -> Result<Vec<u8>, Error> {
 pub fn document(spec: &Spec, report: &Report) -> Value {
     let mut body = json!({
         "in_force": run_json::in_force(spec),
-        "warnings": spec.warnings,
+        "warnings": report.backend.warnings(&spec.warnings),
         "backend": report.backend,
         "counts": { "evaluations": report.evaluations, "rows": report.curve.len() },
         "seconds": { "total": report.seconds },

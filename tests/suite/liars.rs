@@ -42,6 +42,13 @@ const LISTED: &str = "[tuples]\nfile = \"list.csv\"\n[gauge]\nnoise_strain = 1e-
 const RANKED: &str = "[whisker]\nD = [8, 10]\nd = { from = 4, to = 9, steps = 10_000 }\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-6\n\
                       [tap]\na = [15, 28, 41, 48]\ntheta = { from = 1, to = 12, steps = 9 }\n[output]\ntop = 30\nby = \"total_rms_mm\"\n";
 
+/// A whisker as built, all of whose numbers are answers.
+const BUILT: &str = "[whisker]\nD = 10\nd = [5, 6]\nL_a = 50\nbore = 4\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = [21, 33, 45]\ntheta = [0.001, 1, 4]\n\
+                     [model]\nsurface = true\n[output]\nwrench = true\n";
+
+/// A cone whose base wrench is asked.
+const WRENCH: &str = "[tuples]\nfile = \"list.csv\"\n[gauge]\nnoise_strain = 1e-6\n[model]\nextension = true\n[output]\nwrench = true\n";
+
 fn adapter() -> Adapter {
     static ALL: OnceLock<Vec<Adapter>> = OnceLock::new();
     ALL.get_or_init(adapters).first().expect("an adapter (Debian: apt install mesa-vulkan-drivers)").clone()
@@ -75,8 +82,9 @@ fn swept(text: &str, choice: &Choice) -> (Vec<String>, Value) {
 
 /// The tables of an honest device that nobody watches, and of the CPU.
 fn honest(text: &'static str) -> &'static [Vec<String>; 2] {
-    static BOTH: [OnceLock<[Vec<String>; 2]>; 2] = [OnceLock::new(), OnceLock::new()];
-    BOTH[usize::from(text == RANKED)].get_or_init(|| [GPU, CPU].map(|place| swept(text, &place.choice()).0))
+    static BOTH: [OnceLock<[Vec<String>; 2]>; 4] = [const { OnceLock::new() }; 4];
+    let at = [LISTED, RANKED, BUILT, WRENCH].iter().position(|t| *t == text).expect("a text of this file");
+    BOTH[at].get_or_init(|| [GPU, CPU].map(|place| swept(text, &place.choice()).0))
 }
 
 /// Every number of `found` is that of `wanted` to the tolerance.
@@ -104,13 +112,19 @@ fn count(run: &Value, key: &str) -> u64 {
 
 #[test]
 fn an_honest_device_is_checked_and_left_alone() {
-    for text in [LISTED, RANKED] {
+    for text in [LISTED, RANKED, BUILT, WRENCH] {
         let (tables, run) = swept(text, &liar(Kind::Flip(1), 0..0));
         assert!(tables == honest(text)[0], "other bytes where a device is watched");
-        assert!(count(&run, "self_checked_kernels") >= 1 && run["handed_over"].is_null(), "{run}");
+        assert!(
+            (text == BUILT || count(&run, "self_checked_kernels") >= 1) && run["handed_over"].is_null(),
+            "{run}"
+        );
         let worst = device(&run)["self_check_worst"].as_f64().unwrap();
-        assert!(worst > 0.0 && worst < 1.0, "{worst}");
-        assert_eq!(device(&run)["words"], Value::Array(Vec::new()));
+        assert!((text == BUILT || worst > 0.0) && worst < 1.0, "{worst}");
+        assert_eq!([&device(&run)["words"], &run["warnings"]], [&Value::Array(Vec::new()); 2]);
+        assert!(text == RANKED || count(&run, "compared_taps") >= 32, "{run}");
+        let worst = device(&run)["compared_worst"].as_f64().unwrap();
+        assert!(worst < 1.0, "{worst}");
     }
 }
 
@@ -142,6 +156,23 @@ fn what_goes_wrong_for_good_is_handed_over() {
         );
         let words = device(&run)["words"].to_string();
         assert!(words.contains("was handed over to the CPU"), "{kind:?}: {words}");
+    }
+}
+
+/// Strain, forces, wrench or arc alone is wrong: it is found beside the CPU's, nothing of the device is given out, and `warnings` says so. Of cones from the first
+/// batch on, whose kernels have passed their self-check by then.
+#[test]
+fn an_answer_that_is_wrong_in_one_number_is_not_given_out() {
+    let cases: [(&'static str, &[usize], u64); 3] =
+        [(BUILT, &[0, 1, 2, 3, 4, 5, 6], 0), (LISTED, &[0, 2, 3], 1), (WRENCH, &[3, 7], 1)];
+    for (text, places, from) in cases {
+        for &place in places {
+            let (tables, run) = swept(text, &liar(Kind::Off(place), from..u64::MAX));
+            assert!(tables == honest(text)[1], "number {place} of {text}: not the CPU's bytes");
+            let warnings = run["warnings"].to_string();
+            assert!(warnings.contains("answers") && warnings.contains("are wrong"), "{place}: {run}");
+            assert!(count(&run, "handed_over_taps") > 0 && !run["handed_over"].is_null(), "{place}: {run}");
+        }
     }
 }
 

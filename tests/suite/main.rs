@@ -75,6 +75,7 @@ mod shape;
 mod shares;
 mod signals;
 mod sizes;
+mod small_drives;
 mod smooth_axis;
 mod solid;
 mod spec_errors;

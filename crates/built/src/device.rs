@@ -28,7 +28,7 @@ const PIECE: [&str; 8] = names![near far radius slope inner inner_slope gauge st
 const ANSWER: [&str; 11] = names![strain normal tangential arc moment force_x force_y error load shots seal];
 
 /// Taps of a batch: some milliseconds of work on a slow device.
-const BATCH: usize = 1 << 16;
+pub(super) const BATCH: usize = 1 << 16;
 
 /// Largest arc that a number in single precision stands for infinity with.
 const FAR: f64 = 1e30;
@@ -44,6 +44,7 @@ fn text(job: &Job<'_>, precision: Precision) -> String {
         ("FOUR", 4.0),
         ("HALF", 0.5),
         ("QUARTER", 0.25),
+        ("EIGHTH", 0.125),
         ("TWENTY_FOURTH", 1.0 / 24.0),
         ("HUNDREDTH", 0.01),
         ("PI", std::f64::consts::PI),
@@ -125,7 +126,12 @@ fn tableau() -> (Vec<f64>, [(&'static str, usize); 7]) {
     (numbers, parts)
 }
 
-/// Solves `taps` on the device of `solver`; `None` where it has none, fails, or cannot.
+/// Whether `solver` has a device for such taps.
+pub(super) fn serves(solver: &dyn Solver, precision: Precision, effects: Effects) -> bool {
+    solver.computes() && !(precision == Precision::F64 && effects.power)
+}
+
+/// Solves a batch of `taps` on the device of `solver`; `None` where it fails.
 ///
 /// # Errors
 /// What is no fault of the device.
@@ -135,19 +141,12 @@ pub(super) fn solve(
     job: &Job<'_>,
     taps: &[Tap<'_>],
 ) -> Result<Option<Vec<Solution>>, SolveError> {
-    if !solver.computes() || precision == Precision::F64 && job.effects.power || taps.is_empty() {
-        return Ok(None);
-    }
     let wgsl = text(job, precision);
-    let mut out = Vec::with_capacity(taps.len());
-    for part in taps.chunks(BATCH) {
-        let (numbers, shared) = numbers(part, job.steps);
-        let (count, words) = (part.len(), ANSWER.len());
-        let program = Program { name: "built", wgsl: &wgsl, taps: &numbers, shared: &shared, count, words };
-        let Some(answers) = solver.compute(&program)? else { return Ok(None) };
-        out.extend(answers.chunks_exact(ANSWER.len() - 1).map(read));
-    }
-    Ok(Some(out))
+    let (numbers, shared) = numbers(taps, job.steps);
+    let (count, words) = (taps.len(), ANSWER.len());
+    let program = Program { name: "built", wgsl: &wgsl, taps: &numbers, shared: &shared, count, words };
+    let answers = solver.compute(&program)?;
+    Ok(answers.map(|answers| answers.chunks_exact(words - 1).map(read).collect()))
 }
 
 /// The text of a batch, for tests that read it.

@@ -16,6 +16,7 @@
 // Index loops are what the lanes vectorise on.
 #![allow(clippy::needless_range_loop)]
 
+mod check;
 pub mod device;
 mod lanes;
 mod newton;
@@ -102,12 +103,6 @@ pub struct Solution {
 }
 
 impl Solution {
-    /// By how much the force and the contact of `other` differ, relative.
-    fn apart(&self, other: &Self) -> f64 {
-        let of = |a: f64, b: f64| ((a - b) / b).abs();
-        of(self.normal, other.normal).max(of(self.arc, other.arc))
-    }
-
     /// No equilibrium was found.
     pub const FAILED: Self = Self {
         strain: f64::NAN,
@@ -127,10 +122,6 @@ const RUNGS: [usize; 4] = [3, 6, 14, 30];
 /// Taps of one work item.
 const GRAIN: usize = 64;
 
-/// Answers of a device that are compared with those of the CPU, and how far they may differ, in tolerances.
-const LOOKED_AT: usize = 16;
-const APART: f64 = 10.0;
-
 /// The same on the device of `solver`, where it has one; what it cannot tell is solved on the CPU.
 ///
 /// # Errors
@@ -142,26 +133,38 @@ pub fn solve_on(
     (precision, tolerance): (Precision, f64),
     chart: Option<&Chart>,
 ) -> Result<Vec<Solution>, SolveError> {
-    let job = Job { effects, steps: RUNGS[0], tolerance, chart };
-    let Some(mut out) = device::solve(solver, precision, &job, taps)? else {
-        return Ok(solve(taps, effects, tolerance, chart));
-    };
-    let told = |s: &Solution| s.error <= tolerance;
-    let looked: Vec<usize> = (0..taps.len()).filter(|&i| told(&out[i])).take(LOOKED_AT).collect();
-    let those: Vec<Tap<'_>> = looked.iter().map(|&i| taps[i]).collect();
-    let known = solve(&those, effects, tolerance, chart);
-    let apart = looked.iter().zip(&known).filter(|(_, s)| told(s)).map(|(&i, s)| out[i].apart(s));
-    let worst = apart.fold(0.0, f64::max);
-    if worst > APART * tolerance {
-        solver.refuse(&format!(
-            "forces of built whiskers are off by {worst:.1e}, which the CPU has within {tolerance:.0e}"
-        ));
+    if !device::serves(solver, precision, effects) {
         return Ok(solve(taps, effects, tolerance, chart));
     }
-    let open: Vec<usize> = (0..taps.len()).filter(|&i| !told(&out[i])).collect();
+    let job = Job { effects, steps: RUNGS[0], tolerance, chart };
+    let mut out = Vec::with_capacity(taps.len());
+    for part in taps.chunks(device::BATCH) {
+        out.append(&mut batch(solver, precision, &job, part)?);
+    }
+    Ok(out)
+}
+
+/// One batch of it.
+fn batch(
+    solver: &mut dyn Solver,
+    precision: Precision,
+    job: &Job<'_>,
+    taps: &[Tap<'_>],
+) -> Result<Vec<Solution>, SolveError> {
+    let by_cpu = |taps: &[Tap<'_>]| solve(taps, job.effects, job.tolerance, job.chart);
+    let Some(mut out) = device::solve(solver, precision, job, taps)? else { return Ok(by_cpu(taps)) };
+    if solver.compares() {
+        match check::compare(job, taps, &out) {
+            Ok(passed) => solver.agreed(&passed),
+            Err(why) => {
+                solver.refuse(&why, taps.len());
+                return Ok(by_cpu(taps));
+            }
+        }
+    }
+    let open: Vec<usize> = (0..taps.len()).filter(|&i| out[i].error > job.tolerance).collect();
     let those: Vec<Tap<'_>> = open.iter().map(|&i| taps[i]).collect();
-    let again = solve(&those, effects, tolerance, chart);
-    for (&i, new) in open.iter().zip(again) {
+    for (&i, new) in open.iter().zip(by_cpu(&those)) {
         out[i] = Solution { shots: out[i].shots + new.shots, ..new };
     }
     Ok(out)

@@ -172,8 +172,16 @@ pub trait Solver: Send {
         Ok(None)
     }
 
-    /// Takes note that answers of its device are wrong, as `why` says: it is not asked again.
-    fn refuse(&mut self, _why: &str) {}
+    /// Whether some answers of each batch of its device are compared with those of the CPU.
+    fn compares(&self) -> bool {
+        false
+    }
+
+    /// Takes note that such a comparison has passed.
+    fn agreed(&mut self, _passed: &gpu::Passed) {}
+
+    /// Takes note that it has not: answers of its device are wrong, as `why` says, and the CPU has solved so many `taps`. It is not asked again.
+    fn refuse(&mut self, _why: &str, _taps: usize) {}
 
     /// What ranks the designs of a layout from `charts` on this backend's own device; `None` where it has none, or they do not fit on it.
     fn ranking(&mut self, _charts: &dyn Charts, _layout: &Layout) -> DeviceRanking {

@@ -208,6 +208,10 @@ fn check_answer(
         return Err(Open::Ended(Status::SLIPPED_OFF));
     }
     if setup.model.surface {
+        // The slope of such a power has no end at the tip.
+        if task.a >= (1.0 - CLOSE) * body.length && body.power().is_some_and(|[.., n]| n < 1.0) {
+            return Err(Open::Unsure);
+        }
         let [begin, end] = body.piece(task.a);
         match () {
             () if near(begin) && begin > 0.0 || near(end) => return Err(Open::Unsure),

@@ -1,4 +1,4 @@
-//! The self-check of a kernel on a device: known taps, their answers from the CPU in f64, and what the device makes of them.
+//! Answers of a device beside those of the CPU in f64: of known taps before a kernel is used, and of some taps of each batch.
 
 use vibrissa_core::error::SolveError;
 use vibrissa_core::physics::linear::{StrainCurve, shear_length2};
@@ -8,6 +8,7 @@ use vibrissa_core::scene::sampler::Sampler;
 use vibrissa_core::scene::{Drive, Model, Precision, Side};
 
 use super::dispatch::{Gpu, Kernel};
+use super::drawn::{drawn, key};
 use super::fault::Fault;
 use crate::cpu::Cpu;
 use crate::rule::every_rule;
@@ -78,8 +79,8 @@ fn known_taps(effects: &Effects) -> Vec<Tap> {
 /// # Errors
 /// Answers that are wrong or missing, with figures; a device that fails.
 pub(super) fn check(gpu: &mut Gpu, kernel: &Kernel, job: &Job<'_>) -> Result<Passed, Fault> {
+    let wrong = |why: String| Fault::Wrong(format!("its self-check failed: {why}"));
     let taps = known_taps(&job.effects);
-    let [known, twin] = answers(gpu.precision(), job, &taps)?;
     let mut found = Vec::new();
     let unwritten = gpu.batch(kernel, &taps, &mut found)?;
     if unwritten > 0 {
@@ -88,57 +89,93 @@ pub(super) fn check(gpu: &mut Gpu, kernel: &Kernel, job: &Job<'_>) -> Result<Pas
             taps.len()
         )));
     }
-    judge(job, &taps, (&known, &twin), &found)
+    let mut twin = Vec::new();
+    Cpu::new(gpu.precision()).solve(job, &taps, &mut twin)?;
+    let seen = Seen::of(job, &taps, &known(job, &taps)?, &found);
+    let [solved, expected] = [&found, &twin].map(|all| all.iter().filter(|s| believed(job, s)).count());
+    let few = (solved as f64) < SOLVED * expected as f64;
+    if seen.apart > 0 || few {
+        let figures = seen.words(job.tolerance);
+        return Err(wrong(format!("of known taps {figures}; it solved {solved}, the CPU {expected}")));
+    }
+    Ok(seen.passed())
 }
 
-/// What is right to a tenth of the tolerance, and what the CPU says by the same kernel.
-fn answers(precision: Precision, job: &Job<'_>, taps: &[Tap]) -> Result<[Vec<Solution>; 2], SolveError> {
-    let (mut known, mut twin) = (Vec::new(), Vec::new());
+/// Compares some answers of a batch with those of the CPU.
+///
+/// # Errors
+/// Answers that are wrong, with figures.
+pub(super) fn compare(job: &Job<'_>, taps: &[Tap], found: &[Solution]) -> Result<Passed, Fault> {
+    let of = |i: usize| &taps[i];
+    let key = |i: usize| key(&[of(i).angle, of(i).near, of(i).rest, of(i).strain, of(i).arc]);
+    let places = drawn(taps.len(), |i| believed(job, &found[i]), key, |i| of(i).angle);
+    let taps: Vec<Tap> = places.iter().map(|&i| taps[i]).collect();
+    let found: Vec<Solution> = places.iter().map(|&i| found[i]).collect();
+    let seen = Seen::of(job, &taps, &known(job, &taps)?, &found);
+    match seen.apart {
+        0 => Ok(seen.passed()),
+        _ => {
+            Err(Fault::Wrong(format!("answers differ from those of the CPU: {}", seen.words(job.tolerance))))
+        }
+    }
+}
+
+/// Whether a kernel is believed to have solved the tap of `s`.
+fn believed(job: &Job<'_>, s: &Solution) -> bool {
+    s.within(trusted(&job.effects) * job.tolerance)
+}
+
+/// What is right to a tenth of the tolerance.
+fn known(job: &Job<'_>, taps: &[Tap]) -> Result<Vec<Solution>, SolveError> {
     let rules = every_rule(Precision::F64);
     // The finest rung, which solves most; it reads the same section law.
     let rule = &rules[if job.effects.plain() { 1 } else { 2 }];
     let finest = Job { rule, tolerance: KNOWN * job.tolerance, ..*job };
+    let mut known = Vec::new();
     Cpu::new(Precision::F64).solve(&finest, taps, &mut known)?;
-    Cpu::new(precision).solve(job, taps, &mut twin)?;
-    Ok([known, twin])
+    Ok(known)
 }
 
-fn wrong(why: String) -> Fault {
-    Fault::Wrong(format!("its self-check failed: {why}"))
+/// Answers beside those that are known.
+#[derive(Default)]
+struct Seen {
+    compared: usize,
+    /// Those that are wrong.
+    apart: usize,
+    /// Largest errors of strain, force and arc, in tolerances.
+    worst: [f64; 3],
 }
 
-fn judge(
-    job: &Job<'_>,
-    taps: &[Tap],
-    (known, twin): (&[Solution], &[Solution]),
-    found: &[Solution],
-) -> Result<Passed, Fault> {
-    let tolerance = job.tolerance;
-    let believed = |s: &Solution| s.within(trusted(&job.effects) * tolerance);
-    let (mut solved, mut expected, mut compared, mut worst) = (0, 0, 0, [0.0f64; 3]);
-    let mut apart = 0;
-    for (((tap, known), twin), found) in taps.iter().zip(known).zip(twin).zip(found) {
-        expected += usize::from(believed(twin));
-        solved += usize::from(believed(found));
-        if !believed(found) || !known.within(KNOWN * tolerance) {
-            continue;
+impl Seen {
+    fn of(job: &Job<'_>, taps: &[Tap], known: &[Solution], found: &[Solution]) -> Self {
+        let mut seen = Self::default();
+        for ((tap, known), found) in taps.iter().zip(known).zip(found) {
+            if !believed(job, found) || !known.within(KNOWN * job.tolerance) {
+                continue;
+            }
+            let strain = tap.weight * (found.strain - known.strain).abs()
+                / (1.0 + known.strain).abs().clamp(1e-3, 1.0);
+            let force = (found.force - known.force).abs() / (1.0 + known.force.abs());
+            let along = (found.along - known.along).abs() / (1.0 + known.along.abs());
+            let beside = (found.base - known.base).abs().max((found.axial - known.axial).abs());
+            let force = force.max(along).max(beside);
+            let errors = [strain, force, (found.arc - known.arc).abs()].map(|e| e / job.tolerance);
+            seen.compared += 1;
+            seen.worst = std::array::from_fn(|k| seen.worst[k].max(errors[k]));
+            seen.apart += usize::from(errors[0] > STRAIN || errors[1].max(errors[2]) > FORCE);
         }
-        compared += 1;
-        let strain =
-            tap.weight * (found.strain - known.strain).abs() / (1.0 + known.strain).abs().clamp(1e-3, 1.0);
-        let force = (found.force - known.force).abs() / (1.0 + known.force.abs());
-        let beside = (found.base - known.base).abs().max((found.axial - known.axial).abs());
-        let errors = [strain, force.max(beside), (found.arc - known.arc).abs()].map(|e| e / tolerance);
-        worst = std::array::from_fn(|k| worst[k].max(errors[k]));
-        apart += usize::from(errors[0] > STRAIN || errors[1].max(errors[2]) > FORCE);
+        seen
     }
-    let few = (solved as f64) < SOLVED * expected as f64;
-    if apart > 0 || few {
-        let [strain, force, arc] = worst;
-        return Err(wrong(format!(
-            "{apart} of {compared} taps with known answers are wrong; at worst the strain by {strain:.3e} times the tolerance of {tolerance:e}, \
-             the force by {force:.3e}, the contact arc by {arc:.3e} times; it solved {solved}, the CPU {expected}"
-        )));
+
+    fn words(&self, tolerance: f64) -> String {
+        let Self { compared, apart, worst: [strain, force, arc] } = self;
+        format!(
+            "{apart} of {compared} are wrong, at worst the strain by {strain:.3e} times the tolerance of {tolerance:e}, \
+             the force by {force:.3e} times and the contact arc by {arc:.3e} times"
+        )
     }
-    Ok(Passed { taps: compared, worst: worst[0] })
+
+    fn passed(&self) -> Passed {
+        Passed { taps: self.compared, worst: self.worst[0] }
+    }
 }

@@ -97,6 +97,10 @@ pub struct Told {
     pub self_checked_before: u64,
     /// Largest error of the strain in the checks of this run, relative to the tolerance; 0 without a check.
     pub self_check_worst: f64,
+    /// Taps of its batches that were compared with the CPU in f64.
+    pub compared_taps: u64,
+    /// Largest error of the strain of these, relative to the tolerance.
+    pub compared_worst: f64,
     /// Times it was opened again.
     pub reopened: u64,
     /// Times that batches were made smaller.

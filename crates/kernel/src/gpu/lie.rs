@@ -15,6 +15,8 @@ pub enum Kind {
     Skip,
     /// Computes with numbers 1 % off.
     Wrong,
+    /// Computes one number of each answer 1 % off, that of this place.
+    Off(usize),
     /// Brings back what is no number as the strain of every so many taps.
     NotANumber(usize),
     /// Is lost before a dispatch.
@@ -65,6 +67,11 @@ impl Lie {
     /// Whether the next kernel does not compile in time.
     pub(super) fn stalls(&self) -> bool {
         self.kind == Kind::Slow && self.when.contains(&self.kernels.fetch_add(1, Ordering::Relaxed))
+    }
+
+    /// What is computed in place of a number of an answer, at this place in it.
+    pub(super) fn off(kind: Option<Kind>, place: usize, x: f64) -> f64 {
+        if kind == Some(Kind::Off(place)) { 1.01 * x + 0.01 } else { x }
     }
 
     /// What comes back in place of `bytes`; a workgroup has `group` of them, `word` each number.

@@ -5,6 +5,7 @@ mod check;
 mod clock;
 pub mod compute;
 mod dispatch;
+pub mod drawn;
 mod fault;
 #[doc(hidden)]
 pub mod lie;

@@ -1,11 +1,12 @@
 //! A device that is watched: it answers only with kernels that have passed the self-check, a batch that fails is tried once more on the
-//! device opened anew, and then handed over to the CPU.
+//! device opened anew, and then handed over to the CPU. Some answers of each batch are compared with those of the CPU; where one is wrong, the device is not
+//! used again.
 
 use std::collections::HashSet;
 use std::sync::Arc;
 
 use super::adapter::Adapter;
-use super::check::{Passed, check};
+use super::check::{Passed, check, compare};
 use super::compute::Program;
 use super::dispatch::{Gpu, Kernel};
 use super::fault::{Fault, Log, quietly};
@@ -27,7 +28,7 @@ const FEW: usize = 1 << 10;
 
 /// Verdicts of self-checks of one adapter with one driver, by the WGSL text of the kernel.
 pub trait Verdicts: Send + Sync {
-    /// Whether anything is to be checked at all.
+    /// Whether anything is to be checked at all, or compared.
     fn wanted(&self) -> bool;
     /// Whether this kernel has passed before.
     fn known(&self, text: &str) -> bool;
@@ -177,6 +178,9 @@ impl Watched {
             self.strikes += 1;
             self.log.say(format!("{}; they were left to the reference", Fault::Damaged(left, taps.len())));
         }
+        if self.compares() {
+            self.agreed(&compare(job, taps, out)?);
+        }
         Ok(())
     }
 
@@ -196,6 +200,7 @@ impl Watched {
                         .say(format!("{name}: out of memory with {from} taps: batches of {to} from here"));
                     return Ok(Done::Again);
                 }
+                Err(fault @ Fault::Wrong(_)) => self.refuse(&fault.to_string(), 0),
                 Err(fault) => self.strike(&fault, last, taps.len()),
             }
         }
@@ -219,7 +224,18 @@ impl Solver for Watched {
     }
 
     fn computes(&self) -> bool {
-        self.gpu.is_some()
+        true
+    }
+
+    fn compares(&self) -> bool {
+        self.verdicts.wanted()
+    }
+
+    fn agreed(&mut self, passed: &Passed) {
+        self.log.note(|told| {
+            told.compared_taps += passed.taps as u64;
+            told.compared_worst = told.compared_worst.max(passed.worst);
+        });
     }
 
     fn compute(&mut self, program: &Program<'_>) -> Result<Option<Vec<f64>>, SolveError> {
@@ -234,7 +250,8 @@ impl Solver for Watched {
         Ok(None)
     }
 
-    fn refuse(&mut self, why: &str) {
+    fn refuse(&mut self, why: &str, taps: usize) {
+        self.log.note(|told| told.handed_over_taps += taps as u64);
         self.log.say(format!("{}: {why}: the CPU solves from here on", self.adapter.name));
         self.strikes = STRIKES;
         self.gpu = None;
