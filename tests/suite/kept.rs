@@ -150,6 +150,16 @@ fn large_designs_go_on_from_each() {
     assert!(stopped_after(&text, "", CPU_F64, 380 * 380) >= 3);
 }
 
+/// Row groups that were closed before the stop: what their footer says of numbers and of counts.
+#[test]
+fn parquet_tables_with_closed_row_groups_go_on_with_the_same_bytes() {
+    let text = linear("tuples = false\ndistances = false\nformat = \"parquet\"")
+        .replace("steps = 9 }", "steps = 40_000 }")
+        .replace("to = 48, steps = 150", "to = 48, steps = 2")
+        .replace("to = 6, steps = 150", "to = 6, steps = 2");
+    assert!(stopped_everywhere(&text, "", CPU_F64) >= 2);
+}
+
 #[test]
 fn rankings_from_charts_go_on_from_every_group() {
     let text = "[whisker]\nD = [8, 10]\nd = { from = 2, to = 9, steps = 20_000 }\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-6\n\
