@@ -160,6 +160,20 @@ fn parquet_tables_with_closed_row_groups_go_on_with_the_same_bytes() {
     assert!(stopped_everywhere(&text, "", CPU_F64) >= 2);
 }
 
+/// Taps that take long are kept within a design.
+#[test]
+fn large_designs_of_built_whiskers_go_on_within_themselves() {
+    for output in ["format = \"parquet\"", "top = 20\nby = \"noise_rms_mm\""] {
+        let text = linear(output)
+            .replace("L_a = 50", "L_a = 50\nbore = [[0, 3], [12, 2], [20, 1]]")
+            .replace("d = { from = 4, to = 7, steps = 9 }", "d = 5")
+            .replace("steps = 150", "steps = 50")
+            .replace("geometry = \"linear\"", "extension = true");
+        let stops = stopped_everywhere(&text, "", CPU);
+        assert!(stops >= 3, "{stops}: {output}");
+    }
+}
+
 #[test]
 fn rankings_from_charts_go_on_from_every_group() {
     let text = "[whisker]\nD = [8, 10]\nd = { from = 2, to = 9, steps = 20_000 }\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-6\n\
