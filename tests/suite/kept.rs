@@ -64,7 +64,7 @@ fn tables(folder: &Path) -> Vec<(String, Vec<u8>)> {
 }
 
 /// Stops at every place where the sweep can, and goes on; how often.
-fn stopped_everywhere(text: &str, list: &str, place: Place) -> u32 {
+pub fn stopped_everywhere(text: &str, list: &str, place: Place) -> u32 {
     stopped_after(text, list, place, 1)
 }
 

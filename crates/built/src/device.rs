@@ -1,13 +1,13 @@
 //! The kernel on a device: its text, assembled for the effects of a batch, and what it is given. Twin of `lanes` and `newton`:
 //! `shaders/built.wgsl`.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fmt::Write;
 
 use super::newton;
 use super::shot::GAUSS;
 use super::tableau::{A, B, C, STAGES};
-use super::{Effects, Job, Rod, Solution, Tap, lanes};
+use super::{Effects, Job, Rod, Shape, Solution, Tap, lanes};
 use vibrissa_core::error::SolveError;
 use vibrissa_core::scene::Precision;
 use vibrissa_kernel::gpu::compute::{Program, seal};
@@ -33,10 +33,10 @@ const BATCH: usize = 1 << 16;
 /// Largest arc that a number in single precision stands for infinity with.
 const FAR: f64 = 1e30;
 
-/// The text for a batch.
-fn text(job: &Job<'_>, precision: Precision) -> String {
+/// The text for whiskers of one shape.
+fn text(job: &Job<'_>, Shape { curved, inner, power }: Shape, precision: Precision) -> String {
     let rounding = rounding(precision);
-    let Effects { shear, extension, surface, stick, law, far, curved, inner, power } = job.effects;
+    let Effects { shear, extension, surface, stick, law, far } = job.effects;
     let numbers = [
         ("ZERO", 0.0),
         ("ONE", 1.0),
@@ -125,7 +125,7 @@ fn tableau() -> (Vec<f64>, [(&'static str, usize); 7]) {
     (numbers, parts)
 }
 
-/// Solves `taps` on the device of `solver`; `None` where it has none, fails, or cannot.
+/// Solves `taps` on the device of `solver`, those of one shape together; `None` where it has none or fails. What it cannot solve has failed.
 ///
 /// # Errors
 /// What is no fault of the device.
@@ -135,17 +135,29 @@ pub(super) fn solve(
     job: &Job<'_>,
     taps: &[Tap<'_>],
 ) -> Result<Option<Vec<Solution>>, SolveError> {
-    if !solver.computes() || precision == Precision::F64 && job.effects.power || taps.is_empty() {
+    if !solver.computes() || taps.is_empty() {
         return Ok(None);
     }
-    let wgsl = text(job, precision);
-    let mut out = Vec::with_capacity(taps.len());
-    for part in taps.chunks(BATCH) {
-        let (numbers, shared) = numbers(part, job.steps);
-        let (count, words) = (part.len(), ANSWER.len());
-        let program = Program { name: "built", wgsl: &wgsl, taps: &numbers, shared: &shared, count, words };
-        let Some(answers) = solver.compute(&program)? else { return Ok(None) };
-        out.extend(answers.chunks_exact(ANSWER.len() - 1).map(read));
+    let mut shapes: BTreeMap<Shape, Vec<usize>> = BTreeMap::new();
+    for (i, tap) in taps.iter().enumerate() {
+        shapes.entry(Shape::of(tap.rod)).or_default().push(i);
+    }
+    let mut out = vec![Solution::FAILED; taps.len()];
+    for (shape, places) in shapes {
+        if precision == Precision::F64 && shape.power {
+            continue;
+        }
+        let wgsl = text(job, shape, precision);
+        for places in places.chunks(BATCH) {
+            let part: Vec<Tap<'_>> = places.iter().map(|&i| taps[i]).collect();
+            let (numbers, shared) = numbers(&part, job.steps);
+            let (count, words) = (part.len(), ANSWER.len());
+            let program =
+                Program { name: "built", wgsl: &wgsl, taps: &numbers, shared: &shared, count, words };
+            let Some(answers) = solver.compute(&program)? else { return Ok(None) };
+            let answers = answers.chunks_exact(ANSWER.len() - 1).map(read);
+            places.iter().zip(answers).for_each(|(&i, answer)| out[i] = answer);
+        }
     }
     Ok(Some(out))
 }
@@ -155,12 +167,12 @@ pub(super) fn solve(
 /// # Errors
 /// A text that is not valid.
 pub fn validated(
-    effects: Effects,
+    (effects, shape): (Effects, Shape),
     (precision, tolerance): (Precision, f64),
     chart: Option<&vibrissa_kernel::Chart>,
 ) -> Result<(), SolveError> {
     let job = Job { effects, steps: 3, tolerance, chart };
-    validate("built", &text(&job, precision)).map(drop)
+    validate("built", &text(&job, shape, precision)).map(drop)
 }
 
 fn read(answer: &[f64]) -> Solution {
@@ -182,7 +194,7 @@ fn numbers(taps: &[Tap<'_>], steps: usize) -> (Vec<f64>, Vec<f64>) {
         let first = *known.entry(std::ptr::from_ref(rod)).or_insert_with(|| {
             let first = (pieces.len() - begin) / PIECE.len();
             for piece in &rod.pieces {
-                let steps = (steps as f64 * piece.share).ceil().max(1.0);
+                let steps = piece.steps(steps) as f64;
                 pieces.extend([piece.near, piece.far.min(FAR), piece.radius[0], piece.radius[1]]);
                 pieces.extend([piece.inner[0], piece.inner[1], piece.gauge, steps]);
             }

@@ -16,6 +16,7 @@
 // Index loops are what the lanes vectorise on.
 #![allow(clippy::needless_range_loop)]
 
+mod classes;
 pub mod device;
 mod lanes;
 mod newton;
@@ -25,6 +26,7 @@ pub mod tableau;
 
 use rayon::prelude::*;
 
+pub use classes::Shape;
 use lanes::{Fixed, Ground};
 use newton::End;
 pub use rod::{Piece, Rod};
@@ -34,7 +36,7 @@ use vibrissa_kernel::Chart;
 use vibrissa_kernel::Solver;
 use vibrissa_kernel::cpu::{Pack, Scalar, UNFUSED, fused};
 
-/// Effects that are the same of all taps of a batch; one that is off costs nothing.
+/// Effects of the model, the same of all taps of a batch; one that is off costs nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Effects {
     /// Timoshenko shear.
@@ -49,12 +51,6 @@ pub struct Effects {
     pub law: bool,
     /// The gauge is on the far side.
     pub far: bool,
-    /// The resting whisker is curved.
-    pub curved: bool,
-    /// Something is inside.
-    pub inner: bool,
-    /// The diameter is a power of the distance from the tip.
-    pub power: bool,
 }
 
 /// One tap; mm, N, rad.
@@ -179,8 +175,7 @@ pub fn solve(taps: &[Tap<'_>], effects: Effects, tolerance: f64, chart: Option<&
         }
         let job = Job { effects, steps, tolerance, chart };
         // Those that go on from a rung below are packed apart from those that begin.
-        let (onward, fresh): (Vec<usize>, Vec<usize>) = open.into_iter().partition(|&i| ends[i].is_some());
-        let parts: Vec<&[usize]> = onward.chunks(GRAIN).chain(fresh.chunks(GRAIN)).collect();
+        let parts = classes::items(taps, &open, steps, |i| ends[i].is_some());
         let solved: Vec<Vec<Solved>> = parts
             .par_iter()
             .map(|part| {
@@ -188,7 +183,7 @@ pub fn solve(taps: &[Tap<'_>], effects: Effects, tolerance: f64, chart: Option<&
                 block::<f64, 8>(&job, &those)
             })
             .collect();
-        for (&i, (new, end)) in parts.into_iter().flatten().zip(solved.into_iter().flatten()) {
+        for (&i, (new, end)) in parts.iter().flatten().zip(solved.into_iter().flatten()) {
             let shots = out[i].shots + new.shots;
             (out[i], ends[i]) = (Solution { shots, ..new }, end);
         }
@@ -210,7 +205,7 @@ type Begun<'a> = (Tap<'a>, Option<End<f64>>);
 /// An answer and where it ended.
 type Solved = (Solution, Option<End<f64>>);
 
-/// Solves one work item with the best instruction set there is.
+/// Solves one work item, taps of one class, with the best instruction set there is.
 fn block<T: Scalar, const L: usize>(job: &Job<'_>, taps: &[Begun<'_>]) -> Vec<Solved> {
     #[cfg(target_arch = "x86_64")]
     if fused() {
