@@ -197,9 +197,10 @@ impl Plan {
         if self.rigs.is_empty() { vec![of(self)] } else { self.rigs.iter().map(of).collect() }
     }
 
-    /// Taps that are evaluated together, between which a sweep can stop: fewer where each takes long.
-    pub fn together(&self) -> u64 {
-        if self.solved == Way::Reference { CHUNK / 64 } else { CHUNK }
+    /// Taps of `setup` that are evaluated together at first, until it is known how long they take: fewer where each may take long.
+    pub fn together(&self, setup: &Setup) -> u64 {
+        let quick = setup.model.geometry == Geometry::Linear || self.way == Way::Read;
+        if quick && self.solved != Way::Reference { CHUNK } else { CHUNK / 64 }
     }
 }
 

@@ -15,7 +15,11 @@ use crate::error::Error;
 use crate::evaluate::{Outcome, Task};
 use crate::plan::{Layout, Way};
 use crate::scene::{Direction, Tuple};
-use crate::sink::{pack::Packed, rows::Rows, table::Table};
+use crate::sink::{
+    pack::{Packed, Packer},
+    rows::Rows,
+    table::Table,
+};
 
 /// Evaluates the designs of `layout` that are the run's own and writes their tables.
 pub(super) fn run(run: &mut Run<'_>, layout: &Layout) -> Result<(), Error> {
@@ -55,6 +59,7 @@ pub(super) fn run(run: &mut Run<'_>, layout: &Layout) -> Result<(), Error> {
     let mut designs = order.iter().map(|(k, _)| *k).skip(from as usize);
     let (mut next, of) = (from, order.len() as u64);
     while let Some(group) = group(run, layout, &mut designs) {
+        ahead(run, layout, (&group, (next, of)), |to| At::Kept(places.clone(), next).pack(to))?;
         let before = run.counts.clone();
         pass(run, layout, &group, &rest, &drives, &mut |_, _| Ok(()))?;
         (run.counts.taps, run.counts.status) = (before.taps, before.status);
@@ -69,6 +74,8 @@ pub(super) fn run(run: &mut Run<'_>, layout: &Layout) -> Result<(), Error> {
 fn all(run: &mut Run<'_>, layout: &Layout, from: u64, tables: &[Table]) -> Result<(), Error> {
     let (range, mut designs) = (run.designs.clone(), from..run.designs.end);
     while let Some(group) = group(run, layout, &mut designs) {
+        let at = (group[0] - range.start, range.end - range.start);
+        ahead(run, layout, (&group, at), |to| group[0].pack(to))?;
         pass(run, layout, &group, tables, &|_| None, &mut |run, rendered| {
             rendered.candidates.into_iter().for_each(|row| run.best.offer(row));
             Ok(())
@@ -92,6 +99,8 @@ fn ranked_rows(
     };
     let mut designs = from..range.end;
     while let Some(group) = group(run, layout, &mut designs) {
+        let at = (group[0] - range.start, range.end - range.start);
+        ahead(run, layout, (&group, at), |to| pack_ranked((group[0], &Found::default(), &best), to))?;
         rank(run, layout, &group, &mut best)?;
         let next = designs.start;
         run.complete((next - range.start, range.end - range.start, "designs"), |to| {
@@ -104,9 +113,53 @@ fn ranked_rows(
 
 /// The next designs that go together; `None` after the last.
 fn group(run: &Run<'_>, layout: &Layout, designs: &mut impl Iterator<Item = u64>) -> Option<Vec<u64>> {
-    let together = (run.plan.together() / layout.block().max(1)).max(1) as usize;
-    let group: Vec<u64> = designs.take(together).collect();
+    let group: Vec<u64> = designs.take(together(run, layout)).collect();
     (!group.is_empty()).then_some(group)
+}
+
+/// Designs that go together; one that is under way goes alone.
+fn together(run: &Run<'_>, layout: &Layout) -> usize {
+    if run.under_way.is_empty() { (run.pace.taps / layout.block().max(1)).max(1) as usize } else { 1 }
+}
+
+/// Solves the taps of a design that has more of them than go together, some at a time, so that what is solved can be kept, with what `route` packs before
+/// that design; `done` of the designs are complete. Not of one whose outcomes have no place in memory.
+fn ahead(
+    run: &mut Run<'_>,
+    layout: &Layout,
+    (group, done): (&[u64], (u64, u64)),
+    route: impl Fn(&mut Packer<'_>),
+) -> Result<(), Error> {
+    let block = layout.block();
+    let [k] = group else { return Ok(()) };
+    if block > KEEP || run.under_way.is_empty() && block <= run.pace.taps {
+        return Ok(());
+    }
+    let design = [Design::new(&run.study.setup, layout.design(*k))];
+    while (run.under_way.len() as u64) < block {
+        let from = run.under_way.len() as u64;
+        // Whole runs over the drives of a distance.
+        let to = block.min(from + run.pace.taps.next_multiple_of(layout.n_drives));
+        let tasks: Vec<Task> = (from..to).into_par_iter().map(|t| task(layout, &design[0], 0, t)).collect();
+        let outcomes = solve(run, layout, &design, &tasks)?;
+        run.under_way.extend(outcomes);
+        run.show(to);
+        run.complete_within((done, block), &route)?;
+    }
+    Ok(())
+}
+
+/// Outcomes of `tasks`, which come in runs over the drives of `layout`.
+fn solve(
+    run: &mut Run<'_>,
+    layout: &Layout,
+    designs: &[Design],
+    tasks: &[Task],
+) -> Result<Vec<Outcome>, Error> {
+    match layout.drives().filter(|_| run.plan.solved == Way::OverDrives) {
+        Some(drives) => run.evaluate_over(designs, tasks, &drives.iter().collect::<Vec<f64>>()),
+        None => run.read(designs, tasks),
+    }
 }
 
 /// Offers the complete rows of `designs` to `best`.
@@ -153,8 +206,7 @@ fn pass(
     drives: &(dyn Fn(u64) -> Option<Vec<u32>> + Sync),
     each: &mut dyn FnMut(&mut Run<'_>, Rendered) -> Result<(), Error>,
 ) -> Result<(), Error> {
-    let together = (run.plan.together() / layout.block().max(1)).max(1) as usize;
-    for group in designs.chunks(together) {
+    for group in designs.chunks(together(run, layout)) {
         if layout.block() > CHUNK {
             let rendered = large(run, layout, group[0], tables, drives)?;
             finish(run, rendered, each)?;
@@ -203,9 +255,9 @@ pub(super) fn small(
         .collect();
     let drives_of_all = layout.drives().filter(|_| run.plan.solved == Way::OverDrives);
     let drives_of_all: Option<Vec<f64>> = drives_of_all.map(|axis| axis.iter().collect());
-    let outcomes = match &drives_of_all {
-        Some(drives) => run.evaluate_over(&designs, &tasks, drives)?,
-        None => run.read(&designs, &tasks)?,
+    let outcomes = match std::mem::take(&mut run.under_way) {
+        ahead if ahead.len() == tasks.len() => ahead,
+        _ => solve(run, layout, &designs, &tasks)?,
     };
     let rows = (0..designs.len()).flat_map(|d| rows(layout, &designs[d], d as u32));
     let curves = run.curves(&designs, rows, drives_of_all.as_deref())?;
@@ -245,8 +297,14 @@ fn large(
     let (kept, block) = (drives(k), layout.block());
     let (curves, form) = (run.curves(&design, rows(layout, &design[0], 0), None)?, run.writers.form);
     // Text waits in a cell because evaluating and writing both need the run.
+    let (mut memory, mut known): (Vec<Outcome>, Vec<Option<Both>>) =
+        (std::mem::take(&mut run.under_way), Vec::new());
+    for (from, outcomes) in (0..).step_by(CHUNK as usize).zip(memory.chunks(CHUNK as usize)) {
+        let tasks: Vec<Task> =
+            (from..).take(outcomes.len()).map(|t| task(layout, &design[0], 0, t)).collect();
+        known.extend(run.both(&design, (&tasks, outcomes), |_| layout.reach())?);
+    }
     let run = std::cell::RefCell::new(run);
-    let (mut memory, mut known): (Vec<Outcome>, Vec<Option<Both>>) = Default::default();
     let (passes, mut passed) = (if block > KEEP { 2 } else { 1 }, 0);
     with_axes(layout, &design[0], &curves, |axes| {
         let wanted = Wanted { tables: &|t| tables.contains(&t), form, drives: kept.as_deref() };

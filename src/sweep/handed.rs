@@ -26,6 +26,16 @@ impl Handed {
 
     /// Everything up to `done` of `of` is answered.
     pub fn note(&mut self, (done, of, what): (u64, u64, &str)) {
+        self.look((done, of, what));
+        self.reached.1 = done;
+    }
+
+    /// The same, and some of the next.
+    pub fn note_within(&mut self, (done, of, what): (u64, u64, &str)) {
+        self.look((done + 1, of, what));
+    }
+
+    fn look(&mut self, (done, of, what): (u64, u64, &str)) {
         if self.reached.0 != what {
             self.reached = (what.to_owned(), 0);
         }
@@ -33,11 +43,11 @@ impl Handed {
         if others > self.seen {
             let from = self.reached.1 + 1;
             match self.stretches.last_mut() {
-                Some((last, [_, to, _])) if last == what && *to + 1 == from => *to = done,
+                Some((last, [_, to, _])) if last == what && *to + 1 >= from => *to = done,
                 _ => self.stretches.push((what.to_owned(), [from, done, of])),
             }
         }
-        (self.seen, self.reached.1) = (others, done);
+        self.seen = others;
     }
 
     /// `handed_over` of `run.json`; nothing where the device answered all.

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use super::Run;
 use crate::error::Error;
+use crate::plan::CHUNK;
 use crate::sink::folder::{Folder, Head};
 use crate::sink::pack::{Packed, Packer, Unpacker};
 
@@ -13,8 +14,35 @@ pub const EVERY: Duration = Duration::from_secs(2);
 /// Keeping takes at most this share of the time, while the run waits for it.
 const SHARE: u32 = 100;
 
+/// Time that a batch is to take: the shortest, and the longest, within which a state can be kept.
+const BATCH: [Duration; 2] = [Duration::from_millis(50), Duration::from_secs(1)];
+/// Times by which a batch may have more or fewer taps than the one before.
+const CHANGE: f64 = 16.0;
+
 /// Words of a run that was asked to stop.
 const INTERRUPTED: &str = "interrupted";
+
+/// How many taps go together: as many as are solved in half of the time after which what is complete is to be kept, whatever a tap costs.
+#[derive(Debug)]
+pub(super) struct Pace {
+    /// Taps of the next batch, about.
+    pub taps: u64,
+    begun: Instant,
+}
+
+impl Pace {
+    /// Beginning with so many.
+    pub fn new(taps: u64) -> Self {
+        Self { taps, begun: Instant::now() }
+    }
+
+    /// A batch is done, and what is complete is to be kept `every` so often.
+    fn note(&mut self, every: Duration) {
+        let aim = (every / 2).clamp(BATCH[0], BATCH[1]).as_secs_f64();
+        let change = (aim / self.begun.elapsed().as_secs_f64()).clamp(1.0 / CHANGE, CHANGE);
+        self.taps = ((self.taps as f64 * change) as u64).clamp(1, CHUNK);
+    }
+}
 
 /// Keeps what is complete in the folder of the result.
 #[derive(Debug)]
@@ -69,19 +97,43 @@ impl Run<'_> {
         route: impl FnOnce(&mut Packer<'_>),
     ) -> Result<(), Error> {
         self.handed.note((done, of, what));
+        self.keep(format!("{done} of {of} {what}"), route)
+    }
+
+    /// As [`Self::complete`], of a design under way that has so many `taps`.
+    pub fn complete_within(
+        &mut self,
+        ((done, of), taps): ((u64, u64), u64),
+        route: impl FnOnce(&mut Packer<'_>),
+    ) -> Result<(), Error> {
+        self.handed.note_within((done, of, "designs"));
+        let solved = self.under_way.len();
+        self.keep(format!("{done} of {of} designs and {solved} of {taps} taps of the next"), route)
+    }
+
+    /// Keeps what is complete, `done`, if it is time.
+    fn keep(&mut self, done: String, route: impl FnOnce(&mut Packer<'_>)) -> Result<(), Error> {
+        self.pace.note(self.keeper.as_ref().map_or(EVERY, |keeper| keeper.every));
+        let kept = self.keep_now(done, route);
+        self.pace.begun = Instant::now();
+        kept
+    }
+
+    fn keep_now(&mut self, done: String, route: impl FnOnce(&mut Packer<'_>)) -> Result<(), Error> {
         let (stop, mended) = (self.stop.load(Ordering::Relaxed), self.mended());
         let Some(keeper) = self.keeper.as_mut().filter(|keeper| keeper.is_due(stop)) else { return Ok(()) };
         let begun = Instant::now();
         let seconds = keeper.before + keeper.start.elapsed().as_secs_f64();
-        let head = Head::new(&keeper.identity, format!("{done} of {of} {what}"), seconds);
+        let head = Head::new(&keeper.identity, done, seconds);
         let (writers, counts, best, solve) = (&mut self.writers, &self.counts, &self.best, self.solve);
-        let handed = &self.handed;
+        let (handed, under_way) = (&self.handed, &self.under_way);
         let files = writers.handles()?;
         let kept = keeper.folder.keep(&head, files, stop, |to| {
             counts.pack(to);
             best.pack(to);
             (solve.as_secs_f64(), mended).pack(to);
             handed.pack(to);
+            under_way.pack(to);
             writers.pack(to)?;
             route(to);
             Ok(())

@@ -64,6 +64,17 @@ struct Group {
     drives: Seen,
 }
 
+impl Group {
+    /// Its rows in the order in which they are reduced: that of their values, so that sums do not depend on the order of the file.
+    fn sorted(&self) -> Vec<(usize, usize, usize)> {
+        let mut rows = self.rows.clone();
+        rows.sort_by_cached_key(|&(row, i, j)| {
+            (bits(self.drives.values[j]), bits(self.distances.values[i]), row)
+        });
+        rows
+    }
+}
+
 /// Evaluates the listed tuples of the run's own designs and writes their tables.
 pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
     let (own, rows) = own(run, tuples);
@@ -71,10 +82,9 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
     let (designs, of_row, groups) = group(run, tuples);
     let mut outcomes: Vec<Outcome> = run.resumed()?.unwrap_or_default();
     run.progress.begin(outcomes.len() as u64);
-    let together = run.plan.together() as usize;
     while outcomes.len() < tuples.len() {
         let from = outcomes.len();
-        let to = tuples.len().min(from + together);
+        let to = tuples.len().min(from + run.pace.taps as usize);
         let task = |(t, x): (usize, &Tuple)| Task::of(of_row[t], x);
         let tasks: Vec<Task> = (from..).zip(&tuples[from..to]).map(task).collect();
         outcomes.extend(run.evaluate(&designs, &tasks)?);
@@ -82,7 +92,7 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
         run.complete((to as u64, tuples.len() as u64, "rows"), |to| outcomes.pack(to))?;
     }
 
-    let mut both = Vec::new();
+    let (mut both, together) = (Vec::new(), run.pace.taps as usize);
     for (from, taps) in (0..).step_by(together).zip(outcomes.chunks(together)) {
         let row = |i: usize| of_row[from + i];
         let tasks: Vec<Task> = (0..taps.len()).map(|i| Task::of(row(i), &tuples[from + i])).collect();
@@ -104,11 +114,12 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
         }
         let n = (group.distances.values.len(), group.drives.values.len());
         let mut reduced = Reduction::new(&study.setup, design, reach(&group.distances.values), n);
-        for &(row, i, j) in &group.rows {
+        let sorted = group.sorted();
+        for &(row, i, j) in &sorted {
             reduced.count((i, j), (tuples[row].a, tuples[row].drive), &outcomes[row]);
         }
         reduced.calibrate();
-        for &(row, i, j) in &group.rows {
+        for (row, i, j) in sorted {
             let t = &tuples[row];
             let told = Told::by(&curves, first + j).towards(t.direction()).or_both(both.get(row));
             estimates[row] = Some(reduced.estimate_by((i, j), (t.a, t.drive), &outcomes[row], told));

@@ -1,6 +1,6 @@
 //! The sweep: plan → evaluate → reduce → write, in bounded memory.
 //!
-//! Whole designs go through together, up to [`CHUNK`] taps at a time; a design larger than that goes through in parts,
+//! Whole designs go through together, up to [`CHUNK`] taps and about a second at a time; a design larger than that goes through in parts,
 //! twice where it is larger than [`KEEP`] (once for K̄, once for the rows that need it). Memory is that of one
 //! chunk, the statistics of one design and, with `top`, the rows kept. A tuple file is held in memory as a
 //! whole up to some size; of a larger one its rows are numbered, and read again.
@@ -251,6 +251,9 @@ fn routes(run: &mut Run<'_>, spec: &Spec) -> Result<(), Error> {
     }
 }
 
+/// What every route keeps: the fields of [`Before`] beside the tables.
+type Shared = (Counts, Best, (f64, u64, Handed), Vec<Outcome>);
+
 /// How far a stopped run had come; nothing of a new one.
 struct Before {
     writers: Writers,
@@ -260,6 +263,8 @@ struct Before {
     /// Taps that the full model solved in place of one with effects left off.
     mended: u64,
     handed: Handed,
+    /// Outcomes of the first taps of a design under way.
+    under_way: Vec<Outcome>,
     /// What its route packed.
     state: Option<Vec<u8>>,
 }
@@ -267,8 +272,8 @@ struct Before {
 impl Before {
     fn nothing(writers: Writers) -> Self {
         let (counts, best) = (Counts::default(), Best::new(HIGHLIGHTS));
-        let handed = Handed::default();
-        Self { writers, counts, best, solve: Duration::ZERO, mended: 0, handed, state: None }
+        let (solve, handed, under_way) = (Duration::ZERO, Handed::default(), Vec::new());
+        Self { writers, counts, best, solve, mended: 0, handed, under_way, state: None }
     }
 
     /// From what it `left`; `None` where that is not whole and is given up by `force`.
@@ -281,16 +286,16 @@ impl Before {
         force: bool,
     ) -> Result<Option<Self>, Error> {
         let mut state = Unpacker(&left.state);
-        let head: Option<(Counts, Best, (f64, u64, Handed))> = state.take();
+        let head: Option<Shared> = state.take();
         let writers = match head {
             Some(_) => Writers::resume(study, plan, about, folder, &mut state)?,
             None => Err("its state".to_owned()),
         };
         match (head, writers) {
-            (Some((counts, best, (solve, mended, handed))), Ok(writers)) => {
+            (Some((counts, best, (solve, mended, handed), under_way)), Ok(writers)) => {
                 let solve = Duration::try_from_secs_f64(solve).unwrap_or_default();
                 let state = Some(state.0.to_vec());
-                Ok(Some(Self { writers, counts, best, solve, mended, handed, state }))
+                Ok(Some(Self { writers, counts, best, solve, mended, handed, under_way, state }))
             }
             _ if force => folder.begin_anew().map(|()| None),
             (_, writers) => Err(folder.damaged(&writers.err().unwrap_or_default())),
@@ -306,7 +311,7 @@ pub fn readable(state: &[u8]) -> [bool; 5] {
     }
     let state = Unpacker(state);
     [
-        reads::<(Counts, Best, (f64, u64, Handed))>(state),
+        reads::<Shared>(state),
         reads::<at::At>(state),
         reads::<Vec<Outcome>>(state),
         reads::<Mark>(state),

@@ -5,7 +5,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::select::{Best, Kept};
-use super::{CHUNK, HIGHLIGHTS, Run, charted};
+use super::{HIGHLIGHTS, Run, charted};
 use crate::chart::{lanes::Counting, rows::RowReader};
 use crate::design::Design;
 use crate::error::Error;
@@ -37,8 +37,8 @@ pub(super) fn run(run: &mut Run<'_>, layout: &Layout, readers: &[&RowReader]) ->
             begin
         }
     };
-    let together = (CHUNK / layout.n_distances).max(1);
     while from < end {
+        let together = (run.pace.taps / layout.n_distances).max(1);
         let to = (from + together).min(end);
         some(run, layout, readers, &(from..to).collect::<Vec<_>>())?;
         run.complete((to - begin, end - begin, "rows"), |state| to.pack(state))?;

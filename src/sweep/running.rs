@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use super::Before;
 use super::handed::Handed;
-use super::keep::{self, Keeper};
+use super::keep::{self, Keeper, Pace};
 use super::parted::Place;
 use super::select::Best;
 use super::writers::Writers;
@@ -51,6 +51,10 @@ pub(super) struct Run<'a> {
     pub keeper: Option<Keeper>,
     /// Where a stopped run stopped.
     pub state: Option<Vec<u8>>,
+    /// How many taps go together.
+    pub pace: Pace,
+    /// Outcomes of the first taps of the next design, where it takes longer than a batch.
+    pub under_way: Vec<Outcome>,
 }
 
 impl<'a> Run<'a> {
@@ -61,7 +65,7 @@ impl<'a> Run<'a> {
         (stop, progress): (&'a AtomicBool, &'a mut dyn Progress),
     ) -> Self {
         let evaluator = Evaluator::new(&study.setup, method).reading(plan.readers());
-        let Before { writers, counts, best, solve, mended, handed, state } = before;
+        let Before { writers, counts, best, solve, mended, handed, under_way, state } = before;
         let (designs, taps, part, keeper) = (0..plan.designs, plan.taps, false, None);
         Self {
             study,
@@ -81,6 +85,8 @@ impl<'a> Run<'a> {
             part,
             keeper,
             state,
+            pace: Pace::new(plan.together(&study.setup)),
+            under_way,
         }
     }
 

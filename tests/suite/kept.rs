@@ -64,7 +64,7 @@ fn tables(folder: &Path) -> Vec<(String, Vec<u8>)> {
 }
 
 /// Stops at every place where the sweep can, and goes on; how often.
-fn stopped_everywhere(text: &str, list: &str, place: Place) -> u32 {
+pub fn stopped_everywhere(text: &str, list: &str, place: Place) -> u32 {
     stopped_after(text, list, place, 1)
 }
 
@@ -148,6 +148,30 @@ fn large_designs_go_on_from_each() {
         .replace("steps = 150", "steps = 380")
         .replace("steps = 9", "steps = 2");
     assert!(stopped_after(&text, "", CPU_F64, 380 * 380) >= 3);
+}
+
+/// Row groups that were closed before the stop: what their footer says of numbers and of counts.
+#[test]
+fn parquet_tables_with_closed_row_groups_go_on_with_the_same_bytes() {
+    let text = linear("tuples = false\ndistances = false\nformat = \"parquet\"")
+        .replace("steps = 9 }", "steps = 40_000 }")
+        .replace("to = 48, steps = 150", "to = 48, steps = 2")
+        .replace("to = 6, steps = 150", "to = 6, steps = 2");
+    assert!(stopped_everywhere(&text, "", CPU_F64) >= 2);
+}
+
+/// Taps that take long are kept within a design.
+#[test]
+fn large_designs_of_built_whiskers_go_on_within_themselves() {
+    for output in ["format = \"parquet\"", "top = 20\nby = \"noise_rms_mm\""] {
+        let text = linear(output)
+            .replace("L_a = 50", "L_a = 50\nbore = [[0, 3], [12, 2], [20, 1]]")
+            .replace("d = { from = 4, to = 7, steps = 9 }", "d = 5")
+            .replace("steps = 150", "steps = 50")
+            .replace("geometry = \"linear\"", "extension = true");
+        let stops = stopped_everywhere(&text, "", CPU);
+        assert!(stops >= 3, "{stops}: {output}");
+    }
 }
 
 #[test]

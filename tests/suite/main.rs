@@ -4,6 +4,7 @@
 mod agreement;
 mod all_backends;
 mod bench;
+mod bits;
 mod both;
 mod bounded;
 mod built;

@@ -28,7 +28,7 @@ fn sweep_part(text: &str, list: &str, place: Place, shard: Option<Shard>, out: &
 }
 
 /// Bytes of the tables in `folder`.
-fn tables(folder: &Path) -> Vec<(String, Vec<u8>)> {
+pub fn tables(folder: &Path) -> Vec<(String, Vec<u8>)> {
     let mut all: Vec<(String, Vec<u8>)> = std::fs::read_dir(folder)
         .unwrap()
         .map(|e| e.unwrap().path())
@@ -48,7 +48,7 @@ fn counted(folder: &Path) -> Vec<Value> {
 }
 
 /// The whole, and the same of `n` parts.
-fn joined(text: &str, list: &str, place: Place, parts: u32) {
+pub fn joined(text: &str, list: &str, place: Place, parts: u32) {
     let (whole, cut) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     sweep_part(text, list, place, None, &whole.path().join("out"));
     for index in 1..=parts {

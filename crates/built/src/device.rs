@@ -7,7 +7,7 @@ use std::fmt::Write;
 use super::newton;
 use super::shot::GAUSS;
 use super::tableau::{A, B, C, STAGES};
-use super::{Effects, Job, Rod, Solution, Tap, lanes};
+use super::{Effects, Job, Rod, Shape, Solution, Tap, lanes};
 use vibrissa_core::error::SolveError;
 use vibrissa_core::scene::Precision;
 use vibrissa_kernel::gpu::compute::{Program, seal};
@@ -33,10 +33,10 @@ pub(super) const BATCH: usize = 1 << 16;
 /// Largest arc that a number in single precision stands for infinity with.
 const FAR: f64 = 1e30;
 
-/// The text for a batch.
-fn text(job: &Job<'_>, precision: Precision) -> String {
+/// The text for whiskers of one shape.
+fn text(job: &Job<'_>, Shape { curved, inner, power }: Shape, precision: Precision) -> String {
     let rounding = rounding(precision);
-    let Effects { shear, extension, surface, stick, law, far, curved, inner, power } = job.effects;
+    let Effects { shear, extension, surface, stick, law, far } = job.effects;
     let numbers = [
         ("ZERO", 0.0),
         ("ONE", 1.0),
@@ -126,12 +126,12 @@ fn tableau() -> (Vec<f64>, [(&'static str, usize); 7]) {
     (numbers, parts)
 }
 
-/// Whether `solver` has a device for such taps.
-pub(super) fn serves(solver: &dyn Solver, precision: Precision, effects: Effects) -> bool {
-    solver.computes() && !(precision == Precision::F64 && effects.power)
+/// Whether `solver` has a device for taps of whiskers of this shape.
+pub(super) fn serves(solver: &dyn Solver, precision: Precision, shape: Shape) -> bool {
+    solver.computes() && !(precision == Precision::F64 && shape.power)
 }
 
-/// Solves a batch of `taps` on the device of `solver`; `None` where it fails.
+/// Solves a batch of `taps` of whiskers of one shape on the device of `solver`; `None` where it fails.
 ///
 /// # Errors
 /// What is no fault of the device.
@@ -139,9 +139,9 @@ pub(super) fn solve(
     solver: &mut dyn Solver,
     precision: Precision,
     job: &Job<'_>,
-    taps: &[Tap<'_>],
+    (shape, taps): (Shape, &[Tap<'_>]),
 ) -> Result<Option<Vec<Solution>>, SolveError> {
-    let wgsl = text(job, precision);
+    let wgsl = text(job, shape, precision);
     let (numbers, shared) = numbers(taps, job.steps);
     let (count, words) = (taps.len(), ANSWER.len());
     let program = Program { name: "built", wgsl: &wgsl, taps: &numbers, shared: &shared, count, words };
@@ -154,12 +154,12 @@ pub(super) fn solve(
 /// # Errors
 /// A text that is not valid.
 pub fn validated(
-    effects: Effects,
+    (effects, shape): (Effects, Shape),
     (precision, tolerance): (Precision, f64),
     chart: Option<&vibrissa_kernel::Chart>,
 ) -> Result<(), SolveError> {
     let job = Job { effects, steps: 3, tolerance, chart };
-    validate("built", &text(&job, precision)).map(drop)
+    validate("built", &text(&job, shape, precision)).map(drop)
 }
 
 fn read(answer: &[f64]) -> Solution {
@@ -181,7 +181,7 @@ fn numbers(taps: &[Tap<'_>], steps: usize) -> (Vec<f64>, Vec<f64>) {
         let first = *known.entry(std::ptr::from_ref(rod)).or_insert_with(|| {
             let first = (pieces.len() - begin) / PIECE.len();
             for piece in &rod.pieces {
-                let steps = (steps as f64 * piece.share).ceil().max(1.0);
+                let steps = piece.steps(steps) as f64;
                 pieces.extend([piece.near, piece.far.min(FAR), piece.radius[0], piece.radius[1]]);
                 pieces.extend([piece.inner[0], piece.inner[1], piece.gauge, steps]);
             }

@@ -5,7 +5,7 @@ use vibrissa_kernel::cpu::{Pack, Scalar, series};
 use vibrissa_kernel::{Chart, rule::limits::TINY};
 
 use super::tableau::{A, B, C, STAGES};
-use super::{Effects, Piece, Tap};
+use super::{Effects, Piece, Shape, Tap, newton};
 
 /// Terms of the series of 1 − cos x and x − sin x: good to 2 rad.
 pub const TERMS: usize = 14;
@@ -52,6 +52,9 @@ pub struct Lane<P> {
 /// Taps as they are asked.
 pub struct Ground<P> {
     pub effects: Effects,
+    pub shape: Shape,
+    /// Strides in which the drive is reached.
+    pub strides: usize,
     pieces: Vec<Lane<P>>,
     /// R(0) − R(L_a), R(L_a), 1/L_a and n of each lane.
     power: [P; 4],
@@ -86,6 +89,23 @@ pub struct Bent<P> {
     pub beyond: P,
 }
 
+impl<T: Scalar, const L: usize, const SET: u8> Bent<Pack<T, L, SET>> {
+    /// Takes back `before` in the lanes whose contact leaves no `length` of a piece: what lies beyond it, other lanes only integrate.
+    #[inline(always)]
+    fn keep(&mut self, length: Pack<T, L, SET>, before: &Self) {
+        let zero = Pack::of(0.0);
+        let pick = |new: &mut Pack<T, L, SET>, old: Pack<T, L, SET>| *new = zero.if_less(length, *new, old);
+        for m in 0..self.state.len() {
+            pick(&mut self.state[m], before.state[m]);
+        }
+        for m in 0..self.errors.len() {
+            pick(&mut self.errors[m], before.errors[m]);
+        }
+        pick(&mut self.load, before.load);
+        pick(&mut self.beyond, before.beyond);
+    }
+}
+
 /// P and T, N, at the arc c, mm.
 #[derive(Clone, Copy, Default)]
 pub struct Load<P> {
@@ -104,22 +124,16 @@ impl<T: Scalar, const L: usize, const SET: u8> Ground<Pack<T, L, SET>> {
     /// Of the taps that `lane` names, with `steps` over each whisker at least.
     pub fn new<'a>(lane: impl Fn(usize) -> &'a Tap<'a>, effects: Effects, steps: usize) -> Self {
         let pack = |f: &dyn Fn(&Tap<'a>) -> f64| Pack(std::array::from_fn(|i| T::of(f(lane(i)))));
-        let count = (0..L).map(|i| lane(i).rod.pieces.len()).max().unwrap_or(0);
-        let pieces = (0..count).map(|k| {
-            // A whisker of fewer pieces has empty ones at its base.
-            let of = |tap: &Tap<'a>| {
-                let missing = count - tap.rod.pieces.len();
-                if k < missing { Piece::default() } else { tap.rod.pieces[k - missing] }
-            };
-            let field = |f: &dyn Fn(Piece) -> f64| pack(&|tap| f(of(tap)).min(1e30));
-            let share = (0..L).map(|i| of(lane(i)).share).fold(0.0, f64::max);
+        // All lanes have as many pieces and steps (`classes`).
+        let pieces = (0..lane(0).rod.pieces.len()).map(|k| {
+            let field = |f: &dyn Fn(&Piece) -> f64| pack(&|tap| f(&tap.rod.pieces[k]).min(1e30));
             Lane {
                 near: field(&|p| p.near),
                 far: field(&|p| p.far),
                 radius: [field(&|p| p.radius[0]), field(&|p| p.radius[1])],
                 inner: [field(&|p| p.inner[0]), field(&|p| p.inner[1])],
                 gauge: field(&|p| p.gauge),
-                steps: (steps as f64 * share).ceil().max(1.0) as usize,
+                steps: lane(0).rod.pieces[k].steps(steps),
             }
         });
         let power = |k: usize| {
@@ -131,6 +145,8 @@ impl<T: Scalar, const L: usize, const SET: u8> Ground<Pack<T, L, SET>> {
         let whisker = |f: &dyn Fn(&super::Rod) -> f64| pack(&|tap| f(tap.rod));
         Self {
             effects,
+            shape: Shape::of(lane(0).rod),
+            strides: newton::strides(lane(0)),
             pieces: pieces.collect(),
             power: std::array::from_fn(power),
             a: pack(&|tap| tap.a),
@@ -167,7 +183,7 @@ impl<T: Scalar, const L: usize, const SET: u8> Ground<Pack<T, L, SET>> {
     /// R and R′ at the arc `s`, by the piece that holds a.
     #[inline(always)]
     fn radius(&self, s: Pack<T, L, SET>) -> [Pack<T, L, SET>; 2] {
-        if self.effects.power {
+        if self.shape.power {
             return self.powered(s, true);
         }
         let [at, slope] = self.contact;
@@ -183,7 +199,7 @@ impl<T: Scalar, const L: usize, const SET: u8> Ground<Pack<T, L, SET>> {
         }
         let [radius, slope] = self.radius(s);
         let mut tan = zero - slope;
-        if self.effects.curved {
+        if self.shape.curved {
             let [base, rising] = self.curvature;
             tan = tan / (one + (base + rising * s) * radius);
         }
@@ -215,7 +231,7 @@ impl<T: Scalar, const L: usize, const SET: u8> Ground<Pack<T, L, SET>> {
     ) -> Bent<Pack<T, L, SET>> {
         let (zero, one) = (Pack::<T, L, SET>::of(0.0), Pack::<T, L, SET>::of(1.0));
         let mut bent = Bent { state: [zero; 6], errors: [zero; 3], load: zero, beyond: zero };
-        let states = if self.effects.curved { 6 } else { 4 };
+        let states = if self.shape.curved { 6 } else { 4 };
         let mut slopes = [[zero; 6]; STAGES];
         for k in 0..self.pieces.len() {
             let piece = &self.pieces[self.pieces.len() - 1 - k];
@@ -228,6 +244,7 @@ impl<T: Scalar, const L: usize, const SET: u8> Ground<Pack<T, L, SET>> {
             let ratio =
                 (thick / thin.max(Pack::of(TINY))).max(Pack::of(1.0 / STEEPEST)).min(Pack::of(STEEPEST));
             let step = 1.0 / piece.steps as f64;
+            let before = bent;
             for number in 0..piece.steps {
                 for stage in 0..STAGES {
                     let mut state = bent.state;
@@ -264,6 +281,7 @@ impl<T: Scalar, const L: usize, const SET: u8> Ground<Pack<T, L, SET>> {
                     }
                 }
             }
+            bent.keep(length, &before);
         }
         bent
     }
@@ -271,7 +289,7 @@ impl<T: Scalar, const L: usize, const SET: u8> Ground<Pack<T, L, SET>> {
     /// R at `s` by `piece`.
     #[inline(always)]
     fn of_piece(&self, piece: &Lane<Pack<T, L, SET>>, s: Pack<T, L, SET>) -> Pack<T, L, SET> {
-        if self.effects.power {
+        if self.shape.power {
             return self.powered(s, false)[0];
         }
         piece.radius[0] + piece.radius[1] * (s - piece.near)
@@ -290,7 +308,8 @@ impl<T: Scalar, const L: usize, const SET: u8> Ground<Pack<T, L, SET>> {
     ) -> [Pack<T, L, SET>; 6] {
         let of = Pack::<T, L, SET>::of;
         let (zero, one) = (of(0.0), of(1.0));
-        let Effects { shear, extension, law, far, curved, inner, .. } = self.effects;
+        let Effects { shear, extension, law, far, .. } = self.effects;
+        let Shape { curved, inner, .. } = self.shape;
         let [turned, along, across, _, rest_x, rest_y] = *state;
         let [fx, fy] = load.force;
         let distance = load.arc - s;

@@ -17,6 +17,7 @@
 #![allow(clippy::needless_range_loop)]
 
 mod check;
+mod classes;
 pub mod device;
 mod lanes;
 mod newton;
@@ -24,8 +25,11 @@ mod rod;
 mod shot;
 pub mod tableau;
 
+use std::collections::BTreeMap;
+
 use rayon::prelude::*;
 
+pub use classes::Shape;
 use lanes::{Fixed, Ground};
 use newton::End;
 pub use rod::{Piece, Rod};
@@ -35,7 +39,7 @@ use vibrissa_kernel::Chart;
 use vibrissa_kernel::Solver;
 use vibrissa_kernel::cpu::{Pack, Scalar, UNFUSED, fused};
 
-/// Effects that are the same of all taps of a batch; one that is off costs nothing.
+/// Effects of the model, the same of all taps of a batch; one that is off costs nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Effects {
     /// Timoshenko shear.
@@ -50,12 +54,6 @@ pub struct Effects {
     pub law: bool,
     /// The gauge is on the far side.
     pub far: bool,
-    /// The resting whisker is curved.
-    pub curved: bool,
-    /// Something is inside.
-    pub inner: bool,
-    /// The diameter is a power of the distance from the tip.
-    pub power: bool,
 }
 
 /// One tap; mm, N, rad.
@@ -133,26 +131,39 @@ pub fn solve_on(
     (precision, tolerance): (Precision, f64),
     chart: Option<&Chart>,
 ) -> Result<Vec<Solution>, SolveError> {
-    if !device::serves(solver, precision, effects) {
+    if !solver.computes() {
         return Ok(solve(taps, effects, tolerance, chart));
     }
     let job = Job { effects, steps: RUNGS[0], tolerance, chart };
-    let mut out = Vec::with_capacity(taps.len());
-    for part in taps.chunks(device::BATCH) {
-        out.append(&mut batch(solver, precision, &job, part)?);
+    let mut shapes: BTreeMap<Shape, Vec<usize>> = BTreeMap::new();
+    for (i, tap) in taps.iter().enumerate() {
+        shapes.entry(Shape::of(tap.rod)).or_default().push(i);
+    }
+    let mut out = vec![Solution::FAILED; taps.len()];
+    for (shape, places) in shapes {
+        for places in places.chunks(device::BATCH) {
+            let part: Vec<Tap<'_>> = places.iter().map(|&i| taps[i]).collect();
+            let solved = batch(solver, precision, &job, (shape, &part))?;
+            places.iter().zip(solved).for_each(|(&i, answer)| out[i] = answer);
+        }
     }
     Ok(out)
 }
 
-/// One batch of it.
+/// A batch of them, of whiskers of one shape.
 fn batch(
     solver: &mut dyn Solver,
     precision: Precision,
     job: &Job<'_>,
-    taps: &[Tap<'_>],
+    (shape, taps): (Shape, &[Tap<'_>]),
 ) -> Result<Vec<Solution>, SolveError> {
     let by_cpu = |taps: &[Tap<'_>]| solve(taps, job.effects, job.tolerance, job.chart);
-    let Some(mut out) = device::solve(solver, precision, job, taps)? else { return Ok(by_cpu(taps)) };
+    if !device::serves(solver, precision, shape) {
+        return Ok(by_cpu(taps));
+    }
+    let Some(mut out) = device::solve(solver, precision, job, (shape, taps))? else {
+        return Ok(by_cpu(taps));
+    };
     if solver.compares() {
         match check::compare(job, taps, &out) {
             Ok(passed) => solver.agreed(&passed),
@@ -162,7 +173,8 @@ fn batch(
             }
         }
     }
-    let open: Vec<usize> = (0..taps.len()).filter(|&i| out[i].error > job.tolerance).collect();
+    let told = |s: &Solution| s.error <= job.tolerance;
+    let open: Vec<usize> = (0..taps.len()).filter(|&i| !told(&out[i])).collect();
     let those: Vec<Tap<'_>> = open.iter().map(|&i| taps[i]).collect();
     for (&i, new) in open.iter().zip(by_cpu(&those)) {
         out[i] = Solution { shots: out[i].shots + new.shots, ..new };
@@ -182,8 +194,7 @@ pub fn solve(taps: &[Tap<'_>], effects: Effects, tolerance: f64, chart: Option<&
         }
         let job = Job { effects, steps, tolerance, chart };
         // Those that go on from a rung below are packed apart from those that begin.
-        let (onward, fresh): (Vec<usize>, Vec<usize>) = open.into_iter().partition(|&i| ends[i].is_some());
-        let parts: Vec<&[usize]> = onward.chunks(GRAIN).chain(fresh.chunks(GRAIN)).collect();
+        let parts = classes::items(taps, &open, steps, |i| ends[i].is_some());
         let solved: Vec<Vec<Solved>> = parts
             .par_iter()
             .map(|part| {
@@ -191,7 +202,7 @@ pub fn solve(taps: &[Tap<'_>], effects: Effects, tolerance: f64, chart: Option<&
                 block::<f64, 8>(&job, &those)
             })
             .collect();
-        for (&i, (new, end)) in parts.into_iter().flatten().zip(solved.into_iter().flatten()) {
+        for (&i, (new, end)) in parts.iter().flatten().zip(solved.into_iter().flatten()) {
             let shots = out[i].shots + new.shots;
             (out[i], ends[i]) = (Solution { shots, ..new }, end);
         }
@@ -213,7 +224,7 @@ type Begun<'a> = (Tap<'a>, Option<End<f64>>);
 /// An answer and where it ended.
 type Solved = (Solution, Option<End<f64>>);
 
-/// Solves one work item with the best instruction set there is.
+/// Solves one work item, taps of one class, with the best instruction set there is.
 fn block<T: Scalar, const L: usize>(job: &Job<'_>, taps: &[Begun<'_>]) -> Vec<Solved> {
     #[cfg(target_arch = "x86_64")]
     if fused() {

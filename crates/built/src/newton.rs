@@ -3,9 +3,9 @@
 use vibrissa_kernel::cpu::{Pack, Scalar};
 use vibrissa_kernel::rule::limits::{HOPELESS, ROUNDINGS, TINY};
 
-use super::Solution;
 use super::lanes::{Bent, Fixed, Ground, Load};
 use super::shot::Shot;
+use super::{Solution, Tap};
 
 /// Largest amount, rad or δ/a, that is shot at from the resting whisker; larger ones are reached in so many strides.
 pub const STRIDE: f64 = 0.3;
@@ -46,6 +46,12 @@ pub const WARY: f64 = 3.0;
 /// Reciprocal of the estimated error of the way across, relative, up to which the estimate is taken as it is.
 pub const ACROSS: f64 = 1e4;
 
+/// Strides in which the drive of `tap` is reached.
+pub fn strides(tap: &Tap<'_>) -> usize {
+    let amount = tap.turn.max(tap.lift / tap.a);
+    (1..MOST_STRIDES).find(|n| amount <= STRIDE * *n as f64).unwrap_or(MOST_STRIDES)
+}
+
 /// The last step of an iteration that contracts is shorter.
 pub fn contracted(tolerance: f64, rounding: f64) -> f64 {
     (2.0 * STOP * tolerance).max(1e3 * rounding)
@@ -69,7 +75,7 @@ pub struct Solved<P> {
     wrench: [P; 3],
     error: P,
     burden: P,
-    shots: usize,
+    shots: P,
     end: End<P>,
 }
 
@@ -97,7 +103,7 @@ impl<T: Scalar, const L: usize, const SET: u8> Solved<Pack<T, L, SET>> {
             wrench: self.wrench.map(of),
             error: if error.is_nan() { f64::INFINITY } else { error },
             load: of(self.burden),
-            shots: self.shots as f64,
+            shots: of(self.shots),
         }
     }
 }
@@ -191,16 +197,12 @@ pub fn close<T: Scalar, const L: usize, const SET: u8>(
     let (zero, one) = (of(0.0), of(1.0));
     let rounding = T::ROUNDING;
     let stop = of((STOP * tolerance).max(4.0 * rounding));
-    let amount = ground.turn.max(ground.lift / ground.a);
-    let mut strides = 1;
-    while start.is_none() && !amount.all_at_most(of(STRIDE * strides as f64)) && strides < MOST_STRIDES {
-        strides += 1;
-    }
+    let strides = if start.is_some() { 1 } else { ground.strides };
     let probe = rounding.powf(PROBE);
     let width = ground.gauge[1] - ground.gauge[0];
     let least = ground.least * width;
     let (mut z, mut before) = ([zero, zero], [zero, zero]);
-    let mut shots = 0;
+    let mut shots = zero;
     // Whether a lane has lost its way, above 0.
     let mut lost = zero;
     // Size of the last step, measured by the strain.
@@ -220,7 +222,7 @@ pub fn close<T: Scalar, const L: usize, const SET: u8>(
         };
         (before, z) = (z, guess);
         shot = ground.shoot(fixed, share, z, last);
-        shots += 1;
+        shots = shots + one;
         if let Some(end) = &start {
             (jacobian, begun) = (end.jacobian, end.begun);
         } else {
@@ -236,7 +238,7 @@ pub fn close<T: Scalar, const L: usize, const SET: u8>(
                     jacobian[k][m] = (other[m] - here[m]) / change;
                 }
             }
-            shots += 2;
+            shots = shots + of(2.0);
             if ground.effects.stick && stride == 1 {
                 begun = determinant(&jacobian);
             }
@@ -256,15 +258,16 @@ pub fn close<T: Scalar, const L: usize, const SET: u8>(
                 break;
             }
             let damped = one.min(of(LONGEST) / size.max(of(TINY)));
-            let damped = zero.if_less(done, zero, damped);
-            let taken = [damped * wanted[0], damped * wanted[1]];
-            let mut next = [z[0] + taken[0], z[1] + taken[1]];
+            let mut next = [z[0] + damped * wanted[0], z[1] + damped * wanted[1]];
             if !ground.effects.stick {
                 next[1] = next[1].max(of(ARCS[0] - 1.0)).min(of(ARCS[1] - 1.0));
             }
+            for k in 0..2 {
+                next[k] = zero.if_less(done, z[k], next[k]);
+            }
             let taken = [next[0] - z[0], next[1] - z[1]];
             let fresh = ground.shoot(fixed, share, next, last);
-            shots += 1;
+            shots = shots + zero.if_less(done, zero, one);
             // Broyden's update, in the units of the unknowns.
             let weighted = [taken[0] / (scale[0] * scale[0]), taken[1] / (scale[1] * scale[1])];
             let length = taken[0] * weighted[0] + taken[1] * weighted[1];

@@ -19,6 +19,13 @@ pub struct Piece {
     pub share: f64,
 }
 
+impl Piece {
+    /// Steps that cross it where the whole whisker has `steps`.
+    pub fn steps(&self, steps: usize) -> usize {
+        (steps as f64 * self.share).ceil().max(1.0) as usize
+    }
+}
+
 /// A built whisker with its gauge.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rod {

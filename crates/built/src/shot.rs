@@ -64,7 +64,7 @@ impl<T: Scalar, const L: usize, const SET: u8> Ground<Pack<T, L, SET>> {
         let moment = base_x * load.force[1] - base_y * load.force[0];
         // Turned into the frame of the resting base, of which the contact's is turned by the rest angle.
         let (mut behind, mut leaned) = (zero, zero);
-        if self.effects.curved {
+        if self.shape.curved {
             [behind, leaned] = self.rest(fixed, zero, load.arc);
         }
         let [k_theta, k_x, k_y] = self.root;
@@ -137,7 +137,7 @@ impl<T: Scalar, const L: usize, const SET: u8> Ground<Pack<T, L, SET>> {
         // Of both, in the frame of the whisker where it is touched.
         let here = [self.pole * tilt[0], height + self.pole * tilt[1]];
         let there = [self.pole * load.tilt[0], load.height + self.pole * load.tilt[1]];
-        if !self.effects.curved {
+        if !self.shape.curved {
             return ([self.a + here[0], here[1]], [x + there[0] - here[0], there[1] - here[1]]);
         }
         // From the base to a, and from a to c.

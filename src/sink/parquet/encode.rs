@@ -6,8 +6,9 @@ use parquet::basic::{Compression, Encoding};
 use parquet::column::writer::{ColumnCloseResult, ColumnWriter, get_column_writer};
 use parquet::data_type::ByteArray;
 use parquet::errors::{ParquetError, Result};
-use parquet::file::metadata::ColumnChunkMetaData;
+use parquet::file::metadata::{ColumnChunkMetaData, RowGroupMetaData};
 use parquet::file::properties::{EnabledStatistics, WriterProperties, WriterPropertiesPtr};
+use parquet::file::statistics::Statistics;
 use parquet::file::writer::{SerializedPageWriter, TrackedWrite};
 use parquet::schema::types::{ColumnDescPtr, ColumnPath, SchemaDescPtr};
 use rayon::prelude::*;
@@ -91,4 +92,18 @@ pub(super) fn moved(chunk: ColumnChunkMetaData, start: u64) -> Result<ColumnChun
     let (data, dictionary) = (chunk.data_page_offset(), chunk.dictionary_page_offset());
     let builder = chunk.into_builder().set_data_page_offset(by(data));
     builder.set_dictionary_page_offset(dictionary.map(by)).build()
+}
+
+/// `group`, read from a footer, as it was before it was written there. The library writes the least and the largest integer twice, the second
+/// time for old readers; it does not read that it did.
+pub(super) fn as_written(group: RowGroupMetaData) -> Result<RowGroupMetaData> {
+    let column = |chunk: &ColumnChunkMetaData| match chunk.statistics() {
+        Some(Statistics::Int64(known)) => {
+            let known = known.clone().with_backwards_compatible_min_max(true);
+            chunk.clone().into_builder().set_statistics(Statistics::Int64(known)).build()
+        }
+        _ => Ok(chunk.clone()),
+    };
+    let columns = group.columns().iter().map(column).collect::<Result<_>>()?;
+    group.into_builder().set_column_metadata(columns).build()
 }

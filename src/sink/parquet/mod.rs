@@ -117,7 +117,9 @@ impl Writer {
         if waiting.width() != columns.len() {
             return Ok(None);
         }
-        Self::with(output, columns, provenance, read.row_groups().to_vec(), waiting).map(Some)
+        let groups = read.row_groups().iter().cloned().map(encode::as_written);
+        let groups = groups.collect::<Result<_, _>>().map_err(failed)?;
+        Self::with(output, columns, provenance, groups, waiting).map(Some)
     }
 
     /// What [`Self::resume`] needs beside the file.

@@ -131,7 +131,6 @@ impl Evaluator<'_> {
         };
         let stick = grips.first() == Some(&Grip::Stick);
         let model = &setup.model;
-        let bodies = || designs.iter().filter_map(|design| design.shared.as_ref()?.body.as_deref());
         let effects = Effects {
             shear: model.shear,
             extension: model.extension,
@@ -139,9 +138,6 @@ impl Evaluator<'_> {
             stick,
             law: !matches!(model.material, Material::Hooke(_)),
             far: setup.gauge.side == Side::Far,
-            curved: bodies().any(|body| !body.is_straight()),
-            inner: bodies().any(|body| body.is_composite()),
-            power: bodies().any(|body| body.power().is_some()),
         };
         let tap = |(task, grip): (&Task, &Grip)| {
             let design = &designs[task.design as usize];

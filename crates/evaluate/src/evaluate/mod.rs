@@ -208,6 +208,18 @@ impl<'a> Evaluator<'a> {
     /// [`Self::run`] of designs with rigs of one kind, not yet mended.
     fn run_alike(&mut self, designs: &[Design], tasks: &[Task]) -> Outcomes {
         self.go_on()?;
+        // Who answers a tap does not depend on the taps beside it.
+        let (tilted, upright): (Vec<usize>, Vec<usize>) =
+            (0..tasks.len()).partition(|&i| tasks[i].is_spatial(self.setup));
+        if self.setup.built.is_some() && !tilted.is_empty() && !upright.is_empty() {
+            let mut all = vec![Outcome::NOTHING; tasks.len()];
+            for places in [tilted, upright] {
+                let these: Vec<Task> = places.iter().map(|&i| tasks[i]).collect();
+                let found = self.run_alike(designs, &these)?;
+                places.iter().zip(found).for_each(|(&i, outcome)| all[i] = outcome);
+            }
+            return Ok(all);
+        }
         let (setup, stop) = (self.setup, self.stop);
         let outcomes = if self.needs_no_kernel(tasks) {
             // A tap takes the reference up to a second.
