@@ -84,11 +84,12 @@ def test_numbers_beside_columns_and_a_column_twice():
     one = vibrissa.sweep(tuples={**RIG, "D_mm": 10.0, "L_a_mm": 50, "l_mm": [2.0]}, run=CPU).tuples["strain"]
     assert one.tolist() == vibrissa.sweep(tuples=RIG, run=CPU).tuples["strain"].tolist()
     frame = pd.DataFrame(RIG)
+    assert vibrissa.sweep(tuples=frame.iloc[1], run=CPU).tuples["strain"].tolist() == one.tolist()[1:]
     with pytest.raises(vibrissa.InputError, match="column hub_mm is there 2 times"):
         vibrissa.sweep(tuples=pd.concat([frame, frame[["hub_mm"]]], axis=1), run=CPU)
 
 
-@pytest.mark.parametrize("bad", ["taps.csv", 3, [1.0, 2.0], np.zeros(3)])
+@pytest.mark.parametrize("bad", ["taps.csv", 3, [1.0, 2.0], np.zeros(3), pl.Series([1.0]), pa.array([1.0])])
 def test_what_is_no_table_is_refused(bad):
     with pytest.raises(vibrissa.InputError) as caught:
         vibrissa.sweep(tuples=bad, run=CPU)

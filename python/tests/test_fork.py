@@ -81,11 +81,11 @@ def refused():
 class Enough(Exception):
     pass
 def part(done, total):
-    # The first of many, which take hours: the others are under way.
+    # The first of many: the others are under way.
     child(refused)
     raise Enough
 try:
-    vibrissa.strain(np.linspace(9, 11, 3_000_000), 4, 50, 5, 2, 30, 4.0, backend="reference", progress=part)
+    vibrissa.strain(np.linspace(9, 11, 3_000_000), 4, 50, 5, 2, 30, 4.0, contact=dict(coulomb=0.3), extension=True, progress=part)
 except Enough:
     print(len(all_of_it()))
 """)

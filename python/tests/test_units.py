@@ -199,8 +199,8 @@ def test_labels_of_units(desk):
     ten = np.array([10.0, 12.0])
     for text in ("mm", "millimetre"):
         assert strain(D=xarray.DataArray(ten, attrs=dict(units=text))).values.tolist() == strain(D=ten).tolist()
-    assert strain(D=xarray.DataArray(ten)).tolist() == strain(D=dask.array.from_array(ten)).tolist() == strain(D=ten).tolist()
-    assert strain(D=xarray.DataArray(ten / 10 * ur.cm)).tolist() == strain(D=ten).tolist()
+    assert strain(D=xarray.DataArray(ten)).values.tolist() == strain(D=dask.array.from_array(ten)).tolist() == strain(D=ten).tolist()
+    assert strain(D=xarray.DataArray(ten / 10 * ur.cm)).values.tolist() == strain(D=ten).tolist()
     refused(lambda: strain(D=xarray.DataArray(ten, attrs=dict(units="cm"))), "D", "cm", "mm")
     refused(lambda: strain(theta=xarray.DataArray([0.07], attrs=dict(units="rad"))), "theta", "rad", "degrees")
     refused(lambda: vibrissa.spec_text(whisker=dict(D=xarray.DataArray(ten, attrs=dict(units="cm")))), "whisker.D", "cm", "mm")

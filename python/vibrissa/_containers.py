@@ -42,6 +42,11 @@ def _of_dataset(data: Any, known: Set[str]) -> list[tuple[str, Any]]:
     return [(str(name), xarray.DataArray(x.data.reshape(-1), dims="row", attrs=x.attrs)) for name, x in whole.items()]
 
 
+def _no_table(data: Any, what: str) -> InputError:
+    path = '{"file": path}' if what == "tuples" else "a path"
+    return InputError(f"{type(data).__name__} is no table", key=what, allowed=f"{path}, {_KINDS}")
+
+
 def _told_apart(columns: list[tuple[str, Any]]) -> list[tuple[str, Any]]:
     """Columns of DuckDB, for which D_mm and d_mm are one name: it calls the second d_mm_1."""
     lower = {name.lower() for name, _ in columns}
@@ -68,7 +73,9 @@ def named_columns(data: Any, what: str, known: Set[str] = frozenset()) -> list[t
     if isinstance(data, Mapping) and not hasattr(data, "kinds"):
         paired, _ = aligned({str(name): column for name, column in data.items()}, f"{what}.")
         return list(paired.items())
-    if hasattr(data, "iloc") and hasattr(data, "columns"):
+    if hasattr(data, "iloc") and not hasattr(data, "columns"):  # A row of a frame.
+        return [(str(name), value) for name, value in data.items()]
+    if hasattr(data, "iloc"):
         return [(str(name), data.iloc[:, place]) for place, name in enumerate(data.columns)]
     if type(data).__name__ == "LazyFrame" and hasattr(data, "collect"):
         data = data.collect()
@@ -84,9 +91,11 @@ def named_columns(data: Any, what: str, known: Set[str] = frozenset()) -> list[t
         except ImportError:
             raise ImportError(f"a {type(data).__name__} is read by pyarrow (pip install pyarrow)") from None
         # DuckDB's relations, record batches and their readers, and whatever else knows the Arrow PyCapsule interface.
-        columns = named_columns(pyarrow.table(data), what)
+        try:
+            columns = named_columns(pyarrow.table(data), what)
+        except (pyarrow.ArrowInvalid, TypeError, ValueError):
+            raise _no_table(data, what) from None
         return _told_apart(columns) if hasattr(data, "fetch_arrow_table") else columns
     if hasattr(data, "keys") and hasattr(data, "__getitem__"):
         return [(str(name), data[name]) for name in data.keys()]
-    path = '{"file": path}' if what == "tuples" else "a path"
-    raise InputError(f"{type(data).__name__} is no table", key=what, allowed=f"{path}, {_KINDS}")
+    raise _no_table(data, what)

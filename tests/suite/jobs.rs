@@ -125,9 +125,12 @@ fn long() -> Desk {
 fn under_way(desk: &Desk, restarts: &str) -> Running {
     let _ = std::fs::remove_file(desk.path("calls"));
     let mut command = job(desk, "jobs", "part.sbatch", 1);
-    let script = Running::new(command.env("SLURM_RESTART_COUNT", restarts));
     let kept = desk.path("results/spec/shard-1-of-2/.vibrissa-unfinished/.state");
-    until(|| kept.exists() && sweep_of(&script).is_some(), "nothing is complete");
+    // What an earlier run kept says nothing of this one.
+    let state = || std::fs::read(&kept).ok();
+    let before = state();
+    let script = Running::new(command.env("SLURM_RESTART_COUNT", restarts));
+    until(|| sweep_of(&script).is_some() && state().is_some() && state() != before, "nothing is complete");
     script
 }
 

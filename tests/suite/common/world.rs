@@ -142,7 +142,11 @@ fn work(child: &Child) -> f64 {
 #[cfg(target_os = "linux")]
 pub fn until_it_works(child: &Child) {
     let before = work(child);
-    until(|| work(child) > before + 0.3, "it does not work");
+    let deep = || {
+        assert_eq!(state(child), 0, "it ended by itself");
+        work(child) > before + 0.3
+    };
+    until(deep, "it does not work");
 }
 
 /// What `child` leaves after a signal; fails if it goes on with its work.
