@@ -237,9 +237,12 @@ fn a_widening_whisker_is_ambiguous_only_where_a_second_distance_exists() {
             let wanted = ["ok", "ok", "ok", "ok", "ok", "ok", "ambiguous", "ambiguous"];
             assert_eq!(s.tuples.statuses(), wanted, "{place:?} {more}");
             let told: Vec<f64> = s.tuples.rows.iter().filter_map(|row| number(row, "distance_mm")).collect();
-            assert!(told.iter().zip(near).all(|(d, a)| (d - a).abs() < 0.01), "{place:?} {more}: {told:?}");
+            // By f_T the readings of near contacts have a larger K̄.
+            let other = more.contains("timoshenko");
+            let slack = if other { 0.1 } else { 0.01 };
+            assert!(told.iter().zip(near).all(|(d, a)| (d - a).abs() < slack), "{place:?} {more}: {told:?}");
             // The far root of 30 mm; that of 45 mm lies nearer.
-            if !more.contains("timoshenko") {
+            if !other {
                 assert!((told[6] - 376.7).abs() < 2.0 && told[7] > 60.0, "{place:?} {more}: {told:?}");
             }
         }
@@ -253,7 +256,7 @@ fn an_only_distance_beyond_the_whisker_says_so() {
         // One distance, on the whisker and beyond it; two distances, both beyond it.
         (30, "40", given(1.1, ""), "ok", 40.0..45.0),
         (30, "48", given(1.1, ""), "outside_calibration", 50.5..60.0),
-        (30, "48", given(1.8, ""), "outside_calibration", 300.0..f64::INFINITY),
+        (30, "48", given(1.6, ""), "outside_calibration", 300.0..f64::INFINITY),
         // Two distances, of which the near one is none of interest.
         (15, "30", given(1.0, "range = [40, 50]"), "outside_calibration", 370.0..383.0),
         (15, "30", given(1.0, "range = [20, 50]"), "ambiguous", 370.0..383.0),
