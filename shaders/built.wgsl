@@ -486,6 +486,8 @@ fn solve(tap: Tap) -> Solution {
     var shown = abs(by_y.z);
     if STICK {
         shown = select(ZERO, shot.load.arc * abs(bent.w) / max(lever, TINY), lever > ZERO);
+        // P and T may bend the gauge in opposite ways: their roundings do not cancel.
+        shown += abs(by_x.z * z.x) + abs(by_y.z * z.y);
     }
     let rounded = ONE + LEVERED * shown / max(measure, TINY);
     var error = WARY * (parts.x + parts.z + unsure) + owing + ROUNDINGS * ROUNDING * rounded + TWO * CHART_ERROR;
