@@ -14,6 +14,7 @@
 
 mod between;
 pub mod coverage;
+mod doubtful;
 mod lag;
 mod learn;
 pub mod order;
@@ -44,7 +45,7 @@ use crate::measure::columns::may_drive;
 use crate::measure::group::Groups;
 use crate::measure::lag::Lag;
 use crate::measure::text::plain;
-use crate::measure::{Data, Rig, signed, zero::Zero};
+use crate::measure::{Data, Rig, counts, signed, zero::Zero};
 use crate::scene::{Drive, RunOptions, Side};
 use crate::simulate;
 use prepare::Prepared;
@@ -96,9 +97,9 @@ pub struct Calibrated {
 ///
 /// # Errors
 /// Data that no calibration can come from: no usable row, one distance only, units that cannot be, distances left out that no estimator
-/// tells; a backend that fails.
+/// tells, more than a fifth of the rows suspect; a backend that fails.
 pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Error> {
-    let plain = settled(data, rig, options)?;
+    let plain = doubtful::judged(settled(data, rig, options), (data, rig, options), settled)?;
     let Some(mut lag) = lag::search(data, &plain) else { return Ok(plain) };
     let mut with;
     let mut rounds = 0;
@@ -138,6 +139,7 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
     }
     let data = folded.as_ref().unwrap_or(data);
     check(data, &rig, options)?;
+    missing(data, &mut warnings);
     if let Some(k) = rig.setup.estimate.k.take() {
         warnings.push(format!(
             "estimate.K = {} of the spec has no meaning here: K̄ comes from the data",
@@ -257,6 +259,22 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
     })
 }
 
+/// Names the values of `data` that stand for none.
+fn missing(data: &Data, warnings: &mut Vec<String>) {
+    let mut all = std::collections::BTreeMap::<String, Vec<String>>::new();
+    for m in &data.missing {
+        all.entry(format!("{} = {}", m.column, plain(m.value))).or_default().push(m.line.to_string());
+    }
+    for (value, lines) in all {
+        let (n, more) = (lines.len(), if lines.len() > 8 { ", …" } else { "" });
+        let shown = lines[..n.min(8)].join(", ");
+        let file = &data.file;
+        warnings.push(format!(
+            "{file}: {value} stands for no value, {n} times (lines {shown}{more}), and is not used"
+        ));
+    }
+}
+
 /// Widths within which distances and drives are one: one for both, or two; none where nobody says.
 ///
 /// # Errors
@@ -316,6 +334,19 @@ fn check(data: &Data, rig: &Rig, options: &Options) -> Result<(), InputError> {
         if !good {
             return Err(InputError::new("this is no drive").key(flag).value(plain(x)).allowed(allowed));
         }
+    }
+    if let Some((bits, [last, first])) = counts::of_other_bits(data) {
+        let message = format!(
+            "these are counts of {bits} bits that begin anew: rows without contact and taps are at the two ends of their range"
+        );
+        let error = InputError::new(message).at(&data.file, None).key(data.unit.column());
+        let turn = plain(2_f64.powi(bits));
+        let allowed = format!(
+            "counts that go on: {turn} added to those up to {}, or taken off those from {}",
+            plain(last),
+            plain(first)
+        );
+        return Err(error.value(format!("{} … {}", plain(last), plain(first))).allowed(allowed));
     }
     if data.drive.is_none() && options.drive.is_none() && !options.fit.is_empty() {
         let message = "without the drive the model cannot be fitted; only table and paper are calibrated";

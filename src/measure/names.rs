@@ -205,6 +205,22 @@ impl Names {
         self.said.iter().any(|(role, _)| matches!(role, Role::Channel(said) if *said == channel))
     }
 
+    /// Whether `name` is that of a column, by itself or as the user said. Names of runs are words of any remark.
+    pub(super) fn means(&self, name: &str) -> bool {
+        self.said.iter().any(|(_, said)| said == name)
+            || self.role(name).is_some_and(|role| !matches!(role, Role::Run | Role::Ignored))
+    }
+
+    /// Whether `name` is that of a drive.
+    pub(super) fn is_drive(&self, name: &str) -> bool {
+        matches!(self.role(name), Some(Role::Drive(_)))
+    }
+
+    /// Whether `name` is that of a signal.
+    pub(super) fn is_signal(&self, name: &str) -> bool {
+        matches!(self.role(name), Some(Role::Signal(_)))
+    }
+
     /// Whether `name` says what a column holds, rightly or nearly so: such a line is a header.
     pub fn known(&self, name: &str) -> bool {
         self.role(name).is_some() || drive_like(name).is_some()
