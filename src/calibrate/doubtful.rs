@@ -10,9 +10,11 @@ const MOST: f64 = 0.2;
 /// A reason that leaves no more than this share suspect fits.
 const FITS: f64 = 0.1;
 /// Rows, about, from which a reason is tried.
-const ROWS: f64 = 300.0;
+const ROWS: f64 = 120.0;
 /// K of a signal in strain, where the whisker is known and the columns are what they are named.
 const K: std::ops::Range<f64> = 0.33..3.0;
+/// And whose distances left out are no more than so many times as wrong as those of the best.
+const WORSE: f64 = 5.0;
 /// Degrees in a radian.
 const RADIAN: f64 = 180.0 / std::f64::consts::PI;
 /// Lines that are named.
@@ -61,7 +63,7 @@ pub fn judged(
     };
     let suspect = found.is_ok();
     let data = thinned(data);
-    let mut fits: Vec<(f64, Change)> = Vec::new();
+    let mut fits: Vec<(f64, f64, Change)> = Vec::new();
     for change in changes(&data, rig) {
         let mut changed = data.clone();
         changed.rows.iter_mut().for_each(|row| (change.row)(row, rig.design.tuple.L_a));
@@ -76,10 +78,12 @@ pub fn judged(
         let (lines, of) = suspects(&tried);
         let share = lines.len() as f64 / of.max(1) as f64;
         if share <= FITS && is_sound(&tried, &changed) {
-            fits.push((share, change));
+            fits.push((share, left_out(&tried), change));
         }
     }
-    fits.sort_by(|p, q| p.0.total_cmp(&q.0));
+    let least = fits.iter().map(|f| f.1).fold(f64::INFINITY, f64::min);
+    fits.retain(|f| f.1 <= WORSE * least || !least.is_finite());
+    fits.sort_by(|p, q| p.0.total_cmp(&q.0).then(p.1.total_cmp(&q.1)));
     if fits.is_empty() {
         return match suspect {
             true => {
@@ -93,10 +97,11 @@ pub fn judged(
             false => found,
         };
     }
-    let what = |(share, change): &(f64, Change)| format!("{} ({:.0} % suspect)", change.what, 100.0 * share);
+    let what =
+        |(share, _, change): &(f64, f64, Change)| format!("{} ({:.0} % suspect)", change.what, 100.0 * share);
     let what: Vec<String> = fits.iter().take(3).map(what).collect();
     let message = format!("{}; they fit with {}", error.message, what.join(", or "));
-    Err(InputError { message, ..error }.allowed(fits[0].1.mends.clone()).into())
+    Err(InputError { message, ..error }.allowed(fits[0].2.mends.clone()).into())
 }
 
 /// Lines of the taps that are not believed, and of how many that have a number.
@@ -106,6 +111,16 @@ fn suspects(found: &Calibrated) -> (Vec<usize>, usize) {
     };
     let there = || found.taps.iter().filter(|t| !t.reason.as_ref().is_some_and(missing));
     (there().filter(|t| t.reason.is_some()).map(|t| t.line).collect(), there().count())
+}
+
+/// Error on distances left out, in shares of the calibrated range.
+fn left_out(found: &Calibrated) -> f64 {
+    let of = |s: &super::SideResult| {
+        let [first, last] = s.record.distances_mm;
+        let rms = s.held_out(found.winner).and_then(|h| h.rms(|_| true).0);
+        rms.map_or(f64::INFINITY, |rms| rms / (last - first))
+    };
+    found.sides.iter().map(of).fold(0.0, f64::max)
 }
 
 /// Whether K of a strain is about 1 where theory is known.

@@ -167,6 +167,16 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
     let open = opener(&options.run);
     let Prepared { taps, zeros, zero, tared, groups, sides, recorded, origin, unread, no_exact } =
         prepare::prepare(data, &mut rig, options, &open, &mut warnings)?;
+    let wrong = zeros.iter().filter(|z| z.reason == Some(Reason::ZeroOutlier));
+    let wrong: Vec<String> = wrong.map(|z| data.rows[z.place].line.to_string()).collect();
+    if !wrong.is_empty() {
+        let (n, lines) = (wrong.len(), named(&wrong));
+        warnings.push(format!(
+            "{}: {n} of {} zero readings are suspect and not used (lines {lines})",
+            data.file,
+            zeros.len()
+        ));
+    }
     let noise = sides[0].2.noise();
     let noise_from = "the model of all rows".to_owned();
     rig.setup.gauge.noise_strain = Some(noise);
@@ -265,14 +275,15 @@ fn missing(data: &Data, warnings: &mut Vec<String>) {
     for m in &data.missing {
         all.entry(format!("{} = {}", m.column, plain(m.value))).or_default().push(m.line.to_string());
     }
-    for (value, lines) in all {
-        let (n, more) = (lines.len(), if lines.len() > 8 { ", …" } else { "" });
-        let shown = lines[..n.min(8)].join(", ");
-        let file = &data.file;
-        warnings.push(format!(
-            "{file}: {value} stands for no value, {n} times (lines {shown}{more}), and is not used"
-        ));
-    }
+    warnings.extend(all.into_iter().map(|(value, lines)| {
+        format!("{}: {value} stands for no value and is not used (lines {})", data.file, named(&lines))
+    }));
+}
+
+/// The first of `lines`.
+fn named(lines: &[String]) -> String {
+    let more = if lines.len() > 8 { ", …" } else { "" };
+    lines[..lines.len().min(8)].join(", ") + more
 }
 
 /// Widths within which distances and drives are one: one for both, or two; none where nobody says.

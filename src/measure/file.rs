@@ -10,7 +10,7 @@ use super::header::{Comments, same};
 use super::missing::{self, Missing};
 pub use super::names::DISTANCE;
 use super::others::Others;
-use super::runs::{Runs, forward};
+use super::runs::{Runs, forward, seconds};
 use super::text::{Decimals, OTHER_MARK, fields, lines, separator};
 use super::thousands::Thousands;
 use super::{
@@ -236,6 +236,8 @@ impl Data {
             rows.iter_mut().enumerate().for_each(|(place, row)| row.t = place as f64);
         }
         if let Some(at) = timed {
+            let wrong = |row: &Row| seconds(row.t).map_err(|e| e.key(&names[at]).at(label, Some(row.line)));
+            rows.iter().try_for_each(wrong)?;
             forward(&rows).map_err(|(line, e)| e.key(&names[at]).at(label, Some(line)))?;
         }
         if let Some(name) = others.drive(&rows) {

@@ -120,7 +120,15 @@ impl Names {
             InputError::new(message).key("--columns").value(part).allowed(allowed)
         };
         let mut all: Vec<(Role, String)> = Vec::new();
-        for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
+        // A name may hold commas: what follows one without a role of its own is of the name before it.
+        let mut parts: Vec<String> = Vec::new();
+        for part in text.split(',') {
+            match parts.last_mut().filter(|_| !part.contains('=') && !part.trim().is_empty()) {
+                Some(before) => *before += &format!(",{part}"),
+                None => parts.push(part.to_owned()),
+            }
+        }
+        for part in parts.iter().map(|part| part.trim()).filter(|p| !p.is_empty()) {
             let Some((role, name)) = part.split_once('=').map(|(r, n)| (r.trim(), n.trim())) else {
                 return Err(fault("this names no column".to_owned(), part));
             };

@@ -6,6 +6,7 @@ use crate::measure::Unit;
 use crate::measure::columns::Columns;
 use crate::measure::header::{Comments, same};
 use crate::measure::names::{DISTANCE, Names, TILT};
+use crate::measure::runs::seconds;
 use crate::measure::text::{Decimals, OTHER_MARK, fields, lines, separator};
 use crate::measure::thousands::Thousands;
 use crate::scene::Drive;
@@ -105,6 +106,7 @@ impl Record {
                 }
             };
             let t = number(time)?;
+            seconds(t).map_err(|e| at(e.key(&names[time]).allowed("seconds"), line))?;
             if record.time.last().is_some_and(|before| *before >= t) {
                 let error =
                     InputError::new("this time is not after the one before").key(&names[time]).value(t);
