@@ -42,25 +42,15 @@ pub fn judged(
     settle: impl Fn(&Data, &Rig, &Options) -> Result<Calibrated, Error>,
 ) -> Result<Calibrated, Error> {
     let error = match &found {
-        Ok(found) => {
-            let (lines, of) = suspects(found);
-            if lines.len() as f64 <= MOST * of as f64 {
-                return Ok(found.clone());
-            }
-            let shown = lines.iter().take(NAMED).map(usize::to_string).collect::<Vec<_>>().join(", ");
-            let more = if lines.len() > NAMED { ", …" } else { "" };
-            let message = format!(
-                "{} of {of} rows are suspect (lines {shown}{more}): these are not taps as they are described",
-                lines.len()
-            );
-            InputError::new(message).at(&data.file, lines.first().copied()).key("a_mm")
-        }
+        Ok(of) => suspicion(of, &data.file),
         // Data and whisker that do not belong together are said to be so already.
-        Err(Error::Input(e)) if e.file.as_ref() == Some(&data.file) && check(data, rig, options).is_ok() => {
-            e.clone()
+        Err(Error::Input(e)) => {
+            let of_data = e.file.as_ref() == Some(&data.file) && check(data, rig, options).is_ok();
+            of_data.then(|| e.clone())
         }
-        _ => return found,
+        Err(_) => None,
     };
+    let Some(error) = error else { return found };
     let suspect = found.is_ok();
     let data = thinned(data);
     let mut fits: Vec<(f64, f64, Change)> = Vec::new();
@@ -102,6 +92,20 @@ pub fn judged(
     let what: Vec<String> = fits.iter().take(3).map(what).collect();
     let message = format!("{}; they fit with {}", error.message, what.join(", or "));
     Err(InputError { message, ..error }.allowed(fits[0].2.mends.clone()).into())
+}
+
+/// That too many of the rows of a `file` are suspect, where they are.
+fn suspicion(found: &Calibrated, file: &str) -> Option<InputError> {
+    let (lines, of) = suspects(found);
+    if lines.len() as f64 <= MOST * of as f64 {
+        return None;
+    }
+    let shown = lines.iter().take(NAMED).map(usize::to_string).collect::<Vec<_>>().join(", ");
+    let (n, more) = (lines.len(), if lines.len() > NAMED { ", …" } else { "" });
+    let message = format!(
+        "{n} of {of} rows are suspect (lines {shown}{more}): these are not taps as they are described"
+    );
+    Some(InputError::new(message).at(file, lines.first().copied()).key("a_mm"))
 }
 
 /// Lines of the taps that are not believed, and of how many that have a number.

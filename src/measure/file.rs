@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::Unit;
 use super::group::rounded;
-use super::header::{Comments, same};
+use super::header::{Comments, elsewhere, same};
 use super::missing::{self, Missing};
 pub use super::names::DISTANCE;
 use super::others::Others;
@@ -156,7 +156,7 @@ impl Data {
                 (first, names)
             }
         };
-        let at_header = |e: InputError| e.at(label, Some(line));
+        let at_header = |e: InputError| elsewhere(e.at(label, Some(line)), text, line);
         let columns = Columns::find(&names, said, None).map_err(at_header)?;
         let distance = columns.a.ok_or_else(|| at_header(missing(DISTANCE, &names)))?;
 

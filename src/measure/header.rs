@@ -2,7 +2,7 @@
 
 use super::columns::drive_like;
 use super::names::Names;
-use super::text::{fields, separator};
+use super::text::{fields, lines, number, separator};
 use crate::error::InputError;
 
 /// Words in the name of a column that is no drive.
@@ -99,6 +99,29 @@ pub fn same(line: usize, comment: &str, row: &str, names: &[String], said: &Name
         }
         _ => Ok(()),
     }
+}
+
+/// `error` of the header in this `line` of `text`, with where a table seems to begin, where that is elsewhere.
+pub fn elsewhere(error: InputError, text: &str, line: usize) -> InputError {
+    let Some(begin) = begins(text).filter(|begin| *begin != line) else { return error };
+    let allowed = error.allowed.clone().unwrap_or_default();
+    error.allowed(format!("{allowed}; the table seems to begin in line {begin}: leave out what is above"))
+}
+
+/// The line of names before three rows of numbers.
+fn begins(text: &str) -> Option<usize> {
+    let numbers = |line: &str, mark: char| {
+        let all = fields(line, mark);
+        let n = all.iter().filter(|f| number(f).is_some_and(f64::is_finite)).count();
+        [all.len(), n]
+    };
+    let all: Vec<&str> = lines(text).collect();
+    let is_header = |w: &&[&str]| {
+        let mark = separator(w[1]);
+        let [[names, none], first, second, third] = [0, 1, 2, 3].map(|k| numbers(w[k], mark));
+        none == 0 && names >= first[0] && first[1] >= 2 && first == second && second == third
+    };
+    all.windows(4).position(|w| is_header(&w)).map(|place| place + 1)
 }
 
 /// The names of columns in a `comment` before rows like `row`, if it holds one for each field.

@@ -4,7 +4,7 @@ use crate::error::InputError;
 use crate::locate::object::NAME as OBJECT;
 use crate::measure::Unit;
 use crate::measure::columns::Columns;
-use crate::measure::header::{Comments, same};
+use crate::measure::header::{Comments, elsewhere, same};
 use crate::measure::names::{DISTANCE, Names, TILT};
 use crate::measure::runs::seconds;
 use crate::measure::text::{Decimals, OTHER_MARK, fields, lines, separator};
@@ -59,7 +59,8 @@ impl Record {
             }
         };
         let at = |error: InputError, line: usize| error.at(file, Some(line));
-        let columns = Columns::find(&names, said, None).map_err(|e| at(e, first))?;
+        let columns = Columns::find(&names, said, None);
+        let columns = columns.map_err(|e| elsewhere(at(e, first), text, first))?;
         let Some(time) = columns.time else {
             let error = InputError::new("column t_s is missing: a raw record has the time of each sample");
             let error =
