@@ -101,6 +101,7 @@ class Locator:
         self._several = _native.Several.of(label, text, trust)
         if self._several is None:
             self._native = _native.Locator(*args)
+            self._doubt = self._native.doubt
         elif estimator is not None or zero is not None or same_run:
             key = "zero" if zero is not None else "estimator" if estimator is not None else "same_run"
             raise InputError("this is said of one signal, and the calibration is of several channels", key=key, allowed=None if zero is None else "rows with drive 0 in a table")
@@ -149,6 +150,9 @@ class Locator:
 
         Raises:
             InputError: what is no number, shapes that do not broadcast, labels that differ.
+
+        Warns:
+            VibrissaWarning: the signal of the calibration was tared, and nothing says the zero of these readings.
         """
         if self._several is not None:
             return self._together(self._several, drive, reading)
@@ -159,12 +163,16 @@ class Locator:
                 distance, sigma, status = self._native.one(drive, reading, False)
             except OverflowError as e:
                 raise InputError(str(e), key="reading", allowed="numbers that a float holds") from None
+            if self._doubt is not None and status != Status.no_strain:
+                warn([self._doubt])
             return Located(distance, sigma, Status(status))
         drive_unit, reading_unit = self._units()
         shape, n, flat = columns(
             {"drive": drive, "reading": reading}, {"drive": f"numbers, {drive_unit}", "reading": "numbers"}, {"drive": drive_unit, "reading": reading_unit})
         drives, readings = (x if len(x) == n else x.repeat(n) for x in flat)
-        return Located(*[shape.of(x) for x in self._native.many(drives, readings)])
+        *found, told = self._native.many(drives, readings)
+        warn(told)
+        return Located(*[shape.of(x) for x in found])
 
     __call__ = locate
 
@@ -224,7 +232,8 @@ class Locator:
         lo, hi = (-np.inf, np.inf) if within is None else self._ends("within", within, units[0])
         shifts = None if shift is None else self._ends("shift", shift, "mm")
         columns = np.array([(*row, 0.0)[:3] for row in rows], dtype=float).reshape(-1, 3).T.copy()
-        taps, now, best, status, tried = self._native.next(list(columns), (lo, hi), shifts, flag("same_run", same_run))
+        taps, now, best, status, tried, told = self._native.next(list(columns), (lo, hi), shifts, flag("same_run", same_run))
+        warn(told)
         table = np.array([t[0] for t in tried], dtype=float).reshape(-1, 3)
         drive, moved, sigma, least = (_known(x) for x in best)
         statuses = np.array([t[1] for t in tried], dtype=np.uint16)
@@ -254,7 +263,7 @@ class Locator:
         return rows
 
     def _answers(self, readings: Iterator[Any]) -> Iterator[Located]:
-        native, units = _native.Locator(*self._args), self._units()
+        native, units, waits = _native.Locator(*self._args), self._units(), True
         for item in readings:
             try:
                 pair = isinstance(item, (tuple, list)) or isinstance(item, np.ndarray) and item.ndim == 1
@@ -266,6 +275,9 @@ class Locator:
                 if isinstance(e, InputError):
                     raise
                 raise InputError("this is no reading", key="readings", value=short(item), allowed="(drive, reading), or a reading") from None
+            if waits and (told := native.told()) is not None:
+                warn(told)
+                waits = False
             yield Located(distance, sigma, Status(status))
 
     @keywords

@@ -14,6 +14,7 @@
 
 mod between;
 pub mod coverage;
+mod doubtful;
 mod lag;
 mod learn;
 pub mod order;
@@ -44,7 +45,7 @@ use crate::measure::columns::may_drive;
 use crate::measure::group::Groups;
 use crate::measure::lag::Lag;
 use crate::measure::text::plain;
-use crate::measure::{Data, Rig, signed, zero::Zero};
+use crate::measure::{Data, Rig, counts, signed, zero::Zero};
 use crate::scene::{Drive, RunOptions, Side};
 use crate::simulate;
 use prepare::Prepared;
@@ -96,9 +97,9 @@ pub struct Calibrated {
 ///
 /// # Errors
 /// Data that no calibration can come from: no usable row, one distance only, units that cannot be, distances left out that no estimator
-/// tells; a backend that fails.
+/// tells, more than a fifth of the rows suspect; a backend that fails.
 pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Error> {
-    let plain = settled(data, rig, options)?;
+    let plain = doubtful::judged(settled(data, rig, options), (data, rig, options), settled)?;
     let Some(mut lag) = lag::search(data, &plain) else { return Ok(plain) };
     let mut with;
     let mut rounds = 0;
@@ -138,6 +139,7 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
     }
     let data = folded.as_ref().unwrap_or(data);
     check(data, &rig, options)?;
+    missing(data, &mut warnings);
     if let Some(k) = rig.setup.estimate.k.take() {
         warnings.push(format!(
             "estimate.K = {} of the spec has no meaning here: K̄ comes from the data",
@@ -165,6 +167,16 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
     let open = opener(&options.run);
     let Prepared { taps, zeros, zero, tared, groups, sides, recorded, origin, unread, no_exact } =
         prepare::prepare(data, &mut rig, options, &open, &mut warnings)?;
+    let wrong = zeros.iter().filter(|z| z.reason == Some(Reason::ZeroOutlier));
+    let wrong: Vec<String> = wrong.map(|z| data.rows[z.place].line.to_string()).collect();
+    if !wrong.is_empty() {
+        let (n, lines) = (wrong.len(), named(&wrong));
+        warnings.push(format!(
+            "{}: {n} of {} zero readings are suspect and not used (lines {lines})",
+            data.file,
+            zeros.len()
+        ));
+    }
     let noise = sides[0].2.noise();
     let noise_from = "the model of all rows".to_owned();
     rig.setup.gauge.noise_strain = Some(noise);
@@ -257,6 +269,23 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
     })
 }
 
+/// Names the values of `data` that stand for none.
+fn missing(data: &Data, warnings: &mut Vec<String>) {
+    let mut all = std::collections::BTreeMap::<String, Vec<String>>::new();
+    for m in &data.missing {
+        all.entry(format!("{} = {}", m.column, plain(m.value))).or_default().push(m.line.to_string());
+    }
+    warnings.extend(all.into_iter().map(|(value, lines)| {
+        format!("{}: {value} stands for no value and is not used (lines {})", data.file, named(&lines))
+    }));
+}
+
+/// The first of `lines`.
+fn named(lines: &[String]) -> String {
+    let more = if lines.len() > 8 { ", …" } else { "" };
+    lines[..lines.len().min(8)].join(", ") + more
+}
+
 /// Widths within which distances and drives are one: one for both, or two; none where nobody says.
 ///
 /// # Errors
@@ -316,6 +345,19 @@ fn check(data: &Data, rig: &Rig, options: &Options) -> Result<(), InputError> {
         if !good {
             return Err(InputError::new("this is no drive").key(flag).value(plain(x)).allowed(allowed));
         }
+    }
+    if let Some((bits, [last, first])) = counts::of_other_bits(data) {
+        let message = format!(
+            "these are counts of {bits} bits that begin anew: rows without contact and taps are at the two ends of their range"
+        );
+        let error = InputError::new(message).at(&data.file, None).key(data.unit.column());
+        let turn = plain(2_f64.powi(bits));
+        let allowed = format!(
+            "counts that go on: {turn} added to those up to {}, or taken off those from {}",
+            plain(last),
+            plain(first)
+        );
+        return Err(error.value(format!("{} … {}", plain(last), plain(first))).allowed(allowed));
     }
     if data.drive.is_none() && options.drive.is_none() && !options.fit.is_empty() {
         let message = "without the drive the model cannot be fitted; only table and paper are calibrated";

@@ -294,6 +294,14 @@ fn signs(
             .value(plain(a))
             .allowed("two distances or more"));
     }
+    // Taps at several places do not give one value: it stands for none.
+    let mut values: Vec<f64> = taps.iter().filter(of(least)).map(|t| t.value).collect();
+    values.dedup();
+    if let ([value], true) = (values.as_slice(), count(least) > 1) {
+        let none = Reason::Missing(*value);
+        taps.iter_mut().filter(|t| of(least)(&&**t)).for_each(|t| t.reason = Some(none.clone()));
+        return Ok(vec![most]);
+    }
     let both = count(least) as f64 >= MINORITY * count(most) as f64
         && distances(least) >= if whisker { 2 } else { 3 };
     if both {

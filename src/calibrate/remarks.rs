@@ -16,6 +16,13 @@ const FAR_WORSE: f64 = 3.0;
 const ERRORS: f64 = 3.0;
 /// And beyond what gauges and their glue differ by.
 const ORDINARY: f64 = 0.01;
+/// Factors that another unit makes, and within which share of them a factor is one.
+const FACTORS: [(f64, &str); 3] = [
+    (180.0 / std::f64::consts::PI, "57.3 degrees are a radian: is the drive in radians?"),
+    (1e6, "is it in millionths?"),
+    (1e3, "is it in thousandths?"),
+];
+const NEAR: f64 = 0.05;
 /// A misfit of the model beyond this share of the signal is told.
 const UNEXPLAINED: f64 = 0.01;
 
@@ -123,7 +130,12 @@ fn other_whisker(data: &Data, side: &SideResult, unread: f64) -> Option<String> 
     let [factor, error] = [fit.exact.values[Parameter::Factor as usize], fit.errors(unread)[0]];
     if data.unit.is_absolute() && (factor - 1.0).abs() > (ERRORS * error).max(ORDINARY) {
         let read = data.unit.signal().map_or("signal", Signal::word);
-        found.push(format!("the {read} is {factor:.3} ± {error:.1e} times what the model of the spec gives"));
+        let known =
+            FACTORS.iter().find(|(x, _)| [factor, 1.0 / factor].iter().any(|f| (f / x - 1.0).abs() < NEAR));
+        let known = known.map_or(String::new(), |(_, what)| format!(" ({what})"));
+        found.push(format!(
+            "the {read} is {factor:.3} ± {error:.1e} times what the model of the spec gives{known}"
+        ));
     }
     let both = side.answered_by_all(&[EXACT, CURVE]);
     let rms = |e| side.held_out(e).and_then(|h| h.rms(|k| both[k]).0);

@@ -22,7 +22,8 @@ use super::say;
 pub fn run(args: &Locate, array: &Path) -> Result<Reply, Error> {
     let start = Instant::now();
     let options = args.common.over(&RunOptions::default());
-    let warn = say::unless(args.common.quiet);
+    let told = say::Told::new(args.common.quiet);
+    let warn = |text: &str| told.warn(text);
     // The first of the two files is the readings where the array names the calibrations.
     let readings = match (&args.calibration, &args.readings) {
         (Some(readings), None) => readings,
@@ -83,12 +84,12 @@ pub fn run(args: &Locate, array: &Path) -> Result<Reply, Error> {
     let body = json!({
         "array": { "file": array.display().to_string(), "whiskers": whiskers.iter().map(by).collect::<Vec<Value>>() },
         "readings": { "file": file, "hash": digest },
-        "counts": counts, "seconds": seconds,
+        "counts": counts, "seconds": seconds, "warnings": told.texts(),
     });
     let document = run_json::document("locate", json!({ "name": stem, "hash": identity }), body);
     let words = answered.combinations.told(|n| n.to_string());
     let text = format!("{} readings of {} whiskers located: {words}\n", answered.rows, whiskers.len());
-    let result = json!({ "whiskers": names });
+    let result = json!({ "whiskers": names, "warnings": told.texts() });
     Reply { text, counts, seconds, result, ..Reply::default() }.filed(folder, &document, (out, start))
 }
 

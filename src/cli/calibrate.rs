@@ -45,8 +45,7 @@ pub fn run(args: &Calibrate) -> Result<Reply, Error> {
     let mut folder = Folder::open(&out, question, &output::FILES, options.force == Some(true))?;
     let found = calibrate::calibrate(&data, &rig, &asked)?;
     say::warnings(quiet, &found.warnings);
-    let label = out.join("calibration.toml").display().to_string();
-    let locator = Locator::new(&found.calibration, &label, None, &opener(&options))?;
+    let locator = found.calibration.opened(&opener(&options))?;
     let refused = beside(exported(args, &found.calibration, &locator, &options, &mut folder))?;
     let covered = coverage::coverage(&found);
     let result = report::result(&found, &rig, &covered);

@@ -28,7 +28,8 @@ use super::say;
 pub fn run(args: &Contour) -> Result<Reply, Error> {
     let start = Instant::now();
     let options = args.common.over(&RunOptions::default());
-    let warn = say::unless(args.common.quiet);
+    let told = say::Told::new(args.common.quiet);
+    let warn = |text: &str| told.warn(text);
     let noise = Noise::said(args.angle_noise, args.base_noise, args.touch_noise)?;
     let asked = TraceOptions { noise, surface: args.contact, taps: args.taps, kind: args.curve };
     let columns = args.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
@@ -64,10 +65,13 @@ pub fn run(args: &Contour) -> Result<Reply, Error> {
     folder.put("curve.csv", &traced.curve)?;
     drawn.iter().try_for_each(|(_, bytes)| folder.put("contour.svg", bytes))?;
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
-    let document = traced.document(&stem, &seconds);
+    let mut document = traced.document(&stem, &seconds);
+    document["warnings"] = told.texts().into();
     let Traced { counts, result, .. } = &traced;
     let text = summary(&traced.trace, counts, result, traced.estimator);
-    let reply = Reply { text, counts: counts.clone(), seconds, result: result.clone(), ..Reply::default() };
+    let mut result = result.clone();
+    result["warnings"] = told.texts().into();
+    let reply = Reply { text, counts: counts.clone(), seconds, result, ..Reply::default() };
     Ok(reply.filed(folder, &document, (out, start))?.answered())
 }
 

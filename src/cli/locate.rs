@@ -45,13 +45,13 @@ pub fn run(args: &Locate) -> Result<Reply, Error> {
     };
     pool.build_global().map_err(|e| Error::Run(e.to_string()))?;
     let opened = Opened::new(args, (path, &text), parsed, &options)?;
-    say::warnings(args.common.quiet, &opened.warnings);
+    opened.warnings.iter().for_each(|text| opened.told.warn(text));
     if options.plan == Some(true) {
         return Ok(planned(&opened, readings));
     }
     // A stream is answered on stdout, unless that is taken by JSON or a folder is asked for.
     let columns = args.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
-    let warn = say::unless(args.common.quiet);
+    let warn = |text: &str| opened.told.warn(text);
     let zero = SaidZero::of(args.zero.as_ref(), [opened.who().first()])?;
     let by = by(args);
     let asked =
@@ -107,6 +107,8 @@ struct Opened {
     /// The data that it comes of.
     data: String,
     warnings: Vec<String>,
+    /// Warnings that were told.
+    told: say::Told,
 }
 
 enum Answers {
@@ -121,7 +123,7 @@ impl Opened {
         parsed: Parsed,
         options: &RunOptions,
     ) -> Result<Self, Error> {
-        let label = path.display().to_string();
+        let (label, told) = (path.display().to_string(), say::Told::new(args.common.quiet));
         let open = opener(options);
         let calibration = match parsed {
             Parsed::One(calibration) => calibration,
@@ -140,6 +142,7 @@ impl Opened {
                     by: format!("the channels {} together", several.names.join(", ")),
                     data: sensor.channels[0].1.data.file.clone(),
                     warnings: Vec::new(),
+                    told,
                     answers: Answers::Several(several),
                 });
             }
@@ -153,6 +156,7 @@ impl Opened {
             known: json!({ "file": label, "checksum": calibration.checksum }),
             by: locator.estimator.name().to_owned(),
             warnings: other.into_iter().chain(calibration.rig.warnings.iter().cloned()).collect(),
+            told,
             data: calibration.data.file,
             checksum: calibration.checksum,
             answers: Answers::One(Box::new(locator)),
@@ -301,6 +305,7 @@ fn filed(args: &Locate, path: &Path, opened: &Opened, ask: &Ask<'_>, start: Inst
             "readings": { "file": label, "hash": digest },
             "estimator": opened.by,
             "counts": counted(&counts),
+            "warnings": opened.told.texts(),
             "interrupted": counts.stopped,
             "seconds": { "total": start.elapsed().as_secs_f64() },
         }),
@@ -338,7 +343,7 @@ fn reply(text: String, counts: &stream::Counts, opened: &Opened, start: Instant)
         text,
         counts: counted(counts),
         seconds: json!({ "total": start.elapsed().as_secs_f64() }),
-        result: json!({ "estimator": opened.by }),
+        result: json!({ "estimator": opened.by, "warnings": opened.told.texts() }),
         ..Reply::default()
     }
 }

@@ -1,5 +1,6 @@
 //! The one way to stderr: words for people. That nobody reads them, or that there is no room for them, is no reason to fail.
 
+use std::cell::RefCell;
 use std::fmt::Display;
 use std::io::Write;
 
@@ -21,6 +22,30 @@ pub fn warnings<T: Display>(quiet: bool, all: impl IntoIterator<Item = T>) {
 /// What tells warnings, unless the command is to be `quiet`.
 pub fn unless(quiet: bool) -> impl Fn(&str) {
     move |text| warnings(quiet, [text])
+}
+
+/// Warnings that are told while a command runs, and kept for its record.
+pub struct Told {
+    quiet: bool,
+    texts: RefCell<Vec<String>>,
+}
+
+impl Told {
+    /// None so far; told on stderr unless the command is to be `quiet`.
+    pub fn new(quiet: bool) -> Self {
+        Self { quiet, texts: RefCell::default() }
+    }
+
+    /// One more.
+    pub fn warn(&self, text: &str) {
+        warnings(self.quiet, [text]);
+        self.texts.borrow_mut().push(text.to_owned());
+    }
+
+    /// All so far.
+    pub fn texts(&self) -> Vec<String> {
+        self.texts.borrow().clone()
+    }
 }
 
 /// Words that do not end their line.

@@ -42,6 +42,7 @@ pub fn calibrate(
     let mut folder = Folder::open(&out, question, &FILES, asked.run.force == Some(true))?;
     let found = several((&label, bytes, names), rig, &asked)?;
     say::warnings(quiet, spec.warnings.iter().chain(&found.warnings()));
+    found.sensor.check(&opener(&asked.run))?;
     folder.put("calibration.toml", found.sensor.to_text().as_bytes())?;
     folder.put("channels.csv", &found.table()?)?;
     let refused = beside(exported(args, &found, &asked.run, &mut folder))?;

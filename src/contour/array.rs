@@ -11,6 +11,8 @@ use crate::locate::shift::{SHIFT, shift_column};
 use crate::locate::stream::Ask;
 use crate::locate::table::{Readings, field};
 use crate::locate::{Answerer, Locator};
+use crate::measure::Names;
+use crate::measure::header::Comments;
 use crate::measure::skin::Skin;
 use crate::measure::text::{fields, separator};
 
@@ -63,7 +65,7 @@ pub struct Answered {
 /// together by what tells each alone.
 pub fn answer(whiskers: &[Mounted], bytes: &[u8], ask: &Ask<'_>, noise: &Noise) -> Result<Answered, Error> {
     let label = ask.label.unwrap_or("stdin");
-    let owners = owners(whiskers, label, bytes)?;
+    let owners = owners(whiskers, label, bytes, ask.columns)?;
     let lines: Vec<&[u8]> = bytes.split_inclusive(|b| *b == b'\n').collect();
     let twofold = whiskers.iter().any(|w| w.locator.is_twofold());
     let mut header: Option<Vec<u8>> = None;
@@ -150,21 +152,29 @@ enum Owner {
     Of(usize),
 }
 
-fn owners(whiskers: &[Mounted], label: &str, bytes: &[u8]) -> Result<Vec<Owner>, InputError> {
+fn owners(whiskers: &[Mounted], label: &str, bytes: &[u8], said: &Names) -> Result<Vec<Owner>, InputError> {
     let mut place: Option<(usize, char)> = None;
-    let mut all = Vec::new();
+    let (mut all, mut comments) = (Vec::new(), Comments::default());
     for (k, line) in bytes.split_inclusive(|b| *b == b'\n').enumerate() {
         let text = String::from_utf8_lossy(line);
         let text = text.trim_end_matches(['\n', '\r']).trim_start_matches('\u{feff}');
         if text.starts_with('#') {
+            if place.is_none() {
+                comments.push(k + 1, text);
+            }
             all.push(Owner::All);
             continue;
         }
-        let Some((place, mark)) = place else {
+        if place.is_none() {
             let mark = separator(text);
-            let names = fields(text, mark);
+            let names: Vec<String> = fields(text, mark).iter().map(|f| f.to_string()).collect();
+            let commented = comments
+                .before(text, &names, said)
+                .map_err(|e| InputError { file: Some(label.to_owned()), ..e })?;
+            let is_header = commented.is_none();
+            let names = commented.map_or(names, |(_, names)| names);
             let found = names.iter().position(|n| n == WHISKER).ok_or_else(|| {
-                let known: Vec<&str> = names.iter().map(|n| n.as_ref()).collect();
+                let known: Vec<&str> = names.iter().map(String::as_str).collect();
                 let close = nearest(WHISKER, &known).map(|n| format!("; is {n} meant?"));
                 InputError::new(format!("column {WHISKER} is missing{}", close.unwrap_or_default()))
                     .at(label, Some(k + 1))
@@ -173,9 +183,12 @@ fn owners(whiskers: &[Mounted], label: &str, bytes: &[u8]) -> Result<Vec<Owner>,
                     .allowed("whisker, then the columns of readings; contact_deg where it is needed")
             })?;
             place = Some((found, mark));
-            all.push(Owner::All);
-            continue;
-        };
+            if is_header {
+                all.push(Owner::All);
+                continue;
+            }
+        }
+        let Some((place, mark)) = place else { continue };
         let row = fields(text, mark);
         let name = row.get(place).map_or("", |n| n.as_ref());
         let known: Vec<&str> = whiskers.iter().map(|w| w.name.as_str()).collect();

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use crate::measure::text::plain;
 use crate::scene::Drive;
 
 /// A reason, with what makes it plausible.
@@ -9,6 +10,8 @@ use crate::scene::Drive;
 pub enum Reason {
     /// A field is empty or no finite number.
     NotANumber,
+    /// It stands for no value: what is usual for that, or the same value at several places, far from all others.
+    Missing(f64),
     /// The labels lie outside the whisker or outside the domain of the drive.
     OutsideDomain,
     /// The contact is at or inside the gauge's near end.
@@ -40,6 +43,7 @@ impl Reason {
     pub fn word(&self) -> &'static str {
         match self {
             Self::NotANumber => "not_a_number",
+            Self::Missing(_) => "missing_value",
             Self::OutsideDomain => "outside_domain",
             Self::NoStrain => "no_strain",
             Self::ZeroSignal => "zero_signal",
@@ -69,6 +73,7 @@ impl Reason {
             Self::LooksLikeDrive(d) => format!("reads as {} = {d}", kind.column()),
             Self::Off(x) => format!("{} off the surface through the other rows", percent(*x)),
             Self::OutsideDomain => "a or the drive is outside the whisker or below zero".to_owned(),
+            Self::Missing(x) => format!("{} stands for no value", plain(*x)),
             Self::Tilted => "for the second gauge only".to_owned(),
             _ => return self.word().to_owned(),
         };

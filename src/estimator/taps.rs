@@ -113,11 +113,13 @@ pub fn taps(data: &Data, rig: &Rig, said: &Said) -> Sorted {
     for (place, row) in data.rows.iter().enumerate() {
         let signal = signals[place];
         if rest[place] {
-            let reason = (!signal.is_finite()).then_some(Reason::NotANumber);
+            let reason = (!signal.is_finite()).then(|| nothing(data, place));
             zeros.push(ZeroReading { place, signal, reason });
             continue;
         }
         let twin = match first_lines.entry(row.text) {
+            // Rows of a plan that are not measured yet are no repeats.
+            _ if !signal.is_finite() => None,
             std::collections::hash_map::Entry::Occupied(e) => Some(*e.get()),
             std::collections::hash_map::Entry::Vacant(e) => {
                 e.insert(row.line);
@@ -159,7 +161,7 @@ pub fn taps(data: &Data, rig: &Rig, said: &Said) -> Sorted {
         tap.signal = data.unit.above(tap.signal, tap.zero, factor);
         let share = |(r, w): (usize, f64)| (r, w, zero.sizes().get(r).map_or(0.0, |n| 1.0 / *n as f64));
         tap.zeros = zero.weights(tap.place).map(share);
-        tap.reason = unusable(tap, rig).or_else(|| tilted(data, rig, tap.place));
+        tap.reason = unusable(tap, data, rig).or_else(|| tilted(data, rig, tap.place));
     }
     let mut spread = crate::reduce::Spread::default();
     readings.iter().for_each(|r| spread.push(r.1));
@@ -181,9 +183,15 @@ fn tilted(data: &Data, rig: &Rig, place: usize) -> Option<Reason> {
     }
 }
 
-fn unusable(tap: &Tap, rig: &Rig) -> Option<Reason> {
+/// Why the row at `place`, which lacks a number, has none.
+fn nothing(data: &Data, place: usize) -> Reason {
+    let missing = data.missing.iter().find(|m| m.place == place);
+    missing.map_or(Reason::NotANumber, |m| Reason::Missing(m.value))
+}
+
+fn unusable(tap: &Tap, data: &Data, rig: &Rig) -> Option<Reason> {
     if !(tap.a.is_finite() && tap.drive.is_finite() && tap.signal.is_finite()) {
-        return Some(Reason::NotANumber);
+        return Some(nothing(data, tap.place));
     }
     if !rig.design.admits(&rig.setup, tap.a, tap.drive) {
         return Some(Reason::OutsideDomain);

@@ -7,6 +7,7 @@ use toml::Table;
 use toml::de::DeTable;
 
 use crate::error::{Error, InputError};
+use crate::estimator::model::exact::Opener;
 use crate::estimator::{ALL, named};
 use crate::locate::calibration::{Calibration, FORMAT};
 use crate::locate::locator::{Locator, opener};
@@ -103,6 +104,25 @@ impl Calibration {
              # `vibrissa locate` refuses it where a value was changed by hand; run `vibrissa calibrate` again instead.\n{}",
             written.text(written.sum()).expect("plain numbers and words are TOML")
         )
+    }
+
+    /// What answers by the file that will be written, opened as `locate` does.
+    ///
+    /// # Errors
+    /// A calibration that `locate` refuses; a backend that fails.
+    pub fn opened(&self, open: Opener<'_>) -> Result<Locator, Error> {
+        const NAME: &str = "calibration.toml";
+        let read = Self::parse(NAME, &self.to_text(), false).map_err(Error::from);
+        let opened = read.and_then(|read| Locator::new(&read, NAME, None, open));
+        opened.map_err(|e| match e {
+            Error::Input(e) => {
+                let message =
+                    format!("the calibration that these data give is one that locate refuses: {}", e.message);
+                let allowed = "data without the rows that are named above; rows of another kind are suspects";
+                InputError { message, snippet: None, ..e }.at(&self.data.file, None).allowed(allowed).into()
+            }
+            other => other,
+        })
     }
 
     /// Reads the file at `path`; `trust` takes one that was edited by hand.

@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::InputError;
+use crate::error::{Error, InputError};
+use crate::estimator::model::exact::Opener;
 use crate::locate::calibration::FORMAT;
 use crate::locate::{Calibration, Sensor};
 use crate::sink::folder::hash;
@@ -41,6 +42,15 @@ impl Sensor {
             "# Calibration of a sensor with several channels, written by vibrissa: of each the calibration, and the covariance of their noise.\n{}",
             toml::to_string(&written).expect("plain numbers and words are TOML")
         )
+    }
+
+    /// Refuses a calibration whose file `locate` would not open.
+    ///
+    /// # Errors
+    /// As of [`Calibration::opened`].
+    pub fn check(&self, open: Opener<'_>) -> Result<(), Error> {
+        self.channels.iter().try_for_each(|(_, calibration)| calibration.opened(open).map(drop))?;
+        Ok(Self::parse("calibration.toml", &self.to_text(), false).map(drop)?)
     }
 
     /// Of the covariance and the calibrations it belongs to.

@@ -5,9 +5,13 @@ use std::io::{BufRead, BufReader, Read};
 use super::rows::RowReader;
 use super::stream::Ask;
 use crate::error::{Error, InputError};
+use crate::measure::header::Comments;
 
 /// Longest line that can be a reading, bytes.
 const LONGEST: usize = 4096;
+
+/// What a program may write before the text of a file in UTF-8.
+const BOM: &[u8] = "\u{feff}".as_bytes();
 
 /// A line that is no header.
 pub struct Line<'a> {
@@ -33,13 +37,16 @@ pub struct Source<'a, R: Read> {
     /// Length of a line that was read and not yet given.
     held: Option<usize>,
     begun: bool,
+    /// Comments before the first line.
+    comments: Comments,
 }
 
 impl<'a, R: Read> Source<'a, R> {
     /// Of `input`.
     pub fn new(input: R, ask: &'a Ask<'a>) -> Self {
         let reader = BufReader::with_capacity(1 << 16, input);
-        Self { reader, line: Vec::with_capacity(256), ask, number: 0, place: 0, held: None, begun: false }
+        let (line, comments) = (Vec::with_capacity(256), Comments::default());
+        Self { reader, line, ask, number: 0, place: 0, held: None, begun: false, comments }
     }
 
     fn label(&self) -> &'a str {
@@ -51,11 +58,15 @@ impl<'a, R: Read> Source<'a, R> {
     /// # Errors
     /// A header that does not fit the calibration; input that fails.
     pub fn first(&mut self, rows: &mut RowReader<'_>) -> Result<(), Error> {
-        if std::mem::replace(&mut self.begun, true) {
+        if self.begun {
             return Ok(());
         }
-        self.held = self.read()?;
-        let at = |e: InputError| e.at(self.label(), Some(self.number));
+        self.held = self.read(rows)?;
+        self.begun = true;
+        let at = |e: InputError| {
+            let line = e.line.or(Some(self.number));
+            e.at(self.label(), line)
+        };
         let unread = self.held.is_some_and(|n| n <= LONGEST && text(&self.line, n).is_none());
         if unread && self.ask.label.is_some() {
             let error = InputError::new("this file is not UTF-8 text, so its columns cannot be told by name");
@@ -66,7 +77,10 @@ impl<'a, R: Read> Source<'a, R> {
             return Err(at(error.allowed("lines that end with LF or CR LF")).into());
         }
         let header = match self.held.and_then(|n| text(&self.line, n)) {
-            Some(text) => rows.first(text, self.ask.columns, self.ask.label.is_some()).map_err(at)?,
+            Some(text) => {
+                let file = self.ask.label.is_some();
+                rows.first(text, &self.comments, self.ask.columns, file).map_err(at)?
+            }
             None => false,
         };
         if header {
@@ -83,7 +97,7 @@ impl<'a, R: Read> Source<'a, R> {
         self.first(rows)?;
         let length = match self.held.take() {
             Some(length) => length,
-            None => match self.read()? {
+            None => match self.read(rows)? {
                 Some(length) => length,
                 None => return Ok(None),
             },
@@ -99,13 +113,26 @@ impl<'a, R: Read> Source<'a, R> {
     }
 
     /// The length of the next line that is no comment.
-    fn read(&mut self) -> Result<Option<usize>, Error> {
+    ///
+    /// # Errors
+    /// A comment that names other columns than the lines before it have; input that fails.
+    fn read(&mut self, rows: &RowReader<'_>) -> Result<Option<usize>, Error> {
         loop {
             let length =
                 read_line(&mut self.reader, &mut self.line).map_err(|e| Error::io(self.label(), e))?;
             self.number += usize::from(length.is_some());
-            if length.is_none() || !self.line.starts_with(b"#") {
+            let comment =
+                length.filter(|_| self.line.strip_prefix(BOM).unwrap_or(&self.line).starts_with(b"#"));
+            if comment.is_none() {
                 return Ok(length);
+            }
+            match comment.and_then(|n| text(&self.line, n)) {
+                Some(text) if self.begun => {
+                    let (line, said) = (self.number, self.ask.columns);
+                    rows.same(line, text, said).map_err(|e| e.at(self.label(), Some(line)))?;
+                }
+                Some(text) => self.comments.push(self.number, text),
+                None => {}
             }
         }
     }

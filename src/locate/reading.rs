@@ -5,6 +5,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 
 use super::Locator;
 use crate::error::InputError;
+use crate::measure::header::Comments;
 use crate::measure::lag::Memory;
 use crate::measure::text::{Decimals, fields, separator};
 use crate::measure::{Unit, text};
@@ -45,13 +46,25 @@ impl<'a> Lines<'a> {
         }
     }
 
-    /// Looks at the first line; whether it is a header: it names a column that is known, or, in a `file`, anything that is no number.
+    /// Looks at the first line; whether it is a header: it names a column that is known, or, in a `file`, anything that is no number. Where it is
+    /// none, one of the `comments` before it may be.
     ///
     /// # Errors
     /// Columns that do not fit the calibration.
-    pub fn first(&mut self, line: &str, said: &Names, file: bool) -> Result<bool, InputError> {
+    pub fn first(
+        &mut self,
+        line: &str,
+        comments: &Comments,
+        said: &Names,
+        file: bool,
+    ) -> Result<bool, InputError> {
         let mark = separator(line);
         let names: Vec<String> = fields(line, mark).iter().map(|f| f.to_string()).collect();
+        if let Some((line, names)) = comments.before(line, &names, said)? {
+            let columns = self.find(&names, said).map_err(|e| InputError { line: Some(line), ..e })?;
+            self.header = Some(Header { columns, names, separator: mark });
+            return Ok(false);
+        }
         if !names.iter().any(|f| said.known(f) || (file && text::number(f).is_none())) {
             return match said.is_empty() {
                 true => Ok(false),
@@ -65,6 +78,11 @@ impl<'a> Lines<'a> {
         let columns = self.find(&names, said)?;
         self.header = Some(Header { columns, names, separator: mark });
         Ok(true)
+    }
+
+    /// Whether the columns were named, by a header or by a comment.
+    pub fn is_headed(&self) -> bool {
+        self.header.is_some()
     }
 
     fn find(&self, names: &[String], said: &Names) -> Result<Columns, InputError> {

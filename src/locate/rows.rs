@@ -7,6 +7,7 @@ use super::several::Several;
 use super::{Located, Locator, PairOfReadings, Spatial};
 use crate::error::{Error, InputError};
 use crate::measure::Names;
+use crate::measure::header::{Comments, same};
 use crate::measure::text::{fields, separator};
 use crate::status::Status;
 
@@ -147,20 +148,38 @@ impl<'a> RowReader<'a> {
         Self { who, lines, headed: false }
     }
 
-    /// Looks at the first line; whether it is a header: it names a column that is known, or, in a `file`, anything that is no number.
+    /// Looks at the first line, after these `comments`; whether it is a header: it names a column that is known, or, in a `file`, anything that is
+    /// no number.
     ///
     /// # Errors
     /// Columns that do not fit the calibration.
-    pub fn first(&mut self, line: &str, said: &Names, file: bool) -> Result<bool, InputError> {
+    pub fn first(
+        &mut self,
+        line: &str,
+        comments: &Comments,
+        said: &Names,
+        file: bool,
+    ) -> Result<bool, InputError> {
+        let mut is_header = false;
         match self.who {
-            Answerer::One(_) => self.headed = self.lines[0].first(line, said, file)?,
+            Answerer::One(_) => is_header = self.lines[0].first(line, comments, said, file)?,
             Answerer::Several(several) => {
                 for (lines, column) in self.lines.iter_mut().zip(&several.columns) {
-                    self.headed = lines.first(line, &said.of_channel(column.clone()), file)?;
+                    is_header = lines.first(line, comments, &said.of_channel(column.clone()), file)?;
                 }
             }
         }
-        Ok(self.headed)
+        self.headed = self.lines[0].is_headed();
+        Ok(is_header)
+    }
+
+    /// Refuses a `comment` that names other columns than those of the lines before it.
+    ///
+    /// # Errors
+    /// That.
+    pub fn same(&self, line: usize, comment: &str, said: &Names) -> Result<(), InputError> {
+        let names = self.names();
+        same(line, comment, &names.join("\t"), &names, said)
     }
 
     /// What reads the first signal, and the user's own columns.

@@ -1,7 +1,7 @@
 //! Readings one by one, as numbers: what a robot or an array of them asks.
 
 use super::object::UnlocatedTap;
-use super::tare::Tare;
+use super::tare::{Tare, doubt};
 use super::{Located, Locator};
 use crate::status::Status;
 
@@ -15,13 +15,22 @@ pub struct Sequence {
     follows: bool,
     /// Zero readings so far.
     zeros: u64,
+    /// Whether there was a tap, and what should be known of its zero.
+    asked: bool,
+    doubt: Option<String>,
 }
 
 impl Sequence {
     /// Of readings for `locator`, above `zero` if it is known, both in the unit of the calibration.
     pub fn new(locator: &Locator, zero: Option<f64>) -> Self {
         let signal = |z| locator.unit.strain(z, locator.rig.setup.gauge.factor);
-        Self { tare: Tare::new(locator, zero.map(signal)), follows: false, zeros: 0 }
+        let tare = Tare::new(locator, zero.map(signal));
+        Self { tare, follows: false, zeros: 0, asked: false, doubt: None }
+    }
+
+    /// What a user should know of the zero of the taps so far, told once; `None` before the first tap.
+    pub fn told(&mut self) -> Option<Option<String>> {
+        self.asked.then(|| self.doubt.take())
     }
 
     /// The distance of the next reading: a `value` in the unit of the calibration at a `drive`, degrees or mm.
@@ -51,7 +60,11 @@ impl Sequence {
             return Err(Status::BAD_INPUT);
         }
         let drive = if locator.drive_recorded { drive } else { UNRECORDED };
-        let (zero, share) = self.tare.at(0).unwrap_or((0.0, 0.0));
+        let known = self.tare.at(0);
+        if !std::mem::replace(&mut self.asked, true) {
+            self.doubt = doubt(locator, known.map(|z| z.0));
+        }
+        let (zero, share) = known.unwrap_or((0.0, 0.0));
         let signal = locator.unit.above(signal, zero, factor);
         Ok(UnlocatedTap { line: 0, drive, signal, share, zero: self.zeros, shift: 0.0 })
     }

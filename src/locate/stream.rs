@@ -17,7 +17,8 @@ use super::{Located, Locator};
 use crate::combinations::Combinations;
 use crate::error::{Error, InputError};
 use crate::measure::Names;
-use crate::measure::text::plain;
+use crate::measure::text::{plain, separator};
+use crate::measure::thousands::Thousands;
 use crate::measure::zero::Zero;
 use crate::status::Status;
 
@@ -84,7 +85,7 @@ impl Ask<'_> {
 /// Zero readings of a whole file, those of each signal, and the lines of those that are none by their size. Empty where the file has none.
 ///
 /// # Errors
-/// As [`answer`].
+/// As [`answer`]; numbers of which nothing says whether they are more than a thousand.
 pub fn zeros<'a>(
     who: impl Into<Answerer<'a>>,
     input: impl Read,
@@ -94,7 +95,10 @@ pub fn zeros<'a>(
     let mut source = Source::new(input, ask);
     let mut rows = RowReader::new(who);
     let (mut readings, mut numbers, mut sizes) = (vec![Vec::new(); who.signals()], Vec::new(), Vec::new());
+    let mut thousands = Thousands::default();
     while let Some(line) = source.next(&mut rows)? {
+        let text = line.text.unwrap_or_default();
+        thousands.see(line.number, &rows.fields(text), separator(text));
         let Some((drive, signals)) = line.text.and_then(|t| rows.parse(t)) else { continue };
         if !rows.rests(drive, &signals) {
             sizes.extend(Some(signals[0]).filter(|x| x.is_finite()));
@@ -106,6 +110,8 @@ pub fn zeros<'a>(
             readings[k].push((line.place, who.locator(k).beside(last, signal)));
         }
     }
+    let here = |e: InputError| InputError { file: Some(ask.label.unwrap_or("stdin").to_owned()), ..e };
+    thousands.check(&rows.names()).map_err(here)?;
     let mut all: Vec<f64> = readings[0].iter().map(|r| r.1).collect();
     if all.is_empty() {
         return Ok((vec![Zero::default(); who.signals()], Vec::new()));
@@ -154,6 +160,7 @@ pub fn answer<'a>(
         out.clear();
     }
     source.first(&mut rows)?;
+    let of_file = zero.is_some();
     let mut tares = tares(who, rows.lines(), ask, zero.unwrap_or_default())?;
     if let Some(lag) = locator.lag.filter(|_| !rows.lines().is_timed()) {
         (ask.warn)(&format!(
@@ -171,6 +178,8 @@ pub fn answer<'a>(
         kept.header(&mut out);
     }
     let (mut asked, mut follows, mut untimed) = (false, false, false);
+    // A file was looked through before.
+    let (mut thousands, mut unclear) = ((!of_file).then(Thousands::default), false);
     let mut one = None;
     let mut batch = Batch::default();
     while let Some(line) = source.next(&mut rows)? {
@@ -178,7 +187,16 @@ pub fn answer<'a>(
             break;
         }
         // Of a line that is no reading, no field is known to be a signal.
-        let read = line.text.and_then(|t| rows.parse(t));
+        let mut read = line.text.and_then(|t| rows.parse(t));
+        if let Some((seen, text)) = thousands.as_mut().zip(line.text) {
+            seen.see(line.number, &rows.fields(text), separator(text));
+            if let Err(why) = seen.check(&rows.names()) {
+                read = None;
+                if !std::mem::replace(&mut unclear, true) {
+                    (ask.warn)(&format!("line {}: {why}: such lines are bad_input", line.number));
+                }
+            }
+        }
         let (drive, signals) = read.unwrap_or_else(|| (f64::NAN, vec![f64::NAN; who.signals()]));
         if rows.lines().is_untimed() && !std::mem::replace(&mut untimed, true) {
             (ask.warn)(&format!(

@@ -1,5 +1,7 @@
 //! Raw counts of 16 bits that begin anew at the end of their range.
 
+use super::Data;
+
 /// Counts of the whole range.
 const TURN: f64 = 65536.0;
 
@@ -136,6 +138,42 @@ fn fit(all: &[Count], neighbours: &[[usize; 2]], turn: f64) -> bool {
     };
     let [after, before] = [differ(&joined, true), differ(&|i| all[i].value, true)];
     after <= (USUAL * differ(&joined, false)).max(LITTLE * TURN) && after <= CLOSER * before
+}
+
+/// Widths of counters that are not joined, bits.
+const BITS: std::ops::RangeInclusive<i32> = 10..=40;
+/// Counts that have begun anew are within this share of the range at its two ends.
+const ENDS: f64 = 0.4;
+
+/// Bits of the counts of `data`, of another width than 16, where rows without contact are at one end of their range and taps at the other, with the
+/// largest of those at its begin and the smallest of those at its end.
+pub fn of_other_bits(data: &Data) -> Option<(i32, [f64; 2])> {
+    if data.unit.signal().is_some() || data.drive.is_none() {
+        return None;
+    }
+    let rows = || data.rows.iter().filter(|r| r.value.is_finite());
+    let most = rows().map(|r| r.value).fold(0.0, f64::max);
+    let turn = |bits: &i32| 2_f64.powi(*bits);
+    let bits = BITS.into_iter().find(|bits| most < turn(bits)).filter(|bits| turn(bits) != TURN)?;
+    let turn = turn(&bits);
+    if !rows().all(|r| r.value >= 0.0 && r.value.fract() == 0.0) {
+        return None;
+    }
+    let (mut low, mut high) = (0.0_f64, turn);
+    let mut ends = [[0; 2]; 2];
+    for r in rows() {
+        let at_end = r.value > 0.5 * turn;
+        if at_end {
+            high = high.min(r.value)
+        } else {
+            low = low.max(r.value)
+        }
+        ends[usize::from(r.drive != 0.0)][usize::from(at_end)] += 1;
+    }
+    let [rests, taps] = ends;
+    let empty = low < ENDS * turn && high > (1.0 - ENDS) * turn && low + turn - high < ENDS * turn;
+    let apart = (0..2).any(|end| rests[end] == 0 && rests[1 - end] > 0 && taps[end] > taps[1 - end]);
+    (empty && apart).then_some((bits, [low, high]))
 }
 
 /// A count that may have begun anew, beyond the range.

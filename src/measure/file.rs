@@ -6,10 +6,13 @@ use std::path::Path;
 
 use super::Unit;
 use super::group::rounded;
+use super::header::{Comments, elsewhere, same};
+use super::missing::{self, Missing};
 pub use super::names::DISTANCE;
 use super::others::Others;
-use super::runs::{Runs, forward};
+use super::runs::{Runs, forward, seconds};
 use super::text::{Decimals, OTHER_MARK, fields, lines, separator};
+use super::thousands::Thousands;
 use super::{
     columns::{Columns, all_names, followed, missing},
     names::Names,
@@ -77,6 +80,8 @@ pub struct Data {
     pub beside: Beside,
     /// Columns that are not used.
     pub ignored: Vec<String>,
+    /// Values that stand for none: NaN in the rows.
+    pub missing: Vec<Missing>,
 }
 
 impl Data {
@@ -132,14 +137,26 @@ impl Data {
             let line = 1 + bytes[..e.valid_up_to()].iter().filter(|&&b| b == b'\n').count();
             InputError::new("this data file is not UTF-8 text; save it as UTF-8 CSV").at(label, Some(line))
         })?;
-        let mut lines = (1..).zip(lines(text)).filter(|(_, l)| !l.trim().is_empty() && !l.starts_with('#'));
-        let Some((line, header)) = lines.next() else {
+        let here = |e: InputError| InputError { file: Some(label.to_owned()), ..e };
+        let mut comments = Comments::default();
+        let mut lines = (1..).zip(lines(text)).filter(|(_, l)| !l.trim().is_empty()).peekable();
+        while let Some((line, text)) = lines.next_if(|(_, l)| l.starts_with('#')) {
+            comments.push(line, text);
+        }
+        let Some((first, header)) = lines.peek().copied() else {
             let message = "this file is empty; its first line must name the columns";
             return Err(InputError::new(message).at(label, None).allowed(all_names()));
         };
         let mark = separator(header);
         let names: Vec<String> = fields(header, mark).iter().map(|f| f.to_string()).collect();
-        let at_header = |e: InputError| e.at(label, Some(line));
+        let (line, names) = match comments.before(header, &names, said).map_err(here)? {
+            Some(commented) => commented,
+            None => {
+                lines.next();
+                (first, names)
+            }
+        };
+        let at_header = |e: InputError| elsewhere(e.at(label, Some(line)), text, line);
         let columns = Columns::find(&names, said, None).map_err(at_header)?;
         let distance = columns.a.ok_or_else(|| at_header(missing(DISTANCE, &names)))?;
 
@@ -151,8 +168,12 @@ impl Data {
         let mut others = Others::new(&columns, &names);
         let mut rows: Vec<Row> = Vec::new();
         let mut runs = Runs::default();
-        let mut decimals = Decimals::default();
+        let (mut decimals, mut thousands) = (Decimals::default(), Thousands::default());
         for (line, text) in lines {
+            if text.starts_with('#') {
+                same(line, text, header, &names, said).map_err(here)?;
+                continue;
+            }
             let record = fields(text, mark);
             if record.len() != names.len() {
                 let message =
@@ -177,6 +198,7 @@ impl Data {
                 })
             };
             others.push(&record);
+            thousands.see(line, &record, mark);
             let mut faulty = None;
             let mut fingerprint = DefaultHasher::new();
             text.hash(&mut fingerprint);
@@ -204,6 +226,7 @@ impl Data {
         if rows.is_empty() {
             return Err(InputError::new("this file has a header but no rows").at(label, None));
         }
+        thousands.check(&names).map_err(here)?;
         if let Some(at) = columns.run {
             runs.check(rows.len()).map_err(|e| e.key(&names[at]).at(label, runs.line()))?;
         }
@@ -213,12 +236,18 @@ impl Data {
             rows.iter_mut().enumerate().for_each(|(place, row)| row.t = place as f64);
         }
         if let Some(at) = timed {
+            let wrong = |row: &Row| seconds(row.t).map_err(|e| e.key(&names[at]).at(label, Some(row.line)));
+            rows.iter().try_for_each(wrong)?;
             forward(&rows).map_err(|(line, e)| e.key(&names[at]).at(label, Some(line)))?;
         }
         if let Some(name) = others.drive(&rows) {
             return Err(at_header(followed(name)));
         }
+        let named = [columns.a, columns.drive.map(|d| d.1), Some(columns.signal.1)]
+            .map(|place| place.map_or("", |place| names[place].as_str()));
+        let missing = missing::take(&mut rows, named);
         Ok(Self {
+            missing,
             file: label.to_owned(),
             drive: columns.drive.map(|d| d.0),
             unit: columns.signal.0,

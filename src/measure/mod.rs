@@ -8,7 +8,9 @@ pub mod columns;
 pub mod counts;
 pub mod file;
 pub mod group;
+pub mod header;
 pub mod lag;
+pub mod missing;
 pub mod names;
 mod others;
 pub mod rest;
@@ -17,6 +19,7 @@ pub mod runs;
 pub mod signed;
 pub mod skin;
 pub mod text;
+pub mod thousands;
 pub mod unit;
 pub mod zero;
 

@@ -120,7 +120,15 @@ impl Names {
             InputError::new(message).key("--columns").value(part).allowed(allowed)
         };
         let mut all: Vec<(Role, String)> = Vec::new();
-        for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
+        // A name may hold commas: what follows one without a role of its own is of the name before it.
+        let mut parts: Vec<String> = Vec::new();
+        for part in text.split(',') {
+            match parts.last_mut().filter(|_| !part.contains('=') && !part.trim().is_empty()) {
+                Some(before) => *before += &format!(",{part}"),
+                None => parts.push(part.to_owned()),
+            }
+        }
+        for part in parts.iter().map(|part| part.trim()).filter(|p| !p.is_empty()) {
             let Some((role, name)) = part.split_once('=').map(|(r, n)| (r.trim(), n.trim())) else {
                 return Err(fault("this names no column".to_owned(), part));
             };
@@ -203,6 +211,22 @@ impl Names {
     /// Whether the user named a column of `channel`.
     fn names_channel(&self, channel: &str) -> bool {
         self.said.iter().any(|(role, _)| matches!(role, Role::Channel(said) if *said == channel))
+    }
+
+    /// Whether `name` is that of a column, by itself or as the user said. Names of runs are words of any remark.
+    pub(super) fn means(&self, name: &str) -> bool {
+        self.said.iter().any(|(_, said)| said == name)
+            || self.role(name).is_some_and(|role| !matches!(role, Role::Run | Role::Ignored))
+    }
+
+    /// Whether `name` is that of a drive.
+    pub(super) fn is_drive(&self, name: &str) -> bool {
+        matches!(self.role(name), Some(Role::Drive(_)))
+    }
+
+    /// Whether `name` is that of a signal.
+    pub(super) fn is_signal(&self, name: &str) -> bool {
+        matches!(self.role(name), Some(Role::Signal(_)))
     }
 
     /// Whether `name` says what a column holds, rightly or nearly so: such a line is a header.

@@ -57,6 +57,28 @@ impl Runs {
     }
 }
 
+/// Times above this are no seconds, of whatever clock: it is 3000 years.
+const SECONDS: f64 = 1e11;
+
+/// Refuses a time that can be no seconds.
+///
+/// # Errors
+/// What it may be.
+pub fn seconds(t: f64) -> Result<(), InputError> {
+    if t.is_nan() || t.abs() < SECONDS {
+        return Ok(());
+    }
+    let unit = if t.abs() < 1e14 {
+        "milliseconds"
+    } else if t.abs() < 1e17 {
+        "microseconds"
+    } else {
+        "nanoseconds"
+    };
+    let error = InputError::new(format!("this time is in {unit}, it seems")).value(t);
+    Err(error.allowed("seconds; or --columns ignore=NAME where no time is needed"))
+}
+
 /// Refuses times that run backwards. A clock may start anew at another distance, or in another run.
 ///
 /// # Errors

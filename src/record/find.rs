@@ -1,8 +1,8 @@
 //! Contacts in a record, and their readings.
 
-use super::Record;
 use super::contact::{mean, of_contact};
 use super::rest::{Rest, rest};
+use super::{Record, certain};
 use crate::error::InputError;
 
 /// Contacts that are nearer to each other, in samples, are one.
@@ -67,7 +67,7 @@ pub struct Reading {
 /// Rests and contacts of `record` in the order of time.
 ///
 /// # Errors
-/// A record without rest, or without contact.
+/// A record without rest, or without contact; one of which it is not certain where it rests.
 pub fn find(record: &Record, take: Take) -> Result<(Vec<Reading>, Rest), InputError> {
     if let Some((kind, drives)) = &record.drive
         && drives.iter().all(|d| *d == 0.0)
@@ -122,6 +122,7 @@ pub fn find(record: &Record, take: Take) -> Result<(Vec<Reading>, Rest), InputEr
         return Err(fault("no tap is found in this signal", value, allowed));
     }
     readings.sort_by_key(|r| r.mean[0]);
+    certain::check(record, &rest, &readings)?;
     Ok((readings, rest))
 }
 

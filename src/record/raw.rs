@@ -4,8 +4,11 @@ use crate::error::InputError;
 use crate::locate::object::NAME as OBJECT;
 use crate::measure::Unit;
 use crate::measure::columns::Columns;
+use crate::measure::header::{Comments, elsewhere, same};
 use crate::measure::names::{DISTANCE, Names, TILT};
+use crate::measure::runs::seconds;
 use crate::measure::text::{Decimals, OTHER_MARK, fields, lines, separator};
+use crate::measure::thousands::Thousands;
 use crate::scene::Drive;
 
 /// Samples at least.
@@ -38,13 +41,26 @@ impl Record {
     /// # Errors
     /// A column that is missing; a field that is no number; times that do not rise; too few samples.
     pub fn parse(file: &str, text: &str, said: &Names) -> Result<Self, InputError> {
-        let lines = || (1..).zip(lines(text.trim_start_matches('\u{feff}')));
-        let mut rows = lines().filter(|(_, line)| !line.starts_with('#') && !line.trim().is_empty());
-        let (first, header) = rows.next().unwrap_or((1, ""));
+        let lines = (1..).zip(lines(text.trim_start_matches('\u{feff}')));
+        let mut rows = lines.filter(|(_, line)| !line.trim().is_empty()).peekable();
+        let here = |e: InputError| InputError { file: Some(file.to_owned()), ..e };
+        let mut comments = Comments::default();
+        while let Some((line, text)) = rows.next_if(|(_, l)| l.starts_with('#')) {
+            comments.push(line, text);
+        }
+        let (first, header) = rows.peek().copied().unwrap_or((1, ""));
         let mark = separator(header);
         let names: Vec<String> = fields(header, mark).iter().map(|f| f.to_string()).collect();
+        let (first, names) = match comments.before(header, &names, said).map_err(here)? {
+            Some(commented) => commented,
+            None => {
+                rows.next();
+                (first, names)
+            }
+        };
         let at = |error: InputError, line: usize| error.at(file, Some(line));
-        let columns = Columns::find(&names, said, None).map_err(|e| at(e, first))?;
+        let columns = Columns::find(&names, said, None);
+        let columns = columns.map_err(|e| elsewhere(at(e, first), text, first))?;
         let Some(time) = columns.time else {
             let error = InputError::new("column t_s is missing: a raw record has the time of each sample");
             let error =
@@ -65,9 +81,14 @@ impl Record {
         let labelled: Vec<usize> =
             [columns.a, columns.tilt, columns.run, object].into_iter().flatten().collect();
         record.labels = labelled.iter().map(|k| (own(&columns, *k, &names), Vec::new())).collect();
-        let mut decimals = Decimals::default();
+        let (mut decimals, mut thousands) = (Decimals::default(), Thousands::default());
         for (line, text) in rows {
+            if text.starts_with('#') {
+                same(line, text, header, &names, said).map_err(here)?;
+                continue;
+            }
             let all = fields(text, mark);
+            thousands.see(line, &all, mark);
             if all.len() != names.len() {
                 let error = InputError::new("this line has another number of fields than the header");
                 return Err(at(error.value(all.len()).allowed(names.len().to_string()), line));
@@ -86,6 +107,7 @@ impl Record {
                 }
             };
             let t = number(time)?;
+            seconds(t).map_err(|e| at(e.key(&names[time]).allowed("seconds"), line))?;
             if record.time.last().is_some_and(|before| *before >= t) {
                 let error =
                     InputError::new("this time is not after the one before").key(&names[time]).value(t);
@@ -100,6 +122,7 @@ impl Record {
                 values.push(all[*place].trim().to_owned());
             }
         }
+        thousands.check(&names).map_err(here)?;
         if record.time.len() < LEAST {
             let error = InputError::new("this record is too short").at(file, None).key("samples");
             return Err(error.value(record.time.len()).allowed(format!("{LEAST} samples or more")));

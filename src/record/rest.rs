@@ -47,11 +47,6 @@ pub struct Rest {
     pub blocks: Vec<[usize; 2]>,
 }
 
-/// Differences of neighbours.
-fn differences(values: &[f64]) -> impl Iterator<Item = f64> {
-    values.windows(2).map(|w| (w[1] - w[0]).abs())
-}
-
 /// Median and lowest quarter of a normal deviate's absolute value, in standard deviations.
 const MEDIAN: f64 = 0.674_5;
 const QUARTER: f64 = 0.318_6;
@@ -66,9 +61,12 @@ pub fn apart(values: &[f64]) -> f64 {
     if all.is_empty() { 0.0 } else { quantile(&mut all, 0.25) / (QUARTER * std::f64::consts::SQRT_2) }
 }
 
-/// Standard deviation of the noise of a converter: that of its step.
+/// Standard deviation of the noise of a converter: that of its step, the least difference of two values. (Of neighbours, where plateaus have no noise,
+/// that is an edge.)
 fn step(values: &[f64]) -> f64 {
-    let least = differences(values).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
+    let mut sorted = values.to_vec();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let least = sorted.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
     if least.is_finite() { least / 12_f64.sqrt() } else { 0.0 }
 }
 

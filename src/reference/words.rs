@@ -71,8 +71,12 @@ const STATUSES: [(Status, &str, &str, &str); 12] = [
 ];
 
 /// Reasons in rows.csv.
-pub const REASONS: [(&str, &str); 12] = [
+pub const REASONS: [(&str, &str); 13] = [
     ("not_a_number", "a field is empty or no finite number"),
+    (
+        "missing_value",
+        "a number stands for no value: -9999, 9.9e37, or the same value at several places far from all others",
+    ),
     ("outside_domain", "a or the drive lies outside the whisker, or below zero"),
     ("no_strain", "the contact is at or inside the gauge's near end"),
     ("zero_signal", "the signal is exactly zero although there is contact"),

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use serde_json::json;
 use vibrissa::calibrate::{self as lab, Options, coverage, output, report, several};
 use vibrissa::error::{Error, InputError};
-use vibrissa::locate::{self, locator::opener};
+use vibrissa::locate::locator::opener;
 use vibrissa::measure::{Data, Names, Rig};
 use vibrissa::scene::{Column, Drive, Spec};
 use vibrissa::simulate::strokes::{self as stroked, Strokes};
@@ -67,6 +67,7 @@ pub fn calibrate(
             if let Some((rig, spec)) = several::whisker(read, (&label, &data, &columns), drive)? {
                 let found =
                     several::several((&label, &data, &columns), &rig, &options(rig.setup.drive, &spec)?)?;
+                found.sensor.check(&opener(&spec.run))?;
                 let seconds = json!({ "total": start.elapsed().as_secs_f64() });
                 let told = [&found.counts(), &seconds, &found.result()];
                 let document = report::document(&spec, &hash, (&found.data[0], &hash), told);
@@ -89,8 +90,7 @@ pub fn calibrate(
         };
         let options = options(rig.setup.drive, &spec)?;
         let found = lab::calibrate(&data, &rig, &options)?;
-        let locator =
-            locate::Locator::new(&found.calibration, "calibration.toml", None, &opener(&options.run))?;
+        let locator = found.calibration.opened(&opener(&options.run))?;
         let covered = coverage::coverage(&found);
         let seconds = json!({ "total": start.elapsed().as_secs_f64() });
         let told = [&report::counts(&found, &data), &seconds, &report::result(&found, &rig, &covered)];

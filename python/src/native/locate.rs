@@ -10,7 +10,7 @@ use vibrissa::estimator::{ALL, Estimator};
 use vibrissa::export::{Export, Language, proposing};
 use vibrissa::locate::free::Free;
 use vibrissa::locate::object::{By, Objects, UnlocatedTap};
-use vibrissa::locate::{self, Answerer, Calibration, Located, Sequence, locator::opener, next, stream};
+use vibrissa::locate::{self, Answerer, Calibration, Located, Sequence, locator::opener, next, stream, tare};
 use vibrissa::measure::Names;
 use vibrissa::scene::RunOptions;
 
@@ -72,6 +72,22 @@ impl Locator {
         job::here(py, made)?.map_err(|e| raise(py, e))
     }
 
+    /// What should be known of the zero of readings that are answered alone.
+    #[getter]
+    fn doubt(&self) -> Option<String> {
+        let tare = tare::Tare::new(
+            &self.locator,
+            self.zero.map(|z| self.locator.unit.strain(z, self.locator.rig.setup.gauge.factor)),
+        );
+        tare::doubt(&self.locator, tare.at(0).map(|z| z.0)).map(|text| keywords(&text))
+    }
+
+    /// What should be known of the zero of the readings that follow each other, told once; None before the first tap.
+    fn told(&self) -> Option<Vec<String>> {
+        let told = self.sequence.lock().unwrap_or_else(PoisonError::into_inner).told()?;
+        Some(told.iter().map(|text| keywords(text)).collect())
+    }
+
     /// One reading: distance, sigma, status bits. With `follow` zero readings before it count.
     #[pyo3(signature = (drive, value, follow, /))]
     fn one(&self, py: Python<'_>, drive: f64, value: f64, follow: bool) -> PyResult<(f64, f64, u16)> {
@@ -89,7 +105,7 @@ impl Locator {
 
     /// What the taps among these readings (drives, values, shifts of the base) of one object tell, and the next one: taps, distance, sigma and another
     /// distance so far; best drive and shift, the sigma that it brings and the least that any number of taps does; status bits; drives and shifts
-    /// that were tried, their sigmas and status bits.
+    /// that were tried, their sigmas and status bits; what should be known of the zero.
     #[allow(clippy::type_complexity)]
     fn next(
         &self,
@@ -98,10 +114,10 @@ impl Locator {
         within: [f64; 2],
         shifts: Option<[f64; 2]>,
         same_run: bool,
-    ) -> PyResult<(usize, [f64; 3], [f64; 4], u16, Vec<([f64; 3], u16)>)> {
+    ) -> PyResult<(usize, [f64; 3], [f64; 4], u16, Vec<([f64; 3], u16)>, Vec<String>)> {
         self.single(py)?;
         let [drives, values, places] = readings.map(|column| column.as_array().to_vec());
-        let work = || -> Result<next::Next, Error> {
+        let work = || -> Result<(next::Next, Vec<String>), Error> {
             let mut sequence = Sequence::new(&self.locator, self.zero);
             let read = drives.iter().zip(&values).zip(&places);
             let taps = read.filter_map(|((drive, value), shift)| {
@@ -110,14 +126,14 @@ impl Locator {
             });
             let taps: Vec<UnlocatedTap> = taps.collect();
             let may = next::May { within, shifts, same_run: same_run || self.locator.same_run };
-            next::next(&self.locator, &taps, may).map_err(|why| {
+            let found = next::next(&self.locator, &taps, may).map_err(|why| {
                 InputError::new(why)
                     .key("readings")
                     .allowed("a calibration by learned, taps of one object, and drives that were calibrated")
-                    .into()
-            })
+            })?;
+            Ok((found, sequence.told().flatten().iter().map(|text| keywords(text)).collect()))
         };
-        let found = job::here(py, work)?.map_err(|e| raise(py, e))?;
+        let (found, told) = job::here(py, work)?.map_err(|e| raise(py, e))?;
         let best = found.best.map(|k| &found.tried[k]);
         let [drive, shift, sigma] = best.map_or([f64::NAN; 3], |b| [b.drive, b.shift, b.sigma]);
         let now = if found.taps > 0 { found.now } else { [f64::NAN, found.now[1]] };
@@ -128,23 +144,24 @@ impl Locator {
             [drive, shift, sigma, found.floor.unwrap_or(f64::NAN)],
             bits(found.status),
             tried,
+            told,
         ))
     }
 
-    /// Readings in the order in which they were taken: distances, sigmas, status bits.
+    /// Readings in the order in which they were taken: distances, sigmas, status bits; what should be known of their zero.
     #[allow(clippy::type_complexity)]
     fn many<'py>(
         &self,
         py: Python<'py>,
         drive: PyReadonlyArray1<'py, f64>,
         value: PyReadonlyArray1<'py, f64>,
-    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>, Vec<String>)> {
         self.single(py)?;
         let (drives, values): (Vec<f64>, Vec<f64>) =
             (drive.as_array().iter().copied().collect(), value.as_array().iter().copied().collect());
         drop((drive, value));
         let (locator, mut sequence) = (Arc::clone(&self.locator), Sequence::new(&self.locator, self.zero));
-        let (a, sigma, status) = job::whole(py, None, None, move |stop, _| {
+        let (a, sigma, status, told) = job::whole(py, None, None, move |stop, _| {
             let n = drives.len();
             let (mut a, mut sigma, mut status) = (vec![0.0; n], vec![0.0; n], vec![0; n]);
             for (i, (drive, value)) in drives.iter().zip(&values).enumerate() {
@@ -154,10 +171,11 @@ impl Locator {
                 let found = sequence.answer(&locator, *drive, *value);
                 (a[i], sigma[i], status[i]) = (found.distance, found.sigma, bits(found.status));
             }
-            Ok((a, sigma, status))
+            let told: Vec<String> = sequence.told().flatten().iter().map(|text| keywords(text)).collect();
+            Ok((a, sigma, status, told))
         })?;
         let numbers = |all| PyArray1::from_vec(py, all).into_any();
-        Ok((numbers(a), numbers(sigma), PyArray1::from_vec(py, status).into_any()))
+        Ok((numbers(a), numbers(sigma), PyArray1::from_vec(py, status).into_any(), told))
     }
 
     /// Readings of a CSV table: located.csv, and what should be known of them.

@@ -99,7 +99,7 @@ pub struct Locate {
     #[arg(long, value_parser = words(ALL.map(|e| (e.name(), e, e.help()))), value_name = "NAME")]
     pub estimator: Option<&'static dyn Estimator>,
     /// What the sensor shows without contact, in the unit of the signal, where no row with theta (delta) = 0 says it; readings
-    /// must be in the state of the calibration: tared as its signal was, or with their zero; X,Y of two signals
+    /// must be in the state of the calibration: tared as its signal was, or with their zero (else there is a warning); X,Y of two signals
     #[arg(long, value_name = "X", allow_hyphen_values = true)]
     pub zero: Option<SaidZero>,
     /// Columns under other names: theta=ang_deg,reading=ch3 (theta, delta, strain, microstrain, bridge, reading, ignore)
@@ -164,7 +164,8 @@ pub struct Next {
     /// The taps are of a run of the calibration, whose zero and gain are known
     #[arg(long)]
     pub same_run: bool,
-    /// What the sensor shows without contact, where no row with theta (delta) = 0 says it
+    /// What the sensor shows without contact, where no row with theta (delta) = 0 says it: where neither does, and the signal of the
+    /// calibration was tared, there is a warning
     #[arg(long, value_name = "X", allow_hyphen_values = true)]
     pub zero: Option<SaidZero>,
     /// Columns under other names: theta=ang_deg,reading=ch3 (theta, delta, strain, microstrain, bridge, reading, ignore)
@@ -245,8 +246,8 @@ pub struct Contour {
     /// The object as it was simulated (simulate --object): tells how far from it the points are, and draws it
     #[arg(long, value_name = "OBJECT")]
     pub truth: Option<PathBuf>,
-    /// What the sensor shows without contact, in the unit of the signal, where no row with theta (delta) = 0 says it; X,Y of two
-    /// signals
+    /// What the sensor shows without contact, in the unit of the signal, where no row with theta (delta) = 0 says it (where neither does,
+    /// and the signal of the calibration was tared, there is a warning); X,Y of two signals
     #[arg(long, value_name = "X", allow_hyphen_values = true)]
     pub zero: Option<SaidZero>,
     /// Columns of readings under other names: theta=ang_deg,reading=ch3 (theta, delta, strain, microstrain, bridge, reading, ignore)

@@ -42,16 +42,17 @@ pub fn run(args: &args::Next) -> Result<Reply, Error> {
     if options.plan == Some(true) {
         return Ok(Reply::planned(out, |to| format!("would say the next tap in {to}")));
     }
+    let told = say::Told::new(args.common.quiet);
+    let warn = |text: &str| told.warn(text);
     let bytes = args.readings.as_deref().map(Data::load).transpose()?;
     let (taps, lines) = match (&bytes, args.readings.as_deref()) {
-        (Some(bytes), Some(path)) => read(args, &locator, bytes, path)?,
+        (Some(bytes), Some(path)) => read(args, &locator, bytes, path, &warn)?,
         _ => Default::default(),
     };
     let found = next(&locator, &taps, may).map_err(|why| {
         let error = InputError::new(why).at(label.clone(), None).key("next");
         error.allowed("a calibration by learned, taps of one object, and drives that were calibrated")
     })?;
-    let warn = say::unless(args.common.quiet);
     if !found.left.is_empty() {
         let first: Vec<String> = found.left.iter().take(8).map(|k| lines[*k].to_string()).collect();
         let (left, taps, first) = (found.left.len(), taps.len(), first.join(", "));
@@ -70,11 +71,12 @@ pub fn run(args: &args::Next) -> Result<Reply, Error> {
     let drawn = figure::files(&drawn(&found, drive), &Style::default(), &[Format::Svg])?;
     folder.put("next.csv", table(&found, drive).as_bytes())?;
     drawn.iter().try_for_each(|(_, bytes)| folder.put("next.svg", bytes))?;
-    let result = result(&found, drive, &lines);
+    let mut result = result(&found, drive, &lines);
+    result["warnings"] = told.texts().into();
     let counts = json!({ "taps": found.taps, "rows": found.tried.len() });
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
     let identity = hash(&format!("{}\n{data:?}\n{may:?}", calibration.checksum));
-    let told = json!({ "calibration": { "file": label, "checksum": calibration.checksum }, "counts": counts, "seconds": seconds, "result": result });
+    let told = json!({ "calibration": { "file": label, "checksum": calibration.checksum }, "counts": counts, "seconds": seconds, "warnings": told.texts(), "result": result });
     let document = run_json::document("next", json!({ "name": stem, "hash": identity }), told);
     let answer = answer(&found, drive, &lines);
     Reply { answer, counts, seconds, result, ..Reply::default() }.filed(folder, &document, (out, start))
@@ -86,8 +88,8 @@ fn read(
     locator: &Locator,
     bytes: &[u8],
     path: &Path,
+    warn: &dyn Fn(&str),
 ) -> Result<(Vec<UnlocatedTap>, Vec<usize>), Error> {
-    let warn = say::unless(args.common.quiet);
     let columns = args.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
     let zero = SaidZero::of(args.zero.as_ref(), [locator])?;
     let label = path.display().to_string();
@@ -98,7 +100,7 @@ fn read(
         keep: true,
         by: By::Unsaid,
         interval: false,
-        warn: &warn,
+        warn,
     };
     let readings = Readings::of(locator, bytes, &ask, &["zero"])?;
     let place = match &args.object {

@@ -2,6 +2,10 @@
 #ifndef VIBRISSA_LOCATE
 #define VIBRISSA_LOCATE
 
+#ifdef __cplusplus
+extern "C" { /* so that C++ links with this file compiled as C */
+#endif
+
 /* What is returned: VIBRISSA_OK, or the sum of what there is to say. */
 enum {
     VIBRISSA_OK = 0,
@@ -22,6 +26,10 @@ enum {
 int vibrissa_locate(double drive, double signal, double zero, double *distance_mm, double *sigma_mm);
 int vibrissa_locatef(float drive, float signal, float zero, float *distance_mm, float *sigma_mm);
 @TOGETHER
+#ifdef __cplusplus
+}
+#endif
+
 #endif
 
 #ifndef VIBRISSA_DECLARATIONS_ONLY

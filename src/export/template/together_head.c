@@ -2,6 +2,10 @@
 #ifndef VIBRISSA_LOCATE
 #define VIBRISSA_LOCATE
 
+#ifdef __cplusplus
+extern "C" { /* so that C++ links with this file compiled as C */
+#endif
+
 /* What is returned: VIBRISSA_OK, or the sum of what there is to say. */
 enum {
     VIBRISSA_OK = 0,
@@ -21,6 +25,10 @@ enum {
    stands for those of the calibration. NAN where there is no distance. `drive_found` is the drive that was given or found. */
 int vibrissa_locate(double drive, const double *signals, const double *zeros, double *distance_mm, double *sigma_mm, double *drive_found);
 int vibrissa_locatef(float drive, const float *signals, const float *zeros, float *distance_mm, float *sigma_mm, float *drive_found);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif
 

@@ -1,0 +1,211 @@
+//! Data of which too many rows are suspect: what is likely wrong with them, each reason tried by fitting it.
+
+use super::{Calibrated, Options, Reason, check};
+use crate::error::{Error, InputError};
+use crate::measure::{Data, Rig, Row};
+use crate::scene::Drive;
+
+/// With more than this share of the rows suspect nothing is calibrated.
+const MOST: f64 = 0.2;
+/// A reason that leaves no more than this share suspect fits.
+const FITS: f64 = 0.1;
+/// Rows, about, from which a reason is tried.
+const ROWS: f64 = 120.0;
+/// K of a signal in strain, where the whisker is known and the columns are what they are named.
+const K: std::ops::Range<f64> = 0.33..3.0;
+/// And whose distances left out are no more than so many times as wrong as those of the best.
+const WORSE: f64 = 5.0;
+/// Degrees in a radian.
+const RADIAN: f64 = 180.0 / std::f64::consts::PI;
+/// Lines that are named.
+const NAMED: usize = 8;
+
+/// What may be wrong with all rows.
+struct Change {
+    /// In words.
+    what: String,
+    /// What mends it.
+    mends: String,
+    /// The row as it should be.
+    row: fn(&mut Row, f64),
+    /// Whether the whisker of the spec is another one.
+    whisker: bool,
+}
+
+/// `found`, unless more than a fifth of its rows are suspect; `settle` calibrates other data, of another whisker.
+///
+/// # Errors
+/// That, or the error of `found`, with what fits.
+pub fn judged(
+    found: Result<Calibrated, Error>,
+    (data, rig, options): (&Data, &Rig, &Options),
+    settle: impl Fn(&Data, &Rig, &Options) -> Result<Calibrated, Error>,
+) -> Result<Calibrated, Error> {
+    let error = match &found {
+        Ok(of) => suspicion(of, &data.file),
+        // Data and whisker that do not belong together are said to be so already.
+        Err(Error::Input(e)) => {
+            let of_data = e.file.as_ref() == Some(&data.file) && check(data, rig, options).is_ok();
+            of_data.then(|| e.clone())
+        }
+        Err(_) => None,
+    };
+    let Some(error) = error else { return found };
+    let suspect = found.is_ok();
+    let data = thinned(data);
+    let mut fits: Vec<(f64, f64, Change)> = Vec::new();
+    for change in changes(&data, rig) {
+        let mut changed = data.clone();
+        changed.rows.iter_mut().for_each(|row| (change.row)(row, rig.design.tuple.L_a));
+        let without = Options { fit: Vec::new(), ..options.clone() };
+        let tried = match change.whisker {
+            true => Rig::of_data(&changed, data.drive)
+                .map_err(Error::from)
+                .and_then(|(rig, _)| settle(&changed, &rig, &without)),
+            false => settle(&changed, rig, options),
+        };
+        let Ok(tried) = tried else { continue };
+        let (lines, of) = suspects(&tried);
+        let share = lines.len() as f64 / of.max(1) as f64;
+        if share <= FITS && is_sound(&tried, &changed) {
+            fits.push((share, left_out(&tried), change));
+        }
+    }
+    let least = fits.iter().map(|f| f.1).fold(f64::INFINITY, f64::min);
+    fits.retain(|f| f.1 <= WORSE * least || !least.is_finite());
+    fits.sort_by(|p, q| p.0.total_cmp(&q.0).then(p.1.total_cmp(&q.1)));
+    if fits.is_empty() {
+        return match suspect {
+            true => {
+                let tried = "columns exchanged, distances in centimetres, metres or inches or from the tip, a drive in radians (57.3) or centimetres, \
+                             another whisker";
+                let allowed = format!(
+                    "what the columns hold; tried, and no better: {tried}. With --whisker left out every row may be judged by the others"
+                );
+                Err(error.allowed(allowed).into())
+            }
+            false => found,
+        };
+    }
+    let what =
+        |(share, _, change): &(f64, f64, Change)| format!("{} ({:.0} % suspect)", change.what, 100.0 * share);
+    let what: Vec<String> = fits.iter().take(3).map(what).collect();
+    let message = format!("{}; they fit with {}", error.message, what.join(", or "));
+    Err(InputError { message, ..error }.allowed(fits[0].2.mends.clone()).into())
+}
+
+/// That too many of the rows of a `file` are suspect, where they are.
+fn suspicion(found: &Calibrated, file: &str) -> Option<InputError> {
+    let (lines, of) = suspects(found);
+    if lines.len() as f64 <= MOST * of as f64 {
+        return None;
+    }
+    let shown = lines.iter().take(NAMED).map(usize::to_string).collect::<Vec<_>>().join(", ");
+    let (n, more) = (lines.len(), if lines.len() > NAMED { ", …" } else { "" });
+    let message = format!(
+        "{n} of {of} rows are suspect (lines {shown}{more}): these are not taps as they are described"
+    );
+    Some(InputError::new(message).at(file, lines.first().copied()).key("a_mm"))
+}
+
+/// Lines of the taps that are not believed, and of how many that have a number.
+fn suspects(found: &Calibrated) -> (Vec<usize>, usize) {
+    let missing = |r: &Reason| {
+        matches!(r, Reason::NotANumber | Reason::Missing(_) | Reason::Tilted | Reason::Saturated)
+    };
+    let there = || found.taps.iter().filter(|t| !t.reason.as_ref().is_some_and(missing));
+    (there().filter(|t| t.reason.is_some()).map(|t| t.line).collect(), there().count())
+}
+
+/// Error on distances left out, in shares of the calibrated range.
+fn left_out(found: &Calibrated) -> f64 {
+    let of = |s: &super::SideResult| {
+        let [first, last] = s.record.distances_mm;
+        let rms = s.held_out(found.winner).and_then(|h| h.rms(|_| true).0);
+        rms.map_or(f64::INFINITY, |rms| rms / (last - first))
+    };
+    found.sides.iter().map(of).fold(0.0, f64::max)
+}
+
+/// Whether K of a strain is about 1 where theory is known.
+fn is_sound(found: &Calibrated, data: &Data) -> bool {
+    let rig = &found.calibration.rig;
+    let known = rig.known && data.unit.is_absolute() && rig.setup.gauge.foil.is_none();
+    !known || found.sides.iter().all(|s| s.mean_k().is_none_or(|k| K.contains(&k)))
+}
+
+/// About [`ROWS`] rows of all of `data`, here and there.
+fn thinned(data: &Data) -> Data {
+    let share = ROWS / data.rows.len() as f64;
+    let taken =
+        |place: usize| (place as u32).wrapping_mul(2_654_435_761) as f64 <= share * f64::from(u32::MAX);
+    let mut thin = data.clone();
+    if share < 1.0 {
+        let mut places = 0..data.rows.len();
+        thin.rows.retain(|_| places.next().is_some_and(taken));
+        let mut places = 0..data.rows.len();
+        thin.beside.values.retain(|_| places.next().is_some_and(taken));
+        thin.missing.clear();
+    }
+    thin
+}
+
+/// What may be wrong with `data` of the whisker of `rig`.
+fn changes(data: &Data, rig: &Rig) -> Vec<Change> {
+    let (signal, drive) = (data.unit.column(), rig.setup.drive.column());
+    let short = if rig.setup.drive == Drive::Angle { "theta" } else { "delta" };
+    let mut all = Vec::new();
+    let mut add = |what: String, mends: String, row: fn(&mut Row, f64)| {
+        all.push(Change { what, mends, row, whisker: false })
+    };
+    let exchanged = |p: &str, q: &str| format!("{p} and {q} exchanged");
+    let mm = |what: &str, factor: &str| format!("{what} in mm: these times {factor}");
+    if data.drive.is_some() {
+        let mends = format!("--columns 'a={drive},{short}=a_mm'");
+        add(exchanged("a_mm", drive), mends, |r, _| (r.a, r.drive) = (r.drive, r.a));
+        let mends = format!("the names of the columns as they are, {drive} and {signal} the other way round");
+        add(exchanged(drive, signal), mends, |r, _| (r.drive, r.value) = (r.value, r.drive));
+        let mends = "the names of the columns as they are, which are all in another order";
+        let rotated = |first: &str, second: &str, third: &str| {
+            format!("{first} in the column a_mm, {second} in {drive}, {third} in {signal}")
+        };
+        add(rotated("the drive", "the signal", "the distance"), mends.to_owned(), |r, _| {
+            (r.drive, r.value, r.a) = (r.a, r.drive, r.value)
+        });
+        add(rotated("the signal", "the distance", "the drive"), mends.to_owned(), |r, _| {
+            (r.value, r.a, r.drive) = (r.a, r.drive, r.value)
+        });
+        match rig.setup.drive {
+            Drive::Angle => add(
+                "the drive in radians, times 57.3".to_owned(),
+                format!("{drive} in degrees: radians times 57.3"),
+                |r, _| r.drive *= RADIAN,
+            ),
+            Drive::Displacement => {
+                add("the drive in centimetres".to_owned(), mm(drive, "10"), |r, _| r.drive *= 10.0);
+                add("drive and distance in centimetres".to_owned(), mm("both", "10"), |r, _| {
+                    (r.a, r.drive) = (10.0 * r.a, 10.0 * r.drive);
+                });
+                add("drive and distance in metres".to_owned(), mm("both", "1000"), |r, _| {
+                    (r.a, r.drive) = (1000.0 * r.a, 1000.0 * r.drive);
+                });
+            }
+        }
+    }
+    let mends = format!("the names of the columns as they are, a_mm and {signal} the other way round");
+    add(exchanged("a_mm", signal), mends, |r, _| (r.a, r.value) = (r.value, r.a));
+    add("distances in centimetres".to_owned(), mm("a_mm", "10"), |r, _| r.a *= 10.0);
+    add("distances in metres".to_owned(), mm("a_mm", "1000"), |r, _| r.a *= 1000.0);
+    add("distances in inches".to_owned(), mm("a_mm", "25.4"), |r, _| r.a *= 25.4);
+    if rig.known {
+        let mends = "a_mm from the base, as the spec has it".to_owned();
+        add("distances from the tip of the whisker".to_owned(), mends, |r, length| r.a = length - r.a);
+        all.push(Change {
+            what: "another whisker than that of the spec".to_owned(),
+            mends: "the whisker that was measured; or no --whisker".to_owned(),
+            row: |_, _| (),
+            whisker: true,
+        });
+    }
+    all
+}

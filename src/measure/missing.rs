@@ -1,0 +1,172 @@
+//! Values that stand for none: -9999 where a logger has no reading, 9.9e37 of an instrument that could not measure.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::file::Row;
+
+/// Numbers that programs and instruments write, of either sign, where they have none; also -1 and what is beyond any quantity ([`NEVER`]).
+const USUAL: [f64; 11] =
+    [99.0, 99.99, 999.0, 999.99, 6999.0, 7999.0, 9999.0, 9999.99, 99999.0, 999_999.0, 9_999_999.0];
+/// No quantity of a rig is this large.
+const NEVER: f64 = 1e30;
+/// Ends of whole numbers of 32 bits.
+const OF_32_BITS: [f64; 2] = [2_147_483_647.0, -2_147_483_648.0];
+/// Any value that stands at several places is none where it is so many ranges of all others away from them.
+const FAR: f64 = 3.0;
+/// One that is usual for none, one range.
+const AWAY: f64 = 1.0;
+/// And below 0 this share of it.
+const BELOW: f64 = 0.1;
+/// Share of the other values that have decimals where a whole number that is usual for none, at several places, is none.
+const FRACTIONS: f64 = 0.9;
+/// Fewest other values that have a range.
+const OTHERS: usize = 3;
+
+/// A value that stands for none.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Missing {
+    /// Place of its row among the rows of the file.
+    pub place: usize,
+    /// 1-based line.
+    pub line: usize,
+    /// Name of its column.
+    pub column: String,
+    /// The value.
+    pub value: f64,
+}
+
+/// A value in a column, and the cell of its row: taps at one distance and drive, or all rows without contact.
+type Placed = (f64, [u64; 2]);
+
+/// Whether `x` is a number that is usual for none.
+pub fn is_usual(x: f64) -> bool {
+    x == -1.0 || USUAL.contains(&x.abs()) || OF_32_BITS.contains(&x) || x.abs() >= NEVER
+}
+
+/// Takes the values that stand for none out of distances, drives and signals of `rows`, whose columns have these `names`.
+pub fn take(rows: &mut [Row], names: [&str; 3]) -> Vec<Missing> {
+    let cell = |r: &Row| if r.drive <= 0.0 { [0; 2] } else { [r.a, r.drive].map(f64::to_bits) };
+    let column = |f: fn(&Row) -> f64| rows.iter().map(f).collect::<Vec<_>>();
+    let distances = labels(&column(|r| r.a));
+    let mut drives = labels(&column(|r| r.drive));
+    // To the other side, or before contact.
+    drives.retain(|x| *x != -1.0);
+    let signals = signals(&rows.iter().map(|r| (r.value, cell(r))).collect::<Vec<_>>());
+    let mut found = Vec::new();
+    for (place, row) in rows.iter_mut().enumerate() {
+        let line = row.line;
+        for ((value, none), name) in [&mut row.a, &mut row.drive, &mut row.value]
+            .into_iter()
+            .zip([&distances, &drives, &signals])
+            .zip(names)
+        {
+            if none.contains(value) {
+                found.push(Missing { place, line, column: name.to_owned(), value: *value });
+                *value = f64::NAN;
+            }
+        }
+    }
+    // A row without contact needs no distance.
+    found.retain(|m| m.column != names[0] || rows[m.place].drive != 0.0);
+    found
+}
+
+/// Values of a column that stand for none: what is usual for it, and far from all others, or the one value at several cells that is very far.
+fn signals(column: &[Placed]) -> Vec<f64> {
+    find(column, true)
+}
+
+/// The same of a column whose values repeat, a distance or a drive: what is usual alone.
+fn labels(column: &[f64]) -> Vec<f64> {
+    find(&column.iter().map(|x| (*x, [0; 2])).collect::<Vec<_>>(), false)
+}
+
+fn find(column: &[Placed], of_signals: bool) -> Vec<f64> {
+    let ordered = |x: f64| x.to_bits() as i64 ^ ((x.to_bits() as i64 >> 63) as u64 >> 1) as i64;
+    let mut values = BTreeMap::<i64, (f64, BTreeSet<[u64; 2]>)>::new();
+    for (x, cell) in column.iter().filter(|(x, _)| x.is_finite()) {
+        values.entry(ordered(*x)).or_insert((*x, BTreeSet::new())).1.insert(*cell);
+    }
+    let mut values: Vec<(f64, usize)> = values.into_values().map(|(x, cells)| (x, cells.len())).collect();
+    let mut found = Vec::new();
+    while let Some(k) = (0..values.len()).find(|k| is_none(&values, *k, of_signals)) {
+        found.push(values.remove(k).0);
+    }
+    found
+}
+
+/// Whether the value at `k` among the ascending `values`, each with its number of cells, stands for none.
+fn is_none(values: &[(f64, usize)], k: usize, of_signals: bool) -> bool {
+    let (x, cells) = values[k];
+    let usual = is_usual(x);
+    if !usual && (cells < 2 || !of_signals || ![0, values.len() - 1].contains(&k)) {
+        return false;
+    }
+    let mut others = values.iter().map(|v| v.0).filter(|other| *other != x && !is_usual(*other));
+    let Some(first) = others.next() else { return false };
+    let (mut n, mut last, mut fractions) = (1, first, usize::from(first.fract() != 0.0));
+    for other in others {
+        (n, last, fractions) = (n + 1, other, fractions + usize::from(other.fract() != 0.0));
+    }
+    if n < OTHERS {
+        return false;
+    }
+    let (range, away) = (last - first, (first - x).max(x - last));
+    let whole = x.fract() == 0.0 && fractions as f64 >= FRACTIONS * n as f64;
+    match (usual, of_signals) {
+        (false, _) => away > FAR * range,
+        (true, false) => away > AWAY * range,
+        (true, true) => away > AWAY * range || x < 0.0 && away > BELOW * range || cells > 1 && whole,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Signals of taps in cells of their own after those at rest.
+    fn column(rests: &[f64], taps: &[f64]) -> Vec<Placed> {
+        let rests = rests.iter().map(|x| (*x, [0; 2]));
+        rests.chain(taps.iter().enumerate().map(|(k, x)| (*x, [1 + k as u64; 2]))).collect()
+    }
+
+    #[test]
+    fn values_that_stand_for_none_are_told() {
+        let strain = [0.0159, 0.0318, 0.0477, 0.0139, 0.0279, 0.0419];
+        let counts = [1367.0, 2322.0, 3277.0, 1250.0, 2088.0, 2926.0];
+        let rests = [-2.5e-6, 1.1e-5, 0.0];
+        for none in [-9999.0, 9999.0, -999.0, -1.0, 99999.0, 9.9e37, 1e38, -3.4e38] {
+            for n in 1..3 {
+                let taps = [&strain[..], &vec![none; n]].concat();
+                assert_eq!(signals(&column(&rests, &taps)), [none], "{none} {n}");
+            }
+        }
+        for none in [-9999.0, -999.0, -1.0, 9999.0] {
+            assert_eq!(signals(&column(&[412.0, 411.0], &[&counts[..], &[none]].concat())), [none], "{none}");
+        }
+        let both = signals(&column(&rests, &[&strain[..], &[-9999.0, 9999.0, -9999.0]].concat()));
+        assert_eq!(both.len(), 2, "{both:?}");
+        // Another number than usual, twice; in the range of others that have decimals.
+        assert_eq!(signals(&column(&rests, &[&strain[..], &[-77.0, -77.0]].concat())), [-77.0]);
+        let micro: Vec<f64> = strain.iter().map(|x| 1e6 * x + 0.25).chain([9999.0, 9999.0]).collect();
+        assert_eq!(signals(&column(&[2.56], &micro)), [9999.0]);
+    }
+
+    #[test]
+    fn readings_are_no_missing_values() {
+        let none = [0.0_f64; 0];
+        // Counts about zero, rests that are equal, the other side, an end stop, a row in another unit.
+        for (rests, taps) in [
+            (&[-1.0, 0.0, 1.0, -1.0][..], &[1367.0, 2322.0, 3277.0, 1250.0][..]),
+            (&[0.0; 5], &[100.0, 110.0, 120.0, 115.0]),
+            (&[0.0, 1.0], &[-1.0, -2.0, 3.0, 4.0, -3.0]),
+            (&[0.1, 0.2], &[1.1, 2.3, 3.9, 5.0, 5.0, 5.0]),
+            (&[0.0, 1e-5], &[0.012, 0.014, 0.016, 16_123.0]),
+            (&[998.0, 999.0, 1000.0], &[1367.0, 2322.0, 3277.0, 1250.0]),
+        ] {
+            assert_eq!(signals(&column(rests, taps)), none, "{taps:?}");
+        }
+        assert_eq!(labels(&[25.0, 25.0, 30.0, 35.0, -9999.0, -1.0]), [-9999.0, -1.0]);
+        assert_eq!(labels(&[2.0, 4.0, 6.0, -6.0, -4.0, -1.0]), none);
+    }
+}

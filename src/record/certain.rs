@@ -1,0 +1,141 @@
+//! Whether it is certain where a record rests: nothing but its shape says what is no contact.
+
+use super::Record;
+use super::find::{Kind, Reading};
+use super::rest::Rest;
+use crate::error::InputError;
+use crate::reduce::median;
+
+/// A rest is at the level of the one before it, but for this share of the contact between them.
+const MOVED: f64 = 0.4;
+/// A contact is to one side of the rests: no more than this share of it to the other...
+const OTHER: f64 = 0.5;
+/// ...for no more than this share of the time: a whisker that comes free swings.
+const SWINGS: f64 = 0.25;
+/// A signal that rests is as long within a band about its level as within a wider one, but for this share; one that only turns is 0.63 or 0.4 of it.
+const STAYS: f64 = 0.75;
+/// The narrow band: share of the contacts beside it, and standard deviations of smoothed noise.
+const BAND: (f64, f64) = (0.02, 4.0);
+/// The wide one, in narrow ones.
+const WIDER: f64 = 2.5;
+/// So large a share of the rests may be too short to say.
+const SHORT: f64 = 0.25;
+/// Contacts whose levels differ by less than this share, and last as long as rests but for this factor, may as well be the rests.
+const EQUAL: f64 = 0.05;
+const AS_LONG: f64 = 1.5;
+/// Fewer contacts are no pattern.
+const PATTERN: usize = 3;
+
+/// A contact between two rests: largest deviations to either side, and the samples beyond half of the larger.
+struct Between {
+    height: f64,
+    moved: f64,
+    least: f64,
+    times: [usize; 2],
+}
+
+/// Refuses a record without drive whose rests are not certain.
+///
+/// # Errors
+/// What speaks against them.
+pub fn check(record: &Record, rest: &Rest, readings: &[Reading]) -> Result<(), InputError> {
+    if record.drive.is_some() {
+        return Ok(());
+    }
+    let fault = |what: String, value: f64| {
+        let message = format!("it is not certain where this signal rests: {what}");
+        let error = InputError::new(message)
+            .at(record.file.clone(), None)
+            .key("signal")
+            .value(format!("{value:.4e}"));
+        Err(error.allowed(
+            "a record that rests at one level before and after each contact; or a column theta_deg or delta_mm with the drive of each \
+             sample, which says what is no contact",
+        ))
+    };
+    let time = |k: usize| record.time[k];
+    let blocks = &rest.blocks;
+    let all: Vec<Between> = blocks.windows(2).map(|w| between(rest, w[0], w[1])).collect();
+    for (w, b) in blocks.windows(2).zip(&all).filter(|(_, b)| b.height > rest.away) {
+        let [from, to] = [time(w[0][1]), time(w[1][0])];
+        if b.moved > MOVED * b.height {
+            let what =
+                format!("what is still before {from} s and after {to} s differs by much of what is between");
+            return fault(what, b.moved);
+        }
+        if b.least > OTHER * b.height
+            && b.times[0].min(b.times[1]) as f64 > SWINGS * b.times[0].max(b.times[1]) as f64
+        {
+            let what = format!("from {from} to {to} s it goes to both sides without a rest between");
+            return fault(what, b.least);
+        }
+    }
+    let heights = |k: usize| {
+        let beside = [k.checked_sub(1).and_then(|i| all.get(i)), all.get(k)];
+        beside.into_iter().flatten().map(|b| b.height).filter(|h| *h > rest.away).reduce(f64::min)
+    };
+    let inner: Vec<usize> = (0..blocks.len()).filter(|k| !at_end(rest, blocks[*k])).collect();
+    let turns = inner.iter().filter(|k| heights(**k).is_some_and(|height| !stays(rest, blocks[**k], height)));
+    let turns: Vec<&usize> = turns.collect();
+    if let Some(first) = turns.first().filter(|_| turns.len() as f64 > SHORT * inner.len() as f64) {
+        let what = format!("at {} s, and elsewhere, it turns rather than rests", time(blocks[**first][0]));
+        return fault(what, rest.level[blocks[**first][0]]);
+    }
+    let contacts: Vec<&Reading> = readings.iter().filter(|r| r.kind != Kind::Rest).collect();
+    if let Some(level) = alike(rest, &contacts, &inner) {
+        let what =
+            "rests and contacts are alike, each at one level for the same time: which of them is contact?";
+        return fault(what.to_owned(), level);
+    }
+    Ok(())
+}
+
+/// Level of a rest.
+fn level(rest: &Rest, [first, last]: [usize; 2]) -> f64 {
+    median(&mut rest.signal[first..=last].to_vec())
+}
+
+fn between(rest: &Rest, before: [usize; 2], after: [usize; 2]) -> Between {
+    let off: Vec<f64> = (before[1]..=after[0]).map(|k| rest.signal[k] - rest.level[k]).collect();
+    let [up, down] = [1.0, -1.0].map(|sign| off.iter().map(|x| sign * x).fold(0.0, f64::max));
+    let height = up.max(down);
+    let times = [1.0, -1.0].map(|sign| off.iter().filter(|x| sign * **x > OTHER * height).count());
+    let moved = (level(rest, after) - level(rest, before)).abs();
+    Between { height, moved, least: up.min(down), times }
+}
+
+/// Whether a rest is at the begin or at the end of the record.
+fn at_end(rest: &Rest, [first, last]: [usize; 2]) -> bool {
+    let near = |k: usize| (rest.signal[k] - rest.level[k]).abs() <= rest.away;
+    (0..first).all(near) || (last + 1..rest.signal.len()).all(near)
+}
+
+/// Whether the signal stays at a rest, beside contacts of this `height`, rather than turns there.
+fn stays(rest: &Rest, [first, last]: [usize; 2], height: f64) -> bool {
+    let level = level(rest, [first, last]);
+    let band = (BAND.0 * height).max(BAND.1 * rest.scatter);
+    let lasts = |band: f64| {
+        let near = |k: &usize| (rest.signal[*k] - level).abs() <= band;
+        let before = (0..first).rev().take_while(near).count();
+        let after = (last + 1..rest.signal.len()).take_while(near).count();
+        (first..=last).filter(near).count() + before + after
+    };
+    lasts(band) as f64 >= STAYS * lasts(WIDER * band) as f64
+}
+
+/// The level of the contacts where they are all at one, and last as long as the rests between them, and those at the ends of the record.
+fn alike(rest: &Rest, contacts: &[&Reading], inner: &[usize]) -> Option<f64> {
+    if contacts.len() < PATTERN || inner.is_empty() {
+        return None;
+    }
+    let mut heights: Vec<f64> = contacts.iter().map(|r| r.signal - r.rest).collect();
+    let [lo, hi] = [f64::min, f64::max].map(|of| heights.iter().copied().fold(heights[0], of));
+    let usual = median(&mut heights);
+    let length = |[first, last]: [usize; 2]| (last - first + 1) as f64;
+    let of_contacts = median(&mut contacts.iter().map(|r| length(r.contact)).collect::<Vec<_>>());
+    let of_rests = median(&mut inner.iter().map(|k| length(rest.blocks[*k])).collect::<Vec<_>>());
+    let longest = rest.blocks.iter().map(|b| length(*b)).fold(0.0, f64::max);
+    let same_time =
+        (1.0 / AS_LONG..AS_LONG).contains(&(of_contacts / of_rests)) && longest < AS_LONG * of_rests;
+    (hi - lo < EQUAL * usual.abs() && same_time).then_some(contacts[0].signal)
+}

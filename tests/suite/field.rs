@@ -1,0 +1,244 @@
+//! Files as labs have them: values that stand for none, headers in comments, thousands, columns exchanged, signals that were not tared.
+
+use crate::common::measuring::{prototype, table};
+use crate::common::program::{Desk, Ran};
+use crate::common::sweeping::Table;
+use vibrissa::simulate::Settings;
+
+const GRID: &str = "[tap]\na = [25, 30, 35, 40, 45, 48]\ntheta = [2, 4, 6]\n";
+
+fn spec() -> String {
+    prototype(10.0, &["noise_strain = 1e-5\n", GRID])
+}
+
+/// Distance, drive and strain of every row of a small rig that rests every fifth row.
+fn rows() -> Vec<[f64; 3]> {
+    let settings = Settings { noise: 1e-5, zero_every: Some(4), seed: 3, ..Settings::default() };
+    let text = table(&spec(), &settings);
+    let rows = crate::common::measuring::data(&text).rows;
+    rows.iter().map(|r| [if r.a.is_finite() { r.a } else { 25.0 }, r.drive, r.value]).collect()
+}
+
+fn csv(header: &str, rows: &[[f64; 3]]) -> String {
+    rows.iter().fold(format!("{header}\n"), |text, [p, q, r]| text + &format!("{p},{q},{r}\n"))
+}
+
+/// A desk with the rig calibrated in `cal`, whose readings stand 0.5 above strain × 150.
+fn desk() -> Desk {
+    let desk = Desk::new(&spec());
+    let readings: Vec<[f64; 3]> = rows().iter().map(|[a, u, e]| [*a, *u, 0.5 + 150.0 * e]).collect();
+    desk.write("readings.csv", csv("a_mm,theta_deg,reading", &readings));
+    desk.run(&["calibrate", "readings.csv", "--whisker", "spec.toml", "--out", "cal"]).exits(0);
+    desk
+}
+
+fn calibrated(desk: &Desk, name: &str, text: &str) -> Ran {
+    let (file, out) = (format!("{name}.csv"), format!("c_{name}"));
+    desk.write(&file, text);
+    desk.run(&["calibrate", &file, "--whisker", "spec.toml", "--out", &out])
+}
+
+/// Where a calibration puts a tap by 4° of strain 0.0212, without contact 0.
+fn answer(desk: &Desk, name: &str) -> f64 {
+    let calibration = format!("c_{name}/calibration.toml");
+    let ran = desk.pipe(&["locate", &calibration, "--zero", "0"], "4,0.0212\n").exits(0);
+    ran.stdout.lines().nth(1).unwrap().split(',').nth(2).unwrap().parse().unwrap()
+}
+
+/// Lines of rows.csv that are suspect.
+fn suspects(desk: &Desk, name: &str) -> Vec<String> {
+    let table = Table::read(&desk.path(&format!("c_{name}/rows.csv")));
+    let suspect = table.rows.iter().filter(|r| r["use"] == "suspect");
+    suspect.map(|r| format!("{} {}", r["line"], r["reason"].split(':').next().unwrap())).collect()
+}
+
+#[test]
+fn values_that_stand_for_none_are_named_and_left_out_of_everything() {
+    let (desk, rows) = (Desk::new(&spec()), rows());
+    calibrated(&desk, "plain", &csv("a_mm,theta_deg,strain", &rows)).exits(0);
+    let right = answer(&desk, "plain");
+    let taps: Vec<usize> = (0..rows.len()).filter(|k| rows[*k][1] != 0.0).collect();
+    let rest = (0..rows.len()).find(|k| rows[*k][1] == 0.0).unwrap();
+    for (k, none) in [-9999.0, 9999.0, -999.0, -1.0, 99999.0, 9.9e37, -77.25].into_iter().enumerate() {
+        for (places, name) in [([taps[2], taps[8]], "taps"), ([taps[3], rest], "rest")] {
+            let name = format!("{name}{k}");
+            let mut wrong = rows.clone();
+            places.iter().for_each(|place| wrong[*place][2] = none);
+            let ran = calibrated(&desk, &name, &csv("a_mm,theta_deg,strain", &wrong)).exits(0);
+            let mut lines: Vec<usize> = places.iter().map(|place| place + 2).collect();
+            lines.sort_unstable();
+            let named = format!("(lines {}, {})", lines[0], lines[1]);
+            assert!(
+                ran.stderr.contains("stands for no value") && ran.stderr.contains(&named),
+                "{}",
+                ran.stderr
+            );
+            let reasons: Vec<String> = lines.iter().map(|l| format!("{l} missing_value")).collect();
+            assert_eq!(suspects(&desk, &name), reasons, "{none}");
+            assert!((answer(&desk, &name) - right).abs() < 0.05, "{none}: {}", answer(&desk, &name));
+            let run = desk.whole(&format!("c_{name}"));
+            assert_eq!(run["result"]["sides"].as_array().unwrap().len(), 1, "{none}");
+        }
+    }
+}
+
+#[test]
+fn a_value_of_one_number_is_no_other_side_of_the_whisker() {
+    let (desk, mut rows) = (Desk::new(&spec()), rows());
+    rows.iter_mut().for_each(|r| r[2] = (1e5 * r[2]).round());
+    let taps: Vec<usize> = (0..rows.len()).filter(|k| rows[*k][1] != 0.0).collect();
+    for place in [taps[2], taps[8]] {
+        rows[place][2] = -1.0;
+    }
+    calibrated(&desk, "counts", &csv("a_mm,theta_deg,reading", &rows)).exits(0);
+    let lines: Vec<String> = [taps[2], taps[8]].map(|k| format!("{} missing_value", k + 2)).to_vec();
+    assert_eq!(suspects(&desk, "counts"), lines);
+}
+
+#[test]
+fn a_comment_that_names_the_columns_is_the_header() {
+    let (desk, plain) = (desk(), Desk::new(&spec()));
+    let text = csv("a_mm,theta_deg,strain", &rows());
+    calibrated(&plain, "plain", &text).exits(0);
+    calibrated(&plain, "savetxt", &format!("# rig 3\n# {text}")).exits(0);
+    assert_eq!(answer(&plain, "plain"), answer(&plain, "savetxt"));
+    // A drive under another name is asked for, at the line of the comment.
+    let ran = calibrated(&plain, "other", &text.replace("a_mm,theta_deg", "# a_mm,angle")).exits(2);
+    assert!(ran.stderr.contains("other.csv:1") && ran.stderr.contains("theta_deg"), "{}", ran.stderr);
+    // Readings, in the other order than that of a stream without header.
+    let taps: Vec<[f64; 3]> = rows().into_iter().filter(|r| r[1] > 0.0).collect();
+    let lines: String = taps.iter().map(|[_, u, e]| format!("{},{u}\n", 0.5 + 150.0 * e)).collect();
+    let distances = |text: &str| -> Vec<String> {
+        text.lines().skip(1).map(|l| l.rsplit(',').nth(2).unwrap().to_owned()).collect()
+    };
+    let locate = ["locate", "cal/calibration.toml", "--zero", "0.5"];
+    let named = desk.pipe(&locate, &format!("reading,theta_deg\n{lines}")).exits(0).stdout;
+    assert!(
+        distances(&named).iter().zip(&taps).all(|(d, [a, ..])| (d.parse::<f64>().unwrap() - a).abs() < 0.5)
+    );
+    for comment in
+        ["# reading,theta_deg\n", "#reading, theta_deg\n# run of 3 May\n", "\u{feff}# reading;theta_deg\n"]
+    {
+        let text = format!("{comment}{lines}");
+        assert_eq!(distances(&desk.pipe(&locate, &text).exits(0).stdout), distances(&named), "{comment}");
+        desk.write("field.csv", &text);
+        desk.run(&[&locate[..], &["field.csv", "--out", "loc", "--force"]].concat()).exits(0);
+        assert_eq!(distances(&desk.read("loc/located.csv")), distances(&named), "{comment}");
+        let next = desk
+            .run(&["next", "cal/calibration.toml", "field.csv", "--zero", "0.5", "--json", "--force"])
+            .exits(0);
+        assert!(next.json()["result"]["taps"].as_u64().unwrap() > 10, "{}", next.stdout);
+    }
+    // Names that do not fit the rows, and such that change on the way.
+    for (text, line) in [
+        (format!("# reading theta_deg run\n{lines}"), ":1"),
+        (format!("theta_deg,reading\n4,2\n# reading,theta_deg\n{lines}"), ":3"),
+    ] {
+        let ran = desk.pipe(&locate, &text).exits(2);
+        assert!(ran.stderr.contains(line) && ran.stderr.contains("comment"), "{}", ran.stderr);
+    }
+    let remarks = desk.pipe(&locate, "# a note\n# worn tip, new glue\n4,2.6\n# the end\n").exits(0);
+    assert_eq!(remarks.stdout, desk.pipe(&locate, "4,2.6\n").exits(0).stdout);
+    // Poses of a contour.
+    let poses: String =
+        taps.iter().map(|[_, u, e]| format!("0,0,{},{},{u}\n", 10.0 * u, 0.5 + 150.0 * e)).collect();
+    desk.write("poses.csv", format!("# base_x_mm,base_y_mm,heading_deg,reading,theta_deg\n{poses}"));
+    let contour =
+        ["contour", "poses.csv", "--calibration", "cal/calibration.toml", "--zero", "0.5", "--json"];
+    assert_eq!(desk.run(&contour).exits(0).json()["counts"]["points"], taps.len());
+}
+
+#[test]
+fn thousands_are_asked_for_where_they_are_not_certain() {
+    let counts: Vec<[f64; 3]> = rows().iter().map(|[a, u, e]| [*a, *u, (412.0 + 6e4 * e).round()]).collect();
+    let grouped = |x: f64, mark: &str| match x >= 1000.0 {
+        true => format!("{}{mark}{:03}", (x / 1000.0).floor(), x % 1000.0),
+        false => x.to_string(),
+    };
+    let text = |field: &dyn Fn(f64) -> String| {
+        counts.iter().fold("a_mm,theta_deg,reading\n".to_owned(), |t, [a, u, x]| {
+            t + &format!("{a},{u},{}\n", field(*x))
+        })
+    };
+    let desk = desk();
+    for (name, text) in [
+        ("comma", text(&|x| format!("\"{}\"", grouped(x, ",")))),
+        ("point", text(&|x| grouped(x, "."))),
+        ("semicolons", text(&|x| grouped(x, "#")).replace(',', ";").replace('#', ",")),
+    ] {
+        let ran = calibrated(&desk, name, &text).exits(2);
+        assert!(ran.stderr.contains("thousands") && ran.stderr.contains("reading"), "{name}: {}", ran.stderr);
+        assert!(!desk.path(&format!("c_{name}/calibration.toml")).exists());
+    }
+    let clear = text(&|x| (x / 1000.0).to_string())
+        .replace("a_mm,theta_deg,reading\n", "a_mm,theta_deg,reading\n25.0,0,0.412\n");
+    calibrated(&desk, "volts", &clear).exits(0);
+    // Readings and raw records are read by the same rule.
+    desk.write("some.csv", "theta_deg,reading\n2,\"412\"\n4,\"1,367\"\n");
+    let ran = desk.run(&["locate", "cal/calibration.toml", "some.csv"]).exits(2);
+    assert!(ran.stderr.contains("some.csv:3") && ran.stderr.contains("thousands"), "{}", ran.stderr);
+    let ran =
+        desk.pipe(&["locate", "cal/calibration.toml"], "theta_deg,reading\n2,412\n4,\"1,367\"\n").exits(0);
+    assert!(
+        ran.stdout.ends_with("bad_input\n") && ran.stderr.contains("thousands"),
+        "{}{}",
+        ran.stdout,
+        ran.stderr
+    );
+    let samples: String =
+        (0..60).map(|k| format!("{k},{}\n", if k % 20 < 10 { "412" } else { "\"1,367\"" })).collect();
+    desk.write("raw.csv", format!("t_s,reading\n{samples}"));
+    let ran = desk.run(&["taps", "raw.csv"]).exits(2);
+    assert!(ran.stderr.contains("raw.csv:12") && ran.stderr.contains("thousands"), "{}", ran.stderr);
+}
+
+#[test]
+fn rows_that_are_not_what_they_are_named_are_refused_with_what_fits() {
+    let (desk, rows) = (Desk::new(&spec()), rows());
+    let changed = |f: &dyn Fn([f64; 3]) -> [f64; 3]| rows.iter().map(|r| f(*r)).collect::<Vec<_>>();
+    for (name, rows, fits) in [
+        ("exchanged", changed(&|[a, u, e]| [u, a, e]), "a_mm and theta_deg exchanged"),
+        ("signal", changed(&|[a, u, e]| [a, e, u]), "theta_deg and strain exchanged"),
+        ("centimetres", changed(&|[a, u, e]| [0.1 * a, u, e]), "centimetres"),
+        ("metres", changed(&|[a, u, e]| [1e-3 * a, u, e]), "metres"),
+        ("tip", changed(&|[a, u, e]| [50.0 - a, u, e]), "from the tip"),
+    ] {
+        let ran = calibrated(&desk, name, &csv("a_mm,theta_deg,strain", &rows)).exits(2);
+        let first = ran.stderr.split("they fit with").nth(1).and_then(|t| t.split(" suspect)").next());
+        assert!(first.is_some_and(|first| first.contains(fits)), "{name}: {}", ran.stderr);
+        assert!(!desk.path(&format!("c_{name}/calibration.toml")).exists());
+    }
+    let radians = changed(&|[a, u, e]| [a, u.to_radians(), e]);
+    let ran = calibrated(&desk, "radians", &csv("a_mm,theta_deg,strain", &radians)).exits(0);
+    assert!(ran.stderr.contains("57.3") && ran.stderr.contains("radian"), "{}", ran.stderr);
+    // Rows that agree with nothing.
+    let mut wild = rows.clone();
+    (0..rows.len()).filter(|k| rows[*k][1] > 0.0 && k % 3 == 0).enumerate().for_each(|(n, k)| {
+        wild[k][2] *= [1.5, 0.6, 1.9, 0.4, 1.3][n % 5];
+    });
+    let ran = calibrated(&desk, "wild", &csv("a_mm,theta_deg,strain", &wild)).exits(2);
+    assert!(ran.stderr.contains("rows are suspect (lines") && ran.stderr.contains("57.3"), "{}", ran.stderr);
+}
+
+#[test]
+fn readings_that_are_not_tared_are_told_wherever_that_is_read() {
+    let desk = desk();
+    desk.write("field.csv", "theta_deg,reading\n4,4.69\n");
+    let is_told = |texts: &serde_json::Value| {
+        texts.as_array().unwrap().iter().any(|t| t.as_str().unwrap().contains("every distance is wrong"))
+    };
+    for command in ["locate", "next"] {
+        let asked = [command, "cal/calibration.toml", "field.csv", "--json", "--quiet", "--out", command];
+        let ran = desk.run(&asked).exits(0);
+        assert!(
+            is_told(&ran.json()["result"]["warnings"]) && is_told(&desk.whole(command)["warnings"]),
+            "{command}"
+        );
+        let zero = desk.run(&[&asked[..], &["--zero", "0.5", "--force"]].concat()).exits(0);
+        assert!(!is_told(&zero.json()["result"]["warnings"]) && !is_told(&desk.whole(command)["warnings"]));
+    }
+    let stream = desk.pipe(&["locate", "cal/calibration.toml"], "4,4.69\n").exits(0);
+    assert!(stream.stderr.contains("every distance is wrong"), "{}", stream.stderr);
+    let zeroed = desk.pipe(&["locate", "cal/calibration.toml"], "0,0.5\n4,4.69\n").exits(0);
+    assert!(!zeroed.stderr.contains("every distance"), "{}", zeroed.stderr);
+}
