@@ -249,6 +249,9 @@ impl Choice {
         let mut opened = self.opened.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(device) = opened.as_mut() else { return Ok(()) };
         let grips: &[bool] = match setup.model.contact {
+            // What rolls on a pole is solved on the CPU.
+            Contact::Stick if setup.model.pole_radius > 0.0 => &[],
+            Contact::Coulomb(f64::MIN_POSITIVE..) if setup.model.pole_radius > 0.0 => &[false],
             Contact::Stick => &[true],
             Contact::Coulomb(f64::MIN_POSITIVE..) => &[true, false],
             _ => &[false],

@@ -281,6 +281,9 @@ impl Effect {
             Self::Tilt | Self::Lean if s.model.contact == Contact::Stick && s.model.surface => {
                 "a contact that sticks on the surface needs an upright pole"
             }
+            Self::Tilt | Self::Lean if s.model.contact == Contact::Stick && s.model.pole_radius > 0.0 => {
+                "a contact that rolls needs an upright pole"
+            }
             Self::Hub if drive == Drive::Displacement => "the base does not turn",
             Self::Side if hooke(&s.model) && !s.model.extension => {
                 "the sides are equal: hooke without extension"
@@ -312,7 +315,8 @@ impl Effect {
             (Self::Rubber, _) => vec![(Self::Rotation, true)],
             _ => vec![],
         };
-        if s.model.contact == Contact::Stick && matches!(self, Self::Term(term) if term.key == SURFACE) {
+        let rolls = |term: &Term| [SURFACE, "pole_radius"].contains(&term.key);
+        if s.model.contact == Contact::Stick && matches!(self, Self::Term(term) if rolls(term)) {
             all.extend(upright);
         }
         all.into_iter().filter(|(e, on)| e.is_on(s) != Some(*on)).collect()

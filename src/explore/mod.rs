@@ -90,6 +90,11 @@ pub fn bake(spec: &Spec, strain: f64) -> Result<Baked, Error> {
             ("what holds a contact that always sticks has no chart", "frictionless, { coulomb = … }");
         return refuse(message, "model.contact", "stick".into(), allowed);
     }
+    let pole = setup.model.pole_radius;
+    if matches!(setup.model.contact, Contact::Coulomb(f64::MIN_POSITIVE..)) && pole > 0.0 {
+        let message = "what holds a contact that rolls on a pole has no chart";
+        return refuse(message, "model.pole_radius", pole.to_string(), "0, or a frictionless contact");
+    }
     if setup.estimate.theory == Theory::Exact {
         let allowed = "euler-bernoulli, timoshenko";
         return refuse("a page tells distances by a theory", "estimate.theory", "exact".into(), allowed);

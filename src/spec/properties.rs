@@ -129,6 +129,12 @@ pub(super) fn allowed_together(
         if let Err((_, message, allowed)) = consistent(&one.model) {
             return axis.item.refuse(message, allowed);
         }
+        if tilts
+            && one.model.pole_radius > 0.0
+            && let Some(why) = one.model.forbids([true; 2])
+        {
+            return axis.item.refuse(why, "0, or no tilt and no lean in [tap]");
+        }
         check(&one, Some(&axis.item))?;
     }
     Ok(())

@@ -119,6 +119,7 @@ const ALL_ON: Model = Model { surface: true, shear: true, extension: true, ..PLA
 const TIMOSHENKO: Model = Model { shear: true, extension: true, ..PLAIN };
 const NEO: Model = Model { material: RUBBER, ..ALL_ON };
 const MOONEY_COULOMB: Model = Model { contact: Contact::Coulomb(0.3), material: MOONEY, ..ALL_ON };
+const MOONEY_COULOMB_POLE: Model = Model { pole_radius: 3.0, ..MOONEY_COULOMB };
 const STICK: Model = Model { contact: Contact::Stick, ..NEO };
 const POLE: Model = Model { surface: true, shear: true, pole_radius: 3.0, material: RUBBER, ..PLAIN };
 const SOLID: Model =
@@ -134,7 +135,7 @@ pub fn all() -> Vec<Configuration> {
     CHOSEN.into_iter().chain(alone).collect()
 }
 
-const CHOSEN: [Configuration; 56] = [
+const CHOSEN: [Configuration; 60] = [
     tap("linear", LINEAR),
     tap("linear-shear", LINEAR_SHEAR),
     hub(tap("linear-hub", LINEAR_SHEAR)),
@@ -155,6 +156,11 @@ const CHOSEN: [Configuration; 56] = [
     tap("pole", Model { pole_radius: 3.0, ..PLAIN }),
     tap("coulomb", Model { extension: true, contact: Contact::Coulomb(0.3), ..PLAIN }),
     tap("sticking", Model { extension: true, contact: Contact::Stick, ..PLAIN }),
+    // A contact that rubs on a pole rolls, or slides.
+    tap("rolling", Model { pole_radius: 3.0, ..STICK }),
+    tap("coulomb-pole", Model { pole_radius: 3.0, extension: true, contact: Contact::Coulomb(0.3), ..PLAIN }),
+    hub(far(tap("mooney-coulomb-pole-far-hub", MOONEY_COULOMB_POLE))),
+    passive(tap("mooney-coulomb-pole-passive", MOONEY_COULOMB_POLE)),
     tap("neo-alone", Model { material: RUBBER, ..PLAIN }),
     tap("mooney-alone", Model { material: MOONEY, ..PLAIN }),
     far(tap("yeoh-alone", Model { material: STIFFENING, ..PLAIN })),

@@ -52,6 +52,11 @@ fn cases() -> Vec<(&'static str, String, [&'static str; 2])> {
         ("E_MPa", spec(CONE, noise, "material = { neo-hookean = @ }"), ["1.1", "3.2"]),
         ("nu", spec(CONE, noise, "shear = true\nnu = @"), ["0.3", "0.5"]),
         ("pole_radius_mm", spec(CONE, noise, "pole_radius = @"), ["0", "2"]),
+        (
+            "pole_radius_mm",
+            spec(CONE, noise, "extension = true\ncontact = { coulomb = 0.3 }\npole_radius = @"),
+            ["0", "2"],
+        ),
         ("pole_radius_mm", spec(CONE, noise, "solid = true\npole_radius = @"), ["3", "4"]),
         ("mu", spec(CONE, noise, friction), ["0", "0.3"]),
         (
@@ -303,9 +308,13 @@ fn what_cannot_be_an_axis_says_where_and_why() {
         (spec(&format!("{CONE}curvature = [0, 0.2]"), "", ""), "whisker.curvature", "90°"),
         (spec(&format!("{CONE}scale = [1, 2]"), "", ""), "whisker.scale", "profile"),
         (
-            spec(CONE, "", "extension = true\ncontact = { coulomb = [0.1, 0.3] }\npole_radius = [0, 2]"),
-            "model.pole_radius",
-            "thin edge",
+            spec(
+                CONE,
+                "",
+                "extension = true\nindentation = true\ncontact = { coulomb = [0.1, 0.3] }\npole_radius = [1, 2]",
+            ),
+            "model.contact",
+            "rubs",
         ),
         (spec(CONE, "", "geometry = \"linear\"\npole_radius = [0, 2]"), "model.pole_radius", "linear"),
         (

@@ -199,8 +199,8 @@ fn models() {
     refused(&curve("3.2"), 13, "model.material.curve", "in quotes");
     refused(&model("contact = \"sticky\""), 13, "model.contact", "{ coulomb = 0.3 }");
     refused(&model("contact = \"stick\""), 13, "model.contact", "needs extension = true");
-    let pole = "contact = { coulomb = 0.3 }\nextension = true\npole_radius = 1";
-    refused(&model(pole), 13, "model.contact", "needs pole_radius = 0");
+    let soft = "contact = { coulomb = 0.3 }\nextension = true\npole_radius = 1\nindentation = true";
+    refused(&model(soft), 13, "model.contact", "needs indentation = false");
     refused(&linear("extension = true"), 14, "model.extension", "takes only shear, nu, hub, side");
     refused(&linear("surface = true"), 14, "model.surface", "takes only");
     refused(&linear("pole_radius = 1"), 14, "model.pole_radius", "takes only");
@@ -227,6 +227,8 @@ fn every_effect_of_the_exact_rod() {
     assert_eq!(model("extension = true\ncontact = \"stick\"").contact, Contact::Stick);
     let coulomb = model("extension = true\nsurface = true\ncontact = { coulomb = 0.3 }");
     assert_eq!(coulomb.contact, Contact::Coulomb(0.3));
+    let on_a_pole = model("extension = true\npole_radius = 2\ncontact = { coulomb = 0.3 }");
+    assert_eq!((on_a_pole.contact, on_a_pole.pole_radius), (Contact::Coulomb(0.3), 2.0));
     assert_eq!(model("material = { neo-hookean = 3.2 }").material, Material::NeoHookean(3.2));
     let mooney = Material::MooneyRivlin([0.35, 0.15]);
     assert_eq!(model("material = { mooney-rivlin = [0.35, 0.15] }").material, mooney);

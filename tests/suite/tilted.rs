@@ -229,6 +229,10 @@ fn directions_without_a_model_are_refused() {
     assert!(parse(&model("tilt = 20\nlean = 10", stick)).is_ok());
     refused(&model("tilt = 20", &format!("surface = true\n{stick}")), "tap.tilt", "twists the whisker");
     assert!(parse(&model("lean = 20", &format!("surface = true\n{stick}"))).is_ok());
+    for direction in ["tilt = 20", "lean = 20"] {
+        let rolls = format!("pole_radius = 2\n{stick}");
+        refused(&model(direction, &rolls), &format!("tap.{}", &direction[..4]), "must be upright");
+    }
     refused(&with("[gauge]", "[gauge]\nsecond = 1"), "gauge.second", "true");
     let desk =
         Desk::new("[tuples]\nfile = \"list.csv\"\n[model]\nextension = true\ncontact = { coulomb = 0.3 }\n");

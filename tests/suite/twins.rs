@@ -113,6 +113,7 @@ fn exact() -> Vec<Text> {
         extension: true,
         offset: true,
         stick: false,
+        rolls: false,
         law: true,
         far: false,
         spatial: false,

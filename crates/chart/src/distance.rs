@@ -107,6 +107,8 @@ impl DistanceChart {
             Contact::Frictionless | Contact::Coulomb(0.0) => None,
             _ if spatial => return Ok(None),
             Contact::Stick => None,
+            // Whether a contact on a pole rolls is told by its turn, which no chart holds.
+            Contact::Coulomb(_) if setup.model.pole_radius > 0.0 => return Ok(None),
             Contact::Coulomb(mu) => {
                 return Ok(Self::choosing(setup, a, mu, (axes, width), job, sweeps)?.and_then(served));
             }

@@ -12,8 +12,10 @@ pub struct Effects {
     pub extension: bool,
     /// The force does not act on the centreline across it: surface contact, pole radius, friction, or one that gives way.
     pub offset: bool,
-    /// The contact stays at its arc length.
+    /// The contact does not slip.
     pub stick: bool,
+    /// It rolls on a pole. Such taps are solved on the CPU, in f64.
+    pub rolls: bool,
     /// A hyperelastic section law, read from a chart.
     pub law: bool,
     /// The gauge is on the far side.
@@ -31,6 +33,7 @@ impl Effects {
             extension: model.extension,
             offset: model.surface || model.pole_radius > 0.0 || stick || friction || is_solid(model),
             stick,
+            rolls: stick && model.pole_radius > 0.0,
             law: !matches!(model.material, Material::Hooke(_)),
             far: false,
             spatial: false,

@@ -226,7 +226,12 @@ pub fn solve(
     let trusted = trusted(&effects);
     let mut cpu = Cpu::new(Precision::F64);
     let mut part = Vec::new();
-    let begin = solver.begin(&effects, rungs);
+    // A rolling contact is solved on the CPU in f64: the little stretch that holds it is the difference of two rolled lengths.
+    let double = |rung: &Rung| rung.precision == Precision::F64;
+    let begin = match effects.rolls {
+        true => rungs.iter().position(double).unwrap_or(rungs.len()),
+        false => solver.begin(&effects, rungs),
+    };
     let climbed = rungs[begin..].iter().filter(|rung| rung.suits(&effects));
     for (step, rung) in climbed.enumerate() {
         // A material that has ended has ended in any precision; what never came is left to the reference.
@@ -237,7 +242,8 @@ pub fn solve(
         if step > 0 && hard.is_empty() {
             continue;
         }
-        let solver: &mut dyn Solver = if rung.is_for_the_cpu(solver) { &mut cpu } else { &mut *solver };
+        let alone = effects.rolls || rung.is_for_the_cpu(solver);
+        let solver: &mut dyn Solver = if alone { &mut cpu } else { &mut *solver };
         let limit = solver.batch_limit();
         let share = if rung.spare { SPARE } else { 1.0 };
         let job = Job { effects, rule: &rung.rule, tolerance: share * tolerance, chart: rung.chart() };

@@ -50,6 +50,7 @@ impl<T: Number> Pose<'_, T> {
             rest: one - taper,
             angle: self.amount,
             hub: over_a(self.hub),
+            turn: self.amount,
             pull: zero,
             radius,
             slope: model.surface.then_some(self.taper.tan_alpha),
@@ -66,6 +67,7 @@ impl<T: Number> Pose<'_, T> {
             let delta = self.amount / a;
             let (across, along) = (pole_x * delta, pole_x * pole_x + pole_y * (pole_y - delta));
             groups.angle = across.atan2(along);
+            groups.turn = zero;
             groups.pull = half * delta * delta - pole_y * delta;
         }
         let onset = groups.onset(&touch, self.grip);

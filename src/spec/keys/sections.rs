@@ -115,9 +115,8 @@ const NU: Key = key(
 )
 .holds(Form::Axis(of(Property::Nu)));
 const FRICTION: Key = key("contact", "", "friction at the contact", "{ coulomb = 0.3 }")
-.holds(Form::Any(&[Form::Words(&["frictionless", "stick"]), Form::Table(&CONTACT, 1, 1)])).note(
-    "stick and coulomb need extension = true and pole_radius = 0. The coefficient may be a list or an axis",
-);
+    .holds(Form::Any(&[Form::Words(&["frictionless", "stick"]), Form::Table(&CONTACT, 1, 1)]))
+    .note("stick and coulomb need extension = true. The coefficient may be a list or an axis");
 const LAW: Key = key("material", "MPa", "material law and its moduli", "{ neo-hookean = 3.2 }")
     .holds(Form::Table(&MATERIAL, 1, 1))
     .note("Without a foil strain, K and distances do not depend on a common factor of the moduli; forces do. The modulus of the first two may be a list or an axis");

@@ -7,6 +7,7 @@ mod corners;
 mod friction;
 mod invariance;
 mod limits;
+mod rolling;
 mod single_precision;
 mod sticking;
 mod told;

@@ -253,7 +253,7 @@ pub const WGSL_ONLY: &[(&str, &str)] = &[
 const RANKING: &str = "`crates/chart/src/lanes` goes through a pack of designs; every device compares its ranks with it, in `gpu/ranking/check.rs`";
 
 /// Functions of Rust without a twin.
-pub const RUST_ONLY: [(&[&str], &str); 6] = [
+pub const RUST_ONLY: [(&[&str], &str); 7] = [
     (&["exact/sweep.rs:State::keep"], "lanes that are done wait; an invocation leaves its loop"),
     (
         &[
@@ -264,6 +264,7 @@ pub const RUST_ONLY: [(&[&str], &str); 6] = [
         ],
         "numbers that a shader has as literals",
     ),
+    (&["exact/newton.rs:rolling"], "what rolls is solved on the CPU"),
     (&["exact/tables.rs:Tables::section"], "the law that there is, or none"),
     (
         &["exact/tables.rs:series", "law.rs:polynomial", "law.rs:plane", "exact/tables.rs:dot"],
@@ -292,11 +293,16 @@ pub const STRUCTS: &[Struct] = &[
     (
         "State",
         "exact/sweep.rs:State",
-        &[("steps", "step_force step_other"), ("noise", "noise_force noise_other")],
+        // What rolls is solved on the CPU.
+        &[("steps", "step_force step_other"), ("noise", "noise_force noise_other"), ("rolled", "")],
     ),
     ("Turned", "exact/newton.rs:Turned", &[]),
     ("Spatial", "exact/spatial.rs:Spatial", &[]),
-    ("Step", "exact/newton.rs:Step", &[("steps", "force other"), ("noise", "noise_force noise_other")]),
+    (
+        "Step",
+        "exact/newton.rs:Step",
+        &[("steps", "force other"), ("noise", "noise_force noise_other"), ("rolled", "")],
+    ),
     // What is of nodes is an argument of its own in WGSL; H is for full Newton, which the CPU alone has.
     (
         "Bent",
@@ -308,6 +314,7 @@ pub const STRUCTS: &[Struct] = &[
             ("density", ""),
             ("heights", ""),
             ("h_force", ""),
+            ("ahead", ""),
         ],
     ),
     // `Tap` and `Solution` have one home. `Words` has a counter more in WGSL, of rows that are complete.

@@ -316,6 +316,18 @@ impl<T: Real> Body<T> {
         Vector::new(self.tan_alpha(s, within), T::of(1.0)).normalize()
     }
 
+    /// Length of the skin on the side of the object from `a` to `a` + `by`, mm, by the piece that holds `a`.
+    pub fn skin(&self, a: T, by: T) -> T {
+        let mut length = T::of(0.0);
+        let within = a.value();
+        let (from, to) = if by.value() < 0.0 { (a + by, a) } else { (a, a + by) };
+        each(from, to, |s, weight| {
+            length = length
+                + (self.curvature(s) * self.radius(s, within) + 1.0) * weight / self.tilt(s, within, true).y;
+        });
+        if by.value() < 0.0 { -length } else { length }
+    }
+
     /// The undeflected whisker touched at the arc `a`, mm.
     pub fn touched(&self, a: T, surface: bool) -> Touched<T> {
         let height = if surface { self.radius(a, a.value()) } else { T::of(0.0) };

@@ -9,6 +9,9 @@
 //!
 //! - W a₁ + H a₀ + x (Y₀ + X₀ tan α) + Y₀ H f = θ (X₀² + Y₀²)
 //! - (X₀ − Y₀ tan α) x + X₀ H f + Y₀ (W b₁ + H b₀) = ζ
+//!
+//! A contact that sticks rolls on the pole: x = ρ cos α (ϑ − W ψ₁ − H ψ₀), ϑ what the base has turned, W ψ₁ + H ψ₀ the turn of the
+//! contact against it.
 
 use super::number::Number;
 
@@ -23,6 +26,8 @@ pub struct Groups<T = f64> {
     pub angle: T,
     /// r₀; 0 for a displaced object.
     pub hub: T,
+    /// ϑ: what the base turns, rad; 0 for a displaced object.
+    pub turn: T,
     /// ζ: half the growth of the squared distance to the pole; 0 for a tap angle.
     pub pull: T,
     /// Base radius.
@@ -46,7 +51,7 @@ pub struct Groups<T = f64> {
 pub enum Grip {
     /// T = μP, sign included; 0 is frictionless.
     Slide(f64),
-    /// The contact stays at its arc length.
+    /// The contact does not slip: it stays at its arc length on an edge, and rolls on a pole.
     Stick,
 }
 
@@ -72,7 +77,7 @@ pub struct Onset<T = f64> {
     pub along: T,
     /// x = c − 1.
     pub arc: T,
-    /// H/W of a sliding contact, 0 of one that sticks.
+    /// H/W of a sliding contact; ρ cos α of one that sticks, by which it rolls.
     pub ratio: T,
     /// Unsigned gauge strain.
     pub strain: T,
@@ -138,10 +143,14 @@ impl<T: Number> Groups<T> {
                 (across, ratio * across, (m11 * zeta - m21 * right) / det, ratio)
             }
             Grip::Stick => {
-                let (m11, m12) = (a1, a0 + y0 * f);
-                let (m21, m22) = (y0 * b1, x0 * f + y0 * b0);
+                let roll = self.pole * touch.direction.0;
+                let (lift, reach) = (roll * (y0 + x0 * touch.slope), roll * (x0 - y0 * touch.slope));
+                let (m11, m12) = (a1 - lift * psi1, a0 + y0 * f - lift * psi0);
+                let (m21, m22) = (y0 * b1 - reach * psi1, x0 * f + y0 * b0 - reach * psi0);
+                let (right, zeta) = (right - lift * self.turn, zeta - reach * self.turn);
                 let det = m11 * m22 - m12 * m21;
-                ((right * m22 - m12 * zeta) / det, (m11 * zeta - m21 * right) / det, zero, zero)
+                let (across, along) = ((right * m22 - m12 * zeta) / det, (m11 * zeta - m21 * right) / det);
+                (across, along, roll * (self.turn - across * psi1 - along * psi0), roll)
             }
         };
         let [lever, section, area] = self.gauge_means();

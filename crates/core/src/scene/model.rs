@@ -50,7 +50,7 @@ pub enum Contact<T = f64> {
     #[default]
     /// No tangential force; the contact slides along the whisker.
     Frictionless,
-    /// The contact point stays at its arc length.
+    /// The contact does not slip: it stays at its arc length on an edge, and rolls on a pole.
     Stick,
     /// Coulomb friction with coefficient μ ≥ 0, monotone loading.
     Coulomb(T),
@@ -155,7 +155,6 @@ pub const TERMS: [Term; 7] = [
         example: "3.0",
         allowed: ("≥ 0 mm", |v| v >= 0.0),
         trial: Amount::Number(2.0),
-        frictionless: Some("it is defined for a thin edge only"),
         ..flag(
             ("pole_radius", "pole radius", "radius of the object"),
             |m| Amount::Number(m.pole_radius),
@@ -267,6 +266,9 @@ impl Model {
             Contact::Coulomb(_) if tilt || lean => Some(
                 "with contact = { coulomb = … } the object's edge must be upright: the contact slides along the whisker and along the edge, \
                  and friction depends on the path",
+            ),
+            Contact::Stick if self.pole_radius > 0.0 && (tilt || lean) => Some(
+                "with contact = \"stick\" and a pole_radius the pole must be upright: the whisker would roll along it too",
             ),
             Contact::Stick if self.surface && tilt => Some(
                 "with contact = \"stick\" and surface = true the object's edge must not tilt: the point that sticks lies off the plane of \

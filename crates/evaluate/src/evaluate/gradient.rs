@@ -96,9 +96,10 @@ impl Input {
                     let rod = !(model.indentation || model.distorting || setup.gauge.foil.is_some());
                     rod && model.clamp == Clamp::Rigid
                 }
-                // A contact that rubs is one on a thin edge.
+                // On an edge a contact that rubs does not roll: it has no radius to change.
                 Self::Property(Property::PoleRadius) => {
-                    matches!(setup.model.contact, Contact::Frictionless | Contact::Coulomb(0.0))
+                    let slips = matches!(setup.model.contact, Contact::Frictionless | Contact::Coulomb(0.0));
+                    slips || setup.model.pole_radius > 0.0
                 }
                 Self::Property(p) => p.get(setup).is_finite(),
                 // A profile has its own diameters and length.

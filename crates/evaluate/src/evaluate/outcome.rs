@@ -72,7 +72,7 @@ pub(super) fn fast(
 }
 
 /// What a cone clamped at its base exerts on its root in the tap `task`: M₀, N mm, F_x and F_y, N; `base`: ψ(0), rad. Its force goes through the
-/// object's centre: where there is friction that is a point.
+/// object's centre, or with friction through the contact.
 fn wrench(setup: &Setup, shared: &Shared, task: &Task, response: &Response, base: f64) -> [f64; 3] {
     let (model, taper) = (&setup.model, &shared.taper);
     let (height, sin, cos) = match model.surface {
@@ -95,6 +95,10 @@ fn wrench(setup: &Setup, shared: &Shared, task: &Task, response: &Response, base
     // The contact's normal and tangent, in the frame of the base.
     let [nx, ny] = [sin * c + cos * s, cos * c - sin * s];
     let (normal, along) = (response.normal, response.tangential);
+    let [x, y] = match along == 0.0 {
+        true => [x, y],
+        false => [x - model.pole_radius * nx, y - model.pole_radius * ny],
+    };
     let [fx, fy] = [along * ny - normal * nx, -along * nx - normal * ny];
     [x * fy - y * fx, fx, fy]
 }

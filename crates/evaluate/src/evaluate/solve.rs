@@ -131,7 +131,9 @@ impl Evaluator<'_> {
         let framed = frames(setup, designs, tasks, &|_| Grip::Stick);
         let held = foreseen(setup, framed.iter().flatten(), mu)?;
         let whole = (0..tasks.len()).filter(|&i| framed[i].is_some());
-        let likely: Vec<(usize, Grip)> = whole.zip(held).filter(|(_, grip)| *grip != Grip::Stick).collect();
+        // A rolling contact moves without slipping: only that one tells whether it slides.
+        let likely = |grip: &Grip| *grip != Grip::Stick && setup.model.pole_radius == 0.0;
+        let likely: Vec<(usize, Grip)> = whole.zip(held).filter(|(_, grip)| likely(grip)).collect();
         let mut solved: Vec<Option<Solved>> = vec![None; tasks.len()];
         let slid = self.slide(designs, tasks, &likely)?;
         for (&(i, grip), s) in likely.iter().zip(slid) {

@@ -161,6 +161,8 @@ impl Evaluator<'_> {
         // A contact that sticks on the centreline stays in the plane of rotation, wherever the pole points.
         let kind = |task: &Task| match (task.direction.is_upright(), setup.model.contact) {
             (true, _) => usize::from(setup.gauge.second),
+            // One that would roll along the pole too has no answer.
+            (false, Contact::Stick) if setup.model.pole_radius > 0.0 => 3,
             (false, Contact::Stick) => 1,
             (false, Contact::Frictionless | Contact::Coulomb(0.0)) => 2,
             // What slides with friction depends on its path: no spec asks for it, and it has no answer.

@@ -283,6 +283,7 @@ mod tests {
                         extension: on(1),
                         offset: on(2),
                         stick: on(3),
+                        rolls: false,
                         law: on(4),
                         far: on(5),
                         spatial: on(6),

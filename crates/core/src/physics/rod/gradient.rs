@@ -115,7 +115,8 @@ impl RodProblem<'_, Traced> {
         let turns = at.azimuth.filter(|_| !at.sticking);
         let count = if turns.is_some() { 3 } else { 2 };
         let mut z = [at.force[0] / force, second, turns.unwrap_or(0.0)];
-        // Next to an end of the gauge strain goes as the square of the contact's distance from there; a contact that sticks does not move.
+        // Next to an end of the gauge strain goes as the square of the contact's distance from there; a contact that sticks on an edge does
+        // not move.
         let beside = |x: &Traced| ((at.arc - start.value - x.value) / at.arc).abs();
         let room = held.gauge.iter().map(beside).fold(1.0, f64::min);
         // By a small drive K is the difference of two numbers over the drive.
@@ -123,7 +124,8 @@ impl RodProblem<'_, Traced> {
         let drive = self.amount.value / unit;
         let driven = (drive / SMALL).min(1.0);
         let gentle = if at.deviation { NEAREST } else { NEAR * (GENTLE / drive).min(1.0).powi(2) };
-        let near = gentle.max(NEAREST) * if at.sticking { driven } else { driven.min(room) };
+        let stays = at.sticking && self.model.pole_radius.value == 0.0;
+        let near = gentle.max(NEAREST) * if stays { driven } else { driven.min(room) };
         let mut last = f64::INFINITY;
         // The smallest step so far, where rounding lets none get smaller.
         let mut nearest: Option<(f64, Shown<[f64; 1 + INPUTS]>)> = None;
@@ -189,7 +191,7 @@ impl RodProblem<'_, Traced> {
             let found = load.collocated(&shooter.whisker, plane.gauge, shape);
             found.map_or_else(|| load.bend(&shooter.whisker, plane.gauge), Ok)
         };
-        let shot = shooter.shot(plane.amount, [p, z], |load| bend(&shooter, load, shape));
+        let shot = shooter.shot(plane.amount, [p, z], |load| bend(&shooter, load, &mut *shape));
         let shot = shot.map_err(|_| RodError::NotConverged)?;
         let width = plane.gauge[1] - plane.gauge[0];
         let strain = plane.foil.map_or(Traced::of(1.0), |foil| foil.transfer) * shot.bent.elongation / width;

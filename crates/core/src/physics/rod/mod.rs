@@ -40,7 +40,7 @@ pub struct RodTap {
     pub tangential_force: f64,
     /// Arc length c of the contact from the clamp, mm. It exceeds L_a when the whisker has slipped off.
     pub contact_arc: f64,
-    /// Whether the contact has stayed at its arc length.
+    /// Whether the contact has not slipped: it is where it was, or where it rolled on a pole.
     pub sticking: bool,
     /// Angle ψ(0) between the whisker at its clamp and at the contact, rad.
     pub base_angle: f64,
@@ -90,7 +90,7 @@ pub struct RodProblem<'a, T = f64> {
     /// What is no cone clamped at its base; `taper` then has its D, d and L_a only.
     pub body: Option<&'a Body<T>>,
     /// Effects and material. [`Model::geometry`] is ignored: the rod is always exact. [`Contact::Stick`] and
-    /// [`Contact::Coulomb`] need `extension` and no `pole_radius`.
+    /// [`Contact::Coulomb`] need `extension`.
     pub model: &'a Model<T>,
 }
 
@@ -142,7 +142,6 @@ impl RodProblem<'_> {
             Contact::Stick => self.shoot(Unknowns::Stick),
             Contact::Coulomb(mu) => {
                 let shooter = Shooter::new(self, Unknowns::Stick);
-                // T of the sticking contact, or where it cannot stick so far, of the farthest it can.
                 let sticks = |shot: &Shot| shot.tangential.abs() <= mu * shot.normal;
                 // T of the sticking contact, or where it cannot stick so far, of the farthest it can.
                 let tangential = match shooter.continuation(self.amount) {

@@ -60,7 +60,7 @@ const MOST_HALVINGS: i32 = 2;
 pub(super) enum Unknowns<T = f64> {
     /// The arc length c; T is this multiple of P.
     Slide(T),
-    /// The friction T; c is the distance a.
+    /// The friction T; c is the distance a, or where the contact has rolled on a pole.
     Stick,
 }
 

@@ -29,8 +29,8 @@ pub struct TiltedTap {
 }
 
 impl RodProblem<'_> {
-    /// The tap against a pole of `tilt` β and `lean` γ, rad, both below a right angle. A contact that sticks, on the centreline, stays in the
-    /// plane of rotation whatever the direction; one with Coulomb friction is asked of an upright pole only.
+    /// The tap against a pole of `tilt` β and `lean` γ, rad, both below a right angle. A contact that sticks to an edge, on the centreline, stays
+    /// in the plane of rotation whatever the direction; one with Coulomb friction, or that rolls, is asked of an upright pole only.
     ///
     /// # Errors
     /// As [`Self::solve`]; [`RodError::NotConverged`] too where no plane is found.
@@ -43,7 +43,8 @@ impl RodProblem<'_> {
     /// The same of a rod that begins at its clamp.
     fn tilted(&self, direction: [f64; 2]) -> Result<TiltedTap, RodError> {
         let upright = direction == [0.0; 2];
-        if upright || self.model.contact == Contact::Stick || self.amount == 0.0 {
+        let sticks = self.model.contact == Contact::Stick && self.model.pole_radius == 0.0;
+        if upright || sticks || self.amount == 0.0 {
             let tap = self.tap()?;
             return Ok(self.beside(tap, 0.0, 0.0));
         }

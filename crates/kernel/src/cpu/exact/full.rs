@@ -44,6 +44,23 @@ pub fn settled<T: Scalar, const N: usize, const L: usize, const SET: u8>(
     [follow(tables, passes, &rod, first), follow(tables, passes, &rod, second)]
 }
 
+/// The turn of the rod by another unknown than W when its lag follows, from that at a fixed shape; arguments as of [`settled`].
+#[inline(always)]
+pub fn followed<T: Scalar, const N: usize, const L: usize, const SET: u8>(
+    tables: &Tables<T, N>,
+    passes: u32,
+    state: &State<Pack<T, L, SET>, N>,
+    bent: &Bent<Pack<T, L, SET>, N>,
+    factors: [Pack<T, L, SET>; 2],
+    ends: [&[Pack<T, L, SET>; N]; 2],
+    other: Turned<Pack<T, L, SET>, N>,
+) -> Turned<Pack<T, L, SET>, N> {
+    let zero = Pack::<T, L, SET>::of(0.0);
+    let first = Turned { nodes: [zero; N], base: zero };
+    let [_, other] = settled(tables, passes, state, bent, factors, ends, [first, other]);
+    other
+}
+
 /// Turn of the rod when its lag follows: `fixed` is the turn at a fixed shape, which changes the moment by H ∂η − W ∂Δξ. A
 /// Volterra equation, iterated from `fixed`.
 #[inline(always)]

@@ -21,7 +21,7 @@
 //!
 //! # Practice
 //! One sweep evaluates all this from the last state and ends with a Newton step for (w, z), or for (w, k) of a sticking
-//! contact, whose Jacobian then holds the geometric stiffness too. The iteration contracts by about θ² per sweep
+//! contact, or for (w, k, z) of one that rolls on a pole, x = ρ cos α (ϑ − ψ_b), whose Jacobian then holds the geometric stiffness too. The iteration contracts by about θ² per sweep
 //! at small angles and by 3 at 60°. It diverges where the force along a fine tip bends it as much as the force across: there the
 //! last rung lets the lag settle over a few sweeps, which always converge for given forces (a Volterra equation), and its Jacobian knows
 //! how the lag follows.
@@ -77,6 +77,7 @@ pub fn taps<T: Scalar, const N: usize, const L: usize, const SET: u8, const PLAI
         extra: [zero; N],
         steps: [zero; 2],
         noise: [zero; 2],
+        rolled: zero,
         fold: of(1.0),
         base: zero,
         load: zero,
@@ -98,7 +99,10 @@ pub fn taps<T: Scalar, const N: usize, const L: usize, const SET: u8, const PLAI
             continue;
         }
         let moved = sensitivity(!PLAIN && effects.offset, tap, tap.arc + state.arc);
-        let change = shows(stick, felt, moved, state.steps);
+        let mut change = shows(stick, felt, moved, state.steps);
+        if !PLAIN && effects.rolls {
+            change = change + across * moved * state.rolled.abs();
+        }
         // What is left if the contraction goes on: change · ρ/(1 − ρ). One good sweep is half believed.
         let expected = rate * last;
         let next =

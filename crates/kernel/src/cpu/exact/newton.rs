@@ -1,7 +1,7 @@
 //! The Newton step of a contact whose force does not simply act across the centreline. Twin of `shaders/newton.wgsl`.
 
 use super::super::pack::{Pack, Scalar};
-use super::full::settled;
+use super::full::{followed, settled};
 use super::sweep::State;
 use super::tables::{Tables, dot};
 use crate::{Effects, Tap, rule::limits::*};
@@ -32,6 +32,8 @@ pub struct Bent<P, const N: usize> {
     pub cosine: P,
     /// β − sin β.
     pub sine: P,
+    /// How far c is from where a rolling contact has rolled; 0 of others.
+    pub ahead: P,
 }
 
 /// How the rod turns with one of the unknowns.
@@ -70,6 +72,8 @@ pub struct Step<P> {
     pub steps: [P; 2],
     /// Errors of both that the noise of the residuals makes.
     pub noise: [P; 2],
+    /// Of z of a rolling contact; 0 of others.
+    pub rolled: P,
     /// Determinant of the Jacobian: its sign changes at a fold of the path from the unloaded rod.
     pub fold: P,
 }
@@ -112,6 +116,8 @@ pub fn step<T: Scalar, const N: usize, const L: usize, const SET: u8>(
     }
     let mut first = Turned { nodes: [zero; N], base: zero };
     let mut second = Turned { nodes: [zero; N], base: zero };
+    // Of c, where it is a third unknown.
+    let mut third = Turned { nodes: [zero; N], base: zero };
     for i in 0..n {
         let y2 = bent.y[i] * bent.y[i];
         let reach = Pack::splat(tables.points[i]) * (one + bent.y[i]);
@@ -122,6 +128,9 @@ pub fn step<T: Scalar, const N: usize, const L: usize, const SET: u8>(
         if effects.stick {
             second.nodes[i] = second.nodes[i] + spread * dot(n, &tables.integral[i], &raised);
         }
+        if effects.rolls {
+            third.nodes[i] = bent.w_force * pivot;
+        }
     }
     let lever = c * c * g4 * of(1.0 / 6.0) * g2.mul_add(two, one);
     let pivot = c * (one + g2 + g2 * g2) * g4 * ig2 * of(1.0 / 3.0);
@@ -129,6 +138,12 @@ pub fn step<T: Scalar, const N: usize, const L: usize, const SET: u8>(
     second.base = unit_other(effects, bent, pivot);
     if effects.stick {
         second.base = second.base + spread * dot(n, &tables.weights, &raised);
+    }
+    if effects.rolls {
+        third.base = bent.w_force * pivot;
+        if passes > 0 {
+            third = followed(tables, passes, state, bent, [spread, ds], [&sines, &cosines], third);
+        }
     }
     if passes > 0 {
         [first, second] =
@@ -169,6 +184,23 @@ pub fn step<T: Scalar, const N: usize, const L: usize, const SET: u8>(
     let unit2 = if effects.stick { tap.force } else { one };
     let (m11, m12) = (tap.force * row1(move1, base1), unit2 * row1(move2, base2));
     let (m21, m22) = (tap.force * row2(move1), unit2 * row2(move2));
+    if effects.rolls {
+        // c follows the turn of the contact: its row of the step, z + ρ cos α ψ, is solved for z.
+        let (mut turn3, mut climb3) = (zero, zero);
+        for i in 0..n {
+            let weight = Pack::splat(tables.weights[i]);
+            turn3 = turn3 + weight * sines[i] * third.nodes[i];
+            climb3 = climb3 + weight * cosines[i] * third.nodes[i];
+        }
+        let move3 = [
+            one - turn3 - tap.hub * sine_b * third.base,
+            climb3 - tap.slope + tap.hub * cosine_b * third.base,
+        ];
+        let own = one + tap.ratio * third.base;
+        let rows = [[m11, m12, row1(move3, third.base)], [m21, m22, row2(move3)]];
+        let turns = [tap.ratio * tap.force * base1 / own, tap.ratio * unit2 * base2 / own];
+        return rolling(rows, turns, [across, along, bent.ahead / own], noise, own);
+    }
     let det = m11 * m22 - m12 * m21;
     let id = one / det;
     let size = id.abs();
@@ -178,6 +210,36 @@ pub fn step<T: Scalar, const N: usize, const L: usize, const SET: u8>(
             (m22.abs() * noise[0] + m12.abs() * noise[1]) * size,
             (m11.abs() * noise[1] + m21.abs() * noise[0]) * size,
         ],
+        rolled: zero,
         fold: det,
+    }
+}
+
+/// The step of w, k and z of a rolling contact: `rows` of the closure, what a unit of w and of k takes from z, and the residuals, the third over
+/// `own`, by which z turns the contact back.
+#[inline(always)]
+fn rolling<T: Scalar, const L: usize, const SET: u8>(
+    rows: [[Pack<T, L, SET>; 3]; 2],
+    turns: [Pack<T, L, SET>; 2],
+    [across, along, ahead]: [Pack<T, L, SET>; 3],
+    noise: [Pack<T, L, SET>; 2],
+    own: Pack<T, L, SET>,
+) -> Step<Pack<T, L, SET>> {
+    let [[m11, m12, m13], [m21, m22, m23]] = rows;
+    let (across, along) = (across - m13 * ahead, along - m23 * ahead);
+    let (m11, m12) = (m11 - m13 * turns[0], m12 - m13 * turns[1]);
+    let (m21, m22) = (m21 - m23 * turns[0], m22 - m23 * turns[1]);
+    let det = m11 * m22 - m12 * m21;
+    let id = Pack::of(1.0) / det;
+    let size = id.abs();
+    let steps = [(m22 * across - m12 * along) * id, (m11 * along - m21 * across) * id];
+    Step {
+        steps,
+        noise: [
+            (m22.abs() * noise[0] + m12.abs() * noise[1]) * size,
+            (m11.abs() * noise[1] + m21.abs() * noise[0]) * size,
+        ],
+        rolled: ahead - turns[0] * steps[0] - turns[1] * steps[1],
+        fold: det * own,
     }
 }

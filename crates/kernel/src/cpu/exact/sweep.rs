@@ -31,6 +31,8 @@ pub struct State<P, const N: usize> {
     pub steps: [P; 2],
     /// What rounding may have made of w and of z (or k).
     pub noise: [P; 2],
+    /// Last Newton step of z of a rolling contact; 0 of others.
+    pub rolled: P,
     /// Determinant of the last Jacobian, positive as long as it has the sign of the unloaded rod's; 1 where it cannot vanish.
     pub fold: P,
     /// |ψ| at the base.
@@ -90,6 +92,7 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const SET: u8, const PLA
     let extension = !PLAIN && effects.extension;
     let offset = !PLAIN && effects.offset;
     let stick = !PLAIN && effects.stick;
+    let rolls = !PLAIN && effects.rolls;
     let law = !PLAIN && effects.law;
 
     let w_force = tap.force * (one + state.force);
@@ -240,6 +243,10 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const SET: u8, const PLA
     let height = w_force * (eta1 + d_eta1) - sigma;
     let (mut a0, mut d_a0, mut b0, mut d_b0, mut f, mut d_f) = (zero, zero, zero, zero, zero, zero);
     let (mut base, mut height) = (base, height);
+    // ψ at the base less that of the first-order solution, where the contact rolls.
+    let mut turned =
+        if rolls { tap.force * (psi1 * state.force + (one + state.force) * d_psi1) - lag } else { zero };
+    let mut pivoted = zero;
     if offset {
         let slim3 = then(slim2, slim);
         let psi0 = tap.contact_radius * (one + v + v * v) * iv * iv * iv * of(1.0 / 3.0);
@@ -251,6 +258,10 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const SET: u8, const PLA
         (a0, d_a0) = (turn * psi0 - x0 * eta0, turn * d_psi0 + x * s1 * (psi0 + d_psi0) - x0 * d_eta0);
         (b0, d_b0) = (eta0 + hub * psi0, d_eta0 + hub * d_psi0);
         base = base + h_force * (psi0 + d_psi0);
+        if rolls {
+            turned = turned + tap.force * state.along * psi0 + h_force * d_psi0;
+            pivoted = psi0;
+        }
         height = height + h_force * (eta0 + d_eta0);
         if extension {
             f = of(0.25) * tap.radius * tap.radius * iv;
@@ -297,7 +308,7 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const SET: u8, const PLA
                 - hub * (lag + sine_b));
     }
 
-    // Newton for (w, z), or (w, k) of a sticking contact.
+    // Newton for (w, z), or (w, k) of a sticking contact; (w, k, z) of one that rolls.
     if !stepping {
         state.base = base.abs();
         return;
@@ -342,12 +353,18 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const SET: u8, const PLA
             centre: [x0, y0],
             cosine,
             sine,
+            ahead: if rolls { state.arc + tap.ratio * turned } else { zero },
         };
-        let Step { steps: [dw, dx], noise, fold } =
+        let Step { steps: [dw, dx], noise, rolled, fold } =
             step(tables, effects, rule.passes(), tap, state, &bent, [across, along], noise);
         // The same of the unloaded rod, per unit of its forces.
         let b1 = eta1 + hub * psi1;
-        let unloaded = if stick {
+        let unloaded = if rolls {
+            // The arc of a rolling contact follows its turn.
+            let (lift, reach) = (tap.ratio * (y0 + x0 * tap.slope), tap.ratio * s1);
+            (a1 - lift * psi1) * (x0 * f + y0 * b0 - reach * pivoted)
+                - (a0 + y0 * f - lift * pivoted) * (y0 * b1 - reach * psi1)
+        } else if stick {
             a1 * (x0 * f + y0 * b0) - (a0 + y0 * f) * y0 * b1
         } else {
             let ratio = if offset { tap.ratio } else { zero };
@@ -355,6 +372,7 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const SET: u8, const PLA
                 - (y0 + x0 * tap.slope) * (ratio * x0 * f + y0 * (b1 + ratio * b0))
         };
         state.noise = noise;
+        state.rolled = rolled;
         state.fold = fold * unloaded * if stick { one } else { tap.force };
         (dw, dx)
     } else {
@@ -373,11 +391,15 @@ pub fn sweep<T: Scalar, const N: usize, const L: usize, const SET: u8, const PLA
     if !PLAIN && rule.full {
         let share = (of(LONGEST_STEP) * (one + state.force.abs()) / dw.abs().max(of(TINY))).min(one);
         (dw, dx) = (dw * share, dx * share);
+        state.rolled = state.rolled * share;
     }
     let least = of(if stick { MOST_PULL } else { LEAST_FORCE });
     state.force = (state.force - dw).max(least).min(of(MOST_FORCE));
     if stick {
         state.along = state.along - dx;
+        if rolls {
+            state.arc = (state.arc - state.rolled).max(of(LEAST_ARC)).min(of(MOST_ARC));
+        }
     } else {
         state.arc = (state.arc - dx).max(of(LEAST_ARC)).min(of(MOST_ARC));
         if offset {

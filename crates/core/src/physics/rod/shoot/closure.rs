@@ -12,6 +12,24 @@ use crate::physics::section::SectionLaw;
 use crate::physics::solid::Held;
 use crate::scene::model::Drive;
 
+/// Places that are tried for a rolling contact at most.
+const MOST_ROLLS: u32 = 30;
+
+/// Roundings of the two lengths that a contact rolls by which they may differ.
+const ROLLED: f64 = 8.0;
+
+/// The same where rounding lets them come no nearer: the integration is good to 1e-13.
+const NEARLY_ROLLED: f64 = 4e3;
+
+/// Places that are tried after the right one, for its derivatives.
+const MORE_ROLLS: u32 = 3;
+
+/// Distance of two places, over a, that tells how the gap changes between them.
+const FLAT: f64 = 1e-9;
+
+/// A load, and what it makes of the rod.
+type Rod<T> = (EndLoad<T>, Bent<T>);
+
 impl<'a, T: Real> Shooter<'a, T> {
     /// Of forces over `force`, N.
     pub fn with(problem: &'a RodProblem<'a, T>, unknowns: Unknowns<T>, force: f64) -> Self {
@@ -66,7 +84,7 @@ impl<'a, T: Real> Shooter<'a, T> {
         &self,
         amount: T,
         z: [T; 2],
-        bend: impl FnOnce(&EndLoad<T>) -> Result<Bent<T>, Ended>,
+        mut bend: impl FnMut(&EndLoad<T>) -> Result<Bent<T>, Ended>,
     ) -> Result<Shot<T>, Missed> {
         let a = self.problem.distance;
         let normal = z[0] * self.force;
@@ -74,17 +92,66 @@ impl<'a, T: Real> Shooter<'a, T> {
             Unknowns::Slide(ratio) => (a * z[1], ratio * normal),
             Unknowns::Stick => (T::of(0.0), z[1] * self.force),
         };
-        let arc = a + slid;
-        if !(arc.value() > 0.0 && self.radius(arc).value() > 0.0) {
-            return Err(Missed::Stalled);
-        }
-        let load = self.load(arc, [normal, tangential]);
-        let bent = bend(&load)?;
+        let mut under = |slid: T| {
+            let arc = a + slid;
+            if !(arc.value() > 0.0 && self.radius(arc).value() > 0.0) {
+                return Err(Missed::Stalled);
+            }
+            let load = self.load(arc, [normal, tangential]);
+            Ok((load, bend(&load)?))
+        };
+        let rolls = self.unknowns == Unknowns::Stick && self.problem.model.pole_radius.value() > 0.0;
+        let (slid, (load, bent)) = if rolls { self.roll(amount, &mut under)? } else { (slid, under(slid)?) };
         let depth = self.soft.map_or(T::of(0.0), |soft| soft.depth(normal));
         let miss = self.miss(amount, slid, &load, &bent) - self.touched.tilt * depth;
         let shot = Shot { normal, tangential, load, bent, miss };
         let finite = miss.x.value().is_finite() && miss.y.value().is_finite();
         if finite { Ok(shot) } else { Err(Missed::Stalled) }
+    }
+
+    /// How far the contact rolls on a pole that does not turn, mm, and the rod there, which is the one `under` it: as much of the pole's
+    /// circumference as of the whisker's skin has been touched.
+    fn roll(
+        &self,
+        amount: T,
+        mut under: impl FnMut(T) -> Result<Rod<T>, Missed>,
+    ) -> Result<(T, Rod<T>), Missed> {
+        let RodProblem { distance: a, body, model, drive, .. } = *self.problem;
+        let lean = |tilt: Vector<T>| (tilt.x / tilt.y).atan();
+        let begun = lean(self.touched.tilt) - self.touched.angle;
+        let turned = if drive == Drive::Angle { amount } else { T::of(0.0) };
+        let skin = |slid: T| match body {
+            Some(body) if model.surface => body.skin(a, slid),
+            Some(_) => slid,
+            None => slid / self.touched.tilt.y,
+        };
+        let mut slid = T::of(0.0);
+        // Gap per mm of arc, and the last gap.
+        let (mut slope, mut last) = (1.0, None::<(f64, f64)>);
+        let mut close = 0;
+        for _ in 0..MOST_ROLLS {
+            let rod = under(slid)?;
+            let (angle, leaned) = (self.base(&rod.0, &rod.1).1, lean(self.tilt(rod.0.arc)));
+            let gap = skin(slid) - model.pole_radius * (turned + angle + begun - leaned);
+            let rounding = f64::EPSILON
+                * (slid.value().abs()
+                    + model.pole_radius.value() * (turned.value().abs() + angle.value().abs()));
+            // Where rounding of the rod lets the gap not shrink any more it is as small as it can be.
+            let stays = last.is_some_and(|(_, before)| gap.value().abs() >= 0.5 * before.abs());
+            let most = if stays { NEARLY_ROLLED } else { ROLLED };
+            close += u32::from(gap.value().abs() <= most * rounding);
+            // Derivatives settle when the place has.
+            if close > if T::BARE { 0 } else { MORE_ROLLS } {
+                return Ok((slid, rod));
+            }
+            if let Some((place, before)) = last.replace((slid.value(), gap.value()))
+                && (slid.value() - place).abs() > FLAT * a.value()
+            {
+                slope = (gap.value() - before) / (slid.value() - place);
+            }
+            slid = slid - gap / slope;
+        }
+        Err(Missed::Stalled)
     }
 
     /// R of the whisker at the arc `arc`, by the piece that holds the contact before the tap.

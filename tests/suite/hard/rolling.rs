@@ -1,0 +1,117 @@
+//! Friction on a round pole: a contact that sticks rolls, another slides.
+
+use super::*;
+use crate::common::{all_effects, tap};
+use vibrissa::physics::rod::RodProblem;
+use vibrissa::scene::Drive;
+
+/// Poles and coefficients of friction of a lab.
+const POLES: [f64; 4] = [0.5, 2.0, 4.0, 10.0];
+
+fn on_a_pole(model: Model, radius: f64) -> Model {
+    Model { pole_radius: radius, ..model }
+}
+
+/// Whiskers, distances and angles at which contacts roll and slide.
+fn taps() -> Vec<Tuple> {
+    grid(&[3.0, 4.0, 10.0, 11.0], &[9.0, 21.0, 33.0, 47.0], &[0.05, 1.0, 4.0, 15.0])
+}
+
+#[test]
+fn friction_on_a_pole_agrees_on_every_backend() {
+    let centreline = Model { extension: true, ..common::model(Material::Hooke(3.2)) };
+    let (mut stuck, mut slid) = (0, 0);
+    for (name, model) in [("centreline", centreline), ("rubber", rubber(Contact::Frictionless))] {
+        for radius in POLES {
+            for mu in [0.1, 0.4, 1.0] {
+                let model = on_a_pole(Model { contact: Contact::Coulomb(mu), ..model }, radius);
+                let side = if radius > 3.0 { Side::Far } else { Side::Contact };
+                let exact = agree(&format!("{name}, ρ {radius}, μ {mu}"), &setup(model, side), &taps());
+                stuck += exact.iter().filter(|o| o.sticking).count();
+                slid += exact.iter().filter(|o| !o.sticking && o.strain.is_finite()).count();
+            }
+        }
+    }
+    assert!(stuck > 100 && slid > 100, "{stuck} roll, {slid} slide");
+}
+
+#[test]
+fn what_sticks_on_a_pole_agrees_on_every_backend() {
+    for radius in POLES {
+        let model = on_a_pole(rubber(Contact::Stick), radius);
+        let mut setup = setup(model, Side::Contact);
+        let exact = agree(&format!("stick, ρ {radius}"), &setup, &taps());
+        assert!(exact.iter().filter(|o| o.strain.is_finite()).count() > 40);
+        setup.hub = 10.0;
+        agree(&format!("stick behind a hub, ρ {radius}"), &setup, &taps());
+        (setup.hub, setup.drive) = (0.0, Drive::Displacement);
+        let moved: Vec<Tuple> =
+            taps().iter().map(|t| Tuple { drive: t.a * t.drive.to_radians(), ..*t }).collect();
+        agree(&format!("stick, moved, ρ {radius}"), &setup, &moved);
+    }
+}
+
+/// Forces and arc by another program, which adds up the slip of the skin along the path in steps and lets it be none
+/// (1/n² towards n = ∞): D = 10, d = 4, L_a = 50 mm, E = 3.2 MPa, ν = 0.5; ρ, a, surface, drive, P, T, c.
+#[test]
+fn a_rolling_contact_does_not_slip() {
+    let hooke = Material::Hooke(3.2);
+    let all = Model { contact: Contact::Stick, ..all_effects(hooke) };
+    let turned = |degrees: f64| (Drive::Angle, degrees.to_radians());
+    for (radius, a, surface, (drive, amount), expected) in [
+        (3.0, 33.0, true, turned(10.0), [0.586_088_96, -0.526_240_47, 32.733_013]),
+        (4.0, 21.0, false, turned(5.0), [0.615_689_78, 0.173_891_25, 20.842_464]),
+        (3.0, 33.0, true, (Drive::Displacement, 5.0), [0.577_303_78, -0.719_863_91, 32.366_222]),
+    ] {
+        let model = on_a_pole(Model { surface, ..all }, radius);
+        let found =
+            RodProblem { distance: a, drive, amount, ..tap(&model, 4.0, 33.0, 10.0) }.solve().unwrap();
+        let found = [found.normal_force, found.tangential_force, found.contact_arc];
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found / expected - 1.0).abs() < 5e-8, "ρ {radius}: {found} instead of {expected}");
+        }
+    }
+}
+
+#[test]
+fn friction_on_a_thin_pole_is_that_on_an_edge_and_little_friction_is_none() {
+    let of = |contact, radius| {
+        outcomes(&setup(on_a_pole(rubber(contact), radius), Side::Contact), REFERENCE, &taps())
+    };
+    let near = |one: &[Outcome], other: &[Outcome], most: f64| {
+        for (a, b) in one.iter().zip(other).filter(|(_, b)| b.strain.is_finite()) {
+            assert!((a.strain / b.strain - 1.0).abs() < most && a.sticking == b.sticking, "{a:?} {b:?}");
+        }
+    };
+    near(&of(Contact::Stick, 1e-6), &of(Contact::Stick, 0.0), 1e-5);
+    near(&of(Contact::Coulomb(0.3), 1e-6), &of(Contact::Coulomb(0.3), 0.0), 1e-5);
+    near(&of(Contact::Coulomb(1e-6), 4.0), &of(Contact::Frictionless, 4.0), 1e-5);
+    near(&of(Contact::Coulomb(1e6), 4.0), &of(Contact::Stick, 4.0), 1e-12);
+}
+
+#[test]
+fn friction_on_a_pole_just_above_what_rolling_needs_rolls_and_just_below_slides() {
+    let (mut rolled, mut slid) = (0, 0);
+    for tuple in grid(&[4.0, 10.0], &[21.0, 45.0], &[0.1, 8.0]) {
+        let of = |contact, place| {
+            let model = on_a_pole(rubber(contact), 4.0);
+            outcomes(&setup(model, Side::Contact), place, &[tuple])[0]
+        };
+        let stick = of(Contact::Stick, REFERENCE);
+        let needed = stick.tangential_force.abs() / stick.normal_force;
+        if needed <= 0.0 || !needed.is_finite() {
+            continue;
+        }
+        for share in [0.8, 0.999, 1.001, 1.2] {
+            for place in ALL {
+                let found = of(Contact::Coulomb(needed * share), place);
+                assert_eq!(found.sticking, share > 1.0, "{place:?} {tuple:?} {share}");
+                // What slides leaves what rolls continuously.
+                let most = if share > 1.0 { bound(place) } else { 1.0 - share };
+                assert!((found.strain / stick.strain - 1.0).abs() <= most, "{place:?} {tuple:?} {share}");
+                (rolled, slid) = if share > 1.0 { (rolled + 1, slid) } else { (rolled, slid + 1) };
+            }
+        }
+    }
+    assert!(rolled > 20 && slid > 20, "{rolled} {slid}");
+}
