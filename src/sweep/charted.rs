@@ -24,8 +24,11 @@ use crate::sink::{run_json::Counts, table::AtDrive};
 use crate::statistics::Reduction;
 use crate::status::Status;
 
-/// Designs between two looks at the clock and at the bound.
+/// Designs between two looks at the clock and at the bound, at most.
 const GROUP: u64 = 1 << 16;
+
+/// The same at first, until there is a bound.
+const FIRST: u64 = 64;
 
 /// Words of taps that do not depend on f.
 const KNOWN: [&str; 2] = ["slipped_off", "invalid_geometry"];
@@ -103,7 +106,7 @@ pub(super) fn run(
         }
         tries += 1;
     }
-    search.on_host(run)?;
+    run.paced((FIRST, GROUP), |run| search.on_host(run))?;
     if let Some(chart) = &mut run.counts.chart {
         chart["ranked_by"] = by.into();
     }
@@ -161,12 +164,12 @@ struct Search<'a> {
 impl Search<'_> {
     /// In lanes, a group of designs at a time.
     fn on_host(&mut self, run: &mut Run<'_>) -> Result<(), Error> {
-        let (begin, end) = (run.designs.start, run.designs.end);
+        let end = run.designs.end;
         while self.from < end {
             run.check_stop()?;
             let start = Instant::now();
             let from = self.from;
-            let to = (from + GROUP.min(64 + from - begin)).min(end);
+            let to = (from + run.pace.size).min(end);
             let bound = bound(&mut self.all, self.ranker.keep());
             let ks: Vec<u64> = (from..to).collect();
             let found = group(self.layout, self.ranker, &ks, bound);
@@ -184,7 +187,7 @@ impl Search<'_> {
             while next < end && device.free() {
                 // Small at first, until there is a bound.
                 let done = self.from - run.designs.start;
-                let to = (next + device.most().min(64 + done)).min(end);
+                let to = (next + device.most().min(FIRST + done)).min(end);
                 device.start(next..to, bound(&mut self.all, self.ranker.keep()));
                 next = to;
             }

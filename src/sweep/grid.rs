@@ -113,13 +113,11 @@ fn ranked_rows(
 
 /// The next designs that go together; `None` after the last.
 fn group(run: &Run<'_>, layout: &Layout, designs: &mut impl Iterator<Item = u64>) -> Option<Vec<u64>> {
-    let group: Vec<u64> = designs.take(together(run, layout)).collect();
+    // A design that is under way goes alone.
+    let size = if run.under_way.is_empty() { run.pace.size } else { 1 };
+    let together = (size / layout.block().max(1)).max(1) as usize;
+    let group: Vec<u64> = designs.take(together).collect();
     (!group.is_empty()).then_some(group)
-}
-
-/// Designs that go together; one that is under way goes alone.
-fn together(run: &Run<'_>, layout: &Layout) -> usize {
-    if run.under_way.is_empty() { (run.pace.taps / layout.block().max(1)).max(1) as usize } else { 1 }
 }
 
 /// Solves the taps of a design that has more of them than go together, some at a time, so that what is solved can be kept, with what `route` packs before
@@ -132,14 +130,14 @@ fn ahead(
 ) -> Result<(), Error> {
     let block = layout.block();
     let [k] = group else { return Ok(()) };
-    if block > KEEP || run.under_way.is_empty() && block <= run.pace.taps {
+    if block > KEEP || run.under_way.is_empty() && block <= run.pace.size {
         return Ok(());
     }
     let design = [Design::new(&run.study.setup, layout.design(*k))];
     while (run.under_way.len() as u64) < block {
         let from = run.under_way.len() as u64;
         // Whole runs over the drives of a distance.
-        let to = block.min(from + run.pace.taps.next_multiple_of(layout.n_drives));
+        let to = block.min(from + run.pace.size.next_multiple_of(layout.n_drives));
         let tasks: Vec<Task> = (from..to).into_par_iter().map(|t| task(layout, &design[0], 0, t)).collect();
         let outcomes = solve(run, layout, &design, &tasks)?;
         run.under_way.extend(outcomes);
@@ -206,7 +204,7 @@ fn pass(
     drives: &(dyn Fn(u64) -> Option<Vec<u32>> + Sync),
     each: &mut dyn FnMut(&mut Run<'_>, Rendered) -> Result<(), Error>,
 ) -> Result<(), Error> {
-    for group in designs.chunks(together(run, layout)) {
+    for group in designs.chunks((CHUNK / layout.block().max(1)).max(1) as usize) {
         if layout.block() > CHUNK {
             let rendered = large(run, layout, group[0], tables, drives)?;
             finish(run, rendered, each)?;

@@ -5,7 +5,6 @@ use std::time::{Duration, Instant};
 
 use super::Run;
 use crate::error::Error;
-use crate::plan::CHUNK;
 use crate::sink::folder::{Folder, Head};
 use crate::sink::pack::{Packed, Packer, Unpacker};
 
@@ -16,31 +15,33 @@ const SHARE: u32 = 100;
 
 /// Time that a batch is to take: the shortest, and the longest, within which a state can be kept.
 const BATCH: [Duration; 2] = [Duration::from_millis(50), Duration::from_secs(1)];
-/// Times by which a batch may have more or fewer taps than the one before.
+/// Times by which a batch may be larger or smaller than the one before.
 const CHANGE: f64 = 16.0;
 
 /// Words of a run that was asked to stop.
 const INTERRUPTED: &str = "interrupted";
 
-/// How many taps go together: as many as are solved in half of the time after which what is complete is to be kept, whatever a tap costs.
+/// How many taps (or designs that charts rank) go together: as many as take half of the time after which what is complete is to be kept, whatever one
+/// costs.
 #[derive(Debug)]
 pub(super) struct Pace {
-    /// Taps of the next batch, about.
-    pub taps: u64,
+    /// Of the next batch, about.
+    pub size: u64,
+    most: u64,
     begun: Instant,
 }
 
 impl Pace {
-    /// Beginning with so many.
-    pub fn new(taps: u64) -> Self {
-        Self { taps, begun: Instant::now() }
+    /// Beginning with so many, never more than `most`.
+    pub fn new(size: u64, most: u64) -> Self {
+        Self { size, most, begun: Instant::now() }
     }
 
     /// A batch is done, and what is complete is to be kept `every` so often.
     fn note(&mut self, every: Duration) {
         let aim = (every / 2).clamp(BATCH[0], BATCH[1]).as_secs_f64();
         let change = (aim / self.begun.elapsed().as_secs_f64()).clamp(1.0 / CHANGE, CHANGE);
-        self.taps = ((self.taps as f64 * change) as u64).clamp(1, CHUNK);
+        self.size = ((self.size as f64 * change) as u64).clamp(1, self.most);
     }
 }
 

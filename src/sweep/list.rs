@@ -84,7 +84,7 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
     run.progress.begin(outcomes.len() as u64);
     while outcomes.len() < tuples.len() {
         let from = outcomes.len();
-        let to = tuples.len().min(from + run.pace.taps as usize);
+        let to = tuples.len().min(from + run.pace.size as usize);
         let task = |(t, x): (usize, &Tuple)| Task::of(of_row[t], x);
         let tasks: Vec<Task> = (from..).zip(&tuples[from..to]).map(task).collect();
         outcomes.extend(run.evaluate(&designs, &tasks)?);
@@ -92,7 +92,7 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
         run.complete((to as u64, tuples.len() as u64, "rows"), |to| outcomes.pack(to))?;
     }
 
-    let (mut both, together) = (Vec::new(), run.pace.taps as usize);
+    let (mut both, together) = (Vec::new(), run.pace.size as usize);
     for (from, taps) in (0..).step_by(together).zip(outcomes.chunks(together)) {
         let row = |i: usize| of_row[from + i];
         let tasks: Vec<Task> = (0..taps.len()).map(|i| Task::of(row(i), &tuples[from + i])).collect();

@@ -38,7 +38,7 @@ pub(super) fn run(run: &mut Run<'_>, layout: &Layout, readers: &[&RowReader]) ->
         }
     };
     while from < end {
-        let together = (run.pace.taps / layout.n_distances).max(1);
+        let together = (run.pace.size / layout.n_distances).max(1);
         let to = (from + together).min(end);
         some(run, layout, readers, &(from..to).collect::<Vec<_>>())?;
         run.complete((to - begin, end - begin, "rows"), |state| to.pack(state))?;

@@ -17,7 +17,7 @@ use crate::curve::{
 use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
-use crate::plan::Plan;
+use crate::plan::{CHUNK, Plan};
 use crate::progress::Progress;
 use crate::scene::{Direction, Study, Theory, Tuple};
 use crate::sink::rows::Rows;
@@ -51,7 +51,7 @@ pub(super) struct Run<'a> {
     pub keeper: Option<Keeper>,
     /// Where a stopped run stopped.
     pub state: Option<Vec<u8>>,
-    /// How many taps go together.
+    /// How many go together.
     pub pace: Pace,
     /// Outcomes of the first taps of the next design, where it takes longer than a batch.
     pub under_way: Vec<Outcome>,
@@ -85,9 +85,22 @@ impl<'a> Run<'a> {
             part,
             keeper,
             state,
-            pace: Pace::new(plan.together(&study.setup)),
+            pace: Self::pace(study, plan),
             under_way,
         }
+    }
+
+    /// How many taps go together at first.
+    fn pace(study: &Study, plan: &Plan) -> Pace {
+        Pace::new(plan.together(&study.setup), CHUNK)
+    }
+
+    /// Does `f` with batches of another kind: of `size` at first, and of `most`.
+    pub fn paced<R>(&mut self, (size, most): (u64, u64), f: impl FnOnce(&mut Self) -> R) -> R {
+        self.pace = Pace::new(size, most);
+        let done = f(self);
+        self.pace = Self::pace(self.study, self.plan);
+        done
     }
 
     /// Does `f` unless asked to stop, and notes the time and the sweeps that it took.

@@ -11,6 +11,8 @@
 //! Each rung has more steps than the one before. A tap whose estimated error exceeds the tolerance climbs, goes on from where it ended, and what the last rung cannot tell is left to
 //! the reference, as is what lies next to a corner of the profile, the tip, or the end of the material.
 //!
+//! Taps are packed with those that agree in strides, steps and pieces (`classes`), so that the bits of one do not depend on the others.
+//!
 //! The cone's own kernel (`cpu::exact`) carries deviations from closed forms that only a clamped cone has; it is some ten times as fast.
 
 // Index loops are what the lanes vectorise on.

@@ -122,7 +122,7 @@ pub(super) fn solve(
     let mut last = batch.last().map(|tap| groups.designs[tap.row as usize]);
     let mut tuples: Vec<Tuple> = Vec::new();
     let mut rows = Vec::new();
-    let together = run.pace.taps as usize;
+    let together = run.pace.size as usize;
     while rows.len() < together
         && let Some((row, tuple)) = reader.next()?
     {
