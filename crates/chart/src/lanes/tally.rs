@@ -71,7 +71,13 @@ impl<const SET: u8> Tally<Lanes<SET>> {
     /// Taps per combination of the lanes that `counts` marks.
     #[inline(always)]
     pub fn words(&self, counts: Lanes<SET>) -> Words {
-        Words { taps: std::array::from_fn(|k| sum(self.taps[k / 4][k % 4] * counts)), invalid: 0 }
+        let zero = Lanes::<SET>::of(0.0);
+        // Most combinations have no tap.
+        let taps = |k: usize| {
+            let taps = self.taps[k / 4][k % 4] * counts;
+            if taps.all_at_most(zero) { 0 } else { sum(taps) }
+        };
+        Words { taps: std::array::from_fn(taps), invalid: 0 }
     }
 }
 

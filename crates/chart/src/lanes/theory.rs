@@ -54,10 +54,13 @@ impl<const SET: u8> Whisker<Lanes<SET>> {
         let never = of(1e30);
         let high = peak.if_less(hi, whisker.strain(tables, hi), never);
         let farthest = whisker.strain(tables, zero);
-        let (tip, far) = (one / length, of(1.0 / FAR) / length);
-        let least = peak.if_less(far, highest, whisker.strain(tables, far));
-        let most = peak.if_less(tip, whisker.strain(tables, tip), never);
-        let ends = [zero.if_less(farthest, least, -never), zero.if_less(farthest, most, never)];
+        let mut ends = [-never, never];
+        if !farthest.all_at_most(zero) {
+            let (tip, far) = (one / length, of(1.0 / FAR) / length);
+            let least = peak.if_less(far, highest, whisker.strain(tables, far));
+            let most = peak.if_less(tip, whisker.strain(tables, tip), never);
+            ends = [zero.if_less(farthest, least, -never), zero.if_less(farthest, most, never)];
+        }
         whisker.words = Thresholds {
             low: lo.if_less(peak, never, whisker.strain(tables, lo)),
             high: high.min(highest),
