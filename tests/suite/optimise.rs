@@ -135,7 +135,7 @@ fn budgets_are_kept() {
         assert_eq!((report.evaluations, report.ended), (evaluations, Ended::Evaluations));
     }
     // No machine ends this search sooner.
-    let slow = format!("{SPEC}budget = {{ seconds = 0.01 }}\nrobust = {{ D = 0.05, samples = 4096 }}\n");
+    let slow = format!("{SPEC}budget = {{ seconds = 0.01 }}\nrobust = {{ D = 0.05, samples = 256 }}\n");
     assert_eq!(search(&slow, CPU).ended, Ended::Seconds);
 }
 
