@@ -3,6 +3,7 @@
 
 mod agreement;
 mod all_backends;
+mod all_inputs;
 mod bench;
 mod both;
 mod bounded;
@@ -93,4 +94,5 @@ mod units;
 mod words;
 mod world;
 mod writers;
+mod wrong_files;
 mod zeros;
