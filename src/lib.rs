@@ -85,4 +85,6 @@ pub mod tap;
 #[doc(hidden)]
 pub mod taps;
 #[doc(hidden)]
+pub mod text_file;
+#[doc(hidden)]
 pub mod verify;

@@ -200,3 +200,21 @@ def test_what_simulate_gave_is_located():
 def test_tables_larger_than_memory_are_refused():
     with pytest.raises(vibrissa.RunError, match="GB of memory"):
         vibrissa.sweep(**{**TUPLE, "whisker": {**WHISKER, "D": vibrissa.axis(9, 11, steps=10**11)}}, output=dict(tuples=True), run=dict(backend="cpu"))
+
+
+def test_a_file_without_lines_is_refused_before_it_fills_the_memory(tmp_path):
+    path = tmp_path / "zeros.csv"
+    with open(path, "wb") as file:
+        file.truncate(5 << 30)
+    resource = pytest.importorskip("resource")
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    for ask in [
+        lambda: vibrissa.calibrate(path, whisker=WHISKER, gauge=GAUGE),
+        lambda: vibrissa.sweep(path),
+        lambda: vibrissa.Locator(path),
+    ]:
+        with pytest.raises(vibrissa.InputError) as caught:
+            ask()
+        assert "zeros.csv" in str(caught.value)
+    used = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
+    assert used < 200 << 10, f"{used >> 10} MiB"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
+from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -249,6 +249,20 @@ def _kept(name: str, column: Any) -> NDArray[Any]:
         return np.array([str(x) for x in column], dtype=object)
 
 
+def _file_of_lines(file: BinaryIO, what: str, path: str) -> bytes:
+    """All that ``file`` holds, read in blocks: a file with a line of more than 1 MiB is no table, and is refused before it fills the memory."""
+    blocks, lines, line = [], 1, 0
+    while block := file.read(1 << 16):
+        blocks.append(block)
+        ends = block.replace(b"\r", b"\n")
+        first, last = ends.find(b"\n"), ends.rfind(b"\n")
+        if line + (len(block) if first < 0 else first) > 1 << 20:
+            raise InputError(f"this {what} file is no table: line {lines} is longer than 1 MiB", key=what, file=path, line=lines, allowed="lines of up to 1 MiB")
+        lines += block.count(b"\n")
+        line = len(block) - 1 - last if last >= 0 else line + len(block)
+    return b"".join(blocks)
+
+
 def csv(data: Any, what: str, columns: dict[str, str] | str | None = None) -> Data:
     """A table of measurements: a path, a data frame (pandas, polars), a mapping of names to columns, or what simulate gave; ``columns`` says
     what those with other names are."""
@@ -257,7 +271,7 @@ def csv(data: Any, what: str, columns: dict[str, str] | str | None = None) -> Da
         path = os.fspath(data)
         try:
             with open(path, "rb") as file:
-                return Data(str(path), file.read(), [], [], None)
+                return Data(str(path), _file_of_lines(file, what, str(path)), [], [], None)
         except (OSError, ValueError) as e:
             why = e.strerror if isinstance(e, OSError) else "this is no path"
             raise InputError(f"this {what} file cannot be read: {why}", key=what, file=str(path).encode(errors="replace").decode()) from None

@@ -65,6 +65,7 @@ pub fn run(args: &Locate, array: &Path) -> Result<Reply, Error> {
         warn: &warn,
     };
     let answered = answer(&whiskers, &bytes, &ask, &described.noise)?;
+    super::locate::some(&file, answered.rows as u64)?;
     let digest = hash_all(&mut bytes.as_slice()).map_err(|e| Error::Run(e.to_string()))?;
     let asked = json!({
         "readings": digest, "array": format!("{described:?}"), "calibrations": sums, "columns": args.columns, "zero": SaidZero::json(args.zero.as_ref()),

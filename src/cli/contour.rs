@@ -35,7 +35,7 @@ pub fn run(args: &Contour) -> Result<Reply, Error> {
     let columns = args.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
     let bytes = Data::load(&args.data)?;
     let calibration = Calibration::read(&args.calibration, args.common.force)?;
-    let truth = args.truth.as_deref().map(Strokes::read).transpose()?.map(|s| s.object);
+    let truth = args.truth.as_deref().map(Strokes::read).transpose()?;
     let stem = super::stem(&args.data, "points");
     let out = super::folder(args.common.out.as_ref(), &stem, "contour");
     if options.plan == Some(true) {
@@ -52,11 +52,11 @@ pub fn run(args: &Contour) -> Result<Reply, Error> {
         columns: (&columns, args.columns.as_deref()),
         zero: args.zero.as_ref(),
         asked,
-        truth: truth.as_ref().map(|object| object as &dyn Edge).zip(known.as_deref()),
+        truth: truth.as_ref().map(|strokes| &strokes.object as &dyn Edge).zip(known.as_deref()),
     };
     let traced = Traced::new(&question, &options, &warn, &NEVER)?;
     let mut inputs = vec![args.data.clone(), args.calibration.clone()];
-    inputs.extend(args.truth.clone());
+    inputs.extend(truth.iter().flat_map(|strokes| strokes.files.iter().cloned()));
     let question = Question { inputs, ..Question::new("contour", &stem, traced.settings.clone()) };
     let mut folder = Folder::open(&out, question, &write::FILES, args.common.force)?;
     let figure = of_contour(&traced.points, &traced.curve, traced.kind(), &traced.outline)?;

@@ -1,6 +1,7 @@
 //! `vibrissa explore SPEC.toml`.
 
-use std::io::Write;
+use std::fs::File;
+use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -8,6 +9,7 @@ use serde_json::{Value, json};
 use vibrissa::error::{Error, InputError};
 use vibrissa::explore::page::{HEAD, html};
 use vibrissa::explore::{TOLERANCE, bake, document::document, sound};
+use vibrissa::sink::folder::Identity;
 use vibrissa::sink::unfinished::Unfinished;
 use vibrissa::spec;
 
@@ -74,18 +76,22 @@ fn free(out: &Path, inputs: &[PathBuf], force: bool) -> Result<(), Error> {
     let refuse = |message: &str, allowed: &str| {
         Err(InputError::new(message).key("--out").value(out.display()).allowed(allowed).into())
     };
-    let same = |input: &PathBuf| match (input.canonicalize(), out.canonicalize()) {
-        (Ok(a), Ok(b)) => a == b,
-        _ => false,
-    };
+    let here = Identity::of(out);
     if out.is_dir() {
         return refuse("this is a folder; a page is one file", "the name of a file, such as explore.html");
     }
-    if inputs.iter().any(same) {
+    if inputs.iter().any(|input| Identity::of(input).is(&here)) {
         return refuse("this is an input", "another file");
     }
     // Only an older page is replaced without being asked.
-    let ours = || std::fs::read(out).is_ok_and(|old| old.starts_with(HEAD.as_bytes()));
+    let ours = || {
+        let mut start = Vec::new();
+        let read = File::open(out).and_then(|file| file.take(HEAD.len() as u64).read_to_end(&mut start));
+        read.is_ok() && start == HEAD.as_bytes()
+    };
+    if out.exists() && !out.is_file() {
+        return refuse("this is a pipe or a device; a page is a file", "the name of a file");
+    }
     if out.exists() && !force && !ours() {
         return refuse(
             "this file is no page of `vibrissa explore`",
@@ -103,7 +109,7 @@ fn write(out: &Path, page: &str) -> Result<(), Error> {
     let name = out.file_name().unwrap_or_default().to_string_lossy();
     let beside = folder.join(format!(".vibrissa-{}-{name}", std::process::id()));
     let unfinished = Unfinished::new(&beside);
-    let written = std::fs::File::create(&beside)
+    let written = File::create(&beside)
         .and_then(|mut file| file.write_all(page.as_bytes()).and_then(|()| file.sync_all()))
         .and_then(|()| std::fs::rename(&beside, out));
     unfinished.settle();

@@ -112,6 +112,9 @@ pub fn listen() {
     /// Signals that follow each other so closely are one: `timeout` sends its signal to the process and to its group.
     const ONE: Duration = Duration::from_millis(50);
 
+    // A file that may not grow any more (`ulimit -f`) is then an error of writing, in place of the end of the process.
+    // SAFETY: to ignore a signal runs no code of ours.
+    unsafe { libc::signal(libc::SIGXFSZ, libc::SIG_IGN) };
     let heard = [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|s| !ignored(*s));
     let Ok(mut signals) = Signals::new(heard) else { return };
     std::thread::spawn(move || {

@@ -14,6 +14,7 @@ use vibrissa::measure::{Names, zero};
 use vibrissa::scene::RunOptions;
 use vibrissa::sink::folder::{Folder, Hashing, Question, hash, hash_all};
 use vibrissa::sink::run_json;
+use vibrissa::text_file::{Limit, TextFile, refused};
 
 use super::args::Locate;
 use super::interrupt;
@@ -195,7 +196,19 @@ fn streamed(opened: &Opened, ask: &Ask<'_>, start: Instant) -> Result<Reply, Err
         other => other?,
     };
     let broken = counts.stopped.then(|| format!("interrupted; {} readings were answered", counts.lines));
+    if !gone && !counts.stopped {
+        some("stdin", counts.lines - counts.blank)?;
+    }
     Ok(Reply { broken, ..reply(String::new(), &counts, opened, start) })
+}
+
+/// Refuses `label` where it had no `lines` that are readings.
+pub(super) fn some(label: &str, lines: u64) -> Result<(), InputError> {
+    if lines > 0 {
+        return Ok(());
+    }
+    let error = InputError::new("there are no readings in it").at(label, None);
+    Err(error.allowed("a line for each reading, perhaps below a line that names the columns"))
 }
 
 /// Readings of a file or of a stream.
@@ -210,11 +223,15 @@ enum Source {
 impl Source {
     fn new(readings: Option<&Path>) -> Result<Self, Error> {
         let Some(path) = readings else { return Ok(Self::Stdin) };
-        let mut file = open(path)?;
+        let file = open(path)?;
         if !file.metadata().map_err(|e| Error::io(path, e))?.is_file() {
             return Ok(Self::Stream(file));
         }
-        let digest = hash_all(&mut file).map_err(|e| Error::io(path, e))?;
+        let label = path.display().to_string();
+        // What is no file of readings is refused before all of it is read.
+        let mut text = TextFile::new(file, &label, "readings", Limit::AnyLines);
+        let digest = hash_all(&mut text);
+        let digest = digest.map_err(|e| refused(e).map_or_else(|e| Error::io(path, e), Error::from))?;
         Ok(Self::File(path.to_owned(), digest))
     }
 
@@ -296,6 +313,7 @@ fn filed(args: &Locate, path: &Path, opened: &Opened, ask: &Ask<'_>, start: Inst
     let mut file = folder.file("located.csv")?;
     let mut write = |bytes: &[u8], _: bool| file.write(bytes);
     let counts = source.answer(opened.who(), ask, &mut write)?;
+    some(&label, counts.lines - counts.blank)?;
     file.close()?;
     let document = run_json::document(
         "locate",

@@ -52,13 +52,13 @@ pub fn run(args: &args::Plan) -> Result<Reply, Error> {
         }
         other => other,
     };
-    let space = &spec.study.space;
-    let found = planned::plan(&rig, space, &asked, like.map(|l| l.0), &opener(&options)).map_err(place)?;
-    let drive = rig.setup.drive;
     let of = json!({ "error": asked.error, "positions": asked.positions, "runs": asked.runs, "place": asked.place, "gain": asked.gain, "relative": asked.relative, "seed": asked.seed, "like": checksum });
     let mut question = Question::of_scene("plan", &spec, of);
     question.inputs.extend(args.like.clone());
     let mut folder = Folder::open(&out, question, &FILES, options.force == Some(true))?;
+    let space = &spec.study.space;
+    let found = planned::plan(&rig, space, &asked, like.map(|l| l.0), &opener(&options)).map_err(place)?;
+    let drive = rig.setup.drive;
     folder.put("plan.csv", table(&found, drive, Unit::of_signal(rig.setup.signal)).as_bytes())?;
     folder.put("plan_errors.csv", errors(&found).as_bytes())?;
     let drawn = figure::files(&drawn(&found, drive, asked.error), &Style::default(), &[Format::Svg])?;

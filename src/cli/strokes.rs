@@ -38,9 +38,9 @@ pub fn run(
         let result = json!({ "settings": result, "in_force": run_json::in_force(spec) });
         return Ok(Reply { result, ..planned });
     }
-    let asked = json!({ "settings": result.to_string(), "course": format!("{course:?}") });
+    let asked = json!({ "settings": result.to_string(), "course": format!("{:?}", (&course.object, &course.starts, course.touch_noise)) });
     let mut question = Question::of_scene("simulate", spec, asked);
-    question.inputs.push(object.to_owned());
+    question.inputs.extend(course.files.iter().cloned());
     let mut folder = Folder::open(&out, question, &[strokes::FILE], options.force == Some(true))?;
     let mut file = folder.file(strokes::FILE)?;
     let mut missed = 0;

@@ -1,6 +1,6 @@
 //! The font of a figure: how long texts are, and their outlines.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use ttf_parser::{Face, GlyphId, OutlineBuilder};
@@ -17,12 +17,17 @@ pub struct Font {
     bytes: Arc<[u8]>,
     /// Family, as SVG names it.
     pub family: String,
+    /// Its file; `None` of the font of the program.
+    pub file: Option<PathBuf>,
 }
+
+/// Longest font file, bytes.
+const MOST: u64 = 64 << 20;
 
 impl Font {
     /// That of the program.
     pub fn built_in() -> Self {
-        Self { bytes: BUILT_IN.into(), family: "DejaVu Sans".into() }
+        Self { bytes: BUILT_IN.into(), family: "DejaVu Sans".into(), file: None }
     }
 
     /// Of a file of the user.
@@ -33,6 +38,9 @@ impl Font {
         let refuse = |why: String| {
             InputError::new(why).key("--font").value(path.display()).allowed("a TrueType font file (.ttf)")
         };
+        if !path.metadata().map_or(true, |m| m.is_file() && m.len() <= MOST) {
+            return Err(refuse("this is no file of up to 64 MiB".to_owned()));
+        }
         let bytes = std::fs::read(path).map_err(|e| refuse(format!("the font cannot be read: {e}")))?;
         let face = Face::parse(&bytes, 0).map_err(|e| refuse(format!("this is not a font: {e}")))?;
         if face.tables().glyf.is_none() {
@@ -44,7 +52,7 @@ impl Font {
         let name =
             face.names().into_iter().find(|n| n.name_id == ttf_parser::name_id::FAMILY && n.is_unicode());
         let family = name.and_then(|n| n.to_string()).unwrap_or_else(|| "sans-serif".into());
-        Ok(Self { bytes: bytes.into(), family })
+        Ok(Self { bytes: bytes.into(), family, file: Some(path.to_owned()) })
     }
 
     /// Its file.

@@ -14,6 +14,7 @@ use crate::locate::locator::{Locator, opener};
 use crate::measure::{Rig, Unit};
 use crate::scene::RunOptions;
 use crate::sink::folder::hash;
+use crate::text_file::{Limit, TextFile};
 
 impl<W> Calibration<W> {
     /// The same with the whisker in another form.
@@ -138,18 +139,13 @@ impl Calibration {
     /// # Errors
     /// A file that is missing, or is none.
     pub fn load(path: &Path) -> Result<String, InputError> {
-        let label = path.display().to_string();
         if path.is_dir() {
             let error = InputError::new("this is a folder; the calibration file in it is needed");
-            return Err(error.at(&label, None).allowed(path.join("calibration.toml").display().to_string()));
+            return Err(error
+                .at(path.display().to_string(), None)
+                .allowed(path.join("calibration.toml").display().to_string()));
         }
-        std::fs::read_to_string(path).map_err(|e| {
-            let what = match e.kind() {
-                std::io::ErrorKind::NotFound => "there is no such calibration file".to_owned(),
-                _ => format!("this calibration file cannot be read: {e}"),
-            };
-            InputError::new(what).at(&label, None)
-        })
+        TextFile::open(path, "calibration", Limit::Whole)?.text()
     }
 
     /// As [`Self::read`], from `text`.

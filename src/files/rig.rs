@@ -22,8 +22,7 @@ impl Rig {
 
     /// As [`Self::read`], with the spec.
     pub fn read_with(path: &Path, drive: Option<Drive>) -> Result<(Self, Spec), InputError> {
-        let text = std::fs::read_to_string(path).unwrap_or_default();
-        let spec = spec::read_with(path, beside(&text, drive))?;
+        let spec = spec::read_by(path, |text| beside(text, drive))?;
         labelled(&spec, &path.display().to_string())?;
         Ok((Self::of_spec(&spec, &path.display().to_string())?, spec))
     }

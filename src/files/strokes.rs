@@ -8,6 +8,7 @@ use crate::measure::text::{fields, number, separator};
 use crate::simulate::object::{Curve, Object};
 use crate::simulate::strokes::Strokes;
 use crate::spec::{self, COUNTERCLOCKWISE, Domain, Item, LENGTH, SENSE, domain};
+use crate::text_file::{Limit, TextFile};
 
 /// What the file may say.
 const KEYS: &str =
@@ -36,7 +37,9 @@ impl Strokes {
     /// A file that is missing or says something else; an object that is none.
     pub fn read(path: &Path) -> Result<Self, InputError> {
         let folder = path.parent().unwrap_or(Path::new(""));
-        spec::described(path, "object", |file| Self::of(file, folder))
+        let mut read = spec::described(path, "object", |file| Self::of(file, folder))?;
+        read.files.push(path.to_owned());
+        Ok(read)
     }
 
     /// As [`Self::read`], of a `text` that `label` names; the files it names are relative to `folder`.
@@ -50,7 +53,9 @@ impl Strokes {
     fn of(file: &Item<'_>, folder: &Path) -> Result<Self, InputError> {
         file.only(&["object", "start", "around", "touch_noise"], KEYS)?;
         let touch_noise = file.or("touch_noise", 0.0, |x| x.within(&TOUCH))?;
-        let object = object(&file.needs("object", KEYS)?, folder)?;
+        let described = file.needs("object", KEYS)?;
+        let object = object(&described, folder)?;
+        let curve = described.child("file").and_then(|file| Some(folder.join(file.value.as_str()?)));
         let mut starts = Vec::new();
         if let Some(list) = file.child("start") {
             for start in list.tables(START)? {
@@ -67,7 +72,7 @@ impl Strokes {
             };
             return Err(error.key("start").allowed("[[start]] x, y, heading, or [around] starts, distance"));
         }
-        Ok(Self { object, starts, touch_noise })
+        Ok(Self { object, starts, touch_noise, files: curve.into_iter().collect() })
     }
 }
 
@@ -133,18 +138,10 @@ fn around(table: &Item<'_>, [x, y]: [f64; 2]) -> Result<Vec<Pose>, InputError> {
     Ok((0..n).map(pose).collect())
 }
 
-fn unread(path: &Path, e: &std::io::Error) -> InputError {
-    let what = match e.kind() {
-        std::io::ErrorKind::NotFound => "there is no such file".to_owned(),
-        _ => format!("this file cannot be read: {e}"),
-    };
-    InputError::new(what).at(path.display().to_string(), None)
-}
-
 /// A curve through the points of a CSV file with the columns x_mm and y_mm.
 fn curve(path: &Path, closed: bool) -> Result<Curve, InputError> {
     let label = path.display().to_string();
-    let text = std::fs::read_to_string(path).map_err(|e| unread(path, &e))?;
+    let text = TextFile::open(path, "curve", Limit::Whole)?.text()?;
     let mut lines = (1..).zip(text.lines()).filter(|(_, l)| !l.trim().is_empty() && !l.starts_with('#'));
     let (line, header) = lines.next().unwrap_or((1, ""));
     let mark = separator(header);

@@ -6,6 +6,7 @@ use super::rows::RowReader;
 use super::stream::Ask;
 use crate::error::{Error, InputError};
 use crate::measure::header::Comments;
+use crate::text_file::LINE;
 
 /// Longest line that can be a reading, bytes.
 const LONGEST: usize = 4096;
@@ -121,6 +122,11 @@ impl<'a, R: Read> Source<'a, R> {
             let length =
                 read_line(&mut self.reader, &mut self.line).map_err(|e| Error::io(self.label(), e))?;
             self.number += usize::from(length.is_some());
+            if length.is_some_and(|length| length > LINE) {
+                let error = InputError::new("this line is longer than 1 MiB, so these are no readings");
+                let error = error.at(self.label(), Some(self.number));
+                return Err(error.allowed("lines of up to 1 MiB").into());
+            }
             let comment =
                 length.filter(|_| self.line.strip_prefix(BOM).unwrap_or(&self.line).starts_with(b"#"));
             if comment.is_none() {
@@ -165,7 +171,7 @@ fn read_line(reader: &mut BufReader<impl Read>, line: &mut Vec<u8>) -> std::io::
         let n = part.len();
         length += n;
         reader.consume(n);
-        if ended {
+        if ended || length > LINE {
             return Ok(Some(length));
         }
     }

@@ -42,6 +42,8 @@ pub struct Counts {
     pub lines: u64,
     /// Of these, zero readings.
     pub zeros: u64,
+    /// Of these, lines without any text.
+    pub blank: u64,
     /// Answers per status word, and `ok`.
     pub status: BTreeMap<&'static str, u64>,
     /// Answers per combination of words.
@@ -275,6 +277,7 @@ pub fn answer<'a>(
         let more = group.as_ref().map(|group| together.unwrap_or_else(|| nothing(group)));
         follows = is_zero;
         counts.lines += 1;
+        counts.blank += u64::from(line.text.is_some_and(|text| text.trim().is_empty()));
         match &kept {
             Some(kept) => {
                 let zero = zero.map_or(f64::NAN, |z| z.0);

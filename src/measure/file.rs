@@ -19,6 +19,7 @@ use super::{
 };
 use crate::error::InputError;
 use crate::scene::Drive;
+use crate::text_file::{Limit, TextFile};
 
 /// One line of a data file; NaN where the line says nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -112,17 +113,11 @@ impl Data {
 
     /// The bytes of the file at `path`, which may be a pipe: it is read once.
     pub fn load(path: &Path) -> Result<Vec<u8>, InputError> {
-        let label = path.display().to_string();
         if path.is_dir() {
-            return Err(InputError::new("this is a folder; a data file is needed").at(label, None));
+            let error = InputError::new("this is a folder; a data file is needed");
+            return Err(error.at(path.display().to_string(), None));
         }
-        std::fs::read(path).map_err(|e| {
-            let what = match e.kind() {
-                std::io::ErrorKind::NotFound => "there is no such data file".to_owned(),
-                _ => format!("this data file cannot be read: {e}"),
-            };
-            InputError::new(what).at(label, None)
-        })
+        TextFile::open(path, "data", Limit::AnyLines)?.bytes()
     }
 
     /// Reads `bytes`; `label` names them in messages. Errors as [`Self::read`].

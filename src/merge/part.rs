@@ -10,7 +10,7 @@ use serde_json::Value;
 use super::checked::Checked;
 use super::stated::Stated;
 use crate::error::{Error, InputError};
-use crate::sink::folder::{Listed, WORK, open_regular};
+use crate::sink::folder::{Listed, WORK, names_in, read_run};
 use crate::sink::rows::TableFormat;
 use crate::sink::shard::Shard;
 use crate::sink::table::Table;
@@ -96,8 +96,8 @@ pub(super) fn found(folders: &[PathBuf]) -> Result<Vec<(Shard, PathBuf)>, Error>
             continue;
         }
         let before = all.len();
-        for entry in std::fs::read_dir(folder).map_err(|e| absent(folder, e))? {
-            let path = entry.map_err(|e| Error::io(folder, e))?.path();
+        for name in names_in(folder).map_err(|e| absent(folder, e))? {
+            let path = folder.join(name);
             all.extend(named(&path).filter(|_| path.is_dir()).map(|shard| (shard, path)));
         }
         if all.len() == before {
@@ -171,15 +171,21 @@ pub(super) fn checked(found: &[(Shard, PathBuf)]) -> Result<Vec<Part>, Error> {
 fn read(shard: Shard, folder: &Path) -> Result<Part, Error> {
     let again = format!("the whole part: sweep --shard {shard} makes it, or goes on with it");
     let path = folder.join("run.json");
-    let Ok(file) = open_regular(&path, std::fs::OpenOptions::new().read(true)) else {
-        let why = match path.symlink_metadata() {
-            Ok(m) if !m.is_file() => "the run.json of this part is a link, a folder or a pipe",
-            _ if folder.join(WORK).is_dir() => "this part is unfinished",
-            _ => "this part has no run.json",
-        };
-        return Err(refuse(folder, format!("{why} ({shard})"), &again));
+    let text = match read_run(folder) {
+        Ok(Some(text)) => text,
+        other => {
+            let why = match path.symlink_metadata() {
+                Ok(m) if !m.is_file() => "the run.json of this part is a link, a folder or a pipe",
+                _ if folder.join(WORK).is_dir() => "this part is unfinished",
+                _ => "this part has no run.json",
+            };
+            return Err(match other {
+                Err(Error::Input(e)) if path.is_file() => e.into(),
+                _ => refuse(folder, format!("{why} ({shard})"), &again),
+            });
+        }
     };
-    let run: Value = serde_json::from_reader(std::io::BufReader::new(file)).unwrap_or_default();
+    let run: Value = serde_json::from_str(&text).unwrap_or_default();
     let part = || {
         let of = |key: &str| run["shard"][key].as_u64();
         let same = (of("index")?, of("of")?) == (shard.index.into(), shard.of.into());

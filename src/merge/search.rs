@@ -11,7 +11,7 @@ use super::part::refuse;
 use super::stated::Stated;
 use crate::error::Error;
 use crate::optimise::front::unbeaten;
-use crate::sink::folder::{Folder, Listed, Question, Written, open_regular};
+use crate::sink::folder::{Folder, Listed, Question, Written, read_run};
 use crate::sink::shard::Shard;
 
 /// The file of a front.
@@ -42,8 +42,7 @@ pub(super) fn is_search(folder: &Path) -> bool {
 }
 
 fn read(folder: &Path) -> Option<Value> {
-    let file = open_regular(&folder.join("run.json"), std::fs::OpenOptions::new().read(true)).ok()?;
-    serde_json::from_reader(std::io::BufReader::new(file)).ok()
+    serde_json::from_str(&read_run(folder).ok()??).ok()
 }
 
 /// Joins the searches `found` into `out`.
@@ -55,7 +54,11 @@ pub(super) fn run(found: &[(Shard, PathBuf)], out: PathBuf, force: bool) -> Resu
     }
     let best = parts.iter().min_by(|a, b| a.value.total_cmp(&b.value)).unwrap_or(&parts[0]);
     let names: Vec<&str> = best.listed.iter().map(|file| file.name.as_str()).collect();
-    let inputs = parts.iter().flat_map(|p| p.listed.iter().map(|file| p.folder.join(&file.name))).collect();
+    let files = |p: &Part| {
+        let names = p.listed.iter().map(|file| file.name.as_str()).chain(["run.json"]);
+        names.map(|name| p.folder.join(name)).collect::<Vec<_>>()
+    };
+    let inputs = parts.iter().flat_map(files).collect();
     let name = best.run["name"].as_str().unwrap_or_default();
     let question = Question::new("optimise", name, best.run["asked"].clone());
     let question = Question { inputs, in_force: best.run["in_force"].clone(), ..question };

@@ -1,11 +1,11 @@
 //! The rows of one table of one part, in their order.
 
 use std::io::{BufRead, BufReader, Read};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::checked::Checked;
 use super::part::Part;
-use crate::error::Error;
+use crate::error::{Error, InputError};
 use crate::sink::columns::Columns;
 use crate::sink::parquet;
 use crate::sink::rows::{Rows, TableFormat};
@@ -48,7 +48,7 @@ impl Source {
             TableFormat::Parquet => {
                 let reader = Box::new(parquet::Reader::new(&path, file.handle()?)?);
                 let (columns, provenance) = (reader.columns(), reader.provenance());
-                let rows = Kind::Groups { file, reader, group: Columns::default(), at: 0 };
+                let rows = Kind::Groups { file, reader, group: Columns::of(&columns), at: 0 };
                 Ok(Self { columns, provenance, path, rows })
             }
         }
@@ -64,8 +64,10 @@ impl Source {
 
     /// Takes the next row into `batch`, or passes over it.
     pub fn next(&mut self, batch: Option<&mut Batch>) -> Result<(), Error> {
-        let early =
-            || Error::io(&self.path, std::io::Error::other("this table has fewer rows than its places"));
+        let early = || {
+            let error = InputError::new("this table has fewer rows than its places");
+            Error::from(error.at(self.path.display().to_string(), None).allowed("the part as it was written"))
+        };
         match (&mut self.rows, batch) {
             (Kind::Lines(reader), batch) => {
                 let mut passed = Vec::new();
@@ -80,7 +82,7 @@ impl Source {
             }
             (Kind::Groups { reader, group, at, .. }, batch) => {
                 while *at == group.len() {
-                    (*group, *at) = (reader.next_group()?.ok_or_else(early)?, 0);
+                    (*group, *at) = (next_group(reader, group, &self.path)?.ok_or_else(early)?, 0);
                 }
                 *at += 1;
                 match batch {
@@ -114,15 +116,26 @@ impl Source {
                     sheet.lines(&block[..n])?;
                 }
             }
-            Kind::Groups { reader, .. } => {
-                while let Some(group) = reader.next_group()? {
-                    rows += group.len() as u64;
-                    sheet.write(Rows::Columns(group))?;
+            Kind::Groups { reader, group, .. } => {
+                while let Some(next) = next_group(reader, group, &self.path)? {
+                    rows += next.len() as u64;
+                    sheet.write(Rows::Columns(next))?;
                 }
                 Ok(rows)
             }
         }
     }
+}
+
+/// The next group of `reader`, whose columns must be of the kinds that `before` has.
+fn next_group(reader: &mut parquet::Reader, before: &Columns, path: &Path) -> Result<Option<Columns>, Error> {
+    let group = reader.next_group()?;
+    if group.as_ref().is_some_and(|group| !before.is_like(group)) {
+        let error = InputError::new("these are not the columns of a table of a sweep");
+        let error = error.at(path.display().to_string(), None).allowed("the part as it was written");
+        return Err(error.into());
+    }
+    Ok(group)
 }
 
 impl Batch {

@@ -130,7 +130,8 @@ pub fn run(
     let asked = json!({
         "drawn": source.hash, "figures": words, "width_mm": style.width, "font_size_pt": style.size, "font": style.font.family,
     });
-    let question = Question::new("report", source.name.clone(), asked);
+    let inputs = source.inputs()?.into_iter().chain(style.font.file.clone()).collect();
+    let question = Question { inputs, ..Question::new("report", source.name.clone(), asked) };
     let mut target = Folder::open(out, question, &listed, force)?;
     for (name, bytes) in pieces.into_iter().flatten() {
         target.put(&name, &bytes)?;

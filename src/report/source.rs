@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::table::Table;
 use crate::error::{Error, InputError};
-use crate::sink::folder::{JOURNAL, hash_file, open_regular};
+use crate::sink::folder::{JOURNAL, hash_file, is_result_name, names_in, open_of_result, read_run};
 use crate::sink::run_json::FORMAT;
 
 /// A finished result.
@@ -39,10 +39,10 @@ impl Source {
             return Err(refuse(why.to_owned()).allowed(needed).into());
         }
         let path = folder.join("run.json");
-        let bytes = match std::fs::read(&path) {
-            Ok(bytes) => bytes,
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
-                let empty = folder.read_dir().is_ok_and(|mut d| d.next().is_none());
+        let text = match read_run(folder)? {
+            Some(text) => text,
+            None => {
+                let empty = names_in(folder).is_ok_and(|names| names.is_empty());
                 let why = if folder.join(JOURNAL).exists() {
                     "the search in this folder was not finished; `vibrissa optimise SPEC --resume` goes on with it"
                 } else if empty {
@@ -52,14 +52,13 @@ impl Source {
                 };
                 return Err(refuse(why.to_owned()).allowed(needed).into());
             }
-            Err(e) => return Err(Error::io(&path, e)),
         };
         let damaged = |why: &str| InputError::new(why).at(path.display().to_string(), None);
         let torn = |e: serde_json::Error| {
             let error = damaged(&format!("this is not the run.json of a result: {e}"));
             error.at(path.display().to_string(), Some(e.line()))
         };
-        let run: Value = serde_json::from_slice(&bytes).map_err(torn)?;
+        let run: Value = serde_json::from_str(&text).map_err(torn)?;
         let format = run["format"].as_u64();
         if format != Some(FORMAT.into()) {
             let other = "this result is of another version of the program";
@@ -85,7 +84,7 @@ impl Source {
             let done = stopped["taps"].as_u64().or(stopped["steps"].as_u64()).unwrap_or(0);
             notes.push(format!("the run was stopped after {done} of {of}: this is a part of the result"));
         }
-        let hash = hash_file(bytes.as_slice()).map_err(|e| Error::io(&path, e))?;
+        let hash = hash_file(text.as_bytes()).map_err(|e| Error::io(&path, e))?;
         Ok(Self { folder: folder.to_owned(), command: command.to_owned(), name, hash, notes, run })
     }
 
@@ -108,11 +107,19 @@ impl Source {
     pub fn maybe(&self, name: &str) -> Result<Option<Table>, Error> {
         let path = self.folder.join(name);
         let parquet = path.with_extension("parquet");
-        match () {
-            () if path.exists() => Ok(Some(Table::read(&path)?)),
-            () if parquet.exists() => Ok(Some(Table::read_parquet(&parquet)?)),
-            () => Ok(None),
+        match Table::read(&path)? {
+            None => Table::read_parquet(&parquet),
+            table => Ok(table),
         }
+    }
+
+    /// Everything in its folder, which is read.
+    ///
+    /// # Errors
+    /// A folder that cannot be read any more.
+    pub fn inputs(&self) -> Result<Vec<PathBuf>, Error> {
+        let names = names_in(&self.folder).map_err(|e| Error::io(&self.folder, e))?;
+        Ok(names.into_iter().map(|name| self.folder.join(name)).collect())
     }
 
     /// Value in force of `key` as it stands in a spec.
@@ -125,17 +132,25 @@ impl Source {
 /// Compares a file with what `run.json` says of it.
 fn checked(folder: &Path, listed: &Value, force: bool, notes: &mut Vec<String>) -> Result<(), Error> {
     let Some(name) = listed["name"].as_str() else { return Ok(()) };
+    if !is_result_name(name) {
+        let error = InputError::new("this run.json lists a file that is not in its folder");
+        let error = error.at(folder.join("run.json").display().to_string(), None).key("files").value(name);
+        return Err(error.allowed("names of files in this folder").into());
+    }
     let path = folder.join(name);
     let refuse = |why: &str| InputError::new(why).at(path.display().to_string(), None);
-    let mut file = match open_regular(&path, std::fs::OpenOptions::new().read(true)) {
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
-            let error = refuse("run.json lists this file, and it is not there: the result is not whole");
-            return Err(error.allowed("the files of the result as they were written").into());
-        }
-        other => other.map_err(|e| Error::io(&path, e))?,
+    let mut file = open_of_result(&path)?.ok_or_else(|| {
+        let error = refuse("run.json lists this file, and it is not there: the result is not whole");
+        error.allowed("the files of the result as they were written")
+    })?;
+    let failed = |e| Error::io(&path, e);
+    let length = file.metadata().map_err(failed)?.len();
+    let same = |hash: &str| match listed["bytes"].as_u64() {
+        // Another file may be a very long one.
+        Some(bytes) if bytes != length => Ok(false),
+        _ => hash_file(&mut file).map(|found| found == hash).map_err(failed),
     };
-    let found = hash_file(&mut file).map_err(|e| Error::io(&path, e))?;
-    if listed["blake3"].as_str().is_some_and(|hash| hash != found) {
+    if !listed["blake3"].as_str().map_or(Ok(true), same)? {
         if !force {
             let allowed = "the file as it was written; or --force, which draws it as it is";
             return Err(refuse("this file was changed since it was written").allowed(allowed).into());

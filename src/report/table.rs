@@ -1,13 +1,13 @@
 //! A table of a result, read back: columns of numbers or of words.
 
 use std::collections::HashMap;
-use std::fs::OpenOptions;
 use std::path::Path;
 
 use crate::error::{Error, InputError};
 use crate::sink::columns::{self, Columns};
-use crate::sink::folder::open_regular;
+use crate::sink::folder::open_of_result;
 use crate::sink::parquet;
+use crate::text_file::{Limit, TextFile, refused};
 
 /// Rows that are held in memory at most.
 pub const MOST_ROWS: usize = 5_000_000;
@@ -88,16 +88,14 @@ fn too_long(file: String) -> InputError {
 }
 
 impl Table {
-    /// Reads the file.
+    /// Reads the file; `None` where there is none.
     ///
     /// # Errors
-    /// A file that cannot be read, that is empty or ends within a row, or has more than [`MOST_ROWS`] rows.
-    pub fn read(path: &Path) -> Result<Self, InputError> {
+    /// A file that cannot be read or is no regular one, that is empty or ends within a row, or has more than [`MOST_ROWS`] rows.
+    pub fn read(path: &Path) -> Result<Option<Self>, Error> {
+        let Some(file) = open_of_result(path)? else { return Ok(None) };
         let name = path.display().to_string();
-        let open = std::fs::File::open(path);
-        let file = open
-            .map_err(|e| InputError::new(format!("the table cannot be read: {e}")).at(name.clone(), None))?;
-        Self::parse(&name, file)
+        Ok(Some(Self::parse(&name, TextFile::new(file, &name, "table", Limit::Lines))?))
     }
 
     /// Reads the text of a table that is called `file`.
@@ -108,8 +106,14 @@ impl Table {
         let file = file.to_owned();
         let damaged = |why: String, line| InputError::new(why).at(file.clone(), line);
         let mut reader = csv::ReaderBuilder::new().buffer_capacity(1 << 20).from_reader(text);
-        let header =
-            reader.headers().map_err(|e| damaged(format!("this is not a table: {e}"), None))?.clone();
+        let unread = |e: csv::Error, why: &str| {
+            let why = format!("{why}: {e}");
+            match e.into_kind() {
+                csv::ErrorKind::Io(e) => refused(e).unwrap_or_else(|_| damaged(why, None)),
+                _ => damaged(why, None),
+            }
+        };
+        let header = reader.headers().map_err(|e| unread(e, "this is not a table"))?.clone();
         if header.is_empty() || header.iter().all(str::is_empty) {
             return Err(damaged("the table is empty: it has no header".to_owned(), None));
         }
@@ -120,6 +124,7 @@ impl Table {
             match reader.read_record(&mut record) {
                 Ok(false) => break,
                 Ok(true) => {}
+                Err(e) if e.is_io_error() => return Err(unread(e, "the table cannot be read")),
                 Err(e) => {
                     let line = e.position().map(|p| p.line() as usize);
                     let why = match e.kind() {
@@ -147,12 +152,12 @@ impl Table {
         Ok(Self { file, columns: columns_read, values: columns.into_iter().map(|c| c.values).collect(), len })
     }
 
-    /// Reads the Parquet file of a table.
+    /// Reads the Parquet file of a table; `None` where there is none.
     ///
     /// # Errors
     /// As of [`Self::read`].
-    pub fn read_parquet(path: &Path) -> Result<Self, Error> {
-        let file = open_regular(path, OpenOptions::new().read(true)).map_err(|e| Error::io(path, e))?;
+    pub fn read_parquet(path: &Path) -> Result<Option<Self>, Error> {
+        let Some(file) = open_of_result(path)? else { return Ok(None) };
         let mut reader = parquet::Reader::new(path, file)?;
         let (columns, mut rows) = (reader.columns(), Columns::default());
         while let Some(group) = reader.next_group()? {
@@ -174,7 +179,7 @@ impl Table {
         };
         let mut values: Vec<Values> = rows.0.into_iter().map(values).collect();
         values.resize_with(columns.len(), || Values::Numbers(Vec::new(), None));
-        Ok(Self { file: path.display().to_string(), columns, values, len })
+        Ok(Some(Self { file: path.display().to_string(), columns, values, len }))
     }
 
     fn place(&self, name: &str) -> Option<usize> {
@@ -272,7 +277,10 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.csv");
         std::fs::write(&path, text).unwrap();
-        Table::read(&path)
+        match Table::read(&path) {
+            Err(Error::Input(e)) => Err(e),
+            other => Ok(other.unwrap().unwrap()),
+        }
     }
 
     #[test]

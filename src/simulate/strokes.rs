@@ -1,5 +1,7 @@
 //! Synthetic strokes: rows as `contour` reads them, with the true place of each contact beside.
 
+use std::path::PathBuf;
+
 use rayon::prelude::*;
 
 use super::object::Object;
@@ -27,6 +29,8 @@ pub struct Strokes {
     pub starts: Vec<Pose>,
     /// Standard deviation of the angle at which a touch is noticed, degrees.
     pub touch_noise: f64,
+    /// The files that describe it.
+    pub files: Vec<PathBuf>,
 }
 
 impl Strokes {

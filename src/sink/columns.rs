@@ -190,6 +190,22 @@ impl Columns {
         Ok(())
     }
 
+    /// None, of the same kinds of columns.
+    pub fn like(&self) -> Self {
+        let empty = |values: &Values| match values {
+            Values::Numbers(_) => Values::Numbers(Vec::new()),
+            Values::Counts(_) => Values::Counts(Vec::new()),
+            Values::Words(_) => Values::Words(Words::default()),
+        };
+        Self(self.0.iter().map(empty).collect())
+    }
+
+    /// Whether `other` has the same kinds of columns.
+    pub fn is_like(&self, other: &Self) -> bool {
+        let kinds = |columns: &Self| columns.0.iter().map(std::mem::discriminant).collect::<Vec<_>>();
+        kinds(self) == kinds(other)
+    }
+
     /// Takes the rows `range` of `other`.
     ///
     /// # Errors

@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use super::folder::remove_folder;
+
 static PATHS: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 /// Whether a result is whole and goes, or has gone, to its place.
 static PLACED: AtomicBool = AtomicBool::new(false);
@@ -82,7 +84,7 @@ pub fn remove_all() {
     let mut all = lock();
     if !is_placed() {
         for path in all.drain(..) {
-            let gone = || std::fs::remove_dir_all(&path).or_else(|_| std::fs::remove_file(&path)).is_ok();
+            let gone = || remove_folder(&path).or_else(|_| std::fs::remove_file(&path)).is_ok();
             let _ = (0..3).find(|_| gone());
         }
         std::mem::forget(all);

@@ -16,6 +16,7 @@ use super::schema::Sections;
 use super::table::{self, Columns};
 use crate::scene::built::{Built, Inner, Profile, Root};
 use crate::scene::{Channels, Clamp, Convention, Gauge, Material, Property, Setup, Signal, TERMS, Term};
+use crate::text_file::Limit;
 
 const PROFILE: &str = "[[s, D], …] in mm, s rising from 0 to L_a and D > 0, or a CSV file with the columns s_mm, D_mm and perhaps bore_mm or core_mm";
 const ROOT: &str = "{ k_theta = 500 } (N mm/rad), and k_y, k_x (N/mm) where the base also moves";
@@ -84,7 +85,7 @@ fn of_file(item: &Item<'_>, base: &Path) -> Result<Shape> {
             _ => "a diameter ≥ 0 in mm, smaller than D_mm",
         }
     }
-    let (label, text) = table::open(item, base, "profile")?;
+    let (label, text) = table::open(item, base, "profile", Limit::Whole)?;
     let document = Document { file: &label, text: &text };
     let mut rows: Vec<([f64; 4], usize)> = Vec::new();
     let columns = Columns { names: NAMES, spare: &NAMES[2..] };

@@ -7,6 +7,7 @@ use super::table::{self, Columns};
 use crate::error::InputError;
 use crate::physics::fit::{self, Unfit};
 use crate::scene::MaterialFit;
+use crate::text_file::Limit;
 
 const STRAIN: &str = "strain";
 const STRESS: &str = "stress_MPa";
@@ -23,7 +24,7 @@ struct Point {
 
 /// Reads the file named by `item`, relative to `base`, fits Yeoh's law to it, and a warning about the file.
 pub(super) fn read(item: &Item<'_>, base: &Path) -> Result<(MaterialFit, Option<String>)> {
-    let (label, text) = table::open(item, base, "curve")?;
+    let (label, text) = table::open(item, base, "curve", Limit::Whole)?;
     let document = Document { file: &label, text: &text };
     let mut points = Vec::new();
     let header =

@@ -36,6 +36,7 @@ use toml::de::{DeTable, DeValue};
 
 use crate::error::InputError;
 use crate::scene::{Drive, Property, Search, Setup, Signal, Spec, Study, Written};
+use crate::text_file::{Limit, TextFile};
 pub(crate) use check::{COUNTERCLOCKWISE, Domain, LENGTH, SENSE, domain};
 pub(crate) use reader::Item;
 pub use reader::placed;
@@ -51,7 +52,12 @@ pub fn read(path: &Path) -> Result<Spec> {
 /// As [`read`], for a command to which some keys mean something else or nothing: `fallback` is TOML with values that stand in
 /// for keys a sweep requires, beside the defaults.
 pub fn read_with(path: &Path, fallback: &str) -> Result<Spec> {
-    let mut spec = of_file(path, |label, text, base| parse_with(label, text, base, fallback))?;
+    read_by(path, |_| fallback)
+}
+
+/// As [`read_with`], with a `fallback` that depends on the text.
+pub(crate) fn read_by<'a>(path: &Path, fallback: impl FnOnce(&str) -> &'a str) -> Result<Spec> {
+    let mut spec = of_file(path, |label, text, base| parse_with(label, text, base, fallback(text)))?;
     spec.inputs.push(path.to_owned());
     Ok(spec)
 }
@@ -257,7 +263,9 @@ pub fn model_error(spec: &Spec) -> Result<Option<(f64, Option<Written>)>> {
 fn inputs(sections: &Sections<'_>, base: &Path) -> Vec<PathBuf> {
     let tuples = sections.section("tuples").written("file");
     let curve = sections.section("model").written("material").and_then(|m| m.need("curve").ok());
-    tuples.iter().chain(&curve).filter_map(|item| Some(base.join(item.text().ok()?))).collect()
+    let profile = sections.section("whisker").written("profile");
+    let named = [tuples, curve, profile].into_iter().flatten();
+    named.filter_map(|item| Some(base.join(item.value.as_str()?))).collect()
 }
 
 /// What `read` makes of another file that users write as TOML, at `path`; `what` says what the file is.
@@ -274,25 +282,9 @@ pub(crate) fn described_by<T>(
     parsed(label, text, |document, table| read(&Item::of(document, &DeValue::Table(table.clone()))))
 }
 
-/// Text of a file without byte order mark; `what` says what the file is.
-fn load(path: &Path, what: &str) -> Result<String> {
-    let wrong = |line, message: String| InputError::new(message).at(path.display().to_string(), line);
-    if path.is_dir() {
-        return Err(wrong(None, format!("this is a folder, no {what} file")));
-    }
-    let bytes = std::fs::read(path).map_err(|e| match e.kind() {
-        std::io::ErrorKind::NotFound => wrong(None, format!("there is no such {what} file")),
-        _ => wrong(None, format!("this {what} file cannot be read: {e}")),
-    })?;
-    let mut text = String::from_utf8(bytes).map_err(|e| {
-        let valid = &e.as_bytes()[..e.utf8_error().valid_up_to()];
-        let line = 1 + valid.iter().filter(|&&b| b == b'\n').count();
-        wrong(Some(line), format!("this {what} file is not UTF-8 text; save it as UTF-8"))
-    })?;
-    if text.starts_with('\u{feff}') {
-        text.drain(..'\u{feff}'.len_utf8());
-    }
-    Ok(text)
+/// Text of a file that is read whole; `what` says what the file is.
+pub(crate) fn load(path: &Path, what: &str) -> Result<String> {
+    TextFile::open(path, what, Limit::Whole)?.text()
 }
 
 /// The line with a key of more parts than the TOML reader takes, of which it does not say the place.

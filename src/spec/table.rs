@@ -1,22 +1,28 @@
 //! CSV files that a spec names: a header with known columns, then rows of finite numbers, separated and with decimals as in data files.
 
-use std::io::Read;
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
 use super::check::MOST;
-use super::load;
 use super::reader::{Document, Item, Result};
 use crate::error::InputError;
 use crate::measure::text::{Decimals, OTHER_MARK, separator};
+use crate::text_file::{LINE, Limit, TextFile, refused};
 
 /// Name and text of the file that `item` names, relative to `base`; `what` says what the file is.
-pub(super) fn open(item: &Item<'_>, base: &Path, what: &str) -> Result<(String, String)> {
+pub(super) fn open(item: &Item<'_>, base: &Path, what: &str, limit: Limit) -> Result<(String, String)> {
     let path = base.join(item.text()?);
-    match load(&path, what) {
-        Ok(text) => Ok((path.display().to_string(), text)),
-        Err(e) if e.line.is_none() => Err(item.error(e.message)),
-        Err(e) => Err(e),
+    let text = TextFile::open(&path, what, limit).and_then(TextFile::text).map_err(|e| named(item, e))?;
+    Ok((path.display().to_string(), text))
+}
+
+/// What is wrong with the file that `item` names: of its lines, or of the file as a whole, where `item` stands.
+pub(super) fn named(item: &Item<'_>, error: InputError) -> InputError {
+    if error.line.is_some() {
+        return error;
     }
+    InputError { allowed: error.allowed, ..item.error(error.message) }
 }
 
 /// Columns of a table by name, each with a value for each row.
@@ -50,18 +56,18 @@ pub(super) fn read<const N: usize>(
     row: &mut dyn FnMut([f64; N], usize),
 ) -> Result<Header<N>> {
     let header = document.text.lines().find(|l| !l.trim().is_empty() && !l.starts_with('#'));
+    let reader = separated(document.text.as_bytes(), separator(header.unwrap_or_default()));
+    scan(reader, columns, allowed, row).map_err(|trouble| match trouble {
+        Trouble::Line(fault, record) => fault.on(document, &record),
+        other => other.of_file(document.file, columns),
+    })
+}
+
+/// Records of a text whose fields have `separator` between them.
+pub(super) fn separated<R: Read>(text: R, separator: char) -> csv::Reader<R> {
     let mut reader = csv::ReaderBuilder::new();
     reader.has_headers(false).flexible(true).comment(Some(b'#')).trim(csv::Trim::All);
-    let reader =
-        reader.delimiter(separator(header.unwrap_or_default()) as u8).from_reader(document.text.as_bytes());
-    scan(reader, columns, allowed, row).map_err(|trouble| match trouble {
-        Trouble::Csv(e) => InputError::new(format!("this is not a CSV file: {e}")).at(document.file, None),
-        Trouble::Empty => {
-            let error = document.error(None, "this file is empty; its first line must name the columns");
-            error.allowed(columns.required(","))
-        }
-        Trouble::Line(fault, record) => fault.on(document, &record),
-    })
+    reader.delimiter(separator as u8).from_reader(text)
 }
 
 /// What the first line of a table says.
@@ -84,6 +90,66 @@ pub(super) enum Trouble {
     Csv(csv::Error),
     Empty,
     Line(Fault, csv::StringRecord),
+}
+
+impl Trouble {
+    /// The error, of the `file` as a whole.
+    fn of_file<const N: usize>(self, file: &str, columns: Columns<'_, N>) -> InputError {
+        match self {
+            Self::Csv(e) => {
+                let why = format!("this is not a CSV file: {e}");
+                let refusal = match e.into_kind() {
+                    csv::ErrorKind::Io(e) => refused(e).ok(),
+                    _ => None,
+                };
+                refusal.unwrap_or_else(|| InputError::new(why).at(file, None))
+            }
+            Self::Empty => {
+                let error = InputError::new("this file is empty; its first line must name the columns");
+                error.at(file, None).allowed(columns.required(","))
+            }
+            Self::Line(fault, _) => fault.at(file, None, String::new()),
+        }
+    }
+
+    /// The error in the file at `path`, of which no text is held: it is read again up to the line at fault.
+    pub fn in_file<const N: usize>(self, path: &Path, columns: Columns<'_, N>) -> InputError {
+        let label = path.display().to_string();
+        match self {
+            Self::Line(fault, record) => {
+                let start = record.position().map_or(0, csv::Position::byte);
+                match line_at(path, start) {
+                    Ok((line, text)) => fault.at(&label, Some(line), text),
+                    Err(_) => fault.at(&label, None, String::new()),
+                }
+            }
+            other => other.of_file(&label, columns),
+        }
+    }
+}
+
+/// Number and text of the first line at or after byte `start` that is neither blank nor a comment.
+fn line_at(path: &Path, start: u64) -> std::io::Result<(usize, String)> {
+    let mut reader = BufReader::new(File::open(path)?);
+    let (mut line, mut text) = (1, Vec::new());
+    let mut before = (&mut reader).take(start);
+    loop {
+        let block = before.fill_buf()?;
+        line += block.iter().filter(|b| **b == b'\n').count();
+        match block.len() {
+            0 => break,
+            n => before.consume(n),
+        }
+    }
+    loop {
+        text.clear();
+        let read = (&mut reader).take(LINE as u64).read_until(b'\n', &mut text)?;
+        let content = String::from_utf8_lossy(text.trim_ascii_end());
+        if read == 0 || !content.is_empty() && !content.starts_with('#') {
+            return Ok((line, content.into_owned()));
+        }
+        line += 1;
+    }
 }
 
 /// As [`read`], from any reader; the text need not be held.
@@ -137,6 +203,12 @@ impl Fault {
         let value = self.value.unwrap_or_else(|| document.excerpt(span.clone()));
         let error = document.error(Some(span), self.message);
         InputError { key: self.column, value: Some(value), allowed: self.allowed, ..error }
+    }
+
+    /// The error, at a `line` with this `text`.
+    fn at(self, file: &str, line: Option<usize>, text: String) -> InputError {
+        let error = InputError::new(self.message).value(self.value.unwrap_or(text)).at(file, line);
+        InputError { key: self.column, allowed: self.allowed, ..error }
     }
 }
 

@@ -1,6 +1,5 @@
 //! Tuples listed in a CSV file.
 
-use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::sync::Arc;
@@ -18,6 +17,10 @@ use crate::scene::property::Description;
 use crate::scene::{
     Axis, COLUMNS, Column, DirectionColumns, Drive, PROPERTIES, Property, Rigs, Space, Tuple,
 };
+use crate::text_file::{Limit, TextFile, refused, unread};
+
+/// Words for such a file.
+const WHAT: &str = "tuple";
 
 /// Columns that a file may lack: its poles are then upright.
 const SPARE: [&str; 2] = ["tilt_deg", "lean_deg"];
@@ -133,7 +136,8 @@ pub(super) fn read<'a>(
     let columns = Columns { names: std::array::from_fn(|k| names[k]), spare: &spare };
     let path = base.join(item.text()?);
     if path.metadata().is_ok_and(|m| m.is_file() && m.len() > LARGE)
-        && let Some((listed, varied, directions, seen, warnings)) = large(&path, columns, drive)
+        && let Some((listed, varied, directions, seen, warnings)) =
+            large(&path, columns, drive).map_err(|e| table::named(item, e))?
     {
         let listed = listed
             .ok_or_else(|| item.error("this file has too many rows").allowed(format!("{MOST_ROWS}")))?;
@@ -141,7 +145,7 @@ pub(super) fn read<'a>(
         let (properties, rigs) = varied.read(sections, item)?;
         return Ok(Read { space: Space::File(listed), directions, leaning, properties, rigs, warnings });
     }
-    let (label, text) = table::open(item, base, "tuple")?;
+    let (label, text) = table::open(item, base, WHAT, Limit::Lines)?;
     let document = Document { file: &label, text: &text };
     let (mut tuples, mut rows, mut seen) = (Vec::new(), DoubtfulRows::new(drive), [false; 2]);
     let mut varied = Varied::new(header(text.lines()));
@@ -163,12 +167,24 @@ pub(super) fn read<'a>(
 /// warnings about it.
 type Large = (Option<Listed>, Varied, DirectionColumns, [bool; 2], Vec<String>);
 
-/// Checks the file at `path` row by row; `None` where something is wrong with it, which is said of the whole text.
-fn large(path: &Path, columns: Columns<'_, ALL>, drive: Drive) -> Option<Large> {
+/// Checks the file at `path` row by row; `None` where it is sound and no comma separates its fields, which is read as text.
+fn large(path: &Path, columns: Columns<'_, ALL>, drive: Drive) -> Result<Option<Large>> {
     let (mut grouping, mut rows, mut doubted) = (Grouping::default(), 0, DoubtfulRows::new(drive));
     let mut seen = [false; 2];
-    let mut lines = BufReader::new(File::open(path).ok()?).lines().map_while(std::io::Result::ok);
-    let first = lines.find(|line| !header(std::iter::once(line.as_str())).is_empty())?;
+    let label = path.display().to_string();
+    let open = || TextFile::open(path, WHAT, Limit::Lines);
+    let mut lines = BufReader::new(open()?).lines();
+    let is_header = |line: &std::io::Result<String>| {
+        line.as_ref().map_or(true, |line| !header(std::iter::once(line.as_str())).is_empty())
+    };
+    let first = lines.find(is_header).transpose();
+    let first = first.map_err(|e| refused(e).unwrap_or_else(|e| unread(WHAT, &label, &e)))?;
+    let separator = separator(first.as_deref().unwrap_or_default());
+    if separator != ',' {
+        let sound = table::scan(table::separated(open()?, separator), columns, allowed, &mut |_, _| {});
+        return sound.map(|_| None).map_err(|trouble| trouble.in_file(path, columns));
+    }
+    let first = first.unwrap_or_default();
     let mut varied = Varied::new(&first);
     let mut row = |values, start| {
         let tuple = varied.tuple(&values);
@@ -179,8 +195,8 @@ fn large(path: &Path, columns: Columns<'_, ALL>, drive: Drive) -> Option<Large> 
             grouping.push(&tuple);
         }
     };
-    let header = table::scan(reader(File::open(path).ok()?), columns, allowed, &mut row).ok()?;
-    let label = path.display().to_string();
+    let header = table::scan(reader(open()?), columns, allowed, &mut row)
+        .map_err(|trouble| trouble.in_file(path, columns))?;
     // The text is not held, in which the line would be counted.
     let warnings = header.warning(&label).into_iter().chain(doubted.doubts(&label, |_| None)).collect();
     // A pool of its own: how many threads the program takes, the rest of the spec may say.
@@ -193,7 +209,7 @@ fn large(path: &Path, columns: Columns<'_, ALL>, drive: Drive) -> Option<Large> 
     let rigs = (!varied.places.is_empty()).then(|| (of_rigs, varied.rigs.clone()));
     let listed = (rows <= MOST_ROWS).then(|| Listed::new(path, places, rigs, grouped));
     let directions = directions(&header);
-    Some((listed, varied, directions, seen, warnings))
+    Ok(Some((listed, varied, directions, seen, warnings)))
 }
 
 /// Whether poles tilt, and lean, in the rows so far.

@@ -3,6 +3,7 @@
 
 mod agreement;
 mod all_backends;
+mod all_inputs;
 mod bench;
 mod bits;
 mod both;
@@ -98,4 +99,5 @@ mod unrested;
 mod words;
 mod world;
 mod writers;
+mod wrong_files;
 mod zeros;

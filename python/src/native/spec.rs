@@ -7,6 +7,7 @@ use toml::Table;
 use vibrissa::contour::rows;
 use vibrissa::error::{Error, InputError};
 use vibrissa::measure::names;
+use vibrissa::text_file::{Limit, TextFile};
 use vibrissa::{files, spec};
 
 use super::error;
@@ -35,11 +36,7 @@ impl UnreadSpec {
             return Ok(Self { label: format!("{name}.{KEYWORDS}"), text, base: PathBuf::new() });
         };
         let base = path.parent().unwrap_or(Path::new("")).to_owned();
-        let of_file = match std::fs::read_to_string(&path) {
-            Ok(of_file) => of_file,
-            // Its reader knows best what to say of it.
-            Err(e) => return Err(spec::read(&path).map_or_else(Error::from, |_| Error::io(&path, e))),
-        };
+        let of_file = TextFile::open(&path, "spec", Limit::Whole)?.text()?;
         let whole = of_file.parse::<Table>().ok().filter(|_| !text.is_empty());
         let Some(mut whole) = whole else {
             // Alone, or no TOML, which is told with its line.

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use super::disk::{Identity, Stamp, hash_file, open_regular};
+use super::disk::{Identity, Stamp, hash_file, names_in, open_regular};
 use super::question::Question;
 use super::record::{Listed, RUN, Record};
 use super::{JOURNAL, PREFIX, RESULT, UNPLACED, WORK};
@@ -101,13 +101,13 @@ pub(super) fn judge(folder: &Path, question: &Question, names: &[String], force:
 fn objection(folder: &Path, record: &Record, question: &Question) -> Result<Option<String>, Error> {
     Ok(match record {
         Record::Nothing => {
-            let mut entries = fs::read_dir(folder).map_err(|e| Error::io(folder, e))?;
+            let mut names = names_in(folder).map_err(|e| Error::io(folder, e))?.into_iter();
             let cut = matches!(question.command, "sweep" | "optimise");
             let part = |name: &str| cut && Shard::of_folder(name).is_some();
             let unplaced =
                 |name: &str| name.strip_prefix(RESULT).is_some_and(|rest| rest.starts_with(UNPLACED));
             let strange = |name: &str| !name.starts_with(PREFIX) && !unplaced(name) && !part(name);
-            let occupied = entries.any(|e| e.is_ok_and(|e| strange(&e.file_name().to_string_lossy())));
+            let occupied = names.any(|name| strange(&name.to_string_lossy()));
             let searched = question.command != "optimise" && folder.join(JOURNAL).exists();
             let swept = question.command != "sweep" && folder.join(WORK).exists();
             // What a sweep began is its own, whatever was put beside it since.

@@ -1,11 +1,16 @@
 //! Files as they lie on the disk: opened without following links, made durable, known again.
 
+#[cfg(unix)]
+use std::ffi::OsStr;
+use std::ffi::OsString;
 use std::fs::{self, File, Metadata, OpenOptions};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use sha2::{Digest, Sha256};
+
+use crate::error::{Error, InputError};
 
 /// Hex SHA-256 of a text.
 pub fn hash(text: &str) -> String {
@@ -77,6 +82,56 @@ pub fn open_regular(path: &Path, options: &mut OpenOptions) -> io::Result<File> 
     if file.metadata()?.is_file() { Ok(file) } else { Err(odd()) }
 }
 
+/// Opens a file of a result to read it; `None` where there is none. A link, a pipe, a device or a folder under its name is refused.
+///
+/// # Errors
+/// That, and what the system says.
+pub fn open_of_result(path: &Path) -> Result<Option<File>, Error> {
+    match open_regular(path, OpenOptions::new().read(true)) {
+        Ok(file) => Ok(Some(file)),
+        Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(None),
+        Err(_) if path.symlink_metadata().is_ok_and(|m| !m.is_file()) => {
+            let error = InputError::new("this is a link, a pipe, a device or a folder, no file of a result");
+            Err(error.at(path.display().to_string(), None).allowed("the file as it was written").into())
+        }
+        Err(e) => Err(Error::io(path, e)),
+    }
+}
+
+/// Names of everything in a folder, but `.` and `..`. The standard library's way panics where the system fails to close a folder.
+#[cfg(unix)]
+pub fn names_in(folder: &Path) -> io::Result<Vec<OsString>> {
+    use std::os::unix::ffi::OsStrExt;
+    use std::os::unix::fs::OpenOptionsExt;
+    let flags = rustix::fs::OFlags::DIRECTORY.bits().cast_signed();
+    let opened = OpenOptions::new().read(true).custom_flags(flags).open(folder)?;
+    let mut names = Vec::new();
+    for entry in rustix::fs::Dir::new(opened)? {
+        let entry = entry?;
+        let name = entry.file_name().to_bytes();
+        names.extend((!matches!(name, b"." | b"..")).then(|| OsStr::from_bytes(name).to_owned()));
+    }
+    Ok(names)
+}
+
+/// Names of everything in a folder.
+#[cfg(not(unix))]
+pub fn names_in(folder: &Path) -> io::Result<Vec<OsString>> {
+    fs::read_dir(folder)?.map(|entry| Ok(entry?.file_name())).collect()
+}
+
+/// Removes a folder and all that is in it; of a link the link.
+pub fn remove_folder(folder: &Path) -> io::Result<()> {
+    for name in names_in(folder)? {
+        let path = folder.join(name);
+        match path.symlink_metadata()?.is_dir() {
+            true => remove_folder(&path)?,
+            false => fs::remove_file(&path)?,
+        }
+    }
+    fs::remove_dir(folder)
+}
+
 /// Makes the names in a folder durable.
 pub(super) fn sync(folder: &Path) -> io::Result<()> {
     if cfg!(unix) {
@@ -119,12 +174,13 @@ pub(super) fn place(m: &Metadata) -> Option<(u64, u64)> {
 
 /// A file that is read, whatever names and links lead to it.
 #[derive(Debug)]
-pub(super) struct Identity {
+pub struct Identity {
     path: Option<PathBuf>,
     place: Option<(u64, u64)>,
 }
 
 impl Identity {
+    /// Of the file at `path`.
     pub fn of(path: &Path) -> Self {
         let place = fs::metadata(path).ok().as_ref().and_then(place);
         Self { path: path.canonicalize().ok(), place }

@@ -1,16 +1,15 @@
 //! What killed runs left: half-written results, and locks of nobody.
 
-use std::fs;
 use std::path::Path;
 
 use super::PREFIX;
+use super::disk::{names_in, remove_folder};
 use super::lock::{Asked, Lock};
 
 /// Removes from `place` what dead runs left there; `mine` is the lock that is held. What cannot be removed stays.
 pub(super) fn clear(place: &Path, mine: &Lock) {
     // Without locks, nobody is known to be dead.
-    for entry in fs::read_dir(place).into_iter().flatten().flatten().filter(|_| mine.firm) {
-        let name = entry.file_name();
+    for name in names_in(place).into_iter().flatten().filter(|_| mine.firm) {
         let Some(owner) = name.to_str().and_then(|n| n.strip_prefix(PREFIX)).and_then(owner) else {
             continue;
         };
@@ -22,9 +21,9 @@ pub(super) fn clear(place: &Path, mine: &Lock) {
                 _ => continue,
             },
         };
-        // Of a link, this is the type of the link itself.
-        if entry.file_type().is_ok_and(|t| t.is_dir()) {
-            let _ = fs::remove_dir_all(entry.path());
+        let path = place.join(&name);
+        if path.symlink_metadata().is_ok_and(|m| m.is_dir()) {
+            let _ = remove_folder(&path);
         }
     }
 }

@@ -24,12 +24,14 @@ use super::pack::Packer;
 use super::unfinished::{self, Unfinished};
 use crate::error::Error;
 use claim::{Old, judge, place, refuse};
-pub use disk::{Hashing, hash, hash_all, hash_file, open_regular};
+pub use disk::{
+    Hashing, Identity, hash, hash_all, hash_file, names_in, open_of_result, open_regular, remove_folder,
+};
 use lock::{Asked, Lock};
 pub use output::{Mark, Output};
 pub use question::{Question, digest};
 use record::RUN;
-pub use record::{Listed, is_result_name};
+pub use record::{Listed, is_result_name, read_run};
 pub use work::{Head, Left, WORK};
 use work::{Made, Partial, Saving};
 
@@ -226,7 +228,7 @@ impl Folder {
     /// A folder that cannot be made.
     pub fn scratch(&self) -> Result<Scratch, Error> {
         let (folder, _unfinished) = beside(&self.lock)?;
-        Ok(Scratch { _unfinished, folder })
+        Ok(Scratch { _unfinished, folder: folder.keep() })
     }
 
     /// The `run.json` of the older result of the same command that gives way, if there is one.
@@ -296,14 +298,20 @@ impl Folder {
 /// A folder that goes when this does.
 #[derive(Debug)]
 pub struct Scratch {
-    folder: tempfile::TempDir,
+    folder: PathBuf,
     _unfinished: Unfinished,
 }
 
 impl Scratch {
     /// Where it is.
     pub fn path(&self) -> &Path {
-        self.folder.path()
+        &self.folder
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = remove_folder(&self.folder);
     }
 }
 

@@ -1,18 +1,28 @@
 //! The `run.json` of an older result: whose it is, and which files it wrote.
 
-use std::fs::OpenOptions;
-use std::io::{ErrorKind, Read};
 use std::path::{Component, Path};
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::disk::open_regular;
+use super::disk::open_of_result;
 use crate::error::Error;
 use crate::sink::run_json::FORMAT;
+use crate::text_file::{Limit, TextFile};
 
 /// Name of the record.
 pub(super) const RUN: &str = "run.json";
+
+/// The text of the `run.json` in `folder`; `None` where there is none.
+///
+/// # Errors
+/// What is no regular file, no text, or too long for a `run.json`; what the system says.
+pub fn read_run(folder: &Path) -> Result<Option<String>, Error> {
+    let path = folder.join(RUN);
+    let Some(file) = open_of_result(&path)? else { return Ok(None) };
+    let text = TextFile::new(file, &path.display().to_string(), RUN, Limit::Whole).text()?;
+    Ok(Some(text))
+}
 
 /// A file that a run wrote.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -39,17 +49,15 @@ pub(super) enum Record {
 impl Record {
     /// Reads it.
     pub fn read(folder: &Path) -> Result<Self, Error> {
-        let path = folder.join(RUN);
-        let mut text = String::new();
-        let read =
-            open_regular(&path, OpenOptions::new().read(true)).and_then(|mut f| f.read_to_string(&mut text));
-        match read {
-            Err(e) if e.kind() == ErrorKind::NotFound => return Ok(Self::Nothing),
-            Err(e) if e.kind() == ErrorKind::InvalidData => return Ok(Self::Unlisted),
-            other => other.map_err(|e| Error::io(&path, e))?,
-        };
-        let run: Value = serde_json::from_str(&text).unwrap_or_default();
-        Ok(Self::of(run).unwrap_or(Self::Unlisted))
+        match read_run(folder) {
+            Ok(None) => Ok(Self::Nothing),
+            Ok(Some(text)) => {
+                let run: Value = serde_json::from_str(&text).unwrap_or_default();
+                Ok(Self::of(run).unwrap_or(Self::Unlisted))
+            }
+            Err(Error::Input(_)) => Ok(Self::Unlisted),
+            Err(e) => Err(e),
+        }
     }
 
     fn of(run: Value) -> Option<Self> {

@@ -12,7 +12,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::claim::{Old, look, refuse};
-use super::disk::{Stamp, open_regular, sync};
+use super::disk::{Stamp, names_in, open_regular, sync};
 use super::record::{Listed, RUN, is_plain};
 use super::work::STATE;
 use crate::error::Error;
@@ -166,8 +166,7 @@ fn finish(target: &Path) -> io::Result<()> {
 /// of it, into the result folder.
 fn clear_away(target: &Path) -> io::Result<()> {
     let pending = target.join(PENDING);
-    for entry in fs::read_dir(&pending)? {
-        let name = entry?.file_name();
+    for name in names_in(&pending)? {
         // A run.json of others is none of the result's.
         let first = u32::from(name == RUN);
         let free = |n: u32| match n {

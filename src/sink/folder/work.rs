@@ -12,7 +12,7 @@ use std::thread::JoinHandle;
 use serde::{Deserialize, Serialize};
 
 use super::claim::{LONG, refuse};
-use super::disk::{open_regular, sync};
+use super::disk::{names_in, open_regular, remove_folder, sync};
 use crate::error::Error;
 use crate::sink::pack::{Packer, checked};
 use crate::sink::unfinished::{self, Unfinished};
@@ -63,7 +63,7 @@ pub(super) fn look(target: &Path, identity: &str, force: bool) -> Result<Option<
             return Err(refuse(target, why, "another folder; or move this away"));
         }
     }
-    let remove = || fs::remove_dir_all(&work).map_err(|e| Error::io(&work, e));
+    let remove = || remove_folder(&work).map_err(|e| Error::io(&work, e));
     let why = match read(&work) {
         // Nothing was complete.
         Ok(None) => return remove().map(|()| None),
@@ -147,7 +147,7 @@ impl Partial {
 
     /// Removes what is in it.
     pub fn clear(&self) -> io::Result<()> {
-        fs::read_dir(&self.path)?.try_for_each(|entry| fs::remove_file(entry?.path()))
+        names_in(&self.path)?.iter().try_for_each(|name| fs::remove_file(self.path.join(name)))
     }
 }
 
@@ -155,7 +155,7 @@ impl Drop for Partial {
     fn drop(&mut self) {
         let complete = || self.is_work() && self.path.join(STATE).exists();
         if !self.kept && !complete() {
-            let _ = fs::remove_dir_all(&self.path);
+            let _ = remove_folder(&self.path);
         }
     }
 }

@@ -8,7 +8,8 @@ use parquet::data_type::{ByteArray, DataType};
 use parquet::errors::{ParquetError, Result};
 use parquet::file::reader::{FileReader, RowGroupReader, SerializedFileReader};
 
-use crate::error::Error;
+use crate::error::{Error, InputError};
+use crate::kernel::gpu::quietly;
 use crate::sink::columns::{Columns, Values, Words};
 
 /// Rows of a table in their order.
@@ -16,6 +17,8 @@ pub struct Reader {
     path: PathBuf,
     file: SerializedFileReader<File>,
     next: usize,
+    /// Columns as the first group has them, without its rows.
+    first: Option<Columns>,
 }
 
 impl Reader {
@@ -24,8 +27,8 @@ impl Reader {
     /// # Errors
     /// What is no Parquet file.
     pub fn new(path: &Path, file: File) -> std::result::Result<Self, Error> {
-        let file = SerializedFileReader::new(file).map_err(|e| unreadable(path, &e))?;
-        Ok(Self { path: path.to_owned(), file, next: 0 })
+        let file = guarded(|| SerializedFileReader::new(file)).map_err(|e| unreadable(path, &e))?;
+        Ok(Self { path: path.to_owned(), file, next: 0, first: None })
     }
 
     /// Names of its columns.
@@ -49,18 +52,35 @@ impl Reader {
         if self.next == self.file.num_row_groups() {
             return Ok(None);
         }
-        let group = self.file.get_row_group(self.next).and_then(|group| columns(&*group));
+        let group = guarded(|| self.file.get_row_group(self.next).and_then(|group| columns(&*group)));
         self.next += 1;
-        group.map(Some).map_err(|e| unreadable(&self.path, &e))
+        let group = group.map_err(|e| unreadable(&self.path, &e))?;
+        if group.width() != self.columns().len()
+            || self.first.as_ref().is_some_and(|first| !first.is_like(&group))
+        {
+            let why = "its row groups have different columns".to_owned();
+            return Err(unreadable(&self.path, &ParquetError::General(why)));
+        }
+        self.first.get_or_insert_with(|| group.like());
+        Ok(Some(group))
     }
 }
 
+/// What `read` gives. The decoder panics on some damaged files.
+fn guarded<T>(read: impl FnOnce() -> Result<T>) -> Result<T> {
+    quietly(read).unwrap_or_else(|why| Err(ParquetError::General(why)))
+}
+
 fn unreadable(path: &Path, e: &ParquetError) -> Error {
-    Error::io(path, std::io::Error::other(e.to_string()))
+    let error = InputError::new(format!("this is not a whole Parquet file: {e}"));
+    error.at(path.display().to_string(), None).allowed("the file as it was written").into()
 }
 
 fn columns(group: &dyn RowGroupReader) -> Result<Columns> {
-    let rows = usize::try_from(group.metadata().num_rows()).unwrap_or(0);
+    let rows = usize::try_from(group.metadata().num_rows()).unwrap_or(usize::MAX);
+    if rows > super::GROUP {
+        return Err(ParquetError::General("a row group has more rows than this program writes".into()));
+    }
     (0..group.num_columns())
         .map(|at| column(group.get_column_reader(at)?, rows))
         .collect::<Result<_>>()
@@ -91,7 +111,8 @@ fn column(reader: ColumnReader, rows: usize) -> Result<Values> {
 
 /// All values of a column, missing ones in their places.
 fn read<T: DataType>(mut reader: ColumnReaderImpl<T>, rows: usize) -> Result<Vec<Option<T::T>>> {
-    let (mut there, mut known) = (Vec::with_capacity(rows), Vec::with_capacity(rows));
+    // The number of rows is one of a file that may be damaged: no memory is taken for it before they are there.
+    let (mut there, mut known) = (Vec::new(), Vec::new());
     while there.len() < rows {
         let (read, ..) = reader.read_records(rows - there.len(), Some(&mut there), None, &mut known)?;
         if read == 0 {

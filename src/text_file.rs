@@ -1,0 +1,252 @@
+//! Text files, read in blocks: a file that is too long or no text is refused before it fills the memory.
+
+use std::fs::File;
+use std::io::{Error, ErrorKind, Read, Result};
+use std::path::Path;
+
+use crate::error::InputError;
+
+/// Length up to which a file is read whole, bytes: a spec, a calibration, a `run.json`.
+pub const WHOLE: u64 = 16 << 20;
+/// Longest line of a table, bytes.
+pub const LINE: usize = 1 << 20;
+/// Read at a time, bytes.
+const BLOCK: usize = 1 << 16;
+
+/// What a reader refuses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Limit {
+    /// More than [`WHOLE`], and what is no UTF-8.
+    Whole,
+    /// A line longer than [`LINE`], and what is no UTF-8.
+    Lines,
+    /// A line longer than [`LINE`]. Its reader answers for what is no text, line by line.
+    AnyLines,
+}
+
+/// A reader that fails, with an [`InputError`], at the first block that is no text or exceeds its limit. A zero byte is no text.
+#[derive(Debug)]
+pub struct TextFile<R> {
+    reader: R,
+    limit: Limit,
+    /// Words for the kind of the file.
+    what: String,
+    label: String,
+    /// Bytes so far.
+    total: u64,
+    /// Lines that have ended.
+    lines: usize,
+    /// Bytes of the line that has not ended.
+    line: usize,
+    /// The start of a character whose end comes with the next block.
+    begun: Vec<u8>,
+}
+
+impl TextFile<File> {
+    /// Opens the `what` file at `path`; a pipe is read too.
+    ///
+    /// # Errors
+    /// A file that is missing, cannot be read or is too long; a folder.
+    pub fn open(path: &Path, what: &str, limit: Limit) -> std::result::Result<Self, InputError> {
+        let label = path.display().to_string();
+        let refuse = |why: String| InputError::new(why).at(&label, None);
+        if path.is_dir() {
+            return Err(refuse(format!("this is a folder, no {what} file")));
+        }
+        let file = File::open(path).map_err(|e| match e.kind() {
+            ErrorKind::NotFound => refuse(format!("there is no such {what} file")),
+            _ => unread(what, &label, &e),
+        })?;
+        match file.metadata() {
+            Ok(m) if limit == Limit::Whole && m.is_file() && m.len() > WHOLE => Err(too_long(what, &label)),
+            _ => Ok(Self::new(file, &label, what, limit)),
+        }
+    }
+}
+
+impl<R: Read> TextFile<R> {
+    /// Of `reader`; `label` is the file as the user named it.
+    pub fn new(reader: R, label: &str, what: &str, limit: Limit) -> Self {
+        let (what, label) = (what.to_owned(), label.to_owned());
+        Self { reader, limit, what, label, total: 0, lines: 0, line: 0, begun: Vec::new() }
+    }
+
+    /// All that it reads.
+    ///
+    /// # Errors
+    /// What is refused, or cannot be read.
+    pub fn bytes(mut self) -> std::result::Result<Vec<u8>, InputError> {
+        let mut bytes = Vec::new();
+        match self.read_to_end(&mut bytes) {
+            Ok(_) => Ok(bytes),
+            Err(e) => Err(refused(e).unwrap_or_else(|e| unread(&self.what, &self.label, &e))),
+        }
+    }
+
+    /// All that it reads, as text without byte order mark.
+    ///
+    /// # Errors
+    /// As [`Self::bytes`]; what is no UTF-8.
+    pub fn text(self) -> std::result::Result<String, InputError> {
+        let (what, label) = (self.what.clone(), self.label.clone());
+        let mut text = String::from_utf8(self.bytes()?).map_err(|e| {
+            let valid = &e.as_bytes()[..e.utf8_error().valid_up_to()];
+            no_text(&what, &label, 1 + ends(valid))
+        })?;
+        if text.starts_with('\u{feff}') {
+            text.drain(..'\u{feff}'.len_utf8());
+        }
+        Ok(text)
+    }
+
+    /// Takes note of the next block.
+    fn check(&mut self, block: &[u8]) -> std::result::Result<(), InputError> {
+        self.total += block.len() as u64;
+        if self.limit != Limit::AnyLines {
+            if let Some(at) = block.iter().position(|b| *b == 0) {
+                return Err(self.no_text_after(&block[..at]));
+            }
+            self.check_characters(block)?;
+        }
+        if self.limit == Limit::Whole && self.total > WHOLE {
+            return Err(too_long(&self.what, &self.label));
+        }
+        let is_end = |b: &u8| matches!(b, b'\n' | b'\r');
+        let first = block.iter().position(is_end);
+        if self.limit != Limit::Whole && self.line + first.unwrap_or(block.len()) > LINE {
+            let why = format!("this line is longer than 1 MiB, so this is no {} file", self.what);
+            let error = InputError::new(why).at(&self.label, Some(self.lines + 1));
+            return Err(error.allowed("lines of up to 1 MiB"));
+        }
+        self.lines += ends(block);
+        self.line = match block.iter().rposition(is_end) {
+            Some(last) => block.len() - 1 - last,
+            None => self.line + block.len(),
+        };
+        Ok(())
+    }
+
+    fn check_characters(&mut self, block: &[u8]) -> std::result::Result<(), InputError> {
+        let joined: Vec<u8>;
+        let bytes = if self.begun.is_empty() {
+            block
+        } else {
+            joined = [&self.begun, block].concat();
+            &joined
+        };
+        match std::str::from_utf8(bytes) {
+            Ok(_) => self.begun = Vec::new(),
+            Err(e) if e.error_len().is_none() => self.begun = bytes[e.valid_up_to()..].to_vec(),
+            Err(e) => return Err(self.no_text_after(&bytes[..e.valid_up_to()])),
+        }
+        Ok(())
+    }
+
+    /// What follows `before` in this block is no text.
+    fn no_text_after(&self, before: &[u8]) -> InputError {
+        no_text(&self.what, &self.label, self.lines + 1 + ends(before))
+    }
+}
+
+impl<R: Read> Read for TextFile<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> Result<usize> {
+        let most = buffer.len().min(BLOCK);
+        let n = self.reader.read(&mut buffer[..most])?;
+        self.check(&buffer[..n]).map_err(|e| Error::new(ErrorKind::InvalidData, e))?;
+        Ok(n)
+    }
+}
+
+/// The refusal in an error of reading.
+///
+/// # Errors
+/// The error itself where it is another one.
+pub fn refused(error: Error) -> std::result::Result<InputError, Error> {
+    error.downcast()
+}
+
+/// What the system says of a `what` file that cannot be read.
+pub fn unread(what: &str, label: &str, e: &Error) -> InputError {
+    InputError::new(format!("this {what} file cannot be read: {e}")).at(label, None)
+}
+
+fn too_long(what: &str, label: &str) -> InputError {
+    let error = InputError::new(format!("this file is longer than 16 MiB, so it is no {what} file"));
+    error.at(label, None).allowed("up to 16 MiB")
+}
+
+fn no_text(what: &str, label: &str, line: usize) -> InputError {
+    let why = format!("this {what} file is not UTF-8 text; save it as UTF-8");
+    InputError::new(why).at(label, Some(line))
+}
+
+/// Line ends in `text`.
+fn ends(text: &[u8]) -> usize {
+    text.iter().filter(|b| **b == b'\n').count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Gives `bytes` in pieces of `step`.
+    struct Slow<'a>(&'a [u8], usize);
+
+    impl Read for Slow<'_> {
+        fn read(&mut self, buffer: &mut [u8]) -> Result<usize> {
+            let n = self.1.min(buffer.len());
+            (&mut self.0).take(n as u64).read(buffer)
+        }
+    }
+
+    fn read(bytes: &[u8], step: usize, limit: Limit) -> std::result::Result<String, InputError> {
+        TextFile::new(Slow(bytes, step), "a.csv", "data", limit).text()
+    }
+
+    #[test]
+    fn text_is_the_same_in_blocks_of_any_size() {
+        let text = "\u{feff}µ,°\r\n1,𝜃\n".repeat(3);
+        for step in 1..40 {
+            let found = read(text.as_bytes(), step, Limit::Whole).unwrap();
+            assert_eq!(found, text.strip_prefix('\u{feff}').unwrap(), "{step}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_text_is_refused_at_its_line() {
+        for (bytes, line) in
+            [(&b"a\nb\0"[..], 2), (b"a\n\n\xff", 3), (b"a\xc2", 1), (b"\xc2a\n", 1), (b"a\n\xf0\x9f\nb", 2)]
+        {
+            for step in [1, 2, 3, 100] {
+                let error = read(bytes, step, Limit::Lines).unwrap_err();
+                assert_eq!((error.line, error.file.as_deref()), (Some(line), Some("a.csv")), "{bytes:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_longest_line_is_read_and_a_longer_one_refused() {
+        for step in [1000, 65_536, 1 << 22] {
+            let long = |n: usize| format!("a\n{}\nb\n", "x".repeat(n)).into_bytes();
+            assert!(read(&long(LINE), step, Limit::Lines).is_ok());
+            let error = read(&long(LINE + 1), step, Limit::Lines).unwrap_err();
+            assert_eq!(error.line, Some(2), "{error}");
+            assert!(read(&long(LINE + 1), step, Limit::Whole).is_ok());
+        }
+    }
+
+    #[test]
+    fn a_whole_file_has_a_greatest_length() {
+        struct Endless(u64);
+        impl Read for Endless {
+            fn read(&mut self, buffer: &mut [u8]) -> Result<usize> {
+                buffer.fill(b'\n');
+                self.0 += buffer.len() as u64;
+                assert!(self.0 < 2 * WHOLE, "more is read than may be");
+                Ok(buffer.len())
+            }
+        }
+        let error = TextFile::new(Endless(0), "a.toml", "spec", Limit::Whole).text().unwrap_err();
+        assert!(error.to_string().contains("16 MiB"), "{error}");
+    }
+}

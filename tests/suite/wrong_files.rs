@@ -1,0 +1,322 @@
+//! Files that are not what their names say: pipes, links, names elsewhere, damaged tables; and systems that fail while a file is written.
+#![cfg(target_os = "linux")]
+
+use std::io::Write;
+use std::os::unix::fs::symlink;
+use std::process::{Command, Stdio};
+
+use libc::SIGTERM;
+use serde_json::{Value, json};
+
+use crate::common::program::{Desk, Ran, SPEC, names};
+use crate::common::world::{Running, calibrated, ends, program, send, shell, until_it_hears, words};
+
+/// A desk with a sweep in `out`.
+fn swept(more: &str) -> Desk {
+    let desk = Desk::new(&format!("{SPEC}{more}"));
+    desk.sweep(&["--out", "out"]).exits(0);
+    desk
+}
+
+/// Runs `line`, which must end in `seconds`, on `desk`.
+fn in_time(desk: &Desk, line: &str) -> (Option<i32>, String) {
+    let ran = shell(desk, &format!("PATH=$PATH; exec timeout 20 \"$PROGRAM\" {line}"));
+    (ran.status.code(), words(&ran.stderr))
+}
+
+fn run_json(desk: &Desk) -> Value {
+    serde_json::from_str(&desk.read("out/run.json")).unwrap()
+}
+
+#[test]
+fn what_is_no_run_json_hangs_nothing() {
+    let desk = swept("");
+    let run = desk.read("out/run.json");
+    let path = desk.path("out/run.json");
+    for what in ["pipe", "folder", "device", "link"] {
+        let _ = std::fs::remove_file(&path);
+        match what {
+            "pipe" => assert!(Command::new("mkfifo").arg(&path).status().unwrap().success()),
+            "folder" => std::fs::create_dir(&path).unwrap(),
+            "device" => symlink("/dev/zero", &path).unwrap(),
+            _ => {
+                desk.write("elsewhere.json", &run);
+                symlink("../elsewhere.json", &path).unwrap();
+            }
+        }
+        for line in ["report out", "report out --force", "cite out", "cite out --force", "report out --plan"]
+        {
+            let (code, told) = in_time(&desk, line);
+            assert!(code == Some(2) && told.contains("run.json"), "{what}: {line}: {code:?} {told}");
+        }
+        if what == "folder" {
+            std::fs::remove_dir(&path).unwrap();
+        }
+    }
+}
+
+#[test]
+fn a_table_that_is_a_pipe_or_a_link_is_not_read() {
+    for listed in [true, false] {
+        let desk = swept("");
+        if !listed {
+            let mut run = run_json(&desk);
+            run.as_object_mut().unwrap().remove("files");
+            desk.write("out/run.json", run.to_string());
+        }
+        let path = desk.path("out/designs.csv");
+        std::fs::rename(&path, desk.path("mine.csv")).unwrap();
+        for what in ["pipe", "link"] {
+            match what {
+                "pipe" => assert!(Command::new("mkfifo").arg(&path).status().unwrap().success()),
+                _ => symlink("../mine.csv", &path).unwrap(),
+            }
+            for line in ["report out", "report out --force"] {
+                let (code, told) = in_time(&desk, line);
+                assert!(code == Some(2) && told.contains("designs.csv"), "{what}: {line}: {code:?} {told}");
+            }
+            std::fs::remove_file(&path).unwrap();
+        }
+    }
+}
+
+#[test]
+fn a_run_json_that_names_files_elsewhere_is_refused() {
+    let desk = swept("");
+    let run = run_json(&desk);
+    let there = desk.path("there.csv").display().to_string();
+    let fifo = desk.path("fifo");
+    assert!(Command::new("mkfifo").arg(&fifo).status().unwrap().success());
+    desk.write("there.csv", "mine");
+    for name in ["../there.csv", &there, "../fifo", "sub/../designs.csv", ".", "", "/dev/zero"] {
+        let mut run = run.clone();
+        run["files"][0]["name"] = json!(name);
+        desk.write("out/run.json", run.to_string());
+        for line in ["report out", "report out --force", "cite out", "cite out --force"] {
+            let (code, told) = in_time(&desk, line);
+            assert!(code == Some(2) && told.contains("run.json"), "{name}: {line}: {code:?} {told}");
+        }
+    }
+}
+
+#[test]
+fn a_long_run_json_or_table_is_refused() {
+    let desk = swept("");
+    let long = |name: &str| std::fs::File::create(desk.path(name)).unwrap().set_len(5 << 30).unwrap();
+    let designs = desk.read("out/designs.csv");
+    long("out/designs.csv");
+    for line in ["report out", "report out --force"] {
+        let (code, told) = in_time(&desk, line);
+        assert!(code == Some(2) && told.contains("designs.csv"), "{line}: {code:?} {told}");
+    }
+    desk.write("out/designs.csv", designs);
+    long("out/run.json");
+    for line in ["report out", "cite out", "sweep spec.toml --out out", "merge out"] {
+        let (code, told) = in_time(&desk, line);
+        assert!(code == Some(2), "{line}: {code:?} {told}");
+    }
+}
+
+/// Writes run.json anew with the hashes of the files as they are.
+fn listed_again(desk: &Desk, folder: &str) {
+    let name = format!("{folder}/run.json");
+    let mut run: Value = serde_json::from_str(&desk.read(&name)).unwrap();
+    for file in run["files"].as_array_mut().unwrap() {
+        let bytes = std::fs::read(desk.path(folder).join(file["name"].as_str().unwrap())).unwrap();
+        file["bytes"] = bytes.len().into();
+        file["blake3"] = vibrissa::sink::folder::hash_file(bytes.as_slice()).unwrap().into();
+    }
+    desk.write(&name, run.to_string());
+}
+
+/// A Parquet table in each way of being damaged.
+fn damaged(whole: &[u8]) -> Vec<(String, Vec<u8>)> {
+    let n = whole.len();
+    let mut all: Vec<(String, Vec<u8>)> = [0, 3, 4, 11, n / 2, n - 9, n - 8, n - 4, n - 1]
+        .map(|k| (format!("first {k}"), whole[..k].to_vec()))
+        .into();
+    all.push(("other magic".to_owned(), [b"RAP1", &whole[4..n - 4], b"RAP1"].concat()));
+    all.push(("zeros".to_owned(), vec![0; n]));
+    all.push(("a table as CSV".to_owned(), b"D_mm,status\n10,ok\n".to_vec()));
+    // The footer, its length, and what the pages begin with.
+    for at in (0..n).step_by(1 + n / 40).chain(n - 12..n) {
+        for mask in [0xff, 0x01] {
+            let mut bytes = whole.to_vec();
+            bytes[at] ^= mask;
+            all.push((format!("byte {at} ^ {mask}"), bytes));
+        }
+    }
+    all
+}
+
+#[test]
+fn damaged_parquet_is_refused_in_words() {
+    let desk = swept("[output]\nformat = \"parquet\"\n");
+    for part in ["1/2", "2/2"] {
+        desk.sweep(&["--shard", part, "--out", "parts"]).exits(0);
+    }
+    let part = names(&desk.path("parts")).into_iter().find(|n| n.starts_with("shard-1")).unwrap();
+    let part = format!("parts/{part}");
+    let mut refused = [0; 2];
+    for (k, (folder, line)) in [
+        ("out", &["report", "out", "--force", "--plan"][..]),
+        (part.as_str(), &["merge", "parts", "--out", "whole", "--force"][..]),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let path = desk.path(folder).join("designs.parquet");
+        let whole = std::fs::read(&path).unwrap();
+        let run = desk.read(&format!("{folder}/run.json"));
+        for (what, bytes) in damaged(&whole) {
+            std::fs::write(&path, bytes).unwrap();
+            // Of a merge, the check of the bytes comes first.
+            listed_again(&desk, folder);
+            let ran = desk.run(line);
+            // A flipped bit of a number is another number.
+            assert!(ran.code == 2 || ran.code == 0, "{what}: {line:?}: {} {}", ran.code, ran.stderr);
+            assert!(!ran.stderr.contains("panicked"), "{what}: {line:?}: {}", ran.stderr);
+            assert!(ran.code == 0 || ran.stderr.contains("designs"), "{what}: {line:?}: {}", ran.stderr);
+            assert!(ran.code == 2 || what.starts_with("byte"), "{what}: {line:?}");
+            refused[k] += i32::from(ran.code == 2);
+        }
+        std::fs::write(&path, whole).unwrap();
+        desk.write(&format!("{folder}/run.json"), run);
+        desk.run(line).exits(0);
+    }
+    assert!(refused[0] > 20 && refused[1] > 20, "{refused:?}");
+}
+
+#[test]
+fn a_file_without_readings_is_refused() {
+    let desk = calibrated();
+    let head = "theta_deg,strain\n";
+    for text in ["", "\n\n", "# theta_deg,strain\n", head, "\u{feff}", "theta_deg;strain\r\n"] {
+        desk.write("readings.csv", text);
+        for more in [&[][..], &["--force"], &["--json"]] {
+            let line = ["locate", "cal/calibration.toml", "readings.csv", "--out", "loc"];
+            let ran = desk.run(&[&line[..], more].concat()).exits(2);
+            let told = ran.stdout + &ran.stderr;
+            assert!(told.contains("readings.csv") && !desk.path("loc").exists(), "{text:?}: {told}");
+        }
+        desk.pipe(&["locate", "cal/calibration.toml"], text).exits(2);
+        desk.pipe(&["locate", "cal/calibration.toml", "--out", "loc"], text).exits(2);
+        assert!(!desk.path("loc").exists());
+        for line in [
+            &["calibrate", "readings.csv", "--whisker", "spec.toml"][..],
+            &["taps", "readings.csv"],
+            &["contour", "readings.csv", "--calibration", "cal/calibration.toml"],
+        ] {
+            let ran = desk.run(&[line, &["--out", "made"]].concat()).exits(2);
+            assert!(!desk.path("made").exists(), "{line:?}: {}", ran.stderr);
+        }
+    }
+    desk.write("readings.csv", format!("{head}4,0.02\n"));
+    desk.run(&["locate", "cal/calibration.toml", "readings.csv", "--out", "loc"]).exits(0);
+}
+
+#[test]
+fn a_line_of_readings_without_an_end_is_refused() {
+    let desk = calibrated();
+    let long = "7".repeat(2 << 20);
+    let text = format!("theta_deg,strain\n4,0.02\n{long}\n4,0.02\n");
+    desk.write("readings.csv", &text);
+    let filed = desk.run(&["locate", "cal/calibration.toml", "readings.csv", "--out", "loc"]).exits(2);
+    assert!(filed.stderr.contains("readings.csv:3") && !desk.path("loc").exists(), "{}", filed.stderr);
+    let streamed = desk.pipe(&["locate", "cal/calibration.toml"], &text).exits(2);
+    assert!(streamed.stderr.contains("stdin:3") && streamed.stdout.contains("ok"), "{}", streamed.stderr);
+}
+
+#[test]
+fn a_signal_is_heard_while_data_are_read() {
+    let desk = calibrated();
+    for line in [
+        &["calibrate", "/dev/stdin", "--whisker", "spec.toml", "--out", "new"][..],
+        &["taps", "/dev/stdin", "--out", "new"],
+        &["sweep", "listed.toml", "--out", "new"],
+    ] {
+        desk.write("listed.toml", "[tuples]\nfile = \"/dev/stdin\"\n");
+        let mut command = program(&desk, line);
+        command.stdin(Stdio::piped());
+        let mut child = Running::new(&mut command);
+        until_it_hears(&child, SIGTERM);
+        let mut stdin = child.stdin.take().unwrap();
+        let feed = std::thread::spawn(move || {
+            let head = b"D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg,strain,t_s\n";
+            let mut ok = stdin.write_all(head).is_ok();
+            while ok {
+                std::thread::sleep(std::time::Duration::from_millis(5));
+                ok = stdin.write_all(b"10,4,50,5,2,33,1,0.01,1\n").is_ok();
+            }
+        });
+        std::thread::sleep(std::time::Duration::from_millis(400));
+        send(&child, SIGTERM);
+        let left = ends(child);
+        assert_eq!(left.status.code(), Some(1), "{line:?}: {}", words(&left.stderr));
+        feed.join().unwrap();
+        assert!(!desk.path("new").exists());
+    }
+}
+
+#[test]
+fn a_file_that_may_not_grow_is_an_error_of_writing() {
+    let desk = calibrated();
+    desk.write("swept.toml", SPEC);
+    let before = names(&desk.path("."));
+    for line in [
+        "sweep swept.toml --backend cpu --out new",
+        "simulate spec.toml --out new",
+        "calibrate sim/measurements.csv --whisker spec.toml --out new",
+        "locate cal/calibration.toml sim/measurements.csv --out new > told",
+        "help columns > told",
+    ] {
+        for blocks in [0, 1] {
+            let ran = shell(&desk, &format!("ulimit -f {blocks}; exec \"$PROGRAM\" {line}"));
+            let told = words(&ran.stderr);
+            assert_eq!(ran.status.code(), Some(1), "{line}, {blocks} blocks: {:?} {told}", ran.status);
+            assert!(told.contains("File too large") || told.contains("file size"), "{line}: {told}");
+            let _ = std::fs::remove_file(desk.path("told"));
+            assert_eq!(names(&desk.path(".")), before, "{line}");
+        }
+    }
+}
+
+/// A library that lets every folder and every file fail when it is closed.
+const NO_CLOSE: &str = "#define _GNU_SOURCE\n#include <dirent.h>\n#include <dlfcn.h>\n#include <errno.h>\n\
+    int close(int fd) { int (*real)(int) = dlsym(RTLD_NEXT, \"close\"); real(fd); if (fd < 3) return 0; errno = EIO; return -1; }\n\
+    int closedir(DIR *d) { int (*real)(DIR *) = dlsym(RTLD_NEXT, \"closedir\"); real(d); errno = EIO; return -1; }\n";
+
+#[test]
+fn a_folder_that_fails_when_it_is_closed_is_no_panic() {
+    let desk = calibrated();
+    desk.write("close.c", NO_CLOSE);
+    let library = desk.path("close.so");
+    let made = Command::new("cc")
+        .args(["-shared", "-fPIC", "-o"])
+        .arg(&library)
+        .arg(desk.path("close.c"))
+        .args(["-ldl"])
+        .status();
+    assert!(made.is_ok_and(|made| made.success()), "no C compiler");
+    desk.write("swept.toml", SPEC);
+    for part in ["1/2", "2/2"] {
+        desk.run(&["sweep", "swept.toml", "--backend", "cpu", "--shard", part, "--out", "parts"]).exits(0);
+    }
+    std::fs::create_dir(desk.path("empty")).unwrap();
+    let ran = |line: &[&str]| -> Ran { desk.run_with(line, &[("LD_PRELOAD", library.to_str().unwrap())]) };
+    for line in [
+        &["sweep", "swept.toml", "--backend", "cpu", "--out", "new"][..],
+        &["sweep", "swept.toml", "--backend", "cpu", "--out", "new"],
+        &["sweep", "swept.toml", "--backend", "cpu", "--out", "empty"],
+        &["merge", "parts", "--out", "whole"],
+        &["report", "cal"],
+        &["locate", "cal/calibration.toml", "sim/measurements.csv", "--out", "loc"],
+    ] {
+        let ran = ran(line);
+        assert!(matches!(ran.code, 0 | 1), "{line:?}: {} {}", ran.code, ran.stderr);
+        assert!(ran.code == 0 || ran.stderr.contains("error: "), "{line:?}: {}", ran.stderr);
+    }
+    let ran = ran(&["report", "nothing"]);
+    assert_eq!(ran.code, 2, "{}", ran.stderr);
+    ["new", "empty", "whole", "loc"].into_iter().for_each(|folder| drop(desk.whole(folder)));
+}
