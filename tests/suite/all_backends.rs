@@ -22,7 +22,7 @@ impl Progress for Silent {
 /// and taps that only the reference solves. A slower solver, or one that gives up sooner, is noticed.
 struct Pin(&'static str, [(f64, f64); 2], usize);
 
-const PINS: [Pin; 59] = [
+const PINS: [Pin; 63] = [
     Pin("linear", [(0.0, 0.0), (0.0, 0.0)], 0),
     Pin("linear-shear", [(0.0, 0.0), (0.0, 0.0)], 0),
     Pin("linear-hub", [(0.0, 0.0), (0.0, 0.0)], 0),
@@ -41,6 +41,10 @@ const PINS: [Pin; 59] = [
     Pin("pole", [(5.3, 36.0), (6.8, 35.0)], 0),
     Pin("coulomb", [(5.9, 28.0), (6.9, 44.0)], 5),
     Pin("sticking", [(11.7, 92.0), (12.9, 113.0)], 2),
+    Pin("rolling", [(16.6, 142.0), (24.4, 256.0)], 1),
+    Pin("coulomb-pole", [(5.6, 26.0), (6.9, 46.0)], 2),
+    Pin("mooney-coulomb-pole-far-hub", [(14.5, 70.0), (19.6, 95.0)], 4),
+    Pin("mooney-coulomb-pole-passive", [(7.9, 55.0), (11.6, 95.0)], 3),
     Pin("neo-alone", [(7.0, 75.0), (9.1, 69.0)], 0),
     Pin("mooney-alone", [(6.9, 70.0), (9.1, 69.0)], 0),
     Pin("yeoh-alone", [(7.3, 78.0), (10.1, 123.0)], 0),

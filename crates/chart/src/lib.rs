@@ -99,6 +99,10 @@ pub fn of_study(
             let why = "tilted poles, and two gauges, have charts of frictionless contacts only";
             return Err(refused(why, "model.contact", "\"frictionless\"; upright poles and one gauge").into());
         }
+        if !frictionless && model.pole_radius > 0.0 {
+            let why = "whether a contact rolls on a pole or slides has no chart";
+            return Err(refused(why, "model.contact", "\"frictionless\", or pole_radius = 0").into());
+        }
         let why = "no distance has a chart: the geometry is linear, no gauge ends before a contact, or the model is not smooth there";
         return Err(
             refused(why, "model", "an exact model, contacts beyond 1.12 times the end of a gauge").into()

@@ -1,6 +1,7 @@
 //! Friction on a round pole: a contact that sticks rolls, another slides.
 
 use super::*;
+use crate::common::sweeping::{Table, number, sweep};
 use crate::common::{all_effects, tap};
 use vibrissa::physics::rod::RodProblem;
 use vibrissa::scene::Drive;
@@ -114,4 +115,64 @@ fn friction_on_a_pole_just_above_what_rolling_needs_rolls_and_just_below_slides(
         }
     }
     assert!(rolled > 20 && slid > 20, "{rolled} {slid}");
+}
+
+/// A sweep of a whisker that is, or is nearly, a cone against a pole of 4 mm.
+fn lab(whisker: &str, contact: &str, place: Place) -> Table {
+    let text = format!(
+        "[whisker]\nD = 10\nd = 4\nL_a = 50\n{whisker}\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = [21, 33, 45]\ntheta = [0.1, 1, 4, 8]\n\
+         [model]\nsurface = true\nshear = true\nextension = true\npole_radius = 4\ncontact = {contact}\nmaterial = {{ hooke = 3.2 }}\n\
+         [output]\nwrench = true\n"
+    );
+    sweep(&text, place).tuples
+}
+
+#[test]
+fn friction_on_a_pole_of_built_whiskers_is_next_to_that_of_their_cone() {
+    for contact in ["\"stick\"", "{ coulomb = 0.4 }", "{ coulomb = 5 }"] {
+        let cone = lab("", contact, CPU);
+        for shape in ["exponent = 1.00001", "curvature = 1e-7", "root = { k_theta = 1e7 }"] {
+            let built = lab(shape, contact, CPU);
+            for (one, other) in cone.rows.iter().zip(&built.rows) {
+                assert_eq!(
+                    (&one["status"], &one["contact_state"]),
+                    (&other["status"], &other["contact_state"])
+                );
+                for column in
+                    ["strain", "normal_force_N", "tangential_force_N", "contact_arc_mm", "base_moment_Nmm"]
+                {
+                    let [one, other] = [one, other].map(|row| number(row, column).expect("a value"));
+                    assert!(
+                        (one / other - 1.0).abs() < 1e-3,
+                        "{shape}, {contact}, {column}: {other}, cone {one}"
+                    );
+                }
+            }
+        }
+        for shape in [
+            "exponent = 1.5",
+            "exponent = 0.7",
+            "curvature = -0.01",
+            "root = { k_theta = 500, k_y = 20, k_x = 20 }",
+        ] {
+            let found = lab(shape, contact, CPU).rows;
+            assert!(found.iter().all(|row| row["status"] != "not_converged"), "{shape}, {contact}");
+        }
+    }
+}
+
+#[test]
+fn the_wrench_of_friction_on_a_pole_goes_through_the_contact() {
+    for contact in ["\"stick\"", "{ coulomb = 0.4 }"] {
+        let [exact, found] = [REFERENCE, CPU_F64].map(|place| lab("", contact, place));
+        for (one, other) in exact.rows.iter().zip(&found.rows) {
+            for column in ["base_moment_Nmm", "base_fx_N", "base_fy_N"] {
+                let [one, other] = [one, other].map(|row| number(row, column).expect("a value"));
+                assert!(
+                    (one - other).abs() < 1e-6 * one.abs().max(1e-3),
+                    "{contact}, {column}: {other}, reference {one}"
+                );
+            }
+        }
+    }
 }

@@ -316,16 +316,15 @@ impl<T: Real> Body<T> {
         Vector::new(self.tan_alpha(s, within), T::of(1.0)).normalize()
     }
 
-    /// Length of the skin on the side of the object from `a` to `a` + `by`, mm, by the piece that holds `a`.
+    /// Length of the skin on the side of the object from `a` to `a` + `by`, mm, by the piece that holds `a`; negative where `by` is.
     pub fn skin(&self, a: T, by: T) -> T {
-        let mut length = T::of(0.0);
-        let within = a.value();
-        let (from, to) = if by.value() < 0.0 { (a + by, a) } else { (a, a + by) };
-        each(from, to, |s, weight| {
-            length = length
-                + (self.curvature(s) * self.radius(s, within) + 1.0) * weight / self.tilt(s, within, true).y;
+        let (mut mean, within) = (T::of(0.0), a.value());
+        each(T::of(0.0), T::of(1.0), |share, weight| {
+            let s = a + by * share;
+            let stretched = self.curvature(s) * self.radius(s, within) + 1.0;
+            mean = mean + stretched * weight / self.tilt(s, within, true).y;
         });
-        if by.value() < 0.0 { -length } else { length }
+        by * mean
     }
 
     /// The undeflected whisker touched at the arc `a`, mm.

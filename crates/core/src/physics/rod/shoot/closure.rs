@@ -135,7 +135,8 @@ impl<'a, T: Real> Shooter<'a, T> {
             let gap = skin(slid) - model.pole_radius * (turned + angle + begun - leaned);
             let rounding = f64::EPSILON
                 * (slid.value().abs()
-                    + model.pole_radius.value() * (turned.value().abs() + angle.value().abs()));
+                    + model.pole_radius.value()
+                        * (turned.value().abs() + angle.value().abs() + begun.value().abs()));
             // Where rounding of the rod lets the gap not shrink any more it is as small as it can be.
             let stays = last.is_some_and(|(_, before)| gap.value().abs() >= 0.5 * before.abs());
             let most = if stays { NEARLY_ROLLED } else { ROLLED };
