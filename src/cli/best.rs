@@ -57,9 +57,13 @@ pub fn table(spec: &Spec, report: &Report) -> String {
         }
         let _ = write!(text, " {drive:>8}   {mean:>10}");
         columns.iter().for_each(|column| text += &format!(" {:>12}", value(k, *column)));
-        text.push('\n');
+        text += if k.row.status.is_strained() { "  beyond the strain limit\n" } else { "\n" };
     }
-    text + &explained(&columns, by, noisy && by != RankBy::TotalRms && !output.by_said)
+    text += &explained(&columns, by, noisy && by != RankBy::TotalRms && !output.by_said);
+    if report.by_design {
+        text += "each line is another whisker, at its best drive\n";
+    }
+    text
 }
 
 /// A value of any size in a few digits.

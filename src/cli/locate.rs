@@ -305,9 +305,8 @@ fn filed(args: &Locate, path: &Path, opened: &Opened, ask: &Ask<'_>, start: Inst
             "seconds": { "total": start.elapsed().as_secs_f64() },
         }),
     );
-    let words: Vec<String> = counts.status.iter().map(|(w, n)| format!("{n} {w}")).collect();
-    let words = if words.is_empty() { "none".to_owned() } else { words.join(", ") };
-    let text = format!("{} readings located by {}: {words}\n", counts.lines, opened.by);
+    let (taps, zeros) = (counts.lines - counts.zeros, zeros(&counts));
+    let text = format!("{taps} readings located by {}{zeros}: {}\n", opened.by, words(&counts));
     let kept =
         || format!("interrupted; the answers to {} readings are kept in {}", counts.lines, out.display());
     let broken = counts.stopped.then(kept);
@@ -328,6 +327,24 @@ fn open(path: &Path) -> Result<File, Error> {
         }
         _ => Error::io(path, e),
     })
+}
+
+/// The zero readings, which ask for no distance.
+fn zeros(counts: &stream::Counts) -> String {
+    match counts.zeros {
+        0 => String::new(),
+        1 => ", beside 1 zero reading".to_owned(),
+        n => format!(", beside {n} zero readings"),
+    }
+}
+
+/// The words of the readings that are no zero readings, and how many have each.
+fn words(counts: &stream::Counts) -> String {
+    // Zero readings have the word of a signal that is zero.
+    let zeros = |word: &str| if word == "no_strain" { counts.zeros } else { 0 };
+    let of = counts.status.iter().map(|(word, n)| (n.saturating_sub(zeros(word)), word));
+    let words: Vec<String> = of.filter(|(n, _)| *n > 0).map(|(n, word)| format!("{n} {word}")).collect();
+    if words.is_empty() { "none".to_owned() } else { words.join(", ") }
 }
 
 fn counted(counts: &stream::Counts) -> Value {
