@@ -85,9 +85,9 @@ impl Highlights {
         Some(Standing::of((best.row.status, best.rank), self.least))
     }
 
-    /// The rows shown, the recommended one first: all, where they are few or were asked for (`top`), else one of each design, if there are several.
-    pub fn into_rows(self, top: bool) -> (Vec<Kept>, bool) {
-        let by_design = !top && self.offered > SHOWN as u64 && self.designs.len() > 1;
+    /// The rows shown, the recommended one first: all, where they are few or were `asked` for, else one of each design, if there are several.
+    pub fn into_rows(self, asked: bool) -> (Vec<Kept>, bool) {
+        let by_design = !asked && self.offered > SHOWN as u64 && self.designs.len() > 1;
         (if by_design { self.designs } else { self.rows }, by_design)
     }
 }

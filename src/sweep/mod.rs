@@ -150,7 +150,7 @@ impl Report {
     fn of(run: Run<'_>, choice: &Choice, clock: Clock, open: f64) -> (Self, Writers, Option<Keeper>) {
         let Run { writers, counts, best, solve, keeper, handed, study, .. } = run;
         let (standing, offered) = (best.standing(), best.offered);
-        let (highlights, by_design) = best.into_rows(study.output.top.is_some());
+        let (highlights, by_design) = best.into_rows(study.output.top.is_some() || study.output.by_said);
         let report = Self {
             files: Vec::new(),
             removed: Vec::new(),
