@@ -15,7 +15,9 @@
 #[doc(hidden)]
 pub use vibrissa_chart as chart;
 #[doc(hidden)]
-pub use vibrissa_core::{combinations, design, error, estimate, excerpt, physics, reduce, scene, status};
+pub use vibrissa_core::{
+    combinations, design, error, estimate, excerpt, physics, recommend, reduce, scene, status,
+};
 #[doc(hidden)]
 pub use vibrissa_evaluate::{curve, evaluate, progress, statistics};
 #[doc(hidden)]

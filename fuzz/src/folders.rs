@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 
 use serde_json::Value;
 use vibrissa::backend::Choice;
-use vibrissa::optimise::journal::{GivesWay, Journal};
+use vibrissa::optimise::journal::Journal;
 use vibrissa::plan::Plan;
 use vibrissa::progress::Silent;
 use vibrissa::scene::{BackendChoice, RunOptions, Tuple};
@@ -54,13 +54,13 @@ pub fn journal(data: &[u8]) {
     let out = desk::path("search");
     desk::clear("search");
     std::fs::create_dir_all(&out).expect("a folder");
-    drop(Journal::new(&out, "identity", false, GivesWay::Any).expect("a journal"));
+    drop(Journal::new(&out, "identity", false, true).expect("a journal"));
     let path = out.join(".vibrissa-evaluations");
     let header = std::fs::read(&path).expect("its first line");
     let flipped = data.first().is_some_and(|b| b % 8 == 7);
     let whole = if flipped { data.to_vec() } else { [&header, data].concat() };
     std::fs::write(&path, whole).expect("a file");
-    let Some(mut journal) = told(Journal::new(&out, "identity", true, GivesWay::Told(3))) else { return };
+    let Some(mut journal) = told(Journal::new(&out, "identity", true, false)) else { return };
     let point = Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 30.0, drive: 4.0, ..Tuple::default() };
     for stage in 0..4 {
         match told(journal.replay(stage, &[point; 2])) {

@@ -154,3 +154,17 @@ def test_the_best_row_is_none_that_failed():
     with pytest.raises(vibrissa.InputError) as caught:
         without.best()
     assert caught.value.key == "output.designs"
+
+
+def test_the_best_row_is_within_the_strain_limit():
+    for limit in (0.05, 0.02):
+        swept = vibrissa.sweep(whisker=dict(D=10, d=[2, 4, 6], L_a=80), gauge=dict(x_ss=[5, 10], l=2, noise_strain=15e-6, strain_limit=limit), tap=dict(a=[25, 40, 70], theta=[2, 6, 10]),
+                               model=dict(surface=True, shear=True, extension=True), estimate=dict(theory="exact"), run=dict(backend="cpu"))
+        designs = swept.designs.to_pandas()
+        within = designs[designs["strain_max"] <= limit]
+        assert 0 < len(within) < len(designs)
+        best = swept.best(by="total_rms_mm")
+        assert best["total_rms_mm"] == within["total_rms_mm"].min() > designs["total_rms_mm"].min() and best["status"] == "ok"
+    # Where no row keeps it, the best of all is told, with its word.
+    swept = vibrissa.sweep(whisker=dict(D=10, d=4, L_a=50), gauge=dict(x_ss=5, l=2, strain_limit=1e-5), tap=dict(a=[21, 30], theta=[1, 4]), run=dict(backend="cpu"))
+    assert swept.best()["theta_deg"] == 1 and swept.best()["status"] == "strain_limit"

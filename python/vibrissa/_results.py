@@ -130,7 +130,8 @@ class Sweep(_Result):
             raise InputError(f"this is no saved sweep: {e}", key="path", value=short(path), allowed="what Sweep.save wrote") from None
 
     def best(self, by: str = "K_sd") -> dict[str, Any]:
-        """The row of ``designs`` with the smallest ``by``, among those of which every tap counts; the first of equals.
+        """The row of ``designs`` that is recommended: of those of which every tap counts, a row within the strain limit before one beyond it, then the
+        smallest ``by``; the first of equals.
 
         Args:
             by: a column of numbers of ``designs``: ``"K_sd"``, ``"total_rms_mm"``, …; a unit at its end may be left out.
@@ -147,11 +148,9 @@ class Sweep(_Result):
         if by not in numbers:
             raise InputError("designs have no such column of numbers", key="by", value=short(by), allowed=", ".join(numbers))
         codes, words = table.codes("status")
-        whole = np.array([_native.counts(word) for word in words], dtype=bool)[codes] if words else np.zeros(len(table), dtype=bool)
-        values = np.where(whole, table[by], np.nan)
-        if np.isnan(values).all():
+        place = _native.recommended(np.asarray(table[by], dtype=float).tolist(), codes.tolist(), words)
+        if place is None:
             raise RunError(f"in no row does every tap count and {by} have a value: {', '.join(words) or 'there is no row'}")
-        place = int(np.nanargmin(values))
         return {name: table[name][place].item() if name in numbers else table[name][place] for name in table.columns}
 
     def to_pandas(self, table: str = "designs") -> Any:

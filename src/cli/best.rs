@@ -22,12 +22,15 @@ pub fn table(spec: &Spec, report: &Report) -> String {
     let noisy = spec.study.setup.is_noisy() == Some(true);
     let columns = columns(by, noisy);
     let (symbol, unit) = drive_unit(spec.study.setup.drive);
+    let (shown, ranked, by_name) = (report.highlights.len(), grouped(report.ranked), by.name());
     let what = match (output.top, output.per) {
-        (Some(_), Per::Design) => "designs, each at its best drive,",
-        _ => "complete rows",
+        _ if report.by_design => {
+            format!("{shown} designs of {ranked} complete rows, each at its best drive,")
+        }
+        (Some(_), Per::Design) => format!("{shown} of {ranked} designs, each at its best drive,"),
+        _ => format!("{shown} of {ranked} complete rows"),
     };
-    let (shown, ranked) = (report.highlights.len(), grouped(report.ranked));
-    let mut text = format!("best {shown} of {ranked} {what} by {}:\n", by.name());
+    let mut text = format!("best {what} by {by_name}:\n");
     let _ = write!(text, "  {:>8} {:>8} {:>8} {:>8} {:>6}", "D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm");
     let rigs = spec.study.setup.rigs.as_ref();
     let properties = rigs.map_or(&[][..], |rigs| &rigs.properties);
@@ -57,7 +60,7 @@ pub fn table(spec: &Spec, report: &Report) -> String {
         }
         let _ = write!(text, " {drive:>8}   {mean:>10}");
         columns.iter().for_each(|column| text += &format!(" {:>12}", value(k, *column)));
-        text.push('\n');
+        text += if k.row.status.is_strained() { "  beyond the strain limit\n" } else { "\n" };
     }
     text + &explained(&columns, by, noisy && by != RankBy::TotalRms && !output.by_said)
 }

@@ -8,7 +8,7 @@ use std::time::Instant;
 use serde_json::{Value, json};
 use vibrissa::error::{Error, InputError};
 use vibrissa::explore::page::{HEAD, html};
-use vibrissa::explore::{TOLERANCE, bake, document::document, sound};
+use vibrissa::explore::{TOLERANCE, bake_asked, document::document, remark, sound};
 use vibrissa::sink::folder::Identity;
 use vibrissa::sink::unfinished::Unfinished;
 use vibrissa::spec;
@@ -16,6 +16,7 @@ use vibrissa::spec;
 use super::args::Explore;
 use super::begun::begun;
 use super::reply::Reply;
+use super::say;
 
 /// Where the page goes.
 const FILE: &str = "explore.html";
@@ -38,7 +39,14 @@ pub fn run(args: &Explore) -> Result<Reply, Error> {
     if options.plan == Some(true) {
         return Ok(Reply::planned(out, |to| format!("{}: one chart to {tolerance:e}, as {to}", spec.name)));
     }
-    let baked = bake(&spec, tolerance).map_err(at)?;
+    say::warnings(quiet, remark(&spec.study.setup));
+    let (baked, held) = bake_asked(&spec, options.tolerance).map_err(at)?;
+    let looser = (held != tolerance).then(|| {
+        format!(
+            "the model is not smooth enough over these ranges for a chart to {tolerance:e}: it holds {held:e}"
+        )
+    });
+    say::warnings(quiet, looser);
     let page = html(&document(&spec, &baked)?);
     write(&out, &page)?;
     let (census, chart) = (baked.census, &baked.chart);

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use serde_json::{Value, json};
+use vibrissa::combinations;
 use vibrissa::error::{Error, InputError};
 use vibrissa::locate::object::By;
 use vibrissa::locate::stream::{self, Ask};
@@ -328,8 +329,8 @@ fn filed(args: &Locate, path: &Path, opened: &Opened, ask: &Ask<'_>, start: Inst
             "seconds": { "total": start.elapsed().as_secs_f64() },
         }),
     );
-    let words = counts.combinations.told(|n| n.to_string());
-    let text = format!("{} readings located by {}: {words}\n", counts.lines, opened.by);
+    let (taps, zeros) = (counts.lines - counts.zeros, zeros(&counts));
+    let text = format!("{taps} readings located by {}{zeros}: {}\n", opened.by, words(&counts));
     let kept =
         || format!("interrupted; the answers to {} readings are kept in {}", counts.lines, out.display());
     let broken = counts.stopped.then(kept);
@@ -350,6 +351,24 @@ fn open(path: &Path) -> Result<File, Error> {
         }
         _ => Error::io(path, e),
     })
+}
+
+/// The zero readings, which ask for no distance.
+fn zeros(counts: &stream::Counts) -> String {
+    match counts.zeros {
+        0 => String::new(),
+        1 => ", beside 1 zero reading".to_owned(),
+        n => format!(", beside {n} zero readings"),
+    }
+}
+
+/// The words of the readings that are no zero readings, and how many have each.
+fn words(counts: &stream::Counts) -> String {
+    let named = counts.combinations.named();
+    // Zero readings have the word of a signal that is zero.
+    let zeros = |words: &str| if words == "no_strain" { counts.zeros } else { 0 };
+    let of = named.iter().map(|(words, n)| (words.as_str(), n.saturating_sub(zeros(words))));
+    combinations::told(of.filter(|(_, n)| *n > 0), |n| n.to_string())
 }
 
 fn counted(counts: &stream::Counts) -> Value {

@@ -10,6 +10,9 @@ use super::number::grouped;
 use super::reply::Reply;
 use super::{listed, say};
 
+/// Rows up to which what is recommended is told.
+const ANSWERED: u64 = 100_000;
+
 /// Joins the parts.
 pub fn run(args: &Merge) -> Result<Reply, Error> {
     let common = &args.common;
@@ -31,7 +34,8 @@ pub fn run(args: &Merge) -> Result<Reply, Error> {
         let _ = write!(text, ", kept {} of {} complete rows", n("kept_rows"), n("complete_rows"));
     }
     let _ = writeln!(text, "\nwrote {} in {:.2} s", listed(&report.files), report.seconds);
-    Ok(Reply {
+    let rows = ["tuples", "designs"].iter().filter_map(|key| run["counts"][key].as_u64()).sum::<u64>();
+    let reply = Reply {
         text,
         out: Some(report.out),
         counts: run["counts"].clone(),
@@ -39,7 +43,10 @@ pub fn run(args: &Merge) -> Result<Reply, Error> {
         backend: run["backend"].clone(),
         result: json!({ "parts": run["parts"], "warnings": report.warnings }),
         files: report.files,
+        quiet: common.quiet,
         ..Reply::default()
     }
-    .removing(&report.removed))
+    .removing(&report.removed);
+    // Long tables are not read again for a sentence.
+    Ok(if rows <= ANSWERED { reply.answered() } else { reply })
 }

@@ -18,6 +18,9 @@ const SCHEMA: &str = "spec.schema.json";
 /// Share by which a search may leave the whisker that was asked for.
 const NEAR: [f64; 2] = [0.7, 1.3];
 
+/// Least noise of a reading, microstrain. Amplifiers of strain gauges have 0.1 and more; what is less was meant as strain.
+const LEAST_NOISE: f64 = 0.01;
+
 /// What is asked where a flag does not say it.
 const WHISKER_ASKED: &str = "Base diameter, tip diameter and length of the whisker, mm, as 10,4,80";
 const GAUGE_ASKED: &str = "Start of the gauge's grid from the clamp and its length, mm, and the noise of one reading, microstrain, as 5,2,15";
@@ -45,6 +48,7 @@ pub fn run(args: &New) -> Result<Reply, Error> {
         return Err(refused("the folder of this file does not exist", "a file such as whisker.toml").into());
     }
     let answers = answers(args)?;
+    in_microstrain(&answers.gauge)?;
     let text = text(&answers);
     let label = args.spec.display().to_string();
     let read = spec::parse(&label, &text, folder)?;
@@ -86,6 +90,18 @@ fn answers(args: &New) -> Result<Answers, Error> {
         distances: numbers("--distances", &args.distances, DISTANCES_ASKED)?,
         goal: args.goal.map_or_else(|| choose("What do you want to know?", GOALS), Ok)?,
     })
+}
+
+/// Fails where the noise of a gauge is so small that it must have been said in strain.
+fn in_microstrain(gauge: &[f64; 3]) -> Result<(), InputError> {
+    let noise = gauge[2];
+    if noise <= 0.0 || noise >= LEAST_NOISE {
+        return Ok(());
+    }
+    let error = InputError::new("no gauge is so quiet: the noise is in microstrain, not in strain");
+    let strain =
+        format!("0, or ≥ {LEAST_NOISE} microstrain; a strain of {noise:e} is {} microstrain", noise * 1e6);
+    Err(error.key("--gauge").value(noise).allowed(strain))
 }
 
 /// A line that is typed after `question`; one that `read` refuses is asked for again.
@@ -180,17 +196,22 @@ fn text(answers: &Answers) -> String {
     }
     match goal {
         Goal::Optimise => {
-            let near_to = |key: &str, value: f64| {
-                let [low, high] = NEAR.map(|share| (share * value * 1e3).round() / 1e3);
+            let between = |key: &str, ends: [f64; 2]| {
+                let [low, high] = ends.map(|x| (x * 1e3).round() / 1e3);
                 format!("{key} = [{low}, {high}]")
             };
+            let near_to = |key: &str, value: f64| between(key, NEAR.map(|share| share * value));
+            // The gauge may move towards the clamp, and outwards halfway to the nearest object, where it still reads every tap.
+            let room = near - grid;
+            let places = [0.5 * place, (0.5 * room).max(1.5 * place).min(room).max(*place)];
             let _ = write!(
                 text,
                 "\n# What `vibrissa optimise` may change, each between two bounds; what is not listed stays as it is above.\n[optimise]\n\
                  objective = \"distance\"            # the error of the distance, total_rms_mm\n\
-                 variables = {{ {}, {}, theta = [0.5, 10] }}\n",
+                 variables = {{ {}, {}, {}, theta = [0.5, 10] }}\n",
                 near_to("D", *base),
-                near_to("d", *tip)
+                near_to("d", *tip),
+                between("x_ss", places)
             );
         }
         Goal::Sweep => {

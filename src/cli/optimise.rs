@@ -65,8 +65,9 @@ pub fn run(args: &Optimise) -> Result<Reply, Error> {
     };
     let asked = (&choice, &options, needed);
     let report = optimise::run_needed(&spec, &search, asked, &target, &mut Shown::new(quiet))?;
-    if report.discarded > 0 {
-        say::line(format_args!("--force discarded an unfinished search of {} evaluations", report.discarded));
+    if report.discarded > 0 && !quiet {
+        let by = if target.force { "--force" } else { "the new search" };
+        say::line(format_args!("{by} discarded an unfinished search of {} evaluations", report.discarded));
     }
     Ok(Reply {
         answer: answer_of(&out),

@@ -9,8 +9,8 @@ use vibrissa::curve::both::TAPS;
 use vibrissa::error::Error;
 use vibrissa::needed::{ComparedRows, Needed};
 use vibrissa::plan::Plan;
-use vibrissa::report::answer::of_best;
-use vibrissa::scene::{Column, Direction, Geometry, Listed, MaterialFit, Space, Spec};
+use vibrissa::report::answer::{Recommended, of_best};
+use vibrissa::scene::{Direction, Geometry, Listed, MaterialFit, Space, Spec};
 use vibrissa::sink::rows::TableFormat;
 use vibrissa::sink::run_json;
 use vibrissa::sink::table::{LARGEST, Table};
@@ -236,17 +236,20 @@ fn angles(spec: &Spec, of: Direction) -> impl Iterator<Item = (&'static str, f64
     tilt.into_iter().chain(shown.lean.then_some(("lean_deg", of.lean)))
 }
 
-/// The best row in a sentence.
+/// The recommended row in a sentence.
 fn answer(spec: &Spec, report: &Report) -> String {
     let setup = &spec.study.setup;
-    let several = |column: &Column| spec.study.space.axis(*column).is_none_or(|axis| axis.len() > 1);
-    let whisker = Column::ALL.into_iter().take(5).filter(several).map(|column| column.name(setup.drive));
-    let rigs = setup.rigs.iter().flat_map(|rigs| rigs.properties.iter().map(|p| p.about().column));
-    let angles = angles(spec, Direction::default()).map(|(column, _)| column);
-    let varying: Vec<&str> = whisker.chain(rigs).chain(angles).collect();
     let ([_, sd], by) = (k_names(setup), spec.study.listed_by().name());
-    let rows: Vec<Value> = report.highlights.iter().map(|k| row(spec, k)).collect();
-    of_best(&rows, &varying, [sd, by, setup.drive.column()], report.ranked)
+    let best = report.highlights.first().map(|k| row(spec, k));
+    let Some((best, standing)) = best.zip(report.standing) else { return String::new() };
+    of_best(&Recommended {
+        number: &|name| best[name].as_f64(),
+        varying: &run_json::varying(&spec.study),
+        names: [sd, by, setup.drive.column()],
+        complete: report.ranked,
+        kept: report.counts.kept,
+        standing,
+    })
 }
 
 fn summary(spec: &Spec, report: &Report, needed: Option<&Needed>) -> String {

@@ -3,9 +3,10 @@
 use std::fmt::Write;
 
 use serde_json::json;
-use vibrissa::error::Error;
+use vibrissa::error::{Error, SolveError};
 use vibrissa::needed::Needed;
 use vibrissa::optimise::why::bias;
+use vibrissa::progress::Progress;
 use vibrissa::report::answer::of_tap;
 use vibrissa::report::quantity::short;
 use vibrissa::scene::search::Objective;
@@ -17,9 +18,14 @@ use vibrissa::{files, spec};
 
 use super::args::{Tap, TapObjective};
 use super::begun::begun;
+use super::interrupt;
+use super::progress::Shown;
 use super::reply::Reply;
 use super::say;
 use super::sweep::where_and_why;
+
+/// What to say of a run that a signal ended.
+const STOPPED: &str = "interrupted; nothing was written, an older result is as it was";
 
 /// Reads the spec and finds its best drive. Few taps: in f64 on the CPU unless something else is asked for.
 pub fn run(args: &Tap) -> Result<Reply, Error> {
@@ -58,7 +64,13 @@ pub fn run(args: &Tap) -> Result<Reply, Error> {
         say::line(head);
     }
     let target = (out.as_path(), options.force == Some(true));
-    let report = tap::run(&spec, ends, objective, &choice, target, bound).map_err(|e| match e {
+    let taps = spec.study.space.layout().map_or(0, |layout| tap::taps(&layout));
+    let mut progress = Shown::new(taps, quiet);
+    let watched = (bound, interrupt::stop(), &mut progress as &mut dyn Progress);
+    let report = tap::run(&spec, ends, objective, &choice, target, watched);
+    progress.finish();
+    let report = report.map_err(|e| match e {
+        Error::Solve(SolveError::Stopped) => Error::Run(STOPPED.to_owned()),
         Error::Input(e) if e.file.is_none() && e.key.as_deref() != Some("--out") => {
             e.at(args.spec.display().to_string(), None).into()
         }

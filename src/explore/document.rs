@@ -54,7 +54,7 @@ pub fn document(spec: &Spec, baked: &Baked) -> Result<Value, Error> {
         "sensor": { "signal": setup.signal.word() },
         "gauge": { "side": side(setup.gauge.side), "strain_limit": setup.gauge.strain_limit },
         "estimate": {
-            "theory": estimate.theory.word(),
+            "theory": super::theory(setup).word(),
             "elongation": estimate.convention == Convention::Elongation,
             "K": estimate.k,
             "range": estimate.range,

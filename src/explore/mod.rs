@@ -15,7 +15,7 @@ pub mod taps;
 
 use crate::error::{Error, InputError};
 use crate::physics::solid::is_solid;
-use crate::scene::{Contact, Geometry, Spec, Theory};
+use crate::scene::{Contact, Geometry, Setup, Spec, Theory};
 use along::Along;
 use check::Census;
 use domain::Domain;
@@ -25,6 +25,9 @@ const RATIOS: [usize; 2] = [3, 5];
 
 /// Largest error of the strain, relative, where nothing is said: that of single precision.
 pub const TOLERANCE: f64 = 1e-5;
+
+/// Larger ones that are tried in turn where nothing is said and the model is not smooth enough.
+const LOOSER: [f64; 3] = [3e-5, 1e-4, 1e-3];
 
 /// Tolerances that a chart of some thousand terms can hold.
 const ALLOWED: [f64; 2] = [1e-7, 1e-3];
@@ -63,6 +66,40 @@ pub struct Baked {
     pub census: Census,
 }
 
+/// The theory that a page of `setup` tells distances by. A page does not invert the model itself: with `exact` it is that of K in every table.
+pub fn theory(setup: &Setup) -> Theory {
+    match setup.estimate.theory {
+        Theory::Exact => Theory::EulerBernoulli,
+        formula => formula,
+    }
+}
+
+/// What should be known of a page of `setup`.
+pub fn remark(setup: &Setup) -> Option<String> {
+    let (asked, told) = (setup.estimate.theory, theory(setup));
+    let text = || {
+        let (asked, told) = (asked.word(), told.word());
+        format!(
+            "a page tells distances by a formula, here {told}; the spec says theory = \"{asked}\", as sweep and tap tell them"
+        )
+    };
+    (asked != told).then(text)
+}
+
+/// As [`bake`] to the tolerance that was `asked`, else to the least that a chart holds of [`TOLERANCE`] and a few larger ones; and that tolerance.
+///
+/// # Errors
+/// Those of [`bake`]; a tolerance that no chart can hold.
+pub fn bake_asked(spec: &Spec, asked: Option<f64>) -> Result<(Baked, f64), Error> {
+    let first = sound(asked.unwrap_or(TOLERANCE))?;
+    let failed = match bake(spec, first) {
+        Ok(baked) => return Ok((baked, first)),
+        Err(failed) => failed,
+    };
+    let larger = LOOSER.into_iter().filter(|_| asked.is_none());
+    larger.into_iter().find_map(|e| Some((bake(spec, e).ok()?, e))).ok_or(failed)
+}
+
 /// The chart of the model of `spec` over its domain; `strain` is the largest error of strain, relative.
 ///
 /// # Errors
@@ -94,10 +131,6 @@ pub fn bake(spec: &Spec, strain: f64) -> Result<Baked, Error> {
     if matches!(setup.model.contact, Contact::Coulomb(f64::MIN_POSITIVE..)) && pole > 0.0 {
         let message = "what holds a contact that rolls on a pole has no chart";
         return refuse(message, "model.pole_radius", pole.to_string(), "0, or a frictionless contact");
-    }
-    if setup.estimate.theory == Theory::Exact {
-        let allowed = "euler-bernoulli, timoshenko";
-        return refuse("a page tells distances by a theory", "estimate.theory", "exact".into(), allowed);
     }
     let Some(layout) = spec.study.space.layout() else {
         let (value, allowed) = ("a file".to_owned(), "[whisker], [gauge] and [tap]");

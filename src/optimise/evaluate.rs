@@ -99,6 +99,11 @@ impl<'a> Scorer<'a> {
         self.evaluator.stop_by(stop);
     }
 
+    /// From now on at most so many taps are left to the reference by a kernel; more fail with [`SolveError::TooHard`](crate::error::SolveError::TooHard).
+    pub fn leave_at_most(&mut self, taps: usize) {
+        self.evaluator.leave_at_most(taps);
+    }
+
     /// Bound on the error of strains; 0 of the reference.
     pub fn tolerance(&self) -> f64 {
         self.evaluator.tolerance()

@@ -32,22 +32,13 @@ pub struct Journal {
     pub discarded: u64,
 }
 
-/// Which older journal gives way to a new search.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum GivesWay {
-    /// One of the same search with at most so many evaluations: a result holds what they told.
-    Told(u64),
-    /// Any (`--force`).
-    Any,
-}
-
 impl Journal {
     /// In folder `out`, for the search that `identity` describes; with `resume` an older journal of the same search is
-    /// continued, without it replaced if it `gives_way`.
+    /// continued. Without it the search begins anew: an older journal of the same search gives way, with `force` any.
     ///
     /// # Errors
-    /// Nothing to resume, an older journal that does not give way, a file that cannot be read or written.
-    pub fn new(out: &Path, identity: &str, resume: bool, gives_way: GivesWay) -> Result<Self, Error> {
+    /// Nothing to resume, an older journal of another search, a file that cannot be read or written.
+    pub fn new(out: &Path, identity: &str, resume: bool, force: bool) -> Result<Self, Error> {
         let path = out.join(JOURNAL);
         let header = format!("vibrissa search 1 {}\n", hash(identity));
         let mut old = Vec::new();
@@ -70,7 +61,7 @@ impl Journal {
         let fail = |e| Error::io(&path, e);
         let (file, discarded) = match resume {
             true => (open_regular(&path, OpenOptions::new().write(true)).map_err(fail)?, 0),
-            false => begin(&path, out, &header, gives_way)?,
+            false => begin(&path, out, &header, force)?,
         };
         let end = (header.len() + old.len()) as u64;
         Ok(Self { path, file, old, at: 0, end, discarded })
@@ -140,9 +131,9 @@ impl Journal {
     }
 }
 
-/// A new journal in place of an older one that `gives_way`, and the evaluations that are lost with that. Whatever else has its name is refused, and
-/// what other names lead to is not written to.
-fn begin(path: &Path, out: &Path, header: &str, gives_way: GivesWay) -> Result<(File, u64), Error> {
+/// A new journal in place of an older one of the same search, with `force` of any, and the evaluations that are lost with that. Whatever else has its
+/// name is refused, and what other names lead to is not written to.
+fn begin(path: &Path, out: &Path, header: &str, force: bool) -> Result<(File, u64), Error> {
     let refuse = |why: String, allowed: &str| {
         let error = InputError::new(format!("{why}; nothing was changed"));
         error.key("--out").value(out.display()).allowed(allowed)
@@ -151,22 +142,12 @@ fn begin(path: &Path, out: &Path, header: &str, gives_way: GivesWay) -> Result<(
     match path.symlink_metadata() {
         Err(_) => {}
         Ok(m) if m.is_file() => {
-            let known = m.len().saturating_sub(header.len() as u64) / RECORD as u64;
-            let same = is_of(path, header);
-            let told = matches!(gives_way, GivesWay::Told(n) if same && known <= n);
-            if known > 0 && !told {
-                lost = known;
-                if gives_way != GivesWay::Any {
-                    let work = format!("this folder holds an unfinished search of {known} evaluations");
-                    let (why, allowed) = match same {
-                        true => (work, "--resume to go on with it, --force to discard it, or another folder"),
-                        false => (
-                            format!("{work} with other values or on another backend"),
-                            "--force to discard it, or another folder",
-                        ),
-                    };
-                    return Err(refuse(why, allowed).into());
-                }
+            lost = m.len().saturating_sub(header.len() as u64) / RECORD as u64;
+            if lost > 0 && !force && !is_of(path, header) {
+                let why = format!(
+                    "this folder holds an unfinished search of {lost} evaluations with other values or on another backend"
+                );
+                return Err(refuse(why, "--force to discard it, or another folder").into());
             }
             std::fs::remove_file(path).map_err(|e| Error::io(path, e))?;
         }
@@ -212,8 +193,8 @@ mod tests {
     #[test]
     fn what_was_evaluated_comes_back_and_torn_batches_do_not() {
         let folder = tempfile::tempdir().unwrap();
-        let new = |search: &str, resume, way| Journal::new(folder.path(), search, resume, way);
-        let open = |resume| new("search", resume, GivesWay::Told(0));
+        let new = |search: &str, resume, force| Journal::new(folder.path(), search, resume, force);
+        let open = |resume| new("search", resume, false);
         let mut journal = open(false).unwrap();
         journal.append(0, &[point(1.0), point(2.0)], &[score(1.0), score(2.0)]).unwrap();
         journal.append(1, &[point(3.0), point(4.0)], &[score(3.0), score(4.0)]).unwrap();
@@ -231,20 +212,14 @@ mod tests {
         assert_eq!(std::fs::read(&path).unwrap(), whole);
 
         assert!(open(true).unwrap().replay(0, &[point(7.0)]).is_err(), "another point");
-        assert_eq!(new("another search", true, GivesWay::Any).unwrap_err().exit_code(), 2);
-        // What no result holds is not thrown away.
-        for (search, way, part) in [
-            ("another search", GivesWay::Told(9), "other values"),
-            ("search", GivesWay::Told(3), "4 evaluations"),
-        ] {
-            let kept = new(search, false, way).unwrap_err();
-            assert!(kept.exit_code() == 2 && kept.to_string().contains(part), "{kept}");
-        }
+        assert_eq!(new("another search", true, true).unwrap_err().exit_code(), 2);
+        let kept = new("another search", false, false).unwrap_err();
+        assert!(kept.exit_code() == 2 && kept.to_string().contains("other values"), "{kept}");
         assert_eq!(std::fs::read(&path).unwrap(), whole);
-        assert_eq!(new("search", false, GivesWay::Told(4)).unwrap().discarded, 0);
+        assert_eq!(open(false).unwrap().discarded, 4, "the same search begins anew");
         std::fs::write(&path, &whole).unwrap();
-        assert_eq!(new("another search", false, GivesWay::Any).unwrap().discarded, 4);
-        assert_eq!(new("search", false, GivesWay::Told(0)).unwrap().discarded, 0, "an empty one is no work");
+        assert_eq!(new("another search", false, true).unwrap().discarded, 4);
+        assert_eq!(open(false).unwrap().discarded, 0, "an empty one is no work");
         open(true).unwrap().remove().unwrap();
         assert_eq!(open(true).unwrap_err().exit_code(), 2);
     }

@@ -60,7 +60,7 @@ pub struct Report {
     pub evaluations: u64,
     /// Evaluations taken over with `--resume`.
     pub replayed: u64,
-    /// Evaluations of an older, unfinished search that `force` discarded.
+    /// Evaluations of an older, unfinished search in whose place this one began anew.
     pub discarded: u64,
     /// Taps of one evaluation.
     pub taps_each: usize,

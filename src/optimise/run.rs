@@ -13,7 +13,7 @@ use super::charted::{readers, wanted};
 use super::evaluate::Scorer;
 use super::front::{self, Front};
 use super::global::{self, STARTS};
-use super::journal::{GivesWay, Journal};
+use super::journal::Journal;
 use super::other;
 use super::report::{Design, Report, unit};
 use super::score::{Goal, Limit};
@@ -154,9 +154,8 @@ fn whole(
     let question = Question { goes_on: target.resume, ..Question::of_scene("optimise", spec, Value::Null) };
     let names = write::names(search.objective);
     let folder = Folder::open_now(target.out, question, &names, target.force)?;
-    let gives_way = if target.force { GivesWay::Any } else { GivesWay::Told(evaluations_of_same(&folder)) };
     let model = needed.as_ref().map_or(&spec.study.setup, Needed::setup).model;
-    let journal = Journal::new(target.out, &identity(spec, &model, backends), target.resume, gives_way)?;
+    let journal = Journal::new(target.out, &identity(spec, &model, backends), target.resume, target.force)?;
     let discarded = journal.discarded;
     let mut folder = Some(folder);
     let mut keep = |report: &mut Report| {
@@ -315,12 +314,6 @@ fn under_alarm(
     let _lock = keep(&mut report)?;
     session.close(ended)?;
     Ok(report)
-}
-
-/// Evaluations of the result with the same values that `folder` holds, if that search ended by itself.
-fn evaluations_of_same(folder: &Folder) -> u64 {
-    let ended = |run: &&Value| run["result"]["ended_by"] != Ended::Interrupted.name();
-    folder.same().filter(ended).and_then(|run| run["counts"]["evaluations"].as_u64()).unwrap_or(0)
 }
 
 /// Tuples that are listed leave nothing to vary.

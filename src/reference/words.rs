@@ -16,7 +16,7 @@ const STATUSES: [(Status, &str, &str, &str); 12] = [
         Status::NO_STRAIN,
         "the contact is at or inside the gauge's near end",
         "strain 0, strain_linear, forces, contact arc",
-        "the signal is zero",
+        "the signal is zero, or this is a zero reading (drive 0)",
     ),
     (Status::NOT_CONVERGED, "the tolerance was not met, or no equilibrium was found", "strain_linear", ""),
     (

@@ -2,11 +2,12 @@
 
 use serde_json::Value;
 
-use super::designs::{DRIVES, WHISKER, properties, varying};
+use super::designs::{DRIVES, WHISKER, properties};
 use super::quantity::{percent, rounded, said};
 use super::source::Source;
 use super::table::{Table, distinct};
 use crate::error::InputError;
+use crate::recommend::Standing;
 
 /// Strain error that a fast kernel must keep to be named, relative.
 const ACCURATE: f64 = 1e-4;
@@ -48,70 +49,60 @@ fn tapped(drive: &str, x: f64) -> String {
     format!("{} by {}", if drive == "theta_deg" { "tapped" } else { "pushed" }, said(drive, x))
 }
 
-/// A sweep with rows of designs: the best of those that are `fine`.
-pub fn of_designs(table: &Table, fine: &[bool], [sd, by, drive]: [&str; 3]) -> Result<String, InputError> {
-    let values = table.numbers(by)?;
-    let kept: Vec<usize> = (0..table.len).filter(|r| fine[*r] && values[*r].is_finite()).collect();
-    let Some(best) = kept.iter().copied().min_by(|a, b| values[*a].total_cmp(&values[*b])) else {
-        let rows = count(table.len, "row");
-        return Ok(format!("None of {rows} of whisker and tap keeps every limit at every distance."));
-    };
-    let names = varying(table)?.into_iter().filter(|name| *name != drive);
-    let names: Vec<String> = names.map(|name| said(name, table.number(name, best))).collect();
-    let with = if names.is_empty() { String::new() } else { format!(" with {}", names.join(", ")) };
-    let whisker = format!("the whisker{with}");
-    let tap = tapped(drive, table.number(drive, best));
-    let rows = count(kept.len(), "row");
-    let of = format!("Of {rows} of whisker and tap that keep every limit, {whisker}, {tap},");
-    let largest = if table.has("strain_max") { table.number("strain_max", best) } else { f64::NAN };
-    let strain = match largest {
-        x if x.is_finite() => format!(", with strains up to {}", percent(x)),
-        _ => String::new(),
-    };
-    let varies = spread(sd, table.number(sd, best), table.number("K_mean", best));
-    Ok(if by == "total_rms_mm" {
-        let error = rounded(values[best]);
-        let noise = table.numbers("noise_rms_mm")?.iter().any(|x| *x > 0.0);
-        let parts = if noise { "bias and noise together" } else { "bias alone, as no noise is given" };
-        format!("{of} tells distance best: its error, {parts}, is {error} mm rms{strain}.")
-    } else {
-        format!("{of} has the steadiest K: it varies by {varies} from distance to distance{strain}.")
-    })
+/// A row of designs that is recommended, and of what it is the best.
+pub struct Recommended<'a> {
+    /// Its values by column.
+    pub number: &'a dyn Fn(&str) -> Option<f64>,
+    /// Columns that have several values.
+    pub varying: &'a [&'a str],
+    /// Columns of the spread of K, of what ranks, of the drive.
+    pub names: [&'a str; 3],
+    /// Complete rows.
+    pub complete: u64,
+    /// Of these, the rows that `top` keeps: others are not known.
+    pub kept: Option<u64>,
+    /// How it stands to the strain limit.
+    pub standing: Standing,
 }
 
-/// The best of a sweep's `ranked` complete rows that stays within the strain limit, if one of those listed does; `varying` columns have
-/// several values.
-pub fn of_best(listed: &[Value], varying: &[&str], [sd, by, drive]: [&str; 3], ranked: u64) -> String {
-    let beyond = |row: &Value| row["status"].as_str().is_some_and(|words| words.contains("strain_limit"));
-    let kept = listed.iter().position(|row| !beyond(row));
-    let Some(best) = listed.get(kept.unwrap_or(0)) else { return String::new() };
-    let (rest, but) = match (kept, listed.len()) {
-        (Some(0), _) => ("", String::new()),
-        (Some(_), _) => (" of those within the strain limit", String::new()),
-        (None, 1) => ("", "; that is beyond its strain limit".to_owned()),
-        // Rows that are not listed may be within it.
-        (None, n) => {
-            ("", format!("; that is beyond its strain limit, and so are the other {} that are listed", n - 1))
-        }
+/// The row that a sweep recommends, in the words of the sweep and of its report.
+pub fn of_best(best: &Recommended<'_>) -> String {
+    let Recommended { number, varying, names: [sd, by, drive], complete, kept, standing } = *best;
+    let within = if standing == Standing::BestWithin { " of those within the strain limit" } else { "" };
+    let beyond = match (standing, kept.filter(|kept| *kept < complete)) {
+        (Standing::Beyond, None) if complete == 1 => "; that is beyond its strain limit".to_owned(),
+        (Standing::Beyond, None) => "; that is beyond its strain limit, and so is every other row".to_owned(),
+        (Standing::Beyond, Some(kept)) => format!(
+            "; that is beyond its strain limit, and so are all {} that `top` keeps: a larger `top` may keep one within it",
+            rows(kept, "row")
+        ),
+        _ => String::new(),
     };
-    let number = |name: &str| best[name].as_f64();
     let whisker: Vec<String> = varying.iter().filter_map(|name| Some(said(name, number(name)?))).collect();
     let whisker = if whisker.is_empty() { String::new() } else { format!(" with {}", whisker.join(", ")) };
     let tap = tapped(drive, number(drive).unwrap_or(f64::NAN));
-    let what = match (by, number("K_mean").zip(number(sd)), number(by)) {
-        ("K_sd", Some((mean, x)), _) => {
+    let what = match (by, number("K_mean").or(number("K_mean_mm")).zip(number(sd)), number(by)) {
+        (by, Some((mean, x)), _) if by == "K_sd" || by == sd => {
             let varies = spread(sd, x, mean);
-            format!("has the steadiest K{rest}: it varies by {varies} from distance to distance")
+            format!("has the steadiest K{within}: it varies by {varies} from distance to distance")
         }
         ("total_rms_mm", _, Some(x)) => {
-            format!("tells distance best{rest}: bias and noise together are {} mm rms", rounded(x))
+            let noisy = number("noise_rms_mm").is_some_and(|noise| noise > 0.0);
+            let parts =
+                if noisy { "bias and noise together are" } else { "the bias, as no noise is given, is" };
+            format!("tells distance best{within}: {parts} {} mm rms", rounded(x))
         }
-        _ => format!("has the least {by}{rest}"),
+        _ => format!("has the least {by}{within}"),
     };
     let strain =
         number("strain_max").map_or(String::new(), |x| format!(", with strains up to {}", percent(x)));
-    let rows = usize::try_from(ranked).map_or("many rows".to_owned(), |n| count(n, "complete row"));
-    format!("Of {rows}, the whisker{whisker}, {tap}, {what}{strain}{but}.")
+    let of = rows(complete, "complete row");
+    format!("Of {of}, the whisker{whisker}, {tap}, {what}{strain}{beyond}.")
+}
+
+/// A number of rows in words.
+fn rows(n: u64, word: &str) -> String {
+    usize::try_from(n).map_or("many rows".to_owned(), |n| count(n, word))
 }
 
 /// A sweep of single taps alone.
@@ -216,11 +207,14 @@ pub fn of_channels(source: &Source) -> String {
     )
 }
 
-/// Readings and their distances.
-pub fn of_readings(table: &Table) -> Result<String, InputError> {
+/// Readings and their distances; `zeros` of them are zero readings, which have none.
+///
+/// # Errors
+/// A table without distances.
+pub fn of_readings(table: &Table, zeros: usize) -> Result<String, InputError> {
     let (distance, sigma) = (table.numbers("distance_mm")?, table.numbers("sigma_mm")?);
     let answered = table.rows(|r| distance[r].is_finite());
-    let readings = count(table.len, "reading");
+    let readings = count(table.len.saturating_sub(zeros), "reading");
     let Some(where_) = range(answered.iter().map(|r| distance[*r]), rounded, " mm") else {
         return Ok(format!("None of {readings} has a distance."));
     };

@@ -17,7 +17,9 @@ const DRAWN: usize = 4000;
 pub fn content(source: &Source) -> Result<Content, Error> {
     let mut c = Content::default();
     let table = source.table("located.csv")?;
-    c.answer = answer::of_readings(&table)?;
+    // Zero readings ask for no distance.
+    let zeros = source.run["counts"]["zero_readings"].as_u64().map_or(0, |n| n as usize);
+    c.answer = answer::of_readings(&table, zeros)?;
     let (line, distance, sigma) =
         (table.numbers("line")?, table.numbers("distance_mm")?, table.numbers("sigma_mm")?);
     let answered = table.rows(|r| distance[r].is_finite());
@@ -41,7 +43,7 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     let caption = format!(
         "Distance of each reading, with its standard deviation; {} of {} readings have one (located.csv){left}.",
         answered.len(),
-        table.len
+        table.len.saturating_sub(zeros)
     );
     c.figure(Figure::new("located", "Distances", caption, vec![panel]));
     if answered.is_empty() {

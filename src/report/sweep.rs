@@ -1,6 +1,6 @@
 //! Figures of a sweep: the paper's of its whiskers, and those of a space of designs.
 
-use super::answer;
+use super::answer::{self, Recommended};
 use super::bins;
 use super::budget::{budget, least};
 use super::content::Content;
@@ -11,6 +11,8 @@ use super::source::Source;
 use super::table::{Table, distinct};
 use crate::error::{Error, InputError};
 use crate::figure::{self, Figure, Mark, Marker, Panel, Path};
+use crate::recommend::recommended;
+use crate::status::Status;
 
 /// Whiskers with panels.
 const WHISKERS: usize = 4;
@@ -31,7 +33,10 @@ pub fn content(source: &Source) -> Result<Content, Error> {
         of_taps(&mut c, tuples, limits)?;
     }
     match &designs {
-        Some(designs) if designs.len > 0 => of_designs(&mut c, designs, limits)?,
+        Some(designs) if designs.len > 0 => {
+            of_designs(&mut c, designs, limits)?;
+            c.answer = answer(source, designs)?;
+        }
         Some(_) => c.notes.push("designs.csv has no rows".to_owned()),
         None if tuples.is_none() => {
             source.table("designs.csv")?;
@@ -48,12 +53,41 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     Ok(c)
 }
 
+/// The row of designs that the sweep recommends, by its own rule.
+fn answer(source: &Source, table: &Table) -> Result<String, InputError> {
+    let (sd, drive) = (table.one_of(&SD)?, table.one_of(&DRIVES)?);
+    let total = if table.has("total_rms_mm") { "total_rms_mm" } else { sd };
+    // Results of older versions do not say by what they were ranked, nor among what.
+    let ranking = &source.run["ranking"];
+    let by = ranking["by"].as_str().unwrap_or(total);
+    let values = table.numbers(if by == "K_sd" { sd } else { by })?;
+    let row = |r: usize| (Status::of_words(&table.word("status", r)), values[r]);
+    let rows = || (0..table.len).map(row);
+    let Some((best, standing)) = recommended(rows()) else {
+        let why = "in a complete row every distance counts, and this column has a value";
+        return Ok(format!("No complete row to rank by {by}: {why}."));
+    };
+    let count = |key: &str| source.run["counts"][key].as_u64();
+    let complete = rows().filter(|(status, value)| status.counts() && value.is_finite()).count() as u64;
+    let varying: Vec<&str> = match ranking["varying"].as_array() {
+        Some(names) => names.iter().filter_map(|name| name.as_str()).collect(),
+        None => designs::varying(table)?.into_iter().filter(|name| *name != drive).collect(),
+    };
+    Ok(answer::of_best(&Recommended {
+        number: &|name| Some(table.number(name, best)).filter(|x| x.is_finite()),
+        varying: &varying,
+        names: [sd, by, drive],
+        complete: count("complete_rows").unwrap_or(complete),
+        kept: count("kept_rows"),
+        standing,
+    }))
+}
+
 /// Spread, budget, front, parallel coordinates, maps.
 fn of_designs(c: &mut Content, table: &Table, limits: Limits) -> Result<(), Error> {
     let (sd, drive) = (table.one_of(&SD)?, table.one_of(&DRIVES)?);
     let by = if table.has("total_rms_mm") { "total_rms_mm" } else { sd };
     let fine = limits.kept(table);
-    c.answer = answer::of_designs(table, &fine, [sd, by, drive])?;
     let (whiskers, of) = designs::whiskers(table, &fine, by, figure::SERIES)?;
     let left = left_out(table, whiskers.len(), of, by);
     let drives = distinct(table.numbers(drive)?.iter().copied());

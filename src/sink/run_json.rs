@@ -10,7 +10,7 @@ use super::pack::{Packed, Packer, Unpacker, packed};
 use crate::backend::Backend;
 use crate::combinations::Combinations;
 use crate::reduce::{Largest, Sweeps};
-use crate::scene::Spec;
+use crate::scene::{Column, Spec, Study};
 use crate::status::Status;
 
 /// Version of the result format.
@@ -206,6 +206,17 @@ pub fn document(command: &str, spec: Value, body: Value) -> Value {
     whole
 }
 
+/// Columns of whisker, rig and direction that have several values in the rows of `study`.
+pub fn varying(study: &Study) -> Vec<&'static str> {
+    let (setup, space) = (&study.setup, &study.space);
+    let several = |column: &Column| space.axis(*column).is_none_or(|axis| axis.len() > 1);
+    let whisker = Column::ALL.into_iter().take(5).filter(several).map(|column| column.name(setup.drive));
+    let rigs = setup.rigs.iter().flat_map(|rigs| rigs.properties.iter().map(|p| p.about().column));
+    let shown = setup.directions;
+    let angles = [(shown.tilt, "tilt_deg"), (shown.lean, "lean_deg")].into_iter().filter(|(shown, _)| *shown);
+    whisker.chain(rigs).chain(angles.map(|(_, column)| column)).collect()
+}
+
 /// The `run.json` of a sweep; `model_error` says which effects were left off, where that was asked for, `handed_over` which rows a device has
 /// not answered itself.
 pub fn of_sweep(
@@ -217,6 +228,7 @@ pub fn of_sweep(
 ) -> Value {
     let mut body = json!({
         "in_force": in_force(spec),
+        "ranking": { "by": spec.study.listed_by().name(), "varying": varying(&spec.study) },
         "material_fit": material_fit(spec, Some(c)),
         "warnings": backend.warnings(&spec.warnings),
         "backend": backend,

@@ -77,7 +77,7 @@ fn all(run: &mut Run<'_>, layout: &Layout, from: u64, tables: &[Table]) -> Resul
         let at = (group[0] - range.start, range.end - range.start);
         ahead(run, layout, (&group, at), |to| group[0].pack(to))?;
         pass(run, layout, &group, tables, &|_| None, &mut |run, rendered| {
-            rendered.candidates.into_iter().for_each(|row| run.best.offer(row));
+            rendered.candidates.iter().for_each(|row| run.best.offer(row));
             Ok(())
         })?;
         let next = designs.start;
@@ -189,7 +189,7 @@ pub(super) fn write_kept(
     for row in kept {
         row.fields(&run.study.setup, &mut values);
         rows.row(&mut values)?;
-        run.best.offer(row.clone());
+        run.best.offer(row);
     }
     run.write(Table::Designs, rows, kept.len() as u64)?;
     run.place(kept.iter().map(|row| Place::of(row, design(row))))

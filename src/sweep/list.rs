@@ -138,7 +138,7 @@ pub(super) fn run(run: &mut Run<'_>, tuples: &[Tuple]) -> Result<(), Error> {
             Some(best) => {
                 competing(study.output.per, complete).into_iter().for_each(|row| best.offer(row));
             }
-            None => complete.into_iter().for_each(|row| run.best.offer(row)),
+            None => complete.iter().for_each(|row| run.best.offer(row)),
         }
         all.push(reduced);
     }

@@ -13,6 +13,7 @@ mod design;
 mod file;
 mod grid;
 mod handed;
+mod highlights;
 mod keep;
 mod list;
 mod look;
@@ -35,6 +36,7 @@ use crate::evaluate::Outcome;
 use crate::needed::Needed;
 use crate::plan::{CHUNK, KEEP, Layout, Plan};
 use crate::progress::Progress;
+use crate::recommend::Standing;
 use crate::scene::{Space, Spec, Study, Tuple};
 use crate::sink::{
     folder::{Folder, Left, Mark, Question, Written, digest},
@@ -47,6 +49,7 @@ use about::About;
 use charted::Rankers;
 pub use collect::collect;
 use handed::Handed;
+use highlights::Highlights;
 pub use keep::EVERY;
 use keep::Keeper;
 use needed::{Checked, checked, fuller};
@@ -54,13 +57,9 @@ pub use needed::{run_needed, whole};
 pub use parted::Place;
 pub use probe::seconds;
 use running::Run;
-use select::Best;
 pub use select::Kept;
 use writers::Writers;
 pub use writers::{PLACES, Tables};
-
-/// Rows that the summary shows.
-const HIGHLIGHTS: usize = 8;
 
 /// What a finished sweep tells.
 #[derive(Debug)]
@@ -76,8 +75,12 @@ pub struct Report {
     pub seconds: Seconds,
     /// Backend used.
     pub backend: Backend,
-    /// The best rows by the column that ranks, best first.
+    /// The row that is recommended, then others by the same rule; one of each design where [`Self::by_design`].
     pub highlights: Vec<Kept>,
+    /// Whether they are the best rows of different designs.
+    pub by_design: bool,
+    /// How the recommended row stands to the strain limit; without a complete row there is none.
+    pub standing: Option<Standing>,
     /// Complete rows among which they are the best; with `top` and `per = "design"` one of each design.
     pub ranked: u64,
     /// `model_error` of `run.json`, where effects could be left off.
@@ -146,15 +149,19 @@ impl Clock {
 impl Report {
     /// What `run` on `choice`, whose device took `open` seconds, comes to, where its tables go, and what keeps it.
     fn of(run: Run<'_>, choice: &Choice, clock: Clock, open: f64) -> (Self, Writers, Option<Keeper>) {
-        let Run { writers, counts, best, solve, keeper, handed, .. } = run;
+        let Run { writers, counts, best, solve, keeper, handed, study, .. } = run;
+        let (standing, offered) = (best.standing(), best.offered);
+        let (highlights, by_design) = best.into_rows(study.output.top.is_some() || study.output.by_said);
         let report = Self {
             files: Vec::new(),
             removed: Vec::new(),
             seconds: Seconds { total: clock.total(), open, chart: clock.chart, solve: solve.as_secs_f64() },
             backend: choice.backend.clone(),
-            ranked: counts.complete.unwrap_or(best.offered),
+            ranked: counts.complete.unwrap_or(offered),
             counts,
-            highlights: best.into_rows(),
+            highlights,
+            by_design,
+            standing,
             model_error: None,
             handed_over: handed.described(),
         };
@@ -252,13 +259,13 @@ fn routes(run: &mut Run<'_>, spec: &Spec) -> Result<(), Error> {
 }
 
 /// What every route keeps: the fields of [`Before`] beside the tables.
-type Shared = (Counts, Best, (f64, u64, Handed), Vec<Outcome>);
+type Shared = (Counts, Highlights, (f64, u64, Handed), Vec<Outcome>);
 
 /// How far a stopped run had come; nothing of a new one.
 struct Before {
     writers: Writers,
     counts: Counts,
-    best: Best,
+    best: Highlights,
     solve: Duration,
     /// Taps that the full model solved in place of one with effects left off.
     mended: u64,
@@ -271,7 +278,7 @@ struct Before {
 
 impl Before {
     fn nothing(writers: Writers) -> Self {
-        let (counts, best) = (Counts::default(), Best::new(HIGHLIGHTS));
+        let (counts, best) = (Counts::default(), Highlights::default());
         let (solve, handed, under_way) = (Duration::ZERO, Handed::default(), Vec::new());
         Self { writers, counts, best, solve, mended: 0, handed, under_way, state: None }
     }

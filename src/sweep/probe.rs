@@ -23,6 +23,8 @@ use crate::sink::table::Table;
 const ENOUGH: f64 = 0.03;
 /// Longest look, s.
 const LOOK: f64 = 0.5;
+/// Taps of a design that are looked at before whole designs are.
+const SINGLE: u64 = 16;
 /// Designs of the batches that a device is timed on.
 const BATCHES: [u64; 2] = [1 << 13, 1 << 16];
 /// Bytes a second of tables, hashed and written.
@@ -64,16 +66,29 @@ pub fn seconds(study: &Study, plan: &Plan, choice: &Choice) -> Result<f64, Error
 
 /// Serves ever more of `most` things until a helping takes long enough to tell; seconds of all of them.
 fn paced(most: u64, serve: &mut dyn FnMut(u64) -> Result<(), Error>) -> Result<f64, Error> {
+    let [first, each] = pace(most, serve)?;
+    Ok(first + each * most.saturating_sub(1) as f64)
+}
+
+/// Seconds of the first of `most` things, and of each further one.
+fn pace(most: u64, serve: &mut dyn FnMut(u64) -> Result<(), Error>) -> Result<[f64; 2], Error> {
     let mut timed = |n: u64| -> Result<f64, Error> {
         let start = Instant::now();
         serve(n)?;
         Ok(start.elapsed().as_secs_f64())
     };
     if most == 0 {
-        return Ok(0.0);
+        return Ok([0.0; 2]);
     }
     // The first one compiles shaders and makes charts; what more cost beyond fewer does not hold the wait for a device.
     let first = timed(1)?;
+    if first > LOOK && most > 1 {
+        // Nobody waits for several things that take so long.
+        let second = timed(1)?;
+        if 4.0 * second > LOOK {
+            return Ok([first, second]);
+        }
+    }
     let (mut spent, mut last, mut each) = (0.0, None, first);
     let mut n = 1;
     while n < most && spent < LOOK {
@@ -88,7 +103,7 @@ fn paced(most: u64, serve: &mut dyn FnMut(u64) -> Result<(), Error>) -> Result<f
         }
         last = Some((n, seconds));
     }
-    Ok(first + each * (most - 1) as f64)
+    Ok([first, each])
 }
 
 /// The `i`-th of some places among `n`, without a period.
@@ -106,6 +121,12 @@ fn grid(run: &mut Run<'_>, layout: &Layout, curves: f64) -> Result<f64, Error> {
     if layout.block() > CHUNK / 8 {
         let tuple = |i: u64| layout.tuple(place(i, layout.len()));
         return Ok(passes * listed(run, layout.len(), &tuple)? * curves);
+    }
+    // Of a design whose taps are left to the reference single ones tell enough.
+    let tuple = |i: u64| layout.tuple(place(i, layout.len()));
+    let [_, each] = pace(layout.block().min(SINGLE), &mut |n| solved(run, n, &tuple))?;
+    if each * layout.block() as f64 > LOOK {
+        return Ok(passes * each * layout.len() as f64 * curves);
     }
     let together = CHUNK / layout.block();
     paced(layout.n_designs, &mut |n| {
@@ -128,13 +149,16 @@ fn rows_alone(run: &mut Run<'_>, layout: &Layout) -> Result<f64, Error> {
 
 /// Taps on their own.
 fn listed(run: &mut Run<'_>, n: u64, tuple: &dyn Fn(u64) -> Tuple) -> Result<f64, Error> {
-    paced(n, &mut |some| {
-        let tuples: Vec<Tuple> = (0..some.min(CHUNK)).map(|i| tuple(place(i, n))).collect();
-        let designs: Vec<Design> = tuples.iter().map(|t| Design::new(&run.study.setup, *t)).collect();
-        let task = |(i, t): (usize, &Tuple)| Task::of(i as u32, t);
-        let tasks: Vec<Task> = tuples.iter().enumerate().map(task).collect();
-        run.evaluate(&designs, &tasks).map(drop)
-    })
+    paced(n, &mut |some| solved(run, some.min(CHUNK), &|i| tuple(place(i, n))))
+}
+
+/// The first `n` of some taps.
+fn solved(run: &mut Run<'_>, n: u64, tuple: &dyn Fn(u64) -> Tuple) -> Result<(), Error> {
+    let tuples: Vec<Tuple> = (0..n).map(tuple).collect();
+    let designs: Vec<Design> = tuples.iter().map(|t| Design::new(&run.study.setup, *t)).collect();
+    let task = |(i, t): (usize, &Tuple)| Task::of(i as u32, t);
+    let tasks: Vec<Task> = tuples.iter().enumerate().map(task).collect();
+    run.evaluate(&designs, &tasks).map(drop)
 }
 
 /// Designs ranked from the chart, those outside it and the rows kept solved.

@@ -4,8 +4,9 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use super::select::{Best, Kept};
-use super::{HIGHLIGHTS, Run, charted};
+use super::highlights::Highlights;
+use super::select::Kept;
+use super::{Run, charted};
 use crate::chart::{lanes::Counting, rows::RowReader};
 use crate::design::Design;
 use crate::error::Error;
@@ -152,7 +153,7 @@ fn write(
         Convention::Elongation => Design::new(&study.setup, *t).elongation(&study.setup).unwrap_or(1.0),
     };
     let piece = |(p, (tuples, rows)): (usize, (&[Tuple], &[DriveRow]))| {
-        let (mut out, mut values, mut best) = (Rows::new(form), Vec::new(), Best::new(HIGHLIGHTS));
+        let (mut out, mut values, mut best) = (Rows::new(form), Vec::new(), Highlights::default());
         for (i, (design, row)) in tuples.iter().zip(rows).enumerate() {
             let unit = unit(design);
             let (direction, drive) = (design.direction(), design.drive);
@@ -162,16 +163,16 @@ fn write(
             out.row(&mut values)?;
             if let Some(rank) = rank {
                 let r = places[p * PIECE + i];
-                best.offer(Kept::of(&row, rank, (r / layout.n_drives, (r % layout.n_drives) as u32)));
+                best.offer(&Kept::of(&row, rank, (r / layout.n_drives, (r % layout.n_drives) as u32)));
             }
         }
         Ok((out, best, rows.len() as u64))
     };
     let pieces = tuples.par_chunks(PIECE).zip(rows.par_chunks(PIECE)).enumerate().map(piece);
-    let pieces: Vec<(Rows, Best, u64)> = pieces.collect::<Result<_, Error>>()?;
+    let pieces: Vec<(Rows, Highlights, u64)> = pieces.collect::<Result<_, Error>>()?;
     for (out, best, rows) in pieces {
         run.write(Table::Designs, out, rows)?;
-        run.best.merge(best);
+        run.best.merge(&best);
     }
     Ok(())
 }

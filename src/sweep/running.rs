@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 
 use super::Before;
 use super::handed::Handed;
+use super::highlights::Highlights;
 use super::keep::{self, Keeper, Pace};
 use super::parted::Place;
-use super::select::Best;
 use super::writers::Writers;
 use crate::curve::{
     self, Ask, Curve, Reach,
@@ -30,7 +30,7 @@ pub(super) struct Run<'a> {
     pub evaluator: Evaluator<'a>,
     pub writers: Writers,
     pub counts: Counts,
-    pub best: Best,
+    pub best: Highlights,
     /// Design and drive of the rows that `top` keeps.
     pub kept: Vec<Tuple>,
     pub solve: Duration,

@@ -109,13 +109,6 @@ impl Best {
         }
     }
 
-    /// Takes over what `other` was offered.
-    pub fn merge(&mut self, other: Self) {
-        let offered = self.offered + other.offered;
-        other.heap.into_iter().for_each(|row| self.offer(row.0));
-        self.offered = offered;
-    }
-
     /// The rows kept, best first.
     pub fn into_rows(self) -> Vec<Kept> {
         self.heap.into_sorted_vec().into_iter().map(|w| w.0).collect()

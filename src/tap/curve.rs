@@ -6,27 +6,34 @@ use super::Sample;
 use crate::error::Error;
 use crate::evaluate::{Guard, Method};
 use crate::optimise::evaluate::Scorer;
+use crate::progress::Progress;
 use crate::scene::Layout;
 use crate::scene::search::Search;
 use crate::scene::{Axis, Setup, Tuple};
-
-/// Most points of the grid.
-const POINTS: f64 = 1000.0;
 
 /// One whisker over its drive.
 pub struct Curve<'a> {
     scorer: Scorer<'a>,
     whisker: Tuple,
+    /// Taps of one evaluation, and those that all may take, about.
+    taps: [u64; 2],
+    progress: &'a mut dyn Progress,
     /// Evaluations made.
     pub evaluations: u64,
 }
 
 impl<'a> Curve<'a> {
-    /// Of the whisker of `layout` at its distances; `method` solves the taps.
-    pub fn new((setup, layout): (&'a Setup, &Layout), search: &'a Search, method: Method) -> Self {
+    /// Of the whisker of `layout` at its distances; `method` solves the taps, and `progress` hears of them.
+    pub fn new(
+        (setup, layout): (&'a Setup, &Layout),
+        search: &'a Search,
+        (method, progress): (Method, &'a mut dyn Progress),
+    ) -> Self {
         Self {
             scorer: Scorer::new(setup, layout, search, method),
             whisker: layout.stroke(&layout.design(0), 0),
+            taps: [layout.n_distances, super::taps(layout)],
+            progress,
             evaluations: 0,
         }
     }
@@ -41,6 +48,11 @@ impl<'a> Curve<'a> {
         let mut curve = self;
         curve.scorer.stop_by(stop);
         curve
+    }
+
+    /// From now on a kernel leaves at most so many taps to the reference.
+    pub fn leave_at_most(&mut self, taps: usize) {
+        self.scorer.leave_at_most(taps);
     }
 
     /// Bound on the error of its strains.
@@ -58,12 +70,15 @@ impl<'a> Curve<'a> {
     pub fn at(&mut self, drives: &[f64]) -> Result<Vec<Sample>, Error> {
         self.evaluations += drives.len() as u64;
         let all = self.scorer.along(&self.whisker, drives)?;
+        let [each, most] = self.taps;
+        let done = each.saturating_mul(self.evaluations);
+        self.progress.at(done, most.max(done));
         Ok(drives.iter().zip(all).map(|(&drive, (row, score))| Sample { drive, row, score }).collect())
     }
 
-    /// From end to end in steps of 1, 2 or 5 times a power of ten, both ends included.
-    pub fn grid(&mut self, [from, to]: [f64; 2]) -> Result<Vec<Sample>, Error> {
-        let least = (to - from) / POINTS;
+    /// From end to end in at most so many steps of 1, 2 or 5 times a power of ten, both ends included.
+    pub fn grid(&mut self, [from, to]: [f64; 2], steps: f64) -> Result<Vec<Sample>, Error> {
+        let least = (to - from) / steps;
         let power = 10f64.powf(least.log10().floor());
         let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|s| *s >= least * (1.0 - 1e-9));
         // Written out, so that a power of ten below 1 is the decimal number.

@@ -8,6 +8,8 @@
 mod curve;
 mod needed;
 mod optimum;
+mod refused;
+mod tried;
 mod write;
 
 use std::path::{Path, PathBuf};
@@ -16,20 +18,34 @@ use std::time::Instant;
 
 use crate::backend::{Backend, Choice, Work};
 use crate::curve::both;
-use crate::error::{Error, InputError};
+use crate::error::Error;
 use crate::needed::Needed;
 use crate::optimise::run::{no_axes, precise};
-use crate::optimise::score::{Goal, Limit, Score};
-use crate::progress::NEVER;
+use crate::optimise::score::{Goal, Score};
+use crate::progress::Progress;
 use crate::scene::search::{Budget, Limits, Objective, Places, Search};
-use crate::scene::{BackendChoice, Contact, RunOptions, Setup, Spec, Study, Theory};
+use crate::scene::{BackendChoice, Contact, Layout, RunOptions, Setup, Spec, Study, Theory};
 use crate::sink::folder::{Folder, Question};
 use crate::statistics::DriveRow;
 
 use curve::Curve;
+use refused::{incomplete, overstrained};
+use tried::{Attempt, tried};
 
 pub use needed::{find_needed, needed};
 pub use write::{document, k_names, result, table, unit};
+
+/// Why the CPU is taken in f64 where nothing is said.
+const FEW: &str = "few taps";
+/// Taps of the grid, and of the polish, that a kernel may leave to the reference.
+const LEFT: [usize; 2] = [600, 1500];
+/// Evaluations of one estimator, about.
+const EVALUATIONS: u64 = 1200;
+
+/// Taps that a best drive over the distances of `layout` takes, about.
+pub fn taps(layout: &Layout) -> u64 {
+    EVALUATIONS.saturating_mul(layout.n_distances)
+}
 
 /// The curve at one drive.
 #[derive(Debug, Clone, Copy)]
@@ -125,7 +141,7 @@ pub fn choice(options: &RunOptions, study: &Study) -> Result<Choice, Error> {
         && options.adapter.is_none();
     if free && options.precision.is_none() && options.tolerance.is_none() {
         let mut choice = precise(&RunOptions::default())?;
-        choice.backend.reason = "few taps".into();
+        choice.backend.reason = FEW.into();
         return Ok(choice);
     }
     Choice::for_taps(options, &study.setup, Work::of_study(study, options))
@@ -139,14 +155,14 @@ pub fn run(
     objective: Objective,
     choice: &Choice,
     (out, force): (&Path, bool),
-    bound: Option<f64>,
+    (bound, stop, progress): (Option<f64>, &AtomicBool, &mut dyn Progress),
 ) -> Result<Report, Error> {
     let begun = Instant::now();
     let asked = serde_json::json!({ "objective": objective.word() });
     let mut folder = Folder::open(out, Question::of_scene("tap", spec, asked), &["tap.csv"], force)?;
     let mut report = match bound {
-        Some(bound) => find_needed(&spec.study, ends, objective, choice, (bound, &NEVER))?,
-        None => find(&spec.study, ends, objective, choice, &NEVER)?,
+        Some(bound) => find_needed(&spec.study, ends, objective, choice, (bound, stop, progress))?,
+        None => find(&spec.study, ends, objective, choice, (stop, progress))?,
     };
     report.seconds = choice.seconds + begun.elapsed().as_secs_f64();
     write::all(spec, &report, &mut folder)?;
@@ -165,9 +181,9 @@ pub fn find(
     ends: [f64; 2],
     objective: Objective,
     choice: &Choice,
-    stop: &AtomicBool,
+    (stop, progress): (&AtomicBool, &mut dyn Progress),
 ) -> Result<Report, Error> {
-    find_by(study, ends, objective, choice, (None, stop))
+    find_by(study, ends, objective, choice, (None, stop, progress))
 }
 
 /// As [`find`], by the model that is `needed`, which is in `study`.
@@ -176,16 +192,17 @@ fn find_by(
     ends: [f64; 2],
     objective: Objective,
     choice: &Choice,
-    (needed, stop): (Option<&Needed>, &AtomicBool),
+    (needed, stop, progress): (Option<&Needed>, &AtomicBool, &mut dyn Progress),
 ) -> Result<Report, Error> {
-    let report = best(study, ends, objective, choice, (needed, stop))?;
+    let report = tried(study, ends, objective, choice, (needed, stop, &mut *progress))?;
     if !objective.needs_distance() || !both::possible(&study.setup) {
         return Ok(report);
     }
     let theory = study.setup.estimate.theory.compared();
     let mut study = study.clone();
     study.setup.estimate.theory = theory;
-    let (other, evaluations, seconds) = match best(&study, ends, objective, choice, (needed, stop)) {
+    let (other, evaluations, seconds) = match tried(&study, ends, objective, choice, (needed, stop, progress))
+    {
         Ok(o) => (Other { theory, optimum: Ok(o.optimum), at_bound: o.at_bound }, o.evaluations, o.seconds),
         Err(Error::Input(why)) => (Other { theory, optimum: Err(why.message), at_bound: false }, 0, 0.0),
         Err(failed) => return Err(failed),
@@ -198,13 +215,14 @@ fn find_by(
     })
 }
 
-/// As [`find`], by one estimator.
+/// As [`find`], by one estimator and in one attempt; [`SolveError::TooHard`](crate::error::SolveError::TooHard) where kernels leave too many taps to
+/// the reference.
 fn best(
     study: &Study,
     ends: [f64; 2],
     objective: Objective,
-    choice: &Choice,
-    (needed, stop): (Option<&Needed>, &AtomicBool),
+    (choice, steps): Attempt<'_>,
+    (needed, stop, progress): (Option<&Needed>, &AtomicBool, &mut dyn Progress),
 ) -> Result<Report, Error> {
     let begun = std::time::Instant::now();
     let (setup, layout) = (&study.setup, study.space.layout().ok_or_else(no_axes)?);
@@ -212,9 +230,11 @@ fn best(
     let needed = needed.filter(|n| !n.left().is_empty());
     let full = needed.map(|n| Setup { model: n.full().model, ..setup.clone() });
     let guard = needed.zip(full.as_ref()).map(|(n, full)| n.guard(full)).transpose()?;
-    let mut curve =
-        Curve::new((setup, &layout), &search, choice.open(&setup.model)?).guarded(guard).stopping(stop);
-    let samples = curve.grid(ends)?;
+    let method = choice.open(&setup.model)?;
+    let mut curve = Curve::new((setup, &layout), &search, (method, progress)).guarded(guard).stopping(stop);
+    curve.leave_at_most(LEFT[0]);
+    let samples = curve.grid(ends, steps)?;
+    curve.leave_at_most(LEFT[1]);
     let goal = if objective == Objective::Sd { Goal::Figure(0) } else { Goal::Figure(1) };
 
     let free = |s: &Sample| optimum::relaxed(s, goal);
@@ -266,26 +286,4 @@ fn search(setup: &Setup, objective: Objective) -> Search {
         robust: None,
         places: Places::default(),
     }
-}
-
-fn incomplete(setup: &Setup, samples: &[Sample]) -> InputError {
-    let status = samples.iter().fold(samples[0].row.status, |all, s| all | s.row.status);
-    let name = write::unit(setup).0;
-    InputError::new(format!("no {name} of the interval gives a complete row; the taps are {status}"))
-        .key("tap.a")
-        .allowed("distances beyond the gauge and before the tip")
-}
-
-fn overstrained(setup: &Setup, samples: &[Sample]) -> InputError {
-    let name = write::unit(setup).0;
-    let over = samples.iter().map(|s| s.score.limit(Limit::Strain)).fold(f64::INFINITY, f64::min);
-    // Of the skin, which a foil reads less of.
-    let least = setup.gauge.strain_limit * (1.0 + over);
-    InputError::new(format!(
-        "every {name} of the interval strains the gauge beyond its limit: at least {least:.4}, {:.3} times the limit",
-        1.0 + over
-    ))
-    .key("gauge.strain_limit")
-    .value(setup.gauge.strain_limit)
-    .allowed(format!("≥ {least:.4}, or a smaller {name}"))
 }

@@ -10,6 +10,7 @@ use crate::chart::ranges::Wanted;
 use crate::error::{Error, SolveError};
 use crate::needed::{ComparedRows, Needed, Row};
 use crate::optimise::run::no_axes;
+use crate::progress::Progress;
 use crate::scene::search::Objective;
 use crate::scene::{Study, Tuple};
 
@@ -23,7 +24,7 @@ pub fn find_needed(
     ends: [f64; 2],
     objective: Objective,
     choice: &Choice,
-    (bound, stop): (f64, &AtomicBool),
+    (bound, stop, progress): (f64, &AtomicBool, &mut dyn Progress),
 ) -> Result<Report, Error> {
     let layout = study.space.layout().ok_or_else(no_axes)?;
     let (mut needed, mut study) = (needed(study, ends, bound)?, study.clone());
@@ -32,7 +33,7 @@ pub fn find_needed(
     loop {
         study.setup = needed.setup().clone();
         let begun = Instant::now();
-        let report = match find_by(&study, ends, objective, choice, (Some(&needed), stop)) {
+        let report = match find_by(&study, ends, objective, choice, (Some(&needed), stop, &mut *progress)) {
             Err(Error::Input(_)) if !needed.left().is_empty() => {
                 needed.give_up();
                 continue;

@@ -85,12 +85,15 @@ fn inner(
 
 /// Brent's minimisation between two drives.
 fn brent(curve: &mut Curve<'_>, [low, high]: [f64; 2], goal: Goal) -> Result<Option<Sample>, Error> {
-    let cost = Cost { curve: RefCell::new(curve), goal };
+    let cost = Cost { curve: RefCell::new(curve), goal, failed: RefCell::default() };
     let solver = BrentOpt::new(low, high).set_tolerance(WIDTH, WIDTH * high);
     let run =
         Executor::new(&cost, solver).configure(|state| state.param(low).max_iters(200)).timer(false).run();
-    let drive = run.map_err(|e| Error::Run(e.to_string()))?.state.best_param;
-    match drive {
+    let drive = run.map(|run| run.state.best_param).map_err(|e| e.to_string());
+    if let Some(failed) = cost.failed.take() {
+        return Err(failed);
+    }
+    match drive.map_err(Error::Run)? {
         Some(drive) => Ok(curve.at(&[drive])?.first().copied()),
         None => Ok(None),
     }
@@ -99,6 +102,8 @@ fn brent(curve: &mut Curve<'_>, [low, high]: [f64; 2], goal: Goal) -> Result<Opt
 struct Cost<'c, 'a> {
     curve: RefCell<&'c mut Curve<'a>>,
     goal: Goal,
+    /// Why the curve has no value somewhere.
+    failed: RefCell<Option<Error>>,
 }
 
 impl CostFunction for &Cost<'_, '_> {
@@ -106,7 +111,11 @@ impl CostFunction for &Cost<'_, '_> {
     type Output = f64;
 
     fn cost(&self, drive: &f64) -> Result<f64, ArgminError> {
-        let sample = self.curve.borrow_mut().at(&[*drive]).map_err(|e| ArgminError::msg(e.to_string()))?[0];
+        let sample = self.curve.borrow_mut().at(&[*drive]).map_err(|e| {
+            let words = ArgminError::msg(e.to_string());
+            self.failed.replace(Some(e));
+            words
+        })?[0];
         let value = self.goal.value(&sample.score);
         Ok(if value.is_nan() { f64::INFINITY } else { value })
     }

@@ -108,8 +108,14 @@ pub fn table(study: &Study, report: &Report) -> Result<Vec<u8>, Error> {
 
 /// The `run.json` of a best drive.
 pub fn document(spec: &Spec, report: &Report) -> Value {
+    // Where taps are hard they are solved to another tolerance than was planned.
+    let mut in_force = run_json::in_force(spec);
+    if let (Some(entries), Some(tolerance)) = (in_force.as_array_mut(), report.backend.tolerance) {
+        let entry = entries.iter_mut().find(|entry| entry["key"] == "run.tolerance");
+        entry.into_iter().for_each(|entry| entry["value"] = format!("{tolerance:?}").into());
+    }
     let mut body = json!({
-        "in_force": run_json::in_force(spec),
+        "in_force": in_force,
         "warnings": report.backend.warnings(&spec.warnings),
         "backend": report.backend,
         "counts": { "evaluations": report.evaluations, "rows": report.curve.len() },

@@ -102,7 +102,6 @@ fn what_has_no_page_is_refused_by_its_key() {
     let with = |lines: &str| format!("{SPEC}{lines}\n");
     refused(&with("[model]\ngeometry = \"linear\""), "model.geometry", "exact");
     refused(&with("[model]\ncontact = \"stick\"\nextension = true"), "model.contact", "frictionless");
-    refused(&with("[estimate]\ntheory = \"exact\""), "estimate.theory", "timoshenko");
     let both = with("[model]\npole_radius = 2").replace("L_a = 50", "L_a = 50\nhub = 3");
     refused(&both, "model.pole_radius", "hub = 0");
     refused(&SPEC.replace("theta = [1, 4]", "theta = [1, 80]"), "tap", "narrower");

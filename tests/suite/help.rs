@@ -81,3 +81,68 @@ fn examples_of_the_help_name_files_that_are_there() {
     }
     assert!(examples >= 6, "{examples}");
 }
+
+/// Commands that the program's help lists.
+fn commands(desk: &Desk) -> Vec<String> {
+    let help = desk.run(&["--help"]).exits(0).stdout;
+    let listed =
+        help.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| !line.is_empty());
+    let named = listed.filter_map(|line| line.strip_prefix("  ")?.split(' ').next());
+    named.filter(|name| !name.is_empty()).map(str::to_owned).collect()
+}
+
+/// What stands in the examples and is there when somebody types them: the calibration of the example before, readings, a record, poses, parts.
+fn prepared() -> Desk {
+    let desk = Desk::new("");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    for folder in ["sweeps", "examples"] {
+        std::os::unix::fs::symlink(root.join(folder), desk.path(folder)).expect("a link");
+    }
+    let calibrate = [
+        "calibrate",
+        "examples/prototype-d10.csv",
+        "--whisker",
+        "examples/prototype-d10.toml",
+        "--out",
+        "cal",
+    ];
+    desk.run(&calibrate).exits(0);
+    std::fs::copy(desk.path("cal/calibration.toml"), desk.path("calibration.toml")).expect("a copy");
+    for file in ["readings.csv", "taps.csv"] {
+        desk.write(file, "theta_deg,strain\n0,0\n4,0.02\n8,0.04\n");
+    }
+    let contact = |k: usize| if k / 100 % 2 == 1 { 0.02 } else { 0.0 };
+    let sample = |k: usize| format!("{},{}\n", 0.01 * k as f64, contact(k) + 1e-6 * ((7919 * k) % 13) as f64);
+    desk.write("raw.csv", "Zeit,Kanal\n".to_owned() + &(0..600).map(sample).collect::<String>());
+    let pose = |k: usize| format!("{k},2,90,4,0.02\n");
+    let head = "base_x_mm,base_y_mm,heading_deg,theta_deg,strain\n".to_owned();
+    desk.write("poses.csv", head + &(0..8).map(pose).collect::<String>());
+    desk.write("million.toml", SPEC);
+    for part in ["1/2", "2/2"] {
+        desk.run(&["sweep", "million.toml", "--shard", part, "--out", "results/million"]).exits(0);
+    }
+    desk
+}
+
+#[test]
+fn every_example_of_the_help_runs() {
+    let desk = prepared();
+    let program = assert_cmd::cargo::cargo_bin("vibrissa");
+    let place = program.parent().expect("a folder").to_string_lossy().into_owned();
+    let path = std::env::var("PATH").unwrap_or_default();
+    let mut ran = 0;
+    for command in commands(&desk) {
+        let help = desk.run(&[&command, "--help"]).exits(0).stdout;
+        let Some((_, example)) = help.split_once("Example: ") else { continue };
+        // Long lines of the help are broken.
+        let example =
+            example.split("\n\n").next().unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ");
+        let mut shell = std::process::Command::new("sh");
+        shell.args(["-c", &example]).current_dir(desk.path(".")).env("PATH", format!("{place}:{path}"));
+        let left = shell.output().expect("a shell");
+        let (said, failed) = (String::from_utf8_lossy(&left.stderr), !left.status.success());
+        assert!(!failed && example.starts_with("vibrissa "), "{command}: `{example}`: {said}");
+        ran += 1;
+    }
+    assert!(ran >= 18, "{ran}");
+}

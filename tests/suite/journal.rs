@@ -1,4 +1,4 @@
-//! The journal of a search: work that no result holds is not thrown away unasked.
+//! The journal of a search: the same search begins anew without asking, another one asks.
 
 use crate::common::program::{Desk, Ran};
 
@@ -31,12 +31,13 @@ fn a_search_that_ended_by_its_budget_is_repeated_or_goes_on() {
     desk.write("spec.toml", format!("# A comment is no value.\n{SEARCH}"));
     let again = search(&desk, &["--json"]).exits(0).json();
     assert_eq!(again["result"]["best"], first["result"]["best"]);
-    // With more evaluations it goes on, or says what it would discard.
+    // With more evaluations it goes on, or begins anew.
     desk.write("spec.toml", SEARCH.replace("200", "400"));
-    refused(&desk, &["unfinished search", "--resume", "--force"]);
     let more = search(&desk, &["--resume", "--json"]).exits(0).json();
     assert!(more["counts"]["evaluations_resumed"].as_u64().unwrap() > 100, "{more}");
     assert_eq!(more["counts"]["evaluations"], 400);
+    let anew = search(&desk, &["--json"]).exits(0).json();
+    assert_eq!(anew["result"]["best"], more["result"]["best"]);
 }
 
 #[test]
@@ -53,19 +54,25 @@ fn other_values_ask_before_they_discard_a_search() {
 }
 
 #[test]
-fn a_killed_search_is_resumed_or_discarded_on_request() {
+fn after_a_kill_the_same_command_searches_anew() {
     let desk = Desk::new(SEARCH);
-    search(&desk, &["--quiet"]).exits(0);
+    let first = search(&desk, &["--json"]).exits(0).json();
     // As a killed one leaves it: a journal and no result.
-    for name in desk.names("out").iter().filter(|name| !name.starts_with('.')) {
-        std::fs::remove_file(desk.path("out").join(name)).unwrap();
-    }
-    refused(&desk, &["unfinished search of", "--resume to go on with it", "--force to discard it"]);
+    let killed = || {
+        for name in desk.names("out").iter().filter(|name| !name.starts_with('.')) {
+            std::fs::remove_file(desk.path("out").join(name)).unwrap();
+        }
+        assert!(desk.path("out/.vibrissa-evaluations").exists());
+    };
+    killed();
+    let ran = search(&desk, &["--json"]).exits(0);
+    assert!(ran.stderr.contains("the new search discarded an unfinished search of"), "{}", ran.stderr);
+    let anew = ran.json();
+    assert_eq!(anew["result"]["best"], first["result"]["best"]);
+    assert_eq!(anew["counts"]["evaluations_resumed"], 0);
+    killed();
     let ran = search(&desk, &["--resume", "--json"]).exits(0).json();
     assert!(ran["counts"]["evaluations_resumed"].as_u64().unwrap() > 100, "{ran}");
-    std::fs::remove_file(desk.path("out/run.json")).unwrap();
-    let ran = search(&desk, &[]).exits(2);
-    assert!(ran.stderr.contains("--out"), "{}", ran.stderr);
 }
 
 #[test]

@@ -63,6 +63,7 @@ mod planned_taps;
 mod practical;
 mod raw;
 mod read_rows;
+mod recommended;
 mod records;
 mod reference;
 mod reference_docs;

@@ -131,6 +131,51 @@ fn a_new_spec_is_valid_and_runs() {
 }
 
 #[test]
+fn a_new_spec_has_a_page() {
+    let desk = Desk::new(SPEC);
+    let answers = ["--whisker", "10,4,80", "--gauge", "5,2,15", "--distances", "25,70"];
+    for (clamp, goal) in
+        [("rigid", "sweep"), ("bonded", "tap"), ("glued", "optimise"), ("socket", "calibrate")]
+    {
+        let file = format!("{clamp}.toml");
+        desk.run(&[&["new", &file][..], &answers, &["--clamp", clamp, "--for", goal]].concat()).exits(0);
+        let ran = desk.run(&["explore", &file, "--out", "page.html"]).exits(0);
+        let exact = ran.stderr.contains("tells distances by a formula, here euler-bernoulli");
+        assert_eq!(exact, goal != "calibrate", "{clamp}: {}", ran.stderr);
+    }
+}
+
+#[test]
+fn a_new_search_moves_the_gauge_too() {
+    let desk = Desk::new(SPEC);
+    for (gauge, places) in
+        [("5,2,15", "x_ss = [2.5, 11.5]"), ("0,2,15", "x_ss = [0, 11.5]"), ("20,2,15", "x_ss = [10, 23]")]
+    {
+        let answers = ["--whisker", "10,4,80", "--gauge", gauge, "--clamp", "rigid", "--distances", "25,70"];
+        desk.run(&[&["new", "s.toml", "--force"][..], &answers, &["--for", "optimise"]].concat()).exits(0);
+        let text = desk.read("s.toml");
+        assert!(text.contains(places), "{text}");
+        desk.run(&["optimise", "s.toml", "--plan"]).exits(0);
+    }
+}
+
+#[test]
+fn a_noise_that_was_meant_in_strain_is_refused() {
+    let desk = Desk::new(SPEC);
+    let new = |gauge: &str| {
+        let answers = ["--whisker", "10,4,80", "--gauge", gauge, "--clamp", "rigid", "--distances", "25,70"];
+        desk.run(&[&["new", "x.toml", "--json"][..], &answers, &["--for", "tap"]].concat())
+    };
+    for gauge in ["5,2,15e-6", "5,2,0.000002"] {
+        let error = new(gauge).exits(2).json()["error"].clone();
+        assert_eq!(error["key"], "--gauge", "{error}");
+        assert!(error["allowed"].as_str().unwrap().contains("microstrain"), "{error}");
+        assert!(!desk.path("x.toml").exists());
+    }
+    new("5,2,0").exits(0);
+}
+
+#[test]
 fn answers_that_are_no_whisker_write_nothing() {
     let desk = Desk::new(SPEC);
     let line = |whisker: &str| {

@@ -41,3 +41,18 @@ fn where_no_chart_was_tried_none_is_told() {
     desk.sweep(&["--out", "out"]).exits(0);
     assert!(desk.whole("out")["seconds"].get("chart").is_none());
 }
+
+/// Taps that kernels leave to the reference, which takes a good part of a second for each without optimisation.
+#[test]
+fn a_plan_of_taps_that_take_long_is_there_at_once() {
+    let hard = "[whisker]\nD = 1e9\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = { from = 21, to = 48, steps = 10 }\n\
+                theta = { from = 0.5, to = 10, steps = 11 }\n[model]\nshear = true\nextension = true\nsurface = true\n\
+                material = { neo-hookean = 3.2 }\n";
+    let desk = Desk::new(hard);
+    let begun = std::time::Instant::now();
+    let plan = desk.sweep(&["--plan", "--json"]).exits(0).json();
+    let (took, expected) =
+        (begun.elapsed().as_secs_f64(), plan["seconds"]["expected"].as_f64().expect("seconds"));
+    assert!(plan["counts"]["taps"] == 110 && expected > 3.0, "{plan}");
+    assert!(took < 0.3 * expected, "{took} of {expected}");
+}

@@ -390,3 +390,21 @@ fn half_a_line_holds_back_no_answer() {
     drop(child.stdin.take());
     assert_eq!(ends(child).status.code(), Some(0));
 }
+
+#[test]
+fn a_best_tap_that_is_looked_for_stops_at_once() {
+    let whisker = "[whisker]\nD = 10\nd = 4\nL_a = 80\n[gauge]\nx_ss = 24\nl = 2\nnoise_strain = 15e-6\n\
+                   [tap]\na = { from = 25, to = 70, steps = 40 }\n[model]\nshear = true\nextension = true\nsurface = true\n\
+                   material = { neo-hookean = 3.2 }\n[estimate]\ntheory = \"exact\"\n";
+    for signal in [SIGINT, SIGTERM] {
+        let desk = Desk::new(whisker);
+        let child = start(program(&desk, &["tap", "spec.toml", "--backend", "reference", "--out", "loc"]));
+        until(|| begun(&desk), "it has not begun");
+        std::thread::sleep(Duration::from_millis(500));
+        send(&child, signal);
+        let left = ends(child);
+        assert_eq!(left.status.code(), Some(1));
+        assert!(words(&left.stderr).contains("interrupted; nothing was written"), "{}", words(&left.stderr));
+        assert_eq!(desk.names("."), ["spec.toml"]);
+    }
+}

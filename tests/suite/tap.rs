@@ -220,3 +220,45 @@ fn a_kink_of_friction_is_no_balance_of_bias_and_noise() {
     let (_, smooth) = tap(&format!("{WHISKER}noise_strain = 15e-6\n[tap]\n{DISTANCES}theta = [3, 4]\n"), &[]);
     assert_eq!(smooth["limited_by"], "noise");
 }
+
+/// A soft whisker, its distances told by the model itself, as `new` writes it.
+fn soft(base: &str, place: &str) -> String {
+    format!(
+        "[whisker]\nD = {base}\nd = 4.0\nL_a = 80.0\n[gauge]\nx_ss = {place}\nl = 2.0\nnoise_strain = 15e-6\n\
+         [tap]\na = {{ from = 25, to = 70, steps = 10 }}\n[model]\nshear = true\nextension = true\nsurface = true\n\
+         clamp = \"glued\"\nmaterial = {{ neo-hookean = 3.2 }}\n[estimate]\ntheory = \"exact\"\n"
+    )
+}
+
+#[test]
+fn a_distance_before_the_gauge_is_refused_at_once() {
+    let begun = std::time::Instant::now();
+    for place in ["25", "30"] {
+        let desk = Desk::new(&soft("10.0", place));
+        let error = desk.run(&["tap", "spec.toml", "--json"]).exits(2).json()["error"].clone();
+        assert_eq!((&error["key"], &error["value"]), (&"tap.a".into(), &"25".into()), "{error}");
+        assert!(error["message"].as_str().unwrap().contains(&format!("begins at {place} mm")), "{error}");
+        assert!(error["allowed"].as_str().unwrap().contains("gauge nearer to the clamp"), "{error}");
+    }
+    assert!(begun.elapsed().as_secs() < 20, "{:?}", begun.elapsed());
+}
+
+/// Of a gauge that a tap's contact lies on, and of a whisker as thin as a hair, kernels leave most taps to the reference.
+#[test]
+fn a_whisker_whose_taps_are_hard_has_an_answer_in_seconds() {
+    for (base, place, best) in [("10.0", "24", 0.629), ("0.010", "5", 10.0)] {
+        let desk = Desk::new(&soft(base, place));
+        let begun = std::time::Instant::now();
+        let ran = desk.run(&["tap", "spec.toml", "--json", "--out", "found"]).exits(0);
+        assert!(begun.elapsed().as_secs() < 120, "{:?}", begun.elapsed());
+        let json = ran.json();
+        let theta = json["result"]["optimum"]["theta_deg"].as_f64().expect("an angle");
+        assert!((theta - best).abs() <= 1e-3 * best, "{theta} {best}");
+        let run = desk.whole("found");
+        let tolerance = run["backend"]["tolerance"].as_f64().expect("a tolerance");
+        let in_force = run["in_force"].as_array().expect("values");
+        let told = in_force.iter().find(|entry| entry["key"] == "run.tolerance").expect("a value");
+        assert_eq!(told["value"].as_str().and_then(|t| t.parse().ok()), Some(tolerance));
+        assert!(ran.stderr.contains("hard to solve"), "{}", ran.stderr);
+    }
+}

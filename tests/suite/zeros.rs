@@ -218,6 +218,13 @@ fn taps_at_drives_below_the_zero_of_the_rig_are_taps() {
     let located = Table::read(&desk.path("loc/located.csv"));
     let words = |w: &str| located.rows.iter().filter(|r| r["status"] == w).count();
     assert_eq!([words("no_strain"), words("ok")], [3, 105], "{}", ran.stderr);
+    assert!(
+        ran.stdout.contains("105 readings located by")
+            && ran.stdout.contains(", beside 3 zero readings: 105 ok\n"),
+        "{}",
+        ran.stdout
+    );
+    assert!(ran.stdout.starts_with("105 of 105 readings have a distance"), "{}", ran.stdout);
     let of = |r: &Row, c: &str| number(r, c).unwrap();
     let off = |r: &&Row| (of(r, "distance_mm") - of(r, "a_mm")).abs() / of(r, "sigma_mm");
     assert!(located.rows.iter().filter(|r| r["status"] == "ok").map(|r| off(&r)).all(|e| e < 4.0));

@@ -10,6 +10,7 @@ pub mod estimate;
 pub mod excerpt;
 pub mod normal;
 pub mod physics;
+pub mod recommend;
 pub mod reduce;
 pub mod scene;
 pub mod status;

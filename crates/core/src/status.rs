@@ -87,6 +87,17 @@ impl Status {
         )
     }
 
+    /// Whether a tap strains the gauge beyond its limit.
+    pub fn is_strained(self) -> bool {
+        self.has(Self::STRAIN_LIMIT)
+    }
+
+    /// The set whose words `text` joins by `+`, as a table has it; words of no status are skipped.
+    pub fn of_words(text: &str) -> Self {
+        let known = Self::ALL.iter().filter(|(_, word)| text.split('+').any(|w| w == *word));
+        known.fold(Self::OK, |all, (one, _)| all | *one)
+    }
+
     /// Words of this set, in order; empty for `ok`.
     pub fn words(self) -> impl Iterator<Item = &'static str> {
         Self::ALL.into_iter().filter(move |(s, _)| self.has(*s)).map(|(_, w)| w)
@@ -125,7 +136,9 @@ mod tests {
     #[test]
     fn words_join_in_the_order_of_the_list() {
         assert_eq!(Status::OK.to_string(), "ok");
-        assert_eq!((Status::AMBIGUOUS | Status::SLIPPED_OFF).to_string(), "slipped_off+ambiguous");
+        let both = Status::AMBIGUOUS | Status::SLIPPED_OFF;
+        assert_eq!(both.to_string(), "slipped_off+ambiguous");
+        assert_eq!((Status::of_words("slipped_off+ambiguous"), Status::of_words("ok")), (both, Status::OK));
         assert!((Status::STRAIN_LIMIT | Status::NO_ROOT | Status::AMBIGUOUS).counts());
         for (s, _) in Status::ALL.into_iter().take(6) {
             assert!(!(s | Status::AMBIGUOUS).counts());

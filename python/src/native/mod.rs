@@ -55,7 +55,7 @@ mod _native {
     #[pymodule_export]
     use super::taps::Taps;
     #[pymodule_export]
-    use super::words::counts;
+    use super::words::recommended;
     use pyo3::prelude::*;
 
     #[pymodule_init]

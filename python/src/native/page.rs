@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use serde_json::json;
 use vibrissa::error::InputError;
 use vibrissa::explore::document::document;
-use vibrissa::explore::{TOLERANCE, bake, page, sound};
+use vibrissa::explore::{bake_asked, page, remark};
 use vibrissa::figure::{Format, Style};
 use vibrissa::report as drawn;
 use vibrissa::sink::run_json;
@@ -30,7 +30,7 @@ pub fn explore(
         let asked = UnreadSpec::new(path, text, "explore")?;
         let spec = asked.read(spec::parse)?;
         spec.one_rig()?;
-        let baked = bake(&spec, sound(spec.run.tolerance.unwrap_or(TOLERANCE))?)?;
+        let (baked, _) = bake_asked(&spec, spec.run.tolerance)?;
         let html = page::html(&document(&spec, &baked)?);
         let census = &baked.census;
         let body = json!({
@@ -40,7 +40,8 @@ pub fn explore(
             "seconds": { "total": start.elapsed().as_secs_f64() },
         });
         let run = run_json::document("explore", run_json::spec(&spec), body);
-        Ok((html, run.to_string(), spec.warnings))
+        let warnings = spec.warnings.iter().cloned().chain(remark(&spec.study.setup)).collect();
+        Ok((html, run.to_string(), warnings))
     })
 }
 

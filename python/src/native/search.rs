@@ -7,6 +7,7 @@ use pyo3::prelude::*;
 use vibrissa::backend::{Choice, Work};
 use vibrissa::error::{Error, InputError};
 use vibrissa::optimise::{self as search, Step, Watch, best, write};
+use vibrissa::progress::Silent;
 use vibrissa::scene::search::Objective;
 use vibrissa::{spec, tap as best_tap};
 
@@ -43,8 +44,10 @@ pub fn tap(
     job::whole(py, threads, None, move |stop, _| {
         let choice = best_tap::choice(&spec.run, &spec.study)?;
         let report = match settle(&mut spec, &asked.label, &choice)? {
-            Some(bound) => best_tap::find_needed(&spec.study, ends, objective, &choice, (bound, stop))?,
-            None => best_tap::find(&spec.study, ends, objective, &choice, stop)?,
+            Some(bound) => {
+                best_tap::find_needed(&spec.study, ends, objective, &choice, (bound, stop, &mut Silent))?
+            }
+            None => best_tap::find(&spec.study, ends, objective, &choice, (stop, &mut Silent))?,
         };
         let curve = Table::of_csv(&best_tap::table(&spec.study, &report)?)?;
         Ok((curve, best_tap::document(&spec, &report).to_string()))

@@ -2,6 +2,7 @@
 
 use pyo3::prelude::*;
 use vibrissa::error::InputError;
+use vibrissa::recommend;
 use vibrissa::status::Status;
 
 /// What stands beside the word `said` of `key` in `words`.
@@ -49,9 +50,11 @@ pub fn bits(status: Status) -> u16 {
     BITS.iter().enumerate().map(|(k, word)| u16::from(status.has(*word)) << k).sum()
 }
 
-/// Whether every tap of a row with these `words` counts in its statistics.
+/// The place of the row that is recommended: of `values`, smaller is better; `codes` are places in `words`, those of the taps of each row.
 #[pyfunction]
-pub fn counts(words: &str) -> bool {
-    let known = Status::ALL.iter().filter(|(_, word)| words.split('+').any(|w| w == *word));
-    known.fold(Status::OK, |all, (one, _)| all | *one).counts()
+pub fn recommended(values: Vec<f64>, codes: Vec<i32>, words: Vec<String>) -> Option<usize> {
+    let words: Vec<Status> = words.iter().map(|words| Status::of_words(words)).collect();
+    let of =
+        |code: i32| usize::try_from(code).ok().and_then(|code| words.get(code).copied()).unwrap_or_default();
+    recommend::recommended(codes.into_iter().map(of).zip(values)).map(|(place, _)| place)
 }

@@ -177,7 +177,7 @@ pub struct Next {
 
 /// The taps of a calibration.
 #[derive(Debug, Flags)]
-#[command(after_help = "Example: vibrissa plan examples/prototype-d10.toml --error 0.1 --out plan")]
+#[command(after_help = "Example: vibrissa plan examples/prototype-d10.toml --error 0.25 --out plan")]
 pub struct Plan {
     /// Spec of the whisker; its [tap] says how far the rig may go: distances between the least and the largest, and these drives
     pub spec: PathBuf,

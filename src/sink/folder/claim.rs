@@ -25,8 +25,8 @@ pub(super) struct Old {
     pub aside: Option<String>,
     /// Whether only `--force` makes it give way.
     pub forced: bool,
-    /// The `run.json` of a result of the same command, and whether the values in force are the same.
-    pub run: Option<(Value, bool)>,
+    /// The `run.json` of a result of the same command.
+    pub run: Option<Value>,
 }
 
 impl Old {
@@ -90,8 +90,7 @@ pub(super) fn judge(folder: &Path, question: &Question, names: &[String], force:
         Record::Unlisted => old.aside = Some(free_name(folder)),
         Record::Result { command, run, .. } => {
             old.files.extend(look(&at(RUN))?);
-            let same = question.changed(&run).is_empty();
-            old.run = (command == question.command).then_some((run, same));
+            old.run = (command == question.command).then_some(run);
         }
     }
     Ok(old)

@@ -233,12 +233,7 @@ impl Folder {
 
     /// The `run.json` of the older result of the same command that gives way, if there is one.
     pub fn older(&self) -> Option<&Value> {
-        self.old.run.as_ref().map(|(run, _)| run)
-    }
-
-    /// The same, if its values in force are those of this result.
-    pub fn same(&self) -> Option<&Value> {
-        self.old.run.as_ref().filter(|(_, same)| *same).map(|(run, _)| run)
+        self.old.run.as_ref()
     }
 
     /// A new file of the result.

@@ -156,7 +156,7 @@ impl Reduced {
                 self.k.get_mut(number as usize).into_iter().for_each(|place| *place = k);
             }
             match &mut self.best {
-                None => part.complete.into_iter().for_each(|(_, row)| run.best.offer(row)),
+                None => part.complete.iter().for_each(|(_, row)| run.best.offer(row)),
                 Some(best) => part.complete.into_iter().for_each(|(design, row)| {
                     offer(best, &mut self.champion, study.output.per, design, row);
                 }),

@@ -163,6 +163,12 @@ impl<'a> Evaluator<'a> {
         Self { leaves: true, ..self }
     }
 
+    /// From now on at most so many taps are left to the reference: where more would be, it fails with [`SolveError::TooHard`] before the reference is
+    /// asked.
+    pub fn leave_at_most(&mut self, taps: usize) {
+        self.spare = taps;
+    }
+
     /// The method, for another setup.
     pub fn into_method(self) -> Method {
         self.method

@@ -1,0 +1,62 @@
+//! Which of several complete rows is recommended: those within the strain limit come first, then the smaller value, then the earlier row.
+
+use std::cmp::Ordering;
+
+use crate::status::Status;
+
+/// What two complete rows are compared by: the words of their taps, and the value that ranks, smaller is better. [`Ordering::Less`] is the better row.
+pub fn order(a: (Status, f64), b: (Status, f64)) -> Ordering {
+    a.0.is_strained().cmp(&b.0.is_strained()).then(a.1.total_cmp(&b.1))
+}
+
+/// How the recommended row stands to the strain limit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Standing {
+    /// It is within the limit, and no row has a smaller value.
+    Best,
+    /// It is within the limit, and a row beyond the limit has a smaller value.
+    BestWithin,
+    /// It is beyond the limit, as every row is.
+    Beyond,
+}
+
+impl Standing {
+    /// Of the recommended row `best`, where the smallest value of all rows is `least`.
+    pub fn of(best: (Status, f64), least: f64) -> Self {
+        match best {
+            (status, _) if status.is_strained() => Self::Beyond,
+            (_, value) if least < value => Self::BestWithin,
+            _ => Self::Best,
+        }
+    }
+}
+
+/// The place of the recommended one of `rows`, and how it stands. A row of which a tap does not count, or whose value is missing, is not complete.
+pub fn recommended(rows: impl Iterator<Item = (Status, f64)>) -> Option<(usize, Standing)> {
+    let complete = rows.enumerate().filter(|(_, (status, value))| status.counts() && value.is_finite());
+    let (mut best, mut least): (Option<(usize, (Status, f64))>, _) = (None, f64::INFINITY);
+    for (place, row) in complete {
+        least = least.min(row.1);
+        if best.is_none_or(|(_, old)| order(row, old).is_lt()) {
+            best = Some((place, row));
+        }
+    }
+    best.map(|(place, row)| (place, Standing::of(row, least)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WITHIN: Status = Status::AMBIGUOUS;
+    const BEYOND: Status = Status::STRAIN_LIMIT;
+
+    #[test]
+    fn rows_within_the_strain_limit_come_first() {
+        let of = |rows: &[(Status, f64)]| recommended(rows.iter().copied());
+        assert_eq!(of(&[(BEYOND, 1.0), (WITHIN, 3.0), (Status::OK, 2.0)]), Some((2, Standing::BestWithin)));
+        assert_eq!(of(&[(BEYOND, 3.0), (WITHIN, 2.0), (Status::OK, 2.0)]), Some((1, Standing::Best)));
+        assert_eq!(of(&[(BEYOND, 3.0), (BEYOND, 1.0)]), Some((1, Standing::Beyond)));
+        assert_eq!(of(&[(Status::SLIPPED_OFF, 1.0), (Status::OK, f64::NAN)]), None);
+    }
+}
