@@ -106,7 +106,8 @@ pub(super) fn run(
         }
         tries += 1;
     }
-    run.paced((FIRST, GROUP), |run| search.on_host(run))?;
+    let first = GROUP.min(FIRST + search.from - run.designs.start);
+    run.paced((first, GROUP), |run| search.on_host(run))?;
     if let Some(chart) = &mut run.counts.chart {
         chart["ranked_by"] = by.into();
     }
