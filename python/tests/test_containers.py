@@ -2,7 +2,6 @@
 
 import warnings
 
-import duckdb
 import numpy as np
 import pandas as pd
 import polars as pl
@@ -19,6 +18,7 @@ TILTED = dict(PLAIN, tilt_deg=[0.0, 10.0])
 
 
 def relation(columns):
+    duckdb = pytest.importorskip("duckdb", reason="DuckDB is not installed here")
     frame = pd.DataFrame(columns)  # noqa: F841  (DuckDB reads it by its name)
     return duckdb.sql("select * from frame")
 
