@@ -8,6 +8,11 @@ use crate::reduce::median;
 
 /// A rest is at the level of the one before it, but for this share of the contact between them.
 const MOVED: f64 = 0.4;
+/// And near the line through the one before and the one after, but for this share of the larger contact beside it.
+const JAGGED: f64 = 0.1;
+/// A contact goes up and down once: it is over below the first share of its height, and another one begins above the second, where it lasts for the
+/// third of the longest.
+const ONCE: [f64; 3] = [0.4, 0.6, 0.25];
 /// A contact is to one side of the rests: no more than this share of it to the other...
 const OTHER: f64 = 0.5;
 /// ...for no more than this share of the time: a whisker that comes free swings.
@@ -70,6 +75,17 @@ pub fn check(record: &Record, rest: &Rest, readings: &[Reading]) -> Result<(), I
             return fault(what, b.least);
         }
     }
+    for [first, last] in readings.iter().filter(|r| r.kind != Kind::Rest).map(|r| r.contact) {
+        let off = (first..=last).map(|k| (rest.signal[k] - rest.level[k]).abs());
+        let n = humps(&off.collect::<Vec<_>>());
+        if n > 1 {
+            let [from, to] = [time(first), time(last)];
+            return fault(
+                format!("from {from} to {to} s it goes up and down {n} times without a rest between"),
+                rest.signal[first],
+            );
+        }
+    }
     let heights = |k: usize| {
         let beside = [k.checked_sub(1).and_then(|i| all.get(i)), all.get(k)];
         beside.into_iter().flatten().map(|b| b.height).filter(|h| *h > rest.away).reduce(f64::min)
@@ -80,6 +96,22 @@ pub fn check(record: &Record, rest: &Rest, readings: &[Reading]) -> Result<(), I
     if let Some(first) = turns.first().filter(|_| turns.len() as f64 > SHORT * inner.len() as f64) {
         let what = format!("at {} s, and elsewhere, it turns rather than rests", time(blocks[**first][0]));
         return fault(what, rest.level[blocks[**first][0]]);
+    }
+    let levels: Vec<f64> = blocks.iter().map(|block| level(rest, *block)).collect();
+    let jagged = |k: &usize| {
+        let beside = all[k - 1].height.max(all[*k].height);
+        (levels[*k] - 0.5 * (levels[k - 1] + levels[k + 1])).abs() > JAGGED * beside && beside > rest.away
+    };
+    let several = 1..blocks.len().saturating_sub(1);
+    let jagged: Vec<usize> = several.clone().filter(jagged).collect();
+    if let Some(first) =
+        jagged.first().filter(|_| jagged.len() > 1 && jagged.len() as f64 > SHORT * several.len() as f64)
+    {
+        let what = format!(
+            "what is still at {} s, and elsewhere, is at another level than what is before and after",
+            time(blocks[*first][0])
+        );
+        return fault(what, levels[*first]);
     }
     let contacts: Vec<&Reading> = readings.iter().filter(|r| r.kind != Kind::Rest).collect();
     if let Some(level) = alike(rest, &contacts, &inner) {
@@ -104,18 +136,39 @@ fn between(rest: &Rest, before: [usize; 2], after: [usize; 2]) -> Between {
     Between { height, moved, least: up.min(down), times }
 }
 
+/// How often a contact, which is so far `off` its rest, goes up and down.
+fn humps(off: &[f64]) -> usize {
+    let [ends, begins, lasts] = ONCE;
+    let height = off.iter().copied().fold(0.0, f64::max);
+    let (mut all, mut up): (Vec<usize>, bool) = (Vec::new(), false);
+    for off in off {
+        if *off > begins * height && !up {
+            all.push(0);
+        }
+        up = *off > begins * height || up && *off > ends * height;
+        if let Some(last) = all.last_mut().filter(|_| up) {
+            *last += 1;
+        }
+    }
+    let longest = all.iter().copied().max().unwrap_or_default();
+    all.iter().filter(|n| **n as f64 > lasts * longest as f64).count()
+}
+
 /// Whether a rest is at the begin or at the end of the record.
 fn at_end(rest: &Rest, [first, last]: [usize; 2]) -> bool {
     let near = |k: usize| (rest.signal[k] - rest.level[k]).abs() <= rest.away;
     (0..first).all(near) || (last + 1..rest.signal.len()).all(near)
 }
 
-/// Whether the signal stays at a rest, beside contacts of this `height`, rather than turns there.
+/// Whether the signal stays at a rest, which may drift, beside contacts of this `height`, rather than turns there.
 fn stays(rest: &Rest, [first, last]: [usize; 2], height: f64) -> bool {
-    let level = level(rest, [first, last]);
+    let middle = (first + last) / 2;
+    let [p, q] = [level(rest, [first, middle]), level(rest, [(middle + 1).min(last), last])];
+    let slope = (q - p) / (0.5 * (last - first + 1) as f64);
+    let off = |k: usize| rest.signal[k] - 0.5 * (p + q) - slope * (k as f64 - 0.5 * (first + last) as f64);
     let band = (BAND.0 * height).max(BAND.1 * rest.scatter);
     let lasts = |band: f64| {
-        let near = |k: &usize| (rest.signal[*k] - level).abs() <= band;
+        let near = |k: &usize| off(*k).abs() <= band;
         let before = (0..first).rev().take_while(near).count();
         let after = (last + 1..rest.signal.len()).take_while(near).count();
         (first..=last).filter(near).count() + before + after

@@ -160,7 +160,7 @@ fn peak(record: &Record, rest: &Rest, contact: [usize; 2], top: usize) -> Readin
     let (slope, level) = (xy / xx, -curve * xx / (n + 1) as f64);
     // Its top lies between the samples, or is none.
     let at = -0.5 * slope / curve;
-    match at.abs() <= 1.0 {
+    match at.abs() <= 1.0 && curve.is_finite() {
         true => {
             let signal = told.signal + level + at * (slope + at * curve);
             let place = first as f64 + 0.5 * (at + 1.0) * n as f64;

@@ -124,10 +124,13 @@ fn a_comment_that_names_the_columns_is_the_header() {
         desk.write("field.csv", &text);
         desk.run(&[&locate[..], &["field.csv", "--out", "loc", "--force"]].concat()).exits(0);
         assert_eq!(distances(&desk.read("loc/located.csv")), distances(&named), "{comment}");
-        let next = desk
-            .run(&["next", "cal/calibration.toml", "field.csv", "--zero", "0.5", "--json", "--force"])
-            .exits(0);
-        assert!(next.json()["result"]["taps"].as_u64().unwrap() > 10, "{}", next.stdout);
+        // The taps of one object.
+        let of_one =
+            taps.iter().filter(|r| r[0] == 30.0).map(|[_, u, e]| format!("{},{u}\n", 0.5 + 150.0 * e));
+        desk.write("one.csv", comment.to_owned() + &of_one.collect::<String>());
+        let next = ["next", "cal/calibration.toml", "one.csv", "--zero", "0.5", "--json", "--force"];
+        let next = desk.run(&next).exits(0).json();
+        assert!((next["result"]["distance_mm"].as_f64().unwrap() - 30.0).abs() < 0.2, "{next}");
     }
     // Names that do not fit the rows, and such that change on the way.
     for (text, line) in [
@@ -211,13 +214,6 @@ fn rows_that_are_not_what_they_are_named_are_refused_with_what_fits() {
     let radians = changed(&|[a, u, e]| [a, u.to_radians(), e]);
     let ran = calibrated(&desk, "radians", &csv("a_mm,theta_deg,strain", &radians)).exits(0);
     assert!(ran.stderr.contains("57.3") && ran.stderr.contains("radian"), "{}", ran.stderr);
-    // Rows that agree with nothing.
-    let mut wild = rows.clone();
-    (0..rows.len()).filter(|k| rows[*k][1] > 0.0 && k % 3 == 0).enumerate().for_each(|(n, k)| {
-        wild[k][2] *= [1.5, 0.6, 1.9, 0.4, 1.3][n % 5];
-    });
-    let ran = calibrated(&desk, "wild", &csv("a_mm,theta_deg,strain", &wild)).exits(2);
-    assert!(ran.stderr.contains("rows are suspect (lines") && ran.stderr.contains("57.3"), "{}", ran.stderr);
 }
 
 #[test]
