@@ -38,7 +38,7 @@ pub use write::{document, k_names, result, table, unit};
 /// Why the CPU is taken in f64 where nothing is said.
 const FEW: &str = "few taps";
 /// Taps of the grid, and of the polish, that a kernel may leave to the reference.
-const LEFT: [usize; 2] = [150, 600];
+const LEFT: [usize; 2] = [600, 1500];
 /// Evaluations of one estimator, about.
 const EVALUATIONS: u64 = 1200;
 
