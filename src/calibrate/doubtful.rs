@@ -91,7 +91,9 @@ pub fn judged(
         |(share, _, change): &(f64, f64, Change)| format!("{} ({:.0} % suspect)", change.what, 100.0 * share);
     let what: Vec<String> = fits.iter().take(3).map(what).collect();
     let message = format!("{}; they fit with {}", error.message, what.join(", or "));
-    Err(InputError { message, ..error }.allowed(fits[0].2.mends.clone()).into())
+    let allowed = [Some(fits[0].2.mends.clone()), error.allowed.clone()];
+    let allowed = allowed.into_iter().flatten().collect::<Vec<_>>().join("; ");
+    Err(InputError { message, ..error }.allowed(allowed).into())
 }
 
 /// That too many of the rows of a `file` are suspect, where they are.

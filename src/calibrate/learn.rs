@@ -23,6 +23,8 @@ const CLOSE: f64 = 0.03;
 const DRIFTS: f64 = 5.0;
 /// Zero readings apart from each other from which their drift is looked for.
 const APART: usize = 3;
+/// A value is no reading like the others beyond so many times what three quarters of them are off their middle.
+const WILD: f64 = 1e3;
 /// Most rows of which a drift without zero readings is looked for.
 const FEW: usize = 600;
 
@@ -89,7 +91,8 @@ pub fn side(ask: &Ask<'_>) -> Result<Side, Error> {
     runs.dedup();
     let places_of_zeros = ask.zeros.iter().map(|z| z.place).collect::<Vec<_>>();
     let apart = 1 + places_of_zeros.windows(2).filter(|w| w[1] > w[0] + 1).count();
-    let step = quantum(&recorded.iter().map(|r| r[0]).collect::<Vec<_>>()) * scale(&recorded);
+    let usual = usual(&recorded);
+    let step = quantum(&usual.iter().map(|r| r[0]).collect::<Vec<_>>()) * scale(&usual);
     let drift = zero_read && apart >= APART && apart > runs.len();
     // Taps that the model does not reach, or only just, are no taps of this whisker; of most of them it is no base.
     let known =
@@ -149,6 +152,16 @@ pub fn side(ask: &Ask<'_>) -> Result<Side, Error> {
     }
     learnt.fit = Arc::new(fitted);
     Ok(Side { of: learnt, reasons, wrong_zeros })
+}
+
+/// Those of the `recorded` values of which none is [`WILD`]: a row in another unit, so large that steps of the others are nothing beside it, says nothing of
+/// the converter.
+fn usual(recorded: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let middle = crate::reduce::median(&mut recorded.iter().map(|r| r[0]).collect::<Vec<_>>());
+    let mut off: Vec<f64> = recorded.iter().map(|r| (r[0] - middle).abs()).collect();
+    off.sort_by(f64::total_cmp);
+    let most = WILD * off.get(3 * off.len() / 4).copied().unwrap_or(f64::INFINITY);
+    recorded.iter().copied().filter(|r| most == 0.0 || (r[0] - middle).abs() <= most).collect()
 }
 
 /// Signal per recorded value.
