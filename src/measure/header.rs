@@ -137,7 +137,13 @@ fn named(comment: &str, row: &str, said: &Names) -> Option<Vec<String>> {
     let only_names =
         words.iter().all(|word| said.means(word)) && words.iter().any(|word| said.is_drive(word));
     let words = only_names.then_some(words);
-    ways.filter(|names| are_names(names, said)).chain(words).find(|names| names.len() == count)
+    let fit: Vec<_> = ways
+        .filter(|names| are_names(names, said))
+        .chain(words)
+        .filter(|names| names.len() == count)
+        .collect();
+    // The way that gives most known names; of equal ones the first, which `max_by_key` takes from the end.
+    fit.into_iter().rev().max_by_key(|names| names.iter().filter(|name| said.means(name)).count())
 }
 
 /// Whether these may be names of columns: one of them is that of a column, or all look like it.

@@ -72,8 +72,8 @@ const CASES: &[Case] = &[
     case(&["taps", "{raw.csv}"], &["raw.csv"], "taps.csv"),
 ];
 
-/// Commands that have no case of their own above.
-const OTHERS: [&str; 3] = ["report", "merge", "bench"];
+/// Commands that have no case of their own above; `devices` has the flags of every command and writes nothing.
+const OTHERS: [&str; 4] = ["report", "merge", "bench", "devices"];
 
 /// The files by their names; a name in braces in them is the file of this name.
 fn files() -> BTreeMap<&'static str, String> {
@@ -86,7 +86,7 @@ fn files() -> BTreeMap<&'static str, String> {
     let stress = (1..20).map(|i| format!("{},{}\n", f64::from(i) * 0.02, f64::from(i) * 0.06));
     let around = (0..24).map(|i| f64::from(i) * 15.0_f64.to_radians());
     let outline = around.map(|turn| format!("{},{}\n", 10.0 * turn.cos(), 10.0 * turn.sin()));
-    let held = |i: i32| if i % 200 < 100 { 0.0 } else { 60.0 };
+    let held = |i: i32| if i % 200 < 140 { 0.0 } else { 60.0 };
     let raw = (0..1000).map(|i| format!("{},{}\n", f64::from(i) * 0.01, held(i) + f64::from(i % 7) * 0.01));
     let readings = "theta_deg,strain\n4,0.02\n8,0.04\n";
     let desk = Desk::new(&rig);
