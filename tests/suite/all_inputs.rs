@@ -25,7 +25,7 @@ const fn case(line: &'static [&'static str], reads: &'static [&'static str], wri
     Case { line, reads, writes }
 }
 
-/// All commands that write, but `report` and `merge`, which read whole folders, and `bench`, which reads nothing.
+/// All commands that write, but those of [`OTHERS`].
 const CASES: &[Case] = &[
     case(&["sweep", "{listed.toml}"], &["listed.toml", "list.csv"], "tuples.csv"),
     case(&["sweep", "{rubber.toml}"], &["rubber.toml", "rubber.csv"], "designs.csv"),
@@ -72,8 +72,8 @@ const CASES: &[Case] = &[
     case(&["taps", "{raw.csv}"], &["raw.csv"], "taps.csv"),
 ];
 
-/// Commands that have no case of their own above; `devices` has the flags of every command and writes nothing.
-const OTHERS: [&str; 4] = ["report", "merge", "bench", "devices"];
+/// Commands without a case above: the first two read whole folders and have a test of their own, the others read no file.
+const OTHERS: [&str; 5] = ["report", "merge", "bench", "devices", "man"];
 
 /// The files by their names; a name in braces in them is the file of this name.
 fn files() -> BTreeMap<&'static str, String> {

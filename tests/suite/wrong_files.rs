@@ -139,7 +139,7 @@ fn damaged(whole: &[u8]) -> Vec<(String, Vec<u8>)> {
     all.push(("zeros".to_owned(), vec![0; n]));
     all.push(("a table as CSV".to_owned(), b"D_mm,status\n10,ok\n".to_vec()));
     // The footer, its length, and what the pages begin with.
-    for at in (0..n).step_by(1 + n / 40).chain(n - 12..n) {
+    for at in (0..n).step_by(1 + n / 24).chain(n - 12..n) {
         for mask in [0xff, 0x01] {
             let mut bytes = whole.to_vec();
             bytes[at] ^= mask;
