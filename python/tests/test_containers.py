@@ -128,3 +128,18 @@ def test_measurements_of_every_container():
     assert calibrated({**dict(frame), "strain": shuffled}) == expected
     with pytest.raises(vibrissa.InputError, match="labels"):
         calibrated({**dict(frame), "strain": frame["strain"].set_axis(range(1, len(frame) + 1))})
+
+
+def test_rows_of_a_dataset_are_those_of_the_columns_that_are_read():
+    measured = pd.DataFrame(dict(vibrissa.simulate(whisker=dict(D=10, d=4, L_a=50), gauge=dict(x_ss=5, l=2), tap=dict(a=[21, 30, 45], theta=[2, 4]), noise=1e-5).measurements))
+    for extra in (lambda ds: ds.assign_coords(sample=np.arange(3)), lambda ds: ds.assign(wave=(("index", "sample"), np.zeros((len(measured), 4))))):
+        found = vibrissa.calibrate(extra(measured.to_xarray()), whisker=dict(D=10, d=4, L_a=50), gauge=dict(x_ss=5, l=2))
+        assert found.run["counts"]["rows"] == len(measured)
+
+
+def test_decimals_and_an_index_that_is_a_column_too_are_read():
+    expected = vibrissa.sweep(tuples=PLAIN, run=CPU).tuples["strain"]
+    frames = [pa.table(PLAIN).cast(pa.schema([(name, pa.decimal128(9, 3)) for name in PLAIN])), pl.DataFrame(PLAIN).cast(pl.Decimal(9, 3)),
+              pd.DataFrame(PLAIN).set_index("theta_deg", drop=False)]
+    for frame in frames:
+        np.testing.assert_array_equal(vibrissa.sweep(tuples=frame, run=CPU).tuples["strain"], expected)

@@ -127,3 +127,11 @@ def test_jax_names_what_is_no_key_of_a_model():
         with pytest.raises(vibrissa.InputError) as caught:
             vibrissa.jax.strain(10.0, 4.0, 50.0, 5.0, 2.0, 30.0, 4.0, **{key: value})
         assert caught.value.key.endswith(key) and caught.value.allowed
+
+
+def test_the_tip_of_a_widening_whisker_is_not_ambiguous():
+    for a in (30.0, 49.0, 50.0):
+        for noise in (None, 1e-5):
+            gauge = dict(x_ss=15, l=6) if noise is None else dict(x_ss=15, l=6, noise_strain=noise)
+            found = vibrissa.distance(vibrissa.strain(7, 14, 50, 15, 6, a, 4.0), 4.0, whisker=dict(D=7, d=14, L_a=50), gauge=gauge)
+            assert found.status.words == "ok" and abs(found.distance_mm - a) < 1e-6

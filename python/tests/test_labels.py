@@ -119,3 +119,10 @@ def test_channels_by_their_names():
     one = locator.locate(float(frame["theta_deg"].iloc[0]), swapped.iloc[0])
     assert one.distance_mm == by_place.distance_mm[0]
     refused(lambda: locator.locate(4.0, frame), "channels")
+
+
+def test_a_coordinate_that_differs_between_arguments_is_left_out_and_no_other():
+    places = xarray.Dataset({"a": (("run", "p"), [[20.0, 30.0], [25.0, 35.0]]), "theta": (("run", "p"), [[1.0, 2.0], [3.0, 4.0]])}, coords={"run": [1, 2], "p": ["a", "b"]})
+    found = strain(places.a.sel(run=1), places.theta.sel(run=2))
+    assert list(found.coords) == ["p"] and found.p.values.tolist() == ["a", "b"]
+    assert list(strain(places.a.sel(run=1), places.theta.sel(run=1)).coords) == ["run", "p"]

@@ -16,12 +16,17 @@ _KINDS = ("a DataFrame (pandas, polars), a pyarrow Table, a DuckDB relation, wha
 
 
 def _polars(column: Any) -> Any:
-    # An array of whole numbers shows none that is missing.
-    return np.array(column.to_list(), dtype=object) if column.dtype.is_integer() and column.null_count() else column.to_numpy()
+    # An array of whole numbers shows none that is missing; decimals are objects there.
+    if column.dtype.is_decimal() or column.dtype.is_integer() and column.null_count():
+        return column.cast(float).to_numpy()
+    return column.to_numpy()
 
 
 def _arrow(column: Any) -> Any:
-    return np.array(column.to_pylist(), dtype=object) if column.null_count and "int" in str(column.type) else np.asarray(column)
+    kind = str(column.type)
+    if "decimal" in kind or column.null_count and "int" in kind:
+        column = column.cast("double")
+    return np.asarray(column)
 
 
 def with_index(data: Any, known: Set[str]) -> Any:
@@ -29,16 +34,21 @@ def with_index(data: Any, known: Set[str]) -> Any:
     pandas = sys.modules.get("pandas")
     if pandas is None or not isinstance(data, pandas.DataFrame):
         return data
-    levels = [name for name in data.index.names if name in known]
+    levels = [name for name in data.index.names if name in known and name not in data.columns]
     return data.reset_index(level=levels) if levels else data
 
 
 def _of_dataset(data: Any, known: Set[str]) -> list[tuple[str, Any]]:
-    """Variables and coordinates of an xarray Dataset, each over all dimensions; coordinates that only number a dimension are none."""
+    """Variables and coordinates of an xarray Dataset, each over the dimensions of those that are ``known``; coordinates that only number a
+    dimension are none, and what has other dimensions is left out."""
     import xarray
 
     labels = {name for name in data.dims if name in data.coords and name not in known}
-    whole = {name: data[name].variable.to_base_variable().set_dims(dict(data.sizes)) for name in data.variables if name not in labels}
+    read = [data[name] for name in data.variables if name in known] or list(data.data_vars.values())
+    sizes = {dim: size for x in read for dim, size in x.sizes.items()}
+    sizes = {dim: size for dim, size in data.sizes.items() if dim in sizes}
+    whole = {name: data[name].variable.to_base_variable().set_dims(sizes)
+             for name in data.variables if name not in labels and set(data[name].dims) <= set(sizes)}
     return [(str(name), xarray.DataArray(x.data.reshape(-1), dims="row", attrs=x.attrs)) for name, x in whole.items()]
 
 
@@ -93,7 +103,7 @@ def named_columns(data: Any, what: str, known: Set[str] = frozenset()) -> list[t
         # DuckDB's relations, record batches and their readers, and whatever else knows the Arrow PyCapsule interface.
         try:
             columns = named_columns(pyarrow.table(data), what)
-        except (pyarrow.ArrowInvalid, TypeError, ValueError):
+        except (pyarrow.ArrowException, TypeError, ValueError):
             raise _no_table(data, what) from None
         return _told_apart(columns) if hasattr(data, "fetch_arrow_table") else columns
     if hasattr(data, "keys") and hasattr(data, "__getitem__"):

@@ -183,7 +183,9 @@ def _solved(shown: _Curve, reading: NDArray[np.float64], drives: NDArray[np.floa
     # Before the gauge there is no strain; a gauge at the very base shows nearly the same strain of all contacts on it.
     first, least = (near, np.zeros(len(different))) if near > 0 else (places[0], curves[:, 0])
     # A contact at the end is one, whatever rounding makes of it.
-    on_far = (reading <= height[which]) & (reading >= low[which] * (1 - _WIDENING))
+    # Where the strain rises up to the tip there is no farther side.
+    falls = (peak < end)[which]
+    on_far = falls & (reading <= height[which]) & (reading >= low[which] * (1 - _WIDENING))
     on_near = (reading <= height[which]) & (reading >= least[which])
     status = np.zeros(reading.size, np.uint16)
     status[~(on_far | on_near)] = int(Status.outside_calibration)
@@ -196,7 +198,7 @@ def _solved(shown: _Curve, reading: NDArray[np.float64], drives: NDArray[np.floa
         return np.where(x < peak, np.nan_to_num(shown(np.full(len(different), min(x, far)), different)), np.inf)[which]
 
     inside = (reading >= before(reach[0])) & (reading <= before(reach[1]))
-    at_tip = ~on_far & (low[which] - reading <= _BEYOND * noise) & (end[which] >= reach[0]) & (end[which] <= reach[1])
+    at_tip = falls & ~on_far & (low[which] - reading <= _BEYOND * noise) & (end[which] >= reach[0]) & (end[which] <= reach[1])
     status[on_near & (on_far & inside | at_tip)] = int(Status.ambiguous)
     only_near = on_near & ~on_far
     # f(lo) ≥ reading ≥ f(hi), or the other way round before the peak.

@@ -272,6 +272,8 @@ def csv(data: Any, what: str, columns: dict[str, str] | str | None = None) -> Da
         try:
             with open(path, "rb") as file:
                 return Data(str(path), _file_of_lines(file, what, str(path)), [], [], None)
+        except InputError:
+            raise
         except (OSError, ValueError) as e:
             why = e.strerror if isinstance(e, OSError) else "this is no path"
             raise InputError(f"this {what} file cannot be read: {why}", key=what, file=str(path).encode(errors="replace").decode()) from None

@@ -107,7 +107,7 @@ def _of_xarray(given: dict[str, Any], others: dict[str, Any], prefix: str) -> tu
                 continue
             first, wanted = known.setdefault(dim, (name, index))
             if _reordered((prefix + name, prefix + first), index, wanted):
-                arrays[name] = array = array.reindex({dim: wanted})
+                arrays[name] = array = array.isel({dim: index.get_indexer(wanted)})
     try:
         whole = dict(zip(arrays, xarray.broadcast(*arrays.values())))
     except ValueError as e:
@@ -120,9 +120,15 @@ def _of_xarray(given: dict[str, Any], others: dict[str, Any], prefix: str) -> tu
         if int(np.prod(shape)) != 1 and not (same and _fits(shape, model.shape)):
             raise InputError("an array without names of its dimensions does not fit beside those that have some", key=prefix + name, value=f"shape {shape}",
                              allowed=f"a number, or a DataArray with dimensions among {', '.join(map(str, model.dims))}")
+    # As xarray does: a coordinate that differs between arguments is one of no answer; those that number a dimension are the same here.
+    kept: dict[Any, Any] = {}
+    differing = set()
     for array in whole.values():
-        model = model.drop_vars([name for name, values in array.coords.items() if name in model.coords and not model.coords[name].equals(values)])
-        model = model.assign_coords({name: values for name, values in array.coords.items() if name not in model.coords and name not in array.indexes})
+        for name, values in array.coords.items():
+            if name not in array.indexes and not kept.setdefault(name, values).variable.equals(values.variable):
+                differing.add(name)
+    model = model.drop_vars([name for name in differing if name in model.coords])
+    model = model.assign_coords({name: values for name, values in kept.items() if name not in differing and name not in model.coords})
 
     def put(values: NDArray[Any]) -> Any:
         found = model.copy(data=values)
@@ -156,6 +162,10 @@ def by_name(value: Any) -> Mapping[str, Any] | None:
     kind = getattr(value, "dtype", None)
     if isinstance(kind, np.dtype) and kind.names:
         return {name: value[name] for name in kind.names}
+    if hasattr(value, "columns") or hasattr(value, "schema"):
+        from ._containers import named_columns
+
+        return dict(named_columns(value, "reading"))
     return None
 
 

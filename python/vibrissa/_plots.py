@@ -184,7 +184,8 @@ def _sd(table: Table, ax: Axes) -> Axes:
 
     for k, design in enumerate(behind):
         few = "" if len(behind) == len(others) else f"{len(behind)} of "
-        ax.plot(*line(design), color="lightgrey", linewidth=0.7, zorder=1, label=f"{few}the other {len(others)} designs" if k == 0 else None)
+        drives, spreads = line(design)
+        ax.plot(drives, spreads, color="lightgrey", linewidth=0.7, zorder=1, marker="." if len(drives) == 1 else None, label=f"{few}the other {len(others)} designs" if k == 0 else None)
     for k, design in enumerate(named if len(others) else np.sort(named)):
         ax.plot(*line(design), **look(k), label=_name(whiskers, int(design), table))
     ax.set(xlabel=label, ylabel=of_k, yscale="log")

@@ -111,7 +111,7 @@ fn prepared() -> Desk {
     for file in ["readings.csv", "taps.csv"] {
         desk.write(file, "theta_deg,strain\n0,0\n4,0.02\n8,0.04\n");
     }
-    let contact = |k: usize| if k / 100 % 2 == 1 { 0.02 } else { 0.0 };
+    let contact = |k: usize| if k % 200 >= 140 { 0.02 } else { 0.0 };
     let sample = |k: usize| format!("{},{}\n", 0.01 * k as f64, contact(k) + 1e-6 * ((7919 * k) % 13) as f64);
     desk.write("raw.csv", "Zeit,Kanal\n".to_owned() + &(0..600).map(sample).collect::<String>());
     let pose = |k: usize| format!("{k},2,90,4,0.02\n");

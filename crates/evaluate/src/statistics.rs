@@ -340,7 +340,11 @@ impl<'a> Reduction<'a> {
                 }))
             }
         });
-        let estimated = estimated.unwrap_or(Estimated::NOTHING);
+        let mut estimated = estimated.unwrap_or(Estimated::NOTHING);
+        if tap.status.has(Status::SLIPPED_OFF) {
+            // Its distance lies beyond the whisker, which that word says.
+            estimated.status = estimated.status.only(Status::NO_ROOT | Status::AMBIGUOUS);
+        }
         row.status |= estimated.status;
         self.distances[i].status |= estimated.status;
         let judged = row.k.is_some() || !matches!(told, Told::Formula);
