@@ -17,6 +17,7 @@ use super::{Located, Locator};
 use crate::combinations::Combinations;
 use crate::error::{Error, InputError};
 use crate::measure::Names;
+use crate::measure::missing::is_usual;
 use crate::measure::text::{plain, separator};
 use crate::measure::thousands::Thousands;
 use crate::measure::zero::Zero;
@@ -31,6 +32,8 @@ const TOGETHER: usize = 1 << 12;
 const UNRECORDED: f64 = 1.0;
 /// Drives that differ by no more than this share are one where the calibration has but one.
 const JITTER: f64 = 0.01;
+/// A reading that is usual for none, and so many times the usual tap off the other zero readings, is no zero.
+const NO_ZERO: f64 = 0.1;
 
 /// Where answers go: bytes, and whether a reader is waiting for them.
 pub type Write<'a> = &'a mut dyn FnMut(&[u8], bool) -> Result<(), Error>;
@@ -113,16 +116,21 @@ pub fn zeros<'a>(
         }
     }
     let here = |e: InputError| InputError { file: Some(ask.label.unwrap_or("stdin").to_owned()), ..e };
-    thousands.check(&rows.names()).map_err(here)?;
+    thousands.check(&rows.names(), ask.columns).map_err(here)?;
     let mut all: Vec<f64> = readings[0].iter().map(|r| r.1).collect();
     if all.is_empty() {
         return Ok((vec![Zero::default(); who.signals()], Vec::new()));
     }
-    let middle = crate::reduce::median(&mut all);
+    // What stands for no value is no zero where others are there.
+    let mut judged: Vec<f64> = all.iter().copied().filter(|x| !is_usual(*x)).collect();
+    let middle = crate::reduce::median(if judged.is_empty() { &mut all } else { &mut judged });
     let locator = who.first();
     let mut sizes: Vec<f64> = sizes.iter().map(|s| (locator.beside(middle, *s) - middle).abs()).collect();
     let scale = if sizes.is_empty() { f64::INFINITY } else { crate::reduce::median(&mut sizes) };
-    let off = Zero::outliers(&readings[0], scale);
+    let mut off = Zero::outliers(&readings[0], scale);
+    let missing =
+        |r: &&(usize, f64)| !judged.is_empty() && is_usual(r.1) && (r.1 - middle).abs() > NO_ZERO * scale;
+    off.extend(readings[0].iter().filter(missing).map(|r| r.0));
     let wrong = numbers.iter().filter(|(place, _)| off.contains(place)).map(|(_, n)| *n).collect();
     readings.iter_mut().for_each(|all| all.retain(|r| !off.contains(&r.0)));
     Ok((readings.iter().map(|all| Zero::new(all)).collect(), wrong))
@@ -191,8 +199,8 @@ pub fn answer<'a>(
         // Of a line that is no reading, no field is known to be a signal.
         let mut read = line.text.and_then(|t| rows.parse(t));
         if let Some((seen, text)) = thousands.as_mut().zip(line.text) {
-            seen.see(line.number, &rows.fields(text), separator(text));
-            if let Err(why) = seen.check(&rows.names()) {
+            let grouped = seen.see(line.number, &rows.fields(text), separator(text));
+            if grouped && let Err(why) = seen.check(&rows.names(), ask.columns) {
                 read = None;
                 if !std::mem::replace(&mut unclear, true) {
                     (ask.warn)(&format!("line {}: {why}: such lines are bad_input", line.number));

@@ -140,8 +140,8 @@ fn fit(all: &[Count], neighbours: &[[usize; 2]], turn: f64) -> bool {
     after <= (USUAL * differ(&joined, false)).max(LITTLE * TURN) && after <= CLOSER * before
 }
 
-/// Widths of counters that are not joined, bits.
-const BITS: std::ops::RangeInclusive<i32> = 10..=40;
+/// Widths of counters that are not joined, bits. Converters of fewer bits stand still at their ends.
+const BITS: [i32; 2] = [24, 32];
 /// Counts that have begun anew are within this share of the range at its two ends.
 const ENDS: f64 = 0.4;
 
@@ -154,7 +154,7 @@ pub fn of_other_bits(data: &Data) -> Option<(i32, [f64; 2])> {
     let rows = || data.rows.iter().filter(|r| r.value.is_finite());
     let most = rows().map(|r| r.value).fold(0.0, f64::max);
     let turn = |bits: &i32| 2_f64.powi(*bits);
-    let bits = BITS.into_iter().find(|bits| most < turn(bits)).filter(|bits| turn(bits) != TURN)?;
+    let bits = BITS.into_iter().find(|bits| most < turn(bits))?;
     let turn = turn(&bits);
     if !rows().all(|r| r.value >= 0.0 && r.value.fract() == 0.0) {
         return None;

@@ -221,7 +221,7 @@ impl Data {
         if rows.is_empty() {
             return Err(InputError::new("this file has a header but no rows").at(label, None));
         }
-        thousands.check(&names).map_err(here)?;
+        thousands.check(&names, said).map_err(here)?;
         if let Some(at) = columns.run {
             runs.check(rows.len()).map_err(|e| e.key(&names[at]).at(label, runs.line()))?;
         }

@@ -155,7 +155,8 @@ fn are_names(names: &[String], said: &Names) -> bool {
             || letter(&name)
             || name.split(|c: char| !c.is_alphabetic()).any(|word| WORDS.contains(&word))
     };
-    names.iter().any(|name| said.means(name)) || names.len() > 1 && names.iter().all(like)
+    let is_drive = |name: &String| drive_like(&name.to_lowercase()).is_some();
+    names.iter().any(|name| said.means(name)) || names.iter().all(like) && names.iter().any(is_drive)
 }
 
 /// Whether a comment holds the names of a drive and of a signal.

@@ -98,7 +98,8 @@ fn find(column: &[Placed], of_signals: bool) -> Vec<f64> {
 /// Whether the value at `k` among the ascending `values`, each with its number of cells, stands for none.
 fn is_none(values: &[(f64, usize)], k: usize, of_signals: bool) -> bool {
     let (x, cells) = values[k];
-    let usual = is_usual(x);
+    // A distance or a drive may well be 99.
+    let usual = is_usual(x) && (of_signals || x < 0.0 || x >= 999.0);
     if !usual && (cells < 2 || !of_signals || ![0, values.len() - 1].contains(&k)) {
         return false;
     }

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use super::names::Names;
 use super::text::number;
 use crate::error::InputError;
 
@@ -27,19 +28,24 @@ struct Column {
 
 impl Thousands {
     /// Looks at the fields of a line, between which `separator` stands.
-    pub fn see(&mut self, line: usize, fields: &[Cow<'_, str>], separator: char) {
+    /// Whether one of them may be a number of more than a thousand.
+    pub fn see(&mut self, line: usize, fields: &[Cow<'_, str>], separator: char) -> bool {
+        let mut grouped = false;
         if self.columns.len() < fields.len() {
             self.columns.resize(fields.len(), Column::default());
         }
         for (field, column) in fields.iter().zip(&mut self.columns) {
             let Some(k) = MARKS.iter().position(|mark| field.contains(*mark)) else {
-                column.plain |= !field.is_empty()
-                    && field.trim_start_matches(['+', '-']).bytes().all(|c| c.is_ascii_digit());
+                // 0 is the same either way.
+                let digits = field.trim_start_matches(['+', '-']);
+                column.plain |=
+                    digits.bytes().all(|c| c.is_ascii_digit()) && digits.bytes().any(|c| c != b'0');
                 continue;
             };
             if !number(field).is_some_and(f64::is_finite) {
                 continue;
             }
+            grouped |= is_grouped(field, MARKS[k]);
             match is_grouped(field, MARKS[k]) {
                 true if column.marked[k].is_none() => column.marked[k] = Some((line, field.to_string())),
                 true => {}
@@ -48,16 +54,19 @@ impl Thousands {
             // Where commas separate fields, one within quotes hardly stands before decimals.
             column.plain |= MARKS[k] == separator;
         }
+        grouped
     }
 
-    /// Refuses numbers of which nothing says whether they are more than a thousand; `names` are those of the columns.
+    /// Refuses numbers of which nothing says whether they are more than a thousand; `names` are those of the columns, and columns that `said` does
+    /// not know are not read.
     ///
     /// # Errors
     /// The first of them.
-    pub fn check(&self, names: &[String]) -> Result<(), InputError> {
+    pub fn check(&self, names: &[String], said: &Names) -> Result<(), InputError> {
+        let is_read = |place: usize| names.get(place).is_none_or(|name| said.means(name));
         let doubt = |(place, column): (usize, &Column)| {
             let of = |k: &usize| column.plain && !self.decimal[*k] && column.marked[*k].is_some();
-            (0..MARKS.len()).find(of).map(|k| (place, k))
+            (0..MARKS.len()).find(of).filter(|_| is_read(place)).map(|k| (place, k))
         };
         let Some((place, k)) = self.columns.iter().enumerate().find_map(doubt) else { return Ok(()) };
         let (line, text) = self.columns[place].marked[k].clone().unwrap_or_default();
@@ -67,10 +76,9 @@ impl Thousands {
             text.replace(MARKS[k], "."),
             MARKS[k]
         );
-        let error = InputError::new(message).key(names.get(place).map_or("", String::as_str)).value(text);
+        let error = InputError::new(message).key(names.get(place).map_or("", String::as_str)).value(&text);
         let error = error.allowed(format!(
-            "{whole} without a mark; or decimals written so that they cannot be thousands: 1{}3670",
-            MARKS[k]
+            "{whole} without a mark; or decimals written so that they cannot be thousands: {text}0"
         ));
         Err(InputError { line: Some(line), ..error })
     }
@@ -97,7 +105,7 @@ mod tests {
         for (k, row) in rows.iter().enumerate() {
             seen.see(k + 2, &row.map(Cow::from), separator);
         }
-        seen.check(&["theta_deg".to_owned(), "reading".to_owned()]).is_ok()
+        seen.check(&["theta_deg".to_owned(), "reading".to_owned()], &Names::default()).is_ok()
     }
 
     #[test]

@@ -200,7 +200,12 @@ impl Plan {
     /// Taps of `setup` that are evaluated together at first, until it is known how long they take: fewer where each may take long.
     pub fn together(&self, setup: &Setup) -> u64 {
         let quick = setup.model.geometry == Geometry::Linear || self.way == Way::Read;
-        if quick && self.solved != Way::Reference { CHUNK } else { CHUNK / 64 }
+        match () {
+            () if self.solved == Way::Reference => CHUNK / 64,
+            () if quick => CHUNK,
+            () if setup.built.is_none() => CHUNK / 8,
+            () => CHUNK / 64,
+        }
     }
 }
 

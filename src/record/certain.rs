@@ -185,7 +185,12 @@ fn alike(rest: &Rest, contacts: &[&Reading], inner: &[usize]) -> Option<f64> {
     let [lo, hi] = [f64::min, f64::max].map(|of| heights.iter().copied().fold(heights[0], of));
     let usual = median(&mut heights);
     let length = |[first, last]: [usize; 2]| (last - first + 1) as f64;
-    let of_contacts = median(&mut contacts.iter().map(|r| length(r.contact)).collect::<Vec<_>>());
+    // Without its ramps, as a rest has none.
+    let held = |r: &&Reading| {
+        let near = |k: &usize| (rest.signal[*k] - r.signal).abs() <= EQUAL * (r.signal - r.rest).abs();
+        (r.contact[0]..=r.contact[1]).filter(near).count() as f64
+    };
+    let of_contacts = median(&mut contacts.iter().map(held).collect::<Vec<_>>());
     let of_rests = median(&mut inner.iter().map(|k| length(rest.blocks[*k])).collect::<Vec<_>>());
     let longest = rest.blocks.iter().map(|b| length(*b)).fold(0.0, f64::max);
     let same_time =

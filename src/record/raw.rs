@@ -122,7 +122,7 @@ impl Record {
                 values.push(all[*place].trim().to_owned());
             }
         }
-        thousands.check(&names).map_err(here)?;
+        thousands.check(&names, said).map_err(here)?;
         if record.time.len() < LEAST {
             let error = InputError::new("this record is too short").at(file, None).key("samples");
             return Err(error.value(record.time.len()).allowed(format!("{LEAST} samples or more")));

@@ -282,7 +282,7 @@ fn a_calibration_that_is_not_what_was_written_is_refused() {
         assert!(code == 2 && stderr.contains(word) && stderr.contains("c.toml"), "{word}: {code} {stderr}");
     }
     desk.write("c.toml", &edited);
-    assert_eq!(stream(&desk, &["c.toml", "--force"], b"").0, 0);
+    assert_eq!(stream(&desk, &["c.toml", "--force"], b"4,0.02\n").0, 0);
     // A value that contradicts the rest is refused even so.
     desk.write("c.toml", text.replacen("drives = [", "drives = [99.0, ", 1));
     let (code, _, stderr) = stream(&desk, &["c.toml", "--force"], b"");
@@ -298,11 +298,11 @@ fn a_calibration_that_is_not_what_was_written_is_refused() {
     ] {
         assert!(text.contains(old), "{old}");
         desk.write("c.toml", text.replacen(old, new, 1));
-        let (code, _, stderr) = stream(&desk, &["c.toml", "--force"], b"");
+        let (code, _, stderr) = stream(&desk, &["c.toml", "--force"], b"4,0.02\n");
         assert!(code == 2 && stderr.contains(word) && stderr.contains("c.toml:"), "{new}: {stderr}");
     }
     desk.write("c.toml", format!("# my note\n{text}"));
-    assert_eq!(stream(&desk, &["c.toml"], b"").0, 0, "comments change nothing");
+    assert_eq!(stream(&desk, &["c.toml"], b"4,0.02\n").0, 0, "comments change nothing");
 }
 
 #[test]

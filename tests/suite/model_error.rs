@@ -316,7 +316,8 @@ fn a_stopped_sweep_goes_on_with_what_is_left_off() {
             Err(e) => assert!(e.to_string().contains(" are kept in "), "{e}"),
         }
         stops += 1;
-        assert!(stops < 20);
+        // A batch takes a twentieth of a second at least, so that each stop has come further.
+        assert!(stops < 1000);
     };
     assert!(stops >= 2, "{stops}");
     let read = |folder: &Path| std::fs::read(folder.join("designs.csv")).expect("a table");

@@ -157,7 +157,7 @@ fn strokes_that_fit_no_curve_say_so() {
     assert!(answers.lines().last().unwrap().ends_with("outside_calibration"), "{answers}");
     // Nothing at all, and flags that do not go together.
     desk.write("none.csv", "theta_deg,strain\n");
-    desk.run(&["locate", cal, "none.csv", "--strokes", "--out", "e"]).exits(0);
+    desk.run(&["locate", cal, "none.csv", "--strokes", "--out", "e"]).exits(2);
     desk.run(&["locate", cal, "strokes.csv", "--strokes", "--same", "--out", "e"]).exits(2);
     let ran =
         desk.run(&["locate", cal, "strokes.csv", "--strokes", "--estimator", "paper", "--out", "f"]).exits(2);

@@ -74,7 +74,7 @@ fn a_tuple_file_is_summed_up_alike() {
     listed.write("taps.csv", &tuples);
     assert_eq!(lines(&listed.sweep(&["--out", "out"]).exits(0).stdout), expected);
     // Too large to be held in memory.
-    listed.write("taps.csv", tuples + &format!("# {}\n", "-".repeat(9 << 20)));
+    listed.write("taps.csv", tuples + &format!("# {}\n", "-".repeat(1 << 10)).repeat(9 << 10));
     assert_eq!(lines(&listed.sweep(&["--out", "out", "--force"]).exits(0).stdout), expected);
 }
 

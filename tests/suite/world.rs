@@ -123,7 +123,8 @@ fn a_mistake_is_shown_wherever_it_stands() {
         (format!("{}D = -1\n", "[whisker]\r\n"), 2, "-1"),
         (format!("\u{feff}# {}\n[whisker]\nD\t= -1\n", "#".repeat(100_000)), 3, "-1"),
         (format!("[whisker]\nD = {}1{}\n", "[".repeat(70_000), "]".repeat(70_000)), 2, "[[["),
-        ("[whisker]\nD = \"\u{1b}[31m\u{7}\0\"\n".to_owned(), 2, "D = "),
+        ("[whisker]\nD = \"\u{1b}[31m\u{7}\"\n".to_owned(), 2, "D = "),
+        ("[whisker]\nD = \"\0\"\n".to_owned(), 2, "not UTF-8 text"),
     ];
     for (text, line, shown) in cases {
         let head = text.chars().take(40).collect::<String>();

@@ -208,6 +208,8 @@ pub const WGSL_ONLY: &[(&str, &str)] = &[
     ("whisker", "`Layout::design` in f32, with the axes written into it"),
     ("fraction", "a line of `Axis::at`, in f32"),
     ("sobol", "the loop of `sobol` with the bits of `DIRECTIONS` written into it"),
+    ("is_out", RANKING),
+    ("note", RANKING),
     ("number", RANKING),
     ("size", RANKING),
     ("of_distance", RANKING),
