@@ -16,17 +16,17 @@ _KINDS = ("a DataFrame (pandas, polars), a pyarrow Table, a DuckDB relation, wha
 
 
 def _polars(column: Any) -> Any:
-    # An array of whole numbers shows none that is missing; decimals are objects there.
-    if column.dtype.is_decimal() or column.dtype.is_integer() and column.null_count():
+    if column.dtype.is_decimal():
         return column.cast(float).to_numpy()
-    return column.to_numpy()
+    # An array of whole numbers shows none that is missing.
+    return np.array(column.to_list(), dtype=object) if column.dtype.is_integer() and column.null_count() else column.to_numpy()
 
 
 def _arrow(column: Any) -> Any:
     kind = str(column.type)
-    if "decimal" in kind or column.null_count and "int" in kind:
-        column = column.cast("double")
-    return np.asarray(column)
+    if "decimal" in kind:
+        return np.asarray(column.cast("double"))
+    return np.array(column.to_pylist(), dtype=object) if column.null_count and "int" in kind else np.asarray(column)
 
 
 def with_index(data: Any, known: Set[str]) -> Any:
