@@ -99,7 +99,7 @@ fn find(column: &[Placed], of_signals: bool) -> Vec<f64> {
 fn is_none(values: &[(f64, usize)], k: usize, of_signals: bool) -> bool {
     let (x, cells) = values[k];
     // A distance or a drive may well be 99.
-    let usual = is_usual(x) && (of_signals || x < 0.0 || x >= 999.0);
+    let usual = is_usual(x) && (of_signals || !(0.0..999.0).contains(&x));
     if !usual && (cells < 2 || !of_signals || ![0, values.len() - 1].contains(&k)) {
         return false;
     }
