@@ -124,11 +124,11 @@ def _of_xarray(given: dict[str, Any], others: dict[str, Any], prefix: str) -> tu
     kept: dict[Any, Any] = {}
     differing = set()
     for array in whole.values():
-        for name, values in array.coords.items():
-            if name not in array.indexes and not kept.setdefault(name, values).variable.equals(values.variable):
-                differing.add(name)
-    model = model.drop_vars([name for name in differing if name in model.coords])
-    model = model.assign_coords({name: values for name, values in kept.items() if name not in differing and name not in model.coords})
+        for label, values in array.coords.items():
+            if label not in array.indexes and not kept.setdefault(label, values).variable.equals(values.variable):
+                differing.add(label)
+    model = model.drop_vars([label for label in differing if label in model.coords])
+    model = model.assign_coords({label: values for label, values in kept.items() if label not in differing and label not in model.coords})
 
     def put(values: NDArray[Any]) -> Any:
         found = model.copy(data=values)

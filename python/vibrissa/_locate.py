@@ -170,9 +170,9 @@ class Locator:
         shape, n, flat = columns(
             {"drive": drive, "reading": reading}, {"drive": f"numbers, {drive_unit}", "reading": "numbers"}, {"drive": drive_unit, "reading": reading_unit})
         drives, readings = (x if len(x) == n else x.repeat(n) for x in flat)
-        distance, sigma, status, told = self._native.many(drives, readings)
+        distances, sigmas, statuses, told = self._native.many(drives, readings)
         warn(told)
-        return Located(shape.of(distance), shape.of(sigma), shape.of(status))
+        return Located(shape.of(distances), shape.of(sigmas), shape.of(statuses))
 
     __call__ = locate
 
