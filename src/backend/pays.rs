@@ -1,5 +1,5 @@
 //! Whether a device pays: to ask its driver, to open it and to compile a shader takes longer than a CPU takes for most runs. On an H100 beside
-//! 16 threads that is 0.5 to 2 s, and 330 taps take 0.5 s there and 0.01 s on the CPU (results/2026-11-26-h100).
+//! 16 threads that is 0.5 to 2 s, and 330 taps take 0.5 s there and 0.01 s on the CPU (results/2026-11-27-h100/before.md).
 
 use crate::chart::scope::Scope;
 use crate::scene::search::Search;

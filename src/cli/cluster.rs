@@ -17,11 +17,11 @@ use super::number::{grouped, rough};
 use super::reply::{self, Reply};
 use super::{listed, say};
 
-/// The scripts, as they are in `cluster/slurm`.
+/// The scripts, as they are in `src/cli/slurm`.
 const SCRIPTS: [(&str, &str); 3] = [
-    ("part.sbatch", include_str!("../../cluster/slurm/part.sbatch")),
-    ("merge.sbatch", include_str!("../../cluster/slurm/merge.sbatch")),
-    ("submit.sh", include_str!("../../cluster/slurm/submit.sh")),
+    ("part.sbatch", include_str!("slurm/part.sbatch")),
+    ("merge.sbatch", include_str!("slurm/merge.sbatch")),
+    ("submit.sh", include_str!("slurm/submit.sh")),
 ];
 /// Times that a part is sent again by itself.
 const TRIES: u32 = 20;

@@ -1,5 +1,5 @@
-//! The reference: every key of a spec, every column of every table, every status word, every exit code. `docs/reference.md` is
-//! [`page`]; a test fails where the two differ.
+//! The reference: every key of a spec, every column of every table, every status word, every exit code. The site's page
+//! of them is [`page`].
 
 pub mod columns;
 pub mod keys;
@@ -112,7 +112,7 @@ fn told_once(mut part: Part, topic: Topic, known: &mut Vec<(Entry, String)>) -> 
 
 /// All of it, in Markdown.
 pub fn page() -> String {
-    let about = "Made of the definitions in the code by `cargo run -- help reference > docs/reference.md`; a test compares the two. \
+    let about = "Made of the definitions in the code by `vibrissa help reference`. \
         `vibrissa help spec`, `help columns` and `help statuses` print it on the terminal, `vibrissa help spec gauge` one section of it.";
     let mut text = format!("# Reference\n\n{}", layout::paragraph(about));
     for (_, topic, _) in Topic::WORDS {

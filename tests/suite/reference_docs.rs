@@ -1,4 +1,4 @@
-//! `docs/reference.md` says what the code does: keys, defaults, allowed values, columns, words; and what prints it.
+//! The reference says what the code does: keys, defaults, allowed values, columns, words; and what prints it.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -11,22 +11,6 @@ use vibrissa::scene::{Search, search::Places};
 use vibrissa::sink::table::Only;
 use vibrissa::spec::keys::{FORMAT, INLINE, Key, SECTIONS, Section};
 use vibrissa::status::Status;
-
-const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/reference.md");
-
-#[test]
-fn the_page_is_what_the_code_says() {
-    let (written, made) = (std::fs::read_to_string(FILE).unwrap_or_default(), page());
-    let lines = |text: &str| -> BTreeSet<String> { text.lines().map(str::to_owned).collect() };
-    let (old, new) = (lines(&written), lines(&made));
-    let [gone, missing] =
-        [(&old, &new), (&new, &old)].map(|(a, b)| a.difference(b).cloned().collect::<Vec<_>>().join("\n  "));
-    assert!(
-        written == made,
-        "docs/reference.md is not what the code says; write it by `cargo run -- help reference > docs/reference.md`\n\
-         missing there:\n  {missing}\nthere, but not in the code:\n  {gone}"
-    );
-}
 
 /// Every key, and its section.
 fn all() -> Vec<(Option<&'static Section>, &'static Key)> {

@@ -1,5 +1,5 @@
 //! What can stand in a spec: every section, its keys, their units and meanings. The reader knows the names from here, and
-//! `docs/reference.md` is made of them.
+//! The site's reference is made of them.
 
 pub mod form;
 mod inline;

@@ -151,7 +151,7 @@ fn intervals_of_precise_strokes_hold_what_they_promise() {
     strokes(600, 13, true);
 }
 
-/// What results/2026-11-26-inside states.
+/// As results/2026-11-27-calibration/inside.md, on more strokes of one kind.
 #[test]
 #[ignore = "a minute"]
 fn intervals_of_many_strokes_hold_what_they_promise() {

@@ -1,0 +1,40 @@
+//! Readers of files, fed by libFuzzer: whatever the bytes, an answer or an error with words, never a panic, and bounded work. The reader is
+//! chosen by the environment variable READER; `tests/fuzz/run` does it.
+
+#![no_main]
+
+mod desk;
+mod folders;
+mod texts;
+
+use libfuzzer_sys::fuzz_target;
+use std::sync::LazyLock;
+
+type Reader = fn(&[u8]);
+
+/// Readers by name.
+const READERS: [(&str, Reader); 10] = [
+    ("spec", texts::spec),
+    ("tuples", texts::tuples),
+    ("curve", texts::curve),
+    ("measurements", texts::measurements),
+    ("record", texts::record),
+    ("calibration", texts::calibration),
+    ("state", folders::state),
+    ("folder", folders::folder),
+    ("journal", folders::journal),
+    ("merge", folders::merge),
+];
+
+static READER: LazyLock<Reader> = LazyLock::new(|| {
+    let wanted = std::env::var("READER").unwrap_or_default();
+    let names = READERS.map(|(name, _)| name).join(", ");
+    READERS.iter().find(|(name, _)| *name == wanted).unwrap_or_else(|| panic!("READER is one of {names}")).1
+});
+
+fuzz_target!(|data: &[u8]| READER(data));
+
+/// An error has to say something.
+fn told<T>(result: Result<T, impl std::fmt::Display>) -> Option<T> {
+    result.map_err(|e| assert!(!e.to_string().trim().is_empty(), "an error without words")).ok()
+}
