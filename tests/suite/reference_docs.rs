@@ -6,7 +6,7 @@ use std::path::Path;
 use toml::Value;
 
 use crate::common::program::{Desk, SPEC};
-use vibrissa::reference::{columns, keys, page, words};
+use vibrissa::reference::{columns, keys, words};
 use vibrissa::scene::{Search, search::Places};
 use vibrissa::sink::table::Only;
 use vibrissa::spec::keys::{FORMAT, INLINE, Key, SECTIONS, Section};
