@@ -22,9 +22,6 @@ def runs():
                     yield ["sweep", path, "--backend", backend, "--precision", precision]
         if spec in ("prototypes", "practical"):
             yield ["sweep", path, "--backend", "reference"]
-    for name in ["grid", "independent", "by-total"]:
-        for backend in ["cpu", "gpu"]:
-            yield ["sweep", f"results/2026-11-21-ranked/{name}.toml", "--backend", backend]
     yield ["tap", "sweeps/best-tap.toml", "--backend", "cpu"]
     yield ["optimise", "sweeps/design.toml", "--backend", "cpu"]
     for name in ["d4", "d7", "d10"]:
