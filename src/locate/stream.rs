@@ -32,7 +32,7 @@ const TOGETHER: usize = 1 << 12;
 const UNRECORDED: f64 = 1.0;
 /// Drives that differ by no more than this share are one where the calibration has but one.
 const JITTER: f64 = 0.01;
-/// A reading that is usual for none, and so many times the usual tap off the other zero readings, is no zero.
+/// A zero reading with a value that stands for none, such as -1, is left out where it differs from the other zero readings by this share of a usual tap.
 const NO_ZERO: f64 = 0.1;
 
 /// Where answers go: bytes, and whether a reader is waiting for them.

@@ -142,7 +142,7 @@ fn named(comment: &str, row: &str, said: &Names) -> Option<Vec<String>> {
         .chain(words)
         .filter(|names| names.len() == count)
         .collect();
-    // The way that gives most known names; of equal ones the first, which `max_by_key` takes from the end.
+    // Prefer the split with the most known names. `max_by_key` returns the last of equal ones, so the order is reversed to get the first.
     fit.into_iter().rev().max_by_key(|names| names.iter().filter(|name| said.means(name)).count())
 }
 

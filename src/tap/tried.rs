@@ -1,5 +1,5 @@
-//! How hard a best drive is looked for: where kernels leave many taps to the reference, which takes up to a second for each, first to a larger
-//! tolerance, then at fewer drives, and not at all where that would still take minutes.
+//! Bounds the search of the best drive. The reference takes up to a second for a tap that the kernels leave to it. If there are many, the search is tried
+//! again to a larger tolerance, then with fewer drives; if that would still take minutes, it is refused.
 
 use std::sync::atomic::AtomicBool;
 

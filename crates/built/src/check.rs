@@ -1,10 +1,10 @@
-//! Answers of a device beside those of the CPU.
+//! Compares some answers of a device with those of the CPU in f64.
 
 use super::{Job, Solution, Tap, solve};
 use vibrissa_kernel::gpu::Passed;
 use vibrissa_kernel::gpu::drawn::{drawn, key};
 
-/// Errors of wrench, forces and arc at most, in tolerances, which bound the strain's.
+/// Largest error of wrench, forces and arc, in multiples of the tolerance, which bounds the error of the strain.
 const FORCE: f64 = 10.0;
 
 /// Compares some of the answers `found` to `taps` with those of the CPU.

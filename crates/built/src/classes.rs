@@ -1,11 +1,11 @@
-//! Which taps are solved side by side. Strides, steps and pieces are those of a whole pack, and effects those of a shader: only taps that agree in them go
-//! together. So the bits of a tap are a function of that tap alone, whatever is solved beside it.
+//! Groups the taps that are solved in one pack. Strides, steps and pieces are those of a whole pack, and the effects those of a shader, so a pack holds
+//! only taps that agree in them. The bits of a tap then depend on that tap alone.
 
 use std::collections::HashMap;
 
 use super::{GRAIN, Rod, Tap, newton};
 
-/// What of a whisker the kernels have code for; what is off costs nothing.
+/// Properties of a whisker for which the kernels have separate code; a property that is off costs nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Shape {
     /// The resting whisker is curved.
@@ -17,7 +17,7 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// Of `rod`.
+    /// The properties of `rod`.
     pub fn of(rod: &Rod) -> Self {
         Self {
             curved: rod.curvature != [0.0; 2],
@@ -27,8 +27,8 @@ impl Shape {
     }
 }
 
-/// Places of the taps of each work item, of those at the places `open`, with `steps` over each whisker at least; `onward`: a tap goes on from a rung
-/// below.
+/// Indices of the taps of each work item. `open` are the indices of all taps to solve, `steps` is the least number of steps over a whisker, and `onward`
+/// says whether a tap starts from the result of a coarser rung.
 pub fn items(
     taps: &[Tap<'_>],
     open: &[usize],

@@ -342,7 +342,7 @@ impl<'a> Reduction<'a> {
         });
         let mut estimated = estimated.unwrap_or(Estimated::NOTHING);
         if tap.status.has(Status::SLIPPED_OFF) {
-            // Its distance lies beyond the whisker, which that word says.
+            // The word slipped_off already says that the contact lies beyond the whisker.
             estimated.status = estimated.status.only(Status::NO_ROOT | Status::AMBIGUOUS);
         }
         row.status |= estimated.status;
