@@ -399,6 +399,6 @@ fn placed(
             .key(format!("run.{option}"))
             .value(&text[span.clone()])
             .at(file, Some(*line))
-            .snippet(file, text, span.clone()),
+            .snippet(text, span.clone()),
     }
 }

@@ -5,15 +5,15 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use clap::error::{ContextKind, ContextValue};
-use miette::{GraphicalReportHandler, GraphicalTheme};
 use serde_json::{Value, json};
 use vibrissa::error::{Error, InputError};
 use vibrissa::report::answer_of;
 use vibrissa::sink::folder::{Folder, Written};
 use vibrissa::sink::unfinished;
 
-use super::{lines::Shown, say};
+use super::say;
 
 /// Version of the JSON object.
 const FORMAT: u32 = 1;
@@ -203,19 +203,17 @@ fn error_json(error: &Error) -> Value {
     json!({ "file": e.file, "line": e.line, "key": e.key, "value": e.value, "allowed": e.allowed, "message": message })
 }
 
+/// What is said of `error`, with the lines of the file around the mistake.
 fn render(error: &Error) -> String {
-    let Error::Input(input) = error else { return format!("error: {error}") };
-    if input.snippet.is_none() {
+    let Error::Input(InputError { snippet: Some(excerpt), .. }) = error else {
         return format!("error: {error}");
-    }
+    };
+    let said = error.to_string();
+    let place = AnnotationKind::Primary.span(excerpt.span.clone());
+    let lines = Snippet::source(&excerpt.text).line_start(excerpt.above + 1).annotation(place);
     let color = std::io::IsTerminal::is_terminal(&std::io::stderr());
-    let theme = if color { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
-    let mut text = String::new();
-    let handler = GraphicalReportHandler::new_themed(theme).with_width(160).without_cause_chain();
-    match handler.render_report(&mut text, &Shown::new(input)) {
-        Ok(()) => format!("error: {}", text.trim().trim_start_matches('×').trim_start()),
-        Err(_) => format!("error: {error}"),
-    }
+    let renderer = if color { Renderer::styled() } else { Renderer::plain() };
+    renderer.term_width(160).render(&[Level::ERROR.primary_title(&said).element(lines)])
 }
 
 /// A command line that cannot be understood, or a request for help.

@@ -38,7 +38,7 @@ pub fn model_error(typed: Option<f64>, spec: &Spec, choice: &Choice) -> Result<O
         None => error.key("--model-error").value(bound),
         Some(Written { file, text, line, span }) => {
             let error = error.key("run.model_error").value(&text[span.clone()]).at(&file, Some(line));
-            error.snippet(&file, &text, span)
+            error.snippet(&text, span)
         }
     }
     .into())

@@ -31,7 +31,7 @@ impl<'a> Document<'a> {
     pub fn error(&self, span: Option<Range<usize>>, message: impl Into<String>) -> InputError {
         let error = InputError::new(message).at(self.file, span.as_ref().map(|s| self.line(s.start)));
         match span {
-            Some(span) => error.snippet(self.file, self.text, span),
+            Some(span) => error.snippet(self.text, span),
             None => error,
         }
     }

@@ -12,7 +12,7 @@ pub type Row = HashMap<String, String>;
 
 /// Rows of tests/data/general_cases.csv, good to 1e-10: by shooting and by collocation, checked by energy and virtual work.
 pub fn cases() -> Vec<Row> {
-    let path = format!("{}/tests/data/general_cases.csv", env!("CARGO_MANIFEST_DIR"));
+    let path = format!("{}/tests/data/general_cases.csv", crate::common::ROOT);
     let mut reader = csv::Reader::from_path(path).expect("the cases are there");
     let rows: Vec<Row> = reader.deserialize().collect::<Result<_, _>>().expect("the cases are well formed");
     assert_eq!(rows.len(), 80);

@@ -187,7 +187,7 @@ fn check(name: &str, calibration: &Calibration, asked: Option<&'static dyn Estim
 
 /// The calibration of a file in `examples/` by the program itself.
 fn example(desk: &Desk, name: &str, arguments: &[&str]) -> Calibration {
-    let file = format!("{}/examples/{name}", env!("CARGO_MANIFEST_DIR"));
+    let file = format!("{}/examples/{name}", crate::common::ROOT);
     let data = format!("{file}.csv");
     desk.run(&[&["calibrate", &data, "--out", "cal"], arguments].concat()).exits(0);
     Calibration::read(&desk.path("cal/calibration.toml"), false).unwrap()
@@ -196,7 +196,7 @@ fn example(desk: &Desk, name: &str, arguments: &[&str]) -> Calibration {
 /// A prototype by every estimator, and by one that leaves the side that was not calibrated to another.
 fn prototype(name: &str) {
     let desk = Desk::new("");
-    let whisker = format!("{}/examples/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let whisker = format!("{}/examples/{name}.toml", crate::common::ROOT);
     let calibration = example(&desk, name, &["--whisker", &whisker]);
     for asked in estimator::ALL {
         check(name, &calibration, Some(asked));
@@ -264,7 +264,7 @@ fn every_unit_is_taken_as_it_was_recorded() {
 #[test]
 fn the_files_belong_to_the_result() {
     let desk = Desk::new("");
-    let whisker = format!("{}/examples/prototype-d10.toml", env!("CARGO_MANIFEST_DIR"));
+    let whisker = format!("{}/examples/prototype-d10.toml", crate::common::ROOT);
     example(&desk, "prototype-d10", &["--whisker", &whisker, "--export", "c,python", "--estimator", "paper"]);
     let listed = desk.whole("cal")["files"].clone();
     for file in ["locate.c", "locate.py"] {
@@ -274,7 +274,7 @@ fn the_files_belong_to_the_result() {
     // Run again without it, they are gone with the result they belonged to.
     example(&desk, "prototype-d10", &["--whisker", &whisker]);
     assert!(!desk.names("cal").iter().any(|n| n.starts_with("locate.")), "{:?}", desk.names("cal"));
-    let data = format!("{}/examples/prototype-d10.csv", env!("CARGO_MANIFEST_DIR"));
+    let data = format!("{}/examples/prototype-d10.csv", crate::common::ROOT);
     for (flags, word) in [(&["--export", "java"][..], "python"), (&["--estimator", "learned"], "--export")] {
         let ran = desk.run(&[&["calibrate", &data, "--out", "no"], flags].concat()).exits(2);
         assert!(ran.stderr.contains(word), "{}", ran.stderr);

@@ -68,7 +68,7 @@ fn completions_and_manual_know_every_command() {
 
 #[test]
 fn examples_of_the_help_name_files_that_are_there() {
-    let (desk, root) = (Desk::new(SPEC), Path::new(env!("CARGO_MANIFEST_DIR")));
+    let (desk, root) = (Desk::new(SPEC), Path::new(crate::common::ROOT));
     let mut examples = 0;
     for command in ["sweep", "optimise", "tap", "calibrate", "locate", "contour", "simulate"] {
         let help = desk.run(&[command, "--help"]).exits(0).stdout;
@@ -94,7 +94,7 @@ fn commands(desk: &Desk) -> Vec<String> {
 /// What stands in the examples and is there when somebody types them: the calibration of the example before, readings, a record, poses, parts.
 fn prepared() -> Desk {
     let desk = Desk::new("");
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = Path::new(crate::common::ROOT);
     for folder in ["sweeps", "examples"] {
         std::os::unix::fs::symlink(root.join(folder), desk.path(folder)).expect("a link");
     }

@@ -40,7 +40,7 @@ print("read", sorted(statuses))
 
 /// The Python with the readers (`tests/run` makes it).
 fn python() -> std::path::PathBuf {
-    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = std::path::Path::new(crate::common::ROOT);
     let named = std::env::var_os("VIBRISSA_PYTHON").map(std::path::PathBuf::from);
     let python = named.unwrap_or_else(|| root.join("target/python/bin/python"));
     assert!(

@@ -43,7 +43,7 @@ fn results() -> (Desk, Vec<String>) {
     let mut all: Vec<String> =
         ["swept", "tap", "calibrated", "located", "contour", "verified", "shape"].map(String::from).into();
     for kept in ["bench", "search/design", "search/pareto"] {
-        all.push(format!("{}/results/2026-11-21-{kept}", env!("CARGO_MANIFEST_DIR")));
+        all.push(format!("{}/results/2026-11-21-{kept}", crate::common::ROOT));
     }
     (desk, all)
 }

@@ -31,7 +31,7 @@ fn taps(study: &Study, backend: BackendChoice) -> Vec<Outcome> {
 
 #[test]
 fn backends_agree_on_the_practical_whiskers() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("sweeps/practical.toml");
+    let path = Path::new(crate::common::ROOT).join("sweeps/practical.toml");
     let study = spec::read(&path).unwrap().study;
     let reference = taps(&study, BackendChoice::Reference);
     assert_eq!(reference.len(), 330);

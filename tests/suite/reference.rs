@@ -13,7 +13,7 @@ const TOLERANCE: f64 = 1e-9;
 type Row = HashMap<String, String>;
 
 fn rows(file: &str) -> Vec<Row> {
-    let path = format!("{}/tests/data/{file}", env!("CARGO_MANIFEST_DIR"));
+    let path = format!("{}/tests/data/{file}", crate::common::ROOT);
     let mut reader = csv::Reader::from_path(path).expect("the cases are there");
     reader.deserialize().collect::<Result<_, _>>().expect("the cases are well formed")
 }

@@ -279,7 +279,7 @@ fn every_word_is_described() {
 /// A folder or file of the sources that the map of docs/architecture.md does not name.
 #[test]
 fn the_map_of_the_folders_names_every_module() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = Path::new(crate::common::ROOT);
     let map = std::fs::read_to_string(root.join("docs/architecture.md")).expect("docs/architecture.md");
     let mut folders = vec!["shaders".to_owned()];
     for parent in ["src", "crates"] {
@@ -297,7 +297,7 @@ fn the_map_of_the_folders_names_every_module() {
 /// What a newcomer reads first fits on a page and has one picture, and everything that it links to is there.
 #[test]
 fn the_readme_is_a_first_page() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = Path::new(crate::common::ROOT);
     let readme = std::fs::read_to_string(root.join("README.md")).expect("README.md");
     assert!(readme.lines().count() <= 130, "{} lines", readme.lines().count());
     assert_eq!(readme.matches("![").count(), 1, "one picture");

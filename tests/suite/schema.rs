@@ -15,7 +15,7 @@ const FILE: &str = "sweeps/spec.schema.json";
 #[test]
 fn the_file_is_what_the_code_says() {
     let written =
-        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(FILE)).unwrap_or_default();
+        std::fs::read_to_string(Path::new(crate::common::ROOT).join(FILE)).unwrap_or_default();
     assert!(written == schema::text(), "write it by `cargo run -- schema > {FILE}`");
     assert_eq!(Desk::new(SPEC).run(&["schema"]).exits(0).stdout, written);
 }
@@ -85,7 +85,7 @@ fn schema_and_reader_agree_on_every_key() {
 
 #[test]
 fn shipped_specs_say_where_their_schema_is_and_are_valid() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = Path::new(crate::common::ROOT);
     let mut specs = 0;
     for (folder, line) in
         [("sweeps", "#:schema ./spec.schema.json"), ("examples", "#:schema ../sweeps/spec.schema.json")]

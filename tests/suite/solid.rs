@@ -19,7 +19,7 @@ const ROD: Model =
 type Row = HashMap<String, String>;
 
 fn rows(file: &str) -> Vec<Row> {
-    let path = format!("{}/tests/data/solid/{file}.csv", env!("CARGO_MANIFEST_DIR"));
+    let path = format!("{}/tests/data/solid/{file}.csv", crate::common::ROOT);
     let mut reader = csv::Reader::from_path(path).expect("the cases are there");
     reader.deserialize().collect::<Result<_, _>>().expect("the cases are well formed")
 }

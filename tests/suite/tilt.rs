@@ -30,7 +30,7 @@ struct Case {
 
 /// All rows of the file.
 fn cases() -> Vec<Case> {
-    let path = format!("{}/tests/data/tilt_cases.csv", env!("CARGO_MANIFEST_DIR"));
+    let path = format!("{}/tests/data/tilt_cases.csv", crate::common::ROOT);
     let mut reader =
         csv::ReaderBuilder::new().comment(Some(b'#')).from_path(path).expect("the cases are there");
     let case = |(i, row): (usize, Result<HashMap<String, String>, csv::Error>)| {

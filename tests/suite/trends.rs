@@ -7,7 +7,7 @@ use crate::common::sweeping::{CPU, CPU_F64, GPU, Place, number, sweep};
 
 /// Designs of `sweeps/prototypes.toml` by d, each a list of (θ, K_sd, K_mean, error_rms_mm).
 fn prototypes(place: Place) -> Vec<Vec<[f64; 4]>> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("sweeps/prototypes.toml");
+    let path = Path::new(crate::common::ROOT).join("sweeps/prototypes.toml");
     let swept = sweep(&std::fs::read_to_string(path).expect("the paper's sweep"), place);
     check(&swept, false);
     assert_eq!(swept.tuples.rows.len(), 330);

@@ -202,7 +202,7 @@ const READ: usize = 3;
 
 /// Sources of the Rust side, by what the table calls them.
 static SOURCES: LazyLock<BTreeMap<&str, String>> = LazyLock::new(|| {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = Path::new(crate::common::ROOT);
     let read =
         |path: &str| std::fs::read_to_string(root.join(path)).unwrap_or_else(|e| panic!("{path}: {e}"));
     FILES.iter().map(|(name, path)| (*name, read(path))).collect()
@@ -382,14 +382,14 @@ fn no_shader_is_forgotten() {
             } else if entry.extension().is_some_and(|e| e == "rs" || e == "wgsl")
                 && std::fs::read_to_string(&entry).is_ok_and(|t| t.contains("@compute"))
             {
-                let inside = entry.strip_prefix(env!("CARGO_MANIFEST_DIR")).expect("a file of the project");
+                let inside = entry.strip_prefix(crate::common::ROOT).expect("a file of the project");
                 found.push(inside.to_string_lossy().into_owned());
             }
         }
     }
     let mut found = Vec::new();
     for folder in ["shaders", "crates", "src"] {
-        walk(&Path::new(env!("CARGO_MANIFEST_DIR")).join(folder), &mut found);
+        walk(&Path::new(crate::common::ROOT).join(folder), &mut found);
     }
     found.sort();
     // That of built whiskers is compared by what it computes: `every_case_on_every_backend`, and 16 taps of every batch.

@@ -335,7 +335,7 @@ fn real_whiskers_are_not_doubted() {
     }
     assert_eq!(doubts(GOOD), [""; 0]);
     for folder in ["sweeps", "examples"] {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
+        let folder = Path::new(crate::common::ROOT).join(folder);
         let specs = folder.read_dir().unwrap().map(|e| e.unwrap().path());
         for path in specs.filter(|p| p.extension().is_some_and(|e| e == "toml")) {
             let read = spec::read_search(&path)

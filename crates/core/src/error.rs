@@ -57,9 +57,9 @@ impl InputError {
         self
     }
 
-    /// The place in the `text` of `file` to show.
-    pub fn snippet(mut self, file: &str, text: &str, range: std::ops::Range<usize>) -> Self {
-        self.snippet = Some(Box::new(Excerpt::new(file, text, range)));
+    /// The place in the `text` of the file to show.
+    pub fn snippet(mut self, text: &str, range: std::ops::Range<usize>) -> Self {
+        self.snippet = Some(Box::new(Excerpt::new(text, range)));
         self
     }
 }

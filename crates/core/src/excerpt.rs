@@ -13,21 +13,17 @@ const BEFORE: usize = 40;
 /// A few lines of a file and the place of the mistake in them.
 #[derive(Debug, Clone)]
 pub struct Excerpt {
-    /// Name of the file.
-    pub file: String,
     /// The lines.
     pub text: String,
     /// Where the mistake stands in `text`.
     pub span: Range<usize>,
     /// Lines of the file before `text`.
     pub above: usize,
-    /// Characters of the mistake's line that are left out, less those that stand in their place.
-    pub left: usize,
 }
 
 impl Excerpt {
     /// The first line of bytes `span` of `text`, with its neighbours.
-    pub fn new(file: &str, text: &str, span: Range<usize>) -> Self {
+    pub fn new(text: &str, span: Range<usize>) -> Self {
         let at = floor(text, span.start);
         let from = text[..at].rfind('\n').map_or(0, |i| i + 1);
         let line = text[from..].lines().next().unwrap_or_default();
@@ -47,11 +43,9 @@ impl Excerpt {
         let offset = above.len() + head.len();
         let lines_before = text.as_bytes()[..from].iter().filter(|b| **b == b'\n').count();
         Self {
-            file: printable(file).into_owned(),
             above: lines_before.saturating_sub(usize::from(!above.is_empty())),
             text: format!("{above}{head}{shown}{below}"),
             span: inside.start + offset..inside.end + offset,
-            left: left.saturating_sub(head.chars().count()),
         }
     }
 }
@@ -108,7 +102,7 @@ mod tests {
     use super::*;
 
     fn shown(text: &str, span: Range<usize>) -> (String, String, usize) {
-        let e = Excerpt::new("f", text, span);
+        let e = Excerpt::new(text, span);
         (e.text.clone(), e.text[e.span.clone()].to_owned(), e.above)
     }
 
@@ -134,7 +128,7 @@ mod tests {
     proptest! {
         #[test]
         fn every_place_of_every_text_can_be_shown(text in any::<String>(), a in 0usize..400, b in 0usize..400) {
-            let e = Excerpt::new("f", &text, a.min(b)..a.max(b));
+            let e = Excerpt::new(&text, a.min(b)..a.max(b));
             prop_assert!(e.text.get(e.span.clone()).is_some());
             prop_assert!(e.text.chars().all(|c| c == '\n' || harmless(c) == c));
         }

@@ -58,7 +58,7 @@ pub fn known(kind: Kind) -> BTreeMap<String, Vec<Known>> {
         Kind::Hub => "hub_cases.csv",
         Kind::Passive => "passive_cases.csv",
     };
-    let path = format!("{}/tests/data/{name}", env!("CARGO_MANIFEST_DIR"));
+    let path = format!("{}/tests/data/{name}", crate::common::ROOT);
     let mut reader = csv::Reader::from_path(path).expect("the cases are there");
     let mut found = BTreeMap::<_, Vec<_>>::new();
     for (i, row) in reader.deserialize::<HashMap<String, String>>().enumerate() {

@@ -1,5 +1,8 @@
 //! The models of the reference cases, and what several test programs need.
 
+/// The folder of the project.
+pub const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+
 pub mod cases;
 pub mod measuring;
 pub mod pool;

@@ -18,7 +18,6 @@ mod faults;
 mod help;
 mod interrupt;
 mod kept;
-mod lines;
 mod locate;
 mod merge;
 mod new;
