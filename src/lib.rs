@@ -22,6 +22,8 @@ pub use vibrissa_core::{
 pub use vibrissa_evaluate::{curve, evaluate, progress, statistics};
 #[doc(hidden)]
 pub use vibrissa_kernel as kernel;
+#[doc(hidden)]
+pub use vibrissa_table::{self as sink, text_file};
 
 pub mod api;
 #[doc(hidden)]
@@ -76,8 +78,6 @@ pub mod shape;
 #[doc(hidden)]
 pub mod simulate;
 #[doc(hidden)]
-pub mod sink;
-#[doc(hidden)]
 #[cfg(feature = "files")]
 pub mod spec;
 #[doc(hidden)]
@@ -86,7 +86,5 @@ pub mod sweep;
 pub mod tap;
 #[doc(hidden)]
 pub mod taps;
-#[doc(hidden)]
-pub mod text_file;
 #[doc(hidden)]
 pub mod verify;

@@ -63,7 +63,7 @@ impl Cache {
 
     /// Verdicts of `adapter` in `folder`, if anywhere; `asked` is what [`VARIABLE`] says.
     pub fn at(folder: Option<PathBuf>, adapter: &Adapter, asked: &str) -> Self {
-        let commit = option_env!("VIBRISSA_COMMIT").unwrap_or_default();
+        let commit = crate::sink::COMMIT.unwrap_or_default();
         let of = [&adapter.name, &adapter.api, &adapter.driver, env!("CARGO_PKG_VERSION"), commit];
         let of: Vec<String> = of.iter().map(|s| (*s).to_owned()).collect();
         let name = blake3::hash(of.join("\n").as_bytes()).to_hex();

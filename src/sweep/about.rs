@@ -60,7 +60,7 @@ impl About {
         ]);
         let whole = hash(&whole.to_string());
         let part = shard.map(|s| s.to_string());
-        let identity = json!([whole, option_env!("VIBRISSA_COMMIT"), b.driver, b.instructions, part]);
+        let identity = json!([whole, crate::sink::COMMIT, b.driver, b.instructions, part]);
         let shard = shard.unwrap_or(Shard::WHOLE);
         let designs = shard.designs(plan.designs);
         Self { designs, format, places, provenance, identity: hash(&identity.to_string()), whole }

@@ -2,7 +2,7 @@
 
 use super::select::Best;
 use crate::chart::lanes::{Found, Words};
-use crate::sink::pack::{Packed, Packer, Unpacker, packed};
+use crate::sink::pack::{Packed, Packer, Unpacker};
 
 /// How far a ranked sweep is.
 pub(super) enum At {
@@ -11,8 +11,6 @@ pub(super) enum At {
     /// The rows kept, and how many of their designs are written.
     Kept(Vec<(u64, u32)>, u64),
 }
-
-packed!(Words { taps, invalid });
 
 impl Packed for At {
     fn pack(&self, to: &mut Packer<'_>) {
@@ -29,7 +27,8 @@ impl Packed for At {
     fn unpack(from: &mut Unpacker<'_>) -> Option<Self> {
         match from.take::<u8>()? {
             0 => {
-                let (next, rows, complete, (words, best)) = from.take()?;
+                let (next, rows, complete, (taps, invalid, best)) = from.take()?;
+                let words = Words { taps, invalid };
                 Some(Self::Ranked(next, Found { rows, complete, words, ..Found::default() }, best))
             }
             1 => Some(Self::Kept(from.take()?, from.take()?)),
@@ -44,6 +43,7 @@ pub(super) fn pack_ranked((next, found, best): (u64, &Found, &Best), to: &mut Pa
     next.pack(to);
     found.rows.pack(to);
     found.complete.pack(to);
-    found.words.pack(to);
+    found.words.taps.pack(to);
+    found.words.invalid.pack(to);
     best.pack(to);
 }

@@ -13,7 +13,7 @@ use parquet::file::writer::{SerializedPageWriter, TrackedWrite};
 use parquet::schema::types::{ColumnDescPtr, ColumnPath, SchemaDescPtr};
 use rayon::prelude::*;
 
-use crate::sink::columns::{Columns, Values};
+use crate::columns::{Columns, Values};
 
 /// What was asked stands in few values; those of results differ, and compress byte by byte.
 const ASKED: [&str; 8] = ["D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm", "a_mm", "theta_deg", "delta_mm"];

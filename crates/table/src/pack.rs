@@ -119,19 +119,20 @@ macro_rules! tuples {
 tuples!((A 0, B 1), (A 0, B 1, C 2), (A 0, B 1, C 2, D 3));
 
 /// Packs structs as their fields, in this order.
+#[macro_export]
 macro_rules! packed {
     ($($t:ty { $($field:ident),* })*) => {$(
-        impl $crate::sink::pack::Packed for $t {
-            fn pack(&self, to: &mut $crate::sink::pack::Packer<'_>) {
-                $($crate::sink::pack::Packed::pack(&self.$field, to);)*
+        impl $crate::pack::Packed for $t {
+            fn pack(&self, to: &mut $crate::pack::Packer<'_>) {
+                $($crate::pack::Packed::pack(&self.$field, to);)*
             }
-            fn unpack(from: &mut $crate::sink::pack::Unpacker<'_>) -> Option<Self> {
+            fn unpack(from: &mut $crate::pack::Unpacker<'_>) -> Option<Self> {
                 Some(Self { $($field: from.take()?),* })
             }
         }
     )*};
 }
-pub(crate) use packed;
+pub use packed;
 packed!(Direction { tilt, lean });
 
 impl Packed for bool {

@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::disk::open_of_result;
 use crate::error::Error;
-use crate::sink::run_json::FORMAT;
+use crate::run_json::FORMAT;
 use crate::text_file::{Limit, TextFile};
 
 /// Name of the record.

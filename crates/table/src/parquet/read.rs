@@ -10,7 +10,7 @@ use parquet::file::reader::{FileReader, RowGroupReader, SerializedFileReader};
 
 use crate::error::{Error, InputError};
 use crate::kernel::gpu::quietly;
-use crate::sink::columns::{Columns, Values, Words};
+use crate::columns::{Columns, Values, Words};
 
 /// Rows of a table in their order.
 pub struct Reader {

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::record::RUN;
 use super::{Folder, RESULT, UNPLACED, Written, disk, replace, work};
 use crate::error::Error;
-use crate::sink::unfinished;
+use crate::unfinished;
 
 impl Folder {
     /// Puts all files in their final place, at once or, where a folder is there, by renames that are always carried through.

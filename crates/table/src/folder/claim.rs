@@ -11,7 +11,7 @@ use super::question::Question;
 use super::record::{Listed, RUN, Record};
 use super::{JOURNAL, PREFIX, RESULT, UNPLACED, WORK};
 use crate::error::{Error, InputError};
-use crate::sink::shard::Shard;
+use crate::shard::Shard;
 
 /// A result that took longer is not replaced by another question without `--force`, seconds.
 pub(super) const LONG: f64 = 60.0;

@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use super::disk::{hash_file, open_regular, place};
 use super::record::Listed;
 use crate::error::Error;
-use crate::sink::pack::packed;
+use crate::pack::packed;
 
 /// The files that are written, each once it is closed.
 #[derive(Debug, Clone, Default)]

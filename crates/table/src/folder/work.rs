@@ -14,8 +14,8 @@ use serde::{Deserialize, Serialize};
 use super::claim::{LONG, refuse};
 use super::disk::{names_in, open_regular, remove_folder, sync};
 use crate::error::Error;
-use crate::sink::pack::{Packer, checked};
-use crate::sink::unfinished::{self, Unfinished};
+use crate::pack::{Packer, checked};
+use crate::unfinished::{self, Unfinished};
 
 /// Where the complete part of a result lies.
 pub const WORK: &str = ".vibrissa-unfinished";

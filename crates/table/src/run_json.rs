@@ -7,7 +7,6 @@ use serde_json::{Value, json};
 
 use super::folder::hash;
 use super::pack::{Packed, Packer, Unpacker, packed};
-use crate::backend::Backend;
 use crate::combinations::Combinations;
 use crate::reduce::{Largest, Sweeps};
 use crate::scene::{Column, Spec, Study};
@@ -197,7 +196,7 @@ pub fn document(command: &str, spec: Value, body: Value) -> Value {
         "format": FORMAT,
         "command": command,
         "version": env!("CARGO_PKG_VERSION"),
-        "commit": option_env!("VIBRISSA_COMMIT"),
+        "commit": crate::COMMIT,
         "spec": spec,
     });
     if let (Some(whole), Value::Object(body)) = (whole.as_object_mut(), body) {
@@ -217,11 +216,11 @@ pub fn varying(study: &Study) -> Vec<&'static str> {
     whisker.chain(rigs).chain(angles.map(|(_, column)| column)).collect()
 }
 
-/// The `run.json` of a sweep; `model_error` says which effects were left off, where that was asked for, `handed_over` which rows a device has
-/// not answered itself.
+/// The `run.json` of a sweep; it ran on `backend`, with `warnings`; `model_error` says which effects were left off, where
+/// that was asked for, `handed_over` which rows a device has not answered itself.
 pub fn of_sweep(
     spec: &Spec,
-    backend: &Backend,
+    (backend, warnings): (&impl Serialize, &[String]),
     c: &Counts,
     seconds: Seconds,
     [model_error, handed_over]: [Option<&Value>; 2],
@@ -230,7 +229,7 @@ pub fn of_sweep(
         "in_force": in_force(spec),
         "ranking": { "by": spec.study.listed_by().name(), "varying": varying(&spec.study) },
         "material_fit": material_fit(spec, Some(c)),
-        "warnings": backend.warnings(&spec.warnings),
+        "warnings": warnings,
         "backend": backend,
         "counts": counts(c),
         "seconds": seconds,

@@ -1,0 +1,22 @@
+//! Where results go: tables, the result folder, `run.json`.
+
+pub mod columns;
+pub mod csv;
+pub mod folder;
+pub mod memory;
+pub mod pack;
+pub mod parquet;
+pub mod rows;
+pub mod run_json;
+pub mod shard;
+pub mod sheet;
+pub mod table;
+pub mod text_file;
+pub mod unfinished;
+
+pub(crate) use vibrissa_core::{combinations, design, error, estimate, reduce, scene, status};
+pub(crate) use vibrissa_evaluate::{evaluate, statistics};
+pub(crate) use vibrissa_kernel as kernel;
+
+/// The commit that the program is built from, where it is known.
+pub const COMMIT: Option<&str> = option_env!("VIBRISSA_COMMIT");
