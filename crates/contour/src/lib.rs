@@ -7,13 +7,12 @@
 
 mod arc;
 mod choice;
-mod covariance;
 mod smooth;
 mod spot;
 
 pub use arc::Arc;
 pub use choice::{Chosen, Judged, Nothing, choose};
-pub use covariance::Covariance;
+pub use spot::Covariance;
 pub use smooth::{Smooth, ends};
 pub use spot::Spot;
 

@@ -2,7 +2,7 @@
 //! allow (P-splines: Eilers and Marx, Stat. Sci. 11:89, 1996).
 
 use nalgebra::{DMatrix, DVector};
-use vibrissa_learned::algebra::normal;
+use vibrissa_learned::algebra::least;
 
 use super::Sample;
 use super::arc::Arc;
@@ -199,7 +199,7 @@ impl Smooth {
         let scale = (0..n).map(|i| sums.n[(i, i)]).sum::<f64>() / n as f64;
         let m =
             &sums.n + self.basis.roughness() * (stiffness * scale) + DMatrix::identity(n, n) * (1e-9 * scale);
-        normal::solve(&m, &sums.b)
+        least::solve(&m, &sums.b)
     }
 
     /// This one, drawn to the samples with this stiffness.

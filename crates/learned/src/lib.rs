@@ -22,7 +22,6 @@ pub mod joint;
 pub mod labels;
 pub mod newton;
 pub mod plan;
-mod positions;
 pub mod rows;
 pub mod start;
 pub mod suspects;

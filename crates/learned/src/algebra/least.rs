@@ -1,9 +1,7 @@
 //! Nonlinear least squares within bounds: Gauss and Newton's steps in a trust region of the unknowns, which stay at bounds that they push against.
 //! Without bounds a fit stalled where friction was 0 and ν 0.5, since its steps led out of what both may be.
 
-use nalgebra::{DMatrix, DVector};
-
-use super::{normal, singular};
+use nalgebra::{DMatrix, DVector, Dyn, SVD};
 
 /// First and largest radius of the trust region, in unknowns, whose plausible range is about 1.
 const RADIUS: f64 = 0.3;
@@ -113,7 +111,7 @@ fn within(
 
 /// The best step no longer than `radius` where no bound is near.
 fn damped(j: &DMatrix<f64>, r: &DVector<f64>, radius: f64) -> Option<DVector<f64>> {
-    let svd = singular::values(j.clone(), true)?;
+    let svd = values(j.clone(), true)?;
     let (along, right) = (svd.u?.tr_mul(r), svd.v_t?.transpose());
     let of = |lambda: f64| {
         let part = |s: f64, b: f64| if s == 0.0 { 0.0 } else { -s * b / (s * s + lambda) };
@@ -199,7 +197,7 @@ pub fn by_values(
     let problem = ByValues { residuals, h, scale: &scale, bounds };
     let Ok(at) = minimise(&problem, scaled, start.to_vec(), &scaled_bounds, settled);
     let j = differences(residuals, &at, h, bounds)?;
-    let (_, covariance) = normal::solve(&j.tr_mul(&j), &DVector::zeros(at.len()))?;
+    let (_, covariance) = solve(&j.tr_mul(&j), &DVector::zeros(at.len()))?;
     Some(Minimum { residuals: residuals(&at)?, covariance, at })
 }
 
@@ -230,6 +228,37 @@ impl Problem for ByValues<'_> {
     }
 }
 
+/// Solution of `n` x = `b`, and the inverse of `n`; `None` where it is singular or holds what is no finite number.
+pub fn solve(n: &DMatrix<f64>, b: &DVector<f64>) -> Option<(DVector<f64>, DMatrix<f64>)> {
+    let m = n.nrows();
+    let scale: Vec<f64> = (0..m).map(|i| n[(i, i)].sqrt()).collect();
+    if !scale.iter().all(|s| *s > 0.0 && s.is_finite()) {
+        return None;
+    }
+    let scaled = DMatrix::from_fn(m, m, |i, k| n[(i, k)] / (scale[i] * scale[k])).cholesky()?.inverse();
+    let inverse = DMatrix::from_fn(m, m, |i, k| scaled[(i, k)] / (scale[i] * scale[k]));
+    let x = &inverse * b;
+    (x.iter().chain(inverse.iter()).all(|c| c.is_finite())).then_some((x, inverse))
+}
+
+/// Most steps; a matrix of a handful of columns takes dozens.
+const STEPS: usize = 10_000;
+
+/// Singular values in no particular order, with the right vectors, and the left ones if `left`; `None` of an empty matrix and of
+/// one that holds, or leads to, what is no finite number.
+pub fn values(matrix: DMatrix<f64>, left: bool) -> Option<SVD<f64, Dyn, Dyn>> {
+    let finite = |x: &f64| x.is_finite();
+    if matrix.is_empty() || !matrix.iter().all(finite) {
+        return None;
+    }
+    let svd = SVD::try_new_unordered(matrix, left, true, 5.0 * f64::EPSILON, STEPS)?;
+    let sound = |m: &DMatrix<f64>| m.iter().all(finite);
+    let all = svd.singular_values.iter().all(finite)
+        && svd.v_t.as_ref().is_none_or(sound)
+        && svd.u.as_ref().is_none_or(sound);
+    all.then_some(svd)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -254,5 +283,34 @@ mod tests {
         let rank = by_values(&|x| Some(vec![x[0] - 1.0]), &[0.0, 0.0], &[1e-5, 1e-5], &free, 1e-14);
         assert!(rank.is_none());
         assert!(by_values(&|_| None, &[0.0], &[1e-5], &free, 1e-14).is_none());
+    }
+
+    #[test]
+    fn units_do_not_matter_and_what_is_not_determined_is_told() {
+        let n = DMatrix::from_row_slice(2, 2, &[4e12, 1.0, 1.0, 1e-12]);
+        let x = DVector::from_column_slice(&[3e-6, 5e6]);
+        let (found, inverse) = solve(&n, &(&n * &x)).unwrap();
+        assert!((found - &x).component_div(&x).amax() < 1e-12);
+        assert!((&n * inverse - DMatrix::identity(2, 2)).map(|e| e * 1e-12).amax() < 1e-12);
+        assert!(solve(&DMatrix::from_element(2, 2, 1.0), &DVector::zeros(2)).is_none());
+        assert!(solve(&DMatrix::from_element(1, 1, f64::NAN), &DVector::zeros(1)).is_none());
+        assert!(solve(&DMatrix::zeros(1, 1), &DVector::zeros(1)).is_none());
+    }
+
+    #[test]
+    fn what_is_no_number_has_none() {
+        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert!(values(DMatrix::from_row_slice(3, 2, &[1.0, 2.0, 3.0, bad, 5.0, 6.0]), true).is_none());
+        }
+        assert!(values(DMatrix::zeros(0, 2), true).is_none());
+        let svd = values(DMatrix::from_row_slice(3, 2, &[3.0, 0.0, 0.0, 4.0, 0.0, 0.0]), true).unwrap();
+        assert!(
+            (svd.singular_values.max() - 4.0).abs() < 1e-14
+                && (svd.singular_values.min() - 3.0).abs() < 1e-14
+        );
+        assert!(values(DMatrix::zeros(3, 2), false).is_some_and(|s| s.singular_values.max() == 0.0));
+        // Whatever the sizes: an answer or none.
+        let _ =
+            values(DMatrix::from_row_slice(3, 2, &[1e300, 1e-300, f64::MAX, -f64::MAX, 5e-324, 0.0]), true);
     }
 }

@@ -10,11 +10,9 @@
 //! once for each tap, and be too sure.
 
 mod around;
-mod combined;
 mod course;
 mod expected;
 mod modes;
-mod nuisance;
 mod object;
 mod outlook;
 mod posterior;
@@ -23,17 +21,19 @@ mod stroke;
 #[cfg(test)]
 mod tests;
 
+
+pub use course::{Course, Told as ToldCourse};
+pub use object::{Object, integrate};
+pub use outlook::Outlook;
+pub use stroke::Stroke;
+
 use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
 
 use crate::base::Base;
 use crate::curve::{Curve, OF_RUN, Offset};
 use crate::invert::{Inverse, POINTS, prior};
-pub use combined::Combined;
-pub use course::{Course, Told as ToldCourse};
-pub use nuisance::Nuisance;
-pub use object::{Object, integrate};
-pub use outlook::Outlook;
-pub use stroke::Stroke;
 
 /// Shared numbers that move no signal by more than this share of a variance count as noise.
 const SMALL: f64 = 1e-4;
@@ -306,4 +306,70 @@ fn slopes(t: f64) -> [f64; NEAR] {
         };
         (0..NEAR).filter(|m| *m != i).map(term).sum()
     })
+}
+
+/// By how much such a number changes the signal of a tap, in shares of it: on a grid of ln a and drive, each evenly spaced.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Nuisance {
+    /// First and last ln a, first and last drive.
+    pub ends: [[f64; 2]; 2],
+    /// Number of values of ln a.
+    pub rows: usize,
+    /// Mean change and its standard deviation, drive after drive for each ln a.
+    pub changes: Vec<[f64; 2]>,
+}
+
+impl Nuisance {
+    /// Mean change of a tap at ln a = x by the drive `u`, and its standard deviation; beyond the grid that of its edge.
+    pub fn at(&self, x: f64, u: f64) -> [f64; 2] {
+        let columns = self.changes.len() / self.rows;
+        let place = |v: f64, [first, last]: [f64; 2], n: usize| {
+            let s = if last > first {
+                ((v - first) / (last - first)).clamp(0.0, 1.0) * (n - 1) as f64
+            } else {
+                0.0
+            };
+            let k = (s as usize).min(n.saturating_sub(2));
+            (k, s - k as f64)
+        };
+        let ((i, s), (j, t)) = (place(x, self.ends[0], self.rows), place(u, self.ends[1], columns));
+        let value = |i: usize, j: usize| self.changes[i.min(self.rows - 1) * columns + j.min(columns - 1)];
+        std::array::from_fn(|k| {
+            let along = |i: usize| (1.0 - t) * value(i, j)[k] + t * value(i, j + 1)[k];
+            (1.0 - s) * along(i) + s * along(i + 1)
+        })
+    }
+}
+
+/// At each point in ln a: ln of the posterior of signals y is `height` − ½ |`root` (y − `signals`)|².
+#[derive(Debug, Clone)]
+pub struct Combined {
+    /// Signal of each tap.
+    pub signals: Vec<Vec<f64>>,
+    /// ln of the prior and of the density at its middle.
+    pub heights: Vec<f64>,
+    /// Inverse of Cholesky's factor of the covariance, its lower triangle row by row.
+    pub roots: Vec<Vec<f64>>,
+}
+
+impl Joint {
+    /// Of taps by `drives`, each of a new run, above one zero that is known; `None` where a covariance has no root.
+    pub fn combined(&self, drives: &[f64]) -> Option<Combined> {
+        let (n, width) = (drives.len(), self.width());
+        let slices: Vec<Vec<f64>> = drives.iter().map(|u| self.slice(*u, false, 0..POINTS)).collect();
+        let mut all = Combined { signals: Vec::new(), heights: Vec::new(), roots: Vec::new() };
+        for k in 0..POINTS {
+            let points: Vec<&[f64]> = slices.iter().map(|s| &s[k * width..(k + 1) * width]).collect();
+            let shared = DMatrix::from_fn(n, width - 2, |i, j| points[i][2 + j]);
+            let noise = DMatrix::from_diagonal(&DVector::from_fn(n, |i, _| points[i][1]));
+            let factor = (&shared * shared.transpose() + noise).cholesky()?.l();
+            let root = factor.solve_lower_triangular(&DMatrix::identity(n, n))?;
+            all.signals.push(points.iter().map(|p| p[0]).collect());
+            all.heights.push(
+                self.prior(self.x(k), [0.0; 2]) - factor.diagonal().iter().map(|x| x.ln()).sum::<f64>(),
+            );
+            all.roots.push((0..n).flat_map(|i| (0..=i).map(move |j| (i, j))).map(|at| root[at]).collect());
+        }
+        Some(all)
+    }
 }
