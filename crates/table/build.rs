@@ -3,7 +3,9 @@
 use std::process::Command;
 
 fn main() {
-    for path in ["../../.git/HEAD", "../../.git/logs/HEAD"].into_iter().filter(|p| std::path::Path::new(p).exists()) {
+    for path in
+        ["../../.git/HEAD", "../../.git/logs/HEAD"].into_iter().filter(|p| std::path::Path::new(p).exists())
+    {
         println!("cargo:rerun-if-changed={path}");
     }
     println!("cargo:rerun-if-changed=build.rs");

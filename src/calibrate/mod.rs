@@ -27,7 +27,6 @@ pub mod second;
 pub mod several;
 pub mod side;
 mod told;
-mod winner;
 mod zero;
 
 pub use crate::estimator::reason::Reason;
@@ -45,7 +44,7 @@ use crate::measure::columns::may_drive;
 use crate::measure::group::Groups;
 use crate::measure::lag::Lag;
 use crate::measure::text::plain;
-use crate::measure::{Data, Rig, counts, signed, zero::Zero};
+use crate::measure::{Data, Rig, counts, unit, zero::Zero};
 use crate::scene::{Drive, RunOptions, Side};
 use crate::simulate;
 use prepare::Prepared;
@@ -130,7 +129,7 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
     let mut rig = rig.clone();
     let mut warnings = Vec::new();
     let data = &data.rounded(options.group.map(|width| width == Some(0.0)));
-    let folded = signed::folded(data);
+    let folded = unit::folded(data);
     if folded.is_some() {
         warnings.push(format!(
             "{}: signals say that drives below 0 are taps to the other side: their size counts, of readings too",
@@ -198,7 +197,7 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
     }
     let knows = |s: &SideResult| {
         let rms = |e: &&'static dyn Estimator| s.held_out(*e).and_then(|h| h.rms(|_| true).0);
-        ALL.iter().filter_map(rms).any(|rms| rms < winner::range(s))
+        ALL.iter().filter_map(rms).any(|rms| rms < order::range(s))
     };
     if !results.iter().all(knows) {
         return Err(remarks::nothing_known(data, &rig, &results).into());
@@ -218,7 +217,7 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
     }
     // Distance and tilt of two gauges are told by the model that has both.
     let both = beside.is_some() && results.iter().all(|s| s.has(EXACT));
-    let winner = if both { EXACT } else { winner::of(&results) };
+    let winner = if both { EXACT } else { order::of(&results) };
     if !both && winner.name() != LEARNED.name() {
         warnings.push(format!(
             "{}: learned tells distances that it has not seen no better than a guess of the middle, {} does: it answers by default",

@@ -5,10 +5,10 @@ use nalgebra::{DMatrix, DVector};
 use super::{Reason, SideResult};
 use crate::curve::both;
 use crate::error::{Error, InputError};
-use crate::estimator::model::error::ModelError;
+use crate::estimator::least;
 use crate::estimator::model::exact::{Extent, Opener};
+use crate::estimator::model::form::ModelError;
 use crate::estimator::model::pair::{Pair, Place};
-use crate::estimator::normal;
 use crate::estimator::taps::{Tap, ZeroReading};
 use crate::locate::calibration::Second;
 use crate::measure::zero::Zero;
@@ -164,7 +164,7 @@ fn fit(rows: &[Row], factor: f64, noise: f64) -> Option<Second> {
             let known = if tilted { 0.0 } else { s2 * f64::cos(angle) * across(r) };
             b += DVector::from_vec(terms(r)) * (r.signal - s2 * r.strains[0] - known);
         }
-        let (x, inverse) = normal::solve(&n, &b)?;
+        let (x, inverse) = least::solve(&n, &b)?;
         covariance = inverse;
         (s2, angle) = match tilted {
             true => (x[0].hypot(x[1]).copysign(x[1]), (x[0] / x[1]).atan()),

@@ -3,8 +3,8 @@
 use crate::error::Error;
 use crate::estimator::cells::grouped;
 use crate::estimator::learnt::Learnt;
-use crate::estimator::model::error::ModelError;
 use crate::estimator::model::exact::{Opener, Parameter};
+use crate::estimator::model::form::ModelError;
 use crate::estimator::taps::Tap;
 use crate::estimator::{
     fit::{Taring, Task},

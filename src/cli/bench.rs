@@ -20,16 +20,16 @@ use vibrissa::scene::{BackendChoice, Precision, RunOptions};
 use vibrissa::sink::folder::Written;
 
 use super::args::Bench;
-use super::number::rough;
 use super::progress::Steps;
 use super::reply::Reply;
-use super::{apart, interrupt, kept, say};
+use super::say::rough;
+use super::{apart, interrupt, say};
 
 /// Measures, or says what would be measured.
 pub fn run(args: &Bench) -> Result<Reply, Error> {
     let options = args.common.over(&RunOptions::default());
     let quiet = options.quiet == Some(true);
-    super::begun::threads(&options)?;
+    super::interrupt::threads(&options)?;
     if let Some(t) = options.tolerance {
         let least = smallest_tolerance(options.precision.unwrap_or(Precision::F64));
         if !(least..1.0).contains(&t) {
@@ -56,7 +56,7 @@ pub fn run(args: &Bench) -> Result<Reply, Error> {
     let (measured, done) = measured(&settings, &places, scratch.path(), &Steps::new(steps as u64, quiet))?;
     drop(scratch);
     let stopped = (done < steps).then_some([done, steps]);
-    let kept = stopped.is_none() || (!measured.is_empty() && (force || !kept::is_whole(folder.older())));
+    let kept = stopped.is_none() || (!measured.is_empty() && (force || !interrupt::is_whole(folder.older())));
     let noise = Noise::of(&measured, &places);
     say::warnings(quiet, noise.warning());
     let mut text = summary(&measured, &places);
@@ -74,7 +74,7 @@ pub fn run(args: &Bench) -> Result<Reply, Error> {
         seconds: json!({ "total": begun.elapsed().as_secs_f64() }),
         backend: backends(&places),
         result: result(&measured, &noise, &places),
-        broken: stopped.map(|_| kept::words(&what, measured.is_empty(), kept, &out)),
+        broken: stopped.map(|_| interrupt::last_words(&what, measured.is_empty(), kept, &out)),
         out: Some(out),
         files,
         quiet,

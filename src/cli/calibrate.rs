@@ -14,7 +14,7 @@ use vibrissa::sink::folder::{Folder, Question, hash};
 use vibrissa::sink::run_json;
 
 use super::args::Calibrate;
-use super::begun::prepared;
+use super::interrupt::prepared;
 use super::reply::Reply;
 use super::say;
 

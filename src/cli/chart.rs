@@ -11,7 +11,7 @@ use vibrissa::sink::run_json;
 use vibrissa::spec;
 
 use super::args::Chart;
-use super::begun::begun;
+use super::interrupt::begun;
 use super::reply::Reply;
 
 const FILE: &str = "chart.json";

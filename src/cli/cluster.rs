@@ -13,8 +13,8 @@ use vibrissa::sink::shard::Shard;
 use vibrissa::spec;
 
 use super::args::Cluster;
-use super::number::{grouped, rough};
 use super::reply::{self, Reply};
+use super::say::{grouped, rough};
 use super::{listed, say};
 
 /// The scripts, as they are in `src/cli/slurm`.

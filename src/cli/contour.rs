@@ -42,7 +42,7 @@ pub fn run(args: &Contour) -> Result<Reply, Error> {
         let data = args.data.display();
         return Ok(Reply::planned(out, |to| format!("would trace the points of {data} to {to}")));
     }
-    super::begun::threads(&options)?;
+    super::interrupt::threads(&options)?;
     let label = |path: &Path| path.display().to_string();
     let known = args.truth.as_deref().map(label);
     let question = traced::Question {

@@ -14,7 +14,7 @@ use vibrissa::sink::unfinished::Unfinished;
 use vibrissa::spec;
 
 use super::args::Explore;
-use super::begun::begun;
+use super::interrupt::begun;
 use super::reply::Reply;
 use super::say;
 

@@ -3,14 +3,19 @@
 //! A thread of its own waits for them, so that a run that is blocked, where no data come or a file does not open, hears them
 //! too. A signal that was ignored when the program started (`nohup`, jobs in the background of a script) stays ignored.
 
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-use vibrissa::kernel::gpu::left_behind;
-use vibrissa::sink::unfinished;
+use serde_json::Value;
 
+use super::args::Common;
 use super::{reply, say};
+use vibrissa::error::Error;
+use vibrissa::kernel::gpu::left_behind;
+use vibrissa::scene::{RunOptions, Spec};
+use vibrissa::sink::unfinished;
 
 /// Time in which a run that was asked to stop must have stopped.
 const GRACE: Duration = Duration::from_millis(1200);
@@ -164,4 +169,45 @@ pub fn listen() {
         }
         first();
     });
+}
+
+/// Sets the number of CPU threads that was asked for.
+pub(super) fn threads(options: &RunOptions) -> Result<(), Error> {
+    let Some(n) = options.threads else { return Ok(()) };
+    rayon::ThreadPoolBuilder::new().num_threads(n).build_global().map_err(|e| Error::Run(e.to_string()))
+}
+
+/// Options of spec and command line; starts the threads they ask for, and JSON if they ask for it.
+pub(super) fn prepared(common: &Common, spec: &Spec) -> Result<RunOptions, Error> {
+    let options = common.over(&spec.run);
+    reply::in_json(options.json == Some(true));
+    threads(&options)?;
+    Ok(options)
+}
+
+/// As [`prepared`], and tells the warnings about `spec`; whether the command is to be quiet.
+pub(super) fn begun(common: &Common, spec: &Spec) -> Result<(RunOptions, bool), Error> {
+    let options = prepared(common, spec)?;
+    let quiet = options.quiet == Some(true);
+    say::warnings(quiet, &spec.warnings);
+    Ok((options, quiet))
+}
+
+/// Whether an older result is whole: a part of a new one does not take its place, unless that is forced.
+pub fn is_whole(older: Option<&Value>) -> bool {
+    older.is_some_and(|run| run["stopped"].is_null())
+}
+
+/// The last words: `done` of it, such as "3 of 34 taps", was finished; `kept` in `out`, or nothing was, or an older result stays.
+pub fn last_words(done: &str, nothing: bool, kept: bool, out: &Path) -> String {
+    let out = out.display();
+    match (nothing, kept) {
+        (true, _) => "interrupted before the first result; nothing was written".to_owned(),
+        (_, true) => format!("interrupted; what {done} show is kept in {out}"),
+        (_, false) => {
+            format!(
+                "interrupted after {done}; nothing was written: {out} holds a whole result (--force replaces it)"
+            )
+        }
+    }
 }

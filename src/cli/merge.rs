@@ -6,8 +6,8 @@ use serde_json::json;
 use vibrissa::error::Error;
 
 use super::args::Merge;
-use super::number::grouped;
 use super::reply::Reply;
+use super::say::grouped;
 use super::{listed, say};
 
 /// Rows up to which what is recommended is told.

@@ -12,7 +12,7 @@ use vibrissa::needed::Needed;
 use vibrissa::optimise::report::Design;
 use vibrissa::optimise::{
     self, Ended, Report, Step, Target, Watch,
-    why::{bias, why},
+    blame::{bias, why},
     write,
 };
 use vibrissa::report::answer_of;
@@ -24,11 +24,11 @@ use vibrissa::sink::table::drive_unit;
 use vibrissa::{files, spec};
 
 use super::args::Optimise;
-use super::begun::begun;
 use super::interrupt;
-use super::number::{grouped, rough};
+use super::interrupt::begun;
 use super::reply::Reply;
 use super::say;
+use super::say::{grouped, rough};
 use super::sweep::where_and_why;
 
 /// What to say of a search that a signal ended.

@@ -17,7 +17,7 @@ use vibrissa::sink::table::drive_unit;
 use vibrissa::spec;
 
 use super::args;
-use super::begun::prepared;
+use super::interrupt::prepared;
 use super::reply::Reply;
 use super::say;
 

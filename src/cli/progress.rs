@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use vibrissa::progress::Progress;
 
-use super::number::{grouped, rough};
 use super::say;
+use super::say::{grouped, rough};
 
 /// Time between plain lines.
 const EVERY: Duration = Duration::from_secs(5);

@@ -10,7 +10,7 @@ use vibrissa::sink::run_json;
 use vibrissa::{shape, spec};
 
 use super::args::Shape;
-use super::begun::begun;
+use super::interrupt::begun;
 use super::reply::Reply;
 
 /// Writes the shapes of a spec's taps: few, so by the reference unless something else is asked for.

@@ -12,7 +12,7 @@ use vibrissa::sink::run_json;
 use vibrissa::spec;
 
 use super::args::Simulate;
-use super::begun::prepared;
+use super::interrupt::prepared;
 use super::reply::Reply;
 use super::say;
 use super::several::of_one_signal;

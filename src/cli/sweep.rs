@@ -19,11 +19,11 @@ use vibrissa::tap::k_names;
 use vibrissa::{files, spec};
 
 use super::args::Sweep;
-use super::begun::begun;
-use super::number::{grouped, rough};
+use super::interrupt::begun;
 use super::progress::Shown;
 use super::reply::Reply;
 use super::say;
+use super::say::{grouped, rough};
 use super::{best, explain, interrupt};
 
 /// Reads the spec and runs it, says what would run, or explains it (`--explain` overrules `plan` in the spec).

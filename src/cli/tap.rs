@@ -5,7 +5,7 @@ use std::fmt::Write;
 use serde_json::json;
 use vibrissa::error::{Error, SolveError};
 use vibrissa::needed::Needed;
-use vibrissa::optimise::why::bias;
+use vibrissa::optimise::blame::bias;
 use vibrissa::progress::Progress;
 use vibrissa::report::answer::of_tap;
 use vibrissa::report::quantity::short;
@@ -17,8 +17,8 @@ use vibrissa::tap::{self, Report, Sample};
 use vibrissa::{files, spec};
 
 use super::args::{Tap, TapObjective};
-use super::begun::begun;
 use super::interrupt;
+use super::interrupt::begun;
 use super::progress::Shown;
 use super::reply::Reply;
 use super::say;

@@ -19,7 +19,7 @@ use super::faults::broken;
 use super::progress::Shown;
 use super::reply::{self, Reply};
 use super::say;
-use super::{apart, interrupt, kept};
+use super::{apart, interrupt};
 
 /// Taps that the reference solves in a second on one core, to the order of magnitude; only for `--plan`.
 const REFERENCE_RATE: f64 = 500.0;
@@ -44,7 +44,7 @@ pub fn run(args: &Verify) -> Result<Reply, Error> {
     let options = &asked.options;
     let quiet = options.quiet == Some(true);
     reply::in_json(options.json == Some(true));
-    super::begun::threads(options)?;
+    super::interrupt::threads(options)?;
     let places = verify::present(options, bound(args)?)?;
     say::warnings(quiet, asked.spec.iter().flat_map(|s| &s.warnings));
     if options.backend.is_none() && !places.iter().any(|p| p.backend().name == "gpu") {
@@ -69,7 +69,7 @@ pub fn run(args: &Verify) -> Result<Reply, Error> {
     let backends: Vec<Backend> = places.iter().map(|p| p.backend().clone()).collect();
     let (lines, done) = solved(cases, places, &Shown::new(taps, quiet))?;
     let stopped = (done < taps).then_some([done, taps]);
-    let kept = stopped.is_none() || (!lines.is_empty() && (force || !kept::is_whole(folder.older())));
+    let kept = stopped.is_none() || (!lines.is_empty() && (force || !interrupt::is_whole(folder.older())));
     let mut text = table(&lines, &on);
     let (mut files, mut removed) = (Vec::new(), Vec::new());
     let seconds = start.elapsed().as_secs_f64();
@@ -89,7 +89,7 @@ pub fn run(args: &Verify) -> Result<Reply, Error> {
         let _ = writeln!(text, "wrote {} in {seconds:.1} s", super::listed(&files));
     }
     let what = format!("{done} of {taps} taps");
-    let cut = stopped.map(|_| kept::words(&what, lines.is_empty(), kept, &asked.out));
+    let cut = stopped.map(|_| interrupt::last_words(&what, lines.is_empty(), kept, &asked.out));
     let faults = [cut, broken(&lines, &on)].into_iter().flatten().collect::<Vec<_>>();
     Ok(Reply {
         answer: if kept { answer_of(&asked.out) } else { String::new() },

@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 
 use super::point::{Noise, Point};
-use super::pose::Pose;
+use super::truth::Pose;
 use crate::combinations::Combinations;
 use crate::error::{Error, InputError, nearest};
 use crate::locate::object::{Objects, Together};
-use crate::locate::shift::{SHIFT, shift_column};
+use crate::locate::sequence::{SHIFT, shift_column};
 use crate::locate::stream::Ask;
 use crate::locate::table::{Readings, field};
 use crate::locate::{Answerer, Locator};

@@ -7,8 +7,6 @@ pub use vibrissa_contour as curve;
 
 pub mod array;
 pub mod point;
-pub mod pose;
-pub mod rows;
 pub mod stroke;
 pub mod trace;
 pub mod traced;

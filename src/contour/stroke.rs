@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::curve::Covariance;
 use super::point::{Noise, Point};
-use super::pose::Pose;
+use super::truth::Pose;
 use crate::estimator::least::{FREE, Minimum, by_values, slopes};
 use crate::locate::Locator;
 use crate::locate::table::Reading;

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::curve::{Chosen, Kind, Nothing, Sample, choose};
 use super::point::{Noise, Point};
-use super::rows::{Placed, placed};
+use super::point::{Placed, placed};
 use super::stroke::{FEWEST, swept};
 use crate::error::{Error, InputError, SolveError};
 use crate::locate::Locator;

@@ -8,16 +8,14 @@ use indexmap::IndexMap;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use super::{
-    Answers, Estimator, Fault, Forward, Judged, Known, LeaveOut, Opening, Shape, SideRecord, normal,
-};
+use super::{Answers, Estimator, Fault, Forward, Judged, Known, LeaveOut, Opening, Shape, SideRecord, least};
 use crate::curve::Curve;
 use crate::error::{Error, InputError, SolveError};
 use crate::estimator::fitted::Fit;
 use crate::estimator::held_out::Side as Measured;
 use crate::estimator::model::Found;
-use crate::estimator::model::error::ModelError;
 use crate::estimator::model::exact::{Exact, Extent, HARD, Parameter, Values, spec_values};
+use crate::estimator::model::form::ModelError;
 use crate::measure::Rig;
 use crate::scene::{Contact, Drive};
 use crate::status::Status;
@@ -190,7 +188,7 @@ fn step_without(side: &Measured<'_>, fit: &Fit, gone: &Range<usize>) -> Option<D
         n += row.transpose() * &row;
         b += row.transpose() * (fit.residuals[k] / fit.deviations[k]);
     }
-    Some(normal::solve(&n, &b)?.0)
+    Some(least::solve(&n, &b)?.0)
 }
 
 /// Drives whose curves are kept.

@@ -6,8 +6,8 @@ use nalgebra::{DMatrix, DVector};
 use super::cells::Cell;
 use super::fitted::Fit;
 use super::least;
-use crate::estimator::model::error::ModelError;
 use crate::estimator::model::exact::{Exact, Extent, Opener, Parameter, Values, spec_values};
+use crate::estimator::model::form::ModelError;
 use crate::estimator::model::parameter::width;
 use crate::measure::Rig;
 use crate::physics::solid::is_solid;
@@ -194,7 +194,7 @@ impl Task<'_> {
         if j.nrows() < j.ncols() {
             return None;
         }
-        let svd = super::singular::values(j, false)?;
+        let svd = least::values(j, false)?;
         let v = svd.v_t?.transpose();
         let largest = svd.singular_values.max();
         if svd.singular_values.min().partial_cmp(&(largest * 1e-11)) != Some(std::cmp::Ordering::Greater) {

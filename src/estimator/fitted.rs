@@ -2,7 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::normal;
+use super::learnt::Inverted;
+use super::least;
+use super::model::polynomial::Polynomial;
 use crate::estimator::model::exact::{Exact, Parameter};
 
 /// A fit.
@@ -50,7 +52,7 @@ impl Fit {
         let entry = |r: &Ordered, j: usize| if j < m { self.slopes[(r.cell, j)] } else { r.order - middle };
         let design = DMatrix::from_fn(n, m + 1, |i, j| entry(&rows[i], j) / deviation(&rows[i]));
         let left = DVector::from_iterator(n, rows.iter().map(|r| r.left / deviation(r)));
-        let (step, inverse) = normal::solve(&design.tr_mul(&design), &design.tr_mul(&left))?;
+        let (step, inverse) = least::solve(&design.tr_mul(&design), &design.tr_mul(&left))?;
         let freedom = n.checked_sub(m + 1).filter(|n| *n > 0)? as f64;
         let rest = left - &design * &step;
         let error = ((rest.norm_squared() / freedom).max(1.0) * inverse[(k, k)]).sqrt();
@@ -66,5 +68,44 @@ impl Fit {
         let c = &self.exact.covariance;
         let shift = |i: usize| zero * c[i].iter().zip(pulled.iter()).map(|(c, p)| c * p).sum::<f64>();
         (0..c.len()).map(|i| c[i][i].max(0.0).sqrt().hypot(shift(i))).collect()
+    }
+}
+
+/// What answers one side.
+pub enum Shape<'a> {
+    /// Distance as a polynomial of signal and drive.
+    Direct(&'a Polynomial),
+    /// Signal as a function of distance and drive, read backwards.
+    Inverted(&'a dyn Forward),
+    /// The posterior of a learned curve, from a table.
+    Learned(&'a Inverted),
+}
+
+impl<'a> Shape<'a> {
+    /// The learned curve, if it is one.
+    pub fn learned(self) -> Option<&'a Inverted> {
+        match self {
+            Self::Learned(curve) => Some(curve),
+            _ => None,
+        }
+    }
+}
+
+/// The signal that an estimator expects, and where that is smooth.
+pub trait Forward {
+    /// Distances, ascending, mm, between which [`Self::expected`] is smooth at drives near `drive`. The first and the last are the ends of
+    /// what is answered; the last may be infinite.
+    fn knots(&self, drive: f64) -> Vec<f64>;
+
+    /// |signal| expected of a tap at a (mm) by `drive`.
+    fn expected(&self, a: f64, drive: f64) -> f64;
+
+    /// Its variance, which the noise of the calibration leaves.
+    fn variance(&self, a: f64, drive: f64) -> f64;
+
+    /// Share of the signal at the farthest distance, 0 to 1, above which a distance on the near side of the peak is ambiguous although no other
+    /// one is known.
+    fn alone(&self) -> f64 {
+        1.0
     }
 }

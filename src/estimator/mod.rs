@@ -15,7 +15,6 @@ pub mod model;
 pub mod paper;
 pub mod reason;
 pub mod registry;
-pub mod shape;
 pub mod taps;
 
 use std::fmt;
@@ -27,11 +26,11 @@ use crate::estimator::held_out::Side as Measured;
 use crate::measure::Rig;
 use crate::scene::Side;
 use crate::status::Status;
+pub use fitted::{Forward, Shape};
 use model::Found;
 use model::exact::Opener;
 pub use registry::{ALL, SideRecord};
-pub use shape::{Forward, Shape};
-pub use vibrissa_learned::algebra::{least, normal, singular};
+pub use vibrissa_learned::algebra::least;
 
 /// Distances of which those between the first and the last are enough to judge by.
 const BETWEEN: usize = 5;

@@ -7,7 +7,7 @@ use crate::chart::function::over_drives;
 use crate::chart::ranges::holds;
 use crate::error::SolveError;
 use crate::physics::linear::{StrainCurve, shear_length2};
-use crate::physics::{onset::Grip, root::bracketed, solid::is_solid, taper::Taper};
+use crate::physics::{inverse::bracketed, onset::Grip, solid::is_solid, taper::Taper};
 use crate::scene::{Contact, Drive, Material, Setup, Side, Signal, Theory, Tuple};
 
 use super::domain::Domain;

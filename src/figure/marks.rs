@@ -2,12 +2,12 @@
 
 use ttf_parser::Face;
 
+use super::colour::Shades;
 use super::colour::{self, Rgb};
 use super::data::{Along, Cells, Mark, Marker};
 use super::drawing::{Anchor, Drawing, Rect, Stroke, circle, closed, open};
 use super::font::length;
 use super::scale::Scale;
-use super::shades::Shades;
 
 /// Width of lines of data, pt.
 pub const LINE: f64 = 1.1;

@@ -4,7 +4,6 @@
 //! writers of the same list, so that the files look alike. Text is measured and drawn with one font, which is built in, or of the user.
 
 mod axes;
-mod bar;
 mod colour;
 mod data;
 pub mod drawing;
@@ -16,7 +15,6 @@ mod parallel;
 pub mod pdf;
 pub mod png;
 mod scale;
-mod shades;
 pub mod sheet;
 pub mod svg;
 

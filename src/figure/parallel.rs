@@ -1,14 +1,14 @@
 //! Parallel coordinates on paper.
 
 use super::axes::LEADING;
+use super::colour::Shades;
 use super::colour::{INK, MUTED, along};
 use super::data::Parallel;
 use super::drawing::{Anchor, Drawing, MM, Rect, Stroke, open};
 use super::font::{length, lines};
 use super::key::Entry;
 use super::scale::Scale;
-use super::shades::Shades;
-use super::{Style, bar, key, marks};
+use super::{Style, key, marks};
 
 /// Least height of an axis, as a multiple of the text's size.
 const LEAST: f64 = 14.0;
@@ -25,7 +25,7 @@ pub fn lay(p: &Parallel, style: &Style) -> Drawing {
     let shades = Shades::Scale(colours);
     let (left, bottom) = (4.0 * size, 1.2 * size);
     // Words of the last axis reach beyond it.
-    let right = 2.5 * size + bar::width(by, &shades, MM * 0.5 * style.width, &face, size);
+    let right = 2.5 * size + key::bar_width(by, &shades, MM * 0.5 * style.width, &face, size);
     let gap = ((w - left - right) / (p.axes.len().max(2) - 1) as f64).max(2.0 * size);
     let broken = |room: f64| -> Vec<Vec<String>> {
         p.axes.iter().map(|a| lines(&face, &a.label, (room - 4.0) / size)).collect()
@@ -75,7 +75,7 @@ pub fn lay(p: &Parallel, style: &Style) -> Drawing {
         }
     }
     let beside = Rect { x: left, y: top, w: last - left + 1.5 * size, h: high };
-    bar::draw(&mut d, by, &shades, beside, &face, size);
+    key::draw_bar(&mut d, by, &shades, beside, &face, size);
     if (0..p.values.len()).any(muted) {
         let entry = Entry::line(&p.why, MUTED);
         d.size[1] = key::draw(&mut d, &[entry], [left, h], w, &face, size) + 3.0;

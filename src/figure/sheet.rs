@@ -3,13 +3,13 @@
 use ttf_parser::Face;
 
 use super::axes::LEADING;
+use super::colour::Shades;
 use super::data::{Cells, Figure, Mark, Panel};
 use super::drawing::{Anchor, Drawing, MM, Rect};
 use super::font::{length, lines};
 use super::marks::{self, Place};
 use super::scale::Scale;
-use super::shades::Shades;
-use super::{Style, axes, bar, key, notes, parallel};
+use super::{Style, axes, key, notes, parallel};
 
 /// Gap between the columns of a paper, mm.
 const GUTTER: f64 = 5.0;
@@ -88,7 +88,7 @@ impl Table {
                 for (panel, [_, y]) in row {
                     more_left = more_left.max(axes::left(panel, y, room.high, face, size));
                     if let Some(cells) = mapped(panel) {
-                        let bar = bar::width(&cells.of, &Shades::of(cells), room.high, face, size);
+                        let bar = key::bar_width(&cells.of, &Shades::of(cells), room.high, face, size);
                         more_right = more_right.max(bar);
                     }
                 }
@@ -127,7 +127,7 @@ fn height(panel: &Panel, [x, y]: &[Scale; 2], wide: f64, face: &Face<'_>, size: 
     if panel.to_scale {
         return (wide * (y.ends[1] - y.ends[0]) / (x.ends[1] - x.ends[0])).clamp(0.2 * wide, 2.0 * wide);
     }
-    let bar = mapped(panel).map_or(0.0, |c| bar::TEXT * length(face, &c.of.text()));
+    let bar = mapped(panel).map_or(0.0, |c| key::TEXT * length(face, &c.of.text()));
     let titles = length(face, &panel.y.text()).max(bar) * size + 0.01;
     let words = panel.y.words.len() as f64;
     (ASPECT * wide).max(titles.min(TALL * wide)).max(11.0 * words)
@@ -166,7 +166,7 @@ fn one(
         d.text([middle, base], line, size, Anchor::Middle, false);
     }
     if let Some(cells) = mapped(panel) {
-        bar::draw(d, &cells.of, &Shades::of(cells), inside, &face, size);
+        key::draw_bar(d, &cells.of, &Shades::of(cells), inside, &face, size);
     }
 }
 

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::contour::point::{MOST_NOISE, Noise};
-use crate::contour::pose::Pose;
+use crate::contour::truth::Pose;
 use crate::error::InputError;
 use crate::spec::{self, COUNTERCLOCKWISE, Domain, Item, SENSE, domain};
 

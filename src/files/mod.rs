@@ -3,12 +3,10 @@
 mod array;
 mod calibration;
 mod model_error;
-mod mounted;
 mod rig;
 mod sensor;
-mod settle;
 mod strokes;
 
 pub use array::{Array, Mount, UNITS as ARRAY_UNITS};
 pub use model_error::{model_error, settle_model_error};
-pub use settle::settle;
+pub use sensor::settle;

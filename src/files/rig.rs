@@ -5,12 +5,17 @@ use std::path::Path;
 use toml::de::DeTable;
 use toml::{Table, Value};
 
+use super::Mount;
+use crate::contour::array::Mounted;
 use crate::design::MOST;
-use crate::error::InputError;
+use crate::error::{Error, InputError};
+use crate::estimator::Estimator;
+use crate::locate::locator::opener;
+use crate::locate::{Calibration, Locator};
 use crate::measure::Rig;
 use crate::scene::built::{Built, Inner, Profile, Root};
 use crate::scene::{
-    Amount, Contact, Convention, Drive, Geometry, Material, Setup, Side, Signal, Spec, TERMS,
+    Amount, Contact, Convention, Drive, Geometry, Material, RunOptions, Setup, Side, Signal, Spec, TERMS,
 };
 use crate::spec;
 
@@ -200,4 +205,21 @@ fn labelled(spec: &Spec, label: &str) -> Result<(), InputError> {
         "abscissa = false, with arcs in the data (a sweep with abscissa = true writes both: a_mm and x_a_mm)",
     );
     Err(spec::placed(label, &spec.text, error))
+}
+
+impl Mount {
+    /// Its whisker by its `calibration`, with the estimator that won if no other is named.
+    ///
+    /// # Errors
+    /// An estimator that the calibration does not hold; a backend that fails.
+    pub fn open(
+        &self,
+        calibration: &Calibration,
+        estimator: Option<&'static dyn Estimator>,
+        options: &RunOptions,
+    ) -> Result<Mounted, Error> {
+        let label = self.calibration.display().to_string();
+        let locator = Locator::new(calibration, &label, estimator, &opener(options))?;
+        Ok(Mounted { name: self.name.clone(), locator, pose: self.pose })
+    }
 }

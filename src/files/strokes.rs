@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::contour::pose::Pose;
+use crate::contour::truth::Pose;
 use crate::error::InputError;
 use crate::measure::text::{fields, number, separator};
 use crate::simulate::object::{Curve, Object};

@@ -5,11 +5,11 @@ use std::hash::{Hash, Hasher};
 use std::path::Path;
 
 use super::Unit;
+use super::columns::Others;
 use super::group::rounded;
 use super::header::{Comments, elsewhere, same};
 use super::missing::{self, Missing};
 pub use super::names::DISTANCE;
-use super::others::Others;
 use super::runs::{Runs, forward, seconds};
 use super::text::{Decimals, OTHER_MARK, fields, lines, separator};
 use super::thousands::Thousands;

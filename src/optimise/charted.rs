@@ -2,19 +2,24 @@
 
 use std::sync::Arc;
 
-use super::evaluate::Readers;
+use super::evaluate::{Readers, Scorer};
+use super::score::Score;
 use super::variables::Variables;
 use crate::backend::Choice;
-use crate::chart::{
-    between,
-    ranges::Wanted,
-    reader::{LEAST_TAPS, Reader, directions},
-    rows::RowReader,
-};
+use crate::chart::between;
+use crate::chart::ranges::Wanted;
+use crate::chart::reader::{LEAST_TAPS, Reader, directions};
+use crate::chart::rows::RowReader;
+use crate::curve;
+use crate::curve::{Ask, Curve, Reach, both};
+use crate::design::Design;
 use crate::error::Error;
+use crate::evaluate::{Outcome, Task};
+use crate::kernel::drives::DriveAxis;
 use crate::plan::Layout;
 use crate::scene::search::{Calibrated, Quantity, Search};
-use crate::scene::{Column, Setup};
+use crate::scene::{Column, Setup, Tuple};
+use crate::statistics::{DriveRow, Told};
 
 /// Sampled whiskers lie within so many standard deviations, but for few, which are solved.
 const SPREAD: f64 = 3.5;
@@ -75,5 +80,74 @@ pub(super) fn wanted(layout: &Layout, search: &Search, variables: &Variables) ->
         x_ss: range(Column::GaugePosition),
         l: range(Column::GridLength),
         drive: range(Column::Drive),
+    }
+}
+
+impl Scorer<'_> {
+    /// Designs rows and scores of `whisker` at `drives`, degrees or mm.
+    ///
+    /// # Errors
+    /// A backend that fails.
+    pub fn along(&mut self, whisker: &Tuple, drives: &[f64]) -> Result<Vec<(DriveRow, Score)>, Error> {
+        if !self.judge.deviations.is_empty() {
+            let points: Vec<Tuple> = drives.iter().map(|&drive| Tuple { drive, ..*whisker }).collect();
+            return Ok(self.rows(&points)?.into_iter().zip(self.scores(&points)?).collect());
+        }
+        let mut all = Vec::with_capacity(drives.len());
+        for part in drives.chunks((self.batch / self.judge.distances.len()).max(1)) {
+            all.extend(self.along_some(whisker, part)?);
+        }
+        Ok(all)
+    }
+
+    /// The same at as many drives as go to the backend together.
+    fn along_some(&mut self, whisker: &Tuple, drives: &[f64]) -> Result<Vec<(DriveRow, Score)>, Error> {
+        let (setup, reach, direction) = (self.judge.setup, self.judge.reach, whisker.direction());
+        let n = self.judge.distances.len();
+        let design = Design::new(setup, *whisker);
+        let at = |drive: f64| Design { tuple: Tuple { drive, ..*whisker }, ..design.clone() };
+        let designs: Vec<Design> = drives.iter().map(|drive| at(*drive)).collect();
+        let task = |a: f64, drive: f64| Task::of(0, &Tuple { a, drive, ..*whisker });
+        let by_distance: Vec<Task> =
+            self.judge.distances.iter().flat_map(|&a| drives.iter().map(move |&d| task(a, d))).collect();
+        let one = std::slice::from_ref(&design);
+        let (found, _) = match DriveAxis::pays(drives.len() as u64) {
+            true => self.evaluator.run_over_drives(one, &by_distance, drives)?,
+            false => (self.evaluator.run(one, &by_distance)?, 0),
+        };
+        // Drive by drive, as a row has them.
+        let order = || (0..drives.len()).flat_map(|j| (0..n).map(move |i| i * drives.len() + j));
+        let taps: Vec<Outcome> = order().map(|t| found[t]).collect();
+        let own = self.curves(one, drives, Some(Reach::of(direction, reach)))?;
+        let scored = self.judge.reach_of(0, direction);
+        let of_scores = if scored == Some(Reach::of(direction, reach)) {
+            None
+        } else {
+            Some(self.curves(one, drives, scored)?)
+        };
+        let asks: Vec<both::Ask> =
+            order().zip(&taps).map(|(t, tap)| both::Ask::own(setup, by_distance[t], tap, reach)).collect();
+        let (both, _) = both::both(setup, &mut self.evaluator, one, &asks)?;
+        let one = |j: usize| {
+            let (design, taps) = (&designs[j], &taps[j * n..(j + 1) * n]);
+            let both = both.get(j * n..(j + 1) * n).unwrap_or_default();
+            let row = self.judge.reduce(design, (taps, both), Told::by(&own, j), None);
+            let own = of_scores.as_ref().unwrap_or(&own).get(j..=j).unwrap_or_default();
+            (row, self.judge.score(std::slice::from_ref(design), (taps, &[]), (own, both)))
+        };
+        Ok((0..drives.len()).map(one).collect())
+    }
+
+    /// The model's own curves at `drives` where distances are told by it; none without a `reach`.
+    fn curves(
+        &mut self,
+        design: &[Design],
+        drives: &[f64],
+        reach: Option<Reach>,
+    ) -> Result<Vec<Option<Curve>>, Error> {
+        let Some(reach) = reach else { return Ok(Vec::new()) };
+        let asks: Vec<Ask> = drives.iter().map(|&drive| Ask { design: 0, drive, reach }).collect();
+        let axis = Some(drives).filter(|_| DriveAxis::pays(drives.len() as u64));
+        Ok(curve::solve(self.judge.setup, &mut self.evaluator, design, &asks, axis)?.0)
     }
 }

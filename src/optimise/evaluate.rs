@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use rayon::prelude::*;
 
 use super::judge::Judge;
-use super::normal::deviations;
+use super::samples::deviations;
 use super::score::Score;
 use crate::chart::{
     lanes::{Counting, Figures},

@@ -1,8 +1,8 @@
 //! From the solved taps of candidates, and of whiskers sampled around them, to scores.
 
+use super::samples;
 use super::score::{Limit, Score};
 use super::whisker::{self, Read, Seen, continued, over};
-use super::{normal, samples};
 use crate::chart::lanes::Figures;
 use crate::curve::{
     Curve, Reach,
@@ -63,7 +63,7 @@ impl Judge<'_> {
                 rigs.filter(|_| *property == Property::Scale).map(|rigs| rigs.value(point.rig, *property));
             let nominal = scale.filter(|scale| !scale.is_nan()).unwrap_or_else(|| property.get(&own));
             let value =
-                inside(*property, nominal + sd * normal::deviation(self.search.seed, w - 1, dimension));
+                inside(*property, nominal + sd * samples::deviation(self.search.seed, w - 1, dimension));
             if !(property.about().allowed.1)(value) {
                 return Design::nothing(tuple);
             }

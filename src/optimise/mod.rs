@@ -17,8 +17,6 @@
 //! evaluations for k variables.
 
 #[cfg(feature = "files")]
-mod alarm;
-mod along;
 pub mod best;
 pub mod blame;
 mod charted;
@@ -27,8 +25,6 @@ pub mod front;
 pub mod global;
 pub mod journal;
 mod judge;
-pub mod normal;
-pub mod other;
 pub mod polish;
 pub mod quadratic;
 pub mod report;
@@ -41,7 +37,6 @@ pub mod shares;
 pub mod swarm;
 pub mod variables;
 mod whisker;
-pub mod why;
 pub mod write;
 
 pub use report::Report;

@@ -7,15 +7,14 @@ use std::time::Instant;
 
 use serde_json::Value;
 
-use super::alarm::{self, Alarm};
+use super::best;
 use super::blame::{infeasible, shortfall};
 use super::charted::{readers, wanted};
 use super::evaluate::Scorer;
 use super::front::{self, Front};
 use super::global::{self, STARTS};
 use super::journal::Journal;
-use super::other;
-use super::report::{Design, Report, unit};
+use super::report::{self, Alarm, Design, Report, unit};
 use super::score::{Goal, Limit};
 use super::sensitivity;
 use super::session::{Ended, Found, Session, Stage, Watch};
@@ -195,7 +194,7 @@ fn search_with(
     (stop, journal, watch): (&AtomicBool, Option<Journal>, &mut dyn Watch),
     keep: &mut Keep<'_>,
 ) -> Result<Report, Error> {
-    alarm::watched(stop, search.budget.seconds, |alarm| {
+    report::watched(stop, search.budget.seconds, |alarm| {
         under_alarm(spec, search, choices, (stop, alarm, journal, watch), keep)
     })
 }
@@ -285,7 +284,7 @@ fn under_alarm(
     let one = search.objective.needs_distance() && both::possible(setup);
     let other = (one && !asked_to_stop).then(|| {
         let method = precise.open(&setup.model)?;
-        other::judge((setup, &layout), search, method, (&best.point, goal))
+        best::judge((setup, &layout), search, method, (&best.point, goal))
     });
     let other = other.transpose()?;
     let binds = |&l: &Limit| best.score.limit(l) > BINDING[usize::from(l == Limit::Samples)];

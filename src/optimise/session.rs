@@ -3,9 +3,9 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use super::alarm::Alarm;
 use super::evaluate::Scorer;
 use super::journal::Journal;
+use super::report::Alarm;
 use super::score::{Goal, Score};
 use super::variables::Variables;
 use crate::error::{Error, SolveError};

@@ -2,12 +2,12 @@
 
 use serde_json::{Value, json};
 
-use super::other::Other;
+use super::best::Other;
+use super::blame::why;
 use super::report::{Design, Report};
 use super::sensitivity::{Pair, Sensitivity};
 use super::shares::{CONFIDENCE, Share, Shares};
 use super::variables::value;
-use super::why::why;
 use crate::error::Error;
 use crate::scene::search::{Objective, Quantity, Search};
 use crate::scene::{Column, Convention, Property, Setup, Spec};

@@ -7,12 +7,10 @@
 pub mod answer;
 mod bench;
 mod bins;
-mod budget;
 mod calibrate;
 pub mod content;
 mod contour;
 mod designs;
-mod limits;
 mod locate;
 mod optimise;
 mod outliers;

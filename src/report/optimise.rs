@@ -2,8 +2,8 @@
 
 use super::answer;
 use super::content::Content;
+use super::designs::Limits;
 use super::designs::{self, DRIVES, SD, WHISKER};
-use super::limits::Limits;
 use super::quantity::{self, said};
 use super::source::Source;
 use super::table::Table;

@@ -2,13 +2,13 @@
 
 use super::answer::{self, Recommended};
 use super::bins;
-use super::budget::{budget, least};
 use super::content::Content;
+use super::designs::Limits;
 use super::designs::{self, DRIVES, SD, WHISKER, Whisker};
-use super::limits::Limits;
 use super::quantity;
 use super::source::Source;
 use super::table::{Table, distinct};
+use super::tap::{budget, least};
 use crate::error::{Error, InputError};
 use crate::figure::{self, Figure, Mark, Marker, Panel, Path};
 use crate::recommend::recommended;

@@ -3,20 +3,23 @@
 //! A tap that is solved gives the force (P, T) and the place c of its contact; from there the rod is an initial value problem with
 //! nothing unknown (model §3), integrated to the clamp in fixed steps. Beyond the contact the whisker is straight.
 
-mod asked;
 mod table;
 
+pub use table::{COLUMNS, CONTACTS, Counts, FILES, MOST_TAPS, TAP, Tables, rows, tables};
+
 use glam::{DVec2, DVec3};
+use serde_json::{Value, json};
 
 use crate::design::{Design, amount};
-use crate::evaluate::{Outcome, Task};
+use crate::error::{Error, InputError};
+use crate::evaluate::{Method, Outcome, Task};
+use crate::locate::locator::opener;
 use crate::physics::body::Body;
 use crate::physics::section::SectionLaw;
 use crate::physics::solid::{Bonded, Held, Soft};
 use crate::physics::taper::Taper;
-use crate::scene::{Drive, Geometry, Model, Setup};
-pub use asked::{check, document, method};
-pub use table::{COLUMNS, CONTACTS, Counts, FILES, MOST_TAPS, TAP, Tables, rows, tables};
+use crate::scene::{BackendChoice, Drive, Geometry, Model, RunOptions, Setup, Spec};
+use crate::sink::run_json;
 
 /// Sections from the contact to the tip of a whisker that is no cone.
 const FREE: usize = 16;
@@ -249,4 +252,40 @@ impl Rod<'_> {
         let rest = self.body.map_or(0.0, |body| body.curvature(s));
         Some(([rest - bends * section.bending / r, -along.x, -along.y], section.axial - section.bending))
     }
+}
+
+/// Refuses a model without shapes.
+///
+/// # Errors
+/// That.
+pub fn check(setup: &Setup) -> Result<(), InputError> {
+    if setup.model.geometry != Geometry::Linear {
+        return Ok(());
+    }
+    let message = "linear theory has a deflection but no shape: its whisker would grow longer";
+    Err(InputError::new(message).key("model.geometry").value("linear").allowed("exact"))
+}
+
+/// What solves the taps of which shapes are asked, and its word in run.json: they are few, so the reference unless `options` say otherwise.
+///
+/// # Errors
+/// A backend that fails.
+pub fn method(options: &RunOptions, model: &Model) -> Result<(Method, &'static str), Error> {
+    let free = options.backend.is_none() && options.precision.is_none() && options.adapter.is_none();
+    let method = match options.backend {
+        Some(BackendChoice::Reference) => Method::Reference,
+        _ if free => Method::Reference,
+        _ => opener(options)(model)?,
+    };
+    let by = if matches!(method, Method::Reference) { "reference" } else { "kernel" };
+    Ok((method, by))
+}
+
+/// run.json of the shapes of `spec`, solved `by` this.
+pub fn document(spec: &Spec, by: &str, counts: &Value, seconds: &Value) -> Value {
+    let body = json!({
+        "in_force": run_json::in_force(spec), "material_fit": run_json::material_fit(spec, None), "warnings": spec.warnings,
+        "solved_by": by, "counts": counts, "seconds": seconds,
+    });
+    run_json::document("shape", run_json::spec(spec), body)
 }

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::object::Object;
 use super::stroke::{Contact, Missed, Stroker};
 use super::{Counts, SOURCE, Settings, State};
-use crate::contour::pose::Pose;
+use crate::contour::truth::Pose;
 use crate::error::{Error, InputError};
 use crate::measure::Rig;
 use crate::scene::{Axis, Contact as Grip, DirectionColumns, Drive, Geometry, Signal};

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use super::part::Section;
 use super::reader::{Item, Result};
 use super::schema::Sections;
+use super::sections::Section;
 use crate::scene::channels::{MOST_CHANNELS, SOURCES};
 use crate::scene::{Channels, Setup, Signal, Theory};
 

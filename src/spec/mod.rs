@@ -4,18 +4,15 @@
 //! `model`, `sections`, `optimise`, `tuple_file` and `curve` read their parts, the latter two with `table`; `check` says which values and
 //! combinations are allowed, `units` which of them were probably meant in another unit.
 
-mod abscissa;
 mod axis;
 mod built;
 mod channels;
 mod check;
 mod curve;
-mod direction;
 mod fits;
 pub mod keys;
 mod model;
 mod optimise;
-mod part;
 mod properties;
 mod reader;
 mod schema;
@@ -150,7 +147,7 @@ fn of_user(
     let space::Read { mut space, directions, leaning, properties, rigs, mut warnings } =
         taps(sections, drive)?;
     warnings.extend(model.warning);
-    direction::allowed(&leaning, &model.model)?;
+    tap::allowed(&leaning, &model.model)?;
     let tilts = leaning.iter().any(Option::is_some);
     if leaning.iter().all(Option::is_none) {
         sections::rankable(sections, &estimate, &output)?;
@@ -165,7 +162,7 @@ fn of_user(
     let scaled = properties::searched(sections, Property::Scale);
     let built = built::whisker(&sections.section("whisker"), base, scaled)?;
     warnings.extend(built.warning);
-    abscissa::to_arcs(sections, &mut space, built.built.as_ref(), &properties)?;
+    curve::to_arcs(sections, &mut space, built.built.as_ref(), &properties)?;
     let wrench = sections.section("output").get("wrench")?.flag()?;
     let fixed = built::fixed(&sections.section("sensor"), signal, channels.as_deref())?;
     let built = built.built.map(Arc::new);

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use super::check;
-use super::part::Section;
 use super::properties::first;
 use super::reader::{Item, Result};
+use super::sections::Section;
 use super::{curve, keys};
 use crate::scene::{Amount, Contact, Geometry, Material, MaterialFit, Model, Property, TERMS};
 

@@ -4,11 +4,11 @@ use std::fmt::Write;
 
 use super::check::{Domain, LENGTH, PLACE, POSITIVE, STRAIN_LIMIT, TAP_ANGLE, domain};
 use super::keys as listed;
-use super::part::Section;
 use super::properties::variable;
 use super::reader::{Item, Result};
 use super::schema::Sections;
 use super::searched::{self, UNSURE, VARIED, names, vary};
+use super::sections::Section;
 use crate::error::InputError;
 use crate::scene::search::{
     Budget, Calibrated, Limits, Measure, Objective, Places, Quantity, Robust, Search, Variable,

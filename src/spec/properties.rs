@@ -6,7 +6,7 @@ use super::axis::AxisItem;
 use super::check::{consistent, domain};
 use super::reader::{Item, Result};
 use super::schema::Sections;
-use super::{built, direction, solid};
+use super::{built, solid, tap};
 use crate::error::InputError;
 use crate::scene::property::Description;
 use crate::scene::{Axis, Property, Setup, Signal};
@@ -120,7 +120,7 @@ pub(super) fn allowed_together(
     tilts: bool,
 ) -> Result<()> {
     let check = |setup: &Setup, at: Option<&Item<'_>>| {
-        direction::check_second_gauge(sections, &setup.gauge, &setup.estimate, &setup.model)?;
+        tap::check_second_gauge(sections, &setup.gauge, &setup.estimate, &setup.model)?;
         built::allowed(sections, setup, tilts, at)?;
         solid::allowed(sections, setup, tilts)
     };

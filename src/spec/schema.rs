@@ -6,8 +6,8 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::keys::SECTIONS;
-use super::part::Section;
 use super::reader::{Document, Item, Result};
+use super::sections::Section;
 use super::solid;
 use crate::scene::{Amount, TERMS, Term};
 

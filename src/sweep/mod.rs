@@ -220,7 +220,13 @@ fn attempt(
     };
     report.seconds.total = clock.total() + keeper.before;
     let told = [report.model_error.as_ref(), report.handed_over.as_ref()];
-    let mut document = run_json::of_sweep(spec, (&choice.backend, &choice.backend.warnings(&spec.warnings)), &report.counts, report.seconds, told);
+    let mut document = run_json::of_sweep(
+        spec,
+        (&choice.backend, &choice.backend.warnings(&spec.warnings)),
+        &report.counts,
+        report.seconds,
+        told,
+    );
     if let Some(head) = &resumed {
         document["resumed"] = json!({ "from": head.done, "seconds_before": head.seconds });
     }

@@ -8,7 +8,6 @@
 mod curve;
 mod needed;
 mod optimum;
-mod refused;
 mod tried;
 mod write;
 
@@ -29,8 +28,8 @@ use crate::sink::folder::{Folder, Question};
 use crate::statistics::DriveRow;
 
 use curve::Curve;
-use refused::{incomplete, overstrained};
 use tried::{Attempt, tried};
+use tried::{incomplete, overstrained};
 
 pub use needed::{find_needed, needed};
 pub use write::{document, k_names, result, table, unit};

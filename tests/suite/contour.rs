@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use crate::common::measuring::{REAL, prototype};
 use crate::common::program::{Desk, Ran};
 use crate::common::sweeping::Table;
-use vibrissa::contour::pose::Pose;
+use vibrissa::contour::truth::Pose;
 use vibrissa::measure::Rig;
 use vibrissa::physics::rod::RodProblem;
 use vibrissa::scene::{Drive, Model};

@@ -9,7 +9,7 @@ use crate::common::sweeping::{CPU, CPU_F64, GPU, Place, REFERENCE, Row, number, 
 use vibrissa::design::Design;
 use vibrissa::estimator::named;
 use vibrissa::optimise::evaluate::Scorer;
-use vibrissa::optimise::normal::deviations;
+use vibrissa::optimise::samples::deviations;
 use vibrissa::optimise::score::Limit;
 use vibrissa::plan::{Plan, Way};
 use vibrissa::scene::Tuple;

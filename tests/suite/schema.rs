@@ -14,8 +14,7 @@ const FILE: &str = "sweeps/spec.schema.json";
 
 #[test]
 fn the_file_is_what_the_code_says() {
-    let written =
-        std::fs::read_to_string(Path::new(crate::common::ROOT).join(FILE)).unwrap_or_default();
+    let written = std::fs::read_to_string(Path::new(crate::common::ROOT).join(FILE)).unwrap_or_default();
     assert!(written == schema::text(), "write it by `cargo run -- schema > {FILE}`");
     assert_eq!(Desk::new(SPEC).run(&["schema"]).exits(0).stdout, written);
 }

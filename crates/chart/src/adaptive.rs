@@ -5,12 +5,13 @@
 //! (Gerstner, Griebel 2003), until none does: one tap for each order, where a tensor product takes ten.
 
 use std::collections::BTreeMap;
+use std::sync::LazyLock;
 
 use rustc_hash::FxHashSet;
 
 use super::axis::{AXES, ORDERS, Quantity};
-use super::leja;
 use super::series::{Row, Series};
+use crate::physics::chebyshev::{coefficients, points};
 
 /// Orders over each axis.
 pub type Orders = [u8; AXES];
@@ -29,14 +30,14 @@ pub struct Interpolant<const F: usize> {
 impl<const F: usize> Interpolant<F> {
     /// Of nothing yet; `points` says which axes have one value only.
     pub fn new(points: [bool; AXES]) -> Self {
-        let mut most = points.map(|point| if point { 1 } else { leja::MOST });
+        let mut most = points.map(|point| if point { 1 } else { MOST });
         most[Quantity::Drive as usize] = most[Quantity::Drive as usize].min(ORDERS);
         Self { surplus: Vec::new(), known: FxHashSet::default(), most }
     }
 
     /// x of the point of `orders`.
     pub fn point(orders: &Orders) -> [f64; AXES] {
-        orders.map(|k| leja::point(usize::from(k)))
+        orders.map(|k| point(usize::from(k)))
     }
 
     /// Orders that are asked for next: those with all smaller neighbours there, next to one with a surplus above `least`. Sorted, so that
@@ -76,7 +77,7 @@ impl<const F: usize> Interpolant<F> {
         let lacks = |(at, value): (&Orders, &[f64; F])| {
             let mut surplus = *value;
             for (orders, known) in &self.surplus {
-                let share = leja::newton(orders, at);
+                let share = newton(orders, at);
                 if share != 0.0 {
                     surplus.iter_mut().zip(known).for_each(|(surplus, known)| *surplus -= share * known);
                 }
@@ -104,7 +105,7 @@ impl<const F: usize> Interpolant<F> {
                     continue;
                 }
                 let mut lines: [Vec<f64>; F] = std::array::from_fn(|i| line.iter().map(|v| v[i]).collect());
-                lines.iter_mut().for_each(|line| leja::to_chebyshev(line));
+                lines.iter_mut().for_each(|line| to_chebyshev(line));
                 (0..line.len()).for_each(|k| {
                     all.insert(at(k as u8), std::array::from_fn(|i| lines[i][k]));
                 });
@@ -139,5 +140,59 @@ impl<const F: usize> Interpolant<F> {
     /// Whether it goes through none.
     pub fn is_empty(&self) -> bool {
         self.surplus.is_empty()
+    }
+}
+
+/// Points there are.
+pub const MOST: usize = 24;
+
+/// Points, values and coefficients of Newton's polynomials.
+struct Table {
+    points: [f64; MOST],
+    /// N_j at point k, j ≤ k.
+    newton: [[f64; MOST]; MOST],
+    /// Coefficient of T_k in N_j, k ≤ j.
+    chebyshev: [[f64; MOST]; MOST],
+}
+
+static TABLE: LazyLock<Table> = LazyLock::new(|| {
+    const GRID: usize = 4000;
+    let mut found = [0.0; MOST];
+    let mut product = [1.0f64; GRID + 1];
+    for k in 0..MOST - 1 {
+        for (i, product) in product.iter_mut().enumerate() {
+            *product *= (2.0 * i as f64 / GRID as f64 - 1.0) - found[k];
+        }
+        let best = (0..=GRID).max_by(|a, b| product[*a].abs().total_cmp(&product[*b].abs())).unwrap_or(0);
+        found[k + 1] = 2.0 * best as f64 / GRID as f64 - 1.0;
+    }
+    let value = |j: usize, x: f64| (0..j).map(|i| (x - found[i]) / (found[j] - found[i])).product::<f64>();
+    let newton =
+        std::array::from_fn(|j| std::array::from_fn(|k| if j <= k { value(j, found[k]) } else { 0.0 }));
+    let at = points(MOST);
+    let chebyshev = std::array::from_fn(|j| {
+        let c = coefficients(&at.iter().map(|x| value(j, *x)).collect::<Vec<_>>());
+        std::array::from_fn(|k| if k <= j { c[k] } else { 0.0 })
+    });
+    Table { points: found, newton, chebyshev }
+});
+
+/// Point `k`.
+pub fn point(k: usize) -> f64 {
+    TABLE.points[k]
+}
+
+/// The product of Newton's polynomials of `orders`, one per axis, at the point of the orders `at`.
+pub fn newton<const N: usize>(orders: &[u8; N], at: &[u8; N]) -> f64 {
+    if orders.iter().zip(at).any(|(j, k)| j > k) {
+        return 0.0;
+    }
+    orders.iter().zip(at).map(|(j, k)| TABLE.newton[usize::from(*j)][usize::from(*k)]).product()
+}
+
+/// Surpluses → Chebyshev coefficients, in place.
+pub fn to_chebyshev(line: &mut [f64]) {
+    for k in 0..line.len() {
+        line[k] = (k..line.len()).map(|j| line[j] * TABLE.chebyshev[j][k]).sum();
     }
 }

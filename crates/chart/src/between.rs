@@ -6,7 +6,7 @@
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
-use super::leja;
+use super::adaptive;
 use crate::physics::chebyshev::{basis, matrix, placed, points, scaled};
 use crate::scene::{Contact, Setup};
 
@@ -49,7 +49,7 @@ pub fn fits(setup: &Setup, distances: &[f64]) -> bool {
 /// The first `n` distances of charts between `near` and `far`, mm.
 pub fn nodes([near, far]: [f64; 2], n: usize) -> Vec<f64> {
     // The ends themselves, not rounded.
-    (0..n).map(|k| placed([near, far], leja::point(k)).clamp(near, far)).collect()
+    (0..n).map(|k| placed([near, far], adaptive::point(k)).clamp(near, far)).collect()
 }
 
 /// Nearest and farthest of `nodes`.

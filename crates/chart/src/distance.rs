@@ -15,7 +15,7 @@ use super::taps::Taps;
 use super::weight::Weight;
 use crate::error::SolveError;
 use crate::evaluate::Outcome;
-use crate::physics::{onset::Grip, root::bracketed};
+use crate::physics::{inverse::bracketed, onset::Grip};
 use crate::progress::NEVER;
 use crate::reduce::Sweeps;
 use crate::scene::{Contact, Direction, Setup, Signal};

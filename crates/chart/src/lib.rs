@@ -30,7 +30,6 @@ pub mod document;
 pub mod function;
 pub mod gauge;
 pub mod lanes;
-pub mod leja;
 mod maker;
 pub mod ranges;
 pub mod ranker;

@@ -1,7 +1,7 @@
 //! Points and polynomials that charts are made of, and distances between charts. From outside: the crate need not be compiled twice.
 
+use vibrissa_chart::adaptive::{MOST, newton, point, to_chebyshev};
 use vibrissa_chart::between::{Between, nodes};
-use vibrissa_chart::leja::{MOST, newton, point, to_chebyshev};
 use vibrissa_core::physics::chebyshev::series;
 
 #[test]

@@ -12,8 +12,8 @@ mod spot;
 
 pub use arc::Arc;
 pub use choice::{Chosen, Judged, Nothing, choose};
-pub use spot::Covariance;
 pub use smooth::{Smooth, ends};
+pub use spot::Covariance;
 pub use spot::Spot;
 
 /// A point that takes part.

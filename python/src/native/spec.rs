@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use pyo3::prelude::*;
 use toml::Table;
-use vibrissa::contour::rows;
+use vibrissa::contour::point;
 use vibrissa::error::{Error, InputError};
 use vibrissa::measure::names;
 use vibrissa::text_file::{Limit, TextFile};
@@ -74,7 +74,7 @@ pub fn units() -> Vec<(String, &'static str)> {
 /// Columns of measurements that are read as numbers.
 #[pyfunction]
 pub fn read_columns() -> Vec<&'static str> {
-    names::names().chain(rows::NEEDED).chain(rows::MORE).collect()
+    names::names().chain(point::NEEDED).chain(point::MORE).collect()
 }
 
 /// As [`UnreadSpec::new`], as a function of Python raises.

@@ -109,7 +109,13 @@ pub fn sweep<'py>(
             (Plan::new(&spec.study, &choice)?, (stop, &mut Ahead(tell) as &mut dyn Progress));
         let (report, tables) = collect(&mut spec, plan, &choice, steered, needed.as_mut())?;
         let told = [report.model_error.as_ref(), report.handed_over.as_ref()];
-        let run = run_json::of_sweep(&spec, (&report.backend, &report.backend.warnings(&spec.warnings)), &report.counts, report.seconds, told);
+        let run = run_json::of_sweep(
+            &spec,
+            (&report.backend, &report.backend.warnings(&spec.warnings)),
+            &report.counts,
+            report.seconds,
+            told,
+        );
         let setup = &spec.study.setup;
         let named = Of::ALL.into_iter().zip(tables).map(|(of, columns)| {
             let table = columns.map(|columns| Table::new(&of.columns(setup), columns)).transpose()?;

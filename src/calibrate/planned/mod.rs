@@ -3,13 +3,11 @@
 //! The whisker is that of the spec, what the rig adds is said or known of a calibration before; [`vibrissa_learned::plan`] chooses the taps.
 
 mod apart;
-mod even;
-mod like;
 mod order;
 
 pub use apart::Apart;
-pub use like::like;
 pub use order::Row;
+pub use order::like;
 
 use vibrissa_learned::plan::{Ask, Planner, Rig as Spread, Tap};
 
@@ -186,7 +184,7 @@ pub fn plan(
         );
         return Err(error.key("tap").allowed("other a and theta (delta) in [tap]").into());
     };
-    let even = even::even(&planner, &distances, &drives, asked.runs);
+    let even = order::even(&planner, &distances, &drives, asked.runs);
     planner.pin();
     let mut path = Vec::new();
     while (planner.sigma() > asked.error || planner.len() < LEAST) && planner.len() < MOST {

@@ -1,8 +1,12 @@
 //! In which order the taps of a plan are done, so that a drift is no curve and a run no position.
 
-use vibrissa_learned::plan::Tap;
-
+use super::MOST;
+use crate::error::InputError;
+use crate::estimator::learned::LearnedRecord;
+use crate::locate::Calibration;
+use crate::measure::{Rig, Unit};
 use crate::scene::sampler::Sampler;
+use vibrissa_learned::plan::{Planner, Rig as Spread, Tap};
 
 /// Zero readings at a time.
 const ZEROS: usize = 2;
@@ -55,6 +59,65 @@ pub fn rows(taps: &[Tap], runs: usize, seed: u64) -> Vec<Row> {
         }
     }
     all
+}
+
+/// Even grids: some of the drives, evenly apart with both ends, at 2, 3 … positions evenly apart with both ends; in each run, or the positions
+/// in one run after the other. Of each size the best one, where it is better than all smaller ones.
+pub fn even(planner: &Planner, distances: &[f64], drives: &[f64], runs: usize) -> Vec<(usize, f64)> {
+    let n = distances.len();
+    let spread = |k: usize, of: usize, n: usize| if of > 1 { k * (n - 1) / (of - 1) } else { n - 1 };
+    let few = drives.len().min(6);
+    let kinds = (2..=n).flat_map(|p| (1..=few).flat_map(move |d| [(p, d, true), (p, d, false)]));
+    let mut all: Vec<(usize, f64)> = Vec::new();
+    for (positions, of_drives, each) in kinds {
+        if positions * of_drives * if each { runs } else { 1 } > MOST {
+            continue;
+        }
+        let taps = (0..runs).flat_map(|run| {
+            let own = (0..positions).filter(move |k| each || k % runs == run);
+            own.flat_map(move |k| {
+                let place = spread(k, positions, n);
+                (0..of_drives).map(move |j| [place, spread(j, of_drives, drives.len()), run])
+            })
+        });
+        let grid = planner.with(taps);
+        all.push((grid.len(), grid.sigma()));
+    }
+    all.sort_by(|p, q| p.0.cmp(&q.0).then(p.1.total_cmp(&q.1)));
+    let mut least = f64::INFINITY;
+    all.retain(|(_, sigma)| {
+        let better = *sigma < least;
+        least = least.min(*sigma);
+        better
+    });
+    all
+}
+
+/// What a rig adds, as a calibration before learned it; `gain` is that of runs where it has one run only.
+///
+/// # Errors
+/// A calibration that was not learned, of another signal, or of a whisker that is driven another way.
+pub fn like(calibration: &Calibration, rig: &Rig, gain: f64, label: &str) -> Result<Spread, InputError> {
+    let fault = |message: &str, allowed: String| {
+        Err(InputError::new(message).at(label, None).key("--like").allowed(allowed))
+    };
+    let signal = Unit::of_column(&calibration.signal).and_then(Unit::signal);
+    if signal != Some(rig.setup.signal) {
+        return fault("this calibration is of another signal", format!("one of {}", rig.setup.signal.word()));
+    }
+    if calibration.rig.setup.drive != rig.setup.drive {
+        let allowed = format!("one with {}", rig.setup.drive.column());
+        return fault("the whisker of this calibration is driven another way", allowed);
+    }
+    let Some(LearnedRecord { units, spread, runs, .. }) =
+        calibration.sides.first().and_then(|side| side.learned.as_ref())
+    else {
+        return fault("this calibration was not learned", "a calibration.toml that holds learned".to_owned());
+    };
+    let [floor, relative, position, visit, of_runs, zero, _] = spread.map(f64::sqrt);
+    let noise = floor * units[0];
+    let [gain, zero] = if *runs > 1 { [of_runs, zero * units[0]] } else { [gain, noise] };
+    Ok(Spread { noise, relative, position, visit, gain, zero })
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use vibrissa::error::{Error, InputError};
 use vibrissa::figure::{self, Format, Style};
 use vibrissa::locate::next::{May, next};
 use vibrissa::locate::object::{By, NAME, UnlocatedTap};
-use vibrissa::locate::shift::{SHIFT, shift_column};
+use vibrissa::locate::sequence::{SHIFT, shift_column};
 use vibrissa::locate::stream::Ask;
 use vibrissa::locate::table::Readings;
 use vibrissa::locate::{Calibration, Locator, SaidZero, locator::opener};

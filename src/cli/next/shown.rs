@@ -5,7 +5,7 @@ use std::fmt::Write;
 use serde_json::json;
 use vibrissa::figure::{Axis, Figure, Mark, Marker, Panel, Path as Drawn};
 use vibrissa::locate::next::{Next, Tried};
-use vibrissa::locate::shift::SHIFT;
+use vibrissa::locate::sequence::SHIFT;
 use vibrissa::report::quantity::short;
 use vibrissa::scene::Drive;
 use vibrissa::sink::table::drive_unit;

@@ -3,7 +3,7 @@
 //! reading = s · |ε|(a + a₀, θ + θ₀; r₀, ν, μ, C01/C10) (+ z₀ while that is looked for). E is no parameter: strain does not depend on it.
 
 use super::Found;
-use super::error::ModelError;
+use super::form::ModelError;
 pub use super::parameter::{Parameter, Values, scene_with, spec_values};
 use super::surface::Surface;
 use crate::curve::Curve;

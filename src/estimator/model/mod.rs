@@ -1,6 +1,5 @@
 //! Curves of readings over distance, and how they are read backwards: closed forms, data, the exact model with its fitted parameters.
 
-pub mod error;
 pub mod exact;
 pub mod form;
 pub mod pair;

@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use super::Found;
 use super::form::Form;
-use crate::estimator::normal::solve;
-use crate::physics::root::bracketed;
+use crate::estimator::least::solve;
+use crate::physics::inverse::bracketed;
 
 /// Points of the range of signals at which the curve must fall, or rise, as everywhere else.
 const LOOKS: usize = 24;

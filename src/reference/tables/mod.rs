@@ -1,14 +1,13 @@
 //! What the columns of the tables say whose headers are lists of names: a test compares these lists with the files.
 
-mod bent;
 mod judged;
 mod object;
 mod traced;
 
-use bent::{CONTACTS, SHAPE};
 use judged::{SCALING, THREADS, VERIFY, WORK};
 use object::{ALONG, NEXT, PLAN, PLAN_ERRORS, RAW, READINGS, TOGETHER};
 use traced::{ARRAY, CURVE, POINTS, STROKES};
+use traced::{CONTACTS, SHAPE};
 
 /// Name (`this or that` where it is one or the other) and meaning.
 pub type Told = (&'static str, &'static str);

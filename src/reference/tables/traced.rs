@@ -1,6 +1,7 @@
 //! Tables of traced objects.
 
 use super::{DRIVE, STATUS, Table, Told, table};
+use crate::shape;
 
 const X: Told = (
     "x_mm",
@@ -96,3 +97,18 @@ pub const STROKES: Table = table(
         ("status", "ok, or slipped_off where the whisker has left the place: off its tip, or along a face"),
     ],
 );
+
+/// `shape.csv`.
+pub const SHAPE: Table = table(
+    "shape",
+    "shape.csv",
+    "A row is a section of a bent whisker; a block of rows is a tap, from the clamp to the tip. The motor's axis is the origin, x lies along the \
+     whisker at first touch, y towards the object.",
+    shape::COLUMNS,
+)
+.after(shape::TAP);
+
+/// `contacts.csv`.
+pub const CONTACTS: Table =
+    table("shape", "contacts.csv", "A row is a tap; places as in shape.csv.", shape::CONTACTS)
+        .after(shape::TAP);

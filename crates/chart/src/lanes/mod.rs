@@ -32,16 +32,22 @@ mod groups;
 mod neighbours;
 mod outcome;
 mod passed;
-mod place;
 mod rank;
 mod read;
 mod rows;
-mod scratch;
 mod sheet;
 mod tally;
 mod tap;
 mod theory;
 mod words;
+
+use between::Between;
+use choice::Choice;
+use distance::{Charted, Distance};
+use edges::Edges;
+use groups::Group;
+use read::{Basis, Values};
+use tap::Taps;
 
 use super::axis::{Map, ORDERS};
 use super::distance::DistanceChart;
@@ -49,18 +55,14 @@ use super::function::over_drives;
 use super::scope::Scope;
 use crate::kernel::cpu::{Pack, VECTORS};
 use crate::kernel::ranking::Theory as EstimateTheory;
-pub use crate::kernel::ranking::{Found, Words};
 use crate::physics::chebyshev::{basis, matrix, placed, points, scaled};
 use crate::physics::linear::shear_length2;
 use crate::physics::taper::Taper;
 use crate::scene::{Convention, Drive, Foil, Per, RankBy, Theory};
-use between::Between;
-use choice::Choice;
-use distance::{Charted, Distance};
+
+pub use crate::kernel::ranking::{Found, Words};
 pub use figures::{Counting, Figures};
-use groups::Group;
 pub use outcome::{Read, Readings};
-use scratch::Scratch;
 
 /// Designs that go together.
 pub const LANES: usize = VECTORS;
@@ -259,6 +261,37 @@ impl Tables {
             0 => (drive.mul_add(scale, shift), Lanes::<SET>::of(1.0)),
             1 => (drive.mul_add(scale, shift), drive),
             _ => ((drive * drive).mul_add(scale, shift), drive * drive),
+        }
+    }
+}
+
+/// Memory of a pack, used again by the next.
+struct Scratch<const SET: u8> {
+    /// Chebyshev polynomials over each axis.
+    pub basis: Box<Basis<SET>>,
+    /// Products of those.
+    pub products: Values<SET>,
+    /// A tap per distance.
+    pub taps: Taps<Lanes<SET>>,
+    /// A tap per chart, where distances are read between charts.
+    pub charts: Taps<Lanes<SET>>,
+    /// Where its words begin.
+    pub edges: Vec<Edges<Lanes<SET>>>,
+    /// 1 at each drive at which a tap has no distance, where distances are estimated.
+    pub rootless: Vec<Lanes<SET>>,
+}
+
+impl<const SET: u8> Scratch<SET> {
+    #[inline(always)]
+    pub fn new(tables: &Tables) -> Self {
+        let charts = if tables.between.is_some() { tables.charts.len() } else { 0 };
+        Self {
+            basis: Box::new([[Pack::default(); _]; _]),
+            products: Values::new(tables.charts.iter().chain(&tables.rough).map(|chart| &chart.products)),
+            taps: Taps::new(tables.distances.len(), tables.points),
+            charts: Taps::new(charts, tables.points),
+            edges: Vec::with_capacity(tables.distances.len()),
+            rootless: Vec::new(),
         }
     }
 }

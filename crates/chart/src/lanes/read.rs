@@ -1,9 +1,9 @@
 //! Reading a sparse series in lanes.
 
 use super::{Lanes, ORDERS};
+use crate::adaptive;
 use crate::axis::AXES;
 use crate::kernel::cpu::Pack;
-use crate::leja;
 use crate::series::Series;
 
 /// Most products: any pair of orders, and a power of two, so that a place needs no check.
@@ -13,7 +13,7 @@ const _: () = assert!(ORDERS * ORDERS <= MOST_PRODUCTS);
 /// Polynomials over an axis, with room for more than any axis has orders, so that an order needs no check.
 pub(super) type Basis<const SET: u8> = [[Lanes<SET>; MOST_ORDERS]; AXES];
 const MOST_ORDERS: usize = 32;
-const _: () = assert!(leja::MOST < MOST_ORDERS);
+const _: () = assert!(adaptive::MOST < MOST_ORDERS);
 
 /// Most points of a gauge.
 const MOST_POINTS: usize = 8;

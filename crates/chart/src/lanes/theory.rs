@@ -1,7 +1,7 @@
 //! The estimate's theory of whiskers in a pack: f, where it peaks, and how it grows from a distance.
 
 use super::dispatch::{Part, apart};
-use super::place::{Place, picked};
+use super::neighbours::{Place, picked};
 use super::{Charted, Distance, Lanes, Tables};
 use crate::estimate::FAR;
 use crate::kernel::cpu::Pack;

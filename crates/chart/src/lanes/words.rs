@@ -2,7 +2,7 @@
 
 use super::edges::Edges;
 use super::groups::Group;
-use super::place::{Place, picked};
+use super::neighbours::{Place, picked};
 use super::rows::Rows;
 use super::tally::{AMBIGUOUS, CLEAR, ROOTLESS, Tally, worn};
 use super::tap::{TapSeries, Taps};

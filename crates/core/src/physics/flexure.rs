@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use super::body::{Body, Place};
 use super::real::{Real, Vector};
+use crate::scene::channels::Signal;
 use crate::scene::model::Drive;
-use crate::scene::signal::Signal;
 
 /// A whisker, its sensor and its drive.
 #[derive(Debug, Clone, PartialEq)]

@@ -15,8 +15,8 @@ use super::flexure::Flexure;
 use super::number::Number;
 use super::real::Real;
 use super::taper::Taper;
+use crate::scene::channels::Signal;
 use crate::scene::model::Drive;
-use crate::scene::signal::Signal;
 
 /// Deflection y(x) of the centreline, mm, under a transverse force `force` (N) at distance `a` (mm), modulus `e`
 /// (MPa); straight beyond a. Eq. 3.

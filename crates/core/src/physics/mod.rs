@@ -13,7 +13,6 @@ pub mod onset;
 pub mod pole;
 pub mod real;
 pub mod rod;
-pub mod root;
 pub mod section;
 pub mod solid;
 pub mod taper;

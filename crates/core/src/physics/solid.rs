@@ -6,8 +6,8 @@
 
 use std::f64::consts::PI;
 
+use super::inverse::bracketed;
 use super::real::{Dual, Real};
-use super::root::bracketed;
 use super::taper::Taper;
 use crate::scene::{Clamp, Contact, Foil, Model};
 

@@ -21,13 +21,13 @@ pub mod rigs;
 pub mod run;
 pub mod sampler;
 pub mod search;
-pub mod signal;
 pub mod space;
 pub mod term;
 
 pub use axis::Axis;
 pub use built::Built;
 pub use channels::Channels;
+pub use channels::Signal;
 pub use layout::Layout;
 pub use listed::Listed;
 pub use material::{Material, MaterialFit};
@@ -38,7 +38,6 @@ pub use property::{PROPERTIES, Property};
 pub use rigs::Rigs;
 pub use run::{BackendChoice, Output, Per, Precision, RankBy, RunOptions, Written};
 pub use search::Search;
-pub use signal::Signal;
 pub use space::{COLUMNS, Column, Direction, DirectionColumns, Factor, Space, Tuple};
 pub use term::{Amount, Term};
 

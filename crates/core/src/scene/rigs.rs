@@ -4,8 +4,8 @@ use std::collections::HashMap;
 use std::fmt::{Debug, Formatter};
 use std::sync::{Mutex, PoisonError};
 
+use super::channels::Signal;
 use super::property::Property;
-use super::signal::Signal;
 use super::space::Factor;
 use super::{Material, Setup};
 

@@ -15,8 +15,8 @@ pub use places::{Reach, distances};
 pub use solve::{Ask, solve};
 
 use crate::estimate::{Estimated, Estimator};
+use crate::physics::inverse::bracketed;
 use crate::physics::linear::StrainCurve;
-use crate::physics::root::bracketed;
 use crate::status::Status;
 
 /// |ε| over a, of one whisker at one drive.

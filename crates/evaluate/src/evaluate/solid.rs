@@ -11,9 +11,9 @@ use super::{Evaluator, Task};
 use crate::design::{Design, Shared, amount};
 use crate::kernel::tap::{Ask, Frame};
 use crate::kernel::{Chart, Solution};
+use crate::physics::inverse::bracketed;
 use crate::physics::linear::StrainCurve;
 use crate::physics::onset::Grip;
-use crate::physics::root::bracketed;
 use crate::physics::solid::{Soft, is_solid};
 use crate::scene::{Drive, Model, Setup};
 

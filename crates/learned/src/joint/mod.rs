@@ -21,7 +21,6 @@ mod stroke;
 #[cfg(test)]
 mod tests;
 
-
 pub use course::{Course, Told as ToldCourse};
 pub use object::{Object, integrate};
 pub use outlook::Outlook;

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use serde_json::{Map, Value, json};
 
 use super::disk::hash_all;
-use crate::scene::{Space, Spec};
 use crate::run_json;
+use crate::scene::{Space, Spec};
 
 /// Options that change nothing in a result.
 const FREE: [&str; 6] = ["run.out", "run.force", "run.plan", "run.quiet", "run.json", "run.threads"];

@@ -8,9 +8,9 @@ use parquet::data_type::{ByteArray, DataType};
 use parquet::errors::{ParquetError, Result};
 use parquet::file::reader::{FileReader, RowGroupReader, SerializedFileReader};
 
+use crate::columns::{Columns, Values, Words};
 use crate::error::{Error, InputError};
 use crate::kernel::gpu::quietly;
-use crate::columns::{Columns, Values, Words};
 
 /// Rows of a table in their order.
 pub struct Reader {

@@ -14,7 +14,7 @@ use crate::physics::body::Touched;
 use crate::physics::flexure::Flexure;
 use crate::physics::real::{Real, Vector};
 use crate::physics::solid::Soft;
-use crate::scene::signal::Signal;
+use crate::scene::channels::Signal;
 
 /// Size of the Newton step, relative to the unknowns, at which a shot hits.
 const HIT: f64 = 1e-12;
