@@ -29,7 +29,7 @@ pub mod polish;
 pub mod quadratic;
 pub mod report;
 pub mod run;
-mod samples;
+pub mod samples;
 pub mod score;
 pub mod sensitivity;
 pub mod session;
