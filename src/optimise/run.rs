@@ -152,7 +152,7 @@ fn whole(
     let backends = [&choice.backend, &precise.backend];
     let question = Question { goes_on: target.resume, ..Question::of_scene("optimise", spec, Value::Null) };
     let names = write::names(search.objective);
-    let folder = Folder::open_now(target.out, question, &names, target.force)?;
+    let folder = Folder::open(target.out, question, &names, target.force)?;
     let model = needed.as_ref().map_or(&spec.study.setup, Needed::setup).model;
     let journal = Journal::new(target.out, &identity(spec, &model, backends), target.resume, target.force)?;
     let discarded = journal.discarded;

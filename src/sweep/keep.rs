@@ -152,10 +152,8 @@ impl Run<'_> {
         self.progress.begin(self.counts.taps);
         let mut state = Unpacker(&state);
         let value = state.take().filter(|_| state.0.is_empty());
-        let damaged = || match &self.keeper {
-            Some(keeper) => keeper.folder.damaged("its state"),
-            None => Error::Run("a state without a folder".into()),
-        };
+        let damaged =
+            || Error::Run("the state of the stopped run cannot be read; --force begins anew".into());
         value.map(Some).ok_or_else(damaged)
     }
 }

@@ -310,8 +310,7 @@ impl Before {
                 let state = Some(state.0.to_vec());
                 Ok(Some(Self { writers, counts, best, solve, mended, handed, under_way, state }))
             }
-            _ if force => folder.begin_anew().map(|()| None),
-            (_, writers) => Err(folder.damaged(&writers.err().unwrap_or_default())),
+            (_, writers) => folder.damaged(&writers.err().unwrap_or_default()).map(|()| None),
         }
     }
 }

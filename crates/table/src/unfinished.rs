@@ -6,7 +6,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::folder::remove_folder;
 
-static PATHS: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+static PATHS: Mutex<Vec<Noted>> = Mutex::new(Vec::new());
 /// Whether a result is whole and goes, or has gone, to its place.
 static PLACED: AtomicBool = AtomicBool::new(false);
 
@@ -42,10 +42,18 @@ pub fn is_placed() -> bool {
 #[derive(Debug)]
 pub struct Unfinished(PathBuf);
 
+/// What was noted: a path, and whether it goes only where it is an empty folder.
+type Noted = (PathBuf, bool);
+
 impl Unfinished {
     /// Notes `path`.
     pub fn new(path: &Path) -> Self {
-        with(|all| Self::note(all, path))
+        with(|all| Self::note(all, path, false))
+    }
+
+    /// Notes the folder `path`, which goes only if nothing is in it.
+    pub fn if_empty(path: &Path) -> Self {
+        with(|all| Self::note(all, path, true))
     }
 
     /// Makes something and notes it, so that no end of the process comes between.
@@ -55,26 +63,21 @@ impl Unfinished {
     pub fn make<T: AsRef<Path>, E>(make: impl FnOnce() -> Result<T, E>) -> Result<(T, Self), E> {
         with(|all| {
             let made = make()?;
-            let noted = Self::note(all, made.as_ref());
+            let noted = Self::note(all, made.as_ref(), false);
             Ok((made, noted))
         })
     }
 
-    fn note(all: &mut Vec<PathBuf>, path: &Path) -> Self {
+    fn note(all: &mut Vec<Noted>, path: &Path, if_empty: bool) -> Self {
         let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-        all.push(path.clone());
+        all.push((path.clone(), if_empty));
         Self(path)
-    }
-
-    /// It is no longer unfinished.
-    pub fn settle(&self) {
-        with(|all| all.retain(|path| *path != self.0));
     }
 }
 
 impl Drop for Unfinished {
     fn drop(&mut self) {
-        self.settle();
+        with(|all| all.retain(|(path, _)| *path != self.0));
     }
 }
 
@@ -83,18 +86,21 @@ impl Drop for Unfinished {
 pub fn remove_all() {
     let mut all = lock();
     if !is_placed() {
-        for path in all.drain(..) {
-            let gone = || remove_folder(&path).or_else(|_| std::fs::remove_file(&path)).is_ok();
+        for (path, if_empty) in all.drain(..) {
+            let gone = || match if_empty {
+                true => std::fs::remove_dir(&path).is_ok(),
+                false => remove_folder(&path).or_else(|_| std::fs::remove_file(&path)).is_ok(),
+            };
             let _ = (0..3).find(|_| gone());
         }
         std::mem::forget(all);
     }
 }
 
-fn with<T>(use_it: impl FnOnce(&mut Vec<PathBuf>) -> T) -> T {
+fn with<T>(use_it: impl FnOnce(&mut Vec<Noted>) -> T) -> T {
     use_it(&mut lock())
 }
 
-fn lock() -> MutexGuard<'static, Vec<PathBuf>> {
+fn lock() -> MutexGuard<'static, Vec<Noted>> {
     PATHS.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,15 +1,16 @@
 //! Who may write into a folder, and what gives way to a new result.
 
-use std::fs::{self, OpenOptions};
+use std::fs::OpenOptions;
 use std::io::ErrorKind;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde_json::Value;
 
-use super::disk::{Identity, Stamp, hash_file, names_in, open_regular};
+use super::PREFIX;
+use super::disk::{Identity, hash_file, names_in, open_regular};
+use super::hidden::is_kept;
 use super::question::Question;
 use super::record::{Listed, RUN, Record};
-use super::{JOURNAL, PREFIX, RESULT, UNPLACED, WORK};
 use crate::error::{Error, InputError};
 use crate::shard::Shard;
 
@@ -20,19 +21,13 @@ pub(super) const LONG: f64 = 60.0;
 #[derive(Debug, Default)]
 pub(super) struct Old {
     /// Its files as they were found, `run.json` among them.
-    pub files: Vec<(Listed, Stamp)>,
+    pub files: Vec<Listed>,
     /// Where a `run.json` that lists nothing is kept.
     pub aside: Option<String>,
     /// Whether only `--force` makes it give way.
     pub forced: bool,
     /// The `run.json` of a result of the same command.
     pub run: Option<Value>,
-}
-
-impl Old {
-    pub fn holds(&self, name: &str) -> Option<&Stamp> {
-        self.files.iter().find(|(f, _)| f.name == name).map(|(_, stamp)| stamp)
-    }
 }
 
 /// A refusal to write to `target`; what is there is kept.
@@ -75,7 +70,7 @@ pub(super) fn judge(folder: &Path, question: &Question, names: &[String], force:
     }
     let mut old = Old { forced: objection.is_some(), ..Old::default() };
     for file in listed {
-        let Some((found, stamp)) = look(&at(&file.name))? else { continue };
+        let Some(found) = look(&at(&file.name))? else { continue };
         if found != *file {
             let why = format!("{} was edited since it was written", at(&file.name).display());
             if !force {
@@ -83,7 +78,7 @@ pub(super) fn judge(folder: &Path, question: &Question, names: &[String], force:
             }
             old.forced = true;
         }
-        old.files.push((found, stamp));
+        old.files.push(found);
     }
     match record {
         Record::Nothing => {}
@@ -100,23 +95,14 @@ pub(super) fn judge(folder: &Path, question: &Question, names: &[String], force:
 fn objection(folder: &Path, record: &Record, question: &Question) -> Result<Option<String>, Error> {
     Ok(match record {
         Record::Nothing => {
-            let mut names = names_in(folder).map_err(|e| Error::io(folder, e))?.into_iter();
             let cut = matches!(question.command, "sweep" | "optimise");
             let part = |name: &str| cut && Shard::of_folder(name).is_some();
-            let unplaced =
-                |name: &str| name.strip_prefix(RESULT).is_some_and(|rest| rest.starts_with(UNPLACED));
-            let strange = |name: &str| !name.starts_with(PREFIX) && !unplaced(name) && !part(name);
-            let occupied = names.any(|name| strange(&name.to_string_lossy()));
-            let searched = question.command != "optimise" && folder.join(JOURNAL).exists();
-            let swept = question.command != "sweep" && folder.join(WORK).exists();
+            let strange = |name: &str| !name.starts_with(PREFIX) && !part(name);
+            let mut names = names_in(folder).map_err(|e| Error::io(folder, e))?.into_iter();
             // What a sweep began is its own, whatever was put beside it since.
-            let begun = question.command == "sweep" && folder.join(WORK).is_dir();
-            match (occupied && !begun, searched, swept) {
-                (true, ..) => Some("this folder is not empty and holds no result of this program".to_owned()),
-                (_, true, _) => Some("this folder holds an unfinished search".to_owned()),
-                (_, _, true) => Some("this folder holds an unfinished sweep".to_owned()),
-                _ => None,
-            }
+            let begun = question.command == "sweep" && is_kept(folder);
+            (!begun && names.any(|name| strange(&name.to_string_lossy())))
+                .then(|| "this folder is not empty and holds no result of this program".to_owned())
         }
         Record::Unlisted => Some("the run.json in this folder lists no files of a result".to_owned()),
         Record::Result { command, name, .. }
@@ -157,7 +143,7 @@ fn leads_to_input(path: &Path, question: &Question) -> bool {
 }
 
 /// A file as it is now; `None` where there is none.
-pub(super) fn look(path: &Path) -> Result<Option<(Listed, Stamp)>, Error> {
+pub(super) fn look(path: &Path) -> Result<Option<Listed>, Error> {
     let mut file = match open_regular(path, OpenOptions::new().read(true)) {
         Err(e) if e.kind() == ErrorKind::NotFound => return Ok(None),
         Err(_) if path.symlink_metadata().is_ok_and(|m| !m.is_file()) => {
@@ -170,7 +156,7 @@ pub(super) fn look(path: &Path) -> Result<Option<(Listed, Stamp)>, Error> {
     let m = file.metadata().map_err(failed)?;
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let blake3 = hash_file(&mut file).map_err(failed)?;
-    Ok(Some((Listed { name, blake3, bytes: m.len() }, Stamp::of(&m))))
+    Ok(Some(Listed { name, blake3, bytes: m.len() }))
 }
 
 /// A name for a `run.json` that is kept.
@@ -178,21 +164,4 @@ fn free_name(folder: &Path) -> String {
     let names = (1..).map(|n| if n == 1 { "run.old.json".to_owned() } else { format!("run.old-{n}.json") });
     let mut free = names.filter(|name| folder.join(name).symlink_metadata().is_err());
     free.next().expect("a folder has finitely many files")
-}
-
-/// Where the half-written result of `target` lies: in it if it is there, else beside it; and who owns it there.
-pub(super) fn place(target: &Path) -> Result<(PathBuf, String), Error> {
-    if target.is_dir() {
-        return Ok((target.to_owned(), RESULT.to_owned()));
-    }
-    if target.symlink_metadata().is_ok() {
-        return Err(refuse(target, "this is a file, not a folder", "a folder"));
-    }
-    let parent = match target.parent() {
-        Some(p) if !p.as_os_str().is_empty() => p.to_owned(),
-        _ => PathBuf::from("."),
-    };
-    fs::create_dir_all(&parent).map_err(|e| Error::io(&parent, e))?;
-    let name = target.file_name().unwrap_or_default().to_string_lossy();
-    Ok((parent, super::hash(&name)[..16].to_owned()))
 }

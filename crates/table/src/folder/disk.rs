@@ -6,7 +6,6 @@ use std::ffi::OsString;
 use std::fs::{self, File, Metadata, OpenOptions};
 use std::io;
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
 
 use sha2::{Digest, Sha256};
 
@@ -142,20 +141,6 @@ pub(super) fn sync(folder: &Path) -> io::Result<()> {
         }
     }
     Ok(())
-}
-
-/// Changes whenever a file is written or replaced.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Stamp {
-    length: u64,
-    modified: Option<SystemTime>,
-    place: Option<(u64, u64)>,
-}
-
-impl Stamp {
-    pub fn of(m: &Metadata) -> Self {
-        Self { length: m.len(), modified: m.modified().ok(), place: place(m) }
-    }
 }
 
 /// Device and inode: the same for all names of a file.

@@ -2,10 +2,9 @@
 
 use std::fs;
 use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::disk::{hash_file, open_regular, place};
 use super::record::Listed;
 use crate::error::Error;
 use crate::pack::packed;
@@ -19,34 +18,11 @@ impl Closed {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Makes them durable, all at once: a disk is waited for about as long as for one.
-    pub fn sync(&self) -> io::Result<()> {
-        self.each(|_, file| file.sync_all())
-    }
-
-    /// Fails unless each file is what lies under its name in `folder`, and holds what was written; `Some(true)` compares every byte, else the
-    /// length. `None`: the result is in its final place.
-    pub fn check(&self, folder: &Path, before: Option<bool>) -> Result<(), Error> {
-        let so = match before {
-            Some(_) => "there is no new result",
-            None => {
-                "the new result has taken the place of the old one, and is not whole: run the command again with --force"
-            }
-        };
-        self.each(|listed, file| {
-            let path = folder.join(&listed.name);
-            let why = touched(&path, listed, file, before == Some(true)).map_err(|e| Error::io(&path, e))?;
-            let failed = |why| Error::io(&path, io::Error::other(format!("{why}; {so}")));
-            why.map_or(Ok(()), |why| Err(failed(why)))
-        })
-    }
-
-    /// Does `f` for all of them at once.
-    fn each<E: Send>(&self, f: impl Fn(&Listed, &fs::File) -> Result<(), E> + Sync) -> Result<(), E> {
-        let (files, f) = (self.lock(), &f);
+    /// Makes them durable, all at once (a disk is waited for about as long as for one), and closes them.
+    pub fn end(&self) -> io::Result<()> {
+        let mut files = std::mem::take(&mut *self.lock());
         std::thread::scope(|scope| {
-            let each: Vec<_> =
-                files.iter().map(|(listed, file)| scope.spawn(move || f(listed, file))).collect();
+            let each: Vec<_> = files.iter_mut().map(|(_, file)| scope.spawn(|| file.sync_all())).collect();
             each.into_iter().try_for_each(|done| done.join().expect("a call to the system does not panic"))
         })
     }
@@ -57,26 +33,6 @@ impl Closed {
         files.sort_by(|a, b| a.name.cmp(&b.name));
         files
     }
-}
-
-/// What somebody else has done to the file at `path`, which was written through `file`; nothing as a rule.
-fn touched(path: &Path, listed: &Listed, file: &fs::File, hashed: bool) -> io::Result<Option<&'static str>> {
-    let there = match open_regular(path, fs::OpenOptions::new().read(true)) {
-        Err(e) if matches!(e.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => {
-            let why = "this file is gone: it was removed, or its folder was moved, while the run wrote it";
-            return Ok(Some(why));
-        }
-        Err(_) if path.symlink_metadata().is_ok_and(|m| !m.is_file()) => {
-            return Ok(Some("this was replaced while the run wrote it, by what is no regular file"));
-        }
-        other => other?,
-    };
-    let found = there.metadata()?;
-    if place(&found) != place(&file.metadata()?) {
-        return Ok(Some("this file was replaced by another one while the run wrote it"));
-    }
-    let same = found.len() == listed.bytes && (!hashed || hash_file(there)? == listed.blake3);
-    Ok((!same).then_some("this file was changed by something else while the run wrote it"))
 }
 
 /// A file of the result while it is written.

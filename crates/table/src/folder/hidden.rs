@@ -1,0 +1,318 @@
+//! The hidden folder [`WORK`] inside a result folder, in which one run at a time writes.
+//!
+//! It holds the files so far, a lock, and perhaps a state: how far the files are complete and what the run knows by then. Files only grow, and a
+//! state is made durable under another name, after them, before it takes the place of the last one: at any moment the state there is whole,
+//! and what it counts on is on the disk. What a file holds beyond it is cut off. A folder with a state stays when its run ends, and the same
+//! command goes on in it; so does one whose result is finished and not yet in place ([`super::replace`]).
+
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::{self, BufWriter, ErrorKind, Read, Write};
+use std::path::{Path, PathBuf};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+
+use super::claim::{LONG, refuse};
+use super::disk::{names_in, open_regular, place, remove_folder, sync};
+use super::replace::FINISHED;
+use crate::error::Error;
+use crate::kernel::gpu::hear;
+use crate::pack::{Packer, checked};
+use crate::unfinished::{self, Unfinished};
+
+/// Name of the hidden folder.
+pub const WORK: &str = ".vibrissa-unfinished";
+/// What is known of the files in it.
+const STATE: &str = ".state";
+/// A state on its way.
+const NEXT: &str = ".state-next";
+/// Held by the run that writes; in it the number of its process.
+const LOCK: &str = ".lock";
+/// Times that a lock is asked for, 10 ms apart: whoever clears up after a dead run holds it that long.
+const TRIES: u32 = 30;
+
+/// The first line of a state.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Head {
+    /// Version of the format.
+    pub format: u32,
+    /// Everything of which the bytes of the result are a function, hashed.
+    pub identity: String,
+    /// What is complete, of how many, in words: "12 of 40 designs".
+    pub done: String,
+    /// Seconds of work so far.
+    pub seconds: f64,
+}
+
+/// Version of the states.
+const FORMAT: u32 = 1;
+
+/// What a stopped run left.
+#[derive(Debug)]
+pub struct Left {
+    /// What it was, and how far.
+    pub head: Head,
+    /// What it knew.
+    pub state: Vec<u8>,
+}
+
+/// A hidden folder that this process holds.
+#[derive(Debug)]
+pub(super) struct Hidden {
+    path: PathBuf,
+    /// Goes, with the result folder if this run made that, when the process ends before anything is kept.
+    noted: Vec<Unfinished>,
+    made: bool,
+    /// Closed before the folder goes: on NFS an open file cannot.
+    lock: Option<File>,
+}
+
+impl Hidden {
+    /// The hidden folder in `target`, which is made where it is not there.
+    ///
+    /// # Errors
+    /// Another run that has it; something else under its name; what cannot be made.
+    pub fn hold(target: &Path) -> Result<Self, Error> {
+        if target.symlink_metadata().is_ok() && !target.is_dir() {
+            return Err(refuse(target, "this is a file, not a folder", "a folder"));
+        }
+        let path = target.join(WORK);
+        let mut made = false;
+        for _ in 1..TRIES {
+            made |= make(target)?;
+            if let Some(lock) = ask(target, &path)? {
+                let mut noted = vec![Unfinished::new(&path)];
+                noted.extend(made.then(|| Unfinished::if_empty(target)));
+                return Ok(Self { path, noted, made, lock: Some(lock) });
+            }
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        let mut pid = String::new();
+        let _ = open_regular(&path.join(LOCK), OpenOptions::new().read(true))
+            .and_then(|file| file.take(20).read_to_string(&mut pid));
+        let who = match pid.trim() {
+            "" => "another run".to_owned(),
+            pid => format!("another run (process {pid})"),
+        };
+        let allowed = "another folder; or wait until that run ends";
+        Err(refuse(target, format!("{who} is writing to this folder"), allowed))
+    }
+
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// What it holds stays if the process ends now.
+    pub fn keep(&mut self) {
+        self.noted.clear();
+    }
+
+    /// Whether what it holds is to stay.
+    fn stays(&self) -> bool {
+        [STATE, FINISHED].iter().any(|name| self.path.join(name).exists())
+    }
+
+    /// Removes all but the lock.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn clear(&self) -> Result<(), Error> {
+        // The state first: without it the rest is worth nothing.
+        let mut names = names_in(&self.path).map_err(|e| Error::io(&self.path, e))?;
+        names.sort_by_key(|name| name != STATE);
+        for path in names.iter().filter(|name| *name != LOCK).map(|name| self.path.join(name)) {
+            fs::remove_file(&path).or_else(|_| remove_folder(&path)).map_err(|e| Error::io(&path, e))?;
+        }
+        Ok(())
+    }
+
+    /// What a stopped run left for the run that is `identity`, or for none; work of another one gives way if it is short, or by `force`, and is
+    /// removed, as is what nothing is known of.
+    ///
+    /// # Errors
+    /// Work of another run that does not give way.
+    pub fn look(&self, target: &Path, identity: Option<&str>, force: bool) -> Result<Option<Left>, Error> {
+        let head = match read(&self.path) {
+            // A state that was being written when the run was stopped goes as the files that no state counts on: when they are written anew.
+            Ok(Some(left)) if Some(&*left.head.identity) == identity => return Ok(Some(left)),
+            Ok(Some(left)) if left.head.seconds > LONG && !force => left.head,
+            Ok(_) => return self.clear().map(|()| None),
+            Err(why) => {
+                hear(&format!(
+                    "the unfinished run in {} cannot be gone on with ({why}): it begins anew",
+                    target.display()
+                ));
+                return self.clear().map(|()| None);
+            }
+        };
+        let Head { seconds, done, .. } = head;
+        let why = match identity {
+            Some(_) => format!(
+                "this folder holds an unfinished run of {seconds:.0} s ({done}) with other values or on another backend"
+            ),
+            None => format!("this folder holds an unfinished sweep of {seconds:.0} s ({done})"),
+        };
+        Err(refuse(target, why, "the command that began it, --force to discard it, or another folder"))
+    }
+}
+
+impl Drop for Hidden {
+    fn drop(&mut self) {
+        let stays = self.stays();
+        if !stays {
+            let _ = self.clear();
+        }
+        // While it is still locked, so that nobody takes a lock that is about to go.
+        let _ = fs::remove_file(self.path.join(LOCK));
+        drop(self.lock.take());
+        if !stays {
+            let _ = fs::remove_dir(&self.path);
+            if self.made {
+                let _ = self.path.parent().map(fs::remove_dir);
+            }
+        }
+    }
+}
+
+/// Whether a stopped run's state lies in the result folder `target`.
+pub(super) fn is_kept(target: &Path) -> bool {
+    target.join(WORK).join(STATE).exists()
+}
+
+/// Makes the folder `target`; whether it was not there.
+fn make(target: &Path) -> Result<bool, Error> {
+    if target.is_dir() {
+        return Ok(false);
+    }
+    target.parent().map_or(Ok(()), fs::create_dir_all).map_err(|e| Error::io(target, e))?;
+    match fs::create_dir(target) {
+        Ok(()) => Ok(true),
+        Err(e) if e.kind() == ErrorKind::AlreadyExists => Ok(false),
+        Err(e) => Err(Error::io(target, e)),
+    }
+}
+
+/// The lock in the hidden folder `path`; `None` where another run has it, or has just removed it.
+fn ask(target: &Path, path: &Path) -> Result<Option<File>, Error> {
+    let gone = |e: &io::Error| e.kind() == ErrorKind::NotFound;
+    match fs::create_dir(path) {
+        Err(e) if gone(&e) => return Ok(None),
+        Err(e) if e.kind() == ErrorKind::AlreadyExists => {}
+        other => other.map_err(|e| Error::io(path, e))?,
+    }
+    if path.symlink_metadata().is_ok_and(|m| !m.is_dir()) {
+        let why = format!("{} is in the way and no folder of this program", path.display());
+        return Err(refuse(target, why, "another folder; or move this away"));
+    }
+    let at = path.join(LOCK);
+    let (mut file, new) = match open_regular(&at, OpenOptions::new().write(true).create_new(true)) {
+        Ok(file) => (file, true),
+        Err(e) if gone(&e) => return Ok(None),
+        Err(_) => match open_regular(&at, OpenOptions::new().read(true).write(true)) {
+            Ok(file) => (file, false),
+            Err(e) if gone(&e) => return Ok(None),
+            Err(e) => return Err(Error::io(&at, e)),
+        },
+    };
+    match file.try_lock() {
+        Err(TryLockError::WouldBlock) => return Ok(None),
+        // A file system without locks: whoever made the file has it.
+        Err(TryLockError::Error(_)) if !new => {
+            let why = "another run writes here, or was killed; this file system has no locks that tell which";
+            let allowed = format!("another folder; or, if that run is over, remove {}", at.display());
+            return Err(refuse(target, why, &allowed));
+        }
+        _ => {}
+    }
+    let there = |m: io::Result<fs::Metadata>| m.ok().as_ref().and_then(place);
+    if there(file.metadata()) != there(at.symlink_metadata()) {
+        return Ok(None);
+    }
+    // On a full disk nobody is told whose lock it is; it holds all the same.
+    let _ = file.set_len(0).and_then(|()| writeln!(file, "{}", std::process::id()));
+    Ok(Some(file))
+}
+
+/// The state in the folder `work`, if there is one.
+fn read(work: &Path) -> io::Result<Option<Left>> {
+    let mut bytes = Vec::new();
+    match open_regular(&work.join(STATE), OpenOptions::new().read(true)) {
+        Err(e) if e.kind() == ErrorKind::NotFound => return Ok(None),
+        other => other?.read_to_end(&mut bytes)?,
+    };
+    let torn = || io::Error::other("its state is damaged");
+    let body = checked(&bytes).ok_or_else(torn)?;
+    let end = body.iter().position(|b| *b == b'\n').ok_or_else(torn)?;
+    let head: Head = serde_json::from_slice(&body[..end]).map_err(|_| torn())?;
+    if head.format != FORMAT {
+        return Err(io::Error::other("its state is of another version of this program"));
+    }
+    Ok(Some(Left { head, state: body[end + 1..].to_vec() }))
+}
+
+/// States on their way to the disk, one at a time, while the run goes on.
+#[derive(Debug, Default)]
+pub(super) struct Saving(Option<JoinHandle<io::Result<String>>>);
+
+impl Drop for Saving {
+    fn drop(&mut self) {
+        let _ = self.wait();
+    }
+}
+
+impl Saving {
+    /// Whether one is under way.
+    pub fn busy(&self) -> bool {
+        self.0.as_ref().is_some_and(|thread| !thread.is_finished())
+    }
+
+    /// Waits for it; what is kept then, in words, if there was one.
+    pub fn wait(&mut self) -> io::Result<Option<String>> {
+        let Some(thread) = self.0.take() else { return Ok(None) };
+        thread.join().unwrap_or_else(|_| Err(io::Error::other("saving panicked"))).map(Some)
+    }
+
+    /// Writes a state into `work` and makes it durable after `files`, in a thread of its own.
+    pub fn start(
+        &mut self,
+        work: &Path,
+        head: &Head,
+        files: Vec<File>,
+        fill: impl FnOnce(&mut Packer<'_>) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        let next = work.join(NEXT);
+        let failed = |e| Error::io(&next, e);
+        let mut file = BufWriter::new(File::create(&next).map_err(failed)?);
+        let mut packer = Packer::new(&mut file);
+        packer.raw(&serde_json::to_vec(head).map_err(|e| Error::Run(e.to_string()))?);
+        packer.raw(b"\n");
+        fill(&mut packer)?;
+        packer.finish().map_err(failed)?;
+        file.flush().map_err(failed)?;
+        let file = file.into_inner().map_err(|e| failed(e.into_error()))?;
+        let words = head.words(work.parent().unwrap_or(Path::new(".")));
+        let work = work.to_owned();
+        self.0 = Some(std::thread::spawn(move || {
+            files.iter().try_for_each(File::sync_data)?;
+            file.sync_all()?;
+            fs::rename(work.join(NEXT), work.join(STATE))?;
+            sync(&work)?;
+            unfinished::keeping(words.clone());
+            Ok(words)
+        }));
+        Ok(())
+    }
+}
+
+impl Head {
+    /// What is kept in `target`, in words.
+    pub(super) fn words(&self, target: &Path) -> String {
+        format!("{} are kept in {}, and the same command goes on with them", self.done, target.display())
+    }
+
+    /// Of the run `identity`.
+    pub fn new(identity: &str, done: String, seconds: f64) -> Self {
+        Self { format: FORMAT, identity: identity.to_owned(), done, seconds }
+    }
+}
