@@ -48,7 +48,7 @@ pub(super) fn readers(
     {
         return Ok(Readers { rows: Some(Arc::new(rows)), taps: None });
     }
-    let taps = Reader::towards(setup, (&distances, &directions), wanted, tolerance)?.map(Arc::new);
+    let taps = Reader::new(setup, (&distances, &directions), wanted, tolerance)?.map(Arc::new);
     Ok(Readers { rows: None, taps })
 }
 

@@ -29,7 +29,7 @@ pub use disk::{
 };
 use lock::{Asked, Lock};
 pub use output::{Mark, Output};
-pub use question::{Question, digest};
+pub use question::Question;
 use record::RUN;
 pub use record::{Listed, is_result_name, read_run};
 pub use work::{Head, Left, WORK};

@@ -57,7 +57,7 @@ use crate::scene::{Convention, Drive, Foil, Per, RankBy, Theory};
 use between::Between;
 use choice::Choice;
 use distance::{Charted, Distance};
-pub use figures::{Counting, Figures};
+pub use figures::Figures;
 use groups::Group;
 pub use outcome::{Read, Readings};
 use scratch::Scratch;
