@@ -32,8 +32,7 @@ impl Work {
     pub fn of_study(study: &Study, options: &RunOptions) -> Self {
         let Some(layout) = study.space.layout() else {
             let taps = match &study.space {
-                Space::File(file) => file.len() as f64,
-                Space::List(tuples) => tuples.len() as f64,
+                Space::List(listed) => listed.len() as f64,
                 Space::Grid(_) => 0.0,
             };
             return Self::solved(taps, &study.setup, options);

@@ -10,7 +10,7 @@ use vibrissa::error::Error;
 use vibrissa::needed::{ComparedRows, Needed};
 use vibrissa::plan::Plan;
 use vibrissa::report::answer::{Recommended, of_best};
-use vibrissa::scene::{Direction, Geometry, Listed, MaterialFit, Space, Spec};
+use vibrissa::scene::{Direction, Geometry, MaterialFit, Spec};
 use vibrissa::sink::rows::TableFormat;
 use vibrissa::sink::run_json;
 use vibrissa::sink::table::{LARGEST, Table};
@@ -161,7 +161,7 @@ fn planned(
     if curves > 0 {
         let _ = writeln!(
             text,
-            "  theory \"exact\": the model's own curve of each of {curves} designs rows too, some 12 to 36 taps more for each, solved or read from charts"
+            "  theory \"exact\": the model's own curve of each of {curves} designs rows too, some 12 to 36 taps more for each"
         );
     }
     if plan.both > 0 {
@@ -169,9 +169,6 @@ fn planned(
             text,
             "  theory \"exact\" with two gauges: {TAPS} taps more for each, from whose strains its distance and tilt are told"
         );
-    }
-    if let Space::File(file) = &spec.study.space {
-        let _ = writeln!(text, "  warning: {}", large(file));
     }
     if let Some(fit) = &spec.material_fit {
         let MaterialFit { file, points, coefficients: [c10, c20, c30], rms, range: [min, max] } = fit;
@@ -190,15 +187,6 @@ fn planned(
         result: json!({ "in_force": run_json::in_force(spec), "material_fit": run_json::material_fit(spec, None), "model_error": needed.map(|n| n.summary(seconds)) }),
         ..Reply::default()
     })
-}
-
-/// What to expect of a tuple file that is not held in memory: some 45 bytes a row are, and every reading of it takes time.
-fn large(file: &Listed) -> String {
-    let rows = file.len() as f64;
-    let (size, time) = (150.0 + 45e-6 * rows, (rows / 3e6).ceil());
-    format!(
-        "the tuple file has {rows:.1e} rows: it takes about {size:.0} MB of memory and is read two to four times, about {time:.0} s each"
-    )
 }
 
 fn row(spec: &Spec, k: &Kept) -> Value {

@@ -37,8 +37,7 @@ impl Sample {
     pub fn new(study: &Study) -> Result<Self, Error> {
         Ok(match &study.space {
             Space::Grid(factors) => Self::grid(&Layout::new(factors)),
-            Space::List(tuples) => Self::list(tuples),
-            Space::File(file) => Self::list(&file.tuples()?),
+            Space::List(listed) => Self::list(&listed.iter().collect::<Vec<_>>()),
         })
     }
 

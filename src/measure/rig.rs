@@ -73,7 +73,11 @@ impl Rig {
         }
         let setup = Setup { drive: drive.unwrap_or(Drive::Angle), ..Setup::default() };
         let rig = Self::unknown(setup.clone(), furthest)?;
-        let study = Study { setup, space: Space::List(vec![rig.design.tuple]), output: Output::default() };
+        let study = Study {
+            setup,
+            space: Space::List([rig.design.tuple].into_iter().collect()),
+            output: Output::default(),
+        };
         Ok((rig, Spec::of("no whisker", study)))
     }
 

@@ -50,7 +50,7 @@ impl Said {
             reach: Reach::of(row.point.direction(), row.reach),
         };
         let asks: Vec<Ask> = rows.iter().enumerate().map(ask).collect();
-        let (own, _) = curve::solve(setup, &mut evaluator, &designs, &asks, None)?;
+        let (own, _) = curve::solve(setup, &mut evaluator, &designs, &asks)?;
         let reach: Vec<[f64; 2]> = rows.iter().flat_map(|row| vec![row.reach; row.distances.len()]).collect();
         let ask = |i: usize| both::Ask::own(setup, tasks[i], &outcomes[i], reach[i]);
         let asks: Vec<both::Ask> = (0..tasks.len()).map(ask).collect();

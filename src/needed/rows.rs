@@ -59,8 +59,7 @@ impl ComparedRows {
     pub fn of_study(study: &Study) -> Result<Self, Error> {
         Ok(match &study.space {
             Space::Grid(factors) => Self::of_grid(study, &Layout::new(factors))?,
-            Space::List(tuples) => Self::of_list(tuples),
-            Space::File(file) => Self::of_list(&file.tuples()?),
+            Space::List(listed) => Self::of_list(&listed.iter().collect::<Vec<_>>()),
         })
     }
 

@@ -14,8 +14,7 @@ use crate::curve;
 use crate::curve::{Ask, Curve, Reach, both};
 use crate::design::Design;
 use crate::error::Error;
-use crate::evaluate::{Outcome, Task};
-use crate::kernel::drives::DriveAxis;
+use crate::evaluate::Task;
 use crate::plan::Layout;
 use crate::scene::search::{Calibrated, Quantity, Search};
 use crate::scene::{Column, Setup, Tuple};
@@ -53,7 +52,7 @@ pub(super) fn readers(
     {
         return Ok(Readers { rows: Some(Arc::new(rows)), taps: None });
     }
-    let taps = Reader::towards(setup, (&distances, &directions), wanted, tolerance)?.map(Arc::new);
+    let taps = Reader::new(setup, (&distances, &directions), wanted, tolerance)?.map(Arc::new);
     Ok(Readers { rows: None, taps })
 }
 
@@ -108,16 +107,12 @@ impl Scorer<'_> {
         let at = |drive: f64| Design { tuple: Tuple { drive, ..*whisker }, ..design.clone() };
         let designs: Vec<Design> = drives.iter().map(|drive| at(*drive)).collect();
         let task = |a: f64, drive: f64| Task::of(0, &Tuple { a, drive, ..*whisker });
-        let by_distance: Vec<Task> =
-            self.judge.distances.iter().flat_map(|&a| drives.iter().map(move |&d| task(a, d))).collect();
-        let one = std::slice::from_ref(&design);
-        let (found, _) = match DriveAxis::pays(drives.len() as u64) {
-            true => self.evaluator.run_over_drives(one, &by_distance, drives)?,
-            false => (self.evaluator.run(one, &by_distance)?, 0),
-        };
+        let distances = &self.judge.distances;
         // Drive by drive, as a row has them.
-        let order = || (0..drives.len()).flat_map(|j| (0..n).map(move |i| i * drives.len() + j));
-        let taps: Vec<Outcome> = order().map(|t| found[t]).collect();
+        let tasks: Vec<Task> =
+            drives.iter().flat_map(|&drive| distances.iter().map(move |&a| task(a, drive))).collect();
+        let one = std::slice::from_ref(&design);
+        let taps = self.evaluator.run(one, &tasks)?;
         let own = self.curves(one, drives, Some(Reach::of(direction, reach)))?;
         let scored = self.judge.reach_of(0, direction);
         let of_scores = if scored == Some(Reach::of(direction, reach)) {
@@ -126,7 +121,7 @@ impl Scorer<'_> {
             Some(self.curves(one, drives, scored)?)
         };
         let asks: Vec<both::Ask> =
-            order().zip(&taps).map(|(t, tap)| both::Ask::own(setup, by_distance[t], tap, reach)).collect();
+            tasks.iter().zip(&taps).map(|(task, tap)| both::Ask::own(setup, *task, tap, reach)).collect();
         let (both, _) = both::both(setup, &mut self.evaluator, one, &asks)?;
         let one = |j: usize| {
             let (design, taps) = (&designs[j], &taps[j * n..(j + 1) * n]);
@@ -147,7 +142,6 @@ impl Scorer<'_> {
     ) -> Result<Vec<Option<Curve>>, Error> {
         let Some(reach) = reach else { return Ok(Vec::new()) };
         let asks: Vec<Ask> = drives.iter().map(|&drive| Ask { design: 0, drive, reach }).collect();
-        let axis = Some(drives).filter(|_| DriveAxis::pays(drives.len() as u64));
-        Ok(curve::solve(self.judge.setup, &mut self.evaluator, design, &asks, axis)?.0)
+        Ok(curve::solve(self.judge.setup, &mut self.evaluator, design, &asks)?.0)
     }
 }

@@ -8,11 +8,7 @@ use rayon::prelude::*;
 use super::judge::Judge;
 use super::samples::deviations;
 use super::score::Score;
-use crate::chart::{
-    lanes::{Counting, Figures},
-    reader::Reader,
-    rows::RowReader,
-};
+use crate::chart::{lanes::Figures, reader::Reader, rows::RowReader};
 use crate::curve::{self, Ask, Reach, both};
 use crate::design::Design;
 use crate::error::Error;
@@ -76,7 +72,7 @@ impl<'a> Scorer<'a> {
 
     /// With what is read from charts while candidates are scored.
     pub fn reading(self, readers: Readers) -> Self {
-        Self { evaluator: self.evaluator.reading([readers.taps]), rows: readers.rows, ..self }
+        Self { evaluator: self.evaluator.reading(readers.taps), rows: readers.rows, ..self }
     }
 
     /// With no distance of taps that come near no equilibrium: the reference takes seconds to say that there is none.
@@ -182,7 +178,7 @@ impl<'a> Scorer<'a> {
             reach: Reach::of(p.direction(), judge.reach),
         };
         let asks: Vec<Ask> = (0..).zip(points).map(ask).collect();
-        let (own, _) = curve::solve(judge.setup, &mut self.evaluator, &designs, &asks, None)?;
+        let (own, _) = curve::solve(judge.setup, &mut self.evaluator, &designs, &asks)?;
         let ask = |t: usize| both::Ask::own(judge.setup, tasks[t], &taps[t], judge.reach);
         let asks: Vec<both::Ask> = (0..tasks.len()).map(ask).collect();
         let (both, _) = both::both(judge.setup, &mut self.evaluator, &designs, &asks)?;
@@ -202,7 +198,7 @@ impl<'a> Scorer<'a> {
             .into_par_iter()
             .map(|w| judge.whisker(&points[w / whiskers], w % whiskers))
             .collect();
-        let (found, _) = reader.read(&tuples, Counting::Every);
+        let found = reader.read(&tuples);
         let told = |(tuple, figures): (&Tuple, &Option<Figures>)| {
             figures.as_ref().map(|f| judge.score_of_chart(tuple, f))
         };
@@ -247,7 +243,7 @@ impl<'a> Scorer<'a> {
             Some(Ask { design: w as u32, drive: design.tuple.drive, reach })
         };
         let asks: Vec<Ask> = designs.iter().enumerate().filter_map(ask).collect();
-        let (curves, _) = curve::solve(judge.setup, &mut self.evaluator, &designs, &asks, None)?;
+        let (curves, _) = curve::solve(judge.setup, &mut self.evaluator, &designs, &asks)?;
         let mut own = vec![None; if asks.is_empty() { 0 } else { designs.len() }];
         asks.iter().zip(curves).for_each(|(ask, curve)| own[ask.design as usize] = curve);
         let ask = |t: usize| judge.ask(&designs, whiskers, tasks[t], &taps[t]);

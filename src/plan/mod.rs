@@ -1,30 +1,46 @@
 //! What will run, as data: `--plan` prints it, `sweep` executes it.
 
-mod way;
-
 use std::sync::Arc;
 use std::time::Instant;
 
 pub use crate::scene::Layout;
-pub use way::Way;
 
 use crate::backend::Choice;
-use crate::chart::{ranker::Ranker, reader::Reader, rows::RowReader};
+use crate::chart::ranker::Ranker;
 use crate::error::InputError;
-use crate::scene::{Axis, Column, Geometry, Property, Setup, Space, Study, Theory, Tuple};
+use crate::scene::{Axis, Column, Geometry, Property, Setup, Space, Study, Theory};
 use crate::sink::shard::Shard;
 
 /// Taps that are evaluated together.
 pub const CHUNK: u64 = 1 << 17;
-
-/// Largest design whose outcomes are kept between the two passes, taps.
-pub const KEEP: u64 = 1 << 20;
 
 /// Largest tuples table that is written without being asked for, bytes.
 pub const DEFAULT_TUPLES_LIMIT: f64 = 10e9;
 
 /// Mean bytes of a CSV row, measured on `sweeps/prototypes.toml`.
 const ROW_BYTES: [f64; 3] = [250.0, 220.0, 75.0];
+
+/// How the rows of a sweep are found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Way {
+    /// Rows are ranked from charts; those kept are solved.
+    Charted,
+    /// Every tap is solved by a kernel.
+    Solved,
+    /// Every tap is solved by the reference.
+    Reference,
+}
+
+impl Way {
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Charted => "ranked from a chart",
+            Self::Solved => "solved tap by tap",
+            Self::Reference => "solved by the reference",
+        }
+    }
+}
 
 /// Sizes of a sweep, and how it goes.
 #[derive(Debug, Clone)]
@@ -49,10 +65,6 @@ pub struct Plan {
     pub solved: Way,
     /// What ranks the rows, with [`Way::Charted`].
     pub ranker: Option<Arc<Ranker>>,
-    /// What reads the taps, with [`Way::Read`].
-    pub reader: Option<Arc<Reader>>,
-    /// What reads whole rows, with [`Way::Read`] where only they are written.
-    pub row_reader: Option<Arc<RowReader>>,
     /// The plan of each rig alone, by which its rows are found, where few rigs differ.
     pub rigs: Vec<Self>,
     /// Seconds it took to make charts, also those that were refused; `None` where none was tried.
@@ -80,18 +92,9 @@ impl Plan {
                 let each = [l.n_distances, l.n_distances * l.n_directions];
                 (l.len(), l.n_designs, [l.len(), l.n_designs * l.n_drives, l.n_designs * each[1]], each)
             }
-            Space::List(tuples) => {
-                let designs = distinct(tuples, |_| [0.0; 3]);
-                let rows = [
-                    tuples.len() as u64,
-                    distinct(tuples, |t| [t.tilt, t.lean, t.drive]),
-                    distinct(tuples, |t| [t.tilt, t.lean, t.a]),
-                ];
-                (rows[0], designs, rows, [1; 2])
-            }
-            Space::File(file) => {
-                let ([designs, drives, distances], taps) = (file.groups().counts, file.len() as u64);
-                (taps, designs, [taps, drives, distances], [1; 2])
+            Space::List(listed) => {
+                let ([designs, strokes, distances], taps) = (listed.groups().counts, listed.len() as u64);
+                (taps, designs, [taps, strokes, distances], [1; 2])
             }
         };
         let tuples = output.tuples.unwrap_or(true);
@@ -108,22 +111,16 @@ impl Plan {
             let error = InputError::new(why).key("output.tuples").value("true (by default)");
             return Err(error.allowed("tuples = true or tuples = false in [output], or top = N"));
         }
-        let layout = study.space.layout();
-        let of_one = || study.space.layout().filter(|_| study.setup.rigs.is_none());
-        let solved = Way::solved(study, layout.as_ref(), choice);
+        let solved = if choice.backend.tolerance.is_none() { Way::Reference } else { Way::Solved };
         let charting = Instant::now();
-        let ranker = of_one().and_then(|layout| Way::charted(study, &layout, choice)).map(Arc::new);
-        let layout = of_one().filter(|_| ranker.is_none());
-        let only_rows = !tuples && !output.distances && output.top.is_none();
-        let of_rows = layout.as_ref().filter(|_| only_rows);
-        let row_reader = of_rows.and_then(|layout| Way::read_rows(study, layout, choice)).map(Arc::new);
-        let layout = layout.filter(|_| row_reader.is_none());
-        let reader = layout.and_then(|layout| Way::read(study, &layout, choice)).map(Arc::new);
+        let of_one = study.space.layout().filter(|_| study.setup.rigs.is_none());
+        // Where taps cannot be solved the sweep itself says why.
+        let ranker = of_one.zip(choice.chart_tolerance());
+        let ranker =
+            ranker.and_then(|(layout, tolerance)| Ranker::new(study, &layout, tolerance).ok().flatten());
+        let ranker = ranker.map(Arc::new);
         let charted = charting.elapsed().as_secs_f64();
-        let read = reader.is_some() || row_reader.is_some();
-        let chart = Some(charted).filter(|s| ranker.is_some() || read || *s > TRIED);
-        let solved = if read { Way::Read } else { solved };
-        let way = if ranker.is_some() { Way::Charted } else { solved };
+        let chart = Some(charted).filter(|s| ranker.is_some() || *s > TRIED);
         let own =
             study.setup.estimate.theory == Theory::Exact && study.setup.model.geometry == Geometry::Exact;
         let (curves, both) = match (own, study.setup.gauge.second) {
@@ -133,12 +130,8 @@ impl Plan {
         };
         let rigs = of_rigs(study, choice)?;
         let chart = chart.into_iter().chain(rigs.iter().filter_map(|plan| plan.chart)).reduce(|a, b| a + b);
-        let ranked = rigs.iter().any(|plan| plan.ranker.is_some());
-        let way = match ranked || rigs.iter().any(|plan| plan.solved == Way::Read) {
-            true if ranked => Way::Charted,
-            true => Way::Read,
-            false => way,
-        };
+        let ranked = ranker.is_some() || rigs.iter().any(|plan| plan.ranker.is_some());
+        let way = if ranked { Way::Charted } else { solved };
         let seconds = begun.elapsed().as_secs_f64();
         Ok(Self {
             taps,
@@ -151,8 +144,6 @@ impl Plan {
             way,
             solved,
             ranker,
-            reader,
-            row_reader,
             rigs,
             chart,
             seconds,
@@ -170,36 +161,21 @@ impl Plan {
 
     /// Taps that were solved for its chart; `None` without one.
     pub fn chart_taps(&self) -> Option<u64> {
-        let (ranker, reader, rows) = (self.ranker.as_ref(), self.reader.as_ref(), self.row_reader.as_ref());
-        let taps = ranker.map(|r| r.sweeps().taps).or(reader.map(|r| r.sweeps().taps));
-        let taps = taps.or(rows.map(|r| r.sweeps().taps));
+        let taps = self.ranker.as_ref().map(|ranker| ranker.sweeps().taps);
         taps.into_iter().chain(self.rigs.iter().filter_map(Self::chart_taps)).reduce(|a, b| a + b)
     }
 
     /// What each rig is ranked by; none where nothing is.
     pub fn rankers(&self) -> Vec<Option<&Ranker>> {
-        let all = self.each(|plan| plan.ranker.as_deref());
+        let one = std::slice::from_ref(self);
+        let all = if self.rigs.is_empty() { one } else { &self.rigs };
+        let all: Vec<Option<&Ranker>> = all.iter().map(|plan| plan.ranker.as_deref()).collect();
         if all.iter().any(Option::is_some) { all } else { Vec::new() }
-    }
-
-    /// What the rows of each rig are read by; none unless all are.
-    pub fn row_readers(&self) -> Vec<&RowReader> {
-        self.each(|plan| plan.row_reader.as_deref()).into_iter().collect::<Option<_>>().unwrap_or_default()
-    }
-
-    /// What the taps of each rig are read by.
-    pub fn readers(&self) -> Vec<Option<Arc<Reader>>> {
-        self.each(|plan| plan.reader.clone())
-    }
-
-    /// Of the plan of each rig.
-    fn each<'p, T>(&'p self, of: impl Fn(&'p Self) -> T) -> Vec<T> {
-        if self.rigs.is_empty() { vec![of(self)] } else { self.rigs.iter().map(of).collect() }
     }
 
     /// Taps of `setup` that are evaluated together at first, until it is known how long they take: fewer where each may take long.
     pub fn together(&self, setup: &Setup) -> u64 {
-        let quick = setup.model.geometry == Geometry::Linear || self.way == Way::Read;
+        let quick = setup.model.geometry == Geometry::Linear;
         match () {
             () if self.solved == Way::Reference => CHUNK / 64,
             () if quick => CHUNK,
@@ -231,16 +207,4 @@ fn of_rigs(study: &Study, choice: &Choice) -> Result<Vec<Plan>, InputError> {
         Plan::new(&Study { setup, space, output: study.output }, choice)
     };
     (0..rigs.len()).map(plan).collect()
-}
-
-/// Number of different designs with their `part`.
-fn distinct(tuples: &[Tuple], part: impl Fn(&Tuple) -> [f64; 3]) -> u64 {
-    let key = |t: &Tuple| {
-        let [x, y, z] = part(t);
-        ([t.D, t.d, t.L_a, t.x_ss, t.l, x, y, z].map(|x| (x + 0.0).to_bits()), t.rig)
-    };
-    let mut keys: Vec<([u64; 8], u64)> = tuples.iter().map(key).collect();
-    keys.sort_unstable();
-    keys.dedup();
-    keys.len() as u64
 }

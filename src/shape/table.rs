@@ -166,9 +166,8 @@ fn tuples(space: &Space) -> Result<Vec<Tuple>, InputError> {
     match (space, space.layout()) {
         (_, Some(layout)) if layout.len() > MOST_TAPS => Err(many(layout.len())),
         (_, Some(layout)) => Ok((0..layout.len()).map(|i| layout.tuple(i)).collect()),
-        (Space::List(tuples), _) if tuples.len() as u64 > MOST_TAPS => Err(many(tuples.len() as u64)),
-        (Space::List(tuples), _) => Ok(tuples.clone()),
-        (Space::File(file), _) => Err(many(file.len() as u64)),
+        (Space::List(listed), _) if listed.len() as u64 > MOST_TAPS => Err(many(listed.len() as u64)),
+        (Space::List(listed), _) => Ok(listed.iter().collect()),
         (Space::Grid(_), None) => unreachable!("a grid has a layout"),
     }
 }

@@ -8,8 +8,8 @@ use super::check::{self, LEANING, LENGTH, PLACE, TAP_ANGLE};
 use super::reader::{Item, Result};
 use super::schema::Sections;
 use super::{properties, tuple_file};
-use crate::scene::space::AXIS_LIMIT;
-use crate::scene::{COLUMNS, Column, DirectionColumns, Drive, Property, Rigs, Space};
+use crate::scene::space::MOST_TAPS;
+use crate::scene::{COLUMNS, Column, DirectionColumns, Drive, Listed, Property, Rigs, Space};
 
 /// Section and key of each column but the last, which has the key of its drive.
 pub(super) const KEYS: [(&str, &str); 8] = [
@@ -67,7 +67,7 @@ pub(super) fn listed<'a>(sections: &Sections<'a>, _: Drive) -> Result<Read<'a>> 
         return axis.item.refuse("all taps have one rig here", "one number");
     }
     Ok(Read {
-        space: Space::List(Vec::new()),
+        space: Space::List(Listed::default()),
         directions: DirectionColumns::default(),
         leaning: [None, None],
         properties: Vec::new(),
@@ -166,31 +166,31 @@ fn zipped(axes: &[AxisItem<'_>; COLUMNS], properties: &[(Property, AxisItem<'_>)
     Ok(())
 }
 
-/// Distances and strokes (tilts, leans and drives that do not belong to a design) are few enough to keep statistics of each.
+/// The taps of a design (its distances at all tilts, leans and drives that do not belong to it) are few enough to be held in memory.
 fn short(axes: &[AxisItem<'_>; COLUMNS], rigs_sampled: bool) -> Result<()> {
     let [whisker @ .., a, tilt, lean, drive] = axes;
-    let many = |long: &AxisItem<'_>, n: u64| {
-        let message = format!("one design would have too many of these, {n}; use several specs");
-        long.item.refuse(message, format!("at most {AXIS_LIMIT} values"))
-    };
-    if a.axis.len() > AXIS_LIMIT {
-        return many(a, a.axis.len());
-    }
     let sampled = |x: &AxisItem<'_>| x.axis.points().is_some();
     let zipped = rigs_sampled || whisker.iter().any(sampled);
-    let (mut strokes, mut samples, mut longest) = (1u64, 1, tilt);
-    for part in [drive, tilt, lean].into_iter().filter(|x| !(zipped && sampled(x))) {
+    let (mut taps, mut samples, mut longest) = (a.axis.len(), 1, a);
+    for part in [tilt, lean, drive].into_iter().filter(|x| !(zipped && sampled(x))) {
         if sampled(part) {
             samples = part.axis.len();
         } else {
-            strokes = strokes.saturating_mul(part.axis.len());
+            taps = taps.saturating_mul(part.axis.len());
         }
         if part.axis.len() > longest.axis.len() {
             longest = part;
         }
     }
-    match strokes.saturating_mul(samples) {
-        n if n > AXIS_LIMIT => many(longest, n),
+    match taps.saturating_mul(samples) {
+        n if n > MOST_TAPS => {
+            let message =
+                format!("one design would have {n} taps, all its distances at all tilts, leans and drives");
+            let allowed = format!(
+                "{MOST_TAPS} at most: fewer values here, or samples, as in {{ min = …, max = …, samples = N }} for the drive and an axis of the whisker, which belong together"
+            );
+            longest.item.refuse(message, allowed)
+        }
         _ => Ok(()),
     }
 }

@@ -112,7 +112,7 @@ impl Trouble {
         }
     }
 
-    /// The error in the file at `path`, of which no text is held: it is read again up to the line at fault.
+    /// The error in the file at `path`, of which no text is held: the line at fault is looked up.
     pub fn in_file<const N: usize>(self, path: &Path, columns: Columns<'_, N>) -> InputError {
         let label = path.display().to_string();
         match self {
@@ -129,7 +129,7 @@ impl Trouble {
 }
 
 /// Number and text of the first line at or after byte `start` that is neither blank nor a comment.
-fn line_at(path: &Path, start: u64) -> std::io::Result<(usize, String)> {
+pub(super) fn line_at(path: &Path, start: u64) -> std::io::Result<(usize, String)> {
     let mut reader = BufReader::new(File::open(path)?);
     let (mut line, mut text) = (1, Vec::new());
     let mut before = (&mut reader).take(start);

@@ -1,21 +1,21 @@
 //! Tuples listed in a CSV file.
 
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Cursor, Read as _};
 use std::path::Path;
 use std::sync::Arc;
 
 use super::axis::AxisItem;
 use super::properties;
-use super::reader::{Document, Item, Result};
+use super::reader::{Item, Result};
 use super::schema::Sections;
 use super::space::Read;
 use super::table::{self, Columns, Header};
 use super::units::DoubtfulRows;
 use crate::measure::text::separator;
-use crate::scene::listed::{Grouping, Listed, MOST_ROWS, reader};
+use crate::scene::listed::MOST_ROWS;
 use crate::scene::property::Description;
 use crate::scene::{
-    Axis, COLUMNS, Column, DirectionColumns, Drive, PROPERTIES, Property, Rigs, Space, Tuple,
+    Axis, COLUMNS, Column, DirectionColumns, Drive, Listed, PROPERTIES, Property, Rigs, Space, Tuple,
 };
 use crate::text_file::{Limit, TextFile, refused, unread};
 
@@ -29,9 +29,6 @@ const SPARE: [&str; 2] = ["tilt_deg", "lean_deg"];
 const VARIED: usize = PROPERTIES - 1;
 /// Columns of a file at most.
 const ALL: usize = COLUMNS + VARIED;
-
-/// Size from which on a file is not held in memory, bytes: some 200 000 rows.
-pub const LARGE: u64 = 8 << 20;
 
 /// Properties by the places of their columns after those of a tuple.
 fn varied() -> impl Iterator<Item = Property> {
@@ -118,11 +115,6 @@ impl Varied {
     }
 }
 
-/// The first line of a text that is no comment.
-fn header<'t>(mut lines: impl Iterator<Item = &'t str>) -> &'t str {
-    lines.find(|line| !line.trim().is_empty() && !line.starts_with('#')).unwrap_or_default()
-}
-
 /// Reads the file named by `item`, relative to `base`, and warnings about it.
 pub(super) fn read<'a>(
     sections: &Sections<'a>,
@@ -135,81 +127,45 @@ pub(super) fn read<'a>(
     let spare = [&SPARE, &names[COLUMNS..]].concat();
     let columns = Columns { names: std::array::from_fn(|k| names[k]), spare: &spare };
     let path = base.join(item.text()?);
-    if path.metadata().is_ok_and(|m| m.is_file() && m.len() > LARGE)
-        && let Some((listed, varied, directions, seen, warnings)) =
-            large(&path, columns, drive).map_err(|e| table::named(item, e))?
-    {
-        let listed = listed
-            .ok_or_else(|| item.error("this file has too many rows").allowed(format!("{MOST_ROWS}")))?;
-        let leaning = seen.map(|seen| seen.then(|| item.clone()));
-        let (properties, rigs) = varied.read(sections, item)?;
-        return Ok(Read { space: Space::File(listed), directions, leaning, properties, rigs, warnings });
-    }
-    let (label, text) = table::open(item, base, WHAT, Limit::Lines)?;
-    let document = Document { file: &label, text: &text };
-    let (mut tuples, mut rows, mut seen) = (Vec::new(), DoubtfulRows::new(drive), [false; 2]);
-    let mut varied = Varied::new(header(text.lines()));
-    let header = table::read(&document, columns, allowed, &mut |values, start| {
+    let label = path.display().to_string();
+    let open = || TextFile::open(&path, WHAT, Limit::Lines).map_err(|e| table::named(item, e));
+    let (first, text) = header(open()?)
+        .map_err(|e| table::named(item, refused(e).unwrap_or_else(|e| unread(WHAT, &label, &e))))?;
+    let (mut listed, mut varied) = (Listed::default(), Varied::new(&first));
+    let (mut rows, mut seen) = (DoubtfulRows::new(drive), [false; 2]);
+    let mut row = |values: [f64; ALL], start| {
         let tuple = varied.tuple(&values);
         rows.take(&tuple, start);
         seen = leaning(seen, &tuple);
-        tuples.push(tuple);
-    })?;
-    let doubts = rows.doubts(&label, |start| Some(document.line(table::line_span(&text, start).start)));
+        // One more than there may be tells that there are too many.
+        if listed.len() as u64 <= MOST_ROWS {
+            listed.push(&tuple);
+        }
+    };
+    let header = table::scan(table::separated(text, separator(&first)), columns, allowed, &mut row)
+        .map_err(|trouble| table::named(item, trouble.in_file(&path, columns)))?;
+    if listed.len() as u64 > MOST_ROWS {
+        return Err(item.error("this file has too many rows").allowed(format!("{MOST_ROWS}")));
+    }
+    let doubts = rows.doubts(&label, |start| table::line_at(&path, start as u64).ok().map(|(line, _)| line));
     let warnings = header.warning(&label).into_iter().chain(doubts).collect();
     let leaning = seen.map(|seen| seen.then(|| item.clone()));
     let (properties, rigs) = varied.read(sections, item)?;
     let directions = directions(&header);
-    Ok(Read { space: Space::List(tuples), directions, leaning, properties, rigs, warnings })
+    Ok(Read { space: Space::List(listed), directions, leaning, properties, rigs, warnings })
 }
 
-/// Rows of a large file, unless there are too many, the properties it has, which columns of the pole's direction, whether poles tilt and lean, and
-/// warnings about it.
-type Large = (Option<Listed>, Varied, DirectionColumns, [bool; 2], Vec<String>);
-
-/// Checks the file at `path` row by row; `None` where it is sound and no comma separates its fields, which is read as text.
-fn large(path: &Path, columns: Columns<'_, ALL>, drive: Drive) -> Result<Option<Large>> {
-    let (mut grouping, mut rows, mut doubted) = (Grouping::default(), 0, DoubtfulRows::new(drive));
-    let mut seen = [false; 2];
-    let label = path.display().to_string();
-    let open = || TextFile::open(path, WHAT, Limit::Lines);
-    let mut lines = BufReader::new(open()?).lines();
-    let is_header = |line: &std::io::Result<String>| {
-        line.as_ref().map_or(true, |line| !header(std::iter::once(line.as_str())).is_empty())
-    };
-    let first = lines.find(is_header).transpose();
-    let first = first.map_err(|e| refused(e).unwrap_or_else(|e| unread(WHAT, &label, &e)))?;
-    let separator = separator(first.as_deref().unwrap_or_default());
-    if separator != ',' {
-        let sound = table::scan(table::separated(open()?, separator), columns, allowed, &mut |_, _| {});
-        return sound.map(|_| None).map_err(|trouble| trouble.in_file(path, columns));
-    }
-    let first = first.unwrap_or_default();
-    let mut varied = Varied::new(&first);
-    let mut row = |values, start| {
-        let tuple = varied.tuple(&values);
-        rows += 1;
-        doubted.take(&tuple, start);
-        seen = leaning(seen, &tuple);
-        if rows <= MOST_ROWS {
-            grouping.push(&tuple);
+/// The first line of a text that is no comment, and the text from its begin.
+fn header<R: std::io::Read>(text: R) -> std::io::Result<(String, impl std::io::Read)> {
+    let (mut text, mut read, mut from) = (BufReader::new(text), Vec::new(), 0);
+    while text.read_until(b'\n', &mut read)? > 0 {
+        let line = String::from_utf8_lossy(&read[from..]);
+        if !line.trim().is_empty() && !line.starts_with('#') {
+            break;
         }
-    };
-    let header = table::scan(reader(open()?), columns, allowed, &mut row)
-        .map_err(|trouble| trouble.in_file(path, columns))?;
-    // The text is not held, in which the line would be counted.
-    let warnings = header.warning(&label).into_iter().chain(doubted.doubts(&label, |_| None)).collect();
-    // A pool of its own: how many threads the program takes, the rest of the spec may say.
-    let grouped = match rayon::ThreadPoolBuilder::new().build() {
-        Ok(pool) => pool.install(|| grouping.finish()),
-        Err(_) => grouping.finish(),
-    };
-    let places: [Option<usize>; COLUMNS] = std::array::from_fn(|k| header.places[k]);
-    let of_rigs = varied.places.iter().filter_map(|(_, place)| header.places[*place]).collect();
-    let rigs = (!varied.places.is_empty()).then(|| (of_rigs, varied.rigs.clone()));
-    let listed = (rows <= MOST_ROWS).then(|| Listed::new(path, places, rigs, grouped));
-    let directions = directions(&header);
-    Ok(Some((listed, varied, directions, seen, warnings)))
+        from = read.len();
+    }
+    Ok((String::from_utf8_lossy(&read[from..]).into_owned(), Cursor::new(read).chain(text)))
 }
 
 /// Whether poles tilt, and lean, in the rows so far.

@@ -5,9 +5,9 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::Run;
-use super::at::{At, pack_ranked};
-use super::grid::{rank, task};
-use super::select::{Best, Kept};
+use super::best::{Best, Kept, Reached, pack_ranked};
+use super::route::rank;
+use super::taps::{Taps, task};
 use crate::chart::{
     lanes::{Found, Words},
     ranker::Ranker,
@@ -78,19 +78,19 @@ impl<'a> Rankers<'a> {
 /// The best `top` rows, best first.
 pub(super) fn run(
     run: &mut Run<'_>,
-    layout: &Layout,
+    (taps, layout): (&Taps<'_>, &Layout),
     ranker: &Rankers<'_>,
-    (top, before): (usize, Option<At>),
+    (top, before): (usize, Option<Reached>),
 ) -> Result<Vec<Kept>, Error> {
     let (from, all, best) = match before {
-        Some(At::Ranked(from, all, best)) => (from, all, best),
+        Some(Reached::Ranked(from, all, best)) => (from, all, best),
         _ => {
             run.counts.solved += ranker.sweeps().taps;
             run.counts.sweeps.merge(&ranker.sweeps());
             (run.designs.start, Found::default(), Best::new(top))
         }
     };
-    let mut search = Search { layout, ranker, from, all, best };
+    let mut search = Search { taps, layout, ranker, from, all, best };
     let (mut tries, mut by) = (0, "lanes");
     while tries < TRIES
         && let Some(device) = device(run, ranker, layout)?
@@ -153,6 +153,7 @@ pub(super) fn device(
 
 /// A search under way.
 struct Search<'a> {
+    taps: &'a Taps<'a>,
     layout: &'a Layout,
     ranker: &'a Rankers<'a>,
     /// The designs before it are ranked.
@@ -212,7 +213,7 @@ impl Search<'_> {
         let easy = (designs - hard.len() as u64) * self.layout.block();
         run.counts.taps += easy;
         run.counts.interpolated += easy;
-        rank(run, self.layout, &hard, &mut self.best)?;
+        rank(run, self.taps, (&hard, &[]), &mut self.best)?;
         run.show(0);
         self.from += designs;
         bound(&mut self.all, self.ranker.keep());
@@ -277,7 +278,7 @@ fn solve(run: &mut Run<'_>, layout: &Layout, rows: &[(f32, u64, u32)]) -> Result
             .into_par_iter()
             .map(|t| {
                 let (at, i) = (t / n, (t % n) as u64);
-                task(layout, &designs[at], at as u32, i * layout.n_drives + u64::from(rows[at].2))
+                task(layout, &designs[at].tuple, at as u32, i * layout.n_drives + u64::from(rows[at].2))
             })
             .collect();
         let outcomes = run.evaluate(&designs, &tasks)?;

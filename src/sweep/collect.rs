@@ -52,7 +52,7 @@ fn attempt(
     let guard = needed.as_ref().zip(full.as_ref()).map(|(needed, full)| needed.guard(full)).transpose()?;
     run.evaluator = run.evaluator.guarded(guard);
     run.handed = run.handed.on(choice.backend.device.clone());
-    routes(&mut run, spec)?;
+    routes(&mut run)?;
     let Checked::Holds(model_error) = checked(&run, needed)? else { return Ok(None) };
     let (report, writers, _) = Report::of(run, choice, clock, open);
     let report = Report { model_error, ..report };

@@ -1,28 +1,21 @@
 //! The sweep: plan → evaluate → reduce → write, in bounded memory.
 //!
-//! Whole designs go through together, up to [`CHUNK`] taps and about a second at a time; a design larger than that goes through in parts,
-//! twice where it is larger than [`KEEP`] (once for K̄, once for the rows that need it). Memory is that of one
-//! chunk, the statistics of one design and, with `top`, the rows kept. A tuple file is held in memory as a
-//! whole up to some size; of a larger one its rows are numbered, and read again.
+//! Whole designs go through together, up to [`CHUNK`] taps and about a second at a time; of a larger design what is solved is held until all of it
+//! is. Memory is that of one chunk or one design and, with `top`, of the rows kept; of listed tuples that of the list, and of all outcomes where
+//! the rows of its designs alternate.
 
 mod about;
-mod at;
+mod best;
 mod charted;
 mod collect;
-mod design;
-mod file;
-mod grid;
+mod group;
 mod handed;
-mod highlights;
 mod keep;
-mod list;
-mod look;
 mod needed;
-mod parted;
 mod probe;
-mod rows;
+mod route;
 mod running;
-mod select;
+mod taps;
 mod writers;
 
 use std::sync::atomic::AtomicBool;
@@ -34,30 +27,31 @@ use crate::backend::{Backend, Choice};
 use crate::error::Error;
 use crate::evaluate::Outcome;
 use crate::needed::Needed;
-use crate::plan::{CHUNK, KEEP, Layout, Plan};
+use crate::plan::{CHUNK, Plan};
 use crate::progress::Progress;
 use crate::recommend::Standing;
-use crate::scene::{Space, Spec, Study, Tuple};
+use crate::scene::{Spec, Study, Tuple};
 use crate::sink::{
-    folder::{Folder, Left, Mark, Question, Written, digest},
+    folder::{Folder, Left, Mark, Question, Written},
     pack::{Packed, Unpacker},
     run_json::{self, Counts, Seconds},
     shard::Shard,
 };
 
 use about::About;
+pub use about::Place;
+use best::Highlights;
+pub use best::Kept;
 use charted::Rankers;
 pub use collect::collect;
 use handed::Handed;
-use highlights::Highlights;
 pub use keep::EVERY;
 use keep::Keeper;
 use needed::{Checked, checked, fuller};
 pub use needed::{run_needed, whole};
-pub use parted::Place;
 pub use probe::seconds;
 use running::Run;
-pub use select::Kept;
+use taps::Taps;
 use writers::Writers;
 pub use writers::{PLACES, Tables};
 
@@ -184,15 +178,14 @@ fn attempt(
     let (study, about) = (&spec.study, About::new(spec, plan, choice, (target.shard, bound)));
     let asked = target.shard.map_or(Value::Null, |shard| json!({ "shard": shard.to_string() }));
     let question = Question::of_scene("sweep", spec, asked);
-    let tuples = question.asked["tuples"].clone();
     let names = writers::names(study, plan, &about);
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let (mut folder, left) = Folder::open_again(target.out, question, &names, &about.identity, target.force)?;
-    let method = look::first(study, choice, target.stop)?;
+    let method = running::method(study, choice, target.stop)?;
     let open = begun.elapsed().as_secs_f64() + choice.seconds;
     let head = left.as_ref().map(|left| left.head.clone());
     let before = match left {
-        Some(left) => Before::read(study, plan, &about, &mut folder, left, target.force)?,
+        Some(left) => Before::read(study, plan, &about, &mut folder, left)?,
         None => None,
     };
     let (before, resumed) = match before {
@@ -210,7 +203,7 @@ fn attempt(
     run.taps = plan.taps_of(target.shard);
     let guard = needed.as_ref().zip(full.as_ref()).map(|(needed, full)| needed.guard(full)).transpose()?;
     run.evaluator = run.evaluator.guarded(guard);
-    let done = routes(&mut run, spec).and_then(|()| checked(&run, needed));
+    let done = routes(&mut run).and_then(|()| checked(&run, needed));
     let (mut report, writers, keeper) = Report::of(run, choice, clock, open);
     let Some(keeper) = keeper else { return Err(Error::Run("a sweep without a folder".into())) };
     report.model_error = match done.and_then(|told| writers.close().map(|()| told)) {
@@ -231,37 +224,18 @@ fn attempt(
         document["resumed"] = json!({ "from": head.done, "seconds_before": head.seconds });
     }
     if let Some(shard) = target.shard {
-        document["shard"] = parted::description(shard, study, plan, &about);
+        document["shard"] = about::description(shard, study, plan, &about);
     }
-    let Keeper { mut folder, .. } = keeper;
-    if let Space::File(file) = &study.space
-        && digest(&study.space).map_or(Value::Null, Value::from) != tuples
-    {
-        // What was kept is of two files.
-        folder.begin_anew()?;
-        let why = "this tuple file was changed while the run read it; there is no new result";
-        return Err(Error::Run(format!("{}: {why}", file.path().display())));
-    }
+    let mut folder = keeper.folder;
     folder.run_json(&document)?;
     Written { files: report.files, removed: report.removed, .. } = folder.finish()?;
     Ok(Some(report))
 }
 
-/// The way of the space.
-fn routes(run: &mut Run<'_>, spec: &Spec) -> Result<(), Error> {
+/// Goes through the space.
+fn routes(run: &mut Run<'_>) -> Result<(), Error> {
     run.counts.chart = Rankers::of(run.plan).map(|rankers| json!(rankers.summary()));
-    for reader in run.plan.readers().into_iter().flatten() {
-        run.counts.chart = Some(json!(reader.summary()));
-        if run.state.is_none() {
-            run.counts.solved += reader.sweeps().taps;
-            run.counts.sweeps.merge(&reader.sweeps());
-        }
-    }
-    match &spec.study.space {
-        Space::Grid(factors) => grid::run(run, &Layout::new(factors)),
-        Space::List(tuples) => list::run(run, tuples),
-        Space::File(listed) => file::run(run, listed),
-    }
+    route::run(run, &Taps::new(&run.study.space))
 }
 
 /// What every route keeps: the fields of [`Before`] beside the tables.
@@ -289,14 +263,13 @@ impl Before {
         Self { writers, counts, best, solve, mended: 0, handed, under_way, state: None }
     }
 
-    /// From what it `left`; `None` where that is not whole and is given up by `force`.
+    /// From what it `left`; `None` where that is not whole, and is given up.
     fn read(
         study: &Study,
         plan: &Plan,
         about: &About,
         folder: &mut Folder,
         left: Left,
-        force: bool,
     ) -> Result<Option<Self>, Error> {
         let mut state = Unpacker(&left.state);
         let head: Option<Shared> = state.take();
@@ -324,7 +297,7 @@ pub fn readable(state: &[u8]) -> [bool; 5] {
     let state = Unpacker(state);
     [
         reads::<Shared>(state),
-        reads::<at::At>(state),
+        reads::<best::Reached>(state),
         reads::<Vec<Outcome>>(state),
         reads::<Mark>(state),
         reads::<Vec<(Tuple, Option<String>)>>(state),

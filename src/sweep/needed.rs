@@ -83,7 +83,7 @@ pub(super) enum Checked {
 
 pub(super) fn checked(run: &Run<'_>, needed: Option<&mut Needed>) -> Result<Checked, Error> {
     let Some(needed) = needed else { return Ok(Checked::Holds(None)) };
-    if !needed.keeps(&rows(&run.study.space, &run.kept)?, &|| run.check_stop())? {
+    if !needed.keeps(&rows(&run.study.space, &run.kept), &|| run.check_stop())? {
         return Ok(Checked::Astray);
     }
     let mut told = needed.summary(run.solve.as_secs_f64() + run.plan.chart.unwrap_or(0.0));
@@ -92,7 +92,7 @@ pub(super) fn checked(run: &Run<'_>, needed: Option<&mut Needed>) -> Result<Chec
 }
 
 /// The rows of `space` that are `kept`, each a design with its drive.
-fn rows(space: &Space, kept: &[Tuple]) -> Result<Vec<Row>, Error> {
+fn rows(space: &Space, kept: &[Tuple]) -> Vec<Row> {
     let identity = |t: &Tuple| (key(t), [t.tilt, t.lean, t.drive].map(|x| (x + 0.0).to_bits()));
     let mut distances: HashMap<_, Vec<f64>> = kept.iter().map(|t| (identity(t), Vec::new())).collect();
     let mut note = |t: &Tuple| distances.get_mut(&identity(t)).into_iter().for_each(|row| row.push(t.a));
@@ -101,16 +101,10 @@ fn rows(space: &Space, kept: &[Tuple]) -> Result<Vec<Row>, Error> {
         Space::Grid(factors) => {
             let layout = Layout::new(factors);
             let all: Arc<[f64]> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
-            return Ok(kept.iter().map(|t| Row::new(*t, all.clone())).collect());
+            return kept.iter().map(|t| Row::new(*t, all.clone())).collect();
         }
-        Space::List(tuples) => tuples.iter().for_each(note),
-        Space::File(file) => {
-            let mut rows = file.rows().map_err(|e| Error::Run(e.to_string()))?;
-            for _ in 0..file.len() {
-                note(&rows.next().map_err(|e| Error::Run(e.to_string()))?);
-            }
-        }
+        Space::List(listed) => listed.iter().for_each(|t| note(&t)),
     }
     let row = |t: &Tuple| Row::new(*t, distances[&identity(t)].as_slice().into());
-    Ok(kept.iter().map(row).collect())
+    kept.iter().map(row).collect()
 }

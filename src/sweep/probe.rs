@@ -3,9 +3,11 @@
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
+use super::best::Best;
 use super::charted::Rankers;
-use super::grid::small;
-use super::{Before, Run, Writers, charted, rows};
+use super::route::rank;
+use super::taps::Taps;
+use super::{Before, Run, Writers, charted};
 use crate::backend::Choice;
 use crate::chart::lanes::Found;
 use crate::curve::both::TAPS;
@@ -13,7 +15,7 @@ use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::Task;
 use crate::kernel::ranking::{Case, Ranking};
-use crate::plan::{CHUNK, KEEP, Plan};
+use crate::plan::{CHUNK, Plan};
 use crate::progress::Silent;
 use crate::scene::Layout;
 use crate::scene::{Space, Study, Tuple};
@@ -31,8 +33,6 @@ const BATCHES: [u64; 2] = [1 << 13, 1 << 16];
 const WRITTEN: f64 = 4e8;
 /// Taps that the model's own curve takes.
 const CURVE: f64 = 16.0;
-/// Rows a second of a tuple file that is read twice or more.
-const READ: f64 = 1e6;
 
 /// Seconds that a sweep of `study` by `plan` on `choice` will take, about, the plan's own among them.
 ///
@@ -48,18 +48,8 @@ pub fn seconds(study: &Study, plan: &Plan, choice: &Choice) -> Result<f64, Error
     let curves = 1.0 + more / plan.taps.max(1) as f64;
     let work = match (&study.space, Rankers::of(plan)) {
         (Space::Grid(factors), Some(rankers)) => ranked(&mut run, &Layout::new(factors), &rankers)?,
-        (Space::Grid(factors), None) if !plan.row_readers().is_empty() => {
-            rows_alone(&mut run, &Layout::new(factors))?
-        }
         (Space::Grid(factors), None) => grid(&mut run, &Layout::new(factors), curves)?,
-        (Space::List(tuples), _) => listed(&mut run, tuples.len() as u64, &|i| tuples[i as usize])? * curves,
-        (Space::File(file), _) => {
-            let mut rows = file.rows().map_err(|e| Error::Run(e.to_string()))?;
-            let first: Vec<Tuple> =
-                (0..CHUNK.min(file.len() as u64)).map_while(|_| rows.next().ok()).collect();
-            let solved = listed(&mut run, first.len() as u64, &|i| first[i as usize])? * curves;
-            (solved / first.len().max(1) as f64 + 3.0 / READ) * file.len() as f64
-        }
+        (Space::List(list), _) => listed(&mut run, list.len() as u64, &|i| list.tuple(i as usize))? * curves,
     };
     Ok(choice.seconds + plan.seconds + opened + work + plan.bytes / WRITTEN)
 }
@@ -117,33 +107,20 @@ fn grid(run: &mut Run<'_>, layout: &Layout, curves: f64) -> Result<f64, Error> {
         Some(_) => Vec::new(),
         None => Table::ALL.into_iter().filter(|table| run.plan.rows[*table as usize] > 0).collect(),
     };
-    let passes = if layout.block() > KEEP { 2.0 } else { 1.0 };
     if layout.block() > CHUNK / 8 {
         let tuple = |i: u64| layout.tuple(place(i, layout.len()));
-        return Ok(passes * listed(run, layout.len(), &tuple)? * curves);
+        return Ok(listed(run, layout.len(), &tuple)? * curves);
     }
     // Of a design whose taps are left to the reference single ones tell enough.
     let tuple = |i: u64| layout.tuple(place(i, layout.len()));
     let [_, each] = pace(layout.block().min(SINGLE), &mut |n| solved(run, n, &tuple))?;
     if each * layout.block() as f64 > LOOK {
-        return Ok(passes * each * layout.len() as f64 * curves);
+        return Ok(each * layout.len() as f64 * curves);
     }
-    let together = CHUNK / layout.block();
+    let taps = Taps::new(&run.study.space);
     paced(layout.n_designs, &mut |n| {
-        let ks: Vec<u64> = (0..n).map(|i| place(i, layout.n_designs)).collect();
-        ks.chunks(together as usize).try_for_each(|ks| small(run, layout, ks, &tables, &|_| None).map(drop))
-    })
-}
-
-/// Rows, read and made into text.
-fn rows_alone(run: &mut Run<'_>, layout: &Layout) -> Result<f64, Error> {
-    let plan = run.plan;
-    let readers = plan.row_readers();
-    let total = layout.n_designs * layout.n_drives;
-    let together = (CHUNK / layout.n_distances).max(1);
-    paced(total, &mut |n| {
-        let places: Vec<u64> = (0..n).map(|i| place(i, total)).collect();
-        places.chunks(together as usize).try_for_each(|places| rows::some(run, layout, &readers, places))
+        let designs: Vec<u64> = (0..n).map(|i| place(i, layout.n_designs)).collect();
+        rank(run, &taps, (&designs, &tables), &mut Best::new(0))
     })
 }
 

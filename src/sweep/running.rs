@@ -5,11 +5,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use super::Before;
+use super::about::Place;
+use super::best::Highlights;
 use super::handed::Handed;
-use super::highlights::Highlights;
 use super::keep::{self, Keeper, Pace};
-use super::parted::Place;
 use super::writers::Writers;
+use crate::backend::Choice;
 use crate::curve::{
     self, Ask, Curve, Reach,
     both::{self, Both},
@@ -23,6 +24,7 @@ use crate::scene::{Direction, Study, Theory, Tuple};
 use crate::sink::rows::Rows;
 use crate::sink::run_json::Counts;
 use crate::sink::table::Table;
+use crate::verify::taps;
 
 /// A sweep under way.
 pub(super) struct Run<'a> {
@@ -64,7 +66,7 @@ impl<'a> Run<'a> {
         before: Before,
         (stop, progress): (&'a AtomicBool, &'a mut dyn Progress),
     ) -> Self {
-        let evaluator = Evaluator::new(&study.setup, method).reading(plan.readers());
+        let evaluator = Evaluator::new(&study.setup, method);
         let Before { writers, counts, best, solve, mended, handed, under_way, state } = before;
         let (designs, taps, part, keeper) = (0..plan.designs, plan.taps, false, None);
         Self {
@@ -119,38 +121,20 @@ impl<'a> Run<'a> {
     /// Outcomes of `tasks`; `Err` when asked to stop.
     pub fn evaluate(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, Error> {
         let outcomes = self.timed(|evaluator| evaluator.run(designs, tasks))?;
-        self.note(&outcomes, outcomes.len() as u64);
-        Ok(outcomes)
-    }
-
-    /// As [`Self::evaluate`], read from charts where the plan has any.
-    pub fn read(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, Error> {
-        let outcomes = self.timed(|evaluator| evaluator.read(designs, tasks))?;
-        let interpolated = self.interpolated(&outcomes);
-        self.note(&outcomes, outcomes.len() as u64 - interpolated);
-        Ok(outcomes)
-    }
-
-    /// Outcomes of `tasks`, which come in runs over all of `drives`; `Err` when asked to stop.
-    pub fn evaluate_over(
-        &mut self,
-        designs: &[Design],
-        tasks: &[Task],
-        drives: &[f64],
-    ) -> Result<Vec<Outcome>, Error> {
-        let (outcomes, solved) = self.timed(|evaluator| evaluator.run_over_drives(designs, tasks, drives))?;
-        self.interpolated(&outcomes);
-        self.note(&outcomes, solved);
+        self.counts.solved += outcomes.len() as u64;
+        self.counts.referred += outcomes.iter().filter(|o| o.referred).count() as u64;
+        for o in outcomes.iter().filter(|o| o.status.counts()) {
+            self.counts.strain.push(o.magnitude());
+        }
         Ok(outcomes)
     }
 
     /// The model's own curve of each of `rows`: place of the design, drive, smallest and largest distance asked of it. None unless distances
-    /// are told by the model. With `drives` the rows of a design are all of them; `Err` when asked to stop.
+    /// are told by the model; `Err` when asked to stop.
     pub fn curves(
         &mut self,
         designs: &[Design],
         rows: impl Iterator<Item = (u32, Direction, f64, [f64; 2])>,
-        drives: Option<&[f64]>,
     ) -> Result<Vec<Option<Curve>>, Error> {
         if self.study.setup.estimate.theory != Theory::Exact || self.study.setup.gauge.second {
             return Ok(Vec::new());
@@ -158,46 +142,30 @@ impl<'a> Run<'a> {
         let ask = |(design, direction, drive, ends)| Ask { design, drive, reach: Reach::of(direction, ends) };
         let asks: Vec<Ask> = rows.map(ask).collect();
         let setup = &self.study.setup;
-        let (curves, solved) =
-            self.timed(|evaluator| curve::solve(setup, evaluator, designs, &asks, drives))?;
+        let (curves, solved) = self.timed(|evaluator| curve::solve(setup, evaluator, designs, &asks))?;
         self.counts.solved += solved;
         Ok(curves)
     }
 
-    /// What the model takes the two strains of each tap for, of which `reach` says the smallest and the largest distance asked of its design.
+    /// What the model takes the two strains of each of `tasks` for; `reach` says the smallest and the largest distance asked of a design.
     /// Nothing unless distances are told so; `Err` when asked to stop.
     pub fn both(
         &mut self,
         designs: &[Design],
-        (tasks, outcomes): (&[Task], &[Outcome]),
+        tasks: impl FnOnce() -> Vec<Task>,
+        outcomes: &[Outcome],
         reach: impl Fn(usize) -> [f64; 2],
     ) -> Result<Vec<Option<Both>>, Error> {
         let setup = &self.study.setup;
         if !both::asked(setup) {
             return Ok(Vec::new());
         }
-        let taps = tasks.iter().zip(outcomes).enumerate();
-        let asks: Vec<both::Ask> =
-            taps.map(|(i, (task, tap))| both::Ask::own(setup, *task, tap, reach(i))).collect();
+        let ask =
+            |(task, tap): (Task, &Outcome)| both::Ask::own(setup, task, tap, reach(task.design as usize));
+        let asks: Vec<both::Ask> = tasks().into_iter().zip(outcomes).map(ask).collect();
         let (found, solved) = self.timed(|evaluator| both::both(setup, evaluator, designs, &asks))?;
         self.counts.solved += solved;
         Ok(found)
-    }
-
-    /// Counts what was interpolated.
-    fn interpolated(&mut self, outcomes: &[Outcome]) -> u64 {
-        let interpolated = outcomes.iter().filter(|o| o.interpolated).count() as u64;
-        self.counts.interpolated += interpolated;
-        interpolated
-    }
-
-    /// Counts the `solved` ones, strains, and what was left to the reference.
-    fn note(&mut self, outcomes: &[Outcome], solved: u64) {
-        self.counts.solved += solved;
-        self.counts.referred += outcomes.iter().filter(|o| o.referred).count() as u64;
-        for o in outcomes.iter().filter(|o| o.status.counts()) {
-            self.counts.strain.push(o.magnitude());
-        }
     }
 
     /// `Err` when asked to stop.
@@ -249,4 +217,25 @@ impl<'a> Run<'a> {
     pub fn rows(&self) -> Rows {
         Rows::new(self.writers.form)
     }
+}
+
+/// Taps of the whole space that a device is compared on before the first row: what it gets wrong there, each part of a sweep finds alike.
+const TAPS: u32 = 32;
+
+/// The method of `choice`, whose device has been compared with the CPU on taps of `study`. Kernels of cones have known taps instead.
+///
+/// # Errors
+/// A device that does not open.
+pub(super) fn method(study: &Study, choice: &Choice, stop: &AtomicBool) -> Result<Method, Error> {
+    let (setup, method) = (&study.setup, choice.open(&study.setup.model)?);
+    if choice.backend.adapter.is_none() || setup.built.is_none() {
+        return Ok(method);
+    }
+    let tuples: Vec<Tuple> = taps::of_space(&study.space, TAPS, 0)?;
+    let designs: Vec<Design> = tuples.iter().map(|t| Design::new(setup, *t)).collect();
+    let tasks: Vec<Task> = (0..).zip(&tuples).map(|(i, t)| Task::of(i, t)).collect();
+    // Taps that are the reference's are compared with nothing.
+    let mut evaluator = Evaluator::new(setup, method).stopping(stop).sparing(usize::MAX);
+    evaluator.run(&designs, &tasks)?;
+    Ok(evaluator.into_method())
 }

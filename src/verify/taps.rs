@@ -173,11 +173,7 @@ pub fn of_space(space: &Space, samples: u32, seed: u64) -> Result<Vec<Tuple>, Er
             let layout = Layout::new(factors);
             (layout.len(), Box::new(move |i| layout.tuple(i)))
         }
-        Space::List(tuples) => (tuples.len() as u64, Box::new(|i| tuples[i as usize])),
-        Space::File(file) => {
-            let tuples = file.tuples()?;
-            (tuples.len() as u64, Box::new(move |i| tuples[i as usize]))
-        }
+        Space::List(listed) => (listed.len() as u64, Box::new(|i| listed.tuple(i as usize))),
     };
     if len <= u64::from(samples) {
         return Ok((0..len).map(at).collect());

@@ -2,12 +2,15 @@
 //! d/D = 0.25 to 1.2, θ to 20°, gauges from the clamp to next to the contact, of every kind of model. (Finer tips have charts at small distances
 //! only; the rest of them is solved.)
 
-use std::collections::HashMap;
+use crate::common::specs;
+use crate::common::sweeping::CPU_F64;
+use vibrissa::chart::{ranges::Wanted, reader::Reader};
+use vibrissa::design::Design;
+use vibrissa::evaluate::{Evaluator, Task};
+use vibrissa::scene::{Direction, Tuple};
 
-use crate::common::program::Desk;
-
-/// Ten distances each: 2¹⁷ taps and a few.
-const SAMPLES: usize = 13_200;
+/// Whiskers, each at ten distances.
+const SAMPLES: usize = 4_000;
 
 /// Whiskers of 10 mm with these tips and gauges that begin at these places, mm.
 fn spec([tips, places]: [[f64; 2]; 2], rig: &str, side: &str, drive: &str, model: &str) -> String {
@@ -21,58 +24,36 @@ fn spec([tips, places]: [[f64; 2]; 2], rig: &str, side: &str, drive: &str, model
     )
 }
 
-/// Columns of tuples.csv by name.
-fn columns(desk: &Desk, folder: &str) -> HashMap<String, Vec<String>> {
-    let text = desk.read(&format!("{folder}/tuples.csv"));
-    let mut lines = text.lines();
-    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
-    let mut columns = vec![Vec::new(); names.len()];
-    for line in lines {
-        line.split(',').zip(&mut columns).for_each(|(field, column)| column.push(field.to_owned()));
-    }
-    names.into_iter().map(str::to_owned).zip(columns).collect()
-}
-
-/// Strains within the tolerance of those in f64, relative to themselves and to 1e-3 of the largest, and the same words but next to a limit.
-/// Most of the taps are read from charts.
+/// Strains read from charts within the tolerance of those solved in f64, relative to themselves and to 1e-3 of the largest, and the same words but next to
+/// a limit. Most of the taps are read.
 #[track_caller]
 fn holds(text: &str) {
-    let desk = Desk::new(text);
-    let run = |precision: &str| {
-        let arguments = [
-            "sweep",
-            "spec.toml",
-            "--backend",
-            "cpu",
-            "--precision",
-            precision,
-            "--out",
-            precision,
-            "--json",
-        ];
-        (desk.run(&arguments).exits(0).json()["counts"].clone(), columns(&desk, precision))
-    };
-    let ((charted, got), (_, want)) = (run("f32"), run("f64"));
-    let taps = charted["taps"].as_f64().unwrap();
-    let read = charted["interpolated"].as_f64().unwrap() / taps;
-    assert!(read > 0.8, "{read} of the taps are read: {charted}");
-    let numbers = |of: &HashMap<String, Vec<String>>| -> Vec<f64> {
-        of["strain"].iter().map(|x| x.parse().unwrap_or(f64::NAN)).collect()
-    };
-    let (x, y) = (numbers(&got), numbers(&want));
-    assert_eq!((x.len(), y.len()), (taps as usize, taps as usize));
-    let floor = 1e-3 * y.iter().filter(|y| y.is_finite()).fold(0.0, |most: f64, y| most.max(y.abs()));
-    let (mut words, mut solved) = (0, 0);
-    for i in 0..x.len() {
-        let same = got["status"][i] == want["status"][i];
-        words += usize::from(!same);
-        if x[i].is_finite() && y[i].is_finite() {
+    let study = specs::parse(text).unwrap().study;
+    let (setup, layout) = (&study.setup, study.space.layout().unwrap());
+    let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
+    let tuples: Vec<Tuple> = (0..layout.len()).map(|i| layout.tuple(i)).collect();
+    let designs: Vec<Design> = tuples.iter().map(|t| Design::new(setup, *t)).collect();
+    let tasks: Vec<Task> = (0..).zip(&tuples).map(|(i, t)| Task::of(i, t)).collect();
+    let reader = Reader::new(setup, (&distances, &[Direction::UPRIGHT]), &Wanted::of(&layout), 1e-5)
+        .unwrap()
+        .expect("charts");
+    let got = reader.read(setup, &designs, &tasks);
+    let want = Evaluator::new(setup, CPU_F64.open(setup)).run(&designs, &tasks).unwrap();
+    let taps = tasks.len() as f64;
+    let largest = want.iter().map(|y| y.strain.abs()).filter(|y| y.is_finite()).fold(0.0, f64::max);
+    let (mut words, mut read, mut solved) = (0, 0, 0);
+    for (i, (x, y)) in got.iter().zip(&want).enumerate() {
+        let Some(x) = x else { continue };
+        read += 1;
+        words += usize::from(x.status != y.status);
+        if x.strain.is_finite() && y.strain.is_finite() {
             solved += 1;
-            let off = (x[i] - y[i]).abs() / y[i].abs().max(floor);
-            assert!(off < 1e-5, "row {i}: {} for {}, off by {off:.1e}", x[i], y[i]);
+            let off = (x.strain - y.strain).abs() / y.strain.abs().max(1e-3 * largest);
+            assert!(off < 1e-5, "tap {i}: {} for {}, off by {off:.1e}", x.strain, y.strain);
         }
     }
-    assert!(solved as f64 > 0.5 * taps, "{solved} rows compared");
+    assert!(f64::from(read) > 0.8 * taps, "{read} of {taps} taps are read");
+    assert!(f64::from(solved) > 0.5 * taps, "{solved} taps compared");
     // Next to a limit single precision may say it or not.
     assert!(words as f64 <= 2.0 + taps / 20_000.0, "{words} words differ");
 }

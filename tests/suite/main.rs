@@ -81,7 +81,6 @@ mod shares;
 mod signals;
 mod sizes;
 mod small_drives;
-mod smooth_axis;
 mod solid;
 mod spec_errors;
 mod spec_tuples;

@@ -101,34 +101,6 @@ fn sweeps_tell_taps_as_a_scan_does() {
     }
 }
 
-/// The taps of many curves are read from charts at their places: rows are as by curves that are solved in f64.
-#[test]
-fn curves_read_from_charts_tell_as_solved_ones() {
-    let text = |n: u32| {
-        format!(
-            "[whisker]\nD = {{ min = 8, max = 12, samples = {n} }}\nd = {{ min = 2, max = 7, samples = {n} }}\nL_a = 50\n[gauge]\n\
-             x_ss = {{ min = 3, max = 8, samples = {n} }}\nl = 2\nnoise_strain = {NOISE:e}\n[tap]\n\
-             a = {{ from = 24, to = 48, steps = 8 }}\ntheta = {{ min = 0.5, max = 10, samples = {n} }}\n{REAL}{EXACT}\
-             [output]\ntuples = false\ndistances = false\n"
-        )
-    };
-    let read = sweep(&text(1 << 14), CPU);
-    let counts = &read.report.counts;
-    assert_eq!(counts.interpolated, 8 << 14);
-    assert!(counts.solved < 3 << 14, "{} solved", counts.solved);
-    let solved = sweep(&text(64), CPU_F64).designs;
-    let mut worst = [0.0f64; 2];
-    for (found, known) in read.designs.rows.iter().zip(&solved.rows) {
-        assert_eq!((&found["D_mm"], &found["status"]), (&known["D_mm"], &known["status"]));
-        for (column, worst) in ["error_rms_mm", "noise_rms_mm"].iter().zip(&mut worst) {
-            let [a, b] = [found, known].map(|row| number(row, column).expect("a number"));
-            *worst = worst.max((a - b).abs() / b.max(1.0));
-        }
-    }
-    println!("{worst:?}, {} solved", counts.solved);
-    assert!(worst[0] < 1e-4 && worst[1] < 1e-4, "{worst:?}");
-}
-
 #[test]
 fn devices_fine_axes_and_lists_tell_the_same() {
     let tap = "a = { from = 21, to = 48, step = 3 }\ntheta = { from = 1, to = 8, steps = 29 }";
@@ -185,7 +157,7 @@ fn no_chart_ranks_what_the_model_tells() {
         let plan = Plan::new(&spec.study, &CPU.choice()).unwrap();
         (plan.way, plan.curves)
     };
-    assert_eq!((way("euler-bernoulli"), way("exact")), ((Way::Charted, 0), (Way::TapByTap, 13500)));
+    assert_eq!((way("euler-bernoulli"), way("exact")), ((Way::Charted, 0), (Way::Solved, 13500)));
     let desk = Desk::new(&text("exact"));
     let plan = desk.run(&["sweep", "spec.toml", "--backend", "cpu", "--plan"]).exits(0).stdout;
     assert!(plan.contains("13500 designs rows too") && !plan.contains("ranked from a chart"), "{plan}");

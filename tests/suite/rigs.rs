@@ -4,7 +4,7 @@
 use crate::common::program::Desk;
 use crate::common::searching::search;
 use crate::common::sweeping::{
-    CPU, CPU_F64, Place, REFERENCE, Row, Table, number, rows_alone, sweep, sweep_with,
+    CPU, CPU_F64, Place, REFERENCE, Row, Table, number, ranked, sweep, sweep_with,
 };
 
 const TAP: &str = "[tap]\na = [20, 33]\ntheta = [2, 5]\n";
@@ -256,14 +256,8 @@ fn the_best_rows_are_those_of_the_whole_table() {
 /// What charts are made for is made for each rig alone.
 #[test]
 fn each_rig_has_the_charts_of_its_own_sweep() {
-    let text = rows_alone("csv").replace("6_000", "1_000");
+    let ranked = ranked(20).replace("6_000", "1_000");
     let with = |text: &str, hub: &str| text.replacen("L_a = 50", &format!("L_a = 50\nhub = {hub}"), 1);
-    let ranked = text.replace("tuples = false\ndistances = false", "top = 20\nby = \"total_rms_mm\"");
-    let all = sweep(&with(&text, "[0, 6]"), CPU);
-    let each = ["0", "6"].map(|hub| sweep(&with(&text, hub), CPU));
-    assert!(each.iter().all(|one| one.report.counts.chart.is_some()));
-    same_rows("charts", "hub_mm", &all.designs, &[(0.0, &each[0].designs), (6.0, &each[1].designs)]);
-    assert!(all.report.counts.interpolated > all.report.counts.solved);
     let all = sweep(&with(&ranked, "[0, 6]"), CPU);
     let mut rows: Vec<Row> = ["0", "6"]
         .into_iter()

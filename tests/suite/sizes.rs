@@ -1,4 +1,4 @@
-//! Sweeps of awkward sizes: none, one, a workgroup more or less, several batches, designs too large to keep. Rows and
+//! Sweeps of awkward sizes: none, one, a workgroup more or less, several batches, designs larger than one. Rows and
 //! their order do not depend on how the taps are cut into batches.
 
 use crate::common;
@@ -7,10 +7,9 @@ use std::fs::File;
 use std::io::{BufRead, BufReader};
 
 use crate::common::cases::{Kind, evaluate, random};
-use crate::common::program::Desk;
 use crate::common::sweeping::{CPU, CPU_F64, GPU, Place, REFERENCE, sweep_into, sweep_with};
 use tempfile::TempDir;
-use vibrissa::plan::{CHUNK, KEEP};
+use vibrissa::plan::CHUNK;
 use vibrissa::scene::{Precision, Tuple};
 
 /// Backends that work in batches.
@@ -86,17 +85,7 @@ fn close(column: &str, a: &str, b: &str, place: Place) -> bool {
 /// same inputs and status, and numbers within the tolerance.
 #[track_caller]
 fn same_rows(whole: &TempDir, parts: &[TempDir], table: &str, place: Place) {
-    rows_agree(whole, parts, table, place, place == GPU);
-}
-
-/// As [`same_rows`], for parts of one design, whose taps are read over other drives: numbers within the tolerance everywhere.
-#[track_caller]
-fn close_rows(whole: &TempDir, parts: &[TempDir], table: &str, place: Place) {
-    rows_agree(whole, parts, table, place, false);
-}
-
-#[track_caller]
-fn rows_agree(whole: &TempDir, parts: &[TempDir], table: &str, place: Place, alone: bool) {
+    let alone = place == GPU;
     let file = File::open(whole.path().join(table)).expect("a table");
     let header = BufReader::new(file).lines().next().expect("a header").expect("a line");
     let columns: Vec<&str> = header.split(',').collect();
@@ -168,8 +157,8 @@ fn large_design(n: u64, place: Place) {
             )
         })
         .collect();
-    close_rows(&whole, &by_distance, "tuples.csv", place);
-    close_rows(&whole, &by_distance, "distances.csv", place);
+    same_rows(&whole, &by_distance, "tuples.csv", place);
+    same_rows(&whole, &by_distance, "distances.csv", place);
     let by_angle: Vec<TempDir> = (0..4)
         .map(part)
         .map(|(from, m)| {
@@ -177,21 +166,15 @@ fn large_design(n: u64, place: Place) {
             swept(&(text + "[output]\ntuples = false\n"), None, place)
         })
         .collect();
-    close_rows(&whole, &by_angle, "designs.csv", place);
+    same_rows(&whole, &by_angle, "designs.csv", place);
 }
 
 #[test]
 fn a_design_larger_than_a_chunk() {
-    const { assert!(CHUNK < 364 * 364 && 364 * 364 < KEEP) };
+    const { assert!(CHUNK < 364 * 364) };
     for place in BATCHED {
         large_design(364, place);
     }
-}
-
-#[test]
-fn a_design_too_large_to_keep() {
-    const { assert!(1026 * 1026 > KEEP) };
-    large_design(1026, GPU);
 }
 
 /// More taps than one dispatch takes, at a length off every boundary.
@@ -209,23 +192,4 @@ fn several_dispatches_are_their_parts() {
         };
         assert_eq!((bits(found), found.status), (bits(wanted), wanted.status), "tap {i}");
     }
-}
-
-/// A tuple file that is too large to be held is sorted before the spec says how many threads the program takes.
-#[test]
-fn a_large_tuple_file_is_swept_with_threads_of_ones_own() {
-    let mut list = String::from("D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg\n");
-    for i in 0..130_000u32 {
-        let d = 4.0 + 1e-5 * f64::from(i);
-        list += &format!("10.000000000,{d:.9},100.000000,5.00000000,2.000000000,40.00000000,2.00000000\n");
-    }
-    assert!(list.len() > 8 << 20);
-    let linear =
-        "[gauge]\n[model]\ngeometry = \"linear\"\n[tuples]\nfile = \"list.csv\"\n[output]\ntuples = false\n";
-    let desk = Desk::new(linear);
-    desk.write("list.csv", &list);
-    desk.sweep(&["--threads", "2", "--out", "flag"]).exits(0);
-    desk.write("spec.toml", format!("{linear}[run]\nthreads = 2\n"));
-    desk.sweep(&["--out", "key"]).exits(0);
-    assert_eq!(desk.read("flag/designs.csv"), desk.read("key/designs.csv"));
 }

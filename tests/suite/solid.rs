@@ -280,40 +280,6 @@ fn contacts_on_a_foil_and_tiny_taps_are_those_of_the_reference() {
     }
 }
 
-/// Large sweeps are read from charts, small ones are solved.
-#[test]
-fn large_sweeps_say_what_small_ones_do() {
-    let model = "[model]\nsolid = true\npole_radius = 3\nmaterial = { neo-hookean = 3.2 }";
-    let foil = "foil = { stiffness = 100, length = 6.3, width = 2.8 }";
-    let limited = "foil = { stiffness = 40, length = 6.3, width = 2.8, strain_limit = 2e-3 }";
-    for foil in ["", foil, limited] {
-        let few = spec("0", "contact", foil, "theta = [0.5, 5]", model);
-        let many = few.replace("d = [4, 10]", "d = { from = 4, to = 10, steps = 121 }");
-        let many = many.replace("[0.5, 5]", "{ from = 0.5, to = 5, steps = 181 }");
-        let desk = Desk::new(&few);
-        desk.write("many.toml", &many);
-        let rows = |name: &str, spec: &str| swept(&desk, spec, name, &["--backend", "cpu"], "designs");
-        let all = rows("many", "many.toml");
-        let run: serde_json::Value = serde_json::from_str(&desk.read("many/run.json")).unwrap();
-        let read = run["counts"]["interpolated"].as_u64().expect("a count");
-        let asked = all.len() as u64 * 3;
-        assert!(2 * read > asked, "{read} of {asked} taps read from charts");
-        let few = rows("few", "spec.toml");
-        assert_eq!(few.len(), 8);
-        for row in few {
-            let same = |other: &&Row| {
-                ["d_mm", "x_ss_mm", "theta_deg"].into_iter().all(|c| number(other, c) == number(&row, c))
-            };
-            let other = all.iter().find(same).expect("the row is there");
-            for column in ["K_mean", "strain_max", "force_max_N"] {
-                let apart = (number(other, column) / number(&row, column) - 1.0).abs();
-                assert!(apart < 1e-5, "{column} {foil} {row:?} {other:?}");
-            }
-            assert_eq!(other["status"], row["status"]);
-        }
-    }
-}
-
 #[test]
 fn a_calibration_tells_where_the_clamp_holds_the_whisker() {
     let rig = |c0: &str| {

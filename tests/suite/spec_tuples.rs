@@ -114,7 +114,7 @@ fn tuple_files() {
         "\u{feff}# taps\r\n{HEADER}\r\n\r\n 10 ,4,96,6,2,30,2.5\r\n# more\r\n10,4,9.6e1,6,2,300,2.5\r\n"
     );
     let spec = listed(rows.as_bytes()).unwrap();
-    assert_eq!(spec.study.space, Space::List(vec![first, Tuple { a: 300.0, ..first }]));
+    assert_eq!(spec.study.space, Space::List([first, Tuple { a: 300.0, ..first }].into_iter().collect()));
     assert!(spec.warnings.is_empty());
 
     let spec = listed(
@@ -122,10 +122,10 @@ fn tuple_files() {
           2.5,\"one,\ntwo\",30,2,6,96,4,10,me\n",
     )
     .unwrap();
-    assert_eq!(spec.study.space, Space::List(vec![first]));
+    assert_eq!(spec.study.space, Space::List([first].into_iter().collect()));
     assert_eq!(spec.warnings.len(), 1);
     assert!(spec.warnings[0].ends_with("ignored columns note, who"));
-    assert_eq!(listed(HEADER.as_bytes()).unwrap().study.space, Space::List(vec![]));
+    assert_eq!(listed(HEADER.as_bytes()).unwrap().study.space, Space::List([].into_iter().collect()));
 }
 
 #[test]

@@ -392,7 +392,7 @@ fn charts_hold_tilted_taps() {
         for second in [false, true] {
             setup.gauge.second = second;
             let (distances, directions, wanted, tuples) = lab(&setup, 600);
-            let reader = Reader::towards(&setup, (&distances, &directions), &wanted, 1e-5)
+            let reader = Reader::new(&setup, (&distances, &directions), &wanted, 1e-5)
                 .expect("taps are solved")
                 .expect("the model is smooth");
             assert_eq!(reader.charts().len(), 6);
@@ -445,7 +445,7 @@ fn what_a_tilt_costs() {
             }
             let designs: Vec<Design> = tuples.iter().map(|t| Design::new(&setup, *t)).collect();
             let tasks: Vec<Task> = tuples.iter().zip(0..).map(|(t, i)| Task::of(i, t)).collect();
-            let reader = Reader::towards(&setup, (&distances, &directions), &wanted, 1e-5).expect("solved");
+            let reader = Reader::new(&setup, (&distances, &directions), &wanted, 1e-5).expect("solved");
             for _ in 0..5 {
                 if let Some(reader) = &reader {
                     let seconds = timed(&mut || drop(reader.read(&setup, &designs, &tasks)));

@@ -1,12 +1,12 @@
 //! One tap, one word: whatever the backend, the precision and the neighbours of a tap, it has the word of the reference, and its own digits.
 
 use rayon::prelude::*;
-use vibrissa::chart::{lanes::Counting, ranges::Wanted, reader::Reader, rows::RowReader};
+use vibrissa::chart::{ranges::Wanted, reader::Reader, rows::RowReader};
 use vibrissa::design::{Design, amount};
 use vibrissa::evaluate::{Evaluator, Method, Outcome, Task};
 use vibrissa::scene::model::{Contact, Drive, Material, Model, Side};
 use vibrissa::scene::sampler::Sampler;
-use vibrissa::scene::{Setup, Tuple};
+use vibrissa::scene::{Direction, Setup, Tuple};
 use vibrissa::verify::taps::random;
 
 use crate::common::cases::Kind;
@@ -250,8 +250,8 @@ fn a_tap_read_from_a_chart_has_the_same_digits_beside_any_neighbours() {
     };
     let tuples: Vec<Tuple> = (0..400).map(one).collect();
     let (designs, tasks) = designs(&setup, &tuples);
-    let reader =
-        Reader::new(&setup, &distances, &wanted, 1e-5).expect("it solves").expect("there are charts");
+    let at = (&distances[..], &[Direction::UPRIGHT][..]);
+    let reader = Reader::new(&setup, at, &wanted, 1e-5).expect("it solves").expect("there are charts");
     let together = reader.read(&setup, &designs, &tasks);
     let read: Vec<&Outcome> = together.iter().flatten().collect();
     assert!(read.len() > 300);
@@ -263,10 +263,10 @@ fn a_tap_read_from_a_chart_has_the_same_digits_beside_any_neighbours() {
     }
     let rows =
         RowReader::new(&setup, &distances, &wanted, 1e-5).expect("it solves").expect("there are charts");
-    let (together, _) = rows.read(&tuples, Counting::OnWhisker);
+    let together = rows.read(&tuples);
     assert!(together.iter().flatten().count() > 300);
     for (i, row) in together.iter().enumerate() {
-        let (alone, _) = rows.read(&tuples[i..=i], Counting::OnWhisker);
+        let alone = rows.read(&tuples[i..=i]);
         assert_eq!(format!("{row:?}"), format!("{:?}", alone[0]), "{:?}", tuples[i]);
     }
 }

@@ -10,14 +10,13 @@ use super::distance::{DistanceChart, linear_force, power};
 use super::gauge::asked;
 use super::lanes::Readings;
 use super::ranges::{NEAREST, Wanted, factors, holds, scaled, shaped};
-use super::scope::Summary;
 use crate::design::{Design, amount, radians};
 use crate::error::SolveError;
 use crate::evaluate::{Outcome, Source, Task, outcome_of_chart};
 use crate::kernel::Effects;
 use crate::progress::NEVER;
 use crate::reduce::Sweeps;
-use crate::scene::{Contact, Direction, Drive, Geometry, Layout, Setup};
+use crate::scene::{Contact, Direction, Geometry, Layout, Setup};
 
 /// Taps below which charts do not pay.
 pub const LEAST_TAPS: u64 = 1 << 17;
@@ -38,23 +37,12 @@ pub struct Reader {
     /// The functions beside the first gauge's, of the same charts; empty without a second gauge.
     beside: (Vec<DistanceChart>, Option<Readings>),
     contact: Contact,
-    kind: Drive,
 }
 
 impl Reader {
-    /// Charts of `setup` at `distances` mm for whiskers as `wanted`, their strain good to a tenth of `tolerance`. `None` where a tap is no
-    /// smooth function of what it depends on, or next to none of them would be read: it is then solved.
+    /// Charts of `setup` at `distances` mm against poles of some `directions` for whiskers as `wanted`, their strain good to a tenth of `tolerance`. `None`
+    /// where a tap is no smooth function of what it depends on, or next to none of them would be read: it is then solved.
     pub fn new(
-        setup: &Setup,
-        distances: &[f64],
-        wanted: &Wanted,
-        tolerance: f64,
-    ) -> Result<Option<Self>, SolveError> {
-        Self::towards(setup, (distances, &[Direction::UPRIGHT]), wanted, tolerance)
-    }
-
-    /// The same against poles of some directions.
-    pub fn towards(
         setup: &Setup,
         (distances, directions): (&[f64], &[Direction]),
         wanted: &Wanted,
@@ -72,28 +60,10 @@ impl Reader {
         let readings = Readings::new(&charts, setup.drive);
         let besides: Vec<DistanceChart> = charts.iter().filter_map(DistanceChart::beside).collect();
         let of_besides = (!besides.is_empty()).then(|| Readings::new(&besides, setup.drive));
-        let (contact, kind) = (setup.model.contact, setup.drive);
-        let beside = (besides, of_besides);
+        let (contact, beside) = (setup.model.contact, (besides, of_besides));
         let mut at: FxHashMap<u64, Vec<usize>> = FxHashMap::default();
         charts.iter().enumerate().for_each(|(i, chart)| at.entry(chart.a.to_bits()).or_default().push(i));
-        Ok((!charts.is_empty()).then_some(Self { charts, at, readings, beside, contact, kind }))
-    }
-
-    /// The charts.
-    pub fn charts(&self) -> &[DistanceChart] {
-        &self.charts
-    }
-
-    /// What `run.json` says of the charts.
-    pub fn summary(&self) -> Summary {
-        Summary::of(&self.charts, self.kind)
-    }
-
-    /// Of the taps solved to make the charts.
-    pub fn sweeps(&self) -> Sweeps {
-        let mut all = Sweeps::default();
-        self.charts.iter().for_each(|chart| all.merge(&chart.sweeps));
-        all
+        Ok((!charts.is_empty()).then_some(Self { charts, at, readings, beside, contact }))
     }
 
     /// What the charts say of `tasks`; `None` of those outside them.

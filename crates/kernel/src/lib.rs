@@ -31,7 +31,6 @@ macro_rules! names {
 
 pub mod chart;
 pub mod cpu;
-pub mod drives;
 pub mod effects;
 pub mod frames;
 pub mod gpu;

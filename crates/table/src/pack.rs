@@ -267,7 +267,7 @@ impl Packed for Outcome {
     fn pack(&self, to: &mut Packer<'_>) {
         numbers(&mut { *self }).map(|x| *x).pack(to);
         (self.sweeps, self.status).pack(to);
-        (self.sticking, self.interpolated, self.referred).pack(to);
+        (self.sticking, self.referred).pack(to);
         Some(self.wrench).filter(|wrench| !wrench[0].is_nan()).pack(to);
     }
     fn unpack(from: &mut Unpacker<'_>) -> Option<Self> {
@@ -276,7 +276,7 @@ impl Packed for Outcome {
             *x = from.take()?;
         }
         (outcome.sweeps, outcome.status) = from.take()?;
-        (outcome.sticking, outcome.interpolated, outcome.referred) = from.take()?;
+        (outcome.sticking, outcome.referred) = from.take()?;
         outcome.wrench = from.take::<Option<_>>()?.unwrap_or([f64::NAN; 3]);
         Some(outcome)
     }

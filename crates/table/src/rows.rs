@@ -86,14 +86,6 @@ impl Rows {
         }
     }
 
-    /// About so many bytes.
-    pub fn weight(&self) -> usize {
-        match self {
-            Self::Text(text) => text.len(),
-            Self::Columns(columns) => columns.len() * columns.width() * 8,
-        }
-    }
-
     /// Takes what there is and leaves nothing.
     pub fn take(&mut self) -> Self {
         match self {

@@ -20,9 +20,9 @@ pub const FORMAT: u32 = 1;
 pub struct Counts {
     /// Taps evaluated and reduced.
     pub taps: u64,
-    /// Taps solved by a kernel or the reference (again for kept rows, and where a design is too large to keep).
+    /// Taps solved by a kernel or the reference (again for kept rows).
     pub solved: u64,
-    /// Taps interpolated instead of solved.
+    /// Taps read from charts instead of solved.
     pub interpolated: u64,
     /// Taps that a kernel left open, and the reference answered.
     pub referred: u64,

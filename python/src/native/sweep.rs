@@ -71,7 +71,7 @@ pub fn read(py: Python<'_>, asked: &UnreadSpec, listed: Option<Listed<'_>>) -> P
             let kind = spec.study.setup.drive;
             let name = |column: Column| column.name(kind).to_owned();
             spec.warnings.extend(spec::doubts_of_taps(kind, tuples.len(), None, |i| tuples[i], name));
-            spec.study.space = Space::List(tuples);
+            spec.study.space = Space::List(tuples.into_iter().collect());
             let of_tuples =
                 |key: &str| Column::ALL.iter().any(|c| key.ends_with(&format!(".{}", key_of(*c, kind))));
             spec.in_force.retain(|(key, ..)| !of_tuples(key));

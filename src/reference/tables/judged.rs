@@ -98,7 +98,7 @@ pub const SCALING: Table = table(
         ADAPTER,
         ("taps", "taps of the sweep"),
         ("solved", "taps solved by a kernel"),
-        ("interpolated", "taps interpolated between solved ones"),
+        ("interpolated", "taps read from charts"),
         ("failed", "taps without solution"),
         ("seconds", "the whole sweep, opening the device and making charts included, fastest run"),
         ("seconds_median", "the same, median run"),

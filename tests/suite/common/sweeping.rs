@@ -121,11 +121,11 @@ pub fn sweep(text: &str, place: Place) -> Swept {
     sweep_with(text, None, place)
 }
 
-/// A sweep that writes rows alone, which a chart is read for, in `format`: seven groups of rows that end within designs, some of them solved.
-pub fn rows_alone(format: &str) -> String {
+/// A sweep that charts rank, seven groups of designs, some of them solved; so many rows are kept.
+pub fn ranked(top: usize) -> String {
     format!(
         "[whisker]\nD = [8, 10]\nd = {{ from = 2, to = 9, steps = 6_000 }}\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-6\n\
          [tap]\na = {{ from = 15, to = 48, steps = 8 }}\ntheta = {{ from = 1, to = 12, steps = 9 }}\n\
-         [output]\ntuples = false\ndistances = false\nformat = \"{format}\"\n"
+         [output]\ntop = {top}\nby = \"total_rms_mm\"\n"
     )
 }

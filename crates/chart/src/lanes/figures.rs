@@ -4,22 +4,13 @@ use super::dispatch::{Work, best, work};
 use super::estimate::Told;
 use super::rows::{MOST, Rows};
 use super::tally::{AMBIGUOUS, CLEAR, ROOTLESS, Tally};
-use super::{LANES, Lanes, Scratch, Tables, Words};
+use super::{LANES, Lanes, Scratch, Tables};
 use crate::kernel::cpu::Pack;
 use crate::kernel::ranking::{TOLD, WORN};
 use crate::reduce::{Errors, Spread};
 use crate::scene::Tuple;
 use crate::statistics::DriveRow;
 use crate::status::Status;
-
-/// Which taps count.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Counting {
-    /// Those whose contact has not slipped off, as in tables.
-    OnWhisker,
-    /// All; the taper goes on, so that figures change smoothly where a contact slips off.
-    Every,
-}
 
 /// What charts say of a designs row.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,52 +19,38 @@ pub struct Figures {
     pub row: DriveRow,
     /// Smallest and largest contact arc of all its taps, mm.
     pub arc: [f64; 2],
-    /// Largest |ε| and largest P, N, of all its taps.
-    pub strain: f64,
-    /// See [`Self::strain`].
-    pub force: f64,
     /// Distance at which the strain of the theory peaks, mm, and that strain at this drive.
     pub peak: [f64; 2],
 }
 
 impl Tables {
-    /// Figures of `tuples`, all easy, each at its own drive, and their taps per word; `None` of a row that must be solved.
-    pub fn figures(&self, tuples: &[Tuple], counting: Counting, out: &mut Vec<Option<Figures>>) -> Words {
-        best(Reading { of: self, tuples, counting, out })
+    /// Figures of `tuples`, all easy, each at its own drive; `None` of a row that must be solved. All taps count, also where the contact has slipped off:
+    /// the taper goes on, so that figures change smoothly there.
+    pub fn figures(&self, tuples: &[Tuple]) -> Vec<Option<Figures>> {
+        best(Reading { of: self, tuples })
     }
 
     #[inline(always)]
-    fn figures_lanes<const SET: u8>(
-        &self,
-        tuples: &[Tuple],
-        counting: Counting,
-        out: &mut Vec<Option<Figures>>,
-    ) -> Words {
+    fn figures_lanes<const SET: u8>(&self, tuples: &[Tuple]) -> Vec<Option<Figures>> {
         let (mut scratch, mut rows) = (Scratch::<SET>::new(self), Rows::new());
-        let mut words = Words::default();
+        let mut out = Vec::with_capacity(tuples.len());
         for tuples in tuples.chunks(LANES) {
             rows.fill::<true, true>((self, &self.charts), tuples.len(), tuples, &mut scratch);
-            words.add(&rows.figures(self, counting, &scratch, out));
+            rows.figures(self, &scratch, &mut out);
         }
-        words
+        out
     }
 }
 
 work! {
     /// [`Tables::figures`] for an instruction set.
-    Reading: Tables.figures_lanes(tuples: &'a [Tuple], counting: Counting, out: &'a mut Vec<Option<Figures>>) -> Words
+    Reading: Tables.figures_lanes(tuples: &'a [Tuple]) -> Vec<Option<Figures>>
 }
 
 impl<const SET: u8> Rows<Lanes<SET>> {
     /// Figures of the rows of a pack, whose taps are in `scratch`.
     #[inline(always)]
-    fn figures(
-        &self,
-        tables: &Tables,
-        counting: Counting,
-        scratch: &Scratch<SET>,
-        out: &mut Vec<Option<Figures>>,
-    ) -> Words {
+    fn figures(&self, tables: &Tables, scratch: &Scratch<SET>, out: &mut Vec<Option<Figures>>) {
         let of = Lanes::<SET>::of;
         let (zero, one) = (of(0.0), of(1.0));
         let taps = &scratch.taps;
@@ -83,7 +60,7 @@ impl<const SET: u8> Rows<Lanes<SET>> {
 
         // First pass: K and its spread, extremes.
         let [mut n, mut mean, mut spread] = [zero; 3];
-        let [mut strain_max, mut force_max, mut strain_all, mut force_all] = [zero; 4];
+        let [mut strain_max, mut force_max] = [zero; 2];
         let (mut nearest, mut farthest) = (of(1e30), zero);
         for (i, distance) in tables.distances.iter().enumerate() {
             let tap = taps.at(i);
@@ -91,16 +68,12 @@ impl<const SET: u8> Rows<Lanes<SET>> {
             let deviation = power * tap.kappa[0];
             let strain = tap.strain * drive / (one + deviation);
             let moved = power * tap.arc[0];
-            let room = (self.design.length - a) * Pack::splat(distance.inverse);
-            let off = room.if_less(moved, one, zero);
-            let counts = if counting == Counting::Every { one } else { one - off };
             let force = self.linear_force(tables, distance) * (one + power * tap.force);
-            n = n + counts;
+            n = n + one;
             let apart = tap.kappa[0] - mean;
-            mean = mean + counts * apart / n.max(one);
-            spread = (counts * apart).mul_add(tap.kappa[0] - mean, spread);
-            (strain_all, force_all) = (strain_all.max(strain), force_all.max(force));
-            (strain_max, force_max) = (strain_max.max(counts * strain), force_max.max(counts * force));
+            mean = mean + apart / n;
+            spread = apart.mul_add(tap.kappa[0] - mean, spread);
+            (strain_max, force_max) = (strain_max.max(strain), force_max.max(force));
             let arc = a + a * moved;
             (nearest, farthest) = (nearest.min(arc), farthest.max(arc));
         }
@@ -130,8 +103,7 @@ impl<const SET: u8> Rows<Lanes<SET>> {
             let a = Pack::splat(distance.a);
             let room = (self.design.length - a) * Pack::splat(distance.inverse);
             let off = room.if_less(power * tap.arc[0], one, zero);
-            let counts = if counting == Counting::Every { one } else { one - off };
-            let counted = counts * known * (one - none);
+            let counted = known * (one - none);
             let error = zero - counted * told.error;
             let sigma = counted * told.sigma;
             errors = errors + error;
@@ -166,7 +138,7 @@ impl<const SET: u8> Rows<Lanes<SET>> {
                     }
                 }
             }
-            let (counting, told) = (n.0[lane] as u64, read.0[lane] as u64);
+            let (counted, told) = (n.0[lane] as u64, read.0[lane] as u64);
             let known = known.0[lane] > 0.5;
             // K is that of what the foil does not keep over its share.
             let share = at(&self.passed.share);
@@ -174,7 +146,7 @@ impl<const SET: u8> Rows<Lanes<SET>> {
             let mean = if share == 1.0 { mean } else { (1.0 + mean) / share - 1.0 };
             let row = DriveRow::of(
                 [asked, told],
-                Spread::of(counting, mean, at(&power2) * at(&spread) / (share * share)),
+                Spread::of(counted, mean, at(&power2) * at(&spread) / (share * share)),
                 [share * at(&strain_max), at(&force_max)],
                 [
                     Errors::of(told, [at(&errors), at(&squares), at(&largest)]),
@@ -186,11 +158,8 @@ impl<const SET: u8> Rows<Lanes<SET>> {
             out.push(Some(Figures {
                 row,
                 arc: [at(&nearest), at(&farthest)],
-                strain: share * at(&strain_all),
-                force: at(&force_all),
                 peak: [at(&peak), at(&highest)],
             }));
         }
-        tally.words(tally.counts(self.live))
     }
 }

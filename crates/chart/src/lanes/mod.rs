@@ -61,7 +61,7 @@ use crate::physics::taper::Taper;
 use crate::scene::{Convention, Drive, Foil, Per, RankBy, Theory};
 
 pub use crate::kernel::ranking::{Found, Words};
-pub use figures::{Counting, Figures};
+pub use figures::Figures;
 pub use outcome::{Read, Readings};
 
 /// Designs that go together.

@@ -12,8 +12,8 @@ use super::property::Property;
 /// Quantities that vary from tuple to tuple.
 pub const COLUMNS: usize = 9;
 
-/// Distances, and strokes (directions and drives), that one design may have: each keeps its running statistics in memory.
-pub const AXIS_LIMIT: u64 = 1 << 22;
+/// Taps that one design of a grid may have: what is solved of it is held in memory until all of it is, some 160 bytes a tap.
+pub const MOST_TAPS: u64 = 1 << 24;
 
 /// A quantity that varies from tuple to tuple, in row order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -173,10 +173,8 @@ pub enum Space {
     /// Crossed factors, ordered by their first column. The distance is a factor of its own; so are tilt, lean and drive,
     /// unless they are sampled together with another column.
     Grid(Vec<Factor>),
-    /// Tuples as listed by the user, in file order.
-    List(Vec<Tuple>),
-    /// The same, left in their file because they are many.
-    File(Listed),
+    /// Tuples as listed by the user, in their order.
+    List(Listed),
 }
 
 #[allow(non_snake_case)]
@@ -221,7 +219,7 @@ impl Space {
     pub fn layout(&self) -> Option<Layout> {
         match self {
             Self::Grid(factors) => Some(Layout::new(factors)),
-            Self::List(_) | Self::File(_) => None,
+            Self::List(_) => None,
         }
     }
 

@@ -11,7 +11,7 @@ mod places;
 mod solve;
 
 pub use piece::{LOOKS, NODES, Piece, Ratio, look};
-pub use places::{Reach, distances};
+pub use places::Reach;
 pub use solve::{Ask, solve};
 
 use crate::estimate::{Estimated, Estimator};

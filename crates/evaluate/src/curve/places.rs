@@ -3,7 +3,7 @@
 use std::sync::LazyLock;
 
 use crate::design::Design;
-use crate::physics::chebyshev::{matrix, placed, points};
+use crate::physics::chebyshev::{matrix, placed};
 use crate::scene::{Direction, Setup};
 
 /// Tolerance from which a piece has fewer points, and how many it has.
@@ -35,20 +35,6 @@ impl Reach {
     pub fn of(direction: Direction, ends: [f64; 2]) -> Self {
         if direction.is_upright() { Self::Asked(ends) } else { Self::Whole(ends) }
     }
-}
-
-/// Distances (mm) of the taps from which a curve of `design` is made, to a `tolerance`: those of its first pieces, of what lies beyond them, and of the
-/// halves of the first ones. They are those of all designs of one length whose gauges end before the distances asked, so that charts of them serve all
-/// curves of a sweep.
-pub fn distances(setup: &Setup, design: &Design, reach: Reach, tolerance: f64) -> [Vec<f64>; 3] {
-    let nodes = points(transform(tolerance).len());
-    let pieces: Vec<[f64; 2]> = ends(setup, design, reach).windows(2).map(between).collect();
-    let tip = 1.0 / design.tuple.L_a;
-    let far = pieces.iter().map(|u| u[0]).fold(f64::INFINITY, f64::min);
-    let beyond: Vec<[f64; 2]> = (tip < far && far.is_finite()).then_some([tip, far]).into_iter().collect();
-    let halves: Vec<[f64; 2]> = pieces.iter().copied().flat_map(halves).collect();
-    let of = |u: &[f64; 2]| nodes.iter().map(|x| distance(*u, *x)).collect::<Vec<f64>>();
-    [pieces, beyond, halves].map(|all| all.iter().flat_map(of).collect())
 }
 
 /// The interval of u between two distances, mm, the farther first.

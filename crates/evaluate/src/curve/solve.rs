@@ -2,7 +2,7 @@
 //!
 //! # Cost
 //! Where the contact is frictionless or sticks one piece mostly does: 12 taps in f32, 16 in f64, for each design and drive, beside the taps
-//! asked for; along a fine axis of drives these are read from a few solved ones as the others are.
+//! asked for.
 
 use rayon::prelude::*;
 
@@ -39,8 +39,7 @@ pub struct Ask {
 }
 
 /// The curves of `asks` and how many taps were solved for them; no curve of what is no whisker, or has no distance beyond its gauge. Nothing
-/// is solved, and none comes back, unless distances are told by the model itself, of one gauge. With `drives` the asks come in runs of one design and
-/// reach over all of them.
+/// is solved, and none comes back, unless distances are told by the model itself, of one gauge.
 ///
 /// # Errors
 /// A backend that fails.
@@ -49,17 +48,15 @@ pub fn solve(
     evaluator: &mut Evaluator<'_>,
     designs: &[Design],
     asks: &[Ask],
-    drives: Option<&[f64]>,
 ) -> Result<(Vec<Option<Curve>>, u64), SolveError> {
     if setup.estimate.theory != Theory::Exact || setup.gauge.second {
         return Ok((Vec::new(), 0));
     }
-    let run = drives.map_or(1, <[f64]>::len).max(1);
     evaluator.unguarded(|evaluator| {
         let (mut all, mut taps) = (Vec::with_capacity(asks.len()), 0);
-        for asks in asks.chunks((TOGETHER / run).max(1) * run) {
+        for asks in asks.chunks(TOGETHER) {
             let mut work = Work::new(setup, evaluator, designs, asks);
-            work.run(drives)?;
+            work.run()?;
             taps += work.taps;
             all.extend(work.curves());
         }
@@ -102,12 +99,12 @@ impl<'w, 'a> Work<'w, 'a> {
         Self { setup, evaluator, designs, asks, nodes, transform, pieces, taps: 0, beyond: false }
     }
 
-    fn run(&mut self, drives: Option<&[f64]>) -> Result<(), SolveError> {
+    fn run(&mut self) -> Result<(), SolveError> {
         let first: Vec<Open> = (0..self.asks.len()).flat_map(|ask| self.first(ask)).collect();
-        self.fill(first, drives)?;
+        self.fill(first)?;
         let beyond: Vec<Open> = (0..self.asks.len()).filter_map(|ask| self.beyond(ask)).collect();
         self.beyond = true;
-        self.fill(beyond, None)
+        self.fill(beyond)
     }
 
     fn curves(self) -> Vec<Option<Curve>> {
@@ -148,14 +145,13 @@ impl<'w, 'a> Work<'w, 'a> {
     }
 
     /// Solves the model in `open`, and in the halves of what is not smooth.
-    fn fill(&mut self, mut open: Vec<Open>, drives: Option<&[f64]>) -> Result<(), SolveError> {
+    fn fill(&mut self, mut open: Vec<Open>) -> Result<(), SolveError> {
         if self.setup.model.geometry == Geometry::Linear {
             // The closed form is the curve.
             open.drain(..).for_each(|o| self.put(&o, Ratio::smooth(&[1.0])));
         }
-        let mut drives = drives;
         while !open.is_empty() {
-            let ratios = self.ratios(&open, drives.take())?;
+            let ratios = self.ratios(&open)?;
             let mut next = Vec::new();
             let (n, tolerance, transform) = (self.nodes.len(), self.evaluator.tolerance(), self.transform);
             let fits: Vec<Option<Vec<f64>>> =
@@ -187,38 +183,18 @@ impl<'w, 'a> Work<'w, 'a> {
         self.pieces[o.ask].push(Piece { u: o.u, ratio });
     }
 
-    /// ε/(θ f) at the nodes of every interval; NaN where there is none. With `drives` the intervals come in runs over all of them.
-    fn ratios(&mut self, open: &[Open], drives: Option<&[f64]>) -> Result<Vec<f64>, SolveError> {
-        let n = self.nodes.len();
+    /// ε/(θ f) at the nodes of every interval; NaN where there is none.
+    fn ratios(&mut self, open: &[Open]) -> Result<Vec<f64>, SolveError> {
         let task = |o: &Open, x: f64| {
             let Ask { design, drive, .. } = self.asks[o.ask];
             Task { design, a: distance(o.u, x), drive, ..Task::default() }
         };
         let tasks: Vec<Task> =
             open.iter().flat_map(|o| self.nodes.iter().map(move |x| task(o, *x))).collect();
-        let Some(drives) = drives else {
-            let read = |evaluator: &mut Evaluator<'_>| evaluator.read(self.designs, &tasks);
-            let outcomes = if self.beyond { self.evaluator.as_samples(read)? } else { read(self.evaluator)? };
-            self.taps += outcomes.iter().filter(|o| !o.interpolated).count() as u64;
-            return Ok(tasks.iter().zip(&outcomes).map(|(t, o)| self.ratio(t, o.strain)).collect());
-        };
-        // Taps of a design at all drives come next to each other here, and drive by drive there.
-        let same = |p: &Open, q: &Open| self.asks[p.ask].design == self.asks[q.ask].design;
-        let mut order = Vec::with_capacity(tasks.len());
-        let mut from = 0;
-        for open in open.chunk_by(same) {
-            let taps = n * open.len() / drives.len();
-            order.extend((0..taps).flat_map(|k| (0..drives.len()).map(move |j| from + j * taps + k)));
-            from += n * open.len();
-        }
-        let runs: Vec<Task> = order.iter().map(|&t| tasks[t]).collect();
-        let (outcomes, solved) = self.evaluator.run_over_drives(self.designs, &runs, drives)?;
-        self.taps += solved;
-        let mut ratios = vec![f64::NAN; tasks.len()];
-        for (&t, o) in order.iter().zip(&outcomes) {
-            ratios[t] = self.ratio(&tasks[t], o.strain);
-        }
-        Ok(ratios)
+        let read = |evaluator: &mut Evaluator<'_>| evaluator.read(self.designs, &tasks);
+        let outcomes = if self.beyond { self.evaluator.as_samples(read)? } else { read(self.evaluator)? };
+        self.taps += tasks.len() as u64;
+        Ok(tasks.iter().zip(&outcomes).map(|(t, o)| self.ratio(t, o.strain)).collect())
     }
 
     fn ratio(&self, task: &Task, strain: f64) -> f64 {

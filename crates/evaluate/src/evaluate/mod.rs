@@ -4,7 +4,6 @@ mod built;
 mod gradient;
 mod guard;
 mod outcome;
-mod over_drives;
 mod rigs;
 mod solid;
 mod solve;
@@ -33,10 +32,10 @@ pub use guard::{Guard, doubts};
 pub use outcome::outcome_of_chart;
 use outcome::{fast, linear_share, reference};
 pub use solve::foreseen;
-use solve::{Solutions, Solved, frame};
+use solve::{Solutions, Solved};
 pub use source::{Source, beside_linear, path};
 pub use strains::{closed, closed_gradient, is_closed};
-pub use task::{Counted, Outcome, Outcomes, Task};
+pub use task::{Outcome, Outcomes, Task};
 
 /// A backend, ready to evaluate taps of one setup.
 pub struct Evaluator<'a> {
@@ -53,8 +52,8 @@ pub struct Evaluator<'a> {
     samples: bool,
     /// Whether taps that come near no equilibrium have no answer.
     leaves: bool,
-    /// Read in place of solved, where that is enough: one for each rig.
-    readers: Vec<Option<Arc<dyn Source>>>,
+    /// What taps are read from in place of being solved, where that is enough.
+    reader: Option<Arc<dyn Source>>,
     /// Rungs for materials of rigs that differ.
     laws: Vec<(Material, Vec<Rung>)>,
     /// The full model, where effects are left off.
@@ -91,7 +90,7 @@ impl<'a> Evaluator<'a> {
             spare: usize::MAX,
             samples: false,
             leaves: false,
-            readers: Vec::new(),
+            reader: None,
             laws: Vec::new(),
             guard: None,
             stop: &NEVER,
@@ -115,11 +114,6 @@ impl<'a> Evaluator<'a> {
     /// With `guard` for the taps near a threshold, if there is one.
     pub fn guarded(self, guard: Option<Guard<'a>>) -> Self {
         Self { guard: guard.map(Box::new), ..self }
-    }
-
-    /// Whether taps near a threshold are solved by another model.
-    pub fn is_guarded(&self) -> bool {
-        self.guard.is_some()
     }
 
     /// Taps that the guard has solved.

@@ -22,7 +22,7 @@ pub(super) fn fast(
         return Outcome { status: Status::INVALID_GEOMETRY, ..Outcome::NOTHING };
     };
     let linear = amount(setup.drive, task.drive) * shared.theory.curve().value(task.a);
-    let Some(Solved { frame, solution, grip, interpolated, plane, seen, .. }) =
+    let Some(Solved { frame, solution, grip, plane, seen, .. }) =
         solved.filter(|s| s.solution.within(tolerance))
     else {
         let limit = solved.is_some_and(|s| s.solution.ended());
@@ -67,8 +67,7 @@ pub(super) fn fast(
         arc: response.arc,
         sticking: *grip == Grip::Stick,
     };
-    let (sweeps, interpolated) = (solution.sweeps as f32, *interpolated);
-    Outcome { sweeps, interpolated, ..outcome(setup, design, shared, task, linear, found) }
+    Outcome { sweeps: solution.sweeps as f32, ..outcome(setup, design, shared, task, linear, found) }
 }
 
 /// What a cone clamped at its base exerts on its root in the tap `task`: M₀, N mm, F_x and F_y, N; `base`: ψ(0), rad. Its force goes through the
@@ -149,7 +148,7 @@ pub fn outcome_of_chart(
         arc: task.a + task.a * arc,
         sticking,
     };
-    Some(Outcome { interpolated: true, ..outcome(setup, design, shared, task, linear, found) })
+    Some(outcome(setup, design, shared, task, linear, found))
 }
 
 /// f of the estimator's theory over f of the linear model, less 1, free of cancellation.
@@ -384,7 +383,6 @@ pub(super) fn outcome(
         axial: sign(setup) * axial + 0.0,
         sticking: found.sticking,
         sweeps: 0.0,
-        interpolated: false,
         referred: false,
         status,
     }

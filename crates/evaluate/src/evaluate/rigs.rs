@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Counted, Evaluator, Method, Outcome, Outcomes, Task};
+use super::{Evaluator, Method, Outcome, Outcomes, Task};
 use crate::design::Design;
 use crate::kernel::Rung;
 use crate::scene::built::{Inner, Profile, Root};
@@ -41,9 +41,6 @@ fn kind(setup: &Setup) -> Setup {
 /// Places of the tasks of each kind of rigs, with one of them; of the designs that have none of their own, nothing.
 type Kinds = Vec<(Option<Arc<Setup>>, Vec<usize>)>;
 
-/// Solves some tasks, and counts.
-type Solve<'s> = dyn FnMut(&mut Evaluator<'_>, &[Task]) -> Counted + 's;
-
 /// See [`Kinds`]; `None` where no design has a rig of its own.
 fn kinds(designs: &[Design], tasks: &[Task]) -> Option<Kinds> {
     if designs.iter().all(|design| design.own.is_none()) {
@@ -73,25 +70,20 @@ impl Evaluator<'_> {
     /// no rung solves, whether a contact sticks where none finds out, and equilibria of which the kernel cannot tell whether the
     /// material bears them, or whether they lie on the path from the unloaded whisker. What the reference leaves open has no answer.
     pub fn run(&mut self, designs: &[Design], tasks: &[Task]) -> Outcomes {
-        let one = &mut |one: &mut Evaluator<'_>, tasks: &[Task]| Ok((one.run_alike(designs, tasks)?, 0));
-        let (outcomes, _) = self.by_kind(designs, tasks, one)?;
-        self.mend(designs, tasks, outcomes)
-    }
-
-    /// Outcomes of `tasks` by `solve`, one kind of rig after the other, with the number that it counts.
-    pub(super) fn by_kind(&mut self, designs: &[Design], tasks: &[Task], solve: &mut Solve<'_>) -> Counted {
-        let Some(kinds) = kinds(designs, tasks) else { return solve(self, tasks) };
-        let (mut outcomes, mut count) = (vec![Outcome::NOTHING; tasks.len()], 0);
+        let Some(kinds) = kinds(designs, tasks) else {
+            let outcomes = self.run_alike(designs, tasks)?;
+            return self.mend(designs, tasks, outcomes);
+        };
+        let mut outcomes = vec![Outcome::NOTHING; tasks.len()];
         for (setup, places) in &kinds {
             let these: Vec<Task> = places.iter().map(|&i| tasks[i]).collect();
-            let (found, n) = match setup {
-                Some(setup) => self.with(setup, |one| solve(one, &these))?,
-                None => solve(self, &these)?,
+            let found = match setup {
+                Some(setup) => self.with(setup, |one| one.run_alike(designs, &these))?,
+                None => self.run_alike(designs, &these)?,
             };
             places.iter().zip(found).for_each(|(&i, outcome)| outcomes[i] = outcome);
-            count += n;
         }
-        Ok((outcomes, count))
+        self.mend(designs, tasks, outcomes)
     }
 
     /// Does `f` for another `setup`, of the same kind of material.

@@ -35,8 +35,6 @@ pub(super) struct Solved {
     pub grip: Grip,
     /// Sweeps spent on it, also for another grip.
     pub sweeps: f64,
-    /// Read from solutions at other drives.
-    pub interpolated: bool,
     /// The plane in which the rod bends, where it is asked for.
     pub plane: Option<Plane>,
     /// What the gauge reads where that is not the strain of the rod, positive as on the contact side.
@@ -51,7 +49,6 @@ impl Solved {
             solution: Solution::UNWRITTEN,
             grip: Grip::Slide(0.0),
             sweeps: 0.0,
-            interpolated: false,
             plane: None,
             seen: None,
         }
@@ -111,7 +108,7 @@ impl Evaluator<'_> {
         kernel::solve(solver.as_mut(), effects, rungs, *tolerance, &self.taps, &mut self.solutions)?;
         let solved = |i: usize, frame: Frame, solution: Solution| {
             let (grip, sweeps) = (grip(i), solution.sweeps);
-            Solved { frame, solution, grip, sweeps, interpolated: false, plane, seen: None }
+            Solved { frame, solution, grip, sweeps, plane, seen: None }
         };
         if self.solutions.len() == frames.len() {
             let one = |(i, (frame, s)): (usize, (&Option<Frame>, &Solution))| Some(solved(i, (*frame)?, *s));

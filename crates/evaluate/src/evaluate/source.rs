@@ -14,36 +14,15 @@ pub trait Source: Debug + Send + Sync {
 }
 
 impl Evaluator<'_> {
-    /// With `readers` for [`Self::read`], one for each rig; none where nothing is read.
-    pub fn reading(self, readers: impl IntoIterator<Item = Option<Arc<impl Source + 'static>>>) -> Self {
-        let readers = readers.into_iter().map(|reader| reader.map(|reader| reader as Arc<dyn Source>));
-        Self { readers: readers.collect(), ..self }
+    /// With a `reader` for [`Self::read`], if there is one.
+    pub fn reading(self, reader: Option<Arc<impl Source + 'static>>) -> Self {
+        Self { reader: reader.map(|reader| reader as Arc<dyn Source>), ..self }
     }
 
-    /// What readers say of `tasks`, each of those of its own rig.
-    fn found(&self, designs: &[Design], tasks: &[Task]) -> Vec<Option<Outcome>> {
-        if let [Some(reader)] = self.readers.as_slice() {
-            return reader.read(self.setup, designs, tasks);
-        }
-        let mut all = vec![None; tasks.len()];
-        for (rig, reader) in (0..).zip(&self.readers) {
-            let own = |i: &usize| designs[tasks[*i].design as usize].tuple.rig == rig;
-            let places: Vec<usize> = (0..tasks.len()).filter(own).collect();
-            let (Some(reader), Some(first)) = (reader, places.first()) else { continue };
-            let setup = designs[tasks[*first].design as usize].setup(self.setup);
-            let these: Vec<Task> = places.iter().map(|&i| tasks[i]).collect();
-            let found = reader.read(setup, designs, &these);
-            places.into_iter().zip(found).for_each(|(i, outcome)| all[i] = outcome);
-        }
-        all
-    }
-
-    /// Outcomes of `tasks`, in their order: read from charts where there are any, else as [`Self::run`].
+    /// Outcomes of `tasks`, in their order: read where there is a reader that knows them, else as [`Self::run`].
     pub fn read(&mut self, designs: &[Design], tasks: &[Task]) -> Outcomes {
-        if self.readers.iter().all(Option::is_none) {
-            return self.run(designs, tasks);
-        }
-        let found = self.found(designs, tasks);
+        let Some(reader) = &self.reader else { return self.run(designs, tasks) };
+        let found = reader.read(self.setup, designs, tasks);
         let open: Vec<usize> = (0..tasks.len()).filter(|&i| found[i].is_none()).collect();
         let again: Vec<Task> = open.iter().map(|&i| tasks[i]).collect();
         let solved = self.unguarded(|one| one.run(designs, &again))?;

@@ -42,9 +42,6 @@ impl Task {
 /// Outcomes of taps, in their order.
 pub type Outcomes = Result<Vec<Outcome>, SolveError>;
 
-/// The same, and how many taps were solved for them.
-pub type Counted = Result<(Vec<Outcome>, u64), SolveError>;
-
 /// What a tap gives; NaN where there is no value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outcome {
@@ -74,8 +71,6 @@ pub struct Outcome {
     pub sticking: bool,
     /// Kernel sweeps spent.
     pub sweeps: f32,
-    /// Read from taps at other drives.
-    pub interpolated: bool,
     /// Answered by the reference in a kernel's place.
     pub referred: bool,
     /// Words of the physics; the estimate adds its own.
@@ -108,7 +103,6 @@ impl Outcome {
         axial: f64::NAN,
         sticking: false,
         sweeps: 0.0,
-        interpolated: false,
         referred: false,
         status: Status::OK,
     };

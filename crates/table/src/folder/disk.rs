@@ -50,6 +50,13 @@ pub fn hash_all(reader: &mut impl io::Read) -> io::Result<String> {
     Hashing::new(reader).end()
 }
 
+/// Hex SHA-256 of the bytes of `numbers`.
+pub fn hash_numbers(numbers: impl Iterator<Item = f64>) -> String {
+    let mut digest = Sha256::new();
+    numbers.for_each(|x| digest.update(x.to_le_bytes()));
+    hex(digest.finalize())
+}
+
 /// Hex BLAKE3 of a result file: a table of gigabytes is hashed while it is written, and SHA-256 without the CPU's own instructions took
 /// half as long again as the sweep of `sweeps/million.toml`.
 pub fn hash_file(file: impl io::Read) -> io::Result<String> {

@@ -29,7 +29,7 @@ pub use disk::{
 pub use hidden::{Head, Left, WORK};
 use hidden::{Hidden, Saving};
 pub use output::{Mark, Output};
-pub use question::{Question, digest};
+pub use question::Question;
 use record::RUN;
 pub use record::{Listed, is_result_name, read_run};
 

@@ -1,13 +1,12 @@
 //! What a result answers: which command, on which file, with which values.
 
-use std::fs::File;
 use std::path::PathBuf;
 
 use serde_json::{Map, Value, json};
 
-use super::disk::hash_all;
+use super::disk::hash_numbers;
 use crate::run_json;
-use crate::scene::{Space, Spec};
+use crate::scene::{Space, Spec, Study, Tuple};
 
 /// Options that change nothing in a result.
 const FREE: [&str; 6] = ["run.out", "run.force", "run.plan", "run.quiet", "run.json", "run.threads"];
@@ -42,7 +41,7 @@ impl Question {
             Value::Object(asked) => asked,
             _ => Map::new(),
         };
-        if let Some(digest) = digest(&spec.study.space) {
+        if let Some(digest) = digest(&spec.study) {
             asked.insert("tuples".into(), digest.into());
         }
         if let Some(fit) = &spec.material_fit {
@@ -75,17 +74,13 @@ impl Question {
     }
 }
 
-/// The hash of listed tuples: of those in memory, or of their file as it is now.
-pub fn digest(space: &Space) -> Option<String> {
-    match space {
-        Space::List(tuples) => {
-            let bytes: Vec<u8> =
-                tuples.iter().flat_map(|t| t.to_array()).flat_map(f64::to_le_bytes).collect();
-            hash_all(&mut bytes.as_slice()).ok()
-        }
-        Space::File(file) => File::open(file.path()).and_then(|mut file| hash_all(&mut file)).ok(),
-        _ => None,
-    }
+/// The hash of listed tuples, and of their rigs where these differ.
+fn digest(study: &Study) -> Option<String> {
+    let Space::List(listed) = &study.space else { return None };
+    let rigs = study.setup.rigs.as_deref();
+    let of_rows = listed.iter().filter(|_| rigs.is_some()).map(|t| t.rig as f64);
+    let values = rigs.into_iter().flat_map(|rigs| (0..rigs.len()).flat_map(|rig| rigs.values(rig)));
+    Some(hash_numbers(listed.iter().flat_map(Tuple::to_array).chain(of_rows).chain(values)))
 }
 
 /// The values of a `run.json` by their key.

@@ -1,0 +1,240 @@
+//! The rows that a sweep keeps with `top`, those that it shows, and how far a ranked one is: in bounded memory.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+use super::key;
+use crate::chart::lanes::{Found, Words};
+use crate::recommend::{self, Standing};
+use crate::scene::{Direction, Setup, Tuple};
+use crate::sink::pack::{Packed, Packer, Unpacker, packed};
+use crate::sink::table::{AtDrive, Field, fields};
+use crate::statistics::Figures;
+
+/// A designs row that was kept.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Kept {
+    /// Ranked value.
+    pub rank: f64,
+    /// Place of the design, then of the stroke.
+    pub index: (u64, u32),
+    /// The design.
+    pub design: Tuple,
+    /// Direction of the pole.
+    pub direction: Direction,
+    /// Its drive, degrees or mm.
+    pub drive: f64,
+    /// The row.
+    pub row: Figures,
+    /// Unit of K in the tables.
+    pub unit: f64,
+    /// What it was ranked by in a chart, which decides whether it is a candidate; NaN of a row solved tap by tap.
+    pub(super) charted: f32,
+}
+
+packed!(Kept { rank, index, design, direction, drive, row, unit, charted });
+
+impl Packed for Best {
+    fn pack(&self, to: &mut Packer<'_>) {
+        (self.n as u64, self.offered, self.heap.len() as u64).pack(to);
+        self.heap.iter().for_each(|worst| worst.0.pack(to));
+    }
+
+    fn unpack(from: &mut Unpacker<'_>) -> Option<Self> {
+        let (n, offered, len): (u64, u64, u64) = from.take()?;
+        let heap = (0..len).map(|_| from.take().map(Worst)).collect::<Option<_>>()?;
+        Some(Self { n: usize::try_from(n).ok()?, heap, offered })
+    }
+}
+
+impl Kept {
+    /// A row whose taps were solved.
+    pub(super) fn of(row: &AtDrive<'_>, rank: f64, index: (u64, u32)) -> Self {
+        let AtDrive { design, direction, drive, row, unit } = *row;
+        Self { rank, index, design: *design, direction, drive, row, unit, charted: f32::NAN }
+    }
+
+    /// Its row of designs.csv for `setup`, after what `out` holds.
+    pub fn fields(&self, setup: &Setup, out: &mut Vec<Field>) {
+        let Self { direction, drive, row, unit, .. } = *self;
+        let row = AtDrive { design: &self.design, direction, drive, row, unit };
+        fields(&AtDrive::COLUMNS, setup, &row, out);
+    }
+
+    /// Better first: smaller value, then smaller index.
+    pub(super) fn order(&self, other: &Self) -> Ordering {
+        self.rank.total_cmp(&other.rank).then(self.index.cmp(&other.index))
+    }
+}
+
+/// The `n` best rows of all that were offered.
+#[derive(Debug)]
+pub(super) struct Best {
+    n: usize,
+    heap: BinaryHeap<Worst>,
+    /// Complete rows offered.
+    pub offered: u64,
+}
+
+#[derive(Debug)]
+struct Worst(Kept);
+
+impl PartialEq for Worst {
+    fn eq(&self, o: &Self) -> bool {
+        self.cmp(o) == Ordering::Equal
+    }
+}
+impl Eq for Worst {}
+impl PartialOrd for Worst {
+    fn partial_cmp(&self, o: &Self) -> Option<Ordering> {
+        Some(self.cmp(o))
+    }
+}
+impl Ord for Worst {
+    fn cmp(&self, o: &Self) -> Ordering {
+        self.0.order(&o.0)
+    }
+}
+
+impl Best {
+    pub fn new(n: usize) -> Self {
+        Self { n, heap: BinaryHeap::new(), offered: 0 }
+    }
+
+    /// Takes a complete row if it is among the best so far.
+    pub fn offer(&mut self, row: Kept) {
+        self.offered += 1;
+        if self.heap.len() < self.n {
+            self.heap.push(Worst(row));
+        } else if self.heap.peek().is_some_and(|worst| row.order(&worst.0) == Ordering::Less) {
+            self.heap.pop();
+            self.heap.push(Worst(row));
+        }
+    }
+
+    /// The rows kept, best first.
+    pub fn into_rows(self) -> Vec<Kept> {
+        self.heap.into_sorted_vec().into_iter().map(|w| w.0).collect()
+    }
+}
+
+/// Rows that are shown at most.
+const SHOWN: usize = 8;
+
+/// The best rows of all that were offered, and the best row of each of the best designs.
+#[derive(Debug)]
+pub(super) struct Highlights {
+    /// Complete rows offered.
+    pub offered: u64,
+    /// Smallest value of a row.
+    least: f64,
+    rows: Vec<Kept>,
+    designs: Vec<Kept>,
+}
+
+impl Default for Highlights {
+    fn default() -> Self {
+        Self { offered: 0, least: f64::INFINITY, rows: Vec::new(), designs: Vec::new() }
+    }
+}
+
+impl Packed for Highlights {
+    fn pack(&self, to: &mut Packer<'_>) {
+        (self.offered, self.least).pack(to);
+        self.rows.pack(to);
+        self.designs.pack(to);
+    }
+
+    fn unpack(from: &mut Unpacker<'_>) -> Option<Self> {
+        let ((offered, least), rows, designs) = (from.take()?, from.take()?, from.take()?);
+        Some(Self { offered, least, rows, designs })
+    }
+}
+
+/// What decides between two complete rows.
+fn order(a: &Kept, b: &Kept) -> Ordering {
+    let of = |row: &Kept| (row.row.status, row.rank);
+    recommend::order(of(a), of(b)).then(a.index.cmp(&b.index))
+}
+
+/// Puts `row` into the `best` rows, if it is one of them: one of each design, where that is asked.
+fn put(best: &mut Vec<Kept>, row: &Kept, of_each_design: bool) {
+    if best.len() == SHOWN && order(row, &best[SHOWN - 1]).is_ge() {
+        return;
+    }
+    let same = |old: &Kept| of_each_design && key(&old.design) == key(&row.design);
+    if let Some(place) = best.iter().position(same) {
+        if order(row, &best[place]).is_ge() {
+            return;
+        }
+        best.remove(place);
+    }
+    best.insert(best.partition_point(|old| order(old, row).is_lt()), row.clone());
+    best.truncate(SHOWN);
+}
+
+impl Highlights {
+    /// Takes a complete row.
+    pub fn offer(&mut self, row: &Kept) {
+        self.offered += 1;
+        self.least = self.least.min(row.rank);
+        put(&mut self.rows, row, false);
+        put(&mut self.designs, row, true);
+    }
+
+    /// How the recommended row stands to the strain limit; without a complete row there is none.
+    pub fn standing(&self) -> Option<Standing> {
+        let best = self.rows.first()?;
+        Some(Standing::of((best.row.status, best.rank), self.least))
+    }
+
+    /// The rows shown, the recommended one first: all, where they are few or were `asked` for, else one of each design, if there are several.
+    pub fn into_rows(self, asked: bool) -> (Vec<Kept>, bool) {
+        let by_design = !asked && self.offered > SHOWN as u64 && self.designs.len() > 1;
+        (if by_design { self.designs } else { self.rows }, by_design)
+    }
+}
+
+/// How far a ranked sweep is.
+pub(super) enum Reached {
+    /// Its rows are ranked up to this design: what was found in charts, and the best of the rows that were solved.
+    Ranked(u64, Found, Best),
+    /// The rows kept, and how many of their designs are written.
+    Kept(Vec<(u64, u32)>, u64),
+}
+
+impl Packed for Reached {
+    fn pack(&self, to: &mut Packer<'_>) {
+        match self {
+            Self::Ranked(next, found, best) => pack_ranked((*next, found, best), to),
+            Self::Kept(places, next) => {
+                1u8.pack(to);
+                places.pack(to);
+                next.pack(to);
+            }
+        }
+    }
+
+    fn unpack(from: &mut Unpacker<'_>) -> Option<Self> {
+        match from.take::<u8>()? {
+            0 => {
+                let (next, rows, complete, (taps, invalid, best)) = from.take()?;
+                let words = Words { taps, invalid };
+                Some(Self::Ranked(next, Found { rows, complete, words, ..Found::default() }, best))
+            }
+            1 => Some(Self::Kept(from.take()?, from.take()?)),
+            _ => None,
+        }
+    }
+}
+
+/// Packs [`Reached::Ranked`] without taking it.
+pub(super) fn pack_ranked((next, found, best): (u64, &Found, &Best), to: &mut Packer<'_>) {
+    0u8.pack(to);
+    next.pack(to);
+    found.rows.pack(to);
+    found.complete.pack(to);
+    found.words.taps.pack(to);
+    found.words.invalid.pack(to);
+    best.pack(to);
+}

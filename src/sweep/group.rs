@@ -1,0 +1,306 @@
+//! Designs that go together: their taps are solved, reduced, and written.
+
+use std::borrow::Cow;
+use std::iter::Peekable;
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::about::Place;
+use super::best::Kept;
+use super::taps::{AxisValue, Places, Taps};
+use super::{CHUNK, Run};
+use crate::curve::{Curve, both::Both};
+use crate::design::Design;
+use crate::error::Error;
+use crate::estimate::Estimated;
+use crate::evaluate::{Outcome, Task};
+use crate::scene::{Direction, RankBy, Setup};
+use crate::sink::{
+    pack::Packer,
+    rows::Rows,
+    run_json::Counts,
+    table::{AtDistance, AtDrive, Field, Table, TapRow, fields},
+};
+use crate::statistics::{Reduction, Told};
+
+/// Designs whose own curves are solved together.
+const TOGETHER: usize = 1 << 12;
+
+/// Rows of one work item.
+const PIECE: usize = 1 << 10;
+
+/// What is packed beside the outcomes of designs under way: how many designs are complete, of how many, and what the route needs.
+pub(super) type Route<'p> = ((u64, u64), &'p dyn Fn(&mut Packer<'_>));
+
+/// Designs with the outcomes of their taps.
+pub(super) struct Group {
+    /// Numbers of the designs.
+    pub numbers: Vec<u64>,
+    designs: Vec<Design>,
+    /// Where the taps of each design begin, and where those of the last end.
+    starts: Vec<usize>,
+    outcomes: Vec<Outcome>,
+}
+
+impl Group {
+    /// The next of `designs`, as many as go together, with their taps solved; `None` after the last. `all` go together where the rows of
+    /// designs alternate. Of more taps than are solved at once those that are done are kept, with what `route` packs.
+    pub fn next(
+        run: &mut Run<'_>,
+        taps: &Taps<'_>,
+        (designs, all): (&mut Peekable<impl Iterator<Item = u64>>, bool),
+        route: Option<Route<'_>>,
+    ) -> Result<Option<Self>, Error> {
+        // A design that is under way goes alone.
+        let together = if route.is_some() { run.pace.size } else { CHUNK };
+        let size = if run.under_way.is_empty() { together } else { 1 };
+        let (mut numbers, mut starts, mut total) = (Vec::new(), vec![0], 0);
+        while let Some(k) = designs.next_if(|k| all || total == 0 || total + taps.block(*k) <= size) {
+            total += taps.block(k);
+            numbers.push(k);
+            starts.push(total as usize);
+        }
+        if numbers.is_empty() {
+            return Ok(None);
+        }
+        let setup = &run.study.setup;
+        let designs: Vec<Design> = numbers.par_iter().map(|&k| Design::new(setup, taps.design(k))).collect();
+        let mut group = Self { numbers, designs, starts, outcomes: std::mem::take(&mut run.under_way) };
+        group.outcomes.reserve_exact(total as usize - group.outcomes.len());
+        while (group.outcomes.len() as u64) < total {
+            let from = group.outcomes.len();
+            let together = if route.is_some() { run.pace.size } else { CHUNK };
+            let to = (from + together as usize).min(total as usize);
+            group.outcomes.extend(run.evaluate(&group.designs, &group.tasks(taps, from..to))?);
+            if let Some((done, pack)) = route.filter(|_| (to as u64) < total) {
+                run.show(to as u64);
+                run.under_way = group.outcomes;
+                run.complete_within((done, total), pack)?;
+                group.outcomes = std::mem::take(&mut run.under_way);
+            }
+        }
+        Ok(Some(group))
+    }
+
+    /// Some taps of the group.
+    fn tasks(&self, taps: &Taps<'_>, range: Range<usize>) -> Vec<Task> {
+        let task = |s: usize| {
+            let d = self.starts.partition_point(|start| *start <= s) - 1;
+            let design = (self.numbers[d], &self.designs[d].tuple);
+            taps.task(design, d as u32, (s - self.starts[d]) as u64)
+        };
+        range.into_par_iter().map(task).collect()
+    }
+
+    /// Reduces the designs and writes `tables`, taps only of the designs and strokes that are `kept`, in order, if some were. The complete rows of
+    /// each design.
+    pub fn finish(
+        &self,
+        run: &mut Run<'_>,
+        taps: &Taps<'_>,
+        (tables, kept): (&[Table], Option<&[(u64, u32)]>),
+    ) -> Result<Vec<Vec<Kept>>, Error> {
+        let mut all = Vec::with_capacity(self.designs.len());
+        for from in (0..self.designs.len()).step_by(TOGETHER) {
+            all.extend(self.reduce(run, taps, from..self.designs.len().min(from + TOGETHER))?);
+        }
+        let by = run.study.listed_by();
+        all.iter().for_each(|one| run.absorb(&one.counts));
+        for &table in tables {
+            write(run, taps, (table, kept), &all)?;
+        }
+        Ok(all.iter().map(|one| one.complete(taps, by)).collect())
+    }
+
+    /// Some of the designs, reduced.
+    fn reduce<'g>(
+        &'g self,
+        run: &mut Run<'_>,
+        taps: &'g Taps<'_>,
+        range: Range<usize>,
+    ) -> Result<Vec<Reduced<'g>>, Error> {
+        let setup = &run.study.setup;
+        let begin = |d: usize| {
+            Reduced::new(
+                setup,
+                taps,
+                (self.numbers[d], &self.designs[d]),
+                &self.outcomes[self.starts[d]..self.starts[d + 1]],
+            )
+        };
+        let mut all: Vec<Reduced<'_>> = range.clone().into_par_iter().map(begin).collect();
+        let strokes = range.clone().zip(&all).flat_map(|(d, one)| {
+            let reach = taps.reach(one.number);
+            one.strokes.iter().map(move |(drive, direction)| (d as u32, *direction, *drive, reach))
+        });
+        let curves = run.curves(&self.designs, strokes)?;
+        let (first, end, mut both) = (self.starts[range.start], self.starts[range.end], Vec::new());
+        for from in (first..end).step_by(CHUNK as usize) {
+            let taken = from..end.min(from + CHUNK as usize);
+            let (tasks, outcomes) = (|| self.tasks(taps, taken.clone()), &self.outcomes[taken.clone()]);
+            both.extend(run.both(&self.designs, tasks, outcomes, |d| taps.reach(self.numbers[d]))?);
+        }
+        let mut places = Vec::with_capacity(all.len());
+        let mut of_curves = 0;
+        for (d, one) in range.zip(&all) {
+            places.push((
+                of_curves..of_curves + one.strokes.len(),
+                self.starts[d] - first..self.starts[d + 1] - first,
+            ));
+            of_curves += one.strokes.len();
+        }
+        all.par_iter_mut().zip(places).for_each(|(one, (strokes, rows))| {
+            one.reduce(taps, curves.get(strokes).unwrap_or_default(), both.get(rows).unwrap_or_default());
+        });
+        Ok(all)
+    }
+}
+
+/// A reduced design.
+struct Reduced<'g> {
+    number: u64,
+    design: &'g Design,
+    places: Cow<'g, Places>,
+    distances: Vec<AxisValue>,
+    strokes: Vec<AxisValue>,
+    outcomes: &'g [Outcome],
+    reduction: Reduction<'g>,
+    estimates: Vec<Estimated>,
+    counts: Counts,
+}
+
+impl<'g> Reduced<'g> {
+    /// A design whose taps are not yet reduced.
+    fn new(
+        setup: &Setup,
+        taps: &'g Taps<'_>,
+        (number, design): (u64, &'g Design),
+        outcomes: &'g [Outcome],
+    ) -> Self {
+        let places = taps.places(number);
+        let task = |t: &u32| taps.task((number, &design.tuple), 0, u64::from(*t));
+        let distances: Vec<AxisValue> =
+            places.distances.iter().map(task).map(|t| (t.a, t.direction)).collect();
+        let strokes: Vec<AxisValue> =
+            places.strokes.iter().map(task).map(|t| (t.drive, t.direction)).collect();
+        let reduction = Reduction::new(setup, design, taps.reach(number), (distances.len(), strokes.len()));
+        let (estimates, counts) = (vec![Estimated::NOTHING; outcomes.len()], Counts::default());
+        Self { number, design, places, distances, strokes, outcomes, reduction, estimates, counts }
+    }
+
+    /// Its distance and stroke, by their places, and both.
+    fn at(&self, t: usize) -> ((usize, usize), (f64, Direction, f64)) {
+        let (i, j) = self.places.of[t];
+        let (i, j) = (i as usize, j as usize);
+        let (drive, direction) = self.strokes[j];
+        ((i, j), (self.distances[i].0, direction, drive))
+    }
+
+    fn reduce(&mut self, taps: &Taps<'_>, curves: &[Option<Curve>], both: &[Option<Both>]) {
+        let order = taps.order(&self.places, &self.strokes, &self.distances);
+        let order = (0..self.outcomes.len()).map(|s| order.get(s).map_or(s, |t| *t as usize));
+        for t in order.clone() {
+            let (place, (a, _, drive)) = self.at(t);
+            self.reduction.count(place, (a, drive), &self.outcomes[t]);
+        }
+        self.reduction.calibrate();
+        for t in order {
+            let (place, (a, direction, drive)) = self.at(t);
+            let (tap, told) =
+                (&self.outcomes[t], Told::by(curves, place.1).towards(direction).or_both(both.get(t)));
+            self.estimates[t] = self.reduction.estimate_by(place, (a, drive), tap, told);
+            self.counts.taps += 1;
+            self.counts.note(tap.status | self.estimates[t].status, 1);
+        }
+    }
+
+    fn stroke(&self, j: usize) -> AtDrive<'_> {
+        let ((drive, direction), row) = (self.strokes[j], self.reduction.drives[j].figures());
+        AtDrive { design: &self.design.tuple, direction, drive, row, unit: self.reduction.unit() }
+    }
+
+    /// Its complete rows.
+    fn complete(&self, taps: &Taps<'_>, by: RankBy) -> Vec<Kept> {
+        let row = |j: usize| {
+            // Of a list ties go to the row that stands first.
+            let first = taps.row(self.number, self.places.strokes[j]).unwrap_or(self.number);
+            Some(Kept::of(&self.stroke(j), self.reduction.rank(j, by)?, (first, j as u32)))
+        };
+        (0..self.strokes.len()).filter_map(row).collect()
+    }
+
+    /// Puts row `n` of a `table` into `values`.
+    fn put(&self, setup: &Setup, (table, n): (Table, usize), values: &mut Vec<Field>) {
+        match table {
+            Table::Tuples => {
+                let tap = (&self.outcomes[n], &self.estimates[n]);
+                let row = TapRow::of(&self.reduction, self.design, self.at(n).1, tap);
+                fields(&TapRow::COLUMNS, setup, &row, values);
+            }
+            Table::Designs => fields(&AtDrive::COLUMNS, setup, &self.stroke(n), values),
+            Table::Distances => {
+                let ((a, direction), unit) = (self.distances[n], self.reduction.unit());
+                let (design, row) = (&self.design.tuple, &self.reduction.distances[n]);
+                fields(&AtDistance::COLUMNS, setup, &AtDistance { design, a, direction, row, unit }, values);
+            }
+        }
+    }
+}
+
+/// Writes the rows of `all` to a table.
+fn write(
+    run: &mut Run<'_>,
+    taps: &Taps<'_>,
+    (table, kept): (Table, Option<&[(u64, u32)]>),
+    all: &[Reduced<'_>],
+) -> Result<(), Error> {
+    let rows = all.iter().enumerate().flat_map(|(d, one)| {
+        let n = match table {
+            Table::Tuples => one.outcomes.len(),
+            Table::Designs => one.strokes.len(),
+            Table::Distances => one.distances.len(),
+        };
+        let is_kept = move |n: &usize| {
+            let stroke = || (one.number, one.places.of[*n].1);
+            table != Table::Tuples || kept.is_none_or(|kept| kept.binary_search(&stroke()).is_ok())
+        };
+        (0..n).filter(is_kept).map(move |n| (d as u32, n as u32))
+    });
+    let mut rows: Vec<(u32, u32)> = rows.collect();
+    // The row of a list where it stands, or begins.
+    let first = |&(d, n): &(u32, u32)| {
+        let one = &all[d as usize];
+        let tap = match table {
+            Table::Tuples => n,
+            Table::Designs => one.places.strokes[n as usize],
+            Table::Distances => one.places.distances[n as usize],
+        };
+        taps.row(one.number, tap)
+    };
+    if !taps.in_order() {
+        rows.par_sort_unstable_by_key(&first);
+    }
+    let place = |row: &(u32, u32)| {
+        let one = &all[row.0 as usize];
+        let stroke = || one.places.strokes[one.places.of[row.1 as usize].1 as usize];
+        let owner = if table == Table::Tuples { taps.row(one.number, stroke())? } else { one.number };
+        Some(Place::row(table, first(row)?, owner))
+    };
+    let (setup, form) = (&run.study.setup, run.writers.form);
+    let piece = |rows: &[(u32, u32)]| {
+        let (mut made, mut values) = (Rows::new(form), Vec::new());
+        for &(d, n) in rows {
+            all[d as usize].put(setup, (table, n as usize), &mut values);
+            made.row(&mut values)?;
+        }
+        Ok(made)
+    };
+    for rows in rows.chunks(CHUNK as usize) {
+        let pieces: Vec<Rows> = rows.par_chunks(PIECE).map(piece).collect::<Result<_, Error>>()?;
+        run.place(rows.iter().filter_map(place))?;
+        pieces.into_iter().try_for_each(|rows| run.write(table, rows, 0))?;
+        run.count(table, rows.len() as u64);
+    }
+    Ok(())
+}

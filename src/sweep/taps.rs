@@ -1,0 +1,184 @@
+//! The taps of a space, design by design.
+
+use std::borrow::Cow;
+use std::collections::HashMap;
+
+use crate::evaluate::Task;
+use crate::plan::Layout;
+use crate::scene::{Direction, Listed, Space, Tuple};
+
+/// A distance, or a drive, and the direction of the pole.
+pub(super) type AxisValue = (f64, Direction);
+
+/// The taps of a space. Designs are numbered in row order; of a list, in order of first appearance.
+pub(super) enum Taps<'a> {
+    Grid { layout: Layout, places: Places },
+    List(List<'a>),
+}
+
+/// Where the taps of a design stand.
+#[derive(Debug, Clone)]
+pub(super) struct Places {
+    /// Distance (and direction of the pole) and stroke of each tap, numbered in order of first appearance.
+    pub of: Vec<(u32, u32)>,
+    /// First tap of each distance.
+    pub distances: Vec<u32>,
+    /// First tap of each stroke.
+    pub strokes: Vec<u32>,
+}
+
+impl Places {
+    fn new(of: Vec<(u32, u32)>) -> Self {
+        let (mut distances, mut strokes) = (Vec::new(), Vec::new());
+        for (t, &(i, j)) in (0..).zip(&of) {
+            if i as usize == distances.len() {
+                distances.push(t);
+            }
+            if j as usize == strokes.len() {
+                strokes.push(t);
+            }
+        }
+        Self { of, distances, strokes }
+    }
+}
+
+/// Listed taps by their designs.
+pub(super) struct List<'a> {
+    listed: &'a Listed,
+    /// Rows design by design, each in the order of the list.
+    rows: Vec<u32>,
+    /// Where each design begins among them, and their number.
+    starts: Vec<u32>,
+    /// Whether that is the order of the list.
+    in_order: bool,
+}
+
+impl<'a> List<'a> {
+    fn new(listed: &'a Listed) -> Self {
+        let designs = &listed.groups().designs;
+        let mut starts = vec![0; listed.groups().counts[0] as usize + 1];
+        designs.iter().for_each(|k| starts[*k as usize + 1] += 1);
+        (1..starts.len()).for_each(|k| starts[k] += starts[k - 1]);
+        let (mut rows, mut next) = (vec![0; designs.len()], starts.clone());
+        for (row, k) in (0..).zip(designs) {
+            rows[next[*k as usize] as usize] = row;
+            next[*k as usize] += 1;
+        }
+        Self { listed, rows, starts, in_order: designs.is_sorted() }
+    }
+
+    fn rows(&self, k: u64) -> &[u32] {
+        let [from, to] = [0, 1].map(|next| self.starts[k as usize + next] as usize);
+        &self.rows[from..to]
+    }
+
+    fn places(&self, k: u64) -> Places {
+        let groups = self.listed.groups();
+        let (mut distances, mut strokes) = (HashMap::new(), HashMap::new());
+        let mut place = |row: &u32| {
+            let number = |known: &mut HashMap<u32, u32>, all: &[u32]| {
+                let next = known.len() as u32;
+                *known.entry(all[*row as usize]).or_insert(next)
+            };
+            (number(&mut distances, &groups.distances), number(&mut strokes, &groups.strokes))
+        };
+        Places::new(self.rows(k).iter().map(&mut place).collect())
+    }
+}
+
+impl<'a> Taps<'a> {
+    pub fn new(space: &'a Space) -> Self {
+        match space {
+            Space::Grid(factors) => {
+                let layout = Layout::new(factors);
+                let place = |t| {
+                    let (i, j) = layout.place(t);
+                    (i as u32, j as u32)
+                };
+                let places = Places::new((0..layout.block()).map(place).collect());
+                Self::Grid { layout, places }
+            }
+            Space::List(listed) => Self::List(List::new(listed)),
+        }
+    }
+
+    /// Taps of design `k`.
+    pub fn block(&self, k: u64) -> u64 {
+        match self {
+            Self::Grid { layout, .. } => layout.block(),
+            Self::List(list) => list.rows(k).len() as u64,
+        }
+    }
+
+    /// Design `k`; distance and drive are not its own.
+    pub fn design(&self, k: u64) -> Tuple {
+        match self {
+            Self::Grid { layout, .. } => layout.design(k),
+            Self::List(list) => list.listed.tuple(list.rows(k)[0] as usize),
+        }
+    }
+
+    /// Tap `t` of the design that is number `k`, `tuple`, and at `place` in its batch.
+    pub fn task(&self, (k, tuple): (u64, &Tuple), place: u32, t: u64) -> Task {
+        match self {
+            Self::Grid { layout, .. } => task(layout, tuple, place, t),
+            Self::List(list) => Task::of(place, &list.listed.tuple(list.rows(k)[t as usize] as usize)),
+        }
+    }
+
+    /// Smallest and largest distance of design `k`, mm.
+    pub fn reach(&self, k: u64) -> [f64; 2] {
+        match self {
+            Self::Grid { layout, .. } => layout.reach(),
+            Self::List(list) => list.listed.groups().reach[k as usize],
+        }
+    }
+
+    /// Where the taps of design `k` stand.
+    pub fn places(&self, k: u64) -> Cow<'_, Places> {
+        match self {
+            Self::Grid { places, .. } => Cow::Borrowed(places),
+            Self::List(list) => Cow::Owned(list.places(k)),
+        }
+    }
+
+    /// The order in which the taps of a design are reduced: of a list that of their drives and distances, so that sums do not depend on the order of
+    /// its rows; of a grid that of the taps, and nothing.
+    pub fn order(&self, places: &Places, strokes: &[AxisValue], distances: &[AxisValue]) -> Vec<u32> {
+        let Self::List(_) = self else { return Vec::new() };
+        let bits = |(x, Direction { tilt, lean }): AxisValue| [x, tilt, lean].map(|x| (x + 0.0).to_bits());
+        let mut order: Vec<u32> = (0..places.of.len() as u32).collect();
+        order.sort_by_cached_key(|t| {
+            let (i, j) = places.of[*t as usize];
+            (bits(strokes[j as usize]), bits(distances[i as usize]), *t)
+        });
+        order
+    }
+
+    /// The row of tap `t` of design `k` in a list.
+    pub fn row(&self, k: u64, t: u32) -> Option<u64> {
+        match self {
+            Self::Grid { .. } => None,
+            Self::List(list) => Some(list.rows(k)[t as usize].into()),
+        }
+    }
+
+    /// The design of a row that was kept.
+    pub fn design_of(&self, index: (u64, u32)) -> u64 {
+        match self {
+            Self::Grid { .. } => index.0,
+            Self::List(list) => list.listed.groups().designs[index.0 as usize].into(),
+        }
+    }
+
+    /// Whether rows follow each other design by design.
+    pub fn in_order(&self) -> bool {
+        !matches!(self, Self::List(list) if !list.in_order)
+    }
+}
+
+/// Tap `t` of `design` of a grid, which is at `place` in its batch.
+pub(super) fn task(layout: &Layout, design: &Tuple, place: u32, t: u64) -> Task {
+    let (i, j) = (t / layout.n_drives, t % layout.n_drives);
+    Task::of(place, &Tuple { a: layout.distance(i), ..layout.stroke(design, j) })
+}
