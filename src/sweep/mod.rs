@@ -16,7 +16,6 @@ mod handed;
 mod highlights;
 mod keep;
 mod list;
-mod look;
 mod needed;
 mod parted;
 mod probe;
@@ -188,7 +187,7 @@ fn attempt(
     let names = writers::names(study, plan, &about);
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let (mut folder, left) = Folder::open_again(target.out, question, &names, &about.identity, target.force)?;
-    let method = look::first(study, choice, target.stop)?;
+    let method = choice.open(&study.setup.model)?;
     let open = begun.elapsed().as_secs_f64() + choice.seconds;
     let head = left.as_ref().map(|left| left.head.clone());
     let before = match left {

@@ -94,7 +94,6 @@ mod tilt;
 mod tilted;
 mod touched;
 mod trends;
-mod twins;
 mod units;
 mod unrested;
 mod words;
