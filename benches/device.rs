@@ -1,5 +1,5 @@
 //! What the parts of a run take on a device, in seconds of wall time: `cargo bench --bench device`. It opens what `--backend gpu` takes. Of each whisker that is
-//! ranked: its charts, the shader with its self-check, and full batches, one by one and overlapped. Of each kernel of solved taps: its compilation, and a full
+//! ranked: its charts, the shader with its comparison, and full batches, one by one and overlapped. Of each kernel of solved taps: its compilation, and a full
 //! batch with what the host does for it, beside the kernel of the CPU.
 
 use std::time::Instant;
@@ -50,7 +50,8 @@ fn ranked(name: &str, model: &str, drives: u32, by: &str) {
     let charts = charts.expect("charts");
     let choice = Choice::new(&options(BackendChoice::Gpu, Precision::F32)).expect("a device");
     let mut solver = choice.solver().expect("the device opens");
-    let (device, compiling) = seconds(|| solver.ranking(&charts, &layout).expect("the device ranks"));
+    let (device, compiling) =
+        seconds(|| solver.device().expect("a device").ranking(&charts, &layout).expect("it ranks"));
     let mut device = device.expect("it serves devices");
     let most = device.most();
     let run = |device: &mut dyn Ranking, overlapped: bool| {

@@ -2,12 +2,12 @@
 //
 // Emitted from Rust before this text: real, named numbers, the switches SHEAR, EXTENSION, SURFACE, STICK, LAW, FAR, CURVED, INNER and POWER, the
 // structures Tap, Piece and Solution, where the parts of the tableau begin in `numbers` (PLACES, FIRST, BEFORE, SHARES, ENDS, GAUSS, PIECES), one_minus_cos,
-// x_minus_sin, section and seal. A constant array that is indexed in a loop would be copied for each of its numbers; a buffer is not.
+// x_minus_sin and section. A constant array that is indexed in a loop would be copied for each of its numbers; a buffer is not.
 
 @group(0) @binding(0) var<uniform> batch: vec4<u32>;
 @group(0) @binding(1) var<storage, read> taps: array<Tap>;
-@group(0) @binding(2) var<storage, read> numbers: array<real>;
-@group(0) @binding(3) var<storage, read_write> solutions: array<Solution>;
+@group(0) @binding(2) var<storage, read_write> solutions: array<Solution>;
+@group(0) @binding(3) var<storage, read> numbers: array<real>;
 
 // P and T at the arc c; see the Rust twin.
 struct Load {
@@ -499,13 +499,13 @@ fn solve(tap: Tap) -> Solution {
     }
     return Solution(
         bent.w / width, shot.load.normal, shot.load.tangential, shot.load.arc,
-        shot.wrench.x, shot.wrench.y, shot.wrench.z, error, shot.bent.load, real(shots), ZERO,
+        shot.wrench.x, shot.wrench.y, shot.wrench.z, error, shot.bent.load, real(shots),
     );
 }
 
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x < batch.x {
-        solutions[id.x] = seal(solve(taps[id.x]), id.x, batch.y);
+        solutions[id.x] = solve(taps[id.x]);
     }
 }

@@ -5,8 +5,6 @@ struct Job {
     // Designs of this batch, bound of the rank.
     count: u32,
     bound: f32,
-    // Number of the batch, in the upper bits of every entry of the lists.
-    stamp: u32,
     // Digits of the first design, one per factor.
     first: array<vec4<u32>, 2>,
 }
@@ -16,8 +14,8 @@ struct Words { taps: array<u32, COMBINED>, invalid: u32, complete: u32 }
 
 @group(0) @binding(0) var<uniform> job: Job;
 // `numbers`, `shape` and `rows`, bindings 1 to 3, are declared before this text: uniform where they fit, else storage.
-@group(0) @binding(4) var<storage, read_write> tally: array<atomic<u32>, 20>;
-// Designs with a row below the bound, and those that must be solved tap by tap.
+@group(0) @binding(4) var<storage, read_write> tally: array<atomic<u32>, COUNTERS>;
+// Designs with a row below the bound, and those that must be solved tap by tap, counted from 1.
 @group(0) @binding(5) var<storage, read_write> best: array<u32>;
 @group(0) @binding(6) var<storage, read_write> hard: array<u32>;
 // Values of the designs' axes that are listed.
@@ -65,21 +63,23 @@ fn design_of(w: Whisker) -> Design {
     return Design(w.D, tau, w.L_a, w.x_ss, x2, peak_of(w.D, tau, w.x_ss, x2), drive, powered(drive));
 }
 
-// Notes that design `i` must be solved tap by tap; 1.
-fn list_hard(i: u32) -> u32 {
-    hard[atomicAdd(&tally[1], 1u)] = job.stamp | i;
-    return 1u;
+// Notes that design `i` must be solved tap by tap.
+fn list_hard(i: u32) {
+    hard[atomicAdd(&tally[1], 1u)] = i + 1u;
 }
 
-// Words, rows and lists of design `i`; 1 where it must be solved tap by tap.
-fn rank_design(i: u32, words: ptr<function, Words>) -> u32 {
+// Words, rows and lists of design `i`.
+fn rank_design(i: u32, words: ptr<function, Words>) {
     let w = whisker(i);
     let kind = case_of(w);
     if kind == 2u {
         (*words).invalid += DISTANCES * DRIVES;
-        return 0u;
+        return;
     }
-    if kind == 1u { return list_hard(i); }
+    if kind == 1u {
+        list_hard(i);
+        return;
+    }
     var design = design_of(w);
     var counts = Tally();
     var found = false;
@@ -92,28 +92,26 @@ fn rank_design(i: u32, words: ptr<function, Words>) -> u32 {
         }
         found = rows_of(design, &counts) || found;
     }
-    if counts.hard { return list_hard(i); }
-    if found { best[atomicAdd(&tally[0], 1u)] = job.stamp | i; }
+    if counts.hard {
+        list_hard(i);
+        return;
+    }
+    if found { best[atomicAdd(&tally[0], 1u)] = i + 1u; }
     (*words).taps = counts.taps;
     (*words).complete += select(counts.complete, min(counts.complete, 1u), PER_DESIGN);
-    return 0u;
 }
 
 @compute @workgroup_size(WORKGROUP)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var words = Words();
     if id.x >= job.count { return; }
-    // Whether it goes to the list of hard ones.
-    let left = rank_design(id.x, &words);
-    var sum = WEIGHTS[0] * left + WEIGHTS[COMBINED + 1u] * words.invalid + WEIGHTS[COMBINED + 2u] * words.complete;
+    rank_design(id.x, &words);
     for (var k = 0u; k < COMBINED; k++) {
         // Most combinations have no tap.
         if words.taps[k] > 0u { atomicAdd(&tally[2u + k], words.taps[k]); }
-        sum += WEIGHTS[k + 1u] * words.taps[k];
     }
     atomicAdd(&tally[COMBINED + 2u], words.invalid);
     atomicAdd(&tally[COMBINED + 3u], words.complete);
     // Designs gone through.
     atomicAdd(&tally[COMBINED + 4u], 1u);
-    atomicAdd(&tally[COMBINED + 5u], sum);
 }

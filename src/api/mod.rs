@@ -50,7 +50,7 @@ pub fn strains(setup: &Setup, taps: &[Tuple]) -> Result<Vec<Outcome>, Error> {
 /// # Errors
 /// A folder that holds something else, tables that would be too large, a backend that fails.
 pub fn sweep(name: &str, study: &Study, options: &RunOptions, out: &Path) -> Result<Swept, Error> {
-    let choice = Choice::for_taps(options, &study.setup, Work::of_study(study, options))?;
+    let choice = Choice::for_work(options, Work::of_study(study, options))?;
     let plan = Plan::new(study, &choice)?;
     let target = Target { force: options.force == Some(true), ..Target::new(out, &NEVER) };
     sweep::run(&Spec::of(name, study.clone()), &plan, &choice, &target, &mut Silent)

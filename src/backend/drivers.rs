@@ -1,79 +1,45 @@
-//! GPU drivers, asked from outside first: one that crashes or hangs takes its process with it, so another process makes the first calls.
+//! GPU drivers, tried in another process first: one that crashes or hangs takes its process with it.
 //!
-//! The program starts itself once more for it, Python its interpreter with the native module alone ([`ask_by`] says how). A process of which
-//! that is not known asks its drivers itself, as every program does that uses Vulkan.
+//! The program starts itself once more for it, Python its interpreter with the native module alone ([`ask_by`] says how). A process that has not said
+//! how asks its drivers itself.
 
-use std::io::{BufRead, BufReader, Write};
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::io::{BufRead, BufReader};
+use std::process::{Command, Stdio};
 use std::sync::OnceLock;
-use std::sync::mpsc::channel;
-use std::time::{Duration, Instant};
-
-use serde::{Deserialize, Serialize};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::Duration;
 
 use crate::error::{Error, InputError};
-use crate::kernel::gpu::{self, Adapter, Gpu, quietly};
+use crate::kernel::gpu::{self, Adapter, Gpu, clock};
 use crate::scene::Precision;
 
 /// Time that a driver has for its first calls, and for each device that is opened.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// Time that the other process has to end, once it has said all it will say.
-const LAST: Duration = Duration::from_millis(500);
+/// What the other process says last.
+const DONE: &str = "done";
 
-/// What the other process says, a line of JSON each.
-#[derive(Debug, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum Line {
-    /// The adapters there are.
-    Adapters(Vec<Seen>),
-    /// The adapter of this number is being opened.
-    Opens(usize),
-    /// The calls panicked; the words.
-    Failed(String),
-    /// Every call has returned.
-    Done,
-}
+/// Name and driver of an adapter, and whether it runs on the CPU.
+pub(super) type Seen = (String, String, bool);
 
-/// An adapter that another process has seen.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Seen {
-    /// Its name.
-    pub name: String,
-    /// Driver and version.
-    driver: String,
-    /// Whether it runs on the CPU.
-    pub software: bool,
-}
+/// Adapters that can be opened, hardware first; what drivers did wrong, in words.
+type Found = (Vec<Seen>, Vec<String>);
 
-impl Seen {
-    fn of(a: &Adapter) -> Self {
-        Self { name: a.name.clone(), driver: a.driver.clone(), software: a.software }
-    }
-}
-
-/// What is known of the drivers.
-#[derive(Debug, Clone, Default)]
-pub struct Found {
-    /// Adapters that can be opened, hardware first.
-    pub adapters: Vec<Seen>,
-    /// What drivers did wrong, in words.
-    pub faults: Vec<String>,
+fn seen(a: &Adapter) -> Seen {
+    (a.name.clone(), a.driver.clone(), a.software)
 }
 
 type How = Box<dyn Fn() -> Option<Command> + Send + Sync>;
 
 static HOW: OnceLock<How> = OnceLock::new();
-static FOUND: OnceLock<Option<Found>> = OnceLock::new();
 
-/// From now on drivers are asked by the process that `how` describes, which is to call [`answer`]; the number of the first adapter to be
+/// From now on drivers are tried by the process that `how` describes, which is to call [`answer`]; the number of the first adapter to be
 /// opened is added as its last argument. The first call counts.
 pub fn ask_by(how: impl Fn() -> Option<Command> + Send + Sync + 'static) {
     let _ = HOW.set(Box::new(how));
 }
 
-/// The other process: asks the drivers for their adapters and opens those from number `from` on. It says on stdout what it does next, so that
-/// what a crash cuts off is known.
+/// The other process: opens the adapters from number `from` on, each after a line that says which.
 pub fn answer(from: usize) {
     // A process that hangs ends with the one that started it.
     #[cfg(target_os = "linux")]
@@ -81,130 +47,76 @@ pub fn answer(from: usize) {
     unsafe {
         libc::prctl(libc::PR_SET_PDEATHSIG, libc::SIGKILL)
     };
-    let say = |line: &Line| {
-        let text = serde_json::to_string(line).unwrap_or_default();
-        let _ = writeln!(std::io::stdout(), "{text}");
-    };
-    let asked = quietly(|| {
-        let all = gpu::adapters();
-        say(&Line::Adapters(all.iter().map(Seen::of).collect()));
-        for (i, adapter) in all.into_iter().enumerate().skip(from) {
-            say(&Line::Opens(i));
-            // That it does not open is no crash: whoever opens it hears why.
-            drop(Gpu::new(adapter, Precision::F32));
-        }
-    });
-    say(&asked.map_or_else(Line::Failed, |()| Line::Done));
+    for adapter in gpu::adapters().into_iter().skip(from) {
+        println!("{}", serde_json::json!(seen(&adapter)));
+        // That it does not open is no crash: an error says why when it is opened again.
+        drop(Gpu::new(adapter, Precision::F32));
+    }
+    println!("{DONE}");
 }
 
-/// What another process found of the drivers, asked once; `None` where nobody has said how one is started, or it does not start.
-pub fn found() -> Option<&'static Found> {
+/// What another process found of the drivers, asked once; `None` where nothing says how it is started, or it does not start.
+pub(super) fn found() -> Option<&'static Found> {
+    static FOUND: OnceLock<Option<Found>> = OnceLock::new();
     FOUND.get_or_init(|| HOW.get().and_then(|how| found_by(how, PATIENCE))).as_ref()
 }
 
 fn found_by(how: &How, patience: Duration) -> Option<Found> {
-    let (mut found, mut broken, mut from) = (Found::default(), Vec::new(), 0);
+    let (mut found, mut from) = (Found::default(), 0);
     loop {
         let mut command = how()?;
-        command.arg(from.to_string());
-        let (lines, end) = said(command, patience)?;
-        let mut last = None;
-        for line in lines {
+        command.arg(from.to_string()).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null());
+        let mut child = command.spawn().ok()?;
+        let lines = BufReader::new(child.stdout.take()?).lines().map_while(Result::ok);
+        let (tell, told) = channel();
+        std::thread::spawn(move || lines.into_iter().try_for_each(|line| tell.send(line)));
+        // Each line begins a call, which has its own time; an adapter opens if another line follows.
+        let mut opening: Option<Seen> = None;
+        let why = loop {
+            let line = told.recv_timeout(patience);
+            if let Ok(line) = &line {
+                from += usize::from(opening.is_some());
+                found.0.extend(opening.take());
+                opening = serde_json::from_str(line).ok();
+            }
             match line {
-                Line::Adapters(all) => found.adapters = all,
-                Line::Opens(i) => last = Some(i),
-                Line::Failed(why) => found.faults.push(format!("asking the GPU drivers failed: {why}")),
-                Line::Done => {}
+                Ok(line) if line == DONE => break None,
+                Ok(_) => {}
+                Err(RecvTimeoutError::Timeout) => {
+                    break Some(format!("did not answer within {} s", patience.as_secs_f64()));
+                }
+                Err(_) => break child.wait().ok().map(|status| format!("crashed ({status})")),
+            }
+        };
+        // What its drivers do at its end does not matter, and it may never end.
+        let _ = child.kill();
+        std::thread::spawn(move || child.wait());
+        match (why, opening) {
+            (None, _) => return Some(found),
+            (Some(why), Some(seen)) => {
+                found.1.push(format!("the driver of {} {why} when it was opened", seen.0));
+                from += 1;
+            }
+            (Some(why), None) => {
+                found.1.push(format!(
+                    "a GPU driver {why} when it was asked for its adapters (VK_DRIVER_FILES names another one)"
+                ));
+                return Some(found);
             }
         }
-        match (end, last) {
-            (None, _) => break,
-            (Some(why), Some(i)) if i < found.adapters.len() && i >= from => {
-                found
-                    .faults
-                    .push(format!("the driver of {} {why} when it was opened", found.adapters[i].name));
-                broken.push(i);
-                from = i + 1;
-            }
-            (Some(why), _) => {
-                let other = "VK_DRIVER_FILES names another one";
-                found.faults.push(format!("a GPU driver {why} when it was asked for its adapters ({other})"));
-                break;
-            }
-        }
-    }
-    let mut i = 0;
-    found.adapters.retain(|_| (!broken.contains(&i), i += 1).0);
-    Some(found)
-}
-
-/// What `command` says, and how it ended before it was done; `None` where it does not start.
-fn said(mut command: Command, patience: Duration) -> Option<(Vec<Line>, Option<String>)> {
-    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null());
-    let mut child = command.spawn().ok()?;
-    let stdout = child.stdout.take()?;
-    let (tell, told) = channel();
-    std::thread::spawn(move || {
-        let lines = BufReader::new(stdout).lines().map_while(Result::ok);
-        lines.filter_map(|line| serde_json::from_str(&line).ok()).try_for_each(|line: Line| tell.send(line))
-    });
-    let mut lines = Vec::new();
-    // Each line begins a call, which has its own time.
-    while let Ok(line) = told.recv_timeout(patience) {
-        let ended = matches!(line, Line::Done | Line::Failed(_));
-        lines.push(line);
-        if ended {
-            // What its drivers do at its end does not matter.
-            let _ = ended_within(&mut child, LAST);
-            let _ = child.kill();
-            let _ = ended_within(&mut child, LAST);
-            return Some((lines, None));
-        }
-    }
-    let end = match ended_within(&mut child, LAST) {
-        Some(status) => format!("crashed ({})", in_words(status)),
-        None => format!("did not answer within {} s", patience.as_secs_f64()),
-    };
-    let _ = child.kill();
-    let _ = ended_within(&mut child, LAST);
-    Some((lines, Some(end)))
-}
-
-/// How `child` ended, if it does within `time`. One inside a driver may not even end when it is killed.
-fn ended_within(child: &mut Child, time: Duration) -> Option<ExitStatus> {
-    let begun = Instant::now();
-    loop {
-        match child.try_wait() {
-            Ok(None) if begun.elapsed() < time => std::thread::sleep(Duration::from_millis(2)),
-            other => return other.ok().flatten(),
-        }
     }
 }
 
-fn in_words(status: ExitStatus) -> String {
-    #[cfg(unix)]
-    if let Some(signal) = std::os::unix::process::ExitStatusExt::signal(&status) {
-        let name =
-            super::crash::CRASHES.iter().find(|(number, _)| *number == signal).map_or("", |(_, name)| name);
-        return format!("signal {signal}{name}");
-    }
-    status.to_string()
-}
-
-/// The adapters, opened by this process: those that another one could open, where one was asked, and what drivers did wrong.
+/// The adapters of this process: those that another one could open, where one was asked, and what drivers did wrong.
 pub fn look() -> (Vec<Adapter>, Vec<String>) {
-    let asked = found();
-    let mut faults = asked.map_or_else(Vec::new, |found| found.faults.clone());
-    if asked.is_some_and(|found| found.adapters.is_empty()) {
+    let (there, faults) = found().cloned().unzip();
+    let mut faults: Vec<String> = faults.unwrap_or_default();
+    if there.as_ref().is_some_and(Vec::is_empty) {
         return (Vec::new(), faults);
     }
-    let mut all = quietly(gpu::adapters).unwrap_or_else(|why| {
-        faults.push(format!("looking for adapters failed: {why}"));
-        Vec::new()
-    });
-    all.retain(|a| asked.is_none_or(|found| found.adapters.contains(&Seen::of(a))));
-    #[cfg(unix)]
-    super::crash::loaded(all.iter().map(|a| a.name.as_str()));
+    let looked = clock::within(clock::PATIENCE, "looking for adapters", gpu::adapters);
+    let mut all = looked.map_err(|why| faults.push(why)).unwrap_or_default();
+    all.retain(|a| there.as_ref().is_none_or(|there| there.contains(&seen(a))));
     (all, faults)
 }
 
@@ -214,60 +126,38 @@ pub fn look() -> (Vec<Adapter>, Vec<String>) {
 /// No adapter, because of what a driver did, where one is needed.
 pub fn adapters(needed: bool) -> Result<Vec<Adapter>, Error> {
     let (all, faults) = look();
-    match faults.is_empty() {
-        false if needed && all.is_empty() => return Err(unusable(&faults)),
-        _ => faults.iter().for_each(|why| gpu::hear(why)),
+    if needed && all.is_empty() && !faults.is_empty() {
+        let error = InputError::new(faults.join("; ")).key("--backend").value("gpu");
+        return Err(error
+            .allowed("auto, cpu, reference; or a driver that works (vibrissa devices lists them)")
+            .into());
     }
+    faults.iter().for_each(|why| gpu::hear(why));
     Ok(all)
-}
-
-/// No GPU where one was asked for.
-fn unusable(faults: &[String]) -> Error {
-    let error = InputError::new(faults.join("; ")).key("--backend").value("gpu");
-    error.allowed("auto, cpu, reference; or a driver that works (vibrissa devices lists them)").into()
 }
 
 #[cfg(all(test, unix))]
 mod tests {
     use super::*;
 
-    /// For a process that answers: only so that a test does not hang.
-    const LONG: Duration = Duration::from_secs(300);
-
-    /// What is found where the other process is `script`, which has the number of the first adapter as $1.
-    fn found_by_script(script: &'static str, limit: Duration) -> Found {
-        let how = move || {
-            let mut command = Command::new("sh");
-            command.args(["-c", script, "sh"]);
-            Some(command)
-        };
-        found_by(&(Box::new(how) as How), limit).unwrap()
-    }
-
-    const TWO: &str = r#"echo '{"adapters":[{"name":"A","driver":"","software":false},{"name":"B","driver":"","software":true}]}'"#;
-
     #[test]
-    fn a_driver_that_crashes_or_hangs_is_told_in_words() {
-        for (script, limit, fault) in [
-            ("kill -SEGV $$", LONG, "crashed (signal 11 SIGSEGV) when it was asked"),
-            ("exec sleep 600", Duration::from_millis(400), "did not answer within 0.4 s"),
-            (r#"echo '{"failed":"no room"}'"#, LONG, "no room"),
+    fn a_driver_that_crashes_or_hangs_is_told_in_words_and_leaves_the_others() {
+        const A: &str = r#"echo '["A","",false]'"#;
+        const B: &str = r#"echo '["B","",true]'; echo done"#;
+        for (script, seconds, fault, others) in [
+            ("kill -SEGV $$".to_owned(), 300.0, "crashed (signal: 11 (SIGSEGV)", &[][..]),
+            ("exec sleep 600".to_owned(), 0.4, "did not answer within 0.4 s when it was asked", &[]),
+            (format!("[ $1 = 0 ] && {A} && kill -ABRT $$; {B}"), 300.0, "the driver of A crashed", &["B"]),
         ] {
-            let found = found_by_script(script, limit);
-            assert!(found.adapters.is_empty() && found.faults[0].contains(fault), "{found:?}");
+            let how = move || {
+                let mut command = Command::new("sh");
+                command.args(["-c", &script, "sh"]);
+                Some(command)
+            };
+            let (there, faults) =
+                found_by(&(Box::new(how) as How), Duration::from_secs_f64(seconds)).unwrap();
+            assert_eq!(there.iter().map(|a| a.0.as_str()).collect::<Vec<_>>(), others);
+            assert!(faults.len() == 1 && faults[0].contains(fault), "{faults:?}");
         }
-    }
-
-    #[test]
-    fn an_adapter_that_crashes_when_it_is_opened_leaves_the_others() {
-        let script = format!(
-            r#"{TWO}; [ "$1" = 0 ] && echo '{{"opens":0}}' && kill -ABRT $$; echo '{{"opens":1}}'; echo '"done"'"#
-        );
-        let found = found_by_script(Box::leak(script.into_boxed_str()), LONG);
-        assert_eq!(found.adapters.iter().map(|a| a.name.as_str()).collect::<Vec<_>>(), ["B"]);
-        assert!(
-            found.faults.len() == 1 && found.faults[0].contains("the driver of A crashed (signal 6 SIGABRT)"),
-            "{found:?}"
-        );
     }
 }

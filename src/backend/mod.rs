@@ -1,36 +1,27 @@
 //! Which backend runs: what was asked, what the machine has, and why the one was taken.
 
-#[cfg(unix)]
-mod crash;
 mod drivers;
-mod listed;
 mod pays;
-mod verdicts;
 
 use std::fmt::Write;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use serde::Serialize;
+use serde_json::{Value, json};
 
 use crate::error::{Error, InputError};
 use crate::evaluate::Method;
 use crate::kernel::{
-    Effects, Job, Rung, Solver,
+    Rung, Solver,
     cpu::Cpu,
-    gpu::{self, Adapter, Fault, Gpu, Log, Watched, quietly},
+    gpu::{self, Adapter, Gpu, Log},
     rule::smallest_tolerance,
 };
-use crate::scene::{
-    BackendChoice, Contact, Geometry, Material, Model, Precision, RunOptions, Setup, Written,
-};
-#[cfg(unix)]
-pub use crash::tell_crashes;
-pub use drivers::{Found, Seen, adapters, answer, ask_by, found, look};
-pub use listed::listed;
-use listed::{names, no_hardware};
+use crate::scene::{BackendChoice, Model, Precision, RunOptions, Written};
+use drivers::found;
+pub use drivers::{adapters, answer, ask_by, look};
 pub use pays::Work;
-pub use verdicts::VARIABLE as SELF_CHECK;
 
 /// The backend taken, in words and numbers; part of `run.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -68,14 +59,10 @@ pub struct Choice {
     pub seconds: f64,
     precision: Precision,
     adapter: Option<Adapter>,
-    /// Whether a device that fails is opened again and its work handed over; what of it is known.
-    watched: Option<Arc<verdicts::Cache>>,
-    /// What `auto` was asked, which may take the CPU instead.
-    auto: Option<RunOptions>,
-    /// The device, once it has been opened.
-    opened: Mutex<Option<Watched>>,
-    /// Rungs for a material, whose charts need not be made twice.
-    rungs: Mutex<Option<(Material, Vec<Rung>)>>,
+    /// Whether the device is compared with the CPU and hands over to it.
+    watched: bool,
+    /// The device, where it has been opened.
+    opened: Mutex<Option<Gpu>>,
 }
 
 /// Address space below which `auto` asks no driver, bytes: where it ends they fail, abort or crash, lavapipe from some 1 GB on
@@ -130,16 +117,13 @@ impl Choice {
         Ok(Self { seconds: begun.elapsed().as_secs_f64(), ..choice })
     }
 
-    /// As [`Self::new`], and [checked](Self::check) for taps of `setup`; `auto` takes the CPU where a device does not pay for the `work`.
-    pub fn for_taps(options: &RunOptions, setup: &Setup, work: Work) -> Result<Self, Error> {
-        let begun = Instant::now();
+    /// As [`Self::new`]; `auto` takes the CPU where a device does not pay for the `work`.
+    pub fn for_work(options: &RunOptions, work: Work) -> Result<Self, Error> {
         let free = matches!(options.backend, None | Some(BackendChoice::Auto)) && options.adapter.is_none();
         if free && work.0 < pays::PAYS && gpu::forked().is_none() {
             return Self::instead(options, "too short a run to look for a GPU".into());
         }
-        let mut choice = Self::found(options)?;
-        choice.check(setup)?;
-        Ok(Self { seconds: begun.elapsed().as_secs_f64(), ..choice })
+        Self::new(options)
     }
 
     fn found(options: &RunOptions) -> Result<Self, Error> {
@@ -150,18 +134,20 @@ impl Choice {
         }
         match asked {
             BackendChoice::Cpu | BackendChoice::Reference => Self::among(options, &[]),
-            BackendChoice::Gpu => Ok(Self::among(options, &adapters(true)?)?.watched()),
+            BackendChoice::Gpu => Self::among(options, &adapters(true)?)?.opened(),
             BackendChoice::Auto if options.adapter.is_some() => {
-                Self::among(options, &adapters(true)?)?.opened(options)
+                Self::among(options, &adapters(true)?)?.opened()
             }
             BackendChoice::Auto => {
                 if let Some(why) = cramped().or(gpu::forked().map(str::to_owned)) {
                     return Self::instead(options, why);
                 }
                 // Without hardware this process asks no driver.
-                if let Some(found) = found().filter(|found| found.adapters.iter().all(|a| a.software)) {
-                    let software = found.adapters.iter().map(|a| a.name.as_str());
-                    return Self::instead(options, no_hardware(software, &found.faults));
+                if let Some((seen, faults)) = found()
+                    && seen.iter().all(|(.., software)| *software)
+                {
+                    let software = seen.iter().map(|(name, ..)| name.as_str());
+                    return Self::instead(options, no_hardware(software, faults));
                 }
                 let (adapters, faults) = look();
                 if adapters.iter().all(|a| a.software) {
@@ -169,17 +155,9 @@ impl Choice {
                     return Self::instead(options, no_hardware(software, &faults));
                 }
                 faults.iter().for_each(|why| gpu::hear(why));
-                Self::among(options, &adapters)?.opened(options)
+                let opened = Self::among(options, &adapters)?.opened();
+                opened.or_else(|why| Self::instead(options, format!("the GPU does not open: {why}")))
             }
-        }
-    }
-
-    /// The device, opened, which `auto` takes; else the CPU.
-    fn opened(self, options: &RunOptions) -> Result<Self, Error> {
-        let choice = self.watched();
-        match choice.solves() {
-            Ok(()) => Ok(Self { auto: Some(options.clone()), ..choice }),
-            Err(why) => Self::instead(options, format!("the GPU does not open: {why}")),
         }
     }
 
@@ -190,94 +168,16 @@ impl Choice {
         Ok(cpu)
     }
 
-    /// With a device that is watched: it has to pass self-checks, and what it fails to do is done again or handed over to the CPU.
-    pub fn watched(self) -> Self {
-        let watched = self.adapter.as_ref().map(|adapter| Arc::new(verdicts::Cache::of(adapter)));
-        Self { watched, ..self }
+    /// With its device, if it has one, opened and watched: compared with the CPU, to which it hands over what it fails to do.
+    fn opened(self) -> Result<Self, Error> {
+        let watched = Self { watched: true, ..self };
+        let opened = watched.adapter.as_ref().map(|adapter| watched.device(adapter)).transpose()?;
+        Ok(Self { opened: Mutex::new(opened), ..watched })
     }
 
-    /// [`Self::watched`] without what earlier runs know, and leaving nothing for later ones.
-    pub fn watched_anew(self) -> Self {
-        let watched = self.adapter.as_ref().map(|adapter| Arc::new(verdicts::Cache::at(None, adapter, "")));
-        Self { watched, ..self }
-    }
-
-    /// Opens the device and keeps it for [`Self::solver`].
-    fn solves(&self) -> Result<(), String> {
-        let (Some(adapter), Some(verdicts)) = (&self.adapter, &self.watched) else { return Ok(()) };
-        let gpu = quietly(|| Gpu::new(adapter.clone(), self.precision))?.map_err(|e| e.to_string())?;
-        let watched = Watched::new(gpu, verdicts.clone(), self.backend.device.clone());
-        self.opened.lock().unwrap_or_else(PoisonError::into_inner).replace(watched);
-        Ok(())
-    }
-
-    /// Refuses a device whose kernels for taps of `setup` give wrong answers: `auto` then takes the CPU, and says why.
-    ///
-    /// # Errors
-    /// A GPU that was asked for and is refused, with figures.
-    pub fn check(&mut self, setup: &Setup) -> Result<(), Error> {
-        let Err(why) = self.admits(setup) else { return Ok(()) };
-        if let Some(options) = &self.auto {
-            let (seconds, device) = (self.seconds, self.backend.device.clone());
-            *self = Self { seconds, ..Self::instead(options, format!("the GPU is refused: {why}"))? };
-            self.backend.device = device;
-            return Ok(());
-        }
-        if let Fault::Slow(_) = why {
-            // It gives no wrong answers, and has been given up: its work is handed over, as that of one that hangs later.
-            return Ok(());
-        }
-        let name = self.backend.adapter.as_deref().unwrap_or("the GPU");
-        Err(InputError::new(format!("{name} is refused: {why}"))
-            .key("--backend")
-            .value("gpu")
-            .allowed(format!("cpu, reference, auto; {SELF_CHECK}=off takes it unchecked"))
-            .into())
-    }
-
-    /// Whether the kernels for taps of `setup` are right on the device, as far as they are surely used; the others are checked when they are.
-    pub fn admits(&self, setup: &Setup) -> Result<(), Fault> {
-        let (Some(_), Some(tolerance), Geometry::Exact) =
-            (&self.watched, self.backend.tolerance, setup.model.geometry)
-        else {
-            return Ok(());
-        };
-        if self.opened.lock().unwrap_or_else(PoisonError::into_inner).is_none() {
-            self.solves().map_err(Fault::Lost)?;
-        }
-        let rungs = self.rungs(&setup.model.material, tolerance);
-        let mut opened = self.opened.lock().unwrap_or_else(PoisonError::into_inner);
-        let Some(device) = opened.as_mut() else { return Ok(()) };
-        let grips: &[bool] = match setup.model.contact {
-            // What rolls on a pole is solved on the CPU.
-            Contact::Stick if setup.model.pole_radius > 0.0 => &[],
-            Contact::Coulomb(f64::MIN_POSITIVE..) if setup.model.pole_radius > 0.0 => &[false],
-            Contact::Stick => &[true],
-            Contact::Coulomb(f64::MIN_POSITIVE..) => &[true, false],
-            _ => &[false],
-        };
-        grips.iter().try_for_each(|&stick| {
-            let effects = Effects::new(&setup.model, setup.gauge.side, stick);
-            let (rule, chart) = (&rungs[0].rule, rungs[0].chart());
-            device.admit(&Job { effects, rule, tolerance, chart })
-        })
-    }
-
-    /// Rungs for `material`, with the charts that have been made of it.
-    fn rungs(&self, material: &Material, tolerance: f64) -> Vec<Rung> {
-        let mut kept = self.rungs.lock().unwrap_or_else(PoisonError::into_inner);
-        match &*kept {
-            Some((of, rungs)) if of == material => rungs.clone(),
-            _ => {
-                let rungs = Rung::ladder(self.precision, material, tolerance);
-                // A chart made through the copy that is kept is there for the next.
-                if let Some(first) = rungs.first().filter(|_| self.watched.is_some()) {
-                    first.chart();
-                }
-                kept.replace((*material, rungs.clone()));
-                rungs
-            }
-        }
+    fn device(&self, adapter: &Adapter) -> Result<Gpu, Error> {
+        let gpu = Gpu::new(adapter.clone(), self.precision)?;
+        Ok(if self.watched { gpu.watched(self.backend.device.clone()) } else { gpu })
     }
 
     /// As [`Self::new`] on a machine with these adapters, of which the one taken is not watched: what it does wrong ends the run, or shows.
@@ -331,8 +231,8 @@ impl Choice {
             software: adapter.as_ref().is_some_and(|a| a.software),
             device: Log::default(),
         };
-        let (opened, rungs) = (Mutex::default(), Mutex::default());
-        Ok(Self { backend, seconds: 0.0, precision, adapter, watched: None, auto: None, opened, rungs })
+        let opened = Mutex::default();
+        Ok(Self { backend, seconds: 0.0, precision, adapter, watched: false, opened })
     }
 
     /// Opens the device for taps of `model`.
@@ -345,23 +245,16 @@ impl Choice {
 
     /// Opens the device of a fast kernel; it serves any model.
     pub fn solver(&self) -> Result<Box<dyn Solver>, Error> {
-        let opened = self.opened.lock().unwrap_or_else(PoisonError::into_inner).take();
         let Some(adapter) = &self.adapter else { return Ok(Box::new(Cpu::new(self.precision))) };
-        if let Some(device) = opened {
-            return Ok(Box::new(device));
-        }
-        let gpu = Gpu::new(adapter.clone(), self.precision)?;
-        Ok(match &self.watched {
-            Some(verdicts) => Box::new(Watched::new(gpu, verdicts.clone(), self.backend.device.clone())),
-            None => Box::new(gpu),
-        })
+        let opened = self.opened.lock().unwrap_or_else(PoisonError::into_inner).take();
+        Ok(Box::new(opened.map_or_else(|| self.device(adapter), Ok)?))
     }
 
     /// Solves taps of `model` with `solver`, which [`Self::solver`] has opened; the reference takes none.
     pub fn method(&self, solver: Box<dyn Solver>, model: &Model) -> Method {
         match self.backend.tolerance {
             Some(tolerance) => {
-                let rungs = self.rungs(&model.material, tolerance);
+                let rungs = Rung::ladder(self.precision, &model.material, tolerance);
                 Method::Fast { solver, rungs, tolerance }
             }
             None => Method::Reference,
@@ -384,6 +277,41 @@ fn tolerance(options: &RunOptions, precision: Precision) -> Result<f64, InputErr
         return Err(placed(error, "tolerance", t, options.tolerance_at.as_ref()));
     }
     Ok(t)
+}
+
+/// Why `auto` takes the CPU on a machine without a hardware adapter: its `software` ones, and what drivers did wrong.
+fn no_hardware<'a>(software: impl Iterator<Item = &'a str>, faults: &[String]) -> String {
+    let software: Vec<&str> = software.collect();
+    let mut why: Vec<String> = faults.to_vec();
+    match software[..] {
+        [] if faults.is_empty() => why.push("no Vulkan, Metal or DirectX 12 adapter".to_owned()),
+        [] => {}
+        _ => {
+            let all = software.join(" or ");
+            why.push(format!("no hardware adapter; --backend gpu takes the software adapter {all}"));
+        }
+    }
+    why.join("; ")
+}
+
+/// What there is to compute on: `adapters`, and the CPU; what drivers did wrong, in words.
+pub fn listed(adapters: &[Adapter], faults: &[String]) -> Value {
+    let one = |a: &Adapter| {
+        json!({
+            "name": a.name, "driver": a.driver, "api": a.api, "software": a.software, "f64": a.f64,
+            "max_binding_bytes": a.max_binding, "max_workgroups": a.max_workgroups, "features": a.features,
+        })
+    };
+    let cpu = json!({ "threads": rayon::current_num_threads(), "instructions": Cpu::instructions() });
+    json!({ "adapters": adapters.iter().map(one).collect::<Vec<_>>(), "faults": faults, "cpu": cpu })
+}
+
+/// Names of `adapters`.
+fn names(adapters: &[Adapter]) -> String {
+    match adapters {
+        [] => "nothing: this machine has no adapter".to_owned(),
+        some => some.iter().map(|a| a.name.as_str()).collect::<Vec<_>>().join(", "),
+    }
 }
 
 /// `error` of an option that was written in a spec, or on the command line.

@@ -25,9 +25,6 @@ const SEARCHED: f64 = 2e4;
 pub struct Work(pub(super) f64);
 
 impl Work {
-    /// A run of any length: a device is worth a look.
-    pub const ANY: Self = Self(f64::INFINITY);
-
     /// All taps of `study`.
     pub fn of_study(study: &Study, options: &RunOptions) -> Self {
         let Some(layout) = study.space.layout() else {

@@ -5,9 +5,8 @@ use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 use crate::error::SolveError;
-use crate::kernel::ranking::{Charts, Ranking};
+use crate::kernel::gpu::Gpu;
 use crate::kernel::{Job, Solution, Solver, Tap};
-use crate::scene::Layout;
 
 /// What a probed solver has spent.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -65,16 +64,8 @@ impl Solver for Probe {
         Ok(())
     }
 
-    fn ranking(
-        &mut self,
-        charts: &dyn Charts,
-        layout: &Layout,
-    ) -> Result<Option<Box<dyn Ranking>>, SolveError> {
-        self.inner.ranking(charts, layout)
-    }
-
-    fn failed(&mut self, why: &SolveError) {
-        self.inner.failed(why);
+    fn device(&mut self) -> Option<&mut Gpu> {
+        self.inner.device()
     }
 
     fn has_full_newton(&self) -> bool {

@@ -3,10 +3,10 @@
 use std::fmt::Write;
 
 use serde_json::json;
-use vibrissa::backend::{self, Choice, Work, listed};
+use vibrissa::backend::{self, Choice, listed};
 use vibrissa::error::Error;
 use vibrissa::kernel::cpu::Cpu;
-use vibrissa::scene::{BackendChoice, RunOptions, Setup};
+use vibrissa::scene::{BackendChoice, RunOptions};
 
 use super::args::Common;
 use super::reply::Reply;
@@ -15,7 +15,7 @@ use super::reply::Reply;
 pub fn run(common: &Common) -> Result<Reply, Error> {
     let (adapters, faults) = backend::look();
     let options = common.over(&RunOptions::default());
-    let choice = Choice::for_taps(&options, &Setup::default(), Work::ANY)?;
+    let choice = Choice::new(&options)?;
     let mut text = String::new();
     for a in &adapters {
         let kind = if a.software { "software" } else { "hardware" };
@@ -40,12 +40,6 @@ pub fn run(common: &Common) -> Result<Reply, Error> {
     let word =
         BackendChoice::WORDS.iter().find(|(_, choice, _)| *choice == asked).map_or("auto", |(word, ..)| word);
     let _ = writeln!(text, "--backend {word} takes: {name} ({})", b.reason);
-
-    let device = b.device.get();
-    if device.self_checked_kernels > 0 {
-        let when = if device.self_checked_before > 0 { "in an earlier run" } else { "now" };
-        let _ = writeln!(text, "self-check passed {when} (docs/devices.md)");
-    }
 
     Ok(Reply {
         text,

@@ -92,8 +92,6 @@ fn folder(out: Option<&PathBuf>, name: &str, command: &str) -> PathBuf {
 /// Runs the command line; the exit code.
 pub fn run() -> u8 {
     interrupt::listen();
-    #[cfg(unix)]
-    backend::tell_crashes();
     backend::ask_by(|| {
         let mut own = std::process::Command::new(std::env::current_exe().ok()?);
         own.arg(ASK_DRIVERS);

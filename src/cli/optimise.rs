@@ -46,7 +46,7 @@ pub fn run(args: &Optimise) -> Result<Reply, Error> {
     let out = super::folder(options.out.as_ref(), &spec.name, "optimise");
     let out = args.shard.map_or(out.clone(), |shard| out.join(shard.folder()));
     let work = Work::of_search(&search, &spec.study.space, &spec.study.setup, &options);
-    let choice = Choice::for_taps(&options, &spec.study.setup, work)?;
+    let choice = Choice::for_work(&options, work)?;
     let bound = files::model_error(args.model_error, &spec, &choice)?;
     files::settle(&mut spec, &options, &choice.backend, &out);
     files::settle_model_error(&mut spec, bound);

@@ -39,7 +39,7 @@ pub fn run(args: &Sweep) -> Result<Reply, Error> {
     }
     let out = super::folder(options.out.as_ref(), &spec.name, "sweep");
     let out = args.shard.map_or(out.clone(), |shard| out.join(shard.folder()));
-    let choice = Choice::for_taps(&options, &spec.study.setup, Work::of_study(&spec.study, &options))?;
+    let choice = Choice::for_work(&options, Work::of_study(&spec.study, &options))?;
     let bound = files::model_error(args.model_error, &spec, &choice)?;
     if bound.is_some() {
         vibrissa::sweep::whole(args.shard, &spec.study)?;

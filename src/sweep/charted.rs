@@ -33,9 +33,6 @@ const FIRST: u64 = 64;
 /// Words of taps that do not depend on f.
 const KNOWN: [&str; 2] = ["slipped_off", "invalid_geometry"];
 
-/// Times that a device which fails is opened.
-const TRIES: u32 = 2;
-
 /// Designs of one work item.
 const GRAIN: usize = 2048;
 
@@ -91,20 +88,16 @@ pub(super) fn run(
         }
     };
     let mut search = Search { taps, layout, ranker, from, all, best };
-    let (mut tries, mut by) = (0, "lanes");
-    while tries < TRIES
-        && let Some(device) = device(run, ranker, layout)?
-    {
+    let mut by = "lanes";
+    if let Some(device) = device(run, ranker, layout)? {
         match search.on_device(run, device) {
-            // It goes on after the last batch that came back.
-            Err(Error::Solve(why @ SolveError::Device(_))) => run.evaluator.failed(&why),
+            // The CPU goes on after the last batch that came back.
+            Err(Error::Solve(SolveError::Device(why))) => run.evaluator.give_up(&why),
             other => {
                 other?;
                 by = "device";
-                break;
             }
         }
-        tries += 1;
     }
     let first = GROUP.min(FIRST + search.from - run.designs.start);
     run.paced((first, GROUP), |run| search.on_host(run))?;

@@ -1,5 +1,4 @@
-//! Rows of which a tap was answered by another than the device that was asked for: handed over to the CPU, or left to the reference because the
-//! device's answer was missing.
+//! Rows of which a tap was answered by the CPU in place of the device that was asked for.
 
 use serde_json::{Value, json};
 
@@ -10,7 +9,7 @@ use crate::sink::pack::{Packed, Packer, Unpacker};
 #[derive(Debug, Default)]
 pub(super) struct Handed {
     device: Log,
-    /// Taps that others had answered when it was last looked at.
+    /// Taps that the CPU had answered when it was last looked at.
     seen: u64,
     /// What is counted, how far it is.
     reached: (String, u64),
@@ -21,7 +20,7 @@ pub(super) struct Handed {
 impl Handed {
     /// Goes on with these on `device`.
     pub fn on(self, device: Log) -> Self {
-        Self { seen: device.others(), device, ..self }
+        Self { seen: device.get().handed_over_taps, device, ..self }
     }
 
     /// Everything up to `done` of `of` is answered.
@@ -39,15 +38,15 @@ impl Handed {
         if self.reached.0 != what {
             self.reached = (what.to_owned(), 0);
         }
-        let others = self.device.others();
-        if others > self.seen {
+        let taps = self.device.get().handed_over_taps;
+        if taps > self.seen {
             let from = self.reached.1 + 1;
             match self.stretches.last_mut() {
                 Some((last, [_, to, _])) if last == what && *to + 1 >= from => *to = done,
                 _ => self.stretches.push((what.to_owned(), [from, done, of])),
             }
         }
-        self.seen = others;
+        self.seen = taps;
     }
 
     /// `handed_over` of `run.json`; nothing where the device answered all.

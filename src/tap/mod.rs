@@ -143,7 +143,7 @@ pub fn choice(options: &RunOptions, study: &Study) -> Result<Choice, Error> {
         choice.backend.reason = FEW.into();
         return Ok(choice);
     }
-    Choice::for_taps(options, &study.setup, Work::of_study(study, options))
+    Choice::for_work(options, Work::of_study(study, options))
 }
 
 /// Evaluates `spec`, which holds one whisker, over the drives `ends` and writes `tap.csv` and `run.json` into `out`; effects whose joint change of

@@ -93,7 +93,6 @@ mod tilt;
 mod tilted;
 mod touched;
 mod trends;
-mod twins;
 mod units;
 mod unrested;
 mod words;

@@ -10,10 +10,10 @@ use super::tableau::{A, B, C, STAGES};
 use super::{Effects, Job, Rod, Shape, Solution, Tap, lanes};
 use vibrissa_core::error::SolveError;
 use vibrissa_core::scene::Precision;
-use vibrissa_kernel::gpu::compute::{Program, seal};
 use vibrissa_kernel::gpu::shader::{library, reals, rounding, structures, validate};
+use vibrissa_kernel::gpu::{Gpu, Program};
+use vibrissa_kernel::names;
 use vibrissa_kernel::rule::limits::{HOPELESS, LOST, ROUNDINGS, TINY};
-use vibrissa_kernel::{Solver, names};
 
 /// Numbers of a tap, in order.
 const TAP: [&str; 26] = names![
@@ -25,7 +25,7 @@ const TAP: [&str; 26] = names![
 const PIECE: [&str; 8] = names![near far radius slope inner inner_slope gauge steps];
 
 /// Numbers of an answer.
-const ANSWER: [&str; 11] = names![strain normal tangential arc moment force_x force_y error load shots seal];
+const ANSWER: [&str; 10] = names![strain normal tangential arc moment force_x force_y error load shots];
 
 /// Taps of a batch: some milliseconds of work on a slow device.
 pub(super) const BATCH: usize = 1 << 16;
@@ -95,7 +95,7 @@ fn text(job: &Job<'_>, Shape { curved, inner, power }: Shape, precision: Precisi
     // A shader in double precision has no powers; such whiskers are left to the CPU.
     let powers = if precision == Precision::F32 { "pow(x, n)" } else { "x" };
     let _ = writeln!(text, "fn power(x: real, n: real) -> real {{\n    return {powers};\n}}");
-    text + &seal(precision, &ANSWER) + include_str!("../../../shaders/built.wgsl")
+    text + include_str!("../../../shaders/built.wgsl")
 }
 
 /// The tableau and Gauss's rule as numbers, and where each part begins.
@@ -126,27 +126,29 @@ fn tableau() -> (Vec<f64>, [(&'static str, usize); 7]) {
     (numbers, parts)
 }
 
-/// Whether `solver` has a device for taps of whiskers of this shape.
-pub(super) fn serves(solver: &dyn Solver, precision: Precision, shape: Shape) -> bool {
-    solver.computes() && !(precision == Precision::F64 && shape.power)
-}
-
-/// Solves a batch of `taps` of whiskers of one shape on the device of `solver`; `None` where it fails.
+/// Solves a batch of `taps` of whiskers of one shape on `device`.
 ///
 /// # Errors
-/// What is no fault of the device.
+/// A device that fails.
 pub(super) fn solve(
-    solver: &mut dyn Solver,
+    device: &mut Gpu,
     precision: Precision,
     job: &Job<'_>,
     (shape, taps): (Shape, &[Tap<'_>]),
-) -> Result<Option<Vec<Solution>>, SolveError> {
+) -> Result<Vec<Solution>, SolveError> {
     let wgsl = text(job, shape, precision);
     let (numbers, shared) = numbers(taps, job.steps);
     let (count, words) = (taps.len(), ANSWER.len());
-    let program = Program { name: "built", wgsl: &wgsl, taps: &numbers, shared: &shared, count, words };
-    let answers = solver.compute(&program)?;
-    Ok(answers.map(|answers| answers.chunks_exact(words - 1).map(read).collect()))
+    let answers = device.compute(&Program {
+        name: "built",
+        wgsl: &wgsl,
+        taps: &numbers,
+        shared: &shared,
+        count,
+        words,
+        counted: words - 1,
+    })?;
+    Ok(answers.chunks_exact(words).map(read).collect())
 }
 
 /// The text of a batch, for tests that read it.

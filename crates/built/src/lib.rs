@@ -40,6 +40,7 @@ use vibrissa_core::scene::Precision;
 use vibrissa_kernel::Chart;
 use vibrissa_kernel::Solver;
 use vibrissa_kernel::cpu::{Pack, Scalar, UNFUSED, fused};
+use vibrissa_kernel::gpu::Gpu;
 
 /// Effects of the model, the same of all taps of a batch; one that is off costs nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -133,9 +134,7 @@ pub fn solve_on(
     (precision, tolerance): (Precision, f64),
     chart: Option<&Chart>,
 ) -> Result<Vec<Solution>, SolveError> {
-    if !solver.computes() {
-        return Ok(solve(taps, effects, tolerance, chart));
-    }
+    let Some(device) = solver.device() else { return Ok(solve(taps, effects, tolerance, chart)) };
     let job = Job { effects, steps: RUNGS[0], tolerance, chart };
     let mut shapes: BTreeMap<Shape, Vec<usize>> = BTreeMap::new();
     for (i, tap) in taps.iter().enumerate() {
@@ -145,7 +144,7 @@ pub fn solve_on(
     for (shape, places) in shapes {
         for places in places.chunks(device::BATCH) {
             let part: Vec<Tap<'_>> = places.iter().map(|&i| taps[i]).collect();
-            let solved = batch(solver, precision, &job, (shape, &part))?;
+            let solved = batch(device, precision, &job, (shape, &part))?;
             places.iter().zip(solved).for_each(|(&i, answer)| out[i] = answer);
         }
     }
@@ -154,27 +153,19 @@ pub fn solve_on(
 
 /// A batch of them, of whiskers of one shape.
 fn batch(
-    solver: &mut dyn Solver,
+    device: &mut Gpu,
     precision: Precision,
     job: &Job<'_>,
     (shape, taps): (Shape, &[Tap<'_>]),
 ) -> Result<Vec<Solution>, SolveError> {
     let by_cpu = |taps: &[Tap<'_>]| solve(taps, job.effects, job.tolerance, job.chart);
-    if !device::serves(solver, precision, shape) {
+    // Shaders in f64 have no powers.
+    if precision == Precision::F64 && shape.power {
         return Ok(by_cpu(taps));
     }
-    let Some(mut out) = device::solve(solver, precision, job, (shape, taps))? else {
-        return Ok(by_cpu(taps));
-    };
-    if solver.compares() {
-        match check::compare(job, taps, &out) {
-            Ok(passed) => solver.agreed(&passed),
-            Err(why) => {
-                solver.refuse(&why, taps.len());
-                return Ok(by_cpu(taps));
-            }
-        }
-    }
+    let call = |device: &mut Gpu| device::solve(device, precision, job, (shape, taps));
+    let found = device.attempt(taps.len(), call, |found| check::compare(job, taps, found))?;
+    let Some(mut out) = found else { return Ok(by_cpu(taps)) };
     let told = |s: &Solution| s.error <= job.tolerance;
     let open: Vec<usize> = (0..taps.len()).filter(|&i| !told(&out[i])).collect();
     let those: Vec<Tap<'_>> = open.iter().map(|&i| taps[i]).collect();

@@ -42,7 +42,6 @@ pub mod tap;
 pub use chart::Chart;
 use cpu::Cpu;
 pub use effects::Effects;
-use ranking::{Charts, DeviceRanking};
 pub use rule::{Rule, ladder};
 pub use tap::{Solution, Tap};
 pub use vibrissa_core::physics::nodes;
@@ -51,7 +50,7 @@ use std::sync::OnceLock;
 
 use rayon::prelude::*;
 use vibrissa_core::error::SolveError;
-use vibrissa_core::scene::{Layout, Material, Precision};
+use vibrissa_core::scene::{Material, Precision};
 
 /// What one batch is solved with.
 #[derive(Debug, Clone, Copy)]
@@ -161,34 +160,10 @@ pub trait Solver: Send {
         0
     }
 
-    /// Whether it has a device for kernels of other kinds.
-    fn computes(&self) -> bool {
-        false
+    /// Its device, where it has one: for kernels of other kinds, and to rank.
+    fn device(&mut self) -> Option<&mut gpu::Gpu> {
+        None
     }
-
-    /// The answers of a kernel of another kind, one behind the other; `None` where this backend has no device, or it failed.
-    fn compute(&mut self, _program: &gpu::compute::Program<'_>) -> Result<Option<Vec<f64>>, SolveError> {
-        Ok(None)
-    }
-
-    /// Whether some answers of each batch of its device are compared with those of the CPU.
-    fn compares(&self) -> bool {
-        false
-    }
-
-    /// Takes note that such a comparison has passed.
-    fn agreed(&mut self, _passed: &gpu::Passed) {}
-
-    /// Takes note that it has not: answers of its device are wrong, as `why` says, and the CPU has solved so many `taps`. It is not asked again.
-    fn refuse(&mut self, _why: &str, _taps: usize) {}
-
-    /// What ranks the designs of a layout from `charts` on this backend's own device; `None` where it has none, or they do not fit on it.
-    fn ranking(&mut self, _charts: &dyn Charts, _layout: &Layout) -> DeviceRanking {
-        Ok(None)
-    }
-
-    /// Takes note that its device failed while it ranked, as `why` says; it is opened again when it is needed next.
-    fn failed(&mut self, _why: &SolveError) {}
 }
 
 /// Share of the tolerance above which a tap's own error estimate sends it to the next rung. Where the force does not act
@@ -233,9 +208,8 @@ pub fn solve(
     };
     let climbed = rungs[begin..].iter().filter(|rung| rung.suits(&effects));
     for (step, rung) in climbed.enumerate() {
-        // A material that has ended has ended in any precision; what never came is left to the reference.
-        let open =
-            |s: &Solution| !(s.within(trusted * tolerance) || rung.spare && s.ended() || s.unwritten());
+        // A material that has ended has ended in any precision.
+        let open = |s: &Solution| !(s.within(trusted * tolerance) || rung.spare && s.ended());
         let hard: Vec<usize> =
             (0..out.len()).into_par_iter().with_min_len(SCANNED).filter(|&i| open(&out[i])).collect();
         if step > 0 && hard.is_empty() {

@@ -160,9 +160,9 @@ impl Solution {
 
     /// Whether an equilibrium was found of which the kernel cannot tell what it is: outside the range of its series or of its chart,
     /// beyond a fold of the path, or with a fibre next to the end of its law.
-    /// So is an answer that never came.
+    /// So is a tap of which nothing is known.
     pub fn unsure(&self) -> bool {
-        self.unwritten()
+        self.error == f64::MAX
             || self.error == HOPELESS && self.load <= 1.0 + EDGE
             || (self.load - 1.0).abs() <= EDGE
     }
@@ -170,11 +170,6 @@ impl Solution {
     /// Whether the iteration has not come near any equilibrium: where the tip of a whisker has flicked past the object there is none.
     pub fn is_astray(&self) -> bool {
         !self.unsure() && !self.ended() && !self.within(ASTRAY)
-    }
-
-    /// Whether no answer came back.
-    pub fn unwritten(&self) -> bool {
-        self.error == f64::MAX
     }
 
     /// The unknowns `share` of the way from `before` to this on from here, along the line through both.
@@ -190,8 +185,8 @@ impl Solution {
         }
     }
 
-    /// A tap whose answer a device has not written, or not as it should be; the reference is asked.
-    pub const UNWRITTEN: Self = Self { error: f64::MAX, ..Self::FAILED };
+    /// A tap of which nothing is known; the reference is asked.
+    pub const UNKNOWN: Self = Self { error: f64::MAX, ..Self::FAILED };
 
     /// That of the first-order solution itself.
     pub const UNLOADED: Self =

@@ -85,11 +85,8 @@ pub fn optimise<'py>(
     let (mut spec, wanted) = asked.read(spec::parse_search).map_err(|e| raise(py, e))?;
     let threads = spec.run.threads;
     let work = move |stop: &AtomicBool, tell: &mut dyn FnMut(Told)| {
-        let choice = Choice::for_taps(
-            &spec.run,
-            &spec.study.setup,
-            Work::of_search(&wanted, &spec.study.space, &spec.study.setup, &spec.run),
-        )?;
+        let work = Work::of_search(&wanted, &spec.study.space, &spec.study.setup, &spec.run);
+        let choice = Choice::for_work(&spec.run, work)?;
         let bound = settle(&mut spec, &asked.label, &choice)?;
         let needed = bound.map(|e| search::run::needed(&spec, &wanted, e)).transpose()?;
         let (options, watch) = (spec.run.clone(), &mut Steps(tell));

@@ -98,7 +98,7 @@ pub fn sweep<'py>(
     let mut spec = read(py, &asked, listed)?;
     let threads = spec.run.threads;
     job::whole(py, threads, progress, move |stop, tell| {
-        let choice = Choice::for_taps(&spec.run, &spec.study.setup, Work::of_study(&spec.study, &spec.run))?;
+        let choice = Choice::for_work(&spec.run, Work::of_study(&spec.study, &spec.run))?;
         let bound = settle(&mut spec, &asked.label, &choice)?;
         let fewer = |e| Needed::new(&spec.study.setup, ComparedRows::of_study(&spec.study)?, e);
         let mut needed = bound.map(fewer).transpose()?;

@@ -177,15 +177,19 @@ impl<'a> Evaluator<'a> {
     pub fn ranking(&mut self, charts: &dyn Charts, layout: &Layout) -> DeviceRanking {
         match &mut self.method {
             // Shaders know f of a cone only.
-            Method::Fast { solver, .. } if self.setup.built.is_none() => solver.ranking(charts, layout),
+            Method::Fast { solver, .. } if self.setup.built.is_none() => {
+                solver.device().map_or(Ok(None), |device| device.ranking(charts, layout))
+            }
             _ => Ok(None),
         }
     }
 
-    /// Tells the solver that its device failed while it ranked.
-    pub fn failed(&mut self, why: &SolveError) {
-        if let Method::Fast { solver, .. } = &mut self.method {
-            solver.failed(why);
+    /// Leaves the solver's device, which failed as `why` says while it ranked.
+    pub fn give_up(&mut self, why: &str) {
+        if let Method::Fast { solver, .. } = &mut self.method
+            && let Some(device) = solver.device()
+        {
+            device.give_up(why, 0);
         }
     }
 

@@ -46,7 +46,7 @@ impl Solved {
     pub fn lost(frame: Frame) -> Self {
         Self {
             frame,
-            solution: Solution::UNWRITTEN,
+            solution: Solution::UNKNOWN,
             grip: Grip::Slide(0.0),
             sweeps: 0.0,
             plane: None,

@@ -1,6 +1,5 @@
 //! Which adapters there are and which one to take.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use super::lie::Lie;
@@ -27,7 +26,7 @@ pub struct Adapter {
     /// Features of interest that are present.
     pub features: Vec<&'static str>,
     /// What it does wrong on purpose, in tests.
-    pub(super) lie: Option<Arc<Lie>>,
+    pub(super) lie: Lie,
 }
 
 impl Adapter {
@@ -49,21 +48,15 @@ impl Adapter {
             max_binding: limits.max_storage_buffer_binding_size,
             max_workgroups: limits.max_compute_workgroups_per_dimension,
             features: named.iter().filter(|(f, _)| has.contains(*f)).map(|(_, n)| *n).collect(),
-            lie: None,
+            lie: Lie::new(),
             inner,
         }
-    }
-
-    /// An adapter that lies.
-    #[doc(hidden)]
-    pub fn lying(self, lie: Arc<Lie>) -> Self {
-        Self { lie: Some(lie), ..self }
     }
 
     /// Whether it ranks designs. A software device does not: it is the CPU, whose own lanes read charts many times faster (`docs/cost.md`). Tests ask for it
     /// by [`SOFTWARE_RANKS`].
     pub fn ranks(&self) -> bool {
-        !self.software || self.lie.is_some() || std::env::var_os(SOFTWARE_RANKS).is_some()
+        !self.software || std::env::var_os(SOFTWARE_RANKS).is_some()
     }
 
     /// Opens the device with what the kernels need: the adapter's own buffer limits, and f64 where asked.

@@ -1,37 +1,28 @@
-//! Answers of a device beside those of the CPU in f64: of known taps before a kernel is used, and of some taps of each batch.
+//! Some answers of each batch of a device beside those of the CPU in f64.
 
+use rayon::prelude::*;
 use vibrissa_core::error::SolveError;
-use vibrissa_core::physics::linear::{StrainCurve, shear_length2};
-use vibrissa_core::physics::onset::Grip;
-use vibrissa_core::physics::taper::Taper;
-use vibrissa_core::scene::sampler::Sampler;
-use vibrissa_core::scene::{Drive, Model, Precision, Side};
+use vibrissa_core::scene::Precision;
 
-use super::dispatch::{Gpu, Kernel};
-use super::drawn::{drawn, key};
-use super::fault::Fault;
+use super::dispatch::GRAIN;
 use crate::cpu::Cpu;
 use crate::rule::every_rule;
-use crate::tap::{Ask, Frame};
-use crate::{Effects, Job, Solution, Solver, Tap, trusted};
+use crate::{Job, Solution, Solver, Tap, trusted};
 
-/// Known taps.
-const TAPS: u32 = 256;
+/// One of so many taps is drawn.
+const EVERY: u64 = 1024;
+
+/// Taps that are drawn at least of a batch that has them.
+const LEAST: usize = 32;
 
 /// Error of a known answer at most, relative to the tolerance that is checked.
 const KNOWN: f64 = 0.1;
 
-/// Errors of the strain at most, relative to the tolerance: what is promised, and what the known answer may be off.
-const STRAIN: f64 = 1.0 + KNOWN;
-
-/// The same of force and arc, which the tolerance does not bound.
+/// Largest errors of force and arc, in tolerances, which bound the strain.
 const FORCE: f64 = 10.0;
 
-/// Share of the taps that the CPU solves with the same kernel and that the device must solve as well.
-const SOLVED: f64 = 0.95;
-
-/// A check that was passed.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A comparison that was passed.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Passed {
     /// Taps compared.
     pub taps: usize,
@@ -39,106 +30,9 @@ pub struct Passed {
     pub worst: f64,
 }
 
-/// Whiskers and taps over the ranges that robots have, as `effects` need them: d/D of 0.3 to 1.2, gauges on the first third, contacts from
-/// the gauge to the tip, angles of 0.1° to 12°.
-fn known_taps(effects: &Effects) -> Vec<Tap> {
-    let model =
-        Model { shear: effects.shear, extension: effects.extension, surface: effects.offset, ..Model::PLAIN };
-    let one = |index: u32| {
-        let unit = |dimension| f64::from(Sampler::Random.coordinate(22, dimension, index)) / 2f64.powi(32);
-        let length = 40.0 + 60.0 * unit(0);
-        let taper = Taper::new(10.0, 3.0 + 9.0 * unit(1), length);
-        let gauge = taper.gauge(0.3 * length * unit(2), 1.0 + 3.0 * unit(3));
-        let a = gauge[1] + (length - gauge[1]) * (0.05 + 0.95 * unit(4));
-        let hub = if index.is_multiple_of(4) { 10.0 * unit(5) } else { 0.0 };
-        let shear = if effects.shear { shear_length2(&taper, model.nu) } else { 0.0 };
-        let curve = StrainCurve::new(taper, gauge, hub, Drive::Angle, shear);
-        let places = (1..=32).map(|k| curve.value(gauge[0] + f64::from(k) / 32.0 * (length - gauge[0])));
-        let friction = if effects.extension && index.is_multiple_of(2) { 0.2 } else { 0.0 };
-        let ask = Ask {
-            model: &model,
-            side: if effects.far { Side::Far } else { Side::Contact },
-            curve: &curve,
-            peak: places.fold(0.0, f64::max),
-            a,
-            amount: (0.1 * 120f64.powf(unit(6))).to_radians(),
-            grip: if effects.stick {
-                Grip::Stick
-            } else {
-                Grip::Slide(if effects.offset { friction } else { 0.0 })
-            },
-            start: 0.0,
-        };
-        Frame::new(&ask).map(|frame| *frame.tap())
-    };
-    (0..TAPS).filter_map(one).collect()
-}
-
-/// Solves known taps by `kernel`, that of `job`, and compares.
-///
-/// # Errors
-/// Answers that are wrong or missing, with figures; a device that fails.
-pub(super) fn check(gpu: &mut Gpu, kernel: &Kernel, job: &Job<'_>) -> Result<Passed, Fault> {
-    let wrong = |why: String| Fault::Wrong(format!("its self-check failed: {why}"));
-    let taps = known_taps(&job.effects);
-    let mut found = Vec::new();
-    let unwritten = gpu.batch(kernel, &taps, &mut found)?;
-    if unwritten > 0 {
-        return Err(wrong(format!(
-            "{unwritten} of {} answers were not written as they should be",
-            taps.len()
-        )));
-    }
-    let mut twin = Vec::new();
-    Cpu::new(gpu.precision()).solve(job, &taps, &mut twin)?;
-    let seen = Seen::of(job, &taps, &known(job, &taps)?, &found);
-    let [solved, expected] = [&found, &twin].map(|all| all.iter().filter(|s| believed(job, s)).count());
-    let few = (solved as f64) < SOLVED * expected as f64;
-    if seen.apart > 0 || few {
-        let figures = seen.words(job.tolerance);
-        return Err(wrong(format!("of known taps {figures}; it solved {solved}, the CPU {expected}")));
-    }
-    Ok(seen.passed())
-}
-
-/// Compares some answers of a batch with those of the CPU.
-///
-/// # Errors
-/// Answers that are wrong, with figures.
-pub(super) fn compare(job: &Job<'_>, taps: &[Tap], found: &[Solution]) -> Result<Passed, Fault> {
-    let of = |i: usize| &taps[i];
-    let key = |i: usize| key(&[of(i).angle, of(i).near, of(i).rest, of(i).strain, of(i).arc]);
-    let places = drawn(taps.len(), |i| believed(job, &found[i]), key, |i| of(i).angle);
-    let taps: Vec<Tap> = places.iter().map(|&i| taps[i]).collect();
-    let found: Vec<Solution> = places.iter().map(|&i| found[i]).collect();
-    let seen = Seen::of(job, &taps, &known(job, &taps)?, &found);
-    match seen.apart {
-        0 => Ok(seen.passed()),
-        _ => {
-            Err(Fault::Wrong(format!("answers differ from those of the CPU: {}", seen.words(job.tolerance))))
-        }
-    }
-}
-
-/// Whether a kernel is believed to have solved the tap of `s`.
-fn believed(job: &Job<'_>, s: &Solution) -> bool {
-    s.within(trusted(&job.effects) * job.tolerance)
-}
-
-/// What is right to a tenth of the tolerance.
-fn known(job: &Job<'_>, taps: &[Tap]) -> Result<Vec<Solution>, SolveError> {
-    let rules = every_rule(Precision::F64);
-    // The finest rung, which solves most; it reads the same section law.
-    let rule = &rules[if job.effects.plain() { 1 } else { 2 }];
-    let finest = Job { rule, tolerance: KNOWN * job.tolerance, ..*job };
-    let mut known = Vec::new();
-    Cpu::new(Precision::F64).solve(&finest, taps, &mut known)?;
-    Ok(known)
-}
-
 /// Answers beside those that are known.
-#[derive(Default)]
-struct Seen {
+#[derive(Debug, Default)]
+pub struct Seen {
     compared: usize,
     /// Those that are wrong.
     apart: usize,
@@ -147,35 +41,113 @@ struct Seen {
 }
 
 impl Seen {
-    fn of(job: &Job<'_>, taps: &[Tap], known: &[Solution], found: &[Solution]) -> Self {
-        let mut seen = Self::default();
-        for ((tap, known), found) in taps.iter().zip(known).zip(found) {
-            if !believed(job, found) || !known.within(KNOWN * job.tolerance) {
-                continue;
-            }
-            let strain = tap.weight * (found.strain - known.strain).abs()
-                / (1.0 + known.strain).abs().clamp(1e-3, 1.0);
-            let force = (found.force - known.force).abs() / (1.0 + known.force.abs());
-            let along = (found.along - known.along).abs() / (1.0 + known.along.abs());
-            let beside = (found.base - known.base).abs().max((found.axial - known.axial).abs());
-            let force = force.max(along).max(beside);
-            let errors = [strain, force, (found.arc - known.arc).abs()].map(|e| e / job.tolerance);
-            seen.compared += 1;
-            seen.worst = std::array::from_fn(|k| seen.worst[k].max(errors[k]));
-            seen.apart += usize::from(errors[0] > STRAIN || errors[1].max(errors[2]) > FORCE);
-        }
-        seen
+    /// An answer with these `errors` of strain, force and arc, in tolerances, of which the first may be `most`.
+    pub fn add(&mut self, errors: [f64; 3], most: f64) {
+        self.compared += 1;
+        self.worst = std::array::from_fn(|k| self.worst[k].max(errors[k]));
+        self.apart += usize::from(!(errors[0] <= most && errors[1].max(errors[2]) <= FORCE));
     }
 
-    fn words(&self, tolerance: f64) -> String {
+    /// What was compared.
+    ///
+    /// # Errors
+    /// Answers that are wrong, with figures.
+    pub fn passed(&self, tolerance: f64) -> Result<Passed, SolveError> {
         let Self { compared, apart, worst: [strain, force, arc] } = self;
-        format!(
-            "{apart} of {compared} are wrong, at worst the strain by {strain:.3e} times the tolerance of {tolerance:e}, \
-             the force by {force:.3e} times and the contact arc by {arc:.3e} times"
-        )
+        match apart {
+            0 => Ok(Passed { taps: *compared, worst: *strain }),
+            _ => Err(SolveError::Device(format!(
+                "answers differ from those of the CPU: {apart} of {compared} are wrong, at worst the strain by {strain:.3e} times the tolerance of \
+                 {tolerance:e}, the force by {force:.3e} times and the contact arc by {arc:.3e} times"
+            ))),
+        }
     }
+}
 
-    fn passed(&self) -> Passed {
-        Passed { taps: self.compared, worst: self.worst[0] }
+/// Compares some answers of a batch with those of the CPU.
+///
+/// # Errors
+/// Answers that are wrong, with figures.
+pub(super) fn compare(job: &Job<'_>, taps: &[Tap], found: &[Solution]) -> Result<Passed, SolveError> {
+    let believed = |s: &Solution| s.within(trusted(&job.effects) * job.tolerance);
+    let key = |t: &Tap| key(&[t.angle, t.near, t.rest, t.strain, t.arc]);
+    let places = drawn(taps.len(), |i| believed(&found[i]), |i| key(&taps[i]), |i| taps[i].angle);
+    let those: Vec<Tap> = places.iter().map(|&i| taps[i]).collect();
+    // The finest rung, which solves most; it reads the same section law.
+    let rule = &every_rule(Precision::F64)[if job.effects.plain() { 1 } else { 2 }];
+    let finest = Job { rule, tolerance: KNOWN * job.tolerance, ..*job };
+    let mut known = Vec::new();
+    Cpu::new(Precision::F64).solve(&finest, &those, &mut known)?;
+    let mut seen = Seen::default();
+    for ((tap, known), &i) in those.iter().zip(&known).zip(&places) {
+        if known.within(finest.tolerance) {
+            seen.add(errors(tap, known, &found[i]).map(|e| e / job.tolerance), 1.0 + KNOWN);
+        }
+    }
+    seen.passed(job.tolerance)
+}
+
+/// Errors of strain, force and arc, each relative to its size.
+fn errors(tap: &Tap, known: &Solution, found: &Solution) -> [f64; 3] {
+    let relative = |x: f64, known: f64| (x - known).abs() / (1.0 + known.abs());
+    let strain =
+        tap.weight * (found.strain - known.strain).abs() / (1.0 + known.strain).abs().clamp(1e-3, 1.0);
+    let beside = (found.base - known.base).abs().max((found.axial - known.axial).abs());
+    let force = relative(found.force, known.force).max(relative(found.along, known.along)).max(beside);
+    [strain, force, (found.arc - known.arc).abs()]
+}
+
+/// A number that is spread evenly over `u64`, of the numbers of a tap alone: a tap is drawn or not whatever stands beside it.
+pub fn key(numbers: &[f64]) -> u64 {
+    let mix = |h: u64, x: &f64| (h ^ x.to_bits()).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29);
+    numbers.iter().fold(0, mix).wrapping_mul(0xbf58_476d_1ce4_e5b9)
+}
+
+/// Places of the taps to compare among the first `count`, of those that are `told`: one in 1024 by its `key`, those of the lowest keys where these are few, and
+/// those of the smallest and the largest `drive`.
+pub fn drawn(
+    count: usize,
+    told: impl Fn(usize) -> bool + Sync,
+    key: impl Fn(usize) -> u64 + Sync,
+    drive: impl Fn(usize) -> f64 + Sync,
+) -> Vec<usize> {
+    let all = || (0..count).into_par_iter().with_min_len(GRAIN).filter(|&i| told(i));
+    let mut places: Vec<usize> = all().filter(|&i| key(i) < u64::MAX / EVERY).collect();
+    if places.len() < LEAST {
+        let mut keys: Vec<(u64, usize)> = all().map(|i| (key(i), i)).collect();
+        keys.sort_unstable();
+        places = keys.into_iter().take(LEAST).map(|(_, i)| i).collect();
+    }
+    let order = |i: &usize, k: &usize| drive(*i).total_cmp(&drive(*k)).then(i.cmp(k));
+    places.extend(all().min_by(order).into_iter().chain(all().max_by(order)));
+    places.sort_unstable();
+    places.dedup();
+    places
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tap_is_drawn_whatever_stands_beside_it() {
+        let taps: Vec<[f64; 2]> =
+            (0..100_000).map(|i| [1.0 + f64::from(i % 317), 0.1 + f64::from(i / 317)]).collect();
+        let of = |taps: &[[f64; 2]]| {
+            let places = drawn(taps.len(), |_| true, |i| key(&taps[i]), |i| taps[i][1]);
+            places.into_iter().map(|i| taps[i].map(f64::to_bits)).collect::<Vec<_>>()
+        };
+        let whole = of(&taps);
+        assert!((60..160).contains(&whole.len()), "{}", whole.len());
+        for place in [0, taps.len() - 1] {
+            assert!(whole.contains(&taps[place].map(f64::to_bits)), "no smallest or largest drive");
+        }
+        for parts in [2, 3, 7] {
+            let cut: Vec<_> = taps.chunks(taps.len().div_ceil(parts)).flat_map(of).collect();
+            let missing = whole.iter().filter(|tap| !cut.contains(tap)).count();
+            assert_eq!(missing, 0, "in {parts} parts");
+        }
+        assert_eq!(of(&taps[..20]).len(), 20);
+        assert!(of(&[]).is_empty());
     }
 }

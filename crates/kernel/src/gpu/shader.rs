@@ -3,7 +3,6 @@
 
 use std::fmt::Write;
 
-use super::seal;
 use crate::{
     Chart, Effects, Job, Rule, Solution, Tap,
     cpu::{pack::Scalar, series},
@@ -58,7 +57,6 @@ impl Variant<'_> {
             include_str!("../../../../shaders/sweep.wgsl"),
             include_str!("../../../../shaders/newton.wgsl"),
             gauge,
-            &seal::wgsl(self.precision == Precision::F32, spatial),
             main,
         ]
         .join("\n")

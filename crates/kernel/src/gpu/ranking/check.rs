@@ -1,11 +1,11 @@
-//! The self-check of a ranking: some designs of the sweep itself, ranked on the device and in the lanes of the CPU.
+//! Some designs of a sweep, ranked on the device and in the lanes of the CPU before the device ranks all.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use super::Ranker;
-use crate::gpu::fault::Fault;
 use crate::ranking::{Batch, Case, Charts, Found, Ranking, Words};
+use vibrissa_core::error::SolveError;
 use vibrissa_core::scene::{Layout, Tuple};
 
 /// Stretches of designs that are compared, and designs of each.
@@ -40,7 +40,7 @@ fn expected(charts: &dyn Charts, layout: &Layout, range: &Range<u64>, bound: f32
 ///
 /// # Errors
 /// Designs ranked otherwise than by the CPU, with figures; a device that fails.
-pub(super) fn check(ranker: &mut Ranker, charts: &dyn Charts, layout: &Layout) -> Result<(), Fault> {
+pub(super) fn check(ranker: &mut Ranker, charts: &dyn Charts, layout: &Layout) -> Result<(), SolveError> {
     let [stretches, length] = STRETCHES;
     let n = layout.n_designs;
     for s in 0..stretches {
@@ -70,9 +70,9 @@ fn compare(
     best: &BTreeMap<u64, f32>,
     bound: f32,
     block: u64,
-) -> Result<(), Fault> {
+) -> Result<(), SolveError> {
     let of = batch.range.end - batch.range.start;
-    let wrong = |why: String| Err(Fault::Wrong(format!("its self-check of the ranking failed: {why}")));
+    let wrong = |why: String| Err(SolveError::Device(format!("it ranks otherwise than the CPU: {why}")));
     let [hard, found, left] =
         [&batch.hard, &batch.best, &every.hard].map(|ks| ks.iter().copied().collect::<BTreeSet<u64>>());
     let below = |k: &u64| best.get(k).is_some_and(|rank| *rank < bound);

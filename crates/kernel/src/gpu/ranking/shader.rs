@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::WEIGHTS;
+use super::COUNTERS;
 use super::tuples::Tuples;
 use crate::ranking::{BEYOND, COMBINED, FARTHEST, HEAD, Sheet};
 use vibrissa_core::estimate::FAR;
@@ -94,6 +94,7 @@ impl Shader {
             ("AT_POINTS", sheet.at_points),
             ("BY", by(sheet.by)),
             ("COMBINED", COMBINED),
+            ("COUNTERS", COUNTERS),
         ];
         let switches = [
             ("OWN", sheet.own),
@@ -145,8 +146,6 @@ impl Shader {
             let x = (x as f32).clamp(-f32::MAX, f32::MAX);
             let _ = writeln!(text, "const {name}: f32 = {x:?}f;");
         }
-        let weights = WEIGHTS.map(|w| format!("{w}u")).join(", ");
-        let _ = writeln!(text, "const WEIGHTS = array<u32, {}>({weights});", WEIGHTS.len());
         let unit = if sheet.kind == Drive::Angle { 1f32.to_radians() } else { 1.0 };
         let tuples = Tuples::new(layout, unit)?;
         let (numbers, shape) = (in_fours(&numbers), in_fours(&sheet.shape));
