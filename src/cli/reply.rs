@@ -218,17 +218,40 @@ fn render(error: &Error) -> String {
     }
 }
 
+/// What is gone: command, flag (with its value where others stay), and what to use in its place.
+const GONE: [(&str, &str, &str); 3] = [
+    ("calibrate", "--export python", "Python: import vibrissa, Locator(\"calibration.toml\"); --export c for firmware"),
+    ("calibrate", "--taps", "locate --same or --object tells taps of one object together; the exported program answers one tap"),
+    ("optimise", "--resume", "the same command without it: a search lasts seconds, and finds the same again"),
+];
+
+/// The error of a flag that is gone.
+fn gone(command: &str, e: &clap::Error) -> Option<Error> {
+    let said = |kind| match e.get(kind) {
+        Some(ContextValue::String(text)) => text.split(' ').next(),
+        _ => None,
+    };
+    let flag = said(ContextKind::InvalidArg)?;
+    let typed = said(ContextKind::InvalidValue).map_or(flag.to_owned(), |value| format!("{flag} {value}"));
+    let (_, _, instead) = GONE.iter().find(|(of, what, _)| *of == command && (*what == typed || *what == flag))?;
+    Some(InputError::new("this is gone").key(flag).value(typed).allowed(*instead).into())
+}
+
 /// A command line that cannot be understood, or a request for help.
 pub fn usage(e: &clap::Error) -> u8 {
     if !e.use_stderr() {
         let flushed = e.print().and_then(|()| std::io::Write::flush(&mut std::io::stdout()));
         return taken(flushed).map_or(1, |()| 0);
     }
+    let command = std::env::args_os().nth(1).map(|a| a.to_string_lossy().into_owned());
+    let command = command.filter(|a| !a.starts_with('-')).unwrap_or_default();
+    if let Some(error) = gone(&command, e) {
+        to(&command);
+        return failure(&error);
+    }
     if json() {
         let text = e.to_string();
         let message = text.lines().next().unwrap_or_default().trim_start_matches("error: ").to_owned();
-        let command = std::env::args_os().nth(1).map(|a| a.to_string_lossy().into_owned());
-        let command = command.filter(|a| !a.starts_with('-')).unwrap_or_default();
         let said = |kind| match e.get(kind) {
             Some(ContextValue::String(text)) => Some(text.clone()),
             _ => None,

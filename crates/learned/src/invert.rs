@@ -40,6 +40,8 @@ pub struct Answer {
     pub variance: f64,
     /// The next distance with the same signal, mm.
     pub near: Option<f64>,
+    /// Whether it is the median of a wide posterior.
+    pub wide: bool,
 }
 
 /// Why there is no distance.
@@ -281,6 +283,7 @@ impl Slice {
             Some((x, sd)) if sd < WIDE => [(x - 6.0 * sd).max(from), (x + 6.0 * sd).min(to)],
             _ => [from.min(self.x(last - 1)), to],
         };
+        let wide = local.is_none_or(|(_, sd)| sd >= WIDE);
         let [first, end, _] = self.ends;
         let ([x, sigma], ends) = match local {
             // Within the calibrated distances the prior says nothing: there it is the root.
@@ -292,7 +295,7 @@ impl Slice {
         };
         let p = self.at(x);
         let a = x.exp();
-        let found = Answer { a, sigma, ends, slope: self.slope(x) / a, variance: p[2] + more, near };
+        let found = Answer { a, sigma, ends, slope: self.slope(x) / a, variance: p[2] + more, near, wide };
         if found.a.is_finite() && found.sigma.is_finite() { Ok(found) } else { Err(Nothing::Weak) }
     }
 }

@@ -9,7 +9,7 @@ use serde_json::Value;
 use super::disk::{Identity, Stamp, hash_file, names_in, open_regular};
 use super::question::Question;
 use super::record::{Listed, RUN, Record};
-use super::{JOURNAL, PREFIX, RESULT, UNPLACED, WORK};
+use super::{PREFIX, RESULT, UNPLACED, WORK};
 use crate::error::{Error, InputError};
 use crate::sink::shard::Shard;
 
@@ -107,14 +107,12 @@ fn objection(folder: &Path, record: &Record, question: &Question) -> Result<Opti
                 |name: &str| name.strip_prefix(RESULT).is_some_and(|rest| rest.starts_with(UNPLACED));
             let strange = |name: &str| !name.starts_with(PREFIX) && !unplaced(name) && !part(name);
             let occupied = names.any(|name| strange(&name.to_string_lossy()));
-            let searched = question.command != "optimise" && folder.join(JOURNAL).exists();
             let swept = question.command != "sweep" && folder.join(WORK).exists();
             // What a sweep began is its own, whatever was put beside it since.
             let begun = question.command == "sweep" && folder.join(WORK).is_dir();
-            match (occupied && !begun, searched, swept) {
-                (true, ..) => Some("this folder is not empty and holds no result of this program".to_owned()),
-                (_, true, _) => Some("this folder holds an unfinished search".to_owned()),
-                (_, _, true) => Some("this folder holds an unfinished sweep".to_owned()),
+            match (occupied && !begun, swept) {
+                (true, _) => Some("this folder is not empty and holds no result of this program".to_owned()),
+                (_, true) => Some("this folder holds an unfinished sweep".to_owned()),
                 _ => None,
             }
         }
@@ -124,7 +122,7 @@ fn objection(folder: &Path, record: &Record, question: &Question) -> Result<Opti
         {
             Some(format!("this folder holds another result, {command} of {name}"))
         }
-        Record::Result { seconds, run, .. } if *seconds > LONG && !question.goes_on => {
+        Record::Result { seconds, run, .. } if *seconds > LONG => {
             let changed = question.changed(run);
             (!changed.is_empty()).then(|| {
                 let keys = changed[..changed.len().min(3)].join(", ");

@@ -41,8 +41,6 @@ const PREFIX: &str = ".vibrissa-";
 const RESULT: &str = "result";
 /// Between the name of a result and six random characters: files of a run whose result did not come to its place.
 const UNPLACED: &str = "-unplaced-";
-/// The journal of an unfinished search.
-pub const JOURNAL: &str = ".vibrissa-evaluations";
 
 /// A result folder that is being written in or beside its final place.
 #[derive(Debug)]

@@ -7,7 +7,6 @@ pub mod program;
 pub mod quadrature;
 pub mod random;
 pub mod recount;
-pub mod robot;
 pub mod scan;
 pub mod schema;
 pub mod searching;

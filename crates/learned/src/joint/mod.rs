@@ -10,7 +10,6 @@
 //! once for each tap, and be too sure.
 
 mod around;
-mod combined;
 mod course;
 mod expected;
 mod modes;
@@ -28,7 +27,6 @@ use std::ops::Range;
 use crate::base::Base;
 use crate::curve::{Curve, OF_RUN, Offset};
 use crate::invert::{Inverse, POINTS, prior};
-pub use combined::Combined;
 pub use course::{Course, Told as ToldCourse};
 pub use nuisance::Nuisance;
 pub use object::{Object, integrate};
