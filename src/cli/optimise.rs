@@ -57,11 +57,7 @@ pub fn run(args: &Optimise) -> Result<Reply, Error> {
     if !quiet {
         say::line(headline(&spec, &search, &choice));
     }
-    let target = Target {
-        out: &out,
-        force: options.force == Some(true),
-        stop: interrupt::stop_and_keep(),
-    };
+    let target = Target { out: &out, force: options.force == Some(true), stop: interrupt::stop_and_keep() };
     let asked = (&choice, &options, needed);
     let report = optimise::run_needed(&spec, &search, asked, &target, &mut Shown::new(quiet))?;
     Ok(Reply {

@@ -218,23 +218,28 @@ fn render(error: &Error) -> String {
     }
 }
 
-/// What is gone: command, flag (with its value where others stay), and what to use in its place.
+/// What is gone: command, flag (and the word of its list, where others stay), and what to use in its place.
 const GONE: [(&str, &str, &str); 3] = [
-    ("calibrate", "--export python", "Python: import vibrissa, Locator(\"calibration.toml\"); --export c for firmware"),
-    ("calibrate", "--taps", "locate --same or --object tells taps of one object together; the exported program answers one tap"),
+    ("calibrate", "--export python", "`import vibrissa` in Python, --export c for firmware"),
+    ("calibrate", "--taps", "locate --same or --object; the exported program answers one tap"),
     ("optimise", "--resume", "the same command without it: a search lasts seconds, and finds the same again"),
 ];
 
-/// The error of a flag that is gone.
+/// The error of a flag that is gone, or of a word of its list.
 fn gone(command: &str, e: &clap::Error) -> Option<Error> {
     let said = |kind| match e.get(kind) {
-        Some(ContextValue::String(text)) => text.split(' ').next(),
-        _ => None,
+        Some(ContextValue::String(text)) => text.as_str(),
+        _ => "",
     };
-    let flag = said(ContextKind::InvalidArg)?;
-    let typed = said(ContextKind::InvalidValue).map_or(flag.to_owned(), |value| format!("{flag} {value}"));
-    let (_, _, instead) = GONE.iter().find(|(of, what, _)| *of == command && (*what == typed || *what == flag))?;
-    Some(InputError::new("this is gone").key(flag).value(typed).allowed(*instead).into())
+    let flag = said(ContextKind::InvalidArg).split(' ').next()?;
+    let value = said(ContextKind::InvalidValue);
+    let is = |what: &str| match what.split_once(' ') {
+        Some((of, word)) => of == flag && value.split(',').any(|v| v == word),
+        None => what == flag,
+    };
+    let (_, _, instead) = GONE.iter().find(|(of, what, _)| *of == command && is(what))?;
+    let error = InputError::new("this is gone").key(flag).allowed(*instead);
+    Some(InputError { value: Some(value.to_owned()).filter(|v| !v.is_empty()), ..error }.into())
 }
 
 /// A command line that cannot be understood, or a request for help.

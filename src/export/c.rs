@@ -1,7 +1,7 @@
 //! The file in C: what it is, its tables, and everything twice, for double and for float.
 
 use super::Export;
-use super::grid::{FIRST, Side};
+use super::grid::{FIRST, POINTS, Side};
 use crate::estimate::WIDENING;
 use crate::estimator::model::SAME;
 use crate::locate::Locator;
@@ -156,7 +156,7 @@ impl Export<'_> {
             "sigma        noise of one reading ({noise:.3e} {common}), of the calibration, bias; {BEYOND} sigma beyond the distances is outside"
         ));
         lines.push(format!("error        to `vibrissa locate`, measured: up to {}", self.off));
-        lines.push("             float: 2e-5 mm more, and more next to the peak of the signal".to_owned());
+        lines.push("             next to the peak of the signal more; float: 1e-4 mm more".to_owned());
         lines.push(format!("data         {}, SHA-256 {}", harmless(&c.data.file), harmless(&c.data.hash)));
         lines.push(format!("calibration  SHA-256 {}\n*/", harmless(&c.checksum)));
         lines.join("\n").replace('\n', "\n   ").replace("   \n", "\n").replace("\n   */", "\n*/")
@@ -168,9 +168,15 @@ impl Export<'_> {
         let unit = if self.locator.rig.setup.drive == Drive::Angle { "degrees" } else { "mm" };
         let origin = self.locator.drive_origin;
         let [first, last] = [drives[0], drives[drives.len() - 1]].map(|u| origin + u);
-        let drives = if self.locator.drive_recorded { format!(", drives {first} ... {last} {unit}") } else { String::new() };
+        let drives = if self.locator.drive_recorded {
+            format!(", drives {first} ... {last} {unit}")
+        } else {
+            String::new()
+        };
         let [nearest, farthest] = side.reach;
-        format!("{sign} distances {lo} ... {hi} mm{drives}; none is given below {nearest:.2} mm, nor beyond {farthest:.2} mm")
+        format!(
+            "{sign} distances {lo} ... {hi} mm{drives}; none is given below {nearest:.2} mm, nor beyond {farthest:.2} mm"
+        )
     }
 
     fn code(&self, real: Real) -> String {
@@ -180,21 +186,29 @@ impl Export<'_> {
         let strip = |strip: &&super::grid::Strip| {
             let ([from, to], rows) = (strip.drives.map(n), strip.heads.len());
             let (parts, cells) = (strip.values[0].len(), strip.values[0][0].len() - 1);
-            let line = format!("    {{{from}, {to}, {rows}, {parts}, {cells}, {heads}, {values}}},");
+            let scale = n(strip.scale());
+            let line = format!("    {{{from}, {to}, {scale}, {rows}, {parts}, {cells}, {heads}, {values}}},");
             heads += rows * strip.heads[0].len();
             values += 2 * rows * parts * (cells + 1);
             line
         };
         let rows: Vec<String> = strips.iter().map(strip).collect();
         let sides = [-1.0, 1.0].map(|sign| self.side(sign, real)).join("\n");
-        let numbers = wrapped(strips.iter().flat_map(|s| s.heads.iter().flatten()).map(|x| n(*x)));
-        let tables = [("side_F", "sides", sides), ("strip_F", "strips", rows.join("\n")), ("REAL", "heads", numbers)]
-            .map(|(kind, name, rows)| format!("static const {kind} {name}_F[] = {{\n{rows}\n}};\n"));
-        let most = |f: fn(&super::grid::Strip) -> usize| strips.iter().map(|s| f(s)).max().unwrap_or(1).to_string();
+        let head = |s: &&super::grid::Strip| {
+            let of = |(i, x): (usize, &f64)| n(if i % 3 == 0 { x - s.scale().ln() } else { *x });
+            s.heads.iter().flat_map(|row| row.iter().enumerate().map(of)).collect::<Vec<_>>()
+        };
+        let numbers = wrapped(strips.iter().flat_map(head));
+        let tables =
+            [("side_F", "sides", sides), ("strip_F", "strips", rows.join("\n")), ("REAL", "heads", numbers)]
+                .map(|(kind, name, rows)| format!("static const {kind} {name}_F[] = {{\n{rows}\n}};\n"));
+        let most =
+            |f: fn(&super::grid::Strip) -> usize| strips.iter().map(|s| f(s)).max().unwrap_or(1).to_string();
         let code = LOCATE
             .replace("@TABLES", &tables.join("\n"))
             .replace("@PREPARE", &self.prepare(real))
-            .replace("@ROWS", &most(|s| s.heads.len()))
+            .replace("@NODES", &most(|s| s.heads.len().max(POINTS)))
+            .replace("@POINTS", &POINTS.to_string())
             .replace("@HEADS", &most(|s| s.heads[0].len()))
             .replace("@PI", &n(std::f64::consts::PI))
             .replace("@FIRST", &n(FIRST))
@@ -212,7 +226,8 @@ impl Export<'_> {
         let first: usize = self.sides[..k].iter().map(|side| side.strips.len()).sum();
         let Side { of, strips, without, .. } = &self.sides[k];
         let [nearest, farthest] = of.distances;
-        let ends = [limit(self.locator, sign, of.factor), size(self.locator, sign, of.end_stop * (1.0 - SAME))];
+        let ends =
+            [limit(self.locator, sign, of.factor), size(self.locator, sign, of.end_stop * (1.0 - SAME))];
         let reals = [nearest, farthest, WIDENING * farthest, ends[0], ends[1]].map(n).join(", ");
         format!("    {{{first}, {}, {reals}, {}, {}}},", strips.len(), code(without[0]), code(without[1]))
     }
@@ -232,7 +247,10 @@ impl Export<'_> {
         }
         lines.push("    signal -= zero;".to_owned());
         if l.unit == Unit::Bridge {
-            lines.push(format!("    signal = (signal < {}) ? signal : NAN; /* no quarter bridge gives more */", n(500.0)));
+            lines.push(format!(
+                "    signal = (signal < {}) ? signal : NAN; /* no quarter bridge gives more */",
+                n(500.0)
+            ));
         }
         if l.tared.as_ref().is_some_and(|t| t.wraps) {
             let lean = if let [one] = l.sides() { one.sign } else { 0.0 };

@@ -28,10 +28,13 @@ const ROWS: [usize; 3] = [3, 5, 9];
 const CELLS: [usize; 5] = [32, 64, 128, 256, 512];
 /// Where the first node of a part is looked at: at s = 0, a peak, there may be no answer.
 pub(super) const FIRST: f64 = 1e-4;
-/// Readings of a part at which the error is measured.
-const TRIED: usize = 61;
-/// Errors that are small enough: of a distance in mm, of σ relative. A share of σ always is.
-const FINE: Off = Off { distance: 3e-5, sigma: 5e-3, wide: [f64::INFINITY; 2] };
+/// Readings of a part at which the error is measured, and from which s on in the first: next to the peak σ has no bound.
+const TRIED: usize = 121;
+const PEAK: f64 = 0.03;
+/// Nodes of the polynomial in s.
+pub(super) const POINTS: usize = 6;
+/// Errors that are small enough. So is this share of σ of any distance.
+const FINE: Off = Off { distance: 3e-5, sigma: 5e-3, rest: [0.02, 0.1] };
 const SHARE: f64 = 1e-3;
 /// From this σ/a on the error is measured in shares of σ.
 const WIDE: f64 = 0.05;
@@ -44,6 +47,7 @@ struct Told {
     /// Whether it is the middle of a wide posterior, and else whether readings rise with the distance.
     kind: (bool, bool),
     ambiguous: bool,
+    outside: bool,
 }
 
 /// One side of the whisker.
@@ -77,33 +81,34 @@ pub(super) struct Strip {
 /// Largest differences to `locate`.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Off {
-    /// Of a distance, mm.
+    /// Of a distance that is more than a thousandth of σ off, mm.
     pub distance: f64,
     /// Of σ, relative.
     pub sigma: f64,
-    /// The same where σ is more than a twentieth of the distance: in shares of σ.
-    pub wide: [f64; 2],
+    /// The same outside the calibration, and where σ is more than a twentieth of the distance: of a distance in shares of σ.
+    pub rest: [f64; 2],
 }
 
 impl Off {
     pub(super) fn or(self, other: Self) -> Self {
-        let wide = [0, 1].map(|i| self.wide[i].max(other.wide[i]));
-        Self { distance: self.distance.max(other.distance), sigma: self.sigma.max(other.sigma), wide }
+        let rest = [0, 1].map(|i| self.rest[i].max(other.rest[i]));
+        Self { distance: self.distance.max(other.distance), sigma: self.sigma.max(other.sigma), rest }
     }
 
     pub(super) fn is_within(self, limit: Self) -> bool {
-        let wide = (0..2).all(|i| self.wide[i] <= limit.wide[i]);
-        self.distance <= limit.distance && self.sigma <= limit.sigma && wide
+        let rest = (0..2).all(|i| self.rest[i] <= limit.rest[i]);
+        self.distance <= limit.distance && self.sigma <= limit.sigma && rest
     }
 }
 
 impl fmt::Display for Off {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { distance, sigma, wide: [a, b] } = self;
-        let share = 100.0 * SHARE;
-        write!(f, "{distance:.1e} mm or {share} % of sigma in the distance, {:.2} % in sigma", 100.0 * sigma)?;
-        let [a, b] = [a, b].map(|x| 100.0 * x);
-        write!(f, "; where sigma is above 5 % of the distance: {a:.1} % of sigma, {b:.1} % in sigma")
+        let [share, sigma, a, b] = [SHARE, self.sigma, self.rest[0], self.rest[1]].map(|x| 100.0 * x);
+        write!(f, "{:.1e} mm or {share} % of sigma in the distance, {sigma:.2} % in sigma; ", self.distance)?;
+        write!(
+            f,
+            "outside the calibration, or where sigma is above 5 % of the distance: {a:.2} % of sigma, {b:.2} % in sigma"
+        )
     }
 }
 
@@ -116,18 +121,19 @@ fn border(mut inside: f64, mut outside: f64, is: impl Fn(f64) -> bool) -> f64 {
     inside
 }
 
-/// Point k of n between −1 and 1.
-fn node(k: usize, n: usize) -> f64 {
-    if n == 1 { 0.0 } else { -(PI * k as f64 / (n - 1) as f64).cos() }
+/// Chebyshev–Lobatto points, −1 … 1.
+fn nodes(n: usize) -> Vec<f64> {
+    let node = |k: usize| if n == 1 { 0.0 } else { -(PI * k as f64 / (n - 1) as f64).cos() };
+    (0..n).map(node).collect()
 }
 
-/// Weights in x, −1 … 1, of values at the n nodes.
-fn weights(x: f64, n: usize) -> Vec<f64> {
+/// Weights at x of values at the `nodes` (Lagrange).
+fn weights(nodes: &[f64], x: f64) -> Vec<f64> {
     let weight = |k: usize| {
-        let others = (0..n).filter(|j| *j != k);
-        others.map(|j| (x - node(j, n)) / (node(k, n) - node(j, n))).product()
+        let others = nodes.iter().enumerate().filter(|(j, _)| *j != k);
+        others.map(|(_, node)| (x - node) / (nodes[k] - node)).product()
     };
-    (0..n).map(weight).collect()
+    (0..nodes.len()).map(weight).collect()
 }
 
 impl<'a> Side<'a> {
@@ -138,7 +144,10 @@ impl<'a> Side<'a> {
     pub(super) fn new(locator: &'a Locator, of: &'a Opened, length: f64) -> Result<(Self, Off), InputError> {
         let [first, last] = of.distances;
         let beyond = BEYOND * (last - first);
-        let reach = [(first - beyond).max(0.25 * first), (last + beyond).max(1.1 * length).max(1.01 * of.interest[1])];
+        let reach = [
+            (first - beyond).max(0.25 * first),
+            (last + beyond).max(1.1 * length).max(1.01 * of.interest[1]),
+        ];
         let mut side = Self { locator, of, reach, strips: Vec::new(), without: [Status::OK; 2] };
         let middle = of.drives[of.drives.len() / 2];
         let row = side.row(middle)?;
@@ -168,13 +177,16 @@ impl<'a> Side<'a> {
     }
 
     fn told(&self, drive: f64, size: f64) -> Option<Told> {
-        let (found, sigma) = self.locator.on_side(self.of, drive, self.strain(size), Known::default()).ok()?;
+        let (found, sigma) =
+            self.locator.on_side(self.of, drive, self.strain(size), Known::default()).ok()?;
         let [nearest, farthest] = self.reach;
+        let doubts = self.of.doubts(found.a, found.near, sigma);
         (nearest..=farthest).contains(&found.a).then(|| Told {
             a: found.a,
             sigma,
             kind: (found.wide, !found.wide && found.slope > 0.0),
-            ambiguous: self.of.doubts(found.a, found.near, sigma).has(Status::AMBIGUOUS),
+            ambiguous: doubts.has(Status::AMBIGUOUS),
+            outside: doubts.has(Status::OUTSIDE_CALIBRATION),
         })
     }
 
@@ -182,10 +194,12 @@ impl<'a> Side<'a> {
         let told = |x: f64| self.told(drive, x.exp() * drive);
         let [first, last] = self.of.distances;
         let some = (0..=8).map(|k| first * (last / first).powf(f64::from((5 * k + 4) % 9) / 8.0));
-        let some = some.map(|a| (size(self.locator, self.of.sign, self.of.answers.expected(a, drive)) / drive).ln());
-        let start = some.into_iter().find(|x| told(*x).is_some()).ok_or_else(|| {
-            InputError::new(format!("no reading has a distance at the drive {drive}"))
-        })?;
+        let some =
+            some.map(|a| (size(self.locator, self.of.sign, self.of.answers.expected(a, drive)) / drive).ln());
+        let start = some
+            .into_iter()
+            .find(|x| told(*x).is_some())
+            .ok_or_else(|| InputError::new(format!("no reading has a distance at the drive {drive}")))?;
         let end = |step: f64| {
             let is = |x: f64| told(x).is_some();
             let inside = |k: usize| start + step * k as f64;
@@ -244,8 +258,8 @@ impl<'a> Side<'a> {
         let mut all: Vec<[f64; 2]> =
             (0..=cells).map(|k| at((k as f64 / cells as f64).clamp(FIRST, 1.0 - 1e-9))).collect();
         // On to s = 0.
-        let ahead = FIRST / (1.0 / cells as f64 - FIRST);
-        all[0] = [0, 1].map(|i| all[0][i] - ahead * (all[1][i] - all[0][i]));
+        let w = weights(&[FIRST, 1.0 / cells as f64, 2.0 / cells as f64], 0.0);
+        all[0] = [0, 1].map(|i| w.iter().zip(&all).map(|(w, value)| w * value[i]).sum());
         all
     }
 
@@ -254,7 +268,7 @@ impl<'a> Side<'a> {
         let mut cells = CELLS[0];
         for more in CELLS {
             cells = more;
-            let fine = |drive: f64| Ok(self.off(&self.built([drive; 2], 1, cells)?, 0.0)?.is_within(FINE));
+            let fine = |drive: f64| Ok(self.off(&self.built([drive; 2], 1, cells)?, drive)?.is_within(FINE));
             if fine(drives[0])? && fine(drives[1])? && fine(middle)? {
                 break;
             }
@@ -263,10 +277,14 @@ impl<'a> Side<'a> {
         let tried: &[usize] = if one { &[1] } else { &ROWS };
         for &rows in tried {
             let strip = self.built(drives, rows, cells)?;
+            // Between the rows, and at and between the calibrated drives, where there may be kinks.
+            let mut at: Vec<f64> = nodes(2 * rows).iter().map(|x| strip.drive(*x)).collect();
+            for w in self.of.drives.windows(2).filter(|w| drives[0] <= w[0] && w[1] <= drives[1]) {
+                at.extend([w[0], 0.5 * (w[0] + w[1])]);
+            }
             let mut off = Off::default();
-            for k in 0..rows {
-                let between = -(PI * (k as f64 + 0.5) / rows as f64).cos();
-                off = off.or(self.off(&strip, if one { 0.0 } else { between })?);
+            for drive in at {
+                off = off.or(self.off(&strip, drive)?);
             }
             if off.is_within(FINE) || rows == tried[tried.len() - 1] {
                 return Ok((strip, off));
@@ -277,7 +295,7 @@ impl<'a> Side<'a> {
 
     fn built(&self, drives: [f64; 2], n: usize, cells: usize) -> Result<Strip, InputError> {
         let mut strip = Strip { drives, heads: Vec::new(), values: Vec::new() };
-        let at: Vec<f64> = (0..n).map(|k| strip.drive(node(k, n))).collect();
+        let at: Vec<f64> = nodes(n).iter().map(|x| strip.drive(*x)).collect();
         let rows = at.iter().map(|drive| self.row(*drive)).collect::<Result<Vec<_>, _>>()?;
         let used = |part: &usize| rows.iter().any(|row| row.ends[*part] > row.ends[part + 1]);
         let parts: Vec<usize> = (0..PARTS).filter(used).collect();
@@ -289,26 +307,31 @@ impl<'a> Side<'a> {
         Ok(strip)
     }
 
-    /// Largest errors at the place x of a strip, −1 … 1.
-    fn off(&self, strip: &Strip, x: f64) -> Result<Off, InputError> {
-        let drive = strip.drive(x);
-        let (weights, cells) = (weights(x, strip.heads.len()), strip.values[0][0].len() - 1);
+    /// Largest errors of a strip at this drive.
+    fn off(&self, strip: &Strip, drive: f64) -> Result<Off, InputError> {
+        let [from, to] = strip.drives;
+        let x = if from < to { 2.0 * (drive / from).ln() / (to / from).ln() - 1.0 } else { 0.0 };
+        let (weights, cells) = (weights(&nodes(strip.heads.len()), x), strip.values[0][0].len() - 1);
         let head = strip.head(&weights);
         let mut off = Off::default();
         for part in 0..strip.values[0].len() {
             for k in 0..TRIED {
                 let s = ((k * cells / TRIED) as f64 + 0.5) / cells as f64;
                 let y = head[3 * part] - s * s * (head[3 * part] - head[3 * part + 3]);
-                let Some(told) = self.told(drive, y.exp() * drive) else { continue };
+                let measured = part > 0 || s > PEAK;
+                let Some(told) = self.told(drive, y.exp() * drive).filter(|_| measured) else { continue };
                 let [a, sigma] = strip.at(&weights, part, s);
                 let [distance, relative] = [(a - told.a).abs(), (sigma / told.sigma - 1.0).abs()];
                 if distance.is_nan() || relative.is_nan() {
-                    return Err(InputError::new(format!("there are readings without a distance among others at the drive {drive}")));
+                    return Err(InputError::new(format!(
+                        "readings without a distance lie among others at the drive {drive}"
+                    )));
                 }
-                off = off.or(match told.sigma < WIDE * told.a {
-                    true if distance > SHARE * told.sigma => Off { distance, sigma: relative, ..Off::default() },
-                    true => Off { sigma: relative, ..Off::default() },
-                    false => Off { wide: [distance / told.sigma, relative], ..Off::default() },
+                let share = distance / told.sigma;
+                off = off.or(match told.outside || told.sigma > WIDE * told.a {
+                    true => Off { rest: [share, relative], ..Off::default() },
+                    false if share > SHARE => Off { distance, sigma: relative, ..Off::default() },
+                    false => Off { sigma: relative, ..Off::default() },
                 });
             }
         }
@@ -323,20 +346,28 @@ impl Strip {
         if from < to { (from * to).sqrt() * (to / from).powf(0.5 * x) } else { from }
     }
 
+    /// Reading per drive in its middle.
+    pub(super) fn scale(&self) -> f64 {
+        (0.5 * (self.heads[0][0] + self.heads[0][self.heads[0].len() - 1])).exp()
+    }
+
     fn head(&self, weights: &[f64]) -> Vec<f64> {
         let sum = |i: usize| self.heads.iter().zip(weights).map(|(row, w)| w * row[i]).sum();
         (0..self.heads[0].len()).map(sum).collect()
     }
 
-    /// Distance and σ, by cubics through four points.
-    fn at(&self, weights: &[f64], part: usize, s: f64) -> [f64; 2] {
+    /// Distance and σ, of rows with these weights.
+    fn at(&self, rows: &[f64], part: usize, s: f64) -> [f64; 2] {
         let cells = self.values[0][part].len() - 1;
-        let k = ((s * cells as f64) as usize).clamp(1, cells - 2) - 1;
-        let t = s * cells as f64 - k as f64;
-        let (b, c, d) = (t - 1.0, t - 2.0, t - 3.0);
-        let w = [-b * c * d / 6.0, t * c * d / 2.0, -t * b * d / 2.0, t * b * c / 6.0];
-        let one = |row: &Vec<Vec<[f64; 2]>>, i: usize| (0..4).map(|j| w[j] * row[part][k + j][i]).sum::<f64>();
-        let sum = |i: usize| self.values.iter().zip(weights).map(|(row, w)| w * one(row, i)).sum::<f64>();
-        [sum(0), sum(1) / s]
+        let first = ((s * cells as f64) as usize).clamp(POINTS / 2 - 1, cells - POINTS / 2) + 1 - POINTS / 2;
+        let nodes: [f64; POINTS] = std::array::from_fn(|k| k as f64);
+        let weights = weights(&nodes, s * cells as f64 - first as f64);
+        let mut sum = [0.0; 2];
+        for (row, of_row) in self.values.iter().zip(rows) {
+            for ([a, sigma], weight) in row[part][first..].iter().zip(&weights) {
+                sum = [sum[0] + of_row * weight * a, sum[1] + of_row * weight * sigma];
+            }
+        }
+        [sum[0], sum[1] / s]
     }
 }

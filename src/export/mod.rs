@@ -8,14 +8,14 @@ mod grid;
 
 use crate::error::{Error, InputError};
 use crate::locate::{Calibration, Locator};
-use grid::Side;
 pub use grid::Off;
+use grid::Side;
 
 /// Name of the file.
 pub const FILE: &str = "locate.c";
 
 /// Largest errors that a file may have.
-const LARGEST: Off = Off { distance: 1e-3, sigma: 0.02, wide: [0.2, 0.2] };
+const LARGEST: Off = Off { distance: 1e-3, sigma: 0.02, rest: [0.25, 0.5] };
 
 /// A calibration, ready to be written.
 pub struct Export<'a> {

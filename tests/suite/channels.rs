@@ -321,7 +321,8 @@ fn streams_answer_as_tables() {
                 assert_eq!(refused.stdout, "");
             }
         }
-        let refused = desk.run(&[&["calibrate", "s/measurements.csv"][..], &said, &["--export", "c"]].concat());
+        let refused =
+            desk.run(&[&["calibrate", "s/measurements.csv"][..], &said, &["--export", "c"]].concat());
         assert!(refused.exits(2).stderr.contains("vibrissa locate"), "{sensor}");
     }
 }

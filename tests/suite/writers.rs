@@ -102,12 +102,12 @@ fn what_killed_runs_left_is_removed() {
     desk.write("mine/notes.txt", "mine");
     symlink("../mine", desk.path("there/.vibrissa-a1B2c3")).unwrap();
     symlink("../mine", desk.path("there/.vibrissa-result-a1B2c3")).unwrap();
-    desk.write("there/.vibrissa-evaluations", "of a search");
+    desk.write("there/.vibrissa-else", "of something else");
     desk.run(&["optimise", "small.toml", "--out", "there"]).exits(2);
     desk.run(&["sweep", "small.toml", "--backend", "cpu", "--out", "c"]).exits(0);
     assert_eq!(hidden(&desk, "."), [""; 0]);
     desk.run(&["sweep", "small.toml", "--backend", "cpu", "--out", "there", "--force"]).exits(0);
-    let left = [".vibrissa-a1B2c3", ".vibrissa-evaluations", ".vibrissa-result-a1B2c3", ".vibrissa-x1Y2z3"];
+    let left = [".vibrissa-a1B2c3", ".vibrissa-else", ".vibrissa-result-a1B2c3", ".vibrissa-x1Y2z3"];
     assert_eq!(hidden(&desk, "there"), left);
     assert_eq!(desk.names("mine"), ["notes.txt"]);
     desk.whole("there");

@@ -2,7 +2,7 @@
 /* ---- REAL ---- */
 
 typedef struct {
-    REAL from, to;            /* drives */
+    REAL from, to, scale;     /* drives; signal per drive to which the heads are relative */
     int rows, parts, cells;   /* rows: at the Chebyshev-Lobatto points of ln drive; parts of a row, cells of a part */
     int heads, values;        /* where they begin */
 } strip_F;
@@ -15,11 +15,16 @@ typedef struct {
 } side_F;
 
 @TABLES
-/* The cubic through every second of p at t = 0, 1, 2, 3. */
-static REAL cubic_F(const float *p, REAL t)
+/* Weights at x of values at n nodes (Lagrange). */
+static void weights_F(const REAL *node, int n, REAL x, REAL *weight)
 {
-    REAL b = t - 1, c = t - 2, d = t - 3;
-    return (3 * t * d * (c * p[2] - b * p[4]) + b * c * (t * p[6] - d * p[0])) / 6;
+    int j, k;
+    for (k = 0; k < n; k++) {
+        weight[k] = 1;
+        for (j = 0; j < n; j++) {
+            weight[k] *= (j == k) ? 1 : (x - node[j]) / (node[k] - node[j]);
+        }
+    }
 }
 
 int vibrissa_locate_F(REAL drive, REAL signal, REAL zero, REAL *distance_mm, REAL *sigma_mm)
@@ -27,8 +32,9 @@ int vibrissa_locate_F(REAL drive, REAL signal, REAL zero, REAL *distance_mm, REA
     const side_F *side;
     const strip_F *strip, *last;
     const REAL *from;
-    REAL node[@ROWS], weight[@ROWS], head[@HEADS], size, x, s, t, slack, a = 0, sigma = 0;
-    int i, j, k, n, part = 0, status = VIBRISSA_OK;
+    const float *value;
+    REAL node[@NODES], row[@NODES], point[@POINTS], head[@HEADS], size, x, s, slack, a = 0, sigma = 0;
+    int i, k, n, first, part = 0, status = VIBRISSA_OK;
     *distance_mm = NAN;
     *sigma_mm = NAN;
 @PREPARE
@@ -60,21 +66,15 @@ int vibrissa_locate_F(REAL drive, REAL signal, REAL zero, REAL *distance_mm, REA
     for (k = 0; k < strip->rows; k++) {
         node[k] = (strip->rows > 1) ? -cos_F(@PI * (REAL)k / (REAL)(strip->rows - 1)) : 0;
     }
+    weights_F(node, strip->rows, x, row);
     for (i = 0; i <= n; i++) {
         head[i] = 0;
-    }
-    for (k = 0; k < strip->rows; k++) {
-        weight[k] = 1;
-        for (j = 0; j < strip->rows; j++) {
-            weight[k] *= (j == k) ? 1 : (x - node[j]) / (node[k] - node[j]);
-        }
-        from = heads_F + strip->heads + k * (n + 1);
-        for (i = 0; i <= n; i++) {
-            head[i] += weight[k] * from[i];
+        for (k = 0; k < strip->rows; k++) {
+            head[i] += row[k] * heads_F[strip->heads + k * (n + 1) + i];
         }
     }
     /* The part of the row, and the place in it: 0 at its strongest signal, 1 at its weakest. */
-    x = log_F(size / drive);
+    x = log_F(size / (drive * strip->scale));
     if (x > head[0] || x < head[n]) {
         return status | (x > head[0] ? side->if_strong : side->if_weak);
     }
@@ -88,13 +88,19 @@ int vibrissa_locate_F(REAL drive, REAL signal, REAL zero, REAL *distance_mm, REA
     if (s >= from[1] && s <= from[2]) {
         status |= VIBRISSA_AMBIGUOUS;
     }
-    k = (int)(s * (REAL)strip->cells);
-    k = (k < 1) ? 0 : (k > strip->cells - 2) ? strip->cells - 3 : k - 1;
-    t = s * (REAL)strip->cells - (REAL)k;
-    for (j = 0; j < strip->rows; j++) {
-        i = strip->values + 2 * ((j * strip->parts + part) * (strip->cells + 1) + k);
-        a += weight[j] * cubic_F(table + i, t);
-        sigma += weight[j] * cubic_F(table + i + 1, t);
+    /* By a polynomial through the points around it. */
+    first = (int)(s * (REAL)strip->cells) + 1 - @POINTS / 2;
+    first = (first < 0) ? 0 : (first > strip->cells + 1 - @POINTS) ? strip->cells + 1 - @POINTS : first;
+    for (i = 0; i < @POINTS; i++) {
+        node[i] = (REAL)i;
+    }
+    weights_F(node, @POINTS, s * (REAL)strip->cells - (REAL)first, point);
+    for (k = 0; k < strip->rows; k++) {
+        value = table + strip->values + 2 * ((k * strip->parts + part) * (strip->cells + 1) + first);
+        for (i = 0; i < @POINTS; i++) {
+            a += row[k] * point[i] * value[2 * i];
+            sigma += row[k] * point[i] * value[2 * i + 1];
+        }
     }
     sigma /= s;
     slack = @BEYOND * sigma;
