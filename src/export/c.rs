@@ -156,7 +156,7 @@ impl Export<'_> {
             "sigma        noise of one reading ({noise:.3e} {common}), of the calibration, bias; {BEYOND} sigma beyond the distances is outside"
         ));
         lines.push(format!("error        to `vibrissa locate`, measured: up to {}", self.off));
-        lines.push("             next to the peak of the signal more; float: 1e-4 mm more".to_owned());
+        lines.push("             next to the peak of the signal more; float: 5e-5 mm more".to_owned());
         lines.push(format!("data         {}, SHA-256 {}", harmless(&c.data.file), harmless(&c.data.hash)));
         lines.push(format!("calibration  SHA-256 {}\n*/", harmless(&c.checksum)));
         lines.join("\n").replace('\n', "\n   ").replace("   \n", "\n").replace("\n   */", "\n*/")

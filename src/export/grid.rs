@@ -104,10 +104,13 @@ impl Off {
 impl fmt::Display for Off {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [share, sigma, a, b] = [SHARE, self.sigma, self.rest[0], self.rest[1]].map(|x| 100.0 * x);
-        write!(f, "{:.1e} mm or {share} % of sigma in the distance, {sigma:.2} % in sigma; ", self.distance)?;
+        if self.distance > 0.0 {
+            write!(f, "{:.1e} mm or ", self.distance)?;
+        }
+        let outside = "outside the calibration, or where sigma is above 5 % of the distance,";
         write!(
             f,
-            "outside the calibration, or where sigma is above 5 % of the distance: {a:.2} % of sigma, {b:.2} % in sigma"
+            "{share} % of sigma in the distance, {sigma:.2} % in sigma; {outside} {a:.1} % of sigma, {b:.1} % in sigma"
         )
     }
 }

@@ -15,9 +15,9 @@ const FADES: [f64; 2] = [0.15, 0.3];
 /// Of a whisker that is known, how far beyond, in ln a.
 const KNOWN: f64 = 1.2;
 /// A signal that is no more than so many standard deviations off has an answer.
-pub const FAR: f64 = 5.0;
+const FAR: f64 = 5.0;
 /// A posterior of this standard deviation in ln a is wide.
-pub const WIDE: f64 = 0.05;
+const WIDE: f64 = 0.05;
 /// Shares of a posterior: one standard deviation to either side of its middle.
 pub const QUANTILES: [f64; 3] = [0.158_655, 0.5, 0.841_345];
 /// Ends of the interval that holds it with 95 %.
@@ -186,7 +186,7 @@ fn continued(nodes: &[f64], table: &mut [Vec<[f64; 4]>], k: usize) {
 }
 
 /// Weights of Chebyshev's nodes of the first kind in the barycentric formula.
-pub fn node_weights(n: usize) -> impl Iterator<Item = f64> {
+fn node_weights(n: usize) -> impl Iterator<Item = f64> {
     let sign = |k: usize| if k.is_multiple_of(2) { 1.0 } else { -1.0 };
     (0..n).map(move |k| sign(k) * (std::f64::consts::PI * (k as f64 + 0.5) / n as f64).sin())
 }

@@ -36,19 +36,19 @@ pub use stroke::Stroke;
 /// Shared numbers that move no signal by more than this share of a variance count as noise.
 const SMALL: f64 = 1e-4;
 /// Standard deviations on either side of a mode that are looked at.
-pub const WINDOW: f64 = 6.0;
+const WINDOW: f64 = 6.0;
 /// Points of the polynomial between points.
-pub const NEAR: usize = 6;
+const NEAR: usize = 6;
 /// Taps at most among which one that contradicts the others is looked for.
 const JUDGED: usize = 256;
 /// Standard deviation in ln a that is as good as none: the distance is free where taps are compared.
-pub const FREE: f64 = 10.0;
+const FREE: f64 = 10.0;
 /// ln of the prior where no tap can be.
 const IMPOSSIBLE: f64 = -1e4;
 /// Mass below which a mode is none.
-pub const NONE: f64 = 1e-9;
+const NONE: f64 = 1e-9;
 /// Mass below which another mode is no answer.
-pub const SECOND: f64 = 0.05;
+const SECOND: f64 = 0.05;
 
 /// Signals of taps and what moves them, over ln a, at some drives.
 #[derive(Debug, Clone)]
