@@ -5,7 +5,7 @@
 //! rows; [`sweep`] does what the plan says, and [`chart`]
 //! spares it most taps. [`explain`] compares the effects of a model, [`verify`]
 //! the backends with the reference, `bench` speed with error. `reference` says what keys, columns and words mean. [`optimise`] searches designs, [`tap`] the angle of one whisker.
-//! [`measure`] reads what a rig recorded (`files`: its spec and its calibration, as TOML), [`calibrate`] judges it, [`locate`] answers new readings, [`export`] writes what answers them as C or Python, [`simulate`] makes synthetic ones.
+//! [`measure`] reads what a rig recorded (`files`: its spec and its calibration, as TOML), [`calibrate`] judges it, [`locate`] answers new readings, [`export`] writes what answers them as C, [`simulate`] makes synthetic ones.
 //! What is pure stands in the crate `vibrissa-core`, the kernels in `vibrissa-kernel`, where wgpu is used in `kernel::gpu` only, [`evaluate`],
 //! [`curve`] and [`statistics`] in `vibrissa-evaluate`, charts in `vibrissa-chart`.
 //! `docs/architecture.md` says where a thing belongs.

@@ -174,6 +174,7 @@ def test_readings_and_paths_are_named(tmp_path):
         (lambda: locator.table(None), "readings"),
         (lambda: locator.locate(calibration.designs), "reading"),
         (lambda: locator.export(3), "language"),
+        (lambda: locator.export("python"), "language"),
         (lambda: vibrissa.Locator(calibration, trust=np.ones(3)), "trust"),
         (lambda: calibration.save(3), "path"),
     ]:

@@ -179,10 +179,7 @@ def test_several_channels_are_calibrated_and_answer_together(tmp_path):
     found.save(tmp_path / "calibration.toml")
     again = pickle.loads(pickle.dumps(vibrissa.Calibration.load(tmp_path / "calibration.toml")))
     assert again.locate(3.0, tap).distance_mm == at.distance_mm
-    scope = {"__name__": "robot"}
-    exec(locator.export("python"), scope)
-    assert abs(scope["locate"](3.0, list(tap))[0] - at.distance_mm) < 1e-4
-    wrong = [lambda: locator.locate(3.0, tap[:1]), lambda: locator.locate(3.0, dict(force_N=1.0)), lambda: locator.next([]), lambda: vibrissa.Locator(found, zero=1.0)]
+    wrong = [lambda: locator.export(), lambda: locator.locate(3.0, tap[:1]), lambda: locator.locate(3.0, dict(force_N=1.0)), lambda: locator.next([]), lambda: vibrissa.Locator(found, zero=1.0)]
     for call in wrong:
         with pytest.raises(vibrissa.InputError):
             call()

@@ -108,7 +108,7 @@ class Locator:
 
     def __getattr__(self, name: str) -> Any:
         if name == "_native" and self.__dict__.get("_several") is not None:
-            raise InputError("the calibration is of several channels", key="calibration", value=", ".join(self.channels), allowed="locate, table, expected, export; a calibration of one signal")
+            raise InputError("the calibration is of several channels", key="calibration", value=", ".join(self.channels), allowed="locate, table, expected; a calibration of one signal")
         raise AttributeError(name)
 
     def __getstate__(self) -> tuple[Any, ...]:
@@ -320,14 +320,11 @@ class Locator:
             return np.array(self._several.expected(number("a", a, "mm"), number("drive", drive, unit_of_column(self._several.drive)), number("sign", sign)))
         return self._native.expected(number("a", a, "mm"), number("drive", drive, self._units()[0]), number("sign", sign))
 
-    def export(self, language: str, taps: Sequence[float] = ()) -> str:
-        """What answers readings as one file without dependencies: ``"c"`` (C99) or ``"python"``; with 2 to 12 drives as ``taps`` also what the
-        taps of one object by these drives, in this order, tell together."""
-        if self._several:
-            if len(taps):
-                raise InputError("the file answers one tap of several channels", key="taps", value=repr(taps), allowed="()")
-            return self._several.export(word("language", language))
-        return self._native.export(word("language", language), [float(u) for u in taps])
+    def export(self, language: str = "c") -> str:
+        """What answers readings as one file of C99 without dependencies, for a robot."""
+        if word("language", language) != "c":
+            raise InputError("this is gone" if language == "python" else "unknown language", key="language", value=language, allowed='"c"; in Python, Locator itself')
+        return self._native.export()
 
     def _pair(self, readings: Any) -> tuple[Any, Any]:
         """Drives and signals where one thing holds both, or only signals."""

@@ -15,8 +15,8 @@ use crate::sink::table::{AtDistance, AtDrive, Field, Table, fields};
 use crate::status::Status;
 
 /// Names of the files that there may be beside run.json.
-pub const FILES: [&str; 7] =
-    ["calibration.toml", "K_table.csv", "designs.csv", "distances.csv", "rows.csv", "locate.c", "locate.py"];
+pub const FILES: [&str; 6] =
+    ["calibration.toml", "K_table.csv", "designs.csv", "distances.csv", "rows.csv", crate::export::FILE];
 
 /// Writes all files; `run` is run.json, `locator` answers with the estimator that won.
 ///

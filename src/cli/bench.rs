@@ -53,7 +53,7 @@ pub fn run(args: &Bench) -> Result<Reply, Error> {
     let (begun, steps) = (Instant::now(), settings.steps(&places));
     let (settings, places) = (Arc::new(settings), Arc::new(places));
     let scratch = folder.scratch()?;
-    let (measured, done) = measured(&settings, &places, scratch.path(), &Steps::new(steps as u64, quiet))?;
+    let (measured, done) = measured(&settings, &places, &scratch, &Steps::new(steps as u64, quiet))?;
     drop(scratch);
     let stopped = (done < steps).then_some([done, steps]);
     let kept = stopped.is_none() || (!measured.is_empty() && (force || !interrupt::is_whole(folder.older())));

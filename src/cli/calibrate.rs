@@ -6,7 +6,7 @@ use std::time::Instant;
 use serde_json::json;
 use vibrissa::calibrate::{self, Options, coverage, output, report, several};
 use vibrissa::error::{Error, InputError};
-use vibrissa::export::{Export, Language, proposing};
+use vibrissa::export::{Export, FILE};
 use vibrissa::locate::{Calibration, Locator, locator::opener};
 use vibrissa::measure::{Data, Names, Rig};
 use vibrissa::scene::{Drive, RunOptions, Spec};
@@ -83,7 +83,7 @@ pub(super) fn begin(
     let identity = hash(&format!("{digest}\n{}\n{:?}{:?}{:?}", spec.text, args.theta, args.delta, args.fit));
     let stem = super::stem(&args.data, "calibration");
     let out = super::folder(run.out.as_ref(), &stem, "calibrate");
-    let of = json!({ "data": digest, "theta": format!("{:?}", args.theta), "delta": format!("{:?}", args.delta), "fit": args.fit, "columns": args.columns, "run": args.run, "group": args.group, "export": export_names(args), "taps": args.taps, "estimator": args.estimator.map(|e| e.name()) });
+    let of = json!({ "data": digest, "theta": format!("{:?}", args.theta), "delta": format!("{:?}", args.delta), "fit": args.fit, "columns": args.columns, "run": args.run, "group": args.group, "export": args.export, "estimator": args.estimator.map(|e| e.name()) });
     let mut question = Question { name: stem, ..Question::of_scene("calibrate", spec, of) };
     question.inputs.push(args.data.clone());
     let group = calibrate::widths(&args.group)?;
@@ -92,7 +92,7 @@ pub(super) fn begin(
 }
 
 /// Why there is no exported program: the calibration is written also where none can be made of it.
-pub(super) fn beside(exported: Result<(), Error>) -> Result<Option<InputError>, Error> {
+fn beside(exported: Result<(), Error>) -> Result<Option<InputError>, Error> {
     match exported {
         Err(Error::Input(e)) => {
             Ok(Some(InputError { message: format!("{} (the calibration is written)", e.message), ..e }))
@@ -101,7 +101,7 @@ pub(super) fn beside(exported: Result<(), Error>) -> Result<Option<InputError>, 
     }
 }
 
-/// Writes the files of `--export`, if there are any: `calibration` as `--estimator` answers, or as `won`, the one that it chose.
+/// Writes the file of `--export`, if it was asked for: `calibration` as `--estimator` answers, or as `won`, the one that it chose.
 fn exported(
     args: &Calibrate,
     calibration: &Calibration,
@@ -109,25 +109,14 @@ fn exported(
     options: &RunOptions,
     folder: &mut Folder,
 ) -> Result<(), Error> {
-    if args.export.is_empty() {
+    if args.export.is_none() {
         return Ok(());
     }
-    let open = opener(options);
     let calibration = calibration.clone().sealed();
-    let asked = |e| Locator::new(&calibration, "calibration.toml", Some(e), &open);
+    let asked = |e| Locator::new(&calibration, "calibration.toml", Some(e), &opener(options));
     let asked = args.estimator.map(asked).transpose()?;
-    let export = Export::new(asked.as_ref().unwrap_or(won), &calibration);
-    let export = export.map_err(|e| proposing(e, &calibration, &open))?;
-    let export = if args.taps.is_empty() { export } else { export.with_taps(&args.taps)? };
-    for (_, language, _) in Language::ALL.into_iter().filter(|l| args.export.contains(&l.1)) {
-        folder.put(language.file(), export.text(language).as_bytes())?;
-    }
-    Ok(())
-}
-
-/// Languages of `--export`, by their words.
-fn export_names(args: &Calibrate) -> Vec<&'static str> {
-    Language::ALL.into_iter().filter(|l| args.export.contains(&l.1)).map(|l| l.0).collect()
+    let export = Export::new(asked.as_ref().unwrap_or(won), &calibration)?;
+    folder.put(FILE, export.text().as_bytes())
 }
 
 /// The whisker of `--whisker`, or one of which nothing is known.

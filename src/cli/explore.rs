@@ -120,7 +120,7 @@ fn write(out: &Path, page: &str) -> Result<(), Error> {
     let written = File::create(&beside)
         .and_then(|mut file| file.write_all(page.as_bytes()).and_then(|()| file.sync_all()))
         .and_then(|()| std::fs::rename(&beside, out));
-    unfinished.settle();
+    drop(unfinished);
     written.map_err(|e| {
         let _ = std::fs::remove_file(&beside);
         failed(e)

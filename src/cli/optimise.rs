@@ -32,7 +32,7 @@ use super::say::{grouped, rough};
 use super::sweep::where_and_why;
 
 /// What to say of a search that a signal ended.
-const KEPT: &str = "interrupted; the best so far is written, and --resume continues";
+const KEPT: &str = "interrupted; the best so far is written";
 
 /// Reads the spec and searches, or says what would be searched.
 pub fn run(args: &Optimise) -> Result<Reply, Error> {
@@ -57,18 +57,9 @@ pub fn run(args: &Optimise) -> Result<Reply, Error> {
     if !quiet {
         say::line(headline(&spec, &search, &choice));
     }
-    let target = Target {
-        out: &out,
-        force: options.force == Some(true),
-        resume: args.resume,
-        stop: interrupt::stop_and_keep(),
-    };
+    let target = Target { out: &out, force: options.force == Some(true), stop: interrupt::stop_and_keep() };
     let asked = (&choice, &options, needed);
     let report = optimise::run_needed(&spec, &search, asked, &target, &mut Shown::new(quiet))?;
-    if report.discarded > 0 && !quiet {
-        let by = if target.force { "--force" } else { "the new search" };
-        say::line(format_args!("{by} discarded an unfinished search of {} evaluations", report.discarded));
-    }
     Ok(Reply {
         answer: answer_of(&out),
         text: summary(&spec, &search, &report),
@@ -109,9 +100,9 @@ fn sought(search: &Search) -> &'static str {
 fn ending(ended: Ended) -> &'static str {
     match ended {
         Ended::Converged => "ended because several starts found the same, or all starts were made",
-        Ended::Evaluations => "ended with its evaluations spent: continue with a larger budget and --resume",
-        Ended::Seconds => "ended with its seconds spent: --resume continues",
-        Ended::Interrupted => "ended by a signal: --resume continues",
+        Ended::Evaluations => "ended with its evaluations spent: a larger budget searches on",
+        Ended::Seconds => "ended with its seconds spent: a larger budget searches on",
+        Ended::Interrupted => "ended by a signal",
     }
 }
 

@@ -216,17 +216,45 @@ fn render(error: &Error) -> String {
     renderer.term_width(160).render(&[Level::ERROR.primary_title(&said).element(lines)])
 }
 
+/// What is gone: command, flag (and the word of its list, where others stay), and what to use in its place.
+const GONE: [(&str, &str, &str); 3] = [
+    ("calibrate", "--export python", "`import vibrissa` in Python, --export c for firmware"),
+    ("calibrate", "--taps", "locate --same or --object; the exported program answers one tap"),
+    ("optimise", "--resume", "the same command without it: a search lasts seconds, and finds the same again"),
+];
+
+/// The error of a flag that is gone, or of a word of its list.
+fn gone(command: &str, e: &clap::Error) -> Option<Error> {
+    let said = |kind| match e.get(kind) {
+        Some(ContextValue::String(text)) => text.as_str(),
+        _ => "",
+    };
+    let flag = said(ContextKind::InvalidArg).split(' ').next()?;
+    let value = said(ContextKind::InvalidValue);
+    let is = |what: &str| match what.split_once(' ') {
+        Some((of, word)) => of == flag && value.split(',').any(|v| v == word),
+        None => what == flag,
+    };
+    let (_, _, instead) = GONE.iter().find(|(of, what, _)| *of == command && is(what))?;
+    let error = InputError::new("this is gone").key(flag).allowed(*instead);
+    Some(InputError { value: Some(value.to_owned()).filter(|v| !v.is_empty()), ..error }.into())
+}
+
 /// A command line that cannot be understood, or a request for help.
 pub fn usage(e: &clap::Error) -> u8 {
     if !e.use_stderr() {
         let flushed = e.print().and_then(|()| std::io::Write::flush(&mut std::io::stdout()));
         return taken(flushed).map_or(1, |()| 0);
     }
+    let command = std::env::args_os().nth(1).map(|a| a.to_string_lossy().into_owned());
+    let command = command.filter(|a| !a.starts_with('-')).unwrap_or_default();
+    if let Some(error) = gone(&command, e) {
+        to(&command);
+        return failure(&error);
+    }
     if json() {
         let text = e.to_string();
         let message = text.lines().next().unwrap_or_default().trim_start_matches("error: ").to_owned();
-        let command = std::env::args_os().nth(1).map(|a| a.to_string_lossy().into_owned());
-        let command = command.filter(|a| !a.starts_with('-')).unwrap_or_default();
         let said = |kind| match e.get(kind) {
             Some(ContextValue::String(text)) => Some(text.clone()),
             _ => None,

@@ -4,21 +4,20 @@ use std::time::Instant;
 
 use serde_json::json;
 use vibrissa::calibrate::report;
-use vibrissa::calibrate::several::{Calibration, several};
+use vibrissa::calibrate::several::several;
 use vibrissa::error::{Error, InputError};
-use vibrissa::export::{Language, together::Export};
-use vibrissa::locate::{Several, locator::opener};
+use vibrissa::locate::locator::opener;
 use vibrissa::measure::{Names, Rig};
-use vibrissa::scene::{Drive, RunOptions, Spec};
+use vibrissa::scene::{Drive, Spec};
 use vibrissa::sink::folder::Folder;
 
 use super::args::Calibrate;
-use super::calibrate::{Begun, begin, beside};
+use super::calibrate::{Begun, begin};
 use super::reply::Reply;
 use super::say;
 
 /// Files of a calibration.
-const FILES: [&str; 4] = ["calibration.toml", "channels.csv", "locate.c", "locate.py"];
+const FILES: [&str; 2] = ["calibration.toml", "channels.csv"];
 
 /// Calibrates the channels of `rig`, the whisker of `spec`, from `bytes`.
 pub fn calibrate(
@@ -29,8 +28,8 @@ pub fn calibrate(
 ) -> Result<Reply, Error> {
     let label = args.data.display().to_string();
     let best = "nothing: each channel is answered by the best of its own";
-    let taps = "nothing: the file answers one tap of several channels";
-    let one = [("--estimator", args.estimator.is_some(), best), ("--taps", !args.taps.is_empty(), taps)];
+    let export = "nothing: `vibrissa locate`, or `import vibrissa` in Python, answers several channels";
+    let one = [("--estimator", args.estimator.is_some(), best), ("--export", args.export.is_some(), export)];
     of_one_signal(&one)?;
     let Begun { asked, identity, out, question } = begin(args, bytes, (rig, spec), said)?;
     let quiet = asked.run.quiet == Some(true);
@@ -45,31 +44,12 @@ pub fn calibrate(
     found.sensor.check(&opener(&asked.run))?;
     folder.put("calibration.toml", found.sensor.to_text().as_bytes())?;
     folder.put("channels.csv", &found.table()?)?;
-    let refused = beside(exported(args, &found, &asked.run, &mut folder))?;
     let (text, result, counts) = (found.text(), found.result(), found.counts());
     let seconds = json!({ "total": start.elapsed().as_secs_f64() });
     let document =
         report::document(spec, &identity, (&found.data[0], &asked.hash), [&counts, &seconds, &result]);
-    let reply = Reply { text, counts, seconds, result, quiet, refused, ..Reply::default() };
+    let reply = Reply { text, counts, seconds, result, quiet, ..Reply::default() };
     Ok(reply.filed(folder, &document, (out, start))?.answered())
-}
-
-/// Writes the files of `--export`, if there are any.
-fn exported(
-    args: &Calibrate,
-    found: &Calibration,
-    options: &RunOptions,
-    folder: &mut Folder,
-) -> Result<(), Error> {
-    if args.export.is_empty() {
-        return Ok(());
-    }
-    let several = Several::new(&found.sensor, "calibration.toml", &opener(options))?;
-    let export = Export::new(&several, &found.sensor)?;
-    for (_, language, _) in Language::ALL.into_iter().filter(|l| args.export.contains(&l.1)) {
-        folder.put(language.file(), export.text(language).as_bytes())?;
-    }
-    Ok(())
 }
 
 /// Refuses options that are said of one signal: each with whether it was said, and what is allowed.

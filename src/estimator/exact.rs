@@ -248,14 +248,6 @@ impl Answers for Inverted {
 }
 
 impl Forward for Exact {
-    fn knots(&self, _: f64) -> Vec<f64> {
-        self.knots()
-    }
-
-    fn expected(&self, a: f64, drive: f64) -> f64 {
-        self.expected(a, drive)
-    }
-
     fn variance(&self, a: f64, drive: f64) -> f64 {
         self.variance(a, drive)
     }

@@ -91,21 +91,8 @@ impl<'a> Shape<'a> {
     }
 }
 
-/// The signal that an estimator expects, and where that is smooth.
+/// How sure an estimator is of the signal that it expects.
 pub trait Forward {
-    /// Distances, ascending, mm, between which [`Self::expected`] is smooth at drives near `drive`. The first and the last are the ends of
-    /// what is answered; the last may be infinite.
-    fn knots(&self, drive: f64) -> Vec<f64>;
-
-    /// |signal| expected of a tap at a (mm) by `drive`.
-    fn expected(&self, a: f64, drive: f64) -> f64;
-
-    /// Its variance, which the noise of the calibration leaves.
+    /// Variance of the signal expected of a tap at a (mm) by `drive`, which the noise of the calibration leaves.
     fn variance(&self, a: f64, drive: f64) -> f64;
-
-    /// Share of the signal at the farthest distance, 0 to 1, above which a distance on the near side of the peak is ambiguous although no other
-    /// one is known.
-    fn alone(&self) -> f64 {
-        1.0
-    }
 }

@@ -200,11 +200,6 @@ impl Inverted {
         stretched(told.a, told.ends, longer)
     }
 
-    /// Whether those stand above a zero that was read.
-    pub fn plain_is_tared(&self) -> bool {
-        self.zero_read
-    }
-
     /// What answers readings that have no zero beside that of the calibration, and that zero.
     pub fn plain(&self) -> (&Inverse, f64) {
         let inverse = self.inverse[usize::from(self.zero_read)].as_ref().expect("it was made");
@@ -230,11 +225,11 @@ impl Answers for Inverted {
         let (tared, y, of_zero) = self.read(reading, share);
         let inverse = self.of(tared);
         let found = inverse.at(drive, same_run).find(y, of_zero).map_err(why)?;
-        let Answer { a, near, slope, variance, sigma, ends } = found;
+        let Answer { a, near, slope, variance, sigma, ends, wide } = found;
         let mut weights = Weights::default();
         weights.add(1.0, [y, slope * a], share);
         let longer = self.curve.longer(weights, (sigma * slope).powi(2), tared, same_run);
-        Ok(Found { a, near, slope, variance, sigma, ends: stretched(a, ends, longer) })
+        Ok(Found { a, near, slope, variance, sigma, ends: stretched(a, ends, longer), wide })
     }
 
     fn expected(&self, a: f64, drive: f64) -> f64 {

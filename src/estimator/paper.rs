@@ -131,19 +131,7 @@ impl Answers for Paper {
 }
 
 impl Forward for Paper {
-    fn knots(&self, _: f64) -> Vec<f64> {
-        self.knots()
-    }
-
-    fn expected(&self, a: f64, drive: f64) -> f64 {
-        self.expected(a, drive)
-    }
-
     fn variance(&self, a: f64, drive: f64) -> f64 {
         self.variance(a, drive)
-    }
-
-    fn alone(&self) -> f64 {
-        self.alone()
     }
 }

@@ -6,7 +6,7 @@ use super::pair::Twofold;
 use crate::backend::Choice;
 use crate::error::{Error, InputError};
 use crate::estimator::model::exact::Opener;
-use crate::estimator::model::{SAME, between};
+use crate::estimator::model::{Found, SAME, between};
 use crate::estimator::{ALL, Estimator, Known, Opening, PAPER, Shape, named};
 use crate::evaluate::Method;
 use crate::measure::counts::wrapped;
@@ -222,11 +222,6 @@ impl Locator {
         self.sides.first().map_or(f64::NAN, of)
     }
 
-    /// Standard deviation of one reading above a zero that is known, with that of the zero of the calibration.
-    pub(crate) fn spread(&self) -> f64 {
-        self.noise.hypot(self.of_zero.sqrt())
-    }
-
     /// Variance of the zero of the calibration.
     pub(crate) fn of_zero(&self) -> f64 {
         self.of_zero
@@ -253,20 +248,32 @@ impl Locator {
         };
         let side = &self.sides[side];
         let known = Known { share, same_run: self.same_run };
-        let found = match side.answers.find(drive, signal, known) {
+        let (found, sigma) = match self.on_side(side, drive, signal, known) {
             Ok(found) => found,
             Err(why) => return Located::nothing(status | why),
         };
-        let bias = between(&side.drives, &side.bias, drive);
-        let of_reading = (self.noise * self.noise * (1.0 + share) + self.of_zero + found.variance)
-            / (found.slope * found.slope);
-        let sigma = if found.sigma.is_finite() { found.sigma } else { (of_reading + bias * bias).sqrt() };
-        if !sigma.is_finite() || !found.a.is_finite() {
-            return Located::nothing(status | Status::NO_ROOT);
-        }
         status |= side.doubts(found.a, found.near, sigma);
         let normal = Located::normal(found.a, sigma, status);
         if found.ends[0].is_finite() { Located { interval: found.ends, ..normal } } else { normal }
+    }
+
+    /// What `side` makes of a tap by this drive, from its origin, with this |signal|; with the standard deviation of the distance, mm.
+    ///
+    /// # Errors
+    /// Why there is no distance.
+    pub(crate) fn on_side(
+        &self,
+        side: &Opened,
+        drive: f64,
+        signal: f64,
+        known: Known,
+    ) -> Result<(Found, f64), Status> {
+        let found = side.answers.find(drive, signal, known)?;
+        let bias = between(&side.drives, &side.bias, drive);
+        let of_reading = (self.noise * self.noise * (1.0 + known.share) + self.of_zero + found.variance)
+            / (found.slope * found.slope);
+        let sigma = if found.sigma.is_finite() { found.sigma } else { (of_reading + bias * bias).sqrt() };
+        if sigma.is_finite() && found.a.is_finite() { Ok((found, sigma)) } else { Err(Status::NO_ROOT) }
     }
 
     /// What is asked by a tap of this drive, as it is recorded, with this tared signal.

@@ -18,13 +18,8 @@ use crate::sink::shard::Shard;
 const FRONT: &str = "pareto.csv";
 
 /// Counts of a search.
-const COUNTS: [&str; 5] = [
-    "counts.evaluations",
-    "counts.evaluations_resumed",
-    "counts.evaluations_sensitivity",
-    "counts.taps",
-    "counts.starts",
-];
+const COUNTS: [&str; 4] =
+    ["counts.evaluations", "counts.evaluations_sensitivity", "counts.taps", "counts.starts"];
 
 /// A finished search.
 struct Part {

@@ -9,8 +9,7 @@
 //! # Practice
 //! Several starts ([`global`]): a particle swarm of argmin on the asked backend, one step one batch ([`swarm`]), then
 //! a polish of its best distinct candidates in f64, run by argmin too ([`mod@polish`]). Starts grow, and end when several
-//! found the same. Everything is a deterministic function of spec and seed given the scores, which a [`journal`]
-//! keeps: `--resume` replays them.
+//! found the same. Everything is a deterministic function of spec and seed given the scores: a search that was stopped is made anew.
 //!
 //! # Cost
 //! About 1 000 evaluations in the first start, 9 000 in the fourth and later ones; a polish takes some 15 steps of 2k + k(k − 1)/2 + 3
@@ -23,7 +22,6 @@ mod charted;
 pub mod evaluate;
 pub mod front;
 pub mod global;
-pub mod journal;
 mod judge;
 pub mod polish;
 pub mod quadratic;

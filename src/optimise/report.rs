@@ -58,12 +58,8 @@ pub struct Report {
     pub ended: Ended,
     /// Starts made, each a swarm.
     pub starts: u32,
-    /// Evaluations made, and how many of them an earlier part of the search made.
+    /// Evaluations made.
     pub evaluations: u64,
-    /// Evaluations taken over with `--resume`.
-    pub replayed: u64,
-    /// Evaluations of an older, unfinished search in whose place this one began anew.
-    pub discarded: u64,
     /// Taps of one evaluation.
     pub taps_each: usize,
     /// Seconds: all, and of the search alone.

@@ -13,21 +13,20 @@ use super::charted::{readers, wanted};
 use super::evaluate::Scorer;
 use super::front::{self, Front};
 use super::global::{self, STARTS};
-use super::journal::Journal;
 use super::report::{self, Alarm, Design, Report, unit};
 use super::score::{Goal, Limit};
 use super::sensitivity;
 use super::session::{Ended, Found, Session, Stage, Watch};
 use super::variables::Variables;
 use super::write;
-use crate::backend::{Backend, Choice};
+use crate::backend::Choice;
 use crate::curve::both;
 use crate::error::{Error, InputError};
 use crate::needed::{ComparedRows, Needed, Row};
 use crate::plan::TRIED;
 use crate::progress::NEVER;
 use crate::scene::search::{Objective, Search};
-use crate::scene::{BackendChoice, Model, Precision, RunOptions, Spec, Tuple};
+use crate::scene::{BackendChoice, Precision, RunOptions, Spec, Tuple};
 use crate::sink::folder::{Folder, Question, Written};
 
 /// Strain tolerance of the polish.
@@ -47,8 +46,6 @@ pub struct Target<'a> {
     pub out: &'a Path,
     /// Replace another spec's result.
     pub force: bool,
-    /// Go on with an unfinished search.
-    pub resume: bool,
     /// Set from outside to end it with the best so far.
     pub stop: &'a AtomicBool,
 }
@@ -79,22 +76,6 @@ pub fn precise(options: &RunOptions) -> Result<Choice, Error> {
     Ok(choice)
 }
 
-/// Everything of which the scores of a search are a function; `model` is that of its swarms.
-fn identity(spec: &Spec, model: &Model, backends: [&Backend; 2]) -> String {
-    let free = ["run.", "output.", "optimise.budget"];
-    let mut text = format!("{}\n{model:?}\n{:?}\n", env!("CARGO_PKG_VERSION"), spec.study.space);
-    for (key, value, _) in spec.in_force.iter().filter(|(key, ..)| !free.iter().any(|f| key.starts_with(f))) {
-        text += &format!("{key} = {value}\n");
-    }
-    for b in backends {
-        text += &format!(
-            "{} {:?} {:?} {} {:?} {:?}\n",
-            b.name, b.adapter, b.driver, b.precision, b.tolerance, b.instructions
-        );
-    }
-    text
-}
-
 /// Searches, and writes `best.toml`, `history.csv`, `sensitivity.csv`, `run.json` and, for a front, `pareto.csv`.
 pub fn run(
     spec: &Spec,
@@ -117,7 +98,7 @@ pub fn run_needed(
     let fresh = !target.out.exists();
     let result = whole(spec, search, (choice, options, needed), target, watch);
     if result.is_err() && fresh {
-        // A folder that only this search made, and in which nothing is left to resume.
+        // A folder that only this search made.
         let _ = std::fs::remove_dir(target.out);
     }
     result
@@ -149,27 +130,15 @@ fn whole(
 ) -> Result<Report, Error> {
     spec.study.space.layout().ok_or_else(no_axes)?;
     let precise = precise(options)?;
-    let backends = [&choice.backend, &precise.backend];
-    let question = Question { goes_on: target.resume, ..Question::of_scene("optimise", spec, Value::Null) };
+    let question = Question::of_scene("optimise", spec, Value::Null);
     let names = write::names(search.objective);
     let folder = Folder::open(target.out, question, &names, target.force)?;
-    let model = needed.as_ref().map_or(&spec.study.setup, Needed::setup).model;
-    let journal = Journal::new(target.out, &identity(spec, &model, backends), target.resume, target.force)?;
-    let discarded = journal.discarded;
-    let mut folder = Some(folder);
-    let mut keep = |report: &mut Report| {
-        report.discarded = discarded;
-        // No other search begins here before this one's journal is closed.
-        let written = folder.take().map(|folder| write::all(spec, search, report, folder)).transpose()?;
-        let files = written.as_ref().map(|w| (w.files.clone(), w.removed.clone()));
-        (report.files, report.removed) = files.unwrap_or_default();
-        Ok(written)
-    };
-    let steered = (target.stop, Some(journal), watch);
-    search_with(spec, search, ([choice, &precise], needed), steered, &mut keep)
+    let report = search_with(spec, search, ([choice, &precise], needed), (target.stop, watch))?;
+    let Written { files, removed } = write::all(spec, search, &report, folder)?;
+    Ok(Report { files, removed, ..report })
 }
 
-/// As [`run_needed`], where nothing is written and nothing can be resumed; `stop`, set from outside, ends the search with the best so far.
+/// As [`run_needed`], where nothing is written; `stop`, set from outside, ends the search with the best so far.
 ///
 /// # Errors
 /// Limits that no design keeps, an end before any did; a backend that fails.
@@ -181,21 +150,17 @@ pub fn find(
     watch: &mut dyn Watch,
 ) -> Result<Report, Error> {
     let choices = [choice, &precise(options)?];
-    search_with(spec, search, (choices, needed), (stop, None, watch), &mut |_| Ok(None))
+    search_with(spec, search, (choices, needed), (stop, watch))
 }
-
-/// Keeps a report where results are kept, and holds the lock of that place.
-type Keep<'k> = dyn FnMut(&mut Report) -> Result<Option<Written>, Error> + 'k;
 
 fn search_with(
     spec: &Spec,
     search: &Search,
     choices: ([&Choice; 2], Option<Needed>),
-    (stop, journal, watch): (&AtomicBool, Option<Journal>, &mut dyn Watch),
-    keep: &mut Keep<'_>,
+    (stop, watch): (&AtomicBool, &mut dyn Watch),
 ) -> Result<Report, Error> {
     report::watched(stop, search.budget.seconds, |alarm| {
-        under_alarm(spec, search, choices, (stop, alarm, journal, watch), keep)
+        under_alarm(spec, search, choices, (stop, alarm, watch))
     })
 }
 
@@ -203,8 +168,7 @@ fn under_alarm(
     spec: &Spec,
     search: &Search,
     ([choice, precise], mut needed): ([&Choice; 2], Option<Needed>),
-    (stop, alarm, journal, watch): (&AtomicBool, &Alarm, Option<Journal>, &mut dyn Watch),
-    keep: &mut Keep<'_>,
+    (stop, alarm, watch): (&AtomicBool, &Alarm, &mut dyn Watch),
 ) -> Result<Report, Error> {
     let begun = Instant::now();
     let (setup, layout) = (&spec.study.setup, spec.study.space.layout().ok_or_else(no_axes)?);
@@ -232,7 +196,7 @@ fn under_alarm(
     let scorers = [swarm(of_swarm(needed.as_ref()))?, scorer(precise, setup)?];
     let taps_each = scorers[0].taps();
     let goal = goal(search.objective);
-    let mut session = Session::new(scorers, &variables, goal, search.budget, (stop, alarm, journal, watch));
+    let mut session = Session::new(scorers, &variables, goal, search.budget, (stop, alarm, watch));
 
     let (ended, front, best) = loop {
         session.stop_by(&alarm.rings);
@@ -260,7 +224,6 @@ fn under_alarm(
     let search_seconds = session.seconds();
     if !goal.feasible(&best.score) {
         if ended == Ended::Converged {
-            session.close(ended)?;
             return Err(infeasible(setup, search, &best.score).into());
         }
         let closest = shortfall(setup, search, &best.score);
@@ -288,7 +251,7 @@ fn under_alarm(
     });
     let other = other.transpose()?;
     let binds = |&l: &Limit| best.score.limit(l) > BINDING[usize::from(l == Limit::Samples)];
-    let mut report = Report {
+    Ok(Report {
         files: Vec::new(),
         removed: Vec::new(),
         value: goal.value(&best.score),
@@ -297,8 +260,6 @@ fn under_alarm(
         ended,
         starts: session.swarms,
         evaluations: session.evaluations,
-        replayed: session.replayed,
-        discarded: 0,
         taps_each,
         seconds: [begun.elapsed().as_secs_f64() + before, search_seconds],
         chart,
@@ -309,10 +270,7 @@ fn under_alarm(
         front,
         backends: [choice.backend.clone(), precise.backend.clone()],
         history: std::mem::take(&mut session.history),
-    };
-    let _lock = keep(&mut report)?;
-    session.close(ended)?;
-    Ok(report)
+    })
 }
 
 /// Tuples that are listed leave nothing to vary.

@@ -4,7 +4,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use super::evaluate::Scorer;
-use super::journal::Journal;
 use super::report::Alarm;
 use super::score::{Goal, Score};
 use super::variables::Variables;
@@ -130,16 +129,13 @@ pub struct Session<'a> {
     begun: Instant,
     stop: &'a AtomicBool,
     alarm: &'a Alarm,
-    journal: Option<Journal>,
     watch: &'a mut dyn Watch,
     /// Start under way.
     pub start: u32,
     /// Swarms begun.
     pub swarms: u32,
-    /// Evaluations made, also those of an earlier part of the search.
+    /// Evaluations made.
     pub evaluations: u64,
-    /// Evaluations taken from the journal.
-    pub replayed: u64,
     /// Best of each step.
     pub history: Vec<Step>,
     /// Best of all, and best of the f64 ones.
@@ -155,7 +151,7 @@ impl<'a> Session<'a> {
         variables: &'a Variables,
         goal: Goal,
         budget: Budget,
-        (stop, alarm, journal, watch): (&'a AtomicBool, &'a Alarm, Option<Journal>, &'a mut dyn Watch),
+        (stop, alarm, watch): (&'a AtomicBool, &'a Alarm, &'a mut dyn Watch),
     ) -> Self {
         Self {
             swarm,
@@ -167,12 +163,10 @@ impl<'a> Session<'a> {
             begun: Instant::now(),
             stop,
             alarm,
-            journal,
             watch,
             start: 0,
             swarms: 0,
             evaluations: 0,
-            replayed: 0,
             history: Vec::new(),
             best: [None; 2],
             archive: Vec::new(),
@@ -200,42 +194,25 @@ impl<'a> Session<'a> {
         if take == 0 && !points.is_empty() {
             return Err(Halt::Ended(Ended::Evaluations));
         }
-        let known = match &mut self.journal {
-            Some(journal) => journal.replay(stage as u64, &points[..take])?,
-            None => None,
-        };
-        let scores = match known {
-            Some(scores) => {
-                self.replayed += take as u64;
-                scores
+        // However slow the machine, there is an answer.
+        let spent = |s| self.evaluations > 0 && self.begun.elapsed().as_secs_f64() >= s;
+        if self.budget.seconds.is_some_and(spent) {
+            return Err(Halt::Ended(Ended::Seconds));
+        }
+        let stop = self.stop;
+        let on = || !stop.load(Ordering::Relaxed);
+        let scores = match self.scorer(stage).scores_while(&points[..take], &on) {
+            Err(Error::Solve(SolveError::Stopped)) => {
+                let asked = stop.load(Ordering::Relaxed);
+                return Err(Halt::Ended(if asked { Ended::Interrupted } else { Ended::Seconds }));
             }
-            None => {
-                // However slow the machine, there is an answer.
-                let spent = |s| self.evaluations > 0 && self.begun.elapsed().as_secs_f64() >= s;
-                if self.budget.seconds.is_some_and(spent) {
-                    return Err(Halt::Ended(Ended::Seconds));
-                }
-                let stop = self.stop;
-                let on = || !stop.load(Ordering::Relaxed);
-                let scores = match self.scorer(stage).scores_while(&points[..take], &on) {
-                    Err(Error::Solve(SolveError::Stopped)) => {
-                        let asked = stop.load(Ordering::Relaxed);
-                        return Err(Halt::Ended(if asked { Ended::Interrupted } else { Ended::Seconds }));
-                    }
-                    scores => scores?,
-                };
-                if scores.len() < take {
-                    self.evaluations += scores.len() as u64;
-                    self.note(stage, &points[..scores.len()], &scores);
-                    return Err(Halt::Ended(Ended::Interrupted));
-                }
-                // A cut batch would come out in another packing when the search goes on: it is scored again then.
-                if let Some(journal) = self.journal.as_mut().filter(|_| take == points.len()) {
-                    journal.append(stage as u64, points, &scores)?;
-                }
-                scores
-            }
+            scores => scores?,
         };
+        if scores.len() < take {
+            self.evaluations += scores.len() as u64;
+            self.note(stage, &points[..scores.len()], &scores);
+            return Err(Halt::Ended(Ended::Interrupted));
+        }
         self.evaluations += take as u64;
         self.note(stage, &points[..take], &scores);
         if take < points.len() { Err(Halt::Ended(Ended::Evaluations)) } else { Ok(scores) }
@@ -326,13 +303,5 @@ impl<'a> Session<'a> {
     /// Seconds since the search began.
     pub fn seconds(&self) -> f64 {
         self.begun.elapsed().as_secs_f64()
-    }
-
-    /// Ends the journal; it is kept where the search can go on.
-    pub fn close(&mut self, ended: Ended) -> Result<(), Error> {
-        match self.journal.take().filter(|_| ended == Ended::Converged) {
-            Some(journal) => journal.remove(),
-            None => Ok(()),
-        }
     }
 }

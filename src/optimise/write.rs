@@ -70,7 +70,6 @@ pub fn document(spec: &Spec, search: &Search, report: &Report) -> Value {
 pub fn counts(report: &Report) -> Value {
     json!({
         "evaluations": report.evaluations,
-        "evaluations_resumed": report.replayed,
         "evaluations_sensitivity": report.sensitivity.evaluations,
         "taps": report.evaluations * report.taps_each as u64,
         "starts": report.starts,
@@ -79,8 +78,7 @@ pub fn counts(report: &Report) -> Value {
 
 /// How long it took; the rate is that of this run.
 pub fn seconds(report: &Report) -> Value {
-    let made = (report.evaluations - report.replayed) as f64;
-    let mut seconds = json!({ "total": report.seconds[0], "search": report.seconds[1], "evaluations_per_second": made / report.seconds[1].max(1e-9) });
+    let mut seconds = json!({ "total": report.seconds[0], "search": report.seconds[1], "evaluations_per_second": report.evaluations as f64 / report.seconds[1].max(1e-9) });
     if let Some(chart) = report.chart {
         seconds["chart"] = chart.into();
     }

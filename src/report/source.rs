@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::table::Table;
 use crate::error::{Error, InputError};
-use crate::sink::folder::{JOURNAL, hash_file, is_result_name, names_in, open_of_result, read_run};
+use crate::sink::folder::{hash_file, is_result_name, names_in, open_of_result, read_run};
 use crate::sink::run_json::FORMAT;
 
 /// A finished result.
@@ -43,9 +43,7 @@ impl Source {
             Some(text) => text,
             None => {
                 let empty = names_in(folder).is_ok_and(|names| names.is_empty());
-                let why = if folder.join(JOURNAL).exists() {
-                    "the search in this folder was not finished; `vibrissa optimise SPEC --resume` goes on with it"
-                } else if empty {
+                let why = if empty {
                     "the folder is empty"
                 } else {
                     "there is no run.json: no finished result of this program"

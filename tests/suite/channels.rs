@@ -1,7 +1,6 @@
 //! Sensors of several channels: distance and force are the most likely of all readings together.
 
 use crate::common::program::Desk;
-use crate::common::robot::{Answer, by_c_of, by_python, sorted};
 use crate::common::sweeping::{CPU, REFERENCE, Row, number, sweep, sweep_with};
 
 /// A sweep with these lines in [sensor] and after [tap].
@@ -260,7 +259,7 @@ fn mixed_channels_are_calibrated_from_the_data_alone() {
     }
 }
 
-/// Readings of the folder `f` above their zero, as programs of a robot read them; of each the drive that the sensor knows, or none.
+/// Readings of the folder `f` above their zero, as a stream has them; of each the drive that the sensor knows, or none.
 fn taps(desk: &Desk, names: &[&str], drive: bool) -> String {
     let table = desk.read("f/measurements.csv");
     let columns: Vec<Vec<f64>> = names.iter().map(|name| column(&table, name)).collect();
@@ -274,24 +273,23 @@ fn taps(desk: &Desk, names: &[&str], drive: bool) -> String {
 }
 
 #[test]
-fn programs_for_robots_and_streams_answer_as_locate_does() {
+fn streams_answer_as_tables() {
     let list = "signal = [\"moment\", \"force\", \"strain\"]\nnoise = [0.02, 0.001, 2e-5]";
     let matrix = "matrix = [[1, 0, 10], [0.05, 0, 2]]\ncovariance = [[5e-4, 1e-6], [1e-6, 1e-6]]";
     let names: [&[&str]; 2] = [&["moment_Nmm", "force_N", "strain"], &["channel_1", "channel_2"]];
     for (sensor, names) in [list, matrix].into_iter().zip(names) {
         let desk = simulated(sensor, "theta = [2, 3.5, 5]");
-        let said = ["--whisker", "spec.toml", "--out", "e", "--export", "c,python"];
+        let said = ["--whisker", "spec.toml", "--out", "e"];
         desk.run(&[&["calibrate", "s/measurements.csv"][..], &said].concat()).exits(0);
         for drive in [true, false] {
-            let input = taps(&desk, names, drive);
-            let rows = if drive { input.clone() } else { input.replace("nan,", "") };
+            let rows = taps(&desk, names, drive);
+            let rows = if drive { rows } else { rows.replace("nan,", "") };
             let header = if drive { "theta_deg," } else { "" };
             desk.write("taps.csv", format!("{header}{}\n{rows}", names.join(",")));
             desk.run(&["locate", "e/calibration.toml", "taps.csv", "--out", "l", "--force"]).exits(0);
             let table = desk.read("l/located.csv");
             let [a, sigma] = ["distance_mm", "sigma_mm"].map(|name| column(&table, name));
-            let told = |k: usize| sigma[k] < 24.0;
-            assert!((0..a.len()).filter(|k| told(*k)).count() >= 40, "{table}");
+            assert!(sigma.iter().filter(|s| **s < 24.0).count() >= 40, "{table}");
             // A stream without a header, answered line by line.
             let stream = desk.pipe(&["locate", "e/calibration.toml"], &rows).exits(0).stdout;
             assert_eq!(column(&stream, "distance_mm").len(), a.len());
@@ -322,33 +320,10 @@ fn programs_for_robots_and_streams_answer_as_locate_does() {
                 let refused = desk.pipe(&["locate", "e/calibration.toml", "--same"], &rows).exits(2);
                 assert_eq!(refused.stdout, "");
             }
-            let [double, float] = by_c_of(&desk.path("e"), &input);
-            let python = by_python(&desk.path("e"), &input);
-            for (k, said) in table.lines().skip(1).map(|l| l.rsplit(',').next().unwrap()).enumerate() {
-                for (Answer(b, s, words), far) in
-                    [(&double[k], 2e-4f64), (&python[k], 2e-4), (&float[k], 2e-2)]
-                {
-                    if !told(k) {
-                        continue;
-                    }
-                    assert!(
-                        (b - a[k]).abs() < far.max(0.02 * sigma[k]) || b.is_nan() && a[k].is_nan(),
-                        "{k}: {b} {}",
-                        a[k]
-                    );
-                    assert!(
-                        (s / sigma[k] - 1.0).abs() < 0.05 || s.is_nan() && a[k].is_nan(),
-                        "{k}: {s} {}",
-                        sigma[k]
-                    );
-                    // Next to the end of the calibration a little more decides.
-                    assert!(
-                        *words == sorted(said) || far > 1e-3 || a[k] > 44.0 || a[k] < 22.0,
-                        "{k}: {words} {said}"
-                    );
-                }
-            }
         }
+        let refused =
+            desk.run(&[&["calibrate", "s/measurements.csv"][..], &said, &["--export", "c"]].concat());
+        assert!(refused.exits(2).stderr.contains("vibrissa locate"), "{sensor}");
     }
 }
 

@@ -250,3 +250,23 @@ fn threads_do_not_change_the_tables() {
     }
     desk.sweep(&["--threads", "0"]).exits(2);
 }
+
+#[test]
+fn a_flag_that_is_gone_says_what_to_use() {
+    let desk = Desk::new(SPEC);
+    let gone = [
+        (&["calibrate", "d.csv", "--export", "c,python"][..], "--export", "import vibrissa"),
+        (&["calibrate", "d.csv", "--taps", "2,4"], "--taps", "locate --same"),
+        (&["optimise", "spec.toml", "--resume"], "--resume", "the same command"),
+    ];
+    for (typed, key, instead) in gone {
+        let ran = desk.run(typed).exits(2);
+        assert!(
+            ran.stderr.contains(&format!("error: {key}")) && ran.stderr.contains(instead),
+            "{}",
+            ran.stderr
+        );
+        let error = desk.run(&[typed, &["--json"]].concat()).exits(2).json()["error"].clone();
+        assert!(error["key"] == key && error["allowed"].as_str().unwrap().contains(instead), "{error}");
+    }
+}

@@ -1,7 +1,6 @@
 //! Calibrations that would mislead: rounding in labels, readings in steps, a whisker that is another one, columns that are swapped.
 
 use crate::common::measuring::{REAL, calibrated, data, fresh, locator, prototype, rig, table};
-use crate::common::program::Desk;
 use crate::common::random::Random;
 use vibrissa::calibrate::{Calibrated, Options, Reason, calibrate};
 use vibrissa::estimator::{ALL, CURVE, LEARNED};
@@ -270,33 +269,4 @@ fn no_estimator_that_answers_nothing_is_the_default() {
         found.winner == LEARNED
             && ALL.iter().any(|e| found.sides[0].held_out(*e).is_none_or(|h| h.answered() == 0))
     );
-}
-
-#[test]
-fn a_refused_export_keeps_the_calibration() {
-    let taps = "[tap]\na = { from = 21, to = 48, step = 3 }\ntheta = [0.5, 2, 4, 6, 8, 10]\n";
-    let desk = Desk::new(&prototype(0.5, &["noise_strain = 1e-5\n", taps]));
-    desk.run(&["simulate", "spec.toml", "--repeats", "2", "--out", "sim"]).exits(0);
-    let ask =
-        ["calibrate", "sim/measurements.csv", "--whisker", "spec.toml", "--export", "python", "--out", "cal"];
-    let refused = desk.run(&ask).exits(2);
-    assert!(refused.stdout.contains("wrote cal/calibration.toml"), "{}", refused.stdout);
-    assert!(
-        refused.stderr.contains("exact, for the side that was not calibrated")
-            && refused.stderr.contains("--estimator")
-    );
-    assert!(
-        desk.names("cal").iter().any(|n| n == "calibration.toml")
-            && !desk.names("cal").iter().any(|n| n == "locate.py")
-    );
-    let json = desk.run(&[&ask[..], &["--json"]].concat()).exits(2).json();
-    assert_eq!((json["ok"].as_bool(), json["error"]["key"].as_str()), (Some(false), Some("--export")));
-    let won = json["result"]["estimator"].as_str().unwrap().to_owned();
-    let proposed = json["error"]["allowed"].as_str().unwrap().split_once(": ").unwrap().1.to_owned();
-    assert!(proposed.starts_with(&won) && proposed.contains("paper"), "{proposed}");
-    for name in proposed.split(", ") {
-        desk.run(&[&ask[..], &["--estimator", name]].concat()).exits(0);
-        assert!(desk.read("cal/locate.py").contains(&format!("estimator: {name}")));
-    }
-    desk.run(&["locate", "cal/calibration.toml", "sim/measurements.csv", "--out", "loc"]).exits(0);
 }

@@ -504,18 +504,3 @@ fn a_search_reports_the_figures_of_the_full_model() {
     let swept = number(&again.rows[0], "total_rms_mm").expect("a total");
     assert!((swept - b).abs() <= 1e-7 * b, "{swept} {b}");
 }
-
-#[test]
-fn an_interrupted_search_goes_on_with_the_same_bound_only() {
-    let desk = Desk::new(&(SEARCH.to_owned() + "budget = { evaluations = 700 }\n"));
-    let find = |flags: &[&str]| {
-        desk.run(&[&["optimise", "spec.toml", "--backend", "cpu", "--out", "out"][..], flags].concat())
-    };
-    find(&["--model-error", "1e-2"]).exits(0);
-    // Another bound leaves off something else: another search.
-    find(&["--model-error", "1e-4", "--resume"]).exits(2);
-    desk.write("spec.toml", SEARCH.to_owned() + "budget = { evaluations = 1500 }\n");
-    find(&["--model-error", "1e-2", "--resume"]).exits(0);
-    let run = desk.whole("out");
-    assert!(run["counts"]["evaluations_resumed"].as_u64().expect("a count") >= 600, "{}", run["counts"]);
-}

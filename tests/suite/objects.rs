@@ -2,7 +2,6 @@
 
 use crate::common::measuring::{REAL, TAPS, prototype};
 use crate::common::program::Desk;
-use crate::common::robot::{sorted, together};
 use crate::common::sweeping::{Row, Table, number};
 
 const FRESH: &str = "[tap]\na = { from = 22, to = 46.8, step = 0.4 }\ntheta = [2, 3.5, 5, 7, 9]\n";
@@ -414,66 +413,6 @@ fn an_array_tells_objects_too() {
     assert_eq!(last["taps"], (files[0].lines().count() - 1).to_string());
     assert!(run(&["--object", "pole"]).exits(2).stderr.contains("there is no such column"));
     assert!(run(&["--object", "object", "--estimator", "paper"]).exits(2).stderr.contains("learned"));
-}
-
-/// Files for a robot answer objects of known drives as `locate` does: with a whisker and without, sound taps, one that is wrong, and all of them weak.
-#[test]
-fn a_robot_tells_taps_together_as_locate() {
-    let desk = desk();
-    let taps = objects(&desk);
-    let mut lines = taps.lines();
-    let header = lines.next().unwrap();
-    let strain = header.split(',').position(|name| name == "strain").unwrap();
-    let mut changed = format!("{header}\n");
-    let mut signals: Vec<Vec<String>> = Vec::new();
-    for (k, line) in lines.enumerate() {
-        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
-        let share = match (k / 5 % 4, k % 5) {
-            (1, 2) => 1.05,
-            (2, _) => 0.7 + 0.1 * (k % 5) as f64,
-            _ => 1.0,
-        };
-        fields[strain] = (fields[strain].parse::<f64>().unwrap() * share).to_string();
-        if k % 5 == 0 {
-            signals.push(Vec::new());
-        }
-        signals.last_mut().unwrap().push(fields[strain].clone());
-        changed += &(fields.join(",") + "\n");
-    }
-    desk.write("taps.csv", changed);
-    let input: String = signals.iter().map(|s| s.join(",") + "\n").collect();
-    for whisker in [&["--whisker", "spec.toml"][..], &[]] {
-        let export = ["--export", "c,python", "--taps", "2,3.5,5,7,9", "--out", "robot", "--force"];
-        desk.run(&[&["calibrate", "sim/measurements.csv"], &export[..], whisker].concat()).exits(0);
-        desk.run(&["locate", "robot/calibration.toml", "taps.csv", "--out", "told", "--force"]).exits(0);
-        let told = Table::read(&desk.path("told/located.csv"));
-        let whole: Vec<&Row> = told.rows.iter().skip(4).step_by(5).collect();
-        assert_eq!(whole.len(), signals.len());
-        let mut words = std::collections::BTreeMap::new();
-        for (answers, close) in together(&desk.path("robot"), &input).iter().zip([2e-3, 0.1, 2e-3]) {
-            assert_eq!(answers.len(), whole.len());
-            for (answer, row) in answers.iter().zip(&whole) {
-                if let Some(a) = number(row, "object_distance_mm") {
-                    let sigma = of(row, "object_sigma_mm");
-                    assert!((answer.0 - a).abs() < close * sigma, "{answer:?} {row:?}");
-                    assert!((answer.1 / sigma - 1.0).abs() < close, "{answer:?} {row:?}");
-                } else {
-                    assert!(answer.0.is_nan() && answer.1.is_nan(), "{answer:?} {row:?}");
-                }
-                assert_eq!(answer.2, sorted(&row["object_status"]), "{answer:?} {row:?}");
-                *words.entry(answer.2.clone()).or_insert(0) += 1;
-            }
-        }
-        assert!(words.keys().any(|w| w.contains("inconsistent")) && words.contains_key(""), "{words:?}");
-    }
-    let refused = |flags: &[&str], word: &str| {
-        let data = ["calibrate", "sim/measurements.csv", "--out", "no", "--export", "c", "--force"];
-        let ran = desk.run(&[&data[..], flags].concat()).exits(2);
-        assert!(ran.stderr.contains(word), "{}", ran.stderr);
-    };
-    refused(&["--taps", "4"], "2 to 12 drives");
-    refused(&["--taps", "4,77"], "this drive was not calibrated");
-    refused(&["--taps", "4,7", "--whisker", "spec.toml", "--estimator", "paper"], "--estimator learned");
 }
 
 /// Taps of poles that tilt, by two gauges: distance and tilt of an object are those of all its taps, and a wrong one is named.

@@ -102,12 +102,12 @@ fn what_killed_runs_left_is_removed() {
     desk.write("mine/notes.txt", "mine");
     symlink("../mine", desk.path("there/.vibrissa-a1B2c3")).unwrap();
     symlink("../mine", desk.path("there/.vibrissa-result-a1B2c3")).unwrap();
-    desk.write("there/.vibrissa-evaluations", "of a search");
+    desk.write("there/.vibrissa-else", "of something else");
     desk.run(&["optimise", "small.toml", "--out", "there"]).exits(2);
     desk.run(&["sweep", "small.toml", "--backend", "cpu", "--out", "c"]).exits(0);
     assert_eq!(hidden(&desk, "."), [""; 0]);
     desk.run(&["sweep", "small.toml", "--backend", "cpu", "--out", "there", "--force"]).exits(0);
-    let left = [".vibrissa-a1B2c3", ".vibrissa-evaluations", ".vibrissa-result-a1B2c3", ".vibrissa-x1Y2z3"];
+    let left = [".vibrissa-a1B2c3", ".vibrissa-else", ".vibrissa-result-a1B2c3", ".vibrissa-x1Y2z3"];
     assert_eq!(hidden(&desk, "there"), left);
     assert_eq!(desk.names("mine"), ["notes.txt"]);
     desk.whole("there");
@@ -129,42 +129,6 @@ fn what_a_killed_benchmark_left_is_removed() {
     assert_eq!(desk.names("tmp"), [""; 0]);
     desk.run(&["sweep", "spec.toml", "--backend", "cpu", "--out", "out"]).exits(0);
     assert_eq!(hidden(&desk, "out"), [""; 0]);
-}
-
-#[test]
-fn a_journal_that_is_a_link_or_no_file_is_left_alone() {
-    let search = "[optimise]\nobjective = \"distance\"\nbudget = { evaluations = 50 }\nvariables = { theta = [1, 5] }\n";
-    let desk = Desk::new(&(SPEC.replace("d = [4, 7]", "d = 4").replace("theta = [1, 4]", "") + search));
-    desk.write("mine.txt", "mine");
-    let name = "out/.vibrissa-evaluations";
-    std::fs::create_dir(desk.path("out")).unwrap();
-    let run = |more: &[&str]| {
-        desk.run(&[&["optimise", "spec.toml", "--backend", "cpu", "--out", "out"], more].concat())
-    };
-    let refused = || {
-        for more in [&[][..], &["--force"], &["--resume"]] {
-            let ran = run(more).exits(2);
-            assert!(ran.stderr.contains("out"), "{}", ran.stderr);
-        }
-        assert_eq!((desk.read("mine.txt").as_str(), desk.names("out").len()), ("mine", 1));
-    };
-    symlink("../mine.txt", desk.path(name)).unwrap();
-    refused();
-    std::fs::remove_file(desk.path(name)).unwrap();
-    symlink("../new.txt", desk.path(name)).unwrap();
-    refused();
-    assert!(!desk.path("new.txt").exists());
-    std::fs::remove_file(desk.path(name)).unwrap();
-    std::fs::create_dir(desk.path(name)).unwrap();
-    refused();
-    std::fs::remove_dir(desk.path(name)).unwrap();
-    assert!(Command::new("mkfifo").arg(desk.path(name)).status().unwrap().success());
-    refused();
-    std::fs::remove_file(desk.path(name)).unwrap();
-    // A second name of a file is not written through either.
-    std::fs::hard_link(desk.path("mine.txt"), desk.path(name)).unwrap();
-    run(&[]).exits(0);
-    assert_eq!(desk.read("mine.txt"), "mine");
 }
 
 #[test]

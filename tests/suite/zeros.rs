@@ -208,7 +208,7 @@ fn taps_at_drives_below_the_zero_of_the_rig_are_taps() {
     let text = own_zero(-6.0, &[-4.0, -2.0, 0.0, 2.0, 4.0], -7.85);
     let desk = Desk::new("");
     desk.write("d.csv", &text);
-    let ran = desk.run(&["calibrate", "d.csv", "--out", "cal", "--export", "python"]).exits(0);
+    let ran = desk.run(&["calibrate", "d.csv", "--out", "cal", "--export", "c"]).exits(0);
     assert!(
         ran.stdout.contains("105 of 105 taps used, 3 zero") && ran.stderr.contains("counted from there"),
         "{}",
@@ -230,7 +230,7 @@ fn taps_at_drives_below_the_zero_of_the_rig_are_taps() {
     assert!(located.rows.iter().filter(|r| r["status"] == "ok").map(|r| off(&r)).all(|e| e < 4.0));
     let rows = Table::read(&desk.path("cal/rows.csv"));
     assert!(rows.rows[0]["delta_mm"] == "-7.85" && rows.rows[1]["delta_mm"] == "-4");
-    assert!(desk.read("cal/locate.py").contains("drive -= -7.85e0"));
+    assert!(desk.read("cal/locate.c").contains("drive -= -7.85e0;"));
 }
 
 #[test]
@@ -380,7 +380,7 @@ fn drives_of_both_signs_are_taps_to_both_sides() {
     for zero in [true, false] {
         let desk = Desk::new("");
         desk.write("taps.csv", two_signs(zero, |s| -s));
-        let ran = desk.run(&["calibrate", "taps.csv", "--out", "c", "--export", "python"]).exits(0);
+        let ran = desk.run(&["calibrate", "taps.csv", "--out", "c", "--export", "c"]).exits(0);
         assert!(ran.stderr.contains("drives below 0 are taps to the other side"), "{}", ran.stderr);
         let rows = Table::read(&desk.path("c/rows.csv"));
         assert!(rows.rows.iter().all(|row| row["use"] == "used"), "{}", rows.text);
@@ -391,7 +391,7 @@ fn drives_of_both_signs_are_taps_to_both_sides() {
             let a = number(row, "distance_mm").unwrap();
             assert!((a - 880_f64.sqrt()).abs() < 0.3, "{zero} {}", found.text);
         }
-        assert!(std::fs::read_to_string(desk.path("c/locate.py")).unwrap().contains("abs(drive)"));
+        assert!(desk.read("c/locate.c").contains("fabs(drive)"));
         // So are strokes.
         let side = |sign: f64| {
             let reading = |u: f64| 300.0 + sign * 66_000.0 * (u - 0.5).max(0.0) / 880.0;

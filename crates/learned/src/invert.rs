@@ -15,9 +15,9 @@ const FADES: [f64; 2] = [0.15, 0.3];
 /// Of a whisker that is known, how far beyond, in ln a.
 const KNOWN: f64 = 1.2;
 /// A signal that is no more than so many standard deviations off has an answer.
-pub const FAR: f64 = 5.0;
+const FAR: f64 = 5.0;
 /// A posterior of this standard deviation in ln a is wide.
-pub const WIDE: f64 = 0.05;
+const WIDE: f64 = 0.05;
 /// Shares of a posterior: one standard deviation to either side of its middle.
 pub const QUANTILES: [f64; 3] = [0.158_655, 0.5, 0.841_345];
 /// Ends of the interval that holds it with 95 %.
@@ -40,6 +40,8 @@ pub struct Answer {
     pub variance: f64,
     /// The next distance with the same signal, mm.
     pub near: Option<f64>,
+    /// Whether it is the median of a wide posterior.
+    pub wide: bool,
 }
 
 /// Why there is no distance.
@@ -184,7 +186,7 @@ fn continued(nodes: &[f64], table: &mut [Vec<[f64; 4]>], k: usize) {
 }
 
 /// Weights of Chebyshev's nodes of the first kind in the barycentric formula.
-pub fn node_weights(n: usize) -> impl Iterator<Item = f64> {
+fn node_weights(n: usize) -> impl Iterator<Item = f64> {
     let sign = |k: usize| if k.is_multiple_of(2) { 1.0 } else { -1.0 };
     (0..n).map(move |k| sign(k) * (std::f64::consts::PI * (k as f64 + 0.5) / n as f64).sin())
 }
@@ -281,6 +283,7 @@ impl Slice {
             Some((x, sd)) if sd < WIDE => [(x - 6.0 * sd).max(from), (x + 6.0 * sd).min(to)],
             _ => [from.min(self.x(last - 1)), to],
         };
+        let wide = local.is_none_or(|(_, sd)| sd >= WIDE);
         let [first, end, _] = self.ends;
         let ([x, sigma], ends) = match local {
             // Within the calibrated distances the prior says nothing: there it is the root.
@@ -292,7 +295,7 @@ impl Slice {
         };
         let p = self.at(x);
         let a = x.exp();
-        let found = Answer { a, sigma, ends, slope: self.slope(x) / a, variance: p[2] + more, near };
+        let found = Answer { a, sigma, ends, slope: self.slope(x) / a, variance: p[2] + more, near, wide };
         if found.a.is_finite() && found.sigma.is_finite() { Ok(found) } else { Err(Nothing::Weak) }
     }
 }

@@ -7,7 +7,7 @@ use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use vibrissa::error::{Error, InputError};
 use vibrissa::estimator::{ALL, Estimator};
-use vibrissa::export::{Export, Language, proposing};
+use vibrissa::export::Export;
 use vibrissa::locate::free::Free;
 use vibrissa::locate::object::{By, Objects, UnlocatedTap};
 use vibrissa::locate::{self, Answerer, Calibration, Located, Sequence, locator::opener, next, stream, tare};
@@ -233,24 +233,11 @@ impl Locator {
         job::here(py, || self.locator.expected(a, drive, sign))
     }
 
-    /// What answers readings, and several taps of one object by `taps`, as one file of C or Python.
-    #[pyo3(signature = (language, taps = Vec::new()))]
-    fn export(&self, py: Python<'_>, language: &str, taps: Vec<f64>) -> PyResult<String> {
-        let made = || -> Result<String, Error> {
-            let language = spoken(language)?;
-            let open = opener(&RunOptions::default());
-            let export = Export::new(&self.locator, &self.calibration);
-            let export = export.map_err(|e| proposing(e, &self.calibration, &open))?;
-            let export = if taps.is_empty() { export } else { export.with_taps(&taps)? };
-            Ok(export.text(language))
-        };
+    /// What answers readings as one file of C.
+    fn export(&self, py: Python<'_>) -> PyResult<String> {
+        let made = || Export::new(&self.locator, &self.calibration).map(|export| export.text());
         job::here(py, made)?.map_err(|e| raise(py, e))
     }
-}
-
-/// The language of this name.
-pub fn spoken(language: &str) -> Result<Language, InputError> {
-    meant(("language", "language"), language, Language::ALL.map(|l| (l.0, l.1)))
 }
 
 /// Which readings of a table are told together: "same", "strokes" and what they leave free, or "object" and its column.

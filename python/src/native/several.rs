@@ -6,14 +6,13 @@ use std::sync::atomic::Ordering;
 use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use vibrissa::error::Error;
-use vibrissa::export::together::Export;
 use vibrissa::locate::{Located, Sensor, locator::opener, several};
 use vibrissa::scene::RunOptions;
 use vibrissa::status::Status;
 
 use super::error::raise;
 use super::job;
-use super::locate::{Together, answered, spoken};
+use super::locate::{Together, answered};
 use super::table::Table;
 use super::words::bits;
 
@@ -21,7 +20,6 @@ use super::words::bits;
 #[pyclass(frozen, module = "vibrissa._native")]
 pub struct Several {
     several: Arc<several::Several>,
-    sensor: Sensor,
 }
 
 #[pymethods]
@@ -35,7 +33,7 @@ impl Several {
         let made = || -> Result<Self, Error> {
             let sensor = Sensor::parse(label, text, trust)?;
             let several = several::Several::new(&sensor, label, &opener(&RunOptions::default()))?;
-            Ok(Self { several: Arc::new(several), sensor })
+            Ok(Self { several: Arc::new(several) })
         };
         job::here(py, made)?.map(Some).map_err(|e| raise(py, e))
     }
@@ -93,15 +91,6 @@ impl Several {
             (label, bytes, columns),
             (together, interval),
         )
-    }
-
-    /// What answers readings as one file of C or Python.
-    fn export(&self, py: Python<'_>, language: &str) -> PyResult<String> {
-        let made = || -> Result<String, Error> {
-            let language = spoken(language)?;
-            Ok(Export::new(&self.several, &self.sensor)?.text(language))
-        };
-        job::here(py, made)?.map_err(|e| raise(py, e))
     }
 
     /// Columns of the channels.

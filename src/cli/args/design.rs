@@ -75,9 +75,6 @@ pub struct Optimise {
     /// best design and one front. `slurm`: read i from the Slurm array task
     #[arg(long, value_name = "i/n", value_parser = shard)]
     pub shard: Option<Shard>,
-    /// Continue a search that was stopped (Ctrl-C, budget, crash) exactly where it stopped. Without this flag the same search begins anew
-    #[arg(long)]
-    pub resume: bool,
     /// Leave off the effects whose joint change of strain stays within E, relative as --tolerance is, over the ranges of the variables: measured
     /// against the full model; run.json has the effects, their size and the time saved (docs/effects.md) [default: nothing is left off]
     #[arg(long, value_name = "E", allow_hyphen_values = true, value_parser = number)]

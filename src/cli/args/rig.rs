@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use clap::Args as Flags;
 use vibrissa::contour::curve::Kind;
-use vibrissa::export::Language;
 use vibrissa::locate::SaidZero;
 use vibrissa::locate::estimator::{ALL, Estimator};
 use vibrissa::locate::free::Free;
@@ -46,12 +45,9 @@ pub struct Calibrate {
     /// Fit these too, comma between: a_offset, hub, nu, mu, C01/C10, c0, k_theta
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub fit: Vec<String>,
-    /// Write what answers readings as a program of one file for a robot too, comma between
-    #[arg(long, value_name = "LANGUAGES", value_delimiter = ',', value_parser = words(Language::ALL))]
-    pub export: Vec<Language>,
-    /// Drives of the taps of one object, in their order, comma between: the exported program answers them together too
-    #[arg(long, value_name = "DRIVES", value_delimiter = ',', allow_hyphen_values = true, value_parser = number, requires = "export")]
-    pub taps: Vec<f64>,
+    /// Write what answers readings as a program for a robot too: locate.c, C99 in float and double, needs <math.h> only
+    #[arg(long, value_name = "LANGUAGE", value_parser = ["c"])]
+    pub export: Option<String>,
     /// Estimator that is exported [default: learned]
     #[arg(long, value_parser = words(ALL.map(|e| (e.name(), e, e.help()))), value_name = "NAME", requires = "export")]
     pub estimator: Option<&'static dyn Estimator>,

@@ -198,6 +198,7 @@ impl Exact {
             variance: self.variance(a, drive),
             sigma: f64::NAN,
             ends: [f64::NAN; 2],
+            wide: false,
         })
     }
 
@@ -214,11 +215,6 @@ impl Exact {
     /// Distances covered, mm, as labelled.
     pub fn reach(&self) -> [f64; 2] {
         self.surface.reach.map(|a| a - self.values[2])
-    }
-
-    /// Distances covered, and those between where the curve has a kink, mm, as labelled.
-    pub fn knots(&self) -> Vec<f64> {
-        self.surface.knots().into_iter().map(|a| a - self.values[2]).collect()
     }
 
     /// Error of the interpolation of the model, relative to the strain.

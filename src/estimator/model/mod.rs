@@ -23,6 +23,8 @@ pub struct Found {
     pub sigma: f64,
     /// The interval that holds it with 95 %, mm, where it is that of a posterior.
     pub ends: [f64; 2],
+    /// Whether it is the median of a wide posterior, and no root.
+    pub wide: bool,
 }
 
 /// Relative slack with which a recorded drive equals a calibrated one.

@@ -6,9 +6,6 @@ use crate::measure::Rig;
 use crate::physics::inverse::Inverse;
 use crate::scene::Theory;
 
-/// Share of a length that is left out where the strain vanishes.
-const INSIDE: f64 = 0.02;
-
 /// K̄ over the calibrated drives.
 #[derive(Debug, Clone)]
 pub struct Factors {
@@ -51,26 +48,8 @@ impl Paper {
             variance: reading * reading * variance,
             sigma: f64::NAN,
             ends: [f64::NAN; 2],
+            wide: false,
         })
-    }
-
-    /// Ends of the distances at which the theory has a strain, and the far end of the gauge, where it has a kink, mm.
-    pub fn knots(&self) -> Vec<f64> {
-        let curve = self.inverse.curve();
-        let [x1, x2] = curve.gauge;
-        if let Some(end) = curve.end() {
-            return vec![x1 + INSIDE * x2, x2, end];
-        }
-        let tau = curve.taper.tau;
-        // At the gauge's near end, and at the apex, there is no strain.
-        vec![x1 + INSIDE * x2, x2, if tau > 0.0 { (1.0 - INSIDE) / tau } else { f64::INFINITY }]
-    }
-
-    /// Share of the reading at the farthest distance below which there is one distance only.
-    pub fn alone(&self) -> f64 {
-        let curve = self.inverse.curve();
-        let end = curve.end().map_or_else(|| curve.farthest(), |end| curve.value(end));
-        if curve.farthest() > 0.0 { curve.farthest() / end } else { 0.0 }
     }
 
     /// Variance of the expected reading that the noise of the calibration leaves.

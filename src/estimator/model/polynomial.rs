@@ -270,6 +270,7 @@ impl Polynomial {
             variance: at.variance * slope * slope,
             sigma: f64::NAN,
             ends: [f64::NAN; 2],
+            wide: false,
         })
     }
 

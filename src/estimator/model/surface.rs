@@ -147,13 +147,6 @@ impl Surface {
         [by_a, if moves { by_drive } else { 0.0 }]
     }
 
-    /// Ends of the reach, and the far end of the gauge where it lies between them, mm.
-    pub fn knots(&self) -> Vec<f64> {
-        let [near, far] = self.reach;
-        let edge = Some(self.curve.gauge[1]).filter(|x| (near..far).contains(x) && *x > near);
-        std::iter::once(near).chain(edge).chain([far]).collect()
-    }
-
     fn strip(&self, drive: f64) -> &Strip {
         self.strips.iter().find(|s| drive <= s.drives[1]).unwrap_or(&self.strips[self.strips.len() - 1])
     }

@@ -14,8 +14,7 @@ enum {
     VIBRISSA_NO_ROOT = 4,              /* no distance gives this signal: it is above the peak */
     VIBRISSA_AMBIGUOUS = 8,            /* a second distance in the range of interest gives it too; the farther one is given */
     VIBRISSA_OUTSIDE_CALIBRATION = 16, /* the drive or the side was not calibrated (no distance), or the distance lies beyond */
-    VIBRISSA_BAD_INPUT = 32,           /* an argument is no finite number */
-    VIBRISSA_INCONSISTENT = 64         /* taps of one object contradict each other */
+    VIBRISSA_BAD_INPUT = 32            /* an argument is no finite number */
 };
 
 /* The zero of the calibration's own signal where it is known, else 0: for taps whose zero was not read. */
@@ -25,7 +24,7 @@ enum {
    `zero` is the signal without contact. NAN where there is no distance. */
 int vibrissa_locate(double drive, double signal, double zero, double *distance_mm, double *sigma_mm);
 int vibrissa_locatef(float drive, float signal, float zero, float *distance_mm, float *sigma_mm);
-@TOGETHER
+
 #ifdef __cplusplus
 }
 #endif
@@ -34,3 +33,8 @@ int vibrissa_locatef(float drive, float signal, float zero, float *distance_mm, 
 
 #ifndef VIBRISSA_DECLARATIONS_ONLY
 #include <math.h>
+
+/* Distance, mm, and s times its standard deviation, by strip, row, part and place s. */
+static const float table[] = {
+@VALUES
+};

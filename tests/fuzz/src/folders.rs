@@ -1,4 +1,4 @@
-//! What the program writes into folders and reads again: states of stopped sweeps, journals of searches, records, manifests, parts.
+//! What the program writes into folders and reads again: states of stopped sweeps, records, manifests, parts.
 
 use std::path::Path;
 use std::sync::LazyLock;
@@ -6,10 +6,9 @@ use std::sync::atomic::AtomicBool;
 
 use serde_json::Value;
 use vibrissa::backend::Choice;
-use vibrissa::optimise::journal::Journal;
 use vibrissa::plan::Plan;
 use vibrissa::progress::Silent;
-use vibrissa::scene::{BackendChoice, RunOptions, Tuple};
+use vibrissa::scene::{BackendChoice, RunOptions};
 use vibrissa::sink::folder::{Folder, Question};
 use vibrissa::sink::shard::Shard;
 use vibrissa::spec;
@@ -48,27 +47,6 @@ pub fn folder(data: &[u8]) {
 /// A record of a result.
 const RECORD: &str = r#"{"format":1,"command":"sweep","name":"spec","seconds":{"total":1.0},"in_force":[],"asked":null,
 "files":[{"name":"a.csv","blake3":"0000000000000000000000000000000000000000000000000000000000000000","bytes":3}]}"#;
-
-/// The journal of a search, behind its right first line.
-pub fn journal(data: &[u8]) {
-    let out = desk::path("search");
-    desk::clear("search");
-    std::fs::create_dir_all(&out).expect("a folder");
-    drop(Journal::new(&out, "identity", false, true).expect("a journal"));
-    let path = out.join(".vibrissa-evaluations");
-    let header = std::fs::read(&path).expect("its first line");
-    let flipped = data.first().is_some_and(|b| b % 8 == 7);
-    let whole = if flipped { data.to_vec() } else { [&header, data].concat() };
-    std::fs::write(&path, whole).expect("a file");
-    let Some(mut journal) = told(Journal::new(&out, "identity", true, false)) else { return };
-    let point = Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 30.0, drive: 4.0, ..Tuple::default() };
-    for stage in 0..4 {
-        match told(journal.replay(stage, &[point; 2])) {
-            Some(Some(scores)) => told(journal.append(stage, &[point; 2], &scores)),
-            _ => break,
-        };
-    }
-}
 
 /// Parts of a sweep of a tuple file, as they are written.
 static PARTS: LazyLock<[Vec<(String, Vec<u8>)>; 2]> = LazyLock::new(|| {

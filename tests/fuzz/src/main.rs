@@ -13,7 +13,7 @@ use std::sync::LazyLock;
 type Reader = fn(&[u8]);
 
 /// Readers by name.
-const READERS: [(&str, Reader); 10] = [
+const READERS: [(&str, Reader); 9] = [
     ("spec", texts::spec),
     ("tuples", texts::tuples),
     ("curve", texts::curve),
@@ -22,7 +22,6 @@ const READERS: [(&str, Reader); 10] = [
     ("calibration", texts::calibration),
     ("state", folders::state),
     ("folder", folders::folder),
-    ("journal", folders::journal),
     ("merge", folders::merge),
 ];
 

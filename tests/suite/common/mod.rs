@@ -10,7 +10,6 @@ pub mod program;
 pub mod quadrature;
 pub mod random;
 pub mod recount;
-pub mod robot;
 pub mod scan;
 pub mod schema;
 pub mod searching;

@@ -26,22 +26,17 @@ pub fn parse(text: &str) -> (Spec, Search) {
 }
 
 /// Searches `text` on `place` into `out`.
-pub fn search_into(
-    out: &Path,
-    text: &str,
-    place: Place,
-    resume: bool,
-) -> Result<Report, vibrissa::error::Error> {
+fn search_into(out: &Path, text: &str, place: Place) -> Result<Report, vibrissa::error::Error> {
     let (spec, search) = parse(text);
     let stop = AtomicBool::new(false);
-    let target = Target { out, force: true, resume, stop: &stop };
+    let target = Target { out, force: true, stop: &stop };
     optimise::run(&spec, &search, (&place.choice(), &RunOptions::default()), &target, &mut Silent)
 }
 
 /// Searches `text` on `place`.
 pub fn search(text: &str, place: Place) -> Report {
     let out = tempfile::tempdir().expect("a folder");
-    search_into(out.path(), text, place, false).unwrap_or_else(|e| panic!("{e}"))
+    search_into(out.path(), text, place).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// The best of `designs` points that fill the box of the variables evenly, and of what random steps of falling length find around the

@@ -28,8 +28,6 @@ pub use stroke::Stroke;
 
 use std::ops::Range;
 
-use nalgebra::{DMatrix, DVector};
-
 use crate::base::Base;
 use crate::curve::{Curve, OF_RUN, Offset};
 use crate::invert::{Inverse, POINTS, prior};
@@ -37,19 +35,19 @@ use crate::invert::{Inverse, POINTS, prior};
 /// Shared numbers that move no signal by more than this share of a variance count as noise.
 const SMALL: f64 = 1e-4;
 /// Standard deviations on either side of a mode that are looked at.
-pub const WINDOW: f64 = 6.0;
+const WINDOW: f64 = 6.0;
 /// Points of the polynomial between points.
-pub const NEAR: usize = 6;
+const NEAR: usize = 6;
 /// Taps at most among which one that contradicts the others is looked for.
 const JUDGED: usize = 256;
 /// Standard deviation in ln a that is as good as none: the distance is free where taps are compared.
-pub const FREE: f64 = 10.0;
+const FREE: f64 = 10.0;
 /// ln of the prior where no tap can be.
 const IMPOSSIBLE: f64 = -1e4;
 /// Mass below which a mode is none.
-pub const NONE: f64 = 1e-9;
+const NONE: f64 = 1e-9;
 /// Mass below which another mode is no answer.
-pub const SECOND: f64 = 0.05;
+const SECOND: f64 = 0.05;
 
 /// Signals of taps and what moves them, over ln a, at some drives.
 #[derive(Debug, Clone)]
@@ -337,38 +335,5 @@ impl Nuisance {
             let along = |i: usize| (1.0 - t) * value(i, j)[k] + t * value(i, j + 1)[k];
             (1.0 - s) * along(i) + s * along(i + 1)
         })
-    }
-}
-
-/// At each point in ln a: ln of the posterior of signals y is `height` − ½ |`root` (y − `signals`)|².
-#[derive(Debug, Clone)]
-pub struct Combined {
-    /// Signal of each tap.
-    pub signals: Vec<Vec<f64>>,
-    /// ln of the prior and of the density at its middle.
-    pub heights: Vec<f64>,
-    /// Inverse of Cholesky's factor of the covariance, its lower triangle row by row.
-    pub roots: Vec<Vec<f64>>,
-}
-
-impl Joint {
-    /// Of taps by `drives`, each of a new run, above one zero that is known; `None` where a covariance has no root.
-    pub fn combined(&self, drives: &[f64]) -> Option<Combined> {
-        let (n, width) = (drives.len(), self.width());
-        let slices: Vec<Vec<f64>> = drives.iter().map(|u| self.slice(*u, false, 0..POINTS)).collect();
-        let mut all = Combined { signals: Vec::new(), heights: Vec::new(), roots: Vec::new() };
-        for k in 0..POINTS {
-            let points: Vec<&[f64]> = slices.iter().map(|s| &s[k * width..(k + 1) * width]).collect();
-            let shared = DMatrix::from_fn(n, width - 2, |i, j| points[i][2 + j]);
-            let noise = DMatrix::from_diagonal(&DVector::from_fn(n, |i, _| points[i][1]));
-            let factor = (&shared * shared.transpose() + noise).cholesky()?.l();
-            let root = factor.solve_lower_triangular(&DMatrix::identity(n, n))?;
-            all.signals.push(points.iter().map(|p| p[0]).collect());
-            all.heights.push(
-                self.prior(self.x(k), [0.0; 2]) - factor.diagonal().iter().map(|x| x.ln()).sum::<f64>(),
-            );
-            all.roots.push((0..n).flat_map(|i| (0..=i).map(move |j| (i, j))).map(|at| root[at]).collect());
-        }
-        Some(all)
     }
 }

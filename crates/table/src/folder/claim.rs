@@ -110,7 +110,7 @@ fn objection(folder: &Path, record: &Record, question: &Question) -> Result<Opti
         {
             Some(format!("this folder holds another result, {command} of {name}"))
         }
-        Record::Result { seconds, run, .. } if *seconds > LONG && !question.goes_on => {
+        Record::Result { seconds, run, .. } if *seconds > LONG => {
             let changed = question.changed(run);
             (!changed.is_empty()).then(|| {
                 let keys = changed[..changed.len().min(3)].join(", ");

@@ -24,15 +24,13 @@ pub struct Question {
     pub asked: Value,
     /// Files that are read.
     pub inputs: Vec<PathBuf>,
-    /// Whether this goes on with the run whose result is there.
-    pub goes_on: bool,
 }
 
 impl Question {
     /// A command without a spec.
     pub fn new(command: &'static str, name: impl Into<String>, asked: Value) -> Self {
         let (name, in_force) = (name.into(), Value::Null);
-        Self { command, name, in_force, asked, inputs: Vec::new(), goes_on: false }
+        Self { command, name, in_force, asked, inputs: Vec::new() }
     }
 
     /// A command on a spec.
