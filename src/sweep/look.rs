@@ -3,11 +3,10 @@
 use std::sync::atomic::AtomicBool;
 
 use crate::backend::Choice;
-use crate::design::Design;
+use crate::census::{Taps, sample};
 use crate::error::Error;
-use crate::evaluate::{Evaluator, Method, Task};
-use crate::scene::{Space, Study, Tuple};
-use crate::verify::taps;
+use crate::evaluate::{Evaluator, Method};
+use crate::scene::{Space, Study};
 
 /// Taps.
 const TAPS: u32 = 32;
@@ -21,11 +20,9 @@ pub(super) fn first(study: &Study, choice: &Choice, stop: &AtomicBool) -> Result
     if choice.backend.adapter.is_none() || setup.built.is_none() || matches!(study.space, Space::File(_)) {
         return Ok(method);
     }
-    let tuples: Vec<Tuple> = taps::of_space(&study.space, TAPS, 0)?;
-    let designs: Vec<Design> = tuples.iter().map(|t| Design::new(setup, *t)).collect();
-    let tasks: Vec<Task> = (0..).zip(&tuples).map(|(i, t)| Task::of(i, t)).collect();
+    let taps = Taps::of(setup, &sample::random(&study.space, TAPS, 0)?);
     // Taps that are the reference's are compared with nothing.
     let mut evaluator = Evaluator::new(setup, method).stopping(stop).sparing(usize::MAX);
-    evaluator.run(&designs, &tasks)?;
+    evaluator.run(&taps.designs, &taps.tasks)?;
     Ok(evaluator.into_method())
 }

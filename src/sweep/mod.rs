@@ -31,9 +31,9 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 
 use crate::backend::{Backend, Choice};
+use crate::census::needed::Needed;
 use crate::error::Error;
 use crate::evaluate::Outcome;
-use crate::needed::Needed;
 use crate::plan::{CHUNK, KEEP, Layout, Plan};
 use crate::progress::Progress;
 use crate::recommend::Standing;

@@ -7,6 +7,7 @@ use std::sync::{Arc, OnceLock};
 
 use serde_json::Value;
 use vibrissa::backend::Choice;
+use vibrissa::census::hard;
 use vibrissa::design::{Design, amount};
 use vibrissa::kernel::cpu::Cpu;
 use vibrissa::kernel::gpu::lie::{Kind, Lie};
@@ -19,7 +20,6 @@ use vibrissa::progress::Silent;
 use vibrissa::scene::{BackendChoice, Precision, RunOptions, Setup, Tuple};
 use vibrissa::spec;
 use vibrissa::sweep::{self, Target};
-use vibrissa::verify::taps;
 
 use crate::common::program::{Desk, SPEC};
 use crate::common::sweeping::{CPU, GPU, Table};
@@ -323,7 +323,7 @@ fn verdicts_are_kept_in_the_cache() {
 #[test]
 fn honest_answers_are_finite() {
     let setup = Setup::default();
-    let tuples = [taps::random(setup.drive, false, 400, 9), taps::hard(&setup)].concat();
+    let tuples = [hard::random(setup.drive, false, 400, 9), hard::hard(&setup)].concat();
     let frame = |t: &Tuple| {
         let shared = Design::new(&setup, *t).shared?;
         let (curve, peak, amount) = (&shared.model, shared.peak, amount(setup.drive, t.drive));

@@ -5,9 +5,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 use crate::error::SolveError;
-use crate::kernel::ranking::{Charts, Ranking};
 use crate::kernel::{Job, Solution, Solver, Tap};
-use crate::scene::Layout;
 
 /// What a probed solver has spent.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -63,18 +61,6 @@ impl Solver for Probe {
             out.iter_mut().for_each(|s| s.error = 0.0);
         }
         Ok(())
-    }
-
-    fn ranking(
-        &mut self,
-        charts: &dyn Charts,
-        layout: &Layout,
-    ) -> Result<Option<Box<dyn Ranking>>, SolveError> {
-        self.inner.ranking(charts, layout)
-    }
-
-    fn failed(&mut self, why: &SolveError) {
-        self.inner.failed(why);
     }
 
     fn has_full_newton(&self) -> bool {
