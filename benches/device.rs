@@ -5,14 +5,13 @@
 use std::time::Instant;
 
 use vibrissa::backend::Choice;
-use vibrissa::bench::probe::Probe;
-use vibrissa::bench::taps::Taps;
+use vibrissa::census::bench::{probe::Probe, taps};
+use vibrissa::census::configuration;
 use vibrissa::chart::ranker::Ranker;
 use vibrissa::evaluate::{Evaluator, Method};
 use vibrissa::kernel::ranking::Ranking;
 use vibrissa::scene::{BackendChoice, Precision, RunOptions};
 use vibrissa::spec;
-use vibrissa::verify::configuration;
 
 /// Batches of a ranking that are timed.
 const BATCHES: u64 = 8;
@@ -78,25 +77,25 @@ fn ranked(name: &str, model: &str, drives: u32, by: &str) {
 /// Taps of a configuration on a device and on the CPU.
 fn solved(name: &str, precision: Precision) {
     let c = configuration::all().into_iter().find(|c| c.name == name).expect("a configuration");
-    let taps = Taps::new(&c, TAPS).expect("taps");
-    let few = Taps::new(&c, 64).expect("taps");
+    let many = taps(&c, TAPS).expect("taps");
+    let few = taps(&c, 64).expect("taps");
     let tolerance = if precision == Precision::F32 { 1e-5 } else { 1e-8 };
     let mut line = format!("{name} {precision:?}:");
     for backend in [BackendChoice::Gpu, BackendChoice::Cpu] {
         let choice = Choice::new(&options(backend, precision)).expect("a backend");
-        let rungs = vibrissa::kernel::Rung::ladder(precision, &taps.setup.model.material, tolerance);
+        let rungs = vibrissa::kernel::Rung::ladder(precision, &many.setup.model.material, tolerance);
         let (probe, account) = Probe::new(choice.solver().expect("it opens"), None);
         let method = Method::Fast { solver: Box::new(probe), rungs, tolerance };
-        let mut evaluator = Evaluator::new(&taps.setup, method);
+        let mut evaluator = Evaluator::new(&many.setup, method);
         let first = seconds(|| evaluator.run(&few.designs, &few.tasks).expect("it answers")).1;
         account.take();
         let (mut all, mut kernel) = (f64::INFINITY, f64::INFINITY);
         for _ in 0..ROUNDS {
-            let (_, whole) = seconds(|| evaluator.run(&taps.designs, &taps.tasks).expect("it answers"));
+            let (_, whole) = seconds(|| evaluator.run(&many.designs, &many.tasks).expect("it answers"));
             all = all.min(whole);
             kernel = kernel.min(account.take().seconds);
         }
-        let rate = |s: f64| taps.tasks.len() as f64 / s / 1e6;
+        let rate = |s: f64| many.tasks.len() as f64 / s / 1e6;
         line += &format!(
             " {backend:?} first {first:.2} s, {:.1} M taps/s, solver {:.1};",
             rate(all),

@@ -11,6 +11,7 @@ use std::time::Instant;
 
 use clock::spent;
 use rayon::prelude::*;
+use vibrissa::census::{Place, present};
 use vibrissa::chart::{ranges::Wanted, reader::Reader};
 use vibrissa::design::{Design, amount};
 use vibrissa::evaluate::{Evaluator, Method, Task, foreseen};
@@ -20,7 +21,6 @@ use vibrissa::physics::onset::Grip;
 use vibrissa::scene::sampler::Sampler;
 use vibrissa::scene::{BackendChoice, Contact, Direction, Precision, RunOptions, Setup, Tuple};
 use vibrissa::spec;
-use vibrissa::verify::{Place, present};
 
 /// Taps of one batch, or as many as the environment variable TAPS says: a large GPU takes a million.
 static TAPS: LazyLock<u32> = LazyLock::new(|| match std::env::var("TAPS") {

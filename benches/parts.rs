@@ -1,7 +1,9 @@
 //! Micro-benchmarks of the parts a tap goes through: `cargo bench --bench parts`. For speed against error see `vibrissa bench`.
 
 use divan::{Bencher, black_box, counter::ItemsCount};
-use vibrissa::bench::taps::{Taps, exact, linear};
+use vibrissa::census::Taps;
+use vibrissa::census::bench::{exact, taps};
+use vibrissa::census::configuration::{Configuration, all};
 use vibrissa::design::Design;
 use vibrissa::evaluate::{Evaluator, Method, Outcome};
 use vibrissa::kernel::{Rung, Solver, cpu::Cpu};
@@ -11,7 +13,6 @@ use vibrissa::scene::Precision;
 use vibrissa::sink::csv::Text;
 use vibrissa::sink::table::{TapRow, fields};
 use vibrissa::statistics::Reduction;
-use vibrissa::verify::configuration::Configuration;
 
 fn main() {
     divan::main();
@@ -36,7 +37,7 @@ mod kernel {
     use super::*;
 
     fn run(bencher: Bencher<'_, '_>, c: &Configuration, precision: Precision, tolerance: f64) {
-        let taps = Taps::new(c, TAPS).expect("valid taps");
+        let taps = taps(c, TAPS).expect("valid taps");
         let mut evaluator = Evaluator::new(&taps.setup, method(&taps, precision, tolerance));
         bencher
             .counter(ItemsCount::new(TAPS))
@@ -55,7 +56,7 @@ mod kernel {
 
     #[divan::bench]
     fn linear_f32(bencher: Bencher<'_, '_>) {
-        run(bencher, &linear(), Precision::F32, 1e-5);
+        run(bencher, &all()[0], Precision::F32, 1e-5);
     }
 }
 
@@ -75,7 +76,7 @@ mod reduction {
 
     #[divan::bench]
     fn both_passes(bencher: Bencher<'_, '_>) {
-        let taps = Taps::new(&exact()[0], 1000).expect("valid taps");
+        let taps = taps(&exact()[0], 1000).expect("valid taps");
         let (outcomes, design) = (outcomes(&taps), &taps.designs[0]);
         bencher.counter(ItemsCount::new(1000usize)).bench(|| {
             let mut reduced = Reduction::new(&taps.setup, design, [20.0, 48.0], (10, 100));
@@ -98,7 +99,7 @@ mod inverse {
     use super::*;
 
     fn run(bencher: Bencher<'_, '_>, shear: f64) {
-        let taps = Taps::new(&exact()[0], TAPS).expect("valid taps");
+        let taps = taps(&exact()[0], TAPS).expect("valid taps");
         let shared = taps.designs[0].shared.as_ref().expect("a whisker");
         let m = &shared.model;
         let curve = vibrissa::physics::linear::StrainCurve::new(m.taper, m.gauge, m.hub, m.drive, shear);
@@ -123,7 +124,7 @@ mod inverse {
 /// Rows of tuples.csv as text.
 #[divan::bench]
 fn csv(bencher: Bencher<'_, '_>) {
-    let taps = Taps::new(&exact()[0], 1000).expect("valid taps");
+    let taps = taps(&exact()[0], 1000).expect("valid taps");
     let (outcomes, design): (_, &Design) = (outcomes(&taps), &taps.designs[0]);
     let mut reduced = Reduction::new(&taps.setup, design, [20.0, 48.0], (1, 1));
     let task = &taps.tasks[0];

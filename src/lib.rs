@@ -3,8 +3,7 @@
 //! Start with [`api`]. Data goes one way: [`spec`] reads a file into a [`scene`] (what was asked), [`plan`] says what will run and how,
 //! [`evaluate`] sends taps to a [`kernel`] (or to the reference of [`physics`]), [`statistics`] reduces them to rows, [`sink`] takes
 //! rows; [`sweep`] does what the plan says, and [`chart`]
-//! spares it most taps. [`explain`] compares the effects of a model, [`verify`]
-//! the backends with the reference, `bench` speed with error. `reference` says what keys, columns and words mean. [`optimise`] searches designs, [`tap`] the angle of one whisker.
+//! spares it most taps. [`census`] compares the effects of a model, the backends with the reference, speed with error. `reference` says what keys, columns and words mean. [`optimise`] searches designs, [`tap`] the angle of one whisker.
 //! [`measure`] reads what a rig recorded (`files`: its spec and its calibration, as TOML), [`calibrate`] judges it, [`locate`] answers new readings, [`export`] writes what answers them as C, [`simulate`] makes synthetic ones.
 //! What is pure stands in the crate `vibrissa-core`, the kernels in `vibrissa-kernel`, where wgpu is used in `kernel::gpu` only, [`evaluate`],
 //! [`curve`] and [`statistics`] in `vibrissa-evaluate`, charts in `vibrissa-chart`.
@@ -29,16 +28,13 @@ pub mod api;
 #[doc(hidden)]
 pub mod backend;
 #[doc(hidden)]
-#[cfg(feature = "bench")]
-pub mod bench;
-#[doc(hidden)]
 pub mod calibrate;
+#[doc(hidden)]
+pub mod census;
 #[doc(hidden)]
 pub mod contour;
 #[doc(hidden)]
 pub mod estimator;
-#[doc(hidden)]
-pub mod explain;
 #[doc(hidden)]
 #[cfg(feature = "files")]
 pub mod explore;
@@ -56,8 +52,6 @@ pub mod locate;
 pub mod measure;
 #[doc(hidden)]
 pub mod merge;
-#[doc(hidden)]
-pub mod needed;
 #[doc(hidden)]
 pub mod optimise;
 #[doc(hidden)]
@@ -86,5 +80,3 @@ pub mod sweep;
 pub mod tap;
 #[doc(hidden)]
 pub mod taps;
-#[doc(hidden)]
-pub mod verify;

@@ -1,4 +1,4 @@
-"""The models that are compared: those of `vibrissa verify` (src/verify/configuration.rs), as keywords of `vibrissa.strain`."""
+"""The models that are compared: those of `vibrissa verify` (src/census/configuration.rs), as keywords of `vibrissa.strain`."""
 
 import rod
 

@@ -1,4 +1,4 @@
-"""Hard and random taps, as `vibrissa verify` draws them (src/verify/taps.rs)."""
+"""Hard and random taps, as `vibrissa verify` draws them (src/census/hard.rs)."""
 
 import numpy as np
 

@@ -1,18 +1,13 @@
 //! `vibrissa bench`.
 
-use std::cell::RefCell;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
 use serde_json::{Value, json};
-use vibrissa::bench::{
-    self, Measured, Part, Settings, Watch,
-    noise::Noise,
-    place::{Place, places},
-    work::Solved,
-};
+use vibrissa::census::bench::{self, Measured, News, Noise, Settings, Solved, What, name, places};
+use vibrissa::census::{Figures, Place};
 use vibrissa::error::{Error, InputError};
 use vibrissa::kernel::rule::smallest_tolerance;
 use vibrissa::report::answer_of;
@@ -41,7 +36,7 @@ pub fn run(args: &Bench) -> Result<Reply, Error> {
     if args.quick && matches!(options.backend, None | Some(BackendChoice::Auto)) && options.adapter.is_none()
     {
         // They compile for a minute what the CPU has compiled.
-        places.retain(|p| !p.choice.backend.software);
+        places.retain(|p| !p.backend().software);
     }
     let settings = Settings::new(args.quick, options.tolerance, rayon::current_num_threads());
     let out = options.out.clone().unwrap_or_else(|| PathBuf::from("results/bench"));
@@ -50,7 +45,7 @@ pub fn run(args: &Bench) -> Result<Reply, Error> {
     }
     let force = options.force == Some(true);
     let folder = bench::open(&settings, &places, &out, force)?;
-    let (begun, steps) = (Instant::now(), settings.steps(&places));
+    let (begun, steps) = (Instant::now(), settings.steps(&places).len());
     let (settings, places) = (Arc::new(settings), Arc::new(places));
     let scratch = folder.scratch()?;
     let (measured, done) = measured(&settings, &places, &scratch, &Steps::new(steps as u64, quiet))?;
@@ -63,7 +58,7 @@ pub fn run(args: &Bench) -> Result<Reply, Error> {
     let (mut files, mut removed) = (Vec::new(), Vec::new());
     if kept {
         Written { files, removed, .. } =
-            bench::write(folder, &settings, &places, &measured, (begun, stopped))?;
+            bench::write(folder, (&settings, &places), &measured, (begun, stopped))?;
         let _ = writeln!(text, "wrote {} in {:.1} s", super::listed(&files), begun.elapsed().as_secs_f64());
     }
     let what = format!("{done} of {steps} measurements");
@@ -89,22 +84,17 @@ fn measured(
     places: &Arc<Vec<Place>>,
     scratch: &Path,
     shown: &Steps,
-) -> Result<(Measured, usize), Error> {
+) -> Result<(Vec<Measured>, usize), Error> {
     let (stop, path) = (interrupt::stop_and_keep(), scratch.to_owned());
-    let (mut measured, mut done, of) = (Measured::default(), 0, settings.steps(places));
-    let (settings, places, steps) = (Arc::clone(settings), Arc::clone(places), shown.clone());
-    let work = move |tell: &mut dyn FnMut(News)| {
-        let tell = RefCell::new(tell);
-        let mut step = |n: usize, of: usize, what: &str| {
-            steps.at(n, of, what);
-            (tell.borrow_mut())(News::Begun(n));
-        };
-        let mut each = |part| (tell.borrow_mut())(News::Part(part));
-        bench::measure(&settings, &places, &path, &mut Watch::new(&mut step, &mut each, stop))
-    };
+    let (mut measured, mut done, of) = (Vec::new(), 0, settings.steps(places).len());
+    let (settings, places) = (Arc::clone(settings), Arc::clone(places));
+    let work = move |tell: &mut dyn FnMut(News)| bench::measure(&settings, &places, &path, stop, tell);
     let ended = apart::apart(work, |news| match news {
-        News::Begun(n) => done = n - 1,
-        News::Part(part) => measured.add(part),
+        News::Begun(n, what) => {
+            shown.at(n, of, &what);
+            done = n - 1;
+        }
+        News::Made(one) => measured.push(one),
     });
     shown.finish();
     match ended? {
@@ -115,22 +105,16 @@ fn measured(
     Ok((measured, done))
 }
 
-/// What the measuring tells.
-enum News {
-    /// A step begins, from 1.
-    Begun(usize),
-    /// A measurement is made.
-    Part(Part),
-}
-
 fn backends(places: &[Place]) -> Value {
-    json!(places.iter().map(|p| json!(p.choice.backend)).collect::<Vec<_>>())
+    json!(places.iter().map(Place::backend).collect::<Vec<_>>())
 }
 
 fn planned(settings: &Settings, places: &[Place], out: PathBuf) -> Reply {
-    let (steps, taps, seconds) = (settings.steps(places), settings.taps(places), settings.seconds(places));
+    let steps = settings.steps(places);
+    let (taps, seconds) = settings.cost(&steps, places);
+    let steps = steps.len();
     let (about, time) = (rough(taps as f64), rough(seconds));
-    let on = places.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
+    let on = (0..places.len()).map(|k| name(places, k)).collect::<Vec<_>>().join(", ");
     let of = settings.configurations.iter().map(|c| c.name).collect::<Vec<_>>().join(", ");
     let Settings { quick, compared, timed, repeats, sizes, threads, .. } = settings;
     let kind = if *quick { "quick benchmark" } else { "benchmark" };
@@ -154,40 +138,46 @@ fn planned(settings: &Settings, places: &[Place], out: PathBuf) -> Reply {
     }
 }
 
-/// The ladder at every tolerance, in one line each.
-fn summary(m: &Measured, places: &[Place]) -> String {
-    let mut text = "configuration   backend        kernel       tolerance  ns per tap  spread     taps/s       p99     worst  failed\n".to_owned();
-    for p in m.points.iter().filter(|p| !matches!(p.solved, Solved::Nodes(_))) {
-        let number = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x:.1e}"));
-        let (name, backend, kernel, failed) =
-            (p.configuration, &places[p.place].name, p.solved.name(), p.failed);
-        let tolerance = p.tolerance.map_or(String::new(), |t| format!("{t:e}"));
-        let (ns, rate) = (p.whole.best, 1e9 / p.whole.best);
-        let spread = p.whole.spread.map_or(String::new(), |s| format!("{:.0} %", 100.0 * s));
-        let [p99, worst] = [p.errors.map(|e| e.p99), p.errors.map(|e| e.worst)].map(number);
-        let _ = writeln!(
-            text,
-            "{name:<15} {backend:<14} {kernel:<12} {tolerance:>9} {ns:>11.1} {spread:>7} {rate:>10.2e} {p99:>9} {worst:>9} {failed:>7}"
-        );
-    }
-    text.push_str(
-        "ns per tap: the fastest of the repeats; spread: (slowest − fastest) / median of them; p99, worst: strain error against the\n\
-         reference, 99 of 100 taps are not worse, and the worst tap; failed: taps that only the reference solves.\n",
-    );
-    text
+/// The work–precision points: what was solved, to which tolerance.
+fn points(measured: &[Measured]) -> impl Iterator<Item = (&Measured, &'static str, Solved, Option<f64>)> {
+    measured.iter().filter_map(|m| match m.step.what {
+        What::Point(c, solved, tolerance) => Some((m, c.name, solved, tolerance)),
+        _ => None,
+    })
 }
 
-fn result(measured: &Measured, noise: &Noise, places: &[Place]) -> Value {
-    let point = |p: &bench::work::Point| {
+/// The ladder at every tolerance, in one line each.
+fn summary(measured: &[Measured], places: &[Place]) -> String {
+    let mut text = "configuration   backend        kernel       tolerance  ns per tap  spread     taps/s       p99     worst  failed\n".to_owned();
+    for (m, configuration, solved, tolerance) in points(measured).filter(|p| !matches!(p.2, Solved::Nodes(_)))
+    {
+        let number =
+            |f: fn(&Figures) -> f64| m.errors.as_ref().map_or(String::new(), |e| format!("{:.1e}", f(e)));
+        let (backend, kernel, failed) = (name(places, m.step.place), solved.name(), m.failed);
+        let tolerance = tolerance.map_or(String::new(), |t| format!("{t:e}"));
+        let (ns, rate) = (m.times.best, 1e9 / m.times.best);
+        let spread = m.times.spread.map_or(String::new(), |s| format!("{:.0} %", 100.0 * s));
+        let (p99, worst) = (number(|e| e.p99), number(|e| e.worst));
+        let _ = writeln!(
+            text,
+            "{configuration:<15} {backend:<14} {kernel:<12} {tolerance:>9} {ns:>11.1} {spread:>7} {rate:>10.2e} {p99:>9} {worst:>9} {failed:>7}"
+        );
+    }
+    text + "ns per tap: the fastest of the repeats; spread: (slowest − fastest) / median of them; p99, worst: strain error against the\n\
+            reference, 99 of 100 taps are not worse, and the worst tap; failed: taps that only the reference solves.\n"
+}
+
+fn result(measured: &[Measured], noise: &Noise, places: &[Place]) -> Value {
+    let point = |(m, configuration, solved, tolerance): (&Measured, &str, Solved, Option<f64>)| {
+        let error = |f: fn(&Figures) -> f64| m.errors.as_ref().map(f);
         json!({
-            "configuration": p.configuration, "backend": places[p.place].name, "kernel": p.solved.name(),
-            "nodes": match p.solved { Solved::Nodes(n) => Some(n), _ => None },
-            "tolerance": p.tolerance, "taps": p.taps, "failed": p.failed,
-            "ns_per_tap": p.whole.best, "ns_per_tap_median": p.whole.median, "spread": p.whole.spread, "taps_per_second": 1e9 / p.whole.best,
-            "strain_error_median": p.errors.map(|e| e.median), "strain_error_p99": p.errors.map(|e| e.p99),
-            "strain_error_max": p.errors.map(|e| e.worst),
+            "configuration": configuration, "backend": name(places, m.step.place), "kernel": solved.name(),
+            "nodes": match solved { Solved::Nodes(n) => Some(n), _ => None },
+            "tolerance": tolerance, "taps": m.taps, "failed": m.failed,
+            "ns_per_tap": m.times.best, "ns_per_tap_median": m.times.median, "spread": m.times.spread, "taps_per_second": 1e9 / m.times.best,
+            "strain_error_median": error(|e| e.median), "strain_error_p99": error(|e| e.p99), "strain_error_max": error(|e| e.worst),
         })
     };
-    let points: Vec<Value> = measured.points.iter().map(point).collect();
+    let points: Vec<Value> = points(measured).map(point).collect();
     json!({ "machine": bench::machine(), "noise": noise.json(), "points": points })
 }

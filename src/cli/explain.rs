@@ -5,8 +5,10 @@ use std::time::Instant;
 
 use serde_json::{Value, json};
 use vibrissa::backend::Choice;
+use vibrissa::census::effect::Effect;
+use vibrissa::census::explain::{Change, Explained, Explanation, Verdict, explain};
+use vibrissa::census::tap_json;
 use vibrissa::error::{Error, InputError};
-use vibrissa::explain::{Change, Effect, Explained, Explanation, explain};
 use vibrissa::scene::{BackendChoice, Drive, Precision, RunOptions, Spec};
 
 use super::reply::Reply;
@@ -186,11 +188,8 @@ fn align(text: &mut String, rows: &[Vec<String>]) {
 
 fn changed(drive: Drive, change: Option<&Change>) -> Value {
     change.map_or(Value::Null, |c| {
-        let t = &c.at;
-        let mut at = json!({ "D_mm": t.D, "d_mm": t.d, "L_a_mm": t.L_a, "x_ss_mm": t.x_ss, "l_mm": t.l, "a_mm": t.a });
-        at[drive.column()] = t.drive.into();
         json!({
-            "median_percent": c.median, "largest_percent": c.largest, "at": at, "calibrated_sd_percent": c.left,
+            "median_percent": c.median, "largest_percent": c.largest, "at": tap_json(drive, &c.at), "calibrated_sd_percent": c.left,
             "taps": c.taps, "unmatched": c.unmatched,
             "unmatched_status": c.unmatched_status.to_string(),
         })
@@ -212,7 +211,7 @@ fn result(drive: Drive, found: &Explanation) -> Value {
             "change": changed(drive, e.change.as_ref()),
         })
     };
-    let verdict = |v: &vibrissa::explain::Verdict| {
+    let verdict = |v: &Verdict| {
         json!({
             "tolerance": v.tolerance,
             "effects": v.effects.iter().map(|e| e.name()).collect::<Vec<_>>(),

@@ -13,7 +13,6 @@ mod contour;
 mod devices;
 mod explain;
 mod explore;
-mod faults;
 mod help;
 mod interrupt;
 mod locate;

@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 
 use serde_json::json;
 use vibrissa::backend::{Choice, Work};
+use vibrissa::census::needed::Needed;
 use vibrissa::error::Error;
-use vibrissa::needed::Needed;
 use vibrissa::optimise::report::Design;
 use vibrissa::optimise::{
     self, Ended, Report, Step, Target, Watch,

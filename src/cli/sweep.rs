@@ -5,9 +5,10 @@ use std::path::PathBuf;
 
 use serde_json::{Value, json};
 use vibrissa::backend::{Backend, Choice, Work};
+use vibrissa::census::needed::Needed;
+use vibrissa::census::sample::ComparedRows;
 use vibrissa::curve::both::TAPS;
 use vibrissa::error::Error;
-use vibrissa::needed::{ComparedRows, Needed};
 use vibrissa::plan::Plan;
 use vibrissa::report::answer::{Recommended, of_best};
 use vibrissa::scene::{Direction, Geometry, MaterialFit, Spec};

@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use serde_json::json;
+use vibrissa::census::needed::Needed;
 use vibrissa::error::{Error, SolveError};
-use vibrissa::needed::Needed;
 use vibrissa::optimise::blame::bias;
 use vibrissa::progress::Progress;
 use vibrissa::report::answer::of_tap;

@@ -6,16 +6,16 @@ use std::time::Instant;
 
 use serde_json::json;
 use vibrissa::backend::Backend;
+use vibrissa::census::compare::Line;
+use vibrissa::census::verify::{self, Case, Verified};
+use vibrissa::census::{Place, present};
 use vibrissa::error::{Error, InputError};
 use vibrissa::report::answer_of;
-use vibrissa::scene::{RunOptions, Spec};
+use vibrissa::scene::{BackendChoice, RunOptions, Spec};
 use vibrissa::sink::folder::{Folder, Question, Written};
 use vibrissa::spec;
-use vibrissa::verify::write::{self, Verified, verdict};
-use vibrissa::verify::{self, Case, Line, Place};
 
 use super::args::Verify;
-use super::faults::broken;
 use super::progress::Shown;
 use super::reply::{self, Reply};
 use super::say;
@@ -45,7 +45,7 @@ pub fn run(args: &Verify) -> Result<Reply, Error> {
     let quiet = options.quiet == Some(true);
     reply::in_json(options.json == Some(true));
     super::interrupt::threads(options)?;
-    let places = verify::present(options, bound(args)?)?;
+    let places = places(args, options)?;
     say::warnings(quiet, asked.spec.iter().flat_map(|s| &s.warnings));
     if options.backend.is_none() && !places.iter().any(|p| p.backend().name == "gpu") {
         say::unless(quiet)("no Vulkan, Metal or DirectX 12 adapter: only the CPU kernels are verified");
@@ -70,23 +70,22 @@ pub fn run(args: &Verify) -> Result<Reply, Error> {
     let (lines, done) = solved(cases, places, &Shown::new(taps, quiet))?;
     let stopped = (done < taps).then_some([done, taps]);
     let kept = stopped.is_none() || (!lines.is_empty() && (force || !interrupt::is_whole(folder.older())));
-    let mut text = table(&lines, &on);
+    let verified = Verified {
+        spec: asked.spec.as_ref(),
+        samples: asked.samples,
+        seed: asked.seed,
+        backends: &backends,
+        lines: &lines,
+        stopped,
+        seconds: start.elapsed().as_secs_f64(),
+    };
+    let mut text = table(&lines, &on, args.all || asked.spec.is_some());
     let (mut files, mut removed) = (Vec::new(), Vec::new());
-    let seconds = start.elapsed().as_secs_f64();
     if kept {
-        let verified = Verified {
-            spec: asked.spec.as_ref(),
-            samples: asked.samples,
-            seed: asked.seed,
-            backends: &backends,
-            lines: &lines,
-            stopped,
-            seconds,
-        };
-        write::write(&mut folder, &lines, &backends)?;
-        folder.run_json(&write::document(&verified))?;
+        folder.put("verify.csv", &verified.table()?)?;
+        folder.run_json(&verified.document())?;
         Written { files, removed, .. } = folder.finish()?;
-        let _ = writeln!(text, "wrote {} in {seconds:.1} s", super::listed(&files));
+        let _ = writeln!(text, "wrote {} in {:.1} s", super::listed(&files), start.elapsed().as_secs_f64());
     }
     let what = format!("{done} of {taps} taps");
     let cut = stopped.map(|_| interrupt::last_words(&what, lines.is_empty(), kept, &asked.out));
@@ -94,12 +93,12 @@ pub fn run(args: &Verify) -> Result<Reply, Error> {
     Ok(Reply {
         answer: if kept { answer_of(&asked.out) } else { String::new() },
         text,
+        counts: verified.counts(),
+        seconds: json!({ "total": verified.seconds }),
+        backend: json!(backends),
+        result: json!({ "census": verified.census() }),
         out: Some(asked.out),
         files,
-        counts: write::counts(&lines),
-        seconds: json!({ "total": seconds }),
-        backend: json!(backends),
-        result: json!({ "census": lines.iter().map(|l| write::line_json(l, &backends[l.place])).collect::<Vec<_>>() }),
         quiet,
         broken: (!faults.is_empty()).then(|| faults.join("\n")),
         ..Reply::default()
@@ -108,10 +107,10 @@ pub fn run(args: &Verify) -> Result<Reply, Error> {
 }
 
 /// The lines of the census and the number of taps that were solved everywhere: all, or those before a signal.
-fn solved(cases: Vec<Case>, mut places: Vec<Place>, progress: &Shown) -> Result<(Vec<Line>, u64), Error> {
+fn solved(cases: Vec<Case>, places: Vec<Place>, progress: &Shown) -> Result<(Vec<Line>, u64), Error> {
     let (stop, mut shown) = (interrupt::stop_and_keep(), progress.clone());
     let mut lines: Vec<Line> = Vec::new();
-    let work = move |each: &mut dyn FnMut(Line)| verify::run(&cases, &mut places, stop, &mut shown, each);
+    let work = move |each: &mut dyn FnMut(Line)| verify::run(&cases, &places, stop, &mut shown, each);
     let done = apart::apart(work, |line| lines.push(line));
     progress.finish();
     let done = match done? {
@@ -122,11 +121,17 @@ fn solved(cases: Vec<Case>, mut places: Vec<Place>, progress: &Shown) -> Result<
     Ok((lines, done))
 }
 
-/// `--bound`, checked.
-fn bound(args: &Verify) -> Result<Option<f64>, InputError> {
-    let Some(b) = args.bound.filter(|b| !(*b > 0.0 && b.is_finite())) else { return Ok(args.bound) };
-    let error = InputError::new("a bound on an error must be a positive number");
-    Err(error.key("--bound").value(b).allowed("> 0"))
+/// The backends; the reference is none of them.
+fn places(args: &Verify, options: &RunOptions) -> Result<Vec<Place>, Error> {
+    if options.backend == Some(BackendChoice::Reference) {
+        let error = InputError::new("the reference is what the other backends are compared with");
+        return Err(error.key("--backend").value("reference").allowed("auto (all), gpu, cpu").into());
+    }
+    if let Some(b) = args.bound.filter(|b| !(*b > 0.0 && b.is_finite())) {
+        let error = InputError::new("a bound on an error must be a positive number");
+        return Err(error.key("--bound").value(b).allowed("> 0").into());
+    }
+    present(options, args.bound)
 }
 
 /// Reads the spec, if any. Its `out` is where a sweep of it goes: the census goes beside it.
@@ -202,25 +207,62 @@ fn planned(asked: &VerifyOptions, places: &[Place]) -> Result<Reply, Error> {
     })
 }
 
-/// The census for people: one line per configuration and backend.
-fn table(lines: &[Line], places: &[String]) -> String {
-    let mut text = "configuration          backend   taps   strain   median      p99  over        K    force      arc unsolved sweeps   max  verdict\n".to_owned();
-    let number = |x: Option<f64>| x.map_or("-".into(), |x| format!("{x:.1e}"));
-    for line in lines {
+/// Which bounds are broken, and where: the three worst lines in full.
+fn broken(lines: &[Line], places: &[String]) -> Option<String> {
+    let mut bad: Vec<&Line> = lines.iter().filter(|l| !l.faults().is_empty()).collect();
+    let excess = |l: &Line| l.errors[0].map_or(0.0, |f| f.worst / l.bound);
+    bad.sort_by(|a, b| excess(b).total_cmp(&excess(a)));
+    let mut text = format!("{} of {} lines of the census break a bound", bad.len(), lines.len());
+    for line in bad.iter().take(3) {
+        let faults: Vec<String> = line.faults().into_iter().map(|(_, words)| words).collect();
+        let _ = write!(text, "\n  {} on {}: {}", line.configuration, places[line.place], faults.join("; "));
+    }
+    if bad.len() > 3 {
+        let _ = write!(text, "\n  and {} more: see the column verdict of verify.csv", bad.len() - 3);
+    }
+    (!bad.is_empty()).then_some(text)
+}
+
+/// The census for people: one line per backend, and of each configuration that breaks a bound, or of `all`.
+fn table(lines: &[Line], places: &[String], all: bool) -> String {
+    let mut text = String::new();
+    let number = |x: f64| if x.is_nan() { "-".into() } else { format!("{x:.1e}") };
+    if !all {
+        text += "backend  configurations   taps  compared  worst strain error, of the bound  left to the reference  verdict\n";
+        for (n, place) in places.iter().enumerate() {
+            let these = || lines.iter().filter(|l| l.place == n);
+            let near = |l: &&Line| l.errors[0].map_or(0.0, |f| f.worst / l.bound);
+            let Some(worst) = these().max_by(|a, b| near(a).total_cmp(&near(b))) else { continue };
+            let sum = |f: fn(&Line) -> usize| these().map(f).sum::<usize>();
+            let bad = these().filter(|l| !l.faults().is_empty()).count();
+            let verdict = if bad == 0 { "ok".to_owned() } else { format!("{bad} break a bound") };
+            let (share, name) = (100.0 * near(&worst), &worst.configuration);
+            let (of, taps, both, left) =
+                (these().count(), sum(|l| l.taps), sum(|l| l.compared), sum(|l| l.referred));
+            let _ = writeln!(
+                text,
+                "{place:<8} {of:>14} {taps:>6} {both:>9}  {share:>6.1} %  {name:<25} {left:>21}  {verdict}"
+            );
+        }
+    }
+    let mut shown = lines.iter().filter(|l| all || !l.faults().is_empty()).peekable();
+    if shown.peek().is_none() {
+        return text;
+    }
+    text += "configuration          backend   taps   strain   median      p99  over        K    force      arc unsolved sweeps   max  verdict\n";
+    for line in shown {
         let Line { configuration, taps, unsolved, sweeps: (mean, most), .. } = line;
         let (place, first) = (&places[line.place], line.errors[0]);
         let over = first.map_or(0, |f| f.over);
-        let [strain, k, force, arc] = line.errors.map(|f| number(f.map(|f| f.worst)));
-        let [median, p99] = [first.map(|f| f.median), first.map(|f| f.p99)].map(number);
+        let [strain, k, force, arc] = line.errors.map(|f| number(f.map_or(f64::NAN, |f| f.worst)));
+        let [median, p99] =
+            [first.map(|f| f.median), first.map(|f| f.p99)].map(|x| number(x.unwrap_or(f64::NAN)));
         let _ = writeln!(
             text,
             "{configuration:<22} {place:<8} {taps:>5} {strain:>8} {median:>8} {p99:>8} {over:>5} {k:>8} {force:>8} {arc:>8} {unsolved:>8} {mean:>6.1} {most:>5}  {}",
-            verdict(line)
+            line.verdict()
         );
     }
-    text.push_str(
-        "strain, K, force, arc: largest error against the reference; over: taps above the bound; unsolved: taps that only the\n\
-         reference solves; sweeps: mean and largest number of a tap.\n",
-    );
-    text
+    text + "strain, K, force, arc: largest error against the reference; over: taps above the bound; unsolved: taps that only the\n\
+            reference solves; sweeps: mean and largest number of a tap.\n"
 }

@@ -1,8 +1,8 @@
 //! The bound by which effects are left off: typed, or `[run] model_error` of a spec.
 
 use crate::backend::Choice;
+use crate::census::needed::LEAST;
 use crate::error::{Error, InputError};
-use crate::needed::LEAST;
 use crate::scene::{Spec, Written};
 use crate::spec;
 

@@ -98,7 +98,10 @@ pub const VERDICTS: [(&str, &str); 8] = [
     ("force", "an error of a force above ten times the bound"),
     ("arc", "an error of the contact arc above ten times the bound"),
     ("status", "words differ, and not next to a threshold"),
-    ("unsolved", "too many taps that only the reference solved, or that were left to it"),
+    (
+        "unsolved",
+        "too many taps that only the reference solved, or that were left to it far from base and gauge",
+    ),
     ("unanswered", "too many taps that only the backend solved"),
 ];
 

@@ -295,7 +295,8 @@ pub fn of_verify(table: &Table) -> Result<String, InputError> {
     if let Some(first) = broken.first() {
         let worst = nearest(broken.clone()).unwrap_or(*first);
         let verdict = table.word("verdict", worst);
-        return Ok(format!("{} of {lines} fail: {} (verdict: {verdict}).", broken.len(), told(worst)));
+        let what = if near(&worst) > 1.0 { told(worst) } else { line(worst) };
+        return Ok(format!("{} of {lines} fail: {what} (verdict: {verdict}).", broken.len()));
     }
     let nearest = nearest((0..table.len).collect())
         .map_or(String::new(), |r| format!("; nearest to its bound, {}", told(r)));

@@ -24,9 +24,9 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 
 use crate::backend::{Backend, Choice};
+use crate::census::needed::Needed;
 use crate::error::Error;
 use crate::evaluate::Outcome;
-use crate::needed::Needed;
 use crate::plan::{CHUNK, Plan};
 use crate::progress::Progress;
 use crate::recommend::Standing;

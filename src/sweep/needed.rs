@@ -7,8 +7,9 @@ use serde_json::Value;
 
 use super::{Clock, Report, Run, Target, attempt, key};
 use crate::backend::Choice;
+use crate::census::needed::Needed;
+use crate::census::sample::Row;
 use crate::error::{Error, InputError};
-use crate::needed::{Needed, Row};
 use crate::plan::Plan;
 use crate::progress::Progress;
 use crate::scene::{Layout, Setup, Space, Spec, Study, Tuple};

@@ -11,6 +11,7 @@ use super::handed::Handed;
 use super::keep::{self, Keeper, Pace};
 use super::writers::Writers;
 use crate::backend::Choice;
+use crate::census::{Taps, sample};
 use crate::curve::{
     self, Ask, Curve, Reach,
     both::{self, Both},
@@ -24,7 +25,6 @@ use crate::scene::{Direction, Study, Theory, Tuple};
 use crate::sink::rows::Rows;
 use crate::sink::run_json::Counts;
 use crate::sink::table::Table;
-use crate::verify::taps;
 
 /// A sweep under way.
 pub(super) struct Run<'a> {
@@ -231,11 +231,9 @@ pub(super) fn method(study: &Study, choice: &Choice, stop: &AtomicBool) -> Resul
     if choice.backend.adapter.is_none() || setup.built.is_none() {
         return Ok(method);
     }
-    let tuples: Vec<Tuple> = taps::of_space(&study.space, TAPS, 0)?;
-    let designs: Vec<Design> = tuples.iter().map(|t| Design::new(setup, *t)).collect();
-    let tasks: Vec<Task> = (0..).zip(&tuples).map(|(i, t)| Task::of(i, t)).collect();
+    let taps = Taps::of(setup, &sample::random(&study.space, TAPS, 0));
     // Taps that are the reference's are compared with nothing.
     let mut evaluator = Evaluator::new(setup, method).stopping(stop).sparing(usize::MAX);
-    evaluator.run(&designs, &tasks)?;
+    evaluator.run(&taps.designs, &taps.tasks)?;
     Ok(evaluator.into_method())
 }

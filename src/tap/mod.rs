@@ -16,9 +16,9 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use crate::backend::{Backend, Choice, Work};
+use crate::census::needed::Needed;
 use crate::curve::both;
 use crate::error::Error;
-use crate::needed::Needed;
 use crate::optimise::run::{no_axes, precise};
 use crate::optimise::score::{Goal, Score};
 use crate::progress::Progress;

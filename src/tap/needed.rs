@@ -6,9 +6,10 @@ use std::time::Instant;
 
 use super::{Report, find_by};
 use crate::backend::Choice;
+use crate::census::needed::Needed;
+use crate::census::sample::{ComparedRows, Row};
 use crate::chart::ranges::Wanted;
 use crate::error::{Error, SolveError};
-use crate::needed::{ComparedRows, Needed, Row};
 use crate::optimise::run::no_axes;
 use crate::progress::Progress;
 use crate::scene::search::Objective;

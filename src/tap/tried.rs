@@ -5,9 +5,9 @@ use std::sync::atomic::AtomicBool;
 
 use super::{FEW, Report, Sample, best, write};
 use crate::backend::Choice;
+use crate::census::needed::Needed;
 use crate::design::Design;
 use crate::error::{Error, InputError, SolveError};
-use crate::needed::Needed;
 use crate::optimise::run::no_axes;
 use crate::optimise::score::Limit;
 use crate::progress::Progress;

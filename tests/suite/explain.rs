@@ -5,7 +5,8 @@ use std::path::Path;
 use assert_cmd::Command;
 use serde_json::Value;
 use vibrissa::backend::Choice;
-use vibrissa::explain::{Change, Effect, Explanation, explain};
+use vibrissa::census::effect::Effect;
+use vibrissa::census::explain::{Change, Explanation, explain};
 use vibrissa::scene::{
     BackendChoice, Contact, Geometry, Material, Model, Precision, RunOptions, Study, TERMS,
 };
@@ -210,7 +211,7 @@ fn bad_usage_is_exit_code_2() {
 #[test]
 fn an_effect_described_once_is_read_explained_left_off_and_verified() {
     let keys = spec::keys::MODEL.names();
-    let verified = vibrissa::verify::configuration::all();
+    let verified = vibrissa::census::configuration::all();
     for term in &TERMS {
         assert!(keys.contains(&term.key), "{}", term.key);
         let rest = "[whisker]\nD = 10\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = 30\ntheta = 5\n";

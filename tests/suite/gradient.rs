@@ -6,11 +6,11 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::built::{case, cases};
+use vibrissa::census::{configuration, hard};
 use vibrissa::design::Design;
 use vibrissa::evaluate::{self, Evaluator, Input, Method, OUTPUTS, Outcome, Task};
 use vibrissa::scene::{Clamp, Property, Setup, Tuple};
 use vibrissa::spec;
-use vibrissa::verify::{configuration, taps};
 
 /// Largest error of a derivative, relative to the largest of its column.
 const TOLERANCE: f64 = 1e-8;
@@ -247,9 +247,9 @@ fn derivatives_are_those_of_the_reference() {
     for one in configuration::all().iter().filter(|c| wanted.as_ref().is_none_or(|w| w == c.name)) {
         let setup = one.setup();
         // The first begins at its clamp, where no solid has a gauge.
-        let mut these = taps::random(one.drive, one.hub, 1 + count(), 3).split_off(1);
+        let mut these = hard::random(one.drive, one.hub, 1 + count(), 3).split_off(1);
         if count() > 1 {
-            these.extend(taps::hard(&setup));
+            these.extend(hard::hard(&setup));
         }
         if one.foil {
             // Foils are long: few random whiskers carry one.
@@ -257,7 +257,7 @@ fn derivatives_are_those_of_the_reference() {
             these.push(Tuple { a: 33.0, drive: 4.0, ..whisker });
         }
         if one.tilted {
-            taps::tilt(&mut these, 5);
+            hard::tilt(&mut these, 5);
         }
         let [n, k] = check(one.name, &setup, &these);
         (all, told) = (all + n, told + k);

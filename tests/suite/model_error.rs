@@ -9,8 +9,9 @@ use serde_json::Value;
 
 use crate::common::program::Desk;
 use crate::common::sweeping::{CPU_F64, Row, Table, number};
+use vibrissa::census::needed::Needed;
+use vibrissa::census::sample::ComparedRows;
 use vibrissa::error::Error;
-use vibrissa::needed::{ComparedRows, Needed};
 use vibrissa::plan::Plan;
 use vibrissa::progress::Progress;
 use vibrissa::scene::Setup;

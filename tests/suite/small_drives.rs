@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use crate::common::sweeping::{GPU, REFERENCE, number, sweep};
+use vibrissa::census::sample;
 use vibrissa::design::{Design, amount};
 use vibrissa::spec;
-use vibrissa::verify::taps;
 
 /// Keys of `[tap]`: drives fall, so that the first taps of a batch are large ones.
 fn tap(turned: bool) -> String {
@@ -47,7 +47,7 @@ fn on_a_gpu_strains_of_built_whiskers_keep_the_tolerance_at_small_drives() {
         let text =
             format!("[whisker]\n{cone}{whisker}\n[gauge]\nx_ss = 5\nl = 2\n[tap]\n{tap}\n[model]\n{model}\n");
         let study = spec::parse("spec.toml", &text, Path::new("")).unwrap().study;
-        let tuples = taps::of_space(&study.space, 1000, 0).unwrap();
+        let tuples = sample::random(&study.space, 1000, 0);
         let [found, wanted] = [GPU, REFERENCE].map(|place| sweep(&text, place).tuples);
         let mut worst = 0.0f64;
         for (tuple, (found, wanted)) in tuples.iter().zip(found.rows.iter().zip(&wanted.rows)) {

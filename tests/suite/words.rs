@@ -1,13 +1,13 @@
 //! One tap, one word: whatever the backend, the precision and the neighbours of a tap, it has the word of the reference, and its own digits.
 
 use rayon::prelude::*;
+use vibrissa::census::hard::random;
 use vibrissa::chart::{ranges::Wanted, reader::Reader, rows::RowReader};
 use vibrissa::design::{Design, amount};
 use vibrissa::evaluate::{Evaluator, Method, Outcome, Task};
 use vibrissa::scene::model::{Contact, Drive, Material, Model, Side};
 use vibrissa::scene::sampler::Sampler;
 use vibrissa::scene::{Direction, Setup, Tuple};
-use vibrissa::verify::taps::random;
 
 use crate::common::cases::Kind;
 use crate::common::program::Desk;

@@ -5,13 +5,13 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use serde_json::json;
 use vibrissa::backend::{self, Backend, Choice};
+use vibrissa::census::verify::{self as census, Case, Verified};
+use vibrissa::census::{Place, present};
 use vibrissa::chart::{self as charts, document};
 use vibrissa::error::{Error, InputError};
 use vibrissa::kernel::gpu;
 use vibrissa::scene::RunOptions;
 use vibrissa::spec;
-use vibrissa::verify::write::{self, Verified};
-use vibrissa::verify::{self as census, Case};
 
 use super::error::raise;
 use super::job::{self, Ahead};
@@ -105,16 +105,16 @@ pub fn verify<'py>(
     let threads = options.threads;
     job::whole(py, threads, progress, move |stop, tell| {
         let start = std::time::Instant::now();
-        let mut places = census::present(&options, bound)?;
+        let places = present(&options, bound)?;
         let samples = samples.unwrap_or(census::samples(spec.is_some(), quick));
         let cases = match &spec {
             Some(spec) => vec![Case::of_study(&spec.name, spec.study.clone(), samples, seed)?],
             None => Case::built_in(samples, seed, quick),
         };
         let taps = cases.iter().map(|c| c.tuples.len() as u64).sum();
-        let backends: Vec<Backend> = places.iter().map(|p| p.backend().clone()).collect();
+        let backends: Vec<Backend> = places.iter().map(Place::backend).cloned().collect();
         let mut lines = Vec::new();
-        let done = census::run(&cases, &mut places, stop, &mut Ahead(tell), &mut |line| lines.push(line))?;
+        let done = census::run(&cases, &places, stop, &mut Ahead(tell), &mut |line| lines.push(line))?;
         let verified = Verified {
             spec: spec.as_ref(),
             samples,
@@ -124,9 +124,9 @@ pub fn verify<'py>(
             stopped: (done < taps).then_some([done, taps]),
             seconds: start.elapsed().as_secs_f64(),
         };
-        let table = Table::of_csv(&write::table(&lines, &backends)?)?;
+        let table = Table::of_csv(&verified.table()?)?;
         let good = done == taps && lines.iter().all(|line| line.faults().is_empty());
-        let document = write::document(&verified).to_string();
+        let document = verified.document().to_string();
         Ok((table, document, good, spec.map_or_else(Vec::new, |spec| spec.warnings)))
     })
 }

@@ -89,6 +89,9 @@ pub struct Verify {
     /// Largest strain error that passes, relative as --tolerance is [default: the tolerance with f32, twice the tolerance with f64]
     #[arg(long, value_name = "E", allow_hyphen_values = true, value_parser = number)]
     pub bound: Option<f64>,
+    /// Print a line for every built-in configuration on every backend, not only for those that break a bound
+    #[arg(long)]
+    pub all: bool,
     #[command(flatten)]
     pub common: Common,
 }

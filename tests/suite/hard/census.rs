@@ -9,11 +9,11 @@
 use rayon::prelude::*;
 
 use super::*;
+use vibrissa::census::configuration::{Configuration, HUB, all as configured};
 use vibrissa::design::{Design, amount};
 use vibrissa::evaluate::{Evaluator, Method, Task};
 use vibrissa::scene::Drive;
 use vibrissa::scene::sampler::Sampler;
-use vibrissa::verify::configuration::{Configuration, HUB, all as configured};
 
 #[allow(non_snake_case)]
 /// d/D 0.02…1.5, drives of 1e-4…60°, gauges from 1e-4 mm, contacts from next to the clamp to the tip, a half of them next to the gauge.

@@ -233,7 +233,7 @@ impl<'a> Evaluator<'a> {
             };
             tasks.par_iter().map(answer).collect()
         } else if built::asked(setup) {
-            self.built(designs, tasks, None)?
+            self.built(designs, tasks, None, None)?
         } else {
             let solved = self.solutions_anywhere(designs, tasks)?;
             self.outcomes(designs, tasks, &solved, None)?
@@ -263,7 +263,7 @@ impl<'a> Evaluator<'a> {
     pub fn run_gripped(&mut self, designs: &[Design], tasks: &[Task], grip: Grip) -> Outcomes {
         self.go_on()?;
         if built::asked(self.setup) {
-            return self.built(designs, tasks, Some(grip));
+            return self.built(designs, tasks, Some(grip), None);
         }
         // The angle at the base tells which way the force acts there.
         self.spatial = self.setup.asks_wrench();
@@ -282,8 +282,11 @@ impl<'a> Evaluator<'a> {
 
     /// [`run`](Self::run) where it is known already what the reference says of each tap, so that it need not be asked again.
     pub fn run_beside(&mut self, designs: &[Design], tasks: &[Task], expected: &[Outcome]) -> Outcomes {
-        if self.needs_no_kernel(tasks) || built::asked(self.setup) {
+        if self.needs_no_kernel(tasks) {
             return self.run(designs, tasks);
+        }
+        if built::asked(self.setup) {
+            return self.built(designs, tasks, None, Some(expected));
         }
         let solved = self.solutions_anywhere(designs, tasks)?;
         self.outcomes(designs, tasks, &solved, Some(expected))

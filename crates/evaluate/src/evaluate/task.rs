@@ -33,7 +33,7 @@ impl Task {
     }
 
     /// Whether the contact is so far from gauge and base that kernels solve what has a solution.
-    pub(super) fn is_far(&self, design: &Design) -> bool {
+    pub fn is_far(&self, design: &Design) -> bool {
         let x2 = design.shared.as_ref().map_or(f64::INFINITY, |shared| shared.gauge[1]);
         self.a > FAR * x2.max(design.tuple.D)
     }

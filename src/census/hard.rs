@@ -1,13 +1,9 @@
-//! Taps to verify: hard ones, random ones over wide ranges, and some of a study's own.
-
-use std::collections::BTreeSet;
+//! Taps to verify: hard ones, and random ones over wide ranges.
 
 use crate::design::{Design, amount};
-use crate::error::Error;
 use crate::physics::rod::{RodError, RodProblem, RodTap};
-use crate::plan::Layout;
 use crate::scene::sampler::Sampler;
-use crate::scene::{Contact, Drive, Geometry, Model, Setup, Space, Tuple};
+use crate::scene::{Contact, Drive, Geometry, Model, Setup, Tuple};
 
 use super::configuration::HUB;
 
@@ -80,7 +76,11 @@ pub fn hard(setup: &Setup) -> Vec<Tuple> {
     for drive in [0.5, 10.0] {
         taps.extend([0.999, 1.0].map(|share| Tuple { a: share * base.L_a, drive, ..base }));
     }
-    let with_length = setup.model.pole_radius > 0.0 || (setup.hub > 0.0 && setup.drive == Drive::Angle);
+    // Where the setup has lengths of its own, a scaled whisker is another one: a curved one would be rolled up a thousand times.
+    let with_length = setup.model.pole_radius > 0.0
+        || setup.hub > 0.0 && setup.drive == Drive::Angle
+        || setup.built.is_some()
+        || setup.gauge.foil.is_some();
     if !with_length {
         taps.extend([1e-3, 1e3].map(|k| scaled(base, k)));
     }
@@ -161,34 +161,4 @@ fn stuck(setup: &Setup, tuple: Tuple) -> Result<RodTap, RodError> {
         model: &model,
     };
     problem.solve()
-}
-
-/// About `samples` random taps of `space`, in its order, none twice; all of them where there are no more.
-///
-/// # Errors
-/// A tuple file that cannot be read again.
-pub fn of_space(space: &Space, samples: u32, seed: u64) -> Result<Vec<Tuple>, Error> {
-    let (len, at): (u64, Box<dyn Fn(u64) -> Tuple>) = match space {
-        Space::Grid(factors) => {
-            let layout = Layout::new(factors);
-            (layout.len(), Box::new(move |i| layout.tuple(i)))
-        }
-        Space::List(listed) => (listed.len() as u64, Box::new(|i| listed.tuple(i as usize))),
-    };
-    if len <= u64::from(samples) {
-        return Ok((0..len).map(at).collect());
-    }
-    let index = |k: u32| {
-        let [high, low] = [0, 1].map(|dimension| Sampler::Random.coordinate(seed, dimension, k));
-        let fraction = u128::from(high) << 32 | u128::from(low);
-        ((fraction * u128::from(len)) >> 64) as u64
-    };
-    let mut chosen = BTreeSet::new();
-    for k in 0..4 * u64::from(samples) {
-        if chosen.len() == samples as usize {
-            break;
-        }
-        chosen.insert(index(k as u32));
-    }
-    Ok(chosen.into_iter().map(at).collect())
 }

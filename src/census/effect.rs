@@ -1,8 +1,12 @@
 //! Effects of the model as switches: what each is in a setup, and the two settings whose strains are compared.
 
-use super::setting::{Aim, Setting};
-use crate::scene::built::{Profile, Root};
-use crate::scene::{Amount, Contact, Drive, Foil, Geometry, Material, Model, Side, TERMS, Term};
+use std::sync::Arc;
+
+use crate::evaluate::Task;
+use crate::scene::built::{Built, Profile, Root};
+use crate::scene::{
+    Amount, Contact, Direction, Drive, Foil, Geometry, Material, Model, Setup, Side, TERMS, Term,
+};
 
 /// Distance of the motor's axis behind the clamp where the spec has none, mm.
 pub const HUB: f64 = 10.0;
@@ -22,6 +26,84 @@ pub const FOIL: Foil = Foil { stiffness: 100.0, length: 6.3, width: 2.8, strain_
 /// Keys of effects that others ask for.
 const EXTENSION: &str = "extension";
 const SURFACE: &str = "surface";
+
+/// An angle of the pole.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Aim {
+    /// Of every tap as the spec says, somewhere not 0.
+    Asked,
+    /// 0 for every tap.
+    #[default]
+    Upright,
+    /// This for every tap, degrees.
+    All(f64),
+}
+
+impl Aim {
+    /// What it makes of an angle of the spec, degrees.
+    pub fn of(self, asked: f64) -> f64 {
+        match self {
+            Self::Asked => asked,
+            Self::Upright => 0.0,
+            Self::All(angle) => angle,
+        }
+    }
+
+    fn words(self) -> String {
+        match self {
+            Self::Asked => "as asked".into(),
+            Self::Upright => "0 deg".into(),
+            Self::All(angle) => format!("{angle} deg"),
+        }
+    }
+}
+
+/// What a comparison keeps and changes: the setup and the direction of the pole.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Setting {
+    /// Rig, gauge, model.
+    pub setup: Setup,
+    /// Tilt of the pole.
+    pub tilt: Aim,
+    /// Lean of the pole.
+    pub lean: Aim,
+}
+
+impl Setting {
+    /// As the setup says, with poles as `directions` ask for them.
+    pub fn of(setup: &Setup, directions: impl Iterator<Item = Direction> + Clone) -> Self {
+        let aim = |angle: fn(Direction) -> f64| match directions.clone().any(|d| angle(d) != 0.0) {
+            true => Aim::Asked,
+            false => Aim::Upright,
+        };
+        Self { setup: setup.clone(), tilt: aim(|d| d.tilt), lean: aim(|d| d.lean) }
+    }
+
+    /// The whisker with something else about it, or the cone, if it is no more then.
+    fn rebuild(&mut self, change: impl FnOnce(&mut Built)) {
+        let mut built = self.setup.built.as_deref().cloned().unwrap_or(Built::CONE);
+        change(&mut built);
+        self.setup.built = Some(built).filter(|built| *built != Built::CONE).map(Arc::new);
+    }
+
+    /// `task` with the pole of this setting.
+    pub fn aimed(&self, task: Task) -> Task {
+        let Direction { tilt, lean } = task.direction;
+        Task { direction: Direction { tilt: self.tilt.of(tilt), lean: self.lean.of(lean) }, ..task }
+    }
+
+    /// Without `effects`.
+    pub fn without(&self, effects: impl IntoIterator<Item = Effect>) -> Self {
+        let mut rest = self.clone();
+        effects.into_iter().for_each(|e| e.switch(&mut rest, false));
+        rest
+    }
+
+    /// The paper's theory: linear, without any effect; rig and gauge stay.
+    pub fn linear(&self) -> Self {
+        self.without(Effect::all().filter(|e| !e.is_of_rig()))
+    }
+}
 
 /// An effect that a comparison switches.
 #[derive(Debug, Clone, Copy)]
@@ -141,17 +223,17 @@ impl Effect {
     /// Whether the setting has it; `None` for the side, which is no effect.
     pub fn is_on(self, s: &Setting) -> Option<bool> {
         Some(match self {
-            Self::Rotation => s.model.geometry == Geometry::Exact,
-            Self::Term(term) => (term.get)(&s.model).is_on(),
-            Self::Hub => s.hub > 0.0,
-            Self::Foil => s.foil.is_some(),
-            Self::Root => s.built.as_ref().is_some_and(|b| b.root != Root::RIGID),
-            Self::Curvature => s.built.as_ref().is_some_and(|b| !b.is_straight()),
-            Self::Inner => s.built.as_ref().is_some_and(|b| b.inner.is_some()),
-            Self::Profile => s.built.as_ref().is_some_and(|b| b.profile != Profile::Power(1.0)),
-            Self::Coulomb => matches!(s.model.contact, Contact::Coulomb(_)),
-            Self::Stick => s.model.contact == Contact::Stick,
-            Self::Rubber => !hooke(&s.model),
+            Self::Rotation => s.setup.model.geometry == Geometry::Exact,
+            Self::Term(term) => (term.get)(&s.setup.model).is_on(),
+            Self::Hub => s.setup.hub > 0.0,
+            Self::Foil => s.setup.gauge.foil.is_some(),
+            Self::Root => s.setup.built.as_ref().is_some_and(|b| b.root != Root::RIGID),
+            Self::Curvature => s.setup.built.as_ref().is_some_and(|b| !b.is_straight()),
+            Self::Inner => s.setup.built.as_ref().is_some_and(|b| b.inner.is_some()),
+            Self::Profile => s.setup.built.as_ref().is_some_and(|b| b.profile != Profile::Power(1.0)),
+            Self::Coulomb => matches!(s.setup.model.contact, Contact::Coulomb(_)),
+            Self::Stick => s.setup.model.contact == Contact::Stick,
+            Self::Rubber => !hooke(&s.setup.model),
             Self::Tilt => s.tilt != Aim::Upright,
             Self::Lean => s.lean != Aim::Upright,
             Self::Side => return None,
@@ -160,8 +242,8 @@ impl Effect {
 
     /// Switches it on at the stated value, or off; the side changes only with `on`.
     pub(super) fn switch(self, s: &mut Setting, on: bool) {
-        let e0 = s.model.material.e0();
-        let m = &mut s.model;
+        let e0 = s.setup.model.material.e0();
+        let m = &mut s.setup.model;
         match self {
             Self::Rotation => m.geometry = if on { Geometry::Exact } else { Geometry::Linear },
             Self::Term(term) => {
@@ -171,27 +253,29 @@ impl Effect {
                 let others = TERMS.iter().filter(needs).filter(|_| !on);
                 others.for_each(|other| (other.set)(m, other.trial.off()));
             }
-            Self::Foil => s.foil = on.then_some(FOIL),
+            Self::Foil => s.setup.gauge.foil = on.then_some(FOIL),
             // Only off: [`Self::is_told`].
             Self::Root => s.rebuild(|b| b.root = Root::RIGID),
             Self::Curvature => s.rebuild(|b| b.curvature = [0.0; 2]),
             Self::Inner => s.rebuild(|b| b.inner = None),
             Self::Profile => s.rebuild(|b| b.profile = Profile::Power(1.0)),
-            Self::Hub => s.hub = if on { HUB } else { 0.0 },
+            Self::Hub => s.setup.hub = if on { HUB } else { 0.0 },
             Self::Coulomb if on => m.contact = Contact::Coulomb(FRICTION),
             Self::Stick if on => m.contact = Contact::Stick,
             Self::Coulomb | Self::Stick => m.contact = Contact::Frictionless,
             Self::Rubber => m.material = if on { Material::NeoHookean(e0) } else { Material::Hooke(e0) },
             Self::Tilt => s.tilt = if on { Aim::All(TILT) } else { Aim::Upright },
             Self::Lean => s.lean = if on { Aim::All(LEAN) } else { Aim::Upright },
-            Self::Side if on => s.side = if s.side == Side::Far { Side::Contact } else { Side::Far },
+            Self::Side if on => {
+                s.setup.gauge.side = if s.setup.gauge.side == Side::Far { Side::Contact } else { Side::Far }
+            }
             Self::Side => {}
         }
     }
 
     /// Its value in `s`, as the spec writes it.
     pub fn value(self, s: &Setting) -> String {
-        let m = &s.model;
+        let m = &s.setup.model;
         match self {
             Self::Rotation if m.geometry == Geometry::Exact => "exact".into(),
             Self::Rotation => "linear".into(),
@@ -200,20 +284,22 @@ impl Effect {
                 Amount::Number(x) => format!("{x} {}", term.unit).trim_end().into(),
                 Amount::Word(word) => word.into(),
             },
-            Self::Foil => s.foil.map_or("none".into(), |foil| format!("{} N/mm", foil.stiffness)),
+            Self::Foil => s.setup.gauge.foil.map_or("none".into(), |foil| format!("{} N/mm", foil.stiffness)),
             Self::Root => if self.is_on(s) == Some(true) { "springs" } else { "rigid" }.into(),
-            Self::Curvature => s.built.as_ref().map_or("0".into(), |b| format!("{} 1/mm", b.curvature[0])),
-            Self::Inner => match s.built.as_ref().and_then(|b| b.inner.as_ref()) {
+            Self::Curvature => {
+                s.setup.built.as_ref().map_or("0".into(), |b| format!("{} 1/mm", b.curvature[0]))
+            }
+            Self::Inner => match s.setup.built.as_ref().and_then(|b| b.inner.as_ref()) {
                 Some(inner) if inner.modulus > 0.0 => "core".into(),
                 Some(_) => "bore".into(),
                 None => "solid".into(),
             },
-            Self::Profile => match s.built.as_ref().map(|b| &b.profile) {
+            Self::Profile => match s.setup.built.as_ref().map(|b| &b.profile) {
                 Some(Profile::Power(n)) if *n != 1.0 => format!("exponent {n}"),
                 Some(Profile::Table(knots)) => format!("{} knots", knots.len()),
                 _ => "cone".into(),
             },
-            Self::Hub => format!("{} mm", s.hub),
+            Self::Hub => format!("{} mm", s.setup.hub),
             Self::Coulomb | Self::Stick => match m.contact {
                 Contact::Frictionless => "frictionless".into(),
                 Contact::Stick => "stick".into(),
@@ -228,7 +314,7 @@ impl Effect {
             .into(),
             Self::Tilt => s.tilt.words(),
             Self::Lean => s.lean.words(),
-            Self::Side if s.side == Side::Far => "far".into(),
+            Self::Side if s.setup.gauge.side == Side::Far => "far".into(),
             Self::Side => "contact".into(),
         }
     }
@@ -242,52 +328,49 @@ impl Effect {
     }
 
     /// Why it cannot be switched in `s`, if so.
-    fn obstacle(self, s: &Setting, drive: Drive) -> Option<String> {
-        let rubs = s.model.contact != Contact::Frictionless;
+    fn obstacle(self, s: &Setting) -> Option<String> {
+        let (setup, m) = (&s.setup, &s.setup.model);
+        let rubs = m.contact != Contact::Frictionless;
         let unsolid = |term: &Term| ["clamp", "indentation", "section"].contains(&term.key);
         let off = |term: &Term| format!("{} = {}", term.key, term.off());
-        let more = s.built.is_some() || s.wrench;
-        let forbids = s.built.as_ref().and_then(|built| built.upright(s.model.surface));
+        let more = setup.built.is_some() || setup.asks_wrench();
+        let forbids = setup.built.as_ref().and_then(|built| built.upright(m.surface));
         let why = match self {
             Self::Foil if more => "computed for a cone clamped at its base",
             Self::Term(term) if more && unsolid(term) => "computed for a cone clamped at its base",
-            Self::Tilt | Self::Lean if s.wrench => "a moment or a force needs an upright pole",
+            Self::Tilt | Self::Lean if setup.asks_wrench() => "a moment or a force needs an upright pole",
             Self::Tilt | Self::Lean if forbids.is_some() => forbids.unwrap_or_default(),
             Self::Term(term) if term.frictionless.is_some() && rubs => {
                 return Some(format!("friction needs {}", off(term)));
             }
-            Self::Term(term) if term.key == EXTENSION && s.model.extension && rubs => {
-                "friction needs extension"
-            }
-            Self::Term(term) if (term.get)(&s.model).is_on() && self.is_needed(&s.model).is_some() => {
-                return self.is_needed(&s.model).map(|other| format!("{} needs it", other.key));
+            Self::Term(term) if term.key == EXTENSION && m.extension && rubs => "friction needs extension",
+            Self::Term(term) if (term.get)(m).is_on() && self.is_needed(m).is_some() => {
+                return self.is_needed(m).map(|other| format!("{} needs it", other.key));
             }
             Self::Foil if rubs => "friction needs a gauge without a foil",
-            Self::Rubber if s.built.as_ref().is_some_and(|built| built.is_hollow_or_cored()) => {
+            Self::Rubber if setup.built.as_ref().is_some_and(|built| built.is_hollow_or_cored()) => {
                 "a bore or a core needs hooke"
             }
-            Self::Coulomb | Self::Stick if s.foil.is_some() => "needs a gauge without a foil",
-            Self::Tilt | Self::Lean if s.foil.is_some() => "a foil needs an upright pole",
-            Self::Tilt | Self::Lean if upright(&s.model).is_some() => {
-                return upright(&s.model).map(|term| format!("{} needs an upright pole", term.key));
+            Self::Coulomb | Self::Stick if setup.gauge.foil.is_some() => "needs a gauge without a foil",
+            Self::Tilt | Self::Lean if setup.gauge.foil.is_some() => "a foil needs an upright pole",
+            Self::Tilt | Self::Lean if upright(m).is_some() => {
+                return upright(m).map(|term| format!("{} needs an upright pole", term.key));
             }
             Self::Coulomb | Self::Stick => {
-                let on = |term: &&Term| term.frictionless.is_some() && (term.get)(&s.model).is_on();
+                let on = |term: &&Term| term.frictionless.is_some() && (term.get)(m).is_on();
                 return TERMS.iter().find(on).map(|term| format!("needs {}", off(term)));
             }
-            Self::Tilt | Self::Lean if matches!(s.model.contact, Contact::Coulomb(_)) => {
+            Self::Tilt | Self::Lean if matches!(m.contact, Contact::Coulomb(_)) => {
                 "coulomb friction needs an upright pole"
             }
-            Self::Tilt | Self::Lean if s.model.contact == Contact::Stick && s.model.surface => {
+            Self::Tilt | Self::Lean if m.contact == Contact::Stick && m.surface => {
                 "a contact that sticks on the surface needs an upright pole"
             }
-            Self::Tilt | Self::Lean if s.model.contact == Contact::Stick && s.model.pole_radius > 0.0 => {
+            Self::Tilt | Self::Lean if m.contact == Contact::Stick && m.pole_radius > 0.0 => {
                 "a contact that rolls needs an upright pole"
             }
-            Self::Hub if drive == Drive::Displacement => "the base does not turn",
-            Self::Side if hooke(&s.model) && !s.model.extension => {
-                "the sides are equal: hooke without extension"
-            }
+            Self::Hub if setup.drive == Drive::Displacement => "the base does not turn",
+            Self::Side if hooke(m) && !m.extension => "the sides are equal: hooke without extension",
             _ => return None,
         };
         Some(why.into())
@@ -316,7 +399,7 @@ impl Effect {
             _ => vec![],
         };
         let rolls = |term: &Term| [SURFACE, "pole_radius"].contains(&term.key);
-        if s.model.contact == Contact::Stick && matches!(self, Self::Term(term) if rolls(term)) {
+        if s.setup.model.contact == Contact::Stick && matches!(self, Self::Term(term) if rolls(term)) {
             all.extend(upright);
         }
         all.into_iter().filter(|(e, on)| e.is_on(s) != Some(*on)).collect()
@@ -360,9 +443,9 @@ pub struct Switch {
 
 impl Switch {
     /// `effect` of a setup with this setting: switched off where it is on, on where it is off.
-    pub fn new(effect: Effect, setting: &Setting, drive: Drive) -> Self {
+    pub fn new(effect: Effect, setting: &Setting) -> Self {
         let on = effect.is_on(setting);
-        let pair = effect.obstacle(setting, drive).map_or_else(
+        let pair = effect.obstacle(setting).map_or_else(
             || {
                 let needs = effect.needs(setting);
                 let mut base = setting.clone();
@@ -383,11 +466,4 @@ impl Switch {
         let pole = matches!(self.effect, Effect::Tilt | Effect::Lean) || self.effect.is_of_shape();
         !pole && self.on == Some(true) && self.pair.as_ref().is_ok_and(|p| p.both.is_empty())
     }
-}
-
-/// `setting` without `effects`.
-pub fn without(setting: &Setting, effects: &[Effect]) -> Setting {
-    let mut rest = setting.clone();
-    effects.iter().for_each(|e| e.switch(&mut rest, false));
-    rest
 }

@@ -5,24 +5,14 @@
 //! take what it needs, and the result says so. Because the distance estimate is calibrated, a factor common to all
 //! distances does no harm: what is left of the change after calibration is told too.
 
-mod sample;
-mod setting;
-mod switch;
-
-#[cfg(test)]
-pub(crate) use sample::tests as samples;
-pub use sample::{LIMIT, Sample};
-pub use setting::{Aim, Setting};
-pub use switch::{Effect, FOIL, FRICTION, HUB, LEAN, Pair, Switch, TILT, without};
-
+use super::effect::{Effect, Setting, Switch};
+use super::{Taps, sample};
 use crate::backend::Choice;
-use crate::design::Design;
 use crate::error::Error;
-use crate::evaluate::{Evaluator, Outcome, Task};
-use crate::reduce::Spread;
-use crate::scene::{Setup, Study, Tuple};
+use crate::evaluate::Outcome;
+use crate::reduce::{Spread, median};
+use crate::scene::{Study, Tuple};
 use crate::status::Status;
-use rayon::prelude::*;
 
 /// How much |strain| changes from one setting to another; in %.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -87,16 +77,35 @@ pub struct Explanation {
 }
 
 /// Explains `study`, computed by `choice`, with a verdict for each of `tolerances`.
+///
+/// # Errors
+/// A kernel that fails.
 pub fn explain(study: &Study, choice: &Choice, tolerances: &[f64]) -> Result<Explanation, Error> {
-    let Study { setup, .. } = study;
-    let sample = Sample::new(study)?;
-    let mut bench = Bench { setup: setup.clone(), choice, sample: &sample, known: Vec::new() };
-    let said = Setting::of(setup).asked(&sample.tasks);
+    let (rows, total) = sample::spread(study)?;
+    let said = Setting::of(&study.setup, rows.iter().map(|row| row.point.direction()));
+    // Each setting is solved once.
+    let mut known: Vec<(Setting, Vec<Outcome>)> = Vec::new();
+    let mut solve = |setting: &Setting| -> Result<Vec<Outcome>, Error> {
+        if let Some((_, outcomes)) = known.iter().find(|(s, _)| s == setting) {
+            return Ok(outcomes.clone());
+        }
+        let mut setup = setting.setup.clone();
+        // The strain of the first gauge is what is compared, and a solid has no second.
+        setup.gauge.second = false;
+        let mut taps = Taps::of_rows(&setup, &rows);
+        taps.tasks.iter_mut().for_each(|task| *task = setting.aimed(*task));
+        let outcomes = taps.answers(choice.open(&setup.model)?)?;
+        known.push((setting.clone(), outcomes.clone()));
+        Ok(outcomes)
+    };
+    let mut compare = |base: &Setting, other: &Setting| -> Result<Option<Change>, Error> {
+        Ok(change(&rows, &solve(base)?, &solve(other)?))
+    };
     let mut effects = Vec::new();
     for effect in Effect::all().filter(|effect| effect.is_told(&said)) {
-        let switch = Switch::new(effect, &said, setup.drive);
+        let switch = Switch::new(effect, &said);
         let change = match &switch.pair {
-            Ok(pair) => bench.compare(&pair.base, &pair.other)?,
+            Ok(pair) => compare(&pair.base, &pair.other)?,
             Err(_) => None,
         };
         effects.push(Explained { switch, change });
@@ -104,7 +113,7 @@ pub fn explain(study: &Study, choice: &Choice, tolerances: &[f64]) -> Result<Exp
     let in_model = |e: &&Explained| e.switch.on == Some(true) && !e.switch.effect.is_of_rig();
     let linear = match effects.iter().filter(in_model).count() {
         0 | 1 => None,
-        _ => bench.compare(&said, &said.linear())?,
+        _ => compare(&said, &said.linear())?,
     };
     let mut verdicts = Vec::new();
     for &tolerance in tolerances {
@@ -113,67 +122,32 @@ pub fn explain(study: &Study, choice: &Choice, tolerances: &[f64]) -> Result<Exp
         let needless: Vec<Effect> = effects.iter().filter(small).map(|e| e.switch.effect).collect();
         let together = match needless.as_slice() {
             [] => None,
-            some => bench.compare(&said, &without(&said, some))?,
+            some => compare(&said, &said.without(some.iter().copied()))?,
         };
         verdicts.push(Verdict { tolerance, effects: needless, together });
     }
-    Ok(Explanation { taps: sample.tasks.len(), total: sample.total, effects, linear, verdicts })
+    Ok(Explanation { taps: sample::taps(&rows), total, effects, linear, verdicts })
 }
 
-/// Evaluates the sample in one setting after the other, each once.
-struct Bench<'a> {
-    setup: Setup,
-    choice: &'a Choice,
-    sample: &'a Sample,
-    known: Vec<(Setting, Vec<Outcome>)>,
-}
-
-impl Bench<'_> {
-    fn compare(&mut self, base: &Setting, other: &Setting) -> Result<Option<Change>, Error> {
-        let (base, other) = (self.solve(base)?, self.solve(other)?);
-        Ok(change(self.sample, &self.known[base].1, &self.known[other].1))
-    }
-
-    /// Place of the outcomes of `setting` in `known`.
-    fn solve(&mut self, setting: &Setting) -> Result<usize, Error> {
-        if let Some(place) = self.known.iter().position(|(s, _)| s == setting) {
-            return Ok(place);
-        }
-        let setup = &mut self.setup;
-        setup.model = setting.model;
-        setup.hub = setting.hub;
-        setup.gauge.side = setting.side;
-        setup.gauge.foil = setting.foil;
-        setup.built = setting.built.clone();
-        // The strain of the first gauge is what is compared, and a solid has no second.
-        setup.gauge.second = false;
-        let designs: Vec<Design> = self.sample.designs.par_iter().map(|t| Design::new(setup, *t)).collect();
-        let method = self.choice.open(&setup.model)?;
-        let tasks: Vec<Task> = self.sample.tasks.iter().map(|task| setting.aimed(*task)).collect();
-        let outcomes = Evaluator::new(setup, method).run(&designs, &tasks)?;
-        self.known.push((setting.clone(), outcomes));
-        Ok(self.known.len() - 1)
-    }
-}
-
-/// The change from `base` to `other`; `None` where no tap counts in both.
-fn change(sample: &Sample, base: &[Outcome], other: &[Outcome]) -> Option<Change> {
+/// The change from `base` to `other` at the taps of `rows`; `None` where no tap counts in both.
+fn change(rows: &[sample::Row], base: &[Outcome], other: &[Outcome]) -> Option<Change> {
     let counts = |tap: &Outcome| tap.status.counts() && tap.strain != 0.0;
     let (mut changes, mut left) = (Vec::new(), None::<f64>);
     let (mut unmatched, mut unmatched_status) = (0, Status::OK);
-    for row in sample.rows.windows(2) {
+    let mut pairs = base.iter().zip(other);
+    for row in rows {
         let mut ratios = Spread::default();
-        for i in row[0]..row[1] {
-            match (counts(&base[i]), counts(&other[i])) {
+        for (tap, (base, other)) in row.taps().zip(pairs.by_ref()) {
+            match (counts(base), counts(other)) {
                 (true, true) => {
-                    let (from, to) = (base[i].magnitude(), other[i].magnitude());
+                    let (from, to) = (base.magnitude(), other.magnitude());
                     ratios.push(to / from);
-                    changes.push((100.0 * (to - from) / from, i));
+                    changes.push((100.0 * (to - from) / from, tap));
                 }
                 (false, false) => {}
                 (counts_in_base, _) => {
                     unmatched += 1;
-                    unmatched_status |= if counts_in_base { other[i].status } else { base[i].status };
+                    unmatched_status |= if counts_in_base { other.status } else { base.status };
                 }
             }
         }
@@ -183,8 +157,6 @@ fn change(sample: &Sample, base: &[Outcome], other: &[Outcome]) -> Option<Change
     }
     // Of equal sizes the first tap is the largest.
     let &(largest, at) = changes.iter().rev().max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))?;
-    let taps = changes.len();
-    changes.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let median = 0.5 * (changes[(taps - 1) / 2].0 + changes[taps / 2].0);
-    Some(Change { median, largest, at: sample.tuple(at), left, taps, unmatched, unmatched_status })
+    let median = median(&mut changes.iter().map(|c| c.0).collect::<Vec<_>>());
+    Some(Change { median, largest, at, left, taps: changes.len(), unmatched, unmatched_status })
 }

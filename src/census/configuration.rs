@@ -2,16 +2,12 @@
 
 use std::sync::Arc;
 
+use super::effect::FOIL;
 use crate::scene::built::{Built, Inner, Profile, Root};
-use crate::scene::{
-    Clamp, Contact, Drive, Foil, Gauge, Geometry, Material, Model, Setup, Side, Signal, TERMS,
-};
+use crate::scene::{Clamp, Contact, Drive, Gauge, Geometry, Material, Model, Setup, Side, Signal, TERMS};
 
 /// r₀ of the configurations with a hub, mm. Their random whiskers are scaled so that it is 0.03 to 3 distances.
 pub const HUB: f64 = 10.0;
-
-/// A foil gauge of a lab, on random whiskers of 10 mm.
-const FOIL: Foil = Foil { stiffness: 100.0, length: 6.3, width: 2.8, strain_limit: None };
 
 /// A model on a rig.
 #[derive(Debug, Clone, Copy, PartialEq)]
