@@ -164,10 +164,10 @@ fn taken(written: std::io::Result<()>) -> Result<(), ()> {
 
 /// Prints an error: JSON on stdout or, with the offending lines, on stderr; the exit code.
 pub fn failure(error: &Error) -> u8 {
-    if json() {
-        print_failure(command(), error);
-    } else {
-        say::line(render(error));
+    match drawn(error).filter(|_| !json()) {
+        Some(text) => say::part(format_args!("error: {text}\n")),
+        None if json() => print_failure(command(), error),
+        None => say::line(format_args!("error: {error}")),
     }
     error.exit_code()
 }
@@ -203,19 +203,16 @@ fn error_json(error: &Error) -> Value {
     json!({ "file": e.file, "line": e.line, "key": e.key, "value": e.value, "allowed": e.allowed, "message": message })
 }
 
-fn render(error: &Error) -> String {
-    let Error::Input(input) = error else { return format!("error: {error}") };
-    if input.snippet.is_none() {
-        return format!("error: {error}");
-    }
+/// An error with the lines around it, in colours, where there are some.
+fn drawn(error: &Error) -> Option<String> {
+    let Error::Input(input) = error else { return None };
+    input.snippet.as_ref()?;
     let color = std::io::IsTerminal::is_terminal(&std::io::stderr());
     let theme = if color { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
     let mut text = String::new();
     let handler = GraphicalReportHandler::new_themed(theme).with_width(160).without_cause_chain();
-    match handler.render_report(&mut text, &Shown::new(input)) {
-        Ok(()) => format!("error: {}", text.trim().trim_start_matches('×').trim_start()),
-        Err(_) => format!("error: {error}"),
-    }
+    handler.render_report(&mut text, &Shown::new(input)).ok()?;
+    Some(text.trim().trim_start_matches('×').trim_start().to_owned())
 }
 
 /// A command line that cannot be understood, or a request for help.
