@@ -70,7 +70,7 @@ pub fn judged(
         let mut changed = data.clone();
         changed.rows.iter_mut().for_each(|row| (change.row)(row, rig.design.tuple.L_a));
         let without = Options { fit: Vec::new(), ..options.clone() };
-        let tried = match change.whisker {
+        let tried = match change.whisker || !rig.known {
             true => Rig::of_data(&changed, data.drive)
                 .map_err(Error::from)
                 .and_then(|(rig, _)| settle(&changed, &rig, &without)),

@@ -220,7 +220,7 @@ fn a_file_without_readings_is_refused() {
 fn a_long_table_is_no_spec_and_no_calibration() {
     let desk = Desk::new(SPEC);
     desk.write("rig.csv", "# rig 3\na_mm,theta_deg,strain\n".to_owned() + &"25,4,0.0123\n".repeat(1 << 20));
-    for line in ["sweep rig.csv", "calibrate rig.csv --whisker rig.csv", "locate rig.csv rig.csv"] {
+    for line in ["sweep rig.csv", "optimise rig.csv", "locate rig.csv rig.csv"] {
         let (code, told) = in_time(&desk, line);
         assert!(code == Some(2) && told.contains("rig.csv:2") && told.contains("TOML"), "{line}: {told}");
     }
