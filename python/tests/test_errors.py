@@ -85,6 +85,17 @@ ENDLESS.append(ENDLESS)
     ("fit", lambda: vibrissa.calibrate({}, fit=[3])),
     ("zero", lambda: vibrissa.Locator(__file__, zero="none")),
     ("estimator", lambda: vibrissa.Locator(__file__, estimator=3)),
+    ("all", lambda: vibrissa.devices(all=True)),
+    ("arguments", lambda: vibrissa.devices(3)),
+    ("status", lambda: vibrissa.status_words()),
+    ("a", lambda: vibrissa.strain(10, 4, 50, 5, 2, theta=4.0)),
+    ("a", lambda: vibrissa.strain(10, 4, 50, 5, 2, 30, 4.0, a=30)),
+    ("strain", lambda: vibrissa.distance(theta=4.0, whisker=WHISKER, gauge=GAUGE)),
+    ("array", lambda: vibrissa.Array()),
+    ("path", lambda: vibrissa.Sweep.load()),
+    ("colour", lambda: vibrissa.sweep(**TUPLE).plot(colour=3)),
+    ("best", lambda: vibrissa.sweep(**TUPLE).best(best="K_sd")),
+    ("path", lambda: vibrissa.sweep(**TUPLE).save()),
 ])
 def test_a_bad_argument_is_named(key, call):
     with pytest.raises(vibrissa.InputError) as caught:
@@ -177,10 +188,19 @@ def test_readings_and_paths_are_named(tmp_path):
         (lambda: locator.export("python"), "language"),
         (lambda: vibrissa.Locator(calibration, trust=np.ones(3)), "trust"),
         (lambda: calibration.save(3), "path"),
+        (lambda: calibration.save(), "path"),
+        (lambda: locator.locate(), "drive"),
+        (lambda: locator.locate(4.0, strain=0.02), "strain"),
+        (lambda: locator.stream(), "readings"),
+        (lambda: locator.expected(30.0), "drive"),
+        (lambda: locator.export(lang="c"), "lang"),
     ]:
         with pytest.raises(vibrissa.InputError) as caught:
             call()
         assert caught.value.key == key and caught.value.allowed, str(caught.value)
+    with pytest.raises(OSError) as caught:
+        calibration.save(tmp_path / "none" / "calibration.toml")
+    assert caught.value.filename == str(tmp_path / "none" / "calibration.toml")
     calibration.save(bytes(tmp_path / "calibration.toml"))
     assert [p.name for p in tmp_path.iterdir()] == ["calibration.toml"] and vibrissa.Locator(tmp_path / "calibration.toml").estimator == locator.estimator
 

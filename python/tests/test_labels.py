@@ -55,6 +55,9 @@ def test_series_whose_labels_differ_are_refused():
     # The same labels in the same order are no question, also where one is there twice.
     assert list(strain(A.set_axis(["x", "x", "y"]), THETA.set_axis(["x", "x", "y"]))) == pytest.approx(EXPECTED)
     refused(lambda: strain(A, xarray.DataArray([2.0, 4.0, 6.0], dims="k")), "xarray", "pandas")
+    # An array that is wider has places without a label; one value goes with every place.
+    refused(lambda: strain(A, np.ones((2, 3))), "theta", "labels")
+    assert strain(A.iloc[:1], [2.0, 4.0]).shape == (2,)
 
 
 def test_frames_of_one_shape():
@@ -62,6 +65,8 @@ def test_frames_of_one_shape():
     theta = pd.DataFrame([[6.0, 5.0], [4.0, 2.0]], index=[2, 1], columns=["l", "r"])
     found = strain(a, theta)
     assert found.loc[2, "l"] == pytest.approx(strain(41, 6.0), rel=1e-12) and found.loc[1, "r"] == pytest.approx(strain(30, 2.0), rel=1e-12)
+    slopes = strain(a, theta, grad=("a", "theta"))[1]
+    assert list(slopes.index) == [1, 2] and slopes.loc[2, ("l", "theta")] == pytest.approx(strain(41, 6.0, grad="theta")[1][0], rel=1e-9)
     refused(lambda: strain(a, theta["l"]), "Series", "DataFrame")
 
 
@@ -81,6 +86,7 @@ def test_data_arrays_are_paired_by_their_dimensions():
     assert slopes.dims == ("place", "by") and list(slopes.by.values) == ["a", "theta"]
     assert slopes.sel(place="y", by="theta").item() == pytest.approx(strain(30, 4.0, grad="theta")[1][0], rel=1e-9)
     refused(lambda: strain(a, xarray.DataArray([2.0, 4.0, 6.0], dims="place", coords=dict(place=["x", "y", "w"]))), "theta", "labels")
+    refused(lambda: strain(a.rename(place="by"), 4.0, grad="a"), "grad", "rename")
     refused(lambda: strain(a, xarray.DataArray([2.0, 4.0], dims="place")), "fit")
     refused(lambda: vibrissa.strain(10, [4, 5, 6], 50, 5, 2, a, theta), "d", "dimensions")
 

@@ -373,7 +373,7 @@ def test_arguments_of_jax_are_converted_or_refused(quantity):
     refused(lambda: strained(theta=quantity(4.0, "mm")), "theta", "degrees")
     refused(lambda: strained(theta=None, delta=quantity(2.0, "deg")), "delta", "mm")
     refused(lambda: strained(hub=quantity(3.0, "s")), "whisker.hub", "mm")
-    for bad in ("10 mm", True, np.array([True]), 3j, pd.Series(["a"])):
+    for bad in ("10 mm", True, np.array([True]), jax.numpy.array(True), [jax.numpy.array(True)], 3j, pd.Series(["a"])):
         refused(lambda: strained(a=bad), "a", "numbers")
     # Round an array of JAX, under its transformations.
     if quantity is MAKERS[0]:

@@ -45,6 +45,18 @@ def test_untared_readings_are_warned_of_in_every_way_to_ask(calibration, estimat
             ways(zeroed)[way]()
 
 
+def test_untared_readings_of_several_channels_are_warned_of():
+    rig = dict(whisker=dict(D=10, d=4, L_a=50), gauge=dict(x_ss=5, l=2), sensor=dict(signal=["moment", "force"], noise=[0.02, 0.001]))
+    taps = vibrissa.simulate(**rig, tap=dict(a=[21, 25, 29, 33, 37, 41, 45], theta=[1, 2, 3, 4, 5]), zero_every=5)
+    locator = vibrissa.calibrate(taps, **rig).locator()
+    signals = locator.expected(30.0, 3.0, -1.0)
+    row = dict(zip(["theta_deg", *locator.channels], ([3.0], *signals[:, None])))
+    for ask in (lambda: locator.locate(3.0, signals), lambda: locator.table(row)):
+        with pytest.warns(vibrissa.VibrissaWarning, match="every distance is wrong") as told:
+            ask()
+        assert [w.filename for w in told] == [__file__] * 2 and not any("--" in str(w.message) for w in told)
+
+
 def test_zero_readings_among_them_are_enough(calibration):
     locator = calibration.locator()
     with warnings.catch_warnings():

@@ -174,6 +174,7 @@ def optimise(spec: Spec = None, *, whisker: Section | None = None, gauge: Sectio
 _optimise = optimise
 
 
+@keywords
 def pareto(spec: Spec = None, *, optimise: Section | None = None, **sections: Any) -> Search:
     """The trade-off between the spread of K and the total error of the distance: :func:`optimise` with the objective ``"pareto"``.
 
@@ -183,6 +184,7 @@ def pareto(spec: Spec = None, *, optimise: Section | None = None, **sections: An
     return _optimise(spec, optimise={**(given or {}), "objective": "pareto"}, **sections)
 
 
+@keywords
 def verify(spec: Spec = None, *, quick: bool = False, samples: int | None = None, seed: int = 1, bound: float | None = None,
            run: Section | None = None, progress: Progress = None, **sections: Section) -> Verification:
     """Every backend of this machine against the f64 reference: hard cases and random taps of every configuration, or taps of a spec.
@@ -206,12 +208,14 @@ def verify(spec: Spec = None, *, quick: bool = False, samples: int | None = None
     return Verification(census, document, ok)
 
 
+@keywords
 def devices() -> dict[str, Any]:
     """Adapters, the CPU, and which of them ``backend="auto"`` takes, and why."""
     found: dict[str, Any] = json.loads(_native.devices())
     return found
 
 
+@keywords
 def chart(spec: Spec = None, **sections: Section) -> dict[str, Any]:
     """Charts of a model over the ranges of a spec, one for each distance (64 at most): sparse Chebyshev series that pages and robots read.
 
@@ -231,6 +235,7 @@ def chart(spec: Spec = None, **sections: Section) -> dict[str, Any]:
     return found
 
 
+@keywords
 def spec_text(spec: Spec = None, **sections: Section) -> str:
     """The text of a spec that the program takes for these keywords: ``vibrissa sweep`` gives the same tables from it."""
     path, text = resolve(spec, sections)

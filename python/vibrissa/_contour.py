@@ -124,6 +124,7 @@ def _text(whiskers: Iterable[Section]) -> tuple[str, list[tuple[str, str] | None
     return "\n".join([*lines, ""]), known
 
 
+@keywords
 class Array:
     """Several calibrated whiskers, whose readings become points in one frame, as ``vibrissa locate --array`` tells them.
 

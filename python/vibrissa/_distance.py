@@ -33,7 +33,7 @@ class Distance(NamedTuple):
     """One standard deviation, mm, of ``gauge["noise_strain"]``: σ_ε/|∂ε/∂a|; NaN where no noise is said."""
     status: Any
     """Bits of :class:`vibrissa.Status`: ``no_root`` of a strain above that of every distance, ``ambiguous`` where a second distance in the range of interest
-    gives it, ``no_strain`` of a strain of 0, ``outside_calibration`` where a distance could lie beyond the whisker only, ``invalid_geometry``, ``bad_input`` of what is no
+    gives it (with noise the tip does, too, where it shows at most 3 σ more), ``no_strain`` of a strain of 0, ``outside_calibration`` where a distance could lie beyond the whisker only, ``invalid_geometry``, ``bad_input`` of what is no
     finite number."""
     jacobian: Any = None
     """With ``grad``: derivatives of the distance, in the order asked, along one more axis."""
@@ -46,7 +46,8 @@ def distance(strain: Any, theta: Any = None, *, delta: Any = None, whisker: Mapp
 
     Beyond the peak of its strain a whisker shows less the farther it touches, and before it the nearer. Most strains have a distance on either side. The
     farther one is returned, up to ``L_a``, and ``ambiguous`` says that the nearer one lies in the range of interest. Where only one lies on the whisker, it
-    is that one.
+    is that one: here only distances count at which the whisker can be touched. A sweep with ``theory="exact"`` says ``ambiguous`` also where the second one
+    lies beyond the tip, because the theories that it compares continue the taper.
 
     Args:
         strain: mean strain of the gauge; its sign plays no part. Number or array.

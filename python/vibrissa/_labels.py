@@ -30,7 +30,7 @@ class Shape(tuple[int, ...]):
     def of(self, values: NDArray[Any], names: list[str] | None = None) -> Any:
         """``values`` as an answer: an array of this shape with the labels, or a number; with ``names`` an array with one more axis."""
         whole = values.reshape(self if names is None else (*self, len(names)))
-        if self.labels is None or self.labels.shape != self:
+        if self.labels is None:
             return whole if self or names is not None else whole[()]
         return self.labels.put(whole) if names is None else self.labels.put_more(whole, names)
 
@@ -90,7 +90,8 @@ def _of_pandas(given: dict[str, Any], prefix: str) -> tuple[dict[str, Any], Labe
         return pandas.Series(values, index=model.index) if model.ndim == 1 else pandas.DataFrame(values, index=model.index, columns=model.columns)
 
     def put_more(values: NDArray[Any], names: list[str]) -> Any:
-        return pandas.DataFrame(values, index=model.index, columns=names) if model.ndim == 1 else values
+        columns = pandas.Index(names) if model.ndim == 1 else pandas.MultiIndex.from_product([model.columns, names])
+        return pandas.DataFrame(values.reshape(len(model), len(columns)), index=model.index, columns=columns)
 
     return found, Labels(model.shape, put, put_more)
 
@@ -136,6 +137,9 @@ def _of_xarray(given: dict[str, Any], others: dict[str, Any], prefix: str) -> tu
         return found
 
     def put_more(values: NDArray[Any], names: list[str]) -> Any:
+        if "by" in model.dims or "by" in model.coords:
+            raise InputError("the inputs of grad are a dimension `by` of the answer, and the arguments have one", key="grad", value=", ".join(names),
+                             allowed="a dimension with another name: array.rename(by=…)")
         each = [put(values[..., k]).assign_coords(by=name) for k, name in enumerate(names)]
         return xarray.concat(each, "by").transpose(..., "by")
 

@@ -74,6 +74,7 @@ class NextTap(NamedTuple):
     """Bits of :class:`vibrissa.Status`: what forbids each."""
 
 
+@keywords
 class Locator:
     """Distances of readings of one calibrated whisker, as ``vibrissa locate`` tells them.
 
@@ -88,7 +89,6 @@ class Locator:
         InputError: a file that cannot be used, an estimator that the calibration does not hold.
     """
 
-    @keywords
     def __init__(self, calibration: Calibration | str | os.PathLike[str], *, estimator: str | None = None,
                  zero: float | None = None, trust: bool = False, same_run: bool = False) -> None:
         label, text = calibration_text(calibration)
@@ -198,6 +198,7 @@ class Locator:
         shape, n, flat = columns(named, {name: "numbers" for name in named}, {name: unit if name == "drive" else unit_of_column(name) for name in named})
         drives, *signals = (x if len(x) == n else x.repeat(n) for x in flat)
         distance, sigma, status = (shape.of(x) for x in several.many(drives, np.stack(signals, axis=1)))
+        warn(several.doubts)
         return Located(distance, sigma, status if shape else Status(int(status)))
 
     def stream(self, readings: Iterable[Union[float, tuple[float, float]]]) -> Iterator[Located]:
@@ -209,7 +210,6 @@ class Locator:
             raise InputError("these are no readings", key="readings", value=short(readings), allowed="something to iterate over: (drive, reading), or readings") from None
         return self._answers(items)
 
-    @keywords
     def next(self, readings: Iterable[tuple[float, float] | tuple[float, float, float]] = (), *, within: tuple[float, float] | None = None,
              shift: tuple[float, float] | None = None, same_run: bool = False) -> NextTap:
         """Which drive the next tap of an object should have, after these readings of it.
@@ -280,7 +280,6 @@ class Locator:
                 waits = False
             yield Located(distance, sigma, Status(status))
 
-    @keywords
     def table(self, readings: Any, columns: dict[str, str] | str | None = None, *, object: str | None = None, same: bool = False,
               strokes: bool = False, free: str | None = None, interval: bool = False) -> _native.Table:
         """Readings of a table (a path, a DataFrame, a dict of columns) as ``located.csv``: their own columns, distance_mm, sigma_mm, status.

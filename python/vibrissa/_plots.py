@@ -100,7 +100,7 @@ def _lines(keys: np.ndarray[Any, Any], wanted: np.ndarray[Any, Any]) -> Iterator
         yield k, value, np.flatnonzero(keys == value)
 
 
-def sweep(result: Sweep, kind: str, ax: Axes | None, design: int = 0, drives: Any = None) -> Axes:
+def sweep(result: Sweep, kind: str, ax: Axes | None, design: int, drives: Any) -> Axes:
     """Figs. 5 to 8 of the paper, and the error against the drive."""
     kinds: dict[str, Any] = {"strain": _strain, "K": _k, "sd": _sd, "distance": _distance, "error": _error}
     if not isinstance(kind, str) or kind not in kinds:

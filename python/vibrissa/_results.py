@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from . import _native
 from ._errors import InputError, RunError, short, warn
+from ._keywords import keywords
 from ._native import Table
 
 if TYPE_CHECKING:
@@ -40,9 +41,11 @@ def _whole(path: str | os.PathLike[str], mode: str, write: Callable[[Any], objec
             file.flush()
             os.fsync(file.fileno())
         os.replace(part, path)
-    except BaseException:
+    except BaseException as e:
         with suppress(OSError):
             os.unlink(part)
+        if isinstance(e, OSError) and e.filename == part:
+            raise OSError(e.errno, e.strerror, path) from None
         raise
 
 
@@ -61,6 +64,9 @@ class _Result:
     """Tables as attributes, and ``run``: what ran, on what, how long, with every value in force (as run.json, docs/reference.md)."""
 
     run: dict[str, Any]
+
+    def __init_subclass__(cls) -> None:
+        keywords(cls)
 
     def __init__(self, run: str) -> None:
         self.run = json.loads(run)
@@ -160,7 +166,7 @@ class Sweep(_Result):
             raise KeyError(f"no table {table!r}; there are {', '.join(self._tables()) or 'none'}")
         return found.to_pandas()
 
-    def plot(self, kind: str = "sd", ax: matplotlib.axes.Axes | None = None, **options: Any) -> matplotlib.axes.Axes:
+    def plot(self, kind: str = "sd", ax: matplotlib.axes.Axes | None = None, *, design: int = 0, drives: Any = None) -> matplotlib.axes.Axes:
         """A figure of the paper from these tables; needs matplotlib.
 
         Args:
@@ -169,11 +175,12 @@ class Sweep(_Result):
                 grey), ``"distance"`` (Fig. 8: estimated against true distance),
                 ``"error"`` (bias, noise and total against the drive).
             ax: where to draw; a new figure by default.
-            **options: ``design`` (number of the whisker, in row order) for "strain", "K", "distance" and "error"; ``drives`` to show.
+            design: number of the whisker, in row order, for "strain", "K", "distance" and "error".
+            drives: those to show.
         """
         from ._plots import sweep
 
-        return sweep(self, kind, ax, **options)
+        return sweep(self, kind, ax, design, drives)
 
 
 class BestTap(_Result):

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _native
 from ._errors import InputError, short, warn
+from ._keywords import keywords
 from ._labels import Shape, aligned
 from ._progress import Progress, shown
 from ._spec import document, flag
@@ -54,6 +55,7 @@ class Status(enum.IntFlag):
         return "+".join(s.name or "" for s in Status if s and s in self) or "ok"
 
 
+@keywords
 def status_words(status: ArrayLike) -> NDArray[np.object_]:
     """Status bits as the words of tables, element by element; labels are kept."""
     _, labels = aligned({"status": status})
@@ -243,6 +245,12 @@ def columns(given: Mapping[str, Any], allowed: Mapping[str, str], units: Mapping
     except ValueError:
         shapes = ", ".join(f"{name} {a.shape}" for name, a in arrays.items() if a.ndim)
         raise InputError("these shapes do not broadcast", key="shapes", value=shapes, allowed="shapes that numpy broadcasts together") from None
+    if labels is not None and labels.shape != shape and np.prod(labels.shape) == 1:
+        labels = None  # One value goes with every place, as a number does.
+    if labels is not None and labels.shape != shape:
+        name = next(name for name, a in arrays.items() if np.broadcast_shapes(a.shape, labels.shape) != labels.shape)
+        raise InputError("this array has more values than there are labels", key=prefix + name, value=f"shape {arrays[name].shape}",
+                         allowed=f"a number, or an array that broadcasts to the shape {labels.shape} of the labelled ones")
     shape.labels = labels
     flat = []
     for a in arrays.values():
@@ -259,13 +267,15 @@ ALLOWED = {
 }
 
 
-def without_units(given: Mapping[str, Any], kind: type) -> dict[str, Any]:
+def without_units(given: Mapping[str, Any], kind: Any) -> dict[str, Any]:
     """Arguments of taps as arrays of this kind, of another library, where they are some; others as numbers or arrays of numpy, in mm and degrees."""
     paired, _ = aligned(given)
 
     def one(name: str, value: Any) -> Any:
         found = value if type(value) in _SCALARS or isinstance(value, kind) else bare(name, value, _OF_TAPS[name])
         several = isinstance(found, (list, tuple)) and any(isinstance(x, kind) for x in found)
+        if any(isinstance(x, kind) and "bool" in str(x.dtype) for x in (found if several else [found])):
+            raise InputError("truth values are no numbers", key=name, value=short(value), allowed=ALLOWED[name])
         if type(found) in _SCALARS or isinstance(found, kind) or several or type(found) is np.ndarray and found.dtype.kind in "fiu":
             return found
         return number_array(name, value, ALLOWED[name], _OF_TAPS[name])
@@ -296,6 +306,7 @@ def strain(D: ArrayLike, d: ArrayLike, L_a: ArrayLike, x_ss: ArrayLike, l: Array
 def strain(D: ArrayLike, d: ArrayLike, L_a: ArrayLike, x_ss: ArrayLike, l: ArrayLike, a: ArrayLike, theta: ArrayLike | None = None, *,
            delta: ArrayLike | None = None, tilt: ArrayLike = 0.0, lean: ArrayLike = 0.0, full: Literal[True], grad: Grad, progress: Progress = None,
            **model: Unpack[TapModel]) -> tuple[Tap, Jacobian]: ...
+@keywords
 def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = None, *,
            delta: Any = None, tilt: Any = 0.0, lean: Any = 0.0, full: bool = False, grad: Any = None, progress: Progress = None, **model: Any) -> Any:
     """Mean strain of the gauge when a whisker taps an object.

@@ -8,6 +8,7 @@ import numpy as np
 
 from . import _taps
 from ._errors import InputError
+from ._keywords import keywords
 
 try:
     import jax
@@ -23,6 +24,7 @@ _Shape: Any = jax.ShapeDtypeStruct
 _NAMES = ("D", "d", "L_a", "x_ss", "l", "a")
 
 
+@keywords
 def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = None, *, delta: Any = None, **model: Any) -> Any:
     """Mean strain of the gauge, as :func:`vibrissa.strain`, of JAX arrays.
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from . import _taps
 from ._errors import InputError
+from ._keywords import keywords
 
 try:
     import torch
@@ -41,6 +42,7 @@ class _Strain(torch.autograd.Function):  # type: ignore[misc,unused-ignore]
         return (None, None, *(gradient * ctx.slopes[name] if name in ctx.slopes else None for name in ctx.names))
 
 
+@keywords
 def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = None, *, delta: Any = None, **model: Any) -> Any:
     """Mean strain of the gauge, as :func:`vibrissa.strain`, of tensors.
 

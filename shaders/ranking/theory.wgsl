@@ -67,13 +67,10 @@ fn bounds(g: Growth, lo: f32, hi: f32) -> Limits {
     return Limits(low, min(high, peak), peak);
 }
 
-// Whether a q from `lowest` to `highest` may be that of a distance far beyond a widening whisker `w`, or of none on it; `n`: of which tap.
-fn is_out(w: Design, n: u32, g: Growth, limits: Limits, lowest: f32, highest: f32) -> bool {
+// Whether a q may be that of a distance beyond a widening whisker `w`, which may have a word of its own; `n`: of which tap.
+fn is_out(w: Design, n: u32, g: Growth, limits: Limits, q: f32) -> bool {
     if DISPLACED || w.tau >= 0.0 { return false; }
-    let share = of_distance(n, A) / w.L_a;
-    var least = grown(g, share / FAR - 1.0).value;
-    if w.peak * FAR * w.L_a < 1.0 { least = limits.peak; }
-    return lowest < least || (w.peak * w.L_a < 1.0 && grown(g, share - 1.0).value < highest);
+    return q < select(grown(g, of_distance(n, A) / w.L_a - 1.0).value, limits.peak, w.peak * w.L_a < 1.0);
 }
 
 struct Root { eta: f32, slope: f32 }

@@ -65,7 +65,7 @@ fn count(w: Design, n: u32, complete: u32, largest: f32, words: ptr<function, Ta
     let certain = !beyond && highest < limits.peak;
     let away = highest < limits.low || limits.high < lowest;
     let twofold = certain && !away && limits.low < lowest && highest < limits.high;
-    let out = beyond || (!twofold && is_out(w, n, g, limits, lowest, highest));
+    let out = beyond || (!twofold && is_out(w, n, g, limits, lowest));
     let is_clear = certain && away && !out;
     let open = !out && !is_clear && !twofold;
     if is_clear || twofold { note(select(AMBIGUOUS, CLEAR, is_clear), n, 0u, ROW_DRIVES, words); }
@@ -109,7 +109,7 @@ fn estimate(w: Design, drive: f32, power: f32, j: u32, words: ptr<function, Tall
         // Nearly infinitely far, or beyond: a widening whisker may read less than what its farthest contact gives.
         let lost = 1.0 + root.eta < FARTHEST || q < grown(g, -1.0).value;
         let two = q >= limits.low && q <= limits.high && !none;
-        let out = lost || (!two && is_out(w, n, g, limits, q, q));
+        let out = lost || (!two && is_out(w, n, g, limits, q));
         (*words).hard = (*words).hard || (out && !none);
         lacking += u32(none);
         note(select(select(CLEAR, AMBIGUOUS, two), ROOTLESS, none), n, j, j + 1u, words);

@@ -5,8 +5,11 @@ use crate::error::{Error, InputError};
 use crate::measure::{Data, Rig, Row};
 use crate::scene::Drive;
 
-/// With more than this share of the rows suspect nothing is calibrated.
+/// With more than this share of the rows suspect nothing is calibrated; so many may be slips in a table of a few rows.
 const MOST: f64 = 0.2;
+const SLIPS: usize = 2;
+/// Rows from which a fit shows that they are of another whisker: fewer fit many.
+const SEVERAL: usize = 20;
 /// A reason that leaves no more than this share suspect fits.
 const FITS: f64 = 0.1;
 /// Rows, about, from which a reason is tried.
@@ -32,7 +35,7 @@ struct Change {
     whisker: bool,
 }
 
-/// `found`, unless more than a fifth of its rows are suspect; `settle` calibrates other data, of another whisker.
+/// `found`, unless more than a fifth of its rows are suspect, or its signal grows with the distance, which other columns explain; `settle` calibrates other data, of another whisker.
 ///
 /// # Errors
 /// That, or the error of `found`, with what fits.
@@ -41,8 +44,18 @@ pub fn judged(
     (data, rig, options): (&Data, &Rig, &Options),
     settle: impl Fn(&Data, &Rig, &Options) -> Result<Calibrated, Error>,
 ) -> Result<Calibrated, Error> {
+    let grows = |of: &Calibrated| data.drive.is_some() && votes(of, 1) > 0.0;
+    let unused = |of: &Calibrated| of.taps.iter().filter(|t| t.reason.is_some()).count() as f64;
+    let is_turned =
+        |of: &Calibrated| grows(of) && (votes(of, 0) < 0.0 || unused(of) > MOST * of.taps.len() as f64);
+    let turned = found.as_ref().is_ok_and(is_turned);
+    let suspicion = found.as_ref().ok().and_then(|of| suspicion(of, &data.file));
+    let suspect = suspicion.is_some();
     let error = match &found {
-        Ok(of) => suspicion(of, &data.file),
+        Ok(_) => suspicion.or_else(|| {
+            let error = InputError::new("the signal grows with the distance");
+            turned.then(|| error.at(&data.file, None).key("a_mm"))
+        }),
         // Data and whisker that do not belong together are said to be so already.
         Err(Error::Input(e)) => {
             let of_data = e.file.as_ref() == Some(&data.file) && check(data, rig, options).is_ok();
@@ -51,14 +64,13 @@ pub fn judged(
         Err(_) => None,
     };
     let Some(error) = error else { return found };
-    let suspect = found.is_ok();
     let data = thinned(data);
     let mut fits: Vec<(f64, f64, Change)> = Vec::new();
     for change in changes(&data, rig) {
         let mut changed = data.clone();
         changed.rows.iter_mut().for_each(|row| (change.row)(row, rig.design.tuple.L_a));
         let without = Options { fit: Vec::new(), ..options.clone() };
-        let tried = match change.whisker {
+        let tried = match change.whisker || !rig.known {
             true => Rig::of_data(&changed, data.drive)
                 .map_err(Error::from)
                 .and_then(|(rig, _)| settle(&changed, &rig, &without)),
@@ -67,7 +79,7 @@ pub fn judged(
         let Ok(tried) = tried else { continue };
         let (lines, of) = suspects(&tried);
         let share = lines.len() as f64 / of.max(1) as f64;
-        if share <= FITS && is_sound(&tried, &changed) {
+        if share <= FITS && is_sound(&tried, &changed) && !(turned && grows(&tried)) {
             fits.push((share, left_out(&tried), change));
         }
     }
@@ -99,7 +111,7 @@ pub fn judged(
 /// That too many of the rows of a `file` are suspect, where they are.
 fn suspicion(found: &Calibrated, file: &str) -> Option<InputError> {
     let (lines, of) = suspects(found);
-    if lines.len() as f64 <= MOST * of as f64 {
+    if lines.len() as f64 <= MOST * of as f64 || lines.len() <= SLIPS {
         return None;
     }
     let shown = lines.iter().take(NAMED).map(usize::to_string).collect::<Vec<_>>().join(", ");
@@ -110,12 +122,26 @@ fn suspicion(found: &Calibrated, file: &str) -> Option<InputError> {
     Some(InputError::new(message).at(file, lines.first().copied()).key("a_mm"))
 }
 
-/// Lines of the taps that are not believed, and of how many that have a number.
-fn suspects(found: &Calibrated) -> (Vec<usize>, usize) {
-    let missing = |r: &Reason| {
-        matches!(r, Reason::NotANumber | Reason::Missing(_) | Reason::Tilted | Reason::Saturated)
+/// Over all distances (0) the drives, or over all drives (1) the distances, with which the signal grows less those with which it falls.
+fn votes(found: &Calibrated, fixed: usize) -> f64 {
+    let mut groups = std::collections::BTreeMap::<u64, Vec<[f64; 2]>>::new();
+    for t in found.taps.iter().filter(|t| t.reason.is_none()) {
+        groups.entry(t.group[fixed].to_bits()).or_default().push([t.group[1 - fixed], t.signal.abs()]);
+    }
+    let slope = |all: &Vec<[f64; 2]>| {
+        let middle = all.iter().map(|p| p[0]).sum::<f64>() / all.len() as f64;
+        let product = all.iter().map(|p| (p[0] - middle) * p[1]).sum::<f64>();
+        if product == 0.0 { 0.0 } else { product.signum() }
     };
-    let there = || found.taps.iter().filter(|t| !t.reason.as_ref().is_some_and(missing));
+    groups.values().map(slope).sum()
+}
+
+/// Lines of the taps that are not believed, and of how many that have a number and lie on the whisker.
+fn suspects(found: &Calibrated) -> (Vec<usize>, usize) {
+    use Reason::{Missing, NoStrain, NotANumber, OutsideDomain, Saturated, Tilted};
+    let none =
+        |r: &Reason| matches!(r, NotANumber | Missing(_) | Tilted | Saturated | OutsideDomain | NoStrain);
+    let there = || found.taps.iter().filter(|t| !t.reason.as_ref().is_some_and(none));
     (there().filter(|t| t.reason.is_some()).map(|t| t.line).collect(), there().count())
 }
 
@@ -202,6 +228,8 @@ fn changes(data: &Data, rig: &Rig) -> Vec<Change> {
     if rig.known {
         let mends = "a_mm from the base, as the spec has it".to_owned();
         add("distances from the tip of the whisker".to_owned(), mends, |r, length| r.a = length - r.a);
+    }
+    if rig.known && data.rows.len() >= SEVERAL {
         all.push(Change {
             what: "another whisker than that of the spec".to_owned(),
             mends: "the whisker that was measured; or no --whisker".to_owned(),

@@ -9,6 +9,7 @@ use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use clap::error::{ContextKind, ContextValue};
 use serde_json::{Value, json};
 use vibrissa::error::{Error, InputError};
+use vibrissa::excerpt::printable;
 use vibrissa::report::answer_of;
 use vibrissa::sink::folder::{Folder, Written};
 use vibrissa::sink::unfinished;
@@ -167,7 +168,7 @@ pub fn failure(error: &Error) -> u8 {
     if json() {
         print_failure(command(), error);
     } else {
-        say::line(render(error));
+        say::part(render(error) + "\n");
     }
     error.exit_code()
 }
@@ -205,15 +206,16 @@ fn error_json(error: &Error) -> Value {
 
 /// What is said of `error`, with the lines of the file around the mistake.
 fn render(error: &Error) -> String {
-    let Error::Input(InputError { snippet: Some(excerpt), .. }) = error else {
-        return format!("error: {error}");
-    };
     let said = error.to_string();
+    let said = printable(&said);
+    let Error::Input(InputError { snippet: Some(excerpt), .. }) = error else {
+        return format!("error: {said}");
+    };
     let place = AnnotationKind::Primary.span(excerpt.span.clone());
     let lines = Snippet::source(&excerpt.text).line_start(excerpt.above + 1).annotation(place);
     let color = std::io::IsTerminal::is_terminal(&std::io::stderr());
     let renderer = if color { Renderer::styled() } else { Renderer::plain() };
-    renderer.term_width(160).render(&[Level::ERROR.primary_title(&said).element(lines)])
+    renderer.term_width(160).render(&[Level::ERROR.primary_title(&*said).element(lines)])
 }
 
 /// What is gone: command, flag (and the word of its list, where others stay), and what to use in its place.

@@ -4,9 +4,11 @@ use std::cell::RefCell;
 use std::fmt::Display;
 use std::io::Write;
 
-/// A line.
+use vibrissa::excerpt::printable;
+
+/// A line, with nothing in it that a terminal would obey: it may hold words of a file.
 pub fn line(text: impl Display) {
-    part(format!("{text}\n"));
+    part(format!("{}\n", printable(&text.to_string())));
 }
 
 /// A warning, in a line.

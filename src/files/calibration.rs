@@ -145,7 +145,7 @@ impl Calibration {
                 .at(path.display().to_string(), None)
                 .allowed(path.join("calibration.toml").display().to_string()));
         }
-        TextFile::open(path, "calibration", Limit::Whole)?.text()
+        TextFile::open(path, "calibration", Limit::Whole)?.toml()
     }
 
     /// As [`Self::read`], from `text`.

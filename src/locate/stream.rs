@@ -121,15 +121,16 @@ pub fn zeros<'a>(
     if all.is_empty() {
         return Ok((vec![Zero::default(); who.signals()], Vec::new()));
     }
-    // What stands for no value is no zero where others are there.
-    let mut judged: Vec<f64> = all.iter().copied().filter(|x| !is_usual(*x)).collect();
+    // What stands for no value, or is exactly 0, is no zero where others are there.
+    let is_none = |x: f64| x == 0.0 || is_usual(x);
+    let mut judged: Vec<f64> = all.iter().copied().filter(|x| !is_none(*x)).collect();
     let middle = crate::reduce::median(if judged.is_empty() { &mut all } else { &mut judged });
     let locator = who.first();
     let mut sizes: Vec<f64> = sizes.iter().map(|s| (locator.beside(middle, *s) - middle).abs()).collect();
     let scale = if sizes.is_empty() { f64::INFINITY } else { crate::reduce::median(&mut sizes) };
     let mut off = Zero::outliers(&readings[0], scale);
     let missing =
-        |r: &&(usize, f64)| !judged.is_empty() && is_usual(r.1) && (r.1 - middle).abs() > NO_ZERO * scale;
+        |r: &&(usize, f64)| !judged.is_empty() && is_none(r.1) && (r.1 - middle).abs() > NO_ZERO * scale;
     off.extend(readings[0].iter().filter(missing).map(|r| r.0));
     let wrong = numbers.iter().filter(|(place, _)| off.contains(place)).map(|(_, n)| *n).collect();
     readings.iter_mut().for_each(|all| all.retain(|r| !off.contains(&r.0)));

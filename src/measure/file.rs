@@ -11,7 +11,7 @@ use super::header::{Comments, elsewhere, same};
 use super::missing::{self, Missing};
 pub use super::names::DISTANCE;
 use super::runs::{Runs, forward, seconds};
-use super::text::{Decimals, OTHER_MARK, fields, lines, separator};
+use super::text::{Decimals, fields, lines, separator};
 use super::thousands::Thousands;
 use super::{
     columns::{Columns, all_names, followed, missing},
@@ -178,17 +178,15 @@ impl Data {
             }
             let mut number = |place: usize| {
                 decimals.number(&record[place]).ok_or_else(|| {
-                    let (message, allowed) = match decimals.refuses(&record[place]) {
-                        true => (
-                            OTHER_MARK,
-                            "one decimal mark in the whole file, point or comma; nothing between thousands",
-                        ),
-                        false => (
-                            "this is not a number",
-                            "a number without unit; empty or NaN where it is missing",
-                        ),
+                    let allowed = match decimals.refuses(&record[place]) {
+                        true => {
+                            "one decimal mark in the whole file, point or comma; nothing between thousands"
+                        }
+                        false => "a number without unit; empty or NaN where it is missing",
                     };
-                    let error = InputError::new(message).key(&names[place]).value(&record[place]);
+                    let error = InputError::new(decimals.wrong(&record[place]))
+                        .key(&names[place])
+                        .value(&record[place]);
                     error.allowed(allowed).at(label, Some(line))
                 })
             };

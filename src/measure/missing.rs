@@ -19,6 +19,8 @@ const AWAY: f64 = 1.0;
 const BELOW: f64 = 0.1;
 /// Share of the other values that have decimals where a whole number that is usual for none, at several places, is none.
 const FRACTIONS: f64 = 0.9;
+/// 0 at several places with contact is none where no other tap shows less than this share of a usual one.
+const ISOLATED: f64 = 0.1;
 /// Fewest other values that have a range.
 const OTHERS: usize = 3;
 
@@ -71,9 +73,21 @@ pub fn take(rows: &mut [Row], names: [&str; 3]) -> Vec<Missing> {
     found
 }
 
-/// Values of a column that stand for none: what is usual for it, and far from all others, or the one value at several cells that is very far.
+/// Values of a column that stand for none: what is usual for it, and far from all others, or the one value at several cells that is very far; 0 where
+/// none of the rows without contact shows it, and no tap nearly so.
 fn signals(column: &[Placed]) -> Vec<f64> {
-    find(column, true)
+    let mut found = find(column, true);
+    let (rests, taps): (Vec<Placed>, Vec<Placed>) =
+        column.iter().filter(|(x, _)| x.is_finite()).partition(|(_, cell)| *cell == [0; 2]);
+    let (none, others): (Vec<Placed>, Vec<Placed>) = taps.into_iter().partition(|(x, _)| *x == 0.0);
+    let cells: BTreeSet<[u64; 2]> = none.iter().map(|tap| tap.1).collect();
+    let mut sizes: Vec<f64> = others.iter().map(|tap| tap.0.abs()).collect();
+    sizes.sort_by(f64::total_cmp);
+    let isolated = sizes.len() >= OTHERS && sizes[0] > ISOLATED * sizes[sizes.len() / 2];
+    if cells.len() > 1 && isolated && !rests.is_empty() && rests.iter().all(|rest| rest.0 != 0.0) {
+        found.push(0.0);
+    }
+    found
 }
 
 /// The same of a column whose values repeat, a distance or a drive: what is usual alone.
@@ -149,6 +163,7 @@ mod tests {
         assert_eq!(both.len(), 2, "{both:?}");
         // Another number than usual, twice; in the range of others that have decimals.
         assert_eq!(signals(&column(&rests, &[&strain[..], &[-77.0, -77.0]].concat())), [-77.0]);
+        assert_eq!(signals(&column(&rests[..2], &[&strain[..], &[0.0; 4]].concat())), [0.0]);
         let micro: Vec<f64> = strain.iter().map(|x| 1e6 * x + 0.25).chain([9999.0, 9999.0]).collect();
         assert_eq!(signals(&column(&[2.56], &micro)), [9999.0]);
     }
@@ -163,6 +178,9 @@ mod tests {
             (&[0.0, 1.0], &[-1.0, -2.0, 3.0, 4.0, -3.0]),
             (&[0.1, 0.2], &[1.1, 2.3, 3.9, 5.0, 5.0, 5.0]),
             (&[0.0, 1e-5], &[0.012, 0.014, 0.016, 16_123.0]),
+            // 0 is what a weak tap shows, and what a sensor shows at rest.
+            (&[-1e-5, 1e-5], &[0.012, 0.014, 1e-4, 0.0, 0.0]),
+            (&[0.0, 1e-5], &[0.012, 0.014, 0.016, 0.0, 0.0]),
             (&[998.0, 999.0, 1000.0], &[1367.0, 2322.0, 3277.0, 1250.0]),
         ] {
             assert_eq!(signals(&column(rests, taps)), none, "{taps:?}");

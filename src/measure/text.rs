@@ -71,10 +71,6 @@ fn mark(field: &str) -> Option<char> {
     marks.next().is_none().then_some(char::from(first))
 }
 
-/// What to say of a number that [`Decimals::refuses`].
-pub const OTHER_MARK: &str =
-    "numbers before this one have another decimal mark: is this more than a thousand?";
-
 /// The mark of decimals that a file uses: the first that it writes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Decimals(Option<char>);
@@ -87,10 +83,39 @@ impl Decimals {
         (!self.refuses(field)).then_some(x)
     }
 
-    /// Whether `field` has the other mark.
+    /// Whether `field` is a number with the other mark.
     pub fn refuses(self, field: &str) -> bool {
-        mark(field).zip(self.0).is_some_and(|(here, before)| here != before)
+        number(field).is_some() && mark(field).zip(self.0).is_some_and(|(here, before)| here != before)
     }
+
+    /// What is wrong with a `field` that is no number.
+    pub fn wrong(self, field: &str) -> &'static str {
+        match self.refuses(field) {
+            true => "numbers before this one have another decimal mark: is this more than a thousand?",
+            false if is_date(field) => "this is a date, not a number",
+            false => "this is not a number",
+        }
+    }
+}
+
+/// First letters of the months in English and German.
+const MONTHS: [&str; 16] = [
+    "jan", "feb", "mar", "mär", "apr", "may", "mai", "jun", "jul", "aug", "sep", "oct", "okt", "nov", "dec",
+    "dez",
+];
+
+/// Whether `field` is a date as spreadsheets show it: `04. Feb`, `4-Feb`, `2026-02-04 10:00`, `4/2/2026`, `04.02.2026`.
+fn is_date(field: &str) -> bool {
+    let is_month = |word: &str| MONTHS.contains(&&*word.chars().take(3).collect::<String>().to_lowercase());
+    let mut words = field.split(|c: char| !c.is_alphanumeric());
+    if words.clone().any(is_month) && words.any(|word| word.parse::<u16>().is_ok()) {
+        return true;
+    }
+    let date = field.split([' ', 'T']).next().unwrap_or_default();
+    let parts: Vec<Option<u16>> = date.split(['-', '/', '.']).map(|part| part.parse().ok()).collect();
+    let least = if date.contains(['-', '/']) { 2 } else { 3 };
+    let fits = |part: &Option<u16>| part.is_some_and(|n| matches!(n, 1..=31 | 1900..=2100));
+    (least..=3).contains(&parts.len()) && parts.iter().all(fits)
 }
 
 #[cfg(test)]
@@ -118,5 +143,11 @@ mod tests {
         assert_eq!([seen.number("3"), seen.number("1.5")], [Some(3.0), Some(1.5)]);
         assert_eq!((seen.number("1,234"), seen.refuses("1,234")), (None, true));
         assert_eq!(seen.number("2.5"), Some(2.5));
+        for field in ["04. Feb", "4-Feb", "Dez 24", "2026-02-04 10:00", "4/2/2026", "04.02.2026", "4-2"] {
+            assert!(seen.wrong(field).contains("date"), "{field}");
+        }
+        for field in ["1,234", "1.234.567", "-5 mm", "Mean", "1e-3x", "-", "3-40"] {
+            assert!(!seen.wrong(field).contains("date"), "{field}");
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::names::Names;
+use super::names::{Names, Role};
 use super::text::number;
 use crate::error::InputError;
 
@@ -57,13 +57,15 @@ impl Thousands {
         grouped
     }
 
-    /// Refuses numbers of which nothing says whether they are more than a thousand; `names` are those of the columns, and columns that `said` does
-    /// not know are not read.
+    /// Refuses numbers of which nothing says whether they are more than a thousand; `names` are those of the columns. Columns that `said` does not know
+    /// are not read, and three digits of a time are milliseconds: times that are read wrong do not rise, which is refused elsewhere.
     ///
     /// # Errors
     /// The first of them.
     pub fn check(&self, names: &[String], said: &Names) -> Result<(), InputError> {
-        let is_read = |place: usize| names.get(place).is_none_or(|name| said.means(name));
+        let is_read = |place: usize| {
+            names.get(place).is_none_or(|name| said.means(name) && said.role(name) != Some(Role::Time))
+        };
         let doubt = |(place, column): (usize, &Column)| {
             let of = |k: &usize| column.plain && !self.decimal[*k] && column.marked[*k].is_some();
             (0..MARKS.len()).find(of).filter(|_| is_read(place)).map(|k| (place, k))
@@ -105,7 +107,9 @@ mod tests {
         for (k, row) in rows.iter().enumerate() {
             seen.see(k + 2, &row.map(Cow::from), separator);
         }
-        seen.check(&["theta_deg".to_owned(), "reading".to_owned()], &Names::default()).is_ok()
+        let is_clear = |names: [&str; 2]| seen.check(&names.map(str::to_owned), &Names::default()).is_ok();
+        assert!(is_clear(["theta_deg", "t_s"]), "{rows:?}: three digits of a time are milliseconds");
+        is_clear(["theta_deg", "reading"])
     }
 
     #[test]

@@ -7,7 +7,7 @@ use crate::measure::columns::Columns;
 use crate::measure::header::{Comments, elsewhere, same};
 use crate::measure::names::{DISTANCE, Names, TILT};
 use crate::measure::runs::seconds;
-use crate::measure::text::{Decimals, OTHER_MARK, fields, lines, separator};
+use crate::measure::text::{Decimals, fields, lines, separator};
 use crate::measure::thousands::Thousands;
 use crate::scene::Drive;
 
@@ -100,9 +100,8 @@ impl Record {
             let mut number = |place: usize| match decimals.number(&all[place]) {
                 Some(x) if x.is_finite() => Ok(x),
                 _ => {
-                    let what =
-                        if decimals.refuses(&all[place]) { OTHER_MARK } else { "this is not a number" };
-                    let error = InputError::new(what).key(&names[place]).value(&all[place]);
+                    let error =
+                        InputError::new(decimals.wrong(&all[place])).key(&names[place]).value(&all[place]);
                     Err(at(error.allowed("a number; samples that are missing are left out"), line))
                 }
             };

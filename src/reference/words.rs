@@ -57,7 +57,7 @@ const STATUSES: [(Status, &str, &str, &str); 12] = [
     ),
     (
         Status::OUTSIDE_CALIBRATION,
-        "d > D only: no distance on the whisker gives this reading, or the only one of interest lies beyond 2 L_a (model §2.3)",
+        "d > D only: the distance of this reading lies beyond the whisker, and no other one is of interest (model §2.3)",
         "all",
         "the drive, the side or the distance lies outside what was calibrated",
     ),

@@ -68,12 +68,17 @@ pub struct Recommended<'a> {
 /// The row that a sweep recommends, in the words of the sweep and of its report.
 pub fn of_best(best: &Recommended<'_>) -> String {
     let Recommended { number, varying, names: [sd, by, drive], complete, kept, standing } = *best;
-    let within = if standing == Standing::BestWithin { " of those within the strain limit" } else { "" };
-    let beyond = match (standing, kept.filter(|kept| *kept < complete)) {
+    let kept = kept.filter(|kept| *kept < complete);
+    let within = match (standing, kept) {
+        (Standing::BestWithin, None) => " of those within the strain limit",
+        (Standing::BestWithin, Some(_)) => " of those within the strain limit that `top` keeps",
+        _ => "",
+    };
+    let beyond = match (standing, kept) {
         (Standing::Beyond, None) if complete == 1 => "; that is beyond its strain limit".to_owned(),
         (Standing::Beyond, None) => "; that is beyond its strain limit, and so is every other row".to_owned(),
         (Standing::Beyond, Some(kept)) => format!(
-            "; that is beyond its strain limit, and so are all {} that `top` keeps: a larger `top` may keep one within it",
+            "; that is beyond its strain limit, and so are all {} that `top` keeps: a larger `top`, or per = \"row\", may keep one within it",
             rows(kept, "row")
         ),
         _ => String::new(),

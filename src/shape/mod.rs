@@ -82,6 +82,7 @@ struct Rod<'a> {
 /// The shape of the tap `task` of `design` that has the answer `outcome`, with `nodes` ≥ 3 sections from clamp to contact. `None` where
 /// it has no answer, or where the material bears none of it.
 pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nodes: usize) -> Option<Shape> {
+    let setup = design.setup(setup);
     let model = &setup.model;
     let shared = design.shared.as_ref()?;
     let taper = shared.taper;

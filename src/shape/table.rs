@@ -209,8 +209,9 @@ fn contact(
     let at = bent.map_or([DVec3::NAN; 2], |s| [s.contact, s.pole]);
     let at = at.into_iter().flat_map(|at| place(setup.directions, at));
     let solved = [o.strain, o.normal_force, o.tangential_force, o.arc];
-    let numbers = [setup.hub].into_iter().chain(gauge).chain(solved).chain(at);
-    row.extend(numbers.chain([setup.model.pole_radius]).map(Field::Number));
+    let rig = design.setup(setup);
+    let numbers = [rig.hub].into_iter().chain(gauge).chain(solved).chain(at);
+    row.extend(numbers.chain([rig.model.pole_radius]).map(Field::Number));
     row.push(Field::Word(match (o.arc.is_finite(), o.sticking) {
         (false, _) => "",
         (_, true) => "stick",

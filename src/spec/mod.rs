@@ -281,7 +281,7 @@ pub(crate) fn described_by<T>(
 
 /// Text of a file that is read whole; `what` says what the file is.
 pub(crate) fn load(path: &Path, what: &str) -> Result<String> {
-    TextFile::open(path, what, Limit::Whole)?.text()
+    TextFile::open(path, what, Limit::Whole)?.toml()
 }
 
 /// The line with a key of more parts than the TOML reader takes, of which it does not say the place.

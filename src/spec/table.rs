@@ -7,7 +7,7 @@ use std::path::Path;
 use super::check::MOST;
 use super::reader::{Document, Item, Result};
 use crate::error::InputError;
-use crate::measure::text::{Decimals, OTHER_MARK, separator};
+use crate::measure::text::{Decimals, separator};
 use crate::text_file::{LINE, Limit, TextFile, refused};
 
 /// Name and text of the file that `item` names, relative to `base`; `what` says what the file is.
@@ -263,7 +263,7 @@ fn number(
     let message = match decimals.number(field) {
         Some(value) if value.abs() <= MOST => return Ok(value),
         Some(value) if value.is_finite() => "no quantity of a whisker is this large",
-        None if decimals.refuses(field) => OTHER_MARK,
+        None if decimals.refuses(field) => decimals.wrong(field),
         _ => "this is not a finite number",
     };
     Err(Fault {

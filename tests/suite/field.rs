@@ -85,6 +85,14 @@ fn values_that_stand_for_none_are_named_and_left_out_of_everything() {
 #[test]
 fn a_value_of_one_number_is_no_other_side_of_the_whisker() {
     let (desk, mut rows) = (Desk::new(&spec()), rows());
+    // 0 in most cells of a distance, whose last row is right.
+    let at = |k: &usize| rows[*k][0] == 30.0 && rows[*k][1] != 0.0;
+    let at: Vec<usize> = (0..rows.len()).filter(at).skip(1).collect();
+    let mut wrong = rows.clone();
+    at.iter().for_each(|k| wrong[*k][2] = 0.0);
+    calibrated(&desk, "zeros", &csv("a_mm,theta_deg,strain", &wrong)).exits(0);
+    let lines: Vec<String> = at.iter().map(|k| format!("{} missing_value", k + 2)).collect();
+    assert_eq!(suspects(&desk, "zeros"), lines);
     rows.iter_mut().for_each(|r| r[2] = (1e5 * r[2]).round());
     let taps: Vec<usize> = (0..rows.len()).filter(|k| rows[*k][1] != 0.0).collect();
     for place in [taps[2], taps[8]] {
@@ -173,6 +181,16 @@ fn thousands_are_asked_for_where_they_are_not_certain() {
         assert!(ran.stderr.contains("thousands") && ran.stderr.contains("reading"), "{name}: {}", ran.stderr);
         assert!(!desk.path(&format!("c_{name}/calibration.toml")).exists());
     }
+    // Three digits of a time are milliseconds; what a spreadsheet made a date of is no number.
+    let plain = text(&|x| x.to_string());
+    let times = |(k, line): (usize, &str)| match k {
+        0 => format!("{line},t_s\n"),
+        _ if k % 2 == 0 => format!("{line},{k}\n"),
+        _ => format!("{line},{k}.500\n"),
+    };
+    calibrated(&desk, "times", &plain.lines().enumerate().map(times).collect::<String>()).exits(0);
+    let ran = calibrated(&desk, "date", &plain.replacen(",4,", ",4-Feb,", 1)).exits(2);
+    assert!(ran.stderr.contains("4-Feb") && ran.stderr.contains("date"), "{}", ran.stderr);
     let clear = text(&|x| (x / 1000.0).to_string())
         .replace("a_mm,theta_deg,reading\n", "a_mm,theta_deg,reading\n25.0,0,0.412\n");
     calibrated(&desk, "volts", &clear).exits(0);
@@ -211,6 +229,24 @@ fn rows_that_are_not_what_they_are_named_are_refused_with_what_fits() {
         assert!(first.is_some_and(|first| first.contains(fits)), "{name}: {}", ran.stderr);
         assert!(!desk.path(&format!("c_{name}/calibration.toml")).exists());
     }
+    // Without a whisker the curves of exchanged columns fit, but the wrong way.
+    desk.write(
+        "turned.csv",
+        csv("a_mm,theta_deg,strain", &changed(&|[a, u, e]| [u, if u == 0.0 { 0.0 } else { a }, e])),
+    );
+    let ran = desk.run(&["calibrate", "turned.csv"]).exits(2);
+    assert!(ran.stderr.contains("a_mm and theta_deg exchanged"), "{}", ran.stderr);
+    // Taps that miss the whisker are no reason, nor are two slips among a few rows: these are named.
+    let beyond =
+        [[55.0, 2.0, 1e-5], [55.0, 4.0, -1e-5], [60.0, 2.0, 2e-5], [60.0, 4.0, 1e-5], [60.0, 6.0, 1e-5]];
+    calibrated(&desk, "beyond", &csv("a_mm,theta_deg,strain", &[&rows[..], &beyond].concat())).exits(0);
+    let mut few: Vec<[f64; 3]> = rows.iter().copied().filter(|r| r[1] == 4.0 || r[1] == 0.0).collect();
+    let taps: Vec<usize> = (0..few.len()).filter(|k| few[*k][1] != 0.0).collect();
+    [taps[1], taps[4]].into_iter().for_each(|k| few[k][2] *= 10.0);
+    calibrated(&desk, "few", &csv("a_mm,theta_deg,strain", &few)).exits(0);
+    let lines: Vec<String> =
+        suspects(&desk, "few").iter().map(|s| s.split(' ').next().unwrap().to_owned()).collect();
+    assert_eq!(lines, [taps[1] + 2, taps[4] + 2].map(|line| line.to_string()));
     let radians = changed(&|[a, u, e]| [a, u.to_radians(), e]);
     let ran = calibrated(&desk, "radians", &csv("a_mm,theta_deg,strain", &radians)).exits(0);
     assert!(ran.stderr.contains("57.3") && ran.stderr.contains("radian"), "{}", ran.stderr);
@@ -235,6 +271,21 @@ fn readings_that_are_not_tared_are_told_wherever_that_is_read() {
     }
     let stream = desk.pipe(&["locate", "cal/calibration.toml"], "4,4.69\n").exits(0);
     assert!(stream.stderr.contains("every distance is wrong"), "{}", stream.stderr);
+    // 0 beside a zero of 0.5 is none.
+    desk.write("zeros.csv", "theta_deg,reading\n0,0.5\n0,0\n4,4.69\n0,0.5\n");
+    let distance = |zero: &[&str], file: &str| {
+        desk.run(&[&["locate", "cal/calibration.toml", file, "--out", "loc", "--force"], zero].concat())
+            .exits(0);
+        Table::read(&desk.path("loc/located.csv"))
+            .rows
+            .iter()
+            .rev()
+            .find_map(|r| r["distance_mm"].parse::<f64>().ok())
+    };
+    assert_eq!(
+        distance(&[], "zeros.csv").map(|d| (1e3 * d).round()),
+        distance(&["--zero", "0.5"], "field.csv").map(|d| (1e3 * d).round())
+    );
     let zeroed = desk.pipe(&["locate", "cal/calibration.toml"], "0,0.5\n4,4.69\n").exits(0);
     assert!(!zeroed.stderr.contains("every distance"), "{}", zeroed.stderr);
 }

@@ -78,6 +78,12 @@ fn where_no_row_keeps_the_limit_both_say_so() {
     assert!(sweep.contains("so are all 8 rows that `top` keeps"), "{sweep}");
     let totals: Vec<f64> = best.iter().map(|row| row["total_rms_mm"].as_f64().expect("a total")).collect();
     assert!(totals.is_sorted() && totals.len() == 8, "{totals:?}");
+    // Each design keeps its best row, be it beyond the limit: another row of it may be the best within.
+    let per_design =
+        format!("{}[output]\ntop = 8\nper = \"design\"\nby = \"total_rms_mm\"\n", with_limit(0.05));
+    let (sweep, report, _) = told(&desk, &per_design);
+    assert_eq!(sweep, report);
+    assert!(sweep.contains("that `top` keeps"), "{sweep}");
 }
 
 #[test]

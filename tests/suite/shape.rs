@@ -36,6 +36,21 @@ fn mean(nodes: &[(f64, f64)]) -> f64 {
     nodes.iter().enumerate().map(|(i, (_, e))| weight(i) * e).sum::<f64>() / (3 * n) as f64
 }
 
+#[test]
+fn a_row_has_the_shape_of_its_own_hub() {
+    let desk = Desk::new("[tuples]\nfile = \"list.csv\"\n");
+    desk.write(
+        "list.csv",
+        "D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg,hub_mm\n10,4,50,5,2,33,4,0\n10,4,50,5,2,33,4,4\n",
+    );
+    desk.run(&["shape", "spec.toml", "--out", "own"]).exits(0);
+    desk.write("spec.toml", SPEC.replace("[4, 7]", "4").replace("[gauge]", "hub = 4\n[gauge]"));
+    desk.run(&["shape", "spec.toml", "--out", "all"]).exits(0);
+    let own = desk.read("own/contacts.csv");
+    let (_, row) = own.lines().last().and_then(|line| line.split_once(',')).expect("a row");
+    assert!(desk.read("all/contacts.csv").contains(row), "{row}");
+}
+
 /// Every configuration, hub, drive: the pole must be where it was put, which the integration does not know.
 #[test]
 fn the_pole_is_where_it_was_put() {

@@ -260,6 +260,8 @@ fn an_only_distance_beyond_the_whisker_says_so() {
         // Two distances, of which the near one is none of interest.
         (15, "30", given(1.0, "range = [40, 50]"), "outside_calibration", 370.0..383.0),
         (15, "30", given(1.0, "range = [20, 50]"), "ambiguous", 370.0..383.0),
+        // The same of a tap before the peak, whose far root lies nearer.
+        (15, "45", given(1.0, "range = [46, 50]"), "outside_calibration", 60.0..100.0),
     ];
     for place in [CPU, CPU_F64, GPU, REFERENCE] {
         for (x_ss, a, more, status, within) in &cases {

@@ -215,6 +215,33 @@ fn a_file_without_readings_is_refused() {
     desk.run(&["locate", "cal/calibration.toml", "readings.csv", "--out", "loc"]).exits(0);
 }
 
+/// Its words alone would take many times its memory.
+#[test]
+fn a_long_table_is_no_spec_and_no_calibration() {
+    let desk = Desk::new(SPEC);
+    desk.write("rig.csv", "# rig 3\na_mm,theta_deg,strain\n".to_owned() + &"25,4,0.0123\n".repeat(1 << 20));
+    for line in ["sweep rig.csv", "optimise rig.csv", "locate rig.csv rig.csv"] {
+        let (code, told) = in_time(&desk, line);
+        assert!(code == Some(2) && told.contains("rig.csv:2") && told.contains("TOML"), "{line}: {told}");
+    }
+}
+
+#[test]
+fn words_of_a_file_move_no_cursor() {
+    let desk = calibrated();
+    let head = "\u{1b}[31mX\u{7}";
+    desk.write(
+        "rig.csv",
+        format!("a_mm,theta_deg,strain,{head}\n25,4,0.016,1\n30,4,0.014,1\n35,4,0.0125,1\n"),
+    );
+    desk.write("bad.csv", format!("a_mm,theta_deg,strain\n25,{head},0.016\n"));
+    for line in ["calibrate rig.csv", "calibrate bad.csv", "sweep bad.csv", &format!("report '{head}'")] {
+        let (_, told) = in_time(&desk, line);
+        let harmful = |c: char| c.is_control() && c != '\n';
+        assert!(told.contains("[31mX") && !told.contains(harmful), "{line}: {told:?}");
+    }
+}
+
 #[test]
 fn a_line_of_readings_without_an_end_is_refused() {
     let desk = calibrated();

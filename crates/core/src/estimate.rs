@@ -10,8 +10,8 @@ use crate::status::Status;
 /// Relative widening of the range of interest, in which a second root makes an estimate ambiguous.
 pub const WIDENING: f64 = 1e-6;
 
-/// Distance over L_a beyond which none is that of a contact, where f levels off and the distance of a reading has no bound: no error of a
-/// calibration leads so far.
+/// Distance over L_a beyond which none is that of a contact beyond the peak of f, where f levels off and the distance of a reading has no bound: no
+/// error of a calibration leads so far.
 pub const FAR: f64 = 2.0;
 
 /// An estimated distance.
@@ -24,7 +24,7 @@ pub struct Estimated {
     /// Contact force, N; NaN where only one channel is read.
     pub force: f64,
     /// `no_root`; `ambiguous` also where the near side of the peak gives the reading and another distance lies beyond what is known;
-    /// `outside_calibration` where no distance of a widening whisker lies on it, or one far beyond it is the only one of interest; or nothing.
+    /// `outside_calibration` where no distance of interest lies on a widening whisker: see [`Estimator::estimate`]; or nothing.
     pub status: Status,
 }
 
@@ -73,8 +73,10 @@ impl<'a> Estimator<'a> {
         self.fixed.or(mean_deviation.filter(|_| n >= 2).map(|m| 1.0 + m))
     }
 
-    /// Distance from |ε| = `strain` at a drive of `amount` (rad or mm) with the calibration `k`.
-    pub fn estimate(&self, k: f64, strain: f64, amount: f64) -> Estimated {
+    /// Distance from |ε| = `strain` of a tap at `a` mm by a drive of `amount` (rad or mm) with the calibration `k`. Where f levels off and no second distance
+    /// is of interest, it is `outside_calibration` beyond the tip if there is none on the whisker, or if the tap is before the peak, so that the far root
+    /// is not its own; else beyond [`FAR`].
+    pub fn estimate(&self, k: f64, strain: f64, amount: f64, a: f64) -> Estimated {
         let Some(roots) = self.shared.theory.roots(k * strain / amount) else {
             return Estimated { status: Status::NO_ROOT, ..Estimated::NOTHING };
         };
@@ -82,18 +84,18 @@ impl<'a> Estimator<'a> {
         let twice = roots.unseen || roots.near.is_some_and(|a| self.interesting(a));
         let status = match () {
             () if twice => Status::AMBIGUOUS,
-            () if self.beyond(&roots) => Status::OUTSIDE_CALIBRATION,
+            () if self.beyond(&roots, a) => Status::OUTSIDE_CALIBRATION,
             () => Status::OK,
         };
         let sigma = if self.noise == 0.0 { 0.0 } else { k * self.noise / (amount * slope) };
         Estimated { distance: roots.far, sigma, status, ..Estimated::NOTHING }
     }
 
-    /// Whether f levels off and the whisker has none of the distances, or the one that is returned lies [`FAR`] beyond it.
-    fn beyond(&self, roots: &Roots) -> bool {
+    /// Whether the far root of a tap at `a` mm is `outside_calibration`.
+    fn beyond(&self, roots: &Roots, a: f64) -> bool {
         let tip = self.shared.length * (1.0 + WIDENING);
-        let on_whisker = roots.near.is_some_and(|a| a <= tip);
-        roots.levels_off && roots.far > if on_whisker { FAR * self.shared.length } else { tip }
+        let its_own = roots.near.is_some_and(|near| near <= tip) && a > self.shared.theory.peak().0;
+        roots.levels_off && roots.far > if its_own { FAR * self.shared.length } else { tip }
     }
 
     /// The several channels of the sensor.

@@ -329,7 +329,7 @@ impl<'a> Reduction<'a> {
                 Some(e.together(contact, &k, &readings, amount(self.kind, drive)))
             }),
             Told::Formula => row.k.map(|k| {
-                let told = e.estimate(k, strain / cos, amount(self.kind, drive));
+                let told = e.estimate(k, strain / cos, amount(self.kind, drive), a);
                 Estimated { sigma: told.sigma / (cos * cos), ..told }
             }),
             Told::Own(curve) => curve.map(|p| p.estimate(e, Some(a), strain)),

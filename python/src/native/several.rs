@@ -6,11 +6,11 @@ use std::sync::atomic::Ordering;
 use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use vibrissa::error::Error;
-use vibrissa::locate::{Located, Sensor, locator::opener, several};
+use vibrissa::locate::{Located, Sensor, locator::opener, several, tare::doubt};
 use vibrissa::scene::RunOptions;
 use vibrissa::status::Status;
 
-use super::error::raise;
+use super::error::{keywords, raise};
 use super::job;
 use super::locate::{Together, answered};
 use super::table::Table;
@@ -36,6 +36,13 @@ impl Several {
             Ok(Self { several: Arc::new(several) })
         };
         job::here(py, made)?.map(Some).map_err(|e| raise(py, e))
+    }
+
+    /// What should be known of the zeros of readings that are given above them.
+    #[getter]
+    fn doubts(&self) -> Vec<String> {
+        let texts = self.several.locators.iter().filter_map(|locator| doubt(locator, None));
+        texts.map(|text| keywords(&text.replace(", or --zero", " in a table"))).collect()
     }
 
     /// Readings above their zeros: drives (NaN where unknown) and a row of signals for each, in the units of the calibration. Distances, sigmas,

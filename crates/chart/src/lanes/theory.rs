@@ -3,7 +3,6 @@
 use super::dispatch::{Part, apart};
 use super::neighbours::{Place, picked};
 use super::{Charted, Distance, Lanes, Tables};
-use crate::estimate::FAR;
 use crate::kernel::cpu::Pack;
 
 /// A whisker with its gauge, mm and 1/mm.
@@ -33,8 +32,8 @@ pub(super) struct Thresholds<T> {
     pub peak: T,
     /// Infinitely far.
     pub farthest: T,
-    /// Where f levels off: below the first a distance lies far beyond the whisker, above the second none lies on it.
-    pub ends: [T; 2],
+    /// Where f levels off: below it a distance lies beyond the whisker.
+    pub tip: T,
 }
 
 impl<const SET: u8> Whisker<Lanes<SET>> {
@@ -47,26 +46,25 @@ impl<const SET: u8> Whisker<Lanes<SET>> {
         let b = one / (u1 * u2);
         let form = [of(0.75) * diameter * b * b, u1 + u2, gauge[0] * u2 + gauge[1] * u1];
         let peak = tables.peak(diameter, tau, gauge);
-        let words = Thresholds { low: zero, high: zero, peak: zero, farthest: zero, ends: [zero; 2] };
+        let words = Thresholds { low: zero, high: zero, peak: zero, farthest: zero, tip: zero };
         let mut whisker = Self { diameter, tau, length, gauge, peak, form, words };
         let highest = whisker.strain(tables, peak);
         let [lo, hi] = tables.ends.map(Lanes::<SET>::splat);
         let never = of(1e30);
         let high = peak.if_less(hi, whisker.strain(tables, hi), never);
         let farthest = whisker.strain(tables, zero);
-        let mut ends = [-never, never];
+        let mut tip = -never;
         if !farthest.all_at_most(zero) {
-            let (tip, far) = (one / length, of(1.0 / FAR) / length);
-            let least = peak.if_less(far, highest, whisker.strain(tables, far));
-            let most = peak.if_less(tip, whisker.strain(tables, tip), never);
-            ends = [zero.if_less(farthest, least, -never), zero.if_less(farthest, most, never)];
+            let end = one / length;
+            let least = peak.if_less(end, highest, whisker.strain(tables, end));
+            tip = zero.if_less(farthest, least, -never);
         }
         whisker.words = Thresholds {
             low: lo.if_less(peak, never, whisker.strain(tables, lo)),
             high: high.min(highest),
             peak: highest,
             farthest,
-            ends,
+            tip,
         };
         whisker
     }
@@ -85,7 +83,7 @@ impl<const SET: u8> Whisker<Lanes<SET>> {
                 high: picked(&words.high, places),
                 peak: picked(&words.peak, places),
                 farthest: words.farthest,
-                ends: words.ends,
+                tip: words.tip,
             },
             ..*self
         }

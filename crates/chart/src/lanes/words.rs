@@ -135,10 +135,8 @@ impl<const SET: u8> Rows<Lanes<SET>> {
         if !calibrations.usual {
             let slack = power * tap.slack[0];
             let [fewest, highest] = [of(1.0 + BEYOND[0][0]), of(1.0 + BEYOND[0][1])];
-            // A widening whisker has words beyond its tip.
-            let [nearest, farthest] = words.ends;
-            let over = (farthest * (k - slack)).if_less(tap.strain * calibrations.most, one, zero);
-            let out = (tap.strain * calibrations.least).if_less(nearest * (k + slack), one, over);
+            // A widening whisker may have a word beyond its tip.
+            let out = (tap.strain * calibrations.least).if_less(words.tip * (k + slack), one, zero);
             tally.hard = tally.hard.max(clear * out);
             // q below that of a contact nearly infinitely far: f K̄ − f K < −0.9 (f − f_∞) K.
             let far = tap.strain - of(0.9) * (tap.strain - words.farthest);
@@ -218,9 +216,8 @@ impl<const SET: u8> Rows<Lanes<SET>> {
         let beyond = least.if_less(beyond, one, of(highest).if_less(most, one, zero));
 
         let all = of(drives as f64);
-        // A widening whisker has words beyond its tip.
-        let ends = self.design.words.ends.map(|end| end / tap.strain - one);
-        let out = least.if_less(ends[0], one, ends[1].if_less(most, one, zero));
+        // A widening whisker may have a word beyond its tip.
+        let out = least.if_less(self.design.words.tip / tap.strain - one, one, zero);
         let edges = [edges.above, edges.slipped];
         let [clear, ambiguous, _] = certain(bounds, [least, most]);
         let beyond = beyond.max(out * (one - ambiguous));
