@@ -2,12 +2,12 @@
 
 use std::collections::HashMap;
 
-use crate::common::cases::evaluate;
+use crate::common::cases::{evaluate, rows};
 use crate::common::sweeping::{CPU, CPU_F64, GPU, Place, REFERENCE};
 use vibrissa::chart::ranges::Wanted;
 use vibrissa::chart::reader::Reader;
 use vibrissa::design::{Design, amount, radians};
-use vibrissa::evaluate::{Evaluator, Outcome, Task};
+use vibrissa::evaluate::{Outcome, Task};
 use vibrissa::physics::rod::{RodProblem, TiltedTap};
 use vibrissa::physics::taper::Taper;
 use vibrissa::scene::sampler::Sampler;
@@ -30,11 +30,7 @@ struct Case {
 
 /// All rows of the file.
 fn cases() -> Vec<Case> {
-    let path = format!("{}/tests/data/tilt_cases.csv", env!("CARGO_MANIFEST_DIR"));
-    let mut reader =
-        csv::ReaderBuilder::new().comment(Some(b'#')).from_path(path).expect("the cases are there");
-    let case = |(i, row): (usize, Result<HashMap<String, String>, csv::Error>)| {
-        let row = row.expect("well formed");
+    let case = |(i, row): (usize, HashMap<String, String>)| {
         let get = |column: &str| row[column].parse::<f64>().unwrap_or(f64::NAN);
         let drive = if row["delta_mm"].is_empty() { Drive::Angle } else { Drive::Displacement };
         let rig = Setup { hub: get("hub_mm"), drive, ..Setup::default() };
@@ -69,7 +65,7 @@ fn cases() -> Vec<Case> {
             slide: get("slide_mm"),
         }
     };
-    reader.deserialize().enumerate().map(case).collect()
+    rows("tilt_cases").into_iter().enumerate().map(case).collect()
 }
 
 /// What the reference rod says of `case` for a pole of `direction`.
@@ -161,23 +157,10 @@ fn agrees_with_another_code(place: Place, bound: f64) {
 }
 
 #[test]
-fn the_reference_answers_tilted_taps() {
-    agrees_with_another_code(REFERENCE, 1e-8);
-}
-
-#[test]
-fn cpu_f32_answers_tilted_taps() {
-    agrees_with_another_code(CPU, 1e-5);
-}
-
-#[test]
-fn cpu_f64_answers_tilted_taps() {
-    agrees_with_another_code(CPU_F64, 2e-8);
-}
-
-#[test]
-fn gpu_f32_answers_tilted_taps() {
-    agrees_with_another_code(GPU, 1e-5);
+fn every_backend_answers_tilted_taps() {
+    for (place, bound) in [(REFERENCE, 1e-8), (CPU, 1e-5), (CPU_F64, 2e-8), (GPU, 1e-5)] {
+        agrees_with_another_code(place, bound);
+    }
 }
 
 fn rigs() -> [Setup; 5] {
@@ -421,48 +404,6 @@ fn charts_hold_tilted_taps() {
             let upright: Vec<Task> =
                 tasks.iter().map(|t| Task { direction: Direction::UPRIGHT, ..*t }).collect();
             assert!(reader.read(&setup, &designs, &upright).iter().all(Option::is_none));
-        }
-    }
-}
-
-/// What a tilt costs where it is read and where it is solved, relative to upright poles (`cargo test --test suite what_a_tilt_costs -- --ignored --nocapture`).
-#[test]
-#[ignore = "a measurement"]
-fn what_a_tilt_costs() {
-    let timed = |f: &mut dyn FnMut()| {
-        let start = std::time::Instant::now();
-        f();
-        start.elapsed().as_secs_f64()
-    };
-    for mut setup in rigs() {
-        let mut best = [[f64::INFINITY; 3]; 2];
-        for (k, second, upright) in [(0, false, true), (1, false, false), (2, true, false)] {
-            setup.gauge.second = second;
-            let (distances, directions, wanted, mut tuples) = lab(&setup, 60_000);
-            let directions = if upright { vec![Direction::UPRIGHT] } else { directions };
-            if upright {
-                tuples.iter_mut().for_each(|t| [t.tilt, t.lean] = [0.0; 2]);
-            }
-            let designs: Vec<Design> = tuples.iter().map(|t| Design::new(&setup, *t)).collect();
-            let tasks: Vec<Task> = tuples.iter().zip(0..).map(|(t, i)| Task::of(i, t)).collect();
-            let reader = Reader::towards(&setup, (&distances, &directions), &wanted, 1e-5).expect("solved");
-            for _ in 0..5 {
-                if let Some(reader) = &reader {
-                    let seconds = timed(&mut || drop(reader.read(&setup, &designs, &tasks)));
-                    best[0][k] = best[0][k].min(seconds);
-                }
-                let mut solver = Evaluator::new(&setup, CPU.open(&setup));
-                let seconds = timed(&mut || drop(solver.run(&designs, &tasks).expect("it runs")));
-                best[1][k] = best[1][k].min(seconds);
-            }
-        }
-        for (way, [planar, tilted, both]) in ["read", "solved"].into_iter().zip(best) {
-            println!(
-                "{way}: upright {:.0} ns, tilted {:.2}, tilted with two gauges {:.2} times",
-                planar * 1e9 / 6e4,
-                tilted / planar,
-                both / planar
-            );
         }
     }
 }

@@ -189,6 +189,7 @@ fn run_json_counts_the_taps_left_to_the_reference() {
     assert_eq!(kernel["status"], reference["status"]);
     assert!(kernel["referred"].as_u64().unwrap() > 0, "{kernel}");
     assert_eq!(reference["referred"], 0);
+    assert_eq!([&reference["sweeps_mean"], &reference["sweeps_max"]], [0.0; 2]);
 }
 
 /// Every number of an outcome, to the last bit.
