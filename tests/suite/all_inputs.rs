@@ -214,7 +214,6 @@ fn measured(desk: &Desk, line: &[String]) -> (Option<i32>, u64, String) {
     (status.code(), most << 10, desk.read("stderr"))
 }
 
-/// Each command with a wrong file in the place of each of those that it reads.
 #[test]
 #[cfg(target_os = "linux")]
 fn a_wrong_file_is_refused_before_it_fills_the_memory() {

@@ -470,7 +470,6 @@ fn a_root_is_calibrated_by_one_who_knows_of_it_and_told_to_one_who_does_not() {
     assert!(record.to_string().contains("k_theta"));
 }
 
-/// Bad input: what `[whisker]` says beside or in place of a cone, what follows it, and what the message names.
 #[test]
 fn bad_input_is_named() {
     const CONE: &str = "D = 10.0\nd = 4.0\nL_a = 50.0\n";

@@ -242,7 +242,6 @@ fn chosen_taps_need_half_as_many_as_a_fixed_grid() {
     assert!(sigma(&chosen) < 1.05 * sigma(&of_grid), "{} {}", sigma(&chosen), sigma(&of_grid));
 }
 
-/// Taps of an object from several places of the base tell one distance, and the best next tap has the base as near as the calibration goes.
 #[test]
 fn the_base_may_move() {
     let desk = desk();
@@ -332,7 +331,6 @@ fn the_base_may_move() {
     desk.refuses("next cal/calibration.toml two.csv --shift 4,-4 --out no", &[]);
 }
 
-/// Whiskers of an array tell each of their objects as they do alone.
 #[test]
 fn an_array_tells_objects_too() {
     let desk = desk();
@@ -441,7 +439,6 @@ fn a_robot_tells_taps_together_as_locate() {
     refused(&["--taps", "4,7", "--whisker", "spec.toml", "--estimator", "paper"], "--estimator learned");
 }
 
-/// Taps of poles that tilt, by two gauges: distance and tilt of an object are those of all its taps, and a wrong one is named.
 #[test]
 fn two_gauges_tell_an_object_together() {
     const RIG: &str =

@@ -1,6 +1,8 @@
 //! Two gauges 90° apart: what is calibrated of the second, and what distance, tilt and place of a tap are worth.
 
-use crate::common::measuring::{REAL, calibrated, data, locator, prototype, rig, table};
+use std::sync::Arc;
+
+use crate::common::measuring::{REAL, calibrated, data, locator, once, prototype, rig, table};
 use crate::common::program::{Desk, says};
 use vibrissa::calibrate::{Calibrated, Options, calibrate};
 use vibrissa::design::amount;
@@ -24,9 +26,9 @@ fn noisy(seed: u64, repeats: u64) -> Settings {
 }
 
 /// A calibration of two gauges by poles of known tilt.
-fn calibration(model: &str) -> Calibrated {
+fn calibration(model: &str) -> Arc<Calibrated> {
     let text = prototype(4.0, &[SECOND, RIG, model]);
-    calibrated(&table(&text, &noisy(1, 3)), &text, &[])
+    once(&table(&text, &noisy(1, 3)), &text)
 }
 
 /// Answers to the rows of a table.
@@ -45,7 +47,6 @@ fn rms(values: impl Iterator<Item = f64>) -> f64 {
     (sum / f64::from(n)).sqrt()
 }
 
-/// How a thousand taps come out.
 #[test]
 fn a_thousand_taps_are_as_good_as_their_noise_allows() {
     for (name, model) in [("hooke", ""), ("neo", REAL)] {
@@ -223,7 +224,6 @@ fn the_commands_take_two_signals() {
     assert!((tilt - 0.2f64.atan().to_degrees()).abs() < 0.2, "{tilt}");
 }
 
-/// Lines that come together are answered as each by itself, and the zero of each signal is its own.
 #[test]
 fn readings_of_two_signals_are_answered_together() {
     let desk = Desk::new(&prototype(4.0, &[SECOND, RIG, REAL]));

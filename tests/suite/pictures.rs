@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use crate::common::program::Desk;
 use crate::common::sweeping::Row;
-use crate::report::{PROTOTYPES, calibrated, data, figure, marks, number, points, searched, size};
+use crate::report::{PROTOTYPES, calibrated, data, figure, marks, number, searched, size};
 
 const RIG: &str = "[whisker]\nD = 10\nd = 7\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 2e-5\n\
     [tap]\na = { from = 21, to = 48, step = 3 }\ntheta = { from = 0.5, to = 10, steps = 8 }\n";
@@ -90,6 +90,14 @@ fn every_report_begins_with_its_answer_and_has_its_figures() {
     }
     calibrated(&desk);
     searched(&desk);
+    // Outliers lie beyond the axis of the residuals, on paper too.
+    let page = data(&desk, "calibrated/report/report.html");
+    let beyond = figure(&page, "residuals")["panels"][0]["beyond"].as_str().unwrap().to_owned();
+    let words = beyond.split(',').next().unwrap();
+    assert!(
+        beyond.contains("taps") && desk.read("calibrated/report/residuals.svg").contains(words),
+        "{beyond}"
+    );
     desk.refuses("report data", &["simulate", "calibrate"]);
     let least = |file: &str, keep: &dyn Fn(&Row) -> bool, by: &str| {
         let kept = desk.table(file).rows.into_iter().filter(|r| keep(r) && number(r, by).is_finite());
@@ -139,92 +147,4 @@ fn looked_at(page: &Value, folder: &str) {
             assert_eq!(pairs.len(), looks.len(), "{folder}, {}: {looks:?}", f["name"]);
         }
     }
-}
-
-#[test]
-fn series_beside_each_other_have_their_own_colours_and_markers() {
-    // More whiskers than are drawn.
-    let desk = Desk::new(&PROTOTYPES.replace("d = [4, 7, 10]", "d = { from = 3, to = 10, steps = 8 }"));
-    desk.sweep(&["--out", "out"]).exits(0);
-    desk.ok("report out --figures svg");
-    let page = data(&desk, "out/report/report.html");
-    let of = |part: &str| -> Vec<String> {
-        marks(&figure(&page, "sd")["panels"][0]).map(|m| m[part].to_string()).collect()
-    };
-    for part in ["colour", "marker", "name"] {
-        let all = of(part);
-        assert_eq!(all.iter().collect::<HashSet<_>>().len(), all.len(), "{part}: {all:?}");
-        assert!(all.len() >= 5);
-    }
-    let [light, dark] = ["light", "dark"].map(|theme| page["colours"][theme].as_array().unwrap());
-    assert_eq!((light.len(), dark.len()), (8, 8));
-    assert!(light.iter().zip(dark).all(|(a, b)| a != b), "{light:?} {dark:?}");
-}
-
-#[test]
-fn outliers_do_not_flatten_the_residuals() {
-    let desk = Desk::new(RIG);
-    desk.ok("simulate spec.toml --noise 2e-5 --repeats 3 --out data");
-    // Three readings are grossly wrong.
-    let mut lines: Vec<String> = desk.read("data/measurements.csv").lines().map(str::to_owned).collect();
-    let strain = lines[0].split(',').position(|name| name == "strain").expect("a strain");
-    for at in [17, 71, 140] {
-        let mut fields: Vec<String> = lines[at].split(',').map(str::to_owned).collect();
-        fields[strain] = format!("{}", 5.0 * fields[strain].parse::<f64>().unwrap() + 0.1);
-        lines[at] = fields.join(",");
-    }
-    desk.write("wild.csv", lines.join("\n") + "\n");
-    desk.ok("calibrate wild.csv --whisker spec.toml --out out");
-    desk.ok("report out --figures svg");
-    let page = data(&desk, "out/report/report.html");
-    let panel = &figure(&page, "residuals")["panels"][0];
-    let [low, high] = [0, 1].map(|i| panel["y"]["ends"][i].as_f64().expect("a cut axis"));
-    let residuals: Vec<f64> =
-        marks(panel).filter(|m| m["kind"] == "points").flat_map(points).map(|p| p.1).collect();
-    let beyond = residuals.iter().filter(|y| **y < low || **y > high).count();
-    assert!(
-        (3..residuals.len() / 10).contains(&beyond),
-        "{beyond} of {} beyond {low} … {high}",
-        residuals.len()
-    );
-    // The bulk takes most of the axis.
-    let mut within: Vec<f64> = residuals.iter().copied().filter(|y| (low..=high).contains(y)).collect();
-    within.sort_by(f64::total_cmp);
-    let n = within.len();
-    assert!(within[n * 9 / 10] - within[n / 10] > 0.2 * (high - low), "{low} … {high}");
-    let said = panel["beyond"].as_str().unwrap();
-    assert!(said.contains(&format!("{beyond} taps")), "{said}");
-    // Long words of a key have more lines on paper.
-    let words = said.split(',').next().unwrap();
-    assert!(desk.read("out/report/residuals.svg").contains(words), "the key of the paper says {words}");
-    // A sweep with clean data has no cut axis.
-    desk.ok("calibrate data/measurements.csv --whisker spec.toml --out clean");
-    desk.ok("report clean --figures svg");
-    let page = data(&desk, "clean/report/report.html");
-    assert_eq!(figure(&page, "residuals")["panels"][0]["beyond"], "");
-}
-
-#[test]
-fn a_map_of_three_values_has_three_bands() {
-    let spec =
-        PROTOTYPES.replace("x_ss = 5", "x_ss = [3, 5, 9]").replace("[0.5, 1, 2, 4, 7, 10]", "[2, 3.5, 8]");
-    let desk = Desk::new(&spec);
-    desk.sweep(&["--out", "out"]).exits(0);
-    desk.ok("report out --figures svg");
-    let page = data(&desk, "out/report/report.html");
-    let map = &figure(&page, "map_total_rms_mm")["panels"][0];
-    let words = |axis: &str| {
-        map[axis]["words"].as_array().unwrap().iter().map(|w| w.as_str().unwrap()).collect::<Vec<_>>()
-    };
-    assert_eq!((words("x"), words("y")), (vec!["4", "7", "10"], vec!["3", "5", "9"]));
-    let cells = &map["marks"][0];
-    assert_eq!((&cells["x"], &cells["y"]), (&serde_json::json!([-0.5, 0.5, 1.5, 2.5]), &cells["x"]));
-    let k = &figure(&page, "K")["panels"][0];
-    assert_eq!(
-        (k["x"]["words"].as_array().unwrap().len(), k["y"]["words"].as_array().unwrap().len()),
-        (0, 3)
-    );
-    // On paper there is free space between bands, and each is named where it lies.
-    let svg = desk.read("out/report/map_total_rms_mm.svg");
-    assert!([">4<", ">7<", ">10<", ">9<"].iter().all(|word| svg.contains(word)), "{svg}");
 }

@@ -250,7 +250,6 @@ fn every_word_is_described() {
     }
 }
 
-/// A folder or file of the sources that the map of docs/architecture.md does not name.
 #[test]
 fn the_map_of_the_folders_names_every_module() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -268,7 +267,6 @@ fn the_map_of_the_folders_names_every_module() {
     assert!(missing.is_empty(), "docs/architecture.md does not name {missing:?}");
 }
 
-/// What a newcomer reads first fits on a page and has one picture, and everything that it links to is there.
 #[test]
 fn the_readme_is_a_first_page() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));

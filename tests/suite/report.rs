@@ -351,7 +351,6 @@ fn a_sweep_without_values_is_still_a_page() {
     assert!(!names.contains(&"sd") && !names.contains(&"distance"), "{names:?}");
 }
 
-/// A large table: few rows in the page, chosen as it says, maps of all of them, and what was left out is told.
 #[test]
 fn many_rows_become_a_small_page() {
     let desk = swept();

@@ -232,7 +232,6 @@ fn the_best_rows_are_those_of_the_whole_table() {
     }
 }
 
-/// What charts are made for is made for each rig alone.
 #[test]
 fn each_rig_has_the_charts_of_its_own_sweep() {
     let text = rows_alone("csv").replace("6_000", "1_000");

@@ -40,7 +40,6 @@ fn bent(setup: &Setup, [d, a, drive]: [f64; 3], method: Method, nodes: usize) ->
     Bent { design, outcome, shape }
 }
 
-/// Every configuration, hub, drive: the pole must be where it was put, which the integration does not know.
 #[test]
 fn the_pole_is_where_it_was_put() {
     let mut compared = 0;
@@ -105,7 +104,6 @@ fn strain_along_the_whisker_is_the_gauges() {
     }
 }
 
-/// For a small tap the shape is the cantilever of linear theory (Eq. 3), turned by θ.
 #[test]
 fn a_small_tap_is_a_cantilever() {
     let setup = setup(model(Material::Hooke(3.2)), Side::Contact, 0.0, Drive::Angle);
@@ -119,7 +117,6 @@ fn a_small_tap_is_a_cantilever() {
     }
 }
 
-/// The kernel's forces give the same shape as the reference's.
 #[test]
 fn a_kernel_gives_the_same_shape() {
     let (model, side) = configuration("neo");

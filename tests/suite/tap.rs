@@ -13,7 +13,6 @@ fn tap(text: &str, more: &[&str]) -> (Desk, Value) {
     (desk, json["result"].clone())
 }
 
-/// Optimum and value equal those of a scan in steps of 0.001°.
 #[test]
 fn the_optimum_is_that_of_a_scan() {
     let models = [

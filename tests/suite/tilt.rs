@@ -6,10 +6,8 @@ use crate::common::cases::{evaluate, rows};
 use crate::common::sweeping::{CPU, CPU_F64, GPU, Place, REFERENCE};
 use vibrissa::chart::ranges::Wanted;
 use vibrissa::chart::reader::Reader;
-use vibrissa::design::{Design, amount, radians};
+use vibrissa::design::Design;
 use vibrissa::evaluate::{Outcome, Task};
-use vibrissa::physics::rod::{RodProblem, TiltedTap};
-use vibrissa::physics::taper::Taper;
 use vibrissa::scene::sampler::Sampler;
 use vibrissa::scene::{Contact, Direction, Drive, Material, Setup, Side, Tuple};
 use vibrissa::status::Status;
@@ -42,20 +40,11 @@ fn cases() -> Vec<Case> {
             "neo" => rig.material(Material::NeoHookean(3.2)).surface().shear().extension(),
             other => panic!("no configuration {other}"),
         };
+        let columns =
+            ["D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm", "a_mm", "tilt_deg", "lean_deg", drive.column()];
         Case {
             line: i + 3,
-            tuple: Tuple {
-                D: get("D_mm"),
-                d: get("d_mm"),
-                L_a: get("L_a_mm"),
-                x_ss: get("x_ss_mm"),
-                l: get("l_mm"),
-                a: get("a_mm"),
-                tilt: get("tilt_deg"),
-                lean: get("lean_deg"),
-                drive: get(drive.column()),
-                rig: 0,
-            },
+            tuple: Tuple::from_array(columns.map(get)),
             setup,
             strain: get("strain"),
             strain_2: get("strain_2"),
@@ -66,25 +55,6 @@ fn cases() -> Vec<Case> {
         }
     };
     rows("tilt_cases").into_iter().enumerate().map(case).collect()
-}
-
-/// What the reference rod says of `case` for a pole of `direction`.
-fn reference(case: &Case, direction: Direction) -> TiltedTap {
-    let Tuple { D, d, L_a, x_ss, l, a, drive, .. } = case.tuple;
-    let taper = Taper::new(D, d, L_a);
-    let problem = RodProblem {
-        taper,
-        gauge: taper.gauge(x_ss, l),
-        side: case.setup.gauge.side,
-        distance: a,
-        hub: case.setup.hub,
-        drive: case.setup.drive,
-        amount: amount(case.setup.drive, drive),
-        foil: None,
-        body: None,
-        model: &case.setup.model,
-    };
-    problem.solve_tilted(radians(direction)).expect("it converges")
 }
 
 /// Errors of strains, azimuth (rad), force, arc and slide: of strains relative to the larger, of slide and arc to the arc.
@@ -108,22 +78,6 @@ fn told(worst: &[f64]) -> String {
     QUANTITIES.iter().zip(worst).map(|(name, worst)| format!("{name} {worst:.1e} ")).collect()
 }
 
-#[test]
-fn the_reference_is_right_about_tilted_poles() {
-    let cases = cases();
-    assert_eq!(cases.len(), 56);
-    let mut worst = [0.0f64; 6];
-    for case in &cases {
-        let one = reference(case, case.tuple.direction());
-        let found =
-            [one.tap.strain, one.strain_2, one.azimuth, one.tap.normal_force, one.tap.contact_arc, one.slide];
-        let found = errors(case, found);
-        assert!(found.iter().all(|e| *e <= 1e-8), "line {}: {found:?}", case.line);
-        worst = std::array::from_fn(|k| worst[k].max(found[k]));
-    }
-    println!("{}", told(&worst));
-}
-
 /// Values of an outcome in the order of [`QUANTITIES`].
 fn values(o: &Outcome) -> [f64; 6] {
     [o.strain, o.strain_2, o.azimuth, o.normal_force, o.arc, o.slide]
@@ -136,8 +90,9 @@ fn one(setup: &Setup, place: Place, tuple: Tuple) -> Outcome {
 
 /// All cases by a backend, with two gauges.
 fn agrees_with_another_code(place: Place, bound: f64) {
-    let mut worst = [0.0f64; 6];
-    for case in &cases() {
+    let (mut worst, cases) = ([0.0f64; 6], cases());
+    assert_eq!(cases.len(), 56);
+    for case in &cases {
         let mut setup = case.setup.clone();
         setup.gauge.second = true;
         let outcome = one(&setup, place, case.tuple);
@@ -238,7 +193,6 @@ fn tiny_tilts_are_no_singularity() {
     }
 }
 
-/// What sticks on the centreline stays in the plane of rotation: an upright pole's tap, whatever the direction.
 #[test]
 fn sticking_contacts_do_not_know_the_tilt() {
     let mut setup = Setup::default().shear().extension().contact(Contact::Stick);
@@ -254,7 +208,6 @@ fn sticking_contacts_do_not_know_the_tilt() {
     }
 }
 
-/// Without tilt and second gauge every bit is that of a planar tap; a second gauge changes none of the first's.
 #[test]
 fn a_second_gauge_leaves_the_first_as_it_is() {
     for place in [CPU, CPU_F64, REFERENCE] {
@@ -276,7 +229,6 @@ fn a_second_gauge_leaves_the_first_as_it_is() {
     }
 }
 
-/// Tilted taps of wide ranges on the kernels, against the reference.
 #[test]
 fn random_tilted_taps_keep_the_tolerance() {
     let unit = |k: u32, i: u32| f64::from(Sampler::Random.coordinate(5, k, i)) / 2f64.powi(32);
@@ -368,7 +320,6 @@ fn lab(setup: &Setup, n: u32) -> (Vec<f64>, Vec<Direction>, Wanted, Vec<Tuple>) 
     (distances, directions, wanted, tuples)
 }
 
-/// Taps against poles of a chart's direction are read from it.
 #[test]
 fn charts_hold_tilted_taps() {
     for mut setup in rigs() {

@@ -290,7 +290,6 @@ fn what_a_search_cannot_know_of_directions_is_refused() {
     refused(&SEARCH.replace("theta = [0.5, 10] }", "tilt = [0, 10] }"), "some of D, d");
 }
 
-/// A search, its spec of the best whisker and that spec's sweep; the curve of a tap.
 #[test]
 fn searches_and_taps_go_through_with_directions() {
     let text = format!("{SEARCH}budget = {{ evaluations = 300 }}\nrobust = {{ tilt = 5, samples = 8 }}\n")

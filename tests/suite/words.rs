@@ -216,7 +216,6 @@ fn a_solved_tap_has_the_same_digits_beside_any_neighbours() {
     }
 }
 
-/// Taps, and rows of them, read from charts with friction alone and beside others: some slide out, some slide back, some stick.
 #[test]
 fn a_tap_read_from_a_chart_has_the_same_digits_beside_any_neighbours() {
     let setup = setup(

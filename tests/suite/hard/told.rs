@@ -117,7 +117,6 @@ fn a_law_ends_where_its_fibres_do() {
     Row::new([4.0, 8.0, 50.0, 3.0, 2.0, 10.0, 44.0], ended, f64::NAN).is_told(&[]);
 }
 
-/// Single precision answers whatever double precision does.
 #[test]
 fn a_pole_and_a_hub_leave_no_row_to_double_precision_alone() {
     let model = Model { pole_radius: 20.0, ..common::all_effects(Material::MooneyRivlin([0.35, 0.15])) };
