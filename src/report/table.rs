@@ -296,18 +296,4 @@ mod tests {
         );
         assert_eq!(t.json(1, 0), serde_json::Value::Null);
     }
-
-    #[test]
-    fn damage_has_its_line() {
-        let error = table("a,b\n1,2\n3\n").unwrap_err();
-        assert_eq!(error.line, Some(3), "{error}");
-        let t = table("a,b\n1,2\n3,x7\n").unwrap();
-        let error = t.numbers("b").unwrap_err();
-        assert_eq!(
-            (error.line, error.value.as_deref(), error.key.as_deref()),
-            (Some(3), Some("x7"), Some("b"))
-        );
-        assert!(t.numbers("c").unwrap_err().to_string().contains("lacks"));
-        assert!(table("").unwrap_err().to_string().contains("empty"));
-    }
 }

@@ -6,12 +6,9 @@ use std::os::unix::fs::FileExt;
 use std::path::Path;
 use std::process::Output;
 
+use crate::common::program::{Desk, names};
+use crate::common::world::{Running, calibrated, held, program, send, words};
 use libc::SIGCONT;
-use serde_json::json;
-use vibrissa::sink::folder::{Folder, Question};
-
-use crate::common::program::{Desk, SPEC, names};
-use crate::common::world::{Running, calibrated, held, program, send, shell, words};
 
 /// Whether a run for `out` has begun to write `table`.
 fn begun(desk: &Desk, table: &str) -> bool {
@@ -65,56 +62,4 @@ fn readings_that_change_while_they_are_located_give_no_result() {
     assert_eq!(left.status.code(), Some(1), "{said}");
     assert!(said.contains("many.csv: these readings were changed while they were read"), "{said}");
     assert!(!desk.path("out").exists());
-}
-
-/// A folder into which a result of one table was written, up to its end.
-fn written(out: &Path) -> Folder {
-    let mut folder =
-        Folder::open(out, Question::new("sweep", "spec", json!({})), &["tuples.csv"], false).unwrap();
-    let mut file = folder.file("tuples.csv").unwrap();
-    file.write(b"a,b\n1,2\n").unwrap();
-    file.close().unwrap();
-    folder.run_json(&json!({ "format": 1, "command": "sweep", "seconds": { "total": 0.0 } })).unwrap();
-    folder
-}
-
-fn hidden(at: &Path) -> std::path::PathBuf {
-    let found = |n: &String| n.starts_with(".vibrissa-") && !n.ends_with(".lock");
-    at.join(names(at).into_iter().find(found).expect("a hidden folder"))
-}
-
-#[test]
-fn what_a_first_run_could_not_place_does_not_hold_up_the_same_command() {
-    let desk = Desk::new(SPEC);
-    fs::create_dir(desk.path("out")).unwrap();
-    let folder = written(&desk.path("out"));
-    fs::write(hidden(&desk.path("out")).join("tuples.csv"), "mine").unwrap();
-    let error = folder.finish().unwrap_err().to_string();
-    assert!(error.contains("out/result-unplaced-"), "{error}");
-    desk.sweep(&["--out", "out"]).exits(0);
-    assert!(desk.names("out").iter().any(|name| name.starts_with("result-unplaced-")));
-    // A folder of another name is somebody else's.
-    fs::create_dir_all(desk.path("other/unplaced-results")).unwrap();
-    desk.sweep(&["--out", "other"]).exits(2);
-}
-
-#[test]
-fn a_hidden_folder_that_is_taken_away_is_told_in_words() {
-    let desk = Desk::new(SPEC);
-    let mut folder = written(&desk.path("out"));
-    fs::remove_dir_all(hidden(&desk.path("."))).unwrap();
-    let error = folder.file("designs.csv").unwrap_err().to_string();
-    assert!(error.contains("the hidden folder of this run is gone"), "{error}");
-}
-
-/// No file may grow, as on a full disk.
-#[test]
-fn a_full_disk_leaves_no_lock() {
-    let desk = Desk::new(SPEC);
-    let program = assert_cmd::cargo::cargo_bin("vibrissa");
-    let line =
-        format!("trap '' XFSZ; ulimit -f 0; {} sweep spec.toml --backend cpu --out out", program.display());
-    let ran = shell(&desk, &line);
-    assert_eq!(ran.status.code(), Some(1), "{}", words(&ran.stderr));
-    assert_eq!(names(&desk.path(".")), ["spec.toml"]);
 }

@@ -21,20 +21,10 @@ fn without_calibration_the_distance_is_the_moment_over_the_force() {
     for model in ["[model]\ngeometry = \"linear\"\n", "[model]\nshear = true\npole_radius = 2\n"] {
         let text = spec(sensor, &format!("{model}[estimate]\nK = 1\n[output]\nwrench = true\n"));
         for row in &sweep(&text, CPU).tuples.rows {
-            let [m, f, m0, fy, a, told, error, sigma, force] = values(
-                row,
-                [
-                    "signal_moment",
-                    "signal_force",
-                    "base_moment_Nmm",
-                    "base_fy_N",
-                    "a_mm",
-                    "distance_mm",
-                    "error_mm",
-                    "sigma_mm",
-                    "estimated_force_N",
-                ],
-            );
+            let [m, f, m0, fy] =
+                values(row, ["signal_moment", "signal_force", "base_moment_Nmm", "base_fy_N"]);
+            let [a, told, error, sigma, force] =
+                values(row, ["a_mm", "distance_mm", "error_mm", "sigma_mm", "estimated_force_N"]);
             assert_eq!([m, f], [m0, fy]);
             assert!((told - m / f).abs() < 1e-8, "{told} {}", m / f);
             assert!((error - (told - a)).abs() < 1e-12);
@@ -100,7 +90,7 @@ fn rows_of_a_tuple_file_are_those_of_the_grid_and_searches_know_channels() {
     assert_eq!(listed.designs.text, grid.designs.text);
 
     let desk = Desk::new(&spec(sensor, "").replace("theta = [2, 8]", "theta = [1, 8]"));
-    let answer = desk.run(&["tap", "spec.toml", "--json"]).exits(0).json();
+    let answer = desk.ok("tap spec.toml --json").json();
     assert!(answer.to_string().contains("total"), "{answer}");
 }
 
@@ -112,17 +102,14 @@ fn what_is_no_sensor_is_refused_with_its_place() {
         ("signal = []", "at least two signals"),
         ("signal = [\"moment\", \"moment\"]", "stands here twice"),
         ("signal = [\"moment\", \"torque\"]", "unknown word"),
-        ("signal = [\"moment\", \"force\"]\nnoise = 0.1", "2 numbers are needed"),
-        ("signal = [\"moment\", \"force\"]\nnoise = [0.1, 0.1, 0.1]", "2 numbers are needed, not 3"),
-        ("signal = [\"moment\", \"force\"]\nnoise = [0.1, 0.0]", "must be positive"),
-        ("signal = [\"moment\", \"force\"]\nnoise = [0.1, -1]", "must be positive"),
-        ("signal = [\"moment\", \"force\"]\ncovariance = [[1, 0]]", "2 rows of 2 numbers"),
-        ("signal = [\"moment\", \"force\"]\ncovariance = [[1, 2], [2, 1]]", "not positive definite"),
-        ("signal = [\"moment\", \"force\"]\ncovariance = [[1, 0.5], [0.4, 1]]", "not symmetric"),
-        (
-            "signal = [\"moment\", \"force\"]\nnoise = [1, 1]\ncovariance = [[1, 0], [0, 1]]",
-            "the noise of each channel already",
-        ),
+        ("+noise = 0.1", "2 numbers are needed"),
+        ("+noise = [0.1, 0.1, 0.1]", "2 numbers are needed, not 3"),
+        ("+noise = [0.1, 0.0]", "must be positive"),
+        ("+noise = [0.1, -1]", "must be positive"),
+        ("+covariance = [[1, 0]]", "2 rows of 2 numbers"),
+        ("+covariance = [[1, 2], [2, 1]]", "not positive definite"),
+        ("+covariance = [[1, 0.5], [0.4, 1]]", "not symmetric"),
+        ("+noise = [1, 1]\ncovariance = [[1, 0], [0, 1]]", "the noise of each channel already"),
         ("signal = \"moment\"\ncovariance = [[1]]", "several channels"),
         ("matrix = [[1, 0, 0]]", "rows of numbers are needed, not 1"),
         ("matrix = [[1, 0, 0], [0, 1]]", "a row of 2 numbers"),
@@ -130,16 +117,15 @@ fn what_is_no_sensor_is_refused_with_its_place() {
         ("matrix = 3", "numbers are needed"),
         ("signal = \"moment\"\nmatrix = [[1, 0, 0], [0, 0, 1]]", "names its channels itself"),
     ] {
-        let ran = Desk::new(&spec(sensor, "")).run(&["sweep", "spec.toml", "--out", "out"]).exits(2);
-        assert!(ran.stderr.contains(words) && ran.stderr.contains("spec.toml:"), "{sensor}: {}", ran.stderr);
+        let sensor = sensor.strip_prefix('+').map_or(sensor.to_owned(), |more| format!("{channels}{more}"));
+        Desk::new(&spec(&sensor, "")).refuses("sweep spec.toml --out out", &[words, "spec.toml:"]);
     }
     for (more, words) in [
         ("[estimate]\ntheory = \"exact\"", "several channels and linear theory"),
         ("tilt = 5", "upright edges only"),
         ("[model]\nclamp = \"bonded\"", "without clamp"),
     ] {
-        let ran = Desk::new(&spec(channels, more)).run(&["sweep", "spec.toml", "--out", "out"]).exits(2);
-        assert!(ran.stderr.contains(words), "{more}: {}", ran.stderr);
+        Desk::new(&spec(channels, more)).refuses("sweep spec.toml --out out", &[words]);
     }
 }
 
@@ -153,7 +139,7 @@ fn column(table: &str, name: &str) -> Vec<f64> {
 /// A calibrated sensor, and fresh readings of it with their labels.
 fn calibrated(sensor: &str) -> Desk {
     let desk = simulated(sensor, "theta = [1, 2, 3, 4, 5, 6]");
-    desk.run(&["calibrate", "s/measurements.csv", "--whisker", "spec.toml", "--out", "c"]).exits(0);
+    desk.ok("calibrate s/measurements.csv --whisker spec.toml --out c");
     desk
 }
 
@@ -165,8 +151,8 @@ fn simulated(sensor: &str, drives: &str) -> Desk {
         (0..60).map(|k| format!("{:.3}", 22.0 + 22.0 * f64::from((k * 37) % 60) / 59.0)).collect();
     let fresh = text.replace("a = { from = 21, to = 45, step = 4 }", &format!("a = [{}]", a.join(", ")));
     desk.write("fresh.toml", fresh.replace(drives, "theta = 3.5"));
-    desk.run(&["simulate", "spec.toml", "--out", "s", "--repeats", "2", "--zero-every", "5"]).exits(0);
-    desk.run(&["simulate", "fresh.toml", "--out", "f", "--zero-every", "5", "--seed", "9"]).exits(0);
+    desk.ok("simulate spec.toml --out s --repeats 2 --zero-every 5");
+    desk.ok("simulate fresh.toml --out f --zero-every 5 --seed 9");
     desk
 }
 
@@ -190,20 +176,20 @@ fn a_sensor_is_simulated_calibrated_and_read_by_all_its_channels() {
         "signal = \"moment\"\nnoise = 0.02".to_owned(),
     ];
     let desk = calibrated(&all);
-    let answers = desk.run(&["locate", "c/calibration.toml", "f/measurements.csv", "--out", "l"]).exits(0);
+    let answers = desk.ok("locate c/calibration.toml f/measurements.csv --out l");
     assert!(answers.stdout.contains("the channels moment_Nmm, force_N together"), "{}", answers.stdout);
     let [off, rms] = scored(&desk, "l");
     assert!((0.5..1.5).contains(&off), "errors of {off} σ");
     // One of them alone knows less.
     let single = calibrated(&one);
-    single.run(&["locate", "c/calibration.toml", "f/measurements.csv", "--out", "l"]).exits(0);
+    single.ok("locate c/calibration.toml f/measurements.csv --out l");
     let [_, alone] = scored(&single, "l");
     assert!(rms < 0.9 * alone, "{rms} mm together, {alone} mm by the moment");
     // A moment and a force of opposite signs are those of no contact.
     let mut rows = desk.read("f/measurements.csv").lines().take(3).collect::<Vec<_>>().join("\n");
     rows += "\n25,3.5,-5,0.2,1,synthetic,,ok\n";
     desk.write("wrong.csv", rows);
-    desk.run(&["locate", "c/calibration.toml", "wrong.csv", "--out", "w"]).exits(0);
+    desk.ok("locate c/calibration.toml wrong.csv --out w");
     assert!(desk.read("w/located.csv").ends_with(",,,no_root\n"), "{}", desk.read("w/located.csv"));
     let plan = ["calibrate", "s/measurements.csv", "--whisker", "spec.toml", "--plan", "--out", "nothing"];
     assert!(desk.run(&plan).exits(0).stdout.contains("nothing was run") && !desk.path("nothing").exists());
@@ -211,8 +197,7 @@ fn a_sensor_is_simulated_calibrated_and_read_by_all_its_channels() {
     let table = desk.read("f/measurements.csv");
     let lines = table.lines().filter(|l| l.split(',').nth(1) != Some("0"));
     desk.write("free.csv", lines.collect::<Vec<_>>().join("\n").replacen("theta_deg", "ignored", 1));
-    desk.run(&["locate", "c/calibration.toml", "free.csv", "--columns", "ignore=ignored", "--out", "u"])
-        .exits(0);
+    desk.ok("locate c/calibration.toml free.csv --columns ignore=ignored --out u");
     let [off, free] = scored(&desk, "u");
     assert!((0.5..1.5).contains(&off) && free > rms, "errors of {off} σ, {free} mm");
 }
@@ -222,18 +207,14 @@ fn mixed_channels_are_calibrated_from_the_data_alone() {
     let desk = calibrated(
         "matrix = [[1, 0, 10], [0.5, 0, -10], [0, 0, 0, 1e3]]\ncovariance = [[5e-4, 1e-4, 0], [1e-4, 2e-4, 0], [0, 0, 1e-4]]",
     );
-    desk.run(&["locate", "c/calibration.toml", "f/measurements.csv", "--out", "l"]).exits(0);
+    desk.ok("locate c/calibration.toml f/measurements.csv --out l");
     let [off, _] = scored(&desk, "l");
     assert!((0.5..1.5).contains(&off), "errors of {off} σ");
     // The same where the column has another name.
     desk.write("hall.csv", desk.read("f/measurements.csv").replacen("channel_2", "hall", 1));
-    let said = ["--columns", "channel_2=hall", "--out", "h"];
-    desk.run(&[&["locate", "c/calibration.toml", "hall.csv"][..], &said].concat()).exits(0);
-    let told = |out: &str| column(&desk.read(&format!("{out}/located.csv")), "distance_mm");
-    assert_eq!(
-        told("h").iter().map(|x| x.to_bits()).collect::<Vec<_>>(),
-        told("l").iter().map(|x| x.to_bits()).collect::<Vec<_>>()
-    );
+    desk.ok("locate c/calibration.toml hall.csv --columns channel_2=hall --out h");
+    let [h, l] = ["h", "l"].map(|out| desk.table(format!("{out}/located.csv")));
+    assert_eq!(h.column("distance_mm"), l.column("distance_mm"));
     // A channel that is missing in the readings, an option of one signal, a file that was changed.
     let table = desk.read("f/measurements.csv").replacen("channel_2", "channel_9", 1);
     desk.write("less.csv", table);
@@ -242,20 +223,17 @@ fn mixed_channels_are_calibrated_from_the_data_alone() {
     let text = desk.read("c/calibration.toml");
     let first = text.find("covariance = [[").unwrap() + "covariance = [[".len();
     desk.write("loud.toml", format!("{}9{}", &text[..first], &text[first..]));
-    for (arguments, words) in [
-        (&["locate", "loud.toml", "f/measurements.csv", "--out", "x"][..], "edited by hand"),
-        (&["locate", "c/calibration.toml", "less.csv", "--out", "x"][..], "less.csv:1: channel_2"),
-        (&["locate", "c/calibration.toml", "f/measurements.csv", "--zero", "1", "--out", "x"], "one signal"),
-        (&["locate", "changed.toml", "f/measurements.csv", "--out", "x"], "edited by hand"),
-        (&["simulate", "spec.toml", "--noise", "1e-5", "--out", "x"], "several channels"),
-        (&["locate", "c/calibration.toml", "f/measurements.csv", "--same", "--out", "x"], "several channels"),
-        (
-            &["contour", "--calibration", "c/calibration.toml", "f/measurements.csv", "--out", "x"],
-            "several channels",
-        ),
+    let fresh = "f/measurements.csv";
+    for (line, words) in [
+        (format!("locate loud.toml {fresh}"), "edited by hand"),
+        ("locate c/calibration.toml less.csv".to_owned(), "less.csv:1: channel_2"),
+        (format!("locate c/calibration.toml {fresh} --zero 1"), "one signal"),
+        (format!("locate changed.toml {fresh}"), "edited by hand"),
+        ("simulate spec.toml --noise 1e-5".to_owned(), "several channels"),
+        (format!("locate c/calibration.toml {fresh} --same"), "several channels"),
+        (format!("contour --calibration c/calibration.toml {fresh}"), "several channels"),
     ] {
-        let ran = desk.run(arguments).exits(2);
-        assert!(ran.stderr.contains(words), "{arguments:?}: {}", ran.stderr);
+        desk.refuses(line + " --out x", &[words]);
     }
 }
 
@@ -286,7 +264,7 @@ fn streams_answer_as_tables() {
             let rows = if drive { rows } else { rows.replace("nan,", "") };
             let header = if drive { "theta_deg," } else { "" };
             desk.write("taps.csv", format!("{header}{}\n{rows}", names.join(",")));
-            desk.run(&["locate", "e/calibration.toml", "taps.csv", "--out", "l", "--force"]).exits(0);
+            desk.ok("locate e/calibration.toml taps.csv --out l --force");
             let table = desk.read("l/located.csv");
             let [a, sigma] = ["distance_mm", "sigma_mm"].map(|name| column(&table, name));
             assert!(sigma.iter().filter(|s| **s < 24.0).count() >= 40, "{table}");
@@ -337,7 +315,7 @@ fn only_strains_have_a_limit_of_strain() {
             .replace("theta = [2, 8]", "")
             .replace("root = { k_theta = 1000, k_y = 40 }\n", "");
         let desk = Desk::new(&text);
-        let ran = desk.run(&["optimise", "spec.toml", "--out", "o"]).exits(0);
+        let ran = desk.ok("optimise spec.toml --out o");
         assert!(!ran.stdout.contains("times the limit"), "{}", ran.stdout);
         assert_eq!(
             ran.stdout.contains("--estimator exact"),
@@ -346,12 +324,10 @@ fn only_strains_have_a_limit_of_strain() {
             ran.stdout
         );
         desk.write("limit.toml", format!("{text}limits = {{ strain = 0.05 }}\n"));
-        let ran = desk.run(&["optimise", "limit.toml", "--out", "x"]).exits(2);
-        assert!(ran.stderr.contains("reads no strain"), "{}", ran.stderr);
+        desk.refuses("optimise limit.toml --out x", &["reads no strain"]);
     }
     let desk = Desk::new(&spec("signal = \"moment\"\nnoise = 0.02", ""));
-    let ran = desk.run(&["simulate", "spec.toml", "--signal", "force_N", "--out", "x"]).exits(2);
-    assert!(ran.stderr.contains("--signal = force_N"), "{}", ran.stderr);
+    desk.refuses("simulate spec.toml --signal force_N --out x", &["--signal = force_N"]);
 }
 
 #[test]
@@ -374,6 +350,5 @@ fn a_sensor_that_the_springs_do_not_carry_reads_about_where_the_base_rests() {
         }
     }
     let desk = Desk::new(&text("signal = \"force\"\nfixed = true"));
-    let ran = desk.run(&["sweep", "spec.toml"]).exits(2);
-    assert!(ran.stderr.contains("no moment is read") && ran.stderr.contains("fixed"), "{}", ran.stderr);
+    desk.refuses("sweep spec.toml", &["no moment is read", "fixed"]);
 }

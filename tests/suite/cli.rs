@@ -1,6 +1,6 @@
 //! The command line: what goes to stdout, stderr and the exit code, and which backend runs.
 
-use crate::common::program::{Desk, SPEC, large};
+use crate::common::program::{Desk, SPEC, large, says};
 use serde_json::{Value, json};
 
 /// Environment in which no Vulkan driver is found.
@@ -72,7 +72,7 @@ fn json_is_one_object_and_nothing_else() {
     assert_eq!(object["result"]["best"][0]["theta_deg"], 1.0);
 
     let from_spec = Desk::new(&format!("{SPEC}[run]\njson = true\nbackend = \"cpu\"\n"));
-    assert_eq!(from_spec.run(&["sweep", "spec.toml"]).exits(0).json()["ok"], true);
+    assert_eq!(from_spec.ok("sweep spec.toml").json()["ok"], true);
 }
 
 #[test]
@@ -179,11 +179,7 @@ fn gpu_without_an_adapter_is_exit_2_and_auto_takes_the_cpu() {
     assert!(ran.stdout.contains("on cpu") && ran.stdout.contains("no Vulkan"), "{}", ran.stdout);
     // For few taps no driver is asked.
     let ran = desk.run_with(&["sweep", "spec.toml"], &NO_DRIVER).exits(0);
-    assert!(
-        ran.stderr.contains("on cpu") && ran.stderr.contains("too short a run to look for a GPU"),
-        "{}",
-        ran.stderr
-    );
+    says(&ran.stderr, &["on cpu", "too short a run to look for a GPU"]);
     let listed = desk.run_with(&["devices"], &NO_DRIVER).exits(0);
     assert!(listed.stdout.contains("--backend auto takes: CPU kernels"), "{}", listed.stdout);
 }
@@ -191,10 +187,10 @@ fn gpu_without_an_adapter_is_exit_2_and_auto_takes_the_cpu() {
 #[test]
 fn gpu_sweeps_where_there_is_an_adapter() {
     let desk = Desk::new(SPEC);
-    let object = desk.run(&["sweep", "spec.toml", "--backend", "gpu", "--json"]).exits(0).json();
+    let object = desk.ok("sweep spec.toml --backend gpu --json").json();
     assert_eq!(object["backend"]["name"], "gpu");
     assert!(object["backend"]["adapter"].is_string() && object["backend"]["driver"].is_string());
-    let devices = desk.run(&["devices", "--json"]).exits(0).json();
+    let devices = desk.ok("devices --json").json();
     assert_eq!(devices["result"]["adapters"][0]["name"], object["backend"]["adapter"]);
     // `auto` takes hardware alone, and names the software adapter that it leaves.
     let (adapter, auto) = (&devices["result"]["adapters"][0], &devices["backend"]);
@@ -204,11 +200,11 @@ fn gpu_sweeps_where_there_is_an_adapter() {
         true => assert!(auto["name"] == "cpu" && left, "{auto}"),
         false => assert_eq!(auto["name"], "gpu"),
     }
-    let asked = desk.run(&["devices", "--backend", "gpu", "--json"]).exits(0).json();
+    let asked = desk.ok("devices --backend gpu --json").json();
     assert_eq!((&asked["backend"]["name"], &asked["backend"]["adapter"]), (&"gpu".into(), &adapter["name"]));
     // Who names an adapter asks for it.
     let name = adapter["name"].as_str().unwrap();
-    let named = desk.run(&["sweep", "spec.toml", "--adapter", name, "--force", "--json"]).exits(0).json();
+    let named = desk.ok(format!("sweep spec.toml --adapter {name} --force --json")).json();
     assert_eq!(named["backend"]["name"], "gpu");
     let ran = desk.run(&["sweep", "spec.toml", "--adapter", "no such card"]).exits(2);
     assert!(ran.stderr.contains("no such card"), "{}", ran.stderr);
@@ -222,9 +218,7 @@ fn precision_and_tolerance() {
         (&double["backend"]["precision"], &double["backend"]["tolerance"]),
         (&"f64".into(), &1e-8.into())
     );
-    let reference = desk
-        .run(&["sweep", "spec.toml", "--backend", "reference", "--json", "--tolerance", "1e-30"])
-        .exits(0);
+    let reference = desk.ok("sweep spec.toml --backend reference --json --tolerance 1e-30");
     assert_eq!(reference.json()["backend"]["tolerance"], Value::Null);
     for bad in [
         &["--tolerance", "1e-9"][..],

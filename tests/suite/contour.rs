@@ -1,14 +1,14 @@
 //! Contours: synthetic strokes and taps over a circle, a corner and a curve; arrays; bad input.
 
-use std::sync::OnceLock;
+use std::sync::LazyLock;
 
 use crate::common::measuring::{REAL, prototype};
-use crate::common::program::{Desk, Ran};
-use crate::common::sweeping::Table;
+use crate::common::program::{Desk, Kept, Ran, says};
+use crate::common::tap;
 use vibrissa::contour::truth::Pose;
 use vibrissa::measure::Rig;
 use vibrissa::physics::rod::RodProblem;
-use vibrissa::scene::{Drive, Model};
+use vibrissa::scene::Model;
 use vibrissa::simulate::object::Object;
 use vibrissa::simulate::stroke::Stroker;
 use vibrissa::spec;
@@ -22,16 +22,15 @@ const CIRCLE: &str =
 
 /// A desk with a calibration of the prototype, and its spec for strokes; made once.
 fn desk() -> Desk {
-    static MADE: OnceLock<String> = OnceLock::new();
-    let calibration = MADE.get_or_init(|| {
+    static MADE: LazyLock<Kept> = LazyLock::new(|| {
         let desk = Desk::new(&prototype(4.0, &[NOISE, TAPS, REAL]));
-        desk.run(&["simulate", "spec.toml", "--repeats", "3", "--out", "sim"]).exits(0);
-        desk.run(&["calibrate", "sim/measurements.csv", "--whisker", "spec.toml", "--out", "cal"]).exits(0);
-        desk.read("cal/calibration.toml")
+        desk.ok("simulate spec.toml --repeats 3 --out sim");
+        desk.ok("calibrate sim/measurements.csv --whisker spec.toml --out c");
+        desk.write("cal.toml", desk.read("c/calibration.toml"));
+        desk.write("spec.toml", prototype(4.0, &[NOISE, SWEEP, REAL]));
+        desk.keep()
     });
-    let desk = Desk::new(&prototype(4.0, &[NOISE, SWEEP, REAL]));
-    desk.write("cal.toml", calibration);
-    desk
+    MADE.desk()
 }
 
 fn contour(desk: &Desk, more: &[&str]) -> Ran {
@@ -40,7 +39,7 @@ fn contour(desk: &Desk, more: &[&str]) -> Ran {
 
 /// rms of points from the object: strokes, and each row a tap by the paper's formula.
 fn both(desk: &Desk) -> [serde_json::Value; 2] {
-    desk.run(&["simulate", "spec.toml", "--object", "object.toml", "--seed", "7", "--out", "st"]).exits(0);
+    desk.ok("simulate spec.toml --object object.toml --seed 7 --out st");
     let strokes = contour(desk, &["--truth", "object.toml", "--out", "strokes"]).exits(0).json();
     let paper = ["--truth", "object.toml", "--taps", "--estimator", "paper", "--out", "taps"];
     [strokes, contour(desk, &paper).exits(0).json()]
@@ -65,7 +64,7 @@ fn a_circle_is_found_from_strokes() {
     );
     assert!(rms(&strokes) < 0.1 && rms(&paper) > 5.0 * rms(&strokes), "{} {}", rms(&strokes), rms(&paper));
     // The points are where the whisker touched, one by one.
-    let table = Table::read(&desk.path("strokes/points.csv"));
+    let table = desk.table("strokes/points.csv");
     let apart = |r: &std::collections::HashMap<String, String>| {
         let n = |key: &str| r[key].parse::<f64>().unwrap();
         (n("x_mm") - n("true_x_mm")).hypot(n("y_mm") - n("true_y_mm"))
@@ -74,7 +73,7 @@ fn a_circle_is_found_from_strokes() {
     assert!((square / table.rows.len() as f64).sqrt() < 0.15);
     assert_eq!(desk.names("strokes"), ["contour.svg", "curve.csv", "points.csv", "run.json"]);
     desk.whole("strokes");
-    desk.run(&["report", "strokes", "--figures", "svg"]).exits(0);
+    desk.ok("report strokes --figures svg");
     assert!(desk.names("strokes/report").contains(&"contour.svg".to_owned()));
 }
 
@@ -152,16 +151,10 @@ fn a_round_object_is_a_pole_of_its_radius() {
         }
         for (angle, contact) in angles.iter().zip(&contacts) {
             let problem = RodProblem {
-                taper: shared.taper,
-                gauge: shared.gauge,
                 side: rig.setup.gauge.side,
-                distance: lo,
-                hub: 0.0,
-                drive: Drive::Angle,
+                gauge: shared.gauge,
                 amount: *angle,
-                foil: None,
-                body: None,
-                model: &model,
+                ..tap(&model, 4.0, lo, 1.0)
             };
             let tap = problem.solve().unwrap();
             assert!((tap.strain / contact.strain - 1.0).abs() < 1e-8, "{} {}", tap.strain, contact.strain);
@@ -197,17 +190,14 @@ fn bad_files_are_refused_with_file_line_and_column() {
         (String::new(), "d.csv", "base_x_mm"),
     ] {
         desk.write("d.csv", &text);
-        let ran = desk.run(&["contour", "d.csv", "--calibration", "cal.toml", "--out", "out"]).exits(2);
-        assert!(ran.stderr.contains(place) && ran.stderr.contains(word), "{text}: {}", ran.stderr);
+        desk.refuses("contour d.csv --calibration cal.toml --out out", &[place, word]);
         assert!(!desk.path("out").exists(), "nothing half-written");
     }
     desk.write("d.csv", format!("{head}{row}"));
     for (flag, value, word) in
         [("--angle-noise", "-1", "standard deviation"), ("--truth", "none.toml", "no such object file")]
     {
-        let ran =
-            desk.run(&["contour", "d.csv", "--calibration", "cal.toml", &format!("{flag}={value}")]).exits(2);
-        assert!(ran.stderr.contains(word), "{}", ran.stderr);
+        desk.refuses(format!("contour d.csv --calibration cal.toml {flag}={value}"), &[word]);
     }
 }
 
@@ -217,9 +207,8 @@ fn points_without_a_curve_are_still_points() {
     let head = "base_x_mm,base_y_mm,heading_deg,theta_deg,strain,x_mm\n";
     let trace = |rows: &str| {
         desk.write("d.csv", format!("{head}{rows}"));
-        let ran =
-            desk.run(&["contour", "d.csv", "--calibration", "cal.toml", "--out", "out", "--json"]).exits(0);
-        (ran.json(), Table::read(&desk.path("out/points.csv")))
+        let ran = desk.ok("contour d.csv --calibration cal.toml --out out --json");
+        (ran.json(), desk.table("out/points.csv"))
     };
     // One pose; what is missing stays missing; a column of that name is kept.
     let (json, table) = trace("1,2,90,4,0.02,7\n1,2,90,4,NaN,7\n1,NaN,90,4,0.02,7\n1,2,90,0,0,7\n");
@@ -230,8 +219,8 @@ fn points_without_a_curve_are_still_points() {
     assert_eq!(table.rows[0]["given_x_mm"], "7");
     // A row that does not say which way the whisker turns has no point; a file without the column has whiskers that turn counterclockwise.
     desk.write("d.csv", "base_x_mm,base_y_mm,heading_deg,sense,theta_deg,strain\n1,2,90,1,4,0.02\n1,2,90,,4,0.02\n1,2,90,NaN,4,0.02\n");
-    desk.run(&["contour", "d.csv", "--calibration", "cal.toml", "--out", "out", "--force"]).exits(0);
-    let turned = Table::read(&desk.path("out/points.csv"));
+    desk.ok("contour d.csv --calibration cal.toml --out out --force");
+    let turned = desk.table("out/points.csv");
     let status: Vec<&str> = turned.rows.iter().map(|r| r["status"].as_str()).collect();
     assert_eq!((status, turned.rows[1]["x_mm"].as_str()), (vec!["ok", "bad_input", "bad_input"], ""));
     // To the left of a whisker that points along y lies −x.
@@ -256,7 +245,7 @@ fn points_without_a_curve_are_still_points() {
 fn an_outlier_is_named() {
     let desk = desk();
     desk.write("object.toml", CIRCLE);
-    desk.run(&["simulate", "spec.toml", "--object", "object.toml", "--seed", "7", "--out", "st"]).exits(0);
+    desk.ok("simulate spec.toml --object object.toml --seed 7 --out st");
     // One tap of each stroke; one of them by a base that is written down wrong.
     let text = desk.read("st/strokes.csv");
     let mut rows: Vec<String> =
@@ -268,13 +257,10 @@ fn an_outlier_is_named() {
         .collect();
     rows[3] = wrong.join(",");
     desk.write("d.csv", rows.join("\n"));
-    let json = desk
-        .run(&["contour", "d.csv", "--calibration", "cal.toml", "--taps", "--out", "out", "--json"])
-        .exits(0)
-        .json();
+    let json = desk.ok("contour d.csv --calibration cal.toml --taps --out out --json").json();
     assert_eq!(json["result"]["curve"]["kind"], "circle");
     assert_eq!(json["counts"]["outliers"], 1);
-    let table = Table::read(&desk.path("out/points.csv"));
+    let table = desk.table("out/points.csv");
     assert_eq!(table.rows[2]["status"], "outlier");
     assert!(table.rows[2]["off_sigma"].parse::<f64>().unwrap().abs() > 4.0);
 }
@@ -293,7 +279,7 @@ fn an_array_answers_in_one_frame() {
         desk.run(&[&["locate", "--array", "array.toml", "r.csv", "--out", "out"], more].concat())
     };
     run(&[]).exits(0);
-    let table = Table::read(&desk.path("out/located.csv"));
+    let table = desk.table("out/located.csv");
     let n = |k: usize, key: &str| table.rows[k][key].parse::<f64>().unwrap();
     let lines: Vec<&str> = table.rows.iter().map(|r| r["line"].as_str()).collect();
     assert_eq!(lines, ["2", "3", "4", "5", "6"]);
@@ -307,20 +293,19 @@ fn an_array_answers_in_one_frame() {
     // Where the base was carried nearer, the point is as much farther.
     let point = [n(3, "x_mm"), n(3, "y_mm")];
     desk.write("moved.csv", "whisker,theta_deg,strain,shift_mm\nright,0,0.002,0\nright,4,0.022,6\n");
-    desk.run(&["locate", "--array", "array.toml", "moved.csv", "--out", "moved"]).exits(0);
-    let moved = &Table::read(&desk.path("moved/located.csv")).rows[1];
+    desk.ok("locate --array array.toml moved.csv --out moved");
+    let moved = &desk.table("moved/located.csv").rows[1];
     let at = ["x_mm", "y_mm"].map(|key| moved[key].parse::<f64>().unwrap());
     assert!(near(at[0], point[0] + 6.0) && near(at[1], point[1]), "{moved:?} {point:?}");
     desk.whole("out");
     desk.write("r.csv", "whisker,theta_deg,strain\nleft,4,0.02\nrigth,4,0.02\n");
-    let ran = run(&[]).exits(2);
-    assert!(ran.stderr.contains("r.csv:3") && ran.stderr.contains("is right meant"), "{}", ran.stderr);
+    says(&run(&[]).exits(2).stderr, &["r.csv:3", "is right meant"]);
     desk.write("r.csv", "theta_deg,strain\n4,0.02\n");
-    assert!(run(&[]).exits(2).stderr.contains("column whisker is missing"));
+    says(&run(&[]).exits(2).stderr, &["column whisker is missing"]);
     desk.write("array.toml", array.replace("right", "left"));
-    assert!(run(&[]).exits(2).stderr.contains("two whiskers have this name"));
+    says(&run(&[]).exits(2).stderr, &["two whiskers have this name"]);
     desk.write("array.toml", array.replace("heading", "heding"));
-    assert!(run(&[]).exits(2).stderr.contains("array.toml:"));
+    says(&run(&[]).exits(2).stderr, &["array.toml:"]);
 }
 
 #[test]
@@ -330,7 +315,7 @@ fn strokes_that_cannot_be_are_refused() {
     let run = |more: &[&str]| {
         desk.run(&[&["simulate", "spec.toml", "--object", "object.toml", "--out", "st"], more].concat())
     };
-    assert!(run(&["--drift", "1e-6"]).exits(2).stderr.contains("labelled distances"));
+    says(&run(&["--drift", "1e-6"]).exits(2).stderr, &["labelled distances"]);
     for (from, to, word) in [
         ("radius = 10", "radius = -1", "radius"),
         ("\"circle\"", "\"cube\"", "object.toml:2"),
@@ -348,12 +333,11 @@ fn strokes_that_cannot_be_are_refused() {
         ("distance = 36", "distance = 90", "misses"),
     ] {
         desk.write("object.toml", CIRCLE.replace(from, to));
-        let ran = run(&[]).exits(2);
-        assert!(ran.stderr.contains(word), "{to}: {}", ran.stderr);
+        says(&run(&[]).exits(2).stderr, &[word]);
     }
     desk.write("object.toml", format!("start = []\n{}", CIRCLE.split("[around]").next().unwrap()));
-    assert!(run(&[]).exits(2).stderr.contains("there is no start"));
+    says(&run(&[]).exits(2).stderr, &["there is no start"]);
     desk.write("object.toml", CIRCLE);
     desk.write("spec.toml", prototype(4.0, &[SWEEP, "[model]\nextension = true\ncontact = \"stick\"\n"]));
-    assert!(run(&[]).exits(2).stderr.contains("frictionless"));
+    says(&run(&[]).exits(2).stderr, &["frictionless"]);
 }

@@ -166,7 +166,6 @@ fn a_single_place_is_a_point() {
     assert!((0.7..2.1).contains(&off), "off by {off:.2} deviations rms");
 }
 
-/// What is some deviations of its points long is no point.
 #[test]
 fn short_lines_are_lines() {
     let mut shorter = 0;

@@ -1,6 +1,5 @@
 //! Counts of run.json that are means: of the taps that they name, on every way that taps go.
 
-use crate::common::measuring::{REAL, TAPS, prototype};
 use crate::common::program::Desk;
 use vibrissa::kernel::gpu::SOFTWARE_RANKS;
 
@@ -31,14 +30,6 @@ fn mean_sweeps_are_those_of_the_taps_solved_on_every_path() {
             assert_eq!(!counts["chart"].is_null(), *path == "charted");
         }
     }
-}
-
-#[test]
-fn a_reference_run_has_no_sweeps() {
-    let ran =
-        Desk::new(&spec(2, "[1, 4]", "")).run(&["sweep", "spec.toml", "--json", "--backend", "reference"]);
-    let counts = ran.exits(0).json()["counts"].clone();
-    assert_eq!((&counts["sweeps_mean"], &counts["sweeps_max"]), (&0.0.into(), &0.0.into()));
 }
 
 /// Designs sampled over the ranges of a lab with ten distances each, of the model that a practical whisker has.
@@ -88,7 +79,7 @@ fn solved_taps_take_few_sweeps() {
 }
 
 /// The number before each word of a list such as `1 952 ok, 48 strain_limit+ambiguous`.
-fn numbers(list: &str) -> u64 {
+pub fn numbers(list: &str) -> u64 {
     let number = |part: &str| part.chars().filter(char::is_ascii_digit).collect::<String>();
     list.split(", ").map(|part| number(part).parse::<u64>().unwrap_or_else(|_| panic!("{list}"))).sum()
 }
@@ -128,18 +119,4 @@ fn the_words_of_a_summary_add_up_to_its_taps() {
             assert!(sum("status") > numbers(taps), "{way} on {backend}: {counts}");
         }
     }
-}
-
-#[test]
-fn the_words_of_located_readings_add_up() {
-    let desk = Desk::new(&prototype(10.0, &["noise_strain = 1e-5\n", TAPS, REAL]));
-    desk.run(&["simulate", "spec.toml", "--repeats", "3", "--out", "sim"]).exits(0);
-    desk.run(&["calibrate", "sim/measurements.csv", "--whisker", "spec.toml", "--out", "cal"]).exits(0);
-    // The second one is too strong, and too far out.
-    desk.write("r.csv", "theta_deg,strain\n4,0.02\n4,0.2\n40,0.2\n4,1e-9\n");
-    let ran = desk.run(&["locate", "cal/calibration.toml", "r.csv", "--out", "out"]).exits(0);
-    let line = ran.stdout.lines().find(|line| line.starts_with("4 readings located")).unwrap();
-    let (_, words) = line.rsplit_once(": ").unwrap();
-    assert_eq!(numbers(words), 4, "{words}");
-    assert!(words.contains('+'), "a reading with two words: {words}");
 }

@@ -1,9 +1,8 @@
 //! A material measured as a stress–strain curve: read, fitted, refused, reported.
 
-use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
+use crate::common::program::Desk;
 use serde_json::Value;
 use vibrissa::error::InputError;
 use vibrissa::scene::{Material, Spec};
@@ -21,16 +20,15 @@ tap = { a = [30, 40], theta = [2, 4] }
 material = { curve = "rubber.csv" }
 "#;
 
-/// Writes `rubber.csv` and `spec.toml` into a new folder.
-fn folder(curve: &[u8], spec: &str) -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("rubber.csv"), curve).unwrap();
-    fs::write(folder.path().join("spec.toml"), spec).unwrap();
-    folder
+/// `rubber.csv` and `spec.toml` in a new folder.
+fn desk(curve: &[u8], spec: &str) -> Desk {
+    let desk = Desk::new(spec);
+    desk.write("rubber.csv", curve);
+    desk
 }
 
 fn read(curve: &[u8]) -> Result<Spec, InputError> {
-    spec::read(&folder(curve, SPEC).path().join("spec.toml"))
+    spec::read(&desk(curve, SPEC).path("spec.toml"))
 }
 
 #[test]
@@ -128,17 +126,8 @@ fn curves_that_are_refused() {
 #[test]
 fn a_curve_is_no_linear_material() {
     let spec = SPEC.replace("[model]", "[model]\ngeometry = \"linear\"");
-    let error = spec::read(&folder(RUBBER.as_bytes(), &spec).path().join("spec.toml")).unwrap_err();
+    let error = spec::read(&desk(RUBBER.as_bytes(), &spec).path("spec.toml")).unwrap_err();
     assert_eq!((error.line, error.key.as_deref()), (Some(7), Some("model.material")));
-}
-
-fn sweep(folder: &Path, more: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_vibrissa"))
-        .args(["sweep", "spec.toml", "--backend", "cpu", "--out", "out", "--force"])
-        .args(more)
-        .current_dir(folder)
-        .output()
-        .unwrap()
 }
 
 /// Coefficients of the fit in run.json or in an answer.
@@ -148,29 +137,23 @@ fn coefficients(fit: &Value) -> Vec<f64> {
 
 #[test]
 fn the_fit_is_reported() {
-    let folder = folder(RUBBER.as_bytes(), SPEC);
-    let spec = spec::read(&folder.path().join("spec.toml")).unwrap();
-    let known = spec.material_fit.unwrap().coefficients;
-
-    let plan = sweep(folder.path(), &["--plan"]);
-    let text = String::from_utf8(plan.stdout).unwrap();
+    let desk = desk(RUBBER.as_bytes(), SPEC);
+    let known = spec::read(&desk.path("spec.toml")).unwrap().material_fit.unwrap().coefficients;
+    let text = desk.sweep(&["--plan"]).exits(0).stdout;
     let law = format!("rubber.csv: yeoh = [{}, {}, {}] MPa", known[0], known[1], known[2]);
     assert!(text.contains(&law), "{text}");
-    let plan: Value = serde_json::from_slice(&sweep(folder.path(), &["--plan", "--json"]).stdout).unwrap();
+    let plan = desk.sweep(&["--plan", "--json"]).exits(0).json();
     assert_eq!(coefficients(&plan["result"]["material_fit"]), known);
 
-    let ran = sweep(folder.path(), &[]);
-    assert!(ran.status.success());
-    assert!(!String::from_utf8(ran.stderr).unwrap().contains("warning"));
-    let fit = run_json(folder.path())["material_fit"].clone();
+    let ran = desk.sweep(&["--out", "out"]).exits(0);
+    assert!(!ran.stderr.contains("warning"), "{}", ran.stderr);
+    let fit = desk.whole("out")["material_fit"].clone();
     assert_eq!(coefficients(&fit), known);
     assert_eq!((fit["points"].as_u64(), fit["within_data_range"].as_bool()), (Some(7), Some(true)));
     assert_eq!(fit["range"].to_string(), "[0.0,1.0]");
     let largest = fit["largest_gauge_strain"].as_f64().unwrap();
-    let tuples = csv::Reader::from_path(folder.path().join("out/tuples.csv")).unwrap();
-    let strain = tuples.into_records().map(|row| row.unwrap()[7].parse::<f64>().unwrap().abs());
-    assert!((largest / strain.fold(0.0, f64::max) - 1.0).abs() < 1e-6);
-    assert!(largest > 0.01);
+    let strains = desk.table("out/tuples.csv").numbers("strain").into_iter().flatten().map(f64::abs);
+    assert!((largest / strains.fold(0.0, f64::max) - 1.0).abs() < 1e-6 && largest > 0.01);
 }
 
 #[test]
@@ -181,16 +164,10 @@ fn strain_beyond_the_data_is_told() {
         format!("{},{}\n", l - 1.0, l - 1.0 / (l * l))
     });
     let small = format!("strain,stress_MPa\n{}", rows.collect::<String>());
-    let folder = folder(small.as_bytes(), SPEC);
-    let said = String::from_utf8(sweep(folder.path(), &[]).stderr).unwrap();
-    assert!(
-        said.contains("warning: the largest gauge strain") && said.contains("rubber.csv, 0.00166"),
-        "{said}"
-    );
-    assert_eq!(run_json(folder.path())["material_fit"]["within_data_range"], Value::Bool(false));
-    assert!(sweep(folder.path(), &["--quiet"]).stderr.is_empty());
-}
-
-fn run_json(folder: &Path) -> Value {
-    serde_json::from_str(&fs::read_to_string(folder.join("out/run.json")).unwrap()).unwrap()
+    let desk = desk(small.as_bytes(), SPEC);
+    let said = desk.sweep(&["--out", "out"]).exits(0).stderr;
+    let parts = ["warning: the largest gauge strain", "rubber.csv, 0.00166"];
+    assert!(parts.iter().all(|part| said.contains(part)), "{said}");
+    assert_eq!(desk.whole("out")["material_fit"]["within_data_range"], false);
+    assert_eq!(desk.sweep(&["--out", "out", "--quiet"]).stderr, "");
 }

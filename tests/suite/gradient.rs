@@ -16,41 +16,8 @@ use vibrissa::spec;
 const TOLERANCE: f64 = 1e-8;
 
 /// Every name of an input.
-const NAMES: [&str; 33] = [
-    "D",
-    "d",
-    "L_a",
-    "x_ss",
-    "l",
-    "a",
-    "theta",
-    "delta",
-    "tilt",
-    "lean",
-    "hub",
-    "pole_radius",
-    "mu",
-    "E",
-    "C10",
-    "C01",
-    "C20",
-    "C30",
-    "nu",
-    "clamp",
-    "foil.stiffness",
-    "foil.length",
-    "foil.width",
-    "exponent",
-    "scale",
-    "bore",
-    "core.diameter",
-    "core.modulus",
-    "curvature",
-    "curvature_slope",
-    "root.k_theta",
-    "root.k_y",
-    "root.k_x",
-];
+const NAMES: &str = "D d L_a x_ss l a theta delta tilt lean hub pole_radius mu E C10 C01 C20 C30 nu \
+    clamp foil.stiffness foil.length foil.width exponent scale bore core.diameter core.modulus curvature curvature_slope root.k_theta root.k_y root.k_x";
 
 /// A tap by the reference.
 fn solve(setup: &Setup, tuple: Tuple) -> (Design, Task, Outcome) {
@@ -76,17 +43,8 @@ fn gradient(
 }
 
 fn numbers(o: &Outcome) -> [f64; OUTPUTS] {
-    [
-        o.strain,
-        o.strain_linear,
-        o.deviation,
-        o.normal_force,
-        o.tangential_force,
-        o.arc,
-        o.strain_2,
-        o.azimuth,
-        o.slide,
-    ]
+    let [pressed, rubbed] = [o.normal_force, o.tangential_force];
+    [o.strain, o.strain_linear, o.deviation, pressed, rubbed, o.arc, o.strain_2, o.azimuth, o.slide]
 }
 
 /// `setup` and `tuple` with `input` moved by `step`, and a length of its scale.
@@ -94,25 +52,16 @@ fn moved(setup: &Setup, tuple: Tuple, input: Input, step: f64) -> (Setup, Tuple)
     let (mut setup, mut tuple) = (setup.clone(), tuple);
     match input {
         Input::Tuple(i) => {
-            let place = [
-                &mut tuple.D,
-                &mut tuple.d,
-                &mut tuple.L_a,
-                &mut tuple.x_ss,
-                &mut tuple.l,
-                &mut tuple.a,
-                &mut tuple.tilt,
-                &mut tuple.lean,
-                &mut tuple.drive,
-            ];
-            *place.into_iter().nth(i).expect("a number of a tap") += step;
+            let t = &mut tuple;
+            let places = [&mut t.D, &mut t.d, &mut t.L_a, &mut t.x_ss, &mut t.l, &mut t.a];
+            let places = places.into_iter().chain([&mut t.tilt, &mut t.lean, &mut t.drive]);
+            *places.into_iter().nth(i).expect("a number of a tap") += step;
         }
         Input::Property(Property::Scale) => Property::Scale.set(&mut setup, 1.0 + step),
-        Input::Property(p @ (Property::Bore | Property::Core)) => {
+        Input::Property(Property::Bore | Property::Core) => {
             let mut built = setup.built.as_deref().cloned().expect("a whisker with something inside");
             let inner = built.inner.as_mut().expect("something inside");
             inner.diameter.iter_mut().for_each(|knot| knot[1] += step);
-            let _ = p;
             setup.built = Some(Arc::new(built));
         }
         Input::Property(p) => {
@@ -201,7 +150,7 @@ fn compare(setup: &Setup, tuple: Tuple, input: Input) -> Compared {
 /// Compares derivatives of `these` taps of `setup`; how many there were, how many of them were told to the tolerance, and the worst.
 fn check(name: &str, setup: &Setup, these: &[Tuple]) -> [usize; 2] {
     let inputs: Vec<(&str, Input)> =
-        NAMES.iter().filter_map(|n| Some((*n, Input::new(setup, n).ok()?))).collect();
+        NAMES.split(' ').filter_map(|n| Some((n, Input::new(setup, n).ok()?))).collect();
     let pairs: Vec<(Tuple, &str, Input)> =
         these.iter().flat_map(|t| inputs.iter().map(|(n, i)| (*t, *n, *i))).collect();
     let compared: Vec<(Tuple, &str, Compared)> =

@@ -32,15 +32,14 @@ fn help_prints_the_reference() {
 #[test]
 fn help_of_commands_is_theirs_and_other_words_are_refused() {
     let desk = Desk::new(SPEC);
-    assert_eq!(desk.run(&["help"]).exits(0).stdout, desk.run(&["--help"]).exits(0).stdout);
-    assert_eq!(desk.run(&["help", "sweep"]).exits(0).stdout, desk.run(&["sweep", "--help"]).exits(0).stdout);
+    assert_eq!(desk.ok("help").stdout, desk.ok("--help").stdout);
+    assert_eq!(desk.ok("help sweep").stdout, desk.ok("sweep --help").stdout);
     let refused = desk.run(&["help", "colums"]).exits(2);
     assert_eq!(refused.stdout, "");
     for word in ["did you mean columns?", "spec", "statuses", "sweep", "locate"] {
         assert!(refused.stderr.contains(word), "{word}: {}", refused.stderr);
     }
-    let refused = desk.run(&["help", "spec", "gage"]).exits(2);
-    assert!(refused.stderr.contains("did you mean gauge?"), "{}", refused.stderr);
+    desk.refuses("help spec gage", &["did you mean gauge?"]);
     for (_, topic, _) in Topic::WORDS {
         assert!(topic.plain(Some("no such part")).is_empty());
     }
@@ -50,41 +49,25 @@ fn help_of_commands_is_theirs_and_other_words_are_refused() {
 fn completions_and_manual_know_every_command() {
     let desk = Desk::new(SPEC);
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
-        let script = desk.run(&["completions", shell]).exits(0).stdout;
+        let script = desk.ok(format!("completions {shell}")).stdout;
         for word in ["sweep", "calibrate", "--tolerance", "reference"] {
             let word = word.trim_start_matches("--");
             assert!(script.contains(word), "{shell}: {word}");
         }
     }
-    desk.run(&["completions", "tcsh"]).exits(2);
-    let page = desk.run(&["man"]).exits(0).stdout;
+    desk.refuses("completions tcsh", &[]);
+    let page = desk.ok("man").stdout;
     assert!(page.contains(".TH vibrissa 1") && page.contains("calibrate"), "{page}");
-    desk.run(&["man", "--out", "pages"]).exits(0);
+    desk.ok("man --out pages");
     let pages = desk.names("pages");
     for name in ["vibrissa.1", "vibrissa-sweep.1", "vibrissa-locate.1"] {
         assert!(pages.contains(&name.to_owned()), "{pages:?}");
     }
 }
 
-#[test]
-fn examples_of_the_help_name_files_that_are_there() {
-    let (desk, root) = (Desk::new(SPEC), Path::new(crate::common::ROOT));
-    let mut examples = 0;
-    for command in ["sweep", "optimise", "tap", "calibrate", "locate", "contour", "simulate"] {
-        let help = desk.run(&[command, "--help"]).exits(0).stdout;
-        let example =
-            help.lines().find(|l| l.starts_with("Example: ")).unwrap_or_else(|| panic!("{command}"));
-        for file in example.split(' ').filter(|w| w.contains('/')) {
-            assert!(root.join(file).is_file(), "{example}");
-            examples += 1;
-        }
-    }
-    assert!(examples >= 6, "{examples}");
-}
-
 /// Commands that the program's help lists.
 fn commands(desk: &Desk) -> Vec<String> {
-    let help = desk.run(&["--help"]).exits(0).stdout;
+    let help = desk.ok("--help").stdout;
     let listed =
         help.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| !line.is_empty());
     let named = listed.filter_map(|line| line.strip_prefix("  ")?.split(' ').next());
@@ -119,7 +102,7 @@ fn prepared() -> Desk {
     desk.write("poses.csv", head + &(0..8).map(pose).collect::<String>());
     desk.write("million.toml", SPEC);
     for part in ["1/2", "2/2"] {
-        desk.run(&["sweep", "million.toml", "--shard", part, "--out", "results/million"]).exits(0);
+        desk.ok(format!("sweep million.toml --shard {part} --out results/million"));
     }
     desk
 }
@@ -132,7 +115,7 @@ fn every_example_of_the_help_runs() {
     let path = std::env::var("PATH").unwrap_or_default();
     let mut ran = 0;
     for command in commands(&desk) {
-        let help = desk.run(&[&command, "--help"]).exits(0).stdout;
+        let help = desk.ok(format!("{command} --help")).stdout;
         let Some((_, example)) = help.split_once("Example: ") else { continue };
         // Long lines of the help are broken.
         let example =

@@ -47,7 +47,7 @@ fn succeeds(ran: &Output) {
 #[test]
 fn a_merge_that_is_not_sent_is_told_with_the_parts_that_were() {
     let desk = Desk::new(SPEC);
-    desk.run(&["cluster", "slurm", "spec.toml", "--shards", "2", "--out", "jobs"]).exits(0);
+    desk.ok("cluster slurm spec.toml --shards 2 --out jobs");
     let mut submit = job(&desk, "jobs", "submit.sh", 1);
     let once = SBATCH.replace("printf", "case $* in *merge.sbatch) exit 1 ;; esac\nprintf");
     desk.write("bin/sbatch", once);

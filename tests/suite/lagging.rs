@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use crate::common::measuring::{REAL, TAPS, data, prototype, table};
 use crate::common::program::Desk;
 use crate::common::random::Random;
-use crate::common::sweeping::{Table, number};
+use crate::common::sweeping::number;
 use vibrissa::simulate::Settings;
 
 /// What a rod of this spec gives at (a, θ), without noise.
@@ -55,7 +55,7 @@ fn desk() -> Desk {
 /// The calibration of `rows`, and the error on distances left out, mm.
 fn calibrated(desk: &Desk, name: &str, rows: &[[f64; 4]], timed: bool) -> (toml::Table, f64) {
     desk.write("d.csv", text(rows, timed, true));
-    desk.run(&["calibrate", "d.csv", "--whisker", "spec.toml", "--out", name, "--force"]).exits(0);
+    desk.ok(format!("calibrate d.csv --whisker spec.toml --out {name} --force"));
     let file: toml::Table = desk.read(&format!("{name}/calibration.toml")).parse().unwrap();
     let error = file["sides"][0]["learned"]["held_out_rms_mm"].as_float().unwrap();
     (file, error)
@@ -84,7 +84,7 @@ fn a_lag_is_found_and_taken_out_of_readings_that_have_times() {
             let ask = ["locate", "timed/calibration.toml", "r.csv", "--same-run", "--out", "loc", "--force"];
             let ran = desk.run(&ask).exits(0);
             assert_eq!(ran.stderr.contains("no column t_s"), !timed, "{}", ran.stderr);
-            let answers = Table::read(&desk.path("loc/located.csv"));
+            let answers = desk.table("loc/located.csv");
             let errors: Vec<[f64; 2]> = answers
                 .rows
                 .iter()
@@ -112,8 +112,8 @@ fn a_stream_settles_as_a_file_does() {
     calibrated(&desk, "timed", &record(&taps, [0.1, 10.0], &mut random), true);
     let readings = text(&record(&taps[..40], [0.1, 10.0], &mut random), true, false);
     desk.write("r.csv", &readings);
-    desk.run(&["locate", "timed/calibration.toml", "r.csv", "--out", "loc"]).exits(0);
-    let filed = Table::read(&desk.path("loc/located.csv"));
+    desk.ok("locate timed/calibration.toml r.csv --out loc");
+    let filed = desk.table("loc/located.csv");
     let streamed = desk.pipe(&["locate", "timed/calibration.toml"], &readings).exits(0).stdout;
     assert_eq!(streamed.lines().count(), filed.rows.len() + 1);
     // Their zeros differ: of a file they are joined by lines, of a stream the last one holds.
@@ -134,8 +134,7 @@ fn a_stream_settles_as_a_file_does() {
     // A calibration cannot be told another lag.
     let broken = desk.read("timed/calibration.toml").replace("tau_s = ", "tau_s = -");
     desk.write("broken.toml", broken);
-    let ran = desk.run(&["locate", "broken.toml", "r.csv", "--out", "no", "--force"]).exits(2);
-    assert!(ran.stderr.contains("lag") && ran.stderr.contains("tau_s > 0"), "{}", ran.stderr);
+    desk.refuses("locate broken.toml r.csv --out no --force", &["lag", "tau_s > 0"]);
 }
 
 #[test]

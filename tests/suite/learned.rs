@@ -223,7 +223,7 @@ fn a_reading_of_another_run_is_known_less_well() {
     let desk = Desk::new(runs.spec.as_ref().unwrap());
     desk.write("d.csv", runs.text());
     desk.write("renamed.csv", runs.text().replace(",run\n", ",day\n"));
-    desk.run(&["calibrate", "d.csv", "--whisker", "spec.toml", "--out", "cal"]).exits(0);
+    desk.ok("calibrate d.csv --whisker spec.toml --out cal");
     let said = desk.whole("cal")["result"].clone();
     let of = &said["coverage"]["runs"];
     assert_eq!(said["sides"][0]["learned"]["runs"], 4);
@@ -234,7 +234,7 @@ fn a_reading_of_another_run_is_known_less_well() {
     let sigma = |more: &[&str]| {
         let ask = [&["locate", "cal/calibration.toml", "r.csv", "--out", "loc", "--force"], more].concat();
         desk.run(&ask).exits(0);
-        let table = crate::common::sweeping::Table::read(&desk.path("loc/located.csv"));
+        let table = desk.table("loc/located.csv");
         table.rows[0]["sigma_mm"].parse::<f64>().unwrap()
     };
     let [another, same] = [sigma(&[]), sigma(&["--same-run"])];
@@ -262,8 +262,7 @@ fn columns_that_name_no_runs_and_times_that_run_backwards_are_refused() {
     ];
     for (text, place, word) in cases {
         desk.write("d.csv", text);
-        let ran = desk.run(&["calibrate", "d.csv", "--whisker", "spec.toml", "--out", "no"]).exits(2);
-        assert!(ran.stderr.contains(place) && ran.stderr.contains(word), "{}", ran.stderr);
+        desk.refuses("calibrate d.csv --whisker spec.toml --out no", &[place, word]);
         assert!(!desk.path("no").exists());
     }
 }

@@ -1,51 +1,56 @@
 //! The commands: bad input, streams, files.
 
-use std::io::{BufRead, BufReader, Write};
-use std::process::{Command, Stdio};
+use std::sync::LazyLock;
 
-use crate::common::measuring::{REAL, TAPS, prototype};
-use crate::common::program::Desk;
+use std::io::{BufRead, BufReader, Write};
+
+use crate::common::measuring::{REAL, TAPS, prototype, table};
+use crate::common::program::{Desk, Kept};
 use crate::common::sweeping::Table;
+use crate::common::world::{Running, program};
+use crate::counted::numbers;
+use vibrissa::simulate::Settings;
 
 const HEADER: &str = "theta_deg,strain,distance_mm,sigma_mm,status";
 
 /// A desk with a whisker, its data and its calibration.
 fn calibrated() -> Desk {
-    let desk = Desk::new(&prototype(10.0, &["noise_strain = 1e-5\n", TAPS, REAL]));
-    desk.run(&["simulate", "spec.toml", "--repeats", "3", "--out", "sim"]).exits(0);
-    let ran =
-        desk.run(&["calibrate", "sim/measurements.csv", "--whisker", "spec.toml", "--out", "cal"]).exits(0);
-    assert!(!ran.stderr.contains("ignored"), "what a simulation writes beside is expected: {}", ran.stderr);
-    desk
+    static MADE: LazyLock<Kept> = LazyLock::new(|| {
+        let desk = Desk::new(&prototype(10.0, &["noise_strain = 1e-5\n", TAPS, REAL]));
+        desk.ok("simulate spec.toml --repeats 3 --out sim");
+        let ran = desk.ok("calibrate sim/measurements.csv --whisker spec.toml --out cal");
+        assert!(
+            !ran.stderr.contains("ignored"),
+            "what a simulation writes beside is expected: {}",
+            ran.stderr
+        );
+        desk.keep()
+    });
+    MADE.desk()
 }
 
 #[test]
 fn a_header_in_another_encoding_is_refused() {
     let desk = calibrated();
     std::fs::write(desk.path("l.csv"), b"strain,theta_deg,gr\xf6\xdfe\n0.02,4,1\n").unwrap();
-    let ran = desk.run(&["locate", "cal/calibration.toml", "l.csv", "--out", "out"]).exits(2);
-    assert!(ran.stderr.contains("l.csv:1") && ran.stderr.contains("UTF-8"), "{}", ran.stderr);
+    desk.refuses("locate cal/calibration.toml l.csv --out out", &["l.csv:1", "UTF-8"]);
     assert!(!desk.path("out").exists());
 }
 
+#[test]
+fn the_words_of_located_readings_add_up() {
+    let desk = calibrated();
+    // The second one is too strong, and too far out.
+    desk.write("r.csv", "theta_deg,strain\n4,0.02\n4,0.2\n40,0.2\n4,1e-9\n");
+    let ran = desk.ok("locate cal/calibration.toml r.csv --out out");
+    let line = ran.stdout.lines().find(|line| line.starts_with("4 readings located")).unwrap();
+    let (_, words) = line.rsplit_once(": ").unwrap();
+    assert!(numbers(words) == 4 && words.contains('+'), "{words}");
+}
+
 fn stream(desk: &Desk, arguments: &[&str], input: &[u8]) -> (i32, Vec<String>, String) {
-    let mut child = Command::new(assert_cmd::cargo::cargo_bin("vibrissa"))
-        .current_dir(desk.path("."))
-        .arg("locate")
-        .args(arguments)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let mut stdin = child.stdin.take().unwrap();
-    let input = input.to_vec();
-    let feed = std::thread::spawn(move || drop(stdin.write_all(&input)));
-    let out = child.wait_with_output().unwrap();
-    feed.join().unwrap();
-    let text = String::from_utf8(out.stdout).unwrap();
-    let stderr = String::from_utf8(out.stderr).unwrap();
-    (out.status.code().unwrap(), text.lines().map(str::to_owned).collect(), stderr)
+    let ran = desk.pipe(&[&["locate"], arguments].concat(), input);
+    (ran.code, ran.stdout.lines().map(str::to_owned).collect(), ran.stderr)
 }
 
 #[test]
@@ -70,23 +75,20 @@ fn bad_data_are_refused_with_file_line_and_column() {
     ];
     for (header, rows, place, word) in cases {
         desk.write("d.csv", format!("{header}{rows}"));
-        let ran = desk.run(&["calibrate", "d.csv", "--whisker", "spec.toml", "--out", "out"]).exits(2);
-        assert!(ran.stderr.contains(place) && ran.stderr.contains(word), "{header}{rows}: {}", ran.stderr);
+        desk.refuses("calibrate d.csv --whisker spec.toml --out out", &[place, word]);
         assert!(!desk.path("out").exists(), "nothing half-written");
     }
     desk.write("d.csv", format!("a_mm,theta_deg,strain\n{rows}"));
     for (extra, word) in [
-        (&["--fit", "mu"][..], "coulomb"),
-        (&["--fit", "x"], "there is no such parameter"),
-        (&["--theta", "4"], "the data have a column"),
-        (&["--delta", "4"], "another way"),
+        ("--fit mu", "coulomb"),
+        ("--fit x", "there is no such parameter"),
+        ("--theta 4", "the data have a column"),
+        ("--delta 4", "another way"),
     ] {
-        let ran = desk.run(&[&["calibrate", "d.csv", "--whisker", "spec.toml"], extra].concat()).exits(2);
-        assert!(ran.stderr.contains(word), "{extra:?}: {}", ran.stderr);
+        desk.refuses(format!("calibrate d.csv --whisker spec.toml {extra}"), &[word]);
     }
     desk.write("two.toml", prototype(10.0, &[TAPS]).replace("d = 10\n", "d = [4, 7]\n"));
-    let ran = desk.run(&["calibrate", "d.csv", "--whisker", "two.toml"]).exits(2);
-    assert!(ran.stderr.contains("one whisker"), "{}", ran.stderr);
+    desk.refuses("calibrate d.csv --whisker two.toml", &["one whisker"]);
     let ran = desk.run(&["calibrate", "d.csv", "--whisker", "none.toml", "--json"]).exits(2);
     assert_eq!(ran.json()["ok"], false);
 }
@@ -94,33 +96,18 @@ fn bad_data_are_refused_with_file_line_and_column() {
 #[test]
 fn every_row_comes_back_with_its_reason() {
     let desk = Desk::new(&prototype(10.0, &[TAPS]));
-    desk.run(&["simulate", "spec.toml", "--out", "sim"]).exits(0);
+    desk.ok("simulate spec.toml --out sim");
     let mut rows: Vec<String> = desk.read("sim/measurements.csv").lines().map(str::to_owned).collect();
-    rows.push("33,4,NaN,1,,,ok".to_owned());
-    rows.push("33,4,,1,,,ok".to_owned());
-    rows.push("33,-4,0.01,1,,,ok".to_owned());
-    rows.push("60,4,0.01,1,,,ok".to_owned());
-    rows.push("3,4,0.01,1,,,ok".to_owned());
-    rows.push("33,4,0,1,,,ok".to_owned());
-    rows.push("33,4,20000,1,,,ok".to_owned());
+    let more = "33,4,NaN 33,4, 33,-4,0.01 60,4,0.01 3,4,0.01 33,4,0 33,4,20000";
+    rows.extend(more.split(' ').map(|row| format!("{row},1,,,ok")));
     rows.push(rows[5].clone());
     desk.write("d.csv", rows.join("\n"));
-    let ran =
-        desk.run(&["calibrate", "d.csv", "--whisker", "spec.toml", "--out", "out", "--json"]).exits(0).json();
-    let table = Table::read(&desk.path("out/rows.csv"));
+    let ran = desk.ok("calibrate d.csv --whisker spec.toml --out out --json").json();
+    let table = desk.table("out/rows.csv");
     assert_eq!(table.rows.len(), rows.len() - 1, "nothing is lost");
     let tail: Vec<&str> = table.rows[110..].iter().map(|r| r["reason"].split(':').next().unwrap()).collect();
-    let expected = [
-        "not_a_number",
-        "not_a_number",
-        "outside_domain",
-        "outside_domain",
-        "no_strain",
-        "zero_signal",
-        "wrong_unit",
-        "equal to line 6",
-    ];
-    assert_eq!(tail, expected);
+    let expected = "not_a_number,not_a_number,outside_domain,outside_domain,no_strain,zero_signal,wrong_unit,equal to line 6";
+    assert_eq!(tail.join(","), expected);
     assert!(table.rows[..110].iter().all(|r| r["use"] == "used"));
     assert_eq!(ran["counts"]["suspect"]["not_a_number"], 2);
     assert_eq!(ran["counts"]["repeated_lines"], 1);
@@ -132,18 +119,10 @@ fn every_row_comes_back_with_its_reason() {
 #[test]
 fn results_are_replaced_by_the_same_command_on_the_same_data_only() {
     let desk = calibrated();
-    let run = |more: &[&str]| {
-        desk.run(
-            &[&["calibrate", "sim/measurements.csv", "--whisker", "spec.toml", "--out", "cal"], more]
-                .concat(),
-        )
-    };
-    run(&[]).exits(0);
-    run(&["--fit", "nu"]).exits(0);
+    desk.ok("calibrate sim/measurements.csv --whisker spec.toml --out cal --fit nu");
     std::fs::copy(desk.path("sim/measurements.csv"), desk.path("other.csv")).unwrap();
-    let other = ["calibrate", "other.csv", "--whisker", "spec.toml", "--out", "cal"];
-    desk.run(&other).exits(2);
-    desk.run(&[&other[..], &["--force"]].concat()).exits(0);
+    desk.refuses("calibrate other.csv --whisker spec.toml --out cal", &[]);
+    desk.ok("calibrate other.csv --whisker spec.toml --out cal --force");
 }
 
 #[test]
@@ -154,32 +133,14 @@ fn a_stream_answers_every_line_and_goes_on() {
         "\u{feff}4,0.02\r\n4,0.02,1\n\nhello\n4;0.02\n4,-0.02\n0.1,0.02\n11,0.02\n4,0\n4,0.9\n4,1e-9\nNaN,0.02\n{long}\n\"4\",\"0.02\"\n4,0.02"
     );
     let mut bytes = input.into_bytes();
-    bytes.splice(0..0, []);
     bytes.extend(b"\n\xff\xfe,1\n4,0.03");
     let (code, lines, stderr) = stream(&desk, &["cal/calibration.toml"], &bytes);
     assert_eq!(code, 0, "{stderr}");
     assert_eq!(lines[0], HEADER);
     let status: Vec<&str> = lines[1..].iter().map(|l| l.rsplit(',').next().unwrap()).collect();
-    let expected = [
-        "ok",
-        "bad_input",
-        "bad_input",
-        "bad_input",
-        "ok",
-        "ok",
-        "outside_calibration",
-        "outside_calibration",
-        "no_strain",
-        "strain_limit+no_root",
-        "outside_calibration",
-        "bad_input",
-        "bad_input",
-        "ok",
-        "ok",
-        "bad_input",
-        "ok",
-    ];
-    assert_eq!(status, expected);
+    let expected = "ok bad_input bad_input bad_input ok ok outside_calibration outside_calibration no_strain \
+                    strain_limit+no_root outside_calibration bad_input bad_input ok ok bad_input ok";
+    assert_eq!(status.join(" "), expected);
     assert!(lines[1..].iter().all(|l| l.split(',').count() == 5));
     let distance = |l: &String| l.split(',').nth(2).unwrap().parse::<f64>().unwrap();
     let (contact, far) = (distance(&lines[1]), distance(&lines[6]));
@@ -189,13 +150,7 @@ fn a_stream_answers_every_line_and_goes_on() {
 #[test]
 fn a_robot_gets_each_answer_before_it_asks_again() {
     let desk = calibrated();
-    let mut child = Command::new(assert_cmd::cargo::cargo_bin("vibrissa"))
-        .current_dir(desk.path("."))
-        .args(["locate", "cal/calibration.toml"])
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let mut child = Running::new(&mut program(&desk, &["locate", "cal/calibration.toml"]));
     let (mut stdin, mut stdout) = (child.stdin.take().unwrap(), BufReader::new(child.stdout.take().unwrap()));
     let mut line = String::new();
     stdout.read_line(&mut line).unwrap();
@@ -236,31 +191,18 @@ fn headers_say_what_the_fields_are() {
 #[test]
 fn files_are_answered_into_a_folder() {
     let desk = calibrated();
-    let ran = desk
-        .run(&["locate", "cal/calibration.toml", "sim/measurements.csv", "--out", "loc", "--json"])
-        .exits(0)
-        .json();
+    let ran = desk.ok("locate cal/calibration.toml sim/measurements.csv --out loc --json").json();
     assert_eq!(ran["counts"]["readings"], 330);
-    let (table, truth) =
-        (Table::read(&desk.path("loc/located.csv")), Table::read(&desk.path("sim/measurements.csv")));
+    let (table, truth) = (desk.table("loc/located.csv"), desk.table("sim/measurements.csv"));
     let own = truth.columns.join(",").replace("status", "given_status");
     assert_eq!(table.columns.join(","), format!("line,{own},zero,distance_mm,sigma_mm,status"));
     for (at, row) in table.rows.iter().zip(&truth.rows) {
         let error = at["distance_mm"].parse::<f64>().unwrap() - row["a_mm"].parse::<f64>().unwrap();
         assert!(error.abs() < 5.0 * at["sigma_mm"].parse::<f64>().unwrap(), "{at:?} {row:?}");
     }
-    desk.run(&[
-        "locate",
-        "cal/calibration.toml",
-        "sim/measurements.csv",
-        "--out",
-        "loc",
-        "--estimator",
-        "paper",
-    ])
-    .exits(0);
-    desk.run(&["locate", "cal/calibration.toml", "sim/measurements.csv", "--out", "cal"]).exits(2);
-    desk.run(&["locate", "cal/calibration.toml", "none.csv"]).exits(2);
+    desk.ok("locate cal/calibration.toml sim/measurements.csv --out loc --estimator paper");
+    desk.refuses("locate cal/calibration.toml sim/measurements.csv --out cal", &[]);
+    desk.refuses("locate cal/calibration.toml none.csv", &[]);
 }
 
 #[test]
@@ -307,17 +249,19 @@ fn a_calibration_that_is_not_what_was_written_is_refused() {
 
 #[test]
 fn synthetic_data_say_so_and_repeat_with_their_seed() {
-    let desk = Desk::new(&prototype(4.0, &["noise_strain = 1e-5\n", TAPS]));
-    let run = |out: &str, more: &[&str]| {
-        desk.run(&[&["simulate", "spec.toml", "--out", out], more].concat()).exits(0);
-        Table::read(&desk.path(&format!("{out}/measurements.csv")))
+    let spec = prototype(4.0, &["noise_strain = 1e-5\n", TAPS]);
+    let desk = Desk::new(&spec);
+    let run = |more: &str| {
+        desk.ok(format!("simulate spec.toml --out a --force {more}"));
+        desk.table("a/measurements.csv")
     };
-    let (a, b, c) = (run("a", &[]), run("b", &[]), run("c", &["--seed", "2"]));
+    let (a, b, c) = (run(""), run(""), run("--seed 2"));
     assert_eq!(a, b);
     assert_ne!(a, c);
     assert!(a.rows.iter().all(|r| r["source"] == "synthetic"));
-    let clean = run("d", &["--noise", "0", "--repeats", "40"]);
-    let noisy = run("e", &["--repeats", "40", "--zero-every", "5"]);
+    let made = |noise: f64, more: Settings| Table::parse(table(&spec, &Settings { noise, ..more }));
+    let often = |zero_every| Settings { repeats: 40, zero_every, ..Settings::default() };
+    let (clean, noisy) = (made(0.0, often(None)), made(1e-5, often(Some(5))));
     let strains = |t: &Table| -> Vec<f64> {
         t.rows.iter().filter(|r| r["theta_deg"] != "0").map(|r| r["strain"].parse().unwrap()).collect()
     };
@@ -325,9 +269,9 @@ fn synthetic_data_say_so_and_repeat_with_their_seed() {
     let (n, mean) = (off.len() as f64, off.iter().sum::<f64>() / off.len() as f64);
     let sd = (off.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / n).sqrt();
     assert!(off.len() == 4400 && mean.abs() < 0.06 && (sd - 1.0).abs() < 0.04, "{mean} {sd}");
-    let hysteresis = run("f", &["--noise", "0", "--hysteresis", "0.01"]);
-    assert_ne!(strains(&hysteresis), strains(&run("g", &["--noise", "0"])));
-    for bad in [["--noise", "-1"], ["--outliers", "2"], ["--signal", "volts"], ["--factor", "0"]] {
-        desk.run(&[&["simulate", "spec.toml", "--out", "h"][..], &bad].concat()).exits(2);
+    let slow = made(0.0, Settings { hysteresis: 0.01, ..Settings::default() });
+    assert_ne!(strains(&slow), strains(&made(0.0, Settings::default())));
+    for bad in ["--noise -1", "--outliers 2", "--signal volts", "--factor 0"] {
+        desk.refuses(format!("simulate spec.toml --out h {bad}"), &[]);
     }
 }

@@ -42,5 +42,5 @@ fn a_part_that_states_nonsense_is_refused_by_key() {
         assert!(!desk.path("joined").exists(), "{at}");
     }
     desk.write("out/shard-2-of-2/run.json", honest.to_string());
-    desk.run(&["merge", "out", "--out", "joined"]).exits(0);
+    desk.ok("merge out --out joined");
 }

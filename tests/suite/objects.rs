@@ -1,20 +1,28 @@
 //! Several taps of one object: one distance, whose σ counts once what the taps share.
 
-use crate::common::measuring::{REAL, TAPS, prototype};
-use crate::common::program::Desk;
+use std::sync::LazyLock;
+
+use crate::common::measuring::{REAL, TAPS, data, prototype, table};
+use crate::common::program::{Desk, Kept};
 use crate::common::sweeping::{Row, Table, number};
+use vibrissa::simulate::Settings;
 
 const FRESH: &str = "[tap]\na = { from = 22, to = 46.8, step = 0.4 }\ntheta = [2, 3.5, 5, 7, 9]\n";
 
-/// A calibration whose curve is known hardly better than a reading.
+/// A calibration whose curve is known hardly better than a reading, fresh taps of 63 objects in taps.csv, and what locate says of them.
 fn desk() -> Desk {
-    let spec = |taps: &str| prototype(4.0, &["noise_strain = 1e-4\n", taps, REAL]);
-    let desk = Desk::new(&spec(TAPS));
-    desk.write("fresh.toml", spec(FRESH));
-    desk.run(&["simulate", "spec.toml", "--out", "sim", "--seed", "5"]).exits(0);
-    desk.run(&["calibrate", "sim/measurements.csv", "--whisker", "spec.toml", "--out", "cal"]).exits(0);
-    desk.run(&["simulate", "fresh.toml", "--out", "new", "--seed", "11"]).exits(0);
-    desk
+    static MADE: LazyLock<Kept> = LazyLock::new(|| {
+        let spec = |taps: &str| prototype(4.0, &["noise_strain = 1e-4\n", taps, REAL]);
+        let desk = Desk::new(&spec(TAPS));
+        desk.write("fresh.toml", spec(FRESH));
+        desk.ok("simulate spec.toml --out sim --seed 5");
+        desk.ok("calibrate sim/measurements.csv --whisker spec.toml --out cal");
+        desk.ok("simulate fresh.toml --out new --seed 11");
+        desk.write("taps.csv", objects(&desk));
+        desk.ok("locate cal/calibration.toml taps.csv --out out");
+        desk.keep()
+    });
+    MADE.desk()
 }
 
 /// The fresh taps, each with the number of its object.
@@ -34,10 +42,8 @@ fn of(row: &Row, column: &str) -> f64 {
 #[test]
 fn intervals_hold_taps_and_objects() {
     let desk = desk();
-    desk.write("taps.csv", objects(&desk));
-    desk.run(&["locate", "cal/calibration.toml", "taps.csv", "--out", "plain"]).exits(0);
-    desk.run(&["locate", "cal/calibration.toml", "taps.csv", "--interval", "--out", "out"]).exits(0);
-    let [plain, table] = ["plain", "out"].map(|out| Table::read(&desk.path(&format!("{out}/located.csv"))));
+    desk.ok("locate cal/calibration.toml taps.csv --interval --out intervals");
+    let [plain, table] = ["out/located.csv", "intervals/located.csv"].map(|name| desk.table(name));
     for (what, of_what) in [("", 1), ("object_", 5)] {
         let (mut inside, mut n) = (0.0, 0.0);
         for (row, other) in table.rows.iter().zip(&plain.rows) {
@@ -53,46 +59,27 @@ fn intervals_hold_taps_and_objects() {
         let spread = 2.58 * (0.05 * 0.95 * f64::from(of_what) / n).sqrt();
         assert!((inside / n - 0.95).abs() < spread.max(0.03), "{what}{}", inside / n);
     }
-    // A stream has the same columns; strokes tell theirs anyway.
+    // A stream has the same columns.
     let row = &table.rows[0];
     let line = format!("{},{}\n", row["theta_deg"], row["strain"]);
-    let ran = desk.pipe(&["locate", "cal/calibration.toml", "--same", "--interval"], &line).exits(0);
-    let (names, told) = ran.stdout.trim().split_once('\n').unwrap();
-    let at = |name: &str| {
-        let place = names.split(',').position(|n| n == name).unwrap();
-        told.split(',').nth(place).unwrap().parse::<f64>().unwrap()
-    };
+    let streamed = desk.stream("locate cal/calibration.toml --same --interval", &line).rows.remove(0);
     for name in ["from_95_mm", "to_95_mm"] {
-        assert!((at(name) - of(row, name)).abs() < 1e-3, "{told}");
-        assert_eq!(at(name), at(&format!("object_{name}")));
+        assert!((of(&streamed, name) - of(row, name)).abs() < 1e-3, "{streamed:?}");
+        assert_eq!(streamed[name], streamed[&format!("object_{name}")]);
     }
-    let ran = desk.run(&["locate", "cal/calibration.toml", "taps.csv", "--strokes", "--interval"]).exits(2);
-    assert!(ran.stderr.contains("--interval"), "{}", ran.stderr);
+    desk.refuses("locate cal/calibration.toml taps.csv --strokes --interval", &["--interval"]);
 }
 
 #[test]
 fn taps_of_an_object_add_up() {
-    let desk = desk();
-    desk.write("taps.csv", objects(&desk));
-    desk.run(&["locate", "cal/calibration.toml", "taps.csv", "--out", "out"]).exits(0);
-    let table = Table::read(&desk.path("out/located.csv"));
-    let columns = [
-        "status",
-        "taps",
-        "object_distance_mm",
-        "object_sigma_mm",
-        "apart_line",
-        "apart_sigmas",
-        "object_status",
-    ];
-    assert_eq!(&table.columns[table.columns.len() - 7..], &columns);
+    let table = desk().table("out/located.csv");
+    let columns = "status,taps,object_distance_mm,object_sigma_mm,apart_line,apart_sigmas,object_status";
+    assert!(table.columns.join(",").ends_with(columns), "{:?}", table.columns);
     let (mut within, mut beyond, mut objects) = (0, 0, 0);
     let (mut squares, mut sigmas) = (0.0, 0.0);
     for rows in table.rows.chunk_by(|a, b| a["object"] == b["object"]) {
-        assert_eq!(rows.len(), 5);
-        for (k, row) in rows.iter().enumerate() {
-            assert_eq!(of(row, "taps"), (k + 1) as f64);
-        }
+        let counted: Vec<&str> = rows.iter().map(|row| row["taps"].as_str()).collect();
+        assert_eq!(counted, ["1", "2", "3", "4", "5"]);
         // The first tap says what it says alone; each more makes it surer, but not as if nothing were shared.
         for (alone, all) in [("distance_mm", "object_distance_mm"), ("sigma_mm", "object_sigma_mm")] {
             assert_eq!(rows[0][alone], rows[0][all]);
@@ -114,25 +101,28 @@ fn taps_of_an_object_add_up() {
     assert!((0.65..1.4).contains(&ratio), "{ratio}");
 }
 
+/// `text` with the field `column` of each line as `change` of its place and value says.
+fn changed(text: &str, column: &str, change: impl Fn(usize, f64) -> f64) -> String {
+    let at = text.lines().next().unwrap().split(',').position(|name| name == column).unwrap();
+    let line = |(k, line): (usize, &str)| {
+        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if let Ok(value) = fields[at].parse() {
+            fields[at] = change(k, value).to_string();
+        }
+        fields.join(",") + "\n"
+    };
+    text.lines().enumerate().map(line).collect()
+}
+
 #[test]
 fn a_tap_that_contradicts_the_others_is_named() {
     let desk = desk();
-    let text = objects(&desk);
-    let header: Vec<&str> = text.lines().next().unwrap().split(',').collect();
-    let strain = header.iter().position(|name| *name == "strain").unwrap();
     // The third tap of the fourth object.
     let wrong = 1 + 3 * 5 + 2;
-    let spoilt = text.lines().enumerate().map(|(k, line)| {
-        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
-        if k == wrong {
-            fields[strain] = (1.2 * fields[strain].parse::<f64>().unwrap()).to_string();
-        }
-        fields.join(",") + "\n"
-    });
-    desk.write("taps.csv", spoilt.collect::<String>());
-    desk.run(&["locate", "cal/calibration.toml", "taps.csv", "--out", "out"]).exits(0);
-    let table = Table::read(&desk.path("out/located.csv"));
-    for (k, row) in table.rows.iter().enumerate() {
+    let spoilt = changed(&desk.read("taps.csv"), "strain", |k, y| if k == wrong { 1.2 * y } else { y });
+    desk.write("wrong.csv", spoilt);
+    desk.ok("locate cal/calibration.toml wrong.csv --out wrong");
+    for (k, row) in desk.table("wrong/located.csv").rows.iter().enumerate() {
         // Of two taps that disagree nobody can say which is wrong.
         let expected = (wrong..=wrong + 2).contains(&(k + 1));
         assert_eq!(row["object_status"].contains("inconsistent"), expected, "row {k}: {row:?}");
@@ -146,60 +136,39 @@ fn a_tap_that_contradicts_the_others_is_named() {
 #[test]
 fn a_stream_of_one_object_says_so_far() {
     let desk = desk();
-    let text = desk.read("new/measurements.csv");
-    let lines: Vec<&str> = text.lines().filter(|line| !line.starts_with('#')).collect();
-    let names: Vec<&str> = lines[0].split(',').collect();
-    let place = |name: &str| names.iter().position(|n| *n == name).unwrap();
-    let (drive, strain) = (place("theta_deg"), place("strain"));
-    let field = |line: &str, k: usize| line.split(',').nth(k).unwrap().to_owned();
+    let table = desk.table("taps.csv");
     let taps: Vec<String> =
-        lines[1..6].iter().map(|line| format!("{},{}\n", field(line, drive), field(line, strain))).collect();
-    let answers = desk.pipe(&["locate", "cal/calibration.toml", "--same"], &taps.concat()).exits(0).stdout;
-    let answers: Vec<&str> = answers.lines().collect();
-    assert_eq!(
-        answers[0],
-        "theta_deg,strain,distance_mm,sigma_mm,status,taps,object_distance_mm,object_sigma_mm,apart_line,apart_sigmas,object_status"
-    );
-    assert_eq!(answers.len(), 6);
-    let sigma = |line: &str| field(line, 7).parse::<f64>().unwrap();
-    assert!(sigma(answers[5]) < sigma(answers[1]), "{answers:?}");
+        table.rows[..5].iter().map(|r| format!("{},{}\n", r["theta_deg"], r["strain"])).collect();
+    let answers = desk.stream("locate cal/calibration.toml --same", &taps.concat());
+    let names = "theta_deg,strain,distance_mm,sigma_mm,status,taps,object_distance_mm,object_sigma_mm,apart_line,apart_sigmas,object_status";
+    assert_eq!((answers.columns.join(",").as_str(), answers.rows.len()), (names, 5));
+    let sigmas = answers.numbers("object_sigma_mm");
+    assert!(sigmas[4] < sigmas[0], "{sigmas:?}");
     // What is no tap tells nothing.
     let more = format!("{}nonsense\n0,0\n{}", taps[0], taps[1]);
-    let answers = desk.pipe(&["locate", "cal/calibration.toml", "--same"], &more).exits(0).stdout;
-    let told: Vec<String> = answers.lines().skip(1).map(|line| field(line, 5)).collect();
-    assert_eq!(told, ["1", "", "", "2"], "{answers}");
+    let answers = desk.stream("locate cal/calibration.toml --same", &more);
+    assert_eq!(answers.column("taps"), ["1", "", "", "2"]);
     // By a column of a stream.
-    let header = "theta_deg,strain,object\n";
-    let two: String =
-        taps.iter().zip(["p", "q", "p", "q", "p"]).map(|(tap, o)| format!("{},{o}\n", tap.trim())).collect();
-    let asked = ["locate", "cal/calibration.toml", "--object", "object"];
-    let answers = desk.pipe(&asked, &format!("{header}{two}")).exits(0).stdout;
-    let told: Vec<[String; 2]> = answers.lines().skip(1).map(|line| [5, 6].map(|k| field(line, k))).collect();
-    let known = [["p", "1"], ["q", "1"], ["p", "2"], ["q", "2"], ["p", "3"]];
-    assert_eq!(told, known.map(|pair| pair.map(str::to_owned)), "{answers}");
+    let named = taps.iter().zip(["p", "q", "p", "q", "p"]).map(|(tap, o)| format!("{},{o}\n", tap.trim()));
+    let text = format!("theta_deg,strain,object\n{}", named.collect::<String>());
+    let answers = desk.stream("locate cal/calibration.toml --object object", &text);
+    assert_eq!(answers.column("object").join(""), "pqpqp");
+    assert_eq!(answers.column("taps").join(""), "11223");
 }
 
 #[test]
 fn what_tells_each_tap_alone_says_so() {
-    let desk = desk();
-    desk.write("taps.csv", objects(&desk));
-    let asked = |more: &[&str]| {
-        let own = ["locate", "cal/calibration.toml", "taps.csv", "--out", "o", "--force"];
-        desk.run(&[&own[..], more].concat())
-    };
-    let ran = asked(&["--object", "thing"]).exits(2);
-    assert!(ran.stderr.contains("--object") && ran.stderr.contains("a_mm"), "{}", ran.stderr);
-    let ran = asked(&["--same", "--estimator", "paper"]).exits(2);
-    assert!(ran.stderr.contains("--same") && ran.stderr.contains("paper"), "{}", ran.stderr);
-    let ran = asked(&["--estimator", "paper"]).exits(0);
+    let (desk, asked) = (desk(), "locate cal/calibration.toml taps.csv --out o --force");
+    desk.refuses(format!("{asked} --object thing"), &["--object", "a_mm"]);
+    desk.refuses(format!("{asked} --same --estimator paper"), &["--same", "paper"]);
+    let ran = desk.ok(format!("{asked} --estimator paper"));
     assert!(ran.stderr.contains("column object is not looked at"), "{}", ran.stderr);
-    asked(&["--same", "--object", "object"]).exits(2);
+    desk.refuses(format!("{asked} --same --object object"), &[]);
 }
 
 #[test]
 fn the_next_tap_is_the_one_that_tells_most() {
     let desk = desk();
-    desk.write("taps.csv", objects(&desk));
     let asked = |more: &[&str]| {
         let own = ["next", "cal/calibration.toml", "--json", "--force", "--out", "n"];
         desk.run(&[&own[..], more].concat())
@@ -216,7 +185,7 @@ fn the_next_tap_is_the_one_that_tells_most() {
     let told = result(&["taps.csv", "--only", "at 30"]);
     assert_eq!(told["taps"], 5);
     assert!((told["distance_mm"].as_f64().unwrap() - 30.0).abs() < 1.0, "{told}");
-    let table = Table::read(&desk.path("n/next.csv"));
+    let table = desk.table("n/next.csv");
     assert_eq!(table.columns, ["theta_deg", "shift_mm", "expected_signal", "expected_sigma_mm", "status"]);
     let fine = || table.rows.iter().filter(|row| row["status"] == "ok");
     let least = fine().map(|row| of(row, "expected_sigma_mm")).fold(f64::INFINITY, f64::min);
@@ -250,18 +219,12 @@ fn chosen_taps_need_half_as_many_as_a_fixed_grid() {
     let desk = desk();
     let told = |taps: &str| {
         desk.write("some.csv", taps);
-        desk.run(&["next", "cal/calibration.toml", "some.csv", "--json", "--force", "--out", "n"])
-            .exits(0)
-            .json()["result"]
-            .clone()
+        let ran = desk.ok("next cal/calibration.toml some.csv --json --force --out n");
+        ran.json()["result"].clone()
     };
     let signal = |theta: f64| {
-        desk.write(
-            "one.toml",
-            prototype(4.0, &["noise_strain = 1e-4\n", &format!("[tap]\na = 33\ntheta = {theta}\n"), REAL]),
-        );
-        desk.run(&["simulate", "one.toml", "--out", "one", "--noise", "0", "--force"]).exits(0);
-        of(&Table::read(&desk.path("one/measurements.csv")).rows[0], "strain")
+        let tap = format!("[tap]\na = 33\ntheta = {theta}\n");
+        data(&table(&prototype(4.0, &[&tap, REAL]), &Settings::default())).rows[0].value
     };
     let header = "theta_deg,strain\n";
     // A fixed grid of the calibrated drives, each as often as the others.
@@ -278,11 +241,10 @@ fn chosen_taps_need_half_as_many_as_a_fixed_grid() {
     assert!(sigma(&chosen) < 1.05 * sigma(&of_grid), "{} {}", sigma(&chosen), sigma(&of_grid));
 }
 
-/// Taps of an object from several places of the base tell one distance, and the best next tap has the base as near as the calibration goes.
 #[test]
 fn the_base_may_move() {
     let desk = desk();
-    let all = objects(&desk);
+    let all = desk.read("taps.csv");
     let of_tap = |a: f64, theta: f64, end: &str| {
         let own = |line: &&str| {
             line.ends_with(&format!(",at {a}")) && line.split(',').any(|f| f == theta.to_string())
@@ -294,8 +256,8 @@ fn the_base_may_move() {
     let taps = [(36.0, 3.5, "p,0"), (36.0, 7.0, "p,0"), (28.0, 5.0, "p,8"), (26.0, 9.0, "p,10")];
     let text = taps.iter().fold(header.clone(), |text, (a, theta, end)| text + &of_tap(*a, *theta, end));
     desk.write("moved.csv", &text);
-    desk.run(&["locate", "cal/calibration.toml", "moved.csv", "--out", "moved"]).exits(0);
-    let rows = Table::read(&desk.path("moved/located.csv")).rows;
+    desk.ok("locate cal/calibration.toml moved.csv --out moved");
+    let rows = desk.table("moved/located.csv").rows;
     for row in &rows {
         let off = (of(row, "object_distance_mm") - 36.0) / of(row, "object_sigma_mm");
         assert!(off.abs() < 3.5 && row["object_status"] == "ok", "{row:?}");
@@ -304,22 +266,24 @@ fn the_base_may_move() {
     assert!(sigmas[3] < 0.6 * sigmas[1], "{sigmas:?}");
     // The first of all that were nearer tells the distance from where it is told.
     desk.write("near.csv", header.clone() + &of_tap(28.0, 5.0, "p,8"));
-    desk.run(&["locate", "cal/calibration.toml", "near.csv", "--out", "near"]).exits(0);
-    let row = Table::read(&desk.path("near/located.csv")).rows.remove(0);
+    desk.ok("locate cal/calibration.toml near.csv --out near");
+    let row = desk.table("near/located.csv").rows.remove(0);
     assert!((of(&row, "object_distance_mm") - of(&row, "distance_mm") - 8.0).abs() < 1e-9, "{row:?}");
     // One place is wrong by 3 mm; another one is no number.
     let wrong = text.replace("p,10", "p,13").replace("p,8", "p,8 mm");
     desk.write("wrong.csv", &wrong);
-    let ran = desk.run(&["locate", "cal/calibration.toml", "wrong.csv", "--out", "wrong"]).exits(0);
+    let ran = desk.ok("locate cal/calibration.toml wrong.csv --out wrong");
     assert!(ran.stderr.contains("shift_mm is no number"), "{}", ran.stderr);
-    let rows = Table::read(&desk.path("wrong/located.csv")).rows;
+    let rows = desk.table("wrong/located.csv").rows;
     assert_eq!((rows[2]["taps"].as_str(), rows[3]["taps"].as_str()), ("", "3"));
     assert!(rows[3]["object_status"].contains("inconsistent"), "{:?}", rows[3]);
     for name in ["shift", "base_shift", "shift_m", "Shift_mm"] {
         desk.write("nearly.csv", text.replace("shift_mm", name));
         for command in ["locate", "next"] {
-            let ran = desk.run(&[command, "cal/calibration.toml", "nearly.csv", "--out", "nearly"]).exits(2);
-            assert!(ran.stderr.contains(name) && ran.stderr.contains("shift_mm, in mm"), "{}", ran.stderr);
+            desk.refuses(
+                format!("{command} cal/calibration.toml nearly.csv --out nearly"),
+                &[name, "shift_mm, in mm"],
+            );
         }
     }
 
@@ -339,7 +303,7 @@ fn the_base_may_move() {
         |told: &serde_json::Value| precision(told, "expected_sigma_mm") - precision(told, "sigma_mm");
     assert!(brings(&moves) > 1.7 * brings(&stays) && number(&moves, "shift_mm") > 8.0, "{stays} {moves}");
     // Only to where the object is within the calibrated distances for certain: 21 to 48 mm.
-    let table = Table::read(&desk.path("n/next.csv"));
+    let table = desk.table("n/next.csv");
     let shifts: Vec<f64> = table.rows.iter().map(|row| of(row, "shift_mm")).collect();
     assert_eq!(
         (shifts[0], table.rows.iter().all(|row| row["status"] != "outside_calibration")),
@@ -362,15 +326,14 @@ fn the_base_may_move() {
     assert!(ran.stderr.contains("--shift is not looked at before the first tap"), "{}", ran.stderr);
     let first = ran.json()["result"].clone();
     assert_eq!(number(&first, "shift_mm"), 0.0);
-    assert_eq!(Table::read(&desk.path("f/next.csv")).rows.len(), 33);
-    desk.run(&["next", "cal/calibration.toml", "two.csv", "--shift", "4,-4", "--out", "no"]).exits(2);
+    assert_eq!(desk.table("f/next.csv").rows.len(), 33);
+    desk.refuses("next cal/calibration.toml two.csv --shift 4,-4 --out no", &[]);
 }
 
-/// Whiskers of an array tell each of their objects as they do alone.
 #[test]
 fn an_array_tells_objects_too() {
     let desk = desk();
-    let all = objects(&desk);
+    let all = desk.read("taps.csv");
     let header = format!("whisker,{}\n", all.lines().next().unwrap());
     let mut files = [header.clone(), header.clone(), header.clone()];
     for (k, line) in all.lines().skip(1).enumerate() {
@@ -391,12 +354,12 @@ fn an_array_tells_objects_too() {
     for (name, text) in ["left", "right", "both"].iter().zip(&files) {
         desk.write(&format!("{name}.csv"), text);
     }
-    desk.run(&["locate", "--array", "array.toml", "both.csv", "--out", "both"]).exits(0);
-    let both = Table::read(&desk.path("both/located.csv"));
+    desk.ok("locate --array array.toml both.csv --out both");
+    let both = desk.table("both/located.csv");
     let told = ["taps", "object_distance_mm", "object_sigma_mm", "apart_sigmas", "object_status"];
     for name in ["left", "right"] {
-        desk.run(&["locate", "cal/calibration.toml", &format!("{name}.csv"), "--out", name]).exits(0);
-        let alone = Table::read(&desk.path(&format!("{name}/located.csv")));
+        desk.ok(format!("locate cal/calibration.toml {name}.csv --out {name}"));
+        let alone = desk.table(&format!("{name}/located.csv"));
         let own = both.rows.iter().filter(|row| row["whisker"] == name);
         assert_eq!(own.clone().count(), alone.rows.len());
         for (row, alone) in own.zip(&alone.rows) {
@@ -409,7 +372,7 @@ fn an_array_tells_objects_too() {
         )
     };
     run(&["--same"]).exits(0);
-    let last = Table::read(&desk.path("more/located.csv")).rows.pop().unwrap();
+    let last = desk.table("more/located.csv").rows.pop().unwrap();
     assert_eq!(last["taps"], (files[0].lines().count() - 1).to_string());
     assert!(run(&["--object", "pole"]).exits(2).stderr.contains("there is no such column"));
     assert!(run(&["--object", "object", "--estimator", "paper"]).exits(2).stderr.contains("learned"));
@@ -425,35 +388,28 @@ fn two_gauges_tell_an_object_together() {
     let spec = |taps: &str| prototype(4.0, &["second = true\nnoise_strain = 3e-5\n", taps, REAL]);
     let desk = Desk::new(&spec(RIG));
     desk.write("fresh.toml", spec(POLES));
-    desk.run(&["simulate", "spec.toml", "--out", "sim", "--seed", "5", "--repeats", "3"]).exits(0);
-    desk.run(&["calibrate", "sim/measurements.csv", "--whisker", "spec.toml", "--out", "cal"]).exits(0);
-    desk.run(&["simulate", "fresh.toml", "--out", "new", "--seed", "11"]).exits(0);
-    let text = desk.read("new/measurements.csv");
-    let mut lines = text.lines().filter(|line| !line.starts_with('#'));
-    let header: Vec<&str> = lines.next().unwrap().split(',').collect();
-    let place = |name: &str| header.iter().position(|n| *n == name).unwrap();
-    let [a, tilt, theta, strain] = ["a_mm", "tilt_deg", "theta_deg", "strain"].map(place);
-    let mut taps: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
-    taps.retain(|tap| tap[theta].parse::<f64>().unwrap() > 0.0);
-    let key = |tap: &Vec<&str>| format!("{} {}", tap[a], tap[tilt]);
-    taps.sort_by_key(key);
-    let named = |tap: &Vec<&str>| format!("{},{}\n", tap.join(","), key(tap));
-    desk.write(
-        "taps.csv",
-        format!("{},object\n", header.join(",")) + &taps.iter().map(named).collect::<String>(),
-    );
-    desk.run(&["locate", "cal/calibration.toml", "taps.csv", "--out", "out"]).exits(0);
-    let table = Table::read(&desk.path("out/located.csv"));
+    desk.ok("simulate spec.toml --out sim --seed 5 --repeats 3");
+    desk.ok("calibrate sim/measurements.csv --whisker spec.toml --out cal");
+    desk.ok("simulate fresh.toml --out new --seed 11");
+    let mut made = desk.table("new/measurements.csv");
+    made.rows.retain(|tap| of(tap, "theta_deg") > 0.0);
+    let key = |tap: &Row| format!("{} {}", tap["a_mm"], tap["tilt_deg"]);
+    made.rows.sort_by_key(key);
+    let line = |tap: &Row| {
+        let fields: Vec<&str> = made.columns.iter().map(|name| tap[name].as_str()).collect();
+        format!("{},{}\n", fields.join(","), key(tap))
+    };
+    let header = format!("{},object\n", made.columns.join(","));
+    desk.write("taps.csv", header + &made.rows.iter().map(line).collect::<String>());
+    desk.ok("locate cal/calibration.toml taps.csv --out out");
+    let table = desk.table("out/located.csv");
     let (mut objects, mut within) = (0.0, [[0.0; 2]; 2]);
     let mut narrower = 0.0;
     for rows in table.rows.chunk_by(|p, q| p["object"] == q["object"]) {
         assert_eq!((rows.len(), &*rows[3]["taps"]), (4, "4"));
         let last = &rows[3];
-        let pairs = [
-            ("distance_mm", "object_distance_mm"),
-            ("tilt_deg", "object_tilt_deg"),
-            ("sigma_mm", "object_sigma_mm"),
-        ];
+        let pairs = [("distance_mm", "object_distance_mm"), ("tilt_deg", "object_tilt_deg")];
+        assert_eq!(rows[0]["sigma_mm"], rows[0]["object_sigma_mm"]);
         pairs.iter().for_each(|(alone, all)| assert_eq!(rows[0][*alone], rows[0][*all]));
         let off = [
             (of(last, "object_distance_mm") - of(last, "a_mm")).abs() / of(last, "object_sigma_mm"),
@@ -477,30 +433,17 @@ fn two_gauges_tell_an_object_together() {
         table.rows.iter().skip(3).step_by(4).filter(|r| r["object_status"].contains("inconsistent")).count()
     };
     assert!(inconsistent(&table) < 3);
-    let changed = |(k, tap): (usize, &Vec<&str>)| {
-        let share = if k % 4 == 1 { 1.1 } else { 1.0 };
-        let value = (tap[strain].parse::<f64>().unwrap() * share).to_string();
-        let mut fields = tap.clone();
-        fields[strain] = &value;
-        format!("{},{}\n", fields.join(","), key(tap))
-    };
-    desk.write(
-        "wrong.csv",
-        format!("{},object\n", header.join(",")) + &taps.iter().enumerate().map(changed).collect::<String>(),
-    );
-    desk.run(&["locate", "cal/calibration.toml", "wrong.csv", "--out", "wrong"]).exits(0);
-    let wrong = Table::read(&desk.path("wrong/located.csv"));
+    let share = |k: usize, y: f64| if k % 4 == 2 { 1.1 * y } else { y };
+    desk.write("wrong.csv", changed(&desk.read("taps.csv"), "strain", share));
+    desk.ok("locate cal/calibration.toml wrong.csv --out wrong");
+    let wrong = desk.table("wrong/located.csv");
     assert!(inconsistent(&wrong) as f64 > 0.9 * objects);
     // A stream answers line by line.
     let first: Vec<String> = table.rows[..4]
         .iter()
         .map(|r| format!("{},{},{}\n", r["theta_deg"], r["strain"], r["strain_2"]))
         .collect();
-    let ran = desk.pipe(&["locate", "cal/calibration.toml", "--same"], &first.concat()).exits(0);
-    let told = ran.stdout.lines().last().unwrap().to_owned();
-    let columns = ran.stdout.lines().next().unwrap().to_owned();
-    let at = columns.split(',').position(|c| c == "object_sigma_tilt_deg").unwrap();
-    assert!(told.split(',').nth(at).unwrap().parse::<f64>().unwrap() > 0.0, "{told}");
-    let ran = desk.run(&["locate", "cal/calibration.toml", "taps.csv", "--strokes", "--out", "no"]).exits(2);
-    assert!(ran.stderr.contains("--strokes"), "{}", ran.stderr);
+    let told = desk.stream("locate cal/calibration.toml --same", &first.concat());
+    assert!(told.numbers("object_sigma_tilt_deg").last().is_some_and(|s| *s > Some(0.0)), "{}", told.text);
+    desk.refuses("locate cal/calibration.toml taps.csv --strokes --out no", &["--strokes"]);
 }

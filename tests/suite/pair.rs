@@ -1,7 +1,9 @@
 //! Two gauges 90° apart: what is calibrated of the second, and what distance, tilt and place of a tap are worth.
 
-use crate::common::measuring::{REAL, calibrated, data, locator, prototype, rig, table};
-use crate::common::program::Desk;
+use std::sync::Arc;
+
+use crate::common::measuring::{REAL, calibrated, data, locator, once, prototype, rig, table};
+use crate::common::program::{Desk, says};
 use vibrissa::calibrate::{Calibrated, Options, calibrate};
 use vibrissa::design::amount;
 use vibrissa::locate::estimator::{EXACT, PAPER};
@@ -24,9 +26,9 @@ fn noisy(seed: u64, repeats: u64) -> Settings {
 }
 
 /// A calibration of two gauges by poles of known tilt.
-fn calibration(model: &str) -> Calibrated {
+fn calibration(model: &str) -> Arc<Calibrated> {
     let text = prototype(4.0, &[SECOND, RIG, model]);
-    calibrated(&table(&text, &noisy(1, 3)), &text, &[])
+    once(&table(&text, &noisy(1, 3)), &text)
 }
 
 /// Answers to the rows of a table.
@@ -45,7 +47,6 @@ fn rms(values: impl Iterator<Item = f64>) -> f64 {
     (sum / f64::from(n)).sqrt()
 }
 
-/// How a thousand taps come out.
 #[test]
 fn a_thousand_taps_are_as_good_as_their_noise_allows() {
     for (name, model) in [("hooke", ""), ("neo", REAL)] {
@@ -181,40 +182,19 @@ fn the_place_is_that_of_first_touch() {
     assert!(at.sigma_point.iter().all(|s| *s > 0.0 && *s < 0.2) && at.correlation.abs() <= 1.0, "{at:?}");
 }
 
-/// Header and rows, by the names of the columns.
-fn rows(text: &str) -> Vec<std::collections::HashMap<String, String>> {
-    let mut reader = csv::Reader::from_reader(text.as_bytes());
-    reader.deserialize().map(|row| row.unwrap()).collect()
-}
-
 #[test]
 fn the_commands_take_two_signals() {
     let text = prototype(4.0, &[SECOND, RIG]);
     let desk = Desk::new(&text);
-    desk.run(&[
-        "simulate",
-        "spec.toml",
-        "--noise",
-        "1e-5",
-        "--zero-every",
-        "25",
-        "--signal",
-        "microstrain",
-        "--out",
-        "sim",
-    ])
-    .exits(0);
-    let ran =
-        desk.run(&["calibrate", "sim/measurements.csv", "--whisker", "spec.toml", "--out", "cal"]).exits(0);
+    desk.ok("simulate spec.toml --noise 1e-5 --zero-every 25 --signal microstrain --out sim");
+    let ran = desk.ok("calibrate sim/measurements.csv --whisker spec.toml --out cal");
     assert!(ran.stderr.contains("serve the second gauge only"), "{}", ran.stderr);
     assert!(desk.read("cal/calibration.toml").contains("[second]"));
-    let used: Vec<_> = rows(&desk.read("cal/rows.csv"))
-        .into_iter()
-        .map(|r| (r["use"].clone(), r["reason"].clone()))
-        .collect();
-    assert_eq!(used.iter().filter(|(word, why)| word == "second" && why.starts_with("tilted")).count(), 110);
-    desk.run(&["locate", "cal/calibration.toml", "sim/measurements.csv", "--out", "loc"]).exits(0);
-    let located = rows(&desk.read("loc/located.csv"));
+    let used = desk.table("cal/rows.csv").rows;
+    let second = used.iter().filter(|r| r["use"] == "second" && r["reason"].starts_with("tilted"));
+    assert_eq!(second.count(), 110);
+    desk.ok("locate cal/calibration.toml sim/measurements.csv --out loc");
+    let located = desk.table("loc/located.csv").rows;
     let mut taps = 0;
     for row in located.iter().filter(|r| r["theta_deg"] != "0") {
         let number = |name: &str| row[name].parse::<f64>().unwrap_or_else(|_| panic!("{name}: {row:?}"));
@@ -227,13 +207,8 @@ fn the_commands_take_two_signals() {
     assert_eq!(taps, 165);
     // A stream: with a header, and without.
     let header = "theta_deg,strain,strain_2,distance_mm,sigma_mm,tilt_deg,sigma_tilt_deg,corr,x_mm,y_mm,z_mm,sigma_x_mm,sigma_y_mm,sigma_z_mm,status";
-    let out = desk
-        .pipe(
-            &["locate", "cal/calibration.toml", "--quiet"],
-            "0,1,2\n6,20000,4000\n6,20000\n6,x,1\n6,1,2\n6,1,3000\n",
-        )
-        .exits(0)
-        .stdout;
+    let input = "0,1,2\n6,20000,4000\n6,20000\n6,x,1\n6,1,2\n6,1,3000\n";
+    let out = desk.pipe(&["locate", "cal/calibration.toml", "--quiet"], input).exits(0).stdout;
     let lines: Vec<&str> = out.lines().collect();
     assert_eq!((lines[0], lines.len()), (header, 7));
     assert!(lines[1].ends_with("no_strain") && lines[2].ends_with(",ok"), "{out}");
@@ -241,48 +216,30 @@ fn the_commands_take_two_signals() {
     assert!(lines[3].starts_with(",,,") && lines[3].ends_with("bad_input"), "{out}");
     assert!(lines[4].starts_with("6,,") && lines[4].ends_with("bad_input"), "{out}");
     assert!(lines[5].ends_with("no_strain") && lines[6].ends_with("outside_calibration"), "{out}");
-    let paper = desk.pipe(
-        &["locate", "cal/calibration.toml", "--quiet", "--estimator", "paper"],
+    let paper = desk.stream(
+        "locate cal/calibration.toml --quiet --estimator paper",
         "theta_deg,strain_2,strain\n6,4e-3,2e-2\n",
     );
-    let formula: Vec<String> =
-        paper.exits(0).stdout.lines().nth(1).unwrap().split(',').map(str::to_owned).collect();
-    assert!((formula[5].parse::<f64>().unwrap() - 0.2f64.atan().to_degrees()).abs() < 0.2, "{formula:?}");
+    let tilt = paper.numbers("tilt_deg")[0].unwrap();
+    assert!((tilt - 0.2f64.atan().to_degrees()).abs() < 0.2, "{tilt}");
 }
 
-/// Lines that come together are answered as each by itself, and the zero of each signal is its own.
 #[test]
 fn readings_of_two_signals_are_answered_together() {
     let desk = Desk::new(&prototype(4.0, &[SECOND, RIG, REAL]));
-    desk.run(&["simulate", "spec.toml", "--noise", "1e-5", "--out", "sim"]).exits(0);
-    desk.run(&["calibrate", "sim/measurements.csv", "--whisker", "spec.toml", "--out", "cal"]).exits(0);
+    desk.ok("simulate spec.toml --noise 1e-5 --out sim");
+    desk.ok("calibrate sim/measurements.csv --whisker spec.toml --out cal");
     let locate = |more: &[&str], input: &str| {
         desk.pipe(&[&["locate", "cal/calibration.toml", "--quiet"], more].concat(), input)
     };
-    let lines = [
-        "6,0.02,0.004",
-        "6,nan,0.004",
-        "x",
-        "8,0.03,-0.01",
-        "6,0.02,",
-        "6,0.02,inf",
-        "5,0.02,0.5",
-        "6,-0.02,0.004",
-    ];
+    let lines = "6,0.02,0.004 6,nan,0.004 x 8,0.03,-0.01 6,0.02, 6,0.02,inf 5,0.02,0.5 6,-0.02,0.004"
+        .split(' ')
+        .collect::<Vec<_>>();
     let together = locate(&[], &(lines.join("\n") + "\n")).exits(0).stdout;
     let alone = |line: &str| locate(&[], line).exits(0).stdout.lines().nth(1).unwrap().to_owned();
-    let words = [
-        "ok",
-        "bad_input",
-        "bad_input",
-        "ok",
-        "bad_input",
-        "bad_input",
-        "strain_limit+no_root",
-        "outside_calibration",
-    ];
+    let words = "ok bad_input bad_input ok bad_input bad_input strain_limit+no_root outside_calibration";
     assert_eq!(together.lines().count(), 1 + lines.len());
-    for ((found, line), word) in together.lines().skip(1).zip(lines).zip(words) {
+    for ((found, line), word) in together.lines().skip(1).zip(lines).zip(words.split(' ')) {
         assert_eq!(found, alone(line));
         assert!(found.ends_with(&format!(",{word}")), "{found}");
     }
@@ -297,16 +254,12 @@ fn readings_of_two_signals_are_answered_together() {
     let one = locate(&["--zero", "0.001"], "6,0.02,0.004\n").exits(2).stderr;
     assert!(one.contains("--zero = 0.001") && one.contains("two numbers: X,Y"), "{one}");
     assert!(locate(&["--zero", "1,2,3"], "").exits(2).stderr.contains("X,Y"));
-    // No program answers two gauges; the calibration is written all the same.
-    let export =
-        ["calibrate", "sim/measurements.csv", "--whisker", "spec.toml", "--export", "c", "--out", "cal2"];
-    let refused = desk.run(&export).exits(2);
-    assert!(refused.stderr.contains("--export") && refused.stderr.contains("[second]"), "{}", refused.stderr);
-    assert!(refused.stdout.contains("wrote cal2/calibration.toml"), "{}", refused.stdout);
+    let export = "calibrate sim/measurements.csv --whisker spec.toml --export c --out cal2";
+    desk.refuses(export, &["--export", "[second]"]);
     // One gauge knows one zero.
     let text = prototype(4.0, &["noise_strain = 1e-5\n"]);
     desk.write("one.toml", text);
-    desk.run(&["calibrate", "sim/measurements.csv", "--whisker", "one.toml", "--out", "one"]).exits(0);
+    desk.ok("calibrate sim/measurements.csv --whisker one.toml --out one");
     let two = desk
         .pipe(&["locate", "one/calibration.toml", "--quiet", "--zero", "0,0"], "6,0.02\n")
         .exits(2)
@@ -322,15 +275,9 @@ fn contacts_that_do_not_tell_the_tilt_calibrate_one_gauge() {
         let model = format!("[model]\nextension = true\ncontact = {contact}\n");
         let desk =
             Desk::new(&prototype(4.0, &[SECOND, "[tap]\na = [21, 30, 40, 48]\ntheta = [2, 4, 6]\n", &model]));
-        desk.run(&["simulate", "spec.toml", "--out", "sim"]).exits(0);
-        let ran = desk
-            .run(&["calibrate", "sim/measurements.csv", "--whisker", "spec.toml", "--out", "cal"])
-            .exits(0);
-        assert!(
-            ran.stderr.contains("second gauge is not calibrated") && ran.stderr.contains(why),
-            "{}",
-            ran.stderr
-        );
+        desk.ok("simulate spec.toml --out sim");
+        let ran = desk.ok("calibrate sim/measurements.csv --whisker spec.toml --out cal");
+        says(&ran.stderr, &["second gauge is not calibrated", why]);
         assert!(!desk.read("cal/calibration.toml").contains("[second]"));
     }
 }
@@ -355,9 +302,9 @@ fn what_two_gauges_cannot_be_is_refused() {
         "d.csv",
         "a_mm,tilt_deg,theta_deg,strain,reading_2\n21,0,4,0.03,x\n30,95,4,0.024,1\n39,0,4,0.019,1\n",
     );
-    let ran = desk.run(&["calibrate", "d.csv", "--whisker", "spec.toml", "--out", "cal"]).exits(0);
+    let ran = desk.ok("calibrate d.csv --whisker spec.toml --out cal");
     assert!(ran.stderr.contains("ignored columns reading_2, tilt_deg"), "{}", ran.stderr);
     let two = Desk::new(&text);
     two.write("d.csv", "a_mm,tilt_deg,theta_deg,strain,strain_2\n21,0,4,0.03,0\n30,95,4,0.024,0\n");
-    two.run(&["calibrate", "d.csv", "--whisker", "spec.toml", "--out", "cal"]).exits(2);
+    two.refuses("calibrate d.csv --whisker spec.toml --out cal", &[]);
 }

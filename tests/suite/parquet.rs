@@ -61,7 +61,7 @@ fn pandas_polars_and_duckdb_read_what_csv_says() {
     let desk = Desk::new(&spec);
     desk.write("pq/spec.toml", format!("{spec}[output]\nformat = \"parquet\"\n"));
     desk.sweep(&["--out", "csv"]).exits(0);
-    desk.run(&["sweep", "pq/spec.toml", "--backend", "cpu", "--out", "parquet"]).exits(0);
+    desk.ok("sweep pq/spec.toml --backend cpu --out parquet");
     assert_eq!(desk.names("parquet"), ["designs.parquet", "distances.parquet", "run.json", "tuples.parquet"]);
     desk.whole("parquet");
     let ran =

@@ -3,9 +3,9 @@
 use std::fmt::Write as _;
 
 use crate::common::measuring::{data, table};
-use crate::common::program::Desk;
+use crate::common::program::{Desk, says};
 use crate::common::random::Random;
-use crate::common::sweeping::{Table, number};
+use crate::common::sweeping::number;
 use vibrissa::simulate::Settings;
 
 const WHISKER: &str = "[whisker]\nD = 10\nd = 4\nL_a = 60\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 20e-6\n";
@@ -68,7 +68,7 @@ fn error(desk: &Desk, rows: &[(usize, f64, f64)], seed: u64) -> f64 {
         writeln!(text, "{run},{a},{u},{y:e}").unwrap();
     }
     desk.write("d.csv", text);
-    desk.run(&["calibrate", "d.csv", "--whisker", "spec.toml", "--out", "cal", "--force"]).exits(0);
+    desk.ok("calibrate d.csv --whisker spec.toml --out cal --force");
     let mut fresh = Vec::new();
     for run in 0..12 {
         fresh.extend([(run, 30.0, 0.0); 4]);
@@ -92,8 +92,9 @@ fn error(desk: &Desk, rows: &[(usize, f64, f64)], seed: u64) -> f64 {
 #[test]
 fn planned_taps_do_with_a_third_less_than_an_even_grid() {
     let desk = Desk::new(&spec(MODEL));
-    let told = desk.run(&["plan", "spec.toml", "--error", "0.15", "--out", "plan"]).exits(0).stdout;
-    let rows: Vec<(usize, f64, f64)> = Table::read(&desk.path("plan/plan.csv"))
+    let told = desk.ok("plan spec.toml --error 0.15 --out plan").stdout;
+    let rows: Vec<(usize, f64, f64)> = desk
+        .table("plan/plan.csv")
         .rows
         .iter()
         .map(|r| {
@@ -134,18 +135,15 @@ fn planned_taps_do_with_a_third_less_than_an_even_grid() {
 #[test]
 fn what_the_taps_cannot_tell_is_named_with_the_tap_that_would() {
     let desk = Desk::new(&spec(&[MODEL, FRICTION].concat()));
-    let told = desk.run(&["plan", "spec.toml", "--error", "0.16", "--out", "plan"]).exits(0).stdout;
-    assert!(
-        told.contains("cannot tell gain and a_offset apart") && told.contains("would bring it to"),
-        "{told}"
-    );
+    let told = desk.ok("plan spec.toml --error 0.16 --out plan").stdout;
+    says(&told, &["cannot tell gain and a_offset apart", "would bring it to"]);
     let result = desk.whole("plan")["result"].clone();
     let of = result["not_told_apart"].as_array().unwrap().iter().find(|a| a["name"] == "a_offset").unwrap();
     let [before, after] = [&of["standard_error"], &of["tap"]["standard_error"]].map(|x| x.as_f64().unwrap());
     assert!(after < 0.5 * before && of["correlation"].as_f64().unwrap().abs() > 0.95, "{of}");
     // A root so stiff that its turning is not seen.
     desk.write("stiff.toml", spec(MODEL).replace("L_a = 60", "L_a = 60\nroot = { k_theta = 2e5 }"));
-    let told = desk.run(&["plan", "stiff.toml", "--error", "0.3", "--out", "stiff"]).exits(0).stdout;
+    let told = desk.ok("plan stiff.toml --error 0.3 --out stiff").stdout;
     assert!(told.contains("do not determine k_theta"), "{told}");
     for name in ["plan.csv", "plan_errors.csv", "plan.svg", "run.json"] {
         assert!(desk.path("plan").join(name).exists());
@@ -159,61 +157,43 @@ fn what_the_taps_cannot_tell_is_named_with_the_tap_that_would() {
         assert!(all.first().map(of) == Some(least) && all.last().map(of) == Some(largest), "{what}: {all:?}");
     }
     // Few positions; the rig as a calibration knows it.
-    desk.run(&["plan", "spec.toml", "--error", "0.2", "--positions", "4", "--out", "four"]).exits(0);
+    desk.ok("plan spec.toml --error 0.2 --positions 4 --out four");
     assert!(desk.whole("four")["result"]["positions"].as_array().unwrap().len() <= 4);
-    let measured = table(
-        &spec(&[MODEL, FRICTION].concat()),
-        &Settings { repeats: 2, noise: 20e-6, ..Settings::default() },
-    );
+    let settings = Settings { repeats: 2, noise: 20e-6, ..Settings::default() };
+    let measured = table(&spec(&[MODEL, FRICTION].concat()), &settings);
     desk.write("d.csv", measured);
-    desk.run(&["calibrate", "d.csv", "--whisker", "spec.toml", "--out", "cal"]).exits(0);
-    let like = ["plan", "spec.toml", "--error", "0.3", "--like", "cal/calibration.toml", "--out", "like"];
-    desk.run(&like).exits(0);
+    desk.ok("calibrate d.csv --whisker spec.toml --out cal");
+    desk.ok("plan spec.toml --error 0.3 --like cal/calibration.toml --out like");
     let rig = desk.whole("like")["result"]["rig"].clone();
     // One run tells nothing of others.
     assert!((5e-6..8e-5).contains(&rig["noise"].as_f64().unwrap()) && rig["gain"] == 0.003, "{rig}");
-    desk.write(
-        "moment.toml",
-        spec(MODEL).replace("noise_strain = 20e-6", "") + "[sensor]\nsignal = \"moment\"\nnoise = 0.1\n",
-    );
-    let ran = desk
-        .run(&["plan", "moment.toml", "--error", "1", "--like", "cal/calibration.toml", "--out", "no"])
-        .exits(2);
-    assert!(ran.stderr.contains("another signal"), "{}", ran.stderr);
+    let sensor = "[sensor]\nsignal = \"moment\"\nnoise = 0.1\n";
+    desk.write("moment.toml", spec(MODEL).replace("noise_strain = 20e-6", "") + sensor);
+    desk.refuses("plan moment.toml --error 1 --like cal/calibration.toml --out no", &["another signal"]);
     // A limit that forbids the near ones.
     desk.write("limit.toml", spec(MODEL).replace("noise_strain", "strain_limit = 0.02\nnoise_strain"));
-    let told = desk.run(&["plan", "limit.toml", "--error", "0.4", "--out", "limit"]).exits(0).stdout;
+    let told = desk.ok("plan limit.toml --error 0.4 --out limit").stdout;
     assert!(told.contains("are left out") && told.contains("the plan is for"), "{told}");
 }
 
 #[test]
 fn what_cannot_be_planned_says_why() {
     let desk = Desk::new(&spec(MODEL));
-    let cases = [
-        (spec(MODEL).replace("noise_strain = 20e-6\n", ""), vec!["--error", "0.2"], "noise_strain"),
-        (
-            spec(MODEL).replace("{ from = 20, to = 50, steps = 11 }", "30"),
-            vec!["--error", "0.2"],
-            "tap.a = 30",
-        ),
-        (spec(MODEL), vec!["--error", "0.01"], "--error = 0.01"),
-        (spec(MODEL), vec!["--error", "9"], "guess of the middle"),
-        (spec(MODEL), vec!["--error", "0"], "> 0 (mm)"),
-        (spec(MODEL), vec!["--error", "nan"], "--error"),
-        (spec(MODEL), vec!["--error", "0.2", "--runs", "0"], "1 … 8"),
-        (spec(MODEL), vec!["--error", "0.2", "--positions", "1"], "2 … 25"),
-        (spec(MODEL), vec!["--error", "0.2", "--like", "none.toml"], "none.toml"),
-        (
-            spec(MODEL).replace("noise_strain", "strain_limit = 1e-6\nnoise_strain"),
-            vec!["--error", "0.2"],
-            "strain_limit",
-        ),
-        (spec(MODEL).replace("D = 10", "D = [9, 10]"), vec!["--error", "0.2"], "whisker.D"),
-    ];
-    for (text, more, word) in cases {
-        desk.write("case.toml", text);
-        let ran = desk.run(&[&["plan", "case.toml", "--out", "no"], &more[..]].concat()).exits(2);
-        assert!(ran.stderr.contains(word), "{word}: {}", ran.stderr);
+    for (from, to, line, word) in [
+        ("noise_strain = 20e-6\n", "", "--error 0.2", "noise_strain"),
+        ("{ from = 20, to = 50, steps = 11 }", "30", "--error 0.2", "tap.a = 30"),
+        ("noise_strain", "strain_limit = 1e-6\nnoise_strain", "--error 0.2", "strain_limit"),
+        ("D = 10", "D = [9, 10]", "--error 0.2", "whisker.D"),
+        ("", "", "--error 0.01", "--error = 0.01"),
+        ("", "", "--error 9", "guess of the middle"),
+        ("", "", "--error 0", "> 0 (mm)"),
+        ("", "", "--error nan", "--error"),
+        ("", "", "--error 0.2 --runs 0", "1 … 8"),
+        ("", "", "--error 0.2 --positions 1", "2 … 25"),
+        ("", "", "--error 0.2 --like none.toml", "none.toml"),
+    ] {
+        desk.write("case.toml", spec(MODEL).replacen(from, to, 1));
+        desk.refuses(format!("plan case.toml --out no {line}"), &[word]);
         assert!(!desk.path("no").exists(), "{word}");
     }
 }

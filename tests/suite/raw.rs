@@ -1,7 +1,7 @@
 //! `vibrissa taps`: rests, plateaus and peaks of a raw record.
 
 use crate::common::program::Desk;
-use crate::common::sweeping::{Table, number};
+use crate::common::sweeping::number;
 
 /// A sequence of normal numbers.
 struct Dice(u64);
@@ -62,8 +62,8 @@ const TAPS: [Tap; 6] = [
 #[test]
 fn plateaus_and_rests_of_a_record_are_rows_of_calibrate() {
     let desk = Desk::new(&record(&TAPS, [412.0, 0.6, 0.5], true));
-    desk.run(&["taps", "spec.toml", "--a", "25,25,30,30,35,35", "--out", "t"]).exits(0);
-    let table = Table::read(&desk.path("t/taps.csv"));
+    desk.ok("taps spec.toml --a 25,25,30,30,35,35 --out t");
+    let table = desk.table("t/taps.csv");
     assert_eq!(table.columns, ["a_mm", "theta_deg", "reading", "t_s"]);
     assert_eq!(table.rows.len(), 13);
     for (k, row) in table.rows.iter().enumerate() {
@@ -81,7 +81,7 @@ fn plateaus_and_rests_of_a_record_are_rows_of_calibrate() {
     // What it wrote is calibrated: rests are zero readings.
     let ran = desk.run(&["calibrate", "t/taps.csv", "--out", "cal"]);
     assert!(!ran.stderr.contains("a_mm"), "{}", ran.stderr);
-    let readings = Table::read(&desk.path("t/readings.csv"));
+    let readings = desk.table("t/readings.csv");
     assert!(readings.rows.iter().all(|row| ["rest", "plateau"].contains(&row["kind"].as_str())));
     assert!(desk.read("t/taps.svg").contains("<svg"));
 }
@@ -89,12 +89,12 @@ fn plateaus_and_rests_of_a_record_are_rows_of_calibrate() {
 #[test]
 fn without_a_drive_taps_stand_above_their_rest() {
     let desk = Desk::new(&record(&TAPS, [-3.0, -0.4, 0.3], false));
-    desk.run(&["taps", "spec.toml", "--theta", "2,4,1,8,0.5,4", "--out", "t"]).exits(0);
-    let table = Table::read(&desk.path("t/taps.csv"));
+    desk.ok("taps spec.toml --theta 2,4,1,8,0.5,4 --out t");
+    let table = desk.table("t/taps.csv");
     let taps: Vec<_> = table.rows.iter().filter(|row| number(row, "theta_deg") != Some(0.0)).collect();
     assert_eq!(taps.len(), 6);
-    desk.run(&["taps", "spec.toml", "--out", "u"]).exits(0);
-    let tared = Table::read(&desk.path("u/taps.csv"));
+    desk.ok("taps spec.toml --out u");
+    let tared = desk.table("u/taps.csv");
     assert_eq!(tared.columns, ["reading", "t_s"]);
     for (row, (_, signal, _)) in tared.rows.iter().zip(TAPS) {
         let found = number(row, "reading").unwrap();
@@ -106,8 +106,8 @@ fn without_a_drive_taps_stand_above_their_rest() {
 fn peaks_and_steps_are_read_too() {
     let peaks: Vec<Tap> = TAPS.iter().map(|(drive, signal, _)| (*drive, *signal, 0.0)).collect();
     let desk = Desk::new(&record(&peaks, [100.0, 0.0, 0.2], true));
-    desk.run(&["taps", "spec.toml", "--out", "t"]).exits(0);
-    let readings = Table::read(&desk.path("t/readings.csv"));
+    desk.ok("taps spec.toml --out t");
+    let readings = desk.table("t/readings.csv");
     let found: Vec<f64> = readings
         .rows
         .iter()
@@ -126,8 +126,8 @@ fn peaks_and_steps_are_read_too() {
         text += &format!("{},{step},{}\n", 0.01 * k as f64, 0.004 * step + 1e-5 * dice.normal());
     }
     desk.write("steps.csv", text);
-    desk.run(&["taps", "steps.csv", "--out", "s"]).exits(0);
-    let table = Table::read(&desk.path("s/taps.csv"));
+    desk.ok("taps steps.csv --out s");
+    let table = desk.table("s/taps.csv");
     let drives: Vec<f64> = table.rows.iter().map(|row| number(row, "theta_deg").unwrap()).collect();
     assert_eq!(drives, [0.0, 1.0, 2.0, 3.0, 4.0, 0.0, 2.0, 0.0]);
 }
@@ -192,8 +192,8 @@ fn the_rate_of_a_record_and_its_drift_change_no_reading() {
     ] {
         for with_drive in [false, true] {
             desk.write("r.csv", ramps(rate, ramp, drift, with_drive));
-            desk.run(&["taps", "r.csv", "--out", "t", "--force"]).exits(0);
-            let table = Table::read(&desk.path("t/readings.csv"));
+            desk.ok("taps r.csv --out t --force");
+            let table = desk.table("t/readings.csv");
             let of = |row: &crate::common::sweeping::Row, column: &str| number(row, column).unwrap();
             let taps: Vec<_> = table.rows.iter().filter(|row| row["kind"] != "rest").collect();
             let case = format!("{rate} Hz, ramps of {ramp} s, drift {drift}, drive {with_drive}");
@@ -227,8 +227,8 @@ fn spikes_long_holds_and_negative_drives_are_read() {
         .collect();
     desk.write("without.csv", without);
     for file in ["spec.toml", "without.csv"] {
-        desk.run(&["taps", file, "--out", "t", "--force"]).exits(0);
-        let table = Table::read(&desk.path("t/readings.csv"));
+        desk.ok(format!("taps {file} --out t --force"));
+        let table = desk.table("t/readings.csv");
         let of = |row: &crate::common::sweeping::Row, column: &str| number(row, column).unwrap();
         let taps: Vec<_> = table.rows.iter().filter(|row| row["kind"] == "plateau").collect();
         assert_eq!(taps.len(), 6, "{file}: {}", table.text);
@@ -281,8 +281,8 @@ fn noise_drift_and_hum_hide_no_tap() {
         for seed in 0..6 {
             let (levels, text) = trials([100.0, 1000.0][seed as usize % 2], seed, noise, more);
             desk.write("r.csv", text);
-            desk.run(&["taps", "r.csv", "--out", "t", "--force"]).exits(0);
-            let table = Table::read(&desk.path("t/taps.csv"));
+            desk.ok("taps r.csv --out t --force");
+            let table = desk.table("t/taps.csv");
             assert_eq!(table.rows.len(), levels.len(), "{name} {seed}: {}", table.text);
             for (row, level) in table.rows.iter().zip(&levels) {
                 let found = number(row, "reading").unwrap();
@@ -297,7 +297,7 @@ fn noise_drift_and_hum_hide_no_tap() {
         _ => format!("{line}\n"),
     };
     desk.write("r.csv", text.lines().enumerate().map(lost).collect::<String>());
-    let ran = desk.run(&["taps", "r.csv", "--out", "t", "--force"]).exits(0);
+    let ran = desk.ok("taps r.csv --out t --force");
     assert!(ran.stderr.contains("lines without a signal are left out"), "{}", ran.stderr);
-    assert_eq!(Table::read(&desk.path("t/taps.csv")).rows.len(), levels.len());
+    assert_eq!(desk.table("t/taps.csv").rows.len(), levels.len());
 }

@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use crate::common::program::{Desk, Ran, SPEC};
-use crate::common::sweeping::{Row, Table, number};
+use crate::common::sweeping::{Row, number};
 
 /// The design study of the documentation, its distances told by the model itself.
 const EXACT: &str = "[whisker]\nD = 10.0\nd = [2, 4, 6, 8, 10]\nL_a = 80.0\n[gauge]\nx_ss = [5, 10]\nl = 2.0\nnoise_strain = 15e-6\n\
@@ -23,14 +23,14 @@ fn first_line(ran: &Ran) -> String {
 fn told(desk: &Desk, text: &str) -> (String, String, Vec<Value>) {
     desk.write("spec.toml", text);
     let sweep = first_line(&desk.sweep(&["--out", "out"]).exits(0));
-    let report = first_line(&desk.run(&["report", "out"]).exits(0));
+    let report = first_line(&desk.ok("report out"));
     let json = desk.sweep(&["--out", "out", "--json"]).exits(0).json();
     (sweep, report, json["result"]["best"].as_array().expect("rows").clone())
 }
 
 /// The row with the least total of those within the strain limit, by hand: d, x_ss and θ.
 fn least(desk: &Desk) -> [f64; 3] {
-    let rows = Table::read(&desk.path("out/designs.csv")).rows;
+    let rows = desk.table("out/designs.csv").rows;
     let total = |row: &&Row| number(row, "total_rms_mm").expect("a total");
     let complete = rows.iter().filter(|row| !row["total_rms_mm"].is_empty());
     let within = complete.filter(|row| !row["status"].contains("strain_limit"));
@@ -111,6 +111,6 @@ fn merged_parts_recommend_what_the_whole_does() {
     for part in ["1/3", "2/3", "3/3"] {
         desk.sweep(&["--out", "parts", "--shard", part]).exits(0);
     }
-    assert_eq!(first_line(&desk.run(&["merge", "parts", "--out", "joined"]).exits(0)), sweep);
-    assert_eq!(first_line(&desk.run(&["report", "joined"]).exits(0)), sweep);
+    assert_eq!(first_line(&desk.ok("merge parts --out joined")), sweep);
+    assert_eq!(first_line(&desk.ok("report joined")), sweep);
 }

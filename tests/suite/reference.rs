@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use crate::common::cases::rows;
 use crate::common::configuration;
 use vibrissa::physics::rod::{RodProblem, RodTap};
 use vibrissa::physics::taper::Taper;
@@ -11,12 +12,6 @@ use vibrissa::scene::model::Drive;
 const TOLERANCE: f64 = 1e-9;
 
 type Row = HashMap<String, String>;
-
-fn rows(file: &str) -> Vec<Row> {
-    let path = format!("{}/tests/data/{file}", crate::common::ROOT);
-    let mut reader = csv::Reader::from_path(path).expect("the cases are there");
-    reader.deserialize().collect::<Result<_, _>>().expect("the cases are well formed")
-}
 
 fn number(row: &Row, column: &str) -> Option<f64> {
     row.get(column).map(|value| value.parse().expect("a number"))
@@ -77,15 +72,7 @@ fn compare(file: &str) {
 
 #[test]
 fn taps_agree_with_another_code() {
-    compare("tap_cases.csv");
-}
-
-#[test]
-fn taps_on_a_hub_agree_with_another_code() {
-    compare("hub_cases.csv");
-}
-
-#[test]
-fn displacements_agree_with_another_code() {
-    compare("passive_cases.csv");
+    for file in ["tap_cases", "hub_cases", "passive_cases"] {
+        compare(file);
+    }
 }

@@ -165,80 +165,57 @@ fn described_all(desk: &Desk, command: &str, folder: &str) {
     }
 }
 
-#[test]
-fn every_column_of_sweep_and_tap_is_described() {
-    let moved = SPEC.replace("theta = [1, 4]", "drive = \"displacement\"\ndelta = [0.5, 2]");
-    for text in [SPEC.to_owned(), moved + "[estimate]\nconvention = \"elongation\"\n"] {
-        let one = text.replace("[4, 7]", "4");
-        let desk = Desk::new(&text);
-        desk.write("one.toml", one);
-        desk.sweep(&["--out", "swept"]).exits(0);
-        described_all(&desk, "sweep", "swept");
-        desk.run(&["tap", "one.toml", "--backend", "cpu", "--out", "tapped"]).exits(0);
-        described_all(&desk, "tap", "tapped");
-        desk.run(&["shape", "one.toml", "--out", "bent"]).exits(0);
-        described_all(&desk, "shape", "bent");
-    }
+/// That what the program with `line` writes into `out` is described.
+#[track_caller]
+fn made(desk: &Desk, line: &str, out: &str) {
+    desk.ok(format!("{line} --out {out} --force"));
+    described_all(desk, line.split(' ').next().unwrap_or_default(), out);
 }
 
 #[test]
-fn every_column_of_a_search_is_described() {
+fn every_column_of_sweeps_and_searches_is_described() {
+    let moved = SPEC.replace("theta = [1, 4]", "drive = \"displacement\"\ndelta = [0.5, 2]");
+    for text in [SPEC.to_owned(), moved + "[estimate]\nconvention = \"elongation\"\n"] {
+        let desk = Desk::new(&text);
+        desk.write("one.toml", text.replace("[4, 7]", "4"));
+        for line in ["sweep spec.toml --backend cpu", "tap one.toml --backend cpu", "shape one.toml"] {
+            made(&desk, line, "out");
+        }
+    }
     let search =
         "[optimise]\nobjective = \"pareto\"\nvariables = { d = [2, 10] }\nbudget = { evaluations = 300 }\n";
     let desk = Desk::new(&format!("{}{search}", SPEC.replace("d = [4, 7]\n", "")));
-    desk.run(&["optimise", "spec.toml", "--backend", "cpu", "--out", "found"]).exits(0);
+    made(&desk, "optimise spec.toml --backend cpu", "found");
     assert!(desk.names("found").contains(&"pareto.csv".to_owned()));
-    described_all(&desk, "optimise", "found");
 }
 
 #[test]
 fn every_column_from_measurement_to_distance_is_described() {
-    let rig = SPEC
-        .replace("[4, 7]", "4")
-        .replace("[21, 33, 48]", "[21, 25, 29, 33, 40, 48]")
-        .replace("[1, 4]", "[1, 2, 4]");
-    let desk = Desk::new(&rig);
-    for signal in ["strain", "microstrain", "bridge_mV_per_V", "reading"] {
-        let [rows, made, read] = ["rows", "made", "read"].map(|name| format!("{signal}/{name}"));
-        desk.run(&["simulate", "spec.toml", "--repeats", "3", "--signal", signal, "--out", &rows]).exits(0);
-        described_all(&desk, "simulate", &rows);
-        let (data, calibration) = (format!("{rows}/measurements.csv"), format!("{made}/calibration.toml"));
-        desk.run(&["calibrate", &data, "--whisker", "spec.toml", "--out", &made]).exits(0);
-        described_all(&desk, "calibrate", &made);
-        let column = if signal == "reading" { signal } else { "strain" };
-        desk.write("readings.csv", format!("theta_deg,{column}\n2,0.01\n"));
-        desk.run(&["locate", &calibration, "readings.csv", "--interval", "--out", &read]).exits(0);
-        described_all(&desk, "locate", &read);
-        traced(&desk, signal, &calibration);
-    }
-}
-
-/// That the tables of points, arrays and strokes are described.
-fn traced(desk: &Desk, signal: &str, calibration: &str) {
-    let column = if signal == "reading" { signal } else { "strain" };
-    desk.write("poses.csv", format!("base_x_mm,base_y_mm,heading_deg,theta_deg,{column}\n0,0,90,2,0.01\n"));
-    desk.run(&["contour", "poses.csv", "--calibration", calibration, "--out", "traced", "--force"]).exits(0);
-    described_all(desk, "contour", "traced");
+    let rig = SPEC.replace("[4, 7]", "4").replace("[21, 33, 48]", "[21, 25, 29, 33, 40, 48]");
+    let desk = Desk::new(&rig.replace("[1, 4]", "[1, 2, 4]"));
     let pose = "x = 0\ny = 0\nheading = 0\n";
-    desk.write("array.toml", format!("[[whisker]]\nname = \"one\"\ncalibration = \"{calibration}\"\n{pose}"));
-    desk.write("array.csv", format!("whisker,theta_deg,{column}\none,2,0.01\n"));
-    desk.run(&["locate", "--array", "array.toml", "array.csv", "--out", "array", "--force"]).exits(0);
-    described_all(desk, "locate --array", "array");
+    desk.write(
+        "array.toml",
+        format!("[[whisker]]\nname = \"one\"\ncalibration = \"cal/calibration.toml\"\n{pose}"),
+    );
     let circle = "[object]\nshape = \"circle\"\nx = 0\ny = 0\nradius = 10\n";
     desk.write("object.toml", format!("{circle}[around]\nstarts = 1\ndistance = 36\n"));
-    let strokes = [
-        "simulate",
-        "spec.toml",
-        "--object",
-        "object.toml",
-        "--signal",
-        signal,
-        "--out",
-        "strokes",
-        "--force",
-    ];
-    desk.run(&strokes).exits(0);
-    described_all(desk, "simulate", "strokes");
+    for signal in ["strain", "microstrain", "bridge_mV_per_V", "reading"] {
+        let column = if signal == "reading" { signal } else { "strain" };
+        desk.write("readings.csv", format!("theta_deg,{column}\n2,0.01\n"));
+        desk.write("array.csv", format!("whisker,theta_deg,{column}\none,2,0.01\n"));
+        desk.write(
+            "poses.csv",
+            format!("base_x_mm,base_y_mm,heading_deg,theta_deg,{column}\n0,0,90,2,0.01\n"),
+        );
+        made(&desk, &format!("simulate spec.toml --repeats 3 --signal {signal}"), "sim");
+        made(&desk, "calibrate sim/measurements.csv --whisker spec.toml", "cal");
+        made(&desk, "locate cal/calibration.toml readings.csv --interval", "read");
+        made(&desk, "contour poses.csv --calibration cal/calibration.toml", "traced");
+        desk.ok("locate --array array.toml array.csv --out array --force");
+        described_all(&desk, "locate --array", "array");
+        made(&desk, &format!("simulate spec.toml --object object.toml --signal {signal}"), "strokes");
+    }
 }
 
 #[test]
@@ -260,11 +237,8 @@ fn words_of(source: &str, name: &str) -> BTreeSet<String> {
 fn every_word_is_described() {
     let told =
         |list: &[(&str, &str)]| list.iter().map(|(word, _)| (*word).to_owned()).collect::<BTreeSet<_>>();
-    assert_eq!(
-        words_of(include_str!("../../src/estimator/reason.rs"), "word"),
-        told(&words::REASONS),
-        "reasons"
-    );
+    let reasons = words_of(include_str!("../../src/estimator/reason.rs"), "word");
+    assert_eq!(reasons, told(&words::REASONS), "reasons");
     let verdicts = [&FAULTS[..], &QUANTITIES[..]].concat().into_iter().map(str::to_owned).collect();
     assert_eq!(told(&words::VERDICTS), verdicts, "VERDICTS in src/reference/words.rs");
 
@@ -276,7 +250,6 @@ fn every_word_is_described() {
     }
 }
 
-/// A folder or file of the sources that the map of docs/architecture.md does not name.
 #[test]
 fn the_map_of_the_folders_names_every_module() {
     let root = Path::new(crate::common::ROOT);
@@ -294,7 +267,6 @@ fn the_map_of_the_folders_names_every_module() {
     assert!(missing.is_empty(), "docs/architecture.md does not name {missing:?}");
 }
 
-/// What a newcomer reads first fits on a page and has one picture, and everything that it links to is there.
 #[test]
 fn the_readme_is_a_first_page() {
     let root = Path::new(crate::common::ROOT);

@@ -1,10 +1,13 @@
 //! `vibrissa report`: what is drawn is what the tables say; every command's result; folders that are no result.
 
+use std::sync::LazyLock;
+
 use std::collections::BTreeMap;
 
 use serde_json::Value;
 
-use crate::common::program::{Desk, SPEC};
+use crate::common::program::{Desk, Kept, SPEC, says};
+use crate::common::sweeping::Row;
 
 /// The data of a page.
 pub fn data(desk: &Desk, page: &str) -> Value {
@@ -39,17 +42,7 @@ pub fn marks(panel: &Value) -> impl Iterator<Item = &Value> {
     panel["marks"].as_array().unwrap().iter()
 }
 
-/// A table as rows of name → text.
-pub fn rows(text: &str) -> Vec<BTreeMap<String, String>> {
-    let mut reader = csv::Reader::from_reader(text.as_bytes());
-    let header = reader.headers().unwrap().clone();
-    reader
-        .records()
-        .map(|r| header.iter().map(String::from).zip(r.unwrap().iter().map(String::from)).collect())
-        .collect()
-}
-
-pub fn number(row: &BTreeMap<String, String>, name: &str) -> f64 {
+pub fn number(row: &Row, name: &str) -> f64 {
     row[name].parse().unwrap_or(f64::NAN)
 }
 
@@ -57,24 +50,23 @@ pub fn number(row: &BTreeMap<String, String>, name: &str) -> f64 {
 pub const PROTOTYPES: &str = "[whisker]\nD = 10\nd = [4, 7, 10]\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 2e-5\n\
     [tap]\na = { from = 21, to = 48, step = 3 }\ntheta = [0.5, 1, 2, 4, 7, 10]\n";
 
+/// A sweep in out, and its report.
 fn swept() -> Desk {
-    let desk = Desk::new(PROTOTYPES);
-    desk.sweep(&["--out", "out"]).exits(0);
-    desk
+    static MADE: LazyLock<Kept> = LazyLock::new(|| {
+        let desk = Desk::new(PROTOTYPES);
+        desk.sweep(&["--out", "out"]).exits(0);
+        desk.ok("report out");
+        desk.keep()
+    });
+    MADE.desk()
 }
 
 #[test]
 fn what_is_drawn_of_a_sweep_is_what_its_tables_say() {
     let desk = swept();
-    desk.run(&["report", "out"]).exits(0);
     let data = data(&desk, "out/report/report.html");
-    let (designs, tuples) = (rows(&desk.read("out/designs.csv")), rows(&desk.read("out/tuples.csv")));
-    let of = |rows: &[BTreeMap<String, String>],
-              d: f64,
-              keep: &dyn Fn(&BTreeMap<String, String>) -> bool,
-              x: &str,
-              y: &str|
-     -> Vec<(f64, f64)> {
+    let (designs, tuples) = (desk.table("out/designs.csv").rows, desk.table("out/tuples.csv").rows);
+    let of = |rows: &[Row], d: f64, keep: &dyn Fn(&Row) -> bool, x: &str, y: &str| -> Vec<(f64, f64)> {
         rows.iter()
             .filter(|r| number(r, "d_mm") == d && keep(r))
             .map(|r| (number(r, x), number(r, y)))
@@ -83,11 +75,7 @@ fn what_is_drawn_of_a_sweep_is_what_its_tables_say() {
     // Fig. 7.
     let sd = figure(&data, "sd");
     for mark in marks(&sd["panels"][0]) {
-        let d = ["d = 4 mm", "d = 7 mm", "d = 10 mm"]
-            .iter()
-            .position(|n| mark["name"] == *n)
-            .map(|i| [4.0, 7.0, 10.0][i])
-            .unwrap();
+        let d = [4.0, 7.0, 10.0].into_iter().find(|d| mark["name"] == format!("d = {d} mm")).unwrap();
         same(&points(mark), &of(&designs, d, &|_| true, "theta_deg", "K_sd"), "sd");
     }
     assert_eq!(sd["panels"][0]["y"]["log"], true);
@@ -129,13 +117,8 @@ fn what_is_drawn_of_a_sweep_is_what_its_tables_say() {
         let angles: Vec<&Value> = marks(panel).filter(|m| m["name"] != "â = a").collect();
         assert_eq!(angles.len(), 5);
         for mark in angles {
-            let theta: f64 = mark["name"]
-                .as_str()
-                .unwrap()
-                .trim_start_matches("θ = ")
-                .trim_end_matches('°')
-                .parse()
-                .unwrap();
+            let name = mark["name"].as_str().unwrap();
+            let theta: f64 = name.trim_start_matches("θ = ").trim_end_matches('°').parse().unwrap();
             same(
                 &points(mark),
                 &of(&tuples, d, &|r| number(r, "theta_deg") == theta, "a_mm", "distance_mm"),
@@ -166,7 +149,7 @@ fn what_is_drawn_of_a_sweep_is_what_its_tables_say() {
 }
 
 /// Width and height of a PNG.
-fn size(png: &[u8]) -> [u32; 2] {
+pub fn size(png: &[u8]) -> [u32; 2] {
     assert_eq!(&png[1..4], b"PNG");
     [16, 20].map(|i| u32::from_be_bytes(png[i..i + 4].try_into().unwrap()))
 }
@@ -174,7 +157,6 @@ fn size(png: &[u8]) -> [u32; 2] {
 #[test]
 fn figures_have_the_formats_and_sizes_that_were_asked_for() {
     let desk = swept();
-    desk.run(&["report", "out"]).exits(0);
     let run = desk.whole("out/report");
     assert_eq!(run["asked"]["drawn"].as_str().map(str::len), Some(64));
     let names = desk.names("out/report");
@@ -190,13 +172,9 @@ fn figures_have_the_formats_and_sizes_that_were_asked_for() {
     let pdf = bytes("sd.pdf");
     assert!(pdf.starts_with(b"%PDF-") && pdf.trim_ascii_end().ends_with(b"%%EOF"));
     let svg = desk.read("out/report/sd.svg");
-    assert!(
-        svg.contains("tap angle θ (°)") && svg.contains("d = 10 mm") && svg.contains("width=\"249.45pt\""),
-        "{svg}"
-    );
+    says(&svg, &["tap angle θ (°)", "d = 10 mm", "width=\"249.45pt\""]);
     assert!(!svg.contains("NaN") && !svg.contains("inf"));
-    desk.run(&["report", "out", "--figures", "svg", "--width", "60", "--font-size", "6", "--out", "narrow"])
-        .exits(0);
+    desk.ok("report out --figures svg --width 60 --font-size 6 --out narrow");
     assert!(desk.read("narrow/sd.svg").contains("width=\"170.08pt\""));
     assert!(desk.read("narrow/sd.svg").contains("font-size=\"6.00\""));
     assert!(desk.names("narrow").iter().all(|n| !n.ends_with("png") && !n.ends_with("pdf")));
@@ -207,8 +185,7 @@ fn figures_have_the_formats_and_sizes_that_were_asked_for() {
         ("--font", "spec.toml"),
         ("--font", "no.ttf"),
     ] {
-        let ran = desk.run(&["report", "out", flag, value]).exits(2);
-        assert!(ran.stderr.contains(flag) && ran.stderr.contains(value), "{}", ran.stderr);
+        desk.refuses(format!("report out {flag} {value}"), &[flag, value]);
     }
 }
 
@@ -216,25 +193,24 @@ fn figures_have_the_formats_and_sizes_that_were_asked_for() {
 fn the_same_result_gives_the_same_bytes() {
     let desk = swept();
     for out in ["one", "two"] {
-        desk.run(&["report", "out", "--out", out]).exits(0);
+        desk.ok(format!("report out --out {out}"));
     }
     for name in desk.names("one").iter().filter(|n| *n != "run.json") {
         let [one, two] = ["one", "two"].map(|f| std::fs::read(desk.path(f).join(name)).unwrap());
         assert!(one == two, "{name}");
     }
     // Again in the same place, and beside a new result of the sweep.
-    desk.run(&["report", "out"]).exits(0);
-    desk.run(&["report", "out", "--figures", "svg"]).exits(0);
+    desk.ok("report out");
+    desk.ok("report out --figures svg");
     desk.sweep(&["--out", "out"]).exits(0);
     assert!(desk.names("out").contains(&"report".to_owned()));
-    desk.run(&["report", "out"]).exits(0);
+    desk.ok("report out");
     desk.whole("out/report");
 }
 
 #[test]
 fn a_page_asks_for_nothing_from_elsewhere() {
     let desk = swept();
-    desk.run(&["report", "out", "--figures", "svg"]).exits(0);
     let page = desk.read("out/report/report.html");
     let elsewhere: Vec<&str> = page
         .match_indices("http")
@@ -262,55 +238,10 @@ fn a_page_asks_for_nothing_from_elsewhere() {
     assert_eq!(data["spec"], PROTOTYPES);
 }
 
-#[test]
-fn every_command_has_its_figures() {
-    let desk = Desk::new(SPEC);
-    let one = SPEC.replace("d = [4, 7]", "d = 7").replace("1e-6", "2e-5");
-    desk.write("tap.toml", one.replace("theta = [1, 4]", "theta = { from = 0.5, to = 10, steps = 20 }"));
-    desk.write("rig.toml", one.replace("a = [21, 33, 48]", "a = { from = 21, to = 48, step = 3 }"));
-    let search = "[optimise]\nobjective = \"pareto\"\nvariables = { d = [4, 9], x_ss = [3, 10] }\nbudget = { evaluations = 3000 }\n";
-    desk.write("search.toml", format!("{}{search}", one.replace("[1, 4]", "[2, 4]")));
-    let run = |arguments: &[&str]| desk.run(arguments).exits(0);
-    run(&["tap", "tap.toml", "--out", "tap"]);
-    run(&["simulate", "rig.toml", "--repeats", "2", "--out", "data"]);
-    run(&["calibrate", "data/measurements.csv", "--whisker", "rig.toml", "--out", "calibrated"]);
-    desk.write("readings.csv", "theta_deg,strain\n4,0.02\n4,0.01\n4,0.9\n");
-    run(&["locate", "calibrated/calibration.toml", "readings.csv", "--zero", "0", "--out", "located"]);
-    run(&["verify", "spec.toml", "--samples", "20", "--backend", "cpu", "--out", "verified"]);
-    run(&["shape", "spec.toml", "--out", "shape", "--nodes", "21"]);
-    run(&["optimise", "search.toml", "--backend", "cpu", "--out", "searched"]);
-    let expected: [(&str, &[&str]); 6] = [
-        ("tap", &["budget", "sd", "strain"]),
-        ("calibrated", &["curves", "residuals", "held_out", "coverage", "sd"]),
-        ("located", &["located"]),
-        ("verified", &["errors"]),
-        ("shape", &["whisker", "strain_along"]),
-        ("searched", &["front", "parallel", "convergence", "sensitivity", "split"]),
-    ];
-    for (folder, names) in expected {
-        run(&["report", folder]);
-        let data = data(&desk, &format!("{folder}/report/report.html"));
-        for name in names {
-            figure(&data, name);
-            assert!(
-                size(&std::fs::read(desk.path(folder).join(format!("report/{name}.png"))).unwrap())[1] > 200
-            );
-        }
-    }
-    calibrated(&desk);
-    searched(&desk);
-    let refused = desk.run(&["report", "data"]).exits(2);
-    assert!(
-        refused.stderr.contains("simulate") && refused.stderr.contains("calibrate"),
-        "{}",
-        refused.stderr
-    );
-}
-
 /// Points of a calibration are its rows.
-fn calibrated(desk: &Desk) {
+pub fn calibrated(desk: &Desk) {
     let data = data(desk, "calibrated/report/report.html");
-    let table = rows(&desk.read("calibrated/rows.csv"));
+    let table = desk.table("calibrated/rows.csv").rows;
     let used: Vec<_> =
         table.iter().filter(|r| r["use"] == "used" && number(r, "distance_mm").is_finite()).collect();
     for (name, y) in [("residuals", "residual"), ("held_out", "held_out_error_mm")] {
@@ -324,10 +255,10 @@ fn calibrated(desk: &Desk) {
 }
 
 /// The front is pareto.csv, and the chosen design the best of run.json.
-fn searched(desk: &Desk) {
+pub fn searched(desk: &Desk) {
     let data = data(desk, "searched/report/report.html");
     let front = &figure(&data, "front")["panels"][0];
-    let table = rows(&desk.read("searched/pareto.csv"));
+    let table = desk.table("searched/pareto.csv").rows;
     let mut told: Vec<(f64, f64)> =
         table.iter().map(|r| (number(r, "K_sd"), number(r, "total_rms_mm"))).collect();
     told.sort_by(|p, q| p.0.total_cmp(&q.0));
@@ -336,8 +267,8 @@ fn searched(desk: &Desk) {
     // Its starts make the total small.
     let convergence = &figure(&data, "convergence")["panels"][0];
     assert_eq!(convergence["y"]["label"], "total error, rms");
-    let history = rows(&desk.read("searched/history.csv"));
-    let kept = |r: &&BTreeMap<String, String>| number(r, "start") == 0.0 && number(r, "violation") == 0.0;
+    let history = desk.table("searched/history.csv").rows;
+    let kept = |r: &&Row| number(r, "start") == 0.0 && number(r, "violation") == 0.0;
     let told: Vec<_> =
         history.iter().filter(kept).map(|r| (number(r, "evaluations"), number(r, "total_rms_mm"))).collect();
     let falls = points(marks(convergence).find(|m| m["name"] == "start 0").unwrap());
@@ -354,38 +285,38 @@ fn searched(desk: &Desk) {
 #[test]
 fn what_is_no_result_is_refused_and_said() {
     let desk = swept();
-    let refused = |arguments: &[&str], words: &[&str]| {
-        let ran = desk.run(arguments).exits(2);
-        words.iter().for_each(|w| assert!(ran.stderr.contains(w), "{w:?} in {}", ran.stderr));
+    let refused = |line: &str, words: &[&str]| {
+        desk.refuses(line, words);
         assert!(!desk.path("out/report").exists());
     };
-    refused(&["report", "nowhere"], &["nowhere", "no such folder"]);
-    refused(&["report", "spec.toml"], &["this is a file"]);
+    std::fs::remove_dir_all(desk.path("out/report")).unwrap();
+    refused("report nowhere", &["nowhere", "no such folder"]);
+    refused("report spec.toml", &["this is a file"]);
     std::fs::create_dir(desk.path("empty")).unwrap();
-    refused(&["report", "empty"], &["empty"]);
+    refused("report empty", &["empty"]);
     desk.write("other/notes.txt", "mine");
-    refused(&["report", "other"], &["no run.json"]);
+    refused("report other", &["no run.json"]);
     desk.write("torn/run.json", &desk.read("out/run.json")[..200]);
-    refused(&["report", "torn"], &["torn/run.json:", "not the run.json"]);
+    refused("report torn", &["torn/run.json:", "not the run.json"]);
     desk.write("strange/run.json", "{\"hello\": 1}");
-    refused(&["report", "strange"], &["not the run.json"]);
+    refused("report strange", &["not the run.json"]);
     desk.write("newer/run.json", desk.read("out/run.json").replacen("\"format\": 1", "\"format\": 9", 1));
-    refused(&["report", "newer"], &["another version", "format = 9"]);
+    refused("report newer", &["another version", "format = 9"]);
     // A table that is gone, one that was edited, one that ends in the middle of a row.
     let whole = desk.read("out/designs.csv");
     std::fs::remove_file(desk.path("out/designs.csv")).unwrap();
-    refused(&["report", "out"], &["designs.csv", "not there"]);
+    refused("report out", &["designs.csv", "not there"]);
     desk.write("out/designs.csv", whole.replacen("0.5", "0.6", 1));
-    refused(&["report", "out"], &["designs.csv", "changed", "--force"]);
+    refused("report out", &["designs.csv", "changed", "--force"]);
     desk.write("out/designs.csv", &whole[..whole.len() - 40]);
-    refused(&["report", "out", "--force"], &["designs.csv:", "damaged"]);
+    refused("report out --force", &["designs.csv:", "damaged"]);
     desk.write("out/designs.csv", whole.replacen("4,50", "four,50", 1));
-    refused(&["report", "out", "--force"], &["not a number", "four"]);
+    refused("report out --force", &["not a number", "four"]);
     let json = desk.run(&["report", "empty", "--json"]).exits(2).json();
     assert_eq!((json["ok"].as_bool(), json["error"]["key"].as_str()), (Some(false), Some("DIR")));
     // With --force an edited one is drawn, and the page says so.
     desk.write("out/designs.csv", whole.replacen("ok", "ok+edited", 1));
-    desk.run(&["report", "out", "--force", "--figures", "svg"]).exits(0);
+    desk.ok("report out --force --figures svg");
     let notes = data(&desk, "out/report/report.html")["notes"].to_string();
     assert!(notes.contains("designs.csv was changed"), "{notes}");
 }
@@ -395,7 +326,7 @@ fn parquet_draws_what_csv_draws() {
     let figures = |text: &str| {
         let desk = Desk::new(text);
         desk.sweep(&["--out", "out"]).exits(0);
-        desk.run(&["report", "out"]).exits(0);
+        desk.ok("report out");
         data(&desk, "out/report/report.html")["figures"].clone()
     };
     let csv = figures(PROTOTYPES);
@@ -412,7 +343,7 @@ fn parquet_draws_what_csv_draws() {
 fn a_sweep_without_values_is_still_a_page() {
     let desk = Desk::new(&SPEC.replace("a = [21, 33, 48]", "a = [0.5, 1]").replace("x_ss = 5", "x_ss = 20"));
     desk.sweep(&["--out", "out"]).exits(0);
-    desk.run(&["report", "out"]).exits(0);
+    desk.ok("report out");
     let data = data(&desk, "out/report/report.html");
     // No tap has a strain, and none a distance: there is no spread and no error to draw.
     let names: Vec<_> =
@@ -420,7 +351,6 @@ fn a_sweep_without_values_is_still_a_page() {
     assert!(!names.contains(&"sd") && !names.contains(&"distance"), "{names:?}");
 }
 
-/// A large table: few rows in the page, chosen as it says, maps of all of them, and what was left out is told.
 #[test]
 fn many_rows_become_a_small_page() {
     let desk = swept();
@@ -433,23 +363,16 @@ fn many_rows_become_a_small_page() {
         let sd = 1e-6 * (1.0 + 40.0 * hash * hash + f64::from(i % 89));
         let total = 1e-2 * (2.0 - hash + f64::from(i % 13));
         best.push(total);
-        let row = names.iter().map(|n| match *n {
-            "D_mm" => "10".to_owned(),
-            "d_mm" => d.to_string(),
-            "L_a_mm" => "50".to_owned(),
-            "x_ss_mm" => x.to_string(),
-            "l_mm" => "2".to_owned(),
-            "theta_deg" => "4".to_owned(),
-            "n" => "10".to_owned(),
-            "K_sd" => sd.to_string(),
-            "total_rms_mm" => total.to_string(),
-            "status" => "ok".to_owned(),
-            _ => "0.01".to_owned(),
+        let known = [("D_mm", 10.0), ("d_mm", d), ("L_a_mm", 50.0), ("x_ss_mm", x), ("l_mm", 2.0)];
+        let told = [("theta_deg", 4.0), ("n", 10.0), ("K_sd", sd), ("total_rms_mm", total)];
+        let row = names.iter().map(|name| match known.iter().chain(&told).find(|(n, _)| n == name) {
+            Some((_, value)) => value.to_string(),
+            None => if *name == "status" { "ok" } else { "0.01" }.to_owned(),
         });
         text += &(row.collect::<Vec<_>>().join(",") + "\n");
     }
     desk.write("out/designs.csv", &text);
-    desk.run(&["report", "out", "--force", "--figures", "svg"]).exits(0);
+    desk.ok("report out --force --figures svg");
     let page = desk.read("out/report/report.html");
     assert!(page.len() < 5_000_000, "{} bytes", page.len());
     let data = data(&desk, "out/report/report.html");

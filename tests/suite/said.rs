@@ -25,7 +25,7 @@ fn a_value_on_the_command_line_that_is_no_number_is_told_with_what_is_allowed() 
         assert!(error["key"].as_str().unwrap().starts_with(flag), "{error}");
         assert!(error["allowed"].as_str().unwrap_or_default().contains(allowed), "{flag} {value}: {error}");
     }
-    desk.run(&["sweep", "spec.toml", "--threads", "1", "--tolerance", "1e-4", "--plan"]).exits(0);
+    desk.ok("sweep spec.toml --threads 1 --tolerance 1e-4 --plan");
 }
 
 #[cfg(unix)]

@@ -103,42 +103,38 @@ fn shipped_specs_say_where_their_schema_is_and_are_valid() {
     assert!(specs >= 19, "{specs}");
 }
 
+/// `new FILE` with these answers and others.
+fn asked(file: &str, gauge: &str, clamp: &str, goal: &str) -> String {
+    format!("new {file} --whisker 10,4,80 --gauge {gauge} --clamp {clamp} --distances 25,70 --for {goal}")
+}
+
 #[test]
 fn a_new_spec_is_valid_and_runs() {
     let desk = Desk::new(SPEC);
-    let answers = ["--whisker", "10,4,80", "--gauge", "5,2,15", "--clamp", "glued", "--distances", "25,70"];
     for goal in ["tap", "sweep", "optimise", "calibrate"] {
         let file = format!("{goal}.toml");
-        let line = [&["new", &file][..], &answers, &["--for", goal]].concat();
-        let said = desk.run(&line).exits(0).stdout;
+        let line = asked(&file, "5,2,15", "glued", goal);
+        let said = desk.ok(&line).stdout;
         assert!(said.contains("next: vibrissa "), "{said}");
-        let text = std::fs::read_to_string(desk.path(&file)).expect("the spec");
+        let text = desk.read(&file);
         assert_eq!(accepts(&text), Some(true));
-        assert!(
-            text.lines()
-                .filter(|l| l.contains(" = "))
-                .all(|l| l.contains("# ") || l.starts_with(['o', 'v', 'b'])),
-            "{text}"
-        );
-        desk.run(&["sweep", &file, "--plan"]).exits(0);
-        let refused = desk.run(&line).exits(2);
-        assert!(refused.stderr.contains("--force"), "{}", refused.stderr);
+        let told = |l: &str| l.contains("# ") || l.starts_with(['o', 'v', 'b']);
+        assert!(text.lines().filter(|l| l.contains(" = ")).all(told), "{text}");
+        desk.ok(format!("sweep {file} --plan"));
+        desk.refuses(&line, &["--force"]);
     }
-    desk.run(&["tap", "tap.toml"]).exits(0);
-    let schema = std::fs::read_to_string(desk.path("spec.schema.json")).expect("the schema");
-    assert!(schema == schema::text());
+    desk.ok("tap tap.toml");
+    assert!(desk.read("spec.schema.json") == schema::text());
 }
 
 #[test]
 fn a_new_spec_has_a_page() {
     let desk = Desk::new(SPEC);
-    let answers = ["--whisker", "10,4,80", "--gauge", "5,2,15", "--distances", "25,70"];
     for (clamp, goal) in
         [("rigid", "sweep"), ("bonded", "tap"), ("glued", "optimise"), ("socket", "calibrate")]
     {
-        let file = format!("{clamp}.toml");
-        desk.run(&[&["new", &file][..], &answers, &["--clamp", clamp, "--for", goal]].concat()).exits(0);
-        let ran = desk.run(&["explore", &file, "--out", "page.html"]).exits(0);
+        desk.ok(asked(&format!("{clamp}.toml"), "5,2,15", clamp, goal));
+        let ran = desk.ok(format!("explore {clamp}.toml --out page.html"));
         let exact = ran.stderr.contains("tells distances by a formula, here euler-bernoulli");
         assert_eq!(exact, goal != "calibrate", "{clamp}: {}", ran.stderr);
     }
@@ -150,73 +146,48 @@ fn a_new_search_moves_the_gauge_too() {
     for (gauge, places) in
         [("5,2,15", "x_ss = [2.5, 11.5]"), ("0,2,15", "x_ss = [0, 11.5]"), ("20,2,15", "x_ss = [10, 23]")]
     {
-        let answers = ["--whisker", "10,4,80", "--gauge", gauge, "--clamp", "rigid", "--distances", "25,70"];
-        desk.run(&[&["new", "s.toml", "--force"][..], &answers, &["--for", "optimise"]].concat()).exits(0);
+        desk.ok(asked("s.toml", gauge, "rigid", "optimise") + " --force");
         let text = desk.read("s.toml");
         assert!(text.contains(places), "{text}");
-        desk.run(&["optimise", "s.toml", "--plan"]).exits(0);
+        desk.ok("optimise s.toml --plan");
     }
-}
-
-#[test]
-fn a_noise_that_was_meant_in_strain_is_refused() {
-    let desk = Desk::new(SPEC);
-    let new = |gauge: &str| {
-        let answers = ["--whisker", "10,4,80", "--gauge", gauge, "--clamp", "rigid", "--distances", "25,70"];
-        desk.run(&[&["new", "x.toml", "--json"][..], &answers, &["--for", "tap"]].concat())
-    };
-    for gauge in ["5,2,15e-6", "5,2,0.000002"] {
-        let error = new(gauge).exits(2).json()["error"].clone();
-        assert_eq!(error["key"], "--gauge", "{error}");
-        assert!(error["allowed"].as_str().unwrap().contains("microstrain"), "{error}");
-        assert!(!desk.path("x.toml").exists());
-    }
-    new("5,2,0").exits(0);
 }
 
 #[test]
 fn answers_that_are_no_whisker_write_nothing() {
     let desk = Desk::new(SPEC);
-    let line = |whisker: &str| {
-        let all = [
-            "new",
-            "x.toml",
-            "--whisker",
-            whisker,
-            "--gauge",
-            "5,2,15",
-            "--clamp",
-            "rigid",
-            "--distances",
-            "25,70",
-            "--for",
-            "tap",
-        ];
-        desk.run(&all).exits(2).stderr
-    };
-    assert!(line("10,4").contains("3 numbers are needed"));
-    assert!(line("10,4,-80").contains("> 0 mm"));
-    assert!(line("10,4,60").contains("too short"));
+    let line = asked("x.toml", "5,2,15", "rigid", "tap");
+    for (whisker, said) in
+        [("10,4", "3 numbers are needed"), ("10,4,-80", "> 0 mm"), ("10,4,60", "too short")]
+    {
+        desk.refuses(line.replace("10,4,80", whisker), &[said]);
+    }
+    // A noise that was meant in strain.
+    for gauge in ["5,2,15e-6", "5,2,0.000002"] {
+        let error = desk.line(asked("x.toml", gauge, "rigid", "tap") + " --json").exits(2).json();
+        assert_eq!(error["error"]["key"], "--gauge", "{error}");
+        assert!(error["error"]["allowed"].as_str().unwrap().contains("microstrain"), "{error}");
+    }
     let missing = desk.run(&["new", "x.toml", "--whisker", "10,4,80"]).exits(2).stderr;
     assert!(missing.contains("--gauge x_ss,l,noise") && !missing.contains("--whisker D"), "{missing}");
     assert!(!desk.path("x.toml").exists());
+    desk.ok(asked("x.toml", "5,2,0", "rigid", "tap"));
 }
 
 #[test]
 fn a_result_is_cited_with_its_hash() {
     let desk = Desk::new(SPEC);
-    desk.run(&["sweep", "spec.toml", "--out", "found"]).exits(0);
-    let told = desk.run(&["cite", "found"]).exits(0).stdout;
-    for part in [
+    desk.ok("sweep spec.toml --out found");
+    let told = desk.ok("cite found").stdout;
+    let parts = [
         "Vibrissa ",
         "`vibrissa sweep` of spec",
         "@software{vibrissa",
         "nguyen2020whisker",
         "BLAKE3 of its run.json: ",
-    ] {
-        assert!(told.contains(part), "{part}: {told}");
-    }
+    ];
+    assert!(parts.iter().all(|part| told.contains(part)), "{told}");
     std::fs::write(desk.path("found/designs.csv"), "edited").expect("written");
-    assert!(desk.run(&["cite", "found", "--force"]).exits(0).stdout.contains("note: "));
-    desk.run(&["cite", "nowhere"]).exits(2);
+    assert!(desk.ok("cite found --force").stdout.contains("note: "));
+    desk.refuses("cite nowhere", &[]);
 }

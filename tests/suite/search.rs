@@ -1,13 +1,11 @@
 //! Searches against dense sweeps with local refinement: no design of theirs is better.
 //!
 //! `cargo test --release --test suite search:: -- --ignored --nocapture --test-threads 1` makes the comparisons in full: 10⁷ designs and ten
-//! seeds, fronts against 10⁶ designs, and what one batch costs against one design at a time.
+//! seeds, fronts against 10⁶ designs.
 
-use crate::common::searching::{brute, dense, layout, parse, search, spread};
+use crate::common::searching::{brute, dense, search};
 use crate::common::sweeping::{CPU, GPU, Place};
-use vibrissa::optimise::evaluate::Scorer;
 use vibrissa::optimise::score::Goal;
-use vibrissa::optimise::variables::Variables;
 
 const TAPS: &str = "[tap]\na = { from = 21, to = 48, step = 3 }\n";
 
@@ -132,33 +130,4 @@ fn no_point_of_a_front_loses_to_a_dense_sweep() {
 #[ignore = "takes minutes: 10⁶ designs"]
 fn no_point_of_a_front_loses_to_a_million_designs() {
     assert!(fronts().iter().map(|front| beaten(front, 1_000_000, GPU)).all(|worst| worst < 5e-3));
-}
-
-#[test]
-#[ignore = "a measurement"]
-fn one_batch_against_one_design_at_a_time() {
-    for (name, _, text) in problems() {
-        let (spec, wanted) = parse(&text);
-        let points = spread(&Variables::new(&spec.study.setup, &layout(&spec), &wanted), 0..4096);
-        for place in [GPU, CPU] {
-            let mut scorer =
-                Scorer::new(&spec.study.setup, &layout(&spec), &wanted, place.open(&spec.study.setup));
-            let mut seconds = |size: usize, all: usize| {
-                scorer.scores(&points[..size]).unwrap();
-                let begun = std::time::Instant::now();
-                for part in points[..all].chunks(size) {
-                    scorer.scores(part).unwrap();
-                }
-                begun.elapsed().as_secs_f64() / all as f64
-            };
-            let (one, batch) = (seconds(1, 256), seconds(4096, 4096));
-            println!(
-                "| {name} | {:?} | {:.1} | {:.2} | {:.0} |",
-                place.backend,
-                one * 1e6,
-                batch * 1e6,
-                one / batch
-            );
-        }
-    }
 }

@@ -1,18 +1,14 @@
 //! Shapes of bent whiskers: they end where the reference puts contact and pole, and their strain is the gauge's.
 
-use vibrissa::backend::Choice;
 use vibrissa::design::Design;
-use vibrissa::evaluate::{Evaluator, Method, Task};
+use vibrissa::evaluate::{Evaluator, Method, Outcome, Task};
 use vibrissa::physics::linear::deflection;
-use vibrissa::physics::rod::RodProblem;
-use vibrissa::scene::{Drive, Material, Model, RunOptions, Setup, Side, Tuple};
-use vibrissa::shape::shape;
+use vibrissa::scene::{Drive, Material, Model, Setup, Side, Tuple};
+use vibrissa::shape::{Shape, shape};
 
 use crate::common::program::{Desk, SPEC};
-use crate::common::{configuration, model};
-
-const CONFIGURATIONS: [&str; 8] =
-    ["hooke", "surface", "timoshenko", "neo", "mooney-coulomb", "stick", "pole-far", "yeoh"];
+use crate::common::sweeping::{CPU_F64, REFERENCE};
+use crate::common::{CONFIGURATIONS, configuration, model, tap};
 
 fn setup(model: Model, side: Side, hub: f64, drive: Drive) -> Setup {
     let mut setup = Setup { model, hub, drive, ..Setup::default() };
@@ -24,15 +20,7 @@ fn setup(model: Model, side: Side, hub: f64, drive: Drive) -> Setup {
 fn mean(nodes: &[(f64, f64)]) -> f64 {
     let n = nodes.len() - 1;
     assert_eq!(n % 2, 0);
-    let weight = |i: usize| {
-        if i == 0 || i == n {
-            1.0
-        } else if i % 2 == 1 {
-            4.0
-        } else {
-            2.0
-        }
-    };
+    let weight = |i: usize| if i == 0 || i == n { 1.0 } else { [2.0, 4.0][i % 2] };
     nodes.iter().enumerate().map(|(i, (_, e))| weight(i) * e).sum::<f64>() / (3 * n) as f64
 }
 
@@ -51,7 +39,22 @@ fn a_row_has_the_shape_of_its_own_hub() {
     assert!(desk.read("all/contacts.csv").contains(row), "{row}");
 }
 
-/// Every configuration, hub, drive: the pole must be where it was put, which the integration does not know.
+/// A tap solved by `method`, and its shape of `nodes` sections.
+struct Bent {
+    design: Design,
+    outcome: Outcome,
+    shape: Option<Shape>,
+}
+
+fn bent(setup: &Setup, [d, a, drive]: [f64; 3], method: Method, nodes: usize) -> Bent {
+    let tuple = Tuple { D: 10.0, d, L_a: 50.0, x_ss: 5.0, l: 2.0, a, drive, ..Tuple::default() };
+    let (designs, task) = ([Design::new(setup, tuple)], Task { design: 0, a, drive, ..Task::default() });
+    let outcome = Evaluator::new(setup, method).run(&designs, &[task]).unwrap()[0];
+    let shape = shape(setup, &designs[0], &task, &outcome, nodes);
+    let [design] = designs;
+    Bent { design, outcome, shape }
+}
+
 #[test]
 fn the_pole_is_where_it_was_put() {
     let mut compared = 0;
@@ -62,19 +65,16 @@ fn the_pole_is_where_it_was_put() {
         {
             let setup = setup(model, side, hub, drive);
             for (d, a) in [(4.0, 21.0), (4.0, 36.0), (10.0, 30.0), (12.0, 44.0)] {
-                let tuple =
-                    Tuple { D: 10.0, d, L_a: 50.0, x_ss: 5.0, l: 2.0, a, drive: amount, ..Tuple::default() };
-                let (designs, tasks) =
-                    ([Design::new(&setup, tuple)], [Task { design: 0, a, drive: amount, ..Task::default() }]);
-                let outcome = Evaluator::new(&setup, Method::Reference).run(&designs, &tasks).unwrap()[0];
-                let Some(bent) = shape(&setup, &designs[0], &tasks[0], &outcome, 101) else {
+                let Bent { design, outcome, shape } = bent(&setup, [d, a, amount], Method::Reference, 101);
+                let Some(bent) = shape else {
                     assert!(!outcome.arc.is_finite(), "{name} {d} {a}: {outcome:?} has no shape");
                     continue;
                 };
-                let taper = designs[0].shared.as_ref().unwrap().taper;
-                let (sin, cos) =
-                    if model.surface { (taper.sin_alpha(), taper.cos_alpha()) } else { (0.0, 1.0) };
-                let high = if model.surface { taper.radius(a) } else { 0.0 };
+                let taper = design.shared.as_ref().unwrap().taper;
+                let [sin, cos, high] = match model.surface {
+                    true => [taper.sin_alpha(), taper.cos_alpha(), taper.radius(a)],
+                    false => [0.0, 1.0, 0.0],
+                };
                 let lift = if drive == Drive::Displacement { amount } else { 0.0 };
                 let rho = model.pole_radius;
                 let (x, y) = (hub + a + rho * sin, high + rho * cos - lift);
@@ -82,11 +82,8 @@ fn the_pole_is_where_it_was_put() {
                 assert!(off < 1e-7, "{name}, hub {hub}, {drive:?}, d {d}, a {a}: the pole is {off:e} mm off");
                 let (first, tip) = (bent.nodes[0], bent.nodes[bent.nodes.len() - 1]);
                 let turn = if drive == Drive::Angle { amount.to_radians() } else { 0.0 };
-                assert!(
-                    (first.at.x - hub * turn.cos()).hypot(first.at.y - hub * turn.sin()) < 1e-12,
-                    "the clamp"
-                );
-                assert!((first.direction - turn).abs() < 1e-12 && first.s == 0.0);
+                let clamp = (first.at.x - hub * turn.cos()).hypot(first.at.y - hub * turn.sin());
+                assert!(clamp < 1e-12 && (first.direction - turn).abs() < 1e-12 && first.s == 0.0, "{name}");
                 assert!(tip.s >= outcome.arc - 1e-12 && tip.strain.abs() < 1e-12);
                 compared += 1;
             }
@@ -102,45 +99,19 @@ fn strain_along_the_whisker_is_the_gauges() {
         let (model, _) = configuration(name);
         // The touching side, whichever carries the gauge in the configuration.
         let setup = setup(model, Side::Contact, 0.0, Drive::Angle);
-        let tuple =
-            Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 33.0, drive: 6.0, ..Tuple::default() };
-        let design = Design::new(&setup, tuple);
-        let shared = design.shared.clone().unwrap();
-        let (designs, tasks) = ([design], [Task { design: 0, a: 33.0, drive: 6.0, ..Task::default() }]);
-        let outcome = Evaluator::new(&setup, Method::Reference).run(&designs, &tasks).unwrap()[0];
-        let bent = shape(&setup, &designs[0], &tasks[0], &outcome, 4001).unwrap();
-        let problem = RodProblem {
-            taper: shared.taper,
-            gauge: shared.gauge,
-            side: Side::Contact,
-            distance: 33.0,
-            hub: 0.0,
-            drive: Drive::Angle,
-            amount: 6f64.to_radians(),
-            foil: None,
-            body: None,
-            model: &model,
-        };
-        let tap = problem.solve().unwrap();
-        assert!(
-            (bent.nodes[0].psi - tap.base_angle).abs() < 1e-9,
-            "{name}: {} {}",
-            bent.nodes[0].psi,
-            tap.base_angle
-        );
+        let bent = bent(&setup, [4.0, 33.0, 6.0], Method::Reference, 4001);
+        let nodes = bent.shape.unwrap().nodes;
+        let tap = tap(&model, 4.0, 33.0, 6.0).solve().unwrap();
+        assert!((nodes[0].psi - tap.base_angle).abs() < 1e-9, "{name}: {} {}", nodes[0].psi, tap.base_angle);
         // A cubic through neighbours at the ends of 64 equal parts of the gauge.
         let at = |s: f64| {
-            let i = bent.nodes.partition_point(|n| n.s < s).clamp(2, bent.nodes.len() - 3);
-            let near = &bent.nodes[i - 2..i + 2];
-            (0..4)
-                .map(|j| {
-                    (0..4)
-                        .filter(|k| *k != j)
-                        .fold(near[j].strain, |p, k| p * (s - near[k].s) / (near[j].s - near[k].s))
-                })
-                .sum::<f64>()
+            let i = nodes.partition_point(|n| n.s < s).clamp(2, nodes.len() - 3);
+            let near = &nodes[i - 2..i + 2];
+            let weight = |j: usize, k: usize| (s - near[k].s) / (near[j].s - near[k].s);
+            let term = |j: usize| (0..4).filter(|k| *k != j).fold(near[j].strain, |p, k| p * weight(j, k));
+            (0..4).map(term).sum::<f64>()
         };
-        let [x1, x2] = shared.gauge;
+        let [x1, x2] = bent.design.shared.unwrap().gauge;
         let strains: Vec<(f64, f64)> =
             (0..=64).map(|i| x1 + (x2 - x1) * f64::from(i) / 64.0).map(|s| (s, at(s))).collect();
         let found = mean(&strains);
@@ -148,61 +119,35 @@ fn strain_along_the_whisker_is_the_gauges() {
     }
 }
 
-/// For a small tap the shape is the cantilever of linear theory (Eq. 3), turned by θ.
 #[test]
 fn a_small_tap_is_a_cantilever() {
-    let m = model(Material::Hooke(3.2));
-    let setup = setup(m, Side::Contact, 0.0, Drive::Angle);
+    let setup = setup(model(Material::Hooke(3.2)), Side::Contact, 0.0, Drive::Angle);
     let theta = 1e-3f64.to_radians();
-    let tuple =
-        Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 33.0, drive: 1e-3, ..Tuple::default() };
-    let (designs, tasks) =
-        ([Design::new(&setup, tuple)], [Task { design: 0, a: 33.0, drive: 1e-3, ..Task::default() }]);
-    let outcome = Evaluator::new(&setup, Method::Reference).run(&designs, &tasks).unwrap()[0];
-    let bent = shape(&setup, &designs[0], &tasks[0], &outcome, 51).unwrap();
-    let taper = designs[0].shared.as_ref().unwrap().taper;
-    for node in &bent.nodes {
-        let y = theta * node.s - deflection(&taper, 3.2, outcome.normal_force, 33.0, node.s);
-        assert!(
-            (node.at.y - y).abs() < 1e-9 && (node.at.x - node.s).abs() < 1e-6,
-            "s = {}: {} {y}",
-            node.s,
-            node.at.y
-        );
+    let bent = bent(&setup, [4.0, 33.0, 1e-3], Method::Reference, 51);
+    let taper = bent.design.shared.unwrap().taper;
+    for node in &bent.shape.unwrap().nodes {
+        let y = theta * node.s - deflection(&taper, 3.2, bent.outcome.normal_force, 33.0, node.s);
+        let off = [(node.at.y - y).abs(), (node.at.x - node.s).abs()];
+        assert!(off[0] < 1e-9 && off[1] < 1e-6, "s = {}: {off:?}", node.s);
     }
 }
 
-/// The kernel's forces give the same shape as the reference's.
 #[test]
 fn a_kernel_gives_the_same_shape() {
     let (model, side) = configuration("neo");
     let setup = setup(model, side, 3.0, Drive::Angle);
-    let tuple =
-        Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 33.0, drive: 6.0, ..Tuple::default() };
-    let (designs, tasks) =
-        ([Design::new(&setup, tuple)], [Task { design: 0, a: 33.0, drive: 6.0, ..Task::default() }]);
-    let options = RunOptions {
-        backend: Some(vibrissa::scene::BackendChoice::Cpu),
-        precision: Some(vibrissa::scene::Precision::F64),
-        ..RunOptions::default()
-    };
-    let methods = [Method::Reference, Choice::new(&options).unwrap().open(&setup.model).unwrap()];
-    let [reference, kernel] = methods.map(|m| {
-        let outcome = Evaluator::new(&setup, m).run(&designs, &tasks).unwrap()[0];
-        shape(&setup, &designs[0], &tasks[0], &outcome, 41).unwrap()
-    });
-    for (a, b) in reference.nodes.iter().zip(&kernel.nodes) {
-        assert!(
-            (a.at - b.at).length() < 1e-5 && (a.strain - b.strain).abs() < 1e-6 * a.strain.abs().max(1e-3),
-            "{a:?} {b:?}"
-        );
+    let [reference, kernel] = [REFERENCE, CPU_F64]
+        .map(|place| bent(&setup, [4.0, 33.0, 6.0], place.open(&setup), 41).shape.unwrap().nodes);
+    for (a, b) in reference.iter().zip(&kernel) {
+        let off = [(a.at - b.at).length(), (a.strain - b.strain).abs() / a.strain.abs().max(1e-3)];
+        assert!(off[0] < 1e-5 && off[1] < 1e-6, "{a:?} {b:?}");
     }
 }
 
 #[test]
 fn the_command_writes_a_block_for_each_tap() {
     let desk = Desk::new(SPEC);
-    desk.run(&["shape", "spec.toml", "--out", "s", "--nodes", "11"]).exits(0);
+    desk.ok("shape spec.toml --out s --nodes 11");
     let run = desk.whole("s");
     assert_eq!((run["command"].as_str(), run["counts"]["taps"].as_u64()), (Some("shape"), Some(12)));
     let text = desk.read("s/shape.csv");
@@ -221,9 +166,7 @@ fn the_command_writes_a_block_for_each_tap() {
     assert_eq!(desk.read("s/contacts.csv").lines().count(), 13);
     let linear = SPEC.to_owned() + "[model]\ngeometry = \"linear\"\n";
     desk.write("linear.toml", linear);
-    let ran = desk.run(&["shape", "linear.toml"]).exits(2);
-    assert!(ran.stderr.contains("model.geometry") && ran.stderr.contains("exact"), "{}", ran.stderr);
+    desk.refuses("shape linear.toml", &["model.geometry", "exact"]);
     desk.write("many.toml", SPEC.replace("a = [21, 33, 48]", "a = { from = 10, to = 50, steps = 9000 }"));
-    let ran = desk.run(&["shape", "many.toml"]).exits(2);
-    assert!(ran.stderr.contains("10000 at most"), "{}", ran.stderr);
+    desk.refuses("shape many.toml", &["10000 at most"]);
 }

@@ -19,9 +19,7 @@ const ROD: Model =
 type Row = HashMap<String, String>;
 
 fn rows(file: &str) -> Vec<Row> {
-    let path = format!("{}/tests/data/solid/{file}.csv", crate::common::ROOT);
-    let mut reader = csv::Reader::from_path(path).expect("the cases are there");
-    reader.deserialize().collect::<Result<_, _>>().expect("the cases are well formed")
+    crate::common::cases::rows(&format!("solid/{file}"))
 }
 
 fn number(row: &Row, column: &str) -> f64 {
@@ -176,15 +174,11 @@ fn foils<'a>(cases: impl Iterator<Item = &'a Row>) -> [f64; 2] {
     [worst("reading per newton", reading.into_iter()), worst("θ per newton", angle.into_iter())]
 }
 
+/// Beside the foil of the documentation those of `benches/solid`, 1.5 and 5 mm wide.
 #[test]
-fn a_foil_reads_and_stiffens_as_in_three_dimensions() {
+fn foils_read_and_stiffen_as_in_three_dimensions() {
     let [reading, angle] = foils(rows("solid_foil").iter().filter(|row| row["mesh"] == "fine"));
     assert!(reading < 0.045 && angle < 0.01, "{reading} {angle}");
-}
-
-/// Cases of `benches/solid`, 1.5 and 5 mm wide.
-#[test]
-fn foils_of_other_widths_read_and_stiffen_as_in_three_dimensions() {
     let [reading, angle] = foils(rows("foil_widths").iter());
     assert!(reading < 0.12 && angle < 0.01, "{reading} {angle}");
 }
@@ -199,9 +193,7 @@ fn spec(hub: &str, side: &str, foil: &str, drive: &str, model: &str) -> String {
 /// A table of a sweep of `spec`.
 fn swept(desk: &Desk, spec: &str, name: &str, more: &[&str], table: &str) -> Vec<Row> {
     desk.run(&[&["sweep", spec, "--out", name, "--quiet"], more].concat()).exits(0);
-    let text = desk.read(&format!("{name}/{table}.csv"));
-    let mut reader = csv::Reader::from_reader(text.as_bytes());
-    reader.deserialize().collect::<Result<Vec<Row>, _>>().unwrap()
+    desk.table(format!("{name}/{table}.csv")).rows
 }
 
 #[test]
@@ -290,60 +282,53 @@ fn a_calibration_tells_where_the_clamp_holds_the_whisker() {
             .replace("[21, 33, 48]", "{ from = 21, to = 48, steps = 8 }")
     };
     let desk = Desk::new(&rig("-0.05"));
-    desk.run(&["simulate", "spec.toml", "--out", "data", "--quiet"]).exits(0);
+    desk.ok("simulate spec.toml --out data --quiet");
     desk.write("known.toml", rig("0.054"));
-    let fit = ["calibrate", "data/measurements.csv", "--whisker", "known.toml", "--fit", "c0", "--out", "c"];
-    desk.run(&fit).exits(0);
+    desk.ok("calibrate data/measurements.csv --whisker known.toml --fit c0 --out c");
     let text = desk.read("c/calibration.toml");
     let found = text.lines().find_map(|line| line.strip_prefix("c0 = ")).expect("c0");
     assert!((found.parse::<f64>().unwrap() + 0.05).abs() < 2e-3, "{found}");
     desk.write("rigid.toml", rig("\"rigid\""));
-    let fit = ["calibrate", "data/measurements.csv", "--whisker", "rigid.toml", "--fit", "c0", "--out", "d"];
-    let told = desk.run(&fit).exits(2).stderr;
-    assert!(told.contains("c0") && told.contains("0.054"), "{told}");
+    desk.refuses("calibrate data/measurements.csv --whisker rigid.toml --fit c0 --out d", &["c0", "0.054"]);
 }
 
 #[test]
 fn what_no_solid_can_have_is_refused() {
     let foil = "foil = { stiffness = 100, length = 6.3, width = 2.8 }";
-    let angle = "theta = 5";
-    for (foil, drive, model, words) in [
-        ("", angle, "[model]\nindentation = true", vec!["indentation", "pole_radius", "without bound"]),
-        ("", angle, "[model]\nsolid = true", vec!["indentation", "pole_radius"]),
-        ("", angle, "[model]\nclamp = 2", vec!["clamp", "2", "base diameters"]),
-        ("", angle, "[model]\nclamp = \"bonde\"", vec!["clamp", "bonde", "socket"]),
-        ("", angle, "[model]\nsection = 1", vec!["section", "distorting"]),
-        (
-            "",
-            angle,
-            "[model]\nindentation = true\npole_radius = 2\nextension = true\ncontact = \"stick\"",
-            vec!["friction needs"],
-        ),
-        (
-            "",
-            angle,
-            "[model]\nsection = \"distorting\"\nextension = true\ncontact = \"stick\"",
-            vec!["friction needs section"],
-        ),
-        ("", angle, "[model]\ngeometry = \"linear\"\nclamp = \"bonded\"", vec!["linear", "clamp"]),
-        (foil, angle, "[model]\ngeometry = \"linear\"", vec!["gauge.foil", "linear"]),
-        (foil, "theta = 5\ntilt = 10", "", vec!["gauge.foil", "upright"]),
-        (foil, angle, "[model]\nextension = true\ncontact = \"stick\"", vec!["gauge.foil", "friction"]),
-        ("foil = { stiffness = 0, length = 6.3, width = 2.8 }", angle, "", vec!["foil.stiffness", "N/mm"]),
-        ("foil = { stiffness = 3e9, length = 6.3, width = 2.8 }", angle, "", vec!["foil.stiffness", "N/mm"]),
-        ("foil = { stiffness = 100, length = 63, width = 2.8 }", angle, "", vec!["over the clamp"]),
-        ("foil = { stiffness = 100, width = 2.8 }", angle, "", vec!["length"]),
-        ("foil = \"KFGX\"", angle, "", vec!["KFGX", "KFGS-2-120"]),
-        ("foil = { thickness = 0.03, length = 6.3, width = 2.8 }", angle, "", vec!["modulus"]),
-        ("second = true", angle, "[model]\nsection = \"distorting\"", vec!["second", "one gauge"]),
-        ("", "theta = 5\nlean = 10", "[model]\nindentation = true\npole_radius = 2", vec!["upright"]),
+    let foil_of = |keys: &str| format!("foil = {{ {keys}, width = 2.8 }}");
+    let stick = "[model]\nextension = true\ncontact = \"stick\"";
+    let distorting = "[model]\nsection = \"distorting\"";
+    let refused = |gauge: &str, drive: &str, model: &str, words: &[&str]| {
+        let desk = Desk::new(&spec("0", "contact", gauge, drive, model));
+        desk.refuses("sweep spec.toml --out o", &[words, &["spec.toml"]].concat());
+    };
+    for (model, words) in [
+        ("[model]\nindentation = true", &["indentation", "pole_radius", "without bound"][..]),
+        ("[model]\nsolid = true", &["indentation", "pole_radius"]),
+        ("[model]\nclamp = 2", &["clamp", "2", "base diameters"]),
+        ("[model]\nclamp = \"bonde\"", &["clamp", "bonde", "socket"]),
+        ("[model]\nsection = 1", &["section", "distorting"]),
+        (&format!("{stick}\nindentation = true\npole_radius = 2"), &["friction needs"]),
+        (&stick.replace("[model]", distorting), &["friction needs section"]),
+        ("[model]\ngeometry = \"linear\"\nclamp = \"bonded\"", &["linear", "clamp"]),
     ] {
-        let desk = Desk::new(&spec("0", "contact", foil, drive, model));
-        let told = desk.run(&["sweep", "spec.toml", "--out", "o"]).exits(2).stderr;
-        for word in words.iter().chain(&["spec.toml"]) {
-            assert!(told.contains(word), "{foil} {model}: {word} is not in\n{told}");
-        }
+        refused("", "theta = 5", model, words);
     }
+    for (gauge, words) in [
+        (foil_of("stiffness = 0, length = 6.3"), &["foil.stiffness", "N/mm"][..]),
+        (foil_of("stiffness = 3e9, length = 6.3"), &["foil.stiffness", "N/mm"]),
+        (foil_of("stiffness = 100, length = 63"), &["over the clamp"]),
+        (foil_of("stiffness = 100"), &["length"]),
+        (foil_of("thickness = 0.03, length = 6.3"), &["modulus"]),
+        ("foil = \"KFGX\"".to_owned(), &["KFGX", "KFGS-2-120"]),
+    ] {
+        refused(&gauge, "theta = 5", "", words);
+    }
+    refused(foil, "theta = 5", "[model]\ngeometry = \"linear\"", &["gauge.foil", "linear"]);
+    refused(foil, "theta = 5\ntilt = 10", "", &["gauge.foil", "upright"]);
+    refused(foil, "theta = 5", stick, &["gauge.foil", "friction"]);
+    refused("second = true", "theta = 5", distorting, &["second", "one gauge"]);
+    refused("", "theta = 5\nlean = 10", "[model]\nindentation = true\npole_radius = 2", &["upright"]);
 }
 
 #[test]
@@ -362,14 +347,13 @@ fn a_gauge_inside_the_clamp_and_a_foil_that_no_whisker_wears_are_refused() {
             "wider than the skin",
         ),
     ] {
-        let ran = Desk::new(&spec(gauge, model)).run(&["sweep", "spec.toml", "--out", "out"]).exits(2);
-        assert!(ran.stderr.contains(place) && ran.stderr.contains(words), "{}", ran.stderr);
+        Desk::new(&spec(gauge, model)).refuses("sweep spec.toml --out out", &[place, words]);
     }
     let soft = "x_ss = 5\nl = 2\nfoil = { thickness = 0.03, modulus = 3, length = 6.3, width = 2.8 }";
-    let ran = Desk::new(&spec(soft, "")).run(&["sweep", "spec.toml", "--out", "out"]).exits(0);
+    let ran = Desk::new(&spec(soft, "")).ok("sweep spec.toml --out out");
     assert!(ran.stderr.contains("GPa"), "{}", ran.stderr);
     // A page has no foil: where that stands is said.
     let foil = "x_ss = 5\nl = 2\nfoil = \"KFGS-2-120\"";
-    let ran = Desk::new(&spec(foil, "")).run(&["explore", "spec.toml", "--out", "p.html"]).exits(2);
-    assert!(ran.stderr.contains("spec.toml:8: gauge.foil = \"KFGS-2-120\""), "{}", ran.stderr);
+    Desk::new(&spec(foil, ""))
+        .refuses("explore spec.toml --out p.html", &["spec.toml:8: gauge.foil = \"KFGS-2-120\""]);
 }

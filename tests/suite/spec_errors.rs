@@ -19,103 +19,95 @@ fn refused(text: &str, line: usize, key: &str, part: &str) {
     assert!(error.snippet.is_some());
 }
 
+/// Changes of a line, each refused with the number of a line, a key and a part of the message.
+#[track_caller]
+fn all_refused(changes: &[(&str, &str, usize, &str, &str)]) {
+    changes.iter().for_each(|(line, new, at, key, part)| refused(&with(line, new), *at, key, part));
+}
+
 #[test]
 fn names_of_sections_and_keys() {
-    refused(&with("D = 10.0", "DD = 10.0"), 3, "whisker.DD", "in [whisker]");
-    refused(&with("L_a = 96.0", "La = 96.0"), 5, "whisker.La", "did you mean L_a?");
-    refused(
-        &with("l = 2.0", "l = 2.0\nnoise-strain = 1e-5"),
-        9,
-        "gauge.noise-strain",
-        "did you mean noise_strain?",
-    );
-    refused(&with("D = 10.0", "D = 10.0\nx_ss = 3"), 4, "whisker.x_ss", "it belongs under [gauge]");
-    refused(&with("format = 1", "D = 10.0"), 1, "D", "it belongs under [whisker]");
-    refused(&with("[whisker]", "[wisker]"), 2, "wisker", "did you mean whisker?");
+    all_refused(&[
+        ("D = 10.0", "DD = 10.0", 3, "whisker.DD", "in [whisker]"),
+        ("L_a = 96.0", "La = 96.0", 5, "whisker.La", "did you mean L_a?"),
+        ("l = 2.0", "l = 2.0\nnoise-strain = 1e-5", 9, "gauge.noise-strain", "did you mean noise_strain?"),
+        ("D = 10.0", "D = 10.0\nx_ss = 3", 4, "whisker.x_ss", "it belongs under [gauge]"),
+        ("format = 1", "D = 10.0", 1, "D", "it belongs under [whisker]"),
+        ("[whisker]", "[wisker]", 2, "wisker", "did you mean whisker?"),
+        ("[model]", "[model]\nmaterial = { hook = 3.2 }", 13, "model.material.hook", "did you mean hooke?"),
+        ("a = [30", "a = { form = 1, to = 2, steps = 2 } #", 10, "tap.a.form", "did you mean from?"),
+        ("format = 1", "format = 2", 1, "format", "newer"),
+        ("format = 1", "format = 0", 1, "format", "too small"),
+    ]);
     refused("whisker = 3\n", 1, "whisker", "write [whisker]");
-    refused(
-        &with("[model]", "[model]\nmaterial = { hook = 3.2 }"),
-        13,
-        "model.material.hook",
-        "did you mean hooke?",
-    );
-    refused(
-        &with("a = [30", "a = { form = 1, to = 2, steps = 2 } #"),
-        10,
-        "tap.a.form",
-        "did you mean from?",
-    );
-    refused(&with("format = 1", "format = 2"), 1, "format", "newer");
-    refused(&with("format = 1", "format = 0"), 1, "format", "too small");
 }
 
 #[test]
 fn what_is_missing() {
-    refused(&with("D = 10.0", ""), 2, "whisker.D", "add a line such as D = ");
-    refused(&with("theta =", "# theta ="), 9, "tap.theta", "theta is missing from [tap]");
+    all_refused(&[
+        ("D = 10.0", "", 2, "whisker.D", "add a line such as D = "),
+        ("theta =", "# theta =", 9, "tap.theta", "theta is missing from [tap]"),
+        ("a = [30", "a = { from = 1, steps = 2 } #", 10, "tap.a", "to is missing"),
+        ("a = [30", "a = { from = 1, to = 2 } #", 10, "tap.a", "steps (the number of values) or step"),
+    ]);
     let error = parse("").unwrap_err();
     assert_eq!((error.line, error.key.as_deref()), (None, Some("whisker.D")));
     assert!(error.message.contains("[whisker] with D is missing"));
-    refused(&with("a = [30", "a = { from = 1, steps = 2 } #"), 10, "tap.a", "to is missing");
-    refused(
-        &with("a = [30", "a = { from = 1, to = 2 } #"),
-        10,
-        "tap.a",
-        "steps (the number of values) or step",
-    );
 }
 
 #[test]
 fn toml_that_is_none() {
-    refused(&with("D = 10.0", "D = 10.0 mm"), 3, "", "cannot be understood");
-    refused(&with("D = 10.0", "D = 10,0"), 3, "", "numbers without unit");
-    refused(&with("d = 4", "D = 4"), 4, "", "duplicate key");
-    refused(&with("[run]", "[run"), 15, "", "cannot be understood");
-    refused(&with("l = 2.0", "l = 2.0\nside = far"), 9, "", "words in quotes");
+    all_refused(&[
+        ("D = 10.0", "D = 10.0 mm", 3, "", "cannot be understood"),
+        ("D = 10.0", "D = 10,0", 3, "", "numbers without unit"),
+        ("d = 4", "D = 4", 4, "", "duplicate key"),
+        ("[run]", "[run", 15, "", "cannot be understood"),
+        ("l = 2.0", "l = 2.0\nside = far", 9, "", "words in quotes"),
+    ]);
 }
 
 #[test]
 fn numbers_of_the_wrong_kind() {
-    refused(&with("D = 10.0", "D = \"10 mm\""), 3, "whisker.D", "a number, without unit and quotes");
-    refused(&with("D = 10.0", "D = true"), 3, "whisker.D", "a number or an axis");
-    refused(&with("D = 10.0", "D = nan"), 3, "whisker.D", "finite");
-    refused(&with("D = 10.0", "D = inf"), 3, "whisker.D", "finite");
-    refused(&with("D = 10.0", "D = 1e999"), 3, "whisker.D", "finite");
-    refused(&with("D = 10.0", "D = [8, nan]"), 3, "whisker.D", "finite");
-    refused(&with("[30, 50, 70]", "[30,\n 50,\n \"70\"]"), 12, "tap.a", "without unit and quotes");
-    refused(
-        &with("D = 10.0", "D = -10.0"),
-        3,
-        "whisker.D",
-        "whisker.D = -10.0: this value is out of range (allowed: > 0 mm)",
-    );
-    refused(&with("D = 10.0", "D = 0"), 3, "whisker.D", "> 0 mm");
-    refused(&with("x_ss = 6.0", "x_ss = -0.1"), 7, "gauge.x_ss", "≥ 0 mm");
-    refused(&with("D = 10.0", "D = 10.0\nhub = -1"), 4, "whisker.hub", "≥ 0 mm");
-    refused(&with("steps = 3", "steps = 2.5"), 11, "tap.theta.steps", "whole number");
-    refused(&with("steps = 3", "steps = -3"), 11, "tap.theta.steps", "too small");
-    refused(&with("steps = 3", "steps = 0"), 11, "tap.theta.steps", "too small");
+    all_refused(&[
+        ("D = 10.0", "D = \"10 mm\"", 3, "whisker.D", "a number, without unit and quotes"),
+        ("D = 10.0", "D = true", 3, "whisker.D", "a number or an axis"),
+        ("D = 10.0", "D = nan", 3, "whisker.D", "finite"),
+        ("D = 10.0", "D = inf", 3, "whisker.D", "finite"),
+        ("D = 10.0", "D = 1e999", 3, "whisker.D", "finite"),
+        ("D = 10.0", "D = [8, nan]", 3, "whisker.D", "finite"),
+        ("[30, 50, 70]", "[30,\n 50,\n \"70\"]", 12, "tap.a", "without unit and quotes"),
+        (
+            "D = 10.0",
+            "D = -10.0",
+            3,
+            "whisker.D",
+            "whisker.D = -10.0: this value is out of range (allowed: > 0 mm)",
+        ),
+        ("D = 10.0", "D = 0", 3, "whisker.D", "> 0 mm"),
+        ("x_ss = 6.0", "x_ss = -0.1", 7, "gauge.x_ss", "≥ 0 mm"),
+        ("D = 10.0", "D = 10.0\nhub = -1", 4, "whisker.hub", "≥ 0 mm"),
+        ("steps = 3", "steps = 2.5", 11, "tap.theta.steps", "whole number"),
+        ("steps = 3", "steps = -3", 11, "tap.theta.steps", "too small"),
+        ("steps = 3", "steps = 0", 11, "tap.theta.steps", "too small"),
+    ]);
 }
 
 #[test]
 fn axes() {
-    refused(&with("[30, 50, 70]", "[]"), 10, "tap.a", "list is empty");
-    refused(&with("from = 2, to = 4", "from = 4, to = 2"), 11, "tap.theta.to", "from is larger than to");
-    refused(&with("steps = 3", "step = 0"), 11, "tap.theta.step", "larger than zero");
-    refused(&with("steps = 3", "step = -1"), 11, "tap.theta.step", "larger than zero");
-    refused(&with("steps = 3", "steps = 1"), 11, "tap.theta.steps", "both ends");
-    refused(&with("steps = 3", "steps = 3, step = 1"), 11, "tap.theta.step", "contradict");
-    refused(&with("steps = 3", "step = 1, scale = \"log\""), 11, "tap.theta.step", "needs steps");
-    refused(&with("steps = 3", "steps = 3, scale = \"logarithmic\""), 11, "tap.theta.scale", "\"log\"");
-    refused(&with("steps = 3", "steps = 3, seed = 1"), 11, "tap.theta.seed", "belongs to samples");
+    all_refused(&[
+        ("[30, 50, 70]", "[]", 10, "tap.a", "list is empty"),
+        ("from = 2, to = 4", "from = 4, to = 2", 11, "tap.theta.to", "from is larger than to"),
+        ("steps = 3", "step = 0", 11, "tap.theta.step", "larger than zero"),
+        ("steps = 3", "step = -1", 11, "tap.theta.step", "larger than zero"),
+        ("steps = 3", "steps = 1", 11, "tap.theta.steps", "both ends"),
+        ("steps = 3", "steps = 3, step = 1", 11, "tap.theta.step", "contradict"),
+        ("steps = 3", "step = 1, scale = \"log\"", 11, "tap.theta.step", "needs steps"),
+        ("steps = 3", "steps = 3, scale = \"logarithmic\"", 11, "tap.theta.scale", "\"log\""),
+        ("steps = 3", "steps = 3, seed = 1", 11, "tap.theta.seed", "belongs to samples"),
+        ("theta = { from = 2, to = 4", "theta = { from = 2, to = 90", 11, "tap.theta.to", "90 degrees"),
+    ]);
     let log = "{ from = 0, to = 5, steps = 3, scale = \"log\" }";
     refused(&with("x_ss = 6.0", &format!("x_ss = {log}")), 7, "gauge.x_ss.from", "logarithmic");
-    refused(
-        &with("theta = { from = 2, to = 4", "theta = { from = 2, to = 90"),
-        11,
-        "tap.theta.to",
-        "90 degrees",
-    );
     parse(&with("theta = { from = 2, to = 4, steps = 3", "theta = { from = 0.5, to = 90, step = 1")).unwrap();
     let many = "{ from = 1, to = 2, steps = 9007199254740991 }";
     let text = with("D = 10.0", &format!("D = {many}")).replace("d = 4", &format!("d = {many}"));
@@ -144,13 +136,15 @@ fn sampled_axes() {
 
 #[test]
 fn values_that_no_tuple_can_satisfy() {
-    refused(&with("x_ss = 6.0", "x_ss = 95.0"), 7, "gauge.x_ss", "x_ss + l = 95 + 2 mm");
-    refused(&with("x_ss = 6.0", "x_ss = [6, 95]"), 7, "gauge.x_ss", "gauge.x_ss = 95");
-    refused(&with("x_ss = 6.0", "x_ss = { from = 6, to = 95, steps = 90 }"), 7, "gauge.x_ss.to", "95 + 2 mm");
-    refused(&with("l = 2.0", "l = [2, 91]"), 8, "gauge.l", "gauge.l = 91");
-    refused(&with("70]", "97]"), 10, "tap.a", "tap.a = 97: the whisker is too short");
+    all_refused(&[
+        ("x_ss = 6.0", "x_ss = 95.0", 7, "gauge.x_ss", "x_ss + l = 95 + 2 mm"),
+        ("x_ss = 6.0", "x_ss = [6, 95]", 7, "gauge.x_ss", "gauge.x_ss = 95"),
+        ("x_ss = 6.0", "x_ss = { from = 6, to = 95, steps = 90 }", 7, "gauge.x_ss.to", "95 + 2 mm"),
+        ("l = 2.0", "l = [2, 91]", 8, "gauge.l", "gauge.l = 91"),
+        ("70]", "97]", 10, "tap.a", "tap.a = 97: the whisker is too short"),
+        ("L_a = 96.0", "L_a = [96, 29]", 5, "whisker.L_a", "shorter than the smallest a, 30 mm"),
+    ]);
     refused(&with("70]", "97]\n").replace("L_a = 96.0", "L_a = [80, 90]"), 10, "tap.a", "a ≤ 90 mm");
-    refused(&with("L_a = 96.0", "L_a = [96, 29]"), 5, "whisker.L_a", "shorter than the smallest a, 30 mm");
     let text = with("L_a = 96.0", "L_a = [96, 29]").replace("[30", "[20").replace("x_ss = 6.0", "x_ss = 28");
     refused(&text, 5, "whisker.L_a", "shorter than the smallest x_ss + l, 28 + 2 mm");
     let sampled = "{ min = 95, max = 99, samples = 8 }";
@@ -164,9 +158,11 @@ fn values_that_no_tuple_can_satisfy() {
 
 #[test]
 fn drives() {
-    refused(&with("[tap]", "[tap]\ndrive = \"displacement\""), 12, "tap.theta", "theta has no meaning");
-    refused(&with("[tap]", "[tap]\ndelta = 1.0"), 10, "tap.delta", "drive = \"displacement\"");
-    refused(&with("[tap]", "[tap]\ndrive = \"force\""), 10, "tap.drive", "\"angle\", \"displacement\"");
+    all_refused(&[
+        ("[tap]", "[tap]\ndrive = \"displacement\"", 12, "tap.theta", "theta has no meaning"),
+        ("[tap]", "[tap]\ndelta = 1.0", 10, "tap.delta", "drive = \"displacement\""),
+        ("[tap]", "[tap]\ndrive = \"force\"", 10, "tap.drive", "\"angle\", \"displacement\""),
+    ]);
     let moved = |delta: &str| with("theta = {", &format!("drive = \"displacement\"\ndelta = {delta} # {{"));
     refused(&moved("0"), 12, "tap.delta", "> 0 mm");
     let spec = parse(&moved("120")).unwrap();

@@ -1,7 +1,9 @@
 //! Strokes: readings at growing drive, told as one curve with its touch.
 
+use std::sync::LazyLock;
+
 use crate::common::measuring::{REAL, TAPS, prototype};
-use crate::common::program::Desk;
+use crate::common::program::{Desk, Kept};
 use crate::common::sweeping::{Row, Table, number};
 
 /// Strokes of 0.4 … 8 degrees at six distances, simulated as taps.
@@ -9,18 +11,21 @@ const FINE: &str = "[tap]\na = [30, 32, 35, 38, 41, 45]\ntheta = { from = 0.4, t
 const NOISE: f64 = 2e-5;
 
 fn desk() -> Desk {
-    let spec = |taps: &str| prototype(4.0, &["noise_strain = 2e-5\n", taps, REAL]);
-    let desk = Desk::new(&spec(TAPS));
-    desk.write("fine.toml", spec(FINE));
-    desk.run(&["simulate", "spec.toml", "--out", "sim", "--seed", "5"]).exits(0);
-    desk.run(&["calibrate", "sim/measurements.csv", "--whisker", "spec.toml", "--out", "cal"]).exits(0);
-    desk.run(&["simulate", "fine.toml", "--out", "new", "--seed", "11"]).exits(0);
-    desk
+    static MADE: LazyLock<Kept> = LazyLock::new(|| {
+        let spec = |taps: &str| prototype(4.0, &["noise_strain = 2e-5\n", taps, REAL]);
+        let desk = Desk::new(&spec(TAPS));
+        desk.write("fine.toml", spec(FINE));
+        desk.ok("simulate spec.toml --out sim --seed 5");
+        desk.ok("calibrate sim/measurements.csv --whisker spec.toml --out cal");
+        desk.ok("simulate fine.toml --out new --seed 11");
+        desk.keep()
+    });
+    MADE.desk()
 }
 
 /// Distance, drive and strain of the fine taps, stroke after stroke.
 fn taps(desk: &Desk) -> Vec<[f64; 3]> {
-    let table = Table::read(&desk.path("new/measurements.csv"));
+    let table = desk.table("new/measurements.csv");
     let mut all: Vec<[f64; 3]> =
         table.rows.iter().map(|row| ["a_mm", "theta_deg", "strain"].map(|c| of(row, c))).collect();
     all.retain(|tap| tap[1] > 0.0);
@@ -67,8 +72,8 @@ fn strokes_tell_touch_and_distance() {
     let desk = desk();
     let cal = "cal/calibration.toml";
     desk.write("strokes.csv", strokes(&desk, false, &|_, _, y| y));
-    desk.run(&["locate", cal, "strokes.csv", "--strokes", "--out", "out"]).exits(0);
-    let table = Table::read(&desk.path("out/located.csv"));
+    desk.ok(format!("locate {cal} strokes.csv --strokes --out out"));
+    let table = desk.table("out/located.csv");
     let told = last(&table);
     assert_eq!(told.len(), 6);
     let mut inside = 0;
@@ -107,8 +112,8 @@ fn strokes_that_fit_no_curve_say_so() {
         _ => y,
     };
     desk.write("strokes.csv", strokes(&desk, true, &spoil));
-    desk.run(&["locate", cal, "strokes.csv", "--strokes", "--out", "out"]).exits(0);
-    let table = Table::read(&desk.path("out/located.csv"));
+    desk.ok(format!("locate {cal} strokes.csv --strokes --out out"));
+    let table = desk.table("out/located.csv");
     assert_eq!(table.columns.iter().filter(|c| c.as_str() == "stroke").count(), 1);
     let told = last(&table);
     let words: Vec<&str> = told.iter().map(|row| row["stroke_status"].as_str()).collect();
@@ -122,9 +127,9 @@ fn strokes_that_fit_no_curve_say_so() {
     let own: Vec<&str> = lines[1..].iter().copied().filter(|line| line.ends_with(",0")).collect();
     let there_and_back = own.iter().chain(own.iter().rev().skip(1)).map(|line| format!("{line}\n"));
     desk.write("back.csv", format!("{}\n{}", lines[0], there_and_back.collect::<String>()));
-    let ran = desk.run(&["locate", cal, "back.csv", "--strokes", "--out", "b"]).exits(0);
+    let ran = desk.ok(format!("locate {cal} back.csv --strokes --out b"));
     assert!(ran.stderr.contains("the drive falls"), "{}", ran.stderr);
-    let back = Table::read(&desk.path("b/located.csv"));
+    let back = desk.table("b/located.csv");
     assert_eq!(back.rows[own.len()]["stroke_distance_mm"], "");
     assert_eq!(back.rows[own.len() - 1]["stroke_distance_mm"], told[0]["stroke_distance_mm"]);
     // A logger that is faster than its sensor, a drive that jitters, and a touch before drive 0 change nothing that matters.
@@ -157,11 +162,9 @@ fn strokes_that_fit_no_curve_say_so() {
     assert!(answers.lines().last().unwrap().ends_with("outside_calibration"), "{answers}");
     // Nothing at all, and flags that do not go together.
     desk.write("none.csv", "theta_deg,strain\n");
-    desk.run(&["locate", cal, "none.csv", "--strokes", "--out", "e"]).exits(2);
-    desk.run(&["locate", cal, "strokes.csv", "--strokes", "--same", "--out", "e"]).exits(2);
-    let ran =
-        desk.run(&["locate", cal, "strokes.csv", "--strokes", "--estimator", "paper", "--out", "f"]).exits(2);
-    assert!(ran.stderr.contains("--strokes"), "{}", ran.stderr);
+    desk.refuses(format!("locate {cal} none.csv --strokes --out e"), &[]);
+    desk.refuses(format!("locate {cal} strokes.csv --strokes --same --out e"), &[]);
+    desk.refuses(format!("locate {cal} strokes.csv --strokes --estimator paper --out f"), &["--strokes"]);
 }
 
 #[test]
@@ -170,7 +173,7 @@ fn zero_friction_and_tilt_of_a_stroke_may_be_free() {
     let cal = "cal/calibration.toml";
     let ask = |file: &str, more: &[&str]| {
         desk.run(&[&["locate", cal, file, "--strokes", "--out", "out", "--force"], more].concat()).exits(0);
-        let table = Table::read(&desk.path("out/located.csv"));
+        let table = desk.table("out/located.csv");
         last(&table).into_iter().cloned().collect::<Vec<Row>>()
     };
     let width = |row: &Row| of(row, "to_68_mm") - of(row, "from_68_mm");
@@ -198,14 +201,10 @@ fn zero_friction_and_tilt_of_a_stroke_may_be_free() {
     for (bad, said) in
         [("rough", "rough"), ("tilt=60", "30"), ("friction", "friction=SD"), ("tilt=-1", "> 0")]
     {
-        let ran = desk.run(&["locate", cal, "strokes.csv", "--strokes", "--free", bad]).exits(2);
-        assert!(ran.stderr.contains(said), "{}", ran.stderr);
+        desk.refuses(format!("locate {cal} strokes.csv --strokes --free {bad}"), &[said]);
     }
-    desk.run(&["locate", cal, "strokes.csv", "--free", "zero"]).exits(2);
+    desk.refuses(format!("locate {cal} strokes.csv --free zero"), &[]);
     // Nothing is known of the whisker.
-    desk.run(&["calibrate", "sim/measurements.csv", "--out", "alone"]).exits(0);
-    let ran = desk
-        .run(&["locate", "alone/calibration.toml", "strokes.csv", "--strokes", "--free", "tilt=5"])
-        .exits(2);
-    assert!(ran.stderr.contains("--whisker"), "{}", ran.stderr);
+    desk.ok("calibrate sim/measurements.csv --out alone");
+    desk.refuses("locate alone/calibration.toml strokes.csv --strokes --free tilt=5", &["--whisker"]);
 }

@@ -1,7 +1,7 @@
 //! What a sweep says on the terminal: the best rows of all by the column that ranks, and which error is which.
 
 use crate::common::program::{Desk, SPEC};
-use crate::common::sweeping::{Table, number};
+use crate::common::sweeping::number;
 
 /// Lines of the table of best rows, its title and its header first.
 fn best(stdout: &str) -> Vec<&str> {
@@ -24,7 +24,7 @@ fn many(output: &str) -> String {
 
 /// The eight smallest of `name` in designs.csv.
 fn smallest(desk: &Desk, name: &str) -> Vec<f64> {
-    let rows = Table::read(&desk.path("out/designs.csv")).rows;
+    let rows = desk.table("out/designs.csv").rows;
     let mut all: Vec<f64> = rows.iter().filter_map(|row| number(row, name)).collect();
     all.sort_by(f64::total_cmp);
     all.truncate(8);

@@ -1,7 +1,7 @@
 //! `vibrissa tap`: the optimum against a scan, and what limits it.
 
-use crate::common::program::Desk;
-use crate::common::sweeping::{CPU_F64, Table, number, sweep};
+use crate::common::program::{Desk, says};
+use crate::common::sweeping::{CPU_F64, sweep};
 use serde_json::Value;
 
 const WHISKER: &str = "[whisker]\nD = 9\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n";
@@ -13,7 +13,6 @@ fn tap(text: &str, more: &[&str]) -> (Desk, Value) {
     (desk, json["result"].clone())
 }
 
-/// Optimum and value equal those of a scan in steps of 0.001°.
 #[test]
 fn the_optimum_is_that_of_a_scan() {
     let models = [
@@ -48,24 +47,13 @@ fn the_optimum_is_that_of_a_scan() {
         let vertex = at + 0.02 * 0.5 * (left - right) / (left - 2.0 * mid + right);
         assert!((theta - vertex).abs() < 1e-4, "{model}: {theta} against {vertex}");
         assert_eq!(desk.names("found"), ["run.json", "tap.csv"]);
-        let curve = Table::read(&desk.path("found/tap.csv"));
-        let names = [
-            "theta_deg",
-            "K_mean",
-            "K_sd",
-            "bias_rms_mm",
-            "noise_rms_mm",
-            "total_rms_mm",
-            "strain_max",
-            "error_rms_mm",
-            "status",
-        ];
-        assert_eq!(curve.columns, names);
+        let curve = desk.table("found/tap.csv");
+        let names =
+            "theta_deg,K_mean,K_sd,bias_rms_mm,noise_rms_mm,total_rms_mm,strain_max,error_rms_mm,status";
+        assert_eq!(curve.columns.join(","), names);
         assert!(curve.rows.len() > 500);
-        assert_eq!(
-            (number(&curve.rows[0], "theta_deg"), number(curve.rows.last().unwrap(), "theta_deg")),
-            (Some(0.1), Some(10.0))
-        );
+        let tapped = curve.column("theta_deg");
+        assert_eq!((tapped[0], tapped[tapped.len() - 1]), ("0.1", "10"));
         assert!(curve.numbers("total_rms_mm").iter().all(|t| t.unwrap() >= total));
     }
 }
@@ -73,35 +61,31 @@ fn the_optimum_is_that_of_a_scan() {
 #[test]
 fn it_says_what_limits_the_angle() {
     let spec = |noise: &str, more: &str| format!("{WHISKER}noise_strain = {noise}\n{more}[tap]\n{DISTANCES}");
-    let word = |text: &str, more: &[&str]| {
+    let check = |text: &str, more: &[&str], by: &str, bound: Option<f64>| {
         let (_, r) = tap(text, more);
-        (
-            r["limited_by"].as_str().unwrap().to_owned(),
-            r["at_bound"].as_bool().unwrap(),
-            r["optimum"]["theta_deg"].as_f64().unwrap(),
-            r,
-        )
+        assert_eq!((&r["limited_by"], &r["at_bound"]), (&by.into(), &bound.is_some().into()), "{text}");
+        assert!(bound.is_none_or(|theta| r["optimum"]["theta_deg"] == theta), "{r}");
+        r
     };
-    let (by, at_bound, _, r) = word(&spec("15e-6", ""), &[]);
-    assert_eq!((by.as_str(), at_bound), ("noise", false));
+    let r = check(&spec("15e-6", ""), &[], "noise", None);
     assert_eq!(r["optimum"], r["unconstrained"]);
     // Without noise the smallest angle is best.
-    let (by, at_bound, theta, _) = word(&spec("0", ""), &[]);
-    assert_eq!((by.as_str(), at_bound, theta), ("bound", true, 0.1));
-    let (by, at_bound, theta, _) = word(&spec("15e-6", ""), &["--objective", "sd"]);
-    assert_eq!((by.as_str(), at_bound, theta), ("bound", true, 0.1));
+    check(&spec("0", ""), &[], "bound", Some(0.1));
+    check(&spec("15e-6", ""), &["--objective", "sd"], "bound", Some(0.1));
     // A tight strain limit ends the way to the same optimum as before.
-    let (by, at_bound, theta, r) = word(&spec("15e-6", "strain_limit = 0.02\n"), &[]);
-    assert_eq!((by.as_str(), at_bound), ("strain_limit", false));
-    let free = r["unconstrained"]["theta_deg"].as_f64().unwrap();
+    let r = check(&spec("15e-6", "strain_limit = 0.02\n"), &[], "strain_limit", None);
+    let [free, theta] = ["unconstrained", "optimum"].map(|which| r[which]["theta_deg"].as_f64().unwrap());
     let strain = r["optimum"]["strain_max"].as_f64().unwrap();
     assert!(theta < free && (free - 3.6814).abs() < 1e-3 && strain <= 0.02 && strain > 0.02 * (1.0 - 1e-8));
     // A loud gauge wants the largest angle.
-    let (by, at_bound, theta, _) = word(&(spec("1e-3", "") + "theta = [0.5, 4]\n"), &[]);
-    assert_eq!((by.as_str(), at_bound, theta), ("bound", true, 4.0));
+    check(&(spec("1e-3", "") + "theta = [0.5, 4]\n"), &[], "bound", Some(4.0));
     // An effect that the theory lacks biases at every angle.
-    let (by, ..) = word(&(spec("15e-6", "") + "[model]\nsurface = true\n"), &[]);
-    assert_eq!(by, "bias");
+    let (_, r) = tap(&(spec("15e-6", "") + "[model]\nsurface = true\n"), &[]);
+    assert_eq!(r["limited_by"], "bias");
+    // A displacement is chosen too.
+    let moved =
+        spec("15e-6", "").replace("[tap]\n", "[tap]\ndrive = \"displacement\"\n") + "delta = [0.1, 6]\n";
+    assert!(tap(&moved, &[]).1["optimum"]["delta_mm"].as_f64().unwrap() > 0.1);
 }
 
 /// In single precision, too, the bound is the number that was written.
@@ -117,17 +101,6 @@ fn an_optimum_at_a_bound_is_that_bound() {
             assert_eq!((theta, &result["at_bound"]), (bound, &true.into()), "d {d}, {precision}");
         }
     }
-}
-
-#[test]
-fn displacements_are_chosen_too() {
-    let (_, r) = tap(
-        &format!(
-            "{WHISKER}noise_strain = 15e-6\n[tap]\ndrive = \"displacement\"\n{DISTANCES}delta = [0.1, 6]\n"
-        ),
-        &[],
-    );
-    assert!(r["optimum"]["delta_mm"].as_f64().unwrap() > 0.1);
 }
 
 #[test]
@@ -150,7 +123,7 @@ fn specs_that_leave_no_choice_are_refused() {
     refused(&format!("{noisy}strain_limit = 1e-5\n[tap]\n{DISTANCES}"), &[], "gauge.strain_limit");
     refused(&format!("{noisy}[tap]\na = [6, 5.5]\n").replace("x_ss = 5", "x_ss = 8"), &[], "tap.a");
     let desk = Desk::new(&format!("{WHISKER}[tap]\n{DISTANCES}"));
-    desk.run(&["tap", "spec.toml", "--objective", "sd", "--quiet"]).exits(0);
+    desk.ok("tap spec.toml --objective sd --quiet");
 }
 
 /// The bias has one name, and scripts that read its other one still find it.
@@ -159,7 +132,7 @@ fn the_bias_is_read_by_both_of_its_names() {
     let text = format!("{WHISKER}noise_strain = 15e-6\n[tap]\n{DISTANCES}theta = [3, 4]\n");
     let (desk, result) = tap(&text, &[]);
     assert_eq!(result["optimum"]["error_rms_mm"], result["optimum"]["bias_rms_mm"]);
-    let curve = Table::read(&desk.path("found/tap.csv"));
+    let curve = desk.table("found/tap.csv");
     assert_eq!(curve.numbers("error_rms_mm"), curve.numbers("bias_rms_mm"));
     let ranked = |by: &str| {
         sweep(&format!("{text}[output]\ntop = 3\nby = \"{by}\"\n").replace("[3, 4]", "[3, 3.5, 4]"), CPU_F64)
@@ -173,10 +146,7 @@ fn the_reason_names_the_end_of_the_interval_and_what_is_so_by_construction() {
     let text = format!("{WHISKER}noise_strain = 15e-6\n[tap]\n{DISTANCES}theta = [1, 5]\n");
     // The noise of the exact estimator still falls at 5°.
     let paper = Desk::new(&text).run(&["tap", "spec.toml"]).exits(0).stdout;
-    assert!(
-        paper.contains("with --estimator exact it would be θ 5.0000°, where the interval ends:"),
-        "{paper}"
-    );
+    says(&paper, &["with --estimator exact it would be θ 5.0000°, where the interval ends:"]);
     assert!(paper.contains("(bias 0 by construction, noise"), "{paper}");
     let (_, result) = tap(&text, &[]);
     assert_eq!(result["other"]["at_bound"], true);
@@ -249,7 +219,7 @@ fn a_whisker_whose_taps_are_hard_has_an_answer_in_seconds() {
     for (base, place, best) in [("10.0", "24", 0.629), ("0.010", "5", 10.0)] {
         let desk = Desk::new(&soft(base, place));
         let begun = std::time::Instant::now();
-        let ran = desk.run(&["tap", "spec.toml", "--json", "--out", "found"]).exits(0);
+        let ran = desk.ok("tap spec.toml --json --out found");
         assert!(begun.elapsed().as_secs() < 120, "{:?}", begun.elapsed());
         let json = ran.json();
         let theta = json["result"]["optimum"]["theta_deg"].as_f64().expect("an angle");

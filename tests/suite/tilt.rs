@@ -2,14 +2,12 @@
 
 use std::collections::HashMap;
 
-use crate::common::cases::evaluate;
+use crate::common::cases::{evaluate, rows};
 use crate::common::sweeping::{CPU, CPU_F64, GPU, Place, REFERENCE};
 use vibrissa::chart::ranges::Wanted;
 use vibrissa::chart::reader::Reader;
-use vibrissa::design::{Design, amount, radians};
-use vibrissa::evaluate::{Evaluator, Outcome, Task};
-use vibrissa::physics::rod::{RodProblem, TiltedTap};
-use vibrissa::physics::taper::Taper;
+use vibrissa::design::Design;
+use vibrissa::evaluate::{Outcome, Task};
 use vibrissa::scene::sampler::Sampler;
 use vibrissa::scene::{Contact, Direction, Drive, Material, Setup, Side, Tuple};
 use vibrissa::status::Status;
@@ -30,11 +28,7 @@ struct Case {
 
 /// All rows of the file.
 fn cases() -> Vec<Case> {
-    let path = format!("{}/tests/data/tilt_cases.csv", crate::common::ROOT);
-    let mut reader =
-        csv::ReaderBuilder::new().comment(Some(b'#')).from_path(path).expect("the cases are there");
-    let case = |(i, row): (usize, Result<HashMap<String, String>, csv::Error>)| {
-        let row = row.expect("well formed");
+    let case = |(i, row): (usize, HashMap<String, String>)| {
         let get = |column: &str| row[column].parse::<f64>().unwrap_or(f64::NAN);
         let drive = if row["delta_mm"].is_empty() { Drive::Angle } else { Drive::Displacement };
         let rig = Setup { hub: get("hub_mm"), drive, ..Setup::default() };
@@ -46,20 +40,11 @@ fn cases() -> Vec<Case> {
             "neo" => rig.material(Material::NeoHookean(3.2)).surface().shear().extension(),
             other => panic!("no configuration {other}"),
         };
+        let columns =
+            ["D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm", "a_mm", "tilt_deg", "lean_deg", drive.column()];
         Case {
             line: i + 3,
-            tuple: Tuple {
-                D: get("D_mm"),
-                d: get("d_mm"),
-                L_a: get("L_a_mm"),
-                x_ss: get("x_ss_mm"),
-                l: get("l_mm"),
-                a: get("a_mm"),
-                tilt: get("tilt_deg"),
-                lean: get("lean_deg"),
-                drive: get(drive.column()),
-                rig: 0,
-            },
+            tuple: Tuple::from_array(columns.map(get)),
             setup,
             strain: get("strain"),
             strain_2: get("strain_2"),
@@ -69,26 +54,7 @@ fn cases() -> Vec<Case> {
             slide: get("slide_mm"),
         }
     };
-    reader.deserialize().enumerate().map(case).collect()
-}
-
-/// What the reference rod says of `case` for a pole of `direction`.
-fn reference(case: &Case, direction: Direction) -> TiltedTap {
-    let Tuple { D, d, L_a, x_ss, l, a, drive, .. } = case.tuple;
-    let taper = Taper::new(D, d, L_a);
-    let problem = RodProblem {
-        taper,
-        gauge: taper.gauge(x_ss, l),
-        side: case.setup.gauge.side,
-        distance: a,
-        hub: case.setup.hub,
-        drive: case.setup.drive,
-        amount: amount(case.setup.drive, drive),
-        foil: None,
-        body: None,
-        model: &case.setup.model,
-    };
-    problem.solve_tilted(radians(direction)).expect("it converges")
+    rows("tilt_cases").into_iter().enumerate().map(case).collect()
 }
 
 /// Errors of strains, azimuth (rad), force, arc and slide: of strains relative to the larger, of slide and arc to the arc.
@@ -112,22 +78,6 @@ fn told(worst: &[f64]) -> String {
     QUANTITIES.iter().zip(worst).map(|(name, worst)| format!("{name} {worst:.1e} ")).collect()
 }
 
-#[test]
-fn the_reference_is_right_about_tilted_poles() {
-    let cases = cases();
-    assert_eq!(cases.len(), 56);
-    let mut worst = [0.0f64; 6];
-    for case in &cases {
-        let one = reference(case, case.tuple.direction());
-        let found =
-            [one.tap.strain, one.strain_2, one.azimuth, one.tap.normal_force, one.tap.contact_arc, one.slide];
-        let found = errors(case, found);
-        assert!(found.iter().all(|e| *e <= 1e-8), "line {}: {found:?}", case.line);
-        worst = std::array::from_fn(|k| worst[k].max(found[k]));
-    }
-    println!("{}", told(&worst));
-}
-
 /// Values of an outcome in the order of [`QUANTITIES`].
 fn values(o: &Outcome) -> [f64; 6] {
     [o.strain, o.strain_2, o.azimuth, o.normal_force, o.arc, o.slide]
@@ -140,8 +90,9 @@ fn one(setup: &Setup, place: Place, tuple: Tuple) -> Outcome {
 
 /// All cases by a backend, with two gauges.
 fn agrees_with_another_code(place: Place, bound: f64) {
-    let mut worst = [0.0f64; 6];
-    for case in &cases() {
+    let (mut worst, cases) = ([0.0f64; 6], cases());
+    assert_eq!(cases.len(), 56);
+    for case in &cases {
         let mut setup = case.setup.clone();
         setup.gauge.second = true;
         let outcome = one(&setup, place, case.tuple);
@@ -161,23 +112,10 @@ fn agrees_with_another_code(place: Place, bound: f64) {
 }
 
 #[test]
-fn the_reference_answers_tilted_taps() {
-    agrees_with_another_code(REFERENCE, 1e-8);
-}
-
-#[test]
-fn cpu_f32_answers_tilted_taps() {
-    agrees_with_another_code(CPU, 1e-5);
-}
-
-#[test]
-fn cpu_f64_answers_tilted_taps() {
-    agrees_with_another_code(CPU_F64, 2e-8);
-}
-
-#[test]
-fn gpu_f32_answers_tilted_taps() {
-    agrees_with_another_code(GPU, 1e-5);
+fn every_backend_answers_tilted_taps() {
+    for (place, bound) in [(REFERENCE, 1e-8), (CPU, 1e-5), (CPU_F64, 2e-8), (GPU, 1e-5)] {
+        agrees_with_another_code(place, bound);
+    }
 }
 
 fn rigs() -> [Setup; 5] {
@@ -255,7 +193,6 @@ fn tiny_tilts_are_no_singularity() {
     }
 }
 
-/// What sticks on the centreline stays in the plane of rotation: an upright pole's tap, whatever the direction.
 #[test]
 fn sticking_contacts_do_not_know_the_tilt() {
     let mut setup = Setup::default().shear().extension().contact(Contact::Stick);
@@ -271,7 +208,6 @@ fn sticking_contacts_do_not_know_the_tilt() {
     }
 }
 
-/// Without tilt and second gauge every bit is that of a planar tap; a second gauge changes none of the first's.
 #[test]
 fn a_second_gauge_leaves_the_first_as_it_is() {
     for place in [CPU, CPU_F64, REFERENCE] {
@@ -293,7 +229,6 @@ fn a_second_gauge_leaves_the_first_as_it_is() {
     }
 }
 
-/// Tilted taps of wide ranges on the kernels, against the reference.
 #[test]
 fn random_tilted_taps_keep_the_tolerance() {
     let unit = |k: u32, i: u32| f64::from(Sampler::Random.coordinate(5, k, i)) / 2f64.powi(32);
@@ -385,7 +320,6 @@ fn lab(setup: &Setup, n: u32) -> (Vec<f64>, Vec<Direction>, Wanted, Vec<Tuple>) 
     (distances, directions, wanted, tuples)
 }
 
-/// Taps against poles of a chart's direction are read from it.
 #[test]
 fn charts_hold_tilted_taps() {
     for mut setup in rigs() {
@@ -420,48 +354,6 @@ fn charts_hold_tilted_taps() {
             let upright: Vec<Task> =
                 tasks.iter().map(|t| Task { direction: Direction::UPRIGHT, ..*t }).collect();
             assert!(reader.read(&setup, &designs, &upright).iter().all(Option::is_none));
-        }
-    }
-}
-
-/// What a tilt costs where it is read and where it is solved, relative to upright poles (`cargo test --test suite what_a_tilt_costs -- --ignored --nocapture`).
-#[test]
-#[ignore = "a measurement"]
-fn what_a_tilt_costs() {
-    let timed = |f: &mut dyn FnMut()| {
-        let start = std::time::Instant::now();
-        f();
-        start.elapsed().as_secs_f64()
-    };
-    for mut setup in rigs() {
-        let mut best = [[f64::INFINITY; 3]; 2];
-        for (k, second, upright) in [(0, false, true), (1, false, false), (2, true, false)] {
-            setup.gauge.second = second;
-            let (distances, directions, wanted, mut tuples) = lab(&setup, 60_000);
-            let directions = if upright { vec![Direction::UPRIGHT] } else { directions };
-            if upright {
-                tuples.iter_mut().for_each(|t| [t.tilt, t.lean] = [0.0; 2]);
-            }
-            let designs: Vec<Design> = tuples.iter().map(|t| Design::new(&setup, *t)).collect();
-            let tasks: Vec<Task> = tuples.iter().zip(0..).map(|(t, i)| Task::of(i, t)).collect();
-            let reader = Reader::new(&setup, (&distances, &directions), &wanted, 1e-5).expect("solved");
-            for _ in 0..5 {
-                if let Some(reader) = &reader {
-                    let seconds = timed(&mut || drop(reader.read(&setup, &designs, &tasks)));
-                    best[0][k] = best[0][k].min(seconds);
-                }
-                let mut solver = Evaluator::new(&setup, CPU.open(&setup));
-                let seconds = timed(&mut || drop(solver.run(&designs, &tasks).expect("it runs")));
-                best[1][k] = best[1][k].min(seconds);
-            }
-        }
-        for (way, [planar, tilted, both]) in ["read", "solved"].into_iter().zip(best) {
-            println!(
-                "{way}: upright {:.0} ns, tilted {:.2}, tilted with two gauges {:.2} times",
-                planar * 1e9 / 6e4,
-                tilted / planar,
-                both / planar
-            );
         }
     }
 }

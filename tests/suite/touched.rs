@@ -53,6 +53,39 @@ fn hidden(desk: &Desk, out: &str) -> PathBuf {
     all.into_iter().find(found).unwrap_or_default()
 }
 
+/// A result of two tables for `out`, written up to its end.
+fn written(out: &Path, forced: bool) -> Folder {
+    let question = Question::new("sweep", "spec", json!({}));
+    let mut folder = Folder::open(out, question, &["tuples.csv", "designs.csv"], forced).unwrap();
+    for name in ["tuples.csv", "designs.csv"] {
+        let mut file = folder.file(name).unwrap();
+        file.write(b"a,b\n1,2\n").unwrap();
+        file.close().unwrap();
+    }
+    folder.run_json(&json!({ "format": 1, "command": "sweep", "seconds": { "total": 0.0 } })).unwrap();
+    folder
+}
+
+#[test]
+fn what_a_first_run_could_not_place_does_not_hold_up_the_same_command() {
+    let desk = Desk::new(SPEC);
+    fs::create_dir(desk.path("out")).unwrap();
+    let folder = written(&desk.path("out"), false);
+    fs::write(hidden(&desk, "out").join("tuples.csv"), "mine").unwrap();
+    let error = folder.finish().unwrap_err().to_string();
+    assert!(error.contains("out/result-unplaced-"), "{error}");
+    desk.sweep(&["--out", "out"]).exits(0);
+    assert!(desk.names("out").iter().any(|name| name.starts_with("result-unplaced-")));
+    // A folder of another name is somebody else's.
+    fs::create_dir_all(desk.path("other/unplaced-results")).unwrap();
+    desk.sweep(&["--out", "other"]).exits(2);
+    // The hidden folder itself may be taken away.
+    let mut folder = written(&desk.path("new"), false);
+    fs::remove_dir_all(hidden(&desk, "new")).unwrap();
+    let error = folder.file("designs.csv").unwrap_err().to_string();
+    assert!(error.contains("the hidden folder of this run is gone"), "{error}");
+}
+
 /// Every command writes its result through the same folder.
 #[test]
 fn a_file_that_is_touched_before_it_has_its_final_name_is_no_result() {
@@ -62,15 +95,7 @@ fn a_file_that_is_touched_before_it_has_its_final_name_is_no_result() {
             desk.sweep(&["--out", "out"]).exits(0);
         }
         let before = (desk.names("out"), old.then(|| desk.whole("out")));
-        let question = Question::new("sweep", "spec", json!({}));
-        let mut folder =
-            Folder::open(&desk.path("out"), question, &["tuples.csv", "designs.csv"], old).unwrap();
-        for name in ["tuples.csv", "designs.csv"] {
-            let mut file = folder.file(name).unwrap();
-            file.write(b"a,b\n1,2\n").unwrap();
-            file.close().unwrap();
-        }
-        folder.run_json(&json!({ "format": 1, "command": "sweep", "seconds": { "total": 0.0 } })).unwrap();
+        let folder = written(&desk.path("out"), old);
         touch(&hidden(&desk, "out").join("tuples.csv"), what);
         let error = folder.finish().unwrap_err();
         assert!(error.exit_code() == 1 && error.to_string().contains(why), "{what}: {error}");
@@ -92,18 +117,8 @@ fn a_sweep_whose_table_is_removed_or_cut_while_it_runs_fails() {
     let large = SPEC.replace("d = [4, 7]", "d = { from = 4, to = 7, steps = 40_000 }");
     for (format, what) in [("csv", "removed"), ("csv", "cut"), ("parquet", "removed"), ("parquet", "cut")] {
         let desk = Desk::new(&format!("{large}[output]\nformat = \"{format}\"\n"));
-        let line = [
-            "sweep",
-            "spec.toml",
-            "--backend",
-            "cpu",
-            "--precision",
-            "f64",
-            "--out",
-            "out",
-            "--keep-every",
-            "3600",
-        ];
+        let line = "sweep spec.toml --backend cpu --precision f64 --out out --keep-every 3600";
+        let line: Vec<&str> = line.split(' ').collect();
         let table = || hidden(&desk, "out").join(format!("tuples.{format}"));
         let begin = || {
             let _ = fs::remove_dir_all(desk.path("out"));

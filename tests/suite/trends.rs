@@ -33,11 +33,3 @@ fn the_prototypes_behave_as_published() {
         }
     }
 }
-
-#[test]
-fn the_smallest_spread_is_sharp_in_single_precision() {
-    let (single, double) = (prototypes(CPU), prototypes(CPU_F64));
-    for (single, double) in single.iter().flatten().zip(double.iter().flatten()) {
-        assert!((single[1] / double[1] - 1.0).abs() < 1e-3, "{single:?} {double:?}");
-    }
-}

@@ -32,101 +32,98 @@ fn whisker([base, tip, length, place, grid, a]: [f64; 6], rest: &str) -> String 
     )
 }
 
+/// Changes of a line of a whole spec; the number and the key that the only warning begins with, and what it takes the number for.
 #[test]
-fn lengths_in_metres() {
-    doubted(
-        &with("D = 10.0", "D = 0.01"),
-        "whisker.toml:3: whisker.D = 0.01: ",
-        &["hair", "10 mm, written in metres"],
-    );
-    doubted(&with("d = 4", "d = 0.004"), "whisker.toml:4: whisker.d = 0.004: ", &["4 mm, written in metres"]);
-    doubted(&with("x_ss = 6.0", "x_ss = 0.006"), "whisker.toml:7: gauge.x_ss", &["6 mm, written in metres"]);
-    doubted(&with("l = 2.0", "l = 0.002"), "whisker.toml:8: gauge.l", &["2 mm, written in metres"]);
-    doubted(&with("[30, 50, 70]", "[0.03, 0.05, 0.07]"), "whisker.toml:10: tap.a = 0.03: ", &["30 mm"]);
-    doubted(&with("D = 10.0", "D = 10.0\nhub = 0.012"), "whisker.toml:4: whisker.hub", &["12 mm"]);
-    doubted(
-        &with("[estimate]", "[estimate]\nrange = [0.03, 0.07]"),
-        "whisker.toml:14: estimate.range",
-        &["30 mm"],
-    );
-    doubted(
-        &with("[model]", "[model]\npole_radius = 0.003"),
-        "whisker.toml:13: model.pole_radius",
-        &["3 mm"],
-    );
-    let push = with("theta = {", "drive = \"displacement\"\ndelta = 0.002 # {");
-    doubted(&push, "whisker.toml:12: tap.delta", &["2 mm, written in metres"]);
+fn numbers_of_another_unit_are_doubted() {
+    for (line, change, place, meant) in [
+        ("D = 10.0", "D = 0.01", "3: whisker.D = 0.01: ", "10 mm, written in metres"),
+        ("d = 4", "d = 0.004", "4: whisker.d = 0.004: ", "4 mm, written in metres"),
+        ("x_ss = 6.0", "x_ss = 0.006", "7: gauge.x_ss", "6 mm, written in metres"),
+        ("l = 2.0", "l = 0.002", "8: gauge.l", "2 mm, written in metres"),
+        ("[30, 50, 70]", "[0.03, 0.05, 0.07]", "10: tap.a = 0.03: ", "30 mm"),
+        ("D = 10.0", "+hub = 0.012", "4: whisker.hub", "12 mm"),
+        ("[estimate]", "+range = [0.03, 0.07]", "14: estimate.range", "30 mm"),
+        ("[model]", "+pole_radius = 0.003", "13: model.pole_radius", "3 mm"),
+        (
+            "theta = {",
+            "drive = \"displacement\"\ndelta = 0.002 # {",
+            "12: tap.delta",
+            "2 mm, written in metres",
+        ),
+        ("D = 10.0", "D = [10, 0.01]", "3: whisker.D = 0.01", "written in metres"),
+        ("D = 10.0", "D = { from = 0.008, to = 0.012, steps = 3 }", "3: whisker.D.from = 0.008", "metres"),
+        ("D = 10.0", "D = { min = 0.008, max = 0.012, samples = 4 }", "3: whisker.D.min = 0.008", "metres"),
+        ("D = 10.0", "D = 10000", "3: whisker.D", "10 mm, written in micrometres"),
+        ("L_a = 96.0", "L_a = 96000", "5: whisker.L_a", "96 mm, written in micrometres"),
+        ("d = 4", "d = 4000", "4: whisker.d", "4 mm, written in micrometres"),
+        (THETA, "0.05", "11: tap.theta = 0.05: ", "2.8648°, written in radians"),
+        (THETA, "{ from = 0.01, to = 0.1, steps = 3 }", "11: tap.theta.to", "5.7296°"),
+        // What stands beside the whisker is measured by it.
+        ("D = 10.0", "+hub = 5000", "4: whisker.hub", "5 mm, written in micrometres"),
+        ("[model]", "+pole_radius = 500", "13: model.pole_radius", "0.5 mm, written in micrometres"),
+        ("l = 2.0", "+factor = 221", "9: gauge.factor", "2.21, written in percent"),
+        ("l = 2.0", "+factor = 2.21e-6", "9: gauge.factor", "2.21, written in 1/microstrain"),
+        ("l = 2.0", "+factor = 0.00221", "9: gauge.factor", "2.21, written in 1/millistrain"),
+        ("[model]", "+material = { hooke = 3200000 }", "13: model.material", "3.2 MPa, written in pascals"),
+        (
+            "[model]",
+            "+material = { neo-hookean = 50000 }",
+            "13: model.material",
+            "0.05 MPa, written in pascals",
+        ),
+        ("[model]", "+material = { yeoh = [5e5, 0, 0] }", "13: ", "3 MPa, written in pascals"),
+        ("[model]", "+material = { neo-hookean = 3200 }", "13: ", "3.2 MPa, written in kPa"),
+        ("[model]", "+material = { hooke = 0.0032 }", "13: ", "3.2 MPa, written in GPa"),
+        ("l = 2.0", "+noise_strain = 0.015", "9: gauge.noise_strain", "1.5e-5, written in millistrain"),
+        ("l = 2.0", "+strain_limit = 5", "9: gauge.strain_limit", "0.05, written in percent"),
+        ("l = 2.0", "+strain_limit = 50000", "9: ", "0.05, written in microstrain"),
+        ("l = 2.0", "+noise_strain = 1e-13", "9: gauge.noise_strain", "less noise than any gauge"),
+    ] {
+        doubted(&changed(line, change), &format!("whisker.toml:{place}"), &[meant]);
+    }
+    doubted(&with("D = 10.0", "D = 0.01"), "whisker.toml:3", &["hair"]);
     // A rod of 30 mm and 300 mm, one or both in metres.
-    doubted(
-        &whisker([0.03, 12.0, 300.0, 6.0, 2.0, 150.0], "theta = 3\n"),
-        "whisker.toml:2: whisker.D",
-        &["30 mm"],
-    );
-    let all = doubts(&whisker([0.03, 0.012, 0.3, 0.006, 0.002, 0.15], "theta = 3\n"));
-    assert!(all.len() == 1 && all[0].contains("300 mm, written in metres"), "{all:?}");
+    let rod = whisker([0.03, 12.0, 300.0, 6.0, 2.0, 150.0], "theta = 3\n");
+    doubted(&rod, "whisker.toml:2: whisker.D", &["30 mm"]);
+    let all = whisker([0.03, 0.012, 0.3, 0.006, 0.002, 0.15], "theta = 3\n");
+    doubted(&all, "", &["300 mm, written in metres"]);
+}
+
+const THETA: &str = "{ from = 2, to = 4, steps = 3 }";
+
+/// The whole spec with `change` in place of `line`, or after it where it begins with +.
+fn changed(line: &str, change: &str) -> String {
+    let after = change.strip_prefix('+').map(|more| format!("{line}\n{more}"));
+    with(line, &after.unwrap_or_else(|| change.to_owned()))
 }
 
 #[test]
-fn every_form_of_an_axis_is_looked_at() {
-    for (axis, key) in [
-        ("[10, 0.01]", "whisker.D = 0.01"),
-        ("{ from = 0.008, to = 0.012, steps = 3 }", "whisker.D.from = 0.008"),
-        ("{ min = 0.008, max = 0.012, samples = 4 }", "whisker.D.min = 0.008"),
+fn numbers_of_the_right_unit_are_not_doubted() {
+    for (line, change) in [
+        // Small angles among others are a study of small angles.
+        (THETA, "[0.01, 0.1, 1.0]"),
+        ("D = 10.0", "+hub = 500"),
+        ("[model]", "+pole_radius = 200"),
+        ("l = 2.0", "+factor = 0.8"),
+        ("l = 2.0", "+factor = 2.21"),
+        ("l = 2.0", "+factor = 175"),
+        ("[model]", "+material = { hooke = 0.05 }"),
+        ("[model]", "+material = { neo-hookean = 0.05 }"),
+        ("[model]", "+material = { hooke = 10000 }"),
+        ("[model]", "+material = { hooke = 200000 }"),
+        ("[model]", "+material = { neo-hookean = 100 }"),
+        ("l = 2.0", "+noise_strain = 0"),
+        ("l = 2.0", "+noise_strain = 20e-6"),
+        ("l = 2.0", "+noise_strain = 1e-3"),
+        ("l = 2.0", "+strain_limit = 1.0"),
     ] {
-        doubted(&with("D = 10.0", &format!("D = {axis}")), "whisker.toml:3: ", &[key, "written in metres"]);
+        assert_eq!(doubts(&changed(line, change)), [""; 0], "{change}");
     }
-}
-
-#[test]
-fn lengths_in_micrometres() {
-    doubted(&with("D = 10.0", "D = 10000"), "whisker.toml:3: whisker.D", &["10 mm, written in micrometres"]);
-    doubted(
-        &with("L_a = 96.0", "L_a = 96000"),
-        "whisker.toml:5: whisker.L_a",
-        &["96 mm, written in micrometres"],
-    );
-    doubted(&with("d = 4", "d = 4000"), "whisker.toml:4: whisker.d", &["4 mm, written in micrometres"]);
-}
-
-#[test]
-fn angles_in_radians() {
-    let theta = |value: &str| with("{ from = 2, to = 4, steps = 3 }", value);
-    doubted(&theta("0.05"), "whisker.toml:11: tap.theta = 0.05: ", &["2.8648°, written in radians"]);
-    doubted(&theta("{ from = 0.01, to = 0.1, steps = 3 }"), "whisker.toml:11: tap.theta.to", &["5.7296°"]);
-    // Small angles among others are a study of small angles.
-    assert_eq!(doubts(&theta("[0.01, 0.1, 1.0]")), [""; 0]);
-}
-
-#[test]
-fn what_stands_beside_the_whisker_is_measured_by_it() {
-    let place = |line: &str, key: &str| with(line, &format!("{line}\n{key}"));
-    doubted(
-        &place("D = 10.0", "hub = 5000"),
-        "whisker.toml:4: whisker.hub",
-        &["5 mm, written in micrometres"],
-    );
-    doubted(
-        &place("[model]", "pole_radius = 500"),
-        "whisker.toml:13: model.pole_radius",
-        &["0.5 mm, written in micrometres"],
-    );
-    for (line, key) in [("D = 10.0", "hub = 500"), ("[model]", "pole_radius = 200")] {
-        assert_eq!(doubts(&place(line, key)), [""; 0], "{key}");
-    }
-}
-
-#[test]
-fn factors_of_no_gauge() {
-    let factor = |v: &str| with("l = 2.0", &format!("l = 2.0\nfactor = {v}"));
-    for (v, part) in [
-        ("221", "2.21, written in percent"),
-        ("2.21e-6", "2.21, written in 1/microstrain"),
-        ("0.00221", "2.21, written in 1/millistrain"),
-    ] {
-        doubted(&factor(v), "whisker.toml:9: gauge.factor", &[part]);
-    }
-    for v in ["0.8", "2.21", "175"] {
-        assert_eq!(doubts(&factor(v)), [""; 0], "{v}");
+    // More noise than strain: nothing sensible follows. Nor of less than nothing that counts.
+    for (noise, said) in [("15", "15 microstrain are 15e-6"), ("0.5", ""), ("1e-300", "0: none")] {
+        let error = parse(&changed("l = 2.0", &format!("+noise_strain = {noise}"))).expect_err(noise);
+        assert_eq!((error.line, error.key.as_deref()), (Some(9), Some("gauge.noise_strain")));
+        assert!(error.to_string().contains(said), "{error}");
     }
 }
 
@@ -134,8 +131,8 @@ fn factors_of_no_gauge() {
 fn a_calibration_is_doubted_as_its_spec_was() {
     let rig = prototype(10.0, &["[tap]\na = [21, 30, 40]\ntheta = [2, 4, 6]\n"]);
     let desk = Desk::new(&rig.replace("x_ss = 5", "x_ss = 5\nfactor = 221"));
-    desk.run(&["simulate", "spec.toml", "--out", "sim"]).exits(0);
-    desk.run(&["calibrate", "sim/measurements.csv", "--whisker", "spec.toml", "--out", "cal"]).exits(0);
+    desk.ok("simulate spec.toml --out sim");
+    desk.ok("calibrate sim/measurements.csv --whisker spec.toml --out cal");
     let run = desk.whole("cal");
     assert!(run["warnings"][0].as_str().is_some_and(|w| w.contains("gauge.factor")), "{run}");
     let ran = desk.pipe(&["locate", "cal/calibration.toml"], "4,0.02\n").exits(0);
@@ -146,90 +143,43 @@ fn a_calibration_is_doubted_as_its_spec_was() {
 }
 
 #[test]
-fn moduli_in_pascals_and_gigapascals() {
-    let material = |law: &str| with("[model]", &format!("[model]\nmaterial = {{ {law} }}"));
-    doubted(
-        &material("hooke = 3200000"),
-        "whisker.toml:13: model.material",
-        &["3.2 MPa, written in pascals"],
-    );
-    doubted(
-        &material("neo-hookean = 50000"),
-        "whisker.toml:13: model.material",
-        &["0.05 MPa, written in pascals"],
-    );
-    doubted(&material("yeoh = [5e5, 0, 0]"), "whisker.toml:13: ", &["3 MPa, written in pascals"]);
-    doubted(&material("neo-hookean = 3200"), "whisker.toml:13: ", &["3.2 MPa, written in kPa"]);
-    doubted(&material("hooke = 0.0032"), "whisker.toml:13: ", &["3.2 MPa, written in GPa"]);
-    for law in ["hooke = 0.05", "neo-hookean = 0.05", "hooke = 10000", "hooke = 200000", "neo-hookean = 100"]
-    {
-        assert_eq!(doubts(&material(law)), [""; 0], "{law}");
-    }
-}
-
-#[test]
-fn strains_in_percent_and_microstrain() {
-    let gauge = |key: &str| with("l = 2.0", &format!("l = 2.0\n{key}"));
-    doubted(&gauge("noise_strain = 0.015"), "whisker.toml:9: gauge.noise_strain", &["1.5e-5", "millistrain"]);
-    doubted(&gauge("strain_limit = 5"), "whisker.toml:9: gauge.strain_limit", &["0.05, written in percent"]);
-    doubted(&gauge("strain_limit = 50000"), "whisker.toml:9: ", &["0.05, written in microstrain"]);
-    for key in ["noise_strain = 0", "noise_strain = 20e-6", "noise_strain = 1e-3", "strain_limit = 1.0"] {
-        assert_eq!(doubts(&gauge(key)), [""; 0], "{key}");
-    }
-    // More noise than strain: nothing sensible follows.
-    let error = parse(&gauge("noise_strain = 15")).expect_err("a noise of 1500 %");
-    assert_eq!((error.line, error.key.as_deref()), (Some(9), Some("gauge.noise_strain")));
-    assert!(error.to_string().contains("15 microstrain are 15e-6"), "{error}");
-    parse(&gauge("noise_strain = 0.5")).unwrap_err();
-    // Less than nothing that counts; and less than any gauge has.
-    let error = parse(&gauge("noise_strain = 1e-300")).expect_err("a noise without variance");
-    assert!(error.line == Some(9) && error.to_string().contains("0: none"), "{error}");
-    doubted(
-        &gauge("noise_strain = 1e-13"),
-        "whisker.toml:9: gauge.noise_strain",
-        &["less noise than any gauge"],
-    );
-}
-
-#[test]
 fn absurd_numbers_are_refused() {
-    let beside = |line: &str, key: &str| with(line, &format!("{line}\n{key}"));
-    for (text, key) in [
-        (with("D = 10.0", "D = 1e300"), "whisker.D"),
-        (with("D = 10.0", "D = [10, 1e300]"), "whisker.D"),
-        (with("to = 4", "to = 1e300"), "tap.theta.to"),
-        (beside("D = 10.0", "hub = 1e300"), "whisker.hub"),
-        (beside("l = 2.0", "factor = 1e300"), "gauge.factor"),
-        (beside("l = 2.0", "strain_limit = 1e300"), "gauge.strain_limit"),
-        (beside("[estimate]", "K = 1e300"), "estimate.K"),
-        (beside("[estimate]", "range = [1, 1e300]"), "estimate.range"),
-        (beside("[model]", "material = { hooke = 1e300 }"), "model.material.hooke"),
-        (beside("[model]", "material = { yeoh = [1, 1e300, 0] }"), "model.material.yeoh"),
-        (beside("[model]", "extension = true\ncontact = { coulomb = 1e300 }"), "model.contact.coulomb"),
+    for (line, change, key) in [
+        ("D = 10.0", "D = 1e300", "whisker.D"),
+        ("D = 10.0", "D = [10, 1e300]", "whisker.D"),
+        ("to = 4", "to = 1e300", "tap.theta.to"),
+        ("D = 10.0", "+hub = 1e300", "whisker.hub"),
+        ("l = 2.0", "+factor = 1e300", "gauge.factor"),
+        ("l = 2.0", "+strain_limit = 1e300", "gauge.strain_limit"),
+        ("[estimate]", "+K = 1e300", "estimate.K"),
+        ("[estimate]", "+range = [1, 1e300]", "estimate.range"),
+        ("[model]", "+material = { hooke = 1e300 }", "model.material.hooke"),
+        ("[model]", "+material = { yeoh = [1, 1e300, 0] }", "model.material.yeoh"),
+        ("[model]", "+extension = true\ncontact = { coulomb = 1e300 }", "model.contact.coulomb"),
     ] {
-        let error = parse(&text).expect_err(key);
+        let error = parse(&changed(line, change)).expect_err(key);
         assert_eq!(error.key.as_deref(), Some(key), "{error}");
         assert!(error.line.is_some() && error.to_string().contains("1e300"), "{error}");
     }
     let desk = Desk::new(&SPEC.replace("D = 10", "D = 1e300"));
-    let ran = desk.sweep(&[]).exits(2);
-    assert!(ran.stderr.contains("whisker.D") && ran.stderr.contains("large"), "{}", ran.stderr);
+    desk.refuses("sweep spec.toml", &["whisker.D", "large"]);
 }
+
+const TAP: Tuple = Tuple {
+    D: 10.0,
+    d: 4.0,
+    L_a: 50.0,
+    x_ss: 5.0,
+    l: 2.0,
+    a: 30.0,
+    tilt: 0.0,
+    lean: 0.0,
+    drive: 4.0,
+    rig: 0,
+};
 
 #[test]
 fn taps_that_are_given_one_by_one_are_doubted_as_those_of_a_spec() {
-    const TAP: Tuple = Tuple {
-        D: 10.0,
-        d: 4.0,
-        L_a: 50.0,
-        x_ss: 5.0,
-        l: 2.0,
-        a: 30.0,
-        tilt: 0.0,
-        lean: 0.0,
-        drive: 4.0,
-        rig: 0,
-    };
     let said = |n: usize, tap: &(dyn Fn(usize) -> Tuple + Sync)| {
         let said = |ends| {
             spec::doubts_of_taps(Drive::Angle, n, ends, tap, |column| column.name(Drive::Angle).to_owned())
@@ -280,18 +230,7 @@ fn what_no_whisker_measures_is_no_geometry() {
     // A spec or a tuple file with it is refused; taps that are given as numbers have a status.
     for (drive, amount) in [(Drive::Angle, 4.0), (Drive::Displacement, 1.0)] {
         let setup = Setup { drive, ..Setup::default() };
-        let good = Tuple {
-            D: 10.0,
-            d: 4.0,
-            L_a: 50.0,
-            x_ss: 5.0,
-            l: 2.0,
-            a: 30.0,
-            tilt: 0.0,
-            lean: 0.0,
-            drive: amount,
-            rig: 0,
-        };
+        let good = Tuple { drive: amount, ..TAP };
         let wide = Tuple { D: 1e300, d: 1e300, ..good };
         let long = Tuple { L_a: 1e13, ..good };
         let far = Tuple { drive: 1e300, ..good };
@@ -303,12 +242,8 @@ fn what_no_whisker_measures_is_no_geometry() {
             taps.solve(|i| all[i], |o| (o.strain, o.status), &mut told).unwrap();
             taps.strains(|i| all[i], &mut strains).unwrap();
             assert!(told[0].0 > 0.0 && told[0].1 == Status::OK, "{told:?}");
-            assert!(
-                told[1..]
-                    .iter()
-                    .all(|(strain, status)| strain.is_nan() && *status == Status::INVALID_GEOMETRY),
-                "{told:?}"
-            );
+            let none = |told: &(f64, Status)| told.0.is_nan() && told.1 == Status::INVALID_GEOMETRY;
+            assert!(told[1..].iter().all(none), "{told:?}");
             assert!(strains[0] > 0.0 && strains[1..].iter().all(|s| s.is_nan()), "{strains:?}");
         }
     }
@@ -393,17 +328,13 @@ fn bounds_of_a_search_are_doubted_too() {
 fn every_command_that_reads_a_spec_says_it() {
     let doubtful = SPEC.replace("D = 10", "D = 0.01").replace("d = [4, 7]", "d = 0.004");
     let desk = Desk::new(&doubtful);
-    for command in ["sweep", "tap", "simulate", "verify"] {
-        let mut line = vec![command, "spec.toml", "--backend", "cpu", "--plan"];
-        if command == "simulate" {
-            line.truncate(2);
-        }
-        let ran = desk.run(&line).exits(0);
+    for line in ["sweep", "tap", "verify"].map(|c| format!("{c} spec.toml --backend cpu --plan")) {
+        let said = desk.ok(&line).stderr;
         let parts = ["warning: spec.toml:2: whisker.D = 0.01: ", "10 mm, written in metres"];
-        assert!(parts.iter().all(|part| ran.stderr.contains(part)), "{command}: {}", ran.stderr);
+        assert!(parts.iter().all(|part| said.contains(part)), "{line}: {said}");
     }
-    let ran = desk.run(&["simulate", "spec.toml", "--noise", "15"]).exits(2);
-    assert!(ran.stderr.contains("--noise") && ran.stderr.contains("15e-6"), "{}", ran.stderr);
+    desk.ok("simulate spec.toml");
+    desk.refuses("simulate spec.toml --noise 15", &["--noise", "15e-6"]);
     let run = desk.whole("results/spec-simulate");
     assert!(run["warnings"][0].as_str().is_some_and(|w| w.contains("whisker.D")), "{run}");
     desk.sweep(&["--out", "out"]).exits(0);
@@ -412,7 +343,7 @@ fn every_command_that_reads_a_spec_says_it() {
 
     let rig = prototype(10.0, &["[tap]\na = [21, 30, 40]\ntheta = [2, 4, 6]\n"]);
     let desk = Desk::new(&rig);
-    desk.run(&["simulate", "spec.toml", "--out", "sim"]).exits(0);
+    desk.ok("simulate spec.toml --out sim");
     desk.write("spec.toml", rig.replace("x_ss = 5", "x_ss = 0.005 #"));
     let ran = desk.run(&["calibrate", "sim/measurements.csv", "--whisker", "spec.toml"]);
     assert!(ran.stderr.contains("gauge.x_ss") && ran.stderr.contains("metres"), "{}", ran.stderr);

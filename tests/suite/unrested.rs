@@ -3,15 +3,13 @@
 use std::f64::consts::TAU;
 
 use crate::common::program::Desk;
-use crate::common::sweeping::{Table, number};
+use crate::common::random::Random;
+use crate::common::sweeping::number;
 
 /// A record of 90 samples a second of `signal` (of the time, s), with noise of so much that no two samples are equal.
 fn record(seconds: f64, noise: f64, signal: impl Fn(f64) -> f64) -> String {
-    let mut state = 7_u64;
-    let mut dice = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-    };
+    let mut random = Random(7);
+    let mut dice = || random.uniform() - 0.5;
     let sample = |k: i32| f64::from(k) / 90.0;
     let n = (90.0 * seconds) as i32;
     (0..n).fold("t_s,reading\n".to_owned(), |text, k| {
@@ -25,15 +23,7 @@ fn record(seconds: f64, noise: f64, signal: impl Fn(f64) -> f64) -> String {
 fn wave(t: f64, period: f64, ramp: f64, [low, high]: [f64; 2]) -> f64 {
     let phase = (t / period).fract();
     let half = 0.5 - ramp;
-    let share = if phase < ramp {
-        phase / ramp
-    } else if phase < ramp + half {
-        1.0
-    } else if phase < 2.0 * ramp + half {
-        1.0 - (phase - ramp - half) / ramp
-    } else {
-        0.0
-    };
+    let share = (phase / ramp).min((2.0 * ramp + half - phase) / ramp).clamp(0.0, 1.0);
     low + share * (high - low)
 }
 
@@ -99,8 +89,8 @@ fn taps_with_rests_are_read_whatever_their_pattern() {
             to(k as usize, levels) * (share + swings)
         };
         desk.write("r.csv", record(6.0 + 8.0 * period, 4e-4, signal));
-        desk.run(&["taps", "r.csv", "--out", "t", "--force"]).exits(0);
-        let table = Table::read(&desk.path("t/taps.csv"));
+        desk.ok("taps r.csv --out t --force");
+        let table = desk.table("t/taps.csv");
         let found: Vec<f64> = table.rows.iter().map(|row| number(row, "reading").unwrap()).collect();
         assert_eq!(found.len(), 8, "{name}: {found:?}");
         for (k, found) in found.iter().enumerate() {
@@ -129,19 +119,8 @@ fn plateaus_of_whole_numbers_without_noise_are_all_read() {
         }
         say(0, 1.0);
         desk.write("r.csv", text);
-        desk.run(&[
-            "taps",
-            "r.csv",
-            "--a",
-            "25,25,30,30,40,40",
-            "--theta",
-            "2,4,2,4,2,4",
-            "--out",
-            "t",
-            "--force",
-        ])
-        .exits(0);
-        let table = Table::read(&desk.path("t/readings.csv"));
+        desk.ok("taps r.csv --a 25,25,30,30,40,40 --theta 2,4,2,4,2,4 --out t --force");
+        let table = desk.table("t/readings.csv");
         let taps: Vec<f64> =
             table.rows.iter().filter(|r| r["kind"] != "rest").map(|r| number(r, "signal").unwrap()).collect();
         assert_eq!(taps, levels.map(|level| f64::from(rest + level)), "{}", table.text);

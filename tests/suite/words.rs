@@ -189,6 +189,7 @@ fn run_json_counts_the_taps_left_to_the_reference() {
     assert_eq!(kernel["status"], reference["status"]);
     assert!(kernel["referred"].as_u64().unwrap() > 0, "{kernel}");
     assert_eq!(reference["referred"], 0);
+    assert_eq!([&reference["sweeps_mean"], &reference["sweeps_max"]], [0.0; 2]);
 }
 
 /// Every number of an outcome, to the last bit.
@@ -215,7 +216,6 @@ fn a_solved_tap_has_the_same_digits_beside_any_neighbours() {
     }
 }
 
-/// Taps, and rows of them, read from charts with friction alone and beside others: some slide out, some slide back, some stick.
 #[test]
 fn a_tap_read_from_a_chart_has_the_same_digits_beside_any_neighbours() {
     let setup = setup(

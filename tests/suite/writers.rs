@@ -2,7 +2,7 @@
 #![cfg(unix)]
 
 use std::os::unix::fs::symlink;
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 use std::time::Instant;
 
 use crate::common::program::{Desk, SPEC};
@@ -32,24 +32,6 @@ fn begun(desk: &Desk, folder: &str) -> bool {
     hidden(desk, folder).iter().any(|name| desk.path(folder).join(name).is_dir())
 }
 
-/// SIGTERM, as from a batch system.
-#[test]
-fn a_stopped_run_leaves_nothing() {
-    let desk = Desk::new(&endless());
-    std::fs::create_dir(desk.path("there")).unwrap();
-    for (out, place) in [("out", "."), ("there", "there")] {
-        let mut child = start(&desk, &["sweep", "spec.toml", "--out", out]);
-        until(|| begun(&desk, place), NOT_BEGUN);
-        let killed = Command::new("sh").args(["-c", &format!("kill -TERM {}", child.id())]).status().unwrap();
-        assert!(killed.success());
-        assert_eq!(child.wait().unwrap().code(), Some(1));
-        assert_eq!(
-            (desk.names("."), desk.names("there").len()),
-            (vec!["spec.toml".into(), "there".into()], 0)
-        );
-    }
-}
-
 #[test]
 fn the_second_run_on_a_folder_is_refused() {
     let desk = Desk::new(&endless());
@@ -74,11 +56,11 @@ fn the_second_run_on_a_folder_is_refused() {
         }
         // Beside it others may write.
         desk.write("quick.toml", SPEC);
-        desk.run(&["sweep", "quick.toml", "--backend", "cpu", "--out", "beside"]).exits(0);
+        desk.ok("sweep quick.toml --backend cpu --out beside");
         assert!(child.try_wait().unwrap().is_none() && begun(&desk, place), "the first goes on");
         child.kill().unwrap();
         child.wait().unwrap();
-        desk.run(&["sweep", "quick.toml", "--backend", "cpu", "--out", out]).exits(0);
+        desk.ok(format!("sweep quick.toml --backend cpu --out {out}"));
         assert_eq!(desk.names(out), ["designs.csv", "distances.csv", "run.json", "tuples.csv"]);
         assert_eq!(hidden(&desk, "."), [""; 0]);
     }
@@ -103,10 +85,10 @@ fn what_killed_runs_left_is_removed() {
     symlink("../mine", desk.path("there/.vibrissa-a1B2c3")).unwrap();
     symlink("../mine", desk.path("there/.vibrissa-result-a1B2c3")).unwrap();
     desk.write("there/.vibrissa-else", "of something else");
-    desk.run(&["optimise", "small.toml", "--out", "there"]).exits(2);
-    desk.run(&["sweep", "small.toml", "--backend", "cpu", "--out", "c"]).exits(0);
+    desk.refuses("optimise small.toml --out there", &[]);
+    desk.ok("sweep small.toml --backend cpu --out c");
     assert_eq!(hidden(&desk, "."), [""; 0]);
-    desk.run(&["sweep", "small.toml", "--backend", "cpu", "--out", "there", "--force"]).exits(0);
+    desk.ok("sweep small.toml --backend cpu --out there --force");
     let left = [".vibrissa-a1B2c3", ".vibrissa-else", ".vibrissa-result-a1B2c3", ".vibrissa-x1Y2z3"];
     assert_eq!(hidden(&desk, "there"), left);
     assert_eq!(desk.names("mine"), ["notes.txt"]);
@@ -127,7 +109,7 @@ fn what_a_killed_benchmark_left_is_removed() {
     child.kill().unwrap();
     child.wait().unwrap();
     assert_eq!(desk.names("tmp"), [""; 0]);
-    desk.run(&["sweep", "spec.toml", "--backend", "cpu", "--out", "out"]).exits(0);
+    desk.ok("sweep spec.toml --backend cpu --out out");
     assert_eq!(hidden(&desk, "out"), [""; 0]);
 }
 
@@ -162,7 +144,7 @@ fn a_kill_leaves_the_old_result_or_the_new_one() {
             false => _ = desk.whole("out"),
         }
         // Any run in the folder, also one that is refused, carries it through.
-        desk.run(&["sweep", "other.toml", "--backend", "cpu", "--out", "out"]).exits(2);
+        desk.refuses("sweep other.toml --backend cpu --out out", &[]);
         let (run, after) = (desk.whole("out"), desk.read("out/run.json"));
         let new = run["spec"]["text"] == texts[round as usize % 2].as_str();
         assert!(after == before || new, "round {round}");

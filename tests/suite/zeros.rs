@@ -1,10 +1,12 @@
 //! Zeros and drives as rigs have them: bridges out of balance, counts that begin anew, drives with a zero of their own, what nobody recorded.
 
+use std::sync::LazyLock;
+
 use std::fmt::Write as _;
 
 use crate::common::measuring::{REAL, TAPS, calibrated, data, prototype, table};
-use crate::common::program::Desk;
-use crate::common::sweeping::{Row, Table, number};
+use crate::common::program::{Desk, Kept, says};
+use crate::common::sweeping::{Row, number};
 use vibrissa::calibrate::Reason;
 use vibrissa::calibrate::report::result;
 use vibrissa::calibrate::{Calibrated, Options, calibrate, coverage::coverage};
@@ -34,8 +36,8 @@ fn signals(table: &str, column: &str, f: impl Fn(f64, f64) -> f64) -> String {
 }
 
 fn distances(desk: &Desk, folder: &str) -> Vec<f64> {
-    let table = Table::read(&desk.path(&format!("{folder}/located.csv")));
-    table.rows.iter().map(|r| r["distance_mm"].parse().unwrap_or(f64::NAN)).collect()
+    let table = desk.table(format!("{folder}/located.csv"));
+    table.numbers("distance_mm").into_iter().map(|a| a.unwrap_or(f64::NAN)).collect()
 }
 
 fn apart(p: &[f64], q: &[f64]) -> f64 {
@@ -54,62 +56,28 @@ fn the_zero_of_a_bridge_is_subtracted_as_it_is_shown() {
     );
     for name in ["balanced", "off"] {
         let (file, cal) = (format!("{name}.csv"), format!("c_{name}"));
-        desk.run(&["calibrate", &file, "--whisker", "spec.toml", "--out", &cal]).exits(0);
+        desk.ok(format!("calibrate {file} --whisker spec.toml --out {cal}"));
         let calibration = format!("{cal}/calibration.toml");
-        desk.run(&["locate", &calibration, &file, "--out", &format!("l_{name}")]).exits(0);
+        desk.ok(format!("locate {calibration} {file} --out l_{name}"));
     }
     let (balanced, off) = (distances(&desk, "l_balanced"), distances(&desk, "l_off"));
     assert!(apart(&balanced, &off) < 1e-3, "{}", apart(&balanced, &off));
     let stream = |value: f64, zero: &str| {
-        let ran = desk
-            .pipe(&["locate", "c_off/calibration.toml", "--zero", zero], &format!("4,{value}\n"))
-            .exits(0);
-        ran.stdout.lines().nth(1).unwrap().split(',').nth(2).unwrap().parse::<f64>().unwrap()
+        let line = format!("locate c_off/calibration.toml --zero {zero}");
+        desk.stream(&line, &format!("4,{value}\n")).numbers("distance_mm")[0].unwrap()
     };
     assert!((stream(12.0, "0") - stream(12.35, "0.35")).abs() < 1e-6);
 }
 
-/// Counts of a rig that rests above its taps, three rests among them; each `count` of what the sensor would say.
-fn counts(count: impl Fn(f64) -> f64) -> String {
-    let mut out = String::from("a_mm,delta_mm,reading\n");
-    for run in 0..3 {
-        let off = 400.0 * f64::from(run * run);
-        let _ = writeln!(out, "144,0,{}", count(50_000.0 + off));
-        for k in 0..7 {
-            let a = 117.0 + 4.5 * f64::from(k);
-            for delta in [2.0, 4.0, 6.0, 8.0, 10.0] {
-                let signal = 5_300.0 * delta * (117.0 / a).powi(3);
-                let _ = writeln!(out, "{a},{delta},{}", count((50_000.0 - signal + 0.3 * off).round()));
-            }
-        }
-    }
-    out
-}
-
-#[test]
-fn one_rest_beyond_the_end_of_the_range_is_joined_to_the_others() {
-    let desk = Desk::new("");
-    desk.write("plain.csv", counts(|x| x));
-    desk.write("turned.csv", counts(|x| (x + 14_500.0).rem_euclid(65_536.0)));
-    for name in ["plain", "turned"] {
-        let (file, cal) = (format!("{name}.csv"), format!("c_{name}"));
-        let ran = desk.run(&["calibrate", &file, "--out", &cal]).exits(0);
-        assert_eq!(ran.stderr.contains("16 bits"), name == "turned", "{}", ran.stderr);
-        let calibration = format!("{cal}/calibration.toml");
-        desk.run(&["locate", &calibration, &file, "--out", &format!("l_{name}")]).exits(0);
-    }
-    let [plain, turned] = ["l_plain", "l_turned"].map(|l| distances(&desk, l));
-    let answered = plain.iter().filter(|a| a.is_finite()).count();
-    assert_eq!(answered, turned.iter().filter(|a| a.is_finite()).count());
-    assert!(answered > 100 && apart(&plain, &turned) < 1e-6, "{answered}: {}", apart(&plain, &turned));
-}
-
 /// A calibrated whisker whose zero was read, on a desk.
 fn desk() -> Desk {
-    let desk = Desk::new(&spec());
-    desk.write("cal.csv", rig_table(Some(20), 2));
-    desk.run(&["calibrate", "cal.csv", "--whisker", "spec.toml", "--out", "cal"]).exits(0);
-    desk
+    static MADE: LazyLock<Kept> = LazyLock::new(|| {
+        let desk = Desk::new(&spec());
+        desk.write("cal.csv", rig_table(Some(20), 2));
+        desk.ok("calibrate cal.csv --whisker spec.toml --out cal");
+        desk.keep()
+    });
+    MADE.desk()
 }
 
 #[test]
@@ -140,45 +108,12 @@ fn a_wild_zero_of_a_stream_is_told_and_not_used() {
 fn names_and_comments_of_a_file_of_readings_are_kept_apart() {
     let desk = desk();
     desk.write("r.csv", "# rig 3\nline,given_line,theta_deg,strain\n# begun\n7,8,0,0\n9,10,4,0.02\n");
-    desk.run(&["locate", "cal/calibration.toml", "r.csv", "--out", "l"]).exits(0);
-    let located = Table::read(&desk.path("l/located.csv"));
+    desk.ok("locate cal/calibration.toml r.csv --out l");
+    let located = desk.table("l/located.csv");
     assert_eq!(located.columns[..3], ["line", "given_given_line", "given_line"], "{:?}", located.columns);
     let row = &located.rows[1];
     assert_eq!([&row["line"], &row["given_given_line"], &row["given_line"]], ["5", "9", "10"]);
     assert_eq!(row["status"], "ok");
-}
-
-#[test]
-fn readings_for_a_calibration_that_could_not_tell_its_zero_are_warned_about() {
-    let two = prototype(10.0, &["noise_strain = 1e-5\n", "[tap]\na = [30, 40]\ntheta = 4\n", REAL]);
-    let desk = Desk::new(&two);
-    desk.write("d.csv", table(&two, &Settings { repeats: 3, noise: 1e-5, ..Settings::default() }));
-    desk.run(&["calibrate", "d.csv", "--whisker", "spec.toml", "--out", "cal"]).exits(0);
-    let ran = desk.pipe(&["locate", "cal/calibration.toml"], "4,0.02\n").exits(0);
-    assert!(ran.stderr.contains("could not tell a constant offset"), "{}", ran.stderr);
-}
-
-#[test]
-fn readings_with_a_drive_are_answered_where_the_calibration_has_none() {
-    let one = prototype(
-        10.0,
-        &["noise_strain = 1e-5\n", "[tap]\na = { from = 21, to = 48, step = 3 }\ntheta = 4\n", REAL],
-    );
-    let measured = table(&one, &Settings { repeats: 3, noise: 1e-5, ..Settings::default() });
-    let mut blind = String::from("a_mm,reading\n");
-    data(&measured).rows.iter().for_each(|r| writeln!(blind, "{},{}", r.a, 4.7e5 * r.value).unwrap());
-    let desk = Desk::new("");
-    desk.write("d.csv", blind);
-    desk.run(&["calibrate", "d.csv", "--out", "cal"]).exits(0);
-    let ask = |input: &str| desk.pipe(&["locate", "cal/calibration.toml"], input).exits(0);
-    let plain = ask("reading\n9400\n");
-    let distance = |line: &str| line.split(',').nth(2).unwrap().to_owned();
-    let wanted = distance(plain.stdout.lines().nth(1).unwrap());
-    let driven = ask("delta_mm,reading\n0,500\n2,9900\n2.01,9900\n5,9900\n");
-    let lines: Vec<&str> = driven.stdout.lines().skip(1).collect();
-    assert!(lines[0].ends_with("no_strain") && lines[3].ends_with("outside_calibration"), "{lines:?}");
-    assert_eq!([distance(lines[1]), distance(lines[2])], [wanted.clone(), wanted]);
-    assert!(driven.stderr.contains("was not recorded"), "{}", driven.stderr);
 }
 
 /// A rig whose drive is counted from a zero of its own; contact begins at `begin`.
@@ -208,27 +143,22 @@ fn taps_at_drives_below_the_zero_of_the_rig_are_taps() {
     let text = own_zero(-6.0, &[-4.0, -2.0, 0.0, 2.0, 4.0], -7.85);
     let desk = Desk::new("");
     desk.write("d.csv", &text);
-    let ran = desk.run(&["calibrate", "d.csv", "--out", "cal", "--export", "c"]).exits(0);
+    let ran = desk.ok("calibrate d.csv --out cal --export c");
     assert!(
         ran.stdout.contains("105 of 105 taps used, 3 zero") && ran.stderr.contains("counted from there"),
         "{}",
         ran.stderr
     );
-    let ran = desk.run(&["locate", "cal/calibration.toml", "d.csv", "--out", "loc"]).exits(0);
-    let located = Table::read(&desk.path("loc/located.csv"));
+    let ran = desk.ok("locate cal/calibration.toml d.csv --out loc");
+    let located = desk.table("loc/located.csv");
     let words = |w: &str| located.rows.iter().filter(|r| r["status"] == w).count();
     assert_eq!([words("no_strain"), words("ok")], [3, 105], "{}", ran.stderr);
-    assert!(
-        ran.stdout.contains("105 readings located by")
-            && ran.stdout.contains(", beside 3 zero readings: 105 ok\n"),
-        "{}",
-        ran.stdout
-    );
+    says(&ran.stdout, &["105 readings located by", ", beside 3 zero readings: 105 ok\n"]);
     assert!(ran.stdout.starts_with("105 of 105 readings have a distance"), "{}", ran.stdout);
     let of = |r: &Row, c: &str| number(r, c).unwrap();
     let off = |r: &&Row| (of(r, "distance_mm") - of(r, "a_mm")).abs() / of(r, "sigma_mm");
     assert!(located.rows.iter().filter(|r| r["status"] == "ok").map(|r| off(&r)).all(|e| e < 4.0));
-    let rows = Table::read(&desk.path("cal/rows.csv"));
+    let rows = desk.table("cal/rows.csv");
     assert!(rows.rows[0]["delta_mm"] == "-7.85" && rows.rows[1]["delta_mm"] == "-4");
     assert!(desk.read("cal/locate.c").contains("drive -= -7.85e0;"));
 }
@@ -254,26 +184,13 @@ fn a_column_that_the_signal_follows_is_not_ignored() {
     let renamed = |name: &str| measured.replacen("theta_deg", name, 1);
     for name in ["ch_7", "step", "Winkel (deg)"] {
         desk.write("d.csv", renamed(name));
-        let ran = desk.run(&["calibrate", "d.csv", "--whisker", "spec.toml", "--out", "o"]).exits(2);
         let quote = if name.contains(' ') { "'" } else { "" };
-        assert!(
-            ran.stderr.contains("d.csv:1") && ran.stderr.contains(&format!("{quote}theta={name}{quote}")),
-            "{}",
-            ran.stderr
-        );
-        let said = format!("theta={name}");
-        desk.run(&[
-            "calibrate",
-            "d.csv",
-            "--whisker",
-            "spec.toml",
-            "--columns",
-            &said,
-            "--out",
-            "o",
-            "--force",
-        ])
-        .exits(0);
+        let named = format!("{quote}theta={name}{quote}");
+        desk.refuses("calibrate d.csv --whisker spec.toml --out o", &["d.csv:1", &named]);
+        let columns = format!("theta={name}");
+        let line =
+            ["calibrate", "d.csv", "--whisker", "spec.toml", "--out", "o", "--force", "--columns", &columns];
+        desk.run(&line).exits(0);
     }
     // What only counts, drifts or is called like a drive is passed over, the last with a word.
     let mut text = String::from("a_mm,step,t_s,reading\n");
@@ -281,7 +198,7 @@ fn a_column_that_the_signal_follows_is_not_ignored() {
         let _ = writeln!(text, "{a},{},{},{}", k / 10, k, 1e6 / f64::from(a) + 30.0 * f64::from(k / 10));
     }
     desk.write("d.csv", text);
-    let ran = desk.run(&["calibrate", "d.csv", "--out", "p"]).exits(0);
+    let ran = desk.ok("calibrate d.csv --out p");
     assert!(ran.stderr.contains("theta=step"), "{}", ran.stderr);
 }
 
@@ -294,30 +211,6 @@ fn said(found: &Calibrated) -> [[f64; 2]; 2] {
     [pair(&said["zero"], "error"), pair(offset, "standard_error")]
 }
 
-#[test]
-
-fn an_offset_or_a_drift_that_nobody_read_makes_no_certain_numbers() {
-    let plain = rig_table(None, 1);
-    for (offset, drift) in [
-        (0.0, 0.0),
-        (2e-5, 0.0),
-        (4e-5, 0.0),
-        (8e-5, 0.0),
-        (0.0, 4e-5),
-        (0.0, 8e-5),
-        (0.0, -8e-5),
-        (0.0, 4e-4),
-    ] {
-        let found = calibrated(&signals(&plain, "strain", |t, e| e + offset + drift * t), &spec(), &[]);
-        let [[zero, of_zero], [theta, of_theta]] = said(&found);
-        assert!((zero - offset - 0.5 * drift).abs() < 3.0 * of_zero, "{offset} {drift}: {zero} ± {of_zero}");
-        assert!(theta.abs() < 3.0 * of_theta, "{offset} {drift}: {theta} ± {of_theta}");
-        assert!(drift > 1e-4 || of_zero < 1.5e-4 && of_theta < 0.02, "{of_zero} {of_theta}");
-        let told = found.warnings.iter().any(|w| w.contains("A drift of the zero"));
-        assert_eq!(told, zero != 0.0, "{:?}", found.warnings);
-    }
-}
-
 /// The rows of a table in another order.
 fn shuffled(plain: &str) -> String {
     let rows: Vec<&str> = plain.lines().skip(1).collect();
@@ -326,29 +219,37 @@ fn shuffled(plain: &str) -> String {
 }
 
 #[test]
-fn a_drift_that_what_is_left_shows_is_told() {
-    let shuffled = shuffled(&rig_table(None, 1));
-    for drift in [0.0, 8e-5, -8e-5] {
-        let found = calibrated(&signals(&shuffled, "strain", |t, e| e + drift * t), &spec(), &[]);
-        let told = found.warnings.iter().any(|w| w.contains("order of the lines"));
-        assert_eq!(told, drift != 0.0, "{drift}: {:?}", found.warnings);
-        let [[zero, of_zero], _] = said(&found);
-        assert!((zero - 0.5 * drift).abs() < 4.0 * of_zero, "{drift}: {zero} ± {of_zero}");
+fn an_offset_or_a_drift_that_nobody_read_makes_no_certain_numbers() {
+    let plain = rig_table(None, 1);
+    let has = |found: &Calibrated, word: &str| found.warnings.iter().any(|w| w.contains(word));
+    let small = [(0.0, 0.0), (2e-5, 0.0), (4e-5, 0.0), (8e-5, 0.0), (0.0, 4e-5), (0.0, 8e-5), (0.0, -8e-5)];
+    for (offset, drift) in small.into_iter().chain([(0.0, 4e-4)]) {
+        let found = calibrated(&signals(&plain, "strain", |t, e| e + offset + drift * t), &spec(), &[]);
+        let [[zero, of_zero], [theta, of_theta]] = said(&found);
+        assert!((zero - offset - 0.5 * drift).abs() < 3.0 * of_zero, "{offset} {drift}: {zero} ± {of_zero}");
+        assert!(theta.abs() < 3.0 * of_theta, "{offset} {drift}: {theta} ± {of_theta}");
+        assert!(drift > 1e-4 || of_zero < 1.5e-4 && of_theta < 0.02, "{of_zero} {of_theta}");
+        assert_eq!(has(&found, "A drift of the zero"), zero != 0.0, "{:?}", found.warnings);
     }
-}
-
-#[test]
-fn a_drift_is_told_where_a_sharp_tip_follows_not_all_taps() {
+    // Where the order of the rows is not that of the distances, what is left shows a drift, also where a sharp tip follows not all taps.
     let taps = "[tap]\na = { from = 21, to = 48, step = 1 }\ntheta = [0.5, 2, 4, 6, 8, 10]\n";
-    let spec = prototype(0.5, &["noise_strain = 1e-5\n", taps]);
+    let sharp = prototype(0.5, &["noise_strain = 1e-5\n", taps]);
     let once = Settings { noise: 1e-5, zero_every: None, seed: 1, ..Settings::default() };
-    let shuffled = shuffled(&table(&spec, &once));
-    for drift in [0.0, 8e-5] {
-        let found = calibrated(&signals(&shuffled, "strain", |t, e| e + drift * t), &spec, &[]);
-        let side = &found.sides[0];
-        assert!(side.fit.as_ref().unwrap().cells.len() < side.cells.len());
-        let told = found.warnings.iter().any(|w| w.contains("order of the lines"));
-        assert_eq!(told, drift != 0.0, "{drift}: {:?}", found.warnings);
+    for (spec, rows, drifts) in
+        [(spec(), plain, &[0.0, 8e-5, -8e-5][..]), (sharp.clone(), table(&sharp, &once), &[0.0, 8e-5])]
+    {
+        let rows = shuffled(&rows);
+        for &drift in drifts {
+            let found = calibrated(&signals(&rows, "strain", |t, e| e + drift * t), &spec, &[]);
+            assert_eq!(has(&found, "order of the lines"), drift != 0.0, "{drift}: {:?}", found.warnings);
+            if spec == sharp {
+                let side = &found.sides[0];
+                assert!(side.fit.as_ref().unwrap().cells.len() < side.cells.len());
+            } else {
+                let [[zero, of_zero], _] = said(&found);
+                assert!((zero - 0.5 * drift).abs() < 4.0 * of_zero, "{drift}: {zero} ± {of_zero}");
+            }
+        }
     }
 }
 
@@ -380,13 +281,13 @@ fn drives_of_both_signs_are_taps_to_both_sides() {
     for zero in [true, false] {
         let desk = Desk::new("");
         desk.write("taps.csv", two_signs(zero, |s| -s));
-        let ran = desk.run(&["calibrate", "taps.csv", "--out", "c", "--export", "c"]).exits(0);
+        let ran = desk.ok("calibrate taps.csv --out c --export c");
         assert!(ran.stderr.contains("drives below 0 are taps to the other side"), "{}", ran.stderr);
-        let rows = Table::read(&desk.path("c/rows.csv"));
+        let rows = desk.table("c/rows.csv");
         assert!(rows.rows.iter().all(|row| row["use"] == "used"), "{}", rows.text);
         desk.write("new.csv", "theta_deg,reading\n0,300\n-4,0\n4,600\n");
-        desk.run(&["locate", "c/calibration.toml", "new.csv", "--out", "l"]).exits(0);
-        let found = Table::read(&desk.path("l/located.csv"));
+        desk.ok("locate c/calibration.toml new.csv --out l");
+        let found = desk.table("l/located.csv");
         for row in &found.rows[1..] {
             let a = number(row, "distance_mm").unwrap();
             assert!((a - 880_f64.sqrt()).abs() < 0.3, "{zero} {}", found.text);
@@ -400,8 +301,8 @@ fn drives_of_both_signs_are_taps_to_both_sides() {
                 .collect::<String>()
         };
         desk.write("strokes.csv", format!("theta_deg,reading,stroke\n0,300,\n{}{}", side(1.0), side(-1.0)));
-        desk.run(&["locate", "c/calibration.toml", "strokes.csv", "--strokes", "--out", "s"]).exits(0);
-        let found = Table::read(&desk.path("s/located.csv"));
+        desk.ok("locate c/calibration.toml strokes.csv --strokes --out s");
+        let found = desk.table("s/located.csv");
         for k in [13, 26] {
             let a = number(&found.rows[k], "stroke_distance_mm").unwrap();
             assert!((a - 880_f64.sqrt()).abs() < 0.5, "{zero} {}", found.text);
@@ -430,10 +331,10 @@ fn a_slip_of_the_sign_of_the_smallest_drive_is_no_zero() {
         }
         let desk = Desk::new("");
         desk.write("taps.csv", text);
-        let ran = desk.run(&["calibrate", "taps.csv", "--out", "c"]).exits(0);
+        let ran = desk.ok("calibrate taps.csv --out c");
         let said = format!("14 of 15 taps used, {} zero readings", if zeros { 5 } else { 0 });
         assert!(ran.stdout.contains(&said), "{} {}", ran.stdout, ran.stderr);
-        let rows = Table::read(&desk.path("c/rows.csv"));
+        let rows = desk.table("c/rows.csv");
         let suspects: Vec<&Row> = rows.rows.iter().filter(|row| row["use"] == "suspect").collect();
         assert!(suspects.len() == 1 && suspects[0]["theta_deg"] == "-2", "{}", rows.text);
     }

@@ -51,18 +51,23 @@ pub fn hooke(kind: Kind) -> Vec<Known> {
     known(kind).remove("hooke").expect("every file has them")
 }
 
+/// Rows of a file of tests/data by column.
+pub fn rows(file: &str) -> Vec<HashMap<String, String>> {
+    let path = format!("{}/tests/data/{file}.csv", crate::common::ROOT);
+    let mut reader =
+        csv::ReaderBuilder::new().comment(Some(b'#')).from_path(path).expect("the cases are there");
+    reader.deserialize().collect::<Result<_, _>>().expect("the cases are well formed")
+}
+
 /// All rows of the file of `kind`, by configuration.
 pub fn known(kind: Kind) -> BTreeMap<String, Vec<Known>> {
     let name = match kind {
-        Kind::Tap => "tap_cases.csv",
-        Kind::Hub => "hub_cases.csv",
-        Kind::Passive => "passive_cases.csv",
+        Kind::Tap => "tap_cases",
+        Kind::Hub => "hub_cases",
+        Kind::Passive => "passive_cases",
     };
-    let path = format!("{}/tests/data/{name}", crate::common::ROOT);
-    let mut reader = csv::Reader::from_path(path).expect("the cases are there");
     let mut found = BTreeMap::<_, Vec<_>>::new();
-    for (i, row) in reader.deserialize::<HashMap<String, String>>().enumerate() {
-        let row = row.expect("well formed");
+    for (i, row) in rows(name).into_iter().enumerate() {
         let get = |column: &str| row[column].parse::<f64>().expect("a number");
         let scale = if kind == Kind::Hub { HUB / get("hub_mm") } else { 1.0 };
         let length = |column| scale * get(column);

@@ -1,6 +1,8 @@
 //! Synthetic rigs: a spec, what a rig makes of it, a calibration, fresh taps.
 
+use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use vibrissa::calibrate::{Calibrated, Options, calibrate};
 use vibrissa::locate::{Estimator, Locator, Parameter, locator::opener};
@@ -51,6 +53,14 @@ pub fn data(table: &str) -> Data {
 pub fn calibrated(table: &str, whisker: &str, fit: &[Parameter]) -> Calibrated {
     let options = Options { fit: fit.to_vec(), ..Options::default() };
     calibrate(&data(table), &rig(whisker), &options).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// The same, made once for all tests.
+pub fn once(table: &str, whisker: &str) -> Arc<Calibrated> {
+    static MADE: Mutex<BTreeMap<String, Arc<OnceLock<Arc<Calibrated>>>>> = Mutex::new(BTreeMap::new());
+    let key = format!("{table}{whisker}");
+    let one = MADE.lock().unwrap_or_else(PoisonError::into_inner).entry(key).or_default().clone();
+    one.get_or_init(|| Arc::new(calibrated(table, whisker, &[]))).clone()
 }
 
 pub fn locator(c: &Calibrated, asked: Option<&'static dyn Estimator>) -> Locator {

@@ -31,6 +31,10 @@ pub fn all_effects(material: Material) -> Model {
     Model { surface: true, shear: true, extension: true, ..model(material) }
 }
 
+/// The models of the reference cases.
+pub const CONFIGURATIONS: [&str; 8] =
+    ["hooke", "surface", "timoshenko", "neo", "mooney-coulomb", "stick", "pole-far", "yeoh"];
+
 /// Model and gauge side of a configuration of model §5.
 pub fn configuration(name: &str) -> (Model, Side) {
     let (hooke, neo) = (Material::Hooke(3.2), Material::NeoHookean(3.2));

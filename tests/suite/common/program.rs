@@ -6,6 +6,8 @@ use assert_cmd::Command;
 use serde_json::Value;
 use tempfile::TempDir;
 
+use super::sweeping::Table;
+
 /// A small spec: two designs, three distances, two angles.
 pub const SPEC: &str = "[whisker]\nD = 10\nd = [4, 7]\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-6\n\
                         [tap]\na = [21, 33, 48]\ntheta = [1, 4]\n";
@@ -16,9 +18,30 @@ pub fn large() -> String {
     designs + "[output]\ntop = 10\nby = \"strain_max\"\n"
 }
 
+/// Fails unless `text` holds all of `parts`.
+#[track_caller]
+pub fn says(text: &str, parts: &[&str]) {
+    let in_one_line = text.replace("\n  │ ", " ");
+    for part in parts {
+        assert!(text.contains(part) || in_one_line.contains(part), "no `{part}` in {text}");
+    }
+}
+
 /// A folder with a spec, in which the program is run.
 pub struct Desk {
     folder: TempDir,
+}
+
+/// Every file of a desk that several tests begin with, made once.
+pub struct Kept(Vec<(String, Vec<u8>)>);
+
+impl Kept {
+    /// A desk with these files.
+    pub fn desk(&self) -> Desk {
+        let desk = Desk { folder: tempfile::tempdir().expect("a folder") };
+        self.0.iter().for_each(|(name, bytes)| desk.write(name, bytes));
+        desk
+    }
 }
 
 /// What a run left.
@@ -71,6 +94,27 @@ impl Desk {
         std::fs::read_to_string(self.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
     }
 
+    /// The files of this desk, for other desks.
+    pub fn keep(self) -> Kept {
+        let (mut folders, mut files) = (vec![String::new()], Vec::new());
+        while let Some(folder) = folders.pop() {
+            for name in self.names(&folder) {
+                let (name, path) = (format!("{folder}{name}"), self.path(&folder).join(&name));
+                if path.is_dir() {
+                    folders.push(name + "/");
+                } else {
+                    files.push((name, std::fs::read(path).expect("a file")));
+                }
+            }
+        }
+        Kept(files)
+    }
+
+    /// The table `name`; empty if it is not there.
+    pub fn table(&self, name: impl AsRef<Path>) -> Table {
+        Table::read(&self.folder.path().join(name))
+    }
+
     /// Names of everything in `folder`, hidden or not, sorted.
     pub fn names(&self, folder: &str) -> Vec<String> {
         names(&self.path(folder))
@@ -100,16 +144,39 @@ impl Desk {
     }
 
     /// Runs the program here with `input` on stdin.
-    pub fn pipe(&self, arguments: &[&str], input: &str) -> Ran {
+    pub fn pipe(&self, arguments: &[&str], input: impl AsRef<[u8]>) -> Ran {
         let mut command = Command::cargo_bin("vibrissa").expect("the program is built");
-        command.current_dir(self.folder.path()).args(arguments).write_stdin(input);
+        command.current_dir(self.folder.path()).args(arguments).write_stdin(input.as_ref());
         let output = command.output().expect("the program starts");
         Ran::of(output)
+    }
+
+    /// What the program with the words of `line` answers to the lines of `input`.
+    #[track_caller]
+    pub fn stream(&self, line: &str, input: &str) -> Table {
+        Table::parse(self.pipe(&line.split_whitespace().collect::<Vec<_>>(), input).exits(0).stdout)
     }
 
     /// Runs the program here.
     pub fn run(&self, arguments: &[&str]) -> Ran {
         self.run_with(arguments, &[])
+    }
+
+    /// Runs the program here with the words of `line`.
+    pub fn line(&self, line: impl AsRef<str>) -> Ran {
+        self.run(&line.as_ref().split_whitespace().collect::<Vec<_>>())
+    }
+
+    /// Runs the program here with the words of `line`, which succeeds.
+    #[track_caller]
+    pub fn ok(&self, line: impl AsRef<str>) -> Ran {
+        self.line(line).exits(0)
+    }
+
+    /// Runs the program here with the words of `line`, which it refuses with all of `said`.
+    #[track_caller]
+    pub fn refuses(&self, line: impl AsRef<str>, said: &[&str]) {
+        says(&self.line(line).exits(2).stderr, said);
     }
 
     /// Sweeps `spec.toml` on the CPU with more `arguments`.

@@ -59,15 +59,24 @@ pub struct Table {
 impl Table {
     /// Empty if the file was not written.
     pub fn read(path: &Path) -> Self {
-        let Ok(text) = std::fs::read_to_string(path) else { return Self::default() };
+        std::fs::read_to_string(path).map_or_else(|_| Self::default(), Self::parse)
+    }
+
+    /// Rows of CSV.
+    pub fn parse(text: String) -> Self {
         let mut reader = csv::Reader::from_reader(text.as_bytes());
         let columns = reader.headers().expect("a header").iter().map(str::to_owned).collect();
         let rows = reader.deserialize().collect::<Result<_, _>>().expect("rows as wide as the header");
         Self { text, columns, rows }
     }
 
+    /// The fields of a column.
+    pub fn column(&self, name: &str) -> Vec<&str> {
+        self.rows.iter().map(|row| row[name].as_str()).collect()
+    }
+
     pub fn statuses(&self) -> Vec<&str> {
-        self.rows.iter().map(|row| row["status"].as_str()).collect()
+        self.column("status")
     }
 
     pub fn numbers(&self, column: &str) -> Vec<Option<f64>> {

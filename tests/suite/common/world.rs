@@ -3,10 +3,11 @@
 use std::ffi::OsStr;
 use std::ops::{Deref, DerefMut};
 use std::process::{Child, Command, Output, Stdio};
+use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 
 use super::measuring::{REAL, prototype};
-use super::program::Desk;
+use super::program::{Desk, Kept};
 
 /// Guards a test against hanging. No test expects anything to take less.
 pub const GUARD: Duration = Duration::from_secs(300);
@@ -91,11 +92,14 @@ pub fn shell(desk: &Desk, line: &str) -> Output {
 
 /// A desk with a whisker in spec.toml, its data in sim and its calibration in cal: few taps, so that it is quickly made.
 pub fn calibrated() -> Desk {
-    let taps = "[tap]\na = { from = 21, to = 45, step = 6 }\ntheta = [1, 4, 8]\n";
-    let desk = Desk::new(&prototype(10.0, &["noise_strain = 1e-5\n", taps, REAL]));
-    desk.run(&["simulate", "spec.toml", "--repeats", "2", "--out", "sim"]).exits(0);
-    desk.run(&["calibrate", "sim/measurements.csv", "--whisker", "spec.toml", "--out", "cal"]).exits(0);
-    desk
+    static MADE: LazyLock<Kept> = LazyLock::new(|| {
+        let taps = "[tap]\na = { from = 21, to = 45, step = 6 }\ntheta = [1, 4, 8]\n";
+        let desk = Desk::new(&prototype(10.0, &["noise_strain = 1e-5\n", taps, REAL]));
+        desk.ok("simulate spec.toml --repeats 2 --out sim");
+        desk.ok("calibrate sim/measurements.csv --whisker spec.toml --out cal");
+        desk.keep()
+    });
+    MADE.desk()
 }
 
 /// Sends `signal`.

@@ -241,33 +241,6 @@ mod tests {
     }
 
     #[test]
-    fn last_axis_is_fastest() {
-        use Column::{
-            BaseDiameter, Distance, Drive, GaugePosition, GridLength, Lean, Length, Tilt, TipDiameter,
-        };
-        let l = Layout::new(&[
-            alone(BaseDiameter, &[8.0, 10.0]),
-            alone(TipDiameter, &[4.0]),
-            alone(Length, &[50.0]),
-            alone(GaugePosition, &[3.0, 5.0, 7.0]),
-            alone(GridLength, &[2.0]),
-            alone(Distance, &[20.0, 30.0]),
-            alone(Tilt, &[0.0, 10.0]),
-            alone(Lean, &[0.0]),
-            alone(Drive, &[1.0, 2.0, 3.0]),
-        ]);
-        assert_eq!((l.n_designs, l.n_distances, l.n_drives, l.len()), (6, 2, 6, 72));
-        assert_eq!((l.n_directions, l.drives_each(), l.is_upright()), (2, 3, false));
-        for index in 0..l.len() {
-            let at = |values: &[f64], stride: u64| values[(index / stride) as usize % values.len()];
-            let (base, x_ss, a) = (at(&[8.0, 10.0], 36), at(&[3.0, 5.0, 7.0], 12), at(&[20.0, 30.0], 6));
-            let (tilt, drive) = (at(&[0.0, 10.0], 3), at(&[1.0, 2.0, 3.0], 1));
-            let want = Tuple::from_array([base, 4.0, 50.0, x_ss, 2.0, a, tilt, 0.0, drive]);
-            assert_eq!(l.tuple(index), want);
-        }
-    }
-
-    #[test]
     fn a_drive_sampled_with_a_design_belongs_to_it() {
         let zipped =
             vec![(Column::BaseDiameter, sampled(8.0, 12.0, 0)), (Column::Drive, sampled(1.0, 2.0, 1))];

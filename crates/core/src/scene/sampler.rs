@@ -217,13 +217,6 @@ mod tests {
         assert!(last_of(1).iter().all(|&x| x == 1 << 31));
     }
 
-    #[test]
-    fn first_sobol_dimension_is_van_der_corput() {
-        for i in [0, 1, 2, 3, 77, u32::MAX] {
-            assert_eq!(sobol(0, i), i.reverse_bits());
-        }
-    }
-
     /// Each of the first 2^k points lies in a stratum of its own, in every dimension and for every seed.
     #[test]
     fn scramble_keeps_strata() {
