@@ -229,8 +229,13 @@ fn ask(target: &Path, path: &Path) -> Result<Option<File>, Error> {
     if there(file.metadata()) != there(at.symlink_metadata()) {
         return Ok(None);
     }
+    // That of a dead run is not written to: whatever file has this name too stays as it is.
+    if !new {
+        fs::remove_file(&at).map_err(|e| Error::io(&at, e))?;
+        return Ok(None);
+    }
     // On a full disk nobody is told whose lock it is; it holds all the same.
-    let _ = file.set_len(0).and_then(|()| writeln!(file, "{}", std::process::id()));
+    let _ = writeln!(file, "{}", std::process::id());
     Ok(Some(file))
 }
 

@@ -250,7 +250,7 @@ impl Folder {
         let at = |name: &String| self.target.join(name);
         let removed = self.old.files.iter().filter(|_| self.old.forced).map(|f| at(&f.name)).collect();
         let files = self.names.iter().map(at).collect();
-        self.closed.end().map_err(|e| Error::io(&self.target, e))?;
+        self.closed.end(self.hidden.path())?;
         unfinished::placing();
         self.hidden.keep();
         replace::decide(self.hidden.path(), &self.names, &self.old)

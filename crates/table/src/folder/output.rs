@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::record::Listed;
@@ -18,11 +18,26 @@ impl Closed {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Makes them durable, all at once (a disk is waited for about as long as for one), and closes them.
-    pub fn end(&self) -> io::Result<()> {
-        let mut files = std::mem::take(&mut *self.lock());
+    /// Makes them durable, all at once (a disk is waited for about as long as for one), and closes them. Each must be in `folder`, as long as it
+    /// was written.
+    ///
+    /// # Errors
+    /// A file that somebody has removed, cut or replaced; a disk that fails.
+    pub fn end(&self, folder: &Path) -> Result<(), Error> {
+        let files = std::mem::take(&mut *self.lock());
+        let end = |(listed, file): &(Listed, fs::File)| {
+            let path = folder.join(&listed.name);
+            file.sync_all().map_err(|e| Error::io(&path, e))?;
+            match path.symlink_metadata() {
+                Ok(m) if m.is_file() && m.len() == listed.bytes => Ok(()),
+                _ => {
+                    let why = "this file was removed or changed while the run wrote it; there is no new result";
+                    Err(Error::io(&path, io::Error::other(why)))
+                }
+            }
+        };
         std::thread::scope(|scope| {
-            let each: Vec<_> = files.iter_mut().map(|(_, file)| scope.spawn(|| file.sync_all())).collect();
+            let each: Vec<_> = files.iter().map(|file| scope.spawn(move || end(file))).collect();
             each.into_iter().try_for_each(|done| done.join().expect("a call to the system does not panic"))
         })
     }
