@@ -155,7 +155,8 @@ impl Export<'_> {
         lines.push(format!(
             "sigma        noise of one reading ({noise:.3e} {common}), of the calibration, bias; {BEYOND} sigma beyond the distances is outside"
         ));
-        lines.push(format!("error        to `vibrissa locate`, measured: up to {}", self.off));
+        let off = self.off.to_string().replace("; ", ";\n             ");
+        lines.push(format!("error        to `vibrissa locate`, measured: up to {off};"));
         lines.push("             next to the peak of the signal more; float: 5e-5 mm more".to_owned());
         lines.push(format!("data         {}, SHA-256 {}", harmless(&c.data.file), harmless(&c.data.hash)));
         lines.push(format!("calibration  SHA-256 {}\n*/", harmless(&c.checksum)));
@@ -189,7 +190,7 @@ impl Export<'_> {
             let scale = n(strip.scale());
             let line = format!("    {{{from}, {to}, {scale}, {rows}, {parts}, {cells}, {heads}, {values}}},");
             heads += rows * strip.heads[0].len();
-            values += 2 * rows * parts * (cells + 1);
+            values += strip.count();
             line
         };
         let rows: Vec<String> = strips.iter().map(strip).collect();

@@ -26,6 +26,8 @@ const PARTS: usize = 4;
 /// Numbers of rows of a strip, and of cells of a part, tried in this order.
 const ROWS: [usize; 3] = [3, 5, 9];
 const CELLS: [usize; 5] = [32, 64, 128, 256, 512];
+/// Numbers of a side beyond which no strip is divided.
+const MOST: usize = 40_000;
 /// Where the first node of a part is looked at: at s = 0, a peak, there may be no answer.
 pub(super) const FIRST: f64 = 1e-4;
 /// Readings of a part at which the error is measured, and from which s on in the first: next to the peak σ has no bound.
@@ -164,7 +166,8 @@ impl<'a> Side<'a> {
         let mut open = vec![(0, of.drives.len() - 1)];
         while let Some((i, j)) = open.pop() {
             let (strip, found) = side.strip([of.drives[i], of.drives[j]])?;
-            if j > i + 1 && !found.is_within(FINE) {
+            let count: usize = side.strips.iter().map(Strip::count).sum();
+            if j > i + 1 && !found.is_within(FINE) && count < MOST {
                 open.extend([((i + j) / 2, j), (i, (i + j) / 2)]);
             } else {
                 off = off.or(found);
@@ -182,9 +185,8 @@ impl<'a> Side<'a> {
     fn told(&self, drive: f64, size: f64) -> Option<Told> {
         let (found, sigma) =
             self.locator.on_side(self.of, drive, self.strain(size), Known::default()).ok()?;
-        let [nearest, farthest] = self.reach;
         let doubts = self.of.doubts(found.a, found.near, sigma);
-        (nearest..=farthest).contains(&found.a).then(|| Told {
+        Some(Told {
             a: found.a,
             sigma,
             kind: (found.wide, !found.wide && found.slope > 0.0),
@@ -195,19 +197,19 @@ impl<'a> Side<'a> {
 
     fn row(&self, drive: f64) -> Result<Row, InputError> {
         let told = |x: f64| self.told(drive, x.exp() * drive);
-        let [first, last] = self.of.distances;
+        let ([first, last], [nearest, farthest]) = (self.of.distances, self.reach);
+        let is = |x: f64| told(x).is_some_and(|t| (nearest..=farthest).contains(&t.a));
         let some = (0..=8).map(|k| first * (last / first).powf(f64::from((5 * k + 4) % 9) / 8.0));
         let some =
             some.map(|a| (size(self.locator, self.of.sign, self.of.answers.expected(a, drive)) / drive).ln());
         let start = some
             .into_iter()
-            .find(|x| told(*x).is_some())
+            .find(|x| is(*x))
             .ok_or_else(|| InputError::new(format!("no reading has a distance at the drive {drive}")))?;
         let end = |step: f64| {
-            let is = |x: f64| told(x).is_some();
             let inside = |k: usize| start + step * k as f64;
             let outside = (1..STEP.1).find(|k| !is(inside(*k)));
-            outside.map_or(inside(STEP.1), |k| border(inside(k - 1), inside(k), is))
+            outside.map_or(inside(STEP.1), |k| border(inside(k - 1), inside(k), &is))
         };
         let (top, bottom) = (end(STEP.0.ln()), end(-STEP.0.ln()));
         let place = |k: usize| {
@@ -268,11 +270,14 @@ impl<'a> Side<'a> {
 
     fn strip(&self, drives: [f64; 2]) -> Result<(Strip, Off), InputError> {
         let middle = (drives[0] * drives[1]).sqrt();
-        let mut cells = CELLS[0];
-        for more in CELLS {
-            cells = more;
-            let fine = |drive: f64| Ok(self.off(&self.built([drive; 2], 1, cells)?, drive)?.is_within(FINE));
-            if fine(drives[0])? && fine(drives[1])? && fine(middle)? {
+        let fine = |drive: f64, cells: usize| -> Result<bool, InputError> {
+            Ok(self.off(&self.built([drive; 2], 1, cells)?, drive)?.is_within(FINE))
+        };
+        // Where the answer itself jumps, more cells help little.
+        let mut cells = CELLS[2];
+        for less in CELLS {
+            if fine(drives[0], less)? && fine(drives[1], less)? && fine(middle, less)? {
+                cells = less;
                 break;
             }
         }
@@ -347,6 +352,11 @@ impl Strip {
     fn drive(&self, x: f64) -> f64 {
         let [from, to] = self.drives;
         if from < to { (from * to).sqrt() * (to / from).powf(0.5 * x) } else { from }
+    }
+
+    /// Numbers of its table.
+    pub(super) fn count(&self) -> usize {
+        2 * self.values.iter().flatten().map(Vec::len).sum::<usize>()
     }
 
     /// Reading per drive in its middle.
