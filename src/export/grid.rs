@@ -1,9 +1,10 @@
 //! What `locate` answers on one side, as a table over drive and reading.
 //!
-//! A row is one drive. Along it readings fall from the strongest to the weakest that has a distance. A row has up to four parts, between which
-//! the answer may jump: a wide posterior near the peak, the far side of the peak, a wide posterior again, the near side of the peak. In a part
-//! s = √(ln(first/reading)/ln(first/last)) goes from 0 to 1; at even s stand the distance and s σ, both smooth in s also next to a peak. Rows
-//! stand at the Chebyshev–Lobatto points of ln drive, in strips that end at calibrated drives.
+//! A row is one drive. Along a row readings fall from the strongest that has a distance to the weakest. A row has up to four parts: the median of
+//! a wide posterior near the peak of the signal, the root on the far side of the peak, a wide posterior again, the root on the near side of the
+//! peak. The answer may jump between parts. Within a part s = √(ln(first/reading)/ln(first/last)) grows from 0 to 1. The table holds the distance
+//! and s σ at even s: both are smooth in s, also at a peak, where σ is infinite. Rows are the Chebyshev–Lobatto points of ln drive in strips that
+//! end at calibrated drives. A polynomial interpolates between rows, and between the points of a row.
 
 use std::f64::consts::PI;
 use std::fmt;
@@ -30,7 +31,7 @@ const CELLS: [usize; 5] = [32, 64, 128, 256, 512];
 const MOST: usize = 40_000;
 /// Where the first node of a part is looked at: at s = 0, a peak, there may be no answer.
 pub(super) const FIRST: f64 = 1e-4;
-/// Readings of a part at which the error is measured, and from which s on in the first: next to the peak σ has no bound.
+/// Readings of a part at which the error is measured, and the first s in the first part: σ has no bound at the peak.
 const TRIED: usize = 121;
 const PEAK: f64 = 0.03;
 /// Nodes of the polynomial in s.
@@ -59,7 +60,7 @@ pub(super) struct Side<'a> {
     /// Distances that are in the table, mm.
     pub(super) reach: [f64; 2],
     pub(super) strips: Vec<Strip>,
-    /// What is said of stronger and of weaker readings.
+    /// Status of readings above and below the table.
     pub(super) without: [Status; 2],
 }
 
@@ -156,7 +157,7 @@ impl<'a> Side<'a> {
         let mut side = Self { locator, of, reach, strips: Vec::new(), without: [Status::OK; 2] };
         let middle = of.drives[of.drives.len() / 2];
         let row = side.row(middle)?;
-        // Beyond the ends of the table a distance, if there is one, is too far away.
+        // A distance beyond the ends of the table is out of reach.
         let why = |x: f64| {
             let found = locator.on_side(of, middle, side.strain(x.exp() * middle), Known::default());
             found.err().unwrap_or(Status::OUTSIDE_CALIBRATION)
