@@ -1,4 +1,4 @@
-//! The file in C: what it is, its tables, and everything twice, for double and for float.
+//! The file in C: its comment, its table, and the function for double and for float.
 
 use super::Export;
 use super::grid::{FIRST, POINTS, Side};
@@ -21,9 +21,9 @@ const SHARED: [&str; 6] = ["cos", "fabs", "floor", "log", "sqrt", "vibrissa_loca
 #[derive(Clone, Copy)]
 struct Real {
     name: &'static str,
-    /// What its functions of <math.h>, its numbers and the function that answers end with.
+    /// End of the names of <math.h> and of `vibrissa_locate`, and of numbers.
     suffix: &'static str,
-    /// What all other names end with.
+    /// End of all other names.
     own: &'static str,
     /// Relative slack of drives.
     same: f64,
@@ -63,7 +63,7 @@ fn wrapped(parts: impl IntoIterator<Item = String>) -> String {
     lines.join("\n")
 }
 
-/// A name from outside, as it can stand in any comment.
+/// A name of a file, safe in a comment of C.
 fn harmless(name: &str) -> String {
     name.chars().map(|c| if c.is_ascii_alphanumeric() || "._-/ ".contains(c) { c } else { '_' }).collect()
 }
@@ -120,7 +120,7 @@ impl Export<'_> {
     /// The file.
     pub fn text(&self) -> String {
         let values = self.sides.iter().flat_map(|side| &side.strips).flat_map(|s| s.values.iter().flatten());
-        // A thousandth of the error of a distance, and of a standard deviation.
+        // Rounded far below the error of the table.
         let value = |[a, sigma]: &[f64; 2]| [format!("{:.6}", a), format!("{:.5e}", sigma)];
         let values = wrapped(values.flatten().flat_map(value));
         let fitted = |t: &&Tared| matches!(t.from, TaredBy::Fitted | TaredBy::Reference);
@@ -155,7 +155,8 @@ impl Export<'_> {
         lines.push(format!(
             "sigma        noise of one reading ({noise:.3e} {common}), of the calibration, bias; {BEYOND} sigma beyond the distances is outside"
         ));
-        lines.push(format!("error        to `vibrissa locate`, measured: up to {}", self.off));
+        let off = self.off.to_string().replace("; ", ";\n             ");
+        lines.push(format!("error        to `vibrissa locate`, measured: up to {off};"));
         lines.push("             next to the peak of the signal more; float: 5e-5 mm more".to_owned());
         lines.push(format!("data         {}, SHA-256 {}", harmless(&c.data.file), harmless(&c.data.hash)));
         lines.push(format!("calibration  SHA-256 {}\n*/", harmless(&c.checksum)));
@@ -189,7 +190,7 @@ impl Export<'_> {
             let scale = n(strip.scale());
             let line = format!("    {{{from}, {to}, {scale}, {rows}, {parts}, {cells}, {heads}, {values}}},");
             heads += rows * strip.heads[0].len();
-            values += 2 * rows * parts * (cells + 1);
+            values += strip.count();
             line
         };
         let rows: Vec<String> = strips.iter().map(strip).collect();
@@ -217,7 +218,7 @@ impl Export<'_> {
         real.own_names(&code)
     }
 
-    /// The row of the side of this sign, which may not be there.
+    /// The row of `sides` for this sign; without strips where that side has no answer.
     fn side(&self, sign: f64, real: Real) -> String {
         let n = |x: f64| real.number(x);
         let Some(k) = self.sides.iter().position(|side| side.of.sign == sign) else {
@@ -232,7 +233,7 @@ impl Export<'_> {
         format!("    {{{first}, {}, {reals}, {}, {}}},", strips.len(), code(without[0]), code(without[1]))
     }
 
-    /// What makes of the arguments what the table is over.
+    /// Lines of C that turn the arguments into the drive and the signal of the table.
     fn prepare(&self, real: Real) -> String {
         let (l, n) = (self.locator, |x: f64| real.number(x));
         let mut lines = Vec::new();

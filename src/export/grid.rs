@@ -1,9 +1,10 @@
 //! What `locate` answers on one side, as a table over drive and reading.
 //!
-//! A row is one drive. Along it readings fall from the strongest to the weakest that has a distance. A row has up to four parts, between which
-//! the answer may jump: a wide posterior near the peak, the far side of the peak, a wide posterior again, the near side of the peak. In a part
-//! s = √(ln(first/reading)/ln(first/last)) goes from 0 to 1; at even s stand the distance and s σ, both smooth in s also next to a peak. Rows
-//! stand at the Chebyshev–Lobatto points of ln drive, in strips that end at calibrated drives.
+//! A row is one drive. Along a row readings fall from the strongest that has a distance to the weakest. A row has up to four parts: the median of
+//! a wide posterior near the peak of the signal, the root on the far side of the peak, a wide posterior again, the root on the near side of the
+//! peak. The answer may jump between parts. Within a part s = √(ln(first/reading)/ln(first/last)) grows from 0 to 1. The table holds the distance
+//! and s σ at even s: both are smooth in s, also at a peak, where σ is infinite. Rows are the Chebyshev–Lobatto points of ln drive in strips that
+//! end at calibrated drives. A polynomial interpolates between rows, and between the points of a row.
 
 use std::f64::consts::PI;
 use std::fmt;
@@ -26,9 +27,11 @@ const PARTS: usize = 4;
 /// Numbers of rows of a strip, and of cells of a part, tried in this order.
 const ROWS: [usize; 3] = [3, 5, 9];
 const CELLS: [usize; 5] = [32, 64, 128, 256, 512];
+/// Numbers of a side beyond which no strip is divided.
+const MOST: usize = 40_000;
 /// Where the first node of a part is looked at: at s = 0, a peak, there may be no answer.
 pub(super) const FIRST: f64 = 1e-4;
-/// Readings of a part at which the error is measured, and from which s on in the first: next to the peak σ has no bound.
+/// Readings of a part at which the error is measured, and the first s in the first part: σ has no bound at the peak.
 const TRIED: usize = 121;
 const PEAK: f64 = 0.03;
 /// Nodes of the polynomial in s.
@@ -57,7 +60,7 @@ pub(super) struct Side<'a> {
     /// Distances that are in the table, mm.
     pub(super) reach: [f64; 2],
     pub(super) strips: Vec<Strip>,
-    /// What is said of stronger and of weaker readings.
+    /// Status of readings above and below the table.
     pub(super) without: [Status; 2],
 }
 
@@ -154,7 +157,7 @@ impl<'a> Side<'a> {
         let mut side = Self { locator, of, reach, strips: Vec::new(), without: [Status::OK; 2] };
         let middle = of.drives[of.drives.len() / 2];
         let row = side.row(middle)?;
-        // Beyond the ends of the table a distance, if there is one, is too far away.
+        // A distance beyond the ends of the table is out of reach.
         let why = |x: f64| {
             let found = locator.on_side(of, middle, side.strain(x.exp() * middle), Known::default());
             found.err().unwrap_or(Status::OUTSIDE_CALIBRATION)
@@ -164,7 +167,8 @@ impl<'a> Side<'a> {
         let mut open = vec![(0, of.drives.len() - 1)];
         while let Some((i, j)) = open.pop() {
             let (strip, found) = side.strip([of.drives[i], of.drives[j]])?;
-            if j > i + 1 && !found.is_within(FINE) {
+            let count: usize = side.strips.iter().map(Strip::count).sum();
+            if j > i + 1 && !found.is_within(FINE) && count < MOST {
                 open.extend([((i + j) / 2, j), (i, (i + j) / 2)]);
             } else {
                 off = off.or(found);
@@ -182,9 +186,8 @@ impl<'a> Side<'a> {
     fn told(&self, drive: f64, size: f64) -> Option<Told> {
         let (found, sigma) =
             self.locator.on_side(self.of, drive, self.strain(size), Known::default()).ok()?;
-        let [nearest, farthest] = self.reach;
         let doubts = self.of.doubts(found.a, found.near, sigma);
-        (nearest..=farthest).contains(&found.a).then(|| Told {
+        Some(Told {
             a: found.a,
             sigma,
             kind: (found.wide, !found.wide && found.slope > 0.0),
@@ -195,19 +198,19 @@ impl<'a> Side<'a> {
 
     fn row(&self, drive: f64) -> Result<Row, InputError> {
         let told = |x: f64| self.told(drive, x.exp() * drive);
-        let [first, last] = self.of.distances;
+        let ([first, last], [nearest, farthest]) = (self.of.distances, self.reach);
+        let is = |x: f64| told(x).is_some_and(|t| (nearest..=farthest).contains(&t.a));
         let some = (0..=8).map(|k| first * (last / first).powf(f64::from((5 * k + 4) % 9) / 8.0));
         let some =
             some.map(|a| (size(self.locator, self.of.sign, self.of.answers.expected(a, drive)) / drive).ln());
         let start = some
             .into_iter()
-            .find(|x| told(*x).is_some())
+            .find(|x| is(*x))
             .ok_or_else(|| InputError::new(format!("no reading has a distance at the drive {drive}")))?;
         let end = |step: f64| {
-            let is = |x: f64| told(x).is_some();
             let inside = |k: usize| start + step * k as f64;
             let outside = (1..STEP.1).find(|k| !is(inside(*k)));
-            outside.map_or(inside(STEP.1), |k| border(inside(k - 1), inside(k), is))
+            outside.map_or(inside(STEP.1), |k| border(inside(k - 1), inside(k), &is))
         };
         let (top, bottom) = (end(STEP.0.ln()), end(-STEP.0.ln()));
         let place = |k: usize| {
@@ -268,11 +271,14 @@ impl<'a> Side<'a> {
 
     fn strip(&self, drives: [f64; 2]) -> Result<(Strip, Off), InputError> {
         let middle = (drives[0] * drives[1]).sqrt();
-        let mut cells = CELLS[0];
-        for more in CELLS {
-            cells = more;
-            let fine = |drive: f64| Ok(self.off(&self.built([drive; 2], 1, cells)?, drive)?.is_within(FINE));
-            if fine(drives[0])? && fine(drives[1])? && fine(middle)? {
+        let fine = |drive: f64, cells: usize| -> Result<bool, InputError> {
+            Ok(self.off(&self.built([drive; 2], 1, cells)?, drive)?.is_within(FINE))
+        };
+        // Where the answer itself jumps, more cells help little.
+        let mut cells = CELLS[2];
+        for less in CELLS {
+            if fine(drives[0], less)? && fine(drives[1], less)? && fine(middle, less)? {
+                cells = less;
                 break;
             }
         }
@@ -347,6 +353,11 @@ impl Strip {
     fn drive(&self, x: f64) -> f64 {
         let [from, to] = self.drives;
         if from < to { (from * to).sqrt() * (to / from).powf(0.5 * x) } else { from }
+    }
+
+    /// Numbers of its table.
+    pub(super) fn count(&self) -> usize {
+        2 * self.values.iter().flatten().map(Vec::len).sum::<usize>()
     }
 
     /// Reading per drive in its middle.

@@ -27,7 +27,7 @@ pub struct Export<'a> {
 }
 
 impl<'a> Export<'a> {
-    /// Of what `locator` answers, which was made of `calibration`.
+    /// The program that answers as `locator`, which was opened from `calibration`.
     ///
     /// # Errors
     /// A calibration of two signals; an estimator that is not smooth enough, or answers nothing at some drive.

@@ -35,6 +35,6 @@ int vibrissa_locatef(float drive, float signal, float zero, float *distance_mm, 
 #include <math.h>
 
 /* Distance, mm, and s times its standard deviation, by strip, row, part and place s. */
-static const float table[] = {
+static const float vibrissa_table[] = {
 @VALUES
 };

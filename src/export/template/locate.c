@@ -96,7 +96,7 @@ int vibrissa_locate_F(REAL drive, REAL signal, REAL zero, REAL *distance_mm, REA
     }
     weights_F(node, @POINTS, s * (REAL)strip->cells - (REAL)first, point);
     for (k = 0; k < strip->rows; k++) {
-        value = table + strip->values + 2 * ((k * strip->parts + part) * (strip->cells + 1) + first);
+        value = vibrissa_table + strip->values + 2 * ((k * strip->parts + part) * (strip->cells + 1) + first);
         for (i = 0; i < @POINTS; i++) {
             a += row[k] * point[i] * value[2 * i];
             sigma += row[k] * point[i] * value[2 * i + 1];
