@@ -200,8 +200,7 @@ impl Pole {
             l: [2.0; 2],
             drive: [0.5, 10.0],
         };
-        let reader =
-            Reader::towards(&setup, (&DISTANCES, &[direction]), &wanted, 1e-5).expect("taps are solved");
+        let reader = Reader::new(&setup, (&DISTANCES, &[direction]), &wanted, 1e-5).expect("taps are solved");
         Self {
             designs: tuples.iter().map(|t| Design::new(&setup, *t)).collect(),
             tasks: (0..).zip(&tuples).map(|(i, t)| Task::of(i, t)).collect(),

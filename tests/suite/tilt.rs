@@ -395,7 +395,6 @@ fn charts_hold_tilted_taps() {
             let reader = Reader::new(&setup, (&distances, &directions), &wanted, 1e-5)
                 .expect("taps are solved")
                 .expect("the model is smooth");
-            assert_eq!(reader.charts().len(), 6);
             let designs: Vec<Design> = tuples.iter().map(|t| Design::new(&setup, *t)).collect();
             let tasks: Vec<Task> = tuples.iter().zip(0..).map(|(t, i)| Task::of(i, t)).collect();
             let read = reader.read(&setup, &designs, &tasks);
