@@ -128,9 +128,9 @@ pub(super) fn read<'a>(
     let columns = Columns { names: std::array::from_fn(|k| names[k]), spare: &spare };
     let path = base.join(item.text()?);
     let label = path.display().to_string();
-    let open = || TextFile::open(&path, WHAT, Limit::Lines).map_err(|e| table::named(item, e));
-    let (first, text) = header(open()?)
-        .map_err(|e| table::named(item, refused(e).unwrap_or_else(|e| unread(WHAT, &label, &e))))?;
+    let text = TextFile::open(&path, WHAT, Limit::Lines);
+    let begun = |text| header(text).map_err(|e| refused(e).unwrap_or_else(|e| unread(WHAT, &label, &e)));
+    let (first, text) = text.and_then(begun).map_err(|e| table::named(item, e))?;
     let (mut listed, mut varied) = (Listed::default(), Varied::new(&first));
     let (mut rows, mut seen) = (DoubtfulRows::new(drive), [false; 2]);
     let mut row = |values: [f64; ALL], start| {
@@ -143,7 +143,7 @@ pub(super) fn read<'a>(
         }
     };
     let header = table::scan(table::separated(text, separator(&first)), columns, allowed, &mut row)
-        .map_err(|trouble| table::named(item, trouble.in_file(&path, columns)))?;
+        .map_err(|trouble| trouble.in_file(&path, columns))?;
     if listed.len() as u64 > MOST_ROWS {
         return Err(item.error("this file has too many rows").allowed(format!("{MOST_ROWS}")));
     }
@@ -157,15 +157,16 @@ pub(super) fn read<'a>(
 
 /// The first line of a text that is no comment, and the text from its begin.
 fn header<R: std::io::Read>(text: R) -> std::io::Result<(String, impl std::io::Read)> {
-    let (mut text, mut read, mut from) = (BufReader::new(text), Vec::new(), 0);
-    while text.read_until(b'\n', &mut read)? > 0 {
-        let line = String::from_utf8_lossy(&read[from..]);
-        if !line.trim().is_empty() && !line.starts_with('#') {
-            break;
+    let (mut text, mut read, mut line) = (BufReader::new(text), Vec::new(), String::new());
+    loop {
+        let from = read.len();
+        let end = text.read_until(b'\n', &mut read)? == 0;
+        line.clear();
+        line += String::from_utf8_lossy(&read[from..]).trim_start_matches('\u{feff}');
+        if end || !line.trim().is_empty() && !line.starts_with('#') {
+            return Ok((line, Cursor::new(read).chain(text)));
         }
-        from = read.len();
     }
-    Ok((String::from_utf8_lossy(&read[from..]).into_owned(), Cursor::new(read).chain(text)))
 }
 
 /// Whether poles tilt, and lean, in the rows so far.

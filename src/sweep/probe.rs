@@ -17,8 +17,7 @@ use crate::evaluate::Task;
 use crate::kernel::ranking::{Case, Ranking};
 use crate::plan::{CHUNK, Plan};
 use crate::progress::Silent;
-use crate::scene::Layout;
-use crate::scene::{Space, Study, Tuple};
+use crate::scene::{Layout, Space, Study, Tuple};
 use crate::sink::table::Table;
 
 /// A helping that takes so long is large enough to tell, s.

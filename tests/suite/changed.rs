@@ -36,22 +36,6 @@ fn edit(path: &Path, digit: &str) {
 }
 
 #[test]
-fn a_tuple_file_that_changes_while_it_is_swept_gives_no_result() {
-    let desk = Desk::new("[tuples]\nfile = \"list.csv\"\n[model]\ngeometry = \"linear\"\n");
-    let row =
-        |i: usize| format!("10,{}.125,50.000,5.000,2.000,{}.1250,1.0000001\n", 3 + i % 5, 21 + i / 5 % 27);
-    let rows: String = (0..240_000).map(row).collect();
-    desk.write("list.csv", format!("D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg\n{rows}"));
-    let line = ["sweep", "spec.toml", "--backend", "cpu", "--out", "out", "--keep-every", "3600"];
-    let left = changed(&desk, &line, "tuples.csv", || edit(&desk.path("list.csv"), "2"));
-    let said = words(&left.stderr);
-    assert_eq!(left.status.code(), Some(1), "{said}");
-    assert!(said.contains("list.csv: this tuple file was changed while the run read it"), "{said}");
-    assert!(!desk.path("out").exists());
-    desk.run(&line).exits(0);
-}
-
-#[test]
 fn readings_that_change_while_they_are_located_give_no_result() {
     let desk = calibrated();
     let rows: String = (0..400_000).map(|i| format!("4,{}e-7\n", 3000 + i % 900)).collect();

@@ -1,7 +1,7 @@
 //! Rows read from charts, column by column against the same reduced from taps solved in f64.
 
 use crate::common::specs;
-use crate::common::sweeping::{CPU_F64, number, sweep};
+use crate::common::sweeping::{CPU_F64, Row, number, sweep};
 use vibrissa::chart::{ranges::Wanted, rows::RowReader};
 use vibrissa::design::Design;
 use vibrissa::scene::Tuple;
@@ -33,7 +33,11 @@ fn agrees(text: &str, read: std::ops::Range<f64>) {
     assert!(read.contains(&share), "{share} of the rows are read");
     let pairs = || {
         let rows = got.iter().zip(&want).zip(&tuples);
-        rows.filter_map(|((got, want), t)| Some((got.as_ref()?.row.figures(), want, t)))
+        // A search counts a contact that slips off, a table does not.
+        let on = |want: &Row| !want["status"].contains("slipped_off");
+        rows.filter_map(move |((got, want), t)| {
+            Some((got.as_ref().filter(|_| on(want))?.row.figures(), want, t))
+        })
     };
     let other = pairs().filter(|(got, want, _)| got.status.to_string() != want["status"]).count();
     assert!(other <= 2, "{other} rows with other words");

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::AtomicBool;
 
-/// Never set: for work that nobody stops.
+/// A stop flag that is never raised.
 pub static NEVER: AtomicBool = AtomicBool::new(false);
 
 /// Is told how far the work is.
