@@ -20,7 +20,6 @@ mod contour_curves;
 mod counted;
 mod curve;
 mod drivers;
-mod effects;
 mod every_model;
 mod explain;
 mod explore;

@@ -9,14 +9,14 @@ use serde_json::Value;
 
 use crate::common::program::Desk;
 use crate::common::sweeping::{CPU_F64, Row, Table, number};
-use vibrissa::census::needed::Needed;
 use vibrissa::census::sample::ComparedRows;
+use vibrissa::census::{Taps, needed::Needed};
 use vibrissa::error::Error;
 use vibrissa::plan::Plan;
 use vibrissa::progress::Progress;
 use vibrissa::scene::Setup;
+use vibrissa::spec;
 use vibrissa::sweep::{self, Target};
-use vibrissa::{design, spec};
 
 /// All effects of soft rubber, small taps.
 fn soft(theta: &str, more: &str) -> String {
@@ -44,8 +44,7 @@ fn least(setup: &Setup, row: &Row) -> f64 {
             .map(|c| number(row, c).expect("a number"));
     let tuple =
         vibrissa::scene::Tuple { D: big, d: tip, L_a: length, x_ss, l, a, drive, ..Default::default() };
-    let shared = design::Design::new(setup, tuple).shared.expect("a whisker");
-    1e-3 * shared.peak * design::amount(setup.drive, drive)
+    Taps::of(setup, &[tuple]).least(0)
 }
 
 /// Largest change of strain from one tuples.csv to another of the same taps, whose words must be the same.

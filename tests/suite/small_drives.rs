@@ -3,8 +3,7 @@
 use std::path::Path;
 
 use crate::common::sweeping::{GPU, REFERENCE, number, sweep};
-use vibrissa::census::sample;
-use vibrissa::design::{Design, amount};
+use vibrissa::census::{Taps, sample};
 use vibrissa::spec;
 
 /// Keys of `[tap]`: drives fall, so that the first taps of a batch are large ones.
@@ -47,17 +46,15 @@ fn on_a_gpu_strains_of_built_whiskers_keep_the_tolerance_at_small_drives() {
         let text =
             format!("[whisker]\n{cone}{whisker}\n[gauge]\nx_ss = 5\nl = 2\n[tap]\n{tap}\n[model]\n{model}\n");
         let study = spec::parse("spec.toml", &text, Path::new("")).unwrap().study;
-        let tuples = sample::random(&study.space, 1000, 0);
+        let taps = Taps::of(&study.setup, &sample::random(&study.space, 1000, 0));
         let [found, wanted] = [GPU, REFERENCE].map(|place| sweep(&text, place).tuples);
         let mut worst = 0.0f64;
-        for (tuple, (found, wanted)) in tuples.iter().zip(found.rows.iter().zip(&wanted.rows)) {
+        for (i, (found, wanted)) in found.rows.iter().zip(&wanted.rows).enumerate() {
             assert_eq!(found["status"], wanted["status"], "{text}{found:?}");
             let [Some(strain), Some(right)] = [found, wanted].map(|row| number(row, "strain")) else {
                 continue;
             };
-            let peak = Design::new(&study.setup, *tuple).shared.unwrap().peak;
-            let least = 1e-3 * amount(study.setup.drive, tuple.drive) * peak;
-            let error = (strain - right).abs() / right.abs().max(least);
+            let error = (strain - right).abs() / right.abs().max(taps.least(i));
             assert!(error <= 1e-5, "off by {error:.1e} of itself: {text}{found:?}\n{wanted:?}");
             worst = worst.max(error);
         }

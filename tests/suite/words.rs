@@ -1,7 +1,7 @@
 //! One tap, one word: whatever the backend, the precision and the neighbours of a tap, it has the word of the reference, and its own digits.
 
 use rayon::prelude::*;
-use vibrissa::census::hard::random;
+use vibrissa::census::{Taps, hard::random};
 use vibrissa::chart::{ranges::Wanted, reader::Reader, rows::RowReader};
 use vibrissa::design::{Design, amount};
 use vibrissa::evaluate::{Evaluator, Method, Outcome, Task};
@@ -78,20 +78,14 @@ fn hard(kind: Drive, n: u32, seed: u64) -> Vec<Tuple> {
     (0..n).map(one).collect()
 }
 
-fn designs(setup: &Setup, tuples: &[Tuple]) -> (Vec<Design>, Vec<Task>) {
-    let tasks = tuples.iter().enumerate().map(|(i, t)| Task::of(i as u32, t)).collect();
-    (tuples.iter().map(|t| Design::new(setup, *t)).collect(), tasks)
-}
-
 /// Where the words of `place` are not those of the reference, or its strains are over their bound; how many taps it left to the reference.
 fn faults(setup: &Setup, place: Place, tuples: &[Tuple], exact: &[Outcome]) -> (Vec<String>, usize) {
-    let (designs, tasks) = designs(setup, tuples);
+    let taps = Taps::of(setup, tuples);
     let mut evaluator = Evaluator::new(setup, place.open(setup));
-    let found = evaluator.run_beside(&designs, &tasks, exact).expect("the backend answers");
+    let found = evaluator.run_beside(&taps.designs, &taps.tasks, exact).expect("the backend answers");
     let bound = evaluator_bound(place);
     let fault = |(i, (e, f)): (usize, (&Outcome, &Outcome))| {
-        let least = 1e-3 * designs[i].shared.as_ref()?.peak * amount(setup.drive, tuples[i].drive);
-        let error = (f.strain - e.strain).abs() / e.strain.abs().max(least);
+        let error = (f.strain - e.strain).abs() / e.strain.abs().max(taps.least(i));
         let wrong = f.status != e.status || e.strain.is_finite() && e.strain != f.strain && error > bound;
         wrong.then(|| {
             let (model, t) = (&setup.model, &tuples[i]);
@@ -110,8 +104,7 @@ fn evaluator_bound(place: Place) -> f64 {
 }
 
 fn exact(setup: &Setup, tuples: &[Tuple]) -> Vec<Outcome> {
-    let (designs, tasks) = designs(setup, tuples);
-    Evaluator::new(setup, Method::Reference).run(&designs, &tasks).expect("it answers")
+    Taps::of(setup, tuples).answers(Method::Reference).expect("it answers")
 }
 
 #[test]
@@ -203,7 +196,7 @@ fn a_solved_tap_has_the_same_digits_beside_any_neighbours() {
     for model in [model(LAWS[0]), all_effects(LAWS[1]), coulomb] {
         let setup = setup(model, Side::Contact, Drive::Angle);
         let tuples = random(Drive::Angle, false, 300, 5);
-        let (designs, tasks) = designs(&setup, &tuples);
+        let Taps { designs, tasks, .. } = Taps::of(&setup, &tuples);
         let backwards: Vec<Task> = tasks.iter().rev().copied().collect();
         for place in [CPU, CPU_F64, GPU] {
             let mut evaluator = Evaluator::new(&setup, place.open(&setup));
@@ -249,7 +242,7 @@ fn a_tap_read_from_a_chart_has_the_same_digits_beside_any_neighbours() {
         }
     };
     let tuples: Vec<Tuple> = (0..400).map(one).collect();
-    let (designs, tasks) = designs(&setup, &tuples);
+    let Taps { designs, tasks, .. } = Taps::of(&setup, &tuples);
     let at = (&distances[..], &[Direction::UPRIGHT][..]);
     let reader = Reader::new(&setup, at, &wanted, 1e-5).expect("it solves").expect("there are charts");
     let together = reader.read(&setup, &designs, &tasks);

@@ -2,8 +2,8 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use vibrissa::design::{Design, amount};
-use vibrissa::evaluate::{Evaluator, Method, Outcome, Task};
+use vibrissa::census::Taps;
+use vibrissa::evaluate::{Method, Outcome};
 use vibrissa::scene::sampler::Sampler;
 use vibrissa::scene::{Drive, Setup, Tuple};
 
@@ -44,11 +44,6 @@ pub struct Known {
     pub strain: f64,
     pub force: f64,
     pub arc: f64,
-}
-
-/// The `hooke` rows of the file of `kind`.
-pub fn hooke(kind: Kind) -> Vec<Known> {
-    known(kind).remove("hooke").expect("every file has them")
 }
 
 /// Rows of a file of tests/data by column.
@@ -123,13 +118,7 @@ pub fn random(kind: Kind, n: u32) -> Vec<Tuple> {
 
 /// Outcomes of `tuples` on a backend, and the strain to which the tolerance of each refers at least, 1e-3 θ f_max.
 pub fn evaluate(setup: &Setup, method: Method, tuples: &[Tuple]) -> Vec<(Outcome, f64)> {
-    let designs: Vec<Design> = tuples.iter().map(|t| Design::new(setup, *t)).collect();
-    let task = |(i, t): (usize, &Tuple)| Task::of(i as u32, t);
-    let tasks: Vec<Task> = tuples.iter().enumerate().map(task).collect();
-    let outcomes = Evaluator::new(setup, method).run(&designs, &tasks).expect("the backend answers");
-    let least = |(i, t): (usize, &Tuple)| {
-        let peak = designs[i].shared.as_ref().map_or(0.0, |s| s.peak);
-        1e-3 * peak * amount(setup.drive, t.drive)
-    };
-    outcomes.into_iter().zip(tuples.iter().enumerate().map(least)).collect()
+    let taps = Taps::of(setup, tuples);
+    let outcomes = taps.answers(method).expect("the backend answers");
+    outcomes.into_iter().enumerate().map(|(i, outcome)| (outcome, taps.least(i))).collect()
 }

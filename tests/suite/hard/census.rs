@@ -6,12 +6,10 @@
 //! cargo test --release --test suite -- --ignored --nocapture census
 //! ```
 
-use rayon::prelude::*;
-
 use super::*;
+use vibrissa::census::Taps;
 use vibrissa::census::configuration::{Configuration, HUB, all as configured};
-use vibrissa::design::{Design, amount};
-use vibrissa::evaluate::{Evaluator, Method, Task};
+use vibrissa::evaluate::{Evaluator, Method};
 use vibrissa::scene::Drive;
 use vibrissa::scene::sampler::Sampler;
 
@@ -53,14 +51,12 @@ fn count(places: &[Place], rows: impl Fn(&Configuration) -> u32, seed: u64) -> V
     for c in &configured() {
         let setup = c.setup();
         let tuples = extreme(c, rows(c), seed);
-        let designs: Vec<Design> = tuples.par_iter().map(|t| Design::new(&setup, *t)).collect();
-        let task =
-            |(i, t): (usize, &Tuple)| Task { design: i as u32, a: t.a, drive: t.drive, ..Task::default() };
-        let tasks: Vec<Task> = tuples.iter().enumerate().map(task).collect();
-        let exact = Evaluator::new(&setup, Method::Reference).run(&designs, &tasks).expect("it answers");
+        let taps = Taps::of(&setup, &tuples);
+        let exact = taps.answers(Method::Reference).expect("it answers");
         for (place, total) in places.iter().zip(&mut totals) {
             let mut evaluator = Evaluator::new(&setup, place.open(&setup));
-            let found = evaluator.run_beside(&designs, &tasks, &exact).expect("the backend answers");
+            let found =
+                evaluator.run_beside(&taps.designs, &taps.tasks, &exact).expect("the backend answers");
             for (i, (e, f)) in exact.iter().zip(&found).enumerate() {
                 total[3] += usize::from(f.referred);
                 if !(e.strain.is_finite() && f.strain.is_finite()) {
@@ -68,9 +64,8 @@ fn count(places: &[Place], rows: impl Fn(&Configuration) -> u32, seed: u64) -> V
                     continue;
                 }
                 total[1] += 1;
-                let peak = designs[i].shared.as_ref().map_or(0.0, |s| s.peak);
-                let least = 1e-3 * peak * amount(setup.drive, tuples[i].drive);
-                let error = (f.strain - e.strain).abs() / e.strain.abs().max(least).max(f64::MIN_POSITIVE);
+                let error =
+                    (f.strain - e.strain).abs() / e.strain.abs().max(taps.least(i)).max(f64::MIN_POSITIVE);
                 if error.is_nan() || error > bound(*place) {
                     total[0] += 1;
                     over.push(format!(
