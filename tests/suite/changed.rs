@@ -11,7 +11,7 @@ use serde_json::json;
 use vibrissa::sink::folder::{Folder, Question};
 
 use crate::common::program::{Desk, SPEC, names};
-use crate::common::world::{Running, calibrated, held, program, send, shell, until, words};
+use crate::common::world::{Running, calibrated, held, program, send, shell, words};
 
 /// Whether a run for `out` has begun to write `table`.
 fn begun(desk: &Desk, table: &str) -> bool {

@@ -40,7 +40,11 @@ fn a_driver_that_crashes_in_its_first_calls_takes_no_command_with_it() {
     for (place, what, why) in [
         ("vkCreateInstance", "*(volatile int *)0 = 1;", "crashed (signal: 11 (SIGSEGV)"),
         ("vkCreateInstance", "raise(SIGABRT);", "crashed (signal: 6 (SIGABRT)"),
-        ("vkEnumerateInstanceExtensionProperties", "*(volatile int *)0 = 1;", "crashed (signal: 11 (SIGSEGV)"),
+        (
+            "vkEnumerateInstanceExtensionProperties",
+            "*(volatile int *)0 = 1;",
+            "crashed (signal: 11 (SIGSEGV)",
+        ),
         ("negotiate", "raise(SIGKILL);", "crashed (signal: 9 (SIGKILL)"),
         ("vkCreateInstance", "_exit(3);", "crashed (exit status: 3)"),
     ] {
