@@ -244,9 +244,10 @@ fn the_kernels_of_device_and_cpu_are_the_same_for_built_whiskers() {
             "curvature = 0.006\ncurvature_slope = -1e-4",
             "surface = true\nmaterial = { yeoh = [0.5, -0.08, 0.02] }",
         ),
+        ("core = { diameter = 0.5, modulus = 60000 }", "extension = true"),
         (
-            "core = { diameter = 0.5, modulus = 60000 }\nroot = { k_theta = 500, k_y = 20, k_x = 30 }\nhub = 5",
-            "extension = true\ncontact = \"stick\"",
+            "root = { k_theta = 500, k_y = 20, k_x = 30 }\nhub = 5",
+            "extension = true\ncontact = \"stick\"\nmaterial = { mooney-rivlin = [0.35, 0.15] }",
         ),
     ] {
         let text = format!(
