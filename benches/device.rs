@@ -9,7 +9,7 @@ use vibrissa::census::bench::{probe::Probe, taps};
 use vibrissa::census::configuration;
 use vibrissa::chart::ranker::Ranker;
 use vibrissa::evaluate::{Evaluator, Method};
-use vibrissa::kernel::ranking::Ranking;
+use vibrissa::kernel::gpu::ranking::DeviceRanker;
 use vibrissa::scene::{BackendChoice, Precision, RunOptions};
 use vibrissa::spec;
 
@@ -53,7 +53,7 @@ fn ranked(name: &str, model: &str, drives: u32, by: &str) {
         seconds(|| solver.device().expect("a device").ranking(&charts, &layout).expect("it ranks"));
     let mut device = device.expect("it serves devices");
     let most = device.most();
-    let run = |device: &mut dyn Ranking, overlapped: bool| {
+    let run = |device: &mut DeviceRanker, overlapped: bool| {
         let mut done = 0;
         for k in 0..BATCHES {
             device.start(k * most..(k + 1) * most, 0.0);
@@ -66,8 +66,8 @@ fn ranked(name: &str, model: &str, drives: u32, by: &str) {
         }
         assert_eq!(done, BATCHES, "batches that came back");
     };
-    let alone = seconds(|| run(&mut *device, false)).1;
-    let both = seconds(|| run(&mut *device, true)).1;
+    let alone = seconds(|| run(&mut device, false)).1;
+    let both = seconds(|| run(&mut device, true)).1;
     let rate = (BATCHES * most * layout.block()) as f64 / both / 1e9;
     println!(
         "{name}: charts {charting:.3}, shader {compiling:.3}, {BATCHES} batches of {most} designs {alone:.4}, overlapped {both:.4}: {rate:.2} G taps/s"

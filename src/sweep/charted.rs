@@ -16,7 +16,8 @@ use crate::chart::{
 use crate::design::Design;
 use crate::error::{Error, SolveError};
 use crate::evaluate::Task;
-use crate::kernel::ranking::{Case, Charts, Ranking};
+use crate::kernel::gpu::ranking::DeviceRanker;
+use crate::kernel::ranking::{Case, Charts};
 use crate::plan::{Layout, Plan};
 use crate::reduce::Sweeps;
 use crate::scene::Tuple;
@@ -136,7 +137,7 @@ pub(super) fn device(
     run: &mut Run<'_>,
     rankers: &Rankers<'_>,
     layout: &Layout,
-) -> Result<Option<Box<dyn Ranking>>, Error> {
+) -> Result<Option<DeviceRanker>, Error> {
     // A device ranks the designs of one rig.
     match rankers.0.as_slice() {
         [Some(ranker)] if ranker.serves_devices() => Ok(run.evaluator.ranking(*ranker, layout)?),
@@ -175,7 +176,7 @@ impl Search<'_> {
     }
 
     /// On a GPU, batches that overlap; the rows of the few designs that have any below the bound are listed in lanes.
-    fn on_device(&mut self, run: &mut Run<'_>, mut device: Box<dyn Ranking>) -> Result<(), Error> {
+    fn on_device(&mut self, run: &mut Run<'_>, mut device: DeviceRanker) -> Result<(), Error> {
         let (mut next, end) = (self.from, run.designs.end);
         loop {
             run.check_stop()?;

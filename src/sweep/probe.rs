@@ -14,7 +14,8 @@ use crate::curve::both::TAPS;
 use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::Task;
-use crate::kernel::ranking::{Case, Ranking};
+use crate::kernel::gpu::ranking::DeviceRanker;
+use crate::kernel::ranking::Case;
 use crate::plan::{CHUNK, Plan};
 use crate::progress::Silent;
 use crate::scene::{Layout, Space, Study, Tuple};
@@ -145,7 +146,7 @@ fn ranked(run: &mut Run<'_>, layout: &Layout, ranker: &Rankers<'_>) -> Result<f6
     let mut limit = f32::INFINITY;
     let start = Instant::now();
     let easy = match charted::device(run, ranker, layout)? {
-        Some(mut device) => start.elapsed().as_secs_f64() + device_seconds(&mut *device, layout.n_designs)?,
+        Some(mut device) => start.elapsed().as_secs_f64() + device_seconds(&mut device, layout.n_designs)?,
         None => paced(layout.n_designs, &mut |n| {
             let ks: Vec<u64> = (0..n).map(|i| place(i, layout.n_designs)).collect();
             let mut found: Found = charted::group(layout, ranker, &ks, limit);
@@ -161,7 +162,7 @@ fn ranked(run: &mut Run<'_>, layout: &Layout, ranker: &Rankers<'_>) -> Result<f6
 }
 
 /// The same on a device: what more designs cost beyond fewer, for a batch of any size waits for the device.
-fn device_seconds(device: &mut dyn Ranking, designs: u64) -> Result<f64, Error> {
+fn device_seconds(device: &mut DeviceRanker, designs: u64) -> Result<f64, Error> {
     let [few, many] = BATCHES.map(|n| n.min(designs).min(device.most()));
     let mut timed = |n: u64| -> Result<f64, Error> {
         let start = Instant::now();

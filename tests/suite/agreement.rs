@@ -5,11 +5,19 @@ use std::sync::LazyLock;
 
 use crate::common::cases::{Kind, Known, evaluate, known, random};
 use crate::common::configuration;
+use crate::common::specs;
 use crate::common::sweeping::{CPU, CPU_F64, GPU, GPU_F64, Place, REFERENCE};
+use vibrissa::design::{Design, amount};
 use vibrissa::evaluate::Outcome;
-use vibrissa::kernel::gpu;
-use vibrissa::scene::{Precision, Tuple};
+use vibrissa::kernel::cpu::Cpu;
+use vibrissa::kernel::gpu::{self, Gpu};
+use vibrissa::kernel::tap::{Ask, Frame};
+use vibrissa::kernel::{Effects, Job, Rung, Solution, Solver, Tap};
+use vibrissa::physics::onset::Grip;
+use vibrissa::scene::{Contact, Material, Precision, Tuple};
 use vibrissa::status::Status;
+use vibrissa::verify::{configuration, taps};
+use vibrissa_built::{Rod, first_rung};
 
 /// Random taps of each kind.
 const RANDOM: u32 = 800;
@@ -185,4 +193,114 @@ fn gpu_f64_agrees() {
     );
     agrees_with_another_code(GPU_F64);
     agrees_with_the_reference(GPU_F64);
+}
+
+/// Errors and all numbers of answers of a device and of the CPU, in pairs: the same but for rounding, which few taps make much of. What has gone astray has no number
+/// worth a comparison.
+#[track_caller]
+fn are_the_same(name: &str, pairs: impl Iterator<Item = ((f64, Vec<f64>), (f64, Vec<f64>))>) {
+    let near = |x: &f64, y: &f64| (x - y).abs() <= 1e-4 * y.abs() + 1e-11;
+    let kept: Vec<_> = pairs.filter(|(a, b)| a.0 < 1e-2 || b.0 < 1e-2).collect();
+    let apart: Vec<_> = kept.iter().filter(|(a, b)| !a.1.iter().zip(&b.1).all(|(x, y)| near(x, y))).collect();
+    println!("{name}: {} of {} apart", apart.len(), kept.len());
+    assert!(kept.len() > 100 && 50 * apart.len() <= kept.len(), "{name}: {:#?}", apart.first());
+}
+
+/// In f64 a device and the CPU do the same on a rung: every number of an answer, its estimated error and the sweeps among them.
+#[test]
+fn the_kernels_of_device_and_cpu_are_the_same() {
+    let mut device = Gpu::new(gpu::adapters().swap_remove(0), Precision::F64).expect("shaders with f64");
+    let mut cpu = Cpu::new(Precision::F64);
+    let all = configuration::all();
+    for (name, spatial) in [
+        ("hooke", false),
+        ("timoshenko-hub", true),
+        ("mooney-coulomb", false),
+        ("stick", true),
+        ("yeoh", true),
+        ("pole-far", true),
+    ] {
+        let setup = all.iter().find(|c| c.name == name).expect("a configuration").setup();
+        let tuples = [taps::random(setup.drive, setup.hub > 0.0, 400, 9), taps::hard(&setup)].concat();
+        let grip = match setup.model.contact {
+            Contact::Stick => Grip::Stick,
+            Contact::Coulomb(mu) => Grip::Slide(mu),
+            Contact::Frictionless => Grip::Slide(0.0),
+        };
+        let frame = |t: &Tuple| {
+            let shared = Design::new(&setup, *t).shared?;
+            let (curve, peak, amount) = (&shared.model, shared.peak, amount(setup.drive, t.drive));
+            let (model, side) = (&setup.model, setup.gauge.side);
+            Frame::new(&Ask { model, side, curve, peak, a: t.a, amount, grip, start: 0.0 }).map(|f| *f.tap())
+        };
+        let asked: Vec<Tap> = tuples.iter().filter_map(frame).collect();
+        let effects = Effects::new(&setup.model, setup.gauge.side, grip == Grip::Stick);
+        let effects = Effects { spatial, ..effects };
+        let rung = &Rung::ladder(Precision::F64, &setup.model.material, 1e-8)[usize::from(name == "stick")];
+        let job = Job { effects, rule: &rung.rule, tolerance: 1e-8, chart: rung.chart() };
+        let (mut found, mut wanted) = (Vec::new(), Vec::new());
+        device.solve(&job, &asked, &mut found).expect("answers");
+        cpu.solve(&job, &asked, &mut wanted).expect("answers");
+        let numbers = |s: &Solution| (s.error, s.values().to_vec());
+        are_the_same(name, found.iter().map(numbers).zip(wanted.iter().map(numbers)));
+    }
+}
+
+/// In f64 a device and the lanes of the CPU do the same on a rung: every number of an answer, its estimated error and the shots among them.
+#[test]
+fn the_kernels_of_device_and_cpu_are_the_same_for_built_whiskers() {
+    let mut gpu = Gpu::new(gpu::adapters().swap_remove(0), Precision::F64).expect("shaders with f64");
+    for (whisker, model) in [
+        (
+            "bore = [[0, 3], [12, 2], [20, 1]]",
+            "surface = true\nshear = true\nextension = true\npole_radius = 2",
+        ),
+        (
+            "curvature = 0.006\ncurvature_slope = -1e-4",
+            "surface = true\nmaterial = { yeoh = [0.5, -0.08, 0.02] }",
+        ),
+        ("core = { diameter = 0.5, modulus = 60000 }", "extension = true"),
+        (
+            "root = { k_theta = 500, k_y = 20, k_x = 30 }\nhub = 5",
+            "extension = true\ncontact = \"stick\"\nmaterial = { mooney-rivlin = [0.35, 0.15] }",
+        ),
+    ] {
+        let text = format!(
+            "[whisker]\nD = 10\nd = 5\nL_a = 50\n{whisker}\n[gauge]\nx_ss = 5\nl = 2\n\
+             [tap]\na = [6, 12, 23, 34, 45]\ntheta = {{ from = 0.01, to = 50, steps = 40 }}\n[model]\n{model}\n"
+        );
+        let study = specs::parse(&text).expect("a spec").study;
+        let (setup, model) = (&study.setup, &study.setup.model);
+        let tuples = taps::of_space(&study.space, 1000, 0).expect("taps");
+        let shared = Design::new(setup, tuples[0]).shared.expect("a whisker");
+        let rod = Rod::new(shared.body.as_deref().expect("a body"), shared.gauge);
+        let tap = |t: &Tuple| {
+            let turn = amount(setup.drive, t.drive);
+            let force = turn * shared.model.force(model.material.e0(), t.a);
+            let (hub, least, pole) = (setup.hub, 1e-3 * turn * shared.peak, model.pole_radius);
+            vibrissa_built::Tap { rod: &rod, a: t.a, hub, turn, lift: 0.0, ratio: 0.0, force, least, pole }
+        };
+        let asked: Vec<vibrissa_built::Tap<'_>> = tuples.iter().map(tap).collect();
+        let effects = vibrissa_built::Effects {
+            shear: model.shear,
+            extension: model.extension,
+            surface: model.surface,
+            stick: model.contact == Contact::Stick,
+            law: !matches!(model.material, Material::Hooke(_)),
+            far: false,
+        };
+        let rungs = Rung::ladder(Precision::F64, &model.material, 1e-8);
+        let chart = rungs.iter().rev().find_map(|rung| rung.chart());
+        let [device, lanes] = first_rung(&mut gpu, &asked, effects, 1e-8, chart).expect("answers");
+        // A device judges the error by a shot more.
+        let numbers = |s: &vibrissa_built::Solution, more: f64| {
+            let ([moment, x, y], shots) = (s.wrench, s.shots - more);
+            let of_tap = [s.strain, s.normal, s.tangential, s.arc, moment, x, y, s.error, s.load, shots];
+            (s.error, of_tap.to_vec())
+        };
+        are_the_same(
+            &text,
+            device.iter().map(|s| numbers(s, 1.0)).zip(lanes.iter().map(|s| numbers(s, 0.0))),
+        );
+    }
 }

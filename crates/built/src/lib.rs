@@ -175,6 +175,27 @@ fn batch(
     Ok(out)
 }
 
+/// The answers of the first rung to `taps` of whiskers of one shape in f64, by `device` and in lanes: for tests.
+///
+/// # Errors
+/// A device that fails.
+#[doc(hidden)]
+pub fn first_rung(
+    device: &mut Gpu,
+    taps: &[Tap<'_>],
+    effects: Effects,
+    tolerance: f64,
+    chart: Option<&Chart>,
+) -> Result<[Vec<Solution>; 2], SolveError> {
+    let job = Job { effects, steps: RUNGS[0], tolerance, chart };
+    let (all, mut lanes): (Vec<usize>, _) = ((0..taps.len()).collect(), vec![Solution::FAILED; taps.len()]);
+    for part in classes::items(taps, &all, job.steps, |_| false) {
+        let begun: Vec<Begun<'_>> = part.iter().map(|&i| (taps[i], None)).collect();
+        part.iter().zip(block::<f64, 8>(&job, &begun)).for_each(|(&i, (answer, _))| lanes[i] = answer);
+    }
+    Ok([device::solve(device, Precision::F64, &job, (Shape::of(taps[0].rod), taps))?, lanes])
+}
+
 /// Solves `taps`, each to `tolerance` where a rung reaches it, with sections charted by `chart` where they are not Hooke's.
 pub fn solve(taps: &[Tap<'_>], effects: Effects, tolerance: f64, chart: Option<&Chart>) -> Vec<Solution> {
     let mut out = vec![Solution::FAILED; taps.len()];

@@ -2,7 +2,6 @@
 //!
 //! A chart is made and read above this crate; here it is numbers. [`Sheet`] has them in the order that `shaders/ranking` reads.
 
-use vibrissa_core::error::SolveError;
 use vibrissa_core::scene::{Drive, Per, RankBy, Tuple};
 use vibrissa_core::status::Status;
 
@@ -86,24 +85,6 @@ pub struct Batch {
     /// Designs that must be solved tap by tap.
     pub hard: Vec<u64>,
 }
-
-/// Ranks designs on a device, in batches that overlap.
-pub trait Ranking {
-    /// Designs of a batch at most.
-    fn most(&self) -> u64;
-
-    /// Whether another batch can start.
-    fn free(&self) -> bool;
-
-    /// Starts a batch that looks for rows below `bound`.
-    fn start(&mut self, range: std::ops::Range<u64>, bound: f32);
-
-    /// Waits for the oldest batch; `None` when none is in flight.
-    fn finish(&mut self) -> Option<Result<Batch, SolveError>>;
-}
-
-/// What ranks designs on a device, where there is one that can.
-pub type DeviceRanking = Result<Option<Box<dyn Ranking>>, SolveError>;
 
 /// Charts that rank designs on the CPU, and say what a device needs to do the same.
 pub trait Charts {

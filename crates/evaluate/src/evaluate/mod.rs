@@ -20,7 +20,8 @@ use rayon::prelude::*;
 
 use crate::design::Design;
 use crate::error::SolveError;
-use crate::kernel::ranking::{Charts, DeviceRanking};
+use crate::kernel::gpu::ranking::DeviceRanker;
+use crate::kernel::ranking::Charts;
 use crate::kernel::{Rung, Solution, Solver, Tap};
 use crate::physics::onset::Grip;
 use crate::progress::NEVER;
@@ -174,7 +175,11 @@ impl<'a> Evaluator<'a> {
     }
 
     /// What ranks the designs of `layout` from `charts` on the solver's own device, where it has one.
-    pub fn ranking(&mut self, charts: &dyn Charts, layout: &Layout) -> DeviceRanking {
+    pub fn ranking(
+        &mut self,
+        charts: &dyn Charts,
+        layout: &Layout,
+    ) -> Result<Option<DeviceRanker>, SolveError> {
         match &mut self.method {
             // Shaders know f of a cone only.
             Method::Fast { solver, .. } if self.setup.built.is_none() => {

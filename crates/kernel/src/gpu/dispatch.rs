@@ -11,10 +11,10 @@ use super::adapter::Adapter;
 use super::check::{Passed, compare};
 use super::device::Device;
 use super::log::Log;
-use super::ranking::Ranker;
+use super::ranking::DeviceRanker;
 use super::shader::{Variant, WORKGROUP};
 use crate::cpu::Cpu;
-use crate::ranking::{Charts, DeviceRanking, Ranking};
+use crate::ranking::Charts;
 use crate::rule::limits::LOST;
 use crate::{Job, Solution, Solver, Tap};
 use vibrissa_core::error::SolveError;
@@ -204,13 +204,16 @@ impl Gpu {
     ///
     /// # Errors
     /// A device that is not watched and fails.
-    pub fn ranking(&mut self, charts: &dyn Charts, layout: &Layout) -> DeviceRanking {
+    pub fn ranking(
+        &mut self,
+        charts: &dyn Charts,
+        layout: &Layout,
+    ) -> Result<Option<DeviceRanker>, SolveError> {
         if !self.device.adapter.ranks() {
             return Ok(None);
         }
-        let call = |gpu: &mut Self| Ranker::new(&gpu.device, charts, layout);
-        let ranker = self.attempt(0, call, |_| Ok(Passed::default()))?;
-        Ok(ranker.flatten().map(|ranker| Box::new(ranker) as Box<dyn Ranking>))
+        let call = |gpu: &mut Self| DeviceRanker::new(&gpu.device, charts, layout);
+        Ok(self.attempt(0, call, |_| Ok(Passed::default()))?.flatten())
     }
 }
 

@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-use super::Ranker;
-use crate::ranking::{Batch, Case, Charts, Found, Ranking, Words};
+use super::DeviceRanker;
+use crate::ranking::{Batch, Case, Charts, Found, Words};
 use vibrissa_core::error::SolveError;
 use vibrissa_core::scene::{Layout, Tuple};
 
@@ -40,7 +40,11 @@ fn expected(charts: &dyn Charts, layout: &Layout, range: &Range<u64>, bound: f32
 ///
 /// # Errors
 /// Designs ranked otherwise than by the CPU, with figures; a device that fails.
-pub(super) fn check(ranker: &mut Ranker, charts: &dyn Charts, layout: &Layout) -> Result<(), SolveError> {
+pub(super) fn check(
+    ranker: &mut DeviceRanker,
+    charts: &dyn Charts,
+    layout: &Layout,
+) -> Result<(), SolveError> {
     let [stretches, length] = STRETCHES;
     let n = layout.n_designs;
     for s in 0..stretches {

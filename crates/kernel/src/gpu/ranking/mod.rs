@@ -14,7 +14,7 @@ mod tuples;
 use std::collections::VecDeque;
 
 use crate::gpu::device::Device;
-use crate::ranking::{Batch, COMBINED, Charts, Ranking, Words};
+use crate::ranking::{Batch, COMBINED, Charts, Words};
 use vibrissa_core::error::SolveError;
 use vibrissa_core::scene::Layout;
 
@@ -36,7 +36,7 @@ const DEPTH: usize = 2;
 const COUNTERS: usize = COMBINED + 5;
 
 /// A device with the charts of one sweep.
-pub struct Ranker {
+pub struct DeviceRanker {
     device: Device,
     pipeline: wgpu::ComputePipeline,
     /// The shader's `numbers`, `shape`, `rows` and `axes`.
@@ -74,7 +74,7 @@ fn words(bytes: &[u8]) -> Vec<u32> {
     bytemuck::pod_collect_to_vec(bytes)
 }
 
-impl Ranker {
+impl DeviceRanker {
     /// What ranks the designs of `layout` from `charts` on `device`, after a comparison with the CPU; `None` where they do not fit.
     ///
     /// # Errors
@@ -153,18 +153,19 @@ impl Ranker {
         let [invalid, complete] = [0, 1].map(|k| u64::from(tally[2 + COMBINED + k]));
         Ok(Batch { range, complete, words: Words { taps, invalid }, best, hard })
     }
-}
 
-impl Ranking for Ranker {
-    fn most(&self) -> u64 {
+    /// Designs of a batch at most.
+    pub fn most(&self) -> u64 {
         self.most
     }
 
-    fn free(&self) -> bool {
+    /// Whether another batch can start.
+    pub fn free(&self) -> bool {
         self.flying.len() < self.slots.len()
     }
 
-    fn start(&mut self, range: std::ops::Range<u64>, bound: f32) {
+    /// Starts a batch that looks for rows below `bound`.
+    pub fn start(&mut self, range: std::ops::Range<u64>, bound: f32) {
         let used: Vec<usize> = self.flying.iter().map(|flight| flight.slot).collect();
         let free = (0..self.slots.len()).find(|s| !used.contains(s)).expect("a slot is free");
         let slot = &self.slots[free];
@@ -190,7 +191,8 @@ impl Ranking for Ranker {
         self.flying.push_back(Flight { slot: free, range, at });
     }
 
-    fn finish(&mut self) -> Option<Result<Batch, SolveError>> {
+    /// Waits for the oldest batch; `None` when none is in flight.
+    pub fn finish(&mut self) -> Option<Result<Batch, SolveError>> {
         (!self.flying.is_empty()).then(|| self.next_batch())
     }
 }
