@@ -67,10 +67,11 @@ fn bounds(g: Growth, lo: f32, hi: f32) -> Limits {
     return Limits(low, min(high, peak), peak);
 }
 
-// Whether a q may be that of a distance beyond a widening whisker `w`, which may have a word of its own; `n`: of which tap.
+// Whether a q is that of a distance so far beyond a widening whisker `w` that it has a word; `n`: of which tap.
 fn is_out(w: Design, n: u32, g: Growth, limits: Limits, q: f32) -> bool {
     if DISPLACED || w.tau >= 0.0 { return false; }
-    return q < select(grown(g, of_distance(n, A) / w.L_a - 1.0).value, limits.peak, w.peak * w.L_a < 1.0);
+    let reach = w.L_a * select(FAR, 1.0, g.vertex < 0.0);
+    return q < select(grown(g, of_distance(n, A) / reach - 1.0).value, limits.peak, w.peak * reach < 1.0);
 }
 
 struct Root { eta: f32, slope: f32 }

@@ -79,7 +79,9 @@ pub fn judged(
         let Ok(tried) = tried else { continue };
         let (lines, of) = suspects(&tried);
         let share = lines.len() as f64 / of.max(1) as f64;
-        if share <= FITS && is_sound(&tried, &changed) && !(turned && grows(&tried)) {
+        // Of rows off the whisker the others say nothing.
+        let most = 2 * of > tried.taps.len();
+        if most && share <= FITS && is_sound(&tried, &changed) && !(turned && grows(&tried)) {
             fits.push((share, left_out(&tried), change));
         }
     }

@@ -74,8 +74,8 @@ impl<'a> Estimator<'a> {
     }
 
     /// Distance from |ε| = `strain` of a tap at `a` mm by a drive of `amount` (rad or mm) with the calibration `k`. Where f levels off and no second distance
-    /// is of interest, it is `outside_calibration` beyond the tip if there is none on the whisker, or if the tap is before the peak, so that the far root
-    /// is not its own; else beyond [`FAR`].
+    /// is of interest, it is `outside_calibration` beyond the tip if the tap is before the peak, so that the far root is not its own; else beyond
+    /// [`FAR`].
     pub fn estimate(&self, k: f64, strain: f64, amount: f64, a: f64) -> Estimated {
         let Some(roots) = self.shared.theory.roots(k * strain / amount) else {
             return Estimated { status: Status::NO_ROOT, ..Estimated::NOTHING };
@@ -94,7 +94,7 @@ impl<'a> Estimator<'a> {
     /// Whether the far root of a tap at `a` mm is `outside_calibration`.
     fn beyond(&self, roots: &Roots, a: f64) -> bool {
         let tip = self.shared.length * (1.0 + WIDENING);
-        let its_own = roots.near.is_some_and(|near| near <= tip) && a > self.shared.theory.peak().0;
+        let its_own = a > self.shared.theory.peak().0;
         roots.levels_off && roots.far > if its_own { FAR * self.shared.length } else { tip }
     }
 

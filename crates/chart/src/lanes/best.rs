@@ -91,14 +91,15 @@ impl<const SET: u8> Rows<Lanes<SET>> {
             }
             if OWN {
                 let calibrations = self.calibrations(taps, &complete);
-                for (i, edge) in edges.iter().enumerate() {
-                    self.count(taps.at(i), edge, &calibrations, &mut tally);
+                for (i, (edge, distance)) in edges.iter().zip(&tables.distances).enumerate() {
+                    self.count((taps.at(i), distance.a), edge, &calibrations, &mut tally);
                 }
             } else {
                 rootless.clear();
                 rootless.resize(if estimates { drives } else { 0 }, of(0.0));
-                for (i, edge) in edges.iter().enumerate() {
-                    self.count_shared(tables, taps.at(i), edge, &complete, (&mut tally, rootless));
+                for (i, (edge, distance)) in edges.iter().zip(&tables.distances).enumerate() {
+                    let tap = (taps.at(i), distance.a);
+                    self.count_shared(tables, tap, edge, &complete, (&mut tally, rootless));
                 }
             }
         }

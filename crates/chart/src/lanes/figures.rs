@@ -95,7 +95,7 @@ impl<const SET: u8> Rows<Lanes<SET>> {
             let none = told.none;
             let least = self.design.words.farthest / tap.strain - one;
             let lost = q.if_less(least, one, told.lost);
-            let out = q.if_less(self.design.words.tip / tap.strain - one, one, zero);
+            let out = q.if_less(self.design.end(distance.a) / tap.strain - one, one, zero);
             let near = known * q.if_less(low, zero, high.if_less(q, zero, one)) * (one - none);
             tally.hard = tally.hard.max(known * (one - none) * lost.max(out * (one - near)));
             let strain = tap.strain * drive / (one + deviation);

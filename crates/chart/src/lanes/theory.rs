@@ -3,6 +3,7 @@
 use super::dispatch::{Part, apart};
 use super::neighbours::{Place, picked};
 use super::{Charted, Distance, Lanes, Tables};
+use crate::estimate::FAR;
 use crate::kernel::cpu::Pack;
 
 /// A whisker with its gauge, mm and 1/mm.
@@ -32,8 +33,8 @@ pub(super) struct Thresholds<T> {
     pub peak: T,
     /// Infinitely far.
     pub farthest: T,
-    /// Where f levels off: below it a distance lies beyond the whisker.
-    pub tip: T,
+    /// Where f levels off: below the first the distance of a tap beyond the peak has a word, below the second that of one before it.
+    ends: [T; 2],
 }
 
 impl<const SET: u8> Whisker<Lanes<SET>> {
@@ -46,25 +47,27 @@ impl<const SET: u8> Whisker<Lanes<SET>> {
         let b = one / (u1 * u2);
         let form = [of(0.75) * diameter * b * b, u1 + u2, gauge[0] * u2 + gauge[1] * u1];
         let peak = tables.peak(diameter, tau, gauge);
-        let words = Thresholds { low: zero, high: zero, peak: zero, farthest: zero, tip: zero };
+        let words = Thresholds { low: zero, high: zero, peak: zero, farthest: zero, ends: [zero; 2] };
         let mut whisker = Self { diameter, tau, length, gauge, peak, form, words };
         let highest = whisker.strain(tables, peak);
         let [lo, hi] = tables.ends.map(Lanes::<SET>::splat);
         let never = of(1e30);
         let high = peak.if_less(hi, whisker.strain(tables, hi), never);
         let farthest = whisker.strain(tables, zero);
-        let mut tip = -never;
+        let mut ends = [-never; 2];
         if !farthest.all_at_most(zero) {
-            let end = one / length;
-            let least = peak.if_less(end, highest, whisker.strain(tables, end));
-            tip = zero.if_less(farthest, least, -never);
+            ends = [FAR, 1.0].map(|reach| {
+                let end = of(1.0 / reach) / length;
+                let least = peak.if_less(end, highest, whisker.strain(tables, end));
+                zero.if_less(farthest, least, -never)
+            });
         }
         whisker.words = Thresholds {
             low: lo.if_less(peak, never, whisker.strain(tables, lo)),
             high: high.min(highest),
             peak: highest,
             farthest,
-            tip,
+            ends,
         };
         whisker
     }
@@ -83,10 +86,16 @@ impl<const SET: u8> Whisker<Lanes<SET>> {
                 high: picked(&words.high, places),
                 peak: picked(&words.peak, places),
                 farthest: words.farthest,
-                tip: words.tip,
+                ends: words.ends,
             },
             ..*self
         }
+    }
+
+    /// f below which the distance of a tap at `a` mm has a word, that it lies beyond the whisker.
+    #[inline(always)]
+    pub fn end(&self, a: f32) -> Lanes<SET> {
+        (self.peak * Pack::splat(a)).if_less(Pack::splat(1.0), self.words.ends[1], self.words.ends[0])
     }
 
     /// f per radian or mm at u = 1/a.

@@ -102,7 +102,7 @@ impl<const SET: u8> Rows<Lanes<SET>> {
     #[inline(always)]
     pub fn count(
         &self,
-        tap: TapSeries<'_, Lanes<SET>>,
+        (tap, a): (TapSeries<'_, Lanes<SET>>, f32),
         edge: &Edges<Lanes<SET>>,
         calibrations: &Calibrations<Lanes<SET>>,
         tally: &mut Tally<Lanes<SET>>,
@@ -136,7 +136,7 @@ impl<const SET: u8> Rows<Lanes<SET>> {
             let slack = power * tap.slack[0];
             let [fewest, highest] = [of(1.0 + BEYOND[0][0]), of(1.0 + BEYOND[0][1])];
             // A widening whisker may have a word beyond its tip.
-            let out = (tap.strain * calibrations.least).if_less(words.tip * (k + slack), one, zero);
+            let out = (tap.strain * calibrations.least).if_less(self.design.end(a) * (k + slack), one, zero);
             tally.hard = tally.hard.max(clear * out);
             // q below that of a contact nearly infinitely far: f K̄ − f K < −0.9 (f − f_∞) K.
             let far = tap.strain - of(0.9) * (tap.strain - words.farthest);
@@ -196,7 +196,7 @@ impl<const SET: u8> Rows<Lanes<SET>> {
     pub fn count_shared(
         &self,
         tables: &Tables,
-        tap: TapSeries<'_, Lanes<SET>>,
+        (tap, a): (TapSeries<'_, Lanes<SET>>, f32),
         edges: &Edges<Lanes<SET>>,
         complete: &Lanes<SET>,
         (tally, rootless_at): (&mut Tally<Lanes<SET>>, &mut [Lanes<SET>]),
@@ -217,7 +217,7 @@ impl<const SET: u8> Rows<Lanes<SET>> {
 
         let all = of(drives as f64);
         // A widening whisker may have a word beyond its tip.
-        let out = least.if_less(self.design.words.tip / tap.strain - one, one, zero);
+        let out = least.if_less(self.design.end(a) / tap.strain - one, one, zero);
         let edges = [edges.above, edges.slipped];
         let [clear, ambiguous, _] = certain(bounds, [least, most]);
         let beyond = beyond.max(out * (one - ambiguous));

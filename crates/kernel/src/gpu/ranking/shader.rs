@@ -5,6 +5,7 @@ use std::fmt::Write;
 use super::COUNTERS;
 use super::tuples::Tuples;
 use crate::ranking::{BEYOND, COMBINED, FARTHEST, HEAD, Sheet};
+use vibrissa_core::estimate::FAR;
 use vibrissa_core::scene::{Drive, Layout, Per, RankBy};
 
 /// Invocations of one workgroup.
@@ -126,6 +127,7 @@ impl Shader {
             ("FIXED", sheet.fixed.unwrap_or(0.0).into()),
             ("MOST_DEVIATION", sheet.largest.into()),
             ("FARTHEST", FARTHEST),
+            ("FAR", FAR),
             ("BEYOND_LO", least),
             ("BEYOND_HI", most),
             ("COMMON_SCALE", sheet.common[0].into()),
