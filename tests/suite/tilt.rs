@@ -302,19 +302,10 @@ fn lab(setup: &Setup, n: u32) -> (Vec<f64>, Vec<Direction>, Wanted, Vec<Tuple>) 
         drive: [least, most],
     };
     let one = |i: u32| {
-        let direction = directions[(i % 2) as usize];
-        Tuple {
-            D: 9.0 + 2.0 * unit(0, i),
-            d: 3.0 + 2.0 * unit(1, i),
-            L_a: 50.0,
-            x_ss: 4.0 + 2.0 * unit(2, i),
-            l: 2.0,
-            a: distances[(i % 3) as usize],
-            tilt: direction.tilt,
-            lean: direction.lean,
-            drive: least + (most - least) * unit(3, i),
-            rig: 0,
-        }
+        let (Direction { tilt, lean }, a) = (directions[(i % 2) as usize], distances[(i % 3) as usize]);
+        let (wide, tip, x_ss) = (9.0 + 2.0 * unit(0, i), 3.0 + 2.0 * unit(1, i), 4.0 + 2.0 * unit(2, i));
+        let drive = least + (most - least) * unit(3, i);
+        Tuple::from_array([wide, tip, 50.0, x_ss, 2.0, a, tilt, lean, drive])
     };
     let tuples = (0..n).map(one).collect();
     (distances, directions, wanted, tuples)
