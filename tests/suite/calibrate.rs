@@ -94,10 +94,8 @@ fn what_the_data_do_not_determine_is_named_and_held() {
     let spec = prototype(10.0, &["noise_strain = 1e-5\n", one_angle, REAL]);
     let found = calibrated(&table(&spec, &noisy()), &spec, &[Parameter::Ratio]);
     let fit = found.sides[0].fit.as_ref().unwrap();
-    assert!(
-        fit.undetermined.contains(&Parameter::DriveOffset),
-        "one angle: factor and offset are the same thing"
-    );
+    // Of one angle factor and offset are the same thing.
+    assert!(fit.undetermined.contains(&Parameter::DriveOffset));
     for p in &fit.undetermined {
         assert_eq!(fit.exact.values[*p as usize], 0.0, "{p:?} is held at its spec value");
         assert!(!fit.exact.fitted.contains(p));
@@ -208,12 +206,8 @@ fn other_signals_and_other_drives() {
             let f: Vec<&str> = l.split(',').collect();
             match f[2].parse::<f64>() {
                 Ok(x) => format!("{},{},{}", f[0], f[1], settings.unit.strain(x, 2.21)),
-                Err(_) => format!(
-                    "{},{},{}",
-                    f[0],
-                    f[1],
-                    if settings.unit == Unit::Reading { "reading" } else { "strain" }
-                ),
+                Err(_) if settings.unit == Unit::Reading => format!("{},{},reading", f[0], f[1]),
+                Err(_) => format!("{},{},strain", f[0], f[1]),
             }
         };
         let taps = taps.lines().map(unit).collect::<Vec<_>>().join("\n");
@@ -262,10 +256,8 @@ fn taps_that_the_model_does_not_follow_are_left_out_of_its_fit() {
     let found = once(&table(&spec, &noisy()), &spec);
     let side = &found.sides[0];
     let fit = side.fit.as_ref().unwrap();
-    assert!(
-        fit.cells.len() < side.cells.len()
-            && found.warnings.iter().any(|w| w.contains("left out of the fit"))
-    );
+    assert!(fit.cells.len() < side.cells.len());
+    assert!(found.warnings.iter().any(|w| w.contains("left out of the fit")));
     let factor = fit.exact.values[0];
     assert!((factor - 1.0).abs() < 1e-3, "{factor}");
     let (rms, answered) = side.held_out(EXACT).unwrap().rms(|_| true);

@@ -81,15 +81,7 @@ fn prepared() -> Desk {
     for folder in ["sweeps", "examples"] {
         std::os::unix::fs::symlink(root.join(folder), desk.path(folder)).expect("a link");
     }
-    let calibrate = [
-        "calibrate",
-        "examples/prototype-d10.csv",
-        "--whisker",
-        "examples/prototype-d10.toml",
-        "--out",
-        "cal",
-    ];
-    desk.run(&calibrate).exits(0);
+    desk.ok("calibrate examples/prototype-d10.csv --whisker examples/prototype-d10.toml --out cal");
     std::fs::copy(desk.path("cal/calibration.toml"), desk.path("calibration.toml")).expect("a copy");
     for file in ["readings.csv", "taps.csv"] {
         desk.write(file, "theta_deg,strain\n0,0\n4,0.02\n8,0.04\n");

@@ -76,9 +76,8 @@ fn an_offset_of_the_readings_is_taken_off_or_told() {
     let (located, said) = ran(&["zeros.csv", "--out", "loc"]);
     assert!(rms(&located) < 1.05 * clean && !said.contains("every distance is wrong"), "{said}");
     let zeros: Vec<_> = located.rows.iter().filter(|r| r["theta_deg"] == "0").collect();
-    assert!(
-        zeros.len() > 10 && zeros.iter().all(|r| r["status"] == "no_strain" && r["distance_mm"].is_empty())
-    );
+    let none = |r: &&Row| r["status"] == "no_strain" && r["distance_mm"].is_empty();
+    assert!(zeros.len() > 10 && zeros.iter().all(none));
     let (located, said) = ran(&["none.csv", "--zero", "180e-6", "--out", "loc"]);
     assert!(rms(&located) < 1.05 * clean && !said.contains("every distance is wrong"), "{said}");
     let (located, said) = ran(&["none.csv", "--out", "loc"]);
@@ -141,10 +140,8 @@ fn columns_may_have_any_name_and_a_drive_is_not_guessed() {
     let own = ["line", "id", "dist", "ang", "ch3", "note", "theta_deg", "strain", "zero"];
     assert_eq!(located.columns[..9], own, "{:?}", located.columns);
     let row = &located.rows[0];
-    assert_eq!(
-        [&row["line"], &row["ang"], &row["ch3"], &row["note"], &row["strain"]],
-        ["2", "4.0", "0.02", "a;b", "0.02"]
-    );
+    let told = ["line", "ang", "ch3", "note", "strain"].map(|column| row[column].as_str());
+    assert_eq!(told, ["2", "4.0", "0.02", "a;b", "0.02"]);
     assert!(row["distance_mm"].parse::<f64>().is_ok() && located.rows[1]["note"] == "x,y");
     desk.write("d.csv", "a_mm,theta_rad,strain\n30,4,0.02\n40,4,0.01\n");
     for line in ["calibrate d.csv --whisker spec.toml", "locate cal/calibration.toml d.csv"] {
@@ -194,10 +191,8 @@ fn counts_that_begin_anew_are_joined_and_answered() {
     let with = |text: &str| calibrate(&data(text), &rig(), &Options::default()).unwrap();
     let plain = with(&raw(counts));
     let turned = with(&raw(|s| counts(s).rem_euclid(65_536.0)));
-    assert!(
-        turned.calibration.zero.as_ref().unwrap().wraps
-            && turned.warnings.iter().any(|w| w.contains("16 bits"))
-    );
+    assert!(turned.calibration.zero.as_ref().unwrap().wraps);
+    assert!(turned.warnings.iter().any(|w| w.contains("16 bits")));
     let tap = data(&raw(counts)).rows.into_iter().find(|r| r.drive > 9.0 && r.value < 0.0).unwrap();
     let at = |c, value| locator(c, Some(CURVE)).locate_above(tap.drive, value, 12_000.0, 0.0);
     let (p, t, anew) = (at(&plain, tap.value), at(&turned, tap.value), at(&turned, tap.value + 65_536.0));
@@ -329,7 +324,7 @@ fn a_round_trip_through_a_real_lab_is_as_good_as_through_a_clean_one() {
     let columns = "theta=ang,microstrain=ch1";
     desk.ok(format!("locate lab/calibration.toml lab_readings.csv --columns {columns} --out there"));
     let error = |folder: &str, column: &str| {
-        let table = desk.table(&format!("{folder}/located.csv"));
+        let table = desk.table(format!("{folder}/located.csv"));
         let number = |r: &Row, c: &str| r[c].parse::<f64>().ok();
         let off = |r: &Row| Some([number(r, "distance_mm")? - number(r, column)?, number(r, "sigma_mm")?]);
         let all: Vec<[f64; 2]> = table.rows.iter().filter_map(off).collect();
@@ -381,12 +376,8 @@ fn signals_that_grow_with_the_distance_are_told() {
 fn a_whole_position_with_a_wrong_label_is_told_and_kept() {
     let text = moved(&table(&spec(), &noisy(4)), |_, _, _, s| s).replace("\n30,", "\n34,");
     let found = calibrated(&text, &spec(), &[]);
-    assert!(
-        found.warnings.iter().any(|w| w.contains("33 and 34 mm are in the wrong order")),
-        "{:?}",
-        found.warnings
-    );
-    assert!(
-        found.sides[0].distances.centres.contains(&34.0) && found.taps.iter().all(|t| t.reason.is_none())
-    );
+    let told = |w: &String| w.contains("33 and 34 mm are in the wrong order");
+    assert!(found.warnings.iter().any(told), "{:?}", found.warnings);
+    assert!(found.sides[0].distances.centres.contains(&34.0));
+    assert!(found.taps.iter().all(|t| t.reason.is_none()));
 }

@@ -147,11 +147,8 @@ fn factor_and_misalignment_are_found_back() {
     let second = lone.calibration.second.as_ref().unwrap();
     assert_eq!(second.fitted, ["misalignment"]);
     assert!((second.misalignment_deg - 2.0 * factor).abs() < 0.02, "{second:?}");
-    assert!(
-        lone.warnings.iter().any(|w| w.contains("its factor is taken to be that of")),
-        "{:?}",
-        lone.warnings
-    );
+    let told = |w: &String| w.contains("its factor is taken to be that of");
+    assert!(lone.warnings.iter().any(told), "{:?}", lone.warnings);
     // Both are in what readings are answered by.
     let readings = |a: f64, tilt: f64| {
         let tap = format!("[tap]\na = {a}\ntilt = {tilt}\ntheta = 6\n");
@@ -260,11 +257,8 @@ fn readings_of_two_signals_are_answered_together() {
     let text = prototype(4.0, &["noise_strain = 1e-5\n"]);
     desk.write("one.toml", text);
     desk.ok("calibrate sim/measurements.csv --whisker one.toml --out one");
-    let two = desk
-        .pipe(&["locate", "one/calibration.toml", "--quiet", "--zero", "0,0"], "6,0.02\n")
-        .exits(2)
-        .stderr;
-    assert!(two.contains("one number"), "{two}");
+    let two = ["locate", "one/calibration.toml", "--quiet", "--zero", "0,0"];
+    says(&desk.pipe(&two, "6,0.02\n").exits(2).stderr, &["one number"]);
 }
 
 #[test]

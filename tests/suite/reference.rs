@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use crate::common::cases::rows;
-use crate::common::configuration;
+use crate::common::{configuration, tap};
 use vibrissa::physics::rod::{RodProblem, RodTap};
 use vibrissa::physics::taper::Taper;
 use vibrissa::scene::model::Drive;
@@ -25,39 +25,30 @@ fn solve(row: &Row) -> RodTap {
         Some(delta) => (Drive::Displacement, delta),
         None => (Drive::Angle, get("theta_deg").to_radians()),
     };
-    RodProblem {
-        taper,
-        gauge: taper.gauge(get("x_ss_mm"), get("l_mm")),
-        side,
-        distance: get("a_mm"),
-        hub: number(row, "hub_mm").unwrap_or(0.0),
-        drive,
-        amount,
-        foil: None,
-        body: None,
-        model: &model,
-    }
-    .solve()
-    .unwrap_or_else(|error| panic!("{row:?}: {error}"))
+    let (gauge, distance) = (taper.gauge(get("x_ss_mm"), get("l_mm")), get("a_mm"));
+    let hub = number(row, "hub_mm").unwrap_or(0.0);
+    RodProblem { taper, gauge, side, distance, hub, drive, amount, ..tap(&model, 4.0, distance, 1.0) }
+        .solve()
+        .unwrap_or_else(|error| panic!("{row:?}: {error}"))
 }
 
 /// Compares every row of `file` and prints, per configuration and quantity, the worst and the median error.
 fn compare(file: &str) {
     let mut census = BTreeMap::<(String, &str), Vec<(f64, usize)>>::new();
     for (index, row) in rows(file).iter().enumerate() {
-        let tap = solve(row);
+        let found = solve(row);
         for (quantity, value) in [
-            ("strain", tap.strain),
-            ("normal_force_N", tap.normal_force),
-            ("tangential_force_N", tap.tangential_force),
-            ("contact_arc_mm", tap.contact_arc),
+            ("strain", found.strain),
+            ("normal_force_N", found.normal_force),
+            ("tangential_force_N", found.tangential_force),
+            ("contact_arc_mm", found.contact_arc),
         ] {
             let Some(expected) = number(row, quantity) else { continue };
             let error = if expected == 0.0 { value.abs() } else { (value / expected - 1.0).abs() };
             census.entry((row["config"].clone(), quantity)).or_default().push((error, index + 2));
         }
         if let Some(state) = row.get("contact_state") {
-            assert_eq!(tap.sticking, state == "stick", "{row:?}");
+            assert_eq!(found.sticking, state == "stick", "{row:?}");
         }
     }
     for ((config, quantity), errors) in &mut census {

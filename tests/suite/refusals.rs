@@ -55,13 +55,8 @@ fn tuple_files() {
     let good = "10,4,50,5,2,33,1";
     let list = |rows: &str| format!("{HEADER}\n{good}\n{rows}\n").into_bytes();
     let short = "D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm";
-    list_refused(
-        format!("{short}\n10,4,50,5,2,33\n").as_bytes(),
-        Some(1),
-        "theta_deg",
-        short,
-        &["column theta_deg is missing"],
-    );
+    let rows = format!("{short}\n10,4,50,5,2,33\n");
+    list_refused(rows.as_bytes(), Some(1), "theta_deg", short, &["column theta_deg is missing"]);
     list_refused(&list("10,4,50,5,2,near,1"), Some(3), "a_mm", "near", &["not a finite number", "mm"]);
     list_refused(&list("10,4,50,5,2,nan,1"), Some(3), "a_mm", "nan", &["not a finite number"]);
     list_refused(&list("10,4,50,5,2,33"), Some(3), "theta_deg", "10,4,50,5,2,33", &["6 fields", "has 7"]);
@@ -76,10 +71,7 @@ fn tuples_outside_are_rows_not_errors() {
     desk.sweep(&[]).exits(0);
     let text = desk.read("results/spec/tuples.csv");
     let statuses: Vec<_> = text.lines().skip(1).map(|line| line.rsplit(',').next().unwrap()).collect();
-    assert_eq!(
-        statuses,
-        ["ok", "invalid_geometry", "invalid_geometry", "invalid_geometry", "invalid_geometry"]
-    );
+    assert_eq!((statuses[0], &statuses[1..]), ("ok", &["invalid_geometry"; 4][..]));
     let row = text.lines().nth(2).unwrap();
     assert_eq!(row, "-10,4,50,5,2,33,1,,,,,,,,,,,,invalid_geometry");
 }

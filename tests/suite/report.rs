@@ -119,11 +119,8 @@ fn what_is_drawn_of_a_sweep_is_what_its_tables_say() {
         for mark in angles {
             let name = mark["name"].as_str().unwrap();
             let theta: f64 = name.trim_start_matches("θ = ").trim_end_matches('°').parse().unwrap();
-            same(
-                &points(mark),
-                &of(&tuples, d, &|r| number(r, "theta_deg") == theta, "a_mm", "distance_mm"),
-                "distance",
-            );
+            let told = of(&tuples, d, &|r| number(r, "theta_deg") == theta, "a_mm", "distance_mm");
+            same(&points(mark), &told, "distance");
         }
         // The ring is on the least total of the taps that keep their limits.
         let budget = &figure(&data, "budget")["panels"][i];
@@ -227,14 +224,10 @@ fn a_page_asks_for_nothing_from_elsewhere() {
         .map(|p| (p[0].as_str().unwrap(), p[1].as_str().unwrap()))
         .collect();
     assert_eq!(made["command"], "vibrissa sweep spec");
-    assert!(
-        made["version"].starts_with(env!("CARGO_PKG_VERSION")) && made["computed on"].starts_with("cpu, f32"),
-        "{made:?}"
-    );
-    assert_eq!(
-        made["BLAKE3 of run.json"],
-        vibrissa::sink::folder::hash_file(desk.read("out/run.json").as_bytes()).unwrap()
-    );
+    assert!(made["version"].starts_with(env!("CARGO_PKG_VERSION")), "{made:?}");
+    assert!(made["computed on"].starts_with("cpu, f32"), "{made:?}");
+    let hash = vibrissa::sink::folder::hash_file(desk.read("out/run.json").as_bytes()).unwrap();
+    assert_eq!(made["BLAKE3 of run.json"], hash);
     assert_eq!(data["spec"], PROTOTYPES);
 }
 

@@ -3,11 +3,12 @@
 
 use std::collections::HashMap;
 
+use crate::common;
 use crate::common::program::Desk;
 use vibrissa::physics::rod::{RodProblem, RodTap};
 use vibrissa::physics::solid::Bonded;
 use vibrissa::physics::taper::Taper;
-use vibrissa::scene::{Clamp, Drive, Foil, Material, Model, Side};
+use vibrissa::scene::{Clamp, Foil, Material, Model, Side};
 
 const E: f64 = 3.2;
 /// θ of the linear cases, rad.
@@ -34,20 +35,9 @@ fn tap(row: &Row, model: &Model, x_ss: f64, amount: f64, side: Side, foil: Optio
     let gauge = taper.gauge(x_ss, get("l_mm"));
     let foil = foil.map(|foil| Bonded::new(&foil, &taper, gauge, E));
     let distance = get("a_mm");
-    RodProblem {
-        taper,
-        gauge,
-        side,
-        distance,
-        hub: 0.0,
-        drive: Drive::Angle,
-        amount,
-        foil,
-        body: None,
-        model,
-    }
-    .solve()
-    .unwrap_or_else(|error| panic!("{row:?}: {error}"))
+    RodProblem { taper, gauge, side, distance, amount, foil, ..common::tap(model, 4.0, distance, 1.0) }
+        .solve()
+        .unwrap_or_else(|error| panic!("{row:?}: {error}"))
 }
 
 /// Largest |found/expected − 1| of some numbers, printed.

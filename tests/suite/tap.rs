@@ -153,22 +153,12 @@ fn the_reason_names_the_end_of_the_interval_and_what_is_so_by_construction() {
     let exact = format!("{text}[estimate]\ntheory = \"exact\"\n");
     let (_, result) = tap(&exact, &[]);
     assert_eq!(result["limited_by"], "bound");
-    assert!(
-        result["why"]
-            .as_str()
-            .unwrap()
-            .ends_with("The bias is 0 by construction: the model inverts its own strains.")
-    );
+    let why = |result: &Value| result["why"].as_str().unwrap().to_owned();
+    assert!(why(&result).ends_with("The bias is 0 by construction: the model inverts its own strains."));
     // Beyond the strain limit the end of the interval would be best: nothing is known of what follows it.
     let tight = exact.replace("noise_strain", "strain_limit = 0.02\nnoise_strain");
     let (_, result) = tap(&tight, &[]);
-    assert!(
-        result["why"]
-            .as_str()
-            .unwrap()
-            .contains("without it 5.0000°, where the interval ends, would be best"),
-        "{result}"
-    );
+    assert!(why(&result).contains("without it 5.0000°, where the interval ends, would be best"), "{result}");
 }
 
 /// At 1.4955° a contact begins to slide; half a degree farther the spread of K is the larger, and so it is before.

@@ -177,11 +177,9 @@ fn tiny_tilts_are_no_singularity() {
             for (place, bound) in [(REFERENCE, 1e-9), (CPU_F64, 1e-8)] {
                 let at = |tilt| one(&setup, place, tap(&setup, 36.0, degrees, [tilt, 0.0]));
                 let (upright, tiny, small) = (at(0.0), at(1e-6), at(1e-2));
-                assert!(
-                    (tiny.strain / upright.strain - 1.0).abs() < bound,
-                    "{degrees}: {tiny:?} {upright:?}"
-                );
-                assert!((tiny.arc / upright.arc - 1.0).abs() < bound);
+                for (tiny, upright) in [(tiny.strain, upright.strain), (tiny.arc, upright.arc)] {
+                    assert!((tiny / upright - 1.0).abs() < bound, "{degrees}: {tiny} {upright}");
+                }
                 let ratio = |o: &Outcome, of: f64| o.azimuth / of.to_radians();
                 assert!(
                     (ratio(&tiny, 1e-6) / ratio(&small, 1e-2) - 1.0).abs() < 1e-3,
@@ -302,19 +300,10 @@ fn lab(setup: &Setup, n: u32) -> (Vec<f64>, Vec<Direction>, Wanted, Vec<Tuple>) 
         drive: [least, most],
     };
     let one = |i: u32| {
-        let direction = directions[(i % 2) as usize];
-        Tuple {
-            D: 9.0 + 2.0 * unit(0, i),
-            d: 3.0 + 2.0 * unit(1, i),
-            L_a: 50.0,
-            x_ss: 4.0 + 2.0 * unit(2, i),
-            l: 2.0,
-            a: distances[(i % 3) as usize],
-            tilt: direction.tilt,
-            lean: direction.lean,
-            drive: least + (most - least) * unit(3, i),
-            rig: 0,
-        }
+        let (Direction { tilt, lean }, a) = (directions[(i % 2) as usize], distances[(i % 3) as usize]);
+        let (wide, tip, x_ss) = (9.0 + 2.0 * unit(0, i), 3.0 + 2.0 * unit(1, i), 4.0 + 2.0 * unit(2, i));
+        let drive = least + (most - least) * unit(3, i);
+        Tuple::from_array([wide, tip, 50.0, x_ss, 2.0, a, tilt, lean, drive])
     };
     let tuples = (0..n).map(one).collect();
     (distances, directions, wanted, tuples)

@@ -138,11 +138,8 @@ fn naming_an_upright_pole_changes_no_other_byte() {
     for table in ["tuples.csv", "designs.csv", "distances.csv"] {
         let named = desk.read(&format!("named/{table}"));
         assert!(named.contains(",tilt_deg,lean_deg,"));
-        assert_eq!(
-            without(&named, &["tilt_deg", "lean_deg"]),
-            desk.read(&format!("plain/{table}")),
-            "{table}"
-        );
+        let plain = desk.read(&format!("plain/{table}"));
+        assert_eq!(without(&named, &["tilt_deg", "lean_deg"]), plain, "{table}");
     }
 }
 

@@ -139,15 +139,8 @@ fn hard_taps_of_every_law_and_contact_have_the_words_of_the_reference() {
 #[test]
 fn what_a_kernel_leaves_open_has_the_word_of_the_reference() {
     let rubber = Model { surface: true, shear: true, pole_radius: 7.2, ..model(LAWS[1]) };
-    let crossing = [0.1, 1.0, 5.0].map(|theta| Tuple {
-        D: 28.161887,
-        d: 11.377557,
-        L_a: 120.0,
-        x_ss: 34.369753,
-        l: 11.379821,
-        a: 36.0,
-        drive: theta,
-        ..Tuple::default()
+    let crossing = [0.1, 1.0, 5.0].map(|theta| {
+        Tuple::from_array([28.161887, 11.377557, 120.0, 34.369753, 11.379821, 36.0, 0.0, 0.0, theta])
     });
     let ends: Vec<Tuple> = [4.0, 10.0]
         .into_iter()
@@ -230,16 +223,8 @@ fn a_tap_read_from_a_chart_has_the_same_digits_beside_any_neighbours() {
             low + (high - low) * f64::from(Sampler::Random.coordinate(3, axis, i)) / 2f64.powi(32)
         };
         let (d, x_ss, drive) = (of(1, wanted.d), of(2, wanted.x_ss), of(3, wanted.drive));
-        Tuple {
-            D: of(0, wanted.D),
-            d,
-            L_a: 50.0,
-            x_ss,
-            l: 2.0,
-            a: distances[i as usize % 2],
-            drive,
-            ..Tuple::default()
-        }
+        let a = distances[i as usize % 2];
+        Tuple::from_array([of(0, wanted.D), d, 50.0, x_ss, 2.0, a, 0.0, 0.0, drive])
     };
     let tuples: Vec<Tuple> = (0..400).map(one).collect();
     let Taps { designs, tasks, .. } = Taps::of(&setup, &tuples);

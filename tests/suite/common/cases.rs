@@ -66,16 +66,9 @@ pub fn known(kind: Kind) -> BTreeMap<String, Vec<Known>> {
         let get = |column: &str| row[column].parse::<f64>().expect("a number");
         let scale = if kind == Kind::Hub { HUB / get("hub_mm") } else { 1.0 };
         let length = |column| scale * get(column);
-        let tuple = Tuple {
-            D: length("D_mm"),
-            d: length("d_mm"),
-            L_a: length("L_a_mm"),
-            x_ss: length("x_ss_mm"),
-            l: length("l_mm"),
-            a: length("a_mm"),
-            drive: get(if kind == Kind::Passive { "delta_mm" } else { "theta_deg" }),
-            ..Tuple::default()
-        };
+        let [wide, tip, long, x_ss, l, a] = ["D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm", "a_mm"].map(length);
+        let drive = get(if kind == Kind::Passive { "delta_mm" } else { "theta_deg" });
+        let tuple = Tuple::from_array([wide, tip, long, x_ss, l, a, 0.0, 0.0, drive]);
         let answer = Known {
             line: i + 2,
             tuple,

@@ -144,7 +144,7 @@ impl Desk {
     }
 
     /// Runs the program here with `input` on stdin.
-    pub fn pipe(&self, arguments: &[&str], input: impl AsRef<[u8]>) -> Ran {
+    pub fn pipe(&self, arguments: &[&str], input: &(impl AsRef<[u8]> + ?Sized)) -> Ran {
         let mut command = Command::cargo_bin("vibrissa").expect("the program is built");
         command.current_dir(self.folder.path()).args(arguments).write_stdin(input.as_ref());
         let output = command.output().expect("the program starts");

@@ -21,16 +21,9 @@ fn longer(setup: &Setup, k: f64) -> Setup {
 }
 
 fn scaled(t: &Tuple, k: f64) -> Tuple {
-    Tuple {
-        D: k * t.D,
-        d: k * t.d,
-        L_a: k * t.L_a,
-        x_ss: k * t.x_ss,
-        l: k * t.l,
-        a: k * t.a,
-        drive: t.drive,
-        ..Tuple::default()
-    }
+    let mut all = t.to_array();
+    all[..6].iter_mut().for_each(|length| *length *= k);
+    Tuple::from_array(all)
 }
 
 fn stiffer(material: &Material, k: f64) -> Material {

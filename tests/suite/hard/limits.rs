@@ -123,15 +123,16 @@ fn paths_that_fold_back_keep_their_half_on_every_backend() {
     let model = common::model(Material::Hooke(3.2));
     let mut setup = setup(Model { surface: true, extension: true, pole_radius: 8.0, ..model }, Side::Contact);
     setup.hub = 5.0;
-    let whisker = Tuple {
-        D: 10.970913519796717,
-        d: 0.5826661027360472,
-        L_a: 52.51128110154998,
-        x_ss: 3.6543682417427013,
-        l: 3.6966029327322354,
-        a: 40.33939612297147,
-        ..Tuple::default()
-    };
+    let lengths = [
+        10.970913519796717,
+        0.5826661027360472,
+        52.51128110154998,
+        3.6543682417427013,
+        3.6966029327322354,
+        40.33939612297147,
+    ];
+    let [wide, tip, length, x_ss, l, a] = lengths;
+    let whisker = Tuple::from_array([wide, tip, length, x_ss, l, a, 0.0, 0.0, 0.0]);
     let tuples: Vec<Tuple> =
         [20.0, 30.0, 33.34, 33.38, 33.42635, 33.5, 33.5935].map(|drive| Tuple { drive, ..whisker }).to_vec();
     let exact = agree("fold", &setup, &tuples);

@@ -7,16 +7,9 @@ use vibrissa::scene::sampler::Sampler;
 fn random(n: u32) -> Vec<Tuple> {
     let point = |index: u32| {
         let unit = |dimension| f64::from(Sampler::Random.coordinate(11, dimension, index)) / 2f64.powi(32);
-        Tuple {
-            D: 8.0 + 4.0 * unit(0),
-            d: 2.0 + 8.0 * unit(1) * unit(5),
-            L_a: 50.0,
-            x_ss: 3.0 + 9.0 * unit(2),
-            l: 1.0 + 3.0 * unit(6),
-            a: 20.0 + 30.0 * unit(3),
-            drive: 0.1 + 9.9 * unit(4),
-            ..Tuple::default()
-        }
+        let (wide, tip) = (8.0 + 4.0 * unit(0), 2.0 + 8.0 * unit(1) * unit(5));
+        let (x_ss, l, a) = (3.0 + 9.0 * unit(2), 1.0 + 3.0 * unit(6), 20.0 + 30.0 * unit(3));
+        Tuple::from_array([wide, tip, 50.0, x_ss, l, a, 0.0, 0.0, 0.1 + 9.9 * unit(4)])
     };
     (0..n).map(point).collect()
 }
