@@ -48,7 +48,7 @@ impl Place {
     /// A tolerance that the precision cannot reach.
     pub fn at(&self, tolerance: f64) -> Result<Choice, Error> {
         let options = RunOptions { tolerance: Some(tolerance), ..self.options.clone() };
-        Choice::among(&options, self.adapter.as_ref().map_or(&[], std::slice::from_ref))
+        Choice::among(&options, self.adapter.as_slice())
     }
 
     /// Which backend it is.

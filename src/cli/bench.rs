@@ -94,7 +94,7 @@ fn measured(
             shown.at(n, of, &what);
             done = n - 1;
         }
-        News::Made(one) => measured.push(one),
+        News::Made(one) => measured.push(*one),
     });
     shown.finish();
     match ended? {

@@ -29,7 +29,7 @@ pub enum News {
     /// A step begins: its number, from 1, and what it measures.
     Begun(usize, String),
     /// A measurement is made.
-    Made(Measured),
+    Made(Box<Measured>),
 }
 
 /// Takes all steps of `settings` on `places`; whole sweeps write into `scratch`.
@@ -71,7 +71,7 @@ pub fn measure(
                 sweep(step, (shape, taps), place, (scratch, stop), repeats)?
             }
         };
-        tell(News::Made(measured));
+        tell(News::Made(Box::new(measured)));
     }
     Ok(())
 }
