@@ -33,6 +33,9 @@ const PIECE: usize = 1 << 10;
 /// What is packed beside the outcomes of designs under way: how many designs are complete, of how many, and what the route needs.
 pub(super) type Route<'p> = ((u64, u64), &'p dyn Fn(&mut Packer<'_>));
 
+/// Strokes by the numbers of their designs and their places in them, in order.
+type Strokes<'s> = &'s [(u64, u32)];
+
 /// Designs with the outcomes of their taps.
 pub(super) struct Group {
     /// Numbers of the designs.
@@ -93,13 +96,13 @@ impl Group {
         range.into_par_iter().map(task).collect()
     }
 
-    /// Reduces the designs and writes `tables`, taps only of the designs and strokes that are `kept`, in order, if some were. The complete rows of
+    /// Reduces the designs and writes `tables`, taps only of the strokes that are `kept`, if some were. The complete rows of
     /// each design.
     pub fn finish(
         &self,
         run: &mut Run<'_>,
         taps: &Taps<'_>,
-        (tables, kept): (&[Table], Option<&[(u64, u32)]>),
+        (tables, kept): (&[Table], Option<Strokes<'_>>),
     ) -> Result<Vec<Vec<Kept>>, Error> {
         let mut all = Vec::with_capacity(self.designs.len());
         for from in (0..self.designs.len()).step_by(TOGETHER) {
@@ -252,7 +255,7 @@ impl<'g> Reduced<'g> {
 fn write(
     run: &mut Run<'_>,
     taps: &Taps<'_>,
-    (table, kept): (Table, Option<&[(u64, u32)]>),
+    (table, kept): (Table, Option<Strokes<'_>>),
     all: &[Reduced<'_>],
 ) -> Result<(), Error> {
     let rows = all.iter().enumerate().flat_map(|(d, one)| {
@@ -279,7 +282,7 @@ fn write(
         taps.row(one.number, tap)
     };
     if !taps.in_order() {
-        rows.par_sort_unstable_by_key(&first);
+        rows.par_sort_unstable_by_key(first);
     }
     let place = |row: &(u32, u32)| {
         let one = &all[row.0 as usize];

@@ -19,11 +19,11 @@ pub const MOST_ROWS: u64 = u32::MAX as u64;
 #[derive(Debug, Clone, Default)]
 pub struct Listed {
     /// In [`Column`] order; one that is 0 in every row holds nothing.
-    columns: [Vec<f64>; COLUMNS],
+    columns: Box<[Vec<f64>; COLUMNS]>,
     /// Rig of each row; nothing where all have the first.
     rigs: Vec<u32>,
     rows: usize,
-    groups: OnceLock<Groups>,
+    groups: OnceLock<Box<Groups>>,
 }
 
 /// What belongs together in a list.
@@ -85,7 +85,7 @@ impl Listed {
 
     /// What belongs together.
     pub fn groups(&self) -> &Groups {
-        self.groups.get_or_init(|| Groups::of(self))
+        self.groups.get_or_init(|| Box::new(Groups::of(self)))
     }
 }
 
