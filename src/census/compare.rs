@@ -239,8 +239,11 @@ impl Line {
 
     /// `D_mm=10 d_mm=4 …`.
     fn place_of(&self, t: &Tuple) -> String {
-        let names = ["D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm", "a_mm", self.drive.column()];
-        let parts: Vec<String> = names.iter().zip(t.to_array()).map(|(n, x)| format!("{n}={x}")).collect();
+        let lengths = ["D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm", "a_mm"].into_iter();
+        let names = lengths.chain(["tilt_deg", "lean_deg", self.drive.column()]);
+        let upright = |(name, x): &(&str, f64)| *x == 0.0 && ["tilt_deg", "lean_deg"].contains(name);
+        let told = names.zip(t.to_array()).filter(|one| !upright(one));
+        let parts: Vec<String> = told.map(|(name, x)| format!("{name}={x}")).collect();
         parts.join(" ")
     }
 }
