@@ -7,6 +7,7 @@ use crate::common::cases::{Kind, Known, evaluate, known, random};
 use crate::common::configuration;
 use crate::common::specs;
 use crate::common::sweeping::{CPU, CPU_F64, GPU, GPU_F64, Place, REFERENCE};
+use vibrissa::census::{configuration as configurations, hard, sample};
 use vibrissa::design::{Design, amount};
 use vibrissa::evaluate::Outcome;
 use vibrissa::kernel::cpu::Cpu;
@@ -16,7 +17,6 @@ use vibrissa::kernel::{Effects, Job, Rung, Solution, Solver, Tap};
 use vibrissa::physics::onset::Grip;
 use vibrissa::scene::{Contact, Material, Precision, Tuple};
 use vibrissa::status::Status;
-use vibrissa::verify::{configuration, taps};
 use vibrissa_built::{Rod, first_rung};
 
 /// Random taps of each kind.
@@ -211,7 +211,7 @@ fn are_the_same(name: &str, pairs: impl Iterator<Item = ((f64, Vec<f64>), (f64, 
 fn the_kernels_of_device_and_cpu_are_the_same() {
     let mut device = Gpu::new(gpu::adapters().swap_remove(0), Precision::F64).expect("shaders with f64");
     let mut cpu = Cpu::new(Precision::F64);
-    let all = configuration::all();
+    let all = configurations::all();
     for (name, spatial) in [
         ("hooke", false),
         ("timoshenko-hub", true),
@@ -221,7 +221,7 @@ fn the_kernels_of_device_and_cpu_are_the_same() {
         ("pole-far", true),
     ] {
         let setup = all.iter().find(|c| c.name == name).expect("a configuration").setup();
-        let tuples = [taps::random(setup.drive, setup.hub > 0.0, 400, 9), taps::hard(&setup)].concat();
+        let tuples = [hard::random(setup.drive, setup.hub > 0.0, 400, 9), hard::hard(&setup)].concat();
         let grip = match setup.model.contact {
             Contact::Stick => Grip::Stick,
             Contact::Coulomb(mu) => Grip::Slide(mu),
@@ -271,7 +271,7 @@ fn the_kernels_of_device_and_cpu_are_the_same_for_built_whiskers() {
         );
         let study = specs::parse(&text).expect("a spec").study;
         let (setup, model) = (&study.setup, &study.setup.model);
-        let tuples = taps::of_space(&study.space, 1000, 0).expect("taps");
+        let tuples = sample::random(&study.space, 1000, 0);
         let shared = Design::new(setup, tuples[0]).shared.expect("a whisker");
         let rod = Rod::new(shared.body.as_deref().expect("a body"), shared.gauge);
         let tap = |t: &Tuple| {

@@ -28,8 +28,9 @@ fn start(mut command: Command) -> Running {
 
 /// Whether a result is being written on `desk`.
 fn begun(desk: &Desk) -> bool {
-    let partial = |name: &String| name.starts_with(".vibrissa-");
-    [".", "results", "loc"].iter().any(|folder| desk.names(folder).iter().any(partial))
+    let writes = |folder: std::path::PathBuf| folder.join(".vibrissa-unfinished").exists();
+    let results = desk.names("results").into_iter().map(|name| desk.path("results").join(name));
+    results.chain([desk.path("loc")]).any(writes)
 }
 
 /// Bytes in a pipe that nobody has read yet.

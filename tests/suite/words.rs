@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use vibrissa::census::{Taps, hard::random};
 use vibrissa::chart::{ranges::Wanted, reader::Reader, rows::RowReader};
-use vibrissa::design::{Design, amount};
+
 use vibrissa::evaluate::{Evaluator, Method, Outcome, Task};
 use vibrissa::scene::model::{Contact, Drive, Material, Model, Side};
 use vibrissa::scene::sampler::Sampler;

@@ -5,6 +5,8 @@ use std::os::unix::fs::symlink;
 use std::process::Stdio;
 use std::time::Instant;
 
+use vibrissa::sink::folder::WORK;
+
 use crate::common::program::{Desk, SPEC};
 use crate::common::world::{Running, program, until};
 
@@ -27,18 +29,18 @@ fn hidden(desk: &Desk, folder: &str) -> Vec<String> {
     desk.names(folder).into_iter().filter(|name| name.starts_with(".vibrissa-")).collect()
 }
 
-/// A half-written result, beside its lock.
+/// Whether a run writes in `folder`.
 fn begun(desk: &Desk, folder: &str) -> bool {
-    hidden(desk, folder).iter().any(|name| desk.path(folder).join(name).is_dir())
+    std::fs::read_dir(desk.path(folder).join(WORK)).is_ok_and(|names| names.count() > 1)
 }
 
 #[test]
 fn the_second_run_on_a_folder_is_refused() {
     let desk = Desk::new(&endless());
     std::fs::create_dir(desk.path("there")).unwrap();
-    for (out, place) in [("new", "."), ("there", "there")] {
+    for out in ["new", "there"] {
         let mut child = start(&desk, &["sweep", "spec.toml", "--out", out]);
-        until(|| begun(&desk, place), NOT_BEGUN);
+        until(|| begun(&desk, out), NOT_BEGUN);
         for command in ["sweep", "tap", "optimise", "verify"] {
             desk.write("small.toml", SPEC.replace("d = [4, 7]", "d = 4").replace("theta = [1, 4]", ""));
             let spec = match command {
@@ -57,7 +59,7 @@ fn the_second_run_on_a_folder_is_refused() {
         // Beside it others may write.
         desk.write("quick.toml", SPEC);
         desk.ok("sweep quick.toml --backend cpu --out beside");
-        assert!(child.try_wait().unwrap().is_none() && begun(&desk, place), "the first goes on");
+        assert!(child.try_wait().unwrap().is_none() && begun(&desk, out), "the first goes on");
         child.kill().unwrap();
         child.wait().unwrap();
         desk.ok(format!("sweep quick.toml --backend cpu --out {out}"));
@@ -71,28 +73,28 @@ fn what_killed_runs_left_is_removed() {
     let desk = Desk::new(&endless());
     desk.write("small.toml", SPEC);
     std::fs::create_dir(desk.path("there")).unwrap();
-    for out in ["a", "b", "there"] {
-        let place = if out == "there" { out } else { "." };
+    for out in ["a", "there"] {
         let mut child = start(&desk, &["sweep", "spec.toml", "--out", out]);
-        until(|| begun(&desk, place), NOT_BEGUN);
+        until(|| begun(&desk, out), NOT_BEGUN);
         child.kill().unwrap();
         child.wait().unwrap();
-        assert!(begun(&desk, place));
+        assert!(begun(&desk, out));
     }
-    // What nobody is known to have left; a link, which is not followed; what is no leftover.
-    desk.write("there/.vibrissa-x1Y2z3/tuples.csv", "half");
+    // A link, which is not followed; what is no leftover.
     desk.write("mine/notes.txt", "mine");
     symlink("../mine", desk.path("there/.vibrissa-a1B2c3")).unwrap();
-    symlink("../mine", desk.path("there/.vibrissa-result-a1B2c3")).unwrap();
     desk.write("there/.vibrissa-else", "of something else");
-    desk.refuses("optimise small.toml --out there", &[]);
-    desk.ok("sweep small.toml --backend cpu --out c");
-    assert_eq!(hidden(&desk, "."), [""; 0]);
-    desk.ok("sweep small.toml --backend cpu --out there --force");
-    let left = [".vibrissa-a1B2c3", ".vibrissa-else", ".vibrissa-result-a1B2c3", ".vibrissa-x1Y2z3"];
-    assert_eq!(hidden(&desk, "there"), left);
+    for out in ["a", "there"] {
+        desk.ok(format!("sweep small.toml --backend cpu --out {out}"));
+        desk.whole(out);
+    }
+    assert_eq!(
+        (hidden(&desk, "a"), hidden(&desk, "there")),
+        (vec![], vec![".vibrissa-a1B2c3".into(), ".vibrissa-else".into()])
+    );
+    symlink("../mine", desk.path("a").join(WORK)).unwrap();
+    desk.refuses("sweep small.toml --backend cpu --out a", &[WORK]);
     assert_eq!(desk.names("mine"), ["notes.txt"]);
-    desk.whole("there");
 }
 
 #[test]
@@ -104,8 +106,8 @@ fn what_a_killed_benchmark_left_is_removed() {
     let mut command = program(&desk, &["bench", "--backend", "cpu", "--quiet", "--out", "out"]);
     command.env("TMPDIR", desk.path("tmp")).stdout(Stdio::null()).stderr(Stdio::null());
     let mut child = Running::new(&mut command);
-    // The result, its lock, and what the sweeps are written to.
-    until(|| hidden(&desk, "out").len() >= 3, NOT_BEGUN);
+    // What the sweeps are written to.
+    until(|| desk.path("out").join(WORK).join(".scratch").exists(), NOT_BEGUN);
     child.kill().unwrap();
     child.wait().unwrap();
     assert_eq!(desk.names("tmp"), [""; 0]);
@@ -129,7 +131,7 @@ fn a_kill_leaves_the_old_result_or_the_new_one() {
         desk.write("spec.toml", &texts[round as usize % 2]);
         let before = desk.read("out/run.json");
         let mut child = start(&desk, &["sweep", "spec.toml", "--out", "out"]);
-        let replacing = || desk.path("out/.vibrissa-replacing").exists();
+        let replacing = || desk.path("out").join(WORK).join(".finished").exists();
         if round % 3 == 0 {
             std::thread::sleep(whole * (round + 1) / 30);
         } else {
@@ -155,15 +157,13 @@ fn a_kill_leaves_the_old_result_or_the_new_one() {
     println!("{decided} of 30 kills came after the decision, {ended} after the end");
 }
 
-/// A lock is written to: what another name leads to is no lock.
-#[cfg(unix)]
+/// What a lock's name leads to is not written to.
 #[test]
 fn a_lock_with_another_name_is_left_alone() {
     let desk = Desk::new(SPEC);
-    std::fs::create_dir(desk.path("out")).unwrap();
-    std::fs::hard_link(desk.path("spec.toml"), desk.path("out/.vibrissa-result.lock")).unwrap();
-    let ran = desk.sweep(&["--out", "out"]).exits(1);
-    assert!(ran.stderr.contains(".vibrissa-result.lock"), "{}", ran.stderr);
+    std::fs::create_dir_all(desk.path("out").join(WORK)).unwrap();
+    std::fs::hard_link(desk.path("spec.toml"), desk.path("out").join(WORK).join(".lock")).unwrap();
+    desk.sweep(&["--out", "out"]).exits(0);
     assert_eq!(desk.read("spec.toml"), SPEC);
 }
 

@@ -30,9 +30,9 @@ pub fn folder(data: &[u8]) {
     match first % 3 {
         0 => desk::write("out/run.json", data),
         1 => {
-            desk::write("out/.vibrissa-replacing/.manifest", data);
-            desk::write("out/.vibrissa-replacing/a.csv", b"new");
-            desk::write("out/.vibrissa-replacing/run.json", RECORD.as_bytes());
+            desk::write("out/.vibrissa-unfinished/.finished", data);
+            desk::write("out/.vibrissa-unfinished/a.csv", b"new");
+            desk::write("out/.vibrissa-unfinished/run.json", RECORD.as_bytes());
         }
         _ => {
             // Its check is put right, so that what is behind it is read.

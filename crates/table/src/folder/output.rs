@@ -31,7 +31,8 @@ impl Closed {
             match path.symlink_metadata() {
                 Ok(m) if m.is_file() && m.len() == listed.bytes => Ok(()),
                 _ => {
-                    let why = "this file was removed or changed while the run wrote it; there is no new result";
+                    let why =
+                        "this file was removed or changed while the run wrote it; there is no new result";
                     Err(Error::io(&path, io::Error::other(why)))
                 }
             }
