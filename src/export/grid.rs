@@ -110,7 +110,7 @@ impl fmt::Display for Off {
         if self.distance > 0.0 {
             write!(f, "{:.1e} mm or ", self.distance)?;
         }
-        let outside = "outside the calibration, or where sigma is above 5 % of the distance,";
+        let outside = "outside the calibration, or where sigma is above 5 % of the distance, about";
         write!(
             f,
             "{share} % of sigma in the distance, {sigma:.2} % in sigma; {outside} {a:.1} % of sigma, {b:.1} % in sigma"
