@@ -110,7 +110,7 @@ impl fmt::Display for Off {
         if self.distance > 0.0 {
             write!(f, "{:.1e} mm or ", self.distance)?;
         }
-        let outside = "outside the calibration, or where sigma is above 5 % of the distance,";
+        let outside = "outside the calibration, or where sigma is above 5 % of the distance, about";
         write!(
             f,
             "{share} % of sigma in the distance, {sigma:.2} % in sigma; {outside} {a:.1} % of sigma, {b:.1} % in sigma"
@@ -210,7 +210,7 @@ impl<'a> Side<'a> {
         let end = |step: f64| {
             let inside = |k: usize| start + step * k as f64;
             let outside = (1..STEP.1).find(|k| !is(inside(*k)));
-            outside.map_or(inside(STEP.1), |k| border(inside(k - 1), inside(k), &is))
+            outside.map_or(inside(STEP.1), |k| border(inside(k - 1), inside(k), is))
         };
         let (top, bottom) = (end(STEP.0.ln()), end(-STEP.0.ln()));
         let place = |k: usize| {
