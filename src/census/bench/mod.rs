@@ -5,7 +5,7 @@
 //! forces and status; the share of the kernel is told apart. Every measurement is repeated: the best is what the machine
 //! can do, the median what it did, their spread how much else it did ([`Noise`]).
 //!
-//! A benchmark is a list of [`Step`]s, which [`measure`] takes one after the other; [`tables`] show them, and [`crate::report`] draws its figures from these.
+//! A benchmark is a list of [`Step`]s, which [`measure()`] takes one after the other; [`tables`] show them, and [`crate::report`] draws its figures from these.
 
 mod measure;
 pub mod probe;
