@@ -3,7 +3,7 @@
 //! The program starts itself once more for it, Python its interpreter with the native module alone ([`ask_by`] says how). A process that has not said
 //! how asks its drivers itself.
 
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Write};
 use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -48,11 +48,11 @@ pub fn answer(from: usize) {
         libc::prctl(libc::PR_SET_PDEATHSIG, libc::SIGKILL)
     };
     for adapter in gpu::adapters().into_iter().skip(from) {
-        println!("{}", serde_json::json!(seen(&adapter)));
+        let _ = writeln!(std::io::stdout(), "{}", serde_json::json!(seen(&adapter)));
         // That it does not open is no crash: an error says why when it is opened again.
         drop(Gpu::new(adapter, Precision::F32));
     }
-    println!("{DONE}");
+    let _ = writeln!(std::io::stdout(), "{DONE}");
 }
 
 /// What another process found of the drivers, asked once; `None` where nothing says how it is started, or it does not start.

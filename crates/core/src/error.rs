@@ -105,13 +105,6 @@ pub enum SolveError {
     TooHard,
 }
 
-impl SolveError {
-    /// A device that fails as `why` says.
-    pub fn device(why: impl fmt::Display) -> Self {
-        Self::Device(why.to_string())
-    }
-}
-
 /// Anything that ends a command early.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
