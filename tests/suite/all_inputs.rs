@@ -310,10 +310,7 @@ fn a_report_and_a_merge_keep_the_folders_that_they_read() {
         all.map(|name| format!("{of}/{name}")).collect::<Vec<_>>().try_into().unwrap()
     };
     let ([one, two], [first, second]) = (parts("parts"), parts("found"));
-    let font = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../../../../../../../../../../../src/figure/font/DejaVuSans.ttf"
-    );
+    let font = concat!(env!("CARGO_MANIFEST_DIR"), "/../../src/figure/font/DejaVuSans.ttf");
     std::fs::create_dir(desk.path("drawn")).unwrap();
     std::fs::copy(font, desk.path("drawn/report.html")).unwrap();
     for folder in ["cal", "swept", &one] {

@@ -6,14 +6,15 @@ use std::os::unix::fs::FileExt;
 use std::path::Path;
 use std::process::Output;
 
+use vibrissa::sink::folder::WORK;
+
 use crate::common::program::{Desk, names};
 use crate::common::world::{Running, calibrated, held, program, send, words};
 use libc::SIGCONT;
 
 /// Whether a run for `out` has begun to write `table`.
 fn begun(desk: &Desk, table: &str) -> bool {
-    let hidden = names(&desk.path(".")).into_iter().filter(|n| n.starts_with(".vibrissa-"));
-    hidden.into_iter().any(|name| desk.path(&name).join(table).metadata().is_ok_and(|m| m.len() > 0))
+    desk.path("out").join(WORK).join(table).metadata().is_ok_and(|m| m.len() > 0)
 }
 
 /// Runs `line`, which writes `table` for `out`, and makes `change` in the middle.
@@ -22,7 +23,7 @@ fn changed(desk: &Desk, line: &[&str], table: &str, change: impl Fn()) -> Output
         let _ = fs::remove_dir_all(desk.path("out"));
         Running::new(&mut program(desk, line))
     };
-    let child = held(begin, || begun(desk, table) && !desk.path("out").exists());
+    let child = held(begin, || begun(desk, table));
     change();
     send(&child, SIGCONT);
     child.wait_with_output().unwrap()

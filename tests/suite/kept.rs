@@ -338,8 +338,8 @@ fn long_work_of_other_values_gives_way_to_force_alone() {
 #[test]
 fn damaged_work_is_told_and_begun_anew() {
     let desk = stopped();
-    let [state, table] = [".state", "designs.csv"].map(|name| desk.path("out").join(WORK).join(name));
-    let (good, rows) = (std::fs::read(&state).unwrap(), std::fs::read(&table).unwrap());
+    let read = |name: &str| std::fs::read(desk.path("out").join(WORK).join(name)).unwrap();
+    let (good, rows) = (read(".state"), read("designs.csv"));
     let flipped = |bytes: &[u8], at: usize| {
         let mut bytes = bytes.to_vec();
         bytes[at] ^= 4;
@@ -360,8 +360,6 @@ fn damaged_work_is_told_and_begun_anew() {
         assert!(ran.stderr.contains("begins anew") && !ran.stderr.contains("going on"), "{}", ran.stderr);
         desk.whole("out");
     }
-    assert!(!go_on(&desk, &["--force"]).exits(0).stderr.contains("going on"));
-    desk.whole("out");
 }
 
 #[cfg(unix)]

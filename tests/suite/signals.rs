@@ -216,7 +216,7 @@ fn a_stopped_search_says_what_it_kept_and_fails() {
 fn a_slow_search_is_stopped_in_time() {
     let search = "[whisker]\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 20e-6\n[tap]\na = { from = 21, to = 48, steps = 10 }\n\
                   [estimate]\ntheory = \"exact\"\n[model]\nextension = true\nsurface = true\nshear = true\n\
-                  [optimise]\nobjective = \"distance\"\nbudget = { evaluations = 400 }\n\
+                  [optimise]\nobjective = \"distance\"\nbudget = { evaluations = 100000000 }\n\
                   variables = { D = [8, 12], d = [2, 10], theta = [0.5, 10] }\nrobust = { D = 0.05, samples = 64 }\n";
     let desk = Desk::new(search);
     for pause in [300, 4000] {
