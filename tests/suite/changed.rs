@@ -8,7 +8,7 @@ use std::process::Output;
 
 use vibrissa::sink::folder::WORK;
 
-use crate::common::program::{Desk, names};
+use crate::common::program::Desk;
 use crate::common::world::{Running, calibrated, held, program, send, words};
 use libc::SIGCONT;
 

@@ -67,10 +67,7 @@ fn a_sweep_whose_table_is_removed_while_it_runs_fails() {
         let left = child.wait_with_output().unwrap();
         let said = words(&left.stderr);
         assert_eq!(left.status.code(), Some(1), "{format}: {said}");
-        assert!(
-            said.contains(&format!("tuples.{format}: this file was removed or changed")),
-            "{what}: {said}"
-        );
+        assert!(said.contains(&format!("tuples.{format}: this file was removed or changed")), "{said}");
         assert!(!desk.path("out").exists(), "{format}");
     }
 }
