@@ -54,7 +54,7 @@ fn auto_takes_the_cpu_where_the_address_space_is_limited() {
 /// A calibration edited by hand to values that no rig has is refused before the reference is asked for all its taps.
 #[test]
 fn an_absurd_calibration_is_refused_at_once() {
-    let examples = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../../../../../../../../../../../../examples");
+    let examples = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples");
     let desk = Desk::new(SPEC);
     let (data, spec) = (format!("{examples}/prototype-d10.csv"), format!("{examples}/prototype-d10.toml"));
     desk.run(&["calibrate", &data, "--whisker", &spec, "--out", "cal", "--quiet"]).exits(0);

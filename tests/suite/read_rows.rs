@@ -2,7 +2,7 @@
 
 use crate::common::specs;
 use crate::common::sweeping::{CPU_F64, Row, number, sweep};
-use vibrissa::chart::{ranges::Wanted, rows::RowReader};
+use vibrissa::chart::{ranges::Wanted, reader::RowReader};
 use vibrissa::design::Design;
 use vibrissa::scene::Tuple;
 use vibrissa::statistics::Figures;

@@ -2,7 +2,8 @@
 
 use rayon::prelude::*;
 use vibrissa::census::{Taps, hard::random};
-use vibrissa::chart::{ranges::Wanted, reader::Reader, rows::RowReader};
+use vibrissa::chart::ranges::Wanted;
+use vibrissa::chart::reader::{Reader, RowReader};
 
 use vibrissa::evaluate::{Evaluator, Method, Outcome, Task};
 use vibrissa::scene::model::{Contact, Drive, Material, Model, Side};

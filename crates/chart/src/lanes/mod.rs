@@ -22,7 +22,6 @@
 mod best;
 mod between;
 mod choice;
-mod deviations;
 mod dispatch;
 mod distance;
 mod edges;

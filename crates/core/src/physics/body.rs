@@ -4,8 +4,8 @@ mod sound;
 
 use std::f64::consts::PI;
 
-use super::gauss::each;
 use super::linear::shear_coefficient;
+use super::nodes::each;
 use super::real::{Real, Vector};
 use super::section::{SectionLaw, SectionStrain};
 use crate::scene::built::{Built, Inner, Profile, Root};

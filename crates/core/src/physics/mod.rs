@@ -4,7 +4,6 @@ pub mod body;
 pub mod chebyshev;
 pub mod fit;
 pub mod flexure;
-mod gauss;
 pub mod inverse;
 pub mod linear;
 pub mod nodes;
