@@ -212,7 +212,7 @@ fn render(error: &Error) -> String {
         return format!("error: {said}");
     };
     let place = AnnotationKind::Primary.span(excerpt.span.clone());
-    let lines = Snippet::source(&excerpt.text).line_start(excerpt.above + 1).annotation(place);
+    let lines = Snippet::source(&excerpt.text).line_start(excerpt.above + 1).fold(false).annotation(place);
     let color = std::io::IsTerminal::is_terminal(&std::io::stderr());
     let renderer = if color { Renderer::styled() } else { Renderer::plain() };
     renderer.term_width(160).render(&[Level::ERROR.primary_title(&*said).element(lines)])

@@ -280,12 +280,13 @@ fn a_tuple_file_has_one_warning() {
         (0..n).for_each(|i| writeln!(text, "{row}{}", 1 + i % 9).unwrap());
         text
     };
-    // Held in memory, and left in its file.
-    for (n, place) in [(3, "taps.csv:3: "), (600_000, "taps.csv: ")] {
+    for n in [3, 600] {
         desk.write("taps.csv", rows(n, "0.01,4,50,5,2,33,"));
         let said = spec::read(&desk.path("spec.toml")).unwrap().warnings;
         assert_eq!(said.len(), 1, "{said:?}");
-        for part in [place, "D_mm = 0.01: ", "10 mm, written in metres", &format!("({n} of {n} rows)")] {
+        for part in
+            ["taps.csv:3: ", "D_mm = 0.01: ", "10 mm, written in metres", &format!("({n} of {n} rows)")]
+        {
             assert!(said[0].contains(part), "`{part}` is not in {said:?}");
         }
         desk.write("taps.csv", rows(n, "10,4,50,5,2,33,0.0"));

@@ -22,7 +22,7 @@ const AFTER: &str = "A first sweep: vibrissa sweep sweeps/prototypes.toml\n\
 
 /// Sweeps, optimises and calibrates tapered soft whisker sensors.
 #[derive(Debug, Parser)]
-#[command(version, about, max_term_width = 100, arg_required_else_help = true)]
+#[command(name = "vibrissa", version, about, max_term_width = 100, arg_required_else_help = true)]
 #[command(disable_help_subcommand = true)]
 #[command(after_help = AFTER)]
 pub struct Args {
