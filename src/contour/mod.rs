@@ -1,6 +1,6 @@
 //! Taps and strokes become points on an object, and points a curve (docs/contour.md).
 //!
-//! [`pose`] is where a whisker stands; [`point`] makes a point of a tap, [`stroke`] points of a sweep,
+//! [`truth`] has where a whisker stands; [`point`] makes a point of a tap, [`stroke`] points of a sweep,
 //! [`curve`] (the crate `vibrissa-contour`) a line, a circle or a smooth curve of points; [`traced`] is all of it for a file of readings, and what is told of that.
 
 pub use vibrissa_contour as curve;

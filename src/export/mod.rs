@@ -1,6 +1,6 @@
 //! A calibration as a program for a robot: one file of C without dependencies that answers as `locate` does.
 //!
-//! Whatever the estimator, the file is one table of drive × reading → distance and σ ([`grid`]). Its error is measured against `locate`
+//! Whatever the estimator, the file is one table of drive × reading → distance and σ. Its error is measured against `locate`
 //! between the nodes of the table, and stands in the head of the file.
 
 mod c;

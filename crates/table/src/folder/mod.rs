@@ -1,8 +1,8 @@
 //! The result folder: whose it is, nothing half-written under a final name, one writer at a time.
 //!
 //! A folder belongs to one command and one spec or data file, by the `run.json` in it, which lists the files of the result with their hashes.
-//! Only these files give way to a new result, and only while they are what was written. A run writes in a [`hidden`] folder inside it; when
-//! all is written and durable, [`replace`] moves it file by file.
+//! Only these files give way to a new result, and only while they are what was written. A run writes in a hidden folder inside it; when
+//! all is written and durable, it is moved file by file.
 
 mod claim;
 mod disk;
