@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::table::Table;
 use crate::error::{Error, InputError};
-use crate::sink::folder::{hash_file, is_result_name, names_in, open_of_result, read_run};
+use crate::sink::folder::{hash_file, is_finishing, is_result_name, names_in, open_of_result, read_run};
 use crate::sink::run_json::FORMAT;
 
 /// A finished result.
@@ -37,6 +37,12 @@ impl Source {
         if !folder.is_dir() {
             let why = if folder.exists() { "this is a file" } else { "there is no such folder" };
             return Err(refuse(why.to_owned()).allowed(needed).into());
+        }
+        if is_finishing(folder) {
+            let why = "a run was stopped while it put a new result in its place here";
+            return Err(refuse(why.to_owned())
+                .allowed("the folder after the command of that run, which ends it")
+                .into());
         }
         let path = folder.join("run.json");
         let text = match read_run(folder)? {

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use super::folder::remove_folder;
+use super::folder::{LOCK, is_complete, remove_all_but_lock};
 
 static PATHS: Mutex<Vec<Noted>> = Mutex::new(Vec::new());
 /// Whether a result is whole and goes, or has gone, to its place.
@@ -18,6 +18,18 @@ pub fn keeping(words: String) {
     KEPT.lock().unwrap_or_else(PoisonError::into_inner).replace(words);
 }
 
+/// Makes something complete by `make`, and notes it in words; no end of the process comes between.
+///
+/// # Errors
+/// What `make` says.
+pub fn kept_by<E>(make: impl FnOnce() -> Result<(), E>, words: &str) -> Result<(), E> {
+    with(|_| {
+        make()?;
+        keeping(words.to_owned());
+        Ok(())
+    })
+}
+
 /// What is complete and stays, in words; `None` of nothing.
 pub fn kept() -> Option<String> {
     KEPT.lock().unwrap_or_else(PoisonError::into_inner).clone()
@@ -28,9 +40,16 @@ pub fn forget() {
     KEPT.lock().unwrap_or_else(PoisonError::into_inner).take();
 }
 
-/// From now on a result is put in its place, which an end of the process leaves to the next run.
-pub fn placing() {
-    with(|_| PLACED.store(true, Ordering::Relaxed));
+/// Decides by `decide` that a result is put in its place, which an end of the process from then on leaves to the next run.
+///
+/// # Errors
+/// What `decide` says: then nothing was decided.
+pub fn placing<E>(decide: impl FnOnce() -> Result<(), E>) -> Result<(), E> {
+    with(|_| {
+        decide()?;
+        PLACED.store(true, Ordering::Relaxed);
+        Ok(())
+    })
 }
 
 /// Whether a result is in its place, or will be.
@@ -81,20 +100,37 @@ impl Drop for Unfinished {
     }
 }
 
-/// Removes them all, for a process that is about to end without unwinding. A file that is being written may need a second look. Whoever
-/// is about to put its folder in place waits until that is done, and whoever is about to make one waits for ever.
+/// Removes them all but what is complete, for a process that is about to end without unwinding. Whoever is about to put its result in place waits
+/// until that is done, and whoever is about to make one waits for ever.
 pub fn remove_all() {
     let mut all = lock();
     if !is_placed() {
         for (path, if_empty) in all.drain(..) {
-            let gone = || match if_empty {
-                true => std::fs::remove_dir(&path).is_ok(),
-                false => remove_folder(&path).or_else(|_| std::fs::remove_file(&path)).is_ok(),
-            };
-            let _ = (0..3).find(|_| gone());
+            match if_empty {
+                true => drop(std::fs::remove_dir(&path)),
+                false => drop(remove(&path)),
+            }
         }
         std::mem::forget(all);
     }
+}
+
+/// Removes a file, or a folder in which nothing is complete. Its lock goes last: from then on it may be another run's.
+fn remove(path: &Path) -> std::io::Result<()> {
+    if path.symlink_metadata()?.is_file() {
+        return std::fs::remove_file(path);
+    }
+    // A file that is being written may need a second look.
+    for _ in 0..3 {
+        if !is_complete(path) {
+            let _ = remove_all_but_lock(path);
+        }
+    }
+    if !is_complete(path) {
+        std::fs::remove_file(path.join(LOCK))?;
+        std::fs::remove_dir(path)?;
+    }
+    Ok(())
 }
 
 fn with<T>(use_it: impl FnOnce(&mut Vec<Noted>) -> T) -> T {

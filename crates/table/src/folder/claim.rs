@@ -2,13 +2,13 @@
 
 use std::fs::OpenOptions;
 use std::io::ErrorKind;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
 use super::PREFIX;
 use super::disk::{Identity, hash_file, names_in, open_regular};
-use super::hidden::is_kept;
+use super::hidden::WORK;
 use super::question::Question;
 use super::record::{Listed, RUN, Record};
 use crate::error::{Error, InputError};
@@ -37,7 +37,14 @@ pub(super) fn refuse(target: &Path, why: impl std::fmt::Display, allowed: &str) 
 }
 
 /// Decides whether a result with files `names` may replace what is in `folder`.
-pub(super) fn judge(folder: &Path, question: &Question, names: &[String], force: bool) -> Result<Old, Error> {
+///
+/// `begun`: a run of the same identity was stopped here. What it began is its own, whatever was put beside it since.
+pub(super) fn judge(
+    folder: &Path,
+    question: &Question,
+    names: &[String],
+    (begun, force): (bool, bool),
+) -> Result<Old, Error> {
     let elsewhere = "another folder; or move this file away";
     let refuse = |why: String, allowed: &str| refuse(folder, why, allowed);
     let at = |name: &str| folder.join(name);
@@ -46,6 +53,17 @@ pub(super) fn judge(folder: &Path, question: &Question, names: &[String], force:
             let why = format!("{} is in the way and no regular file", at(name).display());
             return Err(refuse(why, elsewhere));
         }
+    }
+    let hidden = folder.join(WORK).canonicalize();
+    let inside = |input: &&PathBuf| {
+        hidden.as_ref().is_ok_and(|hidden| input.canonicalize().is_ok_and(|input| input.starts_with(hidden)))
+    };
+    if let Some(input) = question.inputs.iter().find(inside) {
+        let why = format!(
+            "{} is read by this command and lies in the hidden folder of its result",
+            input.display()
+        );
+        return Err(refuse(why, "another folder"));
     }
     inputs(folder, question, names)?;
     let record = Record::read(folder)?;
@@ -64,7 +82,7 @@ pub(super) fn judge(folder: &Path, question: &Question, names: &[String], force:
     }
     let ask =
         |why: String| refuse(why, "the same command on the same file, an empty or new folder, or --force");
-    let objection = objection(folder, &record, question)?;
+    let objection = objection(folder, &record, (question, begun))?;
     if let Some(why) = objection.as_ref().filter(|_| !force) {
         return Err(ask(why.clone()));
     }
@@ -92,15 +110,17 @@ pub(super) fn judge(folder: &Path, question: &Question, names: &[String], force:
 }
 
 /// Why the result in `folder` is not simply replaced.
-fn objection(folder: &Path, record: &Record, question: &Question) -> Result<Option<String>, Error> {
+fn objection(
+    folder: &Path,
+    record: &Record,
+    (question, begun): (&Question, bool),
+) -> Result<Option<String>, Error> {
     Ok(match record {
         Record::Nothing => {
             let cut = matches!(question.command, "sweep" | "optimise");
             let part = |name: &str| cut && Shard::of_folder(name).is_some();
             let strange = |name: &str| !name.starts_with(PREFIX) && !part(name);
             let mut names = names_in(folder).map_err(|e| Error::io(folder, e))?.into_iter();
-            // What a sweep began is its own, whatever was put beside it since.
-            let begun = question.command == "sweep" && is_kept(folder);
             (!begun && names.any(|name| strange(&name.to_string_lossy())))
                 .then(|| "this folder is not empty and holds no result of this program".to_owned())
         }

@@ -28,7 +28,7 @@ const STATE: &str = ".state";
 /// A state on its way.
 const NEXT: &str = ".state-next";
 /// Held by the run that writes; in it the number of its process.
-const LOCK: &str = ".lock";
+pub(crate) const LOCK: &str = ".lock";
 /// Times that a lock is asked for, 10 ms apart: whoever clears up after a dead run holds it that long.
 const TRIES: u32 = 30;
 
@@ -61,9 +61,10 @@ pub struct Left {
 #[derive(Debug)]
 pub(super) struct Hidden {
     path: PathBuf,
-    /// Goes, with the result folder if this run made that, when the process ends before anything is kept.
+    /// Goes, with the folders that this run made, when the process ends before anything is kept.
     noted: Vec<Unfinished>,
-    made: bool,
+    /// The result folder and those above it, as far as this run made them, the innermost first.
+    made: Vec<PathBuf>,
     /// Closed before the folder goes: on NFS an open file cannot.
     lock: Option<File>,
 }
@@ -74,16 +75,23 @@ impl Hidden {
     /// # Errors
     /// Another run that has it; something else under its name; what cannot be made.
     pub fn hold(target: &Path) -> Result<Self, Error> {
-        if target.symlink_metadata().is_ok() && !target.is_dir() {
-            return Err(refuse(target, "this is a file, not a folder", "a folder"));
+        if let Ok(there) = target.symlink_metadata()
+            && !target.is_dir()
+        {
+            let why = if there.is_symlink() {
+                "this link leads to no folder"
+            } else {
+                "this is a file, not a folder"
+            };
+            return Err(refuse(target, why, "a folder"));
         }
         let path = target.join(WORK);
-        let mut made = false;
+        let mut made = Vec::new();
         for _ in 1..TRIES {
-            made |= make(target)?;
+            made.extend(make(target)?);
             if let Some(lock) = ask(target, &path)? {
-                let mut noted = vec![Unfinished::new(&path)];
-                noted.extend(made.then(|| Unfinished::if_empty(target)));
+                let folders = made.iter().map(|folder| Unfinished::if_empty(folder));
+                let noted = std::iter::once(Unfinished::new(&path)).chain(folders).collect();
                 return Ok(Self { path, noted, made, lock: Some(lock) });
             }
             std::thread::sleep(Duration::from_millis(10));
@@ -108,23 +116,17 @@ impl Hidden {
         self.noted.clear();
     }
 
-    /// Whether what it holds is to stay.
-    fn stays(&self) -> bool {
-        [STATE, FINISHED].iter().any(|name| self.path.join(name).exists())
-    }
-
     /// Removes all but the lock.
     ///
     /// # Errors
     /// What the system says.
     pub fn clear(&self) -> Result<(), Error> {
-        // The state first: without it the rest is worth nothing.
-        let mut names = names_in(&self.path).map_err(|e| Error::io(&self.path, e))?;
-        names.sort_by_key(|name| name != STATE);
-        for path in names.iter().filter(|name| *name != LOCK).map(|name| self.path.join(name)) {
-            fs::remove_file(&path).or_else(|_| remove_folder(&path)).map_err(|e| Error::io(&path, e))?;
-        }
-        Ok(())
+        remove_all_but_lock(&self.path).map_err(|e| Error::io(&self.path, e))
+    }
+
+    /// Whether it holds what a stopped run of this `identity` left.
+    pub fn holds(&self, identity: &str) -> bool {
+        matches!(read(&self.path), Ok(Some(left)) if left.head.identity == identity)
     }
 
     /// What a stopped run left for the run that is `identity`, or for none; work of another one gives way if it is short, or by `force`, and is
@@ -159,7 +161,7 @@ impl Hidden {
 
 impl Drop for Hidden {
     fn drop(&mut self) {
-        let stays = self.stays();
+        let stays = is_complete(&self.path);
         if !stays {
             let _ = self.clear();
         }
@@ -168,29 +170,38 @@ impl Drop for Hidden {
         drop(self.lock.take());
         if !stays {
             let _ = fs::remove_dir(&self.path);
-            if self.made {
-                let _ = self.path.parent().map(fs::remove_dir);
-            }
+            self.made.iter().for_each(|folder| drop(fs::remove_dir(folder)));
         }
     }
 }
 
-/// Whether a stopped run's state lies in the result folder `target`.
-pub(super) fn is_kept(target: &Path) -> bool {
-    target.join(WORK).join(STATE).exists()
+/// Whether the hidden folder `path` holds what is to stay: a state to go on from, or a finished result.
+pub(crate) fn is_complete(path: &Path) -> bool {
+    [STATE, FINISHED].iter().any(|name| path.join(name).symlink_metadata().is_ok())
 }
 
-/// Makes the folder `target`; whether it was not there.
-fn make(target: &Path) -> Result<bool, Error> {
-    if target.is_dir() {
-        return Ok(false);
-    }
-    target.parent().map_or(Ok(()), fs::create_dir_all).map_err(|e| Error::io(target, e))?;
-    match fs::create_dir(target) {
-        Ok(()) => Ok(true),
-        Err(e) if e.kind() == ErrorKind::AlreadyExists => Ok(false),
-        Err(e) => Err(Error::io(target, e)),
-    }
+/// Whether a finished result waits in the result folder `target` to be put in its place, which its command does.
+pub fn is_finishing(target: &Path) -> bool {
+    target.join(WORK).join(FINISHED).exists()
+}
+
+/// Removes what is in the hidden folder `path`, the state first: without it the rest is worth nothing.
+pub(crate) fn remove_all_but_lock(path: &Path) -> io::Result<()> {
+    let mut names = names_in(path)?;
+    names.sort_by_key(|name| name != STATE);
+    names
+        .iter()
+        .filter(|name| *name != LOCK)
+        .map(|name| path.join(name))
+        .try_for_each(|path| fs::remove_file(&path).or_else(|_| remove_folder(&path)))
+}
+
+/// Makes the folder `target`; those that were not there, the innermost first.
+fn make(target: &Path) -> Result<Vec<PathBuf>, Error> {
+    let there = |folder: &&Path| !folder.as_os_str().is_empty() && folder.symlink_metadata().is_err();
+    let missing = target.ancestors().take_while(there).map(Path::to_owned).collect();
+    fs::create_dir_all(target).map_err(|e| Error::io(target, e))?;
+    Ok(missing)
 }
 
 /// The lock in the hidden folder `path`; `None` where another run has it, or has just removed it.
@@ -288,7 +299,8 @@ impl Saving {
     ) -> Result<(), Error> {
         let next = work.join(NEXT);
         let failed = |e| Error::io(&next, e);
-        let mut file = BufWriter::new(File::create(&next).map_err(failed)?);
+        let _ = fs::remove_file(&next);
+        let mut file = BufWriter::new(File::create_new(&next).map_err(failed)?);
         let mut packer = Packer::new(&mut file);
         packer.raw(&serde_json::to_vec(head).map_err(|e| Error::Run(e.to_string()))?);
         packer.raw(b"\n");
@@ -301,9 +313,8 @@ impl Saving {
         self.0 = Some(std::thread::spawn(move || {
             files.iter().try_for_each(File::sync_data)?;
             file.sync_all()?;
-            fs::rename(work.join(NEXT), work.join(STATE))?;
+            unfinished::kept_by(|| fs::rename(work.join(NEXT), work.join(STATE)), &words)?;
             sync(&work)?;
-            unfinished::keeping(words.clone());
             Ok(words)
         }));
         Ok(())

@@ -26,8 +26,9 @@ use claim::{Old, judge};
 pub use disk::{
     Hashing, Identity, hash, hash_all, hash_file, names_in, open_of_result, open_regular, remove_folder,
 };
-pub use hidden::{Head, Left, WORK};
+pub use hidden::{Head, Left, WORK, is_finishing};
 use hidden::{Hidden, Saving};
+pub(crate) use hidden::{LOCK, is_complete, remove_all_but_lock};
 pub use output::{Mark, Output};
 pub use question::Question;
 use record::RUN;
@@ -93,7 +94,8 @@ impl Folder {
         let mut hidden = Hidden::hold(target)?;
         replace::recover(target, hidden.path())?;
         let all: Vec<String> = names.iter().chain(&[RUN]).map(|&n| n.to_owned()).collect();
-        let old = judge(target, &question, &all, force)?;
+        let begun = identity.is_some_and(|identity| hidden.holds(identity));
+        let old = judge(target, &question, &all, (begun, force))?;
         let left = hidden.look(target, identity, force)?;
         let words = left.as_ref().map(|left| left.head.words(target));
         if let Some(words) = &words {
@@ -172,7 +174,7 @@ impl Folder {
     /// A folder that cannot be made.
     pub fn scratch(&self) -> Result<PathBuf, Error> {
         let path = self.hidden.path().join(".scratch");
-        fs::create_dir_all(&path).map_err(|e| Error::io(&path, e))?;
+        fs::create_dir(&path).map_err(|e| Error::io(&path, e))?;
         Ok(path)
     }
 
@@ -251,10 +253,9 @@ impl Folder {
         let removed = self.old.files.iter().filter(|_| self.old.forced).map(|f| at(&f.name)).collect();
         let files = self.names.iter().map(at).collect();
         self.closed.end(self.hidden.path())?;
-        unfinished::placing();
+        let decide = || replace::decide(self.hidden.path(), &self.names, &self.old);
+        unfinished::placing(decide).map_err(|e| Error::io(&self.target, e))?;
         self.hidden.keep();
-        replace::decide(self.hidden.path(), &self.names, &self.old)
-            .map_err(|e| Error::io(&self.target, e))?;
         replace::recover(&self.target, self.hidden.path())?;
         Ok(Written { files, removed })
     }

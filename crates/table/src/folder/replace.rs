@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::claim::{Old, look, refuse};
 use super::disk::{open_regular, remove_folder, sync};
+use super::hidden::LOCK;
 use super::record::{Listed, RUN, is_plain};
 use crate::error::Error;
 
@@ -33,7 +34,8 @@ struct Manifest {
 /// Marks the result in `hidden`, which consists of the files `names` and takes the place of `old`, as finished.
 pub(super) fn decide(hidden: &Path, names: &[String], old: &Old) -> io::Result<()> {
     let manifest = Manifest { put: names.to_vec(), old: old.files.clone(), aside: old.aside.clone() };
-    let mut file = fs::File::create(hidden.join(NEXT))?;
+    let _ = fs::remove_file(hidden.join(NEXT));
+    let mut file = fs::File::create_new(hidden.join(NEXT))?;
     file.write_all(serde_json::to_string(&manifest)?.as_bytes())?;
     file.sync_all()?;
     fs::rename(hidden.join(NEXT), hidden.join(FINISHED))?;
@@ -59,7 +61,16 @@ pub(super) fn recover(target: &Path, hidden: &Path) -> Result<(), Error> {
     if let Some(name) = names.clone().chain(&manifest.aside).find(|name| !is_plain(name)) {
         return Err(odd(format!("{name:?} is no name of a result's file")));
     }
-    let to_come = |name: &str| hidden.join(name).symlink_metadata().is_ok();
+    let to_come = |name: &str| is_there(&hidden.join(name));
+    let aside = manifest.aside.as_ref().map(|name| target.join(name));
+    if let Some(aside) = aside.filter(|aside| to_come(RUN) && is_there(aside) && is_there(&target.join(RUN)))
+    {
+        let why = format!(
+            "{} is in the way: the run.json that is there is to be kept under this name",
+            aside.display()
+        );
+        return Err(refuse(target, why, "the folder without this file: move it away"));
+    }
     // With the run.json, which comes last, all is done.
     for name in names.filter(|_| to_come(RUN)) {
         if manifest.put.contains(name) && !to_come(name) {
@@ -78,13 +89,22 @@ pub(super) fn recover(target: &Path, hidden: &Path) -> Result<(), Error> {
     put(target, hidden, &manifest).map_err(|e| Error::io(target, e))
 }
 
+fn is_there(path: &Path) -> bool {
+    path.symlink_metadata().is_ok()
+}
+
 fn put(target: &Path, hidden: &Path, manifest: &Manifest) -> io::Result<()> {
     // What was done before is not done again.
     let gone = |done: io::Result<()>| match done {
         Err(e) if e.kind() != ErrorKind::NotFound => Err(e),
         _ => Ok(()),
     };
-    if let Some(aside) = manifest.aside.as_ref().filter(|a| !target.join(a).exists()) {
+    // With the run.json all was done.
+    if !is_there(&hidden.join(RUN)) {
+        sync(target)?;
+        return gone(remove_state(hidden));
+    }
+    if let Some(aside) = manifest.aside.as_ref().filter(|a| !is_there(&target.join(a))) {
         gone(fs::rename(target.join(RUN), target.join(aside)))?;
     }
     for file in manifest.old.iter().filter(|f| !manifest.put.contains(&f.name)) {
@@ -99,7 +119,7 @@ fn put(target: &Path, hidden: &Path, manifest: &Manifest) -> io::Result<()> {
 
 /// The marker goes last: until then the state of the run that is finished would be taken for one to go on with.
 fn remove_state(hidden: &Path) -> io::Result<()> {
-    for name in super::names_in(hidden)?.iter().filter(|name| *name != FINISHED && *name != ".lock") {
+    for name in super::names_in(hidden)?.iter().filter(|name| *name != FINISHED && *name != LOCK) {
         let path = hidden.join(name);
         fs::remove_file(&path).or_else(|_| remove_folder(&path))?;
     }
