@@ -202,6 +202,22 @@ mod tests {
     }
 
     #[test]
+    fn a_replacement_that_is_done_is_not_begun_again() {
+        let folder = killed_after(6, false);
+        fs::write(folder.path().join("a.csv"), "mine").unwrap();
+        recover(folder.path(), &folder.path().join(WORK)).unwrap();
+        assert_eq!(fs::read_to_string(folder.path().join("a.csv")).unwrap(), "mine");
+    }
+
+    #[test]
+    fn a_record_that_is_to_be_kept_is_not_lost_where_its_new_name_is_taken() {
+        let folder = killed_after(0, true);
+        fs::write(folder.path().join("run.old.json"), "mine").unwrap();
+        assert_eq!(recover(folder.path(), &folder.path().join(WORK)).unwrap_err().exit_code(), 2);
+        assert_eq!(fs::read_to_string(folder.path().join(RUN)).unwrap(), "old run.json");
+    }
+
+    #[test]
     fn a_planted_marker_reaches_no_other_folder() {
         let folder = killed_after(0, false);
         let hidden = folder.path().join(WORK);
