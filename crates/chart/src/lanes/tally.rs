@@ -45,6 +45,24 @@ impl<const SET: u8> Tally<Lanes<SET>> {
         }
     }
 
+    /// Adds the taps between the drives `from` and `to`, of which the estimate says each of `told` in its share of the lanes; `edges` are where
+    /// the strain limit is passed and where the tap slips off, which as a rule is beyond.
+    #[inline(always)]
+    pub fn add_between(
+        &mut self,
+        told: impl IntoIterator<Item = (usize, Lanes<SET>)>,
+        edges: [Lanes<SET>; 2],
+        [from, to]: [Lanes<SET>; 2],
+    ) {
+        if to.all_at_most(edges[0].min(edges[1])) {
+            let taps = to - from;
+            told.into_iter().for_each(|(told, share)| self.add_clean(told, share * taps));
+        } else {
+            let worn = worn(edges, [from, to]);
+            told.into_iter().for_each(|(told, share)| self.add(told, share, &worn));
+        }
+    }
+
     /// Adds taps without any other word.
     #[inline(always)]
     pub fn add_clean(&mut self, told: usize, taps: Lanes<SET>) {

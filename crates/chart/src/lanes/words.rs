@@ -223,12 +223,7 @@ impl<const SET: u8> Rows<Lanes<SET>> {
         let beyond = beyond.max(out * (one - ambiguous));
         let near = one - beyond;
         let told = [(CLEAR, near * clear), (AMBIGUOUS, near * ambiguous)];
-        if all.all_at_most(edges[0].min(edges[1])) {
-            told.into_iter().for_each(|(told, share)| tally.add_clean(told, share * all));
-        } else {
-            let worn = worn(edges, [zero, all]);
-            told.into_iter().for_each(|(told, share)| tally.add(told, share, &worn));
-        }
+        tally.add_between(told, edges, [zero, all]);
         let rest = near * (one - clear) * (one - ambiguous);
         let whole = complete.if_less(all, zero, one);
         tally.hard = tally.hard.max(beyond).max(rest * (one - whole));
@@ -239,10 +234,8 @@ impl<const SET: u8> Rows<Lanes<SET>> {
         for group in groups {
             let [clear, ambiguous, none] = certain(bounds, self.reach(group, tap, true, m));
             if open.all_at_most(clear + ambiguous + none) {
-                let worn = worn(edges, [group.drives.start, group.drives.end].map(|j| of(j as f64)));
-                for (told, share) in [(CLEAR, clear), (AMBIGUOUS, ambiguous), (ROOTLESS, none)] {
-                    tally.add(told, open * share, &worn);
-                }
+                let told = [(CLEAR, open * clear), (AMBIGUOUS, open * ambiguous), (ROOTLESS, open * none)];
+                tally.add_between(told, edges, [group.drives.start, group.drives.end].map(|j| of(j as f64)));
                 for at in rootless_at.get_mut(group.drives.clone()).unwrap_or_default() {
                     *at = at.max(open * none);
                 }
@@ -257,10 +250,9 @@ impl<const SET: u8> Rows<Lanes<SET>> {
                 if let Some(at) = rootless_at.get_mut(j) {
                     *at = at.max(open * none);
                 }
-                let worn = worn(edges, [j, j + 1].map(|j| of(j as f64)));
-                for (told, share) in [(CLEAR, one - none.max(two)), (AMBIGUOUS, two), (ROOTLESS, none)] {
-                    tally.add(told, open * share, &worn);
-                }
+                let clear = one - none.max(two);
+                let told = [(CLEAR, open * clear), (AMBIGUOUS, open * two), (ROOTLESS, open * none)];
+                tally.add_between(told, edges, [j, j + 1].map(|j| of(j as f64)));
             }
         }
     }
