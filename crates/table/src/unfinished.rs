@@ -61,7 +61,7 @@ pub fn is_placed() -> bool {
 #[derive(Debug)]
 pub struct Unfinished(PathBuf);
 
-/// What was noted: a path, and whether it goes only where it is an empty folder.
+/// A path, and true if it is a folder to remove only when it is empty.
 type Noted = (PathBuf, bool);
 
 impl Unfinished {
@@ -70,7 +70,7 @@ impl Unfinished {
         with(|all| Self::note(all, path, false))
     }
 
-    /// Notes the folder `path`, which goes only if nothing is in it.
+    /// Notes the folder `path`, to remove only if it is empty.
     pub fn if_empty(path: &Path) -> Self {
         with(|all| Self::note(all, path, true))
     }
@@ -115,7 +115,7 @@ pub fn remove_all() {
     }
 }
 
-/// Removes a file, or a folder in which nothing is complete. Its lock goes last: from then on it may be another run's.
+/// Removes a file, or a hidden folder without a state or a finished result. The lock is removed last: after that another run may use the folder.
 fn remove(path: &Path) -> std::io::Result<()> {
     if path.symlink_metadata()?.is_file() {
         return std::fs::remove_file(path);

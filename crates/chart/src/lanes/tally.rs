@@ -45,8 +45,8 @@ impl<const SET: u8> Tally<Lanes<SET>> {
         }
     }
 
-    /// Adds the taps between the drives `from` and `to`, of which the estimate says each of `told` in its share of the lanes; `edges` are where
-    /// the strain limit is passed and where the tap slips off, which as a rule is beyond.
+    /// Adds the taps between the drives `from` and `to`. `told` pairs each word of the estimate with its share of the lanes. `edges` are the drives
+    /// at which the strain limit is passed and the tap slips off; most lie beyond `to`.
     #[inline(always)]
     pub fn add_between(
         &mut self,

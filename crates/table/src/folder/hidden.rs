@@ -23,13 +23,13 @@ use crate::unfinished::{self, Unfinished};
 
 /// Name of the hidden folder.
 pub const WORK: &str = ".vibrissa-unfinished";
-/// What is known of the files in it.
+/// Name of the state: how far the files are complete.
 const STATE: &str = ".state";
-/// A state on its way.
+/// Name under which a state is written before it takes the place of the last one.
 const NEXT: &str = ".state-next";
-/// Held by the run that writes; in it the number of its process.
+/// Name of the lock, which the writing run holds. The file contains the number of its process.
 pub(crate) const LOCK: &str = ".lock";
-/// Times that a lock is asked for, 10 ms apart: whoever clears up after a dead run holds it that long.
+/// Attempts to take the lock, 10 ms apart: removing the files of a dead run takes about that long.
 const TRIES: u32 = 30;
 
 /// The first line of a state.
@@ -48,24 +48,24 @@ pub struct Head {
 /// Version of the states.
 const FORMAT: u32 = 1;
 
-/// What a stopped run left.
+/// The state of a stopped run.
 #[derive(Debug)]
 pub struct Left {
-    /// What it was, and how far.
+    /// Its first line.
     pub head: Head,
-    /// What it knew.
+    /// The rest, as the sweep packed it.
     pub state: Vec<u8>,
 }
 
-/// A hidden folder that this process holds.
+/// The hidden folder, locked by this process.
 #[derive(Debug)]
 pub(super) struct Hidden {
     path: PathBuf,
-    /// Goes, with the folders that this run made, when the process ends before anything is kept.
+    /// Paths to remove if the process ends before a state is kept: this folder, and those that this run made.
     noted: Vec<Unfinished>,
-    /// The result folder and those above it, as far as this run made them, the innermost first.
+    /// Folders that this run made, the innermost first: the result folder and those above it.
     made: Vec<PathBuf>,
-    /// Closed before the folder goes: on NFS an open file cannot.
+    /// The lock file, closed before the folder is removed: NFS keeps an open file.
     lock: Option<File>,
 }
 
@@ -111,7 +111,7 @@ impl Hidden {
         &self.path
     }
 
-    /// What it holds stays if the process ends now.
+    /// Keeps its files if the process ends now.
     pub fn keep(&mut self) {
         self.noted.clear();
     }
@@ -124,19 +124,18 @@ impl Hidden {
         remove_all_but_lock(&self.path).map_err(|e| Error::io(&self.path, e))
     }
 
-    /// Whether it holds what a stopped run of this `identity` left.
+    /// True if it holds the state of a stopped run of this `identity`.
     pub fn holds(&self, identity: &str) -> bool {
         matches!(read(&self.path), Ok(Some(left)) if left.head.identity == identity)
     }
 
-    /// What a stopped run left for the run that is `identity`, or for none; work of another one gives way if it is short, or by `force`, and is
-    /// removed, as is what nothing is known of.
+    /// The state of a stopped run of this `identity`, if there is one. Files of any other run are removed: at once if it was short or has no state, else
+    /// with `force` only.
     ///
     /// # Errors
-    /// Work of another run that does not give way.
+    /// A long run with another identity, without `force`.
     pub fn look(&self, target: &Path, identity: Option<&str>, force: bool) -> Result<Option<Left>, Error> {
         let head = match read(&self.path) {
-            // A state that was being written when the run was stopped goes as the files that no state counts on: when they are written anew.
             Ok(Some(left)) if Some(&*left.head.identity) == identity => return Ok(Some(left)),
             Ok(Some(left)) if left.head.seconds > LONG && !force => left.head,
             Ok(_) => return self.clear().map(|()| None),
@@ -165,7 +164,7 @@ impl Drop for Hidden {
         if !stays {
             let _ = self.clear();
         }
-        // While it is still locked, so that nobody takes a lock that is about to go.
+        // While it is still locked, so that no other run takes a lock file that is about to be removed.
         let _ = fs::remove_file(self.path.join(LOCK));
         drop(self.lock.take());
         if !stays {
@@ -175,17 +174,17 @@ impl Drop for Hidden {
     }
 }
 
-/// Whether the hidden folder `path` holds what is to stay: a state to go on from, or a finished result.
+/// True if the hidden folder `path` must stay: it holds a state to continue from, or a finished result.
 pub(crate) fn is_complete(path: &Path) -> bool {
     [STATE, FINISHED].iter().any(|name| path.join(name).symlink_metadata().is_ok())
 }
 
-/// Whether a finished result waits in the result folder `target` to be put in its place, which its command does.
+/// True if a finished result in the folder `target` has not been moved to its final names yet. The same command does it.
 pub fn is_finishing(target: &Path) -> bool {
     target.join(WORK).join(FINISHED).exists()
 }
 
-/// Removes what is in the hidden folder `path`, the state first: without it the rest is worth nothing.
+/// Removes everything in the hidden folder `path` but the lock. The state is removed first, so that no state counts on removed files.
 pub(crate) fn remove_all_but_lock(path: &Path) -> io::Result<()> {
     let mut names = names_in(path)?;
     names.sort_by_key(|name| name != STATE);
@@ -204,7 +203,7 @@ fn make(target: &Path) -> Result<Vec<PathBuf>, Error> {
     Ok(missing)
 }
 
-/// The lock in the hidden folder `path`; `None` where another run has it, or has just removed it.
+/// The lock file in the hidden folder `path`, locked; `None` if another run has it or has just removed it.
 fn ask(target: &Path, path: &Path) -> Result<Option<File>, Error> {
     let gone = |e: &io::Error| e.kind() == ErrorKind::NotFound;
     match fs::create_dir(path) {
@@ -228,7 +227,7 @@ fn ask(target: &Path, path: &Path) -> Result<Option<File>, Error> {
     };
     match file.try_lock() {
         Err(TryLockError::WouldBlock) => return Ok(None),
-        // A file system without locks: whoever made the file has it.
+        // On a file system without locks, the run that created the file holds it.
         Err(TryLockError::Error(_)) if !new => {
             let why = "another run writes here, or was killed; this file system has no locks that tell which";
             let allowed = format!("another folder; or, if that run is over, remove {}", at.display());
@@ -240,12 +239,12 @@ fn ask(target: &Path, path: &Path) -> Result<Option<File>, Error> {
     if there(file.metadata()) != there(at.symlink_metadata()) {
         return Ok(None);
     }
-    // That of a dead run is not written to: whatever file has this name too stays as it is.
+    // The lock file of a dead run is removed, never written to: it may be a hard link to a file of the user.
     if !new {
         fs::remove_file(&at).map_err(|e| Error::io(&at, e))?;
         return Ok(None);
     }
-    // On a full disk nobody is told whose lock it is; it holds all the same.
+    // On a full disk the number is missing; the lock holds all the same.
     let _ = writeln!(file, "{}", std::process::id());
     Ok(Some(file))
 }
@@ -267,7 +266,7 @@ fn read(work: &Path) -> io::Result<Option<Left>> {
     Ok(Some(Left { head, state: body[end + 1..].to_vec() }))
 }
 
-/// States on their way to the disk, one at a time, while the run goes on.
+/// Writes states to the disk in a thread of its own, one at a time, while the run continues.
 #[derive(Debug, Default)]
 pub(super) struct Saving(Option<JoinHandle<io::Result<String>>>);
 
@@ -278,12 +277,12 @@ impl Drop for Saving {
 }
 
 impl Saving {
-    /// Whether one is under way.
+    /// True while a state is being written.
     pub fn busy(&self) -> bool {
         self.0.as_ref().is_some_and(|thread| !thread.is_finished())
     }
 
-    /// Waits for it; what is kept then, in words, if there was one.
+    /// Waits for the state that is being written, if any; what is kept then, in words.
     pub fn wait(&mut self) -> io::Result<Option<String>> {
         let Some(thread) = self.0.take() else { return Ok(None) };
         thread.join().unwrap_or_else(|_| Err(io::Error::other("saving panicked"))).map(Some)

@@ -45,10 +45,10 @@ pub struct Folder {
     old: Old,
     names: Vec<String>,
     closed: output::Closed,
-    /// What is kept if the run ends now.
+    /// Words for the user: what is kept if the run ends now.
     words: Option<String>,
     saving: Saving,
-    // Behind it: whoever has the lock may clear up.
+    // Dropped last: the next run that takes the lock may remove everything.
     hidden: Hidden,
 }
 
@@ -71,10 +71,10 @@ impl Folder {
         Self::with(target, question, (names, None), force).map(|(folder, _)| folder)
     }
 
-    /// As [`Self::open`], and what a stopped run of the same `identity` left there, which the result then begins with.
+    /// As [`Self::open`]; also the state of a stopped run of the same `identity`, from which the result continues.
     ///
     /// # Errors
-    /// As [`Self::open`]; the work of another run that does not give way.
+    /// As [`Self::open`]; a long stopped run with another identity, without `force`.
     pub fn open_again(
         target: &Path,
         question: Question,
@@ -119,7 +119,7 @@ impl Folder {
         self.begin_anew()
     }
 
-    /// Gives up what a stopped run left, to begin anew.
+    /// Removes the files of a stopped run, to begin anew.
     ///
     /// # Errors
     /// What cannot be removed.
@@ -162,13 +162,13 @@ impl Folder {
         Ok(())
     }
 
-    /// What is kept if the run ends now, in words.
+    /// Words for the user: what is kept if the run ends now.
     pub fn words(&mut self) -> Option<String> {
         let _ = self.kept();
         self.words.clone()
     }
 
-    /// A folder for what the run needs only while it lasts; it goes with this.
+    /// A folder for temporary files of this run; removed with the hidden folder.
     ///
     /// # Errors
     /// A folder that cannot be made.
@@ -196,7 +196,7 @@ impl Folder {
             );
             return Err(Error::Run(why));
         }
-        // What a stopped run left under this name and its state does not count on.
+        // A stopped run may have left a file of this name that its state does not count.
         let _ = fs::remove_file(&path);
         let file = fs::File::create_new(&path).map_err(|e| Error::io(&path, e))?;
         self.names.push(name.to_owned());

@@ -15,17 +15,17 @@ use super::hidden::LOCK;
 use super::record::{Listed, RUN, is_plain};
 use crate::error::Error;
 
-/// The marker of a finished result, in the hidden folder: what is to be done.
+/// Name of the marker of a finished result, in the hidden folder. It lists the renames.
 pub(super) const FINISHED: &str = ".finished";
-/// A marker on its way.
+/// Name under which the marker is written before it counts.
 const NEXT: &str = ".finished-next";
 
-/// What is to be done.
+/// Content of the marker.
 #[derive(Debug, Serialize, Deserialize)]
 struct Manifest {
     /// Files of the new result, `run.json` last.
     put: Vec<String>,
-    /// Files that give way, as they were found.
+    /// Files of the old result, as they were found; they are replaced or removed.
     old: Vec<Listed>,
     /// New name of a `run.json` that is kept.
     aside: Option<String>,
@@ -71,7 +71,7 @@ pub(super) fn recover(target: &Path, hidden: &Path) -> Result<(), Error> {
         );
         return Err(refuse(target, why, "the folder without this file: move it away"));
     }
-    // With the run.json, which comes last, all is done.
+    // If the run.json has been moved, which comes last, all is done.
     for name in names.filter(|_| to_come(RUN)) {
         if manifest.put.contains(name) && !to_come(name) {
             continue;
@@ -94,12 +94,12 @@ fn is_there(path: &Path) -> bool {
 }
 
 fn put(target: &Path, hidden: &Path, manifest: &Manifest) -> io::Result<()> {
-    // What was done before is not done again.
+    // A step that an earlier run has done already is no error.
     let gone = |done: io::Result<()>| match done {
         Err(e) if e.kind() != ErrorKind::NotFound => Err(e),
         _ => Ok(()),
     };
-    // With the run.json all was done.
+    // The run.json was moved last: nothing is left but to clear up.
     if !is_there(&hidden.join(RUN)) {
         sync(target)?;
         return gone(remove_state(hidden));
