@@ -32,6 +32,9 @@ pub mod calibrate;
 #[doc(hidden)]
 pub mod census;
 #[doc(hidden)]
+#[cfg(feature = "commands")]
+pub mod command;
+#[doc(hidden)]
 pub mod contour;
 #[doc(hidden)]
 pub mod estimator;

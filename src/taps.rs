@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use crate::backend::{Backend, Choice};
 use crate::design::Design;
-use crate::error::Error;
+use crate::error::{Error, InputError};
 use crate::evaluate::{
     Evaluator, Input, Method, Outcome, Task, closed, closed_gradient, gradient, is_closed,
 };
@@ -35,6 +35,16 @@ pub struct Taps {
     workers: Mutex<Vec<Worker>>,
     /// With the charts of the first, for all.
     rungs: OnceLock<Vec<Rung>>,
+}
+
+/// Refuses poles that tilt, and lean, where `setup` has no taps at them.
+///
+/// # Errors
+/// Why.
+pub fn refuse(setup: &Setup, leaning: [bool; 2]) -> Result<(), InputError> {
+    let Some(why) = setup.forbids(leaning) else { return Ok(()) };
+    let key = if leaning[0] { "tilt" } else { "lean" };
+    Err(InputError::new(why).key(key).allowed("0, or contact=\"frictionless\""))
 }
 
 /// What one thread solves with, and room for it.

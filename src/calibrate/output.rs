@@ -1,7 +1,5 @@
 //! The files of a calibration: calibration.toml, K_table.csv, designs.csv, distances.csv, rows.csv, run.json, and what is exported.
 
-use serde_json::Value;
-
 use super::side::KTable;
 use super::{Calibrated, Reason};
 use crate::error::Error;
@@ -10,36 +8,12 @@ use crate::locate::Locator;
 use crate::measure::Data;
 use crate::scene::{Direction, Setup, Side};
 use crate::sink::csv::Text;
-use crate::sink::folder::{Folder, Written};
 use crate::sink::table::{AtDistance, AtDrive, Field, Table, fields};
 use crate::status::Status;
 
 /// Names of the files that there may be beside run.json.
 pub const FILES: [&str; 6] =
     ["calibration.toml", "K_table.csv", "designs.csv", "distances.csv", "rows.csv", crate::export::FILE];
-
-/// Writes all files; `run` is run.json, `locator` answers with the estimator that won.
-///
-/// # Errors
-/// A file that cannot be written.
-pub fn write(
-    found: &Calibrated,
-    data: &Data,
-    locator: &Locator,
-    run: &Value,
-    mut folder: Folder,
-) -> Result<Written, Error> {
-    let mut put = |name: &str, bytes: &[u8]| {
-        let mut file = folder.file(name)?;
-        file.write(bytes)?;
-        file.close()
-    };
-    #[cfg(feature = "files")]
-    put("calibration.toml", found.calibration.to_text().as_bytes())?;
-    tables(found, data, locator)?.iter().try_for_each(|(name, bytes)| put(name, bytes))?;
-    folder.run_json(run)?;
-    folder.finish()
-}
 
 /// The tables by the names of their files; `locator` answers with the estimator that won.
 ///

@@ -1,29 +1,25 @@
 //! `vibrissa locate --array ARRAY.toml READINGS.csv`.
 
 use std::path::Path;
-use std::time::Instant;
 
 use serde_json::{Value, json};
+use vibrissa::command::Context;
 use vibrissa::contour::array::{Mounted, answer};
 use vibrissa::error::{Error, InputError};
 use vibrissa::files::Array;
 use vibrissa::locate::stream::Ask;
 use vibrissa::locate::{Calibration, SaidZero};
 use vibrissa::measure::{Data, Names};
-use vibrissa::scene::RunOptions;
-use vibrissa::sink::folder::{Folder, Question, hash, hash_all};
+use vibrissa::sink::folder::{Question, hash, hash_all};
 use vibrissa::sink::run_json;
 
 use super::args::Locate;
 use super::reply::Reply;
-use super::say;
 
 /// Answers readings of several whiskers into one `located.csv`.
-pub fn run(args: &Locate, array: &Path) -> Result<Reply, Error> {
-    let start = Instant::now();
-    let options = args.common.over(&RunOptions::default());
-    let told = say::Told::new(args.common.quiet);
-    let warn = |text: &str| told.warn(text);
+pub fn run(args: &Locate, array: &Path, context: &Context<'_>) -> Result<Reply, Error> {
+    let options = context.prepared(&args.common, None)?;
+    let warn = |text: &str| context.warn(text);
     // The first of the two files is the readings where the array names the calibrations.
     let readings = match (&args.calibration, &args.readings) {
         (Some(readings), None) => readings,
@@ -73,25 +69,23 @@ pub fn run(args: &Locate, array: &Path) -> Result<Reply, Error> {
     });
     let identity = hash(&asked.to_string());
     let question = Question { inputs, ..Question::new("locate", &stem, asked) };
-    let mut folder = Folder::open(&out, question, &["located.csv"], args.common.force)?;
-    let mut table = folder.file("located.csv")?;
-    table.write(&answered.table)?;
-    table.close()?;
+    let mut destination = context.open(&out, question, &["located.csv"], args.common.force)?;
+    destination.put("located.csv", answered.table.clone())?;
     let counts = json!({
         "readings": answered.rows, "zero_readings": answered.zeros, "status": answered.status, "combinations": answered.combinations.named(),
     });
-    let seconds = json!({ "total": start.elapsed().as_secs_f64() });
+    let seconds = context.seconds();
     let by = |w: &Mounted| json!({ "name": w.name, "estimator": w.locator.estimator.name() });
     let body = json!({
         "array": { "file": array.display().to_string(), "whiskers": whiskers.iter().map(by).collect::<Vec<Value>>() },
         "readings": { "file": file, "hash": digest },
-        "counts": counts, "seconds": seconds, "warnings": told.texts(),
+        "counts": counts, "seconds": seconds, "warnings": context.told(),
     });
     let document = run_json::document("locate", json!({ "name": stem, "hash": identity }), body);
     let words = answered.combinations.told(|n| n.to_string());
     let text = format!("{} readings of {} whiskers located: {words}\n", answered.rows, whiskers.len());
-    let result = json!({ "whiskers": names, "warnings": told.texts() });
-    Reply { text, counts, seconds, result, ..Reply::default() }.filed(folder, &document, (out, start))
+    let result = json!({ "whiskers": names, "warnings": context.told() });
+    Reply { text, counts, seconds, result, ..Reply::default() }.filed(destination, document, out, context)
 }
 
 fn misused(value: &str, message: &str) -> InputError {

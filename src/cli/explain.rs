@@ -12,7 +12,7 @@ use vibrissa::error::{Error, InputError};
 use vibrissa::scene::{BackendChoice, Drive, Precision, RunOptions, Spec};
 
 use super::reply::Reply;
-use super::sweep::where_and_why;
+use vibrissa::command::where_and_why;
 
 /// Tolerances judged where none is given.
 const LEAVE_OFF: [f64; 3] = [1e-4, 1e-3, 1e-2];

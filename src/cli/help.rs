@@ -44,7 +44,7 @@ pub fn run(help: &Help) -> u8 {
         Some(topic) => tell(topic, help.part.as_deref()),
     };
     match told {
-        Ok(text) => Reply { text, ..Reply::default() }.print(false),
+        Ok(text) => reply::print(Reply { text, ..Reply::default() }, false),
         Err(e) => reply::failure(&e.into()),
     }
 }

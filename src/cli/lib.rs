@@ -4,45 +4,30 @@ mod apart;
 mod args;
 mod array;
 mod bench;
-mod best;
-mod calibrate;
-mod chart;
 mod cite;
 mod cluster;
-mod contour;
 mod devices;
 mod explain;
-mod explore;
 mod help;
 mod interrupt;
 mod locate;
 mod merge;
 mod new;
-mod next;
-mod optimise;
 mod patient;
-mod plan;
 mod progress;
 mod reply;
-mod report;
 mod say;
-mod several;
-mod shape;
-mod simulate;
-mod strokes;
-mod sweep;
-mod tap;
-mod taps;
+mod terminal;
 mod verify;
-
-use std::path::{Path, PathBuf};
 
 use clap::{CommandFactory, FromArgMatches};
 
 use args::{Args, Command};
-use serde_json::Value;
-use vibrissa::scene::Spec;
-use vibrissa::{backend, kernel::gpu};
+use reply::Reply;
+use vibrissa::command::sweep::SweepRequest;
+use vibrissa::command::{self, Context, folder, listed, stem};
+use vibrissa::error::{Error, SolveError};
+use vibrissa::{backend, kernel::gpu, spec};
 
 /// The one argument of the process that asks the GPU drivers, before the number of the first adapter to open.
 pub const ASK_DRIVERS: &str = "--ask-drivers";
@@ -55,37 +40,11 @@ pub fn quiet_driver() {
     }
 }
 
-/// Names of files in one line.
-fn listed(files: &[PathBuf]) -> String {
-    files.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", ")
-}
-
-/// Name of the file at `path` without its ending; `usual` where it has none.
-fn stem(path: &Path, usual: &str) -> String {
-    path.file_stem().map_or_else(|| usual.to_owned(), |stem| stem.to_string_lossy().into_owned())
-}
-
-/// The values in force of `spec`, a line each.
-fn in_force(spec: &Spec) -> String {
-    let line = |(key, value, written): &(String, String, bool)| {
-        format!("  {key} = {value}{}\n", if *written { "" } else { "    (default)" })
-    };
-    spec.in_force.iter().map(line).collect()
-}
-
-/// `result` with what was left off in it, where that was asked for.
-fn with_model_error(mut result: Value, model_error: Option<&(Value, String)>) -> Value {
-    if let Some((told, _)) = model_error {
-        result["model_error"] = told.clone();
-    }
-    result
-}
-
-/// Where a command writes: what was typed or stands in the spec, else `results/<name>` for a sweep and
-/// `results/<name>-<command>` for the others.
-fn folder(out: Option<&PathBuf>, name: &str, command: &str) -> PathBuf {
-    let folder = if command == "sweep" { name.to_owned() } else { format!("{name}-{command}") };
-    out.cloned().unwrap_or_else(|| Path::new("results").join(folder))
+/// What each effect of the spec's model changes (`sweep --explain`), whatever its `[run]` plans.
+fn explained(asked: &SweepRequest, context: &Context<'_>) -> Result<Reply, Error> {
+    let spec = spec::read(&asked.spec)?;
+    let options = context.begun(&asked.common, &spec)?;
+    explain::run(&spec, &options, &asked.leave_off)
 }
 
 /// Runs the command line; the exit code.
@@ -113,37 +72,38 @@ pub fn run() -> u8 {
     if !quiet {
         gpu::tell(|words| say::warning(words));
     }
+    let context = &Context::new(&terminal::Terminal, quiet);
     let result = match &args.command {
-        Command::Sweep(sweep) => sweep::run(sweep),
-        Command::Calibrate(calibrate) => calibrate::run(calibrate),
-        Command::Locate(locate) => locate::run(locate),
-        Command::Taps(taps) => taps::run(taps),
-        Command::Next(next) => next::run(next),
-        Command::Plan(plan) => plan::run(plan),
-        Command::Contour(contour) => contour::run(contour),
-        Command::Simulate(simulate) => simulate::run(simulate),
-        Command::Optimise(optimise) => optimise::run(optimise),
-        Command::Tap(tap) => tap::run(tap),
-        Command::Chart(chart) => chart::run(chart),
+        Command::Sweep(sweep) if sweep.explain => explained(sweep, context),
+        Command::Sweep(sweep) => command::sweep::run(sweep, context),
+        Command::Calibrate(calibrate) => command::calibrate::run(calibrate, context),
+        Command::Locate(locate) => locate::run(locate, context),
+        Command::Taps(taps) => command::taps::run(taps, context),
+        Command::Next(next) => command::next::run(next, context),
+        Command::Plan(plan) => command::plan::run(plan, context),
+        Command::Contour(contour) => command::contour::run(contour, context),
+        Command::Simulate(simulate) => command::simulate::run(simulate, context),
+        Command::Optimise(optimise) => command::optimise::run(optimise, context),
+        Command::Tap(tap) => command::tap::run(tap, context),
+        Command::Chart(chart) => command::chart::run(chart, context),
         Command::Merge(merge) => merge::run(merge),
         Command::Cluster(cluster) => cluster::run(cluster),
-        Command::Explore(explore) => explore::run(explore),
+        Command::Explore(explore) => command::explore::run(explore, context),
         Command::Verify(verify) => verify::run(verify),
         Command::Bench(bench) => bench::run(bench),
-        Command::Shape(shape) => shape::run(shape),
-        Command::Report(report) => report::run(report),
+        Command::Shape(shape) => command::shape::run(shape, context),
+        Command::Report(report) => command::report::run(report, context),
         Command::Devices(common) => devices::run(common),
         Command::New(new) => new::run(new),
         Command::Cite(cite) => cite::run(cite),
-        Command::Schema(_) => {
-            Ok(reply::Reply { text: vibrissa::reference::schema::text(), ..Default::default() })
-        }
+        Command::Schema(_) => Ok(Reply { text: vibrissa::reference::schema::text(), ..Default::default() }),
         Command::Help(asked) => return help::run(asked),
         Command::Completions(asked) => help::completions(asked),
         Command::Man(asked) => help::man(asked),
     };
     let code = match result {
-        Ok(reply) => reply.print(quiet),
+        Ok(reply) => reply::print(reply, quiet),
+        Err(Error::Solve(SolveError::Stopped)) => reply::interrupted(),
         Err(e) => reply::failure(&e),
     };
     interrupt::end_without_those_behind(code);

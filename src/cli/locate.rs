@@ -3,17 +3,17 @@
 use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 use serde_json::{Value, json};
 use vibrissa::combinations;
+use vibrissa::command::{Context, of_one_signal};
 use vibrissa::error::{Error, InputError};
 use vibrissa::locate::object::By;
 use vibrissa::locate::stream::{self, Ask};
 use vibrissa::locate::{Answerer, Calibration, Locator, SaidZero, Sensor, Several, locator::opener};
 use vibrissa::measure::{Names, zero};
 use vibrissa::scene::RunOptions;
-use vibrissa::sink::folder::{Folder, Hashing, Question, hash, hash_all};
+use vibrissa::sink::folder::{Hashing, Question, hash, hash_all};
 use vibrissa::sink::run_json;
 use vibrissa::text_file::{Limit, TextFile, refused};
 
@@ -21,16 +21,14 @@ use super::args::Locate;
 use super::interrupt;
 use super::patient::Patient;
 use super::reply::Reply;
-use super::say;
 
 /// Readings of which the answer begins with what the report says.
 const ANSWERED: u64 = 100_000;
 
 /// Answers a file into `located.csv`, or a stream on stdout.
-pub fn run(args: &Locate) -> Result<Reply, Error> {
-    let start = Instant::now();
+pub fn run(args: &Locate, context: &Context<'_>) -> Result<Reply, Error> {
     if let Some(array) = &args.array {
-        return super::array::run(args, array);
+        return super::array::run(args, array, context);
     }
     let path = args.calibration.as_deref().expect("clap asks for it");
     let options = args.common.over(&RunOptions::default());
@@ -47,22 +45,22 @@ pub fn run(args: &Locate) -> Result<Reply, Error> {
     };
     pool.build_global().map_err(|e| Error::Run(e.to_string()))?;
     let opened = Opened::new(args, (path, &text), parsed, &options)?;
-    opened.warnings.iter().for_each(|text| opened.told.warn(text));
+    context.warn_all(&opened.warnings);
     if options.plan == Some(true) {
-        return Ok(planned(&opened, readings));
+        return Ok(planned(&opened, readings, context));
     }
     // A stream is answered on stdout, unless that is taken by JSON or a folder is asked for.
     let columns = args.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
-    let warn = |text: &str| opened.told.warn(text);
+    let warn = |text: &str| context.warn(text);
     let zero = SaidZero::of(args.zero.as_ref(), [opened.who().first()])?;
     let by = by(args);
     let asked =
         Ask { columns: &columns, zero, label: None, keep: false, by, interval: args.interval, warn: &warn };
     if readings.is_none() && !args.common.json && args.common.out.is_none() {
-        return streamed(&opened, &asked, start);
+        return streamed(&opened, &asked, context);
     }
     let label = readings.map(|p| p.display().to_string());
-    filed(args, path, &opened, &Ask { label: label.as_deref(), keep: true, ..asked }, start)
+    filed(args, path, &opened, &Ask { label: label.as_deref(), keep: true, ..asked }, context)
 }
 
 /// Which readings are of one object.
@@ -109,8 +107,6 @@ struct Opened {
     /// The data that it comes of.
     data: String,
     warnings: Vec<String>,
-    /// Warnings that were told.
-    told: say::Told,
 }
 
 enum Answers {
@@ -125,14 +121,14 @@ impl Opened {
         parsed: Parsed,
         options: &RunOptions,
     ) -> Result<Self, Error> {
-        let (label, told) = (path.display().to_string(), say::Told::new(args.common.quiet));
+        let label = path.display().to_string();
         let open = opener(options);
         let calibration = match parsed {
             Parsed::One(calibration) => calibration,
             Parsed::Several(sensor) => {
                 let best = "nothing: each channel is answered by the best of its own";
                 let zeros = "rows without contact, which tell the zero of each channel";
-                super::several::of_one_signal(&[
+                of_one_signal(&[
                     ("--zero", args.zero.is_some(), zeros),
                     ("--estimator", args.estimator.is_some(), best),
                 ])?;
@@ -144,7 +140,6 @@ impl Opened {
                     by: format!("the channels {} together", several.names.join(", ")),
                     data: sensor.channels[0].1.data.file.clone(),
                     warnings: Vec::new(),
-                    told,
                     answers: Answers::Several(several),
                 });
             }
@@ -158,7 +153,6 @@ impl Opened {
             known: json!({ "file": label, "checksum": calibration.checksum }),
             by: locator.estimator.name().to_owned(),
             warnings: other.into_iter().chain(calibration.rig.warnings.iter().cloned()).collect(),
-            told,
             data: calibration.data.file,
             checksum: calibration.checksum,
             answers: Answers::One(Box::new(locator)),
@@ -173,7 +167,7 @@ impl Opened {
     }
 }
 
-fn streamed(opened: &Opened, ask: &Ask<'_>, start: Instant) -> Result<Reply, Error> {
+fn streamed(opened: &Opened, ask: &Ask<'_>, context: &Context<'_>) -> Result<Reply, Error> {
     let mut stdout = std::io::stdout().lock();
     let mut gone = false;
     let mut write = |bytes: &[u8], waiting: bool| {
@@ -200,7 +194,7 @@ fn streamed(opened: &Opened, ask: &Ask<'_>, start: Instant) -> Result<Reply, Err
     if !gone && !counts.stopped {
         some("stdin", counts.lines - counts.blank)?;
     }
-    Ok(Reply { broken, ..reply(String::new(), &counts, opened, start) })
+    Ok(Reply { broken, ..reply(String::new(), &counts, opened, context) })
 }
 
 /// Refuses `label` where it had no `lines` that are readings.
@@ -297,7 +291,13 @@ fn read_zeros(
     Ok(zero)
 }
 
-fn filed(args: &Locate, path: &Path, opened: &Opened, ask: &Ask<'_>, start: Instant) -> Result<Reply, Error> {
+fn filed(
+    args: &Locate,
+    path: &Path,
+    opened: &Opened,
+    ask: &Ask<'_>,
+    context: &Context<'_>,
+) -> Result<Reply, Error> {
     let readings = args.readings.as_deref().filter(|p| *p != Path::new("-"));
     let source = Source::new(readings)?;
     let (label, digest) = (ask.label.unwrap_or("stdin").to_owned(), source.digest().to_owned());
@@ -310,12 +310,12 @@ fn filed(args: &Locate, path: &Path, opened: &Opened, ask: &Ask<'_>, start: Inst
     let from = readings.unwrap_or(Path::new("/dev/stdin"));
     let inputs = vec![path.to_owned(), from.to_owned()];
     let question = Question { inputs, ..Question::new("locate", &stem, asked) };
-    let mut folder = Folder::open(&out, question, &["located.csv"], args.common.force)?;
-    let mut file = folder.file("located.csv")?;
-    let mut write = |bytes: &[u8], _: bool| file.write(bytes);
-    let counts = source.answer(opened.who(), ask, &mut write)?;
-    some(&label, counts.lines - counts.blank)?;
-    file.close()?;
+    let mut destination = context.open(&out, question, &["located.csv"], args.common.force)?;
+    let counts = destination.stream("located.csv", |write| {
+        let counts = source.answer(opened.who(), ask, &mut |bytes, _| write(bytes))?;
+        some(&label, counts.lines - counts.blank)?;
+        Ok(counts)
+    })?;
     let document = run_json::document(
         "locate",
         json!({ "name": stem, "hash": identity }),
@@ -324,9 +324,9 @@ fn filed(args: &Locate, path: &Path, opened: &Opened, ask: &Ask<'_>, start: Inst
             "readings": { "file": label, "hash": digest },
             "estimator": opened.by,
             "counts": counted(&counts),
-            "warnings": opened.told.texts(),
+            "warnings": context.told(),
             "interrupted": counts.stopped,
-            "seconds": { "total": start.elapsed().as_secs_f64() },
+            "seconds": context.seconds(),
         }),
     );
     let (taps, zeros) = (counts.lines - counts.zeros, zeros(&counts));
@@ -334,8 +334,8 @@ fn filed(args: &Locate, path: &Path, opened: &Opened, ask: &Ask<'_>, start: Inst
     let kept =
         || format!("interrupted; the answers to {} readings are kept in {}", counts.lines, out.display());
     let broken = counts.stopped.then(kept);
-    let reply = Reply { broken, ..reply(text, &counts, opened, start) };
-    let reply = reply.filed(folder, &document, (out, start))?;
+    let reply = Reply { broken, ..reply(text, &counts, opened, context) };
+    let reply = reply.filed(destination, document, out.clone(), context)?;
     // A long table is not read again for a sentence.
     Ok(if counts.lines <= ANSWERED { reply.answered() } else { reply })
 }
@@ -375,21 +375,21 @@ fn counted(counts: &stream::Counts) -> Value {
     json!({ "readings": counts.lines, "zero_readings": counts.zeros, "status": counts.status, "combinations": counts.combinations.named() })
 }
 
-fn reply(text: String, counts: &stream::Counts, opened: &Opened, start: Instant) -> Reply {
+fn reply(text: String, counts: &stream::Counts, opened: &Opened, context: &Context<'_>) -> Reply {
     Reply {
         text,
         counts: counted(counts),
-        seconds: json!({ "total": start.elapsed().as_secs_f64() }),
-        result: json!({ "estimator": opened.by, "warnings": opened.told.texts() }),
+        seconds: context.seconds(),
+        result: json!({ "estimator": opened.by, "warnings": context.told() }),
         ..Reply::default()
     }
 }
 
-fn planned(opened: &Opened, readings: Option<&Path>) -> Reply {
+fn planned(opened: &Opened, readings: Option<&Path>, context: &Context<'_>) -> Reply {
     let from = readings.map_or("stdin".to_owned(), |p| p.display().to_string());
     let text = format!(
         "would locate readings of {from} by {}, calibrated on {}; nothing was run\n",
         opened.by, opened.data
     );
-    reply(text, &stream::Counts::default(), opened, Instant::now())
+    reply(text, &stream::Counts::default(), opened, context)
 }

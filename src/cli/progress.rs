@@ -47,7 +47,10 @@ impl Shown {
 impl Progress for Shown {
     fn at(&mut self, done: u64, total: u64) {
         match self {
-            Self::Bar(bar) => bar.set_position(done.min(total)),
+            Self::Bar(bar) => {
+                bar.set_length(total);
+                bar.set_position(done.min(total));
+            }
             Self::Lines { start, last, before } if last.elapsed() >= EVERY => {
                 *last = Instant::now();
                 say::line(line((done, total), done.saturating_sub(*before), start.elapsed()));

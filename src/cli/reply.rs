@@ -1,17 +1,16 @@
 //! How a result or an error reaches the user: text, or one JSON object.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
 
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use clap::error::{ContextKind, ContextValue};
 use serde_json::{Value, json};
+pub use vibrissa::command::Reply;
+use vibrissa::command::listed;
 use vibrissa::error::{Error, InputError};
 use vibrissa::excerpt::printable;
-use vibrissa::report::answer_of;
-use vibrissa::sink::folder::{Folder, Written};
 use vibrissa::sink::unfinished;
 
 use super::say;
@@ -42,108 +41,43 @@ fn command() -> &'static str {
     COMMAND.get().map_or("", String::as_str)
 }
 
-/// A finished command.
-#[derive(Default)]
-pub struct Reply {
-    /// The result in a sentence or two, with which the text begins; empty where there is none.
-    pub answer: String,
-    /// For people, on stdout.
-    pub text: String,
-    /// Result folder.
-    pub out: Option<PathBuf>,
-    /// Files written.
-    pub files: Vec<PathBuf>,
-    /// Counts, seconds, backend, result; null where a command has none.
-    pub counts: Value,
-    pub seconds: Value,
-    pub backend: Value,
-    pub result: Value,
-    /// The spec asks for silence.
-    pub quiet: bool,
-    /// What is wrong although there is a result. Exit code 1.
-    pub broken: Option<String>,
-    /// What was asked for beside the result and is refused. Exit code 2.
-    pub refused: Option<InputError>,
-}
-
-impl Reply {
-    /// Of a run into `out` that is only planned: `what` would be done.
-    pub fn planned(out: PathBuf, what: impl FnOnce(std::path::Display<'_>) -> String) -> Self {
-        let text = what(out.display()) + "; nothing was run\n";
-        Self { text, out: Some(out), ..Self::default() }
+/// Prints a finished command, and then what is wrong, if anything is; the exit code.
+pub fn print(reply: Reply, quiet: bool) -> u8 {
+    let path = |p: &Path| p.display().to_string();
+    let mut told = Ok(());
+    if !reply.removed.is_empty() {
+        let removed = listed(&reply.removed);
+        say::line(format_args!("--force replaced or removed {removed} of an older result"));
     }
-
-    /// Begins with what the report of the result in its folder says in a sentence.
-    pub fn answered(self) -> Self {
-        let answer = self.out.as_deref().map_or(String::new(), answer_of);
-        Self { answer, ..self }
-    }
-
-    /// Of a result in the `folder` at `out`, which ends with its run.json, the `document`.
-    pub fn filed(
-        self,
-        mut folder: Folder,
-        document: &Value,
-        (out, start): (PathBuf, Instant),
-    ) -> Result<Self, Error> {
-        folder.run_json(document)?;
-        Ok(self.written(out, folder.finish()?, start))
-    }
-
-    /// Of a result in the folder `out`: the text ends with its files and the time since `start`.
-    pub fn written(self, out: PathBuf, written: Written, start: Instant) -> Self {
-        let wrote =
-            format!("wrote {} in {:.2} s\n", super::listed(&written.files), start.elapsed().as_secs_f64());
-        let text = self.text + &wrote;
-        Self { text, out: Some(out), files: written.files, ..self }.removing(&written.removed)
-    }
-
-    /// Names the files of an older result that `--force` removed.
-    pub fn removing(mut self, files: &[PathBuf]) -> Self {
-        if !files.is_empty() {
-            say::line(format_args!(
-                "--force replaced or removed {} of an older result",
-                super::listed(files)
-            ));
-            self.result["removed"] = files.iter().map(|p| p.display().to_string()).collect();
+    let wrong = reply.broken.map(Error::Run).or(reply.refused.map(Error::Input));
+    if json() {
+        let mut object = json!({
+            "format": FORMAT,
+            "command": command(),
+            "version": env!("CARGO_PKG_VERSION"),
+            "ok": wrong.is_none(),
+            "out": reply.out.as_deref().map(path),
+            "files": reply.files.iter().map(|p| path(p)).collect::<Vec<_>>(),
+            "counts": reply.counts,
+            "seconds": reply.seconds,
+            "backend": reply.backend,
+            "result": reply.result,
+        });
+        if !reply.answer.is_empty() && (reply.result.is_object() || reply.result.is_null()) {
+            object["result"]["answer"] = reply.answer.into();
         }
-        self
-    }
-
-    /// Prints it, and then what is wrong, if anything is; the exit code.
-    pub fn print(self, quiet: bool) -> u8 {
-        let path = |p: &Path| p.display().to_string();
-        let mut told = Ok(());
-        let wrong = self.broken.map(Error::Run).or(self.refused.map(Error::Input));
-        if json() {
-            let mut object = json!({
-                "format": FORMAT,
-                "command": command(),
-                "version": env!("CARGO_PKG_VERSION"),
-                "ok": wrong.is_none(),
-                "out": self.out.as_deref().map(path),
-                "files": self.files.iter().map(|p| path(p)).collect::<Vec<_>>(),
-                "counts": self.counts,
-                "seconds": self.seconds,
-                "backend": self.backend,
-                "result": self.result,
-            });
-            if !self.answer.is_empty() && (self.result.is_object() || self.result.is_null()) {
-                object["result"]["answer"] = self.answer.into();
-            }
-            if let Some(error) = &wrong {
-                object["error"] = error_json(error);
-            }
-            told = write_out(&format!("{object}\n"));
-        } else if !quiet && !self.quiet {
-            let answer = if self.answer.is_empty() { String::new() } else { self.answer + "\n" };
-            told = write_out(&(answer + &self.text));
+        if let Some(error) = &wrong {
+            object["error"] = error_json(error);
         }
-        if let Some(error) = wrong.as_ref().filter(|_| !json()) {
-            say::line(format_args!("error: {error}"));
-        }
-        if told.is_err() { 1 } else { wrong.map_or(0, |error| error.exit_code()) }
+        told = write_out(&format!("{object}\n"));
+    } else if !quiet && !reply.quiet {
+        let answer = if reply.answer.is_empty() { String::new() } else { reply.answer + "\n" };
+        told = write_out(&(answer + &reply.text));
     }
+    if let Some(error) = wrong.as_ref().filter(|_| !json()) {
+        say::line(format_args!("error: {error}"));
+    }
+    if told.is_err() { 1 } else { wrong.map_or(0, |error| error.exit_code()) }
 }
 
 /// Writes to stdout. A reader that has gone away is no failure of ours; anything else is, and is told on stderr.
@@ -174,13 +108,13 @@ pub fn failure(error: &Error) -> u8 {
 }
 
 /// The last words of a run that a signal ended.
-pub fn interrupted() {
+pub fn interrupted() -> u8 {
     let what = match unfinished::kept() {
         _ if unfinished::is_placed() => " after the result was written".to_owned(),
         Some(kept) => format!("; {kept}"),
         None => "; nothing was written, an older result is as it was".to_owned(),
     };
-    failure(&Error::Run(format!("interrupted{what}")));
+    failure(&Error::Run(format!("interrupted{what}")))
 }
 
 fn print_failure(command: &str, error: &Error) {

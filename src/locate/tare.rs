@@ -2,6 +2,7 @@
 
 use std::str::FromStr;
 
+use serde::de::{Deserialize, Deserializer, Error as _};
 use serde_json::{Value, json};
 
 use super::Locator;
@@ -183,5 +184,12 @@ impl FromStr for SaidZero {
         let values: Option<Vec<f64>> = said.split(',').map(number).collect();
         let zero = values.and_then(Self::new).ok_or("a number, or one for each of two signals: X,Y")?;
         Ok(Self { said: said.to_owned(), ..zero })
+    }
+}
+
+impl<'de> Deserialize<'de> for SaidZero {
+    fn deserialize<D: Deserializer<'de>>(numbers: D) -> Result<Self, D::Error> {
+        let zero = Self::new(Vec::deserialize(numbers)?);
+        zero.ok_or_else(|| D::Error::custom("this is no zero of such a signal"))
     }
 }

@@ -38,5 +38,5 @@ mod whisker;
 pub mod write;
 
 pub use report::Report;
-pub use run::{Target, find, run, run_needed};
+pub use run::find;
 pub use session::{Ended, Step, Watch};

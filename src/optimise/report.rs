@@ -1,6 +1,5 @@
 //! What a finished search tells.
 
-use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -46,10 +45,6 @@ impl Design {
 /// What a finished search tells.
 #[derive(Debug)]
 pub struct Report {
-    /// Files written.
-    pub files: Vec<PathBuf>,
-    /// Files of an older result that only `force` removed.
-    pub removed: Vec<PathBuf>,
     /// The best design; of a front, the one that tells distance best.
     pub best: Design,
     /// Value of the objective.

@@ -1,11 +1,8 @@
 //! A whole search: starts, ending, what is reported.
 
-use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
-
-use serde_json::Value;
 
 use super::best;
 use super::blame::{infeasible, shortfall};
@@ -18,7 +15,6 @@ use super::score::{Goal, Limit};
 use super::sensitivity;
 use super::session::{Ended, Found, Session, Stage, Watch};
 use super::variables::Variables;
-use super::write;
 use crate::backend::Choice;
 use crate::census::needed::Needed;
 use crate::census::sample::{ComparedRows, Row};
@@ -28,7 +24,6 @@ use crate::plan::TRIED;
 use crate::progress::NEVER;
 use crate::scene::search::{Objective, Search};
 use crate::scene::{BackendChoice, Precision, RunOptions, Spec, Tuple};
-use crate::sink::folder::{Folder, Question, Written};
 
 /// Strain tolerance of the polish.
 pub const TOLERANCE: f64 = 1e-10;
@@ -39,17 +34,6 @@ const AGAIN: usize = 64;
 
 /// Seconds for the sensitivities of a search whose seconds are spent: so many, or this share of them.
 const MORE: (f64, f64) = (1.0, 0.1);
-
-/// Where a search writes, and how it is steered.
-#[derive(Debug)]
-pub struct Target<'a> {
-    /// Result folder.
-    pub out: &'a Path,
-    /// Replace another spec's result.
-    pub force: bool,
-    /// Set from outside to end it with the best so far.
-    pub stop: &'a AtomicBool,
-}
 
 /// The goal that `objective` is.
 fn goal(objective: Objective) -> Goal {
@@ -77,34 +61,6 @@ pub fn precise(options: &RunOptions) -> Result<Choice, Error> {
     Ok(choice)
 }
 
-/// Searches, and writes `best.toml`, `history.csv`, `sensitivity.csv`, `run.json` and, for a front, `pareto.csv`.
-pub fn run(
-    spec: &Spec,
-    search: &Search,
-    (choice, options): (&Choice, &RunOptions),
-    target: &Target<'_>,
-    watch: &mut dyn Watch,
-) -> Result<Report, Error> {
-    run_needed(spec, search, (choice, options, None), target, watch)
-}
-
-/// As [`run`], its swarms by what is [`needed`] of the model, where that was asked for. Polish and figures are those of the full model; where the best or the front show that the bound is not kept, the swarms are repeated.
-pub fn run_needed(
-    spec: &Spec,
-    search: &Search,
-    (choice, options, needed): (&Choice, &RunOptions, Option<Needed>),
-    target: &Target<'_>,
-    watch: &mut dyn Watch,
-) -> Result<Report, Error> {
-    let fresh = !target.out.exists();
-    let result = whole(spec, search, (choice, options, needed), target, watch);
-    if result.is_err() && fresh {
-        // A folder that only this search made.
-        let _ = std::fs::remove_dir(target.out);
-    }
-    result
-}
-
 /// What the candidates of `search` need of the model of `spec` for a strain within `bound`.
 ///
 /// # Errors
@@ -122,24 +78,8 @@ pub fn needed(spec: &Spec, search: &Search, bound: f64) -> Result<Needed, Error>
     Needed::new(&spec.study.setup, ComparedRows::of_box(&wanted, &layout), bound)
 }
 
-fn whole(
-    spec: &Spec,
-    search: &Search,
-    (choice, options, needed): (&Choice, &RunOptions, Option<Needed>),
-    target: &Target<'_>,
-    watch: &mut dyn Watch,
-) -> Result<Report, Error> {
-    spec.study.space.layout().ok_or_else(no_axes)?;
-    let precise = precise(options)?;
-    let question = Question::of_scene("optimise", spec, Value::Null);
-    let names = write::names(search.objective);
-    let folder = Folder::open(target.out, question, &names, target.force)?;
-    let report = search_with(spec, search, ([choice, &precise], needed), (target.stop, watch))?;
-    let Written { files, removed } = write::all(spec, search, &report, folder)?;
-    Ok(Report { files, removed, ..report })
-}
-
-/// As [`run_needed`], where nothing is written; `stop`, set from outside, ends the search with the best so far.
+/// Searches, its swarms by what is [`needed`] of the model, where that was asked for; `stop`, set from outside, ends the search with the best so
+/// far. Polish and figures are those of the full model; where the best or the front show that the bound is not kept, the swarms are repeated.
 ///
 /// # Errors
 /// Limits that no design keeps, an end before any did; a backend that fails.
@@ -150,6 +90,7 @@ pub fn find(
     stop: &AtomicBool,
     watch: &mut dyn Watch,
 ) -> Result<Report, Error> {
+    spec.study.space.layout().ok_or_else(no_axes)?;
     let choices = [choice, &precise(options)?];
     search_with(spec, search, (choices, needed), (stop, watch))
 }
@@ -253,8 +194,6 @@ fn under_alarm(
     let other = other.transpose()?;
     let binds = |&l: &Limit| best.score.limit(l) > BINDING[usize::from(l == Limit::Samples)];
     Ok(Report {
-        files: Vec::new(),
-        removed: Vec::new(),
         value: goal.value(&best.score),
         at_bounds: variables.at_bounds(&best.point),
         best,

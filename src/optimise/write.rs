@@ -12,7 +12,6 @@ use crate::error::Error;
 use crate::scene::search::{Objective, Quantity, Search};
 use crate::scene::{Column, Convention, Property, Setup, Spec};
 use crate::sink::csv::Text;
-use crate::sink::folder::{Folder, Written};
 use crate::sink::run_json;
 use crate::sink::table::{AtDrive, Field, Table, fields};
 
@@ -33,15 +32,6 @@ pub fn tables(spec: &Spec, report: &Report) -> Result<Vec<(&'static str, Vec<u8>
         all.push(("pareto.csv", pareto(spec, &front.points)?));
     }
     Ok(all)
-}
-
-/// Writes them all and moves them to their final place.
-pub fn all(spec: &Spec, search: &Search, report: &Report, mut folder: Folder) -> Result<Written, Error> {
-    #[cfg(feature = "files")]
-    folder.put("best.toml", super::best::text(spec, search, report)?.as_bytes())?;
-    tables(spec, report)?.iter().try_for_each(|(name, bytes)| folder.put(name, bytes))?;
-    folder.run_json(&document(spec, search, report))?;
-    folder.finish()
 }
 
 /// The `run.json` of a search.

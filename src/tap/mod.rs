@@ -11,9 +11,7 @@ mod optimum;
 mod tried;
 mod write;
 
-use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
-use std::time::Instant;
 
 use crate::backend::{Backend, Choice, Work};
 use crate::census::needed::Needed;
@@ -23,8 +21,7 @@ use crate::optimise::run::{no_axes, precise};
 use crate::optimise::score::{Goal, Score};
 use crate::progress::Progress;
 use crate::scene::search::{Budget, Limits, Objective, Places, Search};
-use crate::scene::{BackendChoice, Contact, Layout, RunOptions, Setup, Spec, Study, Theory};
-use crate::sink::folder::{Folder, Question};
+use crate::scene::{BackendChoice, Contact, Layout, RunOptions, Setup, Study, Theory};
 use crate::statistics::DriveRow;
 
 use curve::Curve;
@@ -114,10 +111,6 @@ pub struct Report {
     pub backend: Backend,
     /// `model_error` of `run.json`, where effects could be left off, and the same in a few lines.
     pub model_error: Option<(serde_json::Value, String)>,
-    /// Files written.
-    pub files: Vec<PathBuf>,
-    /// Files of an older result that only `force` removed.
-    pub removed: Vec<PathBuf>,
 }
 
 /// The best drive where distances are told in another way.
@@ -144,30 +137,6 @@ pub fn choice(options: &RunOptions, study: &Study) -> Result<Choice, Error> {
         return Ok(choice);
     }
     Choice::for_work(options, Work::of_study(study, options))
-}
-
-/// Evaluates `spec`, which holds one whisker, over the drives `ends` and writes `tap.csv` and `run.json` into `out`; effects whose joint change of
-/// strain stays within `bound`, if there is one, are left off.
-pub fn run(
-    spec: &Spec,
-    ends: [f64; 2],
-    objective: Objective,
-    choice: &Choice,
-    (out, force): (&Path, bool),
-    (bound, stop, progress): (Option<f64>, &AtomicBool, &mut dyn Progress),
-) -> Result<Report, Error> {
-    let begun = Instant::now();
-    let asked = serde_json::json!({ "objective": objective.word() });
-    let mut folder = Folder::open(out, Question::of_scene("tap", spec, asked), &["tap.csv"], force)?;
-    let mut report = match bound {
-        Some(bound) => find_needed(&spec.study, ends, objective, choice, (bound, stop, progress))?,
-        None => find(&spec.study, ends, objective, choice, (stop, progress))?,
-    };
-    report.seconds = choice.seconds + begun.elapsed().as_secs_f64();
-    write::all(spec, &report, &mut folder)?;
-    let written = folder.finish()?;
-    (report.files, report.removed) = (written.files, written.removed);
-    Ok(report)
 }
 
 /// The best drive within `ends` of the one whisker of `study`, over its distances, and what the other estimator would give; nothing is
@@ -264,8 +233,6 @@ fn best(
         seconds: begun.elapsed().as_secs_f64(),
         backend: choice.backend.clone(),
         model_error: None,
-        files: Vec::new(),
-        removed: Vec::new(),
     };
     report.why = write::why(setup, &report, ends, objective);
     Ok(report)

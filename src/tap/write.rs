@@ -7,7 +7,6 @@ use crate::error::Error;
 use crate::scene::search::Objective;
 use crate::scene::{Convention, Drive, Foil, RankBy, Setup, Spec, Study, Theory};
 use crate::sink::csv::Text;
-use crate::sink::folder::Folder;
 use crate::sink::run_json;
 use crate::sink::table::{Field, LARGEST, drive_unit};
 
@@ -126,12 +125,6 @@ pub fn document(spec: &Spec, report: &Report) -> Value {
         body["model_error"] = told.clone();
     }
     run_json::document("tap", run_json::spec(spec), body)
-}
-
-/// `tap.csv` and `run.json`.
-pub fn all(spec: &Spec, report: &Report, folder: &mut Folder) -> Result<(), Error> {
-    folder.put("tap.csv", &table(&spec.study, report)?)?;
-    folder.run_json(&document(spec, report))
 }
 
 /// One sentence on what limits the optimum.

@@ -8,7 +8,7 @@ use crate::common::program::Desk;
 use crate::common::searching::{parse, search};
 use crate::common::sweeping::{CPU, GPU, Table, number};
 use vibrissa::optimise::session::Ended;
-use vibrissa::optimise::{self, Step, Target, Watch};
+use vibrissa::optimise::{self, Step, Watch};
 use vibrissa::scene::search::Quantity;
 use vibrissa::scene::{Column, RunOptions};
 
@@ -96,18 +96,15 @@ impl Watch for Interrupt<'_> {
 #[test]
 fn a_stopped_search_tells_its_best_and_is_made_anew() {
     let whole = search(SPEC, CPU);
-    let out = tempfile::tempdir().unwrap();
     let (spec, wanted) = parse(SPEC);
     let (stop, choice) = (AtomicBool::new(false), CPU.choice());
-    let target = Target { out: out.path(), force: false, stop: &stop };
     let run = |watch: &mut dyn Watch| {
-        optimise::run(&spec, &wanted, (&choice, &RunOptions::default()), &target, watch).unwrap()
+        optimise::find(&spec, &wanted, (&choice, &RunOptions::default(), None), &stop, watch).unwrap()
     };
     let part = run(&mut Interrupt(&stop, 1000));
     assert_eq!(part.ended, Ended::Interrupted);
     assert!(part.evaluations >= 1000 && part.evaluations < whole.evaluations);
     assert_eq!(told(&part.history), told(&whole.history[..part.history.len()]));
-    assert!(out.path().join("best.toml").exists());
     stop.store(false, std::sync::atomic::Ordering::Relaxed);
     let again = run(&mut Interrupt(&stop, u64::MAX));
     assert_eq!(

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use pyo3::prelude::*;
+use vibrissa::command::estimator as named;
 use vibrissa::contour::array::{Mounted, answer};
 use vibrissa::contour::point::Noise;
 use vibrissa::error::{Error, InputError};
@@ -12,10 +13,9 @@ use vibrissa::locate::{Calibration, SaidZero, stream};
 use vibrissa::measure::Names;
 use vibrissa::scene::RunOptions;
 
-use super::contour::{Told, zero};
 use super::error::keywords;
 use super::job;
-use super::locate::{Together, by, estimator};
+use super::locate::{Together, Warnings, by};
 use super::table::Table;
 
 /// Points of readings of several calibrated whiskers, in one frame.
@@ -46,8 +46,9 @@ impl Array {
         trust: bool,
     ) -> PyResult<Self> {
         job::whole(py, None, None, move |_, _| {
-            let asked = self::estimator(estimator)?;
-            let zero = self::zero(zero)?;
+            let asked = named(estimator.as_deref())?;
+            let wrong = || InputError::new("this is no zero of such a signal").key("zero");
+            let zero = zero.map(|values| SaidZero::new(values).ok_or_else(wrong)).transpose()?;
             let array = files::Array::parse(&label, &text, &folder)?;
             let said = Noise::said(
                 noise.0.unwrap_or(array.noise.angle),
@@ -91,7 +92,7 @@ impl Array {
         let (whiskers, noise, zero) = (Arc::clone(&self.whiskers), self.noise, self.zero);
         job::whole(py, None, None, move |_, _| {
             let columns = columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
-            let told = Told::default();
+            let told = Warnings::default();
             let warn = |text: &str| told.push(text);
             let ask = stream::Ask {
                 columns: &columns,

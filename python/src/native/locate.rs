@@ -1,12 +1,13 @@
 //! `vibrissa.Locator`.
 
+use std::cell::RefCell;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
+use vibrissa::command::estimator as named;
 use vibrissa::error::{Error, InputError};
-use vibrissa::estimator::{ALL, Estimator};
 use vibrissa::export::Export;
 use vibrissa::locate::free::Free;
 use vibrissa::locate::object::{By, Objects, UnlocatedTap};
@@ -14,16 +15,25 @@ use vibrissa::locate::{self, Answerer, Calibration, Located, Sequence, locator::
 use vibrissa::measure::Names;
 use vibrissa::scene::RunOptions;
 
-use super::contour::Told;
 use super::error::{keywords, raise};
 use super::job;
 use super::table::Table;
-use super::words::{bits, meant};
+use super::words::bits;
 
-/// The estimator of this name.
-pub fn estimator(name: Option<String>) -> Result<Option<&'static dyn Estimator>, Error> {
-    let all = || ALL.map(|e| (e.name(), e));
-    Ok(name.map(|name| meant(("estimator", "estimator"), &name, all())).transpose()?)
+/// What is told while work goes on, with keywords in place of flags.
+#[derive(Default)]
+pub struct Warnings(RefCell<Vec<String>>);
+
+impl Warnings {
+    /// One more.
+    pub fn push(&self, text: &str) {
+        self.0.borrow_mut().push(keywords(text));
+    }
+
+    /// All of it, in its order.
+    pub fn into_texts(self) -> Vec<String> {
+        self.0.into_inner()
+    }
 }
 
 /// Distances of readings of one calibrated whisker.
@@ -50,7 +60,7 @@ impl Locator {
         same_run: bool,
     ) -> PyResult<Self> {
         let made = || -> Result<Self, Error> {
-            let asked = self::estimator(estimator)?;
+            let asked = named(estimator.as_deref())?;
             let calibration = Calibration::parse(label, text, trust)?;
             let mut locator =
                 locate::Locator::new(&calibration, label, asked, &opener(&RunOptions::default()))?;
@@ -271,7 +281,7 @@ pub fn answered<T: Send + Sync + 'static>(
 ) -> PyResult<(Table, Vec<String>)> {
     job::whole(py, None, None, move |stop, _| {
         let columns = columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
-        let told = Told::default();
+        let told = Warnings::default();
         let warn = |text: &str| told.push(text);
         let by = by(&together)?;
         Objects::can(who(&of), by)?;

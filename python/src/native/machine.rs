@@ -7,7 +7,6 @@ use serde_json::json;
 use vibrissa::backend::{self, Backend, Choice};
 use vibrissa::census::verify::{self as census, Case, Verified};
 use vibrissa::census::{Place, present};
-use vibrissa::chart::{self as charts, document};
 use vibrissa::error::{Error, InputError};
 use vibrissa::kernel::gpu;
 use vibrissa::scene::RunOptions;
@@ -15,7 +14,7 @@ use vibrissa::spec;
 
 use super::error::raise;
 use super::job::{self, Ahead};
-use super::spec::UnreadSpec;
+use super::spec::unread;
 use super::table::Table;
 
 /// GPU drivers are asked by the process that `command`, a program and its arguments, starts: it calls [`answer`].
@@ -52,23 +51,6 @@ pub fn devices(py: Python<'_>) -> PyResult<String> {
     })
 }
 
-/// Charts of a spec over its ranges, as JSON; what should be known of it.
-#[pyfunction]
-pub fn chart(py: Python<'_>, path: Option<PathBuf>, text: String) -> PyResult<(String, Vec<String>)> {
-    let read = || {
-        let spec = UnreadSpec::new(path, text, "chart")?.read(spec::parse)?;
-        spec.one_rig()?;
-        Ok::<_, Error>(spec)
-    };
-    let spec = read().map_err(|e| raise(py, e))?;
-    let threads = spec.run.threads;
-    job::whole(py, threads, None, move |stop, _| {
-        let tolerance = spec.run.tolerance.unwrap_or(charts::TOLERANCE);
-        let found = charts::of_study(&spec.study, tolerance, stop)?;
-        Ok((document::document(&spec.study.setup, &found).to_string(), spec.warnings))
-    })
-}
-
 /// Every backend against the reference: the census, run.json, whether nothing is broken, and what should be known of the spec.
 #[pyfunction]
 #[pyo3(signature = (path, text, quick, samples, seed, bound, progress = None))]
@@ -91,11 +73,12 @@ pub fn verify<'py>(
     let built_in =
         path.is_none() && text.parse::<toml::Table>().is_ok_and(|t| t.keys().all(|key| key == "run"));
     let read = || -> Result<_, Error> {
-        let asked = UnreadSpec::new(path, text, "verify")?;
+        let file = unread(path, &text, "verify")?;
+        let (label, text) = (file.name.display().to_string(), file.text());
         match built_in {
-            true => Ok((None, asked.read(spec::parse_listed)?.run)),
+            true => Ok((None, spec::parse_listed(&label, &text, &file.base)?.run)),
             false => {
-                let spec = asked.read(spec::parse)?;
+                let spec = spec::parse(&label, &text, &file.base)?;
                 spec.one_rig()?;
                 Ok((Some(spec.clone()), spec.run))
             }

@@ -3,20 +3,15 @@
 mod answers;
 mod array;
 mod column;
-mod contour;
+mod command;
 mod error;
 mod fork;
 mod held;
 mod job;
-mod lab;
 mod locate;
 mod machine;
-mod page;
-mod search;
 mod several;
-mod shape;
 mod spec;
-mod sweep;
 mod table;
 mod taps;
 mod words;
@@ -29,27 +24,17 @@ mod _native {
     #[pymodule_export]
     use super::array::Array;
     #[pymodule_export]
-    use super::contour::contour;
+    use super::command::run;
     #[pymodule_export]
     use super::fork::forked;
     #[pymodule_export]
-    use super::lab::{calibrate, simulate, strokes};
-    #[pymodule_export]
     use super::locate::Locator;
     #[pymodule_export]
-    use super::machine::{answer, ask_drivers_by, chart, devices, left_behind, verify};
-    #[pymodule_export]
-    use super::page::{explore, report};
-    #[pymodule_export]
-    use super::search::{optimise, tap};
+    use super::machine::{answer, ask_drivers_by, devices, left_behind, verify};
     #[pymodule_export]
     use super::several::Several;
     #[pymodule_export]
-    use super::shape::shape;
-    #[pymodule_export]
     use super::spec::{read_columns, units};
-    #[pymodule_export]
-    use super::sweep::sweep;
     #[pymodule_export]
     use super::table::Table;
     #[pymodule_export]

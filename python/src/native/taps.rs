@@ -1,5 +1,6 @@
 //! Single taps: arrays in, arrays out.
 
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -18,12 +19,13 @@ use vibrissa::optimise::write;
 use vibrissa::physics::onset::Grip;
 use vibrissa::scene::{BackendChoice, Precision, RunOptions, Setup};
 use vibrissa::spec::{self, Ends};
+use vibrissa::taps::refuse;
 
 use super::answers::{Answers, NUMBERS, Told, numbers_of};
 use super::error::raise;
 use super::held::{Column, Given};
 use super::job;
-use super::spec::UnreadSpec;
+use super::spec::KEYWORDS;
 
 /// Taps that are solved on the thread that asks: they take less than a moment.
 const FEW: usize = 256;
@@ -79,18 +81,8 @@ fn doubts(setup: &Setup, n: usize, ends: Option<Ends>, tap: impl Fn(usize) -> Tu
 impl Taps {
     /// Refuses poles of which there is no model with this contact.
     fn allowed(&self, py: Python<'_>, leaning: [bool; 2]) -> PyResult<()> {
-        refuse(self.taps.setup(), leaning).map_err(|e| raise(py, e))
+        refuse(self.taps.setup(), leaning).map_err(|e| raise(py, e.into()))
     }
-}
-
-/// Refuses poles that tilt, and lean, where `setup` has no taps at them.
-///
-/// # Errors
-/// Why.
-pub fn refuse(setup: &Setup, leaning: [bool; 2]) -> Result<(), Error> {
-    let Some(why) = setup.forbids(leaning) else { return Ok(()) };
-    let key = if leaning[0] { "tilt" } else { "lean" };
-    Err(InputError::new(why).key(key).allowed("0, or contact=\"frictionless\"").into())
 }
 
 #[pymethods]
@@ -99,7 +91,7 @@ impl Taps {
     #[new]
     fn new(py: Python<'_>, text: String) -> PyResult<Self> {
         let made = || {
-            let mut spec = UnreadSpec::new(None, text, "strain")?.read(spec::parse_listed)?;
+            let mut spec = spec::parse_listed(&format!("strain.{KEYWORDS}"), &text, Path::new(""))?;
             let warnings = std::mem::take(&mut spec.warnings);
             let backend = spec.run.backend.unwrap_or(BackendChoice::Cpu);
             // Differences, and fits that take them, find no slope in f32.

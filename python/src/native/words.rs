@@ -1,29 +1,8 @@
 //! Words that users say, and words of a status as numbers.
 
 use pyo3::prelude::*;
-use vibrissa::error::InputError;
 use vibrissa::recommend;
 use vibrissa::status::Status;
-
-/// What stands beside the word `said` of `key` in `words`.
-///
-/// # Errors
-/// There is none; `what` says of what.
-pub fn meant<'w, T>(
-    (what, key): (&str, &str),
-    said: &str,
-    words: impl IntoIterator<Item = (&'w str, T)>,
-) -> Result<T, InputError> {
-    let mut known = Vec::new();
-    for (word, value) in words {
-        if word == said {
-            return Ok(value);
-        }
-        known.push(word);
-    }
-    let wrong = InputError::new(format!("there is no such {what}")).key(key).value(said);
-    Err(wrong.allowed(known.join(", ")))
-}
 
 /// Words by their bits: a word that is new takes the next bit, wherever it stands among the words.
 const BITS: [Status; 12] = [

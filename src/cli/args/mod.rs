@@ -1,6 +1,5 @@
 //! What was typed.
 
-mod common;
 mod design;
 mod rig;
 mod show;
@@ -8,11 +7,25 @@ mod write;
 
 use clap::{Parser, Subcommand};
 
+use vibrissa::command::calibrate::CalibrateRequest;
+use vibrissa::command::chart::ChartRequest;
+use vibrissa::command::contour::ContourRequest;
+use vibrissa::command::explore::ExploreRequest;
+use vibrissa::command::next::NextRequest;
+use vibrissa::command::optimise::OptimiseRequest;
+use vibrissa::command::plan::PlanRequest;
+use vibrissa::command::report::ReportRequest;
+use vibrissa::command::shape::ShapeRequest;
+use vibrissa::command::simulate::SimulateRequest;
+use vibrissa::command::sweep::SweepRequest;
+use vibrissa::command::tap::TapRequest;
+use vibrissa::command::taps::TapsRequest;
+
 use super::help::{Completions, Help, Man};
-pub use common::Common;
-pub use design::{Chart, Cluster, Merge, Optimise, Sweep, Tap, TapObjective};
-pub use rig::{Calibrate, Contour, Locate, Next, Plan, Simulate, Taps};
-pub use show::{Bench, Explore, Report, Shape, Verify};
+pub use design::{Cluster, Merge};
+pub use rig::Locate;
+pub use show::{Bench, Verify};
+pub use vibrissa::command::Common;
 pub use write::{CLAMPS, Cite, GOALS, Goal, New, Schema};
 
 /// Behind the help of the program.
@@ -34,42 +47,42 @@ pub struct Args {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Evaluate a design space: K, its spread, bias and noise of the distance -> tuples, designs, distances tables
-    Sweep(Sweep),
+    Sweep(SweepRequest),
     /// Which taps a calibration needs for a wanted error, against an even grid -> plan.csv to fill in, plan_errors.csv, plan.svg
-    Plan(Plan),
+    Plan(PlanRequest),
     /// Calibrate a whisker from measured strains -> K table, estimators, best drive, calibration.toml
-    Calibrate(Calibrate),
+    Calibrate(CalibrateRequest),
     /// Distances from readings, with their uncertainty: a file, or stdin line by line
     Locate(Locate),
     /// Find rests and taps in a raw signal -> taps.csv, which calibrate reads, and a figure to check it
-    Taps(Taps),
+    Taps(TapsRequest),
     /// Which drive the next tap of an object should have, and what it brings -> next.csv, next.svg
-    Next(Next),
+    Next(NextRequest),
     /// Points on an object from taps and strokes at several base poses, and the curve through them -> points.csv, curve.csv, contour.svg
-    Contour(Contour),
+    Contour(ContourRequest),
     /// Synthetic measurements of one whisker from the exact model -> measurements.csv, or strokes over an object -> strokes.csv
-    Simulate(Simulate),
+    Simulate(SimulateRequest),
     /// Search geometry and tap angle -> best design, Pareto front, history
-    Optimise(Optimise),
+    Optimise(OptimiseRequest),
     /// Find the best tap angle of one whisker, and what limits it -> tap.csv
-    Tap(Tap),
+    Tap(TapRequest),
     /// Join the parts of a sweep (sweep --shard i/n) to the tables of the whole sweep
     Merge(Merge),
     /// Write the job scripts that run a sweep on a cluster
     Cluster(Cluster),
     /// Fit smooth functions to a spec's taps, for other programs -> chart.json
-    Chart(Chart),
+    Chart(ChartRequest),
     /// One page with sliders for whisker, gauge and tap -> explore.html, which needs no other file
-    Explore(Explore),
+    Explore(ExploreRequest),
     /// Check this machine: every backend against the f64 reference -> census of strain errors; exit code 1 where a bound is
     /// broken
     Verify(Verify),
     /// Speed against error of every kernel, backend and configuration -> tables, figures
     Bench(Bench),
     /// Shapes of bent whiskers, section by section, from the exact model -> shape.csv, contacts.csv
-    Shape(Shape),
+    Shape(ShapeRequest),
     /// Figures (SVG, PNG, PDF) and one page, from the folder of a result
-    Report(Report),
+    Report(ReportRequest),
     /// List adapters, their limits and features, and which one `--backend auto` uses
     Devices(Common),
     /// Write a first spec, commented: five questions, or flags

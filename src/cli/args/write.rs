@@ -3,8 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args as Flags;
-
-use super::common::words;
+use vibrissa::command::words;
 
 /// What a new spec is for: word, meaning, help.
 pub const GOALS: [(&str, Goal, &str); 4] = [

@@ -1,13 +1,13 @@
 //! Searches in this process, and the dense sweeps they are compared with.
 
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
 use vibrissa::optimise::evaluate::Scorer;
 use vibrissa::optimise::score::{Goal, Score};
 use vibrissa::optimise::session::Found;
 use vibrissa::optimise::variables::Variables;
-use vibrissa::optimise::{self, Report, Step, Target, Watch};
+use vibrissa::optimise::{self, Report, Step, Watch};
+use vibrissa::progress::NEVER;
 use vibrissa::scene::Layout;
 use vibrissa::scene::sampler::Sampler;
 use vibrissa::scene::{RunOptions, Search, Spec, Tuple};
@@ -25,18 +25,11 @@ pub fn parse(text: &str) -> (Spec, Search) {
     spec::parse_search("search.toml", text, Path::new("")).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Searches `text` on `place` into `out`.
-fn search_into(out: &Path, text: &str, place: Place) -> Result<Report, vibrissa::error::Error> {
-    let (spec, search) = parse(text);
-    let stop = AtomicBool::new(false);
-    let target = Target { out, force: true, stop: &stop };
-    optimise::run(&spec, &search, (&place.choice(), &RunOptions::default()), &target, &mut Silent)
-}
-
 /// Searches `text` on `place`.
 pub fn search(text: &str, place: Place) -> Report {
-    let out = tempfile::tempdir().expect("a folder");
-    search_into(out.path(), text, place).unwrap_or_else(|e| panic!("{e}"))
+    let ((spec, search), choice) = (parse(text), place.choice());
+    let asked = (&choice, &RunOptions::default(), None);
+    optimise::find(&spec, &search, asked, &NEVER, &mut Silent).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// The best of `designs` points that fill the box of the variables evenly, and of what random steps of falling length find around the

@@ -1,79 +1,120 @@
-//! `vibrissa optimise SPEC.toml`.
+//! `vibrissa optimise SPEC.toml`: the best design.
 
 use std::fmt::Write;
-use std::io::IsTerminal;
-use std::path::PathBuf;
-use std::time::{Duration, Instant};
+use std::path::{Path, PathBuf};
 
-use serde_json::json;
-use vibrissa::backend::{Choice, Work};
-use vibrissa::census::needed::Needed;
-use vibrissa::error::Error;
-use vibrissa::optimise::report::Design;
-use vibrissa::optimise::{
-    self, Ended, Report, Step, Target, Watch,
+use clap::Args as Flags;
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use super::{
+    Common, Context, Reply, folder, grouped, in_force, number, shard, where_and_why, with_model_error,
+};
+use crate::backend::{Choice, Work};
+use crate::census::needed::Needed;
+use crate::error::Error;
+use crate::optimise::report::Design;
+use crate::optimise::{
+    self, Ended, Report, best,
     blame::{bias, why},
     write,
 };
-use vibrissa::report::answer_of;
-use vibrissa::report::quantity::short;
-use vibrissa::scene::Spec;
-use vibrissa::scene::search::{Objective, Search};
-use vibrissa::sink::run_json;
-use vibrissa::sink::table::drive_unit;
-use vibrissa::{files, spec};
-
-use super::args::Optimise;
-use super::interrupt;
-use super::interrupt::begun;
-use super::reply::Reply;
-use super::say;
-use super::say::{grouped, rough};
-use super::sweep::where_and_why;
+use crate::report::quantity::short;
+use crate::scene::search::{Objective, Search};
+use crate::scene::{RunOptions, Spec};
+use crate::sink::folder::Question;
+use crate::sink::run_json;
+use crate::sink::shard::Shard;
+use crate::sink::table::drive_unit;
+use crate::{files, spec};
 
 /// What to say of a search that a signal ended.
 const KEPT: &str = "interrupted; the best so far is written";
 
+/// Search for the best design.
+#[derive(Debug, Flags, Deserialize)]
+#[command(after_help = "Example: vibrissa optimise sweeps/design.toml")]
+pub struct OptimiseRequest {
+    /// The spec: whisker, gauge, tap, model, and [optimise] with objective, variables and limits
+    pub spec: PathBuf,
+    /// Run search i of n, with the seed of the spec + i − 1 and the whole budget, into <out>/shard-i-of-n; `vibrissa merge` joins them to the
+    /// best design and one front. `slurm`: read i from the Slurm array task
+    #[arg(long, value_name = "i/n", value_parser = shard)]
+    #[serde(skip)]
+    pub shard: Option<Shard>,
+    /// Leave off the effects whose joint change of strain stays within E, relative as --tolerance is, over the ranges of the variables: measured
+    /// against the full model; run.json has the effects, their size and the time saved (docs/effects.md) [default: nothing is left off]
+    #[arg(long, value_name = "E", allow_hyphen_values = true, value_parser = number)]
+    pub model_error: Option<f64>,
+    /// Flags of every command
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub common: Common,
+}
+
 /// Reads the spec and searches, or says what would be searched.
-pub fn run(args: &Optimise) -> Result<Reply, Error> {
-    let (mut spec, mut search) = spec::read_search(&args.spec)?;
-    if let Some(shard) = args.shard {
+///
+/// # Errors
+/// What cannot be searched, limits that no design keeps, a backend or a file that fails.
+pub fn run(asked: &OptimiseRequest, context: &Context<'_>) -> Result<Reply, Error> {
+    let (mut spec, mut search) = context.read(&asked.spec, spec::parse_search)?;
+    if let Some(shard) = asked.shard {
         search.seed = search.seed.wrapping_add(u64::from(shard.index) - 1);
         let seed = spec.in_force.iter_mut().find(|(key, ..)| key == "optimise.seed");
         seed.into_iter().for_each(|(_, value, _)| *value = search.seed.to_string());
     }
-    let (options, quiet) = begun(&args.common, &spec)?;
-    let out = super::folder(options.out.as_ref(), &spec.name, "optimise");
-    let out = args.shard.map_or(out.clone(), |shard| out.join(shard.folder()));
+    let options = context.begun(&asked.common, &spec)?;
+    let out = folder(options.out.as_ref(), &spec.name, "optimise");
+    let out = asked.shard.map_or(out.clone(), |shard| out.join(shard.folder()));
     let work = Work::of_search(&search, &spec.study.space, &spec.study.setup, &options);
     let choice = Choice::for_work(&options, work)?;
-    let bound = files::model_error(args.model_error, &spec, &choice)?;
-    files::settle(&mut spec, &options, &choice.backend, &out);
-    files::settle_model_error(&mut spec, bound);
+    let bound = files::model_error(asked.model_error, &spec, &choice)?;
+    context.settle(&mut spec, &options, (&choice.backend, bound, &out));
     let needed = bound.map(|e| optimise::run::needed(&spec, &search, e)).transpose()?;
     if options.plan == Some(true) {
         return Ok(planned(&spec, &search, &choice, needed.as_ref(), out));
     }
-    if !quiet {
-        say::line(headline(&spec, &search, &choice));
+    context.line(headline(&spec, &search, &choice));
+    let fresh = !out.exists();
+    let done = searched((&spec, &search), (&choice, &options, needed), &out, context);
+    if done.is_err() && fresh && !context.is_in_memory() {
+        // A folder that only this search made.
+        let _ = std::fs::remove_dir(&out);
     }
-    let target = Target { out: &out, force: options.force == Some(true), stop: interrupt::stop_and_keep() };
-    let asked = (&choice, &options, needed);
-    let report = optimise::run_needed(&spec, &search, asked, &target, &mut Shown::new(quiet))?;
-    Ok(Reply {
-        answer: answer_of(&out),
-        text: summary(&spec, &search, &report),
-        out: Some(out),
+    done
+}
+
+/// Searches, and writes `best.toml`, `history.csv`, `sensitivity.csv`, `run.json` and, for a front, `pareto.csv`.
+fn searched(
+    (spec, search): (&Spec, &Search),
+    (choice, options, needed): (&Choice, &RunOptions, Option<Needed>),
+    out: &Path,
+    context: &Context<'_>,
+) -> Result<Reply, Error> {
+    let question = Question::of_scene("optimise", spec, Value::Null);
+    let names = write::names(search.objective);
+    let mut destination = context.open(out, question, &names, options.force == Some(true))?;
+    let mut watch = context.host().watch(context.is_quiet());
+    let stop = context.host().stop(true);
+    let report = optimise::find(spec, search, (choice, options, needed), stop, watch.as_mut());
+    drop(watch);
+    let report = report?;
+    destination.put("best.toml", best::text(spec, search, &report)?.into_bytes())?;
+    for (name, bytes) in write::tables(spec, &report)? {
+        destination.put(name, bytes)?;
+    }
+    let interrupted = report.ended == Ended::Interrupted || stop.load(std::sync::atomic::Ordering::Relaxed);
+    let reply = Reply {
+        text: summary(spec, search, &report),
         counts: write::counts(&report),
         seconds: write::seconds(&report),
         backend: json!(report.backends[0]),
-        result: super::with_model_error(write::result(&spec, &search, &report), report.model_error.as_ref()),
-        broken: (report.ended == Ended::Interrupted || interrupt::asked()).then(|| KEPT.to_owned()),
-        files: report.files,
-        quiet,
+        result: with_model_error(write::result(spec, search, &report), report.model_error.as_ref()),
+        broken: interrupted.then(|| KEPT.to_owned()),
         ..Reply::default()
-    }
-    .removing(&report.removed))
+    };
+    let document = write::document(spec, search, &report);
+    Ok(reply.filed(destination, document, out.to_owned(), context)?.answered())
 }
 
 fn headline(spec: &Spec, search: &Search, choice: &Choice) -> String {
@@ -120,7 +161,7 @@ fn planned(spec: &Spec, search: &Search, choice: &Choice, needed: Option<&Needed
     });
     let left = needed.map_or_else(String::new, Needed::sentence);
     Reply {
-        text: format!("{}{left}values in force:\n{}", planned.text, super::in_force(spec)),
+        text: format!("{}{left}values in force:\n{}", planned.text, in_force(spec)),
         counts: json!({ "evaluations": evaluations, "variables": search.variables.len() }),
         seconds: json!({ "budget": seconds }),
         backend: json!(choice.backend),
@@ -181,55 +222,8 @@ fn summary(spec: &Spec, search: &Search, report: &Report) -> String {
         let (points, volume) = (front.points.len(), short(front.hypervolume));
         let _ = writeln!(text, "front of {points} points, hypervolume {volume}");
     }
-    let (evaluations, starts, [all, own]) = (grouped(report.evaluations), report.starts, report.seconds);
+    let (evaluations, starts, own) = (grouped(report.evaluations), report.starts, report.seconds[1]);
     let ended = ending(report.ended);
     let _ = writeln!(text, "{evaluations} evaluations in {starts} starts, {own:.2} s; {ended}");
-    text += report.model_error.as_ref().map_or("", |(_, told)| told);
-    let _ = writeln!(text, "wrote {} in {all:.2} s", super::listed(&report.files));
-    text
-}
-
-/// Best, evaluations and rate on stderr: one line that is rewritten on a terminal, a line now and then elsewhere.
-struct Shown {
-    quiet: bool,
-    terminal: bool,
-    begun: Instant,
-    last: Instant,
-}
-
-impl Shown {
-    fn new(quiet: bool) -> Self {
-        let now = Instant::now();
-        Self { quiet, terminal: std::io::stderr().is_terminal(), begun: now, last: now }
-    }
-}
-
-impl Watch for Shown {
-    fn step(&mut self, step: &Step, value: f64, feasible: bool, left: Option<u64>) {
-        let every = Duration::from_millis(if self.terminal { 200 } else { 5000 });
-        if self.quiet || self.last.elapsed() < every {
-            return;
-        }
-        self.last = Instant::now();
-        let rate = step.evaluations as f64 / self.begun.elapsed().as_secs_f64();
-        let best =
-            if feasible { format!("best {value:.6e}") } else { "no design keeps the limits yet".to_owned() };
-        let left = left.map_or(String::new(), |n| format!(", {n} left"));
-        let (evaluations, rate) = (grouped(step.evaluations), rough(rate));
-        let (start, stage) = (step.start + 1, step.stage.name());
-        let line = format!("{best}; {evaluations} evaluations{left}, {rate}/s, start {start}, {stage}");
-        if self.terminal {
-            say::part(format_args!("\r\x1b[2K{line}"));
-        } else {
-            say::line(line);
-        }
-    }
-}
-
-impl Drop for Shown {
-    fn drop(&mut self) {
-        if self.terminal && !self.quiet {
-            say::part("\r\x1b[2K");
-        }
-    }
+    text + report.model_error.as_ref().map_or("", |(_, told)| told)
 }

@@ -1,30 +1,43 @@
-//! `vibrissa chart SPEC.toml`.
+//! `vibrissa chart SPEC.toml`: smooth functions in place of taps, for other programs.
 
-use std::time::Instant;
+use std::path::PathBuf;
 
+use clap::Args as Flags;
+use serde::Deserialize;
 use serde_json::json;
-use vibrissa::chart::{self, document::document, scope::Summary};
-use vibrissa::error::Error;
-use vibrissa::progress::NEVER;
-use vibrissa::sink::folder::{Folder, Question};
-use vibrissa::sink::run_json;
-use vibrissa::spec;
 
-use super::args::Chart;
-use super::interrupt::begun;
-use super::reply::Reply;
+use super::{Common, Context, Reply, folder};
+use crate::chart::{self, document::document, scope::Summary};
+use crate::error::Error;
+use crate::sink::folder::Question;
+use crate::sink::run_json;
+use crate::spec;
 
 const FILE: &str = "chart.json";
 
+/// Charts of a spec's model over its ranges.
+#[derive(Debug, Flags, Deserialize)]
+#[command(after_help = "Example: vibrissa chart sweeps/practical.toml")]
+pub struct ChartRequest {
+    /// The spec: ranges of whisker, gauge and drive, its distances (one chart each, 64 at most), its model
+    pub spec: PathBuf,
+    /// Flags of every command
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub common: Common,
+}
+
 /// Writes the charts of a spec's distances.
-pub fn run(args: &Chart) -> Result<Reply, Error> {
-    let start = Instant::now();
-    let spec = spec::read(&args.spec)?;
+///
+/// # Errors
+/// Taps that are listed, too many distances, a model without a chart.
+pub fn run(asked: &ChartRequest, context: &Context<'_>) -> Result<Reply, Error> {
+    let spec = context.read(&asked.spec, spec::parse)?;
     spec.one_rig()?;
-    let (options, quiet) = begun(&args.common, &spec)?;
-    let out = super::folder(options.out.as_ref(), &spec.name, "chart");
+    let options = context.begun(&asked.common, &spec)?;
+    let out = folder(options.out.as_ref(), &spec.name, "chart");
     let at = |e: Error| match e {
-        Error::Input(e) => e.at(args.spec.display().to_string(), None).into(),
+        Error::Input(e) => e.at(asked.spec.display().to_string(), None).into(),
         other => other,
     };
     let (distances, directions) = chart::places(&spec.study).map_err(|e| at(e.into()))?;
@@ -33,15 +46,14 @@ pub fn run(args: &Chart) -> Result<Reply, Error> {
         let charts = distances.len() * directions.len();
         return Ok(Reply::planned(out, |to| format!("{}: {charts} charts to {to}", spec.name)));
     }
-    let found = chart::of_study(&spec.study, tolerance, &NEVER).map_err(at)?;
+    let found = chart::of_study(&spec.study, tolerance, context.host().stop(false)).map_err(at)?;
     let question = Question::of_scene("chart", &spec, json!({ "tolerance": tolerance }));
-    let mut folder = Folder::open(&out, question, &[FILE], options.force == Some(true))?;
-    folder.put(FILE, document(setup, &found).to_string().as_bytes())?;
+    let mut destination = context.open(&out, question, &[FILE], options.force == Some(true))?;
+    destination.put(FILE, document(setup, &found).to_string().into_bytes())?;
     let summary = Summary::of(&found, setup.drive);
     let lacks = |a: &f64| found.iter().filter(|c| c.a == *a).count() < directions.len();
     let without: Vec<f64> = distances.iter().copied().filter(lacks).collect();
-    let counts = json!({ "charts": summary, "without": without });
-    let seconds = json!({ "total": start.elapsed().as_secs_f64() });
+    let (counts, seconds) = (json!({ "charts": summary, "without": without }), context.seconds());
     let body = json!({
         "in_force": run_json::in_force(&spec), "warnings": spec.warnings, "tolerance": tolerance,
         "counts": counts, "seconds": seconds,
@@ -57,6 +69,5 @@ pub fn run(args: &Chart) -> Result<Reply, Error> {
     let answer = format!(
         "Taps at {with} of {all} distances are read from charts, with a strain error of {error:.1e} at most where that was checked."
     );
-    let reply = Reply { answer, text, counts, seconds, quiet, ..Reply::default() };
-    reply.filed(folder, &document, (out, start))
+    Reply { answer, text, counts, seconds, ..Reply::default() }.filed(destination, document, out, context)
 }

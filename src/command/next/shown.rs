@@ -2,14 +2,14 @@
 
 use std::fmt::Write;
 
+use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path as Drawn};
+use crate::locate::next::{Next, Tried};
+use crate::locate::sequence::SHIFT;
+use crate::report::quantity::short;
+use crate::scene::Drive;
+use crate::sink::table::drive_unit;
+use crate::status::Status;
 use serde_json::json;
-use vibrissa::figure::{Axis, Figure, Mark, Marker, Panel, Path as Drawn};
-use vibrissa::locate::next::{Next, Tried};
-use vibrissa::locate::sequence::SHIFT;
-use vibrissa::report::quantity::short;
-use vibrissa::scene::Drive;
-use vibrissa::sink::table::drive_unit;
-use vibrissa::status::Status;
 
 pub fn table(next: &Next, drive: Drive) -> String {
     let mut text = format!("{},{SHIFT},expected_signal,expected_sigma_mm,status\n", drive.column());

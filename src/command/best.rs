@@ -2,11 +2,11 @@
 
 use std::fmt::Write;
 
-use super::say::grouped;
-use vibrissa::report::quantity::short;
-use vibrissa::scene::{Per, RankBy, Spec};
-use vibrissa::sink::table::drive_unit;
-use vibrissa::sweep::{Kept, Report};
+use super::grouped;
+use crate::report::quantity::short;
+use crate::scene::{Per, RankBy, Spec};
+use crate::sink::table::drive_unit;
+use crate::sweep::{Kept, Report};
 
 /// The best rows with the column that ranks them; with a noise of the gauge also what bias and noise come to together.
 pub fn table(spec: &Spec, report: &Report) -> String {

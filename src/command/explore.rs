@@ -1,80 +1,96 @@
-//! `vibrissa explore SPEC.toml`.
+//! `vibrissa explore SPEC.toml`: a page with sliders.
 
 use std::fs::File;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
+use clap::Args as Flags;
+use serde::Deserialize;
 use serde_json::{Value, json};
-use vibrissa::error::{Error, InputError};
-use vibrissa::explore::page::{HEAD, html};
-use vibrissa::explore::{TOLERANCE, bake_asked, document::document, remark, sound};
-use vibrissa::sink::folder::Identity;
-use vibrissa::sink::unfinished::Unfinished;
-use vibrissa::spec;
 
-use super::args::Explore;
-use super::interrupt::begun;
-use super::reply::Reply;
-use super::say;
+use super::{Common, Context, KeptFile, Reply};
+use crate::error::{Error, InputError};
+use crate::explore::page::{HEAD, html};
+use crate::explore::{Baked, TOLERANCE, bake_asked, document::document, remark, sound};
+use crate::sink::folder::Identity;
+use crate::sink::run_json;
+use crate::sink::unfinished::Unfinished;
+use crate::spec;
 
 /// Where the page goes.
 const FILE: &str = "explore.html";
 
+/// One page with sliders: strain, K, its spread and the error budget by the exact model. It needs no network.
+#[derive(Debug, Flags, Deserialize)]
+#[command(
+    after_help = "Here --out names a file, not a folder [default: explore.html]. Example: vibrissa explore sweeps/prototypes.toml"
+)]
+pub struct ExploreRequest {
+    /// The spec: its ranges of whisker, gauge, drive and distances become those of the sliders (a single number gets a range around it)
+    pub spec: PathBuf,
+    /// Flags of every command
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub common: Common,
+}
+
 /// Writes the page of a spec.
-pub fn run(args: &Explore) -> Result<Reply, Error> {
-    let start = Instant::now();
-    let spec = spec::read(&args.spec)?;
+///
+/// # Errors
+/// A model without such a page, ranges over which it is not smooth, a place that holds something else.
+pub fn run(asked: &ExploreRequest, context: &Context<'_>) -> Result<Reply, Error> {
+    let spec = context.read(&asked.spec, spec::parse)?;
     spec.one_rig()?;
-    let (options, quiet) = begun(&args.common, &spec)?;
+    let options = context.begun(&asked.common, &spec)?;
     let at = |e: Error| match e {
         Error::Input(e) if e.file.is_none() => {
-            Error::Input(spec::placed(&args.spec.display().to_string(), &spec.text, e))
+            Error::Input(spec::placed(&asked.spec.display().to_string(), &spec.text, e))
         }
         other => other,
     };
     let tolerance = sound(options.tolerance.unwrap_or(TOLERANCE))?;
     let out = options.out.clone().unwrap_or_else(|| PathBuf::from(FILE));
-    free(&out, &spec.inputs, options.force == Some(true))?;
+    if !context.is_in_memory() {
+        free(&out, &spec.inputs, options.force == Some(true))?;
+    }
     if options.plan == Some(true) {
         return Ok(Reply::planned(out, |to| format!("{}: one chart to {tolerance:e}, as {to}", spec.name)));
     }
-    say::warnings(quiet, remark(&spec.study.setup));
+    context.warn_all(remark(&spec.study.setup));
     let (baked, held) = bake_asked(&spec, options.tolerance).map_err(at)?;
-    let looser = (held != tolerance).then(|| {
+    context.warn_all((held != tolerance).then(|| {
         format!(
             "the model is not smooth enough over these ranges for a chart to {tolerance:e}: it holds {held:e}"
         )
-    });
-    say::warnings(quiet, looser);
+    }));
     let page = html(&document(&spec, &baked)?);
-    write(&out, &page)?;
     let (census, chart) = (baked.census, &baked.chart);
     let coefficients = chart.coefficients(spec.study.setup.signal);
-    let seconds = json!({ "total": start.elapsed().as_secs_f64() });
+    let counts = json!({ "coefficients": coefficients, "taps_checked": census.taps, "taps_outside": census.outside, "bytes": page.len() });
+    let result = json!({ "strain_error": census.strain, "deviation_error": census.deviation, "domain": domain(&baked) });
+    if context.is_in_memory() {
+        let seconds = context.seconds();
+        let body = json!({ "in_force": run_json::in_force(&spec), "counts": counts, "result": result, "seconds": seconds });
+        let document = run_json::document("explore", run_json::spec(&spec), body);
+        let kept = vec![(FILE.to_owned(), KeptFile::Bytes(page.into_bytes()))];
+        return Ok(Reply { kept, document, counts, seconds, result, ..Reply::default() });
+    }
+    write(&out, &page)?;
     let (signal, taps, error) = (spec.study.setup.signal.word(), census.taps, census.strain);
     let outside = match census.outside {
         0 => String::new(),
         n => format!(", {n} more lie outside the chart"),
     };
-    let (to, size, time) = (out.display(), page.len().div_ceil(1000), start.elapsed().as_secs_f64());
+    let (to, size, time) = (out.display(), page.len().div_ceil(1000), context.elapsed());
     let text = format!(
         "one chart of every distance, {coefficients} coefficients; {signal} right to {error:.1e} at {taps} whiskers of the ranges{outside}\n\
          wrote {to} ({size} kB) in {time:.2} s\n"
     );
-    Ok(Reply {
-        text,
-        out: Some(out.clone()),
-        files: vec![out],
-        counts: json!({ "coefficients": coefficients, "taps_checked": census.taps, "taps_outside": census.outside, "bytes": page.len() }),
-        seconds,
-        result: json!({ "strain_error": census.strain, "deviation_error": census.deviation, "domain": domain(&baked) }),
-        quiet,
-        ..Reply::default()
-    })
+    let (files, seconds, quiet) = (vec![out.clone()], context.seconds(), context.is_quiet());
+    Ok(Reply { text, out: Some(out), files, counts, seconds, result, quiet, ..Reply::default() })
 }
 
-fn domain(baked: &vibrissa::explore::Baked) -> Value {
+fn domain(baked: &Baked) -> Value {
     let d = &baked.domain;
     json!({ "D_mm": d.D, "d_mm": d.d, "L_a_mm": d.L_a, "x_ss_mm": d.x_ss, "l_mm": d.l, "hub_mm": d.hub, "a_mm": d.a, "drive": d.drive })
 }

@@ -1,47 +1,84 @@
-//! `vibrissa plan SPEC.toml --error MM`.
+//! `vibrissa plan SPEC.toml --error MM`: the taps of a calibration.
 
 use std::fmt::Write;
-use std::time::Instant;
+use std::path::PathBuf;
 
+use clap::Args as Flags;
+use serde::Deserialize;
 use serde_json::{Value, json};
-use vibrissa::calibrate::planned::{self, Apart, PlanGoal, Planned};
-use vibrissa::error::{Error, InputError};
-use vibrissa::figure::{self, Axis, Figure, Format, Mark, Marker, Panel, Path as Drawn, Style};
-use vibrissa::locate::{Calibration, locator::opener};
-use vibrissa::measure::{Rig, Unit};
-use vibrissa::report::quantity::short;
-use vibrissa::scene::Drive;
-use vibrissa::sink::folder::{Folder, Question};
-use vibrissa::sink::run_json;
-use vibrissa::sink::table::drive_unit;
-use vibrissa::spec;
 
-use super::args;
-use super::interrupt::prepared;
-use super::reply::Reply;
-use super::say;
+use super::{Common, Context, Reply, folder, number, whole};
+use crate::calibrate::planned::{self, Apart, PlanGoal, Planned};
+use crate::error::{Error, InputError};
+use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path as Drawn};
+use crate::locate::locator::opener;
+use crate::measure::{Rig, Unit};
+use crate::report::quantity::short;
+use crate::scene::Drive;
+use crate::sink::folder::Question;
+use crate::sink::run_json;
+use crate::sink::table::drive_unit;
+use crate::spec;
 
 /// Files of a plan.
 const FILES: [&str; 3] = ["plan.csv", "plan_errors.csv", "plan.svg"];
 
+/// The taps of a calibration.
+#[derive(Debug, Flags, Deserialize)]
+#[command(after_help = "Example: vibrissa plan examples/prototype-d10.toml --error 0.25 --out plan")]
+pub struct PlanRequest {
+    /// Spec of the whisker; its [tap] says how far the rig may go: distances between the least and the largest, and these drives
+    pub spec: PathBuf,
+    /// Root mean square error of a distance that is wanted, mm: of one tap, in another run, over the distances and drives of the spec
+    #[arg(long, value_name = "MM", value_parser = number)]
+    pub error: f64,
+    /// Noise, and how positions and runs differ, as this calibration of the same rig learned them
+    #[arg(long, value_name = "CAL")]
+    pub like: Option<PathBuf>,
+    /// Most positions [default: as many as help]
+    #[arg(long, value_name = "N", value_parser = whole::<usize>(2..=25))]
+    pub positions: Option<usize>,
+    /// Runs: the rig is set up anew for each
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = whole::<usize>(1..=8))]
+    pub runs: usize,
+    /// How well a position is set, mm, one standard deviation
+    #[arg(long, value_name = "MM", default_value_t = 0.05, value_parser = number, conflicts_with = "like")]
+    pub place: f64,
+    /// By how much the gain differs between runs, as a share, one standard deviation; as --like says where that has several runs
+    #[arg(long, value_name = "SHARE", default_value_t = 0.003, value_parser = number)]
+    pub gain: f64,
+    /// Noise that goes with the signal, as a share of it
+    #[arg(long, value_name = "SHARE", default_value_t = 0.001, value_parser = number, conflicts_with = "like")]
+    pub relative: f64,
+    /// Of the order of the taps
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// Flags of every command
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub common: Common,
+}
+
 /// Plans the calibration of the whisker of a spec.
-pub fn run(args: &args::Plan) -> Result<Reply, Error> {
-    let start = Instant::now();
-    let label = args.spec.display().to_string();
-    let asked = asked(args)?;
-    let spec = spec::read(&args.spec)?;
+///
+/// # Errors
+/// Sizes that are none, a rig that no calibration of one signal fits, an error that no plan reaches, a file that fails.
+pub fn run(asked: &PlanRequest, context: &Context<'_>) -> Result<Reply, Error> {
+    let label = asked.spec.display().to_string();
+    let goal = goal(asked)?;
+    let spec = context.read(&asked.spec, spec::parse)?;
     let rig = Rig::of_spec(&spec, &label)?;
     rig.of_one_signal().map_err(|e| e.at(&label, None))?;
-    let options = prepared(&args.common, &spec)?;
-    let quiet = options.quiet == Some(true);
-    let of_calibration = |path: &std::path::PathBuf| -> Result<_, Error> {
-        let calibration = Calibration::read(path, options.force == Some(true))?;
-        let like = planned::like(&calibration, &rig, asked.gain, &path.display().to_string())?;
+    let options = context.prepared(&asked.common, Some(&spec))?;
+    let force = options.force == Some(true);
+    let of_calibration = |path: &PathBuf| -> Result<_, Error> {
+        let calibration = context.calibration(path, force)?;
+        let like = planned::like(&calibration, &rig, goal.gain, &path.display().to_string())?;
         Ok((like, calibration.checksum))
     };
-    let like = args.like.as_ref().map(of_calibration).transpose()?;
-    let out = super::folder(options.out.as_ref(), &spec.name, "plan");
-    say::warnings(quiet, &spec.warnings);
+    let like = asked.like.as_ref().map(of_calibration).transpose()?;
+    let out = folder(options.out.as_ref(), &spec.name, "plan");
+    context.warn_all(&spec.warnings);
     if options.plan == Some(true) {
         return Ok(Reply::planned(out, |to| format!("{}: would plan a calibration in {to}", spec.name)));
     }
@@ -52,36 +89,32 @@ pub fn run(args: &args::Plan) -> Result<Reply, Error> {
         }
         other => other,
     };
-    let of = json!({ "error": asked.error, "positions": asked.positions, "runs": asked.runs, "place": asked.place, "gain": asked.gain, "relative": asked.relative, "seed": asked.seed, "like": checksum });
+    let of = json!({ "error": goal.error, "positions": goal.positions, "runs": goal.runs, "place": goal.place, "gain": goal.gain, "relative": goal.relative, "seed": goal.seed, "like": checksum });
     let mut question = Question::of_scene("plan", &spec, of);
-    question.inputs.extend(args.like.clone());
-    let mut folder = Folder::open(&out, question, &FILES, options.force == Some(true))?;
+    question.inputs.extend(asked.like.clone());
+    let mut destination = context.open(&out, question, &FILES, force)?;
     let space = &spec.study.space;
-    let found = planned::plan(&rig, space, &asked, like.map(|l| l.0), &opener(&options)).map_err(place)?;
+    let found = planned::plan(&rig, space, &goal, like.map(|l| l.0), &opener(&options)).map_err(place)?;
     let drive = rig.setup.drive;
-    folder.put("plan.csv", table(&found, drive, Unit::of_signal(rig.setup.signal)).as_bytes())?;
-    folder.put("plan_errors.csv", errors(&found).as_bytes())?;
-    let drawn = figure::files(&drawn(&found, drive, asked.error), &Style::default(), &[Format::Svg])?;
-    drawn.iter().try_for_each(|(_, bytes)| folder.put("plan.svg", bytes))?;
-    let result = result(&found, drive);
+    let unit = Unit::of_signal(rig.setup.signal);
+    destination.put("plan.csv", table(&found, drive, unit).into_bytes())?;
+    destination.put("plan_errors.csv", errors(&found).into_bytes())?;
+    destination.draw("plan.svg", || Ok(drawn(&found, drive, goal.error)))?;
+    let (result, seconds) = (result(&found, drive), context.seconds());
     let counts = json!({ "taps": found.taps.len(), "rows": found.rows.len() });
-    let seconds = json!({ "total": start.elapsed().as_secs_f64() });
     let document = json!({ "in_force": run_json::in_force(&spec), "counts": counts, "seconds": seconds, "result": result });
     let document = run_json::document("plan", run_json::spec(&spec), document);
-    let (answer, text) = (answer(&found, asked.error), summary(&found, drive));
-    Reply { answer, text, counts, seconds, result, quiet, ..Reply::default() }.filed(
-        folder,
-        &document,
-        (out, start),
-    )
+    let (answer, text) = (answer(&found, goal.error), summary(&found, drive));
+    let reply = Reply { answer, text, counts, seconds, result, ..Reply::default() };
+    reply.filed(destination, document, out, context)
 }
 
-fn asked(args: &args::Plan) -> Result<PlanGoal, InputError> {
+fn goal(asked: &PlanRequest) -> Result<PlanGoal, InputError> {
     let sizes = [
-        ("--error", args.error, true),
-        ("--place", args.place, false),
-        ("--gain", args.gain, false),
-        ("--relative", args.relative, false),
+        ("--error", asked.error, true),
+        ("--place", asked.place, false),
+        ("--gain", asked.gain, false),
+        ("--relative", asked.relative, false),
     ];
     for (key, x, positive) in sizes {
         if !(x.is_finite() && x >= 0.0 && (x > 0.0 || !positive)) {
@@ -90,13 +123,13 @@ fn asked(args: &args::Plan) -> Result<PlanGoal, InputError> {
         }
     }
     Ok(PlanGoal {
-        error: args.error,
-        positions: args.positions,
-        runs: args.runs,
-        place: args.place,
-        gain: args.gain,
-        relative: args.relative,
-        seed: args.seed,
+        error: asked.error,
+        positions: asked.positions,
+        runs: asked.runs,
+        place: asked.place,
+        gain: asked.gain,
+        relative: asked.relative,
+        seed: asked.seed,
     })
 }
 

@@ -3,28 +3,33 @@
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
+use crate::scene::{BackendChoice, Precision, RunOptions};
+use crate::sink::shard::Shard;
 use clap::Args as Flags;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use vibrissa::scene::{BackendChoice, Precision, RunOptions};
+use serde::Deserialize;
 
-/// One of a few words, each with what to say of it.
-pub(super) fn words<T, const N: usize>(
-    all: [(&'static str, T, &'static str); N],
-) -> impl TypedValueParser<Value = T>
+/// One of a few words, each with what to say of it; it stays a word.
+pub fn named<T, const N: usize>(all: [(&'static str, T, &'static str); N]) -> PossibleValuesParser {
+    PossibleValuesParser::new(all.map(|(word, _, help)| PossibleValue::new(word).help(help)))
+}
+
+/// As [`named`], with what the word means.
+pub fn words<T, const N: usize>(all: [(&'static str, T, &'static str); N]) -> impl TypedValueParser<Value = T>
 where
     T: Copy + Send + Sync + 'static,
 {
-    PossibleValuesParser::new(all.map(|(word, _, help)| PossibleValue::new(word).help(help)))
+    named(all.map(|(word, _, help)| (word, (), help)))
         .map(move |said| all.iter().find(|(word, ..)| *word == said).expect("one of the words").1)
 }
 
 /// A number; its range is judged where it is used, with the unit.
-pub(super) fn number(text: &str) -> Result<f64, &'static str> {
+pub fn number(text: &str) -> Result<f64, &'static str> {
     text.parse().map_err(|_| "allowed: a number, as 0.5 or 1e-4")
 }
 
 /// A whole number in `range`.
-pub(super) fn whole<T: TryFrom<u64>>(
+pub fn whole<T: TryFrom<u64>>(
     range: RangeInclusive<u64>,
 ) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static {
     move |text| {
@@ -35,7 +40,8 @@ pub(super) fn whole<T: TryFrom<u64>>(
 }
 
 /// Flags of every command. Each may also stand in the spec's [run] table; the command line wins.
-#[derive(Debug, Clone, Flags)]
+#[derive(Debug, Clone, Default, Flags, Deserialize)]
+#[serde(default)]
 #[command(next_help_heading = "Options of every command, also in [run] of a spec")]
 pub struct Common {
     /// Folder for the results [default: results/<name> for sweep, results/<name>-<command> for the others]
@@ -47,12 +53,15 @@ pub struct Common {
     pub force: bool,
     /// Where to compute [default: auto: a hardware adapter where it pays, else the CPU kernels; gpu also uses a software adapter]
     #[arg(long, value_parser = words(BackendChoice::WORDS), value_name = "NAME")]
+    #[serde(skip)]
     pub backend: Option<BackendChoice>,
     /// Use the adapter whose name contains this
     #[arg(long, value_name = "NAME", value_parser = adapter)]
+    #[serde(skip)]
     pub adapter: Option<String>,
     /// Floating-point type of the fast kernels [default: f32]
     #[arg(long, value_parser = words(Precision::WORDS), value_name = "TYPE")]
+    #[serde(skip)]
     pub precision: Option<Precision>,
     /// Bound on each row's strain error, relative to max(|strain|, 1e-3 of the peak) [default: 1e-5 with f32, 1e-8 with f64]
     #[arg(long, value_name = "E", value_parser = number)]
@@ -96,4 +105,9 @@ impl Common {
 fn adapter(text: &str) -> Result<String, &'static str> {
     let named = Some(text.to_owned()).filter(|t| !t.trim().is_empty());
     named.ok_or("allowed: a part of an adapter's name; `vibrissa devices` lists them")
+}
+
+/// A part, or that of a task of a Slurm array.
+pub fn shard(text: &str) -> Result<Shard, String> {
+    if text == "slurm" { Shard::of_slurm(|name| std::env::var(name).ok()) } else { text.parse() }
 }

@@ -1,58 +1,96 @@
-//! `vibrissa sweep SPEC.toml`.
+//! `vibrissa sweep SPEC.toml`: a design space.
 
 use std::fmt::Write;
 use std::path::PathBuf;
+use std::time::Duration;
 
+use clap::Args as Flags;
+use serde::Deserialize;
 use serde_json::{Value, json};
-use vibrissa::backend::{Backend, Choice, Work};
-use vibrissa::census::needed::Needed;
-use vibrissa::census::sample::ComparedRows;
-use vibrissa::curve::both::TAPS;
-use vibrissa::error::Error;
-use vibrissa::plan::Plan;
-use vibrissa::report::answer::{Recommended, of_best};
-use vibrissa::scene::{Direction, Geometry, MaterialFit, Spec};
-use vibrissa::sink::rows::TableFormat;
-use vibrissa::sink::run_json;
-use vibrissa::sink::table::{LARGEST, Table};
-use vibrissa::sweep::{Kept, Report, Target};
-use vibrissa::tap::k_names;
-use vibrissa::{files, spec};
 
-use super::args::Sweep;
-use super::interrupt::begun;
-use super::progress::Shown;
-use super::reply::Reply;
-use super::say;
-use super::say::{grouped, rough};
-use super::{best, explain, interrupt};
+use super::{Common, Context, KeptFile, Reply, best, folder, grouped, in_force, number, rough, shard};
+use crate::backend::{Backend, Choice, Work};
+use crate::census::needed::Needed;
+use crate::census::sample::ComparedRows;
+use crate::curve::both::TAPS;
+use crate::error::Error;
+use crate::files;
+use crate::plan::Plan;
+use crate::progress::Progress;
+use crate::report::answer::{Recommended, of_best};
+use crate::scene::{Direction, Geometry, MaterialFit, Spec};
+use crate::sink::rows::TableFormat;
+use crate::sink::run_json;
+use crate::sink::shard::Shard;
+use crate::sink::table::{LARGEST, Table};
+use crate::sweep::{self, Kept, Report, Target};
+use crate::tap::k_names;
 
-/// Reads the spec and runs it, says what would run, or explains it (`--explain` overrules `plan` in the spec).
-pub fn run(args: &Sweep) -> Result<Reply, Error> {
-    let mut spec = spec::read(&args.spec)?;
-    let (options, quiet) = begun(&args.common, &spec)?;
-    if args.shard.is_none() && std::env::var_os("SLURM_ARRAY_TASK_ID").is_some() {
-        let why = "this is a task of a Slurm array, and does the whole sweep; --shard slurm does one part";
-        say::unless(quiet)(why);
+/// Evaluate a design space.
+#[derive(Debug, Flags, Deserialize)]
+#[command(after_help = "Example: vibrissa sweep sweeps/prototypes.toml")]
+pub struct SweepRequest {
+    /// The spec: whisker, gauge, tap, model (TOML; mm, degrees, MPa, N)
+    pub spec: PathBuf,
+    /// Show what each effect of the model changes, in % of strain, and which could be left off; write nothing
+    #[arg(long, conflicts_with_all = ["plan", "out", "force"])]
+    #[serde(skip)]
+    pub explain: bool,
+    /// With --explain: relative changes of strain at which effects could be left off, separated by commas [default: 1e-4,1e-3,1e-2]
+    #[arg(long, value_name = "E", value_delimiter = ',', requires = "explain", value_parser = number)]
+    #[serde(skip)]
+    pub leave_off: Vec<f64>,
+    /// Leave off the effects whose joint change of strain stays within E, relative as --tolerance is, over the spec's space: measured
+    /// against the full model; run.json has the effects, their size and the time saved (docs/effects.md) [default: nothing is left off]
+    #[arg(long, value_name = "E", allow_hyphen_values = true, conflicts_with = "explain", value_parser = number)]
+    pub model_error: Option<f64>,
+    /// Run only part i of n, of whole designs, into <out>/shard-i-of-n; `vibrissa merge` joins the parts. `slurm`: read the part from the
+    /// Slurm array task
+    #[arg(long, value_name = "i/n", value_parser = shard, conflicts_with = "explain")]
+    #[serde(skip)]
+    pub shard: Option<Shard>,
+    /// Seconds between states on the disk, from which the same command continues if the run is stopped or killed
+    #[arg(long, value_name = "SECONDS", default_value = "2", value_parser = seconds)]
+    #[serde(skip)]
+    pub keep_every: Duration,
+    /// Flags of every command
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub common: Common,
+}
+
+/// Seconds, from none to a day.
+fn seconds(text: &str) -> Result<Duration, &'static str> {
+    let seconds = text.parse().ok().filter(|s| (0.0..=86400.0).contains(s));
+    seconds.map(Duration::from_secs_f64).ok_or("allowed: 0 … 86400 s")
+}
+
+/// Reads the spec and runs it, or says what would run.
+///
+/// # Errors
+/// A spec or a folder that cannot be used, tables that are too large, a backend or a disk that fails, a request to stop.
+pub fn run(asked: &SweepRequest, context: &Context<'_>) -> Result<Reply, Error> {
+    let mut spec = context.spec(&asked.spec)?;
+    let options = context.begun(&asked.common, &spec)?;
+    let alone = asked.shard.is_none() && !context.is_in_memory();
+    if alone && std::env::var_os("SLURM_ARRAY_TASK_ID").is_some() {
+        context
+            .warn("this is a task of a Slurm array, and does the whole sweep; --shard slurm does one part");
     }
-    if args.explain {
-        return explain::run(&spec, &options, &args.leave_off);
-    }
-    let out = super::folder(options.out.as_ref(), &spec.name, "sweep");
-    let out = args.shard.map_or(out.clone(), |shard| out.join(shard.folder()));
+    let out = folder(options.out.as_ref(), &spec.name, "sweep");
+    let out = asked.shard.map_or(out.clone(), |shard| out.join(shard.folder()));
     let choice = Choice::for_work(&options, Work::of_study(&spec.study, &options))?;
-    let bound = files::model_error(args.model_error, &spec, &choice)?;
+    let bound = files::model_error(asked.model_error, &spec, &choice)?;
     if bound.is_some() {
-        vibrissa::sweep::whole(args.shard, &spec.study)?;
+        sweep::whole(asked.shard, &spec.study)?;
     }
     let fewer = |e| Needed::new(&spec.study.setup, ComparedRows::of_study(&spec.study)?, e);
     let mut needed = bound.map(fewer).transpose()?;
-    files::settle(&mut spec, &options, &choice.backend, &out);
-    files::settle_model_error(&mut spec, bound);
+    context.settle(&mut spec, &options, (&choice.backend, bound, &out));
     let planning = options.plan == Some(true);
     let full = match &needed {
         Some(needed) if planning && !needed.left().is_empty() => {
-            Some(vibrissa::sweep::seconds(&spec.study, &Plan::new(&spec.study, &choice)?, &choice)?)
+            Some(sweep::seconds(&spec.study, &Plan::new(&spec.study, &choice)?, &choice)?)
         }
         _ => None,
     };
@@ -63,35 +101,49 @@ pub fn run(args: &Sweep) -> Result<Reply, Error> {
     if planning {
         return planned(&spec, &plan, &choice, (needed.as_ref(), full), out);
     }
-    if !quiet {
-        say::line(headline(&spec, &plan, &choice.backend));
-        if let Some(shard) = args.shard {
-            let (designs, taps) = (shard.designs(plan.designs), grouped(plan.taps_of(args.shard)));
-            let (from, to) = (grouped(designs.start + 1), grouped(designs.end));
-            let which =
-                if designs.is_empty() { "no design".to_owned() } else { format!("designs {from} to {to}") };
-            say::line(format_args!("part {shard}: {which}, {taps} taps"));
-        }
+    context.line(headline(&spec, &plan, &choice.backend));
+    if let Some(shard) = asked.shard {
+        let (designs, taps) = (shard.designs(plan.designs), grouped(plan.taps_of(asked.shard)));
+        let (from, to) = (grouped(designs.start + 1), grouped(designs.end));
+        let which =
+            if designs.is_empty() { "no design".to_owned() } else { format!("designs {from} to {to}") };
+        context.line(format!("part {shard}: {which}, {taps} taps"));
     }
-    let mut progress = Shown::new(plan.taps_of(args.shard), quiet);
+    let mut progress = context.progress();
+    let stop = context.host().stop(false);
+    if context.is_in_memory() {
+        let steered = (stop, &mut *progress as &mut dyn Progress);
+        let (report, tables) = sweep::collect(&mut spec, plan, &choice, steered, needed.as_mut())?;
+        let document = run_json::of_sweep(
+            &spec,
+            (&report.backend, &report.backend.warnings(&spec.warnings)),
+            &report.counts,
+            report.seconds,
+            [report.model_error.as_ref(), report.handed_over.as_ref()],
+        );
+        let named = |table: Table| table.columns(&spec.study.setup);
+        let kept = Table::ALL.into_iter().zip(tables).filter_map(|(table, columns)| {
+            Some((table.name().to_owned(), KeptFile::Table(named(table), columns?)))
+        });
+        return Ok(Reply { kept: kept.collect(), document, ..Reply::default() });
+    }
     let target = Target {
         out: &out,
         force: options.force == Some(true),
-        stop: interrupt::stop(),
-        shard: args.shard,
-        every: args.keep_every,
+        stop,
+        shard: asked.shard,
+        every: asked.keep_every,
     };
     let report = match &mut needed {
-        None => vibrissa::sweep::run(&spec, &plan, &choice, &target, &mut progress),
-        Some(needed) => vibrissa::sweep::run_needed(&mut spec, plan, &choice, &target, &mut progress, needed),
+        None => sweep::run(&spec, &plan, &choice, &target, progress.as_mut()),
+        Some(needed) => sweep::run_needed(&mut spec, plan, &choice, &target, progress.as_mut(), needed),
     };
-    progress.finish();
+    drop(progress);
     let report = report?;
-    say::warnings(quiet, beyond_curve(&spec, &report));
-    Ok(Reply {
+    context.warn_all(beyond_curve(&spec, &report));
+    let reply = Reply {
         answer: answer(&spec, &report),
         text: summary(&spec, &report, needed.as_ref()),
-        out: Some(out),
         counts: run_json::counts(&report.counts),
         seconds: json!(report.seconds),
         backend: json!(report.backend),
@@ -101,18 +153,17 @@ pub fn run(args: &Sweep) -> Result<Reply, Error> {
             "ranked_rows": report.ranked,
             "model_error": report.model_error,
         }),
-        files: report.files,
-        quiet,
         ..Reply::default()
-    }
-    .removing(&report.removed))
+    };
+    let seconds = report.seconds.total;
+    Ok(reply.with_files(out, (report.files, report.removed), (seconds, context.is_quiet())))
 }
 
 fn headline(spec: &Spec, plan: &Plan, b: &Backend) -> String {
     let model =
         if spec.study.setup.model.geometry == Geometry::Linear { "linear theory" } else { "exact rod" };
     let (name, taps, designs) = (&spec.name, grouped(plan.taps), grouped(plan.designs));
-    format!("{name}: {taps} taps of {designs} designs, {model}, on {}", where_and_why(b))
+    format!("{name}: {taps} taps of {designs} designs, {model}, on {}", super::where_and_why(b))
 }
 
 /// What to say when the gauge saw more strain than the curve of the material holds.
@@ -126,16 +177,6 @@ fn beyond_curve(spec: &Spec, report: &Report) -> Option<String> {
     ))
 }
 
-/// The backend, why it was taken, its precision and tolerance.
-pub(super) fn where_and_why(b: &Backend) -> String {
-    let place = match &b.adapter {
-        Some(name) => format!("gpu {name}"),
-        None => format!("{} with {} threads", b.name, b.threads),
-    };
-    let tolerance = b.tolerance.map_or(String::new(), |t| format!(", tolerance {t:e}"));
-    format!("{place} ({}; {}{tolerance})", b.reason, b.precision)
-}
-
 /// What would run; `needed` says which effects are left off, and how long it would take with them.
 fn planned(
     spec: &Spec,
@@ -145,7 +186,7 @@ fn planned(
     out: PathBuf,
 ) -> Result<Reply, Error> {
     let (b, way) = (&choice.backend, plan.way);
-    let seconds = vibrissa::sweep::seconds(&spec.study, plan, choice)?;
+    let seconds = sweep::seconds(&spec.study, plan, choice)?;
     let mut text = headline(spec, plan, b) + "\n";
     let format = TableFormat::of(spec);
     for (name, rows) in Table::ALL.map(|table| table.file(format)).iter().zip(plan.rows) {
@@ -178,7 +219,7 @@ fn planned(
             "  material fitted to {file}: yeoh = [{c10}, {c20}, {c30}] MPa, rms {rms:.3e} MPa over {points} points, strain {min} … {max}"
         );
     }
-    let _ = write!(text, "values in force:\n{}", super::in_force(spec));
+    let _ = write!(text, "values in force:\n{}", in_force(spec));
     Ok(Reply {
         text,
         out: Some(out),
@@ -253,7 +294,5 @@ fn summary(spec: &Spec, report: &Report, needed: Option<&Needed>) -> String {
         let _ = writeln!(text, "kept {kept} of {complete} complete rows (top = {top})");
     }
     text += &needed.map_or_else(String::new, Needed::sentence);
-    text += &report.backend.compared();
-    let _ = writeln!(text, "wrote {} in {:.2} s", super::listed(&report.files), report.seconds.total);
-    text
+    text + &report.backend.compared()
 }

@@ -1,0 +1,148 @@
+//! Commands of the library, with requests and inputs of Python.
+
+use std::cell::RefCell;
+use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
+
+use pyo3::prelude::*;
+use rayon::prelude::*;
+use serde_json::json;
+use vibrissa::command::{self, Context, HeldFile, Host, KeptFile, ListedTaps};
+use vibrissa::error::Error;
+use vibrissa::optimise::{Step, Watch};
+use vibrissa::progress::Progress;
+use vibrissa::scene::RunOptions;
+
+use super::error::{self, keywords};
+use super::held::{Column, Given};
+use super::job;
+use super::spec::unread;
+use super::table::Table;
+
+/// A step of a search: evaluations, what the budget still allows, start, stage, the best design (D, d, L_a, x_ss, l, drive), the value of the
+/// objective, and whether it keeps the limits.
+type SearchStep = (u64, Option<u64>, u32, &'static str, [f64; 6], f64, bool);
+
+/// What is heard of a command while it runs.
+enum Heard {
+    /// Taps done, of how many.
+    Far(u64, u64),
+    Step(SearchStep),
+}
+
+/// Python as the host of a command.
+struct Session<'a> {
+    stop: &'a AtomicBool,
+    tell: RefCell<&'a mut dyn FnMut(Heard)>,
+}
+
+impl Host for Session<'_> {
+    fn begin(&self, _: &RunOptions) -> Result<(), Error> {
+        Ok(())
+    }
+
+    fn line(&self, _: &str) {}
+
+    fn progress(&self, _: bool) -> Box<dyn Progress + '_> {
+        Box::new(Telling(self))
+    }
+
+    fn watch(&self, _: bool) -> Box<dyn Watch + '_> {
+        Box::new(Telling(self))
+    }
+
+    fn stop(&self, _: bool) -> &AtomicBool {
+        self.stop
+    }
+}
+
+/// Hands on how far work is.
+struct Telling<'s, 'a>(&'s Session<'a>);
+
+impl Progress for Telling<'_, '_> {
+    fn at(&mut self, done: u64, total: u64) {
+        (self.0.tell.borrow_mut())(Heard::Far(done, total));
+    }
+}
+
+impl Watch for Telling<'_, '_> {
+    fn step(&mut self, step: &Step, value: f64, feasible: bool, left: Option<u64>) {
+        let p = &step.best.point;
+        let point = [p.D, p.d, p.L_a, p.x_ss, p.l, p.drive];
+        let step = (step.evaluations, left, step.start, step.stage.name(), point, value, feasible);
+        (self.0.tell.borrow_mut())(Heard::Step(step));
+    }
+}
+
+/// A spec: the path of its file, if there is one, the sections over it, and what asks.
+type SpecGiven = (Option<PathBuf>, String, String);
+
+/// What a command gives: tables, and texts, by the names of their files without `.csv`; run.json, or where there is none the result; what should be
+/// known; the interrupt that ended it, if one did.
+type Given_ = (Vec<(String, Table)>, Vec<(String, String)>, String, Vec<String>, Option<Py<PyAny>>);
+
+/// Runs a command. `said` is its request as TOML; `files` are those that it names and that are in memory; `listed` are taps in place of those of the spec:
+/// how many, and their columns. `hear` is called with taps done and how many there are, or with the steps of a search, which ends where it says true.
+#[pyfunction]
+#[pyo3(signature = (command, said, spec = None, files = Vec::new(), listed = None, hear = None))]
+pub fn run<'py>(
+    py: Python<'py>,
+    command: String,
+    said: String,
+    spec: Option<SpecGiven>,
+    files: Vec<(PathBuf, Vec<u8>)>,
+    listed: Option<(usize, Vec<Column<'py>>)>,
+    hear: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Given_> {
+    let file = |(name, bytes)| HeldFile { name, bytes, base: PathBuf::new() };
+    let mut files: Vec<HeldFile> = files.into_iter().map(file).collect();
+    let (mut request, mut threads) = (said, None);
+    if let Some((path, text, name)) = spec {
+        let spec = unread(path, &text, &name).map_err(|e| error::raise(py, e))?;
+        let key = if command == "calibrate" { "whisker" } else { "spec" };
+        request = format!("{key} = {}\n{request}", toml::Value::String(spec.name.display().to_string()));
+        threads = spec.text().parse().ok().and_then(|t: toml::Table| number(t.get("run")?.get("threads")?));
+        files.push(spec);
+    }
+    threads = threads.or_else(|| number(request.parse::<toml::Table>().ok()?.get("threads")?));
+    let listed = listed.map(|(n, columns)| {
+        let given = Given::new(py, n, columns)?;
+        let tuples = (0..n).into_par_iter().map(|i| given.tap(i)).collect();
+        Ok::<_, PyErr>(ListedTaps { tuples, leaning: given.leaning(n), directions: given.directions() })
+    });
+    let listed = listed.transpose()?;
+    let work = move |stop: &AtomicBool, tell: &mut dyn FnMut(Heard)| {
+        let session = Session { stop, tell: RefCell::new(tell) };
+        let context = Context::in_memory(&session, files, listed);
+        let reply = command::run(&command, &request, &context)?;
+        let (mut tables, mut texts) = (Vec::new(), Vec::new());
+        for (name, kept) in reply.kept {
+            match (name.strip_suffix(".csv"), kept) {
+                (_, KeptFile::Table(names, columns)) => tables.push((name, Table::new(&names, columns)?)),
+                (Some(stem), KeptFile::Bytes(bytes)) => {
+                    tables.push((stem.to_owned(), Table::of_csv(&bytes)?))
+                }
+                (None, KeptFile::Bytes(bytes)) => {
+                    texts.push((name, String::from_utf8(bytes).map_err(|e| Error::Run(e.to_string()))?));
+                }
+            }
+        }
+        let run = match reply.document.is_null() {
+            true => json!({ "result": reply.result, "out": reply.out, "files": reply.files }),
+            false => reply.document,
+        };
+        let told = context.told().iter().map(|text| keywords(text)).collect();
+        Ok((tables, texts, run.to_string(), told))
+    };
+    let hear = |heard: Heard| match (hear, heard) {
+        (None, _) => Ok(true),
+        (Some(hear), Heard::Far(done, of)) => hear.call1((done, of)).map(|_| true),
+        (Some(hear), Heard::Step(step)) => Ok(!hear.call1(step)?.is_truthy()?),
+    };
+    let ((tables, texts, run, told), interrupt) = job::run(py, threads, work, hear)?;
+    Ok((tables, texts, run, told, interrupt.map(|e| e.into_value(py).into_any())))
+}
+
+fn number(value: &toml::Value) -> Option<usize> {
+    value.as_integer().and_then(|n| usize::try_from(n).ok()).filter(|n| (1..=4096).contains(n))
+}

@@ -1,0 +1,231 @@
+//! `vibrissa calibrate DATA.csv --whisker SPEC.toml`.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args as Flags;
+use serde::Deserialize;
+use serde_json::json;
+
+use super::{
+    Common, Context, Destination, Reply, estimator, estimators, folder, named, number, of_one_signal, stem,
+};
+use crate::calibrate::{self, Options, coverage, output, report, several};
+use crate::error::{Error, InputError};
+use crate::export::{Export, FILE};
+use crate::locate::{Calibration, Locator, locator::opener};
+use crate::measure::{Data, Names, Rig};
+use crate::scene::{Drive, RunOptions, Spec};
+use crate::sink::folder::{Question, hash, hash_all};
+use crate::sink::run_json;
+
+/// Calibrate a whisker from measured strains.
+#[derive(Debug, Flags, Deserialize)]
+#[command(
+    after_help = "Example: vibrissa calibrate examples/prototype-d10.csv --whisker examples/prototype-d10.toml"
+)]
+pub struct CalibrateRequest {
+    /// CSV (comma, semicolon or tab; decimal point or comma) with a_mm, theta_deg (or delta_mm) and one of strain, microstrain,
+    /// bridge_mV_per_V, reading, moment_Nmm, force_N; rows with theta (delta) = 0 are zero readings, repeats are welcome, other columns are ignored
+    pub data: PathBuf,
+    /// Spec of the whisker: D, d, L_a, x_ss, l as one number each, and [model]; [tap] need not be there. Without it: the estimators
+    /// learned and, with one drive, paper (with f falling as 1/a)
+    #[arg(long, value_name = "SPEC")]
+    pub whisker: Option<PathBuf>,
+    /// Tap angle of every row, degrees, where no column says
+    #[arg(long, value_name = "X", conflicts_with = "delta", value_parser = number)]
+    pub theta: Option<f64>,
+    /// Displacement of every row, mm, where no column says
+    #[arg(long, value_name = "X", value_parser = number)]
+    pub delta: Option<f64>,
+    /// Column that names the run of each row: rows between which the rig was not set up anew have one zero and one gain
+    /// [default: run, session, date or pass]
+    #[arg(long, value_name = "COLUMN")]
+    pub run: Option<String>,
+    /// Columns under other names: a=dist,theta=ang_deg,reading=ch3 (a, theta, delta, strain, microstrain, bridge, reading, run, t, ignore)
+    #[arg(long, value_name = "ROLE=NAME,…")]
+    pub columns: Option<String>,
+    /// Distances (mm) and drives within this of each other are one: one width, or two with a comma between; 0: only equal ones
+    /// [default: from the gaps of the data]
+    #[arg(long, value_name = "WIDTH", value_delimiter = ',', allow_negative_numbers = true, value_parser = number)]
+    #[serde(default)]
+    pub group: Vec<f64>,
+    /// Fit these too, comma between: a_offset, hub, nu, mu, C01/C10, c0, k_theta
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    #[serde(default)]
+    pub fit: Vec<String>,
+    /// Write what answers readings as a program for a robot too: locate.c, C99 in float and double, needs <math.h> only
+    #[arg(long, value_name = "LANGUAGE", value_parser = ["c"])]
+    pub export: Option<String>,
+    /// Estimator that is exported [default: learned]
+    #[arg(long, value_parser = named(estimators()), value_name = "NAME", requires = "export")]
+    pub estimator: Option<String>,
+    /// Flags of every command
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub common: Common,
+}
+
+/// The data as they were given.
+struct Given<'a> {
+    label: &'a str,
+    bytes: &'a [u8],
+    columns: &'a Names,
+    /// What drives the whisker, where the user says a drive.
+    drive: Option<Drive>,
+}
+
+/// What every calibration begins with.
+struct Begun {
+    asked: Options,
+    /// Hash of data, spec and what changes the answer.
+    identity: String,
+    out: PathBuf,
+    question: Question,
+}
+
+/// Reads data and whisker, calibrates, writes the files.
+///
+/// # Errors
+/// Data that no calibration can come from; a backend or a file that fails.
+pub fn run(asked: &CalibrateRequest, context: &Context<'_>) -> Result<Reply, Error> {
+    let bytes = context.data(&asked.data)?;
+    let columns = asked.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
+    let columns = asked.run.iter().fold(columns, |names, run| names.with_run(run));
+    let label = asked.data.display().to_string();
+    let drive = asked.theta.map(|_| Drive::Angle).or(asked.delta.map(|_| Drive::Displacement));
+    let given = Given { label: &label, bytes: &bytes, columns: &columns, drive };
+    let read = |path: &Path, drive: Option<Drive>| {
+        context.read(path, |label, text, base| Rig::parse_with(label, text, base, drive))
+    };
+    let channels =
+        |path: &PathBuf| several::whisker(|drive| read(path, drive), (&label, &bytes, &columns), drive);
+    if let Some((rig, spec)) = asked.whisker.as_ref().map(channels).transpose()?.flatten() {
+        return of_channels(asked, &given, (&rig, &spec), context);
+    }
+    let data = Data::parse_named(&label, &bytes, &columns)?;
+    let likely = data.drive.or(drive);
+    let (rig, spec) = match &asked.whisker {
+        Some(path) => read(path, likely)?,
+        None if asked.fit.is_empty() => Rig::of_data(&data, likely)?,
+        None => {
+            let error = InputError::new("there is no model to fit without a whisker").key("--fit");
+            return Err(error.value(asked.fit.join(",")).allowed("--whisker SPEC.toml").into());
+        }
+    };
+    let Begun { asked: options, identity, out, question } = begin(asked, &given, (&rig, &spec), context)?;
+    if options.run.plan == Some(true) {
+        return Ok(planned(&data, &spec, out));
+    }
+    context.warn_all(&spec.warnings);
+    let mut destination = context.open(&out, question, &output::FILES, options.run.force == Some(true))?;
+    let found = calibrate::calibrate(&data, &rig, &options)?;
+    context.warn_all(&found.warnings);
+    let locator = found.calibration.opened(&opener(&options.run))?;
+    let exported = exported(asked, &found.calibration, &locator, &options.run, &mut destination);
+    let refused = match exported {
+        // The calibration is written also where no program can be made of it.
+        Err(Error::Input(e)) => {
+            Some(InputError { message: format!("{} (the calibration is written)", e.message), ..e })
+        }
+        other => other.map(|()| None)?,
+    };
+    let covered = coverage::coverage(&found);
+    let result = report::result(&found, &rig, &covered);
+    let (counts, seconds) = (report::counts(&found, &data), context.seconds());
+    let document = report::document(&spec, &identity, (&data, &options.hash), [&counts, &seconds, &result]);
+    destination.put("calibration.toml", found.calibration.to_text().into_bytes())?;
+    for (name, bytes) in output::tables(&found, &data, &locator)? {
+        destination.put(name, bytes)?;
+    }
+    let text = report::text(&found, &data, &rig, &covered);
+    let reply = Reply { text, counts, seconds, result, refused, ..Reply::default() };
+    Ok(reply.filed(destination, document, out, context)?.answered())
+}
+
+/// Calibrates the channels of `rig`, the whisker of `spec`.
+fn of_channels(
+    asked: &CalibrateRequest,
+    given: &Given<'_>,
+    (rig, spec): (&Rig, &Spec),
+    context: &Context<'_>,
+) -> Result<Reply, Error> {
+    let best = "nothing: each channel is answered by the best of its own";
+    let export = "nothing: `vibrissa locate`, or `import vibrissa` in Python, answers several channels";
+    of_one_signal(&[
+        ("--estimator", asked.estimator.is_some(), best),
+        ("--export", asked.export.is_some(), export),
+    ])?;
+    let Begun { asked: options, identity, out, question } = begin(asked, given, (rig, spec), context)?;
+    let label = given.label;
+    if options.run.plan == Some(true) {
+        return Ok(Reply::planned(out, |to| {
+            format!("would calibrate the channels of {label} and write to {to}")
+        }));
+    }
+    let names = ["calibration.toml", "channels.csv"];
+    let mut destination = context.open(&out, question, &names, options.run.force == Some(true))?;
+    let found = several::several((label, given.bytes, given.columns), rig, &options)?;
+    context.warn_all(spec.warnings.iter().chain(&found.warnings()));
+    found.sensor.check(&opener(&options.run))?;
+    destination.put(names[0], found.sensor.to_text().into_bytes())?;
+    destination.put(names[1], found.table()?)?;
+    let (text, result, counts, seconds) = (found.text(), found.result(), found.counts(), context.seconds());
+    let told = [&counts, &seconds, &result];
+    let document = report::document(spec, &identity, (&found.data[0], &options.hash), told);
+    let reply = Reply { text, counts, seconds, result, ..Reply::default() };
+    Ok(reply.filed(destination, document, out, context)?.answered())
+}
+
+/// Options, folder and question of a calibration of the whisker `rig` of `spec`.
+fn begin(
+    asked: &CalibrateRequest,
+    given: &Given<'_>,
+    (rig, spec): (&Rig, &Spec),
+    context: &Context<'_>,
+) -> Result<Begun, Error> {
+    let run = context.prepared(&asked.common, Some(spec))?;
+    let kind = rig.setup.drive;
+    calibrate::same_drive(kind, given.drive)?;
+    let fit = report::named_parameters(&asked.fit, kind)?;
+    let digest = hash_all(&mut { given.bytes }).map_err(|e| Error::Run(e.to_string()))?;
+    let CalibrateRequest { theta, delta, .. } = asked;
+    let identity = hash(&format!("{digest}\n{}\n{theta:?}{delta:?}{:?}", spec.text, asked.fit));
+    let stem = stem(&asked.data, "calibration");
+    let out = folder(run.out.as_ref(), &stem, "calibrate");
+    let of = json!({ "data": digest, "theta": format!("{theta:?}"), "delta": format!("{delta:?}"), "fit": asked.fit, "columns": asked.columns, "run": asked.run, "group": asked.group, "export": asked.export, "estimator": asked.estimator });
+    let mut question = Question { name: stem, ..Question::of_scene("calibrate", spec, of) };
+    question.inputs.push(asked.data.clone());
+    let group = calibrate::widths(&asked.group)?;
+    let options = Options { drive: theta.or(*delta), group, fit, run, hash: digest };
+    Ok(Begun { asked: options, identity, out, question })
+}
+
+/// Writes the file of `--export`, if it was asked for: `calibration` as `--estimator` answers, or as `won`, the one that it chose.
+fn exported(
+    asked: &CalibrateRequest,
+    calibration: &Calibration,
+    won: &Locator,
+    options: &RunOptions,
+    destination: &mut Destination,
+) -> Result<(), Error> {
+    if asked.export.is_none() {
+        return Ok(());
+    }
+    let calibration = calibration.clone().sealed();
+    let of = |e| Locator::new(&calibration, "calibration.toml", Some(e), &opener(options));
+    let other = estimator(asked.estimator.as_deref())?.map(of).transpose()?;
+    let export = Export::new(other.as_ref().unwrap_or(won), &calibration)?;
+    destination.put(FILE, export.text().into_bytes())
+}
+
+fn planned(data: &Data, spec: &Spec, out: PathBuf) -> Reply {
+    let (file, name, rows, signal) = (&data.file, &spec.name, data.rows.len(), data.unit.column());
+    let drive = data.drive.map_or("no drive column", Drive::column);
+    Reply {
+        counts: json!({ "rows": rows }),
+        result: json!({ "in_force": run_json::in_force(spec), "signal": signal }),
+        ..Reply::planned(out, |to| {
+            format!("{file}: {rows} rows, {drive}, {signal}; whisker {name}; would write to {to}")
+        })
+    }
+}

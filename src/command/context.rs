@@ -1,0 +1,406 @@
+//! What a command runs in: who asked, files that are in memory, where results go.
+
+use std::borrow::Cow;
+use std::cell::{Cell, RefCell};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use serde_json::{Value, json};
+
+use super::Common;
+use crate::backend::Backend;
+use crate::error::{Error, InputError, SolveError};
+use crate::figure::{self, Figure, Format, Style};
+use crate::locate::Calibration;
+use crate::measure::{Data, Rig};
+use crate::optimise::{Watch, write};
+use crate::progress::Progress;
+use crate::scene::{Column, DirectionColumns, RunOptions, Setup, Space, Spec, Tuple};
+use crate::simulate::strokes::Strokes;
+use crate::sink::columns::Columns;
+use crate::sink::folder::{Folder, Question};
+use crate::sink::memory;
+use crate::{files, spec, taps};
+
+/// Keys of `[run]` that say where files go, and what is shown.
+const OF_FILES: [&str; 5] = ["run.out", "run.force", "run.plan", "run.quiet", "run.json"];
+
+/// Who asks: the program, or Python.
+pub trait Host {
+    /// Hears the options in force, before the work begins.
+    ///
+    /// # Errors
+    /// Threads that cannot be started.
+    fn begin(&self, options: &RunOptions) -> Result<(), Error>;
+    /// Shows a line while the command runs.
+    fn line(&self, text: &str);
+    /// Shows how far taps are, unless the command is to be `quiet`.
+    fn progress(&self, quiet: bool) -> Box<dyn Progress + '_>;
+    /// Shows how far a search is, unless the command is to be `quiet`.
+    fn watch(&self, quiet: bool) -> Box<dyn Watch + '_>;
+    /// A flag that asks the work to stop; `keeps`: it then keeps what it has.
+    fn stop(&self, keeps: bool) -> &AtomicBool;
+}
+
+/// A file in memory.
+pub struct HeldFile {
+    /// By which requests and messages name it.
+    pub name: PathBuf,
+    /// What it holds.
+    pub bytes: Vec<u8>,
+    /// Where its relative paths begin.
+    pub base: PathBuf,
+}
+
+impl HeldFile {
+    /// It as text.
+    pub fn text(&self) -> Cow<'_, str> {
+        String::from_utf8_lossy(&self.bytes)
+    }
+}
+
+/// Taps that are given one by one, in place of those of a spec.
+pub struct ListedTaps {
+    /// The taps.
+    pub tuples: Vec<Tuple>,
+    /// Whether any of them tilts, and leans.
+    pub leaning: [bool; 2],
+    /// Which of tilt and lean were given.
+    pub directions: DirectionColumns,
+}
+
+/// What a command runs in.
+pub struct Context<'a> {
+    host: &'a dyn Host,
+    start: Instant,
+    /// None where results go into folders.
+    memory: Option<(Vec<HeldFile>, RefCell<Option<ListedTaps>>)>,
+    quiet: Cell<bool>,
+    told: RefCell<Vec<String>>,
+}
+
+impl<'a> Context<'a> {
+    /// Of a command whose results go into folders; `quiet`: the user asked for it.
+    pub fn new(host: &'a dyn Host, quiet: bool) -> Self {
+        let (quiet, told) = (Cell::new(quiet), RefCell::default());
+        Self { host, start: Instant::now(), memory: None, quiet, told }
+    }
+
+    /// Of a command whose results stay in memory, as do these inputs.
+    pub fn in_memory(host: &'a dyn Host, files: Vec<HeldFile>, listed: Option<ListedTaps>) -> Self {
+        Self { memory: Some((files, RefCell::new(listed))), ..Self::new(host, true) }
+    }
+
+    /// Who asks.
+    pub fn host(&self) -> &'a dyn Host {
+        self.host
+    }
+
+    /// Shows how far taps are.
+    pub fn progress(&self) -> Box<dyn Progress + 'a> {
+        self.host.progress(self.is_quiet())
+    }
+
+    /// Whether nothing is shown while the command runs, and no summary.
+    pub fn is_quiet(&self) -> bool {
+        self.quiet.get()
+    }
+
+    /// Whether the result stays in memory.
+    pub fn is_in_memory(&self) -> bool {
+        self.memory.is_some()
+    }
+
+    /// Seconds since the command began.
+    pub fn elapsed(&self) -> f64 {
+        self.start.elapsed().as_secs_f64()
+    }
+
+    /// The same as it stands in run.json.
+    pub fn seconds(&self) -> Value {
+        json!({ "total": self.elapsed() })
+    }
+
+    /// Options of the command over those of its spec, if it has one; starts the threads they ask for.
+    ///
+    /// # Errors
+    /// Threads that cannot be started.
+    pub fn prepared(&self, common: &Common, spec: Option<&Spec>) -> Result<RunOptions, Error> {
+        let mut options = common.over(spec.map_or(&RunOptions::default(), |spec| &spec.run));
+        if self.memory.is_some() {
+            options = RunOptions { out: None, plan: None, quiet: Some(true), ..options };
+        }
+        self.quiet.set(options.quiet == Some(true));
+        self.host.begin(&options)?;
+        Ok(options)
+    }
+
+    /// As [`Self::prepared`], and tells the warnings about the spec.
+    ///
+    /// # Errors
+    /// As [`Self::prepared`].
+    pub fn begun(&self, common: &Common, spec: &Spec) -> Result<RunOptions, Error> {
+        let options = self.prepared(common, Some(spec))?;
+        self.warn_all(&spec.warnings);
+        Ok(options)
+    }
+
+    /// Shows a line, unless the command is to be quiet.
+    pub fn line(&self, text: impl AsRef<str>) {
+        if !self.is_quiet() {
+            self.host.line(text.as_ref());
+        }
+    }
+
+    /// Warns, and keeps the warning for the record.
+    pub fn warn(&self, text: &str) {
+        self.line(format!("warning: {text}"));
+        self.told.borrow_mut().push(text.to_owned());
+    }
+
+    /// Warns of each.
+    pub fn warn_all<T: AsRef<str>>(&self, all: impl IntoIterator<Item = T>) {
+        all.into_iter().for_each(|text| self.warn(text.as_ref()));
+    }
+
+    /// All warnings so far.
+    pub fn told(&self) -> Vec<String> {
+        self.told.borrow().clone()
+    }
+
+    fn held(&self, path: &Path) -> Option<&HeldFile> {
+        self.memory.as_ref()?.0.iter().find(|file| file.name == path)
+    }
+
+    /// Bytes of a table of measurements.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub fn data(&self, path: &Path) -> Result<Cow<'_, [u8]>, InputError> {
+        match self.held(path) {
+            Some(file) => Ok(Cow::Borrowed(&file.bytes)),
+            None => Data::load(path).map(Cow::Owned),
+        }
+    }
+
+    /// Reads a spec by `parse`, which takes its label, its text and where its paths begin.
+    ///
+    /// # Errors
+    /// A file that cannot be read; what is wrong in it.
+    pub fn read<T: AsSpec>(
+        &self,
+        path: &Path,
+        parse: impl FnOnce(&str, &str, &Path) -> Result<T, InputError>,
+    ) -> Result<T, InputError> {
+        let label = path.display().to_string();
+        let mut read = match self.held(path) {
+            Some(file) => parse(&label, &file.text(), &file.base)?,
+            None => parse(&label, &spec::load(path, "spec")?, path.parent().unwrap_or(Path::new("")))?,
+        };
+        read.spec().inputs.push(path.to_owned());
+        self.leave_files(read.spec());
+        Ok(read)
+    }
+
+    /// Puts the values of `[run]` that are in force into `spec`, and the bound by which effects are left off.
+    pub fn settle(
+        &self,
+        spec: &mut Spec,
+        options: &RunOptions,
+        (backend, bound, out): (&Backend, Option<f64>, &Path),
+    ) {
+        files::settle(spec, options, backend, out);
+        files::settle_model_error(spec, bound);
+        self.leave_files(spec);
+    }
+
+    /// Leaves out the values that say where files go, where there are none.
+    fn leave_files(&self, spec: &mut Spec) {
+        if self.memory.is_some() {
+            spec.in_force.retain(|(key, ..)| !OF_FILES.contains(&key.as_str()));
+        }
+    }
+
+    /// The spec at `path`; where taps are listed, these are its taps.
+    ///
+    /// # Errors
+    /// As [`Self::read`]; taps that its model does not have.
+    pub fn spec(&self, path: &Path) -> Result<Spec, Error> {
+        let listed = self.memory.as_ref().and_then(|(_, listed)| listed.take());
+        let Some(ListedTaps { tuples, leaning, directions }) = listed else {
+            return Ok(self.read(path, spec::parse)?);
+        };
+        let mut spec = self.read(path, spec::parse_listed)?;
+        taps::refuse(&spec.study.setup, leaning)?;
+        spec.study.setup.directions = directions;
+        let kind = spec.study.setup.drive;
+        let name = |column: Column| column.name(kind).to_owned();
+        spec.warnings.extend(spec::doubts_of_taps(kind, tuples.len(), None, |i| tuples[i], name));
+        spec.study.space = Space::List(tuples.into_iter().collect());
+        let setup = Setup { drive: kind, ..Setup::default() };
+        let of_tuples =
+            |key: &str| Column::ALL.iter().any(|c| key.ends_with(&format!(".{}", write::key(&setup, *c))));
+        spec.in_force.retain(|(key, ..)| !of_tuples(key));
+        Ok(spec)
+    }
+
+    /// The calibration at `path`; `trust`: also one that was edited by hand.
+    ///
+    /// # Errors
+    /// A file that is missing or no calibration.
+    pub fn calibration(&self, path: &Path, trust: bool) -> Result<Calibration, Error> {
+        Ok(match self.held(path) {
+            Some(file) => {
+                let label = path.display().to_string();
+                Calibration::parse(&label, &file.text(), trust)?
+            }
+            None => Calibration::read(path, trust)?,
+        })
+    }
+
+    /// What is stroked, and from where, by the file at `path`.
+    ///
+    /// # Errors
+    /// A file that is missing or says something else.
+    pub fn strokes(&self, path: &Path) -> Result<Strokes, InputError> {
+        match self.held(path) {
+            Some(file) => {
+                let label = path.display().to_string();
+                Strokes::parse(&label, &file.text(), &file.base)
+            }
+            None => Strokes::read(path),
+        }
+    }
+
+    /// How many rows of so many bytes there is room for in memory, where the result stays there.
+    pub fn room(&self, bytes_of_row: u64) -> u64 {
+        let memory = self.memory.as_ref().and_then(|_| memory::available());
+        memory.map_or(u64::MAX, |bytes| bytes / bytes_of_row)
+    }
+
+    /// Opens the place of a result at `out` that answers `question` with files of these `names`.
+    ///
+    /// # Errors
+    /// A folder that holds something else.
+    pub fn open(
+        &self,
+        out: &Path,
+        question: Question,
+        names: &[&str],
+        force: bool,
+    ) -> Result<Destination, Error> {
+        Ok(match self.memory {
+            Some(_) => Destination::Memory(Vec::new()),
+            None => Destination::Folder(Folder::open(out, question, names, force)?),
+        })
+    }
+
+    /// Fails once the work was asked to stop.
+    ///
+    /// # Errors
+    /// That.
+    pub fn go_on(&self) -> Result<(), Error> {
+        match self.host.stop(false).load(Ordering::Relaxed) {
+            true => Err(SolveError::Stopped.into()),
+            false => Ok(()),
+        }
+    }
+}
+
+/// What holds a spec.
+pub trait AsSpec {
+    /// It.
+    fn spec(&mut self) -> &mut Spec;
+}
+
+impl AsSpec for Spec {
+    fn spec(&mut self) -> &mut Spec {
+        self
+    }
+}
+
+impl AsSpec for (Rig, Spec) {
+    fn spec(&mut self) -> &mut Spec {
+        &mut self.1
+    }
+}
+
+impl<T> AsSpec for (Spec, T) {
+    fn spec(&mut self) -> &mut Spec {
+        &mut self.0
+    }
+}
+
+/// What a result in memory holds.
+pub enum KeptFile {
+    /// A file.
+    Bytes(Vec<u8>),
+    /// A table that is in no file: names of its columns, and the columns.
+    Table(Vec<&'static str>, Columns),
+}
+
+/// Where a result goes.
+pub enum Destination {
+    /// A folder.
+    Folder(Folder),
+    /// Memory: what it holds, by name.
+    Memory(Vec<(String, KeptFile)>),
+}
+
+impl Destination {
+    /// Writes a whole file.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn put(&mut self, name: &str, bytes: Vec<u8>) -> Result<(), Error> {
+        match self {
+            Self::Folder(folder) => folder.put(name, &bytes),
+            Self::Memory(files) => {
+                files.push((name.to_owned(), KeptFile::Bytes(bytes)));
+                Ok(())
+            }
+        }
+    }
+
+    /// Writes a file by parts, as `make` makes them.
+    ///
+    /// # Errors
+    /// Those of `make`; a file that cannot be written.
+    pub fn stream<T>(
+        &mut self,
+        name: &str,
+        make: impl FnOnce(&mut dyn FnMut(&[u8]) -> Result<(), Error>) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        if let Self::Folder(folder) = self {
+            let mut file = folder.file(name)?;
+            let made = make(&mut |some| file.write(some))?;
+            file.close()?;
+            return Ok(made);
+        }
+        let mut bytes = Vec::new();
+        let made = make(&mut |some| {
+            bytes.extend_from_slice(some);
+            Ok(())
+        })?;
+        self.put(name, bytes)?;
+        Ok(made)
+    }
+
+    /// Keeps a table that is written into no folder.
+    pub fn keep(&mut self, name: &str, columns: Vec<&'static str>, values: Columns) {
+        if let Self::Memory(files) = self {
+            files.push((name.to_owned(), KeptFile::Table(columns, values)));
+        }
+    }
+
+    /// Writes a figure as SVG into a folder; memory has none.
+    ///
+    /// # Errors
+    /// Those of `figure`; a file that cannot be written.
+    pub fn draw(&mut self, name: &str, figure: impl FnOnce() -> Result<Figure, Error>) -> Result<(), Error> {
+        let Self::Folder(folder) = self else { return Ok(()) };
+        let drawn = figure::files(&figure()?, &Style::default(), &[Format::Svg])?;
+        drawn.iter().try_for_each(|(_, bytes)| folder.put(name, bytes))
+    }
+}

@@ -1,0 +1,189 @@
+//! `vibrissa contour POSES.csv --calibration CAL.toml`: points on an object, and the curve through them.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use clap::Args as Flags;
+use serde::Deserialize;
+use serde_json::Value;
+
+use super::{Common, Context, Reply, estimator, estimators, folder, meant, named, number, stem};
+use crate::contour::curve::{Curve, Kind};
+use crate::contour::point::Noise;
+use crate::contour::trace::{Trace, TraceOptions};
+use crate::contour::traced::{self, Traced};
+use crate::contour::{truth::Edge, write};
+use crate::error::{Error, InputError};
+use crate::locate::SaidZero;
+use crate::measure::Names;
+use crate::measure::skin::PLACES;
+use crate::report::of_contour;
+use crate::sink::columns::{Columns, Values};
+use crate::sink::folder::Question;
+
+/// The contour of an object.
+#[derive(Debug, Flags, Deserialize)]
+#[command(after_help = "Example: vibrissa contour poses.csv --calibration calibration.toml --out traced")]
+pub struct ContourRequest {
+    /// CSV with base_x_mm, base_y_mm (the motor's axis) and heading_deg (the undeflected whisker at first touch, counterclockwise from +x);
+    /// where needed sense (1: turns counterclockwise, the default; -1), contact_deg (motor's angle at first touch, added to the
+    /// heading), stroke (its number, in the rows of one sweep), base_z_mm; then as for locate: theta_deg (since first touch) or
+    /// delta_mm, and strain, microstrain, bridge_mV_per_V or reading; rows with theta (delta) = 0 are zero readings
+    pub data: PathBuf,
+    /// calibration.toml of the whisker, as calibrate wrote it (--force takes one that was edited by hand)
+    #[arg(long, value_name = "CAL")]
+    pub calibration: PathBuf,
+    /// Distances by this instead of the estimator that won on distances left out
+    #[arg(long, value_parser = named(estimators()), value_name = "NAME")]
+    pub estimator: Option<String>,
+    /// Standard deviation of the heading at first touch, degrees: moves a point across the whisker
+    #[arg(long, value_name = "DEG", default_value_t = 0.1, value_parser = number)]
+    pub angle_noise: f64,
+    /// Standard deviation of each coordinate of the base, mm
+    #[arg(long, value_name = "MM", default_value_t = 0.0, value_parser = number)]
+    pub base_noise: f64,
+    /// Standard deviation of the motor's angle at which a touch is noticed, degrees; a stroke finds its touch itself, and takes this as
+    /// what is known before [default: 0 for a tap, 0.5 for a stroke]
+    #[arg(long, value_name = "DEG", value_parser = number)]
+    pub touch_noise: Option<f64>,
+    /// Which place of the whisker touches [default: as the calibration's model has it]
+    #[arg(long, value_parser = named(PLACES), value_name = "PLACE")]
+    pub contact: Option<String>,
+    /// Take each row as a tap, whatever its stroke
+    #[arg(long)]
+    pub taps: bool,
+    /// Draw this curve [default: the one that tells best where points lie that were left out, the simplest of equals]
+    #[arg(long, value_parser = named(Kind::WORDS), value_name = "KIND")]
+    pub curve: Option<String>,
+    /// The object as it was simulated (simulate --object): tells how far from it the points are, and draws it
+    #[arg(long, value_name = "OBJECT")]
+    pub truth: Option<PathBuf>,
+    /// What the sensor shows without contact, in the unit of the signal, where no row with theta (delta) = 0 says it (where neither does,
+    /// and the signal of the calibration was tared, there is a warning); X,Y of two signals
+    #[arg(long, value_name = "X", allow_hyphen_values = true)]
+    pub zero: Option<SaidZero>,
+    /// Columns of readings under other names: theta=ang_deg,reading=ch3 (theta, delta, strain, microstrain, bridge, reading, ignore)
+    #[arg(long, value_name = "ROLE=NAME,…")]
+    pub columns: Option<String>,
+    /// Flags of every command
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub common: Common,
+}
+
+/// Traces an object into `points.csv`, `curve.csv` and `contour.svg`.
+///
+/// # Errors
+/// Data without poses, or that do not fit the calibration; a backend or a file that fails.
+pub fn run(asked: &ContourRequest, context: &Context<'_>) -> Result<Reply, Error> {
+    let options = context.prepared(&asked.common, None)?;
+    let force = options.force == Some(true);
+    let noise = Noise::said(asked.angle_noise, asked.base_noise, asked.touch_noise)?;
+    let traced = TraceOptions {
+        noise,
+        surface: meant(("word", "--contact"), asked.contact.as_deref(), &PLACES)?,
+        taps: asked.taps,
+        kind: meant(("word", "--curve"), asked.curve.as_deref(), &Kind::WORDS)?,
+    };
+    let estimator = estimator(asked.estimator.as_deref())?;
+    let columns = asked.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
+    let bytes = context.data(&asked.data)?;
+    let calibration = context.calibration(&asked.calibration, force)?;
+    let truth = asked.truth.as_deref().map(|path| context.strokes(path)).transpose();
+    let truth = truth.map_err(|e| InputError { key: e.key.or(Some("--truth".into())), ..e })?;
+    let stem = stem(&asked.data, "points");
+    let out = folder(options.out.as_ref(), &stem, "contour");
+    if options.plan == Some(true) {
+        let data = asked.data.display();
+        return Ok(Reply::planned(out, |to| format!("would trace the points of {data} to {to}")));
+    }
+    let label = |path: &Path| path.display().to_string();
+    let known = asked.truth.as_deref().map(label);
+    let question = traced::Question {
+        calibration: (&calibration, &label(&asked.calibration)),
+        estimator,
+        data: (&bytes, &label(&asked.data)),
+        columns: (&columns, asked.columns.as_deref()),
+        zero: asked.zero.as_ref(),
+        asked: traced,
+        truth: truth.as_ref().map(|strokes| &strokes.object as &dyn Edge).zip(known.as_deref()),
+    };
+    let warn = |text: &str| context.warn(text);
+    let traced = Traced::new(&question, &options, &warn, context.host().stop(false))?;
+    let mut inputs = vec![asked.data.clone(), asked.calibration.clone()];
+    inputs.extend(truth.iter().flat_map(|strokes| strokes.files.iter().cloned()));
+    let question = Question { inputs, ..Question::new("contour", &stem, traced.settings.clone()) };
+    let mut destination = context.open(&out, question, &write::FILES, force)?;
+    destination.put("points.csv", traced.points.clone())?;
+    destination.put("curve.csv", traced.curve.clone())?;
+    if truth.is_some() {
+        let axis = |k: usize| Values::Numbers(traced.outline.iter().map(|place| place[k]).collect());
+        destination.keep("outline", vec!["x_mm", "y_mm"], Columns(vec![axis(0), axis(1)]));
+    }
+    destination.draw("contour.svg", || {
+        Ok(of_contour(&traced.points, &traced.curve, traced.kind(), &traced.outline)?)
+    })?;
+    let seconds = context.seconds();
+    let mut document = traced.document(&stem, &seconds);
+    document["warnings"] = context.told().into();
+    let Traced { counts, result, .. } = &traced;
+    let text = summary(&traced.trace, counts, result, traced.estimator);
+    let mut result = result.clone();
+    result["warnings"] = context.told().into();
+    let reply = Reply { text, counts: counts.clone(), seconds, result, ..Reply::default() };
+    Ok(reply.filed(destination, document, out, context)?.answered())
+}
+
+fn summary(trace: &Trace, counts: &Value, result: &Value, estimator: &str) -> String {
+    let mut text = String::new();
+    let as_taps = trace.strokes.iter().filter(|s| s.sharp.is_none()).count();
+    let strokes = match trace.strokes.len() {
+        0 => String::new(),
+        n => format!(", {n} strokes, {as_taps} of them as taps"),
+    };
+    let [points, rows, outliers] = ["points", "rows", "outliers"].map(|key| &counts[key]);
+    let _ = writeln!(text, "{points} points of {rows} rows by {estimator}{strokes}; {outliers} outliers");
+    match &trace.curve {
+        Err(why) => {
+            let _ = writeln!(text, "no curve: {why}");
+        }
+        Ok(chosen) => {
+            for j in &chosen.judged {
+                let (kind, rms, outliers, [more, or]) = (j.kind.word(), j.left_out_rms, j.outliers, j.more);
+                let drawn = if j.kind == chosen.kind { "  <- drawn" } else { "" };
+                let _ = writeln!(
+                    text,
+                    "  {kind:7} {rms:9.4} mm rms of points left out, {outliers} outliers, loss {more:+.3} ± {or:.3} to the best{drawn}"
+                );
+            }
+            if let Curve::Point(spot) = &chosen.curve {
+                let ([x, y], [xx, _, yy]) = (spot.at, spot.covariance.0.map(f64::sqrt));
+                let _ = writeln!(text, "  at ({x:.4} ± {xx:.4}, {y:.4} ± {yy:.4}) mm");
+            }
+            if let Curve::Arc(arc) = &chosen.curve
+                && let (Some(([x, y], r)), Some(([dx, dy], dr))) = (arc.circle(), arc.circle_deviations())
+            {
+                let _ = writeln!(
+                    text,
+                    "  centre ({x:.3} ± {dx:.3}, {y:.3} ± {dy:.3}) mm, radius {r:.3} ± {dr:.3} mm"
+                );
+            }
+            let scale = chosen.scale;
+            if scale > 1.5 {
+                let _ = writeln!(
+                    text,
+                    "  points are {scale:.1} times farther off than their standard deviations say; those of the curve are as much larger"
+                );
+            }
+        }
+    }
+    if let Some(truth) = result.get("truth") {
+        let mm = |key: &str| truth[key].as_f64().map_or("–".to_owned(), |x| format!("{x:.4} mm"));
+        let [points, curve, places] = ["points_rms_mm", "curve_rms_mm", "places_rms_mm"].map(mm);
+        let _ = writeln!(
+            text,
+            "  from the object itself: points {points} rms, curve {curve} rms; from the places that were touched: points {places} rms"
+        );
+    }
+    text
+}

@@ -1,0 +1,75 @@
+//! `vibrissa shape SPEC.toml`: bent whiskers, section by section.
+
+use std::path::PathBuf;
+
+use clap::Args as Flags;
+use serde::Deserialize;
+use serde_json::json;
+
+use super::{Common, Context, Reply, folder, whole};
+use crate::error::{Error, InputError};
+use crate::progress::Progress;
+use crate::shape;
+use crate::sink::folder::Question;
+use crate::sink::run_json;
+
+/// Bytes of a section while its table is made in memory: its text, in a buffer that may be twice as large, its fields, its columns.
+const BYTES_OF_SECTION: u64 = 1024;
+
+/// Shapes of bent whiskers.
+#[derive(Debug, Flags, Deserialize)]
+#[command(
+    after_help = "Example: vibrissa shape sweeps/tapping.toml && vibrissa report results/tapping-shape"
+)]
+pub struct ShapeRequest {
+    /// The spec: whiskers, distances and drives (10 000 taps at most), an exact model
+    pub spec: PathBuf,
+    /// Sections from the clamp to the contact
+    #[arg(long, value_name = "N", default_value_t = 101, value_parser = whole::<u32>(3..=10_001))]
+    pub nodes: u32,
+    /// Flags of every command
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub common: Common,
+}
+
+/// Writes the shapes of a spec's taps: few, so by the reference unless something else is asked for.
+///
+/// # Errors
+/// A model without shapes, too many taps, a backend or a file that fails.
+pub fn run(asked: &ShapeRequest, context: &Context<'_>) -> Result<Reply, Error> {
+    let spec = context.spec(&asked.spec)?;
+    spec.one_rig()?;
+    let options = context.begun(&asked.common, &spec)?;
+    let placed = |e: InputError| Error::from(e.at(asked.spec.display().to_string(), None));
+    let (setup, nodes) = (&spec.study.setup, asked.nodes as usize);
+    shape::check(setup).map_err(placed)?;
+    let out = folder(options.out.as_ref(), &spec.name, "shape");
+    if options.plan == Some(true) {
+        let planned =
+            Reply::planned(out, |to| format!("{}: shapes with {nodes} sections to {to}", spec.name));
+        return Ok(Reply { result: json!({ "in_force": run_json::in_force(&spec) }), ..planned });
+    }
+    shape::rows(&spec.study.space, nodes, context.room(BYTES_OF_SECTION)).map_err(placed)?;
+    let (method, by) = shape::method(&options, &setup.model)?;
+    let question = Question::of_scene("shape", &spec, json!({ "nodes": nodes, "solved_by": by }));
+    let mut destination = context.open(&out, question, &shape::FILES, options.force == Some(true))?;
+    let mut progress = context.progress();
+    let steered = (context.host().stop(false), &mut *progress as &mut dyn Progress);
+    let (counts, tables) = shape::tables(&spec, method, nodes, steered).map_err(|e| match e {
+        Error::Input(e) => placed(e),
+        other => other,
+    })?;
+    for (name, bytes) in tables {
+        destination.put(name, bytes)?;
+    }
+    let (counted, seconds) = (counts.described(), context.seconds());
+    let document = shape::document(&spec, by, &counted, &seconds);
+    let without = match counts.taps - counts.shapes {
+        0 => String::new(),
+        n => format!("; {n} taps have none, contacts.csv says why"),
+    };
+    let text = format!("{} shapes of {nodes} sections from clamp to contact{without}\n", counts.shapes);
+    let reply = Reply { text, counts: counted, seconds, ..Reply::default() };
+    Ok(reply.filed(destination, document, out, context)?.answered())
+}

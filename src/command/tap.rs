@@ -1,0 +1,148 @@
+//! `vibrissa tap SPEC.toml`: the best tap angle of one whisker.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use clap::Args as Flags;
+use serde::Deserialize;
+use serde_json::json;
+
+use super::{
+    Common, Context, Reply, folder, in_force, meant, named, number, where_and_why, with_model_error,
+};
+use crate::census::needed::Needed;
+use crate::error::Error;
+use crate::optimise::blame::bias;
+use crate::report::answer::of_tap;
+use crate::report::quantity::short;
+use crate::scene::search::Objective;
+use crate::scene::{Spec, Theory};
+use crate::sink::folder::Question;
+use crate::sink::run_json;
+use crate::sink::table::drive_unit;
+use crate::tap::{self, Report, Sample};
+use crate::{files, spec};
+
+const FILE: &str = "tap.csv";
+
+/// What is made small: word, meaning, help.
+const OBJECTIVES: [(&str, Objective, &str); 2] = [
+    ("distance", Objective::Distance, "total_rms_mm: bias and noise of the distance"),
+    ("sd", Objective::Sd, "K_sd: the spread of K"),
+];
+
+/// Find the best tap angle.
+#[derive(Debug, Flags, Deserialize)]
+#[command(after_help = "Example: vibrissa tap sweeps/best-tap.toml")]
+pub struct TapRequest {
+    /// The spec of one whisker; the interval is that of [tap] theta (0.1 to 10 degrees if left out)
+    pub spec: PathBuf,
+    /// What to minimise: total_rms_mm, or K_sd
+    #[arg(long, value_parser = named(OBJECTIVES), value_name = "WORD", default_value = "distance")]
+    pub objective: String,
+    /// Leave off the effects whose joint change of strain stays within E, relative as --tolerance is, over the interval of the drive: measured
+    /// against the full model; run.json has the effects, their size and the time saved (docs/effects.md) [default: nothing is left off]
+    #[arg(long, value_name = "E", allow_hyphen_values = true, value_parser = number)]
+    pub model_error: Option<f64>,
+    /// Flags of every command
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub common: Common,
+}
+
+/// Reads the spec and finds its best drive. Few taps: in f64 on the CPU unless something else is asked for.
+///
+/// # Errors
+/// Several whiskers, a strain limit that no drive keeps, no complete row, a backend or a file that fails.
+pub fn run(asked: &TapRequest, context: &Context<'_>) -> Result<Reply, Error> {
+    let objective = meant(("word", "--objective"), Some(&asked.objective), &OBJECTIVES)?;
+    let objective = objective.unwrap_or(Objective::Distance);
+    let (mut spec, ends) = context.read(&asked.spec, |label, text, base| {
+        spec::parse_tap(label, text, base, objective.needs_distance())
+    })?;
+    let options = context.begun(&asked.common, &spec)?;
+    let choice = tap::choice(&options, &spec.study)?;
+    let out = folder(options.out.as_ref(), &spec.name, "tap");
+    let bound = files::model_error(asked.model_error, &spec, &choice)?;
+    context.settle(&mut spec, &options, (&choice.backend, bound, &out));
+    let (symbol, unit) = drive_unit(spec.study.setup.drive);
+    let (name, [from, to], on) = (&spec.name, ends, where_and_why(&choice.backend));
+    let head = format!("{name}: best {symbol} of {from}…{to}{unit}, on {on}");
+    if options.plan == Some(true) {
+        let needed = bound.map(|e| tap::needed(&spec.study, ends, e)).transpose()?;
+        let left = needed.as_ref().map_or_else(String::new, Needed::sentence);
+        let planned = Reply::planned(out, |to| format!("{head}\n  tap.csv with at most 1001 rows into {to}"));
+        let mut result = json!({ "in_force": run_json::in_force(&spec) });
+        if let Some(needed) = needed {
+            result["model_error"] = needed.summary(0.0);
+        }
+        return Ok(Reply {
+            text: format!("{}{left}values in force:\n{}", planned.text, in_force(&spec)),
+            counts: json!({}),
+            seconds: json!({}),
+            backend: json!(choice.backend),
+            result,
+            ..planned
+        });
+    }
+    context.line(head);
+    let question = Question::of_scene("tap", &spec, json!({ "objective": objective.word() }));
+    let mut destination = context.open(&out, question, &[FILE], options.force == Some(true))?;
+    let begun = context.elapsed();
+    let mut progress = context.progress();
+    let (stop, study) = (context.host().stop(false), &spec.study);
+    let found = match bound {
+        Some(bound) => tap::find_needed(study, ends, objective, &choice, (bound, stop, progress.as_mut())),
+        None => tap::find(study, ends, objective, &choice, (stop, progress.as_mut())),
+    };
+    drop(progress);
+    let mut report = found.map_err(|e| match e {
+        Error::Input(e) if e.file.is_none() => e.at(asked.spec.display().to_string(), None).into(),
+        other => other,
+    })?;
+    report.seconds = choice.seconds + context.elapsed() - begun;
+    destination.put(FILE, tap::table(study, &report)?)?;
+    let result = tap::result(study, &report);
+    let [_, sd] = tap::k_names(&study.setup);
+    let reply = Reply {
+        answer: of_tap(&result, study.setup.drive.column(), sd),
+        text: summary(&spec, &report),
+        counts: json!({ "evaluations": report.evaluations, "rows": report.curve.len() }),
+        seconds: json!({ "total": report.seconds }),
+        backend: json!(report.backend),
+        result: with_model_error(result, report.model_error.as_ref()),
+        ..Reply::default()
+    };
+    reply.filed(destination, tap::document(&spec, &report), out, context)
+}
+
+fn summary(spec: &Spec, report: &Report) -> String {
+    let (symbol, unit) = drive_unit(spec.study.setup.drive);
+    let number = |x: Option<f64>| x.map_or("none".to_owned(), short);
+    let signal = spec.study.setup.signal.word();
+    let line = |name: &str, Sample { drive, row, .. }: &Sample, theory: Theory, end: &str| {
+        let [total, noise, sd, most] =
+            [row.total_rms(), row.noise_rms(), row.deviation.sd(), row.strain_max()].map(number);
+        let bias = bias(theory, row.error_rms(), &number);
+        let mean = row.deviation.mean().map_or("none".to_owned(), |m| format!("{:.6}", 1.0 + m));
+        format!(
+            "{name} {symbol} {drive:.4}{unit}{end}: total {total} mm (bias {bias}, noise {noise}), K_mean {mean}, K_sd {sd}, {signal} {most}\n"
+        )
+    };
+    let own = spec.study.setup.estimate.theory;
+    let mut text = line("best", &report.optimum, own, "");
+    if report.unconstrained.drive != report.optimum.drive {
+        text += &line("whatever the strain,", &report.unconstrained, own, "");
+    }
+    let _ = writeln!(text, "limited by {}: {}", report.limited_by.name().replace('_', " "), report.why);
+    if let Some(other) = &report.other {
+        let [this, that] = [own, other.theory].map(Theory::estimator);
+        let end = if other.at_bound { ", where the interval ends" } else { "" };
+        text += &format!("this holds for locate --estimator {this}; with --estimator {that} ");
+        text += &match &other.optimum {
+            Ok(s) => line("it would be", s, other.theory, end),
+            Err(why) => format!("there is no answer: {why}\n"),
+        };
+    }
+    text + report.model_error.as_ref().map_or("", |(_, told)| told)
+}
