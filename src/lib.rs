@@ -4,6 +4,8 @@
 //! [`evaluate`] sends taps to a [`kernel`] (or to the reference of [`physics`]), [`statistics`] reduces them to rows, [`sink`] takes
 //! rows; [`sweep`] does what the plan says, and [`chart`]
 //! spares it most taps. [`census`] compares the effects of a model, the backends with the reference, speed with error. `reference` says what keys, columns and words mean. [`optimise`] searches designs, [`tap`] the angle of one whisker.
+//! [`command`] is what the program and the Python package run: requests answered.
+//! `command` is what the program and the Python package run: a request, and its reply.
 //! [`measure`] reads what a rig recorded (`files`: its spec and its calibration, as TOML), [`calibrate`] judges it, [`locate`] answers new readings, [`export`] writes what answers them as C, [`simulate`] makes synthetic ones.
 //! What is pure stands in the crate `vibrissa-core`, the kernels in `vibrissa-kernel`, where wgpu is used in `kernel::gpu` only, [`evaluate`],
 //! [`curve`] and [`statistics`] in `vibrissa-evaluate`, charts in `vibrissa-chart`.

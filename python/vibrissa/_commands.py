@@ -11,9 +11,10 @@ from . import _native
 from ._errors import InputError, Interrupted, short, warn
 from ._keywords import keywords
 from ._progress import Progress, shown
+from ._request import asked, of_sections
 from ._results import BestTap, Search, Sweep, Verification
 from ._spec import Section, Spec, flag, given, number, resolve, section, whole, word
-from ._tuples import asked
+from ._tuples import listed
 
 # As `verify --samples`: the reference takes hours for as many.
 _MOST_SAMPLES = 10**6
@@ -69,10 +70,9 @@ def sweep(spec: Spec = None, *, whisker: Section | None = None, gauge: Section |
     """
     sections: dict[str, Section | None] = {
         "whisker": whisker, "gauge": gauge, "sensor": sensor, "tap": tap, "model": model, "estimate": estimate, "output": output, "run": run}
-    with asked(spec, tuples, sections) as (path, text, listed, told), shown(progress) as tell:
-        result = Sweep(*_native.sweep(path, text, _name(spec, name, "sweep"), listed, tell))
-    warn([*told, *(result.run.get("warnings") or ())])
-    return result
+    with listed(spec, tuples, sections) as (path, text, taps, told), shown(progress) as tell:
+        found = asked("sweep", {}, (path, text, _name(spec, name, "sweep")), listed=taps, hear=tell, told=told)
+    return Sweep(found.tables, found.run)
 
 
 @keywords
@@ -96,12 +96,8 @@ def tap(spec: Spec = None, *, whisker: Section | None = None, gauge: Section | N
     Source: docs/search.md.
     """
     sections = {"whisker": whisker, "gauge": gauge, "sensor": sensor, "tap": tap, "model": model, "estimate": estimate, "run": run}
-    path, text = resolve(spec, sections)
-    if not isinstance(objective, str):
-        raise InputError("unknown word", key="objective", value=short(objective), allowed='"distance", "sd"')
-    result = BestTap(*_native.tap(path, text, objective))
-    warn(result.run.get("warnings") or ())
-    return result
+    found = asked("tap", {"objective": word("objective", objective)}, of_sections(spec, sections, "tap"))
+    return BestTap(dict(found.tables)["tap"], found.run)
 
 
 class Step(NamedTuple):
@@ -149,7 +145,7 @@ def optimise(spec: Spec = None, *, whisker: Section | None = None, gauge: Sectio
     Source: docs/search.md.
     """
     sections = {"whisker": whisker, "gauge": gauge, "sensor": sensor, "tap": tap, "model": model, "estimate": estimate, "optimise": optimise, "run": run}
-    path, text = resolve(spec, sections)
+    given = of_sections(spec, sections, _name(spec, name, "optimise"))
     if callback is not None and not callable(callback):
         raise InputError("this cannot be called", key="callback", value=short(callback), allowed="a function of a Step")
 
@@ -160,13 +156,12 @@ def optimise(spec: Spec = None, *, whisker: Section | None = None, gauge: Sectio
         except (TypeError, ValueError):
             raise InputError("what this returns is neither true nor false", key="callback", value=short(answer), allowed="a true result to end the search, else a false one or None") from None
 
-    tables, best, document_, interrupt = _native.optimise(path, text, _name(spec, name, "optimise"), None if callback is None else hear)
-    result = Search(tables, best, document_)
-    if isinstance(interrupt, KeyboardInterrupt):
+    found = asked("optimise", {}, given, hear=None if callback is None else hear, partial=True)
+    result = Search(found.tables, found.texts["best.toml"], found.run)
+    if isinstance(found.interrupt, KeyboardInterrupt):
         raise Interrupted(result) from None
-    if interrupt is not None:
-        raise interrupt
-    warn(result.run.get("warnings") or ())
+    if found.interrupt is not None:
+        raise found.interrupt
     return result
 
 
@@ -202,8 +197,8 @@ def verify(spec: Spec = None, *, quick: bool = False, samples: int | None = None
     """
     path, text = resolve(spec, {**sections, "run": run})
     with shown(progress) as tell:
-        asked = None if samples is None else whole("samples", samples, _MOST_SAMPLES, 1), whole("seed", seed), given(number, "bound", bound, "")
-        census, document, ok, told = _native.verify(path, text, flag("quick", quick), *asked, tell)
+        said = None if samples is None else whole("samples", samples, _MOST_SAMPLES, 1), whole("seed", seed), given(number, "bound", bound, "")
+        census, document, ok, told = _native.verify(path, text, flag("quick", quick), *said, tell)
     warn(told)
     return Verification(census, document, ok)
 
@@ -228,11 +223,8 @@ def chart(spec: Spec = None, **sections: Section) -> dict[str, Any]:
     Raises:
         InputError: a list of tuples, too many distances, a model without a chart.
     """
-    path, text = resolve(spec, sections)
-    document, told = _native.chart(path, text)
-    warn(told)
-    found: dict[str, Any] = json.loads(document)
-    return found
+    document: dict[str, Any] = json.loads(asked("chart", {}, of_sections(spec, sections, "chart")).texts["chart.json"])
+    return document
 
 
 @keywords

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import types
 from collections.abc import Iterable, Mapping
 from typing import Any, Union
 
@@ -14,6 +13,7 @@ from ._errors import InputError, short, warn
 from ._frames import csv
 from ._keywords import keywords
 from ._locate import calibration_text, roles, told_together
+from ._request import asked
 from ._results import Calibration, Contour
 from ._spec import Section, _name, _whole_text, document, flag, given, number, section, whole, word
 from ._units import UNITS, bare
@@ -26,7 +26,10 @@ def _zero(zero: Any) -> list[float] | None:
     """What a sensor shows without contact: of one signal, or of two."""
     if zero is None:
         return None
-    return [number("zero", x) for x in (zero if isinstance(zero, (list, tuple, np.ndarray)) and np.ndim(zero) == 1 else [zero])]
+    numbers = [number("zero", x) for x in (zero if isinstance(zero, (list, tuple, np.ndarray)) and np.ndim(zero) == 1 else [zero])]
+    if len(numbers) not in (1, 2) or not np.isfinite(numbers).all():
+        raise InputError("this is no zero of such a signal", key="zero", value=", ".join(map(repr, numbers)), allowed="a number, or one for each of two signals")
+    return numbers
 
 
 def _path(key: str, path: Any) -> str:
@@ -37,10 +40,10 @@ def _path(key: str, path: Any) -> str:
         raise InputError("this is no path", key=key, value=short(path), allowed="str or os.PathLike") from None
 
 
-def course(said: Any, key: str = "object") -> tuple[str | None, str]:
-    """An object to stroke: the path of its file, or the text of its sections."""
+def course(said: Any, key: str) -> tuple[str, list[tuple[str, bytes]]]:
+    """An object to stroke: the name of its file, and that file where it is in memory."""
     if not isinstance(said, Mapping):
-        return _path(key, said), ""
+        return _path(key, said), []
     lines: list[str] = []
     starts: list[str] = []
     sections: dict[str, Any] = {}
@@ -54,7 +57,8 @@ def course(said: Any, key: str = "object") -> tuple[str | None, str]:
             sections[name] = value
         elif value is not None:
             lines.append(f"{_name(name)} = {_whole_text(str(name), value)}")
-    return None, "\n".join([*lines, document(sections), *starts, ""])
+    name = f"{key}.keywords"
+    return name, [(name, "\n".join([*lines, document(sections), *starts, ""]).encode())]
 
 
 @keywords
@@ -95,14 +99,15 @@ def contour(data: Any, calibration: Calibration | str | os.PathLike[str], *, est
     Source: docs/contour.md.
     """
     table = csv(data, "data", columns)
-    said = types.SimpleNamespace(
-        estimator=given(word, "estimator", estimator), angle_noise=number("angle_noise", angle_noise, "degrees"),
+    whisker, text = calibration_text(calibration)
+    known, files = (None, []) if truth is None else course(truth, "truth")
+    said = dict(
+        data=table.label, calibration=whisker, estimator=given(word, "estimator", estimator), angle_noise=number("angle_noise", angle_noise, "degrees"),
         base_noise=number("base_noise", base_noise, "mm"), touch_noise=given(number, "touch_noise", touch_noise, "degrees"), contact=given(word, "contact", contact), taps=flag("taps", taps),
-        curve=given(word, "curve", curve), truth=None if truth is None else course(truth, "truth"), zero=_zero(zero), columns=roles(columns),
-        trust=flag("trust", trust), threads=None if threads is None else whole("threads", threads, _MOST_THREADS, 1))
-    tables, run, told = _native.contour(table.label, table.bytes, calibration_text(calibration), said)
-    warn(told)
-    return Contour([(name, table.keep(found) if name == "points" else found) for name, found in tables], run)
+        curve=given(word, "curve", curve), truth=known, zero=_zero(zero), columns=roles(columns),
+        force=flag("trust", trust), threads=None if threads is None else whole("threads", threads, _MOST_THREADS, 1))
+    found = asked("contour", said, files=[(table.label, table.bytes), (whisker, text.encode()), *files])
+    return Contour([(name, table.keep(held) if name == "points" else held) for name, held in found.tables], found.run)
 
 
 Whiskers = Union[str, "os.PathLike[str]", Iterable[Section]]
@@ -165,7 +170,7 @@ class Array:
     def __setstate__(self, args: tuple[Any, ...]) -> None:
         self._native = _native.Array(*args)
         # What was read of files goes along.
-        self._args = (*args[:3], self._native.calibrations, *args[4:])
+        self._args = (*args[:3], [calibration for *_, calibration in self._native.whiskers], *args[4:])
 
     def __getstate__(self) -> tuple[Any, ...]:
         return self._args
@@ -173,12 +178,12 @@ class Array:
     @property
     def names(self) -> list[str]:
         """Names of the whiskers."""
-        return self._native.names
+        return [name for name, *_ in self._native.whiskers]
 
     @property
     def estimators(self) -> dict[str, str]:
         """Name of the estimator of each whisker."""
-        return dict(zip(self._native.names, self._native.estimators))
+        return {name: estimator for name, estimator, _ in self._native.whiskers}
 
     def __repr__(self) -> str:
         return f"<Array of {', '.join(f'{name} by {estimator}' for name, estimator in self.estimators.items())}>"

@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from ._containers import named_columns, with_index
 from ._errors import InputError, short
+from ._native import Table
 from ._units import READ, UNITS, bare, filled, has_quantities, is_labelled, unit_of_column
 
 if TYPE_CHECKING:
     import pandas
     import polars
-
-    from ._native import Table
+    import pyarrow
 
 
 def words(codes: NDArray[np.int32], all_words: list[str]) -> NDArray[np.object_]:
@@ -27,8 +27,6 @@ def words(codes: NDArray[np.int32], all_words: list[str]) -> NDArray[np.object_]
 
 
 def _of_columns(names: list[str], columns: list[Any], own: Any = None) -> Table:
-    from ._native import Table
-
     return Table._of_columns(names, columns, own)
 
 
@@ -41,13 +39,13 @@ def _held(table: Table) -> list[Any]:
     return columns
 
 
-def reduced(table: Table) -> tuple[Any, ...]:
-    """What :mod:`pickle` makes ``table`` of again."""
+def _reduced(table: Table) -> tuple[Any, ...]:
+    """For pickle: by columns."""
     return _of_columns, (table.columns, _held(table), table._own)
 
 
 def to_pandas(table: Table) -> pandas.DataFrame:
-    """Columns of numbers are those of the table, not copies; words become categories; what was a frame's own is as it was."""
+    """A pandas DataFrame over the same memory (read-only; ``.copy()`` can be written to), words as categories; what was a frame's own is as it was."""
     try:
         import pandas as pd
     except ImportError:
@@ -80,8 +78,15 @@ def to_polars(table: Table) -> polars.DataFrame:
     return polars.DataFrame(_Stream(table))
 
 
-def no_array(table: Table) -> NoReturn:
-    """Tells who asks for one array, pandas.DataFrame(table) too, how to get columns."""
+def to_arrow(table: Table) -> pyarrow.Table:
+    """A pyarrow Table over the same memory."""
+    import pyarrow
+
+    return pyarrow.table(table)
+
+
+def _no_array(table: Table, dtype: Any = None, copy: Any = None) -> NoReturn:
+    """Refused: columns differ in type."""
     raise TypeError(f'a table is no array: take a column, table["{table.columns[0]}"], or table.to_pandas(), or dict(table)')
 
 
@@ -89,8 +94,8 @@ def no_array(table: Table) -> NoReturn:
 _SHOWN = 10
 
 
-def html(table: Table) -> str:
-    """The first rows as HTML."""
+def _html(table: Table) -> str:
+    """For notebooks: the first rows."""
     from html import escape
 
     def line(cells: Any, tag: str) -> str:
@@ -109,6 +114,36 @@ def _is_missing(value: Any) -> bool:
     """None, NaN, NaT, NA, a masked value."""
     # NA of pandas is neither equal to itself nor not.
     return value is None or type(value).__name__ in ("NAType", "MaskedConstant") or isinstance(value, (float, np.generic)) and bool(value != value)
+
+
+def _values_of(table: Table) -> list[NDArray[Any]]:
+    """Columns as numpy arrays, in order."""
+    return [table[name] for name in table.columns]
+
+
+def _items(table: Table) -> list[tuple[str, NDArray[Any]]]:
+    """Names and columns, as of a dict."""
+    return list(zip(table.columns, _values_of(table)))
+
+
+def _get(table: Table, name: object, default: Any = None, /) -> Any:
+    """A column, or ``default`` where there is none of this name."""
+    return table[name] if name in table else default  # type: ignore[index]
+
+
+def _keys(table: Table) -> list[str]:
+    """Names of the columns: ``dict(table)`` has them all as numpy arrays."""
+    return table.columns
+
+
+# What a table has beside its columns; it never changes, so that a copy is itself.
+_METHODS: dict[str, Any] = {
+    "__iter__": lambda table: iter(table.columns), "keys": _keys, "values": _values_of, "items": _items, "get": _get, "to_pandas": to_pandas,
+    "to_polars": to_polars, "to_arrow": to_arrow, "__array__": _no_array, "_repr_html_": _html, "__reduce__": _reduced,
+    "__copy__": lambda table: table, "__deepcopy__": lambda table, memo: table,
+}
+for _name, _method in _METHODS.items():
+    setattr(Table, _name, _method)
 
 
 def _cell(value: Any) -> str:

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import types
 from typing import Any
 
 import numpy as np
 
-from . import _native
 from ._contour import course
-from ._errors import InputError, short, warn
+from ._errors import InputError, short
 from ._frames import csv
 from ._keywords import keywords
 from ._locate import roles
+from ._request import asked, of_sections
 from ._results import Calibration, Simulation
-from ._spec import Section, Spec, given, number, resolve, whole, word
+from ._spec import Section, Spec, given, number, whole, word
 
 
 @keywords
@@ -45,18 +44,18 @@ def calibrate(data: Any, spec: Spec = None, *, whisker: Section | None = None, g
     """
     label, table = csv(data, "data", columns)[:2]
     sections = {"whisker": whisker, "gauge": gauge, "sensor": sensor, "tap": tap, "model": model, "estimate": estimate, "run": run}
-    path, text = resolve(spec, sections)
+    path, text, name = of_sections(spec, sections, "calibrate")
     widths = [] if group is None else [number("group", w) for w in (group if isinstance(group, (list, tuple, np.ndarray)) else [group])]
     if not isinstance(fit, (str, list, tuple)):
         raise InputError("this is no list of parameters", key="fit", value=short(fit), allowed="a word or a list of words")
     parameters = [word("fit", name) for name in ([fit] if isinstance(fit, str) else fit)]
-    said = types.SimpleNamespace(
-        theta=given(number, "theta", theta, "degrees"), delta=given(number, "delta", delta, "mm"), columns=roles(columns), group=widths, fit=parameters)
+    said = dict(
+        data=label, theta=given(number, "theta", theta, "degrees"), delta=given(number, "delta", delta, "mm"), columns=roles(columns), group=widths,
+        fit=parameters)
     if theta is not None and delta is not None:
         raise InputError("a tap has one drive", key="delta", allowed="theta or delta, not both")
-    result = Calibration(*_native.calibrate(label, table, path, text, said))
-    warn([*(result.run.get("warnings") or ()), *result.warnings])
-    return result
+    found = asked("calibrate", said, None if path is None and text == "" else (path, text, name), [(label, table)])
+    return Calibration(found.tables, found.texts["calibration.toml"], found.run)
 
 
 @keywords
@@ -103,19 +102,14 @@ def simulate(spec: Spec = None, *, whisker: Section | None = None, gauge: Sectio
     >>> len(stroked), stroked["stroke"].tolist()
     (8, [1.0, 1.0, 2.0, 2.0, 3.0, 3.0, 4.0, 4.0])
     """
-    path, text = resolve(spec, {"whisker": whisker, "gauge": gauge, "sensor": sensor, "tap": tap, "model": model, "run": run})
+    sections = {"whisker": whisker, "gauge": gauge, "sensor": sensor, "tap": tap, "model": model, "run": run}
     numbers = dict(drift=drift, outliers=outliers, hysteresis=hysteresis, factor=factor, drive_offset=drive_offset, a_offset=a_offset)
     # That of the drive is degrees or mm, as the spec has it: a number says it.
     units = dict(drift="", outliers="", hysteresis="", factor="", drive_offset=None, a_offset="mm")
-    added = types.SimpleNamespace(
-        repeats=whole("repeats", repeats), seed=whole("seed", seed), zero_every=given(whole, "zero_every", zero_every),
-        noise=given(number, "noise", noise, ""), saturate=given(number, "saturate", saturate, ""), signal=given(word, "signal", signal),
+    stroked, files = (None, []) if object is None else course(object, "object")
+    said = dict(
+        repeats=whole("repeats", repeats, least=1), seed=whole("seed", seed), zero_every=None if zero_every is None else whole("zero_every", zero_every, least=1),
+        noise=given(number, "noise", noise, ""), saturate=given(number, "saturate", saturate, ""), signal=given(word, "signal", signal), object=stroked,
         **{key: number(key, value, units[key]) for key, value in numbers.items()})
-    if object is not None:
-        table, document, told = _native.strokes(path, text, course(object), added)
-        result = Simulation(table, document)
-        warn([*(result.run.get("warnings") or ()), *told])
-        return result
-    result = Simulation(*_native.simulate(path, text, added))
-    warn(result.run.get("warnings") or ())
-    return result
+    found = asked("simulate", said, of_sections(spec, sections, "simulate"), files)
+    return Simulation(found.tables[0][1], found.run)

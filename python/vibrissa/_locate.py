@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, Union
@@ -93,23 +94,12 @@ class Locator:
                  zero: float | None = None, trust: bool = False, same_run: bool = False) -> None:
         label, text = calibration_text(calibration)
         self.__setstate__((label, text, given(word, "estimator", estimator), given(number, "zero", zero), flag("trust", trust), flag("same_run", same_run)))
-        if self._several is None:
-            warn(self._native.warnings)
+        warn(self._native.warnings)
 
     def __setstate__(self, args: tuple[Any, ...]) -> None:
-        label, text, estimator, zero, trust, same_run = self._args = args
-        self._several = _native.Several.of(label, text, trust)
-        if self._several is None:
-            self._native = _native.Locator(*args)
-            self._doubt = self._native.doubt
-        elif estimator is not None or zero is not None or same_run:
-            key = "zero" if zero is not None else "estimator" if estimator is not None else "same_run"
-            raise InputError("this is said of one signal, and the calibration is of several channels", key=key, allowed=None if zero is None else "rows with drive 0 in a table")
-
-    def __getattr__(self, name: str) -> Any:
-        if name == "_native" and self.__dict__.get("_several") is not None:
-            raise InputError("the calibration is of several channels", key="calibration", value=", ".join(self.channels), allowed="locate, table, expected; a calibration of one signal")
-        raise AttributeError(name)
+        self._args = args
+        self._native = _native.Locator(*args)
+        self._channels, self._doubts = self._native.channels, self._native.doubts
 
     def __getstate__(self) -> tuple[Any, ...]:
         return self._args
@@ -117,22 +107,26 @@ class Locator:
     @property
     def estimator(self) -> str:
         """Name of the estimator in use; of several channels each has its own."""
-        return self._native.estimator if self._several is None else "several channels"
+        return self._native.estimator or "several channels"
 
     @property
     def channels(self) -> list[str]:
         """Columns of the signals of a reading."""
-        return [self._native.signal] if self._several is None else self._several.channels
+        return self._channels
 
     @property
     def noise(self) -> Any:
         """Standard deviation of one reading: strain, or the unit of the reading; of several channels one for each."""
-        return self._native.noise if self._several is None else np.array(self._several.noise)
+        noise = self._native.noise
+        return noise[0] if self._is_one() else np.array(noise)
 
     def __repr__(self) -> str:
-        if self._several is not None:
-            return f"<Locator of {', '.join(self.channels)}: {self._several.drive}>"
-        return f"<Locator by {self.estimator}: {self._native.drive}, {self._native.signal}>"
+        if not self._is_one():
+            return f"<Locator of {', '.join(self.channels)}: {self._native.drive}>"
+        return f"<Locator by {self.estimator}: {self._native.drive}, {self._channels[0]}>"
+
+    def _is_one(self) -> bool:
+        return self._native.estimator is not None
 
     def locate(self, drive: Any, reading: Any = None) -> Located:
         """Distances of readings.
@@ -154,8 +148,8 @@ class Locator:
         Warns:
             VibrissaWarning: the signal of the calibration was tared, and nothing says the zero of these readings.
         """
-        if self._several is not None:
-            return self._together(self._several, drive, reading)
+        if len(self._channels) > 1:
+            return self._together(drive, reading)
         if reading is None:
             drive, reading = self._pair(drive)
         if {type(drive), type(reading)} <= _SCALARS:
@@ -163,22 +157,22 @@ class Locator:
                 distance, sigma, status = self._native.one(drive, reading, False)
             except OverflowError as e:
                 raise InputError(str(e), key="reading", allowed="numbers that a float holds") from None
-            if self._doubt is not None and status != Status.no_strain:
-                warn([self._doubt])
+            if self._doubts and status != Status.no_strain:
+                warn(self._doubts)
             return Located(distance, sigma, Status(status))
         drive_unit, reading_unit = self._units()
         shape, n, flat = columns(
             {"drive": drive, "reading": reading}, {"drive": f"numbers, {drive_unit}", "reading": "numbers"}, {"drive": drive_unit, "reading": reading_unit})
         drives, readings = (x if len(x) == n else x.repeat(n) for x in flat)
-        distances, sigmas, statuses, told = self._native.many(drives, readings)
+        distances, sigmas, statuses, told = self._native.many(drives, readings.reshape(-1, 1))
         warn(told)
         return Located(shape.of(distances), shape.of(sigmas), shape.of(statuses))
 
     __call__ = locate
 
-    def _together(self, several: _native.Several, drive: Any, reading: Any) -> Located:
+    def _together(self, drive: Any, reading: Any) -> Located:
         """Distances of readings of all channels."""
-        names = several.channels
+        names = self._channels
         allowed = f"a dict, or an array with a last axis of {len(names)}: {', '.join(names)}"
         channels = by_name(reading)
         if channels is not None:
@@ -193,12 +187,12 @@ class Locator:
             if values.ndim == 0 or values.shape[-1] != len(names):
                 raise InputError("this is no reading of every channel", key="reading", value=f"shape {values.shape}", allowed=allowed)
             given = list(np.moveaxis(values, -1, 0))
-        unit = unit_of_column(several.drive)
+        unit = unit_of_column(self._native.drive)
         named = {"drive": np.nan if drive is None else drive, **dict(zip(names, given))}
         shape, n, flat = columns(named, {name: "numbers" for name in named}, {name: unit if name == "drive" else unit_of_column(name) for name in named})
         drives, *signals = (x if len(x) == n else x.repeat(n) for x in flat)
-        distance, sigma, status = (shape.of(x) for x in several.many(drives, np.stack(signals, axis=1)))
-        warn(several.doubts)
+        distance, sigma, status = (shape.of(x) for x in self._native.many(drives, np.stack(signals, axis=1))[:3])
+        warn(self._doubts)
         return Located(distance, sigma, status if shape else Status(int(status)))
 
     def stream(self, readings: Iterable[Union[float, tuple[float, float]]]) -> Iterator[Located]:
@@ -232,13 +226,13 @@ class Locator:
         lo, hi = (-np.inf, np.inf) if within is None else self._ends("within", within, units[0])
         shifts = None if shift is None else self._ends("shift", shift, "mm")
         columns = np.array([(*row, 0.0)[:3] for row in rows], dtype=float).reshape(-1, 3).T.copy()
-        taps, now, best, status, tried, told = self._native.next(list(columns), (lo, hi), shifts, flag("same_run", same_run))
+        text, status, tried, told = self._native.next(list(columns), (lo, hi), shifts, flag("same_run", same_run))
         warn(told)
+        said = json.loads(text)
+        keys = ("taps", "distance_mm", "sigma_mm", "near_mm", self._native.drive, "shift_mm", "expected_sigma_mm", "least_sigma_mm")
         table = np.array([t[0] for t in tried], dtype=float).reshape(-1, 3)
-        drive, moved, sigma, least = (_known(x) for x in best)
         statuses = np.array([t[1] for t in tried], dtype=np.uint16)
-        return NextTap(taps, _known(now[0]), now[1], _known(now[2]), drive, moved, sigma, least, Status(status), table[:, 0], table[:, 1], table[:, 2],
-                       statuses)
+        return NextTap(*(said[key] for key in keys), Status(status), table[:, 0], table[:, 1], table[:, 2], statuses)
 
     @staticmethod
     def _ends(key: str, said: Any, unit: str | None) -> tuple[float, float]:
@@ -309,15 +303,14 @@ class Locator:
         if flag("interval", interval) and strokes:
             raise InputError("strokes tell their interval anyway", key="interval", value="True", allowed="strokes=True without it")
         data = csv(readings, "readings", columns)
-        found, told = (self._several or self._native).table(data.label, data.bytes, roles(columns), together, interval)
+        found, told = self._native.table(data.label, data.bytes, roles(columns), together, interval)
         warn(told)
         return data.keep(found)
 
     def expected(self, a: float, drive: float, sign: float = 1.0) -> Any:
         """Signal expected of a tap at ``a`` mm, on the side of ``sign``, of several channels of each; NaN where none is."""
-        if self._several is not None:
-            return np.array(self._several.expected(number("a", a, "mm"), number("drive", drive, unit_of_column(self._several.drive)), number("sign", sign)))
-        return self._native.expected(number("a", a, "mm"), number("drive", drive, self._units()[0]), number("sign", sign))
+        found = self._native.expected(number("a", a, "mm"), number("drive", drive, unit_of_column(self._native.drive)), number("sign", sign))
+        return found[0] if self._is_one() else np.array(found)
 
     def export(self, language: str = "c") -> str:
         """What answers readings as one file of C99 without dependencies, for a robot."""
@@ -332,7 +325,7 @@ class Locator:
             raise InputError("this is a table", key="reading", value=type(table).__name__, allowed="numbers; Locator.table(…) takes tables")
         if not isinstance(table, _native.Table):
             return self._only(), readings
-        wanted = (self._native.drive, self._native.signal)
+        wanted = (self._native.drive, self._channels[0])
         for name in wanted:
             if name not in table:
                 raise InputError(f"column {name} is missing", key="reading", value=", ".join(table.columns), allowed=" and ".join(wanted))
@@ -340,18 +333,13 @@ class Locator:
 
     def _units(self) -> tuple[str | None, str | None]:
         """Those of drive and signal; None of a reading, which has none that is known."""
-        return unit_of_column(self._native.drive), unit_of_column(self._native.signal)
+        return unit_of_column(self._native.drive), unit_of_column(self._channels[0])
 
     def _only(self) -> float:
         only = self._native.only_drive
         if only is None:
             raise InputError("the drive of the tap is missing", key="drive", allowed=f"{self._native.drive} of each reading")
         return only
-
-
-def _known(x: float) -> float | None:
-    """A number that is none where it is not known."""
-    return None if np.isnan(x) else x
 
 
 def calibration_text(calibration: Calibration | str | os.PathLike[str]) -> tuple[str, str]:

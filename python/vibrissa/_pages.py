@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import html as html_
+import json
 import os
-import types
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from . import _native
 from ._contour import _path
 from ._errors import InputError, short, warn
 from ._keywords import keywords
+from ._request import asked, of_sections
 from ._results import _Result, _whole
-from ._spec import Section, Spec, flag, given, number, resolve, word
+from ._spec import Section, Spec, flag, given, number, word
 
 
 class Page(_Result):
@@ -65,9 +65,8 @@ def explore(spec: Spec = None, *, whisker: Section | None = None, gauge: Section
     (True, True)
     """
     sections = {"whisker": whisker, "gauge": gauge, "sensor": sensor, "tap": tap, "model": model, "estimate": estimate, "run": run}
-    html, document, told = _native.explore(*resolve(spec, sections))
-    warn(told)
-    return Page(html, document)
+    found = asked("explore", {}, of_sections(spec, sections, "explore"))
+    return Page(found.texts["explore.html"], found.run)
 
 
 class Report(NamedTuple):
@@ -113,9 +112,10 @@ def report(folder: str | os.PathLike[str], out: str | os.PathLike[str] | None = 
     formats = [figures] if isinstance(figures, str) else figures
     if not isinstance(formats, (list, tuple)):
         raise InputError("these are no formats", key="figures", value=short(figures), allowed='of "svg", "png", "pdf"')
-    said = types.SimpleNamespace(
-        out=given(_path, "out", out), figures=[word("figures", one) for one in formats], width=number("width", width, "mm"),
+    said = dict(
+        dir=_path("folder", folder), out=given(_path, "out", out), figures=[word("figures", one) for one in formats], width=number("width", width, "mm"),
         font_size=number("font_size", font_size), font=given(_path, "font", font), force=flag("force", force))
-    answer, to, names, files, notes = _native.report(_path("folder", folder), said)
-    warn(notes)
-    return Report(answer, Path(to) / "report.html", names, [Path(file) for file in files])
+    made = json.loads(asked("report", said).run)
+    drawn = made["result"]
+    warn(drawn["notes"])
+    return Report(drawn["answer"], Path(made["out"]) / "report.html", drawn["figures"], [Path(file) for file in made["files"]])

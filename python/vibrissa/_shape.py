@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from . import _native
 from ._commands import _name
-from ._errors import warn
 from ._keywords import keywords
 from ._progress import Progress, shown
+from ._request import asked
 from ._results import Shapes
 from ._spec import Section, Spec, whole
-from ._tuples import asked
+from ._tuples import listed
 
 # As `shape --nodes`.
 _NODES = (3, 10_001)
@@ -41,7 +40,7 @@ def shape(spec: Spec = None, *, whisker: Section | None = None, gauge: Section |
     sections: dict[str, Section | None] = {
         "whisker": whisker, "gauge": gauge, "sensor": sensor, "tap": tap, "model": model, "estimate": estimate, "output": output, "run": run}
     least, most = _NODES
-    with asked(spec, tuples, sections) as (path, text, listed, told), shown(progress) as tell:
-        result = Shapes(*_native.shape(path, text, _name(spec, name, "shape"), whole("nodes", nodes, most, least), listed, tell))
-    warn([*told, *(result.run.get("warnings") or ())])
-    return result
+    said = {"nodes": whole("nodes", nodes, most, least)}
+    with listed(spec, tuples, sections) as (path, text, taps, told), shown(progress) as tell:
+        found = asked("shape", said, (path, text, _name(spec, name, "shape")), listed=taps, hear=tell, told=told)
+    return Shapes(found.tables, found.run)

@@ -376,17 +376,12 @@ def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = Non
     by = None if grad is None else _inputs(grad)
     if by is None and {type(D), type(d), type(L_a), type(x_ss), type(l), type(a), type(drive), type(tilt), type(lean)} <= _SCALARS:
         try:
-            if not full:
-                strain, of_tap = solver.strain(D, d, L_a, x_ss, l, a, drive, tilt, lean)
-                if of_tap:
-                    warn(of_tap)
-                return strain
-            one = solver.one(D, d, L_a, x_ss, l, a, drive, tilt, lean)
+            numbers, status, sticks, of_tap = solver.one((D, d, L_a, x_ss, l, a, drive, tilt, lean), bool(full))
         except OverflowError as e:
             raise InputError(str(e), key="arguments", allowed="numbers that a float holds") from None
-        if one[11]:
-            warn(one[11])
-        return Tap(*one[:6], Status(one[6]), *one[7:11])
+        if of_tap:
+            warn(of_tap)
+        return Tap(*numbers[:6], Status(status), sticks, *numbers[6:]) if full else numbers[0]
     upright = type(tilt) in _SCALARS and type(lean) in _SCALARS and tilt == 0 and lean == 0
     given = {"D": D, "d": d, "L_a": L_a, "x_ss": x_ss, "l": l, "a": a, name: drive}
     if not upright:
@@ -400,15 +395,12 @@ def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = Non
             return (nothing, Jacobian(*[none] * 9)) if full else (empty, none)
         return nothing if full else empty
     with shown(progress) as tell:
-        if by is not None:
-            values, slopes, doubts_ = solver.gradients(n, flat, by, full, tell)
-            if doubts_:
-                warn(doubts_)
-            told = [shape.of(x) for x in values]
-            by_inputs = [shape.of(x, by) for x in slopes]
-            return (Tap(*told), Jacobian(*by_inputs)) if full else (told[0], by_inputs[0])
-        found, doubts_ = solver.many(n, flat, full, tell)
-    if doubts_:
-        warn(doubts_)
+        found, slopes, of_taps = solver.many(n, flat, full, by or [], tell)
+    if of_taps:
+        warn(of_taps)
     shaped = [shape.of(x) for x in found]
-    return Tap(*shaped) if full else shaped[0]
+    values = Tap(*shaped) if full else shaped[0]
+    if by is None:
+        return values
+    by_inputs = [shape.of(x, by) for x in slopes or [np.empty(0)] * 9]
+    return values, Jacobian(*by_inputs) if full else by_inputs[0]

@@ -27,7 +27,7 @@ _PROPERTIES = {
 _SECTIONS = {"whisker": ("D", "d", "L_a"), "gauge": ("x_ss", "l"), "tap": ("a", "tilt", "lean", "theta", "delta")}
 
 
-class Asked(NamedTuple):
+class Listed(NamedTuple):
     """What was asked of a sweep or of shapes."""
 
     path: str | None
@@ -41,15 +41,15 @@ class Asked(NamedTuple):
 
 
 @contextmanager
-def asked(spec: Spec, tuples: Any, sections: dict[str, Section | None]) -> Iterator[Asked]:
+def listed(spec: Spec, tuples: Any, sections: dict[str, Section | None]) -> Iterator[Listed]:
     """A spec with these sections, and taps given one by one. Those with a rig of their own go as a tuple file."""
     if tuples is None or isinstance(tuples, Mapping) and set(tuples) == {"file"}:
-        yield Asked(*resolve(spec, {**sections, "tuples": tuples}), None, [])
+        yield Listed(*resolve(spec, {**sections, "tuples": tuples}), None, [])
         return
     rows, n, told = _rows(tuples, sections)
     if not _PROPERTIES.keys() & rows.keys():
         of_tuple = list(rows.values())[:7] + [rows.get(name) for name in _DIRECTIONS]
-        yield Asked(*resolve(spec, sections), (n, of_tuple), told)
+        yield Listed(*resolve(spec, sections), (n, of_tuple), told)
         return
     with TemporaryDirectory() as folder:
         path = os.path.join(folder, "tuples.csv")
@@ -57,7 +57,7 @@ def asked(spec: Spec, tuples: Any, sections: dict[str, Section | None]) -> Itera
             file.write(",".join(rows) + "\n")
             file.writelines(",".join(map(repr, row)) + "\n" for row in zip(*(np.broadcast_to(x, n).tolist() for x in rows.values())))
         try:
-            yield Asked(*resolve(spec, {**sections, "tuples": {"file": path}}), None, told)
+            yield Listed(*resolve(spec, {**sections, "tuples": {"file": path}}), None, told)
         except InputError as e:
             if path not in (e.file, e.value) and f'"{path}"' != e.value:
                 raise

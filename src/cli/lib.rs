@@ -23,11 +23,9 @@ mod verify;
 use clap::{CommandFactory, FromArgMatches};
 
 use args::{Args, Command};
-use reply::Reply;
-use vibrissa::command::sweep::SweepRequest;
-use vibrissa::command::{self, Context, folder, listed, stem};
+use vibrissa::command::{Context, folder, listed, stem};
 use vibrissa::error::{Error, SolveError};
-use vibrissa::{backend, kernel::gpu, spec};
+use vibrissa::{backend, kernel::gpu};
 
 /// The one argument of the process that asks the GPU drivers, before the number of the first adapter to open.
 pub const ASK_DRIVERS: &str = "--ask-drivers";
@@ -38,13 +36,6 @@ pub fn quiet_driver() {
         // SAFETY: first thing in `main`, before any other thread exists.
         unsafe { std::env::set_var("NODEVICE_SELECT", "1") };
     }
-}
-
-/// What each effect of the spec's model changes (`sweep --explain`), whatever its `[run]` plans.
-fn explained(asked: &SweepRequest, context: &Context<'_>) -> Result<Reply, Error> {
-    let spec = spec::read(&asked.spec)?;
-    let options = context.begun(&asked.common, &spec)?;
-    explain::run(&spec, &options, &asked.leave_off)
 }
 
 /// Runs the command line; the exit code.
@@ -74,32 +65,8 @@ pub fn run() -> u8 {
     }
     let context = &Context::new(&terminal::Terminal, quiet);
     let result = match &args.command {
-        Command::Sweep(sweep) if sweep.explain => explained(sweep, context),
-        Command::Sweep(sweep) => command::sweep::run(sweep, context),
-        Command::Calibrate(calibrate) => command::calibrate::run(calibrate, context),
-        Command::Locate(locate) => locate::run(locate, context),
-        Command::Taps(taps) => command::taps::run(taps, context),
-        Command::Next(next) => command::next::run(next, context),
-        Command::Plan(plan) => command::plan::run(plan, context),
-        Command::Contour(contour) => command::contour::run(contour, context),
-        Command::Simulate(simulate) => command::simulate::run(simulate, context),
-        Command::Optimise(optimise) => command::optimise::run(optimise, context),
-        Command::Tap(tap) => command::tap::run(tap, context),
-        Command::Chart(chart) => command::chart::run(chart, context),
-        Command::Merge(merge) => merge::run(merge),
-        Command::Cluster(cluster) => cluster::run(cluster),
-        Command::Explore(explore) => command::explore::run(explore, context),
-        Command::Verify(verify) => verify::run(verify),
-        Command::Bench(bench) => bench::run(bench),
-        Command::Shape(shape) => command::shape::run(shape, context),
-        Command::Report(report) => command::report::run(report, context),
-        Command::Devices(common) => devices::run(common),
-        Command::New(new) => new::run(new),
-        Command::Cite(cite) => cite::run(cite),
-        Command::Schema(_) => Ok(Reply { text: vibrissa::reference::schema::text(), ..Default::default() }),
         Command::Help(asked) => return help::run(asked),
-        Command::Completions(asked) => help::completions(asked),
-        Command::Man(asked) => help::man(asked),
+        command => command.run(context),
     };
     let code = match result {
         Ok(reply) => reply::print(reply, quiet),

@@ -1,5 +1,6 @@
 //! `vibrissa.Array`.
 
+use std::cell::RefCell;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -15,7 +16,7 @@ use vibrissa::scene::RunOptions;
 
 use super::error::keywords;
 use super::job;
-use super::locate::{Together, Warnings, by};
+use super::locate::{Together, by};
 use super::table::Table;
 
 /// Points of readings of several calibrated whiskers, in one frame.
@@ -47,8 +48,7 @@ impl Array {
     ) -> PyResult<Self> {
         job::whole(py, None, None, move |_, _| {
             let asked = named(estimator.as_deref())?;
-            let wrong = || InputError::new("this is no zero of such a signal").key("zero");
-            let zero = zero.map(|values| SaidZero::new(values).ok_or_else(wrong)).transpose()?;
+            let zero = zero.and_then(SaidZero::new);
             let array = files::Array::parse(&label, &text, &folder)?;
             let said = Noise::said(
                 noise.0.unwrap_or(array.noise.angle),
@@ -92,8 +92,8 @@ impl Array {
         let (whiskers, noise, zero) = (Arc::clone(&self.whiskers), self.noise, self.zero);
         job::whole(py, None, None, move |_, _| {
             let columns = columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
-            let told = Warnings::default();
-            let warn = |text: &str| told.push(text);
+            let told = RefCell::new(Vec::new());
+            let warn = |text: &str| told.borrow_mut().push(keywords(text));
             let ask = stream::Ask {
                 columns: &columns,
                 zero,
@@ -104,26 +104,16 @@ impl Array {
                 warn: &warn,
             };
             let answered = answer(&whiskers, &bytes, &ask, &noise)?;
-            Ok::<_, Error>((Table::of_csv(&answered.table)?, told.into_texts()))
+            Ok::<_, Error>((Table::of_csv(&answered.table)?, told.into_inner()))
         })
     }
 
-    /// Names of the whiskers.
+    /// Of each whisker its name, its estimator, and name and text of its calibration.
     #[getter]
-    fn names(&self) -> Vec<&str> {
-        self.whiskers.iter().map(|w| w.name.as_str()).collect()
-    }
-
-    /// Names of their estimators.
-    #[getter]
-    fn estimators(&self) -> Vec<&'static str> {
-        self.whiskers.iter().map(|w| w.locator.estimator.name()).collect()
-    }
-
-    /// Names and texts of their calibrations.
-    #[getter]
-    fn calibrations(&self) -> Vec<(String, String)> {
-        self.calibrations.clone()
+    fn whiskers(&self) -> Vec<(String, &'static str, (String, String))> {
+        let of =
+            |(w, c): (&Mounted, &(String, String))| (w.name.clone(), w.locator.estimator.name(), c.clone());
+        self.whiskers.iter().zip(&self.calibrations).map(of).collect()
     }
 
     /// What should be known of the calibrations.

@@ -4,45 +4,37 @@ use std::cell::RefCell;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use numpy::{PyArray1, PyReadonlyArray1};
+use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
-use vibrissa::command::estimator as named;
+use vibrissa::command;
 use vibrissa::error::{Error, InputError};
 use vibrissa::export::Export;
 use vibrissa::locate::free::Free;
 use vibrissa::locate::object::{By, Objects, UnlocatedTap};
-use vibrissa::locate::{self, Answerer, Calibration, Located, Sequence, locator::opener, next, stream, tare};
+use vibrissa::locate::{
+    self, Answerer, Calibration, Located, Sensor, Sequence, locator::opener, next, stream, tare,
+};
 use vibrissa::measure::Names;
 use vibrissa::scene::RunOptions;
+use vibrissa::status::Status;
 
 use super::error::{keywords, raise};
 use super::job;
 use super::table::Table;
 use super::words::bits;
 
-/// What is told while work goes on, with keywords in place of flags.
-#[derive(Default)]
-pub struct Warnings(RefCell<Vec<String>>);
-
-impl Warnings {
-    /// One more.
-    pub fn push(&self, text: &str) {
-        self.0.borrow_mut().push(keywords(text));
-    }
-
-    /// All of it, in its order.
-    pub fn into_texts(self) -> Vec<String> {
-        self.0.into_inner()
-    }
+/// What answers readings: of one signal, or of several channels.
+enum Answers {
+    One(locate::Locator, Calibration),
+    Several(locate::Several),
 }
 
-/// Distances of readings of one calibrated whisker.
+/// Distances of readings of a calibrated whisker.
 #[pyclass(frozen, module = "vibrissa._native")]
 pub struct Locator {
-    locator: Arc<locate::Locator>,
-    calibration: Calibration,
-    /// Zero readings among those that are answered one by one.
-    sequence: Mutex<Sequence>,
+    answers: Arc<Answers>,
+    /// Zero readings among those that are answered one by one; of one signal.
+    sequence: Mutex<Option<Sequence>>,
     zero: Option<f64>,
 }
 
@@ -59,15 +51,26 @@ impl Locator {
         trust: bool,
         same_run: bool,
     ) -> PyResult<Self> {
+        let open = opener(&RunOptions::default());
         let made = || -> Result<Self, Error> {
-            let asked = named(estimator.as_deref())?;
+            if Sensor::is_text(text) {
+                let zeros = "rows with a drive of 0 in a table";
+                let own = "nothing: each channel has its own";
+                command::of_one_signal(&[
+                    ("zero", zero.is_some(), zeros),
+                    ("estimator", estimator.is_some(), own),
+                    ("same_run", same_run, own),
+                ])?;
+                let several = locate::Several::new(&Sensor::parse(label, text, trust)?, label, &open)?;
+                let answers = Arc::new(Answers::Several(several));
+                return Ok(Self { answers, sequence: Mutex::new(None), zero });
+            }
+            let asked = command::estimator(estimator.as_deref())?;
             let calibration = Calibration::parse(label, text, trust)?;
-            let mut locator =
-                locate::Locator::new(&calibration, label, asked, &opener(&RunOptions::default()))?;
+            let mut locator = locate::Locator::new(&calibration, label, asked, &open)?;
             locator.same_run = same_run;
-            if let Some(bad) =
-                zero.filter(|z| !locator.unit.strain(*z, locator.rig.setup.gauge.factor).is_finite())
-            {
+            let (unit, factor) = (locator.unit, locator.rig.setup.gauge.factor);
+            if let Some(bad) = zero.filter(|z| !unit.strain(*z, factor).is_finite()) {
                 let error = InputError::new("this is no zero of such a signal").key("zero").value(bad);
                 return Err(error.allowed("a number in the unit of the signal").into());
             }
@@ -76,46 +79,54 @@ impl Locator {
                     InputError::new("the calibration is of two signals, each with its zero").key("zero");
                 return Err(error.value(z).allowed("rows of the table with a drive of 0").into());
             }
-            let sequence = Mutex::new(Sequence::new(&locator, zero));
-            Ok(Self { locator: Arc::new(locator), calibration, sequence, zero })
+            let sequence = Mutex::new(Some(Sequence::new(&locator, zero)));
+            Ok(Self { answers: Arc::new(Answers::One(locator, calibration)), sequence, zero })
         };
         job::here(py, made)?.map_err(|e| raise(py, e))
     }
 
-    /// What should be known of the zero of readings that are answered alone.
+    /// What should be known of the zero of readings that are answered alone or, of several channels, above their zeros.
     #[getter]
-    fn doubt(&self) -> Option<String> {
-        let tare = tare::Tare::new(
-            &self.locator,
-            self.zero.map(|z| self.locator.unit.strain(z, self.locator.rig.setup.gauge.factor)),
-        );
-        tare::doubt(&self.locator, tare.at(0).map(|z| z.0)).map(|text| keywords(&text))
+    fn doubts(&self) -> Vec<String> {
+        match &*self.answers {
+            Answers::One(locator, _) => {
+                let zero = self.zero.map(|z| locator.unit.strain(z, locator.rig.setup.gauge.factor));
+                let tare = tare::Tare::new(locator, zero);
+                tare::doubt(locator, tare.at(0).map(|z| z.0))
+                    .map(|text| keywords(&text))
+                    .into_iter()
+                    .collect()
+            }
+            Answers::Several(several) => {
+                let texts = several.locators.iter().filter_map(|locator| tare::doubt(locator, None));
+                texts.map(|text| keywords(&text.replace(", or --zero", " in a table"))).collect()
+            }
+        }
     }
 
     /// What should be known of the zero of the readings that follow each other, told once; None before the first tap.
     fn told(&self) -> Option<Vec<String>> {
-        let told = self.sequence.lock().unwrap_or_else(PoisonError::into_inner).told()?;
+        let told = self.sequence.lock().unwrap_or_else(PoisonError::into_inner).as_mut()?.told()?;
         Some(told.iter().map(|text| keywords(text)).collect())
     }
 
-    /// One reading: distance, sigma, status bits. With `follow` zero readings before it count.
+    /// One reading of one signal: distance, sigma, status bits. With `follow` zero readings before it count.
     #[pyo3(signature = (drive, value, follow, /))]
     fn one(&self, py: Python<'_>, drive: f64, value: f64, follow: bool) -> PyResult<(f64, f64, u16)> {
-        self.single(py)?;
-        let answer = || match follow {
-            true => {
-                let mut sequence = self.sequence.lock().unwrap_or_else(PoisonError::into_inner);
-                sequence.answer(&self.locator, drive, value)
+        let locator = self.single(py)?;
+        let answer = || {
+            let mut kept = self.sequence.lock().unwrap_or_else(PoisonError::into_inner);
+            match kept.as_mut().filter(|_| follow) {
+                Some(sequence) => sequence.answer(locator, drive, value),
+                None => Sequence::new(locator, self.zero).answer(locator, drive, value),
             }
-            false => Sequence::new(&self.locator, self.zero).answer(&self.locator, drive, value),
         };
         let Located { distance, sigma, status, .. } = job::here(py, answer)?;
         Ok((distance, sigma, bits(status)))
     }
 
-    /// What the taps among these readings (drives, values, shifts of the base) of one object tell, and the next one: taps, distance, sigma and another
-    /// distance so far; best drive and shift, the sigma that it brings and the least that any number of taps does; status bits; drives and shifts
-    /// that were tried, their sigmas and status bits; what should be known of the zero.
+    /// What the taps among these readings (drives, values, shifts of the base) of one object tell, and the next one, as `vibrissa next` says it in
+    /// JSON; status bits; drives and shifts that were tried, their sigmas and status bits; what should be known of the zero.
     #[allow(clippy::type_complexity)]
     fn next(
         &self,
@@ -124,19 +135,19 @@ impl Locator {
         within: [f64; 2],
         shifts: Option<[f64; 2]>,
         same_run: bool,
-    ) -> PyResult<(usize, [f64; 3], [f64; 4], u16, Vec<([f64; 3], u16)>, Vec<String>)> {
-        self.single(py)?;
+    ) -> PyResult<(String, u16, Vec<([f64; 3], u16)>, Vec<String>)> {
+        let locator = self.single(py)?;
         let [drives, values, places] = readings.map(|column| column.as_array().to_vec());
         let work = || -> Result<(next::Next, Vec<String>), Error> {
-            let mut sequence = Sequence::new(&self.locator, self.zero);
+            let mut sequence = Sequence::new(locator, self.zero);
             let read = drives.iter().zip(&values).zip(&places);
             let taps = read.filter_map(|((drive, value), shift)| {
-                let tap = sequence.read(&self.locator, *drive, *value).ok()?;
+                let tap = sequence.read(locator, *drive, *value).ok()?;
                 Some(UnlocatedTap { shift: *shift, ..tap })
             });
             let taps: Vec<UnlocatedTap> = taps.collect();
-            let may = next::May { within, shifts, same_run: same_run || self.locator.same_run };
-            let found = next::next(&self.locator, &taps, may).map_err(|why| {
+            let may = next::May { within, shifts, same_run: same_run || locator.same_run };
+            let found = next::next(locator, &taps, may).map_err(|why| {
                 InputError::new(why)
                     .key("readings")
                     .allowed("a calibration by learned, taps of one object, and drives that were calibrated")
@@ -144,51 +155,53 @@ impl Locator {
             Ok((found, sequence.told().flatten().iter().map(|text| keywords(text)).collect()))
         };
         let (found, told) = job::here(py, work)?.map_err(|e| raise(py, e))?;
-        let best = found.best.map(|k| &found.tried[k]);
-        let [drive, shift, sigma] = best.map_or([f64::NAN; 3], |b| [b.drive, b.shift, b.sigma]);
-        let now = if found.taps > 0 { found.now } else { [f64::NAN, found.now[1]] };
+        let lines: Vec<usize> = (1..=drives.len()).collect();
+        let said = command::next::result(&found, locator.rig.setup.drive, &lines).to_string();
         let tried = found.tried.iter().map(|t| ([t.drive, t.shift, t.sigma], bits(t.status))).collect();
-        Ok((
-            found.taps,
-            [now[0], now[1], found.near.unwrap_or(f64::NAN)],
-            [drive, shift, sigma, found.floor.unwrap_or(f64::NAN)],
-            bits(found.status),
-            tried,
-            told,
-        ))
+        Ok((said, bits(found.status), tried, told))
     }
 
-    /// Readings in the order in which they were taken: distances, sigmas, status bits; what should be known of their zero.
+    /// Readings in the order in which they were taken, a row of signals for each, of several channels above their zeros and with a drive of NaN where
+    /// it is not known: distances, sigmas, status bits; what should be known of their zero.
     #[allow(clippy::type_complexity)]
     fn many<'py>(
         &self,
         py: Python<'py>,
         drive: PyReadonlyArray1<'py, f64>,
-        value: PyReadonlyArray1<'py, f64>,
+        values: PyReadonlyArray2<'py, f64>,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>, Vec<String>)> {
-        self.single(py)?;
-        let (drives, values): (Vec<f64>, Vec<f64>) =
-            (drive.as_array().iter().copied().collect(), value.as_array().iter().copied().collect());
-        drop((drive, value));
-        let (locator, mut sequence) = (Arc::clone(&self.locator), Sequence::new(&self.locator, self.zero));
-        let (a, sigma, status, told) = job::whole(py, None, None, move |stop, _| {
-            let n = drives.len();
-            let (mut a, mut sigma, mut status) = (vec![0.0; n], vec![0.0; n], vec![0; n]);
-            for (i, (drive, value)) in drives.iter().zip(&values).enumerate() {
-                if i % 1024 == 0 && stop.load(Ordering::Relaxed) {
+        if let Answers::One(..) = &*self.answers {
+            self.single(py)?;
+        }
+        let (drives, width) = (drive.as_array().to_vec(), values.as_array().ncols());
+        let values: Vec<f64> = values.as_array().iter().copied().collect();
+        let (answers, zero) = (Arc::clone(&self.answers), self.zero);
+        let (all, told) = job::whole(py, None, None, move |stop, _| {
+            let mut all = Vec::with_capacity(drives.len());
+            let mut sequence = match &*answers {
+                Answers::One(locator, _) => Some(Sequence::new(locator, zero)),
+                Answers::Several(_) => None,
+            };
+            for (i, (drive, values)) in drives.iter().zip(values.chunks(width)).enumerate() {
+                if i % 64 == 0 && stop.load(Ordering::Relaxed) {
                     break;
                 }
-                let found = sequence.answer(&locator, *drive, *value);
-                (a[i], sigma[i], status[i]) = (found.distance, found.sigma, bits(found.status));
+                all.push(match (&*answers, &mut sequence) {
+                    (Answers::One(locator, _), Some(sequence)) => sequence.answer(locator, *drive, values[0]),
+                    (Answers::Several(several), _) => of_channels(several, *drive, values),
+                    (Answers::One(..), None) => unreachable!("one signal has a sequence"),
+                });
             }
-            let told: Vec<String> = sequence.told().flatten().iter().map(|text| keywords(text)).collect();
-            Ok((a, sigma, status, told))
+            let told = sequence.iter_mut().filter_map(Sequence::told).flatten();
+            Ok((all, told.map(|text| keywords(&text)).collect()))
         })?;
-        let numbers = |all| PyArray1::from_vec(py, all).into_any();
-        Ok((numbers(a), numbers(sigma), PyArray1::from_vec(py, status).into_any(), told))
+        let numbers =
+            |of: fn(&Located) -> f64| PyArray1::from_vec(py, all.iter().map(of).collect()).into_any();
+        let words = PyArray1::from_vec(py, all.iter().map(|l| bits(l.status)).collect());
+        Ok((numbers(|l| l.distance), numbers(|l| l.sigma), words.into_any(), told))
     }
 
-    /// Readings of a CSV table: located.csv, and what should be known of them.
+    /// Readings of a CSV table, its name, bytes and columns, those that are told `together`: located.csv, and what should be known of them.
     fn table(
         &self,
         py: Python<'_>,
@@ -198,56 +211,131 @@ impl Locator {
         together: Together,
         interval: bool,
     ) -> PyResult<(Table, Vec<String>)> {
-        let locator = Arc::clone(&self.locator);
-        answered(py, (locator, |l| l.into()), self.zero, (label, bytes, columns), (together, interval))
+        let (answers, zero) = (Arc::clone(&self.answers), self.zero);
+        job::whole(py, None, None, move |stop, _| {
+            let columns = columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
+            let (told, by) = (RefCell::new(Vec::new()), by(&together)?);
+            let warn = |text: &str| told.borrow_mut().push(keywords(text));
+            let who = || match &*answers {
+                Answers::One(locator, _) => Answerer::One(locator),
+                Answers::Several(several) => Answerer::Several(several),
+            };
+            Objects::can(who(), by)?;
+            let ask = stream::Ask {
+                columns: &columns,
+                zero: [zero, None],
+                label: Some(&label),
+                keep: true,
+                by,
+                interval,
+                warn: &warn,
+            };
+            let (zeros, _) = stream::zeros(who(), bytes.as_slice(), &ask)?;
+            let mut out = Vec::new();
+            let mut write = |some: &[u8], _: bool| {
+                out.extend_from_slice(some);
+                Ok(())
+            };
+            stream::answer(who(), bytes.as_slice(), &ask, Some(zeros), stop, &mut write)?;
+            Ok((Table::of_csv(&out)?, told.into_inner()))
+        })
     }
 
-    /// Name of the estimator in use.
+    /// Name of the estimator in use; None of several channels, of which each has its own.
     #[getter]
-    fn estimator(&self) -> &'static str {
-        self.locator.estimator.name()
+    fn estimator(&self) -> Option<&'static str> {
+        match &*self.answers {
+            Answers::One(locator, _) => Some(locator.estimator.name()),
+            Answers::Several(_) => None,
+        }
     }
 
     /// What should be known of the calibration.
     #[getter]
     fn warnings(&self) -> Vec<String> {
-        self.calibration.rig.warnings.iter().map(|text| keywords(text)).collect()
+        match &*self.answers {
+            Answers::One(_, calibration) => {
+                calibration.rig.warnings.iter().map(|text| keywords(text)).collect()
+            }
+            Answers::Several(_) => Vec::new(),
+        }
     }
 
-    /// Column of the signal: strain, microstrain, bridge_mV_per_V or reading.
+    /// Columns of the signals.
     #[getter]
-    fn signal(&self) -> &'static str {
-        self.locator.unit.column()
+    fn channels(&self) -> Vec<String> {
+        match &*self.answers {
+            Answers::One(locator, _) => vec![locator.unit.column().to_owned()],
+            Answers::Several(several) => several.names.clone(),
+        }
     }
 
     /// Column of the drive.
     #[getter]
     fn drive(&self) -> &'static str {
-        self.locator.rig.setup.drive.column()
+        self.locators()[0].rig.setup.drive.column()
     }
 
-    /// The only calibrated drive, if there is one.
+    /// The only calibrated drive of one signal, if there is one.
     #[getter]
-    fn only_drive(&self) -> Option<f64> {
-        self.locator.only_drive()
+    fn only_drive(&self, py: Python<'_>) -> PyResult<Option<f64>> {
+        Ok(self.single(py)?.only_drive())
     }
 
-    /// Standard deviation of one reading.
+    /// Standard deviation of one reading of each channel.
     #[getter]
-    fn noise(&self) -> f64 {
-        self.locator.noise()
+    fn noise(&self) -> Vec<f64> {
+        self.locators().iter().map(locate::Locator::noise).collect()
     }
 
-    /// Signal expected of a tap at `a` mm by `drive`, on the side of `sign`; NaN where none is.
-    fn expected(&self, py: Python<'_>, a: f64, drive: f64, sign: f64) -> PyResult<f64> {
-        job::here(py, || self.locator.expected(a, drive, sign))
+    /// Signals expected of a tap at `a` mm by `drive`, on the side of `sign`; NaN where none is.
+    fn expected(&self, py: Python<'_>, a: f64, drive: f64, sign: f64) -> PyResult<Vec<f64>> {
+        job::here(py, || self.locators().iter().map(|l| l.expected(a, drive, sign)).collect())
     }
 
-    /// What answers readings as one file of C.
+    /// What answers readings of one signal as one file of C.
     fn export(&self, py: Python<'_>) -> PyResult<String> {
-        let made = || Export::new(&self.locator, &self.calibration).map(|export| export.text());
+        let Answers::One(locator, calibration) = &*self.answers else { return Err(self.several(py)) };
+        let made = || Export::new(locator, calibration).map(|export| export.text());
         job::here(py, made)?.map_err(|e| raise(py, e))
     }
+}
+
+impl Locator {
+    fn locators(&self) -> &[locate::Locator] {
+        match &*self.answers {
+            Answers::One(locator, _) => std::slice::from_ref(locator),
+            Answers::Several(several) => &several.locators,
+        }
+    }
+
+    /// What answers one value, where a reading is one.
+    fn single(&self, py: Python<'_>) -> PyResult<&locate::Locator> {
+        let Answers::One(locator, _) = &*self.answers else { return Err(self.several(py)) };
+        if !locator.is_twofold() {
+            return Ok(locator);
+        }
+        let error = InputError::new("the calibration is of two signals, and a reading of one").key("value");
+        let allowed = "a table with both signals: locate(table, calibration)";
+        Err(raise(py, error.allowed(allowed).into()))
+    }
+
+    /// The error where one signal is needed and there are several.
+    fn several(&self, py: Python<'_>) -> PyErr {
+        let error = InputError::new("the calibration is of several channels").key("calibration");
+        let error = error.value(self.channels().join(", "));
+        raise(py, error.allowed("locate, table, expected; a calibration of one signal").into())
+    }
+}
+
+/// The distance of one reading of several channels, in the units of the calibration.
+fn of_channels(several: &locate::Several, drive: f64, values: &[f64]) -> Located {
+    if drive.is_finite() && several.locators[0].rests(drive) {
+        return Located::nothing(Status::NO_STRAIN);
+    }
+    let signal = |(l, value): (&locate::Locator, &f64)| l.unit.strain(*value, l.rig.setup.gauge.factor);
+    let signals: Vec<f64> = several.locators.iter().zip(values).map(signal).collect();
+    several.locate(drive, &signals, &vec![0.0; signals.len()])
 }
 
 /// Which readings of a table are told together: "same", "strokes" and what they leave free, or "object" and its column.
@@ -268,51 +356,4 @@ pub fn by(together: &Together) -> Result<By<'_>, InputError> {
         Some(_) => By::Same,
         None => By::Unsaid,
     })
-}
-
-/// Readings of a CSV table, its name, bytes and columns, by `who` of what answers, those that are told `together`: located.csv, and what should be
-/// known of them.
-pub fn answered<T: Send + Sync + 'static>(
-    py: Python<'_>,
-    (of, who): (Arc<T>, fn(&T) -> Answerer<'_>),
-    zero: Option<f64>,
-    (label, bytes, columns): (String, Vec<u8>, Option<String>),
-    (together, interval): (Together, bool),
-) -> PyResult<(Table, Vec<String>)> {
-    job::whole(py, None, None, move |stop, _| {
-        let columns = columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
-        let told = Warnings::default();
-        let warn = |text: &str| told.push(text);
-        let by = by(&together)?;
-        Objects::can(who(&of), by)?;
-        let ask = stream::Ask {
-            columns: &columns,
-            zero: [zero, None],
-            label: Some(&label),
-            keep: true,
-            by,
-            interval,
-            warn: &warn,
-        };
-        let (zeros, _) = stream::zeros(who(&of), bytes.as_slice(), &ask)?;
-        let mut out = Vec::new();
-        let mut write = |some: &[u8], _: bool| {
-            out.extend_from_slice(some);
-            Ok(())
-        };
-        stream::answer(who(&of), bytes.as_slice(), &ask, Some(zeros), stop, &mut write)?;
-        Ok((Table::of_csv(&out)?, told.into_texts()))
-    })
-}
-
-impl Locator {
-    /// Refuses to answer one value where a reading has two.
-    fn single(&self, py: Python<'_>) -> PyResult<()> {
-        if !self.locator.is_twofold() {
-            return Ok(());
-        }
-        let error = InputError::new("the calibration is of two signals, and a reading of one").key("value");
-        let allowed = "a table with both signals: locate(table, calibration)";
-        Err(raise(py, error.allowed(allowed).into()))
-    }
 }

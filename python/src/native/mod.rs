@@ -10,7 +10,6 @@ mod held;
 mod job;
 mod locate;
 mod machine;
-mod several;
 mod spec;
 mod table;
 mod taps;
@@ -31,8 +30,6 @@ mod _native {
     use super::locate::Locator;
     #[pymodule_export]
     use super::machine::{answer, ask_drivers_by, devices, left_behind, verify};
-    #[pymodule_export]
-    use super::several::Several;
     #[pymodule_export]
     use super::spec::{read_columns, units};
     #[pymodule_export]

@@ -16,7 +16,7 @@ use numpy::ndarray::ArrayView1;
 use numpy::{Element, PyArray1};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
-use pyo3::types::{IntoPyDict, PyCapsule, PyIterator, PyList};
+use pyo3::types::{IntoPyDict, PyCapsule, PyList};
 use vibrissa::error::Error;
 use vibrissa::measure::text::fields;
 use vibrissa::scene::RankBy;
@@ -31,6 +31,8 @@ const SCHEMA: &CStr = c"arrow_schema";
 /// Columns of equal length with their names. numpy, pandas, polars, pyarrow and whatever else knows the Arrow PyCapsule interface read them
 /// without a copy: `table["strain"]`, `table.to_pandas()`, `pyarrow.table(table)`, `polars.DataFrame(table)`. A missing number is NaN
 /// (null in Arrow), a missing word None, a missing time NaT.
+///
+/// What needs nothing of Rust, as `to_pandas` and pickling, `vibrissa/_frames.py` adds.
 #[pyclass(frozen, module = "vibrissa")]
 pub struct Table {
     batch: RecordBatch,
@@ -112,16 +114,6 @@ impl Table {
         name.extract::<&str>().is_ok_and(|name| self.batch.column_by_name(name).is_some())
     }
 
-    /// Names of the columns, as of a dict.
-    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {
-        PyList::new(py, self.columns())?.try_iter()
-    }
-
-    /// Names of the columns: `dict(table)` has them all as numpy arrays.
-    fn keys(&self) -> Vec<String> {
-        self.columns()
-    }
-
     /// A table of columns as they are read of another: of numbers (float64), of counts (int64), of flags (bool), bits (int64) of times with their
     /// type, or codes (int32) with their words; `own` are the user's own as a frame of pandas.
     #[staticmethod]
@@ -141,21 +133,6 @@ impl Table {
     #[getter]
     fn _own(&self, py: Python<'_>) -> Option<Py<PyAny>> {
         self.own.as_ref().map(|own| own.clone_ref(py))
-    }
-
-    /// For pickle: by columns.
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        slf.py().import("vibrissa._frames")?.call_method1("reduced", (slf,))
-    }
-
-    /// Itself: it never changes.
-    fn __copy__(slf: Py<Self>) -> Py<Self> {
-        slf
-    }
-
-    /// Itself: it never changes.
-    fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
-        slf
     }
 
     fn __repr__(&self) -> String {
@@ -208,57 +185,6 @@ impl Table {
             _ => "words",
         };
         self.batch.schema_ref().fields().iter().map(kind).collect()
-    }
-
-    /// Columns as numpy arrays, in order.
-    fn values<'py>(slf: &Bound<'py, Self>) -> PyResult<Vec<Bound<'py, PyAny>>> {
-        slf.get().columns().iter().map(|name| slf.get_item(name)).collect()
-    }
-
-    /// Names and columns, as of a dict.
-    fn items<'py>(slf: &Bound<'py, Self>) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
-        slf.get().columns().into_iter().map(|name| Ok((name.clone(), slf.get_item(name)?))).collect()
-    }
-
-    /// A column, or `default` where there is none of this name.
-    #[pyo3(signature = (name, default = None, /))]
-    fn get<'py>(
-        slf: &Bound<'py, Self>,
-        name: &Bound<'py, PyAny>,
-        default: Option<Bound<'py, PyAny>>,
-    ) -> PyResult<Option<Bound<'py, PyAny>>> {
-        if slf.contains(name)? { slf.get_item(name).map(Some) } else { Ok(default) }
-    }
-
-    /// For notebooks: the first rows.
-    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        slf.py().import("vibrissa._frames")?.call_method1("html", (slf,))
-    }
-
-    /// Refused: columns differ in type.
-    #[pyo3(signature = (dtype = None, copy = None))]
-    fn __array__<'py>(
-        slf: &Bound<'py, Self>,
-        dtype: Option<Bound<'py, PyAny>>,
-        copy: Option<Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let _ = (dtype, copy);
-        slf.py().import("vibrissa._frames")?.call_method1("no_array", (slf,))
-    }
-
-    /// A pandas DataFrame over the same memory (read-only; `.copy()` can be written to), words as categories.
-    fn to_pandas<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        slf.py().import("vibrissa._frames")?.call_method1("to_pandas", (slf,))
-    }
-
-    /// A polars DataFrame over the same memory.
-    fn to_polars<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        slf.py().import("vibrissa._frames")?.call_method1("to_polars", (slf,))
-    }
-
-    /// A pyarrow Table over the same memory.
-    fn to_arrow<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        slf.py().import("pyarrow")?.call_method1("table", (slf,))
     }
 
     /// The Arrow PyCapsule interface: types of the columns.

@@ -8,15 +8,10 @@ use std::time::Instant;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
-use rayon::prelude::*;
 use vibrissa::api::Tuple;
-use vibrissa::design::{Design, amount};
 use vibrissa::error::{Error, InputError};
-use vibrissa::evaluate::{Input, Method};
-use vibrissa::kernel::tap::{Ask, Frame};
-use vibrissa::kernel::{self, Effects};
+use vibrissa::evaluate::Input;
 use vibrissa::optimise::write;
-use vibrissa::physics::onset::Grip;
 use vibrissa::scene::{BackendChoice, Precision, RunOptions, Setup};
 use vibrissa::spec::{self, Ends};
 use vibrissa::taps::refuse;
@@ -111,126 +106,46 @@ impl Taps {
         self.warnings.clone()
     }
 
-    /// One tap: strain, that of the estimator's theory, K − 1, P, T, arc, status bits, whether it sticks; strain of the second gauge, azimuth
-    /// (degrees) and slide; what should be known of it.
-    #[pyo3(signature = (D, d, L_a, x_ss, l, a, drive, tilt = 0.0, lean = 0.0, /))]
-    #[allow(non_snake_case, clippy::too_many_arguments, clippy::type_complexity)]
+    /// One tap of D, d, L_a, x_ss, l, a, drive, tilt and lean: strain, that of the estimator's theory, K − 1, P, T, arc, strain of the second gauge,
+    /// azimuth (degrees) and slide, only the strain unless `full`; status bits; whether it sticks; what should be known of it.
+    #[pyo3(signature = (tap, full, /))]
+    #[allow(non_snake_case)]
     fn one(
         &self,
         py: Python<'_>,
-        D: f64,
-        d: f64,
-        L_a: f64,
-        x_ss: f64,
-        l: f64,
-        a: f64,
-        drive: f64,
-        tilt: f64,
-        lean: f64,
-    ) -> PyResult<(f64, f64, f64, f64, f64, f64, u16, bool, f64, f64, f64, Doubts)> {
-        self.allowed(py, [tilt != 0.0, lean != 0.0])?;
-        let mut found = [Told::default()];
-        let tap = Tuple { D, d, L_a, x_ss, l, a, tilt, lean, drive, rig: 0 };
-        let solved = job::here(py, || self.taps.solve(|_| tap, numbers_of, &mut found))?;
-        solved.map_err(|e| raise(py, e))?;
-        let doubts = doubts(self.taps.setup(), 1, None, |_| tap);
-        let [([strain, linear, deviation, normal, tangential, arc, second, azimuth, slide], status, sticks)] =
-            found;
-        Ok((
-            strain, linear, deviation, normal, tangential, arc, status, sticks, second, azimuth, slide,
-            doubts,
-        ))
-    }
-
-    /// The strain of one tap, and what should be known of it.
-    #[pyo3(signature = (D, d, L_a, x_ss, l, a, drive, tilt = 0.0, lean = 0.0, /))]
-    #[allow(non_snake_case, clippy::too_many_arguments)]
-    fn strain(
-        &self,
-        py: Python<'_>,
-        D: f64,
-        d: f64,
-        L_a: f64,
-        x_ss: f64,
-        l: f64,
-        a: f64,
-        drive: f64,
-        tilt: f64,
-        lean: f64,
-    ) -> PyResult<(f64, Doubts)> {
+        tap: [f64; 9],
+        full: bool,
+    ) -> PyResult<([f64; NUMBERS], u16, bool, Doubts)> {
+        let [D, d, L_a, x_ss, l, a, drive, tilt, lean] = tap;
         self.allowed(py, [tilt != 0.0, lean != 0.0])?;
         let tap = Tuple { D, d, L_a, x_ss, l, a, tilt, lean, drive, rig: 0 };
-        let mut found = [f64::NAN];
-        let solved = job::here(py, || self.taps.strains(|_| tap, &mut found))?;
+        let (mut found, mut strain) = ([Told::default()], [f64::NAN]);
+        let solved = job::here(py, || match full {
+            true => self.taps.solve(|_| tap, numbers_of, &mut found),
+            false => self.taps.strains(|_| tap, &mut strain),
+        })?;
         solved.map_err(|e| raise(py, e))?;
-        Ok((found[0], doubts(self.taps.setup(), 1, None, |_| tap)))
+        let [(mut numbers, status, sticks)] = found;
+        if !full {
+            numbers[0] = strain[0];
+        }
+        Ok((numbers, status, sticks, doubts(self.taps.setup(), 1, None, |_| tap)))
     }
 
-    /// `n` taps from the columns of [`Given::new`]; the numbers of [`Self::one`], each as an array, only the strain unless `full`; what should be
-    /// known of them.
-    #[pyo3(signature = (n, columns, full, progress = None))]
+    /// `n` taps from the columns of [`Given::new`]; the numbers of [`Self::one`], status bits and whether they stick, each as an array, only the strain
+    /// unless `full`; the derivatives of these numbers by the inputs `by`, for each number `n` times as many as there are inputs; what should be known.
+    ///
+    /// # Errors
+    /// An input that these taps have not; threads or kernels that fail.
+    #[pyo3(signature = (n, columns, full, by = Vec::new(), progress = None))]
+    #[allow(clippy::type_complexity)]
     fn many<'py>(
         &self,
         py: Python<'py>,
         n: usize,
         columns: Vec<Column<'py>>,
         full: bool,
-        progress: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<(Bound<'py, PyTuple>, Doubts)> {
-        let given = Given::new(py, n, columns)?;
-        self.allowed(py, given.leaning(n))?;
-        let taps = Arc::clone(&self.taps);
-        let solve = move |go_on: &mut dyn FnMut(usize) -> bool| {
-            let (mut strains, mut answers) = (Vec::new(), Answers::new(if full { n } else { 0 }));
-            if full {
-                let mut some = Vec::new();
-                let one = |from: usize, more: usize| {
-                    some.resize(more, Told::default());
-                    taps.solve(|i| given.tap(from + i), numbers_of, &mut some)?;
-                    answers.push(some.iter());
-                    Ok(())
-                };
-                parts(n, PART, one, go_on)?;
-            } else {
-                strains.resize(n, f64::NAN);
-                let one = |from: usize, more: usize| {
-                    taps.strains(|i| given.tap(from + i), &mut strains[from..from + more])
-                };
-                parts(n, PART, one, go_on)?;
-            }
-            let doubts = doubts(taps.setup(), n, Some(given.ends(n)), |i| given.tap(i));
-            Ok((strains, answers, doubts))
-        };
-        let (strains, answers, doubts) = if n <= FEW && !self.slow {
-            job::here(py, || solve(&mut |_| true))?.map_err(|e| raise(py, e))?
-        } else {
-            job::whole(py, self.threads, progress, move |stop, tell| {
-                solve(&mut |done| {
-                    tell((done as u64, n as u64));
-                    !stop.load(Ordering::Relaxed)
-                })
-            })?
-        };
-        let arrays = match full {
-            true => answers.into_arrays(py),
-            false => PyTuple::new(py, [PyArray1::from_vec(py, strains)]),
-        };
-        Ok((arrays?, doubts))
-    }
-
-    /// As [`Self::many`], and after that the derivatives of its numbers by the inputs `by`: for each number `n` times as many as there are inputs.
-    ///
-    /// # Errors
-    /// An input that these taps have not; and as [`Self::many`].
-    #[pyo3(signature = (n, columns, by, full, progress = None))]
-    #[allow(clippy::type_complexity)]
-    fn gradients<'py>(
-        &self,
-        py: Python<'py>,
-        n: usize,
-        columns: Vec<Column<'py>>,
         by: Vec<String>,
-        full: bool,
         progress: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyTuple>, Doubts)> {
         let given = Given::new(py, n, columns)?;
@@ -247,43 +162,52 @@ impl Taps {
         };
         let inputs = by.iter().map(input).collect::<PyResult<Vec<Input>>>()?;
         let count = inputs.len();
-        let solved = job::whole(py, self.threads, progress, move |stop, tell| {
+        let solve = move |go_on: &mut dyn FnMut(usize) -> bool| {
             let every: [usize; NUMBERS] = std::array::from_fn(|k| k);
             let numbers = if full { &every[..] } else { &every[..1] };
             let mut answers = Answers::new(if full { n } else { 0 });
             let (mut strains, mut some) = (vec![f64::NAN; if full { 0 } else { n }], Vec::new());
-            let mut slopes: Vec<Vec<f64>> = numbers.iter().map(|_| Vec::with_capacity(n * count)).collect();
+            let slopes = numbers.iter().filter(|_| count > 0).map(|_| Vec::with_capacity(n * count));
+            let mut slopes: Vec<Vec<f64>> = slopes.collect();
             let one = |from: usize, more: usize| {
                 let tap = |i: usize| given.tap(from + i);
-                if !full {
-                    let begin = slopes[0].len();
-                    slopes[0].resize(begin + more * count, f64::NAN);
-                    return taps.strain_gradients(
-                        tap,
-                        &inputs,
-                        &mut strains[from..from + more],
-                        &mut slopes[0][begin..],
-                    );
+                match (full, count) {
+                    (false, 0) => return taps.strains(tap, &mut strains[from..from + more]),
+                    (false, _) => {
+                        let begin = slopes[0].len();
+                        slopes[0].resize(begin + more * count, f64::NAN);
+                        let (strains, slopes) = (&mut strains[from..from + more], &mut slopes[0][begin..]);
+                        return taps.strain_gradients(tap, &inputs, strains, slopes);
+                    }
+                    (true, _) => some.resize(more, Told::default()),
                 }
-                some.resize(more, Told::default());
                 let mut by = vec![f64::NAN; more * count * NUMBERS];
-                taps.gradients(tap, (&inputs, numbers), numbers_of, &mut some, &mut by)?;
+                match count {
+                    0 => taps.solve(tap, numbers_of, &mut some)?,
+                    _ => taps.gradients(tap, (&inputs, numbers), numbers_of, &mut some, &mut by)?,
+                }
                 answers.push(some.iter());
                 for (k, row) in by.chunks(count.max(1)).enumerate() {
                     slopes[k % NUMBERS].extend(row);
                 }
                 Ok(())
             };
-            parts(n, PART_OF_GRADIENTS, one, |done| {
-                tell((done as u64, n as u64));
-                !stop.load(Ordering::Relaxed)
-            })?;
+            parts(n, if count == 0 { PART } else { PART_OF_GRADIENTS }, one, go_on)?;
             // Azimuths are told in degrees.
             slopes.iter_mut().skip(7).take(1).flatten().for_each(|x| *x = x.to_degrees());
             let doubts = doubts(taps.setup(), n, Some(given.ends(n)), |i| given.tap(i));
             Ok((strains, answers, slopes, doubts))
-        });
-        let (strains, answers, slopes, doubts) = solved?;
+        };
+        let (strains, answers, slopes, doubts) = if n <= FEW && count == 0 && !self.slow {
+            job::here(py, || solve(&mut |_| true))?.map_err(|e| raise(py, e))?
+        } else {
+            job::whole(py, self.threads, progress, move |stop, tell| {
+                solve(&mut |done| {
+                    tell((done as u64, n as u64));
+                    !stop.load(Ordering::Relaxed)
+                })
+            })?
+        };
         let slopes = PyTuple::new(py, slopes.into_iter().map(|column| PyArray1::from_vec(py, column)))?;
         let numbers = match full {
             true => answers.into_arrays(py)?,
@@ -292,41 +216,12 @@ impl Taps {
         Ok((numbers, slopes, doubts))
     }
 
-    /// For benches/python: seconds of `repeats` solves of these taps by the kernel alone, framed in its own units and nothing told of them, or,
-    /// with `engine`, by what the program solves taps with.
-    fn seconds(
-        &self,
-        py: Python<'_>,
-        n: usize,
-        columns: Vec<Column<'_>>,
-        engine: bool,
-        repeats: usize,
-    ) -> PyResult<f64> {
+    /// For benches/python: seconds of `repeats` solves of these taps by what the program solves taps with.
+    fn seconds(&self, py: Python<'_>, n: usize, columns: Vec<Column<'_>>, repeats: usize) -> PyResult<f64> {
         let given = Given::new(py, n, columns)?;
-        let setup = self.taps.setup();
-        let method = self.taps.method().map_err(|e| raise(py, e))?;
-        let Method::Fast { mut solver, rungs, tolerance } = method else { return Ok(f64::NAN) };
-        let framed = |i: usize| {
-            let t = given.tap(i);
-            let (grip, design) = (Grip::Slide(0.0), Design::new(setup, t));
-            let shared = design.shared.as_ref().filter(|_| design.admits(setup, t.a, t.drive))?;
-            let (model, side, curve, peak) = (&setup.model, setup.gauge.side, &shared.model, shared.peak);
-            let amount = amount(setup.drive, t.drive);
-            Frame::new(&Ask { model, side, curve, peak, a: t.a, amount, grip, start: 0.0 })
-                .map(|frame| *frame.tap())
-        };
-        let taps: Vec<_> = (0..n).into_par_iter().filter_map(framed).collect();
-        let effects = Effects::new(&setup.model, setup.gauge.side, false);
-        let (mut solutions, mut strains, start) = (Vec::new(), vec![0.0; n], Instant::now());
+        let (mut strains, start) = (vec![0.0; n], Instant::now());
         for _ in 0..repeats {
-            if engine {
-                self.taps.strains(|i| given.tap(i), &mut strains).map_err(|e| raise(py, e))?;
-                continue;
-            }
-            for some in taps.chunks(PART) {
-                let solved = kernel::solve(solver.as_mut(), effects, &rungs, tolerance, some, &mut solutions);
-                solved.map_err(|e| raise(py, e.into()))?;
-            }
+            self.taps.strains(|i| given.tap(i), &mut strains).map_err(|e| raise(py, e))?;
         }
         Ok(start.elapsed().as_secs_f64())
     }

@@ -1,4 +1,4 @@
-//! What was typed.
+//! What was typed, and what runs it.
 
 mod design;
 mod rig;
@@ -21,7 +21,12 @@ use vibrissa::command::sweep::SweepRequest;
 use vibrissa::command::tap::TapRequest;
 use vibrissa::command::taps::TapsRequest;
 
+use vibrissa::command::{self, Context, Reply};
+use vibrissa::error::Error;
+use vibrissa::spec;
+
 use super::help::{Completions, Help, Man};
+use super::{bench, cite, cluster, devices, explain, help, locate, merge, new, verify};
 pub use design::{Cluster, Merge};
 pub use rig::Locate;
 pub use show::{Bench, Verify};
@@ -97,6 +102,48 @@ pub enum Command {
     Completions(Completions),
     /// The manual page, on stdout; or the pages of all commands, into a folder
     Man(Man),
+}
+
+impl Command {
+    /// Runs it.
+    pub fn run(&self, context: &Context<'_>) -> Result<Reply, Error> {
+        match self {
+            Self::Sweep(sweep) if sweep.explain => explained(sweep, context),
+            Self::Sweep(sweep) => command::sweep::run(sweep, context),
+            Self::Calibrate(calibrate) => command::calibrate::run(calibrate, context),
+            Self::Locate(locate) => locate::run(locate, context),
+            Self::Taps(taps) => command::taps::run(taps, context),
+            Self::Next(next) => command::next::run(next, context),
+            Self::Plan(plan) => command::plan::run(plan, context),
+            Self::Contour(contour) => command::contour::run(contour, context),
+            Self::Simulate(simulate) => command::simulate::run(simulate, context),
+            Self::Optimise(optimise) => command::optimise::run(optimise, context),
+            Self::Tap(tap) => command::tap::run(tap, context),
+            Self::Chart(chart) => command::chart::run(chart, context),
+            Self::Merge(merge) => merge::run(merge),
+            Self::Cluster(cluster) => cluster::run(cluster),
+            Self::Explore(explore) => command::explore::run(explore, context),
+            Self::Verify(verify) => verify::run(verify),
+            Self::Bench(bench) => bench::run(bench),
+            Self::Shape(shape) => command::shape::run(shape, context),
+            Self::Report(report) => command::report::run(report, context),
+            Self::Devices(common) => devices::run(common),
+            Self::New(new) => new::run(new),
+            Self::Cite(cite) => cite::run(cite),
+            Self::Schema(_) => Ok(Reply { text: vibrissa::reference::schema::text(), ..Default::default() }),
+            Self::Completions(asked) => help::completions(asked),
+            Self::Man(asked) => help::man(asked),
+            // It prints as clap does.
+            Self::Help(_) => Ok(Reply::default()),
+        }
+    }
+}
+
+/// What each effect of the spec's model changes (`sweep --explain`), whatever its `[run]` plans.
+fn explained(asked: &SweepRequest, context: &Context<'_>) -> Result<Reply, Error> {
+    let spec = spec::read(&asked.spec)?;
+    let options = context.begun(&asked.common, &spec)?;
+    explain::run(&spec, &options, &asked.leave_off)
 }
 
 #[cfg(test)]

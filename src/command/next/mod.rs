@@ -20,7 +20,8 @@ use crate::locate::{Locator, SaidZero, locator::opener};
 use crate::measure::Names;
 use crate::sink::folder::{Question, hash};
 use crate::sink::run_json;
-use shown::{answer, drawn, result, table};
+pub use shown::result;
+use shown::{answer, drawn, table};
 
 /// The next tap of an object.
 #[derive(Debug, Flags, Deserialize)]

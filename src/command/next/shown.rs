@@ -22,6 +22,7 @@ pub fn table(next: &Next, drive: Drive) -> String {
     text
 }
 
+/// The next tap for programs; `lines` are those of the taps so far.
 pub fn result(next: &Next, drive: Drive, lines: &[usize]) -> serde_json::Value {
     let best = next.best.map(|k| next.tried[k]);
     let known = next.taps > 0;
