@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, NamedTuple, Union
 
 import numpy as np
@@ -232,7 +232,7 @@ class Locator:
         keys = ("taps", "distance_mm", "sigma_mm", "near_mm", self._native.drive, "shift_mm", "expected_sigma_mm", "least_sigma_mm")
         table = np.array([t[0] for t in tried], dtype=float).reshape(-1, 3)
         statuses = np.array([t[1] for t in tried], dtype=np.uint16)
-        return NextTap(*(said[key] for key in keys), Status(status), table[:, 0], table[:, 1], table[:, 2], statuses)
+        return NextTap(*[*(said[key] for key in keys), Status(status), *table.T, statuses])
 
     @staticmethod
     def _ends(key: str, said: Any, unit: str | None) -> tuple[float, float]:

@@ -6,7 +6,7 @@ import html as html_
 import json
 import os
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from ._contour import _path
 from ._errors import InputError, short, warn

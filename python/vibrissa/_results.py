@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import secrets
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
@@ -96,7 +96,7 @@ class Sweep(_Result):
     designs: Table | None
     distances: Table | None
 
-    def __init__(self, tables: list[tuple[str, Table | None]], run: str) -> None:
+    def __init__(self, tables: Sequence[tuple[str, Table | None]], run: str) -> None:
         super().__init__(run)
         named = dict(tables)
         self.tuples, self.designs, self.distances = (named.get(n) for n in ("tuples", "designs", "distances"))

@@ -381,7 +381,7 @@ def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = Non
             raise InputError(str(e), key="arguments", allowed="numbers that a float holds") from None
         if of_tap:
             warn(of_tap)
-        return Tap(*numbers[:6], Status(status), sticks, *numbers[6:]) if full else numbers[0]
+        return Tap(*[*numbers[:6], Status(status), sticks, *numbers[6:]]) if full else numbers[0]
     upright = type(tilt) in _SCALARS and type(lean) in _SCALARS and tilt == 0 and lean == 0
     given = {"D": D, "d": d, "L_a": L_a, "x_ss": x_ss, "l": l, "a": a, name: drive}
     if not upright:

@@ -310,7 +310,7 @@ fn filed(
     let from = readings.unwrap_or(Path::new("/dev/stdin"));
     let inputs = vec![path.to_owned(), from.to_owned()];
     let question = Question { inputs, ..Question::new("locate", &stem, asked) };
-    let mut destination = context.open(&out, question, &["located.csv"], args.common.force)?;
+    let mut destination = context.open(&out, question, &["located.csv"], Some(args.common.force))?;
     let counts = destination.stream("located.csv", |write| {
         let counts = source.answer(opened.who(), ask, &mut |bytes, _| write(bytes))?;
         some(&label, counts.lines - counts.blank)?;

@@ -95,16 +95,16 @@ pub fn run(asked: &CalibrateRequest, context: &Context<'_>) -> Result<Reply, Err
     let drive = asked.theta.map(|_| Drive::Angle).or(asked.delta.map(|_| Drive::Displacement));
     let given = Given { label: &label, bytes: &bytes, columns: &columns, drive };
     let read = |path: &Path, drive: Option<Drive>| {
-        context.read(path, |label, text, base| Rig::parse_with(label, text, base, drive))
+        context.read(path, "spec", |label, text, base| Rig::parse_with(label, text, base, drive))
     };
     let channels =
         |path: &PathBuf| several::whisker(|drive| read(path, drive), (&label, &bytes, &columns), drive);
-    if let Some((rig, spec)) = asked.whisker.as_ref().map(channels).transpose()?.flatten() {
-        return of_channels(asked, &given, (&rig, &spec), context);
+    if let Some((rig, mut spec)) = asked.whisker.as_ref().map(channels).transpose()?.flatten() {
+        return of_channels(asked, &given, (&rig, &mut spec), context);
     }
     let data = Data::parse_named(&label, &bytes, &columns)?;
     let likely = data.drive.or(drive);
-    let (rig, spec) = match &asked.whisker {
+    let (rig, mut spec) = match &asked.whisker {
         Some(path) => read(path, likely)?,
         None if asked.fit.is_empty() => Rig::of_data(&data, likely)?,
         None => {
@@ -112,12 +112,12 @@ pub fn run(asked: &CalibrateRequest, context: &Context<'_>) -> Result<Reply, Err
             return Err(error.value(asked.fit.join(",")).allowed("--whisker SPEC.toml").into());
         }
     };
-    let Begun { asked: options, identity, out, question } = begin(asked, &given, (&rig, &spec), context)?;
+    let Begun { asked: options, identity, out, question } = begin(asked, &given, (&rig, &mut spec), context)?;
     if options.run.plan == Some(true) {
         return Ok(planned(&data, &spec, out));
     }
     context.warn_all(&spec.warnings);
-    let mut destination = context.open(&out, question, &output::FILES, options.run.force == Some(true))?;
+    let mut destination = context.open(&out, question, &output::FILES, options.run.force)?;
     let found = calibrate::calibrate(&data, &rig, &options)?;
     context.warn_all(&found.warnings);
     let locator = found.calibration.opened(&opener(&options.run))?;
@@ -146,7 +146,7 @@ pub fn run(asked: &CalibrateRequest, context: &Context<'_>) -> Result<Reply, Err
 fn of_channels(
     asked: &CalibrateRequest,
     given: &Given<'_>,
-    (rig, spec): (&Rig, &Spec),
+    (rig, spec): (&Rig, &mut Spec),
     context: &Context<'_>,
 ) -> Result<Reply, Error> {
     let best = "nothing: each channel is answered by the best of its own";
@@ -155,7 +155,7 @@ fn of_channels(
         ("--estimator", asked.estimator.is_some(), best),
         ("--export", asked.export.is_some(), export),
     ])?;
-    let Begun { asked: options, identity, out, question } = begin(asked, given, (rig, spec), context)?;
+    let Begun { asked: options, identity, out, question } = begin(asked, given, (rig, &mut *spec), context)?;
     let label = given.label;
     if options.run.plan == Some(true) {
         return Ok(Reply::planned(out, |to| {
@@ -163,7 +163,7 @@ fn of_channels(
         }));
     }
     let names = ["calibration.toml", "channels.csv"];
-    let mut destination = context.open(&out, question, &names, options.run.force == Some(true))?;
+    let mut destination = context.open(&out, question, &names, options.run.force)?;
     let found = several::several((label, given.bytes, given.columns), rig, &options)?;
     context.warn_all(spec.warnings.iter().chain(&found.warnings()));
     found.sensor.check(&opener(&options.run))?;
@@ -180,10 +180,10 @@ fn of_channels(
 fn begin(
     asked: &CalibrateRequest,
     given: &Given<'_>,
-    (rig, spec): (&Rig, &Spec),
+    (rig, spec): (&Rig, &mut Spec),
     context: &Context<'_>,
 ) -> Result<Begun, Error> {
-    let run = context.prepared(&asked.common, Some(spec))?;
+    let run = context.prepared(&asked.common, Some(&mut *spec))?;
     let kind = rig.setup.drive;
     calibrate::same_drive(kind, given.drive)?;
     let fit = report::named_parameters(&asked.fit, kind)?;
@@ -193,8 +193,7 @@ fn begin(
     let stem = stem(&asked.data, "calibration");
     let out = folder(run.out.as_ref(), &stem, "calibrate");
     let of = json!({ "data": digest, "theta": format!("{theta:?}"), "delta": format!("{delta:?}"), "fit": asked.fit, "columns": asked.columns, "run": asked.run, "group": asked.group, "export": asked.export, "estimator": asked.estimator });
-    let mut question = Question { name: stem, ..Question::of_scene("calibrate", spec, of) };
-    question.inputs.push(asked.data.clone());
+    let question = Question { name: stem, ..Question::of_scene("calibrate", spec, of) };
     let group = calibrate::widths(&asked.group)?;
     let options = Options { drive: theta.or(*delta), group, fit, run, hash: digest };
     Ok(Begun { asked: options, identity, out, question })

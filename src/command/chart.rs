@@ -32,9 +32,9 @@ pub struct ChartRequest {
 /// # Errors
 /// Taps that are listed, too many distances, a model without a chart.
 pub fn run(asked: &ChartRequest, context: &Context<'_>) -> Result<Reply, Error> {
-    let spec = context.read(&asked.spec, spec::parse)?;
+    let mut spec = context.read(&asked.spec, "spec", spec::parse)?;
     spec.one_rig()?;
-    let options = context.begun(&asked.common, &spec)?;
+    let options = context.begun(&asked.common, &mut spec)?;
     let out = folder(options.out.as_ref(), &spec.name, "chart");
     let at = |e: Error| match e {
         Error::Input(e) => e.at(asked.spec.display().to_string(), None).into(),
@@ -48,7 +48,7 @@ pub fn run(asked: &ChartRequest, context: &Context<'_>) -> Result<Reply, Error> 
     }
     let found = chart::of_study(&spec.study, tolerance, context.host().stop(false)).map_err(at)?;
     let question = Question::of_scene("chart", &spec, json!({ "tolerance": tolerance }));
-    let mut destination = context.open(&out, question, &[FILE], options.force == Some(true))?;
+    let mut destination = context.open(&out, question, &[FILE], options.force)?;
     destination.put(FILE, document(setup, &found).to_string().into_bytes())?;
     let summary = Summary::of(&found, setup.drive);
     let lacks = |a: &f64| found.iter().filter(|c| c.a == *a).count() < directions.len();

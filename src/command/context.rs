@@ -9,15 +9,14 @@ use std::time::Instant;
 use serde_json::{Value, json};
 
 use super::Common;
-use crate::backend::Backend;
+use crate::backend::{Backend, Choice};
 use crate::error::{Error, InputError, SolveError};
 use crate::figure::{self, Figure, Format, Style};
 use crate::locate::Calibration;
-use crate::measure::{Data, Rig};
+use crate::measure::Data;
 use crate::optimise::{Watch, write};
 use crate::progress::Progress;
 use crate::scene::{Column, DirectionColumns, RunOptions, Setup, Space, Spec, Tuple};
-use crate::simulate::strokes::Strokes;
 use crate::sink::columns::Columns;
 use crate::sink::folder::{Folder, Question};
 use crate::sink::memory;
@@ -78,13 +77,15 @@ pub struct Context<'a> {
     memory: Option<(Vec<HeldFile>, RefCell<Option<ListedTaps>>)>,
     quiet: Cell<bool>,
     told: RefCell<Vec<String>>,
+    /// Files that were read.
+    inputs: RefCell<Vec<PathBuf>>,
 }
 
 impl<'a> Context<'a> {
     /// Of a command whose results go into folders; `quiet`: the user asked for it.
     pub fn new(host: &'a dyn Host, quiet: bool) -> Self {
-        let (quiet, told) = (Cell::new(quiet), RefCell::default());
-        Self { host, start: Instant::now(), memory: None, quiet, told }
+        let (quiet, told, inputs) = (Cell::new(quiet), RefCell::default(), RefCell::default());
+        Self { host, start: Instant::now(), memory: None, quiet, told, inputs }
     }
 
     /// Of a command whose results stay in memory, as do these inputs.
@@ -107,6 +108,11 @@ impl<'a> Context<'a> {
         self.quiet.get()
     }
 
+    /// Files that were read so far.
+    pub fn inputs(&self) -> Vec<PathBuf> {
+        self.inputs.borrow().clone()
+    }
+
     /// Whether the result stays in memory.
     pub fn is_in_memory(&self) -> bool {
         self.memory.is_some()
@@ -126,10 +132,11 @@ impl<'a> Context<'a> {
     ///
     /// # Errors
     /// Threads that cannot be started.
-    pub fn prepared(&self, common: &Common, spec: Option<&Spec>) -> Result<RunOptions, Error> {
-        let mut options = common.over(spec.map_or(&RunOptions::default(), |spec| &spec.run));
-        if self.memory.is_some() {
+    pub fn prepared(&self, common: &Common, spec: Option<&mut Spec>) -> Result<RunOptions, Error> {
+        let mut options = common.over(spec.as_ref().map_or(&RunOptions::default(), |spec| &spec.run));
+        if self.is_in_memory() {
             options = RunOptions { out: None, plan: None, quiet: Some(true), ..options };
+            spec.into_iter().for_each(leave_files);
         }
         self.quiet.set(options.quiet == Some(true));
         self.host.begin(&options)?;
@@ -140,8 +147,8 @@ impl<'a> Context<'a> {
     ///
     /// # Errors
     /// As [`Self::prepared`].
-    pub fn begun(&self, common: &Common, spec: &Spec) -> Result<RunOptions, Error> {
-        let options = self.prepared(common, Some(spec))?;
+    pub fn begun(&self, common: &Common, spec: &mut Spec) -> Result<RunOptions, Error> {
+        let options = self.prepared(common, Some(&mut *spec))?;
         self.warn_all(&spec.warnings);
         Ok(options)
     }
@@ -178,29 +185,60 @@ impl<'a> Context<'a> {
     /// # Errors
     /// A file that cannot be read.
     pub fn data(&self, path: &Path) -> Result<Cow<'_, [u8]>, InputError> {
+        self.inputs.borrow_mut().push(path.to_owned());
         match self.held(path) {
             Some(file) => Ok(Cow::Borrowed(&file.bytes)),
             None => Data::load(path).map(Cow::Owned),
         }
     }
 
-    /// Reads a spec by `parse`, which takes its label, its text and where its paths begin.
+    /// Reads the `what` file at `path` by `parse`, which takes its label, its text and where its paths begin.
     ///
     /// # Errors
     /// A file that cannot be read; what is wrong in it.
-    pub fn read<T: AsSpec>(
+    pub fn read<T>(
         &self,
         path: &Path,
+        what: &str,
         parse: impl FnOnce(&str, &str, &Path) -> Result<T, InputError>,
     ) -> Result<T, InputError> {
+        self.inputs.borrow_mut().push(path.to_owned());
         let label = path.display().to_string();
-        let mut read = match self.held(path) {
-            Some(file) => parse(&label, &file.text(), &file.base)?,
-            None => parse(&label, &spec::load(path, "spec")?, path.parent().unwrap_or(Path::new("")))?,
-        };
-        read.spec().inputs.push(path.to_owned());
-        self.leave_files(read.spec());
-        Ok(read)
+        match self.held(path) {
+            Some(file) => parse(&label, &file.text(), &file.base),
+            None => parse(&label, &spec::load(path, what)?, path.parent().unwrap_or(Path::new(""))),
+        }
+    }
+
+    /// The calibration at `path`; `trust`: also one that was edited by hand.
+    ///
+    /// # Errors
+    /// A file that is missing or no calibration.
+    pub fn calibration(&self, path: &Path, trust: bool) -> Result<Calibration, InputError> {
+        let parse = |label: &str, text: &str, _: &Path| Calibration::parse(label, text, trust);
+        if path.is_dir() {
+            return Calibration::read(path, trust);
+        }
+        self.read(path, "calibration", parse)
+    }
+
+    /// The bound by which effects are left off: that of the command, or of the spec at `path`.
+    ///
+    /// # Errors
+    /// A bound by which nothing can be judged.
+    pub fn model_error(
+        &self,
+        asked: Option<f64>,
+        (spec, path): (&Spec, &Path),
+        choice: &Choice,
+    ) -> Result<Option<f64>, Error> {
+        files::model_error(asked, spec, choice).map_err(|e| match e {
+            Error::Input(e) if e.file.is_some() => {
+                let line = e.line;
+                e.at(path.display().to_string(), line).into()
+            }
+            other => other,
+        })
     }
 
     /// Puts the values of `[run]` that are in force into `spec`, and the bound by which effects are left off.
@@ -212,13 +250,8 @@ impl<'a> Context<'a> {
     ) {
         files::settle(spec, options, backend, out);
         files::settle_model_error(spec, bound);
-        self.leave_files(spec);
-    }
-
-    /// Leaves out the values that say where files go, where there are none.
-    fn leave_files(&self, spec: &mut Spec) {
-        if self.memory.is_some() {
-            spec.in_force.retain(|(key, ..)| !OF_FILES.contains(&key.as_str()));
+        if self.is_in_memory() {
+            leave_files(spec);
         }
     }
 
@@ -229,9 +262,9 @@ impl<'a> Context<'a> {
     pub fn spec(&self, path: &Path) -> Result<Spec, Error> {
         let listed = self.memory.as_ref().and_then(|(_, listed)| listed.take());
         let Some(ListedTaps { tuples, leaning, directions }) = listed else {
-            return Ok(self.read(path, spec::parse)?);
+            return Ok(self.read(path, "spec", spec::parse)?);
         };
-        let mut spec = self.read(path, spec::parse_listed)?;
+        let mut spec = self.read(path, "spec", spec::parse_listed)?;
         taps::refuse(&spec.study.setup, leaning)?;
         spec.study.setup.directions = directions;
         let kind = spec.study.setup.drive;
@@ -245,55 +278,28 @@ impl<'a> Context<'a> {
         Ok(spec)
     }
 
-    /// The calibration at `path`; `trust`: also one that was edited by hand.
-    ///
-    /// # Errors
-    /// A file that is missing or no calibration.
-    pub fn calibration(&self, path: &Path, trust: bool) -> Result<Calibration, Error> {
-        Ok(match self.held(path) {
-            Some(file) => {
-                let label = path.display().to_string();
-                Calibration::parse(&label, &file.text(), trust)?
-            }
-            None => Calibration::read(path, trust)?,
-        })
-    }
-
-    /// What is stroked, and from where, by the file at `path`.
-    ///
-    /// # Errors
-    /// A file that is missing or says something else.
-    pub fn strokes(&self, path: &Path) -> Result<Strokes, InputError> {
-        match self.held(path) {
-            Some(file) => {
-                let label = path.display().to_string();
-                Strokes::parse(&label, &file.text(), &file.base)
-            }
-            None => Strokes::read(path),
-        }
-    }
-
     /// How many rows of so many bytes there is room for in memory, where the result stays there.
     pub fn room(&self, bytes_of_row: u64) -> u64 {
         let memory = self.memory.as_ref().and_then(|_| memory::available());
         memory.map_or(u64::MAX, |bytes| bytes / bytes_of_row)
     }
 
-    /// Opens the place of a result at `out` that answers `question` with files of these `names`.
+    /// Opens the place of a result at `out` that answers `question` with files of these `names`; what was read is among its inputs.
     ///
     /// # Errors
     /// A folder that holds something else.
     pub fn open(
         &self,
         out: &Path,
-        question: Question,
+        mut question: Question,
         names: &[&str],
-        force: bool,
+        force: Option<bool>,
     ) -> Result<Destination, Error> {
-        Ok(match self.memory {
-            Some(_) => Destination::Memory(Vec::new()),
-            None => Destination::Folder(Folder::open(out, question, names, force)?),
-        })
+        if self.is_in_memory() {
+            return Ok(Destination::Memory(Vec::new()));
+        }
+        question.inputs.extend(self.inputs());
+        Ok(Destination::Folder(Folder::open(out, question, names, force == Some(true))?))
     }
 
     /// Fails once the work was asked to stop.
@@ -308,28 +314,9 @@ impl<'a> Context<'a> {
     }
 }
 
-/// What holds a spec.
-pub trait AsSpec {
-    /// It.
-    fn spec(&mut self) -> &mut Spec;
-}
-
-impl AsSpec for Spec {
-    fn spec(&mut self) -> &mut Spec {
-        self
-    }
-}
-
-impl AsSpec for (Rig, Spec) {
-    fn spec(&mut self) -> &mut Spec {
-        &mut self.1
-    }
-}
-
-impl<T> AsSpec for (Spec, T) {
-    fn spec(&mut self) -> &mut Spec {
-        &mut self.0
-    }
+/// Leaves out the values that say where files go.
+fn leave_files(spec: &mut Spec) {
+    spec.in_force.retain(|(key, ..)| !OF_FILES.contains(&key.as_str()));
 }
 
 /// What a result in memory holds.

@@ -18,6 +18,7 @@ use crate::locate::SaidZero;
 use crate::measure::Names;
 use crate::measure::skin::PLACES;
 use crate::report::of_contour;
+use crate::simulate::strokes::Strokes;
 use crate::sink::columns::{Columns, Values};
 use crate::sink::folder::Question;
 
@@ -77,7 +78,6 @@ pub struct ContourRequest {
 /// Data without poses, or that do not fit the calibration; a backend or a file that fails.
 pub fn run(asked: &ContourRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let options = context.prepared(&asked.common, None)?;
-    let force = options.force == Some(true);
     let noise = Noise::said(asked.angle_noise, asked.base_noise, asked.touch_noise)?;
     let traced = TraceOptions {
         noise,
@@ -88,8 +88,8 @@ pub fn run(asked: &ContourRequest, context: &Context<'_>) -> Result<Reply, Error
     let estimator = estimator(asked.estimator.as_deref())?;
     let columns = asked.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
     let bytes = context.data(&asked.data)?;
-    let calibration = context.calibration(&asked.calibration, force)?;
-    let truth = asked.truth.as_deref().map(|path| context.strokes(path)).transpose();
+    let calibration = context.calibration(&asked.calibration, options.force == Some(true))?;
+    let truth = asked.truth.as_deref().map(|path| context.read(path, "object", Strokes::parse)).transpose();
     let truth = truth.map_err(|e| InputError { key: e.key.or(Some("--truth".into())), ..e })?;
     let stem = stem(&asked.data, "points");
     let out = folder(options.out.as_ref(), &stem, "contour");
@@ -110,10 +110,9 @@ pub fn run(asked: &ContourRequest, context: &Context<'_>) -> Result<Reply, Error
     };
     let warn = |text: &str| context.warn(text);
     let traced = Traced::new(&question, &options, &warn, context.host().stop(false))?;
-    let mut inputs = vec![asked.data.clone(), asked.calibration.clone()];
-    inputs.extend(truth.iter().flat_map(|strokes| strokes.files.iter().cloned()));
-    let question = Question { inputs, ..Question::new("contour", &stem, traced.settings.clone()) };
-    let mut destination = context.open(&out, question, &write::FILES, force)?;
+    let mut question = Question::new("contour", &stem, traced.settings.clone());
+    question.inputs.extend(truth.iter().flat_map(|strokes| strokes.files.iter().cloned()));
+    let mut destination = context.open(&out, question, &write::FILES, options.force)?;
     destination.put("points.csv", traced.points.clone())?;
     destination.put("curve.csv", traced.curve.clone())?;
     if truth.is_some() {

@@ -39,9 +39,9 @@ pub struct ExploreRequest {
 /// # Errors
 /// A model without such a page, ranges over which it is not smooth, a place that holds something else.
 pub fn run(asked: &ExploreRequest, context: &Context<'_>) -> Result<Reply, Error> {
-    let spec = context.read(&asked.spec, spec::parse)?;
+    let mut spec = context.read(&asked.spec, "spec", spec::parse)?;
     spec.one_rig()?;
-    let options = context.begun(&asked.common, &spec)?;
+    let options = context.begun(&asked.common, &mut spec)?;
     let at = |e: Error| match e {
         Error::Input(e) if e.file.is_none() => {
             Error::Input(spec::placed(&asked.spec.display().to_string(), &spec.text, e))
@@ -51,7 +51,7 @@ pub fn run(asked: &ExploreRequest, context: &Context<'_>) -> Result<Reply, Error
     let tolerance = sound(options.tolerance.unwrap_or(TOLERANCE))?;
     let out = options.out.clone().unwrap_or_else(|| PathBuf::from(FILE));
     if !context.is_in_memory() {
-        free(&out, &spec.inputs, options.force == Some(true))?;
+        free(&out, &[spec.inputs.clone(), context.inputs()].concat(), options.force == Some(true))?;
     }
     if options.plan == Some(true) {
         return Ok(Reply::planned(out, |to| format!("{}: one chart to {tolerance:e}, as {to}", spec.name)));

@@ -26,7 +26,7 @@ use crate::sink::folder::Question;
 use crate::sink::run_json;
 use crate::sink::shard::Shard;
 use crate::sink::table::drive_unit;
-use crate::{files, spec};
+use crate::spec;
 
 /// What to say of a search that a signal ended.
 const KEPT: &str = "interrupted; the best so far is written";
@@ -57,18 +57,18 @@ pub struct OptimiseRequest {
 /// # Errors
 /// What cannot be searched, limits that no design keeps, a backend or a file that fails.
 pub fn run(asked: &OptimiseRequest, context: &Context<'_>) -> Result<Reply, Error> {
-    let (mut spec, mut search) = context.read(&asked.spec, spec::parse_search)?;
+    let (mut spec, mut search) = context.read(&asked.spec, "spec", spec::parse_search)?;
     if let Some(shard) = asked.shard {
         search.seed = search.seed.wrapping_add(u64::from(shard.index) - 1);
         let seed = spec.in_force.iter_mut().find(|(key, ..)| key == "optimise.seed");
         seed.into_iter().for_each(|(_, value, _)| *value = search.seed.to_string());
     }
-    let options = context.begun(&asked.common, &spec)?;
+    let options = context.begun(&asked.common, &mut spec)?;
     let out = folder(options.out.as_ref(), &spec.name, "optimise");
     let out = asked.shard.map_or(out.clone(), |shard| out.join(shard.folder()));
     let work = Work::of_search(&search, &spec.study.space, &spec.study.setup, &options);
     let choice = Choice::for_work(&options, work)?;
-    let bound = files::model_error(asked.model_error, &spec, &choice)?;
+    let bound = context.model_error(asked.model_error, (&spec, &asked.spec), &choice)?;
     context.settle(&mut spec, &options, (&choice.backend, bound, &out));
     let needed = bound.map(|e| optimise::run::needed(&spec, &search, e)).transpose()?;
     if options.plan == Some(true) {
@@ -93,7 +93,7 @@ fn searched(
 ) -> Result<Reply, Error> {
     let question = Question::of_scene("optimise", spec, Value::Null);
     let names = write::names(search.objective);
-    let mut destination = context.open(out, question, &names, options.force == Some(true))?;
+    let mut destination = context.open(out, question, &names, options.force)?;
     let mut watch = context.host().watch(context.is_quiet());
     let stop = context.host().stop(true);
     let report = optimise::find(spec, search, (choice, options, needed), stop, watch.as_mut());

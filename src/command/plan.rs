@@ -66,13 +66,12 @@ pub struct PlanRequest {
 pub fn run(asked: &PlanRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let label = asked.spec.display().to_string();
     let goal = goal(asked)?;
-    let spec = context.read(&asked.spec, spec::parse)?;
+    let mut spec = context.read(&asked.spec, "spec", spec::parse)?;
     let rig = Rig::of_spec(&spec, &label)?;
     rig.of_one_signal().map_err(|e| e.at(&label, None))?;
-    let options = context.prepared(&asked.common, Some(&spec))?;
-    let force = options.force == Some(true);
+    let options = context.prepared(&asked.common, Some(&mut spec))?;
     let of_calibration = |path: &PathBuf| -> Result<_, Error> {
-        let calibration = context.calibration(path, force)?;
+        let calibration = context.calibration(path, options.force == Some(true))?;
         let like = planned::like(&calibration, &rig, goal.gain, &path.display().to_string())?;
         Ok((like, calibration.checksum))
     };
@@ -90,9 +89,8 @@ pub fn run(asked: &PlanRequest, context: &Context<'_>) -> Result<Reply, Error> {
         other => other,
     };
     let of = json!({ "error": goal.error, "positions": goal.positions, "runs": goal.runs, "place": goal.place, "gain": goal.gain, "relative": goal.relative, "seed": goal.seed, "like": checksum });
-    let mut question = Question::of_scene("plan", &spec, of);
-    question.inputs.extend(asked.like.clone());
-    let mut destination = context.open(&out, question, &FILES, force)?;
+    let question = Question::of_scene("plan", &spec, of);
+    let mut destination = context.open(&out, question, &FILES, options.force)?;
     let space = &spec.study.space;
     let found = planned::plan(&rig, space, &goal, like.map(|l| l.0), &opener(&options)).map_err(place)?;
     let drive = rig.setup.drive;

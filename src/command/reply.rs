@@ -72,18 +72,13 @@ impl Reply {
             Destination::Memory(kept) => Ok(Self { kept, document, ..self }),
             Destination::Folder(mut folder) => {
                 folder.run_json(&document)?;
-                Ok(self.written(out, folder.finish()?, context))
+                let Written { files, removed } = folder.finish()?;
+                Ok(self.with_files(out, (files, removed), (context.elapsed(), context.is_quiet())))
             }
         }
     }
 
-    /// Of a result in the folder `out`: the text ends with its files and the time since the command began.
-    pub fn written(self, out: PathBuf, written: Written, context: &Context<'_>) -> Self {
-        let Written { files, removed } = written;
-        self.with_files(out, (files, removed), (context.elapsed(), context.is_quiet()))
-    }
-
-    /// As [`Self::written`], of files that were written, and removed, within so many seconds.
+    /// Of files that were written into the folder `out`, and removed, within so many seconds, with which the text ends.
     pub fn with_files(
         self,
         out: PathBuf,

@@ -38,9 +38,9 @@ pub struct ShapeRequest {
 /// # Errors
 /// A model without shapes, too many taps, a backend or a file that fails.
 pub fn run(asked: &ShapeRequest, context: &Context<'_>) -> Result<Reply, Error> {
-    let spec = context.spec(&asked.spec)?;
+    let mut spec = context.spec(&asked.spec)?;
     spec.one_rig()?;
-    let options = context.begun(&asked.common, &spec)?;
+    let options = context.begun(&asked.common, &mut spec)?;
     let placed = |e: InputError| Error::from(e.at(asked.spec.display().to_string(), None));
     let (setup, nodes) = (&spec.study.setup, asked.nodes as usize);
     shape::check(setup).map_err(placed)?;
@@ -53,7 +53,7 @@ pub fn run(asked: &ShapeRequest, context: &Context<'_>) -> Result<Reply, Error> 
     shape::rows(&spec.study.space, nodes, context.room(BYTES_OF_SECTION)).map_err(placed)?;
     let (method, by) = shape::method(&options, &setup.model)?;
     let question = Question::of_scene("shape", &spec, json!({ "nodes": nodes, "solved_by": by }));
-    let mut destination = context.open(&out, question, &shape::FILES, options.force == Some(true))?;
+    let mut destination = context.open(&out, question, &shape::FILES, options.force)?;
     let mut progress = context.progress();
     let steered = (context.host().stop(false), &mut *progress as &mut dyn Progress);
     let (counts, tables) = shape::tables(&spec, method, nodes, steered).map_err(|e| match e {

@@ -76,9 +76,9 @@ pub struct SimulateRequest {
 /// # Errors
 /// A spec of several whiskers, settings that mean nothing, a backend or a file that fails.
 pub fn run(asked: &SimulateRequest, context: &Context<'_>) -> Result<Reply, Error> {
-    let spec = context.read(&asked.spec, spec::parse)?;
+    let mut spec = context.read(&asked.spec, "spec", spec::parse)?;
     let rig = Rig::of_spec(&spec, &asked.spec.display().to_string())?;
-    let options = context.prepared(&asked.common, Some(&spec))?;
+    let options = context.prepared(&asked.common, Some(&mut spec))?;
     let settings = settings(asked, &rig)?;
     if let Some(object) = &asked.object {
         return stroke(object, (&spec, &rig), &settings, &options, context);
@@ -95,7 +95,7 @@ pub fn run(asked: &SimulateRequest, context: &Context<'_>) -> Result<Reply, Erro
         return Ok(Reply { counts: json!({ "taps": taps }), result, ..planned });
     }
     let question = Question::of_scene("simulate", &spec, json!({ "settings": described.to_string() }));
-    let mut destination = context.open(&out, question, &["measurements.csv"], options.force == Some(true))?;
+    let mut destination = context.open(&out, question, &["measurements.csv"], options.force)?;
     let method = opener(&options)(&rig.setup.model)?;
     let which = SimulatedTaps { layout: &layout, directions: spec.study.setup.directions };
     let counts = destination.stream("measurements.csv", |write| {
@@ -120,7 +120,7 @@ fn stroke(
 ) -> Result<Reply, Error> {
     context.warn_all(&spec.warnings);
     strokes::check(rig, settings)?;
-    let course = context.strokes(object)?;
+    let course = context.read(object, "object", strokes::Strokes::parse)?;
     let drives = spec.study.space.axis(Column::Drive).expect("a rig has axes");
     let out = folder(options.out.as_ref(), &spec.name, "simulate");
     let described = course.described(settings.described(rig.setup.drive));
@@ -135,7 +135,7 @@ fn stroke(
     let asked = json!({ "settings": described.to_string(), "course": format!("{:?}", (&course.object, &course.starts, course.touch_noise)) });
     let mut question = Question::of_scene("simulate", spec, asked);
     question.inputs.extend(course.files.iter().cloned());
-    let mut destination = context.open(&out, question, &[strokes::FILE], options.force == Some(true))?;
+    let mut destination = context.open(&out, question, &[strokes::FILE], options.force)?;
     let mut missed = 0;
     let mut miss = |number: usize, why| {
         missed += 1;

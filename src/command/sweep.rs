@@ -14,7 +14,6 @@ use crate::census::needed::Needed;
 use crate::census::sample::ComparedRows;
 use crate::curve::both::TAPS;
 use crate::error::Error;
-use crate::files;
 use crate::plan::Plan;
 use crate::progress::Progress;
 use crate::report::answer::{Recommended, of_best};
@@ -71,7 +70,8 @@ fn seconds(text: &str) -> Result<Duration, &'static str> {
 /// A spec or a folder that cannot be used, tables that are too large, a backend or a disk that fails, a request to stop.
 pub fn run(asked: &SweepRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let mut spec = context.spec(&asked.spec)?;
-    let options = context.begun(&asked.common, &spec)?;
+    spec.inputs.extend(context.inputs());
+    let options = context.begun(&asked.common, &mut spec)?;
     let alone = asked.shard.is_none() && !context.is_in_memory();
     if alone && std::env::var_os("SLURM_ARRAY_TASK_ID").is_some() {
         context
@@ -80,7 +80,7 @@ pub fn run(asked: &SweepRequest, context: &Context<'_>) -> Result<Reply, Error> 
     let out = folder(options.out.as_ref(), &spec.name, "sweep");
     let out = asked.shard.map_or(out.clone(), |shard| out.join(shard.folder()));
     let choice = Choice::for_work(&options, Work::of_study(&spec.study, &options))?;
-    let bound = files::model_error(asked.model_error, &spec, &choice)?;
+    let bound = context.model_error(asked.model_error, (&spec, &asked.spec), &choice)?;
     if bound.is_some() {
         sweep::whole(asked.shard, &spec.study)?;
     }

@@ -20,8 +20,8 @@ use crate::scene::{Spec, Theory};
 use crate::sink::folder::Question;
 use crate::sink::run_json;
 use crate::sink::table::drive_unit;
+use crate::spec;
 use crate::tap::{self, Report, Sample};
-use crate::{files, spec};
 
 const FILE: &str = "tap.csv";
 
@@ -57,13 +57,13 @@ pub struct TapRequest {
 pub fn run(asked: &TapRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let objective = meant(("word", "--objective"), Some(&asked.objective), &OBJECTIVES)?;
     let objective = objective.unwrap_or(Objective::Distance);
-    let (mut spec, ends) = context.read(&asked.spec, |label, text, base| {
+    let (mut spec, ends) = context.read(&asked.spec, "spec", |label, text, base| {
         spec::parse_tap(label, text, base, objective.needs_distance())
     })?;
-    let options = context.begun(&asked.common, &spec)?;
+    let options = context.begun(&asked.common, &mut spec)?;
     let choice = tap::choice(&options, &spec.study)?;
     let out = folder(options.out.as_ref(), &spec.name, "tap");
-    let bound = files::model_error(asked.model_error, &spec, &choice)?;
+    let bound = context.model_error(asked.model_error, (&spec, &asked.spec), &choice)?;
     context.settle(&mut spec, &options, (&choice.backend, bound, &out));
     let (symbol, unit) = drive_unit(spec.study.setup.drive);
     let (name, [from, to], on) = (&spec.name, ends, where_and_why(&choice.backend));
@@ -87,7 +87,7 @@ pub fn run(asked: &TapRequest, context: &Context<'_>) -> Result<Reply, Error> {
     }
     context.line(head);
     let question = Question::of_scene("tap", &spec, json!({ "objective": objective.word() }));
-    let mut destination = context.open(&out, question, &[FILE], options.force == Some(true))?;
+    let mut destination = context.open(&out, question, &[FILE], options.force)?;
     let begun = context.elapsed();
     let mut progress = context.progress();
     let (stop, study) = (context.host().stop(false), &spec.study);

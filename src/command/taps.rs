@@ -77,8 +77,8 @@ pub fn run(asked: &TapsRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let (readings, rest) = find(&record, take)?;
     labels.check(&record, &readings)?;
     let of = json!({ "raw": hash(&text), "columns": asked.columns, "take": format!("{take:?}"), "a": asked.a, "theta": asked.theta, "delta": asked.delta });
-    let question = Question { inputs: vec![asked.raw.clone()], ..Question::new("taps", &stem, of) };
-    let mut destination = context.open(&out, question, &FILES, options.force == Some(true))?;
+    let question = Question::new("taps", &stem, of);
+    let mut destination = context.open(&out, question, &FILES, options.force)?;
     let [taps_file, readings_file, figure_file] = FILES;
     destination.put(taps_file, output::taps(&record, &readings, &labels).into_bytes())?;
     destination.put(readings_file, output::readings(&record, &readings).into_bytes())?;

@@ -141,8 +141,8 @@ impl Command {
 
 /// What each effect of the spec's model changes (`sweep --explain`), whatever its `[run]` plans.
 fn explained(asked: &SweepRequest, context: &Context<'_>) -> Result<Reply, Error> {
-    let spec = spec::read(&asked.spec)?;
-    let options = context.begun(&asked.common, &spec)?;
+    let mut spec = spec::read(&asked.spec)?;
+    let options = context.begun(&asked.common, &mut spec)?;
     explain::run(&spec, &options, &asked.leave_off)
 }
 

@@ -65,8 +65,7 @@ pub struct NextRequest {
 /// A calibration by another estimator than `learned`, readings that do not fit it, limits that are none, a file that fails.
 pub fn run(asked: &NextRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let options = context.prepared(&asked.common, None)?;
-    let force = options.force == Some(true);
-    let calibration = context.calibration(&asked.calibration, force)?;
+    let calibration = context.calibration(&asked.calibration, options.force == Some(true))?;
     let label = asked.calibration.display().to_string();
     let locator = Locator::new(&calibration, &label, None, &opener(&options))?;
     let drive = locator.rig.setup.drive;
@@ -101,9 +100,8 @@ pub fn run(asked: &NextRequest, context: &Context<'_>) -> Result<Reply, Error> {
     }
     let data = bytes.as_ref().map(|bytes| hash(&String::from_utf8_lossy(bytes)));
     let of = json!({ "calibration": calibration.checksum, "readings": data, "object": asked.object, "only": asked.only, "within": asked.within, "shift": asked.shift, "same_run": asked.same_run, "zero": SaidZero::json(asked.zero.as_ref()), "columns": asked.columns });
-    let inputs = std::iter::once(asked.calibration.clone()).chain(asked.readings.clone()).collect();
-    let question = Question { inputs, ..Question::new("next", &stem, of) };
-    let mut destination = context.open(&out, question, &["next.csv", "next.svg"], force)?;
+    let question = Question::new("next", &stem, of);
+    let mut destination = context.open(&out, question, &["next.csv", "next.svg"], options.force)?;
     destination.put("next.csv", table(&found, drive).into_bytes())?;
     destination.draw("next.svg", || Ok(drawn(&found, drive)))?;
     let (mut result, seconds) = (result(&found, drive, &lines), context.seconds());
