@@ -54,7 +54,10 @@ def calibrate(data: Any, spec: Spec = None, *, whisker: Section | None = None, g
         fit=parameters)
     if theta is not None and delta is not None:
         raise InputError("a tap has one drive", key="delta", allowed="theta or delta, not both")
-    found = asked("calibrate", said, None if path is None and text == "" else (path, text, name), [(label, table)])
+    described = None if path is None and text == "" else (path, text, name)
+    if described is None and parameters:
+        raise InputError("there is no model to fit without a whisker", key="fit", value=",".join(parameters), allowed="whisker, gauge and model, or a spec")
+    found = asked("calibrate", said, described, [(label, table)])
     return Calibration(found.tables, found.texts["calibration.toml"], found.run)
 
 

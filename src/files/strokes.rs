@@ -31,21 +31,10 @@ enum Shape {
 }
 
 impl Strokes {
-    /// Reads the file at `path`; the files it names are relative to it.
+    /// Of a `text` that `label` names; the files it names are relative to `folder`.
     ///
     /// # Errors
-    /// A file that is missing or says something else; an object that is none.
-    pub fn read(path: &Path) -> Result<Self, InputError> {
-        let folder = path.parent().unwrap_or(Path::new(""));
-        let mut read = spec::described(path, "object", |file| Self::of(file, folder))?;
-        read.files.push(path.to_owned());
-        Ok(read)
-    }
-
-    /// As [`Self::read`], of a `text` that `label` names; the files it names are relative to `folder`.
-    ///
-    /// # Errors
-    /// As [`Self::read`].
+    /// A text that says something else; an object that is none.
     pub fn parse(label: &str, text: &str, folder: &Path) -> Result<Self, InputError> {
         spec::described_by(label, text, |file| Self::of(file, folder))
     }

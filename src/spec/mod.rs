@@ -205,13 +205,6 @@ fn of_user(
     Ok(spec)
 }
 
-/// Reads the spec at `path` with its `[optimise]`.
-pub fn read_search(path: &Path) -> Result<(Spec, Search)> {
-    let (mut spec, search) = of_file(path, parse_search)?;
-    spec.inputs.push(path.to_owned());
-    Ok((spec, search))
-}
-
 /// As [`parse`], with `[optimise]`; its variables need not stand in their sections.
 pub fn parse_search(label: &str, text: &str, base: &Path) -> Result<(Spec, Search)> {
     with_sections(label, text, optimise::DEFAULTS, |sections| {
@@ -234,15 +227,7 @@ pub fn parse_search(label: &str, text: &str, base: &Path) -> Result<(Spec, Searc
     })
 }
 
-/// Reads the spec at `path` for a command that varies the drive of one whisker, and the ends of its drive; `noisy`: its
-/// objective needs the noise of the gauge.
-pub fn read_tap(path: &Path, noisy: bool) -> Result<(Spec, [f64; 2])> {
-    let (mut spec, ends) = of_file(path, |label, text, base| parse_tap(label, text, base, noisy))?;
-    spec.inputs.push(path.to_owned());
-    Ok((spec, ends))
-}
-
-/// As [`read_tap`], from `text`.
+/// A spec for a command that varies the drive of one whisker, and the ends of its drive; `noisy`: its objective needs the noise of the gauge.
 pub fn parse_tap(label: &str, text: &str, base: &Path, noisy: bool) -> Result<(Spec, [f64; 2])> {
     let spec = parse_with(label, text, base, tap::FALLBACK)?;
     spec.one_rig()?;

@@ -263,7 +263,8 @@ fn real_whiskers_are_not_doubted() {
         let folder = Path::new(crate::common::ROOT).join(folder);
         let specs = folder.read_dir().unwrap().map(|e| e.unwrap().path());
         for path in specs.filter(|p| p.extension().is_some_and(|e| e == "toml")) {
-            let read = spec::read_search(&path)
+            let (text, label) = (std::fs::read_to_string(&path).unwrap(), path.display().to_string());
+            let read = spec::parse_search(&label, &text, &folder)
                 .map(|(spec, _)| spec)
                 .or_else(|_| spec::read_with(&path, "[tap]\na = 30\ntheta = 1\n"));
             let spec = read.unwrap_or_else(|e| panic!("{}: {e}", path.display()));

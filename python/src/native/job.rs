@@ -47,6 +47,7 @@ pub fn run<N: Send + 'static, T: Send + 'static>(
     let working = Working::new();
     let stop = Arc::new(AtomicBool::new(false));
     let (tell, news) = channel();
+    let news = Mutex::new(news);
     let asked = Arc::clone(&stop);
     let whole = move || {
         let told = tell.clone();
@@ -67,11 +68,7 @@ pub fn run<N: Send + 'static, T: Send + 'static>(
     let mut interrupt: Option<(PyErr, Instant)> = None;
     loop {
         let mut heard = Ok(true);
-        // A receiver is waited for by one thread: this one.
-        let next = {
-            let news = Alone(&news);
-            py.detach(move || news.next())
-        };
+        let next = py.detach(|| news.lock().unwrap_or_else(PoisonError::into_inner).recv_timeout(STEP));
         match next {
             Ok(News::Part(part)) if interrupt.is_none() => heard = hear(part),
             Ok(News::Part(_)) | Err(RecvTimeoutError::Timeout) => {}
@@ -104,18 +101,6 @@ pub fn run<N: Send + 'static, T: Send + 'static>(
         if let Some((e, _)) = interrupt.take_if(|(_, since)| since.elapsed() > GRACE) {
             return Err(e);
         }
-    }
-}
-
-/// What only the thread that made it waits for.
-struct Alone<'a, M>(&'a std::sync::mpsc::Receiver<M>);
-
-// SAFETY: `detach` runs its closure on the calling thread.
-unsafe impl<M> Send for Alone<'_, M> {}
-
-impl<M> Alone<'_, M> {
-    fn next(&self) -> Result<M, RecvTimeoutError> {
-        self.0.recv_timeout(STEP)
     }
 }
 
