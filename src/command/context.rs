@@ -299,7 +299,8 @@ impl<'a> Context<'a> {
             return Ok(Destination::Memory(Vec::new()));
         }
         question.inputs.extend(self.inputs());
-        Ok(Destination::Folder(Folder::open(out, question, names, force == Some(true))?))
+        let folder = Folder::open(out, question, names, force == Some(true))?;
+        Ok(Destination::Folder(Box::new(folder)))
     }
 
     /// Fails once the work was asked to stop.
@@ -330,7 +331,7 @@ pub enum KeptFile {
 /// Where a result goes.
 pub enum Destination {
     /// A folder.
-    Folder(Folder),
+    Folder(Box<Folder>),
     /// Memory: what it holds, by name.
     Memory(Vec<(String, KeptFile)>),
 }
