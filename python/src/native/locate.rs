@@ -25,7 +25,7 @@ use super::words::bits;
 
 /// What answers readings: of one signal, or of several channels.
 enum Answers {
-    One(locate::Locator, Calibration),
+    One(Box<locate::Locator>, Box<Calibration>),
     Several(locate::Several),
 }
 
@@ -80,7 +80,11 @@ impl Locator {
                 return Err(error.value(z).allowed("rows of the table with a drive of 0").into());
             }
             let sequence = Mutex::new(Some(Sequence::new(&locator, zero)));
-            Ok(Self { answers: Arc::new(Answers::One(locator, calibration)), sequence, zero })
+            Ok(Self {
+                answers: Arc::new(Answers::One(Box::new(locator), Box::new(calibration))),
+                sequence,
+                zero,
+            })
         };
         job::here(py, made)?.map_err(|e| raise(py, e))
     }
@@ -304,7 +308,7 @@ impl Locator {
 impl Locator {
     fn locators(&self) -> &[locate::Locator] {
         match &*self.answers {
-            Answers::One(locator, _) => std::slice::from_ref(locator),
+            Answers::One(locator, _) => std::slice::from_ref(&**locator),
             Answers::Several(several) => &several.locators,
         }
     }
