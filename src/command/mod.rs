@@ -3,6 +3,9 @@
 //! A request is one struct that clap reads from flags and serde from Python's keywords; `run` answers it in a [`Context`] with a [`Reply`]. The
 //! program and the Python package only fill in the request, and print or hand on the reply.
 
+// The comments of flags are their help on the terminal: plain text, in which [model] is a section and <out> stands for a folder.
+#![allow(rustdoc::broken_intra_doc_links, rustdoc::invalid_html_tags)]
+
 mod best;
 pub mod calibrate;
 pub mod chart;
