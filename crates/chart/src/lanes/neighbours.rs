@@ -126,8 +126,8 @@ impl<const SET: u8> Rows<Lanes<SET>> {
             let count = of(group.count as f64) * certain;
             let worn = [count * below, count * above];
             for (told, share) in [(CLEAR, clear), (AMBIGUOUS, twice), (ROOTLESS, rootless)] {
-                for (sum, taps) in tally.taps[told].iter_mut().zip(worn) {
-                    *sum = share.mul_add(taps, *sum);
+                for (k, taps) in worn.iter().enumerate() {
+                    tally.taps[told][k] = share.mul_add(*taps, tally.taps[told][k]);
                 }
             }
             if one.all_at_most(certain) {
@@ -204,13 +204,12 @@ impl<const SET: u8> Part<SET> for OneByOne<'_, SET> {
         let [rootless, twice, clear] = calibrations.certain(&design.words, [f; 2], [k; 2]);
         let limit = picked(&rows.passed.limit, places);
         let above = (limit * (one + power * own)).if_less(f * picked(&row.drive, places), one, zero);
-        let told = [(CLEAR, clear), (AMBIGUOUS, twice), (ROOTLESS, rootless)];
-        let told = told.map(|(told, share)| (told, [share * (one - above), share * above]));
-        for (q, Place { lane, group }) in places.iter().enumerate() {
-            for at in q * NEIGHBOURS..q * NEIGHBOURS + between.neighbours[*group].count {
-                for (told, taps) in &told {
-                    for (sum, taps) in tally.taps[*told].iter_mut().zip(taps) {
-                        sum.0[*lane] += taps.0[at];
+        let below = one - above;
+        for (told, share) in [(CLEAR, clear), (AMBIGUOUS, twice), (ROOTLESS, rootless)] {
+            for (worn, taps) in [share * below, share * above].iter().enumerate() {
+                for (q, Place { lane, group }) in places.iter().enumerate() {
+                    for at in q * NEIGHBOURS..q * NEIGHBOURS + between.neighbours[*group].count {
+                        tally.taps[told][worn].0[*lane] += taps.0[at];
                     }
                 }
             }

@@ -70,7 +70,10 @@ impl Readings {
                     1 => drive,
                     _ => drive * drive,
                 };
-            let functions = functions.map(|f| f * power);
+            let mut functions = functions;
+            for f in &mut functions {
+                *f = *f * power;
+            }
             out.extend(
                 (0..part.len())
                     .map(|lane| Read { functions: functions.map(|f| f.0[lane]), share: share.0[lane] }),

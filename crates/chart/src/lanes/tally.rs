@@ -16,7 +16,7 @@ pub(super) fn worn<const SET: u8>(
     [above, slipped]: [Lanes<SET>; 2],
     [from, to]: [Lanes<SET>; 2],
 ) -> Worn<Lanes<SET>> {
-    let [above, slipped] = [above, slipped].map(|place| place.max(from).min(to));
+    let (above, slipped) = (above.max(from).min(to), slipped.max(from).min(to));
     let clean = above.min(slipped);
     [clean - from, slipped - clean, above - clean, to - above.max(slipped)]
 }
@@ -40,8 +40,12 @@ impl<const SET: u8> Tally<Lanes<SET>> {
     /// Adds the taps of `worn`, of which the estimate says `told`, in the lanes of `share`.
     #[inline(always)]
     pub fn add(&mut self, told: usize, share: Lanes<SET>, worn: &Worn<Lanes<SET>>) {
-        for (sum, taps) in self.taps[told].iter_mut().zip(worn) {
-            *sum = share.mul_add(*taps, *sum);
+        // Most packs have only clear taps.
+        if share.all_at_most(Lanes::<SET>::of(0.0)) {
+            return;
+        }
+        for k in 0..worn.len() {
+            self.taps[told][k] = share.mul_add(worn[k], self.taps[told][k]);
         }
     }
 
@@ -50,16 +54,20 @@ impl<const SET: u8> Tally<Lanes<SET>> {
     #[inline(always)]
     pub fn add_between(
         &mut self,
-        told: impl IntoIterator<Item = (usize, Lanes<SET>)>,
+        told: &[(usize, Lanes<SET>)],
         edges: [Lanes<SET>; 2],
         [from, to]: [Lanes<SET>; 2],
     ) {
         if to.all_at_most(edges[0].min(edges[1])) {
             let taps = to - from;
-            told.into_iter().for_each(|(told, share)| self.add_clean(told, share * taps));
+            for (told, share) in told {
+                self.add_clean(*told, *share * taps);
+            }
         } else {
             let worn = worn(edges, [from, to]);
-            told.into_iter().for_each(|(told, share)| self.add(told, share, &worn));
+            for (told, share) in told {
+                self.add(*told, *share, &worn);
+            }
         }
     }
 
@@ -90,12 +98,15 @@ impl<const SET: u8> Tally<Lanes<SET>> {
     #[inline(always)]
     pub fn words(&self, counts: Lanes<SET>) -> Words {
         let zero = Lanes::<SET>::of(0.0);
-        // Most combinations have no tap.
-        let taps = |k: usize| {
+        let mut words = Words::default();
+        for (k, sum_of) in words.taps.iter_mut().enumerate() {
+            // Most combinations have no tap.
             let taps = self.taps[k / 4][k % 4] * counts;
-            if taps.all_at_most(zero) { 0 } else { sum(taps) }
-        };
-        Words { taps: std::array::from_fn(taps), invalid: 0 }
+            if !taps.all_at_most(zero) {
+                *sum_of = sum(taps);
+            }
+        }
+        words
     }
 }
 

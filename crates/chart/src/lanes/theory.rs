@@ -56,11 +56,11 @@ impl<const SET: u8> Whisker<Lanes<SET>> {
         let farthest = whisker.strain(tables, zero);
         let mut ends = [-never; 2];
         if !farthest.all_at_most(zero) {
-            ends = [FAR, 1.0].map(|reach| {
-                let end = of(1.0 / reach) / length;
-                let least = peak.if_less(end, highest, whisker.strain(tables, end));
-                zero.if_less(farthest, least, -never)
-            });
+            for (end, reach) in ends.iter_mut().zip([FAR, 1.0]) {
+                let u = of(1.0 / reach) / length;
+                let least = peak.if_less(u, highest, whisker.strain(tables, u));
+                *end = zero.if_less(farthest, least, -never);
+            }
         }
         whisker.words = Thresholds {
             low: lo.if_less(peak, never, whisker.strain(tables, lo)),

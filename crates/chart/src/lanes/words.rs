@@ -126,11 +126,15 @@ impl<const SET: u8> Rows<Lanes<SET>> {
         }
         let told = [(CLEAR, clear), (AMBIGUOUS, near), (ROOTLESS, rootless)];
         if edge.none {
-            told.into_iter().for_each(|(told, taps)| tally.add_clean(told, taps));
+            for (told, taps) in told {
+                tally.add_clean(told, taps);
+            }
         } else {
             tally.hard = tally.hard.max(edge.open);
             let worn = worn([edge.above, edge.slipped], [zero, one]);
-            told.into_iter().for_each(|(told, share)| tally.add(told, share, &worn));
+            for (told, share) in told {
+                tally.add(told, share, &worn);
+            }
         }
         if !calibrations.usual {
             let slack = power * tap.slack[0];
@@ -223,7 +227,7 @@ impl<const SET: u8> Rows<Lanes<SET>> {
         let beyond = beyond.max(out * (one - ambiguous));
         let near = one - beyond;
         let told = [(CLEAR, near * clear), (AMBIGUOUS, near * ambiguous)];
-        tally.add_between(told, edges, [zero, all]);
+        tally.add_between(&told, edges, [zero, all]);
         let rest = near * (one - clear) * (one - ambiguous);
         let whole = complete.if_less(all, zero, one);
         tally.hard = tally.hard.max(beyond).max(rest * (one - whole));
@@ -232,16 +236,20 @@ impl<const SET: u8> Rows<Lanes<SET>> {
             return;
         }
         for group in groups {
+            let ends = [of(group.drives.start as f64), of(group.drives.end as f64)];
             let [clear, ambiguous, none] = certain(bounds, self.reach(group, tap, true, m));
             if open.all_at_most(clear + ambiguous + none) {
                 let told = [(CLEAR, open * clear), (AMBIGUOUS, open * ambiguous), (ROOTLESS, open * none)];
-                tally.add_between(told, edges, [group.drives.start, group.drives.end].map(|j| of(j as f64)));
+                tally.add_between(&told, edges, ends);
                 for at in rootless_at.get_mut(group.drives.clone()).unwrap_or_default() {
                     *at = at.max(open * none);
                 }
                 continue;
             }
             let [low, high, peak] = bounds;
+            // Where no limit is met in the group its drives are added up first.
+            let free = ends[1].all_at_most(edges[0].min(edges[1]));
+            let mut drives = [(CLEAR, zero), (AMBIGUOUS, zero), (ROOTLESS, zero)];
             for j in group.drives.clone() {
                 let row = self.row::<false>(tables, j);
                 let q = self.miss(&row, tap, m);
@@ -251,8 +259,19 @@ impl<const SET: u8> Rows<Lanes<SET>> {
                     *at = at.max(open * none);
                 }
                 let clear = one - none.max(two);
-                let told = [(CLEAR, open * clear), (AMBIGUOUS, open * two), (ROOTLESS, open * none)];
-                tally.add_between(told, edges, [j, j + 1].map(|j| of(j as f64)));
+                if free {
+                    drives[CLEAR].1 = drives[CLEAR].1 + open * clear;
+                    drives[AMBIGUOUS].1 = drives[AMBIGUOUS].1 + open * two;
+                    drives[ROOTLESS].1 = drives[ROOTLESS].1 + open * none;
+                } else {
+                    let told = [(CLEAR, open * clear), (AMBIGUOUS, open * two), (ROOTLESS, open * none)];
+                    tally.add_between(&told, edges, [of(j as f64), of(j as f64 + 1.0)]);
+                }
+            }
+            if free {
+                for (told, taps) in drives {
+                    tally.add_clean(told, taps);
+                }
             }
         }
     }
