@@ -1,19 +1,16 @@
 //! Figures of one whisker as functions of its drive.
 
-use std::sync::atomic::AtomicBool;
-
 use super::Sample;
 use crate::error::Error;
-use crate::evaluate::{Guard, Method};
 use crate::optimise::evaluate::Scorer;
 use crate::progress::Progress;
 use crate::scene::Layout;
-use crate::scene::search::Search;
-use crate::scene::{Axis, Setup, Tuple};
+use crate::scene::{Axis, Tuple};
 
 /// One whisker over its drive.
 pub struct Curve<'a> {
-    scorer: Scorer<'a>,
+    /// What solves its taps.
+    pub scorer: Scorer<'a>,
     whisker: Tuple,
     /// Taps of one evaluation, and those that all may take, about.
     taps: [u64; 2],
@@ -23,41 +20,15 @@ pub struct Curve<'a> {
 }
 
 impl<'a> Curve<'a> {
-    /// Of the whisker of `layout` at its distances; `method` solves the taps, and `progress` hears of them.
-    pub fn new(
-        (setup, layout): (&'a Setup, &Layout),
-        search: &'a Search,
-        (method, progress): (Method, &'a mut dyn Progress),
-    ) -> Self {
+    /// Of the whisker of `layout` at its distances; `scorer` solves the taps, and `progress` hears of them.
+    pub fn new(scorer: Scorer<'a>, layout: &Layout, progress: &'a mut dyn Progress) -> Self {
         Self {
-            scorer: Scorer::new(setup, layout, search, method),
+            scorer,
             whisker: layout.stroke(&layout.design(0), 0),
             taps: [layout.n_distances, super::taps(layout)],
             progress,
             evaluations: 0,
         }
-    }
-
-    /// With `guard` for the taps near a threshold, if there is one.
-    pub fn guarded(self, guard: Option<Guard<'a>>) -> Self {
-        Self { scorer: self.scorer.guarded(guard), ..self }
-    }
-
-    /// Until `stop` is set.
-    pub fn stopping(self, stop: &'a AtomicBool) -> Self {
-        let mut curve = self;
-        curve.scorer.stop_by(stop);
-        curve
-    }
-
-    /// From now on a kernel leaves at most so many taps to the reference.
-    pub fn leave_at_most(&mut self, taps: usize) {
-        self.scorer.leave_at_most(taps);
-    }
-
-    /// Bound on the error of its strains.
-    pub fn tolerance(&self) -> f64 {
-        self.scorer.tolerance()
     }
 
     /// Whether a contact turns from sticking to sliding, or back, between two drives.

@@ -2,7 +2,7 @@
 //!
 //! Without noise the smallest angle is best, for all that is wrong grows with θ²; the error by noise falls with 1/θ, so with noise there is
 //! an optimum inside, unless the gauge's strain limit comes first. The curve is evaluated in f64 on an even grid; around every
-//! local minimum of it the optimum is polished by Brent's method, and where a limit cuts the interval its end is found by
+//! local minimum of it the optimum is polished by finer grids, and where a limit cuts the interval its end is found by
 //! bisection.
 
 mod curve;
@@ -17,6 +17,7 @@ use crate::backend::{Backend, Choice, Work};
 use crate::census::needed::Needed;
 use crate::curve::both;
 use crate::error::Error;
+use crate::optimise::evaluate::Scorer;
 use crate::optimise::run::{no_axes, precise};
 use crate::optimise::score::{Goal, Score};
 use crate::progress::Progress;
@@ -25,10 +26,10 @@ use crate::scene::{BackendChoice, Contact, Layout, RunOptions, Setup, Study, The
 use crate::statistics::DriveRow;
 
 use curve::Curve;
-use tried::{Attempt, tried};
-use tried::{incomplete, overstrained};
+use tried::{Attempt, COARSE, STEPS, incomplete, overstrained, tried};
 
-pub use needed::{find_needed, needed};
+use needed::find_needed;
+pub use needed::needed;
 pub use write::{document, k_names, result, table, unit};
 
 /// Why the CPU is taken in f64 where nothing is said.
@@ -140,7 +141,8 @@ pub fn choice(options: &RunOptions, study: &Study) -> Result<Choice, Error> {
 }
 
 /// The best drive within `ends` of the one whisker of `study`, over its distances, and what the other estimator would give; nothing is
-/// written.
+/// written. Effects whose joint change of strain stays within `bound`, if there is one, are left off: over the interval, at the optima, and where
+/// a status changes from one drive of the curve to the next.
 ///
 /// # Errors
 /// Several whiskers' tuple file; rows that are never complete; a strain limit that no drive keeps; a backend that fails; `stop`, set from outside.
@@ -149,9 +151,12 @@ pub fn find(
     ends: [f64; 2],
     objective: Objective,
     choice: &Choice,
-    (stop, progress): (&AtomicBool, &mut dyn Progress),
+    (bound, stop, progress): (Option<f64>, &AtomicBool, &mut dyn Progress),
 ) -> Result<Report, Error> {
-    find_by(study, ends, objective, choice, (None, stop, progress))
+    match bound {
+        Some(bound) => find_needed(study, ends, objective, choice, (bound, stop, progress)),
+        None => find_by(study, ends, objective, choice, (None, stop, progress)),
+    }
 }
 
 /// As [`find`], by the model that is `needed`, which is in `study`.
@@ -162,15 +167,15 @@ fn find_by(
     choice: &Choice,
     (needed, stop, progress): (Option<&Needed>, &AtomicBool, &mut dyn Progress),
 ) -> Result<Report, Error> {
-    let report = tried(study, ends, objective, choice, (needed, stop, &mut *progress))?;
+    let report = tried(study, ends, objective, (choice, STEPS), (needed, stop, &mut *progress))?;
     if !objective.needs_distance() || !both::possible(&study.setup) {
         return Ok(report);
     }
     let theory = study.setup.estimate.theory.compared();
     let mut study = study.clone();
     study.setup.estimate.theory = theory;
-    let (other, evaluations, seconds) = match tried(&study, ends, objective, choice, (needed, stop, progress))
-    {
+    let found = tried(&study, ends, objective, (choice, COARSE), (needed, stop, progress));
+    let (other, evaluations, seconds) = match found {
         Ok(o) => (Other { theory, optimum: Ok(o.optimum), at_bound: o.at_bound }, o.evaluations, o.seconds),
         Err(Error::Input(why)) => (Other { theory, optimum: Err(why.message), at_bound: false }, 0, 0.0),
         Err(failed) => return Err(failed),
@@ -198,11 +203,12 @@ fn best(
     let needed = needed.filter(|n| !n.left().is_empty());
     let full = needed.map(|n| Setup { model: n.full().model, ..setup.clone() });
     let guard = needed.zip(full.as_ref()).map(|(n, full)| n.guard(full)).transpose()?;
-    let method = choice.open(&setup.model)?;
-    let mut curve = Curve::new((setup, &layout), &search, (method, progress)).guarded(guard).stopping(stop);
-    curve.leave_at_most(LEFT[0]);
+    let mut scorer = Scorer::new(setup, &layout, &search, choice.open(&setup.model)?).guarded(guard);
+    scorer.evaluator.stop_by(stop);
+    let mut curve = Curve::new(scorer, &layout, progress);
+    curve.scorer.evaluator.leave_at_most(LEFT[0]);
     let samples = curve.grid(ends, steps)?;
-    curve.leave_at_most(LEFT[1]);
+    curve.scorer.evaluator.leave_at_most(LEFT[1]);
     let goal = if objective == Objective::Sd { Goal::Figure(0) } else { Goal::Figure(1) };
 
     let free = |s: &Sample| optimum::relaxed(s, goal);

@@ -15,12 +15,8 @@ use crate::progress::Progress;
 use crate::scene::search::Objective;
 use crate::scene::{Study, Tuple};
 
-/// As [`find`](super::find), with effects left off whose joint change of strain stays within `bound`: over the interval, at the optima, and where a status
-/// changes from one drive of the curve to the next.
-///
-/// # Errors
-/// Those of [`find`](super::find) with the full model.
-pub fn find_needed(
+/// As [`find`](super::find), with effects left off.
+pub(super) fn find_needed(
     study: &Study,
     ends: [f64; 2],
     objective: Objective,

@@ -127,7 +127,7 @@ const STEP: f64 = 1e-3;
 /// Whether friction gives the curve a kink at its minimum `at`: a contact turns from sticking to sliding there, and the slope jumps by the same whatever
 /// the step. Where a curve turns smoothly the slopes half a step away differ half as much.
 pub fn kinked(curve: &mut Curve<'_>, at: &Sample, goal: Goal) -> Result<bool, Error> {
-    let step = curve.tolerance().cbrt().max(STEP);
+    let step = curve.scorer.evaluator.tolerance().cbrt().max(STEP);
     let drives = [1.0 - step, 1.0 - 0.5 * step, 1.0 + 0.5 * step, 1.0 + step].map(|by| at.drive * by);
     let values: Vec<f64> = curve.at(&drives)?.iter().map(|s| goal.value(&s.score)).collect();
     let rise = |a: f64, b: f64| a + b - 2.0 * goal.value(&at.score);

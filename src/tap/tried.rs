@@ -14,25 +14,27 @@ use crate::progress::Progress;
 use crate::scene::search::Objective;
 use crate::scene::{BackendChoice, Layout, Precision, RunOptions, Setup, Signal, Study};
 
-/// Steps of the grid of drives, one attempt after the other.
-const STEPS: [f64; 3] = [1000.0, 200.0, 50.0];
+/// Most steps of the grid of drives, one attempt after the other. The optimum is polished, whatever the grid.
+pub const STEPS: &[f64] = &[1000.0, 200.0, 50.0];
+/// The same where only the optimum is wanted.
+pub const COARSE: &[f64] = &[100.0, 50.0];
 
 /// An attempt: by what, and in how many steps.
 pub(super) type Attempt<'c> = (&'c Choice, f64);
 
-/// As [`super::find`], by one estimator.
+/// As [`super::find`], by one estimator, in grids of at most so many `steps`, one attempt after the other.
 pub(super) fn tried(
     study: &Study,
     ends: [f64; 2],
     objective: Objective,
-    choice: &Choice,
+    (choice, steps): (&Choice, &[f64]),
     (needed, stop, progress): (Option<&Needed>, &AtomicBool, &mut dyn Progress),
 ) -> Result<Report, Error> {
     let (setup, layout) = (&study.setup, study.space.layout().ok_or_else(no_axes)?);
     beyond_gauge(setup, &layout)?;
     let looser = looser(choice)?;
-    let first = looser.is_some().then_some((choice, STEPS[0]));
-    let then = STEPS.map(|steps| (looser.as_ref().unwrap_or(choice), steps));
+    let first = looser.is_some().then_some((choice, steps[0]));
+    let then = steps.iter().map(|steps| (looser.as_ref().unwrap_or(choice), *steps));
     for attempt in first.into_iter().chain(then) {
         match best(study, ends, objective, attempt, (needed, stop, &mut *progress)) {
             Err(Error::Solve(SolveError::TooHard)) => {
