@@ -37,7 +37,7 @@ mod kernel {
     use super::*;
 
     fn run(bencher: Bencher<'_, '_>, c: &Configuration, precision: Precision, tolerance: f64) {
-        let taps = taps(c, TAPS).expect("valid taps");
+        let taps = taps(c, TAPS);
         let mut evaluator = Evaluator::new(&taps.setup, method(&taps, precision, tolerance));
         bencher
             .counter(ItemsCount::new(TAPS))
@@ -76,7 +76,7 @@ mod reduction {
 
     #[divan::bench]
     fn both_passes(bencher: Bencher<'_, '_>) {
-        let taps = taps(&exact()[0], 1000).expect("valid taps");
+        let taps = taps(&exact()[0], 1000);
         let (outcomes, design) = (outcomes(&taps), &taps.designs[0]);
         bencher.counter(ItemsCount::new(1000usize)).bench(|| {
             let mut reduced = Reduction::new(&taps.setup, design, [20.0, 48.0], (10, 100));
@@ -99,7 +99,7 @@ mod inverse {
     use super::*;
 
     fn run(bencher: Bencher<'_, '_>, shear: f64) {
-        let taps = taps(&exact()[0], TAPS).expect("valid taps");
+        let taps = taps(&exact()[0], TAPS);
         let shared = taps.designs[0].shared.as_ref().expect("a whisker");
         let m = &shared.model;
         let curve = vibrissa::physics::linear::StrainCurve::new(m.taper, m.gauge, m.hub, m.drive, shear);
@@ -124,7 +124,7 @@ mod inverse {
 /// Rows of tuples.csv as text.
 #[divan::bench]
 fn csv(bencher: Bencher<'_, '_>) {
-    let taps = taps(&exact()[0], 1000).expect("valid taps");
+    let taps = taps(&exact()[0], 1000);
     let (outcomes, design): (_, &Design) = (outcomes(&taps), &taps.designs[0]);
     let mut reduced = Reduction::new(&taps.setup, design, [20.0, 48.0], (1, 1));
     let task = &taps.tasks[0];

@@ -61,5 +61,11 @@ pub fn sweep(name: &str, study: &Study, options: &RunOptions, out: &Path) -> Res
 /// # Errors
 /// No drive that keeps the strain limit, no complete row, a backend that fails.
 pub fn best_tap(study: &Study, ends: [f64; 2], objective: Objective) -> Result<BestTap, Error> {
-    tap::find(study, ends, objective, &tap::choice(&RunOptions::default(), study)?, (&NEVER, &mut Silent))
+    tap::find(
+        study,
+        ends,
+        objective,
+        &tap::choice(&RunOptions::default(), study)?,
+        (None, &NEVER, &mut Silent),
+    )
 }

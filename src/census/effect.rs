@@ -2,14 +2,12 @@
 
 use std::sync::Arc;
 
+use super::configuration::HUB;
 use crate::evaluate::Task;
 use crate::scene::built::{Built, Profile, Root};
 use crate::scene::{
     Amount, Contact, Direction, Drive, Foil, Geometry, Material, Model, Setup, Side, TERMS, Term,
 };
-
-/// Distance of the motor's axis behind the clamp where the spec has none, mm.
-pub const HUB: f64 = 10.0;
 
 /// Coefficient of friction where the spec has none.
 pub const FRICTION: f64 = 0.3;
@@ -281,7 +279,8 @@ impl Effect {
             Self::Rotation => "linear".into(),
             Self::Term(term) => match (term.get)(m) {
                 Amount::Flag(on) => on.to_string(),
-                Amount::Number(x) => format!("{x} {}", term.unit).trim_end().into(),
+                Amount::Number(x) if term.key == "pole_radius" => format!("{x} mm"),
+                Amount::Number(x) => x.to_string(),
                 Amount::Word(word) => word.into(),
             },
             Self::Foil => s.setup.gauge.foil.map_or("none".into(), |foil| format!("{} N/mm", foil.stiffness)),
@@ -319,55 +318,40 @@ impl Effect {
         }
     }
 
-    /// Another effect of `model` that cannot do without this one.
-    fn is_needed(self, model: &Model) -> Option<&'static Term> {
-        let Self::Term(term) = self else { return None };
-        TERMS
-            .iter()
-            .find(|other| (other.get)(model).is_on() && other.needs.is_some_and(|(key, _)| key == term.key))
-    }
-
     /// Why it cannot be switched in `s`, if so.
     fn obstacle(self, s: &Setting) -> Option<String> {
         let (setup, m) = (&s.setup, &s.setup.model);
         let rubs = m.contact != Contact::Frictionless;
-        let unsolid = |term: &Term| ["clamp", "indentation", "section"].contains(&term.key);
+        let solid = |term: &Term| ["clamp", "indentation", "section"].contains(&term.key);
         let off = |term: &Term| format!("{} = {}", term.key, term.off());
-        let more = setup.built.is_some() || setup.asks_wrench();
-        let forbids = setup.built.as_ref().and_then(|built| built.upright(m.surface));
+        let cone = setup.built.is_none() && !setup.asks_wrench();
         let why = match self {
-            Self::Foil if more => "computed for a cone clamped at its base",
-            Self::Term(term) if more && unsolid(term) => "computed for a cone clamped at its base",
+            Self::Foil if !cone => "computed for a cone clamped at its base",
+            Self::Term(term) if !cone && solid(term) => "computed for a cone clamped at its base",
             Self::Tilt | Self::Lean if setup.asks_wrench() => "a moment or a force needs an upright pole",
-            Self::Tilt | Self::Lean if forbids.is_some() => forbids.unwrap_or_default(),
+            Self::Tilt | Self::Lean if setup.gauge.foil.is_some() => "a foil needs an upright pole",
+            Self::Tilt | Self::Lean => {
+                let of_shape = setup.built.as_ref().and_then(|built| built.upright(m.surface));
+                return of_shape.or_else(|| m.forbids([true; 2])).map(str::to_owned);
+            }
             Self::Term(term) if term.frictionless.is_some() && rubs => {
                 return Some(format!("friction needs {}", off(term)));
             }
             Self::Term(term) if term.key == EXTENSION && m.extension && rubs => "friction needs extension",
-            Self::Term(term) if (term.get)(m).is_on() && self.is_needed(m).is_some() => {
-                return self.is_needed(m).map(|other| format!("{} needs it", other.key));
+            Self::Term(term) if (term.get)(m).is_on() => {
+                let needs = |other: &&Term| {
+                    (other.get)(m).is_on() && other.needs.is_some_and(|(key, _)| key == term.key)
+                };
+                return TERMS.iter().find(needs).map(|other| format!("{} needs it", other.key));
             }
             Self::Foil if rubs => "friction needs a gauge without a foil",
             Self::Rubber if setup.built.as_ref().is_some_and(|built| built.is_hollow_or_cored()) => {
                 "a bore or a core needs hooke"
             }
             Self::Coulomb | Self::Stick if setup.gauge.foil.is_some() => "needs a gauge without a foil",
-            Self::Tilt | Self::Lean if setup.gauge.foil.is_some() => "a foil needs an upright pole",
-            Self::Tilt | Self::Lean if upright(m).is_some() => {
-                return upright(m).map(|term| format!("{} needs an upright pole", term.key));
-            }
             Self::Coulomb | Self::Stick => {
                 let on = |term: &&Term| term.frictionless.is_some() && (term.get)(m).is_on();
                 return TERMS.iter().find(on).map(|term| format!("needs {}", off(term)));
-            }
-            Self::Tilt | Self::Lean if matches!(m.contact, Contact::Coulomb(_)) => {
-                "coulomb friction needs an upright pole"
-            }
-            Self::Tilt | Self::Lean if m.contact == Contact::Stick && m.surface => {
-                "a contact that sticks on the surface needs an upright pole"
-            }
-            Self::Tilt | Self::Lean if m.contact == Contact::Stick && m.pole_radius > 0.0 => {
-                "a contact that rolls needs an upright pole"
             }
             Self::Hub if setup.drive == Drive::Displacement => "the base does not turn",
             Self::Side if hooke(m) && !m.extension => "the sides are equal: hooke without extension",
@@ -404,11 +388,6 @@ impl Effect {
         }
         all.into_iter().filter(|(e, on)| e.is_on(s) != Some(*on)).collect()
     }
-}
-
-/// An effect of `model` that asks for an upright pole.
-fn upright(model: &Model) -> Option<&'static Term> {
-    TERMS.iter().find(|term| term.upright.is_some() && (term.get)(model).is_on())
 }
 
 fn hooke(model: &Model) -> bool {

@@ -81,7 +81,7 @@ pub struct Explanation {
 /// # Errors
 /// A kernel that fails.
 pub fn explain(study: &Study, choice: &Choice, tolerances: &[f64]) -> Result<Explanation, Error> {
-    let (rows, total) = sample::spread(study)?;
+    let (rows, total) = sample::spread(study);
     let said = Setting::of(&study.setup, rows.iter().map(|row| row.point.direction()));
     // Each setting is solved once.
     let mut known: Vec<(Setting, Vec<Outcome>)> = Vec::new();

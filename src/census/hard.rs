@@ -1,11 +1,11 @@
 //! Taps to verify: hard ones, and random ones over wide ranges.
 
-use crate::design::{Design, amount};
-use crate::physics::rod::{RodError, RodProblem, RodTap};
+use super::Taps;
+use super::configuration::HUB;
+use crate::design::Design;
+use crate::evaluate::Method;
 use crate::scene::sampler::Sampler;
 use crate::scene::{Contact, Drive, Geometry, Model, Setup, Tuple};
-
-use super::configuration::HUB;
 
 /// Base diameter of random whiskers before scaling, mm.
 const WIDE: f64 = 10.0;
@@ -117,13 +117,15 @@ fn scaled(t: Tuple, k: f64) -> Tuple {
 /// Taps just before and just after the drive at which |T| = μP in the sticking contact; none where it never is.
 fn sliding_edge(setup: &Setup, base: Tuple) -> Vec<Tuple> {
     let Contact::Coulomb(mu) = setup.model.contact else { return Vec::new() };
+    let model = Model { contact: Contact::Stick, geometry: Geometry::Exact, ..setup.model };
+    let stuck = Setup { model, ..setup.clone() };
     let mut found = Vec::new();
     for (d, a) in [(4.0, 33.0), (10.0, 20.0)] {
         let tap = Tuple { d, a, ..base };
         let full = if setup.drive == Drive::Displacement { a * 30f64.to_radians() } else { 30.0 };
         let reserve = |drive: f64| {
-            let at = stuck(setup, Tuple { drive, ..tap }).ok()?;
-            Some(at.tangential_force.abs() - mu * at.normal_force)
+            let at = Taps::of(&stuck, &[Tuple { drive, ..tap }]).answers(Method::Reference).ok()?[0];
+            Some(at.tangential_force.abs() - mu * at.normal_force).filter(|reserve| reserve.is_finite())
         };
         let steps: Vec<f64> = (0..7).map(|k| full * 0.5f64.powi(6 - k)).collect();
         let signs: Vec<Option<f64>> = steps.iter().map(|&x| reserve(x)).collect();
@@ -142,23 +144,4 @@ fn sliding_edge(setup: &Setup, base: Tuple) -> Vec<Tuple> {
         found.extend([0.99, 1.0 - 1e-6, 1.0 + 1e-6, 1.01].map(|k| Tuple { drive: low * k, ..tap }));
     }
     found
-}
-
-/// The tap with a sticking contact, by the reference.
-fn stuck(setup: &Setup, tuple: Tuple) -> Result<RodTap, RodError> {
-    let shared = Design::new(setup, tuple).shared.ok_or(RodError::NotConverged)?;
-    let model = Model { contact: Contact::Stick, geometry: Geometry::Exact, ..setup.model };
-    let problem = RodProblem {
-        taper: shared.taper,
-        gauge: shared.gauge,
-        side: setup.gauge.side,
-        distance: tuple.a,
-        hub: setup.hub,
-        drive: setup.drive,
-        amount: amount(setup.drive, tuple.drive),
-        foil: shared.foil,
-        body: shared.body.as_deref().filter(|_| setup.built.is_some()),
-        model: &model,
-    };
-    problem.solve()
 }

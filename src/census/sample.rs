@@ -1,13 +1,12 @@
 //! Taps of a space in rows, a row being a whisker at one drive over distances: an even spread with the ends of the space, its corners, and others
 //! that check what these have shown.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use crate::chart::ranges::Wanted;
-use crate::error::Error;
 use crate::scene::sampler::Sampler;
-use crate::scene::{COLUMNS, Column, Direction, Layout, Space, Study, Tuple};
+use crate::scene::{COLUMNS, Column, Direction, Layout, Listed, Space, Study, Tuple};
 
 /// Taps of a spread at most.
 pub const LIMIT: u64 = 2000;
@@ -52,27 +51,16 @@ pub fn taps(rows: &[Row]) -> usize {
     rows.iter().map(|row| row.distances.len()).sum()
 }
 
-/// The tuples of a space that is no grid.
-fn listed(space: &Space) -> Vec<Tuple> {
-    match space {
-        Space::Grid(_) => Vec::new(),
-        Space::List(listed) => listed.iter().collect(),
-    }
-}
-
 /// Taps of `study`, and how many it has: all, or about [`LIMIT`] of them, the same ones every time. First and last distance and drive are always
 /// among them; designs are spread by the golden ratio, which no period of a grid can meet.
-///
-/// # Errors
-/// A tuple file that cannot be read again.
-pub fn spread(study: &Study) -> Result<(Vec<Row>, u64), Error> {
-    Ok(match study.space.layout() {
-        Some(layout) => (of_grid(&layout), layout.len()),
-        None => {
-            let tuples = listed(&study.space);
-            (of_list(&tuples), tuples.len() as u64)
+pub fn spread(study: &Study) -> (Vec<Row>, u64) {
+    match &study.space {
+        Space::Grid(factors) => {
+            let layout = Layout::new(factors);
+            (of_grid(&layout), layout.len())
         }
-    })
+        Space::List(listed) => (of_list(listed, 0), listed.len() as u64),
+    }
 }
 
 fn of_grid(layout: &Layout) -> Vec<Row> {
@@ -92,20 +80,15 @@ fn of_grid(layout: &Layout) -> Vec<Row> {
     golden(layout.n_designs, designs).flat_map(strokes).map(row).collect()
 }
 
-/// As [`spread`], of listed taps.
-fn of_list(tuples: &[Tuple]) -> Vec<Row> {
-    let (mut at, mut rows) = (HashMap::new(), Vec::<Vec<usize>>::new());
-    for (i, t) in tuples.iter().enumerate() {
-        let key = Tuple { a: 0.0, ..*t }.to_array().map(|x| (x + 0.0).to_bits());
-        let row = *at.entry(key).or_insert_with(|| {
-            rows.push(Vec::new());
-            rows.len() - 1
-        });
-        rows[row].push(i);
-    }
+/// As [`spread`], of listed taps, whose rows are counted from number `first` on.
+fn of_list(listed: &Listed, first: usize) -> Vec<Row> {
+    let groups = listed.groups();
+    let mut rows = vec![Vec::new(); groups.counts[1] as usize];
+    groups.strokes.iter().enumerate().for_each(|(i, stroke)| rows[*stroke as usize].push(i));
+    rows.rotate_left(first);
     let (n, mut longest) = (rows.len() as u64, u64::MAX);
     let mut chosen = n;
-    if tuples.len() as u64 > LIMIT {
+    if listed.len() as u64 > LIMIT {
         longest = LIMIT / n.min(LIMIT / LEAST[0]);
         let mean = rows.iter().map(|r| (r.len() as u64).min(longest)).sum::<u64>().div_ceil(n);
         chosen = n.min(LIMIT / mean);
@@ -113,7 +96,8 @@ fn of_list(tuples: &[Tuple]) -> Vec<Row> {
     let row = |r: u64| {
         let row = &rows[r as usize];
         let n = row.len() as u64;
-        Row::new(tuples[row[0]], even(n, n.min(longest)).map(|i| tuples[row[i as usize]].a).collect())
+        let distances = even(n, n.min(longest)).map(|i| listed.tuple(row[i as usize]).a);
+        Row::new(listed.tuple(row[0]), distances.collect())
     };
     golden(n, chosen).map(row).collect()
 }
@@ -176,13 +160,10 @@ pub struct ComparedRows {
 
 impl ComparedRows {
     /// Of the taps of `study`: its [`spread`] and the corners of the space.
-    ///
-    /// # Errors
-    /// A tuple file that cannot be read again.
-    pub fn of_study(study: &Study) -> Result<Self, Error> {
-        match study.space.layout() {
-            Some(layout) => Ok(Self::of_layout(&layout)),
-            None => Ok(Self::of_tuples(&listed(&study.space))),
+    pub fn of_study(study: &Study) -> Self {
+        match &study.space {
+            Space::Grid(factors) => Self::of_layout(&Layout::new(factors)),
+            Space::List(listed) => Self::of_listed(listed),
         }
     }
 
@@ -204,21 +185,19 @@ impl ComparedRows {
         Self { spread, own: own.collect() }
     }
 
-    fn of_tuples(tuples: &[Tuple]) -> Self {
-        let mut spread = of_list(tuples);
-        if taps(&spread) == tuples.len() {
+    fn of_listed(listed: &Listed) -> Self {
+        let mut spread = of_list(listed, 0);
+        if taps(&spread) == listed.len() {
             return Self { spread, own: Vec::new() };
         }
         for column in 0..COLUMNS {
-            let key = |t: &&Tuple| t.to_array()[column];
-            let least = tuples.iter().min_by(|a, b| key(a).total_cmp(&key(b)));
-            let largest = tuples.iter().max_by(|a, b| key(a).total_cmp(&key(b)));
-            spread.extend(least.into_iter().chain(largest).map(|t| Row::new(*t, [t.a].into())));
+            let key = |t: &Tuple| t.to_array()[column];
+            let least = listed.iter().min_by(|a, b| key(a).total_cmp(&key(b)));
+            let largest = listed.iter().max_by(|a, b| key(a).total_cmp(&key(b)));
+            spread.extend(least.into_iter().chain(largest).map(|t| Row::new(t, [t.a].into())));
         }
-        // The same rule on the list turned by a third of itself takes other rows.
-        let mut turned = tuples.to_vec();
-        turned.rotate_left(tuples.len() / 3);
-        let mut own = of_list(&turned);
+        // The same rule from another row on takes other rows.
+        let mut own = of_list(listed, listed.groups().counts[1] as usize / 3);
         own.truncate(own.len() / 2);
         Self { spread, own }
     }
@@ -289,7 +268,7 @@ mod tests {
     }
 
     /// Taps of so many whiskers at so many distances each, one distance after the other.
-    fn listed(whiskers: u64, distances: u64) -> Vec<Tuple> {
+    fn listed(whiskers: u64, distances: u64) -> Listed {
         let whisker = Tuple { D: 10.0, L_a: 50.0, x_ss: 5.0, l: 2.0, ..Tuple::default() };
         let tuple = |k: u64, i: u64| Tuple {
             d: 2.0 + 1e-3 * k as f64,
@@ -302,10 +281,10 @@ mod tests {
 
     #[test]
     fn a_small_space_is_taken_whole() {
-        let rows = ComparedRows::of_study(&study("[4, 7]", "[20, 30, 40]", "[1, 2]")).expect("a grid");
+        let rows = ComparedRows::of_study(&study("[4, 7]", "[20, 30, 40]", "[1, 2]"));
         assert_eq!((rows.own.len(), rows.spread.len(), taps(&rows.spread)), (0, 4, 12));
         assert!(rows.spread.iter().all(|r| r.reach == [20.0, 40.0]));
-        assert!(of_list(&[]).is_empty());
+        assert!(of_list(&Listed::default(), 0).is_empty());
     }
 
     #[test]
@@ -314,14 +293,13 @@ mod tests {
             "{ from = 2, to = 10, steps = 4000 }",
             "{ from = 10, to = 50, steps = 400 }",
             "{ from = 1, to = 9, steps = 80 }",
-        ))
-        .expect("a grid");
+        ));
         assert_eq!(total, 4000 * 400 * 80);
         assert!((1500..=LIMIT as usize).contains(&taps(&rows)), "{}", taps(&rows));
         assert!(rows.iter().all(|r| (r.distances[0], *r.distances.last().unwrap()) == (10.0, 50.0)));
         assert!([1.0, 9.0].iter().all(|end| rows.iter().any(|r| r.point.drive == *end)));
         let one = study("4", "{ from = 10, to = 50, steps = 40000 }", "{ from = 1, to = 9, steps = 3 }");
-        assert_eq!(taps(&spread(&one).expect("a grid").0), 1998);
+        assert_eq!(taps(&spread(&one).0), 1998);
     }
 
     #[test]
@@ -332,7 +310,7 @@ mod tests {
             "{ from = 10, to = 50, steps = 100 }",
             "[1, 9]\ntilt = { from = -20, to = 30, steps = 11 }\nlean = 5",
         );
-        let rows = ComparedRows::of_study(&tilted).expect("a grid");
+        let rows = ComparedRows::of_study(&tilted);
         for (tilt, d, drive) in [(-20.0, 2.0, 1.0), (-20.0, 9.0, 9.0), (30.0, 2.0, 9.0), (30.0, 9.0, 1.0)] {
             let there = |r: &Row| {
                 let t = r.point;
@@ -355,11 +333,11 @@ mod tests {
     #[test]
     fn a_long_list_is_thinned_in_whole_rows_and_every_column_has_its_ends() {
         for (designs, distances) in [(1000, 10), (5000, 1), (3, 5000)] {
-            let rows = of_list(&listed(designs, distances));
+            let rows = of_list(&listed(designs, distances), 0);
             assert!((1000..=LIMIT as usize).contains(&taps(&rows)), "{}", taps(&rows));
             assert!(rows.iter().all(|r| r.distances[0] == 20.0));
         }
-        let rows = ComparedRows::of_tuples(&listed(1000, 10));
+        let rows = ComparedRows::of_listed(&listed(1000, 10));
         assert!([2.0, 2.999].iter().all(|end| rows.spread.iter().any(|r| r.point.d == *end)));
         assert!(rows.own.len() > 20);
     }

@@ -55,10 +55,10 @@ impl Case {
     /// The built-in configurations, or in a `quick` run one of each kind, with their hard cases and `samples` random taps each.
     pub fn built_in(samples: u32, seed: u64, quick: bool) -> Vec<Self> {
         let case = |c: &Configuration| {
-            let setup = c.setup();
+            let setup = c.setup.clone();
             let mut tuples = hard::hard(&setup);
-            tuples.extend(hard::random(c.drive, c.hub, samples, seed));
-            if c.tilted {
+            tuples.extend(hard::random(setup.drive, setup.hub > 0.0, samples, seed));
+            if setup.gauge.second {
                 hard::tilt(&mut tuples, seed);
             }
             Self { name: c.name.to_owned(), setup, study: None, tuples }
@@ -68,12 +68,9 @@ impl Case {
     }
 
     /// About `samples` random taps of `study`.
-    ///
-    /// # Errors
-    /// A tuple file that cannot be read again.
-    pub fn of_study(name: &str, study: Study, samples: u32, seed: u64) -> Result<Self, Error> {
+    pub fn of_study(name: &str, study: Study, samples: u32, seed: u64) -> Self {
         let tuples = sample::random(&study.space, samples, seed);
-        Ok(Self { name: name.to_owned(), tuples, setup: study.setup.clone(), study: Some(study) })
+        Self { name: name.to_owned(), tuples, setup: study.setup.clone(), study: Some(study) }
     }
 }
 

@@ -1,18 +1,16 @@
 //! `vibrissa bench`.
 
 use std::fmt::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
 use serde_json::{Value, json};
-use vibrissa::census::bench::{self, Measured, News, Noise, Settings, Solved, What, name, places};
+use vibrissa::census::bench::{self, Measured, News, Noise, Settings, Solved, name, places};
 use vibrissa::census::{Figures, Place};
 use vibrissa::error::{Error, InputError};
 use vibrissa::kernel::rule::smallest_tolerance;
-use vibrissa::report::answer_of;
 use vibrissa::scene::{BackendChoice, Precision, RunOptions};
-use vibrissa::sink::folder::Written;
 
 use super::args::Bench;
 use super::progress::Steps;
@@ -38,7 +36,7 @@ pub fn run(args: &Bench) -> Result<Reply, Error> {
         // They compile for a minute what the CPU has compiled.
         places.retain(|p| !p.backend().software);
     }
-    let settings = Settings::new(args.quick, options.tolerance, rayon::current_num_threads());
+    let settings = Settings::new(args.quick, options.tolerance);
     let out = options.out.clone().unwrap_or_else(|| PathBuf::from("results/bench"));
     if options.plan == Some(true) {
         return Ok(planned(&settings, &places, out));
@@ -47,48 +45,40 @@ pub fn run(args: &Bench) -> Result<Reply, Error> {
     let folder = bench::open(&settings, &places, &out, force)?;
     let (begun, steps) = (Instant::now(), settings.steps(&places).len());
     let (settings, places) = (Arc::new(settings), Arc::new(places));
-    let scratch = folder.scratch()?;
-    let (measured, done) = measured(&settings, &places, &scratch, &Steps::new(steps as u64, quiet))?;
-    drop(scratch);
+    let (measured, done) = measured(&settings, &places, &Steps::new(steps as u64, quiet))?;
     let stopped = (done < steps).then_some([done, steps]);
     let kept = stopped.is_none() || (!measured.is_empty() && (force || !interrupt::is_whole(folder.older())));
     let noise = Noise::of(&measured, &places);
     say::warnings(quiet, noise.warning());
-    let mut text = summary(&measured, &places);
-    let (mut files, mut removed) = (Vec::new(), Vec::new());
-    if kept {
-        Written { files, removed, .. } =
-            bench::write(folder, (&settings, &places), &measured, (begun, stopped))?;
-        let _ = writeln!(text, "wrote {} in {:.1} s", super::listed(&files), begun.elapsed().as_secs_f64());
-    }
     let what = format!("{done} of {steps} measurements");
-    Ok(Reply {
-        answer: if kept { answer_of(&out) } else { String::new() },
-        text,
+    let reply = Reply {
+        text: summary(&measured, &places),
         counts: bench::counts(&measured),
         seconds: json!({ "total": begun.elapsed().as_secs_f64() }),
         backend: backends(&places),
         result: result(&measured, &noise, &places),
         broken: stopped.map(|_| interrupt::last_words(&what, measured.is_empty(), kept, &out)),
-        out: Some(out),
-        files,
         quiet,
         ..Reply::default()
+    };
+    if !kept {
+        return Ok(Reply { out: Some(out), ..reply });
     }
-    .removing(&removed))
+    let written = bench::write(folder, (&settings, &places), &measured, (begun, stopped))?;
+    let seconds = begun.elapsed().as_secs_f64();
+    Ok(reply.with_files(out, (written.files, written.removed), (seconds, quiet)).answered())
 }
 
 /// What was measured, and in how many steps: in all, or in those before a signal.
 fn measured(
     settings: &Arc<Settings>,
     places: &Arc<Vec<Place>>,
-    scratch: &Path,
     shown: &Steps,
 ) -> Result<(Vec<Measured>, usize), Error> {
-    let (stop, path) = (interrupt::stop_and_keep(), scratch.to_owned());
+    let stop = interrupt::stop_and_keep();
     let (mut measured, mut done, of) = (Vec::new(), 0, settings.steps(places).len());
     let (settings, places) = (Arc::clone(settings), Arc::clone(places));
-    let work = move |tell: &mut dyn FnMut(News)| bench::measure(&settings, &places, &path, stop, tell);
+    let work = move |tell: &mut dyn FnMut(News)| bench::measure(&settings, &places, stop, tell);
     let ended = apart::apart(work, |news| match news {
         News::Begun(n, what) => {
             shown.at(n, of, &what);
@@ -116,7 +106,7 @@ fn planned(settings: &Settings, places: &[Place], out: PathBuf) -> Reply {
     let (about, time) = (rough(taps as f64), rough(seconds));
     let on = (0..places.len()).map(|k| name(places, k)).collect::<Vec<_>>().join(", ");
     let of = settings.configurations.iter().map(|c| c.name).collect::<Vec<_>>().join(", ");
-    let Settings { quick, compared, timed, repeats, sizes, threads, .. } = settings;
+    let Settings { quick, compared, timed, repeats, .. } = settings;
     let kind = if *quick { "quick benchmark" } else { "benchmark" };
     Reply {
         counts: json!({ "measurements": steps, "taps": taps }),
@@ -130,31 +120,21 @@ fn planned(settings: &Settings, places: &[Place], out: PathBuf) -> Reply {
                  configurations  {of}\n  \
                  taps compared   {compared} with the reference, each\n  \
                  taps timed      {timed}, {repeats} times\n  \
-                 whole sweeps    {sizes:?} taps\n  \
-                 threads         {threads:?}\n  \
-                 tables, figures and run.json go to {to}"
+                 table, figures and run.json go to {to}"
             )
         })
     }
 }
 
-/// The work–precision points: what was solved, to which tolerance.
-fn points(measured: &[Measured]) -> impl Iterator<Item = (&Measured, &'static str, Solved, Option<f64>)> {
-    measured.iter().filter_map(|m| match m.step.what {
-        What::Point(c, solved, tolerance) => Some((m, c.name, solved, tolerance)),
-        _ => None,
-    })
-}
-
 /// The ladder at every tolerance, in one line each.
 fn summary(measured: &[Measured], places: &[Place]) -> String {
     let mut text = "configuration   backend        kernel       tolerance  ns per tap  spread     taps/s       p99     worst  failed\n".to_owned();
-    for (m, configuration, solved, tolerance) in points(measured).filter(|p| !matches!(p.2, Solved::Nodes(_)))
-    {
+    for m in measured.iter().filter(|m| !matches!(m.step.solved, Solved::Nodes(_))) {
         let number =
             |f: fn(&Figures) -> f64| m.errors.as_ref().map_or(String::new(), |e| format!("{:.1e}", f(e)));
-        let (backend, kernel, failed) = (name(places, m.step.place), solved.name(), m.failed);
-        let tolerance = tolerance.map_or(String::new(), |t| format!("{t:e}"));
+        let (configuration, failed) = (m.step.configuration.name, m.failed);
+        let (backend, kernel) = (name(places, m.step.place), m.step.solved.name());
+        let tolerance = m.step.tolerance.map_or(String::new(), |t| format!("{t:e}"));
         let (ns, rate) = (m.times.best, 1e9 / m.times.best);
         let spread = m.times.spread.map_or(String::new(), |s| format!("{:.0} %", 100.0 * s));
         let (p99, worst) = (number(|e| e.p99), number(|e| e.worst));
@@ -168,16 +148,12 @@ fn summary(measured: &[Measured], places: &[Place]) -> String {
 }
 
 fn result(measured: &[Measured], noise: &Noise, places: &[Place]) -> Value {
-    let point = |(m, configuration, solved, tolerance): (&Measured, &str, Solved, Option<f64>)| {
-        let error = |f: fn(&Figures) -> f64| m.errors.as_ref().map(f);
-        json!({
-            "configuration": configuration, "backend": name(places, m.step.place), "kernel": solved.name(),
-            "nodes": match solved { Solved::Nodes(n) => Some(n), _ => None },
-            "tolerance": tolerance, "taps": m.taps, "failed": m.failed,
-            "ns_per_tap": m.times.best, "ns_per_tap_median": m.times.median, "spread": m.times.spread, "taps_per_second": 1e9 / m.times.best,
-            "strain_error_median": error(|e| e.median), "strain_error_p99": error(|e| e.p99), "strain_error_max": error(|e| e.worst),
-        })
+    let point = |m: &Measured| {
+        let mut point = bench::point(m, places);
+        point["backend"] = name(places, m.step.place).into();
+        point["taps_per_second"] = (1e9 / m.times.best).into();
+        point
     };
-    let points: Vec<Value> = points(measured).map(point).collect();
+    let points: Vec<Value> = measured.iter().map(point).collect();
     json!({ "machine": bench::machine(), "noise": noise.json(), "points": points })
 }

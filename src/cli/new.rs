@@ -8,7 +8,7 @@ use serde_json::json;
 use vibrissa::error::{Error, InputError};
 use vibrissa::reference::schema;
 use vibrissa::spec;
-use vibrissa::spec::keys::{ESTIMATE, GAUGE, MODEL, TAP, WHISKER};
+use vibrissa::spec::keys;
 
 use super::args::{CLAMPS, GOALS, Goal, New};
 use super::reply::Reply;
@@ -151,48 +151,51 @@ fn choose<T: Copy, const N: usize>(
     })
 }
 
-/// A line of a spec, with what the reference says of its key.
-fn line(text: &mut String, section: &spec::keys::Section, key: &str, value: &str) {
-    let about = section.key(key).map_or(String::new(), |known| match known.unit {
-        "" => known.what.to_owned(),
-        unit => format!("{}, {unit}", known.what),
-    });
-    let _ = writeln!(text, "{:44} # {about}", format!("{key} = {value}"));
+/// Lines of a section, each with what the reference says of its key; `about` stands before them.
+fn section(name: &str, about: &str, lines: &[(&str, String)]) -> String {
+    let about = if about.is_empty() { String::new() } else { format!("# {about}\n") };
+    let mut text = format!("\n{about}[{name}]\n");
+    for (key, value) in lines {
+        let told = keys::section(name).key(key).map_or(String::new(), |known| match known.unit {
+            "" => known.what.to_owned(),
+            unit => format!("{}, {unit}", known.what),
+        });
+        let _ = writeln!(text, "{:44} # {told}", format!("{key} = {value}"));
+    }
+    text
 }
 
 fn text(answers: &Answers) -> String {
-    let Answers {
-        whisker: [base, tip, length],
-        gauge: [place, grid, noise],
-        clamp,
-        distances: [near, far],
-        goal,
-    } = answers;
+    let Answers { whisker: [base, tip, length], gauge, clamp, distances: [near, far], goal } = answers;
+    let [place, grid, noise] = gauge;
+    let on = || "true".to_owned();
+    let angles = if *goal == Goal::Optimise { "4" } else { "{ from = 0.5, to = 10, step = 0.5 }" };
+    let sized =
+        [("D", base), ("d", tip), ("L_a", length), ("hub", &0.0)].map(|(key, x)| (key, x.to_string()));
+    let gauge =
+        [("x_ss", place.to_string()), ("l", grid.to_string()), ("noise_strain", format!("{noise}e-6"))];
+    let taps = [("a", format!("{{ from = {near}, to = {far}, steps = 10 }}")), ("theta", angles.to_owned())];
+    let model = [
+        ("shear", on()),
+        ("extension", on()),
+        ("surface", on()),
+        ("clamp", format!("{clamp:?}")),
+        ("material", "{ neo-hookean = 3.2 }".to_owned()),
+    ];
     let mut text = format!(
         "#:schema ./{SCHEMA}\n# Lengths in mm, angles in degrees, moduli in MPa, strain without unit. `vibrissa help spec` explains every key.\n"
     );
-    text += "\n[whisker]\n";
-    for (key, value) in [("D", base), ("d", tip), ("L_a", length)] {
-        line(&mut text, &WHISKER, key, &value.to_string());
-    }
-    line(&mut text, &WHISKER, "hub", "0");
-    text += "\n[gauge]\n";
-    line(&mut text, &GAUGE, "x_ss", &place.to_string());
-    line(&mut text, &GAUGE, "l", &grid.to_string());
-    line(&mut text, &GAUGE, "noise_strain", &format!("{noise}e-6"));
-    text += "\n[tap]\n";
-    line(&mut text, &TAP, "a", &format!("{{ from = {near}, to = {far}, steps = 10 }}"));
-    let angles = if *goal == Goal::Optimise { "4" } else { "{ from = 0.5, to = 10, step = 0.5 }" };
-    line(&mut text, &TAP, "theta", angles);
-    text += "\n# A soft whisker; remove a line to switch its effect off. `vibrissa sweep SPEC --explain` says what each is worth.\n[model]\n";
-    line(&mut text, &MODEL, "shear", "true");
-    line(&mut text, &MODEL, "extension", "true");
-    line(&mut text, &MODEL, "surface", "true");
-    line(&mut text, &MODEL, "clamp", &format!("{clamp:?}"));
-    line(&mut text, &MODEL, "material", "{ neo-hookean = 3.2 }");
+    text += &section("whisker", "", &sized);
+    text += &section("gauge", "", &gauge);
+    text += &section("tap", "", &taps);
+    text += &section(
+        "model",
+        "A soft whisker; remove a line to switch its effect off. `vibrissa sweep SPEC --explain` says what each is worth.",
+        &model,
+    );
     if *goal != Goal::Calibrate {
-        text += "\n# How a distance is computed: by the model itself, as a calibrated whisker does it; \"euler-bernoulli\" is the paper's formula.\n[estimate]\n";
-        line(&mut text, &ESTIMATE, "theory", "\"exact\"");
+        let about = "How a distance is computed: by the model itself, as a calibrated whisker does it; \"euler-bernoulli\" is the paper's formula.";
+        text += &section("estimate", about, &[("theory", "\"exact\"".to_owned())]);
     }
     match goal {
         Goal::Optimise => {
@@ -204,15 +207,10 @@ fn text(answers: &Answers) -> String {
             // The gauge may move towards the clamp, and outwards halfway to the nearest object, where it still reads every tap.
             let room = near - grid;
             let places = [0.5 * place, (0.5 * room).max(1.5 * place).min(room).max(*place)];
-            let _ = write!(
-                text,
-                "\n# What `vibrissa optimise` may change, each between two bounds; what is not listed stays as it is above.\n[optimise]\n\
-                 objective = \"distance\"            # the error of the distance, total_rms_mm\n\
-                 variables = {{ {}, {}, {}, theta = [0.5, 10] }}\n",
-                near_to("D", *base),
-                near_to("d", *tip),
-                between("x_ss", places)
-            );
+            let (base, tip, place) = (near_to("D", *base), near_to("d", *tip), between("x_ss", places));
+            text += "\n# What `vibrissa optimise` may change, each between two bounds; what is not listed stays as it is above.\n[optimise]\n\
+                     objective = \"distance\"            # the error of the distance, total_rms_mm\n";
+            let _ = writeln!(text, "variables = {{ {base}, {tip}, {place}, theta = [0.5, 10] }}");
         }
         Goal::Sweep => {
             text += "\n# The best rows first: bias and noise of the distance together.\n[output]\nby = \"total_rms_mm\"\n"

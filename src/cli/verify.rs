@@ -10,7 +10,6 @@ use vibrissa::census::compare::Line;
 use vibrissa::census::verify::{self, Case, Verified};
 use vibrissa::census::{Place, present};
 use vibrissa::error::{Error, InputError};
-use vibrissa::report::answer_of;
 use vibrissa::scene::{BackendChoice, RunOptions, Spec};
 use vibrissa::sink::folder::{Folder, Question, Written};
 use vibrissa::spec;
@@ -51,7 +50,7 @@ pub fn run(args: &Verify) -> Result<Reply, Error> {
         say::unless(quiet)("no Vulkan, Metal or DirectX 12 adapter: only the CPU kernels are verified");
     }
     if options.plan == Some(true) {
-        return planned(&asked, &places);
+        return Ok(planned(&asked, &places));
     }
     let on: Vec<String> = places.iter().map(Place::label).collect();
     let of = json!({ "quick": asked.quick, "samples": asked.samples, "seed": asked.seed, "bound": format!("{:?}", args.bound), "places": &on });
@@ -61,7 +60,7 @@ pub fn run(args: &Verify) -> Result<Reply, Error> {
     };
     let force = options.force == Some(true);
     let mut folder = Folder::open(&asked.out, question, &["verify.csv"], force)?;
-    let cases = cases(&asked)?;
+    let cases = cases(&asked);
     let taps = cases.iter().map(|c| c.tuples.len() as u64).sum();
     if !quiet {
         say::line(headline(&asked, cases.len(), taps, &places));
@@ -79,31 +78,27 @@ pub fn run(args: &Verify) -> Result<Reply, Error> {
         stopped,
         seconds: start.elapsed().as_secs_f64(),
     };
-    let mut text = table(&lines, &on, args.all || asked.spec.is_some());
-    let (mut files, mut removed) = (Vec::new(), Vec::new());
-    if kept {
-        folder.put("verify.csv", &verified.table()?)?;
-        folder.run_json(&verified.document())?;
-        Written { files, removed, .. } = folder.finish()?;
-        let _ = writeln!(text, "wrote {} in {:.1} s", super::listed(&files), start.elapsed().as_secs_f64());
-    }
     let what = format!("{done} of {taps} taps");
     let cut = stopped.map(|_| interrupt::last_words(&what, lines.is_empty(), kept, &asked.out));
     let faults = [cut, broken(&lines, &on)].into_iter().flatten().collect::<Vec<_>>();
-    Ok(Reply {
-        answer: if kept { answer_of(&asked.out) } else { String::new() },
-        text,
+    let reply = Reply {
+        text: table(&lines, &on, args.all || asked.spec.is_some()),
         counts: verified.counts(),
         seconds: json!({ "total": verified.seconds }),
         backend: json!(backends),
         result: json!({ "census": verified.census() }),
-        out: Some(asked.out),
-        files,
         quiet,
         broken: (!faults.is_empty()).then(|| faults.join("\n")),
         ..Reply::default()
+    };
+    let out = asked.out.clone();
+    if !kept {
+        return Ok(Reply { out: Some(out), ..reply });
     }
-    .removing(&removed))
+    folder.put("verify.csv", &verified.table()?)?;
+    folder.run_json(&verified.document())?;
+    let Written { files, removed } = folder.finish()?;
+    Ok(reply.with_files(out, (files, removed), (start.elapsed().as_secs_f64(), quiet)).answered())
 }
 
 /// The lines of the census and the number of taps that were solved everywhere: all, or those before a signal.
@@ -159,10 +154,10 @@ fn asked(args: &Verify) -> Result<VerifyOptions, Error> {
     Ok(VerifyOptions { spec, options, out, samples, seed: args.seed, quick })
 }
 
-fn cases(asked: &VerifyOptions) -> Result<Vec<Case>, Error> {
+fn cases(asked: &VerifyOptions) -> Vec<Case> {
     match &asked.spec {
-        Some(spec) => Ok(vec![Case::of_study(&spec.name, spec.study.clone(), asked.samples, asked.seed)?]),
-        None => Ok(Case::built_in(asked.samples, asked.seed, asked.quick)),
+        Some(spec) => vec![Case::of_study(&spec.name, spec.study.clone(), asked.samples, asked.seed)],
+        None => Case::built_in(asked.samples, asked.seed, asked.quick),
     }
 }
 
@@ -181,8 +176,8 @@ fn headline(asked: &VerifyOptions, cases: usize, taps: u64, places: &[Place]) ->
     format!("{what}, each on the reference and on {}", on.join(", "))
 }
 
-fn planned(asked: &VerifyOptions, places: &[Place]) -> Result<Reply, Error> {
-    let cases = cases(asked)?;
+fn planned(asked: &VerifyOptions, places: &[Place]) -> Reply {
+    let cases = cases(asked);
     let taps = cases.iter().map(|c| c.tuples.len() as u64).sum();
     let gpus = places.iter().filter(|p| p.backend().adapter.is_some()).count();
     let seconds = taps as f64 / (REFERENCE_RATE * rayon::current_num_threads() as f64)
@@ -196,7 +191,7 @@ fn planned(asked: &VerifyOptions, places: &[Place]) -> Result<Reply, Error> {
         text,
         "  verify.csv would have {rows} rows, in {out}; about {seconds:.0} s; nothing was run"
     );
-    Ok(Reply {
+    Reply {
         text,
         out: Some(asked.out.clone()),
         counts: json!({ "configurations": cases.len(), "taps": taps, "lines": rows }),
@@ -204,7 +199,7 @@ fn planned(asked: &VerifyOptions, places: &[Place]) -> Result<Reply, Error> {
         backend: json!(places.iter().map(Place::backend).collect::<Vec<_>>()),
         result: json!({ "samples": asked.samples, "seed": asked.seed }),
         ..Reply::default()
-    })
+    }
 }
 
 /// Which bounds are broken, and where: the three worst lines in full.

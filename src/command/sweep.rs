@@ -84,7 +84,7 @@ pub fn run(asked: &SweepRequest, context: &Context<'_>) -> Result<Reply, Error> 
     if bound.is_some() {
         sweep::whole(asked.shard, &spec.study)?;
     }
-    let fewer = |e| Needed::new(&spec.study.setup, ComparedRows::of_study(&spec.study)?, e);
+    let fewer = |e| Needed::new(&spec.study.setup, ComparedRows::of_study(&spec.study), e);
     let mut needed = bound.map(fewer).transpose()?;
     context.settle(&mut spec, &options, (&choice.backend, bound, &out));
     let planning = options.plan == Some(true);

@@ -91,10 +91,7 @@ pub fn run(asked: &TapRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let begun = context.elapsed();
     let mut progress = context.progress();
     let (stop, study) = (context.host().stop(false), &spec.study);
-    let found = match bound {
-        Some(bound) => tap::find_needed(study, ends, objective, &choice, (bound, stop, progress.as_mut())),
-        None => tap::find(study, ends, objective, &choice, (stop, progress.as_mut())),
-    };
+    let found = tap::find(study, ends, objective, &choice, (bound, stop, progress.as_mut()));
     drop(progress);
     let mut report = found.map_err(|e| match e {
         Error::Input(e) if e.file.is_none() => e.at(asked.spec.display().to_string(), None).into(),

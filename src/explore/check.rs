@@ -3,9 +3,9 @@
 use super::along::{Along, linear};
 use super::domain::Domain;
 use super::taps::f64_method;
-use crate::design::{Design, amount, is_whisker};
+use crate::census::Taps;
+use crate::design::{amount, is_whisker};
 use crate::error::SolveError;
-use crate::evaluate::{Evaluator, Task};
 use crate::scene::{Setup, Tuple};
 
 /// Whiskers that are compared.
@@ -42,10 +42,8 @@ impl Census {
                     None => census.outside += 1,
                 }
             }
-            let designs: Vec<Design> = taps.iter().map(|(t, _)| Design::new(&own, *t)).collect();
-            let task = |(design, (t, _)): (u32, &(Tuple, f64))| Task::of(design, t);
-            let tasks: Vec<Task> = (0..).zip(&taps).map(task).collect();
-            let found = Evaluator::new(&own, f64_method(&own, 1e-10)).run(&designs, &tasks)?;
+            let tuples: Vec<Tuple> = taps.iter().map(|(t, _)| *t).collect();
+            let found = Taps::of(&own, &tuples).answers(f64_method(&own, 1e-10))?;
             for ((t, delta), o) in taps.iter().zip(&found).filter(|(_, o)| o.strain.is_finite()) {
                 // K − 1 is that of the estimator's theory; the two theories differ by a closed form.
                 let theory = o.strain_linear.abs();

@@ -2,27 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::contour::point::{MOST_NOISE, Noise};
+use super::sense;
+use crate::contour::point::Noise;
 use crate::contour::truth::Pose;
 use crate::error::InputError;
-use crate::spec::{self, COUNTERCLOCKWISE, Domain, Item, SENSE, domain};
-
-/// What the file may say.
-const KEYS: &str = "[[whisker]] name, calibration, x, y, z, heading, sense; angle_noise, base_noise";
-/// Keys of a `[[whisker]]` and their units; empty where there is none.
-pub const UNITS: [(&str, &str); 7] = [
-    ("name", ""),
-    ("calibration", ""),
-    ("x", "mm"),
-    ("y", "mm"),
-    ("z", "mm"),
-    ("heading", "degrees"),
-    ("sense", ""),
-];
-
-const ANGLE: Domain =
-    domain("0 … 1000 degrees, one standard deviation", |v| (0.0..=MOST_NOISE).contains(&v));
-const PLACE: Domain = domain("0 … 1000 mm, one standard deviation", |v| (0.0..=MOST_NOISE).contains(&v));
+use crate::spec::{self, Item};
 
 /// A whisker and where it is mounted.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,41 +43,35 @@ impl Array {
     /// # Errors
     /// A text that says something else; two whiskers of one name.
     pub fn parse(label: &str, text: &str, folder: &Path) -> Result<Self, InputError> {
-        spec::described_by(label, text, |file| Self::of(file, folder))
+        spec::described_by(label, text, "array", |file| Self::of(file, folder))
     }
 
     fn of(file: &Item<'_>, folder: &Path) -> Result<Self, InputError> {
-        file.only(&["whisker", "angle_noise", "base_noise"], KEYS)?;
-        let angle = file.or("angle_noise", Noise::default().angle, |x| x.within(&ANGLE))?;
-        let base = file.or("base_noise", 0.0, |x| x.within(&PLACE))?;
-        let whiskers = file.needs("whisker", KEYS)?;
+        let angle = file.or("angle_noise", Noise::default().angle, Item::ranged)?;
+        let base = file.or("base_noise", 0.0, Item::ranged)?;
+        let whiskers = file.needs("whisker")?;
         let mut mounts: Vec<Mount> = Vec::new();
-        for whisker in whiskers.tables(KEYS)? {
+        for whisker in whiskers.tables()? {
             let mount = mount(&whisker, folder)?;
             if mounts.iter().any(|m| m.name == mount.name) {
-                return whisker.needs("name", KEYS)?.refuse("two whiskers have this name", "different names");
+                return whisker.needs("name")?.refuse("two whiskers have this name", "different names");
             }
             mounts.push(mount);
         }
         if mounts.is_empty() {
-            return whiskers.refuse("there is no whisker", KEYS);
+            return whiskers.wrong("there is no whisker");
         }
         Ok(Self { mounts, noise: Noise { angle, base, touch: None } })
     }
 }
 
 fn mount(whisker: &Item<'_>, folder: &Path) -> Result<Mount, InputError> {
-    whisker.only(&UNITS.map(|(key, _)| key), KEYS)?;
-    let place = |key: &str| whisker.needs(key, KEYS)?.sensible("mm");
-    let heading = whisker.needs("heading", KEYS)?.sensible("degrees")?;
-    let z = whisker.or("z", 0.0, |z| z.sensible("mm"))?;
+    let place = |key: &str| whisker.needs(key)?.ranged();
+    let heading = place("heading")?.to_radians();
+    let base = [place("x")?, place("y")?, whisker.or("z", 0.0, Item::ranged)?];
     Ok(Mount {
-        name: whisker.needs("name", KEYS)?.text()?.to_owned(),
-        calibration: folder.join(whisker.needs("calibration", KEYS)?.text()?),
-        pose: Pose {
-            base: [place("x")?, place("y")?, z],
-            heading: heading.to_radians(),
-            sense: whisker.or("sense", COUNTERCLOCKWISE, |s| s.within(&SENSE))?,
-        },
+        name: whisker.needs("name")?.text()?.to_owned(),
+        calibration: folder.join(whisker.needs("calibration")?.text()?),
+        pose: Pose { base, heading, sense: sense(whisker)? },
     })
 }

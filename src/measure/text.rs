@@ -117,37 +117,3 @@ fn is_date(field: &str) -> bool {
     let fits = |part: &Option<u16>| part.is_some_and(|n| matches!(n, 1..=31 | 1900..=2100));
     (least..=3).contains(&parts.len()) && parts.iter().all(fits)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn separators_and_decimal_commas_are_told() {
-        for (line, mark, want) in [
-            ("30,4.0,0.01", ',', [30.0, 4.0, 0.01]),
-            ("30; 4,0 ;0,01", ';', [30.0, 4.0, 0.01]),
-            ("30\t4,0\t1e-2", '\t', [30.0, 4.0, 0.01]),
-            ("\"30\",\"4,0\",\"0,01\"", ',', [30.0, 4.0, 0.01]),
-            ("\"30\";\"4,0\";0.01", ';', [30.0, 4.0, 0.01]),
-        ] {
-            assert_eq!(separator(line), mark, "{line}");
-            let got: Vec<f64> = fields(line, mark).iter().map(|f| number(f).unwrap()).collect();
-            assert_eq!(got, want, "{line}");
-        }
-        for word in ["1.234,5", "1,234.5", "1,2,3", "4 mm", ",", "0x10"] {
-            assert_eq!(number(word), None, "{word}");
-        }
-        assert!(["", "nan", "inf", "-inf"].iter().all(|f| number(f).is_some_and(f64::is_nan)));
-        let mut seen = Decimals::default();
-        assert_eq!([seen.number("3"), seen.number("1.5")], [Some(3.0), Some(1.5)]);
-        assert_eq!((seen.number("1,234"), seen.refuses("1,234")), (None, true));
-        assert_eq!(seen.number("2.5"), Some(2.5));
-        for field in ["04. Feb", "4-Feb", "Dez 24", "2026-02-04 10:00", "4/2/2026", "04.02.2026", "4-2"] {
-            assert!(seen.wrong(field).contains("date"), "{field}");
-        }
-        for field in ["1,234", "1.234.567", "-5 mm", "Mean", "1e-3x", "-", "3-40"] {
-            assert!(!seen.wrong(field).contains("date"), "{field}");
-        }
-    }
-}

@@ -97,37 +97,3 @@ fn is_grouped(field: &str, mark: char) -> bool {
             && digits(after)
     })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn is_clear(rows: &[[&str; 2]], separator: char) -> bool {
-        let mut seen = Thousands::default();
-        for (k, row) in rows.iter().enumerate() {
-            seen.see(k + 2, &row.map(Cow::from), separator);
-        }
-        let is_clear = |names: [&str; 2]| seen.check(&names.map(str::to_owned), &Names::default()).is_ok();
-        assert!(is_clear(["theta_deg", "t_s"]), "{rows:?}: three digits of a time are milliseconds");
-        is_clear(["theta_deg", "reading"])
-    }
-
-    #[test]
-    fn thousands_are_told_from_decimals_or_asked_for() {
-        for (rows, separator, clear) in [
-            (&[["2", "412"], ["4", "1,367"]][..], ',', false),
-            (&[["2", "1,412"], ["4", "1,367"]], ',', false),
-            (&[["2", "412"], ["4", "1.367"]], ',', false),
-            (&[["2", "412"], ["4", "-1.367"]], ';', false),
-            (&[["2", "412"], ["4", "1,367"], ["4", "1,36"]], ';', true),
-            (&[["2.0", "412"], ["4.0", "1.367"]], ',', true),
-            (&[["2.0", "412"], ["4.0", "1,367"]], ',', false),
-            (&[["2", "1,412"], ["4", "1,367"]], ';', true),
-            (&[["2", "0.412"], ["4", "1.367"], ["6", "2"]], ',', true),
-            (&[["2", "412"], ["4", "1367"]], ',', true),
-            (&[["2", "412"], ["4", "1.367e3"]], ',', true),
-        ] {
-            assert_eq!(is_clear(rows, separator), clear, "{rows:?} {separator}");
-        }
-    }
-}

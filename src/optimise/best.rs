@@ -110,7 +110,7 @@ pub(super) fn judge(
             [drives[at.saturating_sub(by)], drives[(at + by).min(drives.len() - 1)]]
         };
         let drives = between([v.min, v.max], FIRST.0);
-        let scores = scorer.nominal(&taps(point, &drives))?;
+        let scores = scorer.nominal(&taps(point, &drives), &|| true)?;
         let mut ends = least(&scores, goal).map(|at| around(&drives, at, FIRST.1));
         for _ in 0..NEXT.1 {
             let Some(these) = ends else { break };

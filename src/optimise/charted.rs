@@ -61,7 +61,7 @@ pub(super) fn wanted(layout: &Layout, search: &Search, variables: &Variables) ->
     let drives = Wanted::of(layout).drive;
     let range = |column: Column| {
         let k = column as usize;
-        let variable = variables.list().iter().find(|v| v.quantity == Quantity::Column(column));
+        let variable = variables.list.iter().find(|v| v.quantity == Quantity::Column(column));
         let [lo, hi] = match (variable, column) {
             (Some(v), _) => [v.min, v.max],
             (None, Column::Drive) => drives,
@@ -83,15 +83,11 @@ pub(super) fn wanted(layout: &Layout, search: &Search, variables: &Variables) ->
 }
 
 impl Scorer<'_> {
-    /// Designs rows and scores of `whisker` at `drives`, degrees or mm.
+    /// Designs rows and scores of the nominal `whisker` at `drives`, degrees or mm.
     ///
     /// # Errors
     /// A backend that fails.
     pub fn along(&mut self, whisker: &Tuple, drives: &[f64]) -> Result<Vec<(DriveRow, Score)>, Error> {
-        if !self.judge.deviations.is_empty() {
-            let points: Vec<Tuple> = drives.iter().map(|&drive| Tuple { drive, ..*whisker }).collect();
-            return Ok(self.rows(&points)?.into_iter().zip(self.scores(&points)?).collect());
-        }
         let mut all = Vec::with_capacity(drives.len());
         for part in drives.chunks((self.batch / self.judge.distances.len()).max(1)) {
             all.extend(self.along_some(whisker, part)?);

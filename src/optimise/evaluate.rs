@@ -1,7 +1,6 @@
 //! Scores of candidates: all candidates × robust samples × distances go to the backend in one batch.
 
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 use rayon::prelude::*;
 
@@ -10,14 +9,14 @@ use super::samples::deviations;
 use super::score::Score;
 use crate::chart::lanes::Figures;
 use crate::chart::reader::{Reader, RowReader};
-use crate::curve::{self, Ask, Reach, both};
+use crate::curve::{self, Ask, both};
 use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::{Evaluator, Guard, Method, Task};
 use crate::plan::Layout;
 use crate::scene::search::Search;
 use crate::scene::{Direction, Setup, Theory, Tuple};
-use crate::statistics::{DriveRow, Told};
+use crate::statistics::DriveRow;
 
 /// Taps that go to the backend together: to a GPU, and to a CPU, which is asked to stop between them. The model's own curves that
 /// exact distances are read from are so many taps more.
@@ -48,7 +47,8 @@ impl Readers {
 
 /// Scores candidates of one search on one backend.
 pub struct Scorer<'a> {
-    pub(super) evaluator: Evaluator<'a>,
+    /// What solves their taps.
+    pub evaluator: Evaluator<'a>,
     pub(super) judge: Judge<'a>,
     pub(super) batch: usize,
     rows: Option<Arc<RowReader>>,
@@ -91,21 +91,6 @@ impl<'a> Scorer<'a> {
         Self { evaluator: self.evaluator.guarded(guard), ..self }
     }
 
-    /// Failing once `stop` is set.
-    pub fn stop_by(&mut self, stop: &'a AtomicBool) {
-        self.evaluator.stop_by(stop);
-    }
-
-    /// From now on at most so many taps are left to the reference by a kernel; more fail with [`SolveError::TooHard`](crate::error::SolveError::TooHard).
-    pub fn leave_at_most(&mut self, taps: usize) {
-        self.evaluator.leave_at_most(taps);
-    }
-
-    /// Bound on the error of strains; 0 of the reference.
-    pub fn tolerance(&self) -> f64 {
-        self.evaluator.tolerance()
-    }
-
     /// Taps of one evaluation.
     pub fn taps(&self) -> usize {
         let samples = self.judge.deviations.len();
@@ -132,13 +117,8 @@ impl<'a> Scorer<'a> {
         Ok(scores)
     }
 
-    /// As [`Self::scores`], of the nominal whiskers alone.
-    pub fn nominal(&mut self, points: &[Tuple]) -> Result<Vec<Score>, Error> {
-        self.nominal_while(points, &|| true)
-    }
-
     /// As [`Self::scores_while`], of the nominal whiskers alone.
-    pub fn nominal_while(&mut self, points: &[Tuple], on: &dyn Fn() -> bool) -> Result<Vec<Score>, Error> {
+    pub fn nominal(&mut self, points: &[Tuple], on: &dyn Fn() -> bool) -> Result<Vec<Score>, Error> {
         let deviations = std::mem::take(&mut self.judge.deviations);
         let scores = self.scores_while(points, on);
         self.judge.deviations = deviations;
@@ -155,40 +135,7 @@ impl<'a> Scorer<'a> {
 
     /// The designs row of one point, as a sweep would write it.
     pub fn row(&mut self, point: &Tuple) -> Result<DriveRow, Error> {
-        Ok(self.rows(std::slice::from_ref(point))?[0])
-    }
-
-    /// The designs rows of `points`, as a sweep would write them.
-    pub fn rows(&mut self, points: &[Tuple]) -> Result<Vec<DriveRow>, Error> {
-        let mut rows = Vec::with_capacity(points.len());
-        for part in points.chunks((self.batch / self.judge.distances.len()).max(1)) {
-            rows.extend(self.some_rows(part)?);
-        }
-        Ok(rows)
-    }
-
-    fn some_rows(&mut self, points: &[Tuple]) -> Result<Vec<DriveRow>, Error> {
-        let (judge, n) = (&self.judge, self.judge.distances.len());
-        let designs: Vec<Design> = points.iter().map(|p| Design::new(judge.setup, *p)).collect();
-        let task = |t: usize| Task::of((t / n) as u32, &Tuple { a: judge.distances[t % n], ..points[t / n] });
-        let tasks: Vec<Task> = (0..points.len() * n).map(task).collect();
-        let taps = self.evaluator.run(&designs, &tasks)?;
-        let ask = |(w, p): (u32, &Tuple)| Ask {
-            design: w,
-            drive: p.drive,
-            reach: Reach::of(p.direction(), judge.reach),
-        };
-        let asks: Vec<Ask> = (0..).zip(points).map(ask).collect();
-        let (own, _) = curve::solve(judge.setup, &mut self.evaluator, &designs, &asks)?;
-        let ask = |t: usize| both::Ask::own(judge.setup, tasks[t], &taps[t], judge.reach);
-        let asks: Vec<both::Ask> = (0..tasks.len()).map(ask).collect();
-        let (both, _) = both::both(judge.setup, &mut self.evaluator, &designs, &asks)?;
-        let row = |w: usize| {
-            let (from, to) = (w * n, (w + 1) * n);
-            let both = both.get(from..to).unwrap_or_default();
-            judge.reduce(&designs[w], (&taps[from..to], both), Told::by(&own, w), None)
-        };
-        Ok((0..points.len()).map(row).collect())
+        Ok(self.along(point, &[point.drive])?[0].0)
     }
 
     /// Scores of whiskers read from charts, those outside them from their taps.

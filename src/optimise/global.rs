@@ -37,14 +37,14 @@ const FINISHED: usize = 2;
 
 /// Searches until starts agree, all are made, or the budget ends it.
 pub fn run(session: &mut Session<'_>, goal: Goal, seed: u64, starts: u32) -> Result<(), Halt> {
-    if !session.reads() {
+    if !session.scorers[0].reads() {
         return starting(session, goal, seed, starts, (Stage::Polish, COLD, SAME)).map(drop);
     }
     // What is read from charts is smooth, and good to their error: only what was found there is polished in f64, for which some of the
     // budget is kept.
     session.keep_back();
     let mut found = match starting(session, goal, seed, starts, (Stage::Swarm, READ, SAME_READ)) {
-        Err(Halt::Ended(Ended::Evaluations)) => session.best().into_iter().collect(),
+        Err(Halt::Ended(Ended::Evaluations)) => session.best[0].into_iter().collect(),
         other => other?,
     };
     let out_of = session.release();

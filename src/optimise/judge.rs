@@ -64,7 +64,7 @@ impl Judge<'_> {
             let nominal = scale.filter(|scale| !scale.is_nan()).unwrap_or_else(|| property.get(&own));
             let value =
                 inside(*property, nominal + sd * samples::deviation(self.search.seed, w - 1, dimension));
-            if !(property.about().allowed.1)(value) {
+            if !property.about().range.holds(value) {
                 return Design::nothing(tuple);
             }
             if *property == Property::Scale {

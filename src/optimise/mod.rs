@@ -7,8 +7,8 @@
 //! but rules of comparison ([`score`]), and the polish models each limit beside the objective.
 //!
 //! # Practice
-//! Several starts ([`global`]): a particle swarm of argmin on the asked backend, one step one batch ([`swarm`]), then
-//! a polish of its best distinct candidates in f64, run by argmin too ([`mod@polish`]). Starts grow, and end when several
+//! Several starts ([`global`]): a particle swarm on the asked backend, one step one batch ([`swarm`]), then
+//! a polish of its best distinct candidates in f64 ([`mod@polish`]). Starts grow, and end when several
 //! found the same. Everything is a deterministic function of spec and seed given the scores: a search that was stopped is made anew.
 //!
 //! # Cost

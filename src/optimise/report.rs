@@ -127,28 +127,3 @@ pub fn watched<R>(stop: &AtomicBool, seconds: Option<f64>, f: impl FnOnce(&Alarm
         value
     })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn it_rings_when_asked_or_late_and_not_before_there_is_an_answer() {
-        let wait = |alarm: &Alarm| {
-            let begun = Instant::now();
-            while !alarm.rings.load(Ordering::Relaxed) && begun.elapsed() < Duration::from_secs(300) {
-                std::thread::sleep(Duration::from_millis(1));
-            }
-            alarm.rings.load(Ordering::Relaxed)
-        };
-        assert!(watched(&AtomicBool::new(true), None, wait));
-        let late = |alarm: &Alarm| {
-            std::thread::sleep(4 * EVERY);
-            let early = alarm.rings.load(Ordering::Relaxed);
-            alarm.scored.store(true, Ordering::Relaxed);
-            (early, wait(alarm))
-        };
-        assert_eq!(watched(&AtomicBool::new(false), Some(0.0), late), (false, true));
-        assert!(!watched(&AtomicBool::new(false), None, |a| a.rings.load(Ordering::Relaxed)));
-    }
-}

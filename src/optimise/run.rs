@@ -91,16 +91,7 @@ pub fn find(
     watch: &mut dyn Watch,
 ) -> Result<Report, Error> {
     spec.study.space.layout().ok_or_else(no_axes)?;
-    let choices = [choice, &precise(options)?];
-    search_with(spec, search, (choices, needed), (stop, watch))
-}
-
-fn search_with(
-    spec: &Spec,
-    search: &Search,
-    choices: ([&Choice; 2], Option<Needed>),
-    (stop, watch): (&AtomicBool, &mut dyn Watch),
-) -> Result<Report, Error> {
+    let choices = ([choice, &precise(options)?], needed);
     report::watched(stop, search.budget.seconds, |alarm| {
         under_alarm(spec, search, choices, (stop, alarm, watch))
     })
@@ -157,7 +148,7 @@ fn under_alarm(
             if ended != Ended::Converged {
                 needed.measure(&rows, &|| Ok(()))?;
             } else if !needed.keeps(&rows, &|| Ok(()))? {
-                session.swarm_by(swarm(of_swarm(Some(needed)))?);
+                session.scorers[0] = swarm(of_swarm(Some(needed)))?;
                 continue;
             }
         }
@@ -174,7 +165,7 @@ fn under_alarm(
         return Err(Error::Run(why));
     }
     let mut design = |f: &Found| -> Result<Design, Error> {
-        let row = session.report()[1].row(&f.point)?;
+        let row = session.scorers[1].row(&f.point)?;
         Ok(Design { point: f.point, row, score: f.score, unit: unit(setup, &f.point) })
     };
     let best = design(&best)?;
@@ -184,7 +175,7 @@ fn under_alarm(
     let searched = Instant::now();
     let more = search.budget.seconds.filter(|_| ended == Ended::Seconds).map(|s| (MORE.1 * s).max(MORE.0));
     let on = || !stop.load(Ordering::Relaxed) && more.is_none_or(|s| searched.elapsed().as_secs_f64() < s);
-    let sensitivity = sensitivity::run(session.report(), &variables, &best.point, search.seed, &on)?;
+    let sensitivity = sensitivity::run(&mut session.scorers, &variables, &best.point, search.seed, &on)?;
     let asked_to_stop = stop.load(Ordering::Relaxed);
     let one = search.objective.needs_distance() && both::possible(setup);
     let other = (one && !asked_to_stop).then(|| {
@@ -222,13 +213,13 @@ pub fn no_axes() -> InputError {
 
 /// The best in f64: of the polish, or of what an unfinished swarm left, scored again.
 fn settle(session: &mut Session<'_>, ended: Ended, goal: Goal) -> Result<Found, Error> {
-    let mut best = session.polished();
+    let mut best = session.best[1];
     if ended != Ended::Converged {
         let mut left = session.take();
         left.retain(|(stage, _)| *stage == Stage::Swarm);
         left.sort_by(|a, b| goal.order(&a.1.score).total_cmp(&goal.order(&b.1.score)));
         // A search that ends between swarm and polish has left nothing but its best.
-        let last = session.best().filter(|_| best.is_none() && left.is_empty());
+        let last = session.best[0].filter(|_| best.is_none() && left.is_empty());
         let points: Vec<Tuple> =
             left.iter().map(|(_, f)| f.point).take(AGAIN).chain(last.map(|f| f.point)).collect();
         let scores = session.again(&points)?;

@@ -35,7 +35,7 @@ pub struct Sensitivity {
 
 /// Around `best` by `local`, over the box of `variables` by `global`, as far as that is there when `on` says no more.
 pub fn run(
-    [global, local]: [&mut Scorer<'_>; 2],
+    [global, local]: &mut [Scorer<'_>; 2],
     variables: &Variables,
     best: &Tuple,
     seed: u64,
@@ -71,7 +71,7 @@ fn elasticities(scorer: &mut Scorer<'_>, best: &Tuple, out: &mut Sensitivity) ->
     };
     let points: Vec<Tuple> =
         parameters.iter().flat_map(|&q| [moved(q, STEP), moved(q, -STEP)]).chain([*best]).collect();
-    let scores = scorer.nominal(&points)?;
+    let scores = scorer.nominal(&points, &|| true)?;
     out.evaluations += points.len() as u64;
     let here = scores[points.len() - 1].figures;
     for (i, &quantity) in parameters.iter().enumerate() {
@@ -100,7 +100,7 @@ fn indices(
     (seed, on): (u64, &dyn Fn() -> bool),
     out: &mut Sensitivity,
 ) -> Result<(), Error> {
-    let k = variables.len();
+    let k = variables.list.len();
     let (_, drive) = variables.place(best);
     let seed = seed.wrapping_mul(2).wrapping_add(1);
     let coordinate = |i: usize, c: usize| {
@@ -112,12 +112,12 @@ fn indices(
     };
     let lines = (0..LINES).flat_map(|i| (0..k).map(move |c| (i, c)));
     let points: Vec<Tuple> = lines.flat_map(|(i, c)| (0..LEVELS).map(move |j| point(i, c, j))).collect();
-    let mut scores = scorer.nominal_while(&points, on)?;
+    let mut scores = scorer.nominal(&points, on)?;
     // Those of a place of the lines belong together.
     scores.truncate(scores.len() / (k * LEVELS) * (k * LEVELS));
     out.evaluations += scores.len() as u64;
     out.samples = scores.len() as u32;
-    out.global = variables.list().iter().map(|v| (v.quantity, [None; 2])).collect();
+    out.global = variables.list.iter().map(|v| (v.quantity, [None; 2])).collect();
     for f in 0..2 {
         let value = |s: &Score| Some(s.figures[f].ln()).filter(|y| y.is_finite()).unwrap_or(f64::NAN);
         let lines: Vec<Line> =

@@ -76,17 +76,6 @@ impl From<Error> for Halt {
     }
 }
 
-impl std::fmt::Display for Halt {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Ended(ended) => f.write_str(ended.name()),
-            Self::Failed(e) => e.fmt(f),
-        }
-    }
-}
-
-impl std::error::Error for Halt {}
-
 /// A candidate and its score.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Found {
@@ -117,8 +106,8 @@ pub trait Watch {
 
 /// A search under way.
 pub struct Session<'a> {
-    swarm: Scorer<'a>,
-    polish: Scorer<'a>,
+    /// What scores each stage.
+    pub scorers: [Scorer<'a>; 2],
     /// What is searched over.
     pub variables: &'a Variables,
     /// What counts as best.
@@ -139,7 +128,7 @@ pub struct Session<'a> {
     /// Best of each step.
     pub history: Vec<Step>,
     /// Best of all, and best of the f64 ones.
-    best: [Option<Found>; 2],
+    pub best: [Option<Found>; 2],
     /// Everything scored since the last [`Self::take`].
     archive: Vec<(Stage, Found)>,
 }
@@ -147,15 +136,14 @@ pub struct Session<'a> {
 impl<'a> Session<'a> {
     /// With a scorer for each stage.
     pub fn new(
-        [swarm, polish]: [Scorer<'a>; 2],
+        scorers: [Scorer<'a>; 2],
         variables: &'a Variables,
         goal: Goal,
         budget: Budget,
         (stop, alarm, watch): (&'a AtomicBool, &'a Alarm, &'a mut dyn Watch),
     ) -> Self {
         Self {
-            swarm,
-            polish,
+            scorers,
             variables,
             goal,
             budget,
@@ -175,12 +163,7 @@ impl<'a> Session<'a> {
 
     /// Evaluations fail once `stop` is set.
     pub fn stop_by(&mut self, stop: &'a AtomicBool) {
-        [&mut self.swarm, &mut self.polish].into_iter().for_each(|scorer| scorer.stop_by(stop));
-    }
-
-    /// Scores swarms by `scorer` from now on.
-    pub fn swarm_by(&mut self, scorer: Scorer<'a>) {
-        self.swarm = scorer;
+        self.scorers.iter_mut().for_each(|scorer| scorer.evaluator.stop_by(stop));
     }
 
     /// Scores `points`; the last batch of a budget may be cut short and then ends the search.
@@ -201,7 +184,7 @@ impl<'a> Session<'a> {
         }
         let stop = self.stop;
         let on = || !stop.load(Ordering::Relaxed);
-        let scores = match self.scorer(stage).scores_while(&points[..take], &on) {
+        let scores = match self.scorers[stage as usize].scores_while(&points[..take], &on) {
             Err(Error::Solve(SolveError::Stopped)) => {
                 let asked = stop.load(Ordering::Relaxed);
                 return Err(Halt::Ended(if asked { Ended::Interrupted } else { Ended::Seconds }));
@@ -224,11 +207,6 @@ impl<'a> Session<'a> {
         self.budget.evaluations.map(|n| n.saturating_sub(self.evaluations).saturating_sub(kept))
     }
 
-    /// Whether candidates of the swarm are read from charts.
-    pub fn reads(&self) -> bool {
-        self.swarm.reads()
-    }
-
     /// Keeps some evaluations for a polish at the end.
     pub fn keep_back(&mut self) {
         self.kept_back = self.budget.evaluations.map_or(0, |n| (n / 8).min(KEPT_BACK));
@@ -239,13 +217,6 @@ impl<'a> Session<'a> {
         let spent = self.left() == Some(0);
         self.kept_back = 0;
         spent
-    }
-
-    fn scorer(&mut self, stage: Stage) -> &mut Scorer<'a> {
-        match stage {
-            Stage::Swarm => &mut self.swarm,
-            Stage::Polish => &mut self.polish,
-        }
     }
 
     fn note(&mut self, stage: Stage, points: &[Tuple], scores: &[Score]) {
@@ -272,24 +243,9 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// The best in f64, if any was polished.
-    pub fn polished(&self) -> Option<Found> {
-        self.best[1]
-    }
-
-    /// The best of all.
-    pub fn best(&self) -> Option<Found> {
-        self.best[0]
-    }
-
     /// Everything scored since the last time.
     pub fn take(&mut self) -> Vec<(Stage, Found)> {
         std::mem::take(&mut self.archive)
-    }
-
-    /// Scorers of both stages outside the budget: for what is reported.
-    pub fn report(&mut self) -> [&mut Scorer<'a>; 2] {
-        [&mut self.swarm, &mut self.polish]
     }
 
     /// Scores of `points` in f64 outside the budget, for what is reported: all, or, of a search that was asked to stop, those first ones for
@@ -297,7 +253,7 @@ impl<'a> Session<'a> {
     pub fn again(&mut self, points: &[Tuple]) -> Result<Vec<Score>, Error> {
         let (begun, stop) = (Instant::now(), self.stop);
         let on = || !stop.load(Ordering::Relaxed) || begun.elapsed() < LAST;
-        self.polish.scores_while(points, &on)
+        self.scorers[1].scores_while(points, &on)
     }
 
     /// Seconds since the search began.

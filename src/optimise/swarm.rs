@@ -30,7 +30,7 @@ fn size(k: u32, drives: usize) -> (usize, u64) {
 /// Runs one swarm towards `goal`; what it scored is in the session's archive. `seeds` are places in the unit box where particles begin.
 pub fn run(session: &mut Session<'_>, goal: Goal, seed: u64, seeds: &[Vec<f64>]) -> Result<(), Halt> {
     let (particles, steps) = size(session.start, session.variables.drives());
-    let k = session.variables.len();
+    let k = session.variables.list.len();
     session.swarms += 1;
     // Each start has a stream of its own, whatever the seeds of others.
     let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
@@ -100,7 +100,7 @@ impl CostFunction for &Flock<'_, '_> {
         P: Borrow<Vec<f64>>,
     {
         self.orders(positions).map_err(|halt| {
-            let error = argmin::core::Error::msg(halt.to_string());
+            let error = argmin::core::Error::msg(format!("{halt:?}"));
             self.halt.replace(Some(halt));
             error
         })

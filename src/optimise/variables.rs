@@ -7,7 +7,8 @@ use crate::scene::{Column, Property, Setup, Tuple};
 /// What varies, and what does not.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Variables {
-    list: Vec<Variable>,
+    /// What varies, with its bounds in force.
+    pub list: Vec<Variable>,
     base: Tuple,
     /// Drives of which each design takes the best; one, unused, where the drive is a variable.
     drives: Vec<f64>,
@@ -39,21 +40,6 @@ impl Variables {
             .any(|v| v.start.is_some())
             .then(|| list.iter().map(|v| ((middle(v) - v.min) / (v.max - v.min)).clamp(0.0, 1.0)).collect());
         Self { list, base, drives, setup: setup.clone(), start }
-    }
-
-    /// Their number.
-    pub fn len(&self) -> usize {
-        self.list.len()
-    }
-
-    /// Never: a search has variables.
-    pub fn is_empty(&self) -> bool {
-        self.list.is_empty()
-    }
-
-    /// Bounds in force.
-    pub fn list(&self) -> &[Variable] {
-        &self.list
     }
 
     /// Drives from which each design takes its best.

@@ -2,11 +2,10 @@
 
 use serde_json::{Map, Value, json};
 
-use super::keys::{allowed, default};
 use crate::design::MOST;
-use crate::spec;
-use crate::spec::keys::form::{Form, Range};
-use crate::spec::keys::{AXIS, FORMAT, Key, SECTIONS, Section};
+use crate::scene::Interval;
+use crate::spec::form::Form;
+use crate::spec::keys::{Key, Section, section, sections};
 
 /// The schema as a file.
 pub fn text() -> String {
@@ -16,18 +15,15 @@ pub fn text() -> String {
 /// The schema: draft 7, which editors know.
 pub fn document() -> Value {
     let mut defs = Map::new();
-    let mut sections = Map::new();
-    sections.insert(FORMAT.name.to_owned(), property(None, &FORMAT, &mut defs));
-    for section in &SECTIONS {
-        sections.insert(section.name.to_owned(), table(section, &mut defs));
-    }
+    let mut properties = properties(section(""), &mut defs);
+    properties.extend(sections().map(|section| (section.name.to_owned(), table(section, &mut defs))));
     let mut all = json!({
         "$schema": "http://json-schema.org/draft-07/schema#",
         "title": "Spec of vibrissa",
         "description": "A whisker, its sensor, its taps and what to do with them: lengths in mm, angles in degrees, moduli in MPa, forces in N.",
         "type": "object",
         "additionalProperties": false,
-        "properties": sections,
+        "properties": properties,
         "allOf": needs(),
     });
     all["$defs"] = defs.into();
@@ -50,9 +46,19 @@ fn needs() -> Value {
 
 /// A table with these keys and no others.
 fn table(section: &Section, defs: &mut Map<String, Value>) -> Value {
+    let properties = properties(section, defs);
+    let required: Vec<&str> = section.keys.iter().filter(|k| always(section, k)).map(|k| k.name).collect();
+    let mut all = json!({ "type": "object", "description": section.about, "additionalProperties": false, "properties": properties });
+    if !required.is_empty() {
+        all["required"] = json!(required);
+    }
+    all
+}
+
+fn properties(section: &Section, defs: &mut Map<String, Value>) -> Map<String, Value> {
     let mut properties = Map::new();
-    for key in section.keys {
-        let value = property(Some(section), key, defs);
+    for key in &section.keys {
+        let value = property(key, defs);
         if let Some((outer, inner)) = key.name.split_once('.') {
             nested(&mut properties, outer, inner, &value);
         }
@@ -60,21 +66,8 @@ fn table(section: &Section, defs: &mut Map<String, Value>) -> Value {
             nested(&mut properties, "root", key.name, &value);
         }
         properties.insert(key.name.to_owned(), value);
-        // Where a drive is varied it is that of the spec: an angle or a displacement.
-        if key.name == "theta" && section.name.starts_with("optimise") {
-            let delta = match key.form {
-                Form::Ends(_) => value_of(&Form::Ends(crate::spec::keys::form::above(0.0)), defs),
-                form => value_of(&form, defs),
-            };
-            properties.insert("delta".to_owned(), delta);
-        }
     }
-    let required: Vec<&str> = section.keys.iter().filter(|k| always(section, k)).map(|k| k.name).collect();
-    let mut all = json!({ "type": "object", "description": section.about, "additionalProperties": false, "properties": properties });
-    if !required.is_empty() {
-        all["required"] = json!(required);
-    }
-    all
+    properties
 }
 
 /// Puts `value` also into the inline table that may stand in its place.
@@ -86,18 +79,17 @@ fn nested(properties: &mut Map<String, Value>, outer: &str, inner: &str, value: 
 /// Whether a table is refused without this key. Of a whisker, a gauge and taps that depends on the rest of the spec, of a search on the command.
 fn always(section: &Section, key: &Key) -> bool {
     let varies = ["whisker", "gauge", "tap", "axis", "optimise"].contains(&section.name);
-    !varies && (section.name == "tuples" || default(section.name, key) == "required")
+    !varies && (section.name == "tuples" || key.usual() == "required")
 }
 
-fn property(section: Option<&Section>, key: &Key, defs: &mut Map<String, Value>) -> Value {
-    let name = section.map_or("", |s| s.name);
+fn property(key: &Key, defs: &mut Map<String, Value>) -> Value {
     let unit = if key.unit.is_empty() { String::new() } else { format!(" ({})", key.unit) };
     let note = if key.note.is_empty() { String::new() } else { format!(" {}.", key.note) };
     let about = format!(
         "{}{unit}.{note} Allowed: {}. Default: {}.",
         key.what,
-        allowed(section, key),
-        default(name, key).trim_matches('`')
+        key.allowed(),
+        key.usual().trim_matches('`')
     );
     let form = value_of(&key.form, defs);
     // Beside a reference other words have no meaning in draft 7.
@@ -107,7 +99,7 @@ fn property(section: Option<&Section>, key: &Key, defs: &mut Map<String, Value>)
         let table: toml::Table = format!("x = {text}").parse().ok()?;
         serde_json::to_value(&table["x"]).ok()
     };
-    if let Some(usual) = spec::keys::default(name, key.name).as_deref().and_then(read) {
+    if let Some(usual) = key.default.and_then(|_| read(key.usual().trim_matches('`'))) {
         value["default"] = usual;
     }
     if let Some(example) = read(key.example) {
@@ -134,9 +126,12 @@ fn value_of(form: &Form, defs: &mut Map<String, Value>) -> Value {
             value
         }
         Form::Matrix(least, most) => array(array(json!({ "type": "number" }), 2, None), *least, Some(*most)),
-        Form::Pairs => array(array(number(&spec::keys::form::from(0.0)), 2, Some(2)), 2, None),
-        Form::Table(section, least, most) => {
-            let mut value = table(section, defs);
+        Form::Pairs => {
+            array(array(json!({ "type": "number", "minimum": 0.0, "maximum": MOST }), 2, Some(2)), 2, None)
+        }
+        Form::Tables(name) => array(table(section(name), defs), 1, None),
+        Form::Table(name, least, most) => {
+            let mut value = table(section(name), defs);
             value["minProperties"] = json!(least);
             value["maxProperties"] = json!(most);
             value
@@ -155,29 +150,27 @@ fn array(items: Value, least: usize, most: Option<usize>) -> Value {
     all
 }
 
-fn number(range: &Range) -> Value {
+fn number(range: &Interval) -> Value {
     let [low, high] = range.ends;
     let [lower, upper] = range.open.map(|open| if open { "exclusiveM" } else { "m" });
     json!({ "type": "number", format!("{lower}inimum"): low, format!("{upper}aximum"): high })
 }
 
 /// A number, a list, a range or samples; each range of numbers is written once.
-fn axis(range: &Range, defs: &mut Map<String, Value>) -> Value {
+fn axis(range: &Interval, defs: &mut Map<String, Value>) -> Value {
     let [low, high] = range.ends;
     let [lower, upper] = range.open.map(|open| if open { "beyond" } else { "from" });
     let name = format!("axis_{lower}_{low}_to_{upper}_{high}");
     if !defs.contains_key(&name) {
         let one = number(range);
-        let end = |key: &str| if key == "to" { number(&spec::keys::form::ANY) } else { one.clone() };
         let table = |keys: &[&str], required: &[&str]| {
             let of = |key: &&str| {
-                let known = AXIS.key(key).expect("a key of an axis");
-                let mut value = property(Some(&AXIS), known, &mut Map::new());
-                if ["from", "to", "min", "max"].contains(key) {
-                    value
-                        .as_object_mut()
-                        .expect("a table")
-                        .extend(end(key).as_object().cloned().expect("a table"));
+                let mut value =
+                    property(section("axis").key(key).expect("a key of an axis"), &mut Map::new());
+                if let (["from" | "min" | "max"], Some(value), Some(one)) =
+                    ([*key], value.as_object_mut(), one.as_object())
+                {
+                    value.extend(one.clone());
                 }
                 ((*key).to_owned(), value)
             };

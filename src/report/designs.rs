@@ -292,15 +292,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_front_is_what_nothing_beats() {
-        let x = [3.0, 1.0, 2.0, 2.0, 5.0, f64::NAN, 1.0];
-        let y = [1.0, 5.0, 3.0, 2.0, 1.0, 0.0, 4.0];
-        assert_eq!(front(&x, &y), [6, 3, 0]);
-        let beaten = |i: usize| (0..7).any(|k| x[k] <= x[i] && y[k] <= y[i] && (x[k] < x[i] || y[k] < y[i]));
-        assert!((0..7).filter(|i| x[*i].is_finite()).all(|i| beaten(i) != front(&x, &y).contains(&i)));
-    }
-
-    #[test]
     fn two_distances_break_no_limit_unless_asked() {
         let text = "strain_max,status\n0.01,ok\n0.02,ambiguous\n0.03,strain_limit\n0.04,strain_limit+ambiguous\n,slipped_off\n0.01,\n";
         let table = Table::parse("t.csv", text.as_bytes()).unwrap();

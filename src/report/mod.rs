@@ -73,15 +73,12 @@ pub fn answer_of(folder: &Path) -> String {
         .map_or(String::new(), |content| content.answer)
 }
 
-/// The figures of a benchmark with these tables: file and text.
+/// The figures of a benchmark with this `work_precision.csv`.
 ///
 /// # Errors
-/// Tables that are damaged.
-pub fn of_bench(tables: &[(&str, String)]) -> Result<Vec<Figure>, Error> {
-    bench::figures(&|name| {
-        let text = tables.iter().find(|(file, _)| *file == name);
-        Ok(text.map(|(file, text)| table::Table::parse(file, text.as_bytes())).transpose()?)
-    })
+/// A table that is damaged.
+pub fn of_bench(table: &[u8]) -> Result<Vec<Figure>, Error> {
+    Ok(bench::figures(&table::Table::parse("work_precision.csv", table)?, None)?)
 }
 
 pub use contour::of_tables as of_contour;

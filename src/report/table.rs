@@ -268,32 +268,3 @@ pub fn distinct(numbers: impl IntoIterator<Item = f64>) -> Vec<f64> {
     values.sort_by(f64::total_cmp);
     values
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn table(text: &str) -> Result<Table, InputError> {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("t.csv");
-        std::fs::write(&path, text).unwrap();
-        match Table::read(&path) {
-            Err(Error::Input(e)) => Err(e),
-            other => Ok(other.unwrap().unwrap()),
-        }
-    }
-
-    #[test]
-    fn numbers_words_and_gaps() {
-        let t = table("a,b,status\n1,,ok\n,,\n2.5e-3,,ok+x\n").unwrap();
-        assert_eq!(t.len, 3);
-        assert!(t.has("a") && !t.has("b") && !t.has("status"));
-        let a = t.numbers("a").unwrap();
-        assert!(a[0] == 1.0 && a[1].is_nan() && a[2] == 2.5e-3);
-        assert_eq!(
-            (t.word("status", 0), t.word("status", 1), t.word("status", 2)),
-            ("ok".into(), "".into(), "ok+x".into())
-        );
-        assert_eq!(t.json(1, 0), serde_json::Value::Null);
-    }
-}

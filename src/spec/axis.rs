@@ -2,8 +2,7 @@
 
 use toml::de::DeValue;
 
-use super::check::Domain;
-use super::keys;
+use super::keys::Key;
 use super::reader::{Item, Result};
 use super::schema;
 use crate::scene::Axis;
@@ -28,22 +27,23 @@ pub(super) struct AxisItem<'a> {
 }
 
 impl<'a> AxisItem<'a> {
-    /// Reads an axis whose values all lie in `domain`; `dimension` is that of a sampled axis.
-    pub fn read(item: Item<'a>, domain: &Domain, dimension: u32) -> Result<Self> {
+    /// Reads an axis whose values are all such as its key may have; `dimension` is that of a sampled axis.
+    pub fn read(item: Item<'a>, dimension: u32) -> Result<Self> {
+        let Some(known) = item.known else { return item.refuse("no axis is asked for", "a number") };
         let axis = match item.value {
-            DeValue::Array(_) => Axis::List(list(&item, domain)?),
+            DeValue::Array(_) => Axis::List(list(&item)?),
             DeValue::Table(_) => {
-                item.only(&keys::AXIS.names(), FORMS)?;
+                item.only_known().map_err(|e| e.allowed(FORMS))?;
                 let found = |keys: &[&str]| keys.iter().find_map(|key| item.child(key));
                 match (found(&RANGE_KEYS), found(&SAMPLE_KEYS)) {
                     (Some(_), Some(other)) => {
                         return other.refuse("this belongs to samples, but the axis is a range", FORMS);
                     }
-                    (None, Some(_)) => samples(&item, domain, dimension)?,
-                    _ => range(&item, domain)?,
+                    (None, Some(_)) => samples(&item, known, dimension)?,
+                    _ => range(&item, known)?,
                 }
             }
-            DeValue::Integer(_) | DeValue::Float(_) | DeValue::String(_) => Axis::Value(item.within(domain)?),
+            DeValue::Integer(_) | DeValue::Float(_) | DeValue::String(_) => Axis::Value(item.ranged()?),
             _ => return item.refuse("this must be a number or an axis", FORMS),
         };
         Ok(Self { item, axis })
@@ -68,27 +68,32 @@ impl<'a> AxisItem<'a> {
     }
 }
 
-fn list(item: &Item<'_>, domain: &Domain) -> Result<Vec<f64>> {
+fn list(item: &Item<'_>) -> Result<Vec<f64>> {
     let values: Vec<f64> =
-        item.elements().into_iter().flatten().map(|e| e.within(domain)).collect::<Result<_>>()?;
+        item.elements().into_iter().flatten().map(|e| e.ranged()).collect::<Result<_>>()?;
     if values.is_empty() {
         return item.refuse("this list is empty; at least one value is needed", FORMS);
     }
     Ok(values)
 }
 
-fn range(item: &Item<'_>, domain: &Domain) -> Result<Axis> {
-    let from = item.need("from")?.within(domain)?;
-    let last = item.need("to")?;
-    let to = last.sensible(domain.allowed)?;
+/// The value of `key`, one of those that its axis may have.
+fn end(item: &Item<'_>, key: &str, known: &'static Key) -> Result<f64> {
+    item.need(key)?.of(Some(known)).ranged()
+}
+
+fn range(item: &Item<'_>, known: &'static Key) -> Result<Axis> {
+    let from = end(item, "from", known)?;
+    let last = item.need("to")?.of(Some(known));
+    let to = last.number()?;
     let log = scale(item)?;
     let axis = match (item.child("steps"), item.child("step")) {
         (Some(steps), None) => {
-            let steps = steps.whole(1)?;
+            let steps = steps.whole()?;
             if log { Axis::log_steps(from, to, steps) } else { Axis::steps(from, to, steps) }
         }
         (None, Some(step)) if log => return Err(step.error("a logarithmic scale needs steps, not step")),
-        (None, Some(step)) => Axis::step(from, to, step.number("> 0")?),
+        (None, Some(step)) => Axis::step(from, to, step.number()?),
         (Some(_), Some(step)) => {
             return Err(step.error("steps and step contradict each other; keep one of them"));
         }
@@ -98,18 +103,17 @@ fn range(item: &Item<'_>, domain: &Domain) -> Result<Axis> {
     };
     let axis = axis.map_err(|e| item.place(e))?;
     // `to` itself need not be a value of the axis.
-    if (domain.holds)(axis.max()) {
+    if known.form.interval().is_none_or(|interval| interval.holds(axis.max())) {
         return Ok(axis);
     }
-    last.refuse(format!("the last value, {}, is out of range", axis.max()), domain.allowed)
+    last.wrong(format!("the last value, {}, is out of range", axis.max()))
 }
 
-fn samples(item: &Item<'_>, domain: &Domain, dimension: u32) -> Result<Axis> {
-    let min = item.need("min")?.within(domain)?;
-    let max = item.need("max")?.within(domain)?;
-    let samples = item.need("samples")?.whole(1)?;
+fn samples(item: &Item<'_>, known: &'static Key, dimension: u32) -> Result<Axis> {
+    let (min, max) = (end(item, "min", known)?, end(item, "max", known)?);
+    let samples = item.need("samples")?.whole()?;
     let sampler = item.child("sampler").map_or(Ok(Sampler::Sobol), |s| s.word(&SAMPLERS))?;
-    let seed = item.child("seed").map_or(Ok(schema::SEED), |s| s.whole(0))?;
+    let seed = item.child("seed").map_or(Ok(schema::SEED), |s| s.whole())?;
     let log = scale(item)?;
     Axis::samples(min, max, log, Points { samples, sampler, seed }, dimension).map_err(|e| item.place(e))
 }

@@ -6,26 +6,16 @@ use std::sync::Arc;
 use toml::de::{DeTable, DeValue};
 
 use super::axis::AxisItem;
-use super::channels;
-use super::check::{Domain, MOST, domain};
-use super::keys;
 use super::properties::{first, is_axis};
 use super::reader::{Document, Item, Result};
 use super::schema::Sections;
 use super::sections::Section;
 use super::table::{self, Columns};
+use super::{channels, keys};
+use crate::design::MOST;
 use crate::scene::built::{Built, Inner, Profile, Root};
 use crate::scene::{Channels, Clamp, Convention, Gauge, Material, Property, Setup, Signal, TERMS, Term};
 use crate::text_file::Limit;
-
-const PROFILE: &str = "[[s, D], …] in mm, s rising from 0 to L_a and D > 0, or a CSV file with the columns s_mm, D_mm and perhaps bore_mm or core_mm";
-const ROOT: &str = "{ k_theta = 500 } (N mm/rad), and k_y, k_x (N/mm) where the base also moves";
-const INNER: &str = "a diameter in mm, or [[s, diameter], …] with s rising";
-const SHELL: &str = "{ diameter = 0.5, modulus = 60000 } (mm, MPa)";
-pub(super) const NOISE: Domain = domain(
-    "≥ 0 (one standard deviation, in the unit of the signal: N mm of a moment, N of a force)",
-    |v| v >= 0.0,
-);
 
 /// A profile as it is written.
 struct Shape {
@@ -43,22 +33,22 @@ pub(super) struct Read {
     pub warning: Option<String>,
 }
 
-/// Pairs of numbers, the first of them rising.
-fn pairs(item: &Item<'_>, allowed: &'static str, least: usize) -> Result<Vec<[f64; 2]>> {
-    let wrong = || item.error("this must be a list of pairs").allowed(allowed);
+/// Two pairs of numbers or more, the first of them rising.
+fn pairs(item: &Item<'_>) -> Result<Vec<[f64; 2]>> {
+    let Some(elements) = item.elements() else { return item.wrong("this must be a list of pairs") };
     let mut all: Vec<[f64; 2]> = Vec::new();
-    for pair in item.elements().ok_or_else(wrong)? {
-        let [s, value] = pair.numbers(allowed)?;
+    for pair in elements {
+        let [s, value] = pair.numbers()?;
         if s < 0.0 || all.last().is_some_and(|last| last[0] >= s) {
-            return pair.refuse("s must be at least 0 and rise from pair to pair", allowed);
+            return pair.wrong("s must be at least 0 and rise from pair to pair");
         }
         if value <= 0.0 {
-            return pair.refuse("a diameter must be larger than 0", allowed);
+            return pair.wrong("a diameter must be larger than 0");
         }
         all.push([s, value]);
     }
-    if all.len() < least {
-        return item.refuse(format!("at least {least} pairs are needed"), allowed);
+    if all.len() < 2 {
+        return item.wrong("at least 2 pairs are needed");
     }
     Ok(all)
 }
@@ -68,9 +58,9 @@ fn profile(item: &Item<'_>, base: &Path) -> Result<Shape> {
     if item.value.as_str().is_some() {
         return of_file(item, base);
     }
-    let diameter = pairs(item, PROFILE, 2)?;
+    let diameter = pairs(item)?;
     if diameter[0][0] != 0.0 {
-        return item.refuse(format!("the profile begins at s = {} mm", diameter[0][0]), PROFILE);
+        return item.wrong(format!("the profile begins at s = {} mm", diameter[0][0]));
     }
     Ok(Shape { diameter, inner: None, warning: None })
 }
@@ -108,7 +98,7 @@ fn of_file(item: &Item<'_>, base: &Path) -> Result<Shape> {
     }
     if rows.len() < 2 {
         let error = document.error(None, "a profile needs two rows or more");
-        return Err(error.value(format!("{} rows", rows.len())).allowed(PROFILE));
+        return Err(error.value(format!("{} rows", rows.len())).allowed(item.allowed()));
     }
     let of = |column: usize| rows.iter().map(|(row, _)| [row[0], row[column]]).collect::<Vec<_>>();
     let inner: Vec<_> = [("bore", 2), ("core", 3)]
@@ -128,7 +118,7 @@ fn of_file(item: &Item<'_>, base: &Path) -> Result<Shape> {
 pub(super) fn beside(document: &Document<'_>, user: &DeTable<'_>, base: &Path) -> Result<String> {
     let find = |section: &str, key: &str| {
         let value = user.get(section)?.get_ref().as_table()?.get(key)?;
-        Some(Item::written(document, format!("{section}.{key}"), value))
+        Some(Item::written(document, format!("{section}.{key}"), value).of(keys::section(section).key(key)))
     };
     let mut text = String::new();
     let profile = find("whisker", "profile").map(|item| profile(&item, base)).transpose()?;
@@ -176,50 +166,43 @@ pub(super) fn beside(document: &Document<'_>, user: &DeTable<'_>, base: &Path) -
 
 /// The factor of a profile's diameters that is the same for all of its whiskers; 1 where each has its own.
 fn constant(item: &Item<'_>) -> Result<f64> {
-    let (words, holds) = Property::Scale.about().allowed;
-    let axis = AxisItem::read(item.clone(), &domain(words, holds), 0)?.axis;
+    let axis = AxisItem::read(item.clone(), 0)?.axis;
     Ok(if axis.len() == 1 { axis.at(0) } else { 1.0 })
 }
 
 /// `bore`, or the diameter of a core; of many the first.
-fn inside(item: &Item<'_>, which: Property) -> Result<Vec<[f64; 2]>> {
+fn inside(item: &Item<'_>) -> Result<Vec<[f64; 2]>> {
     match item.elements().and_then(|mut elements| elements.next()) {
-        Some(one) if one.value.is_array() => pairs(item, INNER, 2),
-        _ => first(item, which).map(|diameter| vec![[0.0, diameter], [MOST, diameter]]),
+        Some(one) if one.value.is_array() => pairs(item),
+        _ => first(item).map(|diameter| vec![[0.0, diameter], [MOST, diameter]]),
     }
 }
 
 /// `core`; `file`: its diameters, where a file has them.
 fn core(item: &Item<'_>, file: Option<Vec<[f64; 2]>>) -> Result<Inner> {
-    item.only(&keys::CORE.names(), SHELL)?;
-    let modulus = first(&item.needs("modulus", SHELL)?, Property::CoreModulus)?;
+    item.only_known()?;
+    let modulus = first(&item.needs("modulus")?)?;
     let diameter = match (item.child("diameter"), file) {
-        (Some(item), None) => inside(&item, Property::Core)?,
+        (Some(item), None) => inside(&item)?,
         (None, Some(diameter)) => diameter,
         (Some(item), Some(_)) => {
             return item.refuse("the profile has the core's diameter already", "core = { modulus }");
         }
-        (None, None) => return Err(item.needs("diameter", SHELL).expect_err("it is missing")),
+        (None, None) => return Err(item.needs("diameter").expect_err("it is missing")),
     };
     Ok(Inner { modulus, diameter })
 }
 
 /// `root`.
 fn root(item: &Item<'_>) -> Result<Root> {
-    item.only(&keys::ROOT.names(), ROOT)?;
+    item.only_known()?;
     // Beyond any quantity of a whisker: `inf` says that this spring is rigid.
     let rigid =
         |k: &Item<'_>| matches!(k.value, DeValue::Float(x) if x.as_str().parse() == Ok(f64::INFINITY));
-    let spring = |key, which| {
-        item.or(key, f64::INFINITY, |k| if rigid(k) { Ok(f64::INFINITY) } else { first(k, which) })
-    };
-    let root = Root {
-        k_theta: spring("k_theta", Property::Turn)?,
-        k_y: spring("k_y", Property::Across)?,
-        k_x: spring("k_x", Property::Along)?,
-    };
-    if keys::ROOT.names().iter().all(|key| item.child(key).is_none()) {
-        return item.refuse("a root needs a spring", ROOT);
+    let spring = |key| item.or(key, f64::INFINITY, |k| if rigid(k) { Ok(f64::INFINITY) } else { first(k) });
+    let root = Root { k_theta: spring("k_theta")?, k_y: spring("k_y")?, k_x: spring("k_x")? };
+    if item.value.as_table().is_some_and(|table| table.is_empty()) {
+        return item.wrong("a root needs a spring");
     }
     Ok(root)
 }
@@ -237,7 +220,7 @@ pub(super) fn whisker(section: &Section<'_>, base: &Path, scaled: bool) -> Resul
                 section.written("scale").filter(|_| !scaled).map_or(Ok(1.0), |item| constant(&item))?;
             outline = Profile::Table(diameter.into_iter().map(|[s, d]| [s, scale * d]).collect());
         }
-    } else if let Some(n) = section.optional("exponent", |item| first(item, Property::Exponent))? {
+    } else if let Some(n) = section.optional("exponent", first)? {
         outline = Profile::Power(n);
     }
     let (bore, shell) = (section.written("bore"), section.written("core"));
@@ -245,7 +228,7 @@ pub(super) fn whisker(section: &Section<'_>, base: &Path, scaled: bool) -> Resul
     let inner = match (&bore, &shell, file) {
         (Some(item), Some(_), _) => return double(item, "a whisker has a bore or a core, not both"),
         (Some(item), None, Some(_)) => return double(item, "the profile's file has what is inside already"),
-        (Some(item), None, None) => Some(Inner { modulus: 0.0, diameter: inside(item, Property::Bore)? }),
+        (Some(item), None, None) => Some(Inner { modulus: 0.0, diameter: inside(item)? }),
         (None, Some(item), Some(("bore", _))) => {
             return double(item, "the profile's file has a bore already");
         }
@@ -259,7 +242,7 @@ pub(super) fn whisker(section: &Section<'_>, base: &Path, scaled: bool) -> Resul
     };
     let mut bend = [0.0; 2];
     for (bend, which) in bend.iter_mut().zip([Property::Curvature, Property::CurvatureSlope]) {
-        *bend = section.optional(which.about().key, |item| first(item, which))?.unwrap_or(0.0);
+        *bend = section.optional(which.about().key, first)?.unwrap_or(0.0);
     }
     let root = section.optional("root", root)?.unwrap_or(Root::RIGID);
     let several = shell.as_ref().and_then(|core| core.child("diameter")).is_some_and(|d| is_axis(&d));
@@ -286,7 +269,7 @@ pub(super) fn sensor(section: &Section<'_>, gauge: &mut Gauge) -> Result<(Signal
         }
         return Ok((signal, None));
     }
-    gauge.noise_strain = noise.map(|item| Ok(AxisItem::read(item, &NOISE, 0)?.axis.at(0))).transpose()?;
+    gauge.noise_strain = noise.map(|item| Ok(AxisItem::read(item, 0)?.axis.at(0))).transpose()?;
     gauge.strain_limit = f64::INFINITY;
     Ok((signal, None))
 }

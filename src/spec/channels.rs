@@ -2,16 +2,14 @@
 
 use std::sync::Arc;
 
+use super::keys::Key;
 use super::reader::{Item, Result};
 use super::schema::Sections;
 use super::sections::Section;
 use crate::scene::channels::{MOST_CHANNELS, SOURCES};
 use crate::scene::{Channels, Setup, Signal, Theory};
 
-const SIGNALS: &str = "\"strain\", \"moment\" or \"force\", or a list of two or three different ones of them";
-const MATRIX: &str = "2 to 6 rows [M₀, F_x, F_y] or [M₀, F_x, F_y, strain], one of each channel: channel units per N mm, per N, per N, per unit strain";
 const NOISE: &str = "one standard deviation > 0 for each channel, in its unit";
-const COVARIANCE: &str = "a symmetric, positive definite matrix with a row for each channel";
 
 /// Whether `section` describes several channels.
 pub(super) fn several(section: &Section<'_>) -> bool {
@@ -74,9 +72,10 @@ pub(super) fn read(section: &Section<'_>) -> Result<Option<(Signal, Arc<Channels
         true => Channels::of(&signals, covariance),
         false => Channels::matrix(rows, covariance),
     };
-    let channels = made.ok_or_else(|| {
-        place.error("this is the covariance of no noise: it is not positive definite").allowed(COVARIANCE)
-    })?;
+    let Some(channels) = made else {
+        let allowed = section.known.key("covariance").map_or_else(String::new, Key::allowed);
+        return place.refuse("this is the covariance of no noise: it is not positive definite", allowed);
+    };
     let one = if channels.read_strain() { Signal::Strain } else { Signal::Moment };
     Ok(Some((one, Arc::new(channels))))
 }
@@ -86,37 +85,33 @@ fn signals(item: &Item<'_>) -> Result<Vec<Signal>> {
     for one in item.elements().into_iter().flatten() {
         let signal = one.word(&Signal::WORDS)?;
         if all.contains(&signal) {
-            return one.refuse("this signal stands here twice", SIGNALS);
+            return one.wrong("this signal stands here twice");
         }
         all.push(signal);
     }
     if all.len() < 2 {
-        return item.refuse("a list needs at least two signals", SIGNALS);
+        return item.wrong("a list needs at least two signals");
     }
     Ok(all)
 }
 
 fn rows(item: &Item<'_>) -> Result<Vec<[f64; SOURCES]>> {
-    let elements = item.elements().ok_or_else(|| item.error("rows of numbers are needed").allowed(MATRIX))?;
+    let Some(elements) = item.elements() else { return item.wrong("rows of numbers are needed") };
     let rows = elements.map(|row| {
         let width = row.elements().map_or(0, |row| row.len());
         let row = match width {
-            3 => row.numbers::<3>(MATRIX).map(|[m, x, y]| [m, x, y, 0.0])?,
-            4 => row.numbers::<4>(MATRIX)?,
-            _ => {
-                let message = format!("a row of {width} numbers is none of a channel");
-                return row.refuse(message, MATRIX);
-            }
+            3 => row.numbers::<3>().map(|[m, x, y]| [m, x, y, 0.0])?,
+            4 => row.numbers::<4>()?,
+            _ => return row.wrong(format!("a row of {width} numbers is none of a channel")),
         };
         Ok(row)
     });
     let rows = rows.collect::<Result<Vec<_>>>()?;
     if !(2..=MOST_CHANNELS).contains(&rows.len()) {
-        let message = format!("2 to {MOST_CHANNELS} rows of numbers are needed, not {}", rows.len());
-        return item.refuse(message, MATRIX);
+        return item.wrong(format!("2 to {MOST_CHANNELS} rows of numbers are needed, not {}", rows.len()));
     }
     if let Some(k) = rows.iter().position(|row| row.iter().all(|x| *x == 0.0)) {
-        return item.refuse(format!("row {} reads nothing", k + 1), MATRIX);
+        return item.wrong(format!("row {} reads nothing", k + 1));
     }
     Ok(rows)
 }
@@ -125,7 +120,8 @@ fn rows(item: &Item<'_>) -> Result<Vec<[f64; SOURCES]>> {
 fn diagonal(item: &Item<'_>, n: usize) -> Result<Vec<f64>> {
     let wrong = |count: usize| item.error(format!("{n} numbers are needed, not {count}")).allowed(NOISE);
     let elements = item.elements().ok_or_else(|| wrong(1))?;
-    let values = elements.map(|e| Ok((e.sensible(NOISE)?, e))).collect::<Result<Vec<_>>>()?;
+    let values = elements.map(|e| Ok((e.number().map_err(|e| e.allowed(NOISE))?, e)));
+    let values = values.collect::<Result<Vec<_>>>()?;
     if values.len() != n {
         return Err(wrong(values.len()));
     }
@@ -140,11 +136,11 @@ fn diagonal(item: &Item<'_>, n: usize) -> Result<Vec<f64>> {
 }
 
 fn square(item: &Item<'_>, n: usize) -> Result<Vec<f64>> {
-    let shape = || item.error(format!("{n} rows of {n} numbers are needed")).allowed(COVARIANCE);
+    let shape = || item.error(format!("{n} rows of {n} numbers are needed")).allowed(item.allowed());
     let mut all = Vec::with_capacity(n * n);
     for row in item.elements().ok_or_else(shape)? {
         let row = row.elements().ok_or_else(shape)?;
-        all.extend(row.map(|e| e.sensible(COVARIANCE)).collect::<Result<Vec<_>>>()?);
+        all.extend(row.map(|e| e.number()).collect::<Result<Vec<_>>>()?);
     }
     if all.len() != n * n || item.elements().is_none_or(|rows| rows.len() != n) {
         return Err(shape());
@@ -153,8 +149,8 @@ fn square(item: &Item<'_>, n: usize) -> Result<Vec<f64>> {
         for j in 0..i {
             let (below, above) = (all[i * n + j], all[j * n + i]);
             if (below - above).abs() > 1e-12 * below.abs().max(above.abs()) {
-                let message = format!("rows {} and {} are not symmetric: {below} and {above}", j + 1, i + 1);
-                return item.refuse(message, COVARIANCE);
+                let rows = format!("rows {} and {}", j + 1, i + 1);
+                return item.wrong(format!("{rows} are not symmetric: {below} and {above}"));
             }
         }
     }

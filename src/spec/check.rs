@@ -1,36 +1,8 @@
-//! What values may be: one at a time, and together.
+//! What values may be together.
 
 use super::axis::AxisItem;
 use super::reader::Result;
-pub(super) use crate::design::MOST;
 use crate::scene::{COLUMNS, Contact, Geometry, Material, Model, TERMS, Term};
-
-/// A set of numbers and how to name it to the user.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Domain {
-    /// Range and unit in words.
-    pub allowed: &'static str,
-    /// Whether a finite number belongs.
-    pub holds: fn(f64) -> bool,
-}
-
-pub(crate) const fn domain(allowed: &'static str, holds: fn(f64) -> bool) -> Domain {
-    Domain { allowed, holds }
-}
-
-pub(crate) const LENGTH: Domain = domain("> 0 mm", |v| v > 0.0);
-pub(super) const PLACE: Domain = domain("≥ 0 mm", |v| v >= 0.0);
-pub(super) const TAP_ANGLE: Domain = domain("0 < theta < 90 degrees", |v| v > 0.0 && v < 90.0);
-pub(super) const LEANING: Domain = domain("-90 < degrees < 90", |v| v.abs() < 90.0);
-pub(super) const STRAIN_LIMIT: Domain = domain("> 0 (strain; 0.05 is 5 %)", |v| v > 0.0);
-pub(super) const POSITIVE: Domain = domain("> 0", |v| v > 0.0);
-pub(super) const TOLERANCE: Domain = domain("0 < tolerance < 1", |v| v > 0.0 && v < 1.0);
-
-/// The sense in which a whisker turns.
-pub(crate) const SENSE: Domain = domain("1 (counterclockwise) or -1 (clockwise)", |v| v.abs() == 1.0);
-pub(crate) const COUNTERCLOCKWISE: f64 = 1.0;
-
-pub(super) const MODEL_ERROR: Domain = domain("0 < model_error < 1", |v| v > 0.0 && v < 1.0);
 
 /// `part ≤ whole`, up to the rounding of a sum of decimal numbers.
 fn fits(part: f64, whole: f64) -> bool {

@@ -1,6 +1,6 @@
 //! The spec: a TOML file read into a [`Spec`], or an [`InputError`] that says where and why not.
 //!
-//! `keys` knows the sections and keys, `schema` their defaults; `reader` gives values with their places, `part` those of a section; `axis`, `space`,
+//! `keys.toml` describes the sections and keys, `keys` and `form` read it; `schema` refuses unknown ones; `reader` gives values with their places, `part` those of a section; `axis`, `space`,
 //! `model`, `sections`, `optimise`, `tuple_file` and `curve` read their parts, the latter two with `table`; `check` says which values and
 //! combinations are allowed, `units` which of them were probably meant in another unit.
 
@@ -10,6 +10,7 @@ mod channels;
 mod check;
 mod curve;
 mod fits;
+pub mod form;
 pub mod keys;
 mod model;
 mod optimise;
@@ -34,7 +35,6 @@ use toml::de::{DeTable, DeValue};
 use crate::error::InputError;
 use crate::scene::{Drive, Property, Search, Setup, Signal, Spec, Study, Written};
 use crate::text_file::{Limit, TextFile};
-pub(crate) use check::{COUNTERCLOCKWISE, Domain, LENGTH, SENSE, domain};
 pub(crate) use reader::Item;
 pub use reader::placed;
 use reader::{Document, Result};
@@ -43,20 +43,13 @@ pub use units::{Ends, NO_ENDS, of_taps as doubts_of_taps, widened};
 
 /// Reads the spec at `path`. Paths in the spec are relative to its folder.
 pub fn read(path: &Path) -> Result<Spec> {
-    read_with(path, "")
+    read_by(path, |_| "")
 }
 
-/// As [`read`], for a command to which some keys mean something else or nothing: `fallback` is TOML with values that stand in
+/// As [`read`], for a command to which some keys mean something else or nothing: of the text, `fallback` makes TOML with values that stand in
 /// for keys a sweep requires, beside the defaults.
-pub fn read_with(path: &Path, fallback: &str) -> Result<Spec> {
-    read_by(path, |_| fallback)
-}
-
-/// As [`read_with`], with a `fallback` that depends on the text.
 pub(crate) fn read_by<'a>(path: &Path, fallback: impl FnOnce(&str) -> &'a str) -> Result<Spec> {
-    let mut spec = of_file(path, |label, text, base| parse_with(label, text, base, fallback(text)))?;
-    spec.inputs.push(path.to_owned());
-    Ok(spec)
+    of_file(path, |label, text, base| parse_with(label, text, base, fallback(text)), |spec| spec)
 }
 
 /// As [`parse`], of a spec whose taps are not in it, but listed where it is read: none until they are put into its space.
@@ -69,7 +62,7 @@ pub fn parse(label: &str, text: &str, base: &Path) -> Result<Spec> {
     parse_with(label, text, base, "")
 }
 
-/// As [`parse`], with the `fallback` of [`read_with`].
+/// As [`parse`], with a `fallback`: TOML with values that stand in for keys a sweep requires, beside the defaults.
 pub fn parse_with(label: &str, text: &str, base: &Path, fallback: &str) -> Result<Spec> {
     parsed(label, text, |document, user| of_table(document.file, document.text, user, base, fallback))
 }
@@ -86,10 +79,16 @@ pub(crate) fn of_table(
     of_user(&document, user, base, fallback, |sections, drive| space::read(sections, drive, base))
 }
 
-/// What `parse` makes of label and text of the file at `path`, and the folder to which its paths are relative.
-fn of_file<T>(path: &Path, parse: impl FnOnce(&str, &str, &Path) -> Result<T>) -> Result<T> {
+/// What `parse` makes of label and text of the file at `path`, and the folder to which its paths are relative; `spec` finds the spec in it.
+fn of_file<T>(
+    path: &Path,
+    parse: impl FnOnce(&str, &str, &Path) -> Result<T>,
+    spec: impl FnOnce(&mut T) -> &mut Spec,
+) -> Result<T> {
     let text = load(path, "spec")?;
-    parse(&path.display().to_string(), &text, path.parent().unwrap_or(Path::new("")))
+    let mut read = parse(&path.display().to_string(), &text, path.parent().unwrap_or(Path::new("")))?;
+    spec(&mut read).inputs.push(path.to_owned());
+    Ok(read)
 }
 
 /// What `read` makes of the table that `text` is.
@@ -112,8 +111,8 @@ fn with_sections<T>(
     read: impl FnOnce(&Sections<'_>) -> Result<T>,
 ) -> Result<T> {
     parsed(label, text, |document, user| {
-        let defaults = schema::defaults(&[defaults], user);
-        read(&Sections::new(document, user, &defaults)?)
+        let more = schema::more(&[defaults], user);
+        read(&Sections::new(document, user, &more)?)
     })
 }
 
@@ -126,19 +125,18 @@ fn of_user(
     taps: impl for<'a> FnOnce(&Sections<'a>, Drive) -> Result<space::Read<'a>>,
 ) -> Result<Spec> {
     let beside = built::beside(document, user, base)?;
-    let defaults = schema::defaults(&[fallback, &beside], user);
-    let sections = &Sections::new(document, user, &defaults)?;
+    let more = schema::more(&[fallback, &beside], user);
+    let sections = &Sections::new(document, user, &more)?;
     if let Some(format) = sections.format() {
-        let number = format.whole(1)?;
-        if number > schema::FORMAT {
-            let message =
-                format!("this spec is of a newer format than this program reads, {}", schema::FORMAT);
-            return format.refuse(message, "format = 1, or a newer version of the program");
-        }
+        let newer = format!("this spec is of a newer format than this program reads, {}", format.allowed());
+        format.whole().map_err(|e| match e.message.contains("large") {
+            true => format.error(newer).allowed("format = 1, or a newer version of the program"),
+            false => e,
+        })?;
     }
     let tap = sections.section("tap");
     let drive = tap.get("drive")?.word(&[("angle", Drive::Angle), ("displacement", Drive::Displacement)])?;
-    let hub = properties::first(&sections.section("whisker").get("hub")?, Property::Hub)?;
+    let hub = properties::first(&sections.section("whisker").get("hub")?)?;
     let mut gauge = sections::gauge(&sections.section("gauge"))?;
     let model = model::read(&sections.section("model"), base)?;
     let estimate = sections::estimate(&sections.section("estimate"))?;
@@ -207,7 +205,7 @@ fn of_user(
 
 /// As [`parse`], with `[optimise]`; its variables need not stand in their sections.
 pub fn parse_search(label: &str, text: &str, base: &Path) -> Result<(Spec, Search)> {
-    with_sections(label, text, optimise::DEFAULTS, |sections| {
+    with_sections(label, text, optimise::SEARCHED, |sections| {
         let mut search = optimise::read(sections)?;
         let mut spec = parse_with(label, text, base, &optimise::fallback(&search))?;
         spec.in_force.retain(|(key, _, written)| *written || !optimise::is_variable(&search, key));
@@ -250,18 +248,38 @@ fn inputs(sections: &Sections<'_>, base: &Path) -> Vec<PathBuf> {
     named.filter_map(|item| Some(base.join(item.value.as_str()?))).collect()
 }
 
-/// What `read` makes of another file that users write as TOML, at `path`; `what` says what the file is.
+/// What `read` makes of another file that users write as TOML, at `path`; `what` is its key under `[files]` of `keys.toml`.
 pub(crate) fn described<T>(path: &Path, what: &str, read: impl FnOnce(&Item<'_>) -> Result<T>) -> Result<T> {
-    described_by(&path.display().to_string(), &load(path, what)?, read)
+    described_by(&path.display().to_string(), &load(path, what)?, what, read)
 }
 
 /// As [`described`], of a `text` that `label` names.
 pub(crate) fn described_by<T>(
     label: &str,
     text: &str,
+    what: &str,
     read: impl FnOnce(&Item<'_>) -> Result<T>,
 ) -> Result<T> {
-    parsed(label, text, |document, table| read(&Item::of(document, &DeValue::Table(table.clone()))))
+    parsed(label, text, |document, table| {
+        let value = DeValue::Table(table.clone());
+        let file = Item::all(document, &value).of(keys::section("files").key(what));
+        file.only_known()?;
+        read(&file)
+    })
+}
+
+/// Name and rows of the CSV file that `item` names, relative to `base`, which has these columns and perhaps others.
+pub(crate) fn columns<const N: usize>(
+    item: &Item<'_>,
+    base: &Path,
+    what: &str,
+    names: [&str; N],
+    allowed: fn(&str) -> &'static str,
+) -> Result<(String, Vec<[f64; N]>)> {
+    let (label, text) = table::open(item, base, what, Limit::Whole)?;
+    let (document, mut rows) = (Document { file: &label, text: &text }, Vec::new());
+    table::read(&document, table::Columns::all(names), allowed, &mut |row, _| rows.push(row))?;
+    Ok((label, rows))
 }
 
 /// Text of a file that is read whole; `what` says what the file is.

@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use super::check;
+use super::curve;
 use super::properties::first;
 use super::reader::{Item, Result};
 use super::sections::Section;
-use super::{curve, keys};
-use crate::scene::{Amount, Contact, Geometry, Material, MaterialFit, Model, Property, TERMS};
+use crate::scene::{Amount, Contact, Geometry, Material, MaterialFit, Model, TERMS};
 
 /// The section, and where its material comes from if that is a curve.
 pub(super) struct Read {
@@ -24,19 +24,17 @@ pub(super) fn read(section: &Section<'_>, base: &Path) -> Result<Read> {
     section.get("solid")?.flag()?;
     for term in &TERMS {
         let item = section.get(term.key)?;
-        let (allowed, holds) = term.allowed;
         let value = match term.trial {
             Amount::Flag(_) => Amount::Flag(item.flag()?),
-            Amount::Word(_) if item.value.as_str().is_some() || term.words.len() == 2 => {
-                let words: Vec<(&str, &'static str)> = term.words.iter().map(|word| (*word, *word)).collect();
-                Amount::Word(item.word(&words).map_err(|e| e.allowed(allowed))?)
+            Amount::Word(_) if item.value.as_str().is_some() || item.interval().is_none() => {
+                Amount::Word(item.own_word()?)
             }
-            Amount::Number(_) => Amount::Number(first(&item, Property::PoleRadius)?),
-            Amount::Word(_) => Amount::Number(item.within(&check::domain(allowed, holds))?),
+            Amount::Word(_) => Amount::Number(item.ranged()?),
+            Amount::Number(_) => Amount::Number(first(&item)?),
         };
         (term.set)(&mut model, value);
     }
-    model.nu = first(&section.get("nu")?, Property::Nu)?;
+    model.nu = first(&section.get("nu")?)?;
     model.contact = contact(&section.get("contact")?)?;
     if let Err((key, message, allowed)) = check::consistent(&model) {
         // What `solid = true` switched on is told where that stands.
@@ -47,33 +45,29 @@ pub(super) fn read(section: &Section<'_>, base: &Path) -> Result<Read> {
 }
 
 fn contact(item: &Item<'_>) -> Result<Contact> {
-    let allowed = "\"frictionless\", \"stick\" or { coulomb = 0.3 }";
     if item.value.is_table() {
-        item.only(&keys::CONTACT.names(), allowed)?;
-        return Ok(Contact::Coulomb(first(&item.need("coulomb")?, Property::Friction)?));
+        item.only_known()?;
+        return Ok(Contact::Coulomb(first(&item.need("coulomb")?)?));
     }
-    let word = item.word(&[("frictionless", Contact::Frictionless), ("stick", Contact::Stick)]);
-    word.map_err(|e| e.allowed(allowed))
+    item.word(&[("frictionless", Contact::Frictionless), ("stick", Contact::Stick)])
 }
 
 /// The law, the fit it comes from, and a warning about the curve file.
 type Law = (Material, Option<MaterialFit>, Option<String>);
 
 fn material(item: &Item<'_>, base: &Path) -> Result<Law> {
-    let allowed = "one of { hooke = E }, { neo-hookean = E }, { mooney-rivlin = [C10, C01] }, \
-                   { yeoh = [C10, C20, C30] }, { curve = \"file.csv\" }; moduli in MPa";
-    item.only(&keys::MATERIAL.names(), allowed)?;
+    item.only_known()?;
     let laws = item.value.as_table().into_iter().flatten().map(|(key, _)| &**key.get_ref());
     let laws: Vec<&str> = laws.collect();
     let &[law] = laws.as_slice() else {
-        return item.refuse("exactly one material law is needed", allowed);
+        return item.wrong("exactly one material law is needed");
     };
     let value = item.need(law)?;
     let material = match law {
-        "hooke" => Material::Hooke(first(&value, Property::Modulus)?),
-        "neo-hookean" => Material::NeoHookean(first(&value, Property::Modulus)?),
-        "mooney-rivlin" => Material::MooneyRivlin(value.numbers("[C10, C01] in MPa")?),
-        "yeoh" => Material::Yeoh(value.numbers("[C10, C20, C30] in MPa")?),
+        "hooke" => Material::Hooke(first(&value)?),
+        "neo-hookean" => Material::NeoHookean(first(&value)?),
+        "mooney-rivlin" => Material::MooneyRivlin(value.numbers()?),
+        "yeoh" => Material::Yeoh(value.numbers()?),
         _ => {
             let (fit, warning) = curve::read(&value, base)?;
             return Ok((Material::Yeoh(fit.coefficients), Some(fit), warning));

@@ -2,51 +2,30 @@
 
 use std::fmt::Write;
 
-use super::check::{Domain, LENGTH, PLACE, POSITIVE, STRAIN_LIMIT, TAP_ANGLE, domain};
-use super::keys as listed;
 use super::properties::variable;
 use super::reader::{Item, Result};
 use super::schema::Sections;
 use super::searched::{self, UNSURE, VARIED, names, vary};
 use super::sections::Section;
+use super::space::{KEYS, drive_key};
 use crate::error::InputError;
 use crate::scene::search::{
     Budget, Calibrated, Limits, Measure, Objective, Places, Quantity, Robust, Search, Variable,
 };
 use crate::scene::{COLUMNS, Column, Drive, Factor, Space, Spec, Theory};
 
-/// Values in force where `[optimise]` says nothing.
-pub(super) const DEFAULTS: &str = "[optimise]\nseed = 1\nweights = { sd = 1.0, distance = 1.0 }\n";
+/// Says that the defaults of `[optimise]` are in force.
+pub(super) const SEARCHED: &str = "[optimise]\n";
 
 /// Whiskers sampled for each candidate unless the spec says otherwise.
 const SAMPLES: u64 = 64;
-/// Most of them.
-const MOST_SAMPLES: u64 = 1 << 16;
 
-const WEIGHT: Domain = Domain { allowed: "≥ 0", holds: |v| v >= 0.0 };
-const DEVIATION: Domain =
-    Domain { allowed: "a standard deviation ≥ 0, in the key's unit", holds: |v| v >= 0.0 };
-/// Cut at three standard deviations a pole still leans by less than 90°.
-const LEANING_DEVIATION: Domain =
-    Domain { allowed: "a standard deviation ≥ 0 and < 30 degrees", holds: |v| (0.0..30.0).contains(&v) };
-const SECONDS: Domain = Domain { allowed: "> 0 s", holds: |v| v > 0.0 };
-
-const BUDGET: &str = "{ evaluations = 20000 }, { seconds = 30 } or both; each > 0";
-const LIMITS: &str = "strain, force_N, unambiguous, tip_not_wider";
-
-/// Section, key, column and domain of everything that can be a variable.
-fn keys(drive: Drive) -> [(&'static str, &'static str, Column, Domain); 6] {
-    [
-        ("whisker", "D", Column::BaseDiameter, LENGTH),
-        ("whisker", "d", Column::TipDiameter, LENGTH),
-        ("whisker", "L_a", Column::Length, LENGTH),
-        ("gauge", "x_ss", Column::GaugePosition, PLACE),
-        ("gauge", "l", Column::GridLength, LENGTH),
-        match drive {
-            Drive::Angle => ("tap", "theta", Column::Drive, TAP_ANGLE),
-            Drive::Displacement => ("tap", "delta", Column::Drive, LENGTH),
-        },
-    ]
+/// Section, key and column of everything that can be a variable.
+fn keys(drive: Drive) -> [(&'static str, &'static str, Column); 6] {
+    std::array::from_fn(|k| match k {
+        5 => ("tap", drive_key(drive), Column::Drive),
+        _ => (KEYS[k].0, KEYS[k].1, Column::ALL[k]),
+    })
 }
 
 /// Keys of the pole's direction, which is no variable: nobody chooses it.
@@ -89,7 +68,7 @@ pub(super) fn read(sections: &Sections<'_>) -> Result<Search> {
     Ok(Search {
         objective: word,
         weights: weights(&section.get("weights")?)?,
-        seed: section.get("seed")?.whole(0)?,
+        seed: section.get("seed")?.whole()?,
         budget: section.optional("budget", budget)?.unwrap_or_default(),
         variables: variables(&section.get("variables")?, drive)?,
         limits,
@@ -99,65 +78,56 @@ pub(super) fn read(sections: &Sections<'_>) -> Result<Search> {
 }
 
 fn weights(item: &Item<'_>) -> Result<[f64; 2]> {
-    let allowed = "{ sd = 1.0, distance = 1.0 }, each ≥ 0, one of them > 0";
-    item.only(&listed::WEIGHTS.names(), allowed)?;
-    let weight = |key| item.child(key).map_or(Ok(1.0), |w| w.within(&WEIGHT));
-    let weights = [weight("sd")?, weight("distance")?];
+    item.only_known()?;
+    let weights = [item.or("sd", 1.0, Item::ranged)?, item.or("distance", 1.0, Item::ranged)?];
     if weights == [0.0; 2] {
-        return item.refuse("both weights are 0: there is nothing to minimise", allowed);
+        return item.wrong("both weights are 0: there is nothing to minimise");
     }
     Ok(weights)
 }
 
 fn budget(item: &Item<'_>) -> Result<Budget> {
-    item.only(&listed::BUDGET.names(), BUDGET)?;
+    item.only_known()?;
     let budget = Budget {
-        evaluations: item.child("evaluations").map(|e| e.whole(1)).transpose()?,
-        seconds: item.child("seconds").map(|s| s.within(&SECONDS)).transpose()?,
+        evaluations: item.or("evaluations", None, |e| e.whole().map(Some))?,
+        seconds: item.or("seconds", None, |s| s.ranged().map(Some))?,
     };
     if budget == Budget::default() {
-        return item.refuse("this budget says neither evaluations nor seconds", BUDGET);
+        return item.wrong("this budget says neither evaluations nor seconds");
     }
     Ok(budget)
 }
 
-fn variables<'a>(item: &Item<'a>, drive: Drive) -> Result<Vec<Variable>> {
+fn variables(item: &Item<'_>, drive: Drive) -> Result<Vec<Variable>> {
     let keys = keys(drive);
-    let names = [&keys.map(|(_, key, ..)| key)[..], &names(VARIED)].concat();
-    let all = format!("some of {}, each [min, max]", names.join(", "));
+    let all = [&keys.map(|(_, key, _)| key)[..], &names(VARIED)].concat();
     if let Some(a) = item.child("a") {
-        return Err(a
-            .error("the distances are given, not searched: every candidate is judged over all a of [tap]")
-            .allowed(all));
+        let message = "the distances are given, not searched: every candidate is judged over all a of [tap]";
+        return a.refuse(message, item.allowed());
     }
-    searched::known(item, &names, &all)?;
+    searched::known(item, &all)?;
+    let columns = keys.map(|(_, key, column)| (item.child(key), Quantity::Column(column)));
+    let properties = VARIED.map(|property| (variable(item, property), Quantity::Property(property)));
     let mut variables = Vec::new();
-    let columns = keys.map(|(_, key, column, domain)| (item.child(key), Quantity::Column(column), domain));
-    let properties = VARIED.into_iter().map(|property| {
-        let (words, holds) = property.about().allowed;
-        (variable(item, property), Quantity::Property(property), domain(words, holds))
-    });
     // The drive comes last.
     let (design, drive) = columns.split_at(5);
-    let columns = |part: &[(Option<Item<'a>>, Quantity, Domain)]| part.to_vec();
-    for (bounds, quantity, domain) in columns(design).into_iter().chain(properties).chain(columns(drive)) {
+    for (bounds, quantity) in [design, &properties, drive].concat() {
         let Some(bounds) = bounds else { continue };
-        let allowed = format!("[min, max] with min < max, {}", domain.allowed);
-        let [min, max] = bounds.numbers(&allowed)?;
-        if !(domain.holds)(min) || !(domain.holds)(max) {
-            return bounds.refuse("these bounds are out of range", allowed);
+        let [min, max] = bounds.numbers()?;
+        if bounds.interval().is_some_and(|range| !range.holds(min) || !range.holds(max)) {
+            return bounds.wrong("these bounds are out of range");
         }
         if min > max {
-            return bounds.refuse("these bounds are inverted: min is larger than max", allowed);
+            return bounds.wrong("these bounds are inverted: min is larger than max");
         }
         if min == max {
             let message = "these bounds have no width; a value that is given belongs into its own section";
-            return bounds.refuse(message, allowed);
+            return bounds.wrong(message);
         }
         variables.push(Variable { quantity, min, max, start: None });
     }
     if variables.is_empty() {
-        return item.refuse("there is nothing to search over", all);
+        return item.wrong("there is nothing to search over");
     }
     Ok(variables)
 }
@@ -165,17 +135,16 @@ fn variables<'a>(item: &Item<'a>, drive: Drive) -> Result<Vec<Variable>> {
 fn limits(section: &Section<'_>, gauge: &Item<'_>) -> Result<(Limits, Places)> {
     let blank = |item: &Item<'_>| item.error("");
     let variables = blank(&section.get("variables")?);
-    let strain = gauge.within(&STRAIN_LIMIT)?;
+    let strain = gauge.ranged()?;
     let mut limits = Limits { strain, force: None, unambiguous: false, tip_not_wider: false };
     let mut places = Places { strain: blank(gauge), variables, ..Places::default() };
     let Some(item) = section.written("limits") else { return Ok((limits, places)) };
-    item.only(&listed::LIMITS.names(), LIMITS)?;
+    item.only_known()?;
     if let Some(strain) = item.child("strain") {
-        (limits.strain, places.strain) = (strain.within(&STRAIN_LIMIT)?, blank(&strain));
+        (limits.strain, places.strain) = (strain.ranged()?, blank(&strain));
     }
     if let Some(force) = item.child("force_N") {
-        let newtons = Domain { allowed: "> 0 N", ..POSITIVE };
-        (limits.force, places.force) = (Some(force.within(&newtons)?), blank(&force));
+        (limits.force, places.force) = (Some(force.ranged()?), blank(&force));
     }
     if let Some(flag) = item.child("unambiguous") {
         (limits.unambiguous, places.unambiguous) = (flag.flag()?, blank(&flag));
@@ -187,34 +156,25 @@ fn limits(section: &Section<'_>, gauge: &Item<'_>) -> Result<(Limits, Places)> {
 }
 
 fn robust(item: &Item<'_>, drive: Drive) -> Result<Robust> {
-    let keys = keys(drive);
-    let mut known = keys.map(|(_, key, ..)| key).to_vec();
-    known.extend(DIRECTIONS.map(|(key, _)| key));
-    known.extend(["samples", "measure", "calibrated"]);
-    known.extend(names(UNSURE));
-    searched::known(item, &known, &known.join(", "))?;
+    let columns = keys(drive).map(|(_, key, column)| (key, column)).into_iter().chain(DIRECTIONS);
+    let others = ["samples", "measure", "calibrated"];
+    let known = columns.clone().map(|(key, _)| key).chain(others).chain(names(UNSURE));
+    searched::known(item, &known.collect::<Vec<_>>())?;
     let mut sd = [0.0; COLUMNS];
-    let directions = DIRECTIONS.map(|(key, column)| (key, column, LEANING_DEVIATION));
-    for (key, column, domain) in
-        keys.map(|(_, key, column, _)| (key, column, DEVIATION)).into_iter().chain(directions)
-    {
-        sd[column as usize] = item.or(key, 0.0, |value| value.within(&domain))?;
+    for (key, column) in columns {
+        sd[column as usize] = item.or(key, 0.0, Item::ranged)?;
     }
     let mut properties = Vec::new();
     for property in UNSURE {
         if let Some(value) = variable(item, property) {
-            properties.push((property, value.within(&DEVIATION)?));
+            properties.push((property, value.ranged()?));
         }
     }
     properties.retain(|(_, sd)| *sd > 0.0);
     if sd == [0.0; COLUMNS] && properties.is_empty() {
-        let message = "no standard deviation is larger than zero: nothing to be robust against";
-        return item.refuse(message, known.join(", "));
+        return item.wrong("no standard deviation is larger than zero: nothing to be robust against");
     }
-    let samples = item.or("samples", SAMPLES, |s| match s.whole(2)? {
-        n @ ..=MOST_SAMPLES => Ok(n),
-        _ => s.refuse("this number is too large", format!("2 … {MOST_SAMPLES}")),
-    })? as u32;
+    let samples = item.or("samples", SAMPLES, Item::whole)? as u32;
     let measures = [("mean", Measure::Mean), ("cvar90", Measure::Cvar90)];
     let measure = item.or("measure", Measure::Mean, |m| m.word(&measures))?;
     let of = [("each", Calibrated::Each), ("nominal", Calibrated::Nominal)];
@@ -227,14 +187,13 @@ fn is_direction(column: Column) -> bool {
     DIRECTIONS.iter().any(|(_, c)| *c == column)
 }
 
-/// Values for the variables that are not written in their sections, chosen so that a spec that can be met at all is valid, and
-/// the defaults of the section.
+/// Values for the variables that are not written in their sections, chosen so that a spec that can be met at all is valid.
 pub(super) fn fallback(search: &Search) -> String {
-    let mut text = DEFAULTS.to_owned();
+    let mut text = SEARCHED.to_owned();
     for section in ["whisker", "gauge", "tap"] {
         let _ = writeln!(text, "[{section}]");
         // A drive that the spec does not have does no harm in a fallback.
-        for (_, key, column, _) in keys(Drive::Angle).into_iter().filter(|k| k.0 == section) {
+        for (_, key, column) in keys(Drive::Angle).into_iter().filter(|k| k.0 == section) {
             let Some(v) = of(search, column) else { continue };
             let roomiest = if column == Column::Length { v.max } else { v.min };
             let _ = writeln!(text, "{key} = {roomiest:?}");
@@ -274,7 +233,7 @@ pub(super) fn check(sections: &Sections<'_>, spec: &mut Spec, search: &mut Searc
         let a = sections.section("tap").get("a")?;
         return a.refuse("K has no spread and no mean over one distance", "two distances or more");
     }
-    for (section, key, column, _) in keys(spec.study.setup.drive) {
+    for (section, key, column) in keys(spec.study.setup.drive) {
         let variable = search.variables.iter_mut().find(|v| v.quantity == Quantity::Column(column));
         let Some(item) = sections.section(section).written(key) else { continue };
         let Some(axis) = axis(column) else { continue };

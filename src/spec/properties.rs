@@ -3,7 +3,7 @@
 use toml::de::DeValue;
 
 use super::axis::AxisItem;
-use super::check::{consistent, domain};
+use super::check::consistent;
 use super::reader::{Item, Result};
 use super::schema::Sections;
 use super::{built, solid, tap};
@@ -53,26 +53,16 @@ pub(super) fn axes<'a>(sections: &Sections<'a>, sampled: &mut u32) -> Result<Vec
     let mut all = Vec::new();
     for property in Property::ALL {
         let Some(item) = written(sections, property).filter(is_axis) else { continue };
-        let read = AxisItem::read(item, &allowed(sections, property), *sampled)?;
+        let read = AxisItem::read(item, *sampled)?;
         *sampled += u32::from(read.axis.points().is_some());
         all.push((property, read));
     }
     Ok(all)
 }
 
-/// Values that `property` may have.
-fn allowed(sections: &Sections<'_>, property: Property) -> super::check::Domain {
-    if property == Property::Noise && !of_strain(sections) {
-        return super::built::NOISE;
-    }
-    let (words, holds) = property.about().allowed;
-    domain(words, holds)
-}
-
-/// The number of `property` at `item`, or the first of its axis: the others are given to each rig.
-pub(super) fn first(item: &Item<'_>, property: Property) -> Result<f64> {
-    let (words, holds) = property.about().allowed;
-    Ok(AxisItem::read(item.clone(), &domain(words, holds), 0)?.axis.at(0))
+/// The number at `item`, or the first of its axis: the others are given to each rig.
+pub(super) fn first(item: &Item<'_>) -> Result<f64> {
+    Ok(AxisItem::read(item.clone(), 0)?.axis.at(0))
 }
 
 /// Errors without a message where the axes of several values stand.
@@ -89,9 +79,10 @@ pub(super) fn searched(sections: &Sections<'_>, property: Property) -> bool {
 /// Bounds or deviation of `property` in a table of `[optimise]`: under its key, or under the last part of it.
 pub(super) fn variable<'a>(table: &Item<'a>, property: Property) -> Option<Item<'a>> {
     let key = property.name();
-    let last = key.rsplit('.').next()?;
+    let name = key.trim_start_matches("root.");
     let nested = key.split('.').try_fold(table.clone(), |item, key| item.child(key));
-    nested.or_else(|| table.child(key)).or_else(|| table.child(last).filter(|_| key.starts_with("root.")))
+    let found = nested.or_else(|| table.child(key)).or_else(|| table.child(name))?;
+    Some(found.of(table.table().and_then(|keys| keys.key(name))))
 }
 
 /// `setup` with each of the values that a property has, or with the ends of its axis.

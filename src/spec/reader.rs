@@ -5,10 +5,12 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::check::{Domain, MOST};
+use super::form::{Form, LARGEST};
+use super::keys::{Key, Section};
 use super::schema;
+use crate::design::MOST;
 use crate::error::InputError;
-use crate::scene::Written;
+use crate::scene::{Interval, Written};
 
 /// Result of reading.
 pub(crate) type Result<T> = std::result::Result<T, InputError>;
@@ -73,20 +75,27 @@ pub(crate) struct Item<'a> {
     pub key: String,
     span: Option<Range<usize>>,
     pub value: &'a DeValue<'a>,
+    /// What is known of its key.
+    pub known: Option<&'static Key>,
 }
 
 impl<'a> Item<'a> {
     pub fn written(document: &'a Document<'a>, key: String, value: &'a Spanned<DeValue<'a>>) -> Self {
-        Self { document, key, span: Some(value.span()), value: value.get_ref() }
+        Self { document, key, span: Some(value.span()), value: value.get_ref(), known: None }
     }
 
     /// All of a document, a table.
-    pub fn of(document: &'a Document<'a>, value: &'a DeValue<'a>) -> Self {
-        Self { document, key: String::new(), span: Some(0..0), value }
+    pub fn all(document: &'a Document<'a>, value: &'a DeValue<'a>) -> Self {
+        Self { document, key: String::new(), span: Some(0..0), value, known: None }
+    }
+
+    /// The same, as the value of another key.
+    pub fn of(self, known: Option<&'static Key>) -> Self {
+        Self { known, ..self }
     }
 
     pub fn default(document: &'a Document<'a>, key: String, value: &'a Spanned<DeValue<'a>>) -> Self {
-        Self { document, key, span: None, value: value.get_ref() }
+        Self { document, key, span: None, value: value.get_ref(), known: None }
     }
 
     /// An error at this value.
@@ -122,7 +131,17 @@ impl<'a> Item<'a> {
         InputError { allowed: relative.allowed, ..placed }
     }
 
-    fn wrong_type(&self, wanted: &str, allowed: &str) -> InputError {
+    /// What may stand here.
+    pub fn allowed(&self) -> String {
+        self.known.map_or_else(String::new, Key::allowed)
+    }
+
+    /// Refuses this value, which is none that its key may have.
+    pub fn wrong<T>(&self, message: impl Into<String>) -> Result<T> {
+        self.refuse(message, self.allowed())
+    }
+
+    fn wrong_type<T>(&self, wanted: &str) -> Result<T> {
         let found = match self.value {
             DeValue::String(_) => "a text in quotes",
             DeValue::Integer(_) | DeValue::Float(_) => "a number",
@@ -131,58 +150,62 @@ impl<'a> Item<'a> {
             DeValue::Array(_) => "a list",
             DeValue::Table(_) => "a table",
         };
-        self.error(format!("this must be {wanted}, not {found}")).allowed(allowed)
+        self.wrong(format!("this must be {wanted}, not {found}"))
     }
 
-    /// A finite number; whole numbers count.
-    pub fn number(&self, allowed: &str) -> Result<f64> {
+    /// A finite number that some rig could have; whole numbers count.
+    pub fn number(&self) -> Result<f64> {
         let parsed = match self.value {
             DeValue::Float(x) => x.as_str().parse().ok(),
             DeValue::Integer(x) => i128::from_str_radix(x.as_str(), x.radix()).ok().map(|n| n as f64),
-            DeValue::String(_) => return Err(self.wrong_type("a number, without unit and quotes", allowed)),
-            _ => return Err(self.wrong_type("a number", allowed)),
+            DeValue::String(_) => return self.wrong_type("a number, without unit and quotes"),
+            _ => return self.wrong_type("a number"),
         };
-        match parsed {
-            Some(x) if f64::is_finite(x) => Ok(x),
-            _ => self.refuse("this must be a finite number", allowed),
+        let Some(x) = parsed.filter(|x| f64::is_finite(*x)) else {
+            return self.wrong("this must be a finite number");
+        };
+        if x.abs() <= MOST {
+            return Ok(x);
+        }
+        let allowed = format!("{}; at most {MOST:e}", self.allowed());
+        self.refuse("no quantity of a whisker is this large", allowed)
+    }
+
+    /// A number that its key may have.
+    pub fn ranged(&self) -> Result<f64> {
+        let value = self.number()?;
+        match self.interval() {
+            Some(interval) if !interval.holds(value) => self.wrong("this value is out of range"),
+            _ => Ok(value),
         }
     }
 
-    /// A number that some rig could have.
-    pub fn sensible(&self, allowed: &str) -> Result<f64> {
-        let value = self.number(allowed)?;
-        if value.abs() <= MOST {
-            return Ok(value);
-        }
-        self.refuse("no quantity of a whisker is this large", format!("{allowed}; at most {MOST:e}"))
+    /// Numbers that its key may have, if it takes numbers.
+    pub fn interval(&self) -> Option<Interval> {
+        self.known.and_then(|known| known.form.interval())
     }
 
-    /// A number inside `domain`.
-    pub fn within(&self, domain: &Domain) -> Result<f64> {
-        let value = self.sensible(domain.allowed)?;
-        if (domain.holds)(value) {
-            return Ok(value);
-        }
-        self.refuse("this value is out of range", domain.allowed)
-    }
-
-    /// A whole number from `min` to 2⁶³ − 1.
-    pub fn whole(&self, min: u64) -> Result<u64> {
-        let allowed = format!("a whole number ≥ {min}");
-        let value = self.number(&allowed)?;
-        if value.fract() != 0.0 {
-            return self.refuse("this must be a whole number", allowed);
-        }
+    /// A whole number that its key may have.
+    pub fn whole(&self) -> Result<u64> {
         let exact = match self.value {
             DeValue::Integer(x) => i128::from_str_radix(x.as_str(), x.radix()).unwrap_or(i128::MAX),
-            _ => value as i128,
+            DeValue::Float(x) => match x.as_str().parse::<f64>() {
+                Ok(x) if x.fract() == 0.0 => x as i128,
+                Ok(x) if !x.is_finite() => return self.wrong("this must be a finite number"),
+                _ => return self.wrong("this must be a whole number"),
+            },
+            _ => return self.number().map(|_| 0),
         };
-        if exact > i128::from(i64::MAX) {
-            return self.refuse("this number is too large", format!("{min} … 2^63 − 1"));
-        }
-        match u64::try_from(exact) {
-            Ok(n) if n >= min => Ok(n),
-            _ => self.refuse("this number is too small", allowed),
+        let Some(Form::Whole(low, high)) = self.known.map(|known| &known.form) else {
+            return self.wrong("no whole number is asked for");
+        };
+        match exact {
+            n if n < i128::from(*low) => self.wrong("this number is too small"),
+            n if n > i128::from(*high) && *high == LARGEST => {
+                self.refuse("this number is too large", format!("{low} … 2^63 − 1"))
+            }
+            n if n > i128::from(*high) => self.wrong("this number is too large"),
+            n => Ok(n as u64),
         }
     }
 
@@ -190,7 +213,7 @@ impl<'a> Item<'a> {
     pub fn flag(&self) -> Result<bool> {
         match self.value {
             DeValue::Boolean(flag) => Ok(*flag),
-            _ => Err(self.wrong_type("true or false, without quotes", "true or false")),
+            _ => self.wrong_type("true or false, without quotes"),
         }
     }
 
@@ -199,48 +222,53 @@ impl<'a> Item<'a> {
         match self.value {
             DeValue::String(text) if text.trim().is_empty() => Err(self.error("this text is empty")),
             DeValue::String(text) => Ok(text),
-            _ => Err(self.wrong_type("a text in quotes", "\"…\"")),
+            _ => self.wrong_type("a text in quotes"),
         }
     }
 
     /// One of several words.
     pub fn word<T: Copy>(&self, words: &[(&str, T)]) -> Result<T> {
+        let DeValue::String(text) = self.value else { return self.wrong_type("one of the words") };
         let names: Vec<_> = words.iter().map(|(name, _)| *name).collect();
-        let allowed = names.iter().map(|n| format!("\"{n}\"")).collect::<Vec<_>>().join(", ");
-        let DeValue::String(text) = self.value else {
-            return Err(self.wrong_type("one of the words", &allowed));
-        };
         match words.iter().find(|(name, _)| name == text) {
             Some((_, meaning)) => Ok(*meaning),
-            None => self.refuse(format!("unknown word{}", schema::hint(text, &names)), allowed),
+            None => self.wrong(format!("unknown word{}", schema::hint(text, &names))),
         }
+    }
+
+    /// One of the words that its key may have.
+    pub fn own_word(&self) -> Result<&'static str> {
+        let words = self.known.map_or(&[][..], |known| known.form.known_words());
+        self.word(&words.iter().map(|word| (*word, *word)).collect::<Vec<_>>())
     }
 
     /// The elements of a list, under the list's own key.
     pub fn elements(&self) -> Option<impl ExactSizeIterator<Item = Item<'a>> + use<'a>> {
-        let (document, key, placed) = (self.document, self.key.clone(), self.span.is_some());
+        let (document, key, known) = (self.document, self.key.clone(), self.known);
+        let placed = self.span.is_some();
         let list = self.value.as_array()?;
         Some(list.iter().map(move |value| Item {
             document,
             key: key.clone(),
             span: placed.then(|| value.span()),
             value: value.get_ref(),
+            known,
         }))
     }
 
-    /// The elements of a list such as `[[start]]`; `what` says what they are.
-    pub fn tables(&self, what: &str) -> Result<impl ExactSizeIterator<Item = Item<'a>> + use<'a>> {
-        self.elements().ok_or_else(|| self.wrong_type("a list of tables", what))
+    /// The elements of a list such as `[[start]]`, tables with known keys.
+    pub fn tables(&self) -> Result<Vec<Item<'a>>> {
+        let Some(elements) = self.elements() else { return self.wrong_type("a list of tables") };
+        elements.map(|one| one.only_known().map(|()| one)).collect()
     }
 
     /// Exactly `N` numbers in a list.
-    pub fn numbers<const N: usize>(&self, allowed: &str) -> Result<[f64; N]> {
-        let elements = self.elements().ok_or_else(|| self.wrong_type("a list of numbers", allowed))?;
-        let values = elements.map(|e| e.sensible(allowed)).collect::<Result<Vec<_>>>()?;
-        let count = values.len();
+    pub fn numbers<const N: usize>(&self) -> Result<[f64; N]> {
+        let Some(elements) = self.elements() else { return self.wrong_type("a list of numbers") };
+        let values = elements.map(|e| e.number()).collect::<Result<Vec<_>>>()?;
         values
             .try_into()
-            .map_err(|_| self.error(format!("{N} numbers are needed, not {count}")).allowed(allowed))
+            .or_else(|values: Vec<f64>| self.wrong(format!("{N} numbers are needed, not {}", values.len())))
     }
 
     fn dotted(&self, key: &str) -> String {
@@ -251,7 +279,13 @@ impl<'a> Item<'a> {
     pub fn child(&self, key: &str) -> Option<Item<'a>> {
         let value = self.value.as_table()?.get(key)?;
         let span = self.span.is_some().then(|| value.span());
-        Some(Item { document: self.document, key: self.dotted(key), span, value: value.get_ref() })
+        let known = self.table().and_then(|table| table.key(key));
+        Some(Item { document: self.document, key: self.dotted(key), span, value: value.get_ref(), known })
+    }
+
+    /// Keys of the table that its key takes.
+    pub fn table(&self) -> Option<&'static Section> {
+        self.known.and_then(|known| known.form.table())
     }
 
     /// The value of a key that a table must have.
@@ -259,12 +293,15 @@ impl<'a> Item<'a> {
         self.child(key).ok_or_else(|| self.error(format!("{key} is missing here")))
     }
 
-    /// As [`Self::need`]; `what` says what the table is.
-    pub fn needs(&self, key: &str, what: &str) -> Result<Item<'a>> {
+    /// As [`Self::need`], with the error under the key that is missing.
+    pub fn needs(&self, key: &str) -> Result<Item<'a>> {
+        if !self.value.is_table() {
+            return self.wrong_type("a table { key = value, … }");
+        }
         self.child(key).ok_or_else(|| {
             let span = self.span.clone().filter(|_| !self.key.is_empty());
             let error = self.document.error(span, format!("{key} is missing"));
-            error.key(self.dotted(key)).allowed(what)
+            error.key(self.dotted(key)).allowed(self.allowed())
         })
     }
 
@@ -273,17 +310,22 @@ impl<'a> Item<'a> {
         self.child(key).as_ref().map_or(Ok(usual), read)
     }
 
-    /// Refuses keys other than `known` in a table; `what` says what the table is.
-    pub fn only(&self, known: &[&str], what: &str) -> Result<()> {
+    /// Refuses what is no table, and keys that its table does not have.
+    pub fn only_known(&self) -> Result<()> {
+        self.only(&self.table().map_or_else(Vec::new, Section::names))
+    }
+
+    /// Refuses what is no table, and other keys than these.
+    pub fn only(&self, known: &[&str]) -> Result<()> {
         let Some(table) = self.value.as_table() else {
-            return Err(self.wrong_type("a table { key = value, … }", what));
+            return self.wrong_type("a table { key = value, … }");
         };
         for (key, value) in table {
             let name: &str = key.get_ref();
             if !known.contains(&name) {
                 let message = format!("unknown key{}", schema::hint(name, known));
                 let error = self.document.error(Some(key.span()), message).key(self.dotted(name));
-                return Err(error.value(self.document.excerpt(value.span())).allowed(what));
+                return Err(error.value(self.document.excerpt(value.span())).allowed(self.allowed()));
             }
         }
         Ok(())

@@ -1,79 +1,21 @@
-//! The defaults of a spec, and what to say about unknown sections and keys.
-
-use std::sync::LazyLock;
+//! A spec whose sections and keys are known, what stands for keys that are left out, and what to say about unknown ones.
 
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::keys::SECTIONS;
+use super::keys;
 use super::reader::{Document, Item, Result};
 use super::sections::Section;
 use super::solid;
-use crate::scene::{Amount, TERMS, Term};
 
-/// Highest `format` that can be read.
-pub(super) const FORMAT: u64 = 1;
-
-/// Values in force where the user says nothing. A key that is absent here is required, or means "off".
-const DEFAULTS: &str = r#"
-format = 1
-[whisker]
-hub = 0.0
-[gauge]
-side = "contact"
-noise_strain = 0.0
-strain_limit = 0.05
-factor = 2.21
-second = false
-[tap]
-drive = "angle"
-abscissa = false
-tilt = 0.0
-lean = 0.0
-[model]
-geometry = "exact"
-solid = false
-nu = 0.5
-contact = "frictionless"
-material = { hooke = 3.2 }
-[sensor]
-signal = "strain"
-fixed = false
-[estimate]
-theory = "euler-bernoulli"
-convention = "mean"
-[optimise]
-[output]
-tuples = true
-designs = true
-distances = true
-format = "csv"
-by = "K_sd"
-per = "row"
-wrench = false
-"#;
-
-/// Effects of the rod are off.
-static TERMS_OFF: LazyLock<String> = LazyLock::new(|| {
-    let off = |term: &Term| match term.trial {
-        Amount::Flag(_) => format!("{} = false\n", term.key),
-        Amount::Number(_) => format!("{} = 0.0\n", term.key),
-        Amount::Word(_) => format!("{} = {}\n", term.key, term.off()),
-    };
-    format!("[model]\n{}", TERMS.iter().map(off).collect::<String>())
-});
-
-/// The defaults of what the `user` wrote, and beside them the values of `more`, which is TOML like them.
-pub(super) fn defaults<'m>(more: &[&'m str], user: &DeTable<'_>) -> DeTable<'m> {
+/// TOML in `texts`, beside the defaults of `keys.toml`: values in force where the user says nothing. Later texts win.
+pub(super) fn more<'m>(texts: &[&'m str], user: &DeTable<'_>) -> DeTable<'m> {
     let table = |text| DeTable::parse(text).expect("defaults are valid TOML").into_inner();
-    let mut all = table(DEFAULTS);
-    let solid = if solid::is_asked(user) { solid::ALL } else { "" };
-    for (name, section) in
-        table(&TERMS_OFF).into_iter().chain(table(solid)).chain(more.iter().copied().flat_map(table))
-    {
-        match (all.get_mut(&**name.get_ref()).map(Spanned::get_mut), section.into_inner()) {
-            (Some(DeValue::Table(known)), DeValue::Table(added)) => known.extend(added),
-            (_, added) => panic!("no section of defaults takes {added:?}"),
+    let mut all = table(if solid::is_asked(user) { solid::ALL } else { "" });
+    for (name, section) in texts.iter().copied().flat_map(table) {
+        match (all.get_mut(&**name.get_ref()).map(Spanned::get_mut), section.get_ref()) {
+            (Some(DeValue::Table(known)), DeValue::Table(added)) => known.extend(added.clone()),
+            _ => drop(all.insert(name, section)),
         }
     }
     all
@@ -84,27 +26,18 @@ pub(super) const SAMPLER: &str = "sobol";
 /// Default seed of a sampled axis.
 pub(super) const SEED: u64 = 0;
 
-/// A value to show for a missing key.
-pub(super) fn example(section: &str, key: &str) -> String {
-    match SECTIONS.iter().find(|s| s.name == section).and_then(|s| s.key(key)) {
-        Some(key) if key.unit.is_empty() => format!("{} ({})", key.example, key.what),
-        Some(key) => format!("{} ({}, {})", key.example, key.what, key.unit),
-        None => "\"…\"".to_owned(),
-    }
-}
-
 /// A parsed spec whose sections and keys are all known.
 pub(super) struct Sections<'a> {
     document: &'a Document<'a>,
     user: &'a DeTable<'a>,
-    defaults: &'a DeTable<'a>,
+    /// What else stands for keys that are left out.
+    more: &'a DeTable<'a>,
 }
 
 impl<'a> Sections<'a> {
     /// Checks the names of all sections and keys.
-    pub fn new(document: &'a Document<'a>, user: &'a DeTable<'a>, defaults: &'a DeTable<'a>) -> Result<Self> {
-        let mut top: Vec<&str> = SECTIONS.iter().map(|s| s.name).collect();
-        top.push("format");
+    pub fn new(document: &'a Document<'a>, user: &'a DeTable<'a>, more: &'a DeTable<'a>) -> Result<Self> {
+        let top: Vec<&str> = keys::sections().map(|s| s.name).chain(["format"]).collect();
         for (key, value) in user {
             let name: &str = key.get_ref();
             let item = Item::written(document, name.to_owned(), value);
@@ -119,15 +52,14 @@ impl<'a> Sections<'a> {
                     format!("{name} is a section: write [{name}] on a line of its own, its keys below");
                 return Err(item.error(message));
             };
-            let Some(section) = SECTIONS.iter().find(|s| s.name == name) else { continue };
-            let keys = section.names();
+            let keys = keys::section(name).names();
             for (key, value) in table {
                 if !keys.contains(&&**key.get_ref()) {
-                    return Err(unknown(document, Some(section.name), key, value, &keys));
+                    return Err(unknown(document, Some(name), key, value, &keys));
                 }
             }
         }
-        Ok(Self { document, user, defaults })
+        Ok(Self { document, user, more })
     }
 
     /// One section.
@@ -135,42 +67,39 @@ impl<'a> Sections<'a> {
         let user = self.user.get_key_value(name);
         Section {
             document: self.document,
-            name,
+            known: keys::section(name),
             span: user.map(|(key, _)| key.span()),
             user: user.and_then(|(_, value)| value.get_ref().as_table()),
-            defaults: self.defaults.get(name).and_then(|value| value.get_ref().as_table()),
+            more: self.more.get(name).and_then(|value| value.get_ref().as_table()),
         }
     }
 
     /// `format`, if written.
     pub fn format(&self) -> Option<Item<'a>> {
-        Some(Item::written(self.document, "format".to_owned(), self.user.get("format")?))
+        let item = Item::written(self.document, "format".to_owned(), self.user.get("format")?);
+        Some(item.of(keys::section("").key("format")))
     }
 
     /// Every value in force: dotted key, value as TOML, whether the user wrote it.
     pub fn in_force(&self) -> Vec<(String, String, bool)> {
         let mut all = Vec::new();
-        let mut note =
-            |key: String, user: Option<&Spanned<DeValue<'_>>>, default: Option<&Spanned<DeValue<'_>>>| {
-                if let Some(value) = user.or(default) {
-                    all.push((key.clone(), toml_text(value.get_ref()), user.is_some()));
+        let mut note = |key: String, user: Option<&DeValue<'_>>, default: Option<&DeValue<'_>>| {
+            let Some(value) = user.or(default) else { return };
+            all.push((key.clone(), toml_text(value), user.is_some()));
+            let sampled = user.and_then(DeValue::as_table).filter(|t| t.contains_key("samples"));
+            for (name, text) in [("sampler", format!("{SAMPLER:?}")), ("seed", SEED.to_string())] {
+                if sampled.is_some_and(|table| !table.contains_key(name)) {
+                    all.push((format!("{key}.{name}"), text, false));
                 }
-                let sampled = user.and_then(|v| v.get_ref().as_table()).filter(|t| t.contains_key("samples"));
-                if let Some(table) = sampled {
-                    for (name, text) in [("sampler", format!("{SAMPLER:?}")), ("seed", SEED.to_string())] {
-                        if !table.contains_key(name) {
-                            all.push((format!("{key}.{name}"), text, false));
-                        }
-                    }
-                }
-            };
-        note("format".to_owned(), self.user.get("format"), self.defaults.get("format"));
-        for known in &SECTIONS {
-            let (name, section) = (known.name, self.section(known.name));
-            for key in known.names() {
-                let (user, default) =
-                    (section.user.and_then(|t| t.get(key)), section.defaults.and_then(|t| t.get(key)));
-                note(format!("{name}.{key}"), user, default);
+            }
+        };
+        let format = self.user.get("format").map(Spanned::get_ref);
+        note("format".to_owned(), format, keys::section("").keys[0].default.map(Spanned::get_ref));
+        for known in keys::sections() {
+            let section = self.section(known.name);
+            for key in &known.keys {
+                let user = section.user.and_then(|t| t.get(key.name)).map(Spanned::get_ref);
+                note(section.dotted(key.name), user, section.default(key.name).map(Spanned::get_ref));
             }
         }
         all
@@ -185,7 +114,7 @@ fn unknown<'a>(
     known: &[&str],
 ) -> crate::error::InputError {
     let name: &str = key.get_ref();
-    let home = SECTIONS.iter().find(|s| s.key(name).is_some()).map(|s| s.name);
+    let home = keys::sections().find(|s| s.key(name).is_some()).map(|s| s.name);
     let hint = match home {
         Some(home) => format!("; it belongs under [{home}]"),
         None => hint(name, known),

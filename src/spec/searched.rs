@@ -44,7 +44,7 @@ pub(super) fn names(properties: impl IntoIterator<Item = Property>) -> Vec<&'sta
 }
 
 /// Refuses keys that are none of `names`.
-pub(super) fn known(item: &Item<'_>, names: &[&'static str], allowed: &str) -> Result<()> {
+pub(super) fn known(item: &Item<'_>, names: &[&'static str]) -> Result<()> {
     let mut tables: Vec<(&str, Vec<&str>)> = vec![("root", vec!["k_theta", "k_y", "k_x"])];
     for (table, key) in names.iter().filter_map(|name| name.split_once('.')) {
         match tables.iter_mut().find(|(known, _)| *known == table) {
@@ -53,11 +53,10 @@ pub(super) fn known(item: &Item<'_>, names: &[&'static str], allowed: &str) -> R
         }
     }
     let all: Vec<&str> = names.iter().copied().chain(tables.iter().map(|(table, _)| *table)).collect();
-    item.only(&all, allowed)?;
-    tables.iter().try_for_each(|(table, keys)| match item.child(table) {
-        Some(inner) => inner.only(keys, allowed),
-        None => Ok(()),
-    })
+    let judged = item.only(&all).and_then(|()| {
+        tables.iter().try_for_each(|(table, keys)| item.child(table).map_or(Ok(()), |inner| inner.only(keys)))
+    });
+    judged.map_err(|e| e.allowed(names.join(", ")))
 }
 
 /// Judges properties of the rig as variables and tolerances.
@@ -114,7 +113,7 @@ pub(super) fn vary(sections: &Sections<'_>, spec: &mut Spec, search: &mut Search
         let Quantity::Property(property) = v.quantity else { continue };
         varied.push(property);
         let written = properties::written(sections, property);
-        v.start = written.map(|item| properties::first(&item, property)).transpose()?;
+        v.start = written.map(|item| properties::first(&item)).transpose()?;
     }
     if !varied.is_empty() {
         spec.study.setup.rigs = Some(Arc::new(Rigs::listed(varied)));

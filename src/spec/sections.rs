@@ -3,17 +3,17 @@
 use std::ops::Range;
 use std::path::Path;
 
-use toml::de::DeTable;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
 
-use super::check::{LENGTH, MODEL_ERROR, POSITIVE, STRAIN_LIMIT, TOLERANCE};
 use super::properties::first;
 use super::reader::{Document, Item, Result};
 use super::schema::Sections;
-use super::{schema, solid};
+use super::{keys, solid};
 use crate::error::InputError;
 use crate::scene::{
-    BackendChoice, Convention, Estimate, Gauge, Output, Per, Precision, Property, RankBy, RunOptions, Side,
-    Theory, Written,
+    BackendChoice, Convention, Estimate, Gauge, Output, Per, Precision, RankBy, RunOptions, Side, Theory,
+    Written,
 };
 use crate::sink::rows::TableFormat;
 
@@ -21,9 +21,9 @@ use crate::sink::rows::TableFormat;
 pub(super) fn gauge(section: &Section<'_>) -> Result<Gauge> {
     Ok(Gauge {
         side: section.get("side")?.word(&[("contact", Side::Contact), ("far", Side::Far)])?,
-        noise_strain: section.optional("noise_strain", |v| first(v, Property::Noise))?,
-        strain_limit: section.get("strain_limit")?.within(&STRAIN_LIMIT)?,
-        factor: section.get("factor")?.within(&POSITIVE)?,
+        noise_strain: section.optional("noise_strain", first)?,
+        strain_limit: section.get("strain_limit")?.ranged()?,
+        factor: section.get("factor")?.ranged()?,
         second: section.get("second")?.flag()?,
         foil: section.optional("foil", solid::foil)?,
     })
@@ -36,17 +36,16 @@ pub(super) fn estimate(section: &Section<'_>) -> Result<Estimate> {
         theory: section.get("theory")?.word(&Theory::WORDS)?,
         convention: section.get("convention")?.word(&conventions)?,
         range: section.optional("range", range)?,
-        k: section.optional("K", |v| v.within(&POSITIVE))?,
+        k: section.optional("K", Item::ranged)?,
     })
 }
 
 fn range(item: &Item<'_>) -> Result<[f64; 2]> {
-    let allowed = "[a_min, a_max] in mm with 0 < a_min < a_max";
-    let [min, max] = item.numbers(allowed)?;
-    if (LENGTH.holds)(min) && min < max {
-        return Ok([min, max]);
+    let [min, max] = item.numbers()?;
+    match 0.0 < min && min < max {
+        true => Ok([min, max]),
+        false => item.wrong("this is not a range of distances"),
     }
-    item.refuse("this is not a range of distances", allowed)
 }
 
 /// What of `[estimate]` plays no part.
@@ -82,7 +81,7 @@ fn rank_by(by: &Item<'_>) -> Result<RankBy> {
 pub(super) fn output(section: &Section<'_>) -> Result<Output> {
     section.get("format")?.word(&TableFormat::WORDS)?;
     let top = |v: &Item<'_>| {
-        let n = v.whole(1)?;
+        let n = v.whole()?;
         usize::try_from(n).map_err(|_| v.error("this number is too large for this machine"))
     };
     Ok(Output {
@@ -96,30 +95,17 @@ pub(super) fn output(section: &Section<'_>) -> Result<Output> {
     })
 }
 
-/// Most threads that can be asked for, as on the command line.
-const MOST_THREADS: u64 = 4096;
-
 /// `model_error` of `[run]`, and where it stands.
 pub(super) fn model_error(section: &Section<'_>) -> Result<Option<(f64, Option<Written>)>> {
-    section.optional("model_error", |v| Ok((v.within(&MODEL_ERROR)?, v.at())))
+    section.optional("model_error", |v| Ok((v.ranged()?, v.at())))
 }
 
 /// `[run]`; paths are relative to `base`.
 pub(super) fn run(section: &Section<'_>, base: &Path) -> Result<RunOptions> {
     model_error(section)?;
-    let backends = [
-        ("auto", BackendChoice::Auto),
-        ("gpu", BackendChoice::Gpu),
-        ("cpu", BackendChoice::Cpu),
-        ("reference", BackendChoice::Reference),
-    ];
-    let precisions = [("f32", Precision::F32), ("f64", Precision::F64)];
-    let threads = |v: &Item<'_>| match v.whole(1)? {
-        n @ ..=MOST_THREADS => Ok(n as usize),
-        _ => v.refuse("this number is too large", format!("1 … {MOST_THREADS}")),
-    };
-    let (tolerance, tolerance_at) =
-        section.optional("tolerance", |v| Ok((v.within(&TOLERANCE)?, v.at())))?.unzip();
+    let backends = BackendChoice::WORDS.map(|(word, backend, _)| (word, backend));
+    let precisions = Precision::WORDS.map(|(word, precision, _)| (word, precision));
+    let (tolerance, tolerance_at) = section.optional("tolerance", |v| Ok((v.ranged()?, v.at())))?.unzip();
     let (adapter, adapter_at) = section.optional("adapter", |v| Ok((v.text()?.to_owned(), v.at())))?.unzip();
     Ok(RunOptions {
         out: section.optional("out", |v| Ok(base.join(v.text()?)))?,
@@ -130,31 +116,38 @@ pub(super) fn run(section: &Section<'_>, base: &Path) -> Result<RunOptions> {
         precision: section.optional("precision", |v| v.word(&precisions))?,
         tolerance,
         tolerance_at: tolerance_at.flatten(),
-        threads: section.optional("threads", threads)?,
+        threads: section.optional("threads", |v| Ok(v.whole()? as usize))?,
         plan: section.optional("plan", Item::flag)?,
         quiet: section.optional("quiet", Item::flag)?,
         json: section.optional("json", Item::flag)?,
     })
 }
 
-/// One `[section]`: what the user wrote, and the defaults behind it.
+/// One `[section]`: what the user wrote, and what stands behind it.
 #[derive(Debug, Clone)]
 pub(super) struct Section<'a> {
     pub document: &'a Document<'a>,
-    pub name: &'static str,
+    pub known: &'static keys::Section,
     pub span: Option<Range<usize>>,
     pub user: Option<&'a DeTable<'a>>,
-    pub defaults: Option<&'a DeTable<'a>>,
+    pub more: Option<&'a DeTable<'a>>,
 }
 
 impl<'a> Section<'a> {
-    fn dotted(&self, key: &str) -> String {
-        format!("{}.{key}", self.name)
+    pub fn dotted(&self, key: &str) -> String {
+        format!("{}.{key}", self.known.name)
     }
 
     /// The user's value of `key`.
     pub fn written(&self, key: &str) -> Option<Item<'a>> {
-        Some(Item::written(self.document, self.dotted(key), self.user?.get(key)?))
+        let item = Item::written(self.document, self.dotted(key), self.user?.get(key)?);
+        Some(item.of(self.known.key(key)))
+    }
+
+    /// What stands for `key` where the user says nothing. Defaults of a search are those of a command that searches.
+    pub fn default(&self, key: &str) -> Option<&'a Spanned<DeValue<'a>>> {
+        let usual = self.known.key(key).filter(|_| self.known.name != "optimise" || self.more.is_some());
+        self.more.and_then(|more| more.get(key)).or_else(|| usual?.default)
     }
 
     /// The user's value of `key`, or the default.
@@ -162,8 +155,8 @@ impl<'a> Section<'a> {
         if let Some(item) = self.written(key) {
             return Ok(item);
         }
-        match self.defaults.and_then(|d| d.get(key)) {
-            Some(value) => Ok(Item::default(self.document, self.dotted(key), value)),
+        match self.default(key) {
+            Some(value) => Ok(Item::default(self.document, self.dotted(key), value).of(self.known.key(key))),
             None => Err(self.missing(key)),
         }
     }
@@ -174,12 +167,12 @@ impl<'a> Section<'a> {
     }
 
     fn missing(&self, key: &str) -> InputError {
-        let (name, example) = (self.name, schema::example(self.name, key));
+        let (name, known) = (self.known.name, self.known.key(key).cloned().unwrap_or_default());
+        let unit = if known.unit.is_empty() { "" } else { ", " };
+        let line = format!("{key} = {} ({}{unit}{})", known.example, known.what, known.unit);
         let message = match self.user {
-            Some(_) => format!("{key} is missing from [{name}]; add a line such as {key} = {example}"),
-            None => {
-                format!("[{name}] with {key} is missing; add [{name}] and a line such as {key} = {example}")
-            }
+            Some(_) => format!("{key} is missing from [{name}]; add a line such as {line}"),
+            None => format!("[{name}] with {key} is missing; add [{name}] and a line such as {line}"),
         };
         self.document.error(self.span.clone(), message).key(self.dotted(key))
     }

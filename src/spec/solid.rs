@@ -1,7 +1,5 @@
 //! `[model] solid` and `[gauge] foil`, what they ask of the rest of the spec, and where their numbers have not been tested (model §8).
 
-use super::check::{LENGTH, STRAIN_LIMIT, domain};
-use super::keys;
 use super::properties::first;
 use super::reader::{Item, Result};
 use super::schema::Sections;
@@ -22,40 +20,33 @@ section = "distorting"
 const NAMED: [(&str, Foil); 1] =
     [("KFGS-2-120", Foil { stiffness: 100.0, length: 6.3, width: 2.8, strain_limit: None })];
 
-const SHAPE: &str = "{ stiffness = 100, length = 6.3, width = 2.8 } (N/mm, mm, mm), { thickness, modulus, length, width } (mm, MPa, mm, mm), or \
-                     \"KFGS-2-120\"";
-const THICKNESS: super::check::Domain = domain("0 < thickness ≤ 2 mm", |v| v > 0.0 && v <= 2.0);
-const MODULUS: super::check::Domain =
-    domain("0 < modulus < 1000000 MPa (polyimide has 3000)", |v| v > 0.0 && v < 1e6);
-
 /// `[gauge] foil`.
 pub(super) fn foil(item: &Item<'_>) -> Result<Foil> {
     if item.value.as_str().is_some() {
-        return item.word(&NAMED).map_err(|e| e.allowed(SHAPE));
+        return item.word(&NAMED);
     }
     if !item.value.is_table() {
-        return item.refuse("this is not a foil", SHAPE);
+        return item.wrong("this is not a foil");
     }
-    item.only(&keys::FOIL.names(), SHAPE)?;
-    let length = item.needs("length", SHAPE)?.within(&LENGTH)?;
-    let width = item.needs("width", SHAPE)?.within(&LENGTH)?;
-    let strain_limit = item.child("strain_limit").map(|v| v.within(&STRAIN_LIMIT)).transpose()?;
+    item.only_known()?;
+    let [length, width] = [item.needs("length")?.ranged()?, item.needs("width")?.ranged()?];
+    let strain_limit = item.child("strain_limit").map(|v| v.ranged()).transpose()?;
     let stiffness = match (item.child("stiffness"), item.child("thickness"), item.child("modulus")) {
-        (Some(stiffness), None, None) => first(&stiffness, Property::Foil)?,
+        (Some(stiffness), None, None) => first(&stiffness)?,
         (None, Some(thickness), Some(modulus)) => {
-            let stiffness = thickness.within(&THICKNESS)? * modulus.within(&MODULUS)?;
-            let (allowed, holds) = Property::Foil.about().allowed;
-            if !holds(stiffness) {
+            let stiffness = thickness.ranged()? * modulus.ranged()?;
+            let about = Property::Foil.about();
+            if !about.range.holds(stiffness) {
                 let message = format!("thickness times modulus is {stiffness} N/mm");
-                return modulus.refuse(message, allowed);
+                return modulus.refuse(message, about.allowed);
             }
             stiffness
         }
         (Some(stiffness), ..) => {
             let message = "a foil has a stiffness, or a thickness and a modulus, not both";
-            return stiffness.refuse(message, SHAPE);
+            return stiffness.refuse(message, item.allowed());
         }
-        _ => return item.refuse("a foil needs a stiffness, or a thickness and a modulus", SHAPE),
+        _ => return item.wrong("a foil needs a stiffness, or a thickness and a modulus"),
     };
     Ok(Foil { stiffness, length, width, strain_limit })
 }

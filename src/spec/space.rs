@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::axis::AxisItem;
-use super::check::{self, LEANING, LENGTH, PLACE, TAP_ANGLE};
+use super::check;
 use super::reader::{Item, Result};
 use super::schema::Sections;
 use super::{properties, tuple_file};
@@ -111,13 +111,7 @@ pub(super) fn read<'a>(sections: &Sections<'a>, drive: Drive, base: &Path) -> Re
         if key == KEYS[Column::Distance as usize].1 {
             properties = properties::axes(sections, &mut sampled)?;
         }
-        let domain = match key {
-            "x_ss" => PLACE,
-            "theta" => TAP_ANGLE,
-            _ if DIRECTIONS.contains(&key) => LEANING,
-            _ => LENGTH,
-        };
-        let read = AxisItem::read(sections.section(section).get(key)?, &domain, sampled)?;
+        let read = AxisItem::read(sections.section(section).get(key)?, sampled)?;
         sampled += u32::from(read.axis.points().is_some());
         axes.push(read);
     }

@@ -4,8 +4,8 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
-use super::check::MOST;
 use super::reader::{Document, Item, Result};
+use crate::design::MOST;
 use crate::error::InputError;
 use crate::measure::text::{Decimals, separator};
 use crate::text_file::{LINE, Limit, TextFile, refused};
@@ -58,7 +58,11 @@ pub(super) fn read<const N: usize>(
     let header = document.text.lines().find(|l| !l.trim().is_empty() && !l.starts_with('#'));
     let reader = separated(document.text.as_bytes(), separator(header.unwrap_or_default()));
     scan(reader, columns, allowed, row).map_err(|trouble| match trouble {
-        Trouble::Line(fault, record) => fault.on(document, &record),
+        Trouble::Line(InputError { key, value, allowed, message, .. }, start) => {
+            let span = line_span(document.text, start as usize);
+            let value = value.or_else(|| Some(document.excerpt(span.clone())));
+            InputError { key, value, allowed, ..document.error(Some(span), message) }
+        }
         other => other.of_file(document.file, columns),
     })
 }
@@ -89,7 +93,8 @@ impl<const N: usize> Header<N> {
 pub(super) enum Trouble {
     Csv(csv::Error),
     Empty,
-    Line(Fault, csv::StringRecord),
+    /// What is wrong in the line at or after a byte, without its place.
+    Line(InputError, u64),
 }
 
 impl Trouble {
@@ -108,7 +113,7 @@ impl Trouble {
                 let error = InputError::new("this file is empty; its first line must name the columns");
                 error.at(file, None).allowed(columns.required(","))
             }
-            Self::Line(fault, _) => fault.at(file, None, String::new()),
+            Self::Line(error, _) => error.at(file, None),
         }
     }
 
@@ -116,12 +121,10 @@ impl Trouble {
     pub fn in_file<const N: usize>(self, path: &Path, columns: Columns<'_, N>) -> InputError {
         let label = path.display().to_string();
         match self {
-            Self::Line(fault, record) => {
-                let start = record.position().map_or(0, csv::Position::byte);
-                match line_at(path, start) {
-                    Ok((line, text)) => fault.at(&label, Some(line), text),
-                    Err(_) => fault.at(&label, None, String::new()),
-                }
+            Self::Line(error, start) => {
+                let (line, text) =
+                    line_at(path, start).map_or((None, String::new()), |(n, text)| (Some(n), text));
+                InputError { value: error.value.or(Some(text)), ..error }.at(label, line)
             }
             other => other.of_file(&label, columns),
         }
@@ -165,51 +168,26 @@ pub(super) fn scan<const N: usize>(
         return Err(Trouble::Empty);
     }
     let names: Vec<String> = record.iter().map(str::to_owned).collect();
-    let places = places(&columns, &names).map_err(|e| Trouble::Line(e, record.clone()))?;
+    let start = |record: &csv::StringRecord| record.position().map_or(0, csv::Position::byte);
+    let places = places(&columns, &names).map_err(|e| Trouble::Line(e, start(&record)))?;
     let ignored = names.iter().filter(|name| !columns.names.contains(&name.as_str())).cloned().collect();
 
     while reader.read_record(&mut record).map_err(Trouble::Csv)? {
         if record.len() != names.len() {
             let message =
                 format!("this line has {} fields, but the header has {}", record.len(), names.len());
-            let fault = Fault { column: names.get(record.len()).cloned(), message, ..Fault::default() };
-            return Err(Trouble::Line(fault, record));
+            let error = InputError { key: names.get(record.len()).cloned(), ..InputError::new(message) };
+            return Err(Trouble::Line(error, start(&record)));
         }
         let mut values = [0.0; N];
         for ((value, place), column) in values.iter_mut().zip(places).zip(columns.names) {
             let Some(place) = place else { continue };
             *value = number(&record[place], &mut decimals, column, allowed(column))
-                .map_err(|e| Trouble::Line(e, record.clone()))?;
+                .map_err(|e| Trouble::Line(e, start(&record)))?;
         }
-        row(values, record.position().map_or(0, |p| p.byte() as usize));
+        row(values, start(&record) as usize);
     }
     Ok(Header { places, ignored })
-}
-
-/// What is wrong in a line, before its place is known.
-#[derive(Debug, Default)]
-pub(super) struct Fault {
-    column: Option<String>,
-    value: Option<String>,
-    message: String,
-    allowed: Option<String>,
-}
-
-impl Fault {
-    /// The error, at the line of `record`.
-    fn on(self, document: &Document<'_>, record: &csv::StringRecord) -> InputError {
-        let start = record.position().map_or(0, |p| p.byte() as usize);
-        let span = line_span(document.text, start);
-        let value = self.value.unwrap_or_else(|| document.excerpt(span.clone()));
-        let error = document.error(Some(span), self.message);
-        InputError { key: self.column, value: Some(value), allowed: self.allowed, ..error }
-    }
-
-    /// The error, at a `line` with this `text`.
-    fn at(self, file: &str, line: Option<usize>, text: String) -> InputError {
-        let error = InputError::new(self.message).value(self.value.unwrap_or(text)).at(file, line);
-        InputError { key: self.column, allowed: self.allowed, ..error }
-    }
 }
 
 /// The first line at or after byte `start` that is neither blank nor a comment.
@@ -226,18 +204,13 @@ pub(super) fn line_span(text: &str, start: usize) -> std::ops::Range<usize> {
 }
 
 /// Place of each column in the header.
-fn places<const N: usize>(
-    columns: &Columns<'_, N>,
-    names: &[String],
-) -> std::result::Result<[Option<usize>; N], Fault> {
+fn places<const N: usize>(columns: &Columns<'_, N>, names: &[String]) -> Result<[Option<usize>; N]> {
     let mut places = [None; N];
     for (place, column) in places.iter_mut().zip(columns.names) {
         let mut found = names.iter().enumerate().filter(|(_, name)| *name == column).map(|(i, _)| i);
-        let fault = |message: String| Fault {
-            column: Some(column.to_owned()),
-            message,
-            allowed: Some(format!("each of {} once, in any order", columns.required(", "))),
-            ..Fault::default()
+        let fault = |message: String| {
+            let allowed = format!("each of {} once, in any order", columns.required(", "));
+            InputError::new(message).key(column).allowed(allowed)
         };
         *place = found.next();
         if place.is_none() && !columns.spare.contains(&column) {
@@ -254,22 +227,13 @@ fn places<const N: usize>(
 }
 
 /// A finite number of `column`.
-fn number(
-    field: &str,
-    decimals: &mut Decimals,
-    column: &str,
-    allowed: &str,
-) -> std::result::Result<f64, Fault> {
+fn number(field: &str, decimals: &mut Decimals, column: &str, allowed: &str) -> Result<f64> {
     let message = match decimals.number(field) {
         Some(value) if value.abs() <= MOST => return Ok(value),
         Some(value) if value.is_finite() => "no quantity of a whisker is this large",
         None if decimals.refuses(field) => decimals.wrong(field),
         _ => "this is not a finite number",
     };
-    Err(Fault {
-        column: Some(column.to_owned()),
-        value: Some(if field.is_empty() { "(empty)".to_owned() } else { field.to_owned() }),
-        message: message.to_owned(),
-        allowed: Some(allowed.to_owned()),
-    })
+    let value = if field.is_empty() { "(empty)" } else { field };
+    Err(InputError::new(message).key(column).value(value).allowed(allowed))
 }

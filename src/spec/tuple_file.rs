@@ -66,7 +66,7 @@ impl Varied {
         }
         let values: Vec<f64> = self.places.iter().map(|(_, place)| row[*place]).collect();
         for ((value, largest), (property, _)) in values.iter().zip(&mut self.largest).zip(&self.places) {
-            if value.abs() > largest.abs() && (property.about().allowed.1)(*value) {
+            if value.abs() > largest.abs() && property.about().range.holds(*value) {
                 *largest = *value;
             }
         }
@@ -182,7 +182,7 @@ fn directions(header: &Header<ALL>) -> DirectionColumns {
 
 fn allowed(column: &str) -> &'static str {
     match varied().find(|property| property.about().column == column) {
-        Some(property) => property.about().allowed.0,
+        Some(property) => property.about().allowed,
         None if column.ends_with("_deg") => "a number in degrees, no unit",
         None => "a number in mm, no unit",
     }

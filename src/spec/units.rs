@@ -175,7 +175,7 @@ fn numbers<'a>(item: &Item<'a>) -> Vec<(f64, Item<'a>)> {
         }
         None => vec![item.clone()],
     };
-    parts.into_iter().filter_map(|part| Some((part.number("").ok()?, part))).collect()
+    parts.into_iter().filter_map(|part| Some((part.number().ok()?, part))).collect()
 }
 
 fn doubted_length(item: &Item<'_>, column: Column, beside: &Beside) -> Option<String> {
@@ -197,12 +197,12 @@ fn angle(largest: f64) -> Option<Doubt> {
 }
 
 fn width(item: &Item<'_>, most: f64, why: &'static str) -> Option<String> {
-    let v = item.number("").ok()?;
+    let v = item.number().ok()?;
     warning(item, doubt(why, 1e-3, "micrometres").filter(|_| v > most)?, v, " mm")
 }
 
 fn noise(item: &Item<'_>) -> Option<String> {
-    let v = item.number("").ok()?;
+    let v = item.number().ok()?;
     if v > 0.0 && v < NOISES[0] {
         return Some(
             item.error("this is less noise than any gauge has; 0 says that there is none").to_string(),
@@ -213,7 +213,7 @@ fn noise(item: &Item<'_>) -> Option<String> {
 }
 
 fn gauge_factor(item: &Item<'_>) -> Option<String> {
-    let v = item.number("").ok()?;
+    let v = item.number().ok()?;
     let [of_strain, of_millistrain, most] = FACTORS;
     let slip = match v {
         _ if v < of_millistrain => doubt("is no gauge's factor", 1e6, "1/microstrain"),
@@ -225,7 +225,7 @@ fn gauge_factor(item: &Item<'_>) -> Option<String> {
 }
 
 fn limit(item: &Item<'_>) -> Option<String> {
-    let v = item.number("").ok()?;
+    let v = item.number().ok()?;
     let slip = match v {
         _ if v <= 1.0 || v > 1e6 => None,
         _ if v <= 100.0 => doubt("is a strain of more than 100 %", 1e-2, "percent"),

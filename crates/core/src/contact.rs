@@ -174,49 +174,6 @@ mod tests {
     }
 
     #[test]
-    fn a_moment_over_a_force_is_the_distance_whatever_the_drive_and_the_modulus() {
-        let sigma: [f64; 2] = [0.05, 0.002];
-        let covariance = vec![sigma[0] * sigma[0], 0.0, 0.0, sigma[1] * sigma[1]];
-        let channels = Channels::of(&[Signal::Moment, Signal::Force], Some(covariance)).unwrap();
-        let curve = cone();
-        let contact = Contact::new(Arc::new(channels), &curve, [5.0, 50.0], 3.2, 1.0);
-        let [a, force] = [33.0, 0.4];
-        let readings = [-a * force, -force, 0.0, 0.0, 0.0, 0.0];
-        let told = contact.estimate(&curve, &[1.0; MOST_CHANNELS], &readings, 0.3, |_| true);
-        assert!((told.distance - a).abs() < 1e-9, "{told:?}");
-        assert!((told.force - force).abs() < 1e-9);
-        // dâ = (dM − a dF)/F.
-        let sigma = sigma[0].hypot(a * sigma[1]) / force;
-        assert!((told.sigma / sigma - 1.0).abs() < 1e-6, "{} {sigma}", told.sigma);
-    }
-
-    #[test]
-    fn more_channels_leave_less_of_the_noise() {
-        let curve = cone();
-        let of = |signals: &[Signal]| {
-            let n = signals.len();
-            let noise: Vec<f64> = signals
-                .iter()
-                .map(|signal| match signal {
-                    Signal::Moment => 0.01,
-                    Signal::Force => 0.001,
-                    Signal::Strain => 2e-5,
-                })
-                .collect();
-            let one = |k: usize| if k / n == k % n { noise[k % n] * noise[k % n] } else { 0.0 };
-            let covariance: Vec<f64> = (0..n * n).map(one).collect();
-            let channels = Channels::of(signals, Some(covariance)).unwrap();
-            let contact = Contact::new(Arc::new(channels), &curve, [5.0, 50.0], 3.2, 1.0);
-            let readings = contact.linear(&curve, 30.0).map(|s| 0.05 * s);
-            contact.estimate(&curve, &[1.0; MOST_CHANNELS], &readings, 0.05, |_| true)
-        };
-        let both = of(&[Signal::Moment, Signal::Force]);
-        let all = of(&[Signal::Strain, Signal::Moment, Signal::Force]);
-        assert!((both.distance - 30.0).abs() < 1e-9 && (all.distance - 30.0).abs() < 1e-9);
-        assert!(all.sigma < both.sigma && all.sigma > 0.0);
-    }
-
-    #[test]
     fn a_force_that_pulls_has_no_distance() {
         let channels = Channels::of(&[Signal::Moment, Signal::Force], None).unwrap();
         let curve = cone();

@@ -43,20 +43,3 @@ pub fn recommended(rows: impl Iterator<Item = (Status, f64)>) -> Option<(usize, 
     }
     best.map(|(place, row)| (place, Standing::of(row, least)))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const WITHIN: Status = Status::AMBIGUOUS;
-    const BEYOND: Status = Status::STRAIN_LIMIT;
-
-    #[test]
-    fn rows_within_the_strain_limit_come_first() {
-        let of = |rows: &[(Status, f64)]| recommended(rows.iter().copied());
-        assert_eq!(of(&[(BEYOND, 1.0), (WITHIN, 3.0), (Status::OK, 2.0)]), Some((2, Standing::BestWithin)));
-        assert_eq!(of(&[(BEYOND, 3.0), (WITHIN, 2.0), (Status::OK, 2.0)]), Some((1, Standing::Best)));
-        assert_eq!(of(&[(BEYOND, 3.0), (BEYOND, 1.0)]), Some((1, Standing::Beyond)));
-        assert_eq!(of(&[(Status::SLIPPED_OFF, 1.0), (Status::OK, f64::NAN)]), None);
-    }
-}

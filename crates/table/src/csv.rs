@@ -76,24 +76,3 @@ impl Text {
 fn failed(e: csv::Error) -> Error {
     Error::Run(e.to_string())
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::status::Status;
-
-    #[test]
-    fn missing_is_empty_and_numbers_round_trip() {
-        let mut t = Text::default();
-        let numbers = [0.1 + 0.2, 21.0, 1.8694963735265467e-7, f64::NAN, -0.5];
-        let mut row: Vec<_> = numbers.map(Field::Number).to_vec();
-        row.extend([
-            Field::Count(3),
-            Field::Word(""),
-            Field::Status(Status::SLIPPED_OFF | Status::AMBIGUOUS),
-        ]);
-        t.row(&mut row).unwrap();
-        let text = String::from_utf8(t.into_bytes()).unwrap();
-        assert_eq!(text, "0.30000000000000004,21,1.8694963735265467e-7,,-0.5,3,,slipped_off+ambiguous\n");
-    }
-}

@@ -281,30 +281,3 @@ impl Packed for Outcome {
         Some(outcome)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    type Value = (Vec<(u64, f64)>, Option<String>, (Status, [f32; 3]));
-
-    #[test]
-    fn what_is_packed_comes_back_and_torn_bytes_do_not() {
-        let status = Status::SLIPPED_OFF | Status::BAD_INPUT;
-        let value: Value =
-            (vec![(1u64, -0.0f64), (2, f64::INFINITY)], Some("θ".to_owned()), (status, [0.1f32; 3]));
-        let mut bytes = Vec::new();
-        let mut packer = Packer::new(&mut bytes);
-        value.pack(&mut packer);
-        packer.finish().unwrap();
-        let body = checked(&bytes).unwrap();
-        let read: Option<Value> = Unpacker(body).take();
-        assert_eq!(read, Some(value));
-        for n in 0..body.len() {
-            assert!(Unpacker(&body[..n]).take::<Value>().is_none());
-            assert!(checked(&bytes[..n + CHECK]).is_none(), "{n}");
-        }
-        let huge = u64::MAX.to_le_bytes();
-        assert!(Unpacker(&huge).take::<Vec<u64>>().is_none() && Unpacker(&huge).take::<String>().is_none());
-    }
-}

@@ -252,19 +252,4 @@ mod tests {
             assert!(read(&long(LINE + 1), step, Limit::Whole).is_ok());
         }
     }
-
-    #[test]
-    fn a_whole_file_has_a_greatest_length() {
-        struct Endless(u64);
-        impl Read for Endless {
-            fn read(&mut self, buffer: &mut [u8]) -> Result<usize> {
-                buffer.fill(b'\n');
-                self.0 += buffer.len() as u64;
-                assert!(self.0 < 2 * WHOLE, "more is read than may be");
-                Ok(buffer.len())
-            }
-        }
-        let error = TextFile::new(Endless(0), "a.toml", "spec", Limit::Whole).text().unwrap_err();
-        assert!(error.to_string().contains("16 MiB"), "{error}");
-    }
 }

@@ -91,7 +91,7 @@ pub fn verify<'py>(
         let places = present(&options, bound)?;
         let samples = samples.unwrap_or(census::samples(spec.is_some(), quick));
         let cases = match &spec {
-            Some(spec) => vec![Case::of_study(&spec.name, spec.study.clone(), samples, seed)?],
+            Some(spec) => vec![Case::of_study(&spec.name, spec.study.clone(), samples, seed)],
             None => Case::built_in(samples, seed, quick),
         };
         let taps = cases.iter().map(|c| c.tuples.len() as u64).sum();

@@ -8,8 +8,8 @@ use vibrissa::command::HeldFile;
 use vibrissa::contour::point;
 use vibrissa::error::Error;
 use vibrissa::measure::names;
+use vibrissa::spec;
 use vibrissa::text_file::{Limit, TextFile};
-use vibrissa::{files, spec};
 
 /// End of the name of what is no file: errors in it have no place.
 pub const KEYWORDS: &str = "keywords";
@@ -47,8 +47,7 @@ pub fn unread(path: Option<PathBuf>, text: &str, name: &str) -> Result<HeldFile,
 /// Unit of every key of a spec under its dotted name, and of those of an array's whiskers as `array.x`; empty where it has none.
 #[pyfunction]
 pub fn units() -> Vec<(String, &'static str)> {
-    let of_array = files::ARRAY_UNITS.map(|(key, unit)| (format!("array.{key}"), unit));
-    spec::keys::units().chain(of_array).collect()
+    spec::keys::units().collect()
 }
 
 /// Columns of measurements that are read as numbers.

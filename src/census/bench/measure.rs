@@ -1,11 +1,10 @@
 //! The steps of a benchmark, measured.
 
-use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::probe::{Account, Probe};
 use super::stopwatch::{Times, repeat};
-use super::{Measured, Settings, Shape, Solved, Step, What, exact};
+use super::{Measured, Settings, Solved, Step};
 use crate::census::configuration::{self, Configuration};
 use crate::census::{Figures, Place, Taps, relative, sample::Row};
 use crate::error::{Error, SolveError};
@@ -14,15 +13,8 @@ use crate::kernel::{
     Rule, Rung,
     rule::{every_rule, smallest_tolerance},
 };
-use crate::plan::Plan;
-use crate::progress::Silent;
-use crate::scene::axis::Points;
 use crate::scene::sampler::Sampler;
-use crate::scene::{Axis, BackendChoice, Output, Precision, RunOptions, Space, Spec, Study};
-use crate::sweep::{self, Target};
-
-/// Distances at which every whisker is tapped.
-const DISTANCES: u64 = 8;
+use crate::scene::{BackendChoice, Precision, RunOptions, Tuple};
 
 /// What a benchmark tells while it runs.
 pub enum News {
@@ -32,43 +24,31 @@ pub enum News {
     Made(Box<Measured>),
 }
 
-/// Takes all steps of `settings` on `places`; whole sweeps write into `scratch`.
+/// Takes all steps of `settings` on `places`.
 ///
 /// # Errors
-/// A device or a file that fails; [`SolveError::Stopped`] once `stop` is set.
+/// A device that fails; [`SolveError::Stopped`] once `stop` is set.
 pub fn measure(
     settings: &Settings,
     places: &[Place],
-    scratch: &Path,
     stop: &AtomicBool,
     tell: &mut dyn FnMut(News),
 ) -> Result<(), Error> {
-    let (mut judge, mut alone) = (None, f64::NAN);
+    let mut judge: Option<Judge> = None;
     for (n, step) in settings.steps(places).into_iter().enumerate() {
         if stop.load(Ordering::Relaxed) {
             return Err(SolveError::Stopped.into());
         }
         tell(News::Begun(n + 1, step.words(places)));
-        let place = &places[step.place];
-        let measured = match (step.what, &judge) {
-            (What::Point(c, Solved::Reference, _), _) => {
-                let (new, point) = Judge::new(settings, &c, step)?;
+        let measured = match &judge {
+            Some(judge) if step.solved != Solved::Reference => {
+                let place = &places[step.place];
+                judge.point(step, place, settings.repeats)?
+            }
+            _ => {
+                let (new, point) = Judge::new(settings, step)?;
                 judge = Some(new);
                 point
-            }
-            (What::Point(..), Some(judge)) => judge.point(step, place, settings.repeats)?,
-            (What::Point(..), None) => return Err(Error::Run("no reference to compare with".into())),
-            (What::Threads(threads), _) => {
-                let times = on_threads(settings, place, threads)?;
-                if threads == 1 {
-                    alone = times.best;
-                }
-                Measured { speedup: alone / times.best, ..Measured::new(step, times) }
-            }
-            (What::Sweep(shape, taps), _) => {
-                // Long runs vary little; short ones are repeated.
-                let repeats = if taps > 1_000_000 { 1 } else { settings.repeats };
-                sweep(step, (shape, taps), place, (scratch, stop), repeats)?
             }
         };
         tell(News::Made(Box::new(measured)));
@@ -76,46 +56,21 @@ pub fn measure(
     Ok(())
 }
 
-/// The study of `c` on whiskers of L_a = 50 mm with a gauge of 2 mm at 5 mm, of these D, d, a and θ; only the best designs are written.
-fn study(c: &Configuration, [big, tip, a, theta]: [Axis; 4]) -> Study {
-    let [length, place, grid] = [50.0, 5.0, 2.0].map(Axis::Value);
-    let space = Space::grid([big, tip, length, place, grid, a, theta]).expect("few enough to count");
-    let output = Output { tuples: Some(false), distances: false, top: Some(100), ..Output::default() };
-    Study { setup: c.setup(), space, output }
-}
-
-/// `samples` whiskers, spread over D 8–12 mm, d 2–7 mm and θ 0.5–10° by Sobol points, each tapped at [`DISTANCES`] distances from 20 to
-/// 48 mm.
-fn independent(c: &Configuration, samples: u64) -> Result<Study, Error> {
-    let points = Points { samples, sampler: Sampler::Sobol, seed: 1 };
-    let axis = |min: f64, max: f64, dimension| Axis::samples(min, max, false, points, dimension);
-    let a = Axis::steps(20.0, 48.0, DISTANCES)?;
-    Ok(study(c, [axis(8.0, 12.0, 0)?, axis(2.0, 7.0, 1)?, a, axis(0.5, 10.0, 2)?]))
-}
-
-/// About `taps` taps on a grid of D, d and 100 tap angles at 10 distances.
-fn gridded(c: &Configuration, taps: u64) -> Result<Study, Error> {
-    let (angles, distances) = if taps >= 10_000 { (100, 10) } else { (10, 10) };
-    let side = ((taps as f64 / (angles * distances) as f64).sqrt().round() as u64).max(1);
-    let axis = |from: f64, to: f64, steps: u64| match steps {
-        1 => Ok(Axis::Value(from)),
-        _ => Axis::steps(from, to, steps),
+/// About `count` taps of `c`, the same ones for every configuration: whiskers of L_a = 50 mm with a gauge of 2 mm at 5 mm, spread over
+/// D 8–12 mm, d 2–7 mm and θ 0.5–10° by Sobol points, each tapped at 8 distances from 20 to 48 mm.
+pub fn taps(c: &Configuration, count: usize) -> Taps {
+    let distances: std::sync::Arc<[f64]> = (0..8).map(|i| 20.0 + 4.0 * f64::from(i)).collect();
+    let row = |k: u32| {
+        let at = |dimension, from: f64, to: f64| {
+            from + (to - from) * f64::from(Sampler::Sobol.coordinate(1, dimension, k)) / 2f64.powi(32)
+        };
+        let (big, tip, drive) = (at(0, 8.0, 12.0), at(1, 2.0, 7.0), at(2, 0.5, 10.0));
+        let point =
+            Tuple { D: big, d: tip, L_a: 50.0, x_ss: 5.0, l: 2.0, a: f64::NAN, drive, ..Tuple::default() };
+        Row::new(point, distances.clone())
     };
-    let (big, tip) = (axis(8.0, 12.0, side)?, axis(2.0, 7.0, side)?);
-    Ok(study(c, [big, tip, axis(21.0, 48.0, distances)?, axis(0.5, 10.0, angles)?]))
-}
-
-/// About `count` taps of `c`, the same well-spread ones for every configuration: a whole number of whiskers, one at least.
-///
-/// # Errors
-/// None for the configurations of a benchmark.
-pub fn taps(c: &Configuration, count: usize) -> Result<Taps, Error> {
-    let Study { setup, space, .. } = independent(c, (count as u64).div_ceil(DISTANCES).max(1))?;
-    let layout = space.layout().expect("the taps of a benchmark are a grid");
-    let distances: std::sync::Arc<[f64]> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
-    let point = |k: u64| layout.stroke(&layout.design(k), 0);
-    let rows: Vec<Row> = (0..layout.n_designs).map(|k| Row::new(point(k), distances.clone())).collect();
-    Ok(Taps::of_rows(&setup, &rows))
+    let whiskers = count.div_ceil(distances.len()).max(1) as u32;
+    Taps::of_rows(&c.setup, &(0..whiskers).map(row).collect::<Vec<_>>())
 }
 
 /// The taps of a configuration with the answers of the reference.
@@ -127,12 +82,13 @@ struct Judge {
 }
 
 impl Judge {
-    /// Solves the taps of `c` by the reference, and by cpu f64 as far as that goes: two methods that share nothing. Also the reference's own point.
-    fn new(settings: &Settings, c: &Configuration, step: Step) -> Result<(Self, Measured), Error> {
-        let compared = taps(c, settings.compared)?;
+    /// Solves the taps of a step by the reference, and by cpu f64 as far as that goes: two methods that share nothing. Also the reference's own point.
+    fn new(settings: &Settings, step: Step) -> Result<(Self, Measured), Error> {
+        let c = &step.configuration;
+        let compared = taps(c, settings.compared);
         let (answers, times) = repeat(1, || compared.answers(Method::Reference))?;
         let times = times.per(answers.len());
-        let timed = taps(c, settings.timed_of(c).max(answers.len()))?;
+        let timed = taps(c, settings.timed_of(c).max(answers.len()));
         let other = (BackendChoice::Cpu, Precision::F64, None);
         let other =
             Place::new(&RunOptions::default(), other, None)?.at(smallest_tolerance(Precision::F64))?;
@@ -162,22 +118,19 @@ impl Judge {
 
     /// The point of `step`, at `place`.
     fn point(&self, step: Step, place: &Place, repeats: usize) -> Result<Measured, Error> {
-        let What::Point(_, solved, tolerance) = step.what else {
-            return Err(Error::Run("no point of work and precision".into()));
-        };
         let (precision, model) = (place.precision, &self.timed.setup.model);
         let ladder = |tolerance: f64, model| match place.at(tolerance)?.open(model)? {
             Method::Fast { rungs, .. } => Ok::<_, Error>(rungs),
             Method::Reference => Ok(Vec::new()),
         };
-        let asked = tolerance.or(place.backend().tolerance).unwrap_or(1e-5);
-        let run = match solved {
+        let asked = step.tolerance.or(place.backend().tolerance).unwrap_or(1e-5);
+        let run = match step.solved {
             Solved::Nodes(nodes) => {
                 let rung = Rung::new(rule(precision, nodes), precision, &model.material, asked);
                 fast(&self.timed, place, repeats, (vec![rung], 1.0, Some(asked)))?
             }
             Solved::Linear => {
-                let taps = taps(&configuration::all()[0], self.timed.tasks.len())?;
+                let taps = taps(&configuration::all()[0], self.timed.tasks.len());
                 let rungs = ladder(asked, &taps.setup.model)?;
                 // Closed forms need no kernel.
                 Run { kernel: None, sweeps: None, ..fast(&taps, place, repeats, (rungs, asked, None))? }
@@ -228,40 +181,4 @@ fn fast(
     })?;
     let kernel = Some(Times::of(seconds).per(n).best);
     Ok(Run { outcomes, times: times.per(n), kernel, sweeps: Some(sweeps / n as f64) })
-}
-
-/// Nanoseconds per tap of the simplest configuration on so many threads.
-fn on_threads(settings: &Settings, place: &Place, threads: usize) -> Result<Times, Error> {
-    let count = if place.is_reference() { settings.compared.min(1000) } else { settings.timed };
-    let taps = taps(&exact()[0], count)?;
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|e| Error::Run(e.to_string()))?;
-    let mut evaluator = Evaluator::new(&taps.setup, place.method(&taps.setup.model)?);
-    let mut run = || pool.install(|| evaluator.run(&taps.designs, &taps.tasks));
-    run()?;
-    Ok(repeat(settings.repeats, run)?.1.per(taps.tasks.len()))
-}
-
-/// A whole sweep, reduced to the best designs, into a folder in `scratch`.
-fn sweep(
-    step: Step,
-    (shape, taps): (Shape, u64),
-    place: &Place,
-    (scratch, stop): (&Path, &AtomicBool),
-    repeats: usize,
-) -> Result<Measured, Error> {
-    let study = match shape {
-        Shape::Independent => independent(&exact()[0], taps / DISTANCES)?,
-        Shape::Gridded => gridded(&exact()[0], taps)?,
-    };
-    let spec = Spec::of(shape.name(), study.clone());
-    let (report, seconds) = repeat(repeats, || {
-        let folder = tempfile::tempdir_in(scratch).map_err(|e| Error::io(scratch, e))?;
-        let plan = Plan::new(&study, &place.choice)?;
-        let out = folder.path().join("sweep");
-        sweep::run(&spec, &plan, &place.choice, &Target::new(&out, stop), &mut Silent)
-    })?;
-    let c = &report.counts;
-    let failed = c.status.get("not_converged").copied().unwrap_or(0);
-    Ok(Measured { taps: c.taps, failed, solved: [c.solved, c.interpolated], ..Measured::new(step, seconds) })
 }

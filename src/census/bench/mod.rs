@@ -5,7 +5,7 @@
 //! forces and status; the share of the kernel is told apart. Every measurement is repeated: the best is what the machine
 //! can do, the median what it did, their spread how much else it did ([`Noise`]).
 //!
-//! A benchmark is a list of [`Step`]s, which [`measure()`] takes one after the other; [`tables`] show them, and [`crate::report`] draws its figures from these.
+//! A benchmark is a list of [`Step`]s, which [`measure()`] takes one after the other; [`table`] shows them, and [`crate::report`] draws its figures from it.
 
 mod measure;
 pub mod probe;
@@ -83,55 +83,28 @@ impl Solved {
     }
 }
 
-/// What the taps of a sweep share.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Shape {
-    /// Every whisker has its own tap angle.
-    Independent,
-    /// A grid of whiskers, distances and 100 tap angles.
-    Gridded,
-}
-
-impl Shape {
-    /// Name in tables.
-    pub fn name(self) -> &'static str {
-        if self == Self::Independent { "independent" } else { "gridded" }
-    }
-}
-
-/// One measurement, to be made.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// One measurement, to be made: a point of speed against error.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Step {
     /// Place, by number.
     pub place: usize,
-    /// What is measured there.
-    pub what: What,
-}
-
-/// What is measured.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum What {
-    /// A work–precision point: taps of a configuration, solved somehow to a tolerance; of a single rule, the one to which its sweeps converge.
-    Point(Configuration, Solved, Option<f64>),
-    /// So many taps of the simplest configuration on so many threads.
-    Threads(usize),
-    /// A whole sweep of so many taps, from its spec to the last byte of its tables.
-    Sweep(Shape, u64),
+    /// Whose taps are solved.
+    pub configuration: Configuration,
+    /// By what.
+    pub solved: Solved,
+    /// The tolerance asked for; of a single rule, the one to which its sweeps converge.
+    pub tolerance: Option<f64>,
 }
 
 impl Step {
     /// For people.
     pub fn words(&self, places: &[Place]) -> String {
-        let on = name(places, self.place);
-        match self.what {
-            What::Point(c, Solved::Nodes(n), _) => format!("{} on {on}, {n} nodes", c.name),
-            What::Point(c, solved, tolerance) => {
-                let to = tolerance.map_or(String::new(), |t| format!(", tolerance {t:e}"));
-                format!("{} {} on {on}{to}", c.name, solved.name())
-            }
-            What::Threads(n) => format!("{n} threads of {on}"),
-            What::Sweep(shape, taps) => format!("a sweep of {taps} {} taps on {on}", shape.name()),
+        let (on, name) = (name(places, self.place), self.configuration.name);
+        if let Solved::Nodes(n) = self.solved {
+            return format!("{name} on {on}, {n} nodes");
         }
+        let to = self.tolerance.map_or(String::new(), |t| format!(", tolerance {t:e}"));
+        format!("{name} {} on {on}{to}", self.solved.name())
     }
 }
 
@@ -140,11 +113,11 @@ impl Step {
 pub struct Measured {
     /// The step.
     pub step: Step,
-    /// Nanoseconds per tap; of a sweep its seconds, opening the device and making charts included.
+    /// Nanoseconds per tap.
     pub times: Times,
-    /// Taps whose error was measured; of a sweep its taps.
+    /// Taps whose error was measured.
     pub taps: u64,
-    /// Taps that the reference solved and this did not; of a sweep those without a solution: what is fast because it fails.
+    /// Taps that the reference solved and this did not: what is fast because it fails.
     pub failed: u64,
     /// Nanoseconds per tap in the kernel alone, transfers included; none for the reference.
     pub kernel: Option<f64>,
@@ -152,16 +125,11 @@ pub struct Measured {
     pub sweeps: Option<f64>,
     /// Strain errors; none where nothing was solved.
     pub errors: Option<Figures>,
-    /// Taps of a sweep solved by a kernel, and interpolated.
-    pub solved: [u64; 2],
-    /// Best time on one thread over best time on these.
-    pub speedup: f64,
 }
 
 impl Measured {
     fn new(step: Step, times: Times) -> Self {
-        let (kernel, sweeps, errors, speedup) = (None, None, None, f64::NAN);
-        Self { step, times, taps: 0, failed: 0, kernel, sweeps, errors, solved: [0; 2], speedup }
+        Self { step, times, taps: 0, failed: 0, kernel: None, sweeps: None, errors: None }
     }
 }
 
@@ -180,23 +148,15 @@ pub struct Settings {
     pub repeats: usize,
     /// The only tolerance, where one was asked for.
     pub tolerance: Option<f64>,
-    /// Sizes of whole sweeps, taps.
-    pub sizes: Vec<u64>,
-    /// Numbers of CPU threads.
-    pub threads: Vec<usize>,
 }
 
 impl Settings {
-    /// Sizes of a full or a `quick` run on `threads` threads at most.
-    pub fn new(quick: bool, tolerance: Option<f64>, threads: usize) -> Self {
-        let powers = std::iter::successors(Some(1), |n| Some(2 * n)).take_while(|n| *n < threads);
-        let threads = powers.chain([threads]).collect();
+    /// Sizes of a full or a `quick` run.
+    pub fn new(quick: bool, tolerance: Option<f64>) -> Self {
         let kept = |c: &Configuration| !quick || ["hooke", "neo"].contains(&c.name);
         let configurations = exact().into_iter().filter(kept).collect();
-        let (compared, timed, repeats, tens) =
-            if quick { (200, 1 << 12, 3, 5) } else { (10_000, 1 << 17, 5, 8) };
-        let sizes = (3..=tens).map(|k| 10u64.pow(k)).collect();
-        Self { quick, configurations, compared, timed, repeats, tolerance, sizes, threads }
+        let (compared, timed, repeats) = if quick { (200, 1 << 12, 3) } else { (10_000, 1 << 17, 5) };
+        Self { quick, configurations, compared, timed, repeats, tolerance }
     }
 
     /// Tolerances at which `precision` is measured.
@@ -214,7 +174,7 @@ impl Settings {
 
     /// Taps of `c` on which a fast kernel is timed: fewer with friction, whose taps take tens of sweeps.
     fn timed_of(&self, c: &Configuration) -> usize {
-        let friction = c.model.contact != Contact::Frictionless;
+        let friction = c.setup.model.contact != Contact::Frictionless;
         (self.timed / if friction { 8 } else { 1 }).max(self.compared)
     }
 
@@ -232,40 +192,23 @@ impl Settings {
         nodes
     }
 
-    /// Sizes of whole sweeps at `place`; the reference and f64 are too slow for the largest.
-    fn sizes(&self, place: &Place) -> impl Iterator<Item = u64> {
-        let most = match place.precision {
-            _ if place.is_reference() => self.compared.max(1000) as u64,
-            Precision::F64 => 10_000_000,
-            Precision::F32 => u64::MAX,
-        };
-        self.sizes.iter().copied().filter(move |n| *n <= most)
-    }
-
     /// All steps of a run on `places`, of which the last is the reference.
     pub fn steps(&self, places: &[Place]) -> Vec<Step> {
         let mut steps = Vec::new();
-        let mut add = |place: usize, what: What| steps.push(Step { place, what });
-        for (i, &c) in self.configurations.iter().enumerate() {
-            add(places.len() - 1, What::Point(c, Solved::Reference, None));
+        for (i, configuration) in self.configurations.iter().enumerate() {
+            let mut add = |place: usize, solved: Solved, tolerance: Option<f64>| {
+                steps.push(Step { place, configuration: configuration.clone(), solved, tolerance });
+            };
+            add(places.len() - 1, Solved::Reference, None);
             for (place, p) in places.iter().enumerate().filter(|(_, p)| !p.is_reference()) {
                 let tolerances = self.tolerances(p.precision).into_iter();
-                tolerances.for_each(|t| add(place, What::Point(c, Solved::Ladder, Some(t))));
+                tolerances.for_each(|t| add(place, Solved::Ladder, Some(t)));
                 let least = smallest_tolerance(p.precision);
-                let nodes = self.nodes(p).into_iter();
-                nodes.for_each(|n| add(place, What::Point(c, Solved::Nodes(n), Some(least))));
+                self.nodes(p).into_iter().for_each(|n| add(place, Solved::Nodes(n), Some(least)));
                 if i == 0 {
                     // The same taps by the linear theory: what leaving the rod out costs.
-                    add(place, What::Point(c, Solved::Linear, None));
+                    add(place, Solved::Linear, None);
                 }
-            }
-        }
-        for (place, _) in places.iter().enumerate().filter(|(_, p)| p.adapter.is_none()) {
-            self.threads.iter().for_each(|n| add(place, What::Threads(*n)));
-        }
-        for (place, p) in places.iter().enumerate() {
-            for shape in [Shape::Independent, Shape::Gridded] {
-                self.sizes(p).for_each(|taps| add(place, What::Sweep(shape, taps)));
             }
         }
         steps
@@ -274,16 +217,12 @@ impl Settings {
     /// Taps solved and seconds spent on `steps`, repeats included, to the order of magnitude.
     pub fn cost(&self, steps: &[Step], places: &[Place]) -> (u64, f64) {
         let cost = |step: &Step| {
-            let place = &places[step.place];
-            let taps = match step.what {
-                What::Point(_, Solved::Reference, _) => self.compared,
-                What::Point(..) => self.timed * (self.repeats + 1),
-                What::Threads(_) if place.is_reference() => self.compared.min(1000) * (self.repeats + 1),
-                What::Threads(_) => self.timed * (self.repeats + 1),
-                What::Sweep(_, taps) => taps as usize,
+            let backend = places[step.place].backend();
+            let taps = match step.solved {
+                Solved::Reference => self.compared,
+                _ => self.timed * (self.repeats + 1),
             };
             // Of mixed work.
-            let backend = place.backend();
             let rate = match (backend.name, backend.precision) {
                 ("gpu", _) if !backend.software => 2e7,
                 ("reference", _) => 1e4 * backend.threads as f64,
@@ -305,8 +244,6 @@ impl Settings {
             "taps_timed": self.timed,
             "repeats": self.repeats,
             "tolerance": self.tolerance,
-            "sizes": self.sizes,
-            "threads": self.threads,
         })
     }
 
@@ -328,82 +265,54 @@ pub fn name(places: &[Place], place: usize) -> String {
     }
 }
 
-/// Every table and its columns.
-pub const COLUMNS: [(&str, &str); 3] = [
-    (
-        "work_precision.csv",
-        "configuration backend precision adapter kernel nodes tolerance taps failed ns_per_tap \
-         ns_per_tap_median kernel_ns_per_tap sweeps_mean strain_error_median strain_error_p99 \
-         strain_error_max spread",
-    ),
-    (
-        "scaling.csv",
-        "shape backend precision adapter taps solved interpolated failed seconds seconds_median \
-         taps_per_second ns_per_tap spread",
-    ),
-    ("threads.csv", "backend precision adapter threads ns_per_tap ns_per_tap_median speedup spread"),
-];
+/// The table.
+const TABLE: &str = "work_precision.csv";
 
-/// The number of its table, and the row.
-fn row(m: &Measured, places: &[Place]) -> (usize, Vec<Field>) {
-    let backend = places[m.step.place].backend();
-    let (times, count) = (m.times, Field::Count);
-    let mut row = vec![
+/// Its columns.
+pub const COLUMNS: &str = "configuration backend precision adapter kernel nodes tolerance taps failed ns_per_tap \
+     ns_per_tap_median kernel_ns_per_tap sweeps_mean strain_error_median strain_error_p99 \
+     strain_error_max spread";
+
+fn row(m: &Measured, places: &[Place]) -> Vec<Field> {
+    let Step { place, configuration, solved, tolerance } = &m.step;
+    let backend = places[*place].backend();
+    let nodes = if let Solved::Nodes(n) = solved { Field::Count(*n as u64) } else { None.into() };
+    let error = |f: fn(&Figures) -> f64| Field::from(m.errors.as_ref().map(f));
+    vec![
+        Field::Word(configuration.name),
         Field::Word(backend.name),
         Field::Word(backend.precision),
         Field::Text(backend.adapter.clone().unwrap_or_default()),
-    ];
-    let (table, first, rest) = match m.step.what {
-        What::Point(c, solved, tolerance) => {
-            let nodes = if let Solved::Nodes(n) = solved { count(n as u64) } else { None.into() };
-            let error = |f: fn(&Figures) -> f64| Field::from(m.errors.as_ref().map(f));
-            let rest = vec![
-                Field::Word(solved.name()),
-                nodes,
-                tolerance.into(),
-                count(m.taps),
-                count(m.failed),
-                Field::Number(times.best),
-                Field::Number(times.median),
-                m.kernel.into(),
-                m.sweeps.into(),
-                error(|e| e.median),
-                error(|e| e.p99),
-                error(|e| e.worst),
-            ];
-            (0, Some(c.name), rest)
-        }
-        What::Sweep(shape, _) => {
-            let [solved, interpolated] = m.solved;
-            let rate = m.taps as f64 / times.best;
-            let numbers = [times.best, times.median, rate, 1e9 / rate].map(Field::Number);
-            let counts = [m.taps, solved, interpolated, m.failed].map(count);
-            (1, Some(shape.name()), counts.into_iter().chain(numbers).collect())
-        }
-        What::Threads(n) => {
-            let numbers = [times.best, times.median, m.speedup].map(Field::Number);
-            (2, None, [count(n as u64)].into_iter().chain(numbers).collect())
-        }
-    };
-    row.splice(0..0, first.map(Field::Word));
-    row.extend(rest);
-    row.push(times.spread.into());
-    (table, row)
+        Field::Word(solved.name()),
+        nodes,
+        (*tolerance).into(),
+        Field::Count(m.taps),
+        Field::Count(m.failed),
+        Field::Number(m.times.best),
+        Field::Number(m.times.median),
+        m.kernel.into(),
+        m.sweeps.into(),
+        error(|e| e.median),
+        error(|e| e.p99),
+        error(|e| e.worst),
+        m.times.spread.into(),
+    ]
 }
 
-/// Text of every table, by file name.
+/// The row of a measurement as JSON, by the names of the columns.
+pub fn point(m: &Measured, places: &[Place]) -> Value {
+    COLUMNS.split(' ').map(str::to_owned).zip(row(m, places).into_iter().map(Value::from)).collect()
+}
+
+/// Text of the table.
 ///
 /// # Errors
-/// None in practice: tables are made in memory.
-pub fn tables(measured: &[Measured], places: &[Place]) -> Result<Vec<(&'static str, String)>, Error> {
-    let mut rows: Vec<_> = measured.iter().map(|m| row(m, places)).collect();
-    let table = |(k, (file, columns)): (usize, (&'static str, &str))| {
-        let mut text = Text::default();
-        text.header(&columns.split(' ').collect::<Vec<_>>())?;
-        rows.iter_mut().filter(|(table, _)| *table == k).try_for_each(|(_, row)| text.row(row))?;
-        Ok((file, String::from_utf8(text.into_bytes()).map_err(|e| Error::Run(e.to_string()))?))
-    };
-    COLUMNS.into_iter().enumerate().map(table).collect()
+/// None in practice: it is made in memory.
+pub fn table(measured: &[Measured], places: &[Place]) -> Result<Vec<u8>, Error> {
+    let mut text = Text::default();
+    text.header(&COLUMNS.split(' ').collect::<Vec<_>>())?;
+    measured.iter().try_for_each(|m| text.row(&mut row(m, places)))?;
+    Ok(text.into_bytes())
 }
 
 /// The folder for what is measured.
@@ -413,13 +322,12 @@ pub fn tables(measured: &[Measured], places: &[Place]) -> Result<Vec<(&'static s
 pub fn open(settings: &Settings, places: &[Place], out: &Path, force: bool) -> Result<Folder, Error> {
     let question = Question::new("bench", "bench", json!({ "settings": hash(&settings.text(places)) }));
     // A figure without points is left out.
-    let figures = ["work_precision", "configurations", "scaling", "threads"].into_iter();
-    let figures = figures.flat_map(|name| [format!("{name}.svg"), format!("{name}.png")]);
-    let files: Vec<String> = COLUMNS.iter().map(|(file, _)| (*file).to_owned()).chain(figures).collect();
-    Folder::open(out, question, &files.iter().map(String::as_str).collect::<Vec<_>>(), force)
+    let files =
+        [TABLE, "work_precision.svg", "work_precision.png", "configurations.svg", "configurations.png"];
+    Folder::open(out, question, &files, force)
 }
 
-/// Writes tables, figures and `run.json`; of a run that was `stopped` after so many of its steps no figures, which would take their time.
+/// Writes table, figures and `run.json`; of a run that was `stopped` after so many of its steps no figures, which would take their time.
 ///
 /// # Errors
 /// A file that fails.
@@ -429,12 +337,10 @@ pub fn write(
     measured: &[Measured],
     (start, stopped): (Instant, Option<[usize; 2]>),
 ) -> Result<Written, Error> {
-    let texts = tables(measured, places)?;
-    for (name, text) in &texts {
-        folder.put(name, text.as_bytes())?;
-    }
+    let table = table(measured, places)?;
+    folder.put(TABLE, &table)?;
     if stopped.is_none() {
-        for figure in report::of_bench(&texts)? {
+        for figure in report::of_bench(&table)? {
             for (name, bytes) in figure::files(&figure, &Style::default(), &[Format::Svg, Format::Png])? {
                 folder.put(&name, &bytes)?;
             }
@@ -461,14 +367,10 @@ pub fn write(
 
 /// How much was measured.
 pub fn counts(measured: &[Measured]) -> Value {
-    let points = || measured.iter().filter(|m| matches!(m.step.what, What::Point(..)));
-    let number = |of: fn(&What) -> bool| measured.iter().filter(|m| of(&m.step.what)).count();
     json!({
-        "points": points().count(),
-        "taps": points().map(|m| m.taps).sum::<u64>(),
-        "failed": points().map(|m| m.failed).sum::<u64>(),
-        "scaling": number(|what| matches!(what, What::Sweep(..))),
-        "threads": number(|what| matches!(what, What::Threads(_))),
+        "points": measured.len(),
+        "taps": measured.iter().map(|m| m.taps).sum::<u64>(),
+        "failed": measured.iter().map(|m| m.failed).sum::<u64>(),
     })
 }
 

@@ -145,13 +145,3 @@ fn explained(asked: &SweepRequest, context: &Context<'_>) -> Result<Reply, Error
     let options = context.begun(&asked.common, &mut spec)?;
     explain::run(&spec, &options, &asked.leave_off)
 }
-
-#[cfg(test)]
-mod tests {
-    use clap::CommandFactory;
-
-    #[test]
-    fn the_command_line_is_consistent() {
-        super::Args::command().debug_assert();
-    }
-}

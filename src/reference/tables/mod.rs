@@ -4,7 +4,7 @@ mod judged;
 mod object;
 mod traced;
 
-use judged::{SCALING, THREADS, VERIFY, WORK};
+use judged::{VERIFY, WORK};
 use object::{ALONG, NEXT, PLAN, PLAN_ERRORS, RAW, READINGS, TOGETHER};
 use traced::{ARRAY, CURVE, POINTS, STROKES};
 use traced::{CONTACTS, SHAPE};
@@ -87,8 +87,6 @@ pub const OTHERS: &[Table] = &[
     CONTACTS,
     VERIFY,
     WORK,
-    SCALING,
-    THREADS,
 ];
 
 const HISTORY: Table = table(

@@ -1,4 +1,4 @@
-//! Figures of a benchmark: time against error, whole sweeps, threads.
+//! Figures of a benchmark: time against error.
 
 mod places;
 
@@ -24,35 +24,19 @@ const SLOWEST: f64 = 1e8;
 /// Tables that are damaged.
 pub fn content(source: &Source) -> Result<Content, Error> {
     let mut c = Content::default();
-    figures(&|name| source.maybe(name))?.into_iter().for_each(|f| c.figure(f));
-    c.first_rows(source, &["work_precision.csv", "scaling.csv", "threads.csv", "peers.csv"])?;
-    if c.tables.is_empty() {
-        source.table("work_precision.csv")?;
-    }
-    c.answer = match source.maybe("work_precision.csv")? {
-        Some(work) => answer::of_bench(&work)?,
-        None => "Whole sweeps and threads were timed, no single taps.".to_owned(),
-    };
+    let work = source.table("work_precision.csv")?;
+    figures(&work, source.maybe("peers.csv")?.as_ref())?.into_iter().for_each(|f| c.figure(f));
+    c.first_rows(source, &["work_precision.csv", "peers.csv"])?;
+    c.answer = answer::of_bench(&work)?;
     Ok(c)
 }
 
-/// Figures of the tables that `read` finds.
+/// Figures of the table `work`, with other programs that were measured on the same taps.
 ///
 /// # Errors
 /// Tables that are damaged.
-pub fn figures(read: &dyn Fn(&str) -> Result<Option<Table>, Error>) -> Result<Vec<Figure>, Error> {
-    let mut all = Vec::new();
-    if let Some(work) = read("work_precision.csv")? {
-        let peers = read("peers.csv")?;
-        all.push(precision(&work, peers.as_ref())?);
-        all.push(configurations(&work)?);
-    }
-    if let Some(table) = read("scaling.csv")? {
-        all.push(scaling(&table)?);
-    }
-    if let Some(table) = read("threads.csv")? {
-        all.push(threads(&table)?);
-    }
+pub fn figures(work: &Table, peers: Option<&Table>) -> Result<Vec<Figure>, InputError> {
+    let mut all = vec![precision(work, peers)?, configurations(work)?];
     all.retain(|f| !f.is_empty());
     Ok(all)
 }
@@ -176,42 +160,6 @@ fn configurations(work: &Table) -> Result<Figure, InputError> {
     share(&mut panels);
     let caption = "Time of a tap against the strain error that 99 of 100 taps keep, of every configuration over tolerances; a line joins the points that no other beats (work_precision.csv).";
     Ok(Figure::new("configurations", "Every configuration", caption, panels))
-}
-
-fn scaling(table: &Table) -> Result<Figure, InputError> {
-    let places = Places::of(table);
-    let (taps, seconds) = (table.numbers("taps")?, table.numbers("seconds")?);
-    let panels = [("independent", "independent taps"), ("gridded", "a grid with 100 tap angles")].map(
-        |(shape, title)| {
-            let mut panel =
-                Panel::new(title, Axis::log("taps of the sweep", ""), Axis::log("whole sweep", "s"));
-            for (i, (name, _)) in places.0.iter().enumerate() {
-                let rows = places.rows(table, i, |r| table.word("shape", r) == shape);
-                let points = rows.into_iter().map(|r| (taps[r], seconds[r]));
-                panel = panel.with(Mark::series(i, name.clone(), points));
-            }
-            panel
-        },
-    );
-    let caption = "Seconds of whole sweeps, reduced to the 100 best designs (scaling.csv).";
-    Ok(Figure::new("scaling", "Cost of whole sweeps", caption, panels.into()))
-}
-
-fn threads(table: &Table) -> Result<Figure, InputError> {
-    let places = Places::of(table);
-    let (n, time) = (table.numbers("threads")?, table.numbers("ns_per_tap")?);
-    let mut panel = Panel::new("", Axis::new("CPU threads", "").whole(), Axis::log(TIME.0, TIME.1));
-    for (i, (name, _)) in places.0.iter().enumerate() {
-        let points: Vec<(f64, f64)> =
-            places.rows(table, i, |_| true).into_iter().map(|r| (n[r], time[r])).collect();
-        if let Some(&(_, alone)) = points.iter().find(|p| p.0 == 1.0) {
-            let ideal = points.iter().map(|(n, _)| (*n, alone / n));
-            panel =
-                panel.with(Mark::line(Path::new("ideal: time of one thread, shared", series(i).0, ideal), 1));
-        }
-        panel = panel.with(Mark::series(i, name.clone(), points));
-    }
-    Ok(Figure::new("threads", "Threads", "The same taps on more threads (threads.csv).", vec![panel]))
 }
 
 #[cfg(test)]

@@ -1,17 +1,9 @@
 //! Rows of taps whose numbers were probably meant in another unit: those of a tuple file, or given one by one.
 
-use rayon::prelude::*;
-
 use super::{Beside, Doubt, angle, length, shown};
 use crate::design::MOST;
 use crate::error::InputError;
 use crate::scene::{Column, Drive, Tuple};
-
-/// Rows from which on several threads look for doubts.
-const MANY: usize = 1 << 13;
-
-/// Rows that are looked at together.
-const TOGETHER: usize = 64;
 
 /// Least and largest value of each column, numbers alone.
 pub type Ends = [[f64; 2]; 9];
@@ -26,35 +18,18 @@ pub fn widened([least, most]: [f64; 2], v: f64) -> [f64; 2] {
 }
 
 /// The warnings about `n` taps that are given one by one, `tap(i)` being tap i, all of them within `ends` where these are known; `key` names a column.
-/// Of many, all threads look.
 pub fn of_taps(
     drive: Drive,
     n: usize,
     ends: Option<Ends>,
-    tap: impl Fn(usize) -> Tuple + Sync,
+    tap: impl Fn(usize) -> Tuple,
     key: impl Fn(Column) -> String,
 ) -> Vec<String> {
-    let say = |column, value, words: String, _| InputError::new(words).key(key(column)).value(shown(value));
-    if let Some(ends) = ends {
-        let mut rows = DoubtfulRows::new(drive);
-        if rows.are_sure(n, &ends) {
-            return rows.said(say);
-        }
+    let mut rows = DoubtfulRows::new(drive);
+    if !ends.is_some_and(|ends| rows.are_sure(n, &ends)) {
+        (0..n).for_each(|i| rows.take(&tap(i), i));
     }
-    let take = |mut rows: DoubtfulRows, k: usize| {
-        let those = k * TOGETHER..n.min((k + 1) * TOGETHER);
-        rows.take_all(those, &tap);
-        rows
-    };
-    let parts = n.div_ceil(TOGETHER);
-    let rows = match n {
-        ..MANY => (0..parts).fold(DoubtfulRows::new(drive), take),
-        _ => (0..parts)
-            .into_par_iter()
-            .fold(|| DoubtfulRows::new(drive), take)
-            .reduce(|| DoubtfulRows::new(drive), DoubtfulRows::joined),
-    };
-    rows.said(say)
+    rows.said(|column, value, words, _| InputError::new(words).key(key(column)).value(shown(value)))
 }
 
 /// What is doubtful in rows of taps: the first of it is told, and how many rows are like it.
@@ -71,17 +46,6 @@ pub(in crate::spec) struct DoubtfulRows {
 impl DoubtfulRows {
     pub fn new(drive: Drive) -> Self {
         Self { drive, rows: 0, doubted: 0, first: None, largest: f64::NEG_INFINITY }
-    }
-
-    /// The next `rows`: one after the other where what is farthest apart in them is doubtful.
-    fn take_all(&mut self, rows: std::ops::Range<usize>, tap: impl Fn(usize) -> Tuple) {
-        let mut ends = [NO_ENDS; 9];
-        for i in rows.clone() {
-            ends.iter_mut().zip(tap(i).to_array()).for_each(|(ends, v)| *ends = widened(*ends, v));
-        }
-        if !self.are_sure(rows.len(), &ends) {
-            rows.for_each(|i| self.take(&tap(i), i));
-        }
     }
 
     /// Whether nothing is doubtful in the next `count` rows, whose columns lie between `ends`: then they are counted.
@@ -125,17 +89,6 @@ impl DoubtfulRows {
         if let Some(first) = self.lengths().iter().find_map(slip) {
             self.doubted += 1;
             self.first.get_or_insert(first);
-        }
-    }
-
-    /// These rows and `later` ones.
-    fn joined(self, later: Self) -> Self {
-        Self {
-            drive: self.drive,
-            rows: self.rows + later.rows,
-            doubted: self.doubted + later.doubted,
-            first: self.first.or(later.first),
-            largest: self.largest.max(later.largest),
         }
     }
 

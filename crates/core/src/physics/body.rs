@@ -167,11 +167,6 @@ impl<T: Real> Body<T> {
         self.inner.as_ref().map_or(T::of(0.0), |inner| inner.modulus)
     }
 
-    /// Whether something is inside.
-    pub fn is_composite(&self) -> bool {
-        self.inner.is_some()
-    }
-
     /// Places where the whisker is not smooth, rising, mm.
     pub fn knots(&self) -> &[T] {
         &self.knots

@@ -236,11 +236,4 @@ mod tests {
         assert!(Channels::of(&[Signal::Moment, Signal::Force], Some(vec![1.0, 2.0, 2.0, 1.0])).is_none());
         assert!(Channels::of(&[Signal::Moment, Signal::Force], Some(vec![1.0, 1.0, 1.0, 1.0])).is_none());
     }
-
-    #[test]
-    fn a_channel_that_reads_no_strain_needs_none() {
-        let channels = Channels::of(&[Signal::Force, Signal::Moment], None).unwrap();
-        assert_eq!(channels.read([3.0, 1.0, 2.0], f64::NAN)[..3], [2.0, 3.0, 0.0]);
-        assert_eq!([channels.names[0][0], channels.names[1][0]], ["signal_force", "signal_moment"]);
-    }
 }

@@ -241,25 +241,6 @@ mod tests {
     }
 
     #[test]
-    fn a_drive_sampled_with_a_design_belongs_to_it() {
-        let zipped =
-            vec![(Column::BaseDiameter, sampled(8.0, 12.0, 0)), (Column::Drive, sampled(1.0, 2.0, 1))];
-        let l = Layout::new(&[
-            Factor { axes: zipped, len: 5, properties: vec![] },
-            alone(Column::TipDiameter, &[2.0, 4.0]),
-            alone(Column::Length, &[50.0]),
-            alone(Column::GaugePosition, &[5.0]),
-            alone(Column::GridLength, &[2.0]),
-            alone(Column::Distance, &[20.0, 30.0]),
-        ]);
-        assert_eq!((l.n_designs, l.n_distances, l.n_drives), (10, 2, 1));
-        let (first, second) = (l.tuple(0), l.tuple(2));
-        assert_eq!((first.D, first.drive), (second.D, second.drive));
-        assert_eq!((first.d, second.d), (2.0, 4.0));
-        assert_ne!(l.tuple(4).drive, first.drive);
-    }
-
-    #[test]
     fn a_direction_sampled_with_the_drive_is_a_stroke() {
         let zipped = vec![(Column::Tilt, sampled(-20.0, 20.0, 0)), (Column::Drive, sampled(1.0, 2.0, 1))];
         let l = Layout::new(&[

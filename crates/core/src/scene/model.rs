@@ -134,46 +134,22 @@ impl Model {
 pub const TERMS: [Term; 7] = [
     Term {
         linear: true,
-        ..flag(
-            ("shear", "shear", "shear deformation (Timoshenko)"),
-            |m| Amount::Flag(m.shear),
-            |m, to| m.shear = to.is_on(),
-        )
+        ..flag(["shear", "shear"], |m| Amount::Flag(m.shear), |m, to| m.shear = to.is_on())
     },
-    flag(
-        ("extension", "extension", "stretch of the axis"),
-        |m| Amount::Flag(m.extension),
-        |m, to| m.extension = to.is_on(),
-    ),
-    flag(
-        ("surface", "surface", "contact on the whisker's surface, not on its axis"),
-        |m| Amount::Flag(m.surface),
-        |m, to| m.surface = to.is_on(),
-    ),
+    flag(["extension", "extension"], |m| Amount::Flag(m.extension), |m, to| m.extension = to.is_on()),
+    flag(["surface", "surface"], |m| Amount::Flag(m.surface), |m, to| m.surface = to.is_on()),
     Term {
-        unit: "mm",
-        example: "3.0",
-        allowed: ("≥ 0 mm", |v| v >= 0.0),
         trial: Amount::Number(2.0),
         ..flag(
-            ("pole_radius", "pole radius", "radius of the object"),
+            ["pole_radius", "pole radius"],
             |m| Amount::Number(m.pole_radius),
             |m, to| m.pole_radius = if let Amount::Number(radius) = to { radius } else { 0.0 },
         )
     },
     Term {
-        words: &["rigid", "bonded", "glued", "socket"],
-        example: "\"bonded\"",
-        allowed: ("\"rigid\", \"bonded\", \"glued\", \"socket\", or -1 … 0.2 (base diameters)", |v| {
-            (-1.0..=0.2).contains(&v)
-        }),
         trial: Amount::Word("bonded"),
         ..flag(
-            (
-                "clamp",
-                "clamp",
-                "how the base is held: where the rod begins, in base diameters from the face of the clamp",
-            ),
+            ["clamp", "clamp"],
             |m| m.clamp.amount(),
             |m, to| {
                 let named = |word| Clamp::WORDS.iter().find(|(name, _)| *name == word);
@@ -190,24 +166,17 @@ pub const TERMS: [Term; 7] = [
         upright: Some("a skin that gives way has been computed for an upright edge and one gauge only"),
         needs: Some(("pole_radius", "an edge (pole_radius = 0) sinks into the skin without bound")),
         ..flag(
-            ("indentation", "indentation", "the skin gives way under the contact (Hertz)"),
+            ["indentation", "indentation"],
             |m| Amount::Flag(m.indentation),
             |m, to| m.indentation = to.is_on(),
         )
     },
     Term {
-        words: &["rigid", "distorting"],
-        example: "\"distorting\"",
-        allowed: ("\"rigid\" or \"distorting\"", |_| false),
         trial: Amount::Word("distorting"),
         frictionless: Some("strains next to a clamp have been computed without friction only"),
         upright: Some("sections that distort have been computed for an upright edge and one gauge only"),
         ..flag(
-            (
-                "section",
-                "distorting sections",
-                "the strain of the skin next to the clamp, and the difference of the sides",
-            ),
+            ["section", "distorting sections"],
             |m| Amount::Word(if m.distorting { "distorting" } else { "rigid" }),
             |m, to| m.distorting = to.is_on(),
         )

@@ -2,15 +2,15 @@
 
 use super::built::{Built, Inner, Profile};
 use super::model::Contact;
-use super::{Material, Setup};
+use super::{Interval, Material, Setup};
 use crate::design::MOST;
 
 /// How many properties there are.
 pub const PROPERTIES: usize = 17;
 
-/// The properties in row order: name, column, section, key, unit, what it is, and the values that it may have, in words and as a check.
+/// The properties in row order: name, column, section, key, unit, what it is, and the values that it may have, in words and as an interval.
 macro_rules! properties {
-    ($($(#[$doc:meta])* $name:ident: $about:expr, $allowed:expr, $holds:expr;)+) => {
+    ($($(#[$doc:meta])* $name:ident: $about:expr, $allowed:expr, $ends:expr, $open:expr;)+) => {
         /// A property, in row order: after l, before a.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub enum Property {
@@ -23,7 +23,7 @@ macro_rules! properties {
         }
 
         /// All, in the order of [`Property::ALL`].
-        const DESCRIPTIONS: [Description; PROPERTIES] = [$(description($about, ($allowed, $holds))),+];
+        const DESCRIPTIONS: [Description; PROPERTIES] = [$(description($about, ($allowed, Interval::new($ends, $open)))),+];
     };
 }
 
@@ -40,75 +40,77 @@ pub struct Description {
     pub unit: &'static str,
     /// What it is, in a few words.
     pub what: &'static str,
-    /// Values that it may have, in words and as a check.
-    pub allowed: (&'static str, fn(f64) -> bool),
+    /// Values that it may have, in words.
+    pub allowed: &'static str,
+    /// Values that it may have.
+    pub range: Interval,
 }
 
 const fn description(
     [column, section, key, unit, what]: [&'static str; 5],
-    allowed: (&'static str, fn(f64) -> bool),
+    (allowed, range): (&'static str, Interval),
 ) -> Description {
-    Description { column, section, key, unit, what, allowed }
+    Description { column, section, key, unit, what, allowed, range }
 }
 
 properties! {
     /// n of the diameter's power law.
     Exponent: ["exponent", "whisker", "exponent", "", "n of D(s) = d + (D − d)(1 − s/L_a)ⁿ"],
-        "0.25 … 4 (1: the cone)", |v| (0.25..=4.0).contains(&v);
+        "0.25 … 4 (1: the cone)", [0.25, 4.0], [false; 2];
     /// Factor of a profile's diameters.
     Scale: ["scale", "whisker", "scale", "", "factor of the profile's diameters"],
-        "0 < scale ≤ 1000", |v| v > 0.0 && v <= 1e3;
+        "0 < scale ≤ 1000", [0.0, 1e3], [true, false];
     /// Diameter of a bore; 0: none.
     Bore: ["bore_mm", "whisker", "bore", "mm", "diameter of the bore"],
-        "≥ 0 mm (0: none)", |v| v >= 0.0;
+        "≥ 0 mm (0: none)", [0.0, MOST], [false; 2];
     /// Diameter of a core; 0: none.
     Core: ["core_mm", "whisker", "core.diameter", "mm", "diameter of the core"],
-        "≥ 0 mm (0: none)", |v| v >= 0.0;
+        "≥ 0 mm (0: none)", [0.0, MOST], [false; 2];
     /// Modulus of a core.
     CoreModulus: ["E_core_MPa", "whisker", "core.modulus", "MPa", "modulus of the core"],
-        "0 < modulus < 10000000 MPa (nitinol 60000, steel 200000)", |v| v > 0.0 && v < 1e7;
+        "0 < modulus < 10000000 MPa (nitinol 60000, steel 200000)", [0.0, 1e7], [true; 2];
     /// κ_base.
     Curvature: ["kappa_base_per_mm", "whisker", "curvature", "1/mm", "curvature at rest κ_base"],
-        "-1 … 1 per mm", |v| v.abs() <= 1.0;
+        "-1 … 1 per mm", [-1.0, 1.0], [false; 2];
     /// κ_slope.
     CurvatureSlope: ["kappa_slope_per_mm2", "whisker", "curvature_slope", "1/mm²",
         "its growth along the whisker κ_slope"],
-        "-1 … 1 per mm²", |v| v.abs() <= 1.0;
+        "-1 … 1 per mm²", [-1.0, 1.0], [false; 2];
     /// Stiffness of the root against turning.
     Turn: ["k_theta_Nmm_per_rad", "whisker", "root.k_theta", "N mm/rad",
         "stiffness of the root against turning"],
-        "> 0 N mm/rad", |v| v > 0.0;
+        "> 0 N mm/rad", [0.0, MOST], [true, false];
     /// Stiffness of the root across the whisker.
     Across: ["k_y_N_per_mm", "whisker", "root.k_y", "N/mm", "stiffness of the root across the whisker"],
-        "> 0 N/mm", |v| v > 0.0;
+        "> 0 N/mm", [0.0, MOST], [true, false];
     /// Stiffness of the root along the whisker.
     Along: ["k_x_N_per_mm", "whisker", "root.k_x", "N/mm", "stiffness of the root along the whisker"],
-        "> 0 N/mm", |v| v > 0.0;
+        "> 0 N/mm", [0.0, MOST], [true, false];
     /// r₀.
     Hub: ["hub_mm", "whisker", "hub", "mm", "distance of the motor's axis behind the clamp r₀"],
-        "≥ 0 mm", |v| v >= 0.0;
+        "≥ 0 mm", [0.0, MOST], [false; 2];
     /// E, of a hooke or neo-hookean material.
     Modulus: ["E_MPa", "model", "material", "MPa", "E of a hooke material, E₀ of a neo-hookean one"],
-        "> 0 MPa", |v| v > 0.0;
+        "> 0 MPa", [0.0, MOST], [true, false];
     /// ν.
     Nu: ["nu", "model", "nu", "", "Poisson's ratio ν"],
-        "0 … 0.5", |v| (0.0..=0.5).contains(&v);
+        "0 … 0.5", [0.0, 0.5], [false; 2];
     /// ρ.
     PoleRadius: ["pole_radius_mm", "model", "pole_radius", "mm", "radius of the object ρ"],
-        "≥ 0 mm", |v| v >= 0.0;
+        "≥ 0 mm", [0.0, MOST], [false; 2];
     /// μ.
     Friction: ["mu", "model", "contact.coulomb", "", "coefficient of friction μ"],
-        "≥ 0", |v| v >= 0.0;
+        "≥ 0", [0.0, MOST], [false; 2];
     /// Modulus times thickness of a foil.
     Foil: ["foil_N_per_mm", "gauge", "foil.stiffness", "N/mm",
         "stiffness of the foil, modulus times thickness"],
         "0 < stiffness < 50000 N/mm (modulus times thickness: 3000 MPa of 0.033 mm are 100 N/mm)",
-        |v| v > 0.0 && v < 5e4;
+        [0.0, 5e4], [true; 2];
     /// Standard deviation of one reading.
     Noise: ["noise", "gauge", "noise_strain", "",
         "standard deviation of one reading: strain, or N mm or N of a moment or a force"],
         "≥ 0 and < 0.5 (strain, one standard deviation; 15 microstrain are 15e-6; 0: none)",
-        |v| (0.0..0.5).contains(&v) && (v == 0.0 || v * v >= f64::MIN_POSITIVE);
+        [0.0, 0.5], [false, true];
 }
 
 impl Property {

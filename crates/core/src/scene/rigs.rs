@@ -109,7 +109,7 @@ impl Rigs {
         for (property, value) in self.properties.iter().zip(self.values(rig)) {
             // The noise of a moment or a force has no upper end.
             let other = *property == Property::Noise && setup.signal != Signal::Strain && value >= 0.0;
-            if !(other || (property.about().allowed.1)(value)) {
+            if !(other || property.about().range.holds(value)) {
                 return None;
             }
             property.set(&mut setup, value);

@@ -43,16 +43,6 @@ pub struct Term {
     pub key: &'static str,
     /// Its name for people.
     pub name: &'static str,
-    /// Its unit; empty where it has none.
-    pub unit: &'static str,
-    /// What it is, in a few words.
-    pub what: &'static str,
-    /// A value, as TOML.
-    pub example: &'static str,
-    /// Words that it may have; none of a flag or a number.
-    pub words: &'static [&'static str],
-    /// Numbers that it may have, in words and as a check.
-    pub allowed: (&'static str, fn(f64) -> bool),
     /// The value with which it is compared where the spec has none.
     pub trial: Amount,
     /// Whether the linear theory has it.
@@ -82,21 +72,14 @@ impl Term {
 
 /// One that is on or off.
 pub(super) const fn flag(
-    (key, name, what): (&'static str, &'static str, &'static str),
+    [key, name]: [&'static str; 2],
     get: fn(&Model) -> Amount,
     set: fn(&mut Model, Amount),
 ) -> Term {
-    let (unit, example, trial) = ("", "true", Amount::Flag(true));
-    let allowed: (_, fn(f64) -> bool) = ("true or false", |_| false);
     Term {
         key,
         name,
-        unit,
-        what,
-        example,
-        words: &[],
-        allowed,
-        trial,
+        trial: Amount::Flag(true),
         linear: false,
         frictionless: None,
         upright: None,

@@ -168,16 +168,6 @@ impl Folder {
         self.words.clone()
     }
 
-    /// A folder for temporary files of this run; removed with the hidden folder.
-    ///
-    /// # Errors
-    /// A folder that cannot be made.
-    pub fn scratch(&self) -> Result<PathBuf, Error> {
-        let path = self.hidden.path().join(".scratch");
-        fs::create_dir(&path).map_err(|e| Error::io(&path, e))?;
-        Ok(path)
-    }
-
     /// The `run.json` of the older result of the same command that gives way, if there is one.
     pub fn older(&self) -> Option<&Value> {
         self.old.run.as_ref()

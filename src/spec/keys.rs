@@ -1,0 +1,167 @@
+//! What can stand in a spec, and in other files that users write as TOML: every section and key as `keys.toml` says it. Reader, schema and
+//! reference take from here what they know of a key.
+
+use std::sync::LazyLock;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::form::Form;
+use super::searched::{UNSURE, VARIED};
+use crate::scene::{Interval, Property};
+
+/// Unit, and range, of the ends of an axis.
+pub const THAT_OF_THE_KEY: &str = "that of the key";
+
+/// A key.
+#[derive(Debug, Clone, Default)]
+pub struct Key {
+    /// Its name.
+    pub name: &'static str,
+    /// What it may hold.
+    pub form: Form,
+    /// Its unit; empty where it has none.
+    pub unit: &'static str,
+    /// What it is, in a few words.
+    pub what: &'static str,
+    /// What may stand there, where the form does not say it well.
+    pub allowed: String,
+    /// The value in force where it is left out.
+    pub default: Option<&'static Spanned<DeValue<'static>>>,
+    /// What holds where it is left out, unless it has a default or is required.
+    pub absent: &'static str,
+    /// A value, as TOML; empty in an inline table, which has examples of its own.
+    pub example: &'static str,
+    /// What more there is to say; may be empty.
+    pub note: &'static str,
+}
+
+/// A section, an inline table of a key, or another file.
+#[derive(Debug)]
+pub struct Section {
+    /// `gauge`, or `optimise.limits` for the inline table that stands under `limits` in `[optimise]`.
+    pub name: &'static str,
+    /// What it says.
+    pub about: &'static str,
+    /// Its keys, in the order in which values in force are listed.
+    pub keys: Vec<Key>,
+    /// Whole inline tables; none of a section.
+    pub examples: Vec<&'static str>,
+}
+
+impl Key {
+    /// What may stand there.
+    pub fn allowed(&self) -> String {
+        match &*self.allowed {
+            "" if self.unit == THAT_OF_THE_KEY => THAT_OF_THE_KEY.to_owned(),
+            "" => self.form.words(self.name, self.unit),
+            words => words.to_owned(),
+        }
+    }
+
+    /// What holds where it is left out.
+    pub fn usual(&self) -> String {
+        match self.default {
+            Some(value) => format!("`{}`", super::schema::toml_text(value.get_ref())),
+            None if self.absent.is_empty() => "required".to_owned(),
+            None => self.absent.to_owned(),
+        }
+    }
+}
+
+impl Section {
+    /// Names of its keys.
+    pub fn names(&self) -> Vec<&'static str> {
+        self.keys.iter().map(|k| k.name).collect()
+    }
+
+    /// The key of this name.
+    pub fn key(&self, name: &str) -> Option<&Key> {
+        self.keys.iter().find(|k| k.name == name)
+    }
+}
+
+static TOML: LazyLock<DeTable<'static>> =
+    LazyLock::new(|| DeTable::parse(include_str!("keys.toml")).expect("keys.toml is TOML").into_inner());
+
+static ALL: LazyLock<Vec<Section>> =
+    LazyLock::new(|| TOML.iter().map(|(k, v)| described(k.get_ref(), v)).collect());
+
+/// The sections of a spec.
+pub fn sections() -> impl Iterator<Item = &'static Section> {
+    let others = ["", "axis", "files", "array", "strokes"];
+    ALL.iter().filter(move |s| !s.name.contains('.') && !others.contains(&s.name))
+}
+
+/// Inline tables of a spec, by the key that takes them. `axis` is taken by D, d, L_a, x_ss, l, a, theta and delta.
+pub fn inline() -> impl Iterator<Item = &'static Section> {
+    let of_spec = |s: &&Section| sections().any(|of| s.name.split_once('.').is_some_and(|n| n.0 == of.name));
+    ALL.iter().filter(move |s| s.name == "axis" || of_spec(s))
+}
+
+/// The section of this name, which is there; that of no name has the keys above all sections.
+pub fn section(name: &str) -> &'static Section {
+    ALL.iter().find(|s| s.name == name).unwrap_or_else(|| panic!("keys.toml has no section {name}"))
+}
+
+/// Unit of every key under its dotted name, `axis.from` for that of an axis; empty where it has none.
+pub fn units() -> impl Iterator<Item = (String, &'static str)> {
+    let of = |section: &'static Section| {
+        let name = if section.name == "array.whisker" { "array" } else { section.name };
+        section.keys.iter().map(move |k| (format!("{name}.{}", k.name), k.unit))
+    };
+    ALL.iter().filter(|s| !s.name.is_empty()).flat_map(of)
+}
+
+/// The section `name`, of which `value` is the table.
+fn described(name: &'static str, value: &'static Spanned<DeValue<'static>>) -> Section {
+    let table = value.get_ref().as_table().expect("sections are tables");
+    let examples = table.get("examples").and_then(|all| all.get_ref().as_array()).into_iter().flatten();
+    let about = table.get("about").and_then(|about| about.get_ref().as_str());
+    let keys =
+        table.iter().filter_map(|(key, facts)| key_of(name, key.get_ref(), facts.get_ref().as_table()?));
+    let mut keys: Vec<Key> = keys.collect();
+    match name {
+        "optimise.variables" => keys.extend(VARIED.map(|property| {
+            let allowed = format!("[min, max] with min < max, {}", property.about().allowed);
+            of_property(property, Form::Ends(property.about().range), "fixed", allowed)
+        })),
+        "optimise.robust" => keys.extend(UNSURE.map(|property| {
+            let form = Form::Number(Interval::new([0.0, f64::INFINITY], [false; 2]));
+            of_property(property, form, "0", "a standard deviation ≥ 0, in the key's unit".to_owned())
+        })),
+        _ => {}
+    }
+    let examples = examples.filter_map(|one| one.get_ref().as_str()).collect();
+    Section { name, about: about.unwrap_or_default(), keys, examples }
+}
+
+/// A key of `section`.
+fn key_of(section: &str, name: &'static str, facts: &'static DeTable<'static>) -> Option<Key> {
+    let text = |fact: &str| facts.get(fact).and_then(|v| v.get_ref().as_str()).unwrap_or_default();
+    let full = format!("{section}.{name}");
+    let about = Property::ALL.into_iter().map(Property::about).find(|about| {
+        let own = format!("{}.{}", about.section, about.key);
+        full.strip_prefix(&own).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+    });
+    let bare = text("form").split(" | ").any(|kind| kind == "axis");
+    let own = about.filter(|_| bare).map_or("", |about| about.allowed);
+    Some(Key {
+        name,
+        form: Form::parse(text("form"), about.map(|about| about.range)),
+        unit: text("unit"),
+        what: text("what"),
+        allowed: if text("allowed").is_empty() { own } else { text("allowed") }.to_owned(),
+        default: facts.get("default"),
+        absent: text("absent"),
+        example: text("example"),
+        note: text("note"),
+    })
+}
+
+/// A property in a table of `[optimise]`.
+fn of_property(property: Property, form: Form, absent: &'static str, allowed: String) -> Key {
+    let about = property.about();
+    let name = property.name().trim_start_matches("root.");
+    Key { name, form, unit: about.unit, what: about.what, absent, allowed, ..Key::default() }
+}
