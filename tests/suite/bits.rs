@@ -104,6 +104,18 @@ fn a_built_tap_has_the_same_bits_whatever_is_beside_it() {
     }
 }
 
+/// Cones, of Hooke's rod, of rubber with every effect, and of friction.
+#[test]
+fn a_tap_of_a_cone_has_the_same_bits_whatever_is_beside_it() {
+    let all = "surface = true\nshear = true\nextension = true\n";
+    let coulomb = format!("{all}contact = {{ coulomb = 0.3 }}");
+    for model in ["", &format!("{all}material = {{ neo-hookean = 3.2 }}"), &coulomb] {
+        for place in [CPU, CPU_F64, GPU] {
+            every_way(("", model), &sizes(&[]), place, &[3]);
+        }
+    }
+}
+
 /// The same on a device.
 #[test]
 fn a_built_tap_has_the_same_bits_on_a_device_whatever_is_beside_it() {

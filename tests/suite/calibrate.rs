@@ -4,12 +4,14 @@ use crate::common;
 
 use std::collections::BTreeSet;
 
-use crate::common::measuring::{REAL, TAPS, calibrated, fresh, locator, once, prototype, score, table};
+use crate::common::measuring::{
+    REAL, TAPS, calibrated, fresh, locator, once, prototype, rewritten, score, table,
+};
 use crate::common::sweeping::{REFERENCE, number, sweep};
 use vibrissa::calibrate::{Options, Reason, calibrate};
 use vibrissa::locate::Parameter;
 use vibrissa::locate::estimator::{ALL, CURVE, EXACT, LEARNED, PAPER};
-use vibrissa::measure::Unit;
+use vibrissa::measure::{Row, Unit};
 use vibrissa::scene::Side;
 use vibrissa::simulate::Settings;
 
@@ -202,15 +204,12 @@ fn other_signals_and_other_drives() {
             table(&fresh, &Settings { seed: 9, unit: settings.unit, factor: settings.factor, ..noisy() });
         let locator = locator(&found, None);
         // Back to what the locator takes.
-        let unit = |l: &str| -> String {
-            let f: Vec<&str> = l.split(',').collect();
-            match f[2].parse::<f64>() {
-                Ok(x) => format!("{},{},{}", f[0], f[1], settings.unit.strain(x, 2.21)),
-                Err(_) if settings.unit == Unit::Reading => format!("{},{},reading", f[0], f[1]),
-                Err(_) => format!("{},{},strain", f[0], f[1]),
-            }
-        };
-        let taps = taps.lines().map(unit).collect::<Vec<_>>().join("\n");
+        let drive = taps.split(',').nth(1).unwrap();
+        let signal = if settings.unit == Unit::Reading { "reading" } else { "strain" };
+        let strain =
+            |row: &Row| if signal == "reading" { row.value } else { settings.unit.strain(row.value, 2.21) };
+        let taps =
+            rewritten(&taps, &format!("a_mm,{drive},{signal}"), |_, row| [row.a, row.drive, strain(row)]);
         let score = score(&locator, &taps, NOISE * factor);
         assert!(
             score.rms < 1.2 * score.limit && (0.62..0.74).contains(&score.coverage),
@@ -224,13 +223,7 @@ fn a_rig_that_never_recorded_its_angle() {
     let tap = "[tap]\na = { from = 21, to = 48, step = 3 }\ntheta = 4\n";
     let spec = prototype(10.0, &["noise_strain = 1e-5\n", tap, REAL]);
     let text = table(&spec, &noisy());
-    let blind: String = text
-        .lines()
-        .map(|l| {
-            let f: Vec<&str> = l.split(',').collect();
-            format!("{},{}\n", f[0], f[2])
-        })
-        .collect();
+    let blind = rewritten(&text, "a_mm,strain", |_, row| [row.a, row.value]);
     let found = once(&blind, &spec);
     let held: Vec<&str> = ALL.into_iter().filter(|e| found.sides[0].has(*e)).map(|e| e.name()).collect();
     assert_eq!(held, ["paper", "curve", "learned"]);

@@ -3,7 +3,7 @@
 use std::sync::LazyLock;
 
 use crate::common::measuring::{REAL, prototype};
-use crate::common::program::{Desk, Kept, Ran, says};
+use crate::common::program::{Desk, Kept, Ran};
 use crate::common::tap;
 use vibrissa::contour::truth::Pose;
 use vibrissa::measure::Rig;
@@ -21,13 +21,14 @@ const CIRCLE: &str =
     "[object]\nshape = \"circle\"\nx = 0\ny = 0\nradius = 10\n[around]\nstarts = 12\ndistance = 36\n";
 
 /// A desk with a calibration of the prototype, and its spec for strokes; made once.
-fn desk() -> Desk {
+pub fn desk() -> Desk {
     static MADE: LazyLock<Kept> = LazyLock::new(|| {
         let desk = Desk::new(&prototype(4.0, &[NOISE, TAPS, REAL]));
         desk.ok("simulate spec.toml --repeats 3 --out sim");
         desk.ok("calibrate sim/measurements.csv --whisker spec.toml --out c");
         desk.write("cal.toml", desk.read("c/calibration.toml"));
         desk.write("spec.toml", prototype(4.0, &[NOISE, SWEEP, REAL]));
+        desk.write("object.toml", CIRCLE);
         desk.keep()
     });
     MADE.desk()
@@ -176,32 +177,6 @@ fn a_stroke_that_began_late_says_so() {
 }
 
 #[test]
-fn bad_files_are_refused_with_file_line_and_column() {
-    let desk = desk();
-    let head = "base_x_mm,base_y_mm,heading_deg,theta_deg,strain\n";
-    let row = "0,0,90,4,0.02\n";
-    for (text, place, word) in [
-        (format!("base_y_mm,heading_deg,theta_deg,strain\n{row}"), "d.csv:1", "base_x_mm is missing"),
-        (format!("base_x_mm,base_y_mm,heading,theta_deg,strain\n{row}"), "d.csv:1", "is heading meant"),
-        ("base_x_mm,base_y_mm,heading_deg,theta_deg\n0,0,90,4\n".to_owned(), "d.csv:1", "strain"),
-        (format!("{head}0,zero,90,4,0.02\n"), "d.csv:2", "not a number"),
-        (format!("sense,{head}2,{row}"), "d.csv:2", "sense"),
-        (format!("stroke,{head}1,{row}1,5{}", &row[1..]), "d.csv:3", "one pose"),
-        (String::new(), "d.csv", "base_x_mm"),
-    ] {
-        desk.write("d.csv", &text);
-        desk.refuses("contour d.csv --calibration cal.toml --out out", &[place, word]);
-        assert!(!desk.path("out").exists(), "nothing half-written");
-    }
-    desk.write("d.csv", format!("{head}{row}"));
-    for (flag, value, word) in
-        [("--angle-noise", "-1", "standard deviation"), ("--truth", "none.toml", "no such object file")]
-    {
-        desk.refuses(format!("contour d.csv --calibration cal.toml {flag}={value}"), &[word]);
-    }
-}
-
-#[test]
 fn points_without_a_curve_are_still_points() {
     let desk = desk();
     let head = "base_x_mm,base_y_mm,heading_deg,theta_deg,strain,x_mm\n";
@@ -257,7 +232,7 @@ fn an_outlier_is_named() {
         .collect();
     rows[3] = wrong.join(",");
     desk.write("d.csv", rows.join("\n"));
-    let json = desk.ok("contour d.csv --calibration cal.toml --taps --out out --json").json();
+    let json = desk.json("contour d.csv --calibration cal.toml --taps --out out");
     assert_eq!(json["result"]["curve"]["kind"], "circle");
     assert_eq!(json["counts"]["outliers"], 1);
     let table = desk.table("out/points.csv");
@@ -275,10 +250,7 @@ fn an_array_answers_in_one_frame() {
         "r.csv",
         "whisker,theta_deg,strain,contact_deg\nleft,0,0.001,0\nright,0,0.002,0\nleft,4,0.021,0\nright,4,0.022,0\nright,4,0.022,90\n",
     );
-    let run = |more: &[&str]| {
-        desk.run(&[&["locate", "--array", "array.toml", "r.csv", "--out", "out"], more].concat())
-    };
-    run(&[]).exits(0);
+    desk.ok("locate --array array.toml r.csv --out out");
     let table = desk.table("out/located.csv");
     let n = |k: usize, key: &str| table.rows[k][key].parse::<f64>().unwrap();
     let lines: Vec<&str> = table.rows.iter().map(|r| r["line"].as_str()).collect();
@@ -298,46 +270,4 @@ fn an_array_answers_in_one_frame() {
     let at = ["x_mm", "y_mm"].map(|key| moved[key].parse::<f64>().unwrap());
     assert!(near(at[0], point[0] + 6.0) && near(at[1], point[1]), "{moved:?} {point:?}");
     desk.whole("out");
-    desk.write("r.csv", "whisker,theta_deg,strain\nleft,4,0.02\nrigth,4,0.02\n");
-    says(&run(&[]).exits(2).stderr, &["r.csv:3", "is right meant"]);
-    desk.write("r.csv", "theta_deg,strain\n4,0.02\n");
-    says(&run(&[]).exits(2).stderr, &["column whisker is missing"]);
-    desk.write("array.toml", array.replace("right", "left"));
-    says(&run(&[]).exits(2).stderr, &["two whiskers have this name"]);
-    desk.write("array.toml", array.replace("heading", "heding"));
-    says(&run(&[]).exits(2).stderr, &["array.toml:"]);
-}
-
-#[test]
-fn strokes_that_cannot_be_are_refused() {
-    let desk = desk();
-    desk.write("object.toml", CIRCLE);
-    let run = |more: &[&str]| {
-        desk.run(&[&["simulate", "spec.toml", "--object", "object.toml", "--out", "st"], more].concat())
-    };
-    says(&run(&["--drift", "1e-6"]).exits(2).stderr, &["labelled distances"]);
-    for (from, to, word) in [
-        ("radius = 10", "radius = -1", "radius"),
-        ("\"circle\"", "\"cube\"", "object.toml:2"),
-        ("x = 0", "x = nan", "finite number"),
-        ("x = 0", "x = \"0\"", "object.x"),
-        ("radius", "raduis", "did you mean radius"),
-        ("radius = 10", "", "radius is missing"),
-        ("[object]", "[[object]]", "a table"),
-        ("[around]", "[[around]]", "a table"),
-        ("[around]\nstarts = 12\ndistance = 36", "[start]\nx = 1", "a list of tables"),
-        ("[around]\nstarts = 12\ndistance = 36", "[[start]]\nx = 1\ny = 1\nheading = inf", "start.heading"),
-        ("[around]\nstarts = 12\ndistance = 36", "", "start is missing"),
-        ("starts = 12", "starts = 0", "starts"),
-        ("starts = 12", "starts = 1e9", "1000000"),
-        ("distance = 36", "distance = 90", "misses"),
-    ] {
-        desk.write("object.toml", CIRCLE.replace(from, to));
-        says(&run(&[]).exits(2).stderr, &[word]);
-    }
-    desk.write("object.toml", format!("start = []\n{}", CIRCLE.split("[around]").next().unwrap()));
-    says(&run(&[]).exits(2).stderr, &["there is no start"]);
-    desk.write("object.toml", CIRCLE);
-    desk.write("spec.toml", prototype(4.0, &[SWEEP, "[model]\nextension = true\ncontact = \"stick\"\n"]));
-    says(&run(&[]).exits(2).stderr, &["frictionless"]);
 }

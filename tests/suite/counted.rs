@@ -61,23 +61,6 @@ fn charts_cost_few_taps_and_hold_few_terms() {
     }
 }
 
-/// Sweeps of solved taps: friction is one solution of most, and a contact that sticks is found as fast as one that slides.
-#[test]
-fn solved_taps_take_few_sweeps() {
-    let extension = "[whisker]\nD = { from = 8, to = 12, steps = 10 }\nd = { from = 2, to = 7, steps = 10 }\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n\
-         [tap]\na = { from = 21, to = 48, steps = 10 }\ntheta = [1, 4, 10]\n[model]\nextension = true\n";
-    for (contact, most) in [
-        ("contact = \"frictionless\"", 5.0),
-        ("contact = \"stick\"", 8.0),
-        ("contact = { coulomb = 0.3 }", 9.0),
-    ] {
-        let counts = counts(&format!("{extension}{contact}\n"));
-        assert_eq!(counts["interpolated"], 0, "{counts}");
-        let mean = counts["sweeps_mean"].as_f64().unwrap();
-        assert!(mean > 0.0 && mean < most, "{contact}: {counts}");
-    }
-}
-
 /// The number before each word of a list such as `1 952 ok, 48 strain_limit+ambiguous`.
 pub fn numbers(list: &str) -> u64 {
     let number = |part: &str| part.chars().filter(char::is_ascii_digit).collect::<String>();

@@ -14,34 +14,9 @@ use vibrissa::scene::RunOptions;
 use vibrissa::status::Status;
 
 /// Reads lines of drive, signal, zero; writes distance, sigma and status by both precisions.
-const HARNESS: &str = r#"
-#include "locate.c"
-#include <stdio.h>
-int main(void)
-{
-    double drive, signal, zero, a, sigma;
-    float af, sigmaf;
-    int status, statusf;
-    while (scanf("%lf,%lf,%lf", &drive, &signal, &zero) == 3) {
-        status = vibrissa_locate(drive, signal, zero, &a, &sigma);
-        statusf = vibrissa_locatef((float)drive, (float)signal, (float)zero, &af, &sigmaf);
-        printf("%.17g,%.17g,%d,%.9g,%.9g,%d\n", a, sigma, status, af, sigmaf, statusf);
-    }
-    return 0;
-}
-"#;
+const HARNESS: &str = include_str!("../data/harness.c");
 /// A program that declares what `locate.c` defines.
-const BESIDE: &str = "#define VIBRISSA_DECLARATIONS_ONLY
-#include \"locate.c\"
-#include <cstdio>
-int main()
-{
-    double a, sigma;
-    int status = vibrissa_locate(4.0, 0.0212, VIBRISSA_ZERO, &a, &sigma);
-    std::printf(\"%.6f %.6f %d\\n\", a, sigma, status);
-    return 0;
-}
-";
+const BESIDE: &str = include_str!("../data/beside.cpp");
 const STRICT: [&str; 4] = ["-Wall", "-Wextra", "-pedantic", "-Werror"];
 
 /// Readings of each calibration.

@@ -127,7 +127,12 @@ fn a_comment_that_names_the_columns_is_the_header() {
     assert!(
         distances(&named).iter().zip(&taps).all(|(d, [a, ..])| (d.parse::<f64>().unwrap() - a).abs() < 0.5)
     );
-    for comment in ["#reading, theta_deg\n# run of 3 May\n", "\u{feff}# reading;theta_deg\n"] {
+    for comment in [
+        "#reading, theta_deg\n# run of 3 May\n",
+        "\u{feff}# reading;theta_deg\n",
+        "# reading theta_deg\n",
+        "# columns: reading, theta_deg\n",
+    ] {
         let text = format!("{comment}{lines}");
         assert_eq!(distances(&desk.pipe(&locate, &text).exits(0).stdout), distances(&named), "{comment}");
         desk.write("field.csv", &text);
@@ -149,7 +154,9 @@ fn a_comment_that_names_the_columns_is_the_header() {
         let ran = desk.pipe(&locate, &text).exits(2);
         assert!(ran.stderr.contains(line) && ran.stderr.contains("comment"), "{}", ran.stderr);
     }
-    let remarks = desk.pipe(&locate, "# a note\n# worn tip, new glue\n4,2.6\n# the end\n").exits(0);
+    let remarks =
+        "# a note\n# rig 3, 25 degrees\n# worn tip, angle sweep\n#\n# strain of rig 3\n4,2.6\n# the end\n";
+    let remarks = desk.pipe(&locate, remarks).exits(0);
     assert_eq!(remarks.stdout, desk.pipe(&locate, "4,2.6\n").exits(0).stdout);
     // Poses of a contour.
     let poses: String =
@@ -184,14 +191,45 @@ fn thousands_are_asked_for_where_they_are_not_certain() {
         _ => format!("{line},{k}.500\n"),
     };
     calibrated(&desk, "times", &plain.lines().enumerate().map(times).collect::<String>()).exits(0);
-    let ran = calibrated(&desk, "date", &plain.replacen(",4,", ",4-Feb,", 1)).exits(2);
-    assert!(ran.stderr.contains("4-Feb") && ran.stderr.contains("date"), "{}", ran.stderr);
+    for (field, is_date) in [
+        ("04. Feb", true),
+        ("4-Feb", true),
+        ("Dez 24", true),
+        ("2026-02-04 10:00", true),
+        ("4/2/2026", true),
+        ("04.02.2026", true),
+        ("1.234.567", false),
+        ("-5 mm", false),
+        ("Mean", false),
+        ("1e-3x", false),
+        ("3-40", false),
+    ] {
+        let ran = calibrated(&desk, "date", &plain.replacen(",4,", &format!(",{field},"), 1)).exits(2);
+        assert!(ran.stderr.contains(field) && ran.stderr.contains("a date") == is_date, "{}", ran.stderr);
+    }
     let clear = text(&|x| (x / 1000.0).to_string())
         .replace("a_mm,theta_deg,reading\n", "a_mm,theta_deg,reading\n25.0,0,0.412\n");
     calibrated(&desk, "volts", &clear).exits(0);
     // Readings and raw records are read by the same rule.
     desk.write("some.csv", "theta_deg,reading\n2,\"412\"\n4,\"1,367\"\n");
     desk.refuses("locate cal/calibration.toml some.csv", &["some.csv:3", "thousands"]);
+    for (rows, clear) in [
+        (&["2,\"1,412\"", "4,\"1,367\""][..], false),
+        (&["2,412", "4,1.367"], false),
+        (&["2;412", "4;-1.367"], false),
+        (&["2;412", "4;1,367", "4;1,36"], true),
+        (&["2.0,412", "4.0,1.367"], true),
+        (&["2.0,412", "4.0,\"1,367\""], false),
+        (&["2;1,412", "4;1,367"], true),
+        (&["2,0.412", "4,1.367", "6,2"], true),
+        (&["2,412", "4,1367"], true),
+        (&["2,412", "4,1.367e3"], true),
+    ] {
+        let mark = if rows[0].contains(';') { ";" } else { "," };
+        desk.write("some.csv", format!("theta_deg{mark}reading\n{}\n", rows.join("\n")));
+        let ran = desk.run(&["locate", "cal/calibration.toml", "some.csv", "--out", "some", "--force"]);
+        assert_eq!(ran.stderr.contains("thousands"), !clear, "{rows:?}: {}", ran.stderr);
+    }
     let ran =
         desk.pipe(&["locate", "cal/calibration.toml"], "theta_deg,reading\n2,412\n4,\"1,367\"\n").exits(0);
     says(&ran.stderr, &["thousands"]);
@@ -223,7 +261,7 @@ fn rows_that_are_not_what_they_are_named_are_refused_with_what_fits() {
         "turned.csv",
         csv("a_mm,theta_deg,strain", &changed(&|[a, u, e]| [u, if u == 0.0 { 0.0 } else { a }, e])),
     );
-    let ran = desk.run(&["calibrate", "turned.csv"]).exits(2);
+    let ran = desk.line("calibrate turned.csv").exits(2);
     assert!(ran.stderr.contains("a_mm and theta_deg exchanged"), "{}", ran.stderr);
     // Taps that miss the whisker are no reason, nor are two slips among a few rows: these are named.
     let beyond =

@@ -1,10 +1,13 @@
 //! The result folder: who may replace what, and that nothing of anybody else is touched.
 
-use crate::common::program::{Desk, SPEC};
+use crate::common::program::{Desk, SPEC, names};
 use crate::common::world::program;
 use serde_json::{Value, json};
 
 const FILES: [&str; 4] = ["designs.csv", "distances.csv", "run.json", "tuples.csv"];
+
+const RIG: &str = "[whisker]\nD = 10\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-6\n\
+                   [tap]\na = { from = 21, to = 48, step = 3 }\n";
 
 /// The sweep of the spec into the folder of most tests.
 const AGAIN: &str = "sweep spec.toml --backend cpu --out out";
@@ -82,18 +85,15 @@ fn a_long_result_gives_way_to_the_same_values_only() {
     assert_eq!(desk.names("out"), FILES);
     let ran = desk.sweep(&["--out", "out", "--force"]).exits(0);
     assert!(ran.stderr.contains("removed") && ran.stderr.contains("out/distances.csv"), "{}", ran.stderr);
-}
-
-#[test]
-fn other_tuples_under_the_same_name_are_other_values() {
-    let desk = Desk::new("[tuples]\nfile = \"list.csv\"\n");
+    // Other tuples under the same name are other values.
+    desk.write("listed/spec.toml", "[tuples]\nfile = \"list.csv\"\n");
     let list = "D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg\n10,4,50,5,2,33,1\n";
-    desk.write("list.csv", list);
-    desk.sweep(&["--out", "out"]).exits(0);
-    let run = desk.read("out/run.json").replace("\"total\": 0", "\"total\": 610");
-    desk.write("out/run.json", run);
-    desk.write("list.csv", list.replace(",33,", ",34,"));
-    desk.refuses(AGAIN, &["tuples"]);
+    desk.write("listed/list.csv", list);
+    let listed = "sweep listed/spec.toml --backend cpu --out out --force";
+    desk.ok(listed);
+    took_an_hour();
+    desk.write("listed/list.csv", list.replace(",33,", ",34,"));
+    desk.refuses(listed.trim_end_matches(" --force"), &["tuples"]);
 }
 
 #[test]
@@ -178,75 +178,88 @@ fn force_keeps_a_run_json_that_lists_nothing_under_another_name() {
     desk.whole("out");
 }
 
+/// In empty and missing folders, one that a link leads to, the current one, those that a spec names or is named after; and nothing where no folder can be.
 #[test]
-fn empty_and_missing_folders_are_used() {
+fn results_go_where_they_are_asked_for() {
     let desk = Desk::new(SPEC);
     std::fs::create_dir(desk.path("empty")).unwrap();
     for out in ["empty", "new/and/deep", "./dotted/", "slashed/"] {
         desk.sweep(&["--out", out]).exits(0);
         assert_eq!(desk.names(out), FILES, "{out}");
     }
-    assert_eq!(desk.names("."), ["dotted", "empty", "new", "slashed", "spec.toml"]);
     assert_eq!(desk.names("new/and"), ["deep"]);
-    #[cfg(unix)]
-    for out in ["empty", "new/and/deep"] {
-        use std::os::unix::fs::PermissionsExt;
-        let mode = |name: &str| std::fs::metadata(desk.path(name)).unwrap().permissions().mode();
-        assert_eq!(mode(out), mode("new/and"), "{out} is as open as any new folder");
+    desk.write("my.whisker.toml", SPEC);
+    desk.write("bare", SPEC);
+    desk.write("there.toml", format!("{SPEC}[run]\nout = \"kept\"\n"));
+    for (spec, out) in
+        [("my.whisker.toml", "results/my.whisker"), ("bare", "results/bare"), ("there.toml", "kept")]
+    {
+        desk.ok(format!("sweep {spec} --backend cpu"));
+        assert_eq!(desk.names(out), FILES, "{spec}");
     }
-}
-
-#[cfg(unix)]
-#[test]
-fn links_are_followed_if_they_lead_somewhere() {
-    let desk = Desk::new(SPEC);
-    std::fs::create_dir(desk.path("real")).unwrap();
-    std::os::unix::fs::symlink("real", desk.path("link")).unwrap();
-    std::os::unix::fs::symlink("nowhere", desk.path("broken")).unwrap();
-    desk.sweep(&["--out", "link"]).exits(0);
-    assert_eq!(desk.names("real"), FILES);
-    desk.sweep(&["--out", "broken"]).exits(2);
-    assert_eq!(desk.names("."), ["broken", "link", "real", "spec.toml"]);
-}
-
-#[test]
-fn the_current_folder_can_hold_the_result() {
-    let desk = Desk::new(SPEC);
+    desk.ok("sweep there.toml --backend cpu --out typed");
     std::fs::create_dir(desk.path("here")).unwrap();
     let mut command = program(&desk, &["sweep", "../spec.toml", "--backend", "cpu", "--out", "."]);
     let ran = command.current_dir(desk.path("here")).output().unwrap();
-    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
-    assert_eq!(desk.names("here"), FILES);
-    assert_eq!(desk.names("."), ["here", "spec.toml"]);
-}
-
-#[test]
-fn an_unusable_place_leaves_nothing() {
-    let desk = Desk::new(SPEC);
+    assert!(ran.status.success() && desk.names("here") == FILES, "{}", String::from_utf8_lossy(&ran.stderr));
     desk.write("file", "in the way");
     let other = cfg!(target_os = "linux").then_some("/proc/vibrissa");
     for out in ["file/out"].into_iter().chain(other) {
         let ran = desk.sweep(&["--out", out]);
         assert!(matches!(ran.code, 1 | 2) && ran.stderr.contains(&out[..4]), "{}", ran.stderr);
     }
-    assert_eq!(desk.names("."), ["file", "spec.toml"]);
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        let mode = |name: &str| std::fs::metadata(desk.path(name)).unwrap().permissions().mode();
+        assert!(
+            ["empty", "new/and/deep"].iter().all(|out| mode(out) == mode("new/and")),
+            "as open as any new folder"
+        );
+        std::fs::create_dir(desk.path("real")).unwrap();
+        symlink("real", desk.path("link")).unwrap();
+        symlink("nowhere", desk.path("broken")).unwrap();
+        desk.sweep(&["--out", "link"]).exits(0);
+        assert_eq!(desk.names("real"), FILES);
+        desk.sweep(&["--out", "broken"]).exits(2);
+        std::fs::remove_file(desk.path("broken")).unwrap();
+    }
+    let all = "bare dotted empty file here kept link my.whisker.toml new real results slashed spec.toml there.toml typed";
+    let all = if cfg!(unix) { all.to_owned() } else { all.replace("link ", "").replace("real ", "") };
+    assert_eq!(desk.names(".").join(" "), all);
 }
 
 #[test]
-fn the_spec_may_name_the_folder() {
-    let desk = Desk::new(&format!("{SPEC}[run]\nout = \"kept\"\n"));
-    desk.sweep(&[]).exits(0);
-    desk.sweep(&["--out", "typed"]).exits(0);
-    assert_eq!(desk.names("."), ["kept", "spec.toml", "typed"]);
-}
-
-#[test]
-fn specs_are_named_without_surprise() {
+fn every_command_lists_what_it_wrote() {
     let desk = Desk::new(SPEC);
-    desk.write("my.whisker.toml", SPEC);
-    desk.write("bare", SPEC);
-    for (spec, out) in [("my.whisker.toml", "results/my.whisker"), ("bare", "results/bare")] {
-        desk.ok(format!("sweep {spec} --backend cpu"));
-        assert_eq!(desk.names(out), FILES, "{spec}");
+    desk.write("rig.toml", format!("{RIG}theta = [1, 2, 4]\n"));
+    desk.write("whisker.toml", RIG);
+    let search = "[optimise]\nobjective = \"pareto\"\nbudget = { evaluations = 200 }\nvariables = { theta = [1, 5] }\n";
+    desk.write("search.toml", format!("{RIG}{search}"));
+    let data = "results/rig-simulate/measurements.csv";
+    let calibration = "results/measurements-calibrate/calibration.toml";
+    for (arguments, folder) in [
+        (&["sweep", "spec.toml", "--backend", "cpu"][..], "spec"),
+        (&["simulate", "rig.toml", "--repeats", "2"], "rig-simulate"),
+        (&["calibrate", data, "--whisker", "whisker.toml"], "measurements-calibrate"),
+        (&["locate", calibration, data], "measurements-locate"),
+        (&["tap", "whisker.toml"], "whisker-tap"),
+        (&["optimise", "search.toml", "--backend", "cpu"], "search-optimise"),
+        (&["verify", "spec.toml", "--backend", "cpu", "--samples", "2"], "spec-verify"),
+    ] {
+        let ran = desk.run(&[arguments, &["--json"]].concat()).exits(0).json();
+        let folder = format!("results/{folder}");
+        assert_eq!(ran["out"], folder.as_str());
+        let run = desk.whole(&folder);
+        let name = folder.trim_start_matches("results/").trim_end_matches(&format!("-{}", arguments[0]));
+        assert_eq!((&run["command"], &run["name"]), (&arguments[0].into(), &name.into()));
+        let listed = run["files"].as_array().unwrap().iter().map(|f| f["name"].as_str().unwrap());
+        let mut listed: Vec<&str> = listed.chain(["run.json"]).collect();
+        listed.sort_unstable();
+        let there = names(&desk.path(&folder));
+        assert_eq!(there, listed);
+        // The same question replaces it.
+        desk.run(arguments).exits(0);
+        desk.whole(&folder);
     }
 }

@@ -194,18 +194,18 @@ fn derivatives_are_those_of_the_reference() {
     let (mut all, mut told) = (0, 0);
     let wanted = std::env::var("VIBRISSA_GRADIENT_MODEL").ok();
     for one in configuration::all().iter().filter(|c| wanted.as_ref().is_none_or(|w| w == c.name)) {
-        let setup = one.setup();
+        let setup = one.setup.clone();
         // The first begins at its clamp, where no solid has a gauge.
-        let mut these = hard::random(one.drive, one.hub, 1 + count(), 3).split_off(1);
+        let mut these = hard::random(setup.drive, setup.hub > 0.0, 1 + count(), 3).split_off(1);
         if count() > 1 {
             these.extend(hard::hard(&setup));
         }
-        if one.foil {
+        if setup.gauge.foil.is_some() {
             // Foils are long: few random whiskers carry one.
             let whisker = Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, ..Tuple::default() };
             these.push(Tuple { a: 33.0, drive: 4.0, ..whisker });
         }
-        if one.tilted {
+        if setup.gauge.second {
             hard::tilt(&mut these, 5);
         }
         let [n, k] = check(one.name, &setup, &these);
@@ -227,7 +227,7 @@ fn derivatives_of_built_whiskers_are_those_of_the_reference() {
 
 /// The setup of a model of `verify`.
 fn named(name: &str) -> Setup {
-    configuration::all().iter().find(|c| c.name == name).expect("a model").setup()
+    configuration::all().iter().find(|c| c.name == name).expect("a model").setup.clone()
 }
 
 /// Taps are told by a kernel: 5e-11 from the equilibrium of the reference.

@@ -2,10 +2,11 @@
 
 use std::io::Write;
 use std::path::Path;
+use std::sync::LazyLock;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
-use crate::common::program::{Desk, SPEC, names};
+use crate::common::program::{Desk, Kept, SPEC, names, says};
 use crate::common::sweeping::{CPU, CPU_F64, Place, REFERENCE, ranked};
 use vibrissa::error::Error;
 use vibrissa::plan::Plan;
@@ -102,136 +103,117 @@ fn linear(output: &str) -> String {
     )
 }
 
-#[test]
-fn a_grid_goes_on_from_every_batch() {
-    for (output, least) in [
-        ("tuples = false", 3),
-        ("format = \"parquet\"", 3),
-        ("top = 40\nby = \"noise_rms_mm\"", 5),
-        ("top = 7\nby = \"noise_rms_mm\"\nper = \"design\"\nformat = \"parquet\"", 4),
-    ] {
-        let stops = stopped_everywhere(&linear(output), "", CPU_F64);
-        assert!(stops >= least, "{stops}: {output}");
+/// Each of these goes on after so many stops at least.
+fn go_on_everywhere(cases: &[(String, &str, Place, u32)]) {
+    for (text, list, place, least) in cases {
+        let stops = stopped_everywhere(text, list, *place);
+        assert!(stops >= *least, "{stops} stops on {place:?}: {text}");
     }
 }
 
-/// Strokes of two directions, and two gauges.
-#[test]
-fn tilted_taps_go_on_from_every_batch() {
-    for output in ["format = \"parquet\"", "top = 40\nby = \"noise_rms_mm\""] {
-        let text = linear(output)
-            .replace("theta = {", "tilt = [0, 20]\ntheta = {")
-            .replace("to = 6, steps = 150", "to = 6, steps = 75");
-        let stops = stopped_everywhere(&text.replace("l = 2\n", "l = 2\nsecond = true\n"), "", CPU_F64);
-        assert!(stops >= 3, "{stops}: {output}");
-    }
-}
+const RANKED: &str = "top = 40\nby = \"noise_rms_mm\"";
+const PARQUET: &str = "format = \"parquet\"";
 
-/// Two hubs: solved, and ranked from two sets of charts.
+/// Grids; strokes of two directions and two gauges; two hubs; row groups that were closed before the stop: what their footer says of numbers and of counts;
+/// one design larger than a chunk each.
 #[test]
-fn grids_of_rigs_go_on_from_every_batch() {
-    let rigs = |text: String| text.replacen("L_a = 50", "L_a = 50\nhub = [0, 5]", 1);
-    for output in ["format = \"parquet\"", "top = 40\nby = \"noise_rms_mm\""] {
-        let stops = stopped_everywhere(&rigs(linear(output)), "", CPU_F64);
-        assert!(stops >= 3, "{stops}: {output}");
-    }
-    assert!(stopped_everywhere(&rigs(ranked(30)), "", CPU) >= 2);
-}
-
-/// One design larger than a chunk each.
-#[test]
-fn large_designs_go_on_from_each() {
-    let text = linear("distances = false\nformat = \"parquet\"")
-        .replace("steps = 150", "steps = 380")
-        .replace("steps = 9", "steps = 2");
-    assert!(stopped_after(&text, "", CPU_F64, 380 * 380) >= 3);
-}
-
-/// Row groups that were closed before the stop: what their footer says of numbers and of counts.
-#[test]
-fn parquet_tables_with_closed_row_groups_go_on_with_the_same_bytes() {
-    let text = linear("tuples = false\ndistances = false\nformat = \"parquet\"")
-        .replace("steps = 9 }", "steps = 40_000 }")
+fn grids_go_on_from_every_batch() {
+    let tilted = |output: &str| {
+        let text = linear(output).replace("theta = {", "tilt = [0, 20]\ntheta = {");
+        text.replace("to = 6, steps = 150", "to = 6, steps = 75").replace("l = 2\n", "l = 2\nsecond = true\n")
+    };
+    let hubs = |output: &str| linear(output).replacen("L_a = 50", "L_a = 50\nhub = [0, 5]", 1);
+    let rows = linear("tuples = false\ndistances = false\nformat = \"parquet\"")
+        .replace("steps = 9 }", "steps = 40_000 }");
+    let rows = rows
         .replace("to = 48, steps = 150", "to = 48, steps = 2")
         .replace("to = 6, steps = 150", "to = 6, steps = 2");
-    assert!(stopped_everywhere(&text, "", CPU_F64) >= 2);
+    go_on_everywhere(&[
+        (linear("tuples = false"), "", CPU_F64, 3),
+        (linear(PARQUET), "", CPU_F64, 3),
+        (linear(RANKED), "", CPU_F64, 5),
+        (linear(&format!("{PARQUET}\ntop = 7\nby = \"noise_rms_mm\"\nper = \"design\"")), "", CPU_F64, 4),
+        (tilted(PARQUET), "", CPU_F64, 3),
+        (tilted(RANKED), "", CPU_F64, 3),
+        (hubs(PARQUET), "", CPU_F64, 3),
+        (hubs(RANKED), "", CPU_F64, 3),
+        (rows, "", CPU_F64, 2),
+    ]);
+    let large = linear("distances = false\nformat = \"parquet\"");
+    let large = large.replace("steps = 150", "steps = 380").replace("steps = 9", "steps = 2");
+    assert!(stopped_after(&large, "", CPU_F64, 380 * 380) >= 3);
 }
 
-/// Taps that take long are kept within a design.
+/// Rankings from charts, one set for each of two hubs; taps that take long, which are kept within a design; the reference, which stops after fewer taps.
 #[test]
-fn large_designs_of_built_whiskers_go_on_within_themselves() {
-    for output in ["format = \"parquet\"", "top = 20\nby = \"noise_rms_mm\""] {
-        let text = linear(output)
-            .replace("L_a = 50", "L_a = 50\nbore = [[0, 3], [12, 2], [20, 1]]")
-            .replace("d = { from = 4, to = 7, steps = 9 }", "d = 5")
-            .replace("steps = 150", "steps = 50")
-            .replace("geometry = \"linear\"", "extension = true");
-        let stops = stopped_everywhere(&text, "", CPU);
-        assert!(stops >= 3, "{stops}: {output}");
-    }
+fn taps_that_are_solved_go_on() {
+    let built = |output: &str| {
+        let text = linear(output).replace("L_a = 50", "L_a = 50\nbore = [[0, 3], [12, 2], [20, 1]]");
+        let text =
+            text.replace("d = { from = 4, to = 7, steps = 9 }", "d = 5").replace("steps = 150", "steps = 50");
+        text.replace("geometry = \"linear\"", "extension = true")
+    };
+    let charts = "[whisker]\nD = [8, 10]\nd = { from = 2, to = 9, steps = 20_000 }\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-6\n\
+                  [tap]\na = [15, 28, 41, 48]\ntheta = { from = 1, to = 12, steps = 9 }\n[output]\ntop = 30\nby = \"total_rms_mm\"\n";
+    let neo = format!("{}[model]\nmaterial = {{ neo-hookean = 3.2 }}\n", charts.replace("20_000", "6_000"));
+    let reference = "[whisker]\nD = 10\nd = { from = 4, to = 7, steps = 5 }\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n\
+                     [tap]\na = { from = 21, to = 48, steps = 20 }\ntheta = { from = 1, to = 4, steps = 40 }\n";
+    go_on_everywhere(&[
+        (charts.to_owned(), "", CPU, 4),
+        (neo, "", CPU, 4),
+        (ranked(30).replacen("L_a = 50", "L_a = 50\nhub = [0, 5]", 1), "", CPU, 2),
+        (built(PARQUET), "", CPU, 3),
+        (built("top = 20\nby = \"noise_rms_mm\""), "", CPU, 3),
+        (reference.to_owned(), "", REFERENCE, 2),
+    ]);
 }
 
-#[test]
-fn rankings_from_charts_go_on_from_every_group() {
-    let text = "[whisker]\nD = [8, 10]\nd = { from = 2, to = 9, steps = 20_000 }\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-6\n\
-                [tap]\na = [15, 28, 41, 48]\ntheta = { from = 1, to = 12, steps = 9 }\n[output]\ntop = 30\nby = \"total_rms_mm\"\n";
-    assert!(stopped_everywhere(text, "", CPU) >= 4);
-    let neo = format!("{}[model]\nmaterial = {{ neo-hookean = 3.2 }}\n", text.replace("20_000", "6_000"));
-    assert!(stopped_everywhere(&neo, "", CPU) >= 4);
-}
-
-/// The reference stops after fewer taps, for each takes long.
-#[test]
-fn the_reference_goes_on_too() {
-    let text = "[whisker]\nD = 10\nd = { from = 4, to = 7, steps = 5 }\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n\
-                [tap]\na = { from = 21, to = 48, steps = 20 }\ntheta = { from = 1, to = 4, steps = 40 }\n";
-    assert!(stopped_everywhere(text, "", REFERENCE) >= 2);
-}
-
+/// Designs that alternate, and designs one after the other.
 #[test]
 fn tuple_files_go_on() {
-    let rows = |n: usize| {
-        let row = |i: usize| {
-            let design = i * 7919 % 97;
-            let (d, x) = (4.0 + 0.05 * (design % 20) as f64, 3.0 + 0.05 * (design / 20) as f64);
-            let (a, theta) = (21.0 + (i % 27) as f64, 1.0 + 0.5 * (i % 3) as f64);
-            format!("10,{d:.2},50,{x:.2},2,{a},{theta}\n")
-        };
-        format!("D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg\n{}", (0..n).map(row).collect::<String>())
-    };
     let listed = |output: &str| {
         format!(
             "[tuples]\nfile = \"list.csv\"\n[gauge]\nnoise_strain = 1e-6\n[model]\ngeometry = \"linear\"\n[output]\n{output}\n"
         )
     };
-    // Designs that alternate, and designs one after the other.
-    let alternate = rows(140_000);
+    let alternate = alternating(140_000);
     let mut lines: Vec<&str> = alternate.lines().collect();
     lines[1..].sort_unstable();
     let ordered = lines.join("\n");
-    for (output, list, least) in [
-        ("", &alternate, 1),
-        ("format = \"parquet\"", &ordered, 2),
-        ("top = 50\nby = \"noise_rms_mm\"", &alternate, 2),
-        ("top = 5\nby = \"noise_rms_mm\"\nper = \"design\"\nformat = \"parquet\"", &ordered, 2),
-    ] {
-        let stops = stopped_everywhere(&listed(output), list, CPU_F64);
-        assert!(stops >= least, "{stops}: {output}");
-    }
+    go_on_everywhere(&[
+        (listed(""), &alternate, CPU_F64, 1),
+        (listed(PARQUET), &ordered, CPU_F64, 2),
+        (listed("top = 50\nby = \"noise_rms_mm\""), &alternate, CPU_F64, 2),
+        (
+            listed(&format!("{PARQUET}\ntop = 5\nby = \"noise_rms_mm\"\nper = \"design\"")),
+            &ordered,
+            CPU_F64,
+            2,
+        ),
+    ]);
+}
+
+/// A tuple file of 97 designs that alternate.
+pub fn alternating(rows: usize) -> String {
+    let row = |i: usize| {
+        let design = i * 7919 % 97;
+        let (d, x) = (4.0 + 0.05 * (design % 20) as f64, 3.0 + 0.05 * (design / 20) as f64);
+        format!("10,{d:.2},50,{x:.2},2,{},{}\n", 21 + i % 27, 1.0 + 0.5 * (i % 3) as f64)
+    };
+    format!("D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg\n{}", (0..rows).map(row).collect::<String>())
 }
 
 /// A desk with a sweep that was stopped in `out`: its spec takes some seconds.
 fn stopped() -> Desk {
-    let desk = Desk::new(&linear("tuples = false"));
-    let ran = run_limited(&desk, &[]);
-    assert_eq!(ran.0, 1, "{}", ran.1);
-    assert!(
-        ran.1.contains(" of 18 designs are kept in out, and the same command goes on with them"),
-        "{}",
-        ran.1
-    );
-    assert_eq!(desk.names("out"), [WORK]);
-    desk
+    static MADE: LazyLock<Kept> = LazyLock::new(|| {
+        let desk = Desk::new(&linear("tuples = false"));
+        let ran = run_limited(&desk, &[]);
+        assert_eq!(ran.0, 1, "{}", ran.1);
+        says(&ran.1, &[" of 18 designs are kept in out, and the same command goes on with them"]);
+        assert_eq!(desk.names("out"), [WORK]);
+        desk.keep()
+    });
+    MADE.desk()
 }
 
 /// Runs the sweep with files of at most some kilobytes, as on a full disk; exit code and words.
@@ -249,26 +231,17 @@ fn go_on(desk: &Desk, more: &[&str]) -> crate::common::program::Ran {
     desk.run(&[&line[..], more].concat())
 }
 
-/// A run that is killed while it keeps its state leaves a torn one beside the last that is whole.
-#[cfg(unix)]
-#[test]
-fn a_state_that_was_being_written_is_in_nobodys_way() {
-    let desk = stopped();
-    desk.write(&format!("out/{WORK}/.state-next"), "torn");
-    let ran = go_on(&desk, &[]).exits(0);
-    assert!(ran.stderr.contains("going on: "), "{}", ran.stderr);
-    assert_eq!(desk.names("out"), ["designs.csv", "distances.csv", "run.json"]);
-}
-
 #[cfg(unix)]
 #[test]
 fn a_full_disk_loses_nothing_that_was_complete() {
     let desk = stopped();
-    desk.run(&["sweep", "spec.toml", "--backend", "cpu", "--precision", "f64", "--out", "whole"]).exits(0);
+    desk.ok("sweep spec.toml --backend cpu --precision f64 --out whole");
     desk.write("out/notes.txt", "mine");
     // Still full: what is kept stays.
     let (code, words) = run_limited(&desk, &[]);
     assert!(code == 1 && words.contains("designs.csv") && words.contains("are kept in out"), "{words}");
+    // A run that is killed while it keeps its state leaves a torn one beside the last that is whole.
+    desk.write(&format!("out/{WORK}/.state-next"), "torn");
     let ran = go_on(&desk, &[]).exits(0);
     assert!(ran.stderr.contains("going on: "), "{}", ran.stderr);
     let run = desk.whole("out");
@@ -309,15 +282,11 @@ fn long_work_of_other_values_gives_way_to_force_alone() {
         desk.write("spec.toml", text);
         let line = [&["sweep", "spec.toml", "--backend", "cpu", "--out", "out"], more].concat();
         let ran = desk.run(&line).exits(2);
-        assert!(
-            ran.stderr.contains("an unfinished run of 4000 s") && ran.stderr.contains("--force"),
-            "{}",
-            ran.stderr
-        );
+        says(&ran.stderr, &["an unfinished run of 4000 s", "--force"]);
     }
     // Other commands.
     desk.write("rig.toml", SPEC.replace("d = [4, 7]", "d = 4"));
-    let ran = desk.run(&["simulate", "rig.toml", "--out", "out"]).exits(2);
+    let ran = desk.line("simulate rig.toml --out out").exits(2);
     assert!(ran.stderr.contains("an unfinished sweep"), "{}", ran.stderr);
     // A changed comment is no change, nor are other threads.
     desk.write("spec.toml", format!("# A comment\n{spec}"));

@@ -2,7 +2,9 @@
 
 use std::sync::LazyLock;
 
-use crate::common::measuring::{REAL, TAPS, calibrated, data, fresh, locator, prototype, score, table};
+use crate::common::measuring::{
+    REAL, TAPS, calibrated, data, fresh, locator, prototype, rewritten, score, table,
+};
 use crate::common::program::{Desk, Kept};
 use crate::common::sweeping::{Row, Table};
 use vibrissa::calibrate::{Options, calibrate};
@@ -21,12 +23,7 @@ fn noisy(seed: u64) -> Settings {
 
 /// The rows of a table, each with its signal moved by `f` of (row, a, drive, strain).
 fn moved(table: &str, mut f: impl FnMut(usize, f64, f64, f64) -> f64) -> String {
-    let mut out = String::from("a_mm,theta_deg,strain\n");
-    for (k, row) in data(table).rows.iter().enumerate() {
-        let a = if row.a.is_finite() { row.a.to_string() } else { String::new() };
-        out += &format!("{a},{},{}\n", row.drive, f(k, row.a, row.drive, row.value));
-    }
-    out
+    rewritten(table, "a_mm,theta_deg,strain", |k, row| [row.a, row.drive, f(k, row.a, row.drive, row.value)])
 }
 
 fn spec() -> String {
@@ -143,13 +140,6 @@ fn columns_may_have_any_name_and_a_drive_is_not_guessed() {
     let told = ["line", "ang", "ch3", "note", "strain"].map(|column| row[column].as_str());
     assert_eq!(told, ["2", "4.0", "0.02", "a;b", "0.02"]);
     assert!(row["distance_mm"].parse::<f64>().is_ok() && located.rows[1]["note"] == "x,y");
-    desk.write("d.csv", "a_mm,theta_rad,strain\n30,4,0.02\n40,4,0.01\n");
-    for line in ["calibrate d.csv --whisker spec.toml", "locate cal/calibration.toml d.csv"] {
-        desk.refuses(line, &["radians", "d.csv:1"]);
-    }
-    let mixed = "a_mm;theta_deg;strain\n30;4.0;0,02\n31;4.0;0,02\n";
-    desk.write("d.csv", mixed);
-    desk.refuses("calibrate d.csv --whisker spec.toml", &["decimal mark", "d.csv:2"]);
 }
 
 /// A rig that reaches its drives and distances with jitter, its counts raw and upside down above a large offset, its drive counted from
@@ -220,10 +210,7 @@ fn what_a_user_says_of_groups_holds() {
 fn one_drive_that_nobody_recorded_is_calibrated_without_a_whisker() {
     let one = "[tap]\na = { from = 21, to = 48, step = 3 }\ntheta = 4\n";
     let spec = prototype(10.0, &["noise_strain = 1e-5\n", one, REAL]);
-    let blind = |t: &str| -> String {
-        let rows = data(t).rows.into_iter().map(|r| format!("{},{}\n", r.a, 4.7e5 * r.value));
-        std::iter::once("a_mm,reading\n".to_owned()).chain(rows).collect()
-    };
+    let blind = |t: &str| rewritten(t, "a_mm,reading", |_, r| [r.a, 4.7e5 * r.value]);
     let settings = Settings { zero_every: None, ..noisy(3) };
     let desk = Desk::new("");
     desk.write("d.csv", blind(&table(&spec, &settings)));
@@ -293,10 +280,8 @@ fn jittering(seed: u64, a: &str) -> String {
         let spec = prototype(10.0, &["noise_strain = 1e-5\n", &tap, REAL]);
         let settings =
             Settings { noise: NOISE, zero_every: Some(15), seed: seed + k as u64, ..Settings::default() };
-        out.extend(table(&spec, &settings).lines().skip(1).map(|l| {
-            let f: Vec<&str> = l.split(',').collect();
-            format!("{},{},{}\n", f[0], f[1], f[2])
-        }));
+        let text = moved(&table(&spec, &settings), |_, _, _, s| s);
+        out += text.split_once('\n').unwrap().1;
     }
     out
 }

@@ -205,19 +205,6 @@ fn sigma_and_error_on_positions_left_out_of_twelve_rigs() {
 }
 
 #[test]
-fn wrong_labels_are_named_and_sound_rows_are_not() {
-    let mut random = Random(5);
-    let rows = clean(10.0, &[TAPS, REAL]);
-    let mut rows = measured(&rows, 2, [1e-3, 2e-6], &mut random);
-    for k in [11, 60] {
-        rows[k].1 = if rows[k].1 > 35.0 { 23.0 } else { 47.0 };
-    }
-    let found = Simulated::new("wrong labels", rows, None).calibrated();
-    let wrong: Vec<usize> = found.taps.iter().filter(|t| t.reason.is_some()).map(|t| t.place).collect();
-    assert_eq!(wrong, [11, 60]);
-}
-
-#[test]
 fn a_reading_of_another_run_is_known_less_well() {
     let runs = rigs(2).into_iter().find(|r| r.name == "four runs").unwrap();
     let desk = Desk::new(runs.spec.as_ref().unwrap());

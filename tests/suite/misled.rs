@@ -1,6 +1,6 @@
 //! Calibrations that would mislead: rounding in labels, readings in steps, a whisker that is another one, columns that are swapped.
 
-use crate::common::measuring::{REAL, calibrated, data, fresh, locator, prototype, rig, table};
+use crate::common::measuring::{REAL, calibrated, data, fresh, locator, prototype, rewritten, rig, table};
 use crate::common::random::Random;
 use vibrissa::calibrate::{Calibrated, Options, Reason, calibrate};
 use vibrissa::estimator::{ALL, CURVE, LEARNED};
@@ -21,13 +21,8 @@ fn spec(d: f64, model: &str) -> String {
 }
 
 /// The rows of a table as `f` makes them, as text of this signal.
-fn rows(table: &str, signal: &str, mut f: impl FnMut(usize, &Row) -> [f64; 3]) -> String {
-    let rows = data(table).rows;
-    let line = |(k, r): (usize, &Row)| {
-        f(k, r).map(|x| if x.is_nan() { String::new() } else { x.to_string() }).join(",")
-    };
-    let lines: Vec<String> = rows.iter().enumerate().map(line).collect();
-    format!("a_mm,theta_deg,{signal}\n{}\n", lines.join("\n"))
+fn rows(table: &str, signal: &str, f: impl FnMut(usize, &Row) -> [f64; 3]) -> String {
+    rewritten(table, &format!("a_mm,theta_deg,{signal}"), f)
 }
 
 fn without_whisker(table: &str) -> Calibrated {

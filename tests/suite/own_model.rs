@@ -181,9 +181,16 @@ fn the_best_angle_is_that_of_a_scan() {
     let other = &found["other"];
     desk.write("spec.toml", text.replace("\"exact\"", "\"euler-bernoulli\""));
     let paper = tap(&[]);
-    assert_eq!((other["estimator"].as_str(), &other["optimum"]), (Some("paper"), &paper["optimum"]));
+    // Its grid is coarser, but the optimum is polished.
+    let alike = |a: &serde_json::Value, b: &serde_json::Value| {
+        let number = |key: &str| a[key].as_f64().zip(b[key].as_f64());
+        ["theta_deg", "total_rms_mm", "K_mean", "K_sd", "noise_rms_mm", "strain_max"]
+            .iter()
+            .all(|key| number(key).is_some_and(|(a, b)| (a - b).abs() <= 1e-6 * b.abs()))
+    };
+    assert!(other["estimator"] == "paper" && alike(&other["optimum"], &paper["optimum"]), "{found} {paper}");
     let other = &paper["other"];
-    assert!(other["estimator"] == "exact" && other["optimum"] == found["optimum"], "{paper}");
+    assert!(other["estimator"] == "exact" && alike(&other["optimum"], &found["optimum"]), "{found} {paper}");
     assert!(paper["optimum"]["total_rms_mm"].as_f64().unwrap() > total);
     let said = desk.ok("tap spec.toml --force --out found").stdout;
     says(&said, &["this holds for locate --estimator paper; with --estimator exact it would be"]);
@@ -261,7 +268,7 @@ fn many_whiskers_are_told_as_scans_tell_them() {
             assert!(least.is_finite() && found <= least * (1.0 + 1e-6), "{said}: {found} against {least}");
         };
         let desk = Desk::new(&text("d = 6.0", &format!("{key} = [{}, {}]", ends[0], ends[1]), ""));
-        let found = desk.ok("tap spec.toml --backend cpu --json").json()["result"].clone();
+        let found = desk.json("tap spec.toml --backend cpu")["result"].clone();
         let optimum = &found["optimum"];
         let total = optimum["total_rms_mm"].as_f64().unwrap();
         let drive = optimum[if push { "delta_mm" } else { "theta_deg" }].as_f64().unwrap();
@@ -357,22 +364,10 @@ fn specs_say_what_the_theory_leaves_out() {
         let text = specs::GOOD.replace("[estimate]", &format!("[estimate]\n{estimate}"));
         specs::parse(&text.replace("[output]", &format!("[output]\n{output}")))
     };
-    for by in ["error_rms_mm", "error_max_mm"] {
-        let error = with("theory = \"exact\"", &format!("by = \"{by}\"")).unwrap_err();
-        assert_eq!((error.line, error.key.as_deref()), (Some(16), Some("output.by")));
-        assert_eq!(error.value.as_deref(), Some(&*format!("\"{by}\"")));
-        let allowed = error.allowed.unwrap();
-        assert!(allowed.contains("\"total_rms_mm\"") && !allowed.contains("error_rms_mm"), "{allowed}");
-    }
-    let desk =
-        Desk::new(&spec(4.0, "x_ss = 5", "a = [21, 30]\ntheta = 4", "[output]\nby = \"error_rms_mm\"\n"));
-    desk.refuses("sweep spec.toml --quiet", &[]);
     assert!(with("theory = \"exact\"", "by = \"total_rms_mm\"").unwrap().warnings.is_empty());
     let robust =
         "[optimise]\nrobust = { D = 0.1, calibrated = \"nominal\" }\n[output]\nby = \"error_rms_mm\"";
     assert!(specs::parse(&specs::GOOD.replace("[estimate]", EXACT).replace("[output]", robust)).is_ok());
     let warned = with("theory = \"exact\"\nK = 1.1", "").unwrap().warnings;
     assert!(warned.iter().any(|w| w.contains("K is not used")), "{warned:?}");
-    let error = with("theory = \"exakt\"", "").unwrap_err();
-    assert!(error.allowed.unwrap().contains("\"exact\""));
 }

@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 use crate::common::program::{Desk, SPEC};
 use crate::common::sweeping::{CPU, CPU_F64, GPU, Place, REFERENCE};
 use proptest::prelude::*;
-use serde_json::Value;
+use serde_json::{Value, json};
 use vibrissa::merge;
 use vibrissa::plan::Plan;
 use vibrissa::progress::Silent;
@@ -87,98 +87,79 @@ fn listed(output: &str) -> String {
     format!("[tuples]\nfile = \"list.csv\"\n[gauge]\nnoise_strain = 1e-6\n[output]\n{output}\n")
 }
 
-/// Every table, ranking and format; ranked from charts (f32), from solved taps (f64), by the reference; more parts than designs.
+/// Every table, ranking and format; ranked from charts (f32), from solved taps (f64), by the reference; more parts than designs; rigs by an axis, in all
+/// routes, and by a column of a tuple file.
 #[test]
 fn parts_give_the_bytes_of_the_whole() {
     let ranked = "top = 9\nby = \"total_rms_mm\"";
-    for (place, designs, output, parts) in [
-        (CPU, 5, "", 3),
-        (CPU, 2, "tuples = false", 20),
-        (CPU, 4, "format = \"parquet\"", 5),
-        (CPU, 30, ranked, 4),
-        (CPU, 30, "top = 9\nby = \"K_sd\"\nper = \"design\"\nformat = \"parquet\"", 7),
-        (CPU_F64, 4, ranked, 3),
-        (CPU_F64, 4, "top = 9\nby = \"force_max_N\"\nper = \"design\"", 2),
-        (CPU_F64, 3, "top = 100000\ndistances = false", 3),
-        (GPU, 4, "", 2),
-        (GPU, 30, ranked, 3),
-        (REFERENCE, 2, "tuples = false", 3),
+    let rigs = |text: String| text.replace("L_a = [40, 50]", "L_a = 50\nhub = [0, 5]\nexponent = [1, 1.0]");
+    for (place, text, parts) in [
+        (CPU, grid(5, ""), 3),
+        (CPU, grid(2, "tuples = false"), 20),
+        (CPU, grid(4, "format = \"parquet\""), 5),
+        (CPU, grid(30, ranked), 4),
+        (CPU, grid(30, "top = 9\nby = \"K_sd\"\nper = \"design\"\nformat = \"parquet\""), 7),
+        (CPU_F64, grid(4, ranked), 3),
+        (CPU_F64, grid(4, "top = 9\nby = \"force_max_N\"\nper = \"design\""), 2),
+        (CPU_F64, grid(3, "top = 100000\ndistances = false"), 3),
+        (GPU, grid(4, ""), 2),
+        (GPU, grid(30, ranked), 3),
+        (REFERENCE, grid(2, "tuples = false"), 3),
+        (CPU, rigs(grid(2, "")), 3),
+        (CPU, rigs(grid(900, &format!("{ranked}\ntuples = false"))), 3),
+        (CPU_F64, rigs(grid(2, "top = 5\nper = \"design\"")), 2),
     ] {
-        joined(&grid(designs, output), "", place, parts);
+        joined(&text, "", place, parts);
     }
-    for (output, parts) in [
-        ("", 2),
-        ("format = \"parquet\"", 4),
-        ("top = 6", 3),
-        ("top = 3\nper = \"design\"\nformat = \"parquet\"", 9),
-        ("designs = false\ntuples = false", 2),
+    let hubs = with_column(&list(80), "hub_mm", |i| i % 3);
+    for (output, list, parts) in [
+        ("", &list(80), 2),
+        ("format = \"parquet\"", &list(80), 4),
+        ("top = 6", &list(80), 3),
+        ("top = 3\nper = \"design\"\nformat = \"parquet\"", &list(80), 9),
+        ("designs = false\ntuples = false", &list(80), 2),
+        ("", &hubs, 3),
+        ("top = 3\nper = \"design\"\nformat = \"parquet\"", &hubs, 3),
     ] {
-        joined(&listed(output), &list(80), CPU, parts);
+        joined(&listed(output), list, CPU, parts);
     }
 }
 
-/// Rigs by an axis, in all routes, and by a column of a tuple file.
-#[test]
-fn parts_of_rigs_give_the_bytes_of_the_whole() {
-    let rigs = |text: String| text.replace("L_a = [40, 50]", "L_a = 50\nhub = [0, 5]\nexponent = [1, 1.0]");
-    for (place, designs, output, parts) in [
-        (CPU, 2, "", 3),
-        (CPU, 900, "top = 9\nby = \"total_rms_mm\"\ntuples = false", 3),
-        (CPU_F64, 2, "top = 5\nper = \"design\"", 2),
-    ] {
-        joined(&rigs(grid(designs, output)), "", place, parts);
-    }
+/// A tuple file with one column more.
+fn with_column(list: &str, name: &str, value: impl Fn(usize) -> usize) -> String {
     let row = |(i, line): (usize, &str)| match i {
-        0 => format!("{line},hub_mm\n"),
-        _ => format!("{line},{}\n", i % 3),
+        0 => format!("{line},{name}\n"),
+        _ => format!("{line},{}\n", value(i)),
     };
-    let list: String = list(80).lines().enumerate().map(row).collect();
-    for output in ["", "top = 3\nper = \"design\"\nformat = \"parquet\""] {
-        joined(&listed(output), &list, CPU, 3);
-    }
+    list.lines().enumerate().map(row).collect()
 }
 
 /// Strokes of several directions, given by axes, zipped with a whisker or with the drive, and listed.
 #[test]
 fn parts_of_tilted_taps_give_the_bytes_of_the_whole() {
-    let axes = "tilt = [-10, 0, 20]\nlean = [0, 5]\n";
     let second = |text: &str| text.replace("noise_strain", "second = true\nnoise_strain");
-    for (output, parts) in
-        [("", 3), ("top = 9\nby = \"error_rms_mm\"\nper = \"design\"\nformat = \"parquet\"", 4)]
-    {
-        joined(&second(&grid(3, output)).replace("[tap]\n", &format!("[tap]\n{axes}")), "", CPU, parts);
-    }
-    let linear = "[model]\ngeometry = \"linear\"\n";
+    let axes =
+        |output| second(&grid(3, output)).replace("[tap]\n", "[tap]\ntilt = [-10, 0, 20]\nlean = [0, 5]\n");
     let samples = |min: f64, max: f64| format!("{{ min = {min}, max = {max}, samples = 7 }}");
-    let tilt = format!("[tap]\ntilt = {}\n", samples(-30.0, 30.0));
-    let zipped = second(&grid(7, linear)).replace("[output]\n", "").replace("[tap]\n", &tilt);
-    joined(&zipped.replace("{ from = 3, to = 9, steps = 7 }", &samples(3.0, 9.0)), "", CPU, 4);
-    joined(&zipped.replace("{ from = 1, to = 12, steps = 7 }", &samples(1.0, 12.0)), "", CPU, 3);
-    let mut rows = list(80).lines().map(str::to_owned).collect::<Vec<_>>();
-    rows.iter_mut().enumerate().for_each(|(i, row)| {
-        *row += &if i == 0 { ",tilt_deg".to_owned() } else { format!(",{}", (i % 3) * 10) };
-    });
-    let file = rows.join("\n") + "\n";
-    for (output, parts) in [("", 3), ("top = 6\nformat = \"parquet\"", 4)] {
-        joined(&second(&listed(output)), &file, CPU, parts);
+    let zipped = second(&grid(7, "[model]\ngeometry = \"linear\"\n")).replace("[output]\n", "");
+    let zipped = zipped.replace("[tap]\n", &format!("[tap]\ntilt = {}\n", samples(-30.0, 30.0)));
+    let file = with_column(&list(80), "tilt_deg", |i| i % 3 * 10);
+    for (text, list, parts) in [
+        (axes(""), "", 3),
+        (axes("top = 9\nby = \"error_rms_mm\"\nper = \"design\"\nformat = \"parquet\""), "", 4),
+        (zipped.replace("{ from = 3, to = 9, steps = 7 }", &samples(3.0, 9.0)), "", 4),
+        (zipped.replace("{ from = 1, to = 12, steps = 7 }", &samples(1.0, 12.0)), "", 3),
+        (second(&listed("")), &file, 3),
+        (second(&listed("top = 6\nformat = \"parquet\"")), &file, 4),
+    ] {
+        joined(&text, list, CPU, parts);
     }
 }
 
 /// Rows of a tuple file, more than go together, and designs that are larger than a chunk.
 #[test]
 fn large_parts_give_the_bytes_of_the_whole() {
-    let row = |i: usize| {
-        let design = i * 7919 % 97;
-        format!(
-            "10,{:.2},50,{:.2},2,{},{}\n",
-            4.0 + 0.05 * (design % 20) as f64,
-            3.0 + 0.05 * (design / 20) as f64,
-            21.0 + (i % 27) as f64,
-            1.0 + 0.5 * (i % 3) as f64
-        )
-    };
-    let rows: String = (0..100_000).map(row).collect();
-    let file = format!("D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg\n{rows}");
+    let file = crate::kept::alternating(100_000);
     joined(&listed(""), &file, CPU, 3);
     joined(&listed("top = 20\nformat = \"parquet\""), &file, CPU, 2);
     let wide = "[whisker]\nD = [8, 10, 12]\nd = 5\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = { from = 21, to = 48, steps = 400 }\n\
@@ -211,22 +192,19 @@ fn the_program_makes_parts_and_joins_them() {
     let ran = desk.sweep(&["--out", "out", "--shard", "2/3"]).exits(0);
     assert!(ran.stdout.contains("out/shard-2-of-3/tuples.csv"), "{}", ran.stdout);
     // What is missing is named.
-    let ran = desk.run(&["merge", "out"]).exits(2);
+    let ran = desk.line("merge out").exits(2);
     assert!(ran.stderr.contains("2 of 3 parts are missing: 1, 3"), "{}", ran.stderr);
     for task in ["3", "1"] {
-        let slurm = [
-            ("SLURM_ARRAY_TASK_ID", task),
-            ("SLURM_ARRAY_TASK_COUNT", "3"),
-            ("SLURM_ARRAY_TASK_MIN", "1"),
-            ("SLURM_ARRAY_TASK_MAX", "3"),
-        ];
+        let slurm = [("ID", task), ("COUNT", "3"), ("MIN", "1"), ("MAX", "3")];
+        let slurm = slurm.map(|(name, value)| (format!("SLURM_ARRAY_TASK_{name}"), value));
+        let slurm = slurm.each_ref().map(|(name, value)| (name.as_str(), *value));
         desk.run_with(
             &["sweep", "spec.toml", "--backend", "cpu", "--out", "out", "--shard", "slurm"],
             &slurm,
         )
         .exits(0);
     }
-    let merged = desk.run(&["merge", "out", "--json"]).exits(0).json();
+    let merged = desk.json("merge out");
     assert_eq!(
         (&merged["ok"], &merged["out"], &merged["counts"]["taps"]),
         (&true.into(), &"out".into(), &12.into())
@@ -239,10 +217,10 @@ fn the_program_makes_parts_and_joins_them() {
     assert!(run["shard"].is_null() && run["parts"][1]["part"] == "2/3", "{run}");
     // It is the result of the spec: the same command replaces it, and a merge replaces it again.
     desk.sweep(&["--out", "out"]).exits(0);
-    desk.run(&["merge", "out/shard-1-of-3", "out/shard-2-of-3", "out/shard-3-of-3"]).exits(0);
-    desk.run(&["merge", "out", "--out", "elsewhere", "--quiet"]).exits(0);
+    desk.ok("merge out/shard-1-of-3 out/shard-2-of-3 out/shard-3-of-3");
+    desk.ok("merge out --out elsewhere --quiet");
     assert_eq!(desk.read("elsewhere/tuples.csv"), desk.read("whole/tuples.csv"));
-    desk.run(&["report-nothing"]).exits(2);
+    desk.line("report-nothing").exits(2);
 }
 
 #[test]
@@ -266,7 +244,7 @@ fn searches_with_seeds_of_their_own_are_joined() {
             "{seed}"
         );
     }
-    let merged = desk.run(&["merge", "out", "--json"]).exits(0).json();
+    let merged = desk.json("merge out");
     let run = desk.whole("out");
     assert_eq!(merged["counts"]["evaluations"], run["counts"]["evaluations"]);
     let parts = run["parts"].as_array().unwrap();
@@ -286,7 +264,7 @@ fn searches_with_seeds_of_their_own_are_joined() {
             assert!(figures.iter().any(|f| f.0 <= sd && f.1 <= total * (1.0 + 1e-8)), "{sd} {total}");
         }
     }
-    desk.run(&["sweep", "out/best.toml", "--backend", "cpu", "--out", "swept"]).exits(0);
+    desk.ok("sweep out/best.toml --backend cpu --out swept");
 }
 
 #[test]
@@ -296,7 +274,7 @@ fn what_does_not_belong_together_is_refused() {
         desk.sweep(&["--out", "out", "--shard", part]).exits(0);
     }
     let refused = |words: &str| {
-        let ran = desk.run(&["merge", "out", "--out", "joined"]).exits(2);
+        let ran = desk.line("merge out --out joined").exits(2);
         assert!(ran.stderr.contains(words), "{words}: {}", ran.stderr);
         assert!(!desk.path("joined").exists());
     };
@@ -344,16 +322,6 @@ fn what_does_not_belong_together_is_refused() {
     std::fs::rename(desk.path("out/shard-2-of-2"), desk.path("out/kept")).unwrap();
     std::fs::create_dir_all(desk.path("out/shard-2-of-2/.vibrissa-unfinished")).unwrap();
     refused("this part is unfinished (2/2)");
-    let ran = desk.run(&["merge", "joined-nowhere"]).exits(2);
-    assert!(ran.stderr.contains("merge = joined-nowhere: there is no such folder"), "{}", ran.stderr);
-    assert!(
-        desk.run(&["merge", "spec.toml"]).exits(2).stderr.contains("merge = spec.toml: this is not a folder")
-    );
-    assert!(desk.run(&["merge", "."]).exits(2).stderr.contains("no part of a sweep is here"));
-    for bad in ["0/2", "3/2", "a", "slurm"] {
-        let ran = desk.sweep(&["--shard", bad]).exits(2);
-        assert!(ran.stderr.contains("--shard"), "{bad}: {}", ran.stderr);
-    }
 }
 
 /// What a model error leaves off is a function of the whole spec, so parts leave off the same; where `top` keeps rows no part knows those.
@@ -369,7 +337,7 @@ fn parts_with_effects_left_off_give_the_bytes_of_the_whole() {
     for part in ["1/3", "2/3", "3/3"] {
         desk.sweep(&[&asked[..], &["--out", "cut", "--shard", part]].concat()).exits(0);
     }
-    desk.run(&["merge", "cut", "--quiet"]).exits(0);
+    desk.ok("merge cut --quiet");
     assert!(tables(&desk.path("whole")) == tables(&desk.path("cut")));
     let merged = desk.whole("cut");
     assert_eq!(
@@ -377,6 +345,55 @@ fn parts_with_effects_left_off_give_the_bytes_of_the_whole() {
         (left(&whole), &whole["model_error"]["taps_by_full_model"])
     );
     desk.write("spec.toml", text + "[output]\ntop = 2\nby = \"K_sd\"\n");
-    let refused = desk.sweep(&[&asked[..], &["--out", "ranked", "--shard", "1/3"]].concat()).exits(2);
-    assert!(refused.stderr.contains("which no part knows"), "{}", refused.stderr);
+    let no_part = "which no part knows";
+    desk.refuses("sweep spec.toml --model-error 0.01 --out ranked --shard 1/3", &["--shard", no_part]);
+    desk.write("spec.toml", desk.read("spec.toml") + "[run]\nmodel_error = 0.01\n");
+    for line in
+        ["sweep spec.toml --shard 1/2 --out ranked", "cluster slurm spec.toml --shards 2 --out ranked"]
+    {
+        desk.refuses(line, &["--shard", no_part]);
+    }
+    assert!(!desk.path("ranked").exists());
+}
+
+/// Parts whose run.json does not say what a part's run.json says: file, key, value and what is allowed.
+#[test]
+fn a_part_that_states_nonsense_is_refused_by_key() {
+    let desk = Desk::new(SPEC);
+    for part in ["1/2", "2/2"] {
+        desk.sweep(&["--out", "out", "--shard", part]).exits(0);
+    }
+    let honest = desk.whole("out/shard-2-of-2");
+    let hash = "0".repeat(64);
+    for (at, value, key, allowed) in [
+        ("/files", json!([]), "files", "the files of this part: tuples.csv"),
+        ("/files", json!(5), "files", "a list of"),
+        ("/files/0/name", json!("../x"), "files[0].name", "in its folder"),
+        ("/files/0/name", json!("run.json"), "files[0].name", "in its folder"),
+        ("/files/0/name", honest["files"][1]["name"].clone(), "files[1].name", "each file once"),
+        ("/files/0/blake3", json!("abc"), "files[0].blake3", "64 hexadecimal digits"),
+        ("/files/0/blake3", json!(hash), "merge", "as it was written"),
+        ("/counts/taps", json!(-1), "counts.taps", "a whole number"),
+        ("/counts/taps", json!("many"), "counts.taps", "a whole number"),
+        ("/counts/solved", json!(u64::MAX), "counts.solved", "a whole number"),
+        ("/counts/referred", Value::Null, "counts.referred", "a whole number"),
+        ("/counts/status", json!({ "ok": 1.5 }), "counts.status.ok", "a whole number"),
+        ("/counts", json!(7), "counts.taps", "a whole number"),
+        ("/seconds/total", json!("long"), "seconds.total", "a number ≥ 0"),
+        ("/shard/distances_each", json!("all"), "shard.distances_each", "a whole number"),
+        ("/material_fit", json!(true), "material_fit", "an object"),
+    ] {
+        let mut run = honest.clone();
+        *run.pointer_mut(at).unwrap() = value;
+        desk.write("out/shard-2-of-2/run.json", run.to_string());
+        let ran = desk.line("merge out --out joined --json").exits(2);
+        let error = ran.json()["error"].clone();
+        let told = |field: &str| error[field].as_str().unwrap_or_default().to_owned();
+        assert_eq!(told("key"), key, "{at}: {error}");
+        assert!(told("allowed").contains(allowed) && error["value"].is_string(), "{at}: {error}");
+        assert!(key == "merge" || told("file").ends_with("shard-2-of-2/run.json"), "{at}: {error}");
+        assert!(!desk.path("joined").exists(), "{at}");
+    }
+    desk.write("out/shard-2-of-2/run.json", honest.to_string());
+    desk.ok("merge out --out joined");
 }

@@ -175,25 +175,3 @@ fn what_the_taps_cannot_tell_is_named_with_the_tap_that_would() {
     let told = desk.ok("plan limit.toml --error 0.4 --out limit").stdout;
     assert!(told.contains("are left out") && told.contains("the plan is for"), "{told}");
 }
-
-#[test]
-fn what_cannot_be_planned_says_why() {
-    let desk = Desk::new(&spec(MODEL));
-    for (from, to, line, word) in [
-        ("noise_strain = 20e-6\n", "", "--error 0.2", "noise_strain"),
-        ("{ from = 20, to = 50, steps = 11 }", "30", "--error 0.2", "tap.a = 30"),
-        ("noise_strain", "strain_limit = 1e-6\nnoise_strain", "--error 0.2", "strain_limit"),
-        ("D = 10", "D = [9, 10]", "--error 0.2", "whisker.D"),
-        ("", "", "--error 0.01", "--error = 0.01"),
-        ("", "", "--error 9", "guess of the middle"),
-        ("", "", "--error 0", "> 0 (mm)"),
-        ("", "", "--error nan", "--error"),
-        ("", "", "--error 0.2 --runs 0", "1 … 8"),
-        ("", "", "--error 0.2 --positions 1", "2 … 25"),
-        ("", "", "--error 0.2 --like none.toml", "none.toml"),
-    ] {
-        desk.write("case.toml", spec(MODEL).replacen(from, to, 1));
-        desk.refuses(format!("plan case.toml --out no {line}"), &[word]);
-        assert!(!desk.path("no").exists(), "{word}");
-    }
-}

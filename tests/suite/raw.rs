@@ -1,54 +1,47 @@
-//! `vibrissa taps`: rests, plateaus and peaks of a raw record.
+//! `vibrissa taps`: rests, plateaus and peaks of a raw record; of one that does not rest taps that are right, or a word that it is not certain where it rests.
+
+use std::f64::consts::TAU;
 
 use crate::common::program::Desk;
+use crate::common::random::Random;
 use crate::common::sweeping::{Row, Table, number};
-
-/// A sequence of normal numbers.
-struct Dice(u64);
-
-impl Dice {
-    fn uniform(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        ((self.0 >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
-    }
-
-    fn normal(&mut self) -> f64 {
-        (-2.0 * self.uniform().ln()).sqrt() * (2.0 * std::f64::consts::PI * self.uniform()).cos()
-    }
-}
 
 /// A tap: its drive, its signal at the end of the plateau, and how long it stands, s (0: a peak).
 type Tap = (f64, f64, f64);
 
-/// A record of 100 samples a second of `taps` above a level that drifts; each rises in 0.2 s, creeps by 3 %, and rests 1 s.
-fn record(taps: &[Tap], [level, drift, noise]: [f64; 3], with_drive: bool) -> String {
-    let mut dice = Dice(11);
+/// A record of `taps` above a level that drifts, at so many samples a second: each rises in `ramp` s, creeps by a share, and rests 1 s.
+fn record(
+    taps: &[Tap],
+    [level, drift, noise]: [f64; 3],
+    [rate, ramp, creep]: [f64; 3],
+    with_drive: bool,
+) -> String {
+    let mut random = Random(11);
     let mut text = if with_drive { "t_s,theta_deg,reading\n" } else { "t_s,reading\n" }.to_owned();
     let mut k = 0;
-    let mut say = |drive: f64, signal: f64, text: &mut String| {
-        let t = f64::from(k) * 0.01;
+    let mut say = |drive: f64, signal: f64| {
+        let t = f64::from(k) / rate;
         k += 1;
-        let y = level + drift * t + signal + noise * dice.normal();
-        *text += &if with_drive { format!("{t},{drive},{y}\n") } else { format!("{t},{y}\n") };
+        let y = level + drift * t + signal + noise * random.normal();
+        text += &if with_drive { format!("{t},{drive},{y}\n") } else { format!("{t},{y}\n") };
     };
+    let samples = |seconds: f64| (seconds * rate) as usize;
     for &(drive, signal, stands) in taps {
-        (0..100).for_each(|_| say(0.0, 0.0, &mut text));
-        let steps = (100.0 * stands) as usize;
-        for i in 1..=20 {
-            let part = f64::from(i) / 20.0;
-            say(part * drive, part * signal * if steps > 0 { 1.03 } else { 1.0 }, &mut text);
+        (0..samples(1.0)).for_each(|_| say(0.0, 0.0));
+        let (rise, steps) = (samples(ramp), samples(stands));
+        for part in (1..=rise).map(|i| i as f64 / rise as f64) {
+            say(part * drive, part * signal * if steps > 0 { 1.0 + creep } else { 1.0 });
         }
-        for i in 0..steps {
-            let creep = 0.03 * (-(i as f64) / 20.0).exp();
-            say(drive, signal * (1.0 + creep), &mut text);
-        }
-        (1..=20)
-            .rev()
-            .for_each(|i| say(f64::from(i) / 21.0 * drive, f64::from(i) / 21.0 * signal, &mut text));
+        (0..steps).for_each(|i| say(drive, signal * (1.0 + creep * (-(i as f64) / 20.0).exp())));
+        let falls = (1..=rise).rev().map(|i| i as f64 / (rise + 1) as f64);
+        falls.for_each(|part| say(part * drive, part * signal));
     }
-    (0..100).for_each(|_| say(0.0, 0.0, &mut text));
+    (0..samples(1.0)).for_each(|_| say(0.0, 0.0));
     text
 }
+
+/// Samples a second, seconds of a ramp, and share of creep of most records.
+const PLAIN: [f64; 3] = [100.0, 0.2, 0.03];
 
 const TAPS: [Tap; 6] = [
     (2.0, 60.0, 1.0),
@@ -68,7 +61,7 @@ fn above_rest(table: &Table) -> Vec<f64> {
 
 #[test]
 fn plateaus_and_rests_of_a_record_are_rows_of_calibrate() {
-    let desk = Desk::new(&record(&TAPS, [412.0, 0.6, 0.5], true));
+    let desk = Desk::new(&record(&TAPS, [412.0, 0.6, 0.5], PLAIN, true));
     desk.ok("taps spec.toml --a 25,25,30,30,35,35 --out t");
     let table = desk.table("t/taps.csv");
     assert_eq!(table.columns, ["a_mm", "theta_deg", "reading", "t_s"]);
@@ -86,7 +79,7 @@ fn plateaus_and_rests_of_a_record_are_rows_of_calibrate() {
         }
     }
     // What it wrote is calibrated: rests are zero readings.
-    let ran = desk.run(&["calibrate", "t/taps.csv", "--out", "cal"]);
+    let ran = desk.line("calibrate t/taps.csv --out cal");
     assert!(!ran.stderr.contains("a_mm"), "{}", ran.stderr);
     let readings = desk.table("t/readings.csv");
     assert!(readings.rows.iter().all(|row| ["rest", "plateau"].contains(&row["kind"].as_str())));
@@ -95,7 +88,7 @@ fn plateaus_and_rests_of_a_record_are_rows_of_calibrate() {
 
 #[test]
 fn without_a_drive_taps_stand_above_their_rest() {
-    let desk = Desk::new(&record(&TAPS, [-3.0, -0.4, 0.3], false));
+    let desk = Desk::new(&record(&TAPS, [-3.0, -0.4, 0.3], PLAIN, false));
     desk.ok("taps spec.toml --theta 2,4,1,8,0.5,4 --out t");
     let table = desk.table("t/taps.csv");
     let taps: Vec<_> = table.rows.iter().filter(|row| number(row, "theta_deg") != Some(0.0)).collect();
@@ -112,7 +105,7 @@ fn without_a_drive_taps_stand_above_their_rest() {
 #[test]
 fn peaks_and_steps_are_read_too() {
     let peaks: Vec<Tap> = TAPS.iter().map(|(drive, signal, _)| (*drive, *signal, 0.0)).collect();
-    let desk = Desk::new(&record(&peaks, [100.0, 0.0, 0.2], true));
+    let desk = Desk::new(&record(&peaks, [100.0, 0.0, 0.2], PLAIN, true));
     desk.ok("taps spec.toml --out t");
     let readings = desk.table("t/readings.csv");
     let found: Vec<f64> = readings
@@ -126,7 +119,7 @@ fn peaks_and_steps_are_read_too() {
         assert!((found - signal).abs() < 0.05 * signal.abs() + 0.5, "{found} {signal}");
     }
     // A staircase: several drives in one contact.
-    let mut dice = Dice(5);
+    let mut dice = Random(5);
     let mut text = "t_s,theta_deg,strain\n".to_owned();
     for k in 0..900 {
         let step = [0.0, 1.0, 2.0, 3.0, 4.0, 0.0, 0.0, 2.0, 0.0][k / 100];
@@ -141,7 +134,7 @@ fn peaks_and_steps_are_read_too() {
 
 #[test]
 fn records_that_show_no_tap_are_refused() {
-    let desk = Desk::new(&record(&TAPS, [0.0, 0.0, 0.5], true));
+    let desk = Desk::new(&record(&TAPS, [0.0, 0.0, 0.5], PLAIN, true));
     let text = desk.read("spec.toml");
     let refused = |name: &str, text: &str, more: &[&str], words: &str| {
         desk.write(name, text);
@@ -160,31 +153,9 @@ fn records_that_show_no_tap_are_refused() {
     );
     refused("labels.csv", &text, &["--a", "20,30"], "6");
     refused("own.csv", &text, &["--theta", "4"], "drive of its own");
-    let mut dice = Dice(1);
+    let mut dice = Random(1);
     let flat: String = (0..500).map(|k| format!("{},{}\n", k, dice.normal())).collect();
     refused("flat.csv", &format!("t_s,reading\n{flat}"), &[], "no tap is found");
-}
-
-/// A record of `rate` samples a second: holds of 1 s of 1, 2 and 3 units between rests of 1 s, by ramps of `ramp` s; the level drifts.
-fn ramps(rate: f64, ramp: f64, drift: f64, with_drive: bool) -> String {
-    let mut dice = Dice(3);
-    let mut text = if with_drive { "t_s,theta_deg,strain\n" } else { "t_s,strain\n" }.to_owned();
-    let mut k = 0;
-    let mut say = |drive: f64| {
-        let t = f64::from(k) / rate;
-        k += 1;
-        let y = 0.006 * drive + drift * t + 1e-5 * dice.normal();
-        text += &if with_drive { format!("{t},{drive},{y}\n") } else { format!("{t},{y}\n") };
-    };
-    let samples = |seconds: f64| (seconds * rate) as usize;
-    for drive in [1.0, 2.0, 3.0] {
-        (0..samples(1.0)).for_each(|_| say(0.0));
-        (0..samples(ramp)).for_each(|i| say(drive * i as f64 / samples(ramp) as f64));
-        (0..samples(1.0)).for_each(|_| say(drive));
-        (0..samples(ramp)).rev().for_each(|i| say(drive * i as f64 / samples(ramp) as f64));
-    }
-    (0..samples(1.0)).for_each(|_| say(0.0));
-    text
 }
 
 #[test]
@@ -198,7 +169,8 @@ fn the_rate_of_a_record_and_its_drift_change_no_reading() {
         (100.0, 0.2, -3e-4),
     ] {
         for with_drive in [false, true] {
-            desk.write("r.csv", ramps(rate, ramp, drift, with_drive));
+            let taps = [1.0, 2.0, 3.0].map(|drive| (drive, 0.006 * drive, 1.0));
+            desk.write("r.csv", record(&taps, [0.0, drift, 1e-5], [rate, ramp, 0.0], with_drive));
             desk.ok("taps r.csv --out t --force");
             let table = desk.table("t/readings.csv");
             let taps = above_rest(&table);
@@ -217,7 +189,7 @@ fn the_rate_of_a_record_and_its_drift_change_no_reading() {
 fn spikes_long_holds_and_negative_drives_are_read() {
     // Single samples that spring out of the record, and holds that are longer than all rests.
     let long: Vec<Tap> = TAPS.iter().map(|(drive, signal, _)| (-drive, *signal, 4.0)).collect();
-    let text = record(&long, [10.0, 0.0, 0.3], true);
+    let text = record(&long, [10.0, 0.0, 0.3], PLAIN, true);
     let spiked = text.lines().enumerate().map(|(k, line)| match (k % 97 == 50, line.rsplit_once(',')) {
         (true, Some((before, value))) => format!("{before},{}\n", value.parse::<f64>().unwrap() + 500.0),
         _ => format!("{line}\n"),
@@ -243,6 +215,20 @@ fn spikes_long_holds_and_negative_drives_are_read() {
     }
     for bad in ["--a nan", "--a 0", "--theta 0", "--theta inf"] {
         desk.refuses(format!("taps without.csv --out u {bad}"), &[&bad[..3]]);
+    }
+}
+
+/// The sequence of the records of [`trials`].
+struct Dice(u64);
+
+impl Dice {
+    fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((self.0 >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
+    }
+
+    fn normal(&mut self) -> f64 {
+        (-2.0 * self.uniform().ln()).sqrt() * (TAU * self.uniform()).cos()
     }
 }
 
@@ -273,7 +259,7 @@ fn trials(rate: f64, seed: u64, noise: f64, more: &dyn Fn(f64, f64) -> f64) -> (
 #[test]
 fn noise_drift_and_hum_hide_no_tap() {
     let desk = Desk::new("");
-    let hum = |_: f64, t: f64| 0.01 * (std::f64::consts::TAU * 50.0 * t + 1.0).sin();
+    let hum = |_: f64, t: f64| 0.01 * (TAU * 50.0 * t + 1.0).sin();
     let drift = |share: f64, _: f64| 0.3 * share;
     let wave = |share: f64, _: f64| 0.05 * (9.4 * share).sin();
     let none = |_: f64, _: f64| 0.0;
@@ -303,4 +289,124 @@ fn noise_drift_and_hum_hide_no_tap() {
     let ran = desk.ok("taps r.csv --out t --force");
     assert!(ran.stderr.contains("lines without a signal are left out"), "{}", ran.stderr);
     assert_eq!(desk.table("t/taps.csv").rows.len(), levels.len());
+}
+
+/// A record of 90 samples a second of `signal` (of the time, s), with noise of so much that no two samples are equal.
+fn unrested(seconds: f64, noise: f64, signal: impl Fn(f64) -> f64) -> String {
+    let mut random = Random(7);
+    let mut sample = |k: i32| {
+        let t = f64::from(k) / 90.0;
+        format!("{t:.4},{:.5}\n", 5.25 + signal(t) + 0.5 * noise * random.normal())
+    };
+    format!("t_s,reading\n{}", (0..(90.0 * seconds) as i32).map(&mut sample).collect::<String>())
+}
+
+/// From `low` to `high` and back, `period` s, with ramps that take the share `ramp` of it.
+fn wave(t: f64, period: f64, ramp: f64, [low, high]: [f64; 2]) -> f64 {
+    let phase = (t / period).fract();
+    let half = 0.5 - ramp;
+    let share = (phase / ramp).min((2.0 * ramp + half - phase) / ramp).clamp(0.0, 1.0);
+    low + share * (high - low)
+}
+
+#[test]
+fn records_without_rests_between_their_taps_are_refused() {
+    let desk = Desk::new("");
+    let cut = |seconds: f64, from: f64, f: &dyn Fn(f64) -> f64| {
+        let inside = |t: f64| if (from..seconds - from).contains(&t) { f(t - from) } else { 0.0 };
+        unrested(seconds, 4e-4, inside)
+    };
+    let square = |t: f64| wave(t, 4.0, 0.04, [-0.6, 0.6]);
+    let slow = |t: f64| wave(t, 4.0, 0.3, [-0.6, 0.6]);
+    let triangle = |t: f64| wave(t, 4.0, 0.5, [-0.6, 0.6]);
+    let sine = |t: f64| 0.6 * (TAU * t / 4.0).sin();
+    let half_sines = |t: f64| 0.6 * (TAU * t / 4.0).sin().abs();
+    for (name, text) in [
+        ("square", cut(30.0, 5.0, &square)),
+        ("ramps", cut(30.0, 5.0, &slow)),
+        ("few", cut(18.0, 5.0, &square)),
+        ("no rest at all", unrested(22.0, 4e-4, |t| square(t + 0.2))),
+        ("triangles", unrested(22.0, 4e-4, triangle)),
+        ("triangles between rests", cut(30.0, 5.0, &triangle)),
+        ("sine", unrested(22.0, 4e-4, sine)),
+        ("sine between rests", cut(30.0, 5.0, &sine)),
+        ("half sines", cut(30.0, 5.0, &half_sines)),
+        ("noisy sine", unrested(22.0, 0.02, sine)),
+        ("uneven", unrested(22.0, 4e-4, |t| square(t) * if (t / 4.0) as i32 % 2 == 0 { 0.7 } else { 1.0 })),
+        ("levels", cut(30.0, 5.0, &|t| [0.3, 0.6, -0.2, 0.5, 0.1][(t / 4.0) as usize % 5])),
+    ] {
+        desk.write("r.csv", text);
+        let ran = desk.line("taps r.csv --out t").exits(2);
+        let said = ["rest", "no tap is found"].iter().any(|word| ran.stderr.contains(word));
+        assert!(said, "{name}: {}", ran.stderr);
+        assert!(!desk.path("t").exists(), "{name}");
+    }
+}
+
+#[test]
+fn taps_with_rests_are_read_whatever_their_pattern() {
+    let desk = Desk::new("");
+    // To both sides in turn; all to one level; ramps that last as long as the rest; swings where the whisker comes free.
+    let to = |k: usize, levels: &[f64]| levels[k % levels.len()];
+    type Tap<'a> = (&'a str, [f64; 3], &'a [f64], f64);
+    let cases: [Tap<'_>; 4] = [
+        ("both sides", [0.1, 2.0, 0.6], &[0.6, -0.6], 0.0),
+        ("one level", [0.2, 0.8, 1.2], &[0.4], 0.0),
+        ("slow", [1.0, 1.0, 1.0], &[0.2, 0.5, 0.3], 0.0),
+        ("swings", [0.1, 1.0, 1.0], &[0.6, 0.3, 0.5], 0.3),
+    ];
+    for (name, [ramp, hold, rest], levels, swing) in cases {
+        let period = 2.0 * ramp + hold + rest;
+        let signal = |t: f64| {
+            let t = t - 3.0;
+            let (k, t) = ((t / period).floor(), t.rem_euclid(period));
+            if !(0.0..8.0).contains(&k) {
+                return 0.0;
+            }
+            let share = (t / ramp).min((2.0 * ramp + hold - t) / ramp).clamp(0.0, 1.0);
+            let free = t - 2.0 * ramp - hold;
+            let swings =
+                if free > 0.0 { -swing * (-free / 0.05).exp() * (TAU * free / 0.08).sin() } else { 0.0 };
+            to(k as usize, levels) * (share + swings)
+        };
+        desk.write("r.csv", unrested(6.0 + 8.0 * period, 4e-4, signal));
+        desk.ok("taps r.csv --out t --force");
+        let table = desk.table("t/taps.csv");
+        let found: Vec<f64> = table.rows.iter().map(|row| number(row, "reading").unwrap()).collect();
+        assert_eq!(found.len(), 8, "{name}: {found:?}");
+        for (k, found) in found.iter().enumerate() {
+            assert!((found - to(k, levels)).abs() < 0.02, "{name} {k}: {found}");
+        }
+    }
+}
+
+#[test]
+fn plateaus_of_whole_numbers_without_noise_are_all_read() {
+    let desk = Desk::new("");
+    for (levels, rest, rate) in
+        [([48, 96, 42, 84, 33, 67], 0, 10.0), ([318, 637, 279, 558, 222, 445], 2048, 50.0)]
+    {
+        let mut text = "t_s,reading\n".to_owned();
+        let mut k = 0;
+        let mut say = |value: i32, seconds: f64| {
+            (0..(seconds * rate) as i32).for_each(|_| {
+                text += &format!("{},{}\n", f64::from(k) / rate, rest + value);
+                k += 1;
+            });
+        };
+        for level in levels {
+            say(0, 1.0);
+            say(level, 1.2);
+        }
+        say(0, 1.0);
+        desk.write("r.csv", text);
+        desk.ok("taps r.csv --a 25,25,30,30,40,40 --theta 2,4,2,4,2,4 --out t --force");
+        let table = desk.table("t/readings.csv");
+        let of = |rests: bool| -> Vec<f64> {
+            let rows = table.rows.iter().filter(|r| (r["kind"] == "rest") == rests);
+            rows.map(|r| number(r, "signal").unwrap()).collect()
+        };
+        assert_eq!(of(false), levels.map(|level| f64::from(rest + level)), "{}", table.text);
+        assert!(of(true).iter().all(|signal| *signal == f64::from(rest)), "{}", table.text);
+    }
 }

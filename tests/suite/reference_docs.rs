@@ -5,23 +5,23 @@ use std::path::Path;
 
 use toml::Value;
 
+use crate::common::keys;
 use crate::common::program::{Desk, SPEC};
 use vibrissa::census::compare::{FAULTS, QUANTITIES};
-use vibrissa::reference::{columns, keys, words};
+use vibrissa::reference::{columns, words};
 use vibrissa::scene::{Search, search::Places};
 use vibrissa::sink::table::Only;
-use vibrissa::spec::keys::{FORMAT, INLINE, Key, SECTIONS, Section};
+use vibrissa::spec::keys::{Key, Section, inline, section, sections};
 use vibrissa::status::Status;
 
 /// Every key, and its section.
-fn all() -> Vec<(Option<&'static Section>, &'static Key)> {
-    let sections = SECTIONS.iter().chain(&INLINE);
-    let of = |s: &'static Section| s.keys.iter().map(move |k| (Some(s), k));
-    std::iter::once((None, &FORMAT)).chain(sections.flat_map(of)).collect()
+fn all() -> Vec<(&'static Section, &'static Key)> {
+    let all = std::iter::once(section("")).chain(sections()).chain(inline());
+    all.flat_map(|s| s.keys.iter().map(move |k| (s, k))).collect()
 }
 
-fn dotted(section: Option<&Section>, key: &Key) -> String {
-    section.map_or(key.name.to_owned(), |s| format!("{}.{}", s.name, key.name))
+fn dotted(section: &Section, key: &Key) -> String {
+    format!("{}.{}", section.name, key.name)
 }
 
 /// A value written as TOML.
@@ -43,18 +43,17 @@ fn every_example_is_read() {
             read(section, key, key.example);
         }
     }
-    for table in &INLINE {
+    for table in inline() {
         let (outer, inner) = table.name.split_once('.').unwrap_or(("whisker", "D"));
-        let outer = SECTIONS.iter().find(|s| s.name == outer);
-        let key = outer.and_then(|s| s.key(inner)).unwrap_or_else(|| panic!("no key {}", table.name));
-        table.examples.iter().for_each(|example| read(outer, key, example));
+        let key = section(outer).key(inner).unwrap_or_else(|| panic!("no key {}", table.name));
+        table.examples.iter().for_each(|example| read(section(outer), key, example));
     }
 }
 
 #[test]
 fn every_key_says_what_it_is_and_what_is_allowed() {
     for (section, key) in all() {
-        assert!(!keys::allowed(section, key).is_empty(), "{}: nothing is allowed", dotted(section, key));
+        assert!(!key.allowed().is_empty(), "{}: nothing is allowed", dotted(section, key));
         assert!(!key.what.is_empty(), "{}", dotted(section, key));
     }
 }
@@ -62,33 +61,27 @@ fn every_key_says_what_it_is_and_what_is_allowed() {
 /// Of the other inline tables the reader takes its names from the list that the reference is made of.
 #[test]
 fn tables_with_a_list_of_their_own_have_the_same_keys() {
-    let unknown = Key {
-        name: "no_such_key",
-        unit: "",
-        what: "",
-        absent: "",
-        example: "",
-        note: "",
-        form: vibrissa::spec::keys::form::Form::Text,
-    };
-    let own = ["optimise.variables", "optimise.robust"];
-    for table in INLINE.iter().filter(|t| own.contains(&t.name)) {
-        let refused =
-            keys::parsed(Some(table), &keys::with(Some(table), &unknown, Some(1.into()))).unwrap_err();
+    let unknown = Key { name: "no_such_key", ..Key::default() };
+    for table in ["optimise.variables", "optimise.robust"].map(section) {
+        let refused = keys::parsed(table, &keys::with(table, &unknown, Some(1.into()))).unwrap_err();
         let allowed = refused.allowed.unwrap_or_default();
-        let known = allowed.trim_start_matches("some of ").trim_end_matches(", each [min, max]");
-        assert_eq!(known, table.names().join(", "), "{}", table.name);
+        let own: Vec<&str> = table.names().into_iter().filter(|name| *name != "delta").collect();
+        assert_eq!(allowed, own.join(", "), "{}", table.name);
+        for key in &table.keys {
+            let error = keys::parsed(table, &keys::with(table, key, Some(true.into()))).unwrap_err();
+            assert!(!error.message.contains("unknown"), "{error}");
+        }
     }
 }
 
 #[test]
 fn keys_that_are_required_are_those_that_are_missed() {
     let (mut required, mut free) = (0, 0);
-    for section in &SECTIONS {
-        for key in section.keys {
-            let name = dotted(Some(section), key);
-            let read = keys::parsed(Some(section), &keys::with(Some(section), key, None));
-            if keys::default(section.name, key).starts_with("required") || name == FILE_KEY {
+    for section in sections() {
+        for key in &section.keys {
+            let name = dotted(section, key);
+            let read = keys::parsed(section, &keys::with(section, key, None));
+            if key.usual().starts_with("required") || name == FILE_KEY {
                 let error = read.expect_err(&name);
                 assert!(error.message.contains("missing"), "{name}: {error}");
                 required += 1;
@@ -103,7 +96,7 @@ fn keys_that_are_required_are_those_that_are_missed() {
 }
 
 /// What a spec asks, without places in its text.
-fn asked(section: Option<&Section>, text: &str) -> String {
+fn asked(section: &Section, text: &str) -> String {
     let read = keys::parsed(section, text);
     let (study, search) = read.unwrap_or_else(|e| panic!("{e} in\n{text}"));
     format!("{study:?}{:?}", search.map(|s| Search { places: Places::default(), ..s }))
@@ -113,7 +106,7 @@ fn asked(section: Option<&Section>, text: &str) -> String {
 fn a_default_that_is_written_out_changes_nothing() {
     let mut judged = 0;
     for (section, key) in all() {
-        let (name, default) = (dotted(section, key), keys::default(section.map_or("", |s| s.name), key));
+        let (name, default) = (dotted(section, key), key.usual());
         let Ok(parsed) = format!("x = {}", default.trim_matches('`')).parse::<toml::Table>() else {
             continue;
         };
@@ -221,9 +214,8 @@ fn every_column_from_measurement_to_distance_is_described() {
 #[test]
 fn every_column_of_verify_and_bench_is_described() {
     described("verify", "verify.csv", &vibrissa::census::verify::COLUMNS.split(' ').collect::<Vec<_>>());
-    for (file, header) in vibrissa::census::bench::COLUMNS {
-        described("bench", file, &header.split(' ').collect::<Vec<_>>());
-    }
+    let columns = vibrissa::census::bench::COLUMNS;
+    described("bench", "work_precision.csv", &columns.split(' ').collect::<Vec<_>>());
 }
 
 /// Words in quotes behind `=>` or in a pair, in the body of the function `name` of a source file.
@@ -235,18 +227,18 @@ fn words_of(source: &str, name: &str) -> BTreeSet<String> {
 
 #[test]
 fn every_word_is_described() {
-    let told =
-        |list: &[(&str, &str)]| list.iter().map(|(word, _)| (*word).to_owned()).collect::<BTreeSet<_>>();
+    let parts = words::parts();
+    let told = |k: usize| parts[k].entries.iter().map(|e| e.name.clone()).collect::<BTreeSet<_>>();
     let reasons = words_of(include_str!("../../src/estimator/reason.rs"), "word");
-    assert_eq!(reasons, told(&words::REASONS), "reasons");
+    assert_eq!(reasons, told(1), "reasons");
     let verdicts = [&FAULTS[..], &QUANTITIES[..]].concat().into_iter().map(str::to_owned).collect();
-    assert_eq!(told(&words::VERDICTS), verdicts, "VERDICTS in src/reference/words.rs");
+    assert_eq!(told(2), verdicts, "verdicts in src/reference/words.toml");
 
-    let statuses = &words::parts()[0];
+    let statuses = &parts[0];
     let names: Vec<&str> = statuses.entries.iter().map(|e| e.name.as_str()).collect();
     assert_eq!(names, Status::ALL.map(|(_, word)| word), "statuses");
     for e in &statuses.entries {
-        assert!(!e.meaning.is_empty(), "src/reference/words.rs does not say what {} means", e.name);
+        assert!(!e.meaning.is_empty(), "src/reference/words.toml does not say what {} means", e.name);
     }
 }
 

@@ -127,7 +127,7 @@ fn own_models_and_second_gauges_know_their_rig() {
 }
 
 /// Two axes, of two kinds, beside D and l.
-const TWO: &str = "[whisker]\nD = [10, 9]\nd = 4\nL_a = 50\nbore = [1, 3]\nhub = { from = 0, to = 4, steps = 2 }\n\
+pub const TWO: &str = "[whisker]\nD = [10, 9]\nd = 4\nL_a = 50\nbore = [1, 3]\nhub = { from = 0, to = 4, steps = 2 }\n\
                    [gauge]\nx_ss = 5\nl = [1, 2]\nnoise_strain = 1e-5\n[tap]\na = [20, 33]\ntheta = [2, 5]\n";
 
 #[test]
@@ -154,20 +154,14 @@ fn rows_are_nested_after_l_and_before_a() {
     assert!(all.distances.text.starts_with(&format!("{head}a_mm,n,")), "{:.90}", all.distances.text);
 }
 
-/// The rows of a sweep as a tuple file.
-fn listed(table: &Table) -> String {
-    let end = table.columns.iter().position(|name| name == "strain").unwrap();
-    let line = |row: &Row| table.columns[..end].iter().map(|c| row[c].clone()).collect::<Vec<_>>().join(",");
-    let rows = table.rows.iter().map(line).collect::<Vec<_>>().join("\n");
-    format!("{}\n{rows}\n", table.columns[..end].join(","))
-}
-
-#[test]
-fn samples_run_together_and_a_tuple_file_says_the_same() {
-    let sampled = "[whisker]\nD = { min = 8, max = 12, samples = 16 }\nd = 4\nL_a = 50\nexponent = { min = 0.5, max = 3, samples = 16 }\n\
+/// Axes of four kinds with one point set.
+pub const SAMPLED: &str = "[whisker]\nD = { min = 8, max = 12, samples = 16 }\nd = 4\nL_a = 50\nexponent = { min = 0.5, max = 3, samples = 16 }\n\
                    root = { k_theta = [500, 900] }\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-5\n[tap]\na = [20, 33]\n\
                    theta = { min = 1, max = 4, samples = 16 }\n[model]\nnu = { min = 0.3, max = 0.5, samples = 16 }\nshear = true\n";
-    let all = sweep(sampled, CPU_F64);
+
+#[test]
+fn samples_run_together() {
+    let all = sweep(SAMPLED, CPU_F64);
     assert_eq!(all.tuples.rows.len(), 16 * 2 * 2);
     let of = |column: &str| -> Vec<f64> {
         all.designs.rows.iter().step_by(2).map(|row| number(row, column).unwrap()).collect()
@@ -185,12 +179,6 @@ fn samples_run_together_and_a_tuple_file_says_the_same() {
             assert_eq!(value, min + (max - min) * x, "{column} {i}");
         }
     }
-    let file = "[tuples]\nfile = \"list.csv\"\n[gauge]\nnoise_strain = 1e-5\n[model]\nshear = true\n";
-    let again = sweep_with(file, Some(&listed(&all.tuples)), CPU_F64);
-    assert_eq!(again.tuples.text, all.tuples.text);
-    assert_eq!(again.designs.rows.len(), all.designs.rows.len());
-    assert_eq!(again.designs.text, all.designs.text);
-    assert_eq!(again.distances.text, all.distances.text);
 }
 
 #[test]
@@ -205,31 +193,6 @@ fn a_tuple_file_has_rows_outside_the_domain() {
         CPU,
     );
     assert_eq!(swept.tuples.rows[3]["strain"], plain.tuples.rows[0]["strain"]);
-}
-
-#[test]
-fn the_best_rows_are_those_of_the_whole_table() {
-    for per in ["row", "design"] {
-        let all = sweep(TWO, CPU);
-        let top = sweep(&format!("{TWO}[output]\ntop = 5\nby = \"total_rms_mm\"\nper = \"{per}\"\n"), CPU);
-        let mut rows = all.designs.rows;
-        rows.sort_by(|p, q| {
-            number(p, "total_rms_mm").partial_cmp(&number(q, "total_rms_mm")).expect("complete rows")
-        });
-        if per == "design" {
-            let key = |row: &Row| ["D_mm", "l_mm", "bore_mm", "hub_mm"].map(|c| row[c].clone());
-            let mut seen = Vec::new();
-            rows.retain(|row| {
-                let new = !seen.contains(&key(row));
-                seen.push(key(row));
-                new
-            });
-        }
-        rows.truncate(5);
-        assert_eq!(top.designs.rows, rows, "{per}");
-        assert!(top.tuples.rows.iter().all(|row| all.tuples.rows.contains(row)), "{per}");
-        assert_eq!(top.tuples.rows.len(), 10, "{per}");
-    }
 }
 
 #[test]
@@ -266,43 +229,6 @@ fn parquet_reports_and_plans_know_the_columns() {
     desk.ok("report other");
 }
 
-#[test]
-fn what_cannot_be_an_axis_says_where_and_why() {
-    let cone = |keys: &str, model: &str| spec(&format!("{CONE}{keys}"), "", model);
-    let soft =
-        "extension = true\nindentation = true\ncontact = { coulomb = [0.1, 0.3] }\npole_radius = [1, 2]";
-    let (hub, nu) = ("hub = { min = 0, max = 5, samples = 8 }", "nu = { min = 0.3, max = 0.5, samples = 4 }");
-    for (text, key, part) in [
-        (cone("", "nu = [0.3, 0.6]"), "model.nu", "0 … 0.5"),
-        (cone("bore = [3, 12]", ""), "whisker.bore", "12 mm thick"),
-        (cone("exponent = { from = 0.1, to = 2, steps = 3 }", ""), "whisker.exponent.from", "0.25"),
-        (cone("hub = []", ""), "whisker.hub", "empty"),
-        (cone("curvature = [0, 0.2]", ""), "whisker.curvature", "90°"),
-        (cone("scale = [1, 2]", ""), "whisker.scale", "profile"),
-        (cone("", soft), "model.contact", "rubs"),
-        (cone("", "geometry = \"linear\"\npole_radius = [0, 2]"), "model.pole_radius", "linear"),
-        (cone("bore = [0, 2]", "material = { neo-hookean = 3.2 }"), "whisker.bore", "hooke"),
-        (cone("exponent = [1, 2]", "solid = true\npole_radius = 3"), "whisker.exponent", "clamp"),
-        (cone(hub, nu), "model.nu.samples", "differ in samples"),
-    ] {
-        let desk = Desk::new(&text);
-        let ran = desk.sweep(&["--json"]).exits(2);
-        let error = ran.json()["error"].clone();
-        assert_eq!(error["key"], key, "{error}");
-        assert!(error["line"].is_number() && error.to_string().contains(part), "{part}: {error}");
-    }
-    let desk = Desk::new(
-        &spec(&format!("{CONE}hub = [0, 5]"), "noise_strain = 1e-5", "").replace("D = [10, 9]", "D = 10"),
-    );
-    for command in ["tap", "shape", "chart", "explore", "verify", "simulate"] {
-        let ran = desk.run(&[command, "spec.toml", "--json"]).exits(2);
-        assert_eq!(ran.json()["error"]["key"], "whisker.hub", "{command}: {}", ran.stdout);
-    }
-    for flag in [&["--explain"][..], &["--model-error", "0.01"]] {
-        assert!(desk.sweep(flag).exits(2).stderr.contains("hub"), "{flag:?}");
-    }
-}
-
 /// K_sd of a row over three distances, of the whisker with this exponent and root.
 const SEARCHED: &str = "[whisker]\nD = 10\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-5\n[tap]\na = [20, 30, 40]\ntheta = 4\n";
 
@@ -326,93 +252,4 @@ fn a_search_finds_the_best_of_a_dense_axis() {
         let ratio = found.value / value;
         assert!(ratio <= 1.0 + 1e-9 && ratio > 0.98, "{objective}: {ratio} of {value} at {exponent}");
     }
-}
-
-#[test]
-fn best_toml_is_swept_to_the_figures_of_the_search() {
-    let text = format!(
-        "{}[optimise]\nobjective = \"distance\"\nvariables = {{ d = [3, 6], core = {{ diameter = [0.2, 1] }}, k_theta = [200, 2000], E = [2, 4] }}\n\
-         robust = {{ k_theta = 20, nu = 0.01, samples = 4 }}\nbudget = {{ evaluations = 120 }}\nlimits = {{ strain = 1 }}\n",
-        SEARCHED.replace("[gauge]", "core = { diameter = 0.5, modulus = 60000 }\n[gauge]")
-    );
-    let desk = Desk::new(&text);
-    let ran = desk.ok("optimise spec.toml --backend cpu --precision f64 --json --out out");
-    let best = ran.json()["result"]["best"].clone();
-    for column in ["core_mm", "k_theta_Nmm_per_rad", "E_MPa"] {
-        assert!(best[column].is_number(), "{best}");
-    }
-    desk.ok("sweep out/best.toml --out again --quiet");
-    let again = desk.table("again/designs.csv");
-    for column in ["K_sd", "total_rms_mm", "force_max_N"] {
-        assert_eq!(number(&again.rows[0], column), best[column].as_f64(), "{column}");
-    }
-    let history = desk.table("out/history.csv");
-    assert!(history.columns.iter().any(|name| name == "k_theta_Nmm_per_rad"), "{:?}", history.columns);
-}
-
-#[test]
-fn variables_that_lack_something_say_so() {
-    for (variables, key, part) in [
-        ("scale = [0.5, 2]", "optimise.variables.scale", "a profile"),
-        ("core = { diameter = [0.1, 1] }", "optimise.variables.core.diameter", "modulus"),
-        ("nu = [0.2, 0.7]", "optimise.variables.nu", "0 … 0.5"),
-        ("exponent = [3, 1]", "optimise.variables.exponent", "inverted"),
-        ("core = { length = [1, 2] }", "optimise.variables.core.length", "unknown key"),
-    ] {
-        let desk =
-            Desk::new(&format!("{SEARCHED}[optimise]\nobjective = \"sd\"\nvariables = {{ {variables} }}\n"));
-        let error = desk.run(&["optimise", "spec.toml", "--json"]).exits(2).json()["error"].clone();
-        assert_eq!(error["key"], key, "{error}");
-        assert!(error["line"].is_number() && error.to_string().contains(part), "{error}");
-    }
-}
-
-#[test]
-fn what_is_inside_needs_hooke_however_it_is_written() {
-    let whisker = "[whisker]\nD = 10\nd = 4\nL_a = 50\n";
-    let rest = "[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 2e-5\n[tap]\na = [21, 33, 45]\ntheta = [2, 8]\n[model]\nmaterial = { neo-hookean = 3.2 }\n";
-    let desk = Desk::new("");
-    desk.write("shape.csv", "s_mm,D_mm,bore_mm\n0,10,3\n50,4,2\n");
-    let search = "[optimise]\nobjective = \"distance\"\nvariables = { bore = [0, 2], theta = [1, 8] }\nbudget = { evaluations = 40 }\n";
-    for (command, text, place) in [
-        ("sweep", format!("[whisker]\nprofile = \"shape.csv\"\n{rest}"), "spec.toml:2: whisker.profile"),
-        ("sweep", format!("{whisker}bore = 2\n{rest}"), "spec.toml:5: whisker.bore"),
-        ("sweep", format!("{whisker}bore = [0, 2]\n{rest}"), "spec.toml:5: whisker.bore"),
-        (
-            "optimise",
-            format!("{whisker}{}{search}", rest.replace("theta = [2, 8]\n", "")),
-            "optimise.variables.bore",
-        ),
-    ] {
-        desk.write("spec.toml", &text);
-        desk.refuses(format!("{command} spec.toml --out out"), &["needs material = { hooke = E }", place]);
-    }
-    // A bore of 0 is none.
-    desk.write("spec.toml", format!("{whisker}bore = 0\n{rest}"));
-    desk.ok("sweep spec.toml --out out");
-    let rows = "10,4,50,5,2,33,4,0\n10,4,50,5,2,33,4,2\n";
-    desk.write("list.csv", format!("D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg,bore_mm\n{rows}"));
-    desk.write("listed.toml", "[tuples]\nfile = \"list.csv\"\n[model]\nmaterial = { neo-hookean = 3.2 }\n");
-    desk.refuses("sweep listed.toml --out listed", &["needs material = { hooke = E }"]);
-}
-
-#[test]
-fn a_search_does_not_tilt_what_no_sweep_tilts() {
-    let text = "[whisker]\nD = 10\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 2e-5\n[tap]\na = [21, 33, 45]\ntilt = 10\n\
-                [optimise]\nobjective = \"distance\"\nvariables = { VARIABLE, theta = [1, 8] }\nbudget = { evaluations = 40 }\n";
-    for (variable, word) in
-        [("k_theta = [100, 2000]", "upright"), ("curvature = [0, 0.01]", "leaves the plane")]
-    {
-        Desk::new(&text.replace("VARIABLE", variable))
-            .refuses("optimise spec.toml --out o", &[word, "spec.toml:14"]);
-    }
-}
-
-#[test]
-fn measured_distances_of_a_curved_whisker_are_arcs() {
-    let text = "[whisker]\nD = 10\nd = 4\nL_a = 50\ncurvature = 0.01\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = [21, 33, 45]\ntheta = [2, 8]\nabscissa = true\n";
-    let desk = Desk::new(text);
-    let rows = "21,2,0.02\n33,2,0.01\n45,2,0.006\n21,8,0.08\n33,8,0.04\n45,8,0.02\n";
-    desk.write("data.csv", format!("a_mm,theta_deg,strain\n{rows}"));
-    desk.refuses("calibrate data.csv --whisker spec.toml --out c", &["tap.abscissa", "spec.toml:12"]);
 }

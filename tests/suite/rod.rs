@@ -1,6 +1,6 @@
 //! The reference rod against published numbers, its limits and its symmetries (model §5).
 
-use crate::common::{CONFIGURATIONS, all_effects, configuration, model, tap};
+use crate::common::{all_effects, configuration, model, tap};
 use glam::DVec2;
 use vibrissa::physics::rod::{RodError, RodProblem, RodTap, bend};
 use vibrissa::scene::{Contact, Material, Model};
@@ -160,14 +160,6 @@ fn tiny_taps_are_linear() {
         assert_close(tap.strain / strain, 1.0, 1e-8);
         assert_close(tap.normal_force / force, 1.0, 1e-8);
         assert_close(tap.contact_arc / a, 1.0, 1e-8);
-    }
-}
-
-#[test]
-fn every_effect_bears_tiny_taps() {
-    for (model, side) in CONFIGURATIONS.map(configuration) {
-        let strain = |degrees| RodProblem { side, ..tap(&model, 4.0, 30.0, degrees) }.solve().unwrap().strain;
-        assert_close(strain(2e-3) / strain(1e-3), 2.0, 1e-4);
     }
 }
 

@@ -101,8 +101,7 @@ fn shares_of_variance_lie_in_0_to_1_and_a_grid_has_them_within_their_intervals()
 fn a_search_says_of_what_its_shares_are_and_how_sure() {
     let [spec, _] = both(CALM);
     let desk = Desk::new(&spec);
-    let json =
-        desk.run(&["optimise", "spec.toml", "--json", "--backend", "cpu", "--out", "found"]).exits(0).json();
+    let json = desk.json("optimise spec.toml --backend cpu --out found");
     let told = &json["result"]["sensitivity"];
     assert_eq!((told["scale"].as_str(), told["confidence"].as_f64()), (Some("ln"), Some(0.95)), "{told}");
     let table = Table::read(&desk.path("found/sensitivity.csv"));

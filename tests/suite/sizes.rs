@@ -1,14 +1,16 @@
 //! Sweeps of awkward sizes: none, one, a workgroup more or less, several batches, designs larger than one. Rows and
 //! their order do not depend on how the taps are cut into batches.
 
-use crate::common;
-
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufRead, BufReader};
 
-use crate::common::cases::{Kind, evaluate, random};
-use crate::common::sweeping::{CPU, CPU_F64, GPU, Place, REFERENCE, sweep_into, sweep_with};
-use tempfile::TempDir;
+use crate::common::cases::{Kind, evaluate};
+use crate::common::specs;
+use crate::common::sweeping::{
+    CPU, CPU_F64, GPU, Place, REFERENCE, Row, Table, number, sweep_into, sweep_with,
+};
+use vibrissa::census::hard::random;
 use vibrissa::plan::CHUNK;
 use vibrissa::scene::{Precision, Tuple};
 
@@ -49,131 +51,68 @@ fn a_workgroup_more_or_less() {
                 for column in INPUTS.iter().chain(&["status", "strain_linear"]) {
                     assert_eq!(found[*column], wanted[*column], "{column} of {n} on {place:?}");
                 }
-                let strain = |row: &common::sweeping::Row| row["strain"].parse::<f64>().expect("a strain");
+                let strain = |row: &Row| row["strain"].parse::<f64>().expect("a strain");
                 assert!((strain(found) / strain(wanted) - 1.0).abs() < tolerance(place), "{n} on {place:?}");
             }
         }
     }
 }
 
-/// Rows of a table without its header, one after the other, over several sweeps.
-fn rows<'a>(parts: &'a [TempDir], table: &'a str) -> impl Iterator<Item = String> + 'a {
-    parts.iter().flat_map(move |part| {
-        let file = File::open(part.path().join(table)).expect("a table");
-        BufReader::new(file).lines().skip(1).map(|line| line.expect("a line"))
-    })
-}
-
-fn swept(text: &str, list: Option<&str>, place: Place) -> TempDir {
-    let out = tempfile::tempdir().expect("a folder");
-    sweep_into(out.path(), text, list, place).unwrap_or_else(|e| panic!("{e}"));
-    out
-}
-
-/// Whether two values of `column` agree within the tolerance: of the strain or force, of K, of the whisker's length.
-fn close(column: &str, a: &str, b: &str, place: Place) -> bool {
-    let scale = |a: f64| match column {
-        _ if column.ends_with("_mm") => 50.0,
-        "strain" | "strain_linear" | "strain_max" | "normal_force_N" | "force_max_N" => a.abs(),
-        _ => 1.0,
-    };
-    let near = |a: f64, b: f64| (a - b).abs() <= tolerance(place) * scale(a);
-    a == b || a.parse().ok().zip(b.parse().ok()).is_some_and(|(a, b)| near(a, b))
-}
-
-/// Asserts that `whole` holds the rows of `parts`, in order: the same text where every tap is treated alone, on the GPU; else the
-/// same inputs and status, and numbers within the tolerance.
-#[track_caller]
-fn same_rows(whole: &TempDir, parts: &[TempDir], table: &str, place: Place) {
-    let alone = place == GPU;
-    let file = File::open(whole.path().join(table)).expect("a table");
-    let header = BufReader::new(file).lines().next().expect("a header").expect("a line");
-    let columns: Vec<&str> = header.split(',').collect();
-    let (whole, mut count) = (std::slice::from_ref(whole), 0);
-    let mut left = rows(parts, table);
-    for row in rows(whole, table) {
-        let part = left.next().unwrap_or_else(|| panic!("{table}: row {count} is one too many"));
-        let alike = || {
-            let pairs = columns.iter().zip(row.split(',').zip(part.split(',')));
-            pairs.clone().count() == columns.len()
-                && pairs.into_iter().all(|(c, (a, b))| a == b || !INPUTS.contains(c) && close(c, a, b, place))
-        };
-        assert!(row == part || !alone && alike(), "{table}, row {count} on {place:?}:\n{row}\n{part}");
-        count += 1;
-    }
-    assert!(count > 0 && left.next().is_none(), "{table}: only {count} rows");
-}
-
-/// D, a and theta as TOML; K and the range are given, so that estimates do not depend on what is swept together.
-fn spec(d: &str, a: &str, theta: &str) -> String {
-    format!(
-        "[whisker]\nD = {d}\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = {a}\ntheta = {theta}\n\
-         [estimate]\nK = 1\nrange = [1, 60]\n"
-    )
-}
-
-fn steps(from: f64, step: f64, n: u64) -> String {
-    format!("{{ from = {from}, to = {:.6}, step = {step} }}", from + step * (n - 1) as f64)
-}
-
+/// Designs in several chunks, and one design larger than a chunk: rows stand in the order of the grid, some of them are those of taps asked alone, and
+/// the statistics of every design are those of its rows.
 #[test]
-fn several_chunks_are_their_parts() {
-    let (a, theta) = (steps(21.0, 3.0, 10), steps(1.0, 1.0, 10));
-    let designs = |from: f64, n: u64| spec(&steps(from, 0.001, n), &a, &theta);
-    const { assert!(1400 * 100 > CHUNK) };
-    for place in BATCHED {
-        let whole = swept(&designs(8.0, 1400), None, place);
-        let parts =
-            [(8.0, 7), (8.007, 993), (9.0, 400)].map(|(from, n)| swept(&designs(from, n), None, place));
-        for table in ["tuples.csv", "designs.csv", "distances.csv"] {
-            same_rows(&whole, &parts, table, place);
-        }
-        if place == GPU {
-            let inputs = |row: String| row.split(',').take(7).collect::<Vec<_>>().join(",") + "\n";
-            let whole = [whole];
-            let list = INPUTS.join(",") + "\n" + &rows(&whole, "tuples.csv").map(inputs).collect::<String>();
-            let listed = "[tuples]\nfile = \"list.csv\"\n[estimate]\nK = 1\nrange = [1, 60]\n";
-            let listed = swept(listed, Some(&list), place);
-            for table in ["tuples.csv", "designs.csv", "distances.csv"] {
-                same_rows(&listed, &whole, table, place);
+fn rows_of_large_sweeps_are_those_of_taps_asked_alone() {
+    let spec = |d: &str, a: &str, theta: &str| {
+        format!(
+            "[whisker]\nD = {d}\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = {a}\ntheta = {theta}\n"
+        )
+    };
+    const { assert!(1400 * 100 > CHUNK && CHUNK < 364 * 364) };
+    let (a, theta) = ("{ from = 21, to = 48, step = 3 }", "{ from = 1, to = 10, step = 1 }");
+    let several = spec("{ from = 8, to = 10, steps = 1400 }", a, theta);
+    let large = spec("10", "{ from = 20, to = 30, steps = 364 }", "{ from = 0.5, to = 4, steps = 364 }");
+    for (text, taps) in [(several, 10), (large, 364)] {
+        let study = specs::parse(&text).expect("a spec").study;
+        let layout = study.space.layout().expect("axes");
+        let some: Vec<u64> = (0..layout.len()).step_by(997).collect();
+        let tuples: Vec<Tuple> = some.iter().map(|i| layout.tuple(*i)).collect();
+        for place in BATCHED {
+            let out = tempfile::tempdir().expect("a folder");
+            sweep_into(out.path(), &text, None, place).unwrap_or_else(|e| panic!("{e}"));
+            let file = BufReader::new(File::open(out.path().join("tuples.csv")).expect("a table"));
+            let mut alone =
+                some.iter().zip(evaluate(&study.setup, place.open(&study.setup), &tuples)).peekable();
+            // n and the largest strain by the design and drive of a row.
+            let mut designs: BTreeMap<(String, String), (u64, f64)> = BTreeMap::new();
+            for (i, line) in (0..).zip(file.lines().skip(1)) {
+                let line = line.expect("a line");
+                let fields: Vec<&str> = line.split(',').collect();
+                let number = |k: usize| fields[k].parse::<f64>().expect("a number");
+                let t = layout.tuple(i);
+                assert_eq!([0, 5, 6].map(number), [t.D, t.a, t.drive], "row {i} on {place:?}");
+                if let Some((_, (one, least))) = alone.next_if(|(at, _)| **at == i) {
+                    let error = (number(7) - one.strain).abs() / one.strain.abs().max(least);
+                    assert!(
+                        error <= if place == GPU { 0.0 } else { tolerance(place) },
+                        "row {i} on {place:?}: {error:e}"
+                    );
+                }
+                let design = designs.entry((fields[0].into(), fields[6].into())).or_default();
+                *design = (design.0 + 1, design.1.max(number(7).abs()));
+            }
+            assert!(alone.next().is_none(), "{place:?}: not all rows are there");
+            let table = Table::read(&out.path().join("designs.csv"));
+            assert_eq!(table.rows.len(), designs.len());
+            for row in &table.rows {
+                let known = designs[&(row["D_mm"].clone(), row["theta_deg"].clone())];
+                assert_eq!(
+                    (row["n"].parse(), number(row, "strain_max")),
+                    (Ok(taps), Some(known.1)),
+                    "{row:?}"
+                );
+                assert_eq!(known.0, taps);
             }
         }
-    }
-}
-
-/// One design of `n` distances and as many angles against the same taps in four specs by distance, then by angle.
-fn large_design(n: u64, place: Place) {
-    let (a_step, theta_step) = (0.025, 0.008);
-    let whole = swept(&spec("10", &steps(20.0, a_step, n), &steps(0.5, theta_step, n)), None, place);
-    let quarter = n / 4;
-    let part = |k: u64| ((k * quarter) as f64, if k == 3 { n - 3 * quarter } else { quarter });
-    let by_distance: Vec<TempDir> = (0..4)
-        .map(part)
-        .map(|(from, m)| {
-            swept(
-                &spec("10", &steps(20.0 + from * a_step, a_step, m), &steps(0.5, theta_step, n)),
-                None,
-                place,
-            )
-        })
-        .collect();
-    same_rows(&whole, &by_distance, "tuples.csv", place);
-    same_rows(&whole, &by_distance, "distances.csv", place);
-    let by_angle: Vec<TempDir> = (0..4)
-        .map(part)
-        .map(|(from, m)| {
-            let text = spec("10", &steps(20.0, a_step, n), &steps(0.5 + from * theta_step, theta_step, m));
-            swept(&(text + "[output]\ntuples = false\n"), None, place)
-        })
-        .collect();
-    same_rows(&whole, &by_angle, "designs.csv", place);
-}
-
-#[test]
-fn a_design_larger_than_a_chunk() {
-    const { assert!(CHUNK < 364 * 364) };
-    for place in BATCHED {
-        large_design(364, place);
     }
 }
 
@@ -181,7 +120,7 @@ fn a_design_larger_than_a_chunk() {
 #[test]
 fn several_dispatches_are_their_parts() {
     let setup = Kind::Tap.setup();
-    let some = random(Kind::Tap, 997);
+    let some = random(setup.drive, false, 997, 7);
     let many: Vec<Tuple> = some.iter().copied().cycle().take((1 << 18) + 77).collect();
     let (alone, together) =
         (evaluate(&setup, GPU.open(&setup), &some), evaluate(&setup, GPU.open(&setup), &many));

@@ -1,9 +1,7 @@
 //! Every status that a sweep can give so far, alone and joined, and what it does to the row and to the statistics.
 
-use crate::common;
-
 use crate::common::recount::check;
-use crate::common::sweeping::{CPU, CPU_F64, GPU, REFERENCE, Swept, number, sweep, sweep_with};
+use crate::common::sweeping::{CPU, CPU_F64, GPU, REFERENCE, Swept, number, sweep};
 
 /// A spec: L_a, x_ss, a and theta as TOML, and more lines at the end.
 fn spec([length, place, a, theta]: [&str; 4], more: &str) -> String {
@@ -48,7 +46,6 @@ fn holds(swept: &Swept, i: usize, columns: &[&str]) {
 #[test]
 fn ok_rows_hold_everything() {
     let s = swept(&spec(["50", "5", "[21, 33, 48]", "2"], ""), &["ok"; 3]);
-    (0..3).for_each(|i| holds(&s, i, &COMPUTED));
     let row = &s.tuples.rows[1];
     let value = |column| number(row, column).unwrap();
     assert!((value("K") / (value("strain_linear") / value("strain")) - 1.0).abs() < 1e-14);
@@ -58,60 +55,117 @@ fn ok_rows_hold_everything() {
     assert_eq!(s.report.counts.status["ok"], 3);
 }
 
-#[test]
-fn invalid_geometry_has_no_values_and_does_not_count() {
-    let s = swept(
-        &spec(["[50, 30]", "5", "[21, 29.9, 33]", "[2, 20]"], ""),
-        &[
-            "ok",
-            "strain_limit",
-            "ok",
-            "strain_limit",
-            "ok",
-            "strain_limit",
-            "ok",
-            "strain_limit",
-            "ok",
-            "slipped_off+strain_limit",
-            "invalid_geometry",
-            "invalid_geometry",
-        ],
-    );
-    holds(&s, 10, &[]);
-    assert_eq!(s.designs.rows[2]["n"], "2");
-    assert_eq!(s.designs.statuses()[2..], ["invalid_geometry", "invalid_geometry+slipped_off+strain_limit"]);
-    let far = &s.distances.rows[5];
-    assert_eq!(
-        (far["n"].as_str(), far["K_mean"].as_str(), far["status"].as_str()),
-        ("0", "", "invalid_geometry")
-    );
+/// Fails unless the cells of the tables are as each word says: T, D or L (tuples, designs, distances), the row, the column, and its value; + is any number.
+#[track_caller]
+fn says(swept: &Swept, cells: &str) {
+    for cell in cells.split_whitespace() {
+        let at = cell.find(['=', '<', '>']).unwrap_or_else(|| panic!("no value: {cell}"));
+        let ((place, column), value) = (cell[..at].split_once('.').expect("a column"), &cell[at + 1..]);
+        let table = match &place[..1] {
+            "T" => &swept.tuples,
+            "D" => &swept.designs,
+            _ => &swept.distances,
+        };
+        let row = &table.rows[place[1..].parse::<usize>().expect("a row")];
+        let found = row[column].as_str();
+        let number = || found.parse::<f64>().unwrap_or(f64::NAN);
+        let bound = || value.parse::<f64>().unwrap_or(f64::NAN);
+        let holds = match &cell[at..=at] {
+            ">" => number() > bound(),
+            "<" => number() < bound(),
+            _ if value == "+" => number().is_finite(),
+            _ => found == value || number() == bound(),
+        };
+        assert!(holds, "{cell}: {row:?}");
+    }
 }
 
+/// Of each status alone and joined: what the rows hold, and whether they count.
 #[test]
-fn a_gauge_beyond_the_whisker_is_invalid() {
-    let s = swept(
-        &spec(["[50, 40]", "[5, 39]", "[30]", "2"], ""),
-        &["ok", "no_strain", "ok", "invalid_geometry"],
-    );
-    assert_eq!(s.designs.rows[3]["n"], "0");
-    assert_eq!(s.designs.rows[3]["strain_max"], "");
-}
-
-#[test]
-fn no_strain_does_not_count() {
-    let s = swept(&spec(["50", "5", "[4, 5, 33]", "2"], ""), &["no_strain", "no_strain", "ok"]);
-    let held = ["strain", "strain_linear", "normal_force_N", "tangential_force_N", "contact_arc_mm"];
-    (0..2).for_each(|i| holds(&s, i, &held));
-    assert_eq!(number(&s.tuples.rows[0], "strain"), Some(0.0));
-    let row = &s.designs.rows[0];
-    assert_eq!((row["n"].as_str(), row["K_sd"].as_str(), row["error_rms_mm"].as_str()), ("1", "", ""));
-}
-
-#[test]
-fn no_strain_joins_slipped_off_and_not_converged() {
-    let text = spec(["50", "48", "48", "[30, 80]"], "");
-    let s = swept(&text, &["no_strain+slipped_off", "no_strain+not_converged"]);
-    holds(&s, 1, &["strain_linear"]);
+fn rows_hold_and_statistics_count_what_their_status_says() {
+    let all = COMPUTED.join(" ");
+    let without = all.replace("distance_mm error_mm sigma_mm ", "");
+    let unstrained = "strain strain_linear normal_force_N tangential_force_N contact_arc_mm";
+    let limit = spec(["50", "5", "[12, 13, 50]", "20"], "").replace("[tap]", "strain_limit = 0.01\n[tap]");
+    let (near, narrow) = (["50", "5", "[7.5, 21, 48]", "[1, 10]"], ["50", "5", "[7.5, 21, 48]", "1"]);
+    type Case<'a> = (String, &'a str, &'a [(usize, &'a str)], &'a str);
+    let cases: [Case<'_>; 13] = [
+        (
+            spec(["[50, 30]", "5", "[21, 29.9, 33]", "[2, 20]"], ""),
+            "ok strain_limit ok strain_limit ok strain_limit ok strain_limit ok slipped_off+strain_limit invalid_geometry invalid_geometry",
+            &[(10, "")],
+            "D2.n=2 D2.status=invalid_geometry D3.status=invalid_geometry+slipped_off+strain_limit L5.n=0 L5.K_mean= L5.status=invalid_geometry",
+        ),
+        // A gauge beyond the whisker.
+        (
+            spec(["[50, 40]", "[5, 39]", "[30]", "2"], ""),
+            "ok no_strain ok invalid_geometry",
+            &[],
+            "D3.n=0 D3.strain_max=",
+        ),
+        (
+            spec(["50", "5", "[4, 5, 33]", "2"], ""),
+            "no_strain no_strain ok",
+            &[(0, unstrained), (1, unstrained)],
+            "T0.strain=0 D0.n=1 D0.K_sd= D0.error_rms_mm=",
+        ),
+        (
+            spec(["50", "48", "48", "[30, 80]"], ""),
+            "no_strain+slipped_off no_strain+not_converged",
+            &[(1, "strain_linear")],
+            "",
+        ),
+        (
+            spec(["50", "5", "[30, 40, 49.99]", "8"], ""),
+            "ok ok slipped_off",
+            &[(2, &all)],
+            "T2.contact_arc_mm>50 D0.n=2 D0.status=slipped_off D0.error_rms_mm=+",
+        ),
+        (limit, "strain_limit strain_limit slipped_off+strain_limit", &[], "D0.n=2 D0.strain_max>0.1"),
+        // The far root of 7.5 mm, which is returned, and the near root of 21 mm both lie in 7.5 … 48 mm.
+        (
+            spec(near, ""),
+            "ambiguous strain_limit+ambiguous ambiguous strain_limit+ambiguous ok ok",
+            &[],
+            "D0.n=3 T0.distance_mm>12",
+        ),
+        (spec(narrow, "[estimate]\nrange = [20, 50]"), "ok ok ok", &[], ""),
+        // K far above 1 pushes the readings near the peak above it.
+        (
+            spec(["50", "5", "[11, 48]", "[1, 20]"], "[estimate]\nK = 1.5"),
+            "no_root strain_limit+no_root ok ok",
+            &[(0, &without)],
+            "D0.n=2 D0.error_rms_mm= D0.error_max_mm= D0.error_mean_mm= D0.noise_rms_mm= D0.total_rms_mm= D0.K_sd=+ D0.strain_max=+",
+        ),
+        // One tap has no spread and no estimate, but by a calibration that is given.
+        (
+            spec(["50", "5", "33", "[2, 4]"], ""),
+            "ok ok",
+            &[],
+            "D0.n=1 D0.K_sd= D0.total_rms_mm= D0.K_mean=+ D0.force_max_N=+ T0.distance_mm= L0.K_sd=+",
+        ),
+        (
+            spec(["50", "5", "33", "2"], "[estimate]\nK = 1"),
+            "ok",
+            &[],
+            "D0.error_rms_mm>0 D0.error_rms_mm<0.1 D0.K_sd=",
+        ),
+        // Contacts of a narrowing whisker may be told beyond its tip: its far root has no other word there.
+        (spec(["50", "5", "[40, 49]", "1"], "[estimate]\nK = 0.95"), "ok ok", &[], "T1.distance_mm>50"),
+        (
+            spec(["50", "5", "[21, 33, 48]", "2"], ""),
+            "ok ok ok",
+            &[(0, &all), (1, &all), (2, &all)],
+            "T0.sigma_mm>0",
+        ),
+    ];
+    for (text, statuses, held, cells) in cases {
+        let found = swept(&text, &statuses.split(' ').collect::<Vec<_>>());
+        for (row, columns) in held {
+            holds(&found, *row, &columns.split_whitespace().collect::<Vec<_>>());
+        }
+        says(&found, cells);
+    }
 }
 
 #[test]
@@ -123,88 +177,6 @@ fn not_converged_has_only_the_linear_strain() {
         check(&s, false);
         assert_eq!(s.report.counts.status["not_converged"], 1);
     }
-}
-
-#[test]
-fn slipped_off_keeps_its_values_but_does_not_count() {
-    let s = swept(&spec(["50", "5", "[30, 40, 49.99]", "8"], ""), &["ok", "ok", "slipped_off"]);
-    holds(&s, 2, &COMPUTED);
-    assert!(number(&s.tuples.rows[2], "contact_arc_mm").unwrap() > 50.0);
-    assert_eq!(s.designs.rows[0]["n"], "2");
-    assert_eq!(s.designs.rows[0]["status"], "slipped_off");
-    assert!(number(&s.designs.rows[0], "error_rms_mm").is_some());
-}
-
-#[test]
-fn strain_limit_counts_and_joins() {
-    let text = spec(["50", "5", "[12, 13, 50]", "20"], "").replace("[tap]", "strain_limit = 0.01\n[tap]");
-    let s = swept(&text, &["strain_limit", "strain_limit", "slipped_off+strain_limit"]);
-    assert_eq!(s.designs.rows[0]["n"], "2");
-    assert!(number(&s.designs.rows[0], "strain_max").unwrap() > 0.1);
-}
-
-#[test]
-fn ambiguous_counts_and_joins() {
-    // The far root of 7.5 mm and the near root of 21 mm both lie in 7.5 … 48 mm.
-    let s = swept(
-        &spec(["50", "5", "[7.5, 21, 48]", "[1, 10]"], ""),
-        &["ambiguous", "strain_limit+ambiguous", "ambiguous", "strain_limit+ambiguous", "ok", "ok"],
-    );
-    assert_eq!(s.designs.rows[0]["n"], "3");
-    assert!(number(&s.tuples.rows[0], "distance_mm").unwrap() > 12.0, "the far root is returned");
-    let narrow = spec(["50", "5", "[7.5, 21, 48]", "1"], "[estimate]\nrange = [20, 50]");
-    swept(&narrow, &["ok"; 3]);
-}
-
-#[test]
-fn no_root_counts_but_leaves_the_errors_empty() {
-    // K far above 1 pushes the readings near the peak above it.
-    let text = spec(["50", "5", "[11, 48]", "[1, 20]"], "[estimate]\nK = 1.5");
-    let s = swept(&text, &["no_root", "strain_limit+no_root", "ok", "ok"]);
-    let without: Vec<&str> =
-        COMPUTED.into_iter().filter(|c| !["distance_mm", "error_mm", "sigma_mm"].contains(c)).collect();
-    holds(&s, 0, &without);
-    let row = &s.designs.rows[0];
-    assert_eq!(row["n"], "2");
-    for column in ["error_rms_mm", "error_max_mm", "error_mean_mm", "noise_rms_mm", "total_rms_mm"] {
-        assert_eq!(row[column], "", "{column}");
-    }
-    assert!(number(row, "K_sd").is_some() && number(row, "strain_max").is_some());
-}
-
-#[test]
-fn one_tap_has_no_spread_and_no_estimate() {
-    let s = swept(&spec(["50", "5", "33", "[2, 4]"], ""), &["ok"; 2]);
-    let row = &s.designs.rows[0];
-    assert_eq!((row["n"].as_str(), row["K_sd"].as_str(), row["total_rms_mm"].as_str()), ("1", "", ""));
-    assert!(number(row, "K_mean").is_some() && number(row, "force_max_N").is_some());
-    assert_eq!(number(&s.tuples.rows[0], "distance_mm"), None);
-    assert!(number(&s.distances.rows[0], "K_sd").is_some());
-}
-
-#[test]
-fn a_given_calibration_estimates_one_tap() {
-    let s = swept(&spec(["50", "5", "33", "2"], "[estimate]\nK = 1"), &["ok"]);
-    let error = number(&s.designs.rows[0], "error_rms_mm").unwrap();
-    assert!(error > 0.0 && error < 0.1, "{error}");
-    assert_eq!(s.designs.rows[0]["K_sd"], "");
-}
-
-#[test]
-fn tuple_files_give_the_same_statuses() {
-    let grid = spec(["[50, 30]", "5", "[4, 7.5, 21, 48]", "[1, 10, 60]"], "");
-    let wanted = sweep(&grid, CPU);
-    check(&wanted, false);
-    let columns = ["D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm", "a_mm", "theta_deg"];
-    let line = |row: &common::sweeping::Row| columns.map(|c| row[c].as_str()).join(",");
-    let list: Vec<String> = wanted.tuples.rows.iter().map(line).collect();
-    let list = format!("{}\n{}\n", columns.join(","), list.join("\n"));
-    let text = "[gauge]\nnoise_strain = 1e-6\n[tuples]\nfile = \"list.csv\"\n";
-    let listed = sweep_with(text, Some(&list), CPU);
-    assert_eq!(listed.tuples.text, wanted.tuples.text);
-    assert_eq!(listed.designs.text, wanted.designs.text);
-    assert_eq!(listed.distances.text, wanted.distances.text);
-    assert_eq!(listed.report.counts.status, wanted.report.counts.status);
 }
 
 #[test]
@@ -273,11 +245,4 @@ fn an_only_distance_beyond_the_whisker_says_so() {
             assert!(number(&s.designs.rows[0], "error_rms_mm").is_some());
         }
     }
-}
-
-/// Contacts of a narrowing whisker may be told beyond its tip: its far root has no other word there.
-#[test]
-fn a_narrowing_whisker_tells_its_far_root_beyond_the_tip() {
-    let s = swept(&spec(["50", "5", "[40, 49]", "1"], "[estimate]\nK = 0.95"), &["ok"; 2]);
-    assert!(number(&s.tuples.rows[1], "distance_mm").unwrap() > 50.0);
 }

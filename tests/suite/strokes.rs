@@ -160,11 +160,6 @@ fn strokes_that_fit_no_curve_say_so() {
     let text = format!("theta_deg,strain\n{}", other.collect::<String>());
     let answers = desk.pipe(&["locate", cal, "--strokes"], &text).exits(0).stdout;
     assert!(answers.lines().last().unwrap().ends_with("outside_calibration"), "{answers}");
-    // Nothing at all, and flags that do not go together.
-    desk.write("none.csv", "theta_deg,strain\n");
-    desk.refuses(format!("locate {cal} none.csv --strokes --out e"), &[]);
-    desk.refuses(format!("locate {cal} strokes.csv --strokes --same --out e"), &[]);
-    desk.refuses(format!("locate {cal} strokes.csv --strokes --estimator paper --out f"), &["--strokes"]);
 }
 
 #[test]
@@ -198,12 +193,6 @@ fn zero_friction_and_tilt_of_a_stroke_may_be_free() {
             assert!(inside(row) && width(row) > 1.1 * width(known), "{free} {row:?}");
         }
     }
-    for (bad, said) in
-        [("rough", "rough"), ("tilt=60", "30"), ("friction", "friction=SD"), ("tilt=-1", "> 0")]
-    {
-        desk.refuses(format!("locate {cal} strokes.csv --strokes --free {bad}"), &[said]);
-    }
-    desk.refuses(format!("locate {cal} strokes.csv --free zero"), &[]);
     // Nothing is known of the whisker.
     desk.ok("calibrate sim/measurements.csv --out alone");
     desk.refuses("locate alone/calibration.toml strokes.csv --strokes --free tilt=5", &["--whisker"]);

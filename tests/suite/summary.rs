@@ -65,17 +65,6 @@ fn with_top_the_first_rows_kept_are_shown() {
 }
 
 #[test]
-fn a_tuple_file_is_summed_up_alike() {
-    let whole = Desk::new(&many(""));
-    let lines = |ran: &str| best(ran).join("\n");
-    let expected = lines(&whole.sweep(&["--out", "out"]).exits(0).stdout);
-    let tuples = whole.read("out/tuples.csv");
-    let listed = Desk::new("[gauge]\nnoise_strain = 1e-6\n[tuples]\nfile = \"taps.csv\"\n");
-    listed.write("taps.csv", tuples);
-    assert_eq!(lines(&listed.sweep(&["--out", "out"]).exits(0).stdout), expected);
-}
-
-#[test]
 fn bias_noise_and_total_are_named() {
     let desk = Desk::new(SPEC);
     let ran = desk.sweep(&["--out", "out"]).exits(0);

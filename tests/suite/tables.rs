@@ -2,7 +2,10 @@
 
 use crate::common::program::{Desk, SPEC};
 use crate::common::recount::check;
-use crate::common::sweeping::{CPU, CPU_F64, REFERENCE, Swept, number, sweep};
+use crate::common::sweeping::{
+    CPU, CPU_F64, GPU, Place, REFERENCE, Row, Swept, Table, number, sweep, sweep_with,
+};
+use crate::rigs::{SAMPLED, TWO};
 
 const TUPLES: &str = "D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg,strain,strain_linear,K,K_deviation,distance_mm,\
                       error_mm,sigma_mm,normal_force_N,tangential_force_N,contact_arc_mm,contact_state,status";
@@ -111,17 +114,6 @@ fn linear_geometry_with_shear_is_read_by_either_theory() {
 }
 
 #[test]
-fn every_backend_fills_linear_tables_alike() {
-    let text = format!("{SPEC}[model]\ngeometry = \"linear\"\nshear = true\n");
-    let (cpu, reference) = (sweep(&text, CPU_F64), sweep(&text, REFERENCE));
-    for column in ["strain", "K", "distance_mm", "sigma_mm", "normal_force_N", "contact_arc_mm"] {
-        for (a, b) in all(&cpu.tuples.numbers(column)).iter().zip(all(&reference.tuples.numbers(column))) {
-            assert!((a / b - 1.0).abs() < 1e-12, "{column}: {a} {b}");
-        }
-    }
-}
-
-#[test]
 fn noise_is_reported_only_where_it_is_written() {
     let loud = sweep(SPEC, CPU);
     let silent = sweep(&SPEC.replace("noise_strain = 1e-6", ""), CPU);
@@ -153,35 +145,81 @@ fn many(output: &str) -> String {
     format!("{text}[output]\n{output}\n")
 }
 
+/// Of designs that may be incomplete, and of axes of rigs.
 #[test]
 fn top_keeps_the_best_complete_rows() {
-    let whole = sweep(&many(""), REFERENCE);
-    check(&whole, false);
-    for by in
-        ["K_sd", "error_rms_mm", "error_max_mm", "noise_rms_mm", "total_rms_mm", "strain_max", "force_max_N"]
-    {
-        for per in ["row", "design"] {
-            let kept = sweep(&many(&format!("top = 7\nby = \"{by}\"\nper = \"{per}\"")), REFERENCE);
-            let mut rows: Vec<_> =
-                whole.designs.rows.iter().filter(|r| r["n"] == "3" && !r[by].is_empty()).collect();
+    let two = |output: &str| format!("{TWO}[output]\n{output}\n");
+    let (tips, axes) = (["d_mm", "L_a_mm"], ["D_mm", "l_mm", "bore_mm", "hub_mm"]);
+    let (all, some) = (
+        ["K_sd", "error_rms_mm", "error_max_mm", "noise_rms_mm", "total_rms_mm", "strain_max", "force_max_N"],
+        ["total_rms_mm"],
+    );
+    type Case<'a> = (&'a dyn Fn(&str) -> String, Place, &'a str, usize, &'a [&'a str], &'a [&'a str]);
+    let cases: [Case<'_>; 2] = [(&many, REFERENCE, "3", 7, &all, &tips), (&two, CPU, "2", 5, &some, &axes)];
+    for (text, place, n, top, ranks, keys) in cases {
+        let whole = sweep(&text(""), place);
+        if keys == &tips[..] {
+            check(&whole, false);
+        }
+        for (by, per) in ranks.iter().flat_map(|by| ["row", "design"].map(|per| (by, per))) {
+            let kept = sweep(&text(&format!("top = {top}\nby = \"{by}\"\nper = \"{per}\"")), place);
+            let complete = |r: &&Row| r["n"] == n && !r[*by].is_empty();
+            let mut rows: Vec<_> = whole.designs.rows.iter().filter(complete).collect();
             rows.sort_by(|a, b| number(a, by).unwrap().total_cmp(&number(b, by).unwrap()));
             if per == "design" {
                 let mut seen = std::collections::HashSet::new();
-                rows.retain(|r| seen.insert((&r["d_mm"], &r["L_a_mm"])));
+                rows.retain(|r| seen.insert(keys.iter().map(|key| r[*key].clone()).collect::<Vec<_>>()));
             }
-            rows.truncate(7);
+            rows.truncate(top);
             assert_eq!(kept.designs.rows.iter().collect::<Vec<_>>(), rows, "{by} {per}");
-            let wanted = |table: &str, keys: &[&str]| -> Vec<_> {
-                let all = if table == "tuples" { &whole.tuples } else { &whole.distances };
-                all.rows
-                    .iter()
-                    .filter(|t| rows.iter().any(|r| keys.iter().all(|k| t[*k] == r[*k])))
-                    .cloned()
-                    .collect()
+            let wanted = |table: &Table, keys: &[&str]| -> Vec<Row> {
+                let of = |t: &&Row| rows.iter().any(|r| keys.iter().all(|k| t[*k] == r[*k]));
+                table.rows.iter().filter(of).cloned().collect()
             };
-            assert_eq!(kept.tuples.rows, wanted("tuples", &["d_mm", "L_a_mm", "theta_deg"]), "{by} {per}");
-            assert_eq!(kept.distances.rows, wanted("distances", &["d_mm", "L_a_mm"]), "{by} {per}");
+            assert_eq!(
+                kept.tuples.rows,
+                wanted(&whole.tuples, &[keys, &["theta_deg"]].concat()),
+                "{by} {per}"
+            );
+            assert_eq!(kept.distances.rows, wanted(&whole.distances, keys), "{by} {per}");
         }
+    }
+}
+
+/// A tuple file that lists the taps of a grid has its tables, byte for byte: words of every kind, poles that are not upright and two gauges, axes of rigs
+/// with one point set, and channels.
+#[test]
+fn a_tuple_file_has_the_tables_of_its_grid() {
+    let whisker = "[whisker]\nD = 10\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-6\n";
+    let words = format!("{whisker}[tap]\na = [4, 7.5, 21, 48]\ntheta = [1, 10, 60]\n")
+        .replace("L_a = 50", "L_a = [50, 30]");
+    let linear = "[model]\ngeometry = \"linear\"\n";
+    let tilted = format!(
+        "{whisker}second = true\n[tap]\na = [21, 33, 48]\ntilt = [-20, 0, 30]\nlean = 10\ntheta = [1, 4]\n{linear}"
+    );
+    let sensor = "signal = [\"moment\", \"force\"]\nnoise = [0.02, 0.001]";
+    let noise = "[gauge]\nnoise_strain = 1e-6\n";
+    let second = format!("{noise}second = true\n{linear}");
+    let root = format!("[whisker]\nroot = {{ k_theta = 1000, k_y = 40 }}\n[sensor]\n{sensor}\n");
+    for (grid, rest, place) in [
+        (words.as_str(), noise, CPU),
+        (&tilted, &second, CPU),
+        (&tilted, &second, REFERENCE),
+        (SAMPLED, "[gauge]\nnoise_strain = 1e-5\n[model]\nshear = true\n", CPU_F64),
+        (&crate::channels::spec(sensor, ""), &root, CPU),
+    ] {
+        let wanted = sweep(grid, place);
+        let table = &wanted.tuples;
+        let end = 1 + table.columns.iter().position(|name| name == "theta_deg").expect("a drive");
+        let line =
+            |row: &Row| table.columns[..end].iter().map(|c| row[c].clone()).collect::<Vec<_>>().join(",");
+        let rows = table.rows.iter().map(line).collect::<Vec<_>>().join("\n");
+        let list = format!("{}\n{rows}\n", table.columns[..end].join(","));
+        let listed = sweep_with(&format!("[tuples]\nfile = \"list.csv\"\n{rest}"), Some(&list), place);
+        assert_eq!(listed.tuples.text, wanted.tuples.text, "{grid}");
+        assert_eq!(listed.designs.text, wanted.designs.text, "{grid}");
+        assert_eq!(listed.distances.text, wanted.distances.text, "{grid}");
+        assert_eq!(listed.report.counts.status, wanted.report.counts.status, "{grid}");
     }
 }
 
@@ -193,4 +231,31 @@ fn fewer_complete_rows_than_asked_are_said() {
     let run: serde_json::Value = serde_json::from_str(&desk.read("results/spec/run.json")).unwrap();
     assert_eq!(run["counts"]["complete_rows"], 40);
     assert!(desk.sweep(&[]).exits(0).stdout.contains("kept 40 of 40 complete rows (top = 1000)"));
+}
+
+/// What the paper reports, on its three whiskers (model §4): designs of `sweeps/prototypes.toml` by d, each a list of (θ, K_sd, K_mean, error_rms_mm).
+#[test]
+fn the_prototypes_behave_as_published() {
+    let path = std::path::Path::new(crate::common::ROOT).join("sweeps/prototypes.toml");
+    let text = std::fs::read_to_string(path).expect("the paper's sweep");
+    for place in [CPU, CPU_F64, GPU] {
+        let swept = sweep(&text, place);
+        check(&swept, false);
+        assert_eq!(swept.tuples.rows.len(), 330);
+        let columns = ["theta_deg", "K_sd", "K_mean", "error_rms_mm", "n"];
+        let row = |row| columns.map(|column| number(row, column).expect("a value"));
+        let rows: Vec<[f64; 5]> = swept.designs.rows.iter().map(row).collect();
+        for whisker in rows.chunks(11) {
+            assert!(whisker.iter().all(|row| row[4] == 10.0), "{whisker:?}");
+            assert!(whisker.windows(2).all(|w| w[0][1] < w[1][1]), "SD grows with the angle: {whisker:?}");
+            assert!(whisker.windows(2).all(|w| w[0][2] < w[1][2]), "K grows with the angle: {whisker:?}");
+            let best = whisker.iter().min_by(|a, b| a[3].total_cmp(&b[3])).expect("rows");
+            assert_eq!(best[0], 0.5, "the best estimate is at half a degree");
+        }
+        // Of d = 4, 7 and 10 mm the spread falls.
+        assert!(
+            (0..11).all(|i| rows[i][1] > rows[11 + i][1] && rows[11 + i][1] > rows[22 + i][1]),
+            "{rows:?}"
+        );
+    }
 }

@@ -103,29 +103,6 @@ fn an_optimum_at_a_bound_is_that_bound() {
     }
 }
 
-#[test]
-fn specs_that_leave_no_choice_are_refused() {
-    let refused = |text: &str, more: &[&str], key: &str| {
-        let desk = Desk::new(text);
-        let json =
-            desk.run(&[&["tap", "spec.toml", "--json", "--out", "found"], more].concat()).exits(2).json();
-        assert_eq!(json["error"]["key"], key, "{json}");
-        assert!(json["error"]["file"].as_str().is_some_and(|f| f == "spec.toml"), "{json}");
-        assert!(json["error"]["allowed"].is_string() || json["error"]["value"].is_null(), "{json}");
-        assert!(desk.names("found").is_empty());
-    };
-    let noisy = format!("{WHISKER}noise_strain = 15e-6\n");
-    refused(&format!("{WHISKER}[tap]\n{DISTANCES}"), &[], "gauge.noise_strain");
-    refused(&format!("{noisy}[tap]\n{DISTANCES}theta = 3\n"), &[], "tap.theta");
-    refused(&format!("{noisy}[tap]\na = 30\n"), &[], "tap.a");
-    refused(&format!("{noisy}[tap]\n{DISTANCES}").replace("d = 4", "d = [4, 7]"), &[], "whisker.d");
-    refused(&format!("{noisy}[tap]\n{DISTANCES}drive = \"displacement\"\n"), &[], "tap.delta");
-    refused(&format!("{noisy}strain_limit = 1e-5\n[tap]\n{DISTANCES}"), &[], "gauge.strain_limit");
-    refused(&format!("{noisy}[tap]\na = [6, 5.5]\n").replace("x_ss = 5", "x_ss = 8"), &[], "tap.a");
-    let desk = Desk::new(&format!("{WHISKER}[tap]\n{DISTANCES}"));
-    desk.ok("tap spec.toml --objective sd --quiet");
-}
-
 /// The bias has one name, and scripts that read its other one still find it.
 #[test]
 fn the_bias_is_read_by_both_of_its_names() {
@@ -145,7 +122,7 @@ fn the_bias_is_read_by_both_of_its_names() {
 fn the_reason_names_the_end_of_the_interval_and_what_is_so_by_construction() {
     let text = format!("{WHISKER}noise_strain = 15e-6\n[tap]\n{DISTANCES}theta = [1, 5]\n");
     // The noise of the exact estimator still falls at 5°.
-    let paper = Desk::new(&text).run(&["tap", "spec.toml"]).exits(0).stdout;
+    let paper = Desk::new(&text).ok("tap spec.toml").stdout;
     says(&paper, &["with --estimator exact it would be θ 5.0000°, where the interval ends:"]);
     assert!(paper.contains("(bias 0 by construction, noise"), "{paper}");
     let (_, result) = tap(&text, &[]);
@@ -195,7 +172,7 @@ fn a_distance_before_the_gauge_is_refused_at_once() {
     let begun = std::time::Instant::now();
     for place in ["25", "30"] {
         let desk = Desk::new(&soft("10.0", place));
-        let error = desk.run(&["tap", "spec.toml", "--json"]).exits(2).json()["error"].clone();
+        let error = desk.error("tap spec.toml");
         assert_eq!((&error["key"], &error["value"]), (&"tap.a".into(), &"25".into()), "{error}");
         assert!(error["message"].as_str().unwrap().contains(&format!("begins at {place} mm")), "{error}");
         assert!(error["allowed"].as_str().unwrap().contains("gauge nearer to the clamp"), "{error}");

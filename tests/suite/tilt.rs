@@ -4,13 +4,8 @@ use std::collections::HashMap;
 
 use crate::common::cases::{evaluate, rows};
 use crate::common::sweeping::{CPU, CPU_F64, GPU, Place, REFERENCE};
-use vibrissa::chart::ranges::Wanted;
-use vibrissa::chart::reader::Reader;
-use vibrissa::design::Design;
-use vibrissa::evaluate::{Outcome, Task};
-use vibrissa::scene::sampler::Sampler;
-use vibrissa::scene::{Contact, Direction, Drive, Material, Setup, Side, Tuple};
-use vibrissa::status::Status;
+use vibrissa::evaluate::Outcome;
+use vibrissa::scene::{Contact, Drive, Material, Setup, Side, Tuple};
 
 /// A tap and its answer; angles in degrees.
 #[derive(Debug, Clone)]
@@ -228,44 +223,6 @@ fn a_second_gauge_leaves_the_first_as_it_is() {
 }
 
 #[test]
-fn random_tilted_taps_keep_the_tolerance() {
-    let unit = |k: u32, i: u32| f64::from(Sampler::Random.coordinate(5, k, i)) / 2f64.powi(32);
-    for setup in rigs() {
-        let tuples: Vec<Tuple> = (0..120)
-            .map(|i| {
-                let direction = [120.0 * unit(0, i) - 60.0, 60.0 * unit(1, i) - 30.0];
-                let a = 12.0 + 36.0 * unit(2, i);
-                Tuple { d: 2.0 + 8.0 * unit(3, i), ..tap(&setup, a, 0.1 + 12.0 * unit(4, i), direction) }
-            })
-            .collect();
-        let known = evaluate(&setup, REFERENCE.open(&setup), &tuples);
-        for (place, bound) in [(CPU, 1e-5), (CPU_F64, 1e-8)] {
-            let found = evaluate(&setup, place.open(&setup), &tuples);
-            let (mut worst, mut referred, mut unsolved) = ([0.0f64; 3], 0, 0);
-            for (i, ((found, least), (known, _))) in found.iter().zip(&known).enumerate() {
-                referred += usize::from(found.referred);
-                if known.status.has(Status::NOT_CONVERGED) || found.status.has(Status::NOT_CONVERGED) {
-                    unsolved += usize::from(found.status != known.status);
-                    continue;
-                }
-                assert_eq!(found.status, known.status, "{:?}", tuples[i]);
-                let size = known.strain.abs().max(*least);
-                let whole = known.strain.hypot(known.strain_2).max(*least);
-                let errors = [
-                    (found.strain - known.strain).abs() / size,
-                    (found.strain_2 - known.strain_2).abs() / whole,
-                    (found.azimuth - known.azimuth).abs(),
-                ];
-                assert!(errors.iter().all(|e| *e <= bound), "{place:?} {:?}: {errors:?}", tuples[i]);
-                worst = std::array::from_fn(|k| worst[k].max(errors[k]));
-            }
-            println!("{place:?}: {}, {referred} referred, {unsolved} unsolved", told(&worst));
-            assert!(referred + unsolved <= 6);
-        }
-    }
-}
-
-#[test]
 fn linear_theory_is_the_limit() {
     for displaced in [false, true] {
         let mut setup = Setup::default().linear();
@@ -281,68 +238,5 @@ fn linear_theory_is_the_limit() {
         assert!((linear.strain / linear.strain_linear - cos * cos).abs() < 1e-15);
         // Two gauges tell the tilt of linear theory: K = 1.
         assert!(linear.deviation.abs() < 1e-14);
-    }
-}
-
-/// Whiskers of a lab with poles of two directions at three distances.
-fn lab(setup: &Setup, n: u32) -> (Vec<f64>, Vec<Direction>, Wanted, Vec<Tuple>) {
-    let unit = |k: u32, i: u32| f64::from(Sampler::Random.coordinate(6, k, i)) / 2f64.powi(32);
-    let distances = vec![24.0, 33.0, 45.0];
-    let leans = Direction { tilt: -35.0, lean: 10.0 };
-    let directions = vec![Direction { tilt: 20.0, lean: 0.0 }, leans];
-    let [least, most] = if setup.drive == Drive::Angle { [0.5, 10.0] } else { [0.3, 4.0] };
-    let wanted = Wanted {
-        D: [9.0, 11.0],
-        d: [3.0, 5.0],
-        L_a: [50.0; 2],
-        x_ss: [4.0, 6.0],
-        l: [2.0; 2],
-        drive: [least, most],
-    };
-    let one = |i: u32| {
-        let (Direction { tilt, lean }, a) = (directions[(i % 2) as usize], distances[(i % 3) as usize]);
-        let (wide, tip, x_ss) = (9.0 + 2.0 * unit(0, i), 3.0 + 2.0 * unit(1, i), 4.0 + 2.0 * unit(2, i));
-        let drive = least + (most - least) * unit(3, i);
-        Tuple::from_array([wide, tip, 50.0, x_ss, 2.0, a, tilt, lean, drive])
-    };
-    let tuples = (0..n).map(one).collect();
-    (distances, directions, wanted, tuples)
-}
-
-#[test]
-fn charts_hold_tilted_taps() {
-    for mut setup in rigs() {
-        for second in [false, true] {
-            setup.gauge.second = second;
-            let (distances, directions, wanted, tuples) = lab(&setup, 600);
-            let reader = Reader::new(&setup, (&distances, &directions), &wanted, 1e-5)
-                .expect("taps are solved")
-                .expect("the model is smooth");
-            let designs: Vec<Design> = tuples.iter().map(|t| Design::new(&setup, *t)).collect();
-            let tasks: Vec<Task> = tuples.iter().zip(0..).map(|(t, i)| Task::of(i, t)).collect();
-            let read = reader.read(&setup, &designs, &tasks);
-            let solved = evaluate(&setup, CPU_F64.open(&setup), &tuples);
-            let (mut worst, mut count) = ([0.0f64; 6], 0);
-            for (read, (solved, _)) in read.iter().zip(&solved) {
-                let Some(read) = read else { continue };
-                count += 1;
-                assert_eq!(read.status, solved.status);
-                assert_eq!(read.strain_2.is_nan(), !second);
-                assert!((read.deviation - solved.deviation).abs() < 1e-4);
-                let (size, [a, b]) = (solved.strain.abs(), [read, solved].map(values));
-                let by = [size, size, 1.0, solved.normal_force, solved.arc, solved.arc];
-                let kept =
-                    |k: usize| if b[k].is_nan() || a[k].is_nan() { 0.0 } else { (a[k] - b[k]).abs() / by[k] };
-                worst = std::array::from_fn(|k| worst[k].max(kept(k)));
-            }
-            println!("{count} of {}: {}", tuples.len(), told(&worst));
-            assert!(
-                count > 500 && worst.iter().zip([1e-5, 1e-5, 1e-5, 1e-4, 1e-5, 1e-5]).all(|(w, b)| *w <= b)
-            );
-            // A chart is of its direction, and says nothing of another.
-            let upright: Vec<Task> =
-                tasks.iter().map(|t| Task { direction: Direction::UPRIGHT, ..*t }).collect();
-            assert!(reader.read(&setup, &designs, &upright).iter().all(Option::is_none));
-        }
     }
 }

@@ -3,8 +3,7 @@
 
 use crate::common::program::Desk;
 use crate::common::searching;
-use crate::common::specs::{parse, with};
-use crate::common::sweeping::{CPU, CPU_F64, Place, REFERENCE, Table, sweep, sweep_with};
+use crate::common::sweeping::{CPU, CPU_F64, Place, Table, sweep, sweep_with};
 
 use vibrissa::design::Design;
 use vibrissa::optimise::evaluate::Scorer;
@@ -143,36 +142,11 @@ fn naming_an_upright_pole_changes_no_other_byte() {
     }
 }
 
-/// The taps of [`TAP`] as a tuple file.
-fn list() -> String {
-    let mut text = "D_mm,theta_deg,d_mm,L_a_mm,x_ss_mm,lean_deg,l_mm,a_mm,tilt_deg\n".to_owned();
-    for a in [21, 33, 48] {
-        for tilt in [-20, 0, 30] {
-            for theta in [1, 4] {
-                text += &format!("10,{theta},4,50,5,10,2,{a},{tilt}\n");
-            }
-        }
-    }
-    text
-}
-
+/// A column that is not there is not shown, and its poles are upright; a pole beyond 90° is none.
 #[test]
-fn a_tuple_file_has_the_rows_of_its_axes() {
+fn a_tuple_file_may_lack_directions() {
     let listed =
         format!("[tuples]\nfile = \"list.csv\"\n[gauge]\nnoise_strain = 1e-6\nsecond = true\n{LINEAR}");
-    for place in [CPU, REFERENCE] {
-        let (axes, file) =
-            (sweep(&linear("second = true\n"), place), sweep_with(&listed, Some(&list()), place));
-        for (one, other) in
-            [(&axes.tuples, &file.tuples), (&axes.designs, &file.designs), (&axes.distances, &file.distances)]
-        {
-            assert_eq!(one.columns, other.columns);
-            for column in one.columns.iter().filter(|c| *c != "status" && *c != "contact_state") {
-                assert_eq!(one.numbers(column), other.numbers(column), "{column}");
-            }
-        }
-    }
-    // A column that is not there is not shown, and its poles are upright; a pole beyond 90° is none.
     let text =
         "D_mm,theta_deg,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,tilt_deg\n10,1,4,50,5,2,21,100\n10,1,4,50,5,2,21,20\n";
     let swept = sweep_with(&listed, Some(text), CPU);
@@ -201,41 +175,6 @@ fn sampled_directions_belong_to_their_samples() {
     assert_eq!((whiskers.designs.rows.len(), whiskers.distances.rows.len()), (8, 12));
     let tilts = values(&whiskers.designs, "tilt_deg");
     assert!((0..4).all(|k| tilts[2 * k] == tilts[2 * k + 1]));
-}
-
-#[test]
-fn directions_without_a_model_are_refused() {
-    let refused = |text: &str, key: &str, part: &str| {
-        let error = parse(text).expect_err("this spec must be refused");
-        assert_eq!(error.key.as_deref(), Some(key), "{error}");
-        assert!(error.to_string().contains(part), "{error}");
-        assert!(error.line.is_some());
-    };
-    let tap = |more: &str| with("theta = {", &format!("{more}\ntheta = {{"));
-    let model = |tap: &str, model: &str| {
-        with("[model]", &format!("[model]\nextension = true\n{model}"))
-            .replace("theta = {", &format!("{tap}\ntheta = {{"))
-    };
-    refused(&tap("tilt = 90"), "tap.tilt", "-90 < degrees < 90");
-    refused(&tap("lean = [0, -95]"), "tap.lean", "-90 < degrees < 90");
-    let coulomb = "contact = { coulomb = 0.3 }\n";
-    refused(&model("tilt = [0, 10]", coulomb), "tap.tilt", "friction depends on the path");
-    refused(&model("lean = 5", coulomb), "tap.lean", "friction depends on the path");
-    assert!(parse(&model("tilt = 0", coulomb)).is_ok());
-    let stick = "contact = \"stick\"\n";
-    assert!(parse(&model("tilt = 20\nlean = 10", stick)).is_ok());
-    refused(&model("tilt = 20", &format!("surface = true\n{stick}")), "tap.tilt", "twists the whisker");
-    assert!(parse(&model("lean = 20", &format!("surface = true\n{stick}"))).is_ok());
-    for direction in ["tilt = 20", "lean = 20"] {
-        let rolls = format!("pole_radius = 2\n{stick}");
-        refused(&model(direction, &rolls), &format!("tap.{}", &direction[..4]), "must be upright");
-    }
-    refused(&with("[gauge]", "[gauge]\nsecond = 1"), "gauge.second", "true");
-    let desk =
-        Desk::new("[tuples]\nfile = \"list.csv\"\n[model]\nextension = true\ncontact = { coulomb = 0.3 }\n");
-    desk.write("list.csv", list());
-    let ran = desk.sweep(&[]).exits(2);
-    assert!(ran.stderr.contains("tuples.file") && ran.stderr.contains("must be upright"), "{}", ran.stderr);
 }
 
 const SEARCH: &str = "[whisker]\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 0\n[tap]\na = [21, 33, 48]\n[model]\ngeometry = \"linear\"\n\
@@ -271,20 +210,6 @@ fn a_robust_tilt_is_never_calibrated_away() {
     assert!(total(&second(&robust("")), CPU) < 1e-9);
     assert!(total(&robust("").replace("tilt = 2", "lean = 2"), CPU) < 1e-9);
     assert!(total(SEARCH, CPU) < 1e-9);
-}
-
-#[test]
-fn what_a_search_cannot_know_of_directions_is_refused() {
-    let refused = |text: &str, part: &str| {
-        let error = spec::parse_search("search.toml", text, "".as_ref()).expect_err("refused").to_string();
-        assert!(error.contains(part), "{error}");
-    };
-    let robust = format!("{SEARCH}robust = {{ tilt = 5 }}\n");
-    refused(&robust.replace("tilt = 5", "tilt = 30"), "< 30 degrees");
-    refused(&robust.replace("\"distance\"", "\"sd\""), "made at upright poles");
-    refused(&robust.replace("a = [21", "tilt = 10\na = [21"), "upright but for that");
-    refused(&SEARCH.replace("a = [21", "tilt = [0, 10]\na = [21"), "one direction");
-    refused(&SEARCH.replace("theta = [0.5, 10] }", "tilt = [0, 10] }"), "some of D, d");
 }
 
 #[test]

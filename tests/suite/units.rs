@@ -3,9 +3,11 @@
 use std::fmt::Write;
 use std::path::Path;
 
+use crate::common::ROOT;
 use crate::common::measuring::prototype;
 use crate::common::program::{Desk, SPEC};
-use crate::common::specs::{GOOD, parse, with};
+use crate::common::specs::{GOOD, parse};
+use crate::refused::changed;
 use vibrissa::api::{BackendChoice, Drive, RunOptions, Setup, Taps, Tuple};
 use vibrissa::spec;
 use vibrissa::status::Status;
@@ -16,15 +18,6 @@ fn doubts(text: &str) -> Vec<String> {
     parse(text).unwrap_or_else(|e| panic!("{e}")).warnings
 }
 
-/// Fails unless exactly one warning about `text` begins with `start` and holds each of `parts`.
-#[track_caller]
-fn doubted(text: &str, start: &str, parts: &[&str]) {
-    let said = doubts(text);
-    assert_eq!(said.len(), 1, "{said:?}");
-    assert!(said[0].starts_with(start), "{said:?}");
-    parts.iter().for_each(|part| assert!(said[0].contains(part), "`{part}` is not in {said:?}"));
-}
-
 /// A whole spec of these numbers.
 fn whisker([base, tip, length, place, grid, a]: [f64; 6], rest: &str) -> String {
     format!(
@@ -32,88 +25,19 @@ fn whisker([base, tip, length, place, grid, a]: [f64; 6], rest: &str) -> String 
     )
 }
 
-/// Changes of a line of a whole spec; the number and the key that the only warning begins with, and what it takes the number for.
+/// The table tests/data/doubted.txt.
 #[test]
-fn numbers_of_another_unit_are_doubted() {
-    for (line, change, place, meant) in [
-        ("D = 10.0", "D = 0.01", "3: whisker.D = 0.01: ", "10 mm, written in metres"),
-        ("d = 4", "d = 0.004", "4: whisker.d = 0.004: ", "4 mm, written in metres"),
-        ("x_ss = 6.0", "x_ss = 0.006", "7: gauge.x_ss", "6 mm, written in metres"),
-        ("l = 2.0", "l = 0.002", "8: gauge.l", "2 mm, written in metres"),
-        ("[30, 50, 70]", "[0.03, 0.05, 0.07]", "10: tap.a = 0.03: ", "30 mm"),
-        ("D = 10.0", "+hub = 0.012", "4: whisker.hub", "12 mm"),
-        ("[estimate]", "+range = [0.03, 0.07]", "14: estimate.range", "30 mm"),
-        ("[model]", "+pole_radius = 0.003", "13: model.pole_radius", "3 mm"),
-        ("theta = {", "drive = \"displacement\"\ndelta = 0.002 # {", "12: tap.delta", "2 mm, written in"),
-        ("D = 10.0", "D = [10, 0.01]", "3: whisker.D = 0.01", "written in metres"),
-        ("D = 10.0", "D = { from = 0.008, to = 0.012, steps = 3 }", "3: whisker.D.from = 0.008", "metres"),
-        ("D = 10.0", "D = { min = 0.008, max = 0.012, samples = 4 }", "3: whisker.D.min = 0.008", "metres"),
-        ("D = 10.0", "D = 10000", "3: whisker.D", "10 mm, written in micrometres"),
-        ("L_a = 96.0", "L_a = 96000", "5: whisker.L_a", "96 mm, written in micrometres"),
-        ("d = 4", "d = 4000", "4: whisker.d", "4 mm, written in micrometres"),
-        (THETA, "0.05", "11: tap.theta = 0.05: ", "2.8648°, written in radians"),
-        (THETA, "{ from = 0.01, to = 0.1, steps = 3 }", "11: tap.theta.to", "5.7296°"),
-        // What stands beside the whisker is measured by it.
-        ("D = 10.0", "+hub = 5000", "4: whisker.hub", "5 mm, written in micrometres"),
-        ("[model]", "+pole_radius = 500", "13: model.pole_radius", "0.5 mm, written in micrometres"),
-        ("l = 2.0", "+factor = 221", "9: gauge.factor", "2.21, written in percent"),
-        ("l = 2.0", "+factor = 2.21e-6", "9: gauge.factor", "2.21, written in 1/microstrain"),
-        ("l = 2.0", "+factor = 0.00221", "9: gauge.factor", "2.21, written in 1/millistrain"),
-        ("[model]", "+material = { hooke = 3200000 }", "13: model.material", "3.2 MPa, written in pascals"),
-        ("[model]", "+material = { neo-hookean = 50000 }", "13: model.material", "0.05 MPa, written in pasc"),
-        ("[model]", "+material = { yeoh = [5e5, 0, 0] }", "13: ", "3 MPa, written in pascals"),
-        ("[model]", "+material = { neo-hookean = 3200 }", "13: ", "3.2 MPa, written in kPa"),
-        ("[model]", "+material = { hooke = 0.0032 }", "13: ", "3.2 MPa, written in GPa"),
-        ("l = 2.0", "+noise_strain = 0.015", "9: gauge.noise_strain", "1.5e-5, written in millistrain"),
-        ("l = 2.0", "+strain_limit = 5", "9: gauge.strain_limit", "0.05, written in percent"),
-        ("l = 2.0", "+strain_limit = 50000", "9: ", "0.05, written in microstrain"),
-        ("l = 2.0", "+noise_strain = 1e-13", "9: gauge.noise_strain", "less noise than any gauge"),
-    ] {
-        doubted(&changed(line, change), &format!("whisker.toml:{place}"), &[meant]);
-    }
-    doubted(&with("D = 10.0", "D = 0.01"), "whisker.toml:3", &["hair"]);
-    // A rod of 30 mm and 300 mm, one or both in metres.
-    let rod = whisker([0.03, 12.0, 300.0, 6.0, 2.0, 150.0], "theta = 3\n");
-    doubted(&rod, "whisker.toml:2: whisker.D", &["30 mm"]);
-    let all = whisker([0.03, 0.012, 0.3, 0.006, 0.002, 0.15], "theta = 3\n");
-    doubted(&all, "", &["300 mm, written in metres"]);
-}
-
-const THETA: &str = "{ from = 2, to = 4, steps = 3 }";
-
-/// The whole spec with `change` in place of `line`, or after it where it begins with +.
-fn changed(line: &str, change: &str) -> String {
-    let after = change.strip_prefix('+').map(|more| format!("{line}\n{more}"));
-    with(line, &after.unwrap_or_else(|| change.to_owned()))
-}
-
-#[test]
-fn numbers_of_the_right_unit_are_not_doubted() {
-    for (line, change) in [
-        // Small angles among others are a study of small angles.
-        (THETA, "[0.01, 0.1, 1.0]"),
-        ("D = 10.0", "+hub = 500"),
-        ("[model]", "+pole_radius = 200"),
-        ("l = 2.0", "+factor = 0.8"),
-        ("l = 2.0", "+factor = 2.21"),
-        ("l = 2.0", "+factor = 175"),
-        ("[model]", "+material = { hooke = 0.05 }"),
-        ("[model]", "+material = { neo-hookean = 0.05 }"),
-        ("[model]", "+material = { hooke = 10000 }"),
-        ("[model]", "+material = { hooke = 200000 }"),
-        ("[model]", "+material = { neo-hookean = 100 }"),
-        ("l = 2.0", "+noise_strain = 0"),
-        ("l = 2.0", "+noise_strain = 20e-6"),
-        ("l = 2.0", "+noise_strain = 1e-3"),
-        ("l = 2.0", "+strain_limit = 1.0"),
-    ] {
-        assert_eq!(doubts(&changed(line, change)), [""; 0], "{change}");
-    }
-    // More noise than strain: nothing sensible follows. Nor of less than nothing that counts.
-    for (noise, said) in [("15", "15 microstrain are 15e-6"), ("0.5", ""), ("1e-300", "0: none")] {
-        let error = parse(&changed("l = 2.0", &format!("+noise_strain = {noise}"))).expect_err(noise);
-        assert_eq!((error.line, error.key.as_deref()), (Some(9), Some("gauge.noise_strain")));
-        assert!(error.to_string().contains(said), "{error}");
+fn numbers_of_another_unit_are_doubted_and_no_others() {
+    let table = std::fs::read_to_string(format!("{ROOT}/tests/data/doubted.txt")).expect("the table");
+    for row in table.lines().filter(|row| !row.starts_with('#')) {
+        let mut fields = row.split(" | ").map(str::trim);
+        let said = doubts(&changed(GOOD, fields.next().expect("a change")).0);
+        let Some(place) = fields.next() else {
+            assert_eq!(said, [""; 0], "{row}");
+            continue;
+        };
+        assert!(said.len() == 1 && said[0].starts_with(&format!("whisker.toml:{place}")), "{row}: {said:?}");
+        fields.for_each(|part| assert!(said[0].contains(part), "{row}: {said:?}"));
     }
 }
 
@@ -130,29 +54,6 @@ fn a_calibration_is_doubted_as_its_spec_was() {
     assert!(parts.iter().all(|part| ran.stderr.contains(part)), "{}", ran.stderr);
     let read = vibrissa::measure::Rig::read(&desk.path("spec.toml"), None).unwrap();
     assert!(read.warnings.len() == 1 && read.warnings[0].contains("spec.toml"), "{:?}", read.warnings);
-}
-
-#[test]
-fn absurd_numbers_are_refused() {
-    for (line, change, key) in [
-        ("D = 10.0", "D = 1e300", "whisker.D"),
-        ("D = 10.0", "D = [10, 1e300]", "whisker.D"),
-        ("to = 4", "to = 1e300", "tap.theta.to"),
-        ("D = 10.0", "+hub = 1e300", "whisker.hub"),
-        ("l = 2.0", "+factor = 1e300", "gauge.factor"),
-        ("l = 2.0", "+strain_limit = 1e300", "gauge.strain_limit"),
-        ("[estimate]", "+K = 1e300", "estimate.K"),
-        ("[estimate]", "+range = [1, 1e300]", "estimate.range"),
-        ("[model]", "+material = { hooke = 1e300 }", "model.material.hooke"),
-        ("[model]", "+material = { yeoh = [1, 1e300, 0] }", "model.material.yeoh"),
-        ("[model]", "+extension = true\ncontact = { coulomb = 1e300 }", "model.contact.coulomb"),
-    ] {
-        let error = parse(&changed(line, change)).expect_err(key);
-        assert_eq!(error.key.as_deref(), Some(key), "{error}");
-        assert!(error.line.is_some() && error.to_string().contains("1e300"), "{error}");
-    }
-    let desk = Desk::new(&SPEC.replace("D = 10", "D = 1e300"));
-    desk.refuses("sweep spec.toml", &["whisker.D", "large"]);
 }
 
 const TAP: Tuple = Tuple {
@@ -260,13 +161,13 @@ fn real_whiskers_are_not_doubted() {
     }
     assert_eq!(doubts(GOOD), [""; 0]);
     for folder in ["sweeps", "examples"] {
-        let folder = Path::new(crate::common::ROOT).join(folder);
+        let folder = Path::new(ROOT).join(folder);
         let specs = folder.read_dir().unwrap().map(|e| e.unwrap().path());
         for path in specs.filter(|p| p.extension().is_some_and(|e| e == "toml")) {
             let (text, label) = (std::fs::read_to_string(&path).unwrap(), path.display().to_string());
             let read = spec::parse_search(&label, &text, &folder)
                 .map(|(spec, _)| spec)
-                .or_else(|_| spec::read_with(&path, "[tap]\na = 30\ntheta = 1\n"));
+                .or_else(|_| spec::parse_with("whisker.toml", &text, &folder, "[tap]\na = 30\ntheta = 1\n"));
             let spec = read.unwrap_or_else(|e| panic!("{}: {e}", path.display()));
             assert_eq!(spec.warnings, [""; 0], "{}", path.display());
         }
@@ -337,6 +238,6 @@ fn every_command_that_reads_a_spec_says_it() {
     let desk = Desk::new(&rig);
     desk.ok("simulate spec.toml --out sim");
     desk.write("spec.toml", rig.replace("x_ss = 5", "x_ss = 0.005 #"));
-    let ran = desk.run(&["calibrate", "sim/measurements.csv", "--whisker", "spec.toml"]);
+    let ran = desk.line("calibrate sim/measurements.csv --whisker spec.toml");
     assert!(ran.stderr.contains("gauge.x_ss") && ran.stderr.contains("metres"), "{}", ran.stderr);
 }

@@ -1,14 +1,15 @@
 //! One tap, one word: whatever the backend, the precision and the neighbours of a tap, it has the word of the reference, and its own digits.
 
 use rayon::prelude::*;
-use vibrissa::census::{Taps, hard::random};
+use vibrissa::census::Taps;
+use vibrissa::census::configuration::{Configuration, HUB, all as configured};
 use vibrissa::chart::ranges::Wanted;
 use vibrissa::chart::reader::{Reader, RowReader};
 
-use vibrissa::evaluate::{Evaluator, Method, Outcome, Task};
+use vibrissa::evaluate::{Evaluator, Method, Outcome};
 use vibrissa::scene::model::{Contact, Drive, Material, Model, Side};
 use vibrissa::scene::sampler::Sampler;
-use vibrissa::scene::{Direction, Setup, Tuple};
+use vibrissa::scene::{Direction, Precision, Setup, Tuple};
 
 use crate::common::cases::Kind;
 use crate::common::program::Desk;
@@ -79,15 +80,27 @@ fn hard(kind: Drive, n: u32, seed: u64) -> Vec<Tuple> {
     (0..n).map(one).collect()
 }
 
-/// Where the words of `place` are not those of the reference, or its strains are over their bound; how many taps it left to the reference.
-fn faults(setup: &Setup, place: Place, tuples: &[Tuple], exact: &[Outcome]) -> (Vec<String>, usize) {
+/// Where the `words` of `place`, if they are compared, are not those of the reference, or its strains are over their bound; how many taps it left to
+/// the reference.
+fn faults(
+    setup: &Setup,
+    place: Place,
+    tuples: &[Tuple],
+    exact: &[Outcome],
+    words: bool,
+) -> (Vec<String>, usize) {
     let taps = Taps::of(setup, tuples);
     let mut evaluator = Evaluator::new(setup, place.open(setup));
     let found = evaluator.run_beside(&taps.designs, &taps.tasks, exact).expect("the backend answers");
-    let bound = evaluator_bound(place);
+    let bound = match place.precision {
+        Precision::F32 => 1e-5,
+        Precision::F64 if words => 1e-8,
+        Precision::F64 => 2e-8,
+    };
     let fault = |(i, (e, f)): (usize, (&Outcome, &Outcome))| {
-        let error = (f.strain - e.strain).abs() / e.strain.abs().max(taps.least(i));
-        let wrong = f.status != e.status || e.strain.is_finite() && e.strain != f.strain && error > bound;
+        let error = (f.strain - e.strain).abs() / e.strain.abs().max(taps.least(i)).max(f64::MIN_POSITIVE);
+        let both = e.strain.is_finite() && (words || f.strain.is_finite()) && e.strain != f.strain;
+        let wrong = words && f.status != e.status || both && (error.is_nan() || error > bound);
         wrong.then(|| {
             let (model, t) = (&setup.model, &tuples[i]);
             format!(
@@ -100,12 +113,67 @@ fn faults(setup: &Setup, place: Place, tuples: &[Tuple], exact: &[Outcome]) -> (
     (faults, found.iter().filter(|f| f.referred).count())
 }
 
-fn evaluator_bound(place: Place) -> f64 {
-    if place == CPU_F64 { 1e-8 } else { 1e-5 }
-}
-
 fn exact(setup: &Setup, tuples: &[Tuple]) -> Vec<Outcome> {
     Taps::of(setup, tuples).answers(Method::Reference).expect("it answers")
+}
+
+/// d/D 0.02…1.5, drives of 1e-4…60°, gauges from 1e-4 mm, contacts from next to the clamp to the tip, a half of them next to the gauge.
+#[allow(non_snake_case)]
+fn extreme(c: &Configuration, n: u32, seed: u64) -> Vec<Tuple> {
+    let point = |index: u32| {
+        let unit = |dimension| f64::from(Sampler::Random.coordinate(seed, dimension, index)) / 2f64.powi(32);
+        let log = |dimension, from: f64, to: f64| from * (to / from).powf(unit(dimension));
+        let even = index.is_multiple_of(2);
+        let wide = log(7, 1.0, 200.0);
+        let tip = wide * if even { 0.02 + 1.48 * unit(6) } else { log(6, 0.02, 1.5) };
+        let length = wide * log(0, 2.0, 50.0);
+        let place = match index {
+            _ if index.is_multiple_of(16) => 0.0,
+            _ if even => 0.95 * unit(1) * length,
+            _ => log(1, 1e-3, 0.95) * length,
+        };
+        let grid = log(2, 1e-4, 0.5 * length).min(length - place);
+        let a = match index % 5 {
+            0 | 1 => place + grid * log(3, 1e-2, 1e2),
+            2 => place + log(3, 1e-4, 0.1) * length,
+            _ => place + unit(3) * (length - place),
+        };
+        let a = a.clamp(1e-3 * length, length);
+        let angle = log(4, 1e-4, 60.0);
+        let scale = if c.setup.hub > 0.0 { HUB / (log(5, 0.03, 3.0) * a) } else { 1.0 };
+        let [D, d, L_a, x_ss, l, a] = [wide, tip, length, place, grid, a].map(|x| scale * x);
+        let drive = if c.setup.drive == Drive::Displacement { a * angle.to_radians() } else { angle };
+        Tuple { D, d, L_a, x_ss, l, a, drive, ..Tuple::default() }
+    };
+    (0..n).map(point).collect()
+}
+
+/// Extreme rows of every configuration: none is over its tolerance without a word. `rows` of each, a few where the reference takes long.
+fn extremes(places: &[Place], rows: [u32; 2], seed: u64) {
+    let mut over = Vec::new();
+    for c in &configured() {
+        let setup = c.setup.clone();
+        let quick = matches!(c.setup.model.contact, Contact::Frictionless | Contact::Coulomb(0.0));
+        let tuples = extreme(c, rows[usize::from(quick)], seed);
+        let exact = exact(&setup, &tuples);
+        for &place in places {
+            let told = faults(&setup, place, &tuples, &exact, false).0;
+            over.extend(told.into_iter().map(|fault| format!("{} {fault}", c.name)));
+        }
+    }
+    assert!(over.is_empty(), "{} rows\n{}", over.len(), over.join("\n"));
+}
+
+#[test]
+fn few_extreme_rows_are_all_within_their_tolerance() {
+    // Shaders take their time to compile: those of the GPU have the long run, and `verify`.
+    extremes(&[CPU, CPU_F64], [4, 30], 1);
+}
+
+#[test]
+#[ignore = "half an hour: 100 000 rows"]
+fn extreme_rows_are_all_within_their_tolerance() {
+    extremes(&[CPU, CPU_F64, GPU], [700, 3900], 2);
 }
 
 #[test]
@@ -130,7 +198,7 @@ fn hard_taps_of_every_law_and_contact_have_the_words_of_the_reference() {
         // Shaders take their time to compile: the GPU has the models of rubber.
         let gpu = (9..18).contains(i).then_some(GPU);
         for place in [CPU, CPU_F64].into_iter().chain(gpu) {
-            all.extend(faults(setup, place, tuples, exact).0);
+            all.extend(faults(setup, place, tuples, exact, true).0);
         }
     }
     assert!(all.is_empty(), "{} faults\n{}", all.len(), all.join("\n"));
@@ -156,7 +224,7 @@ fn what_a_kernel_leaves_open_has_the_word_of_the_reference() {
     ] {
         let exact = exact(&setup, &tuples);
         for place in [CPU, CPU_F64, GPU] {
-            let (faults, left) = faults(&setup, place, &tuples, &exact);
+            let (faults, left) = faults(&setup, place, &tuples, &exact, true);
             assert!(faults.is_empty(), "{}", faults.join("\n"));
             referred += left;
         }
@@ -182,25 +250,6 @@ fn run_json_counts_the_taps_left_to_the_reference() {
 /// Every number of an outcome, to the last bit.
 fn bits(outcome: &Outcome) -> String {
     format!("{outcome:?}")
-}
-
-#[test]
-fn a_solved_tap_has_the_same_digits_beside_any_neighbours() {
-    let coulomb = Model { contact: Contact::Coulomb(0.3), ..all_effects(LAWS[0]) };
-    for model in [model(LAWS[0]), all_effects(LAWS[1]), coulomb] {
-        let setup = setup(model, Side::Contact, Drive::Angle);
-        let tuples = random(Drive::Angle, false, 300, 5);
-        let Taps { designs, tasks, .. } = Taps::of(&setup, &tuples);
-        let backwards: Vec<Task> = tasks.iter().rev().copied().collect();
-        for place in [CPU, CPU_F64, GPU] {
-            let mut evaluator = Evaluator::new(&setup, place.open(&setup));
-            let one = evaluator.run(&designs, &tasks).expect("it answers");
-            let other = evaluator.run(&designs, &backwards).expect("it answers");
-            for ((a, b), t) in one.iter().zip(other.iter().rev()).zip(&tuples) {
-                assert_eq!(bits(a), bits(b), "{place:?} {t:?}");
-            }
-        }
-    }
 }
 
 #[test]

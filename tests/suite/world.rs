@@ -129,11 +129,11 @@ fn a_mistake_is_shown_wherever_it_stands() {
     for (text, line, shown) in cases {
         let head = text.chars().take(40).collect::<String>();
         let desk = Desk::new(&text);
-        let ran = desk.run(&["sweep", "spec.toml"]).exits(2);
+        let ran = desk.line("sweep spec.toml").exits(2);
         assert!(ran.stderr.contains(shown) && ran.stderr.len() < 4000, "{head:?}: {}", ran.stderr);
         assert!(ran.stderr.contains(&format!("spec.toml:{line}")), "{head:?}: {}", ran.stderr);
         assert!(!ran.stderr.contains(|c: char| c.is_control() && c != '\n'), "{head:?}: {:?}", ran.stderr);
-        let json = desk.run(&["sweep", "spec.toml", "--json"]).exits(2).json();
+        let json = desk.line("sweep spec.toml --json").exits(2).json();
         assert_eq!(json["error"]["line"], line, "{head:?}");
     }
 }
@@ -151,7 +151,7 @@ fn measurements_of_any_kind_are_refused_with_their_line() {
         ("\0\0\0\n".to_owned(), 1),
     ] {
         desk.write("d.csv", &text);
-        let ran = desk.run(&["calibrate", "d.csv", "--whisker", "spec.toml"]).exits(2);
+        let ran = desk.line("calibrate d.csv --whisker spec.toml").exits(2);
         let head = text.chars().take(40).collect::<String>();
         assert!(
             ran.stderr.contains(&format!("d.csv:{line}")) && ran.stderr.len() < 2000,
@@ -159,22 +159,5 @@ fn measurements_of_any_kind_are_refused_with_their_line() {
             ran.stderr
         );
         assert!(!ran.stderr.contains(|c: char| c.is_control() && c != '\n'), "{head:?}: {:?}", ran.stderr);
-    }
-}
-
-#[test]
-fn an_empty_name_is_no_adapter() {
-    let desk = Desk::new(SPEC);
-    for empty in ["", " "] {
-        for command in [&["sweep", "spec.toml"][..], &["devices"], &["bench", "--plan"]] {
-            let said = desk.run(&[command, &["--adapter", empty]].concat()).exits(2).stderr;
-            assert!(said.contains("--adapter") && said.contains("vibrissa devices"), "{said}");
-            let told = desk.run(&[command, &["--json", "--adapter", empty]].concat()).exits(2).json();
-            let key = &told["error"]["key"];
-            assert!(key.as_str().is_some_and(|k| k.contains("--adapter")), "{told}");
-        }
-        desk.write("spec.toml", format!("{SPEC}[run]\nadapter = \"{empty}\"\n"));
-        desk.refuses("sweep spec.toml", &["run.adapter"]);
-        desk.write("spec.toml", SPEC);
     }
 }

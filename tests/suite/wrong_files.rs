@@ -163,34 +163,6 @@ fn damaged_parquet_is_refused_in_words() {
     }
 }
 
-#[test]
-fn a_file_without_readings_is_refused() {
-    let desk = calibrated();
-    let head = "theta_deg,strain\n";
-    for text in ["", "\n\n", "# theta_deg,strain\n", head, "\u{feff}", "theta_deg;strain\r\n"] {
-        desk.write("readings.csv", text);
-        for more in ["", "--force", "--json"] {
-            let ran =
-                desk.line(format!("locate cal/calibration.toml readings.csv --out loc {more}")).exits(2);
-            let told = ran.stdout + &ran.stderr;
-            assert!(told.contains("readings.csv") && !desk.path("loc").exists(), "{text:?}: {told}");
-        }
-        desk.pipe(&["locate", "cal/calibration.toml"], text).exits(2);
-        desk.pipe(&["locate", "cal/calibration.toml", "--out", "loc"], text).exits(2);
-        assert!(!desk.path("loc").exists());
-        for line in [
-            "calibrate readings.csv --whisker spec.toml",
-            "taps readings.csv",
-            "contour readings.csv --calibration cal/calibration.toml",
-        ] {
-            desk.refuses(format!("{line} --out made"), &[]);
-            assert!(!desk.path("made").exists(), "{line}");
-        }
-    }
-    desk.write("readings.csv", format!("{head}4,0.02\n"));
-    desk.ok("locate cal/calibration.toml readings.csv --out loc");
-}
-
 /// Its words alone would take many times its memory.
 #[test]
 fn a_long_table_is_no_spec_and_no_calibration() {
@@ -224,7 +196,7 @@ fn a_line_of_readings_without_an_end_is_refused() {
     let long = "7".repeat(2 << 20);
     let text = format!("theta_deg,strain\n4,0.02\n{long}\n4,0.02\n");
     desk.write("readings.csv", &text);
-    let filed = desk.run(&["locate", "cal/calibration.toml", "readings.csv", "--out", "loc"]).exits(2);
+    let filed = desk.line("locate cal/calibration.toml readings.csv --out loc").exits(2);
     assert!(filed.stderr.contains("readings.csv:3") && !desk.path("loc").exists(), "{}", filed.stderr);
     let streamed = desk.pipe(&["locate", "cal/calibration.toml"], &text).exits(2);
     assert!(streamed.stderr.contains("stdin:3") && streamed.stdout.contains("ok"), "{}", streamed.stderr);

@@ -4,7 +4,7 @@ use std::sync::LazyLock;
 
 use std::fmt::Write as _;
 
-use crate::common::measuring::{REAL, TAPS, calibrated, data, prototype, table};
+use crate::common::measuring::{REAL, TAPS, calibrated, data, prototype, rewritten, table};
 use crate::common::program::{Desk, Kept, says};
 use crate::common::sweeping::{Row, number};
 use vibrissa::calibrate::Reason;
@@ -26,13 +26,9 @@ fn rig_table(zero_every: Option<u64>, repeats: u64) -> String {
 
 /// Distance, drive and `f` of (share of the file, strain) of every row.
 fn signals(table: &str, column: &str, f: impl Fn(f64, f64) -> f64) -> String {
-    let mut out = format!("a_mm,theta_deg,{column}\n");
-    let rows = data(table).rows;
-    for (k, row) in rows.iter().enumerate() {
-        let a = if row.a.is_finite() { row.a.to_string() } else { String::new() };
-        let _ = writeln!(out, "{a},{},{}", row.drive, f(k as f64 / rows.len() as f64, row.value));
-    }
-    out
+    let n = data(table).rows.len() as f64;
+    let head = format!("a_mm,theta_deg,{column}");
+    rewritten(table, &head, |k, row| [row.a, row.drive, f(k as f64 / n, row.value)])
 }
 
 fn distances(desk: &Desk, folder: &str) -> Vec<f64> {
@@ -312,7 +308,7 @@ fn drives_of_both_signs_are_taps_to_both_sides() {
     for (name, other) in [("rest", (|_| 0.0) as fn(f64) -> f64), ("slip", |s| s)] {
         let desk = Desk::new("");
         desk.write("taps.csv", two_signs(true, other));
-        let ran = desk.run(&["calibrate", "taps.csv", "--out", "c"]);
+        let ran = desk.line("calibrate taps.csv --out c");
         assert!(!ran.stderr.contains("taps to the other side: "), "{name}: {}", ran.stderr);
     }
 }

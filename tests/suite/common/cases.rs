@@ -1,10 +1,9 @@
-//! Taps with known answers: the cases of another code, and random ones that the reference solver answers.
+//! Taps with known answers: the cases of another code.
 
 use std::collections::{BTreeMap, HashMap};
 
 use vibrissa::census::Taps;
 use vibrissa::evaluate::{Method, Outcome};
-use vibrissa::scene::sampler::Sampler;
 use vibrissa::scene::{Drive, Setup, Tuple};
 
 /// Hub of every setup with one, mm: strains depend on ratios of lengths only, so a case is scaled to it.
@@ -38,12 +37,15 @@ impl Kind {
 /// A tap and its answer.
 #[derive(Debug, Clone, Copy)]
 pub struct Known {
-    /// Line of its file, or number of the random tap.
+    /// Line of its file.
     pub line: usize,
     pub tuple: Tuple,
     pub strain: f64,
     pub force: f64,
     pub arc: f64,
+    /// Force along the whisker and whether the contact sticks, where the file says it.
+    pub rubbed: Option<f64>,
+    pub sticks: Option<bool>,
 }
 
 /// Rows of a file of tests/data by column.
@@ -75,38 +77,14 @@ pub fn known(kind: Kind) -> BTreeMap<String, Vec<Known>> {
             strain: get("strain"),
             force: scale * scale * get("normal_force_N"),
             arc: length("contact_arc_mm"),
+            rubbed: row
+                .get("tangential_force_N")
+                .map(|x| scale * scale * x.parse::<f64>().expect("a number")),
+            sticks: row.get("contact_state").map(|word| word == "stick"),
         };
         found.entry(row["config"].clone()).or_default().push(answer);
     }
     found
-}
-
-/// `n` whiskers and taps over wide ranges: d/D from 0.05 to 1.3, gauges from the clamp on, contacts from the gauge's
-/// near end to the tip (a third of them next to the gauge), angles from 0.01° to 20°, hubs of 0.03 to 3 distances.
-pub fn random(kind: Kind, n: u32) -> Vec<Tuple> {
-    let point = |index: u32| {
-        let unit = |dimension| f64::from(Sampler::Random.coordinate(7, dimension, index)) / 2f64.powi(32);
-        let log = |dimension, from: f64, to: f64| from * (to / from).powf(unit(dimension));
-        let wide = 10.0;
-        let length = log(0, 2.0, 20.0) * wide;
-        let place = if index.is_multiple_of(16) { 0.0 } else { log(1, 0.005, 0.7) * length };
-        let grid = log(2, 0.001, 0.2) * length;
-        let near = if index.is_multiple_of(3) {
-            log(3, 1e-3, 0.3) * (2.0 * grid)
-        } else {
-            unit(3) * (length - place)
-        };
-        let a = (place + near).clamp(1e-3 * length, length);
-        let angle = log(4, 0.01, 20.0);
-        let scale = if kind == Kind::Hub { HUB / (log(5, 0.03, 3.0) * a) } else { 1.0 };
-        let drive = if kind == Kind::Passive { a * angle.to_radians() } else { angle };
-        let slenderness = 0.05 + 1.25 * unit(6);
-        let lengths =
-            [wide, wide * slenderness, length, place, grid.min(length - place), a].map(|x| scale * x);
-        let [wide, tip, length, place, grid, a] = lengths;
-        Tuple { D: wide, d: tip, L_a: length, x_ss: place, l: grid, a, drive, ..Tuple::default() }
-    };
-    (0..n).map(point).collect()
 }
 
 /// Outcomes of `tuples` on a backend, and the strain to which the tolerance of each refers at least, 1e-3 θ f_max.

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use vibrissa::calibrate::{Calibrated, Options, calibrate};
 use vibrissa::locate::{Estimator, Locator, Parameter, locator::opener};
-use vibrissa::measure::{Data, Rig};
+use vibrissa::measure::{Data, Rig, Row};
 use vibrissa::scene::{RunOptions, Spec};
 use vibrissa::simulate::{Settings, SimulatedTaps, simulate};
 use vibrissa::spec;
@@ -106,4 +106,16 @@ pub fn fresh(text: &str, [min, max]: [f64; 2], samples: u32) -> String {
         format!("a = {{ min = {min}, max = {max}, samples = {samples}, sampler = \"random\", seed = 5 }}");
     let line = |l: &str| if l.starts_with("a = ") { axis.clone() } else { l.to_owned() };
     text.lines().map(line).collect::<Vec<_>>().join("\n")
+}
+
+/// The rows of a table as `f` makes them of their places, under `head`; a field without a number is empty.
+pub fn rewritten<const N: usize>(
+    table: &str,
+    head: &str,
+    mut f: impl FnMut(usize, &Row) -> [f64; N],
+) -> String {
+    let field = |x: f64| if x.is_nan() { String::new() } else { x.to_string() };
+    let rows = data(table).rows;
+    let lines = rows.iter().enumerate().map(|(k, row)| f(k, row).map(field).join(",") + "\n");
+    format!("{head}\n{}", lines.collect::<String>())
 }

@@ -4,6 +4,7 @@
 pub const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
 pub mod cases;
+pub mod keys;
 pub mod measuring;
 pub mod pool;
 pub mod program;

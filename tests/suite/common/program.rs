@@ -173,6 +173,18 @@ impl Desk {
         self.line(line).exits(0)
     }
 
+    /// The object that the program with the words of `line` answers.
+    #[track_caller]
+    pub fn json(&self, line: impl AsRef<str>) -> Value {
+        self.ok(format!("{} --json", line.as_ref())).json()
+    }
+
+    /// The error that the program with the words of `line` is refused for.
+    #[track_caller]
+    pub fn error(&self, line: impl AsRef<str>) -> Value {
+        self.line(format!("{} --json", line.as_ref())).exits(2).json()["error"].clone()
+    }
+
     /// Runs the program here with the words of `line`, which it refuses with all of `said`.
     #[track_caller]
     pub fn refuses(&self, line: impl AsRef<str>, said: &[&str]) {

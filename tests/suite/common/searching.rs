@@ -37,7 +37,7 @@ pub fn search(text: &str, place: Place) -> Report {
 pub fn brute(text: &str, goal: Goal, (designs, starts): (u32, usize), place: Place) -> Found {
     let (spec, search) = parse(text);
     let variables = Variables::new(&spec.study.setup, &layout(&spec), &search);
-    let (k, drives) = (variables.len(), variables.drives());
+    let (k, drives) = (variables.list.len(), variables.drives());
     let coordinate = |seed: u64, i: u32, c: usize| {
         (f64::from(Sampler::Sobol.coordinate(seed, c as u32, i)) + 0.5) / 4_294_967_296.0
     };
@@ -107,7 +107,7 @@ pub fn spread(variables: &Variables, indices: std::ops::Range<u32>) -> Vec<Tuple
     let coordinate =
         |i: u32, c: usize| (f64::from(Sampler::Sobol.coordinate(0, c as u32, i)) + 0.5) / 4_294_967_296.0;
     indices
-        .map(|i| variables.point(&(0..variables.len()).map(|c| coordinate(i, c)).collect::<Vec<_>>(), 0))
+        .map(|i| variables.point(&(0..variables.list.len()).map(|c| coordinate(i, c)).collect::<Vec<_>>(), 0))
         .collect()
 }
 

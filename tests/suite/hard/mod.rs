@@ -2,14 +2,10 @@
 
 use crate::common;
 
-mod census;
-mod corners;
-mod friction;
+mod agreeing;
 mod invariance;
 mod limits;
-mod rolling;
 mod single_precision;
-mod sticking;
 mod told;
 
 use crate::common::CONFIGURATIONS;

@@ -1,0 +1,190 @@
+//! Hard taps of every backend against the reference: corners of the domain, contacts that stick, slide, roll and slip off, materials that
+//! end, paths that fold.
+
+use super::*;
+use vibrissa::scene::Drive;
+use vibrissa::scene::sampler::Sampler;
+use vibrissa::status::Status;
+
+/// Configurations whose fine tips have answers, and whose gauges are touched at 4° too.
+const STIFF: [&str; 4] = ["hooke", "surface", "timoshenko", "pole-far"];
+
+/// Taps that are hard of one dimension each; of the tiny taps first, `tiny` of them, all of which have an answer.
+fn corners(name: &str) -> (Vec<Tuple>, usize) {
+    let stiff = STIFF.contains(&name);
+    let mut all = grid(&[2.0, 4.0, 10.0, 12.0], &[8.0, 21.0, 48.0], &[0.001]);
+    let tiny = all.len();
+    let nearly = [10.0, 10.0 * (1.0 - 1e-7), 10.0 * (1.0 + 1e-7), 12.0];
+    all.extend(grid(&nearly, &[9.0, 20.0, 33.0, 48.0], &[0.01, 1.0, 10.0]));
+    all.extend(grid(&[4.0, 10.0], &[10.0, 20.0, 40.0], &[60.0]));
+    // About the peak of the strain curve.
+    let about = [8.0, 9.0, 9.9, 10.0, 10.5, 11.0, 11.9, 12.0, 12.1, 13.0];
+    all.extend(grid(&[4.0, 7.0, 10.0], &about, &[0.01, 1.0, 10.0]));
+    // Inside the gauge, just before and just after it: it ends at 5 + 2 cos α.
+    for (d, end) in [(10.0, 7.0), (4.0, 5.0 + 2.0 * (6.0_f64 / 100.0).atan().cos())] {
+        let places =
+            [4.9, 5.0 - 1e-6, 5.0, 5.001, 5.1, 6.0, end - 0.01, end - 1e-6, end, end + 1e-6, end + 0.01, 7.5];
+        all.extend(grid(&[d], &places, if stiff { &[0.01, 0.5, 4.0] } else { &[0.01, 0.5] }));
+    }
+    let short = grid(&[4.0, 10.0], &[3.0, 12.0, 30.0, 48.0], &[0.1, 5.0]);
+    let gauges = [(5.0, 0.01), (0.0, 2.0), (0.0, 0.01), (0.0, 50.0)];
+    all.extend(gauges.iter().flat_map(|&(x_ss, l)| short.iter().map(move |t| Tuple { x_ss, l, ..*t })));
+    // Contacts that pass the tip.
+    all.extend(grid(&[4.0, 8.0], &[47.0, 49.0, 49.9, 50.0], if stiff { &[5.0, 15.0, 25.0] } else { &[5.0] }));
+    if stiff {
+        all.extend(grid(&[0.2], &[48.5], &[0.001, 0.01, 0.1, 0.5, 1.0]));
+    }
+    (all, tiny)
+}
+
+#[test]
+fn every_corner_is_solved_as_by_the_reference() {
+    let mut slipped = 0;
+    for name in CONFIGURATIONS {
+        let (tuples, tiny) = corners(name);
+        let exact = configuration_agrees(name, &tuples);
+        let told = |these: &[Outcome]| these.iter().filter(|o| o.strain.is_finite()).count();
+        assert_eq!(told(&exact[..tiny]), tiny, "{name}: a tiny tap has no answer");
+        assert!(told(&exact[tiny..tiny + 48]) >= 44, "{name}: hardly any answer for cylinders");
+        let off: Vec<_> = exact.iter().filter(|o| o.status.has(Status::SLIPPED_OFF)).collect();
+        assert!(off.iter().all(|o| o.arc > 50.0 && o.strain.is_finite()), "{name}");
+        slipped += off.len();
+        if name == "hooke" {
+            assert!(told(&exact[tiny + 48..tiny + 54]) >= 3, "no answer at 60°");
+        }
+        if STIFF.contains(&name) {
+            assert!(told(&exact[exact.len() - 5..]) >= 2, "{name}: no answer for fine tips");
+        }
+    }
+    assert!(slipped >= 6, "{slipped} slip off");
+}
+
+/// Poles of a lab, mm.
+const POLES: [f64; 4] = [0.5, 2.0, 4.0, 10.0];
+
+/// Whiskers, distances and angles at which contacts on poles roll and slide.
+pub fn on_poles() -> Vec<Tuple> {
+    grid(&[3.0, 4.0, 10.0, 11.0], &[9.0, 21.0, 33.0, 47.0], &[0.05, 1.0, 4.0, 15.0])
+}
+
+#[test]
+fn contacts_that_slide() {
+    let centreline = Model { extension: true, ..common::model(Material::Hooke(3.2)) };
+    let (mut stuck, mut slid) = (0, 0);
+    for (name, model) in [("centreline", centreline), ("rubber", rubber(Contact::Frictionless))] {
+        for (pole_radius, mu) in POLES.into_iter().flat_map(|radius| [0.1, 0.4, 1.0].map(|mu| (radius, mu))) {
+            let model = Model { contact: Contact::Coulomb(mu), pole_radius, ..model };
+            let side = if pole_radius > 3.0 { Side::Far } else { Side::Contact };
+            let exact = agree(&format!("{name}, ρ {pole_radius}, μ {mu}"), &setup(model, side), &on_poles());
+            stuck += exact.iter().filter(|o| o.sticking).count();
+            slid += exact.iter().filter(|o| !o.sticking && o.strain.is_finite()).count();
+        }
+    }
+    assert!(stuck > 100 && slid > 100, "{stuck} roll, {slid} slide");
+    let edges = grid(&[2.5, 4.0, 8.0], &[12.0, 25.0, 40.0, 48.0], &[0.1, 3.0, 9.0]);
+    for mu in [0.05, 0.3, 1.0, 3.0] {
+        let exact = agree(&format!("μ = {mu}"), &setup(rubber(Contact::Coulomb(mu)), Side::Contact), &edges);
+        assert!(exact.iter().filter(|o| !o.status.has(Status::NOT_CONVERGED)).count() > 20);
+    }
+    // A hub at large angles.
+    let mut setup = setup(rubber(Contact::Frictionless), Side::Contact);
+    for hub in [3.0, 20.0, 60.0] {
+        setup.hub = hub;
+        let tuples = grid(&[2.5, 4.0, 8.0], &[20.0, 35.0, 45.0], &[10.0, 15.0, 20.0]);
+        agree(&format!("hub {hub} mm"), &setup, &tuples);
+    }
+}
+
+/// Random whiskers, most of them with a fine tip, D 8–12, d 2–10, contacts from 20 mm to the tip, 0.1–10°.
+fn fine_tips(n: u32) -> Vec<Tuple> {
+    let point = |index: u32| {
+        let unit = |dimension| f64::from(Sampler::Random.coordinate(11, dimension, index)) / 2f64.powi(32);
+        let (wide, tip) = (8.0 + 4.0 * unit(0), 2.0 + 8.0 * unit(1) * unit(5));
+        let (x_ss, l, a) = (3.0 + 9.0 * unit(2), 1.0 + 3.0 * unit(6), 20.0 + 30.0 * unit(3));
+        Tuple::from_array([wide, tip, 50.0, x_ss, l, a, 0.0, 0.0, 0.1 + 9.9 * unit(4)])
+    };
+    (0..n).map(point).collect()
+}
+
+/// Next to fine tips the force along the tip bends it as much as the force across.
+#[test]
+fn contacts_that_stick() {
+    let on_centreline =
+        Model { contact: Contact::Stick, extension: true, ..common::model(Material::Hooke(3.2)) };
+    let hooke = Model { contact: Contact::Stick, ..common::all_effects(Material::Hooke(3.2)) };
+    let ends = grid(&[2.0, 4.0], &[36.0, 39.0, 42.0, 45.0, 48.0, 49.5], &[5.0, 7.5, 10.0]);
+    for (name, model) in [("hooke", hooke), ("rubber", rubber(Contact::Stick)), ("centreline", on_centreline)]
+    {
+        let exact = agree(name, &setup(model, Side::Contact), &fine_tips(1200));
+        assert!(exact.iter().all(|o| o.strain.is_finite()), "{name}");
+        agree(&format!("{name}, up to the tip"), &setup(model, Side::Contact), &ends);
+    }
+    for pole_radius in POLES {
+        let mut setup = setup(Model { pole_radius, ..rubber(Contact::Stick) }, Side::Contact);
+        let exact = agree(&format!("ρ {pole_radius}"), &setup, &on_poles());
+        assert!(exact.iter().filter(|o| o.strain.is_finite()).count() > 40);
+        setup.hub = 10.0;
+        agree(&format!("behind a hub, ρ {pole_radius}"), &setup, &on_poles());
+        (setup.hub, setup.drive) = (0.0, Drive::Displacement);
+        let moved = |t: Tuple| Tuple { drive: t.a * t.drive.to_radians(), ..t };
+        agree(
+            &format!("moved, ρ {pole_radius}"),
+            &setup,
+            &on_poles().into_iter().map(moved).collect::<Vec<_>>(),
+        );
+    }
+}
+
+#[test]
+fn softening_materials_end_with_a_status() {
+    let materials = [
+        (Material::Yeoh([0.5, -0.5, 0.0]), "falling", &FAST[..]),
+        (Material::Yeoh([0.5, -0.1, 0.0]), "falling late", &FAST[..2]),
+        (Material::Yeoh([0.5, -0.3, 0.1]), "falling, then rising", &FAST[..2]),
+        (Material::MooneyRivlin([0.9, -0.35]), "negative C01", &FAST[..3]),
+    ];
+    let tuples = grid(&[7.0, 10.0], &[10.0, 25.0], &[1.0, 5.0, 15.0, 45.0]);
+    // A device compiles a kernel for each material, and has two of them.
+    for (material, name, places) in materials {
+        let model = common::all_effects(material);
+        let exact = agree_on(places, name, &setup(model, Side::Contact), &tuples);
+        let ended = exact.iter().filter(|o| o.status.has(Status::MATERIAL_LIMIT)).count();
+        let solved = exact.iter().filter(|o| o.strain.is_finite()).count();
+        println!("{name}: {ended} at the limit, {solved} solved of {}", exact.len());
+        assert!(ended >= 2 && solved >= 8, "{name}: {ended} at the limit, {solved} solved");
+    }
+}
+
+#[test]
+fn displaced_thin_tips_keep_their_branch() {
+    let model = common::model(Material::Hooke(3.2));
+    for (pole_radius, side) in [(5.0, Side::Contact), (5.0, Side::Far), (0.0, Side::Contact)] {
+        let mut setup = setup(Model { surface: true, pole_radius, ..model }, side);
+        setup.drive = Drive::Displacement;
+        let tuples = grid(&[0.5, 1.0], &[40.0, 45.0, 50.0], &[2.0, 6.0, 9.0, 9.2, 9.6, 10.0, 10.5, 11.0]);
+        let exact = agree("displaced tip", &setup, &tuples);
+        assert!(exact.iter().filter(|o| o.status == Status::OK).count() >= 24);
+    }
+}
+
+/// A thin whisker on a hub, which slides off a thick pole at 33.7°: close to it the other half of the folded path is near.
+#[test]
+fn paths_that_fold_back_keep_their_half() {
+    let model = common::model(Material::Hooke(3.2));
+    let mut setup = setup(Model { surface: true, extension: true, pole_radius: 8.0, ..model }, Side::Contact);
+    setup.hub = 5.0;
+    let lengths = [
+        10.970913519796717,
+        0.5826661027360472,
+        52.51128110154998,
+        3.6543682417427013,
+        3.6966029327322354,
+        40.33939612297147,
+    ];
+    let [wide, tip, length, x_ss, l, a] = lengths;
+    let whisker = Tuple::from_array([wide, tip, length, x_ss, l, a, 0.0, 0.0, 0.0]);
+    let tuples: Vec<Tuple> =
+        [20.0, 30.0, 33.34, 33.38, 33.42635, 33.5, 33.5935].map(|drive| Tuple { drive, ..whisker }).to_vec();
+    let exact = agree("fold", &setup, &tuples);
+    assert!(exact.windows(2).skip(2).all(|w| w[1].strain < w[0].strain && w[0].strain < 0.039));
+}
