@@ -49,7 +49,10 @@ pub fn read(path: &Path) -> Result<Spec> {
 /// As [`read`], for a command to which some keys mean something else or nothing: of the text, `fallback` makes TOML with values that stand in
 /// for keys a sweep requires, beside the defaults.
 pub(crate) fn read_by<'a>(path: &Path, fallback: impl FnOnce(&str) -> &'a str) -> Result<Spec> {
-    of_file(path, |label, text, base| parse_with(label, text, base, fallback(text)), |spec| spec)
+    let (label, text) = (path.display().to_string(), load(path, "spec")?);
+    let mut spec = parse_with(&label, &text, path.parent().unwrap_or(Path::new("")), fallback(&text))?;
+    spec.inputs.push(path.to_owned());
+    Ok(spec)
 }
 
 /// As [`parse`], of a spec whose taps are not in it, but listed where it is read: none until they are put into its space.
@@ -77,18 +80,6 @@ pub(crate) fn of_table(
 ) -> Result<Spec> {
     let document = Document { file: label, text };
     of_user(&document, user, base, fallback, |sections, drive| space::read(sections, drive, base))
-}
-
-/// What `parse` makes of label and text of the file at `path`, and the folder to which its paths are relative; `spec` finds the spec in it.
-fn of_file<T>(
-    path: &Path,
-    parse: impl FnOnce(&str, &str, &Path) -> Result<T>,
-    spec: impl FnOnce(&mut T) -> &mut Spec,
-) -> Result<T> {
-    let text = load(path, "spec")?;
-    let mut read = parse(&path.display().to_string(), &text, path.parent().unwrap_or(Path::new("")))?;
-    spec(&mut read).inputs.push(path.to_owned());
-    Ok(read)
 }
 
 /// What `read` makes of the table that `text` is.

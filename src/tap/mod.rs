@@ -2,7 +2,7 @@
 //!
 //! Without noise the smallest angle is best, for all that is wrong grows with θ²; the error by noise falls with 1/θ, so with noise there is
 //! an optimum inside, unless the gauge's strain limit comes first. The curve is evaluated in f64 on an even grid; around every
-//! local minimum of it the optimum is polished by finer grids, and where a limit cuts the interval its end is found by
+//! local minimum of it the optimum is polished by Brent's method, and where a limit cuts the interval its end is found by
 //! bisection.
 
 mod curve;
