@@ -14,7 +14,7 @@ use super::{reply, say};
 use vibrissa::error::Error;
 use vibrissa::kernel::gpu::left_behind;
 use vibrissa::scene::RunOptions;
-use vibrissa::sink::unfinished;
+use vibrissa::sink::folder::end_all;
 
 /// Time in which a run that was asked to stop must have stopped.
 const GRACE: Duration = Duration::from_millis(1200);
@@ -97,8 +97,7 @@ fn first() {
 fn end() -> ! {
     let (done, wait) = std::sync::mpsc::channel();
     std::thread::spawn(move || {
-        unfinished::remove_all();
-        reply::interrupted();
+        reply::interrupted(&end_all());
         let _ = done.send(());
     });
     let _ = wait.recv_timeout(WORDS);

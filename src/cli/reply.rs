@@ -11,7 +11,6 @@ pub use vibrissa::command::Reply;
 use vibrissa::command::listed;
 use vibrissa::error::{Error, InputError};
 use vibrissa::excerpt::printable;
-use vibrissa::sink::unfinished;
 
 use super::say;
 
@@ -107,14 +106,9 @@ pub fn failure(error: &Error) -> u8 {
     error.exit_code()
 }
 
-/// The last words of a run that a signal ended.
-pub fn interrupted() -> u8 {
-    let what = match unfinished::kept() {
-        _ if unfinished::is_placed() => " after the result was written".to_owned(),
-        Some(kept) => format!("; {kept}"),
-        None => "; nothing was written, an older result is as it was".to_owned(),
-    };
-    failure(&Error::Run(format!("interrupted{what}")))
+/// The last words of a run that a signal ended, and of which `stays` so much.
+pub fn interrupted(stays: &str) -> u8 {
+    failure(&Error::Run(format!("interrupted{stays}")))
 }
 
 fn print_failure(command: &str, error: &Error) {

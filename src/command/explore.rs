@@ -12,9 +12,7 @@ use super::{Common, Context, KeptFile, Reply};
 use crate::error::{Error, InputError};
 use crate::explore::page::{HEAD, html};
 use crate::explore::{Baked, TOLERANCE, bake_asked, document::document, remark, sound};
-use crate::sink::folder::Identity;
 use crate::sink::run_json;
-use crate::sink::unfinished::Unfinished;
 use crate::spec;
 
 /// Where the page goes.
@@ -100,11 +98,11 @@ fn free(out: &Path, inputs: &[PathBuf], force: bool) -> Result<(), Error> {
     let refuse = |message: &str, allowed: &str| {
         Err(InputError::new(message).key("--out").value(out.display()).allowed(allowed).into())
     };
-    let here = Identity::of(out);
+    let here = out.canonicalize().ok();
     if out.is_dir() {
         return refuse("this is a folder; a page is one file", "the name of a file, such as explore.html");
     }
-    if inputs.iter().any(|input| Identity::of(input).is(&here)) {
+    if here.is_some() && inputs.iter().any(|input| input.canonicalize().ok() == here) {
         return refuse("this is an input", "another file");
     }
     // Only an older page is replaced without being asked.
@@ -132,11 +130,9 @@ fn write(out: &Path, page: &str) -> Result<(), Error> {
     std::fs::create_dir_all(folder).map_err(failed)?;
     let name = out.file_name().unwrap_or_default().to_string_lossy();
     let beside = folder.join(format!(".vibrissa-{}-{name}", std::process::id()));
-    let unfinished = Unfinished::new(&beside);
     let written = File::create(&beside)
         .and_then(|mut file| file.write_all(page.as_bytes()).and_then(|()| file.sync_all()))
         .and_then(|()| std::fs::rename(&beside, out));
-    drop(unfinished);
     written.map_err(|e| {
         let _ = std::fs::remove_file(&beside);
         failed(e)

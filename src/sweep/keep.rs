@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use super::Run;
 use crate::error::Error;
-use crate::sink::folder::{Folder, Head};
+use crate::sink::folder::{Folder, Left};
 use crate::sink::pack::{Packed, Packer, Unpacker};
 
 /// What is complete is kept so often, unless something else is said.
@@ -125,11 +125,10 @@ impl Run<'_> {
         let Some(keeper) = self.keeper.as_mut().filter(|keeper| keeper.is_due(stop)) else { return Ok(()) };
         let begun = Instant::now();
         let seconds = keeper.before + keeper.start.elapsed().as_secs_f64();
-        let head = Head::new(&keeper.identity, done, seconds);
+        let head = Left::new(&keeper.identity, done, seconds);
         let (writers, counts, best, solve) = (&mut self.writers, &self.counts, &self.best, self.solve);
         let (handed, under_way) = (&self.handed, &self.under_way);
-        let files = writers.handles()?;
-        let kept = keeper.folder.keep(&head, files, stop, |to| {
+        let kept = keeper.folder.keep(&head, stop, |to| {
             counts.pack(to);
             best.pack(to);
             (solve.as_secs_f64(), mended).pack(to);

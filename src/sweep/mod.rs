@@ -178,22 +178,20 @@ fn attempt(
     let (study, about) = (&spec.study, About::new(spec, plan, choice, (target.shard, bound)));
     let asked = target.shard.map_or(Value::Null, |shard| json!({ "shard": shard.to_string() }));
     let question = Question::of_scene("sweep", spec, asked);
+    let question = Question { identity: Some(about.identity.clone()), ..question };
     let names = writers::names(study, plan, &about);
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    let (mut folder, left) = Folder::open_again(target.out, question, &names, &about.identity, target.force)?;
+    let mut folder = Folder::open(target.out, question, &names, target.force)?;
     let method = running::method(study, choice, target.stop)?;
     let open = begun.elapsed().as_secs_f64() + choice.seconds;
-    let head = left.as_ref().map(|left| left.head.clone());
-    let before = match left {
-        Some(left) => Before::read(study, plan, &about, &mut folder, left)?,
-        None => None,
-    };
-    let (before, resumed) = match before {
-        Some(before) => (before, head),
+    let left = folder.left.take();
+    let before = left.as_ref().map(|left| Before::read(study, plan, &about, &mut folder, left));
+    let (before, resumed) = match before.transpose()?.flatten() {
+        Some(before) => (before, left),
         None => (Before::nothing(Writers::new(study, plan, &about, &mut folder)?), None),
     };
-    let seconds = resumed.as_ref().map_or(0.0, |head| head.seconds);
-    resumed.iter().for_each(|head| progress.note(&format!("going on: {} are complete", head.done)));
+    let seconds = resumed.as_ref().map_or(0.0, |left| left.seconds);
+    resumed.iter().for_each(|left| progress.note(&format!("going on: {} are complete", left.done)));
     // Rows kept may ask for a fuller model.
     let every = if full.is_some() && study.output.top.is_some() { Duration::MAX } else { target.every };
     let keeper = Keeper::new(folder, &about.identity, every, (begun, seconds));
@@ -220,8 +218,8 @@ fn attempt(
         report.seconds,
         told,
     );
-    if let Some(head) = &resumed {
-        document["resumed"] = json!({ "from": head.done, "seconds_before": head.seconds });
+    if let Some(left) = &resumed {
+        document["resumed"] = json!({ "from": left.done, "seconds_before": left.seconds });
     }
     if let Some(shard) = target.shard {
         document["shard"] = about::description(shard, study, plan, &about);
@@ -269,7 +267,7 @@ impl Before {
         plan: &Plan,
         about: &About,
         folder: &mut Folder,
-        left: Left,
+        left: &Left,
     ) -> Result<Option<Self>, Error> {
         let mut state = Unpacker(&left.state);
         let head: Option<Shared> = state.take();

@@ -127,12 +127,6 @@ impl Writers {
         self.places.iter_mut().try_for_each(|file| file.mark().map(|mark| mark.pack(to)))
     }
 
-    /// The files, to make them durable.
-    pub fn handles(&mut self) -> Result<Vec<std::fs::File>, Error> {
-        let tables = self.files().map(|sheet| sheet.output().handle()).collect::<Vec<_>>();
-        tables.into_iter().chain(self.places.iter().map(Output::handle)).collect()
-    }
-
     fn files(&mut self) -> impl Iterator<Item = &mut Sheet> {
         self.goals.iter_mut().flatten().filter_map(|goal| match goal {
             Goal::File(sheet) => Some(&mut **sheet),

@@ -154,27 +154,31 @@ fn a_foreign_folder_is_refused() {
 }
 
 #[test]
-fn force_keeps_a_run_json_that_lists_nothing_under_another_name() {
+fn a_run_json_that_lists_nothing_is_in_the_way() {
     let desk = Desk::new(SPEC);
     desk.sweep(&["--out", "out"]).exits(0);
     // As versions without a list wrote it, and as a file that points out of its folder.
     let mut run: Value = serde_json::from_str(&desk.read("out/run.json")).unwrap();
-    run["files"] = json!([{ "name": "../spec.toml", "blake3": "", "bytes": 0 }]);
-    desk.write("out/run.json", run.to_string());
-    desk.sweep(&["--out", "out"]).exits(2);
-    run.as_object_mut().unwrap().remove("files");
-    desk.write("out/run.json", run.to_string());
-    desk.sweep(&["--out", "out"]).exits(2);
-    let ran = desk.sweep(&["--out", "out", "--force"]).exits(2);
-    assert!(ran.stderr.contains("no result in this folder says"), "{}", ran.stderr);
+    for files in [json!(null), json!([{ "name": "../spec.toml", "blake3": "", "bytes": 0 }])] {
+        run["files"] = files;
+        desk.write("out/run.json", run.to_string());
+        for more in ["", " --force"] {
+            desk.refuses(
+                AGAIN.to_owned() + more,
+                &["run.json in this folder lists no files", "move this file away"],
+            );
+        }
+        assert_eq!(desk.read("out/run.json"), run.to_string());
+    }
+    // Its tables are then those of nobody.
+    std::fs::rename(desk.path("out/run.json"), desk.path("out/before.json")).unwrap();
+    desk.refuses(AGAIN.to_owned() + " --force", &["no result in this folder says"]);
     std::fs::create_dir(desk.path("out/before")).unwrap();
     for name in FILES.iter().filter(|n| **n != "run.json") {
         std::fs::rename(desk.path(&format!("out/{name}")), desk.path(&format!("out/before/{name}"))).unwrap();
     }
     desk.sweep(&["--out", "out"]).exits(2);
     desk.sweep(&["--out", "out", "--force"]).exits(0);
-    assert_eq!(desk.read("out/run.old.json"), run.to_string());
-    assert_eq!(desk.names("out/before"), ["designs.csv", "distances.csv", "tuples.csv"]);
     desk.whole("out");
 }
 

@@ -47,7 +47,9 @@ fn a_hidden_folder_that_is_taken_away_is_told_in_words() {
     let mut folder = written(&desk, "new");
     fs::remove_dir_all(desk.path("new").join(WORK)).unwrap();
     let error = folder.file("designs.csv").unwrap_err().to_string();
-    assert!(error.contains("the hidden folder of this run is gone"), "{error}");
+    assert!(error.contains(".vibrissa-unfinished/designs.csv: No such file"), "{error}");
+    let error = folder.finish().unwrap_err().to_string();
+    assert!(error.contains("this file was removed or changed"), "{error}");
 }
 
 #[test]

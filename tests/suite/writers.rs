@@ -5,7 +5,8 @@ use std::os::unix::fs::symlink;
 use std::process::Stdio;
 use std::time::Instant;
 
-use vibrissa::sink::folder::WORK;
+use serde_json::json;
+use vibrissa::sink::folder::{Folder, Question, WORK, hash_file};
 
 use crate::common::program::{Desk, SPEC};
 use crate::common::world::{Running, program, until};
@@ -157,13 +158,82 @@ fn a_kill_leaves_the_old_result_or_the_new_one() {
     println!("{decided} of 30 kills came after the decision, {ended} after the end");
 }
 
-/// What a lock's name leads to is not written to; the names of a user's own folders may begin as the program's do.
+/// The names of a user's own folders may begin as the program's do.
 #[test]
 fn what_only_looks_like_the_programs_own_is_left_alone() {
     let desk = Desk::new(SPEC);
     desk.write(".vibrissa-backup/notes", "mine");
-    std::fs::create_dir_all(desk.path("out").join(WORK)).unwrap();
-    std::fs::hard_link(desk.path("spec.toml"), desk.path("out").join(WORK).join(".lock")).unwrap();
     desk.sweep(&["--out", "out"]).exits(0);
-    assert_eq!([desk.read("spec.toml"), desk.read(".vibrissa-backup/notes")], [SPEC, "mine"]);
+    assert_eq!(desk.read(".vibrissa-backup/notes"), "mine");
+}
+
+/// The steps by which a new result takes the place of an old one: a table that the new one lacks goes, the files are moved, the state goes.
+const STEPS: [(&str, Option<&str>); 5] = [
+    ("a.csv", None),
+    (".vibrissa-unfinished/b.csv", Some("b.csv")),
+    (".vibrissa-unfinished/c.csv", Some("c.csv")),
+    (".vibrissa-unfinished/run.json", Some("run.json")),
+    (".vibrissa-unfinished/.state", None),
+];
+
+/// A folder with an older result and a finished one, whose replacement was killed after so many steps.
+fn killed_after(steps: usize) -> Desk {
+    let (desk, hidden) = (Desk::new(SPEC), |name: &str| format!("out/{WORK}/{name}"));
+    ["a.csv", "b.csv", "notes.txt", "run.json"].map(|name| desk.write(&format!("out/{name}"), "old"));
+    ["b.csv", "c.csv", "run.json", ".state"].map(|name| desk.write(&hidden(name), "new"));
+    let blake3 = hash_file(&b"old"[..]).unwrap();
+    let old =
+        ["a.csv", "b.csv", "run.json"].map(|name| json!({ "name": name, "blake3": blake3, "bytes": 3 }));
+    let marker = json!({ "put": ["b.csv", "c.csv", "run.json"], "old": old });
+    desk.write(&hidden(".finished"), marker.to_string());
+    let at = |name: &str| desk.path("out").join(name);
+    for (from, to) in &STEPS[..steps] {
+        match to {
+            Some(to) => std::fs::rename(at(from), at(to)).unwrap(),
+            None => std::fs::remove_file(at(from)).unwrap(),
+        }
+    }
+    desk
+}
+
+/// Any command in the folder ends the replacement, also one that is refused, as here: this run.json is none.
+fn next(desk: &Desk) -> String {
+    let question = Question::new("tap", "other", json!({}));
+    let error = Folder::open(&desk.path("out"), question, &["taps.csv"], false).unwrap_err();
+    assert_eq!(error.exit_code(), 2, "{error}");
+    error.to_string()
+}
+
+#[test]
+fn a_replacement_killed_at_any_step_is_carried_through() {
+    for steps in 0..=STEPS.len() {
+        let desk = killed_after(steps);
+        next(&desk);
+        assert_eq!(desk.names("out"), ["b.csv", "c.csv", "notes.txt", "run.json"], "after {steps}");
+        let texts = ["b.csv", "c.csv", "notes.txt", "run.json"].map(|name| desk.read(&format!("out/{name}")));
+        assert_eq!(texts, ["new", "new", "old", "new"], "after {steps}");
+    }
+    // What comes after the last rename is not removed; a marker reaches no other folder.
+    let desk = killed_after(5);
+    desk.write("out/a.csv", "mine");
+    next(&desk);
+    assert_eq!(desk.read("out/a.csv"), "mine");
+    let (desk, marker) = (killed_after(0), format!("out/{WORK}/.finished"));
+    desk.write("a.csv", "old");
+    desk.write(&marker, desk.read(&marker).replace("a.csv", "../a.csv"));
+    assert!(next(&desk).contains("does not say what a run was about to put here"));
+    assert_eq!(desk.read("a.csv"), "old");
+}
+
+#[test]
+fn what_changed_since_it_was_found_is_kept() {
+    for (name, steps) in [("a.csv", 0), ("b.csv", 1), ("c.csv", 2), ("run.json", 3)] {
+        let (desk, name) = (killed_after(steps), format!("out/{name}"));
+        desk.write(&name, "mine");
+        assert!(next(&desk).contains("was changed while the result was computed"), "{name}");
+        assert_eq!(desk.read(&name), "mine");
+        std::fs::remove_file(desk.path(&name)).unwrap();
+        next(&desk);
+        assert_eq!(desk.read("out/run.json"), "new", "{name}");
+    }
 }

@@ -12,7 +12,6 @@ pub mod shard;
 pub mod sheet;
 pub mod table;
 pub mod text_file;
-pub mod unfinished;
 
 pub(crate) use vibrissa_core::{combinations, design, error, estimate, reduce, scene, status};
 pub(crate) use vibrissa_evaluate::{evaluate, statistics};

@@ -40,8 +40,8 @@ pub fn folder(data: &[u8]) {
             desk::write("out/.vibrissa-unfinished/.state", &whole);
         }
     }
-    let question = Question::new("sweep", "spec", Value::Null);
-    told(Folder::open_again(&desk::path("out"), question, &["a.csv"], "identity", first / 3 % 2 == 0));
+    let question = Question { identity: Some("identity".into()), ..Question::new("sweep", "spec", Value::Null) };
+    told(Folder::open(&desk::path("out"), question, &["a.csv"], first / 3 % 2 == 0));
 }
 
 /// A record of a result.

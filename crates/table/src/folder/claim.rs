@@ -1,33 +1,28 @@
 //! Who may write into a folder, and what gives way to a new result.
 
-use std::fs::OpenOptions;
-use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use super::PREFIX;
-use super::disk::{Identity, hash_file, names_in, open_regular};
-use super::hidden::WORK;
+use super::files::{Listed, PREFIX, RUN, is_result_name, look, names_in, read_run};
 use super::question::Question;
-use super::record::{Listed, RUN, Record};
+use super::work::WORK;
 use crate::error::{Error, InputError};
+use crate::run_json::FORMAT;
 use crate::shard::Shard;
 
 /// A result that took longer is not replaced by another question without `--force`, seconds.
 pub(super) const LONG: f64 = 60.0;
 
 /// What is there of an older result, and gives way.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Old {
     /// Its files as they were found, `run.json` among them.
     pub files: Vec<Listed>,
-    /// Where a `run.json` that lists nothing is kept.
-    pub aside: Option<String>,
     /// Whether only `--force` makes it give way.
     pub forced: bool,
-    /// The `run.json` of a result of the same command.
-    pub run: Option<Value>,
+    /// Its `run.json`; null where there is none.
+    pub run: Value,
 }
 
 /// A refusal to write to `target`; what is there is kept.
@@ -42,146 +37,96 @@ pub(super) fn refuse(target: &Path, why: impl std::fmt::Display, allowed: &str) 
 pub(super) fn judge(
     folder: &Path,
     question: &Question,
-    names: &[String],
+    names: &[&str],
     (begun, force): (bool, bool),
 ) -> Result<Old, Error> {
-    let elsewhere = "another folder; or move this file away";
-    let refuse = |why: String, allowed: &str| refuse(folder, why, allowed);
-    let at = |name: &str| folder.join(name);
-    for name in names {
-        if at(name).symlink_metadata().is_ok_and(|m| !m.is_file()) && !leads_to_input(&at(name), question) {
-            let why = format!("{} is in the way and no regular file", at(name).display());
-            return Err(refuse(why, elsewhere));
-        }
-    }
-    let hidden = folder.join(WORK).canonicalize();
-    let inside = |input: &&PathBuf| {
-        hidden.as_ref().is_ok_and(|hidden| input.canonicalize().is_ok_and(|input| input.starts_with(hidden)))
-    };
-    if let Some(input) = question.inputs.iter().find(inside) {
-        let why = format!(
-            "{} is read by this command and lies in the hidden folder of its result",
-            input.display()
-        );
-        return Err(refuse(why, "another folder"));
-    }
-    inputs(folder, question, names)?;
-    let record = Record::read(folder)?;
-    let listed = record.files();
-    inputs(folder, question, &listed.iter().map(|f| f.name.clone()).collect::<Vec<_>>())?;
-    let strange = |name: &&String| {
-        *name != RUN && at(name).symlink_metadata().is_ok() && !listed.iter().any(|f| f.name == **name)
-    };
-    if let Some(name) = names.iter().find(strange) {
-        let whose = match record {
-            Record::Result { .. } => "the result in this folder did not write it",
-            _ => "no result in this folder says that it wrote it",
-        };
-        let why = format!("{} is in the way: {whose}", at(name).display());
-        return Err(refuse(why, elsewhere));
-    }
-    let ask =
-        |why: String| refuse(why, "the same command on the same file, an empty or new folder, or --force");
-    let objection = objection(folder, &record, (question, begun))?;
-    if let Some(why) = objection.as_ref().filter(|_| !force) {
-        return Err(ask(why.clone()));
-    }
-    let mut old = Old { forced: objection.is_some(), ..Old::default() };
-    for file in listed {
-        let Some(found) = look(&at(&file.name))? else { continue };
+    let (run, listed) = record(folder)?;
+    in_the_way(folder, question, names, &listed)?;
+    let mut objection = objection(folder, &run, (question, begun))?;
+    let mut files = Vec::new();
+    for file in &listed {
+        let Some(found) = look(folder, &file.name)? else { continue };
         if found != *file {
-            let why = format!("{} was edited since it was written", at(&file.name).display());
-            if !force {
-                return Err(ask(why));
-            }
-            old.forced = true;
+            let path = folder.join(&file.name);
+            objection.get_or_insert(format!("{} was edited since it was written", path.display()));
         }
-        old.files.push(found);
+        files.push(found);
     }
-    match record {
-        Record::Nothing => {}
-        Record::Unlisted => old.aside = Some(free_name(folder)),
-        Record::Result { command, run, .. } => {
-            old.files.extend(look(&at(RUN))?);
-            old.run = (command == question.command).then_some(run);
+    let forced = objection.is_some();
+    match objection.filter(|_| !force) {
+        Some(why) => {
+            Err(refuse(folder, why, "the same command on the same file, an empty or new folder, or --force"))
+        }
+        None => {
+            files.extend(look(folder, RUN)?);
+            Ok(Old { files, forced, run })
         }
     }
-    Ok(old)
 }
 
-/// Why the result in `folder` is not simply replaced.
+/// The `run.json` in `folder`, and the files that it lists; null and none where there is none.
+fn record(folder: &Path) -> Result<(Value, Vec<Listed>), Error> {
+    let Some(text) = read_run(folder)? else { return Ok((Value::Null, Vec::new())) };
+    let run: Value = serde_json::from_str(&text).unwrap_or_default();
+    let whole = run["format"] == FORMAT
+        && [&run["command"], &run["name"]].iter().all(|word| word.is_string())
+        && run["seconds"]["total"].is_number();
+    let listed = serde_json::from_value(run["files"].clone()).ok().filter(|_| whole);
+    match listed.filter(|files: &Vec<Listed>| files.iter().all(|file| is_result_name(&file.name))) {
+        Some(files) => Ok((run, files)),
+        None => {
+            let why = "the run.json in this folder lists no files of a result";
+            Err(refuse(folder, why, "another folder; or move this file away"))
+        }
+    }
+}
+
+/// Refuses to write over a file that is read, and over what the old result does not list.
+fn in_the_way(folder: &Path, question: &Question, names: &[&str], listed: &[Listed]) -> Result<(), Error> {
+    let read: Vec<PathBuf> = question.inputs.iter().filter_map(|input| input.canonicalize().ok()).collect();
+    let is_read = |path: &Path| path.canonicalize().is_ok_and(|path| read.contains(&path));
+    let is_listed = |name: &str| name == RUN || listed.iter().any(|file| file.name == name);
+    let all = names.iter().copied().chain(listed.iter().map(|file| &*file.name)).chain([RUN]);
+    let why = all.map(|name| (name, folder.join(name))).find_map(|(name, path)| {
+        let what = match path.symlink_metadata().ok()? {
+            _ if is_read(&path) => "is read by this command and would be replaced",
+            there if !there.is_file() => "is in the way and no regular file",
+            _ if !is_listed(name) => "is in the way: no result in this folder says that it wrote it",
+            _ => return None,
+        };
+        Some(format!("{} {what}", path.display()))
+    });
+    let hidden = folder.join(WORK).canonicalize();
+    let inside = read.iter().find(|path| hidden.as_ref().is_ok_and(|hidden| path.starts_with(hidden)));
+    let inside =
+        inside.map(|path| format!("{} is read, and lies in the hidden folder of the result", path.display()));
+    let refused = |why| Err(refuse(folder, why, "another folder; or move this file away"));
+    why.or(inside).map_or(Ok(()), refused)
+}
+
+/// Why the result in `folder`, of which `run` is the `run.json`, is not simply replaced.
 fn objection(
     folder: &Path,
-    record: &Record,
+    run: &Value,
     (question, begun): (&Question, bool),
 ) -> Result<Option<String>, Error> {
-    Ok(match record {
-        Record::Nothing => {
-            let cut = matches!(question.command, "sweep" | "optimise");
-            let part = |name: &str| cut && Shard::of_folder(name).is_some();
-            let strange = |name: &str| !name.starts_with(PREFIX) && !part(name);
-            let mut names = names_in(folder).map_err(|e| Error::io(folder, e))?.into_iter();
-            (!begun && names.any(|name| strange(&name.to_string_lossy())))
-                .then(|| "this folder is not empty and holds no result of this program".to_owned())
-        }
-        Record::Unlisted => Some("the run.json in this folder lists no files of a result".to_owned()),
-        Record::Result { command, name, .. }
-            if (command.as_str(), name) != (question.command, &question.name) =>
-        {
-            Some(format!("this folder holds another result, {command} of {name}"))
-        }
-        Record::Result { seconds, run, .. } if *seconds > LONG => {
-            let changed = question.changed(run);
-            (!changed.is_empty()).then(|| {
-                let keys = changed[..changed.len().min(3)].join(", ");
-                format!("the result in this folder took {seconds:.0} s, with other values of {keys}")
-            })
-        }
-        Record::Result { .. } => None,
-    })
-}
-
-/// Refuses to write over or remove a file that is read.
-fn inputs(folder: &Path, question: &Question, names: &[String]) -> Result<(), Error> {
-    let is_read = |name: &&String| leads_to_input(&folder.join(name), question);
-    match names.iter().find(is_read) {
-        None => Ok(()),
-        Some(name) => {
-            let why =
-                format!("{} is read by this command and would be replaced", folder.join(name).display());
-            Err(refuse(folder, why, "another folder"))
-        }
+    if run.is_null() {
+        let part =
+            |name: &str| matches!(question.command, "sweep" | "optimise") && Shard::of_folder(name).is_some();
+        let strange = |name: &str| !name.starts_with(PREFIX) && !part(name);
+        let mut names = names_in(folder).map_err(|e| Error::io(folder, e))?.into_iter();
+        let foreign = !begun && names.any(|name| strange(&name.to_string_lossy()));
+        return Ok(foreign.then(|| "this folder is not empty and holds no result of this program".to_owned()));
     }
-}
-
-fn leads_to_input(path: &Path, question: &Question) -> bool {
-    if path.symlink_metadata().is_err() {
-        return false;
+    let [command, name] = ["command", "name"].map(|key| run[key].as_str().unwrap_or_default());
+    if (command, name) != (question.command, &*question.name) {
+        return Ok(Some(format!("this folder holds another result, {command} of {name}")));
     }
-    let here = Identity::of(path);
-    question.inputs.iter().any(|input| Identity::of(input).is(&here))
-}
-
-/// A file as it is now; `None` where there is none.
-pub(super) fn look(path: &Path) -> Result<Option<Listed>, Error> {
-    let mut file = match open_regular(path, OpenOptions::new().read(true)) {
-        Err(e) if e.kind() == ErrorKind::NotFound => return Ok(None),
-        Err(_) if path.symlink_metadata().is_ok_and(|m| !m.is_file()) => {
-            let why = format!("{} is no regular file any more", path.display());
-            return Err(refuse(path.parent().unwrap_or(path), why, "another folder; or move this away"));
-        }
-        other => other.map_err(|e| Error::io(path, e))?,
-    };
-    let failed = |e| Error::io(path, e);
-    let m = file.metadata().map_err(failed)?;
-    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let blake3 = hash_file(&mut file).map_err(failed)?;
-    Ok(Some(Listed { name, blake3, bytes: m.len() }))
-}
-
-/// A name for a `run.json` that is kept.
-fn free_name(folder: &Path) -> String {
-    let names = (1..).map(|n| if n == 1 { "run.old.json".to_owned() } else { format!("run.old-{n}.json") });
-    let mut free = names.filter(|name| folder.join(name).symlink_metadata().is_err());
-    free.next().expect("a folder has finitely many files")
+    let seconds = run["seconds"]["total"].as_f64().filter(|seconds| *seconds > LONG);
+    Ok(seconds.map(|seconds| (seconds, question.changed(run))).filter(|(_, keys)| !keys.is_empty()).map(
+        |(seconds, keys)| {
+            let keys = keys[..keys.len().min(3)].join(", ");
+            format!("the result in this folder took {seconds:.0} s, with other values of {keys}")
+        },
+    ))
 }

@@ -5,37 +5,34 @@
 //! all is written and durable, it is moved file by file.
 
 mod claim;
-mod disk;
-mod hidden;
-mod output;
+mod files;
+mod hash;
+mod place;
 mod question;
-mod record;
-mod replace;
+mod state;
+mod work;
 
-use std::fs;
+use std::fs::OpenOptions;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::sync::PoisonError;
 
+use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::pack::Packer;
-use super::unfinished;
 use crate::error::Error;
 use crate::kernel::gpu::hear;
-use claim::{Old, judge};
-pub use disk::{
-    Hashing, Identity, hash, hash_all, hash_file, names_in, open_of_result, open_regular, remove_folder,
-};
-pub use hidden::{Head, Left, WORK, is_finishing};
-use hidden::{Hidden, Saving};
-pub(crate) use hidden::{LOCK, is_complete, remove_all_but_lock};
-pub use output::{Mark, Output};
+use claim::{LONG, Old, judge, refuse};
+use files::{Closed, RUN, create, make_durable};
+pub use files::{Listed, Mark, Output, is_result_name, names_in, open_of_result, open_regular, read_run};
+pub use hash::{Hashing, hash, hash_all, hash_file};
+use place::{FINISHED, carry_through, decide};
 pub use question::Question;
-use record::RUN;
-pub use record::{Listed, is_result_name, read_run};
-
-/// Start of the names that this program uses for itself in result folders.
-const PREFIX: &str = ".vibrissa-";
+pub use state::Left;
+use state::Saving;
+pub use work::{WORK, end_all, what_stays};
+use work::{Work, clear, completing};
 
 /// A result folder that is being written.
 #[derive(Debug)]
@@ -43,13 +40,12 @@ pub struct Folder {
     target: PathBuf,
     question: Question,
     old: Old,
-    names: Vec<String>,
-    closed: output::Closed,
-    /// Words for the user: what is kept if the run ends now.
-    words: Option<String>,
+    /// What a stopped run of the same identity left, from which the result continues.
+    pub left: Option<Left>,
+    closed: Closed,
     saving: Saving,
     // Dropped last: the next run that takes the lock may remove everything.
-    hidden: Hidden,
+    work: Work,
 }
 
 /// A result in its final place.
@@ -65,49 +61,39 @@ impl Folder {
     /// A folder `target` for the answer to `question`, which will consist of some of the files `names` and `run.json`.
     ///
     /// # Errors
-    /// A folder that another run is writing to; one that holds another result or anything else, unless `force`; a file in
-    /// the way.
+    /// A folder that another run is writing to; one that holds another result or anything else, or long work of another run, unless `force`; a file
+    /// in the way.
     pub fn open(target: &Path, question: Question, names: &[&str], force: bool) -> Result<Self, Error> {
-        Self::with(target, question, (names, None), force).map(|(folder, _)| folder)
-    }
-
-    /// As [`Self::open`]; also the state of a stopped run of the same `identity`, from which the result continues.
-    ///
-    /// # Errors
-    /// As [`Self::open`]; a long stopped run with another identity, without `force`.
-    pub fn open_again(
-        target: &Path,
-        question: Question,
-        names: &[&str],
-        identity: &str,
-        force: bool,
-    ) -> Result<(Self, Option<Left>), Error> {
-        Self::with(target, question, (names, Some(identity)), force)
-    }
-
-    fn with(
-        target: &Path,
-        question: Question,
-        (names, identity): (&[&str], Option<&str>),
-        force: bool,
-    ) -> Result<(Self, Option<Left>), Error> {
-        let mut hidden = Hidden::hold(target)?;
-        replace::recover(target, hidden.path())?;
-        let all: Vec<String> = names.iter().chain(&[RUN]).map(|&n| n.to_owned()).collect();
-        let begun = identity.is_some_and(|identity| hidden.holds(identity));
-        let old = judge(target, &question, &all, (begun, force))?;
-        let left = hidden.look(target, identity, force)?;
-        let words = left.as_ref().map(|left| left.head.words(target));
-        if let Some(words) = &words {
-            unfinished::keeping(words.clone());
-            hidden.keep();
+        let work = Work::hold(target)?;
+        carry_through(target, &work.0)?;
+        let left = Left::read(&work.0);
+        let is_own = |left: &Left| question.identity.as_ref() == Some(&left.identity);
+        let begun = matches!(&left, Ok(Some(left)) if is_own(left));
+        let old = judge(target, &question, names, (begun, force))?;
+        let left = left.unwrap_or_else(|why| {
+            let folder = target.display();
+            hear(&format!("the unfinished run in {folder} cannot be gone on with ({why}): it begins anew"));
+            None
+        });
+        // Files of any other run give way: at once if it was short or has no state, else with `force` only.
+        if let Some(Left { seconds, done, .. }) =
+            left.as_ref().filter(|left| !begun && !force && left.seconds > LONG)
+        {
+            let why = format!(
+                "this folder holds an unfinished run of {seconds:.0} s ({done}) of another command, with other values or on another backend"
+            );
+            let allowed = "the command that began it, --force to discard it, or another folder";
+            return Err(refuse(target, why, allowed));
         }
-        let (target, names, closed) = (target.to_owned(), Vec::new(), output::Closed::default());
-        let folder = Self { target, question, old, names, closed, words, saving: Saving::default(), hidden };
-        Ok((folder, left))
+        let left = left.filter(is_own);
+        if left.is_none() {
+            clear(&work.0).map_err(|e| Error::io(&work.0, e))?;
+        }
+        let (target, closed, saving) = (target.to_owned(), Closed::default(), Saving::default());
+        Ok(Self { target, question, old, left, closed, saving, work })
     }
 
-    /// Warns that `what` of a stopped run's files is not as it was written, and begins anew.
+    /// Warns that `what` of a stopped run's files is not as it was written, and removes them all, to begin anew.
     ///
     /// # Errors
     /// What cannot be removed.
@@ -116,61 +102,45 @@ impl Folder {
         hear(&format!(
             "the unfinished run in {folder} is damaged: {what} is not what was written; it begins anew"
         ));
-        self.begin_anew()
+        clear(&self.work.0).map_err(|e| Error::io(&self.work.0, e))
     }
 
-    /// Removes the files of a stopped run, to begin anew.
-    ///
-    /// # Errors
-    /// What cannot be removed.
-    pub fn begin_anew(&mut self) -> Result<(), Error> {
-        self.names.clear();
-        self.words = None;
-        unfinished::forget();
-        self.hidden.clear()
-    }
-
-    /// Keeps what is complete, so that a run that stops from now on is gone on with: `files`, as they are now, and what `fill` says of them and
-    /// of the run. This happens while the run goes on; `wait` waits for it. Whether it was begun: not while the last time is under way.
+    /// Keeps what is complete, so that a run that stops from now on is gone on with: `head`, and what `fill` says of the files as they are now and of the
+    /// run. This happens while the run goes on; `wait` waits for it. Whether it was begun: not while the last time is under way.
     ///
     /// # Errors
     /// What cannot be written, this time or the last time.
     pub fn keep(
         &mut self,
-        head: &Head,
-        files: Vec<fs::File>,
+        head: &Left,
         wait: bool,
         fill: impl FnOnce(&mut Packer<'_>) -> Result<(), Error>,
     ) -> Result<bool, Error> {
         if self.saving.busy() && !wait {
             return Ok(false);
         }
-        self.kept()?;
-        self.saving.start(self.hidden.path(), head, files, fill)?;
+        self.saved()?;
+        self.saving.start(&self.work.0, head, fill)?;
         if wait {
-            self.kept()?;
+            self.saved()?;
         }
         Ok(true)
     }
 
     /// Waits until what is kept is durable.
-    fn kept(&mut self) -> Result<(), Error> {
-        if let Some(words) = self.saving.wait().map_err(|e| Error::io(&self.target, e))? {
-            self.hidden.keep();
-            self.words = Some(words);
-        }
-        Ok(())
+    fn saved(&mut self) -> Result<(), Error> {
+        self.saving.wait().map_err(|e| Error::io(&self.target, e))
     }
 
     /// Words for the user: what is kept if the run ends now.
     pub fn words(&mut self) -> Option<String> {
-        let _ = self.kept();
-        self.words.clone()
+        let _ = self.saved();
+        Some(Left::read(&self.work.0).ok()??.words())
     }
 
     /// The `run.json` of the older result of the same command that gives way, if there is one.
     pub fn older(&self) -> Option<&Value> {
-        self.old.run.as_ref()
+        Some(&self.old.run).filter(|run| run["command"] == self.question.command)
     }
 
     /// A new file of the result.
@@ -178,19 +148,9 @@ impl Folder {
     /// # Errors
     /// A file that cannot be made.
     pub fn file(&mut self, name: &str) -> Result<Output, Error> {
-        let path = self.hidden.path().join(name);
-        if !self.hidden.path().is_dir() {
-            let why = format!(
-                "{}: the hidden folder of this run is gone: it was removed or moved while the run wrote in it; there is no new result",
-                self.hidden.path().display()
-            );
-            return Err(Error::Run(why));
-        }
-        // A stopped run may have left a file of this name that its state does not count.
-        let _ = fs::remove_file(&path);
-        let file = fs::File::create_new(&path).map_err(|e| Error::io(&path, e))?;
-        self.names.push(name.to_owned());
-        Ok(Output::new(file, name, self.target.join(name), self.closed.clone()))
+        let path = self.work.0.join(name);
+        let file = create(&path).map_err(|e| Error::io(&path, e))?;
+        Ok(Output::new(file, self.target.join(name), self.closed.clone()))
     }
 
     /// A whole file of the result.
@@ -208,17 +168,17 @@ impl Folder {
     /// # Errors
     /// What the system says.
     pub fn file_again(&mut self, name: &str, mark: &Mark) -> Result<Option<Output>, Error> {
-        let path = self.hidden.path().join(name);
-        let open = || open_regular(&path, fs::OpenOptions::new().read(true).write(true));
-        let again = |file| Output::again(file, name, self.target.join(name), self.closed.clone(), mark);
-        let output = match open().and_then(again) {
-            Err(e) if e.kind() == ErrorKind::NotFound => None,
-            other => other.map_err(|e| Error::io(&path, e))?,
-        };
-        if output.is_some() {
-            self.names.push(name.to_owned());
+        let path = self.work.0.join(name);
+        let file = files::open_regular(&path, OpenOptions::new().read(true).write(true));
+        let again = |file| Output::new(file, self.target.join(name), self.closed.clone()).again(mark);
+        match file.and_then(again) {
+            Err(e) if e.kind() == ErrorKind::NotFound => Ok(None),
+            other => other.map_err(|e| Error::io(&path, e)),
         }
-        Ok(output)
+    }
+
+    fn closed(&self) -> Vec<Listed> {
+        self.closed.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// Writes run.json, from which the result is known again, after all other files.
@@ -226,10 +186,11 @@ impl Folder {
     /// # Errors
     /// A disk that fails.
     pub fn run_json(&mut self, document: &Value) -> Result<(), Error> {
-        let mut document = document.clone();
+        let (mut document, mut files) = (document.clone(), self.closed());
+        files.sort_by(|a, b| a.name.cmp(&b.name));
         document["name"] = json!(self.question.name);
         document["asked"] = self.question.asked.clone();
-        document["files"] = json!(self.closed.sorted());
+        document["files"] = json!(files);
         self.put(RUN, format!("{document:#}\n").as_bytes())
     }
 
@@ -238,15 +199,19 @@ impl Folder {
     /// # Errors
     /// A disk that fails, before or after; a file that came in the way meanwhile. The result is kept then.
     pub fn finish(mut self) -> Result<Written, Error> {
-        self.kept()?;
-        let at = |name: &String| self.target.join(name);
-        let removed = self.old.files.iter().filter(|_| self.old.forced).map(|f| at(&f.name)).collect();
-        let files = self.names.iter().map(at).collect();
-        self.closed.end(self.hidden.path())?;
-        let decide = || replace::decide(self.hidden.path(), &self.names, &self.old);
-        unfinished::placing(decide).map_err(|e| Error::io(&self.target, e))?;
-        self.hidden.keep();
-        replace::recover(&self.target, self.hidden.path())?;
-        Ok(Written { files, removed })
+        self.saved()?;
+        let (files, work) = (self.closed(), &self.work.0);
+        // All at once: a disk is waited for about as long as for one.
+        files.par_iter().try_for_each(|file| make_durable(&work.join(&file.name), file.bytes))?;
+        completing(true, || decide(work, &files, &self.old.files)).map_err(|e| Error::io(&self.target, e))?;
+        carry_through(&self.target, work)?;
+        let at = |file: &Listed| self.target.join(&file.name);
+        let removed = self.old.files.iter().filter(|_| self.old.forced).map(at).collect();
+        Ok(Written { files: files.iter().map(at).collect(), removed })
     }
+}
+
+/// True if a finished result in the folder `target` has not been moved to its final names yet. The same command does it.
+pub fn is_finishing(target: &Path) -> bool {
+    target.join(WORK).join(FINISHED).exists()
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde_json::{Map, Value, json};
 
-use super::disk::hash_numbers;
+use super::hash::hash_numbers;
 use crate::run_json;
 use crate::scene::{Space, Spec, Study, Tuple};
 
@@ -24,13 +24,15 @@ pub struct Question {
     pub asked: Value,
     /// Files that are read.
     pub inputs: Vec<PathBuf>,
+    /// Everything of which the bytes are a function, hashed; a stopped run of the same is gone on with. None of commands that begin anew.
+    pub identity: Option<String>,
 }
 
 impl Question {
     /// A command without a spec.
     pub fn new(command: &'static str, name: impl Into<String>, asked: Value) -> Self {
         let (name, in_force) = (name.into(), Value::Null);
-        Self { command, name, in_force, asked, inputs: Vec::new() }
+        Self { command, name, in_force, asked, inputs: Vec::new(), identity: None }
     }
 
     /// A command on a spec.

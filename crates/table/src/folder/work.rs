@@ -1,0 +1,191 @@
+//! The hidden folder [`WORK`] inside a result folder, in which one run at a time writes: its lock, and how it ends.
+//!
+//! A folder with a state stays when its run ends ([`super::state`]), and so does one whose result is finished and not yet in place
+//! ([`super::place`]). Everything else goes with the run, also where a signal ends the process.
+
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::{self, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use super::claim::refuse;
+use super::files::{names_in, open_regular};
+use super::place::FINISHED;
+use super::state::{Left, STATE};
+use crate::error::Error;
+
+/// Name of the hidden folder.
+pub const WORK: &str = ".vibrissa-unfinished";
+/// Name of the lock, which the writing run holds. The file names its process and thread.
+const LOCK: &str = ".lock";
+/// Attempts to take the lock, 10 ms apart: removing the files of a dead run takes about that long.
+const TRIES: u32 = 30;
+
+/// A hidden folder that this process has locked.
+struct Open {
+    path: PathBuf,
+    /// Folders that this run made, the innermost first: the result folder and those above it.
+    made: Vec<PathBuf>,
+    lock: File,
+}
+
+/// All of them: a process that ends without unwinding leaves them in order. Whoever makes something complete holds this, so that no end of the process
+/// comes between.
+static OPEN: Mutex<Vec<Open>> = Mutex::new(Vec::new());
+/// Whether a result is whole, and goes or has gone to its place.
+static PLACED: AtomicBool = AtomicBool::new(false);
+
+fn all() -> MutexGuard<'static, Vec<Open>> {
+    OPEN.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The hidden folder of a run, at this path.
+#[derive(Debug)]
+pub(super) struct Work(pub PathBuf);
+
+impl Work {
+    /// The hidden folder in `target`; both are made where they are not there.
+    ///
+    /// # Errors
+    /// Another run that has it; something else under its name; what cannot be made.
+    pub fn hold(target: &Path) -> Result<Self, Error> {
+        let (path, mut made) = (target.join(WORK), Vec::new());
+        for _ in 0..TRIES {
+            let missing = |at: &&Path| !at.as_os_str().is_empty() && at.symlink_metadata().is_err();
+            made.extend(target.ancestors().take_while(missing).map(Path::to_owned));
+            for folder in [target, &path] {
+                if folder.symlink_metadata().is_ok_and(|m| !m.is_dir())
+                    && (folder == path || !target.is_dir())
+                {
+                    let why = format!("{} is in the way: it is no folder", folder.display());
+                    return Err(refuse(target, why, "another folder; or move this away"));
+                }
+            }
+            fs::create_dir_all(target).map_err(|e| Error::io(target, e))?;
+            match lock(&path) {
+                Ok(Some(lock)) => {
+                    all().push(Open { path: path.clone(), made, lock });
+                    return Ok(Self(path));
+                }
+                Err(e) if e.kind() == ErrorKind::Unsupported => {
+                    let why = "another run writes here, or was killed; this file system has no locks that tell which";
+                    let lock = path.join(LOCK);
+                    let allowed =
+                        format!("another folder; or, if that run is over, remove {}", lock.display());
+                    return Err(refuse(target, why, &allowed));
+                }
+                // Another run has it, or removes it just now.
+                Ok(None) => {}
+                Err(e) if e.kind() == ErrorKind::NotFound => {}
+                Err(e) => return Err(Error::io(&path, e)),
+            }
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        let owner = fs::read_to_string(path.join(LOCK)).unwrap_or_default();
+        let process = owner.split(' ').next().filter(|process| !process.is_empty());
+        let process = process.map_or(String::new(), |process| format!(" (process {process})"));
+        let allowed = "another folder; or wait until that run ends";
+        Err(refuse(target, format!("another run{process} is writing to this folder"), allowed))
+    }
+}
+
+impl Drop for Work {
+    fn drop(&mut self) {
+        let mut all = all();
+        all.extract_if(.., |open| open.path == self.0).for_each(leave);
+    }
+}
+
+/// The lock file in the hidden folder `path`, locked; `None` where another run has it.
+fn lock(path: &Path) -> io::Result<Option<File>> {
+    fs::create_dir(path).or_else(|e| if e.kind() == ErrorKind::AlreadyExists { Ok(()) } else { Err(e) })?;
+    let (at, mut write) = (path.join(LOCK), OpenOptions::new());
+    let (mut file, new) = match write.write(true).clone().create_new(true).open(&at) {
+        Err(e) if e.kind() == ErrorKind::AlreadyExists => (open_regular(&at, &write)?, false),
+        other => (other?, true),
+    };
+    match file.try_lock() {
+        Err(TryLockError::WouldBlock) => return Ok(None),
+        // On a file system without locks, the run that created the file holds it.
+        Err(TryLockError::Error(_)) if !new => return Err(ErrorKind::Unsupported.into()),
+        _ => {}
+    }
+    // On a full disk the owner is missing; the lock holds all the same.
+    file.set_len(0)?;
+    let owner = format!("{} {:?}", std::process::id(), std::thread::current().id());
+    let owner = file.write_all(owner.as_bytes()).map_or(String::new(), |()| owner);
+    // The run that had it may have removed the file in between, and another one may have made it anew.
+    match fs::read_to_string(&at) {
+        Err(e) if e.kind() == ErrorKind::NotFound => Ok(None),
+        Ok(found) if found != owner => Ok(None),
+        _ => Ok(Some(file)),
+    }
+}
+
+/// True if the hidden folder `path` must stay: it holds a state to continue from, or a finished result.
+fn is_complete(path: &Path) -> bool {
+    [STATE, FINISHED].iter().any(|name| path.join(name).symlink_metadata().is_ok())
+}
+
+/// Removes everything in the hidden folder `path` but the lock: first the state, which counts on the files; last the marker of a finished result,
+/// without which the state would be taken for one to go on with.
+pub(super) fn clear(path: &Path) -> io::Result<()> {
+    let mut names = names_in(path)?;
+    names.retain(|name| name != LOCK);
+    names.sort_by_key(|name| (name == FINISHED, name != STATE));
+    let mut paths = names.iter().map(|name| path.join(name));
+    paths.try_for_each(|path| fs::remove_file(&path).or_else(|_| fs::remove_dir_all(&path)))
+}
+
+/// Ends the work in a folder: what is complete stays; all else goes, with the folders that were made for it.
+fn leave(open: Open) {
+    let stays = is_complete(&open.path);
+    if !stays {
+        // A file that is being written may need a second look.
+        (0..3).for_each(|_| drop(clear(&open.path)));
+    }
+    // While it is still locked; then closed before the folder is removed: NFS keeps an open file.
+    let _ = fs::remove_file(open.path.join(LOCK));
+    drop(open.lock);
+    if !stays {
+        std::iter::once(&open.path).chain(&open.made).for_each(|folder| drop(fs::remove_dir(folder)));
+    }
+}
+
+/// Does `make`, after which a state counts, or a result that is `placed`; no end of the process comes between.
+///
+/// # Errors
+/// What `make` says: then nothing was done.
+pub(super) fn completing(placed: bool, make: impl FnOnce() -> io::Result<()>) -> io::Result<()> {
+    let _all = all();
+    make()?;
+    PLACED.fetch_or(placed, Ordering::Relaxed);
+    Ok(())
+}
+
+/// What stays of the result that this process writes, or wrote, in words that follow "interrupted".
+pub fn what_stays() -> String {
+    told(&all())
+}
+
+fn told(all: &[Open]) -> String {
+    match all.iter().find_map(|open| Left::read(&open.path).ok()?) {
+        _ if PLACED.load(Ordering::Relaxed) => " after the result was written".to_owned(),
+        Some(left) => format!("; {}", left.words()),
+        None => "; nothing was written, an older result is as it was".to_owned(),
+    }
+}
+
+/// As [`what_stays`], for a process that is about to end without unwinding: all else is removed. Whoever is about to make something complete waits for
+/// ever then.
+pub fn end_all() -> String {
+    let mut all = all();
+    let words = told(&all);
+    if !PLACED.load(Ordering::Relaxed) {
+        all.extract_if(.., |open| !is_complete(&open.path)).for_each(leave);
+        std::mem::forget(all);
+    }
+    words
+}
