@@ -6,7 +6,6 @@
 //! over all parts. No tap is solved, so any machine can do it; memory is that of the places, not of the rows. Searches with seeds of their own
 //! are joined to their best design and one front.
 
-mod checked;
 mod order;
 mod part;
 mod record;
@@ -21,7 +20,6 @@ use serde_json::Value;
 
 use crate::error::{Error, InputError};
 use crate::sink::folder::{Folder, Question, Written};
-use crate::sink::shard::Shard;
 use crate::sink::sheet::{About, Sheet};
 use crate::sink::table::Table;
 use part::Part;
@@ -50,78 +48,79 @@ pub struct Report {
 /// Parts that are missing, unfinished, edited, there twice, of another sweep or of another version; a folder that holds something else.
 pub fn run(folders: &[PathBuf], out: Option<&Path>, force: bool) -> Result<Report, Error> {
     let start = Instant::now();
-    let found = part::found(folders)?;
-    let out = match out {
-        Some(out) => out.to_owned(),
-        None => beside(&found)?,
+    let parts = part::all(folders)?;
+    let out = out.map_or_else(|| beside(&parts), |out| Ok(out.to_owned()))?;
+    // The part that says what the whole says.
+    let lead = if parts[0].is_search() { search::best(&parts) } else { &parts[0] };
+    let mut run = record::whole(&parts, lead, &out);
+    let names = match lead.is_search() {
+        true => lead.listed.iter().map(|file| file.name.clone()).collect(),
+        false => tables(lead).map(|table| table.file(lead.format)).collect::<Vec<_>>(),
     };
-    if search::is_search(&found[0].1) {
-        return search::run(&found, out, force);
-    }
-    let parts = part::checked(&found)?;
-    let warnings = part::differences(&parts);
-    let first = &parts[0];
-    let tables: Vec<Table> = Table::ALL.into_iter().filter(|t| first.tables.contains(t)).collect();
-    let names: Vec<String> = tables.iter().map(|t| t.file(first.format)).collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    // What an unsharded run would answer.
+    let mut asked = lead.run["asked"].clone();
+    asked.as_object_mut().map(|asked| asked.shift_remove("shard"));
     let inputs = parts.iter().flat_map(Part::files).collect();
-    let question = Question { inputs, in_force: record::in_force(first, &out), ..question(first) };
+    let question = Question::new(lead.command(), lead.name(), asked);
+    let question = Question { inputs, in_force: run["in_force"].clone(), ..question };
     let mut folder = Folder::open(&out, question, &names, force)?;
-    // What changed since it was checked may fail in any way; then that is the reason.
-    let (rows, kept) =
-        joined(&parts, &tables, &mut folder).or_else(|e| part::unedited(&parts).and(Err(e)))?;
-    let run = record::whole(&parts, (rows, kept), start.elapsed().as_secs_f64(), &out);
+    let joined = match lead.is_search() {
+        true => search::joined(&parts, lead, &mut folder, &mut run),
+        false => joined(&parts, &mut folder, &mut run),
+    };
+    // What is not as it was written may fail in any way; then that is the reason.
+    part::unedited(&parts)?;
+    joined?;
+    record::timed(&mut run, start.elapsed().as_secs_f64());
     folder.run_json(&run)?;
-    let Written { files, removed, .. } = folder.finish()?;
+    let warnings = if lead.is_search() { Vec::new() } else { part::differences(&parts) };
+    let Written { files, removed } = folder.finish()?;
     Ok(Report { out, files, removed, run, warnings, seconds: start.elapsed().as_secs_f64() })
 }
 
-/// Writes the tables of the whole; rows of each, and how many `top` keeps.
-fn joined(parts: &[Part], tables: &[Table], folder: &mut Folder) -> Result<([u64; 3], Option<u64>), Error> {
-    let orders = order::Orders::new(parts)?;
-    let mut rows = [0; 3];
-    for &table in tables {
-        let mut sources =
-            parts.iter().map(|part| Source::open(part, table)).collect::<Result<Vec<_>, _>>()?;
+/// The tables of a part, in their order.
+fn tables(part: &Part) -> impl Iterator<Item = Table> {
+    Table::ALL.into_iter().filter(|table| part.tables.contains(table))
+}
+
+/// Writes the tables of the whole, and says in `run` how many rows each has, and how many `top` keeps.
+fn joined(parts: &[Part], folder: &mut Folder, run: &mut Value) -> Result<(), Error> {
+    let (orders, format) = (order::Orders::new(parts)?, parts[0].format);
+    let mut rows = [0u64; 3];
+    for table in tables(&parts[0]) {
+        let open = |part| Source::open(part, table);
+        let mut sources = parts.iter().map(open).collect::<Result<Vec<_>, _>>()?;
         let (columns, provenance) = (sources[0].columns.clone(), sources[0].provenance.clone());
         if let Some(at) = sources.iter().position(|source| source.columns != columns) {
             let why = format!("its {} has other columns than that of the first part", table.name());
             return Err(part::refuse(&parts[at].folder, why, "the part as it was written"));
         }
         let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
-        let format = parts[0].format;
-        let about = About { table, columns: &columns, format, provenance: &provenance };
-        let mut sheet = Sheet::new(folder, &about)?;
+        let mut sheet =
+            Sheet::new(folder, &About { table, columns: &columns, format, provenance: &provenance })?;
         rows[table as usize] = orders.write(table, &mut sources, &mut sheet)?;
         sheet.close()?;
-        sources.into_iter().try_for_each(Source::end)?;
     }
-    Ok((rows, orders.kept()))
-}
-
-/// What an unsharded run would answer.
-fn question(first: &Part) -> Question {
-    let mut asked = first.run["asked"].clone();
-    if let Some(asked) = asked.as_object_mut() {
-        asked.shift_remove("shard");
+    for (key, rows) in ["tuples", "designs", "distances"].into_iter().zip(rows) {
+        run["counts"][key] = rows.into();
     }
-    Question::new("sweep", first.name.clone(), asked)
+    if !run["counts"]["complete_rows"].is_null() {
+        run["counts"]["kept_rows"] = orders.kept().into();
+    }
+    Ok(())
 }
 
 /// The folder in which all parts lie.
-fn beside(found: &[(Shard, PathBuf)]) -> Result<PathBuf, Error> {
-    let parent = |path: &PathBuf| match path.parent() {
-        Some(p) if p.as_os_str().is_empty() => PathBuf::from("."),
-        Some(p) => p.to_owned(),
-        None => path.clone(),
+fn beside(parts: &[Part]) -> Result<PathBuf, Error> {
+    let parent = |part: &Part| match part.folder.parent() {
+        Some(parent) if parent.as_os_str().is_empty() => PathBuf::from("."),
+        parent => parent.unwrap_or(&part.folder).to_owned(),
     };
-    let mut all: Vec<PathBuf> = found.iter().map(|(_, path)| parent(path)).collect();
-    all.dedup();
-    match all.as_slice() {
-        [one] => Ok(one.clone()),
-        _ => {
-            let error = InputError::new("these parts lie in several folders");
-            Err(error.key("--out").allowed("the folder for the whole").into())
-        }
+    let first = parent(&parts[0]);
+    if parts.iter().all(|part| parent(part) == first) {
+        return Ok(first);
     }
+    let error = InputError::new("these parts lie in several folders");
+    Err(error.key("--out").allowed("the folder for the whole").into())
 }

@@ -80,9 +80,7 @@ impl Orders {
 
 /// The places of a part, by table.
 fn places(part: &Part) -> Result<[Vec<Place>; 3], Error> {
-    let file = part.file(PLACES)?;
-    let path = file.path.clone();
-    let bytes = file.bytes()?;
+    let (path, bytes) = (part.folder.join(PLACES), part.bytes(PLACES)?);
     let mut all = [const { Vec::new() }; 3];
     for bytes in bytes.chunks(Place::BYTES) {
         let torn = || InputError::new("this is not a list of places").at(path.display().to_string(), None);

@@ -1,57 +1,48 @@
-//! Parts as they lie on the disk, and whether they are those of one sweep.
+//! Parts as they lie on the disk, and whether they are those of one sweep, or searches of one spec.
 
 use std::collections::BTreeMap;
-use std::io::ErrorKind;
+use std::fs::File;
+use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use serde_json::Value;
 
-use super::checked::Checked;
-use super::stated::Stated;
+use super::search::{seed_of_first, values};
+use super::stated;
 use crate::error::{Error, InputError};
-use crate::sink::folder::{Listed, WORK, names_in, read_run};
+use crate::sink::folder::{Listed, WORK, hash_file, names_in, open_of_result, read_run};
 use crate::sink::rows::TableFormat;
 use crate::sink::shard::Shard;
 use crate::sink::table::Table;
-
-/// Counts that every part states.
-const COUNTS: [&str; 7] = [
-    "counts.taps",
-    "counts.solved",
-    "counts.interpolated",
-    "counts.referred",
-    "counts.tuples",
-    "counts.designs",
-    "counts.distances",
-];
-/// Counts that only some sweeps have.
-const SPARE: [&str; 6] = [
-    "counts.complete_rows",
-    "shard.top",
-    "shard.candidates",
-    "shard.distances_each",
-    "shard.directions_each",
-    "model_error.taps_by_full_model",
-];
-/// Numbers that every part states.
-const NUMBERS: [&str; 5] =
-    ["counts.sweeps_mean", "counts.sweeps_max", "seconds.total", "seconds.open", "seconds.solve"];
 
 /// A whole part.
 #[derive(Debug)]
 pub(super) struct Part {
     pub folder: PathBuf,
     pub shard: Shard,
-    /// Name of its spec.
-    pub name: String,
     pub run: Value,
+    /// Of the tables of a sweep.
     pub format: TableFormat,
+    /// None of a search.
     pub tables: Vec<Table>,
-    listed: Vec<Listed>,
+    pub listed: Vec<Listed>,
 }
 
 impl Part {
+    pub fn command(&self) -> &'static str {
+        if self.is_search() { "optimise" } else { "sweep" }
+    }
+
+    pub fn is_search(&self) -> bool {
+        self.run["command"] == "optimise"
+    }
+
+    /// Name of its spec.
+    pub fn name(&self) -> &str {
+        self.run["name"].as_str().unwrap_or_default()
+    }
+
     /// The files of the part.
     pub fn files(&self) -> impl Iterator<Item = PathBuf> + '_ {
         let names = self.listed.iter().map(|file| file.name.as_str()).chain(["run.json"]);
@@ -59,9 +50,22 @@ impl Part {
     }
 
     /// The file `name`, to be read.
-    pub fn file(&self, name: &str) -> Result<Checked, Error> {
-        let missing = || refuse(&self.folder, format!("its run.json lists no {name}"), "a whole part");
-        Checked::open(&self.folder, self.listed.iter().find(|f| f.name == name).ok_or_else(missing)?)
+    pub fn file(&self, name: &str) -> Result<(PathBuf, File), Error> {
+        if !self.listed.iter().any(|file| file.name == name) {
+            return Err(refuse(&self.folder, format!("its run.json lists no {name}"), "a whole part"));
+        }
+        let path = self.folder.join(name);
+        match open_of_result(&path)? {
+            Some(file) => Ok((path, file)),
+            None => Err(edited(self, name, "is missing")),
+        }
+    }
+
+    /// All bytes of the file `name`.
+    pub fn bytes(&self, name: &str) -> Result<Vec<u8>, Error> {
+        let ((path, mut file), mut bytes) = (self.file(name)?, Vec::new());
+        file.read_to_end(&mut bytes).map_err(|e| Error::io(path, e))?;
+        Ok(bytes)
     }
 
     /// A number of its description.
@@ -74,18 +78,32 @@ pub(super) fn refuse(folder: &Path, why: impl Into<String>, allowed: &str) -> Er
     InputError::new(why).key("merge").value(folder.display()).allowed(allowed).into()
 }
 
+fn edited(part: &Part, name: &str, why: &str) -> Error {
+    let again = "the part as it was written; the command that made it makes it again with --force";
+    refuse(&part.folder, format!("{} {why}", part.folder.join(name).display()), again)
+}
+
+/// What is to be named.
+const FOLDERS: &str = "folders shard-i-of-n, or the folder that holds them";
+
 /// Why what was named cannot be read: a mistake of whoever named it, or the machine's.
 fn absent(folder: &Path, e: std::io::Error) -> Error {
-    let allowed = "folders shard-i-of-n, or the folder that holds them";
     match e.kind() {
-        ErrorKind::NotFound => refuse(folder, "there is no such folder", allowed),
-        ErrorKind::NotADirectory => refuse(folder, "this is not a folder", allowed),
+        ErrorKind::NotFound => refuse(folder, "there is no such folder", FOLDERS),
+        ErrorKind::NotADirectory => refuse(folder, "this is not a folder", FOLDERS),
         _ => Error::io(folder, e),
     }
 }
 
-/// The folders of parts in `folders` or right below them, by number.
-pub(super) fn found(folders: &[PathBuf]) -> Result<Vec<(Shard, PathBuf)>, Error> {
+/// The parts in `folders` or right below them, by number: all that belong together, whole, and of one question.
+pub(super) fn all(folders: &[PathBuf]) -> Result<Vec<Part>, Error> {
+    let found = found(folders)?;
+    let parts = found.iter().map(|(shard, folder)| read(*shard, folder)).collect::<Result<Vec<_>, _>>()?;
+    of_one_question(&parts)?;
+    Ok(parts)
+}
+
+fn found(folders: &[PathBuf]) -> Result<Vec<(Shard, PathBuf)>, Error> {
     let mut all: Vec<(Shard, PathBuf)> = Vec::new();
     for folder in folders {
         let named = |path: &Path| path.file_name().and_then(|n| n.to_str()).and_then(Shard::of_folder);
@@ -101,8 +119,7 @@ pub(super) fn found(folders: &[PathBuf]) -> Result<Vec<(Shard, PathBuf)>, Error>
             all.extend(named(&path).filter(|_| path.is_dir()).map(|shard| (shard, path)));
         }
         if all.len() == before {
-            let allowed = "folders shard-i-of-n, or the folder that holds them";
-            return Err(refuse(folder, "no part of a sweep is here", allowed));
+            return Err(refuse(folder, "no part of a sweep is here", FOLDERS));
         }
     }
     all.sort_by_key(|(shard, _)| (shard.of, shard.index));
@@ -115,133 +132,130 @@ pub(super) fn found(folders: &[PathBuf]) -> Result<Vec<(Shard, PathBuf)>, Error>
         let why = format!("part {} is there twice, also in {}", pair[0].0, pair[1].1.display());
         return Err(refuse(&pair[0].1, why, "each part once"));
     }
-    let missing: Vec<String> = (1..=first.of)
-        .filter(|i| all.binary_search_by_key(i, |(shard, _)| shard.index).is_err())
-        .map(|i| i.to_string())
-        .collect();
+    let is_there = |i: &u32| all.binary_search_by_key(i, |(shard, _)| shard.index).is_ok();
+    let missing: Vec<String> = (1..=first.of).filter(|i| !is_there(i)).map(|i| i.to_string()).collect();
     if !missing.is_empty() {
-        let shown = missing.iter().take(20).cloned().collect::<Vec<_>>().join(", ");
+        let shown = missing[..missing.len().min(20)].join(", ");
         let why = format!("{} of {} parts are missing: {shown}", missing.len(), first.of);
         return Err(refuse(folder, why, &format!("all parts: sweep --shard i/{} makes part i", first.of)));
     }
     Ok(all)
 }
 
-/// The parts in these folders, all whole, unedited and of one sweep.
-pub(super) fn checked(found: &[(Shard, PathBuf)]) -> Result<Vec<Part>, Error> {
-    let parts: Vec<Part> =
-        found.iter().map(|(shard, folder)| read(*shard, folder)).collect::<Result<_, _>>()?;
+/// Where the run.json of parts must say the same, and what it says there.
+const SAME: [(&str, &str); 13] = [
+    ("/version", "version of the program"),
+    ("/backend/name", "backend"),
+    ("/backend/adapter", "adapter"),
+    ("/backend/precision", "precision"),
+    ("/backend/tolerance", "tolerance"),
+    ("/shard/format", "format of its tables"),
+    ("/shard/whole", "spec (values in force)"),
+    ("/shard/tables", "list of tables"),
+    ("/shard/top", "number of rows that are kept"),
+    ("/shard/candidates", "number of candidates"),
+    ("/shard/distances_each", "number of distances"),
+    ("/shard/directions_each", "number of directions"),
+    // The tables name it, and those of the whole can name but one.
+    ("/spec/hash", "text of the spec, though its values are the same"),
+];
+
+/// Fails unless all parts are of one command, spec, version and backend; of searches the seeds may differ by their numbers.
+fn of_one_question(parts: &[Part]) -> Result<(), Error> {
     let first = &parts[0];
+    let listed = |part: &Part| part.listed.iter().map(|file| file.name.clone()).collect::<Vec<_>>();
     for part in &parts[1..] {
-        for (key, what) in [
-            (&["version"][..], "version of the program"),
-            (&["backend", "name"], "backend"),
-            (&["backend", "adapter"], "adapter"),
-            (&["backend", "precision"], "precision"),
-            (&["backend", "tolerance"], "tolerance"),
-            (&["shard", "format"], "format of its tables"),
-            (&["shard", "whole"], "spec (values in force)"),
-            (&["shard", "tables"], "list of tables"),
-            (&["shard", "top"], "number of rows that are kept"),
-            (&["shard", "candidates"], "number of candidates"),
-            (&["shard", "distances_each"], "number of distances"),
-            (&["shard", "directions_each"], "number of directions"),
-            // The tables name it, and those of the whole can name but one.
-            (&["spec", "hash"], "text of the spec, though its values are the same"),
-        ] {
-            let of = |run: &Value| key.iter().fold(run.clone(), |value, key| value[*key].clone());
-            let (one, other) = (of(&first.run), of(&part.run));
-            if one != other {
-                let beside = first.folder.display();
-                let why = format!("this part and {beside} are of another {what}: {other} and {one}");
-                let allowed = "parts of one spec, version, backend, precision and tolerance";
-                return Err(refuse(&part.folder, why, allowed));
-            }
+        let other = |what: &str| {
+            let why = format!("this part and {} are of another {what}", first.folder.display());
+            Err(refuse(&part.folder, why, "parts of one spec, version, backend, precision and tolerance"))
+        };
+        if part.is_search() != first.is_search() {
+            return other("command");
+        }
+        if first.is_search() && values(first) != values(part) {
+            return other("spec (values in force)");
+        }
+        if first.is_search() && seed_of_first(first) != seed_of_first(part) {
+            return other("row of seeds");
+        }
+        let null = Value::Null;
+        let of = |part: &Part, place: &str| part.run.pointer(place).unwrap_or(&null).clone();
+        let differs = |(place, _): &&(&str, &str)| of(first, place) != of(part, place);
+        if let Some((place, what)) = SAME.iter().find(differs) {
+            return other(&format!("{what}: {} and {}", of(part, place), of(first, place)));
+        }
+        if !first.is_search() && listed(part) != listed(first) {
+            let why = format!("this part lists other files than {}", first.folder.display());
+            return Err(refuse(&part.folder, why, &listed(first).join(", ")));
         }
     }
-    let names = |part: &Part| part.listed.iter().map(|file| file.name.clone()).collect::<Vec<_>>();
-    if let Some(part) = parts.iter().find(|part| names(part) != names(first)) {
-        let why = format!("this part lists other files than {}", first.folder.display());
-        return Err(refuse(&part.folder, why, &names(first).join(", ")));
-    }
-    unedited(&parts)?;
-    Ok(parts)
+    Ok(())
 }
 
+/// The part in `folder`, as its run.json describes it.
 fn read(shard: Shard, folder: &Path) -> Result<Part, Error> {
-    let again = format!("the whole part: sweep --shard {shard} makes it, or goes on with it");
-    let path = folder.join("run.json");
-    let text = match read_run(folder) {
-        Ok(Some(text)) => text,
-        other => {
-            let why = match path.symlink_metadata() {
-                Ok(m) if !m.is_file() => "the run.json of this part is a link, a folder or a pipe",
-                _ if folder.join(WORK).is_dir() => "this part is unfinished",
-                _ => "this part has no run.json",
-            };
-            return Err(match other {
-                Err(Error::Input(e)) if path.is_file() => e.into(),
-                _ => refuse(folder, format!("{why} ({shard})"), &again),
-            });
-        }
-    };
-    let run: Value = serde_json::from_str(&text).unwrap_or_default();
-    let part = || {
-        let of = |key: &str| run["shard"][key].as_u64();
-        let same = (of("index")?, of("of")?) == (shard.index.into(), shard.of.into());
-        let word = run["shard"]["format"].as_str()?;
-        let format = TableFormat::WORDS.iter().find(|(name, _)| *name == word)?.1;
-        let tables = run["shard"]["tables"].as_array()?.iter();
-        let named = |name: &Value| Table::ALL.into_iter().find(|t| name == t.name());
-        let tables = tables.map(named).collect::<Option<_>>()?;
-        let name = run["name"].as_str().filter(|_| same && run["command"] == "sweep")?.to_owned();
-        let listed = Vec::new();
-        Some(Part { folder: folder.to_owned(), shard, name, run: run.clone(), format, tables, listed })
-    };
-    let part = part().ok_or_else(|| {
-        refuse(folder, format!("its run.json is not that of part {shard} of a sweep"), &again)
+    let again = format!("the whole part: the same command with --shard {shard} makes it, or goes on with it");
+    let text = read_run(folder)?.ok_or_else(|| {
+        let why = match folder.join(WORK).is_dir() {
+            true => "this part is unfinished",
+            false => "this part has no run.json",
+        };
+        refuse(folder, format!("{why} ({shard})"), &again)
     })?;
-    let stated = Stated::of(folder, &run);
-    stated.objects(&["material_fit", "model_error"])?;
-    stated.counts(&COUNTS, false)?;
-    stated.counts(&SPARE, true)?;
-    stated.counts_in("counts.status")?;
-    if !run["counts"]["combinations"].is_null() {
-        stated.counts_in("counts.combinations")?;
-    }
-    stated.numbers(&NUMBERS)?;
-    let wanted: Vec<String> = part.tables.iter().map(|table| table.file(part.format)).collect();
-    Ok(Part { listed: stated.files(&wanted)?, ..part })
+    let run: Value = serde_json::from_str(&text).unwrap_or_default();
+    let searched = run["command"] == "optimise";
+    let described = || {
+        if searched {
+            return run["result"]["value"].is_number().then_some((TableFormat::Csv, Vec::new()));
+        }
+        let number = |key: &str| run["shard"][key].as_u64();
+        let own = (number("index")?, number("of")?) == (shard.index.into(), shard.of.into());
+        let format = TableFormat::WORDS.iter().find(|(word, _)| run["shard"]["format"] == **word)?.1;
+        let named = |name: &Value| Table::ALL.into_iter().find(|table| name == table.name());
+        let tables = run["shard"]["tables"].as_array()?.iter().map(named).collect::<Option<Vec<_>>>()?;
+        (own && run["command"] == "sweep" && run["name"].is_string()).then_some((format, tables))
+    };
+    let Some((format, tables)) = described() else {
+        let what = if searched { "a finished search" } else { "a sweep" };
+        return Err(refuse(folder, format!("its run.json is not that of part {shard} of {what}"), &again));
+    };
+    stated::check(folder, &run, searched)?;
+    let wanted: Vec<String> = tables.iter().map(|table| table.file(format)).collect();
+    let listed = stated::files(folder, &run, &wanted)?;
+    Ok(Part { folder: folder.to_owned(), shard, run, format, tables, listed })
 }
 
 /// Fails unless each file of `parts` is what was written.
 pub(super) fn unedited(parts: &[Part]) -> Result<(), Error> {
-    let edited =
-        |part: &Part| part.listed.iter().try_for_each(|file| Checked::open(&part.folder, file)?.end());
-    parts.par_iter().try_for_each(edited)
+    let each = |part: &Part| {
+        part.listed.iter().try_for_each(|listed| {
+            let (path, file) = part.file(&listed.name)?;
+            match hash_file(file).map_err(|e| Error::io(path, e))? == listed.blake3 {
+                true => Ok(()),
+                false => Err(edited(part, &listed.name, "is not what was written")),
+            }
+        })
+    };
+    parts.par_iter().try_for_each(each)
 }
 
 /// In what the parts differ though they are of one sweep: their tables are within the tolerance then, but perhaps not the very bytes.
 pub(super) fn differences(parts: &[Part]) -> Vec<String> {
-    let keys = [
-        ("driver", &["backend", "driver"][..]),
-        ("instructions", &["backend", "instructions"]),
-        ("commit", &["commit"]),
-    ];
-    let mut all = Vec::new();
-    for (what, key) in keys {
-        let mut values: BTreeMap<String, u32> = BTreeMap::new();
+    let of = |(what, place): (&str, &str)| {
+        let mut values: BTreeMap<&str, u32> = BTreeMap::new();
         for part in parts {
-            let value = key.iter().fold(&part.run, |value, key| &value[*key]);
-            *values.entry(value.as_str().unwrap_or("none").to_owned()).or_default() += 1;
+            let value = part.run.pointer(place).and_then(Value::as_str).unwrap_or("none");
+            *values.entry(value).or_default() += 1;
         }
-        if values.len() > 1 {
-            let each: Vec<String> = values.iter().map(|(value, n)| format!("{value} ({n} parts)")).collect();
-            all.push(format!(
-                "parts were made with several {what}s: {}. Values keep the tolerance, but may differ in last digits from those of one machine",
-                each.join(", ")
-            ));
-        }
-    }
-    all
+        let each: Vec<String> = values.iter().map(|(value, n)| format!("{value} ({n} parts)")).collect();
+        let each = each.join(", ");
+        (values.len() > 1).then(|| {
+            format!(
+                "parts were made with several {what}s: {each}. Values keep the tolerance, but may differ in last digits from those of one machine"
+            )
+        })
+    };
+    let keys =
+        [("driver", "/backend/driver"), ("instructions", "/backend/instructions"), ("commit", "/commit")];
+    keys.into_iter().filter_map(of).collect()
 }

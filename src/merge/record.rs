@@ -2,78 +2,40 @@
 
 use std::path::Path;
 
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 use super::part::Part;
+use super::search::seed;
+use super::stated::{VALUES, Whole, at};
 
-/// The values in force of the whole.
-pub(super) fn in_force(first: &Part, out: &Path) -> Value {
-    let mut all = first.run["in_force"].clone();
-    for entry in all.as_array_mut().into_iter().flatten().filter(|entry| entry["key"] == "run.out") {
+/// The whole, of which `lead` says what its parts share, but for its rows and the time of the merge.
+pub(super) fn whole(parts: &[Part], lead: &Part, out: &Path) -> Value {
+    let mut run = lead.run.clone();
+    for (key, _, how) in VALUES {
+        let values: Vec<&Value> =
+            parts.iter().map(|part| at(&part.run, key)).filter(|x| !x.is_null()).collect();
+        let all = match how {
+            Whole::Sum => values.iter().copied().cloned().reduce(|a, b| sum(&a, &b)),
+            Whole::Largest => values.iter().filter_map(|x| x.as_f64()).reduce(f64::max).map(Value::from),
+            Whole::Own => None,
+        };
+        if let (Some((group, key)), Some(all)) = (key.split_once('.'), all) {
+            run[group][key] = all;
+        }
+    }
+    if !lead.is_search() {
+        // The mean of the parts, each by the taps that were solved for it.
+        let of = |part: &Part, key: &str| part.run["counts"][key].as_f64().unwrap_or(0.0);
+        let solved: f64 = parts.iter().map(|part| of(part, "solved")).sum();
+        let spent: f64 = parts.iter().map(|part| of(part, "solved") * of(part, "sweeps_mean")).sum();
+        run["counts"]["sweeps_mean"] = (if solved > 0.0 { spent / solved } else { 0.0 }).into();
+    }
+    if !run["material_fit"].is_null() {
+        let within = |part: &Part| part.run["material_fit"]["within_data_range"] != false;
+        run["material_fit"]["within_data_range"] = parts.iter().all(within).into();
+    }
+    for entry in run["in_force"].as_array_mut().into_iter().flatten().filter(|e| e["key"] == "run.out") {
         entry["value"] = format!("{:?}", out.display().to_string()).into();
-    }
-    all
-}
-
-/// Sum of a number of all parts.
-fn sum(parts: &[Part], of: impl Fn(&Value) -> &Value) -> Value {
-    let values: Vec<&Value> = parts.iter().map(|part| of(&part.run)).collect();
-    match values.iter().map(|value| value.as_u64()).sum::<Option<u64>>() {
-        Some(n) => n.into(),
-        None => values.iter().filter_map(|value| value.as_f64()).sum::<f64>().into(),
-    }
-}
-
-/// Largest of a number of all parts; null where none has it.
-fn largest(parts: &[Part], of: impl Fn(&Value) -> &Value) -> Value {
-    parts.iter().filter_map(|part| of(&part.run).as_f64()).reduce(f64::max).map_or(Value::Null, Value::from)
-}
-
-/// Taps, rows and words of all parts together.
-fn counts(parts: &[Part], (rows, kept): ([u64; 3], Option<u64>)) -> Value {
-    let mut counts = parts[0].run["counts"].clone();
-    // Parts of an older version do not say which words a tap has together.
-    let combined = parts.iter().all(|part| part.run["counts"]["combinations"].is_object());
-    for key in ["status"].into_iter().chain(combined.then_some("combinations")) {
-        let mut all = serde_json::Map::new();
-        for (word, n) in parts.iter().filter_map(|part| part.run["counts"][key].as_object()).flatten() {
-            let before = all.get(word).and_then(Value::as_u64).unwrap_or(0);
-            all.insert(word.clone(), (before + n.as_u64().unwrap_or(0)).into());
-        }
-        all.sort_keys();
-        counts[key] = Value::Object(all);
-    }
-    if let Some(counts) = counts.as_object_mut().filter(|_| !combined) {
-        counts.shift_remove("combinations");
-    }
-    for key in ["taps", "solved", "interpolated", "referred"] {
-        counts[key] = sum(parts, |run| &run["counts"][key]);
-    }
-    for (key, n) in ["tuples", "designs", "distances"].into_iter().zip(rows) {
-        counts[key] = n.into();
-    }
-    // The mean of the parts, each by the taps that were solved for it.
-    let of = |part: &Part, key: &str| part.run["counts"][key].as_f64().unwrap_or(0.0);
-    let solved: f64 = parts.iter().map(|part| of(part, "solved")).sum();
-    let spent: f64 = parts.iter().map(|part| of(part, "solved") * of(part, "sweeps_mean")).sum();
-    counts["sweeps_mean"] = (if solved > 0.0 { spent / solved } else { 0.0 }).into();
-    counts["sweeps_max"] = largest(parts, |run| &run["counts"]["sweeps_max"]);
-    if !counts["complete_rows"].is_null() {
-        counts["complete_rows"] = sum(parts, |run| &run["counts"]["complete_rows"]);
-        counts["kept_rows"] = kept.into();
-    }
-    counts
-}
-
-/// The whole document; its seconds are those of the parts together, and of the merge.
-pub(super) fn whole(parts: &[Part], rows: ([u64; 3], Option<u64>), merging: f64, out: &Path) -> Value {
-    let mut run = parts[0].run.clone();
-    let counts = counts(parts, rows);
-    run["in_force"] = in_force(&parts[0], out);
-    if let Some(run) = run.as_object_mut() {
-        for key in ["shard", "resumed", "files", "asked", "name", "handed_over"] {
-            run.shift_remove(key);
-        }
     }
     let mut warnings: Vec<&Value> = Vec::new();
     for text in parts.iter().flat_map(|part| part.run["warnings"].as_array().into_iter().flatten()) {
@@ -82,43 +44,61 @@ pub(super) fn whole(parts: &[Part], rows: ([u64; 3], Option<u64>), merging: f64,
         }
     }
     run["warnings"] = json!(warnings);
+    for key in ["shard", "resumed", "files", "asked", "name", "handed_over"] {
+        run.as_object_mut().map(|run| run.shift_remove(key));
+    }
     // What one device did is told with its part.
-    if let Some(backend) = run["backend"].as_object_mut() {
-        backend.shift_remove("device");
-    }
-    if !run["material_fit"].is_null() {
-        let key = "largest_gauge_strain";
-        run["material_fit"][key] = largest(parts, |run| &run["material_fit"][key]);
-        let within = |part: &Part| part.run["material_fit"]["within_data_range"] != Value::Bool(false);
-        run["material_fit"]["within_data_range"] = parts.iter().all(within).into();
-    }
-    if !run["model_error"].is_null() {
-        run["model_error"]["taps_by_full_model"] =
-            sum(parts, |run| &run["model_error"]["taps_by_full_model"]);
-    }
-    let mut seconds: Value = ["open", "solve"]
-        .iter()
-        .map(|key| ((*key).to_owned(), sum(parts, |run| &run["seconds"][*key])))
-        .collect();
-    if parts.iter().any(|part| !part.run["seconds"]["chart"].is_null()) {
-        seconds["chart"] = sum(parts, |run| &run["seconds"]["chart"]);
-    }
-    let total = sum(parts, |run| &run["seconds"]["total"]).as_f64().unwrap_or(0.0) + merging;
-    (seconds["total"], seconds["merge"]) = (total.into(), merging.into());
-    run["taps_per_second"] = (counts["taps"].as_f64().unwrap_or(0.0) / total.max(1e-9)).into();
-    (run["counts"], run["seconds"]) = (counts, seconds);
-    let one = |part: &Part| {
-        json!({
-            "folder": part.folder.display().to_string(),
-            "part": part.shard.to_string(),
-            "designs": part.run["shard"]["designs"],
-            "backend": part.run["backend"],
-            "taps": part.run["counts"]["taps"],
-            "seconds": part.run["seconds"]["total"],
-            "files": part.run["files"],
-            "handed_over": part.run["handed_over"],
-        })
-    };
-    run["parts"] = parts.iter().map(one).collect();
+    run["backend"].as_object_mut().map(|backend| backend.shift_remove("device"));
+    run["parts"] = parts.iter().map(|part| described(part, std::ptr::eq(part, lead))).collect();
     run
+}
+
+/// Both together: counts, numbers, or counts of words.
+fn sum(a: &Value, b: &Value) -> Value {
+    match (a.as_u64().zip(b.as_u64()), a.as_f64().zip(b.as_f64()), a.as_object().zip(b.as_object())) {
+        (Some((a, b)), ..) => (a + b).into(),
+        (_, Some((a, b)), _) => (a + b).into(),
+        (.., Some((a, b))) => {
+            let mut all = a.clone();
+            for (word, n) in b {
+                let before = all.get(word).unwrap_or(&json!(0)).clone();
+                all.insert(word.clone(), sum(&before, n));
+            }
+            all.sort_keys();
+            Value::Object(all)
+        }
+        _ => Value::Null,
+    }
+}
+
+/// What the whole says of a part, of which `lead` is true if it says what they share.
+fn described(part: &Part, lead: bool) -> Value {
+    let run = &part.run;
+    let mut all = Map::new();
+    let mut put = |key: &str, value: Value| all.insert(key.to_owned(), value);
+    put("folder", part.folder.display().to_string().into());
+    put("part", part.shard.to_string().into());
+    if part.is_search() {
+        put("seed", json!(seed(part)));
+        put("value", run["result"]["value"].clone());
+        put("best", lead.into());
+        put("evaluations", run["counts"]["evaluations"].clone());
+    } else {
+        put("designs", run["shard"]["designs"].clone());
+        put("backend", run["backend"].clone());
+        put("taps", run["counts"]["taps"].clone());
+        put("handed_over", run["handed_over"].clone());
+    }
+    put("seconds", run["seconds"]["total"].clone());
+    put("files", run["files"].clone());
+    all.into()
+}
+
+/// Adds the `seconds` of the merge.
+pub(super) fn timed(run: &mut Value, seconds: f64) {
+    let total = run["seconds"]["total"].as_f64().unwrap_or(0.0) + seconds;
+    (run["seconds"]["total"], run["seconds"]["merge"]) = (total.into(), seconds.into());
+    if let Some(taps) = run["counts"]["taps"].as_f64().filter(|_| !run["taps_per_second"].is_null()) {
+        run["taps_per_second"] = (taps / total.max(1e-9)).into();
+    }
 }

@@ -1,9 +1,9 @@
 //! The rows of one table of one part, in their order.
 
+use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
-use super::checked::Checked;
 use super::part::Part;
 use crate::error::{Error, InputError};
 use crate::sink::columns::Columns;
@@ -21,8 +21,8 @@ pub(super) struct Source {
 }
 
 enum Kind {
-    Lines(BufReader<Checked>),
-    Groups { file: Checked, reader: Box<parquet::Reader>, group: Columns, at: usize },
+    Lines(BufReader<File>),
+    Groups { reader: Box<parquet::Reader>, group: Columns, at: usize },
 }
 
 /// Rows that wait to be written, of the same format.
@@ -36,8 +36,7 @@ const BLOCK: usize = 1 << 20;
 
 impl Source {
     pub fn open(part: &Part, table: Table) -> Result<Self, Error> {
-        let file = part.file(&table.file(part.format))?;
-        let path = file.path.clone();
+        let (path, file) = part.file(&table.file(part.format))?;
         match part.format {
             TableFormat::Csv => {
                 let (mut reader, mut header) = (BufReader::with_capacity(BLOCK, file), String::new());
@@ -46,9 +45,9 @@ impl Source {
                 Ok(Self { columns, provenance: String::new(), path, rows: Kind::Lines(reader) })
             }
             TableFormat::Parquet => {
-                let reader = Box::new(parquet::Reader::new(&path, file.handle()?)?);
+                let reader = Box::new(parquet::Reader::new(&path, file)?);
                 let (columns, provenance) = (reader.columns(), reader.provenance());
-                let rows = Kind::Groups { file, reader, group: Columns::of(&columns), at: 0 };
+                let rows = Kind::Groups { reader, group: Columns::of(&columns), at: 0 };
                 Ok(Self { columns, provenance, path, rows })
             }
         }
@@ -90,14 +89,6 @@ impl Source {
                     _ => Ok(()),
                 }
             }
-        }
-    }
-
-    /// Fails unless what was read is what the part wrote. The rows of a Parquet file are read in no order of its bytes: those are read once more.
-    pub fn end(self) -> Result<(), Error> {
-        match self.rows {
-            Kind::Lines(reader) => reader.into_inner().end(),
-            Kind::Groups { file, .. } => file.again(),
         }
     }
 

@@ -1,102 +1,128 @@
 //! What the run.json of a part states, checked before anything is made of it.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde_json::Value;
 
 use crate::error::{Error, InputError};
 use crate::sink::folder::{Listed, is_result_name};
 
-/// Largest count: up to it, every whole number is one of f64, as JSON has them.
-const MOST: u64 = 1 << 53;
-
-/// The run.json of a part.
-pub(super) struct Stated<'a> {
-    path: PathBuf,
-    run: &'a Value,
+/// What a value must be: of a part of a sweep a count or a number must be there, the others may be missing, and of a search all.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Must {
+    Count,
+    Number,
+    Spare,
+    SpareNumber,
+    Object,
+    /// An object of counts.
+    Counts,
 }
 
-impl<'a> Stated<'a> {
-    pub fn of(folder: &Path, run: &'a Value) -> Self {
-        Self { path: folder.join("run.json"), run }
-    }
+/// What the whole has in its place.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Whole {
+    Sum,
+    Largest,
+    /// What a part has, or something else.
+    Own,
+}
 
-    fn wrong(&self, key: &str, value: &Value, why: &str, allowed: impl Into<String>) -> Error {
-        let error = InputError::new(format!("the run.json of this part {why}"));
-        error.at(self.path.display().to_string(), None).key(key).value(value).allowed(allowed).into()
-    }
+use Must::{Count, Counts, Number, Object, Spare, SpareNumber};
+use Whole::{Largest, Own, Sum};
 
-    /// The value at the dotted `key`; null where there is none.
-    fn at(&self, key: &str) -> &'a Value {
-        key.split('.').fold(self.run, |value, key| &value[key])
-    }
+/// Values that a merge uses, in the order in which they are checked.
+pub(super) const VALUES: [(&str, Must, Whole); 28] = [
+    ("material_fit", Object, Own),
+    ("model_error", Object, Own),
+    ("counts.taps", Count, Sum),
+    ("counts.solved", Count, Sum),
+    ("counts.interpolated", Count, Sum),
+    ("counts.referred", Count, Sum),
+    ("counts", Object, Own),
+    ("counts.complete_rows", Spare, Sum),
+    ("counts.evaluations", Spare, Sum),
+    ("counts.evaluations_sensitivity", Spare, Sum),
+    ("counts.starts", Spare, Sum),
+    ("counts.status", Counts, Sum),
+    ("counts.combinations", Counts, Sum),
+    ("counts.sweeps_mean", Number, Own),
+    ("counts.sweeps_max", Number, Largest),
+    ("shard.top", Spare, Own),
+    ("shard.candidates", Spare, Own),
+    ("shard.distances_each", Spare, Own),
+    ("shard.directions_each", Spare, Own),
+    ("model_error.taps_by_full_model", Spare, Sum),
+    ("material_fit.largest_gauge_strain", SpareNumber, Largest),
+    ("seconds.total", Number, Sum),
+    ("seconds.open", Number, Sum),
+    ("seconds.solve", Number, Sum),
+    ("seconds.chart", SpareNumber, Sum),
+    ("seconds", Object, Own),
+    ("backend", Object, Own),
+    ("result", Object, Own),
+];
 
-    /// Fails unless each of `keys` is a count; one that is `spare` may be missing.
-    pub fn counts(&self, keys: &[&str], spare: bool) -> Result<(), Error> {
-        let is_count = |value: &Value| value.as_u64().is_some_and(|n| n <= MOST);
-        keys.iter().try_for_each(|key| match self.at(key) {
-            Value::Null if spare => Ok(()),
-            value if is_count(value) => Ok(()),
-            value => {
-                Err(self.wrong(key, value, "states no such count", format!("a whole number, 0 … {MOST}")))
-            }
-        })
-    }
+/// The value at a dotted key; null where there is none.
+pub(super) fn at<'a>(run: &'a Value, key: &str) -> &'a Value {
+    key.split('.').fold(run, |value, key| &value[key])
+}
 
-    /// As [`Self::counts`], of each entry of the object at `key`.
-    pub fn counts_in(&self, key: &str) -> Result<(), Error> {
-        let all = self.at(key).as_object().ok_or_else(|| {
-            self.wrong(key, self.at(key), "states no counts of its words", "an object of whole numbers")
-        })?;
-        all.keys().try_for_each(|word| self.counts(&[&format!("{key}.{word}")], false))
-    }
+fn wrong(folder: &Path, (key, value): (&str, &Value), why: &str, allowed: &str) -> Error {
+    let error = InputError::new(format!("the run.json of this part {why}"));
+    let at = folder.join("run.json").display().to_string();
+    error.at(at, None).key(key).value(value).allowed(allowed).into()
+}
 
-    /// Fails unless each of `keys` that is there is an object.
-    pub fn objects(&self, keys: &[&str]) -> Result<(), Error> {
-        match keys.iter().find(|key| !(self.at(key).is_object() || self.at(key).is_null())) {
-            None => Ok(()),
-            Some(key) => {
-                Err(self.wrong(key, self.at(key), "states no values", "an object of keys and values"))
-            }
+/// Fails unless the values of `run`, that of a part of a sweep or of a search, are what they must be.
+pub(super) fn check(folder: &Path, run: &Value, searched: bool) -> Result<(), Error> {
+    VALUES.iter().try_for_each(|(key, must, _)| one(folder, (key, at(run, key)), *must, searched))
+}
+
+fn one(folder: &Path, (key, value): (&str, &Value), must: Must, searched: bool) -> Result<(), Error> {
+    /// Largest count: up to it, every whole number is one of f64, as JSON has them.
+    const MOST: u64 = 1 << 53;
+    let whole = format!("a whole number, 0 … {MOST}");
+    let (fits, why, allowed) = match must {
+        Count | Spare => (value.as_u64().is_some_and(|n| n <= MOST), "states no such count", &*whole),
+        Number | SpareNumber => {
+            (value.as_f64().is_some_and(|x| x >= 0.0), "states no such number", "a number ≥ 0")
         }
+        Object => (value.is_object(), "states no values", "an object of keys and values"),
+        Counts => (value.is_object(), "states no counts of its words", "an object of whole numbers"),
+    };
+    let spare = value.is_null() && (searched || !matches!(must, Count | Number));
+    if !(fits || spare) {
+        return Err(wrong(folder, (key, value), why, allowed));
     }
+    let mut words = value.as_object().filter(|_| must == Counts).into_iter().flatten();
+    words.try_for_each(|(word, n)| one(folder, (&format!("{key}.{word}"), n), Count, false))
+}
 
-    /// Fails unless each of `keys` is a number that is not negative.
-    pub fn numbers(&self, keys: &[&str]) -> Result<(), Error> {
-        let bad = |key: &&&str| !self.at(key).as_f64().is_some_and(|x| x >= 0.0);
-        match keys.iter().find(bad) {
-            None => Ok(()),
-            Some(key) => Err(self.wrong(key, self.at(key), "states no such number", "a number ≥ 0")),
-        }
+/// The files that `run` lists: each by its name in the folder, once, and all that are `wanted`.
+pub(super) fn files(folder: &Path, run: &Value, wanted: &[String]) -> Result<Vec<Listed>, Error> {
+    let value = &run["files"];
+    let shape = "a list of { name, blake3, bytes }";
+    let all: Vec<Listed> = serde_json::from_value(value.clone())
+        .map_err(|_| wrong(folder, ("files", value), "lists no files", shape))?;
+    for (i, Listed { name, blake3, .. }) in all.iter().enumerate() {
+        let is_hash = blake3.len() == 64 && blake3.bytes().all(|b| b.is_ascii_hexdigit());
+        let (key, value, why, allowed) = if !is_result_name(name) {
+            ("name", name, "names no file of a result", "the name of a file in its folder")
+        } else if all[..i].iter().any(|other| other.name == *name) {
+            ("name", name, "lists a file twice", "each file once")
+        } else if !is_hash {
+            ("blake3", blake3, "states no hash", "64 hexadecimal digits")
+        } else {
+            continue;
+        };
+        let place = (&*format!("files[{i}].{key}"), &value.as_str().into());
+        return Err(wrong(folder, place, why, allowed));
     }
-
-    /// The files it lists: each by its name in the folder, once, and all that are `wanted`.
-    pub fn files(&self, wanted: &[String]) -> Result<Vec<Listed>, Error> {
-        let value = self.at("files");
-        let shape = "a list of { name, blake3, bytes }";
-        let all: Vec<Listed> = serde_json::from_value(value.clone())
-            .map_err(|_| self.wrong("files", value, "lists no files", shape))?;
-        for (i, file) in all.iter().enumerate() {
-            let wrong = |key: &str, value: &str, why, allowed| {
-                Err(self.wrong(&format!("files[{i}].{key}"), &value.into(), why, allowed))
-            };
-            let (name, hash) = (file.name.as_str(), file.blake3.as_str());
-            if !is_result_name(name) {
-                return wrong("name", name, "names no file of a result", "the name of a file in its folder");
-            }
-            if all[..i].iter().any(|other| other.name == name) {
-                return wrong("name", name, "lists a file twice", "each file once");
-            }
-            if hash.len() != 64 || !hash.bytes().all(|b| b.is_ascii_hexdigit()) {
-                return wrong("blake3", hash, "states no hash", "64 hexadecimal digits");
-            }
-        }
-        let listed = |name: &String| all.iter().any(|file| file.name == *name);
-        if wanted.iter().all(listed) {
-            return Ok(all);
-        }
-        let names: Value = all.iter().map(|file| file.name.as_str()).collect();
-        let allowed = format!("the files of this part: {}", wanted.join(", "));
-        Err(self.wrong("files", &names, "does not list all files of the part", allowed))
+    if wanted.iter().all(|name| all.iter().any(|file| file.name == *name)) {
+        return Ok(all);
     }
+    let names: Value = all.iter().map(|file| file.name.as_str()).collect();
+    let allowed = format!("the files of this part: {}", wanted.join(", "));
+    Err(wrong(folder, ("files", &names), "does not list all files of the part", &allowed))
 }

@@ -1,4 +1,4 @@
-//! Files that are not what their names say: pipes, links, names elsewhere, damaged tables; and systems that fail while a file is written.
+//! Files that are not what their names say: pipes, links, names elsewhere, damaged tables; and a disk on which a file may not grow.
 #![cfg(target_os = "linux")]
 
 use std::io::Write;
@@ -10,7 +10,7 @@ use libc::SIGTERM;
 use serde_json::{Value, json};
 use vibrissa::sink::parquet::Reader;
 
-use crate::common::program::{Desk, Ran, SPEC, names};
+use crate::common::program::{Desk, SPEC, names};
 use crate::common::world::{Running, calibrated, ends, program, send, shell, until_it_hears, words};
 
 /// A desk with a sweep in `out`.
