@@ -25,7 +25,7 @@ use clap::{CommandFactory, FromArgMatches};
 use args::{Args, Command};
 use vibrissa::command::{Context, folder, listed, stem};
 use vibrissa::error::{Error, SolveError};
-use vibrissa::sink::folder::what_stays;
+use vibrissa::sink::folder::end_all;
 use vibrissa::{backend, kernel::gpu};
 
 /// The one argument of the process that asks the GPU drivers, before the number of the first adapter to open.
@@ -71,7 +71,7 @@ pub fn run() -> u8 {
     };
     let code = match result {
         Ok(reply) => reply::print(reply, quiet),
-        Err(Error::Solve(SolveError::Stopped)) => reply::interrupted(&what_stays()),
+        Err(Error::Solve(SolveError::Stopped)) => reply::interrupted(&end_all()),
         Err(e) => reply::failure(&e),
     };
     interrupt::end_without_those_behind(code);

@@ -1,11 +1,12 @@
 //! In which order the rows of the parts follow each other in the whole, and which of them are in it.
 
-use std::cmp::Reverse;
-use std::collections::{BinaryHeap, HashSet};
+use std::collections::HashSet;
 
 use super::part::Part;
 use super::source::Source;
 use crate::error::{Error, InputError};
+use crate::sink::columns::Columns;
+use crate::sink::rows::Rows;
 use crate::sink::sheet::Sheet;
 use crate::sink::table::Table;
 use crate::sweep::{PLACES, Place};
@@ -62,19 +63,21 @@ impl Orders {
         let Self::Places { parts, kept, distances } = self else {
             return sources.iter_mut().map(|source| source.rest(sheet)).sum();
         };
-        let keys = |places: &[Vec<Place>; 3]| keys(table, places, kept.as_ref(), *distances);
-        let mut rest: Vec<_> = parts.iter().map(|places| keys(places).into_iter()).collect();
-        let mut heads: BinaryHeap<_> =
-            (0..).zip(&mut rest).filter_map(|(p, keys)| Some(Reverse((keys.next()?, p)))).collect();
-        let (mut batch, mut rows) = (sources[0].batch(), 0);
-        while let Some(Reverse(((_, wanted), p))) = heads.pop() {
-            sources[p].next(Some(&mut batch).filter(|_| wanted))?;
-            rows += u64::from(wanted);
-            batch.flush(sheet, false)?;
-            heads.extend(rest[p].next().map(|key| Reverse((key, p))));
+        let mut all = Vec::new();
+        for (p, places) in parts.iter().enumerate() {
+            let keys = keys(table, places, kept.as_ref(), *distances).into_iter();
+            all.extend(keys.map(|(key, wanted)| (key, p, wanted)));
         }
-        batch.flush(sheet, true)?;
-        Ok(rows)
+        // The rows of a part are in order already, and stay so.
+        all.sort_by_key(|(key, p, _)| (*key, *p));
+        let mut batch = Columns::of(&sources[0].columns);
+        for (_, p, wanted) in &all {
+            sources[*p].next(wanted.then_some((&mut *sheet, &mut batch)))?;
+        }
+        if !batch.is_empty() {
+            sheet.write(Rows::Columns(batch))?;
+        }
+        Ok(all.iter().filter(|(.., wanted)| *wanted).count() as u64)
     }
 }
 

@@ -25,12 +25,6 @@ enum Kind {
     Groups { reader: Box<parquet::Reader>, group: Columns, at: usize },
 }
 
-/// Rows that wait to be written, of the same format.
-pub(super) enum Batch {
-    Lines(Vec<u8>),
-    Columns(Columns),
-}
-
 /// Bytes that are written together.
 const BLOCK: usize = 1 << 20;
 
@@ -53,40 +47,30 @@ impl Source {
         }
     }
 
-    /// Nothing yet, of the format of this table.
-    pub fn batch(&self) -> Batch {
-        match self.rows {
-            Kind::Lines(_) => Batch::Lines(Vec::new()),
-            Kind::Groups { .. } => Batch::Columns(Columns::of(&self.columns)),
-        }
-    }
-
-    /// Takes the next row into `batch`, or passes over it.
-    pub fn next(&mut self, batch: Option<&mut Batch>) -> Result<(), Error> {
+    /// Passes over the next row, or writes it into `to`: the table, and the rows of Parquet that wait to be written together.
+    pub fn next(&mut self, to: Option<(&mut Sheet, &mut Columns)>) -> Result<(), Error> {
         let early = || {
             let error = InputError::new("this table has fewer rows than its places");
             Error::from(error.at(self.path.display().to_string(), None).allowed("the part as it was written"))
         };
-        match (&mut self.rows, batch) {
-            (Kind::Lines(reader), batch) => {
-                let mut passed = Vec::new();
-                let line = match batch {
-                    Some(Batch::Lines(lines)) => lines,
-                    _ => &mut passed,
-                };
-                match reader.read_until(b'\n', line) {
-                    Ok(0) => Err(early()),
-                    other => other.map(drop).map_err(|e| Error::io(&self.path, e)),
+        match &mut self.rows {
+            Kind::Lines(reader) => {
+                let mut line = Vec::new();
+                match reader.read_until(b'\n', &mut line).map_err(|e| Error::io(&self.path, e))? {
+                    0 => Err(early()),
+                    _ => to.map_or(Ok(()), |(sheet, _)| sheet.lines(&line)),
                 }
             }
-            (Kind::Groups { reader, group, at, .. }, batch) => {
+            Kind::Groups { reader, group, at } => {
                 while *at == group.len() {
                     (*group, *at) = (next_group(reader, group, &self.path)?.ok_or_else(early)?, 0);
                 }
                 *at += 1;
-                match batch {
-                    Some(Batch::Columns(columns)) => columns.extend(group, *at - 1..*at),
-                    _ => Ok(()),
+                let Some((sheet, batch)) = to else { return Ok(()) };
+                batch.extend(group, *at - 1..*at)?;
+                match batch.len() >= parquet::GROUP {
+                    true => sheet.write(Rows::Columns(batch.take())),
+                    false => Ok(()),
                 }
             }
         }
@@ -127,22 +111,4 @@ fn next_group(reader: &mut parquet::Reader, before: &Columns, path: &Path) -> Re
         return Err(error.into());
     }
     Ok(group)
-}
-
-impl Batch {
-    /// Writes what waits, where it is enough, or `all`.
-    pub fn flush(&mut self, sheet: &mut Sheet, all: bool) -> Result<(), Error> {
-        match self {
-            Self::Lines(lines) if all || lines.len() >= BLOCK => {
-                sheet.lines(lines)?;
-                lines.clear();
-            }
-            Self::Columns(columns) if all || columns.len() >= parquet::GROUP => {
-                let rows = columns.take();
-                sheet.write(Rows::Columns(rows))?;
-            }
-            _ => {}
-        }
-        Ok(())
-    }
 }

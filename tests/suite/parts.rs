@@ -294,7 +294,9 @@ fn what_does_not_belong_together_is_refused() {
     desk.write("spec.toml", SPEC);
     again();
     #[cfg(unix)]
-    for (name, why) in [("designs.csv", "designs.csv is a link"), ("run.json", "run.json: this is a link")] {
+    for (name, why) in
+        [("designs.csv", "designs.csv: this is a link"), ("run.json", "run.json: this is a link")]
+    {
         let path = desk.path(&format!("out/shard-2-of-2/{name}"));
         std::fs::rename(&path, desk.path("moved")).unwrap();
         std::os::unix::fs::symlink(desk.path("moved"), &path).unwrap();

@@ -179,8 +179,12 @@ const STEPS: [(&str, Option<&str>); 5] = [
 /// A folder with an older result and a finished one, whose replacement was killed after so many steps.
 fn killed_after(steps: usize) -> Desk {
     let (desk, hidden) = (Desk::new(SPEC), |name: &str| format!("out/{WORK}/{name}"));
-    ["a.csv", "b.csv", "notes.txt", "run.json"].map(|name| desk.write(&format!("out/{name}"), "old"));
-    ["b.csv", "c.csv", "run.json", ".state"].map(|name| desk.write(&hidden(name), "new"));
+    for name in ["a.csv", "b.csv", "notes.txt", "run.json"] {
+        desk.write(&format!("out/{name}"), "old");
+    }
+    for name in ["b.csv", "c.csv", "run.json", ".state"] {
+        desk.write(&hidden(name), "new");
+    }
     let blake3 = hash_file(&b"old"[..]).unwrap();
     let old =
         ["a.csv", "b.csv", "run.json"].map(|name| json!({ "name": name, "blake3": blake3, "bytes": 3 }));

@@ -101,9 +101,6 @@ impl Output {
 }
 
 /// Makes a file durable that was written with so many `bytes`.
-///
-/// # Errors
-/// A file that somebody has removed or cut; a disk that fails.
 pub(super) fn make_durable(path: &Path, bytes: u64) -> Result<(), Error> {
     let file = open_regular(path, OpenOptions::new().write(true)).ok();
     let Some(file) = file.filter(|file| file.metadata().is_ok_and(|m| m.len() == bytes)) else {

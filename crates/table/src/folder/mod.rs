@@ -31,7 +31,7 @@ use place::{FINISHED, carry_through, decide};
 pub use question::Question;
 pub use state::Left;
 use state::Saving;
-pub use work::{WORK, end_all, what_stays};
+pub use work::{WORK, end_all};
 use work::{Work, clear, completing};
 
 /// A result folder that is being written.

@@ -39,9 +39,6 @@ pub(super) fn decide(work: &Path, put: &[Listed], old: &[Listed]) -> io::Result<
 }
 
 /// Puts a finished result in its place, if there is one: the renames, the `run.json` last; any number of them may have been done before.
-///
-/// # Errors
-/// A file that has changed since it was found, or come in the way; what the system says.
 pub(super) fn carry_through(target: &Path, work: &Path) -> Result<(), Error> {
     let path = work.join(FINISHED);
     let Some(file) = open_of_result(&path)? else { return Ok(()) };

@@ -49,9 +49,6 @@ impl Left {
     }
 
     /// What the hidden folder `work` holds, if anything.
-    ///
-    /// # Errors
-    /// A state that is damaged or of another version; what the system says.
     pub(super) fn read(work: &Path) -> io::Result<Option<Self>> {
         let mut bytes = Vec::new();
         match open_regular(&work.join(STATE), OpenOptions::new().read(true)) {
@@ -89,18 +86,12 @@ impl Saving {
     }
 
     /// Waits for the state that is being written, if any.
-    ///
-    /// # Errors
-    /// What could not be written.
     pub fn wait(&mut self) -> io::Result<()> {
         let Some(thread) = self.0.take() else { return Ok(()) };
         thread.join().unwrap_or_else(|_| Err(io::Error::other("saving panicked")))
     }
 
     /// Writes into `work` the state that begins with `head` and goes on as `fill` says, and makes it durable after all other files there.
-    ///
-    /// # Errors
-    /// What cannot be written.
     pub fn start(
         &mut self,
         work: &Path,

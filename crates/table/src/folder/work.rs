@@ -47,9 +47,6 @@ pub(super) struct Work(pub PathBuf);
 
 impl Work {
     /// The hidden folder in `target`; both are made where they are not there.
-    ///
-    /// # Errors
-    /// Another run that has it; something else under its name; what cannot be made.
     pub fn hold(target: &Path) -> Result<Self, Error> {
         let (path, mut made) = (target.join(WORK), Vec::new());
         for _ in 0..TRIES {
@@ -155,9 +152,6 @@ fn leave(open: Open) {
 }
 
 /// Does `make`, after which a state counts, or a result that is `placed`; no end of the process comes between.
-///
-/// # Errors
-/// What `make` says: then nothing was done.
 pub(super) fn completing(placed: bool, make: impl FnOnce() -> io::Result<()>) -> io::Result<()> {
     let _all = all();
     make()?;
@@ -165,27 +159,16 @@ pub(super) fn completing(placed: bool, make: impl FnOnce() -> io::Result<()>) ->
     Ok(())
 }
 
-/// What stays of the result that this process writes, or wrote, in words that follow "interrupted".
-pub fn what_stays() -> String {
-    told(&all())
-}
-
-fn told(all: &[Open]) -> String {
-    match all.iter().find_map(|open| Left::read(&open.path).ok()?) {
-        _ if PLACED.load(Ordering::Relaxed) => " after the result was written".to_owned(),
-        Some(left) => format!("; {}", left.words()),
-        None => "; nothing was written, an older result is as it was".to_owned(),
-    }
-}
-
-/// As [`what_stays`], for a process that is about to end without unwinding: all else is removed. Whoever is about to make something complete waits for
-/// ever then.
+/// For a process that is about to end without unwinding: leaves all hidden folders in order. What stays of the result, in words that follow
+/// "interrupted". Whoever is about to make something complete waits for ever then.
 pub fn end_all() -> String {
     let mut all = all();
-    let words = told(&all);
-    if !PLACED.load(Ordering::Relaxed) {
-        all.extract_if(.., |open| !is_complete(&open.path)).for_each(leave);
-        std::mem::forget(all);
+    if PLACED.load(Ordering::Relaxed) {
+        return " after the result was written".to_owned();
     }
-    words
+    let left = all.iter().find_map(|open| Left::read(&open.path).ok()?);
+    all.extract_if(.., |open| !is_complete(&open.path)).for_each(leave);
+    std::mem::forget(all);
+    let nothing = || "nothing was written, an older result is as it was".to_owned();
+    format!("; {}", left.map_or_else(nothing, |left| left.words()))
 }
