@@ -138,18 +138,7 @@ impl Default for Highlights {
     }
 }
 
-impl Packed for Highlights {
-    fn pack(&self, to: &mut Packer<'_>) {
-        (self.offered, self.least).pack(to);
-        self.rows.pack(to);
-        self.designs.pack(to);
-    }
-
-    fn unpack(from: &mut Unpacker<'_>) -> Option<Self> {
-        let ((offered, least), rows, designs) = (from.take()?, from.take()?, from.take()?);
-        Some(Self { offered, least, rows, designs })
-    }
-}
+packed!(Highlights { offered, least, rows, designs });
 
 /// What decides between two complete rows.
 fn order(a: &Kept, b: &Kept) -> Ordering {

@@ -133,7 +133,15 @@ macro_rules! packed {
     )*};
 }
 pub use packed;
-packed!(Direction { tilt, lean });
+packed! {
+    Direction { tilt, lean }
+    Tuple { D, d, L_a, x_ss, l, a, tilt, lean, drive, rig }
+    Figures { n, mean, sd, error_rms, error_max, error_mean, noise_rms, strain_max, force_max, status }
+    Outcome {
+        strain, strain_2, strain_linear, deviation, normal_force, tangential_force, arc, wrench, azimuth, slide, axial,
+        sticking, sweeps, referred, status
+    }
+}
 
 impl Packed for bool {
     fn pack(&self, to: &mut Packer<'_>) {
@@ -217,67 +225,5 @@ impl Packed for Status {
         let bits: u16 = from.take()?;
         let words = Self::ALL.into_iter().enumerate().filter(|(i, _)| bits >> i & 1 == 1);
         (bits >> Self::ALL.len() == 0).then(|| words.fold(Self::OK, |all, (_, (word, _))| all | word))
-    }
-}
-
-impl Packed for Tuple {
-    fn pack(&self, to: &mut Packer<'_>) {
-        self.to_array().pack(to);
-        self.rig.pack(to);
-    }
-    fn unpack(from: &mut Unpacker<'_>) -> Option<Self> {
-        let tuple = Self::from_array(from.take()?);
-        Some(tuple.of_rig(from.take()?))
-    }
-}
-
-impl Packed for Figures {
-    fn pack(&self, to: &mut Packer<'_>) {
-        self.n.pack(to);
-        let Self { mean, sd, error_rms, error_max, error_mean, noise_rms, strain_max, force_max, .. } = self;
-        [mean, sd, error_rms, error_max, error_mean, noise_rms, strain_max, force_max]
-            .map(|x| x.unwrap_or(f64::NAN))
-            .pack(to);
-        self.status.pack(to);
-    }
-    fn unpack(from: &mut Unpacker<'_>) -> Option<Self> {
-        let (n, values, status): (u64, [f64; 8], Status) = from.take()?;
-        let [mean, sd, error_rms, error_max, error_mean, noise_rms, strain_max, force_max] =
-            values.map(|x| Some(x).filter(|x| !x.is_nan()));
-        Some(Self { n, mean, sd, error_rms, error_max, error_mean, noise_rms, strain_max, force_max, status })
-    }
-}
-
-/// Its numbers, in the order in which they are packed.
-fn numbers(o: &mut Outcome) -> [&mut f64; 9] {
-    [
-        &mut o.strain,
-        &mut o.strain_linear,
-        &mut o.deviation,
-        &mut o.normal_force,
-        &mut o.tangential_force,
-        &mut o.arc,
-        &mut o.strain_2,
-        &mut o.azimuth,
-        &mut o.slide,
-    ]
-}
-
-impl Packed for Outcome {
-    fn pack(&self, to: &mut Packer<'_>) {
-        numbers(&mut { *self }).map(|x| *x).pack(to);
-        (self.sweeps, self.status).pack(to);
-        (self.sticking, self.referred).pack(to);
-        Some(self.wrench).filter(|wrench| !wrench[0].is_nan()).pack(to);
-    }
-    fn unpack(from: &mut Unpacker<'_>) -> Option<Self> {
-        let mut outcome = Self::NOTHING;
-        for x in numbers(&mut outcome) {
-            *x = from.take()?;
-        }
-        (outcome.sweeps, outcome.status) = from.take()?;
-        (outcome.sticking, outcome.referred) = from.take()?;
-        outcome.wrench = from.take::<Option<_>>()?.unwrap_or([f64::NAN; 3]);
-        Some(outcome)
     }
 }
