@@ -4,9 +4,15 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use super::Run;
+use super::about::About;
+use super::best::Highlights;
+use super::handed::Handed;
+use super::writers::Writers;
 use crate::error::Error;
+use crate::evaluate::Outcome;
 use crate::sink::folder::{Folder, Left};
 use crate::sink::pack::{Packed, Packer, Unpacker};
+use crate::sink::run_json::Counts;
 
 /// What is complete is kept so often, unless something else is said.
 pub const EVERY: Duration = Duration::from_secs(2);
@@ -87,7 +93,39 @@ pub(super) fn interrupted() -> Error {
     Error::Run(INTERRUPTED.to_owned())
 }
 
+/// What every route keeps beside the tables: counts, the best rows, seconds of work, taps of the full model, rows that were handed over, and the taps of
+/// a design under way.
+pub(super) type Shared = (Counts, Highlights, (f64, u64, Handed), Vec<Outcome>);
+
 impl Run<'_> {
+    /// Opens the tables in `folder`, and goes on from what a stopped run left there, which is given; it is not where its files are not whole.
+    ///
+    /// # Errors
+    /// Files that cannot be read or made.
+    pub fn go_on(&mut self, about: &About, folder: &mut Folder) -> Result<Option<Left>, Error> {
+        let (study, plan) = (self.study, self.plan);
+        if let Some(left) = folder.left.take() {
+            let mut state = Unpacker(&left.state);
+            let shared: Option<Shared> = state.take();
+            let writers = match shared {
+                Some(_) => Writers::resume(study, plan, about, folder, &mut state)?,
+                None => Err("its state".to_owned()),
+            };
+            match (shared, writers) {
+                (Some((counts, best, (solve, mended, handed), under_way)), Ok(writers)) => {
+                    (self.counts, self.best, self.mended, self.handed) = (counts, best, mended, handed);
+                    (self.writers, self.under_way, self.state) = (writers, under_way, Some(state.0.to_vec()));
+                    self.solve = Duration::try_from_secs_f64(solve).unwrap_or_default();
+                    self.progress.note(&format!("going on: {} are complete", left.done));
+                    return Ok(Some(left));
+                }
+                (_, writers) => folder.damaged(&writers.err().unwrap_or_default())?,
+            }
+        }
+        self.writers = Writers::new(study, plan, about, folder)?;
+        Ok(None)
+    }
+
     /// `done` of the designs (or rows of them, or of a tuple file) are complete and in the tables: they are kept if it is time, with what `route` needs to go on from here.
     ///
     /// # Errors

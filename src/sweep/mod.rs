@@ -7,7 +7,6 @@
 mod about;
 mod best;
 mod charted;
-mod collect;
 mod group;
 mod handed;
 mod keep;
@@ -30,9 +29,9 @@ use crate::evaluate::Outcome;
 use crate::plan::{CHUNK, Plan};
 use crate::progress::Progress;
 use crate::recommend::Standing;
-use crate::scene::{Spec, Study, Tuple};
+use crate::scene::{Spec, Tuple};
 use crate::sink::{
-    folder::{Folder, Left, Mark, Question, Written},
+    folder::{Folder, Mark, Question, Written},
     pack::{Packed, Unpacker},
     run_json::{self, Counts, Seconds},
     shard::Shard,
@@ -40,14 +39,11 @@ use crate::sink::{
 
 use about::About;
 pub use about::Place;
-use best::Highlights;
 pub use best::Kept;
 use charted::Rankers;
-pub use collect::collect;
-use handed::Handed;
 pub use keep::EVERY;
 use keep::Keeper;
-use needed::{Checked, checked, fuller};
+use needed::{Checked, checked, fuller, until_it_holds};
 pub use needed::{run_needed, whole};
 pub use probe::seconds;
 use running::Run;
@@ -117,8 +113,8 @@ pub fn run(
     progress: &mut dyn Progress,
 ) -> Result<Report, Error> {
     let clock = Clock::new(plan, choice.seconds);
-    let report = attempt(spec, plan, choice, target, progress, (clock, None))?;
-    Ok(report.expect("without a model to check every sweep is done"))
+    let done = attempt(spec, plan, choice, ((Some(target), target.stop), progress), (clock, None))?;
+    Ok(done.expect("without a model to check every sweep is done").0)
 }
 
 /// When a sweep began, and what was done for it before, s.
@@ -163,52 +159,68 @@ impl Report {
     }
 }
 
-/// One sweep; `None`, and nothing is written, where its kept rows show that its model does not do.
+/// Does what `plan`, of `spec` on `choice`, says, and gives the tables that it asks for; nothing is written, and a stopped one cannot go on. With
+/// `needed` by the model that it says, which is in `spec`, or by the fuller one that the rows kept turn out to need.
+///
+/// # Errors
+/// Tables for which there is no memory; a backend that fails; `stop`, set from outside.
+pub fn collect(
+    spec: &mut Spec,
+    plan: Plan,
+    choice: &Choice,
+    (stop, progress): (&AtomicBool, &mut dyn Progress),
+    needed: Option<&mut Needed>,
+) -> Result<(Report, Tables), Error> {
+    until_it_holds(spec, plan, choice, ((None, stop), progress), needed)
+}
+
+/// One sweep, into the folder of `target` or into memory; `None`, and nothing is written, where its kept rows show that its model does not do.
 fn attempt(
     spec: &Spec,
     plan: &Plan,
     choice: &Choice,
-    target: &Target<'_>,
-    progress: &mut dyn Progress,
+    ((target, stop), progress): ((Option<&Target<'_>>, &AtomicBool), &mut dyn Progress),
     (clock, needed): (Clock, Option<&mut Needed>),
-) -> Result<Option<Report>, Error> {
+) -> Result<Option<(Report, Tables)>, Error> {
     let begun = Instant::now();
     let full = fuller(needed.as_deref());
     let bound = needed.as_ref().filter(|_| full.is_some()).map(|n| n.bound());
-    let (study, about) = (&spec.study, About::new(spec, plan, choice, (target.shard, bound)));
-    let asked = target.shard.map_or(Value::Null, |shard| json!({ "shard": shard.to_string() }));
-    let question = Question::of_scene("sweep", spec, asked);
-    let question = Question { identity: Some(about.identity.clone()), ..question };
-    let names = writers::names(study, plan, &about);
-    let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    let mut folder = Folder::open(target.out, question, &names, target.force)?;
-    let method = running::method(study, choice, target.stop)?;
+    let (study, shard) = (&spec.study, target.and_then(|target| target.shard));
+    let about = About::new(spec, plan, choice, (shard, bound));
+    let folder = target.map(|target| opened(spec, plan, &about, target)).transpose()?;
+    let method = running::method(study, choice, stop)?;
     let open = begun.elapsed().as_secs_f64() + choice.seconds;
-    let left = folder.left.take();
-    let before = left.as_ref().map(|left| Before::read(study, plan, &about, &mut folder, left));
-    let (before, resumed) = match before.transpose()?.flatten() {
-        Some(before) => (before, left),
-        None => (Before::nothing(Writers::new(study, plan, &about, &mut folder)?), None),
-    };
-    let seconds = resumed.as_ref().map_or(0.0, |left| left.seconds);
-    resumed.iter().for_each(|left| progress.note(&format!("going on: {} are complete", left.done)));
-    // Rows kept may ask for a fuller model.
-    let every = if full.is_some() && study.output.top.is_some() { Duration::MAX } else { target.every };
-    let keeper = Keeper::new(folder, &about.identity, every, (begun, seconds));
-    let mut run = Run::new((study, plan), method, before, (target.stop, progress));
-    (run.designs, run.keeper, run.part) = (about.designs.clone(), Some(keeper), about.places);
+    let mut run = Run::new((study, plan), method, (stop, progress));
+    let mut resumed = None;
+    match folder {
+        None => run.writers = Writers::in_memory(study, plan)?,
+        Some(mut folder) => {
+            resumed = run.go_on(&about, &mut folder)?;
+            let seconds = resumed.as_ref().map_or(0.0, |left| left.seconds);
+            // Rows kept may ask for a fuller model.
+            let anew = full.is_some() && study.output.top.is_some();
+            let every = target.filter(|_| !anew).map_or(Duration::MAX, |target| target.every);
+            run.keeper = Some(Keeper::new(folder, &about.identity, every, (begun, seconds)));
+            (run.designs, run.part, run.taps) = (about.designs.clone(), about.places, plan.taps_of(shard));
+        }
+    }
     run.handed = run.handed.on(choice.backend.device.clone());
-    run.taps = plan.taps_of(target.shard);
     let guard = needed.as_ref().zip(full.as_ref()).map(|(needed, full)| needed.guard(full)).transpose()?;
     run.evaluator = run.evaluator.guarded(guard);
     let done = routes(&mut run).and_then(|()| checked(&run, needed));
     let (mut report, writers, keeper) = Report::of(run, choice, clock, open);
-    let Some(keeper) = keeper else { return Err(Error::Run("a sweep without a folder".into())) };
-    report.model_error = match done.and_then(|told| writers.close().map(|()| told)) {
-        Ok(Checked::Holds(told)) => told,
-        Ok(Checked::Astray) => return Ok(None),
-        Err(e) => return Err(keeper.explain(e)),
+    let (told, tables) = match done.and_then(|told| Ok((told, writers.close()?))) {
+        Ok(done) => done,
+        Err(e) => {
+            return Err(match keeper {
+                Some(keeper) => keeper.explain(e),
+                None => e,
+            });
+        }
     };
+    let Checked::Holds(told) = told else { return Ok(None) };
+    report.model_error = told;
+    let Some(keeper) = keeper else { return Ok(Some((report, tables))) };
     report.seconds.total = clock.total() + keeper.before;
     let told = [report.model_error.as_ref(), report.handed_over.as_ref()];
     let mut document = run_json::of_sweep(
@@ -221,69 +233,29 @@ fn attempt(
     if let Some(left) = &resumed {
         document["resumed"] = json!({ "from": left.done, "seconds_before": left.seconds });
     }
-    if let Some(shard) = target.shard {
+    if let Some(shard) = shard {
         document["shard"] = about::description(shard, study, plan, &about);
     }
     let mut folder = keeper.folder;
     folder.run_json(&document)?;
-    Written { files: report.files, removed: report.removed, .. } = folder.finish()?;
-    Ok(Some(report))
+    Written { files: report.files, removed: report.removed } = folder.finish()?;
+    Ok(Some((report, tables)))
+}
+
+/// The folder of a sweep.
+fn opened(spec: &Spec, plan: &Plan, about: &About, target: &Target<'_>) -> Result<Folder, Error> {
+    let asked = target.shard.map_or(Value::Null, |shard| json!({ "shard": shard.to_string() }));
+    let identity = Some(about.identity.clone());
+    let question = Question { identity, ..Question::of_scene("sweep", spec, asked) };
+    let names = writers::names(&spec.study, plan, about);
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    Folder::open(target.out, question, &names, target.force)
 }
 
 /// Goes through the space.
 fn routes(run: &mut Run<'_>) -> Result<(), Error> {
     run.counts.chart = Rankers::of(run.plan).map(|rankers| json!(rankers.summary()));
     route::run(run, &Taps::new(&run.study.space))
-}
-
-/// What every route keeps: the fields of [`Before`] beside the tables.
-type Shared = (Counts, Highlights, (f64, u64, Handed), Vec<Outcome>);
-
-/// How far a stopped run had come; nothing of a new one.
-struct Before {
-    writers: Writers,
-    counts: Counts,
-    best: Highlights,
-    solve: Duration,
-    /// Taps that the full model solved in place of one with effects left off.
-    mended: u64,
-    handed: Handed,
-    /// Outcomes of the first taps of a design under way.
-    under_way: Vec<Outcome>,
-    /// What its route packed.
-    state: Option<Vec<u8>>,
-}
-
-impl Before {
-    fn nothing(writers: Writers) -> Self {
-        let (counts, best) = (Counts::default(), Highlights::default());
-        let (solve, handed, under_way) = (Duration::ZERO, Handed::default(), Vec::new());
-        Self { writers, counts, best, solve, mended: 0, handed, under_way, state: None }
-    }
-
-    /// From what it `left`; `None` where that is not whole, and is given up.
-    fn read(
-        study: &Study,
-        plan: &Plan,
-        about: &About,
-        folder: &mut Folder,
-        left: &Left,
-    ) -> Result<Option<Self>, Error> {
-        let mut state = Unpacker(&left.state);
-        let head: Option<Shared> = state.take();
-        let writers = match head {
-            Some(_) => Writers::resume(study, plan, about, folder, &mut state)?,
-            None => Err("its state".to_owned()),
-        };
-        match (head, writers) {
-            (Some((counts, best, (solve, mended, handed), under_way)), Ok(writers)) => {
-                let solve = Duration::try_from_secs_f64(solve).unwrap_or_default();
-                let state = Some(state.0.to_vec());
-                Ok(Some(Self { writers, counts, best, solve, mended, handed, under_way, state }))
-            }
-            (_, writers) => folder.damaged(&writers.err().unwrap_or_default()).map(|()| None),
-        }
-    }
 }
 
 /// What of `state` can be read as a part of the state of a stopped sweep; for tests of the reading.
@@ -294,7 +266,7 @@ pub fn readable(state: &[u8]) -> [bool; 5] {
     }
     let state = Unpacker(state);
     [
-        reads::<Shared>(state),
+        reads::<keep::Shared>(state),
         reads::<best::Reached>(state),
         reads::<Vec<Outcome>>(state),
         reads::<Mark>(state),

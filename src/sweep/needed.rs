@@ -2,10 +2,11 @@
 
 use std::collections::HashMap;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use serde_json::Value;
 
-use super::{Clock, Report, Run, Target, attempt, key};
+use super::{Clock, Report, Run, Tables, Target, attempt, key};
 use crate::backend::Choice;
 use crate::census::needed::Needed;
 use crate::census::sample::Row;
@@ -28,29 +29,26 @@ pub fn run_needed(
     needed: &mut Needed,
 ) -> Result<Report, Error> {
     whole(target.shard, &spec.study)?;
-    until_it_holds(spec, plan, choice, needed, &mut |spec, plan, timed| {
-        attempt(spec, plan, choice, target, progress, timed)
-    })
+    let told = ((Some(target), target.stop), progress);
+    until_it_holds(spec, plan, choice, told, Some(needed)).map(|(report, _)| report)
 }
 
-/// An attempt at a sweep by a model, of which rows may show that it does not do.
-pub(super) type Attempt<'a, T> =
-    dyn FnMut(&Spec, &Plan, (Clock, Option<&mut Needed>)) -> Result<Option<T>, Error> + 'a;
-
-/// An attempt, and one by the full model where the first gives nothing.
-pub(super) fn until_it_holds<T>(
+/// An attempt, and one by the full model where the rows of the first show that its model does not do.
+pub(super) fn until_it_holds(
     spec: &mut Spec,
     mut plan: Plan,
     choice: &Choice,
-    needed: &mut Needed,
-    attempt: &mut Attempt<'_, T>,
-) -> Result<T, Error> {
-    let mut clock = Clock::new(&plan, choice.seconds + needed.seconds[0]);
+    (place, progress): ((Option<&Target<'_>>, &AtomicBool), &mut dyn Progress),
+    mut needed: Option<&mut Needed>,
+) -> Result<(Report, Tables), Error> {
+    let before = needed.as_ref().map_or(0.0, |needed| needed.seconds[0]);
+    let mut clock = Clock::new(&plan, choice.seconds + before);
     loop {
-        if let Some(done) = attempt(spec, &plan, (clock, Some(&mut *needed)))? {
+        let timed = (clock, needed.as_deref_mut());
+        if let Some(done) = attempt(spec, &plan, choice, (place, &mut *progress), timed)? {
             return Ok(done);
         }
-        spec.study.setup = needed.setup().clone();
+        spec.study.setup = needed.as_ref().map_or_else(Setup::default, |needed| needed.setup().clone());
         plan = Plan::new(&spec.study, choice)?;
         clock.chart = clock.chart.into_iter().chain(plan.chart).reduce(|a, b| a + b);
     }

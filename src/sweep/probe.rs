@@ -7,7 +7,7 @@ use super::best::Best;
 use super::charted::Rankers;
 use super::route::rank;
 use super::taps::Taps;
-use super::{Before, Run, Writers, charted};
+use super::{Run, charted};
 use crate::backend::Choice;
 use crate::chart::lanes::Found;
 use crate::curve::both::TAPS;
@@ -43,7 +43,7 @@ pub fn seconds(study: &Study, plan: &Plan, choice: &Choice) -> Result<f64, Error
     let method = choice.open(&study.setup.model)?;
     let opened = start.elapsed().as_secs_f64();
     let (never, mut silent) = (AtomicBool::new(false), Silent);
-    let mut run = Run::new((study, plan), method, Before::nothing(Writers::none()), (&never, &mut silent));
+    let mut run = Run::new((study, plan), method, (&never, &mut silent));
     let more = CURVE * plan.curves as f64 + (TAPS as u64 * plan.both) as f64;
     let curves = 1.0 + more / plan.taps.max(1) as f64;
     let work = match (&study.space, Rankers::of(plan)) {

@@ -4,7 +4,6 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use super::Before;
 use super::about::Place;
 use super::best::Highlights;
 use super::handed::Handed;
@@ -60,25 +59,24 @@ pub(super) struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
+    /// Of nothing yet, into no tables.
     pub fn new(
         (study, plan): (&'a Study, &'a Plan),
         method: Method,
-        before: Before,
         (stop, progress): (&'a AtomicBool, &'a mut dyn Progress),
     ) -> Self {
         let evaluator = Evaluator::new(&study.setup, method);
-        let Before { writers, counts, best, solve, mended, handed, under_way, state } = before;
         let (designs, taps, part, keeper) = (0..plan.designs, plan.taps, false, None);
         Self {
             study,
             evaluator,
-            writers,
-            counts,
-            best,
+            writers: Writers::none(),
+            counts: Counts::default(),
+            best: Highlights::default(),
             kept: Vec::new(),
-            solve,
-            mended,
-            handed,
+            solve: Duration::ZERO,
+            mended: 0,
+            handed: Handed::default(),
             plan,
             stop,
             progress,
@@ -86,9 +84,9 @@ impl<'a> Run<'a> {
             taps,
             part,
             keeper,
-            state,
+            state: None,
             pace: Self::pace(study, plan),
-            under_way,
+            under_way: Vec::new(),
         }
     }
 

@@ -155,20 +155,18 @@ impl Writers {
         self.places.iter_mut().try_for_each(|file| file.write(bytes))
     }
 
-    pub fn close(self) -> Result<(), Error> {
-        self.goals.into_iter().flatten().try_for_each(|goal| match goal {
-            Goal::File(sheet) => sheet.close(),
-            Goal::Memory(_) => Ok(()),
-        })?;
-        self.places.into_iter().try_for_each(Output::close)
-    }
-
-    /// What was gathered in memory.
-    pub fn into_tables(self) -> Tables {
-        self.goals.map(|goal| match goal {
-            Some(Goal::Memory(columns)) => Some(columns),
-            _ => None,
-        })
+    /// Ends the files; what was gathered in memory.
+    pub fn close(self) -> Result<Tables, Error> {
+        let mut tables = Tables::default();
+        for (goal, table) in self.goals.into_iter().zip(&mut tables) {
+            match goal {
+                Some(Goal::File(sheet)) => sheet.close()?,
+                Some(Goal::Memory(columns)) => *table = Some(columns),
+                None => {}
+            }
+        }
+        self.places.into_iter().try_for_each(Output::close)?;
+        Ok(tables)
     }
 }
 
