@@ -44,32 +44,25 @@ impl Shard {
     /// No array, or one of which only some tasks run: how many there are is not known then.
     pub fn of_slurm(variable: impl Fn(&str) -> Option<String>) -> Result<Self, String> {
         let number = |name: &str| {
-            let text = variable(name)
+            let name = format!("SLURM_ARRAY_TASK_{name}");
+            let text = variable(&name)
                 .ok_or_else(|| format!("{name} is not set: this is not a task of a Slurm array"))?;
             text.trim().parse::<u32>().map_err(|_| format!("{name} = {text} is no number"))
         };
-        let all = ["ID", "COUNT", "MIN", "MAX"].map(|name| number(&format!("SLURM_ARRAY_TASK_{name}")));
-        let [id, count, min, max] = all;
-        let (id, count, min, max) = (id?, count?, min?, max?);
-        let step = match variable("SLURM_ARRAY_TASK_STEP") {
-            Some(_) => number("SLURM_ARRAY_TASK_STEP")?,
-            None => 1,
+        let (id, count, min, max) = (number("ID")?, number("COUNT")?, number("MIN")?, number("MAX")?);
+        let step = variable("SLURM_ARRAY_TASK_STEP").map_or(Ok(1), |_| number("STEP"))?;
+        let why = if !(1..=MOST).contains(&count) || step == 0 || max < min || !(min..=max).contains(&id) {
+            "this is not an array of which the part could be told"
+        } else if count == 1 {
+            // One task sent again by itself, or several, are an array of their own: of how many parts theirs is one, it does not say.
+            "one task alone does not say of how many parts it is one"
+        } else if (max - min) / step + 1 != count || (id - min) % step != 0 {
+            "its tasks do not follow each other in even steps, so that which part each is cannot be told"
+        } else {
+            return Ok(Self { index: (id - min) / step + 1, of: count });
         };
         let told = format!("task {id} of {count}, numbered from {min} to {max} in steps of {step}");
-        let cannot = |why: &str| Err(format!("{told}: {why}; say it as --shard i/n"));
-        if !(1..=MOST).contains(&count) || step == 0 || max < min || !(min..=max).contains(&id) {
-            return cannot("this is not an array of which the part could be told");
-        }
-        // One task sent again by itself, or several, are an array of their own: of how many parts theirs is one, it does not say.
-        if count == 1 {
-            return cannot("one task alone does not say of how many parts it is one");
-        }
-        if (max - min) / step + 1 != count || (id - min) % step != 0 {
-            let why =
-                "its tasks do not follow each other in even steps, so that which part each is cannot be told";
-            return cannot(why);
-        }
-        Ok(Self { index: (id - min) / step + 1, of: count })
+        Err(format!("{told}: {why}; say it as --shard i/n"))
     }
 }
 
@@ -121,27 +114,29 @@ mod tests {
 
     #[test]
     fn tasks_of_an_array_are_parts() {
-        let of = |all: [&str; 5]| {
-            let names = ["ID", "COUNT", "MIN", "MAX", "STEP"].map(|n| format!("SLURM_ARRAY_TASK_{n}"));
-            Shard::of_slurm(|name| {
-                let at = names.iter().position(|n| n == name)?;
-                Some(all[at].to_owned()).filter(|text| !text.is_empty())
-            })
-        };
-        assert_eq!(of(["0", "4", "0", "3", "1"]), Ok(Shard { index: 1, of: 4 }));
-        assert_eq!(of(["4", "4", "1", "4", ""]), Ok(Shard { index: 4, of: 4 }));
-        assert_eq!(of(["6", "3", "2", "6", "2"]), Ok(Shard { index: 3, of: 3 }));
-        // Tasks 3 and 5 alone, as one would send failed ones again.
-        assert!(of(["5", "2", "3", "5", "1"]).is_err());
-        assert!(of(["", "", "", "", ""]).unwrap_err().contains("SLURM_ARRAY_TASK_ID"));
-        assert!(of(["x", "1", "0", "0", "1"]).is_err());
-        // Task 7 alone is no whole; nor is one of which it is not said where its array begins.
-        assert!(of(["7", "1", "7", "7", "1"]).unwrap_err().contains("task 7 of 1"));
-        assert!(of(["1", "1", "1", "1", "1"]).unwrap_err().contains("one task alone"));
-        assert!(of(["3", "4", "", "4", "1"]).unwrap_err().contains("SLURM_ARRAY_TASK_MIN"));
-        assert!(of(["3", "4", "1", "", "1"]).unwrap_err().contains("SLURM_ARRAY_TASK_MAX"));
-        assert!(of(["3", "4", "1", "4", "0"]).is_err());
-        assert!(of(["4", "2", "3", "5", "2"]).is_err());
-        assert!(of(["0", "0", "0", "0", "1"]).is_err());
+        // Number, count, smallest and largest number, and step.
+        for (all, said) in [
+            ("0 4 0 3 1", "1/4"),
+            ("4 4 1 4", "4/4"),
+            ("6 3 2 6 2", "3/3"),
+            // Tasks 3 and 5 alone, as one would send failed ones again.
+            ("5 2 3 5 1", "even steps"),
+            ("4 2 3 5 2", "even steps"),
+            ("- - - - -", "SLURM_ARRAY_TASK_ID is not set"),
+            ("x 1 0 0 1", "SLURM_ARRAY_TASK_ID = x is no number"),
+            ("3 4 - 4 1", "SLURM_ARRAY_TASK_MIN"),
+            ("3 4 1 - 1", "SLURM_ARRAY_TASK_MAX"),
+            ("7 1 7 7 1", "task 7 of 1"),
+            ("1 1 1 1 1", "one task alone"),
+            ("3 4 1 4 0", "not an array"),
+            ("0 0 0 0 0", "not an array"),
+        ] {
+            let of = |name: &str| {
+                let at = ["ID", "COUNT", "MIN", "MAX", "STEP"].iter().position(|n| name.ends_with(n))?;
+                all.split(' ').nth(at).filter(|text| *text != "-").map(str::to_owned)
+            };
+            let found = Shard::of_slurm(of).map_or_else(|why| why, |shard| shard.to_string());
+            assert!(found.contains(said), "{all}: {found}");
+        }
     }
 }
