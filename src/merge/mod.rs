@@ -83,14 +83,13 @@ fn joined(parts: &[Part], tables: &[Table], folder: &mut Folder) -> Result<([u64
     for &table in tables {
         let mut sources =
             parts.iter().map(|part| Source::open(part, table)).collect::<Result<Vec<_>, _>>()?;
-        let (columns, provenance) = (sources[0].columns.clone(), sources[0].provenance.clone());
-        if let Some(at) = sources.iter().position(|source| source.columns != columns) {
+        let (empty, provenance) = (sources[0].empty.clone(), sources[0].provenance.clone());
+        if let Some(at) = sources.iter().position(|source| source.empty.names != empty.names) {
             let why = format!("its {} has other columns than that of the first part", table.name());
             return Err(part::refuse(&parts[at].folder, why, "the part as it was written"));
         }
-        let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
         let format = parts[0].format;
-        let about = About { table, columns: &columns, format, provenance: &provenance };
+        let about = About { table, empty: &empty, format, provenance: &provenance };
         let mut sheet = Sheet::new(folder, &about)?;
         rows[table as usize] = orders.write(table, &mut sources, &mut sheet)?;
         sheet.close()?;

@@ -6,6 +6,7 @@ use std::collections::{BinaryHeap, HashSet};
 use super::part::Part;
 use super::source::Source;
 use crate::error::{Error, InputError};
+use crate::sink::parquet::GROUP;
 use crate::sink::sheet::Sheet;
 use crate::sink::table::Table;
 use crate::sweep::{PLACES, Place};
@@ -66,14 +67,17 @@ impl Orders {
         let mut rest: Vec<_> = parts.iter().map(|places| keys(places).into_iter()).collect();
         let mut heads: BinaryHeap<_> =
             (0..).zip(&mut rest).filter_map(|(p, keys)| Some(Reverse((keys.next()?, p)))).collect();
-        let (mut batch, mut rows) = (sources[0].batch(), 0);
+        let (mut batch, mut rows) = (sources[0].empty.clone(), 0);
         while let Some(Reverse(((_, wanted), p))) = heads.pop() {
             sources[p].next(Some(&mut batch).filter(|_| wanted))?;
             rows += u64::from(wanted);
-            batch.flush(sheet, false)?;
+            if batch.len() == GROUP {
+                let full = std::mem::replace(&mut batch, sources[0].empty.clone());
+                sheet.write(&[full])?;
+            }
             heads.extend(rest[p].next().map(|key| Reverse((key, p))));
         }
-        batch.flush(sheet, true)?;
+        sheet.write(&[batch])?;
         Ok(rows)
     }
 }

@@ -11,7 +11,7 @@ use super::checked::Checked;
 use super::stated::Stated;
 use crate::error::{Error, InputError};
 use crate::sink::folder::{Listed, WORK, names_in, read_run};
-use crate::sink::rows::TableFormat;
+use crate::sink::format::TableFormat;
 use crate::sink::shard::Shard;
 use crate::sink::table::Table;
 

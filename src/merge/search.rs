@@ -12,6 +12,8 @@ use super::stated::Stated;
 use crate::error::Error;
 use crate::optimise::front::unbeaten;
 use crate::sink::folder::{Folder, Listed, Question, Written, read_run};
+use crate::sink::frame::Frame;
+use crate::sink::read;
 use crate::sink::shard::Shard;
 
 /// The file of a front.
@@ -62,9 +64,9 @@ pub(super) fn run(found: &[(Shard, PathBuf)], out: PathBuf, force: bool) -> Resu
     for name in &names {
         let bytes = match *name {
             FRONT => {
-                let (bytes, points) = front(&parts)?;
-                run["result"]["front"] = json!({ "points": points });
-                bytes
+                let front = front(&parts)?;
+                run["result"]["front"] = json!({ "points": front.len() });
+                front.csv()?
             }
             _ => bytes(best, name)?,
         };
@@ -152,26 +154,23 @@ fn bytes(part: &Part, name: &str) -> Result<Vec<u8>, Error> {
     Checked::open(&part.folder, listed)?.bytes()
 }
 
-/// The points of all fronts that no other beats in both figures, by rising spread, and how many.
-fn front(parts: &[Part]) -> Result<(Vec<u8>, usize), Error> {
-    let (mut header, mut points) = (String::new(), Vec::new());
-    for part in parts {
-        let text = String::from_utf8(bytes(part, FRONT)?).unwrap_or_default();
-        let mut lines = text.lines();
-        header = lines.next().unwrap_or_default().to_owned();
-        let at = |name: &str| header.split(',').position(|column| column.starts_with(name));
-        let Some(places) = at("K_sd").zip(at("total_rms_mm")) else {
+/// The points of all fronts that no other beats in both figures, by rising spread.
+fn front(parts: &[Part]) -> Result<Frame, Error> {
+    let fronts = parts.iter().map(|part| Ok(read::csv(FRONT, bytes(part, FRONT)?.as_slice())?));
+    let fronts: Vec<Frame> = fronts.collect::<Result<_, Error>>()?;
+    let mut points = Vec::new();
+    for (part, front) in parts.iter().zip(&fronts) {
+        let sd = front.first(&["K_sd", "K_sd_mm"]);
+        let Some(sd) = sd.filter(|_| front.has("total_rms_mm")) else {
             let why = "its front has no K_sd and total_rms_mm";
             return Err(refuse(&part.folder, why, "the front that optimise wrote"));
         };
-        for line in lines {
-            let number = |at: usize| line.split(',').nth(at).and_then(|x| x.parse::<f64>().ok());
-            let figures = number(places.0).zip(number(places.1));
-            points.extend(figures.map(|(sd, total)| (sd, total, line.to_owned())));
-        }
+        let (sd, total) = (front.numbers(sd)?, front.numbers("total_rms_mm")?);
+        points.extend((0..front.len()).map(|row| (sd[row], total[row], front, row)));
     }
-    unbeaten(&mut points, |(sd, total, _)| [*sd, *total]);
-    let lines = points.iter().map(|(.., line)| line.as_str());
-    let text: String = std::iter::once(header.as_str()).chain(lines).flat_map(|line| [line, "\n"]).collect();
-    Ok((text.into_bytes(), points.len()))
+    points.retain(|point| point.0.is_finite() && point.1.is_finite());
+    unbeaten(&mut points, |(sd, total, ..)| [*sd, *total]);
+    let mut table = fronts.first().map(Frame::like).unwrap_or_default();
+    points.iter().try_for_each(|(.., front, row)| table.extend(front, *row..row + 1))?;
+    Ok(table)
 }
