@@ -10,8 +10,7 @@ use vibrissa::kernel::{Rung, Solver, cpu::Cpu};
 use vibrissa::physics::inverse::Inverse;
 use vibrissa::reduce::Spread;
 use vibrissa::scene::Precision;
-use vibrissa::sink::csv::Text;
-use vibrissa::sink::table::{TapRow, fields};
+use vibrissa::sink::table::{Table, TapRow};
 use vibrissa::statistics::Reduction;
 
 fn main() {
@@ -132,7 +131,8 @@ fn csv(bencher: Bencher<'_, '_>) {
     reduced.calibrate();
     let estimated = reduced.estimate((0, 0), (task.a, task.drive), &outcomes[0]);
     bencher.counter(ItemsCount::new(outcomes.len())).bench(|| {
-        let (mut text, mut values) = (Text::default(), Vec::new());
+        let columns = TapRow::chosen(&taps.setup);
+        let mut table = Table::Tuples.heading().frame_for(&taps.setup);
         for (o, t) in outcomes.iter().zip(&taps.tasks) {
             let (tap, estimated) = (black_box(o), &estimated);
             let row = TapRow {
@@ -145,9 +145,8 @@ fn csv(bencher: Bencher<'_, '_>) {
                 elongation: None,
                 channels: None,
             };
-            fields(&TapRow::COLUMNS, &taps.setup, &row, &mut values);
-            text.row(&mut values).expect("memory");
+            table.row(columns.fields(&row)).expect("memory");
         }
-        text.into_bytes()
+        table.lines().expect("memory")
     });
 }

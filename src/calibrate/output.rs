@@ -7,28 +7,50 @@ use crate::estimator::PAPER;
 use crate::locate::Locator;
 use crate::measure::Data;
 use crate::scene::{Direction, Setup, Side};
-use crate::sink::csv::Text;
-use crate::sink::table::{AtDistance, AtDrive, Field, Table, fields};
+use crate::sink::frame::Frame;
+use crate::sink::heading::Heading;
+use crate::sink::table::{AtDistance, AtDrive, Table};
+use crate::sink::values::Field;
 use crate::status::Status;
 
 /// Names of the files that there may be beside run.json.
 pub const FILES: [&str; 6] =
     ["calibration.toml", "K_table.csv", "designs.csv", "distances.csv", "rows.csv", crate::export::FILE];
 
-/// The tables by the names of their files; `locator` answers with the estimator that won.
+/// K_table.csv.
+pub const K_TABLE: Heading = Heading::new(
+    "calibrate",
+    "K_table",
+    "A row is a cell: one distance, one drive, one side; values are those of the mean of its repeats.",
+    "a_mm theta_deg|delta_mm n strain|reading|moment_Nmm|force_N \
+     strain_sd|reading_sd|moment_Nmm_sd|force_N_sd strain_linear K K_deviation distance_mm error_mm \
+     sigma_mm side status",
+);
+
+/// rows.csv.
+pub const ROWS: Heading = Heading::new(
+    "calibrate",
+    "rows",
+    "A row is a row of the data; the estimator is the one that won.",
+    "line a_mm theta_deg|delta_mm \
+     recorded_strain|recorded_microstrain|recorded_bridge_mV_per_V|recorded_reading|recorded_moment_Nmm|recorded_force_N \
+     zero strain|reading|moment_Nmm|force_N expected residual distance_mm sigma_mm error_mm \
+     held_out_error_mm status use reason",
+);
+
+/// designs.csv and distances.csv: what those of a sweep have, and these columns before the status.
+pub const BESIDE: [&[&str]; 2] = [&["held_out_rms_mm", "side"], &["side"]];
+
+/// The tables; `locator` answers with the estimator that won.
 ///
 /// # Errors
 /// None of a whole calibration.
-pub fn tables(
-    found: &Calibrated,
-    data: &Data,
-    locator: &Locator,
-) -> Result<[(&'static str, Vec<u8>); 4], Error> {
+pub fn tables(found: &Calibrated, data: &Data, locator: &Locator) -> Result<[Frame; 4], Error> {
     Ok([
-        ("K_table.csv", k_table(found, data, &locator.rig.setup)?),
-        ("designs.csv", designs(found, locator)?),
-        ("distances.csv", distances(found, locator)?),
-        ("rows.csv", rows(found, data, locator)?),
+        k_table(found, data, &locator.rig.setup)?,
+        designs(found, locator)?,
+        distances(found, locator)?,
+        rows(found, data, locator)?,
     ])
 }
 
@@ -37,27 +59,9 @@ pub fn side_name(side: Side) -> &'static str {
     if side == Side::Far { "far" } else { "contact" }
 }
 
-fn k_table(found: &Calibrated, data: &Data, setup: &Setup) -> Result<Vec<u8>, Error> {
-    let mut text = Text::default();
+fn k_table(found: &Calibrated, data: &Data, setup: &Setup) -> Result<Frame, Error> {
     let signal = data.unit.common();
-    let (sd, linear) = (format!("{signal}_sd"), "strain_linear");
-    let drive = setup.drive.column();
-    text.header(&[
-        "a_mm",
-        drive,
-        "n",
-        signal,
-        &sd,
-        linear,
-        "K",
-        "K_deviation",
-        "distance_mm",
-        "error_mm",
-        "sigma_mm",
-        "side",
-        "status",
-    ])?;
-    let mut row = Vec::new();
+    let mut table = K_TABLE.frame(&[setup.drive.column(), signal, &format!("{signal}_sd")]);
     for side in &found.sides {
         let t = &side.table;
         for (c, e) in t.cells.iter().zip(&t.estimates) {
@@ -65,8 +69,7 @@ fn k_table(found: &Calibrated, data: &Data, setup: &Setup) -> Result<Vec<u8>, Er
             // Without a whisker there is no f, and no K.
             let linear = if found.calibration.rig.known { c.linear } else { f64::NAN };
             let k = linear / c.signal;
-            row.extend([c.a, c.drive].map(Field::Number));
-            row.push(Field::Count(c.taps.len() as u64));
+            let mut row = vec![c.a.into(), c.drive.into(), Field::Count(c.taps.len() as u64)];
             let deviation = (linear - c.signal) / c.signal;
             let of_k = |x: f64| if k.is_finite() { x } else { f64::NAN };
             let numbers = [
@@ -80,24 +83,32 @@ fn k_table(found: &Calibrated, data: &Data, setup: &Setup) -> Result<Vec<u8>, Er
                 of_k(e.sigma),
             ];
             row.extend(numbers.map(Field::Number));
-            row.extend([
-                Field::Word(side_name(side.gauge)),
-                Field::Status(if k.is_finite() { e.status } else { Status::OK }),
-            ]);
-            text.row(&mut row)?;
+            let status = if k.is_finite() { e.status } else { Status::OK };
+            table.row(row.into_iter().chain([side_name(side.gauge).into(), status.into()]))?;
         }
     }
-    Ok(text.into_bytes())
+    Ok(table)
 }
 
-fn designs(found: &Calibrated, locator: &Locator) -> Result<Vec<u8>, Error> {
+/// An empty table of a sweep with `more` before its status.
+fn with(table: Table, setup: &Setup, more: &[&'static str]) -> Frame {
+    let mut names = table.heading().names(setup);
+    let status = names.len() - 1;
+    names.splice(status..status, more.iter().copied());
+    table.heading().of(&names)
+}
+
+/// A row of it, of which `fields` are the sweep's.
+fn beside<const N: usize>(fields: impl Iterator<Item = Field>, more: [Field; N]) -> Vec<Field> {
+    let mut row: Vec<Field> = fields.collect();
+    let status = row.len() - 1;
+    row.splice(status..status, more);
+    row
+}
+
+fn designs(found: &Calibrated, locator: &Locator) -> Result<Frame, Error> {
     let rig = &locator.rig;
-    let mut text = Text::default();
-    let mut columns = Table::Designs.columns(&rig.setup);
-    columns.pop();
-    columns.extend(["held_out_rms_mm", "side", "status"]);
-    text.header(&columns)?;
-    let mut row = Vec::new();
+    let (columns, mut table) = (AtDrive::chosen(&rig.setup), with(Table::Designs, &rig.setup, BESIDE[0]));
     // Without a whisker there is no f, and no K.
     for side in found.sides.iter().filter(|_| rig.known) {
         let held = side.held_out(PAPER);
@@ -105,78 +116,37 @@ fn designs(found: &Calibrated, locator: &Locator) -> Result<Vec<u8>, Error> {
             held.map_or(vec![None; side.drives.len()], |h| h.rms_by_drive(&side.cells, side.drives.len()));
         for (j, drive) in side.drives.centres.iter().enumerate() {
             let (design, unit) = (&rig.design.tuple, rig.k_unit());
-            fields(
-                &AtDrive::COLUMNS,
-                &rig.setup,
-                &AtDrive {
-                    design,
-                    direction: Direction::UPRIGHT,
-                    drive: *drive,
-                    row: side.table.by_drive[j].figures(),
-                    unit,
-                },
-                &mut row,
-            );
-            let status = row.pop();
-            row.push(held[j].into());
-            row.push(Field::Word(side_name(side.gauge)));
-            row.extend(status);
-            text.row(&mut row)?;
+            let row = side.table.by_drive[j].figures();
+            let row = AtDrive { design, direction: Direction::UPRIGHT, drive: *drive, row, unit };
+            table.row(beside(columns.fields(&row), [held[j].into(), side_name(side.gauge).into()]))?;
         }
     }
-    Ok(text.into_bytes())
+    Ok(table)
 }
 
-fn distances(found: &Calibrated, locator: &Locator) -> Result<Vec<u8>, Error> {
+fn distances(found: &Calibrated, locator: &Locator) -> Result<Frame, Error> {
     let rig = &locator.rig;
-    let mut text = Text::default();
-    let mut columns = Table::Distances.columns(&rig.setup);
-    columns.pop();
-    columns.extend(["side", "status"]);
-    text.header(&columns)?;
-    let mut row = Vec::new();
+    let columns = AtDistance::chosen(&rig.setup);
+    let mut table = with(Table::Distances, &rig.setup, BESIDE[1]);
     for side in found.sides.iter().filter(|_| rig.known) {
         let KTable { by_distance, .. } = &side.table;
         for (i, a) in side.distances.centres.iter().enumerate() {
             let (design, unit) = (&rig.design.tuple, rig.k_unit());
             let at = AtDistance { design, a: *a, direction: Direction::UPRIGHT, row: &by_distance[i], unit };
-            fields(&AtDistance::COLUMNS, &rig.setup, &at, &mut row);
-            let status = row.pop();
-            row.push(Field::Word(side_name(side.gauge)));
-            row.extend(status);
-            text.row(&mut row)?;
+            table.row(beside(columns.fields(&at), [side_name(side.gauge).into()]))?;
         }
     }
-    Ok(text.into_bytes())
+    Ok(table)
 }
 
-fn rows(found: &Calibrated, data: &Data, locator: &Locator) -> Result<Vec<u8>, Error> {
+fn rows(found: &Calibrated, data: &Data, locator: &Locator) -> Result<Frame, Error> {
     let kind = locator.rig.setup.drive;
-    let signal = data.unit.common();
     let recorded = format!("recorded_{}", data.unit.column());
-    let mut text = Text::default();
-    text.header(&[
-        "line",
-        "a_mm",
-        kind.column(),
-        &recorded,
-        "zero",
-        signal,
-        "expected",
-        "residual",
-        "distance_mm",
-        "sigma_mm",
-        "error_mm",
-        "held_out_error_mm",
-        "status",
-        "use",
-        "reason",
-    ])?;
+    let mut table = ROWS.frame(&[kind.column(), &recorded, data.unit.common()]);
     let held: Vec<_> = found.sides.iter().filter_map(|s| s.held_out(found.winner)).collect();
     let held_out = |k: usize| held.iter().map(|h| h.taps[k]).find(|e| e.is_finite()).unwrap_or(f64::NAN);
     let mut zeros = found.zeros.iter().peekable();
-    let mut row = Vec::new();
-    let zero_row = |text: &mut Text, z: &crate::estimator::taps::ZeroReading| {
+    let zero_row = |table: &mut Frame, z: &crate::estimator::taps::ZeroReading| {
         let r = &data.rows[z.place];
         let mut row = vec![Field::Count(r.line as u64)];
         let zero = found.zero.at(z.place);
@@ -187,16 +157,15 @@ fn rows(found: &Calibrated, data: &Data, locator: &Locator) -> Result<Vec<u8>, E
             Some(reason) => ("suspect", reason.text(kind)),
             None => ("used", "zero_reading".to_owned()),
         };
-        text.row_with(&mut row, &["", word, &why])
+        table.row(row.into_iter().chain(["".into(), word.into(), why.into()]))
     };
     for (k, tap) in found.taps.iter().enumerate() {
         while let Some(z) = zeros.next_if(|z| z.place < tap.place) {
-            zero_row(&mut text, z)?;
+            zero_row(&mut table, z)?;
         }
         let recorded = tap.recorded(data);
         let expected = locator.expected(tap.a, recorded, tap.signal.signum());
         let at = locator.locate_above(recorded, tap.signal, 0.0, tap.zero_share());
-        row.push(Field::Count(tap.line as u64));
         let drive =
             if data.drive.is_some() || found.calibration.drive_recorded { recorded } else { f64::NAN };
         let numbers = [
@@ -212,7 +181,7 @@ fn rows(found: &Calibrated, data: &Data, locator: &Locator) -> Result<Vec<u8>, E
             at.distance - tap.a,
             held_out(k),
         ];
-        row.extend(numbers.map(Field::Number));
+        let numbers = numbers.map(Field::Number);
         let twin = tap.twin.map(|line| format!("equal to line {line}")).unwrap_or_default();
         let (word, why) = match &tap.reason {
             Some(reason) => (if reason.is_doubt() { "suspect" } else { "second" }, reason.text(kind)),
@@ -220,10 +189,11 @@ fn rows(found: &Calibrated, data: &Data, locator: &Locator) -> Result<Vec<u8>, E
         };
         let unreadable = matches!(tap.reason, Some(Reason::NotANumber));
         let status = if unreadable { "bad_input".to_owned() } else { at.status.to_string() };
-        text.row_with(&mut row, &[&status, word, &why])?;
+        let row = std::iter::once(tap.line.into()).chain(numbers);
+        table.row(row.chain([status.into(), word.into(), why.into()]))?;
     }
     for z in zeros {
-        zero_row(&mut text, z)?;
+        zero_row(&mut table, z)?;
     }
-    Ok(text.into_bytes())
+    Ok(table)
 }

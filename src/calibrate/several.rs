@@ -8,8 +8,8 @@ use crate::locate::locator::opener;
 use crate::locate::{self, Located, Sensor, Several};
 use crate::measure::{Data, Names, Rig};
 use crate::scene::{Drive, Spec};
-use crate::sink::csv::Text;
-use crate::sink::table::Field;
+use crate::sink::frame::Frame;
+use crate::sink::values::Field;
 
 /// A calibrated sensor.
 pub struct Calibration {
@@ -123,24 +123,25 @@ impl Calibration {
     ///
     /// # Errors
     /// None of a whole calibration.
-    pub fn table(&self) -> Result<Vec<u8>, Error> {
-        let mut text = Text::default();
+    pub fn table(&self) -> Result<Frame, Error> {
         let drive = self.each[0].calibration.rig.setup.drive.column();
-        let names: Vec<[String; 2]> =
-            self.sensor.channels.iter().map(|(name, _)| [name.clone(), format!("{name}_expected")]).collect();
-        let mut header = vec!["line", "a_mm", drive];
-        header.extend(names.iter().flatten().map(String::as_str));
-        header.extend(["distance_mm", "sigma_mm", "error_mm", "status", "use"]);
-        text.header(&header)?;
+        let of_channel = |(name, _): &(String, _)| [name.clone(), format!("{name}_expected")];
+        let names: Vec<String> = ["line", "a_mm", drive]
+            .map(str::to_owned)
+            .into_iter()
+            .chain(self.sensor.channels.iter().flat_map(of_channel))
+            .chain(["distance_mm", "sigma_mm", "error_mm", "status", "use"].map(str::to_owned))
+            .collect();
+        let mut table = Frame::of("channels.csv", names);
         for tap in &self.taps {
-            let mut row = vec![Field::Count(tap.line as u64)];
+            let mut row: Vec<Field> = vec![tap.line.into()];
             let Located { distance, sigma, status, .. } = tap.located;
             let numbers = [tap.a, tap.drive].into_iter().chain(tap.signals.iter().flatten().copied());
             row.extend(numbers.chain([distance, sigma, distance - tap.a]).map(Field::Number));
             let word = if tap.used { "used" } else { "suspect" };
-            text.row_with(&mut row, &[&status.to_string(), word])?;
+            table.row(row.into_iter().chain([status.into(), word.into()]))?;
         }
-        Ok(text.into_bytes())
+        Ok(table)
     }
 }
 

@@ -20,10 +20,11 @@ use crate::kernel::Solver;
 use crate::kernel::ranking::{Case as Reading, Charts};
 use crate::progress::Progress;
 use crate::scene::{self, Drive, Setup, Spec, Study, Tuple};
-use crate::sink::csv::Text;
 use crate::sink::folder::hash;
+use crate::sink::frame::Frame;
+use crate::sink::heading::Heading;
 use crate::sink::run_json::{self, in_force, material_fit};
-use crate::sink::table::Field;
+use crate::sink::values::{Field, named};
 
 /// Random taps where nobody says how many: of a spec, or of each built-in configuration beside its hard cases.
 pub fn samples(of_spec: bool, quick: bool) -> u32 {
@@ -212,11 +213,16 @@ fn charted(case: &Case, place: &Place, tuples: &[Tuple], expected: &[Outcome]) -
     Some(compared)
 }
 
-/// Columns of `verify.csv`. Errors are relative; the tuple is the tap with the largest strain error, `status` its words.
-pub const COLUMNS: &str = "configuration backend precision adapter bound taps compared neither unsolved unanswered differ \
+/// verify.csv.
+pub const TABLE: Heading = Heading::new(
+    "verify",
+    "verify",
+    "A row is one configuration on one backend (docs/verify.md); errors are relative.",
+    "configuration backend precision adapter bound taps compared neither unsolved unanswered differ \
      referred strain_error_worst strain_error_median strain_error_p99 strain_over K_error_worst K_over \
      force_error_worst force_over arc_error_worst arc_over sweeps_mean sweeps_max D_mm d_mm L_a_mm \
-     x_ss_mm l_mm a_mm tilt_deg lean_deg theta_deg delta_mm verdict other_words status";
+     x_ss_mm l_mm a_mm tilt_deg lean_deg theta_deg delta_mm verdict other_words status",
+);
 
 /// A census of every backend.
 #[derive(Debug)]
@@ -244,11 +250,11 @@ impl Verified<'_> {
         let value = |q: usize, f: fn(&Figures) -> f64| Field::from(line.errors[q].as_ref().map(f));
         let over = |q: usize| count(line.errors[q].map_or(0, |f| f.over));
         let Line { taps, compared, neither, unsolved, unanswered, differ, referred, .. } = *line;
-        let mut fields = vec![
-            Field::Text(line.configuration.clone()),
-            Field::Word(backend.name),
-            Field::Word(backend.precision),
-            Field::Text(backend.adapter.clone().unwrap_or_default()),
+        let mut fields: Vec<Field> = vec![
+            line.configuration.clone().into(),
+            backend.name.into(),
+            backend.precision.into(),
+            backend.adapter.clone().unwrap_or_default().into(),
             Field::Number(line.bound),
         ];
         fields.extend([taps, compared, neither, unsolved, unanswered, differ, referred].map(count));
@@ -262,28 +268,24 @@ impl Verified<'_> {
             at[before.len() + usize::from(line.drive == Drive::Displacement)] = drive;
         }
         fields.extend(at.map(Field::Number));
-        fields.extend([Field::Text(line.verdict()), Field::Text(line.other_words())]);
-        fields.push(line.at.map_or(Field::Word(""), |(_, status)| Field::Status(status)));
+        fields.extend([line.verdict().into(), line.other_words().into()]);
+        fields.push(line.at.map_or("".into(), |(_, status)| status.into()));
         fields
     }
 
-    /// The census as `verify.csv`.
+    /// The census as verify.csv.
     ///
     /// # Errors
     /// None of a whole census.
-    pub fn table(&self) -> Result<Vec<u8>, Error> {
-        let mut text = Text::default();
-        text.header(&COLUMNS.split(' ').collect::<Vec<_>>())?;
-        self.lines.iter().try_for_each(|line| text.row(&mut self.fields(line)))?;
-        Ok(text.into_bytes())
+    pub fn table(&self) -> Result<Frame, Error> {
+        let mut table = TABLE.frame(&[]);
+        self.lines.iter().try_for_each(|line| table.row(self.fields(line)))?;
+        Ok(table)
     }
 
     /// Its lines as JSON, by the names of the columns.
     pub fn census(&self) -> Vec<Value> {
-        let named = |fields: Vec<Field>| {
-            COLUMNS.split(' ').map(str::to_owned).zip(fields.into_iter().map(Value::from)).collect()
-        };
-        self.lines.iter().map(|line| named(self.fields(line))).collect()
+        self.lines.iter().map(|line| named(TABLE.names_as(&[]), self.fields(line))).collect()
     }
 
     /// Sums over the census.

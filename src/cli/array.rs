@@ -70,7 +70,7 @@ pub fn run(args: &Locate, array: &Path, context: &Context<'_>) -> Result<Reply, 
     let identity = hash(&asked.to_string());
     let question = Question { inputs, ..Question::new("locate", &stem, asked) };
     let mut destination = context.open(&out, question, &["located.csv"], Some(args.common.force))?;
-    destination.put("located.csv", answered.table.clone())?;
+    destination.table(answered.table.clone())?;
     let counts = json!({
         "readings": answered.rows, "zero_readings": answered.zeros, "status": answered.status, "combinations": answered.combinations.named(),
     });

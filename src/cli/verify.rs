@@ -95,7 +95,8 @@ pub fn run(args: &Verify) -> Result<Reply, Error> {
     if !kept {
         return Ok(Reply { out: Some(out), ..reply });
     }
-    folder.put("verify.csv", &verified.table()?)?;
+    let table = verified.table()?;
+    folder.put(&table.file, &table.csv()?)?;
     folder.run_json(&verified.document())?;
     let Written { files, removed } = folder.finish()?;
     Ok(reply.with_files(out, (files, removed), (start.elapsed().as_secs_f64(), quiet)).answered())

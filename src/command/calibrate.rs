@@ -134,9 +134,7 @@ pub fn run(asked: &CalibrateRequest, context: &Context<'_>) -> Result<Reply, Err
     let (counts, seconds) = (report::counts(&found, &data), context.seconds());
     let document = report::document(&spec, &identity, (&data, &options.hash), [&counts, &seconds, &result]);
     destination.put("calibration.toml", found.calibration.to_text().into_bytes())?;
-    for (name, bytes) in output::tables(&found, &data, &locator)? {
-        destination.put(name, bytes)?;
-    }
+    output::tables(&found, &data, &locator)?.into_iter().try_for_each(|table| destination.table(table))?;
     let text = report::text(&found, &data, &rig, &covered);
     let reply = Reply { text, counts, seconds, result, refused, ..Reply::default() };
     Ok(reply.filed(destination, document, out, context)?.answered())
@@ -168,7 +166,7 @@ fn of_channels(
     context.warn_all(spec.warnings.iter().chain(&found.warnings()));
     found.sensor.check(&opener(&options.run))?;
     destination.put(names[0], found.sensor.to_text().into_bytes())?;
-    destination.put(names[1], found.table()?)?;
+    destination.table(found.table()?)?;
     let (text, result, counts, seconds) = (found.text(), found.result(), found.counts(), context.seconds());
     let told = [&counts, &seconds, &result];
     let document = report::document(spec, &identity, (&found.data[0], &options.hash), told);

@@ -17,8 +17,8 @@ use crate::measure::Data;
 use crate::optimise::{Watch, write};
 use crate::progress::Progress;
 use crate::scene::{Column, DirectionColumns, RunOptions, Setup, Space, Spec, Tuple};
-use crate::sink::columns::Columns;
 use crate::sink::folder::{Folder, Question};
+use crate::sink::frame::Frame;
 use crate::sink::memory;
 use crate::{files, spec, taps};
 
@@ -324,8 +324,8 @@ fn leave_files(spec: &mut Spec) {
 pub enum KeptFile {
     /// A file.
     Bytes(Vec<u8>),
-    /// A table that is in no file: names of its columns, and the columns.
-    Table(Vec<&'static str>, Columns),
+    /// A table.
+    Table(Frame),
 }
 
 /// Where a result goes.
@@ -351,6 +351,41 @@ impl Destination {
         }
     }
 
+    /// Writes a whole table.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn table(&mut self, table: Frame) -> Result<(), Error> {
+        match self {
+            Self::Folder(folder) => folder.put(&table.file, &table.csv()?),
+            Self::Memory(_) => {
+                self.keep(table);
+                Ok(())
+            }
+        }
+    }
+
+    /// Writes a table by parts, as `make` makes them: `empty` has its columns.
+    ///
+    /// # Errors
+    /// Those of `make`; a file that cannot be written.
+    pub fn rows<T>(
+        &mut self,
+        mut empty: Frame,
+        make: impl FnOnce(&mut dyn FnMut(&Frame) -> Result<(), Error>) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        if let Self::Folder(folder) = self {
+            let mut file = folder.file(&empty.file)?;
+            file.write(&empty.header()?)?;
+            let made = make(&mut |some| file.write(&some.lines()?))?;
+            file.close()?;
+            return Ok(made);
+        }
+        let made = make(&mut |some| empty.extend(some, 0..some.len()))?;
+        self.table(empty)?;
+        Ok(made)
+    }
+
     /// Writes a file by parts, as `make` makes them.
     ///
     /// # Errors
@@ -360,25 +395,18 @@ impl Destination {
         name: &str,
         make: impl FnOnce(&mut dyn FnMut(&[u8]) -> Result<(), Error>) -> Result<T, Error>,
     ) -> Result<T, Error> {
-        if let Self::Folder(folder) = self {
-            let mut file = folder.file(name)?;
-            let made = make(&mut |some| file.write(some))?;
-            file.close()?;
-            return Ok(made);
-        }
-        let mut bytes = Vec::new();
-        let made = make(&mut |some| {
-            bytes.extend_from_slice(some);
-            Ok(())
-        })?;
-        self.put(name, bytes)?;
+        let Self::Folder(folder) = self else { return Err(Error::Run(format!("{name} is a file alone"))) };
+        let mut file = folder.file(name)?;
+        let made = make(&mut |some| file.write(some))?;
+        file.close()?;
         Ok(made)
     }
 
     /// Keeps a table that is written into no folder.
-    pub fn keep(&mut self, name: &str, columns: Vec<&'static str>, values: Columns) {
+    pub fn keep(&mut self, table: Frame) {
         if let Self::Memory(files) = self {
-            files.push((name.to_owned(), KeptFile::Table(columns, values)));
+            let name = table.file.trim_end_matches(".csv").to_owned();
+            files.push((name, KeptFile::Table(table)));
         }
     }
 

@@ -19,8 +19,8 @@ use crate::measure::Names;
 use crate::measure::skin::PLACES;
 use crate::report::of_contour;
 use crate::simulate::strokes::Strokes;
-use crate::sink::columns::{Columns, Values};
 use crate::sink::folder::Question;
+use crate::sink::frame::Frame;
 
 /// The contour of an object.
 #[derive(Debug, Flags, Deserialize)]
@@ -113,11 +113,12 @@ pub fn run(asked: &ContourRequest, context: &Context<'_>) -> Result<Reply, Error
     let mut question = Question::new("contour", &stem, traced.settings.clone());
     question.inputs.extend(truth.iter().flat_map(|strokes| strokes.files.iter().cloned()));
     let mut destination = context.open(&out, question, &write::FILES, options.force)?;
-    destination.put("points.csv", traced.points.clone())?;
-    destination.put("curve.csv", traced.curve.clone())?;
+    destination.table(traced.points.clone())?;
+    destination.table(traced.curve.clone())?;
     if truth.is_some() {
-        let axis = |k: usize| Values::Numbers(traced.outline.iter().map(|place| place[k]).collect());
-        destination.keep("outline", vec!["x_mm", "y_mm"], Columns(vec![axis(0), axis(1)]));
+        let mut outline = Frame::of("outline", ["x_mm", "y_mm"]);
+        traced.outline.iter().try_for_each(|place| outline.row(place.map(Into::into)))?;
+        destination.keep(outline);
     }
     destination.draw("contour.svg", || {
         Ok(of_contour(&traced.points, &traced.curve, traced.kind(), &traced.outline)?)

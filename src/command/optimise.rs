@@ -100,9 +100,7 @@ fn searched(
     drop(watch);
     let report = report?;
     destination.put("best.toml", best::text(spec, search, &report)?.into_bytes())?;
-    for (name, bytes) in write::tables(spec, &report)? {
-        destination.put(name, bytes)?;
-    }
+    write::tables(spec, &report)?.into_iter().try_for_each(|table| destination.table(table))?;
     let interrupted = report.ended == Ended::Interrupted || stop.load(std::sync::atomic::Ordering::Relaxed);
     let reply = Reply {
         text: summary(spec, search, &report),

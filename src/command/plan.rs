@@ -16,8 +16,11 @@ use crate::measure::{Rig, Unit};
 use crate::report::quantity::short;
 use crate::scene::Drive;
 use crate::sink::folder::Question;
+use crate::sink::frame::Frame;
+use crate::sink::heading::Heading;
 use crate::sink::run_json;
 use crate::sink::table::drive_unit;
+use crate::sink::values::Field;
 use crate::spec;
 
 /// Files of a plan.
@@ -95,8 +98,8 @@ pub fn run(asked: &PlanRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let found = planned::plan(&rig, space, &goal, like.map(|l| l.0), &opener(&options)).map_err(place)?;
     let drive = rig.setup.drive;
     let unit = Unit::of_signal(rig.setup.signal);
-    destination.put("plan.csv", table(&found, drive, unit).into_bytes())?;
-    destination.put("plan_errors.csv", errors(&found).into_bytes())?;
+    destination.table(table(&found, drive, unit)?)?;
+    destination.table(errors(&found)?)?;
     destination.draw("plan.svg", || Ok(drawn(&found, drive, goal.error)))?;
     let (result, seconds) = (result(&found, drive), context.seconds());
     let counts = json!({ "taps": found.taps.len(), "rows": found.rows.len() });
@@ -131,14 +134,23 @@ fn goal(asked: &PlanRequest) -> Result<PlanGoal, InputError> {
     })
 }
 
+/// plan.csv.
+pub const PLAN: Heading = Heading::new(
+    "plan",
+    "plan",
+    "A row is a tap to do, or a zero reading, in this order; the column of the signal is to be filled in.",
+    "run a_mm theta_deg|delta_mm strain|moment_Nmm|force_N",
+);
+
 /// What is to be done, with the signal to fill in.
-fn table(plan: &Planned, drive: Drive, unit: Unit) -> String {
-    let mut text = format!("run,a_mm,{},{}\n", drive.column(), unit.column());
+fn table(plan: &Planned, drive: Drive, unit: Unit) -> Result<Frame, Error> {
+    let mut table = PLAN.frame(&[drive.column(), unit.column()]);
     for row in &plan.rows {
         let u = row.drive.map_or(0.0, |j| plan.drives[j]);
-        let _ = writeln!(text, "{},{},{u},", row.run + 1, rounded(plan.distances[row.distance]));
+        let a = rounded(plan.distances[row.distance]);
+        table.row([Field::from(row.run + 1), a.into(), u.into(), f64::NAN.into()])?;
     }
-    text
+    Ok(table)
 }
 
 /// A distance to a tenth of a mm, without the rounding of its sum.
@@ -146,15 +158,17 @@ fn rounded(a: f64) -> f64 {
     (a * 1e6).round() / 1e6
 }
 
+/// plan_errors.csv.
+pub const PLAN_ERRORS: Heading =
+    Heading::new("plan", "plan_errors", "A row is a number of taps.", "design taps sigma_mm");
+
 /// What taps bring: of the plan, and of even grids.
-fn errors(plan: &Planned) -> String {
-    let mut text = String::from("design,taps,sigma_mm\n");
+fn errors(plan: &Planned) -> Result<Frame, Error> {
+    let mut table = PLAN_ERRORS.frame(&[]);
     for (name, all) in [("planned", &plan.path), ("even", &plan.even)] {
-        for (n, sigma) in all {
-            let _ = writeln!(text, "{name},{n},{sigma}");
-        }
+        all.iter().try_for_each(|(n, sigma)| table.row([name.into(), Field::from(*n), (*sigma).into()]))?;
     }
-    text
+    Ok(table)
 }
 
 fn result(plan: &Planned, drive: Drive) -> Value {

@@ -60,9 +60,7 @@ pub fn run(asked: &ShapeRequest, context: &Context<'_>) -> Result<Reply, Error> 
         Error::Input(e) => placed(e),
         other => other,
     })?;
-    for (name, bytes) in tables {
-        destination.put(name, bytes)?;
-    }
+    tables.into_iter().try_for_each(|table| destination.table(table))?;
     let (counted, seconds) = (counts.described(), context.seconds());
     let document = shape::document(&spec, by, &counted, &seconds);
     let without = match counts.taps - counts.shapes {

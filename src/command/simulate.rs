@@ -13,6 +13,7 @@ use crate::measure::Rig;
 use crate::scene::{Column, RunOptions, Spec};
 use crate::simulate::{self, Counts, Settings, SimulatedTaps, strokes};
 use crate::sink::folder::Question;
+use crate::sink::frame::Frame;
 use crate::sink::run_json;
 use crate::spec;
 
@@ -98,9 +99,10 @@ pub fn run(asked: &SimulateRequest, context: &Context<'_>) -> Result<Reply, Erro
     let mut destination = context.open(&out, question, &["measurements.csv"], options.force)?;
     let method = opener(&options)(&rig.setup.model)?;
     let which = SimulatedTaps { layout: &layout, directions: spec.study.setup.directions };
-    let counts = destination.stream("measurements.csv", |write| {
-        let mut write = |bytes: &[u8]| context.go_on().and_then(|()| write(bytes));
-        simulate::simulate(&rig, which, &settings, method, &mut write)
+    let empty = simulate::empty(&rig, which.directions, settings.unit);
+    let counts = destination.rows(empty.clone(), |write| {
+        let mut write = |some: &Frame| context.go_on().and_then(|()| write(some));
+        simulate::simulate(&rig, which, &settings, method, (empty, &mut write))
     })?;
     let empty = match counts.unsolved {
         0 => String::new(),
@@ -141,8 +143,8 @@ fn stroke(
         missed += 1;
         context.warn(&format!("start {number} makes no stroke: {why}"));
     };
-    let counts = destination.stream(strokes::FILE, |write| {
-        let mut write = |bytes: &[u8]| context.go_on().and_then(|()| write(bytes));
+    let counts = destination.rows(strokes::TABLE.frame(&[settings.unit.column()]), |write| {
+        let mut write = |some: &Frame| context.go_on().and_then(|()| write(some));
         strokes::simulate(rig, &course, drives, settings, &mut miss, &mut write)
     })?;
     let without = match counts.unsolved {

@@ -17,11 +17,11 @@ use crate::error::Error;
 use crate::plan::Plan;
 use crate::progress::Progress;
 use crate::report::answer::{Recommended, of_best};
-use crate::scene::{Direction, Geometry, MaterialFit, Spec};
-use crate::sink::rows::TableFormat;
+use crate::scene::{Geometry, MaterialFit, Spec};
+use crate::sink::format::TableFormat;
 use crate::sink::run_json;
 use crate::sink::shard::Shard;
-use crate::sink::table::{LARGEST, Table};
+use crate::sink::table::Table;
 use crate::sweep::{self, Kept, Report, Target};
 use crate::tap::k_names;
 
@@ -121,10 +121,10 @@ pub fn run(asked: &SweepRequest, context: &Context<'_>) -> Result<Reply, Error> 
             report.seconds,
             [report.model_error.as_ref(), report.handed_over.as_ref()],
         );
-        let named = |table: Table| table.columns(&spec.study.setup);
-        let kept = Table::ALL.into_iter().zip(tables).filter_map(|(table, columns)| {
-            Some((table.name().to_owned(), KeptFile::Table(named(table), columns?)))
-        });
+        let kept = Table::ALL
+            .into_iter()
+            .zip(tables)
+            .filter_map(|(table, frame)| Some((table.name().to_owned(), KeptFile::Table(frame?))));
         return Ok(Reply { kept: kept.collect(), document, ..Reply::default() });
     }
     let target = Target {
@@ -232,38 +232,7 @@ fn planned(
 }
 
 fn row(spec: &Spec, k: &Kept) -> Value {
-    let d = &k.design;
-    let mut value = json!({
-        "D_mm": d.D, "d_mm": d.d, "L_a_mm": d.L_a, "x_ss_mm": d.x_ss, "l_mm": d.l,
-        "n": k.row.n,
-        "error_rms_mm": k.row.error_rms,
-        "error_max_mm": k.row.error_max,
-        "noise_rms_mm": k.row.noise_rms,
-        "total_rms_mm": k.row.total_rms(),
-        (LARGEST.of(&spec.study.setup)): k.row.strain_max,
-        "force_max_N": k.row.force_max,
-        "status": k.row.status.to_string(),
-    });
-    if let Some(rigs) = &spec.study.setup.rigs {
-        for (property, x) in rigs.properties.iter().zip(rigs.values(d.rig)) {
-            value[property.about().column] = x.into();
-        }
-    }
-    for (column, angle) in angles(spec, k.direction) {
-        value[column] = angle.into();
-    }
-    value[spec.study.setup.drive.column()] = k.drive.into();
-    let [mean, sd] = k_names(&spec.study.setup);
-    value[mean] = json!(k.row.mean.map(|m| (1.0 + m) * k.unit));
-    value[sd] = json!(k.row.sd.map(|s| s * k.unit));
-    value
-}
-
-/// Columns of the pole's direction that are shown, and their angles.
-fn angles(spec: &Spec, of: Direction) -> impl Iterator<Item = (&'static str, f64)> {
-    let shown = spec.study.setup.directions;
-    let tilt = shown.tilt.then_some(("tilt_deg", of.tilt));
-    tilt.into_iter().chain(shown.lean.then_some(("lean_deg", of.lean)))
+    k.at_drive().json(&spec.study.setup)
 }
 
 /// The recommended row in a sentence.

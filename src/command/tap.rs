@@ -98,7 +98,7 @@ pub fn run(asked: &TapRequest, context: &Context<'_>) -> Result<Reply, Error> {
         other => other,
     })?;
     report.seconds = choice.seconds + context.elapsed() - begun;
-    destination.put(FILE, tap::table(study, &report)?)?;
+    destination.table(tap::table(study, &report)?)?;
     let result = tap::result(study, &report);
     let [_, sd] = tap::k_names(&study.setup);
     let reply = Reply {

@@ -79,9 +79,9 @@ pub fn run(asked: &TapsRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let of = json!({ "raw": hash(&text), "columns": asked.columns, "take": format!("{take:?}"), "a": asked.a, "theta": asked.theta, "delta": asked.delta });
     let question = Question::new("taps", &stem, of);
     let mut destination = context.open(&out, question, &FILES, options.force)?;
-    let [taps_file, readings_file, figure_file] = FILES;
-    destination.put(taps_file, output::taps(&record, &readings, &labels).into_bytes())?;
-    destination.put(readings_file, output::readings(&record, &readings).into_bytes())?;
+    let [.., figure_file] = FILES;
+    destination.table(output::taps(&record, &readings, &labels)?)?;
+    destination.table(output::readings(&record, &readings)?)?;
     destination.draw(figure_file, || Ok(output::figure(&record, &rest, &readings)))?;
     let count = |kind: Kind| readings.iter().filter(|r| r.kind == kind).count();
     let [rests, plateaus, peaks] = [Kind::Rest, Kind::Plateau, Kind::Peak].map(count);

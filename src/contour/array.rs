@@ -9,28 +9,29 @@ use crate::error::{Error, InputError, nearest};
 use crate::locate::object::{Objects, Together};
 use crate::locate::sequence::{SHIFT, shift_column};
 use crate::locate::stream::Ask;
-use crate::locate::table::{Readings, field};
+use crate::locate::table::Readings;
 use crate::locate::{Answerer, Locator};
 use crate::measure::Names;
 use crate::measure::header::Comments;
 use crate::measure::skin::Skin;
 use crate::measure::text::{fields, separator};
+use crate::sink::fact::kind;
+use crate::sink::frame::Frame;
+use crate::sink::heading::Heading;
+use crate::sink::values::{Field, Values};
 
 /// Column that names the whisker of a row.
 pub const WHISKER: &str = "whisker";
-/// Columns of located.csv after the user's own.
-pub const ADDED: [&str; 10] = [
-    "zero",
-    "distance_mm",
-    "sigma_mm",
-    "x_mm",
-    "y_mm",
-    "z_mm",
-    "sigma_x_mm",
-    "sigma_y_mm",
-    "sigma_z_mm",
-    "status",
-];
+/// located.csv of an array.
+pub const ARRAY: Heading = Heading::new(
+    "locate --array",
+    "array",
+    "A row is a reading of one of several whiskers; the file's own columns stand after line, as in that \
+     of one whisker.",
+    "line whisker theta_deg|delta_mm strain|reading zero distance_mm sigma_mm x_mm y_mm z_mm sigma_x_mm \
+     sigma_y_mm sigma_z_mm status",
+)
+.in_file("located.csv");
 
 /// A whisker of an array.
 pub struct Mounted {
@@ -46,7 +47,7 @@ pub struct Mounted {
 #[derive(Debug, Clone)]
 pub struct Answered {
     /// located.csv.
-    pub table: Vec<u8>,
+    pub table: Frame,
     /// Rows.
     pub rows: usize,
     /// Of these, readings of the zero.
@@ -68,7 +69,7 @@ pub fn answer(whiskers: &[Mounted], bytes: &[u8], ask: &Ask<'_>, noise: &Noise) 
     let owners = owners(whiskers, label, bytes, ask.columns)?;
     let lines: Vec<&[u8]> = bytes.split_inclusive(|b| *b == b'\n').collect();
     let twofold = whiskers.iter().any(|w| w.locator.is_twofold());
-    let mut header: Option<Vec<u8>> = None;
+    let mut table: Option<Frame> = None;
     // By line: rows of the whiskers come together again.
     let mut rows = BTreeMap::new();
     let (mut zeros, mut status) = (0, BTreeMap::<String, u64>::new());
@@ -83,22 +84,21 @@ pub fn answer(whiskers: &[Mounted], bytes: &[u8], ask: &Ask<'_>, noise: &Noise) 
         let own: Vec<u8> = own.copied().collect();
         let who = Answerer::One(&whisker.locator);
         Objects::can(who, ask.by).map_err(|e| e.at(&whisker.name, None))?;
-        let mut readings = Readings::of(&whisker.locator, &own, ask, &ADDED)?;
+        let mut readings = Readings::of(&whisker.locator, &own, ask, &ARRAY)?;
         let objects = Objects::of(who, &readings.names, ask);
         let mut objects = objects.map_err(|e| e.at(label, Some(1)))?;
         if objects.is_some() {
             // They follow the status, which ends the line.
             let more = Objects::columns(ask.by, true, [twofold, ask.interval]);
-            readings.header.pop();
-            readings.header.extend(format!(",{}\n", more.join(",")).bytes());
+            more.into_iter().for_each(|name| readings.empty.add(name, Values::new(kind(name))));
         }
-        if header.as_ref().is_some_and(|h| *h != readings.header) {
+        if table.as_ref().is_some_and(|table| table.names != readings.empty.names) {
             let error =
                 InputError::new("whiskers of one array are driven and read in one way").at(label, Some(1));
             let error = error.key(WHISKER).value(&whisker.name);
             return Err(error.allowed("calibrations of one drive and one signal").into());
         }
-        header.get_or_insert(readings.header.clone());
+        table.get_or_insert(readings.empty.clone());
         let contact = readings.numbers("contact_deg")?;
         Skin::is_known(&whisker.locator.rig)?;
         let skin = Skin::new(&whisker.locator.rig, None);
@@ -123,23 +123,20 @@ pub fn answer(whiskers: &[Mounted], bytes: &[u8], ask: &Ask<'_>, noise: &Noise) 
             let (z, sigma_z) =
                 if point.is_there() { (pose.base[2], noise.base) } else { (f64::NAN, f64::NAN) };
             let [a, sigma] = point.distance;
-            for x in [a, sigma, point.at[0], point.at[1], z, xx.sqrt(), yy.sqrt(), sigma_z] {
-                field(&mut out, x);
-            }
-            out.extend(words.bytes());
+            let numbers = [a, sigma, point.at[0], point.at[1], z, xx.sqrt(), yy.sqrt(), sigma_z];
+            out.extend(numbers.map(Field::from));
+            out.push(words.into());
             if let Some(objects) = &mut objects {
-                out.push(b',');
                 let told = objects.tell_row(row, rests, ask);
-                Together::write(told.as_ref(), [twofold, ask.interval], &mut out);
+                out.extend(Together::fields(told.as_ref(), [twofold, ask.interval]));
             }
-            out.push(b'\n');
             rows.insert(row.line, out);
         }
     }
-    let header =
-        header.ok_or_else(|| InputError::new("this file has a header but no rows").at(label, None))?;
+    let mut table =
+        table.ok_or_else(|| InputError::new("this file has a header but no rows").at(label, None))?;
     let n = rows.len();
-    let table = header.into_iter().chain(rows.into_values().flatten()).collect();
+    rows.into_values().try_for_each(|row| table.row(row))?;
     Ok(Answered { table, rows: n, zeros, status, combinations })
 }
 

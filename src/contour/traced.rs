@@ -17,6 +17,7 @@ use crate::measure::Names;
 use crate::measure::skin::PLACES;
 use crate::scene::RunOptions;
 use crate::sink::folder::{hash, hash_all};
+use crate::sink::frame::Frame;
 use crate::sink::run_json;
 
 /// What is to be traced, and how.
@@ -45,9 +46,9 @@ pub struct Traced {
     /// Name of the estimator.
     pub estimator: &'static str,
     /// points.csv.
-    pub points: Vec<u8>,
+    pub points: Frame,
     /// curve.csv.
-    pub curve: Vec<u8>,
+    pub curve: Frame,
     /// Places along the known object, mm; none where it is not known.
     pub outline: Vec<[f64; 2]>,
     /// All that the result depends on.
@@ -89,7 +90,7 @@ impl Traced {
             interval: false,
             warn,
         };
-        let readings = Readings::of(&locator, bytes, &ask, &write::ADDED)?;
+        let readings = Readings::of(&locator, bytes, &ask, &write::POINTS)?;
         let trace = Trace::new(&locator, &readings, &asked, stop)?;
         if !trace.on_surface && asked.surface.is_none() && locator.rig.known {
             warn(
@@ -116,7 +117,7 @@ impl Traced {
         }
         Ok(Self {
             estimator,
-            points: write::points(&trace, &readings),
+            points: write::points(&trace, &readings)?,
             curve: write::curve(&trace)?,
             outline: truth.map_or_else(Vec::new, |(edge, _)| truth::outline(edge)),
             settings,

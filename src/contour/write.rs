@@ -7,30 +7,30 @@ use serde_json::{Value, json};
 use super::curve::{Curve, Kind};
 use super::trace::Trace;
 use crate::error::Error;
-use crate::locate::table::{Readings, field};
-use crate::sink::csv::Text;
-use crate::sink::table::Field;
+use crate::locate::table::Readings;
+use crate::sink::frame::Frame;
+use crate::sink::heading::Heading;
+use crate::sink::values::Field;
 use crate::status::Status;
 
 /// Files of a contour, run.json apart.
 pub const FILES: [&str; 3] = ["points.csv", "curve.csv", "contour.svg"];
-/// Columns of points.csv after the user's own.
-pub const ADDED: [&str; 12] = [
-    "zero",
-    "distance_mm",
-    "sigma_mm",
-    "x_mm",
-    "y_mm",
-    "z_mm",
-    "sigma_major_mm",
-    "sigma_minor_mm",
-    "axis_deg",
-    "off_mm",
-    "off_sigma",
-    "status",
-];
-/// Columns of curve.csv.
-pub const CURVE: [&str; 5] = ["s_mm", "x_mm", "y_mm", "direction_deg", "sigma_mm"];
+/// points.csv; the user's own columns stand after `line`.
+pub const POINTS: Heading = Heading::new(
+    "contour",
+    "points",
+    "A row is a row of the data, whose own columns stand after line as in located.csv (docs/contour.md).",
+    "line base_x_mm base_y_mm heading_deg theta_deg|delta_mm strain|reading zero distance_mm sigma_mm \
+     x_mm y_mm z_mm sigma_major_mm sigma_minor_mm axis_deg off_mm off_sigma status",
+);
+
+/// curve.csv.
+pub const CURVE: Heading = Heading::new(
+    "contour",
+    "curve",
+    "A row is a place on the curve, from its first point to its last; none where there is no curve.",
+    "s_mm x_mm y_mm direction_deg sigma_mm",
+);
 /// Rows of curve.csv.
 const PLACES: usize = 181;
 /// The word of a point that is off.
@@ -46,49 +46,38 @@ pub fn words(status: Status, outlier: bool) -> String {
 }
 
 /// points.csv.
-pub fn points(trace: &Trace, readings: &Readings) -> Vec<u8> {
-    let mut out = readings.header.clone();
+///
+/// # Errors
+/// None of a whole trace.
+pub fn points(trace: &Trace, readings: &Readings) -> Result<Frame, Error> {
+    let mut table = readings.empty.clone();
     for (i, row) in readings.rows.iter().enumerate() {
-        out.extend(&row.kept);
         let p = &trace.points[i];
         let z = if p.is_there() { trace.heights[i] } else { f64::NAN };
         let ([major, minor], axis) = p.covariance.ellipse();
-        let numbers = [
-            p.distance[0],
-            p.distance[1],
-            p.at[0],
-            p.at[1],
-            z,
-            major,
-            minor,
-            axis,
-            trace.off[i][0],
-            trace.off[i][1],
-        ];
-        numbers.iter().for_each(|x| field(&mut out, *x));
-        out.extend(words(p.status, trace.outliers[i]).bytes());
-        out.push(b'\n');
+        let ([a, sigma], [off, off_sigma]) = (p.distance, trace.off[i]);
+        let numbers = [a, sigma, p.at[0], p.at[1], z, major, minor, axis, off, off_sigma].map(Field::from);
+        let words = words(p.status, trace.outliers[i]).into();
+        table.row(row.kept.iter().cloned().chain(numbers).chain([words]))?;
     }
-    out
+    Ok(table)
 }
 
-/// curve.csv; its header alone where there is no curve.
+/// curve.csv; without rows where there is no curve.
 ///
 /// # Errors
-/// Text that cannot be written.
-pub fn curve(trace: &Trace) -> Result<Vec<u8>, Error> {
-    let mut text = Text::default();
-    text.header(&CURVE)?;
+/// None of a whole trace.
+pub fn curve(trace: &Trace) -> Result<Frame, Error> {
+    let mut table = CURVE.frame(&[]);
     if let Ok(chosen) = &trace.curve {
         let (mut s, mut last): (f64, Option<[f64; 2]>) = (0.0, None);
         for (at, direction, sigma) in chosen.curve.traced(&trace.samples, PLACES) {
             s += last.map_or(0.0, |p| (at[0] - p[0]).hypot(at[1] - p[1]));
             last = Some(at);
-            let mut row = [s, at[0], at[1], direction.to_degrees(), sigma].map(Field::Number).to_vec();
-            text.row(&mut row)?;
+            table.row([s, at[0], at[1], direction.to_degrees(), sigma].map(Field::from))?;
         }
     }
-    Ok(text.into_bytes())
+    Ok(table)
 }
 
 /// What was found, for run.json and `--json`.

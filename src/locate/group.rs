@@ -7,6 +7,7 @@ use super::pair::Spatial;
 use super::pairs::Parts;
 use super::rows::{Answerer, RowReader};
 use super::stream::Ask;
+use super::stream::written;
 use super::strokes::{Far, Strokes};
 use crate::error::Error;
 
@@ -60,7 +61,7 @@ impl<'a> Group<'a> {
             let (name, shift) = (objects.name(&fields), objects.shift(&fields));
             let together = objects.tell_pair(&name, (at.0, at.1, shift), alone, ask);
             self.name((rows, text), ask, &mut out);
-            Together::write(together.as_ref(), [true, ask.interval], &mut out);
+            written(&mut out, Together::fields(together.as_ref(), [true, ask.interval]));
         }
         out
     }
@@ -87,7 +88,7 @@ impl<'a> Group<'a> {
                 let (name, shift) = (objects.name(&fields), objects.shift(&fields));
                 let together = objects.tell(&name, UnlocatedTap { shift, ..tap }, alone, ask);
                 self.name((rows, text), ask, &mut out);
-                Together::write(together.as_ref(), [false, ask.interval], &mut out);
+                written(&mut out, Together::fields(together.as_ref(), [false, ask.interval]));
             }
             Self::Strokes(strokes) => {
                 let name = strokes.name(rows, text);
@@ -109,7 +110,7 @@ impl<'a> Group<'a> {
         match self {
             Self::Objects(_) => {
                 self.name((rows, text), ask, &mut out);
-                Together::write(None, [rows.who.is_twofold(), ask.interval], &mut out);
+                written(&mut out, Together::fields(None, [rows.who.is_twofold(), ask.interval]));
             }
             Self::Strokes(_) => {
                 self.nameless(rows, ask, &mut out);
@@ -124,7 +125,7 @@ impl<'a> Group<'a> {
         match self {
             Self::Objects(_) => !ask.keep && matches!(ask.by, By::Column(_)),
             Self::Strokes(_) => {
-                Strokes::columns(ask.keep.then_some(rows)).len() > super::strokes::COLUMNS.len()
+                Strokes::columns(ask.keep.then_some(rows)).first() == Some(&super::strokes::NAME)
             }
         }
     }

@@ -2,28 +2,34 @@
 
 use std::borrow::Cow;
 
-use super::Spatial;
 use super::lines::Line;
 use super::rows::{Answerer, RowReader};
 use super::stream::number;
 use crate::measure::text;
+use crate::sink::fact::{Kind, Only, fact_in, kind};
+use crate::sink::frame::Frame;
+use crate::sink::heading::Heading;
+use crate::sink::values::{Field, Values};
 
-/// Columns that are added after the user's own where distances are asked for.
-pub const ADDED: [&str; 4] = ["zero", "distance_mm", "sigma_mm", "status"];
+/// located.csv of one whisker.
+pub const LOCATED: Heading = Heading::new(
+    "locate",
+    "located",
+    "A row is a reading. The file's own columns stand after line, one with a name from below as given_…; \
+     drive and signal under their own names follow where the file has others. On a stream: the same \
+     without line, zero and other columns.",
+    "line theta_deg|delta_mm strain|reading zero distance_mm sigma_mm from_95_mm to_95_mm tilt_deg \
+     sigma_tilt_deg corr x_mm y_mm z_mm sigma_x_mm sigma_y_mm sigma_z_mm status",
+);
 
-/// What an interval adds, after the third of these.
-pub const OF_95: [&str; 2] = ["from_95_mm", "to_95_mm"];
-
-/// The same where a whisker has two gauges, or not, with the interval where it is asked for.
+/// Columns that are added after the user's own, of two gauges or of one, with the interval where it is asked for.
 pub fn added(who: Answerer<'_>, interval: bool) -> Vec<&'static str> {
-    let mut all = match who.is_twofold() {
-        true => [&["zero"], &Spatial::COLUMNS[..], &["status"]].concat(),
-        false => ADDED.to_vec(),
+    let wanted = |name: &&str| match fact_in(LOCATED.table, name).map(|fact| fact.only) {
+        _ if name.ends_with("_95_mm") => interval,
+        Some(Only::Second) => who.is_twofold(),
+        _ => true,
     };
-    if interval {
-        all.splice(3..3, OF_95);
-    }
-    all
+    LOCATED.names_from("zero").into_iter().filter(wanted).collect()
 }
 
 /// How rows of a file are written: number of the line, the user's columns, drive and signal under their own names where the user has
@@ -63,6 +69,32 @@ impl Kept {
         self.common.iter().zip(self.more).filter(|(_, more)| *more).for_each(|(c, _)| field(out, c));
         out.extend(self.added.join(",").bytes());
         out.push(b'\n');
+    }
+
+    /// A table of these columns without rows, whose added ones are those of `heading`. The user's own are words, as they are.
+    pub fn frame(&self, heading: &Heading) -> Frame {
+        let mut frame = Frame::of(&heading.file(), ["line"]);
+        self.names.iter().for_each(|name| frame.add(name.clone(), Values::new(Kind::Word)));
+        let common = self.common.iter().zip(self.more).filter(|(_, more)| *more).map(|(name, _)| name);
+        for name in common.chain(&self.added) {
+            let kind = fact_in(heading.table, name).map_or_else(|| kind(name), |fact| fact.kind);
+            frame.add(*name, Values::new(kind));
+        }
+        frame
+    }
+
+    /// A row of it up to the zero.
+    pub fn fields(
+        &self,
+        line: &Line<'_>,
+        rows: &RowReader<'_>,
+        [drive, signal, zero]: [f64; 3],
+    ) -> Vec<Field> {
+        let (own, empty) = (rows.fields(line.text.unwrap_or_default()), Cow::Borrowed(""));
+        let own = (0..self.names.len()).map(|k| pointed(own.get(k).unwrap_or(&empty)).into_owned().into());
+        let more =
+            [drive, signal].into_iter().zip(self.more).filter(|(_, more)| *more).map(|(x, _)| x.into());
+        std::iter::once(line.number.into()).chain(own).chain(more).chain([zero.into()]).collect()
     }
 
     /// The fields before the answer; of `drive, signal, zero` what is no number is left empty.

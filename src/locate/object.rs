@@ -20,16 +20,22 @@ use super::{Located, Locator};
 use crate::error::InputError;
 use crate::estimator::learnt::Inverted;
 use crate::measure::text::number as number_of;
+use crate::sink::heading::Heading;
 use crate::status::Status;
 
-/// Columns that are added: taps so far, distance and σ, the line of the tap that is farthest from what the others say and by how many standard
-/// deviations, and words.
-pub const COLUMNS: [&str; 6] =
-    ["taps", "object_distance_mm", "object_sigma_mm", "apart_line", "apart_sigmas", "object_status"];
-/// What an interval adds, after the third of these.
-pub const OF_95: [&str; 2] = ["object_from_95_mm", "object_to_95_mm"];
-/// What two gauges add, after that.
-pub const OF_TWO: [&str; 2] = ["object_tilt_deg", "object_sigma_tilt_deg"];
+/// located.csv has these columns more, after the status, of taps that are taken together.
+pub const TOGETHER: Heading = Heading::new(
+    "locate --same, --object",
+    "together",
+    "These columns follow status where taps of one object are taken together; they say what all taps of \
+     the object so far tell.",
+    "object taps object_distance_mm object_sigma_mm object_from_95_mm object_to_95_mm object_tilt_deg \
+     object_sigma_tilt_deg apart_line apart_sigmas object_status",
+)
+.in_file("located.csv");
+
+/// How many of these there always are but for the object.
+pub const COLUMNS: usize = 6;
 /// The column that names the object, where none is said.
 pub const NAME: &str = "object";
 /// One gauge tells no tilt.
@@ -150,18 +156,13 @@ impl<'a> Objects<'a> {
     /// Columns that are added after the status, and before them the object where the line does not keep it.
     pub fn columns(by: By<'_>, keep: bool, [twofold, interval]: [bool; 2]) -> Vec<&'static str> {
         let named = !keep && matches!(by, By::Column(_));
-        let (first, last) = COLUMNS.split_at(3);
-        let ends = OF_95.iter().filter(|_| interval);
-        let of_two = OF_TWO.iter().filter(|_| twofold);
-        named
-            .then_some(&NAME)
-            .into_iter()
-            .chain(first)
-            .chain(ends)
-            .chain(of_two)
-            .chain(last)
-            .copied()
-            .collect()
+        let wanted = |name: &&str| match *name {
+            NAME => named,
+            name if name.ends_with("_95_mm") => interval,
+            name if name.ends_with("tilt_deg") => twofold,
+            _ => true,
+        };
+        TOGETHER.names_as(&[]).into_iter().filter(wanted).collect()
     }
 
     /// The object of a line with these fields.

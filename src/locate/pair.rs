@@ -60,22 +60,7 @@ impl Spatial {
         }
     }
 
-    /// Names of its numbers, in the order of tables.
-    pub const COLUMNS: [&str; 11] = [
-        "distance_mm",
-        "sigma_mm",
-        "tilt_deg",
-        "sigma_tilt_deg",
-        "corr",
-        "x_mm",
-        "y_mm",
-        "z_mm",
-        "sigma_x_mm",
-        "sigma_y_mm",
-        "sigma_z_mm",
-    ];
-
-    /// Its numbers.
+    /// Its numbers, in the order of tables.
     pub fn numbers(&self) -> [f64; 11] {
         let Located { distance, sigma, .. } = self.located;
         let ([x, y, z], [sx, sy, sz]) = (self.point, self.sigma_point);

@@ -9,12 +9,12 @@ use super::calibration::Calibration;
 use super::likely::{ChannelTap, Response};
 use super::locator::{Located, Locator};
 use super::object::COLUMNS;
-use super::stream::number;
 use crate::error::Error;
 use crate::estimator::least::Minimum;
 use crate::estimator::model::exact::Opener;
 use crate::measure::names::Channel;
 use crate::scene::Signal;
+use crate::sink::values::Field;
 use crate::status::Status;
 
 /// Squared misfit of one degree of freedom, in units of noise, above which channels contradict each other.
@@ -179,21 +179,18 @@ pub struct Together {
 }
 
 impl Together {
-    /// Writes the columns, with those of two gauges and with the interval or without, each with a comma after it but for the last.
-    pub fn write(this: Option<&Self>, [twofold, interval]: [bool; 2], out: &mut Vec<u8>) {
+    /// Its columns, with those of two gauges and with the interval or without.
+    pub fn fields(this: Option<&Self>, more: [bool; 2]) -> Vec<Field> {
+        let [twofold, interval] = more;
         let Some(Self { taps, located, tilt, apart }) = this else {
-            let columns = COLUMNS.len() + 2 * usize::from(twofold) + 2 * usize::from(interval);
-            out.extend(std::iter::repeat_n(b',', columns - 1));
-            return;
+            let status = COLUMNS + 2 * usize::from(twofold) + 2 * usize::from(interval) - 1;
+            return (0..status).map(|_| f64::NAN.into()).chain(["".into()]).collect();
         };
-        number(out, *taps as f64);
-        [located.distance, located.sigma].into_iter().for_each(|x| number(out, x));
-        located.interval.iter().filter(|_| interval).for_each(|x| number(out, *x));
-        tilt.iter().filter(|_| twofold).for_each(|x| number(out, *x));
         let (line, by) = apart.map_or((f64::NAN, f64::NAN), |(line, by)| (line as f64, by));
-        number(out, line);
         // More digits than two of a number of standard deviations say nothing.
-        number(out, (100.0 * by).round() / 100.0 + 0.0);
-        out.extend(located.status.to_string().bytes());
+        let apart = [line, (100.0 * by).round() / 100.0 + 0.0];
+        let distance = [*taps as f64, located.distance, located.sigma].into_iter();
+        let ends = located.interval.iter().filter(|_| interval).chain(tilt.iter().filter(|_| twofold));
+        distance.chain(ends.copied()).chain(apart).map(Field::from).chain([located.status.into()]).collect()
     }
 }

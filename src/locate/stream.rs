@@ -21,6 +21,7 @@ use crate::measure::missing::is_usual;
 use crate::measure::text::{plain, separator};
 use crate::measure::thousands::Thousands;
 use crate::measure::zero::Zero;
+use crate::sink::values::Field;
 use crate::status::Status;
 
 /// Answers that are kept back at most while more input is waiting, bytes.
@@ -363,4 +364,17 @@ pub(super) fn number(out: &mut Vec<u8>, x: f64) {
         out.extend_from_slice(text.strip_suffix(".0").unwrap_or(text).as_bytes());
     }
     out.push(b',');
+}
+
+/// Numbers and words with a comma between them.
+pub(super) fn written(out: &mut Vec<u8>, fields: Vec<Field>) {
+    for field in fields {
+        match field {
+            Field::Number(x) => number(out, x),
+            Field::Count(n) => number(out, n as f64),
+            Field::Word(word) => super::kept::field(out, &word),
+            Field::Status(status) => super::kept::field(out, &status.to_string()),
+        }
+    }
+    out.pop();
 }

@@ -8,23 +8,19 @@ use super::object::{UnlocatedTap, limit};
 use super::rows::RowReader;
 use super::stream::{Ask, number};
 use crate::error::Error;
+use crate::sink::heading::Heading;
 use crate::status::Status;
 
-/// Columns that are added: readings so far, the drive of the touch and its standard deviation, distance, ends of its 68 and 95 % intervals, the
-/// drive at which readings are farthest off the curve and by how many standard deviations, and words.
-pub const COLUMNS: [&str; 11] = [
-    "rows",
-    "touch",
-    "touch_sigma",
-    "stroke_distance_mm",
-    "from_68_mm",
-    "to_68_mm",
-    "from_95_mm",
-    "to_95_mm",
-    "apart_drive",
-    "apart_sigmas",
-    "stroke_status",
-];
+/// located.csv has these columns more, after the status, of strokes.
+pub const ALONG: Heading = Heading::new(
+    "locate --strokes",
+    "along",
+    "These columns follow status where readings are of strokes; they say what the readings of the stroke \
+     so far tell, so that its last row is its answer. They are empty at rest, and where the drive falls.",
+    "stroke rows touch touch_sigma stroke_distance_mm from_68_mm to_68_mm from_95_mm to_95_mm apart_drive \
+     apart_sigmas stroke_status",
+)
+.in_file("located.csv");
 /// The column that numbers strokes.
 pub const NAME: &str = "stroke";
 /// A drive that falls by more than this share of the largest calibrated one goes back.
@@ -130,7 +126,7 @@ impl<'a> Strokes<'a> {
     /// Columns that are added after the status, and before them the number of the stroke where the line does not keep one.
     pub fn columns(rows: Option<&RowReader<'_>>) -> Vec<&'static str> {
         let own = rows.is_some_and(|rows| rows.names().iter().any(|n| n == NAME));
-        (!own).then_some(NAME).into_iter().chain(COLUMNS).collect()
+        ALONG.names_as(&[]).into_iter().filter(|name| !own || *name != NAME).collect()
     }
 
     /// The stroke of a line, where a column names it.

@@ -5,11 +5,14 @@ use super::lines::Source;
 use super::pair::{Readings as PairOfReadings, Spatial};
 use super::pairs::Parts;
 use super::rows::{Answerer, RowReader};
-use super::stream::{Ask, number, tares, zeros};
+use super::stream::{Ask, tares, zeros};
 use super::tare::doubt;
 use super::{Located, Locator};
 use crate::error::{Error, InputError};
 use crate::measure::text;
+use crate::sink::frame::Frame;
+use crate::sink::heading::Heading;
+use crate::sink::values::Field;
 use crate::status::Status;
 
 /// A reading and its answer.
@@ -19,8 +22,8 @@ pub struct Reading {
     pub line: usize,
     /// Its fields, those of [`Readings::names`]; empty where the line has another shape.
     pub fields: Vec<String>,
-    /// The row as it is kept: number of the line, the user's own columns, drive, signal and zero, each with a comma after it.
-    pub kept: Vec<u8>,
+    /// The row as it is kept: number of the line, the user's own columns, drive, signal and zero.
+    pub kept: Vec<Field>,
     /// Degrees or mm; NaN where the line says nothing.
     pub drive: f64,
     /// Strain, or the unit of the reading, above its zero.
@@ -42,18 +45,18 @@ pub struct Readings {
     pub file: String,
     /// Names of its columns.
     pub names: Vec<String>,
-    /// Header of what is kept of each row, and the columns that are added.
-    pub header: Vec<u8>,
+    /// The table of the answers without rows: what is kept of each reading, and the columns that are added.
+    pub empty: Frame,
     /// In the order of the file.
     pub rows: Vec<Reading>,
 }
 
 impl Readings {
-    /// Reads and answers `bytes`; `added` names the columns that will follow what is kept of each row, the zero first.
+    /// Reads and answers `bytes` for the table of `heading`, whose columns from the zero on follow what is kept of each row.
     ///
     /// # Errors
     /// A header that does not fit the calibration; a zero that contradicts the file's own.
-    pub fn of(locator: &Locator, bytes: &[u8], ask: &Ask<'_>, added: &[&'static str]) -> Result<Self, Error> {
+    pub fn of(locator: &Locator, bytes: &[u8], ask: &Ask<'_>, heading: &Heading) -> Result<Self, Error> {
         let (read, wrong) = zeros(locator, bytes, ask)?;
         let label = ask.label.unwrap_or("stdin");
         ask.contradicted(&read).map_err(|error| error.at(label, None))?;
@@ -69,9 +72,7 @@ impl Readings {
         let mut lines = RowReader::new(locator);
         source.first(&mut lines)?;
         let tares = tares(Answerer::One(locator), lines.lines(), ask, read)?;
-        let kept = Kept::new(&lines, added);
-        let mut header = Vec::new();
-        kept.header(&mut header);
+        let kept = Kept::new(&lines, &heading.names_from("zero"));
         let names = lines.names();
         let (mut rows, mut asked): (Vec<Reading>, bool) = Default::default();
         let (mut pairs, mut places): (Vec<PairOfReadings>, Vec<usize>) = Default::default();
@@ -108,12 +109,11 @@ impl Readings {
             let fields: Vec<String> =
                 lines.fields(line.text.unwrap_or_default()).iter().map(|f| f.to_string()).collect();
             let fields = if fields.len() == names.len() { fields } else { Vec::new() };
-            let mut bytes = Vec::new();
-            kept.row(&mut bytes, &line, &lines, [drive, recorded[0], zero.map_or(f64::NAN, |z| z.0)]);
+            let told = [drive, recorded[0], zero.map_or(f64::NAN, |z| z.0)];
             rows.push(Reading {
                 line: line.number,
                 fields,
-                kept: bytes,
+                kept: kept.fields(&line, &lines, told),
                 drive,
                 signal,
                 share,
@@ -126,7 +126,7 @@ impl Readings {
             rows[place].located = found.0.located;
             rows[place].pair = Some(found);
         }
-        Ok(Self { file: label.to_owned(), names, header, rows })
+        Ok(Self { file: label.to_owned(), names, empty: kept.frame(heading), rows })
     }
 
     /// Place of the column `name`.
@@ -156,9 +156,4 @@ impl Readings {
         };
         self.rows.iter().map(value).collect::<Result<_, _>>().map(Some)
     }
-}
-
-/// A field and the comma after it; empty where there is no number.
-pub fn field(out: &mut Vec<u8>, x: f64) {
-    number(out, x);
 }

@@ -91,14 +91,12 @@ fn joined(parts: &[Part], folder: &mut Folder, run: &mut Value) -> Result<(), Er
     for table in tables(&parts[0]) {
         let open = |part| Source::open(part, table);
         let mut sources = parts.iter().map(open).collect::<Result<Vec<_>, _>>()?;
-        let (columns, provenance) = (sources[0].columns.clone(), sources[0].provenance.clone());
-        if let Some(at) = sources.iter().position(|source| source.columns != columns) {
+        let (empty, provenance) = (sources[0].empty.clone(), sources[0].provenance.clone());
+        if let Some(at) = sources.iter().position(|source| source.empty.names != empty.names) {
             let why = format!("its {} has other columns than that of the first part", table.name());
             return Err(part::refuse(&parts[at].folder, why, "the part as it was written"));
         }
-        let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
-        let mut sheet =
-            Sheet::new(folder, &About { table, columns: &columns, format, provenance: &provenance })?;
+        let mut sheet = Sheet::new(folder, &About { table, empty: &empty, format, provenance: &provenance })?;
         rows[table as usize] = orders.write(table, &mut sources, &mut sheet)?;
         sheet.close()?;
     }

@@ -5,8 +5,7 @@ use std::collections::HashSet;
 use super::part::Part;
 use super::source::Source;
 use crate::error::{Error, InputError};
-use crate::sink::columns::Columns;
-use crate::sink::rows::Rows;
+use crate::sink::parquet::GROUP;
 use crate::sink::sheet::Sheet;
 use crate::sink::table::Table;
 use crate::sweep::{PLACES, Place};
@@ -70,13 +69,15 @@ impl Orders {
         }
         // The rows of a part are in order already, and stay so.
         all.sort_by_key(|(key, p, _)| (*key, *p));
-        let mut batch = Columns::of(&sources[0].columns);
+        let mut batch = sources[0].empty.clone();
         for (_, p, wanted) in &all {
-            sources[*p].next(wanted.then_some((&mut *sheet, &mut batch)))?;
+            sources[*p].next(Some(&mut batch).filter(|_| *wanted))?;
+            if batch.len() == GROUP {
+                let full = std::mem::replace(&mut batch, sources[0].empty.clone());
+                sheet.write(&[full])?;
+            }
         }
-        if !batch.is_empty() {
-            sheet.write(Rows::Columns(batch))?;
-        }
+        sheet.write(&[batch])?;
         Ok(all.iter().filter(|(.., wanted)| *wanted).count() as u64)
     }
 }

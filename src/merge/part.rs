@@ -12,7 +12,7 @@ use super::search::{seed_of_first, values};
 use super::stated;
 use crate::error::{Error, InputError};
 use crate::sink::folder::{Listed, WORK, hash_file, names_in, open_of_result, read_run};
-use crate::sink::rows::TableFormat;
+use crate::sink::format::TableFormat;
 use crate::sink::shard::Shard;
 use crate::sink::table::Table;
 

@@ -6,6 +6,8 @@ use super::part::{Part, refuse};
 use crate::error::Error;
 use crate::optimise::front::unbeaten;
 use crate::sink::folder::Folder;
+use crate::sink::frame::Frame;
+use crate::sink::read;
 
 /// The file of a front.
 const FRONT: &str = "pareto.csv";
@@ -25,9 +27,9 @@ pub(super) fn joined(parts: &[Part], best: &Part, folder: &mut Folder, run: &mut
     for file in &best.listed {
         let bytes = match &*file.name {
             FRONT => {
-                let (bytes, points) = front(parts)?;
-                run["result"]["front"] = json!({ "points": points });
-                bytes
+                let front = front(parts)?;
+                run["result"]["front"] = json!({ "points": front.len() });
+                front.csv()?
             }
             name => best.bytes(name)?,
         };
@@ -58,26 +60,23 @@ pub(super) fn seed_of_first(part: &Part) -> Option<u64> {
     seed(part).map(|seed| seed.wrapping_sub(part.shard.index.into()).wrapping_add(1))
 }
 
-/// The points of all fronts that no other beats in both figures, by rising spread, and how many.
-fn front(parts: &[Part]) -> Result<(Vec<u8>, usize), Error> {
-    let (mut header, mut points) = (String::new(), Vec::new());
-    for part in parts {
-        let text = String::from_utf8(part.bytes(FRONT)?).unwrap_or_default();
-        let mut lines = text.lines();
-        header = lines.next().unwrap_or_default().to_owned();
-        let at = |name: &str| header.split(',').position(|column| column.starts_with(name));
-        let Some(places) = at("K_sd").zip(at("total_rms_mm")) else {
+/// The points of all fronts that no other beats in both figures, by rising spread.
+fn front(parts: &[Part]) -> Result<Frame, Error> {
+    let fronts = parts.iter().map(|part| Ok(read::csv(FRONT, part.bytes(FRONT)?.as_slice())?));
+    let fronts: Vec<Frame> = fronts.collect::<Result<_, Error>>()?;
+    let mut points = Vec::new();
+    for (part, front) in parts.iter().zip(&fronts) {
+        let sd = front.first(&["K_sd", "K_sd_mm"]);
+        let Some(sd) = sd.filter(|_| front.has("total_rms_mm")) else {
             let why = "its front has no K_sd and total_rms_mm";
             return Err(refuse(&part.folder, why, "the front that optimise wrote"));
         };
-        for line in lines {
-            let number = |at: usize| line.split(',').nth(at).and_then(|x| x.parse::<f64>().ok());
-            let figures = number(places.0).zip(number(places.1));
-            points.extend(figures.map(|(sd, total)| (sd, total, line.to_owned())));
-        }
+        let (sd, total) = (front.numbers(sd)?, front.numbers("total_rms_mm")?);
+        points.extend((0..front.len()).map(|row| (sd[row], total[row], front, row)));
     }
-    unbeaten(&mut points, |(sd, total, _)| [*sd, *total]);
-    let lines = points.iter().map(|(.., line)| line.as_str());
-    let text: String = std::iter::once(header.as_str()).chain(lines).flat_map(|line| [line, "\n"]).collect();
-    Ok((text.into_bytes(), points.len()))
+    points.retain(|point| point.0.is_finite() && point.1.is_finite());
+    unbeaten(&mut points, |(sd, total, ..)| [*sd, *total]);
+    let mut table = fronts.first().map(Frame::like).unwrap_or_default();
+    points.iter().try_for_each(|(.., front, row)| table.extend(front, *row..row + 1))?;
+    Ok(table)
 }

@@ -10,10 +10,12 @@ use super::shares::{CONFIDENCE, Share, Shares};
 use super::variables::value;
 use crate::error::Error;
 use crate::scene::search::{Objective, Quantity, Search};
-use crate::scene::{Column, Convention, Property, Setup, Spec};
-use crate::sink::csv::Text;
+use crate::scene::{Column, Property, Setup, Spec};
+use crate::sink::frame::Frame;
+use crate::sink::heading::Heading;
 use crate::sink::run_json;
-use crate::sink::table::{AtDrive, Field, Table, fields};
+use crate::sink::table::{AtDrive, Table};
+use crate::sink::values::Field;
 
 /// Their names.
 pub fn names(objective: Objective) -> Vec<&'static str> {
@@ -21,15 +23,39 @@ pub fn names(objective: Objective) -> Vec<&'static str> {
     ["best.toml", "history.csv", "sensitivity.csv"].into_iter().chain(front).collect()
 }
 
-/// Its tables by the names of their files.
+/// history.csv; properties that vary follow `l_mm`.
+pub const HISTORY: Heading = Heading::new(
+    "optimise",
+    "history",
+    "A row is a step of the search that found something better, and the best so far.",
+    "evaluations start stage D_mm d_mm L_a_mm x_ss_mm l_mm theta_deg|delta_mm K_sd|K_sd_mm total_rms_mm \
+     weighted violation",
+);
+
+/// sensitivity.csv.
+pub const SENSITIVITY: Heading = Heading::new(
+    "optimise",
+    "sensitivity",
+    "A row is a parameter p of the nominal whisker.",
+    "parameter K_sd_elasticity total_rms_elasticity K_sd_first K_sd_total total_rms_first total_rms_total \
+     K_sd_first_low K_sd_first_high K_sd_total_low K_sd_total_high total_rms_first_low \
+     total_rms_first_high total_rms_total_low total_rms_total_high scale",
+);
+
+/// pareto.csv: rows of designs.csv.
+pub fn front() -> Heading {
+    let row = "A row is a design of the trade-off front.";
+    Heading { command: "optimise", row, ..*Table::Designs.heading() }.in_file("pareto.csv")
+}
+
+/// Its tables.
 ///
 /// # Errors
 /// None of a whole report.
-pub fn tables(spec: &Spec, report: &Report) -> Result<Vec<(&'static str, Vec<u8>)>, Error> {
-    let mut all =
-        vec![("history.csv", history(spec, report)?), ("sensitivity.csv", sensitivity(spec, report)?)];
+pub fn tables(spec: &Spec, report: &Report) -> Result<Vec<Frame>, Error> {
+    let mut all = vec![history(spec, report)?, sensitivity(spec, report)?];
     if let Some(front) = &report.front {
-        all.push(("pareto.csv", pareto(spec, &front.points)?));
+        all.push(pareto(spec, &front.points)?);
     }
     Ok(all)
 }
@@ -77,9 +103,7 @@ pub fn seconds(report: &Report) -> Value {
 
 /// A designs row as JSON; missing is null.
 pub fn row(spec: &Spec, design: &Design) -> Value {
-    let (names, mut values) = (Table::Designs.columns(&spec.study.setup), Vec::new());
-    fields(&AtDrive::COLUMNS, &spec.study.setup, &design.at_drive(), &mut values);
-    names.into_iter().map(str::to_owned).zip(values.into_iter().map(Value::from)).collect()
+    design.at_drive().json(&spec.study.setup)
 }
 
 /// Name of a column without its unit, as in a spec.
@@ -161,18 +185,13 @@ fn other(setup: &Setup, other: &Other) -> Value {
     })
 }
 
-fn history(spec: &Spec, report: &Report) -> Result<Vec<u8>, Error> {
-    let (sd, drive) = (
-        if spec.study.setup.estimate.convention == Convention::Elongation { "K_sd_mm" } else { "K_sd" },
-        spec.study.setup.drive.column(),
-    );
-    let mut text = Text::default();
+fn history(spec: &Spec, report: &Report) -> Result<Frame, Error> {
     let setup = &spec.study.setup;
     let properties: &[Property] = setup.rigs.as_ref().map_or(&[], |rigs| &rigs.properties);
-    let columns = properties.iter().map(|property| property.about().column);
-    let names = ["evaluations", "start", "stage", "D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm"].into_iter();
-    let figures = [drive, sd, "total_rms_mm", "weighted", "violation"];
-    text.header(&names.chain(columns).chain(figures).collect::<Vec<_>>())?;
+    let mut names = HISTORY.names(setup);
+    let after = 1 + names.iter().position(|name| *name == "l_mm").unwrap_or_default();
+    names.splice(after..after, properties.iter().map(|property| property.about().column));
+    let mut table = HISTORY.of(&names);
     let last = report.history.len().saturating_sub(1);
     for (i, step) in report.history.iter().enumerate() {
         // Steps that found nothing better are left out, but for the last.
@@ -180,62 +199,38 @@ fn history(spec: &Spec, report: &Report) -> Result<Vec<u8>, Error> {
             continue;
         }
         let (p, s) = (&step.best.point, &step.best.score);
-        let mut fields = vec![
-            Field::Count(step.evaluations),
-            Field::Count(step.start.into()),
-            Field::Word(step.stage.name()),
-        ];
+        let mut row: Vec<Field> =
+            vec![step.evaluations.into(), u64::from(step.start).into(), step.stage.name().into()];
         let [sd, total, weighted] = s.figures;
-        fields.extend([p.D, p.d, p.L_a, p.x_ss, p.l].map(Field::Number));
-        fields.extend(properties.iter().map(|q| Field::Number(value(setup, p, Quantity::Property(*q)))));
-        fields.extend([p.drive, sd, total, weighted, s.violation()].map(Field::Number));
-        text.row(&mut fields)?;
+        row.extend([p.D, p.d, p.L_a, p.x_ss, p.l].map(Field::Number));
+        row.extend(properties.iter().map(|q| Field::Number(value(setup, p, Quantity::Property(*q)))));
+        row.extend([p.drive, sd, total, weighted, s.violation()].map(Field::Number));
+        table.row(row)?;
     }
-    Ok(text.into_bytes())
+    Ok(table)
 }
 
-fn sensitivity(spec: &Spec, report: &Report) -> Result<Vec<u8>, Error> {
+fn sensitivity(spec: &Spec, report: &Report) -> Result<Frame, Error> {
     let s = &report.sensitivity;
-    let mut text = Text::default();
-    text.header(&[
-        "parameter",
-        "K_sd_elasticity",
-        "total_rms_elasticity",
-        "K_sd_first",
-        "K_sd_total",
-        "total_rms_first",
-        "total_rms_total",
-        "K_sd_first_low",
-        "K_sd_first_high",
-        "K_sd_total_low",
-        "K_sd_total_high",
-        "total_rms_first_low",
-        "total_rms_first_high",
-        "total_rms_total_low",
-        "total_rms_total_high",
-        "scale",
-    ])?;
+    let mut table = SENSITIVITY.frame(&[]);
     for &(quantity, local) in &s.local {
         let found = s.global.iter().find(|(c, _)| *c == quantity).map_or([None; 2], |(_, found)| *found);
         let each: Vec<Option<Share>> =
             found.iter().flat_map(|f| [f.map(|f| f.first), f.map(|f| f.total)]).collect();
-        let mut fields = vec![Field::Word(quantity.name(spec.study.setup.drive))];
+        let mut fields: Vec<Field> = vec![quantity.name(spec.study.setup.drive).into()];
         fields.extend(local.map(Field::from));
         fields.extend(each.iter().map(|share| Field::from(share.map(|s| s.value))));
         let ends = each.iter().flat_map(|share| [0, 1].map(|end| share.map(|s| s.interval[end])));
         fields.extend(ends.map(Field::from));
-        fields.push(Field::Word(if each.iter().any(Option::is_some) { SCALE } else { "" }));
-        text.row(&mut fields)?;
+        fields.push(if each.iter().any(Option::is_some) { SCALE } else { "" }.into());
+        table.row(fields)?;
     }
-    Ok(text.into_bytes())
+    Ok(table)
 }
 
-fn pareto(spec: &Spec, points: &[Design]) -> Result<Vec<u8>, Error> {
-    let (mut text, mut values) = (Text::default(), Vec::new());
-    text.header(&Table::Designs.columns(&spec.study.setup))?;
-    for d in points {
-        fields(&AtDrive::COLUMNS, &spec.study.setup, &d.at_drive(), &mut values);
-        text.row(&mut values)?;
-    }
-    Ok(text.into_bytes())
+fn pareto(spec: &Spec, points: &[Design]) -> Result<Frame, Error> {
+    let setup = &spec.study.setup;
+    let (columns, mut table) = (AtDrive::chosen(setup), front().frame_for(setup));
+    points.iter().try_for_each(|d| table.row(columns.fields(&d.at_drive())))?;
+    Ok(table)
 }

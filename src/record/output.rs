@@ -1,13 +1,15 @@
 //! What is written of the taps of a record: rows for `calibrate` and `locate`, what they were read from, and a figure to check it.
 
-use std::fmt::Write;
-
 use super::rest::Rest;
 use super::{Kind, Reading, Record};
-use crate::error::InputError;
+use crate::error::{Error, InputError};
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path};
 use crate::measure::names::DISTANCE;
 use crate::scene::Drive;
+use crate::sink::fact;
+use crate::sink::frame::Frame;
+use crate::sink::heading::Heading;
+use crate::sink::values::{Field, Values};
 
 /// Files of the command.
 pub const FILES: [&str; 3] = ["taps.csv", "readings.csv", "taps.svg"];
@@ -60,72 +62,93 @@ fn own(values: &[f64], k: usize) -> Option<f64> {
     if values.len() == 1 { values.first().copied() } else { values.get(k).copied() }
 }
 
-/// `taps.csv`: what calibrate and locate read. Without a drive in the record the rest is subtracted; with one the rests are rows of drive 0.
-pub fn taps(record: &Record, readings: &[Reading], labels: &Labels) -> String {
+/// taps.csv; labels of the record follow the time.
+pub const TAPS: Heading = Heading::new(
+    "taps",
+    "taps",
+    "A row is a tap, or where the record has a drive also a rest, in the order of time, as calibrate and \
+     locate read it.",
+    "a_mm theta_deg|delta_mm strain|reading t_s tilt_deg run",
+);
+
+/// taps.csv: what calibrate and locate read. Without a drive in the record the rest is subtracted; with one the rests are rows of drive 0.
+///
+/// # Errors
+/// None of whole readings.
+pub fn taps(record: &Record, readings: &[Reading], labels: &Labels) -> Result<Frame, Error> {
     let drive = record.drive.as_ref().map(|(kind, _)| *kind).or(labels.drive.as_ref().map(|(kind, _)| *kind));
-    let own_distance = record.labels.iter().any(|(name, _)| name == DISTANCE);
-    let with_distance = own_distance || !labels.a.is_empty();
+    let own_distance = record.labels.iter().position(|(name, _)| name == DISTANCE);
+    let with_distance = own_distance.is_some() || !labels.a.is_empty();
     let others: Vec<usize> = (0..record.labels.len()).filter(|k| record.labels[*k].0 != DISTANCE).collect();
-    let mut header: Vec<&str> = Vec::new();
-    header.extend(with_distance.then_some(DISTANCE));
-    header.extend(drive.map(Drive::column));
-    header.push(record.unit.column());
-    header.push("t_s");
-    header.extend(others.iter().map(|k| record.labels[*k].0.as_str()));
-    let mut text = header.join(",") + "\n";
+    let known = [
+        with_distance.then_some(DISTANCE),
+        drive.map(Drive::column),
+        Some(record.unit.column()),
+        Some("t_s"),
+    ];
+    let mut table = Frame::of("taps.csv", known.into_iter().flatten());
+    for k in &others {
+        table.add(record.labels[*k].0.clone(), Values::new(fact::Kind::Word));
+    }
+    if own_distance.is_some() {
+        table.columns[0] = Values::new(fact::Kind::Word);
+    }
     let mut tap = 0;
     for reading in readings.iter().filter(|r| r.kind != Kind::Rest || drive.is_some()) {
         let rests = reading.kind == Kind::Rest;
-        let mut fields: Vec<String> = Vec::new();
+        let mut row: Vec<Field> = Vec::new();
         let shown = record.labels(reading.mean[0], reading.mean[1]);
         if with_distance {
-            let said = own(&labels.a, tap).filter(|_| !rests).map(|a| a.to_string());
-            let recorded =
-                record.labels.iter().position(|(name, _)| name == DISTANCE).map(|k| shown[k].to_owned());
-            fields.push(quoted(said.or(recorded).unwrap_or_default()));
+            let said = own(&labels.a, tap).filter(|_| !rests);
+            row.push(match own_distance {
+                Some(k) => said.map_or_else(|| shown[k].to_owned(), |a| a.to_string()).into(),
+                None => said.into(),
+            });
         }
         if drive.is_some() {
             let said = labels.drive.as_ref().and_then(|(_, values)| own(values, tap));
-            let drive = if rests { Some(0.0) } else { reading.drive.or(said) };
-            fields.push(drive.map_or(String::new(), rounded));
+            row.push(if rests { Some(0.0) } else { reading.drive.or(said).map(rounded) }.into());
         }
-        let signal = if drive.is_some() { reading.signal } else { reading.signal - reading.rest };
-        fields.push(signal.to_string());
-        fields.push(rounded(middle(record, reading)));
-        fields.extend(others.iter().map(|k| quoted(shown[*k].to_owned())));
-        text += &(fields.join(",") + "\n");
+        row.push(if drive.is_some() { reading.signal } else { reading.signal - reading.rest }.into());
+        row.push(rounded(middle(record, reading)).into());
+        row.extend(others.iter().map(|k| Field::from(shown[*k].to_owned())));
+        table.row(row)?;
         tap += usize::from(!rests);
     }
-    text
-}
-
-/// A field, in quotes where it needs them.
-fn quoted(field: String) -> String {
-    if !field.contains([',', '"', '\n', '\r']) {
-        return field;
-    }
-    format!("\"{}\"", field.replace('"', "\"\""))
+    Ok(table)
 }
 
 /// Six digits after the point are enough of a mean of drives, and of a time.
-fn rounded(x: f64) -> String {
-    ((x * 1e6).round() / 1e6).to_string()
+fn rounded(x: f64) -> f64 {
+    (x * 1e6).round() / 1e6
 }
 
 fn middle(record: &Record, reading: &Reading) -> f64 {
     0.5 * (record.time[reading.mean[0]] + record.time[reading.mean[1]])
 }
 
-/// `readings.csv`: of each reading what it is of, when contact begins and ends, what it is the mean of, and how well its samples agree.
-pub fn readings(record: &Record, readings: &[Reading]) -> String {
-    let mut text = "kind,begins_s,ends_s,from_s,to_s,samples,signal,rest,sd\n".to_owned();
+/// readings.csv.
+pub const READINGS: Heading = Heading::new(
+    "taps",
+    "readings",
+    "A row is a reading of the record: what taps.csv was made of.",
+    "kind begins_s ends_s from_s to_s samples signal rest sd",
+);
+
+/// readings.csv: of each reading what it is of, when contact begins and ends, what it is the mean of, and how well its samples agree.
+///
+/// # Errors
+/// None of whole readings.
+pub fn readings(record: &Record, readings: &[Reading]) -> Result<Frame, Error> {
+    let mut table = READINGS.frame(&[]);
     for r in readings {
         let [[begins, ends], [from, to]] = [r.contact, r.mean].map(|ends| ends.map(|k| record.time[k]));
-        let (kind, samples) = (r.kind.word(), r.mean[1] - r.mean[0] + 1);
-        let Reading { signal, rest, sd, .. } = r;
-        let _ = writeln!(text, "{kind},{begins},{ends},{from},{to},{samples},{signal},{rest},{sd}");
+        let times = [begins, ends, from, to].map(Field::Number);
+        let samples = Field::from(r.mean[1] - r.mean[0] + 1);
+        let of = [r.signal, r.rest, r.sd].map(Field::Number);
+        table.row(std::iter::once(r.kind.word().into()).chain(times).chain([samples]).chain(of))?;
     }
-    text
+    Ok(table)
 }
 
 /// The record, its rest, and its readings.

@@ -5,7 +5,6 @@ pub mod columns;
 pub mod keys;
 mod layout;
 pub mod schema;
-pub mod tables;
 pub mod words;
 
 pub use layout::{Entry, Part};

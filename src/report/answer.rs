@@ -3,11 +3,11 @@
 use serde_json::Value;
 
 use super::designs::{DRIVES, WHISKER, properties};
-use super::quantity::{percent, rounded, said};
+use super::quantity::{distinct, percent, rounded, said};
 use super::source::Source;
-use super::table::{Table, distinct};
 use crate::error::InputError;
 use crate::recommend::Standing;
+use crate::sink::frame::Frame;
 
 /// Strain error that a fast kernel must keep to be named, relative.
 const ACCURATE: f64 = 1e-4;
@@ -111,12 +111,12 @@ fn rows(n: u64, word: &str) -> String {
 }
 
 /// A sweep of single taps alone.
-pub fn of_taps(table: &Table) -> String {
+pub fn of_taps(table: &Frame) -> String {
     let fine = table.rows(|r| table.word("status", r) == "ok" && table.has("strain"));
     let strain = range(fine.iter().map(|r| 100.0 * table.number("strain", *r)), rounded, " %");
     let strain = strain.map_or(String::new(), |s| format!("; their strains are {s}"));
     let are = if fine.len() == 1 { "is" } else { "are" };
-    format!("Of {} {} {are} ok{strain}.", count(table.len, "tap"), fine.len())
+    format!("Of {} {} {are} ok{strain}.", count(table.len(), "tap"), fine.len())
 }
 
 /// The best tap of one whisker.
@@ -137,15 +137,15 @@ pub fn of_tap(result: &Value, drive: &str, sd: &str) -> String {
 }
 
 /// A search: the chosen design, or the ends of the front.
-pub fn of_search(source: &Source, front: Option<&Table>, sd: &str) -> Result<String, InputError> {
+pub fn of_search(source: &Source, front: Option<&Frame>, sd: &str) -> Result<String, InputError> {
     let best = &source.run["result"]["best"];
-    if let Some(front) = front.filter(|t| t.len > 1) {
+    if let Some(front) = front.filter(|t| t.len() > 1) {
         let (x, y) = (front.numbers(sd)?, front.numbers("total_rms_mm")?);
         let by = |p: &usize, q: &usize| x[*p].total_cmp(&x[*q]);
-        let there = || (0..front.len).filter(|r| x[*r].is_finite() && y[*r].is_finite());
+        let there = || (0..front.len()).filter(|r| x[*r].is_finite() && y[*r].is_finite());
         let row = |r: usize| worth(|name| Some(front.number(name, r)).filter(|x| x.is_finite()), sd);
         if let (Some(first), Some(last)) = (there().min_by(by), there().max_by(by)) {
-            let (designs, first, last) = (count(front.len, "design"), row(first), row(last));
+            let (designs, first, last) = (count(front.len(), "design"), row(first), row(last));
             let ends = format!("from one where {first} to one where {last}");
             return Ok(format!("No design is best in both: the front has {designs}, {ends}."));
         }
@@ -216,10 +216,10 @@ pub fn of_channels(source: &Source) -> String {
 ///
 /// # Errors
 /// A table without distances.
-pub fn of_readings(table: &Table, zeros: usize) -> Result<String, InputError> {
+pub fn of_readings(table: &Frame, zeros: usize) -> Result<String, InputError> {
     let (distance, sigma) = (table.numbers("distance_mm")?, table.numbers("sigma_mm")?);
     let answered = table.rows(|r| distance[r].is_finite());
-    let readings = count(table.len.saturating_sub(zeros), "reading");
+    let readings = count(table.len().saturating_sub(zeros), "reading");
     let Some(where_) = range(answered.iter().map(|r| distance[*r]), rounded, " mm") else {
         return Ok(format!("None of {readings} has a distance."));
     };
@@ -258,7 +258,7 @@ pub fn of_contour(source: &Source, points: usize) -> String {
 }
 
 /// A benchmark: the fastest kernel that is accurate enough to be used.
-pub fn of_bench(work: &Table) -> Result<String, InputError> {
+pub fn of_bench(work: &Frame) -> Result<String, InputError> {
     let (time, error) = (work.numbers("ns_per_tap")?, work.numbers("strain_error_p99")?);
     let whole = |r: &usize| time[*r] > 0.0 && error[*r].is_finite();
     let ladder = work.rows(|r| matches!(work.word("kernel", r).as_str(), "exact" | "reference"));
@@ -279,7 +279,7 @@ pub fn of_bench(work: &Table) -> Result<String, InputError> {
 }
 
 /// A census of errors.
-pub fn of_verify(table: &Table) -> Result<String, InputError> {
+pub fn of_verify(table: &Frame) -> Result<String, InputError> {
     let (worst, bound, taps) =
         (table.numbers("strain_error_worst")?, table.numbers("bound")?, table.numbers("taps")?);
     let line = |r: usize| {
@@ -296,14 +296,14 @@ pub fn of_verify(table: &Table) -> Result<String, InputError> {
         format!("{} is off by {off} of a strain at most, where {allowed} is allowed", line(r))
     };
     let all = taps.iter().filter(|n| n.is_finite()).sum::<f64>() as usize;
-    let lines = count(table.len, "check");
+    let lines = count(table.len(), "check");
     if let Some(first) = broken.first() {
         let worst = nearest(broken.clone()).unwrap_or(*first);
         let verdict = table.word("verdict", worst);
         let what = if near(&worst) > 1.0 { told(worst) } else { line(worst) };
         return Ok(format!("{} of {lines} fail: {what} (verdict: {verdict}).", broken.len()));
     }
-    let nearest = nearest((0..table.len).collect())
+    let nearest = nearest((0..table.len()).collect())
         .map_or(String::new(), |r| format!("; nearest to its bound, {}", told(r)));
     let all = count(all, "tap");
     Ok(format!(
@@ -312,12 +312,12 @@ pub fn of_verify(table: &Table) -> Result<String, InputError> {
 }
 
 /// Bent whiskers.
-pub fn of_shapes(contacts: &Table, drive: &str) -> Result<String, InputError> {
+pub fn of_shapes(contacts: &Frame, drive: &str) -> Result<String, InputError> {
     let solved = contacts.rows(|r| contacts.number("contact_x_mm", r).is_finite());
     let taps = count(solved.len(), "tap");
     let drives = distinct(solved.iter().map(|r| contacts.number(drive, *r)));
     let ends = match drives[..] {
-        [] => return Ok(format!("None of {} has a shape.", count(contacts.len, "tap"))),
+        [] => return Ok(format!("None of {} has a shape.", count(contacts.len(), "tap"))),
         [one] => said(drive, one),
         [first, .., last] => {
             format!("{} to {}", said(drive, first), said(drive, last).rsplit("= ").next().unwrap_or_default())

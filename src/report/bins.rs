@@ -1,7 +1,6 @@
 //! Many rows in few cells.
 
-use super::quantity::{self, numbers_apart};
-use super::table::distinct;
+use super::quantity::{self, distinct, numbers_apart};
 use crate::figure::{Axis, Cells, Mark, Panel};
 
 /// Cells along an axis.

@@ -4,11 +4,12 @@ use indexmap::IndexMap;
 
 use super::content::{Content, SHOWN};
 use super::designs::{DRIVES, SD};
+use super::quantity::{self, distinct};
 use super::source::Source;
-use super::table::{Table, distinct};
-use super::{answer, outliers, quantity};
+use super::{answer, outliers};
 use crate::error::{Error, InputError};
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path, series};
+use crate::sink::frame::Frame;
 
 /// Curves of a panel.
 const CURVES: usize = 6;
@@ -57,7 +58,7 @@ pub fn content(source: &Source) -> Result<Content, Error> {
 }
 
 /// Of a sensor with several channels: what each leaves, and the distances that all tell together.
-fn of_channels(source: &Source, taps: &Table) -> Result<Content, Error> {
+fn of_channels(source: &Source, taps: &Frame) -> Result<Content, Error> {
     let mut c = Content { answer: answer::of_channels(source), ..Content::default() };
     let channels = source.run["result"]["channels"].as_array().cloned().unwrap_or_default();
     let uses = [("used", 0, Marker::Circle), ("suspect", 1, Marker::Square)];
@@ -69,7 +70,7 @@ fn of_channels(source: &Source, taps: &Table) -> Result<Content, Error> {
                 path: Path::new(*word, *colour, rows.iter().map(|r| (a[*r], y[*r]))),
                 marker: *marker,
                 error: if error.is_empty() { Vec::new() } else { rows.iter().map(|r| error[*r]).collect() },
-                rows: if taps.len <= SHOWN { rows.clone() } else { Vec::new() },
+                rows: if taps.len() <= SHOWN { rows.clone() } else { Vec::new() },
                 notes: rows.iter().map(|r| format!("line {}", taps.word("line", *r))).collect(),
             })
         })
@@ -120,7 +121,7 @@ struct Drives {
 }
 
 impl Drives {
-    fn of(source: &Source, cells: &Table, drive: &str) -> Result<Self, InputError> {
+    fn of(source: &Source, cells: &Frame, drive: &str) -> Result<Self, InputError> {
         let result = &source.run["result"];
         if result["drive_recorded"] == false {
             return Ok(Self { names: vec!["one drive (not recorded)".to_owned()], centres: Vec::new() });
@@ -150,8 +151,8 @@ impl Drives {
 
 /// Mean signals with their spread, over what the estimator expects.
 fn curves(
-    rows: &Table,
-    cells: &Table,
+    rows: &Frame,
+    cells: &Frame,
     drive: &str,
     signal: &str,
     drives: &Drives,
@@ -190,7 +191,7 @@ fn curves(
 }
 
 /// Places of used and suspect rows among those of the page.
-fn used(rows: &Table) -> [Vec<usize>; 2] {
+fn used(rows: &Frame) -> [Vec<usize>; 2] {
     let tap = |r: usize| rows.number("a_mm", r).is_finite() && rows.number("distance_mm", r).is_finite();
     let of = |word: &str| rows.rows(|r| rows.word("use", r) == word && (tap(r) || word == "suspect"));
     [of("used"), of("suspect")]
@@ -198,7 +199,7 @@ fn used(rows: &Table) -> [Vec<usize>; 2] {
 
 /// Points of `rows` with what is said of them.
 fn points(
-    table: &Table,
+    table: &Frame,
     name: &str,
     colour: usize,
     marker: Marker,
@@ -217,12 +218,12 @@ fn points(
         path: Path::new(name, colour, rows.iter().map(|r| (a[*r], y[*r]))),
         marker,
         error: bars.map_or(Vec::new(), |e| rows.iter().map(|r| e[*r]).collect()),
-        rows: if table.len <= SHOWN { rows.to_vec() } else { Vec::new() },
+        rows: if table.len() <= SHOWN { rows.to_vec() } else { Vec::new() },
         notes: rows.iter().map(note).collect(),
     })
 }
 
-fn residuals(rows: &Table, signal: &str) -> Result<Figure, InputError> {
+fn residuals(rows: &Frame, signal: &str) -> Result<Figure, InputError> {
     let [used, suspect] = used(rows);
     let y = Axis::new(&format!("{signal} − expected"), &quantity::axis(signal).unit);
     let mut panel = Panel::new("", quantity::axis("a_mm"), y).with(Mark::zero()).with(points(
@@ -250,7 +251,7 @@ fn residuals(rows: &Table, signal: &str) -> Result<Figure, InputError> {
     Ok(Figure::new("residuals", "Residuals by distance", caption, vec![outliers::cut(panel, "used")]))
 }
 
-fn held_out(rows: &Table) -> Result<Figure, InputError> {
+fn held_out(rows: &Frame) -> Result<Figure, InputError> {
     let [used, _] = used(rows);
     let panel = Panel::new("", quantity::axis("a_mm"), Axis::new("error â − a", "mm"))
         .with(Mark::zero())
@@ -268,7 +269,7 @@ fn held_out(rows: &Table) -> Result<Figure, InputError> {
 
 /// Share of taps whose error is within so many σ, beside that of a normal distribution.
 fn coverage(
-    rows: &Table,
+    rows: &Frame,
     used: &[usize],
     (column, distances, file): (&str, &str, &str),
 ) -> Result<Option<Figure>, InputError> {

@@ -1,12 +1,14 @@
 //! What a report holds, whichever command it is of.
 
+use std::borrow::Cow;
+
 use serde_json::{Value, json};
 
 use super::quantity;
 use super::source::Source;
-use super::table::Table;
 use crate::error::Error;
 use crate::figure::Figure;
+use crate::sink::frame::Frame;
 
 /// Rows of a table in the page.
 pub const SHOWN: usize = 1500;
@@ -50,25 +52,29 @@ impl Content {
     }
 
     /// With the rows `rows` of `table`, chosen as `how` says.
-    pub fn table(&mut self, table: &Table, rows: Vec<usize>, how: &str, linked: bool) {
+    pub fn table(&mut self, table: &Frame, rows: Vec<usize>, how: &str, linked: bool) {
         let file = table.file.rsplit(['/', '\\']).next().unwrap_or_default().to_owned();
-        if rows.len() < table.len {
-            self.notes.push(format!("{file}: {} of {} rows are in this page, {how}", rows.len(), table.len));
+        if rows.len() < table.len() {
+            self.notes.push(format!(
+                "{file}: {} of {} rows are in this page, {how}",
+                rows.len(),
+                table.len()
+            ));
         }
-        let column = |c: &String| {
+        let column = |c: &Cow<'static, str>| {
             let axis = quantity::axis(c);
             json!({ "name": c, "label": axis.label, "unit": axis.unit })
         };
-        let columns: Vec<Value> = table.columns.iter().map(column).collect();
+        let columns: Vec<Value> = table.names.iter().map(column).collect();
         let values: Vec<Value> =
             rows.iter().map(|r| (0..table.columns.len()).map(|c| table.json(c, *r)).collect()).collect();
         let json = json!({ "columns": columns, "rows": values });
-        self.tables.push(Shown { file, of: (table.len, how.to_owned()), rows, linked, json });
+        self.tables.push(Shown { file, of: (table.len(), how.to_owned()), rows, linked, json });
     }
 
     /// With the first rows of `table`.
-    pub fn first(&mut self, table: &Table, linked: bool) {
-        self.table(table, (0..table.len.min(SHOWN)).collect(), "the first", linked);
+    pub fn first(&mut self, table: &Frame, linked: bool) {
+        self.table(table, (0..table.len().min(SHOWN)).collect(), "the first", linked);
     }
 
     /// With the first rows of the tables of these names that the result has.

@@ -4,9 +4,9 @@ use super::answer;
 use super::content::Content;
 use super::quantity;
 use super::source::Source;
-use super::table::Table;
 use crate::error::{Error, InputError};
 use crate::figure::{Figure, Mark, Marker, Panel, Path};
+use crate::sink::frame::Frame;
 
 /// Points of which the ellipses are drawn; of more, one in so many.
 const ELLIPSES: usize = 150;
@@ -33,20 +33,11 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     Ok(c)
 }
 
-/// The figure of the tables as they are written; `outline`: what the object is known to be.
+/// The figure of the tables; `outline`: what the object is known to be.
 ///
 /// # Errors
 /// Tables that are damaged.
-pub fn of_tables(
-    points: &[u8],
-    curve: &[u8],
-    kind: &str,
-    outline: &[[f64; 2]],
-) -> Result<Figure, InputError> {
-    figure(&Table::parse("points.csv", points)?, &Table::parse("curve.csv", curve)?, kind, outline)
-}
-
-fn figure(points: &Table, curve: &Table, kind: &str, outline: &[[f64; 2]]) -> Result<Figure, InputError> {
+pub fn figure(points: &Frame, curve: &Frame, kind: &str, outline: &[[f64; 2]]) -> Result<Figure, InputError> {
     let [x, y, major, minor, axis] =
         ["x_mm", "y_mm", "sigma_major_mm", "sigma_minor_mm", "axis_deg"].map(|n| points.numbers(n));
     let (x, y, major, minor, axis) = (x?, y?, major?, minor?, axis?);
@@ -74,7 +65,7 @@ fn figure(points: &Table, curve: &Table, kind: &str, outline: &[[f64; 2]]) -> Re
         let by = sign * WIDE * sigma[k];
         (cx[k] - by * sin, cy[k] + by * cos)
     };
-    let n = curve.len;
+    let n = curve.len();
     // Of a point a circle as wide as it is uncertain.
     let ring = |k: usize| {
         let (sin, cos) = (std::f64::consts::TAU * k as f64 / CORNERS as f64).sin_cos();

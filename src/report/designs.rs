@@ -4,12 +4,12 @@ use indexmap::IndexMap;
 
 use super::bins::map;
 use super::content::SHOWN;
-use super::quantity;
+use super::quantity::{self, distinct};
 use super::source::Source;
-use super::table::{Table, distinct};
 use crate::error::InputError;
 use crate::figure::{Figure, Mark, Marker, Panel, Parallel, Path};
 use crate::scene::Property;
+use crate::sink::frame::Frame;
 
 /// Columns that make a whisker.
 pub const WHISKER: [&str; 5] = ["D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm"];
@@ -30,7 +30,7 @@ fn named() -> impl Iterator<Item = &'static str> {
 }
 
 /// Those with more than one value.
-pub fn varying(table: &Table) -> Result<Vec<&'static str>, InputError> {
+pub fn varying(table: &Frame) -> Result<Vec<&'static str>, InputError> {
     let mut columns = Vec::new();
     for name in named() {
         if table.has(name) {
@@ -44,12 +44,12 @@ pub fn varying(table: &Table) -> Result<Vec<&'static str>, InputError> {
 }
 
 /// Rows for the page: half of them the best by `by`, the others evenly from the rest, in the order of the table.
-pub fn chosen(table: &Table, by: &str) -> Result<(Vec<usize>, String), InputError> {
+pub fn chosen(table: &Frame, by: &str) -> Result<(Vec<usize>, String), InputError> {
     let values = table.numbers(by)?;
-    if table.len <= SHOWN {
-        return Ok(((0..table.len).collect(), "all".to_owned()));
+    if table.len() <= SHOWN {
+        return Ok(((0..table.len()).collect(), "all".to_owned()));
     }
-    let mut order: Vec<usize> = (0..table.len).filter(|r| values[*r].is_finite()).collect();
+    let mut order: Vec<usize> = (0..table.len()).filter(|r| values[*r].is_finite()).collect();
     order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
     let best = order.len().min(SHOWN / 2);
     let mut rows = order[..best].to_vec();
@@ -75,13 +75,13 @@ pub fn front(x: &[f64], y: &[f64]) -> Vec<usize> {
 
 /// Trade-off of two quantities: the rows of the page, those of the `fine` ones that none beats, and one that was chosen.
 pub fn trade(
-    table: &Table,
+    table: &Frame,
     [x, y]: [&str; 2],
     rows: &[usize],
     fine: &[bool],
     chosen: Option<(f64, f64)>,
 ) -> Result<Option<Figure>, InputError> {
-    if !table.has(x) || !table.has(y) || table.len < 3 {
+    if !table.has(x) || !table.has(y) || table.len() < 3 {
         return Ok(None);
     }
     let (xs, ys) = (table.numbers(x)?, table.numbers(y)?);
@@ -104,7 +104,7 @@ pub fn trade(
         "Trade-off of {} and {}, both better when smaller: each point is a row of the table below, the front is of those of all {} rows that keep their limits ({} lie on it).",
         quantity::axis(x).label,
         quantity::axis(y).label,
-        table.len,
+        table.len(),
         best.len()
     );
     Ok(Some(Figure::new("front", "Trade-off", caption, vec![panel])))
@@ -112,7 +112,7 @@ pub fn trade(
 
 /// Parallel coordinates of `rows`, coloured by the first of `by` that there is, in grey where they are not `fine`.
 pub fn parallel(
-    table: &Table,
+    table: &Frame,
     rows: &[usize],
     fine: &[bool],
     by: &[&str],
@@ -153,7 +153,7 @@ pub fn parallel(
 }
 
 /// Maps of `quantity` over any two of what varies: the best over the rest, of the rows that are `fine`.
-pub fn maps(table: &Table, fine: &[bool], quantity: &str) -> Result<Option<Figure>, InputError> {
+pub fn maps(table: &Frame, fine: &[bool], quantity: &str) -> Result<Option<Figure>, InputError> {
     let axes = varying(table)?;
     if !table.has(quantity) || axes.len() < 2 {
         return Ok(None);
@@ -176,7 +176,7 @@ pub fn maps(table: &Table, fine: &[bool], quantity: &str) -> Result<Option<Figur
     } else {
         String::new()
     };
-    let (label, all) = (quantity::axis(quantity).label, table.len);
+    let (label, all) = (quantity::axis(quantity).label, table.len());
     let caption = format!(
         "Least {label} in each cell{rest}, of the rows that keep their limits, of all {all} rows{bins}; cells without such a row are empty."
     );
@@ -186,7 +186,7 @@ pub fn maps(table: &Table, fine: &[bool], quantity: &str) -> Result<Option<Figur
 
 /// Whiskers of a table: what is said of each, and its rows. At most `most`, those with the least `by` in a `fine` row.
 pub fn whiskers(
-    table: &Table,
+    table: &Frame,
     fine: &[bool],
     by: &str,
     most: usize,
@@ -197,7 +197,7 @@ pub fn whiskers(
     let values = table.numbers(by)?;
     let key = |r: usize| -> Vec<u64> { columns.iter().map(|column| (column[r] + 0.0).to_bits()).collect() };
     let mut all: IndexMap<Vec<u64>, Whisker> = IndexMap::new();
-    for r in 0..table.len {
+    for r in 0..table.len() {
         let of = || columns.iter().map(|column| column[r]).collect();
         let whisker = all.entry(key(r)).or_insert_with(|| Whisker {
             of: of(),
@@ -271,11 +271,11 @@ impl Limits {
     }
 
     /// Which rows of `table` keep them. A reading with a second distance breaks nothing, unless that is asked for.
-    pub fn kept(&self, table: &Table) -> Vec<bool> {
-        (0..table.len).map(|r| self.keeps(table, r)).collect()
+    pub fn kept(&self, table: &Frame) -> Vec<bool> {
+        (0..table.len()).map(|r| self.keeps(table, r)).collect()
     }
 
-    fn keeps(&self, table: &Table, row: usize) -> bool {
+    fn keeps(&self, table: &Frame, row: usize) -> bool {
         table.word("status", row).split('+').all(|word| match (word, self.strain) {
             ("ok" | "", _) => true,
             ("ambiguous", _) => !self.unambiguous,
@@ -290,11 +290,12 @@ impl Limits {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sink::read;
 
     #[test]
     fn two_distances_break_no_limit_unless_asked() {
         let text = "strain_max,status\n0.01,ok\n0.02,ambiguous\n0.03,strain_limit\n0.04,strain_limit+ambiguous\n,slipped_off\n0.01,\n";
-        let table = Table::parse("t.csv", text.as_bytes()).unwrap();
+        let table = read::csv("t.csv", text.as_bytes()).unwrap();
         let kept = |limits: &str| Limits::read(limits).kept(&table);
         assert_eq!(kept(""), [true, true, false, false, false, true]);
         assert_eq!(kept("{ force_N = 1, unambiguous = true }"), [true, false, false, false, false, true]);

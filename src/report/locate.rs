@@ -33,7 +33,7 @@ pub fn content(source: &Source) -> Result<Content, Error> {
             marker,
             error: rows.iter().map(|r| sigma[*r]).collect(),
             notes: rows.iter().map(|r| table.word("status", *r)).collect(),
-            rows: if table.len <= SHOWN { rows } else { Vec::new() },
+            rows: if table.len() <= SHOWN { rows } else { Vec::new() },
         }
     };
     let panel = Panel::new("", quantity::axis("line"), quantity::axis("distance_mm"))
@@ -43,12 +43,12 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     let caption = format!(
         "Distance of each reading, with its standard deviation; {} of {} readings have one (located.csv){left}.",
         answered.len(),
-        table.len.saturating_sub(zeros)
+        table.len().saturating_sub(zeros)
     );
     c.figure(Figure::new("located", "Distances", caption, vec![panel]));
     if answered.is_empty() {
         c.notes.push("no reading has a distance: see their status".to_owned());
     }
-    c.first(&table, table.len <= SHOWN);
+    c.first(&table, table.len() <= SHOWN);
     Ok(c)
 }

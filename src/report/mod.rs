@@ -19,7 +19,6 @@ pub mod quantity;
 mod shape;
 pub mod source;
 mod sweep;
-pub mod table;
 mod tap;
 mod verify;
 
@@ -32,6 +31,7 @@ use serde_json::{Value, json};
 use crate::error::{Error, InputError};
 use crate::figure::{self, Figure, Format, Style};
 use crate::sink::folder::{Folder, Question, Written};
+use crate::sink::frame::Frame;
 use crate::sink::run_json;
 use content::Content;
 use source::Source;
@@ -73,15 +73,15 @@ pub fn answer_of(folder: &Path) -> String {
         .map_or(String::new(), |content| content.answer)
 }
 
-/// The figures of a benchmark with this `work_precision.csv`.
+/// The figures of a benchmark with this work_precision.csv.
 ///
 /// # Errors
 /// A table that is damaged.
-pub fn of_bench(table: &[u8]) -> Result<Vec<Figure>, Error> {
-    Ok(bench::figures(&table::Table::parse("work_precision.csv", table)?, None)?)
+pub fn of_bench(table: &Frame) -> Result<Vec<Figure>, Error> {
+    Ok(bench::figures(table, None)?)
 }
 
-pub use contour::of_tables as of_contour;
+pub use contour::figure as of_contour;
 
 /// What was drawn.
 #[derive(Debug)]

@@ -4,11 +4,11 @@ use super::answer;
 use super::content::Content;
 use super::designs::Limits;
 use super::designs::{self, DRIVES, SD, WHISKER};
-use super::quantity::{self, said};
+use super::quantity::{self, distinct, said};
 use super::source::Source;
-use super::table::Table;
 use crate::error::{Error, InputError};
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path};
+use crate::sink::frame::Frame;
 
 /// Everything of the folder of `optimise`.
 ///
@@ -71,11 +71,11 @@ pub fn content(source: &Source) -> Result<Content, Error> {
 }
 
 /// Best value so far against evaluations, a line for each start.
-fn convergence(history: &Table, column: &str) -> Result<Figure, InputError> {
+fn convergence(history: &Frame, column: &str) -> Result<Figure, InputError> {
     let (n, start, value) =
         (history.numbers("evaluations")?, history.numbers("start")?, history.numbers(column)?);
     let broken = history.numbers("violation")?;
-    let starts = super::table::distinct(start.iter().copied());
+    let starts = distinct(start.iter().copied());
     let mut panel = Panel::new("", Axis::log("evaluations", ""), quantity::axis(column));
     for (i, s) in starts.iter().enumerate() {
         let rows: Vec<usize> = history.rows(|r| start[r] == *s);
@@ -93,8 +93,8 @@ fn convergence(history: &Table, column: &str) -> Result<Figure, InputError> {
 type Bars = (&'static str, &'static str, &'static [(&'static str, &'static str)]);
 
 /// Bars of elasticities, and of shares of variance.
-fn sensitivity(table: &Table) -> Result<Figure, InputError> {
-    let names: Vec<String> = (0..table.len).map(|r| table.word("parameter", r)).collect();
+fn sensitivity(table: &Frame) -> Result<Figure, InputError> {
+    let names: Vec<String> = (0..table.len()).map(|r| table.word("parameter", r)).collect();
     let mut panels = Vec::new();
     let sets: [Bars; 3] = [
         (

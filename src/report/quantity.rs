@@ -1,83 +1,28 @@
 //! What columns are called where people read: symbol, unit, and whether their axis goes by decades.
 
-use super::table::distinct;
 use crate::figure::Axis;
+use crate::sink::fact::{Fact, fact};
 
 /// Digits of a value that is said.
 const DIGITS: i32 = 4;
 /// Digits that part any two numbers.
 const MOST: i32 = 17;
 
-/// Column, label, unit, by decades.
-const KNOWN: [(&str, &str, &str, bool); 59] = [
-    ("D_mm", "base diameter D", "mm", false),
-    ("d_mm", "tip diameter d", "mm", false),
-    ("L_a_mm", "length L_a", "mm", false),
-    ("x_ss_mm", "gauge place x_ss", "mm", false),
-    ("l_mm", "grid length l", "mm", false),
-    ("exponent", "exponent n", "", false),
-    ("scale", "scale of the profile z", "", false),
-    ("bore_mm", "bore b", "mm", false),
-    ("core_mm", "core c", "mm", false),
-    ("E_core_MPa", "modulus of the core E_c", "MPa", true),
-    ("kappa_base_per_mm", "curvature κ_base", "1/mm", false),
-    ("kappa_slope_per_mm2", "its slope κ_slope", "1/mm²", false),
-    ("k_theta_Nmm_per_rad", "root k_θ", "N mm/rad", true),
-    ("k_y_N_per_mm", "root k_y", "N/mm", true),
-    ("k_x_N_per_mm", "root k_x", "N/mm", true),
-    ("hub_mm", "hub r₀", "mm", false),
-    ("E_MPa", "modulus E", "MPa", false),
-    ("nu", "Poisson's ratio ν", "", false),
-    ("pole_radius_mm", "pole radius ρ", "mm", false),
-    ("mu", "friction μ", "", false),
-    ("foil_N_per_mm", "foil stiffness S_f", "N/mm", true),
-    ("noise", "noise σ", "", false),
-    ("a_mm", "contact distance a", "mm", false),
-    ("tilt_deg", "tilt β", "°", false),
-    ("lean_deg", "lean γ", "°", false),
-    ("theta_deg", "tap angle θ", "°", false),
-    ("delta_mm", "displacement δ", "mm", false),
-    ("strain", "gauge strain ε", "", false),
-    ("strain_2", "strain of the second gauge ε₂", "", false),
-    ("bending_azimuth_deg", "azimuth φ", "°", false),
-    ("slide_mm", "slide λ", "mm", false),
-    ("signal", "signal", "", false),
-    ("signal_max", "largest signal", "", false),
-    ("moment_Nmm", "moment on the root M₀", "N mm", false),
-    ("force_N", "force on the root F_y", "N", false),
-    ("reading", "reading", "as recorded", false),
-    ("K", "K", "", false),
-    ("K_mm", "K", "mm", false),
-    ("K_mean", "mean of K", "", false),
-    ("K_mean_mm", "mean of K", "mm", false),
-    ("K_sd", "spread of K, SD", "", true),
-    ("K_sd_mm", "spread of K, SD", "mm", true),
-    ("distance_mm", "estimated distance â", "mm", false),
-    ("error_mm", "error â − a", "mm", false),
-    ("error_rms_mm", "bias, rms", "mm", true),
-    ("error_max_mm", "bias, largest", "mm", true),
-    ("bias_rms_mm", "bias, rms", "mm", true),
-    ("noise_rms_mm", "noise, rms", "mm", true),
-    ("total_rms_mm", "total error, rms", "mm", true),
-    ("strain_max", "largest strain", "", false),
-    ("force_max_N", "largest force", "N", false),
-    ("weighted", "weighted objective", "", true),
-    ("sigma_mm", "standard deviation σ_a", "mm", false),
-    ("s_mm", "arc length s", "mm", false),
-    ("x_mm", "x", "mm", false),
-    ("y_mm", "y", "mm", false),
-    ("psi_deg", "ψ", "°", false),
-    ("line", "line of the file", "", false),
-    ("residual", "residual", "", false),
-];
-
 /// The axis of `column`.
 pub fn axis(column: &str) -> Axis {
-    match KNOWN.iter().find(|(name, ..)| *name == column) {
-        Some((_, label, unit, true)) => Axis::log(label, unit),
-        Some((_, label, unit, false)) => Axis::new(label, unit),
-        None => Axis::new(column, ""),
-    }
+    let known = fact(column).filter(|fact| !fact.axis.is_empty());
+    let Some(Fact { axis, unit, log, .. }) = known else { return Axis::new(column, "") };
+    let unit = if unit == "degrees" { "°" } else { unit };
+    if *log { Axis::log(axis, unit) } else { Axis::new(axis, unit) }
+}
+
+/// The different values of `numbers`, ascending.
+pub fn distinct(numbers: impl IntoIterator<Item = f64>) -> Vec<f64> {
+    let mut seen = std::collections::HashSet::new();
+    let mut values: Vec<f64> =
+        numbers.into_iter().filter(|x| x.is_finite() && seen.insert((x + 0.0).to_bits())).collect();
+    values.sort_by(f64::total_cmp);
+    values
 }
 
 /// A value of `column` in words: d = 4 mm.

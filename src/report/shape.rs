@@ -5,11 +5,11 @@ use indexmap::IndexMap;
 use super::answer;
 use super::content::Content;
 use super::designs::{DIRECTIONS, DRIVES, WHISKER};
-use super::quantity::{self, short, told_apart};
+use super::quantity::{self, distinct, short, told_apart};
 use super::source::Source;
-use super::table::{Table, distinct};
 use crate::error::{Error, InputError};
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path, series};
+use crate::sink::frame::Frame;
 
 /// Panels, and whiskers in one.
 const PANELS: usize = 6;
@@ -74,16 +74,16 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     }
     c.figure(Figure::new("whisker", "The bent whisker", format!("The whisker to scale at several taps, turned about the motor's axis (+) towards the pole; the thick side is the gauge, the dot the contact, the dashed line the whisker at first touch (shape.csv, contacts.csv){left}."), drawn));
     c.figure(Figure::new("strain_along", "Strain along the whisker", format!("Strain of the side that touches, along the whisker; the span of the gauge is shaded (shape.csv){left}."), strains));
-    c.fact("taps", &contacts.len.into());
+    c.fact("taps", &contacts.len().into());
     c.first(&contacts, false);
     c.first(&shape, false);
     Ok(c)
 }
 
 /// Nodes of every tap: blocks stand in the order of contacts.csv.
-fn taps(shape: &Table, contacts: &Table) -> Result<Vec<Vec<usize>>, InputError> {
+fn taps(shape: &Frame, contacts: &Frame) -> Result<Vec<Vec<usize>>, InputError> {
     let tap = shape.numbers("tap")?;
-    let mut all = vec![Vec::new(); contacts.len];
+    let mut all = vec![Vec::new(); contacts.len()];
     for (k, t) in tap.iter().enumerate() {
         let known = all.get_mut(*t as usize).filter(|_| *t >= 0.0 && t.fract() == 0.0);
         let damaged = || {
@@ -100,8 +100,8 @@ fn taps(shape: &Table, contacts: &Table) -> Result<Vec<Vec<usize>>, InputError> 
 /// Outline, gauge, contact and pole of each tap of `rows`.
 fn whiskers(
     title: &str,
-    shape: &Table,
-    contacts: &Table,
+    shape: &Frame,
+    contacts: &Frame,
     taps: &[Vec<usize>],
     rows: &[usize],
     names: &[String],

@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use super::table::Table;
 use crate::error::{Error, InputError};
 use crate::sink::folder::{hash_file, is_finishing, is_result_name, names_in, open_of_result, read_run};
+use crate::sink::frame::Frame;
+use crate::sink::read;
 use crate::sink::run_json::FORMAT;
 
 /// A finished result.
@@ -96,7 +97,7 @@ impl Source {
     ///
     /// # Errors
     /// A file that is missing or damaged.
-    pub fn table(&self, name: &str) -> Result<Table, Error> {
+    pub fn table(&self, name: &str) -> Result<Frame, Error> {
         self.maybe(name)?.ok_or_else(|| {
             let error = InputError::new("the result does not have this table");
             let path = self.folder.join(name).display().to_string();
@@ -108,13 +109,15 @@ impl Source {
     ///
     /// # Errors
     /// A file that is damaged.
-    pub fn maybe(&self, name: &str) -> Result<Option<Table>, Error> {
+    pub fn maybe(&self, name: &str) -> Result<Option<Frame>, Error> {
         let path = self.folder.join(name);
         let parquet = path.with_extension("parquet");
-        match Table::read(&path)? {
-            None => Table::read_parquet(&parquet),
-            table => Ok(table),
+        for path in [path, parquet] {
+            if let Some(file) = open_of_result(&path)? {
+                return read::table(&path, file).map(Some);
+            }
         }
+        Ok(None)
     }
 
     /// Everything in its folder, which is read.

@@ -5,13 +5,13 @@ use super::bins;
 use super::content::Content;
 use super::designs::Limits;
 use super::designs::{self, DRIVES, SD, WHISKER, Whisker};
-use super::quantity;
+use super::quantity::{self, distinct};
 use super::source::Source;
-use super::table::{Table, distinct};
 use super::tap::{budget, least};
 use crate::error::{Error, InputError};
 use crate::figure::{self, Figure, Mark, Marker, Panel, Path};
 use crate::recommend::recommended;
+use crate::sink::frame::Frame;
 use crate::status::Status;
 
 /// Whiskers with panels.
@@ -33,7 +33,7 @@ pub fn content(source: &Source) -> Result<Content, Error> {
         of_taps(&mut c, tuples, limits)?;
     }
     match &designs {
-        Some(designs) if designs.len > 0 => {
+        Some(designs) if designs.len() > 0 => {
             of_designs(&mut c, designs, limits)?;
             c.answer = answer(source, designs)?;
         }
@@ -54,7 +54,7 @@ pub fn content(source: &Source) -> Result<Content, Error> {
 }
 
 /// The row of designs that the sweep recommends, by its own rule.
-fn answer(source: &Source, table: &Table) -> Result<String, InputError> {
+fn answer(source: &Source, table: &Frame) -> Result<String, InputError> {
     let (sd, drive) = (table.one_of(&SD)?, table.one_of(&DRIVES)?);
     let total = if table.has("total_rms_mm") { "total_rms_mm" } else { sd };
     // Results of older versions do not say by what they were ranked, nor among what.
@@ -62,7 +62,7 @@ fn answer(source: &Source, table: &Table) -> Result<String, InputError> {
     let by = ranking["by"].as_str().unwrap_or(total);
     let values = table.numbers(if by == "K_sd" { sd } else { by })?;
     let row = |r: usize| (Status::of_words(&table.word("status", r)), values[r]);
-    let rows = || (0..table.len).map(row);
+    let rows = || (0..table.len()).map(row);
     let Some((best, standing)) = recommended(rows()) else {
         let why = "in a complete row every distance counts, and this column has a value";
         return Ok(format!("No complete row to rank by {by}: {why}."));
@@ -84,7 +84,7 @@ fn answer(source: &Source, table: &Table) -> Result<String, InputError> {
 }
 
 /// Spread, budget, front, parallel coordinates, maps.
-fn of_designs(c: &mut Content, table: &Table, limits: Limits) -> Result<(), Error> {
+fn of_designs(c: &mut Content, table: &Frame, limits: Limits) -> Result<(), Error> {
     let (sd, drive) = (table.one_of(&SD)?, table.one_of(&DRIVES)?);
     let by = if table.has("total_rms_mm") { "total_rms_mm" } else { sd };
     let fine = limits.kept(table);
@@ -123,7 +123,7 @@ fn of_designs(c: &mut Content, table: &Table, limits: Limits) -> Result<(), Erro
 }
 
 /// Bias, noise and total of each whisker, with the best tap that keeps its limits.
-fn budgets(table: &Table, whiskers: &[Whisker], fine: &[bool], drive: &str, left: &str) -> Figure {
+fn budgets(table: &Frame, whiskers: &[Whisker], fine: &[bool], drive: &str, left: &str) -> Figure {
     let mut without = 0;
     let panels = whiskers.iter().map(|w| {
         let point = |name: &str, r: usize| (table.number(drive, r), table.number(name, r));
@@ -153,12 +153,12 @@ fn budgets(table: &Table, whiskers: &[Whisker], fine: &[bool], drive: &str, left
 }
 
 /// Strain, K and distance of single taps.
-fn of_taps(c: &mut Content, table: &Table, limits: Limits) -> Result<(), Error> {
+fn of_taps(c: &mut Content, table: &Frame, limits: Limits) -> Result<(), Error> {
     let (k, drive) = (table.one_of(&["K", "K_mm"])?, table.one_of(&DRIVES)?);
     for name in WHISKER {
         table.numbers(name)?;
     }
-    if table.len == 0 {
+    if table.len() == 0 {
         c.notes.push("tuples.csv has no rows".to_owned());
         return Ok(());
     }
@@ -215,7 +215,7 @@ fn of_taps(c: &mut Content, table: &Table, limits: Limits) -> Result<(), Error> 
 }
 
 /// Strains of linear theory: that of an upright pole, and of one that is tilted cos² β of it (model §6.3).
-fn linear(table: &Table) -> Result<Vec<f64>, InputError> {
+fn linear(table: &Frame) -> Result<Vec<f64>, InputError> {
     let upright = table.numbers(table.one_of(&["strain_linear", "signal_linear"])?)?;
     if !table.has("tilt_deg") {
         return Ok(upright.to_vec());
@@ -300,7 +300,7 @@ fn sorted(points: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
     points
 }
 
-fn left_out(table: &Table, shown: usize, of: usize, by: &str) -> String {
+fn left_out(table: &Frame, shown: usize, of: usize, by: &str) -> String {
     if shown == of {
         return String::new();
     }

@@ -17,7 +17,7 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     let table = source.table("verify.csv")?;
     c.answer = answer::of_verify(&table)?;
     let place = |r: usize| (table.word("backend", r), table.word("precision", r));
-    let places: IndexSet<(String, String)> = (0..table.len).map(place).collect();
+    let places: IndexSet<(String, String)> = (0..table.len()).map(place).collect();
     let mut panels = Vec::new();
     for p in &places {
         let rows = table.rows(|r| place(r) == *p);

@@ -11,8 +11,9 @@ use crate::error::{Error, InputError, SolveError};
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
 use crate::progress::Progress;
 use crate::scene::{DirectionColumns, Setup, Space, Spec, Tuple};
-use crate::sink::csv::Text;
-use crate::sink::table::Field;
+use crate::sink::frame::Frame;
+use crate::sink::heading::Heading;
+use crate::sink::values::Field;
 use crate::status::Status;
 
 /// Their names.
@@ -22,54 +23,25 @@ pub const MOST_TAPS: u64 = 10_000;
 /// Taps between two tellings of how far the work is.
 const PART: usize = 256;
 
-/// Names of columns, `this or that` where a drive has one or the other, and what they say.
-type Columns = [(&'static str, &'static str)];
+/// shape.csv.
+pub const SHAPE: Heading = Heading::new(
+    "shape",
+    "shape",
+    "A row is a section of a bent whisker; a block of rows is a tap, from the clamp to the tip. The \
+     motor's axis is the origin, x lies along the whisker at first touch, y towards the object.",
+    "tap D_mm d_mm L_a_mm x_ss_mm l_mm a_mm tilt_deg lean_deg theta_deg|delta_mm s_mm x_mm y_mm z_mm \
+     psi_deg direction_deg strain diameter_mm",
+);
 
-/// Columns of a tap, with which both tables begin; those of the pole's direction, and z, are there where the spec says tilt or lean.
-pub const TAP: &Columns = &[
-    ("tap", "number of the tap, from 0, in the order of the spec"),
-    ("D_mm", "base diameter D"),
-    ("d_mm", "tip diameter d"),
-    ("L_a_mm", "length L_a"),
-    ("x_ss_mm", "place of the gauge's near end x_ss"),
-    ("l_mm", "length of the gauge's grid l"),
-    ("a_mm", "contact distance a"),
-    ("tilt_deg", "tilt β of the object's edge (§6)"),
-    ("lean_deg", "lean γ of the object's edge (§6)"),
-    ("theta_deg or delta_mm", "tap angle θ, or displacement δ of the object"),
-];
-
-/// Columns of `shape.csv`.
-pub const COLUMNS: &Columns = &[
-    ("s_mm", "arc length s from the clamp, in the unloaded whisker"),
-    ("x_mm", "place of the section's centre"),
-    ("y_mm", "the same, towards the object"),
-    ("z_mm", "the same, along the motor's axis"),
-    ("psi_deg", "ψ: turn of the section against that at the contact"),
-    ("direction_deg", "direction of the section's normal against x"),
-    ("strain", "strain of the fibre on the side that touches; tension positive"),
-    ("diameter_mm", "diameter of the unloaded section (model §7)"),
-];
-
-/// Columns of `contacts.csv`.
-pub const CONTACTS: &Columns = &[
-    ("hub_mm", "distance of the motor's axis behind the clamp"),
-    ("gauge_from_mm", "near end x1 of the gauge"),
-    ("gauge_to_mm", "far end x2 of the gauge"),
-    ("strain", "mean strain of the gauge, on its side"),
-    ("normal_force_N", "force P pressing on the object"),
-    ("tangential_force_N", "friction T on the whisker, positive towards the tip"),
-    ("contact_arc_mm", "arc length c of the contact"),
-    ("contact_x_mm", "place where the force acts"),
-    ("contact_y_mm", "the same, towards the object"),
-    ("contact_z_mm", "the same, along the motor's axis"),
-    ("pole_x_mm", "centre of the pole"),
-    ("pole_y_mm", "the same, towards the object"),
-    ("pole_z_mm", "the same, along the motor's axis"),
-    ("pole_radius_mm", "its radius ρ"),
-    ("contact_state", "slide or stick"),
-    ("status", "ok, or words joined by +"),
-];
+/// contacts.csv.
+pub const CONTACTS: Heading = Heading::new(
+    "shape",
+    "contacts",
+    "A row is a tap; places as in shape.csv.",
+    "tap D_mm d_mm L_a_mm x_ss_mm l_mm a_mm tilt_deg lean_deg theta_deg|delta_mm hub_mm gauge_from_mm \
+     gauge_to_mm strain normal_force_N tangential_force_N contact_arc_mm contact_x_mm contact_y_mm \
+     contact_z_mm pole_x_mm pole_y_mm pole_z_mm pole_radius_mm contact_state status",
+);
 
 /// What was written.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -87,9 +59,6 @@ impl Counts {
     }
 }
 
-/// Both tables, under the names of [`FILES`].
-pub type Tables = [(&'static str, Vec<u8>); 2];
-
 /// Both tables of the taps of `spec`, each with `nodes` sections from clamp to contact; `progress` is told of taps solved.
 ///
 /// # Errors
@@ -99,7 +68,7 @@ pub fn tables(
     method: Method,
     nodes: usize,
     (stop, progress): (&AtomicBool, &mut dyn Progress),
-) -> Result<(Counts, Tables), Error> {
+) -> Result<(Counts, [Frame; 2]), Error> {
     let setup = &spec.study.setup;
     let tuples = tuples(&spec.study.space)?;
     let designs: Vec<Design> = tuples.iter().map(|t| Design::new(setup, *t)).collect();
@@ -111,7 +80,7 @@ pub fn tables(
         outcomes.extend(evaluator.run(&designs, some)?);
         progress.at(outcomes.len() as u64, tasks.len() as u64);
     }
-    let (mut nodes_text, mut contacts) = (header(COLUMNS, setup)?, header(CONTACTS, setup)?);
+    let [mut sections, mut contacts] = [SHAPE, CONTACTS].map(|heading| heading.frame_for(setup));
     let mut counts = Counts { taps: tuples.len(), shapes: 0 };
     for (i, ((design, task), outcome)) in designs.iter().zip(&tasks).zip(&outcomes).enumerate() {
         if stop.load(Ordering::Relaxed) {
@@ -120,28 +89,11 @@ pub fn tables(
         let bent = shape(setup, design, task, outcome, nodes);
         counts.shapes += usize::from(bent.is_some());
         for node in bent.iter().flat_map(|shape| &shape.nodes) {
-            nodes_text.row(&mut section(setup, i, &tuples[i], node))?;
+            sections.row(section(setup, i, &tuples[i], node))?;
         }
-        contacts.row(&mut contact(setup, i, design, &tuples[i], outcome, bent.as_ref()))?;
+        contacts.row(contact(setup, i, design, &tuples[i], outcome, bent.as_ref()))?;
     }
-    let [shape, of_contact] = FILES;
-    Ok((counts, [(shape, nodes_text.into_bytes()), (of_contact, contacts.into_bytes())]))
-}
-
-/// The first line of a table of taps with these `columns` too.
-fn header(columns: &Columns, setup: &Setup) -> Result<Text, Error> {
-    let mut text = Text::default();
-    let DirectionColumns { tilt, lean } = setup.directions;
-    let there = |name: &&str| match *name {
-        "tilt_deg" => tilt,
-        "lean_deg" => lean,
-        "diameter_mm" => setup.built.is_some(),
-        name => tilt || lean || !name.ends_with("z_mm"),
-    };
-    let named = |name: &'static str| if name.contains(" or ") { setup.drive.column() } else { name };
-    let names = TAP.iter().chain(columns).map(|(name, _)| *name).filter(there).map(named);
-    text.header(&names.collect::<Vec<_>>())?;
-    Ok(text)
+    Ok((counts, [sections, contacts]))
 }
 
 /// Rows of `shape.csv` of all taps of `space`, at most; `room` for so many.
@@ -212,12 +164,12 @@ fn contact(
     let rig = design.setup(setup);
     let numbers = [rig.hub].into_iter().chain(gauge).chain(solved).chain(at);
     row.extend(numbers.chain([rig.model.pole_radius]).map(Field::Number));
-    row.push(Field::Word(match (o.arc.is_finite(), o.sticking) {
-        (false, _) => "",
-        (_, true) => "stick",
-        _ => "slide",
-    }));
+    row.push(match (o.arc.is_finite(), o.sticking) {
+        (false, _) => "".into(),
+        (_, true) => "stick".into(),
+        _ => "slide".into(),
+    });
     let bent_or = if bent.is_none() && o.status == Status::OK { Status::MATERIAL_LIMIT } else { o.status };
-    row.push(Field::Status(bent_or));
+    row.push(bent_or.into());
     row
 }

@@ -12,12 +12,22 @@ use crate::measure::{Rig, Unit};
 use serde_json::{Value, json};
 
 use crate::scene::{DirectionColumns, Drive, Layout, Signal, Spec, Tuple};
-use crate::sink::csv::Text;
+use crate::sink::frame::Frame;
+use crate::sink::heading::Heading;
 use crate::sink::run_json;
 use row::State;
 
 /// What the `source` column holds.
 pub const SOURCE: &str = "synthetic";
+
+/// measurements.csv; several channels have a column each.
+pub const MEASUREMENTS: Heading = Heading::new(
+    "simulate",
+    "measurements",
+    "A row is a synthetic reading.",
+    "a_mm tilt_deg lean_deg theta_deg|delta_mm strain|microstrain|bridge_mV_per_V|reading \
+     strain_2|microstrain_2|bridge_mV_per_V_2|reading_2 repeat source fault status",
+);
 
 /// Columns of a table beside what a rig records.
 pub const BESIDE: [&str; 4] = ["repeat", "source", "fault", "status"];
@@ -43,6 +53,8 @@ pub fn recorded(rig: &Rig, asked: Option<&str>, key: &str) -> Result<Unit, Input
     Ok(unit)
 }
 
+/// Rows that are written together, about.
+const PIECE: usize = 1 << 13;
 /// Taps solved at a time.
 const BATCH: usize = 1 << 14;
 
@@ -223,8 +235,8 @@ pub struct SimulatedTaps<'a> {
     pub directions: DirectionColumns,
 }
 
-/// Simulates taps of `rig` where they are asked for: for every distance, for every repeat, all strokes in turn. `write` takes the bytes of
-/// the table.
+/// Simulates taps of `rig` where they are asked for: for every distance, for every repeat, all strokes in turn. `write` takes the rows of
+/// the table, which begins empty.
 ///
 /// # Errors
 /// A backend or a file that fails.
@@ -233,10 +245,8 @@ pub fn simulate(
     asked: SimulatedTaps<'_>,
     settings: &Settings,
     method: Method,
-    write: &mut dyn FnMut(&[u8]) -> Result<(), Error>,
+    (mut table, write): (Frame, &mut dyn FnMut(&Frame) -> Result<(), Error>),
 ) -> Result<Counts, Error> {
-    let mut text = Text::default();
-    text.header(&columns(rig, asked.directions, settings.unit))?;
     let mut evaluator = Evaluator::new(&rig.setup, method);
     let designs = [rig.design.clone()];
     let mut counts = Counts::default();
@@ -260,10 +270,11 @@ pub fn simulate(
             for repeat in 1..=settings.repeats {
                 for (stroke, tap) in strokes.iter().zip(here) {
                     let stroke = Tuple { a: *a, ..*stroke };
-                    state.tap(&mut text, &mut counts, (&stroke, other), repeat, tap)?;
+                    state.tap(&mut table, &mut counts, (&stroke, other), repeat, tap)?;
                 }
-                if text.len() > 1 << 20 {
-                    write(&std::mem::take(&mut text).into_bytes())?;
+                if table.len() > PIECE {
+                    write(&table)?;
+                    table = table.like();
                 }
             }
         }
@@ -271,23 +282,22 @@ pub fn simulate(
     }
     if settings.zero_every.is_some() {
         let last = Tuple { a: layout.distance(layout.n_distances - 1), ..strokes[strokes.len() - 1] };
-        state.zero(&mut text, &mut counts, &last)?;
+        state.zero(&mut table, &mut counts, &last)?;
     }
-    write(&text.into_bytes())?;
+    write(&table)?;
     Ok(counts)
 }
 
-/// Names of the columns.
-fn columns(rig: &Rig, shown: DirectionColumns, unit: Unit) -> Vec<&'static str> {
-    let mut columns = vec!["a_mm"];
-    columns.extend(shown.tilt.then_some("tilt_deg"));
-    columns.extend(shown.lean.then_some("lean_deg"));
-    columns.push(rig.setup.drive.column());
-    match &rig.setup.channels {
-        Some(channels) => columns.extend(channels.measured()),
-        None => columns.push(unit.column()),
-    }
-    columns.extend(rig.setup.gauge.second.then(|| unit.second()));
-    columns.extend(BESIDE);
-    columns
+/// The table without rows.
+pub fn empty(rig: &Rig, shown: DirectionColumns, unit: Unit) -> Frame {
+    let channels = rig.setup.channels.as_ref();
+    let said = [rig.setup.drive.column(), unit.column(), unit.second()];
+    let names = MEASUREMENTS.names_as(&said).into_iter().flat_map(|name| match name {
+        "tilt_deg" if !shown.tilt => Vec::new(),
+        "lean_deg" if !shown.lean => Vec::new(),
+        name if name == unit.second() && !rig.setup.gauge.second => Vec::new(),
+        name if name == unit.column() => channels.map_or(vec![name], |channels| channels.measured()),
+        name => vec![name],
+    });
+    MEASUREMENTS.of(&names.collect::<Vec<_>>())
 }

@@ -7,9 +7,8 @@ use crate::measure::Rig;
 use crate::scene::channels::MOST_CHANNELS;
 use crate::scene::sampler::Sampler;
 use crate::scene::{DirectionColumns, Tuple};
-use crate::sink::csv::Text;
-use crate::sink::table::Field;
-use crate::status::Status;
+use crate::sink::frame::Frame;
+use crate::sink::values::Field;
 
 /// Random numbers of one row.
 pub(super) struct Dice {
@@ -97,25 +96,24 @@ impl<'a> State<'a> {
         ((0..channels.len()).map(value).collect(), false)
     }
 
-    pub fn zero(&mut self, text: &mut Text, counts: &mut Counts, at: &Tuple) -> Result<(), Error> {
+    pub fn zero(&mut self, table: &mut Frame, counts: &mut Counts, at: &Tuple) -> Result<(), Error> {
         let (values, _) = self.values([0.0; 2], None);
         counts.zeros += 1;
         self.since_zero = 0;
-        let mut row = self.row(at, 0.0, &values);
-        row.push(Field::Number(f64::NAN));
-        text.row_with(&mut row, &[SOURCE, "", "ok"])
+        let row = self.row(at, 0.0, &values).into_iter();
+        table.row(row.chain([f64::NAN.into(), SOURCE.into(), "".into(), "ok".into()]))
     }
 
     pub fn tap(
         &mut self,
-        text: &mut Text,
+        table: &mut Frame,
         counts: &mut Counts,
         (at, other): (&Tuple, f64),
         repeat: u64,
         tap: &Outcome,
     ) -> Result<(), Error> {
         if self.settings.zero_every.is_some_and(|n| self.since_zero >= n) {
-            self.zero(text, counts, at)?;
+            self.zero(table, counts, at)?;
         }
         self.since_zero = self.since_zero.saturating_add(1);
         let memory = self.last.map(|strain| self.settings.hysteresis * strain);
@@ -140,9 +138,7 @@ impl<'a> State<'a> {
         };
         counts.faults += u64::from(!fault.is_empty());
         counts.taps += 1;
-        let status = if tap.status == Status::OK { "ok".to_owned() } else { tap.status.to_string() };
-        let mut row = self.row(&label, at.drive, &values);
-        row.push(Field::Count(repeat));
-        text.row_with(&mut row, &[SOURCE, fault, &status])
+        let row = self.row(&label, at.drive, &values).into_iter();
+        table.row(row.chain([repeat.into(), SOURCE.into(), fault.into(), tap.status.into()]))
     }
 }

@@ -6,19 +6,26 @@ use rayon::prelude::*;
 
 use super::object::Object;
 use super::stroke::{Contact, Missed, Stroker};
-use super::{Counts, SOURCE, Settings, State};
+use super::{Counts, PIECE, SOURCE, Settings, State};
 use crate::contour::truth::Pose;
 use crate::error::{Error, InputError};
 use crate::measure::Rig;
 use crate::scene::{Axis, Contact as Grip, DirectionColumns, Drive, Geometry, Signal};
-use crate::sink::csv::Text;
-use crate::sink::table::Field;
+use crate::sink::frame::Frame;
+use crate::sink::heading::Heading;
+use crate::sink::values::Field;
 
 /// The file.
 pub const FILE: &str = "strokes.csv";
 
-/// Columns before the drive.
-const BEFORE: [&str; 5] = ["stroke", "base_x_mm", "base_y_mm", "heading_deg", "sense"];
+/// strokes.csv.
+pub const TABLE: Heading = Heading::new(
+    "simulate",
+    "strokes",
+    "A row is a synthetic reading of a stroke (simulate --object).",
+    "stroke base_x_mm base_y_mm heading_deg sense theta_deg strain|microstrain|bridge_mV_per_V|reading \
+     true_x_mm true_y_mm touch_x_mm touch_y_mm source status",
+);
 
 /// What is stroked, and from where.
 #[derive(Debug, Clone, PartialEq)]
@@ -95,7 +102,7 @@ pub fn simulate(
     drives: &Axis,
     settings: &Settings,
     miss: &mut dyn FnMut(usize, Missed),
-    write: &mut dyn FnMut(&[u8]) -> Result<(), Error>,
+    write: &mut dyn FnMut(&Frame) -> Result<(), Error>,
 ) -> Result<Counts, Error> {
     let mut degrees: Vec<f64> = drives.iter().filter(|d| *d > 0.0).collect();
     degrees.sort_by(f64::total_cmp);
@@ -106,11 +113,7 @@ pub fn simulate(
         Ok((touch.pose, stroker.place(&touch), stroker.stroke(&touch, &angles)))
     };
     let solved: Vec<_> = strokes.starts.par_iter().map(solve).collect();
-    let mut text = Text::default();
-    let signal = settings.unit.column();
-    let after =
-        ["theta_deg", signal, "true_x_mm", "true_y_mm", "touch_x_mm", "touch_y_mm", "source", "status"];
-    text.header(&[&BEFORE[..], &after].concat())?;
+    let mut table = TABLE.frame(&[settings.unit.column()]);
     let mut counts = Counts::default();
     let mut state = State::new(rig, settings, DirectionColumns::default());
     for (k, solved) in solved.into_iter().enumerate() {
@@ -126,17 +129,16 @@ pub fn simulate(
         state.row = state.row.wrapping_add(1);
         let heading = pose.heading.to_degrees() + pose.sense * late;
         let before = [(k + 1) as f64, pose.base[0], pose.base[1], heading, pose.sense];
-        let row = |text: &mut Text, rest: [f64; 4], status: &str| {
-            let mut fields: Vec<Field> =
-                before.iter().chain(&rest).chain(&first).copied().map(Field::Number).collect();
-            text.row_with(&mut fields, &[SOURCE, status])
+        let row = |table: &mut Frame, rest: [f64; 4], status: &'static str| {
+            let numbers = before.iter().chain(&rest).chain(&first).copied().map(Field::Number);
+            table.row(numbers.chain([SOURCE.into(), status.into()]))
         };
         for (i, degree) in degrees.iter().enumerate() {
             if settings.zero_every.is_some_and(|n| state.since_zero >= n) {
                 let ([value, _], _) = state.record([0.0; 2]);
                 counts.zeros += 1;
                 state.since_zero = 0;
-                row(&mut text, [0.0, value, f64::NAN, f64::NAN], "ok")?;
+                row(&mut table, [0.0, value, f64::NAN, f64::NAN], "ok")?;
             }
             state.since_zero = state.since_zero.saturating_add(1);
             if *degree <= late {
@@ -146,16 +148,17 @@ pub fn simulate(
             match contacts.get(i) {
                 Some(contact) => {
                     let ([value, _], _) = state.record([contact.strain, 0.0]);
-                    row(&mut text, [degree - late, value, contact.at[0], contact.at[1]], "ok")?;
+                    row(&mut table, [degree - late, value, contact.at[0], contact.at[1]], "ok")?;
                 }
                 None => {
                     counts.unsolved += 1;
-                    row(&mut text, [degree - late, f64::NAN, f64::NAN, f64::NAN], "slipped_off")?;
+                    row(&mut table, [degree - late, f64::NAN, f64::NAN, f64::NAN], "slipped_off")?;
                 }
             }
         }
-        if text.len() > 1 << 20 {
-            write(&std::mem::take(&mut text).into_bytes())?;
+        if table.len() > PIECE {
+            write(&table)?;
+            table = table.like();
         }
     }
     if counts.taps == 0 {
@@ -163,6 +166,6 @@ pub fn simulate(
             InputError::new("no start leads to a stroke: the whisker misses the object").key("--object");
         return Err(error.allowed("starts from which the whisker's side touches it").into());
     }
-    write(&text.into_bytes())?;
+    write(&table)?;
     Ok(counts)
 }

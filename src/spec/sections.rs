@@ -15,7 +15,7 @@ use crate::scene::{
     BackendChoice, Convention, Estimate, Gauge, Output, Per, Precision, RankBy, RunOptions, Side, Theory,
     Written,
 };
-use crate::sink::rows::TableFormat;
+use crate::sink::format::TableFormat;
 
 /// `[gauge]` apart from x_ss and l.
 pub(super) fn gauge(section: &Section<'_>) -> Result<Gauge> {

@@ -6,9 +6,9 @@ use std::collections::BinaryHeap;
 use super::key;
 use crate::chart::lanes::{Found, Words};
 use crate::recommend::{self, Standing};
-use crate::scene::{Direction, Setup, Tuple};
+use crate::scene::{Direction, Tuple};
 use crate::sink::pack::{Packed, Packer, Unpacker, packed};
-use crate::sink::table::{AtDrive, Field, fields};
+use crate::sink::table::AtDrive;
 use crate::statistics::Figures;
 
 /// A designs row that was kept.
@@ -54,11 +54,10 @@ impl Kept {
         Self { rank, index, design: *design, direction, drive, row, unit, charted: f32::NAN }
     }
 
-    /// Its row of designs.csv for `setup`, after what `out` holds.
-    pub fn fields(&self, setup: &Setup, out: &mut Vec<Field>) {
+    /// Its row of designs.csv.
+    pub fn at_drive(&self) -> AtDrive<'_> {
         let Self { direction, drive, row, unit, .. } = *self;
-        let row = AtDrive { design: &self.design, direction, drive, row, unit };
-        fields(&AtDrive::COLUMNS, setup, &row, out);
+        AtDrive { design: &self.design, direction, drive, row, unit }
     }
 
     /// Better first: smaller value, then smaller index.

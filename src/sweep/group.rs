@@ -17,10 +17,10 @@ use crate::estimate::Estimated;
 use crate::evaluate::{Outcome, Task};
 use crate::scene::{Direction, RankBy, Setup};
 use crate::sink::{
+    frame::Frame,
     pack::Packer,
-    rows::Rows,
     run_json::Counts,
-    table::{AtDistance, AtDrive, Field, Table, TapRow, fields},
+    table::{AtDistance, AtDrive, Chosen, Table, TapRow},
 };
 use crate::statistics::{Reduction, Told};
 
@@ -233,20 +233,36 @@ impl<'g> Reduced<'g> {
         (0..self.strokes.len()).filter_map(row).collect()
     }
 
-    /// Puts row `n` of a `table` into `values`.
-    fn put(&self, setup: &Setup, (table, n): (Table, usize), values: &mut Vec<Field>) {
-        match table {
-            Table::Tuples => {
+    /// Puts row `n` of a table with these `columns` into `frame`.
+    fn put<'r>(&'r self, columns: &Columns<'_, 'r>, n: usize, frame: &mut Frame) -> Result<(), Error> {
+        match columns {
+            Columns::Tuples(columns) => {
                 let tap = (&self.outcomes[n], &self.estimates[n]);
-                let row = TapRow::of(&self.reduction, self.design, self.at(n).1, tap);
-                fields(&TapRow::COLUMNS, setup, &row, values);
+                frame.row(columns.fields(&TapRow::of(&self.reduction, self.design, self.at(n).1, tap)))
             }
-            Table::Designs => fields(&AtDrive::COLUMNS, setup, &self.stroke(n), values),
-            Table::Distances => {
+            Columns::Designs(columns) => frame.row(columns.fields(&self.stroke(n))),
+            Columns::Distances(columns) => {
                 let ((a, direction), unit) = (self.distances[n], self.reduction.unit());
                 let (design, row) = (&self.design.tuple, &self.reduction.distances[n]);
-                fields(&AtDistance::COLUMNS, setup, &AtDistance { design, a, direction, row, unit }, values);
+                frame.row(columns.fields(&AtDistance { design, a, direction, row, unit }))
             }
+        }
+    }
+}
+
+/// The columns of a table for a setup.
+enum Columns<'s, 'r> {
+    Tuples(Chosen<'s, TapRow<'r>>),
+    Designs(Chosen<'s, AtDrive<'r>>),
+    Distances(Chosen<'s, AtDistance<'r>>),
+}
+
+impl<'s> Columns<'s, '_> {
+    fn of(table: Table, setup: &'s Setup) -> Self {
+        match table {
+            Table::Tuples => Self::Tuples(TapRow::chosen(setup)),
+            Table::Designs => Self::Designs(AtDrive::chosen(setup)),
+            Table::Distances => Self::Distances(AtDistance::chosen(setup)),
         }
     }
 }
@@ -290,20 +306,17 @@ fn write(
         let owner = if table == Table::Tuples { taps.row(one.number, stroke())? } else { one.number };
         Some(Place::row(table, first(row)?, owner))
     };
-    let (setup, form) = (&run.study.setup, run.writers.form);
+    let setup = &run.study.setup;
+    let (columns, empty) = (Columns::of(table, setup), table.heading().frame_for(setup));
     let piece = |rows: &[(u32, u32)]| {
-        let (mut made, mut values) = (Rows::new(form), Vec::new());
-        for &(d, n) in rows {
-            all[d as usize].put(setup, (table, n as usize), &mut values);
-            made.row(&mut values)?;
-        }
+        let mut made = empty.like();
+        rows.iter().try_for_each(|&(d, n)| all[d as usize].put(&columns, n as usize, &mut made))?;
         Ok(made)
     };
     for rows in rows.chunks(CHUNK as usize) {
-        let pieces: Vec<Rows> = rows.par_chunks(PIECE).map(piece).collect::<Result<_, Error>>()?;
+        let pieces: Vec<Frame> = rows.par_chunks(PIECE).map(piece).collect::<Result<_, Error>>()?;
         run.place(rows.iter().filter_map(place))?;
-        pieces.into_iter().try_for_each(|rows| run.write(table, rows, 0))?;
-        run.count(table, rows.len() as u64);
+        run.write(table, &pieces)?;
     }
     Ok(())
 }

@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::scene::{Per, Tuple};
 use crate::sink::{
     pack::{Packed, Packer},
-    table::Table,
+    table::{AtDrive, Table},
 };
 
 /// Evaluates the designs that are the run's own and writes their tables.
@@ -137,12 +137,12 @@ fn write_kept(run: &mut Run<'_>, taps: &Taps<'_>, kept: &[Kept]) -> Result<(), E
     run.counts.kept = Some(n);
     run.kept =
         kept.iter().map(|row| Tuple { drive: row.drive, ..row.design.towards(row.direction) }).collect();
-    let (mut rows, mut values) = (run.rows(), Vec::new());
+    let setup = &run.study.setup;
+    let (columns, mut rows) = (AtDrive::chosen(setup), Table::Designs.heading().frame_for(setup));
     for row in kept {
-        row.fields(&run.study.setup, &mut values);
-        rows.row(&mut values)?;
+        rows.row(columns.fields(&row.at_drive()))?;
         run.best.offer(row);
     }
-    run.write(Table::Designs, rows, kept.len() as u64)?;
+    run.write(Table::Designs, &[rows])?;
     run.place(kept.iter().map(|row| Place::of(row, taps.design_of(row.index))))
 }

@@ -21,7 +21,7 @@ use crate::evaluate::{Evaluator, Method, Outcome, Task};
 use crate::plan::{CHUNK, Plan};
 use crate::progress::Progress;
 use crate::scene::{Direction, Study, Theory, Tuple};
-use crate::sink::rows::Rows;
+use crate::sink::frame::Frame;
 use crate::sink::run_json::Counts;
 use crate::sink::table::Table;
 
@@ -191,17 +191,12 @@ impl<'a> Run<'a> {
         self.progress.at(self.counts.taps + more, self.taps);
     }
 
-    /// Appends `n` rows to a table, if it is written.
-    pub fn write(&mut self, table: Table, rows: Rows, n: u64) -> Result<(), Error> {
-        self.count(table, n);
-        self.writers.write(table, rows)
-    }
-
-    /// Counts `n` rows of a table, if it is written.
-    pub fn count(&mut self, table: Table, n: u64) {
+    /// Appends the rows of `pieces` to a table, if it is written, and counts them.
+    pub fn write(&mut self, table: Table, pieces: &[Frame]) -> Result<(), Error> {
         if self.writers.wants(table) {
-            self.counts.rows[table as usize] += n;
+            self.counts.rows[table as usize] += pieces.iter().map(|piece| piece.len() as u64).sum::<u64>();
         }
+        self.writers.write(table, pieces)
     }
 
     /// Notes where rows stand in the whole, if this is a part.
@@ -209,11 +204,6 @@ impl<'a> Run<'a> {
         let bytes: Vec<u8> =
             places.take(if self.part { usize::MAX } else { 0 }).flat_map(Place::bytes).collect();
         self.writers.place(&bytes)
-    }
-
-    /// Rows for the tables.
-    pub fn rows(&self) -> Rows {
-        Rows::new(self.writers.form)
     }
 }
 

@@ -4,11 +4,10 @@ use super::About;
 use crate::error::Error;
 use crate::plan::Plan;
 use crate::scene::Study;
-use crate::sink::columns::Columns;
 use crate::sink::folder::{Folder, Mark, Output};
+use crate::sink::frame::Frame;
 use crate::sink::memory;
 use crate::sink::pack::{Packed, Packer, Unpacker};
-use crate::sink::rows::{Form, Rows};
 use crate::sink::sheet::{self, Sheet};
 use crate::sink::table::Table;
 
@@ -18,7 +17,7 @@ pub const PLACES: &str = "places.bin";
 /// Where a table goes.
 enum Goal {
     File(Box<Sheet>),
-    Memory(Columns),
+    Memory(Frame),
 }
 
 /// Where the tables go; `None` for a table that nobody asked for.
@@ -26,12 +25,10 @@ pub(super) struct Writers {
     goals: [Option<Goal>; 3],
     /// Places of the rows of a part, where these do not follow from it.
     places: Option<Output>,
-    /// Of rows that are made for them.
-    pub form: Form,
 }
 
 /// Tuples, designs and distances in memory; `None` for a table that was not asked for.
-pub type Tables = [Option<Columns>; 3];
+pub type Tables = [Option<Frame>; 3];
 
 /// Which tables are written.
 fn wanted(study: &Study, plan: &Plan) -> impl Iterator<Item = Table> {
@@ -53,7 +50,7 @@ pub(super) fn names(study: &Study, plan: &Plan, about: &About) -> Vec<String> {
 impl Writers {
     /// Writes nothing.
     pub fn none() -> Self {
-        Self { goals: [const { None }; 3], places: None, form: Form::Text }
+        Self { goals: [const { None }; 3], places: None }
     }
 
     /// Gathers tables in memory, with room for all rows of `plan`.
@@ -63,7 +60,7 @@ impl Writers {
     pub fn in_memory(study: &Study, plan: &Plan) -> Result<Self, Error> {
         let mut goals = [const { None }; 3];
         let bytes = wanted(study, plan).map(|table| {
-            let width = table.columns(&study.setup).len() as u64;
+            let width = table.heading().names(&study.setup).len() as u64;
             plan.rows[table as usize].saturating_mul(8 * width)
         });
         let bytes = bytes.fold(0, u64::saturating_add);
@@ -74,22 +71,23 @@ impl Writers {
             return Err(Error::Run(format!("{why}: {help}")));
         }
         for table in wanted(study, plan) {
-            let columns = Columns::with_room(&table.columns(&study.setup), plan.rows[table as usize])?;
-            goals[table as usize] = Some(Goal::Memory(columns));
+            let mut frame = table.heading().frame_for(&study.setup);
+            frame.reserve(plan.rows[table as usize])?;
+            goals[table as usize] = Some(Goal::Memory(frame));
         }
-        Ok(Self { goals, places: None, form: Form::Columns })
+        Ok(Self { goals, places: None })
     }
 
     /// New tables in `folder`.
     pub fn new(study: &Study, plan: &Plan, about: &About, folder: &mut Folder) -> Result<Self, Error> {
         let mut goals = [const { None }; 3];
         for table in wanted(study, plan) {
-            let columns = table.columns(&study.setup);
-            let sheet = Sheet::new(folder, &about.sheet(table, &columns))?;
+            let empty = table.heading().frame_for(&study.setup);
+            let sheet = Sheet::new(folder, &about.sheet(table, &empty))?;
             goals[table as usize] = Some(Goal::File(Box::new(sheet)));
         }
         let places = about.places.then(|| folder.file(PLACES)).transpose()?;
-        Ok(Self { goals, places, form: about.format.form() })
+        Ok(Self { goals, places })
     }
 
     /// Those whose [`Self::pack`] is `state`; `None` where they are not what they were.
@@ -102,8 +100,8 @@ impl Writers {
     ) -> Result<Result<Self, String>, Error> {
         let mut goals = [const { None }; 3];
         for table in wanted(study, plan) {
-            let columns = table.columns(&study.setup);
-            let Some(sheet) = Sheet::resume(folder, &about.sheet(table, &columns), state)? else {
+            let empty = table.heading().frame_for(&study.setup);
+            let Some(sheet) = Sheet::resume(folder, &about.sheet(table, &empty), state)? else {
                 return Ok(Err(table.file(about.format)));
             };
             goals[table as usize] = Some(Goal::File(Box::new(sheet)));
@@ -118,7 +116,7 @@ impl Writers {
                 return Ok(Err(PLACES.to_owned()));
             }
         }
-        Ok(Ok(Self { goals, places, form: about.format.form() }))
+        Ok(Ok(Self { goals, places }))
     }
 
     /// What [`Self::resume`] needs beside the files as they are now.
@@ -138,15 +136,12 @@ impl Writers {
         self.goals[table as usize].is_some()
     }
 
-    /// Appends rows to a table, if it is written.
-    pub fn write(&mut self, table: Table, rows: Rows) -> Result<(), Error> {
-        match (&mut self.goals[table as usize], rows) {
-            (None, _) => Ok(()),
-            (Some(Goal::File(sheet)), rows) => sheet.write(rows),
-            // Rows of which there are none have no width.
-            (Some(Goal::Memory(_)), Rows::Columns(none)) if none.is_empty() => Ok(()),
-            (Some(Goal::Memory(all)), Rows::Columns(more)) => all.extend(&more, 0..more.len()),
-            (Some(Goal::Memory(_)), Rows::Text(_)) => Err(Error::Run("rows of another format".into())),
+    /// Appends the rows of `pieces` to a table, if it is written.
+    pub fn write(&mut self, table: Table, pieces: &[Frame]) -> Result<(), Error> {
+        match &mut self.goals[table as usize] {
+            None => Ok(()),
+            Some(Goal::File(sheet)) => sheet.write(pieces),
+            Some(Goal::Memory(all)) => pieces.iter().try_for_each(|piece| all.extend(piece, 0..piece.len())),
         }
     }
 
@@ -161,7 +156,7 @@ impl Writers {
         for (goal, table) in self.goals.into_iter().zip(&mut tables) {
             match goal {
                 Some(Goal::File(sheet)) => sheet.close()?,
-                Some(Goal::Memory(columns)) => *table = Some(columns),
+                Some(Goal::Memory(frame)) => *table = Some(frame),
                 None => {}
             }
         }
@@ -171,7 +166,7 @@ impl Writers {
 }
 
 impl About {
-    fn sheet<'a>(&'a self, table: Table, columns: &'a [&'a str]) -> sheet::About<'a> {
-        sheet::About { table, columns, format: self.format, provenance: &self.provenance }
+    fn sheet<'a>(&'a self, table: Table, empty: &'a Frame) -> sheet::About<'a> {
+        sheet::About { table, empty, format: self.format, provenance: &self.provenance }
     }
 }

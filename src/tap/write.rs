@@ -6,9 +6,10 @@ use super::{LimitedBy, Report, Sample};
 use crate::error::Error;
 use crate::scene::search::Objective;
 use crate::scene::{Convention, Drive, Foil, RankBy, Setup, Spec, Study, Theory};
-use crate::sink::csv::Text;
+use crate::sink::frame::Frame;
+use crate::sink::heading::Heading;
 use crate::sink::run_json;
-use crate::sink::table::{Field, LARGEST, drive_unit};
+use crate::sink::table::drive_unit;
 
 /// The bias, as in all tables.
 const ERROR: &str = RankBy::ErrorRms.name();
@@ -74,35 +75,30 @@ pub fn result(study: &Study, report: &Report) -> Value {
     })
 }
 
+/// tap.csv.
+pub const TABLE: Heading = Heading::new(
+    "tap",
+    "tap",
+    "A row is one drive of the interval.",
+    "theta_deg|delta_mm K_mean|K_mean_mm K_sd|K_sd_mm bias_rms_mm noise_rms_mm total_rms_mm \
+     strain_max|signal_max error_rms_mm status",
+);
+
 /// The curve as `tap.csv`.
-pub fn table(study: &Study, report: &Report) -> Result<Vec<u8>, Error> {
+///
+/// # Errors
+/// None of a whole report.
+pub fn table(study: &Study, report: &Report) -> Result<Frame, Error> {
     let unit = k_unit(study);
-    let [mean, sd] = k_names(&study.setup);
-    let mut text = Text::default();
-    text.header(&[
-        study.setup.drive.column(),
-        mean,
-        sd,
-        BIAS,
-        "noise_rms_mm",
-        "total_rms_mm",
-        LARGEST.of(&study.setup),
-        ERROR,
-        "status",
-    ])?;
+    let mut table = TABLE.frame_for(&study.setup);
     for s in &report.curve {
-        let row = &s.row;
-        let [k_mean, k_sd] = k_values(s, unit);
-        let mut fields = vec![Field::Number(s.drive)];
-        fields.extend(
-            [k_mean, k_sd, row.error_rms(), row.noise_rms(), row.total_rms(), row.strain_max()]
-                .map(Field::from),
-        );
-        fields.push(Field::from(row.error_rms()));
-        fields.push(Field::Status(row.status));
-        text.row(&mut fields)?;
+        let (row, [mean, sd]) = (&s.row, k_values(s, unit));
+        let error = row.error_rms();
+        let numbers = [mean, sd, error, row.noise_rms(), row.total_rms(), row.strain_max(), error];
+        let drive = std::iter::once(s.drive.into());
+        table.row(drive.chain(numbers.map(Into::into)).chain([row.status.into()]))?;
     }
-    Ok(text.into_bytes())
+    Ok(table)
 }
 
 /// The `run.json` of a best drive.

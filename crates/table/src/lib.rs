@@ -1,17 +1,20 @@
 //! Where results go: tables, the result folder, `run.json`.
 
-pub mod columns;
-pub mod csv;
+pub mod fact;
 pub mod folder;
+pub mod format;
+pub mod frame;
+pub mod heading;
 pub mod memory;
 pub mod pack;
 pub mod parquet;
-pub mod rows;
+pub mod read;
 pub mod run_json;
 pub mod shard;
 pub mod sheet;
 pub mod table;
 pub mod text_file;
+pub mod values;
 
 pub(crate) use vibrissa_core::{combinations, design, error, estimate, reduce, scene, status};
 pub(crate) use vibrissa_evaluate::{evaluate, statistics};

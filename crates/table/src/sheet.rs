@@ -1,13 +1,18 @@
 //! A table that is being written, in its format: from its first row to its last, also by a run that goes on where another stopped.
 //! Each step fails where the file cannot be read or written.
 
-use super::csv::Text;
+use rayon::prelude::*;
+
 use super::folder::{Folder, Mark, Output};
+use super::format::TableFormat;
+use super::frame::Frame;
 use super::pack::{Packed, Packer, Unpacker};
 use super::parquet;
-use super::rows::{Rows, TableFormat};
 use super::table::Table;
 use crate::error::Error;
+
+/// Pieces of a table whose text is in memory together.
+const TOGETHER: usize = 32;
 
 /// A table on its way to its file.
 pub enum Sheet {
@@ -17,13 +22,13 @@ pub enum Sheet {
     Parquet(Box<parquet::Writer>),
 }
 
-/// What a table is: which one, of which setup, in which format, and where it comes from.
+/// What a table is: which one, in which format, and where it comes from.
 #[derive(Debug, Clone, Copy)]
 pub struct About<'a> {
     /// Which.
     pub table: Table,
-    /// Its columns.
-    pub columns: &'a [&'a str],
+    /// It without rows.
+    pub empty: &'a Frame,
     /// Format.
     pub format: TableFormat,
     /// What its metadata say, where the format has any.
@@ -43,16 +48,14 @@ impl Sheet {
     /// # Errors
     /// A file that cannot be written.
     pub fn new(folder: &mut Folder, about: &About<'_>) -> Result<Self, Error> {
-        let (mut output, columns) = (folder.file(&about.name())?, about.columns);
+        let mut output = folder.file(&about.name())?;
         Ok(match about.format {
             TableFormat::Csv => {
-                let mut text = Text::default();
-                text.header(columns)?;
-                output.write(&text.into_bytes())?;
+                output.write(&about.empty.header()?)?;
                 Self::Csv(Box::new(output))
             }
             TableFormat::Parquet => {
-                Self::Parquet(Box::new(parquet::Writer::new(output, columns, about.provenance)?))
+                Self::Parquet(Box::new(parquet::Writer::new(output, about.empty, about.provenance)?))
             }
         })
     }
@@ -71,7 +74,7 @@ impl Sheet {
         Ok(match about.format {
             TableFormat::Csv => Some(Self::Csv(Box::new(output))),
             TableFormat::Parquet => {
-                let writer = parquet::Writer::resume(output, about.columns, about.provenance, state)?;
+                let writer = parquet::Writer::resume(output, about.empty, about.provenance, state)?;
                 writer.map(|writer| Self::Parquet(Box::new(writer)))
             }
         })
@@ -89,15 +92,17 @@ impl Sheet {
         }
     }
 
-    /// Appends rows.
+    /// Appends the rows of `pieces`, whose text is made in parallel.
     ///
     /// # Errors
-    /// A file that cannot be written; rows of another format.
-    pub fn write(&mut self, rows: Rows) -> Result<(), Error> {
-        match (self, rows) {
-            (Self::Csv(output), Rows::Text(text)) => output.write(&text.into_bytes()),
-            (Self::Parquet(writer), Rows::Columns(columns)) => writer.write(&columns),
-            _ => Err(Error::Run("rows of another format".into())),
+    /// A file that cannot be written; other columns.
+    pub fn write(&mut self, pieces: &[Frame]) -> Result<(), Error> {
+        match self {
+            Self::Csv(output) => pieces.chunks(TOGETHER).try_for_each(|some| {
+                let texts: Vec<Vec<u8>> = some.par_iter().map(Frame::lines).collect::<Result<_, _>>()?;
+                texts.iter().try_for_each(|text| output.write(text))
+            }),
+            Self::Parquet(writer) => pieces.iter().try_for_each(|piece| writer.write(piece)),
         }
     }
 

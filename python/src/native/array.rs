@@ -104,7 +104,7 @@ impl Array {
                 warn: &warn,
             };
             let answered = answer(&whiskers, &bytes, &ask, &noise)?;
-            Ok::<_, Error>((Table::of_csv(&answered.table)?, told.into_inner()))
+            Ok::<_, Error>((Table::new(answered.table)?, told.into_inner()))
         })
     }
 

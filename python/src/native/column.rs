@@ -1,7 +1,5 @@
 //! Columns of a table: how they become those of Arrow.
 
-use std::borrow::Cow;
-use std::collections::HashMap;
 use std::sync::Arc;
 
 use arrow_array::types::{Float64Type, Int32Type, Int64Type};
@@ -10,47 +8,15 @@ use arrow_buffer::{NullBuffer, ScalarBuffer};
 use arrow_schema::{ArrowError, DataType, TimeUnit};
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
-use vibrissa::sink::columns::{Values, Words};
+use vibrissa::sink::fact::{Kind, fact};
+use vibrissa::sink::values::{Values, Words};
 
-/// Columns that are of words even where none is in them.
-const OF_WORDS: [&str; 8] = ["status", "use", "reason", "side", "fault", "source", "verdict", "other_words"];
-
-/// A number that says all that its field says: not 007, and no whole number that float64 lacks.
-fn number(cell: &str) -> Option<f64> {
-    if cell.is_empty() {
-        return Some(f64::NAN);
+/// The column `name` as Arrow has it; one of the user's own, which is kept as words, by what it holds.
+pub fn named(name: &str, values: Values) -> ArrayRef {
+    match values {
+        Values::Words(words) if fact(name).is_none_or(|fact| fact.kind != Kind::Word) => array(words.typed()),
+        values => array(values),
     }
-    let padded = cell.len() > 1 && cell.starts_with('0') && cell.bytes().all(|c| c.is_ascii_digit());
-    let value: f64 = cell.parse().ok().filter(|_| !padded)?;
-    let lost = cell.parse::<i128>().is_ok_and(|whole| value as i128 != whole);
-    (!lost).then_some(value)
-}
-
-/// A column of a CSV table.
-pub fn of_cells(name: &str, cells: &[Cow<'_, str>]) -> Values {
-    let numbers = || cells.iter().map(|cell| number(cell)).collect::<Option<Vec<f64>>>();
-    let counts = || cells.iter().map(|cell| whole(cell)).collect::<Option<Vec<u64>>>();
-    let of_words = OF_WORDS.contains(&name);
-    let found = (!of_words).then(|| numbers().map(Values::Numbers).or_else(|| counts().map(Values::Counts)));
-    match found.flatten() {
-        Some(values) => values,
-        None => {
-            let (mut words, mut places) = (Words::default(), HashMap::new());
-            for cell in cells {
-                words.codes.push(*places.entry(cell).or_insert_with(|| {
-                    words.known.push(cell.to_string());
-                    words.known.len() as u32 - 1
-                }));
-            }
-            Values::Words(words)
-        }
-    }
-}
-
-/// A whole number of 64 bits as it is written, with the bits of its sign.
-fn whole(cell: &str) -> Option<u64> {
-    let value: i64 = cell.parse().ok()?;
-    (value.to_string() == cell).then_some(value.cast_unsigned())
 }
 
 /// A column where it lies.

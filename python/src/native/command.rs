@@ -117,12 +117,9 @@ pub fn run<'py>(
         let reply = command::run(&command, &request, &context)?;
         let (mut tables, mut texts) = (Vec::new(), Vec::new());
         for (name, kept) in reply.kept {
-            match (name.strip_suffix(".csv"), kept) {
-                (_, KeptFile::Table(names, columns)) => tables.push((name, Table::new(&names, columns)?)),
-                (Some(stem), KeptFile::Bytes(bytes)) => {
-                    tables.push((stem.to_owned(), Table::of_csv(&bytes)?))
-                }
-                (None, KeptFile::Bytes(bytes)) => {
+            match kept {
+                KeptFile::Table(frame) => tables.push((name, Table::new(frame)?)),
+                KeptFile::Bytes(bytes) => {
                     texts.push((name, String::from_utf8(bytes).map_err(|e| Error::Run(e.to_string()))?));
                 }
             }

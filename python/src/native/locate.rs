@@ -16,6 +16,7 @@ use vibrissa::locate::{
 };
 use vibrissa::measure::Names;
 use vibrissa::scene::RunOptions;
+use vibrissa::sink::read;
 use vibrissa::status::Status;
 
 use super::error::{keywords, raise};
@@ -241,7 +242,7 @@ impl Locator {
                 Ok(())
             };
             stream::answer(who(), bytes.as_slice(), &ask, Some(zeros), stop, &mut write)?;
-            Ok((Table::of_csv(&out)?, told.into_inner()))
+            Ok((Table::new(read::csv(&label, out.as_slice())?)?, told.into_inner()))
         })
     }
 

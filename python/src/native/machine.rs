@@ -107,7 +107,7 @@ pub fn verify<'py>(
             stopped: (done < taps).then_some([done, taps]),
             seconds: start.elapsed().as_secs_f64(),
         };
-        let table = Table::of_csv(&verified.table()?)?;
+        let table = Table::new(verified.table()?)?;
         let good = done == taps && lines.iter().all(|line| line.faults().is_empty());
         let document = verified.document().to_string();
         Ok((table, document, good, spec.map_or_else(Vec::new, |spec| spec.warnings)))

@@ -1,6 +1,5 @@
 //! A table: columns that Arrow, numpy and data frames read where they lie.
 
-use std::borrow::Cow;
 use std::ffi::CStr;
 use std::sync::Arc;
 
@@ -18,11 +17,10 @@ use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyCapsule, PyList};
 use vibrissa::error::Error;
-use vibrissa::measure::text::fields;
 use vibrissa::scene::RankBy;
-use vibrissa::sink::columns::Columns;
+use vibrissa::sink::frame::Frame;
 
-use super::column::{Given, OF_TIME, array, of_cells};
+use super::column::{Given, OF_TIME, named};
 
 /// Names of capsules, as the Arrow PyCapsule interface has them.
 const STREAM: &CStr = c"arrow_array_stream";
@@ -41,13 +39,14 @@ pub struct Table {
 }
 
 impl Table {
-    /// Columns of the library under their `names`.
+    /// A table of the library.
     ///
     /// # Errors
     /// None of a whole table.
-    pub fn new(names: &[&str], columns: Columns) -> Result<Self, Error> {
-        Self::of_arrays(names, columns.0.into_iter().map(array).collect(), None)
-            .map_err(|e| Error::Run(e.to_string()))
+    pub fn new(frame: Frame) -> Result<Self, Error> {
+        let names: Vec<&str> = frame.names.iter().map(AsRef::as_ref).collect();
+        let arrays = names.iter().zip(frame.columns).map(|(name, values)| named(name, values)).collect();
+        Self::of_arrays(&names, arrays, None).map_err(|e| Error::Run(e.to_string()))
     }
 
     fn of_arrays(names: &[&str], arrays: Vec<ArrayRef>, own: Option<Py<PyAny>>) -> Result<Self, ArrowError> {
@@ -57,24 +56,6 @@ impl Table {
         let field = |(name, array): (&&str, &ArrayRef)| Field::new(*name, array.data_type().clone(), true);
         let schema = Schema::new(names.iter().zip(&arrays).map(field).collect::<Vec<_>>());
         Ok(Self { batch: RecordBatch::try_new(Arc::new(schema), arrays)?, own })
-    }
-
-    /// A table that the library made as CSV: a column is of numbers where every field of it is one, or empty, and none would become another
-    /// number, or a name with other digits, when it is written again.
-    ///
-    /// # Errors
-    /// None of a table of the library.
-    pub fn of_csv(bytes: &[u8]) -> Result<Self, Error> {
-        let text = std::str::from_utf8(bytes).map_err(|e| Error::Run(e.to_string()))?;
-        let mut lines = text.lines();
-        let header = fields(lines.next().unwrap_or_default(), ',');
-        let mut cells: Vec<Vec<Cow<'_, str>>> = vec![Vec::new(); header.len()];
-        for line in lines {
-            cells.iter_mut().zip(fields(line, ',')).for_each(|(column, cell)| column.push(cell));
-        }
-        let columns = header.iter().zip(&cells).map(|(name, cells)| of_cells(name, cells)).collect();
-        let names: Vec<&str> = header.iter().map(AsRef::as_ref).collect();
-        Self::new(&names, Columns(columns))
     }
 
     /// A column; the bias also by its other name.

@@ -24,7 +24,8 @@ use crate::kernel::rule::{every_rule, rules_of_devices, smallest_tolerance};
 use crate::report;
 use crate::scene::{BackendChoice, Contact, Precision, RunOptions};
 use crate::sink::folder::{Folder, Question, Written, hash};
-use crate::sink::{csv::Text, run_json, table::Field};
+use crate::sink::values::{Field, named};
+use crate::sink::{frame::Frame, heading::Heading, run_json};
 pub use measure::{News, measure, taps};
 pub use stopwatch::{Noise, Times};
 
@@ -265,31 +266,33 @@ pub fn name(places: &[Place], place: usize) -> String {
     }
 }
 
-/// The table.
-const TABLE: &str = "work_precision.csv";
-
-/// Its columns.
-pub const COLUMNS: &str = "configuration backend precision adapter kernel nodes tolerance taps failed ns_per_tap \
+/// work_precision.csv.
+pub const TABLE: Heading = Heading::new(
+    "bench",
+    "work_precision",
+    "A row is a configuration on one kernel, backend and tolerance.",
+    "configuration backend precision adapter kernel nodes tolerance taps failed ns_per_tap \
      ns_per_tap_median kernel_ns_per_tap sweeps_mean strain_error_median strain_error_p99 \
-     strain_error_max spread";
+     strain_error_max spread",
+);
 
 fn row(m: &Measured, places: &[Place]) -> Vec<Field> {
     let Step { place, configuration, solved, tolerance } = &m.step;
     let backend = places[*place].backend();
-    let nodes = if let Solved::Nodes(n) = solved { Field::Count(*n as u64) } else { None.into() };
+    let nodes = if let Solved::Nodes(n) = solved { (*n).into() } else { None.into() };
     let error = |f: fn(&Figures) -> f64| Field::from(m.errors.as_ref().map(f));
     vec![
-        Field::Word(configuration.name),
-        Field::Word(backend.name),
-        Field::Word(backend.precision),
-        Field::Text(backend.adapter.clone().unwrap_or_default()),
-        Field::Word(solved.name()),
+        configuration.name.into(),
+        backend.name.into(),
+        backend.precision.into(),
+        backend.adapter.clone().unwrap_or_default().into(),
+        solved.name().into(),
         nodes,
         (*tolerance).into(),
-        Field::Count(m.taps),
-        Field::Count(m.failed),
-        Field::Number(m.times.best),
-        Field::Number(m.times.median),
+        m.taps.into(),
+        m.failed.into(),
+        m.times.best.into(),
+        m.times.median.into(),
         m.kernel.into(),
         m.sweeps.into(),
         error(|e| e.median),
@@ -301,18 +304,17 @@ fn row(m: &Measured, places: &[Place]) -> Vec<Field> {
 
 /// The row of a measurement as JSON, by the names of the columns.
 pub fn point(m: &Measured, places: &[Place]) -> Value {
-    COLUMNS.split(' ').map(str::to_owned).zip(row(m, places).into_iter().map(Value::from)).collect()
+    named(TABLE.names_as(&[]), row(m, places))
 }
 
-/// Text of the table.
+/// The table.
 ///
 /// # Errors
-/// None in practice: it is made in memory.
-pub fn table(measured: &[Measured], places: &[Place]) -> Result<Vec<u8>, Error> {
-    let mut text = Text::default();
-    text.header(&COLUMNS.split(' ').collect::<Vec<_>>())?;
-    measured.iter().try_for_each(|m| text.row(&mut row(m, places)))?;
-    Ok(text.into_bytes())
+/// None of whole measurements.
+pub fn table(measured: &[Measured], places: &[Place]) -> Result<Frame, Error> {
+    let mut table = TABLE.frame(&[]);
+    measured.iter().try_for_each(|m| table.row(row(m, places)))?;
+    Ok(table)
 }
 
 /// The folder for what is measured.
@@ -322,9 +324,9 @@ pub fn table(measured: &[Measured], places: &[Place]) -> Result<Vec<u8>, Error> 
 pub fn open(settings: &Settings, places: &[Place], out: &Path, force: bool) -> Result<Folder, Error> {
     let question = Question::new("bench", "bench", json!({ "settings": hash(&settings.text(places)) }));
     // A figure without points is left out.
-    let files =
-        [TABLE, "work_precision.svg", "work_precision.png", "configurations.svg", "configurations.png"];
-    Folder::open(out, question, &files, force)
+    let figures = ["work_precision.svg", "work_precision.png", "configurations.svg", "configurations.png"];
+    let table = TABLE.file();
+    Folder::open(out, question, &[&[&*table], &figures[..]].concat(), force)
 }
 
 /// Writes table, figures and `run.json`; of a run that was `stopped` after so many of its steps no figures, which would take their time.
@@ -338,7 +340,7 @@ pub fn write(
     (start, stopped): (Instant, Option<[usize; 2]>),
 ) -> Result<Written, Error> {
     let table = table(measured, places)?;
-    folder.put(TABLE, &table)?;
+    folder.put(&table.file, &table.csv()?)?;
     if stopped.is_none() {
         for figure in report::of_bench(&table)? {
             for (name, bytes) in figure::files(&figure, &Style::default(), &[Format::Svg, Format::Png])? {

@@ -16,11 +16,11 @@ use crate::locate::object::{By, NAME, UnlocatedTap};
 use crate::locate::sequence::{SHIFT, shift_column};
 use crate::locate::stream::Ask;
 use crate::locate::table::Readings;
-use crate::locate::{Locator, SaidZero, locator::opener};
+use crate::locate::{LOCATED, Locator, SaidZero, locator::opener};
 use crate::measure::Names;
 use crate::sink::folder::{Question, hash};
 use crate::sink::run_json;
-pub use shown::result;
+pub use shown::{NEXT, result};
 use shown::{answer, drawn, table};
 
 /// The next tap of an object.
@@ -102,7 +102,7 @@ pub fn run(asked: &NextRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let of = json!({ "calibration": calibration.checksum, "readings": data, "object": asked.object, "only": asked.only, "within": asked.within, "shift": asked.shift, "same_run": asked.same_run, "zero": SaidZero::json(asked.zero.as_ref()), "columns": asked.columns });
     let question = Question::new("next", &stem, of);
     let mut destination = context.open(&out, question, &["next.csv", "next.svg"], options.force)?;
-    destination.put("next.csv", table(&found, drive).into_bytes())?;
+    destination.table(table(&found, drive)?)?;
     destination.draw("next.svg", || Ok(drawn(&found, drive)))?;
     let (mut result, seconds) = (result(&found, drive, &lines), context.seconds());
     result["warnings"] = context.told().into();
@@ -134,7 +134,7 @@ fn read(
         interval: false,
         warn,
     };
-    let readings = Readings::of(locator, bytes, &ask, &["zero"])?;
+    let readings = Readings::of(locator, bytes, &ask, &LOCATED)?;
     let place = match &asked.object {
         Some(column) => Some(readings.column(column).ok_or_else(|| {
             let error = InputError::new("there is no such column").at(label.clone(), Some(1));

@@ -2,24 +2,35 @@
 
 use std::fmt::Write;
 
+use crate::error::Error;
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path as Drawn};
 use crate::locate::next::{Next, Tried};
 use crate::locate::sequence::SHIFT;
 use crate::report::quantity::short;
 use crate::scene::Drive;
+use crate::sink::frame::Frame;
+use crate::sink::heading::Heading;
 use crate::sink::table::drive_unit;
+use crate::sink::values::Field;
 use crate::status::Status;
 use serde_json::json;
 
-pub fn table(next: &Next, drive: Drive) -> String {
-    let mut text = format!("{},{SHIFT},expected_signal,expected_sigma_mm,status\n", drive.column());
+/// next.csv.
+pub const NEXT: Heading = Heading::new(
+    "next",
+    "next",
+    "A row is a drive that the next tap could have, and a place of the base.",
+    "theta_deg|delta_mm shift_mm expected_signal expected_sigma_mm status",
+);
+
+/// It.
+pub fn table(next: &Next, drive: Drive) -> Result<Frame, Error> {
+    let mut table = NEXT.frame(&[drive.column()]);
     for t in &next.tried {
-        let status = if t.status == Status::OK { "ok".to_owned() } else { t.status.to_string() };
-        let [signal, sigma] =
-            [t.signal, t.sigma].map(|x| if x.is_finite() { x.to_string() } else { String::new() });
-        let _ = writeln!(text, "{},{},{signal},{sigma},{status}", t.drive, t.shift);
+        let numbers = [t.drive, t.shift, t.signal, t.sigma].map(Field::Number);
+        table.row(numbers.into_iter().chain([t.status.into()]))?;
     }
-    text
+    Ok(table)
 }
 
 /// The next tap for programs; `lines` are those of the taps so far.

@@ -9,9 +9,9 @@ use super::content::Content;
 use super::designs::front;
 use super::quantity;
 use super::source::Source;
-use super::table::Table;
 use crate::error::{Error, InputError};
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path, series};
+use crate::sink::frame::Frame;
 use places::Places;
 
 const TIME: (&str, &str) = ("time per tap", "ns");
@@ -35,7 +35,7 @@ pub fn content(source: &Source) -> Result<Content, Error> {
 ///
 /// # Errors
 /// Tables that are damaged.
-pub fn figures(work: &Table, peers: Option<&Table>) -> Result<Vec<Figure>, InputError> {
+pub fn figures(work: &Frame, peers: Option<&Frame>) -> Result<Vec<Figure>, InputError> {
     let mut all = vec![precision(work, peers)?, configurations(work)?];
     all.retain(|f| !f.is_empty());
     Ok(all)
@@ -63,9 +63,9 @@ fn reached(
 }
 
 /// The simplest configuration: every kernel, the peers on the same axes.
-fn precision(work: &Table, peers: Option<&Table>) -> Result<Figure, InputError> {
+fn precision(work: &Frame, peers: Option<&Frame>) -> Result<Figure, InputError> {
     let places = Places::of(work);
-    let first = if work.len > 0 { work.word("configuration", 0) } else { String::new() };
+    let first = if work.len() > 0 { work.word("configuration", 0) } else { String::new() };
     let time = work.numbers("ns_per_tap")?;
     let (mut panels, mut beyond) = (Vec::new(), Vec::new());
     for (title, column, theirs) in
@@ -140,7 +140,7 @@ fn share(panels: &mut [Panel]) {
     }
 }
 
-fn configurations(work: &Table) -> Result<Figure, InputError> {
+fn configurations(work: &Frame) -> Result<Figure, InputError> {
     let places = Places::of(work);
     let (time, error) = (work.numbers("ns_per_tap")?, work.numbers("strain_error_p99")?);
     let ladder = |r: usize| matches!(work.word("kernel", r).as_str(), "exact" | "reference");

@@ -2,15 +2,15 @@
 
 use indexmap::IndexSet;
 
-use crate::report::table::Table;
+use crate::sink::frame::Frame;
 
 /// Backends of a table in order of appearance, by what they are called; software adapters are called so.
 pub struct Places(pub Vec<(String, [String; 3])>);
 
 impl Places {
     /// Those of `table`.
-    pub fn of(table: &Table) -> Self {
-        let keys: IndexSet<[String; 3]> = (0..table.len).map(|r| Self::key(table, r)).collect();
+    pub fn of(table: &Frame) -> Self {
+        let keys: IndexSet<[String; 3]> = (0..table.len()).map(|r| Self::key(table, r)).collect();
         let named = |key: [String; 3]| {
             let [backend, precision, adapter] = &key;
             let name = match (backend.as_str(), is_software(adapter)) {
@@ -25,12 +25,12 @@ impl Places {
     }
 
     /// Backend, precision and adapter of a row.
-    pub fn key(table: &Table, r: usize) -> [String; 3] {
+    pub fn key(table: &Frame, r: usize) -> [String; 3] {
         ["backend", "precision", "adapter"].map(|c| table.word(c, r))
     }
 
     /// Rows of a place that `keep` keeps.
-    pub fn rows(&self, table: &Table, place: usize, keep: impl Fn(usize) -> bool) -> Vec<usize> {
+    pub fn rows(&self, table: &Frame, place: usize, keep: impl Fn(usize) -> bool) -> Vec<usize> {
         table.rows(|r| Self::key(table, r) == self.0[place].1 && keep(r))
     }
 }

@@ -8,7 +8,8 @@ use vibrissa::calibrate::{Calibrated, Options, calibrate};
 use vibrissa::locate::{Estimator, Locator, Parameter, locator::opener};
 use vibrissa::measure::{Data, Rig, Row};
 use vibrissa::scene::{RunOptions, Spec};
-use vibrissa::simulate::{Settings, SimulatedTaps, simulate};
+use vibrissa::simulate::{Settings, SimulatedTaps, empty, simulate};
+use vibrissa::sink::frame::Frame;
 use vibrissa::spec;
 
 /// Every effect of a real whisker.
@@ -37,13 +38,11 @@ pub fn table(text: &str, settings: &Settings) -> String {
     let layout = spec.study.space.layout().expect("a rig has axes");
     let asked = SimulatedTaps { layout: &layout, directions: spec.study.setup.directions };
     let method = opener(&RunOptions::default())(&rig.setup.model).unwrap();
-    let mut bytes = Vec::new();
-    let mut write = |b: &[u8]| {
-        bytes.extend_from_slice(b);
-        Ok(())
-    };
-    simulate(&rig, asked, settings, method, &mut write).unwrap();
-    String::from_utf8(bytes).unwrap()
+    let empty = empty(&rig, asked.directions, settings.unit);
+    let mut all = empty.clone();
+    let mut write = |some: &Frame| all.extend(some, 0..some.len());
+    simulate(&rig, asked, settings, method, (empty, &mut write)).unwrap();
+    String::from_utf8(all.csv().unwrap()).unwrap()
 }
 
 pub fn data(table: &str) -> Data {

@@ -13,20 +13,22 @@ use parquet::file::writer::{SerializedPageWriter, TrackedWrite};
 use parquet::schema::types::{ColumnDescPtr, ColumnPath, SchemaDescPtr};
 use rayon::prelude::*;
 
-use crate::columns::{Columns, Values};
+use crate::fact::Kind;
+use crate::frame::Frame;
+use crate::values::Values;
 
 /// What was asked stands in few values; those of results differ, and compress byte by byte.
 const ASKED: [&str; 8] = ["D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm", "a_mm", "theta_deg", "delta_mm"];
 
-/// How `columns` are encoded.
-pub(super) fn properties(columns: &[&str]) -> WriterPropertiesPtr {
+/// How the columns of `table` are encoded.
+pub(super) fn properties(table: &Frame) -> WriterPropertiesPtr {
     let mut builder = WriterProperties::builder()
         .set_compression(Compression::SNAPPY)
         .set_statistics_enabled(EnabledStatistics::Chunk)
         .set_offset_index_disabled(true);
-    for name in columns.iter().filter(|name| !ASKED.contains(name)) {
-        if matches!(Values::named(name), Values::Numbers(_)) {
-            let path = ColumnPath::from(*name);
+    for (name, values) in table.names.iter().zip(&table.columns) {
+        if values.kind() == Kind::Number && !ASKED.contains(&&**name) {
+            let path = ColumnPath::from(&**name);
             builder = builder.set_column_dictionary_enabled(path.clone(), false);
             builder = builder.set_column_encoding(path, Encoding::BYTE_STREAM_SPLIT);
         }
@@ -38,10 +40,10 @@ pub(super) fn properties(columns: &[&str]) -> WriterPropertiesPtr {
 pub(super) fn group(
     schema: &SchemaDescPtr,
     properties: &WriterPropertiesPtr,
-    rows: &Columns,
+    rows: &Frame,
 ) -> Result<Vec<(Vec<u8>, ColumnChunkMetaData)>> {
     let one = |(at, values): (usize, &Values)| column(schema.column(at), properties, values);
-    rows.0.par_iter().enumerate().map(one).collect()
+    rows.columns.par_iter().enumerate().map(one).collect()
 }
 
 fn column(

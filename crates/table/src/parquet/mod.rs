@@ -8,6 +8,7 @@
 mod encode;
 mod read;
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
@@ -20,10 +21,12 @@ use parquet::file::properties::WriterPropertiesPtr;
 use parquet::schema::types::{SchemaDescPtr, SchemaDescriptor, Type};
 use serde_json::{Value, json};
 
-use super::columns::{Columns, Values};
+use super::fact::Kind;
 use super::folder::Output;
+use super::frame::Frame;
+use super::heading::unit;
 use super::pack::{Packed, Packer, Unpacker};
-use super::table::unit;
+use super::values::Values;
 use crate::error::Error;
 pub use read::Reader;
 
@@ -48,7 +51,7 @@ pub struct Writer {
     facts: Vec<KeyValue>,
     groups: Vec<RowGroupMetaData>,
     /// Rows that wait for their group.
-    waiting: Columns,
+    waiting: Frame,
 }
 
 /// A failure of the format's library.
@@ -56,76 +59,75 @@ pub(super) fn failed(e: ParquetError) -> Error {
     Error::Run(format!("writing Parquet: {e}"))
 }
 
-/// The schema of a table with these columns.
-fn schema(columns: &[&str]) -> Result<SchemaDescPtr, ParquetError> {
-    let field = |name: &&str| {
-        let (physical, logical) = match Values::named(name) {
-            Values::Numbers(_) => (Physical::DOUBLE, None),
-            Values::Counts(_) => (Physical::INT64, None),
-            Values::Words(_) => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
+/// The schema of `table`.
+fn schema(table: &Frame) -> Result<SchemaDescPtr, ParquetError> {
+    let field = |(name, values): (&Cow<'static, str>, &Values)| {
+        let (physical, logical) = match values.kind() {
+            Kind::Number => (Physical::DOUBLE, None),
+            Kind::Count => (Physical::INT64, None),
+            Kind::Word => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
         };
         let field = Type::primitive_type_builder(name, physical);
         let field = field.with_repetition(Repetition::OPTIONAL).with_logical_type(logical);
         field.build().map(Arc::new)
     };
-    let fields = columns.iter().map(field).collect::<Result<_, _>>()?;
+    let fields = table.names.iter().zip(&table.columns).map(field).collect::<Result<_, _>>()?;
     let root = Type::group_type_builder("vibrissa").with_fields(fields).build()?;
     Ok(Arc::new(SchemaDescriptor::new(Arc::new(root))))
 }
 
 impl Writer {
-    /// A table of `columns` in the new file `output`; `provenance` is what its metadata say of where it comes from.
-    pub fn new(mut output: Output, columns: &[&str], provenance: &str) -> Result<Self, Error> {
+    /// The table `empty` in the new file `output`; `provenance` is what its metadata say of where it comes from.
+    pub fn new(mut output: Output, empty: &Frame, provenance: &str) -> Result<Self, Error> {
         output.write(MAGIC)?;
-        let waiting = Columns::of(columns);
-        Self::with(output, columns, provenance, Vec::new(), waiting)
+        Self::with(output, provenance, Vec::new(), empty.like())
     }
 
     fn with(
         output: Output,
-        columns: &[&str],
         provenance: &str,
         groups: Vec<RowGroupMetaData>,
-        waiting: Columns,
+        waiting: Frame,
     ) -> Result<Self, Error> {
-        let schema = schema(columns).map_err(failed)?;
+        let schema = schema(&waiting).map_err(failed)?;
         let units: serde_json::Map<String, Value> =
-            columns.iter().map(|name| ((*name).to_owned(), json!(unit(name)))).collect();
+            waiting.names.iter().map(|name| (name.to_string(), json!(unit(name)))).collect();
         let fact = |key: &str, value: String| KeyValue::new(key.to_owned(), value);
         let facts = vec![
             fact(PROVENANCE, provenance.to_owned()),
             fact("vibrissa.units", Value::Object(units).to_string()),
         ];
-        let properties = encode::properties(columns);
+        let properties = encode::properties(&waiting);
         Ok(Self { output, schema, properties, facts, groups, waiting })
     }
 
-    /// Goes on with a file whose [`Self::pack`] is `state`; `output` stands where it stood.
+    /// Goes on with the file of `empty` whose [`Self::pack`] is `state`; `output` stands where it stood.
     pub fn resume(
         output: Output,
-        columns: &[&str],
+        empty: &Frame,
         provenance: &str,
         state: &mut Unpacker<'_>,
     ) -> Result<Option<Self>, Error> {
-        let Some((footer, waiting)) = state.take::<(Vec<u8>, Columns)>() else { return Ok(None) };
+        let Some((footer, columns)) = state.take::<(Vec<u8>, Vec<Values>)>() else { return Ok(None) };
         let mut options = ParquetMetaDataOptions::new();
         // As they were written, so that they are written so again.
         options.set_encoding_stats_as_mask(false);
         let body = &footer[..footer.len().saturating_sub(TAIL)];
         let read =
             ParquetMetaDataReader::decode_metadata_with_options(body, Some(&options)).map_err(failed)?;
-        if waiting.width() != columns.len() {
+        let waiting = Frame { columns, ..empty.like() };
+        if !waiting.is_like(empty) {
             return Ok(None);
         }
         let groups = read.row_groups().iter().cloned().map(encode::as_written);
         let groups = groups.collect::<Result<_, _>>().map_err(failed)?;
-        Self::with(output, columns, provenance, groups, waiting).map(Some)
+        Self::with(output, provenance, groups, waiting).map(Some)
     }
 
     /// What [`Self::resume`] needs beside the file.
     pub fn pack(&self, to: &mut Packer<'_>) -> Result<(), Error> {
         self.footer()?.pack(to);
-        self.waiting.pack(to);
+        self.waiting.columns.pack(to);
         Ok(())
     }
 
@@ -135,7 +137,7 @@ impl Writer {
     }
 
     /// Appends rows.
-    pub fn write(&mut self, rows: &Columns) -> Result<(), Error> {
+    pub fn write(&mut self, rows: &Frame) -> Result<(), Error> {
         let mut from = 0;
         while from < rows.len() {
             let to = rows.len().min(from + GROUP - self.waiting.len());

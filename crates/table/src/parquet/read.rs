@@ -1,24 +1,27 @@
 //! A Parquet file of this program, read row group by row group.
 
+use std::borrow::Cow;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
+use parquet::basic::Type;
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::{ByteArray, DataType};
 use parquet::errors::{ParquetError, Result};
 use parquet::file::reader::{FileReader, RowGroupReader, SerializedFileReader};
+use parquet::schema::types::ColumnDescPtr;
 
-use crate::columns::{Columns, Values, Words};
 use crate::error::{Error, InputError};
+use crate::fact::Kind;
+use crate::frame::Frame;
 use crate::kernel::gpu::quietly;
+use crate::values::{Values, Words};
 
 /// Rows of a table in their order.
 pub struct Reader {
     path: PathBuf,
     file: SerializedFileReader<File>,
     next: usize,
-    /// Columns as the first group has them, without its rows.
-    first: Option<Columns>,
 }
 
 impl Reader {
@@ -28,13 +31,22 @@ impl Reader {
     /// What is no Parquet file.
     pub fn new(path: &Path, file: File) -> std::result::Result<Self, Error> {
         let file = guarded(|| SerializedFileReader::new(file)).map_err(|e| unreadable(path, &e))?;
-        Ok(Self { path: path.to_owned(), file, next: 0, first: None })
+        Ok(Self { path: path.to_owned(), file, next: 0 })
     }
 
-    /// Names of its columns.
-    pub fn columns(&self) -> Vec<String> {
+    /// Its columns without rows.
+    pub fn frame(&self) -> Frame {
         let schema = self.file.metadata().file_metadata().schema_descr();
-        schema.columns().iter().map(|column| column.name().to_owned()).collect()
+        let of = |column: &ColumnDescPtr| {
+            let kind = match column.physical_type() {
+                Type::INT64 => Kind::Count,
+                Type::BYTE_ARRAY => Kind::Word,
+                _ => Kind::Number,
+            };
+            (Cow::Owned(column.name().to_owned()), Values::new(kind))
+        };
+        let (names, columns) = schema.columns().iter().map(of).unzip();
+        Frame { file: self.path.display().to_string(), names, columns, ..Frame::default() }
     }
 
     /// What it says of where it comes from.
@@ -48,20 +60,18 @@ impl Reader {
     ///
     /// # Errors
     /// A damaged file.
-    pub fn next_group(&mut self) -> std::result::Result<Option<Columns>, Error> {
+    pub fn next_group(&mut self) -> std::result::Result<Option<Frame>, Error> {
         if self.next == self.file.num_row_groups() {
             return Ok(None);
         }
         let group = guarded(|| self.file.get_row_group(self.next).and_then(|group| columns(&*group)));
         self.next += 1;
-        let group = group.map_err(|e| unreadable(&self.path, &e))?;
-        if group.width() != self.columns().len()
-            || self.first.as_ref().is_some_and(|first| !first.is_like(&group))
-        {
+        let (columns, empty) = (group.map_err(|e| unreadable(&self.path, &e))?, self.frame());
+        let group = Frame { columns, ..empty.like() };
+        if !group.is_like(&empty) {
             let why = "its row groups have different columns".to_owned();
             return Err(unreadable(&self.path, &ParquetError::General(why)));
         }
-        self.first.get_or_insert_with(|| group.like());
         Ok(Some(group))
     }
 }
@@ -76,15 +86,12 @@ fn unreadable(path: &Path, e: &ParquetError) -> Error {
     error.at(path.display().to_string(), None).allowed("the file as it was written").into()
 }
 
-fn columns(group: &dyn RowGroupReader) -> Result<Columns> {
+fn columns(group: &dyn RowGroupReader) -> Result<Vec<Values>> {
     let rows = usize::try_from(group.metadata().num_rows()).unwrap_or(usize::MAX);
     if rows > super::GROUP {
         return Err(ParquetError::General("a row group has more rows than this program writes".into()));
     }
-    (0..group.num_columns())
-        .map(|at| column(group.get_column_reader(at)?, rows))
-        .collect::<Result<_>>()
-        .map(Columns)
+    (0..group.num_columns()).map(|at| column(group.get_column_reader(at)?, rows)).collect()
 }
 
 fn column(reader: ColumnReader, rows: usize) -> Result<Values> {

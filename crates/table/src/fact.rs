@@ -1,0 +1,154 @@
+//! What is known of every column of every table: `columns.csv`, where a line is a column in tables that mean the same by it.
+//!
+//! The first line of a name says its type, unit and axis; further ones say what it means in other tables, and its type where that differs.
+
+use std::collections::HashMap;
+use std::sync::LazyLock;
+
+use crate::scene::{Property, Setup};
+
+/// Type of a column.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// f64; NaN is missing.
+    Number,
+    /// u64.
+    Count,
+    /// Text; empty is missing.
+    Word,
+}
+
+/// What a column is, in some tables.
+#[derive(Debug)]
+pub struct Fact {
+    /// Tables that have it so.
+    tables: String,
+    /// Type of its values.
+    pub kind: Kind,
+    /// Unit; empty where it has none.
+    pub unit: String,
+    /// Title of an axis of it, which ends with its symbol; empty where it has none.
+    pub axis: String,
+    /// True if an axis of it is logarithmic.
+    pub log: bool,
+    /// When these tables have it.
+    pub only: Only,
+    /// What it says.
+    pub meaning: String,
+}
+
+/// When a table has a column.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Only {
+    /// Always.
+    Always,
+    /// Where the spec, or its tuple file, says `tilt`.
+    Tilt,
+    /// Where it says `lean`.
+    Lean,
+    /// Where it says either.
+    Direction,
+    /// With a second gauge.
+    Second,
+    /// Where the spec asks for the wrench.
+    Wrench,
+    /// With several channels.
+    Several,
+    /// Of each of several channels.
+    Channel,
+    /// Of whiskers that are more than a cone clamped at its base.
+    Built,
+    /// Of whiskers that are curved at rest.
+    Curved,
+    /// Where this property differs from design to design.
+    Varies,
+}
+
+impl Only {
+    /// All, by their words in `columns.csv`, and what readers are told.
+    const WORDS: [(&'static str, Self, &'static str); 11] = [
+        ("", Self::Always, ""),
+        ("tilt", Self::Tilt, "if the spec has tilt"),
+        ("lean", Self::Lean, "if the spec has lean"),
+        ("direction", Self::Direction, "if the spec has tilt or lean"),
+        ("second", Self::Second, "with a second gauge"),
+        ("wrench", Self::Wrench, "with wrench = true"),
+        ("several", Self::Several, "with several channels"),
+        ("channel", Self::Channel, "one for each channel"),
+        ("built", Self::Built, "unless the whisker is a plain cone"),
+        ("curved", Self::Curved, "if the whisker is curved at rest"),
+        ("varied", Self::Varies, "if varied"),
+    ];
+
+    /// When, in words; nothing of a column that is always there.
+    pub fn when(self) -> &'static str {
+        Self::WORDS[self as usize].2
+    }
+
+    /// Whether a table of `setup` has the column `name` that is there only then.
+    pub fn holds(self, name: &str, setup: &Setup) -> bool {
+        match self {
+            Self::Always => true,
+            Self::Tilt => setup.directions.tilt,
+            Self::Lean => setup.directions.lean,
+            Self::Direction => setup.directions.tilt || setup.directions.lean,
+            Self::Second => setup.gauge.second,
+            Self::Wrench => setup.wrench,
+            Self::Several | Self::Channel => setup.channels.is_some(),
+            Self::Built => setup.built.is_some(),
+            Self::Curved => setup.is_curved(),
+            Self::Varies => property(name).is_some_and(|property| setup.varies(property)),
+        }
+    }
+}
+
+/// The property that the column `name` is of.
+pub fn property(name: &str) -> Option<Property> {
+    Property::ALL.into_iter().find(|property| property.about().column == name)
+}
+
+static FACTS: LazyLock<HashMap<String, Vec<Fact>>> = LazyLock::new(|| {
+    let mut all: HashMap<String, Vec<Fact>> = HashMap::new();
+    let mut lines = csv::Reader::from_reader(&include_bytes!("columns.csv")[..]);
+    for line in lines.deserialize::<[String; 8]>() {
+        let [name, kind, unit, axis, scale, tables, when, meaning] = line.expect("columns.csv is a table");
+        let known = all.entry(name.clone()).or_default();
+        let first = known.first();
+        let kind = match kind.as_str() {
+            "" => first.map_or(Kind::Number, |first| first.kind),
+            "number" => Kind::Number,
+            "count" => Kind::Count,
+            "word" => Kind::Word,
+            other => panic!("columns.csv: {name} has no type {other}"),
+        };
+        let only =
+            Only::WORDS.iter().find(|(word, ..)| *word == when).expect("columns.csv: a known `when`").1;
+        let inherited = |own: String, of: fn(&Fact) -> &String| match first {
+            Some(first) if own.is_empty() => of(first).clone(),
+            _ => own,
+        };
+        let (unit, axis) = (inherited(unit, |f| &f.unit), inherited(axis, |f| &f.axis));
+        let log = scale == "log" || first.is_some_and(|first| first.log);
+        let meaning = match property(&name) {
+            Some(property) if meaning.is_empty() => property.about().what.to_owned(),
+            _ => meaning,
+        };
+        known.push(Fact { tables, kind, unit, axis, log, only, meaning });
+    }
+    all
+});
+
+/// What the column `name` is in most tables.
+pub fn fact(name: &str) -> Option<&'static Fact> {
+    FACTS.get(name)?.first()
+}
+
+/// What the column `name` is in `table`.
+pub fn fact_in(table: &str, name: &str) -> Option<&'static Fact> {
+    FACTS.get(name)?.iter().find(|fact| fact.tables.split(' ').any(|one| one == table))
+}
+
+/// The type of the column `name`; a column that is not known has numbers.
+pub fn kind(name: &str) -> Kind {
+    fact(name).map_or(Kind::Number, |fact| fact.kind)
+}

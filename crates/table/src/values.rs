@@ -1,0 +1,278 @@
+//! Values of a column, and one value.
+
+use std::borrow::Cow;
+use std::collections::{HashMap, TryReserveError};
+use std::ops::Range;
+
+use serde_json::Value;
+
+use super::fact::Kind;
+use super::pack::{Packed, Packer, Unpacker};
+use crate::error::Error;
+use crate::status::Status;
+
+/// One value of a row.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Field {
+    /// A number; not finite is missing.
+    Number(f64),
+    /// A count.
+    Count(u64),
+    /// Text; empty is missing.
+    Word(Cow<'static, str>),
+    /// Status words.
+    Status(Status),
+}
+
+/// How each type becomes a field.
+macro_rules! fields {
+    ($($from:ty: $x:ident => $to:expr;)*) => {$(
+        impl From<$from> for Field {
+            fn from($x: $from) -> Self {
+                $to
+            }
+        }
+    )*};
+}
+fields! {
+    f64: x => Self::Number(x);
+    Option<f64>: x => Self::Number(x.unwrap_or(f64::NAN));
+    u64: n => Self::Count(n);
+    usize: n => Self::Count(n as u64);
+    &'static str: word => Self::Word(Cow::Borrowed(word));
+    String: text => Self::Word(Cow::Owned(text));
+    Status: status => Self::Status(status);
+}
+
+impl From<Field> for Value {
+    fn from(field: Field) -> Self {
+        match field {
+            Field::Number(x) => x.into(),
+            Field::Count(n) => n.into(),
+            Field::Word(word) if word.is_empty() => Self::Null,
+            Field::Word(word) => word.into_owned().into(),
+            Field::Status(status) => status.to_string().into(),
+        }
+    }
+}
+
+/// The values `fields` of a row by `names`; missing is null.
+pub fn named(names: Vec<&str>, fields: impl IntoIterator<Item = Field>) -> Value {
+    names.into_iter().map(str::to_owned).zip(fields.into_iter().map(Value::from)).collect()
+}
+
+/// The values of one column.
+#[derive(Debug, Clone)]
+pub enum Values {
+    /// Numbers; NaN is missing.
+    Numbers(Vec<f64>),
+    /// Counts.
+    Counts(Vec<u64>),
+    /// Text.
+    Words(Words),
+}
+
+/// A column of text, most of whose values are the same few.
+#[derive(Debug, Clone, Default)]
+pub struct Words {
+    /// Place in `known` of each row.
+    pub codes: Vec<u32>,
+    /// What there is; empty text is missing.
+    pub known: Vec<String>,
+    /// The last status that was looked up, and its place.
+    last: Option<(Status, u32)>,
+    /// Places of `known`, once there are many.
+    places: HashMap<String, u32>,
+}
+
+/// Words up to which the place of one is found by looking at all.
+const FEW: usize = 32;
+
+impl Words {
+    /// Rows whose words are at the places `codes` of `known`.
+    pub fn new(codes: Vec<u32>, known: Vec<String>) -> Self {
+        Self { codes, known, ..Self::default() }
+    }
+
+    /// Takes one value.
+    pub fn push(&mut self, word: &str) {
+        let code = self.code(word);
+        self.codes.push(code);
+    }
+
+    /// The word of a row.
+    pub fn at(&self, row: usize) -> &str {
+        &self.known[self.codes[row] as usize]
+    }
+
+    fn code(&mut self, word: &str) -> u32 {
+        if self.known.len() > FEW && self.places.is_empty() {
+            self.places = (0..).zip(&self.known).map(|(place, word)| (word.clone(), place)).collect();
+        }
+        let place = match self.places.is_empty() {
+            true => self.known.iter().position(|known| known == word).map(|place| place as u32),
+            false => self.places.get(word).copied(),
+        };
+        place.unwrap_or_else(|| {
+            let place = self.known.len() as u32;
+            self.known.push(word.to_owned());
+            if !self.places.is_empty() {
+                self.places.insert(word.to_owned(), place);
+            }
+            place
+        })
+    }
+
+    /// Numbers or counts where every word is one or empty and none would be another when it is written again, as 007 would; else the words.
+    pub fn typed(self) -> Values {
+        let codes = || self.codes.iter().map(|code| *code as usize);
+        if let Some(known) = self.known.iter().map(|word| number(word)).collect::<Option<Vec<f64>>>() {
+            return Values::Numbers(codes().map(|code| known[code]).collect());
+        }
+        if let Some(known) = self.known.iter().map(|word| whole(word)).collect::<Option<Vec<u64>>>() {
+            return Values::Counts(codes().map(|code| known[code]).collect());
+        }
+        Values::Words(self)
+    }
+
+    fn push_status(&mut self, status: Status) {
+        let code = match self.last {
+            Some((last, code)) if last == status => code,
+            _ => self.code(&status.to_string()),
+        };
+        self.last = Some((status, code));
+        self.codes.push(code);
+    }
+}
+
+/// A number that says all that its word says: not 007, and no whole number that float64 lacks.
+fn number(word: &str) -> Option<f64> {
+    if word.is_empty() {
+        return Some(f64::NAN);
+    }
+    let padded = word.len() > 1 && word.starts_with('0') && word.bytes().all(|c| c.is_ascii_digit());
+    let value: f64 = word.parse().ok().filter(|_| !padded)?;
+    let lost = word.parse::<i128>().is_ok_and(|whole| value as i128 != whole);
+    (!lost).then_some(value)
+}
+
+/// A whole number of 64 bits as it is written, with the bits of its sign.
+fn whole(word: &str) -> Option<u64> {
+    let value: i64 = word.parse().ok()?;
+    (value.to_string() == word).then_some(value.cast_unsigned())
+}
+
+/// The error of a value, or rows, of another type.
+fn mixed() -> Error {
+    Error::Run("a column of two kinds".into())
+}
+
+impl Values {
+    /// None yet, of `kind`.
+    pub fn new(kind: Kind) -> Self {
+        match kind {
+            Kind::Number => Self::Numbers(Vec::new()),
+            Kind::Count => Self::Counts(Vec::new()),
+            Kind::Word => Self::Words(Words::default()),
+        }
+    }
+
+    /// Their type.
+    pub fn kind(&self) -> Kind {
+        match self {
+            Self::Numbers(_) => Kind::Number,
+            Self::Counts(_) => Kind::Count,
+            Self::Words(_) => Kind::Word,
+        }
+    }
+
+    /// Rows.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Numbers(x) => x.len(),
+            Self::Counts(n) => n.len(),
+            Self::Words(w) => w.codes.len(),
+        }
+    }
+
+    /// True before the first row.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    pub(super) fn push(&mut self, field: Field) -> Result<(), Error> {
+        match (self, field) {
+            (Self::Numbers(all), Field::Number(x)) => all.push(if x.is_finite() { x } else { f64::NAN }),
+            (Self::Numbers(all), Field::Count(n)) => all.push(n as f64),
+            (Self::Counts(all), Field::Count(n)) => all.push(n),
+            (Self::Words(all), Field::Word(word)) => all.push(&word),
+            (Self::Words(all), Field::Status(status)) => all.push_status(status),
+            _ => return Err(mixed()),
+        }
+        Ok(())
+    }
+
+    pub(super) fn reserve(&mut self, rows: usize) -> Result<(), TryReserveError> {
+        match self {
+            Self::Numbers(all) => all.try_reserve_exact(rows),
+            Self::Counts(all) => all.try_reserve_exact(rows),
+            Self::Words(all) => all.codes.try_reserve_exact(rows),
+        }
+    }
+
+    /// Takes the rows `range` of `other`, which is of the same type.
+    pub(super) fn extend(&mut self, other: &Self, range: Range<usize>) -> Result<(), Error> {
+        match (self, other) {
+            (Self::Numbers(all), Self::Numbers(more)) => all.extend_from_slice(&more[range]),
+            (Self::Counts(all), Self::Counts(more)) => all.extend_from_slice(&more[range]),
+            (Self::Words(all), Self::Words(more)) => {
+                let codes: Vec<u32> = more.known.iter().map(|word| all.code(word)).collect();
+                all.codes.extend(more.codes[range].iter().map(|code| codes[*code as usize]));
+            }
+            _ => return Err(mixed()),
+        }
+        Ok(())
+    }
+
+    /// Leaves out the first `n` rows.
+    pub(super) fn skip(&mut self, n: usize) {
+        match self {
+            Self::Numbers(all) => drop(all.drain(..n)),
+            Self::Counts(all) => drop(all.drain(..n)),
+            Self::Words(all) => drop(all.codes.drain(..n)),
+        }
+    }
+}
+
+impl Packed for Values {
+    fn pack(&self, to: &mut Packer<'_>) {
+        match self {
+            Self::Numbers(x) => {
+                0u8.pack(to);
+                x.pack(to);
+            }
+            Self::Counts(n) => {
+                1u8.pack(to);
+                n.pack(to);
+            }
+            Self::Words(w) => {
+                2u8.pack(to);
+                w.known.pack(to);
+                w.codes.pack(to);
+            }
+        }
+    }
+
+    fn unpack(from: &mut Unpacker<'_>) -> Option<Self> {
+        Some(match from.take::<u8>()? {
+            0 => Self::Numbers(from.take()?),
+            1 => Self::Counts(from.take()?),
+            2 => {
+                let (known, codes): (Vec<String>, Vec<u32>) = from.take()?;
+                let fits = codes.iter().all(|code| (*code as usize) < known.len());
+                Self::Words(fits.then_some(Words::new(codes, known))?)
+            }
+            _ => return None,
+        })
+    }
+}
