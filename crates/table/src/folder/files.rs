@@ -117,7 +117,7 @@ pub(super) fn create(path: &Path) -> io::Result<File> {
 }
 
 /// Opens a regular file; a link, a pipe or a folder under this name is an error, and nothing behind it is touched.
-pub fn open_regular(path: &Path, options: &OpenOptions) -> io::Result<File> {
+pub(super) fn open_regular(path: &Path, options: &OpenOptions) -> io::Result<File> {
     match path.symlink_metadata()?.is_file() {
         true => options.open(path),
         false => Err(io::Error::other("this is not a regular file; it is left as it is")),

@@ -25,7 +25,7 @@ use crate::error::Error;
 use crate::kernel::gpu::hear;
 use claim::{LONG, Old, judge, refuse};
 use files::{Closed, RUN, create, make_durable};
-pub use files::{Listed, Mark, Output, is_result_name, names_in, open_of_result, open_regular, read_run};
+pub use files::{Listed, Mark, Output, is_result_name, names_in, open_of_result, read_run};
 pub use hash::{Hashing, hash, hash_all, hash_file};
 use place::{FINISHED, carry_through, decide};
 pub use question::Question;
