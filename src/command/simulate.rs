@@ -14,6 +14,7 @@ use crate::scene::{Column, RunOptions, Spec};
 use crate::simulate::{self, Counts, Settings, SimulatedTaps, strokes};
 use crate::sink::folder::Question;
 use crate::sink::frame::Frame;
+use crate::sink::heading::heading;
 use crate::sink::run_json;
 use crate::spec;
 
@@ -143,7 +144,7 @@ fn stroke(
         missed += 1;
         context.warn(&format!("start {number} makes no stroke: {why}"));
     };
-    let counts = destination.rows(strokes::TABLE.frame(&[settings.unit.column()]), |write| {
+    let counts = destination.rows(heading("strokes").frame(&[settings.unit.column()]), |write| {
         let mut write = |some: &Frame| context.go_on().and_then(|()| write(some));
         strokes::simulate(rig, &course, drives, settings, &mut miss, &mut write)
     })?;
