@@ -14,7 +14,7 @@ use crate::scene::{Column, Property, Setup, Spec};
 use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
 use crate::sink::run_json;
-use crate::sink::table::{AtDrive, Table};
+use crate::sink::table::AtDrive;
 use crate::sink::values::Field;
 
 /// Their names.

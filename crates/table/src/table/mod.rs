@@ -40,6 +40,9 @@ impl Table {
     }
 }
 
+/// Columns of the whisker.
+pub const WHISKER: [&str; 5] = ["D_mm", "d_tip_mm", "L_a_mm", "x_ss_mm", "l_mm"];
+
 /// The properties of the rig that may vary, each of which is a column. Its value is the number of the rig.
 const PROPERTIES: &str = "*";
 
