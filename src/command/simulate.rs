@@ -101,9 +101,9 @@ pub fn run(asked: &SimulateRequest, context: &Context<'_>) -> Result<Reply, Erro
     let method = opener(&options)(&rig.setup.model)?;
     let which = SimulatedTaps { layout: &layout, directions: spec.study.setup.directions };
     let empty = simulate::empty(&rig, which.directions, settings.unit);
-    let counts = destination.rows(empty.clone(), |write| {
+    let counts = destination.rows(empty, |write| {
         let mut write = |some: &Frame| context.go_on().and_then(|()| write(some));
-        simulate::simulate(&rig, which, &settings, method, (empty, &mut write))
+        simulate::simulate(&rig, which, &settings, method, &mut write)
     })?;
     let empty = match counts.unsolved {
         0 => String::new(),

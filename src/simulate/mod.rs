@@ -226,8 +226,8 @@ pub struct SimulatedTaps<'a> {
     pub directions: DirectionColumns,
 }
 
-/// Simulates taps of `rig` where they are asked for: for every distance, for every repeat, all strokes in turn. `write` takes the rows of
-/// the table, which begins empty.
+/// Simulates taps of `rig` where they are asked for: for every distance, for every repeat, all strokes in turn. `write` takes rows of
+/// the table.
 ///
 /// # Errors
 /// A backend or a file that fails.
@@ -236,8 +236,9 @@ pub fn simulate(
     asked: SimulatedTaps<'_>,
     settings: &Settings,
     method: Method,
-    (mut table, write): (Frame, &mut dyn FnMut(&Frame) -> Result<(), Error>),
+    write: &mut dyn FnMut(&Frame) -> Result<(), Error>,
 ) -> Result<Counts, Error> {
+    let mut table = empty(rig, asked.directions, settings.unit);
     let mut evaluator = Evaluator::new(&rig.setup, method);
     let designs = [rig.design.clone()];
     let mut counts = Counts::default();

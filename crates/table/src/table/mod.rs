@@ -46,13 +46,16 @@ pub const WHISKER: [&str; 5] = ["D_mm", "d_tip_mm", "L_a_mm", "x_ss_mm", "l_mm"]
 /// The properties of the rig that may vary, each of which is a column. Its value is the number of the rig.
 const PROPERTIES: &str = "*";
 
-/// A column of rows made of `R`, by its name in `columns.csv`, and its value in a row; of the channels that of their place.
-type Column<R> = (&'static str, fn(&R, usize) -> Field);
+/// A value of a row made of `R`; of the channels that at a place.
+type Read<R> = fn(&R, usize) -> Field;
+
+/// A column by its name in `columns.csv`, and its values.
+type Column<R> = (&'static str, Read<R>);
 
 /// The columns that a table of one setup has, in their order.
 pub struct Chosen<'s, R> {
     setup: &'s Setup,
-    values: Vec<(fn(&R, usize) -> Field, usize, Option<Property>)>,
+    values: Vec<(Read<R>, usize, Option<Property>)>,
 }
 
 impl<'s, R> Chosen<'s, R> {
