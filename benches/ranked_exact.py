@@ -72,7 +72,7 @@ def main(program, *names):
             path.write_text(spec(v))
             (read, got), (solved, wanted) = (swept(program, path, flags) for flags in ([], ["--precision", "f64"]))
             column = next(c for c in wanted[0] if c.startswith(v["by"]))
-            whisker = [c for c in wanted[0] if c in ("D_mm", "d_mm", "x_ss_mm", "theta_deg", "delta_mm")]
+            whisker = [c for c in wanted[0] if c in ("D_mm", "d_tip_mm", "x_ss_mm", "theta_deg", "delta_mm")]
             key = lambda row: tuple(row[c] for c in whisker)
             same = len({key(r) for r in got} & {key(r) for r in wanted})
             far = max(abs(float(x[column]) / float(y[column]) - 1) for x, y in zip(got, wanted))

@@ -67,7 +67,7 @@ pub mod plan;
 #[doc(hidden)]
 pub mod record;
 #[doc(hidden)]
-#[cfg(all(feature = "bench", feature = "commands"))]
+#[cfg(feature = "files")]
 pub mod reference;
 #[doc(hidden)]
 #[cfg(feature = "report")]

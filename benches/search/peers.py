@@ -69,7 +69,7 @@ class Model:
         command = [PROGRAM, "sweep", FOLDER / "sweep.toml", "--quiet", "--force", "--backend", "cpu", "--out", FOLDER / "swept"]
         subprocess.run(command, check=True, capture_output=True)
         with open(FOLDER / "swept" / "designs.csv") as file:
-            rows = {tuple(float(r[k]) for k in ("D_mm", "d_mm", "x_ss_mm", "l_mm", "theta_deg")): r for r in csv.DictReader(file)}
+            rows = {tuple(float(r[k]) for k in ("D_mm", "d_tip_mm", "x_ss_mm", "l_mm", "theta_deg")): r for r in csv.DictReader(file)}
         rows = [rows[tuple(point)] for point in x.tolist()]
         number = lambda row, key: float(row[key]) if row[key] else 1e3
         figures = np.array([[number(r, "K_sd"), number(r, "total_rms_mm")] for r in rows])

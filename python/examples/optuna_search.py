@@ -33,7 +33,7 @@ def main(trials=150):
     own = vibrissa.optimise(whisker=dict(D=10, L_a=50), gauge=dict(l=2, noise_strain=NOISE), tap=dict(a=A), run=dict(backend="cpu"), optimise=dict(
         objective="distance", variables=dict(d=[3, 10], x_ss=[3, 15], theta=[0.5, 10]), limits=dict(strain=LIMIT)))
     print(f"Optuna, {trials} trials: {study.best_params}: total_rms_mm = {study.best_value:.4e}")
-    print(f"vibrissa, {own.run['counts']['evaluations']} evaluations: {({k: own.best[k] for k in ('d_mm', 'x_ss_mm', 'theta_deg')})}: total_rms_mm = {own.value:.4e}")
+    print(f"vibrissa, {own.run['counts']['evaluations']} evaluations: {({k: own.best[k] for k in ('d_tip_mm', 'x_ss_mm', 'theta_deg')})}: total_rms_mm = {own.value:.4e}")
     return study.best_value, own.value
 
 

@@ -32,7 +32,7 @@ def main(generations=60):
     own = vibrissa.optimise(whisker=dict(D=10, L_a=50), gauge=dict(l=2), tap=dict(a=A), run=dict(backend="cpu"), optimise=dict(
         objective="sd", variables=dict(d=BOUNDS[0], x_ss=BOUNDS[1], theta=BOUNDS[2]), limits=dict(strain=LIMIT)))
     print(f"scipy:    d = {found.x[0]:.4f} mm, x_ss = {found.x[1]:.4f} mm, theta = {found.x[2]:.4f} degrees: K_sd = {float(found.fun):.4e}")
-    print(f"vibrissa: d = {own.best['d_mm']:.4f} mm, x_ss = {own.best['x_ss_mm']:.4f} mm, theta = {own.best['theta_deg']:.4f} degrees: K_sd = {own.value:.4e}")
+    print(f"vibrissa: d = {own.best['d_tip_mm']:.4f} mm, x_ss = {own.best['x_ss_mm']:.4f} mm, theta = {own.best['theta_deg']:.4f} degrees: K_sd = {own.value:.4e}")
     return float(found.fun), own.value
 
 

@@ -122,7 +122,7 @@ def test_a_file_is_named_with_its_line(tmp_path):
 
 def test_keywords_go_before_a_file(root):
     result = vibrissa.sweep(root / "sweeps/prototypes.toml", whisker=dict(d=5), tap=dict(theta=[2, 3]), run=dict(backend="cpu"))
-    assert set(result.designs["d_mm"]) == {5.0} and set(result.designs["theta_deg"]) == {2.0, 3.0} and len(result.distances) == 10
+    assert set(result.designs["d_tip_mm"]) == {5.0} and set(result.designs["theta_deg"]) == {2.0, 3.0} and len(result.distances) == 10
     force = dict((e["key"], e["value"]) for e in result.run["in_force"])
     assert force["whisker.d"] == "5" and force["run.backend"] == '"cpu"' and not any(key.startswith("run.out") for key in force)
 

@@ -86,7 +86,7 @@ def test_sections_of_a_spec_are_converted(quantity):
                       robust=dict(x_ss=quantity(0.03, "cm"), theta=quantity(0.01, "rad"))))
     plain = vibrissa.spec_text(**said)
     result = vibrissa.sweep(**{name: keys for name, keys in said.items() if name != "optimise"}, run=CPU)
-    assert set(result.designs["D_mm"]) == {10.0} and np.allclose(sorted(set(result.designs["d_mm"])), [4, 7])
+    assert set(result.designs["D_mm"]) == {10.0} and np.allclose(sorted(set(result.designs["d_tip_mm"])), [4, 7])
     assert np.allclose(sorted(set(result.designs["L_a_mm"])), [50, 60]) and np.allclose(sorted(set(result.tuples["a_mm"])), [21, 30])
     assert np.allclose(sorted(set(result.tuples["theta_deg"])), [4, np.rad2deg(0.07)])
     assert float(plain.split("noise_strain = ")[1].split()[0]) == pytest.approx(2e-5)

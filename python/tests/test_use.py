@@ -60,10 +60,10 @@ def test_figures_draw_what_the_tables_hold():
     lines = result.plot("sd").get_lines()
     assert len(lines) == 2
     for line, d in zip(lines, (4.0, 7.0)):
-        np.testing.assert_array_equal(line.get_ydata(), designs["K_sd"][designs["d_mm"] == d])
+        np.testing.assert_array_equal(line.get_ydata(), designs["K_sd"][designs["d_tip_mm"] == d])
         np.testing.assert_array_equal(line.get_xdata(), [1, 4, 9])
         assert line.get_label() == f"d = {d:g} mm"
-    second = tuples["d_mm"] == 7.0
+    second = tuples["d_tip_mm"] == 7.0
     for line, theta in zip(result.plot("K", design=1).get_lines(), (1, 4, 9)):
         np.testing.assert_array_equal(line.get_ydata(), tuples["K"][second & (tuples["theta_deg"] == theta)])
     ax = result.plot("distance", drives=[4, 9])
@@ -200,12 +200,12 @@ def test_designs_of_a_figure_can_be_told_apart():
     assert "7 designs of least spread" in legend.get_title().get_text() and legend.get_texts()[-1].get_text() == "the other 33 designs"
     designs = result.designs
     least = {}
-    for D, d, sd in zip(designs["D_mm"], designs["d_mm"], designs["K_sd"]):
+    for D, d, sd in zip(designs["D_mm"], designs["d_tip_mm"], designs["K_sd"]):
         least[D, d] = min(sd, least.get((D, d), np.inf))
     best = sorted(least, key=least.get)[:7]
     assert [text.get_text() for text in legend.get_texts()[:7]] == [f"D = {D:g}, d = {d:g} mm" for D, d in best]
     for line, (D, d) in zip(named, best):
-        rows = (designs["D_mm"] == D) & (designs["d_mm"] == d)
+        rows = (designs["D_mm"] == D) & (designs["d_tip_mm"] == d)
         np.testing.assert_array_equal(line.get_ydata(), designs["K_sd"][rows])
     plt.close("all")
     # Of so many not all are drawn, and the figure says so.

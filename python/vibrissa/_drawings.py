@@ -106,8 +106,8 @@ def _label(result: Shapes, tap: int) -> str:
     column, _ = _drive(result.contacts)
     units = {"tilt_deg": "°", "lean_deg": "°", "theta_deg": "°"}
     symbols = {"theta_deg": "θ", "delta_mm": "δ"}
-    names = [c for c in ("D_mm", "d_mm", "L_a_mm", "a_mm", "tilt_deg", "lean_deg") if c in result.contacts and len(np.unique(result.contacts[c])) > 1]
-    parts = [f"{symbols.get(c, c.rsplit('_', 1)[0])} = {result.contacts[c][tap]:g}{units.get(c, ' mm')}" for c in (*names, column)]
+    names = [c for c in ("D_mm", "d_tip_mm", "L_a_mm", "a_mm", "tilt_deg", "lean_deg") if c in result.contacts and len(np.unique(result.contacts[c])) > 1]
+    parts = [f"{symbols.get(c, c.removesuffix('_mm').removesuffix('_tip'))} = {result.contacts[c][tap]:g}{units.get(c, ' mm')}" for c in (*names, column)]
     return ", ".join(parts)
 
 
@@ -123,7 +123,7 @@ def _whisker(result: Shapes, taps: list[int], ax: Axes) -> None:
     for k, tap in enumerate(taps):
         rows = np.flatnonzero(shape["tap"] == tap)
         x, y, s, turn = (shape[c][rows] for c in ("x_mm", "y_mm", "s_mm", "direction_deg"))
-        D, d, length = (contacts[c][tap] for c in ("D_mm", "d_mm", "L_a_mm"))
+        D, d, length = (contacts[c][tap] for c in ("D_mm", "d_tip_mm", "L_a_mm"))
         wide = shape["diameter_mm"][rows] if "diameter_mm" in shape else D + (d - D) * s / length
         radius, turn = 0.5 * wide, np.radians(turn)
         across = np.stack([-radius * np.sin(turn), radius * np.cos(turn)])

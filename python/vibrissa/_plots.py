@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 # Okabe and Ito's colours, which colour-blind readers tell apart.
 _COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000"]
-_DESIGN = ["D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm"]
+_DESIGN = ["D_mm", "d_tip_mm", "L_a_mm", "x_ss_mm", "l_mm"]
 # Columns of properties of the rig that a table has where they differ from design to design: their symbols and units.
 _PROPERTIES = {
     "exponent": ("n", ""), "scale": ("scale", ""), "bore_mm": ("bore", " mm"), "core_mm": ("core", " mm"), "E_core_MPa": ("E_c", " MPa"),
@@ -76,7 +76,7 @@ def _whiskers(table: Table) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]
 def _name(whiskers: np.ndarray[Any, Any], number: int, table: Table) -> str:
     """What tells a whisker from the others."""
     varied = [k for k in range(whiskers.shape[1]) if len(np.unique(whiskers[:, k])) > 1] or [0, 1]
-    lengths = ", ".join(f"{_DESIGN[k][:-3]} = {whiskers[number, k]:g}" for k in varied if k < len(_DESIGN))
+    lengths = ", ".join(f"{_DESIGN[k].removesuffix('_mm').removesuffix('_tip')} = {whiskers[number, k]:g}" for k in varied if k < len(_DESIGN))
     names = [_PROPERTIES[c] for c in _properties(table)]
     others = [(*names[k - len(_DESIGN)], whiskers[number, k]) for k in varied if k >= len(_DESIGN)]
     said = [f"{symbol} = {value:g}{unit}" for symbol, unit, value in others]

@@ -60,6 +60,13 @@ def _warn_of_fork(backend: Any) -> None:
         warn([f"this process was forked and computes on {backend['name']}, not where its parent does; start it by spawn to use a GPU"])
 
 
+class Row(dict[str, Any]):
+    """A row of a table by the names of its columns."""
+
+    def __missing__(self, name: str) -> Any:
+        raise KeyError("d_mm is called d_tip_mm" if name == "d_mm" else name)
+
+
 class _Result:
     """Tables as attributes, and ``run``: what ran, on what, how long, with every value in force (as run.json, docs/reference.md)."""
 
@@ -157,7 +164,7 @@ class Sweep(_Result):
         place = _native.recommended(np.asarray(table[by], dtype=float).tolist(), codes.tolist(), words)
         if place is None:
             raise RunError(f"in no row does every tap count and {by} have a value: {', '.join(words) or 'there is no row'}")
-        return {name: table[name][place].item() if name in numbers else table[name][place] for name in table.columns}
+        return Row((name, table[name][place].item() if name in numbers else table[name][place]) for name in table.columns)
 
     def to_pandas(self, table: str = "designs") -> Any:
         """One of the tables as a DataFrame over the same memory: ``"tuples"``, ``"designs"`` or ``"distances"``."""
@@ -232,7 +239,7 @@ class Search(_Result):
         self.front: Table | None = named.get("pareto")
         self.best_spec = best_spec
         result = self.run["result"]
-        self.best: dict[str, Any] = result["best"]
+        self.best: dict[str, Any] = Row(result["best"])
         self.value: float = result["value"]
         self.why: str = result["why"]
         self.ended_by: str = result["ended_by"]

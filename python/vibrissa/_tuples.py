@@ -76,7 +76,8 @@ def _rows(tuples: Any, sections: dict[str, Section | None]) -> tuple[dict[str, N
     drive = ("delta_mm", "delta") if said["tap"].get("drive") == "displacement" else ("theta_deg", "theta")
     wanted = {**_TUPLES, drive[0]: drive[1]}
     known = {**wanted, **_DIRECTIONS, **{name: name for name in _PROPERTIES}}
-    named = named_columns(tuples, "tuples", known.keys())
+    # As tables of results call it.
+    named = [("d_mm" if name == "d_tip_mm" else name, column) for name, column in named_columns(tuples, "tuples", {*known, "d_tip_mm"})]
     names = [name for name, _ in named]
     for name in known:
         if names.count(name) > 1:

@@ -8,38 +8,14 @@ use crate::locate::Locator;
 use crate::measure::Data;
 use crate::scene::{Direction, Setup, Side};
 use crate::sink::frame::Frame;
-use crate::sink::heading::Heading;
-use crate::sink::table::{AtDistance, AtDrive, Table};
+use crate::sink::heading::heading;
+use crate::sink::table::{AtDistance, AtDrive};
 use crate::sink::values::Field;
 use crate::status::Status;
 
 /// Names of the files that there may be beside run.json.
 pub const FILES: [&str; 6] =
     ["calibration.toml", "K_table.csv", "designs.csv", "distances.csv", "rows.csv", crate::export::FILE];
-
-/// K_table.csv.
-pub const K_TABLE: Heading = Heading::new(
-    "calibrate",
-    "K_table",
-    "A row is a cell: one distance, one drive, one side; values are those of the mean of its repeats.",
-    "a_mm theta_deg|delta_mm n strain|reading|moment_Nmm|force_N \
-     strain_sd|reading_sd|moment_Nmm_sd|force_N_sd strain_linear K K_deviation distance_mm error_mm \
-     sigma_mm side status",
-);
-
-/// rows.csv.
-pub const ROWS: Heading = Heading::new(
-    "calibrate",
-    "rows",
-    "A row is a row of the data; the estimator is the one that won.",
-    "line a_mm theta_deg|delta_mm \
-     recorded_strain|recorded_microstrain|recorded_bridge_mV_per_V|recorded_reading|recorded_moment_Nmm|recorded_force_N \
-     zero strain|reading|moment_Nmm|force_N expected residual distance_mm sigma_mm error_mm \
-     held_out_error_mm status use reason",
-);
-
-/// designs.csv and distances.csv: what those of a sweep have, and these columns before the status.
-pub const BESIDE: [&[&str]; 2] = [&["held_out_rms_mm", "side"], &["side"]];
 
 /// The tables; `locator` answers with the estimator that won.
 ///
@@ -61,7 +37,7 @@ pub fn side_name(side: Side) -> &'static str {
 
 fn k_table(found: &Calibrated, data: &Data, setup: &Setup) -> Result<Frame, Error> {
     let signal = data.unit.common();
-    let mut table = K_TABLE.frame(&[setup.drive.column(), signal, &format!("{signal}_sd")]);
+    let mut table = heading("K_table").frame(&[setup.drive.column(), signal, &format!("{signal}_sd")]);
     for side in &found.sides {
         let t = &side.table;
         for (c, e) in t.cells.iter().zip(&t.estimates) {
@@ -90,15 +66,7 @@ fn k_table(found: &Calibrated, data: &Data, setup: &Setup) -> Result<Frame, Erro
     Ok(table)
 }
 
-/// An empty table of a sweep with `more` before its status.
-fn with(table: Table, setup: &Setup, more: &[&'static str]) -> Frame {
-    let mut names = table.heading().names(setup);
-    let status = names.len() - 1;
-    names.splice(status..status, more.iter().copied());
-    table.heading().of(&names)
-}
-
-/// A row of it, of which `fields` are the sweep's.
+/// A row of a sweep with `more` before its status.
 fn beside<const N: usize>(fields: impl Iterator<Item = Field>, more: [Field; N]) -> Vec<Field> {
     let mut row: Vec<Field> = fields.collect();
     let status = row.len() - 1;
@@ -108,7 +76,8 @@ fn beside<const N: usize>(fields: impl Iterator<Item = Field>, more: [Field; N])
 
 fn designs(found: &Calibrated, locator: &Locator) -> Result<Frame, Error> {
     let rig = &locator.rig;
-    let (columns, mut table) = (AtDrive::chosen(&rig.setup), with(Table::Designs, &rig.setup, BESIDE[0]));
+    let (columns, mut table) =
+        (AtDrive::chosen(&rig.setup), heading("calibrated_designs").frame_for(&rig.setup));
     // Without a whisker there is no f, and no K.
     for side in found.sides.iter().filter(|_| rig.known) {
         let held = side.held_out(PAPER);
@@ -127,7 +96,7 @@ fn designs(found: &Calibrated, locator: &Locator) -> Result<Frame, Error> {
 fn distances(found: &Calibrated, locator: &Locator) -> Result<Frame, Error> {
     let rig = &locator.rig;
     let columns = AtDistance::chosen(&rig.setup);
-    let mut table = with(Table::Distances, &rig.setup, BESIDE[1]);
+    let mut table = heading("calibrated_distances").frame_for(&rig.setup);
     for side in found.sides.iter().filter(|_| rig.known) {
         let KTable { by_distance, .. } = &side.table;
         for (i, a) in side.distances.centres.iter().enumerate() {
@@ -142,7 +111,7 @@ fn distances(found: &Calibrated, locator: &Locator) -> Result<Frame, Error> {
 fn rows(found: &Calibrated, data: &Data, locator: &Locator) -> Result<Frame, Error> {
     let kind = locator.rig.setup.drive;
     let recorded = format!("recorded_{}", data.unit.column());
-    let mut table = ROWS.frame(&[kind.column(), &recorded, data.unit.common()]);
+    let mut table = heading("rows").frame(&[kind.column(), &recorded, data.unit.common()]);
     let held: Vec<_> = found.sides.iter().filter_map(|s| s.held_out(found.winner)).collect();
     let held_out = |k: usize| held.iter().map(|h| h.taps[k]).find(|e| e.is_finite()).unwrap_or(f64::NAN);
     let mut zeros = found.zeros.iter().peekable();

@@ -237,9 +237,9 @@ impl Line {
         self.odd.map_or(String::new(), |(_, [expected, found])| format!("{found} (reference: {expected})"))
     }
 
-    /// `D_mm=10 d_mm=4 …`.
+    /// `D_mm=10 d_tip_mm=4 …`.
     fn place_of(&self, t: &Tuple) -> String {
-        let lengths = ["D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm", "a_mm"].into_iter();
+        let lengths = ["D_mm", "d_tip_mm", "L_a_mm", "x_ss_mm", "l_mm", "a_mm"].into_iter();
         let names = lengths.chain(["tilt_deg", "lean_deg", self.drive.column()]);
         let upright = |(name, x): &(&str, f64)| *x == 0.0 && ["tilt_deg", "lean_deg"].contains(name);
         let told = names.zip(t.to_array()).filter(|one| !upright(one));

@@ -108,7 +108,7 @@ impl Figures {
 /// A tap, by the names of columns.
 pub fn tap_json(drive: Drive, t: &Tuple) -> Value {
     let mut at =
-        json!({ "D_mm": t.D, "d_mm": t.d, "L_a_mm": t.L_a, "x_ss_mm": t.x_ss, "l_mm": t.l, "a_mm": t.a });
+        json!({ "D_mm": t.D, "d_tip_mm": t.d, "L_a_mm": t.L_a, "x_ss_mm": t.x_ss, "l_mm": t.l, "a_mm": t.a });
     at[drive.column()] = t.drive.into();
     at
 }

@@ -22,7 +22,7 @@ use crate::progress::Progress;
 use crate::scene::{self, Drive, Setup, Spec, Study, Tuple};
 use crate::sink::folder::hash;
 use crate::sink::frame::Frame;
-use crate::sink::heading::Heading;
+use crate::sink::heading::heading;
 use crate::sink::run_json::{self, in_force, material_fit};
 use crate::sink::values::{Field, named};
 
@@ -213,17 +213,6 @@ fn charted(case: &Case, place: &Place, tuples: &[Tuple], expected: &[Outcome]) -
     Some(compared)
 }
 
-/// verify.csv.
-pub const TABLE: Heading = Heading::new(
-    "verify",
-    "verify",
-    "A row is one configuration on one backend (docs/verify.md); errors are relative.",
-    "configuration backend precision adapter bound taps compared neither unsolved unanswered differ \
-     referred strain_error_worst strain_error_median strain_error_p99 strain_over K_error_worst K_over \
-     force_error_worst force_over arc_error_worst arc_over sweeps_mean sweeps_max D_mm d_mm L_a_mm \
-     x_ss_mm l_mm a_mm tilt_deg lean_deg theta_deg delta_mm verdict other_words status",
-);
-
 /// A census of every backend.
 #[derive(Debug)]
 pub struct Verified<'a> {
@@ -278,14 +267,14 @@ impl Verified<'_> {
     /// # Errors
     /// None of a whole census.
     pub fn table(&self) -> Result<Frame, Error> {
-        let mut table = TABLE.frame(&[]);
+        let mut table = heading("verify").frame(&[]);
         self.lines.iter().try_for_each(|line| table.row(self.fields(line)))?;
         Ok(table)
     }
 
     /// Its lines as JSON, by the names of the columns.
     pub fn census(&self) -> Vec<Value> {
-        self.lines.iter().map(|line| named(TABLE.names_as(&[]), self.fields(line))).collect()
+        self.lines.iter().map(|line| named(heading("verify").names_as(&[]), self.fields(line))).collect()
     }
 
     /// Sums over the census.

@@ -141,8 +141,9 @@ fn text(spec: &Spec, choice: &Choice, found: &Explanation) -> String {
         "{name}: what each effect changes, in % of strain; {taps} taps ({part} {total}), {on}"
     );
     let drive = spec.study.setup.drive.column();
-    let header =
-        format!("effect,spec,instead,median,largest,at D_mm,d_mm,a_mm,{drive},calibrated,taps,leave off,");
+    let header = format!(
+        "effect,spec,instead,median,largest,at D_mm,d_tip_mm,a_mm,{drive},calibrated,taps,leave off,"
+    );
     let mut rows = vec![header.split(',').map(str::to_owned).collect()];
     rows.extend(found.effects.iter().map(|e| row(e, found)));
     if let Some(change) = &found.linear {

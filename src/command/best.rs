@@ -30,7 +30,7 @@ pub fn table(spec: &Spec, report: &Report) -> String {
         _ => format!("{shown} of {ranked} complete rows"),
     };
     let mut text = format!("best {what} by {by_name}:\n");
-    let _ = write!(text, "  {:>8} {:>8} {:>8} {:>8} {:>6}", "D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm");
+    let _ = write!(text, "  {:>8} {:>8} {:>8} {:>8} {:>6}", "D_mm", "d_tip_mm", "L_a_mm", "x_ss_mm", "l_mm");
     let rigs = spec.study.setup.rigs.as_ref();
     let properties = rigs.map_or(&[][..], |rigs| &rigs.properties);
     properties.iter().for_each(|property| text += &format!(" {:>9}", property.name()));

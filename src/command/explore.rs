@@ -90,7 +90,7 @@ pub fn run(asked: &ExploreRequest, context: &Context<'_>) -> Result<Reply, Error
 
 fn domain(baked: &Baked) -> Value {
     let d = &baked.domain;
-    json!({ "D_mm": d.D, "d_mm": d.d, "L_a_mm": d.L_a, "x_ss_mm": d.x_ss, "l_mm": d.l, "hub_mm": d.hub, "a_mm": d.a, "drive": d.drive })
+    json!({ "D_mm": d.D, "d_tip_mm": d.d, "L_a_mm": d.L_a, "x_ss_mm": d.x_ss, "l_mm": d.l, "hub_mm": d.hub, "a_mm": d.a, "drive": d.drive })
 }
 
 /// Whether `out` may be written: it is no folder, no input, and nothing but an older page unless that is forced.

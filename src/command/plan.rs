@@ -17,7 +17,7 @@ use crate::report::quantity::short;
 use crate::scene::Drive;
 use crate::sink::folder::Question;
 use crate::sink::frame::Frame;
-use crate::sink::heading::Heading;
+use crate::sink::heading::heading;
 use crate::sink::run_json;
 use crate::sink::table::drive_unit;
 use crate::sink::values::Field;
@@ -134,17 +134,9 @@ fn goal(asked: &PlanRequest) -> Result<PlanGoal, InputError> {
     })
 }
 
-/// plan.csv.
-pub const PLAN: Heading = Heading::new(
-    "plan",
-    "plan",
-    "A row is a tap to do, or a zero reading, in this order; the column of the signal is to be filled in.",
-    "run a_mm theta_deg|delta_mm strain|moment_Nmm|force_N",
-);
-
 /// What is to be done, with the signal to fill in.
 fn table(plan: &Planned, drive: Drive, unit: Unit) -> Result<Frame, Error> {
-    let mut table = PLAN.frame(&[drive.column(), unit.column()]);
+    let mut table = heading("plan").frame(&[drive.column(), unit.column()]);
     for row in &plan.rows {
         let u = row.drive.map_or(0.0, |j| plan.drives[j]);
         let a = rounded(plan.distances[row.distance]);
@@ -158,13 +150,9 @@ fn rounded(a: f64) -> f64 {
     (a * 1e6).round() / 1e6
 }
 
-/// plan_errors.csv.
-pub const PLAN_ERRORS: Heading =
-    Heading::new("plan", "plan_errors", "A row is a number of taps.", "design taps sigma_mm");
-
 /// What taps bring: of the plan, and of even grids.
 fn errors(plan: &Planned) -> Result<Frame, Error> {
-    let mut table = PLAN_ERRORS.frame(&[]);
+    let mut table = heading("plan_errors").frame(&[]);
     for (name, all) in [("planned", &plan.path), ("even", &plan.even)] {
         all.iter().try_for_each(|(n, sigma)| table.row([name.into(), Field::from(*n), (*sigma).into()]))?;
     }

@@ -14,6 +14,7 @@ use crate::scene::{Column, RunOptions, Spec};
 use crate::simulate::{self, Counts, Settings, SimulatedTaps, strokes};
 use crate::sink::folder::Question;
 use crate::sink::frame::Frame;
+use crate::sink::heading::heading;
 use crate::sink::run_json;
 use crate::spec;
 
@@ -100,9 +101,9 @@ pub fn run(asked: &SimulateRequest, context: &Context<'_>) -> Result<Reply, Erro
     let method = opener(&options)(&rig.setup.model)?;
     let which = SimulatedTaps { layout: &layout, directions: spec.study.setup.directions };
     let empty = simulate::empty(&rig, which.directions, settings.unit);
-    let counts = destination.rows(empty.clone(), |write| {
+    let counts = destination.rows(empty, |write| {
         let mut write = |some: &Frame| context.go_on().and_then(|()| write(some));
-        simulate::simulate(&rig, which, &settings, method, (empty, &mut write))
+        simulate::simulate(&rig, which, &settings, method, &mut write)
     })?;
     let empty = match counts.unsolved {
         0 => String::new(),
@@ -143,7 +144,7 @@ fn stroke(
         missed += 1;
         context.warn(&format!("start {number} makes no stroke: {why}"));
     };
-    let counts = destination.rows(strokes::TABLE.frame(&[settings.unit.column()]), |write| {
+    let counts = destination.rows(heading("strokes").frame(&[settings.unit.column()]), |write| {
         let mut write = |some: &Frame| context.go_on().and_then(|()| write(some));
         strokes::simulate(rig, &course, drives, settings, &mut miss, &mut write)
     })?;

@@ -17,22 +17,11 @@ use crate::measure::skin::Skin;
 use crate::measure::text::{fields, separator};
 use crate::sink::fact::kind;
 use crate::sink::frame::Frame;
-use crate::sink::heading::Heading;
+use crate::sink::heading::heading;
 use crate::sink::values::{Field, Values};
 
 /// Column that names the whisker of a row.
 pub const WHISKER: &str = "whisker";
-/// located.csv of an array.
-pub const ARRAY: Heading = Heading::new(
-    "locate --array",
-    "array",
-    "A row is a reading of one of several whiskers; the file's own columns stand after line, as in that \
-     of one whisker.",
-    "line whisker theta_deg|delta_mm strain|reading zero distance_mm sigma_mm x_mm y_mm z_mm sigma_x_mm \
-     sigma_y_mm sigma_z_mm status",
-)
-.in_file("located.csv");
-
 /// A whisker of an array.
 pub struct Mounted {
     /// Its name.
@@ -84,7 +73,7 @@ pub fn answer(whiskers: &[Mounted], bytes: &[u8], ask: &Ask<'_>, noise: &Noise) 
         let own: Vec<u8> = own.copied().collect();
         let who = Answerer::One(&whisker.locator);
         Objects::can(who, ask.by).map_err(|e| e.at(&whisker.name, None))?;
-        let mut readings = Readings::of(&whisker.locator, &own, ask, &ARRAY)?;
+        let mut readings = Readings::of(&whisker.locator, &own, ask, heading("array"))?;
         let objects = Objects::of(who, &readings.names, ask);
         let mut objects = objects.map_err(|e| e.at(label, Some(1)))?;
         if objects.is_some() {

@@ -18,6 +18,7 @@ use crate::measure::skin::PLACES;
 use crate::scene::RunOptions;
 use crate::sink::folder::{hash, hash_all};
 use crate::sink::frame::Frame;
+use crate::sink::heading::heading;
 use crate::sink::run_json;
 
 /// What is to be traced, and how.
@@ -90,7 +91,7 @@ impl Traced {
             interval: false,
             warn,
         };
-        let readings = Readings::of(&locator, bytes, &ask, &write::POINTS)?;
+        let readings = Readings::of(&locator, bytes, &ask, heading("points"))?;
         let trace = Trace::new(&locator, &readings, &asked, stop)?;
         if !trace.on_surface && asked.surface.is_none() && locator.rig.known {
             warn(

@@ -9,28 +9,12 @@ use super::trace::Trace;
 use crate::error::Error;
 use crate::locate::table::Readings;
 use crate::sink::frame::Frame;
-use crate::sink::heading::Heading;
+use crate::sink::heading::heading;
 use crate::sink::values::Field;
 use crate::status::Status;
 
 /// Files of a contour, run.json apart.
 pub const FILES: [&str; 3] = ["points.csv", "curve.csv", "contour.svg"];
-/// points.csv; the user's own columns stand after `line`.
-pub const POINTS: Heading = Heading::new(
-    "contour",
-    "points",
-    "A row is a row of the data, whose own columns stand after line as in located.csv (docs/contour.md).",
-    "line base_x_mm base_y_mm heading_deg theta_deg|delta_mm strain|reading zero distance_mm sigma_mm \
-     x_mm y_mm z_mm sigma_major_mm sigma_minor_mm axis_deg off_mm off_sigma status",
-);
-
-/// curve.csv.
-pub const CURVE: Heading = Heading::new(
-    "contour",
-    "curve",
-    "A row is a place on the curve, from its first point to its last; none where there is no curve.",
-    "s_mm x_mm y_mm direction_deg sigma_mm",
-);
 /// Rows of curve.csv.
 const PLACES: usize = 181;
 /// The word of a point that is off.
@@ -68,7 +52,7 @@ pub fn points(trace: &Trace, readings: &Readings) -> Result<Frame, Error> {
 /// # Errors
 /// None of a whole trace.
 pub fn curve(trace: &Trace) -> Result<Frame, Error> {
-    let mut table = CURVE.frame(&[]);
+    let mut table = heading("curve").frame(&[]);
     if let Ok(chosen) = &trace.curve {
         let (mut s, mut last): (f64, Option<[f64; 2]>) = (0.0, None);
         for (at, direction, sigma) in chosen.curve.traced(&trace.samples, PLACES) {

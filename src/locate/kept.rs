@@ -8,28 +8,17 @@ use super::stream::number;
 use crate::measure::text;
 use crate::sink::fact::{Kind, Only, fact_in, kind};
 use crate::sink::frame::Frame;
-use crate::sink::heading::Heading;
+use crate::sink::heading::{Heading, heading};
 use crate::sink::values::{Field, Values};
-
-/// located.csv of one whisker.
-pub const LOCATED: Heading = Heading::new(
-    "locate",
-    "located",
-    "A row is a reading. The file's own columns stand after line, one with a name from below as given_…; \
-     drive and signal under their own names follow where the file has others. On a stream: the same \
-     without line, zero and other columns.",
-    "line theta_deg|delta_mm strain|reading zero distance_mm sigma_mm from_95_mm to_95_mm tilt_deg \
-     sigma_tilt_deg corr x_mm y_mm z_mm sigma_x_mm sigma_y_mm sigma_z_mm status",
-);
 
 /// Columns that are added after the user's own, of two gauges or of one, with the interval where it is asked for.
 pub fn added(who: Answerer<'_>, interval: bool) -> Vec<&'static str> {
-    let wanted = |name: &&str| match fact_in(LOCATED.table, name).map(|fact| fact.only) {
+    let wanted = |name: &&str| match fact_in("located", name).map(|fact| fact.only) {
         _ if name.ends_with("_95_mm") => interval,
         Some(Only::Second) => who.is_twofold(),
         _ => true,
     };
-    LOCATED.names_from("zero").into_iter().filter(wanted).collect()
+    heading("located").names_from("zero").into_iter().filter(wanted).collect()
 }
 
 /// How rows of a file are written: number of the line, the user's columns, drive and signal under their own names where the user has
@@ -71,13 +60,13 @@ impl Kept {
         out.push(b'\n');
     }
 
-    /// A table of these columns without rows, whose added ones are those of `heading`. The user's own are words, as they are.
-    pub fn frame(&self, heading: &Heading) -> Frame {
-        let mut frame = Frame::of(&heading.file(), ["line"]);
+    /// A table of these columns without rows, whose added ones are those of `table`. The user's own are words, as they are.
+    pub fn frame(&self, table: &Heading) -> Frame {
+        let mut frame = Frame::of(&table.file, ["line"]);
         self.names.iter().for_each(|name| frame.add(name.clone(), Values::new(Kind::Word)));
         let common = self.common.iter().zip(self.more).filter(|(_, more)| *more).map(|(name, _)| name);
         for name in common.chain(&self.added) {
-            let kind = fact_in(heading.table, name).map_or_else(|| kind(name), |fact| fact.kind);
+            let kind = fact_in(&table.table, name).map_or_else(|| kind(name), |fact| fact.kind);
             frame.add(*name, Values::new(kind));
         }
         frame

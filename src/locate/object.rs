@@ -20,19 +20,8 @@ use super::{Located, Locator};
 use crate::error::InputError;
 use crate::estimator::learnt::Inverted;
 use crate::measure::text::number as number_of;
-use crate::sink::heading::Heading;
+use crate::sink::heading::heading;
 use crate::status::Status;
-
-/// located.csv has these columns more, after the status, of taps that are taken together.
-pub const TOGETHER: Heading = Heading::new(
-    "locate --same, --object",
-    "together",
-    "These columns follow status where taps of one object are taken together; they say what all taps of \
-     the object so far tell.",
-    "object taps object_distance_mm object_sigma_mm object_from_95_mm object_to_95_mm object_tilt_deg \
-     object_sigma_tilt_deg apart_line apart_sigmas object_status",
-)
-.in_file("located.csv");
 
 /// How many of these there always are but for the object.
 pub const COLUMNS: usize = 6;
@@ -162,7 +151,7 @@ impl<'a> Objects<'a> {
             name if name.ends_with("tilt_deg") => twofold,
             _ => true,
         };
-        TOGETHER.names_as(&[]).into_iter().filter(wanted).collect()
+        heading("together").names_as(&[]).into_iter().filter(wanted).collect()
     }
 
     /// The object of a line with these fields.

@@ -8,19 +8,9 @@ use super::object::{UnlocatedTap, limit};
 use super::rows::RowReader;
 use super::stream::{Ask, number};
 use crate::error::Error;
-use crate::sink::heading::Heading;
+use crate::sink::heading::heading;
 use crate::status::Status;
 
-/// located.csv has these columns more, after the status, of strokes.
-pub const ALONG: Heading = Heading::new(
-    "locate --strokes",
-    "along",
-    "These columns follow status where readings are of strokes; they say what the readings of the stroke \
-     so far tell, so that its last row is its answer. They are empty at rest, and where the drive falls.",
-    "stroke rows touch touch_sigma stroke_distance_mm from_68_mm to_68_mm from_95_mm to_95_mm apart_drive \
-     apart_sigmas stroke_status",
-)
-.in_file("located.csv");
 /// The column that numbers strokes.
 pub const NAME: &str = "stroke";
 /// A drive that falls by more than this share of the largest calibrated one goes back.
@@ -126,7 +116,7 @@ impl<'a> Strokes<'a> {
     /// Columns that are added after the status, and before them the number of the stroke where the line does not keep one.
     pub fn columns(rows: Option<&RowReader<'_>>) -> Vec<&'static str> {
         let own = rows.is_some_and(|rows| rows.names().iter().any(|n| n == NAME));
-        ALONG.names_as(&[]).into_iter().filter(|name| !own || *name != NAME).collect()
+        heading("along").names_as(&[]).into_iter().filter(|name| !own || *name != NAME).collect()
     }
 
     /// The stroke of a line, where a column names it.

@@ -12,40 +12,15 @@ use crate::error::Error;
 use crate::scene::search::{Objective, Quantity, Search};
 use crate::scene::{Column, Property, Setup, Spec};
 use crate::sink::frame::Frame;
-use crate::sink::heading::Heading;
+use crate::sink::heading::heading;
 use crate::sink::run_json;
-use crate::sink::table::{AtDrive, Table};
+use crate::sink::table::AtDrive;
 use crate::sink::values::Field;
 
 /// Their names.
 pub fn names(objective: Objective) -> Vec<&'static str> {
     let front = (objective == Objective::Pareto).then_some("pareto.csv");
     ["best.toml", "history.csv", "sensitivity.csv"].into_iter().chain(front).collect()
-}
-
-/// history.csv; properties that vary follow `l_mm`.
-pub const HISTORY: Heading = Heading::new(
-    "optimise",
-    "history",
-    "A row is a step of the search that found something better, and the best so far.",
-    "evaluations start stage D_mm d_mm L_a_mm x_ss_mm l_mm theta_deg|delta_mm K_sd|K_sd_mm total_rms_mm \
-     weighted violation",
-);
-
-/// sensitivity.csv.
-pub const SENSITIVITY: Heading = Heading::new(
-    "optimise",
-    "sensitivity",
-    "A row is a parameter p of the nominal whisker.",
-    "parameter K_sd_elasticity total_rms_elasticity K_sd_first K_sd_total total_rms_first total_rms_total \
-     K_sd_first_low K_sd_first_high K_sd_total_low K_sd_total_high total_rms_first_low \
-     total_rms_first_high total_rms_total_low total_rms_total_high scale",
-);
-
-/// pareto.csv: rows of designs.csv.
-pub fn front() -> Heading {
-    let row = "A row is a design of the trade-off front.";
-    Heading { command: "optimise", row, ..*Table::Designs.heading() }.in_file("pareto.csv")
 }
 
 /// Its tables.
@@ -188,10 +163,7 @@ fn other(setup: &Setup, other: &Other) -> Value {
 fn history(spec: &Spec, report: &Report) -> Result<Frame, Error> {
     let setup = &spec.study.setup;
     let properties: &[Property] = setup.rigs.as_ref().map_or(&[], |rigs| &rigs.properties);
-    let mut names = HISTORY.names(setup);
-    let after = 1 + names.iter().position(|name| *name == "l_mm").unwrap_or_default();
-    names.splice(after..after, properties.iter().map(|property| property.about().column));
-    let mut table = HISTORY.of(&names);
+    let mut table = heading("history").frame_for(setup);
     let last = report.history.len().saturating_sub(1);
     for (i, step) in report.history.iter().enumerate() {
         // Steps that found nothing better are left out, but for the last.
@@ -212,7 +184,7 @@ fn history(spec: &Spec, report: &Report) -> Result<Frame, Error> {
 
 fn sensitivity(spec: &Spec, report: &Report) -> Result<Frame, Error> {
     let s = &report.sensitivity;
-    let mut table = SENSITIVITY.frame(&[]);
+    let mut table = heading("sensitivity").frame(&[]);
     for &(quantity, local) in &s.local {
         let found = s.global.iter().find(|(c, _)| *c == quantity).map_or([None; 2], |(_, found)| *found);
         let each: Vec<Option<Share>> =
@@ -230,7 +202,7 @@ fn sensitivity(spec: &Spec, report: &Report) -> Result<Frame, Error> {
 
 fn pareto(spec: &Spec, points: &[Design]) -> Result<Frame, Error> {
     let setup = &spec.study.setup;
-    let (columns, mut table) = (AtDrive::chosen(setup), front().frame_for(setup));
+    let (columns, mut table) = (AtDrive::chosen(setup), heading("pareto").frame_for(setup));
     points.iter().try_for_each(|d| table.row(columns.fields(&d.at_drive())))?;
     Ok(table)
 }

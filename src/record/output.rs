@@ -8,7 +8,7 @@ use crate::measure::names::DISTANCE;
 use crate::scene::Drive;
 use crate::sink::fact;
 use crate::sink::frame::Frame;
-use crate::sink::heading::Heading;
+use crate::sink::heading::heading;
 use crate::sink::values::{Field, Values};
 
 /// Files of the command.
@@ -61,15 +61,6 @@ impl Labels {
 fn own(values: &[f64], k: usize) -> Option<f64> {
     if values.len() == 1 { values.first().copied() } else { values.get(k).copied() }
 }
-
-/// taps.csv; labels of the record follow the time.
-pub const TAPS: Heading = Heading::new(
-    "taps",
-    "taps",
-    "A row is a tap, or where the record has a drive also a rest, in the order of time, as calibrate and \
-     locate read it.",
-    "a_mm theta_deg|delta_mm strain|reading t_s tilt_deg run",
-);
 
 /// taps.csv: what calibrate and locate read. Without a drive in the record the rest is subtracted; with one the rests are rows of drive 0.
 ///
@@ -127,20 +118,12 @@ fn middle(record: &Record, reading: &Reading) -> f64 {
     0.5 * (record.time[reading.mean[0]] + record.time[reading.mean[1]])
 }
 
-/// readings.csv.
-pub const READINGS: Heading = Heading::new(
-    "taps",
-    "readings",
-    "A row is a reading of the record: what taps.csv was made of.",
-    "kind begins_s ends_s from_s to_s samples signal rest sd",
-);
-
 /// readings.csv: of each reading what it is of, when contact begins and ends, what it is the mean of, and how well its samples agree.
 ///
 /// # Errors
 /// None of whole readings.
 pub fn readings(record: &Record, readings: &[Reading]) -> Result<Frame, Error> {
-    let mut table = READINGS.frame(&[]);
+    let mut table = heading("readings").frame(&[]);
     for r in readings {
         let [[begins, ends], [from, to]] = [r.contact, r.mean].map(|ends| ends.map(|k| record.time[k]));
         let times = [begins, ends, from, to].map(Field::Number);

@@ -120,7 +120,8 @@ fn fill(name: &str, indent: usize, text: &str, width: usize) -> String {
     let blank = " ".repeat(indent);
     let (mut out, mut line) = (String::new(), format!("{name:indent$}"));
     if !name.is_empty() && name.chars().count() >= indent {
-        out = format!("{name}\n");
+        let own = format!("{name}\n");
+        out = if own.chars().count() > width { fill("", 2, name.trim(), width) } else { own };
         line = blank.clone();
     }
     let mut first = true;

@@ -152,7 +152,7 @@ pub fn of_search(source: &Source, front: Option<&Frame>, sd: &str) -> Result<Str
     }
     let asked = source.in_force("optimise.variables").unwrap_or_default();
     let varied = |name: &str| {
-        let key = name.rsplit_once('_').map_or(name, |(key, _)| key);
+        let key = name.trim_end_matches("_mm").trim_end_matches("_tip");
         asked.is_empty() || asked.split([' ', '{', ',', '=']).any(|word| word == key)
     };
     let names = WHISKER.into_iter().filter(|name| varied(name)).chain(properties());

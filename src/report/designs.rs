@@ -11,8 +11,7 @@ use crate::figure::{Figure, Mark, Marker, Panel, Parallel, Path};
 use crate::scene::Property;
 use crate::sink::frame::Frame;
 
-/// Columns that make a whisker.
-pub const WHISKER: [&str; 5] = ["D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm"];
+pub use crate::sink::table::WHISKER;
 /// Columns of properties of the rig, where a table has them.
 pub fn properties() -> impl Iterator<Item = &'static str> {
     Property::ALL.into_iter().map(|property| property.about().column)

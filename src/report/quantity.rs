@@ -91,7 +91,7 @@ mod tests {
 
     #[test]
     fn values_are_said_with_symbol_and_unit() {
-        assert_eq!(said("d_mm", 4.0), "d = 4 mm");
+        assert_eq!(said("d_tip_mm", 4.0), "d = 4 mm");
         assert_eq!(said("theta_deg", 0.5), "θ = 0.5°");
         assert_eq!(said("tilt_deg", -30.0), "β = −30°");
         assert_eq!(said("x_ss_mm", 5.12345), "x_ss = 5.123 mm");

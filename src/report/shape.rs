@@ -123,7 +123,7 @@ fn whiskers(
     }
     for (i, r) in rows.iter().enumerate() {
         let nodes = &taps[*r];
-        let (d0, d1) = (number("D_mm", *r), number("d_mm", *r));
+        let (d0, d1) = (number("D_mm", *r), number("d_tip_mm", *r));
         let radius = |k: usize| 0.5 * wide.map_or(d0 + (d1 - d0) * s[k] / length, |wide| wide[k]);
         let side = |k: usize, sign: f64| {
             let (sin, cos) = psi[k].to_radians().sin_cos();

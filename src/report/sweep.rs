@@ -33,7 +33,7 @@ pub fn content(source: &Source) -> Result<Content, Error> {
         of_taps(&mut c, tuples, limits)?;
     }
     match &designs {
-        Some(designs) if designs.len() > 0 => {
+        Some(designs) if !designs.is_empty() => {
             of_designs(&mut c, designs, limits)?;
             c.answer = answer(source, designs)?;
         }
@@ -158,7 +158,7 @@ fn of_taps(c: &mut Content, table: &Frame, limits: Limits) -> Result<(), Error> 
     for name in WHISKER {
         table.numbers(name)?;
     }
-    if table.len() == 0 {
+    if table.is_empty() {
         c.notes.push("tuples.csv has no rows".to_owned());
         return Ok(());
     }

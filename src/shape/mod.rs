@@ -5,7 +5,7 @@
 
 mod table;
 
-pub use table::{CONTACTS, Counts, FILES, MOST_TAPS, SHAPE, rows, tables};
+pub use table::{Counts, FILES, MOST_TAPS, rows, tables};
 
 use glam::{DVec2, DVec3};
 use serde_json::{Value, json};

@@ -12,7 +12,7 @@ use crate::evaluate::{Evaluator, Method, Outcome, Task};
 use crate::progress::Progress;
 use crate::scene::{DirectionColumns, Setup, Space, Spec, Tuple};
 use crate::sink::frame::Frame;
-use crate::sink::heading::Heading;
+use crate::sink::heading::heading;
 use crate::sink::values::Field;
 use crate::status::Status;
 
@@ -22,26 +22,6 @@ pub const FILES: [&str; 2] = ["shape.csv", "contacts.csv"];
 pub const MOST_TAPS: u64 = 10_000;
 /// Taps between two tellings of how far the work is.
 const PART: usize = 256;
-
-/// shape.csv.
-pub const SHAPE: Heading = Heading::new(
-    "shape",
-    "shape",
-    "A row is a section of a bent whisker; a block of rows is a tap, from the clamp to the tip. The \
-     motor's axis is the origin, x lies along the whisker at first touch, y towards the object.",
-    "tap D_mm d_mm L_a_mm x_ss_mm l_mm a_mm tilt_deg lean_deg theta_deg|delta_mm s_mm x_mm y_mm z_mm \
-     psi_deg direction_deg strain diameter_mm",
-);
-
-/// contacts.csv.
-pub const CONTACTS: Heading = Heading::new(
-    "shape",
-    "contacts",
-    "A row is a tap; places as in shape.csv.",
-    "tap D_mm d_mm L_a_mm x_ss_mm l_mm a_mm tilt_deg lean_deg theta_deg|delta_mm hub_mm gauge_from_mm \
-     gauge_to_mm strain normal_force_N tangential_force_N contact_arc_mm contact_x_mm contact_y_mm \
-     contact_z_mm pole_x_mm pole_y_mm pole_z_mm pole_radius_mm contact_state status",
-);
 
 /// What was written.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -80,7 +60,7 @@ pub fn tables(
         outcomes.extend(evaluator.run(&designs, some)?);
         progress.at(outcomes.len() as u64, tasks.len() as u64);
     }
-    let [mut sections, mut contacts] = [SHAPE, CONTACTS].map(|heading| heading.frame_for(setup));
+    let [mut sections, mut contacts] = ["shape", "contacts"].map(|table| heading(table).frame_for(setup));
     let mut counts = Counts { taps: tuples.len(), shapes: 0 };
     for (i, ((design, task), outcome)) in designs.iter().zip(&tasks).zip(&outcomes).enumerate() {
         if stop.load(Ordering::Relaxed) {

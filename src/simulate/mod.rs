@@ -13,21 +13,12 @@ use serde_json::{Value, json};
 
 use crate::scene::{DirectionColumns, Drive, Layout, Signal, Spec, Tuple};
 use crate::sink::frame::Frame;
-use crate::sink::heading::Heading;
+use crate::sink::heading::heading;
 use crate::sink::run_json;
 use row::State;
 
 /// What the `source` column holds.
 pub const SOURCE: &str = "synthetic";
-
-/// measurements.csv; several channels have a column each.
-pub const MEASUREMENTS: Heading = Heading::new(
-    "simulate",
-    "measurements",
-    "A row is a synthetic reading.",
-    "a_mm tilt_deg lean_deg theta_deg|delta_mm strain|microstrain|bridge_mV_per_V|reading \
-     strain_2|microstrain_2|bridge_mV_per_V_2|reading_2 repeat source fault status",
-);
 
 /// Columns of a table beside what a rig records.
 pub const BESIDE: [&str; 4] = ["repeat", "source", "fault", "status"];
@@ -235,8 +226,8 @@ pub struct SimulatedTaps<'a> {
     pub directions: DirectionColumns,
 }
 
-/// Simulates taps of `rig` where they are asked for: for every distance, for every repeat, all strokes in turn. `write` takes the rows of
-/// the table, which begins empty.
+/// Simulates taps of `rig` where they are asked for: for every distance, for every repeat, all strokes in turn. `write` takes rows of
+/// the table.
 ///
 /// # Errors
 /// A backend or a file that fails.
@@ -245,8 +236,9 @@ pub fn simulate(
     asked: SimulatedTaps<'_>,
     settings: &Settings,
     method: Method,
-    (mut table, write): (Frame, &mut dyn FnMut(&Frame) -> Result<(), Error>),
+    write: &mut dyn FnMut(&Frame) -> Result<(), Error>,
 ) -> Result<Counts, Error> {
+    let mut table = empty(rig, asked.directions, settings.unit);
     let mut evaluator = Evaluator::new(&rig.setup, method);
     let designs = [rig.design.clone()];
     let mut counts = Counts::default();
@@ -292,12 +284,12 @@ pub fn simulate(
 pub fn empty(rig: &Rig, shown: DirectionColumns, unit: Unit) -> Frame {
     let channels = rig.setup.channels.as_ref();
     let said = [rig.setup.drive.column(), unit.column(), unit.second()];
-    let names = MEASUREMENTS.names_as(&said).into_iter().flat_map(|name| match name {
+    let names = heading("measurements").names_as(&said).into_iter().flat_map(|name| match name {
         "tilt_deg" if !shown.tilt => Vec::new(),
         "lean_deg" if !shown.lean => Vec::new(),
         name if name == unit.second() && !rig.setup.gauge.second => Vec::new(),
         name if name == unit.column() => channels.map_or(vec![name], |channels| channels.measured()),
         name => vec![name],
     });
-    MEASUREMENTS.of(&names.collect::<Vec<_>>())
+    heading("measurements").of(&names.collect::<Vec<_>>())
 }

@@ -12,20 +12,11 @@ use crate::error::{Error, InputError};
 use crate::measure::Rig;
 use crate::scene::{Axis, Contact as Grip, DirectionColumns, Drive, Geometry, Signal};
 use crate::sink::frame::Frame;
-use crate::sink::heading::Heading;
+use crate::sink::heading::heading;
 use crate::sink::values::Field;
 
 /// The file.
 pub const FILE: &str = "strokes.csv";
-
-/// strokes.csv.
-pub const TABLE: Heading = Heading::new(
-    "simulate",
-    "strokes",
-    "A row is a synthetic reading of a stroke (simulate --object).",
-    "stroke base_x_mm base_y_mm heading_deg sense theta_deg strain|microstrain|bridge_mV_per_V|reading \
-     true_x_mm true_y_mm touch_x_mm touch_y_mm source status",
-);
 
 /// What is stroked, and from where.
 #[derive(Debug, Clone, PartialEq)]
@@ -113,7 +104,7 @@ pub fn simulate(
         Ok((touch.pose, stroker.place(&touch), stroker.stroke(&touch, &angles)))
     };
     let solved: Vec<_> = strokes.starts.par_iter().map(solve).collect();
-    let mut table = TABLE.frame(&[settings.unit.column()]);
+    let mut table = heading("strokes").frame(&[settings.unit.column()]);
     let mut counts = Counts::default();
     let mut state = State::new(rig, settings, DirectionColumns::default());
     for (k, solved) in solved.into_iter().enumerate() {

@@ -17,6 +17,7 @@ use crate::scene::property::Description;
 use crate::scene::{
     Axis, COLUMNS, Column, DirectionColumns, Drive, Listed, PROPERTIES, Property, Rigs, Space, Tuple,
 };
+use crate::sink::table::WHISKER;
 use crate::text_file::{Limit, TextFile, refused, unread};
 
 /// Words for such a file.
@@ -122,15 +123,17 @@ pub(super) fn read<'a>(
     drive: Drive,
     base: &Path,
 ) -> Result<Read<'a>> {
-    let own = Column::ALL.into_iter().map(|column| column.name(drive));
-    let names: Vec<&str> = own.chain(varied().map(|property| property.about().column)).collect();
-    let spare = [&SPARE, &names[COLUMNS..]].concat();
-    let columns = Columns { names: std::array::from_fn(|k| names[k]), spare: &spare };
     let path = base.join(item.text()?);
     let label = path.display().to_string();
     let text = TextFile::open(&path, WHAT, Limit::Lines);
     let begun = |text| header(text).map_err(|e| refused(e).unwrap_or_else(|e| unread(WHAT, &label, &e)));
     let (first, text) = text.and_then(begun).map_err(|e| table::named(item, e))?;
+    // As tables call it, or as before.
+    let tip = if first.contains(WHISKER[1]) { WHISKER[1] } else { Column::TipDiameter.name(drive) };
+    let own = Column::ALL.map(|column| if column == Column::TipDiameter { tip } else { column.name(drive) });
+    let names: Vec<&str> = own.into_iter().chain(varied().map(|property| property.about().column)).collect();
+    let spare = [&SPARE, &names[COLUMNS..]].concat();
+    let columns = Columns { names: std::array::from_fn(|k| names[k]), spare: &spare };
     let (mut listed, mut varied) = (Listed::default(), Varied::new(&first));
     let (mut rows, mut seen) = (DoubtfulRows::new(drive), [false; 2]);
     let mut row = |values: [f64; ALL], start| {

@@ -30,7 +30,7 @@ use tried::{Attempt, COARSE, STEPS, incomplete, overstrained, tried};
 
 use needed::find_needed;
 pub use needed::needed;
-pub use write::{TABLE, document, k_names, result, table, unit};
+pub use write::{document, k_names, result, table, unit};
 
 /// Why the CPU is taken in f64 where nothing is said.
 const FEW: &str = "few taps";

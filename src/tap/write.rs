@@ -7,7 +7,7 @@ use crate::error::Error;
 use crate::scene::search::Objective;
 use crate::scene::{Convention, Drive, Foil, RankBy, Setup, Spec, Study, Theory};
 use crate::sink::frame::Frame;
-use crate::sink::heading::Heading;
+use crate::sink::heading::heading;
 use crate::sink::run_json;
 use crate::sink::table::drive_unit;
 
@@ -75,22 +75,13 @@ pub fn result(study: &Study, report: &Report) -> Value {
     })
 }
 
-/// tap.csv.
-pub const TABLE: Heading = Heading::new(
-    "tap",
-    "tap",
-    "A row is one drive of the interval.",
-    "theta_deg|delta_mm K_mean|K_mean_mm K_sd|K_sd_mm bias_rms_mm noise_rms_mm total_rms_mm \
-     strain_max|signal_max error_rms_mm status",
-);
-
 /// The curve as `tap.csv`.
 ///
 /// # Errors
 /// None of a whole report.
 pub fn table(study: &Study, report: &Report) -> Result<Frame, Error> {
     let unit = k_unit(study);
-    let mut table = TABLE.frame_for(&study.setup);
+    let mut table = heading("tap").frame_for(&study.setup);
     for s in &report.curve {
         let (row, [mean, sd]) = (&s.row, k_values(s, unit));
         let error = row.error_rms();

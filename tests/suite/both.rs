@@ -42,7 +42,7 @@ fn spread(setup: &Setup, whisker: Tuple) -> f64 {
 
 fn tap(row: &Row) -> Tuple {
     let at = |column: &str| number(row, column).expect("a number");
-    let names = ["D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm", "a_mm", "tilt_deg", "lean_deg"];
+    let names = ["D_mm", "d_tip_mm", "L_a_mm", "x_ss_mm", "l_mm", "a_mm", "tilt_deg", "lean_deg"];
     let drive = if row.contains_key("theta_deg") { "theta_deg" } else { "delta_mm" };
     let values: Vec<f64> = names.into_iter().chain([drive]).map(at).collect();
     Tuple::from_array(values.try_into().expect("every column"))

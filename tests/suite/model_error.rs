@@ -41,7 +41,7 @@ fn names(told: &Value, list: &str) -> Vec<String> {
 /// 1e-3 θ f_max of a row of tuples.csv.
 fn least(setup: &Setup, row: &Row) -> f64 {
     let [big, tip, length, x_ss, l, a, drive] =
-        ["D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm", "a_mm", setup.drive.column()]
+        ["D_mm", "d_tip_mm", "L_a_mm", "x_ss_mm", "l_mm", "a_mm", setup.drive.column()]
             .map(|c| number(row, c).expect("a number"));
     let tuple =
         vibrissa::scene::Tuple { D: big, d: tip, L_a: length, x_ss, l, a, drive, ..Default::default() };
@@ -55,7 +55,10 @@ fn apart(text: &str, full: &Table, fewer: &Table) -> f64 {
     assert_eq!(full.rows.len(), fewer.rows.len());
     let mut largest = 0.0f64;
     for (a, b) in full.rows.iter().zip(&fewer.rows) {
-        assert_eq!((&a["a_mm"], &a["theta_deg"], &a["d_mm"]), (&b["a_mm"], &b["theta_deg"], &b["d_mm"]));
+        assert_eq!(
+            (&a["a_mm"], &a["theta_deg"], &a["d_tip_mm"]),
+            (&b["a_mm"], &b["theta_deg"], &b["d_tip_mm"])
+        );
         assert_eq!(a["status"], b["status"], "{a:?}");
         let (Some(x), Some(y)) = (number(a, "strain"), number(b, "strain")) else {
             assert_eq!(a["strain"], b["strain"]);

@@ -35,9 +35,9 @@ fn best_toml_runs_in_sweep_and_gives_the_same_figures() {
         (
             SPEC,
             "",
-            "D_mm d_mm theta_deg K_mean K_sd error_rms_mm noise_rms_mm total_rms_mm strain_max force_max_N",
+            "D_mm d_tip_mm theta_deg K_mean K_sd error_rms_mm noise_rms_mm total_rms_mm strain_max force_max_N",
         ),
-        (&moved, "", "d_mm delta_mm total_rms_mm"),
+        (&moved, "", "d_tip_mm delta_mm total_rms_mm"),
         (built, " --precision f64", "core_mm k_theta_Nmm_per_rad E_MPa K_sd force_max_N"),
     ] {
         let desk = Desk::new(text);

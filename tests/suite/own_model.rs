@@ -28,8 +28,9 @@ fn spec(d: f64, gauge: &str, tap: &str, more: &str) -> String {
 }
 
 fn whisker(row: &Row, drive: &str) -> Tuple {
-    let [wide, d, length, x_ss, l, a, drive] = ["D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm", "a_mm", drive]
-        .map(|column| number(row, column).expect("a number"));
+    let [wide, d, length, x_ss, l, a, drive] =
+        ["D_mm", "d_tip_mm", "L_a_mm", "x_ss_mm", "l_mm", "a_mm", drive]
+            .map(|column| number(row, column).expect("a number"));
     Tuple { D: wide, d, L_a: length, x_ss, l, a, drive, ..Tuple::default() }
 }
 

@@ -104,7 +104,7 @@ fn every_report_begins_with_its_answer_and_has_its_figures() {
         kept.min_by(|p, q| number(p, by).total_cmp(&number(q, by))).unwrap()
     };
     let best = least("swept/designs.csv", &|r| r["status"] == "ok", "total_rms_mm");
-    for column in ["d_mm", "theta_deg", "total_rms_mm"] {
+    for column in ["d_tip_mm", "theta_deg", "total_rms_mm"] {
         tells(&answers["swept"], number(&best, column));
     }
     tells(&answers["swept"], 100.0 * number(&best, "strain_max"));

@@ -35,7 +35,7 @@ fn least(desk: &Desk) -> [f64; 3] {
     let complete = rows.iter().filter(|row| !row["total_rms_mm"].is_empty());
     let within = complete.filter(|row| !row["status"].contains("strain_limit"));
     let best = within.min_by(|a, b| total(a).total_cmp(&total(b))).expect("a row");
-    ["d_mm", "x_ss_mm", "theta_deg"].map(|name| number(best, name).expect("a number"))
+    ["d_tip_mm", "x_ss_mm", "theta_deg"].map(|name| number(best, name).expect("a number"))
 }
 
 #[test]
@@ -48,7 +48,8 @@ fn sweep_and_report_recommend_the_best_row_within_the_strain_limit() {
         assert!(sweep.contains("tells distance best of those within the strain limit"), "{sweep}");
         assert!(best[0]["strain_max"].as_f64().expect("a strain") <= limit, "{}", best[0]);
         let by_hand = least(&desk);
-        let named = ["d_mm", "x_ss_mm", "theta_deg"].map(|name| best[0][name].as_f64().expect("a number"));
+        let named =
+            ["d_tip_mm", "x_ss_mm", "theta_deg"].map(|name| best[0][name].as_f64().expect("a number"));
         assert_eq!(named, by_hand);
         assert!(sweep.contains(&format!("x_ss = {} mm, tapped by θ = {}°", named[1], named[2])), "{sweep}");
         recommended.push(named);
@@ -57,7 +58,7 @@ fn sweep_and_report_recommend_the_best_row_within_the_strain_limit() {
             best.iter().map(|row| row["status"].as_str().expect("words").contains("strain_limit")).collect();
         assert!(beyond.is_sorted(), "{beyond:?}");
         let mut whiskers: Vec<String> =
-            best.iter().map(|row| format!("{} {}", row["d_mm"], row["x_ss_mm"])).collect();
+            best.iter().map(|row| format!("{} {}", row["d_tip_mm"], row["x_ss_mm"])).collect();
         whiskers.sort();
         whiskers.dedup();
         assert_eq!(whiskers.len(), 8, "{best:?}");

@@ -8,9 +8,10 @@ use toml::Value;
 use crate::common::keys;
 use crate::common::program::{Desk, SPEC};
 use vibrissa::census::compare::{FAULTS, QUANTITIES};
-use vibrissa::reference::{columns, words};
+use vibrissa::reference::words;
 use vibrissa::scene::{Search, search::Places};
-use vibrissa::sink::fact::Only;
+use vibrissa::sink::fact::{Fact, Only};
+use vibrissa::sink::heading::{HEADINGS, heading};
 use vibrissa::spec::keys::{Key, Section, inline, section, sections};
 use vibrissa::status::Status;
 
@@ -128,14 +129,11 @@ fn a_default_that_is_written_out_changes_nothing() {
 /// That the reference has the columns of a table, in their order.
 #[track_caller]
 fn described(command: &str, file: &str, header: &[&str]) {
-    let tables = columns::tables();
-    let table = tables.iter().find(|(t, _)| t.command == command && t.file() == file);
-    let (_, columns) = table.unwrap_or_else(|| panic!("the reference does not know {file} of {command}"));
+    let table = HEADINGS.iter().find(|t| t.command == command && t.file == file);
+    let table = table.unwrap_or_else(|| panic!("the reference does not know {file} of {command}"));
     let is = |told: &str, name: &str| told.split('|').any(|n| n == name);
-    let asked = |(told, only, _): &&(&str, Only, String)| {
-        *only == Only::Always || header.iter().any(|name| is(told, name))
-    };
-    let told: Vec<&str> = columns.iter().filter(asked).map(|c| c.0).collect();
+    let asked = |c: &&&Fact| c.only == Only::Always || header.iter().any(|name| is(&c.name, name));
+    let told: Vec<&str> = table.columns.iter().filter(asked).map(|c| c.name.as_str()).collect();
     let missing: Vec<_> = header.iter().filter(|name| !told.iter().any(|t| is(t, name))).collect();
     let gone: Vec<_> = told.iter().filter(|t| !header.iter().any(|name| is(t, name))).collect();
     assert!(
@@ -145,7 +143,7 @@ fn described(command: &str, file: &str, header: &[&str]) {
     assert!(gone.is_empty(), "columns of the reference that {file} ({command}) does not have: {gone:?}");
     let same = header.len() == told.len() && told.iter().zip(header).all(|(t, name)| is(t, name));
     assert!(same, "the reference has the columns of {file} ({command}) in another order: {told:?}");
-    assert!(columns.iter().all(|c| !c.2.is_empty()), "a column of {file} has no meaning");
+    assert!(table.columns.iter().all(|c| !c.meaning.is_empty()), "a column of {file} has no meaning");
 }
 
 /// That the reference has every table in `folder`, and its columns.
@@ -214,8 +212,8 @@ fn every_column_from_measurement_to_distance_is_described() {
 
 #[test]
 fn every_column_of_verify_and_bench_is_described() {
-    described("verify", "verify.csv", &vibrissa::census::verify::TABLE.names_as(&[]));
-    described("bench", "work_precision.csv", &vibrissa::census::bench::TABLE.names_as(&[]));
+    described("verify", "verify.csv", &heading("verify").names_as(&[]));
+    described("bench", "work_precision.csv", &heading("work_precision").names_as(&[]));
 }
 
 /// Words in quotes behind `=>` or in a pair, in the body of the function `name` of a source file.

@@ -68,7 +68,7 @@ fn what_is_drawn_of_a_sweep_is_what_its_tables_say() {
     let (designs, tuples) = (desk.table("out/designs.csv").rows, desk.table("out/tuples.csv").rows);
     let of = |rows: &[Row], d: f64, keep: &dyn Fn(&Row) -> bool, x: &str, y: &str| -> Vec<(f64, f64)> {
         rows.iter()
-            .filter(|r| number(r, "d_mm") == d && keep(r))
+            .filter(|r| number(r, "d_tip_mm") == d && keep(r))
             .map(|r| (number(r, x), number(r, y)))
             .collect()
     };
@@ -106,7 +106,7 @@ fn what_is_drawn_of_a_sweep_is_what_its_tables_say() {
         let drawn: Vec<f64> = cells["z"].as_array().unwrap().iter().map(|z| z.as_f64().unwrap()).collect();
         let mut told: Vec<(f64, f64, f64)> = tuples
             .iter()
-            .filter(|r| number(r, "d_mm") == d)
+            .filter(|r| number(r, "d_tip_mm") == d)
             .map(|r| (number(r, "theta_deg"), number(r, "a_mm"), number(r, "K")))
             .collect();
         told.sort_by(|p, q| p.0.total_cmp(&q.0).then(p.1.total_cmp(&q.1)));
@@ -337,7 +337,7 @@ fn many_rows_become_a_small_page() {
         let sd = 1e-6 * (1.0 + 40.0 * hash * hash + f64::from(i % 89));
         let total = 1e-2 * (2.0 - hash + f64::from(i % 13));
         best.push(total);
-        let known = [("D_mm", 10.0), ("d_mm", d), ("L_a_mm", 50.0), ("x_ss_mm", x), ("l_mm", 2.0)];
+        let known = [("D_mm", 10.0), ("d_tip_mm", d), ("L_a_mm", 50.0), ("x_ss_mm", x), ("l_mm", 2.0)];
         let told = [("theta_deg", 4.0), ("n", 10.0), ("K_sd", sd), ("total_rms_mm", total)];
         let row = names.iter().map(|name| match known.iter().chain(&told).find(|(n, _)| n == name) {
             Some((_, value)) => value.to_string(),

@@ -23,8 +23,9 @@ fn the_ring_keeps_the_limits() {
     let designs = desk.table("out/designs.csv").rows;
     for (i, d) in [4.0, 7.0, 10.0].into_iter().enumerate() {
         let total = |word: &str| -> Vec<(f64, f64)> {
-            let of =
-                designs.iter().filter(|r| number(r, "d_mm") == d && (r["status"] == "ok") == (word == "ok"));
+            let of = designs
+                .iter()
+                .filter(|r| number(r, "d_tip_mm") == d && (r["status"] == "ok") == (word == "ok"));
             of.map(|r| (number(r, "theta_deg"), number(r, "total_rms_mm"))).collect()
         };
         let panel = &figure(&page, "budget")["panels"][i];

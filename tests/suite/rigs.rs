@@ -148,7 +148,7 @@ fn rows_are_nested_after_l_and_before_a() {
     let columns = ["D_mm", "l_mm", "bore_mm", "hub_mm", "a_mm", "theta_deg"];
     let rows: Vec<_> = all.tuples.rows.iter().map(|r| columns.map(|c| number(r, c).unwrap())).collect();
     assert_eq!(rows, wanted);
-    let head = "D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,bore_mm,hub_mm,";
+    let head = "D_mm,d_tip_mm,L_a_mm,x_ss_mm,l_mm,bore_mm,hub_mm,";
     assert!(all.tuples.text.starts_with(&format!("{head}a_mm,theta_deg,strain,")), "{:.90}", all.tuples.text);
     assert!(all.designs.text.starts_with(&format!("{head}theta_deg,n,")), "{:.90}", all.designs.text);
     assert!(all.distances.text.starts_with(&format!("{head}a_mm,n,")), "{:.90}", all.distances.text);

@@ -154,7 +154,9 @@ fn the_command_writes_a_block_for_each_tap() {
     let mut lines = text.lines();
     assert_eq!(
         lines.next(),
-        Some("tap,D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg,s_mm,x_mm,y_mm,psi_deg,direction_deg,strain")
+        Some(
+            "tap,D_mm,d_tip_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg,s_mm,x_mm,y_mm,psi_deg,direction_deg,strain"
+        )
     );
     let rows: Vec<Vec<f64>> = lines.map(|l| l.split(',').map(|f| f.parse().unwrap()).collect()).collect();
     for tap in 0..12 {

@@ -20,7 +20,7 @@ const BATCHED: [Place; 3] = [CPU, CPU_F64, GPU];
 /// Workgroup of the shaders.
 const WORKGROUP: usize = vibrissa::kernel::gpu::shader::WORKGROUP as usize;
 
-const INPUTS: [&str; 7] = ["D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm", "a_mm", "theta_deg"];
+const INPUTS: [&str; 7] = ["D_mm", "d_tip_mm", "L_a_mm", "x_ss_mm", "l_mm", "a_mm", "theta_deg"];
 
 fn tolerance(place: Place) -> f64 {
     if place.precision == Precision::F32 { 1e-5 } else { 1e-8 }

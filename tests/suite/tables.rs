@@ -7,11 +7,11 @@ use crate::common::sweeping::{
 };
 use crate::rigs::{SAMPLED, TWO};
 
-const TUPLES: &str = "D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg,strain,strain_linear,K,K_deviation,distance_mm,\
+const TUPLES: &str = "D_mm,d_tip_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg,strain,strain_linear,K,K_deviation,distance_mm,\
                       error_mm,sigma_mm,normal_force_N,tangential_force_N,contact_arc_mm,contact_state,status";
-const DESIGNS: &str = "D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,theta_deg,n,K_mean,K_sd,error_rms_mm,error_max_mm,error_mean_mm,\
+const DESIGNS: &str = "D_mm,d_tip_mm,L_a_mm,x_ss_mm,l_mm,theta_deg,n,K_mean,K_sd,error_rms_mm,error_max_mm,error_mean_mm,\
                        noise_rms_mm,total_rms_mm,strain_max,force_max_N,status";
-const DISTANCES: &str = "D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,n,K_mean,K_sd,status";
+const DISTANCES: &str = "D_mm,d_tip_mm,L_a_mm,x_ss_mm,l_mm,a_mm,n,K_mean,K_sd,status";
 
 fn columns(swept: &Swept) -> [String; 3] {
     [&swept.tuples, &swept.designs, &swept.distances].map(|table| table.columns.join(","))
@@ -28,7 +28,8 @@ fn columns_are_those_of_the_interface() {
     let angle = sweep(SPEC, CPU);
     assert_eq!(columns(&angle), [TUPLES, DESIGNS, DISTANCES]);
     check(&angle, false);
-    let order: Vec<_> = angle.tuples.rows.iter().map(|r| (&r["d_mm"], &r["a_mm"], &r["theta_deg"])).collect();
+    let order: Vec<_> =
+        angle.tuples.rows.iter().map(|r| (&r["d_tip_mm"], &r["a_mm"], &r["theta_deg"])).collect();
     assert_eq!(
         (order.len(), order[1].2.as_str(), order[2].1.as_str(), order[6].0.as_str()),
         (12, "4", "33", "7")
@@ -59,7 +60,7 @@ fn elongation_multiplies_k_by_the_span_of_the_gauge() {
     let mean = sweep(SPEC, CPU_F64);
     let long = sweep(&format!("{SPEC}[estimate]\nconvention = \"elongation\"\n"), CPU_F64);
     for (short, long) in mean.tuples.rows.iter().zip(&long.tuples.rows) {
-        let d = number(short, "d_mm").unwrap();
+        let d = number(short, "d_tip_mm").unwrap();
         let span = 2.0 * ((10.0 - d) / 100.0).atan().cos();
         let ratio = number(long, "K_mm").unwrap() / number(short, "K").unwrap();
         assert!((ratio / span - 1.0).abs() < 1e-14, "{ratio} {span}");
@@ -149,7 +150,7 @@ fn many(output: &str) -> String {
 #[test]
 fn top_keeps_the_best_complete_rows() {
     let two = |output: &str| format!("{TWO}[output]\n{output}\n");
-    let (tips, axes) = (["d_mm", "L_a_mm"], ["D_mm", "l_mm", "bore_mm", "hub_mm"]);
+    let (tips, axes) = (["d_tip_mm", "L_a_mm"], ["D_mm", "l_mm", "bore_mm", "hub_mm"]);
     let (all, some) = (
         ["K_sd", "error_rms_mm", "error_max_mm", "noise_rms_mm", "total_rms_mm", "strain_max", "force_max_N"],
         ["total_rms_mm"],

@@ -38,16 +38,16 @@ fn upright(values: &[f64]) -> Vec<f64> {
 #[test]
 fn directions_stand_between_distance_and_drive() {
     let swept = sweep(&linear("second = true\n"), CPU);
-    let before = "D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,tilt_deg,lean_deg,theta_deg,strain,strain_linear,K,K_deviation,distance_mm,error_mm,\
+    let before = "D_mm,d_tip_mm,L_a_mm,x_ss_mm,l_mm,a_mm,tilt_deg,lean_deg,theta_deg,strain,strain_linear,K,K_deviation,distance_mm,error_mm,\
                   sigma_mm,normal_force_N,tangential_force_N,contact_arc_mm,contact_state,strain_2,bending_azimuth_deg,slide_mm,status";
     assert_eq!(swept.tuples.columns.join(","), before);
     assert_eq!(
         swept.designs.columns[..9].join(","),
-        "D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,tilt_deg,lean_deg,theta_deg,n"
+        "D_mm,d_tip_mm,L_a_mm,x_ss_mm,l_mm,tilt_deg,lean_deg,theta_deg,n"
     );
     assert_eq!(
         swept.distances.columns.join(","),
-        "D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,tilt_deg,lean_deg,n,K_mean,K_sd,status"
+        "D_mm,d_tip_mm,L_a_mm,x_ss_mm,l_mm,a_mm,tilt_deg,lean_deg,n,K_mean,K_sd,status"
     );
     let nested: Vec<[f64; 3]> = [21.0, 33.0, 48.0]
         .iter()

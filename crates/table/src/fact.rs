@@ -1,6 +1,8 @@
-//! What is known of every column of every table: `columns.csv`, where a line is a column in tables that mean the same by it.
+//! What is known of every column of every table: `columns.csv`, where a line is a column in tables that mean the same by it. A table has its columns in
+//! the order of the lines.
 //!
-//! The first line of a name says its type, unit and axis; further ones say what it means in other tables, and its type where that differs.
+//! The first line of a name says its type, unit and axis; further ones say what it means in other tables, and its type where that differs. A column that
+//! is called one or the other is `this|that`; a line without tables is a name that only the second of these has.
 
 use std::collections::HashMap;
 use std::sync::LazyLock;
@@ -21,6 +23,8 @@ pub enum Kind {
 /// What a column is, in some tables.
 #[derive(Debug)]
 pub struct Fact {
+    /// Its name; `this|that` where it is called this or that.
+    pub name: String,
     /// Tables that have it so.
     tables: String,
     /// Type of its values.
@@ -107,13 +111,14 @@ pub fn property(name: &str) -> Option<Property> {
     Property::ALL.into_iter().find(|property| property.about().column == name)
 }
 
-static FACTS: LazyLock<HashMap<String, Vec<Fact>>> = LazyLock::new(|| {
-    let mut all: HashMap<String, Vec<Fact>> = HashMap::new();
+/// All, in the order of tables.
+pub static FACTS: LazyLock<Vec<Fact>> = LazyLock::new(|| {
+    let mut all: Vec<Fact> = Vec::new();
+    let mut firsts: HashMap<String, usize> = HashMap::new();
     let mut lines = csv::Reader::from_reader(&include_bytes!("columns.csv")[..]);
     for line in lines.deserialize::<[String; 8]>() {
         let [name, kind, unit, axis, scale, tables, when, meaning] = line.expect("columns.csv is a table");
-        let known = all.entry(name.clone()).or_default();
-        let first = known.first();
+        let first = firsts.get(self::first(&name)).map(|place| &all[*place]);
         let kind = match kind.as_str() {
             "" => first.map_or(Kind::Number, |first| first.kind),
             "number" => Kind::Number,
@@ -133,19 +138,39 @@ static FACTS: LazyLock<HashMap<String, Vec<Fact>>> = LazyLock::new(|| {
             Some(property) if meaning.is_empty() => property.about().what.to_owned(),
             _ => meaning,
         };
-        known.push(Fact { tables, kind, unit, axis, log, only, meaning });
+        firsts.entry(self::first(&name).to_owned()).or_insert(all.len());
+        all.push(Fact { name, tables, kind, unit, axis, log, only, meaning });
     }
     all
 });
 
+/// By the first name of each.
+static BY_NAME: LazyLock<HashMap<&str, Vec<&Fact>>> = LazyLock::new(|| {
+    let mut all: HashMap<&str, Vec<&Fact>> = HashMap::new();
+    FACTS.iter().for_each(|fact| all.entry(first(&fact.name)).or_default().push(fact));
+    all
+});
+
+/// `this` of `this|that`.
+fn first(name: &str) -> &str {
+    name.split('|').next().unwrap_or(name)
+}
+
+impl Fact {
+    /// True of a column of `table`.
+    pub fn is_of(&self, table: &str) -> bool {
+        self.tables.split(' ').any(|one| one == table)
+    }
+}
+
 /// What the column `name` is in most tables.
 pub fn fact(name: &str) -> Option<&'static Fact> {
-    FACTS.get(name)?.first()
+    BY_NAME.get(first(name))?.first().copied()
 }
 
 /// What the column `name` is in `table`.
 pub fn fact_in(table: &str, name: &str) -> Option<&'static Fact> {
-    FACTS.get(name)?.iter().find(|fact| fact.tables.split(' ').any(|one| one == table))
+    BY_NAME.get(first(name))?.iter().copied().find(|fact| fact.is_of(table))
 }
 
 /// The type of the column `name`; a column that is not known has numbers.

@@ -1,67 +1,55 @@
-//! What a table is: where it stands, what a row is, and its columns in order. Each stands beside what writes it.
+//! What a table is: where it stands, what a row is (`tables.csv`), and its columns in order (`columns.csv`).
 
-use super::fact::{Fact, Kind, Only, fact, fact_in, kind};
+use std::sync::LazyLock;
+
+use super::fact::{FACTS, Fact, Kind, Only, fact, fact_in, kind};
 use super::frame::Frame;
 use crate::scene::{Convention, Drive, Setup, Signal};
 
 /// A table that a command writes.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug)]
 pub struct Heading {
-    /// Its name in `columns.csv`.
-    pub table: &'static str,
+    /// Its name.
+    pub table: String,
     /// The command that writes it.
-    pub command: &'static str,
-    /// The file, where its name is not that of the table.
-    pub file_name: Option<&'static str>,
+    pub command: String,
+    /// Its file as CSV.
+    pub file: String,
     /// What a row is.
-    pub row: &'static str,
-    /// Names of its columns in order, `this|that` where one is called this or that.
-    pub columns: &'static str,
+    pub row: String,
+    /// Its columns, in order.
+    pub columns: Vec<&'static Fact>,
+}
+
+/// All tables.
+pub static HEADINGS: LazyLock<Vec<Heading>> = LazyLock::new(|| {
+    let mut lines = csv::Reader::from_reader(&include_bytes!("tables.csv")[..]);
+    let heading = |line: csv::Result<[String; 4]>| {
+        let [table, command, file, row] = line.expect("tables.csv is a table");
+        let columns = FACTS.iter().filter(|fact| fact.is_of(&table)).collect();
+        Heading { table, command, file, row, columns }
+    };
+    lines.deserialize().map(heading).collect()
+});
+
+/// The `table` of `tables.csv`.
+///
+/// # Panics
+/// A name that is not there.
+pub fn heading(table: &str) -> &'static Heading {
+    let found = HEADINGS.iter().find(|heading| heading.table == table);
+    found.unwrap_or_else(|| panic!("tables.csv has no {table}"))
 }
 
 /// The columns that each channel has: its reading, and its K.
 pub(super) const CHANNEL: [&str; 2] = ["signal_moment…|channel_1…", "K_moment…|K_1…"];
 
 impl Heading {
-    /// A table that is alone in the file of its name.
-    pub const fn new(
-        command: &'static str,
-        table: &'static str,
-        row: &'static str,
-        columns: &'static str,
-    ) -> Self {
-        Self { table, command, file_name: None, row, columns }
-    }
-
-    /// The same in `file`.
-    pub const fn in_file(self, file: &'static str) -> Self {
-        Self { file_name: Some(file), ..self }
-    }
-
-    /// Name of its file as CSV.
-    pub fn file(&self) -> String {
-        self.file_name.map_or_else(|| format!("{}.csv", self.table), str::to_owned)
-    }
-
-    /// Its columns, each with what is known of it.
-    ///
-    /// # Panics
-    /// A column that `columns.csv` does not have in this table.
-    pub fn facts(&self) -> impl Iterator<Item = (&'static str, &'static Fact)> {
-        let table = self.table;
-        let fact = move |name: &'static str| {
-            let first = name.split('|').next().unwrap_or_default();
-            let found = fact_in(table, first);
-            (name, found.unwrap_or_else(|| panic!("columns.csv does not say what {first} is in {table}")))
-        };
-        self.columns.split_whitespace().map(fact)
-    }
-
     /// Names of the columns for `setup`.
     pub fn names(&self, setup: &Setup) -> Vec<&'static str> {
         let mut names = Vec::new();
-        for (name, fact) in self.facts() {
-            match (&setup.channels, fact.only) {
+        for Fact { name, only, .. } in self.columns.iter().copied() {
+            match (&setup.channels, *only) {
                 (Some(channels), Only::Channel) if name == CHANNEL[0] => {
                     names.extend(channels.names.iter().flatten().copied());
                 }
@@ -75,11 +63,11 @@ impl Heading {
 
     /// Names of all columns; of those that are called this or that the one which is among `said`.
     pub fn names_as(&self, said: &[&str]) -> Vec<&'static str> {
-        let name = |name: &'static str| {
-            let first = name.split('|').next().unwrap_or(name);
-            name.split('|').find(|one| said.contains(one)).unwrap_or(first)
+        let name = |fact: &&'static Fact| {
+            let mut names = fact.name.split('|');
+            names.clone().find(|one| said.contains(one)).or(names.next()).unwrap_or_default()
         };
-        self.columns.split_whitespace().map(name).collect()
+        self.columns.iter().map(name).collect()
     }
 
     /// The columns from `name` on, called as [`Self::names_as`] does.
@@ -89,9 +77,9 @@ impl Heading {
 
     /// An empty table with columns of these `names`.
     pub fn of(&self, names: &[&'static str]) -> Frame {
-        let kind = |name: &&str| fact_in(self.table, name).map_or_else(|| kind(name), |fact| fact.kind);
+        let kind = |name: &&str| fact_in(&self.table, name).map_or_else(|| kind(name), |fact| fact.kind);
         let kinds: Vec<Kind> = names.iter().map(kind).collect();
-        Frame::new(self.file(), names, &kinds)
+        Frame::new(&*self.file, names, &kinds)
     }
 
     /// An empty table with all columns, called as `said`.

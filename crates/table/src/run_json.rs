@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 
 use super::folder::hash;
 use super::pack::{Packed, Packer, Unpacker, packed};
+use super::table::WHISKER;
 use crate::combinations::Combinations;
 use crate::reduce::{Largest, Sweeps};
 use crate::scene::{Column, Spec, Study};
@@ -209,7 +210,8 @@ pub fn document(command: &str, spec: Value, body: Value) -> Value {
 pub fn varying(study: &Study) -> Vec<&'static str> {
     let (setup, space) = (&study.setup, &study.space);
     let several = |column: &Column| space.axis(*column).is_none_or(|axis| axis.len() > 1);
-    let whisker = Column::ALL.into_iter().take(5).filter(several).map(|column| column.name(setup.drive));
+    let whisker =
+        Column::ALL.into_iter().zip(WHISKER).filter(|(column, _)| several(column)).map(|(_, name)| name);
     let rigs = setup.rigs.iter().flat_map(|rigs| rigs.properties.iter().map(|p| p.about().column));
     let shown = setup.directions;
     let angles = [(shown.tilt, "tilt_deg"), (shown.lean, "lean_deg")].into_iter().filter(|(shown, _)| *shown);

@@ -17,7 +17,7 @@ use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyCapsule, PyList};
 use vibrissa::error::Error;
-use vibrissa::scene::RankBy;
+use vibrissa::scene::{Column, Drive, RankBy};
 use vibrissa::sink::frame::Frame;
 
 use super::column::{Given, OF_TIME, named};
@@ -65,7 +65,8 @@ impl Table {
         found.ok_or_else(|| {
             let names: Vec<&str> =
                 self.batch.schema_ref().fields().iter().map(|f| f.name().as_str()).collect();
-            PyKeyError::new_err(format!("no column {name:?}; there are {}", names.join(", ")))
+            let now = if name == Column::TipDiameter.name(Drive::Angle) { " (it is d_tip_mm)" } else { "" };
+            PyKeyError::new_err(format!("no column {name:?}{now}; there are {}", names.join(", ")))
         })
     }
 }

@@ -25,7 +25,7 @@ use crate::report;
 use crate::scene::{BackendChoice, Contact, Precision, RunOptions};
 use crate::sink::folder::{Folder, Question, Written, hash};
 use crate::sink::values::{Field, named};
-use crate::sink::{frame::Frame, heading::Heading, run_json};
+use crate::sink::{frame::Frame, heading::heading, run_json};
 pub use measure::{News, measure, taps};
 pub use stopwatch::{Noise, Times};
 
@@ -266,15 +266,8 @@ pub fn name(places: &[Place], place: usize) -> String {
     }
 }
 
-/// work_precision.csv.
-pub const TABLE: Heading = Heading::new(
-    "bench",
-    "work_precision",
-    "A row is a configuration on one kernel, backend and tolerance.",
-    "configuration backend precision adapter kernel nodes tolerance taps failed ns_per_tap \
-     ns_per_tap_median kernel_ns_per_tap sweeps_mean strain_error_median strain_error_p99 \
-     strain_error_max spread",
-);
+/// The table.
+const TABLE: &str = "work_precision";
 
 fn row(m: &Measured, places: &[Place]) -> Vec<Field> {
     let Step { place, configuration, solved, tolerance } = &m.step;
@@ -304,7 +297,7 @@ fn row(m: &Measured, places: &[Place]) -> Vec<Field> {
 
 /// The row of a measurement as JSON, by the names of the columns.
 pub fn point(m: &Measured, places: &[Place]) -> Value {
-    named(TABLE.names_as(&[]), row(m, places))
+    named(heading(TABLE).names_as(&[]), row(m, places))
 }
 
 /// The table.
@@ -312,7 +305,7 @@ pub fn point(m: &Measured, places: &[Place]) -> Value {
 /// # Errors
 /// None of whole measurements.
 pub fn table(measured: &[Measured], places: &[Place]) -> Result<Frame, Error> {
-    let mut table = TABLE.frame(&[]);
+    let mut table = heading(TABLE).frame(&[]);
     measured.iter().try_for_each(|m| table.row(row(m, places)))?;
     Ok(table)
 }
@@ -325,8 +318,8 @@ pub fn open(settings: &Settings, places: &[Place], out: &Path, force: bool) -> R
     let question = Question::new("bench", "bench", json!({ "settings": hash(&settings.text(places)) }));
     // A figure without points is left out.
     let figures = ["work_precision.svg", "work_precision.png", "configurations.svg", "configurations.png"];
-    let table = TABLE.file();
-    Folder::open(out, question, &[&[&*table], &figures[..]].concat(), force)
+    let table = &*heading(TABLE).file;
+    Folder::open(out, question, &[&[table], &figures[..]].concat(), force)
 }
 
 /// Writes table, figures and `run.json`; of a run that was `stopped` after so many of its steps no figures, which would take their time.

@@ -16,11 +16,12 @@ use crate::locate::object::{By, NAME, UnlocatedTap};
 use crate::locate::sequence::{SHIFT, shift_column};
 use crate::locate::stream::Ask;
 use crate::locate::table::Readings;
-use crate::locate::{LOCATED, Locator, SaidZero, locator::opener};
+use crate::locate::{Locator, SaidZero, locator::opener};
 use crate::measure::Names;
 use crate::sink::folder::{Question, hash};
+use crate::sink::heading::heading;
 use crate::sink::run_json;
-pub use shown::{NEXT, result};
+pub use shown::result;
 use shown::{answer, drawn, table};
 
 /// The next tap of an object.
@@ -134,7 +135,7 @@ fn read(
         interval: false,
         warn,
     };
-    let readings = Readings::of(locator, bytes, &ask, &LOCATED)?;
+    let readings = Readings::of(locator, bytes, &ask, heading("located"))?;
     let place = match &asked.object {
         Some(column) => Some(readings.column(column).ok_or_else(|| {
             let error = InputError::new("there is no such column").at(label.clone(), Some(1));

@@ -9,23 +9,15 @@ use crate::locate::sequence::SHIFT;
 use crate::report::quantity::short;
 use crate::scene::Drive;
 use crate::sink::frame::Frame;
-use crate::sink::heading::Heading;
+use crate::sink::heading::heading;
 use crate::sink::table::drive_unit;
 use crate::sink::values::Field;
 use crate::status::Status;
 use serde_json::json;
 
 /// next.csv.
-pub const NEXT: Heading = Heading::new(
-    "next",
-    "next",
-    "A row is a drive that the next tap could have, and a place of the base.",
-    "theta_deg|delta_mm shift_mm expected_signal expected_sigma_mm status",
-);
-
-/// It.
 pub fn table(next: &Next, drive: Drive) -> Result<Frame, Error> {
-    let mut table = NEXT.frame(&[drive.column()]);
+    let mut table = heading("next").frame(&[drive.column()]);
     for t in &next.tried {
         let numbers = [t.drive, t.shift, t.signal, t.sigma].map(Field::Number);
         table.row(numbers.into_iter().chain([t.status.into()]))?;

@@ -65,7 +65,7 @@ fn reached(
 /// The simplest configuration: every kernel, the peers on the same axes.
 fn precision(work: &Frame, peers: Option<&Frame>) -> Result<Figure, InputError> {
     let places = Places::of(work);
-    let first = if work.len() > 0 { work.word("configuration", 0) } else { String::new() };
+    let first = if !work.is_empty() { work.word("configuration", 0) } else { String::new() };
     let time = work.numbers("ns_per_tap")?;
     let (mut panels, mut beyond) = (Vec::new(), Vec::new());
     for (title, column, theirs) in

@@ -38,10 +38,9 @@ pub fn table(text: &str, settings: &Settings) -> String {
     let layout = spec.study.space.layout().expect("a rig has axes");
     let asked = SimulatedTaps { layout: &layout, directions: spec.study.setup.directions };
     let method = opener(&RunOptions::default())(&rig.setup.model).unwrap();
-    let empty = empty(&rig, asked.directions, settings.unit);
-    let mut all = empty.clone();
+    let mut all = empty(&rig, asked.directions, settings.unit);
     let mut write = |some: &Frame| all.extend(some, 0..some.len());
-    simulate(&rig, asked, settings, method, (empty, &mut write)).unwrap();
+    simulate(&rig, asked, settings, method, &mut write).unwrap();
     String::from_utf8(all.csv().unwrap()).unwrap()
 }
 

@@ -67,7 +67,7 @@ fn of<'a>(tuples: &'a Table, row: &Row, keys: &[&str]) -> Vec<&'a Row> {
 /// Checks every row of designs.csv and distances.csv against tuples.csv; `given` says that `[estimate] K` is there.
 pub fn check(swept: &Swept, given: bool) {
     let drive = if swept.tuples.columns.iter().any(|c| c == "delta_mm") { "delta_mm" } else { "theta_deg" };
-    let design = ["D_mm", "d_mm", "L_a_mm", "x_ss_mm", "l_mm"];
+    let design = ["D_mm", "d_tip_mm", "L_a_mm", "x_ss_mm", "l_mm"];
     for row in &swept.designs.rows {
         let taps = of(&swept.tuples, row, &[&design[..], &[drive]].concat());
         let counting: Vec<&Row> = taps.iter().copied().filter(|t| counts(t)).collect();

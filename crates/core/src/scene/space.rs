@@ -52,7 +52,7 @@ impl Column {
         Self::Drive,
     ];
 
-    /// Column name in every table.
+    /// Column name in tuple files; tables of results call `d_mm` `d_tip_mm`, which no database takes for `D_mm`.
     pub fn name(self, drive: Drive) -> &'static str {
         match self {
             Self::BaseDiameter => "D_mm",

@@ -2,11 +2,9 @@
 
 mod swept;
 
-use std::sync::LazyLock;
-
-use super::fact::{Only, fact_in};
+use super::fact::{Fact, Only, property};
 use super::format::TableFormat;
-use super::heading::{CHANNEL, Heading};
+use super::heading::{CHANNEL, Heading, heading};
 use super::values::Field;
 use crate::scene::{Drive, Property, Setup};
 pub use swept::{AtDistance, AtDrive, TapRow};
@@ -38,54 +36,40 @@ impl Table {
 
     /// Its columns.
     pub fn heading(self) -> &'static Heading {
-        &HEADINGS[self as usize]
+        heading(self.name())
     }
 }
 
-/// In place of the properties of the rig that may vary, each of which is a column. Its value is the number of the rig.
+/// Columns of the whisker.
+pub const WHISKER: [&str; 5] = ["D_mm", "d_tip_mm", "L_a_mm", "x_ss_mm", "l_mm"];
+
+/// The properties of the rig that may vary, each of which is a column. Its value is the number of the rig.
 const PROPERTIES: &str = "*";
 
-static HEADINGS: LazyLock<[Heading; 3]> = LazyLock::new(|| {
-    let properties = Property::ALL.map(|property| property.about().column).join(" ");
-    let heading = |table: Table, row, names: &[&str]| {
-        let columns = names.join(" ").replace(PROPERTIES, &properties);
-        Heading::new("sweep", table.name(), row, columns.leak())
-    };
-    let [drive, distance] = [
-        "A row is a whisker at one drive, over all its distances.",
-        "A row is a whisker at one distance, over all its drives.",
-    ];
-    [
-        heading(Table::Tuples, "A row is one tap.", &TapRow::COLUMNS.map(|column| column.0)),
-        heading(Table::Designs, drive, &AtDrive::COLUMNS.map(|column| column.0)),
-        heading(Table::Distances, distance, &AtDistance::COLUMNS.map(|column| column.0)),
-    ]
-});
+/// A value of a row made of `R`; of the channels that at a place.
+type Read<R> = fn(&R, usize) -> Field;
 
-/// A column of rows made of `R`, by its name in the heading, and its value in a row; of the channels that of their place.
-type Column<R> = (&'static str, fn(&R, usize) -> Field);
+/// A column by its name in `columns.csv`, and its values.
+type Column<R> = (&'static str, Read<R>);
 
 /// The columns that a table of one setup has, in their order.
 pub struct Chosen<'s, R> {
     setup: &'s Setup,
-    values: Vec<(fn(&R, usize) -> Field, usize, Option<Property>)>,
+    values: Vec<(Read<R>, usize, Option<Property>)>,
 }
 
 impl<'s, R> Chosen<'s, R> {
     fn new(table: Table, columns: &[Column<R>], setup: &'s Setup) -> Self {
         let mut values = Vec::new();
-        for (name, read) in columns {
-            let first = name.split('|').next().unwrap_or_default();
-            match fact_in(table.name(), first).map_or(Only::Always, |fact| fact.only) {
-                _ if *name == PROPERTIES => {
-                    let varied = Property::ALL.into_iter().filter(|property| setup.varies(*property));
-                    values.extend(varied.map(|property| (*read, 0, Some(property))));
-                }
+        for Fact { name, only, .. } in table.heading().columns.iter().copied() {
+            let own = if *only == Only::Varies { PROPERTIES } else { name };
+            let (_, read) = columns.iter().find(|(name, _)| *name == own).expect("every column has a value");
+            match only {
                 Only::Channel => {
-                    let channels = setup.channels.as_ref().filter(|_| *name == CHANNEL[0]);
+                    let channels = setup.channels.as_ref().filter(|_| name == CHANNEL[0]);
                     values.extend((0..channels.map_or(0, |all| 2 * all.len())).map(|k| (*read, k, None)));
                 }
-                only if only.holds(first, setup) => values.push((*read, 0, None)),
+                only if only.holds(name, setup) => values.push((*read, 0, property(name))),
                 _ => {}
             }
         }

@@ -89,7 +89,7 @@ impl TapRow<'_> {
     /// Columns of tuples.csv.
     pub(super) const COLUMNS: [Column<Self>; 32] = [
         ("D_mm", |r, _| r.design.tuple.D.into()),
-        ("d_mm", |r, _| r.design.tuple.d.into()),
+        ("d_tip_mm", |r, _| r.design.tuple.d.into()),
         ("L_a_mm", |r, _| r.design.tuple.L_a.into()),
         ("x_ss_mm", |r, _| r.design.tuple.x_ss.into()),
         ("l_mm", |r, _| r.design.tuple.l.into()),
@@ -131,7 +131,7 @@ impl AtDrive<'_> {
     /// Columns of designs.csv.
     pub(super) const COLUMNS: [Column<Self>; 20] = [
         ("D_mm", |r, _| r.design.D.into()),
-        ("d_mm", |r, _| r.design.d.into()),
+        ("d_tip_mm", |r, _| r.design.d.into()),
         ("L_a_mm", |r, _| r.design.L_a.into()),
         ("x_ss_mm", |r, _| r.design.x_ss.into()),
         ("l_mm", |r, _| r.design.l.into()),
@@ -162,7 +162,7 @@ impl AtDistance<'_> {
     /// Columns of distances.csv.
     pub(super) const COLUMNS: [Column<Self>; 13] = [
         ("D_mm", |r, _| r.design.D.into()),
-        ("d_mm", |r, _| r.design.d.into()),
+        ("d_tip_mm", |r, _| r.design.d.into()),
         ("L_a_mm", |r, _| r.design.L_a.into()),
         ("x_ss_mm", |r, _| r.design.x_ss.into()),
         ("l_mm", |r, _| r.design.l.into()),
