@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use serde_json::{Value, json};
-use vibrissa::census::bench::{self, Measured, News, Noise, Settings, Solved, name, places};
+use vibrissa::census::bench::{self, Measured, News, Settings, Solved, name, places, spread};
 use vibrissa::census::{Figures, Place};
 use vibrissa::error::{Error, InputError};
 use vibrissa::kernel::rule::smallest_tolerance;
@@ -17,6 +17,9 @@ use super::progress::Steps;
 use super::reply::Reply;
 use super::say::rough;
 use super::{apart, interrupt, say};
+
+/// Largest spread of repeats that says nothing about the machine: backends and tolerances are compared where they differ by tens of percent.
+const QUIET: f64 = 0.15;
 
 /// Measures, or says what would be measured.
 pub fn run(args: &Bench) -> Result<Reply, Error> {
@@ -48,15 +51,17 @@ pub fn run(args: &Bench) -> Result<Reply, Error> {
     let (measured, done) = measured(&settings, &places, &Steps::new(steps as u64, quiet))?;
     let stopped = (done < steps).then_some([done, steps]);
     let kept = stopped.is_none() || (!measured.is_empty() && (force || !interrupt::is_whole(folder.older())));
-    let noise = Noise::of(&measured, &places);
-    say::warnings(quiet, noise.warning());
+    let differ = spread(&measured);
+    say::warnings(quiet, (differ > QUIET).then(|| {
+        format!("repeats of a measurement differ by up to {:.0} %: this machine does something else too, and its figures may be too slow", 100.0 * differ)
+    }));
     let what = format!("{done} of {steps} measurements");
     let reply = Reply {
         text: summary(&measured, &places),
         counts: bench::counts(&measured),
         seconds: json!({ "total": begun.elapsed().as_secs_f64() }),
         backend: backends(&places),
-        result: result(&measured, &noise, &places),
+        result: result(&measured, &places),
         broken: stopped.map(|_| interrupt::last_words(&what, measured.is_empty(), kept, &out)),
         quiet,
         ..Reply::default()
@@ -147,7 +152,7 @@ fn summary(measured: &[Measured], places: &[Place]) -> String {
             reference, 99 of 100 taps are not worse, and the worst tap; failed: taps that only the reference solves.\n"
 }
 
-fn result(measured: &[Measured], noise: &Noise, places: &[Place]) -> Value {
+fn result(measured: &[Measured], places: &[Place]) -> Value {
     let point = |m: &Measured| {
         let mut point = bench::point(m, places);
         point["backend"] = name(places, m.step.place).into();
@@ -155,5 +160,5 @@ fn result(measured: &[Measured], noise: &Noise, places: &[Place]) -> Value {
         point
     };
     let points: Vec<Value> = measured.iter().map(point).collect();
-    json!({ "machine": bench::machine(), "noise": noise.json(), "points": points })
+    json!({ "machine": bench::machine(), "spread": spread(measured), "points": points })
 }

@@ -216,9 +216,12 @@ fn best(
         return Err(incomplete(setup, &samples).into());
     };
     let kept = |s: &Sample| goal.feasible(&s.score);
-    let Some(optimum) = optimum::find(&mut curve, &samples, goal, &kept)? else {
-        return Err(overstrained(setup, &samples).into());
+    // The least of all drives is the least of those that keep the strain limit, where it keeps it.
+    let optimum = match kept(&unconstrained) {
+        true => Some(unconstrained),
+        false => optimum::find(&mut curve, &samples, goal, &kept)?,
     };
+    let Some(optimum) = optimum else { return Err(overstrained(setup, &samples).into()) };
     let (mut limited_by, at_bound) = optimum::limited_by(&optimum, ends, objective);
     let inside = matches!(limited_by, LimitedBy::Bias | LimitedBy::Noise);
     if inside

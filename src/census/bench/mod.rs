@@ -3,7 +3,7 @@
 //! The yardstick is the reference solver, which shares no method with the kernels; an error is |ε − ε_ref| relative to
 //! max(|ε_ref|, 1e-3 θ f_max), as the tolerance is defined. Times are those of whole taps, from a tuple to its strain,
 //! forces and status; the share of the kernel is told apart. Every measurement is repeated: the best is what the machine
-//! can do, the median what it did, their spread how much else it did ([`Noise`]).
+//! can do, the median what it did, their spread how much else it did ([`spread`]).
 //!
 //! A benchmark is a list of [`Step`]s, which [`measure()`] takes one after the other; [`table`] shows them, and [`crate::report`] draws its figures from it.
 
@@ -27,7 +27,7 @@ use crate::sink::folder::{Folder, Question, Written, hash};
 use crate::sink::values::{Field, named};
 use crate::sink::{frame::Frame, heading::heading, run_json};
 pub use measure::{News, measure, taps};
-pub use stopwatch::{Noise, Times};
+pub use stopwatch::Times;
 
 /// The configurations of model §5, all effects off to all on.
 const EXACT: [&str; 8] =
@@ -352,7 +352,7 @@ pub fn write(
             "yardstick": "the reference: adaptive f64 shooting; its own row is its difference from cpu f64 at the smallest tolerance",
             "error": "|strain - reference| / max(|reference|, 1e-3 theta f_max)",
             "counts": counts(measured),
-            "noise": Noise::of(measured, places).json(),
+            "spread": spread(measured),
             "stopped": stopped.map(|[steps, of]| json!({ "steps": steps, "of": of })),
             "seconds": { "total": start.elapsed().as_secs_f64() },
         }),
@@ -367,6 +367,11 @@ pub fn counts(measured: &[Measured]) -> Value {
         "taps": measured.iter().map(|m| m.taps).sum::<u64>(),
         "failed": measured.iter().map(|m| m.failed).sum::<u64>(),
     })
+}
+
+/// Largest (slowest − fastest) / median of the repeats of a measurement. On a quiet machine it is some percent.
+pub fn spread(measured: &[Measured]) -> f64 {
+    measured.iter().filter_map(|m| m.times.spread).fold(0.0, f64::max)
 }
 
 /// The processor in its own words, and its cores.

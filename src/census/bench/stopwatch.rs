@@ -1,10 +1,6 @@
-//! Repeated timing, and whether the machine was quiet enough for its figures.
+//! Repeated timing.
 
 use std::time::Instant;
-
-use serde_json::{Value, json};
-
-use super::{Measured, Place};
 
 /// Seconds of repeated runs of the same work.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,59 +47,6 @@ pub(super) fn repeat<T, E>(repeats: usize, mut f: impl FnMut() -> Result<T, E>) 
     }
 }
 
-/// Largest spread of repeats, (slowest − fastest) / median, with which a time is sound. On a quiet machine repeats differ by some percent;
-/// backends and tolerances are compared where they differ by tens.
-const BOUND: f64 = 0.15;
-
-/// By how much repeats of the same work differ.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Noise {
-    /// Measurements that were repeated.
-    measurements: usize,
-    /// Those whose repeats differ by more than [`BOUND`].
-    beyond: usize,
-    /// The largest spread, and of what.
-    worst: Option<(f64, String)>,
-}
-
-impl Noise {
-    /// Of everything that was `measured` on `places`.
-    pub fn of(measured: &[Measured], places: &[Place]) -> Self {
-        let spreads: Vec<_> = measured.iter().filter_map(|m| Some((m.times.spread?, &m.step))).collect();
-        let worst = spreads.iter().rev().max_by(|a, b| a.0.total_cmp(&b.0));
-        Self {
-            measurements: spreads.len(),
-            beyond: spreads.iter().filter(|(spread, _)| *spread > BOUND).count(),
-            worst: worst.map(|(spread, step)| (*spread, step.words(places))),
-        }
-    }
-
-    /// What to say where the machine was too noisy.
-    pub fn warning(&self) -> Option<String> {
-        let Self { measurements, beyond, worst: Some((spread, what)) } = self else { return None };
-        (*beyond > 0).then(|| {
-            format!(
-                "{beyond} of {measurements} times differ by more than {:.0} % between repeats, (slowest − fastest) / median; most of all {what}, by {:.0} %: \
-                 this machine does something else too, and these figures may be too slow",
-                100.0 * BOUND,
-                100.0 * spread
-            )
-        })
-    }
-
-    /// As in run.json.
-    pub fn json(&self) -> Value {
-        json!({
-            "bound": BOUND,
-            "measure": "(slowest - fastest) / median of the repeats",
-            "measurements": self.measurements,
-            "beyond": self.beyond,
-            "worst": self.worst.as_ref().map(|(spread, _)| spread),
-            "worst_of": self.worst.as_ref().map(|(_, what)| what),
-        })
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -120,17 +63,5 @@ mod tests {
         });
         assert_eq!((last.unwrap().0, n), (4, 4));
         assert_eq!(repeat(4, || Err::<(), _>("no")), Err("no"));
-    }
-
-    #[test]
-    fn a_spread_beyond_the_bound_is_told() {
-        let noise = Noise { measurements: 2, beyond: 0, worst: Some((0.1, "quiet".to_owned())) };
-        assert_eq!(noise.warning(), None);
-        let loud = Noise { beyond: 1, worst: Some((1.0, "loud".to_owned())), ..noise };
-        let said = loud.warning().expect("a spread of 100 %");
-        assert!(
-            said.starts_with("1 of 2") && said.contains("15 %") && said.contains("loud, by 100 %"),
-            "{said}"
-        );
     }
 }
