@@ -36,9 +36,6 @@ struct Change {
 }
 
 /// `found`, unless more than a fifth of its rows are suspect, or its signal grows with the distance, which other columns explain; `settle` calibrates other data, of another whisker.
-///
-/// # Errors
-/// That, or the error of `found`, with what fits.
 pub fn judged(
     found: Result<Calibrated, Error>,
     (data, rig, options): (&Data, &Rig, &Options),

@@ -303,9 +303,6 @@ pub fn widths(said: &[f64]) -> Result<[Option<f64>; 2], InputError> {
 }
 
 /// Refuses a drive that was `said` of every row where the whisker is driven another way.
-///
-/// # Errors
-/// The keyword at fault.
 pub fn same_drive(kind: Drive, said: Option<Drive>) -> Result<(), InputError> {
     let Some(said) = said.filter(|s| *s != kind) else { return Ok(()) };
     let (key, allowed) = if said == Drive::Angle { ("--theta", "--delta") } else { ("--delta", "--theta") };

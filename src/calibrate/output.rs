@@ -18,9 +18,6 @@ pub const FILES: [&str; 6] =
     ["calibration.toml", "K_table.csv", "designs.csv", "distances.csv", "rows.csv", crate::export::FILE];
 
 /// The tables; `locator` answers with the estimator that won.
-///
-/// # Errors
-/// None of a whole calibration.
 pub fn tables(found: &Calibrated, data: &Data, locator: &Locator) -> Result<[Frame; 4], Error> {
     Ok([
         k_table(found, data, &locator.rig.setup)?,

@@ -55,9 +55,6 @@ pub struct Prepared {
 }
 
 /// Sorts, tares and judges the rows of `data`; what `rig` learns of its drive is put there.
-///
-/// # Errors
-/// As of [`super::calibrate`].
 pub fn prepare(
     data: &Data,
     rig: &mut Rig,

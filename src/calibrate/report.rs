@@ -368,9 +368,6 @@ fn short(x: f64) -> f64 {
 }
 
 /// Parameters by the names that users know.
-///
-/// # Errors
-/// A name of none.
 pub fn named_parameters(names: &[String], kind: Drive) -> Result<Vec<Parameter>, InputError> {
     let one = |name: &String| {
         parameter(name, kind).ok_or_else(|| {

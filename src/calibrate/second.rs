@@ -73,9 +73,6 @@ struct Row {
 }
 
 /// The second gauge, or why it is not known.
-///
-/// # Errors
-/// A backend that fails.
 pub fn second(ask: &Ask<'_>, open: Opener<'_>, warnings: &mut Vec<String>) -> Result<Option<Second>, Error> {
     let label = &ask.data.file;
     let Some((_, column)) = &ask.data.beside.second else {

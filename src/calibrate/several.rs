@@ -120,9 +120,6 @@ impl Calibration {
     }
 
     /// The table of the taps: labels, signals, what is expected, the distance of all together.
-    ///
-    /// # Errors
-    /// None of a whole calibration.
     pub fn table(&self) -> Result<Frame, Error> {
         let drive = self.each[0].calibration.rig.setup.drive.column();
         let of_channel = |(name, _): &(String, _)| [name.clone(), format!("{name}_expected")];

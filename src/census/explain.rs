@@ -77,9 +77,6 @@ pub struct Explanation {
 }
 
 /// Explains `study`, computed by `choice`, with a verdict for each of `tolerances`.
-///
-/// # Errors
-/// A kernel that fails.
 pub fn explain(study: &Study, choice: &Choice, tolerances: &[f64]) -> Result<Explanation, Error> {
     let (rows, total) = sample::spread(study);
     let said = Setting::of(&study.setup, rows.iter().map(|row| row.point.direction()));

@@ -55,9 +55,6 @@ impl Taps {
     }
 
     /// What `method` answers.
-    ///
-    /// # Errors
-    /// A kernel that fails.
     pub fn answers(&self, method: Method) -> Result<Vec<Outcome>, SolveError> {
         Evaluator::new(&self.setup, method).run(&self.designs, &self.tasks)
     }

@@ -209,9 +209,6 @@ pub struct Needed {
 
 impl Needed {
     /// What the taps of `rows` need of the model of `full` for a strain within `bound`.
-    ///
-    /// # Errors
-    /// A kernel that fails.
     pub fn new(full: &Setup, rows: ComparedRows, bound: f64) -> Result<Self, Error> {
         let begun = Instant::now();
         let (backend, precision) = (Some(BackendChoice::Cpu), Some(Precision::F64));
@@ -256,9 +253,6 @@ impl Needed {
     }
 
     /// The model of `full`, the full one, for the taps near a threshold: to twice the bound.
-    ///
-    /// # Errors
-    /// A kernel that does not open.
     pub fn guard<'a>(&self, full: &'a Setup) -> Result<Guard<'a>, Error> {
         Ok(Guard::new(full, self.choice.open(&full.model)?, DOUBT * self.bound))
     }

@@ -72,9 +72,6 @@ impl Place {
     }
 
     /// What solves taps of `model`, on a device of its own.
-    ///
-    /// # Errors
-    /// Where the device does not open.
     pub fn method(&self, model: &Model) -> Result<Method, Error> {
         self.choice.open(model)
     }

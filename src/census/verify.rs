@@ -77,9 +77,6 @@ impl Case {
 
 /// Solves every case by the reference and on every place; `each` is handed the lines of the census, one for each pair. When `stop` is set, the
 /// lines of the case under way are those of its taps so far. The number of taps that were solved everywhere.
-///
-/// # Errors
-/// Where a device fails.
 pub fn run(
     cases: &[Case],
     places: &[Place],
@@ -263,9 +260,6 @@ impl Verified<'_> {
     }
 
     /// The census as verify.csv.
-    ///
-    /// # Errors
-    /// None of a whole census.
     pub fn table(&self) -> Result<Frame, Error> {
         let mut table = heading("verify").frame(&[]);
         self.lines.iter().try_for_each(|line| table.row(self.fields(line)))?;

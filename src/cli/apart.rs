@@ -23,9 +23,6 @@ enum News<T, R> {
 
 /// Does `work`, which hands over its parts as they are done, and gives them to `take`. After a signal the work has [`GRACE`] to end by itself;
 /// then it is left behind, there is no answer, and the process ends without it.
-///
-/// # Errors
-/// A thread that does not start.
 pub fn apart<T: Send + 'static, R: Send + 'static>(
     work: impl FnOnce(&mut dyn FnMut(T)) -> R + Send + 'static,
     mut take: impl FnMut(T),

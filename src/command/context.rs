@@ -28,9 +28,6 @@ const OF_FILES: [&str; 5] = ["run.out", "run.force", "run.plan", "run.quiet", "r
 /// Who asks: the program, or Python.
 pub trait Host {
     /// Hears the options in force, before the work begins.
-    ///
-    /// # Errors
-    /// Threads that cannot be started.
     fn begin(&self, options: &RunOptions) -> Result<(), Error>;
     /// Shows a line while the command runs.
     fn line(&self, text: &str);
@@ -129,9 +126,6 @@ impl<'a> Context<'a> {
     }
 
     /// Options of the command over those of its spec, if it has one; starts the threads they ask for.
-    ///
-    /// # Errors
-    /// Threads that cannot be started.
     pub fn prepared(&self, common: &Common, spec: Option<&mut Spec>) -> Result<RunOptions, Error> {
         let mut options = common.over(spec.as_ref().map_or(&RunOptions::default(), |spec| &spec.run));
         if self.is_in_memory() {
@@ -144,9 +138,6 @@ impl<'a> Context<'a> {
     }
 
     /// As [`Self::prepared`], and tells the warnings about the spec.
-    ///
-    /// # Errors
-    /// As [`Self::prepared`].
     pub fn begun(&self, common: &Common, spec: &mut Spec) -> Result<RunOptions, Error> {
         let options = self.prepared(common, Some(&mut *spec))?;
         self.warn_all(&spec.warnings);
@@ -181,9 +172,6 @@ impl<'a> Context<'a> {
     }
 
     /// Bytes of a table of measurements.
-    ///
-    /// # Errors
-    /// A file that cannot be read.
     pub fn data(&self, path: &Path) -> Result<Cow<'_, [u8]>, InputError> {
         self.inputs.borrow_mut().push(path.to_owned());
         match self.held(path) {
@@ -304,9 +292,6 @@ impl<'a> Context<'a> {
     }
 
     /// Fails once the work was asked to stop.
-    ///
-    /// # Errors
-    /// That.
     pub fn go_on(&self) -> Result<(), Error> {
         match self.host.stop(false).load(Ordering::Relaxed) {
             true => Err(SolveError::Stopped.into()),
@@ -338,9 +323,6 @@ pub enum Destination {
 
 impl Destination {
     /// Writes a whole file.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
     pub fn put(&mut self, name: &str, bytes: Vec<u8>) -> Result<(), Error> {
         match self {
             Self::Folder(folder) => folder.put(name, &bytes),
@@ -352,9 +334,6 @@ impl Destination {
     }
 
     /// Writes a whole table.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
     pub fn table(&mut self, table: Frame) -> Result<(), Error> {
         match self {
             Self::Folder(folder) => folder.put(&table.file, &table.csv()?),
@@ -366,9 +345,6 @@ impl Destination {
     }
 
     /// Writes a table by parts, as `make` makes them: `empty` has its columns.
-    ///
-    /// # Errors
-    /// Those of `make`; a file that cannot be written.
     pub fn rows<T>(
         &mut self,
         mut empty: Frame,
@@ -387,9 +363,6 @@ impl Destination {
     }
 
     /// Writes a file by parts, as `make` makes them.
-    ///
-    /// # Errors
-    /// Those of `make`; a file that cannot be written.
     pub fn stream<T>(
         &mut self,
         name: &str,
@@ -411,9 +384,6 @@ impl Destination {
     }
 
     /// Writes a figure as SVG into a folder; memory has none.
-    ///
-    /// # Errors
-    /// Those of `figure`; a file that cannot be written.
     pub fn draw(&mut self, name: &str, figure: impl FnOnce() -> Result<Figure, Error>) -> Result<(), Error> {
         let Self::Folder(folder) = self else { return Ok(()) };
         let drawn = figure::files(&figure()?, &Style::default(), &[Format::Svg])?;

@@ -50,9 +50,6 @@ pub fn folder(out: Option<&PathBuf>, name: &str, command: &str) -> PathBuf {
 }
 
 /// Refuses options that hold for one signal: each with whether it was given, and what is allowed.
-///
-/// # Errors
-/// The first that was given.
 pub fn of_one_signal(options: &[(&str, bool, &str)]) -> Result<(), InputError> {
     match options.iter().find(|(_, said, _)| *said) {
         Some((key, _, allowed)) => {
@@ -64,9 +61,6 @@ pub fn of_one_signal(options: &[(&str, bool, &str)]) -> Result<(), InputError> {
 }
 
 /// What stands beside the word `said` for `key` in `words`; `what` says what it is.
-///
-/// # Errors
-/// There is no such word.
 pub fn meant<T: Copy>(
     (what, key): (&str, &str),
     said: Option<&str>,
@@ -87,17 +81,11 @@ pub fn estimators() -> [(&'static str, &'static dyn Estimator, &'static str); AL
 }
 
 /// The estimator of this name.
-///
-/// # Errors
-/// There is none.
 pub fn estimator(said: Option<&str>) -> Result<Option<&'static dyn Estimator>, InputError> {
     meant(("estimator", "--estimator"), said, &estimators())
 }
 
 /// Runs a command by its name, with a request that is given as TOML.
-///
-/// # Errors
-/// As the command.
 pub fn run(command: &str, request: &str, context: &Context<'_>) -> Result<Reply, Error> {
     fn read<T: DeserializeOwned>(request: &str) -> Result<T, Error> {
         toml::from_str(request).map_err(|e| Error::Run(e.to_string()))

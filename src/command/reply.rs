@@ -58,9 +58,6 @@ impl Reply {
     }
 
     /// Of a result in the `destination` at `out`, which ends with its run.json, the `document`.
-    ///
-    /// # Errors
-    /// Files that cannot be written.
     pub fn filed(
         self,
         destination: Destination,

@@ -30,9 +30,6 @@ pub fn words(status: Status, outlier: bool) -> String {
 }
 
 /// points.csv.
-///
-/// # Errors
-/// None of a whole trace.
 pub fn points(trace: &Trace, readings: &Readings) -> Result<Frame, Error> {
     let mut table = readings.empty.clone();
     for (i, row) in readings.rows.iter().enumerate() {
@@ -48,9 +45,6 @@ pub fn points(trace: &Trace, readings: &Readings) -> Result<Frame, Error> {
 }
 
 /// curve.csv; without rows where there is no curve.
-///
-/// # Errors
-/// None of a whole trace.
 pub fn curve(trace: &Trace) -> Result<Frame, Error> {
     let mut table = heading("curve").frame(&[]);
     if let Ok(chosen) = &trace.curve {

@@ -62,9 +62,6 @@ pub struct Known {
 pub trait Answers: Send + Sync {
     /// Distance at which `reading` > 0 (strain, or the unit of the reading) comes of a tap by `drive` (degrees or mm). `of` says what else is
     /// known of it.
-    ///
-    /// # Errors
-    /// Why there is none.
     fn find(&self, drive: f64, reading: f64, of: Known) -> Result<Found, Status>;
 
     /// Reading expected of a tap at a (mm) by `drive`; NaN where none is.
@@ -158,9 +155,6 @@ pub trait Estimator: Send + Sync {
     }
 
     /// Refuses a section whose values contradict each other or the rest of `record`.
-    ///
-    /// # Errors
-    /// What is wrong with it.
     fn check(&self, record: &SideRecord) -> Result<(), Fault>;
 
     /// What answers as its section says; `None` where there is no such section.

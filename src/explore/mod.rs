@@ -33,9 +33,6 @@ const LOOSER: [f64; 3] = [3e-5, 1e-4, 1e-3];
 const ALLOWED: [f64; 2] = [1e-7, 1e-3];
 
 /// `tolerance`, if a page's chart can hold it.
-///
-/// # Errors
-/// One that it cannot.
 pub fn sound(tolerance: f64) -> Result<f64, InputError> {
     if (ALLOWED[0]..=ALLOWED[1]).contains(&tolerance) {
         return Ok(tolerance);
@@ -87,9 +84,6 @@ pub fn remark(setup: &Setup) -> Option<String> {
 }
 
 /// As [`bake`] to the tolerance that was `asked`, else to the least that a chart holds of [`TOLERANCE`] and a few larger ones; and that tolerance.
-///
-/// # Errors
-/// Those of [`bake`]; a tolerance that no chart can hold.
 pub fn bake_asked(spec: &Spec, asked: Option<f64>) -> Result<(Baked, f64), Error> {
     let first = sound(asked.unwrap_or(TOLERANCE))?;
     let failed = match bake(spec, first) {

@@ -49,9 +49,6 @@ impl Sensor {
     }
 
     /// Refuses a calibration whose file `locate` would not open.
-    ///
-    /// # Errors
-    /// As of [`Calibration::opened`].
     pub fn check(&self, open: Opener<'_>) -> Result<(), Error> {
         self.channels.iter().try_for_each(|(_, calibration)| calibration.opened(open).map(drop))?;
         Ok(Self::parse("calibration.toml", &self.to_text(), false).map(drop)?)

@@ -21,9 +21,6 @@ pub enum Group<'a> {
 
 impl<'a> Group<'a> {
     /// Of readings, where any are told together.
-    ///
-    /// # Errors
-    /// As [`Objects::new`] and [`Strokes::new`].
     pub fn new(rows: &RowReader<'a>, ask: &Ask<'_>) -> Result<Option<Self>, Error> {
         Ok(match ask.by {
             By::Strokes(free) => Some(Self::Strokes(Strokes::new(rows, free)?)),

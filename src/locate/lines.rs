@@ -91,9 +91,6 @@ impl<'a, R: Read> Source<'a, R> {
     }
 
     /// The next line; `None` at the end.
-    ///
-    /// # Errors
-    /// As [`Self::first`].
     pub fn next(&mut self, rows: &mut RowReader<'_>) -> Result<Option<Line<'_>>, Error> {
         self.first(rows)?;
         let length = match self.held.take() {

@@ -258,9 +258,6 @@ impl Locator {
     }
 
     /// What `side` makes of a tap by this drive, from its origin, with this |signal|; with the standard deviation of the distance, mm.
-    ///
-    /// # Errors
-    /// Why there is no distance.
     pub(crate) fn on_side(
         &self,
         side: &Opened,
@@ -277,9 +274,6 @@ impl Locator {
     }
 
     /// What is asked by a tap of this drive, as it is recorded, with this tared signal.
-    ///
-    /// # Errors
-    /// Why nothing is.
     pub(crate) fn asked(&self, drive: f64, signal: f64) -> Result<SideTap, Status> {
         let signal = self.as_calibrated(drive, signal).1;
         let drive = self.beyond_origin(drive);

@@ -152,9 +152,6 @@ impl Locator {
     }
 
     /// Distance, tilt and place of taps of two readings. Without a second gauge there is nothing.
-    ///
-    /// # Errors
-    /// A backend that fails.
     pub fn locate_pairs(&self, readings: &[Readings]) -> Result<Vec<Spatial>, Error> {
         Ok(self.pairs(readings)?.into_iter().map(|found| found.0).collect())
     }

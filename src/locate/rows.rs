@@ -103,9 +103,6 @@ impl<'a> Answerer<'a> {
     }
 
     /// The answers to `taps`, of two gauges with the contact in space.
-    ///
-    /// # Errors
-    /// A backend that fails.
     pub(super) fn answer(self, taps: &[Reading]) -> Result<Vec<Spatial>, Error> {
         let plain = |located: Located| Spatial { located, ..Spatial::nothing(located.status) };
         match self {
@@ -174,9 +171,6 @@ impl<'a> RowReader<'a> {
     }
 
     /// Refuses a `comment` that names other columns than those of the lines before it.
-    ///
-    /// # Errors
-    /// That.
     pub fn same(&self, line: usize, comment: &str, said: &Names) -> Result<(), InputError> {
         let names = self.names();
         same(line, comment, &names.join("\t"), &names, said)

@@ -43,9 +43,6 @@ impl Sequence {
     }
 
     /// The next reading as a tap.
-    ///
-    /// # Errors
-    /// Why it is none.
     pub fn read(&mut self, locator: &Locator, drive: f64, value: f64) -> Result<UnlocatedTap, Status> {
         let factor = locator.rig.setup.gauge.factor;
         let signal = locator.unit.strain(value, factor);

@@ -45,9 +45,6 @@ pub struct Several {
 
 impl Several {
     /// Of a calibration in the file `label`; `open` solves models.
-    ///
-    /// # Errors
-    /// As [`Locator::new`].
     pub fn new(sensor: &Sensor, label: &str, open: Opener<'_>) -> Result<Self, Error> {
         let locator = |(_, c): &(String, Calibration)| {
             let mut locator = Locator::new(c, label, None, open)?;

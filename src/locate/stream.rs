@@ -77,9 +77,6 @@ pub struct Ask<'a> {
 
 impl Ask<'_> {
     /// Refuses a zero that was given beside those of the file, of each signal.
-    ///
-    /// # Errors
-    /// That.
     pub fn contradicted(&self, zeros: &[Zero]) -> Result<(), InputError> {
         let zero = &zeros[0];
         let (Some(x), true) = (self.zero[0], zero.count > 0) else { return Ok(()) };

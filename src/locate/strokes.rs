@@ -90,9 +90,6 @@ impl Far {
 
 impl<'a> Strokes<'a> {
     /// Of readings, which leave this `free`.
-    ///
-    /// # Errors
-    /// As [`Free::nuisances`].
     pub fn new(rows: &RowReader<'a>, free: Free) -> Result<Self, Error> {
         let locator = rows.who.first();
         let changes = locator.sides().iter().map(|side| free.nuisances(locator, side));

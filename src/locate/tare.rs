@@ -148,9 +148,6 @@ impl SaidZero {
     }
 
     /// The zero of each signal of `locators`, as many as there are.
-    ///
-    /// # Errors
-    /// More or fewer.
     pub fn of<'l>(
         zero: Option<&Self>,
         locators: impl IntoIterator<Item = &'l Locator>,

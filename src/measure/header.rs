@@ -50,9 +50,6 @@ impl Comments {
     }
 
     /// Of the first line that is no comment, whose fields are `names`: nothing where it is the header itself, else as [`Self::header`].
-    ///
-    /// # Errors
-    /// As [`Self::header`].
     pub fn before(
         &self,
         first: &str,
@@ -87,9 +84,6 @@ impl Comments {
 }
 
 /// Refuses the `comment` in this `line` where it names other columns than `names`, which the rows before it have.
-///
-/// # Errors
-/// That.
 pub fn same(line: usize, comment: &str, row: &str, names: &[String], said: &Names) -> Result<(), InputError> {
     match named(comment, row, said) {
         Some(other) if other != names => {

@@ -103,9 +103,6 @@ impl Rig {
     }
 
     /// Refuses a sensor of several channels, whose readings no table of measured taps has.
-    ///
-    /// # Errors
-    /// The key at fault.
     pub fn of_one_signal(&self) -> Result<(), InputError> {
         let Some(channels) = &self.setup.channels else { return Ok(()) };
         let error = InputError::new("this reads one signal of a whisker");
@@ -115,9 +112,6 @@ impl Rig {
 
     /// The rig as its channel `k` knows it, and the column that this is read from: the whisker with one signal, or, where a channel mixes
     /// what is read, a rig of which nothing is known, tapping as far as `furthest` mm.
-    ///
-    /// # Errors
-    /// As [`Self::unknown`].
     pub fn of_channel(&self, k: usize, furthest: f64) -> Result<(Self, Channel), InputError> {
         let Some(channels) = &self.setup.channels else {
             return Ok((self.clone(), Channel::Of(self.setup.signal)));

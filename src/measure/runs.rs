@@ -61,9 +61,6 @@ impl Runs {
 const SECONDS: f64 = 1e11;
 
 /// Refuses a time that can be no seconds.
-///
-/// # Errors
-/// What it may be.
 pub fn seconds(t: f64) -> Result<(), InputError> {
     if t.is_nan() || t.abs() < SECONDS {
         return Ok(());

@@ -38,9 +38,6 @@ impl Skin {
     }
 
     /// Refuses a whisker that is no cone clamped at its base: where it touches is not known here.
-    ///
-    /// # Errors
-    /// Such a whisker.
     pub fn is_known(rig: &Rig) -> Result<(), InputError> {
         if rig.setup.built.is_none() {
             return Ok(());

@@ -59,9 +59,6 @@ impl Thousands {
 
     /// Refuses numbers of which nothing says whether they are more than a thousand; `names` are those of the columns. Columns that `said` does not know
     /// are not read, and three digits of a time are milliseconds: times that are read wrong do not rise, which is refused elsewhere.
-    ///
-    /// # Errors
-    /// The first of them.
     pub fn check(&self, names: &[String], said: &Names) -> Result<(), InputError> {
         let is_read = |place: usize| {
             names.get(place).is_none_or(|name| said.means(name) && said.role(name) != Some(Role::Time))

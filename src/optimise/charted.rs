@@ -84,9 +84,6 @@ pub(super) fn wanted(layout: &Layout, search: &Search, variables: &Variables) ->
 
 impl Scorer<'_> {
     /// Designs rows and scores of the nominal `whisker` at `drives`, degrees or mm.
-    ///
-    /// # Errors
-    /// A backend that fails.
     pub fn along(&mut self, whisker: &Tuple, drives: &[f64]) -> Result<Vec<(DriveRow, Score)>, Error> {
         let mut all = Vec::with_capacity(drives.len());
         for part in drives.chunks((self.batch / self.judge.distances.len()).max(1)) {

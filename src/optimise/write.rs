@@ -24,9 +24,6 @@ pub fn names(objective: Objective) -> Vec<&'static str> {
 }
 
 /// Its tables.
-///
-/// # Errors
-/// None of a whole report.
 pub fn tables(spec: &Spec, report: &Report) -> Result<Vec<Frame>, Error> {
     let mut all = vec![history(spec, report)?, sensitivity(spec, report)?];
     if let Some(front) = &report.front {

@@ -40,9 +40,6 @@ struct Between {
 }
 
 /// Refuses a record without drive whose rests are not certain.
-///
-/// # Errors
-/// What speaks against them.
 pub fn check(record: &Record, rest: &Rest, readings: &[Reading]) -> Result<(), InputError> {
     if record.drive.is_some() {
         return Ok(());

@@ -63,9 +63,6 @@ fn own(values: &[f64], k: usize) -> Option<f64> {
 }
 
 /// taps.csv: what calibrate and locate read. Without a drive in the record the rest is subtracted; with one the rests are rows of drive 0.
-///
-/// # Errors
-/// None of whole readings.
 pub fn taps(record: &Record, readings: &[Reading], labels: &Labels) -> Result<Frame, Error> {
     let drive = record.drive.as_ref().map(|(kind, _)| *kind).or(labels.drive.as_ref().map(|(kind, _)| *kind));
     let own_distance = record.labels.iter().position(|(name, _)| name == DISTANCE);
@@ -119,9 +116,6 @@ fn middle(record: &Record, reading: &Reading) -> f64 {
 }
 
 /// readings.csv: of each reading what it is of, when contact begins and ends, what it is the mean of, and how well its samples agree.
-///
-/// # Errors
-/// None of whole readings.
 pub fn readings(record: &Record, readings: &[Reading]) -> Result<Frame, Error> {
     let mut table = heading("readings").frame(&[]);
     for r in readings {

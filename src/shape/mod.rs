@@ -256,9 +256,6 @@ impl Rod<'_> {
 }
 
 /// Refuses a model without shapes.
-///
-/// # Errors
-/// That.
 pub fn check(setup: &Setup) -> Result<(), InputError> {
     if setup.model.geometry != Geometry::Linear {
         return Ok(());
@@ -268,9 +265,6 @@ pub fn check(setup: &Setup) -> Result<(), InputError> {
 }
 
 /// What solves the taps of which shapes are asked, and its word in run.json: they are few, so the reference unless `options` say otherwise.
-///
-/// # Errors
-/// A backend that fails.
 pub fn method(options: &RunOptions, model: &Model) -> Result<(Method, &'static str), Error> {
     let free = options.backend.is_none() && options.precision.is_none() && options.adapter.is_none();
     let method = match options.backend {

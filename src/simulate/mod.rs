@@ -112,9 +112,6 @@ impl Settings {
     }
 
     /// Rows of a table with each of `taps` (distances × strokes) so often, zero readings included; refuses more than `most`.
-    ///
-    /// # Errors
-    /// How often would be allowed.
     pub fn rows(&self, taps: u64, most: u64) -> Result<u64, InputError> {
         let rows_of = |repeats: u64| {
             let taps = u128::from(taps) * u128::from(repeats);
@@ -139,9 +136,6 @@ impl Settings {
     }
 
     /// Refuses values that mean nothing.
-    ///
-    /// # Errors
-    /// The option at fault.
     pub fn check(&self) -> Result<(), InputError> {
         let Self { noise, drift, outliers, hysteresis, factor, drive_offset, a_offset, .. } = *self;
         let wrong = |message: &str, key: &str, x: f64| InputError::new(message).key(key).value(x);

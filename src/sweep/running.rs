@@ -211,9 +211,6 @@ impl<'a> Run<'a> {
 const TAPS: u32 = 32;
 
 /// The method of `choice`, whose device has been compared with the CPU on taps of `study`. Kernels of cones have known taps instead.
-///
-/// # Errors
-/// A device that does not open.
 pub(super) fn method(study: &Study, choice: &Choice, stop: &AtomicBool) -> Result<Method, Error> {
     let (setup, method) = (&study.setup, choice.open(&study.setup.model)?);
     if choice.backend.adapter.is_none() || setup.built.is_none() {

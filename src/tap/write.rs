@@ -76,9 +76,6 @@ pub fn result(study: &Study, report: &Report) -> Value {
 }
 
 /// The curve as `tap.csv`.
-///
-/// # Errors
-/// None of a whole report.
 pub fn table(study: &Study, report: &Report) -> Result<Frame, Error> {
     let unit = k_unit(study);
     let mut table = heading("tap").frame_for(&study.setup);

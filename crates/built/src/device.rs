@@ -127,9 +127,6 @@ fn tableau() -> (Vec<f64>, [(&'static str, usize); 7]) {
 }
 
 /// Solves a batch of `taps` of whiskers of one shape on `device`.
-///
-/// # Errors
-/// A device that fails.
 pub(super) fn solve(
     device: &mut Gpu,
     precision: Precision,

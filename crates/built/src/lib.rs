@@ -124,9 +124,6 @@ const RUNGS: [usize; 4] = [3, 6, 14, 30];
 const GRAIN: usize = 64;
 
 /// The same on the device of `solver`, where it has one; what it cannot tell is solved on the CPU.
-///
-/// # Errors
-/// Those of `solver` that are no fault of its device.
 pub fn solve_on(
     solver: &mut dyn Solver,
     taps: &[Tap<'_>],
@@ -176,9 +173,6 @@ fn batch(
 }
 
 /// The answers of the first rung to `taps` of whiskers of one shape in f64, by `device` and in lanes: for tests.
-///
-/// # Errors
-/// A device that fails.
 #[doc(hidden)]
 pub fn first_rung(
     device: &mut Gpu,

@@ -290,9 +290,6 @@ impl Judge<'_> {
 }
 
 /// The curve of `samples`; `asked`: of this kind, whatever the others are worth.
-///
-/// # Errors
-/// Why there is none.
 pub fn choose(samples: &[Sample], asked: Option<Kind>) -> Result<Chosen, Nothing> {
     if samples.len() < 3 {
         return Err(Nothing::TooFew);

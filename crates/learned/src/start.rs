@@ -31,9 +31,6 @@ fn median(mut values: Vec<f64>) -> f64 {
 }
 
 /// What the model of `cells` starts from: of nearly the rows of another fit, from its base.
-///
-/// # Errors
-/// No curve that follows them.
 pub fn start<'a>(task: &Task<'a>, cells: &[Cell], from: From<'_>) -> Result<Start<'a>, Fault> {
     let rests: Vec<f64> = cells.iter().filter(|c| !c.row.touches()).map(|c| c.row.y).collect();
     let taps: Vec<[f64; 3]> =

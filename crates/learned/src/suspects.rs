@@ -41,9 +41,6 @@ pub struct Suspect {
 }
 
 /// Fits the rows at `places` and leaves out one after the other those that the rest does not expect.
-///
-/// # Errors
-/// As of [`fit`].
 pub fn sound(task: &Task<'_>, places: &[usize], average: bool) -> Result<(Fit, Vec<Suspect>), Fault> {
     let mut found = gross(task, places)?;
     found.extend(slipped(task, &without(places, &found)));

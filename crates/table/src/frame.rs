@@ -88,9 +88,6 @@ impl Frame {
     }
 
     /// Takes the rows `range` of `other`, which has the same columns.
-    ///
-    /// # Errors
-    /// Other columns.
     pub fn extend(&mut self, other: &Self, range: Range<usize>) -> Result<(), Error> {
         if self.columns.len() != other.columns.len() {
             return Err(Error::Run("rows of another width".into()));
@@ -104,25 +101,16 @@ impl Frame {
     }
 
     /// The whole table as CSV: UTF-8, LF, shortest round-trip numbers, empty where a value is missing.
-    ///
-    /// # Errors
-    /// None in practice, here and below: text is made in memory.
     pub fn csv(&self) -> Result<Vec<u8>, Error> {
         Ok([self.header()?, self.lines()?].concat())
     }
 
     /// The header line of CSV.
-    ///
-    /// # Errors
-    /// As [`Self::csv`].
     pub fn header(&self) -> Result<Vec<u8>, Error> {
         written(|text| text.write_record(self.names.iter().map(|name| name.as_bytes())))
     }
 
     /// The rows as lines of CSV.
-    ///
-    /// # Errors
-    /// As [`Self::csv`].
     pub fn lines(&self) -> Result<Vec<u8>, Error> {
         let mut number = ryu::Buffer::new();
         written(|text| {
@@ -164,9 +152,6 @@ impl Frame {
     }
 
     /// The first of `names` that is a column.
-    ///
-    /// # Errors
-    /// None is: the first is missed.
     pub fn one_of(&self, names: &[&'static str]) -> Result<&'static str, InputError> {
         self.first(names).ok_or_else(|| self.lacks(names[0]))
     }

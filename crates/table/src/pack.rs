@@ -43,9 +43,6 @@ impl<'a> Packer<'a> {
     }
 
     /// Ends with a check of everything written, [`CHECK`] bytes.
-    ///
-    /// # Errors
-    /// The first that happened while it was written.
     pub fn finish(mut self) -> io::Result<()> {
         self.flush();
         match self.failed {

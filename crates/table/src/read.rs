@@ -159,9 +159,6 @@ pub fn csv(file: &str, text: impl Read) -> Result<Frame, InputError> {
 }
 
 /// Reads the table in `file`, which is at `path` and is CSV or, as its name says, Parquet.
-///
-/// # Errors
-/// As [`csv()`].
 pub fn table(path: &Path, file: File) -> Result<Frame, Error> {
     let name = path.display().to_string();
     if path.extension().is_none_or(|ending| ending != "parquet") {

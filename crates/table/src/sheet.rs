@@ -44,9 +44,6 @@ impl About<'_> {
 
 impl Sheet {
     /// A new table in `folder`.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
     pub fn new(folder: &mut Folder, about: &About<'_>) -> Result<Self, Error> {
         let mut output = folder.file(&about.name())?;
         Ok(match about.format {
@@ -61,9 +58,6 @@ impl Sheet {
     }
 
     /// Goes on with the table whose [`Self::pack`] is `state`; `None` where it, or the file, is not what it was.
-    ///
-    /// # Errors
-    /// A file that cannot be read or written.
     pub fn resume(
         folder: &mut Folder,
         about: &About<'_>,
@@ -81,9 +75,6 @@ impl Sheet {
     }
 
     /// What [`Self::resume`] needs beside the file as it is now.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
     pub fn pack(&mut self, to: &mut Packer<'_>) -> Result<(), Error> {
         self.output().mark()?.pack(to);
         match self {
@@ -126,9 +117,6 @@ impl Sheet {
     }
 
     /// Ends the file.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
     pub fn close(self) -> Result<(), Error> {
         match self {
             Self::Csv(output) => output.close(),

@@ -72,9 +72,6 @@ impl<R: Read> TextFile<R> {
     }
 
     /// All that it reads.
-    ///
-    /// # Errors
-    /// What is refused, or cannot be read.
     pub fn bytes(mut self) -> std::result::Result<Vec<u8>, InputError> {
         let mut bytes = Vec::new();
         match self.read_to_end(&mut bytes) {
@@ -176,9 +173,6 @@ impl<R: Read> Read for TextFile<R> {
 }
 
 /// The refusal in an error of reading.
-///
-/// # Errors
-/// The error itself where it is another one.
 pub fn refused(error: Error) -> std::result::Result<InputError, Error> {
     error.downcast()
 }

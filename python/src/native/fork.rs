@@ -39,9 +39,6 @@ pub fn is_forked() -> bool {
 }
 
 /// Refuses to compute in a process that cannot.
-///
-/// # Errors
-/// Why.
 pub fn check(py: Python<'_>) -> PyResult<()> {
     if PROCESS.load(Ordering::Relaxed) != AMID {
         return Ok(());

@@ -33,9 +33,6 @@ pub type Ended<T> = (T, Option<PyErr>);
 
 /// Does `work` with `threads` (all cores where nobody says), which is handed a flag that asks it to stop and a way to tell how far it is;
 /// `hear` is told, and says whether to go on. After an interrupt, work that ends by itself in time gives what it has.
-///
-/// # Errors
-/// Those of the work, of `hear`, and interrupts where the work gives nothing.
 pub fn run<N: Send + 'static, T: Send + 'static>(
     py: Python<'_>,
     threads: Option<usize>,
@@ -133,9 +130,6 @@ pub fn forget_pools() {
 }
 
 /// `n` threads, the same for all who ask for as many.
-///
-/// # Errors
-/// Threads that do not start.
 fn pool(n: usize) -> Result<Arc<ThreadPool>, Error> {
     let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
     let pools = pools.get_or_insert_default();
@@ -159,9 +153,6 @@ impl Progress for Ahead<'_> {
 }
 
 /// As [`run`], with `progress(done, total)` called, if there is any; after an interrupt there is nothing.
-///
-/// # Errors
-/// As [`run`].
 pub fn whole<T: Send + 'static>(
     py: Python<'_>,
     threads: Option<usize>,

@@ -16,9 +16,6 @@ pub const KEYWORDS: &str = "keywords";
 
 /// A spec before it is read: the file at `path`, if one is named, and `text`, whose sections go before those of the file; `name` says what asks. Its
 /// name ends with [`KEYWORDS`] where its lines are none that the user can look at.
-///
-/// # Errors
-/// A file that cannot be read.
 pub fn unread(path: Option<PathBuf>, text: &str, name: &str) -> Result<HeldFile, Error> {
     let held = |name: PathBuf, text: String, base| HeldFile { name, bytes: text.into_bytes(), base };
     let Some(path) = path else {

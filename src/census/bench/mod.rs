@@ -301,9 +301,6 @@ pub fn point(m: &Measured, places: &[Place]) -> Value {
 }
 
 /// The table.
-///
-/// # Errors
-/// None of whole measurements.
 pub fn table(measured: &[Measured], places: &[Place]) -> Result<Frame, Error> {
     let mut table = heading(TABLE).frame(&[]);
     measured.iter().try_for_each(|m| table.row(row(m, places)))?;
@@ -323,9 +320,6 @@ pub fn open(settings: &Settings, places: &[Place], out: &Path, force: bool) -> R
 }
 
 /// Writes table, figures and `run.json`; of a run that was `stopped` after so many of its steps no figures, which would take their time.
-///
-/// # Errors
-/// A file that fails.
 pub fn write(
     mut folder: Folder,
     (settings, places): (&Settings, &[Place]),

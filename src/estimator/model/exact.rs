@@ -84,9 +84,6 @@ pub struct Exact {
 
 impl Exact {
     /// Solves the model.
-    ///
-    /// # Errors
-    /// As [`surface`].
     pub fn new(
         rig: &Rig,
         values: Values,
@@ -102,9 +99,6 @@ impl Exact {
     }
 
     /// With other values; what is beside them is not looked for where they are of another whisker.
-    ///
-    /// # Errors
-    /// As [`surface`].
     pub fn with(&self, values: Values, rig: &Rig, at: Extent, open: Opener<'_>) -> Result<Self, ModelError> {
         let same = |p: &Parameter| values[*p as usize].to_bits() == self.values[*p as usize].to_bits();
         if Parameter::ALL.iter().filter(|p| p.is_physical()).all(same) {
@@ -115,9 +109,6 @@ impl Exact {
     }
 
     /// Solves the whiskers beside this one that [`Self::gradient`] needs.
-    ///
-    /// # Errors
-    /// As [`surface`].
     pub fn look_beside(&mut self, rig: &Rig, at: Extent, open: Opener<'_>) -> Result<(), ModelError> {
         if self.sides.len() == self.fitted.len() {
             return Ok(());

@@ -93,9 +93,6 @@ impl Pair {
 
     /// Mean strains of taps: of the centreline, of the first gauge, and 90° further; each positive as that of the first is. `None` where the model
     /// has none.
-    ///
-    /// # Errors
-    /// A backend that fails.
     pub fn strains(
         &self,
         evaluator: &mut Evaluator<'_>,
@@ -109,9 +106,6 @@ impl Pair {
     }
 
     /// The taps of two readings each, through `transfer`; `None` where none is found.
-    ///
-    /// # Errors
-    /// A backend that fails.
     pub fn invert(
         &self,
         evaluator: &mut Evaluator<'_>,

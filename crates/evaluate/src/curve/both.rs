@@ -123,9 +123,6 @@ impl Inverter<'_, '_> {
     }
 
     /// The taps of `asked`, each between the distances of `reach`, mm, of its design; `None` where none is found.
-    ///
-    /// # Errors
-    /// A backend that fails.
     pub fn invert(
         &mut self,
         asked: &[TwoReadings],
@@ -303,9 +300,6 @@ impl Ask {
 }
 
 /// What each of `asks` is taken for, and how many taps were solved for that. Nothing where distances are not told so.
-///
-/// # Errors
-/// A backend that fails.
 pub fn both(
     setup: &Setup,
     evaluator: &mut Evaluator<'_>,

@@ -40,9 +40,6 @@ pub struct Ask {
 
 /// The curves of `asks` and how many taps were solved for them; no curve of what is no whisker, or has no distance beyond its gauge. Nothing
 /// is solved, and none comes back, unless distances are told by the model itself, of one gauge.
-///
-/// # Errors
-/// A backend that fails.
 pub fn solve(
     setup: &Setup,
     evaluator: &mut Evaluator<'_>,

@@ -167,9 +167,6 @@ impl Evaluator<'_> {
 }
 
 /// What most likely holds the contacts of `frames`, which are those of sticking ones: what one sweep says, of Hooke's rod in f32.
-///
-/// # Errors
-/// None that a kernel on the CPU has.
 pub fn foreseen<'f>(
     setup: &Setup,
     frames: impl Iterator<Item = &'f Frame> + Clone,

@@ -46,9 +46,6 @@ thread_local! {
 }
 
 /// The value of `call`, or the words of its panic, which do not go to stderr.
-///
-/// # Errors
-/// The words of a panic.
 pub fn quietly<T>(call: impl FnOnce() -> T) -> Result<T, String> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {

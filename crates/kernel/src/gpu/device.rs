@@ -131,9 +131,6 @@ impl Device {
     }
 
     /// Copies the first `bytes` of `from` to `to` and reads them.
-    ///
-    /// # Errors
-    /// Those of [`Self::read`].
     pub fn fetch<T>(
         &self,
         copy: (&wgpu::Buffer, &wgpu::Buffer, usize),

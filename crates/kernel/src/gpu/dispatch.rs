@@ -84,9 +84,6 @@ impl Gpu {
     }
 
     /// What `call` answers for so many `taps`, if `compare` finds nothing wrong; `None` where the CPU is to answer.
-    ///
-    /// # Errors
-    /// Those of `call` on a device that is not watched.
     pub fn attempt<T>(
         &mut self,
         taps: usize,

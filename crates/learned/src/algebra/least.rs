@@ -30,9 +30,6 @@ pub trait Problem {
 
 /// The least squares from `x` and its `model` on, with every unknown in its `bounds`; ends where a step changes the unknowns, or the sum of
 /// squares, by less than `settled` of it.
-///
-/// # Errors
-/// Those of the problem.
 pub fn minimise<P: Problem>(
     problem: &P,
     mut x: DVector<f64>,

@@ -125,9 +125,6 @@ pub(super) fn open_regular(path: &Path, options: &OpenOptions) -> io::Result<Fil
 }
 
 /// Opens a file of a result to read it; `None` where there is none. A link, a pipe, a device or a folder under its name is refused.
-///
-/// # Errors
-/// That, and what the system says.
 pub fn open_of_result(path: &Path) -> Result<Option<File>, Error> {
     match open_regular(path, OpenOptions::new().read(true)) {
         Ok(file) => Ok(Some(file)),

@@ -94,9 +94,6 @@ impl Folder {
     }
 
     /// Warns that `what` of a stopped run's files is not as it was written, and removes them all, to begin anew.
-    ///
-    /// # Errors
-    /// What cannot be removed.
     pub fn damaged(&mut self, what: &str) -> Result<(), Error> {
         let folder = self.target.display();
         hear(&format!(
@@ -144,9 +141,6 @@ impl Folder {
     }
 
     /// A new file of the result.
-    ///
-    /// # Errors
-    /// A file that cannot be made.
     pub fn file(&mut self, name: &str) -> Result<Output, Error> {
         let path = self.work.0.join(name);
         let file = create(&path).map_err(|e| Error::io(&path, e))?;
@@ -154,9 +148,6 @@ impl Folder {
     }
 
     /// A whole file of the result.
-    ///
-    /// # Errors
-    /// A disk that fails.
     pub fn put(&mut self, name: &str, bytes: &[u8]) -> Result<(), Error> {
         let mut file = self.file(name)?;
         file.write(bytes)?;
@@ -164,9 +155,6 @@ impl Folder {
     }
 
     /// A file of the result that a stopped run began; `None` where its bytes are not those that `mark` knows.
-    ///
-    /// # Errors
-    /// What the system says.
     pub fn file_again(&mut self, name: &str, mark: &Mark) -> Result<Option<Output>, Error> {
         let path = self.work.0.join(name);
         let file = files::open_regular(&path, OpenOptions::new().read(true).write(true));
@@ -182,9 +170,6 @@ impl Folder {
     }
 
     /// Writes run.json, from which the result is known again, after all other files.
-    ///
-    /// # Errors
-    /// A disk that fails.
     pub fn run_json(&mut self, document: &Value) -> Result<(), Error> {
         let (mut document, mut files) = (document.clone(), self.closed());
         files.sort_by(|a, b| a.name.cmp(&b.name));
