@@ -75,9 +75,9 @@ def test_a_dataset_over_several_dimensions_is_every_tap_of_them():
     table = vibrissa.sweep(tuples=grid, run=CPU).tuples
     assert len(table) == 6
     for row in range(6):
-        expected = vibrissa.strain(10, table["d_mm"][row], 50, 5, 2, table["a_mm"][row], table["theta_deg"][row])
+        expected = vibrissa.strain(10, table["d_tip_mm"][row], 50, 5, 2, table["a_mm"][row], table["theta_deg"][row])
         assert table["strain"][row] == pytest.approx(expected, rel=1e-6)
-    assert sorted(zip(table["d_mm"], table["a_mm"], table["theta_deg"])) == [(d, a, t) for d, a in ((4, 30), (7, 40)) for t in (1, 4, 9)]
+    assert sorted(zip(table["d_tip_mm"], table["a_mm"], table["theta_deg"])) == [(d, a, t) for d, a in ((4, 30), (7, 40)) for t in (1, 4, 9)]
 
 
 def test_numbers_beside_columns_and_a_column_twice():

@@ -22,6 +22,7 @@ use crate::sink::values::{Field, Values};
 
 /// Column that names the whisker of a row.
 pub const WHISKER: &str = "whisker";
+
 /// A whisker of an array.
 pub struct Mounted {
     /// Its name.

@@ -97,17 +97,6 @@ impl Sheet {
         }
     }
 
-    /// Appends lines as they are.
-    ///
-    /// # Errors
-    /// A file that cannot be written, or is no text.
-    pub fn lines(&mut self, bytes: &[u8]) -> Result<(), Error> {
-        match self {
-            Self::Csv(output) => output.write(bytes),
-            Self::Parquet(_) => Err(Error::Run("rows of another format".into())),
-        }
-    }
-
     /// The file on the way.
     pub fn output(&mut self) -> &mut Output {
         match self {
