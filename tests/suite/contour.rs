@@ -4,6 +4,7 @@ use std::sync::LazyLock;
 
 use crate::common::measuring::{REAL, prototype};
 use crate::common::program::{Desk, Kept, Ran};
+use crate::common::sweeping::{Row, rms as rms_of, value};
 use crate::common::tap;
 use vibrissa::contour::truth::Pose;
 use vibrissa::measure::Rig;
@@ -66,12 +67,9 @@ fn a_circle_is_found_from_strokes() {
     assert!(rms(&strokes) < 0.1 && rms(&paper) > 5.0 * rms(&strokes), "{} {}", rms(&strokes), rms(&paper));
     // The points are where the whisker touched, one by one.
     let table = desk.table("strokes/points.csv");
-    let apart = |r: &std::collections::HashMap<String, String>| {
-        let n = |key: &str| r[key].parse::<f64>().unwrap();
-        (n("x_mm") - n("true_x_mm")).hypot(n("y_mm") - n("true_y_mm"))
-    };
-    let square: f64 = table.rows.iter().filter(|r| !r["x_mm"].is_empty()).map(|r| apart(r).powi(2)).sum();
-    assert!((square / table.rows.len() as f64).sqrt() < 0.15);
+    let apart =
+        |r: &Row| (value(r, "x_mm") - value(r, "true_x_mm")).hypot(value(r, "y_mm") - value(r, "true_y_mm"));
+    assert!(rms_of(table.rows.iter().filter(|r| !r["x_mm"].is_empty()).map(apart)) < 0.15);
     assert_eq!(desk.names("strokes"), ["contour.svg", "curve.csv", "points.csv", "run.json"]);
     desk.whole("strokes");
     desk.ok("report strokes --figures svg");
