@@ -62,9 +62,6 @@ fn run_json_describes_the_run() {
 fn quiet_is_silent() {
     let ran = Desk::new(SPEC).sweep(&["--quiet"]).exits(0);
     assert_eq!((ran.stdout.as_str(), ran.stderr.as_str()), ("", ""));
-    for line in ["--help", "--version"] {
-        assert!(!Desk::new(SPEC).ok(line).stdout.is_empty());
-    }
 }
 
 #[test]

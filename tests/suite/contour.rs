@@ -2,17 +2,15 @@
 
 use std::sync::LazyLock;
 
-use crate::common::measuring::{REAL, prototype};
+use crate::common::measuring::{REAL, prototype, rig};
 use crate::common::program::{Desk, Kept, Ran};
 use crate::common::sweeping::{Row, rms as rms_of, value};
 use crate::common::tap;
 use vibrissa::contour::truth::Pose;
-use vibrissa::measure::Rig;
 use vibrissa::physics::rod::RodProblem;
 use vibrissa::scene::Model;
 use vibrissa::simulate::object::Object;
 use vibrissa::simulate::stroke::Stroker;
-use vibrissa::spec;
 
 const NOISE: &str = "noise_strain = 1e-5\n";
 const TAPS: &str =
@@ -121,15 +119,9 @@ fn a_curve_is_smooth() {
     assert!(along < 0.4, "{along}");
 }
 
-fn rig() -> Rig {
-    let text = prototype(4.0, &[SWEEP, REAL]);
-    let spec = spec::parse("rig.toml", &text, std::path::Path::new("")).unwrap();
-    Rig::of_spec(&spec, "rig.toml").unwrap()
-}
-
 #[test]
 fn a_round_object_is_a_pole_of_its_radius() {
-    let rig = rig();
+    let rig = rig(&prototype(4.0, &[SWEEP, REAL]));
     let radius = 10.0;
     for sense in [1.0, -1.0] {
         let centre = [30.0, sense * 12.0];

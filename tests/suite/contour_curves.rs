@@ -1,25 +1,30 @@
 //! Curves through points: which is drawn, what is off it, and how well it knows where it is.
 
-use crate::common::random::Random;
 use vibrissa::contour::curve::{Covariance, Curve, Kind, Nothing, Sample, choose};
+use vibrissa::scene::sampler::Sampler;
 
 const SIGMA: f64 = 0.05;
 
 /// The place at a share of the way along a curve.
 type Along = fn(f64) -> [f64; 2];
 
+/// A standard normal number (Box and Muller) of a seed and a place.
+fn normal(seed: u64, k: usize) -> f64 {
+    let uniform = |d: u32| (f64::from(Sampler::Random.coordinate(seed, d, k as u32)) + 0.5) / 4_294_967_296.0;
+    (-2.0 * uniform(0).ln()).sqrt() * (std::f64::consts::TAU * uniform(1)).cos()
+}
+
 fn samples(n: usize, seed: u64, at: impl Fn(f64) -> [f64; 2]) -> Vec<Sample> {
-    let mut random = Random(seed);
-    let mut one = |k: usize| {
+    let one = |k: usize| {
         let [x, y] = at(k as f64 / (n - 1) as f64);
         Sample {
-            at: [x + SIGMA * random.normal(), y + SIGMA * random.normal()],
+            at: [x + SIGMA * normal(seed, 2 * k), y + SIGMA * normal(seed, 2 * k + 1)],
             covariance: Covariance([SIGMA * SIGMA, 0.0, SIGMA * SIGMA]),
             share: 1.0,
             group: k,
         }
     };
-    (0..n).map(&mut one).collect()
+    (0..n).map(one).collect()
 }
 
 fn line(u: f64) -> [f64; 2] {

@@ -260,3 +260,10 @@ fn a_rig_is_as_good_as_predicted() {
     assert!((measured.rms / predicted - 1.0).abs() < 0.2, "{measured:?}, {predicted}");
     assert_eq!(measured.unanswered, 0);
 }
+
+#[test]
+fn a_given_k_is_not_used() {
+    let text = specs::GOOD.replace("[estimate]", &format!("{EXACT}K = 1.1"));
+    let warned = specs::parse(&text).expect("a spec").warnings;
+    assert!(warned.iter().any(|w| w.contains("K is not used")), "{warned:?}");
+}

@@ -41,25 +41,13 @@ fn numbers_of_another_unit_are_doubted_and_no_others() {
     }
 }
 
-const TAP: Tuple = Tuple {
-    D: 10.0,
-    d: 4.0,
-    L_a: 50.0,
-    x_ss: 5.0,
-    l: 2.0,
-    a: 30.0,
-    tilt: 0.0,
-    lean: 0.0,
-    drive: 4.0,
-    rig: 0,
-};
-
 #[test]
 fn what_no_whisker_measures_is_no_geometry() {
     // A spec or a tuple file with it is refused; taps that are given as numbers have a status.
     for (drive, amount) in [(Drive::Angle, 4.0), (Drive::Displacement, 1.0)] {
         let setup = Setup { drive, ..Setup::default() };
-        let good = Tuple { drive: amount, ..TAP };
+        let whisker = Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, ..Tuple::default() };
+        let good = Tuple { a: 30.0, drive: amount, ..whisker };
         let wide = Tuple { D: 1e300, d: 1e300, ..good };
         let long = Tuple { L_a: 1e13, ..good };
         let far = Tuple { drive: 1e300, ..good };
