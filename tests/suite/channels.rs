@@ -207,25 +207,31 @@ fn streams_answer_as_tables() {
             assert_eq!(told.len(), a.len());
             assert!(told.iter().zip(&a).all(|(x, y)| (x - y).abs() < 1e-9 || !y.is_finite()));
             if drive {
-                // A drive may be missing, but what is there is a number.
-                let odd: String = ["", "nan", "inf", "two", "1e999"]
-                    .map(|odd| {
-                        rows.lines().next().unwrap().replacen(rows.split(',').next().unwrap(), odd, 1) + "\n"
-                    })
-                    .concat();
-                let stream = desk.pipe(&["locate", "e/calibration.toml"], &odd).exits(0).stdout;
-                let bad: Vec<bool> = stream.lines().skip(1).map(|l| l.ends_with("bad_input")).collect();
-                assert_eq!(bad, [false, false, true, true, true], "{stream}");
-                // So may a signal.
-                let odd = ["", "nan", "inf", "much"].map(|odd| {
-                    let row = rows.lines().next().unwrap();
-                    format!("{},{odd}\n", row.rsplit_once(',').unwrap().0)
-                });
-                let stream = desk.pipe(&["locate", "e/calibration.toml"], &odd.concat()).exits(0).stdout;
-                let bad: Vec<bool> = stream.lines().skip(1).map(|l| l.ends_with("bad_input")).collect();
-                assert_eq!(bad, [false, false, true, true], "{stream}");
+                // A drive or a signal may be missing, but what is there is a number.
+                let first: Vec<&str> = rows.lines().next().unwrap().split(',').collect();
+                for place in [0, first.len() - 1] {
+                    let odd = ["", "nan", "inf", "two", "1e999"].map(|odd| {
+                        let mut row = first.clone();
+                        row[place] = odd;
+                        row.join(",") + "\n"
+                    });
+                    let stream = desk.pipe(&["locate", "e/calibration.toml"], &odd.concat()).exits(0).stdout;
+                    let bad: Vec<bool> = stream.lines().skip(1).map(|l| l.ends_with("bad_input")).collect();
+                    assert_eq!(bad, [false, false, true, true, true], "{stream}");
+                }
                 let refused = desk.pipe(&["locate", "e/calibration.toml", "--same"], &rows).exits(2);
                 assert_eq!(refused.stdout, "");
+                // The more channels contradict each other the wider σ is, up to √(44/2) of two left over.
+                if let [moment, force, strain] = names {
+                    let fresh = desk.table("f/measurements.csv");
+                    let [moment, force, strain] = [moment, force, strain].map(|name| fresh.values(name)[1]);
+                    let moved = (-90..91)
+                        .map(|k| format!("3.5,{},{force},{strain}\n", moment + 0.002 * f64::from(k)));
+                    let told = desk.stream("locate e/calibration.toml", &moved.collect::<String>());
+                    let sigma = told.values("sigma_mm").into_iter().filter(|s| s.is_finite());
+                    let [least, most] = [f64::min, f64::max].map(|of| sigma.clone().reduce(of).unwrap());
+                    assert!((4.0..6.0).contains(&(most / least)), "{most} of {least}");
+                }
             }
         }
         let refused =

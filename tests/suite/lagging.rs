@@ -76,6 +76,9 @@ fn a_lag_is_found_and_taken_out_of_readings_that_have_times() {
         let [gain, sigma, tau, of_tau] = ["gain", "sigma_gain", "tau_s", "sigma_tau_s"].map(of);
         println!("{lag:?}: {gain:.4} ± {sigma:.4}, {tau:.2} ± {of_tau:.2} s; {blind:.3} → {error:.3} mm");
         assert!((gain / lag[0] - 1.0).abs() < 0.15 && (tau / lag[1] - 1.0).abs() < 0.35, "{gain} {tau}");
+        // The errors of both are of some tenths of a per cent, and hold.
+        assert!(sigma < 1e-3 && (gain - lag[0]).abs() < 8.0 * sigma, "{gain} ± {sigma}");
+        assert!(of_tau < 0.01 * tau && (tau - lag[1]).abs() < 8.0 * of_tau, "{tau} ± {of_tau}");
         assert!(!without.contains_key("lag") && error < 0.6 * blind, "{error} {blind}");
 
         let fresh = record(&taps, lag, &mut random);
