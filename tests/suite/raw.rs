@@ -212,7 +212,8 @@ fn spikes_long_holds_and_negative_drives_are_read() {
 fn noise_drift_and_hum_hide_no_tap() {
     let desk = Desk::new("");
     let hum = |t: f64| 0.01 * (TAU * 50.0 * t + 1.0).sin();
-    let cases: [(&str, &dyn Fn(f64) -> f64, f64); 4] = [
+    type Case<'a> = (&'a str, &'a dyn Fn(f64) -> f64, f64);
+    let cases: [Case<'_>; 4] = [
         ("noise", &|_| 5.0, 0.008),
         ("hum", &hum, 5e-4),
         ("drift", &|t| 0.015 * t, 2e-3),
