@@ -2,8 +2,8 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use crate::common::cases::rows;
 use crate::common::program::{Desk, SPEC, says};
-use crate::common::{cases::rows, configuration};
 use vibrissa::census::configuration::{QUICK, all};
 use vibrissa::census::verify::{self, Case};
 use vibrissa::census::{Taps, present};
@@ -44,16 +44,6 @@ fn kernels_take_no_more_sweeps_than_they_did() {
         }
     }
     assert!(faults.is_empty(), "{}", faults.join("\n"));
-}
-
-#[test]
-fn the_configurations_of_the_model_are_among_them() {
-    let names = ["hooke", "surface", "timoshenko", "neo", "mooney-coulomb", "stick", "pole-far", "yeoh"];
-    for name in names {
-        let built_in = all().into_iter().find(|c| c.name == name).unwrap_or_else(|| panic!("no {name}"));
-        let setup = built_in.setup;
-        assert_eq!((setup.model, setup.gauge.side), configuration(name), "{name}");
-    }
 }
 
 #[test]

@@ -254,21 +254,17 @@ fn a_wrong_file_is_refused_before_it_fills_the_memory() {
 #[test]
 fn every_command_that_writes_is_walked() {
     let desk = Desk::new("");
-    let help = desk.ok("--help").stdout;
-    let commands = help.lines().skip_while(|line| *line != "Commands:").skip(1);
-    let commands = commands.take_while(|line| !line.is_empty()).filter_map(|line| {
-        let word = line.strip_prefix("  ").filter(|rest| !rest.starts_with(' '))?;
-        word.split_whitespace().next()
-    });
     let mut writing = 0;
-    for command in commands.filter(|command| *command != "help") {
+    for command in
+        crate::help::commands(&desk).iter().map(String::as_str).filter(|command| *command != "help")
+    {
         if desk.ok(format!("{command} --help")).stdout.contains("--out") {
             writing += 1;
             let walked = CASES.iter().any(|case| case.command() == command) || OTHERS.contains(&command);
             assert!(walked, "{command} writes, and no test puts its inputs in its way");
         }
     }
-    assert!(writing > 15, "{help}");
+    assert!(writing > 15, "{writing}");
 }
 
 /// The whole `desk` with the bytes of its files, but for the folders of locks.

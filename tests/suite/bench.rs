@@ -9,10 +9,6 @@ use serde_json::Value;
 
 const FIGURES: [&str; 2] = ["configurations", "work_precision"];
 
-fn table(desk: &Desk, name: &str) -> Table {
-    Table::read(&desk.path("out").join(name))
-}
-
 /// Every number of a column is there, finite and above zero.
 #[track_caller]
 fn positive(table: &Table, columns: &[&str]) {
@@ -43,7 +39,7 @@ fn a_quick_run_measures_everything_on_the_cpu() {
     assert_eq!(listed, files.iter().map(|f| format!("out/{f}")).collect());
 
     // Two configurations and the linear theory, in two precisions.
-    let work = table(&desk, "work_precision.csv");
+    let work = desk.table("out/work_precision.csv");
     let errors = ["strain_error_median", "strain_error_p99", "strain_error_max"];
     positive(&work, &[&["taps", "ns_per_tap", "ns_per_tap_median"][..], &errors].concat());
     let ladder = |c, p| {
@@ -122,7 +118,7 @@ fn a_gpu_is_measured_like_the_cpu() {
     let desk = Desk::new(SPEC);
     let ran = desk.ok("bench --quick --backend gpu --precision f32 --tolerance 1e-5 --out out --quiet");
     assert_eq!((ran.stdout.as_str(), ran.stderr.as_str()), ("", ""));
-    let work = table(&desk, "work_precision.csv");
+    let work = desk.table("out/work_precision.csv");
     let exact: Vec<&Row> =
         work.rows.iter().filter(|r| is(r, &[("backend", "gpu"), ("kernel", "exact")])).collect();
     assert_eq!(exact.len(), 2);

@@ -1,10 +1,9 @@
 //! Distances told from the strains of two gauges by the model itself (`[estimate] theory = "exact"`, `second = true`), against the model's own answers.
 
 use crate::common::measuring::REAL;
-use crate::common::program::Desk;
 use crate::common::searching;
 use crate::common::specs;
-use crate::common::sweeping::{CPU, CPU_F64, GPU, Place, REFERENCE, Row, Swept, number, sweep, sweep_with};
+use crate::common::sweeping::{CPU, CPU_F64, GPU, Place, REFERENCE, number, sweep, tap};
 use vibrissa::design::Design;
 use vibrissa::evaluate::{Evaluator, Task};
 use vibrissa::optimise::evaluate::Scorer;
@@ -40,14 +39,6 @@ fn spread(setup: &Setup, whisker: Tuple) -> f64 {
     NOISE * by_tilt[0].hypot(by_tilt[1]) / (by_a[0] * by_tilt[1] - by_a[1] * by_tilt[0]).abs()
 }
 
-fn tap(row: &Row) -> Tuple {
-    let at = |column: &str| number(row, column).expect("a number");
-    let names = ["D_mm", "d_tip_mm", "L_a_mm", "x_ss_mm", "l_mm", "a_mm", "tilt_deg", "lean_deg"];
-    let drive = if row.contains_key("theta_deg") { "theta_deg" } else { "delta_mm" };
-    let values: Vec<f64> = names.into_iter().chain([drive]).map(at).collect();
-    Tuple::from_array(values.try_into().expect("every column"))
-}
-
 const FAR: &str = "a = [21, 30, 45]\ntilt = [-50, -15, 0, 1e-6, 30, 50]\nlean = [0, 20]";
 
 #[test]
@@ -65,7 +56,8 @@ fn a_tap_is_told_where_it_is() {
     ];
     for (name, text) in &cases {
         let setup = specs::parse(text).expect("a spec").study.setup;
-        for (place, bound) in [(CPU_F64, 3e-5), (CPU, 1e-4)] {
+        let device = (*name == "real").then_some((GPU, 1e-4));
+        for (place, bound) in [(CPU_F64, 3e-5), (CPU, 1e-4)].into_iter().chain(device) {
             let (mut worst, mut taps) = (0.0f64, 0);
             for row in &sweep(text, place).tuples.rows {
                 if ["slipped_off", "not_converged"].iter().any(|word| row["status"].contains(word)) {
@@ -137,33 +129,6 @@ fn a_tilted_tap_before_the_peak_is_taken_for_its_farther_twin() {
     assert_eq!(seen, 4);
 }
 
-#[test]
-fn lists_charts_and_devices_tell_the_same() {
-    let taps = "a = { from = 21, to = 48, step = 9 }\ntilt = [-20, 0, 30]\nlean = [0, 10]\ntheta = { from = 1, to = 8, steps = 8 }";
-    let text = spec(4.0, "x_ss = 5", taps, REAL);
-    let grid = sweep(&text, CPU_F64);
-    let list = grid.tuples.rows.iter().map(|row| {
-        let Tuple { D, d, L_a, x_ss, l, a, tilt, lean, drive, .. } = tap(row);
-        format!("{D},{d},{L_a},{x_ss},{l},{a},{tilt},{lean},{drive}\n")
-    });
-    let head = "D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,tilt_deg,lean_deg,theta_deg\n".to_owned();
-    let listed = format!(
-        "[tuples]\nfile = \"list.csv\"\n[gauge]\nsecond = true\nnoise_strain = {NOISE:e}\n{REAL}{EXACT}"
-    );
-    let list = sweep_with(&listed, Some(&list.fold(head, |all, row| all + &row)), CPU_F64);
-    let chart = sweep(&text, CPU);
-    let same = |other: &Swept, bound: f64| {
-        assert_eq!(other.tuples.numbers("distance_mm"), grid.tuples.numbers("a_mm"));
-        for (p, q) in other.tuples.numbers("sigma_mm").iter().zip(grid.tuples.numbers("sigma_mm")) {
-            assert!((p.unwrap() / q.unwrap() - 1.0).abs() < bound, "{p:?} {q:?}");
-        }
-        assert!(other.designs.numbers("error_rms_mm").iter().all(|e| *e == Some(0.0)));
-    };
-    same(&list, 1e-9);
-    same(&chart, 1e-4);
-    same(&sweep(&text, GPU), 1e-4);
-}
-
 const SEARCH: &str = "[whisker]\nL_a = 50\nD = 10\n[gauge]\nx_ss = 5\nl = 2\nsecond = true\nnoise_strain = 0\n[tap]\na = [21, 30, 45]\n\
                       [optimise]\nobjective = \"distance\"\nvariables = { d = [3, 10], theta = [1, 10] }\n";
 
@@ -211,16 +176,4 @@ fn tolerances_are_read_with_the_nominal_model() {
     }
     println!("{nominal} mm against {wanted}");
     assert!((nominal / wanted - 1.0).abs() < 1e-4, "{nominal} {wanted}");
-}
-
-/// Where two strains do not tell the tilt there is one theory only, and the other is not compared with it.
-#[test]
-fn contacts_that_do_not_tell_the_tilt_have_one_theory() {
-    for contact in ["\"stick\"", "{ coulomb = 0.3 }"] {
-        let model = format!("[model]\nextension = true\ncontact = {contact}\n");
-        let text = spec(4.0, "x_ss = 5", "a = [21, 30]\ntheta = [1, 5]", &model);
-        let found =
-            Desk::new(&text.replace("\"exact\"", "\"euler-bernoulli\"")).json("tap spec.toml --out found");
-        assert!(found["result"]["other"].is_null());
-    }
 }

@@ -1,7 +1,7 @@
 //! Sensors of several channels: distance and force are the most likely of all readings together.
 
 use crate::common::program::Desk;
-use crate::common::sweeping::{CPU, REFERENCE, Row, Table, number, sweep};
+use crate::common::sweeping::{CPU, REFERENCE, Row, number, rms, sweep, value};
 
 /// A sweep with these lines in [sensor] and after [tap].
 pub fn spec(sensor: &str, more: &str) -> String {
@@ -12,7 +12,7 @@ pub fn spec(sensor: &str, more: &str) -> String {
 }
 
 fn values<const N: usize>(row: &Row, columns: [&str; N]) -> [f64; N] {
-    columns.map(|column| number(row, column).unwrap_or_else(|| panic!("{column} of {row:?}")))
+    columns.map(|column| value(row, column))
 }
 
 #[test]
@@ -73,19 +73,6 @@ fn more_channels_tell_more_and_backends_agree() {
     }
 }
 
-#[test]
-fn searches_know_channels() {
-    let sensor = "signal = [\"moment\", \"force\"]\nnoise = [0.02, 0.001]";
-    let desk = Desk::new(&spec(sensor, "").replace("theta = [2, 8]", "theta = [1, 8]"));
-    let answer = desk.json("tap spec.toml");
-    assert!(answer.to_string().contains("total"), "{answer}");
-}
-
-/// Numbers of the column `name` of a table.
-fn column(table: &str, name: &str) -> Vec<f64> {
-    Table::parse(table.to_owned()).numbers(name).into_iter().map(|x| x.unwrap_or(f64::NAN)).collect()
-}
-
 /// A calibrated sensor, and fresh readings of it with their labels.
 fn calibrated(sensor: &str) -> Desk {
     let desk = simulated(sensor, "theta = [1, 2, 3, 4, 5, 6]");
@@ -108,14 +95,11 @@ fn simulated(sensor: &str, drives: &str) -> Desk {
 
 /// Root mean square of errors over σ, and of errors, of readings in the folder `out`.
 fn scored(desk: &Desk, out: &str) -> [f64; 2] {
-    let table = desk.read(&format!("{out}/located.csv"));
-    let [a, told, sigma] = ["a_mm", "distance_mm", "sigma_mm"].map(|name| column(&table, name));
-    let rows: Vec<[f64; 2]> = (0..a.len())
-        .filter(|k| told[*k].is_finite())
-        .map(|k| [(told[k] - a[k]) / sigma[k], told[k] - a[k]])
-        .collect();
-    assert!(rows.len() >= 55, "{table}");
-    [0, 1].map(|k| (rows.iter().map(|r| r[k] * r[k]).sum::<f64>() / rows.len() as f64).sqrt())
+    let mut rows = desk.table(format!("{out}/located.csv")).rows;
+    rows.retain(|row| number(row, "distance_mm").is_some());
+    assert!(rows.len() >= 55, "{rows:?}");
+    let off = |row: &Row| value(row, "distance_mm") - value(row, "a_mm");
+    [rms(rows.iter().map(|row| off(row) / value(row, "sigma_mm"))), rms(rows.iter().map(off))]
 }
 
 #[test]
@@ -189,14 +173,14 @@ fn mixed_channels_are_calibrated_from_the_data_alone() {
 
 /// Readings of the folder `f` above their zero, as a stream has them; of each the drive that the sensor knows, or none.
 fn taps(desk: &Desk, names: &[&str], drive: bool) -> String {
-    let table = desk.read("f/measurements.csv");
-    let columns: Vec<Vec<f64>> = names.iter().map(|name| column(&table, name)).collect();
+    let table = desk.table("f/measurements.csv");
+    let columns: Vec<Vec<f64>> = names.iter().map(|name| table.values(name)).collect();
     let at = |k: usize| {
         let known = if drive { "3.5".to_owned() } else { "nan".to_owned() };
         let signals = columns.iter().map(|c| (c[k] * 1.01).to_string());
         std::iter::once(known).chain(signals).collect::<Vec<_>>().join(",")
     };
-    let drives = column(&table, "theta_deg");
+    let drives = table.values("theta_deg");
     (0..drives.len()).filter(|k| drives[*k] != 0.0).map(at).collect::<Vec<_>>().join("\n") + "\n"
 }
 
@@ -215,38 +199,39 @@ fn streams_answer_as_tables() {
             let header = if drive { "theta_deg," } else { "" };
             desk.write("taps.csv", format!("{header}{}\n{rows}", names.join(",")));
             desk.ok("locate e/calibration.toml taps.csv --out l --force");
-            let table = desk.read("l/located.csv");
-            let [a, sigma] = ["distance_mm", "sigma_mm"].map(|name| column(&table, name));
-            assert!(sigma.iter().filter(|s| **s < 24.0).count() >= 40, "{table}");
+            let table = desk.table("l/located.csv");
+            let [a, sigma] = ["distance_mm", "sigma_mm"].map(|name| table.values(name));
+            assert!(sigma.iter().filter(|s| **s < 24.0).count() >= 40, "{}", table.text);
             // A stream without a header, answered line by line.
-            let stream = desk.pipe(&["locate", "e/calibration.toml"], &rows).exits(0).stdout;
-            assert_eq!(column(&stream, "distance_mm").len(), a.len());
-            assert!(
-                column(&stream, "distance_mm")
-                    .iter()
-                    .zip(&a)
-                    .all(|(x, y)| (x - y).abs() < 1e-9 || !y.is_finite())
-            );
+            let told = desk.stream("locate e/calibration.toml", &rows).values("distance_mm");
+            assert_eq!(told.len(), a.len());
+            assert!(told.iter().zip(&a).all(|(x, y)| (x - y).abs() < 1e-9 || !y.is_finite()));
             if drive {
-                // A drive may be missing, but what is there is a number.
-                let odd: String = ["", "nan", "inf", "two", "1e999"]
-                    .map(|odd| {
-                        rows.lines().next().unwrap().replacen(rows.split(',').next().unwrap(), odd, 1) + "\n"
-                    })
-                    .concat();
-                let stream = desk.pipe(&["locate", "e/calibration.toml"], &odd).exits(0).stdout;
-                let bad: Vec<bool> = stream.lines().skip(1).map(|l| l.ends_with("bad_input")).collect();
-                assert_eq!(bad, [false, false, true, true, true], "{stream}");
-                // So may a signal.
-                let odd = ["", "nan", "inf", "much"].map(|odd| {
-                    let row = rows.lines().next().unwrap();
-                    format!("{},{odd}\n", row.rsplit_once(',').unwrap().0)
-                });
-                let stream = desk.pipe(&["locate", "e/calibration.toml"], &odd.concat()).exits(0).stdout;
-                let bad: Vec<bool> = stream.lines().skip(1).map(|l| l.ends_with("bad_input")).collect();
-                assert_eq!(bad, [false, false, true, true], "{stream}");
+                // A drive or a signal may be missing, but what is there is a number.
+                let first: Vec<&str> = rows.lines().next().unwrap().split(',').collect();
+                for place in [0, first.len() - 1] {
+                    let odd = ["", "nan", "inf", "two", "1e999"].map(|odd| {
+                        let mut row = first.clone();
+                        row[place] = odd;
+                        row.join(",") + "\n"
+                    });
+                    let stream = desk.pipe(&["locate", "e/calibration.toml"], &odd.concat()).exits(0).stdout;
+                    let bad: Vec<bool> = stream.lines().skip(1).map(|l| l.ends_with("bad_input")).collect();
+                    assert_eq!(bad, [false, false, true, true, true], "{stream}");
+                }
                 let refused = desk.pipe(&["locate", "e/calibration.toml", "--same"], &rows).exits(2);
                 assert_eq!(refused.stdout, "");
+                // The more channels contradict each other the wider σ is, up to √(44/2) of two left over.
+                if let [moment, force, strain] = names {
+                    let fresh = desk.table("f/measurements.csv");
+                    let [moment, force, strain] = [moment, force, strain].map(|name| fresh.values(name)[1]);
+                    let moved = (-90..91)
+                        .map(|k| format!("3.5,{},{force},{strain}\n", moment + 0.002 * f64::from(k)));
+                    let told = desk.stream("locate e/calibration.toml", &moved.collect::<String>());
+                    let sigma = told.values("sigma_mm").into_iter().filter(|s| s.is_finite());
+                    let [least, most] = [f64::min, f64::max].map(|of| sigma.clone().reduce(of).unwrap());
+                    assert!((4.0..6.0).contains(&(most / least)), "{most} of {least}");
+                }
             }
         }
         let refused =

@@ -104,16 +104,6 @@ const PRACTICAL: &str =
     "[model]\nsurface = true\nshear = true\nextension = true\nmaterial = { neo-hookean = 3.2 }";
 
 #[test]
-fn every_rank() {
-    let ranks =
-        [("K_sd", "row"), ("error_max_mm", "row"), ("noise_rms_mm", "row"), ("total_rms_mm", "design")];
-    for (by, per) in ranks {
-        let output = format!("top = 12\nby = \"{by}\"\nper = \"{per}\"");
-        agrees(&spec(WHISKER, GAUGE, TAP, "", &output), Ranked { by, ..RANKED });
-    }
-}
-
-#[test]
 fn sampled_designs_with_their_own_angle() {
     let friction = format!("{PRACTICAL}\ncontact = {{ coulomb = 0.3 }}");
     for (sampler, model, rank, by) in [
@@ -244,6 +234,7 @@ fn grids_of_every_kind() {
         (wide, gauge, tap, "[estimate]\nrange = [35, 48]", "total_rms_mm"),
         (wide, gauge, tap, "[estimate]\ntheory = \"timoshenko\"", "error_rms_mm"),
         (WHISKER, GAUGE, TAP, "[estimate]\nK = 1.0", "error_rms_mm"),
+        (WHISKER, GAUGE, TAP, "", "noise_rms_mm"),
         (WHISKER, GAUGE, TAP, "[estimate]\nrange = [10, 49]", "total_rms_mm"),
         (WHISKER, GAUGE, TAP, "[estimate]\nrange = [30, 49]", "K_sd"),
         (WHISKER, GAUGE, TAP, "[estimate]\nconvention = \"elongation\"", "error_max_mm"),

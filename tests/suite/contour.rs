@@ -2,16 +2,15 @@
 
 use std::sync::LazyLock;
 
-use crate::common::measuring::{REAL, prototype};
+use crate::common::measuring::{REAL, prototype, rig};
 use crate::common::program::{Desk, Kept, Ran};
+use crate::common::sweeping::{Row, rms as rms_of, value};
 use crate::common::tap;
 use vibrissa::contour::truth::Pose;
-use vibrissa::measure::Rig;
 use vibrissa::physics::rod::RodProblem;
 use vibrissa::scene::Model;
 use vibrissa::simulate::object::Object;
 use vibrissa::simulate::stroke::Stroker;
-use vibrissa::spec;
 
 const NOISE: &str = "noise_strain = 1e-5\n";
 const TAPS: &str =
@@ -66,12 +65,9 @@ fn a_circle_is_found_from_strokes() {
     assert!(rms(&strokes) < 0.1 && rms(&paper) > 5.0 * rms(&strokes), "{} {}", rms(&strokes), rms(&paper));
     // The points are where the whisker touched, one by one.
     let table = desk.table("strokes/points.csv");
-    let apart = |r: &std::collections::HashMap<String, String>| {
-        let n = |key: &str| r[key].parse::<f64>().unwrap();
-        (n("x_mm") - n("true_x_mm")).hypot(n("y_mm") - n("true_y_mm"))
-    };
-    let square: f64 = table.rows.iter().filter(|r| !r["x_mm"].is_empty()).map(|r| apart(r).powi(2)).sum();
-    assert!((square / table.rows.len() as f64).sqrt() < 0.15);
+    let apart =
+        |r: &Row| (value(r, "x_mm") - value(r, "true_x_mm")).hypot(value(r, "y_mm") - value(r, "true_y_mm"));
+    assert!(rms_of(table.rows.iter().filter(|r| !r["x_mm"].is_empty()).map(apart)) < 0.15);
     assert_eq!(desk.names("strokes"), ["contour.svg", "curve.csv", "points.csv", "run.json"]);
     desk.whole("strokes");
     desk.ok("report strokes --figures svg");
@@ -123,15 +119,9 @@ fn a_curve_is_smooth() {
     assert!(along < 0.4, "{along}");
 }
 
-fn rig() -> Rig {
-    let text = prototype(4.0, &[SWEEP, REAL]);
-    let spec = spec::parse("rig.toml", &text, std::path::Path::new("")).unwrap();
-    Rig::of_spec(&spec, "rig.toml").unwrap()
-}
-
 #[test]
 fn a_round_object_is_a_pole_of_its_radius() {
-    let rig = rig();
+    let rig = rig(&prototype(4.0, &[SWEEP, REAL]));
     let radius = 10.0;
     for sense in [1.0, -1.0] {
         let centre = [30.0, sense * 12.0];

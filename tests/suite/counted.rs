@@ -1,36 +1,7 @@
-//! Counts of run.json that are means: of the taps that they name, on every way that taps go.
+//! Counts of run.json: what charts cost, and words of all taps.
 
 use crate::common::program::Desk;
 use vibrissa::kernel::gpu::SOFTWARE_RANKS;
-
-/// A grid whose taps are solved one by one, or ranked from a chart, as `rest` says.
-fn spec(designs: u32, theta: &str, rest: &str) -> String {
-    format!(
-        "[whisker]\nD = {{ from = 8, to = 12, steps = {designs} }}\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n\
-         [tap]\na = {{ from = 21, to = 48, steps = 10 }}\ntheta = {theta}\n{rest}"
-    )
-}
-
-#[test]
-fn mean_sweeps_are_those_of_the_taps_solved_on_every_path() {
-    let fine = "{ from = 0.5, to = 10, steps = 60 }";
-    let paths = [
-        ("tap by tap", spec(20, "{ from = 1, to = 10, steps = 10 }", "")),
-        ("charted", spec(300, fine, "[output]\ntop = 5\n")),
-    ];
-    for backend in ["cpu", "gpu"] {
-        for (path, text) in &paths {
-            let ran =
-                Desk::new(text).run(&["sweep", "spec.toml", "--json", "--backend", backend]).exits(0).json();
-            let counts = &ran["counts"];
-            let number = |key: &str| counts[key].as_f64().unwrap_or(f64::NAN);
-            let (mean, most) = (number("sweeps_mean"), number("sweeps_max"));
-            assert!((1.0..12.0).contains(&mean) && mean <= most, "{path} on {backend}: {counts}");
-            assert_eq!(number("interpolated") > 0.0, *path == "charted", "{path} on {backend}");
-            assert_eq!(!counts["chart"].is_null(), *path == "charted");
-        }
-    }
-}
 
 /// Designs sampled over the ranges of a lab with ten distances each, of the model that a practical whisker has.
 fn practical(samples: u32, contact: &str, rest: &str) -> String {

@@ -78,19 +78,6 @@ fn semicolons_and_decimal_commas_are_read_as_in_data() {
     }
 }
 
-#[test]
-fn a_curve_is_utf_8() {
-    let error = read(b"strain,stress_MPa\n0.1,\xff\n").unwrap_err().to_string();
-    assert!(error.contains("rubber.csv:2: ") && error.contains("UTF-8"), "{error}");
-}
-
-#[test]
-fn a_curve_is_no_linear_material() {
-    let spec = SPEC.replace("[model]", "[model]\ngeometry = \"linear\"");
-    let error = spec::read(&desk(RUBBER.as_bytes(), &spec).path("spec.toml")).unwrap_err();
-    assert_eq!((error.line, error.key.as_deref()), (Some(7), Some("model.material")));
-}
-
 /// Coefficients of the fit in run.json or in an answer.
 fn coefficients(fit: &Value) -> Vec<f64> {
     fit["coefficients_MPa"].as_array().unwrap().iter().map(|c| c.as_f64().unwrap()).collect()

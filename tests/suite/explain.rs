@@ -173,22 +173,6 @@ fn the_table_names_every_effect() {
         assert_eq!(told, !SHAPE.contains(&effect.name()), "{}: {text}", effect.name());
     }
     assert!(text.contains("could be left off at 1e-4: nothing") && !text.contains("NaN"), "{text}");
-}
-
-#[test]
-fn bad_usage_is_exit_code_2() {
-    for flags in [
-        "--explain --plan",
-        "--explain --out x",
-        "--leave-off 1e-3",
-        "--explain --leave-off 0",
-        "--explain --leave-off 1e-9",
-        "--explain --leave-off much",
-        "--explain --precision f32 --leave-off 1e-6",
-    ] {
-        assert_eq!(command(SPEC, flags).code, 2, "{flags}");
-    }
-    assert_eq!(command("[whisker]\n", "--explain").code, 2);
     // A plan asked for in the spec gives way.
     says(&command(&format!("{SPEC}[run]\nplan = true\n"), "--explain").stdout, &["finite rotation"]);
 }

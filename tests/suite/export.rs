@@ -260,11 +260,6 @@ fn a_cone_is_answered_as_by_locate() {
 }
 
 #[test]
-fn a_slender_cone_is_answered_as_by_locate() {
-    prototype("prototype-d7");
-}
-
-#[test]
 fn a_cylinder_is_answered_as_by_locate() {
     prototype("prototype-d10");
 }

@@ -87,7 +87,7 @@ fn values_that_stand_for_none_are_named_and_left_out_of_everything() {
 
 #[test]
 fn a_value_of_one_number_is_no_other_side_of_the_whisker() {
-    let (desk, mut rows) = (Desk::new(&spec()), rows());
+    let (desk, rows) = (Desk::new(&spec()), rows());
     // 0 in most cells of a distance, whose last row is right.
     let at = |k: &usize| rows[*k][0] == 30.0 && rows[*k][1] != 0.0;
     let at: Vec<usize> = (0..rows.len()).filter(at).skip(1).collect();
@@ -96,14 +96,6 @@ fn a_value_of_one_number_is_no_other_side_of_the_whisker() {
     calibrated(&desk, "zeros", &csv("a_mm,theta_deg,strain", &wrong)).exits(0);
     let lines: Vec<String> = at.iter().map(|k| format!("{} missing_value", k + 2)).collect();
     assert_eq!(suspects(&desk, "zeros"), lines);
-    rows.iter_mut().for_each(|r| r[2] = (1e5 * r[2]).round());
-    let taps: Vec<usize> = (0..rows.len()).filter(|k| rows[*k][1] != 0.0).collect();
-    for place in [taps[2], taps[8]] {
-        rows[place][2] = -1.0;
-    }
-    calibrated(&desk, "counts", &csv("a_mm,theta_deg,reading", &rows)).exits(0);
-    let lines: Vec<String> = [taps[2], taps[8]].map(|k| format!("{} missing_value", k + 2)).to_vec();
-    assert_eq!(suspects(&desk, "counts"), lines);
 }
 
 #[test]

@@ -121,6 +121,17 @@ fn every_number_of_a_framed_tap_is_that_of_a_tap_framed_alone() {
         }
         let whole = framed.whole.iter().filter(|whole| **whole).count();
         assert!(whole > n / 8, "{name}: {whole} of {n}");
+        // Most taps of a search are.
+        let inside = |i: usize| {
+            let t = tap(3 * i as u32 + 2);
+            dimensions(&Tuple { x_ss: 3.0 + 0.3 * t.x_ss, a: 25.0 + 0.4 * t.a, ..t })
+        };
+        framing.frame(1001, inside, &mut framed);
+        let whole = framed.whole.iter().filter(|whole| **whole).count();
+        assert!(framed.taps.len() == 1001 && whole > 990, "{name}: {whole}");
+    }
+    for (name, setup) in others() {
+        assert!(Framing::new(&setup).is_none(), "{name}");
     }
 }
 
@@ -153,23 +164,5 @@ fn strains_have_the_bits_of_outcomes() {
             }
             assert!(found.iter().filter(|x| x.is_finite()).count() > n / 2, "{name}");
         }
-    }
-}
-
-#[test]
-fn most_taps_of_a_search_are_framed_in_lanes() {
-    let mut framed = Framed::default();
-    for (name, setup) in setups() {
-        let framing = Framing::new(&setup).unwrap();
-        let inside = |i: usize| {
-            let t = tap(3 * i as u32 + 2);
-            dimensions(&Tuple { x_ss: 3.0 + 0.3 * t.x_ss, a: 25.0 + 0.4 * t.a, ..t })
-        };
-        framing.frame(1001, inside, &mut framed);
-        let whole = framed.whole.iter().filter(|whole| **whole).count();
-        assert!(framed.taps.len() == 1001 && whole > 990, "{name}: {whole}");
-    }
-    for (name, setup) in others() {
-        assert!(Framing::new(&setup).is_none(), "{name}");
     }
 }

@@ -59,7 +59,7 @@ fn completions_and_manual_know_every_command() {
 }
 
 /// Commands that the program's help lists.
-fn commands(desk: &Desk) -> Vec<String> {
+pub fn commands(desk: &Desk) -> Vec<String> {
     let help = desk.ok("--help").stdout;
     let listed =
         help.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| !line.is_empty());

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use crate::common::measuring::{REAL, TAPS, data, prototype, table};
 use crate::common::program::Desk;
 use crate::common::random::Random;
-use crate::common::sweeping::number;
+use crate::common::sweeping::{number, rms};
 use vibrissa::simulate::Settings;
 
 /// What a rod of this spec gives at (a, θ), without noise.
@@ -76,6 +76,9 @@ fn a_lag_is_found_and_taken_out_of_readings_that_have_times() {
         let [gain, sigma, tau, of_tau] = ["gain", "sigma_gain", "tau_s", "sigma_tau_s"].map(of);
         println!("{lag:?}: {gain:.4} ± {sigma:.4}, {tau:.2} ± {of_tau:.2} s; {blind:.3} → {error:.3} mm");
         assert!((gain / lag[0] - 1.0).abs() < 0.15 && (tau / lag[1] - 1.0).abs() < 0.35, "{gain} {tau}");
+        // The errors of both are of some tenths of a per cent, and hold.
+        assert!(sigma < 1e-3 && (gain - lag[0]).abs() < 8.0 * sigma, "{gain} ± {sigma}");
+        assert!(of_tau < 0.01 * tau && (tau - lag[1]).abs() < 8.0 * of_tau, "{tau} ± {of_tau}");
         assert!(!without.contains_key("lag") && error < 0.6 * blind, "{error} {blind}");
 
         let fresh = record(&taps, lag, &mut random);
@@ -93,14 +96,14 @@ fn a_lag_is_found_and_taken_out_of_readings_that_have_times() {
                     Some([number(row, "distance_mm")? - a, number(row, "sigma_mm")?])
                 })
                 .collect();
-            let n = errors.len() as f64;
-            let mean = |f: &dyn Fn(&[f64; 2]) -> f64| (errors.iter().map(f).sum::<f64>() / n).sqrt();
-            (mean(&|e| e[0] * e[0]), mean(&|e| (e[0] / e[1]).powi(2)), n)
+            let [off, scaled]: [Vec<f64>; 2] =
+                [errors.iter().map(|e| e[0]).collect(), errors.iter().map(|e| e[0] / e[1]).collect()];
+            (rms(off), rms(scaled), errors.len())
         };
         let (rms, z, n) = located(true);
         let (blind, ..) = located(false);
         println!("{n} answers: {blind:.3} → {rms:.3} mm, rms of errors over sigma {z:.2}");
-        assert!(n > 100.0 && rms < 0.7 * blind && (0.7..1.35).contains(&z), "case {k}");
+        assert!(n > 100 && rms < 0.7 * blind && (0.7..1.35).contains(&z), "case {k}");
     }
 }
 

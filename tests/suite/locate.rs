@@ -2,12 +2,9 @@
 
 use std::sync::LazyLock;
 
-use std::io::{BufRead, BufReader, Write};
-
 use crate::common::measuring::{REAL, TAPS, prototype, table};
 use crate::common::program::{Desk, Kept};
 use crate::common::sweeping::Table;
-use crate::common::world::{Running, program};
 use crate::counted::numbers;
 use vibrissa::simulate::Settings;
 
@@ -105,37 +102,6 @@ fn a_stream_answers_every_line_and_goes_on() {
     let distance = |l: &String| l.split(',').nth(2).unwrap().parse::<f64>().unwrap();
     let (contact, far) = (distance(&lines[1]), distance(&lines[6]));
     assert!((contact - far).abs() < 2.0 && contact != far, "{contact} {far}");
-}
-
-#[test]
-fn a_robot_gets_each_answer_before_it_asks_again() {
-    let desk = calibrated();
-    let mut child = Running::new(&mut program(&desk, &["locate", "cal/calibration.toml"]));
-    let (mut stdin, mut stdout) = (child.stdin.take().unwrap(), BufReader::new(child.stdout.take().unwrap()));
-    let mut line = String::new();
-    stdout.read_line(&mut line).unwrap();
-    assert_eq!(line.trim_end(), HEADER);
-    for question in ["4,0.02", "nonsense", "2,0.01"] {
-        writeln!(stdin, "{question}").unwrap();
-        line.clear();
-        stdout.read_line(&mut line).unwrap();
-        assert_eq!(line.matches(',').count(), 4, "{question}: {line}");
-    }
-    drop(stdin);
-    assert!(child.wait().unwrap().success());
-}
-
-#[test]
-fn headers_say_what_the_fields_are() {
-    let desk = calibrated();
-    let plain = stream(&desk, &["cal/calibration.toml"], b"4,0.02\n").1;
-    for text in [
-        "strain,note,theta_deg\n0.02,x,4\n",
-        "theta_deg,microstrain\n4,20000\n",
-        "theta_deg,strain,a_mm\n4,0.02,\n",
-    ] {
-        assert_eq!(stream(&desk, &["cal/calibration.toml", "-"], text.as_bytes()).1, plain, "{text}");
-    }
 }
 
 #[test]

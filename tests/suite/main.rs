@@ -47,7 +47,6 @@ mod own_model;
 mod pair;
 mod palette;
 mod paper;
-mod parquet;
 mod parts;
 mod pictures;
 mod planned;

@@ -7,7 +7,7 @@ use std::time::Duration;
 use serde_json::Value;
 
 use crate::common::program::{Desk, says};
-use crate::common::sweeping::{CPU_F64, Row, Table, number};
+use crate::common::sweeping::{CPU_F64, Row, Table, number, sweep, tap};
 use vibrissa::census::sample::ComparedRows;
 use vibrissa::census::{Taps, needed::Needed};
 use vibrissa::error::Error;
@@ -15,7 +15,7 @@ use vibrissa::plan::Plan;
 use vibrissa::progress::Progress;
 use vibrissa::scene::Setup;
 use vibrissa::spec;
-use vibrissa::sweep::{self, Target};
+use vibrissa::sweep::{self as sweeps, Target};
 
 /// All effects of soft rubber, small taps.
 fn soft(theta: &str, more: &str) -> String {
@@ -40,12 +40,7 @@ fn names(told: &Value, list: &str) -> Vec<String> {
 
 /// 1e-3 θ f_max of a row of tuples.csv.
 fn least(setup: &Setup, row: &Row) -> f64 {
-    let [big, tip, length, x_ss, l, a, drive] =
-        ["D_mm", "d_tip_mm", "L_a_mm", "x_ss_mm", "l_mm", "a_mm", setup.drive.column()]
-            .map(|c| number(row, c).expect("a number"));
-    let tuple =
-        vibrissa::scene::Tuple { D: big, d: tip, L_a: length, x_ss, l, a, drive, ..Default::default() };
-    Taps::of(setup, &[tuple]).least(0)
+    Taps::of(setup, &[tap(row)]).least(0)
 }
 
 /// Largest change of strain from one tuples.csv to another of the same taps, whose words must be the same.
@@ -118,8 +113,7 @@ fn an_effect_stays_where_a_word_of_the_estimate_would_change() {
         one.replace("{ from = 21, to = 48, step = 3 }", "[30, 48]").replace("neo-hookean", material)
     };
     let ambiguous = |material: &str, from: f64| {
-        let desk = Desk::new(&text(material, from));
-        swept(&desk, "", "out").0.statuses()[0].contains("ambiguous")
+        sweep(&text(material, from), CPU_F64).tuples.statuses()[0].contains("ambiguous")
     };
     let second_root = |material: &str| {
         let (mut low, mut high) = (5.0, 30.0);
@@ -240,7 +234,7 @@ fn needed(text: &str, out: &Path, stopping: bool) -> Result<Value, Error> {
     let stop = AtomicBool::new(false);
     let target = Target { every: Duration::ZERO, ..Target::new(out, &stop) };
     let mut stops = Stops(&stop, stopping);
-    let report = sweep::run_needed(&mut spec, plan, &choice, &target, &mut stops, &mut needed)?;
+    let report = sweeps::run_needed(&mut spec, plan, &choice, &target, &mut stops, &mut needed)?;
     Ok(report.model_error.expect("what is left off"))
 }
 

@@ -2,10 +2,9 @@
 
 use std::sync::LazyLock;
 
-use crate::common::measuring::{REAL, TAPS, data, prototype, table};
+use crate::common::measuring::{REAL, TAPS, prototype};
 use crate::common::program::{Desk, Kept};
-use crate::common::sweeping::{Row, Table, number};
-use vibrissa::simulate::Settings;
+use crate::common::sweeping::{Row, Table, value as of};
 
 const FRESH: &str = "[tap]\na = { from = 22, to = 46.8, step = 0.4 }\ntheta = [2, 3.5, 5, 7, 9]\n";
 
@@ -33,10 +32,6 @@ fn objects(desk: &Desk) -> String {
     let place = header.split(',').position(|name| name == "a_mm").unwrap();
     let named = lines.map(|line| format!("{line},at {}", line.split(',').nth(place).unwrap()));
     std::iter::once(format!("{header},object")).chain(named).map(|line| line + "\n").collect()
-}
-
-fn of(row: &Row, column: &str) -> f64 {
-    number(row, column).unwrap_or_else(|| panic!("{column} of {row:?}"))
 }
 
 #[test]
@@ -199,33 +194,6 @@ fn the_next_tap_is_the_one_that_tells_most() {
         }
         expected.push(sigma(&told, "expected_sigma_mm"));
     }
-}
-
-#[test]
-fn chosen_taps_need_half_as_many_as_a_fixed_grid() {
-    let desk = desk();
-    let told = |taps: &str| {
-        desk.write("some.csv", taps);
-        let ran = desk.ok("next cal/calibration.toml some.csv --json --force --out n");
-        ran.json()["result"].clone()
-    };
-    let signal = |theta: f64| {
-        let tap = format!("[tap]\na = 33\ntheta = {theta}\n");
-        data(&table(&prototype(4.0, &[&tap, REAL]), &Settings::default())).rows[0].value
-    };
-    let header = "theta_deg,strain\n";
-    // A fixed grid of the calibrated drives, each as often as the others.
-    let grid: String = [2.0, 3.5, 5.0, 7.0, 9.0].iter().map(|t| format!("{t},{}\n", signal(*t))).collect();
-    let of_grid = told(&format!("{header}{grid}{grid}"));
-    let mut own = header.to_owned();
-    for _ in 0..5 {
-        let theta = told(&own)["theta_deg"].as_f64().unwrap();
-        own += &format!("{theta},{}\n", signal(theta));
-    }
-    let chosen = told(&own);
-    let sigma = |told: &serde_json::Value| told["sigma_mm"].as_f64().unwrap();
-    assert_eq!(chosen["taps"], 5);
-    assert!(sigma(&chosen) < 1.05 * sigma(&of_grid), "{} {}", sigma(&chosen), sigma(&of_grid));
 }
 
 #[test]

@@ -5,7 +5,7 @@ use crate::common::program::{Desk, says};
 use crate::common::scan::Scan;
 use crate::common::searching::{layout, parse, search};
 use crate::common::specs;
-use crate::common::sweeping::{CPU, CPU_F64, GPU, Place, REFERENCE, Row, number, sweep, sweep_with};
+use crate::common::sweeping::{CPU, CPU_F64, GPU, Place, REFERENCE, number, sweep, tap};
 use vibrissa::design::Design;
 use vibrissa::estimator::named;
 use vibrissa::optimise::evaluate::Scorer;
@@ -27,13 +27,6 @@ fn spec(d: f64, gauge: &str, tap: &str, more: &str) -> String {
     )
 }
 
-fn whisker(row: &Row, drive: &str) -> Tuple {
-    let [wide, d, length, x_ss, l, a, drive] =
-        ["D_mm", "d_tip_mm", "L_a_mm", "x_ss_mm", "l_mm", "a_mm", drive]
-            .map(|column| number(row, column).expect("a number"));
-    Tuple { D: wide, d, L_a: length, x_ss, l, a, drive, ..Tuple::default() }
-}
-
 /// Every tap of the spec is told as a scan tells it, on every one of `places`; the largest relative difference of σ on each.
 fn told_as_scanned(text: &str, places: [Place; 3]) -> [f64; 3] {
     let setup = specs::parse(text).expect("a spec").study.setup;
@@ -44,7 +37,7 @@ fn told_as_scanned(text: &str, places: [Place; 3]) -> [f64; 3] {
         let range = [f64::min, f64::max].map(|f| distances.iter().copied().reduce(f).expect("a tap"));
         let mut worst: f64 = 0.0;
         for row in &swept.tuples.rows {
-            let tap = whisker(row, setup.drive.column());
+            let tap = tap(row);
             let at = scans.iter().position(|(drive, _)| *drive == tap.drive).unwrap_or_else(|| {
                 scans.push((tap.drive, Scan::new(&setup, tap, 0.0)));
                 scans.len() - 1
@@ -81,32 +74,11 @@ fn sweeps_tell_taps_as_a_scan_does() {
         ("linear", spec(4.0, "x_ss = 5", &format!("{far}\ntheta = [4]"), LINEAR)),
     ];
     for (name, text) in &cases {
-        let worst = told_as_scanned(text, [CPU_F64, CPU, REFERENCE]);
+        // A device compiles its kernel for each model: it has one.
+        let (last, most) = if *name == "real" { (GPU, 1e-3) } else { (REFERENCE, 1e-5) };
+        let worst = told_as_scanned(text, [CPU_F64, CPU, last]);
         println!("{name}: {worst:?}");
-        assert!(worst[0] <= 1e-5 && worst[1] <= 1e-3 && worst[2] <= 1e-5, "{name}: {worst:?}");
-    }
-}
-
-#[test]
-fn devices_fine_axes_and_lists_tell_the_same() {
-    let tap = "a = { from = 21, to = 48, step = 3 }\ntheta = { from = 1, to = 8, steps = 29 }";
-    let text = spec(4.0, "x_ss = 5", tap, REAL);
-    let (grid, gpu, cpu) = (sweep(&text, CPU_F64), sweep(&text, GPU), sweep(&text, CPU));
-    let head = "D_mm,d_mm,L_a_mm,x_ss_mm,l_mm,a_mm,theta_deg\n";
-    let rows = grid.tuples.rows.iter().map(|row| {
-        let Tuple { D, d, L_a, x_ss, l, a, drive, .. } = whisker(row, "theta_deg");
-        format!("{D},{d},{L_a},{x_ss},{l},{a},{drive}\n")
-    });
-    let text = format!("[tuples]\nfile = \"list.csv\"\n[gauge]\nnoise_strain = {NOISE:e}\n{REAL}{EXACT}");
-    let list = sweep_with(&text, Some(&rows.fold(head.to_owned(), |all, row| all + &row)), CPU_F64);
-    for (other, bound) in [(&gpu, 1e-3), (&cpu, 1e-3), (&list, 1e-7)] {
-        assert_eq!(other.tuples.numbers("distance_mm"), grid.tuples.numbers("a_mm"));
-        assert!(other.designs.numbers("error_rms_mm").iter().all(|e| *e == Some(0.0)));
-        for column in ["noise_rms_mm", "total_rms_mm"] {
-            for (p, q) in other.designs.numbers(column).iter().zip(grid.designs.numbers(column)) {
-                assert!((p.unwrap() / q.unwrap() - 1.0).abs() < bound, "{column}: {p:?} and {q:?}");
-            }
-        }
+        assert!(worst[0] <= 1e-5 && worst[1] <= 1e-3 && worst[2] <= most, "{name}: {worst:?}");
     }
 }
 
@@ -224,76 +196,6 @@ fn searches_find_what_a_scan_finds() {
     }
 }
 
-/// Whiskers of other models, drives and hubs: neither `tap` nor `optimise` finds worse than any drive, or tip and drive, that a scan by the
-/// reference looks at, and what they say of theirs is what the scan says.
-#[test]
-fn many_whiskers_are_told_as_scans_tell_them() {
-    let displaced = "drive = \"displacement\"";
-    let both = "[model]\nsurface = true\nshear = true\n";
-    let rubbed = "[model]\nshear = true\nextension = true\ncontact = { coulomb = 0.3 }\n";
-    let rubber = "[model]\nsurface = true\nmaterial = { neo-hookean = 3.2 }\n";
-    let cases = [
-        ("", "", "", [1.0, 10.0]),
-        ("", "", "[model]\nshear = true\n", [1.0, 10.0]),
-        ("", "", "[model]\nsurface = true\n", [1.0, 10.0]),
-        ("hub = 6", "", both, [1.0, 8.0]),
-        ("", "side = \"far\"", "[model]\nextension = true\npole_radius = 3\nsurface = true\n", [1.0, 8.0]),
-        ("", "", "[model]\nmaterial = { mooney-rivlin = [0.35, 0.15] }\n", [1.0, 8.0]),
-        ("", "strain_limit = 0.02", rubber, [1.0, 10.0]),
-        ("", displaced, "", [0.5, 4.0]),
-        ("", displaced, &format!("{both}extension = true\n"), [0.5, 4.0]),
-        ("hub = 10", "", rubbed, [1.0, 6.0]),
-    ];
-    let distances = [24.0, 33.0, 45.0];
-    let steps =
-        |[from, to]: [f64; 2], n: u32| move |i: u32| from + (to - from) * f64::from(i) / f64::from(n - 1);
-    for (hub, other, model, ends) in cases {
-        let push = other == displaced;
-        let (key, gauge, tap) = if push { ("delta", "", other) } else { ("theta", other, "") };
-        let text = |d: &str, drive: &str, more: &str| {
-            format!(
-                "[whisker]\nD = 10\n{d}\nL_a = 50\n{hub}\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = {NOISE:e}\n{gauge}\n\
-                 [tap]\na = [24, 33, 45]\n{tap}\n{drive}\n{model}{EXACT}{more}"
-            )
-        };
-        let said = format!("{hub} {other} {model}");
-        let at = |d: f64, drive: f64| {
-            let text = text(&format!("d = {d:?}"), &format!("{key} = {drive:?}"), "");
-            let row = &sweep(&text, REFERENCE).designs.rows[0];
-            let limit = specs::parse(&text).unwrap().study.setup.gauge.strain_limit;
-            let allowed = number(row, "strain_max").is_some_and(|strain| strain <= limit);
-            allowed.then(|| scanned_noise(&text, drive, &distances))
-        };
-        let none_is_better = |found: f64, others: &mut dyn Iterator<Item = Option<f64>>| {
-            let least = others.flatten().fold(f64::INFINITY, f64::min);
-            assert!(least.is_finite() && found <= least * (1.0 + 1e-6), "{said}: {found} against {least}");
-        };
-        let desk = Desk::new(&text("d = 6.0", &format!("{key} = [{}, {}]", ends[0], ends[1]), ""));
-        let found = desk.json("tap spec.toml --backend cpu")["result"].clone();
-        let optimum = &found["optimum"];
-        let total = optimum["total_rms_mm"].as_f64().unwrap();
-        let drive = optimum[if push { "delta_mm" } else { "theta_deg" }].as_f64().unwrap();
-        // A limit is kept to the last digit by the tap, not by its reference.
-        let there = at(6.0, drive).or_else(|| at(6.0, drive * (1.0 - 1e-7))).expect("it is allowed");
-        assert!((total / there - 1.0).abs() < 1e-4, "{said}: {total} against {there} at {drive}");
-        none_is_better(total, &mut (0..7).map(|i| at(6.0, steps(ends, 7)(i))));
-
-        let search_text = format!(
-            "[optimise]\nobjective = \"distance\"\nbudget = {{ evaluations = 500 }}\nvariables = {{ d = [5, 10], {key} = [{}, {}] }}\n",
-            ends[0], ends[1]
-        );
-        let report = search(&text("", "", &search_text), CPU);
-        none_is_better(
-            report.value,
-            &mut (0..12).map(|k| at(steps([5.0, 10.0], 3)(k % 3), steps(ends, 4)(k / 3))),
-        );
-        let best = report.best.point;
-        let there =
-            at(best.d, best.drive).or_else(|| at(best.d, best.drive * (1.0 - 1e-7))).expect("it is allowed");
-        assert!((report.value / there - 1.0).abs() < 1e-4, "{said}: {} against {there}", report.value);
-    }
-}
-
 /// The nominal whisker's model reads what the built one shows; a whisker that is calibrated itself has no bias.
 #[test]
 fn tolerances_are_read_with_the_nominal_model() {
@@ -360,15 +262,8 @@ fn a_rig_is_as_good_as_predicted() {
 }
 
 #[test]
-fn specs_say_what_the_theory_leaves_out() {
-    let with = |estimate: &str, output: &str| {
-        let text = specs::GOOD.replace("[estimate]", &format!("[estimate]\n{estimate}"));
-        specs::parse(&text.replace("[output]", &format!("[output]\n{output}")))
-    };
-    assert!(with("theory = \"exact\"", "by = \"total_rms_mm\"").unwrap().warnings.is_empty());
-    let robust =
-        "[optimise]\nrobust = { D = 0.1, calibrated = \"nominal\" }\n[output]\nby = \"error_rms_mm\"";
-    assert!(specs::parse(&specs::GOOD.replace("[estimate]", EXACT).replace("[output]", robust)).is_ok());
-    let warned = with("theory = \"exact\"\nK = 1.1", "").unwrap().warnings;
+fn a_given_k_is_not_used() {
+    let text = specs::GOOD.replace("[estimate]", &format!("{EXACT}K = 1.1"));
+    let warned = specs::parse(&text).expect("a spec").warnings;
     assert!(warned.iter().any(|w| w.contains("K is not used")), "{warned:?}");
 }

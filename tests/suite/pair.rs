@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::common::measuring::{REAL, calibrated, data, locator, once, prototype, rig, table};
 use crate::common::program::{Desk, says};
+use crate::common::sweeping::rms;
 use vibrissa::calibrate::Calibrated;
 use vibrissa::design::amount;
 use vibrissa::locate::estimator::{EXACT, PAPER};
@@ -40,11 +41,6 @@ fn answers(locator: &Locator, data: &Data) -> Vec<Spatial> {
     };
     let all: Vec<_> = data.rows.iter().zip(&data.beside.values).map(readings).collect();
     locator.locate_pairs(&all).unwrap()
-}
-
-fn rms(values: impl Iterator<Item = f64>) -> f64 {
-    let (sum, n) = values.fold((0.0, 0), |(sum, n), x| (sum + x * x, n + 1));
-    (sum / f64::from(n)).sqrt()
 }
 
 #[test]

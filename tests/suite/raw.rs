@@ -9,10 +9,16 @@ use crate::common::sweeping::{Row, Table, number};
 /// A tap: its drive, its signal at the end of the plateau, and how long it stands, s (0: a peak).
 type Tap = (f64, f64, f64);
 
-/// A record of `taps` above a level that drifts, at so many samples a second: each rises in `ramp` s, creeps by a share, and rests 1 s.
-fn record(
+/// A record of `taps` above a level that drifts, with noise, at so many samples a second: each rises in `ramp` s, creeps by a share, and rests 1 s.
+fn record(taps: &[Tap], [level, drift, noise]: [f64; 3], shape: [f64; 3], with_drive: bool) -> String {
+    above(taps, &|t| level + drift * t, noise, shape, with_drive)
+}
+
+/// The same above `base` of the time, s.
+fn above(
     taps: &[Tap],
-    [level, drift, noise]: [f64; 3],
+    base: &dyn Fn(f64) -> f64,
+    noise: f64,
     [rate, ramp, creep]: [f64; 3],
     with_drive: bool,
 ) -> String {
@@ -22,7 +28,7 @@ fn record(
     let mut say = |drive: f64, signal: f64| {
         let t = f64::from(k) / rate;
         k += 1;
-        let y = level + drift * t + signal + noise * random.normal();
+        let y = base(t) + signal + noise * random.normal();
         text += &if with_drive { format!("{t},{drive},{y}\n") } else { format!("{t},{y}\n") };
     };
     let samples = |seconds: f64| (seconds * rate) as usize;
@@ -84,22 +90,6 @@ fn plateaus_and_rests_of_a_record_are_rows_of_calibrate() {
     let readings = desk.table("t/readings.csv");
     assert!(readings.rows.iter().all(|row| ["rest", "plateau"].contains(&row["kind"].as_str())));
     assert!(desk.read("t/taps.svg").contains("<svg"));
-}
-
-#[test]
-fn without_a_drive_taps_stand_above_their_rest() {
-    let desk = Desk::new(&record(&TAPS, [-3.0, -0.4, 0.3], PLAIN, false));
-    desk.ok("taps spec.toml --theta 2,4,1,8,0.5,4 --out t");
-    let table = desk.table("t/taps.csv");
-    let taps: Vec<_> = table.rows.iter().filter(|row| number(row, "theta_deg") != Some(0.0)).collect();
-    assert_eq!(taps.len(), 6);
-    desk.ok("taps spec.toml --out u");
-    let tared = desk.table("u/taps.csv");
-    assert_eq!(tared.columns, ["reading", "t_s"]);
-    for (row, (_, signal, _)) in tared.rows.iter().zip(TAPS) {
-        let found = number(row, "reading").unwrap();
-        assert!((found - signal).abs() < 0.012 * signal.abs() + 0.5, "{found} {signal}");
-    }
 }
 
 #[test]
@@ -218,69 +208,35 @@ fn spikes_long_holds_and_negative_drives_are_read() {
     }
 }
 
-/// The sequence of the records of [`trials`].
-struct Dice(u64);
-
-impl Dice {
-    fn uniform(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        ((self.0 >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
-    }
-
-    fn normal(&mut self) -> f64 {
-        (-2.0 * self.uniform().ln()).sqrt() * (TAU * self.uniform()).cos()
-    }
-}
-
-/// A record of taps that hold for 1 s, at 1 kHz or 100 Hz, above what `more` (of the share of the record that is over) adds.
-fn trials(rate: f64, seed: u64, noise: f64, more: &dyn Fn(f64, f64) -> f64) -> (Vec<f64>, String) {
-    let mut dice = Dice(seed);
-    let levels: Vec<f64> = (0..7).map(|_| 0.2 + 0.8 * dice.uniform()).collect();
-    let mut signal = vec![0.0; (1.5 * rate) as usize];
-    for level in &levels {
-        let (ramp, hold) = (0.1 + 0.4 * dice.uniform(), 0.5 + dice.uniform());
-        let steps = |s: f64| (s * rate) as usize;
-        let part =
-            |n: usize, f: &dyn Fn(f64) -> f64| (0..n).map(|k| f(k as f64 / n as f64)).collect::<Vec<_>>();
-        signal.extend(part(steps(ramp), &|s| level * s));
-        signal.extend(part(steps(hold), &|_| *level));
-        signal.extend(part(steps(ramp), &|s| level * (1.0 - s)));
-        signal.extend(part(steps(0.6 + dice.uniform()), &|_| 0.0));
-    }
-    let n = signal.len() as f64;
-    let mut text = "t_s,reading\n".to_owned();
-    for (k, y) in signal.iter().enumerate() {
-        let t = k as f64 / rate;
-        text += &format!("{t},{}\n", 5.0 + y + more(k as f64 / n, t) + noise * dice.normal());
-    }
-    (levels, text)
-}
-
 #[test]
 fn noise_drift_and_hum_hide_no_tap() {
     let desk = Desk::new("");
-    let hum = |_: f64, t: f64| 0.01 * (TAU * 50.0 * t + 1.0).sin();
-    let drift = |share: f64, _: f64| 0.3 * share;
-    let wave = |share: f64, _: f64| 0.05 * (9.4 * share).sin();
-    let none = |_: f64, _: f64| 0.0;
-    type Case<'a> = (&'a str, &'a dyn Fn(f64, f64) -> f64, f64);
-    let cases: [Case<'_>; 4] =
-        [("noise", &none, 0.008), ("hum", &hum, 5e-4), ("drift", &drift, 2e-3), ("wave", &wave, 2e-3)];
-    for (name, more, noise) in cases {
-        for seed in 0..6 {
-            let (levels, text) = trials([100.0, 1000.0][seed as usize % 2], seed, noise, more);
-            desk.write("r.csv", text);
+    let hum = |t: f64| 0.01 * (TAU * 50.0 * t + 1.0).sin();
+    type Case<'a> = (&'a str, &'a dyn Fn(f64) -> f64, f64);
+    let cases: [Case<'_>; 4] = [
+        ("noise", &|_| 5.0, 0.008),
+        ("hum", &hum, 5e-4),
+        ("drift", &|t| 0.015 * t, 2e-3),
+        ("wave", &|t| 0.05 * (0.47 * t).sin(), 2e-3),
+    ];
+    let mut random = Random(3);
+    let mut taps = || [0; 7].map(|_| (1.0, random.between(0.2, 1.0), random.between(0.5, 1.5)));
+    for (name, base, noise) in cases {
+        for rate in [100.0, 1000.0, 100.0, 1000.0] {
+            let taps = taps();
+            desk.write("r.csv", above(&taps, base, noise, [rate, 0.3, 0.0], false));
             desk.ok("taps r.csv --out t --force");
             let table = desk.table("t/taps.csv");
-            assert_eq!(table.rows.len(), levels.len(), "{name} {seed}: {}", table.text);
-            for (row, level) in table.rows.iter().zip(&levels) {
+            assert_eq!(table.rows.len(), taps.len(), "{name} {rate}: {}", table.text);
+            for (row, (_, level, _)) in table.rows.iter().zip(&taps) {
                 let found = number(row, "reading").unwrap();
-                assert!((found - level).abs() < 0.015, "{name} {seed}: {found} for {level}");
+                assert!((found - level).abs() < 0.015, "{name} {rate}: {found} for {level}");
             }
         }
     }
     // Samples that were lost are no fault.
-    let (levels, text) = trials(100.0, 9, 1e-3, &none);
+    let taps = taps();
+    let text = record(&taps, [5.0, 0.0, 1e-3], PLAIN, false);
     let lost = |(k, line): (usize, &str)| match line.rsplit_once(',') {
         Some((t, _)) if k % 11 == 5 => format!("{t},\n"),
         _ => format!("{line}\n"),
@@ -288,7 +244,7 @@ fn noise_drift_and_hum_hide_no_tap() {
     desk.write("r.csv", text.lines().enumerate().map(lost).collect::<String>());
     let ran = desk.ok("taps r.csv --out t --force");
     assert!(ran.stderr.contains("lines without a signal are left out"), "{}", ran.stderr);
-    assert_eq!(desk.table("t/taps.csv").rows.len(), levels.len());
+    assert_eq!(desk.table("t/taps.csv").rows.len(), taps.len());
 }
 
 /// A record of 90 samples a second of `signal` (of the time, s), with noise of so much that no two samples are equal.

@@ -1,4 +1,4 @@
-//! `vibrissa schema`: the committed file, and the schema against the reader at the ends of every range.
+//! `vibrissa schema`: the committed file, and the reader at the ends of every range; `tests/schema` compares both. `vibrissa new` and `cite`.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use toml::Value;
 
 use crate::common::keys;
 use crate::common::program::{Desk, SPEC};
-use crate::common::schema::{accepts, difference};
+use crate::common::schema::keep;
 use vibrissa::reference::schema;
 use vibrissa::scene::Interval;
 use vibrissa::spec::form::Form;
@@ -72,8 +72,8 @@ fn probes(form: &Form) -> Vec<Value> {
 }
 
 #[test]
-fn schema_and_reader_agree_on_every_key() {
-    let (mut refused, mut accepted, mut differences) = (0, 0, Vec::new());
+fn every_key_is_read_at_its_ends_and_beside_them() {
+    let (mut refused, mut accepted) = (0, 0);
     let inline = inline().filter(|s| s.name != "axis");
     for (section, key) in sections().chain(inline).flat_map(|s| s.keys.iter().map(move |k| (s, k))) {
         // Its file is opened.
@@ -83,33 +83,11 @@ fn schema_and_reader_agree_on_every_key() {
         for value in probes(&key.form) {
             let text = keys::with(section, key, Some(value));
             let read = keys::parsed(section, &text);
-            differences.extend(difference(&text, read.as_ref().err()));
+            keep(&text, read.as_ref().err());
             *(if read.is_ok() { &mut accepted } else { &mut refused }) += 1;
         }
     }
-    assert!(differences.is_empty(), "{} differences\n{}", differences.len(), differences.join("\n"));
     assert!(refused > 400 && accepted > 150, "{refused} refused, {accepted} accepted");
-}
-
-#[test]
-fn shipped_specs_say_where_their_schema_is_and_are_valid() {
-    let root = Path::new(crate::common::ROOT);
-    let mut specs = 0;
-    for (folder, line) in
-        [("sweeps", "#:schema ./spec.schema.json"), ("examples", "#:schema ../sweeps/spec.schema.json")]
-    {
-        for entry in std::fs::read_dir(root.join(folder)).expect(folder) {
-            let path = entry.expect("an entry").path();
-            if path.extension().is_none_or(|e| e != "toml") {
-                continue;
-            }
-            let text = std::fs::read_to_string(&path).expect("a spec");
-            assert_eq!(text.lines().next(), Some(line), "{}", path.display());
-            assert_eq!(accepts(&text), Some(true), "{}", path.display());
-            specs += 1;
-        }
-    }
-    assert!(specs >= 19, "{specs}");
 }
 
 /// `new FILE` with these answers and others.
@@ -126,7 +104,7 @@ fn a_new_spec_is_valid_and_runs() {
         let said = desk.ok(&line).stdout;
         assert!(said.contains("next: vibrissa "), "{said}");
         let text = desk.read(&file);
-        assert_eq!(accepts(&text), Some(true));
+        keep(&text, None);
         let told = |l: &str| l.contains("# ") || l.starts_with(['o', 'v', 'b']);
         assert!(text.lines().filter(|l| l.contains(" = ")).all(told), "{text}");
         desk.ok(format!("sweep {file} --plan"));

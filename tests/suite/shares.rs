@@ -3,119 +3,71 @@
 use serde_json::Value;
 
 use crate::common::program::Desk;
-use crate::common::searching::search;
-use crate::common::sweeping::{CPU, CPU_F64, Table, number, sweep};
+use crate::common::sweeping::{CPU_F64, Table, number, sweep};
 use vibrissa::optimise::shares::{LINES, Line, Share, Shares, level, shares};
 use vibrissa::scene::sampler::Sampler;
 
 /// Steps of both variables of a grid.
 const STEPS: [usize; 2] = [60, 60];
 
-/// Total error next to folds, where readings have no distance: 1/|x − x₀|, whose variance no grid finds.
-const HEAVY: (&str, [f64; 2], [f64; 2]) = (
-    "[whisker]\nD = 6\nd = 1.5\nL_a = 80\n[gauge]\nl = 3\nnoise_strain = 15e-6\nX\n\
-     [tap]\na = { from = 25, to = 70, step = 5 }\nT\n[estimate]\ntheory = \"exact\"\n",
-    [2.0, 20.0],
-    [0.5, 15.0],
-);
+/// The paper's estimate far from its peak, at places and angles within these ends.
+const CALM: &str = "[whisker]\nD = 10\nd = 7\nL_a = 50\n[gauge]\nl = 2\nnoise_strain = 20e-6\n[tap]\na = { from = 24, to = 48, step = 6 }\n";
+const ENDS: [[f64; 2]; 2] = [[2.0, 6.0], [2.0, 8.0]];
 
-/// The paper's estimate far from its peak.
-const CALM: (&str, [f64; 2], [f64; 2]) = (
-    "[whisker]\nD = 10\nd = 7\nL_a = 50\n[gauge]\nl = 2\nnoise_strain = 20e-6\nX\n\
-     [tap]\na = { from = 24, to = 48, step = 6 }\nT\n",
-    [2.0, 6.0],
-    [2.0, 8.0],
-);
-
-/// Contacts that end before the gauge begins: a third of the box has no figures.
-const OPEN: (&str, [f64; 2], [f64; 2]) = (
-    "[whisker]\nD = 9\nd = 4\nL_a = 50\n[gauge]\nl = 2\nnoise_strain = 20e-6\nX\n\
-     [tap]\na = { from = 21, to = 45, step = 6 }\nT\n",
-    [4.0, 28.0],
-    [1.0, 8.0],
-);
-
-/// `spec` searched over both variables, and swept over a grid of them.
-fn both((spec, place, drive): (&str, [f64; 2], [f64; 2])) -> [String; 2] {
-    let search = format!(
-        "[optimise]\nobjective = \"distance\"\nvariables = {{ x_ss = {place:?}, theta = {drive:?} }}\nlimits = {{ strain = 1 }}\nbudget = {{ evaluations = 200 }}\n"
-    );
-    let middles = |[lo, hi]: [f64; 2], n: usize| {
-        let half = 0.5 * (hi - lo) / n as f64;
-        format!("{{ from = {:?}, to = {:?}, steps = {n} }}", lo + half, hi - half)
-    };
-    let grid = spec.replace('X', &format!("x_ss = {}", middles(place, STEPS[0])));
-    let grid = grid.replace('T', &format!("theta = {}", middles(drive, STEPS[1])));
-    let none = |spec: &str| spec.replace("\nX\n", "\n").replace("\nT\n", "\n");
-    [none(spec) + &search, grid + "[output]\ntuples = false\n"]
-}
-
-/// First and total shares of each variable, of the logarithms of a column, by a grid that leaves out what has no value.
+/// First and total shares of each variable, of the logarithms of a column, by a grid.
 fn by_grid(table: &Table, column: &str) -> [[f64; 2]; 2] {
     let [n, m] = STEPS;
-    let value = |r: usize| number(&table.rows[r], column).filter(|x| *x > 0.0).map(f64::ln);
-    let values: Vec<Option<f64>> = (0..n * m).map(value).collect();
+    let values: Vec<f64> = table.numbers(column).into_iter().map(|x| x.unwrap().ln()).collect();
     let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len() as f64;
-    let squares = |all: &[f64]| all.iter().map(|x| (x - mean(all)).powi(2)).sum::<f64>();
-    let whole: Vec<f64> = values.iter().flatten().copied().collect();
-    let (all, middle) = (squares(&whole), mean(&whole));
+    let middle = mean(&values);
+    let all: f64 = values.iter().map(|x| (x - middle).powi(2)).sum();
     let of = |groups: usize, at: &dyn Fn(usize) -> usize| {
-        let group = |g: usize| -> Vec<f64> {
-            values.iter().enumerate().filter(|(r, _)| at(*r) == g).filter_map(|(_, x)| *x).collect()
-        };
-        let between =
-            |g: Vec<f64>| if g.is_empty() { 0.0 } else { g.len() as f64 * (mean(&g) - middle).powi(2) };
+        let group = |g: usize| (0..n * m).filter(|r| at(*r) == g).map(|r| values[r]).collect::<Vec<f64>>();
+        let between = |g: Vec<f64>| g.len() as f64 * (mean(&g) - middle).powi(2);
         (0..groups).map(group).map(between).sum::<f64>() / all
     };
     let [first, second] = [of(n, &|r| r / m), of(m, &|r| r % m)];
     [[first, 1.0 - second], [second, 1.0 - first]]
 }
 
+/// What is heavy and what has no value is judged below, of shares that are known.
 #[test]
-fn shares_of_variance_lie_in_0_to_1_and_a_grid_has_them_within_their_intervals() {
-    for case in [HEAVY, CALM, OPEN] {
-        let [spec, grid] = both(case);
-        let report = search(&spec, CPU);
-        let designs = sweep(&grid, CPU_F64).designs;
-        assert_eq!(designs.rows.len(), STEPS[0] * STEPS[1]);
-        for (f, column) in ["K_sd", "total_rms_mm"].into_iter().enumerate() {
-            let wanted = by_grid(&designs, column);
-            for ((variable, found), wanted) in report.sensitivity.global.iter().zip(wanted) {
-                let found = found[f].unwrap();
-                for (share, wanted) in [found.first, found.total].into_iter().zip(wanted) {
-                    let [low, high] = share.interval;
-                    assert!(
-                        0.0 <= low && low <= share.value && share.value <= high && high <= 1.0,
-                        "{share:?}"
-                    );
-                    // A grid has its own error.
-                    let holds = low - 2e-3 <= wanted && wanted <= high + 2e-3 && high - low < 0.5;
-                    assert!(holds, "{column} by {variable:?}: {share:?}, a grid has {wanted}\n{spec}");
-                }
-            }
-        }
-    }
-}
-
-#[test]
-fn a_search_says_of_what_its_shares_are_and_how_sure() {
-    let [spec, _] = both(CALM);
-    let desk = Desk::new(&spec);
+fn a_search_says_of_what_its_shares_are_and_a_grid_has_them_within_their_intervals() {
+    let search = format!(
+        "{CALM}[optimise]\nobjective = \"distance\"\nvariables = {{ x_ss = {:?}, theta = {:?} }}\nlimits = {{ strain = 1 }}\nbudget = {{ evaluations = 200 }}\n",
+        ENDS[0], ENDS[1]
+    );
+    let middles = |k: usize| {
+        let ([lo, hi], n) = (ENDS[k], STEPS[k]);
+        let half = 0.5 * (hi - lo) / n as f64;
+        format!("{{ from = {:?}, to = {:?}, steps = {n} }}", lo + half, hi - half)
+    };
+    let grid = CALM.replace("[tap]", &format!("x_ss = {}\n[tap]\ntheta = {}", middles(0), middles(1)));
+    let designs = sweep(&(grid + "[output]\ntuples = false\n"), CPU_F64).designs;
+    assert_eq!(designs.rows.len(), STEPS[0] * STEPS[1]);
+    let desk = Desk::new(&search);
     let json = desk.json("optimise spec.toml --backend cpu --out found");
     let told = &json["result"]["sensitivity"];
     assert_eq!((told["scale"].as_str(), told["confidence"].as_f64()), (Some("ln"), Some(0.95)), "{told}");
-    let table = Table::read(&desk.path("found/sensitivity.csv"));
-    let row = table.rows.iter().find(|row| row["parameter"] == "theta").unwrap();
-    assert_eq!(row["scale"], "ln");
-    for (order, name) in [("first", "total_rms_first"), ("total", "total_rms_total")] {
-        let one = &told["sobol"]["theta"];
-        let ends: Vec<f64> =
-            serde_json::from_value(one[format!("{order}_interval")]["total_rms_mm"].clone()).unwrap();
-        let at = |end: &str| number(row, &format!("{name}{end}")).unwrap();
-        // The reader of JSON may round the last digit otherwise.
-        let same = |a: f64, b: f64| (a - b).abs() < 1e-12;
-        assert!(same(one[order]["total_rms_mm"].as_f64().unwrap(), at("")), "{one}");
-        assert!(same(ends[0], at("_low")) && same(ends[1], at("_high")), "{one}");
+    let table = desk.table("found/sensitivity.csv");
+    for (k, parameter) in ["x_ss", "theta"].into_iter().enumerate() {
+        let row = table.rows.iter().find(|row| row["parameter"] == parameter).unwrap();
+        assert_eq!(row["scale"], "ln");
+        let at = |name: &str| number(row, name).unwrap();
+        for (column, name) in [("K_sd", "K_sd"), ("total_rms_mm", "total_rms")] {
+            for (order, wanted) in ["first", "total"].into_iter().zip(by_grid(&designs, column)[k]) {
+                let [low, share, high] = ["_low", "", "_high"].map(|end| at(&format!("{name}_{order}{end}")));
+                assert!(0.0 <= low && low <= share && share <= high && high <= 1.0, "{row:?}");
+                // A grid has its own error.
+                let holds = low - 2e-3 <= wanted && wanted <= high + 2e-3 && high - low < 0.5;
+                assert!(holds, "{column} by {parameter}: {row:?}, a grid has {wanted}");
+                // The reader of JSON may round the last digit otherwise.
+                let same = |a: &Value, b: f64| (a.as_f64().unwrap() - b).abs() < 1e-12;
+                let (one, ends) = (&told["sobol"][parameter], format!("{order}_interval"));
+                assert!(same(&one[order][column], share), "{one}");
+                assert!(same(&one[&ends][column][0], low) && same(&one[&ends][column][1], high), "{one}");
+            }
+        }
     }
     let fixed = table.rows.iter().find(|row| row["parameter"] == "D").unwrap();
     assert!(fixed["scale"].is_empty() && number(fixed, "total_rms_first").is_none());

@@ -1,11 +1,10 @@
 //! Specs that are read, and their tuples; tuple files, read and refused.
 
-use crate::common::program::Desk;
 use crate::common::specs::{GOOD, parse, with};
 use std::fs;
 
 use vibrissa::error::InputError;
-use vibrissa::scene::{Axis, COLUMNS, Column, Contact, Drive, Material, Side, Space, Spec, Tuple};
+use vibrissa::scene::{COLUMNS, Contact, Drive, Material, Side, Space, Spec, Tuple};
 use vibrissa::spec;
 
 /// All tuples of a small grid whose factors are all single axes.
@@ -44,48 +43,6 @@ fn a_grid_in_row_order() {
         (Contact::Frictionless, Material::Hooke(3.2))
     );
     assert!(spec.warnings.is_empty() && spec.study.output.tuples.is_none());
-}
-
-#[test]
-fn sampled_axes_are_one_factor() {
-    let axis = |min: f64, max: f64| format!("{{ min = {min}, max = {max}, samples = 1_000, seed = 7 }}");
-    let text = with("d = 4", &format!("d = {}", axis(2.0, 4.0)))
-        .replace("x_ss = 6.0", &format!("x_ss = {}", axis(3.0, 15.0)))
-        .replace("theta = {", &format!("theta = {} # {{", axis(0.5, 10.0)));
-    let spec = parse(&text).unwrap();
-    let Space::Grid(factors) = &spec.study.space else { panic!("a grid was expected") };
-    assert_eq!(factors.iter().map(|f| f.len).collect::<Vec<_>>(), [1, 1000, 1, 1, 3, 1, 1]);
-    let zip = &factors[1].axes;
-    assert_eq!(
-        zip.iter().map(|(c, _)| *c).collect::<Vec<_>>(),
-        [Column::TipDiameter, Column::GaugePosition, Column::Drive]
-    );
-    let dimensions: Vec<u32> = zip
-        .iter()
-        .map(|(_, axis)| match axis {
-            Axis::Samples { dimension, .. } => *dimension,
-            _ => panic!("samples were expected"),
-        })
-        .collect();
-    assert_eq!(dimensions, [0, 1, 2]);
-    let sampler = ("whisker.d.sampler".to_owned(), "\"sobol\"".to_owned(), false);
-    assert!(spec.in_force.contains(&sampler));
-}
-
-#[test]
-fn values_in_force() {
-    let spec = parse(&with("[run]", "[run]\nout = \"there\"")).unwrap();
-    let value = |key: &str| {
-        spec.in_force.iter().find(|(k, ..)| k == key).map(|(_, v, written)| (v.as_str(), *written))
-    };
-    assert_eq!(value("whisker.D"), Some(("10.0", true)));
-    assert_eq!(value("whisker.hub"), Some(("0.0", false)));
-    assert_eq!(value("tap.a"), Some(("[30, 50, 70]", true)));
-    assert_eq!(value("tap.theta"), Some(("{ from = 2, to = 4, steps = 3 }", true)));
-    assert_eq!(value("model.material"), Some(("{ hooke = 3.2 }", false)));
-    assert_eq!(value("run.out"), Some(("\"there\"", true)));
-    assert_eq!(value("estimate.K"), None);
-    assert_eq!(spec.in_force[0], ("format".to_owned(), "1".to_owned(), true));
 }
 
 #[test]
@@ -130,12 +87,6 @@ fn tuple_files() {
 }
 
 #[test]
-fn a_tuple_file_is_utf_8() {
-    let error = listed(b"D_mm,d_mm\n1,\xff\n").unwrap_err().to_string();
-    assert!(error.contains("taps.csv:2: ") && error.contains("UTF-8"), "{error}");
-}
-
-#[test]
 fn spec_files() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("my.whisker.toml");
@@ -148,34 +99,4 @@ fn spec_files() {
     let spec = spec::read(&path).unwrap();
     assert_eq!(spec.name, "my.whisker");
     assert_eq!(spec.run.out, Some(folder.path().join("results/one")));
-}
-
-#[test]
-fn tuples_outside_are_rows_not_errors() {
-    let desk = Desk::new("[tuples]\nfile = \"list.csv\"\n");
-    desk.write("list.csv", format!("{HEADER}\n10,4,50,5,2,33,1\n-10,4,50,5,2,33,1\n10,4,50,5,2,60,1\n10,4,50,5,2,33,90\n10,4,50,49,2,33,1\n"));
-    desk.sweep(&[]).exits(0);
-    let text = desk.read("results/spec/tuples.csv");
-    let statuses: Vec<_> = text.lines().skip(1).map(|line| line.rsplit(',').next().unwrap()).collect();
-    assert_eq!((statuses[0], &statuses[1..]), ("ok", &["invalid_geometry"; 4][..]));
-    let row = text.lines().nth(2).unwrap();
-    assert_eq!(row, "-10,4,50,5,2,33,1,,,,,,,,,,,,invalid_geometry");
-}
-
-#[test]
-fn ignored_columns_are_said_once() {
-    let desk = Desk::new("[tuples]\nfile = \"list.csv\"\n");
-    desk.write("list.csv", format!("{HEADER},note\n10,4,50,5,2,33,1,x\n10,4,50,5,2,21,1,y\n"));
-    let ran = desk.sweep(&[]).exits(0);
-    assert_eq!(ran.stderr.matches("ignored columns note").count(), 1, "{}", ran.stderr);
-}
-
-#[test]
-fn paths_in_a_spec_are_relative_to_it() {
-    let desk = Desk::new("");
-    std::fs::create_dir(desk.path("specs")).unwrap();
-    desk.write("specs/listed.toml", "[tuples]\nfile = \"list.csv\"\n");
-    desk.write("specs/list.csv", format!("{HEADER}\n10,4,50,5,2,33,1\n"));
-    desk.ok("sweep specs/listed.toml --backend cpu");
-    assert_eq!(desk.names("results/listed").len(), 4);
 }

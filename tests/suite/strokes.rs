@@ -4,7 +4,7 @@ use std::sync::LazyLock;
 
 use crate::common::measuring::{REAL, TAPS, prototype};
 use crate::common::program::{Desk, Kept};
-use crate::common::sweeping::{Row, Table, number};
+use crate::common::sweeping::{Row, Table, value as of};
 
 /// Strokes of 0.4 … 8 degrees at six distances, simulated as taps.
 const FINE: &str = "[tap]\na = [30, 32, 35, 38, 41, 45]\ntheta = { from = 0.4, to = 8, step = 0.4 }\n";
@@ -57,10 +57,6 @@ fn strokes(desk: &Desk, named: bool, spoil: &dyn Fn(usize, f64, f64) -> f64) -> 
         }
     }
     text
-}
-
-fn of(row: &Row, column: &str) -> f64 {
-    number(row, column).unwrap_or_else(|| panic!("{column} of {row:?}"))
 }
 
 fn last(table: &Table) -> Vec<&Row> {

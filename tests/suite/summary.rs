@@ -52,19 +52,6 @@ fn the_best_rows_of_all_are_shown_by_the_column_that_ranks() {
 }
 
 #[test]
-fn with_top_the_first_rows_kept_are_shown() {
-    let desk = Desk::new(&many("[output]\ntop = 20\nby = \"total_rms_mm\"\n"));
-    let ran = desk.sweep(&["--out", "out"]).exits(0);
-    let lines = best(&ran.stdout);
-    assert_eq!(lines[0], "best 8 of 140 complete rows by total_rms_mm:");
-    agree(&column(&lines, "total_rms_mm"), &smallest(&desk, "total_rms_mm"));
-    assert!(ran.stdout.contains("kept 20 of 140 complete rows (top = 20)"), "{}", ran.stdout);
-    desk.write("spec.toml", many("[output]\ntop = 20\nper = \"design\"\n"));
-    let ran = desk.sweep(&["--out", "out"]).exits(0);
-    assert!(ran.stdout.contains("best 8 of 20 designs, each at its best drive, by K_sd:"), "{}", ran.stdout);
-}
-
-#[test]
 fn bias_noise_and_total_are_named() {
     let desk = Desk::new(SPEC);
     let ran = desk.sweep(&["--out", "out"]).exits(0);

@@ -1,5 +1,6 @@
 //! What the tables hold: columns, drives, sides, conventions, statistics, selection.
 
+use crate::common::measuring::REAL;
 use crate::common::program::{Desk, SPEC};
 use crate::common::recount::check;
 use crate::common::sweeping::{
@@ -202,8 +203,16 @@ fn a_tuple_file_has_the_tables_of_its_grid() {
     let noise = "[gauge]\nnoise_strain = 1e-6\n";
     let second = format!("{noise}second = true\n{linear}");
     let root = format!("[whisker]\nroot = {{ k_theta = 1000, k_y = 40 }}\n[sensor]\n{sensor}\n");
+    let exact = |rest: &str| format!("{rest}{REAL}[estimate]\ntheory = \"exact\"\n");
+    let (own, both) = (
+        "[tap]\na = [21, 33, 48]\ntheta = [1, 8]\n",
+        "second = true\n[tap]\na = [21, 33, 48]\ntilt = [0, 30]\nlean = 0\ntheta = [1, 8]\n",
+    );
+    let (own, both) = ([whisker, own].concat(), [whisker, both].concat());
     for (grid, rest, place) in [
         (words.as_str(), noise, CPU),
+        (&exact(&own), &exact(noise), CPU_F64),
+        (&exact(&both), &exact(&format!("{noise}second = true\n")), CPU_F64),
         (&tilted, &second, CPU),
         (&tilted, &second, REFERENCE),
         (SAMPLED, "[gauge]\nnoise_strain = 1e-5\n[model]\nshear = true\n", CPU_F64),
@@ -232,6 +241,19 @@ fn fewer_complete_rows_than_asked_are_said() {
     let run: serde_json::Value = serde_json::from_str(&desk.read("results/spec/run.json")).unwrap();
     assert_eq!(run["counts"]["complete_rows"], 40);
     assert!(desk.sweep(&[]).exits(0).stdout.contains("kept 40 of 40 complete rows (top = 1000)"));
+}
+
+#[test]
+fn an_empty_parquet_table_has_its_columns() {
+    let desk = Desk::new(&format!(
+        "{}[output]\nformat = \"parquet\"\ntop = 5\n",
+        SPEC.replace("a = [21, 33, 48]", "a = 0.5")
+    ));
+    desk.sweep(&["--out", "out"]).exits(0);
+    let file = std::fs::File::open(desk.path("out/designs.parquet")).unwrap();
+    let mut reader = vibrissa::sink::parquet::Reader::new(&desk.path("out/designs.parquet"), file).unwrap();
+    assert_eq!(reader.columns().last().map(String::as_str), Some("status"));
+    assert!(reader.next_group().unwrap().is_none());
 }
 
 /// What the paper reports, on its three whiskers (model §4): designs of `sweeps/prototypes.toml` by d, each a list of (θ, K_sd, K_mean, error_rms_mm).

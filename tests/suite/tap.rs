@@ -103,21 +103,6 @@ fn an_optimum_at_a_bound_is_that_bound() {
     }
 }
 
-/// The bias has one name, and scripts that read its other one still find it.
-#[test]
-fn the_bias_is_read_by_both_of_its_names() {
-    let text = format!("{WHISKER}noise_strain = 15e-6\n[tap]\n{DISTANCES}theta = [3, 4]\n");
-    let (desk, result) = tap(&text, &[]);
-    assert_eq!(result["optimum"]["error_rms_mm"], result["optimum"]["bias_rms_mm"]);
-    let curve = desk.table("found/tap.csv");
-    assert_eq!(curve.numbers("error_rms_mm"), curve.numbers("bias_rms_mm"));
-    let ranked = |by: &str| {
-        sweep(&format!("{text}[output]\ntop = 3\nby = \"{by}\"\n").replace("[3, 4]", "[3, 3.5, 4]"), CPU_F64)
-            .designs
-    };
-    assert_eq!(ranked("bias_rms_mm").rows, ranked("error_rms_mm").rows);
-}
-
 #[test]
 fn the_reason_names_the_end_of_the_interval_and_what_is_so_by_construction() {
     let text = format!("{WHISKER}noise_strain = 15e-6\n[tap]\n{DISTANCES}theta = [1, 5]\n");

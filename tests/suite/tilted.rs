@@ -18,10 +18,6 @@ fn linear(more: &str) -> String {
     format!("{WHISKER}{more}{TAP}{LINEAR}")
 }
 
-fn values(table: &Table, column: &str) -> Vec<f64> {
-    table.numbers(column).into_iter().map(|x| x.unwrap_or(f64::NAN)).collect()
-}
-
 #[track_caller]
 fn close(found: &[f64], wanted: &[f64], within: f64) {
     assert_eq!(found.len(), wanted.len());
@@ -53,13 +49,13 @@ fn directions_stand_between_distance_and_drive() {
         .iter()
         .flat_map(|a| [-20.0, 0.0, 30.0].map(|b| [1.0, 4.0].map(|theta| [*a, b, theta])).concat())
         .collect();
-    let read = ["a_mm", "tilt_deg", "theta_deg"].map(|c| values(&swept.tuples, c));
+    let read = ["a_mm", "tilt_deg", "theta_deg"].map(|c| swept.tuples.values(c));
     assert_eq!((0..18).map(|t| [0, 1, 2].map(|k| read[k][t])).collect::<Vec<_>>(), nested);
-    assert_eq!(values(&swept.designs, "tilt_deg"), [-20.0, -20.0, 0.0, 0.0, 30.0, 30.0]);
-    assert_eq!(values(&swept.designs, "n"), [3.0; 6]);
-    assert_eq!(values(&swept.distances, "tilt_deg"), [[-20.0, 0.0, 30.0]; 3].concat());
-    assert_eq!(values(&swept.distances, "n"), [2.0; 9]);
-    assert_eq!(values(&swept.distances, "lean_deg"), [10.0; 9]);
+    assert_eq!(swept.designs.values("tilt_deg"), [-20.0, -20.0, 0.0, 0.0, 30.0, 30.0]);
+    assert_eq!(swept.designs.values("n"), [3.0; 6]);
+    assert_eq!(swept.distances.values("tilt_deg"), [[-20.0, 0.0, 30.0]; 3].concat());
+    assert_eq!(swept.distances.values("n"), [2.0; 9]);
+    assert_eq!(swept.distances.values("lean_deg"), [10.0; 9]);
 }
 
 #[test]
@@ -67,28 +63,28 @@ fn two_gauges_tell_distances_at_any_tilt() {
     for side in ["", "side = \"far\"\n"] {
         let swept = sweep(&linear(&format!("second = true\n{side}")), CPU_F64);
         let tuples = &swept.tuples;
-        let tilt: Vec<f64> = values(tuples, "tilt_deg").iter().map(|b| b.to_radians()).collect();
+        let tilt: Vec<f64> = tuples.values("tilt_deg").iter().map(|b| b.to_radians()).collect();
         let by = |column: &str, f: &dyn Fn(f64) -> f64| {
-            let at_zero = upright(&values(tuples, column));
+            let at_zero = upright(&tuples.values(column));
             at_zero.iter().zip(&tilt).map(|(x, b)| x * f(*b)).collect::<Vec<_>>()
         };
-        close(&values(tuples, "strain"), &by("strain", &|b| b.cos().powi(2)), 1e-14);
-        close(&values(tuples, "strain_2"), &by("strain", &|b| b.cos() * b.sin()), 1e-14);
-        close(&values(tuples, "strain_linear"), &by("strain", &|_| 1.0), 1e-15);
-        close(&values(tuples, "normal_force_N"), &by("normal_force_N", &f64::cos), 1e-14);
-        close(&values(tuples, "sigma_mm"), &by("sigma_mm", &|b| b.cos().powi(-2)), 1e-9);
-        close(&values(tuples, "distance_mm"), &values(tuples, "a_mm"), 1e-11);
-        close(&values(tuples, "bending_azimuth_deg"), &values(tuples, "tilt_deg"), 1e-14);
-        let slides: Vec<f64> = std::iter::zip(values(tuples, "a_mm"), values(tuples, "theta_deg"))
+        close(&tuples.values("strain"), &by("strain", &|b| b.cos().powi(2)), 1e-14);
+        close(&tuples.values("strain_2"), &by("strain", &|b| b.cos() * b.sin()), 1e-14);
+        close(&tuples.values("strain_linear"), &by("strain", &|_| 1.0), 1e-15);
+        close(&tuples.values("normal_force_N"), &by("normal_force_N", &f64::cos), 1e-14);
+        close(&tuples.values("sigma_mm"), &by("sigma_mm", &|b| b.cos().powi(-2)), 1e-9);
+        close(&tuples.values("distance_mm"), &tuples.values("a_mm"), 1e-11);
+        close(&tuples.values("bending_azimuth_deg"), &tuples.values("tilt_deg"), 1e-14);
+        let slides: Vec<f64> = std::iter::zip(tuples.values("a_mm"), tuples.values("theta_deg"))
             .zip(&tilt)
             .map(|((a, theta), b)| -theta.to_radians() * a * b.sin() / 10f64.to_radians().cos())
             .collect();
-        close(&values(tuples, "slide_mm"), &slides, 1e-14);
-        assert!(values(tuples, "K_deviation").iter().all(|k| k.abs() < 1e-14));
+        close(&tuples.values("slide_mm"), &slides, 1e-14);
+        assert!(tuples.values("K_deviation").iter().all(|k| k.abs() < 1e-14));
         let designs = &swept.designs;
-        assert!(values(designs, "error_rms_mm").iter().all(|e| *e < 1e-9));
-        let largest = values(designs, "strain_max");
-        for (row, b) in values(designs, "tilt_deg").iter().enumerate() {
+        assert!(designs.values("error_rms_mm").iter().all(|e| *e < 1e-9));
+        let largest = designs.values("strain_max");
+        for (row, b) in designs.values("tilt_deg").iter().enumerate() {
             let wanted = largest[2 + row % 2] * b.to_radians().cos();
             assert!((largest[row] / wanted - 1.0).abs() < 1e-14, "{row}");
         }
@@ -99,14 +95,14 @@ fn two_gauges_tell_distances_at_any_tilt() {
 fn one_gauge_takes_a_tilt_for_less_strain() {
     let swept = sweep(&linear(""), CPU_F64);
     assert!(!swept.tuples.columns.iter().any(|c| c == "strain_2" || c == "slide_mm"));
-    let tilt = values(&swept.tuples, "tilt_deg");
+    let tilt = swept.tuples.values("tilt_deg");
     let wanted: Vec<f64> = tilt.iter().map(|b| b.to_radians().cos().powi(-2)).collect();
-    close(&values(&swept.tuples, "K"), &wanted, 1e-14);
+    close(&swept.tuples.values("K"), &wanted, 1e-14);
     // Calibrated at its own tilt a row has no error; uncalibrated, and by the model, which is that of upright poles, it has the same.
-    assert!(values(&swept.designs, "error_rms_mm").iter().all(|e| *e < 1e-9));
+    assert!(swept.designs.values("error_rms_mm").iter().all(|e| *e < 1e-9));
     let errors = |estimate: &str| {
         let swept = sweep(&format!("{}[estimate]\n{estimate}", linear("")), CPU_F64);
-        values(&swept.tuples, "error_mm")
+        swept.tuples.values("error_mm")
     };
     let (plain, model) = (errors("K = 1\n"), errors("theory = \"exact\"\n"));
     // At 48 mm the model finds the reading of a tilted edge beyond the tip.
@@ -162,18 +158,18 @@ fn sampled_directions_belong_to_their_samples() {
             .replace("d = 4", &format!("d = {d}"))
     };
     let pairs = |table: &Table| {
-        std::iter::zip(values(table, "tilt_deg"), values(table, "theta_deg")).collect::<Vec<_>>()
+        std::iter::zip(table.values("tilt_deg"), table.values("theta_deg")).collect::<Vec<_>>()
     };
     let strokes = sweep(&text("[4, 7]", &axis(-30.0, 30.0), &axis(1.0, 4.0)), CPU);
     let rows = pairs(&strokes.designs);
     assert_eq!((rows.len(), strokes.tuples.rows.len(), strokes.distances.rows.len()), (8, 24, 24));
     assert_eq!(rows[..4], rows[4..]);
     assert_eq!(pairs(&strokes.tuples)[..4], rows[..4]);
-    assert!(values(&strokes.distances, "n").iter().all(|n| *n == 1.0));
+    assert!(strokes.distances.values("n").iter().all(|n| *n == 1.0));
     // With a whisker a direction belongs to the design: one point set, the dimensions in row order.
     let whiskers = sweep(&text(&axis(4.0, 7.0), &axis(-30.0, 30.0), "[1, 4]"), CPU);
     assert_eq!((whiskers.designs.rows.len(), whiskers.distances.rows.len()), (8, 12));
-    let tilts = values(&whiskers.designs, "tilt_deg");
+    let tilts = whiskers.designs.values("tilt_deg");
     assert!((0..4).all(|k| tilts[2 * k] == tilts[2 * k + 1]));
 }
 

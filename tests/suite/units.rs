@@ -42,86 +42,12 @@ fn numbers_of_another_unit_are_doubted_and_no_others() {
 }
 
 #[test]
-fn a_calibration_is_doubted_as_its_spec_was() {
-    let rig = prototype(10.0, &["[tap]\na = [21, 30, 40]\ntheta = [2, 4, 6]\n"]);
-    let desk = Desk::new(&rig.replace("x_ss = 5", "x_ss = 5\nfactor = 221"));
-    desk.ok("simulate spec.toml --out sim");
-    desk.ok("calibrate sim/measurements.csv --whisker spec.toml --out cal");
-    let run = desk.whole("cal");
-    assert!(run["warnings"][0].as_str().is_some_and(|w| w.contains("gauge.factor")), "{run}");
-    let ran = desk.pipe(&["locate", "cal/calibration.toml"], "4,0.02\n").exits(0);
-    let parts = ["cal/calibration.toml:", "gauge.factor", "2.21, written in percent"];
-    assert!(parts.iter().all(|part| ran.stderr.contains(part)), "{}", ran.stderr);
-    let read = vibrissa::measure::Rig::read(&desk.path("spec.toml"), None).unwrap();
-    assert!(read.warnings.len() == 1 && read.warnings[0].contains("spec.toml"), "{:?}", read.warnings);
-}
-
-const TAP: Tuple = Tuple {
-    D: 10.0,
-    d: 4.0,
-    L_a: 50.0,
-    x_ss: 5.0,
-    l: 2.0,
-    a: 30.0,
-    tilt: 0.0,
-    lean: 0.0,
-    drive: 4.0,
-    rig: 0,
-};
-
-#[test]
-fn taps_that_are_given_one_by_one_are_doubted_as_those_of_a_spec() {
-    let said = |n: usize, tap: &(dyn Fn(usize) -> Tuple + Sync)| {
-        let said = |ends| {
-            spec::doubts_of_taps(Drive::Angle, n, ends, tap, |column| column.name(Drive::Angle).to_owned())
-        };
-        // Where the ends of the columns are known, the same.
-        let mut ends = [spec::NO_ENDS; 9];
-        for k in 0..n {
-            ends.iter_mut().zip(tap(k).to_array()).for_each(|(ends, v)| *ends = spec::widened(*ends, v));
-        }
-        assert_eq!(said(Some(ends)), said(None));
-        said(None)
-    };
-    assert_eq!(said(3, &|_| TAP), [""; 0]);
-    let one = |tap: Tuple| said(1, &move |_| tap);
-    let of_spec =
-        |theta: f64| doubts(&whisker([10.0, 4.0, 50.0, 5.0, 2.0, 30.0], &format!("theta = {theta}\n")));
-    let words =
-        |all: &[String]| all.iter().map(|s| s.rsplit(": ").next().unwrap().to_owned()).collect::<Vec<_>>();
-    assert_eq!(words(&one(Tuple { drive: 0.07, ..TAP })), words(&of_spec(0.07)));
-    assert_eq!(
-        one(Tuple { drive: 0.07, ..TAP })[0],
-        "theta_deg = 0.07: 0.07° is hardly a tap; is it 4.0107°, written in radians?"
-    );
-    assert!(one(Tuple { D: 0.01, ..TAP })[0].contains("is it 10 mm, written in metres?"));
-    // What is no number, or outside every domain, has a status, not another unit.
-    for x in [f64::NAN, 0.0, -0.0, -0.07, f64::INFINITY, 1e300] {
-        assert_eq!(one(Tuple { D: x, d: x, ..TAP }), [""; 0], "{x}");
-        assert_eq!(one(Tuple { drive: x, ..TAP }), [""; 0], "{x}");
-        assert_eq!(one(Tuple { L_a: x, ..TAP }), [""; 0], "{x}");
-    }
-    // Of many, by several threads: the first of them, how many, and the largest angle.
-    let many = |k: usize| Tuple {
-        d: if k % 1000 == 7 { 0.001 + k as f64 * 1e-9 } else { 4.0 },
-        drive: 0.05 + (k % 3) as f64 / 100.0,
-        ..TAP
-    };
-    let found = said(50_000, &many);
-    assert_eq!(found.len(), 2, "{found:?}");
-    assert!(
-        found[0].starts_with("d_mm = 0.001000007: ") && found[0].ends_with("(50 of 50000 rows)"),
-        "{found:?}"
-    );
-    assert!(found[1].starts_with("theta_deg = 0.07") && found[1].ends_with("(the largest)"), "{found:?}");
-}
-
-#[test]
 fn what_no_whisker_measures_is_no_geometry() {
     // A spec or a tuple file with it is refused; taps that are given as numbers have a status.
     for (drive, amount) in [(Drive::Angle, 4.0), (Drive::Displacement, 1.0)] {
         let setup = Setup { drive, ..Setup::default() };
-        let good = Tuple { drive: amount, ..TAP };
+        let whisker = Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, ..Tuple::default() };
+        let good = Tuple { a: 30.0, drive: amount, ..whisker };
         let wide = Tuple { D: 1e300, d: 1e300, ..good };
         let long = Tuple { L_a: 1e13, ..good };
         let far = Tuple { drive: 1e300, ..good };

@@ -31,11 +31,6 @@ fn signals(table: &str, column: &str, f: impl Fn(f64, f64) -> f64) -> String {
     rewritten(table, &head, |k, row| [row.a, row.drive, f(k as f64 / n, row.value)])
 }
 
-fn distances(desk: &Desk, folder: &str) -> Vec<f64> {
-    let table = desk.table(format!("{folder}/located.csv"));
-    table.numbers("distance_mm").into_iter().map(|a| a.unwrap_or(f64::NAN)).collect()
-}
-
 fn apart(p: &[f64], q: &[f64]) -> f64 {
     assert_eq!(p.len(), q.len());
     p.iter().zip(q).map(|(p, q)| (p - q).abs()).fold(0.0, f64::max)
@@ -56,7 +51,8 @@ fn the_zero_of_a_bridge_is_subtracted_as_it_is_shown() {
         let calibration = format!("{cal}/calibration.toml");
         desk.ok(format!("locate {calibration} {file} --out l_{name}"));
     }
-    let (balanced, off) = (distances(&desk, "l_balanced"), distances(&desk, "l_off"));
+    let [balanced, off] =
+        ["balanced", "off"].map(|name| desk.table(format!("l_{name}/located.csv")).values("distance_mm"));
     assert!(apart(&balanced, &off) < 1e-3, "{}", apart(&balanced, &off));
     let stream = |value: f64, zero: &str| {
         let line = format!("locate c_off/calibration.toml --zero {zero}");

@@ -18,9 +18,10 @@ pub mod specs;
 pub mod sweeping;
 pub mod world;
 
+use vibrissa::census::configuration::all;
 use vibrissa::physics::rod::RodProblem;
 use vibrissa::physics::taper::Taper;
-use vibrissa::scene::model::{Contact, Drive, Material, Model, Side};
+use vibrissa::scene::model::{Drive, Material, Model, Side};
 
 /// Every effect off.
 pub fn model(material: Material) -> Model {
@@ -36,23 +37,11 @@ pub fn all_effects(material: Material) -> Model {
 pub const CONFIGURATIONS: [&str; 8] =
     ["hooke", "surface", "timoshenko", "neo", "mooney-coulomb", "stick", "pole-far", "yeoh"];
 
-/// Model and gauge side of a configuration of model §5.
+/// Model and gauge side of a configuration of `verify`.
 pub fn configuration(name: &str) -> (Model, Side) {
-    let (hooke, neo) = (Material::Hooke(3.2), Material::NeoHookean(3.2));
-    let model = match name {
-        "hooke" => model(hooke),
-        "surface" => Model { surface: true, ..model(hooke) },
-        "timoshenko" => Model { shear: true, extension: true, ..model(hooke) },
-        "neo" => all_effects(neo),
-        "mooney-coulomb" => {
-            Model { contact: Contact::Coulomb(0.3), ..all_effects(Material::MooneyRivlin([0.35, 0.15])) }
-        }
-        "stick" => Model { contact: Contact::Stick, ..all_effects(neo) },
-        "pole-far" => Model { extension: false, pole_radius: 3.0, ..all_effects(neo) },
-        "yeoh" => all_effects(Material::Yeoh([0.5, -0.08, 0.02])),
-        _ => panic!("unknown configuration {name}"),
-    };
-    (model, if name == "pole-far" { Side::Far } else { Side::Contact })
+    let found = all().into_iter().find(|c| c.name == name);
+    let setup = found.unwrap_or_else(|| panic!("unknown configuration {name}")).setup;
+    (setup.model, setup.gauge.side)
 }
 
 /// A tap of a whisker with D = 10 mm and L_a = 50 mm.

@@ -38,9 +38,6 @@ pub fn brute(text: &str, goal: Goal, (designs, starts): (u32, usize), place: Pla
     let (spec, search) = parse(text);
     let variables = Variables::new(&spec.study.setup, &layout(&spec), &search);
     let (k, drives) = (variables.list.len(), variables.drives());
-    let coordinate = |seed: u64, i: u32, c: usize| {
-        (f64::from(Sampler::Sobol.coordinate(seed, c as u32, i)) + 0.5) / 4_294_967_296.0
-    };
     let best_of =
         |scorer: &mut Scorer<'_>, places: &[Vec<f64>], keep: usize| -> Vec<(f64, Vec<f64>, Found)> {
             let points: Vec<_> =
@@ -104,11 +101,13 @@ pub fn dense(text: &str, designs: u32, place: Place, each: &mut dyn FnMut(&[Scor
 
 /// Points that fill the box of `variables` evenly; the first drive of a list.
 pub fn spread(variables: &Variables, indices: std::ops::Range<u32>) -> Vec<Tuple> {
-    let coordinate =
-        |i: u32, c: usize| (f64::from(Sampler::Sobol.coordinate(0, c as u32, i)) + 0.5) / 4_294_967_296.0;
-    indices
-        .map(|i| variables.point(&(0..variables.list.len()).map(|c| coordinate(i, c)).collect::<Vec<_>>(), 0))
-        .collect()
+    let place = |i: u32| (0..variables.list.len()).map(|c| coordinate(0, i, c)).collect::<Vec<_>>();
+    indices.map(|i| variables.point(&place(i), 0)).collect()
+}
+
+/// Of the points of Sobol's sequence of this seed, in [0, 1).
+fn coordinate(seed: u64, i: u32, c: usize) -> f64 {
+    (f64::from(Sampler::Sobol.coordinate(seed, c as u32, i)) + 0.5) / 4_294_967_296.0
 }
 
 /// Indices of the space of `spec`.

@@ -10,7 +10,7 @@ use vibrissa::error::Error;
 use vibrissa::evaluate::Method;
 use vibrissa::plan::Plan;
 use vibrissa::progress::Silent;
-use vibrissa::scene::{BackendChoice, Precision, RunOptions, Setup};
+use vibrissa::scene::{BackendChoice, Precision, RunOptions, Setup, Tuple};
 use vibrissa::spec;
 use vibrissa::sweep::{self, Report, Target};
 
@@ -82,6 +82,11 @@ impl Table {
     pub fn numbers(&self, column: &str) -> Vec<Option<f64>> {
         self.rows.iter().map(|row| number(row, column)).collect()
     }
+
+    /// The same; NaN where the field is empty.
+    pub fn values(&self, column: &str) -> Vec<f64> {
+        self.numbers(column).into_iter().map(|x| x.unwrap_or(f64::NAN)).collect()
+    }
 }
 
 /// A value; `None` where the field is empty.
@@ -91,6 +96,25 @@ pub fn number(row: &Row, column: &str) -> Option<f64> {
     let value: Option<f64> = (!field.is_empty()).then(|| field.parse().expect("a number"));
     assert!(value.is_none_or(f64::is_finite), "{column} = {field}");
     value
+}
+
+/// A value that is there.
+#[track_caller]
+pub fn value(row: &Row, column: &str) -> f64 {
+    number(row, column).unwrap_or_else(|| panic!("{column} of {row:?}"))
+}
+
+/// The tap of a row; its pole is upright where the row has no direction.
+pub fn tap(row: &Row) -> Tuple {
+    let drive = if row.contains_key("theta_deg") { "theta_deg" } else { "delta_mm" };
+    let names = ["D_mm", "d_tip_mm", "L_a_mm", "x_ss_mm", "l_mm", "a_mm", "tilt_deg", "lean_deg", drive];
+    Tuple::from_array(names.map(|c| if row.contains_key(c) { value(row, c) } else { 0.0 }))
+}
+
+/// Root mean square.
+pub fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
+    let (sum, n) = values.into_iter().fold((0.0, 0), |(sum, n), x| (sum + x * x, n + 1));
+    (sum / f64::from(n)).sqrt()
 }
 
 /// What a sweep wrote.

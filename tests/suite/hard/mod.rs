@@ -109,13 +109,6 @@ fn agree_on(places: &[Place], name: &str, setup: &Setup, tuples: &[Tuple]) -> Ve
     exact.into_iter().map(|(outcome, _)| outcome).collect()
 }
 
-/// As [`agree`], for the named configuration.
-#[track_caller]
-fn configuration_agrees(name: &str, tuples: &[Tuple]) -> Vec<Outcome> {
-    let (model, side) = common::configuration(name);
-    agree(name, &setup(model, side), tuples)
-}
-
 /// A model with all effects, the material neo-hookean, and `contact`.
 fn rubber(contact: Contact) -> Model {
     Model { contact, ..common::all_effects(Material::NeoHookean(3.2)) }
