@@ -14,7 +14,6 @@ use crate::curve::both::TAPS;
 use crate::design::Design;
 use crate::error::Error;
 use crate::evaluate::Task;
-use crate::kernel::gpu::ranking::DeviceRanker;
 use crate::kernel::ranking::Case;
 use crate::plan::{CHUNK, Plan};
 use crate::progress::Silent;
@@ -27,8 +26,6 @@ const ENOUGH: f64 = 0.03;
 const LOOK: f64 = 0.5;
 /// Taps of a design that are looked at before whole designs are.
 const SINGLE: u64 = 16;
-/// Designs of the batches that a device is timed on.
-const BATCHES: [u64; 2] = [1 << 13, 1 << 16];
 /// Bytes a second of tables, hashed and written.
 const WRITTEN: f64 = 4e8;
 /// Taps that the model's own curve takes.
@@ -146,7 +143,14 @@ fn ranked(run: &mut Run<'_>, layout: &Layout, ranker: &Rankers<'_>) -> Result<f6
     let mut limit = f32::INFINITY;
     let start = Instant::now();
     let easy = match charted::device(run, ranker, layout)? {
-        Some(mut device) => start.elapsed().as_secs_f64() + device_seconds(&mut device, layout.n_designs)?,
+        Some(mut device) => {
+            let opened = start.elapsed().as_secs_f64();
+            let [first, each] = pace(layout.n_designs.min(device.most()), &mut |n| {
+                device.start(0..n, 0.0);
+                device.finish().transpose().map(drop)
+            })?;
+            opened + first + each * layout.n_designs.saturating_sub(1) as f64
+        }
         None => paced(layout.n_designs, &mut |n| {
             let ks: Vec<u64> = (0..n).map(|i| place(i, layout.n_designs)).collect();
             let mut found: Found = charted::group(layout, ranker, &ks, limit);
@@ -159,21 +163,4 @@ fn ranked(run: &mut Run<'_>, layout: &Layout, ranker: &Rankers<'_>) -> Result<f6
     let tuple = |i: u64| layout.tuple(place(i, layout.len()));
     let tap = listed(run, beside.ceil() as u64, &tuple)?;
     Ok(easy + tap)
-}
-
-/// The same on a device: what more designs cost beyond fewer, for a batch of any size waits for the device.
-fn device_seconds(device: &mut DeviceRanker, designs: u64) -> Result<f64, Error> {
-    let [few, many] = BATCHES.map(|n| n.min(designs).min(device.most()));
-    let mut timed = |n: u64| -> Result<f64, Error> {
-        let start = Instant::now();
-        device.start(0..n, 0.0);
-        device.finish().transpose()?;
-        Ok(start.elapsed().as_secs_f64())
-    };
-    let (first, fewer) = (timed(1)?, timed(few)?);
-    if many == few {
-        return Ok(first + fewer * designs as f64 / few as f64);
-    }
-    let each = (timed(many)? - fewer).max(0.0) / (many - few) as f64;
-    Ok(first + fewer + each * (designs - few) as f64)
 }
