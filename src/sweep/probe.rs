@@ -147,7 +147,7 @@ fn ranked(run: &mut Run<'_>, layout: &Layout, ranker: &Rankers<'_>) -> Result<f6
             let opened = start.elapsed().as_secs_f64();
             let [first, each] = pace(layout.n_designs.min(device.most()), &mut |n| {
                 device.start(0..n, 0.0);
-                device.finish().transpose().map(drop)
+                Ok(device.finish().transpose().map(drop)?)
             })?;
             opened + first + each * layout.n_designs.saturating_sub(1) as f64
         }
