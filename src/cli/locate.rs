@@ -372,7 +372,7 @@ fn words(counts: &stream::Counts) -> String {
 }
 
 fn counted(counts: &stream::Counts) -> Value {
-    json!({ "readings": counts.lines, "zero_readings": counts.zeros, "status": counts.status, "combinations": counts.combinations.named() })
+    json!({ "readings": counts.lines, "zero_readings": counts.zeros, "status": counts.combinations.words(), "combinations": counts.combinations.named() })
 }
 
 fn reply(text: String, counts: &stream::Counts, opened: &Opened, context: &Context<'_>) -> Reply {

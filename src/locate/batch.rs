@@ -49,7 +49,7 @@ impl Batch {
         let mut from = 0;
         for (to, found, more) in known {
             let found = found.or_else(|| located.next()).unwrap_or(Spatial::nothing(Status::BAD_INPUT));
-            note(counts, found.located.status);
+            counts.combinations.note(found.located.status, 1);
             out.extend_from_slice(&self.asked[from..to]);
             let numbers = found.numbers();
             let (first, more_of_two) = numbers.split_at(2);
@@ -65,16 +65,6 @@ impl Batch {
         }
         self.asked.clear();
         Ok(())
-    }
-}
-
-fn note(counts: &mut Counts, status: Status) {
-    counts.combinations.note(status, 1);
-    if status == Status::OK {
-        *counts.status.entry("ok").or_default() += 1;
-    }
-    for word in status.words() {
-        *counts.status.entry(word).or_default() += 1;
     }
 }
 

@@ -1,6 +1,5 @@
 //! Readings line by line: one answer for each, at once, in constant memory.
 
-use std::collections::BTreeMap;
 use std::io::Read;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -48,8 +47,6 @@ pub struct Counts {
     pub zeros: u64,
     /// Of these, lines without any text.
     pub blank: u64,
-    /// Answers per status word, and `ok`.
-    pub status: BTreeMap<&'static str, u64>,
     /// Answers per combination of words.
     pub combinations: Combinations,
     /// Whether it was asked to stop, and some of the input may not be answered.

@@ -11,7 +11,6 @@ use crate::plan::{CHUNK, Plan};
 use crate::scene::{Space, Spec, Study};
 use crate::sink::folder::{Question, hash};
 use crate::sink::format::TableFormat;
-use crate::sink::pack::Unpacker;
 use crate::sink::run_json;
 use crate::sink::shard::Shard;
 use crate::sink::table::Table;
@@ -114,10 +113,13 @@ impl Place {
 
     /// From bytes; `None` where they are none.
     pub fn read(bytes: &[u8]) -> Option<Self> {
-        let (mut bytes, all) = (Unpacker(bytes), Table::ALL);
-        let (table, rank, charted): (u8, _, _) = bytes.take()?;
-        let (index, owner) = bytes.take()?;
-        Some(Self { table: *all.get(usize::from(table))?, rank, charted, index, owner })
+        let bytes: &[u8; Self::BYTES] = bytes.try_into().ok()?;
+        let at = |from: usize| -> [u8; 8] { std::array::from_fn(|k| bytes[from + k]) };
+        let short = |from: usize| -> [u8; 4] { std::array::from_fn(|k| bytes[from + k]) };
+        let (rank, charted) = (f64::from_le_bytes(at(1)), f32::from_le_bytes(short(9)));
+        let index = (u64::from_le_bytes(at(13)), u32::from_le_bytes(short(21)));
+        let (table, owner) = (*Table::ALL.get(usize::from(bytes[0]))?, u64::from_le_bytes(at(25)));
+        Some(Self { table, rank, charted, index, owner })
     }
 }
 

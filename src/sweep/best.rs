@@ -3,16 +3,17 @@
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
+use serde::{Deserialize, Serialize};
+
 use super::key;
-use crate::chart::lanes::{Found, Words};
+use crate::chart::lanes::Found;
 use crate::recommend::{self, Standing};
 use crate::scene::{Direction, Tuple};
-use crate::sink::pack::{Packed, Packer, Unpacker, packed};
 use crate::sink::table::AtDrive;
 use crate::statistics::Figures;
 
 /// A designs row that was kept.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Kept {
     /// Ranked value.
     pub rank: f64,
@@ -30,21 +31,6 @@ pub struct Kept {
     pub unit: f64,
     /// What it was ranked by in a chart, which decides whether it is a candidate; NaN of a row solved tap by tap.
     pub(super) charted: f32,
-}
-
-packed!(Kept { rank, index, design, direction, drive, row, unit, charted });
-
-impl Packed for Best {
-    fn pack(&self, to: &mut Packer<'_>) {
-        (self.n as u64, self.offered, self.heap.len() as u64).pack(to);
-        self.heap.iter().for_each(|worst| worst.0.pack(to));
-    }
-
-    fn unpack(from: &mut Unpacker<'_>) -> Option<Self> {
-        let (n, offered, len): (u64, u64, u64) = from.take()?;
-        let heap = (0..len).map(|_| from.take().map(Worst)).collect::<Option<_>>()?;
-        Some(Self { n: usize::try_from(n).ok()?, heap, offered })
-    }
 }
 
 impl Kept {
@@ -67,7 +53,7 @@ impl Kept {
 }
 
 /// The `n` best rows of all that were offered.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Best {
     n: usize,
     heap: BinaryHeap<Worst>,
@@ -75,7 +61,7 @@ pub(super) struct Best {
     pub offered: u64,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 struct Worst(Kept);
 
 impl PartialEq for Worst {
@@ -121,7 +107,7 @@ impl Best {
 const SHOWN: usize = 8;
 
 /// The best rows of all that were offered, and the best row of each of the best designs.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Highlights {
     /// Complete rows offered.
     pub offered: u64,
@@ -136,8 +122,6 @@ impl Default for Highlights {
         Self { offered: 0, least: f64::INFINITY, rows: Vec::new(), designs: Vec::new() }
     }
 }
-
-packed!(Highlights { offered, least, rows, designs });
 
 /// What decides between two complete rows.
 fn order(a: &Kept, b: &Kept) -> Ordering {
@@ -183,46 +167,14 @@ impl Highlights {
     }
 }
 
-/// How far a ranked sweep is.
-pub(super) enum Reached {
+/// How far a ranked sweep is. Its parts are borrowed where it is written only.
+#[derive(Serialize, Deserialize)]
+pub(super) enum Reached<F = Found, B = Best, K = Vec<(u64, u32)>> {
     /// Its rows are ranked up to this design: what was found in charts, and the best of the rows that were solved.
-    Ranked(u64, Found, Best),
+    Ranked(u64, F, B),
     /// The rows kept, and how many of their designs are written.
-    Kept(Vec<(u64, u32)>, u64),
+    Kept(K, u64),
 }
 
-impl Packed for Reached {
-    fn pack(&self, to: &mut Packer<'_>) {
-        match self {
-            Self::Ranked(next, found, best) => pack_ranked((*next, found, best), to),
-            Self::Kept(places, next) => {
-                1u8.pack(to);
-                places.pack(to);
-                next.pack(to);
-            }
-        }
-    }
-
-    fn unpack(from: &mut Unpacker<'_>) -> Option<Self> {
-        match from.take::<u8>()? {
-            0 => {
-                let (next, rows, complete, (taps, invalid, best)) = from.take()?;
-                let words = Words { taps, invalid };
-                Some(Self::Ranked(next, Found { rows, complete, words, ..Found::default() }, best))
-            }
-            1 => Some(Self::Kept(from.take()?, from.take()?)),
-            _ => None,
-        }
-    }
-}
-
-/// Packs [`Reached::Ranked`] without taking it.
-pub(super) fn pack_ranked((next, found, best): (u64, &Found, &Best), to: &mut Packer<'_>) {
-    0u8.pack(to);
-    next.pack(to);
-    found.rows.pack(to);
-    found.complete.pack(to);
-    found.words.taps.pack(to);
-    found.words.invalid.pack(to);
-    best.pack(to);
-}
+/// [`Reached`] as it is written.
+pub(super) type Reaching<'a> = Reached<&'a Found, &'a Best, &'a [(u64, u32)]>;

@@ -5,7 +5,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::Run;
-use super::best::{Best, Kept, Reached, pack_ranked};
+use super::best::{Best, Kept, Reached, Reaching};
 use super::route::rank;
 use super::taps::{Taps, task};
 use crate::chart::{
@@ -108,7 +108,6 @@ pub(super) fn run(
     let Search { mut all, mut best, .. } = search;
     note(&mut run.counts, &all.words);
     if !ranker.all().all(Ranker::tells_words) {
-        run.counts.status.retain(|word, _| KNOWN.contains(word));
         run.counts.combinations.retain(Status::SLIPPED_OFF | Status::INVALID_GEOMETRY);
         if let Some(chart) = &mut run.counts.chart {
             chart["words"] = KNOWN.into();
@@ -129,7 +128,7 @@ pub(super) fn run(
 
 /// Counts the words of taps.
 pub(super) fn note(counts: &mut Counts, words: &Words) {
-    words.combinations().filter(|(_, n)| *n > 0).for_each(|(status, n)| counts.note(status, n));
+    words.combinations().filter(|(_, n)| *n > 0).for_each(|(status, n)| counts.combinations.note(status, n));
 }
 
 /// What ranks on the backend's own device, where it can.
@@ -213,7 +212,7 @@ impl Search<'_> {
         bound(&mut self.all, self.ranker.keep());
         let (next, all, best) = (self.from, &self.all, &self.best);
         let (begin, end) = (run.designs.start, run.designs.end);
-        run.complete((next - begin, end - begin, "designs"), |to| pack_ranked((next, all, best), to))
+        run.complete((next - begin, end - begin, "designs"), |to| to.put(&Reaching::Ranked(next, all, best)))
     }
 }
 

@@ -214,7 +214,7 @@ impl<'g> Reduced<'g> {
                 (&self.outcomes[t], Told::by(curves, place.1).towards(direction).or_both(both.get(t)));
             self.estimates[t] = self.reduction.estimate_by(place, (a, drive), tap, told);
             self.counts.taps += 1;
-            self.counts.note(tap.status | self.estimates[t].status, 1);
+            self.counts.combinations.note(tap.status | self.estimates[t].status, 1);
         }
     }
 

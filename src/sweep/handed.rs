@@ -3,13 +3,14 @@
 use serde_json::{Value, json};
 
 use crate::kernel::gpu::Log;
-use crate::sink::pack::{Packed, Packer, Unpacker};
 
 /// Stretches of rows, counted from 1 within the sweep or the part.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(super) struct Handed {
+    #[serde(skip)]
     device: Log,
     /// Taps that the CPU had answered when it was last looked at.
+    #[serde(skip)]
     seen: u64,
     /// What is counted, how far it is.
     reached: (String, u64),
@@ -54,16 +55,5 @@ impl Handed {
         let one = |(what, [from, to, of]): &(String, [u64; 3])| json!({ "what": what, "from": from, "to": to, "of": of });
         let list: Vec<Value> = self.stretches.iter().map(one).collect();
         (!list.is_empty()).then(|| list.into())
-    }
-}
-
-impl Packed for Handed {
-    fn pack(&self, to: &mut Packer<'_>) {
-        (self.reached.clone(), self.stretches.clone()).pack(to);
-    }
-
-    fn unpack(from: &mut Unpacker<'_>) -> Option<Self> {
-        let (reached, stretches) = from.take()?;
-        Some(Self { device: Log::default(), seen: 0, reached, stretches })
     }
 }

@@ -3,6 +3,8 @@
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
+use serde::de::DeserializeOwned;
+
 use super::Run;
 use super::about::About;
 use super::best::Highlights;
@@ -11,7 +13,7 @@ use super::writers::Writers;
 use crate::error::Error;
 use crate::evaluate::Outcome;
 use crate::sink::folder::{Folder, Left};
-use crate::sink::pack::{Packed, Packer, Unpacker};
+use crate::sink::pack::{Packer, Unpacker};
 use crate::sink::run_json::Counts;
 
 /// What is complete is kept so often, unless something else is said.
@@ -167,11 +169,7 @@ impl Run<'_> {
         let (writers, counts, best, solve) = (&mut self.writers, &self.counts, &self.best, self.solve);
         let (handed, under_way) = (&self.handed, &self.under_way);
         let kept = keeper.folder.keep(&head, stop, |to| {
-            counts.pack(to);
-            best.pack(to);
-            (solve.as_secs_f64(), mended).pack(to);
-            handed.pack(to);
-            under_way.pack(to);
+            to.put(&(counts, best, (solve.as_secs_f64(), mended, handed), under_way));
             writers.pack(to)?;
             route(to);
             Ok(())
@@ -184,7 +182,7 @@ impl Run<'_> {
     }
 
     /// What the route of a stopped run packed, once.
-    pub fn resumed<T: Packed>(&mut self) -> Result<Option<T>, Error> {
+    pub fn resumed<T: DeserializeOwned>(&mut self) -> Result<Option<T>, Error> {
         let Some(state) = self.state.take() else { return Ok(None) };
         self.progress.begin(self.counts.taps);
         let mut state = Unpacker(&state);

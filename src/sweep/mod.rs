@@ -32,7 +32,7 @@ use crate::recommend::Standing;
 use crate::scene::{Spec, Tuple};
 use crate::sink::{
     folder::{Folder, Mark, Question, Written},
-    pack::{Packed, Unpacker},
+    pack::Unpacker,
     run_json::{self, Counts, Seconds},
     shard::Shard,
 };
@@ -261,7 +261,7 @@ fn routes(run: &mut Run<'_>) -> Result<(), Error> {
 /// What of `state` can be read as a part of the state of a stopped sweep; for tests of the reading.
 #[doc(hidden)]
 pub fn readable(state: &[u8]) -> [bool; 5] {
-    fn reads<T: Packed>(mut state: Unpacker<'_>) -> bool {
+    fn reads<T: serde::de::DeserializeOwned>(mut state: Unpacker<'_>) -> bool {
         state.take::<T>().is_some()
     }
     let state = Unpacker(state);

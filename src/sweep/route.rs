@@ -2,7 +2,7 @@
 
 use super::Run;
 use super::about::Place;
-use super::best::{Best, Kept, Reached, pack_ranked};
+use super::best::{Best, Kept, Reached, Reaching};
 use super::charted::{self, Rankers};
 use super::group::Group;
 use super::taps::Taps;
@@ -10,7 +10,7 @@ use crate::chart::lanes::Found;
 use crate::error::Error;
 use crate::scene::{Per, Tuple};
 use crate::sink::{
-    pack::{Packed, Packer},
+    pack::Packer,
     table::{AtDrive, Table},
 };
 
@@ -44,15 +44,14 @@ pub(super) fn run(run: &mut Run<'_>, taps: &Taps<'_>) -> Result<(), Error> {
     let mut designs = order.into_iter().skip(from as usize).peekable();
     let before = run.counts.clone();
     loop {
-        let pack = |to: &mut Packer<'_>| Reached::Kept(kept.clone(), next).pack(to);
+        let pack = |to: &mut Packer<'_>| to.put(&Reaching::Kept(&kept, next));
         let these = (&mut designs, !taps.in_order());
         let Some(group) = Group::next(run, taps, these, Some(((next, of), &pack)))? else { return Ok(()) };
         group.finish(run, taps, (&rest, Some(&kept)))?;
         // They were counted when they were ranked.
-        (run.counts.taps, run.counts.status) = (before.taps, before.status.clone());
-        run.counts.combinations = before.combinations.clone();
+        (run.counts.taps, run.counts.combinations) = (before.taps, before.combinations.clone());
         next += group.numbers.len() as u64;
-        run.complete((next, of, "kept designs"), |to| Reached::Kept(kept.clone(), next).pack(to))?;
+        run.complete((next, of, "kept designs"), |to| to.put(&Reaching::Kept(&kept, next)))?;
     }
 }
 
@@ -65,14 +64,14 @@ fn all(run: &mut Run<'_>, taps: &Taps<'_>, tables: &[Table]) -> Result<(), Error
         let (done, of) = (next - range.start, range.end - range.start);
         let these = (&mut designs, !taps.in_order());
         let Some(group) =
-            Group::next(run, taps, these, Some(((done, of), &|to: &mut Packer<'_>| next.pack(to))))?
+            Group::next(run, taps, these, Some(((done, of), &|to: &mut Packer<'_>| to.put(&next))))?
         else {
             return Ok(());
         };
         let complete = group.finish(run, taps, (tables, None))?;
         complete.iter().flatten().for_each(|row| run.best.offer(row));
         next += group.numbers.len() as u64;
-        run.complete((next - range.start, of, "designs"), |to| next.pack(to))?;
+        run.complete((next - range.start, of, "designs"), |to| to.put(&next))?;
     }
 }
 
@@ -90,7 +89,7 @@ fn ranked_rows(
     let mut designs = (next..range.end).peekable();
     loop {
         let (done, of) = (next - range.start, range.end - range.start);
-        let pack = |to: &mut Packer<'_>| pack_ranked((next, &Found::default(), &best), to);
+        let pack = |to: &mut Packer<'_>| to.put(&Reaching::Ranked(next, &Found::default(), &best));
         let Some(group) = Group::next(run, taps, (&mut designs, false), Some(((done, of), &pack)))? else {
             break;
         };
@@ -98,7 +97,7 @@ fn ranked_rows(
         offer(run.study.output.per, &mut best, complete);
         next += group.numbers.len() as u64;
         run.complete((next - range.start, of, "designs"), |to| {
-            pack_ranked((next, &Found::default(), &best), to);
+            to.put(&Reaching::Ranked(next, &Found::default(), &best));
         })?;
     }
     run.counts.complete = Some(best.offered);

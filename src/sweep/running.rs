@@ -179,9 +179,6 @@ impl<'a> Run<'a> {
     /// Takes over the counts of finished taps.
     pub fn absorb(&mut self, status: &Counts) {
         self.counts.taps += status.taps;
-        for (word, n) in &status.status {
-            *self.counts.status.entry(word).or_default() += n;
-        }
         self.counts.combinations.add(&status.combinations);
         self.progress.at(self.counts.taps, self.taps);
     }

@@ -7,7 +7,7 @@ use crate::scene::Study;
 use crate::sink::folder::{Folder, Mark, Output};
 use crate::sink::frame::Frame;
 use crate::sink::memory;
-use crate::sink::pack::{Packed, Packer, Unpacker};
+use crate::sink::pack::{Packer, Unpacker};
 use crate::sink::sheet::{self, Sheet};
 use crate::sink::table::Table;
 
@@ -122,7 +122,7 @@ impl Writers {
     /// What [`Self::resume`] needs beside the files as they are now.
     pub fn pack(&mut self, to: &mut Packer<'_>) -> Result<(), Error> {
         self.files().try_for_each(|file| file.pack(to))?;
-        self.places.iter_mut().try_for_each(|file| file.mark().map(|mark| mark.pack(to)))
+        self.places.iter_mut().try_for_each(|file| file.mark().map(|mark| to.put(&mark)))
     }
 
     fn files(&mut self) -> impl Iterator<Item = &mut Sheet> {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::status::Status;
 
 /// Taps per combination of status words: each tap counts once.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Combinations(BTreeMap<Status, u64>);
 
 impl Combinations {
@@ -42,6 +42,16 @@ impl Combinations {
             all.note(Status::named(words)?, *taps);
         }
         Some(all)
+    }
+
+    /// Taps per word, and `ok`: a tap with two words counts twice.
+    pub fn words(&self) -> BTreeMap<&'static str, u64> {
+        let mut words = BTreeMap::new();
+        for (status, taps) in &self.0 {
+            let ok = (*status == Status::OK).then_some("ok");
+            status.words().chain(ok).for_each(|word| *words.entry(word).or_default() += taps);
+        }
+        words
     }
 
     /// In words, `number` as it writes numbers: `952 ok, 48 strain_limit+ambiguous`; `none` of no taps.

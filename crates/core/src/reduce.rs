@@ -35,7 +35,7 @@ impl Spread {
 }
 
 /// Largest of what it has seen.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Largest(Option<f64>);
 
 impl Largest {

@@ -3,7 +3,9 @@
 use std::fmt;
 
 /// A set of status words; `ok` when empty.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Hash)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Hash, serde::Serialize, serde::Deserialize,
+)]
 pub struct Status(u16);
 
 impl Status {

@@ -120,7 +120,7 @@ impl DriveRow {
 }
 
 /// The values of a designs row; `None` where there is none.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Figures {
     /// Taps that count.
     pub n: u64,

@@ -26,7 +26,7 @@ pub const WORN: [Status; 3] = [Status::OK, Status::STRAIN_LIMIT, Status::SLIPPED
 pub const COMBINED: usize = 12;
 
 /// Taps per combination of status words.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Words {
     /// In the order of [`COMBINED`].
     pub taps: [u64; COMBINED],
@@ -50,7 +50,7 @@ impl Words {
 }
 
 /// Best rows and counts of some designs.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, serde::Serialize, serde::Deserialize)]
 pub struct Found {
     /// Rank, design, drive.
     pub rows: Vec<(f32, u64, u32)>,
@@ -59,6 +59,7 @@ pub struct Found {
     /// Taps per status word.
     pub words: Words,
     /// Designs that must be solved tap by tap.
+    #[serde(skip)]
     pub hard: Vec<u64>,
 }
 

@@ -1,23 +1,19 @@
 //! `run.json`: what ran, on what, how long, and how it went.
 
-use std::collections::BTreeMap;
-
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::folder::hash;
-use super::pack::{Packed, Packer, Unpacker, packed};
 use super::table::WHISKER;
 use crate::combinations::Combinations;
 use crate::reduce::{Largest, Sweeps};
 use crate::scene::{Column, Spec, Study};
-use crate::status::Status;
 
 /// Version of the result format.
 pub const FORMAT: u32 = 1;
 
 /// What a sweep counts while it runs.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Counts {
     /// Taps evaluated and reduced.
     pub taps: u64,
@@ -29,11 +25,10 @@ pub struct Counts {
     pub referred: u64,
     /// Rows of tuples, designs, distances tables.
     pub rows: [u64; 3],
-    /// Taps per status word, and `ok`: a tap with two words counts twice.
-    pub status: BTreeMap<&'static str, u64>,
     /// Taps per combination of words.
     pub combinations: Combinations,
     /// The chart that rows were ranked from.
+    #[serde(skip)]
     pub chart: Option<Value>,
     /// Designs rows that `top` could choose from.
     pub complete: Option<u64>,
@@ -45,21 +40,8 @@ pub struct Counts {
     pub strain: Largest,
 }
 
-impl Counts {
-    /// Notes the words of one tap.
-    pub fn note(&mut self, status: Status, taps: u64) {
-        self.combinations.note(status, taps);
-        if status == Status::OK {
-            *self.status.entry("ok").or_default() += taps;
-        }
-        for word in status.words() {
-            *self.status.entry(word).or_default() += taps;
-        }
-    }
-}
-
 /// Kernel sweeps spent on taps, also by earlier parts of a run.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Effort {
     /// Taps solved by a kernel.
     pub taps: u64,
@@ -88,41 +70,6 @@ impl Effort {
     }
 }
 
-packed!(Effort { taps, spent, most });
-
-impl Packed for Counts {
-    fn pack(&self, to: &mut Packer<'_>) {
-        ([self.taps, self.solved, self.interpolated, self.referred], self.rows).pack(to);
-        let status: BTreeMap<String, u64> = self.status.iter().map(|(w, n)| ((*w).to_owned(), *n)).collect();
-        (status, self.combinations.named(), self.complete, self.kept).pack(to);
-        (self.sweeps, self.strain.get()).pack(to);
-    }
-
-    fn unpack(from: &mut Unpacker<'_>) -> Option<Self> {
-        let ([taps, solved, interpolated, referred], rows) = from.take()?;
-        let (status, combinations, complete, kept): (BTreeMap<String, u64>, _, _, _) = from.take()?;
-        let known = || Status::ALL.into_iter().map(|(_, word)| word).chain(["ok"]);
-        let status = status.into_iter().map(|(word, n)| Some((known().find(|w| *w == word)?, n)));
-        let (sweeps, largest): (_, Option<f64>) = from.take()?;
-        let mut strain = Largest::default();
-        largest.into_iter().for_each(|x| strain.push(x));
-        Some(Self {
-            taps,
-            solved,
-            interpolated,
-            referred,
-            rows,
-            status: status.collect::<Option<_>>()?,
-            combinations: Combinations::of(&combinations)?,
-            complete,
-            kept,
-            sweeps,
-            strain,
-            ..Self::default()
-        })
-    }
-}
-
 /// Seconds of a run.
 #[derive(Debug, Clone, Copy, Default, Serialize)]
 pub struct Seconds {
@@ -147,7 +94,7 @@ pub fn counts(c: &Counts) -> Value {
         "tuples": c.rows[0],
         "designs": c.rows[1],
         "distances": c.rows[2],
-        "status": c.status,
+        "status": c.combinations.words(),
         "combinations": c.combinations.named(),
         "sweeps_mean": c.sweeps.mean(),
         "sweeps_max": c.sweeps.most,

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::folder::{Folder, Mark, Output};
 use super::format::TableFormat;
 use super::frame::Frame;
-use super::pack::{Packed, Packer, Unpacker};
+use super::pack::{Packer, Unpacker};
 use super::parquet;
 use super::table::Table;
 use crate::error::Error;
@@ -76,7 +76,7 @@ impl Sheet {
 
     /// What [`Self::resume`] needs beside the file as it is now.
     pub fn pack(&mut self, to: &mut Packer<'_>) -> Result<(), Error> {
-        self.output().mark()?.pack(to);
+        to.put(&self.output().mark()?);
         match self {
             Self::Csv(_) => Ok(()),
             Self::Parquet(writer) => writer.pack(to),

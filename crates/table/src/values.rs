@@ -7,7 +7,6 @@ use std::ops::Range;
 use serde_json::Value;
 
 use super::fact::Kind;
-use super::pack::{Packed, Packer, Unpacker};
 use crate::error::Error;
 use crate::status::Status;
 
@@ -62,7 +61,7 @@ pub fn named(names: Vec<&str>, fields: impl IntoIterator<Item = Field>) -> Value
 }
 
 /// The values of one column.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub enum Values {
     /// Numbers; NaN is missing.
     Numbers(Vec<f64>),
@@ -73,15 +72,17 @@ pub enum Values {
 }
 
 /// A column of text, most of whose values are the same few.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, serde::Serialize, serde::Deserialize)]
 pub struct Words {
     /// Place in `known` of each row.
     pub codes: Vec<u32>,
     /// What there is; empty text is missing.
     pub known: Vec<String>,
     /// The last status that was looked up, and its place.
+    #[serde(skip)]
     last: Option<(Status, u32)>,
     /// Places of `known`, once there are many.
+    #[serde(skip)]
     places: HashMap<String, u32>,
 }
 
@@ -241,38 +242,5 @@ impl Values {
             Self::Counts(all) => drop(all.drain(..n)),
             Self::Words(all) => drop(all.codes.drain(..n)),
         }
-    }
-}
-
-impl Packed for Values {
-    fn pack(&self, to: &mut Packer<'_>) {
-        match self {
-            Self::Numbers(x) => {
-                0u8.pack(to);
-                x.pack(to);
-            }
-            Self::Counts(n) => {
-                1u8.pack(to);
-                n.pack(to);
-            }
-            Self::Words(w) => {
-                2u8.pack(to);
-                w.known.pack(to);
-                w.codes.pack(to);
-            }
-        }
-    }
-
-    fn unpack(from: &mut Unpacker<'_>) -> Option<Self> {
-        Some(match from.take::<u8>()? {
-            0 => Self::Numbers(from.take()?),
-            1 => Self::Counts(from.take()?),
-            2 => {
-                let (known, codes): (Vec<String>, Vec<u32>) = from.take()?;
-                let fits = codes.iter().all(|code| (*code as usize) < known.len());
-                Self::Words(fits.then_some(Words::new(codes, known))?)
-            }
-            _ => return None,
-        })
     }
 }

@@ -69,7 +69,7 @@ impl Column {
 }
 
 /// The direction of the pole (model §6). Both zero: it stands upright on the plane of rotation.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Direction {
     /// β: turns pole and contact round the whisker's axis, |β| < 90 degrees.
     pub tilt: f64,
@@ -102,7 +102,7 @@ pub struct DirectionColumns {
 }
 
 /// One tap: D, d, L_a, x_ss, l, a in mm, tilt and lean in degrees, and θ in degrees (or δ in mm), indexed by [`Column`].
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 #[allow(non_snake_case)]
 pub struct Tuple {
     /// Base diameter, mm.

@@ -43,7 +43,7 @@ impl Task {
 pub type Outcomes = Result<Vec<Outcome>, SolveError>;
 
 /// What a tap gives; NaN where there is no value.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Outcome {
     /// Signed gauge strain.
     pub strain: f64,

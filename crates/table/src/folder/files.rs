@@ -10,7 +10,6 @@ use serde::{Deserialize, Serialize};
 
 use super::hash::hash_file;
 use crate::error::{Error, InputError};
-use crate::pack::packed;
 use crate::text_file::{Limit, TextFile};
 
 /// Start of the names that this program uses for itself in result folders.
@@ -44,15 +43,13 @@ pub struct Output {
 }
 
 /// How far a file was written: its length, and the check of its bytes.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Mark {
     /// Bytes.
     pub bytes: u64,
     /// Their hex BLAKE3.
     pub blake3: String,
 }
-
-packed!(Mark { bytes, blake3 });
 
 impl Output {
     /// `path` is where the file will be found.

@@ -4,7 +4,7 @@
 //! there is whole, and what it counts on is on the disk.
 
 use std::fs::{self, OpenOptions};
-use std::io::{self, BufWriter, Read};
+use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 use std::thread::JoinHandle;
 
@@ -102,8 +102,8 @@ impl Saving {
         let failed = |e| Error::io(&next, e);
         let mut file = BufWriter::new(create(&next).map_err(failed)?);
         let mut packer = Packer::new(&mut file);
-        packer.raw(&serde_json::to_vec(head).map_err(|e| failed(e.into()))?);
-        packer.raw(b"\n");
+        serde_json::to_writer(&mut packer, head).map_err(|e| failed(e.into()))?;
+        packer.write_all(b"\n").map_err(failed)?;
         fill(&mut packer)?;
         packer.finish().map_err(failed)?;
         drop(file.into_inner().map_err(|e| failed(e.into_error()))?);

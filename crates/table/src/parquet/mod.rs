@@ -25,7 +25,7 @@ use super::fact::Kind;
 use super::folder::Output;
 use super::frame::Frame;
 use super::heading::unit;
-use super::pack::{Packed, Packer, Unpacker};
+use super::pack::{Packer, Unpacker};
 use super::values::Values;
 use crate::error::Error;
 pub use read::Reader;
@@ -126,8 +126,7 @@ impl Writer {
 
     /// What [`Self::resume`] needs beside the file.
     pub fn pack(&self, to: &mut Packer<'_>) -> Result<(), Error> {
-        self.footer()?.pack(to);
-        self.waiting.columns.pack(to);
+        to.put(&(self.footer()?, &self.waiting.columns));
         Ok(())
     }
 
