@@ -13,6 +13,8 @@ use crate::sink::{parquet, read};
 
 /// Rows of CSV that are read together.
 const BLOCK: usize = 1 << 12;
+/// Blocks whose text is made in parallel.
+const TOGETHER: usize = 16;
 
 /// Rows of a table.
 pub(super) struct Source {
@@ -80,11 +82,19 @@ impl Source {
 
     /// All rows, into `sheet`; how many.
     pub fn rest(&mut self, sheet: &mut Sheet) -> Result<u64, Error> {
-        let mut rows = 0;
-        while let Some(block) = self.next_block()? {
-            rows += block.len() as u64;
-            sheet.write(&[block])?;
+        let (mut rows, mut blocks) = (0, Vec::new());
+        loop {
+            let block = self.next_block()?;
+            let last = block.is_none();
+            blocks.extend(block);
+            if last || blocks.len() == TOGETHER {
+                rows += blocks.iter().map(|block| block.len() as u64).sum::<u64>();
+                sheet.write(&blocks)?;
+                blocks.clear();
+            }
+            if last {
+                return Ok(rows);
+            }
         }
-        Ok(rows)
     }
 }
