@@ -261,8 +261,8 @@ fn as_if_long(desk: &Desk) {
     head["seconds"] = 4000.0.into();
     let mut file = std::fs::File::create(&path).unwrap();
     let mut packer = Packer::new(&mut file);
-    packer.raw(head.to_string().as_bytes());
-    packer.raw(rest);
+    std::io::Write::write_all(&mut packer, head.to_string().as_bytes()).unwrap();
+    std::io::Write::write_all(&mut packer, rest).unwrap();
     packer.finish().unwrap();
     file.flush().unwrap();
 }

@@ -40,7 +40,14 @@ pub(super) fn judge(
     names: &[&str],
     (begun, force): (bool, bool),
 ) -> Result<Old, Error> {
-    let (run, listed) = record(folder)?;
+    let its_run = folder.join(RUN).canonicalize().ok();
+    let (run, listed) = match record(folder) {
+        // It is read, which is told below.
+        Err(_) if question.inputs.iter().any(|input| input.canonicalize().ok() == its_run) => {
+            Default::default()
+        }
+        record => record?,
+    };
     in_the_way(folder, question, names, &listed)?;
     let mut objection = objection(folder, &run, (question, begun))?;
     let mut files = Vec::new();
