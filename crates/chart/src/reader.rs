@@ -8,7 +8,7 @@ use rustc_hash::FxHashMap;
 use super::axis::{AXES, Quantity};
 use super::distance::{DistanceChart, linear_force, power};
 use super::gauge::asked;
-use super::lanes::{Figures, Readings, Tables};
+use super::lanes::{Figures, Readings, Tables, has_lanes};
 use super::ranges::{NEAREST, Wanted, factors, holds, scaled, shaped};
 use super::scope::Scope;
 use crate::design::{Design, amount, radians};
@@ -55,7 +55,7 @@ impl Reader {
         let planar =
             !setup.gauge.second && setup.gauge.foil.is_none() && directions.iter().all(|d| d.is_upright());
         let plain = planar && Effects::new(&setup.model, setup.gauge.side, sticks).plain();
-        if sticks || plain && setup.built.is_none() {
+        if sticks || plain && setup.built.is_none() || !has_lanes() {
             return Ok(None);
         }
         let charts = charts(setup, (distances, directions), wanted, (tolerance, &NEVER))?;

@@ -2,7 +2,7 @@
 
 #![cfg(target_arch = "x86_64")]
 
-use vibrissa_kernel::cpu::{AVX2, AVX512, Pack, Scalar, UNFUSED, VECTORS};
+use vibrissa_kernel::cpu::{AVX2, Pack, Scalar, UNFUSED, VECTORS};
 
 const KINDS: [f64; 11] =
     [0.0, -0.0, 1.0, -1.0, 0.3, 7e-20, -7e-20, 3e19, f64::INFINITY, f64::NEG_INFINITY, f64::NAN];
@@ -65,11 +65,6 @@ fn by_avx2() {
     every_operation::<f64, 8, AVX2>();
 }
 
-#[target_feature(enable = "avx512f,avx512dq,avx2,fma")]
-fn by_avx512() {
-    every_operation::<f32, VECTORS, AVX512>();
-}
-
 #[test]
 fn vectors_do_what_numbers_do() {
     every_operation::<f32, VECTORS, UNFUSED>();
@@ -79,11 +74,5 @@ fn vectors_do_what_numbers_do() {
     if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
         // SAFETY: the CPU has just been found to have them.
         unsafe { by_avx2() };
-        if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq") {
-            // SAFETY: as above.
-            unsafe { by_avx512() };
-        } else {
-            println!("this CPU has no AVX-512: its packs were not looked at");
-        }
     }
 }

@@ -3,7 +3,10 @@
 //! Inlined work grows with every place that asks for the same part of it, and most of the time of building this crate went into such copies:
 //! a part that several places need, or that is large, is compiled [`apart`], once for each instruction set.
 
-use crate::kernel::cpu::{AVX2, AVX512, COMMON};
+#[cfg(not(target_arch = "x86_64"))]
+use crate::kernel::cpu::COMMON;
+#[cfg(target_arch = "x86_64")]
+use crate::kernel::cpu::{AVX2, fused};
 
 /// Work over lanes. All of it must be inlined (`#[inline(always)]`, no closure that is called twice) or a [`Part`]: what is neither is
 /// compiled for no particular instruction set.
@@ -42,55 +45,39 @@ pub(super) trait Part<const SET: u8> {
     fn run(self) -> Self::Out;
 }
 
-/// Does `work` with the best instructions that the CPU has. Those with fused operations all give the same bits.
-pub(super) fn best<W: Work>(work: W) -> W::Out {
+/// Whether this CPU has lanes: a PC without AVX2 solves taps instead.
+pub fn has_lanes() -> bool {
+    cfg!(not(target_arch = "x86_64")) || crate::kernel::cpu::fused()
+}
+
+/// Does `work` with the instructions of lanes.
+///
+/// # Panics
+/// On a CPU that has none: charts of lanes are not made there ([`has_lanes`]).
+pub(super) fn by_lanes<W: Work>(work: W) -> W::Out {
     #[cfg(target_arch = "x86_64")]
     {
-        if has_fused() && has_512() {
-            // SAFETY: the CPU has just been found to have them.
-            return unsafe { avx512(work) };
-        }
-        if has_fused() {
-            // SAFETY: as above.
-            return unsafe { avx2(work) };
-        }
+        assert!(fused());
+        // SAFETY: the CPU has just been found to have the instructions.
+        unsafe { avx2(work) }
     }
+    #[cfg(not(target_arch = "x86_64"))]
     work.run::<COMMON>()
 }
 
 /// Does `part` with the instructions of the work it is a part of, behind a call.
 #[inline(always)]
 pub(super) fn apart<const SET: u8, P: Part<SET>>(part: P) -> P::Out {
+    // SAFETY: such lanes are only made where the CPU was found to have the instructions.
     #[cfg(target_arch = "x86_64")]
-    match SET {
-        // SAFETY: such lanes are only made where the CPU was found to have the instructions.
-        AVX512 => return unsafe { avx512_part(part) },
-        // SAFETY: as above.
-        AVX2 => return unsafe { avx2_part(part) },
-        _ => {}
-    }
+    return unsafe { avx2_part(part) };
+    #[cfg(not(target_arch = "x86_64"))]
     plain_part(part)
 }
 
-#[cfg(target_arch = "x86_64")]
-fn has_fused() -> bool {
-    is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma")
-}
-
-#[cfg(target_arch = "x86_64")]
-fn has_512() -> bool {
-    is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq")
-}
-
+#[cfg(not(target_arch = "x86_64"))]
 #[inline(never)]
 fn plain_part<const SET: u8, P: Part<SET>>(part: P) -> P::Out {
-    part.run()
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512dq,avx2,fma")]
-#[inline(never)]
-fn avx512_part<const SET: u8, P: Part<SET>>(part: P) -> P::Out {
     part.run()
 }
 
@@ -99,12 +86,6 @@ fn avx512_part<const SET: u8, P: Part<SET>>(part: P) -> P::Out {
 #[inline(never)]
 fn avx2_part<const SET: u8, P: Part<SET>>(part: P) -> P::Out {
     part.run()
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512dq,avx2,fma")]
-fn avx512<W: Work>(work: W) -> W::Out {
-    work.run::<AVX512>()
 }
 
 #[cfg(target_arch = "x86_64")]

@@ -1,6 +1,6 @@
 //! All figures of designs rows, each design at its own drive, and what limits of a search ask of its taps.
 
-use super::dispatch::{Work, best, work};
+use super::dispatch::{Work, by_lanes, work};
 use super::estimate::Told;
 use super::rows::{MOST, Rows};
 use super::tally::{AMBIGUOUS, CLEAR, ROOTLESS, Tally};
@@ -27,7 +27,7 @@ impl Tables {
     /// Figures of `tuples`, all easy, each at its own drive; `None` of a row that must be solved. All taps count, also where the contact has slipped off:
     /// the taper goes on, so that figures change smoothly there.
     pub fn figures(&self, tuples: &[Tuple]) -> Vec<Option<Figures>> {
-        best(Reading { of: self, tuples })
+        by_lanes(Reading { of: self, tuples })
     }
 
     #[inline(always)]

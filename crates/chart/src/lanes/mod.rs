@@ -60,6 +60,7 @@ use crate::physics::taper::Taper;
 use crate::scene::{Convention, Drive, Foil, Per, RankBy, Theory};
 
 pub use crate::kernel::ranking::{Found, Words};
+pub use dispatch::has_lanes;
 pub use figures::Figures;
 pub use outcome::{Read, Readings};
 
@@ -170,8 +171,11 @@ fn wide(v: &[f64]) -> [f32; ORDERS] {
 }
 
 impl Tables {
-    /// Tables of `scope`; `None` where its drives need more orders than lanes carry.
+    /// Tables of `scope`; `None` where its drives need more orders than lanes carry, and on a CPU without lanes.
     pub fn new(scope: &Scope) -> Option<Self> {
+        if !has_lanes() {
+            return None;
+        }
         let setup = &scope.setup;
         let power = scope.charts.first()?.power;
         // Where a contact may stick its taps are no series over the drive.

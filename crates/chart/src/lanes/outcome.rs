@@ -1,7 +1,7 @@
 //! Single taps read in lanes.
 
 use super::choice::Choice;
-use super::dispatch::{Work, best, work};
+use super::dispatch::{Work, by_lanes, work};
 use super::read::{Basis, Values};
 use super::{Charted, LANES, Lanes};
 use crate::axis::AXES;
@@ -40,7 +40,7 @@ impl Readings {
 
     /// Taps at distance `i`; drive (rad or mm), x1/a, D/a, τa and x2/a of each, within its chart.
     pub fn read(&self, i: usize, quantities: &[[f64; AXES]], out: &mut Vec<Read>) {
-        best(Reading { of: self, i, quantities, out });
+        by_lanes(Reading { of: self, i, quantities, out });
     }
 
     #[inline(always)]

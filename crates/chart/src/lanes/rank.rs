@@ -1,6 +1,6 @@
 //! Ranks designs, a pack at a time: a first look by rough charts, then in full what that does not tell.
 
-use super::dispatch::{Work, best, work};
+use super::dispatch::{Work, by_lanes, work};
 use super::rows::Rows;
 use super::{Found, LANES, Lanes, Scratch, Tables};
 use crate::scene::{Per, Tuple};
@@ -13,7 +13,7 @@ work! {
 impl Tables {
     /// Rows of the designs `ks`, all easy, that rank below `bound`; [`LANES`] at a time.
     pub fn rank(&self, ks: &[u64], tuples: &[Tuple], bound: f32, found: &mut Found) {
-        best(Rank { of: self, ks, tuples, bound, found });
+        by_lanes(Rank { of: self, ks, tuples, bound, found });
     }
 
     #[inline(always)]

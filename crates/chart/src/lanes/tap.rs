@@ -1,6 +1,6 @@
 //! The strain, arc and force of a tap from its chart.
 
-use super::dispatch::{Work, best, work};
+use super::dispatch::{Work, by_lanes, work};
 use super::read::{Basis, Values};
 use super::rows::Rows;
 use super::theory::{Growth, Whisker};
@@ -217,7 +217,7 @@ work! {
 impl Tables {
     /// K − 1 of taps of easy designs, each with the place of its distance, as the rows are made of them.
     pub fn deviations(&self, taps: &[(Tuple, usize)]) -> Vec<f64> {
-        best(Deviations { of: self, taps })
+        by_lanes(Deviations { of: self, taps })
     }
 
     #[inline(always)]

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 
 use exact::Tables;
 pub use exact::series;
-pub use pack::{AVX2, AVX512, COMMON, Pack, Scalar, UNFUSED, VECTORS};
+pub use pack::{AVX2, COMMON, Pack, Scalar, UNFUSED, VECTORS};
 
 use super::{Effects, Job, Rung, Solution, Solver, Tap};
 use vibrissa_core::error::SolveError;

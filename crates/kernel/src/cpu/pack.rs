@@ -90,8 +90,6 @@ pub const UNFUSED: u8 = 0;
 pub const FUSED: u8 = 1;
 /// The same, where packs of [`VECTORS`] or 16 f32, or of 8 f64, are vectors of AVX2: left alone, the compiler makes of some sums of packs vectors of two.
 pub const AVX2: u8 = 2;
-/// The same, where packs of [`VECTORS`] f32 are vectors of AVX-512.
-pub const AVX512: u8 = 3;
 /// What every CPU of this architecture has.
 pub const COMMON: u8 = if cfg!(target_arch = "aarch64") { FUSED } else { UNFUSED };
 

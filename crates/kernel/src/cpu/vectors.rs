@@ -1,6 +1,6 @@
 //! The vectors that packs are made of on a PC, and their operations by the names of those of packs.
 
-pub use std::arch::x86_64::{__m128, __m256, __m256d, __m512};
+pub use std::arch::x86_64::{__m128, __m256, __m256d};
 
 /// A pack and the vectors that it is. A union has no checks, which would cost a debug build minutes.
 #[derive(Clone, Copy)]
@@ -10,27 +10,6 @@ pub union Same<P: Copy, V: Copy> {
 }
 
 /// Operations of the vectors of a set, under the same names.
-pub mod of_512 {
-    use std::arch::x86_64::{__m512, _CMP_LE_OQ, _CMP_LT_OQ, _mm512_cmp_ps_mask, _mm512_mask_blend_ps};
-    pub use std::arch::x86_64::{
-        _mm512_add_ps as add, _mm512_div_ps as div, _mm512_fmadd_ps as mul_add, _mm512_max_ps as max,
-        _mm512_min_ps as min, _mm512_mul_ps as mul, _mm512_set1_ps as set, _mm512_sqrt_ps as sqrt,
-        _mm512_sub_ps as sub,
-    };
-
-    /// `yes` where a < b, else `no`.
-    #[inline(always)]
-    pub unsafe fn if_less(a: __m512, b: __m512, yes: __m512, no: __m512) -> __m512 {
-        unsafe { _mm512_mask_blend_ps(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(a, b), no, yes) }
-    }
-
-    /// Whether a ≤ b everywhere.
-    #[inline(always)]
-    pub unsafe fn all_at_most(a: __m512, b: __m512) -> bool {
-        unsafe { _mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b) == u16::MAX }
-    }
-}
-
 pub mod of_256 {
     use std::arch::x86_64::{
         __m256, _CMP_LE_OQ, _CMP_LT_OQ, _mm256_blendv_ps, _mm256_cmp_ps, _mm256_movemask_ps,
@@ -41,11 +20,13 @@ pub mod of_256 {
         _mm256_sub_ps as sub,
     };
 
+    /// `yes` where a < b, else `no`.
     #[inline(always)]
     pub unsafe fn if_less(a: __m256, b: __m256, yes: __m256, no: __m256) -> __m256 {
         unsafe { _mm256_blendv_ps(no, yes, _mm256_cmp_ps::<_CMP_LT_OQ>(a, b)) }
     }
 
+    /// Whether a ≤ b everywhere.
     #[inline(always)]
     pub unsafe fn all_at_most(a: __m256, b: __m256) -> bool {
         unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b)) == 0xff }
@@ -112,7 +93,6 @@ pub const fn are<T, const L: usize>(set: u8, by: u8, size: usize, bytes: usize) 
 macro_rules! kinds {
     ($each:ident, $($rest:tt)+) => {
         $each!(UNFUSED, 4, [__m128; 8], of_128, [0 1 2 3 4 5 6 7], $($rest)+);
-        $each!(AVX512, 4, [__m512; 2], of_512, [0 1], $($rest)+);
         $each!(AVX2, 4, [__m256; 4], of_256, [0 1 2 3], $($rest)+);
         $each!(AVX2, 4, [__m256; 2], of_256, [0 1], $($rest)+);
         $each!(AVX2, 8, [__m256d; 2], of_256_double, [0 1], $($rest)+);
