@@ -129,7 +129,14 @@ pub(super) fn read<'a>(
     let begun = |text| header(text).map_err(|e| refused(e).unwrap_or_else(|e| unread(WHAT, &label, &e)));
     let (first, text) = text.and_then(begun).map_err(|e| table::named(item, e))?;
     // As tables call it, or as before.
-    let tip = if first.contains(WHISKER[1]) { WHISKER[1] } else { Column::TipDiameter.name(drive) };
+    let tips = [WHISKER[1], Column::TipDiameter.name(drive)];
+    let [now, before] = tips.map(|tip| first.split(',').any(|name| name.trim().trim_matches('"') == tip));
+    if now && before {
+        let error = crate::error::InputError::new("both of these columns are the diameter of the tip")
+            .at(label, None);
+        return Err(table::named(item, error.key(tips.join(", ")).allowed("one of them")));
+    }
+    let tip = tips[usize::from(!now)];
     let own = Column::ALL.map(|column| if column == Column::TipDiameter { tip } else { column.name(drive) });
     let names: Vec<&str> = own.into_iter().chain(varied().map(|property| property.about().column)).collect();
     let spare = [&SPARE, &names[COLUMNS..]].concat();

@@ -85,7 +85,7 @@ impl Folder {
             let allowed = "the command that began it, --force to discard it, or another folder";
             return Err(refuse(target, why, allowed));
         }
-        let left = left.filter(is_own);
+        let left = left.filter(|left| is_own(left) && !force);
         if left.is_none() {
             clear(&work.0).map_err(|e| Error::io(&work.0, e))?;
         }

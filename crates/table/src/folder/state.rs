@@ -110,7 +110,11 @@ impl Saving {
         let work = work.to_owned();
         self.0 = Some(std::thread::spawn(move || {
             for name in names_in(&work)? {
-                OpenOptions::new().write(true).open(work.join(name))?.sync_data()?;
+                // What else was put there is no work of this run.
+                let path = work.join(name);
+                if path.symlink_metadata().is_ok_and(|there| there.is_file()) {
+                    OpenOptions::new().write(true).open(path)?.sync_data()?;
+                }
             }
             completing(false, || fs::rename(&next, work.join(STATE)))?;
             sync(&work)
