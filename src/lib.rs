@@ -4,11 +4,11 @@
 //! [`evaluate`] sends taps to a [`kernel`] (or to the reference of [`physics`]), [`statistics`] reduces them to rows, [`sink`] takes
 //! rows; [`sweep`] does what the plan says, and [`chart`]
 //! spares it most taps. [`census`] compares the effects of a model, the backends with the reference, speed with error. `reference` says what keys, columns and words mean. [`optimise`] searches designs, [`tap`] the angle of one whisker.
-//! [`command`] is what the program and the Python package run: requests answered.
 //! `command` is what the program and the Python package run: a request, and its reply.
-//! [`measure`] reads what a rig recorded (`files`: its spec and its calibration, as TOML), [`calibrate`] judges it, [`locate`] answers new readings, [`export`] writes what answers them as C, [`simulate`] makes synthetic ones.
+//! [`measure`] reads what a rig recorded ([`files`]: its spec and its calibration, as TOML), [`calibrate`] judges it, [`locate`] answers new
+//! readings, [`export`] writes what answers them as C, [`simulate`] makes synthetic ones.
 //! What is pure stands in the crate `vibrissa-core`, the kernels in `vibrissa-kernel`, where wgpu is used in `kernel::gpu` only, [`evaluate`],
-//! [`curve`] and [`statistics`] in `vibrissa-evaluate`, charts in `vibrissa-chart`.
+//! [`curve`] and [`statistics`] in `vibrissa-evaluate`, charts in `vibrissa-chart`, what a lab measured in `vibrissa-lab`.
 //! `docs/architecture.md` says where a thing belongs.
 
 #![cfg_attr(not(test), deny(clippy::print_stderr, clippy::print_stdout))]
@@ -17,71 +17,47 @@
 pub use vibrissa_chart as chart;
 #[doc(hidden)]
 pub use vibrissa_core::{
-    combinations, design, error, estimate, excerpt, physics, recommend, reduce, scene, status,
+    combinations, design, digits, error, estimate, excerpt, physics, recommend, reduce, scene, status,
 };
 #[doc(hidden)]
-pub use vibrissa_evaluate::{curve, evaluate, progress, statistics};
+pub use vibrissa_evaluate::{backend, curve, evaluate, progress, statistics, taps};
 #[doc(hidden)]
 pub use vibrissa_kernel as kernel;
 #[doc(hidden)]
-pub use vibrissa_table::{self as sink, text_file};
+pub use vibrissa_lab::{calibrate, contour, estimator, export, files, locate, measure, record, simulate};
+#[doc(hidden)]
+pub use vibrissa_spec as spec;
+#[doc(hidden)]
+pub use vibrissa_table::{self as sink, fields, text_file};
 
 pub mod api;
-#[doc(hidden)]
-pub mod backend;
-#[doc(hidden)]
-pub mod calibrate;
 #[doc(hidden)]
 pub mod census;
 #[doc(hidden)]
 #[cfg(feature = "commands")]
 pub mod command;
 #[doc(hidden)]
-pub mod contour;
-#[doc(hidden)]
-pub mod estimator;
-#[doc(hidden)]
-#[cfg(feature = "files")]
 pub mod explore;
 #[doc(hidden)]
-pub mod export;
-#[doc(hidden)]
-#[cfg(feature = "report")]
+#[cfg(feature = "commands")]
 pub mod figure;
-#[doc(hidden)]
-#[cfg(feature = "files")]
-pub mod files;
-#[doc(hidden)]
-pub mod locate;
-#[doc(hidden)]
-pub mod measure;
 #[doc(hidden)]
 pub mod merge;
 #[doc(hidden)]
 pub mod optimise;
 #[doc(hidden)]
-#[cfg(feature = "report")]
+#[cfg(feature = "commands")]
 pub mod page;
 #[doc(hidden)]
 pub mod plan;
 #[doc(hidden)]
-pub mod record;
-#[doc(hidden)]
-#[cfg(feature = "files")]
 pub mod reference;
 #[doc(hidden)]
-#[cfg(feature = "report")]
+#[cfg(feature = "commands")]
 pub mod report;
 #[doc(hidden)]
 pub mod shape;
 #[doc(hidden)]
-pub mod simulate;
-#[doc(hidden)]
-#[cfg(feature = "files")]
-pub mod spec;
-#[doc(hidden)]
 pub mod sweep;
 #[doc(hidden)]
 pub mod tap;
-#[doc(hidden)]
-pub mod taps;

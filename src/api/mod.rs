@@ -28,8 +28,9 @@ pub use crate::tap::Report as BestTap;
 pub use crate::taps::Taps;
 pub use whisker::Whisker;
 
-use crate::backend::{Choice, Work};
+use crate::backend::Choice;
 use crate::plan::Plan;
+use crate::plan::pays;
 use crate::progress::{NEVER, Silent};
 use crate::sweep::{self, Target};
 use crate::tap;
@@ -50,7 +51,7 @@ pub fn strains(setup: &Setup, taps: &[Tuple]) -> Result<Vec<Outcome>, Error> {
 /// # Errors
 /// A folder that holds something else, tables that would be too large, a backend that fails.
 pub fn sweep(name: &str, study: &Study, options: &RunOptions, out: &Path) -> Result<Swept, Error> {
-    let choice = Choice::for_work(options, Work::of_study(study, options))?;
+    let choice = Choice::for_work(options, pays::of_study(study, options))?;
     let plan = Plan::new(study, &choice)?;
     let target = Target { force: options.force == Some(true), ..Target::new(out, &NEVER) };
     sweep::run(&Spec::of(name, study.clone()), &plan, &choice, &target, &mut Silent)

@@ -5,13 +5,14 @@
 //! [`Figures`] are what many errors come to. The views: [`verify`] compares backends with the reference, `bench` measures the time of it too,
 //! [`explain`] switches effects of the model one by one, [`needed`] leaves off those that change less than a bound.
 
-#[cfg(feature = "bench")]
+#[cfg(feature = "commands")]
 pub mod bench;
 pub mod compare;
 pub mod configuration;
 pub mod effect;
 pub mod explain;
 pub mod hard;
+pub mod model_error;
 pub mod needed;
 mod place;
 pub mod sample;

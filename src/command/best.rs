@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::grouped;
-use crate::report::quantity::short;
+use crate::digits::short;
 use crate::scene::{Per, RankBy, Spec};
 use crate::sink::table::drive_unit;
 use crate::sweep::{Kept, Report};

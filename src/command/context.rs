@@ -20,7 +20,7 @@ use crate::scene::{Column, DirectionColumns, RunOptions, Setup, Space, Spec, Tup
 use crate::sink::folder::{Folder, Question};
 use crate::sink::frame::Frame;
 use crate::sink::memory;
-use crate::{files, spec, taps};
+use crate::{census::model_error, files, spec, taps};
 
 /// Keys of `[run]` that say where files go, and what is shown.
 const OF_FILES: [&str; 5] = ["run.out", "run.force", "run.plan", "run.quiet", "run.json"];
@@ -220,7 +220,7 @@ impl<'a> Context<'a> {
         (spec, path): (&Spec, &Path),
         choice: &Choice,
     ) -> Result<Option<f64>, Error> {
-        files::model_error(asked, spec, choice).map_err(|e| match e {
+        model_error::bound(asked, spec, choice).map_err(|e| match e {
             Error::Input(e) if e.file.is_some() => {
                 let line = e.line;
                 e.at(path.display().to_string(), line).into()
@@ -237,7 +237,7 @@ impl<'a> Context<'a> {
         (backend, bound, out): (&Backend, Option<f64>, &Path),
     ) {
         files::settle(spec, options, backend, out);
-        files::settle_model_error(spec, bound);
+        model_error::settle(spec, bound);
         if self.is_in_memory() {
             leave_files(spec);
         }

@@ -10,8 +10,9 @@ use serde_json::{Value, json};
 use super::{
     Common, Context, Reply, folder, grouped, in_force, number, shard, where_and_why, with_model_error,
 };
-use crate::backend::{Choice, Work};
+use crate::backend::Choice;
 use crate::census::needed::Needed;
+use crate::digits::short;
 use crate::error::Error;
 use crate::optimise::report::Design;
 use crate::optimise::{
@@ -19,7 +20,7 @@ use crate::optimise::{
     blame::{bias, why},
     write,
 };
-use crate::report::quantity::short;
+use crate::plan::pays;
 use crate::scene::search::{Objective, Search};
 use crate::scene::{RunOptions, Spec};
 use crate::sink::folder::Question;
@@ -66,7 +67,7 @@ pub fn run(asked: &OptimiseRequest, context: &Context<'_>) -> Result<Reply, Erro
     let options = context.begun(&asked.common, &mut spec)?;
     let out = folder(options.out.as_ref(), &spec.name, "optimise");
     let out = asked.shard.map_or(out.clone(), |shard| out.join(shard.folder()));
-    let work = Work::of_search(&search, &spec.study.space, &spec.study.setup, &options);
+    let work = pays::of_search(&search, &spec.study.space, &spec.study.setup, &options);
     let choice = Choice::for_work(&options, work)?;
     let bound = context.model_error(asked.model_error, (&spec, &asked.spec), &choice)?;
     context.settle(&mut spec, &options, (&choice.backend, bound, &out));

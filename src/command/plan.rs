@@ -9,11 +9,11 @@ use serde_json::{Value, json};
 
 use super::{Common, Context, Reply, folder, number, whole};
 use crate::calibrate::planned::{self, Apart, PlanGoal, Planned};
+use crate::digits::short;
 use crate::error::{Error, InputError};
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path as Drawn};
 use crate::locate::locator::opener;
 use crate::measure::{Rig, Unit};
-use crate::report::quantity::short;
 use crate::scene::Drive;
 use crate::sink::folder::Question;
 use crate::sink::frame::Frame;

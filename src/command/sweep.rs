@@ -9,12 +9,13 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::{Common, Context, KeptFile, Reply, best, folder, grouped, in_force, number, rough, shard};
-use crate::backend::{Backend, Choice, Work};
+use crate::backend::{Backend, Choice};
 use crate::census::needed::Needed;
 use crate::census::sample::ComparedRows;
 use crate::curve::both::TAPS;
 use crate::error::Error;
 use crate::plan::Plan;
+use crate::plan::pays;
 use crate::progress::Progress;
 use crate::report::answer::{Recommended, of_best};
 use crate::scene::{Geometry, MaterialFit, Spec};
@@ -79,7 +80,7 @@ pub fn run(asked: &SweepRequest, context: &Context<'_>) -> Result<Reply, Error> 
     }
     let out = folder(options.out.as_ref(), &spec.name, "sweep");
     let out = asked.shard.map_or(out.clone(), |shard| out.join(shard.folder()));
-    let choice = Choice::for_work(&options, Work::of_study(&spec.study, &options))?;
+    let choice = Choice::for_work(&options, pays::of_study(&spec.study, &options))?;
     let bound = context.model_error(asked.model_error, (&spec, &asked.spec), &choice)?;
     if bound.is_some() {
         sweep::whole(asked.shard, &spec.study)?;

@@ -11,10 +11,10 @@ use super::{
     Common, Context, Reply, folder, in_force, meant, named, number, where_and_why, with_model_error,
 };
 use crate::census::needed::Needed;
+use crate::digits::short;
 use crate::error::Error;
 use crate::optimise::blame::bias;
 use crate::report::answer::of_tap;
-use crate::report::quantity::short;
 use crate::scene::search::Objective;
 use crate::scene::{Spec, Theory};
 use crate::sink::folder::Question;

@@ -15,7 +15,6 @@
 //! About 1 000 evaluations in the first start, 9 000 in the fourth and later ones; a polish takes some 15 steps of 2k + k(k − 1)/2 + 3
 //! evaluations for k variables.
 
-#[cfg(feature = "files")]
 pub mod best;
 pub mod blame;
 mod charted;

@@ -3,16 +3,16 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+pub mod pays;
+
 pub use crate::scene::Layout;
+pub use vibrissa_evaluate::CHUNK;
 
 use crate::backend::Choice;
 use crate::chart::ranker::Ranker;
 use crate::error::InputError;
 use crate::scene::{Axis, Column, Geometry, Property, Setup, Space, Study, Theory};
 use crate::sink::shard::Shard;
-
-/// Taps that are evaluated together.
-pub const CHUNK: u64 = 1 << 17;
 
 /// Largest tuples table that is written without being asked for, bytes.
 pub const DEFAULT_TUPLES_LIMIT: f64 = 10e9;

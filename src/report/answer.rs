@@ -3,8 +3,9 @@
 use serde_json::Value;
 
 use super::designs::{DRIVES, WHISKER, properties};
-use super::quantity::{distinct, percent, rounded, said};
+use super::quantity::{distinct, said};
 use super::source::Source;
+use crate::digits::{percent, rounded};
 use crate::error::InputError;
 use crate::recommend::Standing;
 use crate::sink::frame::Frame;

@@ -92,7 +92,7 @@ impl Content {
         let text = match value {
             Value::Null => return,
             Value::String(text) => text.clone(),
-            Value::Number(n) => n.as_f64().map_or(n.to_string(), quantity::short),
+            Value::Number(n) => n.as_f64().map_or(n.to_string(), crate::digits::short),
             other => other.to_string(),
         };
         self.facts.push((name.to_owned(), text));

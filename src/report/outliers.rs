@@ -1,6 +1,6 @@
 //! Ends of an axis that a few points far away do not flatten.
 
-use super::quantity::short;
+use crate::digits::short;
 use crate::figure::{Mark, Panel};
 
 /// Median deviations about the median that always have room: 4.7 σ of a normal distribution.

@@ -1,10 +1,9 @@
 //! What columns are called where people read: symbol, unit, and whether their axis goes by decades.
 
+use crate::digits::{DIGITS, short_to};
 use crate::figure::Axis;
 use crate::sink::fact::{Fact, fact};
 
-/// Digits of a value that is said.
-const DIGITS: i32 = 4;
 /// Digits that part any two numbers.
 const MOST: i32 = 17;
 
@@ -58,33 +57,6 @@ fn said_to(column: &str, value: f64, digits: i32) -> String {
     format!("{symbol} = {sign}{}{unit}", short_to(value.abs(), digits))
 }
 
-/// A number to four digits.
-pub fn short(x: f64) -> String {
-    short_to(x, DIGITS)
-}
-
-/// A number as a sentence has it: three digits.
-pub fn rounded(x: f64) -> String {
-    format!("{}{}", if x < 0.0 { "−" } else { "" }, short_to(x.abs(), 3))
-}
-
-/// A share as a sentence has it, in per cent.
-pub fn percent(x: f64) -> String {
-    format!("{} %", rounded(100.0 * x))
-}
-
-fn short_to(x: f64, most: i32) -> String {
-    if x == 0.0 || !x.is_finite() {
-        return if x == 0.0 { "0".into() } else { "–".into() };
-    }
-    if !(1e-4..1e6).contains(&x.abs()) {
-        return format!("{x:.*e}", most as usize - 1);
-    }
-    let digits = (most - 1 - x.abs().log10().floor() as i32).max(0) as usize;
-    let text = format!("{x:.digits$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -98,6 +70,5 @@ mod tests {
         assert_eq!(told_apart("D_mm", &[8.0, 10.0, 8.0]), ["D = 8 mm", "D = 10 mm", "D = 8 mm"]);
         assert_eq!(told_apart("D_mm", &[10.0, 10.000_000_000_1]), ["D = 10 mm", "D = 10.0000000001 mm"]);
         assert_eq!(told_apart("theta_deg", &[1.0, 1.0 + f64::EPSILON])[1], "θ = 1.0000000000000002°");
-        assert_eq!([short(0.0), short(1.25e-7), short(12345.6)], ["0", "1.250e-7", "12346"]);
     }
 }

@@ -13,13 +13,14 @@ mod write;
 
 use std::sync::atomic::AtomicBool;
 
-use crate::backend::{Backend, Choice, Work};
+use crate::backend::{Backend, Choice};
 use crate::census::needed::Needed;
 use crate::curve::both;
 use crate::error::Error;
 use crate::optimise::evaluate::Scorer;
 use crate::optimise::run::{no_axes, precise};
 use crate::optimise::score::{Goal, Score};
+use crate::plan::pays;
 use crate::progress::Progress;
 use crate::scene::search::{Budget, Limits, Objective, Places, Search};
 use crate::scene::{BackendChoice, Contact, Layout, RunOptions, Setup, Study, Theory};
@@ -137,7 +138,7 @@ pub fn choice(options: &RunOptions, study: &Study) -> Result<Choice, Error> {
         choice.backend.reason = FEW.into();
         return Ok(choice);
     }
-    Choice::for_work(options, Work::of_study(study, options))
+    Choice::for_work(options, pays::of_study(study, options))
 }
 
 /// The best drive within `ends` of the one whisker of `study`, over its distances, and what the other estimator would give; nothing is

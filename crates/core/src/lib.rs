@@ -5,6 +5,7 @@
 pub mod combinations;
 pub mod contact;
 pub mod design;
+pub mod digits;
 pub mod error;
 pub mod estimate;
 pub mod excerpt;

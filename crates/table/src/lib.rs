@@ -1,6 +1,7 @@
 //! Where results go: tables, the result folder, `run.json`.
 
 pub mod fact;
+pub mod fields;
 pub mod folder;
 pub mod format;
 pub mod frame;

@@ -2,11 +2,11 @@
 
 use std::fmt::Write;
 
+use crate::digits::short;
 use crate::error::Error;
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path as Drawn};
 use crate::locate::next::{Next, Tried};
 use crate::locate::sequence::SHIFT;
-use crate::report::quantity::short;
 use crate::scene::Drive;
 use crate::sink::frame::Frame;
 use crate::sink::heading::heading;

@@ -7,7 +7,6 @@ use indexmap::IndexSet;
 use super::answer;
 use super::content::Content;
 use super::designs::front;
-use super::quantity;
 use super::source::Source;
 use crate::error::{Error, InputError};
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path, series};
@@ -92,7 +91,7 @@ fn precision(work: &Frame, peers: Option<&Frame>) -> Result<Figure, InputError> 
             let (rate, error) = (peers.numbers("taps_per_second")?, peers.numbers(theirs)?);
             for r in peers.rows(|r| !peers.word("name", r).starts_with("vibrissa") && error[r] > 0.0) {
                 if 1e9 / rate[r] > SLOWEST {
-                    let seconds = quantity::short(1.0 / rate[r]);
+                    let seconds = crate::digits::short(1.0 / rate[r]);
                     beyond.push(format!("{} at {seconds} s a tap", peers.word("name", r)));
                     continue;
                 }

@@ -1,0 +1,334 @@
+//! Which backend runs: what was asked, what the machine has, and why the one was taken.
+
+mod drivers;
+
+use std::fmt::Write;
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use crate::error::{Error, InputError};
+use crate::evaluate::Method;
+use crate::kernel::{
+    Rung, Solver,
+    cpu::Cpu,
+    gpu::{self, Adapter, Gpu, Log},
+    rule::smallest_tolerance,
+};
+use crate::scene::{BackendChoice, Model, Precision, RunOptions, Written};
+use drivers::found;
+pub use drivers::{adapters, answer, ask_by, look};
+
+/// The backend taken, in words and numbers; part of `run.json`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Backend {
+    /// gpu, cpu or reference.
+    pub name: &'static str,
+    /// Why this one.
+    pub reason: String,
+    /// Adapter's name.
+    pub adapter: Option<String>,
+    /// Driver and version.
+    pub driver: Option<String>,
+    /// f32 or f64.
+    pub precision: &'static str,
+    /// Bound on the strain error; none for the reference, which ignores it.
+    pub tolerance: Option<f64>,
+    /// CPU threads.
+    pub threads: usize,
+    /// Instruction set of the CPU kernels.
+    pub instructions: Option<&'static str>,
+    /// Whether the adapter runs on the CPU.
+    #[serde(skip)]
+    pub software: bool,
+    /// What was checked of the device, and what it did wrong.
+    #[serde(skip_serializing_if = "Log::is_empty")]
+    pub device: Log,
+}
+
+/// A backend chosen but not opened.
+#[derive(Debug)]
+pub struct Choice {
+    /// What will run.
+    pub backend: Backend,
+    /// Seconds it took to look for adapters and to open one.
+    pub seconds: f64,
+    precision: Precision,
+    adapter: Option<Adapter>,
+    /// Whether the device is compared with the CPU and hands over to it.
+    watched: bool,
+    /// The device, where it has been opened.
+    opened: Mutex<Option<Gpu>>,
+}
+
+/// Seconds of all CPU threads below which no driver is asked: to ask it, to open the device and to compile a shader takes 0.5 to 2 s on an H100
+/// beside 16 threads (results/2026-11-27-h100/before.md).
+pub const PAYS: f64 = 2.0;
+
+/// Address space below which `auto` asks no driver, bytes: where it ends they fail, abort or crash, lavapipe from some 1 GB on
+/// with two threads and with more of each.
+const ROOM: u64 = 8 << 30;
+
+/// Why no driver is to be asked: the address space is limited (`ulimit -v`).
+pub fn cramped() -> Option<String> {
+    // Only Linux has the file, and only there the limit matters.
+    let limits = std::fs::read_to_string("/proc/self/limits").ok()?;
+    let line = limits.lines().find_map(|l| l.strip_prefix("Max address space"))?;
+    let bytes: u64 = line.split_whitespace().next()?.parse().ok()?;
+    let room = bytes as f64 / 1e9;
+    (bytes < ROOM).then(|| {
+        format!("the address space is limited to {room:.1} GB (ulimit -v), too little for a GPU driver")
+    })
+}
+
+impl Backend {
+    /// The warnings of a spec and what its device did wrong.
+    pub fn warnings(&self, of_spec: &[String]) -> Vec<String> {
+        [of_spec, &self.device.get().words[..]].concat()
+    }
+
+    /// What the comparison of its device with the CPU found, and what the device did wrong, a line each; nothing without a device.
+    pub fn compared(&self) -> String {
+        let told = self.device.get();
+        let mut text = String::new();
+        if told.compared_taps > 0 {
+            let (taps, worst) = (told.compared_taps, told.compared_worst);
+            let _ = writeln!(
+                text,
+                "{taps} taps of the GPU compared with the CPU: strain errors up to {worst:.2} of the tolerance"
+            );
+        }
+        told.words.iter().for_each(|words| text += &format!("GPU: {words}\n"));
+        text
+    }
+}
+
+impl Choice {
+    /// Tolerance of a chart that stands in for the kernel; `None` where each tap must be solved: by the reference, and in f64.
+    pub fn chart_tolerance(&self) -> Option<f64> {
+        self.backend.tolerance.filter(|_| self.precision == Precision::F32)
+    }
+
+    /// Decides from the options; looks for adapters only where one may be used. What `auto` takes has been opened: where that
+    /// fails it is the CPU, and the reason says why.
+    pub fn new(options: &RunOptions) -> Result<Self, Error> {
+        let begun = Instant::now();
+        let choice = Self::found(options)?;
+        Ok(Self { seconds: begun.elapsed().as_secs_f64(), ..choice })
+    }
+
+    /// As [`Self::new`]; `auto` takes the CPU where a device does not pay: for work of few `seconds` of all CPU threads.
+    pub fn for_work(options: &RunOptions, seconds: f64) -> Result<Self, Error> {
+        let free = matches!(options.backend, None | Some(BackendChoice::Auto)) && options.adapter.is_none();
+        if free && seconds < PAYS && gpu::forked().is_none() {
+            return Self::instead(options, "too short a run to look for a GPU".into());
+        }
+        Self::new(options)
+    }
+
+    fn found(options: &RunOptions) -> Result<Self, Error> {
+        let asked = options.backend.unwrap_or(BackendChoice::Auto);
+        let wanted = asked == BackendChoice::Gpu || asked == BackendChoice::Auto && options.adapter.is_some();
+        if let Some(why) = gpu::forked().filter(|_| wanted) {
+            return Err(Error::Run(why.into()));
+        }
+        match asked {
+            BackendChoice::Cpu | BackendChoice::Reference => Self::among(options, &[]),
+            BackendChoice::Gpu => Self::among(options, &adapters(true)?)?.opened(),
+            BackendChoice::Auto if options.adapter.is_some() => {
+                Self::among(options, &adapters(true)?)?.opened()
+            }
+            BackendChoice::Auto => {
+                if let Some(why) = cramped().or(gpu::forked().map(str::to_owned)) {
+                    return Self::instead(options, why);
+                }
+                // Without hardware this process asks no driver.
+                if let Some((seen, faults)) = found()
+                    && seen.iter().all(|(.., software)| *software)
+                {
+                    let software = seen.iter().map(|(name, ..)| name.as_str());
+                    return Self::instead(options, no_hardware(software, faults));
+                }
+                let (adapters, faults) = look();
+                if adapters.iter().all(|a| a.software) {
+                    let software = adapters.iter().map(|a| a.name.as_str());
+                    return Self::instead(options, no_hardware(software, &faults));
+                }
+                faults.iter().for_each(|why| gpu::hear(why));
+                let opened = Self::among(options, &adapters)?.opened();
+                opened.or_else(|why| Self::instead(options, format!("the GPU does not open: {why}")))
+            }
+        }
+    }
+
+    /// The CPU where `auto` cannot take a GPU, as `why` says.
+    fn instead(options: &RunOptions, why: String) -> Result<Self, Error> {
+        let mut cpu = Self::among(&RunOptions { adapter: None, ..options.clone() }, &[])?;
+        cpu.backend.reason = why;
+        Ok(cpu)
+    }
+
+    /// With its device, if it has one, opened and watched: compared with the CPU, to which it hands over what it fails to do.
+    fn opened(self) -> Result<Self, Error> {
+        let watched = Self { watched: true, ..self };
+        let opened = watched.adapter.as_ref().map(|adapter| watched.device(adapter)).transpose()?;
+        Ok(Self { opened: Mutex::new(opened), ..watched })
+    }
+
+    fn device(&self, adapter: &Adapter) -> Result<Gpu, Error> {
+        let gpu = Gpu::new(adapter.clone(), self.precision)?;
+        Ok(if self.watched { gpu.watched(self.backend.device.clone()) } else { gpu })
+    }
+
+    /// As [`Self::new`] on a machine with these adapters, of which the one taken is not watched: what it does wrong ends the run, or shows.
+    pub fn among(options: &RunOptions, adapters: &[Adapter]) -> Result<Self, Error> {
+        let asked = options.backend.unwrap_or(BackendChoice::Auto);
+        let precision = options.precision.unwrap_or(Precision::F32);
+        let name = options.adapter.as_deref();
+        let found = gpu::pick(adapters, name);
+        if let (Some(name), None, BackendChoice::Auto | BackendChoice::Gpu) = (name, &found, asked) {
+            let error = InputError::new("no adapter has this in its name").allowed(names(adapters));
+            return Err(placed(error, "adapter", name, options.adapter_at.as_ref()).into());
+        }
+        let usable = |a: &Adapter| precision == Precision::F32 || a.f64;
+        let (name, adapter, reason) = match (asked, found) {
+            (BackendChoice::Reference, _) => ("reference", None, "asked for".to_owned()),
+            (BackendChoice::Cpu, _) => ("cpu", None, "asked for".to_owned()),
+            (BackendChoice::Gpu, None) => {
+                let why = "no Vulkan, Metal or DirectX 12 adapter was found on this machine";
+                let allowed = "auto, cpu, reference; or install a driver (Debian: mesa-vulkan-drivers)";
+                return Err(InputError::new(why).key("--backend").value("gpu").allowed(allowed).into());
+            }
+            (BackendChoice::Gpu, Some(a)) if !usable(&a) => {
+                let error = InputError::new(format!("the shaders of {} have no f64", a.name));
+                let error = error.key("--precision").value("f64");
+                return Err(error.allowed("f32, or --backend cpu --precision f64").into());
+            }
+            (BackendChoice::Gpu, Some(a)) => ("gpu", Some(a), "asked for".to_owned()),
+            (BackendChoice::Auto, None) => ("cpu", None, no_hardware([].into_iter(), &[])),
+            // One that is named is asked for.
+            (BackendChoice::Auto, Some(a)) if a.software && options.adapter.is_none() => {
+                ("cpu", None, no_hardware(adapters.iter().map(|a| a.name.as_str()), &[]))
+            }
+            (BackendChoice::Auto, Some(a)) if !usable(&a) => ("cpu", None, format!("{} has no f64", a.name)),
+            (BackendChoice::Auto, Some(a)) => {
+                let reason = if options.adapter.is_some() { "asked for" } else { "hardware adapter" };
+                ("gpu", Some(a), reason.to_owned())
+            }
+        };
+        let precision = if name == "reference" { Precision::F64 } else { precision };
+        let tolerance = tolerance(options, precision).map(|t| Some(t).filter(|_| name != "reference"))?;
+        let threads = rayon::current_num_threads();
+        let backend = Backend {
+            name,
+            reason,
+            adapter: adapter.as_ref().map(|a| a.name.clone()),
+            driver: adapter.as_ref().map(|a| a.driver.clone()),
+            precision: if precision == Precision::F32 { "f32" } else { "f64" },
+            tolerance,
+            threads,
+            instructions: (name == "cpu").then(Cpu::instructions),
+            software: adapter.as_ref().is_some_and(|a| a.software),
+            device: Log::default(),
+        };
+        let opened = Mutex::default();
+        Ok(Self { backend, seconds: 0.0, precision, adapter, watched: false, opened })
+    }
+
+    /// Opens the device for taps of `model`.
+    pub fn open(&self, model: &Model) -> Result<Method, Error> {
+        if self.backend.tolerance.is_none() {
+            return Ok(Method::Reference);
+        }
+        Ok(self.method(self.solver()?, model))
+    }
+
+    /// Opens the device of a fast kernel; it serves any model.
+    pub fn solver(&self) -> Result<Box<dyn Solver>, Error> {
+        let Some(adapter) = &self.adapter else { return Ok(Box::new(Cpu::new(self.precision))) };
+        let opened = self.opened.lock().unwrap_or_else(PoisonError::into_inner).take();
+        Ok(Box::new(opened.map_or_else(|| self.device(adapter), Ok)?))
+    }
+
+    /// Solves taps of `model` with `solver`, which [`Self::solver`] has opened; the reference takes none.
+    pub fn method(&self, solver: Box<dyn Solver>, model: &Model) -> Method {
+        match self.backend.tolerance {
+            Some(tolerance) => {
+                let rungs = Rung::ladder(self.precision, &model.material, tolerance);
+                Method::Fast { solver, rungs, tolerance }
+            }
+            None => Method::Reference,
+        }
+    }
+}
+
+/// The tolerance in force; an error for one that the precision cannot reach.
+fn tolerance(options: &RunOptions, precision: Precision) -> Result<f64, InputError> {
+    let (default, least) = match precision {
+        Precision::F32 => (1e-5, smallest_tolerance(precision)),
+        Precision::F64 => (1e-8, smallest_tolerance(precision)),
+    };
+    let t = options.tolerance.unwrap_or(default);
+    let reference = options.backend == Some(BackendChoice::Reference);
+    if !reference && !(least..1.0).contains(&t) {
+        let hint = if precision == Precision::F32 { "; --precision f64 reaches 1e-10" } else { "" };
+        let error = InputError::new("this precision cannot keep such a tolerance")
+            .allowed(format!("{least:e} … 1 (exclusive){hint}"));
+        return Err(placed(error, "tolerance", t, options.tolerance_at.as_ref()));
+    }
+    Ok(t)
+}
+
+/// Why `auto` takes the CPU on a machine without a hardware adapter: its `software` ones, and what drivers did wrong.
+fn no_hardware<'a>(software: impl Iterator<Item = &'a str>, faults: &[String]) -> String {
+    let software: Vec<&str> = software.collect();
+    let mut why: Vec<String> = faults.to_vec();
+    match software[..] {
+        [] if faults.is_empty() => why.push("no Vulkan, Metal or DirectX 12 adapter".to_owned()),
+        [] => {}
+        _ => {
+            let all = software.join(" or ");
+            why.push(format!("no hardware adapter; --backend gpu takes the software adapter {all}"));
+        }
+    }
+    why.join("; ")
+}
+
+/// What there is to compute on: `adapters`, and the CPU; what drivers did wrong, in words.
+pub fn listed(adapters: &[Adapter], faults: &[String]) -> Value {
+    let one = |a: &Adapter| {
+        json!({
+            "name": a.name, "driver": a.driver, "api": a.api, "software": a.software, "f64": a.f64,
+            "max_binding_bytes": a.max_binding, "max_workgroups": a.max_workgroups, "features": a.features,
+        })
+    };
+    let cpu = json!({ "threads": rayon::current_num_threads(), "instructions": Cpu::instructions() });
+    json!({ "adapters": adapters.iter().map(one).collect::<Vec<_>>(), "faults": faults, "cpu": cpu })
+}
+
+/// Names of `adapters`.
+fn names(adapters: &[Adapter]) -> String {
+    match adapters {
+        [] => "nothing: this machine has no adapter".to_owned(),
+        some => some.iter().map(|a| a.name.as_str()).collect::<Vec<_>>().join(", "),
+    }
+}
+
+/// `error` of an option that was written in a spec, or on the command line.
+fn placed(
+    error: InputError,
+    option: &str,
+    value: impl std::fmt::Display,
+    at: Option<&Written>,
+) -> InputError {
+    match at {
+        None => error.key(format!("--{option}")).value(value),
+        Some(Written { file, text, line, span }) => error
+            .key(format!("run.{option}"))
+            .value(&text[span.clone()])
+            .at(file, Some(*line))
+            .snippet(text, span.clone()),
+    }
+}

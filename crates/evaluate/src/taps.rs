@@ -1,0 +1,291 @@
+//! Single taps, as often as they are asked for: each of a whisker of its own.
+//!
+//! On a CPU they are solved in blocks, each from whisker to outcome on one core, so that what lies between stays in its cache: it is
+//! ten times as large as what is asked and told.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
+
+use rayon::prelude::*;
+
+use crate::CHUNK;
+use crate::backend::{Backend, Choice};
+use crate::design::Design;
+use crate::error::{Error, InputError};
+use crate::evaluate::{
+    Evaluator, Input, Method, Outcome, Task, closed, closed_gradient, gradient, is_closed,
+};
+use crate::kernel::Rung;
+use crate::kernel::frames::{Framed, Framing};
+use crate::scene::{RunOptions, Setup, Tuple};
+
+/// Taps of a block on a CPU: a work item of the kernel.
+const BLOCK: usize = 1024;
+
+/// Taps of a work item of derivatives.
+const FEW: usize = 32;
+
+/// What solves taps of one setup, from any thread.
+pub struct Taps {
+    setup: Setup,
+    choice: Choice,
+    /// How taps are framed in lanes, where they are.
+    framing: Option<Framing>,
+    /// Opened, and not in use just now.
+    workers: Mutex<Vec<Worker>>,
+    /// With the charts of the first, for all.
+    rungs: OnceLock<Vec<Rung>>,
+}
+
+/// Refuses poles that tilt, and lean, where `setup` has no taps at them.
+///
+/// # Errors
+/// Why.
+pub fn refuse(setup: &Setup, leaning: [bool; 2]) -> Result<(), InputError> {
+    let Some(why) = setup.forbids(leaning) else { return Ok(()) };
+    let key = if leaning[0] { "tilt" } else { "lean" };
+    Err(InputError::new(why).key(key).allowed("0, or contact=\"frictionless\""))
+}
+
+/// What one thread solves with, and room for it.
+struct Worker {
+    method: Method,
+    designs: Vec<Design>,
+    tasks: Vec<Task>,
+    framed: Framed,
+}
+
+impl Taps {
+    /// Of `setup`, where `options` say.
+    ///
+    /// # Errors
+    /// A backend that the machine does not have; a tolerance that it cannot keep.
+    pub fn new(setup: Setup, options: &RunOptions) -> Result<Self, Error> {
+        let choice = Choice::new(options)?;
+        let framing = Framing::new(&setup).filter(|_| choice.backend.adapter.is_none());
+        Ok(Self { setup, choice, framing, workers: Mutex::default(), rungs: OnceLock::new() })
+    }
+
+    /// What all taps share.
+    pub fn setup(&self) -> &Setup {
+        &self.setup
+    }
+
+    /// Where they are solved.
+    pub fn backend(&self) -> &Backend {
+        &self.choice.backend
+    }
+
+    /// Opens what solves them, once more.
+    ///
+    /// # Errors
+    /// A device that does not open.
+    pub fn method(&self) -> Result<Method, Error> {
+        let mut method = self.choice.open(&self.setup.model)?;
+        if let Method::Fast { rungs, .. } = &mut method {
+            let charted = || {
+                rungs.first().map(Rung::chart);
+                rungs.clone()
+            };
+            *rungs = self.rungs.get_or_init(charted).clone();
+        }
+        Ok(method)
+    }
+
+    /// Solves as many taps as `out` has places, `tap(i)` (mm, degrees or mm) being tap i, and writes what `read` reads of their outcomes. A
+    /// tap without a solution says so in its status.
+    ///
+    /// # Errors
+    /// Threads or kernels that fail.
+    pub fn solve<T: Send>(
+        &self,
+        tap: impl Fn(usize) -> Tuple + Sync,
+        read: impl Fn(&Outcome) -> T + Sync,
+        out: &mut [T],
+    ) -> Result<(), Error> {
+        self.in_blocks(out, |at, out| {
+            let one = |_: &Design, _: &Task, outcome: &Outcome, place: &mut T| *place = read(outcome);
+            self.block(|i| tap(at + i), BLOCK, &one, out)
+        })
+    }
+
+    /// The same with derivatives by `inputs` ([`gradient`]) of those `numbers` of each outcome, into `slopes`: of tap after tap, of number after number,
+    /// by input after input.
+    ///
+    /// # Errors
+    /// As [`Self::solve`].
+    pub fn gradients<T: Send>(
+        &self,
+        tap: impl Fn(usize) -> Tuple + Sync,
+        (inputs, numbers): (&[Input], &[usize]),
+        read: impl Fn(&Outcome) -> T + Sync,
+        out: &mut [T],
+        slopes: &mut [f64],
+    ) -> Result<(), Error> {
+        let mut places = beside(out, slopes, inputs.len() * numbers.len());
+        let one = |design: &Design, task: &Task, outcome: &Outcome, place: &mut (&mut T, &mut [f64])| {
+            *place.0 = read(outcome);
+            gradient(&self.setup, (design, task, outcome), inputs, numbers, place.1);
+        };
+        self.in_blocks(&mut places, |at, out| self.block(|i| tap(at + i), FEW, &one, out))
+    }
+
+    /// Strains, and their derivatives by `inputs` into `slopes`: of tap after tap, by input after input.
+    ///
+    /// # Errors
+    /// As [`Self::solve`].
+    pub fn strain_gradients(
+        &self,
+        tap: impl Fn(usize) -> Tuple + Sync,
+        inputs: &[Input],
+        out: &mut [f64],
+        slopes: &mut [f64],
+    ) -> Result<(), Error> {
+        if is_closed(&self.setup) {
+            let open = AtomicBool::new(false);
+            let mut places = beside(out, slopes, inputs.len());
+            self.in_blocks(&mut places, |at, places| {
+                for (i, (strain, slopes)) in places.iter_mut().enumerate() {
+                    match closed_gradient(&self.setup, &tap(at + i), inputs, slopes) {
+                        Some(found) => **strain = found,
+                        None => open.store(true, Ordering::Relaxed),
+                    }
+                }
+                Ok(())
+            })?;
+            if !open.into_inner() {
+                return Ok(());
+            }
+        }
+        self.gradients(tap, (inputs, &[0]), |outcome| outcome.strain, out, slopes)
+    }
+
+    /// Solves as many taps as `out` has places, as [`Self::solve`], and writes their strains.
+    ///
+    /// # Errors
+    /// Threads or kernels that fail.
+    pub fn strains(&self, tap: impl Fn(usize) -> Tuple + Sync, out: &mut [f64]) -> Result<(), Error> {
+        if is_closed(&self.setup) {
+            return self.closed(&tap, out);
+        }
+        match &self.framing {
+            Some(framing) => self.in_blocks(out, |at, out| self.lanes(framing, |i| tap(at + i), out)),
+            None => self.solve(tap, |outcome| outcome.strain, out),
+        }
+    }
+
+    /// Strains of closed forms, in blocks.
+    fn closed(&self, tap: impl Fn(usize) -> Tuple + Sync, out: &mut [f64]) -> Result<(), Error> {
+        self.in_blocks(out, |at, out| {
+            let mut others = Vec::new();
+            for (i, place) in out.iter_mut().enumerate() {
+                match closed(&self.setup, &tap(at + i)) {
+                    Some(strain) => *place = strain,
+                    None => others.push(i),
+                }
+            }
+            if others.is_empty() {
+                return Ok(());
+            }
+            let mut strains = vec![f64::NAN; others.len()];
+            self.block(|k| tap(at + others[k]), BLOCK, &strain, &mut strains)?;
+            others.iter().zip(strains).for_each(|(&i, strain)| out[i] = strain);
+            Ok(())
+        })
+    }
+
+    /// Does `one` for each block of `out`, which it is told the begin of.
+    fn in_blocks<T: Send>(
+        &self,
+        out: &mut [T],
+        one: impl Fn(usize, &mut [T]) -> Result<(), Error> + Sync,
+    ) -> Result<(), Error> {
+        let on_cpu = self.choice.backend.adapter.is_none();
+        let size = if on_cpu { BLOCK } else { CHUNK as usize };
+        let one = |(k, out): (usize, &mut [T])| one(k * size, out);
+        match on_cpu && out.len() > size {
+            true => out.par_chunks_mut(size).enumerate().try_for_each(one),
+            false => out.chunks_mut(size).enumerate().try_for_each(one),
+        }
+    }
+
+    fn idle(&self) -> MutexGuard<'_, Vec<Worker>> {
+        self.workers.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// An idle worker, or a new one.
+    fn worker(&self) -> Result<Worker, Error> {
+        let waiting = self.idle().pop();
+        let new = || {
+            Ok(Worker {
+                method: self.method()?,
+                designs: Vec::new(),
+                tasks: Vec::new(),
+                framed: Framed::default(),
+            })
+        };
+        waiting.map_or_else(new, Ok)
+    }
+
+    /// A block of strains whose taps are framed in lanes, but for those that are not.
+    fn lanes(
+        &self,
+        framing: &Framing,
+        tap: impl Fn(usize) -> Tuple + Sync,
+        out: &mut [f64],
+    ) -> Result<(), Error> {
+        let Worker { method, designs, tasks, mut framed } = self.worker()?;
+        let dimensions = |i: usize| {
+            let t = tap(i);
+            let upright = if t.direction().is_upright() { t.a } else { f64::NAN };
+            [t.D, t.d, t.L_a, t.x_ss, t.l, upright, t.drive]
+        };
+        framing.frame(out.len(), dimensions, &mut framed);
+        let mut evaluator = Evaluator::new(&self.setup, method);
+        let open = evaluator.strains(&framed, out)?;
+        self.idle().push(Worker { method: evaluator.into_method(), designs, tasks, framed });
+        if open.is_empty() {
+            return Ok(());
+        }
+        let mut others = vec![f64::NAN; open.len()];
+        self.block(|k| tap(open[k]), BLOCK, &strain, &mut others)?;
+        open.iter().zip(others).for_each(|(&i, strain)| out[i] = strain);
+        Ok(())
+    }
+
+    fn block<T: Send>(
+        &self,
+        tap: impl Fn(usize) -> Tuple + Sync,
+        item: usize,
+        read: &(impl Fn(&Design, &Task, &Outcome, &mut T) + Sync),
+        out: &mut [T],
+    ) -> Result<(), Error> {
+        let Worker { method, mut designs, mut tasks, framed } = self.worker()?;
+        let places = || (0..out.len()).into_par_iter().with_min_len(BLOCK);
+        places().map(|i| Design::new(&self.setup, tap(i))).collect_into_vec(&mut designs);
+        let task = |i: usize| Task::of(i as u32, &designs[i].tuple);
+        places().map(task).collect_into_vec(&mut tasks);
+        let mut evaluator = Evaluator::new(&self.setup, method);
+        let outcomes = evaluator.run(&designs, &tasks)?;
+        let solved = designs.par_iter().zip(&tasks).zip(&outcomes);
+        let told = out.par_iter_mut().with_min_len(item).zip(solved);
+        told.for_each(|(place, ((design, task), outcome))| read(design, task, outcome, place));
+        self.idle().push(Worker { method: evaluator.into_method(), designs, tasks, framed });
+        Ok(())
+    }
+}
+
+/// Each place with its own `width` slopes.
+fn beside<'a, T>(out: &'a mut [T], slopes: &'a mut [f64], width: usize) -> Vec<(&'a mut T, &'a mut [f64])> {
+    let mut rest = slopes;
+    let own = |place| {
+        let (own, others) = std::mem::take(&mut rest).split_at_mut(width);
+        rest = others;
+        (place, own)
+    };
+    out.iter_mut().map(own).collect()
+}
+
+fn strain(_: &Design, _: &Task, outcome: &Outcome, place: &mut f64) {
+    *place = outcome.strain;
+}

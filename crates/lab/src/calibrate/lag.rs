@@ -1,0 +1,230 @@
+//! Whether the readings of a file lag, by the likelihood of `learned`: gain and time constant are looked for where the file has times,
+//! and kept only where distances left out are told better with them.
+
+use std::sync::Arc;
+
+use vibrissa_learned::fit::{Fit, From, Task, fit};
+use vibrissa_learned::rows::Row;
+
+use super::Calibrated;
+use crate::digits::short;
+use crate::estimator::LEARNED;
+use crate::estimator::learnt::Learnt;
+use crate::measure::Data;
+use crate::measure::lag::{Lag, MOST};
+
+/// Likelihood, in ln, by which a lag must be better than none: of the two numbers of a lag about 3, and its time constant is searched for.
+const WORTH: f64 = 6.0;
+/// Standard deviation of gains before anything is known of them.
+const PRIOR: f64 = 0.1;
+/// Gains at which the likelihood is looked at first.
+const STEP: f64 = 0.03;
+/// Parabolas by which the best gain is found at most.
+const PARABOLAS: usize = 8;
+/// Time constants from half a usual time between rows up to half of the record, each so many times the one before.
+const FACTOR: f64 = 3.0;
+/// Most cells of a side, and rows of a file, of which a lag is looked for.
+const MANY: [usize; 2] = [600, 20_000];
+
+/// The lag of `data`, which were calibrated into `found`, without one or with one that is looked for anew; `None` where they tell none.
+pub fn search(data: &Data, found: &Calibrated) -> Option<Lag> {
+    let [cells, rows] = MANY;
+    let wraps = found.calibration.zero.as_ref().is_some_and(|z| z.wraps);
+    let few = found.learnt.iter().all(|l| l.fit.cells.len() <= cells) && data.rows.len() <= rows;
+    if !data.timed || wraps || !few || data.beside.second.is_some() {
+        return None;
+    }
+    let mut search = Search { data, found, fits: found.learnt.iter().map(|l| l.fit.clone()).collect() };
+    let none = search.likelihood(None, true)?.0;
+    let mut best: Option<(f64, Lag)> = None;
+    for tau_s in time_constants(data) {
+        if let Some((value, lag)) = search.peak(tau_s, 0.0)
+            && best.is_none_or(|(most, _)| value > most)
+        {
+            best = Some((value, lag));
+        }
+    }
+    let (value, mut lag) = best?;
+    // The noise of a fit without the lag holds all of it: any trace is worth a second look.
+    if value < search.likelihood(None, false)?.0 + 0.5 * WORTH {
+        return None;
+    }
+    for _ in 0..2 {
+        let (_, fits) = search.likelihood(Some(&lag), true)?;
+        search.fits = fits;
+        lag = search.finer(lag)?;
+    }
+    let (value, _) = search.likelihood(Some(&lag), true)?;
+    (value > none + WORTH).then(|| search.with_errors(lag))
+}
+
+/// The same lag, as rows say that were judged and learned with it taken out.
+pub fn again(data: &Data, found: &Calibrated, lag: Lag) -> Lag {
+    let fits = found.learnt.iter().map(|l| l.fit.clone()).collect();
+    let search = Search { data, found, fits };
+    search.finer(lag).map_or(lag, |lag| search.with_errors(lag))
+}
+
+/// Time constants that such times can tell, seconds.
+fn time_constants(data: &Data) -> Vec<f64> {
+    let steps = || data.rows.windows(2).filter(|w| w[0].run == w[1].run).map(|w| w[1].t - w[0].t);
+    let mut gaps: Vec<f64> = steps().filter(|dt| *dt > 0.0).collect();
+    if gaps.is_empty() {
+        return Vec::new();
+    }
+    let first = 0.5 * crate::reduce::median(&mut gaps);
+    let last = 0.5 * gaps.iter().sum::<f64>();
+    std::iter::successors(Some(first), |tau| Some(tau * FACTOR)).take_while(|tau| *tau <= last).collect()
+}
+
+struct Search<'a> {
+    data: &'a Data,
+    found: &'a Calibrated,
+    /// Of each side, whose learned numbers are held.
+    fits: Vec<Arc<Fit>>,
+}
+
+impl Search<'_> {
+    /// ln of the likelihood of all readings with `lag`, and the fits of all sides: with the learned numbers of the fits before, or those that
+    /// are `learned` anew.
+    fn likelihood(&self, lag: Option<&Lag>, learned: bool) -> Option<(f64, Vec<Arc<Fit>>)> {
+        let settled = lag.map(|lag| lag.settle(self.data));
+        let mut sum = lag.map_or(0.0, |lag| -0.5 * (lag.gain / PRIOR).powi(2));
+        let mut fits = Vec::new();
+        for (learnt, held) in self.found.learnt.iter().zip(&self.fits) {
+            let rows = settled.as_ref().map(|s| self.rows(learnt, s));
+            let from = if learned { From::Near(held) } else { From::Held(held) };
+            let of = |task: &Task<'_>| {
+                let task = Task { rows: rows.as_deref().unwrap_or(task.rows), ..*task };
+                fit(&task, &learnt.places, from, false)
+            };
+            let found = learnt.task(of).ok()?;
+            sum += found.evidence;
+            // A reading is a share of what it settles to.
+            let share = |k: &usize| settled.as_ref().map_or(0.0, |s| (1.0 - s[learnt.lines[*k]].1).ln());
+            sum -= learnt.places.iter().map(share).sum::<f64>();
+            fits.push(Arc::new(found));
+        }
+        sum.is_finite().then_some((sum, fits))
+    }
+
+    /// Rows of a side with what their readings settle to.
+    fn rows(&self, learnt: &Learnt, settled: &[(f64, f64)]) -> Vec<Row> {
+        let factor = self.found.calibration.rig.setup.gauge.factor;
+        let unit = self.data.unit;
+        let row = |(row, place): (&Row, &usize)| {
+            let row_of = &self.data.rows[*place];
+            let [now, then] = [settled[*place].0, row_of.value - row_of.late].map(|x| unit.strain(x, factor));
+            Row { y: row.y + learnt.sign * (now - then), ..*row }
+        };
+        learnt.rows.iter().zip(&learnt.lines).map(row).collect()
+    }
+
+    /// Likelihood and gain of the time constant `tau_s`: tops of parabolas, each about the one before, from the gain `at` on.
+    fn peak(&self, tau_s: f64, mut at: f64) -> Option<(f64, Lag)> {
+        let (mut step, mut best): (f64, Option<(f64, Lag)>) = (STEP, None);
+        for _ in 0..PARABOLAS {
+            let of = |gain: f64| Lag { gain, sigma_gain: 0.0, tau_s, sigma_tau_s: 0.0 };
+            let value = |gain: f64| self.likelihood(Some(&of(gain)), false).map(|l| l.0);
+            let [below, here, above] = [value(at - step)?, value(at)?, value(at + step)?];
+            let bend = (2.0 * here - below - above) / (step * step);
+            if bend.is_nan() || bend <= 0.0 {
+                return best;
+            }
+            let moved = (0.5 * (above - below) / step / bend).clamp(-5.0 * STEP, 5.0 * STEP);
+            at = (at + moved).clamp(step - MOST, MOST - step);
+            let found = (value(at)?, Lag { sigma_gain: bend.sqrt().recip(), ..of(at) });
+            if best.is_none_or(|(most, _)| found.0 >= most) {
+                best = Some(found);
+            }
+            if moved.abs() < 0.1 / bend.sqrt() {
+                break;
+            }
+            step = (3.0 / bend.sqrt()).min(0.5 * STEP);
+        }
+        best
+    }
+
+    /// With the standard errors of both numbers, from the bend of the likelihood over gain and ln τ.
+    fn with_errors(&self, lag: Lag) -> Lag {
+        let step = [lag.sigma_gain.max(1e-6), 0.1];
+        let at = |i: f64, k: f64| {
+            let moved = Lag { gain: lag.gain + i * step[0], tau_s: lag.tau_s * (k * step[1]).exp(), ..lag };
+            self.likelihood(Some(&moved), false).map_or(f64::NAN, |l| l.0)
+        };
+        let here = at(0.0, 0.0);
+        let bend = |p: f64, q: f64, h: f64| (2.0 * here - p - q) / (h * h);
+        let gg = bend(at(1.0, 0.0), at(-1.0, 0.0), step[0]);
+        let tt = bend(at(0.0, 1.0), at(0.0, -1.0), step[1]);
+        let gt = -(at(1.0, 1.0) - at(1.0, -1.0) - at(-1.0, 1.0) + at(-1.0, -1.0)) / (4.0 * step[0] * step[1]);
+        let det = gg * tt - gt * gt;
+        match det > 0.0 && gg > 0.0 {
+            true => Lag { sigma_gain: (tt / det).sqrt(), sigma_tau_s: lag.tau_s * (gg / det).sqrt(), ..lag },
+            // It bends along one direction only: the time constant is known to its range.
+            false => Lag { sigma_tau_s: lag.tau_s, ..lag },
+        }
+    }
+
+    /// The best time constant near that of `lag`, by golden sections of its logarithm.
+    fn finer(&self, lag: Lag) -> Option<Lag> {
+        const GOLDEN: f64 = 0.381_966;
+        let peak = |x: f64| self.peak(x.exp(), lag.gain);
+        let (mut lo, mut hi) = (lag.tau_s.ln() - FACTOR.ln(), lag.tau_s.ln() + FACTOR.ln());
+        let mut best = self.peak(lag.tau_s, lag.gain)?;
+        let [mut p, mut q] = [lo + GOLDEN * (hi - lo), hi - GOLDEN * (hi - lo)];
+        let (mut of_p, mut of_q) = (peak(p)?, peak(q)?);
+        for _ in 0..8 {
+            for found in [of_p, of_q] {
+                if found.0 > best.0 {
+                    best = found;
+                }
+            }
+            if of_p.0 > of_q.0 {
+                (hi, q, of_q) = (q, p, of_p);
+                p = lo + GOLDEN * (hi - lo);
+                of_p = peak(p)?;
+            } else {
+                (lo, p, of_p) = (p, q, of_q);
+                q = hi - GOLDEN * (hi - lo);
+                of_q = peak(q)?;
+            }
+        }
+        Some(best.1)
+    }
+}
+
+/// Whether distances left out are told better in `with` than in `without`.
+pub fn helps(with: &Calibrated, without: &Calibrated) -> bool {
+    errors(with).zip(errors(without)).is_some_and(|(with, without)| with < without)
+}
+
+/// Root mean square error on distances left out of all sides, mm.
+pub fn errors(found: &Calibrated) -> Option<f64> {
+    let mut errors = crate::reduce::Errors::default();
+    for side in &found.sides {
+        let held = side.held_out(LEARNED)?;
+        held.taps.iter().filter(|e| e.is_finite()).for_each(|e| errors.push(*e));
+    }
+    errors.rms()
+}
+
+/// `data` with what their readings lack by `lag`.
+pub fn settled(data: &Data, lag: &Lag) -> Data {
+    let mut data = data.clone();
+    let settled = lag.settle(&data);
+    data.rows.iter_mut().zip(settled).for_each(|(row, (value, _))| row.late = row.value - value);
+    data
+}
+
+/// What a user should know of it.
+pub fn warning(data: &Data, lag: &Lag, [without, with]: [f64; 2]) -> String {
+    format!(
+        "{}: the readings lag: {:.2} % (± {:.2} %) of a change comes with a time constant of {} s (± {}; two standard errors), or a part \
+         of the tap before stays so long. That was taken out (error on distances left out {without:.3} → {with:.3} mm); locate does so too where readings have their t_s, files of --export do not",
+        data.file,
+        100.0 * lag.gain,
+        200.0 * lag.sigma_gain,
+        short(lag.tau_s),
+        short(2.0 * lag.sigma_tau_s)
+    )
+}

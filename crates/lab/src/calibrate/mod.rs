@@ -1,0 +1,376 @@
+//! From measured strains to a calibration: the K table of the paper, four estimators, and which of them to believe.
+//!
+//! [`taps`](crate::estimator::taps) sorts the rows, `learn` learns the rig and sets aside what should not be believed,
+//! [`fit`](crate::estimator::fit) fits the model, [`held_out`](crate::estimator::held_out) judges every estimator on distances it has
+//! not seen, and [`side`] puts a side together.
+//!
+//! ```no_run
+//! use vibrissa::{calibrate::{calibrate, Options}, measure::{Data, Rig}};
+//! let data = Data::read("rig.csv".as_ref())?;
+//! let found = calibrate(&data, &Rig::read("whisker.toml".as_ref(), data.drive)?, &Options::default())?;
+//! println!("{} wins; noise {:e}", found.calibration.estimator, found.calibration.noise);
+//! # Ok::<(), vibrissa::error::Error>(())
+//! ```
+
+mod between;
+pub mod coverage;
+mod doubtful;
+mod lag;
+mod learn;
+pub mod order;
+pub mod output;
+pub mod planned;
+mod prepare;
+mod remarks;
+pub mod report;
+pub mod second;
+pub mod several;
+pub mod side;
+mod told;
+mod zero;
+
+pub use crate::estimator::reason::Reason;
+pub use side::SideResult;
+
+use crate::error::{Error, InputError};
+use crate::estimator::learnt::Learnt;
+use crate::estimator::model::exact::Extent;
+use crate::estimator::taps::{Tap, ZeroReading};
+use crate::estimator::{ALL, EXACT, Estimator, LEARNED};
+use crate::fields::plain;
+use crate::locate::Parameter;
+use crate::locate::calibration::{Calibration, FORMAT, Source};
+use crate::locate::locator::opener;
+use crate::measure::columns::may_drive;
+use crate::measure::group::Groups;
+use crate::measure::lag::Lag;
+use crate::measure::{Data, Rig, counts, unit, zero::Zero};
+use crate::scene::{Drive, RunOptions, Side};
+use crate::simulate;
+use prepare::Prepared;
+
+/// Times that a lag is looked for at most.
+const ROUNDS: usize = 5;
+
+/// What a user may say about a calibration.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// Drive of every tap where no column says: degrees, or mm.
+    pub drive: Option<f64>,
+    /// Widths within which distances, and drives, are one; by default from the data.
+    pub group: [Option<f64>; 2],
+    /// Parameters of the model to fit beside factor and drive offset.
+    pub fit: Vec<Parameter>,
+    /// Where models are solved.
+    pub run: RunOptions,
+    /// SHA-256 of the data file, for the record.
+    pub hash: String,
+}
+
+/// A calibration and everything it was judged by.
+#[derive(Debug, Clone)]
+pub struct Calibrated {
+    /// What `locate` needs.
+    pub calibration: Calibration,
+    /// Every row with a drive.
+    pub taps: Vec<Tap>,
+    /// Every zero reading.
+    pub zeros: Vec<ZeroReading>,
+    /// The zero that was subtracted.
+    pub zero: Zero,
+    /// Distances and drives that are one.
+    pub groups: [Groups; 2],
+    /// What was learned of each side.
+    pub learnt: Vec<Learnt>,
+    /// Standard error of a zero that nobody read, which may have drifted; 0 where it was read, or where nothing says what it is.
+    pub unread: f64,
+    /// One for each side.
+    pub sides: Vec<SideResult>,
+    /// The estimator that won.
+    pub winner: &'static dyn Estimator,
+    /// Things worth telling.
+    pub warnings: Vec<String>,
+}
+
+/// Calibrates the whisker of `rig` from `data`.
+///
+/// # Errors
+/// Data that no calibration can come from: no usable row, one distance only, units that cannot be, distances left out that no estimator
+/// tells, more than a fifth of the rows suspect; a backend that fails.
+pub fn calibrate(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Error> {
+    let plain = doubtful::judged(settled(data, rig, options), (data, rig, options), settled)?;
+    let Some(mut lag) = lag::search(data, &plain) else { return Ok(plain) };
+    let mut with;
+    let mut rounds = 0;
+    loop {
+        let data = lag::settled(data, &lag);
+        let Ok(found) = settled(&data, rig, options) else { return Ok(plain) };
+        with = found;
+        // With the lag taken out other rows are suspect, and less is noise.
+        let next = lag::again(&data, &with, lag);
+        rounds += 1;
+        if rounds == ROUNDS || (next.gain - lag.gain).abs() <= 0.3 * next.sigma_gain {
+            lag = Lag { gain: lag.gain, tau_s: lag.tau_s, ..next };
+            break;
+        }
+        lag = next;
+    }
+    if !lag::helps(&with, &plain) {
+        return Ok(plain);
+    }
+    let errors = [&plain, &with].map(|found| lag::errors(found).unwrap_or(f64::NAN));
+    with.warnings.push(lag::warning(data, &lag, errors));
+    with.calibration.lag = Some(lag);
+    Ok(with)
+}
+
+/// Calibrates from readings that have settled.
+fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Error> {
+    let mut rig = rig.clone();
+    let mut warnings = Vec::new();
+    let data = &data.rounded(options.group.map(|width| width == Some(0.0)));
+    let folded = unit::folded(data);
+    if folded.is_some() {
+        warnings.push(format!(
+            "{}: signals say that drives below 0 are taps to the other side: their size counts, of readings too",
+            data.file
+        ));
+    }
+    let data = folded.as_ref().unwrap_or(data);
+    check(data, &rig, options)?;
+    missing(data, &mut warnings);
+    if let Some(k) = rig.setup.estimate.k.take() {
+        warnings.push(format!(
+            "estimate.K = {} of the spec has no meaning here: K̄ comes from the data",
+            plain(k)
+        ));
+    }
+    let mut ignored = data.ignored.clone();
+    if rig.setup.gauge.second {
+        second::check(data)?;
+    } else {
+        ignored.extend(data.beside.names());
+    }
+    if simulate::BESIDE.iter().all(|name| ignored.iter().any(|n| n == name)) {
+        ignored.retain(|name| !simulate::BESIDE.contains(&name.as_str()));
+    }
+    if !ignored.is_empty() {
+        let mut text = format!("{}: ignored columns {}", data.file, ignored.join(", "));
+        if let Some(name) = ignored.iter().find(|n| data.drive.is_none() && may_drive(n)) {
+            text += &format!(
+                "; if {name} is the drive, --columns theta={name} (degrees) or delta={name} (mm) takes it as such"
+            );
+        }
+        warnings.push(text);
+    }
+    let open = opener(&options.run);
+    let Prepared { taps, zeros, zero, tared, groups, sides, recorded, origin, unread, no_exact } =
+        prepare::prepare(data, &mut rig, options, &open, &mut warnings)?;
+    let wrong = zeros.iter().filter(|z| z.reason == Some(Reason::ZeroOutlier));
+    let wrong: Vec<String> = wrong.map(|z| data.rows[z.place].line.to_string()).collect();
+    if !wrong.is_empty() {
+        let (n, lines) = (wrong.len(), named(&wrong));
+        warnings.push(format!(
+            "{}: {n} of {} zero readings are suspect and not used (lines {lines})",
+            data.file,
+            zeros.len()
+        ));
+    }
+    let noise = sides[0].2.noise();
+    let noise_from = "the model of all rows".to_owned();
+    rig.setup.gauge.noise_strain = Some(noise);
+    let mut results = Vec::new();
+    for (sign, gauge, learnt) in &sides {
+        let asked = side::Ask {
+            data,
+            rig: &rig,
+            taps: &taps,
+            sign: *sign,
+            gauge: *gauge,
+            noise,
+            recorded,
+            no_exact: no_exact.as_deref(),
+            learnt,
+            fit: &options.fit,
+        };
+        results.push(side::calibrate(&asked, &open)?);
+    }
+    let knows = |s: &SideResult| {
+        let rms = |e: &&'static dyn Estimator| s.held_out(*e).and_then(|h| h.rms(|_| true).0);
+        ALL.iter().filter_map(rms).any(|rms| rms < order::range(s))
+    };
+    if !results.iter().all(knows) {
+        return Err(remarks::nothing_known(data, &rig, &results).into());
+    }
+    warnings.extend(remarks::remarks(data, &taps, &results, &rig, unread));
+    let mut beside = None;
+    if rig.setup.gauge.second {
+        if let Some(side) = results.iter().find(|s| s.gauge == rig.setup.gauge.side) {
+            let ask = second::Ask { data, rig: &rig, taps: &taps, zeros: &zeros, side, noise };
+            beside = second::second(&ask, &open, &mut warnings)?;
+        } else {
+            warnings.push(format!(
+                "{}: the second gauge is not calibrated: no row is on the side of the gauge that the spec says",
+                data.file
+            ));
+        }
+    }
+    // Distance and tilt of two gauges are told by the model that has both.
+    let both = beside.is_some() && results.iter().all(|s| s.has(EXACT));
+    let winner = if both { EXACT } else { order::of(&results) };
+    if !both && winner.name() != LEARNED.name() {
+        warnings.push(format!(
+            "{}: learned tells distances that it has not seen no better than a guess of the middle, {} does: it answers by default",
+            data.file,
+            winner.name()
+        ));
+    }
+    let used = results.iter().map(|s| s.used).sum();
+    if !data.unit.is_absolute() {
+        // Noise of a reading is none of a strain; the calibration itself says it.
+        rig.setup.gauge.noise_strain = None;
+    }
+    let calibration = Calibration {
+        format: FORMAT,
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        checksum: String::new(),
+        estimator: winner.name().to_owned(),
+        signal: data.unit.column().to_owned(),
+        drive_recorded: recorded,
+        drive_origin: origin,
+        noise,
+        noise_from,
+        zero: Some(tared),
+        lag: None,
+        second: beside,
+        data: Source {
+            file: data.file.clone(),
+            hash: options.hash.clone(),
+            rows: taps.len(),
+            used,
+            zeros: zeros.len(),
+        },
+        rig,
+        sides: results.iter().map(|s| s.record.clone()).collect(),
+    };
+    let learnt = sides.into_iter().map(|s| s.2).collect();
+    Ok(Calibrated {
+        calibration,
+        taps,
+        zeros,
+        zero,
+        groups,
+        learnt,
+        unread,
+        sides: results,
+        winner,
+        warnings,
+    })
+}
+
+/// Names the values of `data` that stand for none.
+fn missing(data: &Data, warnings: &mut Vec<String>) {
+    let mut all = std::collections::BTreeMap::<String, Vec<String>>::new();
+    for m in &data.missing {
+        all.entry(format!("{} = {}", m.column, plain(m.value))).or_default().push(m.line.to_string());
+    }
+    warnings.extend(all.into_iter().map(|(value, lines)| {
+        format!("{}: {value} stands for no value and is not used (lines {})", data.file, named(&lines))
+    }));
+}
+
+/// The first of `lines`.
+fn named(lines: &[String]) -> String {
+    let more = if lines.len() > 8 { ", …" } else { "" };
+    lines[..lines.len().min(8)].join(", ") + more
+}
+
+/// Widths within which distances and drives are one: one for both, or two; none where nobody says.
+///
+/// # Errors
+/// Numbers that are no widths.
+pub fn widths(said: &[f64]) -> Result<[Option<f64>; 2], InputError> {
+    match said {
+        all if !all.iter().all(|w| *w >= 0.0 && w.is_finite()) || all.len() > 2 => {
+            let said = all.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
+            let error = InputError::new("these are no widths").key("--group").value(said);
+            Err(error.allowed("one number ≥ 0 (mm, and the unit of the drive), or two with a comma between; 0: equal values only"))
+        }
+        [] => Ok([None; 2]),
+        [both] => Ok([Some(*both); 2]),
+        [distance, drive, ..] => Ok([Some(*distance), Some(*drive)]),
+    }
+}
+
+/// Refuses a drive that was `said` of every row where the whisker is driven another way.
+pub fn same_drive(kind: Drive, said: Option<Drive>) -> Result<(), InputError> {
+    let Some(said) = said.filter(|s| *s != kind) else { return Ok(()) };
+    let (key, allowed) = if said == Drive::Angle { ("--theta", "--delta") } else { ("--delta", "--theta") };
+    Err(InputError::new("the whisker of the spec is driven another way").key(key).allowed(allowed))
+}
+
+/// Refuses data and options that do not belong together.
+fn check(data: &Data, rig: &Rig, options: &Options) -> Result<(), InputError> {
+    rig.of_one_signal()?;
+    if let Some(signal) = data.unit.signal().filter(|signal| rig.known && *signal != rig.setup.signal) {
+        let message = format!("the whisker's spec has signal = \"{}\"", rig.setup.signal.word());
+        let error = InputError::new(message).at(&data.file, Some(1)).key(data.unit.column());
+        return Err(error.allowed(format!("signal = \"{}\" in [sensor] of the spec", signal.word())));
+    }
+    let kind = rig.setup.drive;
+    let flag = if kind == Drive::Angle { "--theta" } else { "--delta" };
+    if let Some(found) = data.drive
+        && found != kind
+    {
+        let message = "the data are driven one way, the whisker of the spec another";
+        let allowed = format!("{}, or another drive in [tap] of the spec", kind.column());
+        return Err(InputError::new(message).at(&data.file, Some(1)).key(found.column()).allowed(allowed));
+    }
+    if let (Some(_), Some(x)) = (data.drive, options.drive) {
+        let message = format!("the data have a column {}", kind.column());
+        return Err(InputError::new(message)
+            .key(flag)
+            .value(plain(x))
+            .allowed("nothing: the column says it"));
+    }
+    if let Some(x) = options.drive {
+        let (good, allowed) = match kind {
+            Drive::Angle => (x > 0.0 && x < 90.0, "0 < theta < 90 degrees"),
+            Drive::Displacement => (x > 0.0 && x.is_finite(), "> 0 mm"),
+        };
+        if !good {
+            return Err(InputError::new("this is no drive").key(flag).value(plain(x)).allowed(allowed));
+        }
+    }
+    if let Some((bits, [last, first])) = counts::of_other_bits(data) {
+        let message = format!(
+            "these are counts of {bits} bits that begin anew: rows without contact and taps are at the two ends of their range"
+        );
+        let error = InputError::new(message).at(&data.file, None).key(data.unit.column());
+        let turn = plain(2_f64.powi(bits));
+        let allowed = format!(
+            "counts that go on: {turn} added to those up to {}, or taken off those from {}",
+            plain(last),
+            plain(first)
+        );
+        return Err(error.value(format!("{} … {}", plain(last), plain(first))).allowed(allowed));
+    }
+    if data.drive.is_none() && options.drive.is_none() && !options.fit.is_empty() {
+        let message = "without the drive the model cannot be fitted; only table and paper are calibrated";
+        return Err(InputError::new(message)
+            .key("--fit")
+            .allowed(format!("a column {} or {flag}", kind.column())));
+    }
+    crate::estimator::model::parameter::check(rig, &options.fit)
+}
+
+/// Distances and drives of the taps of one side that can be used.
+fn extent(rig: &Rig, taps: &[Tap], sign: f64, gauge: Side) -> Option<Extent> {
+    let here = || taps.iter().filter(|t| t.reason.is_none() && t.signal.signum() == sign);
+    let range = |f: fn(&Tap) -> f64| {
+        let values = here().map(f);
+        values.fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], x| [lo.min(x), hi.max(x)])
+    };
+    here().next()?;
+    Some(Extent::around(rig, gauge, range(|t| t.a), range(|t| t.drive), rig.before))
+}

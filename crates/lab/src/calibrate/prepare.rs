@@ -1,0 +1,390 @@
+//! Rows made ready: sorted, tared, grouped; sides told apart, suspects set aside.
+
+use vibrissa_learned::base::power;
+
+use super::{Options, Reason, between, learn, zero};
+use crate::error::{Error, InputError};
+use crate::estimator::learnt::Learnt;
+use crate::estimator::model::SAME;
+use crate::estimator::model::exact::{Exact, Extent, HARD, Opener, spec_values};
+use crate::estimator::taps::{Said, Sorted, Tap, ZeroReading};
+use crate::fields::plain;
+use crate::measure::group::Groups;
+use crate::measure::zero::{Tared, TaredBy, Zero};
+use crate::measure::{Data, Rig};
+use crate::scene::{Drive, Side, Signal};
+
+/// A signal of the other sign is a side of its own where it has at least this share of the taps.
+const MINORITY: f64 = 0.1;
+/// So many taps beyond a zero that was fitted are no strays.
+const LOST: f64 = 0.2;
+/// Strains above this are no strains.
+const ABSURD: f64 = 0.5;
+
+/// A zero that nobody read is one where it is more than so many standard errors.
+const CERTAIN: f64 = 3.0;
+/// It is not known where it may be more than this share of a usual signal.
+const DETERMINED: f64 = 0.02;
+/// A tap of the wrong sign that is so many standard deviations off what is expected is no noise.
+const NOISY: f64 = 4.0;
+/// So many rows tell a scatter, or a side.
+const REPEATS: usize = 3;
+
+/// Rows that are ready to be calibrated from.
+pub struct Prepared {
+    /// Every row with a drive.
+    pub taps: Vec<Tap>,
+    /// Every row without contact.
+    pub zeros: Vec<ZeroReading>,
+    /// The zero that was subtracted.
+    pub zero: Zero,
+    /// How it was found.
+    pub tared: Tared,
+    /// Distances and drives that are one.
+    pub groups: [Groups; 2],
+    /// Sign, side of the gauge and what was learned of each side.
+    pub sides: Vec<(f64, Side, Learnt)>,
+    /// Whether the drive of the taps is known.
+    pub recorded: bool,
+    /// The drive that counts as 0.
+    pub origin: f64,
+    /// Standard error of a zero that nobody read, which may have drifted.
+    pub unread: f64,
+    /// Why the model of the spec cannot be fitted, where whisker and drives are known.
+    pub no_exact: Option<String>,
+}
+
+/// Sorts, tares and judges the rows of `data`; what `rig` learns of its drive is put there.
+pub fn prepare(
+    data: &Data,
+    rig: &mut Rig,
+    options: &Options,
+    open: Opener<'_>,
+    warnings: &mut Vec<String>,
+) -> Result<Prepared, Error> {
+    let said = Said { drive: options.drive, group: options.group };
+    let Sorted { mut taps, mut zeros, zero, mut tared, groups, before, origin } =
+        crate::estimator::taps::taps(data, rig, &said);
+    rig.before = before;
+    let rig = &*rig;
+    warnings.extend(joined(&groups, rig.setup.drive));
+    if tared.wraps {
+        warnings.push(format!("{}: counts of 16 bits begin anew; they were joined", data.file));
+    }
+    if origin != 0.0 {
+        warnings.push(format!(
+            "{}: there is contact at drives ≤ 0, and none up to {}: drives are counted from there, those of readings too",
+            data.file,
+            plain(origin)
+        ));
+    }
+    absurd(data, &taps)?;
+    let recorded = data.drive.is_some() || options.drive.is_some();
+    let read = zero.count > 0;
+    let between = if read { None } else { between(data, &taps) };
+    if let Some(found) = between {
+        zero::tare((data, rig), &mut taps, &mut tared, TaredBy::Fitted, found);
+    }
+    let known = read || between.is_some();
+    let rests: Vec<f64> = zeros.iter().filter(|z| z.reason.is_none()).map(|z| z.signal).collect();
+    let signs = signs(data, &mut taps, &rests, [known, rig.known])?;
+    let mut no_exact = None;
+    let mut sides = Vec::new();
+    for &sign in &signs {
+        let gauge = gauge_side(data, rig, sign, signs[0]);
+        let exact = match recorded && rig.known && no_exact.is_none() {
+            true => spec_model(data, rig, &taps, sign, gauge, open)?.map_err(|why| no_exact = Some(why)).ok(),
+            false => None,
+        };
+        // Of one side alone what is left with the other sign is noise about the zero.
+        let all = signs.len() == 1;
+        let zero_error = between.map_or(f64::INFINITY, |[_, error]| error);
+        let learnt = {
+            let (taps, zeros, mean) = (&taps, &zeros, tared.value);
+            learn::side(&learn::Ask { data, rig, taps, zeros, mean, zero_error, sign, all, exact })?
+        };
+        for (k, reason) in &learnt.reasons {
+            taps[*k].reason = Some(reason.clone());
+        }
+        for z in &learnt.wrong_zeros {
+            zeros.iter_mut().filter(|r| r.place == *z).for_each(|r| r.reason = Some(Reason::ZeroOutlier));
+        }
+        sides.push((sign, gauge, learnt.of));
+    }
+    warnings.extend(sides.iter().filter(|s| s.2.drift && !read).map(|s| zero::wandering(data, rig, &s.2)));
+    let mut unread = between.map_or(0.0, |[_, error]| error);
+    if !known {
+        let (sign, gauge, of) = &sides[0];
+        let by_model = match no_exact.is_none() && of.exact.is_some() {
+            true => zero::of_model((rig, &taps), (*sign, *gauge), of.noise(), &options.fit, open)?,
+            false => None,
+        };
+        let [value, error] = by_model.unwrap_or_else(|| of.fit.curve.zero());
+        unread = error;
+        tared.error = error;
+        let turned = taps.iter().filter(|t| t.reason.is_none()).any(|t| !signs.contains(&t.signal.signum()));
+        if turned || value.abs() > CERTAIN * error {
+            zero::tare((data, rig), &mut taps, &mut tared, TaredBy::Fitted, [sign * value, error]);
+            let value = tared.value;
+            sides.iter_mut().for_each(|(sign, _, of)| (of.subtracted, of.zero_known) = (*sign * value, true));
+        } else if error > DETERMINED * of.fit.curve.unit {
+            // Nothing says what it is.
+            (unread, tared.error) = (0.0, 0.0);
+        }
+        let weak = weak(&taps, signs[0], &rests);
+        let of_other =
+            |t: &Tap| t.reason.is_none() && !signs.contains(&t.signal.signum()) && !weak.contains(&t.place);
+        let lost = taps.iter().filter(|t| of_other(t)).count();
+        if lost as f64 > LOST * taps.len() as f64 {
+            let error = InputError::new(
+                "no zero was read, and without it the taps of one side of the whisker cannot be told from those of the other",
+            );
+            let rows =
+                format!("{lost} of {} taps are on the other side of the zero that the data say", taps.len());
+            let error = error.at(&data.file, None).key(data.unit.column()).value(rows);
+            return Err(error.allowed(format!("rows with {} = 0", rig.setup.drive.column())).into());
+        }
+        for tap in taps.iter_mut().filter(|t| of_other(t)) {
+            tap.reason = Some(Reason::OtherSide);
+        }
+    }
+    warnings.extend(zero::untared(data, rig, &tared, unread));
+    Ok(Prepared { taps, zeros, zero, tared, groups, sides, recorded, origin, unread, no_exact })
+}
+
+/// The zero that taps of both sides tell, and its standard error.
+fn between(data: &Data, taps: &[Tap]) -> Option<[f64; 2]> {
+    let sound = || taps.iter().filter(|t| t.reason.is_none());
+    let told = between::zero(sound().map(|t| ((data.rows[t.place].run, t.group), t.signal)));
+    told.or_else(|| {
+        between::of_laws(&sound().map(|t| [t.group[0], t.group[1], t.signal]).collect::<Vec<_>>())
+    })
+}
+
+/// What was taken as one.
+fn joined([distances, drives]: &[Groups; 2], kind: Drive) -> Vec<String> {
+    let say = |g: &Groups, what: &str, unit: &str| {
+        g.joined().then(|| {
+            format!(
+                "{} values of {what} lie within {:.3} {unit} of each other and are taken as {}: --group sets the width, 0 takes each \
+                 as its own",
+                g.distinct,
+                g.width,
+                g.centres.len()
+            )
+        })
+    };
+    let unit = if kind == Drive::Angle { "degrees" } else { "mm" };
+    [say(distances, "a_mm", "mm"), say(drives, kind.column(), unit)].into_iter().flatten().collect()
+}
+
+/// Refuses a column whose unit cannot be what its name says.
+fn absurd(data: &Data, taps: &[Tap]) -> Result<(), InputError> {
+    let mut sizes: Vec<f64> = taps.iter().map(|t| t.signal.abs()).filter(|s| s.is_finite()).collect();
+    if sizes.is_empty() {
+        let message = "no row has a distance, a drive other than zero and a signal";
+        return Err(InputError::new(message).at(&data.file, None));
+    }
+    let middle = crate::reduce::median(&mut sizes);
+    if data.unit.signal() == Some(Signal::Strain) && middle > ABSURD {
+        let message = format!("half of all strains are above {middle:.3e}: this is another unit");
+        return Err(InputError::new(message).at(&data.file, None).key(data.unit.column()).allowed(
+            "strain (0.001 is 0.1 %), microstrain, bridge_mV_per_V, or reading for any other unit",
+        ));
+    }
+    Ok(())
+}
+
+/// The sign of all taps where no zero was read and their signals turn it: they go the other way with the drive than they are, or with one drive grow with
+/// the distance; or they have both signs, and one curve above a constant follows them best. `raw` readings have no zero of
+/// their own.
+fn turned(taps: &[Tap], raw: bool) -> Option<f64> {
+    let own: Vec<&Tap> = taps.iter().filter(|t| t.reason.is_none()).collect();
+    // Of most groups that share the other label: one row in another unit says nothing of the others.
+    let slope = |fixed: usize, of: fn(&Tap) -> f64| {
+        let mut groups = std::collections::BTreeMap::<u64, Vec<&Tap>>::new();
+        own.iter().for_each(|t| groups.entry(t.group[fixed].to_bits()).or_default().push(t));
+        let one = |all: &Vec<&Tap>| {
+            let mean = |f: &dyn Fn(&Tap) -> f64| all.iter().map(|t| f(t)).sum::<f64>() / all.len() as f64;
+            let (x, y) = (mean(&of), mean(&|t| t.signal));
+            let [xy, xx] = all
+                .iter()
+                .fold([0.0; 2], |[xy, xx], t| [xy + (of(t) - x) * (t.signal - y), xx + (of(t) - x).powi(2)]);
+            if xx > all.len() as f64 * (SAME * x).powi(2) { xy.signum() } else { 0.0 }
+        };
+        groups.values().map(one).sum::<f64>()
+    };
+    let by_drive = slope(0, |t| t.drive);
+    let sign = if by_drive == 0.0 { -slope(1, |t| t.a) } else { by_drive }.signum();
+    let against = own.iter().filter(|t| t.signal * sign < 0.0).count();
+    match against {
+        0 => None,
+        n if n == own.len() => (by_drive != 0.0 || raw).then_some(sign),
+        _ => is_one_curve(&own, sign).then_some(sign),
+    }
+}
+
+/// Whether one power law above a constant follows signals of both signs better than one law for each sign does, above none.
+fn is_one_curve(taps: &[&Tap], sign: f64) -> bool {
+    let points = |of: f64| taps.iter().map(move |t| [t.group[0], t.group[1], of * t.signal]);
+    let one: Vec<[f64; 3]> = points(sign).collect();
+    let mut sides = [1.0, -1.0].map(|of| points(of).filter(|p| p[2] > 0.0).collect::<Vec<_>>());
+    sides.sort_by_key(Vec::len);
+    let left = |taps: &[[f64; 3]], zero: Option<f64>| {
+        let f = power(taps, zero, false)?;
+        let expected = |p: &[f64; 3]| f.zero + f.factor * f.power.value(p[0], p[1]);
+        Some(taps.iter().map(|p| (p[2] - expected(p)).abs()).sum::<f64>())
+    };
+    let Some(alone) = left(&one, None) else { return false };
+    // So few taps that no law can be fitted to them follow any.
+    let few = left(&sides[0], Some(0.0)).unwrap_or(0.0);
+    left(&sides[1], Some(0.0)).is_none_or(|most| alone < most + few)
+}
+
+/// Signs of the sides to calibrate, that of most taps first; taps of a stray sign are set aside, but for those that `rests` show to be noise. Whether the zero was `read`, and the `whisker` is known,
+/// without which two distances of a side say nothing of it.
+fn signs(
+    data: &Data,
+    taps: &mut [Tap],
+    rests: &[f64],
+    [read, whisker]: [bool; 2],
+) -> Result<Vec<f64>, InputError> {
+    if let Some(sign) = if read { None } else { turned(taps, data.unit.signal().is_none()) } {
+        return Ok(vec![sign]);
+    }
+    let with = |sign: f64| move |t: &&Tap| t.reason.is_none() && t.signal.signum() == sign;
+    let [plus, minus] = [1.0, -1.0].map(|sign| taps.iter().filter(with(sign)).count());
+    let (most, least) = if plus >= minus { (1.0, -1.0) } else { (-1.0, 1.0) };
+    let weak = weak(taps, most, rests);
+    let of = |sign: f64| {
+        let weak = &weak;
+        move |t: &&Tap| with(sign)(t) && (sign == most || !weak.contains(&t.place))
+    };
+    let count = |sign: f64| taps.iter().filter(of(sign)).count();
+    let distances = |sign: f64| {
+        crate::estimator::cells::Levels::of(taps.iter().filter(of(sign)).map(|t| t.group[0])).len()
+    };
+    if plus + minus == 0 {
+        let reasons: std::collections::BTreeSet<String> =
+            taps.iter().filter_map(|t| t.reason.as_ref()).map(|r| r.word().to_owned()).collect();
+        if let Some(tap) = taps.iter().find(|t| t.drive < 0.0).filter(|_| !taps.iter().any(|t| t.drive > 0.0))
+        {
+            let column = data.drive.map_or("drive", |kind| kind.column());
+            let error = InputError::new("all taps have drives below 0").at(&data.file, Some(tap.line));
+            return Err(error
+                .key(column)
+                .value(plain(tap.drive))
+                .allowed("the size of the drive, > 0, where all taps are to one side"));
+        }
+        let message = "no row can be used";
+        let why = reasons.into_iter().collect::<Vec<_>>().join(", ");
+        return Err(InputError::new(message).at(&data.file, None).value(why).allowed(
+            "rows with a_mm beyond the gauge and within the whisker, a drive > 0 and a signal that is not zero",
+        ));
+    }
+    if distances(most) < 2 {
+        let a = taps.iter().find(of(most)).map_or(f64::NAN, |t| t.a);
+        let message = "all usable taps are at one distance: a calibration needs two or more";
+        return Err(InputError::new(message)
+            .at(&data.file, None)
+            .key("a_mm")
+            .value(plain(a))
+            .allowed("two distances or more"));
+    }
+    // Taps at several places do not give one value: it stands for none.
+    let mut values: Vec<f64> = taps.iter().filter(of(least)).map(|t| t.value).collect();
+    values.dedup();
+    if let ([value], true) = (values.as_slice(), count(least) > 1) {
+        let none = Reason::Missing(*value);
+        taps.iter_mut().filter(|t| of(least)(&&**t)).for_each(|t| t.reason = Some(none.clone()));
+        return Ok(vec![most]);
+    }
+    let both = count(least) as f64 >= MINORITY * count(most) as f64
+        && distances(least) >= if whisker { 2 } else { 3 };
+    if both {
+        return Ok(vec![most, least]);
+    }
+    taps.iter_mut().filter(|t| of(least)(&&**t)).for_each(|t| t.reason = Some(Reason::OtherSide));
+    Ok(vec![most])
+}
+
+/// Places of taps of the other sign than `most` that may be noise: less far off the power law of the others than [`NOISY`] times the noise. None of them is
+/// where some others of this sign are farther off: then it is a side. The noise is the least of what readings at rest, repeats of weak taps, and the
+/// weakest third of taps about the law scatter.
+fn weak(taps: &[Tap], most: f64, rests: &[f64]) -> Vec<usize> {
+    let sound = || taps.iter().filter(|t| t.reason.is_none());
+    let point = |t: &Tap| [t.group[0], t.group[1], most * t.signal];
+    let scatter = |of: &[f64]| {
+        let mean = of.iter().sum::<f64>() / of.len() as f64;
+        of.iter().map(|x| (x - mean).powi(2)).sum::<f64>()
+    };
+    let strong: Vec<[f64; 3]> = sound().map(point).filter(|p| p[2] > 0.0).collect();
+    if strong.len() == sound().count() {
+        return Vec::new();
+    }
+    let Some(law) = power(&strong, Some(0.0), false) else { return Vec::new() };
+    let expected = |p: &[f64; 3]| law.factor * law.power.value(p[0], p[1]);
+    let mut off: Vec<[f64; 2]> = strong.iter().map(|p| [expected(p), (p[2] - expected(p)).abs()]).collect();
+    off.sort_by(|p, q| p[0].total_cmp(&q[0]));
+    let mut weakest: Vec<f64> = off[..off.len().div_ceil(3)].iter().map(|p| p[1]).collect();
+    let mut noise = 1.4826 * crate::reduce::median(&mut weakest);
+    if rests.len() >= REPEATS {
+        noise = noise.min((scatter(rests) / (rests.len() - 1) as f64).sqrt());
+    }
+    let weak = off[off.len().div_ceil(3) - 1][0];
+    let mut cells = std::collections::BTreeMap::<[u64; 2], Vec<f64>>::new();
+    for p in strong.iter().filter(|p| expected(p) <= weak) {
+        cells.entry([p[0].to_bits(), p[1].to_bits()]).or_default().push(p[2]);
+    }
+    let (squares, freedom) =
+        cells.values().fold((0.0, 0), |(sum, n), all| (sum + scatter(all), n + all.len() - 1));
+    if freedom >= REPEATS {
+        noise = noise.min((squares / freedom as f64).sqrt());
+    }
+    let off = |t: &Tap| expected(&point(t)) - most * t.signal;
+    let (near, far): (Vec<&Tap>, Vec<&Tap>) =
+        sound().filter(|t| most * t.signal <= 0.0).partition(|t| off(t) <= NOISY * noise);
+    if far.len() >= REPEATS { Vec::new() } else { near.iter().map(|t| t.place).collect() }
+}
+
+/// Side of the gauge that `sign` means: tension is the contact side. A reading of unknown unit says nothing about it: most of its
+/// taps are on the side that the spec names.
+fn gauge_side(data: &Data, rig: &Rig, sign: f64, most: f64) -> Side {
+    if data.unit.signal() == Some(Signal::Strain) {
+        return if sign > 0.0 { Side::Contact } else { Side::Far };
+    }
+    match (rig.setup.gauge.side, sign == most) {
+        (side, true) => side,
+        (Side::Contact, false) => Side::Far,
+        (Side::Far, false) => Side::Contact,
+    }
+}
+
+/// The model of the spec where the data are; else why there is none: of the row of the largest drive where the rod has no such taps.
+fn spec_model(
+    data: &Data,
+    rig: &Rig,
+    taps: &[Tap],
+    sign: f64,
+    gauge: Side,
+    open: Opener<'_>,
+) -> Result<Result<Exact, String>, Error> {
+    let Some(at) = super::extent(rig, taps, sign, gauge) else {
+        return Ok(Err("no tap is usable".to_owned()));
+    };
+    let at = Extent { hard: HARD, ..at };
+    let usable = taps.iter().filter(|t| t.reason.is_none() && t.signal.signum() == sign);
+    let last = usable.max_by(|s, t| s.drive.total_cmp(&t.drive));
+    match Exact::new(rig, spec_values(&rig.setup), Vec::new(), Vec::new(), at, open) {
+        Ok(model) => Ok(Ok(model)),
+        Err(why) if why.is_of_whisker() => Ok(Err(format!(
+            "{why} at distances of {:.4} … {:.4} mm and drives up to {} = {} (line {})",
+            at.reach[0],
+            at.reach[1],
+            rig.setup.drive.column(),
+            plain(last.map_or(f64::NAN, |t| t.recorded(data))),
+            last.map_or(0, |t| t.line),
+        ))),
+        Err(why) => Err(why.into()),
+    }
+}

@@ -1,0 +1,193 @@
+//! What a user should know before trusting a calibration.
+
+use super::order::growing;
+use super::{Reason, SideResult};
+use crate::error::InputError;
+use crate::estimator::model::exact::Parameter;
+use crate::estimator::taps::Tap;
+use crate::estimator::{ALL, CURVE, EXACT};
+use crate::fields::plain;
+use crate::measure::{Data, Rig};
+use crate::scene::Signal;
+
+/// On distances left out one estimator is so many times worse than another: it is wrong, not unlucky.
+const FAR_WORSE: f64 = 3.0;
+/// A factor is not 1 beyond so many standard errors.
+const ERRORS: f64 = 3.0;
+/// And beyond what gauges and their glue differ by.
+const ORDINARY: f64 = 0.01;
+/// Factors that another unit makes, and within which share of them a factor is one.
+const FACTORS: [(f64, &str); 3] = [
+    (180.0 / std::f64::consts::PI, "57.3 degrees are a radian: is the drive in radians?"),
+    (1e6, "is it in millionths?"),
+    (1e3, "is it in thousandths?"),
+];
+const NEAR: f64 = 0.05;
+/// A misfit of the model beyond this share of the signal is told.
+const UNEXPLAINED: f64 = 0.01;
+
+/// What a user should know before trusting the result.
+pub fn remarks(data: &Data, taps: &[Tap], sides: &[SideResult], rig: &Rig, unread: f64) -> Vec<String> {
+    let mut all = Vec::new();
+    let lines = |wanted: &dyn Fn(&Tap) -> bool| {
+        let found: Vec<String> = taps.iter().filter(|t| wanted(t)).map(|t| t.line.to_string()).collect();
+        let shown = found[..found.len().min(8)].join(", ");
+        (found.len(), if found.len() > 8 { format!("{shown}, …") } else { shown })
+    };
+    let (n, shown) = lines(&|t| t.twin.is_some());
+    if n > 0 {
+        all.push(format!(
+            "{}: {n} rows are equal to earlier ones in every field and are used as repeats; if they are copies, the noise \
+             is understated (lines {shown})",
+            data.file
+        ));
+    }
+    let (n, shown) = lines(&|t| t.reason.as_ref().is_some_and(Reason::is_doubt));
+    if n > 0 {
+        all.push(format!(
+            "{}: {n} of {} rows are suspect and not used (lines {shown}); rows.csv says why",
+            data.file,
+            taps.len()
+        ));
+    }
+    let (n, shown) = lines(&|t| t.reason == Some(Reason::Tilted));
+    if n > 0 {
+        all.push(format!(
+            "{}: {n} of {} rows are of tilted poles and serve the second gauge only (lines {shown})",
+            data.file,
+            taps.len()
+        ));
+    }
+    for s in sides {
+        if let Some(why) = &s.record.no_exact {
+            all.push(format!("{}: exact is left out: {why}. The other estimators do not need it", data.file));
+        }
+        let unsolved = s.fit.as_ref().map_or(0, |f| s.cells.len() - f.cells.len());
+        if unsolved > 0 {
+            all.push(format!(
+                "{}: the model of the spec has no solution at {unsolved} of {} distances and drives, which are left out of the fit of exact",
+                data.file,
+                s.cells.len()
+            ));
+        }
+        for c in &s.contradictions {
+            all.push(format!(
+                "{}: the signals at a = {} and {} mm are in the wrong order, at {} of {} drives, by {:.1} standard deviations: one of \
+                 these positions is not what its label says. Which one the data do not tell; both are used",
+                data.file,
+                c.a[0],
+                c.a[1],
+                c.drives,
+                s.drives.len(),
+                c.deviations
+            ));
+        }
+        let [grows, of] = growing(&s.cells, s.drives.len(), s.noise, rig.known);
+        if grows > 0 && 2 * grows >= of {
+            all.push(format!(
+                "{}: at {grows} of {of} drives signals grow with the distance, where those of a whisker fall: are distances measured from its tip, or is \
+                 another column the signal?{}",
+                data.file,
+                if rig.known { "" } else { " Only those of taps right beside the gauge grow" }
+            ));
+        }
+        all.extend(end_stop(data, taps, s));
+        // A foil reads some twentieth of what f is the strain of.
+        let about_one = rig.known && rig.setup.gauge.foil.is_none();
+        if let Some(k) = s
+            .mean_k()
+            .filter(|k| data.unit.is_absolute() && s.recorded && about_one && !(0.33..3.0).contains(k))
+        {
+            let (signal, drive) = (data.unit.column(), rig.setup.drive.column());
+            all.push(format!(
+                "K is {k:.3e} where theory expects about 1: check the unit of {signal} and the drive, and that a_mm and {drive} are not swapped"
+            ));
+        }
+        all.extend(other_whisker(data, s, unread));
+    }
+    all
+}
+
+/// What to say of an end stop of the sensor on one side.
+fn end_stop(data: &Data, taps: &[Tap], side: &SideResult) -> Option<String> {
+    let stopped = |t: &&Tap| t.reason == Some(Reason::Saturated) && t.signal.signum() == side.sign;
+    let first = taps.iter().find(stopped)?;
+    Some(format!(
+        "{}: {} rows read {} = {}, beyond which there is no reading, where more is expected (the first in line {}): this is taken as the end \
+         stop of the sensor; these rows are not used, and locate answers no reading there",
+        data.file,
+        taps.iter().filter(stopped).count(),
+        data.unit.column(),
+        plain(first.value),
+        first.line
+    ))
+}
+
+/// What says that the whisker of the spec is not the one that was measured; `unread` is the standard error of a zero that nobody read.
+fn other_whisker(data: &Data, side: &SideResult, unread: f64) -> Option<String> {
+    let fit = side.fit.as_ref()?;
+    let mut found = Vec::new();
+    let [factor, error] = [fit.exact.values[Parameter::Factor as usize], fit.errors(unread)[0]];
+    if data.unit.is_absolute() && (factor - 1.0).abs() > (ERRORS * error).max(ORDINARY) {
+        let read = data.unit.signal().map_or("signal", Signal::word);
+        let known =
+            FACTORS.iter().find(|(x, _)| [factor, 1.0 / factor].iter().any(|f| (f / x - 1.0).abs() < NEAR));
+        let known = known.map_or(String::new(), |(_, what)| format!(" ({what})"));
+        found.push(format!(
+            "the {read} is {factor:.3} ± {error:.1e} times what the model of the spec gives{known}"
+        ));
+    }
+    let both = side.answered_by_all(&[EXACT, CURVE]);
+    let rms = |e| side.held_out(e).and_then(|h| h.rms(|k| both[k]).0);
+    if let (Some(exact), Some(curve)) = (rms(EXACT), rms(CURVE))
+        && exact > FAR_WORSE * curve
+    {
+        found.push(format!("on distances left out exact is wrong by {exact:.3} mm, curve by {curve:.3} mm"));
+    }
+    if fit.misfit > UNEXPLAINED {
+        found.push(format!(
+            "the model of the spec leaves {:.1} % of the signal unexplained (χ² per degree of freedom {:.3})",
+            100.0 * fit.misfit,
+            fit.chi2
+        ));
+    }
+    (!found.is_empty()).then(|| {
+        format!(
+            "{}: {}. Is this the whisker that was measured? Check D, d, L_a{}, from where a_mm is measured, the unit \
+             of {} and the drive; then how the base is held: a root that gives way ([whisker] root, --fit k_theta), [model] clamp; then material, \
+             contact or --fit",
+            data.file,
+            found.join("; "),
+            if data.unit.signal() == Some(Signal::Strain) { ", x_ss and l, gauge.factor" } else { ", the modulus" },
+            data.unit.column()
+        )
+    })
+}
+
+/// Why there is no calibration where no estimator tells distances that it has not seen.
+pub fn nothing_known(data: &Data, rig: &Rig, sides: &[SideResult]) -> InputError {
+    let of = |s: &SideResult| {
+        let each = ALL.into_iter().filter(|e| s.has(*e)).map(|e| {
+            match s.held_out(e).and_then(|h| h.rms(|_| true).0) {
+                Some(rms) => format!("{} is wrong by {rms:.3} mm", e.name()),
+                None => format!("{} answers nothing", e.name()),
+            }
+        });
+        let [first, last] = s.record.distances_mm;
+        format!(
+            "{} distances, {} … {} mm: {}",
+            s.distances.len(),
+            plain(first),
+            plain(last),
+            each.collect::<Vec<_>>().join(", ")
+        )
+    };
+    InputError::new("no estimator tells a distance that it was not calibrated on")
+        .at(&data.file, None)
+        .key("a_mm")
+        .value(sides.iter().map(of).collect::<Vec<_>>().join("; "))
+        .allowed(format!(
+            "three distances or more, at which the signal differs; are a_mm and {} swapped, or is the whisker another one?",
+            rig.setup.drive.column()
+        ))
+}

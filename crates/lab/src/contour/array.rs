@@ -1,0 +1,197 @@
+//! Several whiskers: points of all in one frame.
+
+use std::collections::BTreeMap;
+
+use super::point::{Noise, Point};
+use super::truth::Pose;
+use crate::combinations::Combinations;
+use crate::error::{Error, InputError, nearest};
+use crate::fields::{fields, separator};
+use crate::locate::object::{Objects, Together};
+use crate::locate::sequence::{SHIFT, shift_column};
+use crate::locate::stream::Ask;
+use crate::locate::table::Readings;
+use crate::locate::{Answerer, Locator};
+use crate::measure::Names;
+use crate::measure::header::Comments;
+use crate::measure::skin::Skin;
+use crate::sink::fact::kind;
+use crate::sink::frame::Frame;
+use crate::sink::heading::heading;
+use crate::sink::values::{Field, Values};
+
+/// Column that names the whisker of a row.
+pub const WHISKER: &str = "whisker";
+
+/// A whisker of an array.
+pub struct Mounted {
+    /// Its name.
+    pub name: String,
+    /// What answers its readings.
+    pub locator: Locator,
+    /// The motor's axis, the direction of the whisker at first touch when the motor is at 0, and the sense in which it turns.
+    pub pose: Pose,
+}
+
+/// Answers of an array.
+#[derive(Debug, Clone)]
+pub struct Answered {
+    /// located.csv.
+    pub table: Frame,
+    /// Rows.
+    pub rows: usize,
+    /// Of these, readings of the zero.
+    pub zeros: usize,
+    /// Rows per status word, and `ok`.
+    pub status: BTreeMap<String, u64>,
+    /// Readings per combination of words.
+    pub combinations: Combinations,
+}
+
+/// Answers the readings `bytes`, whose column [`WHISKER`] says which of `whiskers` each is of. Taps of one object by one whisker are taken together
+/// where `ask` says so.
+///
+/// # Errors
+/// No such column, or no such whisker; readings that do not fit a calibration; whiskers that are read in different ways; taps that are to be taken
+/// together by what tells each alone.
+pub fn answer(whiskers: &[Mounted], bytes: &[u8], ask: &Ask<'_>, noise: &Noise) -> Result<Answered, Error> {
+    let label = ask.label.unwrap_or("stdin");
+    let owners = owners(whiskers, label, bytes, ask.columns)?;
+    let lines: Vec<&[u8]> = bytes.split_inclusive(|b| *b == b'\n').collect();
+    let twofold = whiskers.iter().any(|w| w.locator.is_twofold());
+    let mut table: Option<Frame> = None;
+    // By line: rows of the whiskers come together again.
+    let mut rows = BTreeMap::new();
+    let (mut zeros, mut status) = (0, BTreeMap::<String, u64>::new());
+    let mut combinations = Combinations::default();
+    for (w, whisker) in whiskers.iter().enumerate().filter(|(w, _)| owners.contains(&Owner::Of(*w))) {
+        // Lines of others become comments, so that lines keep their numbers and zeros are those of this whisker.
+        let own = lines.iter().zip(&owners).flat_map(|(line, owner)| match owner {
+            Owner::All => line,
+            Owner::Of(o) if *o == w => line,
+            _ => &b"#\n"[..],
+        });
+        let own: Vec<u8> = own.copied().collect();
+        let who = Answerer::One(&whisker.locator);
+        Objects::can(who, ask.by).map_err(|e| e.at(&whisker.name, None))?;
+        let mut readings = Readings::of(&whisker.locator, &own, ask, heading("array"))?;
+        let objects = Objects::of(who, &readings.names, ask);
+        let mut objects = objects.map_err(|e| e.at(label, Some(1)))?;
+        if objects.is_some() {
+            // They follow the status, which ends the line.
+            let more = Objects::columns(ask.by, true, [twofold, ask.interval]);
+            more.into_iter().for_each(|name| readings.empty.add(name, Values::new(kind(name))));
+        }
+        if table.as_ref().is_some_and(|table| table.names != readings.empty.names) {
+            let error =
+                InputError::new("whiskers of one array are driven and read in one way").at(label, Some(1));
+            let error = error.key(WHISKER).value(&whisker.name);
+            return Err(error.allowed("calibrations of one drive and one signal").into());
+        }
+        table.get_or_insert(readings.empty.clone());
+        let contact = readings.numbers("contact_deg")?;
+        Skin::is_known(&whisker.locator.rig)?;
+        let skin = Skin::new(&whisker.locator.rig, None);
+        shift_column(&readings.names)?;
+        let shifts = readings.numbers(SHIFT)?;
+        let mut rests = 0;
+        for (i, row) in readings.rows.iter().enumerate() {
+            rests += u64::from(row.rests);
+            let turned = contact.as_ref().map_or(0.0, |c| c[i]).to_radians();
+            let pose = Pose { heading: whisker.pose.heading + turned, ..whisker.pose };
+            let pose = pose.nearer(shifts.as_ref().map_or(0.0, |s| s[i]));
+            let point = match row.rests {
+                true => Point::nothing(row.located.status),
+                false => Point::of_tap(&whisker.locator, &skin, &pose, row, noise),
+            };
+            zeros += usize::from(row.rests);
+            let words = point.status.to_string();
+            combinations.note(point.status, 1);
+            words.split('+').for_each(|word| *status.entry(word.to_owned()).or_default() += 1);
+            let mut out = row.kept.clone();
+            let [xx, _, yy] = point.covariance.0;
+            let (z, sigma_z) =
+                if point.is_there() { (pose.base[2], noise.base) } else { (f64::NAN, f64::NAN) };
+            let [a, sigma] = point.distance;
+            let numbers = [a, sigma, point.at[0], point.at[1], z, xx.sqrt(), yy.sqrt(), sigma_z];
+            out.extend(numbers.map(Field::from));
+            out.push(words.into());
+            if let Some(objects) = &mut objects {
+                let told = objects.tell_row(row, rests, ask);
+                out.extend(Together::fields(told.as_ref(), [twofold, ask.interval]));
+            }
+            rows.insert(row.line, out);
+        }
+    }
+    let mut table =
+        table.ok_or_else(|| InputError::new("this file has a header but no rows").at(label, None))?;
+    let n = rows.len();
+    rows.into_values().try_for_each(|row| table.row(row))?;
+    Ok(Answered { table, rows: n, zeros, status, combinations })
+}
+
+/// Whose line it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Owner {
+    /// The header, and comments.
+    All,
+    /// A whisker, by its place.
+    Of(usize),
+}
+
+fn owners(whiskers: &[Mounted], label: &str, bytes: &[u8], said: &Names) -> Result<Vec<Owner>, InputError> {
+    let mut place: Option<(usize, char)> = None;
+    let (mut all, mut comments) = (Vec::new(), Comments::default());
+    for (k, line) in bytes.split_inclusive(|b| *b == b'\n').enumerate() {
+        let text = String::from_utf8_lossy(line);
+        let text = text.trim_end_matches(['\n', '\r']).trim_start_matches('\u{feff}');
+        if text.starts_with('#') {
+            if place.is_none() {
+                comments.push(k + 1, text);
+            }
+            all.push(Owner::All);
+            continue;
+        }
+        if place.is_none() {
+            let mark = separator(text);
+            let names: Vec<String> = fields(text, mark).iter().map(|f| f.to_string()).collect();
+            let commented = comments
+                .before(text, &names, said)
+                .map_err(|e| InputError { file: Some(label.to_owned()), ..e })?;
+            let is_header = commented.is_none();
+            let names = commented.map_or(names, |(_, names)| names);
+            let found = names.iter().position(|n| n == WHISKER).ok_or_else(|| {
+                let known: Vec<&str> = names.iter().map(String::as_str).collect();
+                let close = nearest(WHISKER, &known).map(|n| format!("; is {n} meant?"));
+                InputError::new(format!("column {WHISKER} is missing{}", close.unwrap_or_default()))
+                    .at(label, Some(k + 1))
+                    .key(WHISKER)
+                    .value(text)
+                    .allowed("whisker, then the columns of readings; contact_deg where it is needed")
+            })?;
+            place = Some((found, mark));
+            if is_header {
+                all.push(Owner::All);
+                continue;
+            }
+        }
+        let Some((place, mark)) = place else { continue };
+        let row = fields(text, mark);
+        let name = row.get(place).map_or("", |n| n.as_ref());
+        let known: Vec<&str> = whiskers.iter().map(|w| w.name.as_str()).collect();
+        let owner = known.iter().position(|n| *n == name).ok_or_else(|| {
+            let close = nearest(name, &known).map(|n| format!("; is {n} meant?"));
+            InputError::new(format!("the array has no such whisker{}", close.unwrap_or_default()))
+                .at(label, Some(k + 1))
+                .key(WHISKER)
+                .value(name)
+                .allowed(known.join(", "))
+        })?;
+        all.push(Owner::Of(owner));
+    }
+    if place.is_none() {
+        let error = InputError::new("this file is empty; its first line must name the columns");
+        return Err(error.at(label, None).allowed("whisker, then the columns of readings"));
+    }
+    Ok(all)
+}

@@ -1,0 +1,216 @@
+//! A line or a circle, as one family: a place, a direction and a curvature, which is 0 of a line. Nothing is singular where one becomes the other.
+
+use nalgebra::{DMatrix, DVector};
+use vibrissa_learned::algebra::least::{FREE, by_values, slopes};
+
+use super::Sample;
+
+/// Small changes of offset (mm), direction (rad), curvature (1/mm).
+const STEPS: [f64; 3] = [1e-5, 1e-6, 1e-7];
+
+/// Relative gain of χ² below which a fit ends.
+const SETTLED: f64 = 1e-10;
+
+/// A line, or a circle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Arc {
+    /// A place near it, mm, and the direction there, rad, from which offset and turn are counted.
+    origin: [f64; 2],
+    direction: f64,
+    /// Offset to the left (mm), turn (rad) and, of a circle, curvature (1/mm), > 0 where the centre lies to the left.
+    values: Vec<f64>,
+    /// Of the values.
+    covariance: DMatrix<f64>,
+}
+
+impl Arc {
+    /// With nothing known of its uncertainty.
+    fn new(origin: [f64; 2], direction: f64, curvature: Option<f64>) -> Self {
+        let values: Vec<f64> = [0.0, 0.0].into_iter().chain(curvature).collect();
+        let n = values.len();
+        Self { origin, direction, values, covariance: DMatrix::zeros(n, n) }
+    }
+
+    /// Through two places, or three.
+    pub fn through(points: &[[f64; 2]]) -> Option<Self> {
+        let [p, q, ..] = *points else { return None };
+        let d = [q[0] - p[0], q[1] - p[1]];
+        let along = d[1].atan2(d[0]);
+        let Some(r) = points.get(2) else {
+            return (d[0].hypot(d[1]) > 0.0).then(|| Self::new(p, along, None));
+        };
+        let e = [r[0] - p[0], r[1] - p[1]];
+        let (a, b, c) = (d[0].hypot(d[1]), e[0].hypot(e[1]), (e[0] - d[0]).hypot(e[1] - d[1]));
+        let cross = d[0] * e[1] - d[1] * e[0];
+        let curvature = 2.0 * cross / (a * b * c);
+        // Tangent and chord make the angle under which the chord is seen from the third place.
+        let [u, v] = [[-e[0], -e[1]], [d[0] - e[0], d[1] - e[1]]];
+        let lift = (u[0] * v[1] - u[1] * v[0]).atan2(u[0] * v[0] + u[1] * v[1]);
+        let back = std::f64::consts::PI;
+        let one = |direction: f64| Self::new(p, direction, Some(curvature));
+        // One of its two directions, to the left or right of the chord: that with which the circle passes all three.
+        let all = [lift, -lift, lift + back, back - lift].map(|turn| one(along + turn));
+        let miss = |a: &Self| points.iter().map(|p| a.off(*p).abs()).fold(0.0, f64::max);
+        all.into_iter().filter(|a| miss(a).is_finite()).min_by(|a, b| miss(a).total_cmp(&miss(b)))
+    }
+
+    /// 1/mm; 0 of a line.
+    pub fn curvature(&self) -> f64 {
+        self.values.get(2).copied().unwrap_or(0.0)
+    }
+
+    fn frame(&self, values: &[f64]) -> ([f64; 2], [f64; 2], [f64; 2]) {
+        let (sin, cos) = (self.direction + values[1]).sin_cos();
+        let (s0, c0) = self.direction.sin_cos();
+        let origin = [self.origin[0] - values[0] * s0, self.origin[1] + values[0] * c0];
+        (origin, [cos, sin], [-sin, cos])
+    }
+
+    /// How far a place lies to the left, mm.
+    pub fn off(&self, p: [f64; 2]) -> f64 {
+        self.off_by(&self.values, p)
+    }
+
+    fn off_by(&self, values: &[f64], p: [f64; 2]) -> f64 {
+        let (origin, _, n) = self.frame(values);
+        let u = [p[0] - origin[0], p[1] - origin[1]];
+        let k = values.get(2).copied().unwrap_or(0.0);
+        let q = 2.0 * (u[0] * n[0] + u[1] * n[1]) - k * (u[0] * u[0] + u[1] * u[1]);
+        q / (1.0 + (1.0 - k * q).max(0.0).sqrt())
+    }
+
+    /// ∂off/∂(offset, turn, curvature): of k off² − 2 off + q = 0, the circle's equation that `off` solves.
+    fn off_slopes(&self, p: [f64; 2]) -> [f64; 3] {
+        let (origin, t, n) = self.frame(&self.values);
+        let (s0, c0) = self.direction.sin_cos();
+        let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
+        let (u, n0, k) = ([p[0] - origin[0], p[1] - origin[1]], [-s0, c0], self.curvature());
+        let off = self.off(p);
+        // 0 in the centre, where all directions are across.
+        let room = (1.0 - k * off).max(1e-6);
+        [(k * dot(u, n0) - dot(n0, n)) / room, -dot(u, t) / room, 0.5 * (off * off - dot(u, u)) / room]
+    }
+
+    /// Unit vector to the left at a place beside it.
+    pub fn normal(&self, p: [f64; 2]) -> [f64; 2] {
+        let (origin, _, n) = self.frame(&self.values);
+        let k = self.curvature();
+        let v = [n[0] - k * (p[0] - origin[0]), n[1] - k * (p[1] - origin[1])];
+        let size = v[0].hypot(v[1]);
+        if size > 0.0 { [v[0] / size, v[1] / size] } else { n }
+    }
+
+    /// Length along it from its origin to the foot of a place, mm; of a circle within half a turn.
+    pub fn along(&self, p: [f64; 2]) -> f64 {
+        let (origin, t, n) = self.frame(&self.values);
+        let u = [p[0] - origin[0], p[1] - origin[1]];
+        let (x, y, k) = (u[0] * t[0] + u[1] * t[1], u[0] * n[0] + u[1] * n[1], self.curvature());
+        if k == 0.0 { x } else { (k * x).atan2(1.0 - k * y) / k }
+    }
+
+    /// The place at a length along it, and the direction there.
+    pub fn at(&self, s: f64) -> ([f64; 2], f64) {
+        let (origin, t, n) = self.frame(&self.values);
+        let k = self.curvature();
+        let turn = k * s;
+        let (x, y) = match turn.abs() < 1e-6 {
+            true => (s, 0.5 * turn * s),
+            false => (turn.sin() / k, (1.0 - turn.cos()) / k),
+        };
+        let at = [origin[0] + x * t[0] + y * n[0], origin[1] + x * t[1] + y * n[1]];
+        (at, self.direction + self.values[1] + turn)
+    }
+
+    /// Standard deviation square to it at a place of it, mm.
+    pub fn deviation(&self, p: [f64; 2]) -> f64 {
+        let (g, n) = (self.off_slopes(p), self.values.len());
+        let variance = |i: usize| (0..n).map(|k| g[i] * self.covariance[(i, k)] * g[k]).sum::<f64>();
+        (0..n).map(variance).sum::<f64>().max(0.0).sqrt()
+    }
+
+    /// Standard deviations of offset (mm), turn (rad), curvature (1/mm).
+    pub fn deviations(&self) -> DVector<f64> {
+        self.covariance.diagonal().map(|v| v.max(0.0).sqrt())
+    }
+
+    /// Centre and radius of a circle, mm.
+    pub fn circle(&self) -> Option<([f64; 2], f64)> {
+        let k = self.curvature();
+        let (origin, _, n) = self.frame(&self.values);
+        (k != 0.0).then(|| ([origin[0] + n[0] / k, origin[1] + n[1] / k], 1.0 / k.abs()))
+    }
+
+    /// Standard deviation of the centre's coordinates and of the radius, mm.
+    pub fn circle_deviations(&self) -> Option<([f64; 2], f64)> {
+        self.circle()?;
+        let of = |v: &[f64]| {
+            let (centre, radius) = Self { values: v.to_vec(), ..self.clone() }.circle()?;
+            Some(vec![centre[0], centre[1], radius])
+        };
+        let j = slopes(&of, &self.values, &STEPS)?;
+        let c = (&j * &self.covariance * j.transpose()).diagonal().map(|v| v.max(0.0).sqrt());
+        Some(([c[0], c[1]], c[2]))
+    }
+
+    /// This one, drawn to the `samples` of `weights` > 0: least squares of distances over their standard deviations, that of each
+    /// across the arc where it lies.
+    pub fn fit(&self, samples: &[Sample], weights: &[f64]) -> Option<Self> {
+        let used = || samples.iter().zip(weights).filter(|(_, w)| **w > 0.0);
+        if used().count() < self.values.len() {
+            return None;
+        }
+        let of = |values: &[f64]| -> Option<Vec<f64>> {
+            let arc = Self { values: values.to_vec(), ..self.clone() };
+            let one = |(s, w): (&Sample, &f64)| {
+                let sigma = s.covariance.of(arc.normal(s.at)).sqrt();
+                let off = arc.off(s.at) / sigma * w.sqrt();
+                off.is_finite().then_some(off)
+            };
+            used().map(one).collect()
+        };
+        let n = self.values.len();
+        let found = by_values(&of, &self.values, &STEPS[..n], &vec![FREE; n], SETTLED)?;
+        Some(Self { values: found.at, covariance: found.covariance, ..self.clone() })
+    }
+
+    /// The same with its covariance times `factor`.
+    pub fn scaled(self, factor: f64) -> Self {
+        Self { covariance: self.covariance * factor, ..self }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contour::curve::Covariance;
+
+    fn sample(at: [f64; 2], sigma: f64) -> Sample {
+        Sample { at, covariance: Covariance([sigma * sigma, 0.0, sigma * sigma]), share: 1.0, group: 0 }
+    }
+
+    #[test]
+    fn a_circle_and_its_uncertainty_are_found() {
+        let ring = |n: usize, noise: f64| -> Vec<Sample> {
+            let at = |k: usize| {
+                let t = 6.0 * k as f64 / n as f64;
+                // Deviations that are of no system, and of that size.
+                let off = 4.0 + noise * 2f64.sqrt() * (37.0 * (k as f64 + 0.3).powi(2)).sin();
+                [1.0 + off * t.cos(), 2.0 + off * t.sin()]
+            };
+            (0..n).map(|k| sample(at(k), noise.max(1e-3))).collect()
+        };
+        let start =
+            |s: &[Sample]| Arc::through(&[s[0].at, s[s.len() / 3].at, s[2 * s.len() / 3].at]).unwrap();
+        let exact = ring(20, 0.0);
+        let arc = start(&exact).fit(&exact, &[1.0; 20]).unwrap();
+        let (centre, radius) = arc.circle().unwrap();
+        assert!((radius - 4.0).abs() < 1e-9 && (centre[0] - 1.0).hypot(centre[1] - 2.0) < 1e-9);
+        let noisy = ring(400, 0.1);
+        let arc = start(&noisy).fit(&noisy, &[1.0; 400]).unwrap();
+        let (radius, sigma) = (arc.circle().unwrap().1, arc.circle_deviations().unwrap().1);
+        assert!((sigma / (0.1 / 20.0) - 1.0).abs() < 0.1, "{sigma}");
+        assert!((radius - 4.0).abs() < 4.0 * sigma, "{radius} {sigma}");
+        let (place, _) = arc.at(1.0);
+        assert!(arc.deviation(place) > 0.8 * sigma && arc.deviation(place) < 3.0 * sigma);
+    }
+}

@@ -1,0 +1,192 @@
+//! The zero of readings: what the sensor shows without contact, and what is known of that.
+
+use std::str::FromStr;
+
+use serde::de::{Deserialize, Deserializer, Error as _};
+use serde_json::{Value, json};
+
+use super::Locator;
+use crate::error::InputError;
+use crate::fields::{number, plain};
+use crate::measure::zero::{TaredBy, Zero};
+
+/// A zero of a calibration without zero readings is worth a word beyond so many standard deviations of a reading.
+const SEEN: f64 = 4.0;
+
+/// A zero reading is off the others beyond this share of a usual signal.
+const OFF: f64 = 0.1;
+/// And beyond so many standard deviations of a reading.
+const CERTAIN: f64 = 8.0;
+
+/// The zero of readings, line by line.
+#[derive(Debug, Clone)]
+pub enum Tare {
+    /// Zero readings of a whole file, joined by straight lines in file order.
+    File(Zero),
+    /// The last run of zero readings of a stream, or what was said before.
+    Held(Option<Held>),
+}
+
+/// What a stream holds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Held {
+    /// Mean of the run.
+    mean: f64,
+    /// Its variance in units of a reading's.
+    share: f64,
+    /// Readings in it; 0 for what was said before.
+    n: usize,
+    /// The last reading, where it was far off: it counts when the next one is like it.
+    aside: Option<f64>,
+}
+
+impl Held {
+    fn of(readings: &[f64]) -> Self {
+        let n = readings.len();
+        Self { mean: readings.iter().sum::<f64>() / n as f64, share: 1.0 / n as f64, n, aside: None }
+    }
+}
+
+impl Tare {
+    /// Before the first reading: `said` by the user in strain, or the unit of the reading, else what the calibration fitted. That brings no
+    /// variance: where it is wrong, what was fitted with it is wrong by as much the other way.
+    pub fn new(locator: &Locator, said: Option<f64>) -> Self {
+        let fitted =
+            locator.tared.as_ref().filter(|t| matches!(t.from, TaredBy::Fitted | TaredBy::Reference));
+        Self::said(said.or(fitted.map(|t| t.value)))
+    }
+
+    /// What is said before the first reading.
+    pub fn said(zero: Option<f64>) -> Self {
+        Self::Held(zero.map(|mean| Held { mean, share: 0.0, n: 0, aside: None }))
+    }
+
+    /// Zero at a place among the lines, and the variance that it brings, in units of a reading's; `None` where it is not known.
+    pub fn at(&self, place: usize) -> Option<(f64, f64)> {
+        match self {
+            Self::File(zero) => {
+                let share = |(run, w): (usize, f64)| w * w / zero.sizes().get(run).map_or(1.0, |n| *n as f64);
+                (zero.count > 0).then(|| (zero.at(place), zero.weights(place).into_iter().map(share).sum()))
+            }
+            Self::Held(held) => held.map(|h| (h.mean, h.share)),
+        }
+    }
+
+    /// Takes a zero reading of a stream; `follows` another one. The zero that it is far off, if it is set aside for that.
+    pub fn see(&mut self, locator: &Locator, value: f64, follows: bool) -> Option<f64> {
+        let Self::Held(held) = self else { return None };
+        let Some(before) = held.filter(|h| h.n > 0) else {
+            *held = Some(Held::of(&[value]));
+            return None;
+        };
+        let value = locator.beside(before.mean, value);
+        let limit = (OFF * locator.size()).max(CERTAIN * locator.noise());
+        let near = |x: f64| (value - x).abs() <= limit;
+        let n = before.n + 1;
+        let now = match before.aside {
+            _ if near(before.mean) && follows => {
+                let mean = before.mean + (value - before.mean) / n as f64;
+                Held { mean, share: 1.0 / n as f64, n, aside: None }
+            }
+            _ if near(before.mean) => Held::of(&[value]),
+            Some(other) if near(other) => Held::of(&[other, value]),
+            _ => Held { aside: Some(value), ..before },
+        };
+        *held = Some(now);
+        now.aside.map(|_| now.mean)
+    }
+}
+
+/// What a user should know where readings are not in the state of the calibration; `zero` is that of a tap.
+pub fn doubt(locator: &Locator, zero: Option<f64>) -> Option<String> {
+    let kind = locator.rig.setup.drive.column();
+    let unit = locator.unit.common();
+    match (&locator.tared, zero) {
+        (Some(t), None) if matches!(t.from, TaredBy::Rows | TaredBy::Plateau) => Some(format!(
+            "the zero of the calibration was read and subtracted ({:.4e} {unit}), that of these readings is not known and taken as 0: \
+             if they are not tared, every distance is wrong. Give rows with {kind} {}, or --zero",
+            t.value,
+            t.until.map_or("= 0".to_owned(), |u| format!("≤ {u}"))
+        )),
+        (None, None) => Some(
+            "the calibration does not say whether its signal was tared: if these readings are not in the same state, every distance is wrong"
+                .to_owned(),
+        ),
+        (Some(t), None) if t.from == TaredBy::None && t.error == 0.0 => Some(
+            "no zero was read when the whisker was calibrated, and its data could not tell a constant offset from a tap: where these \
+             readings are not in the same state, every distance is wrong"
+                .to_owned(),
+        ),
+        (tared, Some(zero)) if tared.as_ref().is_none_or(|t| t.from == TaredBy::None) => {
+            (zero.abs() > SEEN * locator.noise()).then(|| {
+                format!(
+                    "a zero of {zero:.4e} {unit} is subtracted from these readings, but no zero was read when the whisker was \
+                     calibrated: where its signal was not tared, every distance is wrong"
+                )
+            })
+        }
+        (Some(t), Some(zero)) if t.from == TaredBy::Reference && zero != t.value => Some(format!(
+            "the zero of the calibration is not known; with {zero:.4e} {unit} subtracted from these readings every distance is wrong"
+        )),
+        _ => None,
+    }
+}
+
+/// One finite number, or two, in the unit of the signal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SaidZero {
+    said: String,
+    values: Vec<f64>,
+}
+
+impl SaidZero {
+    /// One number, or two; `None` of other numbers, or as many.
+    pub fn new(values: Vec<f64>) -> Option<Self> {
+        let sound = [1, 2].contains(&values.len()) && values.iter().all(|x| x.is_finite());
+        let said = values.iter().map(|x| plain(*x)).collect::<Vec<_>>().join(",");
+        sound.then_some(Self { said, values })
+    }
+
+    /// The zero of each signal of `locators`, as many as there are.
+    pub fn of<'l>(
+        zero: Option<&Self>,
+        locators: impl IntoIterator<Item = &'l Locator>,
+    ) -> Result<[Option<f64>; 2], InputError> {
+        let Some(Self { said, values }) = zero else { return Ok([None; 2]) };
+        let signals = 1 + usize::from(locators.into_iter().any(Locator::is_twofold));
+        if values.len() == signals {
+            return Ok([0, 1].map(|k| values.get(k).copied()));
+        }
+        let (message, allowed) = match signals {
+            1 => ("the calibration is of one signal", "one number, with a decimal point"),
+            _ => ("the calibration is of two signals, each with its zero", "two numbers: X,Y"),
+        };
+        Err(InputError::new(message).key("--zero").value(said).allowed(allowed))
+    }
+
+    /// As it stands in a record of what was asked.
+    pub fn json(zero: Option<&Self>) -> Value {
+        match zero.map(|zero| zero.values.as_slice()) {
+            None => Value::Null,
+            Some([one]) => json!(one),
+            Some(several) => json!(several),
+        }
+    }
+}
+
+impl FromStr for SaidZero {
+    type Err = String;
+
+    fn from_str(said: &str) -> Result<Self, String> {
+        let values: Option<Vec<f64>> = said.split(',').map(number).collect();
+        let zero = values.and_then(Self::new).ok_or("a number, or one for each of two signals: X,Y")?;
+        Ok(Self { said: said.to_owned(), ..zero })
+    }
+}
+
+impl<'de> Deserialize<'de> for SaidZero {
+    fn deserialize<D: Deserializer<'de>>(numbers: D) -> Result<Self, D::Error> {
+        let zero = Self::new(Vec::deserialize(numbers)?);
+        zero.ok_or_else(|| D::Error::custom("this is no zero of such a signal"))
+    }
+}

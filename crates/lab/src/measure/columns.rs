@@ -1,0 +1,362 @@
+//! Which column of a file is what: by the names that every table has, or as `--columns` says.
+
+use std::borrow::Cow;
+
+use super::Unit;
+use super::file::Row;
+use super::group::Groups;
+use super::names::{DISTANCE, Names, Role};
+use crate::error::InputError;
+use crate::fields;
+use crate::scene::Drive;
+
+/// Columns of the run, the first that is there counts.
+const RUNS: [&str; 4] = ["run", "session", "date", "pass"];
+
+/// Where the columns of a file stand.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Columns {
+    /// Contact distance.
+    pub a: Option<usize>,
+    /// Drive.
+    pub drive: Option<(Drive, usize)>,
+    /// Signal.
+    pub signal: (Unit, usize),
+    /// Signal of a second gauge: in the unit of the first, where there is one.
+    pub second: Option<(Unit, usize)>,
+    /// Tilt of the pole.
+    pub tilt: Option<usize>,
+    /// Run.
+    pub run: Option<usize>,
+    /// Time.
+    pub time: Option<usize>,
+    /// Number of columns.
+    pub fields: usize,
+    /// Names of those that are not used.
+    pub ignored: Vec<String>,
+}
+
+impl Columns {
+    /// From the `names` in a header and what the user said of them. Of two drives that of `kind` is taken.
+    ///
+    /// # Errors
+    /// A column that is missing, doubled, or contradicts another; one that looks like a drive and is none.
+    pub fn find(names: &[String], said: &Names, kind: Option<Drive>) -> Result<Self, InputError> {
+        for (role, name) in said.said() {
+            if !names.contains(name) {
+                let known: Vec<&str> = names.iter().map(String::as_str).collect();
+                let close = crate::error::nearest(name, &known).map(|n| format!("; is {n} meant?"));
+                let message = format!("the file has no column {name}{}", close.unwrap_or_default());
+                let role = role.short();
+                let error = InputError::new(message).key("--columns").value(format!("{role}={name}"));
+                return Err(error.allowed(names.join(", ")));
+            }
+        }
+        let roles: Vec<Option<Role>> = names.iter().map(|n| said.role(n)).collect();
+        let once = |wanted: Role| {
+            let mut places = (0..names.len()).filter(|&i| roles[i] == Some(wanted));
+            let first = places.next();
+            match (first, places.next()) {
+                (Some(place), Some(_)) => {
+                    let error = InputError::new("this column appears twice").key(&names[place]);
+                    Err(error.allowed("each column once"))
+                }
+                _ => Ok(first),
+            }
+        };
+        let a = once(Role::Distance)?;
+        let mut drives = Vec::new();
+        for drive in [Drive::Angle, Drive::Displacement] {
+            drives.extend(once(Role::Drive(drive))?.map(|place| (drive, place)));
+        }
+        if drives.len() > 1 {
+            drives.retain(|(d, _)| kind.is_none_or(|k| k == *d));
+        }
+        if drives.len() > 1 {
+            let error = InputError::new("a whisker is driven by an angle or by a displacement, not by both");
+            return Err(error
+                .key("theta_deg")
+                .value("theta_deg and delta_mm")
+                .allowed("one of the two columns"));
+        }
+        let mut signals = Vec::new();
+        for unit in Unit::ALL {
+            signals.extend(once(Role::Signal(unit))?.map(|place| (unit, place)));
+        }
+        if let ([], Some(i)) = (
+            drives.as_slice(),
+            (0..names.len()).find(|&i| roles[i].is_none() && drive_like(&names[i]).is_some()),
+        ) {
+            return Err(unknown_drive(&names[i]));
+        }
+        let signal = match signals.as_slice() {
+            [one] => *one,
+            [] => match said.channel() {
+                Some(channel) => return Err(channel.missing(names)),
+                None => return Err(no_signal(names)),
+            },
+            several => {
+                let found: Vec<&str> = several.iter().map(|(_, place)| names[*place].as_str()).collect();
+                let error =
+                    InputError::new("there are several signal columns, and they may contradict each other");
+                return Err(error
+                    .key(found[0])
+                    .value(found.join(", "))
+                    .allowed(format!("exactly one of {}; or --columns ignore=NAME", signal_names())));
+            }
+        };
+        let mut seconds = Vec::new();
+        for unit in Unit::ALL {
+            seconds.extend(once(Role::Second(unit))?.map(|place| (unit, place)));
+        }
+        let second = seconds.iter().find(|s| s.0 == signal.0).or(seconds.first()).copied();
+        let tilt = once(Role::Tilt)?;
+        // Of several columns that may name runs, the first in the order of the names.
+        let named = |name: &&str| names.iter().position(|n| n == name && said.role(n) == Some(Role::Run));
+        let said_run = said
+            .said()
+            .iter()
+            .find(|(r, _)| *r == Role::Run)
+            .and_then(|(_, n)| names.iter().position(|m| m == n));
+        let run = said_run.or_else(|| RUNS.iter().find_map(named));
+        let time = once(Role::Time)?;
+        let used = [a, drives.first().map(|d| d.1), Some(signal.1), second.map(|s| s.1), tilt, run, time];
+        let unused = |i: &usize| !used.contains(&Some(*i)) && roles[*i] != Some(Role::Ignored);
+        let ignored = (0..names.len()).filter(unused).map(|i| names[i].clone()).collect();
+        let drive = drives.first().copied();
+        Ok(Self { a, drive, signal, second, tilt, run, time, fields: names.len(), ignored })
+    }
+}
+
+/// That a column is missing, and which of `names` may be meant.
+pub fn missing(name: &str, names: &[String]) -> InputError {
+    let known: Vec<&str> = names.iter().map(String::as_str).collect();
+    let close = crate::error::nearest(name, &known).map(|n| format!("; is {n} meant?"));
+    let message = format!("column {name} is missing{}", close.unwrap_or_default());
+    let allowed = format!("{}; or --columns {}=NAME", all_names(), name.split('_').next().unwrap_or(name));
+    InputError::new(message).key(name).value(names.join(",")).allowed(allowed)
+}
+
+/// The columns of a data file, in words.
+pub fn all_names() -> String {
+    format!("{DISTANCE}, theta_deg or delta_mm, and one of {}", signal_names())
+}
+
+fn signal_names() -> String {
+    Unit::ALL.map(Unit::column).join(", ")
+}
+
+/// Whether one of `words` stands in a name.
+fn has(name: &str, words: &[&str]) -> bool {
+    name.to_lowercase().split(|c: char| !c.is_alphabetic()).any(|part| words.contains(&part))
+}
+
+/// Whether a name that is no column may be that of a drive as well as of anything else.
+pub fn may_drive(name: &str) -> bool {
+    has(name, &["step", "steps", "mm", "position", "pos", "stage", "travel", "stroke", "weg"])
+}
+
+/// That no column is a signal, and which one may be meant.
+fn no_signal(names: &[String]) -> InputError {
+    const UNITS: [(&[&str], &str); 3] = [
+        (&["µε", "με", "µstrain", "μstrain", "ustrain", "microstrain", "ue"], "microstrain"),
+        (&["strain", "ε", "dehnung"], "strain"),
+        (&["mv"], "bridge"),
+    ];
+    let role = |name: &str| UNITS.into_iter().find(|(words, _)| has(name, words)).map(|u| u.1);
+    let known: Vec<&str> = names.iter().map(String::as_str).collect();
+    match names.iter().find_map(|name| Some((role(name)?, name))) {
+        Some((role, name)) if crate::error::nearest("strain", &known).is_none() => {
+            let error =
+                InputError::new("this column looks like the signal, but it is none by name").key(name);
+            error.allowed(format!("one of {}; or {}", signal_names(), said_as(role, name)))
+        }
+        _ => missing("strain", names),
+    }
+}
+
+/// `--columns` with the column `name` as `role`, as a shell takes it.
+fn said_as(role: &str, name: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "_-.:/".contains(c);
+    let quote = if name.chars().all(plain) { "" } else { "'" };
+    format!("--columns {quote}{role}={name}{quote}")
+}
+
+/// The error for a column whose values are like those of a drive.
+pub fn followed(name: &str) -> InputError {
+    let message = "the signal follows the few values of this column as it follows a drive, but no column is one by name";
+    InputError::new(message).key(name).allowed(format!(
+        "theta_deg or delta_mm; or {} (degrees) or delta (mm); or {}",
+        said_as("theta", name),
+        said_as("ignore", name)
+    ))
+}
+
+/// What a name that is no column looks like: a drive, with its likely column; `None` where it may be either.
+pub(super) fn drive_like(name: &str) -> Option<Option<Drive>> {
+    const ANGLE: [&str; 12] = [
+        "theta", "θ", "angle", "angles", "ang", "winkel", "rotation", "phi", "deg", "degree", "degrees",
+        "rad",
+    ];
+    const DISPLACEMENT: [&str; 8] =
+        ["delta", "δ", "disp", "displ", "displacement", "auslenkung", "deflection", "push"];
+    let has = |words: &[&str]| has(name, words);
+    let near = crate::error::nearest(name, &["theta_deg", "delta_mm"]);
+    match near {
+        _ if has(&ANGLE) => Some(Some(Drive::Angle)),
+        _ if has(&DISPLACEMENT) => Some(Some(Drive::Displacement)),
+        Some("theta_deg") => Some(Some(Drive::Angle)),
+        Some(_) => Some(Some(Drive::Displacement)),
+        None => has(&["drive", "motor"]).then_some(None),
+    }
+}
+
+/// The error for a column that looks like a drive.
+fn unknown_drive(name: &str) -> InputError {
+    let radians = has(name, &["rad", "radians"]);
+    let (likely, role) = match drive_like(name).flatten() {
+        Some(Drive::Angle) => ("theta_deg", "theta"),
+        Some(Drive::Displacement) => ("delta_mm", "delta"),
+        None => ("theta_deg or delta_mm", "theta"),
+    };
+    let message = match radians {
+        true => "this column looks like a drive in radians; theta_deg is meant, in degrees".to_owned(),
+        false => format!("this column looks like a drive, but it is none by name; is {likely} meant?"),
+    };
+    let allowed = match radians {
+        true => format!("theta_deg, in degrees; or {}", said_as("ignore", name)),
+        false => format!(
+            "{likely}; or {} where it is in {}; or {}",
+            said_as(role, name),
+            if role == "theta" { "degrees" } else { "mm" },
+            said_as("ignore", name)
+        ),
+    };
+    InputError::new(message).key(name).allowed(allowed)
+}
+
+/// From one value to the next the signal goes the same way in this share of all cases.
+const SAME_WAY: f64 = 0.95;
+/// Fewer cases say nothing.
+const CASES: usize = 6;
+/// And leads, at one distance, over this share of the range of all signals.
+const FAR: f64 = 0.2;
+
+/// Numbers in columns that are not used; none where the drive is known.
+pub struct Others<'a> {
+    columns: Vec<(usize, &'a str, Vec<f64>)>,
+}
+
+impl<'a> Others<'a> {
+    /// Of a file with these `names`.
+    pub fn new(columns: &Columns, names: &'a [String]) -> Self {
+        let unused = |(_, n): &(usize, &String)| columns.drive.is_none() && columns.ignored.contains(n);
+        let all = names.iter().enumerate().filter(unused);
+        Self { columns: all.map(|(place, name)| (place, name.as_str(), Vec::new())).collect() }
+    }
+
+    /// Takes a line; a column that holds a word is no drive.
+    pub fn push(&mut self, record: &[Cow<'_, str>]) {
+        self.columns.retain_mut(|(place, _, values)| {
+            let x = fields::number(&record[*place]).filter(|x| x.is_finite());
+            values.extend(x);
+            x.is_some()
+        });
+    }
+
+    /// The column that is a drive by its values.
+    pub fn drive(&self, rows: &[Row]) -> Option<&'a str> {
+        self.columns.iter().find(|(.., values)| leads(values, rows)).map(|(_, name, _)| *name)
+    }
+}
+
+/// Whether the signal follows `levels`, which are few: at each distance one way, and far.
+fn leads(levels: &[f64], rows: &[Row]) -> bool {
+    let distances = Groups::of(rows.iter().map(|r| r.a), None, false);
+    let mut cells = std::collections::BTreeMap::<[i64; 2], (f64, f64)>::new();
+    let ordered = |x: f64| x.to_bits() as i64 ^ ((x.to_bits() as i64 >> 63) as u64 >> 1) as i64;
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for (level, row) in levels.iter().zip(rows).filter(|(_, r)| r.a.is_finite() && r.value.is_finite()) {
+        let cell = cells.entry([distances.centre(row.a), *level].map(ordered)).or_default();
+        *cell = (cell.0 + row.value, cell.1 + 1.0);
+        (low, high) = (low.min(row.value), high.max(row.value));
+    }
+    let mut distinct = levels.to_vec();
+    distinct.sort_by(f64::total_cmp);
+    distinct.dedup();
+    let means: Vec<(i64, f64)> = cells.iter().map(|([a, _], (sum, n))| (*a, sum / n)).collect();
+    let steps = means.windows(2).filter(|w| w[0].0 == w[1].0).map(|w| w[1].1 - w[0].1);
+    let (up, all) = steps.fold((0, 0), |(up, n), step| (up + usize::from(step > 0.0), n + 1));
+    let ranges: Vec<f64> = means
+        .chunk_by(|p, q| p.0 == q.0)
+        .filter(|c| c.len() > 1)
+        .map(|c| (c[c.len() - 1].1 - c[0].1).abs())
+        .collect();
+    2 * distinct.len() <= rows.len()
+        && all >= CASES
+        && up.max(all - up) as f64 >= SAME_WAY * all as f64
+        && ranges.iter().sum::<f64>() >= FAR * (high - low) * ranges.len() as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn find(header: &str, said: &str) -> Result<Columns, InputError> {
+        let names: Vec<String> = header.split(',').map(str::to_owned).collect();
+        Columns::find(&names, &Names::parse(said)?, None)
+    }
+
+    #[test]
+    fn columns_are_found_by_name_or_as_said() {
+        let c = find("a_mm,theta_deg,strain,run", "").unwrap();
+        assert_eq!((c.a, c.drive, c.signal), (Some(0), Some((Drive::Angle, 1)), (Unit::Strain, 2)));
+        assert_eq!((c.run, c.ignored.len()), (Some(3), 0));
+        let c = find("dist,ang,ch1,ch3", "a=dist, theta=ang,reading=ch3,ignore=ch1").unwrap();
+        assert_eq!((c.a, c.drive, c.signal), (Some(0), Some((Drive::Angle, 1)), (Unit::Reading, 3)));
+        assert_eq!(c.ignored, [] as [&str; 0]);
+        // What the user says goes before the column's own name.
+        let c = find("a_mm,theta_deg,strain,strain_2", "strain=strain_2").unwrap();
+        assert_eq!((c.signal, c.second), ((Unit::Strain, 3), None));
+        let c = find("a_mm,tilt_deg,theta_deg,strain,reading_2,strain_2", "").unwrap();
+        assert_eq!((c.second, c.tilt), (Some((Unit::Strain, 5)), Some(1)));
+        assert_eq!(c.ignored, ["reading_2"]);
+    }
+
+    #[test]
+    fn what_looks_like_a_drive_is_asked_for() {
+        for (name, likely) in [
+            ("theta", "theta_deg"),
+            ("theta_rad", "theta_deg"),
+            ("angle", "theta_deg"),
+            ("Angle (deg)", "theta_deg"),
+            ("delta", "delta_mm"),
+            ("displacement_mm", "delta_mm"),
+            ("thetadeg", "theta_deg"),
+            ("motor", "theta_deg or delta_mm"),
+        ] {
+            let e = find(&format!("a_mm,{name},strain"), "").unwrap_err();
+            assert!(e.to_string().contains(likely) && e.key.as_deref() == Some(name), "{name}: {e}");
+            assert!(find(&format!("a_mm,{name},strain"), &format!("ignore={name}")).is_ok());
+            let hint = e.allowed.unwrap();
+            assert_eq!(name.contains(' '), hint.contains(&format!("'ignore={name}'")), "{hint}");
+        }
+        for name in ["run", "t_s", "temperature", "operator", "grade", "comment"] {
+            assert!(find(&format!("a_mm,{name},strain"), "").is_ok(), "{name}");
+        }
+    }
+
+    #[test]
+    fn what_is_said_of_columns_is_checked() {
+        for (said, word) in [
+            ("a", "names no column"),
+            ("dist=a_mm", "no such role"),
+            ("a=", "missing"),
+            ("a=x,a=y", "twice"),
+            ("a=nothing", "no column nothing"),
+        ] {
+            let e = find("a_mm,theta_deg,strain", said).unwrap_err();
+            assert!(e.to_string().contains(word) && e.key.as_deref() == Some("--columns"), "{said}: {e}");
+        }
+    }
+}

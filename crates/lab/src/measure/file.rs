@@ -1,0 +1,254 @@
+//! Data files of a rig: a_mm, theta_deg or delta_mm, and one signal.
+
+use std::collections::hash_map::DefaultHasher;
+use std::hash::{Hash, Hasher};
+use std::path::Path;
+
+use super::Unit;
+use super::columns::Others;
+use super::group::rounded;
+use super::header::{Comments, elsewhere, same};
+use super::missing::{self, Missing};
+pub use super::names::DISTANCE;
+use super::runs::{Runs, forward, seconds};
+use super::thousands::Thousands;
+use super::{
+    columns::{Columns, all_names, followed, missing},
+    names::Names,
+};
+use crate::error::InputError;
+use crate::fields::{Decimals, fields, lines, separator};
+use crate::scene::Drive;
+use crate::text_file::{Limit, TextFile};
+
+/// One line of a data file; NaN where the line says nothing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Row {
+    /// 1-based line.
+    pub line: usize,
+    /// Contact distance as labelled, mm.
+    pub a: f64,
+    /// θ in degrees or δ in mm as labelled; 0 is a zero reading.
+    pub drive: f64,
+    /// The signal as recorded.
+    pub value: f64,
+    /// What is subtracted from it because the sensor lags.
+    pub late: f64,
+    /// Number of its run among [`Data::runs`]; 0 where no column says.
+    pub run: usize,
+    /// When it was taken: seconds, or its place in the file.
+    pub t: f64,
+    /// Fingerprint of the whole line, extra columns and all.
+    pub text: u64,
+}
+
+/// Columns of use to a whisker with a second gauge only.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Beside {
+    /// What the second signal is, and the name of its column.
+    pub second: Option<(Unit, String)>,
+    /// Name of the column of the pole's tilt.
+    pub tilt: Option<String>,
+    /// Of each row the second signal as recorded, and the tilt, degrees; NaN where there is none.
+    pub values: Vec<[f64; 2]>,
+    /// The first field in them that is no number: its line, its column and what it says.
+    pub fault: Option<(usize, String, String)>,
+}
+
+impl Beside {
+    /// Names of its columns.
+    pub fn names(&self) -> Vec<String> {
+        self.second.iter().map(|s| s.1.clone()).chain(self.tilt.clone()).collect()
+    }
+}
+
+/// A data file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Data {
+    /// The file as the user named it.
+    pub file: String,
+    /// What drives the whisker; `None` where no column says.
+    pub drive: Option<Drive>,
+    /// What the signal is.
+    pub unit: Unit,
+    /// Whether a column says when a row was taken.
+    pub timed: bool,
+    /// Every line after the header, comments and blank lines left out.
+    pub rows: Vec<Row>,
+    /// Names of the runs, in the order of the file; none where no column says.
+    pub runs: Vec<String>,
+    /// What a second gauge showed, and the tilt of the pole.
+    pub beside: Beside,
+    /// Columns that are not used.
+    pub ignored: Vec<String>,
+    /// Values that stand for none: NaN in the rows.
+    pub missing: Vec<Missing>,
+}
+
+impl Data {
+    /// The same with distances, drives and tilts without rounding, so that they can be compared: distances, and drives, as they are where
+    /// that is wanted.
+    pub fn rounded(&self, as_they_are: [bool; 2]) -> Self {
+        let mut data = self.clone();
+        let column = |f: fn(&Row) -> f64| rounded(&self.rows.iter().map(f).collect::<Vec<_>>());
+        let tilts = rounded(&self.beside.values.iter().map(|v| v[1]).collect::<Vec<_>>());
+        data.beside.values.iter_mut().zip(tilts).for_each(|(v, tilt)| v[1] = tilt);
+        if !as_they_are[0] {
+            data.rows.iter_mut().zip(column(|r| r.a)).for_each(|(r, a)| r.a = a);
+        }
+        if !as_they_are[1] {
+            data.rows.iter_mut().zip(column(|r| r.drive)).for_each(|(r, drive)| r.drive = drive);
+        }
+        data
+    }
+
+    /// Reads the file at `path`.
+    ///
+    /// # Errors
+    /// A file that is missing or no CSV; columns that are missing, doubled or contradict each other; a field that is no
+    /// number. An empty field, `NaN` and `inf` are missing values, which stay.
+    pub fn read(path: &Path) -> Result<Self, InputError> {
+        Self::parse(&path.display().to_string(), &Self::load(path)?)
+    }
+
+    /// The bytes of the file at `path`, which may be a pipe: it is read once.
+    pub fn load(path: &Path) -> Result<Vec<u8>, InputError> {
+        if path.is_dir() {
+            let error = InputError::new("this is a folder; a data file is needed");
+            return Err(error.at(path.display().to_string(), None));
+        }
+        TextFile::open(path, "data", Limit::AnyLines)?.bytes()
+    }
+
+    /// Reads `bytes`; `label` names them in messages. Errors as [`Self::read`].
+    pub fn parse(label: &str, bytes: &[u8]) -> Result<Self, InputError> {
+        Self::parse_named(label, bytes, &Names::default())
+    }
+
+    /// As [`Self::parse`], where `said` names columns.
+    pub fn parse_named(label: &str, bytes: &[u8], said: &Names) -> Result<Self, InputError> {
+        let bytes = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes);
+        let text = std::str::from_utf8(bytes).map_err(|e| {
+            let line = 1 + bytes[..e.valid_up_to()].iter().filter(|&&b| b == b'\n').count();
+            InputError::new("this data file is not UTF-8 text; save it as UTF-8 CSV").at(label, Some(line))
+        })?;
+        let here = |e: InputError| InputError { file: Some(label.to_owned()), ..e };
+        let mut comments = Comments::default();
+        let mut lines = (1..).zip(lines(text)).filter(|(_, l)| !l.trim().is_empty()).peekable();
+        while let Some((line, text)) = lines.next_if(|(_, l)| l.starts_with('#')) {
+            comments.push(line, text);
+        }
+        let Some((first, header)) = lines.peek().copied() else {
+            let message = "this file is empty; its first line must name the columns";
+            return Err(InputError::new(message).at(label, None).allowed(all_names()));
+        };
+        let mark = separator(header);
+        let names: Vec<String> = fields(header, mark).iter().map(|f| f.to_string()).collect();
+        let (line, names) = match comments.before(header, &names, said).map_err(here)? {
+            Some(commented) => commented,
+            None => {
+                lines.next();
+                (first, names)
+            }
+        };
+        let at_header = |e: InputError| elsewhere(e.at(label, Some(line)), text, line);
+        let columns = Columns::find(&names, said, None).map_err(at_header)?;
+        let distance = columns.a.ok_or_else(|| at_header(missing(DISTANCE, &names)))?;
+
+        let mut beside = Beside {
+            second: columns.second.map(|(unit, place)| (unit, names[place].clone())),
+            tilt: columns.tilt.map(|place| names[place].clone()),
+            ..Beside::default()
+        };
+        let mut others = Others::new(&columns, &names);
+        let mut rows: Vec<Row> = Vec::new();
+        let mut runs = Runs::default();
+        let (mut decimals, mut thousands) = (Decimals::default(), Thousands::default());
+        for (line, text) in lines {
+            if text.starts_with('#') {
+                same(line, text, header, &names, said).map_err(here)?;
+                continue;
+            }
+            let record = fields(text, mark);
+            if record.len() != names.len() {
+                let message =
+                    format!("this line has {} fields, but the header has {}", record.len(), names.len());
+                let allowed = "one field for each column; decimal commas need ; or tabs between fields";
+                return Err(InputError::new(message).value(text).allowed(allowed).at(label, Some(line)));
+            }
+            let mut number = |place: usize| {
+                decimals.number(&record[place]).ok_or_else(|| {
+                    let allowed = match decimals.refuses(&record[place]) {
+                        true => {
+                            "one decimal mark in the whole file, point or comma; nothing between thousands"
+                        }
+                        false => "a number without unit; empty or NaN where it is missing",
+                    };
+                    let error = InputError::new(decimals.wrong(&record[place]))
+                        .key(&names[place])
+                        .value(&record[place]);
+                    error.allowed(allowed).at(label, Some(line))
+                })
+            };
+            others.push(&record);
+            thousands.see(line, &record, mark);
+            let mut faulty = None;
+            let mut fingerprint = DefaultHasher::new();
+            text.hash(&mut fingerprint);
+            let place = rows.len();
+            rows.push(Row {
+                run: columns.run.map_or(0, |at| runs.number(&record[at], line)),
+                t: columns.time.map_or(Ok(place as f64), &mut number)?,
+                line,
+                a: number(distance)?,
+                drive: columns.drive.map_or(Ok(f64::NAN), |(_, place)| number(place))?,
+                value: number(columns.signal.1)?,
+                late: 0.0,
+                text: fingerprint.finish(),
+            });
+            let places = [columns.second.map(|s| s.1), columns.tilt];
+            beside.values.push(places.map(|place| {
+                let Some(place) = place else { return f64::NAN };
+                decimals.number(&record[place]).unwrap_or_else(|| {
+                    faulty.get_or_insert((line, names[place].clone(), record[place].to_string()));
+                    f64::NAN
+                })
+            }));
+            beside.fault = beside.fault.or(faulty);
+        }
+        if rows.is_empty() {
+            return Err(InputError::new("this file has a header but no rows").at(label, None));
+        }
+        thousands.check(&names, said).map_err(here)?;
+        if let Some(at) = columns.run {
+            runs.check(rows.len()).map_err(|e| e.key(&names[at]).at(label, runs.line()))?;
+        }
+        // A column without any time is as good as none.
+        let timed = columns.time.filter(|_| rows.iter().any(|r| r.t.is_finite()));
+        if timed.is_none() {
+            rows.iter_mut().enumerate().for_each(|(place, row)| row.t = place as f64);
+        }
+        if let Some(at) = timed {
+            let wrong = |row: &Row| seconds(row.t).map_err(|e| e.key(&names[at]).at(label, Some(row.line)));
+            rows.iter().try_for_each(wrong)?;
+            forward(&rows).map_err(|(line, e)| e.key(&names[at]).at(label, Some(line)))?;
+        }
+        if let Some(name) = others.drive(&rows) {
+            return Err(at_header(followed(name)));
+        }
+        let named = [columns.a, columns.drive.map(|d| d.1), Some(columns.signal.1)]
+            .map(|place| place.map_or("", |place| names[place].as_str()));
+        let missing = missing::take(&mut rows, named);
+        Ok(Self {
+            missing,
+            file: label.to_owned(),
+            drive: columns.drive.map(|d| d.0),
+            unit: columns.signal.0,
+            timed: timed.is_some(),
+            rows,
+            runs: runs.names(),
+            beside,
+            ignored: columns.ignored,
+        })
+    }
+}

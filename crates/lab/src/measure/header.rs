@@ -1,0 +1,161 @@
+//! A header in a comment: `# reading,theta_deg` before rows that have none, as numpy's savetxt writes it.
+
+use super::columns::drive_like;
+use super::names::Names;
+use crate::error::InputError;
+use crate::fields::{fields, lines, number, separator};
+
+/// Words in the name of a column that is no drive.
+const WORDS: [&str; 30] = [
+    "reading",
+    "signal",
+    "strain",
+    "microstrain",
+    "ustrain",
+    "voltage",
+    "volt",
+    "volts",
+    "mv",
+    "adc",
+    "count",
+    "counts",
+    "raw",
+    "value",
+    "force",
+    "moment",
+    "channel",
+    "ch",
+    "gauge",
+    "sensor",
+    "distance",
+    "dist",
+    "position",
+    "pos",
+    "time",
+    "run",
+    "spannung",
+    "dehnung",
+    "kraft",
+    "abstand",
+];
+
+/// What the comments of a file say of its columns, line by line.
+#[derive(Debug, Default)]
+pub struct Comments(Vec<(usize, String)>);
+
+impl Comments {
+    /// One more, before the first row.
+    pub fn push(&mut self, line: usize, text: &str) {
+        self.0.push((line, text.to_owned()));
+    }
+
+    /// Of the first line that is no comment, whose fields are `names`: nothing where it is the header itself, else as [`Self::header`].
+    pub fn before(
+        &self,
+        first: &str,
+        names: &[String],
+        said: &Names,
+    ) -> Result<Option<(usize, Vec<String>)>, InputError> {
+        if names.iter().any(|name| said.known(name)) { Ok(None) } else { self.header(first, said) }
+    }
+
+    /// The names of columns in the comment that is nearest before the first `row`, and its line.
+    ///
+    /// # Errors
+    /// A comment that names columns, but not as many as the row has fields.
+    fn header(&self, row: &str, said: &Names) -> Result<Option<(usize, Vec<String>)>, InputError> {
+        let count = fields(row, separator(row)).len();
+        if let Some(found) =
+            self.0.iter().rev().find_map(|(line, text)| Some((*line, named(text, row, said)?)))
+        {
+            return Ok(Some(found));
+        }
+        match self.0.iter().find(|(_, text)| names_columns(text)) {
+            Some((line, text)) => {
+                let message = format!("this comment names columns, but the rows have {count} fields");
+                let error = InputError::new(message).value(text);
+                let allowed =
+                    "one name for each field, with what separates the fields; or a header that is no comment";
+                Err(InputError { line: Some(*line), ..error.allowed(allowed) })
+            }
+            None => Ok(None),
+        }
+    }
+}
+
+/// Refuses the `comment` in this `line` where it names other columns than `names`, which the rows before it have.
+pub fn same(line: usize, comment: &str, row: &str, names: &[String], said: &Names) -> Result<(), InputError> {
+    match named(comment, row, said) {
+        Some(other) if other != names => {
+            let message = "this comment names other columns than the rows before it have";
+            let error = InputError::new(message).value(comment).allowed(names.join(","));
+            Err(InputError { line: Some(line), ..error })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// `error` of the header in this `line` of `text`, with where a table seems to begin, where that is elsewhere.
+pub fn elsewhere(error: InputError, text: &str, line: usize) -> InputError {
+    let Some(begin) = begins(text).filter(|begin| *begin != line) else { return error };
+    let allowed = error.allowed.clone().unwrap_or_default();
+    error.allowed(format!("{allowed}; the table seems to begin in line {begin}: leave out what is above"))
+}
+
+/// The line of names before three rows of numbers.
+fn begins(text: &str) -> Option<usize> {
+    let numbers = |line: &str, mark: char| {
+        let all = fields(line, mark);
+        let n = all.iter().filter(|f| number(f).is_some_and(f64::is_finite)).count();
+        [all.len(), n]
+    };
+    let all: Vec<&str> = lines(text).collect();
+    let is_header = |w: &&[&str]| {
+        let mark = separator(w[1]);
+        let [[names, none], first, second, third] = [0, 1, 2, 3].map(|k| numbers(w[k], mark));
+        none == 0 && names >= first[0] && first[1] >= 2 && first == second && second == third
+    };
+    all.windows(4).position(|w| is_header(&w)).map(|place| place + 1)
+}
+
+/// The names of columns in a `comment` before rows like `row`, if it holds one for each field.
+fn named(comment: &str, row: &str, said: &Names) -> Option<Vec<String>> {
+    let text = comment.trim_start_matches(['#', ' ']);
+    let mark = separator(row);
+    let count = fields(row, mark).len();
+    let after = text.split_once(':').map_or("", |(_, after)| after);
+    let by = |text: &str, mark: char| fields(text, mark).iter().map(|f| f.to_string()).collect::<Vec<_>>();
+    let ways = [text, after].into_iter().flat_map(|text| [by(text, mark), by(text, separator(text))]);
+    // Words with blanks between are a remark, unless each is a name.
+    let words = text.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
+    let only_names =
+        words.iter().all(|word| said.means(word)) && words.iter().any(|word| said.is_drive(word));
+    let words = only_names.then_some(words);
+    let fit: Vec<_> = ways
+        .filter(|names| are_names(names, said))
+        .chain(words)
+        .filter(|names| names.len() == count)
+        .collect();
+    // Prefer the split with the most known names. `max_by_key` returns the last of equal ones, so the order is reversed to get the first.
+    fit.into_iter().rev().max_by_key(|names| names.iter().filter(|name| said.means(name)).count())
+}
+
+/// Whether these may be names of columns: one of them is that of a column, or all look like it.
+fn are_names(names: &[String], said: &Names) -> bool {
+    let letter = |name: &str| matches!(name, "a" | "s" | "t" | "u" | "v" | "x");
+    let like = |name: &String| {
+        let name = name.to_lowercase();
+        drive_like(&name).is_some()
+            || letter(&name)
+            || name.split(|c: char| !c.is_alphabetic()).any(|word| WORDS.contains(&word))
+    };
+    let is_drive = |name: &String| drive_like(&name.to_lowercase()).is_some();
+    names.iter().any(|name| said.means(name)) || names.iter().all(like) && names.iter().any(is_drive)
+}
+
+/// Whether a comment holds the names of a drive and of a signal.
+fn names_columns(comment: &str) -> bool {
+    let known = Names::default();
+    let words = || comment.split(|c: char| !(c.is_alphanumeric() || c == '_'));
+    words().any(|word| known.is_drive(word)) && words().any(|word| known.is_signal(word))
+}

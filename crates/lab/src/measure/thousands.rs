@@ -1,0 +1,96 @@
+//! Numbers that may be more than a thousand: `1,367` beside `412` is 1367 to one who writes marks between thousands.
+
+use std::borrow::Cow;
+
+use super::names::{Names, Role};
+use crate::error::InputError;
+use crate::fields::number;
+
+/// Marks that stand before decimals, or between thousands.
+const MARKS: [char; 2] = ['.', ','];
+
+/// What the numbers of a file say of its marks.
+#[derive(Debug, Clone, Default)]
+pub struct Thousands {
+    /// Of each mark whether some number can only have decimals behind it.
+    decimal: [bool; 2],
+    columns: Vec<Column>,
+}
+
+/// What a column holds.
+#[derive(Debug, Clone, Default)]
+struct Column {
+    /// Whether a number has no mark.
+    plain: bool,
+    /// Of each mark the line and the text of the first number with three digits behind it.
+    marked: [Option<(usize, String)>; 2],
+}
+
+impl Thousands {
+    /// Looks at the fields of a line, between which `separator` stands.
+    /// Whether one of them may be a number of more than a thousand.
+    pub fn see(&mut self, line: usize, fields: &[Cow<'_, str>], separator: char) -> bool {
+        let mut grouped = false;
+        if self.columns.len() < fields.len() {
+            self.columns.resize(fields.len(), Column::default());
+        }
+        for (field, column) in fields.iter().zip(&mut self.columns) {
+            let Some(k) = MARKS.iter().position(|mark| field.contains(*mark)) else {
+                // 0 is the same either way.
+                let digits = field.trim_start_matches(['+', '-']);
+                column.plain |=
+                    digits.bytes().all(|c| c.is_ascii_digit()) && digits.bytes().any(|c| c != b'0');
+                continue;
+            };
+            if !number(field).is_some_and(f64::is_finite) {
+                continue;
+            }
+            grouped |= is_grouped(field, MARKS[k]);
+            match is_grouped(field, MARKS[k]) {
+                true if column.marked[k].is_none() => column.marked[k] = Some((line, field.to_string())),
+                true => {}
+                false => self.decimal[k] = true,
+            }
+            // Where commas separate fields, one within quotes hardly stands before decimals.
+            column.plain |= MARKS[k] == separator;
+        }
+        grouped
+    }
+
+    /// Refuses numbers of which nothing says whether they are more than a thousand; `names` are those of the columns. Columns that `said` does not know
+    /// are not read, and three digits of a time are milliseconds: times that are read wrong do not rise, which is refused elsewhere.
+    pub fn check(&self, names: &[String], said: &Names) -> Result<(), InputError> {
+        let is_read = |place: usize| {
+            names.get(place).is_none_or(|name| said.means(name) && said.role(name) != Some(Role::Time))
+        };
+        let doubt = |(place, column): (usize, &Column)| {
+            let of = |k: &usize| column.plain && !self.decimal[*k] && column.marked[*k].is_some();
+            (0..MARKS.len()).find(of).filter(|_| is_read(place)).map(|k| (place, k))
+        };
+        let Some((place, k)) = self.columns.iter().enumerate().find_map(doubt) else { return Ok(()) };
+        let (line, text) = self.columns[place].marked[k].clone().unwrap_or_default();
+        let whole = text.replace(MARKS[k], "");
+        let message = format!(
+            "is this {whole}, or {}? Nothing in this file says whether `{}` stands between thousands or before decimals",
+            text.replace(MARKS[k], "."),
+            MARKS[k]
+        );
+        let error = InputError::new(message).key(names.get(place).map_or("", String::as_str)).value(&text);
+        let error = error.allowed(format!(
+            "{whole} without a mark; or decimals written so that they cannot be thousands: {text}0"
+        ));
+        Err(InputError { line: Some(line), ..error })
+    }
+}
+
+/// Whether a number has three digits behind its mark and one to three before it, as thousands have.
+fn is_grouped(field: &str, mark: char) -> bool {
+    let digits = |part: &str| part.bytes().all(|c| c.is_ascii_digit());
+    field.trim_start_matches(['+', '-']).split_once(mark).is_some_and(|(before, after)| {
+        (1..=3).contains(&before.len())
+            && !before.starts_with('0')
+            && after.len() == 3
+            && digits(before)
+            && digits(after)
+    })
+}

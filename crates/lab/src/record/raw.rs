@@ -1,0 +1,144 @@
+//! A raw record: times, signals, and what stands beside them.
+
+use crate::error::InputError;
+use crate::fields::{Decimals, fields, lines, separator};
+use crate::locate::object::NAME as OBJECT;
+use crate::measure::Unit;
+use crate::measure::columns::Columns;
+use crate::measure::header::{Comments, elsewhere, same};
+use crate::measure::names::{DISTANCE, Names, TILT};
+use crate::measure::runs::seconds;
+use crate::measure::thousands::Thousands;
+use crate::scene::Drive;
+
+/// Samples at least.
+const LEAST: usize = 20;
+
+/// A raw record.
+#[derive(Debug, Clone)]
+pub struct Record {
+    /// The file.
+    pub file: String,
+    /// Seconds, rising.
+    pub time: Vec<f64>,
+    /// The signal.
+    pub signal: Vec<f64>,
+    /// Its unit.
+    pub unit: Unit,
+    /// Degrees or mm, as recorded.
+    pub drive: Option<(Drive, Vec<f64>)>,
+    /// Names and fields of distance, tilt and run, where there are such columns.
+    pub labels: Vec<(String, Vec<String>)>,
+    /// Names of columns that are not used.
+    pub ignored: Vec<String>,
+    /// Lines without a signal, which are left out.
+    pub empty: usize,
+}
+
+impl Record {
+    /// From the text of a file: a header, then a sample in each row.
+    ///
+    /// # Errors
+    /// A column that is missing; a field that is no number; times that do not rise; too few samples.
+    pub fn parse(file: &str, text: &str, said: &Names) -> Result<Self, InputError> {
+        let lines = (1..).zip(lines(text.trim_start_matches('\u{feff}')));
+        let mut rows = lines.filter(|(_, line)| !line.trim().is_empty()).peekable();
+        let here = |e: InputError| InputError { file: Some(file.to_owned()), ..e };
+        let mut comments = Comments::default();
+        while let Some((line, text)) = rows.next_if(|(_, l)| l.starts_with('#')) {
+            comments.push(line, text);
+        }
+        let (first, header) = rows.peek().copied().unwrap_or((1, ""));
+        let mark = separator(header);
+        let names: Vec<String> = fields(header, mark).iter().map(|f| f.to_string()).collect();
+        let (first, names) = match comments.before(header, &names, said).map_err(here)? {
+            Some(commented) => commented,
+            None => {
+                rows.next();
+                (first, names)
+            }
+        };
+        let at = |error: InputError, line: usize| error.at(file, Some(line));
+        let columns = Columns::find(&names, said, None);
+        let columns = columns.map_err(|e| elsewhere(at(e, first), text, first))?;
+        let Some(time) = columns.time else {
+            let error = InputError::new("column t_s is missing: a raw record has the time of each sample");
+            let error =
+                error.key("t_s").value(names.join(",")).allowed("t_s, in seconds; or --columns t=NAME");
+            return Err(at(error, first));
+        };
+        let mut record = Self {
+            file: file.to_owned(),
+            unit: columns.signal.0,
+            drive: columns.drive.map(|(kind, _)| (kind, Vec::new())),
+            labels: Vec::new(),
+            ignored: columns.ignored.iter().filter(|name| *name != OBJECT).cloned().collect(),
+            time: Vec::new(),
+            signal: Vec::new(),
+            empty: 0,
+        };
+        let object = names.iter().position(|name| name == OBJECT);
+        let labelled: Vec<usize> =
+            [columns.a, columns.tilt, columns.run, object].into_iter().flatten().collect();
+        record.labels = labelled.iter().map(|k| (own(&columns, *k, &names), Vec::new())).collect();
+        let (mut decimals, mut thousands) = (Decimals::default(), Thousands::default());
+        for (line, text) in rows {
+            if text.starts_with('#') {
+                same(line, text, header, &names, said).map_err(here)?;
+                continue;
+            }
+            let all = fields(text, mark);
+            thousands.see(line, &all, mark);
+            if all.len() != names.len() {
+                let error = InputError::new("this line has another number of fields than the header");
+                return Err(at(error.value(all.len()).allowed(names.len().to_string()), line));
+            }
+            if matches!(all[columns.signal.1].trim(), "" | "NaN" | "nan") {
+                record.empty += 1;
+                continue;
+            }
+            let mut number = |place: usize| match decimals.number(&all[place]) {
+                Some(x) if x.is_finite() => Ok(x),
+                _ => {
+                    let error =
+                        InputError::new(decimals.wrong(&all[place])).key(&names[place]).value(&all[place]);
+                    Err(at(error.allowed("a number; samples that are missing are left out"), line))
+                }
+            };
+            let t = number(time)?;
+            seconds(t).map_err(|e| at(e.key(&names[time]).allowed("seconds"), line))?;
+            if record.time.last().is_some_and(|before| *before >= t) {
+                let error =
+                    InputError::new("this time is not after the one before").key(&names[time]).value(t);
+                return Err(at(error.allowed("seconds that rise from sample to sample"), line));
+            }
+            record.time.push(t);
+            record.signal.push(number(columns.signal.1)?);
+            if let (Some((_, drives)), Some((_, place))) = (&mut record.drive, columns.drive) {
+                drives.push(number(place)?);
+            }
+            for ((_, values), place) in record.labels.iter_mut().zip(&labelled) {
+                values.push(all[*place].trim().to_owned());
+            }
+        }
+        thousands.check(&names, said).map_err(here)?;
+        if record.time.len() < LEAST {
+            let error = InputError::new("this record is too short").at(file, None).key("samples");
+            return Err(error.value(record.time.len()).allowed(format!("{LEAST} samples or more")));
+        }
+        Ok(record)
+    }
+
+    /// The one label of the samples `from … to` in each column; empty where they differ.
+    pub fn labels(&self, from: usize, to: usize) -> Vec<&str> {
+        let of = |values: &Vec<String>| values[from..=to].iter().all(|v| *v == values[from]).then_some(from);
+        self.labels.iter().map(|(_, values)| of(values).map_or("", |k| values[k].as_str())).collect()
+    }
+}
+
+/// The name that a data file has for the column `k`.
+fn own(columns: &Columns, k: usize, names: &[String]) -> String {
+    let known = [(columns.a, DISTANCE), (columns.tilt, TILT), (columns.run, "run")];
+    let name = known.into_iter().find(|(place, _)| *place == Some(k));
+    name.map_or_else(|| names[k].clone(), |(_, name)| name.to_owned())
+}

@@ -1,0 +1,238 @@
+//! The noise of a record, and its level without contact.
+
+use crate::reduce::median;
+
+use super::Record;
+use super::chain::returns;
+
+/// Standard deviations of noise, and share of the largest signal, beyond which a sample is in contact.
+pub const AWAY: f64 = 6.0;
+const SHARE: f64 = 0.005;
+/// Standard deviation of a smoothed sample ([`smoothed`]) over that which its differences would have if samples were independent (2 000 000 normal samples).
+const SMOOTH: f64 = 2.62;
+/// And over that of a sample.
+const SMOOTHED: f64 = 0.553;
+/// Samples that are looked at together, at least.
+pub const STILL: usize = 5;
+/// Parts of a record that are tried as windows: few samples of a slow ramp look like a rest.
+pub const WINDOWS: [usize; 6] = [100, 200, 400, 800, 1600, 3200];
+/// The same where the drive says what is no contact, and no rest is longer.
+const SHORT: usize = 3;
+/// Standard deviations of smoothed noise by which a window spreads that is still.
+const SPREADS: f64 = 6.5;
+/// This share of the windows of a record is still in any case, and so is what spreads by so many times as much, up to a share of the whole signal: hum of the mains and
+/// drift are in all of them.
+const SURELY: f64 = 0.1;
+const ALIKE: f64 = 2.0;
+const HUM: f64 = 0.06;
+/// Standard deviations of smoothed noise within which the ends of a rest are.
+const AT: f64 = 2.0;
+/// Drives up to this share of the largest, from the least, are none; the least is that of a rest up to the other share: not every encoder has its zero
+/// where contact begins.
+const NONE: f64 = 0.02;
+const OFF: f64 = 0.1;
+
+/// What a record is without contact.
+pub struct Rest {
+    /// Standard deviation of a sample.
+    pub noise: f64,
+    /// The same of a smoothed one.
+    pub scatter: f64,
+    /// The signal, smoothed.
+    pub signal: Vec<f64>,
+    /// The level at each sample.
+    pub level: Vec<f64>,
+    /// How far from it a sample may be without contact.
+    pub away: f64,
+    /// First and last sample of each rest.
+    pub blocks: Vec<[usize; 2]>,
+}
+
+/// Median and lowest quarter of a normal deviate's absolute value, in standard deviations.
+const MEDIAN: f64 = 0.674_5;
+const QUARTER: f64 = 0.318_6;
+
+/// Standard deviation of independent samples: of their least differences, which no tap makes.
+pub fn apart(values: &[f64]) -> f64 {
+    let ends = [f64::max, f64::min].map(|of| values.iter().copied().reduce(of));
+    // At an end stop there is no noise.
+    let stands = |w: &[f64]| w[0] == w[1] && ends.contains(&Some(w[0]));
+    let pairs = values.windows(2).filter(|w| !stands(w));
+    let mut all: Vec<f64> = pairs.map(|w| (w[1] - w[0]).abs()).collect();
+    if all.is_empty() { 0.0 } else { quantile(&mut all, 0.25) / (QUARTER * std::f64::consts::SQRT_2) }
+}
+
+/// Standard deviation of the noise of a converter: that of its step, the least difference of two values. (Of neighbours, where plateaus have no noise,
+/// that is an edge.)
+fn step(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let least = sorted.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
+    if least.is_finite() { least / 12_f64.sqrt() } else { 0.0 }
+}
+
+/// Each sample's median with its two neighbours, which no single sample that springs out of them moves; and of these the mean of each and its neighbours with weights 1, 2, 1,
+/// in which hum at half the rate of the samples is not.
+fn smoothed(y: &[f64]) -> Vec<f64> {
+    let three = |y: &[f64], f: fn(f64, f64, f64) -> f64| -> Vec<f64> {
+        (0..y.len()).map(|k| f(y[k.saturating_sub(1)], y[k], y[(k + 1).min(y.len() - 1)])).collect()
+    };
+    let middle = three(y, |a, b, c| a.max(b).min(a.min(b).max(c)));
+    three(&middle, |a, b, c| 0.25 * (a + 2.0 * b + c))
+}
+
+/// For each sample the largest less the smallest of the `window` samples around it, between two `ends`.
+pub fn spreads(values: &[f64], window: usize, [first, last]: [usize; 2]) -> Vec<f64> {
+    // Both extremes by a queue of candidates, whatever the window.
+    let half = window / 2;
+    let extreme = |sign: f64| -> Vec<f64> {
+        let mut queue: std::collections::VecDeque<usize> = Default::default();
+        let mut out = Vec::with_capacity(last - first + 1);
+        let mut next = first;
+        for k in first..=last {
+            while next <= (k + half).min(last) {
+                while queue.back().is_some_and(|j| sign * values[*j] <= sign * values[next]) {
+                    queue.pop_back();
+                }
+                queue.push_back(next);
+                next += 1;
+            }
+            while queue.front().is_some_and(|j| j + half < k) {
+                queue.pop_front();
+            }
+            out.push(queue.front().map_or(f64::NAN, |j| values[*j]));
+        }
+        out
+    };
+    extreme(1.0).iter().zip(extreme(-1.0)).map(|(most, least)| most - least).collect()
+}
+
+/// Whether the motor pushes at each sample; none where no drive is recorded.
+fn driven(record: &Record) -> Option<Vec<bool>> {
+    let (_, drives) = record.drive.as_ref()?;
+    let sizes = || drives.iter().map(|d| d.abs());
+    let (least, most) = (sizes().fold(f64::INFINITY, f64::min), sizes().fold(0.0, f64::max));
+    let rests = least <= OFF * most || most == 0.0;
+    let limit = if rests { least + NONE * most } else { -1.0 };
+    Some(sizes().map(|d| d > limit).collect())
+}
+
+/// The rest of `record`.
+pub fn rest(record: &Record) -> Rest {
+    let y = smoothed(&record.signal);
+    let scatter = (SMOOTH * apart(&y)).max(SMOOTHED * step(&record.signal));
+    let span = range(&y);
+    let driven = driven(record);
+    let by = |window: usize| {
+        let spreads = spreads(&y, window, [0, y.len() - 1]);
+        let least = quantile(&mut spreads.clone(), SURELY);
+        let steady = if driven.is_some() { HUM * span } else { (ALIKE * least).min(HUM * span) };
+        let still = (SPREADS * scatter).max(steady);
+        let free = |k: usize| spreads[k] <= still && driven.as_ref().is_none_or(|driven| !driven[k]);
+        (blocks_of(y.len(), window, free), still)
+    };
+    let windows = WINDOWS.map(|parts| (y.len() / parts).max(STILL));
+    let found = windows.map(by);
+    let known = driven.is_some();
+    let blocks = match known {
+        // Where the drive is known it says what is no contact; else the level to which the signal comes back.
+        true => found.into_iter().find(|(blocks, _)| blocks.len() > 1).unwrap_or_else(|| by(SHORT)).0,
+        false => returns(&y, span, found),
+    };
+    let blocks: Vec<_> = blocks.into_iter().map(|block| trimmed(&y, block, scatter)).collect();
+    let level = between(&y, &blocks);
+    // Of the rests, so that it has all that is in every sample of them.
+    let by_rests = |values: &[f64], least: f64| {
+        let samples = blocks.iter().flat_map(|[first, last]| *first..=*last);
+        let mut off: Vec<f64> = samples.map(|k| (values[k] - level[k]).abs()).collect();
+        if off.is_empty() { least } else { least.max(median(&mut off) / MEDIAN) }
+    };
+    // The steps of a converter are not independent, and hardly smaller in the mean.
+    let step = step(&record.signal);
+    let (noise, scatter) =
+        (by_rests(&record.signal, step), by_rests(&y, if known { step } else { scatter.max(step) }));
+    let span = y.iter().zip(&level).map(|(y, level)| (y - level).abs()).fold(0.0, f64::max);
+    let away = (AWAY * scatter).max(SHARE * span);
+    Rest { noise, scatter, signal: y, level, away, blocks }
+}
+
+/// The largest of `values` less the smallest.
+fn range(values: &[f64]) -> f64 {
+    let of = |start: f64, f: fn(f64, f64) -> f64| values.iter().copied().fold(start, f);
+    of(f64::NEG_INFINITY, f64::max) - of(f64::INFINITY, f64::min)
+}
+
+/// The value below which `share` of `values` lie.
+fn quantile(values: &mut [f64], share: f64) -> f64 {
+    let place = (share * values.len() as f64) as usize;
+    *values.select_nth_unstable_by(place, f64::total_cmp).1
+}
+
+/// First and last of each run of samples that are `still`, `least` or more together.
+pub fn blocks_of(n: usize, least: usize, still: impl Fn(usize) -> bool) -> Vec<[usize; 2]> {
+    let mut all = Vec::new();
+    let mut begun = None;
+    for k in 0..=n {
+        match (begun, k < n && still(k)) {
+            (None, true) => begun = Some(k),
+            (Some(first), false) => {
+                if k - first >= least {
+                    all.push([first, k - 1]);
+                }
+                begun = None;
+            }
+            _ => {}
+        }
+    }
+    all
+}
+
+/// A rest without the samples at its ends that are off the line through its middle: of a slow ramp not all is seen.
+fn trimmed(y: &[f64], [first, last]: [usize; 2], scatter: f64) -> [usize; 2] {
+    let quarter = (last - first + 1) / 4;
+    let middle = |from: usize| median(&mut y[from..from + quarter].to_vec());
+    if quarter < STILL {
+        return [first, last];
+    }
+    let [p, q] = [middle(first + quarter), middle(first + 2 * quarter)];
+    let line = |k: usize| p + (q - p) * (k as f64 - (first as f64 + 1.5 * quarter as f64)) / quarter as f64;
+    let on = |k: &usize| (y[*k] - line(*k)).abs() <= AT * scatter.max((q - p).abs());
+    let from = (first..first + quarter).find(on).unwrap_or(first + quarter);
+    let to = (last - quarter..=last).rev().find(on).unwrap_or(last - quarter);
+    [from, to]
+}
+
+/// The level at each sample: the medians of the rests, joined by straight lines.
+fn between(y: &[f64], blocks: &[[usize; 2]]) -> Vec<f64> {
+    // A long rest has a median at each of its quarters, so that a level that creeps is followed.
+    let knots: Vec<(f64, f64)> = blocks
+        .iter()
+        .flat_map(|&[first, last]| {
+            let parts = if last - first >= 4 * STILL { 4 } else { 1 };
+            let length = (last - first + 1) / parts;
+            let part = |p: usize| {
+                let (from, to) = (first + p * length, first + (p + 1) * length - 1);
+                (0.5 * (from + to) as f64, median(&mut y[from..=to].to_vec()))
+            };
+            let mut all: Vec<(f64, f64)> = (0..parts).map(part).collect();
+            if let [p, q, .., r, s] = all[..] {
+                let line =
+                    |p: (f64, f64), q: (f64, f64), x: f64| (x, p.1 + (q.1 - p.1) * (x - p.0) / (q.0 - p.0));
+                all.insert(0, line(p, q, first as f64));
+                all.push(line(r, s, last as f64));
+            }
+            all
+        })
+        .collect();
+    let at = |k: usize| {
+        let x = k as f64;
+        let after = knots.partition_point(|knot| knot.0 < x);
+        match (after.checked_sub(1).map(|i| knots[i]), knots.get(after)) {
+            (Some(p), Some(q)) => p.1 + (q.1 - p.1) * (x - p.0) / (q.0 - p.0),
+            (Some(p), None) => p.1,
+            (None, Some(q)) => q.1,
+            (None, None) => f64::NAN,
+        }
+    };
+    (0..y.len()).map(at).collect()
+}

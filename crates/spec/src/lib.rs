@@ -1,0 +1,305 @@
+//! The spec: a TOML file read into a [`Spec`], or an [`InputError`] that says where and why not.
+//!
+//! `keys.toml` describes the sections and keys, `keys` and `form` read it; `schema` refuses unknown ones; `reader` gives values with their places, `part` those of a section; `axis`, `space`,
+//! `model`, `sections`, `optimise`, `tuple_file` and `curve` read their parts, the latter two with `table`; `check` says which values and
+//! combinations are allowed, `units` which of them were probably meant in another unit.
+
+mod axis;
+mod built;
+mod channels;
+mod check;
+mod curve;
+mod fits;
+pub mod form;
+pub mod keys;
+mod model;
+mod optimise;
+mod properties;
+mod reader;
+mod schema;
+mod searched;
+mod sections;
+mod solid;
+mod space;
+mod table;
+mod tap;
+mod tuple_file;
+mod units;
+
+use vibrissa_core::{design, error, physics, scene};
+use vibrissa_evaluate::curve as evaluated;
+use vibrissa_table::{self as sink, fields, text_file};
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use toml::de::{DeTable, DeValue};
+
+use crate::error::InputError;
+use crate::scene::{Drive, Property, Search, Setup, Signal, Spec, Study, Written};
+use crate::text_file::{Limit, TextFile};
+pub use reader::Item;
+pub use reader::placed;
+use reader::{Document, Result};
+use schema::Sections;
+pub use units::{Ends, NO_ENDS, of_taps as doubts_of_taps, widened};
+
+/// Reads the spec at `path`. Paths in the spec are relative to its folder.
+pub fn read(path: &Path) -> Result<Spec> {
+    read_by(path, |_| "")
+}
+
+/// As [`read`], for a command to which some keys mean something else or nothing: of the text, `fallback` makes TOML with values that stand in
+/// for keys a sweep requires, beside the defaults.
+pub fn read_by<'a>(path: &Path, fallback: impl FnOnce(&str) -> &'a str) -> Result<Spec> {
+    let (label, text) = (path.display().to_string(), load(path, "spec")?);
+    let mut spec = parse_with(&label, &text, path.parent().unwrap_or(Path::new("")), fallback(&text))?;
+    spec.inputs.push(path.to_owned());
+    Ok(spec)
+}
+
+/// As [`parse`], of a spec whose taps are not in it, but listed where it is read: none until they are put into its space.
+pub fn parse_listed(label: &str, text: &str, base: &Path) -> Result<Spec> {
+    parsed(label, text, |document, user| of_user(document, user, base, "", space::listed))
+}
+
+/// Reads a spec from `text`; `label` names it in messages, relative paths start at `base`.
+pub fn parse(label: &str, text: &str, base: &Path) -> Result<Spec> {
+    parse_with(label, text, base, "")
+}
+
+/// As [`parse`], with a `fallback`: TOML with values that stand in for keys a sweep requires, beside the defaults.
+pub fn parse_with(label: &str, text: &str, base: &Path, fallback: &str) -> Result<Spec> {
+    parsed(label, text, |document, user| of_table(document.file, document.text, user, base, fallback))
+}
+
+/// As [`parse_with`], of a spec that is a `user` table in the `text` of a file, perhaps with other things beside it.
+pub fn of_table(label: &str, text: &str, user: &DeTable<'_>, base: &Path, fallback: &str) -> Result<Spec> {
+    let document = Document { file: label, text };
+    of_user(&document, user, base, fallback, |sections, drive| space::read(sections, drive, base))
+}
+
+/// What `read` makes of the table that `text` is.
+fn parsed<T>(
+    label: &str,
+    text: &str,
+    read: impl FnOnce(&Document<'_>, &DeTable<'_>) -> Result<T>,
+) -> Result<T> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let document = Document { file: label, text };
+    let user = DeTable::parse(text).map_err(|e| syntax(&document, &e))?;
+    read(&document, user.get_ref())
+}
+
+/// What `read` makes of the sections of `text`, with the `defaults` beside those of every command.
+fn with_sections<T>(
+    label: &str,
+    text: &str,
+    defaults: &str,
+    read: impl FnOnce(&Sections<'_>) -> Result<T>,
+) -> Result<T> {
+    parsed(label, text, |document, user| {
+        let more = schema::more(&[defaults], user);
+        read(&Sections::new(document, user, &more)?)
+    })
+}
+
+/// The spec that a `user` table in a `document` is; `taps` reads its tuples.
+fn of_user(
+    document: &Document<'_>,
+    user: &DeTable<'_>,
+    base: &Path,
+    fallback: &str,
+    taps: impl for<'a> FnOnce(&Sections<'a>, Drive) -> Result<space::Read<'a>>,
+) -> Result<Spec> {
+    let beside = built::beside(document, user, base)?;
+    let more = schema::more(&[fallback, &beside], user);
+    let sections = &Sections::new(document, user, &more)?;
+    if let Some(format) = sections.format() {
+        let newer = format!("this spec is of a newer format than this program reads, {}", format.allowed());
+        format.whole().map_err(|e| match e.message.contains("large") {
+            true => format.error(newer).allowed("format = 1, or a newer version of the program"),
+            false => e,
+        })?;
+    }
+    let tap = sections.section("tap");
+    let drive = tap.get("drive")?.word(&[("angle", Drive::Angle), ("displacement", Drive::Displacement)])?;
+    let hub = properties::first(&sections.section("whisker").get("hub")?)?;
+    let mut gauge = sections::gauge(&sections.section("gauge"))?;
+    let model = model::read(&sections.section("model"), base)?;
+    let estimate = sections::estimate(&sections.section("estimate"))?;
+    let output = sections::output(&sections.section("output"))?;
+    let run = sections::run(&sections.section("run"), base)?;
+    let space::Read { mut space, directions, leaning, properties, rigs, mut warnings } =
+        taps(sections, drive)?;
+    warnings.extend(model.warning);
+    tap::allowed(&leaning, &model.model)?;
+    let tilts = leaning.iter().any(Option::is_some);
+    if leaning.iter().all(Option::is_none) {
+        sections::rankable(sections, &estimate, &output)?;
+    }
+    warnings.extend(sections::idle(&estimate));
+    let (signal, channels) = built::sensor(&sections.section("sensor"), &mut gauge)?;
+    if channels.is_some() && gauge.noise_strain.take().is_some_and(|noise| noise != 0.0) {
+        let message =
+            "noise_strain of [gauge] plays no part: several channels have noise or covariance in [sensor]";
+        warnings.push(message.to_owned());
+    }
+    let scaled = properties::searched(sections, Property::Scale);
+    let built = built::whisker(&sections.section("whisker"), base, scaled)?;
+    warnings.extend(built.warning);
+    curve::to_arcs(sections, &mut space, built.built.as_ref(), &properties)?;
+    let wrench = sections.section("output").get("wrench")?.flag()?;
+    let fixed = built::fixed(&sections.section("sensor"), signal, channels.as_deref())?;
+    let built = built.built.map(Arc::new);
+    let (model, fit) = (model.model, model.fit);
+    let setup = Setup {
+        hub,
+        drive,
+        gauge,
+        model,
+        estimate,
+        directions,
+        built,
+        signal,
+        channels,
+        fixed,
+        wrench,
+        rigs,
+    };
+    properties::allowed_together(sections, &setup, &properties, tilts)?;
+    let mut spec = Spec {
+        name: Path::new(document.file)
+            .file_stem()
+            .map_or_else(|| "spec".into(), |stem| stem.to_string_lossy().into_owned()),
+        text: document.text.to_owned(),
+        study: Study { setup, space, output },
+        material_fit: fit,
+        run,
+        in_force: sections.in_force(),
+        inputs: inputs(sections, base),
+        warnings,
+        several: properties::places(&properties),
+    };
+    solid::fits(sections, &spec)?;
+    fits::fits(sections, &spec, &properties)?;
+    let doubts = fits::doubts(&spec);
+    spec.warnings.extend(doubts);
+    let doubts = units::doubts(sections, &spec);
+    spec.warnings.extend(doubts);
+    spec.warnings.extend(solid::doubts(sections, &spec));
+    Ok(spec)
+}
+
+/// As [`parse`], with `[optimise]`; its variables need not stand in their sections.
+pub fn parse_search(label: &str, text: &str, base: &Path) -> Result<(Spec, Search)> {
+    with_sections(label, text, optimise::SEARCHED, |sections| {
+        let mut search = optimise::read(sections)?;
+        let mut spec = parse_with(label, text, base, &optimise::fallback(&search))?;
+        spec.in_force.retain(|(key, _, written)| *written || !optimise::is_variable(&search, key));
+        optimise::check(sections, &mut spec, &mut search)?;
+        // Only of the strain there is a limit.
+        if spec.study.setup.signal != Signal::Strain {
+            let limits = sections.section("optimise").written("limits");
+            if let Some(strain) = limits.and_then(|limits| limits.child("strain")) {
+                let allowed = "force_N, unambiguous, tip_not_wider; or signal = \"strain\" in [sensor]";
+                return strain.refuse("this sensor reads no strain, so that none can be limited", allowed);
+            }
+            search.limits.strain = f64::INFINITY;
+        }
+        let doubts = units::of_search(sections, &spec.study);
+        spec.warnings.extend(doubts);
+        Ok((spec, search))
+    })
+}
+
+/// A spec for a command that varies the drive of one whisker, and the ends of its drive; `noisy`: its objective needs the noise of the gauge.
+pub fn parse_tap(label: &str, text: &str, base: &Path, noisy: bool) -> Result<(Spec, [f64; 2])> {
+    let spec = parse_with(label, text, base, tap::FALLBACK)?;
+    spec.one_rig()?;
+    let ends = with_sections(label, text, tap::FALLBACK, |sections| tap::check(sections, &spec, noisy))?;
+    Ok((spec, ends))
+}
+
+/// `[run] model_error` of a spec that was read from a file, and where it stands.
+pub fn model_error(spec: &Spec) -> Result<Option<(f64, Option<Written>)>> {
+    let file = spec.inputs.last().map_or_else(String::new, |path| path.display().to_string());
+    with_sections(&file, &spec.text, "", |sections| sections::model_error(&sections.section("run")))
+}
+
+/// The files that a spec names for reading.
+fn inputs(sections: &Sections<'_>, base: &Path) -> Vec<PathBuf> {
+    let tuples = sections.section("tuples").written("file");
+    let curve = sections.section("model").written("material").and_then(|m| m.need("curve").ok());
+    let profile = sections.section("whisker").written("profile");
+    let named = [tuples, curve, profile].into_iter().flatten();
+    named.filter_map(|item| Some(base.join(item.value.as_str()?))).collect()
+}
+
+/// What `read` makes of another file that users write as TOML, at `path`; `what` is its key under `[files]` of `keys.toml`.
+pub fn described<T>(path: &Path, what: &str, read: impl FnOnce(&Item<'_>) -> Result<T>) -> Result<T> {
+    described_by(&path.display().to_string(), &load(path, what)?, what, read)
+}
+
+/// As [`described`], of a `text` that `label` names.
+pub fn described_by<T>(
+    label: &str,
+    text: &str,
+    what: &str,
+    read: impl FnOnce(&Item<'_>) -> Result<T>,
+) -> Result<T> {
+    parsed(label, text, |document, table| {
+        let value = DeValue::Table(table.clone());
+        let file = Item::all(document, &value).of(keys::section("files").key(what));
+        file.only_known()?;
+        read(&file)
+    })
+}
+
+/// Name and rows of the CSV file that `item` names, relative to `base`, which has these columns and perhaps others.
+pub fn columns<const N: usize>(
+    item: &Item<'_>,
+    base: &Path,
+    what: &str,
+    names: [&str; N],
+    allowed: fn(&str) -> &'static str,
+) -> Result<(String, Vec<[f64; N]>)> {
+    let (label, text) = table::open(item, base, what, Limit::Whole)?;
+    let (document, mut rows) = (Document { file: &label, text: &text }, Vec::new());
+    table::read(&document, table::Columns::all(names), allowed, &mut |row, _| rows.push(row))?;
+    Ok((label, rows))
+}
+
+/// Text of a file that is read whole; `what` says what the file is.
+pub fn load(path: &Path, what: &str) -> Result<String> {
+    TextFile::open(path, what, Limit::Whole)?.toml()
+}
+
+/// The line with a key of more parts than the TOML reader takes, of which it does not say the place.
+fn deep_key(text: &str) -> Option<Range<usize>> {
+    /// Parts of a key at most.
+    const MOST: usize = 80;
+    let deep = |line: &&str| !line.trim_start().starts_with('#') && line.matches('.').count() >= MOST;
+    let line = text.split('\n').find(deep)?;
+    let start = line.as_ptr() as usize - text.as_ptr() as usize;
+    Some(start..start + line.len())
+}
+
+/// A text that is no TOML at all.
+fn syntax(document: &Document<'_>, error: &toml::de::Error) -> InputError {
+    let at = error.span().or_else(|| deep_key(document.text));
+    let at = at.unwrap_or(document.text.len()..document.text.len());
+    let rest = document.text.get(at.start..).unwrap_or_default();
+    let starts_as_number = rest.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
+    let reason = match error.message().trim() {
+        reason if reason.contains("must be quoted") && starts_as_number => {
+            "a number must stand without its unit"
+        }
+        "recursion limit" => "its key has too many parts",
+        reason => reason,
+    };
+    let allowed = "lines such as [whisker], D = 10.0, side = \"contact\", a = [20, 30]; \
+                   numbers without unit, words in quotes";
+    document.error(Some(at), format!("this line cannot be understood: {reason}")).allowed(allowed)
+}

@@ -1,0 +1,337 @@
+//! Values of a TOML document with their places, so that every complaint can point at one.
+
+use std::ops::Range;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::form::{Form, LARGEST};
+use super::keys::{Key, Section};
+use super::schema;
+use crate::design::MOST;
+use crate::error::InputError;
+use crate::scene::{Interval, Written};
+
+/// Result of reading.
+pub type Result<T> = std::result::Result<T, InputError>;
+
+/// A text and the name of its file.
+#[derive(Debug, Clone, Copy)]
+pub struct Document<'a> {
+    pub file: &'a str,
+    pub text: &'a str,
+}
+
+impl<'a> Document<'a> {
+    /// 1-based line of a byte.
+    pub fn line(&self, byte: usize) -> usize {
+        let before = &self.text.as_bytes()[..byte.min(self.text.len())];
+        1 + before.iter().filter(|&&b| b == b'\n').count()
+    }
+
+    /// An error at `span`, with the lines around it.
+    pub fn error(&self, span: Option<Range<usize>>, message: impl Into<String>) -> InputError {
+        let error = InputError::new(message).at(self.file, span.as_ref().map(|s| self.line(s.start)));
+        match span {
+            Some(span) => error.snippet(self.text, span),
+            None => error,
+        }
+    }
+
+    /// Text of `span` on one line, shortened if long.
+    pub fn excerpt(&self, span: Range<usize>) -> String {
+        let words: Vec<_> = self.text.get(span).unwrap_or_default().split_whitespace().collect();
+        let line = words.join(" ");
+        match line.char_indices().nth(60) {
+            Some((end, _)) => format!("{}…", &line[..end]),
+            None => line,
+        }
+    }
+}
+
+/// `error`, found after a spec was read, at its key in the `text` of the file `label`: of a key within an inline table that may be the table, of
+/// one that is not written its section.
+pub fn placed(label: &str, text: &str, error: InputError) -> InputError {
+    let document = Document { file: label, text };
+    let Ok(root) = DeTable::parse(text) else { return error };
+    let mut keys = error.key.as_deref().unwrap_or_default().split('.');
+    let mut at = keys.next().and_then(|section| root.get_ref().get(section)).map(|v| (v, false));
+    for key in keys {
+        match at.and_then(|(v, _)| v.get_ref().as_table()?.get(key)) {
+            Some(inner) => at = Some((inner, true)),
+            None => break,
+        }
+    }
+    let Some((value, is_key)) = at else { return error.at(label, None) };
+    let placed = document.error(Some(value.span()), error.message);
+    let value = if is_key { Some(document.excerpt(value.span())) } else { error.value };
+    InputError { key: error.key, allowed: error.allowed, value, ..placed }
+}
+
+/// A value of a spec and its place; a value that was not written has none.
+#[derive(Debug, Clone)]
+pub struct Item<'a> {
+    document: &'a Document<'a>,
+    /// Its dotted key.
+    pub key: String,
+    span: Option<Range<usize>>,
+    /// What stands there.
+    pub value: &'a DeValue<'a>,
+    /// What is known of its key.
+    pub known: Option<&'static Key>,
+}
+
+impl<'a> Item<'a> {
+    /// A value that was written.
+    pub fn written(document: &'a Document<'a>, key: String, value: &'a Spanned<DeValue<'a>>) -> Self {
+        Self { document, key, span: Some(value.span()), value: value.get_ref(), known: None }
+    }
+
+    /// All of a document, a table.
+    pub fn all(document: &'a Document<'a>, value: &'a DeValue<'a>) -> Self {
+        Self { document, key: String::new(), span: Some(0..0), value, known: None }
+    }
+
+    /// The same, as the value of another key.
+    pub fn of(self, known: Option<&'static Key>) -> Self {
+        Self { known, ..self }
+    }
+
+    /// A value that was not written.
+    pub fn default(document: &'a Document<'a>, key: String, value: &'a Spanned<DeValue<'a>>) -> Self {
+        Self { document, key, span: None, value: value.get_ref(), known: None }
+    }
+
+    /// An error at this value.
+    pub fn error(&self, message: impl Into<String>) -> InputError {
+        let value = match &self.span {
+            Some(span) => self.document.excerpt(span.clone()),
+            None => schema::toml_text(self.value),
+        };
+        self.document.error(self.span.clone(), message).key(&self.key).value(value)
+    }
+
+    /// Refuses this value: `message` says why, `allowed` what could stand there.
+    pub fn refuse<T>(&self, message: impl Into<String>, allowed: impl Into<String>) -> Result<T> {
+        Err(self.error(message).allowed(allowed))
+    }
+
+    /// Its place; none for a default.
+    pub fn at(&self) -> Option<Written> {
+        let Document { file, text } = *self.document;
+        let span = self.span.clone()?;
+        Some(Written {
+            file: file.to_owned(),
+            text: text.to_owned(),
+            line: self.document.line(span.start),
+            span,
+        })
+    }
+
+    /// Places an error whose key is relative to this value.
+    pub fn place(&self, relative: InputError) -> InputError {
+        let child = relative.key.and_then(|key| self.child(&key));
+        let placed = child.as_ref().unwrap_or(self).error(relative.message);
+        InputError { allowed: relative.allowed, ..placed }
+    }
+
+    /// What may stand here.
+    pub fn allowed(&self) -> String {
+        self.known.map_or_else(String::new, Key::allowed)
+    }
+
+    /// Refuses this value, which is none that its key may have.
+    pub fn wrong<T>(&self, message: impl Into<String>) -> Result<T> {
+        self.refuse(message, self.allowed())
+    }
+
+    fn wrong_type<T>(&self, wanted: &str) -> Result<T> {
+        let found = match self.value {
+            DeValue::String(_) => "a text in quotes",
+            DeValue::Integer(_) | DeValue::Float(_) => "a number",
+            DeValue::Boolean(_) => "true or false",
+            DeValue::Datetime(_) => "a date",
+            DeValue::Array(_) => "a list",
+            DeValue::Table(_) => "a table",
+        };
+        self.wrong(format!("this must be {wanted}, not {found}"))
+    }
+
+    /// A finite number that some rig could have; whole numbers count.
+    pub fn number(&self) -> Result<f64> {
+        let parsed = match self.value {
+            DeValue::Float(x) => x.as_str().parse().ok(),
+            DeValue::Integer(x) => i128::from_str_radix(x.as_str(), x.radix()).ok().map(|n| n as f64),
+            DeValue::String(_) => return self.wrong_type("a number, without unit and quotes"),
+            _ => return self.wrong_type("a number"),
+        };
+        let Some(x) = parsed.filter(|x| f64::is_finite(*x)) else {
+            return self.wrong("this must be a finite number");
+        };
+        if x.abs() <= MOST {
+            return Ok(x);
+        }
+        let allowed = format!("{}; at most {MOST:e}", self.allowed());
+        self.refuse("no quantity of a whisker is this large", allowed)
+    }
+
+    /// A number that its key may have.
+    pub fn ranged(&self) -> Result<f64> {
+        let value = self.number()?;
+        match self.interval() {
+            Some(interval) if !interval.holds(value) => self.wrong("this value is out of range"),
+            _ => Ok(value),
+        }
+    }
+
+    /// Numbers that its key may have, if it takes numbers.
+    pub fn interval(&self) -> Option<Interval> {
+        self.known.and_then(|known| known.form.interval())
+    }
+
+    /// A whole number that its key may have.
+    pub fn whole(&self) -> Result<u64> {
+        let exact = match self.value {
+            DeValue::Integer(x) => i128::from_str_radix(x.as_str(), x.radix()).unwrap_or(i128::MAX),
+            DeValue::Float(x) => match x.as_str().parse::<f64>() {
+                Ok(x) if x.fract() == 0.0 => x as i128,
+                Ok(x) if !x.is_finite() => return self.wrong("this must be a finite number"),
+                _ => return self.wrong("this must be a whole number"),
+            },
+            _ => return self.number().map(|_| 0),
+        };
+        let Some(Form::Whole(low, high)) = self.known.map(|known| &known.form) else {
+            return self.wrong("no whole number is asked for");
+        };
+        match exact {
+            n if n < i128::from(*low) => self.wrong("this number is too small"),
+            n if n > i128::from(*high) && *high == LARGEST => {
+                self.refuse("this number is too large", format!("{low} … 2^63 − 1"))
+            }
+            n if n > i128::from(*high) => self.wrong("this number is too large"),
+            n => Ok(n as u64),
+        }
+    }
+
+    /// true or false.
+    pub fn flag(&self) -> Result<bool> {
+        match self.value {
+            DeValue::Boolean(flag) => Ok(*flag),
+            _ => self.wrong_type("true or false, without quotes"),
+        }
+    }
+
+    /// A text that is not empty.
+    pub fn text(&self) -> Result<&'a str> {
+        match self.value {
+            DeValue::String(text) if text.trim().is_empty() => Err(self.error("this text is empty")),
+            DeValue::String(text) => Ok(text),
+            _ => self.wrong_type("a text in quotes"),
+        }
+    }
+
+    /// One of several words.
+    pub fn word<T: Copy>(&self, words: &[(&str, T)]) -> Result<T> {
+        let DeValue::String(text) = self.value else { return self.wrong_type("one of the words") };
+        let names: Vec<_> = words.iter().map(|(name, _)| *name).collect();
+        match words.iter().find(|(name, _)| name == text) {
+            Some((_, meaning)) => Ok(*meaning),
+            None => self.wrong(format!("unknown word{}", schema::hint(text, &names))),
+        }
+    }
+
+    /// One of the words that its key may have.
+    pub fn own_word(&self) -> Result<&'static str> {
+        let words = self.known.map_or(&[][..], |known| known.form.known_words());
+        self.word(&words.iter().map(|word| (*word, *word)).collect::<Vec<_>>())
+    }
+
+    /// The elements of a list, under the list's own key.
+    pub fn elements(&self) -> Option<impl ExactSizeIterator<Item = Item<'a>> + use<'a>> {
+        let (document, key, known) = (self.document, self.key.clone(), self.known);
+        let placed = self.span.is_some();
+        let list = self.value.as_array()?;
+        Some(list.iter().map(move |value| Item {
+            document,
+            key: key.clone(),
+            span: placed.then(|| value.span()),
+            value: value.get_ref(),
+            known,
+        }))
+    }
+
+    /// The elements of a list such as `[[start]]`, tables with known keys.
+    pub fn tables(&self) -> Result<Vec<Item<'a>>> {
+        let Some(elements) = self.elements() else { return self.wrong_type("a list of tables") };
+        elements.map(|one| one.only_known().map(|()| one)).collect()
+    }
+
+    /// Exactly `N` numbers in a list.
+    pub fn numbers<const N: usize>(&self) -> Result<[f64; N]> {
+        let Some(elements) = self.elements() else { return self.wrong_type("a list of numbers") };
+        let values = elements.map(|e| e.number()).collect::<Result<Vec<_>>>()?;
+        values
+            .try_into()
+            .or_else(|values: Vec<f64>| self.wrong(format!("{N} numbers are needed, not {}", values.len())))
+    }
+
+    fn dotted(&self, key: &str) -> String {
+        if self.key.is_empty() { key.to_owned() } else { format!("{}.{key}", self.key) }
+    }
+
+    /// The value of a table's key.
+    pub fn child(&self, key: &str) -> Option<Item<'a>> {
+        let value = self.value.as_table()?.get(key)?;
+        let span = self.span.is_some().then(|| value.span());
+        let known = self.table().and_then(|table| table.key(key));
+        Some(Item { document: self.document, key: self.dotted(key), span, value: value.get_ref(), known })
+    }
+
+    /// Keys of the table that its key takes.
+    pub fn table(&self) -> Option<&'static Section> {
+        self.known.and_then(|known| known.form.table())
+    }
+
+    /// The value of a key that a table must have.
+    pub fn need(&self, key: &str) -> Result<Item<'a>> {
+        self.child(key).ok_or_else(|| self.error(format!("{key} is missing here")))
+    }
+
+    /// As [`Self::need`], with the error under the key that is missing.
+    pub fn needs(&self, key: &str) -> Result<Item<'a>> {
+        if !self.value.is_table() {
+            return self.wrong_type("a table { key = value, … }");
+        }
+        self.child(key).ok_or_else(|| {
+            let span = self.span.clone().filter(|_| !self.key.is_empty());
+            let error = self.document.error(span, format!("{key} is missing"));
+            error.key(self.dotted(key)).allowed(self.allowed())
+        })
+    }
+
+    /// What `read` makes of a key's value, or `usual` where it is not there.
+    pub fn or<T>(&self, key: &str, usual: T, read: impl FnOnce(&Item<'a>) -> Result<T>) -> Result<T> {
+        self.child(key).as_ref().map_or(Ok(usual), read)
+    }
+
+    /// Refuses what is no table, and keys that its table does not have.
+    pub fn only_known(&self) -> Result<()> {
+        self.only(&self.table().map_or_else(Vec::new, Section::names))
+    }
+
+    /// Refuses what is no table, and other keys than these.
+    pub fn only(&self, known: &[&str]) -> Result<()> {
+        let Some(table) = self.value.as_table() else {
+            return self.wrong_type("a table { key = value, … }");
+        };
+        for (key, value) in table {
+            let name: &str = key.get_ref();
+            if !known.contains(&name) {
+                let message = format!("unknown key{}", schema::hint(name, known));
+                let error = self.document.error(Some(key.span()), message).key(self.dotted(name));
+                return Err(error.value(self.document.excerpt(value.span())).allowed(self.allowed()));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,199 @@
+//! Tuples listed in a CSV file.
+
+use std::io::{BufRead, BufReader, Cursor, Read as _};
+use std::path::Path;
+use std::sync::Arc;
+
+use super::axis::AxisItem;
+use super::properties;
+use super::reader::{Item, Result};
+use super::schema::Sections;
+use super::space::Read;
+use super::table::{self, Columns, Header};
+use super::units::DoubtfulRows;
+use crate::fields::separator;
+use crate::scene::listed::MOST_ROWS;
+use crate::scene::property::Description;
+use crate::scene::{
+    Axis, COLUMNS, Column, DirectionColumns, Drive, Listed, PROPERTIES, Property, Rigs, Space, Tuple,
+};
+use crate::sink::table::WHISKER;
+use crate::text_file::{Limit, TextFile, refused, unread};
+
+/// Words for such a file.
+const WHAT: &str = "tuple";
+
+/// Columns that a file may lack: its poles are then upright.
+const SPARE: [&str; 2] = ["tilt_deg", "lean_deg"];
+
+/// Properties that a file may have: all but the scale of a profile, which it has not.
+const VARIED: usize = PROPERTIES - 1;
+/// Columns of a file at most.
+const ALL: usize = COLUMNS + VARIED;
+
+/// Properties by the places of their columns after those of a tuple.
+fn varied() -> impl Iterator<Item = Property> {
+    Property::ALL.into_iter().filter(|property| *property != Property::Scale)
+}
+
+/// Properties with a value that they have, and the rigs.
+type Differing<'a> = (Vec<(Property, AxisItem<'a>)>, Option<Arc<Rigs>>);
+
+/// What the rows of a file have beside their tuples.
+struct Varied {
+    /// Properties that the file has, and their places among the values of a row.
+    places: Vec<(Property, usize)>,
+    rigs: Arc<Rigs>,
+    /// Of each, the value that is farthest from none.
+    largest: Vec<f64>,
+}
+
+impl Varied {
+    /// Of a file with this first line.
+    fn new(header: &str) -> Self {
+        let names: Vec<&str> =
+            header.split(separator(header)).map(|name| name.trim().trim_matches('"')).collect();
+        let there = |(property, _): &(Property, usize)| names.contains(&property.about().column);
+        let places: Vec<(Property, usize)> = varied().zip(COLUMNS..).filter(there).collect();
+        let properties: Vec<Property> = places.iter().map(|(property, _)| *property).collect();
+        Self { largest: vec![0.0; places.len()], rigs: Arc::new(Rigs::listed(properties)), places }
+    }
+
+    /// The tuple of a row.
+    fn tuple(&mut self, row: &[f64; ALL]) -> Tuple {
+        let tuple = Tuple::from_array(std::array::from_fn(|k| row[k]));
+        if self.places.is_empty() {
+            return tuple;
+        }
+        let values: Vec<f64> = self.places.iter().map(|(_, place)| row[*place]).collect();
+        for ((value, largest), (property, _)) in values.iter().zip(&mut self.largest).zip(&self.places) {
+            if value.abs() > largest.abs() && property.about().range.holds(*value) {
+                *largest = *value;
+            }
+        }
+        tuple.of_rig(self.rigs.number(&values))
+    }
+
+    /// The same for the rest of the spec: `item` names the file.
+    fn read<'a>(self, sections: &Sections<'a>, item: &Item<'a>) -> Result<Differing<'a>> {
+        let has = |property| self.places.iter().any(|(p, _)| *p == property);
+        for (property, _) in &self.places {
+            let Description { column, key, section, .. } = *property.about();
+            let written = properties::written(sections, *property);
+            let unwritten = written.is_none();
+            // What stands in an inline table is a number that each row replaces.
+            if let Some(other) = written.filter(|_| !key.contains('.') && *property != Property::Modulus) {
+                let error = other.error(format!("the tuple file of [tuples] has the column {column}"));
+                return Err(error.allowed("one of the two"));
+            }
+            let coreless = sections.section("whisker").written("core").is_none();
+            let (missing, allowed) = match property {
+                Property::Foil => (unwritten, "foil = { stiffness, length, width }"),
+                Property::Core => (
+                    !has(Property::CoreModulus) && coreless,
+                    "a column E_core_MPa beside it, or core = { diameter, modulus }",
+                ),
+                Property::CoreModulus => (
+                    !has(Property::Core) && coreless,
+                    "a column core_mm beside it, or core = { diameter, modulus }",
+                ),
+                Property::Modulus => {
+                    let material = sections.section("model").written("material");
+                    let other =
+                        |item: Item<'_>| ["hooke", "neo-hookean"].iter().all(|law| item.child(law).is_none());
+                    (material.is_some_and(other), "material = { hooke = E } or { neo-hookean = E }")
+                }
+                _ => (false, ""),
+            };
+            if missing {
+                let error = item.error(format!("the column {column} of this file needs more in [{section}]"));
+                return Err(error.allowed(allowed));
+            }
+        }
+        let axis = |value: &f64| AxisItem { item: item.clone(), axis: Axis::Value(*value) };
+        let properties = self.places.iter().map(|(p, _)| *p).zip(self.largest.iter().map(axis)).collect();
+        Ok((properties, Some(self.rigs).filter(|rigs| !rigs.properties.is_empty())))
+    }
+}
+
+/// Reads the file named by `item`, relative to `base`, and warnings about it.
+pub(super) fn read<'a>(
+    sections: &Sections<'a>,
+    item: &Item<'a>,
+    drive: Drive,
+    base: &Path,
+) -> Result<Read<'a>> {
+    let path = base.join(item.text()?);
+    let label = path.display().to_string();
+    let text = TextFile::open(&path, WHAT, Limit::Lines);
+    let begun = |text| header(text).map_err(|e| refused(e).unwrap_or_else(|e| unread(WHAT, &label, &e)));
+    let (first, text) = text.and_then(begun).map_err(|e| table::named(item, e))?;
+    // As tables call it, or as before.
+    let tips = [WHISKER[1], Column::TipDiameter.name(drive)];
+    let [now, before] = tips.map(|tip| first.split(',').any(|name| name.trim().trim_matches('"') == tip));
+    if now && before {
+        let error = crate::error::InputError::new("both of these columns are the diameter of the tip")
+            .at(label, None);
+        return Err(table::named(item, error.key(tips.join(", ")).allowed("one of them")));
+    }
+    let tip = tips[usize::from(!now)];
+    let own = Column::ALL.map(|column| if column == Column::TipDiameter { tip } else { column.name(drive) });
+    let names: Vec<&str> = own.into_iter().chain(varied().map(|property| property.about().column)).collect();
+    let spare = [&SPARE, &names[COLUMNS..]].concat();
+    let columns = Columns { names: std::array::from_fn(|k| names[k]), spare: &spare };
+    let (mut listed, mut varied) = (Listed::default(), Varied::new(&first));
+    let (mut rows, mut seen) = (DoubtfulRows::new(drive), [false; 2]);
+    let mut row = |values: [f64; ALL], start| {
+        let tuple = varied.tuple(&values);
+        rows.take(&tuple, start);
+        seen = leaning(seen, &tuple);
+        // One more than there may be tells that there are too many.
+        if listed.len() as u64 <= MOST_ROWS {
+            listed.push(&tuple);
+        }
+    };
+    let header = table::scan(table::separated(text, separator(&first)), columns, allowed, &mut row)
+        .map_err(|trouble| trouble.in_file(&path, columns))?;
+    if listed.len() as u64 > MOST_ROWS {
+        return Err(item.error("this file has too many rows").allowed(format!("{MOST_ROWS}")));
+    }
+    let doubts = rows.doubts(&label, |start| table::line_at(&path, start as u64).ok().map(|(line, _)| line));
+    let warnings = header.warning(&label).into_iter().chain(doubts).collect();
+    let leaning = seen.map(|seen| seen.then(|| item.clone()));
+    let (properties, rigs) = varied.read(sections, item)?;
+    let directions = directions(&header);
+    Ok(Read { space: Space::List(listed), directions, leaning, properties, rigs, warnings })
+}
+
+/// The first line of a text that is no comment, and the text from its begin.
+fn header<R: std::io::Read>(text: R) -> std::io::Result<(String, impl std::io::Read)> {
+    let (mut text, mut read, mut line) = (BufReader::new(text), Vec::new(), String::new());
+    loop {
+        let from = read.len();
+        let end = text.read_until(b'\n', &mut read)? == 0;
+        line.clear();
+        line += String::from_utf8_lossy(&read[from..]).trim_start_matches('\u{feff}');
+        if end || !line.trim().is_empty() && !line.starts_with('#') {
+            return Ok((line, Cursor::new(read).chain(text)));
+        }
+    }
+}
+
+/// Whether poles tilt, and lean, in the rows so far.
+fn leaning([tilt, lean]: [bool; 2], t: &Tuple) -> [bool; 2] {
+    [tilt || t.tilt != 0.0, lean || t.lean != 0.0]
+}
+
+/// Which columns of the pole's direction a file has.
+fn directions(header: &Header<ALL>) -> DirectionColumns {
+    let [tilt, lean] = [Column::Tilt, Column::Lean].map(|c| header.places[c as usize].is_some());
+    DirectionColumns { tilt, lean }
+}
+
+fn allowed(column: &str) -> &'static str {
+    match varied().find(|property| property.about().column == column) {
+        Some(property) => property.about().allowed,
+        None if column.ends_with("_deg") => "a number in degrees, no unit",
+        None => "a number in mm, no unit",
+    }
+}

@@ -1,0 +1,160 @@
+//! What is written of the taps of a record: rows for `calibrate` and `locate`, what they were read from, and a figure to check it.
+
+use crate::error::{Error, InputError};
+use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path};
+use crate::measure::names::DISTANCE;
+use crate::record::rest::Rest;
+use crate::record::{Kind, Reading, Record};
+use crate::scene::Drive;
+use crate::sink::fact;
+use crate::sink::frame::Frame;
+use crate::sink::heading::heading;
+use crate::sink::values::{Field, Values};
+
+/// Files of the command.
+pub const FILES: [&str; 3] = ["taps.csv", "readings.csv", "taps.svg"];
+/// Samples that are drawn.
+const DRAWN: usize = 4000;
+
+/// Labels that the user gave: distances, and drives of a record that has none; one for all taps or one for each.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Labels {
+    /// mm.
+    pub a: Vec<f64>,
+    /// Degrees or mm.
+    pub drive: Option<(Drive, Vec<f64>)>,
+}
+
+impl Labels {
+    /// Whether they are as many as the taps among `readings`.
+    ///
+    /// # Errors
+    /// Another number; a drive of a record that has its own.
+    pub fn check(&self, record: &Record, readings: &[Reading]) -> Result<(), InputError> {
+        let taps = readings.iter().filter(|r| r.kind != Kind::Rest).count();
+        let fits = |key: &str, values: &[f64]| match values.len() {
+            _ if values.iter().any(|x| !x.is_finite() || *x == 0.0 || key == "--a" && *x < 0.0) => {
+                let said: Vec<String> = values.iter().map(f64::to_string).collect();
+                let error = InputError::new("this labels no tap").key(key).value(said.join(","));
+                Err(error.allowed(if key == "--a" { "distances > 0 in mm" } else { "drives that are not 0" }))
+            }
+            n if n <= 1 || n == taps => Ok(()),
+            n => {
+                let error = InputError::new("these are not as many as the taps that were found").key(key);
+                Err(error.value(n).allowed(format!("one value for all taps, or {taps}: taps.svg shows them")))
+            }
+        };
+        fits("--a", &self.a)?;
+        if let Some((kind, values)) = &self.drive {
+            let key = if *kind == Drive::Angle { "--theta" } else { "--delta" };
+            if record.drive.is_some() {
+                let error = InputError::new("this record has a drive of its own").key(key);
+                return Err(error.allowed("a record without the column, or no drive on the command line"));
+            }
+            fits(key, values)?;
+        }
+        Ok(())
+    }
+}
+
+/// The value of the tap `k`: one for all, or its own.
+fn own(values: &[f64], k: usize) -> Option<f64> {
+    if values.len() == 1 { values.first().copied() } else { values.get(k).copied() }
+}
+
+/// taps.csv: what calibrate and locate read. Without a drive in the record the rest is subtracted; with one the rests are rows of drive 0.
+pub fn taps(record: &Record, readings: &[Reading], labels: &Labels) -> Result<Frame, Error> {
+    let drive = record.drive.as_ref().map(|(kind, _)| *kind).or(labels.drive.as_ref().map(|(kind, _)| *kind));
+    let own_distance = record.labels.iter().position(|(name, _)| name == DISTANCE);
+    let with_distance = own_distance.is_some() || !labels.a.is_empty();
+    let others: Vec<usize> = (0..record.labels.len()).filter(|k| record.labels[*k].0 != DISTANCE).collect();
+    let known = [
+        with_distance.then_some(DISTANCE),
+        drive.map(Drive::column),
+        Some(record.unit.column()),
+        Some("t_s"),
+    ];
+    let mut table = Frame::of("taps.csv", known.into_iter().flatten());
+    for k in &others {
+        table.add(record.labels[*k].0.clone(), Values::new(fact::Kind::Word));
+    }
+    if own_distance.is_some() {
+        table.columns[0] = Values::new(fact::Kind::Word);
+    }
+    let mut tap = 0;
+    for reading in readings.iter().filter(|r| r.kind != Kind::Rest || drive.is_some()) {
+        let rests = reading.kind == Kind::Rest;
+        let mut row: Vec<Field> = Vec::new();
+        let shown = record.labels(reading.mean[0], reading.mean[1]);
+        if with_distance {
+            let said = own(&labels.a, tap).filter(|_| !rests);
+            row.push(match own_distance {
+                Some(k) => said.map_or_else(|| shown[k].to_owned(), |a| a.to_string()).into(),
+                None => said.into(),
+            });
+        }
+        if drive.is_some() {
+            let said = labels.drive.as_ref().and_then(|(_, values)| own(values, tap));
+            row.push(if rests { Some(0.0) } else { reading.drive.or(said).map(rounded) }.into());
+        }
+        row.push(if drive.is_some() { reading.signal } else { reading.signal - reading.rest }.into());
+        row.push(rounded(middle(record, reading)).into());
+        row.extend(others.iter().map(|k| Field::from(shown[*k].to_owned())));
+        table.row(row)?;
+        tap += usize::from(!rests);
+    }
+    Ok(table)
+}
+
+/// Six digits after the point are enough of a mean of drives, and of a time.
+fn rounded(x: f64) -> f64 {
+    (x * 1e6).round() / 1e6
+}
+
+fn middle(record: &Record, reading: &Reading) -> f64 {
+    0.5 * (record.time[reading.mean[0]] + record.time[reading.mean[1]])
+}
+
+/// readings.csv: of each reading what it is of, when contact begins and ends, what it is the mean of, and how well its samples agree.
+pub fn readings(record: &Record, readings: &[Reading]) -> Result<Frame, Error> {
+    let mut table = heading("readings").frame(&[]);
+    for r in readings {
+        let [[begins, ends], [from, to]] = [r.contact, r.mean].map(|ends| ends.map(|k| record.time[k]));
+        let times = [begins, ends, from, to].map(Field::Number);
+        let samples = Field::from(r.mean[1] - r.mean[0] + 1);
+        let of = [r.signal, r.rest, r.sd].map(Field::Number);
+        table.row(std::iter::once(r.kind.word().into()).chain(times).chain([samples]).chain(of))?;
+    }
+    Ok(table)
+}
+
+/// The record, its rest, and its readings.
+pub fn figure(record: &Record, rest: &Rest, readings: &[Reading]) -> Figure {
+    let every = record.time.len().div_ceil(DRAWN).max(1);
+    let sampled = |values: &[f64]| -> Vec<(f64, f64)> {
+        (0..record.time.len()).step_by(every).map(|k| (record.time[k], values[k])).collect()
+    };
+    let line = |name: &str, colour, values: &[f64], dash| Mark::Line {
+        path: Path::new(name, colour, sampled(values)),
+        dash,
+        marker: None,
+    };
+    let points = |name: &str, colour, kind: Kind, marker| {
+        let own = readings.iter().filter(|r| r.kind == kind);
+        Mark::Points {
+            path: Path::new(name, colour, own.clone().map(|r| (middle(record, r), r.signal))),
+            marker,
+            error: own.map(|r| r.sd).collect(),
+            notes: Vec::new(),
+            rows: Vec::new(),
+        }
+    };
+    let panel = Panel::new("", Axis::new("time t", "s"), Axis::new(record.unit.column(), ""))
+        .with(line("signal", 0, &record.signal, 0))
+        .with(line("rest", 2, &rest.level, 1))
+        .with(points("plateau", 1, Kind::Plateau, Marker::Square))
+        .with(points("peak", 3, Kind::Peak, Marker::Triangle));
+    let left = if every > 1 { format!("; one sample in {every} is shown") } else { String::new() };
+    let caption = format!("What was read of {} (readings.csv){left}.", record.file);
+    Figure::new("taps", "Taps", caption, vec![panel])
+}

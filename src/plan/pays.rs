@@ -1,0 +1,93 @@
+//! How long a run takes on all CPU threads, s, to the order of magnitude: whether a device pays for it.
+
+use crate::chart::scope::Scope;
+use crate::scene::search::Search;
+use crate::scene::{Contact, Geometry, Precision, RunOptions, Setup, Space, Study};
+
+/// CPU seconds of one thread for a tap: solved in f32 without friction, and read from charts where each design has its own drive, or all share theirs.
+const SOLVED: f64 = 1.5e-6;
+const READ: f64 = 6e-8;
+const READ_TOGETHER: f64 = 1.5e-9;
+
+/// How much dearer friction and f64 make a solved tap.
+const FRICTION: f64 = 4.0;
+const DOUBLE: f64 = 2.0;
+
+/// Evaluations of a search.
+const SEARCHED: f64 = 2e4;
+
+/// Of all taps of `study`.
+pub fn of_study(study: &Study, options: &RunOptions) -> f64 {
+    let Some(layout) = study.space.layout() else {
+        let taps = match &study.space {
+            Space::List(listed) => listed.len() as f64,
+            Space::Grid(_) => 0.0,
+        };
+        return solved(taps, &study.setup, options);
+    };
+    let taps = layout.len() as f64;
+    if options.precision == Some(Precision::F64) || !Scope::fits(study, &layout) {
+        return solved(taps, &study.setup, options);
+    }
+    let each = if layout.drives().is_some_and(|axis| axis.len() > 1) { READ_TOGETHER } else { READ };
+    shared(taps * each, options)
+}
+
+/// Of a search for the best design.
+pub fn of_search(search: &Search, space: &Space, setup: &Setup, options: &RunOptions) -> f64 {
+    let distances = space.layout().map_or(1, |layout| layout.n_distances);
+    let samples = search.robust.as_ref().map_or(0, |robust| robust.samples);
+    let taps = SEARCHED * (1.0 + samples as f64) * distances as f64;
+    solved(taps, setup, options)
+}
+
+fn solved(taps: f64, setup: &Setup, options: &RunOptions) -> f64 {
+    let friction = matches!(setup.model.contact, Contact::Stick | Contact::Coulomb(f64::MIN_POSITIVE..));
+    let mut each = SOLVED;
+    if friction {
+        each *= FRICTION;
+    }
+    if options.precision == Some(Precision::F64) {
+        each *= DOUBLE;
+    }
+    // Closed forms, on any backend.
+    if setup.model.geometry == Geometry::Linear {
+        each = 0.0;
+    }
+    shared(taps * each, options)
+}
+
+fn shared(seconds: f64, options: &RunOptions) -> f64 {
+    let threads = options.threads.unwrap_or_else(rayon::current_num_threads);
+    seconds / threads.max(1) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::backend::PAYS;
+    use crate::spec;
+
+    fn work(more: &str, theta: &str, options: &RunOptions) -> f64 {
+        let text = format!(
+            "[whisker]\nD = {{ min = 8, max = 12, samples = 40000000 }}\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = {{ from = 21, to = 48, steps = 10 }}\ntheta = {theta}\n{more}"
+        );
+        let study = spec::parse("work.toml", &text, std::path::Path::new("")).unwrap().study;
+        of_study(&study, options)
+    }
+
+    #[test]
+    fn large_sweeps_pay_and_small_ones_do_not() {
+        let four = RunOptions { threads: Some(4), ..RunOptions::default() };
+        let ranked = "[output]\ntuples = false\ntop = 100\nby = \"K_sd\"\n";
+        let read = work(ranked, "4", &four);
+        assert!(read > PAYS && read < 20.0, "{read}");
+        let double = RunOptions { precision: Some(Precision::F64), ..four.clone() };
+        assert!(work(ranked, "4", &double) > 10.0 * read);
+        let friction = format!("[model]\nextension = true\ncontact = {{ coulomb = 0.3 }}\n{ranked}");
+        assert!(work(&friction, "4", &double) > work(ranked, "4", &double));
+        assert_eq!(work(&format!("[model]\ngeometry = \"linear\"\n{ranked}"), "4", &double), 0.0);
+        let gridded = work(ranked, "{ from = 1, to = 10, steps = 10 }", &four);
+        assert!(gridded < read, "{gridded} {read}");
+    }
+}
