@@ -14,7 +14,8 @@ mod locate;
 mod merge;
 mod new;
 mod patient;
-mod progress;
+#[doc(hidden)]
+pub mod progress;
 mod reply;
 mod say;
 mod terminal;

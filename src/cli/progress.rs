@@ -87,7 +87,7 @@ fn bar(total: u64, template: &str) -> ProgressBar {
 }
 
 /// A plain line: taps done of all, `own` of which took `time`, their rate and the time that the others will take.
-fn line((done, total): (u64, u64), own: u64, time: Duration) -> String {
+pub fn line((done, total): (u64, u64), own: u64, time: Duration) -> String {
     let rate = own as f64 / time.as_secs_f64();
     let left = total.saturating_sub(done) as f64 / rate;
     let times = match own {
@@ -139,24 +139,5 @@ impl Steps {
         if let Self::Bar(bar) = self {
             bar.finish_and_clear();
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// 900 000 taps were done before, 1 000 of 100 000 since, in a second.
-    #[test]
-    fn the_time_left_after_a_resume_is_told_by_the_taps_of_this_run() {
-        let mut shown = Shown::Lines { start: Instant::now(), last: Instant::now(), before: 0 };
-        shown.begin(900_000);
-        let Shown::Lines { before, .. } = shown else { panic!("not lines") };
-        let told = line((901_000, 1_000_000), 901_000 - before, Duration::from_secs(1));
-        assert_eq!(
-            told,
-            format!("901 000 of 1 000 000 taps, {} taps/s, {} s left", rough(1000.0), rough(99.0))
-        );
-        assert_eq!(line((900_000, 1_000_000), 0, Duration::from_secs(1)), "900 000 of 1 000 000 taps");
     }
 }

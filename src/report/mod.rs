@@ -5,15 +5,15 @@
 //! the tables say.
 
 pub mod answer;
-mod bench;
-mod bins;
-mod calibrate;
+pub mod bench;
+pub mod bins;
+pub mod calibrate;
 pub mod content;
 mod contour;
-mod designs;
+pub mod designs;
 mod locate;
 mod optimise;
-mod outliers;
+pub mod outliers;
 mod page;
 pub mod quantity;
 mod shape;

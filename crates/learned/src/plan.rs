@@ -4,8 +4,6 @@
 //! be asked for have the covariance S = H Λ Hᵀ; a tap at i takes S_·i S_i·/(v_i + S_ii) off it, and gives it back where it is left out. What is
 //! least is the mean variance of a distance at the places that will be asked for (A-optimal design; Fedorov 1972 for the exchange).
 
-#[cfg(test)]
-mod tests;
 
 use nalgebra::DMatrix;
 
@@ -71,7 +69,7 @@ pub type Tap = [usize; 3];
 #[derive(Clone)]
 pub struct Planner {
     /// Candidates.
-    taps: Vec<Tap>,
+    pub taps: Vec<Tap>,
     /// Most distances.
     positions: usize,
     /// Variance of a reading at each candidate.
@@ -81,7 +79,7 @@ pub struct Planner {
     /// Variance in mm² per variance of the signal, over the number of places.
     weights: Vec<f64>,
     /// Mean variance in mm² that no calibration takes away: noise, position, gain of the run of the reading itself.
-    floor: f64,
+    pub floor: f64,
     /// What was chosen: places of candidates.
     chosen: Vec<usize>,
     /// Of these, as many at the beginning stay: they reach the ends of distances and drives.
@@ -200,13 +198,13 @@ impl Planner {
     }
 
     /// Mean variance of the calibration, mm².
-    fn variance(&self) -> f64 {
+    pub fn variance(&self) -> f64 {
         let first = self.taps.len();
         self.weights.iter().enumerate().map(|(q, w)| w * self.covariance[(first + q, first + q)]).sum()
     }
 
     /// By how much a tap at `place` lowers it.
-    fn gain(&self, place: usize) -> f64 {
+    pub fn gain(&self, place: usize) -> f64 {
         let column = self.covariance.column(place);
         let sum: f64 =
             self.weights.iter().zip(column.iter().skip(self.taps.len())).map(|(w, s)| w * s * s).sum();

@@ -12,7 +12,7 @@
 //! # Ok::<(), vibrissa::error::Error>(())
 //! ```
 
-mod between;
+pub mod between;
 pub mod coverage;
 mod doubtful;
 mod lag;

@@ -11,15 +11,13 @@
 
 mod around;
 mod course;
-mod expected;
-mod modes;
+pub mod expected;
+pub mod modes;
 mod object;
 mod outlook;
 mod posterior;
 mod search;
 mod stroke;
-#[cfg(test)]
-mod tests;
 
 pub use course::{Course, Told as ToldCourse};
 pub use object::{Object, integrate};
@@ -60,7 +58,7 @@ pub struct Joint {
     /// Signal without contact, variance of its noise, and shared numbers.
     rest: Vec<f64>,
     /// By how much the drive is off.
-    offset: Offset,
+    pub offset: Offset,
 }
 
 /// One tap.
