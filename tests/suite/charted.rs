@@ -159,8 +159,8 @@ fn words_of_neighbouring_distances_are_those_of_each() {
         ([2.0, 7.0], [0.5, 10.0], even.clone(), String::new()),
         // Cylinders and whiskers that widen: some readings are far from that of their calibration.
         ([6.0, 13.0], [0.5, 10.0], even.clone(), MODEL.to_owned()),
-        // Contacts slip off.
-        ([2.0, 7.0], [4.0, 25.0], even.clone(), MODEL.to_owned()),
+        // Contacts slip off, and few of them are next to a fold, where the reference solves.
+        ([4.0, 7.0], [4.0, 30.0], even.clone(), MODEL.to_owned()),
         ([2.0, 7.0], [0.01, 0.4], format!("[{}]", backwards.join(", ")), MODEL.to_owned()),
         ([2.0, 7.0], [0.5, 10.0], format!("[{}]", mixed.join(", ")), MODEL.to_owned()),
         (

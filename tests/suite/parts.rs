@@ -47,22 +47,33 @@ fn counted(folder: &Path) -> Vec<Value> {
     keys.iter().map(|key| run["counts"][*key].clone()).collect()
 }
 
-/// The whole, and the same of `n` parts.
+/// The whole, and the same of so many parts.
 pub fn joined(text: &str, list: &str, place: Place, parts: u32) {
-    let (whole, cut) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    joined_each(text, list, place, &[parts]);
+}
+
+/// The same of every number of parts in `all`.
+pub fn joined_each(text: &str, list: &str, place: Place, all: &[u32]) {
+    let whole = tempfile::tempdir().unwrap();
     sweep_part(text, list, place, None, &whole.path().join("out"));
+    all.iter().for_each(|parts| joins(text, list, place, *parts, &whole.path().join("out")));
+}
+
+/// That `parts` of a sweep, joined, are the `whole`.
+fn joins(text: &str, list: &str, place: Place, parts: u32, whole: &Path) {
+    let cut = tempfile::tempdir().unwrap();
     for index in 1..=parts {
         sweep_part(text, list, place, Some(Shard { index, of: parts }), cut.path());
     }
     let report = merge::run(&[cut.path().to_owned()], None, false).unwrap_or_else(|e| panic!("{e}\n{text}"));
     assert_eq!(report.warnings, [""; 0]);
-    let (one, other) = (tables(&whole.path().join("out")), tables(cut.path()));
+    let (one, other) = (tables(whole), tables(cut.path()));
     let names = |all: &[(String, Vec<u8>)]| all.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
     assert!(!one.is_empty() && names(&one) == names(&other), "{:?} {:?}", names(&one), names(&other));
     for ((name, a), (_, b)) in one.iter().zip(&other) {
         assert!(a == b, "{name} of {parts} parts on {place:?}:\n{text}");
     }
-    assert_eq!(counted(&whole.path().join("out")), counted(cut.path()), "{text}");
+    assert_eq!(counted(whole), counted(cut.path()), "{text}");
 }
 
 const GAUGE: &str = "[gauge]\nx_ss = [5, 8]\nl = 2\nnoise_strain = 1e-6\n";

@@ -118,10 +118,13 @@ fn a_new_spec_is_valid_and_runs() {
 #[test]
 fn a_new_spec_has_a_page() {
     let desk = Desk::new(SPEC);
+    // A chart of a blunt tip and near contacts has a tenth of the taps.
+    let blunt = |line: String| line.replace("10,4,80", "10,7,80").replace("25,70", "25,30");
     for (clamp, goal) in
         [("rigid", "sweep"), ("bonded", "tap"), ("glued", "optimise"), ("socket", "calibrate")]
     {
-        desk.ok(asked(&format!("{clamp}.toml"), "5,2,15", clamp, goal));
+        let line = asked(&format!("{clamp}.toml"), "5,2,15", clamp, goal);
+        desk.ok(if clamp == "glued" { line } else { blunt(line) });
         let ran = desk.ok(format!("explore {clamp}.toml --out page.html"));
         let exact = ran.stderr.contains("tells distances by a formula, here euler-bernoulli");
         assert_eq!(exact, goal != "calibrate", "{clamp}: {}", ran.stderr);
