@@ -71,6 +71,8 @@ pub struct Plan {
     pub chart: Option<f64>,
     /// Seconds of the whole plan, the charts' among them.
     pub seconds: f64,
+    /// Taps of a chunk: as many whole designs as have no more, or one. What of a sweep is complete is known in whole chunks.
+    pub chunk: u64,
 }
 
 /// Rigs that have charts of their own at most.
@@ -147,6 +149,7 @@ impl Plan {
             rigs,
             chart,
             seconds,
+            chunk: chunk(solved, study, choice),
         })
     }
 }
@@ -172,16 +175,16 @@ impl Plan {
         let all: Vec<Option<&Ranker>> = all.iter().map(|plan| plan.ranker.as_deref()).collect();
         if all.iter().any(Option::is_some) { all } else { Vec::new() }
     }
+}
 
-    /// Taps of `setup` that are evaluated together at first, until it is known how long they take: fewer where each may take long.
-    pub fn together(&self, setup: &Setup) -> u64 {
-        let quick = setup.model.geometry == Geometry::Linear;
-        match () {
-            () if self.solved == Way::Reference => CHUNK / 64,
-            () if quick => CHUNK,
-            () if setup.built.is_none() => CHUNK / 8,
-            () => CHUNK / 64,
-        }
+/// Taps of a chunk: fewer where each takes long, so that a chunk takes about a second of one thread. A device has many at once.
+fn chunk(solved: Way, study: &Study, choice: &Choice) -> u64 {
+    let setup = &study.setup;
+    match () {
+        () if solved == Way::Reference => 1 << 10,
+        () if choice.backend.adapter.is_some() => CHUNK,
+        () if setup.built.is_some() && setup.model.geometry == Geometry::Exact => 1 << 13,
+        () => 1 << 16,
     }
 }
 

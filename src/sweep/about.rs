@@ -2,12 +2,13 @@
 
 use std::ops::Range;
 
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::best::Kept;
 use super::charted::Rankers;
 use crate::backend::Choice;
-use crate::plan::{CHUNK, Plan};
+use crate::plan::Plan;
 use crate::scene::{Space, Spec, Study};
 use crate::sink::folder::{Question, hash};
 use crate::sink::format::TableFormat;
@@ -58,7 +59,7 @@ impl About {
             question.lasting(),
             question.asked,
             (b.name, &b.adapter, b.precision, b.tolerance),
-            format!("{:?} {:?} {CHUNK} {bound:?}", plan.way, plan.solved),
+            format!("{:?} {:?} {} {bound:?}", plan.way, plan.solved, plan.chunk),
             format.name(),
         ]);
         let whole = hash(&whole.to_string());
@@ -71,7 +72,7 @@ impl About {
 }
 
 /// Where a row of a part stands in the whole.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Place {
     /// Its table.
     pub table: Table,
@@ -86,9 +87,6 @@ pub struct Place {
 }
 
 impl Place {
-    /// Bytes of one.
-    pub const BYTES: usize = 33;
-
     /// Of a row that was kept, of the design `owner`.
     pub(super) fn of(row: &Kept, owner: u64) -> Self {
         Self { table: Table::Designs, rank: row.rank, charted: row.charted, index: row.index, owner }
@@ -97,29 +95,6 @@ impl Place {
     /// Of a row of a table, by a row of the tuple file.
     pub(super) fn row(table: Table, row: u64, owner: u64) -> Self {
         Self { table, rank: 0.0, charted: f32::NAN, index: (row, 0), owner }
-    }
-
-    /// As bytes.
-    pub fn bytes(self) -> [u8; Self::BYTES] {
-        let mut bytes = [0; Self::BYTES];
-        bytes[0] = self.table as u8;
-        bytes[1..9].copy_from_slice(&self.rank.to_le_bytes());
-        bytes[9..13].copy_from_slice(&self.charted.to_le_bytes());
-        bytes[13..21].copy_from_slice(&self.index.0.to_le_bytes());
-        bytes[21..25].copy_from_slice(&self.index.1.to_le_bytes());
-        bytes[25..].copy_from_slice(&self.owner.to_le_bytes());
-        bytes
-    }
-
-    /// From bytes; `None` where they are none.
-    pub fn read(bytes: &[u8]) -> Option<Self> {
-        let bytes: &[u8; Self::BYTES] = bytes.try_into().ok()?;
-        let at = |from: usize| -> [u8; 8] { std::array::from_fn(|k| bytes[from + k]) };
-        let short = |from: usize| -> [u8; 4] { std::array::from_fn(|k| bytes[from + k]) };
-        let (rank, charted) = (f64::from_le_bytes(at(1)), f32::from_le_bytes(short(9)));
-        let index = (u64::from_le_bytes(at(13)), u32::from_le_bytes(short(21)));
-        let (table, owner) = (*Table::ALL.get(usize::from(bytes[0]))?, u64::from_le_bytes(at(25)));
-        Some(Self { table, rank, charted, index, owner })
     }
 }
 

@@ -1,4 +1,4 @@
-//! The rows that a sweep keeps with `top`, those that it shows, and how far a ranked one is: in bounded memory.
+//! The rows that a sweep keeps with `top`, and those that it shows: in bounded memory.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -6,7 +6,6 @@ use std::collections::BinaryHeap;
 use serde::{Deserialize, Serialize};
 
 use super::key;
-use crate::chart::lanes::Found;
 use crate::recommend::{self, Standing};
 use crate::scene::{Direction, Tuple};
 use crate::sink::table::AtDrive;
@@ -53,7 +52,7 @@ impl Kept {
 }
 
 /// The `n` best rows of all that were offered.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Best {
     n: usize,
     heap: BinaryHeap<Worst>,
@@ -166,15 +165,3 @@ impl Highlights {
         (if by_design { self.designs } else { self.rows }, by_design)
     }
 }
-
-/// How far a ranked sweep is. Its parts are borrowed where it is written only.
-#[derive(Serialize, Deserialize)]
-pub(super) enum Reached<F = Found, B = Best, K = Vec<(u64, u32)>> {
-    /// Its rows are ranked up to this design: what was found in charts, and the best of the rows that were solved.
-    Ranked(u64, F, B),
-    /// The rows kept, and how many of their designs are written.
-    Kept(K, u64),
-}
-
-/// [`Reached`] as it is written.
-pub(super) type Reaching<'a> = Reached<&'a Found, &'a Best, &'a [(u64, u32)]>;

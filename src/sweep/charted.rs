@@ -1,11 +1,13 @@
 //! A ranked sweep from charts: all rows ranked in a few flops each, the best solved again.
 
+use std::ops::Range;
 use std::time::Instant;
 
 use rayon::prelude::*;
 
 use super::Run;
-use super::best::{Best, Kept, Reached, Reaching};
+use super::best::Kept;
+use super::keep::Reached;
 use super::route::rank;
 use super::taps::{Taps, task};
 use crate::chart::{
@@ -25,11 +27,13 @@ use crate::sink::{run_json::Counts, table::AtDrive};
 use crate::statistics::Reduction;
 use crate::status::Status;
 
-/// Designs between two looks at the clock and at the bound, at most.
+/// Designs of a chunk at most, and its taps, about.
 const GROUP: u64 = 1 << 16;
+const CHUNK: u64 = 1 << 26;
 
-/// The same at first, until there is a bound.
+/// Designs of the first chunk, before there is a bound, and how many times as many are complete after each further one.
 const FIRST: u64 = 64;
+const GROWTH: u64 = 16;
 
 /// Words of taps that do not depend on f.
 const KNOWN: [&str; 2] = ["slipped_off", "invalid_geometry"];
@@ -78,21 +82,16 @@ pub(super) fn run(
     run: &mut Run<'_>,
     (taps, layout): (&Taps<'_>, &Layout),
     ranker: &Rankers<'_>,
-    (top, before): (usize, Option<Reached>),
 ) -> Result<Vec<Kept>, Error> {
-    let (from, all, best) = match before {
-        Some(Reached::Ranked(from, all, best)) => (from, all, best),
-        _ => {
-            run.counts.solved += ranker.sweeps().taps;
-            run.counts.sweeps.merge(&ranker.sweeps());
-            (run.designs.start, Found::default(), Best::new(top))
-        }
-    };
-    let mut search = Search { taps, layout, ranker, from, all, best };
+    if run.reached.next == 0 {
+        run.reached.counts.solved += ranker.sweeps().taps;
+        run.reached.counts.sweeps.merge(&ranker.sweeps());
+    }
+    let search = Search { taps, layout, ranker };
     let mut by = "lanes";
     if let Some(device) = device(run, ranker, layout)? {
         match search.on_device(run, device) {
-            // The CPU goes on after the last batch that came back.
+            // The CPU continues after the last batch that came back.
             Err(Error::Solve(SolveError::Device(why))) => run.evaluator.give_up(&why),
             other => {
                 other?;
@@ -100,29 +99,29 @@ pub(super) fn run(
             }
         }
     }
-    let first = GROUP.min(FIRST + search.from - run.designs.start);
-    run.paced((first, GROUP), |run| search.on_host(run))?;
-    if let Some(chart) = &mut run.counts.chart {
+    search.on_host(run)?;
+    let Reached { counts, found, best, .. } = &mut run.reached;
+    if let Some(chart) = &mut counts.chart {
         chart["ranked_by"] = by.into();
     }
-    let Search { mut all, mut best, .. } = search;
-    note(&mut run.counts, &all.words);
+    let (mut found, mut best) = (std::mem::take(found), std::mem::take(best));
+    note(counts, &found.words);
     if !ranker.all().all(Ranker::tells_words) {
-        run.counts.combinations.retain(Status::SLIPPED_OFF | Status::INVALID_GEOMETRY);
-        if let Some(chart) = &mut run.counts.chart {
+        counts.combinations.retain(Status::SLIPPED_OFF | Status::INVALID_GEOMETRY);
+        if let Some(chart) = &mut counts.chart {
             chart["words"] = KNOWN.into();
         }
     }
-    bound(&mut all, ranker.keep());
-    run.counts.complete = Some(best.offered + all.complete);
-    let found = solve(run, layout, &all.rows)?;
+    bound(&mut found, ranker.keep());
+    counts.complete = Some(best.offered + found.complete);
+    let solved = solve(run, layout, &found.rows)?;
     if run.part {
         // Which of them are candidates of the whole, only the whole can tell.
-        let mut rows: Vec<Kept> = best.into_rows().into_iter().chain(found).collect();
+        let mut rows: Vec<Kept> = best.into_rows().into_iter().chain(solved).collect();
         rows.sort_by(Kept::order);
         return Ok(rows);
     }
-    found.into_iter().for_each(|row| best.offer(row));
+    solved.into_iter().for_each(|row| best.offer(row));
     Ok(best.into_rows())
 }
 
@@ -144,75 +143,74 @@ pub(super) fn device(
     }
 }
 
-/// A search under way.
+/// What a search goes through, and what ranks it.
 struct Search<'a> {
     taps: &'a Taps<'a>,
     layout: &'a Layout,
     ranker: &'a Rankers<'a>,
-    /// The designs before it are ranked.
-    from: u64,
-    all: Found,
-    /// Rows of designs solved tap by tap.
-    best: Best,
 }
 
 impl Search<'_> {
-    /// In lanes, a group of designs at a time.
-    fn on_host(&mut self, run: &mut Run<'_>) -> Result<(), Error> {
-        let end = run.designs.end;
-        while self.from < end {
+    /// Designs of the chunk that begins after so many: few at first, until there is a bound.
+    fn chunk(&self, done: u64) -> u64 {
+        let most = (CHUNK / self.layout.block()).clamp(1, GROUP);
+        most.min(FIRST + (GROWTH - 1) * done)
+    }
+
+    /// In lanes, a chunk of designs at a time.
+    fn on_host(&self, run: &mut Run<'_>) -> Result<(), Error> {
+        let Range { start, end } = run.designs;
+        while start + run.reached.next < end {
             run.check_stop()?;
-            let start = Instant::now();
-            let from = self.from;
-            let to = (from + run.pace.size).min(end);
-            let bound = bound(&mut self.all, self.ranker.keep());
+            let begun = Instant::now();
+            let from = start + run.reached.next;
+            let to = end.min(from + self.chunk(run.reached.next));
+            let bound = bound(&mut run.reached.found, self.ranker.keep());
             let ks: Vec<u64> = (from..to).collect();
             let found = group(self.layout, self.ranker, &ks, bound);
-            run.solve += start.elapsed();
+            run.reached.solve += begun.elapsed().as_secs_f64();
             self.take(run, found, to - from)?;
         }
         Ok(())
     }
 
     /// On a GPU, batches that overlap; the rows of the few designs that have any below the bound are listed in lanes.
-    fn on_device(&mut self, run: &mut Run<'_>, mut device: DeviceRanker) -> Result<(), Error> {
-        let (mut next, end) = (self.from, run.designs.end);
+    fn on_device(&self, run: &mut Run<'_>, mut device: DeviceRanker) -> Result<(), Error> {
+        let Range { start, end } = run.designs;
+        let mut next = start + run.reached.next;
         loop {
             run.check_stop()?;
             while next < end && device.free() {
                 // Small at first, until there is a bound.
-                let done = self.from - run.designs.start;
-                let to = (next + device.most().min(FIRST + done)).min(end);
-                device.start(next..to, bound(&mut self.all, self.ranker.keep()));
+                let to = (next + device.most().min(FIRST + run.reached.next)).min(end);
+                device.start(next..to, bound(&mut run.reached.found, self.ranker.keep()));
                 next = to;
             }
-            let start = Instant::now();
+            let begun = Instant::now();
             let Some(batch) = device.finish() else { return Ok(()) };
             let batch = batch?;
-            let bound = bound(&mut self.all, self.ranker.keep());
+            let bound = bound(&mut run.reached.found, self.ranker.keep());
             let rows = group(self.layout, self.ranker, &batch.best, bound).rows;
-            run.solve += start.elapsed();
+            run.reached.solve += begun.elapsed().as_secs_f64();
             let designs = batch.range.end - batch.range.start;
             let found = Found { rows, complete: batch.complete, words: batch.words, hard: batch.hard };
             self.take(run, found, designs)?;
         }
     }
 
-    /// Takes over what `designs` designs gave; the hard ones are solved tap by tap.
-    fn take(&mut self, run: &mut Run<'_>, found: Found, designs: u64) -> Result<(), Error> {
-        self.all.merge(found);
-        let mut hard = std::mem::take(&mut self.all.hard);
+    /// Takes over what the next `designs` designs gave; the hard ones are solved tap by tap.
+    fn take(&self, run: &mut Run<'_>, found: Found, designs: u64) -> Result<(), Error> {
+        let all = &mut run.reached.found;
+        all.merge(found);
+        let mut hard = std::mem::take(&mut all.hard);
         hard.sort_unstable();
         let easy = (designs - hard.len() as u64) * self.layout.block();
-        run.counts.taps += easy;
-        run.counts.interpolated += easy;
-        rank(run, self.taps, (&hard, &[]), &mut self.best)?;
+        run.reached.counts.taps += easy;
+        run.reached.counts.interpolated += easy;
+        rank(run, self.taps, (&hard, &[]))?;
         run.show(0);
-        self.from += designs;
-        bound(&mut self.all, self.ranker.keep());
-        let (next, all, best) = (self.from, &self.all, &self.best);
-        let (begin, end) = (run.designs.start, run.designs.end);
-        run.complete((next - begin, end - begin, "designs"), |to| to.put(&Reaching::Ranked(next, all, best)))
+        bound(&mut run.reached.found, self.ranker.keep());
+        run.complete(designs, (run.designs.end - run.designs.start, "designs"))
     }
 }
 

@@ -18,7 +18,6 @@ use crate::evaluate::{Outcome, Task};
 use crate::scene::{Direction, RankBy, Setup};
 use crate::sink::{
     frame::Frame,
-    pack::Packer,
     run_json::Counts,
     table::{AtDistance, AtDrive, Chosen, Table, TapRow},
 };
@@ -30,11 +29,8 @@ const TOGETHER: usize = 1 << 12;
 /// Rows of one work item.
 const PIECE: usize = 1 << 10;
 
-/// What is packed beside the outcomes of designs under way: how many designs are complete, of how many, and what the route needs.
-pub(super) type Route<'p> = ((u64, u64), &'p dyn Fn(&mut Packer<'_>));
-
 /// Strokes by the numbers of their designs and their places in them, in order.
-type Strokes<'s> = &'s [(u64, u32)];
+pub(super) type Strokes<'s> = &'s [(u64, u32)];
 
 /// Designs with the outcomes of their taps.
 pub(super) struct Group {
@@ -47,19 +43,15 @@ pub(super) struct Group {
 }
 
 impl Group {
-    /// The next of `designs`, as many as go together, with their taps solved; `None` after the last. `all` go together where the rows of
-    /// designs alternate. Of more taps than are solved at once those that are done are kept, with what `route` packs.
+    /// The next chunk of `designs`, with their taps solved; `None` after the last. `all` are one chunk where the rows of designs alternate.
     pub fn next(
         run: &mut Run<'_>,
         taps: &Taps<'_>,
         (designs, all): (&mut Peekable<impl Iterator<Item = u64>>, bool),
-        route: Option<Route<'_>>,
     ) -> Result<Option<Self>, Error> {
-        // A design that is under way goes alone.
-        let together = if route.is_some() { run.pace.size } else { CHUNK };
-        let size = if run.under_way.is_empty() { together } else { 1 };
+        let chunk = run.plan.chunk;
         let (mut numbers, mut starts, mut total) = (Vec::new(), vec![0], 0);
-        while let Some(k) = designs.next_if(|k| all || total == 0 || total + taps.block(*k) <= size) {
+        while let Some(k) = designs.next_if(|k| all || total == 0 || total + taps.block(*k) <= chunk) {
             total += taps.block(k);
             numbers.push(k);
             starts.push(total as usize);
@@ -69,18 +61,14 @@ impl Group {
         }
         let setup = &run.study.setup;
         let designs: Vec<Design> = numbers.par_iter().map(|&k| Design::new(setup, taps.design(k))).collect();
-        let mut group = Self { numbers, designs, starts, outcomes: std::mem::take(&mut run.under_way) };
-        group.outcomes.reserve_exact(total as usize - group.outcomes.len());
-        while (group.outcomes.len() as u64) < total {
-            let from = group.outcomes.len();
-            let together = if route.is_some() { run.pace.size } else { CHUNK };
-            let to = (from + together as usize).min(total as usize);
+        let total = total as usize;
+        let mut group = Self { numbers, designs, starts, outcomes: Vec::with_capacity(total) };
+        // Of more taps it is shown how far they are.
+        for from in (0..total).step_by(chunk as usize) {
+            let to = total.min(from + chunk as usize);
             group.outcomes.extend(run.evaluate(&group.designs, &group.tasks(taps, from..to))?);
-            if let Some((done, pack)) = route.filter(|_| (to as u64) < total) {
+            if to < total {
                 run.show(to as u64);
-                run.under_way = group.outcomes;
-                run.complete_within((done, total), pack)?;
-                group.outcomes = std::mem::take(&mut run.under_way);
             }
         }
         Ok(Some(group))

@@ -1,7 +1,8 @@
 //! The sweep: plan → evaluate → reduce → write, in bounded memory.
 //!
-//! Whole designs go through together, up to [`CHUNK`] taps and about a second at a time; of a larger design what is solved is held until all of it
-//! is. Memory is that of one chunk or one design and, with `top`, of the rows kept; of listed tuples that of the list, and of all outcomes where
+//! A sweep is cut into chunks of whole designs by their index alone. A chunk's rows are a function of the spec and its index, whatever ran before
+//! or beside it. So a stopped sweep continues with the chunks that are not there, and a part of a sweep is some of the designs.
+//! Memory is that of one chunk or one design and, with `top`, of the rows kept; of listed tuples that of the list, and of all outcomes where
 //! the rows of its designs alternate.
 
 mod about;
@@ -25,14 +26,12 @@ use serde_json::{Value, json};
 use crate::backend::{Backend, Choice};
 use crate::census::needed::Needed;
 use crate::error::Error;
-use crate::evaluate::Outcome;
 use crate::plan::{CHUNK, Plan};
 use crate::progress::Progress;
 use crate::recommend::Standing;
 use crate::scene::{Spec, Tuple};
 use crate::sink::{
-    folder::{Folder, Mark, Question, Written},
-    pack::Unpacker,
+    folder::{Folder, Question, Written, unpack},
     run_json::{self, Counts, Seconds},
     shard::Shard,
 };
@@ -42,13 +41,13 @@ pub use about::Place;
 pub use best::Kept;
 use charted::Rankers;
 pub use keep::EVERY;
-use keep::Keeper;
+use keep::{Keeper, Reached};
 use needed::{Checked, checked, fuller, until_it_holds};
 pub use needed::{run_needed, whole};
 pub use probe::seconds;
 use running::Run;
 use taps::Taps;
-use writers::Writers;
+use writers::{Marks, Writers};
 pub use writers::{PLACES, Tables};
 
 /// What a finished sweep tells.
@@ -139,13 +138,13 @@ impl Clock {
 impl Report {
     /// What `run` on `choice`, whose device took `open` seconds, comes to, where its tables go, and what keeps it.
     fn of(run: Run<'_>, choice: &Choice, clock: Clock, open: f64) -> (Self, Writers, Option<Keeper>) {
-        let Run { writers, counts, best, solve, keeper, handed, study, .. } = run;
-        let (standing, offered) = (best.standing(), best.offered);
-        let (highlights, by_design) = best.into_rows(study.output.top.is_some() || study.output.by_said);
+        let Run { writers, reached: Reached { counts, shown, solve, handed, .. }, keeper, study, .. } = run;
+        let (standing, offered) = (shown.standing(), shown.offered);
+        let (highlights, by_design) = shown.into_rows(study.output.top.is_some() || study.output.by_said);
         let report = Self {
             files: Vec::new(),
             removed: Vec::new(),
-            seconds: Seconds { total: clock.total(), open, chart: clock.chart, solve: solve.as_secs_f64() },
+            seconds: Seconds { total: clock.total(), open, chart: clock.chart, solve },
             backend: choice.backend.clone(),
             ranked: counts.complete.unwrap_or(offered),
             counts,
@@ -204,7 +203,7 @@ fn attempt(
             (run.designs, run.part, run.taps) = (about.designs.clone(), about.places, plan.taps_of(shard));
         }
     }
-    run.handed = run.handed.on(choice.backend.device.clone());
+    run.reached.handed = std::mem::take(&mut run.reached.handed).on(choice.backend.device.clone());
     let guard = needed.as_ref().zip(full.as_ref()).map(|(needed, full)| needed.guard(full)).transpose()?;
     run.evaluator = run.evaluator.guarded(guard);
     let done = routes(&mut run).and_then(|()| checked(&run, needed));
@@ -254,24 +253,14 @@ fn opened(spec: &Spec, plan: &Plan, about: &About, target: &Target<'_>) -> Resul
 
 /// Goes through the space.
 fn routes(run: &mut Run<'_>) -> Result<(), Error> {
-    run.counts.chart = Rankers::of(run.plan).map(|rankers| json!(rankers.summary()));
+    run.reached.counts.chart = Rankers::of(run.plan).map(|rankers| json!(rankers.summary()));
     route::run(run, &Taps::new(&run.study.space))
 }
 
-/// What of `state` can be read as a part of the state of a stopped sweep; for tests of the reading.
+/// Whether `state` can be read as that of a stopped sweep; for tests of the reading.
 #[doc(hidden)]
-pub fn readable(state: &[u8]) -> [bool; 5] {
-    fn reads<T: serde::de::DeserializeOwned>(mut state: Unpacker<'_>) -> bool {
-        state.take::<T>().is_some()
-    }
-    let state = Unpacker(state);
-    [
-        reads::<keep::Shared>(state),
-        reads::<best::Reached>(state),
-        reads::<Vec<Outcome>>(state),
-        reads::<Mark>(state),
-        reads::<Vec<(Tuple, Option<String>)>>(state),
-    ]
+pub fn readable(state: &[u8]) -> bool {
+    unpack::<(Reached, Marks)>(state).is_some()
 }
 
 /// Everything that makes two designs of a tuple file the same.

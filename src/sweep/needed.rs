@@ -85,7 +85,7 @@ pub(super) fn checked(run: &Run<'_>, needed: Option<&mut Needed>) -> Result<Chec
     if !needed.keeps(&rows(&run.study.space, &run.kept), &|| run.check_stop())? {
         return Ok(Checked::Astray);
     }
-    let mut told = needed.summary(run.solve.as_secs_f64() + run.plan.chart.unwrap_or(0.0));
+    let mut told = needed.summary(run.reached.solve + run.plan.chart.unwrap_or(0.0));
     told["taps_by_full_model"] = run.mended().into();
     Ok(Checked::Holds(Some(told)))
 }

@@ -3,7 +3,6 @@
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use super::best::Best;
 use super::charted::Rankers;
 use super::route::rank;
 use super::taps::Taps;
@@ -117,7 +116,7 @@ fn grid(run: &mut Run<'_>, layout: &Layout, curves: f64) -> Result<f64, Error> {
     let taps = Taps::new(&run.study.space);
     paced(layout.n_designs, &mut |n| {
         let designs: Vec<u64> = (0..n).map(|i| place(i, layout.n_designs)).collect();
-        rank(run, &taps, (&designs, &tables), &mut Best::new(0))
+        rank(run, &taps, (&designs, &tables))
     })
 }
 

@@ -2,12 +2,11 @@
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use super::about::Place;
-use super::best::Highlights;
-use super::handed::Handed;
-use super::keep::{self, Keeper, Pace};
+use super::best::Best;
+use super::keep::{self, Keeper, Reached};
 use super::writers::Writers;
 use crate::backend::Choice;
 use crate::census::{Taps, sample};
@@ -16,9 +15,9 @@ use crate::curve::{
     both::{self, Both},
 };
 use crate::design::Design;
-use crate::error::Error;
+use crate::error::{Error, SolveError};
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
-use crate::plan::{CHUNK, Plan};
+use crate::plan::Plan;
 use crate::progress::Progress;
 use crate::scene::{Direction, Study, Theory, Tuple};
 use crate::sink::frame::Frame;
@@ -30,15 +29,10 @@ pub(super) struct Run<'a> {
     pub study: &'a Study,
     pub evaluator: Evaluator<'a>,
     pub writers: Writers,
-    pub counts: Counts,
-    pub best: Highlights,
+    /// What is known of the complete chunks, and counted in the one under way.
+    pub reached: Reached,
     /// Design and drive of the rows that `top` keeps.
     pub kept: Vec<Tuple>,
-    pub solve: Duration,
-    /// Taps that earlier runs left to the full model.
-    pub mended: u64,
-    /// Rows that a device has not answered itself.
-    pub handed: Handed,
     pub plan: &'a Plan,
     pub stop: &'a AtomicBool,
     pub progress: &'a mut dyn Progress,
@@ -50,12 +44,6 @@ pub(super) struct Run<'a> {
     pub part: bool,
     /// Keeps what is complete; nothing where nothing is written.
     pub keeper: Option<Keeper>,
-    /// Where a stopped run stopped.
-    pub state: Option<Vec<u8>>,
-    /// How many go together.
-    pub pace: Pace,
-    /// Outcomes of the first taps of the next design, where it takes longer than a batch.
-    pub under_way: Vec<Outcome>,
 }
 
 impl<'a> Run<'a> {
@@ -65,18 +53,15 @@ impl<'a> Run<'a> {
         method: Method,
         (stop, progress): (&'a AtomicBool, &'a mut dyn Progress),
     ) -> Self {
-        let evaluator = Evaluator::new(&study.setup, method);
+        let evaluator = Evaluator::new(&study.setup, method).stopping(stop);
+        let reached = Reached { best: Best::new(study.output.top.unwrap_or(0)), ..Reached::default() };
         let (designs, taps, part, keeper) = (0..plan.designs, plan.taps, false, None);
         Self {
             study,
             evaluator,
             writers: Writers::none(),
-            counts: Counts::default(),
-            best: Highlights::default(),
+            reached,
             kept: Vec::new(),
-            solve: Duration::ZERO,
-            mended: 0,
-            handed: Handed::default(),
             plan,
             stop,
             progress,
@@ -84,23 +69,7 @@ impl<'a> Run<'a> {
             taps,
             part,
             keeper,
-            state: None,
-            pace: Self::pace(study, plan),
-            under_way: Vec::new(),
         }
-    }
-
-    /// How many taps go together at first.
-    fn pace(study: &Study, plan: &Plan) -> Pace {
-        Pace::new(plan.together(&study.setup), CHUNK)
-    }
-
-    /// Does `f` with batches of another kind: of `size` at first, and of `most`.
-    pub fn paced<R>(&mut self, (size, most): (u64, u64), f: impl FnOnce(&mut Self) -> R) -> R {
-        self.pace = Pace::new(size, most);
-        let done = f(self);
-        self.pace = Self::pace(self.study, self.plan);
-        done
     }
 
     /// Does `f` unless asked to stop, and notes the time and the sweeps that it took.
@@ -110,19 +79,22 @@ impl<'a> Run<'a> {
     {
         self.check_stop()?;
         let start = Instant::now();
-        let done = f(&mut self.evaluator)?;
-        self.solve += start.elapsed();
-        self.counts.sweeps.merge(&self.evaluator.take_sweeps());
+        let done = f(&mut self.evaluator).map_err(|e| match e.into() {
+            Error::Solve(SolveError::Stopped) => keep::interrupted(),
+            e => e,
+        })?;
+        self.reached.solve += start.elapsed().as_secs_f64();
+        self.reached.counts.sweeps.merge(&self.evaluator.take_sweeps());
         Ok(done)
     }
 
     /// Outcomes of `tasks`; `Err` when asked to stop.
     pub fn evaluate(&mut self, designs: &[Design], tasks: &[Task]) -> Result<Vec<Outcome>, Error> {
         let outcomes = self.timed(|evaluator| evaluator.run(designs, tasks))?;
-        self.counts.solved += outcomes.len() as u64;
-        self.counts.referred += outcomes.iter().filter(|o| o.referred).count() as u64;
+        self.reached.counts.solved += outcomes.len() as u64;
+        self.reached.counts.referred += outcomes.iter().filter(|o| o.referred).count() as u64;
         for o in outcomes.iter().filter(|o| o.status.counts()) {
-            self.counts.strain.push(o.magnitude());
+            self.reached.counts.strain.push(o.magnitude());
         }
         Ok(outcomes)
     }
@@ -141,7 +113,7 @@ impl<'a> Run<'a> {
         let asks: Vec<Ask> = rows.map(ask).collect();
         let setup = &self.study.setup;
         let (curves, solved) = self.timed(|evaluator| curve::solve(setup, evaluator, designs, &asks))?;
-        self.counts.solved += solved;
+        self.reached.counts.solved += solved;
         Ok(curves)
     }
 
@@ -162,7 +134,7 @@ impl<'a> Run<'a> {
             |(task, tap): (Task, &Outcome)| both::Ask::own(setup, task, tap, reach(task.design as usize));
         let asks: Vec<both::Ask> = tasks().into_iter().zip(outcomes).map(ask).collect();
         let (found, solved) = self.timed(|evaluator| both::both(setup, evaluator, designs, &asks))?;
-        self.counts.solved += solved;
+        self.reached.counts.solved += solved;
         Ok(found)
     }
 
@@ -173,34 +145,32 @@ impl<'a> Run<'a> {
 
     /// Taps that the full model solved in place of one with effects left off.
     pub fn mended(&self) -> u64 {
-        self.mended + self.evaluator.mended()
+        self.reached.mended + self.evaluator.mended()
     }
 
     /// Takes over the counts of finished taps.
     pub fn absorb(&mut self, status: &Counts) {
-        self.counts.taps += status.taps;
-        self.counts.combinations.add(&status.combinations);
-        self.progress.at(self.counts.taps, self.taps);
+        self.reached.counts.taps += status.taps;
+        self.reached.counts.combinations.add(&status.combinations);
+        self.progress.at(self.reached.counts.taps, self.taps);
     }
 
     /// Shows that `more` taps than the finished ones are done.
     pub fn show(&mut self, more: u64) {
-        self.progress.at(self.counts.taps + more, self.taps);
+        self.progress.at(self.reached.counts.taps + more, self.taps);
     }
 
     /// Appends the rows of `pieces` to a table, if it is written, and counts them.
     pub fn write(&mut self, table: Table, pieces: &[Frame]) -> Result<(), Error> {
         if self.writers.wants(table) {
-            self.counts.rows[table as usize] += pieces.iter().map(|piece| piece.len() as u64).sum::<u64>();
+            self.reached.counts.rows[table as usize] += pieces.iter().map(|piece| piece.len() as u64).sum::<u64>();
         }
         self.writers.write(table, pieces)
     }
 
     /// Notes where rows stand in the whole, if this is a part.
     pub fn place(&mut self, places: impl Iterator<Item = Place>) -> Result<(), Error> {
-        let bytes: Vec<u8> =
-            places.take(if self.part { usize::MAX } else { 0 }).flat_map(Place::bytes).collect();
-        self.writers.place(&bytes)
+        self.writers.place(places)
     }
 }
 

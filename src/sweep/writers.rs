@@ -1,13 +1,12 @@
 //! The tables of a sweep while they are written, or gathered in memory.
 
-use super::About;
+use super::about::{About, Place};
 use crate::error::Error;
 use crate::plan::Plan;
 use crate::scene::Study;
-use crate::sink::folder::{Folder, Mark, Output};
+use crate::sink::folder::{Folder, Listed, Output, pack};
 use crate::sink::frame::Frame;
 use crate::sink::memory;
-use crate::sink::pack::{Packer, Unpacker};
 use crate::sink::sheet::{self, Sheet};
 use crate::sink::table::Table;
 
@@ -26,6 +25,9 @@ pub(super) struct Writers {
     /// Places of the rows of a part, where these do not follow from it.
     places: Option<Output>,
 }
+
+/// The tables so far, and the places.
+pub(super) type Marks = (Vec<sheet::Mark>, Option<Listed>);
 
 /// Tuples, designs and distances in memory; `None` for a table that was not asked for.
 pub type Tables = [Option<Frame>; 3];
@@ -79,7 +81,7 @@ impl Writers {
     }
 
     /// New tables in `folder`.
-    pub fn new(study: &Study, plan: &Plan, about: &About, folder: &mut Folder) -> Result<Self, Error> {
+    pub fn new((study, plan): (&Study, &Plan), about: &About, folder: &mut Folder) -> Result<Self, Error> {
         let mut goals = [const { None }; 3];
         for table in wanted(study, plan) {
             let empty = table.heading().frame_for(&study.setup);
@@ -90,39 +92,31 @@ impl Writers {
         Ok(Self { goals, places })
     }
 
-    /// Those whose [`Self::pack`] is `state`; `None` where they are not what they were.
+    /// Those that were `marks`; the name of a file that is not what it was.
     pub fn resume(
-        study: &Study,
-        plan: &Plan,
+        (study, plan): (&Study, &Plan),
         about: &About,
         folder: &mut Folder,
-        state: &mut Unpacker<'_>,
+        (marks, places): Marks,
     ) -> Result<Result<Self, String>, Error> {
-        let mut goals = [const { None }; 3];
+        let (mut goals, mut marks) = ([const { None }; 3], marks.into_iter());
         for table in wanted(study, plan) {
             let empty = table.heading().frame_for(&study.setup);
-            let Some(sheet) = Sheet::resume(folder, &about.sheet(table, &empty), state)? else {
-                return Ok(Err(table.file(about.format)));
-            };
+            let sheet = marks.next().map(|mark| Sheet::resume(folder, &about.sheet(table, &empty), mark));
+            let Some(sheet) = sheet.transpose()?.flatten() else { return Ok(Err(table.file(about.format))) };
             goals[table as usize] = Some(Goal::File(Box::new(sheet)));
         }
-        let mut places = None;
-        if about.places {
-            places = match state.take::<Mark>() {
-                Some(mark) => folder.file_again(PLACES, &mark)?,
-                None => None,
-            };
-            if places.is_none() {
-                return Ok(Err(PLACES.to_owned()));
-            }
+        let again = places.map(|mark| folder.file_again(PLACES, &mark)).transpose()?.flatten();
+        match again.is_some() == about.places {
+            true => Ok(Ok(Self { goals, places: again })),
+            false => Ok(Err(PLACES.to_owned())),
         }
-        Ok(Ok(Self { goals, places }))
     }
 
-    /// What [`Self::resume`] needs beside the files as they are now.
-    pub fn pack(&mut self, to: &mut Packer<'_>) -> Result<(), Error> {
-        self.files().try_for_each(|file| file.pack(to))?;
-        self.places.iter_mut().try_for_each(|file| file.mark().map(|mark| to.put(&mark)))
+    /// What [`Self::resume`] needs.
+    pub fn marks(&mut self) -> Result<Marks, Error> {
+        let sheets = self.files().map(Sheet::mark).collect::<Result<_, _>>()?;
+        Ok((sheets, self.places.as_mut().map(Output::mark).transpose()?))
     }
 
     fn files(&mut self) -> impl Iterator<Item = &mut Sheet> {
@@ -146,8 +140,9 @@ impl Writers {
     }
 
     /// Appends places of rows, where they are kept.
-    pub fn place(&mut self, bytes: &[u8]) -> Result<(), Error> {
-        self.places.iter_mut().try_for_each(|file| file.write(bytes))
+    pub fn place(&mut self, mut places: impl Iterator<Item = Place>) -> Result<(), Error> {
+        let Some(file) = &mut self.places else { return Ok(()) };
+        places.try_for_each(|place| file.write(&pack(&place).map_err(|e| Error::Run(e.to_string()))?))
     }
 
     /// Ends the files; what was gathered in memory.

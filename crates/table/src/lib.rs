@@ -7,7 +7,6 @@ pub mod format;
 pub mod frame;
 pub mod heading;
 pub mod memory;
-pub mod pack;
 pub mod parquet;
 pub mod read;
 pub mod run_json;

@@ -3,10 +3,9 @@
 
 use rayon::prelude::*;
 
-use super::folder::{Folder, Mark, Output};
+use super::folder::{Folder, Listed, Output};
 use super::format::TableFormat;
 use super::frame::Frame;
-use super::pack::{Packer, Unpacker};
 use super::parquet;
 use super::table::Table;
 use crate::error::Error;
@@ -42,6 +41,14 @@ impl About<'_> {
     }
 }
 
+/// A table so far.
+#[derive(Debug, serde::Serialize, serde::Deserialize)]
+pub struct Mark {
+    file: Listed,
+    /// What a Parquet file needs beside its bytes.
+    more: Option<parquet::More>,
+}
+
 impl Sheet {
     /// A new table in `folder`.
     pub fn new(folder: &mut Folder, about: &About<'_>) -> Result<Self, Error> {
@@ -57,30 +64,27 @@ impl Sheet {
         })
     }
 
-    /// Goes on with the table whose [`Self::pack`] is `state`; `None` where it, or the file, is not what it was.
-    pub fn resume(
-        folder: &mut Folder,
-        about: &About<'_>,
-        state: &mut Unpacker<'_>,
-    ) -> Result<Option<Self>, Error> {
-        let Some(mark) = state.take::<Mark>() else { return Ok(None) };
-        let Some(output) = folder.file_again(&about.name(), &mark)? else { return Ok(None) };
-        Ok(match about.format {
-            TableFormat::Csv => Some(Self::Csv(Box::new(output))),
-            TableFormat::Parquet => {
-                let writer = parquet::Writer::resume(output, about.empty, about.provenance, state)?;
+    /// Continues the table that was `mark`; `None` where it, or the file, is not what it was.
+    pub fn resume(folder: &mut Folder, about: &About<'_>, mark: Mark) -> Result<Option<Self>, Error> {
+        let Some(output) = folder.file_again(&about.name(), &mark.file)? else { return Ok(None) };
+        Ok(match (about.format, mark.more) {
+            (TableFormat::Csv, _) => Some(Self::Csv(Box::new(output))),
+            (TableFormat::Parquet, None) => None,
+            (TableFormat::Parquet, Some(more)) => {
+                let writer = parquet::Writer::resume(output, about.empty, about.provenance, more)?;
                 writer.map(|writer| Self::Parquet(Box::new(writer)))
             }
         })
     }
 
-    /// What [`Self::resume`] needs beside the file as it is now.
-    pub fn pack(&mut self, to: &mut Packer<'_>) -> Result<(), Error> {
-        to.put(&self.output().mark()?);
-        match self {
-            Self::Csv(_) => Ok(()),
-            Self::Parquet(writer) => writer.pack(to),
-        }
+    /// What [`Self::resume`] needs.
+    pub fn mark(&mut self) -> Result<Mark, Error> {
+        let file = self.output().mark()?;
+        let more = match self {
+            Self::Csv(_) => None,
+            Self::Parquet(writer) => Some(writer.more()?),
+        };
+        Ok(Mark { file, more })
     }
 
     /// Appends the rows of `pieces`, whose text is made in parallel.

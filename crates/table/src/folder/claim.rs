@@ -25,9 +25,12 @@ pub(super) struct Old {
     pub run: Value,
 }
 
+/// What a refusal says of the folder.
+pub(super) const NOTHING: &str = "nothing was changed";
+
 /// A refusal to write to `target`; what is there is kept.
 pub(super) fn refuse(target: &Path, why: impl std::fmt::Display, allowed: &str) -> Error {
-    let error = InputError::new(format!("{why}; nothing was changed"));
+    let error = InputError::new(format!("{why}; {NOTHING}"));
     error.key("--out").value(target.display()).allowed(allowed).into()
 }
 

@@ -7,8 +7,9 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
-use super::hash::hash_file;
+use super::hash::{hash_bytes, hash_file};
 use crate::error::{Error, InputError};
 use crate::text_file::{Limit, TextFile};
 
@@ -17,7 +18,7 @@ pub(super) const PREFIX: &str = ".vibrissa-";
 /// Name of the record of a result.
 pub(super) const RUN: &str = "run.json";
 
-/// A file that a run wrote.
+/// A file that a run wrote, whole or so far.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Listed {
     /// Its name in the folder.
@@ -42,15 +43,6 @@ pub struct Output {
     closed: Closed,
 }
 
-/// How far a file was written: its length, and the check of its bytes.
-#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub struct Mark {
-    /// Bytes.
-    pub bytes: u64,
-    /// Their hex BLAKE3.
-    pub blake3: String,
-}
-
 impl Output {
     /// `path` is where the file will be found.
     pub(super) fn new(file: File, path: PathBuf, closed: Closed) -> Self {
@@ -58,8 +50,8 @@ impl Output {
         Self { writer, digest: blake3::Hasher::new(), bytes: 0, path, closed }
     }
 
-    /// Goes on behind the bytes that `mark` knows; what follows them is cut off. `None` where they are not those.
-    pub(super) fn again(mut self, mark: &Mark) -> io::Result<Option<Self>> {
+    /// Continues behind the bytes that `mark` knows; what follows them is cut off. `None` where they are not those.
+    pub(super) fn again(mut self, mark: &Listed) -> io::Result<Option<Self>> {
         let file = self.writer.get_mut();
         self.digest.update_reader(file.take(mark.bytes))?;
         if file.metadata()?.len() < mark.bytes || self.digest.finalize().to_hex().as_str() != mark.blake3 {
@@ -75,10 +67,11 @@ impl Output {
         self.bytes
     }
 
-    /// How far it is, with everything handed to the system.
-    pub fn mark(&mut self) -> Result<Mark, Error> {
+    /// The file so far, with everything handed to the system.
+    pub fn mark(&mut self) -> Result<Listed, Error> {
         self.writer.flush().map_err(|e| Error::io(&self.path, e))?;
-        Ok(Mark { bytes: self.bytes, blake3: self.digest.finalize().to_hex().to_string() })
+        let name = self.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        Ok(Listed { name, blake3: self.digest.finalize().to_hex().to_string(), bytes: self.bytes })
     }
 
     /// Appends `bytes`.
@@ -90,9 +83,8 @@ impl Output {
 
     /// Ends the file.
     pub fn close(mut self) -> Result<(), Error> {
-        let Mark { bytes, blake3 } = self.mark()?;
-        let name = self.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        self.closed.lock().unwrap_or_else(PoisonError::into_inner).push(Listed { name, blake3, bytes });
+        let whole = self.mark()?;
+        self.closed.lock().unwrap_or_else(PoisonError::into_inner).push(whole);
         Ok(())
     }
 }
@@ -151,6 +143,27 @@ pub fn read_run(folder: &Path) -> Result<Option<String>, Error> {
     let path = folder.join(RUN);
     let Some(file) = open_of_result(&path)? else { return Ok(None) };
     Ok(Some(TextFile::new(file, &path.display().to_string(), RUN, Limit::Whole).text()?))
+}
+
+/// Key of the hash of a `run.json` in it: of its text with [`BLANK`] in place of the hash.
+const SEAL: &str = "blake3";
+const BLANK: &str = "0000000000000000000000000000000000000000000000000000000000000000";
+
+/// The text of a `run.json`, with the hash by which [`is_sealed`] knows it.
+pub(super) fn sealed(mut document: Value) -> String {
+    document[SEAL] = BLANK.into();
+    let text = format!("{document:#}\n");
+    resealed(&text, BLANK, &hash_bytes(text.as_bytes()))
+}
+
+/// True if `text`, which says `run`, is that of a `run.json` as it was written.
+pub fn is_sealed(text: &str, run: &Value) -> bool {
+    run[SEAL].as_str().is_some_and(|seal| hash_bytes(resealed(text, seal, BLANK).as_bytes()) == seal)
+}
+
+/// `text` with one hash in place of another, which stands last.
+fn resealed(text: &str, from: &str, to: &str) -> String {
+    text.rsplit_once(from).map_or_else(String::new, |(before, after)| [before, to, after].concat())
 }
 
 /// Whether `name` may be that of a file that a `run.json` lists.

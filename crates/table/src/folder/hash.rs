@@ -56,6 +56,11 @@ pub fn hash_file(file: impl io::Read) -> io::Result<String> {
     Ok(digest.finalize().to_hex().to_string())
 }
 
+/// The same of `bytes`.
+pub fn hash_bytes(bytes: &[u8]) -> String {
+    blake3::hash(bytes).to_hex().to_string()
+}
+
 /// A digest as it is written.
 fn hex(digest: impl AsRef<[u8]>) -> String {
     digest.as_ref().iter().map(|b| format!("{b:02x}")).collect()

@@ -20,17 +20,16 @@ use std::sync::PoisonError;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::pack::Packer;
 use crate::error::Error;
 use crate::kernel::gpu::hear;
-use claim::{LONG, Old, judge, refuse};
+use claim::{LONG, NOTHING, Old, judge, refuse};
 use files::{Closed, RUN, create, make_durable};
-pub use files::{Listed, Mark, Output, is_result_name, names_in, open_of_result, read_run};
+pub use files::{Listed, Output, is_result_name, is_sealed, names_in, open_of_result, read_run};
+use files::sealed;
 pub use hash::{Hashing, hash, hash_all, hash_file};
 use place::{FINISHED, carry_through, decide};
 pub use question::Question;
-pub use state::Left;
-use state::Saving;
+pub use state::{Left, pack, unpack};
 pub use work::{WORK, end_all};
 use work::{Work, clear, completing};
 
@@ -42,8 +41,9 @@ pub struct Folder {
     old: Old,
     /// What a stopped run of the same identity left, from which the result continues.
     pub left: Option<Left>,
+    /// What was wrong with the work of a stopped run.
+    warnings: Vec<String>,
     closed: Closed,
-    saving: Saving,
     // Dropped last: the next run that takes the lock may remove everything.
     work: Work,
 }
@@ -65,17 +65,26 @@ impl Folder {
     /// in the way.
     pub fn open(target: &Path, question: Question, names: &[&str], force: bool) -> Result<Self, Error> {
         let work = Work::hold(target)?;
-        carry_through(target, &work.0)?;
-        let left = Left::read(&work.0);
+        let moved = carry_through(target, &work.0)?;
+        let target = target.to_owned();
+        Self::judged(work, target, question, (names, force)).map_err(|e| if moved { after_moving(e) } else { e })
+    }
+
+    fn judged(
+        work: Work,
+        target: PathBuf,
+        question: Question,
+        (names, force): (&[&str], bool),
+    ) -> Result<Self, Error> {
+        let (mut left, mut damage) = (None, None);
+        match Left::read(&work.0) {
+            Ok(found) => left = found,
+            Err(e) => damage = Some(format!("cannot be gone on with ({e})")),
+        }
         let is_own = |left: &Left| question.identity.as_ref() == Some(&left.identity);
-        let begun = matches!(&left, Ok(Some(left)) if is_own(left));
-        let old = judge(target, &question, names, (begun, force))?;
-        let left = left.unwrap_or_else(|why| {
-            let folder = target.display();
-            hear(&format!("the unfinished run in {folder} cannot be gone on with ({why}): it begins anew"));
-            None
-        });
-        // Files of any other run give way: at once if it was short or has no state, else with `force` only.
+        let begun = left.as_ref().is_some_and(is_own);
+        let old = judge(&target, &question, names, (begun, force))?;
+        // Work of any other run gives way: at once if it was short or has no state, else with `force` only.
         if let Some(Left { seconds, done, .. }) =
             left.as_ref().filter(|left| !begun && !force && left.seconds > LONG)
         {
@@ -83,56 +92,47 @@ impl Folder {
                 "this folder holds an unfinished run of {seconds:.0} s ({done}) of another command, with other values or on another backend"
             );
             let allowed = "the command that began it, --force to discard it, or another folder";
-            return Err(refuse(target, why, allowed));
+            return Err(refuse(&target, why, allowed));
         }
-        let left = left.filter(|left| is_own(left) && !force);
-        if left.is_none() {
-            clear(&work.0).map_err(|e| Error::io(&work.0, e))?;
+        let left = left.filter(|_| begun && !force);
+        let closed = Closed::default();
+        let mut folder = Self { target, question, old, left, warnings: Vec::new(), closed, work };
+        match damage {
+            Some(why) => folder.begin_anew(&why)?,
+            None if folder.left.is_none() => folder.clear()?,
+            None => {}
         }
-        let (target, closed, saving) = (target.to_owned(), Closed::default(), Saving::default());
-        Ok(Self { target, question, old, left, closed, saving, work })
+        Ok(folder)
     }
 
     /// Warns that `what` of a stopped run's files is not as it was written, and removes them all, to begin anew.
     pub fn damaged(&mut self, what: &str) -> Result<(), Error> {
+        self.begin_anew(&format!("is damaged: {what} is not what was written"))
+    }
+
+    fn begin_anew(&mut self, why: &str) -> Result<(), Error> {
         let folder = self.target.display();
-        hear(&format!(
-            "the unfinished run in {folder} is damaged: {what} is not what was written; it begins anew"
-        ));
+        let words = format!("the unfinished run in {folder} {why}; it begins anew");
+        hear(&words);
+        self.warnings.push(words);
+        self.clear()
+    }
+
+    fn clear(&self) -> Result<(), Error> {
         clear(&self.work.0).map_err(|e| Error::io(&self.work.0, e))
     }
 
-    /// Keeps what is complete, so that a run that stops from now on is gone on with: `head`, and what `fill` says of the files as they are now and of the
-    /// run. This happens while the run goes on; `wait` waits for it. Whether it was begun: not while the last time is under way.
+    /// Keeps what is complete, so that a run that stops from now on continues with it: `left`, which knows the files as they are now.
     ///
     /// # Errors
-    /// What cannot be written, this time or the last time.
-    pub fn keep(
-        &mut self,
-        head: &Left,
-        wait: bool,
-        fill: impl FnOnce(&mut Packer<'_>) -> Result<(), Error>,
-    ) -> Result<bool, Error> {
-        if self.saving.busy() && !wait {
-            return Ok(false);
-        }
-        self.saved()?;
-        self.saving.start(&self.work.0, head, fill)?;
-        if wait {
-            self.saved()?;
-        }
-        Ok(true)
-    }
-
-    /// Waits until what is kept is durable.
-    fn saved(&mut self) -> Result<(), Error> {
-        self.saving.wait().map_err(|e| Error::io(&self.target, e))
+    /// What cannot be written.
+    pub fn keep(&mut self, left: &Left) -> Result<(), Error> {
+        left.write(&self.work.0).map_err(|e| Error::io(&self.work.0, e))
     }
 
     /// Words for the user: what is kept if the run ends now.
-    pub fn words(&mut self) -> Option<String> {
-        let _ = self.saved();
-        Some(Left::read(&self.work.0).ok()??.words())
+    pub fn words(&self) -> Option<String> {
+        Some(Left::read(&self.work.0).ok()??.words(&self.target))
     }
 
     /// The `run.json` of the older result of the same command that gives way, if there is one.
@@ -155,7 +155,7 @@ impl Folder {
     }
 
     /// A file of the result that a stopped run began; `None` where its bytes are not those that `mark` knows.
-    pub fn file_again(&mut self, name: &str, mark: &Mark) -> Result<Option<Output>, Error> {
+    pub fn file_again(&mut self, name: &str, mark: &Listed) -> Result<Option<Output>, Error> {
         let path = self.work.0.join(name);
         let file = files::open_regular(&path, OpenOptions::new().read(true).write(true));
         let again = |file| Output::new(file, self.target.join(name), self.closed.clone()).again(mark);
@@ -176,15 +176,18 @@ impl Folder {
         document["name"] = json!(self.question.name);
         document["asked"] = self.question.asked.clone();
         document["files"] = json!(files);
-        self.put(RUN, format!("{document:#}\n").as_bytes())
+        if !self.warnings.is_empty() {
+            let told = document["warnings"].as_array().into_iter().flatten().cloned();
+            document["warnings"] = told.chain(self.warnings.iter().map(|words| json!(words))).collect();
+        }
+        self.put(RUN, sealed(document).as_bytes())
     }
 
     /// Puts all files in their final place by renames that are always carried through: if not by this run, then by the next one in this folder.
     ///
     /// # Errors
     /// A disk that fails, before or after; a file that came in the way meanwhile. The result is kept then.
-    pub fn finish(mut self) -> Result<Written, Error> {
-        self.saved()?;
+    pub fn finish(self) -> Result<Written, Error> {
         let (files, work) = (self.closed(), &self.work.0);
         // All at once: a disk is waited for about as long as for one.
         files.par_iter().try_for_each(|file| make_durable(&work.join(&file.name), file.bytes))?;
@@ -194,6 +197,14 @@ impl Folder {
         let removed = self.old.files.iter().filter(|_| self.old.forced).map(at).collect();
         Ok(Written { files: files.iter().map(at).collect(), removed })
     }
+}
+
+/// Says of a refusal that before it a finished result was moved to its place.
+fn after_moving(e: Error) -> Error {
+    let Error::Input(mut error) = e else { return e };
+    let moved = "the result that an earlier run had finished was put in its place, nothing else was changed";
+    error.message = error.message.replace(NOTHING, moved);
+    error.into()
 }
 
 /// True if a finished result in the folder `target` has not been moved to its final names yet. The same command does it.

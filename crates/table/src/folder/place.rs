@@ -38,10 +38,10 @@ pub(super) fn decide(work: &Path, put: &[Listed], old: &[Listed]) -> io::Result<
     sync(work)
 }
 
-/// Puts a finished result in its place, if there is one: the renames, the `run.json` last; any number of them may have been done before.
-pub(super) fn carry_through(target: &Path, work: &Path) -> Result<(), Error> {
+/// Puts a finished result in its place, if there is one, which is given: the renames, the `run.json` last; any number of them may have been done before.
+pub(super) fn carry_through(target: &Path, work: &Path) -> Result<bool, Error> {
     let path = work.join(FINISHED);
-    let Some(file) = open_of_result(&path)? else { return Ok(()) };
+    let Some(file) = open_of_result(&path)? else { return Ok(false) };
     let text = io::read_to_string(file).map_err(|e| Error::io(&path, e))?;
     let marker = serde_json::from_str(&text).ok().filter(|Marker { put, old }| {
         put.iter().chain(old.iter().map(|file| &file.name)).all(|name| is_plain(name))
@@ -72,7 +72,7 @@ pub(super) fn carry_through(target: &Path, work: &Path) -> Result<(), Error> {
             removed.chain(moved).find_map(|step| step.err().filter(|e| e.kind() != ErrorKind::NotFound));
         done.map_or(Ok(()), Err).map_err(|e| Error::io(target, e))?;
     }
-    sync(target).and_then(|()| clear(work)).map_err(|e| Error::io(target, e))
+    sync(target).and_then(|()| clear(work)).map(|()| true).map_err(|e| Error::io(target, e))
 }
 
 /// Makes the names in a folder durable.

@@ -1,29 +1,30 @@
-//! The state of a run: how far its files are complete, and what it knows by then, so that the same command goes on from there.
+//! The state of a run: how far its files are complete, and what the run knows by then. The same command continues from it.
 //!
-//! Files only grow, and a state is made durable under another name, after them, before it takes the place of the last one: at any moment the state
-//! there is whole, and what it counts on is on the disk.
+//! Files only grow. A state is written under another name, after all files are durable, and then takes the place of the last one. So at any
+//! moment the state is whole, and what it counts on is on the disk.
 
 use std::fs::{self, OpenOptions};
-use std::io::{self, BufWriter, Read, Write};
-use std::path::{Path, PathBuf};
-use std::thread::JoinHandle;
+use std::io::{self, Read, Write};
+use std::path::Path;
 
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::files::{create, names_in, open_regular};
+use super::hash::hash_bytes;
 use super::place::sync;
 use super::work::completing;
-use crate::error::Error;
-use crate::pack::{Packer, checked};
 
 /// Name of the state in the hidden folder.
 pub(super) const STATE: &str = ".state";
 /// Name under which it is written before it counts.
 const NEXT: &str = ".state-next";
 /// Version of the states.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
+/// Characters of the hash with which a state begins.
+const HASH: usize = 64;
 
-/// What a stopped run left. All but the bytes is the first line of the file.
+/// What a stopped run left. All but the bytes is a line of JSON in the file, behind the hash of what follows.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Left {
     format: u32,
@@ -33,19 +34,40 @@ pub struct Left {
     pub done: String,
     /// Seconds of work so far.
     pub seconds: f64,
-    /// The rest, as the sweep packed it.
+    /// The rest, as [`pack`] made it.
     #[serde(skip)]
-    pub state: Vec<u8>,
-    /// The result folder.
-    #[serde(skip)]
-    target: PathBuf,
+    state: Vec<u8>,
+}
+
+/// A value as bytes, exactly.
+pub fn pack(value: &impl Serialize) -> io::Result<Vec<u8>> {
+    postcard::to_stdvec(value).map_err(io::Error::other)
+}
+
+/// The values that were packed, one behind the other; `None` where the bytes are something else.
+pub fn unpack<T: DeserializeOwned>(mut bytes: &[u8]) -> Option<Vec<T>> {
+    let mut all = Vec::new();
+    while !bytes.is_empty() {
+        let (value, rest) = postcard::take_from_bytes(bytes).ok()?;
+        // A value without bytes would come for ever.
+        if rest.len() == bytes.len() {
+            return None;
+        }
+        all.push(value);
+        bytes = rest;
+    }
+    Some(all)
 }
 
 impl Left {
-    /// Of the run `identity`, whose bytes are not packed yet.
-    pub fn new(identity: &str, done: String, seconds: f64) -> Self {
-        let (format, identity) = (FORMAT, identity.to_owned());
-        Self { format, identity, done, seconds, state: Vec::new(), target: PathBuf::new() }
+    /// Of the run `identity`, which knows `state`.
+    pub fn new(identity: &str, done: String, seconds: f64, state: &impl Serialize) -> io::Result<Self> {
+        Ok(Self { format: FORMAT, identity: identity.to_owned(), done, seconds, state: pack(state)? })
+    }
+
+    /// What the run knew.
+    pub fn state<T: DeserializeOwned>(&self) -> Option<T> {
+        unpack(&self.state)?.pop()
     }
 
     /// What the hidden folder `work` holds, if anything.
@@ -56,11 +78,10 @@ impl Left {
             other => other?.read_to_end(&mut bytes)?,
         };
         let left = || {
-            let body = checked(&bytes)?;
+            let (check, body) = bytes.split_at_checked(HASH)?;
             let end = body.iter().position(|b| *b == b'\n')?;
-            let left = serde_json::from_slice(&body[..end]).ok()?;
-            let target = work.parent()?.to_owned();
-            Some(Self { state: body[end + 1..].to_vec(), target, ..left })
+            let left: Self = serde_json::from_slice(&body[..end]).ok()?;
+            (hash_bytes(body).as_bytes() == check).then(|| Self { state: body[end + 1..].to_vec(), ..left })
         };
         match left() {
             Some(left) if left.format == FORMAT => Ok(Some(left)),
@@ -69,62 +90,27 @@ impl Left {
         }
     }
 
-    /// What is kept, in words.
-    pub(super) fn words(&self) -> String {
-        format!("{} are kept in {}, and the same command goes on with them", self.done, self.target.display())
-    }
-}
-
-/// Writes states to the disk in a thread of its own, one at a time, while the run continues.
-#[derive(Debug, Default)]
-pub(super) struct Saving(Option<JoinHandle<io::Result<()>>>);
-
-impl Saving {
-    /// True while a state is being written.
-    pub fn busy(&self) -> bool {
-        self.0.as_ref().is_some_and(|thread| !thread.is_finished())
-    }
-
-    /// Waits for the state that is being written, if any.
-    pub fn wait(&mut self) -> io::Result<()> {
-        let Some(thread) = self.0.take() else { return Ok(()) };
-        thread.join().unwrap_or_else(|_| Err(io::Error::other("saving panicked")))
-    }
-
-    /// Writes into `work` the state that begins with `head` and goes on as `fill` says, and makes it durable after all other files there.
-    pub fn start(
-        &mut self,
-        work: &Path,
-        head: &Left,
-        fill: impl FnOnce(&mut Packer<'_>) -> Result<(), Error>,
-    ) -> Result<(), Error> {
-        let next = work.join(NEXT);
-        let failed = |e| Error::io(&next, e);
-        let mut file = BufWriter::new(create(&next).map_err(failed)?);
-        let mut packer = Packer::new(&mut file);
-        serde_json::to_writer(&mut packer, head).map_err(|e| failed(e.into()))?;
-        packer.write_all(b"\n").map_err(failed)?;
-        fill(&mut packer)?;
-        packer.finish().map_err(failed)?;
-        drop(file.into_inner().map_err(|e| failed(e.into_error()))?);
-        let work = work.to_owned();
-        self.0 = Some(std::thread::spawn(move || {
-            for name in names_in(&work)? {
-                // What else was put there is no work of this run.
-                let path = work.join(name);
-                if path.symlink_metadata().is_ok_and(|there| there.is_file()) {
-                    OpenOptions::new().write(true).open(path)?.sync_data()?;
-                }
+    /// Makes the files in `work` durable as they are, and then this their state.
+    pub(super) fn write(&self, work: &Path) -> io::Result<()> {
+        let mut body = serde_json::to_vec(self)?;
+        body.push(b'\n');
+        body.extend(&self.state);
+        let mut file = create(&work.join(NEXT))?;
+        file.write_all(hash_bytes(&body).as_bytes())?;
+        file.write_all(&body)?;
+        drop(file);
+        for path in names_in(work)?.iter().map(|name| work.join(name)) {
+            // Folders and links that were put there are not of this run.
+            if path.symlink_metadata().is_ok_and(|there| there.is_file()) {
+                OpenOptions::new().write(true).open(path)?.sync_data()?;
             }
-            completing(false, || fs::rename(&next, work.join(STATE)))?;
-            sync(&work)
-        }));
-        Ok(())
+        }
+        completing(false, || fs::rename(work.join(NEXT), work.join(STATE)))?;
+        sync(work)
     }
-}
 
-impl Drop for Saving {
-    fn drop(&mut self) {
-        let _ = self.wait();
+    /// What is kept in the folder `target`, in words.
+    pub(super) fn words(&self, target: &Path) -> String {
+        format!("{} are kept in {}, and the same command goes on with them", self.done, target.display())
     }
 }

@@ -166,9 +166,10 @@ pub fn end_all() -> String {
     if PLACED.load(Ordering::Relaxed) {
         return " after the result was written".to_owned();
     }
-    let left = all.iter().find_map(|open| Left::read(&open.path).ok()?);
+    let left = |open: &Open| Some(Left::read(&open.path).ok()??.words(open.path.parent()?));
+    let left = all.iter().find_map(left);
     all.extract_if(.., |open| !is_complete(&open.path)).for_each(leave);
     std::mem::forget(all);
     let nothing = || "nothing was written, an older result is as it was".to_owned();
-    format!("; {}", left.map_or_else(nothing, |left| left.words()))
+    format!("; {}", left.unwrap_or_else(nothing))
 }

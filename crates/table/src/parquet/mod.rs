@@ -25,7 +25,6 @@ use super::fact::Kind;
 use super::folder::Output;
 use super::frame::Frame;
 use super::heading::unit;
-use super::pack::{Packer, Unpacker};
 use super::values::Values;
 use crate::error::Error;
 pub use read::Reader;
@@ -42,6 +41,9 @@ const PROVENANCE: &str = "vibrissa.provenance";
 const MAGIC: &[u8] = b"PAR1";
 /// Bytes behind the metadata: its length and the magic word.
 const TAIL: usize = 8;
+
+/// What an unfinished file needs beside its bytes: its footer so far, and the rows that wait for their group.
+pub type More = (Vec<u8>, Vec<Values>);
 
 /// A Parquet file while it is written.
 pub struct Writer {
@@ -101,14 +103,13 @@ impl Writer {
         Ok(Self { output, schema, properties, facts, groups, waiting })
     }
 
-    /// Goes on with the file of `empty` whose [`Self::pack`] is `state`; `output` stands where it stood.
+    /// Continues the file of `empty` of which `more` is known; `output` stands where it stood.
     pub fn resume(
         output: Output,
         empty: &Frame,
         provenance: &str,
-        state: &mut Unpacker<'_>,
+        (footer, columns): More,
     ) -> Result<Option<Self>, Error> {
-        let Some((footer, columns)) = state.take::<(Vec<u8>, Vec<Values>)>() else { return Ok(None) };
         let mut options = ParquetMetaDataOptions::new();
         // As they were written, so that they are written so again.
         options.set_encoding_stats_as_mask(false);
@@ -125,9 +126,8 @@ impl Writer {
     }
 
     /// What [`Self::resume`] needs beside the file.
-    pub fn pack(&self, to: &mut Packer<'_>) -> Result<(), Error> {
-        to.put(&(self.footer()?, &self.waiting.columns));
-        Ok(())
+    pub fn more(&self) -> Result<More, Error> {
+        Ok((self.footer()?, self.waiting.columns.clone()))
     }
 
     /// The file on the way.

@@ -10,7 +10,7 @@ use crate::scene::{Drive, Property, Setup};
 pub use swept::{AtDistance, AtDrive, TapRow};
 
 /// A table that a sweep writes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Table {
     /// One row per tap.
     Tuples,
