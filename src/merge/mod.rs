@@ -11,7 +11,6 @@ mod part;
 mod record;
 mod search;
 mod source;
-mod stated;
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -20,7 +19,6 @@ use serde_json::Value;
 
 use crate::error::{Error, InputError};
 use crate::sink::folder::{Folder, Question, Written};
-use crate::sink::sheet::{About, Sheet};
 use crate::sink::table::Table;
 use part::Part;
 use source::Source;
@@ -86,17 +84,16 @@ fn tables(part: &Part) -> impl Iterator<Item = Table> {
 
 /// Writes the tables of the whole, and says in `run` how many rows each has, and how many `top` keeps.
 fn joined(parts: &[Part], folder: &mut Folder, run: &mut Value) -> Result<(), Error> {
-    let (orders, format) = (order::Orders::new(parts)?, parts[0].format);
+    let orders = order::Orders::new(parts)?;
     let mut rows = [0u64; 3];
     for table in tables(&parts[0]) {
         let open = |part| Source::open(part, table);
         let mut sources = parts.iter().map(open).collect::<Result<Vec<_>, _>>()?;
-        let (empty, provenance) = (sources[0].empty.clone(), sources[0].provenance.clone());
-        if let Some(at) = sources.iter().position(|source| source.empty.names != empty.names) {
+        if let Some(at) = sources.iter().position(|source| source.header != sources[0].header) {
             let why = format!("its {} has other columns than that of the first part", table.name());
             return Err(part::refuse(&parts[at].folder, why, "the part as it was written"));
         }
-        let mut sheet = Sheet::new(folder, &About { table, empty: &empty, format, provenance: &provenance })?;
+        let mut sheet = sources[0].sheet(folder, &table.file(parts[0].format))?;
         rows[table as usize] = orders.write(table, &mut sources, &mut sheet)?;
         sheet.close()?;
     }

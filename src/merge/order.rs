@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use super::part::Part;
 use super::source::Source;
 use crate::error::{Error, InputError};
-use crate::sink::parquet::GROUP;
+use crate::sink::folder::unpack;
 use crate::sink::sheet::Sheet;
 use crate::sink::table::Table;
 use crate::sweep::{PLACES, Place};
@@ -69,29 +69,20 @@ impl Orders {
         }
         // The rows of a part are in order already, and stay so.
         all.sort_by_key(|(key, p, _)| (*key, *p));
-        let mut batch = sources[0].empty.clone();
-        for (_, p, wanted) in &all {
-            sources[*p].next(Some(&mut batch).filter(|_| *wanted))?;
-            if batch.len() == GROUP {
-                let full = std::mem::replace(&mut batch, sources[0].empty.clone());
-                sheet.write(&[full])?;
-            }
-        }
-        sheet.write(&[batch])?;
+        all.iter().try_for_each(|(_, p, wanted)| sources[*p].next(*wanted, sheet))?;
         Ok(all.iter().filter(|(.., wanted)| *wanted).count() as u64)
     }
 }
 
 /// The places of a part, by table.
 fn places(part: &Part) -> Result<[Vec<Place>; 3], Error> {
-    let (path, bytes) = (part.folder.join(PLACES), part.bytes(PLACES)?);
-    let mut all = [const { Vec::new() }; 3];
-    for bytes in bytes.chunks(Place::BYTES) {
-        let torn = || InputError::new("this is not a list of places").at(path.display().to_string(), None);
-        let place = Place::read(bytes).ok_or_else(torn)?;
-        all[place.table as usize].push(place);
-    }
-    Ok(all)
+    let all = unpack::<Place>(&part.bytes(PLACES)?).ok_or_else(|| {
+        let path = part.folder.join(PLACES).display().to_string();
+        InputError::new("this is not a list of places").at(path, None).allowed("the part as it was written")
+    })?;
+    let mut by_table = [const { Vec::new() }; 3];
+    all.into_iter().for_each(|place| by_table[place.table as usize].push(place));
+    Ok(by_table)
 }
 
 /// The rows kept of the whole: of the candidates that its chart would have brought back, and of the rows that were solved, the best.

@@ -9,9 +9,10 @@ use rayon::prelude::*;
 use serde_json::Value;
 
 use super::search::{seed_of_first, values};
-use super::stated;
 use crate::error::{Error, InputError};
-use crate::sink::folder::{Listed, WORK, hash_file, names_in, open_of_result, read_run};
+use crate::sink::folder::{
+    Listed, WORK, hash_file, is_result_name, is_sealed, names_in, open_of_result, read_run,
+};
 use crate::sink::format::TableFormat;
 use crate::sink::shard::Shard;
 use crate::sink::table::Table;
@@ -57,7 +58,7 @@ impl Part {
         let path = self.folder.join(name);
         match open_of_result(&path)? {
             Some(file) => Ok((path, file)),
-            None => Err(edited(self, name, "is missing")),
+            None => Err(edited(&self.folder, name, "is missing")),
         }
     }
 
@@ -78,9 +79,9 @@ pub(super) fn refuse(folder: &Path, why: impl Into<String>, allowed: &str) -> Er
     InputError::new(why).key("merge").value(folder.display()).allowed(allowed).into()
 }
 
-fn edited(part: &Part, name: &str, why: &str) -> Error {
+fn edited(folder: &Path, name: &str, why: &str) -> Error {
     let again = "the part as it was written; the command that made it makes it again with --force";
-    refuse(&part.folder, format!("{} {why}", part.folder.join(name).display()), again)
+    refuse(folder, format!("{} {why}", folder.join(name).display()), again)
 }
 
 /// What is to be named.
@@ -219,9 +220,12 @@ fn read(shard: Shard, folder: &Path) -> Result<Part, Error> {
         let what = if searched { "a finished search" } else { "a sweep" };
         return Err(refuse(folder, format!("its run.json is not that of part {shard} of {what}"), &again));
     };
-    stated::check(folder, &run, searched)?;
-    let wanted: Vec<String> = tables.iter().map(|table| table.file(format)).collect();
-    let listed = stated::files(folder, &run, &wanted)?;
+    let listed = serde_json::from_value(run["files"].clone()).ok();
+    let listed = listed.filter(|files: &Vec<Listed>| files.iter().all(|file| is_result_name(&file.name)));
+    // What it counts is what the whole counts.
+    let Some(listed) = listed.filter(|_| is_sealed(&text, &run)) else {
+        return Err(edited(folder, "run.json", "is not what this version of the program wrote"));
+    };
     Ok(Part { folder: folder.to_owned(), shard, run, format, tables, listed })
 }
 
@@ -232,7 +236,7 @@ pub(super) fn unedited(parts: &[Part]) -> Result<(), Error> {
             let (path, file) = part.file(&listed.name)?;
             match hash_file(file).map_err(|e| Error::io(path, e))? == listed.blake3 {
                 true => Ok(()),
-                false => Err(edited(part, &listed.name, "is not what was written")),
+                false => Err(edited(&part.folder, &listed.name, "is not what was written")),
             }
         })
     };

@@ -6,20 +6,35 @@ use serde_json::{Map, Value, json};
 
 use super::part::Part;
 use super::search::seed;
-use super::stated::{VALUES, Whole, at};
+
+/// Values of which the whole has the sum of its parts, where these have them.
+const SUMS: [(&str, &str); 15] = [
+    ("counts", "taps"),
+    ("counts", "solved"),
+    ("counts", "interpolated"),
+    ("counts", "referred"),
+    ("counts", "complete_rows"),
+    ("counts", "evaluations"),
+    ("counts", "evaluations_sensitivity"),
+    ("counts", "starts"),
+    ("counts", "status"),
+    ("counts", "combinations"),
+    ("model_error", "taps_by_full_model"),
+    ("seconds", "total"),
+    ("seconds", "open"),
+    ("seconds", "solve"),
+    ("seconds", "chart"),
+];
+/// Values of which it has the largest.
+const LARGEST: [(&str, &str); 2] = [("counts", "sweeps_max"), ("material_fit", "largest_gauge_strain")];
 
 /// The whole, of which `lead` says what its parts share, but for its rows and the time of the merge.
 pub(super) fn whole(parts: &[Part], lead: &Part, out: &Path) -> Value {
     let mut run = lead.run.clone();
-    for (key, _, how) in VALUES {
-        let values: Vec<&Value> =
-            parts.iter().map(|part| at(&part.run, key)).filter(|x| !x.is_null()).collect();
-        let all = match how {
-            Whole::Sum => values.iter().copied().cloned().reduce(|a, b| sum(&a, &b)),
-            Whole::Largest => values.iter().filter_map(|x| x.as_f64()).reduce(f64::max).map(Value::from),
-            Whole::Own => None,
-        };
-        if let (Some((group, key)), Some(all)) = (key.split_once('.'), all) {
+    for (group, key) in SUMS.into_iter().chain(LARGEST) {
+        let values = parts.iter().map(|part| &part.run[group][key]).filter(|x| !x.is_null()).cloned();
+        let both = if LARGEST.contains(&(group, key)) { larger } else { sum };
+        if let Some(all) = values.reduce(|a, b| both(&a, &b)) {
             run[group][key] = all;
         }
     }
@@ -51,6 +66,11 @@ pub(super) fn whole(parts: &[Part], lead: &Part, out: &Path) -> Value {
     run["backend"].as_object_mut().map(|backend| backend.shift_remove("device"));
     run["parts"] = parts.iter().map(|part| described(part, std::ptr::eq(part, lead))).collect();
     run
+}
+
+/// The larger of both numbers.
+fn larger(a: &Value, b: &Value) -> Value {
+    if a.as_f64() < b.as_f64() { b.clone() } else { a.clone() }
 }
 
 /// Both together: counts, numbers, or counts of words.

@@ -1,6 +1,8 @@
 //! A table that is being written, in its format: from its first row to its last, also by a run that goes on where another stopped.
 //! Each step fails where the file cannot be read or written.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::folder::{Folder, Listed, Output};
@@ -97,7 +99,19 @@ impl Sheet {
                 let texts: Vec<Vec<u8>> = some.par_iter().map(Frame::lines).collect::<Result<_, _>>()?;
                 texts.iter().try_for_each(|text| output.write(text))
             }),
-            Self::Parquet(writer) => pieces.iter().try_for_each(|piece| writer.write(piece)),
+            Self::Parquet(writer) => pieces.iter().try_for_each(|piece| writer.write(piece, 0..piece.len())),
+        }
+    }
+
+    /// Appends some rows of another table.
+    pub fn copy(&mut self, from: &Frame, rows: Range<usize>) -> Result<(), Error> {
+        match self {
+            Self::Csv(output) => {
+                let mut some = from.like();
+                some.extend(from, rows)?;
+                output.write(&some.lines()?)
+            }
+            Self::Parquet(writer) => writer.write(from, rows),
         }
     }
 

@@ -9,6 +9,7 @@ mod encode;
 mod read;
 
 use std::borrow::Cow;
+use std::ops::Range;
 use std::sync::Arc;
 
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
@@ -135,13 +136,12 @@ impl Writer {
         &mut self.output
     }
 
-    /// Appends rows.
-    pub fn write(&mut self, rows: &Frame) -> Result<(), Error> {
-        let mut from = 0;
-        while from < rows.len() {
-            let to = rows.len().min(from + GROUP - self.waiting.len());
-            self.waiting.extend(rows, from..to)?;
-            from = to;
+    /// Appends some of `rows`.
+    pub fn write(&mut self, rows: &Frame, mut range: Range<usize>) -> Result<(), Error> {
+        while !range.is_empty() {
+            let to = range.end.min(range.start + GROUP - self.waiting.len());
+            self.waiting.extend(rows, range.start..to)?;
+            range.start = to;
             if self.waiting.len() == GROUP {
                 self.group()?;
             }
