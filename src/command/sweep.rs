@@ -111,36 +111,23 @@ pub fn run(asked: &SweepRequest, context: &Context<'_>) -> Result<Reply, Error> 
         context.line(format!("part {shard}: {which}, {taps} taps"));
     }
     let mut progress = context.progress();
-    let stop = context.host().stop(false);
+    let target = Target {
+        out: Some(&*out).filter(|_| !context.is_in_memory()),
+        force: options.force == Some(true),
+        stop: context.host().stop(false),
+        shard: asked.shard,
+        every: asked.keep_every,
+    };
+    let steered = (&target, &mut *progress as &mut dyn Progress);
+    let (report, tables) = sweep::run_needed(&mut spec, plan, &choice, steered, needed.as_mut())?;
+    drop(progress);
     if context.is_in_memory() {
-        let steered = (stop, &mut *progress as &mut dyn Progress);
-        let (report, tables) = sweep::collect(&mut spec, plan, &choice, steered, needed.as_mut())?;
-        let document = run_json::of_sweep(
-            &spec,
-            (&report.backend, &report.backend.warnings(&spec.warnings)),
-            &report.counts,
-            report.seconds,
-            [report.model_error.as_ref(), report.handed_over.as_ref()],
-        );
         let kept = Table::ALL
             .into_iter()
             .zip(tables)
             .filter_map(|(table, frame)| Some((table.name().to_owned(), KeptFile::Table(frame?))));
-        return Ok(Reply { kept: kept.collect(), document, ..Reply::default() });
+        return Ok(Reply { kept: kept.collect(), document: report.document(&spec), ..Reply::default() });
     }
-    let target = Target {
-        out: &out,
-        force: options.force == Some(true),
-        stop,
-        shard: asked.shard,
-        every: asked.keep_every,
-    };
-    let report = match &mut needed {
-        None => sweep::run(&spec, &plan, &choice, &target, progress.as_mut()),
-        Some(needed) => sweep::run_needed(&mut spec, plan, &choice, &target, progress.as_mut(), needed),
-    };
-    drop(progress);
-    let report = report?;
     context.warn_all(beyond_curve(&spec, &report));
     let reply = Reply {
         answer: answer(&spec, &report),

@@ -144,19 +144,14 @@ fn found(folders: &[PathBuf]) -> Result<Vec<(Shard, PathBuf)>, Error> {
 }
 
 /// Where the run.json of parts must say the same, and what it says there.
-const SAME: [(&str, &str); 13] = [
+const SAME: [(&str, &str); 8] = [
     ("/version", "version of the program"),
     ("/backend/name", "backend"),
     ("/backend/adapter", "adapter"),
     ("/backend/precision", "precision"),
     ("/backend/tolerance", "tolerance"),
-    ("/shard/format", "format of its tables"),
     ("/shard/whole", "spec (values in force)"),
-    ("/shard/tables", "list of tables"),
-    ("/shard/top", "number of rows that are kept"),
     ("/shard/candidates", "number of candidates"),
-    ("/shard/distances_each", "number of distances"),
-    ("/shard/directions_each", "number of directions"),
     // The tables name it, and those of the whole can name but one.
     ("/spec/hash", "text of the spec, though its values are the same"),
 ];
@@ -164,7 +159,6 @@ const SAME: [(&str, &str); 13] = [
 /// Fails unless all parts are of one command, spec, version and backend; of searches the seeds may differ by their numbers.
 fn of_one_question(parts: &[Part]) -> Result<(), Error> {
     let first = &parts[0];
-    let listed = |part: &Part| part.listed.iter().map(|file| file.name.clone()).collect::<Vec<_>>();
     for part in &parts[1..] {
         let other = |what: &str| {
             let why = format!("this part and {} are of another {what}", first.folder.display());
@@ -184,10 +178,6 @@ fn of_one_question(parts: &[Part]) -> Result<(), Error> {
         let differs = |(place, _): &&(&str, &str)| of(first, place) != of(part, place);
         if let Some((place, what)) = SAME.iter().find(differs) {
             return other(&format!("{what}: {} and {}", of(part, place), of(first, place)));
-        }
-        if !first.is_search() && listed(part) != listed(first) {
-            let why = format!("this part lists other files than {}", first.folder.display());
-            return Err(refuse(&part.folder, why, &listed(first).join(", ")));
         }
     }
     Ok(())

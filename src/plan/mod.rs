@@ -162,12 +162,6 @@ impl Plan {
         (share / u128::from(self.designs.max(1))) as u64
     }
 
-    /// Taps that were solved for its chart; `None` without one.
-    pub fn chart_taps(&self) -> Option<u64> {
-        let taps = self.ranker.as_ref().map(|ranker| ranker.sweeps().taps);
-        taps.into_iter().chain(self.rigs.iter().filter_map(Self::chart_taps)).reduce(|a, b| a + b)
-    }
-
     /// What each rig is ranked by; none where nothing is.
     pub fn rankers(&self) -> Vec<Option<&Ranker>> {
         let one = std::slice::from_ref(self);

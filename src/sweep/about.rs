@@ -76,32 +76,32 @@ impl About {
 pub struct Place {
     /// Its table.
     pub table: Table,
-    /// The ranked value of a row that was kept; else 0.
-    pub rank: f64,
+    /// Number of its design and stroke; of a distances row only of its design.
+    pub of: (u64, u32),
+    /// By what the rows of a table follow each other: the ranked value of a row that was kept, the design or the row in the tuple file, and the
+    /// place in the design.
+    pub order: (u64, u64, u32),
     /// What a chart ranked it by; NaN where none did.
     pub charted: f32,
-    /// Place of its design and drive, or its row in the tuple file: of a designs or distances row the first.
-    pub index: (u64, u32),
-    /// In a tuple file: of a tap, the first row of its designs row; of a designs or distances row, a number of its design.
-    pub owner: u64,
 }
 
 impl Place {
-    /// Of a row that was kept, of the design `owner`.
-    pub(super) fn of(row: &Kept, owner: u64) -> Self {
-        Self { table: Table::Designs, rank: row.rank, charted: row.charted, index: row.index, owner }
+    /// Of a row that was kept, of the design `number`.
+    pub(super) fn of(row: &Kept, number: u64) -> Self {
+        let (first, stroke) = row.index;
+        let order = (ordered(row.rank), first, stroke);
+        Self { table: Table::Designs, of: (number, stroke), order, charted: row.charted }
     }
+}
 
-    /// Of a row of a table, by a row of the tuple file.
-    pub(super) fn row(table: Table, row: u64, owner: u64) -> Self {
-        Self { table, rank: 0.0, charted: f32::NAN, index: (row, 0), owner }
-    }
+/// A number that is ordered as `x` is by `total_cmp`.
+fn ordered(x: f64) -> u64 {
+    let bits = x.to_bits();
+    if bits >> 63 == 1 { !bits } else { bits | 1 << 63 }
 }
 
 /// What run.json says of a part.
 pub(super) fn description(shard: Shard, study: &Study, plan: &Plan, about: &About) -> Value {
-    let each = study.space.layout().map(|layout| [layout.n_distances, layout.n_directions]);
-    let [distances, directions] = [0, 1].map(|k| each.map(|each| each[k]));
     json!({
         "index": shard.index,
         "of": shard.of,
@@ -109,10 +109,19 @@ pub(super) fn description(shard: Shard, study: &Study, plan: &Plan, about: &Abou
         "format": about.format.name(),
         "top": study.output.top,
         "candidates": Rankers::of(plan).map(|rankers| rankers.keep()),
-        "distances_each": distances,
-        "directions_each": directions,
         "tables": super::writers::tables(study, plan),
-        "chart_taps": plan.chart_taps(),
         "whole": about.whole,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::ordered;
+
+    #[test]
+    fn numbers_are_ordered_as_values_are() {
+        let values =
+            [f64::NEG_INFINITY, -1.0, -f64::MIN_POSITIVE, -0.0, 0.0, 1e-300, 1.0, f64::INFINITY, f64::NAN];
+        assert!(values.windows(2).all(|w| w[0].total_cmp(&w[1]).is_lt() && ordered(w[0]) < ordered(w[1])));
+    }
 }

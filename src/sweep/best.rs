@@ -1,7 +1,6 @@
 //! The rows that a sweep keeps with `top`, and those that it shows: in bounded memory.
 
 use std::cmp::Ordering;
-use std::collections::BinaryHeap;
 
 use serde::{Deserialize, Serialize};
 
@@ -55,50 +54,35 @@ impl Kept {
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Best {
     n: usize,
-    heap: BinaryHeap<Worst>,
+    /// They, and more that are not yet compared.
+    rows: Vec<Kept>,
     /// Complete rows offered.
     pub offered: u64,
 }
 
-#[derive(Debug, Serialize, Deserialize)]
-struct Worst(Kept);
-
-impl PartialEq for Worst {
-    fn eq(&self, o: &Self) -> bool {
-        self.cmp(o) == Ordering::Equal
-    }
-}
-impl Eq for Worst {}
-impl PartialOrd for Worst {
-    fn partial_cmp(&self, o: &Self) -> Option<Ordering> {
-        Some(self.cmp(o))
-    }
-}
-impl Ord for Worst {
-    fn cmp(&self, o: &Self) -> Ordering {
-        self.0.order(&o.0)
-    }
-}
+/// Rows that wait to be compared, at least.
+const WAITING: usize = 64;
 
 impl Best {
     pub fn new(n: usize) -> Self {
-        Self { n, heap: BinaryHeap::new(), offered: 0 }
+        Self { n, ..Self::default() }
     }
 
-    /// Takes a complete row if it is among the best so far.
+    /// Takes a complete row.
     pub fn offer(&mut self, row: Kept) {
         self.offered += 1;
-        if self.heap.len() < self.n {
-            self.heap.push(Worst(row));
-        } else if self.heap.peek().is_some_and(|worst| row.order(&worst.0) == Ordering::Less) {
-            self.heap.pop();
-            self.heap.push(Worst(row));
+        self.rows.push(row);
+        if self.rows.len() >= 2 * self.n + WAITING {
+            self.rows.select_nth_unstable_by(self.n, Kept::order);
+            self.rows.truncate(self.n);
         }
     }
 
     /// The rows kept, best first.
-    pub fn into_rows(self) -> Vec<Kept> {
-        self.heap.into_sorted_vec().into_iter().map(|w| w.0).collect()
+    pub fn into_rows(mut self) -> Vec<Kept> {
+        self.rows.sort_unstable_by(Kept::order);
+        self.rows.truncate(self.n);
+        self.rows
     }
 }
 

@@ -289,10 +289,14 @@ fn write(
         rows.par_sort_unstable_by_key(first);
     }
     let place = |row: &(u32, u32)| {
-        let one = &all[row.0 as usize];
-        let stroke = || one.places.strokes[one.places.of[row.1 as usize].1 as usize];
-        let owner = if table == Table::Tuples { taps.row(one.number, stroke())? } else { one.number };
-        Some(Place::row(table, first(row)?, owner))
+        let (one, n) = (&all[row.0 as usize], row.1);
+        let stroke = match table {
+            Table::Tuples => one.places.of[n as usize].1,
+            Table::Designs => n,
+            Table::Distances => 0,
+        };
+        let order = first(row).map_or((0, one.number, n), |row| (0, row, 0));
+        Place { table, of: (one.number, stroke), order, charted: f32::NAN }
     };
     let setup = &run.study.setup;
     let (columns, empty) = (Columns::of(table, setup), table.heading().frame_for(setup));
@@ -303,7 +307,7 @@ fn write(
     };
     for rows in rows.chunks(CHUNK as usize) {
         let pieces: Vec<Frame> = rows.par_chunks(PIECE).map(piece).collect::<Result<_, Error>>()?;
-        run.place(rows.iter().filter_map(place))?;
+        run.place(rows.iter().map(place))?;
         run.write(table, &pieces)?;
     }
     Ok(())

@@ -18,6 +18,7 @@ mod running;
 mod taps;
 mod writers;
 
+use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
@@ -42,7 +43,7 @@ pub use best::Kept;
 use charted::Rankers;
 pub use keep::EVERY;
 use keep::{Keeper, Reached};
-use needed::{Checked, checked, fuller, until_it_holds};
+use needed::{Checked, checked, fuller};
 pub use needed::{run_needed, whole};
 pub use probe::seconds;
 use running::Run;
@@ -55,9 +56,9 @@ pub use writers::{PLACES, Tables};
 #[non_exhaustive]
 pub struct Report {
     /// Files written.
-    pub files: Vec<std::path::PathBuf>,
+    pub files: Vec<PathBuf>,
     /// Files of an older result that only `force` removed.
-    pub removed: Vec<std::path::PathBuf>,
+    pub removed: Vec<PathBuf>,
     /// Counts.
     pub counts: Counts,
     /// Times.
@@ -81,29 +82,35 @@ pub struct Report {
 /// Where and how a sweep writes.
 #[derive(Debug)]
 pub struct Target<'a> {
-    /// Result folder.
-    pub out: &'a std::path::Path,
+    /// Result folder; `None` for tables in memory, of which nothing is written and a stopped sweep cannot continue.
+    pub out: Option<&'a Path>,
     /// Replace another spec's result.
     pub force: bool,
     /// Set from outside to stop early.
     pub stop: &'a AtomicBool,
     /// One part of the whole; `out` is then the folder of the part.
     pub shard: Option<Shard>,
-    /// What is complete is kept so often.
+    /// Time between two states on the disk.
     pub every: Duration,
 }
 
 impl<'a> Target<'a> {
     /// The whole, into `out`.
-    pub fn new(out: &'a std::path::Path, stop: &'a AtomicBool) -> Self {
-        Self { out, force: false, stop, shard: None, every: EVERY }
+    pub fn new(out: &'a Path, stop: &'a AtomicBool) -> Self {
+        Self { out: Some(out), ..Self::memory(stop) }
+    }
+
+    /// The whole, in memory.
+    pub fn memory(stop: &'a AtomicBool) -> Self {
+        Self { out: None, force: false, stop, shard: None, every: EVERY }
     }
 }
 
-/// Does what `plan`, of `spec` on `choice`, says, and writes the tables and `run.json`; goes on where a run of the same stopped.
+/// Does what `plan`, of `spec` on `choice`, says, and writes the tables and `run.json`; continues where a run of the same stopped.
 ///
 /// # Errors
-/// A folder that holds something else, a backend or a disk that fails, a request to stop; what is complete is kept.
+/// A folder that holds something else, tables for which there is no memory, a backend or a disk that fails, a request to stop; what is complete
+/// is kept.
 pub fn run(
     spec: &Spec,
     plan: &Plan,
@@ -111,8 +118,7 @@ pub fn run(
     target: &Target<'_>,
     progress: &mut dyn Progress,
 ) -> Result<Report, Error> {
-    let clock = Clock::new(plan, choice.seconds);
-    let done = attempt(spec, plan, choice, ((Some(target), target.stop), progress), (clock, None))?;
+    let done = attempt(spec, plan, choice, (target, progress), (Clock::new(plan, choice.seconds), None))?;
     Ok(done.expect("without a model to check every sweep is done").0)
 }
 
@@ -135,61 +141,23 @@ impl Clock {
     }
 }
 
-impl Report {
-    /// What `run` on `choice`, whose device took `open` seconds, comes to, where its tables go, and what keeps it.
-    fn of(run: Run<'_>, choice: &Choice, clock: Clock, open: f64) -> (Self, Writers, Option<Keeper>) {
-        let Run { writers, reached: Reached { counts, shown, solve, handed, .. }, keeper, study, .. } = run;
-        let (standing, offered) = (shown.standing(), shown.offered);
-        let (highlights, by_design) = shown.into_rows(study.output.top.is_some() || study.output.by_said);
-        let report = Self {
-            files: Vec::new(),
-            removed: Vec::new(),
-            seconds: Seconds { total: clock.total(), open, chart: clock.chart, solve },
-            backend: choice.backend.clone(),
-            ranked: counts.complete.unwrap_or(offered),
-            counts,
-            highlights,
-            by_design,
-            standing,
-            model_error: None,
-            handed_over: handed.described(),
-        };
-        (report, writers, keeper)
-    }
-}
-
-/// Does what `plan`, of `spec` on `choice`, says, and gives the tables that it asks for; nothing is written, and a stopped one cannot go on. With
-/// `needed` by the model that it says, which is in `spec`, or by the fuller one that the rows kept turn out to need.
-///
-/// # Errors
-/// Tables for which there is no memory; a backend that fails; `stop`, set from outside.
-pub fn collect(
-    spec: &mut Spec,
-    plan: Plan,
-    choice: &Choice,
-    (stop, progress): (&AtomicBool, &mut dyn Progress),
-    needed: Option<&mut Needed>,
-) -> Result<(Report, Tables), Error> {
-    until_it_holds(spec, plan, choice, ((None, stop), progress), needed)
-}
-
-/// One sweep, into the folder of `target` or into memory; `None`, and nothing is written, where its kept rows show that its model does not do.
+/// One sweep; `None`, and nothing is written, where its kept rows show that its model does not do.
 fn attempt(
     spec: &Spec,
     plan: &Plan,
     choice: &Choice,
-    ((target, stop), progress): ((Option<&Target<'_>>, &AtomicBool), &mut dyn Progress),
+    (target, progress): (&Target<'_>, &mut dyn Progress),
     (clock, needed): (Clock, Option<&mut Needed>),
 ) -> Result<Option<(Report, Tables)>, Error> {
     let begun = Instant::now();
     let full = fuller(needed.as_deref());
     let bound = needed.as_ref().filter(|_| full.is_some()).map(|n| n.bound());
-    let (study, shard) = (&spec.study, target.and_then(|target| target.shard));
+    let (study, shard) = (&spec.study, target.shard);
     let about = About::new(spec, plan, choice, (shard, bound));
-    let folder = target.map(|target| opened(spec, plan, &about, target)).transpose()?;
-    let method = running::method(study, choice, stop)?;
+    let folder = target.out.map(|out| opened(spec, plan, &about, (out, target))).transpose()?;
+    let method = running::method(study, choice, target.stop)?;
     let open = begun.elapsed().as_secs_f64() + choice.seconds;
-    let mut run = Run::new((study, plan), method, (stop, progress));
+    let mut run = Run::new((study, plan), method, (target.stop, progress));
     let mut resumed = None;
     match folder {
         None => run.writers = Writers::in_memory(study, plan)?,
@@ -198,7 +166,7 @@ fn attempt(
             let seconds = resumed.as_ref().map_or(0.0, |left| left.seconds);
             // Rows kept may ask for a fuller model.
             let anew = full.is_some() && study.output.top.is_some();
-            let every = target.filter(|_| !anew).map_or(Duration::MAX, |target| target.every);
+            let every = if anew { Duration::MAX } else { target.every };
             run.keeper = Some(Keeper::new(folder, &about.identity, every, (begun, seconds)));
             (run.designs, run.part, run.taps) = (about.designs.clone(), about.places, plan.taps_of(shard));
         }
@@ -207,7 +175,7 @@ fn attempt(
     let guard = needed.as_ref().zip(full.as_ref()).map(|(needed, full)| needed.guard(full)).transpose()?;
     run.evaluator = run.evaluator.guarded(guard);
     let done = routes(&mut run).and_then(|()| checked(&run, needed));
-    let (mut report, writers, keeper) = Report::of(run, choice, clock, open);
+    let Run { writers, reached: Reached { counts, shown, solve, handed, .. }, keeper, .. } = run;
     let (told, tables) = match done.and_then(|told| Ok((told, writers.close()?))) {
         Ok(done) => done,
         Err(e) => {
@@ -217,38 +185,58 @@ fn attempt(
             });
         }
     };
-    let Checked::Holds(told) = told else { return Ok(None) };
-    report.model_error = told;
-    let Some(keeper) = keeper else { return Ok(Some((report, tables))) };
-    report.seconds.total = clock.total() + keeper.before;
-    let told = [report.model_error.as_ref(), report.handed_over.as_ref()];
-    let mut document = run_json::of_sweep(
-        spec,
-        (&choice.backend, &choice.backend.warnings(&spec.warnings)),
-        &report.counts,
-        report.seconds,
-        told,
-    );
+    let Checked::Holds(model_error) = told else { return Ok(None) };
+    let (standing, offered) = (shown.standing(), shown.offered);
+    let (highlights, by_design) = shown.into_rows(study.output.top.is_some() || study.output.by_said);
+    let total = clock.total() + keeper.as_ref().map_or(0.0, |keeper| keeper.before);
+    let mut report = Report {
+        files: Vec::new(),
+        removed: Vec::new(),
+        seconds: Seconds { total, open, chart: clock.chart, solve },
+        backend: choice.backend.clone(),
+        ranked: counts.complete.unwrap_or(offered),
+        counts,
+        highlights,
+        by_design,
+        standing,
+        model_error,
+        handed_over: handed.described(),
+    };
+    let Some(Keeper { mut folder, .. }) = keeper else { return Ok(Some((report, tables))) };
+    let mut document = report.document(spec);
     if let Some(left) = &resumed {
         document["resumed"] = json!({ "from": left.done, "seconds_before": left.seconds });
     }
     if let Some(shard) = shard {
         document["shard"] = about::description(shard, study, plan, &about);
     }
-    let mut folder = keeper.folder;
     folder.run_json(&document)?;
     Written { files: report.files, removed: report.removed } = folder.finish()?;
     Ok(Some((report, tables)))
 }
 
-/// The folder of a sweep.
-fn opened(spec: &Spec, plan: &Plan, about: &About, target: &Target<'_>) -> Result<Folder, Error> {
+impl Report {
+    /// The `run.json` of this sweep of `spec`.
+    pub fn document(&self, spec: &Spec) -> Value {
+        let warnings = self.backend.warnings(&spec.warnings);
+        let told = [self.model_error.as_ref(), self.handed_over.as_ref()];
+        run_json::of_sweep(spec, (&self.backend, &warnings), &self.counts, self.seconds, told)
+    }
+}
+
+/// The folder `out` of a sweep.
+fn opened(
+    spec: &Spec,
+    plan: &Plan,
+    about: &About,
+    (out, target): (&Path, &Target<'_>),
+) -> Result<Folder, Error> {
     let asked = target.shard.map_or(Value::Null, |shard| json!({ "shard": shard.to_string() }));
     let identity = Some(about.identity.clone());
     let question = Question { identity, ..Question::of_scene("sweep", spec, asked) };
     let names = writers::names(&spec.study, plan, about);
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    Folder::open(target.out, question, &names, target.force)
+    Folder::open(out, question, &names, target.force)
 }
 
 /// Goes through the space.

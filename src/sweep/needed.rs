@@ -2,7 +2,6 @@
 
 use std::collections::HashMap;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 use serde_json::Value;
 
@@ -16,36 +15,27 @@ use crate::progress::Progress;
 use crate::scene::{Layout, Setup, Space, Spec, Study, Tuple};
 use crate::sink::shard::Shard;
 
-/// Does what `plan` says by the model that `needed` says, which is in `spec`; where the rows kept do not bear it out, again by the full one. Where rows are kept it begins anew if it was stopped: what an attempt had done, the next one may not need.
+/// Does what `plan` says, as [`run`](super::run), and gives tables that stay in memory. With `needed` it goes by the model that this says, which is
+/// in `spec`; where the rows kept show that it does not do, again by the full one. Where rows are kept such a sweep begins anew if it was
+/// stopped: what one attempt had done, the next one may not need.
 ///
 /// # Errors
 /// As [`run`](super::run); a part, as [`whole`].
 pub fn run_needed(
     spec: &mut Spec,
-    plan: Plan,
-    choice: &Choice,
-    target: &Target<'_>,
-    progress: &mut dyn Progress,
-    needed: &mut Needed,
-) -> Result<Report, Error> {
-    whole(target.shard, &spec.study)?;
-    let told = ((Some(target), target.stop), progress);
-    until_it_holds(spec, plan, choice, told, Some(needed)).map(|(report, _)| report)
-}
-
-/// An attempt, and one by the full model where the rows of the first show that its model does not do.
-pub(super) fn until_it_holds(
-    spec: &mut Spec,
     mut plan: Plan,
     choice: &Choice,
-    (place, progress): ((Option<&Target<'_>>, &AtomicBool), &mut dyn Progress),
+    (target, progress): (&Target<'_>, &mut dyn Progress),
     mut needed: Option<&mut Needed>,
 ) -> Result<(Report, Tables), Error> {
+    if needed.is_some() {
+        whole(target.shard, &spec.study)?;
+    }
     let before = needed.as_ref().map_or(0.0, |needed| needed.seconds[0]);
     let mut clock = Clock::new(&plan, choice.seconds + before);
     loop {
         let timed = (clock, needed.as_deref_mut());
-        if let Some(done) = attempt(spec, &plan, choice, (place, &mut *progress), timed)? {
+        if let Some(done) = attempt(spec, &plan, choice, (target, &mut *progress), timed)? {
             return Ok(done);
         }
         spec.study.setup = needed.as_ref().map_or_else(Setup::default, |needed| needed.setup().clone());

@@ -163,7 +163,8 @@ impl<'a> Run<'a> {
     /// Appends the rows of `pieces` to a table, if it is written, and counts them.
     pub fn write(&mut self, table: Table, pieces: &[Frame]) -> Result<(), Error> {
         if self.writers.wants(table) {
-            self.reached.counts.rows[table as usize] += pieces.iter().map(|piece| piece.len() as u64).sum::<u64>();
+            self.reached.counts.rows[table as usize] +=
+                pieces.iter().map(|piece| piece.len() as u64).sum::<u64>();
         }
         self.writers.write(table, pieces)
     }

@@ -1,6 +1,5 @@
 //! Sweeps that stop and go on: from every place where they can, with the bytes of an undisturbed run; and what lies about in their folder.
 
-use std::io::Write;
 use std::path::Path;
 use std::sync::LazyLock;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -11,7 +10,7 @@ use crate::common::sweeping::{CPU, CPU_F64, Place, REFERENCE, ranked};
 use vibrissa::error::Error;
 use vibrissa::plan::Plan;
 use vibrissa::progress::Progress;
-use vibrissa::sink::pack::{CHECK, Packer};
+use vibrissa::sink::folder::hash_file;
 use vibrissa::spec;
 use vibrissa::sweep::{self, Report, Target};
 
@@ -94,7 +93,7 @@ fn stopped_after(text: &str, list: &str, place: Place, block: u64) -> u32 {
     stops
 }
 
-/// Closed forms, so that several batches are quick: 5 designs a batch.
+/// Closed forms, so that several chunks are quick: 2 designs a chunk.
 fn linear(output: &str) -> String {
     format!(
         "[whisker]\nD = [8, 10]\nd = {{ from = 4, to = 7, steps = 9 }}\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-6\n\
@@ -117,7 +116,7 @@ const PARQUET: &str = "format = \"parquet\"";
 /// Grids; strokes of two directions and two gauges behind two hubs; row groups that were closed before the stop: what their footer says of numbers and of counts;
 /// one design larger than a chunk each.
 #[test]
-fn grids_go_on_from_every_batch() {
+fn grids_go_on_from_every_chunk() {
     let strokes = |output: &str| {
         let text = linear(output)
             .replace("theta = {", "tilt = [0, 20]\ntheta = {")
@@ -144,13 +143,12 @@ fn grids_go_on_from_every_batch() {
     assert!(stopped_after(&large, "", CPU_F64, 380 * 380) >= 3);
 }
 
-/// Rankings from charts, one set for each of two hubs; taps that take long, which are kept within a design; the reference, which stops after fewer taps.
+/// Rankings from charts, one set for each of two hubs; taps that take long, of which fewer are a chunk; the reference, which has the fewest.
 #[test]
 fn taps_that_are_solved_go_on() {
     let built = |output: &str| {
         let text = linear(output).replace("L_a = 50", "L_a = 50\nbore = [[0, 3], [12, 2], [20, 1]]");
-        let text =
-            text.replace("d = { from = 4, to = 7, steps = 9 }", "d = 5").replace("steps = 150", "steps = 50");
+        let text = text.replace("steps = 9 }", "steps = 4 }").replace("steps = 150", "steps = 60");
         text.replace("geometry = \"linear\"", "extension = true")
     };
     let charts = "[whisker]\nD = [8, 10]\nd = { from = 2, to = 9, steps = 20_000 }\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-6\n\
@@ -255,16 +253,13 @@ fn a_full_disk_loses_nothing_that_was_complete() {
 /// The state as if it had taken longer.
 fn as_if_long(desk: &Desk) {
     let path = desk.path("out").join(WORK).join(".state");
-    let bytes = std::fs::read(&path).unwrap();
-    let (head, rest) = bytes[..bytes.len() - CHECK].split_at(bytes.iter().position(|b| *b == b'\n').unwrap());
+    // Behind the hash of the rest.
+    let bytes = &std::fs::read(&path).unwrap()[64..];
+    let (head, rest) = bytes.split_at(bytes.iter().position(|b| *b == b'\n').unwrap());
     let mut head: serde_json::Value = serde_json::from_slice(head).unwrap();
     head["seconds"] = 4000.0.into();
-    let mut file = std::fs::File::create(&path).unwrap();
-    let mut packer = Packer::new(&mut file);
-    std::io::Write::write_all(&mut packer, head.to_string().as_bytes()).unwrap();
-    std::io::Write::write_all(&mut packer, rest).unwrap();
-    packer.finish().unwrap();
-    file.flush().unwrap();
+    let bytes = [head.to_string().as_bytes(), rest].concat();
+    std::fs::write(&path, [hash_file(bytes.as_slice()).unwrap().as_bytes(), &bytes].concat()).unwrap();
 }
 
 #[cfg(unix)]
@@ -327,7 +322,11 @@ fn damaged_work_is_told_and_begun_anew() {
         std::fs::write(desk.path("out").join(WORK).join("designs.csv"), table_bytes).unwrap();
         let ran = go_on(&desk, &[]).exits(0);
         assert!(ran.stderr.contains("begins anew") && !ran.stderr.contains("going on"), "{}", ran.stderr);
-        desk.whole("out");
+        let warnings = desk.whole("out")["warnings"].to_string();
+        assert!(
+            warnings.contains("the unfinished run in out ") && warnings.contains("begins anew"),
+            "{warnings}"
+        );
     }
 }
 

@@ -93,7 +93,7 @@ fn listed_again(desk: &Desk, folder: &str) {
         file["bytes"] = bytes.len().into();
         file["blake3"] = vibrissa::sink::folder::hash_file(bytes.as_slice()).unwrap().into();
     }
-    desk.write(&name, run.to_string());
+    desk.write(&name, vibrissa::sink::folder::sealed(run));
 }
 
 /// A Parquet table in each way of being damaged.

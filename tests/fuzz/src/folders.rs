@@ -9,7 +9,7 @@ use vibrissa::backend::Choice;
 use vibrissa::plan::Plan;
 use vibrissa::progress::Silent;
 use vibrissa::scene::{BackendChoice, RunOptions};
-use vibrissa::sink::folder::{Folder, Question};
+use vibrissa::sink::folder::{Folder, Question, sealed};
 use vibrissa::sink::shard::Shard;
 use vibrissa::spec;
 use vibrissa::sweep::{self, Target};
@@ -36,7 +36,7 @@ pub fn folder(data: &[u8]) {
         }
         _ => {
             // Its check is put right, so that what is behind it is read.
-            let whole = [data, blake3::hash(data).as_bytes()].concat();
+            let whole = [blake3::hash(data).to_hex().as_bytes(), data].concat();
             desk::write("out/.vibrissa-unfinished/.state", &whole);
         }
     }
@@ -89,7 +89,7 @@ pub fn merge(data: &[u8]) {
                     file["bytes"] = data.len().into();
                 }
             }
-            std::fs::write(path, run.to_string()).expect("a file");
+            std::fs::write(path, sealed(run)).expect("a file");
         }
     }
     told(vibrissa::merge::run(&[desk::path("whole")], None, first / 3 % 2 == 0));

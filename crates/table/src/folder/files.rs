@@ -150,7 +150,7 @@ const SEAL: &str = "blake3";
 const BLANK: &str = "0000000000000000000000000000000000000000000000000000000000000000";
 
 /// The text of a `run.json`, with the hash by which [`is_sealed`] knows it.
-pub(super) fn sealed(mut document: Value) -> String {
+pub fn sealed(mut document: Value) -> String {
     document[SEAL] = BLANK.into();
     let text = format!("{document:#}\n");
     resealed(&text, BLANK, &hash_bytes(text.as_bytes()))

@@ -24,8 +24,7 @@ use crate::error::Error;
 use crate::kernel::gpu::hear;
 use claim::{LONG, NOTHING, Old, judge, refuse};
 use files::{Closed, RUN, create, make_durable};
-pub use files::{Listed, Output, is_result_name, is_sealed, names_in, open_of_result, read_run};
-use files::sealed;
+pub use files::{Listed, Output, is_result_name, is_sealed, names_in, open_of_result, read_run, sealed};
 pub use hash::{Hashing, hash, hash_all, hash_file};
 use place::{FINISHED, carry_through, decide};
 pub use question::Question;
@@ -67,7 +66,8 @@ impl Folder {
         let work = Work::hold(target)?;
         let moved = carry_through(target, &work.0)?;
         let target = target.to_owned();
-        Self::judged(work, target, question, (names, force)).map_err(|e| if moved { after_moving(e) } else { e })
+        Self::judged(work, target, question, (names, force))
+            .map_err(|e| if moved { after_moving(e) } else { e })
     }
 
     fn judged(
