@@ -307,7 +307,7 @@ fn write(
     };
     for rows in rows.chunks(CHUNK as usize) {
         let pieces: Vec<Frame> = rows.par_chunks(PIECE).map(piece).collect::<Result<_, Error>>()?;
-        run.place(rows.iter().map(place))?;
+        run.writers.place(rows.iter().map(place))?;
         run.write(table, &pieces)?;
     }
     Ok(())

@@ -107,7 +107,7 @@ fn write_kept(run: &mut Run<'_>, taps: &Taps<'_>, kept: &[Kept]) -> Result<(), E
         run.reached.shown.offer(row);
     }
     run.write(Table::Designs, &[rows])?;
-    run.place(kept.iter().map(|row| Place::of(row, taps.design_of(row.index))))?;
+    run.writers.place(kept.iter().map(|row| Place::of(row, taps.design_of(row.index))))?;
     let mut places: Vec<(u64, u32)> = kept.iter().map(|k| (taps.design_of(k.index), k.index.1)).collect();
     places.sort_unstable();
     (run.reached.next, run.reached.kept) = (0, Some(places));

@@ -4,7 +4,6 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use super::about::Place;
 use super::best::Best;
 use super::keep::{self, Keeper, Reached};
 use super::writers::Writers;
@@ -167,11 +166,6 @@ impl<'a> Run<'a> {
                 pieces.iter().map(|piece| piece.len() as u64).sum::<u64>();
         }
         self.writers.write(table, pieces)
-    }
-
-    /// Notes where rows stand in the whole, if this is a part.
-    pub fn place(&mut self, places: impl Iterator<Item = Place>) -> Result<(), Error> {
-        self.writers.place(places)
     }
 }
 

@@ -392,7 +392,6 @@ fn a_part_whose_record_was_changed_is_refused() {
         ("/counts/solved", json!(u64::MAX)),
         ("/counts/referred", Value::Null),
         ("/counts/status", json!({ "ok": 1.5 })),
-        ("/counts/status/ok", json!(1)),
         ("/counts", json!(7)),
         ("/seconds/total", json!(0.5)),
         ("/shard/distances_each", json!("all")),

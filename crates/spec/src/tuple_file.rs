@@ -14,6 +14,7 @@ use super::units::DoubtfulRows;
 use crate::fields::separator;
 use crate::scene::listed::MOST_ROWS;
 use crate::scene::property::Description;
+use crate::scene::space::MOST_TAPS;
 use crate::scene::{
     Axis, COLUMNS, Column, DirectionColumns, Drive, Listed, PROPERTIES, Property, Rigs, Space, Tuple,
 };
@@ -157,12 +158,30 @@ pub(super) fn read<'a>(
     if listed.len() as u64 > MOST_ROWS {
         return Err(item.error("this file has too many rows").allowed(format!("{MOST_ROWS}")));
     }
+    short(item, &listed)?;
     let doubts = rows.doubts(&label, |start| table::line_at(&path, start as u64).ok().map(|(line, _)| line));
     let warnings = header.warning(&label).into_iter().chain(doubts).collect();
     let leaning = seen.map(|seen| seen.then(|| item.clone()));
     let (properties, rigs) = varied.read(sections, item)?;
     let directions = directions(&header);
     Ok(Read { space: Space::List(listed), directions, leaning, properties, rigs, warnings })
+}
+
+/// The taps of each design are few enough to be held in memory.
+fn short(item: &Item<'_>, listed: &Listed) -> Result<()> {
+    if listed.len() as u64 <= MOST_TAPS {
+        return Ok(());
+    }
+    let groups = listed.groups();
+    let mut taps = vec![0u64; groups.counts[0] as usize];
+    groups.designs.iter().for_each(|k| taps[*k as usize] += 1);
+    match taps.into_iter().max().filter(|n| *n > MOST_TAPS) {
+        None => Ok(()),
+        Some(n) => item.refuse(
+            format!("one design of this file has {n} rows"),
+            format!("{MOST_TAPS} rows of a design at most: fewer distances or drives, or several files"),
+        ),
+    }
 }
 
 /// The first line of a text that is no comment, and the text from its begin.

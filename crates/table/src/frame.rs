@@ -95,11 +95,6 @@ impl Frame {
         self.columns.iter_mut().zip(&other.columns).try_for_each(|(a, b)| a.extend(b, range.clone()))
     }
 
-    /// Leaves out the first `n` rows.
-    pub fn skip(&mut self, n: usize) {
-        self.columns.iter_mut().for_each(|column| column.skip(n));
-    }
-
     /// The whole table as CSV: UTF-8, LF, shortest round-trip numbers, empty where a value is missing.
     pub fn csv(&self) -> Result<Vec<u8>, Error> {
         Ok([self.header()?, self.lines()?].concat())
@@ -183,16 +178,6 @@ impl Frame {
 
     fn damaged(&self, name: &str, line: usize, text: &str) -> InputError {
         InputError::new("this is not a number").at(self.file.clone(), Some(line)).key(name).value(text)
-    }
-
-    /// Fails unless every field of a column of numbers is one.
-    ///
-    /// # Errors
-    /// The first that is none.
-    pub fn whole(&self) -> Result<(), InputError> {
-        self.bad
-            .first()
-            .map_or(Ok(()), |(column, line, text)| Err(self.damaged(&self.names[*column], *line, text)))
     }
 
     /// A number, NaN where there is none or no such column.

@@ -61,77 +61,45 @@ fn too_long(file: &str) -> InputError {
         .allowed("fewer: a sweep with `[output] top = N` keeps the best")
 }
 
-/// Rows of CSV, some at a time.
-pub struct Rows<R> {
-    file: String,
-    names: Vec<String>,
-    reader: csv::Reader<R>,
-    record: csv::StringRecord,
+/// Reads the CSV `text`, which is called `file`.
+///
+/// # Errors
+/// Text that is empty, cannot be read, ends within a row, or has more than [`MOST_ROWS`] rows.
+pub fn csv(file: &str, text: impl Read) -> Result<Frame, InputError> {
+    let mut reader = csv::ReaderBuilder::new().buffer_capacity(1 << 20).from_reader(text);
+    let header = reader.headers().map_err(|e| unread(file, e, "this is not a table"))?.clone();
+    if header.is_empty() || header.iter().all(str::is_empty) {
+        return Err(InputError::new("the table is empty: it has no header").at(file, None));
+    }
+    let mut columns: Vec<Column> = header.iter().map(Column::new).collect();
+    let (mut record, mut rows) = (csv::StringRecord::new(), 0);
+    while reader.read_record(&mut record).map_err(|e| damaged(file, e))? {
+        if rows == MOST_ROWS {
+            return Err(too_long(file));
+        }
+        let line = record.position().map_or(0, |p| p.line() as usize);
+        columns.iter_mut().zip(&record).for_each(|(column, field)| column.push(field, line));
+        rows += 1;
+    }
+    let bad = |(i, column): (usize, &Column)| column.bad.clone().map(|(line, text)| (i, line, text));
+    let bad = columns.iter().enumerate().filter_map(bad).collect();
+    let columns = columns.into_iter().zip(&header).map(|(column, name)| column.end(name)).collect();
+    let names = header.iter().map(|name| Cow::Owned(name.to_owned())).collect();
+    Ok(Frame { file: file.to_owned(), names, columns, bad })
 }
 
-impl<R: Read> Rows<R> {
-    /// Of the table `text`, which is called `file`.
-    ///
-    /// # Errors
-    /// Text that is empty or cannot be read.
-    pub fn new(file: &str, text: R) -> Result<Self, InputError> {
-        let mut reader = csv::ReaderBuilder::new().buffer_capacity(1 << 20).from_reader(text);
-        let header = reader.headers().map_err(|e| unread(file, e, "this is not a table"))?.clone();
-        if header.is_empty() || header.iter().all(str::is_empty) {
-            return Err(InputError::new("the table is empty: it has no header").at(file, None));
+/// The error `e` of reading a row of `file`.
+fn damaged(file: &str, e: csv::Error) -> InputError {
+    let why = match e.kind() {
+        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
+            format!(
+                "this row has {len} fields, the header {expected_len}: the table is damaged or was not written to its end"
+            )
         }
-        let names = header.iter().map(str::to_owned).collect();
-        Ok(Self { file: file.to_owned(), names, reader, record: csv::StringRecord::new() })
-    }
-
-    /// The table without rows.
-    pub fn empty(&self) -> Frame {
-        self.frame(self.names.iter().map(|name| Column::new(name)).collect())
-    }
-
-    fn frame(&self, columns: Vec<Column>) -> Frame {
-        let bad = |(i, column): (usize, &Column)| column.bad.clone().map(|(line, text)| (i, line, text));
-        let bad = columns.iter().enumerate().filter_map(bad).collect();
-        let columns = columns.into_iter().zip(&self.names).map(|(column, name)| column.end(name)).collect();
-        let names = self.names.iter().map(|name| Cow::Owned(name.clone())).collect();
-        Frame { file: self.file.clone(), names, columns, bad }
-    }
-
-    /// The next rows, at most so many; `None` after the last.
-    ///
-    /// # Errors
-    /// Text that cannot be read or ends within a row.
-    pub fn next(&mut self, most: usize) -> Result<Option<Frame>, InputError> {
-        let mut columns: Vec<Column> = self.names.iter().map(|name| Column::new(name)).collect();
-        let mut rows = 0;
-        while rows < most && self.read()? {
-            let line = self.record.position().map_or(0, |p| p.line() as usize);
-            columns.iter_mut().zip(&self.record).for_each(|(column, field)| column.push(field, line));
-            rows += 1;
-        }
-        Ok((rows > 0).then(|| self.frame(columns)))
-    }
-
-    /// Reads a row; false after the last.
-    fn read(&mut self) -> Result<bool, InputError> {
-        self.reader.read_record(&mut self.record).map_err(|e| {
-            let why = match e.kind() {
-                csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
-                    format!(
-                        "this row has {len} fields, the header {expected_len}: the table is damaged or was not written to its end"
-                    )
-                }
-                csv::ErrorKind::Utf8 { .. } => "this row is not UTF-8: the table is damaged".to_owned(),
-                _ => return unread(&self.file, e, "the table cannot be read"),
-            };
-            InputError::new(why).at(self.file.clone(), e.position().map(|p| p.line() as usize))
-        })
-    }
-
-    /// What is read.
-    pub fn into_inner(self) -> R {
-        self.reader.into_inner()
-    }
+        csv::ErrorKind::Utf8 { .. } => "this row is not UTF-8: the table is damaged".to_owned(),
+        _ => return unread(file, e, "the table cannot be read"),
+    };
+    InputError::new(why).at(file, e.position().map(|p| p.line() as usize))
 }
 
 /// The error `e` of reading `file`.
@@ -142,19 +110,6 @@ fn unread(file: &str, e: csv::Error, why: &str) -> InputError {
     match e.into_kind() {
         csv::ErrorKind::Io(e) => refused(e).unwrap_or_else(|_| damaged()),
         _ => damaged(),
-    }
-}
-
-/// Reads all of the CSV that is called `file`.
-///
-/// # Errors
-/// As [`Rows`]; more than [`MOST_ROWS`] rows.
-pub fn csv(file: &str, text: impl Read) -> Result<Frame, InputError> {
-    let mut rows = Rows::new(file, text)?;
-    let all = rows.next(MOST_ROWS)?.unwrap_or_else(|| rows.empty());
-    match rows.next(1)? {
-        Some(_) => Err(too_long(file)),
-        None => Ok(all),
     }
 }
 

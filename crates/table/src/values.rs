@@ -234,13 +234,4 @@ impl Values {
         }
         Ok(())
     }
-
-    /// Leaves out the first `n` rows.
-    pub(super) fn skip(&mut self, n: usize) {
-        match self {
-            Self::Numbers(all) => drop(all.drain(..n)),
-            Self::Counts(all) => drop(all.drain(..n)),
-            Self::Words(all) => drop(all.codes.drain(..n)),
-        }
-    }
 }

@@ -31,7 +31,7 @@ use crate::error::Error;
 pub use read::Reader;
 
 /// Rows of a row group.
-pub const GROUP: usize = 1 << 17;
+const GROUP: usize = 1 << 17;
 
 /// Version of the format by which readers choose what they expect.
 const VERSION: i32 = 1;
@@ -168,7 +168,7 @@ impl Writer {
             .set_file_offset(start as i64)
             .build();
         self.groups.push(group.map_err(failed)?);
-        self.waiting.skip(n);
+        self.waiting = self.waiting.like();
         Ok(())
     }
 
