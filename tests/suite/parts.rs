@@ -394,7 +394,7 @@ fn a_part_whose_record_was_changed_is_refused() {
         ("/counts/status", json!({ "ok": 1.5 })),
         ("/counts", json!(7)),
         ("/seconds/total", json!(0.5)),
-        ("/shard/distances_each", json!("all")),
+        ("/shard/candidates", json!("all")),
         ("/material_fit", json!(true)),
     ] {
         let mut run = honest.clone();

@@ -60,10 +60,12 @@ impl Work {
                     return Err(refuse(target, why, "another folder; or move this away"));
                 }
             }
+            // No end of the process comes before it is known which folders were made.
+            let mut open = all();
             fs::create_dir_all(target).map_err(|e| Error::io(target, e))?;
             match lock(&path) {
                 Ok(Some(lock)) => {
-                    all().push(Open { path: path.clone(), made, lock });
+                    open.push(Open { path: path.clone(), made, lock });
                     return Ok(Self(path));
                 }
                 Err(e) if e.kind() == ErrorKind::Unsupported => {
@@ -78,6 +80,7 @@ impl Work {
                 Err(e) if e.kind() == ErrorKind::NotFound => {}
                 Err(e) => return Err(Error::io(&path, e)),
             }
+            drop(open);
             std::thread::sleep(Duration::from_millis(10));
         }
         let owner = fs::read_to_string(path.join(LOCK)).unwrap_or_default();
