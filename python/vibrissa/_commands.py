@@ -70,8 +70,9 @@ def sweep(spec: Spec = None, *, whisker: Section | None = None, gauge: Section |
     """
     sections: dict[str, Section | None] = {
         "whisker": whisker, "gauge": gauge, "sensor": sensor, "tap": tap, "model": model, "estimate": estimate, "output": output, "run": run}
-    with listed(spec, tuples, sections) as (path, text, taps, told), shown(progress) as tell:
-        found = asked("sweep", {}, (path, text, _name(spec, name, "sweep")), listed=taps, hear=tell, told=told)
+    path, text, taps, told = listed(spec, tuples, sections)
+    with shown(progress) as tell:
+        found = asked("sweep", {}, (path, text, _name(spec, name, "sweep")), taps=taps, hear=tell, told=told)
     return Sweep(found.tables, found.run)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from . import _native
 from ._errors import InputError, short, warn
-from ._frames import csv
+from ._frames import measured, text_of
 from ._keywords import keywords
 from ._locate import calibration_text, roles, told_together
 from ._request import asked
@@ -40,7 +40,7 @@ def _path(key: str, path: Any) -> str:
         raise InputError("this is no path", key=key, value=short(path), allowed="str or os.PathLike") from None
 
 
-def course(said: Any, key: str) -> tuple[str, list[tuple[str, bytes]]]:
+def course(said: Any, key: str) -> tuple[str, list[tuple[str, str]]]:
     """An object to stroke: the name of its file, and that file where it is in memory."""
     if not isinstance(said, Mapping):
         return _path(key, said), []
@@ -58,7 +58,7 @@ def course(said: Any, key: str) -> tuple[str, list[tuple[str, bytes]]]:
         elif value is not None:
             lines.append(f"{_name(name)} = {_whole_text(str(name), value)}")
     name = f"{key}.keywords"
-    return name, [(name, "\n".join([*lines, document(sections), *starts, ""]).encode())]
+    return name, [(name, "\n".join([*lines, document(sections), *starts, ""]))]
 
 
 @keywords
@@ -98,7 +98,7 @@ def contour(data: Any, calibration: Calibration | str | os.PathLike[str], *, est
 
     Source: docs/contour.md.
     """
-    table = csv(data, "data", columns)
+    table = measured(data, "data", columns)
     whisker, text = calibration_text(calibration)
     known, files = (None, []) if truth is None else course(truth, "truth")
     said = dict(
@@ -106,7 +106,7 @@ def contour(data: Any, calibration: Calibration | str | os.PathLike[str], *, est
         base_noise=number("base_noise", base_noise, "mm"), touch_noise=given(number, "touch_noise", touch_noise, "degrees"), contact=given(word, "contact", contact), taps=flag("taps", taps),
         curve=given(word, "curve", curve), truth=known, zero=_zero(zero), columns=roles(columns),
         force=flag("trust", trust), threads=None if threads is None else whole("threads", threads, _MOST_THREADS, 1))
-    found = asked("contour", said, files=[(table.label, table.bytes), (whisker, text.encode()), *files])
+    found = asked("contour", said, files=[*table.held(), (whisker, text), *files])
     return Contour([(name, table.keep(held) if name == "points" else held) for name, held in found.tables], found.run)
 
 
@@ -152,12 +152,9 @@ class Array:
     def __init__(self, array: Whiskers, *, angle_noise: float | None = None, base_noise: float | None = None, estimator: str | None = None,
                  zero: float | tuple[float, float] | None = None, trust: bool = False) -> None:
         if isinstance(array, (str, os.PathLike)):
-            label, data = csv(array, "array")[:2]
+            label, text = text_of(array, "array")
             known: list[tuple[str, str] | None] = []
-            try:
-                text, folder = data.decode(), os.path.dirname(label)
-            except UnicodeDecodeError:
-                raise InputError("this is no array: it is not UTF-8 text", key="array", file=label) from None
+            folder = os.path.dirname(label)
         else:
             if isinstance(array, (Mapping, bytes)) or not isinstance(array, Iterable):
                 raise InputError("this is no array", key="array", value=short(array), allowed="a path, or a list of dicts")
@@ -202,7 +199,7 @@ class Array:
             InputError: a whisker that is not there, readings that do not fit a calibration.
         """
         together = told_together(object, same)
-        table = csv(data, "data", columns)
-        found, told = self._native.locate(table.label, table.bytes, roles(columns), together)
+        table = measured(data, "data", columns)
+        found, told = self._native.locate(table.label, table.rows, roles(columns), together)
         warn(told)
         return table.keep(found)

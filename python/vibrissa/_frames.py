@@ -146,15 +146,9 @@ for _name, _method in _METHODS.items():
     setattr(Table, _name, _method)
 
 
-def _cell(value: Any) -> str:
-    if _is_missing(value):
-        return ""
-    text = repr(float(value)) if isinstance(value, (float, np.floating)) else str(value)
-    # A row is a line.
-    text = " ".join(text.splitlines())
-    # What begins with # would be a comment at the begin of a line.
-    quoted = any(c in text for c in ',"') or text.lstrip().startswith("#")
-    return '"' + text.replace('"', '""') + '"' if quoted else text
+def _word(value: Any) -> str:
+    """``value`` as one line."""
+    return " ".join(str(value).splitlines())
 
 
 def _kind(dtype: np.dtype[Any]) -> str:
@@ -176,15 +170,6 @@ def _values(column: Any) -> NDArray[Any]:
     objects = array.astype(object)
     objects[np.atleast_1d(missing)] = None
     return objects
-
-
-def _texts(values: NDArray[Any]) -> list[str]:
-    """The fields of a column of a CSV table."""
-    if values.dtype.kind == "f":
-        return ["" if x != x else repr(float(x)) for x in values.tolist()]
-    if values.dtype.kind in "mM":
-        return ["" if empty else text for empty, text in zip(np.isnat(values), values.astype(str).tolist())]
-    return [_cell(x) for x in values.tolist()]
 
 
 # Times of Arrow, and units of numpy that are whole ones of them.
@@ -220,19 +205,37 @@ def _native_column(values: NDArray[Any]) -> Any:
     return np.array(codes, dtype=np.int32), list(known)
 
 
+def _read_column(values: NDArray[Any]) -> Any:
+    """A column as the engine reads it: numbers as float64, anything else as words."""
+    if values.dtype.kind == "f":
+        return np.array(values, dtype=np.float64)
+    items = [None if _is_missing(x) else x for x in values.tolist()]
+    if all(map(_is_float, items)):
+        return np.array([np.nan if x is None else float(x) for x in items], dtype=np.float64)
+    if values.dtype.kind in "mM":
+        items = [None if empty else text for empty, text in zip(np.isnat(values), values.astype(str).tolist())]
+    known: dict[str, int] = {}
+    codes = [-1 if x is None else known.setdefault(_word(repr(x) if isinstance(x, float) else x), len(known)) for x in items]
+    return np.array(codes, dtype=np.int32), list(known)
+
+
 class Data(NamedTuple):
     """A table of measurements."""
 
     label: str
-    """Its name in messages."""
-    bytes: bytes
-    """It as CSV."""
+    """Its name in messages, the path of a file."""
+    rows: Any
+    """As the engine takes it: the path of a file, or names and columns."""
     columns: list[NDArray[Any]]
     """Its columns as they were given, or in the units of their names; none of a file."""
     converted: list[int]
     """Places of those that had a unit."""
     frame: Any
     """It as a frame, where pandas made it."""
+
+    def held(self) -> list[tuple[str, Any]]:
+        """It as a file in memory, where it is none on a disk."""
+        return [] if isinstance(self.rows, str) else [(self.label, self.rows)]
 
     def keep(self, table: Table) -> Table:
         """``table``, whose columns after the number of the line begin with those of this one, with these as they were given."""
@@ -249,14 +252,6 @@ class Data(NamedTuple):
             own.columns = names[given]
             own = own.loc[:, ~own.columns.duplicated()]
         return _of_columns(names, columns, own)
-
-
-def _lines(names: list[str], arrays: list[NDArray[Any]]) -> bytes:
-    if len({len(a) for a in arrays}) > 1 or any(a.ndim > 1 for a in arrays):
-        shapes = ", ".join(f"{name}: {a.shape}" for name, a in zip(names, arrays))
-        raise InputError("columns must be of one length", key="data", value=shapes)
-    lines = [",".join(map(_cell, names)), *map(",".join, zip(*map(_texts, arrays)))]
-    return "\n".join([*lines, ""]).encode()
 
 
 def _units(columns: dict[str, str] | str | None) -> dict[str, str | None]:
@@ -298,20 +293,36 @@ def _file_of_lines(file: BinaryIO, what: str, path: str) -> bytes:
     return b"".join(blocks)
 
 
-def csv(data: Any, what: str, columns: dict[str, str] | str | None = None) -> Data:
+def text_of(path: Any, what: str) -> tuple[str, str]:
+    """Name and text of a file."""
+    try:
+        label = os.fsdecode(path)
+        with open(path, "rb") as file:
+            return label, _file_of_lines(file, what, label).decode()
+    except UnicodeDecodeError:
+        raise InputError(f"this is no {what}: it is not UTF-8 text", key=what, file=label) from None
+    except InputError:
+        raise
+    except (OSError, ValueError) as e:
+        raise _unread(path, what, e) from None
+
+
+def _unread(path: Any, what: str, e: Exception) -> InputError:
+    why = e.strerror if isinstance(e, OSError) else "this is no path"
+    return InputError(f"this {what} file cannot be read: {why}", key=what, file=str(path).encode(errors="replace").decode())
+
+
+def measured(data: Any, what: str, columns: dict[str, str] | str | None = None) -> Data:
     """A table of measurements: a path, a data frame (pandas, polars), a mapping of names to columns, or what simulate gave; ``columns`` says
     what those with other names are."""
     data = getattr(data, "measurements", data)
     if isinstance(data, (str, os.PathLike)):
-        path = os.fspath(data)
         try:
-            with open(path, "rb") as file:
-                return Data(str(path), _file_of_lines(file, what, str(path)), [], [], None)
-        except InputError:
-            raise
+            os.stat(data)
         except (OSError, ValueError) as e:
-            why = e.strerror if isinstance(e, OSError) else "this is no path"
-            raise InputError(f"this {what} file cannot be read: {why}", key=what, file=str(path).encode(errors="replace").decode()) from None
+            raise _unread(os.fspath(data), what, e) from None
+        path = os.fsdecode(data)
+        return Data(path, path, [], [], None)
     if not (columns is None or isinstance(columns, (str, Mapping))):
         raise InputError("this names no columns", key="columns", value=short(columns), allowed='dict(a="…", theta="…", reading="…")')
     said = _units(columns)
@@ -326,4 +337,8 @@ def csv(data: Any, what: str, columns: dict[str, str] | str | None = None) -> Da
     if pandas is not None:
         series = isinstance(data, Mapping) and any(isinstance(column, pandas.Series) for _, column in named)
         frame = pandas.DataFrame(dict(named)) if series else data if isinstance(data, pandas.DataFrame) else None
-    return Data("data", _lines([name for name, _ in named], values), values, converted, frame)
+    if len({a.shape for a in values}) > 1 or any(a.ndim > 1 for a in values):
+        shapes = ", ".join(f"{name}: {a.shape}" for (name, _), a in zip(named, values))
+        raise InputError("columns must be of one length", key="data", value=shapes)
+    rows = [_word(name).strip() for name, _ in named], [_read_column(column) for column in values]
+    return Data("data", rows, values, converted, frame)

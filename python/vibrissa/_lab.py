@@ -8,7 +8,7 @@ import numpy as np
 
 from ._contour import course
 from ._errors import InputError, short
-from ._frames import csv
+from ._frames import measured
 from ._keywords import keywords
 from ._locate import roles
 from ._request import asked, of_sections
@@ -42,7 +42,7 @@ def calibrate(data: Any, spec: Spec = None, *, whisker: Section | None = None, g
 
     Source: docs/calibration.md.
     """
-    label, table = csv(data, "data", columns)[:2]
+    table = measured(data, "data", columns)
     sections = {"whisker": whisker, "gauge": gauge, "sensor": sensor, "tap": tap, "model": model, "estimate": estimate, "run": run}
     path, text, name = of_sections(spec, sections, "calibrate")
     widths = [] if group is None else [number("group", w) for w in (group if isinstance(group, (list, tuple, np.ndarray)) else [group])]
@@ -50,14 +50,14 @@ def calibrate(data: Any, spec: Spec = None, *, whisker: Section | None = None, g
         raise InputError("this is no list of parameters", key="fit", value=short(fit), allowed="a word or a list of words")
     parameters = [word("fit", name) for name in ([fit] if isinstance(fit, str) else fit)]
     said = dict(
-        data=label, theta=given(number, "theta", theta, "degrees"), delta=given(number, "delta", delta, "mm"), columns=roles(columns), group=widths,
+        data=table.label, theta=given(number, "theta", theta, "degrees"), delta=given(number, "delta", delta, "mm"), columns=roles(columns), group=widths,
         fit=parameters)
     if theta is not None and delta is not None:
         raise InputError("a tap has one drive", key="delta", allowed="theta or delta, not both")
     described = None if path is None and text == "" else (path, text, name)
     if described is None and parameters:
         raise InputError("there is no model to fit without a whisker", key="fit", value=",".join(parameters), allowed="whisker, gauge and model, or a spec")
-    found = asked("calibrate", said, described, [(label, table)])
+    found = asked("calibrate", said, described, table.held())
     return Calibration(found.tables, found.texts["calibration.toml"], found.run)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from . import _native
 from ._errors import InputError, short, warn
-from ._frames import csv
+from ._frames import measured, text_of
 from ._keywords import keywords
 from ._labels import by_name
 from ._results import Calibration, Simulation
@@ -302,8 +302,8 @@ class Locator:
         together = told_together(object, same, strokes, free)
         if flag("interval", interval) and strokes:
             raise InputError("strokes tell their interval anyway", key="interval", value="True", allowed="strokes=True without it")
-        data = csv(readings, "readings", columns)
-        found, told = self._native.table(data.label, data.bytes, roles(columns), together, interval)
+        data = measured(readings, "readings", columns)
+        found, told = self._native.table(data.label, data.rows, roles(columns), together, interval)
         warn(told)
         return data.keep(found)
 
@@ -348,11 +348,7 @@ def calibration_text(calibration: Calibration | str | os.PathLike[str]) -> tuple
         return "calibration.toml", calibration.text
     if not isinstance(calibration, (str, os.PathLike)):
         raise InputError("this is no calibration", key="calibration", value=short(calibration), allowed="a path, or what calibrate gave")
-    label, data = csv(calibration, "calibration")[:2]
-    try:
-        return label, data.decode()
-    except UnicodeDecodeError:
-        raise InputError("this is no calibration: it is not UTF-8 text", key="calibration", file=label) from None
+    return text_of(calibration, "calibration")
 
 
 def roles(columns: dict[str, str] | str | None) -> str | None:

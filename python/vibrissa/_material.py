@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import os
-from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
-from ._commands import sweep
+from . import _native
 from ._errors import InputError, short
-from ._frames import csv
+from ._frames import measured
 from ._keywords import keywords
 
 
@@ -48,18 +46,5 @@ def fit_material(data: Any, law: str = "yeoh") -> MaterialFit:
     """
     if law != "yeoh":
         raise InputError("there is no fit of this law", key="law", value=short(law), allowed='"yeoh"')
-    with TemporaryDirectory() as folder:
-        path = os.path.join(folder, "curve.csv")
-        table = csv(data, "data")
-        with open(path, "wb") as file:
-            file.write(table.bytes)
-        tap = dict(a=30, theta=1)
-        try:
-            told = sweep(whisker=dict(D=10, d=10, L_a=50), gauge=dict(x_ss=5, l=2), tap=tap, model=dict(material={"curve": path}), run=dict(backend="cpu"))
-        except InputError as e:
-            # The file is none that the user knows.
-            own = table.label if isinstance(data, (str, os.PathLike)) else None
-            raise InputError(e.message, key=e.key or "data", value=e.value, allowed=e.allowed, file=own, line=e.line if own else None) from None
-    fit = told.run["material_fit"]
-    low, high = fit["range"]
-    return MaterialFit({"yeoh": list(fit["coefficients_MPa"])}, fit["rms_MPa"], (low, high), fit["points"])
+    coefficients, rms, strains, points = _native.fit_material(measured(data, "data").rows)
+    return MaterialFit({"yeoh": list(coefficients)}, rms, strains, points)

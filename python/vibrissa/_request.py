@@ -25,15 +25,15 @@ class Answer(NamedTuple):
     """The exception that ended it although it gives something, or None."""
 
 
-def asked(command: str, said: Mapping[str, Any], spec: tuple[str | None, str, str] | None = None, files: Sequence[tuple[str, bytes]] = (), *,
-          listed: Any = None, hear: Callable[..., object] | None = None, told: Sequence[str] = (), partial: bool = False) -> Answer:
+def asked(command: str, said: Mapping[str, Any], spec: tuple[str | None, str, str] | None = None, files: Sequence[tuple[str, Any]] = (), *,
+          taps: Any = None, hear: Callable[..., object] | None = None, told: Sequence[str] = (), partial: bool = False) -> Answer:
     """Runs ``command``; ``said`` are its keywords but for those of ``spec``: path, text over it, and name. None says nothing.
 
-    ``files`` are in memory, by the names under which ``said`` names them; ``told`` is warned of, too. With ``partial`` an interrupt that leaves a result
+    ``files`` are in memory, text or names and columns, by the names under which ``said`` names them; ``taps`` stand in place of those of the spec; ``told`` is warned of, too. With ``partial`` an interrupt that leaves a result
     is given beside it, else raised.
     """
     request = "".join(f"{key} = {_whole_text(key, value)}\n" for key, value in said.items() if value is not None)
-    tables, texts, run, warnings, interrupt = _native.run(command, request, spec, list(files), listed, hear)
+    tables, texts, run, warnings, interrupt = _native.run(command, request, spec, list(files), taps, hear)
     if interrupt is not None and not partial:
         raise interrupt
     if interrupt is None:

@@ -41,6 +41,7 @@ def shape(spec: Spec = None, *, whisker: Section | None = None, gauge: Section |
         "whisker": whisker, "gauge": gauge, "sensor": sensor, "tap": tap, "model": model, "estimate": estimate, "output": output, "run": run}
     least, most = _NODES
     said = {"nodes": whole("nodes", nodes, most, least)}
-    with listed(spec, tuples, sections) as (path, text, taps, told), shown(progress) as tell:
-        found = asked("shape", said, (path, text, _name(spec, name, "shape")), listed=taps, hear=tell, told=told)
+    path, text, taps, told = listed(spec, tuples, sections)
+    with shown(progress) as tell:
+        found = asked("shape", said, (path, text, _name(spec, name, "shape")), taps=taps, hear=tell, told=told)
     return Shapes(found.tables, found.run)

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from tempfile import TemporaryDirectory
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -34,36 +31,18 @@ class Listed(NamedTuple):
     """Path of the spec, if it is in a file."""
     text: str
     """The spec that goes over it."""
-    listed: tuple[int, list[Any]] | None
-    """Taps given one by one: their number, and their columns; None in the place of a tilt or a lean that is not there."""
+    taps: tuple[list[str], list[NDArray[np.float64]]] | None
+    """Taps given one by one: names of their columns, and these."""
     told: list[str]
     """What to warn of."""
 
 
-@contextmanager
-def listed(spec: Spec, tuples: Any, sections: dict[str, Section | None]) -> Iterator[Listed]:
-    """A spec with these sections, and taps given one by one. Those with a rig of their own go as a tuple file."""
+def listed(spec: Spec, tuples: Any, sections: dict[str, Section | None]) -> Listed:
+    """A spec with these sections, and taps given one by one."""
     if tuples is None or isinstance(tuples, Mapping) and set(tuples) == {"file"}:
-        yield Listed(*resolve(spec, {**sections, "tuples": tuples}), None, [])
-        return
+        return Listed(*resolve(spec, {**sections, "tuples": tuples}), None, [])
     rows, n, told = _rows(tuples, sections)
-    if not _PROPERTIES.keys() & rows.keys():
-        of_tuple = list(rows.values())[:7] + [rows.get(name) for name in _DIRECTIONS]
-        yield Listed(*resolve(spec, sections), (n, of_tuple), told)
-        return
-    with TemporaryDirectory() as folder:
-        path = os.path.join(folder, "tuples.csv")
-        with open(path, "w", encoding="utf-8") as file:
-            file.write(",".join(rows) + "\n")
-            file.writelines(",".join(map(repr, row)) + "\n" for row in zip(*(np.broadcast_to(x, n).tolist() for x in rows.values())))
-        try:
-            yield Listed(*resolve(spec, {**sections, "tuples": {"file": path}}), None, told)
-        except InputError as e:
-            if path not in (e.file, e.value) and f'"{path}"' != e.value:
-                raise
-            # The file is none that the user knows.
-            whole = e.key in (None, "tuples.file")
-            raise InputError(e.message.replace(" of this file", ""), key="tuples" if whole else e.key, value=None if whole else e.value, allowed=e.allowed) from None
+    return Listed(*resolve(spec, sections), (list(rows), [np.array(np.broadcast_to(x, n)) for x in rows.values()]), told)
 
 
 def _rows(tuples: Any, sections: dict[str, Section | None]) -> tuple[dict[str, NDArray[np.float64]], int, list[str]]:

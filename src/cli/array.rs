@@ -10,7 +10,8 @@ use vibrissa::files::Array;
 use vibrissa::locate::stream::Ask;
 use vibrissa::locate::{Calibration, SaidZero};
 use vibrissa::measure::{Data, Names};
-use vibrissa::sink::folder::{Question, hash, hash_all};
+use vibrissa::sink::folder::{Question, hash};
+use vibrissa::sink::lab::LabTable;
 use vibrissa::sink::run_json;
 
 use super::args::Locate;
@@ -30,6 +31,7 @@ pub fn run(args: &Locate, array: &Path, context: &Context<'_>) -> Result<Reply, 
     };
     let described = Array::read(array)?;
     let bytes = Data::load(readings)?;
+    let table = LabTable::Text(&bytes[..]);
     let stem = super::stem(readings, "readings");
     let out = super::folder(args.common.out.as_ref(), &stem, "locate");
     let names: Vec<&str> = described.mounts.iter().map(|m| m.name.as_str()).collect();
@@ -51,18 +53,10 @@ pub fn run(args: &Locate, array: &Path, context: &Context<'_>) -> Result<Reply, 
     }
     let file = readings.display().to_string();
     let zero = SaidZero::of(args.zero.as_ref(), whiskers.iter().map(|w| &w.locator))?;
-    let ask = Ask {
-        columns: &columns,
-        zero,
-        label: Some(&file),
-        keep: true,
-        by: super::locate::by(args),
-        interval: false,
-        warn: &warn,
-    };
-    let answered = answer(&whiskers, &bytes, &ask, &described.noise)?;
+    let ask = Ask { zero, by: super::locate::by(args), ..Ask::of_file(&file, &columns, &warn) };
+    let answered = answer(&whiskers, table, &ask, &described.noise)?;
     super::locate::some(&file, answered.rows as u64)?;
-    let digest = hash_all(&mut bytes.as_slice()).map_err(|e| Error::Run(e.to_string()))?;
+    let digest = table.hash()?;
     let asked = json!({
         "readings": digest, "array": format!("{described:?}"), "calibrations": sums, "columns": args.columns, "zero": SaidZero::json(args.zero.as_ref()),
         "estimator": args.estimator.map(|e| e.name()), "same": args.same, "object": args.object, "same_run": args.same_run,

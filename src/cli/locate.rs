@@ -14,6 +14,8 @@ use vibrissa::locate::{Answerer, Calibration, Locator, SaidZero, Sensor, Several
 use vibrissa::measure::{Names, zero};
 use vibrissa::scene::RunOptions;
 use vibrissa::sink::folder::{Hashing, Question, hash, hash_all};
+use vibrissa::sink::frame::Frame;
+use vibrissa::sink::lab::LabTable;
 use vibrissa::sink::run_json;
 use vibrissa::text_file::{Limit, TextFile, refused};
 
@@ -54,8 +56,14 @@ pub fn run(args: &Locate, context: &Context<'_>) -> Result<Reply, Error> {
     let warn = |text: &str| context.warn(text);
     let zero = SaidZero::of(args.zero.as_ref(), [opened.who().first()])?;
     let by = by(args);
-    let asked =
-        Ask { columns: &columns, zero, label: None, keep: false, by, interval: args.interval, warn: &warn };
+    let asked = Ask {
+        zero,
+        label: None,
+        keep: false,
+        by,
+        interval: args.interval,
+        ..Ask::of_file("", &columns, &warn)
+    };
     if readings.is_none() && !args.common.json && args.common.out.is_none() {
         return streamed(&opened, &asked, context);
     }
@@ -170,9 +178,11 @@ impl Opened {
 fn streamed(opened: &Opened, ask: &Ask<'_>, context: &Context<'_>) -> Result<Reply, Error> {
     let mut stdout = std::io::stdout().lock();
     let mut gone = false;
-    let mut write = |bytes: &[u8], waiting: bool| {
+    let mut headed = false;
+    let mut write = |table: &Frame, waiting: bool| {
+        let text = text(table, &mut headed)?;
         let mut put = || {
-            stdout.write_all(bytes)?;
+            stdout.write_all(&text)?;
             if waiting { stdout.flush() } else { Ok(()) }
         };
         match put() {
@@ -185,7 +195,8 @@ fn streamed(opened: &Opened, ask: &Ask<'_>, context: &Context<'_>) -> Result<Rep
         }
     };
     let input = Patient(std::io::stdin().lock());
-    let answered = stream::answer(opened.who(), input, ask, None, interrupt::stop(), &mut write);
+    let answered =
+        stream::answer(opened.who(), LabTable::Text(input), ask, None, interrupt::stop(), &mut write);
     let counts = match answered {
         Err(_) if gone => stream::Counts::default(),
         other => other?,
@@ -195,6 +206,11 @@ fn streamed(opened: &Opened, ask: &Ask<'_>, context: &Context<'_>) -> Result<Rep
         some("stdin", counts.lines - counts.blank)?;
     }
     Ok(Reply { broken, ..reply(String::new(), &counts, opened, context) })
+}
+
+/// The rows of `table` as CSV, after its header unless it is `headed`.
+fn text(table: &Frame, headed: &mut bool) -> Result<Vec<u8>, Error> {
+    if std::mem::replace(headed, true) { table.lines() } else { table.csv() }
 }
 
 /// Refuses `label` where it had no `lines` that are readings.
@@ -246,16 +262,28 @@ impl Source {
             Self::File(path, digest) => {
                 let zero = read_zeros(who, (&path, &digest), ask)?;
                 let mut input = Hashing::new(Patient(open(&path)?));
-                let counts = stream::answer(who, &mut input, ask, Some(zero), interrupt::stop(), write)?;
+                let counts = stream::answer(
+                    who,
+                    LabTable::Text(&mut input),
+                    ask,
+                    Some(zero),
+                    interrupt::stop(),
+                    write,
+                )?;
                 let kept = unchanged(&path, input, &digest);
                 return if counts.stopped { nothing("") } else { kept.map(|()| counts) };
             }
-            Self::Stream(file) => {
-                stream::answer(who, Patient(file), ask, None, interrupt::stop_and_keep(), write)?
-            }
+            Self::Stream(file) => stream::answer(
+                who,
+                LabTable::Text(Patient(file)),
+                ask,
+                None,
+                interrupt::stop_and_keep(),
+                write,
+            )?,
             Self::Stdin => {
                 let stdin = Patient(std::io::stdin().lock());
-                stream::answer(who, stdin, ask, None, interrupt::stop_and_keep(), write)?
+                stream::answer(who, LabTable::Text(stdin), ask, None, interrupt::stop_and_keep(), write)?
             }
         };
         if counts.stopped && counts.lines == 0 { nothing(" before the first reading") } else { Ok(counts) }
@@ -279,7 +307,7 @@ fn read_zeros(
     ask: &Ask<'_>,
 ) -> Result<Vec<zero::Zero>, Error> {
     let mut input = Hashing::new(Patient(open(path)?));
-    let (zero, wrong) = stream::zeros(who, &mut input, ask)?;
+    let (zero, wrong) = stream::zeros(who, LabTable::Text(&mut input), ask)?;
     unchanged(path, input, digest)?;
     ask.contradicted(&zero)?;
     if !wrong.is_empty() {
@@ -312,7 +340,8 @@ fn filed(
     let question = Question { inputs, ..Question::new("locate", &stem, asked) };
     let mut destination = context.open(&out, question, &["located.csv"], Some(args.common.force))?;
     let counts = destination.stream("located.csv", |write| {
-        let counts = source.answer(opened.who(), ask, &mut |bytes, _| write(bytes))?;
+        let mut headed = false;
+        let counts = source.answer(opened.who(), ask, &mut |table, _| write(&text(table, &mut headed)?))?;
         some(&label, counts.lines - counts.blank)?;
         Ok(counts)
     })?;

@@ -15,7 +15,8 @@ use crate::export::{Export, FILE};
 use crate::locate::{Calibration, Locator, locator::opener};
 use crate::measure::{Data, Names, Rig};
 use crate::scene::{Drive, RunOptions, Spec};
-use crate::sink::folder::{Question, hash, hash_all};
+use crate::sink::folder::{Question, hash};
+use crate::sink::lab::LabTable;
 use crate::sink::run_json;
 
 /// Calibrate a whisker from measured strains.
@@ -68,7 +69,7 @@ pub struct CalibrateRequest {
 /// The data as they were given.
 struct Given<'a> {
     label: &'a str,
-    bytes: &'a [u8],
+    table: LabTable<'a>,
     columns: &'a Names,
     /// What drives the whisker, where the user says a drive.
     drive: Option<Drive>,
@@ -88,21 +89,22 @@ struct Begun {
 /// # Errors
 /// Data that no calibration can come from; a backend or a file that fails.
 pub fn run(asked: &CalibrateRequest, context: &Context<'_>) -> Result<Reply, Error> {
-    let bytes = context.data(&asked.data)?;
+    let measured = context.data(&asked.data)?;
+    let table = measured.rows();
     let columns = asked.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
     let columns = asked.run.iter().fold(columns, |names, run| names.with_run(run));
     let label = asked.data.display().to_string();
     let drive = asked.theta.map(|_| Drive::Angle).or(asked.delta.map(|_| Drive::Displacement));
-    let given = Given { label: &label, bytes: &bytes, columns: &columns, drive };
+    let given = Given { label: &label, table, columns: &columns, drive };
     let read = |path: &Path, drive: Option<Drive>| {
         context.read(path, "spec", |label, text, base| Rig::parse_with(label, text, base, drive))
     };
     let channels =
-        |path: &PathBuf| several::whisker(|drive| read(path, drive), (&label, &bytes, &columns), drive);
+        |path: &PathBuf| several::whisker(|drive| read(path, drive), (&label, table, &columns), drive);
     if let Some((rig, mut spec)) = asked.whisker.as_ref().map(channels).transpose()?.flatten() {
         return of_channels(asked, &given, (&rig, &mut spec), context);
     }
-    let data = Data::parse_named(&label, &bytes, &columns)?;
+    let data = Data::parse_named(&label, table, &columns)?;
     let likely = data.drive.or(drive);
     let (rig, mut spec) = match &asked.whisker {
         Some(path) => read(path, likely)?,
@@ -162,7 +164,7 @@ fn of_channels(
     }
     let names = ["calibration.toml", "channels.csv"];
     let mut destination = context.open(&out, question, &names, options.run.force)?;
-    let found = several::several((label, given.bytes, given.columns), rig, &options)?;
+    let found = several::several((label, given.table, given.columns), rig, &options)?;
     context.warn_all(spec.warnings.iter().chain(&found.warnings()));
     found.sensor.check(&opener(&options.run))?;
     destination.put(names[0], found.sensor.to_text().into_bytes())?;
@@ -185,7 +187,7 @@ fn begin(
     let kind = rig.setup.drive;
     calibrate::same_drive(kind, given.drive)?;
     let fit = report::named_parameters(&asked.fit, kind)?;
-    let digest = hash_all(&mut { given.bytes }).map_err(|e| Error::Run(e.to_string()))?;
+    let digest = given.table.hash()?;
     let CalibrateRequest { theta, delta, .. } = asked;
     let identity = hash(&format!("{digest}\n{}\n{theta:?}{delta:?}{:?}", spec.text, asked.fit));
     let stem = stem(&asked.data, "calibration");

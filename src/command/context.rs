@@ -16,11 +16,12 @@ use crate::locate::Calibration;
 use crate::measure::Data;
 use crate::optimise::{Watch, write};
 use crate::progress::Progress;
-use crate::scene::{Column, DirectionColumns, RunOptions, Setup, Space, Spec, Tuple};
+use crate::scene::{Column, RunOptions, Setup, Space, Spec};
 use crate::sink::folder::{Folder, Question};
 use crate::sink::frame::Frame;
+use crate::sink::lab::LabTable;
 use crate::sink::memory;
-use crate::{census::model_error, files, spec, taps};
+use crate::{census::model_error, files, spec};
 
 /// Keys of `[run]` that say where files go, and what is shown.
 const OF_FILES: [&str; 5] = ["run.out", "run.force", "run.plan", "run.quiet", "run.json"];
@@ -44,26 +45,42 @@ pub struct HeldFile {
     /// By which requests and messages name it.
     pub name: PathBuf,
     /// What it holds.
-    pub bytes: Vec<u8>,
+    pub held: Held,
     /// Where its relative paths begin.
     pub base: PathBuf,
 }
 
+/// What a file in memory holds.
+pub enum Held {
+    /// Text.
+    Text(String),
+    /// A table.
+    Table(Frame),
+}
+
 impl HeldFile {
-    /// It as text.
-    pub fn text(&self) -> Cow<'_, str> {
-        String::from_utf8_lossy(&self.bytes)
+    /// It as text; a table has none.
+    pub fn text(&self) -> &str {
+        if let Held::Text(text) = &self.held { text } else { "" }
     }
 }
 
-/// Taps that are given one by one, in place of those of a spec.
-pub struct ListedTaps {
-    /// The taps.
-    pub tuples: Vec<Tuple>,
-    /// Whether any of them tilts, and leans.
-    pub leaning: [bool; 2],
-    /// Which of tilt and lean were given.
-    pub directions: DirectionColumns,
+/// Measurements: the bytes of a file, or a table in memory.
+pub enum Measured<'a> {
+    /// A file.
+    File(Vec<u8>),
+    /// A table.
+    Table(Cow<'a, Frame>),
+}
+
+impl Measured<'_> {
+    /// Their rows.
+    pub fn rows(&self) -> LabTable<'_> {
+        match self {
+            Self::File(bytes) => LabTable::Text(bytes),
+            Self::Table(frame) => LabTable::Frame(frame),
+        }
+    }
 }
 
 /// What a command runs in.
@@ -71,7 +88,7 @@ pub struct Context<'a> {
     host: &'a dyn Host,
     start: Instant,
     /// None where results go into folders.
-    memory: Option<(Vec<HeldFile>, RefCell<Option<ListedTaps>>)>,
+    memory: Option<(Vec<HeldFile>, Option<Frame>)>,
     quiet: Cell<bool>,
     told: RefCell<Vec<String>>,
     /// Files that were read.
@@ -85,9 +102,9 @@ impl<'a> Context<'a> {
         Self { host, start: Instant::now(), memory: None, quiet, told, inputs }
     }
 
-    /// Of a command whose results stay in memory, as do these inputs.
-    pub fn in_memory(host: &'a dyn Host, files: Vec<HeldFile>, listed: Option<ListedTaps>) -> Self {
-        Self { memory: Some((files, RefCell::new(listed))), ..Self::new(host, true) }
+    /// Of a command whose results stay in memory, as do these inputs, and taps in place of those of a spec.
+    pub fn in_memory(host: &'a dyn Host, files: Vec<HeldFile>, taps: Option<Frame>) -> Self {
+        Self { memory: Some((files, taps)), ..Self::new(host, true) }
     }
 
     /// Who asks.
@@ -171,12 +188,13 @@ impl<'a> Context<'a> {
         self.memory.as_ref()?.0.iter().find(|file| file.name == path)
     }
 
-    /// Bytes of a table of measurements.
-    pub fn data(&self, path: &Path) -> Result<Cow<'_, [u8]>, InputError> {
+    /// A table of measurements.
+    pub fn data(&self, path: &Path) -> Result<Measured<'_>, InputError> {
         self.inputs.borrow_mut().push(path.to_owned());
-        match self.held(path) {
-            Some(file) => Ok(Cow::Borrowed(&file.bytes)),
-            None => Data::load(path).map(Cow::Owned),
+        match self.held(path).map(|file| &file.held) {
+            Some(Held::Table(frame)) => Ok(Measured::Table(Cow::Borrowed(frame))),
+            Some(Held::Text(text)) => Ok(Measured::File(text.clone().into_bytes())),
+            None => Data::load(path).map(Measured::File),
         }
     }
 
@@ -193,7 +211,7 @@ impl<'a> Context<'a> {
         self.inputs.borrow_mut().push(path.to_owned());
         let label = path.display().to_string();
         match self.held(path) {
-            Some(file) => parse(&label, &file.text(), &file.base),
+            Some(file) => parse(&label, file.text(), &file.base),
             None => parse(&label, &spec::load(path, what)?, path.parent().unwrap_or(Path::new(""))),
         }
     }
@@ -243,22 +261,21 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// The spec at `path`; where taps are listed, these are its taps.
+    /// The spec at `path`; where taps are given, these are its taps.
     ///
     /// # Errors
     /// As [`Self::read`]; taps that its model does not have.
     pub fn spec(&self, path: &Path) -> Result<Spec, Error> {
-        let listed = self.memory.as_ref().and_then(|(_, listed)| listed.take());
-        let Some(ListedTaps { tuples, leaning, directions }) = listed else {
+        let Some(taps) = self.memory.as_ref().and_then(|(_, taps)| taps.as_ref()) else {
             return Ok(self.read(path, "spec", spec::parse)?);
         };
-        let mut spec = self.read(path, "spec", spec::parse_listed)?;
-        taps::refuse(&spec.study.setup, leaning)?;
-        spec.study.setup.directions = directions;
+        let parse = |label: &str, text: &str, base: &Path| spec::parse_listed(label, text, base, Some(taps));
+        let mut spec = self.read(path, "spec", parse)?;
         let kind = spec.study.setup.drive;
+        let Space::List(tuples) = &spec.study.space else { return Ok(spec) };
+        let tuple = |i: usize| tuples.tuple(i);
         let name = |column: Column| column.name(kind).to_owned();
-        spec.warnings.extend(spec::doubts_of_taps(kind, tuples.len(), None, |i| tuples[i], name));
-        spec.study.space = Space::List(tuples.into_iter().collect());
+        spec.warnings.extend(spec::doubts_of_taps(kind, taps.len(), None, tuple, name));
         let setup = Setup { drive: kind, ..Setup::default() };
         let of_tuples =
             |key: &str| Column::ALL.iter().any(|c| key.ends_with(&format!(".{}", write::key(&setup, *c))));

@@ -87,7 +87,7 @@ pub fn run(asked: &ContourRequest, context: &Context<'_>) -> Result<Reply, Error
     };
     let estimator = estimator(asked.estimator.as_deref())?;
     let columns = asked.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
-    let bytes = context.data(&asked.data)?;
+    let measured = context.data(&asked.data)?;
     let calibration = context.calibration(&asked.calibration, options.force == Some(true))?;
     let truth = asked.truth.as_deref().map(|path| context.read(path, "object", Strokes::parse)).transpose();
     let truth = truth.map_err(|e| InputError { key: e.key.or(Some("--truth".into())), ..e })?;
@@ -102,7 +102,7 @@ pub fn run(asked: &ContourRequest, context: &Context<'_>) -> Result<Reply, Error
     let question = traced::Question {
         calibration: (&calibration, &label(&asked.calibration)),
         estimator,
-        data: (&bytes, &label(&asked.data)),
+        data: (measured.rows(), &label(&asked.data)),
         columns: (&columns, asked.columns.as_deref()),
         zero: asked.zero.as_ref(),
         asked: traced,

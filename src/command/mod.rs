@@ -26,7 +26,7 @@ pub mod taps;
 mod words;
 
 pub use common::{Common, named, number, shard, whole, words};
-pub use context::{Context, Destination, HeldFile, Host, KeptFile, ListedTaps};
+pub use context::{Context, Destination, Held, HeldFile, Host, KeptFile, Measured};
 pub use reply::Reply;
 pub use words::{grouped, in_force, listed, rough, where_and_why, with_model_error};
 

@@ -6,7 +6,7 @@
 //! over all parts. No tap is solved, so any machine can do it; memory is that of the places, not of the rows. Searches with seeds of their own
 //! are joined to their best design and one front.
 
-pub mod order;
+mod order;
 mod part;
 mod record;
 mod search;

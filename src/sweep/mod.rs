@@ -38,7 +38,7 @@ use crate::sink::{
 };
 
 use about::About;
-pub use about::Place;
+pub use about::{Place, ordered};
 pub use best::Kept;
 use charted::Rankers;
 pub use keep::EVERY;

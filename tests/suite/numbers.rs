@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use vibrissa::census::bench::{Times, repeat};
 use vibrissa::command::{grouped, rough};
 use vibrissa::digits::short;
-use vibrissa::merge::order::ordered;
+use vibrissa::sweep::ordered;
 use vibrissa::optimise::quadratic::{Quadratic, Stencil, step};
 use vibrissa::physics::chebyshev::{basis, coefficients, matrix, placed, points, scaled, series};
 use vibrissa::physics::inverse::bracketed;

@@ -14,7 +14,8 @@ use crate::physics::fit::Unfit;
 use crate::physics::inverse::bracketed;
 use crate::scene::built::Built;
 use crate::scene::{Axis, Column, MaterialFit, Property, Space};
-use crate::text_file::Limit;
+use crate::sink::frame::Frame;
+use crate::text_file::{Limit, TextFile};
 
 const STRAIN: &str = "strain";
 const STRESS: &str = "stress_MPa";
@@ -22,34 +23,71 @@ const STRESS: &str = "stress_MPa";
 /// Fewest points of different strain.
 const LEAST: usize = 5;
 
-/// A measured point and the byte where its line starts.
+/// A measured point and its place: the byte where its line starts, or its row.
 struct Point {
     strain: f64,
     stress: f64,
-    start: usize,
+    place: usize,
 }
+
+/// What is wrong with the point at a place, or with all; and a place in words.
+type Telling<'a> = (&'a dyn Fn(Option<usize>, String) -> InputError, &'a dyn Fn(usize) -> String);
 
 /// Reads the file named by `item`, relative to `base`, fits Yeoh's law to it, and a warning about the file.
 pub(super) fn read(item: &Item<'_>, base: &Path) -> Result<(MaterialFit, Option<String>)> {
     let (label, text) = table::open(item, base, "curve", Limit::Whole)?;
-    let document = Document { file: &label, text: &text };
+    of_text(label, &text)
+}
+
+/// As [`of_frame`], of the file at `path`.
+///
+/// # Errors
+/// As [`of_frame`]; a file that cannot be read.
+pub fn of_file(path: &Path) -> Result<MaterialFit> {
+    let text = TextFile::open(path, "curve", Limit::Whole)?.text()?;
+    Ok(of_text(path.display().to_string(), &text)?.0)
+}
+
+fn of_text(label: String, text: &str) -> Result<(MaterialFit, Option<String>)> {
+    let document = Document { file: &label, text };
     let mut points = Vec::new();
-    let header =
-        table::read(&document, Columns::all([STRAIN, STRESS]), allowed, &mut |[strain, stress], start| {
-            points.push(Point { strain, stress, start });
-        })?;
-    let warning = header.warning(&label);
-    let points = checked(&document, points)?;
+    let columns = Columns::all([STRAIN, STRESS]);
+    let header = table::read(&document, columns, allowed, &mut |[strain, stress], place| {
+        points.push(Point { strain, stress, place });
+    })?;
+    let span = |place: usize| table::line_span(document.text, place);
+    let error = |place: Option<usize>, message: String| document.error(place.map(span), message);
+    let line = |place: usize| format!("line {}", document.line(span(place).start));
+    Ok((fitted(points, &label, (&error, &line))?, header.warning(&label)))
+}
+
+/// Fits Yeoh's law to a measured curve in memory, with the columns of such a file.
+///
+/// # Errors
+/// A column that is missing; what is no stress–strain curve, or none of the law.
+pub fn of_frame(frame: &Frame) -> Result<MaterialFit> {
+    let mut points = Vec::new();
+    table::of_frame(frame, Columns::all([STRAIN, STRESS]), allowed, &mut |[strain, stress], place| {
+        points.push(Point { strain, stress, place });
+    })?;
+    let row = |place: usize| format!("row {place}");
+    let error = |place: Option<usize>, message: String| {
+        InputError::new(message + &place.map_or(String::new(), |place| format!(" (row {place})")))
+    };
+    fitted(points, "data", (&error, &row))
+}
+
+fn fitted(points: Vec<Point>, label: &str, telling: Telling<'_>) -> Result<MaterialFit> {
+    let points = checked(points, telling)?;
     let (first, last) = (points[0][0], points[points.len() - 1][0]);
-    let law = fit::yeoh(&points).map_err(|why| refusal(&document, why, [first, last]))?;
-    let fit = MaterialFit {
-        file: label,
+    let law = fit::yeoh(&points).map_err(|why| refusal(telling, why, [first, last]))?;
+    Ok(MaterialFit {
+        file: label.to_owned(),
         points: points.len(),
         coefficients: law.coefficients,
         rms: law.rms,
         range: [first, last],
-    };
-    Ok((fit, warning))
+    })
 }
 
 fn allowed(column: &str) -> &'static str {
@@ -60,16 +98,15 @@ fn allowed(column: &str) -> &'static str {
 }
 
 /// Points by rising strain, each strain once.
-fn checked(document: &Document<'_>, mut points: Vec<Point>) -> Result<Vec<[f64; 2]>> {
+fn checked(mut points: Vec<Point>, (error, place): Telling<'_>) -> Result<Vec<[f64; 2]>> {
     let at = |point: &Point, column: &str, message: String| {
-        let span = table::line_span(document.text, point.start);
         let value = if column == STRAIN { point.strain } else { point.stress };
-        document.error(Some(span), message).key(column).value(value)
+        error(Some(point.place), message).key(column).value(value)
     };
     for p in &points {
         if p.strain <= -1.0 {
-            let error = at(p, STRAIN, "no solid can be compressed to nothing".to_owned());
-            return Err(error.allowed(allowed(STRAIN)));
+            let wrong = at(p, STRAIN, "no solid can be compressed to nothing".to_owned());
+            return Err(wrong.allowed(allowed(STRAIN)));
         }
         if p.strain * p.stress < 0.0 {
             let message = format!("this stress has the sign opposite to its strain, {}", p.strain);
@@ -80,9 +117,9 @@ fn checked(document: &Document<'_>, mut points: Vec<Point>) -> Result<Vec<[f64; 
     for pair in points.windows(2) {
         let [p, q] = pair else { continue };
         // Of two lines that contradict each other the later one is at fault.
-        let (earlier, later) = if p.start < q.start { (p, q) } else { (q, p) };
-        let line = document.line(table::line_span(document.text, earlier.start).start);
-        let other = format!("{} MPa at strain {} in line {line}", earlier.stress, earlier.strain);
+        let (earlier, later) = if p.place < q.place { (p, q) } else { (q, p) };
+        let line = place(earlier.place);
+        let other = format!("{} MPa at strain {} in {line}", earlier.stress, earlier.strain);
         if p.strain == q.strain && p.stress != q.stress {
             let message = format!("strain {} has two stresses: this one, and {other}", p.strain);
             return Err(at(later, STRESS, message).allowed("one stress for each strain"));
@@ -97,7 +134,7 @@ fn checked(document: &Document<'_>, mut points: Vec<Point>) -> Result<Vec<[f64; 
     }
     let mut points: Vec<[f64; 2]> = points.iter().map(|p| [p.strain, p.stress]).collect();
     points.dedup_by_key(|p| p[0]);
-    let whole = |message: String| document.error(None, message).key(STRAIN);
+    let whole = |message: String| error(None, message).key(STRAIN);
     if points.len() < LEAST {
         let message = format!("a curve needs {LEAST} points of different strain or more");
         return Err(whole(message)
@@ -106,8 +143,8 @@ fn checked(document: &Document<'_>, mut points: Vec<Point>) -> Result<Vec<[f64; 
     }
     match points.last() {
         Some([most, _]) if *most <= 0.0 => {
-            let error = whole("this curve has no tension".to_owned());
-            Err(error
+            let wrong = whole("this curve has no tension".to_owned());
+            Err(wrong
                 .value(format!("at most {most}"))
                 .allowed("points with strain > 0; compression is optional"))
         }
@@ -116,28 +153,25 @@ fn checked(document: &Document<'_>, mut points: Vec<Point>) -> Result<Vec<[f64; 
 }
 
 /// What to say when the points are sound but no law fits them.
-fn refusal(document: &Document<'_>, why: Unfit, [min, max]: [f64; 2]) -> InputError {
+fn refusal((error, _): Telling<'_>, why: Unfit, [min, max]: [f64; 2]) -> InputError {
+    let error = |message: String| error(None, message);
     match why {
-        Unfit::Undetermined => document
-            .error(None, "these strains do not determine C10, C20 and C30 of Yeoh's law")
-            .key(STRAIN)
-            .value(format!("{min} … {max}"))
-            .allowed("strains spread over the range in use, for example 0 … 0.5"),
-        Unfit::Soft(c10) => document
-            .error(None, "the Yeoh law fitted to this curve has no stiffness at rest")
+        Unfit::Undetermined => {
+            error("these strains do not determine C10, C20 and C30 of Yeoh's law".to_owned())
+                .key(STRAIN)
+                .value(format!("{min} … {max}"))
+                .allowed("strains spread over the range in use, for example 0 … 0.5")
+        }
+        Unfit::Soft(c10) => error("the Yeoh law fitted to this curve has no stiffness at rest".to_owned())
             .key("C10")
             .value(format!("{c10} MPa"))
             .allowed("C10 > 0 MPa: a curve whose slope at small strain is well measured"),
-        Unfit::Falls(e) => document
-            .error(
-                None,
-                format!(
-                    "the Yeoh law fitted to this curve is not monotone: its stress falls at strain {e:.4}"
-                ),
-            )
-            .key(STRESS)
-            .value(format!("fit over strains {min} … {max}"))
-            .allowed("a curve that Yeoh's law can follow, or { yeoh = [C10, C20, C30] }"),
+        Unfit::Falls(e) => error(format!(
+            "the Yeoh law fitted to this curve is not monotone: its stress falls at strain {e:.4}"
+        ))
+        .key(STRESS)
+        .value(format!("fit over strains {min} … {max}"))
+        .allowed("a curve that Yeoh's law can follow, or { yeoh = [C10, C20, C30] }"),
     }
 }
 

@@ -38,7 +38,9 @@ use toml::de::{DeTable, DeValue};
 
 use crate::error::InputError;
 use crate::scene::{Drive, Property, Search, Setup, Signal, Spec, Study, Written};
+use crate::sink::frame::Frame;
 use crate::text_file::{Limit, TextFile};
+pub use curve::{of_file as material_of_file, of_frame as material_of_curve};
 pub use reader::Item;
 pub use reader::placed;
 use reader::{Document, Result};
@@ -59,9 +61,11 @@ pub fn read_by<'a>(path: &Path, fallback: impl FnOnce(&str) -> &'a str) -> Resul
     Ok(spec)
 }
 
-/// As [`parse`], of a spec whose taps are not in it, but listed where it is read: none until they are put into its space.
-pub fn parse_listed(label: &str, text: &str, base: &Path) -> Result<Spec> {
-    parsed(label, text, |document, user| of_user(document, user, base, "", space::listed))
+/// As [`parse`], of a spec whose taps are not in it, but in a `frame` with the columns of a tuple file; without one it has none.
+pub fn parse_listed(label: &str, text: &str, base: &Path, frame: Option<&Frame>) -> Result<Spec> {
+    parsed(label, text, |document, user| {
+        of_user(document, user, base, "", |sections, drive| space::listed(sections, drive, frame))
+    })
 }
 
 /// Reads a spec from `text`; `label` names it in messages, relative paths start at `base`.

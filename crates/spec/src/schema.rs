@@ -74,6 +74,12 @@ impl<'a> Sections<'a> {
         }
     }
 
+    /// What stands for tuples that are in memory.
+    pub fn of_tuples(&self) -> Item<'a> {
+        static NOTHING: DeValue<'static> = DeValue::Boolean(true);
+        Item::nowhere(self.document, "tuples", &NOTHING)
+    }
+
     /// `format`, if written.
     pub fn format(&self) -> Option<Item<'a>> {
         let item = Item::written(self.document, "format".to_owned(), self.user.get("format")?);

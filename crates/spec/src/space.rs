@@ -10,6 +10,7 @@ use super::schema::Sections;
 use super::{properties, tuple_file};
 use crate::scene::space::MOST_TAPS;
 use crate::scene::{COLUMNS, Column, DirectionColumns, Drive, Listed, Property, Rigs, Space};
+use crate::sink::frame::Frame;
 
 /// Section and key of each column but the last, which has the key of its drive.
 pub(super) const KEYS: [(&str, &str); 8] = [
@@ -57,14 +58,17 @@ fn written<'a>(
     keys.find_map(|(section, key)| sections.section(section).written(key))
 }
 
-/// No tuples yet, of `sections` that name none either: they are listed elsewhere.
-pub(super) fn listed<'a>(sections: &Sections<'a>, _: Drive) -> Result<Read<'a>> {
+/// The tuples of `frame`, or none yet, of `sections` that name none.
+pub(super) fn listed<'a>(sections: &Sections<'a>, drive: Drive, frame: Option<&Frame>) -> Result<Read<'a>> {
     let drives = [("tap", "theta"), ("tap", "delta"), ("tuples", "file"), ("whisker", "profile")];
     if let Some(item) = written(sections, KEYS.into_iter().chain(drives)) {
         return Err(item.error("this comes from the tuples; remove one of the two"));
     }
     if let Some((_, axis)) = properties::axes(sections, &mut 0)?.first() {
         return axis.item.refuse("all taps have one rig here", "one number");
+    }
+    if let Some(frame) = frame {
+        return tuple_file::of_frame(sections, drive, frame);
     }
     Ok(Read {
         space: Space::List(Listed::default()),

@@ -8,6 +8,8 @@ use super::reader::{Document, Item, Result};
 use crate::design::MOST;
 use crate::error::InputError;
 use crate::fields::{Decimals, separator};
+use crate::sink::frame::Frame;
+use crate::sink::lab::{LabCell, LabRow};
 use crate::text_file::{LINE, Limit, TextFile, refused};
 
 /// Name and text of the file that `item` names, relative to `base`; `what` says what the file is.
@@ -182,10 +184,40 @@ pub(super) fn scan<const N: usize>(
         let mut values = [0.0; N];
         for ((value, place), column) in values.iter_mut().zip(places).zip(columns.names) {
             let Some(place) = place else { continue };
-            *value = number(&record[place], &mut decimals, column, allowed(column))
+            let cell = LabCell::Text(record[place].into());
+            *value = number(&cell, &mut decimals, column, allowed(column))
                 .map_err(|e| Trouble::Line(e, start(&record)))?;
         }
         row(values, start(&record) as usize);
+    }
+    Ok(Header { places, ignored })
+}
+
+/// As [`read`], of a table in memory; a row is handed on with its place, from 0.
+///
+/// # Errors
+/// A column that is missing or twice there; a field that is no number, whose row the value says.
+pub(super) fn of_frame<const N: usize>(
+    frame: &Frame,
+    columns: Columns<'_, N>,
+    allowed: fn(&str) -> &'static str,
+    row: &mut dyn FnMut([f64; N], usize),
+) -> Result<Header<N>> {
+    let names: Vec<String> = frame.names.iter().map(|name| name.to_string()).collect();
+    let places = places(&columns, &names).map_err(|e| e.value(names.join(",")))?;
+    let ignored = names.iter().filter(|name| !columns.names.contains(&name.as_str())).cloned().collect();
+    let mut decimals = Decimals::default();
+    for at in 0..frame.len() {
+        let (cells, mut values) = (LabRow::Of(frame, at).cells(','), [0.0; N]);
+        for ((value, place), column) in values.iter_mut().zip(places).zip(columns.names) {
+            let Some(place) = place else { continue };
+            let in_row = |e: InputError| {
+                let value = format!("{} in row {at}", e.value.as_deref().unwrap_or_default());
+                e.value(value)
+            };
+            *value = number(&cells[place], &mut decimals, column, allowed(column)).map_err(in_row)?;
+        }
+        row(values, at);
     }
     Ok(Header { places, ignored })
 }
@@ -227,13 +259,13 @@ fn places<const N: usize>(columns: &Columns<'_, N>, names: &[String]) -> Result<
 }
 
 /// A finite number of `column`.
-fn number(field: &str, decimals: &mut Decimals, column: &str, allowed: &str) -> Result<f64> {
+fn number(field: &LabCell<'_>, decimals: &mut Decimals, column: &str, allowed: &str) -> Result<f64> {
     let message = match decimals.number(field) {
         Some(value) if value.abs() <= MOST => return Ok(value),
         Some(value) if value.is_finite() => "no quantity of a whisker is this large",
         None if decimals.refuses(field) => decimals.wrong(field),
         _ => "this is not a finite number",
     };
-    let value = if field.is_empty() { "(empty)" } else { field };
+    let value = if field.is_empty() { "(empty)".into() } else { field.text() };
     Err(InputError::new(message).key(column).value(value).allowed(allowed))
 }

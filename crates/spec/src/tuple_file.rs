@@ -11,6 +11,7 @@ use super::schema::Sections;
 use super::space::Read;
 use super::table::{self, Columns, Header};
 use super::units::DoubtfulRows;
+use crate::error::InputError;
 use crate::fields::separator;
 use crate::scene::listed::MOST_ROWS;
 use crate::scene::property::Description;
@@ -18,6 +19,7 @@ use crate::scene::space::MOST_TAPS;
 use crate::scene::{
     Axis, COLUMNS, Column, DirectionColumns, Drive, Listed, PROPERTIES, Property, Rigs, Space, Tuple,
 };
+use crate::sink::frame::Frame;
 use crate::sink::table::WHISKER;
 use crate::text_file::{Limit, TextFile, refused, unread};
 
@@ -50,10 +52,8 @@ struct Varied {
 }
 
 impl Varied {
-    /// Of a file with this first line.
-    fn new(header: &str) -> Self {
-        let names: Vec<&str> =
-            header.split(separator(header)).map(|name| name.trim().trim_matches('"')).collect();
+    /// Of a table with columns of these names.
+    fn new(names: &[&str]) -> Self {
         let there = |(property, _): &(Property, usize)| names.contains(&property.about().column);
         let places: Vec<(Property, usize)> = varied().zip(COLUMNS..).filter(there).collect();
         let properties: Vec<Property> = places.iter().map(|(property, _)| *property).collect();
@@ -133,16 +133,15 @@ pub(super) fn read<'a>(
     let tips = [WHISKER[1], Column::TipDiameter.name(drive)];
     let [now, before] = tips.map(|tip| first.split(',').any(|name| name.trim().trim_matches('"') == tip));
     if now && before {
-        let error = crate::error::InputError::new("both of these columns are the diameter of the tip")
-            .at(label, None);
+        let error = InputError::new("both of these columns are the diameter of the tip").at(label, None);
         return Err(table::named(item, error.key(tips.join(", ")).allowed("one of them")));
     }
     let tip = tips[usize::from(!now)];
-    let own = Column::ALL.map(|column| if column == Column::TipDiameter { tip } else { column.name(drive) });
-    let names: Vec<&str> = own.into_iter().chain(varied().map(|property| property.about().column)).collect();
-    let spare = [&SPARE, &names[COLUMNS..]].concat();
-    let columns = Columns { names: std::array::from_fn(|k| names[k]), spare: &spare };
-    let (mut listed, mut varied) = (Listed::default(), Varied::new(&first));
+    let (names, spare) = names(drive, tip);
+    let columns = Columns { names, spare: &spare };
+    let written: Vec<&str> =
+        first.split(separator(&first)).map(|name| name.trim().trim_matches('"')).collect();
+    let (mut listed, mut varied) = (Listed::default(), Varied::new(&written));
     let (mut rows, mut seen) = (DoubtfulRows::new(drive), [false; 2]);
     let mut row = |values: [f64; ALL], start| {
         let tuple = varied.tuple(&values);
@@ -182,6 +181,34 @@ fn short(item: &Item<'_>, listed: &Listed) -> Result<()> {
             format!("{MOST_TAPS} rows of a design at most: fewer distances or drives, or several files"),
         ),
     }
+}
+
+/// Names of the columns, in which the diameter of the tip is `tip`, and those that a table may lack.
+fn names(drive: Drive, tip: &'static str) -> ([&'static str; ALL], Vec<&'static str>) {
+    let own = Column::ALL.map(|column| if column == Column::TipDiameter { tip } else { column.name(drive) });
+    let names: Vec<&str> = own.into_iter().chain(varied().map(|property| property.about().column)).collect();
+    let spare = [&SPARE, &names[COLUMNS..]].concat();
+    (std::array::from_fn(|k| names[k]), spare)
+}
+
+/// Tuples of a table in memory, with the columns of a tuple file.
+pub(super) fn of_frame<'a>(sections: &Sections<'a>, drive: Drive, frame: &Frame) -> Result<Read<'a>> {
+    let (names, spare) = names(drive, WHISKER[1]);
+    let columns = Columns { names, spare: &spare };
+    let given: Vec<&str> = frame.names.iter().map(AsRef::as_ref).collect();
+    let (mut listed, mut varied, mut seen) = (Listed::default(), Varied::new(&given), [false; 2]);
+    let header = table::of_frame(frame, columns, allowed, &mut |values, _| {
+        let tuple = varied.tuple(&values);
+        seen = leaning(seen, &tuple);
+        listed.push(&tuple);
+    });
+    let header = header.map_err(|e| InputError { key: e.key.map(|key| format!("tuples.{key}")), ..e })?;
+    let item = sections.of_tuples();
+    let leaning = seen.map(|seen| seen.then(|| item.clone()));
+    short(&item, &listed)?;
+    let (properties, rigs) = varied.read(sections, &item)?;
+    let space = Space::List(listed);
+    Ok(Read { space, directions: directions(&header), leaning, properties, rigs, warnings: Vec::new() })
 }
 
 /// The first line of a text that is no comment, and the text from its begin.

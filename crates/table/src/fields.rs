@@ -2,6 +2,8 @@
 
 use std::borrow::Cow;
 
+use super::lab::LabCell;
+
 /// The lines of a file, without their ends: LF, CR LF, or CR alone.
 pub fn lines(text: &str) -> impl Iterator<Item = &str> {
     let mut rest = text;
@@ -76,23 +78,26 @@ fn mark(field: &str) -> Option<char> {
 pub struct Decimals(Option<char>);
 
 impl Decimals {
-    /// As [`number`]; `None` too for a number with the other mark: 1,234 among decimal points is more than a thousand.
-    pub fn number(&mut self, field: &str) -> Option<f64> {
-        let x = number(field)?;
-        self.0 = self.0.or_else(|| mark(field).filter(|_| x.is_finite()));
+    /// The number of a field as [`LabCell::number`]; `None` too for one with the other mark: 1,234 among decimal points is more than a thousand.
+    pub fn number(&mut self, field: &LabCell<'_>) -> Option<f64> {
+        let x = field.number()?;
+        if let LabCell::Text(text) = field {
+            self.0 = self.0.or_else(|| mark(text).filter(|_| x.is_finite()));
+        }
         (!self.refuses(field)).then_some(x)
     }
 
     /// Whether `field` is a number with the other mark.
-    pub fn refuses(self, field: &str) -> bool {
-        number(field).is_some() && mark(field).zip(self.0).is_some_and(|(here, before)| here != before)
+    pub fn refuses(self, field: &LabCell<'_>) -> bool {
+        let LabCell::Text(text) = field else { return false };
+        number(text).is_some() && mark(text).zip(self.0).is_some_and(|(here, before)| here != before)
     }
 
     /// What is wrong with a `field` that is no number.
-    pub fn wrong(self, field: &str) -> &'static str {
+    pub fn wrong(self, field: &LabCell<'_>) -> &'static str {
         match self.refuses(field) {
             true => "numbers before this one have another decimal mark: is this more than a thousand?",
-            false if is_date(field) => "this is a date, not a number",
+            false if is_date(&field.text()) => "this is a date, not a number",
             false => "this is not a number",
         }
     }

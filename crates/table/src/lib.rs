@@ -6,6 +6,7 @@ pub mod folder;
 pub mod format;
 pub mod frame;
 pub mod heading;
+pub mod lab;
 pub mod memory;
 pub mod parquet;
 pub mod read;

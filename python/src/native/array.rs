@@ -10,10 +10,11 @@ use vibrissa::contour::array::{Mounted, answer};
 use vibrissa::contour::point::Noise;
 use vibrissa::error::{Error, InputError};
 use vibrissa::files;
-use vibrissa::locate::{Calibration, SaidZero, stream};
+use vibrissa::locate::{Calibration, SaidZero, stream::Ask};
 use vibrissa::measure::Names;
 use vibrissa::scene::RunOptions;
 
+use super::column::RowsGiven;
 use super::error::keywords;
 use super::job;
 use super::locate::{Together, by};
@@ -80,30 +81,23 @@ impl Array {
         })
     }
 
-    /// Readings of a CSV table: located.csv, and what should be known of them.
+    /// Readings of a file or a table called `label`: located.csv, and what should be known of them.
     fn locate(
         &self,
         py: Python<'_>,
         label: String,
-        bytes: Vec<u8>,
+        readings: RowsGiven<'_>,
         columns: Option<String>,
         together: Together,
     ) -> PyResult<(Table, Vec<String>)> {
         let (whiskers, noise, zero) = (Arc::clone(&self.whiskers), self.noise, self.zero);
+        let readings = readings.measured(py)?;
         job::whole(py, None, None, move |_, _| {
             let columns = columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
             let told = RefCell::new(Vec::new());
             let warn = |text: &str| told.borrow_mut().push(keywords(text));
-            let ask = stream::Ask {
-                columns: &columns,
-                zero,
-                label: Some(&label),
-                keep: true,
-                by: by(&together)?,
-                interval: false,
-                warn: &warn,
-            };
-            let answered = answer(&whiskers, &bytes, &ask, &noise)?;
+            let ask = Ask { zero, by: by(&together)?, ..Ask::of_file(&label, &columns, &warn) };
+            let answered = answer(&whiskers, readings.rows(), &ask, &noise)?;
             Ok::<_, Error>((Table::new(answered.table)?, told.into_inner()))
         })
     }

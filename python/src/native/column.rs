@@ -1,5 +1,7 @@
 //! Columns of a table: how they become those of Arrow.
 
+use std::borrow::Cow;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use arrow_array::types::{Float64Type, Int32Type, Int64Type};
@@ -8,7 +10,10 @@ use arrow_buffer::{NullBuffer, ScalarBuffer};
 use arrow_schema::{ArrowError, DataType, TimeUnit};
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
+use vibrissa::command::Measured;
+use vibrissa::measure::Data;
 use vibrissa::sink::fact::{Kind, fact};
+use vibrissa::sink::frame::Frame;
 use vibrissa::sink::values::{Values, Words};
 
 /// The column `name` as Arrow has it; one of the user's own, which is kept as words, by what it holds.
@@ -68,6 +73,49 @@ pub enum Given<'py> {
     Times(PyReadonlyArray1<'py, i64>, String),
     /// Places in their words, −1 where there is none.
     Words(PyReadonlyArray1<'py, i32>, Vec<String>),
+}
+
+/// Names and columns of a table.
+pub type TableGiven<'py> = (Vec<String>, Vec<Given<'py>>);
+
+/// Measurements: the path of a file, or a table.
+#[derive(FromPyObject)]
+pub enum RowsGiven<'py> {
+    File(PathBuf),
+    Table(TableGiven<'py>),
+}
+
+impl RowsGiven<'_> {
+    /// As the library reads them; a table is called `data`.
+    pub fn measured(self, py: Python<'_>) -> PyResult<Measured<'static>> {
+        match self {
+            Self::File(path) => {
+                Data::load(&path).map(Measured::File).map_err(|e| super::error::raise(py, e.into()))
+            }
+            Self::Table(table) => Ok(Measured::Table(Cow::Owned(frame(py, "data", table)?))),
+        }
+    }
+}
+
+/// A table of numbers and words for the library, which calls it `file`.
+pub fn frame(py: Python<'_>, file: &str, (names, columns): TableGiven<'_>) -> PyResult<Frame> {
+    let mut frame = Frame::new(file, &[], &[]);
+    for (name, column) in names.into_iter().zip(columns) {
+        let values = match column {
+            Given::Numbers(x) => Values::Numbers(x.as_array().to_vec()),
+            Given::Words(codes, mut words) => {
+                // Where there is no word, −1 is the place of the empty one.
+                let none = words.len() as u32;
+                words.push(String::new());
+                let codes =
+                    codes.as_array().iter().map(|code| u32::try_from(*code).unwrap_or(none)).collect();
+                Values::Words(Words::new(codes, words))
+            }
+            _ => return Err(super::error::run(py, "a column of numbers or words is needed")),
+        };
+        frame.add(name, values);
+    }
+    Ok(frame)
 }
 
 impl Given<'_> {

@@ -5,16 +5,15 @@ use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
 use pyo3::prelude::*;
-use rayon::prelude::*;
 use serde_json::json;
-use vibrissa::command::{self, Context, HeldFile, Host, KeptFile, ListedTaps};
+use vibrissa::command::{self, Context, Held, HeldFile, Host, KeptFile};
 use vibrissa::error::Error;
 use vibrissa::optimise::{Step, Watch};
 use vibrissa::progress::Progress;
 use vibrissa::scene::RunOptions;
 
+use super::column::{TableGiven, frame};
 use super::error::{self, keywords};
-use super::held::{Column, Given};
 use super::job;
 use super::spec::unread;
 use super::table::Table;
@@ -81,21 +80,34 @@ type SpecGiven = (Option<PathBuf>, String, String);
 /// known; the interrupt that ended it, if one did.
 type Given_ = (Vec<(String, Table)>, Vec<(String, String)>, String, Vec<String>, Option<Py<PyAny>>);
 
-/// Runs a command. `said` is its request as TOML; `files` are those that it names and that are in memory; `listed` are taps in place of those of the spec:
-/// how many, and their columns. `hear` is called with taps done and how many there are, or with the steps of a search, which ends where it says true.
+/// A file in memory: its text, or its table.
+#[derive(FromPyObject)]
+pub enum FileGiven<'py> {
+    Text(String),
+    Table(TableGiven<'py>),
+}
+
+/// Runs a command. `said` is its request as TOML; `files` are those that it names and that are in memory; `taps` are in place of those of the spec.
+/// `hear` is called with taps done and how many there are, or with the steps of a search, which ends where it says true.
 #[pyfunction]
-#[pyo3(signature = (command, said, spec = None, files = Vec::new(), listed = None, hear = None))]
+#[pyo3(signature = (command, said, spec = None, files = Vec::new(), taps = None, hear = None))]
 pub fn run<'py>(
     py: Python<'py>,
     command: String,
     said: String,
     spec: Option<SpecGiven>,
-    files: Vec<(PathBuf, Vec<u8>)>,
-    listed: Option<(usize, Vec<Column<'py>>)>,
+    files: Vec<(String, FileGiven<'py>)>,
+    taps: Option<TableGiven<'py>>,
     hear: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Given_> {
-    let file = |(name, bytes)| HeldFile { name, bytes, base: PathBuf::new() };
-    let mut files: Vec<HeldFile> = files.into_iter().map(file).collect();
+    let file = |(name, given): (String, FileGiven<'py>)| {
+        let held = match given {
+            FileGiven::Text(text) => Held::Text(text),
+            FileGiven::Table(table) => Held::Table(frame(py, &name, table)?),
+        };
+        Ok::<_, PyErr>(HeldFile { name: name.into(), held, base: PathBuf::new() })
+    };
+    let mut files: Vec<HeldFile> = files.into_iter().map(file).collect::<PyResult<_>>()?;
     let (mut request, mut threads) = (said, None);
     if let Some((path, text, name)) = spec {
         let spec = unread(path, &text, &name).map_err(|e| error::raise(py, e))?;
@@ -105,15 +117,10 @@ pub fn run<'py>(
         files.push(spec);
     }
     threads = threads.or_else(|| number(request.parse::<toml::Table>().ok()?.get("threads")?));
-    let listed = listed.map(|(n, columns)| {
-        let given = Given::new(py, n, columns)?;
-        let tuples = (0..n).into_par_iter().map(|i| given.tap(i)).collect();
-        Ok::<_, PyErr>(ListedTaps { tuples, leaning: given.leaning(n), directions: given.directions() })
-    });
-    let listed = listed.transpose()?;
+    let taps = taps.map(|taps| frame(py, "tuples", taps)).transpose()?;
     let work = move |stop: &AtomicBool, tell: &mut dyn FnMut(Heard)| {
         let session = Session { stop, tell: RefCell::new(tell) };
-        let context = Context::in_memory(&session, files, listed);
+        let context = Context::in_memory(&session, files, taps);
         let reply = command::run(&command, &request, &context)?;
         let (mut tables, mut texts) = (Vec::new(), Vec::new());
         for (name, kept) in reply.kept {

@@ -5,7 +5,7 @@ use std::ptr::NonNull;
 use numpy::{PyArray1, PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
-use vibrissa::scene::{DirectionColumns, Tuple};
+use vibrissa::scene::Tuple;
 use vibrissa::spec::{Ends, NO_ENDS, widened};
 
 /// An array of contiguous numbers that lives at least as long as this.
@@ -115,11 +115,5 @@ impl Given {
             Argument::Each(all) => (0..n).any(|i| all.at(i) != 0.0),
         };
         self.directions.each_ref().map(|column| column.as_ref().is_some_and(some))
-    }
-
-    /// Which of tilt and lean were given.
-    pub fn directions(&self) -> DirectionColumns {
-        let [tilt, lean] = self.directions.each_ref().map(Option::is_some);
-        DirectionColumns { tilt, lean }
     }
 }

@@ -12,13 +12,14 @@ use vibrissa::export::Export;
 use vibrissa::locate::free::Free;
 use vibrissa::locate::object::{By, Objects, UnlocatedTap};
 use vibrissa::locate::{
-    self, Answerer, Calibration, Located, Sensor, Sequence, locator::opener, next, stream, tare,
+    self, Answerer, Calibration, Located, Sensor, Sequence, locator::opener, next, stream, stream::Ask, tare,
 };
 use vibrissa::measure::Names;
 use vibrissa::scene::RunOptions;
-use vibrissa::sink::read;
+use vibrissa::sink::frame::Frame;
 use vibrissa::status::Status;
 
+use super::column::RowsGiven;
 use super::error::{keywords, raise};
 use super::job;
 use super::table::Table;
@@ -206,17 +207,17 @@ impl Locator {
         Ok((numbers(|l| l.distance), numbers(|l| l.sigma), words.into_any(), told))
     }
 
-    /// Readings of a CSV table, its name, bytes and columns, those that are told `together`: located.csv, and what should be known of them.
+    /// Readings of a file or a table called `label`, and their columns, those that are told `together`: located.csv, and what should be known of them.
     fn table(
         &self,
         py: Python<'_>,
         label: String,
-        bytes: Vec<u8>,
+        readings: RowsGiven<'_>,
         columns: Option<String>,
         together: Together,
         interval: bool,
     ) -> PyResult<(Table, Vec<String>)> {
-        let (answers, zero) = (Arc::clone(&self.answers), self.zero);
+        let (answers, zero, readings) = (Arc::clone(&self.answers), self.zero, readings.measured(py)?);
         job::whole(py, None, None, move |stop, _| {
             let columns = columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
             let (told, by) = (RefCell::new(Vec::new()), by(&together)?);
@@ -226,23 +227,18 @@ impl Locator {
                 Answers::Several(several) => Answerer::Several(several),
             };
             Objects::can(who(), by)?;
-            let ask = stream::Ask {
-                columns: &columns,
-                zero: [zero, None],
-                label: Some(&label),
-                keep: true,
-                by,
-                interval,
-                warn: &warn,
+            let ask = Ask { zero: [zero, None], by, interval, ..Ask::of_file(&label, &columns, &warn) };
+            let (zeros, _) = stream::zeros(who(), readings.rows(), &ask)?;
+            let mut located: Option<Frame> = None;
+            let mut write = |some: &Frame, _: bool| match &mut located {
+                Some(all) => all.extend(some, 0..some.len()),
+                None => {
+                    located = Some(some.clone());
+                    Ok(())
+                }
             };
-            let (zeros, _) = stream::zeros(who(), bytes.as_slice(), &ask)?;
-            let mut out = Vec::new();
-            let mut write = |some: &[u8], _: bool| {
-                out.extend_from_slice(some);
-                Ok(())
-            };
-            stream::answer(who(), bytes.as_slice(), &ask, Some(zeros), stop, &mut write)?;
-            Ok((Table::new(read::csv(&label, out.as_slice())?)?, told.into_inner()))
+            stream::answer(who(), readings.rows(), &ask, Some(zeros), stop, &mut write)?;
+            Ok((Table::new(located.unwrap_or_default())?, told.into_inner()))
         })
     }
 

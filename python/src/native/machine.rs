@@ -76,9 +76,9 @@ pub fn verify<'py>(
         let file = unread(path, &text, "verify")?;
         let (label, text) = (file.name.display().to_string(), file.text());
         match built_in {
-            true => Ok((None, spec::parse_listed(&label, &text, &file.base)?.run)),
+            true => Ok((None, spec::parse_listed(&label, text, &file.base, None)?.run)),
             false => {
-                let spec = spec::parse(&label, &text, &file.base)?;
+                let spec = spec::parse(&label, text, &file.base)?;
                 spec.one_rig()?;
                 Ok((Some(spec.clone()), spec.run))
             }

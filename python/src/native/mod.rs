@@ -31,7 +31,7 @@ mod _native {
     #[pymodule_export]
     use super::machine::{answer, ask_drivers_by, devices, left_behind, verify};
     #[pymodule_export]
-    use super::spec::{read_columns, units};
+    use super::spec::{fit_material, read_columns, units};
     #[pymodule_export]
     use super::table::Table;
     #[pymodule_export]

@@ -4,12 +4,15 @@ use std::path::{Path, PathBuf};
 
 use pyo3::prelude::*;
 use toml::Table;
-use vibrissa::command::HeldFile;
+use vibrissa::command::{Held, HeldFile};
 use vibrissa::contour::point;
 use vibrissa::error::Error;
 use vibrissa::measure::names;
 use vibrissa::spec;
 use vibrissa::text_file::{Limit, TextFile};
+
+use super::column::{RowsGiven, frame};
+use super::error;
 
 /// End of the name of what is no file: errors in it have no place.
 pub const KEYWORDS: &str = "keywords";
@@ -17,7 +20,7 @@ pub const KEYWORDS: &str = "keywords";
 /// A spec before it is read: the file at `path`, if one is named, and `text`, whose sections go before those of the file; `name` says what asks. Its
 /// name ends with [`KEYWORDS`] where its lines are none that the user can look at.
 pub fn unread(path: Option<PathBuf>, text: &str, name: &str) -> Result<HeldFile, Error> {
-    let held = |name: PathBuf, text: String, base| HeldFile { name, bytes: text.into_bytes(), base };
+    let held = |name: PathBuf, text: String, base| HeldFile { name, held: Held::Text(text), base };
     let Some(path) = path else {
         return Ok(held(format!("{name}.{KEYWORDS}").into(), text.to_owned(), PathBuf::new()));
     };
@@ -45,6 +48,17 @@ pub fn unread(path: Option<PathBuf>, text: &str, name: &str) -> Result<HeldFile,
 #[pyfunction]
 pub fn units() -> Vec<(String, &'static str)> {
     spec::keys::units().collect()
+}
+
+/// The law that fits a measured curve: its coefficients and their error (MPa), the ends of its strains, and how many points there are.
+#[pyfunction]
+pub fn fit_material(py: Python<'_>, data: RowsGiven<'_>) -> PyResult<([f64; 3], f64, [f64; 2], usize)> {
+    let fit = match data {
+        RowsGiven::Table(table) => spec::material_of_curve(&frame(py, "data", table)?),
+        RowsGiven::File(path) => spec::material_of_file(&path),
+    };
+    let fit = fit.map_err(|e| error::raise(py, e.into()))?;
+    Ok((fit.coefficients, fit.rms, fit.range, fit.points))
 }
 
 /// Columns of measurements that are read as numbers.

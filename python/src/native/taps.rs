@@ -86,7 +86,7 @@ impl Taps {
     #[new]
     fn new(py: Python<'_>, text: String) -> PyResult<Self> {
         let made = || {
-            let mut spec = spec::parse_listed(&format!("strain.{KEYWORDS}"), &text, Path::new(""))?;
+            let mut spec = spec::parse_listed(&format!("strain.{KEYWORDS}"), &text, Path::new(""), None)?;
             let warnings = std::mem::take(&mut spec.warnings);
             let backend = spec.run.backend.unwrap_or(BackendChoice::Cpu);
             // Differences, and fits that take them, find no slope in f32.

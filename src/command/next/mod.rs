@@ -9,10 +9,10 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::{Common, Context, Reply, folder, number, stem};
+use super::{Common, Context, Measured, Reply, folder, number, stem};
 use crate::error::{Error, InputError};
 use crate::locate::next::{May, next};
-use crate::locate::object::{By, NAME, UnlocatedTap};
+use crate::locate::object::{NAME, UnlocatedTap};
 use crate::locate::sequence::{SHIFT, shift_column};
 use crate::locate::stream::Ask;
 use crate::locate::table::Readings;
@@ -20,6 +20,7 @@ use crate::locate::{Locator, SaidZero, locator::opener};
 use crate::measure::Names;
 use crate::sink::folder::{Question, hash};
 use crate::sink::heading::heading;
+use crate::sink::lab::{LabCell, LabTable};
 use crate::sink::run_json;
 pub use shown::result;
 use shown::{answer, drawn, table};
@@ -80,9 +81,10 @@ pub fn run(asked: &NextRequest, context: &Context<'_>) -> Result<Reply, Error> {
         return Ok(Reply::planned(out, |to| format!("would say the next tap in {to}")));
     }
     let warn = |text: &str| context.warn(text);
-    let bytes = asked.readings.as_deref().map(|path| context.data(path)).transpose()?;
-    let (taps, lines) = match (&bytes, asked.readings.as_deref()) {
-        (Some(bytes), Some(path)) => read(asked, &locator, bytes, path, &warn)?,
+    let measured = asked.readings.as_deref().map(|path| context.data(path)).transpose()?;
+    let rows = measured.as_ref().map(Measured::rows);
+    let (taps, lines) = match (rows, asked.readings.as_deref()) {
+        (Some(rows), Some(path)) => read(asked, &locator, rows, path, &warn)?,
         _ => Default::default(),
     };
     let found = next(&locator, &taps, may).map_err(|why| {
@@ -99,7 +101,7 @@ pub fn run(asked: &NextRequest, context: &Context<'_>) -> Result<Reply, Error> {
     if shifts.is_some() && found.taps == 0 {
         warn("--shift is not looked at before the first tap, which tells where the object is");
     }
-    let data = bytes.as_ref().map(|bytes| hash(&String::from_utf8_lossy(bytes)));
+    let data = rows.map(LabTable::hash).transpose()?;
     let of = json!({ "calibration": calibration.checksum, "readings": data, "object": asked.object, "only": asked.only, "within": asked.within, "shift": asked.shift, "same_run": asked.same_run, "zero": SaidZero::json(asked.zero.as_ref()), "columns": asked.columns });
     let question = Question::new("next", &stem, of);
     let mut destination = context.open(&out, question, &["next.csv", "next.svg"], options.force)?;
@@ -119,23 +121,15 @@ pub fn run(asked: &NextRequest, context: &Context<'_>) -> Result<Reply, Error> {
 fn read(
     asked: &NextRequest,
     locator: &Locator,
-    bytes: &[u8],
+    table: LabTable<'_>,
     path: &Path,
     warn: &dyn Fn(&str),
 ) -> Result<(Vec<UnlocatedTap>, Vec<usize>), Error> {
     let columns = asked.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
     let zero = SaidZero::of(asked.zero.as_ref(), [locator])?;
     let label = path.display().to_string();
-    let ask = Ask {
-        columns: &columns,
-        zero,
-        label: Some(&label),
-        keep: true,
-        by: By::Unsaid,
-        interval: false,
-        warn,
-    };
-    let readings = Readings::of(locator, bytes, &ask, heading("located"))?;
+    let ask = Ask { zero, ..Ask::of_file(&label, &columns, warn) };
+    let readings = Readings::of(locator, table, &ask, heading("located"))?;
     let place = match &asked.object {
         Some(column) => Some(readings.column(column).ok_or_else(|| {
             let error = InputError::new("there is no such column").at(label.clone(), Some(1));
@@ -143,8 +137,8 @@ fn read(
         })?),
         None => readings.column(NAME),
     };
-    let word = |fields: &[String]| {
-        place.and_then(|k| fields.get(k)).map(|f| f.trim().to_owned()).unwrap_or_default()
+    let word = |fields: &[LabCell<'_>]| {
+        place.and_then(|k| fields.get(k)).map(LabCell::to_string).unwrap_or_default()
     };
     shift_column(&readings.names)?;
     let shifts = readings.numbers(SHIFT)?;

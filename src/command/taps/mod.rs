@@ -13,7 +13,7 @@ use crate::error::Error;
 use crate::measure::Names;
 use crate::record::{Kind, Record, Take, find};
 use crate::scene::Drive;
-use crate::sink::folder::{Question, hash};
+use crate::sink::folder::Question;
 use crate::sink::run_json;
 use output::{FILES, Labels};
 
@@ -61,9 +61,9 @@ pub fn run(asked: &TapsRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let stem = stem(&asked.raw, "taps");
     let out = folder(options.out.as_ref(), &stem, "taps");
     let columns = asked.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
-    let bytes = context.data(&asked.raw)?;
-    let text = String::from_utf8_lossy(&bytes);
-    let record = Record::parse(&label, &text, &columns)?;
+    let measured = context.data(&asked.raw)?;
+    let record = Record::parse(&label, measured.rows(), &columns)?;
+    let digest = measured.rows().hash()?;
     let samples = record.time.len();
     if options.plan == Some(true) {
         return Ok(Reply::planned(out, |_| format!("would look for taps in {samples} samples of {label}")));
@@ -78,7 +78,7 @@ pub fn run(asked: &TapsRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let take = meant(("word", "--take"), Some(&asked.take), &TAKES)?.unwrap_or(Take::Auto);
     let (readings, rest) = find(&record, take)?;
     labels.check(&record, &readings)?;
-    let of = json!({ "raw": hash(&text), "columns": asked.columns, "take": format!("{take:?}"), "a": asked.a, "theta": asked.theta, "delta": asked.delta });
+    let of = json!({ "raw": digest, "columns": asked.columns, "take": format!("{take:?}"), "a": asked.a, "theta": asked.theta, "delta": asked.delta });
     let question = Question::new("taps", &stem, of);
     let mut destination = context.open(&out, question, &FILES, options.force)?;
     let [.., figure_file] = FILES;
@@ -90,8 +90,8 @@ pub fn run(asked: &TapsRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let (taps, noise) = (plateaus + peaks, rest.noise);
     let counts = json!({ "samples": samples, "rests": rests, "plateaus": plateaus, "peaks": peaks });
     let (seconds, result) = (context.seconds(), json!({ "noise": noise, "taps": taps }));
-    let told = json!({ "raw": { "file": label, "hash": hash(&text) }, "counts": counts, "seconds": seconds, "result": result });
-    let document = run_json::document("taps", json!({ "name": stem, "hash": hash(&text) }), told);
+    let told = json!({ "raw": { "file": label, "hash": digest }, "counts": counts, "seconds": seconds, "result": result });
+    let document = run_json::document("taps", json!({ "name": stem, "hash": digest }), told);
     let answer = format!(
         "{taps} taps in {samples} samples ({plateaus} stand still, {peaks} are peaks), rests: {rests}; noise of a sample {noise:.3e}. Look at taps.svg before you use them."
     );

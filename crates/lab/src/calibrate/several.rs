@@ -9,6 +9,7 @@ use crate::locate::{self, Located, Sensor, Several};
 use crate::measure::{Data, Names, Rig};
 use crate::scene::{Drive, Spec};
 use crate::sink::frame::Frame;
+use crate::sink::lab::LabTable;
 use crate::sink::values::Field;
 
 /// A calibrated sensor.
@@ -142,29 +143,29 @@ impl Calibration {
     }
 }
 
-/// The whisker that `read` reads for a drive, where its sensor has several channels that the file `label` of `bytes` shows, with the drive of the
+/// The whisker that `read` reads for a drive, where its sensor has several channels that the `table` called `label` shows, with the drive of the
 /// file or, of a file that has none, the one that the user `said`. What is wrong with a whisker of one signal is told later.
 ///
 /// # Errors
 /// As [`Data::parse_named`] and `read`.
 pub fn whisker(
     read: impl Fn(Option<Drive>) -> Result<(Rig, Spec), InputError>,
-    (label, bytes, names): (&str, &[u8], &Names),
+    (label, table, names): (&str, LabTable<'_>, &Names),
     said: Option<Drive>,
 ) -> Result<Option<(Rig, Spec)>, InputError> {
     let Some((rig, _)) = read(said).ok().filter(|(rig, _)| rig.setup.channels.is_some()) else {
         return Ok(None);
     };
-    let first = Data::parse_named(label, bytes, &names.of_channel(rig.of_channel(0, 1.0)?.1))?;
+    let first = Data::parse_named(label, table, &names.of_channel(rig.of_channel(0, 1.0)?.1))?;
     read(first.drive.or(said)).map(Some)
 }
 
-/// Calibrates each channel of `rig` from the file `label` of `bytes`, whose columns are as `names` say.
+/// Calibrates each channel of `rig` from the `table` called `label`, whose columns are as `names` say.
 ///
 /// # Errors
 /// As [`calibrate`]; a channel without a column.
 pub fn several(
-    (label, bytes, names): (&str, &[u8], &Names),
+    (label, table, names): (&str, LabTable<'_>, &Names),
     rig: &Rig,
     options: &Options,
 ) -> Result<Calibration, Error> {
@@ -173,7 +174,7 @@ pub fn several(
     for (k, name) in channels.measured().into_iter().enumerate() {
         // A channel that mixes what is read is calibrated without a whisker, from the data alone.
         let probe = rig.of_channel(k, 1.0)?.1;
-        let read = Data::parse_named(label, bytes, &names.of_channel(probe))?;
+        let read = Data::parse_named(label, table, &names.of_channel(probe))?;
         let furthest = read.rows.iter().map(|r| r.a).filter(|a| a.is_finite()).fold(0.0, f64::max);
         if furthest <= 0.0 {
             let error = InputError::new("no row has a distance > 0").at(label, None).key("a_mm");

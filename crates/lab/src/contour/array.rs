@@ -1,23 +1,23 @@
 //! Several whiskers: points of all in one frame.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 use super::point::{Noise, Point};
 use super::truth::Pose;
 use crate::combinations::Combinations;
 use crate::error::{Error, InputError, nearest};
-use crate::fields::{fields, separator};
 use crate::locate::object::{Objects, Together};
 use crate::locate::sequence::{SHIFT, shift_column};
 use crate::locate::stream::Ask;
 use crate::locate::table::Readings;
 use crate::locate::{Answerer, Locator};
 use crate::measure::Names;
-use crate::measure::header::Comments;
+use crate::measure::header::Sheet;
 use crate::measure::skin::Skin;
 use crate::sink::fact::kind;
 use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
+use crate::sink::lab::{LabCell, LabTable};
 use crate::sink::values::{Field, Values};
 
 /// Column that names the whisker of a row.
@@ -48,33 +48,36 @@ pub struct Answered {
     pub combinations: Combinations,
 }
 
-/// Answers the readings `bytes`, whose column [`WHISKER`] says which of `whiskers` each is of. Taps of one object by one whisker are taken together
+/// Answers the readings of `table`, whose column [`WHISKER`] says which of `whiskers` each is of. Taps of one object by one whisker are taken together
 /// where `ask` says so.
 ///
 /// # Errors
 /// No such column, or no such whisker; readings that do not fit a calibration; whiskers that are read in different ways; taps that are to be taken
 /// together by what tells each alone.
-pub fn answer(whiskers: &[Mounted], bytes: &[u8], ask: &Ask<'_>, noise: &Noise) -> Result<Answered, Error> {
+pub fn answer(
+    whiskers: &[Mounted],
+    input: LabTable<'_>,
+    ask: &Ask<'_>,
+    noise: &Noise,
+) -> Result<Answered, Error> {
     let label = ask.label.unwrap_or("stdin");
-    let owners = owners(whiskers, label, bytes, ask.columns)?;
-    let lines: Vec<&[u8]> = bytes.split_inclusive(|b| *b == b'\n').collect();
+    let owners = owners(whiskers, label, input, ask.columns)?;
     let twofold = whiskers.iter().any(|w| w.locator.is_twofold());
     let mut table: Option<Frame> = None;
     // By line: rows of the whiskers come together again.
     let mut rows = BTreeMap::new();
     let (mut zeros, mut status) = (0, BTreeMap::<String, u64>::new());
     let mut combinations = Combinations::default();
-    for (w, whisker) in whiskers.iter().enumerate().filter(|(w, _)| owners.contains(&Owner::Of(*w))) {
-        // Lines of others become comments, so that lines keep their numbers and zeros are those of this whisker.
-        let own = lines.iter().zip(&owners).flat_map(|(line, owner)| match owner {
-            Owner::All => line,
-            Owner::Of(o) if *o == w => line,
-            _ => &b"#\n"[..],
-        });
-        let own: Vec<u8> = own.copied().collect();
+    for (w, whisker) in whiskers.iter().enumerate() {
+        let own = |line: usize| owners.get(&line) == Some(&w);
+        if !owners.values().any(|owner| *owner == w) {
+            continue;
+        }
+        // Zeros are those of this whisker.
+        let ask = &Ask { only: Some(&own), ..*ask };
         let who = Answerer::One(&whisker.locator);
         Objects::can(who, ask.by).map_err(|e| e.at(&whisker.name, None))?;
-        let mut readings = Readings::of(&whisker.locator, &own, ask, heading("array"))?;
+        let mut readings = Readings::of(&whisker.locator, input, ask, heading("array"))?;
         let objects = Objects::of(who, &readings.names, ask);
         let mut objects = objects.map_err(|e| e.at(label, Some(1)))?;
         if objects.is_some() {
@@ -130,68 +133,40 @@ pub fn answer(whiskers: &[Mounted], bytes: &[u8], ask: &Ask<'_>, noise: &Noise) 
     Ok(Answered { table, rows: n, zeros, status, combinations })
 }
 
-/// Whose line it is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Owner {
-    /// The header, and comments.
-    All,
-    /// A whisker, by its place.
-    Of(usize),
-}
-
-fn owners(whiskers: &[Mounted], label: &str, bytes: &[u8], said: &Names) -> Result<Vec<Owner>, InputError> {
-    let mut place: Option<(usize, char)> = None;
-    let (mut all, mut comments) = (Vec::new(), Comments::default());
-    for (k, line) in bytes.split_inclusive(|b| *b == b'\n').enumerate() {
-        let text = String::from_utf8_lossy(line);
-        let text = text.trim_end_matches(['\n', '\r']).trim_start_matches('\u{feff}');
-        if text.starts_with('#') {
-            if place.is_none() {
-                comments.push(k + 1, text);
-            }
-            all.push(Owner::All);
-            continue;
-        }
-        if place.is_none() {
-            let mark = separator(text);
-            let names: Vec<String> = fields(text, mark).iter().map(|f| f.to_string()).collect();
-            let commented = comments
-                .before(text, &names, said)
-                .map_err(|e| InputError { file: Some(label.to_owned()), ..e })?;
-            let is_header = commented.is_none();
-            let names = commented.map_or(names, |(_, names)| names);
-            let found = names.iter().position(|n| n == WHISKER).ok_or_else(|| {
-                let known: Vec<&str> = names.iter().map(String::as_str).collect();
-                let close = nearest(WHISKER, &known).map(|n| format!("; is {n} meant?"));
-                InputError::new(format!("column {WHISKER} is missing{}", close.unwrap_or_default()))
-                    .at(label, Some(k + 1))
-                    .key(WHISKER)
-                    .value(text)
-                    .allowed("whisker, then the columns of readings; contact_deg where it is needed")
-            })?;
-            place = Some((found, mark));
-            if is_header {
-                all.push(Owner::All);
-                continue;
-            }
-        }
-        let Some((place, mark)) = place else { continue };
-        let row = fields(text, mark);
-        let name = row.get(place).map_or("", |n| n.as_ref());
-        let known: Vec<&str> = whiskers.iter().map(|w| w.name.as_str()).collect();
+/// The whisker of each line, by its place.
+fn owners(
+    whiskers: &[Mounted],
+    label: &str,
+    input: LabTable<'_>,
+    said: &Names,
+) -> Result<HashMap<usize, usize>, InputError> {
+    let text = if let LabTable::Text(bytes) = input { String::from_utf8_lossy(bytes) } else { "".into() };
+    let input = if let LabTable::Frame(f) = input { LabTable::Frame(f) } else { LabTable::Text(&*text) };
+    let here = |e: InputError| InputError { file: Some(label.to_owned()), ..e };
+    let mut sheet = Sheet::new(input, said, "whisker, then the columns of readings").map_err(here)?;
+    let (names, mark) = (sheet.names.clone(), sheet.mark);
+    let place = names.iter().position(|n| n == WHISKER).ok_or_else(|| {
+        let known: Vec<&str> = names.iter().map(String::as_str).collect();
+        let close = nearest(WHISKER, &known).map(|n| format!("; is {n} meant?"));
+        InputError::new(format!("column {WHISKER} is missing{}", close.unwrap_or_default()))
+            .at(label, Some(sheet.line))
+            .key(WHISKER)
+            .value(names.join(","))
+            .allowed("whisker, then the columns of readings; contact_deg where it is needed")
+    })?;
+    let known: Vec<&str> = whiskers.iter().map(|w| w.name.as_str()).collect();
+    let mut all = HashMap::new();
+    while let Some((line, row)) = sheet.next(said).map_err(here)? {
+        let name = row.cells(mark).get(place).map(LabCell::to_string).unwrap_or_default();
         let owner = known.iter().position(|n| *n == name).ok_or_else(|| {
-            let close = nearest(name, &known).map(|n| format!("; is {n} meant?"));
+            let close = nearest(&name, &known).map(|n| format!("; is {n} meant?"));
             InputError::new(format!("the array has no such whisker{}", close.unwrap_or_default()))
-                .at(label, Some(k + 1))
+                .at(label, Some(line))
                 .key(WHISKER)
-                .value(name)
+                .value(&name)
                 .allowed(known.join(", "))
         })?;
-        all.push(Owner::Of(owner));
-    }
-    if place.is_none() {
-        let error = InputError::new("this file is empty; its first line must name the columns");
-        return Err(error.at(label, None).allowed("whisker, then the columns of readings"));
+        all.insert(line, owner);
     }
     Ok(all)
 }

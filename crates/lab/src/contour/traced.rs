@@ -9,16 +9,16 @@ use super::truth::{self, Edge};
 use super::write;
 use crate::error::Error;
 use crate::estimator::Estimator;
-use crate::locate::object::By;
 use crate::locate::stream::Ask;
 use crate::locate::table::Readings;
 use crate::locate::{Calibration, Locator, SaidZero, locator::opener};
 use crate::measure::Names;
 use crate::measure::skin::PLACES;
 use crate::scene::RunOptions;
-use crate::sink::folder::{hash, hash_all};
+use crate::sink::folder::hash;
 use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
+use crate::sink::lab::LabTable;
 use crate::sink::run_json;
 
 /// What is to be traced, and how.
@@ -28,8 +28,8 @@ pub struct Question<'a> {
     pub calibration: (&'a Calibration, &'a str),
     /// The one that won if not said.
     pub estimator: Option<&'static dyn Estimator>,
-    /// Readings and poses (CSV), and the name of their file.
-    pub data: (&'a [u8], &'a str),
+    /// Readings and poses, and the name of their file.
+    pub data: (LabTable<'a>, &'a str),
     /// What the user said of columns, and as it was said.
     pub columns: (&'a Names, Option<&'a str>),
     /// What the sensor shows without contact, if it was said.
@@ -76,22 +76,14 @@ impl Traced {
         stop: &AtomicBool,
     ) -> Result<Self, Error> {
         let Question {
-            calibration: (calibration, label), data: (bytes, file), columns: (columns, said), ..
+            calibration: (calibration, label), data: (table, file), columns: (columns, said), ..
         } = *question;
         let Question { estimator, zero, asked, truth, .. } = *question;
         let locator = Locator::new(calibration, label, estimator, &opener(options))?;
         calibration.rig.warnings.iter().for_each(|w| warn(w));
         let of_signals = SaidZero::of(zero, [&locator])?;
-        let ask = Ask {
-            columns,
-            zero: of_signals,
-            label: Some(file),
-            keep: true,
-            by: By::Unsaid,
-            interval: false,
-            warn,
-        };
-        let readings = Readings::of(&locator, bytes, &ask, heading("points"))?;
+        let ask = Ask { zero: of_signals, ..Ask::of_file(file, columns, warn) };
+        let readings = Readings::of(&locator, table, &ask, heading("points"))?;
         let trace = Trace::new(&locator, &readings, &asked, stop)?;
         if !trace.on_surface && asked.surface.is_none() && locator.rig.known {
             warn(
@@ -102,7 +94,7 @@ impl Traced {
         if !trace.points.iter().any(|point| point.is_there()) {
             warn("no row gives a point; the column status of points.csv says why");
         }
-        let digest = hash_all(&mut { bytes }).map_err(|e| Error::Run(e.to_string()))?;
+        let digest = table.hash()?;
         let estimator = locator.estimator.name();
         let place = |on: bool| PLACES.iter().find(|(_, surface, _)| *surface == on).map(|(word, ..)| *word);
         let settings = json!({

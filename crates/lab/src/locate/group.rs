@@ -1,15 +1,15 @@
 //! What readings tell together: taps of one object, or the readings of a stroke.
 
 use super::Located;
-use super::kept::field;
 use super::object::{By, Objects, Together, UnlocatedTap};
 use super::pair::Spatial;
 use super::pairs::Parts;
 use super::rows::{Answerer, RowReader};
 use super::stream::Ask;
-use super::stream::written;
 use super::strokes::{Far, Strokes};
 use crate::error::Error;
+use crate::sink::lab::LabCell;
+use crate::sink::values::Field;
 
 /// Readings that are told together.
 pub enum Group<'a> {
@@ -47,20 +47,16 @@ impl<'a> Group<'a> {
     /// The columns of a tap by two gauges, as in [`Self::tell`].
     pub(super) fn tell_pair(
         &mut self,
-        (rows, text): (&RowReader<'_>, Option<&str>),
+        (rows, cells): (&RowReader<'_>, &[LabCell<'_>]),
         at: (usize, u64),
         alone: &(Spatial, Option<Parts>),
         ask: &Ask<'_>,
-    ) -> Vec<u8> {
-        let mut out = Vec::new();
-        if let Self::Objects(objects) = self {
-            let fields = rows.fields(text.unwrap_or_default());
-            let (name, shift) = (objects.name(&fields), objects.shift(&fields));
-            let together = objects.tell_pair(&name, (at.0, at.1, shift), alone, ask);
-            self.name((rows, text), ask, &mut out);
-            written(&mut out, Together::fields(together.as_ref(), [true, ask.interval]));
-        }
-        out
+    ) -> Vec<Field> {
+        let Self::Objects(objects) = self else { return Vec::new() };
+        let (name, shift) = (objects.name(cells), objects.shift(cells));
+        let together = objects.tell_pair(&name, (at.0, at.1, shift), alone, ask);
+        let told = Together::fields(together.as_ref(), [true, ask.interval]);
+        self.named((rows, cells), ask, told)
     }
 
     /// The sensor is at rest.
@@ -73,48 +69,37 @@ impl<'a> Group<'a> {
     /// The columns of a reading: what it tells with those before it.
     pub fn tell(
         &mut self,
-        (rows, text): (&RowReader<'_>, Option<&str>),
+        (rows, cells): (&RowReader<'_>, &[LabCell<'_>]),
         tap: UnlocatedTap,
         alone: &Located,
         ask: &Ask<'_>,
-    ) -> Vec<u8> {
-        let mut out = Vec::new();
-        match self {
+    ) -> Vec<Field> {
+        let told = match self {
             Self::Objects(objects) => {
-                let fields = rows.fields(text.unwrap_or_default());
-                let (name, shift) = (objects.name(&fields), objects.shift(&fields));
+                let (name, shift) = (objects.name(cells), objects.shift(cells));
                 let together = objects.tell(&name, UnlocatedTap { shift, ..tap }, alone, ask);
-                self.name((rows, text), ask, &mut out);
-                written(&mut out, Together::fields(together.as_ref(), [false, ask.interval]));
+                Together::fields(together.as_ref(), [false, ask.interval])
             }
-            Self::Strokes(strokes) => {
-                let name = strokes.name(rows, text);
-                let far = strokes.tell(&name, tap, ask);
-                if far.is_some() {
-                    self.name((rows, text), ask, &mut out);
-                } else {
-                    self.nameless(rows, ask, &mut out);
-                }
-                Far::write(far.as_ref(), &mut out);
-            }
-        }
-        out
+            Self::Strokes(strokes) => match strokes.tell(&strokes.name(cells), tap, ask) {
+                Some(far) => Far::fields(Some(&far)),
+                None => return self.nothing((rows, cells), ask),
+            },
+        };
+        self.named((rows, cells), ask, told)
     }
 
     /// The columns of a reading that tells nothing.
-    pub fn nothing(&self, (rows, text): (&RowReader<'_>, Option<&str>), ask: &Ask<'_>) -> Vec<u8> {
-        let mut out = Vec::new();
+    pub fn nothing(&self, (rows, cells): (&RowReader<'_>, &[LabCell<'_>]), ask: &Ask<'_>) -> Vec<Field> {
         match self {
             Self::Objects(_) => {
-                self.name((rows, text), ask, &mut out);
-                written(&mut out, Together::fields(None, [rows.who.is_twofold(), ask.interval]));
+                let told = Together::fields(None, [rows.who.is_twofold(), ask.interval]);
+                self.named((rows, cells), ask, told)
             }
             Self::Strokes(_) => {
-                self.nameless(rows, ask, &mut out);
-                Far::write(None, &mut out);
+                let name = self.is_named(rows, ask).then(|| "".into());
+                name.into_iter().chain(Far::fields(None)).collect()
             }
         }
-        out
     }
 
     /// Whether a column with the name stands before the others.
@@ -127,18 +112,18 @@ impl<'a> Group<'a> {
         }
     }
 
-    fn name(&self, (rows, text): (&RowReader<'_>, Option<&str>), ask: &Ask<'_>, out: &mut Vec<u8>) {
-        if self.is_named(rows, ask) {
-            match self {
-                Self::Objects(objects) => field(out, &objects.name(&rows.fields(text.unwrap_or_default()))),
-                Self::Strokes(strokes) => field(out, &strokes.shown(rows, text)),
-            }
-        }
-    }
-
-    fn nameless(&self, rows: &RowReader<'_>, ask: &Ask<'_>, out: &mut Vec<u8>) {
-        if self.is_named(rows, ask) {
-            out.push(b',');
-        }
+    /// What a reading has `told`, after the name of its object or stroke where the line does not keep it.
+    fn named(
+        &self,
+        (rows, cells): (&RowReader<'_>, &[LabCell<'_>]),
+        ask: &Ask<'_>,
+        told: Vec<Field>,
+    ) -> Vec<Field> {
+        let name = || match self {
+            Self::Objects(objects) => objects.name(cells),
+            Self::Strokes(strokes) => strokes.shown(cells),
+        };
+        let name = self.is_named(rows, ask).then(|| name().into());
+        name.into_iter().chain(told).collect()
     }
 }

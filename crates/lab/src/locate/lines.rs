@@ -1,4 +1,4 @@
-//! Lines of a file or a stream, with their numbers.
+//! Rows of a file, of a stream or of a table in memory, with their numbers.
 
 use std::io::{BufRead, BufReader, Read};
 
@@ -6,6 +6,7 @@ use super::rows::RowReader;
 use super::stream::Ask;
 use crate::error::{Error, InputError};
 use crate::measure::header::Comments;
+use crate::sink::lab::{LabRow, LabTable};
 use crate::text_file::LINE;
 
 /// Longest line that can be a reading, bytes.
@@ -14,13 +15,13 @@ const LONGEST: usize = 4096;
 /// What a program may write before the text of a file in UTF-8.
 const BOM: &[u8] = "\u{feff}".as_bytes();
 
-/// A line that is no header.
+/// A row that is no header.
 pub struct Line<'a> {
-    /// Its text without the end; `None` where it is no UTF-8, or too long.
-    pub text: Option<&'a str>,
+    /// What it says; `None` of a line that is no UTF-8, or too long.
+    pub row: Option<LabRow<'a>>,
     /// Number in the file, from 1.
     pub number: usize,
-    /// Number among the lines that are no header, from 0.
+    /// Number among the rows, from 0.
     pub place: usize,
     /// Whether it has ended.
     pub whole: bool,
@@ -28,11 +29,12 @@ pub struct Line<'a> {
     pub waiting: bool,
 }
 
-/// Lines one by one, in constant memory.
+/// Rows one by one, of text in constant memory.
 pub struct Source<'a, R: Read> {
-    reader: BufReader<R>,
+    input: LabTable<'a, BufReader<R>>,
     line: Vec<u8>,
     ask: &'a Ask<'a>,
+    /// Lines so far; of a table in memory, those with its names and its rows.
     number: usize,
     place: usize,
     /// Length of a line that was read and not yet given.
@@ -44,10 +46,13 @@ pub struct Source<'a, R: Read> {
 
 impl<'a, R: Read> Source<'a, R> {
     /// Of `input`.
-    pub fn new(input: R, ask: &'a Ask<'a>) -> Self {
-        let reader = BufReader::with_capacity(1 << 16, input);
+    pub fn new(input: LabTable<'a, R>, ask: &'a Ask<'a>) -> Self {
+        let input = match input {
+            LabTable::Text(text) => LabTable::Text(BufReader::with_capacity(1 << 16, text)),
+            LabTable::Frame(frame) => LabTable::Frame(frame),
+        };
         let (line, comments) = (Vec::with_capacity(256), Comments::default());
-        Self { reader, line, ask, number: 0, place: 0, held: None, begun: false, comments }
+        Self { input, line, ask, number: 0, place: 0, held: None, begun: false, comments }
     }
 
     fn label(&self) -> &'a str {
@@ -59,9 +64,15 @@ impl<'a, R: Read> Source<'a, R> {
     /// # Errors
     /// A header that does not fit the calibration; input that fails.
     pub fn first(&mut self, rows: &mut RowReader<'_>) -> Result<(), Error> {
-        if self.begun {
+        if std::mem::replace(&mut self.begun, true) {
             return Ok(());
         }
+        if let LabTable::Frame(frame) = self.input {
+            self.number = 1;
+            let named = rows.first(LabRow::Of(frame, 0), &self.comments, self.ask.columns, true);
+            return Ok(named.map(drop).map_err(|e| e.at(self.label(), Some(1)))?);
+        }
+        self.begun = false;
         self.held = self.read(rows)?;
         self.begun = true;
         let at = |e: InputError| {
@@ -80,33 +91,51 @@ impl<'a, R: Read> Source<'a, R> {
         let header = match self.held.and_then(|n| text(&self.line, n)) {
             Some(text) => {
                 let file = self.ask.label.is_some();
-                rows.first(text, &self.comments, self.ask.columns, file).map_err(at)?
+                rows.first(LabRow::Line(text), &self.comments, self.ask.columns, file).map_err(at)?
             }
             None => false,
         };
-        if header {
+        if header || !self.is_read() {
             self.held = None;
         }
         Ok(())
     }
 
-    /// The next line; `None` at the end.
+    /// Whether the line that was read last is one of those that are asked for.
+    fn is_read(&self) -> bool {
+        self.ask.only.is_none_or(|only| only(self.number))
+    }
+
+    /// The next row; `None` at the end.
     pub fn next(&mut self, rows: &mut RowReader<'_>) -> Result<Option<Line<'_>>, Error> {
         self.first(rows)?;
-        let length = match self.held.take() {
-            Some(length) => length,
-            None => match self.read(rows)? {
-                Some(length) => length,
-                None => return Ok(None),
-            },
-        };
+        if let LabTable::Frame(frame) = self.input {
+            self.number += 1;
+            while self.number < frame.len() + 2 && !self.is_read() {
+                self.number += 1;
+            }
+            let row = LabRow::Of(frame, self.number - 2);
+            let (number, place) = (self.number, self.place);
+            self.place += 1;
+            let line = Line { row: Some(row), number, place, whole: true, waiting: false };
+            return Ok((number < frame.len() + 2).then_some(line));
+        }
+        let mut length = self.held.take();
+        while length.is_none() {
+            length = self.read(rows)?;
+            if length.is_none() {
+                return Ok(None);
+            }
+            length = length.filter(|_| self.is_read());
+        }
         self.place += 1;
+        let LabTable::Text(reader) = &self.input else { return Ok(None) };
         Ok(Some(Line {
-            text: text(&self.line, length),
+            row: text(&self.line, length.unwrap_or_default()).map(LabRow::Line),
             number: self.number,
             place: self.place - 1,
             whole: self.line.ends_with(b"\n"),
-            waiting: !self.reader.buffer().contains(&b'\n'),
+            waiting: !reader.buffer().contains(&b'\n'),
         }))
     }
 
@@ -116,8 +145,8 @@ impl<'a, R: Read> Source<'a, R> {
     /// A comment that names other columns than the lines before it have; input that fails.
     fn read(&mut self, rows: &RowReader<'_>) -> Result<Option<usize>, Error> {
         loop {
-            let length =
-                read_line(&mut self.reader, &mut self.line).map_err(|e| Error::io(self.label(), e))?;
+            let LabTable::Text(reader) = &mut self.input else { return Ok(None) };
+            let length = read_line(reader, &mut self.line).map_err(|e| Error::io(self.label(), e))?;
             self.number += usize::from(length.is_some());
             if length.is_some_and(|length| length > LINE) {
                 let error = InputError::new("this line is longer than 1 MiB, so these are no readings");

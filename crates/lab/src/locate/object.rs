@@ -19,8 +19,8 @@ use super::table::Reading as Row;
 use super::{Located, Locator};
 use crate::error::InputError;
 use crate::estimator::learnt::Inverted;
-use crate::fields::number as number_of;
 use crate::sink::heading::heading;
+use crate::sink::lab::LabCell;
 use crate::status::Status;
 
 /// How many of these there always are but for the object.
@@ -155,15 +155,13 @@ impl<'a> Objects<'a> {
     }
 
     /// The object of a line with these fields.
-    pub fn name<S: AsRef<str>>(&self, fields: &[S]) -> String {
-        let field = self.place.and_then(|place| fields.get(place));
-        field.map(|f| f.as_ref().trim().to_owned()).unwrap_or_default()
+    pub fn name(&self, cells: &[LabCell<'_>]) -> String {
+        self.place.and_then(|place| cells.get(place)).map(LabCell::to_string).unwrap_or_default()
     }
 
     /// How much nearer to the object the base stood; NaN where no number says it.
-    pub fn shift<S: AsRef<str>>(&self, fields: &[S]) -> f64 {
-        let field = |place: usize| fields.get(place).and_then(|f| number_of(f.as_ref()));
-        self.shift.map_or(0.0, |place| field(place).filter(|x| x.is_finite()).unwrap_or(f64::NAN))
+    pub fn shift(&self, cells: &[LabCell<'_>]) -> f64 {
+        self.shift.map_or(0.0, |place| cells.get(place).and_then(LabCell::number).unwrap_or(f64::NAN))
     }
 
     /// Adds a tap of the object `name`, whose own answer is `alone`; `None` where it tells nothing.

@@ -1,6 +1,5 @@
 //! One line of readings: which field is what.
 
-use std::borrow::Cow;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 use super::Locator;
@@ -15,6 +14,7 @@ use crate::measure::{
     names::Names,
 };
 use crate::scene::{Drive, Signal};
+use crate::sink::lab::{LabCell, LabRow};
 
 /// The first line of a file, if it names columns.
 struct Header {
@@ -54,11 +54,20 @@ impl<'a> Lines<'a> {
     /// Columns that do not fit the calibration.
     pub fn first(
         &mut self,
-        line: &str,
+        row: LabRow<'_>,
         comments: &Comments,
         said: &Names,
         file: bool,
     ) -> Result<bool, InputError> {
+        let line = match row {
+            LabRow::Line(line) => line,
+            LabRow::Of(frame, _) => {
+                let names: Vec<String> = frame.names.iter().map(|name| name.to_string()).collect();
+                let columns = self.find(&names, said)?;
+                self.header = Some(Header { columns, names, separator: ',' });
+                return Ok(true);
+            }
+        };
         let mark = separator(line);
         let names: Vec<String> = fields(line, mark).iter().map(|f| f.to_string()).collect();
         if let Some((line, names)) = comments.before(line, &names, said)? {
@@ -156,13 +165,17 @@ impl<'a> Lines<'a> {
     }
 
     /// The fields of a line; where the drive may be left out, and is, an empty one stands for it.
-    pub fn fields<'b>(&self, line: &'b str) -> Vec<Cow<'b, str>> {
-        let mark = self.header.as_ref().map_or_else(|| separator(line), |h| h.separator);
-        let mut all = fields(line, mark);
+    pub fn fields<'b>(&self, line: LabRow<'b>) -> Vec<LabCell<'b>> {
+        let mut all = line.cells(self.mark(line));
         if self.header.is_none() && all.len() == self.signals() {
-            all.insert(0, "".into());
+            all.insert(0, LabCell::EMPTY);
         }
         all
+    }
+
+    /// What separates the fields of a line.
+    pub fn mark(&self, line: LabRow<'_>) -> char {
+        self.header.as_ref().map_or_else(|| line.separator(), |h| h.separator)
     }
 
     /// How many signals a reading has.
@@ -171,7 +184,7 @@ impl<'a> Lines<'a> {
     }
 
     /// The second signal of a line that [`Self::parse`] reads; NaN where it is missing or no number.
-    pub fn second(&mut self, line: &str) -> f64 {
+    pub fn second(&mut self, line: LabRow<'_>) -> f64 {
         let place = match &self.header {
             Some(header) => header.columns.second.map(|s| s.1),
             None => self.locator.is_twofold().then_some(2),
@@ -182,20 +195,20 @@ impl<'a> Lines<'a> {
     }
 
     /// The number of a field that holds one; NaN of any other.
-    pub fn number(&mut self, field: &str) -> f64 {
+    pub fn number(&mut self, field: &LabCell<'_>) -> f64 {
         self.decimals.number(field).unwrap_or(f64::NAN)
     }
 
     /// The number of a field that may be left out: NaN of an empty one and of `nan`, infinite of what is no number.
-    pub fn optional_number(&mut self, field: &str) -> f64 {
-        if field.is_empty() || field.eq_ignore_ascii_case("nan") {
+    pub fn optional_number(&mut self, field: &LabCell<'_>) -> f64 {
+        if field.is_empty() || field.text().eq_ignore_ascii_case("nan") {
             return f64::NAN;
         }
         self.decimals.number(field).filter(|x| x.is_finite()).unwrap_or(f64::INFINITY)
     }
 
     /// The signal of a field that may be left out, as [`Self::told`].
-    pub fn signal_if_told(&mut self, field: &str) -> f64 {
+    pub fn signal_if_told(&mut self, field: &LabCell<'_>) -> f64 {
         let value = self.optional_number(field);
         if value.is_infinite() { value } else { self.signal(value) }
     }
@@ -211,30 +224,26 @@ impl<'a> Lines<'a> {
     }
 
     /// Drive and signal of a line, NaN where a field is missing or no number; `None` for a line of another shape.
-    pub fn parse(&mut self, line: &str) -> Option<(f64, f64)> {
+    pub fn parse(&mut self, line: LabRow<'_>) -> Option<(f64, f64)> {
         let only = self.locator.only_drive();
-        let (mark, places) = match &self.header {
-            Some(h) => {
-                (h.separator, Some((h.columns.fields, h.columns.drive.map(|d| d.1), h.columns.signal.1)))
-            }
-            None => (separator(line), None),
-        };
-        let all = fields(line, mark);
+        let places = self.header.as_ref().map(|h| &h.columns);
+        let places = places.map(|c| (c.fields, c.drive.map(|d| d.1), c.signal.1));
+        let all = line.cells(self.mark(line));
         let when = self.when(&all);
-        let (count, field) = (all.len(), |place: usize| all.get(place).map(AsRef::as_ref));
+        let (count, field, none) = (all.len(), |place: usize| all.get(place), &LabCell::EMPTY);
         let (drive, signal) = match places {
             None => match (count + 1 - self.signals(), only) {
                 (2, _) => (field(0), field(1)?),
-                (1, Some(_)) if !line.trim().is_empty() => (Some(""), field(0)?),
+                (1, Some(_)) if !line.is_blank() => (Some(none), field(0)?),
                 _ => return None,
             },
             Some((fields, drive, signal)) if fields == count => {
-                (drive.map_or(Some(""), field), field(signal)?)
+                (drive.map_or(Some(none), field), field(signal)?)
             }
             Some(_) => return None,
         };
         let drive = match (drive?, only) {
-            ("", Some(only)) => only,
+            (drive, Some(only)) if drive.is_empty() => only,
             (drive, _) if self.locator.of_several => self.optional_number(drive),
             (drive, _) => self.number(drive),
         };
@@ -266,11 +275,11 @@ impl<'a> Lines<'a> {
     }
 
     /// Time and run of a line of these fields; `None` where no column says the time.
-    fn when(&mut self, fields: &[Cow<'_, str>]) -> Option<(f64, u64)> {
+    fn when(&mut self, fields: &[LabCell<'_>]) -> Option<(f64, u64)> {
         let Columns { time, run: named, .. } = self.header.as_ref()?.columns;
         let t = self.optional_number(fields.get(time?)?);
         let mut run = DefaultHasher::new();
-        named.and_then(|place| fields.get(place)).map(|name| name.trim()).hash(&mut run);
+        named.and_then(|place| fields.get(place)).map(LabCell::text).hash(&mut run);
         Some((t, run.finish()))
     }
 }

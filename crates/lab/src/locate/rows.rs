@@ -6,9 +6,9 @@ use super::reading::Lines;
 use super::several::Several;
 use super::{Located, Locator, PairOfReadings, Spatial};
 use crate::error::{Error, InputError};
-use crate::fields::{fields, separator};
 use crate::measure::Names;
 use crate::measure::header::{Comments, same};
+use crate::sink::lab::{LabCell, LabRow};
 use crate::status::Status;
 
 /// Taps from which on the work of answering them is shared by threads.
@@ -152,7 +152,7 @@ impl<'a> RowReader<'a> {
     /// Columns that do not fit the calibration.
     pub fn first(
         &mut self,
-        line: &str,
+        line: LabRow<'_>,
         comments: &Comments,
         said: &Names,
         file: bool,
@@ -193,12 +193,12 @@ impl<'a> RowReader<'a> {
     }
 
     /// The fields of a line; where the drive may be left out, and is, an empty one stands for it.
-    pub fn fields<'b>(&self, line: &'b str) -> Vec<std::borrow::Cow<'b, str>> {
+    pub fn fields<'b>(&self, line: LabRow<'b>) -> Vec<LabCell<'b>> {
         match self.who {
             Answerer::Several(several) if !self.headed => {
-                let mut all = fields(line, separator(line));
+                let mut all = line.cells(line.separator());
                 if all.len() == several.names.len() {
-                    all.insert(0, "".into());
+                    all.insert(0, LabCell::EMPTY);
                 }
                 all
             }
@@ -207,7 +207,7 @@ impl<'a> RowReader<'a> {
     }
 
     /// Drive and signals of a line, NaN where a field is missing or no number, of several channels infinite where it is no number; `None` for a line of another shape.
-    pub fn parse(&mut self, line: &str) -> Option<(f64, Vec<f64>)> {
+    pub fn parse(&mut self, line: LabRow<'_>) -> Option<(f64, Vec<f64>)> {
         let several = match self.who {
             Answerer::One(locator) => {
                 let (drive, signal) = self.lines[0].parse(line)?;

@@ -15,16 +15,18 @@ use super::tare::{Tare, doubt};
 use super::{Located, Locator};
 use crate::combinations::Combinations;
 use crate::error::{Error, InputError};
-use crate::fields::{plain, separator};
+use crate::fields::plain;
 use crate::measure::Names;
 use crate::measure::missing::is_usual;
 use crate::measure::thousands::Thousands;
 use crate::measure::zero::Zero;
-use crate::sink::values::Field;
+use crate::sink::fact::{Kind, fact_in, kind};
+use crate::sink::frame::Frame;
+use crate::sink::heading::heading;
+use crate::sink::lab::{LabRow, LabTable};
+use crate::sink::values::{Field, Values};
 use crate::status::Status;
 
-/// Answers that are kept back at most while more input is waiting, bytes.
-const BATCH: usize = 1 << 16;
 /// Readings that are answered together at most.
 const TOGETHER: usize = 1 << 12;
 
@@ -35,8 +37,8 @@ const JITTER: f64 = 0.01;
 /// A zero reading with a value that stands for none, such as -1, is left out where it differs from the other zero readings by this share of a usual tap.
 const NO_ZERO: f64 = 0.1;
 
-/// Where answers go: bytes, and whether a reader is waiting for them.
-pub type Write<'a> = &'a mut dyn FnMut(&[u8], bool) -> Result<(), Error>;
+/// Where answers go: the next rows of their table, and whether a reader is waiting for them. At first it is given the columns, at times without a row.
+pub type Write<'a> = &'a mut dyn FnMut(&Frame, bool) -> Result<(), Error>;
 
 /// What was answered.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -68,11 +70,20 @@ pub struct Ask<'a> {
     pub by: By<'a>,
     /// Whether the interval that holds a distance with 95 % is told.
     pub interval: bool,
+    /// Which lines are read, by their numbers; all where nothing is said. Others are passed over.
+    pub only: Option<&'a dyn Fn(usize) -> bool>,
     /// Tells the user what he should know, at once.
     pub warn: &'a dyn Fn(&str),
 }
 
-impl Ask<'_> {
+impl<'a> Ask<'a> {
+    /// All lines of a file `label`, which are kept, each reading alone.
+    pub fn of_file(label: &'a str, columns: &'a Names, warn: &'a dyn Fn(&str)) -> Self {
+        let label = Some(label);
+        let by = By::Unsaid;
+        Self { columns, zero: [None; 2], label, keep: true, by, interval: false, only: None, warn }
+    }
+
     /// Refuses a zero that was given beside those of the file, of each signal.
     pub fn contradicted(&self, zeros: &[Zero]) -> Result<(), InputError> {
         let zero = &zeros[0];
@@ -88,7 +99,7 @@ impl Ask<'_> {
 /// As [`answer`]; numbers of which nothing says whether they are more than a thousand.
 pub fn zeros<'a>(
     who: impl Into<Answerer<'a>>,
-    input: impl Read,
+    input: LabTable<'_, impl Read>,
     ask: &Ask<'_>,
 ) -> Result<(Vec<Zero>, Vec<usize>), Error> {
     let who = who.into();
@@ -97,9 +108,9 @@ pub fn zeros<'a>(
     let (mut readings, mut numbers, mut sizes) = (vec![Vec::new(); who.signals()], Vec::new(), Vec::new());
     let mut thousands = Thousands::default();
     while let Some(line) = source.next(&mut rows)? {
-        let text = line.text.unwrap_or_default();
-        thousands.see(line.number, &rows.fields(text), separator(text));
-        let Some((drive, signals)) = line.text.and_then(|t| rows.parse(t)) else { continue };
+        let Some(row) = line.row else { continue };
+        thousands.see(line.number, &rows.fields(row), row.separator());
+        let Some((drive, signals)) = rows.parse(row) else { continue };
         if !rows.rests(drive, &signals) {
             sizes.extend(Some(signals[0]).filter(|x| x.is_finite()));
             continue;
@@ -139,7 +150,7 @@ pub fn zeros<'a>(
 /// A header that does not fit the calibration; input or output that fails. A line that is no reading is answered by its status.
 pub fn answer<'a>(
     who: impl Into<Answerer<'a>>,
-    input: impl Read,
+    input: LabTable<'_, impl Read>,
     ask: &Ask<'_>,
     zero: Option<Vec<Zero>>,
     stop: &AtomicBool,
@@ -147,23 +158,21 @@ pub fn answer<'a>(
 ) -> Result<Counts, Error> {
     let who = who.into();
     let locator = who.first();
+    let of_frame = if let LabTable::Frame(frame) = input { Some(frame) } else { None };
     let mut source = Source::new(input, ask);
     let label = |e: InputError| e.at(ask.label.unwrap_or("stdin"), None);
     Objects::can(who, ask.by).map_err(label)?;
     let mut rows = RowReader::new(who);
-    let mut out = Vec::with_capacity(2 * BATCH);
     let mut counts = Counts::default();
+    let mut table = Frame::of("located.csv", [locator.rig.setup.drive.column()]);
     if !ask.keep {
-        let mut names = vec![locator.rig.setup.drive.column()];
-        names.extend((0..who.signals()).map(|k| who.column(k)));
-        names.extend(&added(who, ask.interval)[1..]);
+        (0..who.signals()).for_each(|k| table.add(who.column(k).to_owned(), Values::new(Kind::Number)));
+        add(&mut table, "located", &added(who, ask.interval)[1..]);
         if ask.by != By::Unsaid {
-            names.extend(Group::columns((ask.by, ask.interval), who, None));
+            add(&mut table, "located", &Group::columns((ask.by, ask.interval), who, None));
         }
-        out.extend(format!("{}\n", names.join(",")).bytes());
         // Whoever starts a stream may want to see that it is ready.
-        write(&out, true)?;
-        out.clear();
+        write(&table, true)?;
     }
     source.first(&mut rows)?;
     let of_file = zero.is_some();
@@ -177,12 +186,13 @@ pub fn answer<'a>(
         ));
     }
     let mut group = Group::new(&rows, ask)?;
-    let together = group.iter().flat_map(|_| Group::columns((ask.by, ask.interval), who, Some(&rows)));
-    let columns: Vec<&str> = added(who, ask.interval).into_iter().chain(together).collect();
-    let kept = ask.keep.then(|| Kept::new(&rows, &columns));
-    if let Some(kept) = &kept {
-        kept.header(&mut out);
-    }
+    let kept = ask.keep.then(|| {
+        let together = group.iter().flat_map(|_| Group::columns((ask.by, ask.interval), who, Some(&rows)));
+        let columns: Vec<&str> = added(who, ask.interval).into_iter().chain(together).collect();
+        let kept = Kept::new(&rows, of_frame, &columns);
+        table = kept.frame(heading("located"));
+        kept
+    });
     let (mut asked, mut follows, mut untimed) = (false, false, false);
     // A file was looked through before.
     let (mut thousands, mut unclear) = ((!of_file).then(Thousands::default), false);
@@ -193,9 +203,9 @@ pub fn answer<'a>(
             break;
         }
         // Of a line that is no reading, no field is known to be a signal.
-        let mut read = line.text.and_then(|t| rows.parse(t));
-        if let Some((seen, text)) = thousands.as_mut().zip(line.text) {
-            let grouped = seen.see(line.number, &rows.fields(text), separator(text));
+        let mut read = line.row.and_then(|row| rows.parse(row));
+        if let Some((seen, row)) = thousands.as_mut().zip(line.row) {
+            let grouped = seen.see(line.number, &rows.fields(row), row.separator());
             if grouped && let Err(why) = seen.check(&rows.names(), ask.columns) {
                 read = None;
                 if !std::mem::replace(&mut unclear, true) {
@@ -212,6 +222,7 @@ pub fn answer<'a>(
             ));
         }
         let is_zero = rows.rests(drive, &signals);
+        let cells = line.row.filter(|_| group.is_some()).map_or_else(Vec::new, |row| rows.fields(row));
         let (mut zero, mut together) = (None, None);
         let found = if is_zero {
             counts.zeros += 1;
@@ -264,51 +275,57 @@ pub fn answer<'a>(
                     let zeros = counts.zeros;
                     let tap =
                         UnlocatedTap { line: line.number, drive, signal, share, zero: zeros, shift: 0.0 };
-                    together = Some(group.tell((&rows, line.text), tap, &located, ask));
+                    together = Some(group.tell((&rows, &cells), tap, &located, ask));
                 }
                 Answer::Known(located)
             } else if let Some(group) = group.as_mut().filter(|_| who.is_twofold()) {
                 let alone = locator.pairs(&[tap.pair()])?.pop();
                 let alone = alone.unwrap_or((Spatial::nothing(Status::BAD_INPUT), None));
-                together =
-                    Some(group.tell_pair((&rows, line.text), (line.number, counts.zeros), &alone, ask));
+                together = Some(group.tell_pair((&rows, &cells), (line.number, counts.zeros), &alone, ask));
                 Answer::Contact(Box::new(alone.0))
             } else {
                 Answer::UnlocatedTap(tap)
             }
         };
-        let nothing = |group: &Group<'_>| group.nothing((&rows, line.text), ask);
+        let nothing = |group: &Group<'_>| group.nothing((&rows, &cells), ask);
         let more = group.as_ref().map(|group| together.unwrap_or_else(|| nothing(group)));
         follows = is_zero;
         counts.lines += 1;
-        counts.blank += u64::from(line.text.is_some_and(|text| text.trim().is_empty()));
-        match &kept {
+        counts.blank += u64::from(line.row.is_some_and(LabRow::is_blank));
+        let shown = if locator.drive_recorded || drive != UNRECORDED { drive } else { f64::NAN };
+        let asked = match &kept {
             Some(kept) => {
                 let zero = zero.map_or(f64::NAN, |z| z.0);
-                kept.row(&mut batch.asked, &line, &rows, [drive, signals[0], zero]);
+                kept.fields(&line, &rows, [drive, signals[0], zero])
             }
-            None => {
-                let shown = if locator.drive_recorded || drive != UNRECORDED { drive } else { f64::NAN };
-                number(&mut batch.asked, shown);
-                signals.iter().for_each(|signal| number(&mut batch.asked, *signal));
-            }
-        }
-        batch.answers.push((batch.asked.len(), found, more));
+            None => std::iter::once(shown).chain(signals).map(Field::Number).collect(),
+        };
         // Whoever sent half a line waits for the answers to those before it.
         let waiting = line.waiting;
-        if waiting || batch.asked.len() >= BATCH || batch.answers.len() >= TOGETHER {
-            batch.answer(who, ask.interval, &mut out, &mut counts)?;
-            write(&out, waiting)?;
-            out.clear();
+        batch.lines.push((asked, found, more.unwrap_or_default()));
+        if waiting || batch.lines.len() >= TOGETHER {
+            batch.answer(who, ask.interval, &mut table, &mut counts)?;
+            write(&table, waiting)?;
+            table = table.like();
         }
         if stop.load(Ordering::Relaxed) {
             break;
         }
     }
     counts.stopped = stop.load(Ordering::Relaxed);
-    batch.answer(who, ask.interval, &mut out, &mut counts)?;
-    write(&out, true)?;
+    batch.answer(who, ask.interval, &mut table, &mut counts)?;
+    write(&table, true)?;
     Ok(counts)
+}
+
+/// Adds these columns to `answers`, a table of the heading `table`. The name of an object or a stroke is a word.
+pub(super) fn add(answers: &mut Frame, table: &str, names: &[&'static str]) {
+    for name in names {
+        let is_name = [super::object::NAME, super::strokes::NAME].contains(name);
+        let of = |heading| fact_in(heading, name).map(|fact| fact.kind);
+        let known = [table, "together", "along"].into_iter().find_map(of).unwrap_or_else(|| kind(name));
+        answers.add(*name, Values::new(if is_name { Kind::Word } else { known }));
+    }
 }
 
 /// The zero of each signal: that of the file, if it has any, else what the user said or the calibration fitted.
@@ -348,27 +365,4 @@ fn same(one: &mut Option<f64>, drive: f64, locator: &Locator, ask: &Ask<'_>) -> 
     }
     let one = *one.get_or_insert(drive);
     drive > 0.0 && (drive - one).abs() <= JITTER * one
-}
-
-/// A field, empty where there is no number, and the comma after it.
-pub(super) fn number(out: &mut Vec<u8>, x: f64) {
-    if x.is_finite() {
-        let mut buffer = ryu::Buffer::new();
-        let text = buffer.format_finite(x);
-        out.extend_from_slice(text.strip_suffix(".0").unwrap_or(text).as_bytes());
-    }
-    out.push(b',');
-}
-
-/// Numbers and words with a comma between them.
-pub(super) fn written(out: &mut Vec<u8>, fields: Vec<Field>) {
-    for field in fields {
-        match field {
-            Field::Number(x) => number(out, x),
-            Field::Count(n) => number(out, n as f64),
-            Field::Word(word) => super::kept::field(out, &word),
-            Field::Status(status) => super::kept::field(out, &status.to_string()),
-        }
-    }
-    out.pop();
 }

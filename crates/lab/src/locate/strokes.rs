@@ -6,9 +6,11 @@ use super::Locator;
 use super::free::Free;
 use super::object::{UnlocatedTap, limit};
 use super::rows::RowReader;
-use super::stream::{Ask, number};
+use super::stream::Ask;
 use crate::error::Error;
 use crate::sink::heading::heading;
+use crate::sink::lab::LabCell;
+use crate::sink::values::Field;
 use crate::status::Status;
 
 /// The column that numbers strokes.
@@ -71,20 +73,17 @@ pub struct Far {
 }
 
 impl Far {
-    /// Writes the columns, each with a comma after it but for the last.
-    pub fn write(this: Option<&Self>, out: &mut Vec<u8>) {
+    /// Its columns; all are empty of a reading that is of no stroke.
+    pub fn fields(this: Option<&Self>) -> Vec<Field> {
         let Some(Self { rows, told, origin, status }) = this else {
-            out.extend(b",,,,,,,,,,");
-            return;
+            return (0..10).map(|_| f64::NAN.into()).chain(["".into()]).collect();
         };
-        number(out, *rows as f64);
         let nothing = ToldCourse { a: [f64::NAN; 5], touch: [f64::NAN; 2], near: None, apart: [f64::NAN; 2] };
         let ToldCourse { a, touch, apart, .. } = told.unwrap_or(nothing);
-        [touch[0] + origin, touch[1], a[2], a[1], a[3], a[0], a[4], apart[0] + origin]
-            .into_iter()
-            .for_each(|x| number(out, x));
-        number(out, (100.0 * apart[1]).round() / 100.0 + 0.0);
-        out.extend(status.to_string().bytes());
+        let sigmas = (100.0 * apart[1]).round() / 100.0 + 0.0;
+        let course = [touch[0] + origin, touch[1], a[2], a[1], a[3], a[0], a[4], apart[0] + origin, sigmas];
+        let numbers = std::iter::once(*rows as f64).chain(course).map(Field::from);
+        numbers.chain([(*status).into()]).collect()
     }
 }
 
@@ -117,14 +116,13 @@ impl<'a> Strokes<'a> {
     }
 
     /// The stroke of a line, where a column names it.
-    pub fn name(&self, rows: &RowReader<'_>, text: Option<&str>) -> String {
-        let field = |place: usize| rows.fields(text?).get(place).map(|f| f.trim().to_owned());
-        self.place.and_then(field).unwrap_or_default()
+    pub fn name(&self, cells: &[LabCell<'_>]) -> String {
+        self.place.and_then(|place| cells.get(place)).map(LabCell::to_string).unwrap_or_default()
     }
 
     /// The same, or the number of the last stroke.
-    pub fn shown(&self, rows: &RowReader<'_>, text: Option<&str>) -> String {
-        if self.place.is_some() { self.name(rows, text) } else { self.number.to_string() }
+    pub fn shown(&self, cells: &[LabCell<'_>]) -> String {
+        if self.place.is_some() { self.name(cells) } else { self.number.to_string() }
     }
 
     /// Ends the stroke: the sensor is at rest.

@@ -9,9 +9,9 @@ use super::stream::{Ask, tares, zeros};
 use super::tare::doubt;
 use super::{Located, Locator};
 use crate::error::{Error, InputError};
-use crate::fields;
 use crate::sink::frame::Frame;
 use crate::sink::heading::Heading;
+use crate::sink::lab::{LabCell, LabTable};
 use crate::sink::values::Field;
 use crate::status::Status;
 
@@ -21,7 +21,7 @@ pub struct Reading {
     /// Line of the file, from 1.
     pub line: usize,
     /// Its fields, those of [`Readings::names`]; empty where the line has another shape.
-    pub fields: Vec<String>,
+    pub fields: Vec<LabCell<'static>>,
     /// The row as it is kept: number of the line, the user's own columns, drive, signal and zero.
     pub kept: Vec<Field>,
     /// Degrees or mm; NaN where the line says nothing.
@@ -52,12 +52,17 @@ pub struct Readings {
 }
 
 impl Readings {
-    /// Reads and answers `bytes` for the table of `heading`, whose columns from the zero on follow what is kept of each row.
+    /// Reads and answers `input` for the table of `heading`, whose columns from the zero on follow what is kept of each row.
     ///
     /// # Errors
     /// A header that does not fit the calibration; a zero that contradicts the file's own.
-    pub fn of(locator: &Locator, bytes: &[u8], ask: &Ask<'_>, heading: &Heading) -> Result<Self, Error> {
-        let (read, wrong) = zeros(locator, bytes, ask)?;
+    pub fn of(
+        locator: &Locator,
+        input: LabTable<'_>,
+        ask: &Ask<'_>,
+        heading: &Heading,
+    ) -> Result<Self, Error> {
+        let (read, wrong) = zeros(locator, input, ask)?;
         let label = ask.label.unwrap_or("stdin");
         ask.contradicted(&read).map_err(|error| error.at(label, None))?;
         if !wrong.is_empty() {
@@ -68,18 +73,19 @@ impl Readings {
                 lines.join(", ")
             ));
         }
-        let mut source = Source::new(bytes, ask);
+        let of_frame = if let LabTable::Frame(frame) = input { Some(frame) } else { None };
+        let mut source = Source::new(input, ask);
         let mut lines = RowReader::new(locator);
         source.first(&mut lines)?;
         let tares = tares(Answerer::One(locator), lines.lines(), ask, read)?;
-        let kept = Kept::new(&lines, &heading.names_from("zero"));
+        let kept = Kept::new(&lines, of_frame, &heading.names_from("zero"));
         let names = lines.names();
         let (mut rows, mut asked): (Vec<Reading>, bool) = Default::default();
         let (mut pairs, mut places): (Vec<PairOfReadings>, Vec<usize>) = Default::default();
         while let Some(line) = source.next(&mut lines)? {
             let (drive, recorded) = line
-                .text
-                .and_then(|t| lines.parse(t))
+                .row
+                .and_then(|row| lines.parse(row))
                 .unwrap_or_else(|| (f64::NAN, vec![f64::NAN; tares.len()]));
             let finite = drive.is_finite() && recorded[0].is_finite();
             let rests = finite && locator.rests(drive);
@@ -106,8 +112,8 @@ impl Readings {
                     }
                 }
             };
-            let fields: Vec<String> =
-                lines.fields(line.text.unwrap_or_default()).iter().map(|f| f.to_string()).collect();
+            let fields = line.row.map_or_else(Vec::new, |row| lines.fields(row));
+            let fields: Vec<_> = fields.into_iter().map(LabCell::into_owned).collect();
             let fields = if fields.len() == names.len() { fields } else { Vec::new() };
             let told = [drive, recorded[0], zero.map_or(f64::NAN, |z| z.0)];
             rows.push(Reading {
@@ -146,7 +152,7 @@ impl Readings {
         }
         let value = |row: &Reading| match row.fields.get(place) {
             None => Ok(f64::NAN),
-            Some(field) => fields::number(field).ok_or_else(|| {
+            Some(field) => field.number().ok_or_else(|| {
                 let error = InputError::new("this is not a number").at(self.file.clone(), Some(row.line));
                 error
                     .key(name)

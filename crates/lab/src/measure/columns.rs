@@ -1,14 +1,12 @@
 //! Which column of a file is what: by the names that every table has, or as `--columns` says.
 
-use std::borrow::Cow;
-
 use super::Unit;
 use super::file::Row;
 use super::group::Groups;
 use super::names::{DISTANCE, Names, Role};
 use crate::error::InputError;
-use crate::fields;
 use crate::scene::Drive;
+use crate::sink::lab::LabCell;
 
 /// Columns of the run, the first that is there counts.
 const RUNS: [&str; 4] = ["run", "session", "date", "pass"];
@@ -256,9 +254,9 @@ impl<'a> Others<'a> {
     }
 
     /// Takes a line; a column that holds a word is no drive.
-    pub fn push(&mut self, record: &[Cow<'_, str>]) {
+    pub fn push(&mut self, record: &[LabCell<'_>]) {
         self.columns.retain_mut(|(place, _, values)| {
-            let x = fields::number(&record[*place]).filter(|x| x.is_finite());
+            let x = record[*place].number().filter(|x| x.is_finite());
             values.extend(x);
             x.is_some()
         });

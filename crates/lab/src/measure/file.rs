@@ -1,13 +1,11 @@
 //! Data files of a rig: a_mm, theta_deg or delta_mm, and one signal.
 
-use std::collections::hash_map::DefaultHasher;
-use std::hash::{Hash, Hasher};
 use std::path::Path;
 
 use super::Unit;
 use super::columns::Others;
 use super::group::rounded;
-use super::header::{Comments, elsewhere, same};
+use super::header::Sheet;
 use super::missing::{self, Missing};
 pub use super::names::DISTANCE;
 use super::runs::{Runs, forward, seconds};
@@ -17,8 +15,9 @@ use super::{
     names::Names,
 };
 use crate::error::InputError;
-use crate::fields::{Decimals, fields, lines, separator};
+use crate::fields::Decimals;
 use crate::scene::Drive;
+use crate::sink::lab::LabTable;
 use crate::text_file::{Limit, TextFile};
 
 /// One line of a data file; NaN where the line says nothing.
@@ -122,38 +121,24 @@ impl Data {
 
     /// Reads `bytes`; `label` names them in messages. Errors as [`Self::read`].
     pub fn parse(label: &str, bytes: &[u8]) -> Result<Self, InputError> {
-        Self::parse_named(label, bytes, &Names::default())
+        Self::parse_named(label, LabTable::Text(bytes), &Names::default())
     }
 
-    /// As [`Self::parse`], where `said` names columns.
-    pub fn parse_named(label: &str, bytes: &[u8], said: &Names) -> Result<Self, InputError> {
-        let bytes = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes);
-        let text = std::str::from_utf8(bytes).map_err(|e| {
-            let line = 1 + bytes[..e.valid_up_to()].iter().filter(|&&b| b == b'\n').count();
-            InputError::new("this data file is not UTF-8 text; save it as UTF-8 CSV").at(label, Some(line))
-        })?;
+    /// As [`Self::parse`], of a file or a table in memory, where `said` names columns.
+    pub fn parse_named(label: &str, table: LabTable<'_>, said: &Names) -> Result<Self, InputError> {
         let here = |e: InputError| InputError { file: Some(label.to_owned()), ..e };
-        let mut comments = Comments::default();
-        let mut lines = (1..).zip(lines(text)).filter(|(_, l)| !l.trim().is_empty()).peekable();
-        while let Some((line, text)) = lines.next_if(|(_, l)| l.starts_with('#')) {
-            comments.push(line, text);
-        }
-        let Some((first, header)) = lines.peek().copied() else {
-            let message = "this file is empty; its first line must name the columns";
-            return Err(InputError::new(message).at(label, None).allowed(all_names()));
+        let table = match table {
+            LabTable::Text(bytes) => LabTable::Text(std::str::from_utf8(bytes).map_err(|e| {
+                let line = 1 + bytes[..e.valid_up_to()].iter().filter(|&&b| b == b'\n').count();
+                let error = InputError::new("this data file is not UTF-8 text; save it as UTF-8 CSV");
+                error.at(label, Some(line))
+            })?),
+            LabTable::Frame(frame) => LabTable::Frame(frame),
         };
-        let mark = separator(header);
-        let names: Vec<String> = fields(header, mark).iter().map(|f| f.to_string()).collect();
-        let (line, names) = match comments.before(header, &names, said).map_err(here)? {
-            Some(commented) => commented,
-            None => {
-                lines.next();
-                (first, names)
-            }
-        };
-        let at_header = |e: InputError| elsewhere(e.at(label, Some(line)), text, line);
-        let columns = Columns::find(&names, said, None).map_err(at_header)?;
-        let distance = columns.a.ok_or_else(|| at_header(missing(DISTANCE, &names)))?;
+        let mut sheet = Sheet::new(table, said, &all_names()).map_err(here)?;
+        let (names, mark) = (sheet.names.clone(), sheet.mark);
+        let columns = Columns::find(&names, said, None).map_err(|e| sheet.elsewhere(e, label))?;
+        let distance = columns.a.ok_or_else(|| sheet.elsewhere(missing(DISTANCE, &names), label))?;
 
         let mut beside = Beside {
             second: columns.second.map(|(unit, place)| (unit, names[place].clone())),
@@ -164,17 +149,13 @@ impl Data {
         let mut rows: Vec<Row> = Vec::new();
         let mut runs = Runs::default();
         let (mut decimals, mut thousands) = (Decimals::default(), Thousands::default());
-        for (line, text) in lines {
-            if text.starts_with('#') {
-                same(line, text, header, &names, said).map_err(here)?;
-                continue;
-            }
-            let record = fields(text, mark);
+        while let Some((line, row)) = sheet.next(said).map_err(here)? {
+            let record = row.cells(mark);
             if record.len() != names.len() {
                 let message =
                     format!("this line has {} fields, but the header has {}", record.len(), names.len());
                 let allowed = "one field for each column; decimal commas need ; or tabs between fields";
-                return Err(InputError::new(message).value(text).allowed(allowed).at(label, Some(line)));
+                return Err(InputError::new(message).value(row).allowed(allowed).at(label, Some(line)));
             }
             let mut number = |place: usize| {
                 decimals.number(&record[place]).ok_or_else(|| {
@@ -193,18 +174,16 @@ impl Data {
             others.push(&record);
             thousands.see(line, &record, mark);
             let mut faulty = None;
-            let mut fingerprint = DefaultHasher::new();
-            text.hash(&mut fingerprint);
             let place = rows.len();
             rows.push(Row {
-                run: columns.run.map_or(0, |at| runs.number(&record[at], line)),
+                run: columns.run.map_or(0, |at| runs.number(&record[at].text(), line)),
                 t: columns.time.map_or(Ok(place as f64), &mut number)?,
                 line,
                 a: number(distance)?,
                 drive: columns.drive.map_or(Ok(f64::NAN), |(_, place)| number(place))?,
                 value: number(columns.signal.1)?,
                 late: 0.0,
-                text: fingerprint.finish(),
+                text: row.fingerprint(),
             });
             let places = [columns.second.map(|s| s.1), columns.tilt];
             beside.values.push(places.map(|place| {
@@ -234,7 +213,7 @@ impl Data {
             forward(&rows).map_err(|(line, e)| e.key(&names[at]).at(label, Some(line)))?;
         }
         if let Some(name) = others.drive(&rows) {
-            return Err(at_header(followed(name)));
+            return Err(sheet.elsewhere(followed(name), label));
         }
         let named = [columns.a, columns.drive.map(|d| d.1), Some(columns.signal.1)]
             .map(|place| place.map_or("", |place| names[place].as_str()));

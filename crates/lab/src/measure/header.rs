@@ -4,6 +4,7 @@ use super::columns::drive_like;
 use super::names::Names;
 use crate::error::InputError;
 use crate::fields::{fields, lines, number, separator};
+use crate::sink::lab::{LabRow, LabTable};
 
 /// Words in the name of a column that is no drive.
 const WORDS: [&str; 30] = [
@@ -83,6 +84,79 @@ impl Comments {
     }
 }
 
+/// A table as a lab records it: the names of its columns, and its rows one by one.
+pub struct Sheet<'a> {
+    /// Names of the columns.
+    pub names: Vec<String>,
+    /// Line in which they stand.
+    pub line: usize,
+    /// What separates fields.
+    pub mark: char,
+    /// The first line, by which comments are read, and the whole text.
+    first: &'a str,
+    text: &'a str,
+    rows: Box<dyn Iterator<Item = (usize, LabRow<'a>)> + 'a>,
+}
+
+impl<'a> Sheet<'a> {
+    /// Finds the names of the columns, where `said` names some; `allowed` are columns of such a table.
+    ///
+    /// # Errors
+    /// Text without a line; a comment that names columns, but not as many as there are.
+    pub fn new(table: LabTable<'a, &'a str>, said: &Names, allowed: &str) -> Result<Self, InputError> {
+        let text = match table {
+            LabTable::Text(text) => text.trim_start_matches('\u{feff}'),
+            LabTable::Frame(frame) => {
+                let names = frame.names.iter().map(|name| name.to_string()).collect();
+                let rows = (0..frame.len()).map(|row| (row + 2, LabRow::Of(frame, row)));
+                return Ok(Self { names, line: 1, mark: ',', first: "", text: "", rows: Box::new(rows) });
+            }
+        };
+        let mut lines = (1..).zip(lines(text)).filter(|(_, line)| !line.trim().is_empty()).peekable();
+        let mut comments = Comments::default();
+        while let Some((line, text)) = lines.next_if(|(_, line)| line.starts_with('#')) {
+            comments.push(line, text);
+        }
+        let Some((line, first)) = lines.peek().copied() else {
+            let message = "this file is empty; its first line must name the columns";
+            return Err(InputError::new(message).allowed(allowed));
+        };
+        let mark = separator(first);
+        let names: Vec<String> = fields(first, mark).iter().map(|f| f.to_string()).collect();
+        let commented = comments.before(first, &names, said)?;
+        if commented.is_none() {
+            lines.next();
+        }
+        let (line, names) = commented.unwrap_or((line, names));
+        let rows = Box::new(lines.map(|(line, text)| (line, LabRow::Line(text))));
+        Ok(Self { names, line, mark, first, text, rows })
+    }
+
+    /// The next row and its line.
+    ///
+    /// # Errors
+    /// A comment that names other columns.
+    pub fn next(&mut self, said: &Names) -> Result<Option<(usize, LabRow<'a>)>, InputError> {
+        for (line, row) in &mut self.rows {
+            match row {
+                LabRow::Line(text) if text.starts_with('#') => {
+                    same(line, text, self.first, &self.names, said)?;
+                }
+                row => return Ok(Some((line, row))),
+            }
+        }
+        Ok(None)
+    }
+
+    /// `error` of the names in the table `label`, with where it seems to begin, where that is elsewhere.
+    pub fn elsewhere(&self, error: InputError, label: &str) -> InputError {
+        let error = error.at(label, Some(self.line));
+        let Some(begin) = begins(self.text).filter(|begin| *begin != self.line) else { return error };
+        let allowed = error.allowed.clone().unwrap_or_default();
+        error.allowed(format!("{allowed}; the table seems to begin in line {begin}: leave out what is above"))
+    }
+}
+
 /// Refuses the `comment` in this `line` where it names other columns than `names`, which the rows before it have.
 pub fn same(line: usize, comment: &str, row: &str, names: &[String], said: &Names) -> Result<(), InputError> {
     match named(comment, row, said) {
@@ -93,13 +167,6 @@ pub fn same(line: usize, comment: &str, row: &str, names: &[String], said: &Name
         }
         _ => Ok(()),
     }
-}
-
-/// `error` of the header in this `line` of `text`, with where a table seems to begin, where that is elsewhere.
-pub fn elsewhere(error: InputError, text: &str, line: usize) -> InputError {
-    let Some(begin) = begins(text).filter(|begin| *begin != line) else { return error };
-    let allowed = error.allowed.clone().unwrap_or_default();
-    error.allowed(format!("{allowed}; the table seems to begin in line {begin}: leave out what is above"))
 }
 
 /// The line of names before three rows of numbers.

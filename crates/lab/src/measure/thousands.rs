@@ -1,10 +1,9 @@
 //! Numbers that may be more than a thousand: `1,367` beside `412` is 1367 to one who writes marks between thousands.
 
-use std::borrow::Cow;
-
 use super::names::{Names, Role};
 use crate::error::InputError;
 use crate::fields::number;
+use crate::sink::lab::LabCell;
 
 /// Marks that stand before decimals, or between thousands.
 const MARKS: [char; 2] = ['.', ','];
@@ -29,12 +28,13 @@ struct Column {
 impl Thousands {
     /// Looks at the fields of a line, between which `separator` stands.
     /// Whether one of them may be a number of more than a thousand.
-    pub fn see(&mut self, line: usize, fields: &[Cow<'_, str>], separator: char) -> bool {
+    pub fn see(&mut self, line: usize, fields: &[LabCell<'_>], separator: char) -> bool {
         let mut grouped = false;
         if self.columns.len() < fields.len() {
             self.columns.resize(fields.len(), Column::default());
         }
         for (field, column) in fields.iter().zip(&mut self.columns) {
+            let LabCell::Text(field) = field else { continue };
             let Some(k) = MARKS.iter().position(|mark| field.contains(*mark)) else {
                 // 0 is the same either way.
                 let digits = field.trim_start_matches(['+', '-']);

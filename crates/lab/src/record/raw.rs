@@ -1,15 +1,16 @@
 //! A raw record: times, signals, and what stands beside them.
 
 use crate::error::InputError;
-use crate::fields::{Decimals, fields, lines, separator};
+use crate::fields::Decimals;
 use crate::locate::object::NAME as OBJECT;
 use crate::measure::Unit;
 use crate::measure::columns::Columns;
-use crate::measure::header::{Comments, elsewhere, same};
+use crate::measure::header::Sheet;
 use crate::measure::names::{DISTANCE, Names, TILT};
 use crate::measure::runs::seconds;
 use crate::measure::thousands::Thousands;
 use crate::scene::Drive;
+use crate::sink::lab::LabTable;
 
 /// Samples at least.
 const LEAST: usize = 20;
@@ -36,31 +37,18 @@ pub struct Record {
 }
 
 impl Record {
-    /// From the text of a file: a header, then a sample in each row.
+    /// From a file or a table in memory: a header, then a sample in each row.
     ///
     /// # Errors
     /// A column that is missing; a field that is no number; times that do not rise; too few samples.
-    pub fn parse(file: &str, text: &str, said: &Names) -> Result<Self, InputError> {
-        let lines = (1..).zip(lines(text.trim_start_matches('\u{feff}')));
-        let mut rows = lines.filter(|(_, line)| !line.trim().is_empty()).peekable();
+    pub fn parse(file: &str, table: LabTable<'_>, said: &Names) -> Result<Self, InputError> {
+        let text = if let LabTable::Text(bytes) = table { String::from_utf8_lossy(bytes) } else { "".into() };
+        let table = if let LabTable::Frame(f) = table { LabTable::Frame(f) } else { LabTable::Text(&*text) };
         let here = |e: InputError| InputError { file: Some(file.to_owned()), ..e };
-        let mut comments = Comments::default();
-        while let Some((line, text)) = rows.next_if(|(_, l)| l.starts_with('#')) {
-            comments.push(line, text);
-        }
-        let (first, header) = rows.peek().copied().unwrap_or((1, ""));
-        let mark = separator(header);
-        let names: Vec<String> = fields(header, mark).iter().map(|f| f.to_string()).collect();
-        let (first, names) = match comments.before(header, &names, said).map_err(here)? {
-            Some(commented) => commented,
-            None => {
-                rows.next();
-                (first, names)
-            }
-        };
+        let mut sheet = Sheet::new(table, said, "t_s and the signal of each sample").map_err(here)?;
+        let (names, first, mark) = (sheet.names.clone(), sheet.line, sheet.mark);
         let at = |error: InputError, line: usize| error.at(file, Some(line));
-        let columns = Columns::find(&names, said, None);
-        let columns = columns.map_err(|e| elsewhere(at(e, first), text, first))?;
+        let columns = Columns::find(&names, said, None).map_err(|e| sheet.elsewhere(e, file))?;
         let Some(time) = columns.time else {
             let error = InputError::new("column t_s is missing: a raw record has the time of each sample");
             let error =
@@ -82,18 +70,14 @@ impl Record {
             [columns.a, columns.tilt, columns.run, object].into_iter().flatten().collect();
         record.labels = labelled.iter().map(|k| (own(&columns, *k, &names), Vec::new())).collect();
         let (mut decimals, mut thousands) = (Decimals::default(), Thousands::default());
-        for (line, text) in rows {
-            if text.starts_with('#') {
-                same(line, text, header, &names, said).map_err(here)?;
-                continue;
-            }
-            let all = fields(text, mark);
+        while let Some((line, row)) = sheet.next(said).map_err(here)? {
+            let all = row.cells(mark);
             thousands.see(line, &all, mark);
             if all.len() != names.len() {
                 let error = InputError::new("this line has another number of fields than the header");
                 return Err(at(error.value(all.len()).allowed(names.len().to_string()), line));
             }
-            if matches!(all[columns.signal.1].trim(), "" | "NaN" | "nan") {
+            if matches!(&*all[columns.signal.1].text(), "" | "NaN" | "nan") {
                 record.empty += 1;
                 continue;
             }
@@ -118,7 +102,7 @@ impl Record {
                 drives.push(number(place)?);
             }
             for ((_, values), place) in record.labels.iter_mut().zip(&labelled) {
-                values.push(all[*place].trim().to_owned());
+                values.push(all[*place].to_string());
             }
         }
         thousands.check(&names, said).map_err(here)?;

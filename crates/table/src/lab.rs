@@ -1,0 +1,161 @@
+//! Rows as a lab records them: lines of text, or the rows of a table in memory.
+
+use std::borrow::Cow;
+use std::fmt;
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+use super::fact::Kind;
+use super::fields::{fields, number, plain, separator};
+use super::folder::hash_all;
+use super::frame::Frame;
+use super::values::{Field, Values};
+use crate::error::Error;
+
+/// Where rows come from.
+#[derive(Debug, Clone, Copy)]
+pub enum LabTable<'a, R = &'a [u8]> {
+    /// The text of a file or a stream.
+    Text(R),
+    /// A table in memory. Its names stand in line 1, its rows from line 2 on.
+    Frame(&'a Frame),
+}
+
+impl LabTable<'_> {
+    /// Hash of the file; of a table in memory, of the same as CSV.
+    ///
+    /// # Errors
+    /// A table with a column of two types.
+    pub fn hash(self) -> Result<String, Error> {
+        let hash = |mut bytes: &[u8]| hash_all(&mut bytes).map_err(|e| Error::Run(e.to_string()));
+        match self {
+            Self::Text(bytes) => hash(bytes),
+            Self::Frame(frame) => hash(&frame.csv()?),
+        }
+    }
+}
+
+/// One row.
+#[derive(Debug, Clone, Copy)]
+pub enum LabRow<'a> {
+    /// A line of text.
+    Line(&'a str),
+    /// A row of a table.
+    Of(&'a Frame, usize),
+}
+
+impl<'a> LabRow<'a> {
+    /// What separates its fields.
+    pub fn separator(self) -> char {
+        if let Self::Line(line) = self { separator(line) } else { ',' }
+    }
+
+    /// Its fields; a line has `separator` between them.
+    pub fn cells(self, separator: char) -> Vec<LabCell<'a>> {
+        match self {
+            Self::Line(line) => fields(line, separator).into_iter().map(LabCell::Text).collect(),
+            Self::Of(frame, row) => frame.columns.iter().map(|values| LabCell::of(values, row)).collect(),
+        }
+    }
+
+    /// A number that differs where rows differ.
+    pub fn fingerprint(self) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        match self {
+            Self::Line(line) => line.hash(&mut hasher),
+            Self::Of(..) => self.cells(',').iter().for_each(|cell| match cell {
+                LabCell::Text(text) => text.hash(&mut hasher),
+                LabCell::Number(x) => x.to_bits().hash(&mut hasher),
+            }),
+        }
+        hasher.finish()
+    }
+
+    /// True of a line without any text.
+    pub fn is_blank(self) -> bool {
+        matches!(self, Self::Line(line) if line.trim().is_empty())
+    }
+}
+
+impl fmt::Display for LabRow<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Line(line) => f.write_str(line),
+            Self::Of(..) => {
+                let cells: Vec<String> = self.cells(',').iter().map(LabCell::to_string).collect();
+                f.write_str(&cells.join(","))
+            }
+        }
+    }
+}
+
+/// One field of a row.
+#[derive(Debug, Clone, PartialEq)]
+pub enum LabCell<'a> {
+    /// Text without blanks around it.
+    Text(Cow<'a, str>),
+    /// A number of a table in memory; NaN is missing.
+    Number(f64),
+}
+
+impl<'a> LabCell<'a> {
+    /// No text.
+    pub const EMPTY: Self = Self::Text(Cow::Borrowed(""));
+
+    fn of(values: &'a Values, row: usize) -> Self {
+        match values {
+            Values::Numbers(x) => Self::Number(x[row]),
+            Values::Counts(n) => Self::Number(n[row] as f64),
+            Values::Words(words) => Self::Text(words.at(row).trim().into()),
+        }
+    }
+
+    /// It as text.
+    pub fn text(&self) -> Cow<'_, str> {
+        match self {
+            Self::Text(text) => Cow::Borrowed(text),
+            Self::Number(x) if x.is_nan() => Cow::Borrowed(""),
+            Self::Number(x) => plain(*x).into(),
+        }
+    }
+
+    /// A number; NaN where it is missing or not finite; `None` of words.
+    pub fn number(&self) -> Option<f64> {
+        match self {
+            Self::Text(text) => number(text),
+            Self::Number(x) => Some(if x.is_finite() { *x } else { f64::NAN }),
+        }
+    }
+
+    /// True where nothing stands.
+    pub fn is_empty(&self) -> bool {
+        match self {
+            Self::Text(text) => text.is_empty(),
+            Self::Number(x) => x.is_nan(),
+        }
+    }
+
+    /// The same with text of its own.
+    pub fn into_owned(self) -> LabCell<'static> {
+        match self {
+            Self::Text(text) => LabCell::Text(text.into_owned().into()),
+            Self::Number(x) => LabCell::Number(x),
+        }
+    }
+
+    /// As a value of a column of this `kind`: of words with a decimal point.
+    pub fn field(&self, kind: Kind) -> Field {
+        match self {
+            Self::Number(x) if kind == Kind::Number => Field::Number(*x),
+            Self::Text(text) if text.contains(',') && self.number().is_some_and(f64::is_finite) => {
+                text.replacen(',', ".", 1).into()
+            }
+            _ => self.text().into_owned().into(),
+        }
+    }
+}
+
+impl fmt::Display for LabCell<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.text())
+    }
+}
