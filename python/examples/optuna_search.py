@@ -22,6 +22,7 @@ def objective(trial):
     strain = vibrissa.strain(10.0, d, 50.0, x_ss, 2.0, A, theta)
     if not np.abs(strain).max() <= LIMIT:
         raise optuna.TrialPruned
+    assert result.designs is not None
     total = result.designs["total_rms_mm"][0]
     return float(total) if np.isfinite(total) else 1e3
 

@@ -28,7 +28,7 @@ def spread(x):
 
 def main(generations=60):
     limit = NonlinearConstraint(lambda x: np.nan_to_num(taps(x)[1], nan=1.0)[None], 0, LIMIT)
-    found = differential_evolution(spread, BOUNDS, constraints=limit, vectorized=True, updating="deferred", maxiter=generations, seed=1, polish=False)
+    found = differential_evolution(spread, BOUNDS, constraints=limit, vectorized=True, updating="deferred", maxiter=generations, rng=1, polish=False)
     own = vibrissa.optimise(whisker=dict(D=10, L_a=50), gauge=dict(l=2), tap=dict(a=A), run=dict(backend="cpu"), optimise=dict(
         objective="sd", variables=dict(d=BOUNDS[0], x_ss=BOUNDS[1], theta=BOUNDS[2]), limits=dict(strain=LIMIT)))
     print(f"scipy:    d = {found.x[0]:.4f} mm, x_ss = {found.x[1]:.4f} mm, theta = {found.x[2]:.4f} degrees: K_sd = {float(found.fun):.4e}")

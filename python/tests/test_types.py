@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import vibrissa
-from vibrissa import _distance, _lab, _native, _pages, _taps
+from vibrissa import _distance, _lab, _native, _pages, _taps, _whisker
 
-COMMANDS = ["calibrate", "chart", "contour", "devices", "distance", "explore", "optimise", "pareto", "report", "shape", "simulate", "strain", "sweep", "tap", "verify"]
+COMMANDS = ["calibrate", "chart", "contour", "devices", "distance", "explore", "optimise", "pareto", "plan", "report", "shape", "simulate", "strain", "sweep", "tap", "taps", "verify"]
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -40,7 +40,7 @@ def test_everything_public_is_documented():
 
 
 def test_examples_in_docstrings():
-    for module in (_taps, _distance, _lab, _pages):
+    for module in (_taps, _distance, _lab, _pages, _whisker):
         failed, tried = doctest.testmod(module)
         assert tried > 0 and not failed
 
@@ -64,6 +64,8 @@ def test_types(tmp_path):
         "vibrissa.sweep(whiskers=3)\n"
         "vibrissa.strain(10, 4, 50, 5, 2, 30.0, 4.0, materal={'hooke': 3.2})\n")
     assert not errors("-p", "vibrissa")
+    examples = pathlib.Path(__file__).parents[1] / "examples"
+    assert not errors("--allow-untyped-defs", "--allow-untyped-calls", *map(str, sorted(examples.glob("*.py"))))
     lines = errors(str(use))
     assert "whiskers" in lines[0] and "materal" in "".join(lines[1:]) and {line.split(":")[1] for line in lines} == {"8", "9"}, lines
 

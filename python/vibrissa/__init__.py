@@ -27,20 +27,21 @@ from ._contour import Array, contour
 from ._distance import Distance, distance
 from ._drivers import ask_apart as _ask_apart
 from ._errors import Error, InputError, Interrupted, RunError, VibrissaWarning
-from ._lab import calibrate, simulate
+from ._lab import calibrate, plan, simulate, taps
 from ._locate import Located, Locator, NextTap
 from ._material import MaterialFit, fit_material
 from ._native import Table, __version__
 from ._pages import Page, Report, explore, report
-from ._results import BestTap, Calibration, Contour, Search, Shapes, Simulation, Sweep, Verification
+from ._results import BestTap, Calibration, Contour, Plan, Recorded, Search, Shapes, Simulation, Sweep, Verification
 from ._shape import shape
 from ._spec import axis, samples
 from ._taps import Jacobian, Status, Tap, status_words, strain
+from ._whisker import Whisker
 
 __all__ = [
-    "Array", "BestTap", "Calibration", "Contour", "Distance", "Error", "InputError", "Interrupted", "Jacobian", "Located", "Locator", "MaterialFit", "NextTap", "Page", "Report", "RunError", "Search", "Shapes",
-    "Simulation", "Status", "Step", "Sweep", "Table", "Tap", "Verification", "VibrissaWarning", "__version__", "axis", "calibrate", "chart", "contour",
-    "devices", "distance", "explore", "fit_material", "optimise", "pareto", "report", "samples", "shape", "simulate", "spec_text", "status_words", "strain", "sweep", "tap", "verify",
+    "Array", "BestTap", "Calibration", "Contour", "Distance", "Error", "InputError", "Interrupted", "Jacobian", "Located", "Locator", "MaterialFit", "NextTap", "Page", "Plan", "Recorded", "Report", "RunError", "Search", "Shapes",
+    "Simulation", "Status", "Step", "Sweep", "Table", "Tap", "Verification", "VibrissaWarning", "Whisker", "__version__", "axis", "calibrate", "chart", "contour",
+    "devices", "distance", "explore", "fit_material", "optimise", "pareto", "plan", "report", "samples", "shape", "simulate", "spec_text", "status_words", "strain", "sweep", "tap", "taps", "verify",
 ]
 
 _Mapping.register(Table)

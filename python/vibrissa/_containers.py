@@ -10,6 +10,7 @@ import numpy as np
 
 from ._errors import InputError
 from ._labels import aligned
+from ._units import PROPERTIES, unit_of_column
 
 _KINDS = ("a DataFrame (pandas, polars), a pyarrow Table, a DuckDB relation, whatever knows the Arrow PyCapsule interface, a structured array, an xarray Dataset, "
           "a dict of columns, what simulate gave")
@@ -109,3 +110,34 @@ def named_columns(data: Any, what: str, known: Set[str] = frozenset()) -> list[t
     if hasattr(data, "keys") and hasattr(data, "__getitem__"):
         return [(str(name), data[name]) for name in data.keys()]
     raise _no_table(data, what)
+
+
+# Columns that name a row of a sweep of axes.
+_AXES = ("D_mm", "d_tip_mm", "L_a_mm", "x_ss_mm", "l_mm", "scale", *PROPERTIES, "a_mm", "tilt_deg", "lean_deg", "theta_deg", "delta_mm")
+
+
+def grid(table: Any) -> Any:
+    """A table whose rows are a grid as an xarray Dataset.
+
+    Raises:
+        InputError: rows that are none.
+    """
+    try:
+        import xarray
+    except ImportError:
+        raise ImportError("to_xarray needs xarray (pip install xarray)") from None
+    # The dimensions of a profile follow its scale.
+    follows = ("D_mm", "d_tip_mm", "L_a_mm") if "scale" in table else ()
+    axes = {}
+    for name in (name for name in table.columns if name in _AXES and name not in follows):
+        values, first = np.unique(table[name], return_index=True)
+        axes[name] = values[np.argsort(first)]
+    dims = {name: values for name, values in axes.items() if len(values) > 1}
+    shape = tuple(map(len, dims.values()))
+    whole = int(np.prod(shape)) == len(table)
+    if not whole or any((table[name] != x.reshape(-1)).any() for name, x in zip(dims, np.meshgrid(*dims.values(), indexing="ij"))):
+        raise InputError("these rows are no grid", key="table", value=f"{len(table)} rows", allowed="a sweep of axes, without samples, tuples or [output] top")
+    units = {name: {"units": unit} if (unit := unit_of_column(name)) else {} for name in table.columns}
+    columns = {name: (tuple(dims), table[name].reshape(shape), units[name]) for name in table.columns if name not in axes}
+    coordinates = {name: (name, values, units[name]) if name in dims else values[0] for name, values in axes.items()}
+    return xarray.Dataset(columns, coordinates)

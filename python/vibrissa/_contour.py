@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Iterable, Mapping
 from typing import Any, Union
 
 import numpy as np
 
-from . import _native
-from ._errors import InputError, short, warn
+from ._errors import InputError, short
 from ._frames import measured, text_of
 from ._keywords import keywords
 from ._locate import calibration_text, roles, told_together
+from ._native import Table
 from ._request import asked
 from ._results import Calibration, Contour
 from ._spec import Section, _name, _whole_text, document, flag, given, number, section, whole, word
@@ -113,17 +114,17 @@ def contour(data: Any, calibration: Calibration | str | os.PathLike[str], *, est
 Whiskers = Union[str, "os.PathLike[str]", Iterable[Section]]
 
 
-def _text(whiskers: Iterable[Section]) -> tuple[str, list[tuple[str, str] | None]]:
-    """Whiskers as the text of a file, and the calibrations among them that are in no file."""
+def _text(whiskers: Iterable[Section]) -> tuple[str, list[tuple[str, str]]]:
+    """Whiskers as the text of a file, and the calibrations among them that are in no file, with the names by which it names them."""
     lines: list[str] = []
-    known: list[tuple[str, str] | None] = []
+    known: list[tuple[str, str]] = []
     for said in whiskers:
         whisker = section("whisker", said) or {}
         lines.append("[[whisker]]")
-        known.append(None)
         for key, value in whisker.items():
             if key == "calibration" and isinstance(value, Calibration):
-                value, known[-1] = "calibration.toml", calibration_text(value)
+                value = f"calibration {len(known) + 1}.keywords"
+                known.append((value, calibration_text(whisker[key])[1]))
             if value is not None:
                 lines.append(f"{_name(key)} = {_whole_text(f'whisker.{key}', bare(f'whisker.{key}', value, UNITS.get(f'array.{key}')))}")
     return "\n".join([*lines, ""]), known
@@ -151,41 +152,36 @@ class Array:
 
     def __init__(self, array: Whiskers, *, angle_noise: float | None = None, base_noise: float | None = None, estimator: str | None = None,
                  zero: float | tuple[float, float] | None = None, trust: bool = False) -> None:
+        known: list[tuple[str, str]] = []
         if isinstance(array, (str, os.PathLike)):
             label, text = text_of(array, "array")
-            known: list[tuple[str, str] | None] = []
-            folder = os.path.dirname(label)
         else:
             if isinstance(array, (Mapping, bytes)) or not isinstance(array, Iterable):
                 raise InputError("this is no array", key="array", value=short(array), allowed="a path, or a list of dicts")
-            label, folder = "array.keywords", ""
-            text, known = _text(array)
-        noise = given(number, "angle_noise", angle_noise, "degrees"), given(number, "base_noise", base_noise, "mm")
-        self.__setstate__((label, text, folder, known, noise, given(word, "estimator", estimator), _zero(zero), flag("trust", trust)))
-        warn(self._native.warnings)
-
-    def __setstate__(self, args: tuple[Any, ...]) -> None:
-        self._native = _native.Array(*args)
+            label, (text, known) = "array.keywords", _text(array)
+        self._said = dict(
+            array=label, angle_noise=given(number, "angle_noise", angle_noise, "degrees"), base_noise=given(number, "base_noise", base_noise, "mm"),
+            estimator=given(word, "estimator", estimator), zero=_zero(zero), force=flag("trust", trust))
+        files = [(label, text), *known]
+        found = asked("array", self._said, files=files)
         # What was read of files goes along.
-        self._args = (*args[:3], [calibration for *_, calibration in self._native.whiskers], *args[4:])
-
-    def __getstate__(self) -> tuple[Any, ...]:
-        return self._args
+        self._files = list({**dict(files), **found.texts}.items())
+        self._estimators = {w["name"]: w["estimator"] for w in json.loads(found.run)["result"]}
 
     @property
     def names(self) -> list[str]:
         """Names of the whiskers."""
-        return [name for name, *_ in self._native.whiskers]
+        return list(self._estimators)
 
     @property
     def estimators(self) -> dict[str, str]:
         """Name of the estimator of each whisker."""
-        return {name: estimator for name, estimator, _ in self._native.whiskers}
+        return dict(self._estimators)
 
     def __repr__(self) -> str:
         return f"<Array of {', '.join(f'{name} by {estimator}' for name, estimator in self.estimators.items())}>"
 
-    def locate(self, data: Any, columns: dict[str, str] | str | None = None, *, object: str | None = None, same: bool = False) -> _native.Table:
+    def locate(self, data: Any, columns: dict[str, str] | str | None = None, *, object: str | None = None, same: bool = False) -> Table:
         """Points of readings as ``located.csv``: their own columns, distance_mm, sigma_mm, x_mm, y_mm, z_mm and their sigmas, status.
 
         Args:
@@ -198,8 +194,7 @@ class Array:
         Raises:
             InputError: a whisker that is not there, readings that do not fit a calibration.
         """
-        together = told_together(object, same)
+        word_, column = told_together(object, same) or (None, None)
         table = measured(data, "data", columns)
-        found, told = self._native.locate(table.label, table.rows, roles(columns), together)
-        warn(told)
-        return table.keep(found)
+        said = dict(self._said, readings=table.label, columns=roles(columns), object=column, same=word_ == "same")
+        return table.keep(asked("array", said, files=[*self._files, *table.held()]).tables[0][1])

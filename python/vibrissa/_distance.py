@@ -122,20 +122,20 @@ class _Curve:
 
     def __call__(self, a: NDArray[np.float64], drives: NDArray[np.float64]) -> NDArray[np.float64]:
         found, _, doubts = self.solver.many(len(a), self._columns(a, drives), False)
-        self.doubts.update(dict.fromkeys(doubts or ()))
+        self.doubts.update(dict.fromkeys(doubts))
         strains: NDArray[np.float64] = np.abs(found[0])
         return strains
 
     def slopes(self, a: NDArray[np.float64], drives: NDArray[np.float64], by: list[str]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Strains and their derivatives."""
-        (values, *_), (slopes, *_), _ = self.solver.many(len(a), self._columns(a, drives), False, by)
+        (values,), slopes, _ = self.solver.many(len(a), self._columns(a, drives), False, by)
         return values, slopes.reshape(len(a), len(by))
 
     def is_whisker(self) -> bool:
         """Whether a tap of it lies in the domain anywhere."""
         places = self.far * np.linspace(0, 1, 9)[1:]
-        found, *_ = self.solver.many(len(places), self._columns(places, np.ones(len(places))), True)
-        return not all(int(status) & Status.invalid_geometry for status in found[6])
+        (_, statuses, _), *_ = self.solver.many(len(places), self._columns(places, np.ones(len(places))), True)
+        return not all(int(status) & Status.invalid_geometry for status in statuses)
 
 
 def _asked(whisker: Any, gauge: Any, model: Any, estimate: Any, displaced: bool) -> tuple[_Curve, float | None, tuple[float, float]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 import numpy as np
@@ -10,10 +11,11 @@ from ._contour import course
 from ._errors import InputError, short
 from ._frames import measured
 from ._keywords import keywords
-from ._locate import roles
+from ._locate import calibration_text, roles
 from ._request import asked, of_sections
-from ._results import Calibration, Simulation
+from ._results import Calibration, Plan, Recorded, Simulation
 from ._spec import Section, Spec, given, number, whole, word
+from ._taps import ALLOWED, number_array
 
 
 @keywords
@@ -116,3 +118,74 @@ def simulate(spec: Spec = None, *, whisker: Section | None = None, gauge: Sectio
         **{key: number(key, value, units[key]) for key, value in numbers.items()})
     found = asked("simulate", said, of_sections(spec, sections, "simulate"), files)
     return Simulation(found.tables[0][1], found.run)
+
+
+@keywords
+def plan(spec: Spec = None, *, error: float, whisker: Section | None = None, gauge: Section | None = None, sensor: Section | None = None,
+         tap: Section | None = None, model: Section | None = None, estimate: Section | None = None, run: Section | None = None,
+         like: Calibration | str | os.PathLike[str] | None = None, positions: int | None = None, runs: int = 2, place: float | None = None,
+         gain: float = 0.003, relative: float | None = None, seed: int = 1) -> Plan:
+    """The taps of a calibration: where to tap, and how often, for a wanted error of a distance, as ``vibrissa plan`` says it.
+
+    Args:
+        spec, whisker, gauge, sensor, tap, model, estimate, run: as of :func:`sweep`, one whisker; ``tap`` says how far the rig may go: distances between
+            the least and the largest, and these drives.
+        error: root mean square error of a distance that is wanted, mm: of one tap, in another run.
+        like: noise, and how positions and runs differ, as this calibration of the same rig learned them: what :func:`calibrate` gave, or a path.
+        positions: most positions; as many as help by default.
+        runs: the rig is set up anew for each, 1 to 8.
+        place: how well a position is set, mm, one standard deviation; 0.05 by default. Not beside ``like``.
+        gain: by how much the gain differs between runs, as a share, one standard deviation.
+        relative: noise that goes with the signal, as a share of it; 0.001 by default. Not beside ``like``.
+        seed: of the order of the taps.
+
+    Returns:
+        :class:`Plan`: tables ``taps`` and ``errors``, ``result``.
+
+    Raises:
+        InputError: a rig that no calibration of one signal fits, an error that no plan reaches.
+
+    Source: docs/calibration.md.
+    """
+    sections = {"whisker": whisker, "gauge": gauge, "sensor": sensor, "tap": tap, "model": model, "estimate": estimate, "run": run}
+    known, files = (None, []) if like is None else (text := calibration_text(like), [text])
+    for name, value in (("place", place), ("relative", relative)):
+        if value is not None and like is not None:
+            raise InputError("the calibration of like says this", key=name, value=short(value), allowed="one of the two")
+    said = dict(
+        error=number("error", error, "mm"), like=known and known[0], positions=None if positions is None else whole("positions", positions, 25, 2), runs=whole("runs", runs, 8, 1),
+        place=number("place", 0.05 if place is None else place, "mm"), gain=number("gain", gain, ""), relative=number("relative", 0.001 if relative is None else relative, ""),
+        seed=whole("seed", seed))
+    found = asked("plan", said, of_sections(spec, sections, "plan"), files)
+    return Plan(found.tables, found.run)
+
+
+@keywords
+def taps(raw: Any, *, take: str = "auto", a: Any = None, theta: Any = None, delta: Any = None, columns: dict[str, str] | str | None = None) -> Recorded:
+    """Taps out of a raw signal over time, as ``vibrissa taps`` finds them: rests, and of each contact its plateau or its peak.
+
+    Args:
+        raw: DataFrame (pandas, polars), pyarrow Table, dict of columns, or path of a CSV file, with ``t_s`` (seconds) and the signal of each sample; perhaps
+            ``theta_deg`` or ``delta_mm``, ``a_mm``, ``run``.
+        take: ``"auto"``, a plateau where there is one, else the peak; ``"plateau"``, ``"peak"``.
+        a: distance of all taps, or of each in the order of time, mm.
+        theta, delta: drive of all taps, or of each, degrees or mm, where the record has none.
+        columns: columns under other names, ``dict(t="Zeit", reading="ch3")``.
+
+    Returns:
+        :class:`Recorded`: tables ``taps``, which :func:`calibrate` takes, and ``readings``.
+
+    Raises:
+        InputError: a record without taps, times that do not rise, labels that are not as many as the taps.
+
+    Source: docs/calibration.md.
+    """
+    record = measured(raw, "raw", columns)
+    if theta is not None and delta is not None:
+        raise InputError("a tap has one drive", key="delta", allowed="theta or delta, not both")
+    said = dict(
+        raw=record.label, take=word("take", take), columns=roles(columns),
+        **{key: None if value is None else np.atleast_1d(number_array(key, value, ALLOWED[key], unit)).reshape(-1)
+           for key, value, unit in (("a", a, "mm"), ("theta", theta, "degrees"), ("delta", delta, "mm"))})
+    found = asked("taps", said, files=record.held())
+    return Recorded(found.tables, found.run)

@@ -14,6 +14,7 @@ from ._errors import InputError, short, warn
 from ._frames import measured, text_of
 from ._keywords import keywords
 from ._labels import by_name
+from ._request import asked
 from ._results import Calibration, Simulation
 from ._spec import flag, given, number, plain, word
 from ._taps import _SCALARS, Status, columns
@@ -42,6 +43,18 @@ def told_together(object: str | None, same: bool, strokes: bool = False, free: s
     if left is not None and said != ["strokes"]:
         raise InputError("only strokes leave something free", key="free", value=left, allowed="strokes=True beside it")
     return (said[0], left or column) if said else None
+
+
+class About(NamedTuple):
+    """What never changes of a locator."""
+
+    estimator: str | None
+    drive: str
+    channels: list[str]
+    only_drive: float | None
+    noise: list[float]
+    warnings: list[str]
+    doubts: list[str]
 
 
 class NextTap(NamedTuple):
@@ -94,12 +107,13 @@ class Locator:
                  zero: float | None = None, trust: bool = False, same_run: bool = False) -> None:
         label, text = calibration_text(calibration)
         self.__setstate__((label, text, given(word, "estimator", estimator), given(number, "zero", zero), flag("trust", trust), flag("same_run", same_run)))
-        warn(self._native.warnings)
+        warn(self._about.warnings)
 
     def __setstate__(self, args: tuple[Any, ...]) -> None:
         self._args = args
         self._native = _native.Locator(*args)
-        self._channels, self._doubts = self._native.channels, self._native.doubts
+        self._about = About(*self._native.about)
+        self._channels, self._doubts = self._about.channels, self._about.doubts
 
     def __getstate__(self) -> tuple[Any, ...]:
         return self._args
@@ -107,7 +121,7 @@ class Locator:
     @property
     def estimator(self) -> str:
         """Name of the estimator in use; of several channels each has its own."""
-        return self._native.estimator or "several channels"
+        return self._about.estimator or "several channels"
 
     @property
     def channels(self) -> list[str]:
@@ -117,16 +131,16 @@ class Locator:
     @property
     def noise(self) -> Any:
         """Standard deviation of one reading: strain, or the unit of the reading; of several channels one for each."""
-        noise = self._native.noise
+        noise = self._about.noise
         return noise[0] if self._is_one() else np.array(noise)
 
     def __repr__(self) -> str:
         if not self._is_one():
-            return f"<Locator of {', '.join(self.channels)}: {self._native.drive}>"
-        return f"<Locator by {self.estimator}: {self._native.drive}, {self._channels[0]}>"
+            return f"<Locator of {', '.join(self.channels)}: {self._about.drive}>"
+        return f"<Locator by {self.estimator}: {self._about.drive}, {self._channels[0]}>"
 
     def _is_one(self) -> bool:
-        return self._native.estimator is not None
+        return self._about.estimator is not None
 
     def locate(self, drive: Any, reading: Any = None) -> Located:
         """Distances of readings.
@@ -187,7 +201,7 @@ class Locator:
             if values.ndim == 0 or values.shape[-1] != len(names):
                 raise InputError("this is no reading of every channel", key="reading", value=f"shape {values.shape}", allowed=allowed)
             given = list(np.moveaxis(values, -1, 0))
-        unit = unit_of_column(self._native.drive)
+        unit = unit_of_column(self._about.drive)
         named = {"drive": np.nan if drive is None else drive, **dict(zip(names, given))}
         shape, n, flat = columns(named, {name: "numbers" for name in named}, {name: unit if name == "drive" else unit_of_column(name) for name in named})
         drives, *signals = (x if len(x) == n else x.repeat(n) for x in flat)
@@ -221,18 +235,21 @@ class Locator:
         Raises:
             InputError: a calibration by another estimator than ``learned``, or of two gauges; readings that fit no distance; limits without a drive.
         """
+        self._one_signal()
         units = *self._units(), "mm"
         rows = [tuple(number("readings", x, unit) for x, unit in zip(row, units)) for row in self._rows(readings)]
         lo, hi = (-np.inf, np.inf) if within is None else self._ends("within", within, units[0])
         shifts = None if shift is None else self._ends("shift", shift, "mm")
-        columns = np.array([(*row, 0.0)[:3] for row in rows], dtype=float).reshape(-1, 3).T.copy()
-        text, status, tried, told = self._native.next(list(columns), (lo, hi), shifts, flag("same_run", same_run))
-        warn(told)
-        said = json.loads(text)
-        keys = ("taps", "distance_mm", "sigma_mm", "near_mm", self._native.drive, "shift_mm", "expected_sigma_mm", "least_sigma_mm")
-        table = np.array([t[0] for t in tried], dtype=float).reshape(-1, 3)
-        statuses = np.array([t[1] for t in tried], dtype=np.uint16)
-        return NextTap(*[*(said[key] for key in keys), Status(status), *table.T, statuses])
+        label, calibration, estimator, zero, trust, known = self._args
+        taps = np.array([(*row, 0.0)[:3] for row in rows], dtype=float).reshape(-1, 3).T
+        table = [("readings", ([self._about.drive, self._channels[0], "shift_mm"], list(map(np.ascontiguousarray, taps))))] if rows else []
+        found = asked("next", dict(
+            calibration=label, readings="readings" if rows else None, within=None if within is None else [lo, hi], shift=shifts and list(shifts), same_run=same_run or known,
+            zero=None if zero is None or not rows else [zero], estimator=estimator, force=trust), files=[(label, calibration), *table])
+        said, tried = json.loads(found.run)["result"], dict(found.tables)["next"]
+        keys = ("taps", "distance_mm", "sigma_mm", "near_mm", self._about.drive, "shift_mm", "expected_sigma_mm", "least_sigma_mm")
+        statuses = np.array([_bits(words) for words in tried["status"]], dtype=np.uint16)
+        return NextTap(*[*(said[key] for key in keys), _bits(said["status"]), tried[self._about.drive], tried["shift_mm"], tried["sigma_mm"], statuses])
 
     @staticmethod
     def _ends(key: str, said: Any, unit: str | None) -> tuple[float, float]:
@@ -309,7 +326,7 @@ class Locator:
 
     def expected(self, a: float, drive: float, sign: float = 1.0) -> Any:
         """Signal expected of a tap at ``a`` mm, on the side of ``sign``, of several channels of each; NaN where none is."""
-        found = self._native.expected(number("a", a, "mm"), number("drive", drive, unit_of_column(self._native.drive)), number("sign", sign))
+        found = self._native.expected(number("a", a, "mm"), number("drive", drive, unit_of_column(self._about.drive)), number("sign", sign))
         return found[0] if self._is_one() else np.array(found)
 
     def export(self, language: str = "c") -> str:
@@ -325,7 +342,7 @@ class Locator:
             raise InputError("this is a table", key="reading", value=type(table).__name__, allowed="numbers; Locator.table(…) takes tables")
         if not isinstance(table, _native.Table):
             return self._only(), readings
-        wanted = (self._native.drive, self._channels[0])
+        wanted = (self._about.drive, self._channels[0])
         for name in wanted:
             if name not in table:
                 raise InputError(f"column {name} is missing", key="reading", value=", ".join(table.columns), allowed=" and ".join(wanted))
@@ -333,13 +350,23 @@ class Locator:
 
     def _units(self) -> tuple[str | None, str | None]:
         """Those of drive and signal; None of a reading, which has none that is known."""
-        return unit_of_column(self._native.drive), unit_of_column(self._channels[0])
+        return unit_of_column(self._about.drive), unit_of_column(self._channels[0])
+
+    def _one_signal(self) -> None:
+        """Refuses readings of one signal where there are several."""
+        self._native.one(np.nan, np.nan, False)
 
     def _only(self) -> float:
-        only = self._native.only_drive
+        self._one_signal()
+        only = self._about.only_drive
         if only is None:
-            raise InputError("the drive of the tap is missing", key="drive", allowed=f"{self._native.drive} of each reading")
+            raise InputError("the drive of the tap is missing", key="drive", allowed=f"{self._about.drive} of each reading")
         return only
+
+
+def _bits(words: str) -> Status:
+    """The status of these words."""
+    return Status(sum(Status[word] for word in words.split("+")))
 
 
 def calibration_text(calibration: Calibration | str | os.PathLike[str]) -> tuple[str, str]:

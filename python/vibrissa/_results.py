@@ -173,6 +173,24 @@ class Sweep(_Result):
             raise KeyError(f"no table {table!r}; there are {', '.join(self._tables()) or 'none'}")
         return found.to_pandas()
 
+    def to_xarray(self, table: str = "tuples") -> Any:
+        """One of the tables of a sweep of axes as an xarray Dataset: an axis of more than one value is a dimension, the others are coordinates; units are attributes.
+
+        Args:
+            table: ``"tuples"``, ``"designs"`` or ``"distances"``.
+
+        Raises:
+            InputError: rows that are no grid: tuples, samples, the best rows only.
+
+        >>> result.to_xarray()["strain"].sel(d_tip_mm=4).plot()           # doctest: +SKIP
+        """
+        found = self._tables().get(table)
+        if found is None:
+            raise InputError("this sweep has no such table", key="table", value=short(table), allowed=", ".join(self._tables()))
+        from ._containers import grid
+
+        return grid(found)
+
     def plot(self, kind: str = "sd", ax: matplotlib.axes.Axes | None = None, *, design: int = 0, drives: Any = None) -> matplotlib.axes.Axes:
         """A figure of the paper from these tables; needs matplotlib.
 
@@ -351,6 +369,43 @@ class Simulation(_Result):
     def to_pandas(self) -> Any:
         """``measurements`` as a DataFrame."""
         return self.measurements.to_pandas()
+
+
+class Plan(_Result):
+    """Result of :func:`vibrissa.plan`.
+
+    Attributes:
+        taps: a row is a tap to make, in this order: its run, distance (mm) and drive (0: a zero reading), with the signal to fill in.
+        errors: the error of a distance (mm) that is expected after so many taps, of the plan and of even grids.
+        result: the plan in numbers: positions, drives, ``sigma_mm``, ``least_sigma_mm``, which parameters these taps do not tell apart.
+    """
+
+    def __init__(self, tables: list[tuple[str, Table]], run: str) -> None:
+        super().__init__(run)
+        named = dict(tables)
+        self.taps, self.errors = named["plan"], named["plan_errors"]
+        self.result: dict[str, Any] = self.run["result"]
+
+
+class Recorded(_Result):
+    """Result of :func:`vibrissa.taps`.
+
+    Attributes:
+        taps: a row is a tap, or a rest: what :func:`vibrissa.calibrate` and :class:`vibrissa.Locator` read.
+        readings: a row is what was read of the record: rest, plateau or peak, from when to when, its noise.
+        result: ``noise`` of a sample, and how many ``taps``.
+    """
+
+    def __init__(self, tables: list[tuple[str, Table]], run: str) -> None:
+        super().__init__(run)
+        named = dict(tables)
+        self.taps, self.readings = named["taps"], named["readings"]
+        self.result: dict[str, Any] = self.run["result"]
+
+    @property
+    def measurements(self) -> Table:
+        """``taps``, by which it is taken in place of a table."""
+        return self.taps
 
 
 class Contour(_Result):

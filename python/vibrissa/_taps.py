@@ -136,6 +136,8 @@ _SECTION = {
     "signal": "sensor",
     "backend": "run", "adapter": "run", "precision": "run", "tolerance": "run", "threads": "run",
 }
+# Of a tap, beside status and whether it sticks.
+_NUMBERS = 9
 _SCALARS = frozenset({float, int, np.float64, np.float32, np.int64, np.int32})
 _NAMES = ("D", "d", "L_a", "x_ss", "l", "a", "theta")
 _solvers: dict[str, tuple[_native.Taps, list[str]]] = {}
@@ -398,9 +400,13 @@ def strain(D: Any, d: Any, L_a: Any, x_ss: Any, l: Any, a: Any, theta: Any = Non
         found, slopes, of_taps = solver.many(n, flat, full, by or [], tell)
     if of_taps:
         warn(of_taps)
-    shaped = [shape.of(x) for x in found]
-    values = Tap(*shaped) if full else shaped[0]
+    if not full:
+        value = shape.of(found[0])
+        return value if by is None else (value, shape.of(slopes, by))
+    rows, *words = found
+    first, last = np.split(np.ascontiguousarray(rows.reshape(n, _NUMBERS).T), [6])
+    values = Tap(*map(shape.of, [*first, *words, *last]))
     if by is None:
         return values
-    by_inputs = [shape.of(x, by) for x in slopes or [np.empty(0)] * 9]
-    return values, Jacobian(*by_inputs) if full else by_inputs[0]
+    by_inputs = np.ascontiguousarray(slopes.reshape(n, _NUMBERS, len(by)).swapaxes(0, 1))
+    return values, Jacobian(*[shape.of(x, by) for x in by_inputs])

@@ -12,15 +12,10 @@ from ._containers import named_columns
 from ._errors import InputError
 from ._spec import Section, Spec, resolve, section
 from ._taps import ALLOWED, columns
-from ._units import UNITS
+from ._units import PROPERTIES, UNITS
 
 _TUPLES = {"D_mm": "D", "d_mm": "d", "L_a_mm": "L_a", "x_ss_mm": "x_ss", "l_mm": "l", "a_mm": "a"}
 _DIRECTIONS = {"tilt_deg": "tilt", "lean_deg": "lean"}
-# Properties of the rig that a row may have, with their units.
-_PROPERTIES = {
-    "exponent": "", "bore_mm": "mm", "core_mm": "mm", "E_core_MPa": "MPa", "kappa_base_per_mm": "1/mm", "kappa_slope_per_mm2": "1/mm**2",
-    "k_theta_Nmm_per_rad": "N*mm/rad", "k_y_N_per_mm": "N/mm", "k_x_N_per_mm": "N/mm", "hub_mm": "mm", "E_MPa": "MPa", "nu": "", "pole_radius_mm": "mm", "mu": "",
-    "foil_N_per_mm": "N/mm", "noise": ""}
 _SECTIONS = {"whisker": ("D", "d", "L_a"), "gauge": ("x_ss", "l"), "tap": ("a", "tilt", "lean", "theta", "delta")}
 
 
@@ -54,7 +49,7 @@ def _rows(tuples: Any, sections: dict[str, Section | None]) -> tuple[dict[str, N
             raise InputError("this comes from the tuples; remove one of the two", key=f"{name}.{written[0]}")
     drive = ("delta_mm", "delta") if said["tap"].get("drive") == "displacement" else ("theta_deg", "theta")
     wanted = {**_TUPLES, drive[0]: drive[1]}
-    known = {**wanted, **_DIRECTIONS, **{name: name for name in _PROPERTIES}}
+    known = {**wanted, **_DIRECTIONS, **{name: name for name in PROPERTIES}}
     # As tables of results call it.
     named = [("d_mm" if name == "d_tip_mm" else name, column) for name, column in named_columns(tuples, "tuples", {*known, "d_tip_mm"})]
     names = [name for name, _ in named]
@@ -66,7 +61,7 @@ def _rows(tuples: Any, sections: dict[str, Section | None]) -> tuple[dict[str, N
             raise InputError(f"column {name} is missing", key="tuples", value=", ".join(names), allowed=", ".join(wanted))
     held = dict(named)
     read = {known[name]: held[name] for name in known if name in held}
-    units = {key: _PROPERTIES.get(key, UNITS.get(f"tap.{key}", "mm")) for key in read}
+    units = {key: PROPERTIES.get(key, UNITS.get(f"tap.{key}", "mm")) for key in read}
     shape, n, flat = columns(read, {key: ALLOWED.get(key, "numbers") for key in read}, units, prefix="tuples.")
     if len(shape) > 1:
         raise InputError("columns of tuples have one dimension", key="tuples", value=f"shape {tuple(shape)}")

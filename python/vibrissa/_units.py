@@ -17,6 +17,12 @@ UNITS: dict[str, str] = dict(_native.units())
 READ = frozenset(_native.read_columns())
 """Columns of measurements that are read as numbers."""
 
+PROPERTIES = {
+    "exponent": "", "bore_mm": "mm", "core_mm": "mm", "E_core_MPa": "MPa", "kappa_base_per_mm": "1/mm", "kappa_slope_per_mm2": "1/mm**2",
+    "k_theta_Nmm_per_rad": "N*mm/rad", "k_y_N_per_mm": "N/mm", "k_x_N_per_mm": "N/mm", "hub_mm": "mm", "E_MPa": "MPa", "nu": "", "pole_radius_mm": "mm", "mu": "",
+    "foil_N_per_mm": "N/mm", "noise": ""}
+"""Columns of properties of the rig, with their units."""
+
 # As the engine says of the keys of an axis.
 _THAT_OF_THE_KEY = "that of the key"
 _PLAIN = frozenset({float, int, bool, str, np.float64, np.float32, np.int64, np.int32, type(None)})

@@ -83,6 +83,10 @@ impl Place {
 /// # Errors
 /// Where the options leave none, or name one that the machine lacks.
 pub fn present(options: &RunOptions, bound: Option<f64>) -> Result<Vec<Place>, Error> {
+    if let Some(b) = bound.filter(|b| !(*b > 0.0 && b.is_finite())) {
+        let error = InputError::new("a bound on an error must be a positive number");
+        return Err(error.key("--bound").value(b).allowed("> 0").into());
+    }
     let asked = options.backend.unwrap_or(BackendChoice::Auto);
     let name = options.adapter.as_deref().unwrap_or_default().to_lowercase();
     let free = asked == BackendChoice::Auto && name.is_empty();

@@ -5,13 +5,14 @@
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::compare::{Compared, Line, Odd, QUANTITIES, compare};
 use super::configuration::{self, Configuration};
-use super::{Figures, Place, Taps, hard, relative, sample};
+use super::{Figures, Place, Taps, hard, present, relative, sample};
 use crate::backend::Backend;
 use crate::chart::ranker::Ranker;
 use crate::error::{Error, SolveError};
@@ -19,12 +20,54 @@ use crate::evaluate::{Evaluator, Method, Outcome};
 use crate::kernel::Solver;
 use crate::kernel::ranking::{Case as Reading, Charts};
 use crate::progress::Progress;
-use crate::scene::{self, Drive, Setup, Spec, Study, Tuple};
+use crate::scene::{self, Drive, RunOptions, Setup, Spec, Study, Tuple};
 use crate::sink::folder::hash;
 use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
 use crate::sink::run_json::{self, in_force, material_fit};
 use crate::sink::values::{Field, named};
+
+/// What a census is asked.
+#[derive(Debug, Clone, Copy)]
+pub struct CensusOptions {
+    /// Few taps.
+    pub quick: bool,
+    /// Random taps; [`samples`] where nobody says how many.
+    pub samples: Option<u32>,
+    /// Their seed.
+    pub seed: u64,
+    /// Largest relative error of the strain that passes.
+    pub bound: Option<f64>,
+}
+
+/// The census of a spec, or of the built-in configurations, as a table and as run.json; whether all was compared and no bound is broken.
+///
+/// # Errors
+/// A bound that is none; a backend that fails.
+pub fn census(
+    spec: Option<&Spec>,
+    options: &RunOptions,
+    asked: CensusOptions,
+    stop: &AtomicBool,
+    progress: &mut dyn Progress,
+) -> Result<(Frame, Value, bool), Error> {
+    let (start, CensusOptions { quick, samples: said, seed, bound }) = (Instant::now(), asked);
+    let places = present(options, bound)?;
+    let samples = said.unwrap_or(samples(spec.is_some(), quick));
+    let cases = match spec {
+        Some(spec) => vec![Case::of_study(&spec.name, spec.study.clone(), samples, seed)],
+        None => Case::built_in(samples, seed, quick),
+    };
+    let taps = cases.iter().map(|c| c.tuples.len() as u64).sum();
+    let backends: Vec<Backend> = places.iter().map(Place::backend).cloned().collect();
+    let mut lines = Vec::new();
+    let done = run(&cases, &places, stop, progress, &mut |line| lines.push(line))?;
+    let stopped = (done < taps).then_some([done, taps]);
+    let seconds = start.elapsed().as_secs_f64();
+    let verified = Verified { spec, samples, seed, backends: &backends, lines: &lines, stopped, seconds };
+    let good = done == taps && lines.iter().all(|line| line.faults().is_empty());
+    Ok((verified.table()?, verified.document(), good))
+}
 
 /// Random taps where nobody says how many: of a spec, or of each built-in configuration beside its hard cases.
 pub fn samples(of_spec: bool, quick: bool) -> u32 {

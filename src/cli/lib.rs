@@ -2,7 +2,6 @@
 
 mod apart;
 mod args;
-mod array;
 mod bench;
 mod cite;
 mod cluster;

@@ -6,8 +6,10 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 use vibrissa::combinations;
-use vibrissa::command::{Context, of_one_signal};
+use vibrissa::command::array::ArrayRequest;
+use vibrissa::command::{self, Context, of_one_signal};
 use vibrissa::error::{Error, InputError};
+use vibrissa::locate::answers::Answers;
 use vibrissa::locate::object::By;
 use vibrissa::locate::stream::{self, Ask};
 use vibrissa::locate::{Answerer, Calibration, Locator, SaidZero, Sensor, Several, locator::opener};
@@ -30,7 +32,7 @@ const ANSWERED: u64 = 100_000;
 /// Answers a file into `located.csv`, or a stream on stdout.
 pub fn run(args: &Locate, context: &Context<'_>) -> Result<Reply, Error> {
     if let Some(array) = &args.array {
-        return super::array::run(args, array, context);
+        return command::array::run(&of_array(args, array)?, context);
     }
     let path = args.calibration.as_deref().expect("clap asks for it");
     let options = args.common.over(&RunOptions::default());
@@ -54,7 +56,7 @@ pub fn run(args: &Locate, context: &Context<'_>) -> Result<Reply, Error> {
     // A stream is answered on stdout, unless that is taken by JSON or a folder is asked for.
     let columns = args.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
     let warn = |text: &str| context.warn(text);
-    let zero = SaidZero::of(args.zero.as_ref(), [opened.who().first()])?;
+    let zero = SaidZero::of(args.zero.as_ref(), [opened.answers.who().first()])?;
     let by = by(args);
     let asked = Ask {
         zero,
@@ -71,8 +73,36 @@ pub fn run(args: &Locate, context: &Context<'_>) -> Result<Reply, Error> {
     filed(args, path, &opened, &Ask { label: label.as_deref(), keep: true, ..asked }, context)
 }
 
+/// Readings of several whiskers: the first of the two files is the readings where the array names the calibrations.
+fn of_array(args: &Locate, array: &Path) -> Result<ArrayRequest, InputError> {
+    let misused = |value: String, message: &str| {
+        let allowed = "vibrissa locate --array ARRAY.toml READINGS.csv";
+        InputError::new(message).key("--array").value(value).allowed(allowed)
+    };
+    let readings = match (&args.calibration, &args.readings) {
+        (Some(readings), None) => readings.clone(),
+        (None, _) => return Err(misused("nothing".to_owned(), "the readings are missing")),
+        (Some(_), Some(other)) => {
+            return Err(misused(other.display().to_string(), "the array names the calibrations"));
+        }
+    };
+    Ok(ArrayRequest {
+        array: array.to_owned(),
+        readings: Some(readings),
+        columns: args.columns.clone(),
+        estimator: args.estimator.map(|e| e.name().to_owned()),
+        zero: args.zero.clone(),
+        same_run: args.same_run,
+        same: args.same,
+        object: args.object.clone(),
+        angle_noise: None,
+        base_noise: None,
+        common: args.common.clone(),
+    })
+}
+
 /// Which readings are of one object.
-pub(super) fn by(args: &Locate) -> By<'_> {
+fn by(args: &Locate) -> By<'_> {
     match &args.object {
         Some(column) => By::Column(column),
         None if args.same => By::Same,
@@ -117,11 +147,6 @@ struct Opened {
     warnings: Vec<String>,
 }
 
-enum Answers {
-    One(Box<Locator>),
-    Several(Several),
-}
-
 impl Opened {
     fn new(
         args: &Locate,
@@ -161,17 +186,10 @@ impl Opened {
             known: json!({ "file": label, "checksum": calibration.checksum }),
             by: locator.estimator.name().to_owned(),
             warnings: other.into_iter().chain(calibration.rig.warnings.iter().cloned()).collect(),
-            data: calibration.data.file,
-            checksum: calibration.checksum,
-            answers: Answers::One(Box::new(locator)),
+            data: calibration.data.file.clone(),
+            checksum: calibration.checksum.clone(),
+            answers: Answers::One(Box::new(locator), calibration),
         })
-    }
-
-    fn who(&self) -> Answerer<'_> {
-        match &self.answers {
-            Answers::One(locator) => Answerer::One(locator),
-            Answers::Several(several) => Answerer::Several(several),
-        }
     }
 }
 
@@ -196,7 +214,7 @@ fn streamed(opened: &Opened, ask: &Ask<'_>, context: &Context<'_>) -> Result<Rep
     };
     let input = Patient(std::io::stdin().lock());
     let answered =
-        stream::answer(opened.who(), LabTable::Text(input), ask, None, interrupt::stop(), &mut write);
+        stream::answer(opened.answers.who(), LabTable::Text(input), ask, None, interrupt::stop(), &mut write);
     let counts = match answered {
         Err(_) if gone => stream::Counts::default(),
         other => other?,
@@ -214,7 +232,7 @@ fn text(table: &Frame, headed: &mut bool) -> Result<Vec<u8>, Error> {
 }
 
 /// Refuses `label` where it had no `lines` that are readings.
-pub(super) fn some(label: &str, lines: u64) -> Result<(), InputError> {
+fn some(label: &str, lines: u64) -> Result<(), InputError> {
     if lines > 0 {
         return Ok(());
     }
@@ -341,7 +359,8 @@ fn filed(
     let mut destination = context.open(&out, question, &["located.csv"], Some(args.common.force))?;
     let counts = destination.stream("located.csv", |write| {
         let mut headed = false;
-        let counts = source.answer(opened.who(), ask, &mut |table, _| write(&text(table, &mut headed)?))?;
+        let counts =
+            source.answer(opened.answers.who(), ask, &mut |table, _| write(&text(table, &mut headed)?))?;
         some(&label, counts.lines - counts.blank)?;
         Ok(counts)
     })?;

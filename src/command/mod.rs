@@ -6,6 +6,7 @@
 // The comments of flags are their help on the terminal: plain text, in which [model] is a section and <out> stands for a folder.
 #![allow(rustdoc::broken_intra_doc_links, rustdoc::invalid_html_tags)]
 
+pub mod array;
 mod best;
 pub mod calibrate;
 pub mod chart;
@@ -91,6 +92,7 @@ pub fn run(command: &str, request: &str, context: &Context<'_>) -> Result<Reply,
         toml::from_str(request).map_err(|e| Error::Run(e.to_string()))
     }
     match command {
+        "array" => array::run(&read(request)?, context),
         "calibrate" => calibrate::run(&read(request)?, context),
         "chart" => chart::run(&read(request)?, context),
         "contour" => contour::run(&read(request)?, context),

@@ -1,7 +1,7 @@
 //! Columns of a table: how they become those of Arrow.
 
 use std::borrow::Cow;
-use std::path::PathBuf;
+use std::path::Path;
 use std::sync::Arc;
 
 use arrow_array::types::{Float64Type, Int32Type, Int64Type};
@@ -78,19 +78,20 @@ pub enum Given<'py> {
 /// Names and columns of a table.
 pub type TableGiven<'py> = (Vec<String>, Vec<Given<'py>>);
 
-/// Measurements: the path of a file, or a table.
+/// A file: the text of one in memory, or the path of measurements; or a table.
 #[derive(FromPyObject)]
-pub enum RowsGiven<'py> {
-    File(PathBuf),
+pub enum FileGiven<'py> {
+    Text(String),
     Table(TableGiven<'py>),
 }
 
-impl RowsGiven<'_> {
-    /// As the library reads them; a table is called `data`.
+impl FileGiven<'_> {
+    /// Measurements as the library reads them; a table is called `data`.
     pub fn measured(self, py: Python<'_>) -> PyResult<Measured<'static>> {
         match self {
-            Self::File(path) => {
-                Data::load(&path).map(Measured::File).map_err(|e| super::error::raise(py, e.into()))
+            Self::Text(path) => {
+                let read = Data::load(Path::new(&path)).map(Measured::File);
+                read.map_err(|e| super::error::raise(py, e.into()))
             }
             Self::Table(table) => Ok(Measured::Table(Cow::Owned(frame(py, "data", table)?))),
         }

@@ -1,7 +1,7 @@
 //! Commands of the library, with requests and inputs of Python.
 
 use std::cell::RefCell;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use pyo3::prelude::*;
@@ -12,7 +12,7 @@ use vibrissa::optimise::{Step, Watch};
 use vibrissa::progress::Progress;
 use vibrissa::scene::RunOptions;
 
-use super::column::{TableGiven, frame};
+use super::column::{FileGiven, TableGiven, frame};
 use super::error::{self, keywords};
 use super::job;
 use super::spec::unread;
@@ -80,13 +80,6 @@ type SpecGiven = (Option<PathBuf>, String, String);
 /// known; the interrupt that ended it, if one did.
 type Given_ = (Vec<(String, Table)>, Vec<(String, String)>, String, Vec<String>, Option<Py<PyAny>>);
 
-/// A file in memory: its text, or its table.
-#[derive(FromPyObject)]
-pub enum FileGiven<'py> {
-    Text(String),
-    Table(TableGiven<'py>),
-}
-
 /// Runs a command. `said` is its request as TOML; `files` are those that it names and that are in memory; `taps` are in place of those of the spec.
 /// `hear` is called with taps done and how many there are, or with the steps of a search, which ends where it says true.
 #[pyfunction]
@@ -105,7 +98,9 @@ pub fn run<'py>(
             FileGiven::Text(text) => Held::Text(text),
             FileGiven::Table(table) => Held::Table(frame(py, &name, table)?),
         };
-        Ok::<_, PyErr>(HeldFile { name: name.into(), held, base: PathBuf::new() })
+        let name = PathBuf::from(name);
+        let base = name.parent().map_or_else(PathBuf::new, Path::to_owned);
+        Ok::<_, PyErr>(HeldFile { name, held, base })
     };
     let mut files: Vec<HeldFile> = files.into_iter().map(file).collect::<PyResult<_>>()?;
     let (mut request, mut threads) = (said, None);

@@ -117,27 +117,24 @@ pub fn here<T: Send>(py: Python<'_>, f: impl FnOnce() -> T + Send) -> PyResult<T
     }))
 }
 
-/// Threads of their own for whoever says how many (0: all cores), and for forked processes; others share those of the library.
-fn own_pool(threads: Option<usize>) -> Result<Option<Arc<ThreadPool>>, Error> {
-    threads.or(fork::is_forked().then_some(0)).map(pool).transpose()
-}
-
 static POOLS: Mutex<Option<HashMap<usize, Arc<ThreadPool>>>> = Mutex::new(None);
+
+/// Threads of their own for whoever says how many (0: all cores), the same for all who ask for as many, and for forked processes; others share those
+/// of the library.
+fn own_pool(threads: Option<usize>) -> Result<Option<Arc<ThreadPool>>, Error> {
+    let Some(n) = threads.or(fork::is_forked().then_some(0)) else { return Ok(None) };
+    let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
+    let pools = pools.get_or_insert_default();
+    if !pools.contains_key(&n) {
+        let pool = ThreadPoolBuilder::new().num_threads(n).build().map_err(|e| Error::Run(e.to_string()))?;
+        pools.insert(n, Arc::new(pool));
+    }
+    Ok(pools.get(&n).cloned())
+}
 
 /// Leaves pools alone whose threads are those of another process.
 pub fn forget_pools() {
     std::mem::forget(POOLS.lock().unwrap_or_else(PoisonError::into_inner).take());
-}
-
-/// `n` threads, the same for all who ask for as many.
-fn pool(n: usize) -> Result<Arc<ThreadPool>, Error> {
-    let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
-    let pools = pools.get_or_insert_default();
-    if let Some(pool) = pools.get(&n) {
-        return Ok(Arc::clone(pool));
-    }
-    let pool = ThreadPoolBuilder::new().num_threads(n).build().map_err(|e| Error::Run(e.to_string()))?;
-    Ok(Arc::clone(pools.entry(n).or_insert_with(|| Arc::new(pool))))
 }
 
 /// How far work is: taps done, of how many.

@@ -1,7 +1,5 @@
 //! What `vibrissa._native` holds.
 
-mod answers;
-mod array;
 mod column;
 mod command;
 mod error;
@@ -21,23 +19,16 @@ use pyo3::prelude::*;
 #[pymodule(gil_used = false)]
 mod _native {
     #[pymodule_export]
-    use super::array::Array;
-    #[pymodule_export]
-    use super::command::run;
-    #[pymodule_export]
-    use super::fork::forked;
-    #[pymodule_export]
-    use super::locate::Locator;
-    #[pymodule_export]
-    use super::machine::{answer, ask_drivers_by, devices, left_behind, verify};
-    #[pymodule_export]
-    use super::spec::{fit_material, read_columns, units};
-    #[pymodule_export]
-    use super::table::Table;
-    #[pymodule_export]
-    use super::taps::Taps;
-    #[pymodule_export]
-    use super::words::recommended;
+    use super::{
+        command::run,
+        fork::forked,
+        locate::Locator,
+        machine::{answer, ask_drivers_by, devices, left_behind, verify},
+        spec::{fit_material, read_columns, units},
+        table::Table,
+        taps::Taps,
+        words::recommended,
+    };
     use pyo3::prelude::*;
 
     #[pymodule_init]

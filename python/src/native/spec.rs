@@ -11,7 +11,7 @@ use vibrissa::measure::names;
 use vibrissa::spec;
 use vibrissa::text_file::{Limit, TextFile};
 
-use super::column::{RowsGiven, frame};
+use super::column::{FileGiven, frame};
 use super::error;
 
 /// End of the name of what is no file: errors in it have no place.
@@ -52,10 +52,10 @@ pub fn units() -> Vec<(String, &'static str)> {
 
 /// The law that fits a measured curve: its coefficients and their error (MPa), the ends of its strains, and how many points there are.
 #[pyfunction]
-pub fn fit_material(py: Python<'_>, data: RowsGiven<'_>) -> PyResult<([f64; 3], f64, [f64; 2], usize)> {
+pub fn fit_material(py: Python<'_>, data: FileGiven<'_>) -> PyResult<([f64; 3], f64, [f64; 2], usize)> {
     let fit = match data {
-        RowsGiven::Table(table) => spec::material_of_curve(&frame(py, "data", table)?),
-        RowsGiven::File(path) => spec::material_of_file(&path),
+        FileGiven::Table(table) => spec::material_of_curve(&frame(py, "data", table)?),
+        FileGiven::Text(path) => spec::material_of_file(Path::new(&path)),
     };
     let fit = fit.map_err(|e| error::raise(py, e.into()))?;
     Ok((fit.coefficients, fit.rms, fit.range, fit.points))

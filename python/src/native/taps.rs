@@ -8,19 +8,19 @@ use std::time::Instant;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
-use vibrissa::api::Tuple;
-use vibrissa::error::{Error, InputError};
-use vibrissa::evaluate::Input;
+use vibrissa::api::{Outcome, Tuple};
+use vibrissa::error::InputError;
+use vibrissa::evaluate::{Input, OUTPUTS};
 use vibrissa::optimise::write;
 use vibrissa::scene::{BackendChoice, Precision, RunOptions, Setup};
 use vibrissa::spec::{self, Ends};
 use vibrissa::taps::refuse;
 
-use super::answers::{Answers, NUMBERS, Told, numbers_of};
 use super::error::raise;
 use super::held::{Column, Given};
 use super::job;
 use super::spec::KEYWORDS;
+use super::words::bits;
 
 /// Taps that are solved on the thread that asks: they take less than a moment.
 const FEW: usize = 256;
@@ -45,32 +45,21 @@ pub struct Taps {
     warnings: Vec<String>,
 }
 
-/// Asks `solve` for `n` taps in parts of at most `most`, each from one place on and so many, as long as `go_on` is happy with how many are done.
-fn parts(
-    n: usize,
-    most: usize,
-    mut solve: impl FnMut(usize, usize) -> Result<(), Error>,
-    mut go_on: impl FnMut(usize) -> bool,
-) -> Result<(), Error> {
-    let mut done = 0;
-    while done < n {
-        let more = most.min(n - done);
-        solve(done, more)?;
-        done += more;
-        if !go_on(done) {
-            break;
-        }
-    }
-    Ok(())
+/// What is told of a tap: strain, that of the estimator's theory, K − 1, P, T, arc, strain of the second gauge, azimuth (degrees) and slide;
+/// words as bits, and whether it sticks.
+type Told = ([f64; OUTPUTS], u16, bool);
+
+fn told(o: &Outcome) -> Told {
+    let upright = [o.strain, o.strain_linear, o.deviation, o.normal_force, o.tangential_force, o.arc];
+    let [strain, linear, deviation, normal, tangential, arc] = upright;
+    let azimuth = o.azimuth.to_degrees();
+    let numbers = [strain, linear, deviation, normal, tangential, arc, o.strain_2, azimuth, o.slide];
+    (numbers, bits(o.status), o.sticking)
 }
 
-/// What should be known of taps, if anything should.
-type Doubts = Option<Vec<String>>;
-
 /// Which of `n` taps were probably meant in another unit.
-fn doubts(setup: &Setup, n: usize, ends: Option<Ends>, tap: impl Fn(usize) -> Tuple + Sync) -> Doubts {
-    let all = spec::doubts_of_taps(setup.drive, n, ends, tap, |column| write::key(setup, column).to_owned());
-    Some(all).filter(|all| !all.is_empty())
+fn doubts(setup: &Setup, n: usize, ends: Option<Ends>, tap: impl Fn(usize) -> Tuple + Sync) -> Vec<String> {
+    spec::doubts_of_taps(setup.drive, n, ends, tap, |column| write::key(setup, column).to_owned())
 }
 
 impl Taps {
@@ -115,13 +104,13 @@ impl Taps {
         py: Python<'_>,
         tap: [f64; 9],
         full: bool,
-    ) -> PyResult<([f64; NUMBERS], u16, bool, Doubts)> {
+    ) -> PyResult<([f64; OUTPUTS], u16, bool, Vec<String>)> {
         let [D, d, L_a, x_ss, l, a, drive, tilt, lean] = tap;
         self.allowed(py, [tilt != 0.0, lean != 0.0])?;
         let tap = Tuple { D, d, L_a, x_ss, l, a, tilt, lean, drive, rig: 0 };
         let (mut found, mut strain) = ([Told::default()], [f64::NAN]);
         let solved = job::here(py, || match full {
-            true => self.taps.solve(|_| tap, numbers_of, &mut found),
+            true => self.taps.solve(|_| tap, told, &mut found),
             false => self.taps.strains(|_| tap, &mut strain),
         })?;
         solved.map_err(|e| raise(py, e))?;
@@ -132,8 +121,8 @@ impl Taps {
         Ok((numbers, status, sticks, doubts(self.taps.setup(), 1, None, |_| tap)))
     }
 
-    /// `n` taps from the columns of [`Given::new`]; the numbers of [`Self::one`], status bits and whether they stick, each as an array, only the strain
-    /// unless `full`; the derivatives of these numbers by the inputs `by`, for each number `n` times as many as there are inputs; what should be known.
+    /// `n` taps from the columns of [`Given::new`]: their strains; or, if `full`, the numbers of [`Self::one`], a row for each tap, status bits and
+    /// whether they stick. The derivatives by the inputs `by`, for each tap and each of its numbers as many as there are inputs; what should be known.
     ///
     /// # Errors
     /// An input that these taps have not; threads or kernels that fail.
@@ -147,9 +136,9 @@ impl Taps {
         full: bool,
         by: Vec<String>,
         progress: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyTuple>, Doubts)> {
+    ) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyArray1<f64>>, Vec<String>)> {
         let given = Given::new(py, n, columns)?;
-        let leaning = given.leaning(n);
+        let leaning = given.leaning();
         self.allowed(py, leaning)?;
         let taps = Arc::clone(&self.taps);
         let input = |name: &String| {
@@ -163,42 +152,38 @@ impl Taps {
         let inputs = by.iter().map(input).collect::<PyResult<Vec<Input>>>()?;
         let count = inputs.len();
         let solve = move |go_on: &mut dyn FnMut(usize) -> bool| {
-            let every: [usize; NUMBERS] = std::array::from_fn(|k| k);
-            let numbers = if full { &every[..] } else { &every[..1] };
-            let mut answers = Answers::new(if full { n } else { 0 });
-            let (mut strains, mut some) = (vec![f64::NAN; if full { 0 } else { n }], Vec::new());
-            let slopes = numbers.iter().filter(|_| count > 0).map(|_| Vec::with_capacity(n * count));
-            let mut slopes: Vec<Vec<f64>> = slopes.collect();
-            let one = |from: usize, more: usize| {
-                let tap = |i: usize| given.tap(from + i);
+            let every: [usize; OUTPUTS] = std::array::from_fn(|k| k);
+            let width = if full { OUTPUTS * count } else { count };
+            let [strain, row] = if full { [0, n] } else { [n, 0] };
+            let (mut strains, mut rows) = (vec![f64::NAN; strain], vec![Told::default(); row]);
+            let mut slopes = vec![f64::NAN; n * width];
+            let mut one = |from: usize, more: usize| {
+                let (tap, range) = (|i: usize| given.tap(from + i), from..from + more);
+                let by = &mut slopes[from * width..][..more * width];
                 match (full, count) {
-                    (false, 0) => return taps.strains(tap, &mut strains[from..from + more]),
-                    (false, _) => {
-                        let begin = slopes[0].len();
-                        slopes[0].resize(begin + more * count, f64::NAN);
-                        let (strains, slopes) = (&mut strains[from..from + more], &mut slopes[0][begin..]);
-                        return taps.strain_gradients(tap, &inputs, strains, slopes);
-                    }
-                    (true, _) => some.resize(more, Told::default()),
+                    (false, 0) => taps.strains(tap, &mut strains[range]),
+                    (false, _) => taps.strain_gradients(tap, &inputs, &mut strains[range], by),
+                    (true, 0) => taps.solve(tap, told, &mut rows[range]),
+                    (true, _) => taps.gradients(tap, (&inputs, &every), told, &mut rows[range], by),
                 }
-                let mut by = vec![f64::NAN; more * count * NUMBERS];
-                match count {
-                    0 => taps.solve(tap, numbers_of, &mut some)?,
-                    _ => taps.gradients(tap, (&inputs, numbers), numbers_of, &mut some, &mut by)?,
-                }
-                answers.push(some.iter());
-                for (k, row) in by.chunks(count.max(1)).enumerate() {
-                    slopes[k % NUMBERS].extend(row);
-                }
-                Ok(())
             };
-            parts(n, if count == 0 { PART } else { PART_OF_GRADIENTS }, one, go_on)?;
+            let part = if count == 0 { PART } else { PART_OF_GRADIENTS };
+            for from in (0..n).step_by(part) {
+                let more = part.min(n - from);
+                one(from, more)?;
+                if !go_on(from + more) {
+                    break;
+                }
+            }
             // Azimuths are told in degrees.
-            slopes.iter_mut().skip(7).take(1).flatten().for_each(|x| *x = x.to_degrees());
-            let doubts = doubts(taps.setup(), n, Some(given.ends(n)), |i| given.tap(i));
-            Ok((strains, answers, slopes, doubts))
+            if full && count > 0 {
+                let azimuths = slopes.chunks_mut(width).flat_map(|tap| &mut tap[7 * count..8 * count]);
+                azimuths.for_each(|x| *x = x.to_degrees());
+            }
+            let doubts = doubts(taps.setup(), n, Some(given.ends()), |i| given.tap(i));
+            Ok((strains, rows, slopes, doubts))
         };
-        let (strains, answers, slopes, doubts) = if n <= FEW && count == 0 && !self.slow {
+        let (strains, rows, slopes, doubts) = if n <= FEW && count == 0 && !self.slow {
             job::here(py, || solve(&mut |_| true))?.map_err(|e| raise(py, e))?
         } else {
             job::whole(py, self.threads, progress, move |stop, tell| {
@@ -208,12 +193,16 @@ impl Taps {
                 })
             })?
         };
-        let slopes = PyTuple::new(py, slopes.into_iter().map(|column| PyArray1::from_vec(py, column)))?;
-        let numbers = match full {
-            true => answers.into_arrays(py)?,
+        let found = match full {
             false => PyTuple::new(py, [PyArray1::from_vec(py, strains)])?,
+            true => {
+                let numbers = rows.iter().flat_map(|row| row.0).collect();
+                let status = PyArray1::from_iter(py, rows.iter().map(|row| row.1)).into_any();
+                let sticks = PyArray1::from_iter(py, rows.iter().map(|row| row.2)).into_any();
+                PyTuple::new(py, [PyArray1::from_vec(py, numbers).into_any(), status, sticks])?
+            }
         };
-        Ok((numbers, slopes, doubts))
+        Ok((found, PyArray1::from_vec(py, slopes), doubts))
     }
 
     /// For benches/python: seconds of `repeats` solves of these taps by what the program solves taps with.
@@ -224,14 +213,5 @@ impl Taps {
             self.taps.strains(|i| given.tap(i), &mut strains).map_err(|e| raise(py, e))?;
         }
         Ok(start.elapsed().as_secs_f64())
-    }
-
-    /// Where taps are solved, as JSON.
-    fn backend(&self) -> String {
-        serde_json::json!(self.taps.backend()).to_string()
-    }
-
-    fn __repr__(&self) -> String {
-        format!("<Taps on {}>", self.taps.backend().name)
     }
 }

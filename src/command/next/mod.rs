@@ -9,7 +9,7 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::{Common, Context, Measured, Reply, folder, number, stem};
+use super::{Common, Context, Measured, Reply, estimator, estimators, folder, named, number, stem};
 use crate::error::{Error, InputError};
 use crate::locate::next::{May, next};
 use crate::locate::object::{NAME, UnlocatedTap};
@@ -33,6 +33,9 @@ pub struct NextRequest {
     pub calibration: PathBuf,
     /// Taps of the object so far, as for locate; none: of its first tap
     pub readings: Option<PathBuf>,
+    /// Answer by this instead of the estimator that won on distances left out; `learned` alone says what another tap brings
+    #[arg(long, value_parser = named(estimators()), value_name = "NAME")]
+    pub estimator: Option<String>,
     /// The column that names the object [default: object, where the file has it]
     #[arg(long, value_name = "COLUMN", requires = "readings")]
     pub object: Option<String>,
@@ -69,7 +72,8 @@ pub fn run(asked: &NextRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let options = context.prepared(&asked.common, None)?;
     let calibration = context.calibration(&asked.calibration, options.force == Some(true))?;
     let label = asked.calibration.display().to_string();
-    let locator = Locator::new(&calibration, &label, None, &opener(&options))?;
+    let by = estimator(asked.estimator.as_deref())?;
+    let locator = Locator::new(&calibration, &label, by, &opener(&options))?;
     let drive = locator.rig.setup.drive;
     let within =
         ends("--within", "drives", asked.within.as_deref())?.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
@@ -102,7 +106,7 @@ pub fn run(asked: &NextRequest, context: &Context<'_>) -> Result<Reply, Error> {
         warn("--shift is not looked at before the first tap, which tells where the object is");
     }
     let data = rows.map(LabTable::hash).transpose()?;
-    let of = json!({ "calibration": calibration.checksum, "readings": data, "object": asked.object, "only": asked.only, "within": asked.within, "shift": asked.shift, "same_run": asked.same_run, "zero": SaidZero::json(asked.zero.as_ref()), "columns": asked.columns });
+    let of = json!({ "calibration": calibration.checksum, "readings": data, "estimator": asked.estimator, "object": asked.object, "only": asked.only, "within": asked.within, "shift": asked.shift, "same_run": asked.same_run, "zero": SaidZero::json(asked.zero.as_ref()), "columns": asked.columns });
     let question = Question::new("next", &stem, of);
     let mut destination = context.open(&out, question, &["next.csv", "next.svg"], options.force)?;
     destination.table(table(&found, drive)?)?;

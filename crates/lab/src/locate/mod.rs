@@ -10,6 +10,7 @@
 //! # Ok::<(), vibrissa::error::Error>(())
 //! ```
 
+pub mod answers;
 mod batch;
 pub mod calibration;
 pub mod free;

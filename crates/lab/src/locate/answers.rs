@@ -1,0 +1,133 @@
+//! What answers readings: a calibration of one signal, of two gauges or of several channels, opened.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::object::Objects;
+use super::stream::{self, Ask};
+use super::{Answerer, Calibration, Located, Locator, Sensor, Sequence, Several};
+use crate::error::{Error, InputError};
+use crate::estimator::Estimator;
+use crate::estimator::model::exact::Opener;
+use crate::sink::frame::Frame;
+use crate::sink::lab::LabTable;
+use crate::status::Status;
+
+/// An opened calibration.
+pub enum Answers {
+    /// Of one signal, or of two gauges.
+    One(Box<Locator>, Box<Calibration>),
+    /// Of several channels.
+    Several(Several),
+}
+
+impl Answers {
+    /// Of the `text` of a calibration that `label` names; `trust`: also one that was edited by hand. Readings are of a run of the calibration where `same_run`
+    /// says so. Of several channels each has its own estimator and its own runs.
+    ///
+    /// # Errors
+    /// A text that is no calibration; an estimator that it does not hold.
+    pub fn open(
+        (label, text, trust): (&str, &str, bool),
+        estimator: Option<&'static dyn Estimator>,
+        same_run: bool,
+        open: Opener<'_>,
+    ) -> Result<Self, Error> {
+        if Sensor::is_text(text) {
+            return Ok(Self::Several(Several::new(&Sensor::parse(label, text, trust)?, label, open)?));
+        }
+        let calibration = Calibration::parse(label, text, trust)?;
+        let mut locator = Locator::new(&calibration, label, estimator, open)?;
+        locator.same_run = same_run;
+        Ok(Self::One(Box::new(locator), Box::new(calibration)))
+    }
+
+    /// What answers rows.
+    pub fn who(&self) -> Answerer<'_> {
+        match self {
+            Self::One(locator, _) => Answerer::One(locator),
+            Self::Several(several) => Answerer::Several(several),
+        }
+    }
+
+    /// What answers each signal.
+    pub fn locators(&self) -> &[Locator] {
+        match self {
+            Self::One(locator, _) => std::slice::from_ref(&**locator),
+            Self::Several(several) => &several.locators,
+        }
+    }
+
+    /// What answers one value, and its calibration.
+    ///
+    /// # Errors
+    /// A calibration of several signals.
+    pub fn single(&self) -> Result<(&Locator, &Calibration), InputError> {
+        match self {
+            Self::One(locator, _) if locator.is_twofold() => {
+                let error = InputError::new("the calibration is of two signals, and a reading of one");
+                Err(error.key("value").allowed("a table with both signals: locate(table, calibration)"))
+            }
+            Self::One(locator, calibration) => Ok((locator, calibration)),
+            Self::Several(several) => {
+                let error = InputError::new("the calibration is of several channels").key("calibration");
+                let error = error.value(several.names.join(", "));
+                Err(error.allowed("locate, table, expected; a calibration of one signal"))
+            }
+        }
+    }
+
+    /// The answers to readings of these drives in the order in which they were taken, up to `stop`, and what should be known of their zero. Of each there is a
+    /// signal for each channel, in the units of the calibration; of several channels they are above their zeros, and a drive may be NaN.
+    ///
+    /// # Errors
+    /// A calibration of two gauges.
+    pub fn readings(
+        &self,
+        zero: Option<f64>,
+        drives: &[f64],
+        values: &[f64],
+        stop: &AtomicBool,
+    ) -> Result<(Vec<Located>, Option<String>), InputError> {
+        let rows = drives.iter().zip(values.chunks(self.locators().len()));
+        let rows = rows.enumerate().take_while(|(i, _)| i % 64 != 0 || !stop.load(Ordering::Relaxed));
+        let rows = rows.map(|(_, row)| row);
+        if let Self::Several(several) = self {
+            return Ok((rows.map(|(drive, values)| several.answer(*drive, values)).collect(), None));
+        }
+        let (locator, _) = self.single()?;
+        let mut sequence = Sequence::new(locator, zero);
+        let all = rows.map(|(drive, values)| sequence.answer(locator, *drive, values[0])).collect();
+        Ok((all, sequence.told().flatten()))
+    }
+
+    /// The table of the answers to `rows`, up to `stop`.
+    ///
+    /// # Errors
+    /// As [`stream::answer`].
+    pub fn table(&self, rows: LabTable<'_>, ask: &Ask<'_>, stop: &AtomicBool) -> Result<Frame, Error> {
+        Objects::can(self.who(), ask.by)?;
+        let (zeros, _) = stream::zeros(self.who(), rows, ask)?;
+        let mut located: Option<Frame> = None;
+        let mut write = |some: &Frame, _: bool| match &mut located {
+            Some(all) => all.extend(some, 0..some.len()),
+            None => {
+                located = Some(some.clone());
+                Ok(())
+            }
+        };
+        stream::answer(self.who(), rows, ask, Some(zeros), stop, &mut write)?;
+        Ok(located.unwrap_or_default())
+    }
+}
+
+impl Several {
+    /// The distance of one reading, in the units of the calibration.
+    fn answer(&self, drive: f64, values: &[f64]) -> Located {
+        if drive.is_finite() && self.locators[0].rests(drive) {
+            return Located::nothing(Status::NO_STRAIN);
+        }
+        let signal = |(l, value): (&Locator, &f64)| l.unit.strain(*value, l.rig.setup.gauge.factor);
+        let signals: Vec<f64> = self.locators.iter().zip(values).map(signal).collect();
+        self.locate(drive, &signals, &vec![0.0; signals.len()])
+    }
+}
