@@ -13,6 +13,7 @@ use vibrissa::measure::zero::TaredBy;
 use vibrissa::measure::{Names, Rig};
 use vibrissa::scene::{Drive, Setup};
 use vibrissa::simulate::Settings;
+use vibrissa::sink::lab::LabTable;
 
 const NOISE: f64 = 1e-5;
 const OFFSET: f64 = 180e-6;
@@ -236,7 +237,11 @@ fn one_drive_that_nobody_recorded_is_calibrated_without_a_whisker() {
 #[test]
 fn a_signal_by_another_name_is_guessed_and_any_end_of_line_read() {
     let read = |text: &str| {
-        vibrissa::measure::Data::parse_named("d.csv", text.as_bytes(), &Names::parse("a=a_mm").unwrap())
+        vibrissa::measure::Data::parse_named(
+            "d.csv",
+            LabTable::Text(text.as_bytes()),
+            &Names::parse("a=a_mm").unwrap(),
+        )
     };
     for (name, meant) in [("strain [µε]", "microstrain"), ("Dehnung", "strain"), ("mV/V", "bridge")] {
         let e = read(&format!("a_mm,theta_deg,{name}\n30,2,100\n")).unwrap_err();

@@ -11,6 +11,7 @@ use vibrissa::estimator::LEARNED;
 use vibrissa::measure::Rig;
 use vibrissa::scene::Setup;
 use vibrissa::simulate::Settings;
+use vibrissa::sink::lab::LabTable;
 
 /// Distances and tap angles of the rigs.
 const TAPS: &str = "[tap]\na = { from = 20, to = 50, step = 3 }\ntheta = [1, 2, 4, 6]\n";
@@ -271,7 +272,8 @@ fn dust_units_names_and_the_order_of_rows_change_no_answer() {
     let mut micro = String::from("angle;microstrain;dist\n");
     rows.iter().for_each(|(_, a, u, y)| writeln!(micro, "{u};{:e};{a}", 1e6 * y).unwrap());
     let names = vibrissa::measure::Names::parse("a=dist,theta=angle").unwrap();
-    let micro = vibrissa::measure::Data::parse_named("d.csv", micro.as_bytes(), &names).unwrap();
+    let micro =
+        vibrissa::measure::Data::parse_named("d.csv", LabTable::Text(micro.as_bytes()), &names).unwrap();
     let whisker = crate::common::measuring::rig(&spec.replace("L_a = 50", "L_a = 60"));
     let micro = calibrate(&micro, &whisker, &Options::default()).unwrap();
     for (what, other) in

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 /// Characters of a line that are shown at most.
-pub const WIDE: usize = 120;
+const WIDE: usize = 120;
 /// Characters of a key or a value that are shown.
 const LONG: usize = 500;
 /// Of these, at most so many before the mistake.
@@ -85,12 +85,52 @@ pub fn printable(text: &str) -> Cow<'_, str> {
 }
 
 /// `c`, or a mark in place of one that moves the cursor or turns the direction of writing.
-pub fn harmless(c: char) -> char {
+fn harmless(c: char) -> char {
     match c {
         c if c.is_control() => char::REPLACEMENT_CHARACTER,
         '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{feff}' => {
             char::REPLACEMENT_CHARACTER
         }
         c => c,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn shown(text: &str, span: Range<usize>) -> (String, String, usize) {
+        let e = Excerpt::new(text, span);
+        (e.text.clone(), e.text[e.span.clone()].to_owned(), e.above)
+    }
+
+    #[test]
+    fn neighbours_and_the_mistake_are_shown() {
+        let text = "[whisker]\r\nD = 10\r\nd\t= -4\r\nL_a = 50\r\n";
+        let at = text.find("-4").unwrap();
+        assert_eq!(shown(text, at..at + 2), ("D = 10\nd = -4\nL_a = 50".into(), "-4".into(), 1));
+        assert_eq!(shown("é = x", 5..6), ("é = x".into(), "x".into(), 0));
+        assert_eq!(shown("", 0..0), (String::new(), String::new(), 0));
+        assert_eq!(shown("a\n", 2..2), ("a\n".into(), String::new(), 0));
+    }
+
+    #[test]
+    fn a_mistake_far_to_the_right_is_shown_with_what_is_near() {
+        let text = format!("a = 1\n{}bad{}\nb = 2", "x".repeat(200_000), "y".repeat(200_000));
+        let (text, marked, _) = shown(&text, 200_006..200_009);
+        assert!(text.len() < 300 && marked == "bad", "{text}");
+        let (whole, marked, _) = shown(&"z".repeat(100_000), 0..100_000);
+        assert!(whole.len() < 200 && marked.len() == WIDE, "{whole}");
+    }
+
+    proptest! {
+        #[test]
+        fn every_place_of_every_text_can_be_shown(text in any::<String>(), a in 0usize..400, b in 0usize..400) {
+            let e = Excerpt::new(&text, a.min(b)..a.max(b));
+            prop_assert!(e.text.get(e.span.clone()).is_some());
+            prop_assert!(e.text.chars().all(|c| c == '\n' || harmless(c) == c));
+        }
     }
 }

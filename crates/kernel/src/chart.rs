@@ -185,3 +185,54 @@ fn monomials2(c: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let rows: Vec<_> = c.iter().map(|row| monomials(row)).collect();
     transpose(&transpose(&rows).iter().map(|column| monomials(column)).collect::<Vec<_>>())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn value(poly: &[Vec<f64>], x: f64, y: f64) -> f64 {
+        poly.iter().rev().fold(0.0, |sum, row| sum * x + row.iter().rev().fold(0.0, |s, c| s * y + c))
+    }
+
+    #[test]
+    fn charts_keep_their_stated_error() {
+        let materials = [
+            Material::NeoHookean(3.2),
+            Material::MooneyRivlin([0.35, 0.15]),
+            Material::Yeoh([0.5, -0.08, 0.02]),
+        ];
+        for material in materials {
+            for (axial, bending, accuracy) in
+                [(0.05, [0.2, 0.0], 1e-7), (0.05, [0.2, 0.0], 1e-10), (0.15, [0.5, 0.9], 1e-6)]
+            {
+                let chart = Chart::new(&material, axial, bending, [accuracy, 10.0 * accuracy]).unwrap();
+                let law =
+                    Scaled { law: SectionLaw::new(&material), unit: std::f64::consts::PI * material.e0() };
+                let mut worst: f64 = 0.0;
+                for i in 0..400 {
+                    let (u, v) = (f64::from(i % 20) / 19.0, f64::from(i / 20) / 19.0);
+                    let t = chart.axial * (2.0 * u - 1.0);
+                    let most = chart.bending[0] + chart.bending[1] * t;
+                    let b = most * v.max(0.01);
+                    let (e, k) = law.at(t, b).unwrap();
+                    let (beta, x) = (2.0 * (b / most).powi(2) - 1.0, t / chart.axial);
+                    let line = |c: &[f64]| c.iter().rev().fold(0.0, |s, c| s * x + c);
+                    let e_chart = t + t * t * line(&chart.r) + b * b * value(&chart.p, beta, x);
+                    let k_chart = b * (1.0 + t * line(&chart.c) + b * b * value(&chart.q, beta, x));
+                    worst = worst.max(((e_chart - e).abs() + (k_chart - k).abs()) / b.max(t.abs()));
+                }
+                println!(
+                    "{material:?} {axial} {accuracy:e}: error {worst:e}, stated {:e}, p {}×{}",
+                    chart.error,
+                    chart.p.len(),
+                    chart.p[0].len()
+                );
+                assert!(
+                    worst <= chart.error.max(accuracy) * 2.0,
+                    "{material:?} {axial}: {worst:e} > {:e}",
+                    chart.error
+                );
+            }
+        }
+    }
+}

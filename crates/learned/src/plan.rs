@@ -4,6 +4,8 @@
 //! be asked for have the covariance S = H Λ Hᵀ; a tap at i takes S_·i S_i·/(v_i + S_ii) off it, and gives it back where it is left out. What is
 //! least is the mean variance of a distance at the places that will be asked for (A-optimal design; Fedorov 1972 for the exchange).
 
+#[cfg(test)]
+mod tests;
 
 use nalgebra::DMatrix;
 
@@ -69,7 +71,7 @@ pub type Tap = [usize; 3];
 #[derive(Clone)]
 pub struct Planner {
     /// Candidates.
-    pub taps: Vec<Tap>,
+    taps: Vec<Tap>,
     /// Most distances.
     positions: usize,
     /// Variance of a reading at each candidate.
@@ -79,7 +81,7 @@ pub struct Planner {
     /// Variance in mm² per variance of the signal, over the number of places.
     weights: Vec<f64>,
     /// Mean variance in mm² that no calibration takes away: noise, position, gain of the run of the reading itself.
-    pub floor: f64,
+    floor: f64,
     /// What was chosen: places of candidates.
     chosen: Vec<usize>,
     /// Of these, as many at the beginning stay: they reach the ends of distances and drives.
@@ -198,13 +200,13 @@ impl Planner {
     }
 
     /// Mean variance of the calibration, mm².
-    pub fn variance(&self) -> f64 {
+    fn variance(&self) -> f64 {
         let first = self.taps.len();
         self.weights.iter().enumerate().map(|(q, w)| w * self.covariance[(first + q, first + q)]).sum()
     }
 
     /// By how much a tap at `place` lowers it.
-    pub fn gain(&self, place: usize) -> f64 {
+    fn gain(&self, place: usize) -> f64 {
         let column = self.covariance.column(place);
         let sum: f64 =
             self.weights.iter().zip(column.iter().skip(self.taps.len())).map(|(w, s)| w * s * s).sum();

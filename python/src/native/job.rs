@@ -125,11 +125,11 @@ fn own_pool(threads: Option<usize>) -> Result<Option<Arc<ThreadPool>>, Error> {
     let Some(n) = threads.or(fork::is_forked().then_some(0)) else { return Ok(None) };
     let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
     let pools = pools.get_or_insert_default();
-    if !pools.contains_key(&n) {
-        let pool = ThreadPoolBuilder::new().num_threads(n).build().map_err(|e| Error::Run(e.to_string()))?;
-        pools.insert(n, Arc::new(pool));
+    if let Some(pool) = pools.get(&n) {
+        return Ok(Some(pool.clone()));
     }
-    Ok(pools.get(&n).cloned())
+    let pool = ThreadPoolBuilder::new().num_threads(n).build().map_err(|e| Error::Run(e.to_string()))?;
+    Ok(Some(pools.entry(n).or_insert(Arc::new(pool)).clone()))
 }
 
 /// Leaves pools alone whose threads are those of another process.

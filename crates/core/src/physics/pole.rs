@@ -32,9 +32,9 @@ fn dot<T: Real>([a, b, c]: Space<T>, [x, y, z]: Space<T>) -> T {
 #[derive(Debug, Clone, Copy)]
 pub struct Pole<T = f64> {
     /// A, a point of its axis, mm.
-    pub point: Space<T>,
+    point: Space<T>,
     /// u, the direction of its axis.
-    pub along: Space<T>,
+    along: Space<T>,
     /// |A|² less what it was at first touch, mm².
     farther: T,
     /// a, mm.
@@ -120,5 +120,54 @@ impl<T: Real> Pole<T> {
         let [x, y, z] = self.along;
         let sine = -psi.tan() * x / y.hypot(z);
         (sine.value().abs() <= 1.0).then(|| sine.asin() - y.atan2(z))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{DVec2, DVec3};
+
+    fn pole(tilt: f64, lean: f64, drive: Drive, amount: f64) -> Pole {
+        let model = Model { surface: true, pole_radius: 3.0, ..Model::PLAIN };
+        let rig = Rig { taper: Taper::new(10.0, 4.0, 50.0), hub: 4.0, drive, model: &model };
+        Pole::new(&rig, [tilt, lean], 33.0, amount)
+    }
+
+    #[test]
+    fn an_upright_pole_is_the_planar_tap() {
+        let one = pole(0.0, 0.0, Drive::Angle, 0.1);
+        let Planar { distance, angle, slide } = one.planar(0.0).unwrap();
+        assert_eq!((distance, slide), (33.0, 0.0));
+        assert!((angle - 0.1).abs() < 1e-15);
+        assert_eq!(one.azimuth(0.3), Some(0.0));
+    }
+
+    #[test]
+    fn the_plane_meets_the_pole_where_it_says() {
+        for drive in [Drive::Angle, Drive::Displacement] {
+            let amount = if drive == Drive::Angle { 0.1 } else { 3.3 };
+            let one = pole(0.4, 0.2, drive, amount);
+            let Planar { distance, angle, .. } = one.planar(0.42).unwrap();
+            // Turned back, the planar pole is where the whisker touches it at that distance.
+            let taper = Taper::new(10.0, 4.0, 50.0);
+            let hub = if drive == Drive::Angle { 4.0 } else { 0.0 };
+            let (sin, cos) = (taper.sin_alpha(), taper.cos_alpha());
+            let touched = DVec2::new(distance + hub + 3.0 * sin, taper.radius(distance) + 3.0 * cos);
+            let (s, c) = 0.42f64.sin_cos();
+            let slide = one.planar(0.42).unwrap().slide;
+            let seen = DVec3::from(one.point) + slide * DVec3::from(one.along);
+            assert!(seen.dot(DVec3::new(0.0, -s, c)).abs() < 1e-13);
+            let turned = DVec2::from_angle(-angle).rotate(touched);
+            assert!((turned - DVec2::new(seen.x, seen.dot(DVec3::new(0.0, c, s)))).length() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_push_at_the_azimuth_is_square_to_the_pole() {
+        let one = pole(-0.7, 0.3, Drive::Angle, 0.15);
+        let (sin, cos) = one.azimuth(0.25).unwrap().sin_cos();
+        let push = DVec3::new(0.25f64.sin(), 0.25f64.cos() * cos, 0.25f64.cos() * sin);
+        assert!(push.dot(one.along.into()).abs() < 1e-15);
     }
 }

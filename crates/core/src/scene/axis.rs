@@ -224,3 +224,62 @@ fn positive(key: &str, value: f64) -> Result<(), InputError> {
     }
     Err(InputError::new("a logarithmic scale has no zero and no negative values").key(key).allowed("> 0"))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn values(axis: &Axis) -> Vec<f64> {
+        axis.iter().collect()
+    }
+
+    #[test]
+    fn steps_are_the_decimal_numbers_one_expects() {
+        let step = Axis::step(0.5, 10.0, 0.1).unwrap();
+        assert_eq!(step.len(), 96);
+        for (i, x) in step.iter().enumerate() {
+            assert_eq!(x, format!("{}.{}", (5 + i) / 10, (5 + i) % 10).parse::<f64>().unwrap());
+        }
+        assert_eq!(values(&Axis::steps(0.5, 10.0, 96).unwrap()), values(&step));
+        assert_eq!(values(&Axis::step(0.0, 0.9, 0.3).unwrap()), [0.0, 0.3, 0.6, 0.9]);
+        assert_eq!(values(&Axis::steps(-0.3, 0.3, 3).unwrap()), [-0.3, 0.0, 0.3]);
+        assert_eq!(values(&Axis::steps(0.0, 1.0, 4).unwrap()), [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0]);
+    }
+
+    #[test]
+    fn step_stops_at_the_last_value_not_beyond_to() {
+        assert_eq!(values(&Axis::step(1.0, 2.0, 0.4).unwrap()), [1.0, 1.4, 1.8]);
+        assert_eq!(values(&Axis::step(1.0, 1.0, 0.4).unwrap()), [1.0]);
+        assert_eq!(values(&Axis::step(1.0, 1.2, 0.4).unwrap()), [1.0]);
+        let third = Axis::step(0.0, 1.0, 1.0 / 3.0).unwrap();
+        assert_eq!((third.len(), third.at(3)), (4, 1.0));
+    }
+
+    #[test]
+    fn logarithmic_steps() {
+        let axis = Axis::log_steps(0.1, 10.0, 3).unwrap();
+        assert_eq!((axis.at(0), axis.at(2)), (0.1, 10.0));
+        assert!((axis.at(1) - 1.0).abs() < 1e-15);
+        assert_eq!(Axis::log_steps(0.0, 1.0, 3).unwrap_err().key.as_deref(), Some("from"));
+    }
+
+    #[test]
+    fn long_axes_cost_nothing() {
+        let axis = Axis::steps(0.0, 1.0, 1 << 40).unwrap();
+        assert_eq!(axis.at((1 << 40) - 1), 1.0);
+        assert!((axis.at(1 << 39) - 0.5).abs() < 1e-11);
+        let extreme = Axis::steps(-1e300, 1e300, 1 << 40).unwrap();
+        assert!(extreme.at(1 << 39).is_finite());
+    }
+
+    #[test]
+    fn samples_stay_inside_and_repeat() {
+        let points = Points { samples: MAX_SAMPLES, sampler: Sampler::Sobol, seed: 0 };
+        let axis = Axis::samples(8.0, 12.0, false, points, 0).unwrap();
+        assert_eq!(axis.at(0), 8.0 + 4.0 * 0.5 / 4_294_967_296.0);
+        assert!((axis.at(1) - 10.0).abs() < 1e-8);
+        assert!(axis.at(MAX_SAMPLES - 1) < 12.0);
+        let log = Axis::samples(0.1, 10.0, true, points, 0).unwrap();
+        assert!((log.at(1) - 1.0).abs() < 1e-8);
+    }
+}

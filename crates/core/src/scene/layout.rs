@@ -219,3 +219,40 @@ fn place(factors: &[Factor], mut k: u64, values: &mut [f64; COLUMNS]) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::axis::Points;
+    use crate::scene::sampler::Sampler;
+
+    /// An axis of its own.
+    fn alone(column: Column, values: &[f64]) -> Factor {
+        Factor {
+            axes: vec![(column, Axis::List(values.to_vec()))],
+            len: values.len() as u64,
+            properties: vec![],
+        }
+    }
+
+    fn sampled(min: f64, max: f64, dimension: u32) -> Axis {
+        let points = Points { samples: 5, sampler: Sampler::Sobol, seed: 0 };
+        Axis::samples(min, max, false, points, dimension).unwrap()
+    }
+
+    #[test]
+    fn a_direction_sampled_with_the_drive_is_a_stroke() {
+        let zipped = vec![(Column::Tilt, sampled(-20.0, 20.0, 0)), (Column::Drive, sampled(1.0, 2.0, 1))];
+        let l = Layout::new(&[
+            alone(Column::BaseDiameter, &[8.0, 10.0]),
+            alone(Column::Distance, &[20.0, 30.0]),
+            Factor { axes: zipped, len: 5, properties: vec![] },
+            alone(Column::Lean, &[0.0, 5.0, 10.0]),
+        ]);
+        assert_eq!((l.n_designs, l.n_drives, l.n_directions, l.drives().is_some()), (2, 15, 15, false));
+        let (first, second, fourth) = (l.tuple(0), l.tuple(1), l.tuple(3));
+        assert_eq!((first.tilt, first.drive, first.lean), (second.tilt, second.drive, 0.0));
+        assert_eq!((second.lean, fourth.lean), (5.0, 0.0));
+        assert_ne!((fourth.tilt, fourth.drive), (first.tilt, first.drive));
+    }
+}

@@ -139,7 +139,7 @@ const fn flips() -> [[[u32; 256]; 4]; JOE_KUO.len()] {
 }
 
 /// Coordinate of the unscrambled Sobol point `index`.
-pub fn sobol(dimension: u32, index: u32) -> u32 {
+fn sobol(dimension: u32, index: u32) -> u32 {
     let flips = &FLIPS[dimension as usize];
     let [a, b, c, d] = index.to_le_bytes().map(usize::from);
     flips[0][a] ^ flips[1][b] ^ flips[2][c] ^ flips[3][d]
@@ -167,7 +167,7 @@ fn hash(x: u32) -> u32 {
 }
 
 /// Philox4x32 with ten rounds.
-pub fn philox(counter: [u32; 4], key: [u32; 2]) -> [u32; 4] {
+fn philox(counter: [u32; 4], key: [u32; 2]) -> [u32; 4] {
     let (mut c, mut k) = (counter, key);
     for _ in 0..10 {
         let (high0, low0) = multiply(0xd251_1f53, c[0]);
@@ -185,4 +185,74 @@ fn multiply(a: u32, b: u32) -> (u32, u32) {
     let middle = a1 * b0 + ((a0 * b0) >> 16);
     let carry = (middle & 0xffff) + a0 * b1;
     (a1 * b1 + (middle >> 16) + (carry >> 16), a.wrapping_mul(b))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `scipy.stats.qmc.Sobol(24, scramble=False, bits=32)`, whose point n is our point n ^ (n >> 1).
+    #[test]
+    fn sobol_agrees_with_scipy() {
+        let last_of = |n: u32| -> Vec<u32> { (0..24).map(|j| sobol(j, n ^ (n >> 1))).collect() };
+        assert_eq!(
+            last_of(100),
+            [
+                1778384896, 1107296256, 3321888768, 3120562176, 3791650816, 3187671040, 100663296,
+                2046820352, 2717908992, 2986344448, 1979711488, 2919235584, 2046820352, 3657433088,
+                1375731712, 2113929216, 2919235584, 3187671040, 3590324224, 1442840576, 3254779904,
+                1711276032, 33554432, 2113929216
+            ]
+        );
+        assert_eq!(
+            last_of(2047),
+            [
+                2097152, 2694840320, 3999268864, 1507852288, 2707423232, 2824863744, 505413632, 136314880,
+                3927965696, 1914699776, 2141192192, 3802136576, 2510290944, 4242538496, 2099249152,
+                2912944128, 2325741568, 3537895424, 471859200, 157286400, 1537212416, 463470592, 404750336,
+                2996830208
+            ]
+        );
+        assert!(last_of(0).iter().all(|&x| x == 0));
+        assert!(last_of(1).iter().all(|&x| x == 1 << 31));
+    }
+
+    /// Each of the first 2^k points lies in a stratum of its own, in every dimension and for every seed.
+    #[test]
+    fn scramble_keeps_strata() {
+        for seed in [0, 1, 2, 0x1234_5678_9abc_def0] {
+            for dimension in 0..MAX_DIMENSIONS {
+                let mut seen = [false; 256];
+                for i in 0..256 {
+                    let stratum = (Sampler::Sobol.coordinate(seed, dimension, i) >> 24) as usize;
+                    assert!(
+                        !std::mem::replace(&mut seen[stratum], true),
+                        "seed {seed}, dimension {dimension}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn seeds_differ() {
+        let first = |seed| Sampler::Sobol.coordinate(seed, 0, 0);
+        assert_ne!(first(1), first(2));
+        assert_ne!(first(1), first(1 << 32));
+        assert_ne!(Sampler::Sobol.coordinate(1, 0, 0), Sampler::Sobol.coordinate(1, 1, 0));
+    }
+
+    /// Known answers published with Random123 (`kat_vectors`).
+    #[test]
+    fn philox_known_answers() {
+        assert_eq!(philox([0; 4], [0; 2]), [0x6627_e8d5, 0xe169_c58d, 0xbc57_ac4c, 0x9b00_dbd8]);
+        assert_eq!(
+            philox([u32::MAX; 4], [u32::MAX; 2]),
+            [0x408f_276d, 0x41c8_3b0e, 0xa20b_c7c6, 0x6d54_51fd]
+        );
+        assert_eq!(
+            philox([0x243f_6a88, 0x85a3_08d3, 0x1319_8a2e, 0x0370_7344], [0xa409_3822, 0x299f_31d0]),
+            [0xd16c_fe09, 0x94fd_cceb, 0x5001_e420, 0x2412_6ea1]
+        );
+    }
 }

@@ -20,17 +20,16 @@ const PATIENCE: Duration = Duration::from_secs(20);
 const DONE: &str = "done";
 
 /// Name and driver of an adapter, and whether it runs on the CPU.
-pub type Seen = (String, String, bool);
+pub(super) type Seen = (String, String, bool);
 
 /// Adapters that can be opened, hardware first; what drivers did wrong, in words.
-pub type Found = (Vec<Seen>, Vec<String>);
+type Found = (Vec<Seen>, Vec<String>);
 
 fn seen(a: &Adapter) -> Seen {
     (a.name.clone(), a.driver.clone(), a.software)
 }
 
-/// How the process that tries the drivers is started.
-pub type How = Box<dyn Fn() -> Option<Command> + Send + Sync>;
+type How = Box<dyn Fn() -> Option<Command> + Send + Sync>;
 
 static HOW: OnceLock<How> = OnceLock::new();
 
@@ -62,8 +61,7 @@ pub(super) fn found() -> Option<&'static Found> {
     FOUND.get_or_init(|| HOW.get().and_then(|how| found_by(how, PATIENCE))).as_ref()
 }
 
-/// The same of a process that starts by `how` and may take `patience` for each call.
-pub fn found_by(how: &How, patience: Duration) -> Option<Found> {
+fn found_by(how: &How, patience: Duration) -> Option<Found> {
     let (mut found, mut from) = (Found::default(), 0);
     loop {
         let mut command = how()?;
@@ -136,4 +134,30 @@ pub fn adapters(needed: bool) -> Result<Vec<Adapter>, Error> {
     }
     faults.iter().for_each(|why| gpu::hear(why));
     Ok(all)
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_driver_that_crashes_or_hangs_is_told_in_words_and_leaves_the_others() {
+        const A: &str = r#"echo '["A","",false]'"#;
+        const B: &str = r#"echo '["B","",true]'; echo done"#;
+        for (script, seconds, fault, others) in [
+            ("kill -SEGV $$".to_owned(), 300.0, "crashed (signal: 11 (SIGSEGV)", &[][..]),
+            ("exec sleep 600".to_owned(), 0.4, "did not answer within 0.4 s when it was asked", &[]),
+            (format!("[ $1 = 0 ] && {A} && kill -ABRT $$; {B}"), 300.0, "the driver of A crashed", &["B"]),
+        ] {
+            let how = move || {
+                let mut command = Command::new("sh");
+                command.args(["-c", &script, "sh"]);
+                Some(command)
+            };
+            let (there, faults) =
+                found_by(&(Box::new(how) as How), Duration::from_secs_f64(seconds)).unwrap();
+            assert_eq!(there.iter().map(|a| a.0.as_str()).collect::<Vec<_>>(), others);
+            assert!(faults.len() == 1 && faults[0].contains(fault), "{faults:?}");
+        }
+    }
 }

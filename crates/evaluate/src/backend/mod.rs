@@ -1,6 +1,6 @@
 //! Which backend runs: what was asked, what the machine has, and why the one was taken.
 
-pub mod drivers;
+mod drivers;
 
 use std::fmt::Write;
 use std::sync::{Mutex, PoisonError};

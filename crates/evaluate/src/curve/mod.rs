@@ -12,7 +12,7 @@ mod solve;
 
 pub use piece::{LOOKS, NODES, Piece, Ratio, look};
 pub use places::Reach;
-pub use solve::{Ask, lost, solve};
+pub use solve::{Ask, solve};
 
 use crate::estimate::{Estimated, Estimator};
 use crate::physics::inverse::bracketed;

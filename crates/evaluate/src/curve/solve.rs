@@ -204,7 +204,7 @@ impl<'w, 'a> Work<'w, 'a> {
 
 /// Whether no tap of the lower half of an interval, or of the upper one, has a solution, nor has the next one beyond its middle: what is left of such a
 /// half is not looked at. `ratios` are those at its nodes, ascending.
-pub fn lost(ratios: &[f64]) -> [bool; 2] {
+fn lost(ratios: &[f64]) -> [bool; 2] {
     let middle = ratios.len() / 2;
     [&ratios[..=middle], &ratios[ratios.len() - middle - 1..]].map(|half| half.iter().all(|r| r.is_nan()))
 }
@@ -232,4 +232,17 @@ fn curve(of: StrainCurve, amount: f64, mut pieces: Vec<Piece>) -> Curve {
     let f: Vec<[f64; LOOKS + 1]> =
         pieces.iter().map(|p| std::array::from_fn(|k| of.at_inverse(look(p.u, k)).0)).collect();
     Curve::new(of, amount, pieces.into_iter().zip(&f), 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::lost;
+
+    #[test]
+    fn a_half_is_lost_with_the_next_node_beyond_its_middle() {
+        let none = f64::NAN;
+        assert_eq!(lost(&[none, none, none, 1.0, 1.0, 1.0]), [false, false]);
+        assert_eq!(lost(&[none, none, none, none, 1.0, 1.0]), [true, false]);
+        assert_eq!(lost(&[1.0, 1.0, none, none, none, none]), [false, true]);
+    }
 }

@@ -259,3 +259,97 @@ pub fn validate(name: &str, wgsl: &str) -> Result<naga::Module, SolveError> {
         .map_err(|e| refused(&e.emit_to_string_with_path(wgsl, name)))?;
     Ok(module)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rule::{chart_range, rules_of_devices};
+    use std::mem::offset_of;
+    use vibrissa_core::scene::Material;
+
+    /// Every combination of effects on every rung, in both precisions.
+    fn each_variant(mut f: impl FnMut(&Variant<'_>)) -> usize {
+        let mut seen = 0;
+        for precision in [Precision::F32, Precision::F64] {
+            for rule in rules_of_devices(precision) {
+                let (axial, bending) = chart_range(precision, &rule);
+                let chart = Chart::new(&Material::NeoHookean(3.2), axial, bending, [1e-6, 1e-5]);
+                let effects = (0..128u32).map(|bits| {
+                    let on = |k: u32| bits >> k & 1 == 1;
+                    Effects {
+                        shear: on(0),
+                        extension: on(1),
+                        offset: on(2),
+                        stick: on(3),
+                        rolls: false,
+                        law: on(4),
+                        far: on(5),
+                        spatial: on(6),
+                    }
+                });
+                let sensible = effects.filter(|e| !e.stick || (e.extension && e.offset));
+                for effects in sensible {
+                    let chart = chart.as_ref().filter(|_| effects.law);
+                    let job = Job { effects, rule: &rule, tolerance: 1e-5, chart };
+                    f(&Variant { job, precision });
+                    seen += 1;
+                }
+            }
+        }
+        seen
+    }
+
+    #[test]
+    fn every_variant_is_valid_wgsl() {
+        let seen = each_variant(|v| {
+            validate(&v.name(), &v.wgsl()).unwrap_or_else(|e| panic!("{e}"));
+        });
+        assert_eq!(seen, 2 * 4 * (32 + 8));
+    }
+
+    #[test]
+    fn struct_layouts_are_those_of_rust() {
+        let rule = rules_of_devices(Precision::F32)[0];
+        let spatial = Effects { spatial: true, ..Effects::default() };
+        let job = Job { effects: spatial, rule: &rule, tolerance: 1e-5, chart: None };
+        let v = Variant { job, precision: Precision::F32 };
+        let module = validate("layout", &v.wgsl()).unwrap();
+        let offsets = |name: &str| {
+            let (_, ty) = module.types.iter().find(|(_, t)| t.name.as_deref() == Some(name)).unwrap();
+            let naga::TypeInner::Struct { members, span } = &ty.inner else { panic!("{name} is no struct") };
+            let list: Vec<_> = members.iter().map(|m| (m.name.clone().unwrap(), m.offset as usize)).collect();
+            (list, *span as usize)
+        };
+        macro_rules! rust {
+            ($t:ty: $($f:ident)*) => { (vec![$((stringify!($f).to_owned(), offset_of!($t, $f))),*], size_of::<$t>()) };
+        }
+        assert_eq!(
+            offsets("Tap"),
+            rust!(Tap<f32>: taper rest angle hub near far width shear weight radius contact_radius slope pole_x pole_y
+                ratio force along arc strain)
+        );
+        assert_eq!(
+            offsets("Solution"),
+            rust!(Solution<f32>: force along arc strain error load sweeps base axial)
+        );
+    }
+
+    #[test]
+    fn without_spatial_effects_nothing_is_told_of_them() {
+        let mut seen = [0; 2];
+        each_variant(|v| {
+            let text = v.wgsl();
+            let spatial = v.job.effects.spatial;
+            assert_eq!(text.contains("spatial") || text.contains("axial: real"), spatial, "{}", v.name());
+            assert_eq!(text.matches("return Solution(").count(), 1);
+            seen[usize::from(spatial)] += 1;
+        });
+        assert!(seen[0] == seen[1]);
+    }
+
+    #[test]
+    fn a_bad_shader_is_pointed_at() {
+        let e = validate("broken", "fn f() -> f32 {\n    return nothing;\n}").unwrap_err().to_string();
+        assert!(e.contains("broken") && e.contains("nothing") && e.contains(":2"), "{e}");
+    }
+}

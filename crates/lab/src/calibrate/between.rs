@@ -63,7 +63,7 @@ impl Pair {
 
 /// The zero between the signals of the two sides and its standard error, of taps of which each has its run, distance and drive, and its signal; `None`
 /// where they are of one side.
-pub fn zero(taps: impl Iterator<Item = ((usize, [f64; 2]), f64)>) -> Option<[f64; 2]> {
+pub(super) fn zero(taps: impl Iterator<Item = ((usize, [f64; 2]), f64)>) -> Option<[f64; 2]> {
     let mut cells = BTreeMap::<_, Vec<f64>>::new();
     taps.for_each(|((run, at), signal)| cells.entry((run, at.map(f64::to_bits))).or_default().push(signal));
     let all: usize = cells.values().map(Vec::len).sum();
@@ -85,7 +85,7 @@ pub fn zero(taps: impl Iterator<Item = ((usize, [f64; 2]), f64)>) -> Option<[f64
 
 /// The same where the sides were not tapped at the same places, of taps (a, drive, signal): where one power law above it, and one below it, leave far
 /// less than one of all taps above any constant.
-pub fn of_laws(taps: &[[f64; 3]]) -> Option<[f64; 2]> {
+pub(super) fn of_laws(taps: &[[f64; 3]]) -> Option<[f64; 2]> {
     let taps: Vec<[f64; 3]> = taps.iter().copied().step_by(taps.len().div_ceil(LOOKED_AT).max(1)).collect();
     let n = taps.len() as f64;
     let mut signals: Vec<f64> = taps.iter().map(|t| t[2]).collect();
@@ -211,5 +211,76 @@ impl Line {
             unlikely: n * variance.ln() - logs,
         };
         (line.zero.is_finite() && line.error.is_finite()).then_some(line)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The zero that taps of signals g and −ratio g above `zero` tell, with noise of `share` of g, two of them wrong; of one side where `ratio` is
+    /// negative.
+    fn told(at: f64, ratio: f64, share: f64) -> Option<[f64; 2]> {
+        let mut random = 1_u64;
+        let mut noise = || {
+            random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (random >> 33) as f64 / f64::from(1 << 30) - 1.0
+        };
+        let taps = (0..48).map(|k| {
+            let (a, drive) = (20.0 + 3.0 * f64::from(k % 8), 1.0 + f64::from(k / 8 % 3));
+            let g = 300.0 * drive / (a * a) * (1.0 + share * noise());
+            let wrong = if k < 2 { 0.4 } else { 0.0 };
+            let side = if k < 24 { g } else { -ratio * g * (1.0 + 0.01 * g) };
+            ((0, [a, drive]), at + wrong + side)
+        });
+        zero(taps)
+    }
+
+    #[test]
+    fn both_sides_tell_their_zero_wherever_it_is() {
+        for (at, ratio) in [(0.0, 1.0), (0.3, 0.8), (-7.0, 1.3), (50.0, 0.4)] {
+            let [found, error] = told(at, ratio, 3e-3).unwrap();
+            assert!((found - at).abs() < 4.0 * error && error < 0.01, "{found} ± {error} for {at}");
+        }
+    }
+
+    #[test]
+    fn sides_of_other_places_tell_it_by_their_laws() {
+        let taps = |at: f64, both: bool| -> Vec<[f64; 3]> {
+            let of = |k: i32| {
+                let side = if both && k % 3 == 0 { -0.7 } else { 1.0 };
+                let (a, u) =
+                    (20.0 + 3.1 * f64::from(k % 7) + 0.3 * side, 1.0 + f64::from(k % 4) + 0.2 * side);
+                [
+                    a,
+                    u,
+                    at + side
+                        * 40.0
+                        * u
+                        * a.powf(-1.4)
+                        * (1.0 + 0.02 * u)
+                        * (1.0 + 1e-3 * f64::from(k).sin()),
+                ]
+            };
+            (0..42).map(of).collect()
+        };
+        for at in [0.0, 0.4, -3.0] {
+            let [found, error] = of_laws(&taps(at, true)).unwrap();
+            assert!((found - at).abs() < 3.0 * error && error < 0.1, "{found} ± {error} for {at}");
+            assert_eq!(of_laws(&taps(at, false)), None);
+        }
+        // Two labels are exchanged.
+        let exchanged = |k: i32| [65.0, 75.0, 95.0, 85.0][k as usize / 5];
+        let one_drive: Vec<[f64; 3]> = (0..20)
+            .map(|k| [exchanged(k), 1.0, 9.0 - f64::from(k / 5) + 0.01 * f64::from(k).sin()])
+            .collect();
+        assert_eq!(of_laws(&one_drive), None);
+    }
+
+    #[test]
+    fn repeats_of_one_side_tell_none() {
+        for share in [0.0, 3e-3, 0.1] {
+            assert_eq!(told(0.3, -1.0, share), None);
+        }
     }
 }

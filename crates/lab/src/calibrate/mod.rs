@@ -12,7 +12,7 @@
 //! # Ok::<(), vibrissa::error::Error>(())
 //! ```
 
-pub mod between;
+mod between;
 pub mod coverage;
 mod doubtful;
 mod lag;

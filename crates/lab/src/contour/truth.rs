@@ -94,3 +94,21 @@ impl Pose {
         Self { base: [x, y, self.base[2]], ..*self }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_2;
+
+    use super::*;
+
+    #[test]
+    fn the_object_lies_where_the_whisker_turns_to() {
+        let pose = Pose { base: [10.0, 20.0, 0.0], heading: FRAC_PI_2, sense: 1.0 };
+        let near = |[x, y]: [f64; 2], [u, v]: [f64; 2]| (x - u).hypot(y - v) < 1e-12;
+        assert!(near(pose.place([30.0, 2.0]), [8.0, 50.0]));
+        assert!(near(Pose { sense: -1.0, ..pose }.place([30.0, 2.0]), [12.0, 50.0]));
+        assert!(near(pose.nearer(5.0).place([30.0, 2.0]), [8.0, 55.0]));
+        assert!(near(pose.turned(FRAC_PI_2).place([30.0, 0.0]), [-20.0, 20.0]));
+        assert!(near(Pose { sense: -1.0, ..pose }.turned(FRAC_PI_2).place([30.0, 0.0]), [40.0, 20.0]));
+    }
+}

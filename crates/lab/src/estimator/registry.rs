@@ -106,3 +106,24 @@ impl SideRecord {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_section_has_the_name_of_its_estimator() {
+        let text = ALL.map(|e| format!("[{}]\n", e.name())).concat();
+        let sections: toml::Table = toml::from_str(&text).unwrap();
+        assert_eq!(sections.len(), ALL.len(), "names differ");
+        let record = SideRecord::new(1, Side::Contact, [20.0, 40.0], vec![4.0]);
+        for e in ALL {
+            assert!(!e.is_in(&record) && super::super::named(e.name()) == Some(e));
+            // A section that is known is read, and found to hold nothing.
+            let mut table = toml::Table::try_from(&record).unwrap();
+            table.insert(e.name().to_owned(), toml::Table::new().into());
+            let refused = table.try_into::<SideRecord>().unwrap_err().to_string();
+            assert!(refused.contains("missing field"), "{refused}");
+        }
+    }
+}

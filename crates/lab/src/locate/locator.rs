@@ -360,3 +360,14 @@ impl Locator {
         if strain.abs() > self.rig.strain_limit() { Status::STRAIN_LIMIT } else { Status::OK }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Locator;
+
+    #[test]
+    fn threads_share_a_locator() {
+        fn shared<T: Send + Sync>() {}
+        shared::<Locator>();
+    }
+}

@@ -295,3 +295,66 @@ fn leads(levels: &[f64], rows: &[Row]) -> bool {
         && up.max(all - up) as f64 >= SAME_WAY * all as f64
         && ranges.iter().sum::<f64>() >= FAR * (high - low) * ranges.len() as f64
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn find(header: &str, said: &str) -> Result<Columns, InputError> {
+        let names: Vec<String> = header.split(',').map(str::to_owned).collect();
+        Columns::find(&names, &Names::parse(said)?, None)
+    }
+
+    #[test]
+    fn columns_are_found_by_name_or_as_said() {
+        let c = find("a_mm,theta_deg,strain,run", "").unwrap();
+        assert_eq!((c.a, c.drive, c.signal), (Some(0), Some((Drive::Angle, 1)), (Unit::Strain, 2)));
+        assert_eq!((c.run, c.ignored.len()), (Some(3), 0));
+        let c = find("dist,ang,ch1,ch3", "a=dist, theta=ang,reading=ch3,ignore=ch1").unwrap();
+        assert_eq!((c.a, c.drive, c.signal), (Some(0), Some((Drive::Angle, 1)), (Unit::Reading, 3)));
+        assert_eq!(c.ignored, [] as [&str; 0]);
+        // What the user says goes before the column's own name.
+        let c = find("a_mm,theta_deg,strain,strain_2", "strain=strain_2").unwrap();
+        assert_eq!((c.signal, c.second), ((Unit::Strain, 3), None));
+        let c = find("a_mm,tilt_deg,theta_deg,strain,reading_2,strain_2", "").unwrap();
+        assert_eq!((c.second, c.tilt), (Some((Unit::Strain, 5)), Some(1)));
+        assert_eq!(c.ignored, ["reading_2"]);
+    }
+
+    #[test]
+    fn what_looks_like_a_drive_is_asked_for() {
+        for (name, likely) in [
+            ("theta", "theta_deg"),
+            ("theta_rad", "theta_deg"),
+            ("angle", "theta_deg"),
+            ("Angle (deg)", "theta_deg"),
+            ("delta", "delta_mm"),
+            ("displacement_mm", "delta_mm"),
+            ("thetadeg", "theta_deg"),
+            ("motor", "theta_deg or delta_mm"),
+        ] {
+            let e = find(&format!("a_mm,{name},strain"), "").unwrap_err();
+            assert!(e.to_string().contains(likely) && e.key.as_deref() == Some(name), "{name}: {e}");
+            assert!(find(&format!("a_mm,{name},strain"), &format!("ignore={name}")).is_ok());
+            let hint = e.allowed.unwrap();
+            assert_eq!(name.contains(' '), hint.contains(&format!("'ignore={name}'")), "{hint}");
+        }
+        for name in ["run", "t_s", "temperature", "operator", "grade", "comment"] {
+            assert!(find(&format!("a_mm,{name},strain"), "").is_ok(), "{name}");
+        }
+    }
+
+    #[test]
+    fn what_is_said_of_columns_is_checked() {
+        for (said, word) in [
+            ("a", "names no column"),
+            ("dist=a_mm", "no such role"),
+            ("a=", "missing"),
+            ("a=x,a=y", "twice"),
+            ("a=nothing", "no column nothing"),
+        ] {
+            let e = find("a_mm,theta_deg,strain", said).unwrap_err();
+            assert!(e.to_string().contains(word) && e.key.as_deref() == Some("--columns"), "{said}: {e}");
+        }
+    }
+}

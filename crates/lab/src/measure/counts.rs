@@ -3,7 +3,7 @@
 use super::Data;
 
 /// Counts of the whole range.
-pub const TURN: f64 = 65536.0;
+const TURN: f64 = 65536.0;
 
 /// How far below zero differences are taken to lie where `lean` is expected of them, a whole number of counts.
 pub fn below(lean: f64) -> f64 {
@@ -179,4 +179,107 @@ pub fn of_other_bits(data: &Data) -> Option<(i32, [f64; 2])> {
 /// A count that may have begun anew, beyond the range.
 pub fn unwrapped(value: f64, turn: Option<f64>) -> f64 {
     if turn.is_some_and(|t| value <= t) { value + TURN } else { value }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Counts of five distances and five drives, thrice, after as many without contact.
+    fn rig(count: impl Fn(f64) -> f64) -> Vec<Count> {
+        let mut all = Vec::new();
+        for run in 0..3 {
+            let off = 150.0 * f64::from(run);
+            all.push(Count { at: [9.0, 0.0], value: count(off) });
+            for (a, drive) in (1..6).flat_map(|a| (1..6).map(move |d| (f64::from(a), f64::from(d)))) {
+                all.push(Count {
+                    at: [a, drive],
+                    value: count(14_000.0 + 2_500.0 * drive * (1.0 + 0.2 * a) + off),
+                });
+            }
+        }
+        all
+    }
+
+    fn values(all: &[f64]) -> Vec<Count> {
+        all.iter().map(|value| Count { at: [1.0, 1.0], value: *value }).collect()
+    }
+
+    #[test]
+    fn counts_that_begin_anew_are_told() {
+        let signal: Vec<f64> = (0..40).map(|k| 50_000.0 + 900.0 * f64::from(k)).collect();
+        let counted = |x: f64| x.rem_euclid(TURN);
+        let at = turn(&values(&signal.iter().map(|x| counted(*x)).collect::<Vec<_>>()));
+        for x in &signal {
+            assert_eq!(unwrapped(counted(*x), at), *x);
+        }
+        assert_eq!(wrapped(300.0 - 65000.0, 0.0), 836.0);
+        assert_eq!([wrapped(-12.0, 0.0), wrapped(-12.0, 1.0), wrapped(12.0, -1.0)], [-12.0, -12.0, 12.0]);
+        assert_eq!([wrapped(58_000.0, 1.0), wrapped(7_536.0, -1.0)], [58_000.0, -58_000.0]);
+        // Two sides of a sensor, a range that is filled, numbers that are no counts.
+        assert_eq!(turn(&values(&[10_000.0, 25_000.0, 41_000.0, 55_000.0])), None);
+        assert_eq!(turn(&rig(|x| 1.5 * x)), None);
+        assert_eq!(turn(&values(&[1.0, 90_000.0])), None);
+        assert_eq!(turn(&values(&[f64::NAN])), None);
+    }
+
+    #[test]
+    fn jumps_that_joining_makes_smooth_are_told() {
+        for offset in (0..65_536).step_by(1_500) {
+            let plain = rig(|x| 1.4 * x + f64::from(offset));
+            let counted: Vec<Count> =
+                plain.iter().map(|c| Count { value: c.value.rem_euclid(TURN), ..*c }).collect();
+            let at = turn(&counted);
+            let back: Vec<f64> = counted.iter().map(|c| unwrapped(c.value, at)).collect();
+            let whole = back[0] - plain[0].value;
+            assert!(back.iter().zip(&plain).all(|(b, c)| (b - c.value - whole).abs() < 1e-6), "{offset}");
+        }
+    }
+
+    #[test]
+    fn taps_of_both_sides_about_the_end_of_the_range_are_joined() {
+        for rest in [660.0, 65_400.0] {
+            let plain: Vec<Count> = rig(|x| x - 14_000.0)
+                .iter()
+                .enumerate()
+                .map(|(k, c)| Count {
+                    value: rest + if k / 26 % 2 == 0 { c.value } else { -c.value } * 0.4,
+                    ..*c
+                })
+                .collect();
+            let counted: Vec<Count> =
+                plain.iter().map(|c| Count { value: c.value.rem_euclid(TURN), ..*c }).collect();
+            let at = turn(&counted);
+            let back: Vec<f64> = counted.iter().map(|c| unwrapped(c.value, at)).collect();
+            let whole = back[0] - plain[0].value;
+            assert!(at.is_some() && back.iter().zip(&plain).all(|(b, c)| (b - c.value - whole).abs() < 1e-6));
+        }
+    }
+
+    #[test]
+    fn counts_that_do_not_begin_anew_stay() {
+        // A dropout, a stuck sensor, a row with a wrong label, few drives far apart, both sides.
+        let smooth = rig(|x| 1.5 * x + 4_000.0);
+        for (place, value) in [(12, 0.0), (12, 500.0), (25, 65_000.0), (40, 3_000.0), (0, 60_000.0)] {
+            let mut spoilt = smooth.clone();
+            spoilt[place].value = value;
+            assert_eq!(turn(&spoilt), None, "{place} {value}");
+        }
+        let ends =
+            |a: f64| [[a, 1.0], [a, 2.0]].map(|at| Count { at, value: 62_000.0 * (at[1] - 1.0) + 90.0 * a });
+        assert_eq!(turn(&(1..20).flat_map(|a| ends(f64::from(a))).collect::<Vec<_>>()), None);
+        // A signal that fills the range, far from the zero.
+        let wide = |[a, drive]: [f64; 2]| 1e6 * (drive + 9.1) * (1.0 / a - 1.0 / 185.0);
+        let taps =
+            [117.0, 126.0, 135.0, 144.0].into_iter().flat_map(|a| [2.0, 4.0, 6.0, 8.0, 10.5].map(|d| [a, d]));
+        let taps = taps.map(|at| Count { at, value: wide(at) });
+        let rests = [0.0, 200.0].map(|value| Count { at: [144.0, 0.0], value });
+        assert_eq!(turn(&rests.into_iter().chain(taps).collect::<Vec<_>>()), None);
+        let sides = rig(|x| x)
+            .iter()
+            .enumerate()
+            .map(|(k, c)| Count { value: 32_768.0 + if k % 2 == 0 { c.value } else { -c.value } * 0.6, ..*c })
+            .collect::<Vec<_>>();
+        assert_eq!(turn(&sides), None);
+    }
 }

@@ -105,3 +105,52 @@ fn jitter(distinct: &[f64], alone: bool) -> f64 {
     let one = alone && distinct.len() > 1 && last - first <= WIDE * mean(distinct).abs();
     if one { last - first } else { 0.0 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn centres(values: &[f64], width: Option<f64>) -> Vec<f64> {
+        let groups = Groups::of(values.iter().copied(), width, false);
+        groups.centres.iter().map(|x| (x * 1e3).round() / 1e3).collect()
+    }
+
+    #[test]
+    fn jitter_is_told_from_steps() {
+        assert_eq!(centres(&[2.15, 2.17, 2.19, 4.15, 4.17, 6.15], None), [2.17, 4.16, 6.15]);
+        assert_eq!(centres(&[144.105, 144.115, 139.6, 139.61, 135.1], None), [135.1, 139.605, 144.11]);
+        // Steps of a plan are no jitter, however they grow.
+        for plan in [
+            vec![20.0, 25.0, 30.0, 35.0],
+            vec![0.5, 1.0, 2.0, 5.0, 10.0],
+            vec![0.5, 1.0, 1.5, 2.0, 2.5, 60.0],
+            vec![20.0, 22.5, 26.0, 31.0, 38.0],
+            vec![40.0, 41.0],
+            vec![190.9, 196.2, 201.8, 276.1],
+            vec![7.0],
+        ] {
+            assert_eq!(centres(&plan, None), plan);
+        }
+        assert_eq!(centres(&[2.15, 2.17, 4.15], Some(0.0)), [2.15, 2.17, 4.15]);
+        assert_eq!(centres(&[2.0, 2.5, 4.0], Some(0.5)), [2.25, 4.0]);
+        let one = Groups::of([4.0, 4.02, 4.1].into_iter(), None, true);
+        assert!(one.joined() && one.centres.len() == 1 && one.centre(4.02) == one.centres[0]);
+        assert_eq!(Groups::of([40.0, 41.0, 42.0].into_iter(), None, false).centres.len(), 3);
+        // Rounding within jitter within steps, and jitter of which two values happen to be close.
+        let finer = [60.0, 60.004, 60.004000000000005, 65.0, 65.0000001, 65.003, 70.001, 75.0];
+        assert_eq!(centres(&finer, None), [60.003, 65.001, 70.001, 75.0]);
+    }
+
+    #[test]
+    fn what_is_equal_but_for_rounding_becomes_one() {
+        let single = f64::from(70.76_f32);
+        let rough = [70.75999999999999, f64::NAN, 70.76, single, 0.1 + 0.2 - 0.3, -1e-7, 10.0, 10.00001];
+        let plain = rounded(&rough);
+        assert!(plain[1].is_nan());
+        assert_eq!([&plain[..1], &plain[2..]].concat(), [70.76, 70.76, 70.76, 0.0, 0.0, 10.0, 10.00001]);
+        assert_eq!(rounded(&[f64::INFINITY, 3.0]), [f64::INFINITY, 3.0]);
+        let slip: Vec<f64> = (0..20).map(|k| 60.0 + f64::from(k) * 0.01).chain([6.1e9]).collect();
+        assert_eq!(rounded(&slip), slip);
+        assert!(rounded(&[]).is_empty());
+    }
+}

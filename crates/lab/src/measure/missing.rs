@@ -38,7 +38,7 @@ pub struct Missing {
 }
 
 /// A value in a column, and the cell of its row: taps at one distance and drive, or all rows without contact.
-pub type Placed = (f64, [u64; 2]);
+type Placed = (f64, [u64; 2]);
 
 /// Whether `x` is a number that is usual for none.
 pub fn is_usual(x: f64) -> bool {
@@ -75,7 +75,7 @@ pub fn take(rows: &mut [Row], names: [&str; 3]) -> Vec<Missing> {
 
 /// Values of a column that stand for none: what is usual for it, and far from all others, or the one value at several cells that is very far; 0 where
 /// none of the rows without contact shows it, and no tap nearly so.
-pub fn signals(column: &[Placed]) -> Vec<f64> {
+fn signals(column: &[Placed]) -> Vec<f64> {
     let mut found = find(column, true);
     let (rests, taps): (Vec<Placed>, Vec<Placed>) =
         column.iter().filter(|(x, _)| x.is_finite()).partition(|(_, cell)| *cell == [0; 2]);
@@ -91,7 +91,7 @@ pub fn signals(column: &[Placed]) -> Vec<f64> {
 }
 
 /// The same of a column whose values repeat, a distance or a drive: what is usual alone.
-pub fn labels(column: &[f64]) -> Vec<f64> {
+fn labels(column: &[f64]) -> Vec<f64> {
     find(&column.iter().map(|x| (*x, [0; 2])).collect::<Vec<_>>(), false)
 }
 
@@ -132,5 +132,60 @@ fn is_none(values: &[(f64, usize)], k: usize, of_signals: bool) -> bool {
         (false, _) => away > FAR * range,
         (true, false) => away > AWAY * range,
         (true, true) => away > AWAY * range || x < 0.0 && away > BELOW * range || cells > 1 && whole,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Signals of taps in cells of their own after those at rest.
+    fn column(rests: &[f64], taps: &[f64]) -> Vec<Placed> {
+        let rests = rests.iter().map(|x| (*x, [0; 2]));
+        rests.chain(taps.iter().enumerate().map(|(k, x)| (*x, [1 + k as u64; 2]))).collect()
+    }
+
+    #[test]
+    fn values_that_stand_for_none_are_told() {
+        let strain = [0.0159, 0.0318, 0.0477, 0.0139, 0.0279, 0.0419];
+        let counts = [1367.0, 2322.0, 3277.0, 1250.0, 2088.0, 2926.0];
+        let rests = [-2.5e-6, 1.1e-5, 0.0];
+        for none in [-9999.0, 9999.0, -999.0, -1.0, 99999.0, 9.9e37, 1e38, -3.4e38] {
+            for n in 1..3 {
+                let taps = [&strain[..], &vec![none; n]].concat();
+                assert_eq!(signals(&column(&rests, &taps)), [none], "{none} {n}");
+            }
+        }
+        for none in [-9999.0, -999.0, -1.0, 9999.0] {
+            assert_eq!(signals(&column(&[412.0, 411.0], &[&counts[..], &[none]].concat())), [none], "{none}");
+        }
+        let both = signals(&column(&rests, &[&strain[..], &[-9999.0, 9999.0, -9999.0]].concat()));
+        assert_eq!(both.len(), 2, "{both:?}");
+        // Another number than usual, twice; in the range of others that have decimals.
+        assert_eq!(signals(&column(&rests, &[&strain[..], &[-77.0, -77.0]].concat())), [-77.0]);
+        assert_eq!(signals(&column(&rests[..2], &[&strain[..], &[0.0; 4]].concat())), [0.0]);
+        let micro: Vec<f64> = strain.iter().map(|x| 1e6 * x + 0.25).chain([9999.0, 9999.0]).collect();
+        assert_eq!(signals(&column(&[2.56], &micro)), [9999.0]);
+    }
+
+    #[test]
+    fn readings_are_no_missing_values() {
+        let none = [0.0_f64; 0];
+        // Counts about zero, rests that are equal, the other side, an end stop, a row in another unit.
+        for (rests, taps) in [
+            (&[-1.0, 0.0, 1.0, -1.0][..], &[1367.0, 2322.0, 3277.0, 1250.0][..]),
+            (&[0.0; 5], &[100.0, 110.0, 120.0, 115.0]),
+            (&[0.0, 1.0], &[-1.0, -2.0, 3.0, 4.0, -3.0]),
+            (&[0.1, 0.2], &[1.1, 2.3, 3.9, 5.0, 5.0, 5.0]),
+            (&[0.0, 1e-5], &[0.012, 0.014, 0.016, 16_123.0]),
+            // 0 is what a weak tap shows, and what a sensor shows at rest.
+            (&[-1e-5, 1e-5], &[0.012, 0.014, 1e-4, 0.0, 0.0]),
+            (&[0.0, 1e-5], &[0.012, 0.014, 0.016, 0.0, 0.0]),
+            (&[998.0, 999.0, 1000.0], &[1367.0, 2322.0, 3277.0, 1250.0]),
+        ] {
+            assert_eq!(signals(&column(rests, taps)), none, "{taps:?}");
+        }
+        assert_eq!(labels(&[25.0, 25.0, 30.0, 35.0, -9999.0, -1.0]), [-9999.0, -1.0]);
+        assert_eq!(labels(&[2.0, 4.0, 6.0, -6.0, -4.0, -1.0]), none);
     }
 }

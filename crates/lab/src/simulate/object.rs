@@ -83,8 +83,7 @@ impl Curve {
         self.closed
     }
 
-    /// The place at the length `t` along the curve, mm.
-    pub fn at(&self, t: f64) -> Place {
+    fn at(&self, t: f64) -> Place {
         let t = if self.closed { t.rem_euclid(self.length()) } else { t.clamp(0.0, self.length()) };
         let k = self.knots.partition_point(|x| *x <= t).clamp(1, self.knots.len() - 1) - 1;
         let h = self.knots[k + 1] - self.knots[k];
@@ -225,5 +224,43 @@ impl Edge for Object {
 
     fn along(&self, steps: usize) -> Vec<[f64; 2]> {
         (0..=steps).map(|k| self.at(self.length() * k as f64 / steps as f64).at).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_curve_through_points_of_a_circle_is_nearly_one() {
+        let points = |n: usize, turns: f64| {
+            (0..n).map(|k| turns * k as f64 / n as f64).map(|t| [7.0 * t.cos(), 7.0 * t.sin()]).collect()
+        };
+        let tau = std::f64::consts::TAU;
+        let closed = Curve::new(points(24, tau), true).unwrap();
+        for k in 0..100 {
+            let t = closed.length() * f64::from(k) / 100.0;
+            let place = closed.at(t);
+            let [x, y] = place.at;
+            assert!((x.hypot(y) - 7.0).abs() < 1e-3 && (place.bend * 7.0 - 1.0).abs() < 0.03, "{place:?}");
+            let tangent = (y.atan2(x) + tau / 4.0 - place.direction).rem_euclid(tau);
+            assert!(tangent.min(tau - tangent) < 2e-3);
+        }
+        // Clockwise points are turned round; an open curve ends without bend.
+        assert!(Curve::new(points(24, -tau), true).unwrap().at(1.0).bend > 0.0);
+        let open = Curve::new(points(12, 2.0), false).unwrap();
+        assert!(open.at(0.0).bend.abs() < 1e-12 && open.at(open.length()).bend.abs() < 1e-12);
+        assert!(Curve::new(vec![[0.0; 2]; 5], true).is_none() && Curve::new(points(3, 2.0), false).is_none());
+    }
+
+    #[test]
+    fn distances_are_from_the_edge() {
+        let square = Object::boxed([0.0, 0.0], [4.0, 2.0], 0.0);
+        for (p, d) in [([0.0, 3.0], 2.0), ([3.0, 2.0], 2f64.sqrt()), ([0.0, 0.0], 1.0), ([-5.0, 0.0], 3.0)] {
+            assert!((square.distance(p) - d).abs() < 1e-9, "{p:?} {}", square.distance(p));
+            assert!((square.mirrored().distance([p[0], -p[1]]) - d).abs() < 1e-9);
+        }
+        let circle = Object::Circle { centre: [1.0, 2.0], radius: 3.0 };
+        assert_eq!(circle.distance([1.0, 7.0]), 2.0);
     }
 }

@@ -255,3 +255,59 @@ pub fn values(matrix: DMatrix<f64>, left: bool) -> Option<SVD<f64, Dyn, Dyn>> {
         && svd.u.as_ref().is_none_or(sound);
     all.then_some(svd)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rosenbrock's valley.
+    fn valley(x: &[f64]) -> Option<Vec<f64>> {
+        Some(vec![10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]])
+    }
+
+    #[test]
+    fn the_end_of_a_valley_and_the_best_of_its_bounds_are_found() {
+        // Differences leave 1e-10 of a slope; at x = 0.5 the best y is 0.25, and 0.3 of the bounds that begin there.
+        let free = [FREE; 2];
+        for (start, bounds, best) in [
+            (-1.2, free, [1.0, 1.0]),
+            (-1.2, [[-2.0, 0.5], [-5.0, 5.0]], [0.5, 0.25]),
+            (0.2, [[-2.0, 0.5], [0.3, 5.0]], [0.5, 0.3]),
+        ] {
+            let m = by_values(&valley, &[start, 1.0], &[1e-5, 1e-5], &bounds, 1e-14).unwrap();
+            assert!((0..2).all(|i| (m.at[i] - best[i]).abs() < 1e-9), "{:?} is not {best:?}", m.at);
+        }
+        let rank = by_values(&|x| Some(vec![x[0] - 1.0]), &[0.0, 0.0], &[1e-5, 1e-5], &free, 1e-14);
+        assert!(rank.is_none());
+        assert!(by_values(&|_| None, &[0.0], &[1e-5], &free, 1e-14).is_none());
+    }
+
+    #[test]
+    fn units_do_not_matter_and_what_is_not_determined_is_told() {
+        let n = DMatrix::from_row_slice(2, 2, &[4e12, 1.0, 1.0, 1e-12]);
+        let x = DVector::from_column_slice(&[3e-6, 5e6]);
+        let (found, inverse) = solve(&n, &(&n * &x)).unwrap();
+        assert!((found - &x).component_div(&x).amax() < 1e-12);
+        assert!((&n * inverse - DMatrix::identity(2, 2)).map(|e| e * 1e-12).amax() < 1e-12);
+        assert!(solve(&DMatrix::from_element(2, 2, 1.0), &DVector::zeros(2)).is_none());
+        assert!(solve(&DMatrix::from_element(1, 1, f64::NAN), &DVector::zeros(1)).is_none());
+        assert!(solve(&DMatrix::zeros(1, 1), &DVector::zeros(1)).is_none());
+    }
+
+    #[test]
+    fn what_is_no_number_has_none() {
+        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert!(values(DMatrix::from_row_slice(3, 2, &[1.0, 2.0, 3.0, bad, 5.0, 6.0]), true).is_none());
+        }
+        assert!(values(DMatrix::zeros(0, 2), true).is_none());
+        let svd = values(DMatrix::from_row_slice(3, 2, &[3.0, 0.0, 0.0, 4.0, 0.0, 0.0]), true).unwrap();
+        assert!(
+            (svd.singular_values.max() - 4.0).abs() < 1e-14
+                && (svd.singular_values.min() - 3.0).abs() < 1e-14
+        );
+        assert!(values(DMatrix::zeros(3, 2), false).is_some_and(|s| s.singular_values.max() == 0.0));
+        // Whatever the sizes: an answer or none.
+        let _ =
+            values(DMatrix::from_row_slice(3, 2, &[1e300, 1e-300, f64::MAX, -f64::MAX, 5e-324, 0.0]), true);
+    }
+}

@@ -6,11 +6,11 @@ use super::course::{Place, Task};
 use super::{NEAR, Nuisance, Offset, lagrange};
 
 /// Between no contact and the smallest calibrated drive the signal goes straight, but for this share.
-pub const TOE: f64 = 0.05;
+pub(super) const TOE: f64 = 0.05;
 /// And bends there by no more than this share, as a whisker's own curve does.
-pub const BEND: f64 = 0.01;
+pub(super) const BEND: f64 = 0.01;
 /// And beyond the largest one but for this share of what is beyond.
-pub const BEYOND: f64 = 0.5;
+pub(super) const BEYOND: f64 = 0.5;
 /// The smallest calibrated drive is at least so much of itself beyond the touch.
 const LEAST: f64 = 0.1;
 /// Step of a slope over the drive, as a share of it.

@@ -11,13 +11,15 @@
 
 mod around;
 mod course;
-pub mod expected;
-pub mod modes;
+mod expected;
+mod modes;
 mod object;
 mod outlook;
 mod posterior;
 mod search;
 mod stroke;
+#[cfg(test)]
+mod tests;
 
 pub use course::{Course, Told as ToldCourse};
 pub use object::{Object, integrate};
@@ -58,7 +60,7 @@ pub struct Joint {
     /// Signal without contact, variance of its noise, and shared numbers.
     rest: Vec<f64>,
     /// By how much the drive is off.
-    pub offset: Offset,
+    offset: Offset,
 }
 
 /// One tap.

@@ -9,7 +9,7 @@ const NOTHING: f64 = 60.0;
 pub(super) const NARROW: f64 = 2.0;
 
 /// `heights` at ln a = x.
-pub fn at(joint: &Joint, heights: &[f64], x: f64) -> f64 {
+pub(super) fn at(joint: &Joint, heights: &[f64], x: f64) -> f64 {
     let (k, t) = joint.place(x);
     lagrange(t).iter().zip(&heights[k..]).map(|(w, h)| w * h).sum()
 }

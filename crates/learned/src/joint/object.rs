@@ -78,7 +78,7 @@ impl Object {
     }
 
     /// Adds `times` taps like `tap` to the sums.
-    pub fn weigh(&mut self, joint: &Joint, tap: Tap, same_run: bool, times: f64) {
+    pub(super) fn weigh(&mut self, joint: &Joint, tap: Tap, same_run: bool, times: f64) {
         if self.zero.replace(tap.zero).is_some_and(|zero| zero != tap.zero) {
             self.let_zero_go();
         }
@@ -108,7 +108,7 @@ impl Object {
     }
 
     /// ln of the posterior at each point.
-    pub fn heights(&self, joint: &Joint) -> Vec<f64> {
+    pub(super) fn heights(&self, joint: &Joint) -> Vec<f64> {
         let height = |(k, (a, b, c)): (usize, &(DMatrix<f64>, DVector<f64>, f64))| {
             let Some(factor) = a.clone().cholesky() else { return f64::NEG_INFINITY };
             let ln_det = 2.0 * factor.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>();

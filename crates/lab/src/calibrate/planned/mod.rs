@@ -3,7 +3,7 @@
 //! The whisker is that of the spec, what the rig adds is said or known of a calibration before; [`vibrissa_learned::plan`] chooses the taps.
 
 mod apart;
-pub mod order;
+mod order;
 
 pub use apart::Apart;
 pub use order::Row;

@@ -100,3 +100,18 @@ impl Covariance {
         ([(mean + half).sqrt(), (mean - half).max(0.0).sqrt()], axis.to_degrees())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_ellipse_is_that_of_its_axes() {
+        let (sin, cos) = 0.4f64.sin_cos();
+        let c = Covariance::default().along([cos, sin], 9.0).along([-sin, cos], 4.0);
+        let ([major, minor], axis) = c.ellipse();
+        assert!((major - 3.0).abs() < 1e-12 && (minor - 2.0).abs() < 1e-12);
+        assert!((axis - 0.4f64.to_degrees()).abs() < 1e-10);
+        assert!((c.of([cos, sin]) - 9.0).abs() < 1e-12);
+    }
+}

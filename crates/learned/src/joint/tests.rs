@@ -1,13 +1,24 @@
-//! Several readings of one object: the intervals of taps and strokes, and what the next tap would bring.
+use super::expected::{BEND, BEYOND, TOE};
+use super::*;
+use crate::base::Power;
+use crate::columns::{Scales, Term};
+use crate::curve::Spread;
+use crate::tails::Tails;
 
-use crate::common::random::Random;
-use vibrissa_learned::base::{Base, Power};
-use vibrissa_learned::columns::{Scales, Term};
-use vibrissa_learned::curve::{Curve, Spread};
-use vibrissa_learned::invert::Inverse;
-use vibrissa_learned::joint::expected::{BEND, BEYOND, TOE};
-use vibrissa_learned::joint::{Course, Joint, Object, Outlook, Stroke, Tap, modes};
-use vibrissa_learned::tails::Tails;
+/// A sequence of numbers between 0 and 1, and normal ones.
+struct Dice(u64);
+
+impl Dice {
+    fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((self.0 >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
+    }
+
+    fn normal(&mut self) -> f64 {
+        let r = (-2.0 * self.uniform().ln()).sqrt();
+        r * (2.0 * std::f64::consts::PI * self.uniform()).cos()
+    }
+}
 
 fn curve(spread: Spread) -> Curve {
     let scales = Scales {
@@ -45,7 +56,7 @@ fn intervals_of_several_taps_hold_what_they_promise() {
         let [middle, half] = curve.scales.a;
         if k == 0 { (middle - half).exp() } else { (middle + half).exp() }
     });
-    let mut dice = Random(7);
+    let mut dice = Dice(7);
     // From one place of the base, or from three.
     for (n, shifts) in [(1, [0.0; 3]), (2, [0.0; 3]), (5, [0.0; 3]), (16, [0.0; 3]), (5, [2.0, 6.0, -3.0])] {
         const OBJECTS: usize = 1500;
@@ -80,7 +91,7 @@ fn intervals_of_several_taps_hold_what_they_promise() {
 }
 
 /// Readings of a stroke over the object at `a`, which is touched at the drive `touch`: of drives (u, signal).
-fn stroke(dice: &mut Random, rig: &dyn Fn(f64) -> f64, touch: f64, scatter: f64) -> Stroke {
+fn stroke(dice: &mut Dice, rig: &dyn Fn(f64) -> f64, touch: f64, scatter: f64) -> Stroke {
     let mut stroke = Stroke::default();
     for k in 0..60 {
         let u = 0.1 * f64::from(k);
@@ -126,7 +137,7 @@ fn strokes(count: usize, seed: u64, precise: bool) {
     joint.offset.own = if precise { 0.0 } else { 0.05 };
     let [middle, half] = curve.scales.a;
     let [near, far] = [(middle - half).exp(), (middle + half).exp()];
-    let mut dice = Random(seed);
+    let mut dice = Dice(seed);
     let (mut inside, mut inside95, mut ranks, mut touches) = (0, 0, [0usize; 6], [0; 3]);
     for _ in 0..count {
         let a = near + (far - near) * dice.uniform();
@@ -235,7 +246,7 @@ fn what_all_taps_share_no_next_tap_takes_away() {
         let inverse = Inverse::new(&curve, &base, true, [0.0, f64::INFINITY]);
         let joint = Joint::new(&curve, &base, true, &inverse);
         let mut object = Object::new(&joint);
-        let mut dice = Random(3);
+        let mut dice = Dice(3);
         for k in 0..60 {
             let u = 1.5 + 0.5 * f64::from(k % 6);
             let y = 1.012 * POWER.value(31.0, u) + noise * size * dice.normal();

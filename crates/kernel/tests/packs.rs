@@ -1,6 +1,8 @@
 //! Packs that are vectors against the same operations number by number.
 
-use vibrissa::kernel::cpu::{AVX2, Pack, Scalar, UNFUSED, VECTORS};
+#![cfg(target_arch = "x86_64")]
+
+use vibrissa_kernel::cpu::{AVX2, Pack, Scalar, UNFUSED, VECTORS};
 
 const KINDS: [f64; 11] =
     [0.0, -0.0, 1.0, -1.0, 0.3, 7e-20, -7e-20, 3e19, f64::INFINITY, f64::NEG_INFINITY, f64::NAN];
