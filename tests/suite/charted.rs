@@ -224,7 +224,8 @@ fn grids_of_every_kind() {
     let gauge = "x_ss = { from = 4, to = 14, steps = 5 }\nl = 3\nnoise_strain = 1e-5";
     let tap = "a = { from = 22, to = 48, steps = 10 }\ntheta = { from = 0.5, to = 10, steps = 40 }";
     let sharp = "D = { from = 8, to = 12, steps = 9 }\nd = [1, 2, 3, 6]\nL_a = 50";
-    let near = "a = { from = 9, to = 48, steps = 10 }\ntheta = { from = 0.5, to = 10, steps = 40 }";
+    // Hardly any of these taps is next to a fold, where the reference solves.
+    let near = "a = { from = 9, to = 48, steps = 10 }\ntheta = { from = 0.5, to = 8.5, steps = 40 }";
     for (whisker, gauge, tap, more, by) in [
         (WHISKER, GAUGE, &*angles(&format!("{list:?}")), "", "K_sd"),
         (WHISKER, GAUGE, &angles("{ from = 0.1, to = 10, steps = 40, scale = \"log\" }"), "", "K_sd"),

@@ -52,8 +52,8 @@ fn charts_of_many_models_hold_their_tolerance() {
     let whole = [
         rubbed(""),
         rubbed("shear = true\nmaterial = { neo-hookean = 3.2 }\n")
-            .replace("[4, 7]", "[4, 10]")
-            .replace("[1, 4]", "[0.5, 10]"),
+            .replace("[4, 7]", "[5, 10]")
+            .replace("[1, 4]", "[0.5, 6]"),
         rubbed(yeoh).replace("[4, 7]", "[6, 7]"),
     ];
     let specs = [

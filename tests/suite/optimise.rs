@@ -160,14 +160,11 @@ fn a_list_of_angles_gives_the_best_of_them() {
 #[test]
 fn tolerances_ask_for_more_margin() {
     let base = search(SPEC, CPU);
-    let robust = |more: &str| {
-        search(
-            &format!(
-                "{SPEC}budget = {{ evaluations = 6000 }}\nrobust = {{ D = 0.05, x_ss = 0.3, theta = 0.05, samples = 32, {more} }}\n"
-            ),
-            CPU,
-        )
+    let within = |evaluations: u32, more: &str| {
+        let robust = format!("robust = {{ D = 0.05, x_ss = 0.3, theta = 0.05, samples = 32, {more} }}");
+        search(&format!("{SPEC}budget = {{ evaluations = {evaluations} }}\n{robust}\n"), CPU)
     };
+    let robust = |more: &str| within(4000, more);
     let mean = robust("measure = \"mean\"");
     let worst = robust("measure = \"cvar90\"");
     let nominal = robust("calibrated = \"nominal\"");
@@ -181,7 +178,8 @@ fn tolerances_ask_for_more_margin() {
         worst.value,
         nominal.value
     );
-    assert_eq!(mean.value, robust("measure = \"mean\"").value);
+    let [one, again] = [0; 2].map(|_| within(600, "measure = \"mean\"").value);
+    assert_eq!(one, again);
 }
 
 #[test]

@@ -19,7 +19,9 @@ fn contacts_that_slide() {
     let centreline = Model { extension: true, ..common::model(Material::Hooke(3.2)) };
     let (mut stuck, mut slid) = (0, 0);
     for (name, model) in [("centreline", centreline), ("rubber", rubber(Contact::Frictionless))] {
-        for (pole_radius, mu) in POLES.into_iter().flat_map(|radius| [0.1, 0.4, 1.0].map(|mu| (radius, mu))) {
+        // Each radius and each friction with each model, not every pair of them.
+        let pairs = (0..12).map(|k| (POLES[k / 3], [0.1, 0.4, 1.0][k % 3]));
+        for (pole_radius, mu) in pairs.skip(usize::from(name == "rubber")).step_by(2) {
             let model = Model { contact: Contact::Coulomb(mu), pole_radius, ..model };
             let side = if pole_radius > 3.0 { Side::Far } else { Side::Contact };
             let exact = agree(&format!("{name}, ρ {pole_radius}, μ {mu}"), &setup(model, side), &on_poles());
@@ -67,7 +69,7 @@ fn contacts_that_stick() {
     let ends = grid(&[2.0, 4.0], &[36.0, 39.0, 42.0, 45.0, 48.0, 49.5], &[5.0, 7.5, 10.0]);
     for (name, model) in [("hooke", hooke), ("rubber", rubber(Contact::Stick)), ("centreline", on_centreline)]
     {
-        let exact = agree(name, &setup(model, Side::Contact), &fine_tips(1200));
+        let exact = agree(name, &setup(model, Side::Contact), &fine_tips(600));
         assert!(exact.iter().all(|o| o.strain.is_finite()), "{name}");
         agree(&format!("{name}, up to the tip"), &setup(model, Side::Contact), &ends);
     }
@@ -75,9 +77,12 @@ fn contacts_that_stick() {
         let mut setup = setup(Model { pole_radius, ..rubber(Contact::Stick) }, Side::Contact);
         let exact = agree(&format!("ρ {pole_radius}"), &setup, &on_poles());
         assert!(exact.iter().filter(|o| o.strain.is_finite()).count() > 40);
-        setup.hub = 10.0;
-        agree(&format!("behind a hub, ρ {pole_radius}"), &setup, &on_poles());
-        (setup.hub, setup.drive) = (0.0, Drive::Displacement);
+        if pole_radius < 1.0 || pole_radius == 4.0 {
+            setup.hub = 10.0;
+            agree(&format!("behind a hub, ρ {pole_radius}"), &setup, &on_poles());
+            continue;
+        }
+        setup.drive = Drive::Displacement;
         let moved = |t: Tuple| Tuple { drive: t.a * t.drive.to_radians(), ..t };
         agree(
             &format!("moved, ρ {pole_radius}"),

@@ -4,8 +4,11 @@ use super::*;
 
 /// Factors of lengths and of moduli. A shader contains the coefficients of the law. A power of two does not change them, so that the shader is compiled once.
 fn factors(place: Place) -> &'static [f64] {
-    let gpu = [GPU, GPU_F64].contains(&place);
-    if gpu { &[1.0 / 1024.0, 1024.0] } else { &[1e-3, 0.03, 0.5, 7.0, 100.0, 1e3] }
+    match place {
+        GPU | GPU_F64 => &[1.0 / 1024.0, 1024.0],
+        REFERENCE => &[0.03, 700.0],
+        _ => &[1e-3, 0.03, 0.5, 7.0, 100.0, 1e3],
+    }
 }
 
 fn taps() -> Vec<Tuple> {
