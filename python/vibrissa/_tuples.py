@@ -37,7 +37,8 @@ def listed(spec: Spec, tuples: Any, sections: dict[str, Section | None]) -> List
     if tuples is None or isinstance(tuples, Mapping) and set(tuples) == {"file"}:
         return Listed(*resolve(spec, {**sections, "tuples": tuples}), None, [])
     rows, n, told = _rows(tuples, sections)
-    return Listed(*resolve(spec, sections), (list(rows), [np.array(np.broadcast_to(x, n)) for x in rows.values()]), told)
+    names = ["d_tip_mm" if name == "d_mm" else name for name in rows]
+    return Listed(*resolve(spec, sections), (names, [np.array(np.broadcast_to(x, n)) for x in rows.values()]), told)
 
 
 def _rows(tuples: Any, sections: dict[str, Section | None]) -> tuple[dict[str, NDArray[np.float64]], int, list[str]]:

@@ -157,7 +157,9 @@ impl Taps {
             let [strain, row] = if full { [0, n] } else { [n, 0] };
             let (mut strains, mut rows) = (vec![f64::NAN; strain], vec![Told::default(); row]);
             let mut slopes = vec![f64::NAN; n * width];
-            let mut one = |from: usize, more: usize| {
+            let part = if count == 0 { PART } else { PART_OF_GRADIENTS };
+            for from in (0..n).step_by(part) {
+                let more = part.min(n - from);
                 let (tap, range) = (|i: usize| given.tap(from + i), from..from + more);
                 let by = &mut slopes[from * width..][..more * width];
                 match (full, count) {
@@ -165,12 +167,7 @@ impl Taps {
                     (false, _) => taps.strain_gradients(tap, &inputs, &mut strains[range], by),
                     (true, 0) => taps.solve(tap, told, &mut rows[range]),
                     (true, _) => taps.gradients(tap, (&inputs, &every), told, &mut rows[range], by),
-                }
-            };
-            let part = if count == 0 { PART } else { PART_OF_GRADIENTS };
-            for from in (0..n).step_by(part) {
-                let more = part.min(n - from);
-                one(from, more)?;
+                }?;
                 if !go_on(from + more) {
                     break;
                 }

@@ -6,10 +6,10 @@ use std::sync::LazyLock;
 use vibrissa::calibrate::{Options, calibrate};
 use vibrissa::locate::calibration::Calibration;
 use vibrissa::locate::locator::opener;
-use vibrissa::locate::object::By;
 use vibrissa::locate::{Locator, stream};
 use vibrissa::measure::{Data, Names, Rig};
 use vibrissa::scene::{Drive, RunOptions, Space};
+use vibrissa::sink::lab::LabTable;
 use vibrissa::spec;
 
 use crate::{desk, told};
@@ -85,8 +85,8 @@ pub fn measurements(data: &[u8]) {
     told(Data::parse("data.csv", data));
     let names = Names::default();
     for label in [None, Some("data.csv")] {
-        let ask = stream::Ask { columns: &names, zero: [None; 2], label, keep: label.is_some(), by: By::Unsaid, warn: &|_| {} };
-        told(stream::zeros(&LOCATOR, data, &ask));
+        let ask = stream::Ask { label, keep: label.is_some(), ..stream::Ask::of_file("", &names, &|_| {}) };
+        told(stream::zeros(&LOCATOR, LabTable::Text(data), &ask));
     }
 }
 
@@ -102,7 +102,7 @@ pub fn calibration(data: &[u8]) {
 /// A raw record: rests and taps, if it shows any.
 pub fn record(data: &[u8]) {
     let text = String::from_utf8_lossy(data);
-    let Some(record) = told(vibrissa::record::Record::parse("raw.csv", &text, &Default::default())) else { return };
+    let Some(record) = told(vibrissa::record::Record::parse("raw.csv", LabTable::Text(text.as_bytes()), &Default::default())) else { return };
     if let Some((readings, _)) = told(vibrissa::record::find(&record, vibrissa::record::Take::Auto)) {
         assert!(!readings.is_empty(), "neither rests nor taps, and no error");
     }
