@@ -14,6 +14,14 @@ if TYPE_CHECKING:
 _OF_KEYWORDS = re.compile(r"^\S*\.keywords(:\d+)?: ")
 
 
+_FLAG = re.compile(r"--([a-z]+(?:-[a-z]+)*)")
+
+
+def as_keywords(text: str) -> str:
+    """``text`` with flags of the command line as keywords."""
+    return _FLAG.sub(lambda flag: flag[1].replace("-", "_"), text)
+
+
 def short(value: Any) -> str:
     """``value`` in a message."""
     try:

@@ -249,7 +249,7 @@ class Locator:
         said, tried = json.loads(found.run)["result"], dict(found.tables)["next"]
         keys = ("taps", "distance_mm", "sigma_mm", "near_mm", self._about.drive, "shift_mm", "expected_sigma_mm", "least_sigma_mm")
         statuses = np.array([_bits(words) for words in tried["status"]], dtype=np.uint16)
-        return NextTap(*[*(said[key] for key in keys), _bits(said["status"]), tried[self._about.drive], tried["shift_mm"], tried["sigma_mm"], statuses])
+        return NextTap(*[*(said[key] for key in keys), _bits(said["status"]), tried[self._about.drive], tried["shift_mm"], tried["expected_sigma_mm"], statuses])
 
     @staticmethod
     def _ends(key: str, said: Any, unit: str | None) -> tuple[float, float]:

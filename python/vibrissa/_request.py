@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from . import _native
-from ._errors import warn
+from ._errors import as_keywords, warn
 from ._native import Table
 from ._spec import Section, Spec, _whole_text, resolve
 
@@ -38,7 +38,7 @@ def asked(command: str, said: Mapping[str, Any], spec: tuple[str | None, str, st
         raise interrupt
     if interrupt is None:
         # What the record says and what was told are often the same.
-        warn(dict.fromkeys([*told, *(json.loads(run).get("warnings") or ()), *warnings]))
+        warn(dict.fromkeys([*told, *map(as_keywords, json.loads(run).get("warnings") or ()), *warnings]))
     return Answer(tables, dict(texts), run, interrupt)
 
 

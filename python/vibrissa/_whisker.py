@@ -29,7 +29,7 @@ class Whisker:
     >>> round(one.strain(30, 4.0), 5)
     0.02233
     >>> one.sweep(a=[21, 30, 45], theta=[2, 4]).best()["theta_deg"]
-    4.0
+    2.0
     """
 
     def __init__(self, D: Any = None, d: Any = None, L_a: Any = None, x_ss: Any = None, l: Any = None, *, whisker: Section | None = None, gauge: Section | None = None,
