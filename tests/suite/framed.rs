@@ -147,7 +147,7 @@ fn strains_have_the_bits_of_outcomes() {
             let taps = Taps::new(setup.clone(), &options).unwrap();
             // The reference, which some of these are left to, is slow, with friction most of all.
             let n = match name {
-                "plain" | "far side" | "pole" => TAPS,
+                "plain" | "far side" | "pole" => TAPS / 2,
                 "friction" | "stick" | "stick, practical" | "displaced, stick" => TAPS / 300,
                 _ => TAPS / 40,
             } as usize;
