@@ -1,11 +1,12 @@
 //! Calibrations that would mislead: rounding in labels, readings in steps, a whisker that is another one, columns that are swapped.
 
+use crate::common::measuring::undescribed;
 use crate::common::measuring::{REAL, calibrated, data, fresh, locator, prototype, rewritten, rig, table};
 use crate::common::random::Random;
 use vibrissa::calibrate::{Calibrated, Options, Reason, calibrate};
 use vibrissa::estimator::{ALL, CURVE, LEARNED};
-use vibrissa::measure::{Rig, Row};
-use vibrissa::scene::Setup;
+use vibrissa::measure::Row;
+use vibrissa::scene::Drive;
 use vibrissa::simulate::Settings;
 use vibrissa::status::Status;
 
@@ -26,7 +27,7 @@ fn rows(table: &str, signal: &str, f: impl FnMut(usize, &Row) -> [f64; 3]) -> St
 }
 
 fn without_whisker(table: &str) -> Calibrated {
-    calibrate(&data(table), &Rig::unknown(Setup::default(), 60.0).unwrap(), &Options::default()).unwrap()
+    undescribed(table, Drive::Angle, 60.0)
 }
 
 fn told(found: &Calibrated, what: &str) -> bool {
@@ -87,17 +88,12 @@ fn rounding_makes_no_positions_of_repeats() {
         found.map(|c| {
             let s = &c.sides[0];
             let rms = s.held_out(CURVE).unwrap().rms(|_| true);
-            (
-                s.distances.len(),
-                s.drives.len(),
-                c.zeros.len(),
-                c.winner.name(),
-                (1e6 * rms.0.unwrap()).round(),
-            )
+            let counts = (s.distances.len(), s.drives.len(), c.zeros.len());
+            (counts, c.winner.name(), (1e6 * rms.0.unwrap()).round())
         })
     };
     let clean = judged(&rows(&plain, "strain", |_, r| [r.a, r.drive, r.value]));
-    assert_eq!((clean[0].0, clean[0].1), (8, 4));
+    assert_eq!((clean[0].0.0, clean[0].0.1), (8, 4));
     for (way, rough) in roughened.iter().enumerate() {
         let text = rows(&plain, "strain", |k, r| [rough(k, r.a), rough(k + 7, r.drive), r.value]);
         assert_eq!(judged(&text), clean, "way {way}");
@@ -154,13 +150,8 @@ fn an_end_stop_is_found_at_both_ends_and_told() {
         for t in &found.taps {
             assert_eq!(t.reason == Some(Reason::Saturated), t.value.abs() == end, "{share}: {t:?}");
         }
-        assert_eq!(found.sides.len(), 2);
-        assert_eq!(
-            found.warnings.iter().filter(|w| w.contains("end stop")).count(),
-            2,
-            "{:?}",
-            found.warnings
-        );
+        let stops = found.warnings.iter().filter(|w| w.contains("end stop")).count();
+        assert_eq!((found.sides.len(), stops), (2, 2), "{:?}", found.warnings);
         let located = locator(&found, None);
         for sign in [1.0, -1.0] {
             assert_eq!(located.locate(8.0, sign * 1.001 * end).status, Status::STRAIN_LIMIT);
@@ -240,12 +231,8 @@ fn no_estimator_that_answers_nothing_is_the_default() {
     let swap = |a: &str, theta: &str, zero_every| {
         let spec =
             prototype(4.0, &["noise_strain = 1e-5\n", &format!("[tap]\na = {a}\ntheta = {theta}\n"), REAL]);
-        (
-            rows(&table(&spec, &Settings { zero_every, ..noisy() }), "strain", |_, r| {
-                [r.drive, if r.drive == 0.0 { 0.0 } else { r.a }, r.value]
-            }),
-            spec,
-        )
+        let swapped = |_, r: &Row| [r.drive, if r.drive == 0.0 { 0.0 } else { r.a }, r.value];
+        (rows(&table(&spec, &Settings { zero_every, ..noisy() }), "strain", swapped), spec)
     };
     for (a, theta, zero_every) in [
         ("[21, 30, 39, 48]", "[2, 4, 6, 8]", Some(20)),
@@ -263,8 +250,6 @@ fn no_estimator_that_answers_nothing_is_the_default() {
     // Two distances of a known whisker are enough.
     let two = prototype(4.0, &["noise_strain = 1e-5\n[tap]\na = [30, 40]\ntheta = [2, 4, 8]\n", REAL]);
     let found = calibrated(&table(&two, &noisy()), &two, &[]);
-    assert!(
-        found.winner == LEARNED
-            && ALL.iter().any(|e| found.sides[0].held_out(*e).is_none_or(|h| h.answered() == 0))
-    );
+    assert!(found.winner == LEARNED);
+    assert!(ALL.iter().any(|e| found.sides[0].held_out(*e).is_none_or(|h| h.answered() == 0)));
 }

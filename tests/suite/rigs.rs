@@ -2,9 +2,8 @@
 //! rankings and searches; and what is refused.
 
 use crate::common::searching::search;
-use crate::common::sweeping::{
-    CPU, CPU_F64, Place, REFERENCE, Row, Table, number, ranked, sweep, sweep_with,
-};
+use crate::common::sweeping::{CPU, CPU_F64, Place, REFERENCE, Row, Swept, Table, number};
+use crate::common::sweeping::{ranked, sweep, sweep_with};
 
 const TAP: &str = "[tap]\na = [20, 33]\ntheta = [2, 5]\n";
 const GAUGE: &str = "[gauge]\nx_ss = 5\nl = 2\n";
@@ -51,7 +50,6 @@ fn cases() -> Vec<(&'static str, String, [&'static str; 2])> {
     ]
 }
 
-/// A row without a column.
 fn without(row: &Row, column: &str) -> Row {
     let mut row = row.clone();
     row.remove(column);
@@ -82,19 +80,22 @@ fn same_rows(what: &str, column: &str, all: &Table, each: &[(f64, &Table)]) {
     assert_eq!(count, all.rows.len(), "{what}");
 }
 
+/// The sweep of `text` with both of `values` in place of `@`, whose rows must be those of the sweeps with each.
+#[track_caller]
+fn equals_each(what: &str, column: &str, text: &str, values: [&str; 2], place: Place) {
+    let all = sweep(&text.replace('@', &format!("[{}]", values.join(", "))), place);
+    let each = values.map(|value| (value.parse().unwrap(), sweep(&text.replace('@', value), place)));
+    let tables: [fn(&Swept) -> &Table; 3] = [|s| &s.tuples, |s| &s.designs, |s| &s.distances];
+    for table in tables {
+        same_rows(what, column, table(&all), &each.each_ref().map(|(value, one)| (*value, table(one))));
+    }
+    let taps: u64 = each.iter().map(|(_, one)| one.report.counts.taps).sum();
+    assert_eq!(all.report.counts.taps, taps, "{what}, {column}");
+}
+
 fn equals_its_values(place: Place, wanted: impl Fn(&str) -> bool) {
     for (column, text, values) in cases().into_iter().filter(|(column, ..)| wanted(column)) {
-        let all = sweep(&text.replace('@', &format!("[{}]", values.join(", "))), place);
-        let each: Vec<_> = values.iter().map(|value| sweep(&text.replace('@', value), place)).collect();
-        let numbers: Vec<f64> = values.iter().map(|value| value.parse().unwrap()).collect();
-        let with = |table: fn(&crate::common::sweeping::Swept) -> &Table| -> Vec<(f64, &Table)> {
-            numbers.iter().copied().zip(each.iter().map(table)).collect()
-        };
-        same_rows("tuples", column, &all.tuples, &with(|s| &s.tuples));
-        same_rows("designs", column, &all.designs, &with(|s| &s.designs));
-        same_rows("distances", column, &all.distances, &with(|s| &s.distances));
-        let taps: u64 = each.iter().map(|one| one.report.counts.taps).sum();
-        assert_eq!(all.report.counts.taps, taps, "{column}");
+        equals_each("", column, &text, values, place);
     }
 }
 
@@ -110,18 +111,13 @@ fn own_models_and_second_gauges_know_their_rig() {
     for estimate in ["[estimate]\ntheory = \"exact\"\n", "[estimate]\nconvention = \"elongation\"\n"] {
         for (column, key) in [("hub_mm", "hub = @"), ("exponent", "exponent = @")] {
             let text = spec(&format!("{CONE}{key}"), "noise_strain = 1e-5", "") + estimate;
-            let all = sweep(&text.replace('@', "[1, 2]"), CPU);
-            let each = ["1", "2"].map(|value| sweep(&text.replace('@', value), CPU));
-            same_rows(estimate, column, &all.tuples, &[(1.0, &each[0].tuples), (2.0, &each[1].tuples)]);
-            same_rows(estimate, column, &all.designs, &[(1.0, &each[0].designs), (2.0, &each[1].designs)]);
+            equals_each(estimate, column, &text, ["1", "2"], CPU);
         }
     }
     let text = spec(&format!("{CONE}hub = @"), "second = true\nnoise_strain = 1e-5", "")
         .replace("theta", "tilt = [0, 20]\ntheta")
         + "[estimate]\ntheory = \"exact\"\n";
-    let all = sweep(&text.replace('@', "[0, 4]"), CPU);
-    let each = ["0", "4"].map(|value| sweep(&text.replace('@', value), CPU));
-    same_rows("two gauges", "hub_mm", &all.tuples, &[(0.0, &each[0].tuples), (4.0, &each[1].tuples)]);
+    equals_each("two gauges", "hub_mm", &text, ["0", "4"], CPU);
 }
 
 /// Two axes, of two kinds, beside D and l.

@@ -1,19 +1,16 @@
 //! Zeros and drives as rigs have them: bridges out of balance, counts that begin anew, drives with a zero of their own, what nobody recorded.
 
-use std::sync::LazyLock;
-
 use std::fmt::Write as _;
 
-use crate::common::measuring::{REAL, TAPS, calibrated, data, prototype, rewritten, table};
-use crate::common::program::{Desk, Kept, says};
-use crate::common::sweeping::{Row, number};
+use crate::common::measuring::{REAL, TAPS, calibrated, data, prototype, rewritten, table, undescribed};
+use crate::common::program::{Desk, says};
+use crate::common::sweeping::{Row, value};
 use vibrissa::calibrate::Reason;
 use vibrissa::calibrate::report::result;
-use vibrissa::calibrate::{Calibrated, Options, calibrate, coverage::coverage};
+use vibrissa::calibrate::{Calibrated, coverage::coverage};
 use vibrissa::estimator::taps::Tap;
-use vibrissa::measure::Rig;
 use vibrissa::measure::unit::quarter_bridge_output;
-use vibrissa::scene::{Drive, Setup};
+use vibrissa::scene::Drive;
 use vibrissa::simulate::Settings;
 
 fn spec() -> String {
@@ -40,16 +37,11 @@ fn apart(p: &[f64], q: &[f64]) -> f64 {
 fn the_zero_of_a_bridge_is_subtracted_as_it_is_shown() {
     let desk = Desk::new(&spec());
     let measured = rig_table(Some(20), 3);
-    desk.write("balanced.csv", signals(&measured, "bridge_mV_per_V", |_, e| quarter_bridge_output(e, 2.21)));
-    desk.write(
-        "off.csv",
-        signals(&measured, "bridge_mV_per_V", |_, e| quarter_bridge_output(e, 2.21) + 0.35),
-    );
-    for name in ["balanced", "off"] {
-        let (file, cal) = (format!("{name}.csv"), format!("c_{name}"));
-        desk.ok(format!("calibrate {file} --whisker spec.toml --out {cal}"));
-        let calibration = format!("{cal}/calibration.toml");
-        desk.ok(format!("locate {calibration} {file} --out l_{name}"));
+    for (name, off) in [("balanced", 0.0), ("off", 0.35)] {
+        let bridge = |_, e| quarter_bridge_output(e, 2.21) + off;
+        desk.write(&format!("{name}.csv"), signals(&measured, "bridge_mV_per_V", bridge));
+        desk.ok(format!("calibrate {name}.csv --whisker spec.toml --out c_{name}"));
+        desk.ok(format!("locate c_{name}/calibration.toml {name}.csv --out l_{name}"));
     }
     let [balanced, off] =
         ["balanced", "off"].map(|name| desk.table(format!("l_{name}/located.csv")).values("distance_mm"));
@@ -61,20 +53,9 @@ fn the_zero_of_a_bridge_is_subtracted_as_it_is_shown() {
     assert!((stream(12.0, "0") - stream(12.35, "0.35")).abs() < 1e-6);
 }
 
-/// A calibrated whisker whose zero was read, on a desk.
-fn desk() -> Desk {
-    static MADE: LazyLock<Kept> = LazyLock::new(|| {
-        let desk = Desk::new(&spec());
-        desk.write("cal.csv", rig_table(Some(20), 2));
-        desk.ok("calibrate cal.csv --whisker spec.toml --out cal");
-        desk.keep()
-    });
-    MADE.desk()
-}
-
 #[test]
 fn a_wild_zero_of_a_stream_is_told_and_not_used() {
-    let desk = desk();
+    let desk = crate::common::world::calibrated();
     let ask = |input: &str, more: &[&str]| {
         let ran = desk.pipe(&[&["locate", "cal/calibration.toml"], more].concat(), input).exits(0);
         let lines: Vec<String> = ran.stdout.lines().skip(1).map(str::to_owned).collect();
@@ -98,7 +79,7 @@ fn a_wild_zero_of_a_stream_is_told_and_not_used() {
 
 #[test]
 fn names_and_comments_of_a_file_of_readings_are_kept_apart() {
-    let desk = desk();
+    let desk = crate::common::world::calibrated();
     desk.write("r.csv", "# rig 3\nline,given_line,theta_deg,strain\n# begun\n7,8,0,0\n9,10,4,0.02\n");
     desk.ok("locate cal/calibration.toml r.csv --out l");
     let located = desk.table("l/located.csv");
@@ -125,30 +106,21 @@ fn own_zero(begin: f64, drives: &[f64], rest: f64) -> String {
     out
 }
 
-fn without_whisker(text: &str) -> Calibrated {
-    let rig = Rig::unknown(Setup { drive: Drive::Displacement, ..Setup::default() }, 144.0).unwrap();
-    calibrate(&data(text), &rig, &Options::default()).unwrap()
-}
-
 #[test]
 fn taps_at_drives_below_the_zero_of_the_rig_are_taps() {
     let text = own_zero(-6.0, &[-4.0, -2.0, 0.0, 2.0, 4.0], -7.85);
     let desk = Desk::new("");
     desk.write("d.csv", &text);
     let ran = desk.ok("calibrate d.csv --out cal --export c");
-    assert!(
-        ran.stdout.contains("105 of 105 taps used, 3 zero") && ran.stderr.contains("counted from there"),
-        "{}",
-        ran.stderr
-    );
+    says(&ran.stdout, &["105 of 105 taps used, 3 zero"]);
+    says(&ran.stderr, &["counted from there"]);
     let ran = desk.ok("locate cal/calibration.toml d.csv --out loc");
     let located = desk.table("loc/located.csv");
     let words = |w: &str| located.rows.iter().filter(|r| r["status"] == w).count();
     assert_eq!([words("no_strain"), words("ok")], [3, 105], "{}", ran.stderr);
     says(&ran.stdout, &["105 readings located by", ", beside 3 zero readings: 105 ok\n"]);
     assert!(ran.stdout.starts_with("105 of 105 readings have a distance"), "{}", ran.stdout);
-    let of = |r: &Row, c: &str| number(r, c).unwrap();
-    let off = |r: &&Row| (of(r, "distance_mm") - of(r, "a_mm")).abs() / of(r, "sigma_mm");
+    let off = |r: &&Row| (value(r, "distance_mm") - value(r, "a_mm")).abs() / value(r, "sigma_mm");
     assert!(located.rows.iter().filter(|r| r["status"] == "ok").map(|r| off(&r)).all(|e| e < 4.0));
     let rows = desk.table("cal/rows.csv");
     assert!(rows.rows[0]["delta_mm"] == "-7.85" && rows.rows[1]["delta_mm"] == "-4");
@@ -158,7 +130,7 @@ fn taps_at_drives_below_the_zero_of_the_rig_are_taps() {
 #[test]
 fn a_rest_row_whose_drive_is_also_there_as_a_positive_one_is_no_slip() {
     let judged = |text: &str| {
-        let found = without_whisker(text);
+        let found = undescribed(text, Drive::Displacement, 144.0);
         let outside = |t: &&Tap| t.reason == Some(Reason::OutsideDomain);
         (found.zeros.len(), found.taps.iter().filter(outside).count())
     };
@@ -203,7 +175,6 @@ fn said(found: &Calibrated) -> [[f64; 2]; 2] {
     [pair(&said["zero"], "error"), pair(offset, "standard_error")]
 }
 
-/// The rows of a table in another order.
 fn shuffled(plain: &str) -> String {
     let rows: Vec<&str> = plain.lines().skip(1).collect();
     let order: Vec<&str> = (0..rows.len()).map(|k| rows[37 * k % rows.len()]).collect();
@@ -257,12 +228,8 @@ fn two_signs(zero: bool, other: impl Fn(f64) -> f64) -> String {
         }
         for n in 1..4 {
             let theta = 2.0 * f64::from(n);
-            text += &format!(
-                "{a},{theta},{}\n{a},{},{}\n",
-                300.0 + signal(theta) + noise(n),
-                -theta,
-                300.0 + other(signal(theta)) + noise(n + 4)
-            );
+            let [one, two] = [signal(theta) + noise(n), other(signal(theta)) + noise(n + 4)];
+            text += &format!("{a},{theta},{}\n{a},{},{}\n", 300.0 + one, -theta, 300.0 + two);
         }
     }
     text
@@ -281,11 +248,10 @@ fn drives_of_both_signs_are_taps_to_both_sides() {
         desk.ok("locate c/calibration.toml new.csv --out l");
         let found = desk.table("l/located.csv");
         for row in &found.rows[1..] {
-            let a = number(row, "distance_mm").unwrap();
+            let a = value(row, "distance_mm");
             assert!((a - 880_f64.sqrt()).abs() < 0.3, "{zero} {}", found.text);
         }
         assert!(desk.read("c/locate.c").contains("fabs(drive)"));
-        // So are strokes.
         let side = |sign: f64| {
             let reading = |u: f64| 300.0 + sign * 66_000.0 * (u - 0.5).max(0.0) / 880.0;
             let rows = (1..14).map(|k| 0.45 * f64::from(k));
@@ -296,7 +262,7 @@ fn drives_of_both_signs_are_taps_to_both_sides() {
         desk.ok("locate c/calibration.toml strokes.csv --strokes --out s");
         let found = desk.table("s/located.csv");
         for k in [13, 26] {
-            let a = number(&found.rows[k], "stroke_distance_mm").unwrap();
+            let a = value(&found.rows[k], "stroke_distance_mm");
             assert!((a - 880_f64.sqrt()).abs() < 0.5, "{zero} {}", found.text);
         }
     }

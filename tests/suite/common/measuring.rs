@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use vibrissa::calibrate::{Calibrated, Options, calibrate};
 use vibrissa::locate::{Estimator, Locator, Parameter, locator::opener};
 use vibrissa::measure::{Data, Rig, Row};
-use vibrissa::scene::{RunOptions, Spec};
+use vibrissa::scene::{Drive, RunOptions, Setup, Spec};
 use vibrissa::simulate::{Settings, SimulatedTaps, empty, simulate};
 use vibrissa::sink::frame::Frame;
 use vibrissa::spec;
@@ -51,6 +51,12 @@ pub fn data(table: &str) -> Data {
 pub fn calibrated(table: &str, whisker: &str, fit: &[Parameter]) -> Calibrated {
     let options = Options { fit: fit.to_vec(), ..Options::default() };
     calibrate(&data(table), &rig(whisker), &options).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// The same of a whisker that nobody described, whose farthest distance is `far`.
+pub fn undescribed(table: &str, drive: Drive, far: f64) -> Calibrated {
+    let rig = Rig::unknown(Setup { drive, ..Setup::default() }, far).unwrap();
+    calibrate(&data(table), &rig, &Options::default()).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// The same, made once for all tests.
