@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use serde_json::Value;
 
+use crate::common::measuring::REAL;
 use crate::common::program::{Desk, says};
 use crate::common::sweeping::{CPU_F64, Row, Table, number, sweep, tap};
 use vibrissa::census::sample::ComparedRows;
@@ -22,7 +23,7 @@ fn soft(theta: &str, more: &str) -> String {
     format!(
         "[whisker]\nD = 10\nd = [4, 7, 10]\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 1e-6\n\
          [tap]\na = {{ from = 21, to = 48, step = 3 }}\ntheta = {theta}\n\
-         [model]\nshear = true\nextension = true\nsurface = true\nmaterial = {{ neo-hookean = 3.2 }}\n{more}"
+         {REAL}{more}"
     )
 }
 
@@ -32,7 +33,6 @@ fn swept(desk: &Desk, flags: &str, out: &str) -> (Table, Value) {
     (desk.table(format!("{out}/tuples.csv")), desk.whole(out)["model_error"].clone())
 }
 
-/// Names of the effects in `list` of what is said of the model.
 fn names(told: &Value, list: &str) -> Vec<String> {
     let effects = told[list].as_array().unwrap_or_else(|| panic!("no {list} in {told}"));
     effects.iter().map(|e| e["effect"].as_str().expect("a name").to_owned()).collect()
@@ -50,11 +50,7 @@ fn apart(text: &str, full: &Table, fewer: &Table) -> f64 {
     assert_eq!(full.rows.len(), fewer.rows.len());
     let mut largest = 0.0f64;
     for (a, b) in full.rows.iter().zip(&fewer.rows) {
-        assert_eq!(
-            (&a["a_mm"], &a["theta_deg"], &a["d_tip_mm"]),
-            (&b["a_mm"], &b["theta_deg"], &b["d_tip_mm"])
-        );
-        assert_eq!(a["status"], b["status"], "{a:?}");
+        ["a_mm", "theta_deg", "d_tip_mm", "status"].iter().for_each(|c| assert_eq!(a[*c], b[*c], "{a:?}"));
         let (Some(x), Some(y)) = (number(a, "strain"), number(b, "strain")) else {
             assert_eq!(a["strain"], b["strain"]);
             continue;
@@ -82,7 +78,6 @@ fn the_joint_change_of_what_is_left_off_is_what_run_json_says() {
         let change = apart(&text, &full, &fewer);
         assert!(change <= told["bound"].as_f64().expect("E"));
         match told["spread"]["error"].as_f64() {
-            // All taps of so small a space are compared.
             Some(error) => {
                 assert!((change - error).abs() <= 1e-6 * error + 2e-8, "{change} {error}");
                 assert_eq!(told["spread"]["taps"], 30);
@@ -157,10 +152,9 @@ fn in_a_large_table_every_status_is_that_of_the_full_model() {
 /// A ranked sweep from charts: its kept rows, solved again with the full model as a tuple file.
 #[test]
 fn kept_rows_are_within_the_bound_of_the_full_model() {
-    let model = "[model]\nshear = true\nextension = true\nsurface = true\nmaterial = { neo-hookean = 3.2 }\n";
     let text = format!(
         "[whisker]\nD = {{ min = 8, max = 12, samples = 33000 }}\nd = {{ min = 3, max = 7, samples = 33000 }}\nL_a = 50\n\
-         [gauge]\nx_ss = 5\nl = 2\n[tap]\na = [24, 30, 36, 45]\ntheta = {{ min = 0.2, max = 0.6, samples = 33000 }}\n{model}\
+         [gauge]\nx_ss = 5\nl = 2\n[tap]\na = [24, 30, 36, 45]\ntheta = {{ min = 0.2, max = 0.6, samples = 33000 }}\n{REAL}\
          [output]\ntop = 50\n"
     );
     let desk = Desk::new(&text);
@@ -168,14 +162,12 @@ fn kept_rows_are_within_the_bound_of_the_full_model() {
     let run = desk.whole("kept");
     let told = &run["model_error"];
     assert!(names(told, "left_off").contains(&"rubber nonlinearity".to_owned()), "{told}");
-    assert_eq!(
-        (&told["rows_kept"]["taps"], &told["rows_kept"]["statuses_changed"]),
-        (&200.into(), &0.into())
-    );
+    assert_eq!(told["rows_kept"]["taps"], 200);
+    assert_eq!(told["rows_kept"]["statuses_changed"], 0);
     assert!(run["counts"]["chart"].is_object(), "ranked from a chart of what is left: {}", run["counts"]);
 
     desk.write("list.csv", desk.read("kept/tuples.csv"));
-    desk.write("full.toml", format!("[gauge]\n{model}[tuples]\nfile = \"list.csv\"\n"));
+    desk.write("full.toml", format!("[gauge]\n{REAL}[tuples]\nfile = \"list.csv\"\n"));
     desk.ok("sweep full.toml --backend cpu --precision f64 --out full");
     let change = apart(&text, &desk.table("full/tuples.csv"), &desk.table("kept/tuples.csv"));
     let error = told["rows_kept"]["error"].as_f64().expect("a number");
@@ -208,7 +200,6 @@ fn a_kept_row_that_does_not_keep_the_bound_brings_the_full_model_back() {
     assert!(names(told, "needed").contains(&"shear".to_owned()), "{told}");
     assert!(names(told, "left_off").is_empty() && told["rows_kept"].is_null(), "{told}");
     assert!(ran.stdout.contains("leaves off nothing"), "{}", ran.stdout);
-    // The same table as without a model error.
     desk.sweep(&["--out", "full"]).exits(0);
     assert_eq!(desk.read("out/designs.csv"), desk.read("full/designs.csv"));
 }
@@ -256,7 +247,6 @@ fn a_stopped_sweep_goes_on_with_what_is_left_off() {
             Err(e) => assert!(e.to_string().contains(" are kept in "), "{e}"),
         }
         stops += 1;
-        // Each stop has come a chunk further.
         assert!(stops < 100);
     };
     assert!(stops >= 2, "{stops}");
@@ -309,9 +299,8 @@ fn distances_told_by_the_model_are_told_by_what_is_left_of_it() {
 fn a_bound_is_a_value_in_force_and_a_bad_one_is_told_with_its_range() {
     let desk = Desk::new(&soft("0.5", "[run]\nmodel_error = 1e-3\n"));
     let in_force = |reply: &Value| {
-        let list = reply["result"]["in_force"].as_array().expect("a list").clone();
-        let found: Vec<Value> = list.into_iter().filter(|e| e["key"] == "run.model_error").collect();
-        found
+        let list = reply["result"]["in_force"].as_array().expect("a list").iter();
+        list.filter(|e| e["key"] == "run.model_error").cloned().collect::<Vec<_>>()
     };
     let plan = desk.sweep(&["--plan", "--json"]).exits(0).json();
     assert_eq!(in_force(&plan)[0]["value"], "0.001");
@@ -321,7 +310,6 @@ fn a_bound_is_a_value_in_force_and_a_bad_one_is_told_with_its_range() {
     assert_eq!((in_force(&typed).len(), &in_force(&typed)[0]["value"]), (1, &Value::from("0.01")));
     assert_eq!(names(&typed["result"]["model_error"], "left_off").len(), 3);
 
-    // Without it nothing is said, and nothing left off.
     desk.write("spec.toml", soft("0.5", ""));
     let plain = desk.sweep(&["--plan", "--json"]).exits(0).json();
     assert!(in_force(&plain).is_empty() && plain["result"]["model_error"].is_null());
@@ -336,14 +324,13 @@ const TAP: &str = "[whisker]\nD = 9\nd = 4\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n
 
 #[test]
 fn the_best_tap_is_found_with_what_is_needed() {
-    let text = TAP.replace("{ min = 0.1, max = 2, samples = 2 }", "{ from = 0.2, to = 2, steps = 2 }")
-        + "[model]\nextension = true\nsurface = true\nshear = true\nmaterial = { neo-hookean = 3.2 }\n";
+    let text = TAP.replace("{ min = 0.1, max = 2, samples = 2 }", "{ from = 0.2, to = 2, steps = 2 }") + REAL;
     let desk = Desk::new(&text);
-    let tap = |flags: &[&str], out: &str| {
-        desk.run(&[&["tap", "spec.toml", "--out", out][..], flags].concat()).exits(0);
+    let tap = |flags: &str, out: &str| {
+        desk.ok(format!("tap spec.toml --out {out} {flags}"));
         desk.whole(out)
     };
-    let (full, fewer) = (tap(&[], "full"), tap(&["--model-error", "1e-2"], "fewer"));
+    let (full, fewer) = (tap("", "full"), tap("--model-error 1e-2", "fewer"));
     let told = &fewer["model_error"];
     assert_eq!(names(told, "left_off"), ["rubber nonlinearity", "surface", "extension"], "{told}");
     assert!(told["rows_kept"]["taps"].as_u64().expect("taps") >= 4 * 4, "{told}");
@@ -352,20 +339,16 @@ fn the_best_tap_is_found_with_what_is_needed() {
     assert!((a - b).abs() < 0.05 * a && a != b, "{a} {b}");
     let (x, y) = (desk.table("full/tap.csv"), desk.table("fewer/tap.csv"));
     assert_eq!(x.statuses(), y.statuses());
-    for (p, q) in x.numbers("strain_max").iter().zip(y.numbers("strain_max")) {
-        let (p, q) = (p.expect("strain"), q.expect("strain"));
+    for (p, q) in x.values("strain_max").into_iter().zip(y.values("strain_max")) {
         assert!((p - q).abs() <= 1e-2 * p, "{p} {q}");
     }
     // A limit within the bound of the strain at the optimum: the drive at which it binds is that of the full model.
     desk.write("spec.toml", text.replace("l = 2\n", "l = 2\nstrain_limit = 0.004\n"));
-    let (full, fewer) = (tap(&[], "full"), tap(&["--model-error", "1e-2"], "fewer"));
+    let (full, fewer) = (tap("", "full"), tap("--model-error 1e-2", "fewer"));
     assert_eq!(full["result"]["limited_by"], fewer["result"]["limited_by"]);
     assert_eq!(desk.table("full/tap.csv").statuses(), desk.table("fewer/tap.csv").statuses());
     let plan = desk.ok("tap spec.toml --model-error 1e-2 --plan");
-    says(
-        &plan.stdout,
-        &["--model-error 1e-2 leaves off rubber nonlinearity (hooke in place of neo-hookean), surface"],
-    );
+    says(&plan.stdout, &["leaves off rubber nonlinearity (hooke in place of neo-hookean), surface"]);
 }
 
 const SEARCH: &str = "[whisker]\nL_a = 50\nD = 10\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 20e-6\n\
@@ -375,12 +358,11 @@ const SEARCH: &str = "[whisker]\nL_a = 50\nD = 10\n[gauge]\nx_ss = 5\nl = 2\nnoi
 #[test]
 fn a_search_reports_the_figures_of_the_full_model() {
     let desk = Desk::new(SEARCH);
-    let find = |flags: &[&str], out: &str| {
-        desk.run(&[&["optimise", "spec.toml", "--backend", "cpu", "--out", out][..], flags].concat())
-            .exits(0);
+    let find = |flags: &str, out: &str| {
+        desk.ok(format!("optimise spec.toml --backend cpu --out {out} {flags}"));
         desk.whole(out)
     };
-    let (full, fewer) = (find(&[], "full"), find(&["--model-error", "1e-2"], "fewer"));
+    let (full, fewer) = (find("", "full"), find("--model-error 1e-2", "fewer"));
     let told = &fewer["model_error"];
     assert!(names(told, "left_off").contains(&"rubber nonlinearity".to_owned()), "{told}");
     assert!(told["rows_kept"]["error"].as_f64().expect("checked at the best") <= 1e-2, "{told}");
@@ -389,7 +371,6 @@ fn a_search_reports_the_figures_of_the_full_model() {
     assert!((a - b).abs() <= 1e-4 * a, "{a} {b}");
     let plan = desk.ok("optimise spec.toml --model-error 1e-4 --plan");
     assert!(plan.stdout.contains("leaves off nothing: without "), "{}", plan.stdout);
-    // best.toml has the whole model, and a sweep of it the same figures.
     desk.ok("sweep fewer/best.toml --out again");
     let again = desk.table("again/designs.csv");
     let swept = number(&again.rows[0], "total_rms_mm").expect("a total");

@@ -54,7 +54,6 @@ fn intervals_hold_taps_and_objects() {
         let spread = 2.58 * (0.05 * 0.95 * f64::from(of_what) / n).sqrt();
         assert!((inside / n - 0.95).abs() < spread.max(0.03), "{what}{}", inside / n);
     }
-    // A stream has the same columns.
     let row = &table.rows[0];
     let line = format!("{},{}\n", row["theta_deg"], row["strain"]);
     let streamed = desk.stream("locate cal/calibration.toml --same --interval", &line).rows.remove(0);
@@ -142,7 +141,6 @@ fn a_stream_of_one_object_says_so_far() {
     let more = format!("{}nonsense\n0,0\n{}", taps[0], taps[1]);
     let answers = desk.stream("locate cal/calibration.toml --same", &more);
     assert_eq!(answers.column("taps"), ["1", "", "", "2"]);
-    // By a column of a stream.
     let named = taps.iter().zip(["p", "q", "p", "q", "p"]).map(|(tap, o)| format!("{},{o}\n", tap.trim()));
     let text = format!("theta_deg,strain,object\n{}", named.collect::<String>());
     let answers = desk.stream("locate cal/calibration.toml --object object", &text);
@@ -152,19 +150,20 @@ fn a_stream_of_one_object_says_so_far() {
 
 #[test]
 fn what_tells_each_tap_alone_says_so() {
-    let (desk, asked) = (desk(), "locate cal/calibration.toml taps.csv --out o --force");
-    let ran = desk.ok(format!("{asked} --estimator paper"));
+    let ran = desk().ok("locate cal/calibration.toml taps.csv --out o --estimator paper");
     assert!(ran.stderr.contains("column object is not looked at"), "{}", ran.stderr);
+}
+
+/// What `next` says, with its table in n.
+fn next(desk: &Desk, more: &[&str]) -> serde_json::Value {
+    let own = ["next", "cal/calibration.toml", "--json", "--force", "--out", "n"];
+    desk.run(&[&own[..], more].concat()).exits(0).json()["result"].clone()
 }
 
 #[test]
 fn the_next_tap_is_the_one_that_tells_most() {
     let desk = desk();
-    let result = |more: &[&str]| {
-        let own = ["next", "cal/calibration.toml", "--json", "--force", "--out", "n"];
-        desk.run(&[&own[..], more].concat()).exits(0).json()["result"].clone()
-    };
-    let told = result(&["taps.csv", "--only", "at 30"]);
+    let told = next(&desk, &["taps.csv", "--only", "at 30"]);
     assert_eq!(told["taps"], 5);
     assert!((told["distance_mm"].as_f64().unwrap() - 30.0).abs() < 1.0, "{told}");
     let table = desk.table("n/next.csv");
@@ -174,8 +173,7 @@ fn the_next_tap_is_the_one_that_tells_most() {
     assert_eq!(told["expected_sigma_mm"].as_f64().unwrap(), least);
     let sigma = |told: &serde_json::Value, key: &str| told[key].as_f64().unwrap();
     assert!(sigma(&told, "least_sigma_mm") < least && least < sigma(&told, "sigma_mm"), "{told}");
-    // Within what the motor can do.
-    let told = result(&["taps.csv", "--only", "at 30", "--within", "1,4"]);
+    let told = next(&desk, &["taps.csv", "--only", "at 30", "--within", "1,4"]);
     assert!((1.0..=4.0).contains(&told["theta_deg"].as_f64().unwrap()), "{told}");
     // What is expected after the tap is what the tap then brings.
     let lines: Vec<String> = desk.read("taps.csv").lines().map(str::to_owned).collect();
@@ -187,7 +185,7 @@ fn the_next_tap_is_the_one_that_tells_most() {
             [&lines[0]].into_iter().chain(own[..n].iter().copied()).fold(String::new(), |t, l| t + l + "\n");
         desk.write("some.csv", text);
         let theta = format!("{drive},{drive}");
-        let told = result(&["some.csv", "--within", &theta]);
+        let told = next(&desk, &["some.csv", "--within", &theta]);
         if let Some(before) = expected.pop() {
             let found = sigma(&told, "sigma_mm");
             assert!((found / before - 1.0).abs() < 0.15, "{n} taps: {found} for {before}");
@@ -235,20 +233,15 @@ fn the_base_may_move() {
     for name in ["shift", "base_shift", "shift_m", "Shift_mm"] {
         desk.write("nearly.csv", text.replace("shift_mm", name));
         for command in ["locate", "next"] {
-            desk.refuses(
-                format!("{command} cal/calibration.toml nearly.csv --out nearly"),
-                &[name, "shift_mm, in mm"],
-            );
+            let line = format!("{command} cal/calibration.toml nearly.csv --out nearly");
+            desk.refuses(line, &[name, "shift_mm, in mm"]);
         }
     }
 
     // The tap after two from where distances are told from.
     let text = taps[..2].iter().fold(header, |text, (a, theta, end)| text + &of_tap(*a, *theta, end));
     desk.write("two.csv", text);
-    let next = |more: &[&str]| {
-        let own = ["next", "cal/calibration.toml", "two.csv", "--json", "--force", "--out", "n"];
-        desk.run(&[&own[..], more].concat()).exits(0).json()["result"].clone()
-    };
+    let next = |more: &[&str]| next(&desk, &[&["two.csv"], more].concat());
     // A motor that turns little: nearer is better by as much as the signal grows.
     let (stays, moves) = (next(&["--within", "1,4"]), next(&["--within", "1,4", "--shift", "-4,20"]));
     let number = |told: &serde_json::Value, key: &str| told[key].as_f64().unwrap_or(f64::NAN);
@@ -285,11 +278,10 @@ fn an_array_tells_objects_too() {
     let mut files = [header.clone(), header.clone(), header.clone()];
     for (k, line) in all.lines().skip(1).enumerate() {
         // Both whiskers tap every object, by turns.
-        let row = |name: &str| format!("{name},{line}\n");
-        let rows = if k % 3 == 0 { ["right", "left"] } else { ["left", "right"] };
-        for name in rows {
-            files[usize::from(name == "right")] += &row(name);
-            files[2] += &row(name);
+        for name in if k % 3 == 0 { ["right", "left"] } else { ["left", "right"] } {
+            let row = format!("{name},{line}\n");
+            files[usize::from(name == "right")] += &row;
+            files[2] += &row;
         }
     }
     let mount = |name: &str, y: i32| {
@@ -313,16 +305,12 @@ fn an_array_tells_objects_too() {
             told.iter().for_each(|column| assert_eq!(row[*column], alone[*column], "{column} of {row:?}"));
         }
     }
-    let run = |more: &[&str]| {
-        desk.run(
-            &[&["locate", "--array", "array.toml", "both.csv", "--out", "more", "--force"], more].concat(),
-        )
-    };
-    run(&["--same"]).exits(0);
+    let run = |more: &str| desk.line(format!("locate --array array.toml both.csv --out more --force {more}"));
+    run("--same").exits(0);
     let last = desk.table("more/located.csv").rows.pop().unwrap();
     assert_eq!(last["taps"], (files[0].lines().count() - 1).to_string());
-    assert!(run(&["--object", "pole"]).exits(2).stderr.contains("there is no such column"));
-    assert!(run(&["--object", "object", "--estimator", "paper"]).exits(2).stderr.contains("learned"));
+    assert!(run("--object pole").exits(2).stderr.contains("there is no such column"));
+    assert!(run("--object object --estimator paper").exits(2).stderr.contains("learned"));
 }
 
 /// Taps of poles that tilt, by two gauges: distance and tilt of an object are those of all its taps, and a wrong one is named.
@@ -371,7 +359,6 @@ fn two_gauges_tell_an_object_together() {
         narrower += of(last, "object_sigma_mm") / best;
         objects += 1.0;
     }
-    println!("{objects} objects, within {within:?}, narrower {}", narrower / objects);
     assert!(objects > 60.0 && narrower / objects < 0.95);
     for [one, two] in within {
         assert!((0.5..0.9).contains(&(one / objects)) && two / objects > 0.88, "{within:?} of {objects}");
@@ -385,7 +372,6 @@ fn two_gauges_tell_an_object_together() {
     desk.ok("locate cal/calibration.toml wrong.csv --out wrong");
     let wrong = desk.table("wrong/located.csv");
     assert!(inconsistent(&wrong) as f64 > 0.9 * objects);
-    // A stream answers line by line.
     let first: Vec<String> = table.rows[..4]
         .iter()
         .map(|r| format!("{},{},{}\n", r["theta_deg"], r["strain"], r["strain_2"]))

@@ -144,11 +144,9 @@ fn every_long_command_ends_at_the_first_signal_and_leaves_nothing_half_done() {
         until_it_works(&child);
         send(&child, SIGINT);
         let left = ends(child);
-        assert_eq!(left.status.code(), Some(1), "{line:?}: {}", words(&left.stderr));
-        assert!(
-            words(&left.stderr).contains("nothing was written")
-                || words(&left.stderr).contains("interrupted")
-        );
+        let said = words(&left.stderr);
+        assert_eq!(left.status.code(), Some(1), "{line:?}: {said}");
+        assert!(said.contains("nothing was written") || said.contains("interrupted"), "{line:?}: {said}");
         let _ = std::fs::remove_dir(desk.path("results"));
         assert_eq!(desk.names("."), before, "{line:?}");
     }
@@ -190,12 +188,12 @@ fn a_stopped_sweep_keeps_what_is_complete_and_goes_on() {
     assert!(desk.read("out/designs.csv") == desk.read("whole/designs.csv"));
 }
 
-/// Waits until a search says what it has found so far.
-fn until_it_scores(child: &mut Running) {
+/// Waits until `child` says `what`.
+fn until_it_says(child: &mut Running, what: &str) {
     let mut said = String::new();
     // The pipe stays open for what it says later.
     let mut stderr = BufReader::with_capacity(1, child.stderr.as_mut().unwrap());
-    while !said.contains(" evaluations") {
+    while !said.contains(what) {
         assert!(stderr.read_line(&mut said).unwrap() > 0, "{said}");
     }
 }
@@ -215,7 +213,7 @@ fn a_stopped_search_says_what_it_kept_and_fails() {
     for (text, pause) in [(&quick, 0), (&slow, 300), (&slow, 4000)] {
         let desk = Desk::new(text);
         let mut child = start(program(&desk, &["optimise", "spec.toml", "--backend", "cpu", "--json"]));
-        until_it_scores(&mut child);
+        until_it_says(&mut child, " evaluations");
         std::thread::sleep(Duration::from_millis(pause));
         send(&child, SIGINT);
         // It writes what it has, which takes a while without optimisation.
@@ -231,12 +229,7 @@ fn a_stopped_search_says_what_it_kept_and_fails() {
 fn stopped_bench(desk: &Desk, more: &[&str]) -> std::process::Output {
     let line = [&["bench", "--quick", "--backend", "cpu", "--out", "out"], more].concat();
     let mut child = start(program(desk, &line));
-    let mut said = String::new();
-    let mut stderr = BufReader::with_capacity(1, child.stderr.as_mut().unwrap());
-    while !said.contains("[  4 of") {
-        assert!(stderr.read_line(&mut said).unwrap() > 0, "{said}");
-    }
-    drop(stderr);
+    until_it_says(&mut child, "[  4 of");
     send(&child, SIGINT);
     let left = ends(child);
     assert_eq!(left.status.code(), Some(1), "{}", words(&left.stderr));
@@ -303,18 +296,23 @@ fn a_stopped_census_keeps_its_lines_but_does_not_replace_a_whole_one() {
     desk.whole("out");
 }
 
+/// A stream so long after its first reading, whose answers nobody takes: it cannot end by itself once the pipe is full.
+fn flooded(desk: &Desk, pause: u64) -> (Running, std::thread::JoinHandle<()>) {
+    let mut child = start(program(desk, &["locate", "cal/calibration.toml"]));
+    answer(&mut child, "");
+    let mut stdin = child.stdin.take().unwrap();
+    let feed = std::thread::spawn(move || while stdin.write_all(b"4,0.02\n").is_ok() {});
+    std::thread::sleep(Duration::from_millis(pause));
+    (child, feed)
+}
+
 #[test]
 fn the_second_signal_ends_it_at_once() {
     let desk = calibrated();
     for signal in [SIGINT, SIGTERM] {
         // How `locate` ends after two signals, so long after its first reading.
         let ended = |pause: u64| {
-            // Nobody takes the answers, so that it cannot end by itself once the pipe is full.
-            let mut child = start(program(&desk, &["locate", "cal/calibration.toml"]));
-            answer(&mut child, "");
-            let mut stdin = child.stdin.take().unwrap();
-            let feed = std::thread::spawn(move || while stdin.write_all(b"4,0.02\n").is_ok() {});
-            std::thread::sleep(Duration::from_millis(pause));
+            let (mut child, feed) = flooded(&desk, pause);
             // Signals that follow each other closely are one: the second comes until it is heard.
             let status = loop {
                 send(&child, signal);
@@ -335,11 +333,7 @@ fn the_second_signal_ends_it_at_once() {
 #[test]
 fn one_signal_ends_a_stream_whose_answers_nobody_takes() {
     let desk = calibrated();
-    let mut child = start(program(&desk, &["locate", "cal/calibration.toml"]));
-    answer(&mut child, "");
-    let mut stdin = child.stdin.take().unwrap();
-    let feed = std::thread::spawn(move || while stdin.write_all(b"4,0.02\n").is_ok() {});
-    std::thread::sleep(Duration::from_millis(300));
+    let (child, feed) = flooded(&desk, 300);
     send(&child, SIGTERM);
     assert_eq!(ends(child).status.code(), Some(1));
     feed.join().unwrap();
