@@ -101,9 +101,11 @@ fn the_chart_of_a_ranked_spec_is_verified() {
          [gauge]\nx_ss = 5\nl = 2\n[tap]\na = { from = 20, to = 48, steps = 10 }\n\
          theta = { from = 0.5, to = 10, steps = 10 }\n[output]\ntop = 10\n",
     );
-    let taps = ["--samples", "3000", "--backend", "cpu", "--precision", "f32", "--json"];
-    let ran = desk.run(&[&["verify", "spec.toml"], &taps[..]].concat()).exits(0);
-    let census = &ran.json()["result"]["census"];
+    let verified = |precision: &str| {
+        let taps = "--samples 3000 --backend cpu --force --precision";
+        desk.json(format!("verify spec.toml {taps} {precision}"))["result"]["census"].clone()
+    };
+    let census = verified("f32");
     assert_eq!(census.as_array().map(Vec::len), Some(2), "{census}");
     let (chart, kernel) = (&census[0], &census[1]);
     assert_eq!((&chart["configuration"], &kernel["configuration"]), (&"spec chart".into(), &"spec".into()));
@@ -111,9 +113,7 @@ fn the_chart_of_a_ranked_spec_is_verified() {
     let worst = chart["strain_error_worst"].as_f64().expect("an error");
     assert!(worst > 0.0 && worst < 3e-6, "{worst:.1e}");
     // A sweep that solves every tap has no chart.
-    let ran = desk
-        .run(&[&["verify", "spec.toml", "--precision", "f64", "--force"], &taps[..4], &["--json"]].concat());
-    assert_eq!(ran.exits(0).json()["result"]["census"].as_array().map(Vec::len), Some(1));
+    assert_eq!(verified("f64").as_array().map(Vec::len), Some(1));
 }
 
 #[test]

@@ -32,7 +32,6 @@ const fn case(line: &'static str, reads: &'static str, writes: &'static str) -> 
     Case { line, reads, writes }
 }
 
-/// Every case with each of the files that it reads.
 fn inputs() -> Vec<(&'static Case, &'static str)> {
     CASES.iter().flat_map(|case| case.reads.split(' ').map(move |input| (case, input))).collect()
 }
@@ -128,7 +127,6 @@ fn braces(desk: &Desk, text: &str, files: &BTreeMap<&str, String>, [moved, to]: 
     files.keys().fold(text.to_owned(), |text, name| text.replace(&format!("{{{name}}}"), &path(name)))
 }
 
-/// Everything in `folder` with its bytes.
 fn held(folder: &Path) -> Vec<(String, Vec<u8>)> {
     let read = |name: String| (name.clone(), std::fs::read(folder.join(&name)).unwrap_or_default());
     names(folder).into_iter().map(read).collect()

@@ -359,19 +359,18 @@ fn a_root_is_calibrated_by_one_who_knows_of_it_and_told_to_one_who_does_not() {
     let desk = Desk::new(&rig(""));
     desk.write("rooted.toml", rig(root));
     desk.write("guess.toml", rig("root = { k_theta = 1000 }"));
-    let calibrated = |data: &str, whisker: &str, more: &[&str]| {
+    let calibrated = |data: &str, whisker: &str, more: &str| {
         desk.ok(format!("simulate {data} --repeats 3 --out data --force"));
-        let args =
-            ["calibrate", "data/measurements.csv", "--whisker", whisker, "--out", "cal", "--force", "--json"];
-        let ran = desk.run(&[&args[..], more].concat()).exits(0);
+        let line = format!("calibrate data/measurements.csv --whisker {whisker} {more} --out cal --force");
+        let ran = desk.ok(line + " --json");
         let side = ran.json()["result"]["sides"][0].clone();
         let error = side["estimators"]["exact"]["held_out_rms_mm"].as_f64().expect("a number");
         (error, ran.stdout + &ran.stderr)
     };
-    let plain = calibrated("spec.toml", "spec.toml", &[]);
-    let known = calibrated("rooted.toml", "rooted.toml", &[]);
-    let unaware = calibrated("rooted.toml", "spec.toml", &[]);
-    let fitted = calibrated("rooted.toml", "guess.toml", &["--fit", "k_theta"]);
+    let plain = calibrated("spec.toml", "spec.toml", "");
+    let known = calibrated("rooted.toml", "rooted.toml", "");
+    let unaware = calibrated("rooted.toml", "spec.toml", "");
+    let fitted = calibrated("rooted.toml", "guess.toml", "--fit k_theta");
     println!("mm on distances left out: {} {} {} {}", plain.0, known.0, unaware.0, fitted.0);
     assert!(known.0 < 1.2 * plain.0 && fitted.0 < 1.2 * plain.0);
     assert!(unaware.0 > 3.0 * plain.0);

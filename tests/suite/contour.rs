@@ -3,7 +3,7 @@
 use std::sync::LazyLock;
 
 use crate::common::measuring::{REAL, prototype, rig};
-use crate::common::program::{Desk, Kept, Ran};
+use crate::common::program::{Desk, Kept};
 use crate::common::sweeping::{Row, rms as rms_of, value};
 use crate::common::tap;
 use vibrissa::contour::truth::Pose;
@@ -33,16 +33,12 @@ pub fn desk() -> Desk {
     MADE.desk()
 }
 
-fn contour(desk: &Desk, more: &[&str]) -> Ran {
-    desk.run(&[&["contour", "st/strokes.csv", "--calibration", "cal.toml", "--json"], more].concat())
-}
-
 /// rms of points from the object: strokes, and each row a tap by the paper's formula.
 fn both(desk: &Desk) -> [serde_json::Value; 2] {
     desk.ok("simulate spec.toml --object object.toml --seed 7 --out st");
-    let strokes = contour(desk, &["--truth", "object.toml", "--out", "strokes"]).exits(0).json();
-    let paper = ["--truth", "object.toml", "--taps", "--estimator", "paper", "--out", "taps"];
-    [strokes, contour(desk, &paper).exits(0).json()]
+    let contour = "contour st/strokes.csv --calibration cal.toml --truth object.toml";
+    ["--out strokes", "--taps --estimator paper --out taps"]
+        .map(|more| desk.json(format!("{contour} {more}")))
 }
 
 fn rms(of: &serde_json::Value) -> f64 {
@@ -58,12 +54,8 @@ fn a_circle_is_found_from_strokes() {
     assert_eq!(curve["kind"], "circle", "{curve}");
     let number = |key: &str| curve[key].as_f64().unwrap();
     assert!((number("radius_mm") - 10.0).abs() < 4.0 * number("sigma_radius_mm").max(0.01), "{curve}");
-    assert!(
-        number("x_mm").abs() < 0.1 && number("y_mm").abs() < 0.1 && number("sigma_radius_mm") < 0.1,
-        "{curve}"
-    );
+    assert!(["x_mm", "y_mm", "sigma_radius_mm"].iter().all(|key| number(key).abs() < 0.1), "{curve}");
     assert!(rms(&strokes) < 0.1 && rms(&paper) > 5.0 * rms(&strokes), "{} {}", rms(&strokes), rms(&paper));
-    // The points are where the whisker touched, one by one.
     let table = desk.table("strokes/points.csv");
     let apart =
         |r: &Row| (value(r, "x_mm") - value(r, "true_x_mm")).hypot(value(r, "y_mm") - value(r, "true_y_mm"));
@@ -179,29 +171,26 @@ fn points_without_a_curve_are_still_points() {
     let (json, table) = trace("1,2,90,4,0.02,7\n1,2,90,4,NaN,7\n1,NaN,90,4,0.02,7\n1,2,90,0,0,7\n");
     assert_eq!(json["counts"]["points"], 1);
     assert!(json["result"]["curve"]["why"].as_str().unwrap().contains("three points"));
-    let status: Vec<&str> = table.rows.iter().map(|r| r["status"].as_str()).collect();
-    assert_eq!(status, ["ok", "bad_input", "bad_input", "no_strain"]);
+    assert_eq!(table.statuses(), ["ok", "bad_input", "bad_input", "no_strain"]);
     assert_eq!(table.rows[0]["given_x_mm"], "7");
     // A row that does not say which way the whisker turns has no point; a file without the column has whiskers that turn counterclockwise.
     desk.write("d.csv", "base_x_mm,base_y_mm,heading_deg,sense,theta_deg,strain\n1,2,90,1,4,0.02\n1,2,90,,4,0.02\n1,2,90,NaN,4,0.02\n");
     desk.ok("contour d.csv --calibration cal.toml --out out --force");
     let turned = desk.table("out/points.csv");
-    let status: Vec<&str> = turned.rows.iter().map(|r| r["status"].as_str()).collect();
-    assert_eq!((status, turned.rows[1]["x_mm"].as_str()), (vec!["ok", "bad_input", "bad_input"], ""));
+    assert_eq!(turned.statuses(), ["ok", "bad_input", "bad_input"]);
+    assert_eq!(turned.rows[1]["x_mm"], "");
     // To the left of a whisker that points along y lies −x.
     let n = |key: &str| table.rows[0][key].parse::<f64>().unwrap();
     assert!((n("y_mm") - 2.0 - n("distance_mm")).abs() < 1e-9 && n("x_mm") < -0.9, "{:?}", table.rows[0]);
     // A heading that is certain leaves a point some width.
     let fine: Vec<String> = (0..12).map(|k| format!("{k},2,90,4,0.02,7\n")).collect();
     desk.write("line.csv", format!("{head}{}", fine.concat()));
-    let certain =
-        ["contour", "line.csv", "--calibration", "cal.toml", "--angle-noise", "0", "--out", "line", "--json"];
-    assert_eq!(desk.run(&certain).exits(0).json()["result"]["curve"]["kind"], "line");
+    let certain = desk.json("contour line.csv --calibration cal.toml --angle-noise 0 --out line");
+    assert_eq!(certain["result"]["curve"]["kind"], "line");
     let (json, _) = trace(&"1,2,90,4,0.02,7\n".repeat(6));
     assert_eq!(json["result"]["curve"]["kind"], "point");
     assert_eq!(desk.read("out/curve.csv").lines().count(), 2);
-    let line = ["contour", "d.csv", "--calibration", "cal.toml", "--curve", "line", "--out", "out", "--json"];
-    let line = desk.run(&line).exits(0).json();
+    let line = desk.json("contour d.csv --calibration cal.toml --curve line --out out");
     assert!(line["result"]["curve"]["why"].as_str().unwrap().contains("one place"));
     assert_eq!(desk.read("out/curve.csv").lines().count(), 1);
 }
@@ -215,11 +204,8 @@ fn an_outlier_is_named() {
     let text = desk.read("st/strokes.csv");
     let mut rows: Vec<String> =
         text.lines().filter(|l| l.contains(",4,") || l.starts_with("stroke")).map(str::to_owned).collect();
-    let wrong: Vec<String> = rows[3]
-        .split(',')
-        .enumerate()
-        .map(|(k, f)| if k == 1 { "0".to_owned() } else { f.to_owned() })
-        .collect();
+    let mut wrong: Vec<&str> = rows[3].split(',').collect();
+    wrong[1] = "0";
     rows[3] = wrong.join(",");
     desk.write("d.csv", rows.join("\n"));
     let json = desk.json("contour d.csv --calibration cal.toml --taps --out out");
@@ -243,8 +229,7 @@ fn an_array_answers_in_one_frame() {
     desk.ok("locate --array array.toml r.csv --out out");
     let table = desk.table("out/located.csv");
     let n = |k: usize, key: &str| table.rows[k][key].parse::<f64>().unwrap();
-    let lines: Vec<&str> = table.rows.iter().map(|r| r["line"].as_str()).collect();
-    assert_eq!(lines, ["2", "3", "4", "5", "6"]);
+    assert_eq!(table.column("line"), ["2", "3", "4", "5", "6"]);
     // Each has its own zero; what is the same tap is the same point in a mirror, and a quarter of a turn on.
     assert_eq!([n(2, "zero"), n(3, "zero")], [0.001, 0.002]);
     let near = |x: f64, y: f64| (x - y).abs() < 1e-9;

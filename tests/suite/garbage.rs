@@ -39,7 +39,6 @@ fn survives(table: &str, more: &[&str]) -> Result<(), TestCaseError> {
     }
 }
 
-/// A table of these columns.
 fn table(header: &str, rows: &[Vec<f64>]) -> String {
     let line = |row: &Vec<f64>| row.iter().map(f64::to_string).collect::<Vec<_>>().join(",") + "\n";
     format!("{header}\n{}", rows.iter().map(line).collect::<String>())

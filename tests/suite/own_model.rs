@@ -137,11 +137,8 @@ fn the_best_angle_is_that_of_a_scan() {
     let distances: Vec<f64> = (0..10).map(|i| 21.0 + 3.0 * f64::from(i)).collect();
     let text = spec(4.0, "x_ss = 5", "a = { from = 21, to = 48, step = 3 }\ntheta = [0.1, 20]", "");
     let desk = Desk::new(&text);
-    let tap = |more: &[&str]| {
-        let run = [&["tap", "spec.toml", "--json", "--force", "--out", "found"], more].concat();
-        desk.run(&run).exits(0).json()["result"].clone()
-    };
-    let found = tap(&[]);
+    let tap = |more: &str| desk.json(format!("tap spec.toml --force --out found {more}"))["result"].clone();
+    let found = tap("");
     let [theta, total, bias] =
         ["theta_deg", "total_rms_mm", "bias_rms_mm"].map(|key| found["optimum"][key].as_f64().unwrap());
     assert!(found["estimator"] == "exact" && found["limited_by"] == "strain_limit" && bias == 0.0, "{found}");
@@ -153,7 +150,7 @@ fn the_best_angle_is_that_of_a_scan() {
     // What the other gives is what it finds when it is asked for.
     let other = &found["other"];
     desk.write("spec.toml", text.replace("\"exact\"", "\"euler-bernoulli\""));
-    let paper = tap(&[]);
+    let paper = tap("");
     // Its grid is coarser, but the optimum is polished.
     let alike = |a: &serde_json::Value, b: &serde_json::Value| {
         let number = |key: &str| a[key].as_f64().zip(b[key].as_f64());
@@ -167,9 +164,9 @@ fn the_best_angle_is_that_of_a_scan() {
     assert!(paper["optimum"]["total_rms_mm"].as_f64().unwrap() > total);
     let said = desk.ok("tap spec.toml --force --out found").stdout;
     says(&said, &["this holds for locate --estimator paper; with --estimator exact it would be"]);
-    assert!(tap(&["--objective", "sd"])["other"].is_null());
+    assert!(tap("--objective sd")["other"].is_null());
     desk.write("spec.toml", text.replace("{ from = 21, to = 48, step = 3 }", "30"));
-    assert!(tap(&[])["other"]["why_not"].is_string());
+    assert!(tap("")["other"]["why_not"].is_string());
 }
 
 const SEARCH: &str = "[whisker]\nD = 10\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 15e-6\n\

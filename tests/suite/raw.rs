@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use crate::common::program::Desk;
 use crate::common::random::Random;
-use crate::common::sweeping::{Row, Table, number};
+use crate::common::sweeping::{Table, value};
 
 /// A tap: its drive, its signal at the end of the plateau, and how long it stands, s (0: a peak).
 type Tap = (f64, f64, f64);
@@ -60,9 +60,8 @@ const TAPS: [Tap; 6] = [
 
 /// Signals of the rows of readings.csv that are no rests, above their rests.
 fn above_rest(table: &Table) -> Vec<f64> {
-    let of = |row: &Row, column: &str| number(row, column).unwrap();
     let taps = table.rows.iter().filter(|row| row["kind"] != "rest");
-    taps.map(|row| of(row, "signal") - of(row, "rest")).collect()
+    taps.map(|row| value(row, "signal") - value(row, "rest")).collect()
 }
 
 #[test]
@@ -73,7 +72,7 @@ fn plateaus_and_rests_of_a_record_are_rows_of_calibrate() {
     assert_eq!(table.columns, ["a_mm", "theta_deg", "reading", "t_s"]);
     assert_eq!(table.rows.len(), 13);
     for (k, row) in table.rows.iter().enumerate() {
-        let of = |column: &str| number(row, column).unwrap();
+        let of = |column: &str| value(row, column);
         let drift = 412.0 + 0.6 * of("t_s");
         if k % 2 == 0 {
             assert_eq!((of("theta_deg"), row["a_mm"].as_str()), (0.0, ""));
@@ -98,12 +97,8 @@ fn peaks_and_steps_are_read_too() {
     let desk = Desk::new(&record(&peaks, [100.0, 0.0, 0.2], PLAIN, true));
     desk.ok("taps spec.toml --out t");
     let readings = desk.table("t/readings.csv");
-    let found: Vec<f64> = readings
-        .rows
-        .iter()
-        .filter(|row| row["kind"] == "peak")
-        .map(|row| number(row, "signal").unwrap() - number(row, "rest").unwrap())
-        .collect();
+    assert!(readings.rows.iter().all(|row| ["rest", "peak"].contains(&row["kind"].as_str())));
+    let found = above_rest(&readings);
     assert_eq!(found.len(), 6);
     for (found, (_, signal, _)) in found.iter().zip(TAPS) {
         assert!((found - signal).abs() < 0.05 * signal.abs() + 0.5, "{found} {signal}");
@@ -118,8 +113,7 @@ fn peaks_and_steps_are_read_too() {
     desk.write("steps.csv", text);
     desk.ok("taps steps.csv --out s");
     let table = desk.table("s/taps.csv");
-    let drives: Vec<f64> = table.rows.iter().map(|row| number(row, "theta_deg").unwrap()).collect();
-    assert_eq!(drives, [0.0, 1.0, 2.0, 3.0, 4.0, 0.0, 2.0, 0.0]);
+    assert_eq!(table.values("theta_deg"), [0.0, 1.0, 2.0, 3.0, 4.0, 0.0, 2.0, 0.0]);
 }
 
 #[test]
@@ -135,12 +129,8 @@ fn records_that_show_no_tap_are_refused() {
     refused("time.csv", &text.replace("t_s,", "clock,"), &[], "t_s is missing");
     refused("back.csv", &text.replace("\n3.5,", "\n0.5,"), &[], "not after the one before");
     refused("word.csv", &text.replace("\n3.5,", "\n3.5x,"), &[], "not a number");
-    refused(
-        "short.csv",
-        &text.lines().take(9).map(|l| format!("{l}\n")).collect::<String>(),
-        &[],
-        "too short",
-    );
+    let short: String = text.lines().take(9).map(|l| format!("{l}\n")).collect();
+    refused("short.csv", &short, &[], "too short");
     refused("labels.csv", &text, &["--a", "20,30"], "6");
     refused("own.csv", &text, &["--theta", "4"], "drive of its own");
     let mut dice = Random(1);
@@ -185,14 +175,8 @@ fn spikes_long_holds_and_negative_drives_are_read() {
         _ => format!("{line}\n"),
     });
     let desk = Desk::new(&spiked.collect::<String>());
-    let without: String = text
-        .lines()
-        .map(|l| {
-            let f: Vec<&str> = l.split(',').collect();
-            format!("{},{}\n", f[0], f[2])
-        })
-        .collect();
-    desk.write("without.csv", without);
+    let without = text.lines().map(|l| l.split(',').step_by(2).collect::<Vec<_>>().join(",") + "\n");
+    desk.write("without.csv", without.collect::<String>());
     for file in ["spec.toml", "without.csv"] {
         desk.ok(format!("taps {file} --out t --force"));
         let table = desk.table("t/readings.csv");
@@ -229,7 +213,7 @@ fn noise_drift_and_hum_hide_no_tap() {
             let table = desk.table("t/taps.csv");
             assert_eq!(table.rows.len(), taps.len(), "{name} {rate}: {}", table.text);
             for (row, (_, level, _)) in table.rows.iter().zip(&taps) {
-                let found = number(row, "reading").unwrap();
+                let found = value(row, "reading");
                 assert!((found - level).abs() < 0.015, "{name} {rate}: {found} for {level}");
             }
         }
@@ -328,7 +312,7 @@ fn taps_with_rests_are_read_whatever_their_pattern() {
         desk.write("r.csv", unrested(6.0 + 8.0 * period, 4e-4, signal));
         desk.ok("taps r.csv --out t --force");
         let table = desk.table("t/taps.csv");
-        let found: Vec<f64> = table.rows.iter().map(|row| number(row, "reading").unwrap()).collect();
+        let found = table.values("reading");
         assert_eq!(found.len(), 8, "{name}: {found:?}");
         for (k, found) in found.iter().enumerate() {
             assert!((found - to(k, levels)).abs() < 0.02, "{name} {k}: {found}");
@@ -360,7 +344,7 @@ fn plateaus_of_whole_numbers_without_noise_are_all_read() {
         let table = desk.table("t/readings.csv");
         let of = |rests: bool| -> Vec<f64> {
             let rows = table.rows.iter().filter(|r| (r["kind"] == "rest") == rests);
-            rows.map(|r| number(r, "signal").unwrap()).collect()
+            rows.map(|r| value(r, "signal")).collect()
         };
         assert_eq!(of(false), levels.map(|level| f64::from(rest + level)), "{}", table.text);
         assert!(of(true).iter().all(|signal| *signal == f64::from(rest)), "{}", table.text);

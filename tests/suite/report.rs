@@ -9,7 +9,6 @@ use serde_json::Value;
 use crate::common::program::{Desk, Kept, SPEC, says};
 use crate::common::sweeping::Row;
 
-/// The data of a page.
 pub fn data(desk: &Desk, page: &str) -> Value {
     let text = desk.read(page);
     let inside = text.split("id=\"data\">").nth(1).and_then(|t| t.split("</script>").next()).expect("data");
@@ -50,7 +49,6 @@ pub fn number(row: &Row, name: &str) -> f64 {
 pub const PROTOTYPES: &str = "[whisker]\nD = 10\nd = [4, 7, 10]\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 2e-5\n\
     [tap]\na = { from = 21, to = 48, step = 3 }\ntheta = [0.5, 1, 2, 4, 7, 10]\n";
 
-/// A sweep in out, and its report.
 pub fn swept() -> Desk {
     static MADE: LazyLock<Kept> = LazyLock::new(|| {
         let desk = Desk::new(PROTOTYPES);
@@ -122,13 +120,11 @@ fn what_is_drawn_of_a_sweep_is_what_its_tables_say() {
             let told = of(&tuples, d, &|r| number(r, "theta_deg") == theta, "a_mm", "distance_mm");
             same(&points(mark), &told, "distance");
         }
-        // The ring is on the least total of the taps that keep their limits.
         let budget = &figure(&data, "budget")["panels"][i];
         let ring = points(marks(budget).find(|m| m["name"] == "least total").unwrap())[0];
         let total = of(&designs, d, &|r| r["status"] == "ok", "theta_deg", "total_rms_mm");
         same(&[ring], &[*total.iter().min_by(|p, q| p.1.total_cmp(&q.1)).unwrap()], "least total");
     }
-    // Every row of designs.csv is in the page, as it is in the file.
     let table = &data["tables"].as_array().unwrap().iter().find(|t| t["file"] == "designs.csv").unwrap();
     assert_eq!(table["rows"].as_array().unwrap().len(), designs.len());
     for (shown, row) in table["rows"].as_array().unwrap().iter().zip(&designs) {
@@ -145,7 +141,6 @@ fn what_is_drawn_of_a_sweep_is_what_its_tables_say() {
     }
 }
 
-/// Width and height of a PNG.
 pub fn size(png: &[u8]) -> [u32; 2] {
     assert_eq!(&png[1..4], b"PNG");
     [16, 20].map(|i| u32::from_be_bytes(png[i..i + 4].try_into().unwrap()))
@@ -187,7 +182,6 @@ fn the_same_result_gives_the_same_bytes() {
         let [one, two] = ["one", "two"].map(|f| std::fs::read(desk.path(f).join(name)).unwrap());
         assert!(one == two, "{name}");
     }
-    // Again in the same place, and beside a new result of the sweep.
     desk.ok("report out");
     desk.ok("report out --figures svg");
     desk.sweep(&["--out", "out"]).exits(0);
@@ -301,13 +295,12 @@ fn parquet_draws_what_csv_draws() {
         let desk = Desk::new(text);
         desk.sweep(&["--out", "out"]).exits(0);
         desk.ok("report out");
-        data(&desk, "out/report/report.html")["figures"].clone()
+        (data(&desk, "out/report/report.html")["figures"].clone(), desk)
     };
-    let csv = figures(PROTOTYPES);
+    let csv = figures(PROTOTYPES).0;
     assert!(csv.as_array().is_some_and(|all| all.len() > 3), "{csv}");
-    assert_eq!(csv, figures(&format!("{PROTOTYPES}[output]\nformat = \"parquet\"\n")));
-    let desk = Desk::new(&format!("{PROTOTYPES}[output]\nformat = \"parquet\"\n"));
-    desk.sweep(&["--out", "out"]).exits(0);
+    let (parquet, desk) = figures(&format!("{PROTOTYPES}[output]\nformat = \"parquet\"\n"));
+    assert_eq!(csv, parquet);
     desk.write("out/designs.parquet", "PAR1 no more");
     let torn = desk.line("report out --force");
     assert!(torn.stderr.contains("designs.parquet"), "{}", torn.stderr);
@@ -360,7 +353,6 @@ fn many_rows_become_a_small_page() {
     ranked.sort_by(|p, q| p.1.total_cmp(&q.1));
     same(&ranked[..750], &best[..750].iter().map(|t| (0.0, *t)).collect::<Vec<_>>(), "the best are shown");
     assert!(shown.iter().any(|s| *s > best[59_000]), "and some of the worst");
-    // The least of the map is the least of all rows.
     let cells = &figure(&data, "map_total_rms_mm")["panels"][0]["marks"][0]["z"];
     let least = cells.as_array().unwrap().iter().filter_map(Value::as_f64).fold(f64::INFINITY, f64::min);
     same(&[(0.0, least)], &[(0.0, best[0])], "the least of the map");

@@ -120,8 +120,7 @@ fn large_sweeps_pay_and_small_ones_do_not() {
 }
 
 fn found(sd: f64, distance: f64, strain: f64) -> Found {
-    let mut score = Score { figures: [sd, distance, 0.0], ..Score::NOTHING };
-    score.set(Limit::Strain, strain);
+    let score = Score { figures: [sd, distance, 0.0], ..score(sd, strain) };
     Found { point: Tuple::default(), score }
 }
 
@@ -156,11 +155,6 @@ fn the_worst_tenth_takes_its_share_of_the_next_value() {
 
 #[test]
 fn nine_of_ten_samples_keep_the_limits() {
-    let sample = |strain| {
-        let mut s = Score { figures: [1.0; 3], ..Score::NOTHING };
-        s.set(Limit::Strain, strain);
-        s
-    };
     let robust = Robust {
         sd: [0.0; COLUMNS],
         properties: Vec::new(),
@@ -169,8 +163,8 @@ fn nine_of_ten_samples_keep_the_limits() {
         calibrated: Calibrated::Each,
     };
     let with = |bad: usize| {
-        let all: Vec<Score> = (0..10).map(|i| sample(if i < bad { 0.5 } else { -0.5 })).collect();
-        gather(&robust, &sample(-0.5), &all).violation()
+        let all: Vec<Score> = (0..10).map(|i| score(1.0, if i < bad { 0.5 } else { -0.5 })).collect();
+        gather(&robust, &score(1.0, -0.5), &all).violation()
     };
     assert_eq!((with(0), with(1), with(2)), (0.0, 0.0, 0.5));
 }

@@ -37,14 +37,10 @@ fn directions_stand_between_distance_and_drive() {
     let before = "D_mm,d_tip_mm,L_a_mm,x_ss_mm,l_mm,a_mm,tilt_deg,lean_deg,theta_deg,strain,strain_linear,K,K_deviation,distance_mm,error_mm,\
                   sigma_mm,normal_force_N,tangential_force_N,contact_arc_mm,contact_state,strain_2,bending_azimuth_deg,slide_mm,status";
     assert_eq!(swept.tuples.columns.join(","), before);
-    assert_eq!(
-        swept.designs.columns[..9].join(","),
-        "D_mm,d_tip_mm,L_a_mm,x_ss_mm,l_mm,tilt_deg,lean_deg,theta_deg,n"
-    );
-    assert_eq!(
-        swept.distances.columns.join(","),
-        "D_mm,d_tip_mm,L_a_mm,x_ss_mm,l_mm,a_mm,tilt_deg,lean_deg,n,K_mean,K_sd,status"
-    );
+    let designs = "D_mm,d_tip_mm,L_a_mm,x_ss_mm,l_mm,tilt_deg,lean_deg,theta_deg,n";
+    assert_eq!(swept.designs.columns[..9].join(","), designs);
+    let distances = "D_mm,d_tip_mm,L_a_mm,x_ss_mm,l_mm,a_mm,tilt_deg,lean_deg,n,K_mean,K_sd,status";
+    assert_eq!(swept.distances.columns.join(","), distances);
     let nested: Vec<[f64; 3]> = [21.0, 33.0, 48.0]
         .iter()
         .flat_map(|a| [-20.0, 0.0, 30.0].map(|b| [1.0, 4.0].map(|theta| [*a, b, theta])).concat())
@@ -112,7 +108,6 @@ fn one_gauge_takes_a_tilt_for_less_strain() {
     }
 }
 
-/// A row without the columns that are named.
 fn without(text: &str, names: &[&str]) -> String {
     let header: Vec<&str> = text.lines().next().unwrap_or_default().split(',').collect();
     let keep = |line: &str| -> String {
@@ -176,7 +171,6 @@ fn sampled_directions_belong_to_their_samples() {
 const SEARCH: &str = "[whisker]\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\nnoise_strain = 0\n[tap]\na = [21, 33, 48]\n[model]\ngeometry = \"linear\"\n\
                       [optimise]\nobjective = \"distance\"\nvariables = { D = [8, 12], d = [2, 10], theta = [0.5, 10] }\n";
 
-/// total_rms_mm of one candidate.
 fn total(text: &str, place: Place) -> f64 {
     let (spec, search) = searching::parse(text);
     let (setup, layout) = (&spec.study.setup, searching::layout(&spec));
