@@ -81,7 +81,7 @@ fn of_grid(layout: &Layout) -> Vec<Row> {
 }
 
 /// As [`spread`], of listed taps, whose rows are counted from number `first` on.
-pub fn of_list(listed: &Listed, first: usize) -> Vec<Row> {
+fn of_list(listed: &Listed, first: usize) -> Vec<Row> {
     let groups = listed.groups();
     let mut rows = vec![Vec::new(); groups.counts[1] as usize];
     groups.strokes.iter().enumerate().for_each(|(i, stroke)| rows[*stroke as usize].push(i));
@@ -185,8 +185,7 @@ impl ComparedRows {
         Self { spread, own: own.collect() }
     }
 
-    /// Of listed taps.
-    pub fn of_listed(listed: &Listed) -> Self {
+    fn of_listed(listed: &Listed) -> Self {
         let mut spread = of_list(listed, 0);
         if taps(&spread) == listed.len() {
             return Self { spread, own: Vec::new() };
@@ -252,4 +251,94 @@ fn corners(wanted: &Wanted, layout: &Layout) -> Vec<Row> {
     let poles = outermost(layout).into_iter();
     let points = poles.flat_map(|d| (0..1 << 6).filter(once).map(move |k| corner(k).towards(d)));
     points.map(|point| Row { point, distances: distances.clone(), reach: layout.reach() }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::spec::parse;
+    use std::path::Path;
+
+    /// A study of whiskers with these tips, distances and tap angles, as a spec writes them.
+    fn study(d: &str, a: &str, theta: &str) -> Study {
+        let text = format!(
+            "[whisker]\nD = 10\nd = {d}\nL_a = 50\n[gauge]\nx_ss = 5\nl = 2\n[tap]\na = {a}\ntheta = {theta}"
+        );
+        parse("t.toml", &text, Path::new("")).expect("valid spec").study
+    }
+
+    /// Taps of so many whiskers at so many distances each, one distance after the other.
+    fn listed(whiskers: u64, distances: u64) -> Listed {
+        let whisker = Tuple { D: 10.0, L_a: 50.0, x_ss: 5.0, l: 2.0, ..Tuple::default() };
+        let tuple = |k: u64, i: u64| Tuple {
+            d: 2.0 + 1e-3 * k as f64,
+            a: 20.0 + i as f64,
+            drive: 1.0 + 1e-3 * (k % 7) as f64,
+            ..whisker
+        };
+        (0..distances).flat_map(|i| (0..whiskers).map(move |k| tuple(k, i))).collect()
+    }
+
+    #[test]
+    fn a_small_space_is_taken_whole() {
+        let rows = ComparedRows::of_study(&study("[4, 7]", "[20, 30, 40]", "[1, 2]"));
+        assert_eq!((rows.own.len(), rows.spread.len(), taps(&rows.spread)), (0, 4, 12));
+        assert!(rows.spread.iter().all(|r| r.reach == [20.0, 40.0]));
+        assert!(of_list(&Listed::default(), 0).is_empty());
+    }
+
+    #[test]
+    fn a_large_space_keeps_its_ends_and_whole_rows() {
+        let (rows, total) = spread(&study(
+            "{ from = 2, to = 10, steps = 4000 }",
+            "{ from = 10, to = 50, steps = 400 }",
+            "{ from = 1, to = 9, steps = 80 }",
+        ));
+        assert_eq!(total, 4000 * 400 * 80);
+        assert!((1500..=LIMIT as usize).contains(&taps(&rows)), "{}", taps(&rows));
+        assert!(rows.iter().all(|r| (r.distances[0], *r.distances.last().unwrap()) == (10.0, 50.0)));
+        assert!([1.0, 9.0].iter().all(|end| rows.iter().any(|r| r.point.drive == *end)));
+        let one = study("4", "{ from = 10, to = 50, steps = 40000 }", "{ from = 1, to = 9, steps = 3 }");
+        assert_eq!(taps(&spread(&one).0), 1998);
+    }
+
+    #[test]
+    fn a_large_space_has_its_corners_and_rows_of_its_own() {
+        let text = "{ min = 2, max = 9, samples = 100000 }";
+        let mut tilted = study(
+            text,
+            "{ from = 10, to = 50, steps = 100 }",
+            "[1, 9]\ntilt = { from = -20, to = 30, steps = 11 }\nlean = 5",
+        );
+        let rows = ComparedRows::of_study(&tilted);
+        for (tilt, d, drive) in [(-20.0, 2.0, 1.0), (-20.0, 9.0, 9.0), (30.0, 2.0, 9.0), (30.0, 9.0, 1.0)] {
+            let there = |r: &Row| {
+                let t = r.point;
+                (t.tilt, t.lean, t.d, t.drive) == (tilt, 5.0, d, drive)
+            };
+            assert!(rows.spread.iter().any(there), "{tilt} {d} {drive}");
+        }
+        assert!(taps(&rows.spread) <= 2200 && taps(&rows.own) >= 1024);
+        let again = |r: &Row| rows.spread.iter().any(|s| s.point == r.point);
+        assert!(rows.own.iter().filter(|r| again(r)).count() * 10 < rows.own.len());
+        let Space::Grid(factors) = &mut tilted.space else { panic!("a grid") };
+        let layout = Layout::new(factors);
+        let boxed = ComparedRows::of_box(&Wanted::of(&layout), &layout);
+        let tilts =
+            |rows: &[Row]| [-20.0, 30.0].map(|tilt| rows.iter().filter(|r| r.point.tilt == tilt).count());
+        assert!(tilts(&boxed.spread).iter().chain(&tilts(&boxed.own)).all(|n| *n > 20));
+        assert!(boxed.spread.iter().all(|r| r.point.lean == 5.0));
+    }
+
+    #[test]
+    fn a_long_list_is_thinned_in_whole_rows_and_every_column_has_its_ends() {
+        for (designs, distances) in [(1000, 10), (5000, 1), (3, 5000)] {
+            let rows = of_list(&listed(designs, distances), 0);
+            assert!((1000..=LIMIT as usize).contains(&taps(&rows)), "{}", taps(&rows));
+            assert!(rows.iter().all(|r| r.distances[0] == 20.0));
+        }
+        let rows = ComparedRows::of_listed(&listed(1000, 10));
+        assert!([2.0, 2.999].iter().all(|end| rows.spread.iter().any(|r| r.point.d == *end)));
+        assert!(rows.own.len() > 20);
+    }
 }

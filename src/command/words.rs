@@ -58,3 +58,27 @@ pub fn rough(x: f64) -> String {
         _ => two.to_string(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn digits_stand_in_threes() {
+        let pairs = [(0, "0"), (33, "33"), (999, "999"), (10_000, "10 000"), (1_234_567, "1 234 567")];
+        pairs.into_iter().for_each(|(n, text)| assert_eq!(grouped(n), text));
+    }
+
+    #[test]
+    fn two_digits_are_enough() {
+        let pairs = [
+            (0.0123, "0.012"),
+            (0.0, "0"),
+            (2.66, "2.7"),
+            (12.64, "13"),
+            (868_901.0, "870 000"),
+            (4.33e9, "4.3e9"),
+        ];
+        pairs.into_iter().for_each(|(x, text)| assert_eq!(rough(x), text));
+    }
+}

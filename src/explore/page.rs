@@ -40,11 +40,33 @@ pub fn html(chart: &Value) -> String {
 }
 
 /// The modules as one script: a page that is opened from a disk may not import.
-pub fn script() -> String {
+fn script() -> String {
     let mut script = String::from("\"use strict\";\n(() => {\n");
     for line in MODULES.iter().flat_map(|module| module.lines()).filter(|line| !line.starts_with("import ")) {
         script += line.strip_prefix("export ").unwrap_or(line);
         script.push('\n');
     }
     script + "})();"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What the modules declare, which all share one scope in the page.
+    #[test]
+    fn no_name_is_declared_twice() {
+        let script = script();
+        let words = ["const ", "let ", "function ", "class "];
+        let named = |line: &str| words.iter().find_map(|word| line.strip_prefix(word).map(str::to_owned));
+        let name =
+            |rest: String| rest.split(|c: char| !c.is_alphanumeric() && c != '_').next().map(str::to_owned);
+        let mut names: Vec<String> = script.lines().filter_map(named).filter_map(name).collect();
+        assert!(names.len() > 40, "{names:?}");
+        names.sort();
+        assert!(names.windows(2).all(|pair| pair[0] != pair[1]), "{names:?}");
+        assert!(
+            !script.contains("</script") && !script.contains("\nexport ") && !script.contains("\nimport ")
+        );
+    }
 }

@@ -179,3 +179,48 @@ impl OutlineBuilder for Pen {
         self.steps.push(Step::Close);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_sign_that_figures_use_is_built_in() {
+        let (font, signs) = (Font::built_in(), "θψεσδτρμνβφκαδ°±−×·…–→≤≥∞√⁰¹²³⁴⁵⁶⁷⁸⁹⁻â|ΔĀ");
+        let face = font.face();
+        let lacking: String =
+            signs.chars().chain(' '..='~').filter(|c| *c != 'Ā' && face.glyph_index(*c).is_none()).collect();
+        assert_eq!(lacking, "");
+    }
+
+    #[test]
+    fn a_text_is_broken_where_it_must_be() {
+        let font = Font::built_in();
+        let face = font.face();
+        let text = "error of the distance, rms (mm)";
+        assert_eq!(lines(&face, text, 1e3), [text]);
+        let narrow = lines(&face, text, 8.0);
+        assert!(narrow.len() > 1 && narrow.iter().all(|l| length(&face, l) <= 8.0), "{narrow:?}");
+        assert_eq!(narrow.join(" "), text);
+        let value = "D = 8 mm, x_ss ≈ 7.5 mm or 1 of 3";
+        assert_eq!(lines(&face, value, 0.1), ["D = 8 mm,", "x_ss ≈ 7.5 mm", "or", "1", "of", "3"]);
+        assert_eq!(lines(&face, "one word", 0.1), ["one", "word"]);
+        assert!(lines(&face, "", 1.0).is_empty());
+    }
+
+    #[test]
+    fn a_text_is_as_long_as_its_outline() {
+        let font = Font::built_in();
+        let face = font.face();
+        for (anchor, from) in [(Anchor::Start, 0.0), (Anchor::Middle, -0.5), (Anchor::End, -1.0)] {
+            let steps = outline(&face, "HHHH", [100.0, 50.0], 10.0, anchor, false);
+            let whole = 10.0 * length(&face, "HHHH");
+            let xs = steps.iter().filter_map(|s| match s {
+                Step::To(p) | Step::Line(p) => Some(p[0]),
+                _ => None,
+            });
+            let (least, most) = xs.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+            assert!((least - (100.0 + from * whole)).abs() < 1.2 && (most - least) < whole);
+        }
+    }
+}

@@ -4,7 +4,7 @@
 //! writers of the same list, so that the files look alike. Text is measured and drawn with one font, which is built in, or of the user.
 
 mod axes;
-pub mod colour;
+mod colour;
 mod data;
 pub mod drawing;
 pub mod font;
@@ -14,7 +14,7 @@ mod notes;
 mod parallel;
 pub mod pdf;
 pub mod png;
-pub mod scale;
+mod scale;
 pub mod sheet;
 pub mod svg;
 

@@ -189,3 +189,66 @@ fn ten(power: i32) -> String {
         .collect::<String>();
     format!("10{raised}")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn words(scale: Scale) -> Vec<String> {
+        scale.ticks(5).0.into_iter().map(|(_, text)| text).collect()
+    }
+
+    #[test]
+    fn ticks_are_round_and_inside() {
+        for (ends, log, expected) in [
+            ([0.0, 10.4], false, &["0", "2", "4", "6", "8", "10"][..]),
+            ([-1e-4, 2.1e-4], false, &["−10⁻⁴", "0", "10⁻⁴", "2·10⁻⁴"]),
+            ([-1.6e-4, 6e-5], false, &["−1.5·10⁻⁴", "−10⁻⁴", "−5·10⁻⁵", "0", "5·10⁻⁵"]),
+            ([0.9, 1.1], false, &["0.90", "0.95", "1.00", "1.05", "1.10"]),
+            ([3e-7, 0.2], true, &["10⁻⁶", "10⁻⁵", "10⁻⁴", "10⁻³", "10⁻²", "10⁻¹"]),
+            ([0.4, 12.0], true, &["1", "10"]),
+            ([0.4, 6.0], true, &["0.5", "1", "2", "5"]),
+        ] {
+            assert_eq!(words(Scale { ends, log }), expected);
+        }
+        let values = [1.5, 0.00123456, 3.98312e-5, 12345.6].map(value);
+        assert_eq!(values, ["1.5", "0.001235", "3.983·10⁻⁵", "12346"]);
+        let few = Scale { ends: [-35.0, 35.0], log: false }.ticks(3).0;
+        assert_eq!(few.into_iter().map(|t| t.1).collect::<Vec<_>>(), ["−20", "0", "20"]);
+        for scale in [Scale { ends: [1.0, 1.0 + 1e-13], log: false }, Scale { ends: [5.0, 5.3], log: true }] {
+            assert!(scale.ticks(5).0.len() < 100);
+        }
+    }
+
+    #[test]
+    fn the_largest_numbers_have_an_axis() {
+        let far = [vec![1.0, 1e300, f64::MAX], vec![f64::MAX], vec![5e-324, 1.0], vec![-f64::MAX, f64::MAX]];
+        for axis in [Axis::new("x", ""), Axis::log("x", "")] {
+            for values in &far {
+                for scale in [Scale::of, Scale::tight].map(|of| of(&axis, values.iter().copied())) {
+                    let (named, small) = scale.ticks(5);
+                    assert!(
+                        scale.ends.iter().all(|x| x.is_finite()) && scale.ends[0] < scale.ends[1],
+                        "{scale:?}"
+                    );
+                    assert!(named.len() < 100 && small.len() < 10_000, "{scale:?}");
+                    let middle = if scale.log { 1.0 } else { 0.0 };
+                    assert!(scale.share(middle).is_finite(), "{scale:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_or_one_value_still_has_an_axis() {
+        for axis in [Axis::new("x", ""), Axis::log("x", "")] {
+            for values in [vec![], vec![f64::NAN], vec![0.0], vec![3.0], vec![-3.0, -3.0]] {
+                let scale = Scale::of(&axis, values.iter().copied());
+                assert!(scale.ends[0] < scale.ends[1], "{values:?} {scale:?}");
+                assert!(!scale.log || scale.ends[0] > 0.0);
+            }
+        }
+        let log = Scale::of(&Axis::log("x", ""), [1.0, 100.0].into_iter());
+        assert!(log.share(0.0).is_nan() && (log.share(10.0) - 0.5).abs() < 1e-12);
+    }
+}

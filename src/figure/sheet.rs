@@ -179,3 +179,122 @@ fn fitted(text: &str, room: f64, long: impl Fn(&str) -> f64) -> String {
     }
     if whole { text } else { text + "…" }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::data::{Axis, Parallel, Path};
+    use super::super::drawing::Item;
+    use super::super::font::Font;
+    use super::*;
+
+    fn styles() -> [Style; 4] {
+        [(88.0, 8.0), (60.0, 12.0), (40.0, 8.0), (180.0, 6.0)].map(|(width, size)| Style {
+            width,
+            size,
+            font: Font::built_in(),
+        })
+    }
+
+    /// Left, top, right and lower end of every text.
+    fn texts(d: &Drawing, style: &Style) -> Vec<(String, [f64; 4])> {
+        let face = style.font.face();
+        let of = |item: &Item| match item {
+            Item::Text { at: [x, y], text, size, anchor, upwards, .. } => {
+                let (long, before) = (length(&face, text) * size, anchor.share());
+                let ends = [x - before * long, y - 0.8 * size, x + (1.0 - before) * long, y + 0.25 * size];
+                let turned = [x - 0.8 * size, y - (1.0 - before) * long, x + 0.25 * size, y + before * long];
+                Some((text.clone(), if *upwards { turned } else { ends }))
+            }
+            Item::Path { .. } => None,
+        };
+        d.items.iter().filter_map(of).collect()
+    }
+
+    #[track_caller]
+    fn inside(d: &Drawing, style: &Style) {
+        for (text, [x0, y0, x1, y1]) in texts(d, style) {
+            let within = x0 >= -0.5 && y0 >= -0.5 && x1 <= d.size[0] + 0.5 && y1 <= d.size[1] + 0.5;
+            assert!(
+                within,
+                "{text:?} at {x0:.1} {y0:.1} {x1:.1} {y1:.1} of {:?}, {} mm",
+                d.size, style.width
+            );
+        }
+    }
+
+    #[test]
+    fn titles_of_maps_are_whole_and_apart() {
+        let of = Axis::log("total error, rms", "mm");
+        let cells = Cells { x: vec![1.0, 2.0, 3.0], y: vec![1.0, 2.0], z: vec![1e-5, f64::NAN], of };
+        let axes = [Axis::new("gauge place x_ss", "mm"), Axis::new("base diameter D", "mm")];
+        let panel = || Panel::new("", axes[0].clone(), axes[1].clone()).with(Mark::Cells(cells.clone()));
+        for style in styles() {
+            for n in [1, 2, 3, 6] {
+                let figure = Figure::new("map", "Map", "", (0..n).map(|_| panel()).collect());
+                let d = lay(&figure, &style);
+                inside(&d, &style);
+                let all = texts(&d, &style);
+                // Titles are the texts with letters: none lies over another.
+                let titles: Vec<_> = all.iter().filter(|(t, _)| t.chars().any(char::is_alphabetic)).collect();
+                for (i, (text, a)) in titles.iter().enumerate() {
+                    for (other, b) in &titles[i + 1..] {
+                        let apart = a[2] <= b[0] || b[2] <= a[0] || a[3] <= b[1] || b[3] <= a[1];
+                        assert!(
+                            apart,
+                            "{text:?} and {other:?} at {} mm, {} pt, {n} panels",
+                            style.width, style.size
+                        );
+                    }
+                }
+                let words = all.iter().map(|(t, _)| t.as_str()).collect::<Vec<_>>().join(" ");
+                for title in ["gauge place x_ss (mm)", "base diameter D (mm)", "total error, rms (mm)"] {
+                    assert!(words.matches(title).count() >= n, "{title} in {words}");
+                }
+                assert!(words.contains(super::super::data::NO_VALUE));
+            }
+        }
+    }
+
+    #[test]
+    fn parallel_coordinates_have_their_keys() {
+        let labels =
+            ["D", "x_ss", "θ", "spread of K, SD", "total error, rms", "largest strain", "largest force"];
+        let rows = (1..20).map(|i| labels.iter().enumerate().map(|(k, _)| f64::from(i) + k as f64).collect());
+        let mut figure = Figure::new("parallel", "Parallel", "", Vec::new());
+        figure.parallel = Some(Parallel {
+            axes: labels.iter().map(|l| Axis::new(l, "mm")).collect(),
+            values: rows.collect(),
+            colour: 3,
+            muted: (1..20).map(|i| i % 5 == 0).collect(),
+            why: "a limit is broken".to_owned(),
+        });
+        for style in styles() {
+            let d = lay(&figure, &style);
+            inside(&d, &style);
+            let words = texts(&d, &style).into_iter().map(|(t, _)| t).collect::<Vec<_>>().join(" ");
+            assert!(
+                words.contains("a limit is broken") && words.matches("spread of").count() == 2,
+                "{words}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_key_is_as_strong_as_what_it_names() {
+        let square = |name| Path::new(name, 0, [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)]);
+        for (mark, strength) in [
+            (Mark::Bars { path: square("bars"), among: [0, 1] }, 1.0),
+            (Mark::Area { path: square("outlined"), outlined: true }, 0.35),
+            (Mark::Area { path: square("plain"), outlined: false }, 0.18),
+        ] {
+            let panel = Panel::new("", Axis::new("x", ""), Axis::new("y", "")).with(mark);
+            let d = lay(&Figure::new("f", "F", "", vec![panel]), &Style::default());
+            let fills = d.items.iter().filter_map(|item| match item {
+                Item::Path { fill: Some(_), opacity, .. } => Some(*opacity),
+                _ => None,
+            });
+            let fills: Vec<f64> = fills.collect();
+            assert!(fills.len() >= 2 && fills.iter().all(|o| *o == strength), "{fills:?}");
+        }
+    }
+}

@@ -61,13 +61,12 @@ impl Front {
 }
 
 /// Area dominated by `figures`, which rise in the first and fall in the second, up to `reference`.
-pub fn hypervolume(figures: &[[f64; 2]], reference: [f64; 2]) -> f64 {
+fn hypervolume(figures: &[[f64; 2]], reference: [f64; 2]) -> f64 {
     let next = |i: usize| figures.get(i + 1).map_or(reference[0], |f| f[0]);
     figures.iter().enumerate().map(|(i, f)| (next(i) - f[0]).max(0.0) * (reference[1] - f[1]).max(0.0)).sum()
 }
 
-/// How uneven the gaps between neighbours of a front are: 0 if all are the same.
-pub fn spread(figures: &[[f64; 2]]) -> f64 {
+fn spread(figures: &[[f64; 2]]) -> f64 {
     let gaps = gaps(figures);
     let mean = gaps.iter().sum::<f64>() / gaps.len() as f64;
     if gaps.is_empty() || mean == 0.0 {
@@ -101,12 +100,12 @@ pub fn search(session: &mut Session<'_>, seed: u64) -> Result<(Result<(), Halt>,
 }
 
 /// Figures of a candidate.
-pub fn figures(f: &Found) -> [f64; 2] {
+fn figures(f: &Found) -> [f64; 2] {
     [f.score.figures[0], f.score.figures[1]]
 }
 
 /// Those that keep all limits and that no other beats in both figures, by rising K_sd.
-pub fn nondominated(mut all: Vec<Found>) -> Vec<Found> {
+fn nondominated(mut all: Vec<Found>) -> Vec<Found> {
     all.retain(|f| f.score.violation() == 0.0 && figures(f).iter().all(|x| x.is_finite()));
     unbeaten(&mut all, figures);
     all
@@ -236,5 +235,37 @@ impl Scan {
                 self.gather(session);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::optimise::score::{Limit, Score};
+
+    fn found(sd: f64, distance: f64, strain: f64) -> Found {
+        let mut score = Score { figures: [sd, distance, 0.0], ..Score::NOTHING };
+        score.set(Limit::Strain, strain);
+        Found { point: Tuple::default(), score }
+    }
+
+    #[test]
+    fn only_what_no_other_beats_stays() {
+        let all = vec![
+            found(3.0, 1.0, -0.1),
+            found(1.0, 3.0, -0.1),
+            found(2.0, 2.0, -0.1),
+            found(2.0, 2.5, -0.1),
+            found(2.5, 2.0, -0.1),
+            found(0.5, 0.5, 0.1),
+            found(0.1, f64::NAN, -0.1),
+        ];
+        let front: Vec<_> = nondominated(all).iter().map(figures).collect();
+        assert_eq!(front, [[1.0, 3.0], [2.0, 2.0], [3.0, 1.0]]);
+        assert_eq!(hypervolume(&front, [3.0, 3.0]), 1.0);
+        assert_eq!(hypervolume(&front, [4.0, 4.0]), 1.0 + 2.0 + 3.0);
+        assert_eq!(spread(&front), 0.0);
+        assert!(spread(&[[0.0, 3.0], [1.0, 1.0], [3.0, 0.0]]) < 1e-12);
+        assert!(spread(&[[0.0, 4.0], [1.0, 3.0], [4.0, 0.0]]) > 0.4);
     }
 }

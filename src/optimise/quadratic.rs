@@ -203,3 +203,54 @@ fn descent(g: &[f64], h: &[f64]) -> Vec<f64> {
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quadratic_is_read_exactly_also_at_bounds() {
+        let truth = Quadratic {
+            value: 0.7,
+            slope: vec![1.0, -2.0, 0.3],
+            curvature: vec![2.0, 0.5, -1.0, 0.5, 3.0, 0.2, -1.0, 0.2, -4.0],
+        };
+        for u in [[0.5, 0.5, 0.5], [0.0, 1.0, 0.99], [1.0, 0.003, 0.0]] {
+            let stencil = Stencil::new(&u, 0.01);
+            let values: Vec<f64> = stencil
+                .places
+                .iter()
+                .map(|x| truth.at(&x.iter().zip(u).map(|(x, u)| x - u).collect::<Vec<_>>()))
+                .collect();
+            let model = stencil.model(&values);
+            for (a, b) in
+                model.slope.iter().chain(&model.curvature).zip(truth.slope.iter().chain(&truth.curvature))
+            {
+                assert!((a - b).abs() < 1e-9, "{model:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn steps_keep_to_bounds_and_limits() {
+        // min (x − 2)² + (y − 1)² in the unit box around 0 with x² + y² ≤ 1 and x + y ≤ 1.2.
+        let goal = Quadratic { value: 5.0, slope: vec![-4.0, -2.0], curvature: vec![2.0, 0.0, 0.0, 2.0] };
+        let disc = Quadratic { value: -1.0, slope: vec![0.0, 0.0], curvature: vec![2.0, 0.0, 0.0, 2.0] };
+        let edge = Quadratic { value: -1.2, slope: vec![1.0, 1.0], curvature: vec![0.0; 4] };
+        let one: &[f64] = &[1.0, 1.0];
+        let near = |p: &[f64], want: [f64; 2]| {
+            assert!(p.iter().zip(want).all(|(p, w)| (p - w).abs() < 1e-8), "{p:?} for {want:?}");
+        };
+        near(&step(&goal, &[], [&[-1.0, -1.0], one]), [1.0, 1.0]);
+        near(&step(&goal, std::slice::from_ref(&disc), [&[-1.0, -1.0], one]), [0.8f64.sqrt(), 0.2f64.sqrt()]);
+        let both = (0.6 + 0.14f64.sqrt(), 0.6 - 0.14f64.sqrt());
+        near(&step(&goal, &[disc.clone(), edge], [&[-1.0, -1.0], one]), [both.0, both.1]);
+        // Limits that cannot be kept in the box are violated as little as can be.
+        let far = Quadratic { value: 3.0, slope: vec![-1.0, 0.0], curvature: vec![0.0; 4] };
+        assert!((step(&goal, &[far], [&[-1.0, -1.0], one])[0] - 1.0).abs() < 1e-9);
+        // A saddle ends at a bound.
+        let saddle = Quadratic { value: 0.0, slope: vec![0.1, 0.0], curvature: vec![2.0, 0.0, 0.0, -2.0] };
+        let p = step(&saddle, &[], [&[-1.0, -1.0], one]);
+        assert!((p[0] + 0.05).abs() < 1e-9, "{p:?}");
+    }
+}

@@ -147,3 +147,38 @@ impl Goal {
         if score.outside() { 1.0 + share } else { share }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn score(sd: f64, strain: f64) -> Score {
+        let mut s = Score { figures: [sd, 1.0, 1.0], ..Score::NOTHING };
+        s.set(Limit::Strain, strain);
+        s
+    }
+
+    #[test]
+    fn feasibility_comes_before_the_objective() {
+        let order = |s: &Score| Goal::Figure(0).order(s);
+        let mut outside = score(1e-9, -1.0);
+        outside.set(Limit::Reach, 1e-3);
+        let ranked = [
+            score(0.0, -0.5),
+            score(1e-300, -0.5),
+            score(1e-7, -0.5),
+            score(1.000_000_01e-7, 0.0),
+            score(1e9, -0.1),
+            score(1e-9, 1e-6),
+            score(1e-12, 2.0),
+            score(1e-12, f64::INFINITY),
+            outside,
+        ];
+        for w in ranked.windows(2) {
+            assert!(order(&w[0]) < order(&w[1]), "{w:?}");
+        }
+        assert!(order(&score(f64::NAN, -1.0)) > order(&score(1e9, -1.0)));
+        assert!(!Goal::Capped(0.5).feasible(&score(0.6, -1.0)));
+        assert!(Goal::Capped(0.5).feasible(&score(0.4, -1.0)));
+    }
+}

@@ -297,7 +297,7 @@ fn coverage(
 }
 
 /// Share of a normal distribution within `x` standard deviations: Simpson's rule, to 1e-9 for x ≤ 4.
-pub fn normal_within(x: f64) -> f64 {
+fn normal_within(x: f64) -> f64 {
     const PARTS: usize = 64;
     let density = |t: f64| (-0.5 * t * t).exp() * (2.0 / std::f64::consts::PI).sqrt();
     let h = x / PARTS as f64;
@@ -307,4 +307,18 @@ pub fn normal_within(x: f64) -> f64 {
         _ => 2.0,
     };
     (0..=PARTS).map(|i| weight(i) * density(i as f64 * h)).sum::<f64>() * h / 3.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_normal_distribution_is_that_of_tables() {
+        for (x, share) in
+            [(0.0, 0.0), (1.0, 0.682_689_492_137), (1.96, 0.950_004_209_703_6), (4.0, 0.999_936_657_516)]
+        {
+            assert!((normal_within(x) - share).abs() < 1e-8, "{x}: {}", normal_within(x));
+        }
+    }
 }

@@ -5,15 +5,15 @@
 //! the tables say.
 
 pub mod answer;
-pub mod bench;
-pub mod bins;
-pub mod calibrate;
+mod bench;
+mod bins;
+mod calibrate;
 pub mod content;
 mod contour;
-pub mod designs;
+mod designs;
 mod locate;
 mod optimise;
-pub mod outliers;
+mod outliers;
 mod page;
 pub mod quantity;
 mod shape;

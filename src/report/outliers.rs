@@ -81,3 +81,49 @@ pub fn cut(mut panel: Panel, name: &str) -> Panel {
     panel.y.ends = Some(ends);
     panel
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::figure::{Axis, Marker, Path};
+
+    /// A panel of used taps with bars and one suspect.
+    fn panel(used: &[f64], error: &[f64], suspect: f64) -> Panel {
+        let path = |name: &str, y: &[f64]| Path::new(name, 0, y.iter().map(|y| (1.0, *y)));
+        let mut marks =
+            [("used", used), ("suspect", &[suspect])].map(|(n, y)| Mark::points(path(n, y), Marker::Circle));
+        if let Mark::Points { error: bars, .. } = &mut marks[0] {
+            *bars = error.to_vec();
+        }
+        let panel = Panel::new("", Axis::new("a", "mm"), Axis::new("error", "mm"));
+        cut(marks.into_iter().fold(panel, Panel::with), "used")
+    }
+
+    #[test]
+    fn a_few_points_far_away_do_not_flatten_the_rest() {
+        let bulk: Vec<f64> = (0..50).map(|i| (f64::from(i) * 0.7).sin()).collect();
+        assert_eq!(panel(&bulk, &[], 1.2).y.ends, None);
+        for outliers in [0, 1, 3, 5] {
+            let mut all = bulk.clone();
+            all.extend((0..outliers).map(|i| 80.0 + f64::from(i)));
+            let p = panel(&all, &[], -300.0);
+            let [low, high] = p.y.ends.expect("cut");
+            assert!(
+                bulk.iter().all(|x| (low..=high).contains(x)) && high < 1.5 && low > -1.5,
+                "{low} {high}"
+            );
+            let told = match outliers {
+                0 => "beyond the axis: 1 tap, at −300 mm".to_owned(),
+                n => format!("beyond the axis: {} taps, the farthest at −300 mm", n + 1),
+            };
+            assert_eq!(p.beyond, told);
+        }
+        // Nor do a few bars; what is spread evenly has no outliers, and one value alone has no bulk.
+        let bars: Vec<f64> = (0..50).map(|i| if i % 10 == 0 { 90.0 } else { 0.2 }).collect();
+        let p = panel(&bulk, &bars, 0.0);
+        assert!(p.y.ends.is_some_and(|[low, high]| low > -2.0 && high < 2.0), "{:?}", p.y.ends);
+        assert_eq!(p.beyond, "beyond the axis: the bars of 5");
+        let even: Vec<f64> = (0..100).map(f64::from).collect();
+        assert_eq!((panel(&even, &[], 1.0).y.ends, panel(&[0.5; 20], &[], 9.0).y.ends), (None, None));
+    }
+}

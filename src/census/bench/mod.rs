@@ -27,7 +27,7 @@ use crate::sink::folder::{Folder, Question, Written, hash};
 use crate::sink::values::{Field, named};
 use crate::sink::{frame::Frame, heading::heading, run_json};
 pub use measure::{News, measure, taps};
-pub use stopwatch::{Times, repeat};
+pub use stopwatch::Times;
 
 /// The configurations of model §5, all effects off to all on.
 const EXACT: [&str; 8] =

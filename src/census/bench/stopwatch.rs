@@ -34,7 +34,7 @@ impl Times {
 const ENOUGH: f64 = 1.5;
 
 /// Times `repeats` ≥ 1 runs of `f`, slow ones only two; the result is that of the last.
-pub fn repeat<T, E>(repeats: usize, mut f: impl FnMut() -> Result<T, E>) -> Result<(T, Times), E> {
+pub(super) fn repeat<T, E>(repeats: usize, mut f: impl FnMut() -> Result<T, E>) -> Result<(T, Times), E> {
     let mut seconds = Vec::with_capacity(repeats);
     loop {
         let start = Instant::now();
@@ -44,5 +44,24 @@ pub fn repeat<T, E>(repeats: usize, mut f: impl FnMut() -> Result<T, E>) -> Resu
         if slow || seconds.len() >= repeats {
             return Ok((result, Times::of(seconds)));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn best_median_and_spread_of_as_many_runs_as_asked() {
+        let t = Times::of(vec![4.0, 1.0, 2.0, 3.0]).per(1000);
+        assert!((t.best - 1e6).abs() < 1e-6 && (t.median - 2.5e6).abs() < 1e-6 && t.spread == Some(1.2));
+        assert_eq!(Times::of(vec![3.0]).spread, None);
+        let mut n = 0;
+        let last = repeat(4, || -> Result<i32, ()> {
+            n += 1;
+            Ok(n)
+        });
+        assert_eq!((last.unwrap().0, n), (4, 4));
+        assert_eq!(repeat(4, || Err::<(), _>("no")), Err("no"));
     }
 }

@@ -1,6 +1,6 @@
 //! Figures of a benchmark: time against error.
 
-pub mod places;
+mod places;
 
 use indexmap::IndexSet;
 
@@ -41,7 +41,7 @@ pub fn figures(work: &Frame, peers: Option<&Frame>) -> Result<Vec<Figure>, Input
 }
 
 /// Points, and a line through those that none beats: it never turns back.
-pub fn reached(
+fn reached(
     panel: Panel,
     name: &str,
     (colour, marker): (usize, Marker),
@@ -159,4 +159,25 @@ fn configurations(work: &Frame) -> Result<Figure, InputError> {
     share(&mut panels);
     let caption = "Time of a tap against the strain error that 99 of 100 taps keep, of every configuration over tolerances; a line joins the points that no other beats (work_precision.csv).";
     Ok(Figure::new("configurations", "Every configuration", caption, panels))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_never_turns_back() {
+        let points = [(5.0, 1e-3), (4.0, 1e-2), (6.0, 1e-2), (9.0, 1e-6), (8.0, 1e-5), (12.0, 1e-5)];
+        let panel = reached(
+            Panel::new("", Axis::log("", ""), Axis::log("", "")),
+            "n",
+            (0, Marker::Circle),
+            0,
+            &points,
+        );
+        let Mark::Line { path, .. } = &panel.marks[0] else { panic!("a line comes first") };
+        assert!(path.x.windows(2).all(|w| w[0] < w[1]) && path.y.windows(2).all(|w| w[0] > w[1]), "{path:?}");
+        let Mark::Points { path, .. } = &panel.marks[1] else { panic!("then points") };
+        assert_eq!(path.x.len(), points.len());
+    }
 }

@@ -36,12 +36,26 @@ impl Places {
 }
 
 /// Whether `adapter` is a CPU in the clothes of a GPU.
-pub fn is_software(adapter: &str) -> bool {
+fn is_software(adapter: &str) -> bool {
     let name = adapter.to_lowercase();
     ["llvmpipe", "lavapipe", "swiftshader", "basic render", "software"].iter().any(|word| name.contains(word))
 }
 
 /// An adapter's name without what stands in brackets.
-pub fn short(adapter: &str) -> &str {
+fn short(adapter: &str) -> &str {
     adapter.split(" (").next().unwrap_or(adapter)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_software_adapter_is_called_so() {
+        assert!(
+            is_software("llvmpipe (LLVM 15.0.6, 256 bits)") && is_software("Microsoft Basic Render Driver")
+        );
+        assert!(!is_software("NVIDIA H200") && !is_software(""));
+        assert_eq!(short("llvmpipe (LLVM 15.0.6, 256 bits)"), "llvmpipe");
+    }
 }
