@@ -5,11 +5,11 @@
 //! not seen, and [`side`] puts a side together.
 //!
 //! ```no_run
-//! use vibrissa::{calibrate::{calibrate, Options}, measure::{Data, Rig}};
+//! use vibrissa_lab::{calibrate::{calibrate, Options}, measure::{Data, Rig}};
 //! let data = Data::read("rig.csv".as_ref())?;
 //! let found = calibrate(&data, &Rig::read("whisker.toml".as_ref(), data.drive)?, &Options::default())?;
 //! println!("{} wins; noise {:e}", found.calibration.estimator, found.calibration.noise);
-//! # Ok::<(), vibrissa::error::Error>(())
+//! # Ok::<(), vibrissa_core::error::Error>(())
 //! ```
 
 mod between;

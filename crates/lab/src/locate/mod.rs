@@ -4,10 +4,10 @@
 //! ([`Found`]); they stand in [`estimator`].
 //!
 //! ```no_run
-//! let locator = vibrissa::locate::Locator::open("results/rig/calibration.toml")?;
+//! let locator = vibrissa_lab::locate::Locator::open("results/rig/calibration.toml")?;
 //! let tap = locator.locate(4.0, 1.23e-3); // tap angle in degrees, strain
 //! println!("{:.2} ± {:.2} mm, {}", tap.distance, tap.sigma, tap.status);
-//! # Ok::<(), vibrissa::error::Error>(())
+//! # Ok::<(), vibrissa_core::error::Error>(())
 //! ```
 
 pub mod answers;

@@ -50,7 +50,7 @@ impl Comments {
         self.0.push((line, text.to_owned()));
     }
 
-    /// Of the first line that is no comment, whose fields are `names`: nothing where it is the header itself, else as [`Self::header`].
+    /// Of the first line that is no comment, whose fields are `names`: nothing where it is the header itself, else as `header`.
     pub fn before(
         &self,
         first: &str,

@@ -1,7 +1,7 @@
 //! Tables as Apache Parquet: the columns of the CSV files, typed, compressed, with their units and where they come from in the
 //! metadata of the file. Written by `parquet` without arrow.
 //!
-//! A row group has [`GROUP`] rows, but for the last, wherever the rows came from: the bytes of a file are a function of its rows alone. That
+//! A row group has `GROUP` rows, but for the last, wherever the rows came from: the bytes of a file are a function of its rows alone. That
 //! is why a stopped sweep and merged shards end with the bytes of an undisturbed run. An unfinished file is its whole row groups; their
 //! footer so far and the rows that wait for their group are kept beside it.
 
