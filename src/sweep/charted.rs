@@ -38,8 +38,9 @@ const GROWTH: u64 = 16;
 /// Words of taps that do not depend on f.
 const KNOWN: [&str; 2] = ["slipped_off", "invalid_geometry"];
 
-/// Designs of one work item.
-const GRAIN: usize = 2048;
+/// Taps of one work item, about, and its designs at least and at most.
+const GRAIN: u64 = 1 << 16;
+const GRAINS: [u64; 2] = [32, 2048];
 
 /// What ranks the designs of each rig; nothing of a rig whose designs are all solved.
 pub(super) struct Rankers<'a>(Vec<Option<&'a Ranker>>);
@@ -254,7 +255,8 @@ pub(super) fn group(layout: &Layout, rankers: &Rankers<'_>, ks: &[u64], bound: f
         a.merge(b);
         a
     };
-    ks.par_chunks(GRAIN).map(one).reduce(Found::default, merge)
+    let grain = (GRAIN / layout.block()).clamp(GRAINS[0], GRAINS[1]);
+    ks.par_chunks(grain as usize).map(one).reduce(Found::default, merge)
 }
 
 /// The rows found, solved tap by tap.

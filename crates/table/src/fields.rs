@@ -22,11 +22,11 @@ pub fn lines(text: &str) -> impl Iterator<Item = &str> {
 pub fn separator(line: &str) -> char {
     let mut quoted = false;
     let mut found = ',';
-    for c in line.chars() {
+    for c in line.bytes() {
         match c {
-            '"' => quoted = !quoted,
-            ';' if !quoted => return ';',
-            '\t' if !quoted => found = '\t',
+            b'"' => quoted = !quoted,
+            b';' if !quoted => return ';',
+            b'\t' if !quoted => found = '\t',
             _ => {}
         }
     }
@@ -81,16 +81,20 @@ impl Decimals {
     /// The number of a field as [`LabCell::number`]; `None` too for one with the other mark: 1,234 among decimal points is more than a thousand.
     pub fn number(&mut self, field: &LabCell<'_>) -> Option<f64> {
         let x = field.number()?;
-        if let LabCell::Text(text) = field {
-            self.0 = self.0.or_else(|| mark(text).filter(|_| x.is_finite()));
-        }
-        (!self.refuses(field)).then_some(x)
+        let LabCell::Text(text) = field else { return Some(x) };
+        let here = mark(text);
+        self.0 = self.0.or(here.filter(|_| x.is_finite()));
+        (!self.differs(here)).then_some(x)
+    }
+
+    fn differs(self, here: Option<char>) -> bool {
+        here.zip(self.0).is_some_and(|(here, before)| here != before)
     }
 
     /// Whether `field` is a number with the other mark.
     pub fn refuses(self, field: &LabCell<'_>) -> bool {
         let LabCell::Text(text) = field else { return false };
-        number(text).is_some() && mark(text).zip(self.0).is_some_and(|(here, before)| here != before)
+        self.differs(mark(text)) && number(text).is_some()
     }
 
     /// What is wrong with a `field` that is no number.

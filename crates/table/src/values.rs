@@ -76,7 +76,7 @@ pub enum Values {
 pub struct Words {
     /// Place in `known` of each row.
     pub codes: Vec<u32>,
-    /// What there is; empty text is missing.
+    /// What there is, some perhaps twice; empty text is missing.
     pub known: Vec<String>,
     /// The last status that was looked up, and its place.
     #[serde(skip)]
@@ -108,6 +108,11 @@ impl Words {
 
     fn code(&mut self, word: &str) -> u32 {
         if self.known.len() > FEW && self.places.is_empty() {
+            // Where most rows have a word of their own, as numbers have, looking for it costs more than another copy.
+            if self.known.len() > self.codes.len() / 2 {
+                self.known.push(word.to_owned());
+                return self.known.len() as u32 - 1;
+            }
             self.places = (0..).zip(&self.known).map(|(place, word)| (word.clone(), place)).collect();
         }
         let place = match self.places.is_empty() {

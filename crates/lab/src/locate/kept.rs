@@ -1,6 +1,5 @@
 //! Answers of a file: its own columns, and what was made of them.
 
-use super::lines::Line;
 use super::rows::{Answerer, RowReader};
 use super::stream::add;
 use crate::sink::fact::{Kind, Only, fact_in};
@@ -65,18 +64,17 @@ impl Kept {
         frame
     }
 
-    /// A row of it up to the zero.
+    /// A row of it up to the zero: number and fields of the line, then these.
     pub fn fields(
         &self,
-        line: &Line<'_>,
-        rows: &RowReader<'_>,
+        line: usize,
+        cells: &[LabCell<'_>],
         [drive, signal, zero]: [f64; 3],
     ) -> Vec<Field> {
-        let cells = line.row.map_or_else(Vec::new, |row| rows.fields(row));
         let own = self.own.iter().enumerate();
         let own = own.map(|(k, (_, kind))| cells.get(k).unwrap_or(&LabCell::EMPTY).field(*kind));
         let more =
             [drive, signal].into_iter().zip(self.more).filter(|(_, more)| *more).map(|(x, _)| x.into());
-        std::iter::once(line.number.into()).chain(own).chain(more).chain([zero.into()]).collect()
+        std::iter::once(line.into()).chain(own).chain(more).chain([zero.into()]).collect()
     }
 }

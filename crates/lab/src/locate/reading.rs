@@ -164,18 +164,17 @@ impl<'a> Lines<'a> {
         self.header.as_ref().map_or(self.locator.unit, |h| h.columns.signal.0)
     }
 
-    /// The fields of a line; where the drive may be left out, and is, an empty one stands for it.
-    pub fn fields<'b>(&self, line: LabRow<'b>) -> Vec<LabCell<'b>> {
-        let mut all = line.cells(self.mark(line));
-        if self.header.is_none() && all.len() == self.signals() {
-            all.insert(0, LabCell::EMPTY);
-        }
-        all
+    /// The fields of a line.
+    pub fn cells<'b>(&self, line: LabRow<'b>) -> Vec<LabCell<'b>> {
+        line.cells(self.header.as_ref().map_or_else(|| line.separator(), |h| h.separator))
     }
 
-    /// What separates the fields of a line.
-    pub fn mark(&self, line: LabRow<'_>) -> char {
-        self.header.as_ref().map_or_else(|| line.separator(), |h| h.separator)
+    /// The fields `cells` of a line by the names of the columns; where the drive may be left out, and is, an empty one stands for it.
+    pub fn named<'b>(&self, mut cells: Vec<LabCell<'b>>) -> Vec<LabCell<'b>> {
+        if self.header.is_none() && cells.len() == self.signals() {
+            cells.insert(0, LabCell::EMPTY);
+        }
+        cells
     }
 
     /// How many signals a reading has.
@@ -184,13 +183,13 @@ impl<'a> Lines<'a> {
     }
 
     /// The second signal of a line that [`Self::parse`] reads; NaN where it is missing or no number.
-    pub fn second(&mut self, line: LabRow<'_>) -> f64 {
+    pub fn second(&mut self, cells: &[LabCell<'_>]) -> f64 {
         let place = match &self.header {
             Some(header) => header.columns.second.map(|s| s.1),
-            None => self.locator.is_twofold().then_some(2),
+            // After the drive, if it is there, and the first signal.
+            None => cells.len().checked_sub(1).filter(|_| self.locator.is_twofold()),
         };
-        let fields = self.fields(line);
-        let field = place.and_then(|place| fields.get(place));
+        let field = place.and_then(|place| cells.get(place));
         field.and_then(|f| self.decimals.number(f)).map_or(f64::NAN, |value| self.signal(value))
     }
 
@@ -223,13 +222,12 @@ impl<'a> Lines<'a> {
         self.unit().above(signal, zero, self.locator.rig.setup.gauge.factor)
     }
 
-    /// Drive and signal of a line, NaN where a field is missing or no number; `None` for a line of another shape.
-    pub fn parse(&mut self, line: LabRow<'_>) -> Option<(f64, f64)> {
+    /// Drive and signal of a `line` with the fields `all`, NaN where one is missing or no number; `None` for a line of another shape.
+    pub fn parse(&mut self, line: LabRow<'_>, all: &[LabCell<'_>]) -> Option<(f64, f64)> {
         let only = self.locator.only_drive();
         let places = self.header.as_ref().map(|h| &h.columns);
         let places = places.map(|c| (c.fields, c.drive.map(|d| d.1), c.signal.1));
-        let all = line.cells(self.mark(line));
-        let when = self.when(&all);
+        let when = self.when(all);
         let (count, field, none) = (all.len(), |place: usize| all.get(place), &LabCell::EMPTY);
         let (drive, signal) = match places {
             None => match (count + 1 - self.signals(), only) {

@@ -192,39 +192,44 @@ impl<'a> RowReader<'a> {
         }
     }
 
-    /// The fields of a line; where the drive may be left out, and is, an empty one stands for it.
-    pub fn fields<'b>(&self, line: LabRow<'b>) -> Vec<LabCell<'b>> {
+    /// The fields of a line.
+    pub fn cells<'b>(&self, line: LabRow<'b>) -> Vec<LabCell<'b>> {
+        self.lines[0].cells(line)
+    }
+
+    /// The fields `cells` of a line by the names of the columns; where the drive may be left out, and is, an empty one stands for it.
+    pub fn named<'b>(&self, mut cells: Vec<LabCell<'b>>) -> Vec<LabCell<'b>> {
         match self.who {
             Answerer::Several(several) if !self.headed => {
-                let mut all = line.cells(line.separator());
-                if all.len() == several.names.len() {
-                    all.insert(0, LabCell::EMPTY);
+                if cells.len() == several.names.len() {
+                    cells.insert(0, LabCell::EMPTY);
                 }
-                all
+                cells
             }
-            _ => self.lines[0].fields(line),
+            _ => self.lines[0].named(cells),
         }
     }
 
-    /// Drive and signals of a line, NaN where a field is missing or no number, of several channels infinite where it is no number; `None` for a line of another shape.
-    pub fn parse(&mut self, line: LabRow<'_>) -> Option<(f64, Vec<f64>)> {
+    /// Drive and signals of a `line` with the fields `cells`, NaN where one is missing or no number, of several channels infinite where it is no number;
+    /// `None` for a line of another shape.
+    pub fn parse(&mut self, line: LabRow<'_>, cells: &[LabCell<'_>]) -> Option<(f64, Vec<f64>)> {
         let several = match self.who {
             Answerer::One(locator) => {
-                let (drive, signal) = self.lines[0].parse(line)?;
-                let second = locator.is_twofold().then(|| self.lines[0].second(line));
+                let (drive, signal) = self.lines[0].parse(line, cells)?;
+                let second = locator.is_twofold().then(|| self.lines[0].second(cells));
                 return Some((drive, std::iter::once(signal).chain(second).collect()));
             }
             Answerer::Several(several) => several,
         };
         if self.headed {
-            let mut all = self.lines.iter_mut().map(|lines| lines.parse(line));
+            let mut all = self.lines.iter_mut().map(|lines| lines.parse(line, cells));
             let (drive, first) = all.next()??;
             return all.try_fold((drive, vec![first]), |(drive, mut signals), read| {
                 signals.push(read?.1);
                 Some((drive, signals))
             });
         }
-        let all = self.fields(line);
+        let all = self.named(cells.to_vec());
         if all.len() != 1 + several.names.len() {
             return None;
         }

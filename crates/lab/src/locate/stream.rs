@@ -2,6 +2,7 @@
 
 use std::io::Read;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 use super::batch::{Answer, Batch};
 use super::group::Group;
@@ -29,6 +30,9 @@ use crate::status::Status;
 
 /// Readings that are answered together at most.
 const TOGETHER: usize = 1 << 12;
+
+/// Time, after it was asked to stop, in which lines that were read before are answered.
+const GRACE: Duration = Duration::from_millis(500);
 
 /// A drive that was not recorded.
 const UNRECORDED: f64 = 1.0;
@@ -109,8 +113,10 @@ pub fn zeros<'a>(
     let mut thousands = Thousands::default();
     while let Some(line) = source.next(&mut rows)? {
         let Some(row) = line.row else { continue };
-        thousands.see(line.number, &rows.fields(row), row.separator());
-        let Some((drive, signals)) = rows.parse(row) else { continue };
+        let cells = rows.cells(row);
+        let read = rows.parse(row, &cells);
+        thousands.see(line.number, &rows.named(cells), row.separator());
+        let Some((drive, signals)) = read else { continue };
         if !rows.rests(drive, &signals) {
             sizes.extend(Some(signals[0]).filter(|x| x.is_finite()));
             continue;
@@ -196,16 +202,18 @@ pub fn answer<'a>(
     let (mut asked, mut follows, mut untimed) = (false, false, false);
     // A file was looked through before.
     let (mut thousands, mut unclear) = ((!of_file).then(Thousands::default), false);
-    let mut one = None;
+    let (mut one, mut stopped) = (None, None);
     let mut batch = Batch::default();
     while let Some(line) = source.next(&mut rows)? {
         if stop.load(Ordering::Relaxed) && !line.whole {
             break;
         }
         // Of a line that is no reading, no field is known to be a signal.
-        let mut read = line.row.and_then(|row| rows.parse(row));
+        let cells = line.row.map_or_else(Vec::new, |row| rows.cells(row));
+        let mut read = line.row.and_then(|row| rows.parse(row, &cells));
+        let cells = rows.named(cells);
         if let Some((seen, row)) = thousands.as_mut().zip(line.row) {
-            let grouped = seen.see(line.number, &rows.fields(row), row.separator());
+            let grouped = seen.see(line.number, &cells, row.separator());
             if grouped && let Err(why) = seen.check(&rows.names(), ask.columns) {
                 read = None;
                 if !std::mem::replace(&mut unclear, true) {
@@ -222,7 +230,6 @@ pub fn answer<'a>(
             ));
         }
         let is_zero = rows.rests(drive, &signals);
-        let cells = line.row.filter(|_| group.is_some()).map_or_else(Vec::new, |row| rows.fields(row));
         let (mut zero, mut together) = (None, None);
         let found = if is_zero {
             counts.zeros += 1;
@@ -296,7 +303,7 @@ pub fn answer<'a>(
         let asked = match &kept {
             Some(kept) => {
                 let zero = zero.map_or(f64::NAN, |z| z.0);
-                kept.fields(&line, &rows, [drive, signals[0], zero])
+                kept.fields(line.number, &cells, [drive, signals[0], zero])
             }
             None => std::iter::once(shown).chain(signals).map(Field::Number).collect(),
         };
@@ -308,7 +315,8 @@ pub fn answer<'a>(
             write(&table, waiting)?;
             table = table.like();
         }
-        if stop.load(Ordering::Relaxed) {
+        // Lines that were read before it was asked to stop are answered, as many as there is time for.
+        if stop.load(Ordering::Relaxed) && stopped.get_or_insert_with(Instant::now).elapsed() > GRACE {
             break;
         }
     }

@@ -83,9 +83,10 @@ impl Readings {
         let (mut rows, mut asked): (Vec<Reading>, bool) = Default::default();
         let (mut pairs, mut places): (Vec<PairOfReadings>, Vec<usize>) = Default::default();
         while let Some(line) = source.next(&mut lines)? {
+            let cells = line.row.map_or_else(Vec::new, |row| lines.cells(row));
             let (drive, recorded) = line
                 .row
-                .and_then(|row| lines.parse(row))
+                .and_then(|row| lines.parse(row, &cells))
                 .unwrap_or_else(|| (f64::NAN, vec![f64::NAN; tares.len()]));
             let finite = drive.is_finite() && recorded[0].is_finite();
             let rests = finite && locator.rests(drive);
@@ -112,14 +113,12 @@ impl Readings {
                     }
                 }
             };
-            let fields = line.row.map_or_else(Vec::new, |row| lines.fields(row));
-            let fields: Vec<_> = fields.into_iter().map(LabCell::into_owned).collect();
-            let fields = if fields.len() == names.len() { fields } else { Vec::new() };
+            let fields: Vec<_> = lines.named(cells).into_iter().map(LabCell::into_owned).collect();
             let told = [drive, recorded[0], zero.map_or(f64::NAN, |z| z.0)];
             rows.push(Reading {
                 line: line.number,
-                fields,
-                kept: kept.fields(&line, &lines, told),
+                kept: kept.fields(line.number, &fields, told),
+                fields: if fields.len() == names.len() { fields } else { Vec::new() },
                 drive,
                 signal,
                 share,

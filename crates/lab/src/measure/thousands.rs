@@ -42,11 +42,13 @@ impl Thousands {
                     digits.bytes().all(|c| c.is_ascii_digit()) && digits.bytes().any(|c| c != b'0');
                 continue;
             };
-            if !number(field).is_some_and(f64::is_finite) {
+            let three = is_grouped(field, MARKS[k]);
+            let new = three || !self.decimal[k] || MARKS[k] == separator;
+            if !new || !number(field).is_some_and(f64::is_finite) {
                 continue;
             }
-            grouped |= is_grouped(field, MARKS[k]);
-            match is_grouped(field, MARKS[k]) {
+            grouped |= three;
+            match three {
                 true if column.marked[k].is_none() => column.marked[k] = Some((line, field.to_string())),
                 true => {}
                 false => self.decimal[k] = true,
