@@ -65,12 +65,7 @@ impl Kept {
     }
 
     /// A row of it up to the zero: number and fields of the line, then these.
-    pub fn fields(
-        &self,
-        line: usize,
-        cells: &[LabCell<'_>],
-        [drive, signal, zero]: [f64; 3],
-    ) -> Vec<Field> {
+    pub fn fields(&self, line: usize, cells: &[LabCell<'_>], [drive, signal, zero]: [f64; 3]) -> Vec<Field> {
         let own = self.own.iter().enumerate();
         let own = own.map(|(k, (_, kind))| cells.get(k).unwrap_or(&LabCell::EMPTY).field(*kind));
         let more =
