@@ -17,7 +17,7 @@ use vibrissa::measure::{Names, zero};
 use vibrissa::scene::RunOptions;
 use vibrissa::sink::folder::{Hashing, Question, hash, hash_all};
 use vibrissa::sink::frame::Frame;
-use vibrissa::sink::lab::LabTable;
+use vibrissa::sink::lab::LabStream;
 use vibrissa::sink::run_json;
 use vibrissa::text_file::{Limit, TextFile, refused};
 
@@ -213,8 +213,8 @@ fn streamed(opened: &Opened, ask: &Ask<'_>, context: &Context<'_>) -> Result<Rep
         }
     };
     let input = Patient(std::io::stdin().lock());
-    let answered =
-        stream::answer(opened.answers.who(), LabTable::Text(input), ask, None, interrupt::stop(), &mut write);
+    let (who, input) = (opened.answers.who(), LabStream::of(input));
+    let answered = stream::answer(who, input, ask, None, interrupt::stop(), &mut write);
     let counts = match answered {
         Err(_) if gone => stream::Counts::default(),
         other => other?,
@@ -280,28 +280,18 @@ impl Source {
             Self::File(path, digest) => {
                 let zero = read_zeros(who, (&path, &digest), ask)?;
                 let mut input = Hashing::new(Patient(open(&path)?));
-                let counts = stream::answer(
-                    who,
-                    LabTable::Text(&mut input),
-                    ask,
-                    Some(zero),
-                    interrupt::stop(),
-                    write,
-                )?;
+                let text = LabStream::of(&mut input);
+                let counts = stream::answer(who, text, ask, Some(zero), interrupt::stop(), write)?;
                 let kept = unchanged(&path, input, &digest);
                 return if counts.stopped { nothing("") } else { kept.map(|()| counts) };
             }
-            Self::Stream(file) => stream::answer(
-                who,
-                LabTable::Text(Patient(file)),
-                ask,
-                None,
-                interrupt::stop_and_keep(),
-                write,
-            )?,
+            Self::Stream(file) => {
+                let text = LabStream::of(Patient(file));
+                stream::answer(who, text, ask, None, interrupt::stop_and_keep(), write)?
+            }
             Self::Stdin => {
-                let stdin = Patient(std::io::stdin().lock());
-                stream::answer(who, LabTable::Text(stdin), ask, None, interrupt::stop_and_keep(), write)?
+                let text = LabStream::of(Patient(std::io::stdin().lock()));
+                stream::answer(who, text, ask, None, interrupt::stop_and_keep(), write)?
             }
         };
         if counts.stopped && counts.lines == 0 { nothing(" before the first reading") } else { Ok(counts) }
@@ -325,7 +315,7 @@ fn read_zeros(
     ask: &Ask<'_>,
 ) -> Result<Vec<zero::Zero>, Error> {
     let mut input = Hashing::new(Patient(open(path)?));
-    let (zero, wrong) = stream::zeros(who, LabTable::Text(&mut input), ask)?;
+    let (zero, wrong) = stream::zeros(who, LabStream::of(&mut input), ask)?;
     unchanged(path, input, digest)?;
     ask.contradicted(&zero)?;
     if !wrong.is_empty() {

@@ -38,9 +38,9 @@ const GROWTH: u64 = 16;
 /// Words of taps that do not depend on f.
 const KNOWN: [&str; 2] = ["slipped_off", "invalid_geometry"];
 
-/// Taps of one work item, about, and its designs at least and at most.
-const GRAIN: u64 = 1 << 16;
-const GRAINS: [u64; 2] = [32, 2048];
+/// Designs of one work item at least, whole packs of lanes, and at most; between them as many as have about so many taps.
+const GRAINS: [u64; 2] = [256, 2048];
+const GRAIN: u64 = 1 << 18;
 
 /// What ranks the designs of each rig; nothing of a rig whose designs are all solved.
 pub(super) struct Rankers<'a>(Vec<Option<&'a Ranker>>);
@@ -255,7 +255,8 @@ pub(super) fn group(layout: &Layout, rankers: &Rankers<'_>, ks: &[u64], bound: f
         a.merge(b);
         a
     };
-    let grain = (GRAIN / layout.block()).clamp(GRAINS[0], GRAINS[1]);
+    let [least, most] = GRAINS;
+    let grain = (GRAIN / layout.block() / least * least).clamp(least, most);
     ks.par_chunks(grain as usize).map(one).reduce(Found::default, merge)
 }
 

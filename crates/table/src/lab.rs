@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::fmt;
 use std::hash::{DefaultHasher, Hash, Hasher};
+use std::io::Read;
 
 use super::fact::Kind;
 use super::fields::{fields, number, plain, separator};
@@ -18,6 +19,25 @@ pub enum LabTable<'a, R = &'a [u8]> {
     Text(R),
     /// A table in memory. Its names stand in line 1, its rows from line 2 on.
     Frame(&'a Frame),
+}
+
+/// What is read bit by bit.
+pub type LabStream<'a> = LabTable<'a, Box<dyn Read + 'a>>;
+
+impl<'a> LabStream<'a> {
+    /// The text that comes from `input`.
+    pub fn of(input: impl Read + 'a) -> Self {
+        Self::Text(Box::new(input))
+    }
+}
+
+impl<'a> From<LabTable<'a>> for LabStream<'a> {
+    fn from(table: LabTable<'a>) -> Self {
+        match table {
+            LabTable::Text(bytes) => Self::of(bytes),
+            LabTable::Frame(frame) => Self::Frame(frame),
+        }
+    }
 }
 
 impl LabTable<'_> {

@@ -86,7 +86,7 @@ pub fn measurements(data: &[u8]) {
     let names = Names::default();
     for label in [None, Some("data.csv")] {
         let ask = stream::Ask { label, keep: label.is_some(), ..stream::Ask::of_file("", &names, &|_| {}) };
-        told(stream::zeros(&LOCATOR, LabTable::Text(data), &ask));
+        told(stream::zeros((&*LOCATOR).into(), LabTable::Text(data).into(), &ask));
     }
 }
 

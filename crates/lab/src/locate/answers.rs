@@ -106,7 +106,7 @@ impl Answers {
     /// As [`stream::answer`].
     pub fn table(&self, rows: LabTable<'_>, ask: &Ask<'_>, stop: &AtomicBool) -> Result<Frame, Error> {
         Objects::can(self.who(), ask.by)?;
-        let (zeros, _) = stream::zeros(self.who(), rows, ask)?;
+        let (zeros, _) = stream::zeros(self.who(), rows.into(), ask)?;
         let mut located: Option<Frame> = None;
         let mut write = |some: &Frame, _: bool| match &mut located {
             Some(all) => all.extend(some, 0..some.len()),
@@ -115,7 +115,7 @@ impl Answers {
                 Ok(())
             }
         };
-        stream::answer(self.who(), rows, ask, Some(zeros), stop, &mut write)?;
+        stream::answer(self.who(), rows.into(), ask, Some(zeros), stop, &mut write)?;
         Ok(located.unwrap_or_default())
     }
 }

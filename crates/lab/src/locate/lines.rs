@@ -6,7 +6,7 @@ use super::rows::RowReader;
 use super::stream::Ask;
 use crate::error::{Error, InputError};
 use crate::measure::header::Comments;
-use crate::sink::lab::{LabRow, LabTable};
+use crate::sink::lab::{LabRow, LabStream, LabTable};
 use crate::text_file::LINE;
 
 /// Longest line that can be a reading, bytes.
@@ -30,8 +30,8 @@ pub struct Line<'a> {
 }
 
 /// Rows one by one, of text in constant memory.
-pub struct Source<'a, R: Read> {
-    input: LabTable<'a, BufReader<R>>,
+pub struct Source<'a> {
+    input: LabTable<'a, BufReader<Box<dyn Read + 'a>>>,
     line: Vec<u8>,
     ask: &'a Ask<'a>,
     /// Lines so far; of a table in memory, those with its names and its rows.
@@ -44,9 +44,9 @@ pub struct Source<'a, R: Read> {
     comments: Comments,
 }
 
-impl<'a, R: Read> Source<'a, R> {
+impl<'a> Source<'a> {
     /// Of `input`.
-    pub fn new(input: LabTable<'a, R>, ask: &'a Ask<'a>) -> Self {
+    pub fn new(input: LabStream<'a>, ask: &'a Ask<'a>) -> Self {
         let input = match input {
             LabTable::Text(text) => LabTable::Text(BufReader::with_capacity(1 << 16, text)),
             LabTable::Frame(frame) => LabTable::Frame(frame),

@@ -136,8 +136,7 @@ pub struct RowReader<'a> {
 impl<'a> RowReader<'a> {
     /// Rows for `who`; without a header they hold the drive, which may be left out where it is known, or found, and the signals in the
     /// units of the calibration.
-    pub fn new(who: impl Into<Answerer<'a>>) -> Self {
-        let who = who.into();
+    pub fn new(who: Answerer<'a>) -> Self {
         let lines = match who {
             Answerer::One(locator) => vec![Lines::new(locator)],
             Answerer::Several(several) => several.locators.iter().map(Lines::new).collect(),

@@ -1,6 +1,5 @@
 //! Readings line by line: one answer for each, at once, in constant memory.
 
-use std::io::Read;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -24,7 +23,7 @@ use crate::measure::zero::Zero;
 use crate::sink::fact::{Kind, fact_in, kind};
 use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
-use crate::sink::lab::{LabRow, LabTable};
+use crate::sink::lab::{LabRow, LabStream, LabTable};
 use crate::sink::values::{Field, Values};
 use crate::status::Status;
 
@@ -101,12 +100,11 @@ impl<'a> Ask<'a> {
 ///
 /// # Errors
 /// As [`answer`]; numbers of which nothing says whether they are more than a thousand.
-pub fn zeros<'a>(
-    who: impl Into<Answerer<'a>>,
-    input: LabTable<'_, impl Read>,
+pub fn zeros(
+    who: Answerer<'_>,
+    input: LabStream<'_>,
     ask: &Ask<'_>,
 ) -> Result<(Vec<Zero>, Vec<usize>), Error> {
-    let who = who.into();
     let mut source = Source::new(input, ask);
     let mut rows = RowReader::new(who);
     let (mut readings, mut numbers, mut sizes) = (vec![Vec::new(); who.signals()], Vec::new(), Vec::new());
@@ -154,15 +152,14 @@ pub fn zeros<'a>(
 ///
 /// # Errors
 /// A header that does not fit the calibration; input or output that fails. A line that is no reading is answered by its status.
-pub fn answer<'a>(
-    who: impl Into<Answerer<'a>>,
-    input: LabTable<'_, impl Read>,
+pub fn answer(
+    who: Answerer<'_>,
+    input: LabStream<'_>,
     ask: &Ask<'_>,
     zero: Option<Vec<Zero>>,
     stop: &AtomicBool,
     write: Write<'_>,
 ) -> Result<Counts, Error> {
-    let who = who.into();
     let locator = who.first();
     let of_frame = if let LabTable::Frame(frame) = input { Some(frame) } else { None };
     let mut source = Source::new(input, ask);

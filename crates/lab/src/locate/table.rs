@@ -62,7 +62,7 @@ impl Readings {
         ask: &Ask<'_>,
         heading: &Heading,
     ) -> Result<Self, Error> {
-        let (read, wrong) = zeros(locator, input, ask)?;
+        let (read, wrong) = zeros(Answerer::One(locator), input.into(), ask)?;
         let label = ask.label.unwrap_or("stdin");
         ask.contradicted(&read).map_err(|error| error.at(label, None))?;
         if !wrong.is_empty() {
@@ -74,8 +74,8 @@ impl Readings {
             ));
         }
         let of_frame = if let LabTable::Frame(frame) = input { Some(frame) } else { None };
-        let mut source = Source::new(input, ask);
-        let mut lines = RowReader::new(locator);
+        let mut source = Source::new(input.into(), ask);
+        let mut lines = RowReader::new(Answerer::One(locator));
         source.first(&mut lines)?;
         let tares = tares(Answerer::One(locator), lines.lines(), ask, read)?;
         let kept = Kept::new(&lines, of_frame, &heading.names_from("zero"));
