@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from . import _native
-from ._errors import InputError, Interrupted, short, warn
+from ._errors import InputError, Interrupted, short
 from ._keywords import keywords
 from ._progress import Progress, shown
 from ._request import asked, of_sections
@@ -196,12 +196,13 @@ def verify(spec: Spec = None, *, quick: bool = False, samples: int | None = None
     Returns:
         :class:`Verification`, true where no bound is broken. Source: docs/verify.md.
     """
-    path, text = resolve(spec, {**sections, "run": run})
+    given_spec = of_sections(spec, {**sections, "run": run}, "verify")
+    said = {"quick": flag("quick", quick), "samples": None if samples is None else whole("samples", samples, _MOST_SAMPLES, 1),
+            "seed": whole("seed", seed), "bound": given(number, "bound", bound, "")}
     with shown(progress) as tell:
-        said = None if samples is None else whole("samples", samples, _MOST_SAMPLES, 1), whole("seed", seed), given(number, "bound", bound, "")
-        census, document, ok, told = _native.verify(path, text, flag("quick", quick), *said, tell)
-    warn(told)
-    return Verification(census, document, ok)
+        found = asked("verify", said, given_spec, hear=tell)
+    counts = json.loads(found.run)["counts"]
+    return Verification(dict(found.tables)["verify"], found.run, counts["broken_lines"] == 0)
 
 
 @keywords

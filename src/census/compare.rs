@@ -1,8 +1,10 @@
 //! One tap on one backend against the reference, and the census of many: how wrong, how often, where.
 
 use super::{Figures, Taps, relative};
+use crate::backend::Backend;
 use crate::evaluate::Outcome;
-use crate::scene::{Contact, Drive, Setup, Tuple};
+use crate::scene::{COLUMNS, Contact, Drive, Setup, Tuple};
+use crate::sink::values::Field;
 use crate::status::Status;
 
 /// Forces and arcs may be this many times as wrong as strains: the tolerance does not bound them, they follow from it.
@@ -23,9 +25,9 @@ pub const FAULTS: [&str; 4] = ["nothing_compared", "status", "unsolved", "unansw
 /// Words that say why there are no values.
 const WITHOUT: [Status; 3] = [Status::INVALID_GEOMETRY, Status::NOT_CONVERGED, Status::MATERIAL_LIMIT];
 
-/// Why a tap has no errors, from the least odd.
+/// Why a tap has no errors, from the least odd to the oddest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Odd {
+pub enum Odd {
     /// Neither has an answer, for the same reason.
     Neither,
     /// The kernel left the tap to the reference, which has an answer.
@@ -113,26 +115,18 @@ pub struct Line {
     pub taps: usize,
     /// Taps that both solved, whose errors are below.
     pub compared: usize,
-    /// Taps that neither solved.
-    pub neither: usize,
-    /// Taps that the reference solved and the backend did not.
-    pub unsolved: usize,
-    /// Taps that the backend left to the reference, whose answer they have.
-    pub referred: usize,
+    /// Numbers of the other taps, by [`Odd`].
+    odd: [usize; 5],
     /// Of the taps far from base and gauge that the reference solves, those that the backend left to it, and all.
-    pub left: [usize; 2],
-    /// Taps that the backend solved and the reference did not.
-    pub unanswered: usize,
-    /// Taps whose words differ.
-    pub differ: usize,
-    /// The first of them, or of the unsolved ones, and the words of reference and backend.
-    pub odd: Option<(Tuple, [Status; 2])>,
+    left: [usize; 2],
+    /// The first of the oddest taps, and the words of reference and backend; none where they agree.
+    odd_at: Option<(Tuple, [Status; 2])>,
     /// Errors in the order of [`QUANTITIES`]; `None` where no tap has them.
     pub errors: [Option<Figures>; 4],
     /// The tap with the largest strain error.
-    pub at: Option<(Tuple, Status)>,
+    at: Option<(Tuple, Status)>,
     /// Mean and largest number of kernel sweeps of a tap.
-    pub sweeps: (f64, f64),
+    pub sweeps: [f64; 2],
 }
 
 impl Line {
@@ -144,7 +138,8 @@ impl Line {
         compared: &[Compared],
         answers: [&[Outcome]; 2],
     ) -> Self {
-        let count = |odd: Odd| compared.iter().filter(|c| **c == Err(odd)).count();
+        let mut odd = [0; 5];
+        compared.iter().filter_map(|c| c.err()).for_each(|kind| odd[kind as usize] += 1);
         let errors = std::array::from_fn(|q| {
             let of = |(i, c): (usize, &Compared)| Some((c.as_ref().ok()?[q]?, i));
             let errors = compared.iter().enumerate().filter_map(of).collect();
@@ -152,9 +147,9 @@ impl Line {
         });
         let solved = |c: &&Compared| matches!(c, Ok(_) | Err(Odd::Referred | Odd::Unsolved));
         let left = compared.iter().zip(far).filter(|(_, far)| **far).map(|(c, _)| c).filter(solved);
-        let odd = |(i, c): (usize, &Compared)| Some((c.err().filter(|odd| *odd > Odd::Referred)?, i));
+        let strange = |(i, c): (usize, &Compared)| Some((c.err().filter(|odd| *odd > Odd::Referred)?, i));
         // Of the oddest the first.
-        let odd = compared.iter().enumerate().rev().filter_map(odd).max_by_key(|(odd, _)| *odd);
+        let oddest = compared.iter().enumerate().rev().filter_map(strange).max_by_key(|(odd, _)| *odd);
         let words = |i: usize| answers.map(|all| all[i].status);
         let sweeps = || answers[1].iter().map(|o| f64::from(o.sweeps));
         Self {
@@ -164,29 +159,39 @@ impl Line {
             bound,
             taps: tuples.len(),
             compared: compared.iter().filter(|c| c.is_ok()).count(),
-            neither: count(Odd::Neither),
-            unsolved: count(Odd::Unsolved),
-            referred: count(Odd::Referred),
+            odd,
             left: [left.clone().filter(|c| **c == Err(Odd::Referred)).count(), left.count()],
-            unanswered: count(Odd::Unanswered),
-            differ: count(Odd::Differ),
-            odd: odd.map(|(_, i)| (tuples[i], words(i))),
+            odd_at: oddest.map(|(_, i)| (tuples[i], words(i))),
             at: errors[0].map(|f: Figures| (tuples[f.at], words(f.at)[1])),
             errors,
-            sweeps: (sweeps().sum::<f64>() / tuples.len().max(1) as f64, sweeps().fold(0.0, f64::max)),
+            sweeps: [sweeps().sum::<f64>() / tuples.len().max(1) as f64, sweeps().fold(0.0, f64::max)],
         }
+    }
+
+    /// Number of taps that are odd in this way.
+    pub fn odd(&self, kind: Odd) -> usize {
+        self.odd[kind as usize]
+    }
+
+    /// Taps whose strain error is above the bound.
+    pub fn over(&self, quantity: usize) -> usize {
+        self.errors[quantity].map_or(0, |f| f.over)
+    }
+
+    /// Largest strain error over its bound.
+    pub fn excess(&self) -> f64 {
+        self.errors[0].map_or(0.0, |f| f.worst / self.bound)
     }
 
     /// What is wrong, each as a word of the table and in words for people; empty if nothing is.
     pub fn faults(&self) -> Vec<(&'static str, String)> {
-        let many = |n: usize, of: usize| n as f64 > UNSOLVED * of as f64;
-        let most = 100.0 * UNSOLVED;
-        let odd = match &self.odd {
+        let odd = match &self.odd_at {
             Some((tuple, _)) => format!(" at {}, {}", self.place_of(tuple), self.other_words()),
             None => String::new(),
         };
+        let [neither, referred, unanswered, unsolved, differ] = self.odd;
         let mut faults = Vec::new();
-        if self.compared + self.neither == 0 {
+        if self.compared + neither == 0 {
             faults.push((FAULTS[0], "nothing was compared".to_owned()));
         }
         for (q, name) in QUANTITIES.into_iter().enumerate() {
@@ -199,28 +204,24 @@ impl Line {
             let (worst, over, of) = (f.worst, f.over, self.compared);
             faults.push((name, format!("{name} error {worst:.2e} > {bound:.1e}, {over} of {of} taps{at}")));
         }
-        if self.differ > 0 {
-            faults.push((FAULTS[1], format!("other words on {} taps{odd}", self.differ)));
+        if differ > 0 {
+            faults.push((FAULTS[1], format!("other words on {differ} taps{odd}")));
         }
-        let solved = self.compared + self.unsolved + self.referred + self.differ;
-        if many(self.unsolved, solved) {
-            let n = self.unsolved;
-            let why = format!(
-                "no answer to {n} of {solved} taps that the reference solves, more than {most} %{odd}"
-            );
-            faults.push((FAULTS[2], why));
-        }
-        let [n, of] = self.left;
-        if many(n, of) {
-            let why = "far from base and gauge are left to the reference, more than";
-            faults.push((FAULTS[2], format!("{n} of {of} taps {why} {most} %")));
-        }
-        if many(self.unanswered, self.taps) {
-            let (n, of) = (self.unanswered, self.taps);
-            let why = format!(
-                "answers to {n} of {of} taps to which the reference has none, more than {most} %{odd}"
-            );
-            faults.push((FAULTS[3], why));
+        let solved = self.compared + unsolved + referred + differ;
+        let shares = [
+            (FAULTS[2], "no answer to ", [unsolved, solved], "that the reference solves", &*odd),
+            (FAULTS[2], "", self.left, "far from base and gauge are left to the reference", ""),
+            (
+                FAULTS[3],
+                "answers to ",
+                [unanswered, self.taps],
+                "to which the reference has none",
+                &*odd,
+            ),
+        ];
+        let (many, most) = (|[n, of]: [usize; 2]| n as f64 > UNSOLVED * of as f64, 100.0 * UNSOLVED);
+        for (word, what, [n, of], which, at) in shares.into_iter().filter(|share| many(share.2)) {
+            faults.push((word, format!("{what}{n} of {of} taps {which}, more than {most} %{at}")));
         }
         faults
     }
@@ -233,8 +234,8 @@ impl Line {
     }
 
     /// What backend and reference say of the tap on which they are furthest apart; empty where they always agree.
-    pub(super) fn other_words(&self) -> String {
-        self.odd.map_or(String::new(), |(_, [expected, found])| format!("{found} (reference: {expected})"))
+    fn other_words(&self) -> String {
+        self.odd_at.map_or(String::new(), |(_, [expected, found])| format!("{found} (reference: {expected})"))
     }
 
     /// `D_mm=10 d_tip_mm=4 …`.
@@ -245,5 +246,34 @@ impl Line {
         let told = names.zip(t.to_array()).filter(|one| !upright(one));
         let parts: Vec<String> = told.map(|(name, x)| format!("{name}={x}")).collect();
         parts.join(" ")
+    }
+
+    /// Its row of verify.csv, on this backend.
+    pub fn fields(&self, backend: &Backend) -> Vec<Field> {
+        let value = |q: usize, f: fn(&Figures) -> f64| Field::from(self.errors[q].as_ref().map(f));
+        let mut fields: Vec<Field> = vec![
+            self.configuration.clone().into(),
+            backend.name.into(),
+            backend.precision.into(),
+            backend.adapter.clone().unwrap_or_default().into(),
+            Field::Number(self.bound),
+        ];
+        let [neither, referred, unanswered, unsolved, differ] = self.odd;
+        let counts = [self.taps, self.compared, neither, unsolved, unanswered, differ, referred];
+        fields.extend(counts.map(Field::from));
+        fields.extend([value(0, |f| f.worst), value(0, |f| f.median), value(0, |f| f.p99)]);
+        fields.push(self.over(0).into());
+        fields.extend((1..QUANTITIES.len()).flat_map(|q| [value(q, |f| f.worst), self.over(q).into()]));
+        fields.extend(self.sweeps.map(Field::Number));
+        let mut at = [f64::NAN; 1 + COLUMNS];
+        if let Some((tuple, _)) = &self.at {
+            let [before @ .., drive] = tuple.to_array();
+            at[..before.len()].copy_from_slice(&before);
+            at[before.len() + usize::from(self.drive == Drive::Displacement)] = drive;
+        }
+        fields.extend(at.map(Field::Number));
+        fields.extend([self.verdict().into(), self.other_words().into()]);
+        fields.push(self.at.map_or("".into(), |(_, status)| status.into()));
+        fields
     }
 }

@@ -3,71 +3,19 @@
 //! Of each tap that both solve, strain, K, forces and contact arc are compared, and the words of the status. A tap that only
 //! one of them solves is counted; it is hidden in no figure.
 
-use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
 
 use rayon::prelude::*;
-use serde_json::{Value, json};
 
-use super::compare::{Compared, Line, Odd, QUANTITIES, compare};
+use super::compare::{Compared, Line, Odd, compare};
 use super::configuration::{self, Configuration};
-use super::{Figures, Place, Taps, hard, present, relative, sample};
-use crate::backend::Backend;
+use super::{Place, Taps, hard, relative, sample};
 use crate::chart::ranker::Ranker;
 use crate::error::{Error, SolveError};
 use crate::evaluate::{Evaluator, Method, Outcome};
 use crate::kernel::Solver;
 use crate::kernel::ranking::{Case as Reading, Charts};
-use crate::progress::Progress;
-use crate::scene::{self, Drive, RunOptions, Setup, Spec, Study, Tuple};
-use crate::sink::folder::hash;
-use crate::sink::frame::Frame;
-use crate::sink::heading::heading;
-use crate::sink::run_json::{self, in_force, material_fit};
-use crate::sink::values::{Field, named};
-
-/// What a census is asked.
-#[derive(Debug, Clone, Copy)]
-pub struct CensusOptions {
-    /// Few taps.
-    pub quick: bool,
-    /// Random taps; [`samples`] where nobody says how many.
-    pub samples: Option<u32>,
-    /// Their seed.
-    pub seed: u64,
-    /// Largest relative error of the strain that passes.
-    pub bound: Option<f64>,
-}
-
-/// The census of a spec, or of the built-in configurations, as a table and as run.json; whether all was compared and no bound is broken.
-///
-/// # Errors
-/// A bound that is none; a backend that fails.
-pub fn census(
-    spec: Option<&Spec>,
-    options: &RunOptions,
-    asked: CensusOptions,
-    stop: &AtomicBool,
-    progress: &mut dyn Progress,
-) -> Result<(Frame, Value, bool), Error> {
-    let (start, CensusOptions { quick, samples: said, seed, bound }) = (Instant::now(), asked);
-    let places = present(options, bound)?;
-    let samples = said.unwrap_or(samples(spec.is_some(), quick));
-    let cases = match spec {
-        Some(spec) => vec![Case::of_study(&spec.name, spec.study.clone(), samples, seed)],
-        None => Case::built_in(samples, seed, quick),
-    };
-    let taps = cases.iter().map(|c| c.tuples.len() as u64).sum();
-    let backends: Vec<Backend> = places.iter().map(Place::backend).cloned().collect();
-    let mut lines = Vec::new();
-    let done = run(&cases, &places, stop, progress, &mut |line| lines.push(line))?;
-    let stopped = (done < taps).then_some([done, taps]);
-    let seconds = start.elapsed().as_secs_f64();
-    let verified = Verified { spec, samples, seed, backends: &backends, lines: &lines, stopped, seconds };
-    let good = done == taps && lines.iter().all(|line| line.faults().is_empty());
-    Ok((verified.table()?, verified.document(), good))
-}
+use crate::scene::{Setup, Study, Tuple};
 
 /// Random taps where nobody says how many: of a spec, or of each built-in configuration beside its hard cases.
 pub fn samples(of_spec: bool, quick: bool) -> u32 {
@@ -118,85 +66,54 @@ impl Case {
     }
 }
 
-/// Solves every case by the reference and on every place; `each` is handed the lines of the census, one for each pair. When `stop` is set, the
-/// lines of the case under way are those of its taps so far. The number of taps that were solved everywhere.
+/// What a census tells while it runs.
+pub enum CensusNews {
+    /// So many taps are solved everywhere.
+    Done(u64),
+    /// The lines of a configuration, one for each place, and how many taps are done with it.
+    Lines(u64, Vec<Line>),
+}
+
+/// Solves every case by the reference and on every place. When `stop` is set, the last lines are those of the taps of their case so far.
+///
+/// # Errors
+/// A backend that fails.
 pub fn run(
     cases: &[Case],
     places: &[Place],
     stop: &AtomicBool,
-    progress: &mut dyn Progress,
-    each: &mut dyn FnMut(Line),
-) -> Result<u64, Error> {
-    let total = cases.iter().map(|c| c.tuples.len() as u64).sum();
-    let parts = |(k, case): (usize, &Case)| {
-        let n = case.tuples.len();
-        (0..n).step_by(PART).map(move |from| (k, from..(from + PART).min(n))).collect::<Vec<_>>()
-    };
-    let parts: Vec<(usize, Range<usize>)> = cases.iter().enumerate().flat_map(parts).collect();
-    // The reference is a part ahead, so that it works while devices compile.
-    let refer = |(k, range): &(usize, Range<usize>)| -> Result<(Taps, Vec<Outcome>), Error> {
-        let taps = Taps::of(&cases[*k].setup, &cases[*k].tuples[range.clone()]);
-        let mut reference = Evaluator::new(&taps.setup, Method::Reference).stopping(stop);
-        let expected = reference.run(&taps.designs, &taps.tasks)?;
-        Ok((taps, expected))
-    };
-    let (mut done, mut solved, mut ahead) = (0, Solved::default(), parts.first().map(refer).transpose());
+    tell: &mut dyn FnMut(CensusNews),
+) -> Result<(), Error> {
+    let stopped = || stop.load(Ordering::Relaxed);
+    let mut done = 0;
     // Each device is opened once, on its first use.
     let mut solvers: Vec<Option<Box<dyn Solver>>> = places.iter().map(|_| None).collect();
-    let answer = |(place, kept): (&Place, &mut Option<Box<dyn Solver>>),
-                  (taps, expected): &(Taps, Vec<Outcome>)|
-     -> Result<Vec<Outcome>, Error> {
-        let solver = kept.take().map_or_else(|| place.choice.solver(), Ok)?;
-        let method = place.choice.method(solver, &taps.setup.model);
-        let mut evaluator = Evaluator::new(&taps.setup, method).stopping(stop);
-        let found = evaluator.run_beside(&taps.designs, &taps.tasks, expected);
-        if let Method::Fast { solver, .. } = evaluator.into_method() {
-            *kept = Some(solver);
+    for case in cases {
+        let mut solved = Solved { found: places.iter().map(|_| Default::default()).collect(), ..Solved::default() };
+        for tuples in case.tuples.chunks(PART) {
+            match solved.add(&Taps::of(&case.setup, tuples), places, &mut solvers, stop) {
+                Err(Error::Solve(SolveError::Stopped)) => break,
+                other => other?,
+            }
+            done += tuples.len() as u64;
+            tell(CensusNews::Done(done));
+            if stopped() {
+                break;
+            }
         }
-        Ok(found?)
-    };
-    for (k, (at, range)) in parts.iter().enumerate() {
-        let found = ahead.and_then(|taps| {
-            let Some(taps) = taps else { return Ok(None) };
-            let (next, found) = rayon::join(
-                || parts.get(k + 1).map(refer).transpose(),
-                || {
-                    places
-                        .par_iter()
-                        .zip(&mut solvers)
-                        .map(|one| answer(one, &taps))
-                        .collect::<Result<Vec<_>, _>>()
-                },
-            );
-            Ok(Some((next, taps, found?)))
-        });
-        let (next, (taps, expected), found) = match found {
-            Ok(Some(found)) => found,
-            Ok(None) | Err(Error::Solve(SolveError::Stopped)) => break,
-            Err(e) => return Err(e),
-        };
-        ahead = next;
-        done += range.len() as u64;
-        solved.add(&taps, expected, found, places);
-        progress.at(done, total);
-        solved.case = *at;
-        if range.end == cases[*at].tuples.len() {
-            std::mem::take(&mut solved).lines(cases, places, each);
+        if !solved.expected.is_empty() {
+            tell(CensusNews::Lines(done, solved.lines(case, places)));
         }
-        if stop.load(Ordering::Relaxed) {
+        if stopped() {
             break;
         }
     }
-    if !solved.expected.is_empty() {
-        solved.lines(cases, places, each);
-    }
-    Ok(done)
+    Ok(())
 }
 
 /// The first taps of a case, as solved by the reference and on every place.
 #[derive(Default)]
 struct Solved {
-    case: usize,
     expected: Vec<Outcome>,
     /// Whether each is far from base and gauge.
     far: Vec<bool>,
@@ -204,29 +121,55 @@ struct Solved {
 }
 
 impl Solved {
-    fn add(&mut self, taps: &Taps, expected: Vec<Outcome>, found: Vec<Vec<Outcome>>, places: &[Place]) {
-        self.found.resize_with(places.len(), Default::default);
-        for ((place, found), all) in places.iter().zip(found).zip(&mut self.found) {
+    /// Solves and compares more taps.
+    fn add(
+        &mut self,
+        taps: &Taps,
+        places: &[Place],
+        solvers: &mut [Option<Box<dyn Solver>>],
+        stop: &AtomicBool,
+    ) -> Result<(), Error> {
+        let mut reference = Evaluator::new(&taps.setup, Method::Reference).stopping(stop);
+        let expected = reference.run(&taps.designs, &taps.tasks)?;
+        let answer = |(place, kept): (&Place, &mut Option<Box<dyn Solver>>)| -> Result<_, Error> {
+            let solver = kept.take().map_or_else(|| place.choice.solver(), Ok)?;
+            let method = place.choice.method(solver, &taps.setup.model);
+            let mut evaluator = Evaluator::new(&taps.setup, method).stopping(stop);
+            let found = evaluator.run_beside(&taps.designs, &taps.tasks, &expected);
+            if let Method::Fast { solver, .. } = evaluator.into_method() {
+                *kept = Some(solver);
+            }
+            let found = found?;
             let one = |i: usize| compare(taps, i, [&expected[i], &found[i]], place.bound);
-            all.1.extend((0..found.len()).map(one));
+            let compared: Vec<Compared> = (0..found.len()).map(one).collect();
+            Ok((found, compared))
+        };
+        let found: Vec<_> = places.par_iter().zip(solvers).map(answer).collect::<Result<_, _>>()?;
+        for (all, (found, compared)) in self.found.iter_mut().zip(found) {
             all.0.extend(found);
+            all.1.extend(compared);
         }
         self.far.extend(taps.tasks.iter().enumerate().map(|(i, task)| task.is_far(taps.design(i))));
         self.expected.extend(expected);
+        Ok(())
     }
 
     /// The lines of the census.
-    fn lines(self, cases: &[Case], places: &[Place], each: &mut dyn FnMut(Line)) {
-        let case = &cases[self.case];
-        let (tuples, expected) = (&case.tuples[..self.expected.len()], &self.expected);
+    fn lines(&self, case: &Case, places: &[Place]) -> Vec<Line> {
+        let expected = &self.expected[..];
+        let tuples = &case.tuples[..expected.len()];
+        let mut lines = Vec::new();
         for (n, (place, (found, compared))) in places.iter().zip(&self.found).enumerate() {
-            let (drive, at) = (case.setup.drive, (n, place.bound));
+            let mut add = |name: String, compared: &[Compared], found: &[Outcome]| {
+                let (of, at) = ((name, case.setup.drive), (n, place.bound));
+                lines.push(Line::new(of, at, (tuples, &self.far), compared, [expected, found]));
+            };
             if let Some(charted) = charted(case, place, tuples, expected) {
-                let name = format!("{} chart", case.name);
-                each(Line::new((name, drive), at, (tuples, &self.far), &charted, [expected, expected]));
+                add(format!("{} chart", case.name), &charted, expected);
             }
-            each(Line::new((case.name.clone(), drive), at, (tuples, &self.far), compared, [expected, found]));
+            add(case.name.clone(), compared, found);
         }
+        lines
     }
 }
 
@@ -251,104 +194,4 @@ fn charted(case: &Case, place: &Place, tuples: &[Tuple], expected: &[Outcome]) -
         compared[i] = Ok([Some(error), None, None, None]);
     }
     Some(compared)
-}
-
-/// A census of every backend.
-#[derive(Debug)]
-pub struct Verified<'a> {
-    /// The spec, if there was one.
-    pub spec: Option<&'a Spec>,
-    /// Random taps of each configuration.
-    pub samples: u32,
-    /// Seed of the random taps.
-    pub seed: u64,
-    /// Backends, in the order of [`Line::place`].
-    pub backends: &'a [Backend],
-    /// The census.
-    pub lines: &'a [Line],
-    /// Taps that were solved everywhere, of how many, where a signal ended the run before all were.
-    pub stopped: Option<[u64; 2]>,
-    /// Start of the command to last byte, s.
-    pub seconds: f64,
-}
-
-impl Verified<'_> {
-    fn fields(&self, line: &Line) -> Vec<Field> {
-        let backend = &self.backends[line.place];
-        let count = |n: usize| Field::Count(n as u64);
-        let value = |q: usize, f: fn(&Figures) -> f64| Field::from(line.errors[q].as_ref().map(f));
-        let over = |q: usize| count(line.errors[q].map_or(0, |f| f.over));
-        let Line { taps, compared, neither, unsolved, unanswered, differ, referred, .. } = *line;
-        let mut fields: Vec<Field> = vec![
-            line.configuration.clone().into(),
-            backend.name.into(),
-            backend.precision.into(),
-            backend.adapter.clone().unwrap_or_default().into(),
-            Field::Number(line.bound),
-        ];
-        fields.extend([taps, compared, neither, unsolved, unanswered, differ, referred].map(count));
-        fields.extend([value(0, |f| f.worst), value(0, |f| f.median), value(0, |f| f.p99), over(0)]);
-        fields.extend((1..QUANTITIES.len()).flat_map(|q| [value(q, |f| f.worst), over(q)]));
-        fields.extend([line.sweeps.0, line.sweeps.1].map(Field::Number));
-        let mut at = [f64::NAN; 1 + scene::COLUMNS];
-        if let Some((tuple, _)) = &line.at {
-            let [before @ .., drive] = tuple.to_array();
-            at[..before.len()].copy_from_slice(&before);
-            at[before.len() + usize::from(line.drive == Drive::Displacement)] = drive;
-        }
-        fields.extend(at.map(Field::Number));
-        fields.extend([line.verdict().into(), line.other_words().into()]);
-        fields.push(line.at.map_or("".into(), |(_, status)| status.into()));
-        fields
-    }
-
-    /// The census as verify.csv.
-    pub fn table(&self) -> Result<Frame, Error> {
-        let mut table = heading("verify").frame(&[]);
-        self.lines.iter().try_for_each(|line| table.row(self.fields(line)))?;
-        Ok(table)
-    }
-
-    /// Its lines as JSON, by the names of the columns.
-    pub fn census(&self) -> Vec<Value> {
-        self.lines.iter().map(|line| named(heading("verify").names_as(&[]), self.fields(line))).collect()
-    }
-
-    /// Sums over the census.
-    pub fn counts(&self) -> Value {
-        let sum = |f: fn(&Line) -> usize| self.lines.iter().map(f).sum::<usize>();
-        json!({
-            "comparisons": sum(|l| l.taps),
-            "compared": sum(|l| l.compared),
-            "neither": sum(|l| l.neither),
-            "unsolved": sum(|l| l.unsolved),
-            "referred": sum(|l| l.referred),
-            "unanswered": sum(|l| l.unanswered),
-            "differ": sum(|l| l.differ),
-            "strain_over": sum(|l| l.errors[0].map_or(0, |f| f.over)),
-            "lines": self.lines.len(),
-            "broken_lines": sum(|l| usize::from(!l.faults().is_empty())),
-        })
-    }
-
-    /// The whole of `run.json`.
-    pub fn document(&self) -> Value {
-        let (name, text) = self.spec.map_or(("verify", ""), |s| (&s.name, &s.text));
-        run_json::document(
-            "verify",
-            json!({ "name": name, "hash": hash(text), "text": text }),
-            json!({
-                "in_force": self.spec.map(in_force),
-                "material_fit": self.spec.map(|s| material_fit(s, None)),
-                "warnings": self.spec.map_or(&[][..], |s| &s.warnings),
-                "samples": self.samples,
-                "seed": self.seed,
-                "backends": self.backends,
-                "counts": self.counts(),
-                "stopped": self.stopped.map(|[taps, of]| json!({ "taps": taps, "of": of })),
-                "census": self.census(),
-                "seconds": { "total": self.seconds },
-            }),
-        )
-    }
 }

@@ -3,12 +3,9 @@
 //! A thread of its own waits for them, so that a run that is blocked, where no data come or a file does not open, hears them
 //! too. A signal that was ignored when the program started (`nohup`, jobs in the background of a script) stays ignored.
 
-use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
-
-use serde_json::Value;
 
 use super::{reply, say};
 use vibrissa::error::Error;
@@ -22,8 +19,6 @@ const GRACE: Duration = Duration::from_millis(1200);
 const WORDS: Duration = Duration::from_millis(300);
 
 static STOP: AtomicBool = AtomicBool::new(false);
-/// Whether a thread is left behind in its work.
-static BEHIND: AtomicBool = AtomicBool::new(false);
 static MANNER: Mutex<Manner> = Mutex::new(Manner::AtOnce);
 
 /// How the run that is under way ends.
@@ -54,17 +49,11 @@ pub fn asked() -> bool {
     STOP.load(Ordering::Relaxed)
 }
 
-/// Notes that a thread is left behind, with which the process cannot end in good order.
-pub fn leave_behind() {
-    BEHIND.store(true, Ordering::Relaxed);
-}
-
-/// Ends the process at once if a thread was left behind: a run that was stopped with exit code 1, one whose driver has not returned with
-/// `code`. Drivers are not closed then.
-pub fn end_without_those_behind(code: u8) {
+/// Ends the process at once, with `code`, after a signal or where a driver has not returned: a thread may still be deep in its work. Drivers are
+/// not closed then.
+pub fn end_after_a_signal(code: u8) {
     use std::io::Write;
-    let code = if BEHIND.load(Ordering::Relaxed) { 1 } else { code };
-    if BEHIND.load(Ordering::Relaxed) || left_behind() {
+    if asked() || left_behind() {
         let _ = std::io::stdout().flush();
         signal_hook::low_level::exit(code.into());
     }
@@ -173,23 +162,4 @@ pub fn listen() {
 pub(super) fn threads(options: &RunOptions) -> Result<(), Error> {
     let Some(n) = options.threads else { return Ok(()) };
     rayon::ThreadPoolBuilder::new().num_threads(n).build_global().map_err(|e| Error::Run(e.to_string()))
-}
-
-/// Whether an older result is whole: a part of a new one does not take its place, unless that is forced.
-pub fn is_whole(older: Option<&Value>) -> bool {
-    older.is_some_and(|run| run["stopped"].is_null())
-}
-
-/// The last words: `done` of it, such as "3 of 34 taps", was finished; `kept` in `out`, or nothing was, or an older result stays.
-pub fn last_words(done: &str, nothing: bool, kept: bool, out: &Path) -> String {
-    let out = out.display();
-    match (nothing, kept) {
-        (true, _) => "interrupted before the first result; nothing was written".to_owned(),
-        (_, true) => format!("interrupted; what {done} show is kept in {out}"),
-        (_, false) => {
-            format!(
-                "interrupted after {done}; nothing was written: {out} holds a whole result (--force replaces it)"
-            )
-        }
-    }
 }

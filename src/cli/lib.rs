@@ -1,8 +1,6 @@
 //! Commands of the program, one file each; what was typed, and how a result or an error reaches the user.
 
-mod apart;
 mod args;
-mod bench;
 mod cite;
 mod cluster;
 mod devices;
@@ -18,7 +16,6 @@ pub mod progress;
 mod reply;
 mod say;
 mod terminal;
-mod verify;
 
 use clap::{CommandFactory, FromArgMatches};
 
@@ -74,6 +71,6 @@ pub fn run() -> u8 {
         Err(Error::Solve(SolveError::Stopped)) => reply::interrupted(&end_all()),
         Err(e) => reply::failure(&e),
     };
-    interrupt::end_without_those_behind(code);
+    interrupt::end_after_a_signal(code);
     code
 }

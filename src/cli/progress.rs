@@ -12,8 +12,7 @@ use super::say::{grouped, rough};
 /// Time between plain lines.
 const EVERY: Duration = Duration::from_secs(5);
 
-/// Shows taps done, rate and remaining time. Clones show the same.
-#[derive(Clone)]
+/// Shows taps done, rate and remaining time.
 pub enum Shown {
     /// A terminal.
     Bar(ProgressBar),
@@ -24,20 +23,24 @@ pub enum Shown {
 }
 
 impl Shown {
-    /// For a run of `total` taps.
-    pub fn new(total: u64, quiet: bool) -> Self {
+    /// Of no taps yet.
+    pub fn new(quiet: bool) -> Self {
         if quiet {
             return Self::Silent;
         }
         if !std::io::stderr().is_terminal() {
             return Self::Lines { start: Instant::now(), last: Instant::now(), before: 0 };
         }
+        let bar = ProgressBar::with_draw_target(Some(0), ProgressDrawTarget::stderr());
         let template = "{bar:32} {percent:>3} %  {human_pos} of {human_len} taps  {per_sec}  {eta} left";
-        Self::Bar(bar(total, template))
+        let style = ProgressStyle::with_template(template);
+        Self::Bar(style.map_or(bar.clone(), |style| bar.with_style(style)))
     }
+}
 
+impl Drop for Shown {
     /// Takes the bar off the screen.
-    pub fn finish(&self) {
+    fn drop(&mut self) {
         if let Self::Bar(bar) = self {
             bar.finish_and_clear();
         }
@@ -80,12 +83,6 @@ impl Progress for Shown {
     }
 }
 
-/// A bar on stderr of `total` steps that looks as `template` says.
-fn bar(total: u64, template: &str) -> ProgressBar {
-    let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr());
-    ProgressStyle::with_template(template).map_or(bar.clone(), |style| bar.with_style(style))
-}
-
 /// A plain line: taps done of all, `own` of which took `time`, their rate and the time that the others will take.
 pub fn line((done, total): (u64, u64), own: u64, time: Duration) -> String {
     let rate = own as f64 / time.as_secs_f64();
@@ -95,49 +92,4 @@ pub fn line((done, total): (u64, u64), own: u64, time: Duration) -> String {
         _ => format!(", {} taps/s, {} s left", rough(rate), rough(left)),
     };
     format!("{} of {} taps{times}", grouped(done), grouped(total))
-}
-
-/// Shows the steps of work whose steps differ: which one, and of how many. Clones show the same.
-#[derive(Clone)]
-pub enum Steps {
-    /// A terminal.
-    Bar(ProgressBar),
-    /// A log: a line for each.
-    Lines,
-    /// Nothing.
-    Silent,
-}
-
-impl Steps {
-    /// Of a run of `total` steps.
-    pub fn new(total: u64, quiet: bool) -> Self {
-        match (quiet, std::io::stderr().is_terminal()) {
-            (true, _) => Self::Silent,
-            (_, false) => Self::Lines,
-            (_, true) => {
-                let bar = bar(total, "{bar:32} {pos} of {len}  {elapsed}  {wide_msg}");
-                bar.enable_steady_tick(Duration::from_millis(200));
-                Self::Bar(bar)
-            }
-        }
-    }
-
-    /// Step `n`, from 1, begins: `what`.
-    pub fn at(&self, n: usize, of: usize, what: &str) {
-        match self {
-            Self::Bar(bar) => {
-                bar.set_position(n as u64 - 1);
-                bar.set_message(what.to_owned());
-            }
-            Self::Lines => say::line(format_args!("[{n:>3} of {of}] {what}")),
-            Self::Silent => {}
-        }
-    }
-
-    /// Takes the bar off the screen.
-    pub fn finish(&self) {
-        if let Self::Bar(bar) = self {
-            bar.finish_and_clear();
-        }
-    }
 }

@@ -27,7 +27,7 @@ impl Host for Terminal {
     }
 
     fn progress(&self, quiet: bool) -> Box<dyn Progress + '_> {
-        Box::new(Tapping(Shown::new(0, quiet)))
+        Box::new(Shown::new(quiet))
     }
 
     fn watch(&self, quiet: bool) -> Box<dyn Watch + '_> {
@@ -36,29 +36,6 @@ impl Host for Terminal {
 
     fn stop(&self, keeps: bool) -> &AtomicBool {
         if keeps { interrupt::stop_and_keep() } else { interrupt::stop() }
-    }
-}
-
-/// Progress of taps that leaves the screen with its end.
-struct Tapping(Shown);
-
-impl Progress for Tapping {
-    fn at(&mut self, done: u64, total: u64) {
-        self.0.at(done, total);
-    }
-
-    fn begin(&mut self, done: u64) {
-        self.0.begin(done);
-    }
-
-    fn note(&mut self, words: &str) {
-        self.0.note(words);
-    }
-}
-
-impl Drop for Tapping {
-    fn drop(&mut self) {
-        self.0.finish();
     }
 }
 

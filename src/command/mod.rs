@@ -6,7 +6,9 @@
 // The comments of flags are their help on the terminal: plain text, in which [model] is a section and <out> stands for a folder.
 #![allow(rustdoc::broken_intra_doc_links, rustdoc::invalid_html_tags)]
 
+mod apart;
 pub mod array;
+pub mod bench;
 mod best;
 pub mod calibrate;
 pub mod chart;
@@ -24,6 +26,7 @@ pub mod simulate;
 pub mod sweep;
 pub mod tap;
 pub mod taps;
+pub mod verify;
 mod words;
 
 pub use common::{Common, named, number, shard, whole, words};
@@ -106,6 +109,7 @@ pub fn run(command: &str, request: &str, context: &Context<'_>) -> Result<Reply,
         "sweep" => sweep::run(&read(request)?, context),
         "tap" => tap::run(&read(request)?, context),
         "taps" => taps::run(&read(request)?, context),
+        "verify" => verify::run(&read(request)?, context),
         other => Err(Error::Run(format!("there is no command {other}"))),
     }
 }

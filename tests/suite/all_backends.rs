@@ -5,10 +5,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use crate::common::cases::rows;
 use crate::common::program::{Desk, SPEC, says};
 use vibrissa::census::configuration::{QUICK, all};
-use vibrissa::census::verify::{self, Case};
+use vibrissa::census::verify::{self, Case, CensusNews};
 use vibrissa::census::{Taps, present};
 use vibrissa::evaluate::{Evaluator, Outcome};
-use vibrissa::progress::Progress;
 use vibrissa::scene::{BackendChoice, Contact, Drive, Geometry, RunOptions, Setup, Tuple};
 use vibrissa::sink::heading::heading;
 
@@ -64,12 +63,6 @@ fn a_quick_run_has_a_configuration_of_each_kind() {
 /// A signal between two parts: the taps so far are a census of their own.
 #[test]
 fn a_stopped_run_has_the_lines_of_its_taps() {
-    struct StopAt<'a>(&'a AtomicBool, u64);
-    impl Progress for StopAt<'_> {
-        fn at(&mut self, done: u64, _: u64) {
-            self.0.store(done >= self.1, Ordering::Relaxed);
-        }
-    }
     let study = Setup::default().linear();
     let tuple =
         Tuple { D: 10.0, d: 4.0, L_a: 50.0, x_ss: 5.0, l: 2.0, a: 33.0, drive: 4.0, ..Tuple::default() };
@@ -81,10 +74,16 @@ fn a_stopped_run_has_the_lines_of_its_taps() {
     };
     let options = RunOptions { backend: Some(BackendChoice::Cpu), ..RunOptions::default() };
     let places = present(&options, None).expect("the CPU");
-    let (mut lines, stop) = (Vec::new(), AtomicBool::new(false));
+    let (mut lines, mut done, stop) = (Vec::new(), 0, AtomicBool::new(false));
     let cases = [case("one"), case("two")];
-    let done = verify::run(&cases, &places, &stop, &mut StopAt(&stop, 1200), &mut |line| lines.push(line));
-    let done = done.expect("it runs");
+    let ran = verify::run(&cases, &places, &stop, &mut |news| match news {
+        CensusNews::Done(done) => stop.store(done >= 1200, Ordering::Relaxed),
+        CensusNews::Lines(with, more) => {
+            done = with;
+            lines.extend(more);
+        }
+    });
+    ran.expect("it runs");
     assert!((1200..2000).contains(&done), "{done}");
     let told: Vec<(&str, usize, u64)> =
         lines.iter().map(|l| (l.configuration.as_str(), l.place, l.taps as u64)).collect();

@@ -10,7 +10,6 @@ use std::time::{Duration, Instant};
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use vibrissa::error::Error;
-use vibrissa::progress::Progress;
 
 use super::error;
 use super::fork::{self, Working};
@@ -139,15 +138,6 @@ pub fn forget_pools() {
 
 /// How far work is: taps done, of how many.
 pub type Far = (u64, u64);
-
-/// Hands on how far work is.
-pub struct Ahead<'a>(pub &'a mut dyn FnMut(Far));
-
-impl Progress for Ahead<'_> {
-    fn at(&mut self, done: u64, total: u64) {
-        (self.0)((done, total));
-    }
-}
 
 /// As [`run`], with `progress(done, total)` called, if there is any; after an interrupt there is nothing.
 pub fn whole<T: Send + 'static>(

@@ -23,7 +23,7 @@ mod _native {
         command::run,
         fork::forked,
         locate::Locator,
-        machine::{answer, ask_drivers_by, devices, left_behind, verify},
+        machine::{answer, ask_drivers_by, devices, left_behind},
         spec::{fit_material, read_columns, units},
         table::Table,
         taps::Taps,

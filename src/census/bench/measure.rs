@@ -24,18 +24,19 @@ pub enum News {
     Made(Box<Measured>),
 }
 
-/// Takes all steps of `settings` on `places`.
+/// Takes the `steps` of `settings` on `places`; the first of a configuration is that of the reference.
 ///
 /// # Errors
 /// A device that fails; [`SolveError::Stopped`] once `stop` is set.
 pub fn measure(
     settings: &Settings,
+    steps: Vec<Step>,
     places: &[Place],
     stop: &AtomicBool,
     tell: &mut dyn FnMut(News),
 ) -> Result<(), Error> {
     let mut judge: Option<Judge> = None;
-    for (n, step) in settings.steps(places).into_iter().enumerate() {
+    for (n, step) in steps.into_iter().enumerate() {
         if stop.load(Ordering::Relaxed) {
             return Err(SolveError::Stopped.into());
         }
@@ -94,61 +95,55 @@ impl Judge {
             Place::new(&RunOptions::default(), other, None)?.at(smallest_tolerance(Precision::F64))?;
         let other = compared.answers(other.open(&compared.setup.model)?)?;
         let judge = Self { compared, answers, timed };
-        let point = judge.compare(&other, Measured::new(step, times));
+        let point = judge.compare(&other, step, (times, [None; 2]));
         Ok((judge, Measured { taps: point.taps - point.failed, failed: 0, ..point }))
     }
 
-    /// `point` with taps compared, taps that only the reference solved, errors.
-    fn compare(&self, found: &[Outcome], mut point: Measured) -> Measured {
-        let mut errors = Vec::new();
+    /// The measurement of a `step` that took these times of a tap, of its kernel alone, and its sweeps; the taps `found` are compared.
+    fn compare(&self, found: &[Outcome], step: Step, (times, [kernel, sweeps]): Spent) -> Measured {
+        let (mut taps, mut failed, mut errors) = (0, 0, Vec::new());
         for (i, (answer, found)) in self.answers.iter().zip(found).enumerate() {
             if !answer.strain.is_finite() {
                 continue;
             }
-            point.taps += 1;
+            taps += 1;
             if found.strain.is_finite() {
                 let size = answer.strain.abs().max(self.compared.least(i));
                 errors.push((relative((found.strain - answer.strain).abs(), size), i));
             } else {
-                point.failed += 1;
+                failed += 1;
             }
         }
-        Measured { errors: Figures::new(errors, f64::INFINITY), ..point }
+        Measured { step, times, taps, failed, kernel, sweeps, errors: Figures::new(errors, f64::INFINITY) }
     }
 
     /// The point of `step`, at `place`.
     fn point(&self, step: Step, place: &Place, repeats: usize) -> Result<Measured, Error> {
-        let (precision, model) = (place.precision, &self.timed.setup.model);
-        let ladder = |tolerance: f64, model| match place.at(tolerance)?.open(model)? {
-            Method::Fast { rungs, .. } => Ok::<_, Error>(rungs),
-            Method::Reference => Ok(Vec::new()),
-        };
         let asked = step.tolerance.or(place.backend().tolerance).unwrap_or(1e-5);
-        let run = match step.solved {
+        // The closed forms are those of the first configuration.
+        let linear = (step.solved == Solved::Linear)
+            .then(|| taps(&configuration::all()[0], self.timed.tasks.len()));
+        let timed = linear.as_ref().unwrap_or(&self.timed);
+        let model = &timed.setup.model;
+        let (rungs, tolerance, alone) = match step.solved {
             Solved::Nodes(nodes) => {
-                let rung = Rung::new(rule(precision, nodes), precision, &model.material, asked);
-                fast(&self.timed, place, repeats, (vec![rung], 1.0, Some(asked)))?
+                let rule = rule(place.precision, nodes);
+                (vec![Rung::new(rule, place.precision, &model.material, asked)], 1.0, Some(asked))
             }
-            Solved::Linear => {
-                let taps = taps(&configuration::all()[0], self.timed.tasks.len());
-                let rungs = ladder(asked, &taps.setup.model)?;
-                // Closed forms need no kernel.
-                Run { kernel: None, sweeps: None, ..fast(&taps, place, repeats, (rungs, asked, None))? }
-            }
-            _ => fast(&self.timed, place, repeats, (ladder(asked, model)?, asked, None))?,
+            _ => match place.at(asked)?.open(model)? {
+                Method::Fast { rungs, .. } => (rungs, asked, None),
+                Method::Reference => (Vec::new(), asked, None),
+            },
         };
-        let Run { outcomes, times, kernel, sweeps } = run;
-        Ok(self.compare(&outcomes, Measured { kernel, sweeps, ..Measured::new(step, times) }))
+        let (outcomes, (times, spent)) = fast(timed, place, repeats, (rungs, tolerance, alone))?;
+        // Closed forms need no kernel.
+        let spent = if linear.is_some() { [None; 2] } else { spent };
+        Ok(self.compare(&outcomes, step, (times, spent)))
     }
 }
 
-/// What was solved, with its cost per tap.
-struct Run {
-    outcomes: Vec<Outcome>,
-    times: Times,
-    kernel: Option<f64>,
-    sweeps: Option<f64>,
-}
+/// Nanoseconds of a tap, of its kernel alone, and its sweeps.
+type Spent = (Times, [Option<f64>; 2]);
 
 /// The rule of the ladder with `nodes`, or its first with another number of them.
 fn rule(precision: Precision, nodes: usize) -> Rule {
@@ -163,7 +158,7 @@ fn fast(
     place: &Place,
     repeats: usize,
     (rungs, tolerance, alone): (Vec<Rung>, f64, Option<f64>),
-) -> Result<Run, Error> {
+) -> Result<(Vec<Outcome>, Spent), Error> {
     let (probe, account) = Probe::new(place.choice.solver()?, alone);
     let method = Method::Fast { solver: Box::new(probe), rungs, tolerance };
     let mut evaluator = Evaluator::new(&taps.setup, method);
@@ -171,14 +166,13 @@ fn fast(
     // The first run pays for pipelines and buffers.
     run()?;
     account.take();
-    let (mut seconds, mut sweeps, n) = (Vec::new(), 0.0, taps.tasks.len());
+    let (mut seconds, mut sweeps, n) = (f64::INFINITY, 0.0, taps.tasks.len());
     let (outcomes, times) = repeat(repeats, || {
         let outcomes = run();
-        let spent = Account::take(&account);
-        seconds.push(spent.seconds);
+        let spent = account.take();
+        seconds = spent.seconds.min(seconds);
         sweeps = spent.sweeps;
         outcomes
     })?;
-    let kernel = Some(Times::of(seconds).per(n).best);
-    Ok(Run { outcomes, times: times.per(n), kernel, sweeps: Some(sweeps / n as f64) })
+    Ok((outcomes, (times.per(n), [Some(1e9 / n as f64 * seconds), Some(sweeps / n as f64)])))
 }

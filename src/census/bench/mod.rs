@@ -3,29 +3,23 @@
 //! The yardstick is the reference solver, which shares no method with the kernels; an error is |ε − ε_ref| relative to
 //! max(|ε_ref|, 1e-3 θ f_max), as the tolerance is defined. Times are those of whole taps, from a tuple to its strain,
 //! forces and status; the share of the kernel is told apart. Every measurement is repeated: the best is what the machine
-//! can do, the median what it did, their spread how much else it did ([`spread`]).
+//! can do, the median what it did, their spread how much else it did.
 //!
-//! A benchmark is a list of [`Step`]s, which [`measure()`] takes one after the other; [`table`] shows them, and [`crate::report`] draws its figures from it.
+//! A benchmark is a list of [`Step`]s, which [`measure()`] takes one after the other.
 
 mod measure;
 pub mod probe;
 mod stopwatch;
 
-use std::path::Path;
-use std::time::Instant;
-
 use serde_json::{Value, json};
 
 use super::configuration::{self, Configuration};
 use super::{Figures, Place, present};
+use crate::backend::Backend;
 use crate::error::Error;
-use crate::figure::{self, Format, Style};
 use crate::kernel::rule::{every_rule, rules_of_devices, smallest_tolerance};
-use crate::report;
 use crate::scene::{BackendChoice, Contact, Precision, RunOptions};
-use crate::sink::folder::{Folder, Question, Written, hash};
-use crate::sink::values::{Field, named};
-use crate::sink::{frame::Frame, heading::heading, run_json};
+use crate::sink::values::Field;
 pub use measure::{News, measure, taps};
 pub use stopwatch::Times;
 
@@ -129,8 +123,30 @@ pub struct Measured {
 }
 
 impl Measured {
-    fn new(step: Step, times: Times) -> Self {
-        Self { step, times, taps: 0, failed: 0, kernel: None, sweeps: None, errors: None }
+    /// Its row of work_precision.csv, on this backend.
+    pub fn fields(&self, backend: &Backend) -> Vec<Field> {
+        let Step { configuration, solved, tolerance, .. } = &self.step;
+        let nodes = if let Solved::Nodes(n) = solved { (*n).into() } else { None.into() };
+        let error = |f: fn(&Figures) -> f64| Field::from(self.errors.as_ref().map(f));
+        vec![
+            configuration.name.into(),
+            backend.name.into(),
+            backend.precision.into(),
+            backend.adapter.clone().unwrap_or_default().into(),
+            solved.name().into(),
+            nodes,
+            (*tolerance).into(),
+            self.taps.into(),
+            self.failed.into(),
+            self.times.best.into(),
+            self.times.median.into(),
+            self.kernel.into(),
+            self.sweeps.into(),
+            error(|e| e.median),
+            error(|e| e.p99),
+            error(|e| e.worst),
+            self.times.spread.into(),
+        ]
     }
 }
 
@@ -247,12 +263,6 @@ impl Settings {
             "tolerance": self.tolerance,
         })
     }
-
-    /// Identity of the result: settings and places.
-    fn text(&self, places: &[Place]) -> String {
-        let names: Vec<_> = (0..places.len()).map(|k| name(places, k)).collect();
-        format!("{}\n", json!({ "bench": self.json(), "places": names }))
-    }
 }
 
 /// Name of a place in words and legends, such as "cpu f32"; with the adapter's where there are several.
@@ -264,118 +274,4 @@ pub fn name(places: &[Place], place: usize) -> String {
         }
         _ => label,
     }
-}
-
-/// The table.
-const TABLE: &str = "work_precision";
-
-fn row(m: &Measured, places: &[Place]) -> Vec<Field> {
-    let Step { place, configuration, solved, tolerance } = &m.step;
-    let backend = places[*place].backend();
-    let nodes = if let Solved::Nodes(n) = solved { (*n).into() } else { None.into() };
-    let error = |f: fn(&Figures) -> f64| Field::from(m.errors.as_ref().map(f));
-    vec![
-        configuration.name.into(),
-        backend.name.into(),
-        backend.precision.into(),
-        backend.adapter.clone().unwrap_or_default().into(),
-        solved.name().into(),
-        nodes,
-        (*tolerance).into(),
-        m.taps.into(),
-        m.failed.into(),
-        m.times.best.into(),
-        m.times.median.into(),
-        m.kernel.into(),
-        m.sweeps.into(),
-        error(|e| e.median),
-        error(|e| e.p99),
-        error(|e| e.worst),
-        m.times.spread.into(),
-    ]
-}
-
-/// The row of a measurement as JSON, by the names of the columns.
-pub fn point(m: &Measured, places: &[Place]) -> Value {
-    named(heading(TABLE).names_as(&[]), row(m, places))
-}
-
-/// The table.
-pub fn table(measured: &[Measured], places: &[Place]) -> Result<Frame, Error> {
-    let mut table = heading(TABLE).frame(&[]);
-    measured.iter().try_for_each(|m| table.row(row(m, places)))?;
-    Ok(table)
-}
-
-/// The folder for what is measured.
-///
-/// # Errors
-/// A folder that holds something else, unless `force`.
-pub fn open(settings: &Settings, places: &[Place], out: &Path, force: bool) -> Result<Folder, Error> {
-    let question = Question::new("bench", "bench", json!({ "settings": hash(&settings.text(places)) }));
-    // A figure without points is left out.
-    let figures = ["work_precision.svg", "work_precision.png", "configurations.svg", "configurations.png"];
-    let table = &*heading(TABLE).file;
-    Folder::open(out, question, &[&[table], &figures[..]].concat(), force)
-}
-
-/// Writes table, figures and `run.json`; of a run that was `stopped` after so many of its steps no figures, which would take their time.
-pub fn write(
-    mut folder: Folder,
-    (settings, places): (&Settings, &[Place]),
-    measured: &[Measured],
-    (start, stopped): (Instant, Option<[usize; 2]>),
-) -> Result<Written, Error> {
-    let table = table(measured, places)?;
-    folder.put(&table.file, &table.csv()?)?;
-    if stopped.is_none() {
-        for figure in report::of_bench(&table)? {
-            for (name, bytes) in figure::files(&figure, &Style::default(), &[Format::Svg, Format::Png])? {
-                folder.put(&name, &bytes)?;
-            }
-        }
-    }
-    let text = settings.text(places);
-    folder.run_json(&run_json::document(
-        "bench",
-        json!({ "name": "bench", "hash": hash(&text), "text": text }),
-        json!({
-            "machine": machine(),
-            "backends": places.iter().map(Place::backend).collect::<Vec<_>>(),
-            "settings": settings.json(),
-            "yardstick": "the reference: adaptive f64 shooting; its own row is its difference from cpu f64 at the smallest tolerance",
-            "error": "|strain - reference| / max(|reference|, 1e-3 theta f_max)",
-            "counts": counts(measured),
-            "spread": spread(measured),
-            "stopped": stopped.map(|[steps, of]| json!({ "steps": steps, "of": of })),
-            "seconds": { "total": start.elapsed().as_secs_f64() },
-        }),
-    ))?;
-    folder.finish()
-}
-
-/// How much was measured.
-pub fn counts(measured: &[Measured]) -> Value {
-    json!({
-        "points": measured.len(),
-        "taps": measured.iter().map(|m| m.taps).sum::<u64>(),
-        "failed": measured.iter().map(|m| m.failed).sum::<u64>(),
-    })
-}
-
-/// Largest (slowest − fastest) / median of the repeats of a measurement. On a quiet machine it is some percent.
-pub fn spread(measured: &[Measured]) -> f64 {
-    measured.iter().filter_map(|m| m.times.spread).fold(0.0, f64::max)
-}
-
-/// The processor in its own words, and its cores.
-pub fn machine() -> Value {
-    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = info.lines().find(|l| l.starts_with("model name")).and_then(|l| l.split(':').nth(1));
-    json!({
-        "processor": model.map(str::trim),
-        "cores": std::thread::available_parallelism().ok().map(|n| n.get()),
-        "os": std::env::consts::OS,
-        "architecture": std::env::consts::ARCH,
-    })
 }

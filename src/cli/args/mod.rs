@@ -2,11 +2,11 @@
 
 mod design;
 mod rig;
-mod show;
 mod write;
 
 use clap::{Parser, Subcommand};
 
+use vibrissa::command::bench::BenchRequest;
 use vibrissa::command::calibrate::CalibrateRequest;
 use vibrissa::command::chart::ChartRequest;
 use vibrissa::command::contour::ContourRequest;
@@ -20,16 +20,16 @@ use vibrissa::command::simulate::SimulateRequest;
 use vibrissa::command::sweep::SweepRequest;
 use vibrissa::command::tap::TapRequest;
 use vibrissa::command::taps::TapsRequest;
+use vibrissa::command::verify::VerifyRequest;
 
 use vibrissa::command::{self, Context, Reply};
 use vibrissa::error::Error;
 use vibrissa::spec;
 
 use super::help::{Completions, Help, Man};
-use super::{bench, cite, cluster, devices, explain, help, locate, merge, new, verify};
+use super::{cite, cluster, devices, explain, help, locate, merge, new};
 pub use design::{Cluster, Merge};
 pub use rig::Locate;
-pub use show::{Bench, Verify};
 pub use vibrissa::command::Common;
 pub use write::{CLAMPS, Cite, GOALS, Goal, New, Schema};
 
@@ -81,9 +81,9 @@ pub enum Command {
     Explore(ExploreRequest),
     /// Check this machine: every backend against the f64 reference -> census of strain errors; exit code 1 where a bound is
     /// broken
-    Verify(Verify),
+    Verify(VerifyRequest),
     /// Speed against error of every kernel, backend and configuration -> tables, figures
-    Bench(Bench),
+    Bench(BenchRequest),
     /// Shapes of bent whiskers, section by section, from the exact model -> shape.csv, contacts.csv
     Shape(ShapeRequest),
     /// Figures (SVG, PNG, PDF) and one page, from the folder of a result
@@ -123,8 +123,8 @@ impl Command {
             Self::Merge(merge) => merge::run(merge),
             Self::Cluster(cluster) => cluster::run(cluster),
             Self::Explore(explore) => command::explore::run(explore, context),
-            Self::Verify(verify) => verify::run(verify),
-            Self::Bench(bench) => bench::run(bench),
+            Self::Verify(verify) => command::verify::run(verify, context),
+            Self::Bench(bench) => command::bench::run(bench, context),
             Self::Shape(shape) => command::shape::run(shape, context),
             Self::Report(report) => command::report::run(report, context),
             Self::Devices(common) => devices::run(common),

@@ -1,0 +1,273 @@
+//! `vibrissa verify [SPEC.toml]`: the census of every backend against the reference.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use clap::Args as Flags;
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use super::apart::{apart, cut};
+use super::{Common, Context, Reply, folder, number, whole};
+use crate::backend::Backend;
+use crate::census::compare::{Line, Odd};
+use crate::census::verify::{self, Case, CensusNews};
+use crate::census::{Place, present};
+use crate::error::{Error, InputError};
+use crate::scene::{BackendChoice, Spec};
+use crate::sink::folder::{Question, hash};
+use crate::sink::heading::heading;
+use crate::sink::run_json::{self, in_force, material_fit};
+use crate::sink::values::named;
+use crate::spec;
+
+/// Taps that the reference solves in a second on one core, to the order of magnitude; only for `--plan`.
+const REFERENCE_RATE: f64 = 500.0;
+
+/// Seconds that an adapter takes to compile the kernels of one model; only for `--plan`.
+const COMPILE: f64 = 0.7;
+
+/// Compare every backend with the reference. Ctrl-C keeps the lines so far.
+#[derive(Debug, Flags, Deserialize)]
+pub struct VerifyRequest {
+    /// A spec, from which the taps are taken [default: built-in configurations and hard cases]
+    pub spec: Option<PathBuf>,
+    /// Few taps of few configurations: seconds instead of half a minute
+    #[arg(long)]
+    pub quick: bool,
+    /// Random taps: of the spec [default: 1000; with --quick 100], or of each built-in configuration beside its hard
+    /// cases [default: 24; with --quick 4]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=1_000_000))]
+    pub samples: Option<u32>,
+    /// Seed of the random taps
+    #[arg(long, value_name = "S", default_value_t = 1, allow_hyphen_values = true, value_parser = whole::<u64>(0..=u64::MAX))]
+    pub seed: u64,
+    /// Largest strain error that passes, relative as --tolerance is [default: the tolerance with f32, twice the tolerance with f64]
+    #[arg(long, value_name = "E", allow_hyphen_values = true, value_parser = number)]
+    pub bound: Option<f64>,
+    /// Print a line for every built-in configuration on every backend, not only for those that break a bound
+    #[arg(long)]
+    #[serde(skip)]
+    pub all: bool,
+    /// Flags of every command
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub common: Common,
+}
+
+/// Verifies, or says what would be verified; a bound that is broken is told beside the result.
+///
+/// # Errors
+/// A spec of several rigs, a backend that is absent or fails, a folder that holds something else.
+pub fn run(asked: &VerifyRequest, context: &Context<'_>) -> Result<Reply, Error> {
+    // In memory `[run]` alone is no spec: it says what the built-in configurations are verified on.
+    let parse = |label: &str, text: &str, base: &Path| {
+        let keys = || text.parse::<toml::Table>().ok()?.keys().all(|key| key == "run").then_some(());
+        match context.is_in_memory() && keys().is_some() {
+            true => Ok((spec::parse_listed(label, text, base, None)?, false)),
+            false => Ok((spec::parse(label, text, base)?, true)),
+        }
+    };
+    let mut read = asked.spec.as_deref().map(|path| context.read(path, "spec", parse)).transpose()?;
+    read.iter().try_for_each(|(spec, _)| spec.one_rig())?;
+    let written = read.as_ref().and_then(|(spec, _)| spec.run.out.clone());
+    let options = context.prepared(&asked.common, read.as_mut().map(|(spec, _)| spec))?;
+    let mut spec = read.filter(|(_, whole)| *whole).map(|(spec, _)| spec);
+    if options.backend == Some(BackendChoice::Reference) {
+        let error = InputError::new("the reference is what the other backends are compared with");
+        return Err(error.key("--backend").value("reference").allowed("auto (all), gpu, cpu").into());
+    }
+    let places = present(&options, asked.bound)?;
+    context.warn_all(spec.iter().flat_map(|s| &s.warnings));
+    if options.backend.is_none() && !places.iter().any(|p| p.backend().name == "gpu") {
+        context.line("warning: no Vulkan, Metal or DirectX 12 adapter: only the CPU kernels are verified");
+    }
+    // The `out` of a spec is where a sweep of it goes: the census goes beside it.
+    let beside = |path: PathBuf| {
+        let mut name = path.file_name().unwrap_or_default().to_os_string();
+        name.push("-verify");
+        path.with_file_name(name)
+    };
+    let out = asked.common.out.clone().unwrap_or_else(|| match &spec {
+        Some(spec) => beside(folder(written.as_ref(), &spec.name, "sweep")),
+        None => PathBuf::from("results/verify"),
+    });
+    if let Some(spec) = &mut spec {
+        spec.in_force.retain(|(key, ..)| !key.starts_with("run."));
+    }
+    let samples = asked.samples.unwrap_or(verify::samples(spec.is_some(), asked.quick));
+    let cases = match &spec {
+        Some(spec) => vec![Case::of_study(&spec.name, spec.study.clone(), samples, asked.seed)],
+        None => Case::built_in(samples, asked.seed, asked.quick),
+    };
+    let taps: u64 = cases.iter().map(|c| c.tuples.len() as u64).sum();
+    let headline = headline(spec.as_ref(), cases.len(), taps, &places);
+    let chosen = json!({ "samples": samples, "seed": asked.seed });
+    if options.plan == Some(true) {
+        return Ok(Reply { result: chosen, ..planned(headline, &cases, &places, out) });
+    }
+    let on: Vec<String> = places.iter().map(Place::label).collect();
+    let of = json!({ "quick": asked.quick, "samples": samples, "seed": asked.seed, "bound": format!("{:?}", asked.bound), "places": &on });
+    let question = match &spec {
+        Some(spec) => Question::of_scene("verify", spec, of),
+        None => Question::new("verify", "verify", of),
+    };
+    let mut destination = context.open(&out, question, &["verify.csv"], options.force)?;
+    context.line(headline);
+    let backends: Vec<Backend> = places.iter().map(|p| p.backend().clone()).collect();
+    let (mut lines, mut done, mut progress) = (Vec::new(), 0, context.progress());
+    apart(
+        context,
+        move |stop, tell| verify::run(&cases, &places, stop, tell),
+        |news| match news {
+            CensusNews::Done(done) => progress.at(done, taps),
+            CensusNews::Lines(with, more) => {
+                done = with;
+                lines.extend(more);
+            }
+        },
+    )?;
+    drop(progress);
+    let (kept, words) = cut(([done, taps], "taps"), &destination, (options.force, &out));
+    let faults: Vec<String> = words.clone().into_iter().chain(broken(&lines, &on)).collect();
+    let rows = || lines.iter().map(|line: &Line| line.fields(&backends[line.place]));
+    let census: Vec<Value> = rows().map(|row| named(heading("verify").names_as(&[]), row)).collect();
+    let (counts, seconds) = (counts(&lines), context.seconds());
+    let (name, text) = spec.as_ref().map_or(("verify", ""), |s| (&s.name, &s.text));
+    let document = run_json::document(
+        "verify",
+        json!({ "name": name, "hash": hash(text), "text": text }),
+        json!({
+            "in_force": spec.as_ref().map(in_force),
+            "material_fit": spec.as_ref().map(|s| material_fit(s, None)),
+            "warnings": spec.as_ref().map_or(&[][..], |s| &s.warnings),
+            "samples": samples,
+            "seed": asked.seed,
+            "backends": backends,
+            "counts": counts,
+            "stopped": words.map(|_| json!({ "taps": done, "of": taps })),
+            "census": census,
+            "seconds": seconds,
+        }),
+    );
+    let reply = Reply {
+        text: table(&lines, &on, asked.all || spec.is_some()),
+        counts,
+        seconds,
+        backend: json!(backends),
+        result: json!({ "census": census }),
+        quiet: context.is_quiet(),
+        broken: (!faults.is_empty()).then(|| faults.join("\n")),
+        ..Reply::default()
+    };
+    if !kept {
+        return Ok(Reply { out: Some(out), ..reply });
+    }
+    let mut table = heading("verify").frame(&[]);
+    rows().try_for_each(|row| table.row(row))?;
+    destination.table(table)?;
+    Ok(reply.filed(destination, document, out, context)?.answered())
+}
+
+fn headline(spec: Option<&Spec>, cases: usize, taps: u64, places: &[Place]) -> String {
+    let what = match spec {
+        Some(spec) => format!("{}: {taps} of its taps", spec.name),
+        None => format!("{taps} taps of {cases} configurations"),
+    };
+    let on = places.iter().map(|p| match &p.backend().adapter {
+        Some(name) => format!("{} ({name})", p.label()),
+        None => p.label(),
+    });
+    format!("{what}, each on the reference and on {}", on.collect::<Vec<_>>().join(", "))
+}
+
+fn planned(headline: String, cases: &[Case], places: &[Place], out: PathBuf) -> Reply {
+    let taps: u64 = cases.iter().map(|c| c.tuples.len() as u64).sum();
+    let gpus = places.iter().filter(|p| p.backend().adapter.is_some()).count();
+    let seconds = taps as f64 / (REFERENCE_RATE * rayon::current_num_threads() as f64)
+        + COMPILE * (gpus * cases.len()) as f64;
+    let of = |case: &Case| format!("  {:<22} {} taps\n", case.name, case.tuples.len());
+    let (rows, each) = (cases.len() * places.len(), cases.iter().map(of).collect::<String>());
+    Reply {
+        counts: json!({ "configurations": cases.len(), "taps": taps, "lines": rows }),
+        seconds: json!({ "expected": seconds }),
+        backend: json!(places.iter().map(Place::backend).collect::<Vec<_>>()),
+        ..Reply::planned(out, |to| {
+            format!("{headline}\n{each}  verify.csv would have {rows} rows, in {to}; about {seconds:.0} s")
+        })
+    }
+}
+
+/// Sums over the census.
+fn counts(lines: &[Line]) -> Value {
+    let sum = |f: &dyn Fn(&Line) -> usize| lines.iter().map(f).sum::<usize>();
+    let odd = |kind: Odd| sum(&|l| l.odd(kind));
+    json!({
+        "comparisons": sum(&|l| l.taps),
+        "compared": sum(&|l| l.compared),
+        "neither": odd(Odd::Neither),
+        "unsolved": odd(Odd::Unsolved),
+        "referred": odd(Odd::Referred),
+        "unanswered": odd(Odd::Unanswered),
+        "differ": odd(Odd::Differ),
+        "strain_over": sum(&|l| l.over(0)),
+        "lines": lines.len(),
+        "broken_lines": sum(&|l| usize::from(!l.faults().is_empty())),
+    })
+}
+
+/// Which bounds are broken, and where: the three worst lines in full.
+fn broken(lines: &[Line], places: &[String]) -> Option<String> {
+    let mut bad: Vec<&Line> = lines.iter().filter(|l| !l.faults().is_empty()).collect();
+    bad.sort_by(|a, b| b.excess().total_cmp(&a.excess()));
+    let mut text = format!("{} of {} lines of the census break a bound", bad.len(), lines.len());
+    for line in bad.iter().take(3) {
+        let faults: Vec<String> = line.faults().into_iter().map(|(_, words)| words).collect();
+        let _ = write!(text, "\n  {} on {}: {}", line.configuration, places[line.place], faults.join("; "));
+    }
+    if bad.len() > 3 {
+        let _ = write!(text, "\n  and {} more: see the column verdict of verify.csv", bad.len() - 3);
+    }
+    (!bad.is_empty()).then_some(text)
+}
+
+/// The census for people: one line per backend, and of each configuration that breaks a bound, or of `all`.
+fn table(lines: &[Line], places: &[String], all: bool) -> String {
+    let mut text = String::new();
+    let number = |x: f64| if x.is_nan() { "-".into() } else { format!("{x:.1e}") };
+    if !all {
+        text += "backend  configurations   taps  compared  worst strain error, of the bound  left to the reference  verdict\n";
+        for (n, place) in places.iter().enumerate() {
+            let these = || lines.iter().filter(|l| l.place == n);
+            let Some(worst) = these().max_by(|a, b| a.excess().total_cmp(&b.excess())) else { continue };
+            let sum = |f: fn(&Line) -> usize| these().map(f).sum::<usize>();
+            let bad = these().filter(|l| !l.faults().is_empty()).count();
+            let verdict = if bad == 0 { "ok".to_owned() } else { format!("{bad} break a bound") };
+            let (share, name) = (100.0 * worst.excess(), &worst.configuration);
+            let (of, taps, both, left) =
+                (these().count(), sum(|l| l.taps), sum(|l| l.compared), sum(|l| l.odd(Odd::Referred)));
+            let _ = writeln!(
+                text,
+                "{place:<8} {of:>14} {taps:>6} {both:>9}  {share:>6.1} %  {name:<25} {left:>21}  {verdict}"
+            );
+        }
+    }
+    let mut shown = lines.iter().filter(|l| all || !l.faults().is_empty()).peekable();
+    if shown.peek().is_none() {
+        return text;
+    }
+    text += "configuration          backend   taps   strain   median      p99  over        K    force      arc unsolved sweeps   max  verdict\n";
+    for line in shown {
+        let Line { configuration, taps, sweeps: [mean, most], .. } = line;
+        let (place, over, unsolved) = (&places[line.place], line.over(0), line.odd(Odd::Unsolved));
+        let [strain, k, force, arc] = line.errors.map(|f| number(f.map_or(f64::NAN, |f| f.worst)));
+        let [median, p99] = line.errors[0].map_or([f64::NAN; 2], |f| [f.median, f.p99]).map(number);
+        let _ = writeln!(
+            text,
+            "{configuration:<22} {place:<8} {taps:>5} {strain:>8} {median:>8} {p99:>8} {over:>5} {k:>8} {force:>8} {arc:>8} {unsolved:>8} {mean:>6.1} {most:>5}  {}",
+            line.verdict()
+        );
+    }
+    text + "strain, K, force, arc: largest error against the reference; over: taps above the bound; unsolved: taps that only the\n\
+            reference solves; sweeps: mean and largest number of a tap.\n"
+}
