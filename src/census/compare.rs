@@ -211,13 +211,7 @@ impl Line {
         let shares = [
             (FAULTS[2], "no answer to ", [unsolved, solved], "that the reference solves", &*odd),
             (FAULTS[2], "", self.left, "far from base and gauge are left to the reference", ""),
-            (
-                FAULTS[3],
-                "answers to ",
-                [unanswered, self.taps],
-                "to which the reference has none",
-                &*odd,
-            ),
+            (FAULTS[3], "answers to ", [unanswered, self.taps], "to which the reference has none", &*odd),
         ];
         let (many, most) = (|[n, of]: [usize; 2]| n as f64 > UNSOLVED * of as f64, 100.0 * UNSOLVED);
         for (word, what, [n, of], which, at) in shares.into_iter().filter(|share| many(share.2)) {

@@ -25,45 +25,30 @@ impl Configuration {
         self
     }
 
-    /// With the motor's axis [`HUB`] behind the clamp.
-    fn hub(mut self) -> Self {
-        self.setup.hub = HUB;
-        self
-    }
-
-    /// With an object that moves.
-    fn passive(mut self) -> Self {
-        self.setup.drive = Drive::Displacement;
-        self
-    }
-
-    /// With poles that are not upright, and a second gauge that tells it.
-    fn tilted(mut self) -> Self {
-        self.setup.gauge.second = true;
-        self
-    }
-
-    /// With a foil bonded to the whisker.
-    fn foil(mut self) -> Self {
-        self.setup.gauge.foil = Some(FOIL);
-        self
-    }
-
     /// Of a whisker of 10 mm and some MPa that is more than a cone clamped at its base (model §7).
     fn built(mut self, built: Built) -> Self {
         self.setup.built = Some(Arc::new(built));
         self
     }
-
-    /// With the moment on the root read in place of a strain.
-    fn moment(mut self) -> Self {
-        self.setup.signal = Signal::Moment;
-        self
-    }
 }
 
+/// A configuration of which words of the name say the rig: gauge on the far side, motor's axis [`HUB`] behind the clamp, an object that moves
+/// (passive), poles that are not upright and a second gauge that tells it (tilted), a foil bonded to the whisker, and the moment on the root read in
+/// place of a strain.
 fn tap(name: &'static str, model: Model) -> Configuration {
-    Configuration { name, setup: Setup { model, ..Setup::default() } }
+    let mut setup = Setup { model, ..Setup::default() };
+    for word in name.split('-') {
+        match word {
+            "far" => setup.gauge.side = Side::Far,
+            "hub" => setup.hub = HUB,
+            "passive" => setup.drive = Drive::Displacement,
+            "tilted" => setup.gauge.second = true,
+            "foil" => setup.gauge.foil = Some(FOIL),
+            "moment" => setup.signal = Signal::Moment,
+            _ => {}
+        }
+    }
+    Configuration { name, setup }
 }
 
 const PLAIN: Model = Model::PLAIN;
@@ -104,8 +89,8 @@ fn chosen() -> Vec<Configuration> {
     vec![
         tap("linear", LINEAR),
         tap("linear-shear", LINEAR_SHEAR),
-        tap("linear-hub", LINEAR_SHEAR).hub(),
-        tap("linear-passive", LINEAR_SHEAR).passive(),
+        tap("linear-hub", LINEAR_SHEAR),
+        tap("linear-passive", LINEAR_SHEAR),
         // Model §5.
         tap("hooke", PLAIN),
         tap("surface", Model { surface: true, ..PLAIN }),
@@ -113,12 +98,12 @@ fn chosen() -> Vec<Configuration> {
         tap("neo", NEO),
         tap("mooney-coulomb", MOONEY_COULOMB),
         tap("stick", STICK),
-        tap("pole-far", POLE).far(),
+        tap("pole-far", POLE),
         tap("yeoh", YEOH),
         // Each effect alone.
         tap("shear", Model { shear: true, nu: 0.3, ..PLAIN }),
         tap("extension", Model { extension: true, ..PLAIN }),
-        tap("extension-far", Model { extension: true, ..PLAIN }).far(),
+        tap("extension-far", Model { extension: true, ..PLAIN }),
         tap("pole", Model { pole_radius: 3.0, ..PLAIN }),
         tap("coulomb", Model { extension: true, contact: Contact::Coulomb(0.3), ..PLAIN }),
         tap("sticking", Model { extension: true, contact: Contact::Stick, ..PLAIN }),
@@ -128,8 +113,8 @@ fn chosen() -> Vec<Configuration> {
             "coulomb-pole",
             Model { pole_radius: 3.0, extension: true, contact: Contact::Coulomb(0.3), ..PLAIN },
         ),
-        tap("mooney-coulomb-pole-far-hub", MOONEY_COULOMB_POLE).far().hub(),
-        tap("mooney-coulomb-pole-passive", MOONEY_COULOMB_POLE).passive(),
+        tap("mooney-coulomb-pole-far-hub", MOONEY_COULOMB_POLE),
+        tap("mooney-coulomb-pole-passive", MOONEY_COULOMB_POLE),
         tap("neo-alone", Model { material: RUBBER, ..PLAIN }),
         tap("mooney-alone", Model { material: MOONEY, ..PLAIN }),
         tap("yeoh-alone", Model { material: STIFFENING, ..PLAIN }).far(),
@@ -145,42 +130,42 @@ fn chosen() -> Vec<Configuration> {
             Model { surface: true, extension: true, contact: Contact::Coulomb(1000.0), ..PLAIN },
         ),
         // Behind a hub.
-        tap("hooke-hub", PLAIN).hub(),
-        tap("timoshenko-hub", TIMOSHENKO).hub(),
-        tap("neo-hub", NEO).hub(),
-        tap("mooney-coulomb-hub", MOONEY_COULOMB).hub(),
-        tap("stick-hub", STICK).hub(),
+        tap("hooke-hub", PLAIN),
+        tap("timoshenko-hub", TIMOSHENKO),
+        tap("neo-hub", NEO),
+        tap("mooney-coulomb-hub", MOONEY_COULOMB),
+        tap("stick-hub", STICK),
         // The object moves.
-        tap("hooke-passive", PLAIN).passive(),
-        tap("neo-passive", NEO).passive(),
-        tap("mooney-coulomb-passive", MOONEY_COULOMB).passive(),
-        tap("stick-passive", STICK).passive(),
-        tap("pole-far-passive", POLE).far().passive(),
+        tap("hooke-passive", PLAIN),
+        tap("neo-passive", NEO),
+        tap("mooney-coulomb-passive", MOONEY_COULOMB),
+        tap("stick-passive", STICK),
+        tap("pole-far-passive", POLE),
         // Model §6.
-        tap("linear-tilted", LINEAR).tilted(),
-        tap("hooke-tilted", PLAIN).tilted(),
-        tap("timoshenko-tilted", TIMOSHENKO).tilted(),
-        tap("neo-tilted", NEO).tilted(),
-        tap("pole-far-tilted", POLE).far().tilted(),
-        tap("sticking-tilted", Model { extension: true, contact: Contact::Stick, ..PLAIN }).tilted(),
-        tap("neo-hub-tilted", NEO).hub().tilted(),
-        tap("neo-passive-tilted", NEO).passive().tilted(),
+        tap("linear-tilted", LINEAR),
+        tap("hooke-tilted", PLAIN),
+        tap("timoshenko-tilted", TIMOSHENKO),
+        tap("neo-tilted", NEO),
+        tap("pole-far-tilted", POLE),
+        tap("sticking-tilted", Model { extension: true, contact: Contact::Stick, ..PLAIN }),
+        tap("neo-hub-tilted", NEO),
+        tap("neo-passive-tilted", NEO),
         // Model §7.
         tap("root", TIMOSHENKO).built(Built { root, ..Built::CONE }),
         tap("power", TIMOSHENKO).far().built(Built { profile: Profile::Power(2.0), ..Built::CONE }),
         tap("hollow", ALL_ON).built(inner(0.0, vec![[0.0, 0.2], [5.0, 0.1]])),
         tap("cored", TIMOSHENKO).built(inner(6e4, vec![[0.0, 0.02], [1e3, 0.02]])),
         tap("curved", TIMOSHENKO).built(curved.clone()),
-        tap("curved-neo-passive", Model { material: RUBBER, ..TIMOSHENKO }).passive().built(curved.clone()),
-        tap("moment", PLAIN).built(Built { curvature: [-2e-3, 0.0], root, ..Built::CONE }).moment(),
+        tap("curved-neo-passive", Model { material: RUBBER, ..TIMOSHENKO }).built(curved.clone()),
+        tap("moment", PLAIN).built(Built { curvature: [-2e-3, 0.0], root, ..Built::CONE }),
         // Model §8.
         tap("solid", SOLID),
-        tap("solid-far-hub", SOLID).far().hub(),
-        tap("solid-passive", SOLID).passive(),
-        tap("foil", PLAIN).foil(),
-        tap("solid-foil-far", SOLID).far().foil(),
+        tap("solid-far-hub", SOLID),
+        tap("solid-passive", SOLID),
+        tap("foil", PLAIN),
+        tap("solid-foil-far", SOLID),
         tap("glued-stick", GLUED),
-        tap("socket-tilted", Model { clamp: Clamp::Socket, ..NEO }).tilted(),
+        tap("socket-tilted", Model { clamp: Clamp::Socket, ..NEO }),
     ]
 }
 

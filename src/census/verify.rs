@@ -89,7 +89,8 @@ pub fn run(
     // Each device is opened once, on its first use.
     let mut solvers: Vec<Option<Box<dyn Solver>>> = places.iter().map(|_| None).collect();
     for case in cases {
-        let mut solved = Solved { found: places.iter().map(|_| Default::default()).collect(), ..Solved::default() };
+        let mut solved =
+            Solved { found: places.iter().map(|_| Default::default()).collect(), ..Solved::default() };
         for tuples in case.tuples.chunks(PART) {
             match solved.add(&Taps::of(&case.setup, tuples), places, &mut solvers, stop) {
                 Err(Error::Solve(SolveError::Stopped)) => break,

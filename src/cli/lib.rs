@@ -2,13 +2,10 @@
 
 mod args;
 mod cite;
-mod cluster;
 mod devices;
-mod explain;
 mod help;
 mod interrupt;
 mod locate;
-mod merge;
 mod new;
 mod patient;
 #[doc(hidden)]
@@ -20,7 +17,7 @@ mod terminal;
 use clap::{CommandFactory, FromArgMatches};
 
 use args::{Args, Command};
-use vibrissa::command::{Context, folder, listed, stem};
+use vibrissa::command::{Context, folder, stem};
 use vibrissa::error::{Error, SolveError};
 use vibrissa::sink::folder::end_all;
 use vibrissa::{backend, kernel::gpu};

@@ -16,16 +16,6 @@ pub fn warning(text: impl Display) {
     line(format_args!("warning: {text}"));
 }
 
-/// Each of `all` as a warning, unless the command is to be `quiet`.
-pub fn warnings<T: Display>(quiet: bool, all: impl IntoIterator<Item = T>) {
-    all.into_iter().filter(|_| !quiet).for_each(warning);
-}
-
-/// What tells warnings, unless the command is to be `quiet`.
-pub fn unless(quiet: bool) -> impl Fn(&str) {
-    move |text| warnings(quiet, [text])
-}
-
 /// Words that do not end their line.
 pub fn part(text: impl Display) {
     let _ = std::io::stderr().write_all(text.to_string().as_bytes());

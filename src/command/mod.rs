@@ -12,10 +12,13 @@ pub mod bench;
 mod best;
 pub mod calibrate;
 pub mod chart;
+pub mod cluster;
 mod common;
 mod context;
 pub mod contour;
+mod explain;
 pub mod explore;
+pub mod merge;
 pub mod next;
 pub mod optimise;
 pub mod plan;
@@ -36,7 +39,8 @@ pub use words::{grouped, in_force, listed, rough, where_and_why, with_model_erro
 
 use std::path::{Path, PathBuf};
 
-use serde::de::DeserializeOwned;
+use clap::Subcommand;
+use serde::Deserialize;
 
 use crate::error::{Error, InputError};
 use crate::estimator::{ALL, Estimator};
@@ -89,27 +93,87 @@ pub fn estimator(said: Option<&str>) -> Result<Option<&'static dyn Estimator>, I
     meant(("estimator", "--estimator"), said, &estimators())
 }
 
+/// One question each, by its words on the command line or by Python's keywords.
+#[derive(Debug, Subcommand, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Command {
+    /// Evaluate a design space: K, its spread, bias and noise of the distance -> tuples, designs, distances tables
+    Sweep(sweep::SweepRequest),
+    /// Which taps a calibration needs for a wanted error, against an even grid -> plan.csv to fill in, plan_errors.csv, plan.svg
+    Plan(plan::PlanRequest),
+    /// Calibrate a whisker from measured strains -> K table, estimators, best drive, calibration.toml
+    Calibrate(calibrate::CalibrateRequest),
+    /// Find rests and taps in a raw signal -> taps.csv, which calibrate reads, and a figure to check it
+    Taps(taps::TapsRequest),
+    /// Which drive the next tap of an object should have, and what it brings -> next.csv, next.svg
+    Next(next::NextRequest),
+    /// Points on an object from taps and strokes at several base poses, and the curve through them -> points.csv, curve.csv, contour.svg
+    Contour(contour::ContourRequest),
+    /// Synthetic measurements of one whisker from the exact model -> measurements.csv, or strokes over an object -> strokes.csv
+    Simulate(simulate::SimulateRequest),
+    /// Search geometry and tap angle -> best design, Pareto front, history
+    Optimise(optimise::OptimiseRequest),
+    /// Find the best tap angle of one whisker, and what limits it -> tap.csv
+    Tap(tap::TapRequest),
+    /// Join the parts of a sweep (sweep --shard i/n) to the tables of the whole sweep
+    #[serde(skip)]
+    Merge(merge::MergeRequest),
+    /// Write the job scripts that run a sweep on a cluster
+    #[serde(skip)]
+    Cluster(cluster::ClusterRequest),
+    /// Fit smooth functions to a spec's taps, for other programs -> chart.json
+    Chart(chart::ChartRequest),
+    /// One page with sliders for whisker, gauge and tap -> explore.html, which needs no other file
+    Explore(explore::ExploreRequest),
+    /// Check this machine: every backend against the f64 reference -> census of strain errors; exit code 1 where a bound is
+    /// broken
+    Verify(verify::VerifyRequest),
+    /// Speed against error of every kernel, backend and configuration -> tables, figures
+    #[serde(skip)]
+    Bench(bench::BenchRequest),
+    /// Shapes of bent whiskers, section by section, from the exact model -> shape.csv, contacts.csv
+    Shape(shape::ShapeRequest),
+    /// Figures (SVG, PNG, PDF) and one page, from the folder of a result
+    Report(report::ReportRequest),
+    /// Readings of several whiskers as points in one frame: `locate --array`
+    #[command(skip)]
+    Array(array::ArrayRequest),
+}
+
+impl Command {
+    /// Runs it.
+    ///
+    /// # Errors
+    /// Those of the command.
+    pub fn run(&self, context: &Context<'_>) -> Result<Reply, Error> {
+        match self {
+            Self::Sweep(asked) => sweep::run(asked, context),
+            Self::Plan(asked) => plan::run(asked, context),
+            Self::Calibrate(asked) => calibrate::run(asked, context),
+            Self::Taps(asked) => taps::run(asked, context),
+            Self::Next(asked) => next::run(asked, context),
+            Self::Contour(asked) => contour::run(asked, context),
+            Self::Simulate(asked) => simulate::run(asked, context),
+            Self::Optimise(asked) => optimise::run(asked, context),
+            Self::Tap(asked) => tap::run(asked, context),
+            Self::Merge(asked) => merge::run(asked, context),
+            Self::Cluster(asked) => cluster::run(asked, context),
+            Self::Chart(asked) => chart::run(asked, context),
+            Self::Explore(asked) => explore::run(asked, context),
+            Self::Verify(asked) => verify::run(asked, context),
+            Self::Bench(asked) => bench::run(asked, context),
+            Self::Shape(asked) => shape::run(asked, context),
+            Self::Report(asked) => report::run(asked, context),
+            Self::Array(asked) => array::run(asked, context),
+        }
+    }
+}
+
 /// Runs a command by its name, with a request that is given as TOML.
+///
+/// # Errors
+/// A request that is none; those of the command.
 pub fn run(command: &str, request: &str, context: &Context<'_>) -> Result<Reply, Error> {
-    fn read<T: DeserializeOwned>(request: &str) -> Result<T, Error> {
-        toml::from_str(request).map_err(|e| Error::Run(e.to_string()))
-    }
-    match command {
-        "array" => array::run(&read(request)?, context),
-        "calibrate" => calibrate::run(&read(request)?, context),
-        "chart" => chart::run(&read(request)?, context),
-        "contour" => contour::run(&read(request)?, context),
-        "explore" => explore::run(&read(request)?, context),
-        "next" => next::run(&read(request)?, context),
-        "optimise" => optimise::run(&read(request)?, context),
-        "plan" => plan::run(&read(request)?, context),
-        "report" => report::run(&read(request)?, context),
-        "shape" => shape::run(&read(request)?, context),
-        "simulate" => simulate::run(&read(request)?, context),
-        "sweep" => sweep::run(&read(request)?, context),
-        "tap" => tap::run(&read(request)?, context),
-        "taps" => taps::run(&read(request)?, context),
-        "verify" => verify::run(&read(request)?, context),
-        other => Err(Error::Run(format!("there is no command {other}"))),
-    }
+    let read: Result<Command, _> = toml::from_str(&format!("[{command}]\n{request}"));
+    read.map_err(|e| Error::Run(e.to_string()))?.run(context)
 }

@@ -1,9 +1,11 @@
 //! `vibrissa plan SPEC.toml --error MM`: the taps of a calibration.
 
+use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Args as Flags;
+use indexmap::IndexMap;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -255,51 +257,36 @@ fn summary(plan: &Planned, drive: Drive) -> String {
 
 fn drawn(plan: &Planned, drive: Drive, error: f64) -> Figure {
     let (symbol, unit) = drive_unit(drive);
-    let points = |name: &str, colour, values: Vec<(f64, f64)>, notes: Vec<String>| Mark::Points {
-        path: Drawn::new(name, colour, values),
-        marker: Marker::Circle,
-        error: Vec::new(),
-        notes,
-        rows: Vec::new(),
+    let points = |name: &str, colour, values: Vec<(f64, f64)>| {
+        Mark::points(Drawn::new(name, colour, values), Marker::Circle)
     };
-    let mut cells: Vec<([usize; 2], usize)> = Vec::new();
-    for [i, j, _] in &plan.taps {
-        match cells.iter_mut().find(|c| c.0 == [*i, *j]) {
-            Some(cell) => cell.1 += 1,
-            None => cells.push(([*i, *j], 1)),
-        }
-    }
+    let mut cells: IndexMap<[usize; 2], usize> = IndexMap::new();
+    plan.taps.iter().for_each(|[i, j, _]| *cells.entry([*i, *j]).or_default() += 1);
     let mut where_ =
         Panel::new("where to tap, and how often", Axis::new("a", "mm"), Axis::new(symbol, unit.trim()));
-    let mut times: Vec<usize> = cells.iter().map(|c| c.1).collect();
-    times.sort_unstable();
-    times.dedup();
+    let times: BTreeSet<usize> = cells.values().copied().collect();
     for (colour, n) in times.into_iter().enumerate() {
-        let of = cells.iter().filter(|c| c.1 == n);
+        let of = cells.iter().filter(|(_, times)| **times == n);
         let values = of.map(|([i, j], _)| (plan.distances[*i], plan.drives[*j])).collect();
-        where_ = where_.with(points(&format!("{n} ×"), colour % 6, values, Vec::new()));
+        where_ = where_.with(points(&format!("{n} ×"), colour % 6, values));
     }
-    let line = |name: &str, colour, all: &[(usize, f64)]| Mark::Line {
-        path: Drawn::new(name, colour, all.iter().map(|(n, s)| (*n as f64, *s))),
-        dash: 0,
-        marker: None,
+    let line = |name: &str, colour, all: &[(usize, f64)]| {
+        Mark::line(Drawn::new(name, colour, all.iter().map(|(n, s)| (*n as f64, *s))), 0)
     };
     let most = plan.path.last().map_or(1, |p| p.0).max(2 * plan.taps.len());
-    let even: Vec<(usize, f64)> = plan.even.iter().copied().filter(|(n, _)| *n <= most).collect();
     let top = 6.0 * plan.sigma;
-    let path: Vec<(usize, f64)> = plan.path.iter().copied().filter(|p| p.1 <= top).collect();
-    let ends = [path.first().map_or(1, |p| p.0), most].map(|n| n as f64);
-    let flat = |name: &str, colour, y: f64| Mark::Line {
-        path: Drawn::new(name, colour, ends.map(|x| (x, y))),
-        dash: 1,
-        marker: None,
+    let low = |all: &[(usize, f64)], most| -> Vec<(usize, f64)> {
+        all.iter().copied().filter(|(n, sigma)| *n <= most && *sigma <= top).collect()
     };
+    let (even, path) = (low(&plan.even, most), low(&plan.path, usize::MAX));
+    let ends = [path.first().map_or(1, |p| p.0), most].map(|n| n as f64);
+    let flat = |name: &str, colour, y: f64| Mark::line(Drawn::new(name, colour, ends.map(|x| (x, y))), 1);
     let what = Panel::new("what taps bring", Axis::new("taps", ""), Axis::log("expected error", "mm"))
         .with(line("planned", 0, &path))
-        .with(line("even grid", 1, &even.into_iter().filter(|p| p.1 <= top).collect::<Vec<_>>()))
+        .with(line("even grid", 1, &even))
         .with(flat("asked for", 2, error))
         .with(flat("of the reading itself", 3, plan.floor))
-        .with(points("this plan", 0, vec![(plan.taps.len() as f64, plan.sigma)], Vec::new()));
+        .with(points("this plan", 0, vec![(plan.taps.len() as f64, plan.sigma)]));
     let caption = "Taps of the planned calibration, and the root mean square error of a distance that is expected after so many taps (plan_errors.csv).";
     Figure::new("plan", "The planned calibration", caption, vec![where_, what])
 }

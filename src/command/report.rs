@@ -3,13 +3,16 @@
 use std::path::PathBuf;
 
 use clap::Args as Flags;
+use rayon::prelude::*;
 use serde::Deserialize;
 use serde_json::json;
 
 use super::{Common, Context, Reply, meant, named, number};
 use crate::error::{Error, InputError};
-use crate::figure::{Format, Style};
+use crate::figure::{self, Figure, Format, Style};
 use crate::report::{self, source::Source};
+use crate::sink::folder::{Folder, Question, Written};
+use crate::sink::run_json;
 
 /// Figures and a page of a result.
 #[derive(Debug, Flags, Deserialize)]
@@ -66,37 +69,61 @@ pub fn run(asked: &ReportRequest, context: &Context<'_>) -> Result<Reply, Error>
     formats.sort();
     formats.dedup();
     let out = asked.out.clone().unwrap_or_else(|| asked.dir.join("report"));
+    let source = Source::open(&asked.dir, asked.force)?;
+    let content = report::content(&source)?;
+    let names: Vec<&str> = content.figures.iter().map(|f| f.name.as_str()).collect();
+    let (command, name, n, listed) = (&source.command, &source.name, names.len(), names.join(", "));
     if asked.plan {
-        let source = Source::open(&asked.dir, asked.force)?;
-        let content = report::content(&source)?;
-        let names: Vec<&str> = content.figures.iter().map(|f| f.name.as_str()).collect();
-        let (command, name, page) = (&source.command, &source.name, report::PAGE);
-        let (n, listed, to) = (names.len(), names.join(", "), out.display());
+        let (page, to) = (report::PAGE, out.display());
         let text =
             format!("{command} of {name}: {page} and {n} figures to {to} ({listed}); nothing was written\n");
         return Ok(Reply { text, out: Some(out), result: json!({ "figures": names }), ..Reply::default() });
     }
-    let made = report::run(&asked.dir, &out, &style, &formats, asked.force)?;
-    made.notes.iter().for_each(|note| context.line(format!("note: {note}")));
+    let notes: Vec<&String> = source.notes.iter().chain(&content.notes).collect();
+    let files = |f| figure::files(f, &style, &formats);
+    let drawn = content.figures.par_iter().map(files).collect::<Result<Vec<_>, _>>()?;
+    let page = report::page::page(&source, &content, &notes);
+    let mut files: Vec<(String, Vec<u8>)> = drawn.into_iter().flatten().collect();
+    files.push((report::PAGE.to_owned(), page.into_bytes()));
+    let bytes = files.last().map_or(0, |(_, page)| page.len());
     let endings: Vec<&str> = formats.iter().map(|f| f.ending()).collect();
+    let of = json!({
+        "drawn": source.hash, "figures": endings, "width_mm": style.width, "font_size_pt": style.size, "font": style.font.family,
+    });
+    let inputs = source.inputs()?.into_iter().chain(style.font.file.clone()).collect();
+    let question = Question { inputs, ..Question::new("report", name.clone(), of) };
+    let written: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
+    // Also what is asked for in memory is a folder of files.
+    let mut folder = Folder::open(&out, question, &written, asked.force)?;
+    files.iter().try_for_each(|(name, bytes)| folder.put(name, bytes))?;
+    let figure = |f: &Figure| json!({ "name": f.name, "title": f.title, "caption": f.caption });
+    let (run, answer) = (&source.run, &content.answer);
+    let body = json!({
+        "of": { "command": command, "run_json_blake3": source.hash, "version": run["version"], "commit": run["commit"] },
+        "figures": content.figures.iter().map(figure).collect::<Vec<_>>(),
+        "answer": answer,
+        "notes": notes,
+        "seconds": context.seconds(),
+    });
+    folder.run_json(&run_json::document("report", run["spec"].clone(), body))?;
+    let Written { files, removed } = folder.finish()?;
+    notes.iter().for_each(|note| context.line(format!("note: {note}")));
     let also = match endings.is_empty() {
         true => String::new(),
         false => format!(" and the figures as {}", endings.join(", ")),
     };
-    let (answer, n, names) = (&made.answer, made.figures.len(), made.figures.join(", "));
-    let (page, kilobytes, time) = (out.join(report::PAGE), made.bytes.div_ceil(1000), made.seconds);
-    let page = page.display();
-    let text =
-        format!("{answer}\n{n} figures: {names}\nwrote {page} ({kilobytes} kB){also} in {time:.2} s\n");
+    let (at, kilobytes, time) = (out.join(report::PAGE), bytes.div_ceil(1000), context.elapsed());
+    let at = at.display();
+    let text = format!("{answer}\n{n} figures: {listed}\nwrote {at} ({kilobytes} kB){also} in {time:.2} s\n");
     let reply = Reply {
         text,
         out: Some(out),
-        files: made.written.files.clone(),
-        counts: json!({ "figures": made.figures.len(), "page_bytes": made.bytes }),
-        seconds: json!({ "total": made.seconds }),
-        result: json!({ "answer": made.answer, "figures": made.figures, "notes": made.notes }),
+        files,
+        counts: json!({ "figures": n, "page_bytes": bytes }),
+        seconds: context.seconds(),
+        result: json!({ "answer": answer, "figures": names, "notes": notes }),
         quiet,
         ..Reply::default()
     };
-    Ok(reply.removing(&made.written.removed))
+    Ok(reply.removing(&removed))
 }

@@ -56,18 +56,22 @@ pub fn run(asked: &ShapeRequest, context: &Context<'_>) -> Result<Reply, Error> 
     let mut destination = context.open(&out, question, &shape::FILES, options.force)?;
     let mut progress = context.progress();
     let steered = (context.host().stop(false), &mut *progress as &mut dyn Progress);
-    let (counts, tables) = shape::tables(&spec, method, nodes, steered).map_err(|e| match e {
+    let ([taps, shapes], tables) = shape::tables(&spec, method, nodes, steered).map_err(|e| match e {
         Error::Input(e) => placed(e),
         other => other,
     })?;
     tables.into_iter().try_for_each(|table| destination.table(table))?;
-    let (counted, seconds) = (counts.described(), context.seconds());
-    let document = shape::document(&spec, by, &counted, &seconds);
-    let without = match counts.taps - counts.shapes {
+    let (counts, seconds) = (json!({ "taps": taps, "shapes": shapes }), context.seconds());
+    let body = json!({
+        "in_force": run_json::in_force(&spec), "material_fit": run_json::material_fit(&spec, None), "warnings": spec.warnings,
+        "solved_by": by, "counts": counts, "seconds": seconds,
+    });
+    let document = run_json::document("shape", run_json::spec(&spec), body);
+    let without = match taps - shapes {
         0 => String::new(),
         n => format!("; {n} taps have none, contacts.csv says why"),
     };
-    let text = format!("{} shapes of {nodes} sections from clamp to contact{without}\n", counts.shapes);
-    let reply = Reply { text, counts: counted, seconds, ..Reply::default() };
+    let text = format!("{shapes} shapes of {nodes} sections from clamp to contact{without}\n");
+    let reply = Reply { text, counts, seconds, ..Reply::default() };
     Ok(reply.filed(destination, document, out, context)?.answered())
 }

@@ -8,7 +8,9 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::{Common, Context, KeptFile, Reply, best, folder, grouped, in_force, number, rough, shard};
+use super::{
+    Common, Context, KeptFile, Reply, best, explain, folder, grouped, in_force, number, rough, shard,
+};
 use crate::backend::{Backend, Choice};
 use crate::census::needed::Needed;
 use crate::census::sample::ComparedRows;
@@ -73,6 +75,9 @@ pub fn run(asked: &SweepRequest, context: &Context<'_>) -> Result<Reply, Error> 
     let mut spec = context.spec(&asked.spec)?;
     spec.inputs.extend(context.inputs());
     let options = context.begun(&asked.common, &mut spec)?;
+    if asked.explain {
+        return explain::run(&spec, &options, &asked.leave_off, context);
+    }
     let alone = asked.shard.is_none() && !context.is_in_memory();
     if alone && std::env::var_os("SLURM_ARRAY_TASK_ID").is_some() {
         context

@@ -21,8 +21,8 @@ const SCRIPTS: [&str; 9] = [
     include_str!("../../pages/report/main.js"),
 ];
 
-/// The page of `content`.
-pub fn page(source: &Source, content: &Content) -> String {
+/// The page of `content`, with these `notes`.
+pub fn page(source: &Source, content: &Content, notes: &[&String]) -> String {
     let tables: Vec<Value> = content
         .tables
         .iter()
@@ -39,7 +39,7 @@ pub fn page(source: &Source, content: &Content) -> String {
         "answer": content.answer,
         "made": made(source),
         "facts": content.facts,
-        "notes": content.notes,
+        "notes": notes,
         "figures": content.figures,
         "tables": tables,
         "spec": source.run["spec"]["text"],

@@ -5,10 +5,9 @@
 
 mod table;
 
-pub use table::{Counts, FILES, MOST_TAPS, rows, tables};
+pub use table::{FILES, MOST_TAPS, rows, tables};
 
 use glam::{DVec2, DVec3};
-use serde_json::{Value, json};
 
 use crate::design::{Design, amount};
 use crate::error::{Error, InputError};
@@ -18,8 +17,7 @@ use crate::physics::body::Body;
 use crate::physics::section::SectionLaw;
 use crate::physics::solid::{Bonded, Held, Soft};
 use crate::physics::taper::Taper;
-use crate::scene::{BackendChoice, Drive, Geometry, Model, RunOptions, Setup, Spec};
-use crate::sink::run_json;
+use crate::scene::{BackendChoice, Drive, Geometry, Model, RunOptions, Setup};
 
 /// Sections from the contact to the tip of a whisker that is no cone.
 const FREE: usize = 16;
@@ -267,20 +265,8 @@ pub fn check(setup: &Setup) -> Result<(), InputError> {
 /// What solves the taps of which shapes are asked, and its word in run.json: they are few, so the reference unless `options` say otherwise.
 pub fn method(options: &RunOptions, model: &Model) -> Result<(Method, &'static str), Error> {
     let free = options.backend.is_none() && options.precision.is_none() && options.adapter.is_none();
-    let method = match options.backend {
-        Some(BackendChoice::Reference) => Method::Reference,
-        _ if free => Method::Reference,
-        _ => opener(options)(model)?,
-    };
-    let by = if matches!(method, Method::Reference) { "reference" } else { "kernel" };
-    Ok((method, by))
-}
-
-/// run.json of the shapes of `spec`, solved `by` this.
-pub fn document(spec: &Spec, by: &str, counts: &Value, seconds: &Value) -> Value {
-    let body = json!({
-        "in_force": run_json::in_force(spec), "material_fit": run_json::material_fit(spec, None), "warnings": spec.warnings,
-        "solved_by": by, "counts": counts, "seconds": seconds,
-    });
-    run_json::document("shape", run_json::spec(spec), body)
+    match free || options.backend == Some(BackendChoice::Reference) {
+        true => Ok((Method::Reference, "reference")),
+        false => Ok((opener(options)(model)?, "kernel")),
+    }
 }

@@ -3,7 +3,6 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DVec3;
-use serde_json::{Value, json};
 
 use super::{Node, Shape, shape};
 use crate::design::Design;
@@ -23,23 +22,7 @@ pub const MOST_TAPS: u64 = 10_000;
 /// Taps between two tellings of how far the work is.
 const PART: usize = 256;
 
-/// What was written.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Counts {
-    /// Taps.
-    pub taps: usize,
-    /// Taps with a shape.
-    pub shapes: usize,
-}
-
-impl Counts {
-    /// For run.json and `--json`.
-    pub fn described(&self) -> Value {
-        json!({ "taps": self.taps, "shapes": self.shapes })
-    }
-}
-
-/// Both tables of the taps of `spec`, each with `nodes` sections from clamp to contact; `progress` is told of taps solved.
+/// Number of taps and of shapes of `spec`, and both tables, with `nodes` sections from clamp to contact; `progress` is told of taps solved.
 ///
 /// # Errors
 /// Too many taps; a backend that fails; [`SolveError::Stopped`] once `stop` is set.
@@ -48,7 +31,7 @@ pub fn tables(
     method: Method,
     nodes: usize,
     (stop, progress): (&AtomicBool, &mut dyn Progress),
-) -> Result<(Counts, [Frame; 2]), Error> {
+) -> Result<([usize; 2], [Frame; 2]), Error> {
     let setup = &spec.study.setup;
     let tuples = tuples(&spec.study.space)?;
     let designs: Vec<Design> = tuples.iter().map(|t| Design::new(setup, *t)).collect();
@@ -61,19 +44,19 @@ pub fn tables(
         progress.at(outcomes.len() as u64, tasks.len() as u64);
     }
     let [mut sections, mut contacts] = ["shape", "contacts"].map(|table| heading(table).frame_for(setup));
-    let mut counts = Counts { taps: tuples.len(), shapes: 0 };
+    let mut shapes = 0;
     for (i, ((design, task), outcome)) in designs.iter().zip(&tasks).zip(&outcomes).enumerate() {
         if stop.load(Ordering::Relaxed) {
             return Err(SolveError::Stopped.into());
         }
         let bent = shape(setup, design, task, outcome, nodes);
-        counts.shapes += usize::from(bent.is_some());
+        shapes += usize::from(bent.is_some());
         for node in bent.iter().flat_map(|shape| &shape.nodes) {
             sections.row(section(setup, i, &tuples[i], node))?;
         }
         contacts.row(contact(setup, i, design, &tuples[i], outcome, bent.as_ref()))?;
     }
-    Ok((counts, [sections, contacts]))
+    Ok(([tuples.len(), shapes], [sections, contacts]))
 }
 
 /// Rows of `shape.csv` of all taps of `space`, at most; `room` for so many.

@@ -27,7 +27,7 @@ use crate::scene::{BackendChoice, Contact, Layout, RunOptions, Setup, Study, The
 use crate::statistics::DriveRow;
 
 use curve::Curve;
-use tried::{Attempt, COARSE, STEPS, incomplete, overstrained, tried};
+use tried::{COARSE, STEPS, incomplete, overstrained, tried};
 
 use needed::find_needed;
 pub use needed::needed;
@@ -154,29 +154,34 @@ pub fn find(
     choice: &Choice,
     (bound, stop, progress): (Option<f64>, &AtomicBool, &mut dyn Progress),
 ) -> Result<Report, Error> {
+    let asked = TapAsked { ends, objective, choice, needed: None, stop };
     match bound {
-        Some(bound) => find_needed(study, ends, objective, choice, (bound, stop, progress)),
-        None => find_by(study, ends, objective, choice, (None, stop, progress)),
+        Some(bound) => find_needed(study, asked, bound, progress),
+        None => find_by(study, asked, progress),
     }
 }
 
-/// As [`find`], by the model that is `needed`, which is in `study`.
-fn find_by(
-    study: &Study,
+/// What is asked of a whisker.
+#[derive(Clone, Copy)]
+struct TapAsked<'a> {
     ends: [f64; 2],
     objective: Objective,
-    choice: &Choice,
-    (needed, stop, progress): (Option<&Needed>, &AtomicBool, &mut dyn Progress),
-) -> Result<Report, Error> {
-    let report = tried(study, ends, objective, (choice, STEPS), (needed, stop, &mut *progress))?;
-    if !objective.needs_distance() || !both::possible(&study.setup) {
+    choice: &'a Choice,
+    /// What is needed of the model, which is that of the study then.
+    needed: Option<&'a Needed>,
+    stop: &'a AtomicBool,
+}
+
+/// The best drive by the model of `study`, and what the other estimator would give.
+fn find_by(study: &Study, asked: TapAsked<'_>, progress: &mut dyn Progress) -> Result<Report, Error> {
+    let report = tried(study, asked, STEPS, &mut *progress)?;
+    if !asked.objective.needs_distance() || !both::possible(&study.setup) {
         return Ok(report);
     }
     let theory = study.setup.estimate.theory.compared();
     let mut study = study.clone();
     study.setup.estimate.theory = theory;
-    let found = tried(&study, ends, objective, (choice, COARSE), (needed, stop, progress));
-    let (other, evaluations, seconds) = match found {
+    let (other, evaluations, seconds) = match tried(&study, asked, COARSE, progress) {
         Ok(o) => (Other { theory, optimum: Ok(o.optimum), at_bound: o.at_bound }, o.evaluations, o.seconds),
         Err(Error::Input(why)) => (Other { theory, optimum: Err(why.message), at_bound: false }, 0, 0.0),
         Err(failed) => return Err(failed),
@@ -189,15 +194,15 @@ fn find_by(
     })
 }
 
-/// As [`find`], by one estimator and in one attempt; [`SolveError::TooHard`](crate::error::SolveError::TooHard) where kernels leave too many taps to
-/// the reference.
+/// The best drive by one estimator, on a grid of at most so many `steps`; [`SolveError::TooHard`](crate::error::SolveError::TooHard) where kernels
+/// leave too many taps to the reference.
 fn best(
     study: &Study,
-    ends: [f64; 2],
-    objective: Objective,
-    (choice, steps): Attempt<'_>,
-    (needed, stop, progress): (Option<&Needed>, &AtomicBool, &mut dyn Progress),
+    asked: TapAsked<'_>,
+    steps: f64,
+    progress: &mut dyn Progress,
 ) -> Result<Report, Error> {
+    let TapAsked { ends, objective, choice, needed, stop } = asked;
     let begun = std::time::Instant::now();
     let (setup, layout) = (&study.setup, study.space.layout().ok_or_else(no_axes)?);
     let search = search(setup, objective);

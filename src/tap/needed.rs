@@ -1,36 +1,33 @@
 //! The best tap angle by what is needed of the model (`--model-error`).
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use super::{Report, find_by};
-use crate::backend::Choice;
+use super::{Report, TapAsked, find_by};
 use crate::census::needed::Needed;
 use crate::census::sample::{ComparedRows, Row};
 use crate::chart::ranges::Wanted;
 use crate::error::{Error, SolveError};
 use crate::optimise::run::no_axes;
 use crate::progress::Progress;
-use crate::scene::search::Objective;
 use crate::scene::{Study, Tuple};
 
-/// As [`find`](super::find), with effects left off.
+/// The best drive by what is needed of the model for a strain within `bound`.
 pub(super) fn find_needed(
     study: &Study,
-    ends: [f64; 2],
-    objective: Objective,
-    choice: &Choice,
-    (bound, stop, progress): (f64, &AtomicBool, &mut dyn Progress),
+    asked: TapAsked<'_>,
+    bound: f64,
+    progress: &mut dyn Progress,
 ) -> Result<Report, Error> {
     let layout = study.space.layout().ok_or_else(no_axes)?;
-    let (mut needed, mut study) = (needed(study, ends, bound)?, study.clone());
+    let (mut needed, mut study) = (needed(study, asked.ends, bound)?, study.clone());
     let (whisker, n) = (layout.design(0), layout.n_distances);
     let distances: Arc<[f64]> = (0..n).map(|i| layout.distance(i)).collect();
     loop {
         study.setup = needed.setup().clone();
         let begun = Instant::now();
-        let report = match find_by(&study, ends, objective, choice, (Some(&needed), stop, &mut *progress)) {
+        let report = match find_by(&study, TapAsked { needed: Some(&needed), ..asked }, &mut *progress) {
             Err(Error::Input(_)) if !needed.left().is_empty() => {
                 needed.give_up();
                 continue;
@@ -40,7 +37,7 @@ pub(super) fn find_needed(
         let seconds = begun.elapsed().as_secs_f64();
         let row = |drive| Row::new(Tuple { drive, ..whisker }, distances.clone());
         let rows: Vec<Row> = report.turns().into_iter().map(row).collect();
-        let go_on = || match stop.load(Ordering::Relaxed) {
+        let go_on = || match asked.stop.load(Ordering::Relaxed) {
             true => Err(SolveError::Stopped.into()),
             false => Ok(()),
         };

@@ -1,17 +1,13 @@
 //! Bounds the search of the best drive. The reference takes up to a second for a tap that the kernels leave to it. If there are many, the search is tried
 //! again to a larger tolerance, then with fewer drives; if that would still take minutes, it is refused.
 
-use std::sync::atomic::AtomicBool;
-
-use super::{FEW, Report, Sample, best, write};
+use super::{FEW, Report, Sample, TapAsked, best, write};
 use crate::backend::Choice;
-use crate::census::needed::Needed;
 use crate::design::Design;
 use crate::error::{Error, InputError, SolveError};
 use crate::optimise::run::no_axes;
 use crate::optimise::score::Limit;
 use crate::progress::Progress;
-use crate::scene::search::Objective;
 use crate::scene::{BackendChoice, Layout, Precision, RunOptions, Setup, Signal, Study};
 
 /// Most steps of the grid of drives, one attempt after the other. The optimum is polished, whatever the grid.
@@ -19,24 +15,20 @@ pub const STEPS: &[f64] = &[1000.0, 200.0, 50.0];
 /// The same where only the optimum is wanted.
 pub const COARSE: &[f64] = &[100.0, 50.0];
 
-/// An attempt: by what, and in how many steps.
-pub(super) type Attempt<'c> = (&'c Choice, f64);
-
-/// As [`super::find`], by one estimator, in grids of at most so many `steps`, one attempt after the other.
+/// The best drive by one estimator, on grids of at most so many `steps`, one attempt after the other.
 pub(super) fn tried(
     study: &Study,
-    ends: [f64; 2],
-    objective: Objective,
-    (choice, steps): (&Choice, &[f64]),
-    (needed, stop, progress): (Option<&Needed>, &AtomicBool, &mut dyn Progress),
+    asked: TapAsked<'_>,
+    steps: &[f64],
+    progress: &mut dyn Progress,
 ) -> Result<Report, Error> {
     let (setup, layout) = (&study.setup, study.space.layout().ok_or_else(no_axes)?);
     beyond_gauge(setup, &layout)?;
-    let looser = looser(choice)?;
-    let first = looser.is_some().then_some((choice, steps[0]));
-    let then = steps.iter().map(|steps| (looser.as_ref().unwrap_or(choice), *steps));
-    for attempt in first.into_iter().chain(then) {
-        match best(study, ends, objective, attempt, (needed, stop, &mut *progress)) {
+    let looser = looser(asked.choice)?;
+    let first = looser.is_some().then_some((asked.choice, steps[0]));
+    let then = steps.iter().map(|steps| (looser.as_ref().unwrap_or(asked.choice), *steps));
+    for (choice, steps) in first.into_iter().chain(then) {
+        match best(study, TapAsked { choice, ..asked }, steps, &mut *progress) {
             Err(Error::Solve(SolveError::TooHard)) => {
                 progress.note("many taps of this whisker are hard to solve: again, less finely");
             }

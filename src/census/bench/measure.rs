@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::probe::{Account, Probe};
+use super::probe::Probe;
 use super::stopwatch::{Times, repeat};
 use super::{Measured, Settings, Solved, Step};
 use crate::census::configuration::{self, Configuration};
@@ -121,8 +121,8 @@ impl Judge {
     fn point(&self, step: Step, place: &Place, repeats: usize) -> Result<Measured, Error> {
         let asked = step.tolerance.or(place.backend().tolerance).unwrap_or(1e-5);
         // The closed forms are those of the first configuration.
-        let linear = (step.solved == Solved::Linear)
-            .then(|| taps(&configuration::all()[0], self.timed.tasks.len()));
+        let linear =
+            (step.solved == Solved::Linear).then(|| taps(&configuration::all()[0], self.timed.tasks.len()));
         let timed = linear.as_ref().unwrap_or(&self.timed);
         let model = &timed.setup.model;
         let (rungs, tolerance, alone) = match step.solved {

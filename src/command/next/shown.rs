@@ -101,8 +101,7 @@ pub fn drawn(next: &Next, drive: Drive) -> Figure {
         next.tried.iter().filter(|t| own(t)).map(|t| (t.drive, t.sigma)).collect()
     };
     let fine = |t: &Tried| t.status == Status::OK;
-    let best: Vec<(f64, f64)> =
-        next.best.map(|k| (next.tried[k].drive, next.tried[k].sigma)).into_iter().collect();
+    let best = next.best.map(|k| (next.tried[k].drive, next.tried[k].sigma));
     let at = next.best.map_or(next.stands, |k| next.tried[k].shift);
     let here = |shift: f64| move |t: &Tried| t.shift == shift;
     let mut lines = vec![("after one tap more".to_owned(), 0, curve(&|t| fine(t) && here(at)(t)))];
@@ -116,13 +115,7 @@ pub fn drawn(next: &Next, drive: Drive) -> Figure {
             .map(|shift| (format!("base {shift:.1} mm nearer"), 3, curve(&|t| fine(t) && here(shift)(t))));
         lines.extend(line.filter(|line| !line.2.is_empty()));
     }
-    let points = |name: &str, colour, marker, values: Vec<(f64, f64)>| Mark::Points {
-        path: Drawn::new(name, colour, values),
-        marker,
-        error: Vec::new(),
-        notes: Vec::new(),
-        rows: Vec::new(),
-    };
+    let beyond = curve(&|t| !fine(t) && t.sigma.is_finite() && here(at)(t));
     let ends = [next.tried.first(), next.tried.last()].map(|t| t.map_or(0.0, |t| t.drive));
     let now = Drawn::new("σ so far", 2, ends.map(|x| (x, next.now[1])));
     let panel = Panel::new(
@@ -130,18 +123,11 @@ pub fn drawn(next: &Next, drive: Drive) -> Figure {
         Axis::new(&format!("drive of the next tap {symbol}"), unit.trim()),
         Axis::log("expected σ", "mm"),
     )
-    .with(points("best", 0, Marker::Circle, best))
-    .with(points(
-        "beyond a limit of the sensor",
-        1,
-        Marker::Cross,
-        curve(&|t| !fine(t) && t.sigma.is_finite() && here(at)(t)),
-    ))
-    .with(Mark::Line { path: now, dash: 1, marker: None });
-    let line = |(name, colour, values): (String, usize, Vec<(f64, f64)>)| Mark::Line {
-        path: Drawn::new(&name, colour, values),
-        dash: 0,
-        marker: None,
+    .with(Mark::points(Drawn::new("best", 0, best), Marker::Circle))
+    .with(Mark::points(Drawn::new("beyond a limit of the sensor", 1, beyond), Marker::Cross))
+    .with(Mark::line(now, 1));
+    let line = |(name, colour, values): (String, usize, Vec<(f64, f64)>)| {
+        Mark::line(Drawn::new(name, colour, values), 0)
     };
     let panel = lines.into_iter().map(line).fold(panel, Panel::with);
     let caption = "Standard deviation of the distance that is expected after one more tap, against its drive (next.csv).";

@@ -131,13 +131,9 @@ pub fn readings(record: &Record, readings: &[Reading]) -> Result<Frame, Error> {
 /// The record, its rest, and its readings.
 pub fn figure(record: &Record, rest: &Rest, readings: &[Reading]) -> Figure {
     let every = record.time.len().div_ceil(DRAWN).max(1);
-    let sampled = |values: &[f64]| -> Vec<(f64, f64)> {
-        (0..record.time.len()).step_by(every).map(|k| (record.time[k], values[k])).collect()
-    };
-    let line = |name: &str, colour, values: &[f64], dash| Mark::Line {
-        path: Path::new(name, colour, sampled(values)),
-        dash,
-        marker: None,
+    let line = |name: &str, colour, values: &[f64], dash| {
+        let sampled = (0..record.time.len()).step_by(every).map(|k| (record.time[k], values[k]));
+        Mark::line(Path::new(name, colour, sampled), dash)
     };
     let points = |name: &str, colour, kind: Kind, marker| {
         let own = readings.iter().filter(|r| r.kind == kind);

@@ -1,25 +1,38 @@
 //! `vibrissa merge DIR…`.
 
 use std::fmt::Write;
+use std::path::PathBuf;
 
+use clap::Args as Flags;
 use serde_json::json;
-use vibrissa::error::Error;
 
-use super::args::Merge;
-use super::reply::Reply;
-use super::say::grouped;
-use super::{listed, say};
+use super::{Common, Context, Reply, grouped};
+use crate::error::Error;
+use crate::merge;
 
 /// Rows up to which what is recommended is told.
 const ANSWERED: u64 = 100_000;
 
+/// Parts of a sweep.
+#[derive(Debug, Flags)]
+#[command(after_help = "Example: vibrissa merge results/million")]
+pub struct MergeRequest {
+    /// Folders shard-i-of-n, or the folder that holds them; the result goes there too unless --out says otherwise
+    #[arg(required = true, value_name = "DIR")]
+    pub folders: Vec<PathBuf>,
+    /// Flags of every command
+    #[command(flatten)]
+    pub common: Common,
+}
+
 /// Joins the parts.
-pub fn run(args: &Merge) -> Result<Reply, Error> {
-    let common = &args.common;
-    let report = vibrissa::merge::run(&args.folders, common.out.as_deref(), common.force)?;
-    if !common.quiet {
-        report.warnings.iter().for_each(say::warning);
-    }
+///
+/// # Errors
+/// Parts that are not whole or do not belong together; a folder that holds something else.
+pub fn run(asked: &MergeRequest, context: &Context<'_>) -> Result<Reply, Error> {
+    let options = context.prepared(&asked.common, None)?;
+    let report = merge::run(&asked.folders, options.out.as_deref(), options.force == Some(true))?;
+    context.warn_all(&report.warnings);
     let (run, parts) = (&report.run, report.run["parts"].as_array().map_or(0, Vec::len));
     let n = |key: &str| grouped(run["counts"][key].as_u64().unwrap_or(0));
     let searched = run["command"] == "optimise";
@@ -33,20 +46,18 @@ pub fn run(args: &Merge) -> Result<Reply, Error> {
     if run["counts"]["kept_rows"].is_u64() {
         let _ = write!(text, ", kept {} of {} complete rows", n("kept_rows"), n("complete_rows"));
     }
-    let _ = writeln!(text, "\nwrote {} in {:.2} s", listed(&report.files), report.seconds);
+    text.push('\n');
     let rows = ["tuples", "designs"].iter().filter_map(|key| run["counts"][key].as_u64()).sum::<u64>();
     let reply = Reply {
         text,
-        out: Some(report.out),
         counts: run["counts"].clone(),
         seconds: json!({ "total": report.seconds, "parts": run["seconds"]["total"] }),
         backend: run["backend"].clone(),
         result: json!({ "parts": run["parts"], "warnings": report.warnings }),
-        files: report.files,
-        quiet: common.quiet,
         ..Reply::default()
-    }
-    .removing(&report.removed);
+    };
+    let timed = (report.seconds, context.is_quiet());
+    let reply = reply.with_files(report.out, (report.files, report.removed), timed);
     // Long tables are not read again for a sentence.
     Ok(if rows <= ANSWERED { reply.answered() } else { reply })
 }

@@ -1,23 +1,21 @@
 //! `vibrissa cluster slurm SPEC --shards N`.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use clap::Args as Flags;
 use serde_json::{Value, json};
-use vibrissa::backend::Choice;
-use vibrissa::error::{Error, InputError};
-use vibrissa::plan::Plan;
-use vibrissa::scene::{BackendChoice, Precision, RunOptions};
-use vibrissa::sink::folder::{Folder, Question, Written};
-use vibrissa::sink::run_json;
-use vibrissa::sink::shard::Shard;
-use vibrissa::spec;
 
-use super::args::Cluster;
-use super::reply::{self, Reply};
-use super::say::{grouped, rough};
-use super::{listed, say};
+use super::{Common, Context, Reply, folder, grouped, listed, rough, whole};
+use crate::backend::Choice;
+use crate::error::{Error, InputError};
+use crate::plan::Plan;
+use crate::scene::{BackendChoice, Precision, RunOptions};
+use crate::sink::folder::{Folder, Question, Written};
+use crate::sink::run_json;
+use crate::sink::shard::Shard;
+use crate::spec;
 
-/// The scripts, as they are in `src/cli/slurm`.
+/// The scripts, as they are in `src/command/slurm`.
 const SCRIPTS: [(&str, &str); 3] = [
     ("part.sbatch", include_str!("slurm/part.sbatch")),
     ("merge.sbatch", include_str!("slurm/merge.sbatch")),
@@ -28,68 +26,89 @@ const TRIES: u32 = 20;
 /// Slurm's own limit of an array where its administrator has set none.
 const ARRAY: u32 = 1000;
 
+/// Jobs for a cluster.
+#[derive(Debug, Flags)]
+#[command(after_help = "Example: vibrissa cluster slurm sweeps/million.toml --shards 64")]
+pub struct ClusterRequest {
+    /// Which batch system
+    #[arg(value_parser = ["slurm"])]
+    pub system: String,
+    /// The spec of the sweep
+    pub spec: PathBuf,
+    /// Number of parts; each is a task of the array
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=1_000_000))]
+    pub shards: u32,
+    /// Most tasks that run at the same time [default: no limit]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=u64::MAX))]
+    pub at_a_time: Option<u32>,
+    /// Flags of every command
+    #[command(flatten)]
+    pub common: Common,
+}
+
 /// Writes the scripts, filled in.
-pub fn run(args: &Cluster) -> Result<Reply, Error> {
-    let spec = spec::read(&args.spec)?;
-    let options = args.common.over(&spec.run);
-    reply::in_json(options.json == Some(true));
+///
+/// # Errors
+/// A spec that cannot be swept in parts, paths that no script can name, a folder that holds something else.
+pub fn run(asked: &ClusterRequest, context: &Context<'_>) -> Result<Reply, Error> {
+    let mut spec = context.read(&asked.spec, "spec", spec::parse)?;
+    context.prepared(&asked.common, Some(&mut spec))?;
     if spec::model_error(&spec)?.is_some() {
-        vibrissa::sweep::whole(Some(Shard { index: 1, of: args.shards }), &spec.study)?;
+        crate::sweep::whole(Some(Shard { index: 1, of: asked.shards }), &spec.study)?;
     }
     // What is computed here is nothing; on which machine, the scripts leave open.
     let choice = Choice::new(&RunOptions { backend: Some(BackendChoice::Cpu), ..RunOptions::default() })?;
     let plan = Plan::new(&spec.study, &choice)?;
-    let out = super::folder(args.common.out.as_ref(), &spec.name, "cluster");
-    if u64::from(args.shards) > plan.designs {
-        let (idle, parts) = (u64::from(args.shards) - plan.designs, args.shards);
-        say::warning(format_args!("{idle} of {parts} parts will have no design"));
+    let out = folder(asked.common.out.as_ref(), &spec.name, "cluster");
+    if u64::from(asked.shards) > plan.designs {
+        let (idle, parts) = (u64::from(asked.shards) - plan.designs, asked.shards);
+        context.warn(&format!("{idle} of {parts} parts will have no design"));
     }
-    if args.shards > ARRAY {
-        say::warning(format_args!(
-            "arrays of more than {ARRAY} tasks need a larger MaxArraySize of the cluster"
-        ));
+    if asked.shards > ARRAY {
+        context.warn(&format!("arrays of more than {ARRAY} tasks need a larger MaxArraySize of the cluster"));
     }
     let absolute = |path: &Path| std::path::absolute(path).map_err(|e| Error::io(path, e));
     let here = absolute(Path::new("."))?;
-    let whole = absolute(&super::folder(spec.run.out.as_ref(), &spec.name, "sweep"))?;
+    let whole = absolute(&folder(spec.run.out.as_ref(), &spec.name, "sweep"))?;
     let program = std::env::current_exe().map_err(|e| Error::io("vibrissa", e))?;
-    let at_a_time = args.at_a_time.map_or(String::new(), |n| format!("%{n}"));
+    let at_a_time = asked.at_a_time.map_or(String::new(), |n| format!("%{n}"));
     let fill = [
-        ("@SHARDS@", args.shards.to_string()),
+        ("@SHARDS@", asked.shards.to_string()),
         ("@AT_A_TIME@", at_a_time),
         ("@NAME@", plain(&spec.name)),
         ("@FOLDER@", quoted(&here)?),
-        ("@SPEC@", quoted(&absolute(&args.spec)?)?),
+        ("@SPEC@", quoted(&absolute(&asked.spec)?)?),
         ("@OUT@", quoted(&whole)?),
         ("@PROGRAM@", quoted(&program)?),
-        ("@OPTIONS@", flags(&args.common, &whole)?),
+        ("@OPTIONS@", flags(&asked.common, &whole)?),
         ("@TRIES@", TRIES.to_string()),
     ];
-    let asked = json!({ "system": args.system, "shards": args.shards, "at_a_time": args.at_a_time });
-    let question =
-        Question { inputs: spec.inputs.clone(), ..Question::new("cluster", &spec.name, asked.clone()) };
-    let names: Vec<&str> = SCRIPTS.iter().map(|(name, _)| *name).collect();
-    let mut folder = Folder::open(&out, question, &names, args.common.force)?;
+    let of = json!({ "system": asked.system, "shards": asked.shards, "at_a_time": asked.at_a_time });
+    let question = Question {
+        inputs: [spec.inputs.clone(), context.inputs()].concat(),
+        ..Question::new("cluster", &spec.name, of.clone())
+    };
+    let mut folder = Folder::open(&out, question, &SCRIPTS.map(|(name, _)| name), asked.common.force)?;
     for (name, template) in SCRIPTS {
         folder.put(name, filled(template, &fill).as_bytes())?;
     }
-    let body = json!({ "in_force": Value::Null, "seconds": { "total": 0.0 }, "cluster": asked });
+    let body = json!({ "in_force": Value::Null, "seconds": { "total": 0.0 }, "cluster": of });
     folder.run_json(&run_json::document("cluster", run_json::spec(&spec), body))?;
-    let Written { files, removed, .. } = folder.finish()?;
-    let [taps, designs, parts] = [plan.taps, plan.designs, args.shards.into()].map(grouped);
-    let (each, wrote) = (rough(plan.taps as f64 / f64::from(args.shards)), listed(&files));
+    let Written { files, removed } = folder.finish()?;
+    let [taps, designs, parts] = [plan.taps, plan.designs, asked.shards.into()].map(grouped);
+    let (each, wrote) = (rough(plan.taps as f64 / f64::from(asked.shards)), listed(&files));
     let submit = out.join("submit.sh");
     let bash = quoted(&submit)?;
     let text = format!(
         "{taps} taps of {designs} designs in {parts} parts, about {each} taps each\nwrote {wrote}\nlook at time, memory and partition in part.sbatch, then: bash {bash}\n"
     );
     let result = json!({ "submit": submit.display().to_string(), "merged": whole.display().to_string() });
-    Ok(Reply { text, out: Some(out), files, result, quiet: options.quiet == Some(true), ..Reply::default() }
-        .removing(&removed))
+    let quiet = context.is_quiet();
+    Ok(Reply { text, out: Some(out), files, result, quiet, ..Reply::default() }.removing(&removed))
 }
 
 /// The options of every part as they are typed; where results go is said by `whole`.
-fn flags(common: &super::args::Common, whole: &Path) -> Result<String, Error> {
+fn flags(common: &Common, whole: &Path) -> Result<String, Error> {
     let mut text = format!(" --out {}", quoted(whole)?);
     let word =
         |flag: &str, value: Option<String>| value.map_or(String::new(), |value| format!(" --{flag} {value}"));

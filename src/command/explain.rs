@@ -1,25 +1,27 @@
 //! `vibrissa sweep SPEC.toml --explain`: what each effect changes, as a table or as JSON.
 
 use std::fmt::Write;
-use std::time::Instant;
 
 use serde_json::{Value, json};
-use vibrissa::backend::Choice;
-use vibrissa::census::effect::Effect;
-use vibrissa::census::explain::{Change, Explained, Explanation, Verdict, explain};
-use vibrissa::census::tap_json;
-use vibrissa::error::{Error, InputError};
-use vibrissa::scene::{BackendChoice, Drive, Precision, RunOptions, Spec};
 
-use super::reply::Reply;
-use vibrissa::command::where_and_why;
+use super::{Context, Reply, where_and_why};
+use crate::backend::Choice;
+use crate::census::effect::Effect;
+use crate::census::explain::{Change, Explained, Explanation, Verdict, explain};
+use crate::census::tap_json;
+use crate::error::{Error, InputError};
+use crate::scene::{BackendChoice, Drive, Precision, RunOptions, Spec};
 
 /// Tolerances judged where none is given.
 const LEAVE_OFF: [f64; 3] = [1e-4, 1e-3, 1e-2];
 
 /// Explains `spec`; `leave_off` as typed. Few taps: in f64 on the CPU unless something else is asked for.
-pub fn run(spec: &Spec, options: &RunOptions, leave_off: &[f64]) -> Result<Reply, Error> {
-    let start = Instant::now();
+pub fn run(
+    spec: &Spec,
+    options: &RunOptions,
+    leave_off: &[f64],
+    context: &Context<'_>,
+) -> Result<Reply, Error> {
     if let Some(rigs) = &spec.study.setup.rigs {
         let names: Vec<&str> = rigs.properties.iter().map(|property| property.name()).collect();
         let names = names.join(", ");
@@ -42,10 +44,10 @@ pub fn run(spec: &Spec, options: &RunOptions, leave_off: &[f64]) -> Result<Reply
     Ok(Reply {
         text: text(spec, &choice, &found),
         counts: json!({ "taps": found.total, "taps_compared": found.taps }),
-        seconds: json!({ "total": start.elapsed().as_secs_f64() }),
+        seconds: context.seconds(),
         backend: json!(choice.backend),
         result: result(spec.study.setup.drive, &found),
-        quiet: options.quiet == Some(true),
+        quiet: context.is_quiet(),
         ..Reply::default()
     })
 }
@@ -67,11 +69,9 @@ fn tolerances(typed: &[f64], accuracy: f64) -> Result<Vec<f64>, InputError> {
     Ok(wanted)
 }
 
-/// What both settings of a comparison have other than the spec; empty for none.
-fn both(e: &Explained) -> String {
-    let pair = e.switch.pair.as_ref();
-    let values = pair.map_or(&[][..], |p| &p.both);
-    values.iter().map(|(name, value)| format!("{name} {value}")).collect::<Vec<_>>().join(", ")
+/// What both settings of a comparison have other than the spec: names and values.
+fn both(e: &Explained) -> &[(&'static str, String)] {
+    e.switch.pair.as_ref().map_or(&[][..], |p| &p.both)
 }
 
 fn names(effects: &[Effect]) -> String {
@@ -109,7 +109,8 @@ fn row(e: &Explained, found: &Explanation) -> Vec<String> {
             row.push(leave_off(e, found));
             let unmatched = (change.unmatched > 0)
                 .then(|| format!("unmatched taps: {} {}", change.unmatched, change.unmatched_status));
-            let both = Some(both(e)).filter(|b| !b.is_empty()).map(|b| format!("both with {b}"));
+            let both: Vec<String> = both(e).iter().map(|(name, value)| format!("{name} {value}")).collect();
+            let both = (!both.is_empty()).then(|| format!("both with {}", both.join(", ")));
             both.into_iter().chain(unmatched).collect()
         }
         (None, Err(why)) => vec![format!("not compared: {why}")],
@@ -200,14 +201,13 @@ fn changed(drive: Drive, change: Option<&Change>) -> Value {
 fn result(drive: Drive, found: &Explanation) -> Value {
     let effect = |e: &Explained| {
         let s = &e.switch;
-        let both = s.pair.as_ref().map_or(&[][..], |p| &p.both);
         json!({
             "effect": s.effect.name(),
             "key": s.effect.key(),
             "on": s.on,
             "spec": s.spec,
             "instead": s.pair.is_ok().then_some(&s.instead),
-            "both_with": both.iter().map(|(name, value)| json!({ "effect": name, "value": value })).collect::<Vec<_>>(),
+            "both_with": both(e).iter().map(|(name, value)| json!({ "effect": name, "value": value })).collect::<Vec<_>>(),
             "not_compared": s.pair.as_ref().err(),
             "change": changed(drive, e.change.as_ref()),
         })
