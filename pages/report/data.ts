@@ -2,7 +2,7 @@
 
 type Value = number | null;
 
-interface Axis { label: string; unit: string; log: boolean; words: string[]; ends: [number, number] | null; whole: boolean }
+interface Axis { label: string; unit: string; log: boolean; words: string[]; ends: [number, number] | null }
 interface Path { name: string; colour: number; x: Value[]; y: Value[] }
 type Marker = "circle" | "square" | "triangle" | "diamond" | "down" | "plus" | "star" | "hourglass" | "cross" | "ring" | "arrow";
 interface Line extends Path { kind: "line"; dash: number; marker: Marker | null }

@@ -245,9 +245,7 @@ function many(long, each) {
 function named(axis, scale, wanted) {
     if (axis.words.length > 0)
         return axis.words.map((w, i) => [i, w]);
-    const ticks = scale.ticks(wanted);
-    const whole = ticks.filter(([x]) => Math.abs(x - Math.round(x)) < 1e-6).map(([x]) => [x, String(Math.round(x))]);
-    return axis.whole ? whole : ticks;
+    return scale.ticks(wanted);
 }
 /** What of some words has room. */
 function cut(words, room) {

@@ -254,9 +254,7 @@ function many(long: number, each: number): number {
 /** Ticks of an axis with their words. */
 function named(axis: Axis, scale: Scale, wanted: number): [number, string][] {
     if (axis.words.length > 0) return axis.words.map((w, i): [number, string] => [i, w]);
-    const ticks = scale.ticks(wanted);
-    const whole = ticks.filter(([x]) => Math.abs(x - Math.round(x)) < 1e-6).map(([x]): [number, string] => [x, String(Math.round(x))]);
-    return axis.whole ? whole : ticks;
+    return scale.ticks(wanted);
 }
 
 /** What of some words has room. */

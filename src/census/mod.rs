@@ -12,7 +12,6 @@ pub mod configuration;
 pub mod effect;
 pub mod explain;
 pub mod hard;
-pub mod model_error;
 pub mod needed;
 mod place;
 pub mod sample;

@@ -1,10 +1,12 @@
 //! `vibrissa cite`: how to cite the program, the model and a result.
 
+use std::path::PathBuf;
+
+use clap::Args as Flags;
 use serde_json::{Value, json};
 use vibrissa::error::Error;
 use vibrissa::report::source::Source;
 
-use super::args::Cite;
 use super::reply::Reply;
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -14,6 +16,20 @@ const PAPER: &str = "@inproceedings{nguyen2020whisker,\n  \
     author    = {Nguyen and Ngo and Nguyen and Ho},\n  \
     booktitle = {IEEE RAS/EMBS International Conference for Biomedical Robotics and Biomechatronics (BioRob)},\n  \
     year      = {2020},\n}\n";
+
+/// How to cite the program, the model and a result.
+#[derive(Debug, Flags)]
+#[command(after_help = "Example: vibrissa cite results/prototypes")]
+pub struct Cite {
+    /// Folder of a result
+    pub dir: PathBuf,
+    /// Cite also a result whose files were changed since it was written
+    #[arg(long)]
+    pub force: bool,
+    /// One JSON object on stdout and nothing else
+    #[arg(long)]
+    pub json: bool,
+}
 
 /// Says what made the result of a folder, in words and as BibTeX.
 pub fn run(args: &Cite) -> Result<Reply, Error> {

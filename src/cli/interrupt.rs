@@ -4,7 +4,7 @@
 //! too. A signal that was ignored when the program started (`nohup`, jobs in the background of a script) stays ignored.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use super::{reply, say};
@@ -34,13 +34,13 @@ enum Manner {
 
 /// A flag that the first signal sets, for a run that looks at it and then ends with nothing written.
 pub fn stop() -> &'static AtomicBool {
-    set(Manner::BySelf);
+    *manner() = Manner::BySelf;
     &STOP
 }
 
 /// As [`stop`], for a run that then writes what it has.
 pub fn stop_and_keep() -> &'static AtomicBool {
-    set(Manner::Keeping);
+    *manner() = Manner::Keeping;
     &STOP
 }
 
@@ -59,23 +59,20 @@ pub fn end_after_a_signal(code: u8) {
     }
 }
 
-fn set(manner: Manner) {
-    *MANNER.lock().unwrap_or_else(PoisonError::into_inner) = manner;
-}
-
-fn manner() -> Manner {
-    *MANNER.lock().unwrap_or_else(PoisonError::into_inner)
+fn manner() -> MutexGuard<'static, Manner> {
+    MANNER.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// The first signal.
 fn first() {
     STOP.store(true, Ordering::Relaxed);
-    if manner() == Manner::Keeping {
+    if *manner() == Manner::Keeping {
         std::thread::spawn(|| say::line("stopping, to keep what is there; once more ends it at once"));
         return;
     }
     std::thread::spawn(|| {
-        if manner() == Manner::BySelf {
+        let waits = *manner() == Manner::BySelf;
+        if waits {
             std::thread::sleep(GRACE);
         }
         end();

@@ -2,15 +2,16 @@
 
 use std::fmt::Write as _;
 use std::io::{BufRead, IsTerminal, Write as _};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use clap::Args as Flags;
 use serde_json::json;
+use vibrissa::command::words;
 use vibrissa::error::{Error, InputError};
 use vibrissa::reference::schema;
 use vibrissa::spec;
 use vibrissa::spec::keys;
 
-use super::args::{CLAMPS, GOALS, Goal, New};
 use super::reply::Reply;
 
 /// File of the schema, beside the spec.
@@ -25,6 +26,66 @@ const LEAST_NOISE: f64 = 0.01;
 const WHISKER_ASKED: &str = "Base diameter, tip diameter and length of the whisker, mm, as 10,4,80";
 const GAUGE_ASKED: &str = "Start of the gauge's grid from the clamp and its length, mm, and the noise of one reading, microstrain, as 5,2,15";
 const DISTANCES_ASKED: &str = "Nearest and farthest distance of objects from the clamp, mm, as 25,70";
+
+/// What a new spec is for: word, meaning, help.
+const GOALS: [(&str, Goal, &str); 4] = [
+    ("tap", Goal::Tap, "the best tap angle of this whisker"),
+    ("optimise", Goal::Optimise, "the best whisker and gauge near this one"),
+    ("sweep", Goal::Sweep, "tables of every distance and tap angle"),
+    ("calibrate", Goal::Calibrate, "a distance from measured strains"),
+];
+/// How a base is held.
+const CLAMPS: [(&str, &str, &str); 4] = [
+    ("rigid", "rigid", "as the theory has it: nothing gives way"),
+    ("bonded", "bonded", "its face is bonded to a plate"),
+    ("glued", "glued", "glued into a socket"),
+    ("socket", "socket", "pushed into a smooth socket"),
+];
+
+/// What a new spec is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Goal {
+    /// One whisker, its best angle.
+    Tap,
+    /// A search.
+    Optimise,
+    /// Tables.
+    Sweep,
+    /// Measured data.
+    Calibrate,
+}
+
+/// Write a first spec: five questions, or their answers as flags. Every line of it is commented.
+#[derive(Debug, Flags)]
+#[command(
+    after_help = "Example: vibrissa new mine.toml --whisker 10,4,80 --gauge 5,2,15 --clamp glued --distances 25,70 --for tap"
+)]
+pub struct New {
+    /// The spec to write; its schema is written beside it, for editors
+    #[arg(default_value = "whisker.toml")]
+    pub spec: PathBuf,
+    /// Base diameter, tip diameter and length, mm
+    #[arg(long, value_name = "D,d,L_a")]
+    pub whisker: Option<String>,
+    /// Start of the gauge's grid from the clamp and its length, mm; standard deviation of one reading, microstrain
+    #[arg(long, value_name = "x_ss,l,noise")]
+    pub gauge: Option<String>,
+    /// How the base is held
+    #[arg(long, value_name = "NAME", value_parser = words(CLAMPS))]
+    pub clamp: Option<&'static str>,
+    /// Nearest and farthest distance of objects from the clamp, mm
+    #[arg(long, value_name = "NEAR,FAR")]
+    pub distances: Option<String>,
+    /// What the spec is for
+    #[arg(long = "for", value_name = "GOAL", value_parser = words(GOALS))]
+    pub goal: Option<Goal>,
+    /// Replace a spec that is there
+    #[arg(long)]
+    pub force: bool,
+    /// One JSON object on stdout and nothing else
+    #[arg(long)]
+    pub json: bool,
+}
 
 /// The answers.
 struct Answers {

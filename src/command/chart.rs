@@ -6,7 +6,7 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::{Common, Context, Reply, folder};
+use super::{Common, Context, Reply, folder, placed};
 use crate::chart::{self, document::document, scope::Summary};
 use crate::error::Error;
 use crate::sink::folder::Question;
@@ -36,10 +36,7 @@ pub fn run(asked: &ChartRequest, context: &Context<'_>) -> Result<Reply, Error> 
     spec.one_rig()?;
     let options = context.begun(&asked.common, &mut spec)?;
     let out = folder(options.out.as_ref(), &spec.name, "chart");
-    let at = |e: Error| match e {
-        Error::Input(e) => e.at(asked.spec.display().to_string(), None).into(),
-        other => other,
-    };
+    let at = placed(&asked.spec);
     let (distances, directions) = chart::places(&spec.study).map_err(|e| at(e.into()))?;
     let (setup, tolerance) = (&spec.study.setup, options.tolerance.unwrap_or(chart::TOLERANCE));
     if options.plan == Some(true) {

@@ -21,7 +21,7 @@ use crate::sink::folder::{Folder, Question};
 use crate::sink::frame::Frame;
 use crate::sink::lab::LabTable;
 use crate::sink::memory;
-use crate::{census::model_error, files, spec};
+use crate::{census::needed, files, spec};
 
 /// Keys of `[run]` that say where files go, and what is shown.
 const OF_FILES: [&str; 5] = ["run.out", "run.force", "run.plan", "run.quiet", "run.json"];
@@ -238,7 +238,7 @@ impl<'a> Context<'a> {
         (spec, path): (&Spec, &Path),
         choice: &Choice,
     ) -> Result<Option<f64>, Error> {
-        model_error::bound(asked, spec, choice).map_err(|e| match e {
+        needed::bound(asked, spec, choice).map_err(|e| match e {
             Error::Input(e) if e.file.is_some() => {
                 let line = e.line;
                 e.at(path.display().to_string(), line).into()
@@ -255,7 +255,7 @@ impl<'a> Context<'a> {
         (backend, bound, out): (&Backend, Option<f64>, &Path),
     ) {
         files::settle(spec, options, backend, out);
-        model_error::settle(spec, bound);
+        spec.in_force.extend(bound.map(|e| ("run.model_error".to_owned(), format!("{e:?}"), true)));
         if self.is_in_memory() {
             leave_files(spec);
         }

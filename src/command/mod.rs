@@ -57,6 +57,14 @@ pub fn folder(out: Option<&PathBuf>, name: &str, command: &str) -> PathBuf {
     out.cloned().unwrap_or_else(|| Path::new("results").join(folder))
 }
 
+/// What is wrong in the file at `path`, unless it is in another one.
+pub fn placed(path: &Path) -> impl Fn(Error) -> Error {
+    move |e| match e {
+        Error::Input(e) if e.file.is_none() => e.at(path.display().to_string(), None).into(),
+        other => other,
+    }
+}
+
 /// Refuses options that hold for one signal: each with whether it was given, and what is allowed.
 pub fn of_one_signal(options: &[(&str, bool, &str)]) -> Result<(), InputError> {
     match options.iter().find(|(_, said, _)| *said) {

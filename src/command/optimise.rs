@@ -7,9 +7,7 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::{
-    Common, Context, Reply, folder, grouped, in_force, number, shard, where_and_why, with_model_error,
-};
+use super::{Common, Context, Reply, folder, grouped, number, shard, where_and_why, with_model_error};
 use crate::backend::Choice;
 use crate::census::needed::Needed;
 use crate::digits::short;
@@ -24,7 +22,6 @@ use crate::plan::pays;
 use crate::scene::search::{Objective, Search};
 use crate::scene::{RunOptions, Spec};
 use crate::sink::folder::Question;
-use crate::sink::run_json;
 use crate::sink::shard::Shard;
 use crate::sink::table::drive_unit;
 use crate::spec;
@@ -158,14 +155,11 @@ fn planned(spec: &Spec, search: &Search, choice: &Choice, needed: Option<&Needed
     let planned = Reply::planned(out, |to| {
         format!("{head}\n  until several starts agree, at most {most}\n  into {to}")
     });
-    let left = needed.map_or_else(String::new, Needed::sentence);
     Reply {
-        text: format!("{}{left}values in force:\n{}", planned.text, in_force(spec)),
         counts: json!({ "evaluations": evaluations, "variables": search.variables.len() }),
         seconds: json!({ "budget": seconds }),
         backend: json!(choice.backend),
-        result: json!({ "in_force": run_json::in_force(spec), "model_error": needed.map(|n| n.summary(0.0)) }),
-        ..planned
+        ..planned.of_spec(spec, needed)
     }
 }
 

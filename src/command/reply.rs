@@ -2,12 +2,15 @@
 
 use std::path::PathBuf;
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
-use super::{Context, Destination, KeptFile, listed};
+use super::{Context, Destination, KeptFile, in_force, listed};
+use crate::census::needed::Needed;
 use crate::error::{Error, InputError};
 use crate::report::answer_of;
+use crate::scene::Spec;
 use crate::sink::folder::Written;
+use crate::sink::run_json;
 
 /// A finished command.
 #[derive(Default)]
@@ -47,6 +50,14 @@ impl Reply {
     pub fn planned(out: PathBuf, what: impl FnOnce(std::path::Display<'_>) -> String) -> Self {
         let text = what(out.display()) + "; nothing was run\n";
         Self { text, out: Some(out), ..Self::default() }
+    }
+
+    /// Of a plan for `spec`: also what is left off of its model, if that was asked for, and the values in force.
+    pub fn of_spec(self, spec: &Spec, needed: Option<&Needed>) -> Self {
+        let left = needed.map_or_else(String::new, Needed::sentence);
+        let text = format!("{}{left}values in force:\n{}", self.text, in_force(spec));
+        let left = needed.map(|needed| needed.summary(0.0));
+        Self { text, result: json!({ "in_force": run_json::in_force(spec), "model_error": left }), ..self }
     }
 
     /// Begins with what the report of the result in its folder says in a sentence.

@@ -6,8 +6,8 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::{Common, Context, Reply, folder, whole};
-use crate::error::{Error, InputError};
+use super::{Common, Context, Reply, folder, placed, whole};
+use crate::error::Error;
 use crate::progress::Progress;
 use crate::shape;
 use crate::sink::folder::Question;
@@ -41,25 +41,22 @@ pub fn run(asked: &ShapeRequest, context: &Context<'_>) -> Result<Reply, Error> 
     let mut spec = context.spec(&asked.spec)?;
     spec.one_rig()?;
     let options = context.begun(&asked.common, &mut spec)?;
-    let placed = |e: InputError| Error::from(e.at(asked.spec.display().to_string(), None));
+    let placed = placed(&asked.spec);
     let (setup, nodes) = (&spec.study.setup, asked.nodes as usize);
-    shape::check(setup).map_err(placed)?;
+    shape::check(setup).map_err(|e| placed(e.into()))?;
     let out = folder(options.out.as_ref(), &spec.name, "shape");
     if options.plan == Some(true) {
         let planned =
             Reply::planned(out, |to| format!("{}: shapes with {nodes} sections to {to}", spec.name));
         return Ok(Reply { result: json!({ "in_force": run_json::in_force(&spec) }), ..planned });
     }
-    shape::rows(&spec.study.space, nodes, context.room(BYTES_OF_SECTION)).map_err(placed)?;
+    shape::rows(&spec.study.space, nodes, context.room(BYTES_OF_SECTION)).map_err(|e| placed(e.into()))?;
     let (method, by) = shape::method(&options, &setup.model)?;
     let question = Question::of_scene("shape", &spec, json!({ "nodes": nodes, "solved_by": by }));
     let mut destination = context.open(&out, question, &shape::FILES, options.force)?;
     let mut progress = context.progress();
     let steered = (context.host().stop(false), &mut *progress as &mut dyn Progress);
-    let ([taps, shapes], tables) = shape::tables(&spec, method, nodes, steered).map_err(|e| match e {
-        Error::Input(e) => placed(e),
-        other => other,
-    })?;
+    let ([taps, shapes], tables) = shape::tables(&spec, method, nodes, steered).map_err(placed)?;
     tables.into_iter().try_for_each(|table| destination.table(table))?;
     let (counts, seconds) = (json!({ "taps": taps, "shapes": shapes }), context.seconds());
     let body = json!({

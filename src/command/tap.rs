@@ -7,10 +7,7 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::{
-    Common, Context, Reply, folder, in_force, meant, named, number, where_and_why, with_model_error,
-};
-use crate::census::needed::Needed;
+use super::{Common, Context, Reply, folder, meant, named, number, placed, where_and_why, with_model_error};
 use crate::digits::short;
 use crate::error::Error;
 use crate::optimise::blame::bias;
@@ -18,7 +15,6 @@ use crate::report::answer::of_tap;
 use crate::scene::search::Objective;
 use crate::scene::{Spec, Theory};
 use crate::sink::folder::Question;
-use crate::sink::run_json;
 use crate::sink::table::drive_unit;
 use crate::spec;
 use crate::tap::{self, Report, Sample};
@@ -70,20 +66,10 @@ pub fn run(asked: &TapRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let head = format!("{name}: best {symbol} of {from}…{to}{unit}, on {on}");
     if options.plan == Some(true) {
         let needed = bound.map(|e| tap::needed(&spec.study, ends, e)).transpose()?;
-        let left = needed.as_ref().map_or_else(String::new, Needed::sentence);
         let planned = Reply::planned(out, |to| format!("{head}\n  tap.csv with at most 1001 rows into {to}"));
-        let mut result = json!({ "in_force": run_json::in_force(&spec) });
-        if let Some(needed) = needed {
-            result["model_error"] = needed.summary(0.0);
-        }
-        return Ok(Reply {
-            text: format!("{}{left}values in force:\n{}", planned.text, in_force(&spec)),
-            counts: json!({}),
-            seconds: json!({}),
-            backend: json!(choice.backend),
-            result,
-            ..planned
-        });
+        let backend = json!(choice.backend);
+        let planned = planned.of_spec(&spec, needed.as_ref());
+        return Ok(Reply { counts: json!({}), seconds: json!({}), backend, ..planned });
     }
     context.line(head);
     let question = Question::of_scene("tap", &spec, json!({ "objective": objective.word() }));
@@ -93,10 +79,7 @@ pub fn run(asked: &TapRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let (stop, study) = (context.host().stop(false), &spec.study);
     let found = tap::find(study, ends, objective, &choice, (bound, stop, progress.as_mut()));
     drop(progress);
-    let mut report = found.map_err(|e| match e {
-        Error::Input(e) if e.file.is_none() => e.at(asked.spec.display().to_string(), None).into(),
-        other => other,
-    })?;
+    let mut report = found.map_err(placed(&asked.spec))?;
     report.seconds = choice.seconds + context.elapsed() - begun;
     destination.table(tap::table(study, &report)?)?;
     let result = tap::result(study, &report);

@@ -18,7 +18,7 @@ type Ticks = (Vec<(f64, String)>, Vec<f64>);
 /// The scales of a panel's data.
 pub fn scales(panel: &Panel) -> [Scale; 2] {
     let reach: Vec<(f64, f64)> = panel.marks.iter().flat_map(Mark::reach).collect();
-    let mapped = panel.marks.iter().any(|m| matches!(m, Mark::Cells(_)));
+    let mapped = panel.map().is_some();
     let scale = |axis: &Axis, values: Vec<f64>| match mapped {
         true => Scale::tight(axis, values.into_iter()),
         false => Scale::of(axis, values.into_iter()),
@@ -35,14 +35,7 @@ pub fn ticks(axis: &Axis, scale: &Scale, long: f64, size: f64, upright: bool) ->
         return (axis.words.iter().enumerate().map(|(i, w)| (i as f64, w.clone())).collect(), Vec::new());
     }
     let each = if upright { 1.8 * size } else { 3.6 * size };
-    let (mut named, mut small) = scale.ticks(((long / each) as usize).clamp(3, 8));
-    if axis.whole {
-        let whole = |x: f64| (x - x.round()).abs() < 1e-6;
-        named.retain(|(x, _)| whole(*x));
-        named.iter_mut().for_each(|(x, words)| *words = format!("{}", x.round()));
-        small.retain(|x| whole(*x));
-    }
-    (named, small)
+    scale.ticks(((long / each) as usize).clamp(3, 8))
 }
 
 /// Lines of an axis' title.
@@ -64,15 +57,23 @@ pub fn left(panel: &Panel, y: &Scale, high: f64, face: &Face<'_>, size: f64) -> 
 
 /// Height of what stands below a panel whose words have `wide` points.
 pub fn below(panel: &Panel, wide: f64, face: &Face<'_>, size: f64) -> f64 {
-    let turned = panel.x.words.len() > 6;
-    let label = stacked(title(&panel.x, wide, face, size).len(), size);
-    label + if turned { 6.0 * size } else { 1.3 * size } + 5.0
+    stacked(title(&panel.x, wide, face, size).len(), size) + words_below(panel, size) + 5.0
+}
+
+/// Whether so many words stand below a panel that they are turned.
+fn turned(panel: &Panel) -> bool {
+    panel.x.words.len() > 6
+}
+
+/// Height of the words of its ticks.
+fn words_below(panel: &Panel, size: f64) -> f64 {
+    if turned(panel) { 6.0 * size } else { 1.3 * size }
 }
 
 /// Grid and ticks go under the data. What stands below the panel stays within `cell`, the ends of its share of the paper.
 pub fn draw(d: &mut Drawing, panel: &Panel, p: &Place, cell: [f64; 2], face: &Face<'_>, size: f64) {
     let Rect { x, y, w, h } = p.inside;
-    let mapped = panel.marks.iter().any(|m| matches!(m, Mark::Cells(_)));
+    let mapped = panel.map().is_some();
     let (across, small_x) = ticks(&panel.x, &p.x, w, size, false);
     let (up, small_y) = ticks(&panel.y, &p.y, h, size, true);
     let (thin, faint) = (Stroke::solid(INK, 0.6), Stroke::solid(FAINT, 0.5));
@@ -84,7 +85,7 @@ pub fn draw(d: &mut Drawing, panel: &Panel, p: &Place, cell: [f64; 2], face: &Fa
         }
         d.stroke(open(&[[at, y + h], [at, y + h + 2.5]]), thin, None);
         let long = length(face, words) * size;
-        if panel.x.words.len() > 6 {
+        if turned(panel) {
             d.text([at + 0.35 * size, y + h + 4.5], words.clone(), 0.85 * size, Anchor::End, true);
         } else if at - 0.5 * long > last + 2.0 {
             d.text([at, y + h + 4.0 + 0.8 * size], words.clone(), size, Anchor::Middle, false);
@@ -108,8 +109,7 @@ pub fn draw(d: &mut Drawing, panel: &Panel, p: &Place, cell: [f64; 2], face: &Fa
         let at = p.at(p.x.ends[0], value)[1];
         d.stroke(open(&[[x - 1.4, at], [x, at]]), Stroke::solid(INK, 0.4), None);
     }
-    let turned = if panel.x.words.len() > 6 { 6.0 * size } else { 1.3 * size };
-    let mut base = y + h + 4.0 + turned + size;
+    let mut base = y + h + 4.0 + words_below(panel, size) + size;
     for line in title(&panel.x, cell[1] - cell[0], face, size) {
         let half = 0.5 * length(face, &line) * size;
         let middle = (x + 0.5 * w).min(cell[1] - half).max(cell[0] + half);

@@ -45,6 +45,14 @@ impl Place {
         x.iter().zip(y).map(|(x, y)| self.at(*x, *y)).collect()
     }
 
+    /// Ends of a line across the panel.
+    pub fn rule(&self, along: Along, at: f64) -> [[f64; 2]; 2] {
+        match along {
+            Along::X => self.x.ends.map(|x| self.at(x, at)),
+            Along::Y => self.y.ends.map(|y| self.at(at, y)),
+        }
+    }
+
     /// Draws a point; an arrow at the edge where it lies above or below the panel.
     fn point(&self, d: &mut Drawing, [x, y]: [f64; 2], marker: Marker, c: Rgb, r: f64) {
         let Rect { x: left, y: top, w, h } = self.inside;
@@ -103,12 +111,7 @@ pub fn draw(d: &mut Drawing, p: &Place, mark: &Mark, bands: [bool; 2]) {
         Mark::Note { .. } => {}
         Mark::Cells(cells) => map(d, p, cells, bands),
         Mark::Rule { along, at, colour: c, dash, .. } => {
-            let ([x0, x1], [y0, y1]) = (p.x.ends, p.y.ends);
-            let ends = match along {
-                Along::X => [p.at(x0, *at), p.at(x1, *at)],
-                Along::Y => [p.at(*at, y0), p.at(*at, y1)],
-            };
-            d.stroke(open(&ends), Stroke::of(colour::of(*c), 0.8, *dash), clip);
+            d.stroke(open(&p.rule(*along, *at)), Stroke::of(colour::of(*c), 0.8, *dash), clip);
         }
     }
 }

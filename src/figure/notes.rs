@@ -3,7 +3,7 @@
 use ttf_parser::Face;
 
 use super::colour::INK;
-use super::data::{Along, Mark, Marker, Panel};
+use super::data::{Mark, Marker, Panel};
 use super::drawing::{Anchor, Drawing, Rect, Stroke, open};
 use super::font::length;
 use super::marks::{DOT, Place};
@@ -64,13 +64,7 @@ fn pieces(mark: &Mark, p: &Place) -> Vec<Piece> {
             let bars = bars.flat_map(|((x, y), e)| joined(&[p.at(*x, y - e), p.at(*x, y + e)]));
             p.all(&path.x, &path.y).into_iter().flat_map(|at| crossed(at, r)).chain(bars).collect()
         }
-        Mark::Rule { along, at, .. } => {
-            let ([x0, x1], [y0, y1]) = (p.x.ends, p.y.ends);
-            joined(&match along {
-                Along::X => [p.at(x0, *at), p.at(x1, *at)],
-                Along::Y => [p.at(*at, y0), p.at(*at, y1)],
-            })
-        }
+        Mark::Rule { along, at, .. } => joined(&p.rule(*along, *at)),
         Mark::Bars { .. } | Mark::Cells(_) | Mark::Note { .. } => Vec::new(),
     }
 }

@@ -4,7 +4,7 @@ use ttf_parser::Face;
 
 use super::axes::LEADING;
 use super::colour::Shades;
-use super::data::{Cells, Figure, Mark, Panel};
+use super::data::{Figure, Panel};
 use super::drawing::{Anchor, Drawing, MM, Rect};
 use super::font::{length, lines};
 use super::marks::{self, Place};
@@ -87,7 +87,7 @@ impl Table {
             for (row, room) in panels.chunks(columns).zip(&rows) {
                 for (panel, [_, y]) in row {
                     more_left = more_left.max(axes::left(panel, y, room.high, face, size));
-                    if let Some(cells) = mapped(panel) {
+                    if let Some(cells) = panel.map() {
                         let bar = key::bar_width(&cells.of, &Shades::of(cells), room.high, face, size);
                         more_right = more_right.max(bar);
                     }
@@ -117,17 +117,12 @@ fn stacked(row: &[(&Panel, [Scale; 2])], cell: f64, wide: f64, face: &Face<'_>, 
     }
 }
 
-/// The map of a panel.
-fn mapped(panel: &Panel) -> Option<&Cells> {
-    panel.marks.iter().find_map(|m| if let Mark::Cells(c) = m { Some(c) } else { None })
-}
-
 /// As high as the titles beside it are long, within bounds.
 fn height(panel: &Panel, [x, y]: &[Scale; 2], wide: f64, face: &Face<'_>, size: f64) -> f64 {
     if panel.to_scale {
         return (wide * (y.ends[1] - y.ends[0]) / (x.ends[1] - x.ends[0])).clamp(0.2 * wide, 2.0 * wide);
     }
-    let bar = mapped(panel).map_or(0.0, |c| key::TEXT * length(face, &c.of.text()));
+    let bar = panel.map().map_or(0.0, |c| key::TEXT * length(face, &c.of.text()));
     let titles = length(face, &panel.y.text()).max(bar) * size + 0.01;
     let words = panel.y.words.len() as f64;
     (ASPECT * wide).max(titles.min(TALL * wide)).max(11.0 * words)
@@ -165,7 +160,7 @@ fn one(
         let base = inside.y - 0.5 * size - i as f64 * LEADING * size;
         d.text([middle, base], line, size, Anchor::Middle, false);
     }
-    if let Some(cells) = mapped(panel) {
+    if let Some(cells) = panel.map() {
         key::draw_bar(d, &cells.of, &Shades::of(cells), inside, &face, size);
     }
 }
@@ -182,7 +177,7 @@ fn fitted(text: &str, room: f64, long: impl Fn(&str) -> f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::data::{Axis, Parallel, Path};
+    use super::super::data::{Axis, Cells, Mark, Parallel, Path};
     use super::super::drawing::Item;
     use super::super::font::Font;
     use super::*;

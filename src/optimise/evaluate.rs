@@ -128,8 +128,7 @@ impl<'a> Scorer<'a> {
     /// Whether the contacts of a point stick, by their distances.
     pub fn sticking(&mut self, point: &Tuple) -> Result<Vec<bool>, Error> {
         let design = [Design::new(self.judge.setup, *point)];
-        let task = |&a: &f64| Task::of(0, &Tuple { a, ..*point });
-        let tasks: Vec<Task> = self.judge.distances.iter().map(task).collect();
+        let tasks = self.judge.tasks(&design);
         Ok(self.evaluator.run(&design, &tasks)?.iter().map(|tap| tap.sticking).collect())
     }
 
@@ -153,9 +152,7 @@ impl<'a> Scorer<'a> {
         let mut scores: Vec<Option<Score>> = tuples.par_iter().zip(&found).map(told).collect();
         let open: Vec<usize> = (0..tuples.len()).filter(|&w| scores[w].is_none()).collect();
         let designs: Vec<Design> = open.par_iter().map(|&w| Design::new(judge.setup, tuples[w])).collect();
-        let task =
-            |t: usize| Task::of((t / n) as u32, &Tuple { a: judge.distances[t % n], ..designs[t / n].tuple });
-        let tasks: Vec<Task> = (0..designs.len() * n).into_par_iter().map(task).collect();
+        let tasks = judge.tasks(&designs);
         let taps = self.evaluator.run(&designs, &tasks)?;
         let solved = |d: usize| judge.score(&designs[d..=d], (&taps[d * n..(d + 1) * n], &[]), (&[], &[]));
         let solved: Vec<Score> = (0..designs.len()).into_par_iter().map(solved).collect();
@@ -175,9 +172,7 @@ impl<'a> Scorer<'a> {
             .into_par_iter()
             .map(|w| judge.design(&points[w / whiskers], w % whiskers))
             .collect();
-        let task =
-            |t: usize| Task::of((t / n) as u32, &Tuple { a: judge.distances[t % n], ..designs[t / n].tuple });
-        let tasks: Vec<Task> = (0..designs.len() * n).into_par_iter().map(task).collect();
+        let tasks = judge.tasks(&designs);
         let taps = self.evaluator.read(&designs, &tasks)?;
         let upright = if judge.blind() {
             let sampled = tasks.iter().filter(|t| !(t.design as usize).is_multiple_of(whiskers));

@@ -1,5 +1,7 @@
 //! From the solved taps of candidates, and of whiskers sampled around them, to scores.
 
+use rayon::prelude::*;
+
 use super::samples;
 use super::score::{Limit, Score};
 use super::whisker::{self, Read, Seen, continued, over};
@@ -33,6 +35,14 @@ impl Judge<'_> {
     pub fn blind(&self) -> bool {
         let each = self.search.robust.as_ref().filter(|r| r.calibrated == Calibrated::Each);
         !self.deviations.is_empty() && each.is_some_and(Robust::tilts)
+    }
+
+    /// The taps of `designs`, each over all distances.
+    pub fn tasks(&self, designs: &[Design]) -> Vec<Task> {
+        let n = self.distances.len();
+        let task =
+            |t: usize| Task::of((t / n) as u32, &Tuple { a: self.distances[t % n], ..designs[t / n].tuple });
+        (0..designs.len() * n).into_par_iter().map(task).collect()
     }
 
     /// Whisker `w` of a point: the nominal one, or a sampled one.

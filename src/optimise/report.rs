@@ -80,7 +80,7 @@ pub struct Report {
 }
 
 /// Unit of K of a design in the tables.
-pub(super) fn unit(setup: &Setup, point: &Tuple) -> f64 {
+pub(crate) fn unit(setup: &Setup, point: &Tuple) -> f64 {
     crate::design::Design::new(setup, *point).elongation(setup).unwrap_or(1.0)
 }
 

@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use super::designs::{DRIVES, WHISKER, properties};
-use super::quantity::{distinct, said};
+use super::quantity::{distinct, ends, said};
 use super::source::Source;
 use crate::digits::{percent, rounded};
 use crate::error::InputError;
@@ -20,9 +20,7 @@ fn count(n: usize, word: &str) -> String {
 
 /// Least and greatest of `numbers` in words, by `say`.
 fn range(numbers: impl Iterator<Item = f64>, say: impl Fn(f64) -> String, unit: &str) -> Option<String> {
-    let all = numbers
-        .filter(|x| x.is_finite())
-        .fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)]);
+    let all = ends(numbers);
     let words = all.map(say);
     let [least, most] = &words;
     let said = || if least == most { format!("{least}{unit}") } else { format!("{least} to {most}{unit}") };

@@ -1,6 +1,6 @@
 //! Many rows in few cells.
 
-use super::quantity::{self, distinct, numbers_apart};
+use super::quantity::{self, distinct, ends, numbers_apart};
 use crate::figure::{Axis, Cells, Mark, Panel};
 
 /// Cells along an axis.
@@ -28,8 +28,7 @@ impl Bins {
         if few.len() <= MOST {
             return Self::at(distinct(few));
         }
-        let finite = numbers.iter().copied().filter(|x| x.is_finite());
-        let (a, b) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+        let [a, b] = ends(numbers.iter().copied());
         Self { edges: (0..=MOST).map(|i| a + (b - a) * i as f64 / MOST as f64).collect(), values: None }
     }
 

@@ -1,5 +1,6 @@
 //! Ends of an axis that a few points far away do not flatten.
 
+use super::quantity::ends;
 use crate::digits::short;
 use crate::figure::{Mark, Panel};
 
@@ -23,14 +24,8 @@ fn bulk(samples: &[f64]) -> Option<[f64; 2]> {
     off.sort_by(f64::total_cmp);
     let wide = WIDE * off[off.len() / 2];
     let (low, high) = ((middle - wide).min(at(SHARE)), (middle + wide).max(at(1.0 - SHARE)));
-    let ends = reach(all.into_iter().filter(|x| (low..=high).contains(x)));
-    (ends[0] < ends[1]).then_some(ends)
-}
-
-/// Least and greatest of what is finite.
-fn reach(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
-    let none = [f64::INFINITY, f64::NEG_INFINITY];
-    numbers.filter(|x| x.is_finite()).fold(none, |[a, b], x| [a.min(x), b.max(x)])
+    let [least, most] = ends(all.into_iter().filter(|x| (low..=high).contains(x)));
+    (least < most).then_some([least, most])
 }
 
 /// `panel` with an axis up that fits the bulk of its points called `name` and of their bars. What lies beyond is drawn at the edge, and
@@ -52,13 +47,13 @@ pub fn cut(mut panel: Panel, name: &str) -> Panel {
     let Some([low, high]) = bulk(&samples).map(|[low, high]| [low - usual, high + usual]) else {
         return panel;
     };
-    let [least, most] = reach(panel.marks.iter().flat_map(Mark::reach).map(|p| p.1));
+    let [least, most] = ends(panel.marks.iter().flat_map(Mark::reach).map(|p| p.1));
     if most - least <= WORTH * (high - low) {
         return panel;
     }
     let room = ROOM * (high - low);
-    let ends = [low - room, high + room];
-    let out = |y: &f64| *y < ends[0] || *y > ends[1];
+    let axis = [low - room, high + room];
+    let out = |y: &f64| *y < axis[0] || *y > axis[1];
     let taps: Vec<f64> =
         points().flat_map(|(path, _)| &path.y).copied().filter(|y| y.is_finite() && out(y)).collect();
     let ends_of = |(y, e): (&f64, &f64)| [y - e, y + e].iter().any(|end| end.is_finite() && out(end));
@@ -78,7 +73,7 @@ pub fn cut(mut panel: Panel, name: &str) -> Panel {
         words.push(format!("the bars of {bars}"));
     }
     panel.beyond = format!("beyond the axis: {}", words.join(", "));
-    panel.y.ends = Some(ends);
+    panel.y.ends = Some(axis);
     panel
 }
 

@@ -15,6 +15,12 @@ pub fn axis(column: &str) -> Axis {
     if *log { Axis::log(axis, unit) } else { Axis::new(axis, unit) }
 }
 
+/// Least and greatest of what is finite; an infinite pair of nothing.
+pub fn ends(numbers: impl IntoIterator<Item = f64>) -> [f64; 2] {
+    let none = [f64::INFINITY, f64::NEG_INFINITY];
+    numbers.into_iter().filter(|x| x.is_finite()).fold(none, |[a, b], x| [a.min(x), b.max(x)])
+}
+
 /// The different values of `numbers`, ascending.
 pub fn distinct(numbers: impl IntoIterator<Item = f64>) -> Vec<f64> {
     let mut seen = std::collections::HashSet::new();

@@ -148,7 +148,7 @@ pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nod
         }
     };
     let diameter = |s: f64| 2.0 * body.map_or_else(|| taper.radius(s), |body| body.radius(s, s));
-    let node = |(s, [psi, x, y], strain): &(f64, State, f64)| Node {
+    let node = |(s, [psi, x, y], strain): &Section| Node {
         s: *s,
         at: to_lab(DVec2::new(*x, *y)),
         psi: *psi,
@@ -158,15 +158,7 @@ pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nod
     };
     let mut all: Vec<Node> = bent.iter().rev().map(node).collect();
     if rod.start > 0.0 {
-        let face = Node {
-            s: 0.0,
-            at: to_lab(clamp),
-            psi: base,
-            direction: direction(base),
-            strain: 0.0,
-            diameter: diameter(0.0),
-        };
-        all.insert(0, face);
+        all.insert(0, node(&(0.0, [base, clamp.x, clamp.y], 0.0)));
     }
     let length = design.tuple.L_a;
     if arc < length {
@@ -180,7 +172,7 @@ pub fn shape(setup: &Setup, design: &Design, task: &Task, outcome: &Outcome, nod
                     (way, body.rest_angle(s) - at)
                 }
             };
-            Node { s, at: to_lab(at), psi, direction: direction(psi), strain: 0.0, diameter: diameter(s) }
+            node(&(s, [psi, at.x, at.y], 0.0))
         };
         let parts = if body.is_none() { 1 } else { FREE };
         all.extend((0..parts).map(|k| free(arc + (length - arc) * k as f64 / parts as f64)));

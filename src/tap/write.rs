@@ -4,6 +4,7 @@ use serde_json::{Value, json};
 
 use super::{LimitedBy, Report, Sample};
 use crate::error::Error;
+use crate::optimise::report;
 use crate::scene::search::Objective;
 use crate::scene::{Convention, Drive, Foil, RankBy, Setup, Spec, Study, Theory};
 use crate::sink::frame::Frame;
@@ -25,8 +26,7 @@ pub fn unit(setup: &Setup) -> (&'static str, &'static str) {
 
 /// Unit of K in the tables.
 fn k_unit(study: &Study) -> f64 {
-    let Ok(whisker) = study.space.whisker() else { return 1.0 };
-    crate::design::Design::new(&study.setup, whisker).elongation(&study.setup).unwrap_or(1.0)
+    study.space.whisker().map_or(1.0, |whisker| report::unit(&study.setup, &whisker))
 }
 
 /// Names of K̄ and SD.

@@ -1,18 +1,18 @@
 //! What was typed, and what runs it.
 
 mod rig;
-mod write;
 
 use clap::{Parser, Subcommand};
 
 use vibrissa::command::{self, Context, Reply};
 use vibrissa::error::Error;
 
+use super::cite::Cite;
 use super::help::{Completions, Help, Man};
+use super::new::New;
 use super::{cite, devices, help, locate, new};
 pub use rig::Locate;
 pub use vibrissa::command::Common;
-pub use write::{CLAMPS, Cite, GOALS, Goal, New, Schema};
 
 /// Behind the help of the program.
 const AFTER: &str = "A first sweep: vibrissa sweep sweeps/prototypes.toml\n\
@@ -71,3 +71,11 @@ impl Command {
         }
     }
 }
+
+/// The JSON Schema of specs, for editors.
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "An editor with TOML support (Taplo, Even Better TOML) reads a first line `#:schema ./spec.schema.json` in a spec.\n\
+                  Example: vibrissa schema > spec.schema.json"
+)]
+pub struct Schema {}

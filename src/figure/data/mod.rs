@@ -65,6 +65,11 @@ impl Panel {
         Self { title: title.into(), x, y, to_scale: false, marks: Vec::new(), beyond: String::new() }
     }
 
+    /// Its map, if it is one.
+    pub fn map(&self) -> Option<&Cells> {
+        self.marks.iter().find_map(|m| if let Mark::Cells(c) = m { Some(c) } else { None })
+    }
+
     /// With one more mark, if it shows anything.
     pub fn with(mut self, mark: Mark) -> Self {
         if !mark.is_empty() {
@@ -75,7 +80,7 @@ impl Panel {
 }
 
 /// A quantity along an axis.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Axis {
     /// Name and symbol.
     pub label: String,
@@ -87,21 +92,12 @@ pub struct Axis {
     pub words: Vec<String>,
     /// Ends, where the data do not give them.
     pub ends: Option<[f64; 2]>,
-    /// Of whole numbers, between which there is nothing.
-    pub whole: bool,
 }
 
 impl Axis {
     /// Linear.
     pub fn new(label: &str, unit: &str) -> Self {
-        Self {
-            label: label.into(),
-            unit: unit.into(),
-            log: false,
-            words: Vec::new(),
-            ends: None,
-            whole: false,
-        }
+        Self { label: label.into(), unit: unit.into(), ..Self::default() }
     }
 
     /// Of decades.
@@ -117,12 +113,6 @@ impl Axis {
     /// From here to there.
     pub fn over(mut self, ends: [f64; 2]) -> Self {
         self.ends = Some(ends);
-        self
-    }
-
-    /// Of whole numbers.
-    pub fn whole(mut self) -> Self {
-        self.whole = true;
         self
     }
 
