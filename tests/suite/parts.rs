@@ -39,12 +39,13 @@ pub fn tables(folder: &Path) -> Vec<(String, Vec<u8>)> {
     all
 }
 
-/// What of the counts does not depend on how a sweep was cut.
-fn counted(folder: &Path) -> Vec<Value> {
+/// What of the counts does not depend on how a sweep was cut, and the sweeps of a tap.
+fn counted(folder: &Path) -> (Vec<Value>, f64) {
     let run: Value =
         serde_json::from_str(&std::fs::read_to_string(folder.join("run.json")).unwrap()).unwrap();
     let keys = ["taps", "tuples", "designs", "distances", "status", "complete_rows", "kept_rows"];
-    keys.iter().map(|key| run["counts"][*key].clone()).collect()
+    let counts = &run["counts"];
+    (keys.iter().map(|key| counts[*key].clone()).collect(), counts["sweeps_mean"].as_f64().unwrap())
 }
 
 /// The whole, and the same of so many parts.
@@ -73,7 +74,11 @@ fn joins(text: &str, list: &str, place: Place, parts: u32, whole: &Path) {
     for ((name, a), (_, b)) in one.iter().zip(&other) {
         assert!(a == b, "{name} of {parts} parts on {place:?}:\n{text}");
     }
-    assert_eq!(counted(whole), counted(cut.path()), "{text}");
+    let ((one, sweeps), (other, joined)) = (counted(whole), counted(cut.path()));
+    assert_eq!(one, other, "{text}");
+    // Taps beside slow ones are swept as often as these; ranked parts have charts of their own.
+    let similar = (joined - sweeps).abs() <= 0.2 * sweeps || text.contains("top = ");
+    assert!(similar && joined >= 0.0, "{sweeps} and {joined} sweeps:\n{text}");
 }
 
 const GAUGE: &str = "[gauge]\nx_ss = [5, 8]\nl = 2\nnoise_strain = 1e-6\n";
