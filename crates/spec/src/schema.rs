@@ -44,10 +44,10 @@ impl<'a> Sections<'a> {
             if !top.contains(&name) {
                 return Err(unknown(document, None, key, value, &top));
             }
+            if name == "format" {
+                continue;
+            }
             let Some(table) = value.get_ref().as_table() else {
-                if name == "format" {
-                    continue;
-                }
                 let message =
                     format!("{name} is a section: write [{name}] on a line of its own, its keys below");
                 return Err(item.error(message));
