@@ -194,10 +194,12 @@ def test_readings_and_paths_are_named(tmp_path):
         (lambda: locator.stream(), "readings"),
         (lambda: locator.expected(30.0), "drive"),
         (lambda: locator.export(lang="c"), "lang"),
+        (lambda: locator.export("c", taps=2), "taps"),
     ]:
         with pytest.raises(vibrissa.InputError) as caught:
             call()
         assert caught.value.key == key and caught.value.allowed, str(caught.value)
+        assert key != "taps" or "Locator.table" in caught.value.allowed
     with pytest.raises(OSError) as caught:
         calibration.save(tmp_path / "none" / "calibration.toml")
     assert caught.value.filename == str(tmp_path / "none" / "calibration.toml")

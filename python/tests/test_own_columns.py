@@ -104,6 +104,14 @@ def test_a_frame_keeps_its_types_and_its_index(which, index, answers):
     assert found.to_pandas()["specimen"].tolist() == OWN["specimen"]
 
 
+def test_words_of_a_file_are_categories(calibration, tmp_path):
+    path, words = tmp_path / "readings.csv", [f"w{i % 60}" if i % 9 else "" for i in range(120)]
+    path.write_text("theta_deg,strain,note\n" + "".join(f"4,0.02,{word}\n" for word in words))
+    found = calibration.locator().table(path)
+    assert found.to_pandas()["note"].astype(object).fillna("").tolist() == words
+    assert found["note"].tolist() == [word or None for word in words]
+
+
 def test_own_columns_of_a_file(calibration, tmp_path):
     path = tmp_path / "readings.csv"
     path.write_text("theta_deg,strain,specimen,stamp,word,mixed,x,id\n4,0.02,007,1763877249123456789,nan,1763877249123456789,1.50,0\n4,0.021,010,1763877249123456790,up,,2e3,10\n")

@@ -11,6 +11,12 @@ from ._errors import InputError, short
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 
+# Arguments that are gone, by function, and what to use in their place.
+GONE = {
+    ("export", "taps"): "Locator.table(…, same=True) or object=; the exported program answers one tap",
+    ("optimise", "resume"): "the same call without it: a search lasts seconds, and finds the same again",
+}
+
 
 def keywords(function: _F) -> _F:
     """A function, or a class with its public methods and its constructor, that refuses arguments which it does not have, and asks for those that it needs."""
@@ -36,7 +42,8 @@ def keywords(function: _F) -> _F:
                 raise  # Raised within the function.
         for name, value in given.items():
             if name not in named and not takes_all:
-                raise InputError("unknown keyword", key=name, value=short(value), allowed=allowed)
+                instead = GONE.get((function.__name__, name))
+                raise InputError("this is gone" if instead else "unknown keyword", key=name, value=short(value), allowed=instead or allowed)
             if name in places[:len(args)]:
                 raise InputError("this is given twice", key=name, value=short(value), allowed="one value")
         for name in needed:

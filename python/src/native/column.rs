@@ -1,6 +1,7 @@
 //! Columns of a table: how they become those of Arrow.
 
 use std::borrow::Cow;
+use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -38,17 +39,21 @@ pub fn array(values: Values) -> ArrayRef {
             Arc::new(PrimitiveArray::<Int64Type>::new(ScalarBuffer::from(n), None))
         }
         Values::Words(Words { codes, known, .. }) => {
-            let mut words = known;
-            let missing = words.iter().position(String::is_empty).map(|at| {
-                words.remove(at);
-                at as u32
-            });
-            let place = |code: u32| match missing {
-                Some(missing) if code == missing => -1,
-                Some(missing) if code > missing => code.cast_signed() - 1,
-                _ => code.cast_signed(),
+            // Each word once, as categories are.
+            let (mut words, mut places) = (Vec::new(), HashMap::new());
+            let mut place = |word: &str| match places.get(word) {
+                Some(place) => *place,
+                None if word.is_empty() => -1,
+                None => {
+                    let place = words.len() as i32;
+                    words.push(word.to_owned());
+                    places.insert(word.to_owned(), place);
+                    place
+                }
             };
-            dictionary(codes.into_iter().map(place).collect(), words).expect("codes are places of words")
+            let of: Vec<i32> = known.iter().map(|word| place(word)).collect();
+            let codes = codes.into_iter().map(|code| of[code as usize]).collect();
+            dictionary(codes, words).expect("codes are places of words")
         }
     }
 }
