@@ -33,8 +33,11 @@ use source::Source;
 /// Name of the page.
 pub const PAGE: &str = "report.html";
 
+/// What draws the results of a command.
+type Draw = fn(&Source) -> Result<Content, Error>;
+
 /// Commands whose results are drawn, and what draws them.
-const DRAWN: [(&str, fn(&Source) -> Result<Content, Error>); 9] = [
+const DRAWN: [(&str, Draw); 9] = [
     ("sweep", sweep::content),
     ("optimise", optimise::content),
     ("tap", tap::content),
