@@ -19,7 +19,7 @@ use vibrissa::sink::folder::{Hashing, Question, hash, hash_all};
 use vibrissa::sink::frame::Frame;
 use vibrissa::sink::lab::LabStream;
 use vibrissa::sink::run_json;
-use vibrissa::text_file::{Limit, TextFile, refused};
+use vibrissa::text_file::{Limit, TextFile, refused, unread};
 
 use super::args::Locate;
 use super::interrupt;
@@ -387,7 +387,7 @@ fn open(path: &Path) -> Result<File, Error> {
         std::io::ErrorKind::NotFound => {
             InputError::new("there is no such file of readings").at(label, None).into()
         }
-        _ => Error::io(path, e),
+        _ => unread("readings", &label, &e).into(),
     })
 }
 

@@ -184,17 +184,19 @@ pub fn usage(e: &clap::Error) -> u8 {
     }
     if json() {
         let text = e.to_string();
-        let message = text.lines().next().unwrap_or_default().trim_start_matches("error: ").to_owned();
+        let mut message = text.lines().next().unwrap_or_default().trim_start_matches("error: ").to_owned();
         let said = |kind| match e.get(kind) {
             Some(ContextValue::String(text)) => Some(text.clone()),
-            _ => None,
-        };
-        let (key, value) = (said(ContextKind::InvalidArg), said(ContextKind::InvalidValue));
-        let listed = match e.get(ContextKind::ValidValue) {
             Some(ContextValue::Strings(all)) if !all.is_empty() => Some(all.join(", ")),
             _ => None,
         };
-        let allowed = message.split_once(": allowed: ").map(|(_, allowed)| allowed.to_owned()).or(listed);
+        let (key, value) = (said(ContextKind::InvalidArg), said(ContextKind::InvalidValue));
+        // What is missing, or goes together with nothing, stands on lines of its own.
+        if let Some(key) = key.as_ref().filter(|_| message.ends_with(':')) {
+            message = format!("{message} {key}");
+        }
+        let allowed = message.split_once(": allowed: ").map(|(_, allowed)| allowed.to_owned());
+        let allowed = allowed.or_else(|| said(ContextKind::ValidValue));
         let error = InputError { key, value, allowed, message, ..InputError::default() };
         print_failure(&command, &error.into());
     } else {

@@ -48,7 +48,7 @@ pub struct Common {
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Write also into a folder with another result (of another command or file, edited, or of over a minute with other values), an
-    /// unfinished search, or other files. Removes only what its run.json lists, and names it; never an input or another file
+    /// unfinished sweep, or other files. Removes only what its run.json lists, and names it; never an input or another file
     #[arg(long)]
     pub force: bool,
     /// Where to compute [default: auto: a hardware adapter where it pays, else the CPU kernels; gpu also uses a software adapter]

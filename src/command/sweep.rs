@@ -15,7 +15,7 @@ use crate::backend::{Backend, Choice};
 use crate::census::needed::Needed;
 use crate::census::sample::ComparedRows;
 use crate::curve::both::TAPS;
-use crate::error::Error;
+use crate::error::{Error, InputError};
 use crate::plan::Plan;
 use crate::plan::pays;
 use crate::progress::Progress;
@@ -25,6 +25,7 @@ use crate::sink::format::TableFormat;
 use crate::sink::run_json;
 use crate::sink::shard::Shard;
 use crate::sink::table::Table;
+use crate::spec;
 use crate::sweep::{self, Kept, Report, Target};
 use crate::tap::k_names;
 
@@ -94,16 +95,18 @@ pub fn run(asked: &SweepRequest, context: &Context<'_>) -> Result<Reply, Error> 
     let mut needed = bound.map(fewer).transpose()?;
     context.settle(&mut spec, &options, (&choice.backend, bound, &out));
     let planning = options.plan == Some(true);
+    let sized =
+        |spec: &Spec| Plan::new(&spec.study, &choice).map_err(|e| InputError { file: spec::file(spec), ..e });
     let full = match &needed {
         Some(needed) if planning && !needed.left().is_empty() => {
-            Some(sweep::seconds(&spec.study, &Plan::new(&spec.study, &choice)?, &choice)?)
+            Some(sweep::seconds(&spec.study, &sized(&spec)?, &choice)?)
         }
         _ => None,
     };
     if let Some(needed) = &needed {
         spec.study.setup = needed.setup().clone();
     }
-    let plan = Plan::new(&spec.study, &choice)?;
+    let plan = sized(&spec)?;
     if planning {
         return planned(&spec, &plan, &choice, (needed.as_ref(), full), out);
     }

@@ -224,9 +224,14 @@ pub fn of_readings(table: &Frame, zeros: usize) -> Result<String, InputError> {
     };
     let mut sigmas: Vec<f64> = answered.iter().map(|r| sigma[*r]).filter(|s| s.is_finite()).collect();
     sigmas.sort_by(f64::total_cmp);
-    let half = sigmas.get(sigmas.len() / 2).map_or(String::new(), |s| {
-        format!(", half of them with a standard deviation of at most {} mm", rounded(*s))
-    });
+    let half = match &*sigmas {
+        [] => String::new(),
+        [s] => format!(", with a standard deviation of {} mm", rounded(*s)),
+        all => {
+            let s = rounded(all[all.len() / 2]);
+            format!(", half of them with a standard deviation of at most {s} mm")
+        }
+    };
     let have = if answered.len() == 1 { "has" } else { "have" };
     Ok(format!("{} of {readings} {have} a distance: {where_}{half}.", answered.len()))
 }

@@ -226,10 +226,16 @@ pub fn parse_tap(label: &str, text: &str, base: &Path, noisy: bool) -> Result<(S
     Ok((spec, ends))
 }
 
+/// The file of a spec as the user named it, if it was read from one.
+pub fn file(spec: &Spec) -> Option<String> {
+    spec.inputs.last().map(|path| path.display().to_string())
+}
+
 /// `[run] model_error` of a spec that was read from a file, and where it stands.
 pub fn model_error(spec: &Spec) -> Result<Option<(f64, Option<Written>)>> {
-    let file = spec.inputs.last().map_or_else(String::new, |path| path.display().to_string());
-    with_sections(&file, &spec.text, "", |sections| sections::model_error(&sections.section("run")))
+    with_sections(&file(spec).unwrap_or_default(), &spec.text, "", |sections| {
+        sections::model_error(&sections.section("run"))
+    })
 }
 
 /// The files that a spec names for reading.
