@@ -7,6 +7,7 @@
 
 #[cfg(feature = "commands")]
 pub mod bench;
+pub mod bound;
 pub mod compare;
 pub mod configuration;
 pub mod effect;

@@ -17,10 +17,9 @@ use super::sample::{ComparedRows, Row};
 use super::{Taps, relative, tap_json};
 use crate::backend::Choice;
 use crate::curve::{self, Ask, Reach, both};
-use crate::error::{Error, InputError};
+use crate::error::Error;
 use crate::evaluate::{Evaluator, Guard, doubts};
-use crate::scene::{BackendChoice, Contact, Drive, Precision, RunOptions, Setup, Spec, Tuple, Written};
-use crate::spec;
+use crate::scene::{BackendChoice, Contact, Drive, Precision, RunOptions, Setup, Tuple};
 use crate::statistics::{Reduction, Told};
 use crate::status::Status;
 
@@ -32,47 +31,6 @@ const DOUBT: f64 = 2.0;
 
 /// Taps of kept rows that are compared together.
 const TOGETHER: usize = 1 << 12;
-
-/// Smallest bound that two solutions in f64 can be judged by.
-const LEAST: f64 = 2e-8;
-
-/// The bound that was typed, else that of `spec`, if it can be judged where the strain of a tap is good to the tolerance of `choice`.
-///
-/// # Errors
-/// A bound by which nothing can be judged.
-pub fn bound(typed: Option<f64>, spec: &Spec, choice: &Choice) -> Result<Option<f64>, Error> {
-    let (bound, at) = match typed {
-        Some(bound) => (bound, None),
-        None => match spec::model_error(spec)? {
-            Some(written) => written,
-            None => return Ok(None),
-        },
-    };
-    if let Some(rigs) = &spec.study.setup.rigs {
-        let names: Vec<&str> = rigs.properties.iter().map(|property| property.name()).collect();
-        let names = names.join(", ");
-        let why = format!("{names} differ from design to design: which effects they need is not one answer");
-        let error = InputError::new(why).key("--model-error").value(bound);
-        return Err(error.allowed("one rig, or no --model-error").into());
-    }
-    let least = LEAST.max(2.0 * choice.backend.tolerance.unwrap_or(0.0));
-    if bound >= least && bound < 1.0 {
-        return Ok(Some(bound));
-    }
-    let allowed = match choice.backend.tolerance {
-        Some(t) if 2.0 * t > LEAST => format!("{least:e} ≤ E < 1: at least twice the tolerance, {t:e}"),
-        _ => format!("{least:e} ≤ E < 1"),
-    };
-    let error = InputError::new("no effect can be judged by this").allowed(allowed);
-    Err(match at {
-        None => error.key("--model-error").value(bound),
-        Some(Written { file, text, line, span }) => {
-            let error = error.key("run.model_error").value(&text[span.clone()]).at(&file, Some(line));
-            error.snippet(&text, span)
-        }
-    }
-    .into())
-}
 
 /// What a model says of the taps of some rows.
 struct Said {

@@ -21,7 +21,7 @@ use crate::sink::folder::{Folder, Question};
 use crate::sink::frame::Frame;
 use crate::sink::lab::LabTable;
 use crate::sink::memory;
-use crate::{census::needed, files, spec};
+use crate::{census::bound, files, spec};
 
 /// Keys of `[run]` that say where files go, and what is shown.
 const OF_FILES: [&str; 5] = ["run.out", "run.force", "run.plan", "run.quiet", "run.json"];
@@ -238,7 +238,7 @@ impl<'a> Context<'a> {
         (spec, path): (&Spec, &Path),
         choice: &Choice,
     ) -> Result<Option<f64>, Error> {
-        needed::bound(asked, spec, choice).map_err(|e| match e {
+        bound::bound(asked, spec, choice).map_err(|e| match e {
             Error::Input(e) if e.file.is_some() => {
                 let line = e.line;
                 e.at(path.display().to_string(), line).into()
