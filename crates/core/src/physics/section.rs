@@ -213,8 +213,11 @@ impl Hyperelastic {
 
     fn deform(&self, n: f64, m: f64) -> Option<SectionStrain> {
         let mut at = SectionStrain { axial: 0.0, bending: 0.0 };
+        // Unloaded, πE and πE/4 are its stiffnesses.
+        let stiffness = 6.0 * PI * (self.0[0] + self.0[1]);
+        let mut r =
+            Resultants { n: 0.0, m: 0.0, n_axial: stiffness, n_bending: 0.0, m_bending: 0.25 * stiffness };
         for _ in 0..60 {
-            let r = self.resultants(at);
             let tangent = r.tangent();
             if r.n_axial.is_nan() || r.n_axial <= 0.0 || tangent <= 0.0 {
                 return None;
@@ -234,6 +237,7 @@ impl Hyperelastic {
             if axial.abs().max(bending.abs()) <= LAST_STEP * size {
                 return Some(at);
             }
+            r = self.resultants(at);
         }
         None
     }
