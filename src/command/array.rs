@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::{Common, Context, KeptFile, Reply, estimator, folder, stem};
+use super::{Common, Content, Context, Reply, estimator, folder, stem};
 use crate::contour::array::{Mounted, answer};
 use crate::contour::point::Noise;
 use crate::error::{Error, InputError};
@@ -88,7 +88,7 @@ pub fn run(asked: &ArrayRequest, context: &Context<'_>) -> Result<Reply, Error> 
             context.warn_all(&calibration.rig.warnings);
         }
         sums.push(calibration.checksum);
-        kept.push((path.display().to_string(), KeptFile::Bytes(bytes)));
+        kept.push((path.display().to_string(), Content::Bytes(bytes)));
     }
     let zero = SaidZero::of(asked.zero.as_ref(), whiskers.iter().map(|w| &w.locator))?;
     let known = |w: &Mounted| json!({ "name": w.name, "estimator": w.locator.estimator.name() });

@@ -42,42 +42,33 @@ pub trait Host {
 
 /// A file in memory.
 pub struct HeldFile {
-    /// By which requests and messages name it.
+    /// Requests and messages name it so.
     pub name: PathBuf,
-    /// What it holds.
-    pub held: Held,
-    /// Where its relative paths begin.
+    pub content: Content,
+    /// The folder of its relative paths.
     pub base: PathBuf,
 }
 
-/// What a file in memory holds.
-pub enum Held {
-    /// Text.
-    Text(String),
-    /// A table.
+/// Content of a file.
+#[derive(Clone)]
+pub enum Content {
+    Bytes(Vec<u8>),
     Table(Frame),
 }
 
-impl HeldFile {
-    /// It as text; a table has none.
+impl Content {
+    /// The bytes as text; a table has none.
     pub fn text(&self) -> &str {
-        if let Held::Text(text) = &self.held { text } else { "" }
+        match self {
+            Self::Bytes(bytes) => std::str::from_utf8(bytes).unwrap_or_default(),
+            Self::Table(_) => "",
+        }
     }
-}
 
-/// Measurements: the bytes of a file, or a table in memory.
-pub enum Measured<'a> {
-    /// A file.
-    File(Vec<u8>),
-    /// A table.
-    Table(Cow<'a, Frame>),
-}
-
-impl Measured<'_> {
-    /// Their rows.
+    /// Rows of measurements.
     pub fn rows(&self) -> LabTable<'_> {
         match self {
-            Self::File(bytes) => LabTable::Text(bytes),
+            Self::Bytes(bytes) => LabTable::Text(bytes),
             Self::Table(frame) => LabTable::Frame(frame),
         }
     }
@@ -189,12 +180,11 @@ impl<'a> Context<'a> {
     }
 
     /// A table of measurements.
-    pub fn data(&self, path: &Path) -> Result<Measured<'_>, InputError> {
+    pub fn data(&self, path: &Path) -> Result<Cow<'_, Content>, InputError> {
         self.inputs.borrow_mut().push(path.to_owned());
-        match self.held(path).map(|file| &file.held) {
-            Some(Held::Table(frame)) => Ok(Measured::Table(Cow::Borrowed(frame))),
-            Some(Held::Text(text)) => Ok(Measured::File(text.clone().into_bytes())),
-            None => Data::load(path).map(Measured::File),
+        match self.held(path) {
+            Some(file) => Ok(Cow::Borrowed(&file.content)),
+            None => Data::load(path).map(|bytes| Cow::Owned(Content::Bytes(bytes))),
         }
     }
 
@@ -211,7 +201,7 @@ impl<'a> Context<'a> {
         self.inputs.borrow_mut().push(path.to_owned());
         let label = path.display().to_string();
         match self.held(path) {
-            Some(file) => parse(&label, file.text(), &file.base),
+            Some(file) => parse(&label, file.content.text(), &file.base),
             None => parse(&label, &spec::load(path, what)?, path.parent().unwrap_or(Path::new(""))),
         }
     }
@@ -322,20 +312,12 @@ fn leave_files(spec: &mut Spec) {
     spec.in_force.retain(|(key, ..)| !OF_FILES.contains(&key.as_str()));
 }
 
-/// What a result in memory holds.
-pub enum KeptFile {
-    /// A file.
-    Bytes(Vec<u8>),
-    /// A table.
-    Table(Frame),
-}
-
 /// Where a result goes.
 pub enum Destination {
     /// A folder.
     Folder(Box<Folder>),
-    /// Memory: what it holds, by name.
-    Memory(Vec<(String, KeptFile)>),
+    /// Memory: files by name.
+    Memory(Vec<(String, Content)>),
 }
 
 impl Destination {
@@ -344,7 +326,7 @@ impl Destination {
         match self {
             Self::Folder(folder) => folder.put(name, &bytes),
             Self::Memory(files) => {
-                files.push((name.to_owned(), KeptFile::Bytes(bytes)));
+                files.push((name.to_owned(), Content::Bytes(bytes)));
                 Ok(())
             }
         }
@@ -396,7 +378,7 @@ impl Destination {
     pub fn keep(&mut self, table: Frame) {
         if let Self::Memory(files) = self {
             let name = table.file.trim_end_matches(".csv").to_owned();
-            files.push((name, KeptFile::Table(table)));
+            files.push((name, Content::Table(table)));
         }
     }
 

@@ -8,7 +8,7 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::{Common, Context, KeptFile, Reply};
+use super::{Common, Content, Context, Reply};
 use crate::error::{Error, InputError};
 use crate::explore::page::{HEAD, html};
 use crate::explore::{Baked, TOLERANCE, bake_asked, document::document, remark, sound};
@@ -70,7 +70,7 @@ pub fn run(asked: &ExploreRequest, context: &Context<'_>) -> Result<Reply, Error
         let seconds = context.seconds();
         let body = json!({ "in_force": run_json::in_force(&spec), "counts": counts, "result": result, "seconds": seconds });
         let document = run_json::document("explore", run_json::spec(&spec), body);
-        let kept = vec![(FILE.to_owned(), KeptFile::Bytes(page.into_bytes()))];
+        let kept = vec![(FILE.to_owned(), Content::Bytes(page.into_bytes()))];
         return Ok(Reply { kept, document, counts, seconds, result, ..Reply::default() });
     }
     write(&out, &page)?;

@@ -33,7 +33,7 @@ pub mod verify;
 mod words;
 
 pub use common::{Common, named, number, shard, whole, words};
-pub use context::{Context, Destination, Held, HeldFile, Host, KeptFile, Measured};
+pub use context::{Content, Context, Destination, HeldFile, Host};
 pub use reply::Reply;
 pub use words::{grouped, in_force, listed, rough, where_and_why, with_model_error};
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde_json::{Value, json};
 
-use super::{Context, Destination, KeptFile, in_force, listed};
+use super::{Content, Context, Destination, in_force, listed};
 use crate::census::needed::Needed;
 use crate::error::{Error, InputError};
 use crate::report::answer_of;
@@ -26,7 +26,7 @@ pub struct Reply {
     /// Files of an older result that `--force` removed.
     pub removed: Vec<PathBuf>,
     /// What is kept in memory in place of a folder, by name.
-    pub kept: Vec<(String, KeptFile)>,
+    pub kept: Vec<(String, Content)>,
     /// run.json of a result in memory.
     pub document: Value,
     /// Numbers of rows, taps and the like; null where a command has none.

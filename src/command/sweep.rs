@@ -9,7 +9,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::{
-    Common, Context, KeptFile, Reply, best, explain, folder, grouped, in_force, number, rough, shard,
+    Common, Content, Context, Reply, best, explain, folder, grouped, in_force, number, rough, shard,
 };
 use crate::backend::{Backend, Choice};
 use crate::census::needed::Needed;
@@ -133,7 +133,7 @@ pub fn run(asked: &SweepRequest, context: &Context<'_>) -> Result<Reply, Error> 
         let kept = Table::ALL
             .into_iter()
             .zip(tables)
-            .filter_map(|(table, frame)| Some((table.name().to_owned(), KeptFile::Table(frame?))));
+            .filter_map(|(table, frame)| Some((table.name().to_owned(), Content::Table(frame?))));
         return Ok(Reply { kept: kept.collect(), document: report.document(&spec), ..Reply::default() });
     }
     context.warn_all(beyond_curve(&spec, &report));

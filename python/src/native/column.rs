@@ -1,6 +1,5 @@
 //! Columns of a table: how they become those of Arrow.
 
-use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -11,7 +10,7 @@ use arrow_buffer::{NullBuffer, ScalarBuffer};
 use arrow_schema::{ArrowError, DataType, TimeUnit};
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
-use vibrissa::command::Measured;
+use vibrissa::command::Content;
 use vibrissa::measure::Data;
 use vibrissa::sink::fact::{Kind, fact};
 use vibrissa::sink::frame::Frame;
@@ -92,13 +91,13 @@ pub enum FileGiven<'py> {
 
 impl FileGiven<'_> {
     /// Measurements as the library reads them; a table is called `data`.
-    pub fn measured(self, py: Python<'_>) -> PyResult<Measured<'static>> {
+    pub fn measured(self, py: Python<'_>) -> PyResult<Content> {
         match self {
             Self::Text(path) => {
-                let read = Data::load(Path::new(&path)).map(Measured::File);
+                let read = Data::load(Path::new(&path)).map(Content::Bytes);
                 read.map_err(|e| super::error::raise(py, e.into()))
             }
-            Self::Table(table) => Ok(Measured::Table(Cow::Owned(frame(py, "data", table)?))),
+            Self::Table(table) => Ok(Content::Table(frame(py, "data", table)?)),
         }
     }
 }

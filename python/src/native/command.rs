@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 
 use pyo3::prelude::*;
 use serde_json::json;
-use vibrissa::command::{self, Context, Held, HeldFile, Host, KeptFile};
+use vibrissa::command::{self, Content, Context, HeldFile, Host};
 use vibrissa::error::Error;
 use vibrissa::optimise::{Step, Watch};
 use vibrissa::progress::Progress;
@@ -94,13 +94,13 @@ pub fn run<'py>(
     hear: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Given_> {
     let file = |(name, given): (String, FileGiven<'py>)| {
-        let held = match given {
-            FileGiven::Text(text) => Held::Text(text),
-            FileGiven::Table(table) => Held::Table(frame(py, &name, table)?),
+        let content = match given {
+            FileGiven::Text(text) => Content::Bytes(text.into_bytes()),
+            FileGiven::Table(table) => Content::Table(frame(py, &name, table)?),
         };
         let name = PathBuf::from(name);
         let base = name.parent().map_or_else(PathBuf::new, Path::to_owned);
-        Ok::<_, PyErr>(HeldFile { name, held, base })
+        Ok::<_, PyErr>(HeldFile { name, content, base })
     };
     let mut files: Vec<HeldFile> = files.into_iter().map(file).collect::<PyResult<_>>()?;
     let (mut request, mut threads) = (said, None);
@@ -108,7 +108,7 @@ pub fn run<'py>(
         let spec = unread(path, &text, &name).map_err(|e| error::raise(py, e))?;
         let key = if command == "calibrate" { "whisker" } else { "spec" };
         request = format!("{key} = {}\n{request}", toml::Value::String(spec.name.display().to_string()));
-        threads = spec.text().parse().ok().and_then(|t: toml::Table| number(t.get("run")?.get("threads")?));
+        threads = spec.content.text().parse().ok().and_then(|t: toml::Table| number(t.get("run")?.get("threads")?));
         files.push(spec);
     }
     threads = threads.or_else(|| number(request.parse::<toml::Table>().ok()?.get("threads")?));
@@ -120,8 +120,8 @@ pub fn run<'py>(
         let (mut tables, mut texts) = (Vec::new(), Vec::new());
         for (name, kept) in reply.kept {
             match kept {
-                KeptFile::Table(frame) => tables.push((name, Table::new(frame)?)),
-                KeptFile::Bytes(bytes) => {
+                Content::Table(frame) => tables.push((name, Table::new(frame)?)),
+                Content::Bytes(bytes) => {
                     texts.push((name, String::from_utf8(bytes).map_err(|e| Error::Run(e.to_string()))?));
                 }
             }

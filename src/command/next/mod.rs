@@ -9,7 +9,7 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::{Common, Context, Measured, Reply, estimator, estimators, folder, named, number, stem};
+use super::{Common, Context, Reply, estimator, estimators, folder, named, number, stem};
 use crate::error::{Error, InputError};
 use crate::locate::next::{May, next};
 use crate::locate::object::{NAME, UnlocatedTap};
@@ -86,7 +86,7 @@ pub fn run(asked: &NextRequest, context: &Context<'_>) -> Result<Reply, Error> {
     }
     let warn = |text: &str| context.warn(text);
     let measured = asked.readings.as_deref().map(|path| context.data(path)).transpose()?;
-    let rows = measured.as_ref().map(Measured::rows);
+    let rows = measured.as_ref().map(|measured| measured.rows());
     let (taps, lines) = match (rows, asked.readings.as_deref()) {
         (Some(rows), Some(path)) => read(asked, &locator, rows, path, &warn)?,
         _ => Default::default(),
