@@ -6,7 +6,7 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::{Common, Context, Reply, folder, placed};
+use super::{Common, Context, Reply, folder, in_spec};
 use crate::chart::{self, document::document, scope::Summary};
 use crate::error::Error;
 use crate::sink::folder::Question;
@@ -36,7 +36,7 @@ pub fn run(asked: &ChartRequest, context: &Context<'_>) -> Result<Reply, Error> 
     spec.one_rig()?;
     let options = context.begun(&asked.common, &mut spec)?;
     let out = folder(options.out.as_ref(), &spec.name, "chart");
-    let at = placed(&asked.spec);
+    let at = in_spec(&asked.spec, &spec.text);
     let (distances, directions) = chart::places(&spec.study).map_err(|e| at(e.into()))?;
     let (setup, tolerance) = (&spec.study.setup, options.tolerance.unwrap_or(chart::TOLERANCE));
     if options.plan == Some(true) {

@@ -53,7 +53,7 @@ pub struct ClusterRequest {
 pub fn run(asked: &ClusterRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let mut spec = context.read(&asked.spec, "spec", spec::parse)?;
     context.prepared(&asked.common, Some(&mut spec))?;
-    if spec::model_error(&spec)?.is_some() {
+    if spec.run.model_error.is_some() {
         crate::sweep::whole(Some(Shard { index: 1, of: asked.shards }), &spec.study)?;
     }
     // What is computed here is nothing; on which machine, the scripts leave open.

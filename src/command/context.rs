@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use serde_json::{Value, json};
 
-use super::Common;
+use super::{Common, in_spec};
 use crate::backend::{Backend, Choice};
 use crate::error::{Error, InputError, SolveError};
 use crate::figure::{self, Figure, Format, Style};
@@ -84,13 +84,15 @@ pub struct Context<'a> {
     told: RefCell<Vec<String>>,
     /// Files that were read.
     inputs: RefCell<Vec<PathBuf>>,
+    /// Path and text of the spec, and the options that its `[run]` may say because they were not typed.
+    spec: RefCell<Option<(PathBuf, String, Vec<&'static str>)>>,
 }
 
 impl<'a> Context<'a> {
     /// Of a command whose results go into folders; `quiet`: the user asked for it.
     pub fn new(host: &'a dyn Host, quiet: bool) -> Self {
-        let (quiet, told, inputs) = (Cell::new(quiet), RefCell::default(), RefCell::default());
-        Self { host, start: Instant::now(), memory: None, quiet, told, inputs }
+        let (told, inputs, spec) = (RefCell::default(), RefCell::default(), RefCell::default());
+        Self { host, start: Instant::now(), memory: None, quiet: Cell::new(quiet), told, inputs, spec }
     }
 
     /// Of a command whose results stay in memory, as do these inputs, and taps in place of those of a spec.
@@ -136,6 +138,11 @@ impl<'a> Context<'a> {
     /// Options of the command over those of its spec, if it has one; starts the threads they ask for.
     pub fn prepared(&self, common: &Common, spec: Option<&mut Spec>) -> Result<RunOptions, Error> {
         let mut options = common.over(spec.as_ref().map_or(&RunOptions::default(), |spec| &spec.run));
+        if let (Some(spec), Some(path)) = (&spec, self.inputs.borrow().last()) {
+            let typed = [("--adapter", common.adapter.is_some()), ("--tolerance", common.tolerance.is_some())];
+            let free = typed.into_iter().filter(|(_, typed)| !typed).map(|(option, _)| option).collect();
+            *self.spec.borrow_mut() = Some((path.clone(), spec.text.clone(), free));
+        }
         if self.is_in_memory() {
             options = RunOptions { out: None, plan: None, quiet: Some(true), ..options };
             spec.into_iter().for_each(leave_files);
@@ -143,6 +150,19 @@ impl<'a> Context<'a> {
         self.quiet.set(options.quiet == Some(true));
         self.host.begin(&options)?;
         Ok(options)
+    }
+
+    /// An `error` of an option that stands in `[run]` of the spec, at its place there.
+    pub fn placed(&self, error: Error) -> Error {
+        match (error, &*self.spec.borrow()) {
+            (Error::Input(e), Some((path, text, free)))
+                if e.file.is_none() && e.key.as_deref().is_some_and(|key| free.contains(&key)) =>
+            {
+                let key = e.key.as_deref().unwrap_or_default().replacen("--", "run.", 1);
+                in_spec(path, text)(e.key(key).into())
+            }
+            (other, _) => other,
+        }
     }
 
     /// As [`Self::prepared`], and tells the warnings about the spec.
@@ -218,7 +238,7 @@ impl<'a> Context<'a> {
         self.read(path, "calibration", parse)
     }
 
-    /// The bound by which effects are left off: that of the command, or of the spec at `path`.
+    /// The strain change by effects that may be left off: as typed, or from `[run]` of the spec at `path`.
     ///
     /// # Errors
     /// A bound by which nothing can be judged.
@@ -228,12 +248,9 @@ impl<'a> Context<'a> {
         (spec, path): (&Spec, &Path),
         choice: &Choice,
     ) -> Result<Option<f64>, Error> {
-        bound::bound(asked, spec, choice).map_err(|e| match e {
-            Error::Input(e) if e.file.is_some() => {
-                let line = e.line;
-                e.at(path.display().to_string(), line).into()
-            }
-            other => other,
+        bound::bound(asked.or(spec.run.model_error), spec, choice).map_err(|e| match (e, asked) {
+            (Error::Input(e), None) => in_spec(path, &spec.text)(e.key("run.model_error").into()),
+            (other, _) => other,
         })
     }
 

@@ -8,7 +8,7 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::{Common, Content, Context, Reply};
+use super::{Common, Content, Context, Reply, in_spec};
 use crate::error::{Error, InputError};
 use crate::explore::page::{HEAD, html};
 use crate::explore::{Baked, TOLERANCE, bake_asked, document::document, remark, sound};
@@ -40,12 +40,7 @@ pub fn run(asked: &ExploreRequest, context: &Context<'_>) -> Result<Reply, Error
     let mut spec = context.read(&asked.spec, "spec", spec::parse)?;
     spec.one_rig()?;
     let options = context.begun(&asked.common, &mut spec)?;
-    let at = |e: Error| match e {
-        Error::Input(e) if e.file.is_none() => {
-            Error::Input(spec::placed(&asked.spec.display().to_string(), &spec.text, e))
-        }
-        other => other,
-    };
+    let at = in_spec(&asked.spec, &spec.text);
     let tolerance = sound(options.tolerance.unwrap_or(TOLERANCE))?;
     let out = options.out.clone().unwrap_or_else(|| PathBuf::from(FILE));
     if !context.is_in_memory() {

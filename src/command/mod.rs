@@ -44,6 +44,7 @@ use serde::Deserialize;
 
 use crate::error::{Error, InputError};
 use crate::estimator::{ALL, Estimator};
+use crate::spec;
 
 /// Name of the file at `path` without its ending; `usual` where it has none.
 pub fn stem(path: &Path, usual: &str) -> String {
@@ -57,10 +58,10 @@ pub fn folder(out: Option<&PathBuf>, name: &str, command: &str) -> PathBuf {
     out.cloned().unwrap_or_else(|| Path::new("results").join(folder))
 }
 
-/// What is wrong in the file at `path`, unless it is in another one.
-pub fn placed(path: &Path) -> impl Fn(Error) -> Error {
+/// Places an error at its key in the spec at `path`, unless it is of another file.
+pub fn in_spec(path: &Path, text: &str) -> impl Fn(Error) -> Error {
     move |e| match e {
-        Error::Input(e) if e.file.is_none() => e.at(path.display().to_string(), None).into(),
+        Error::Input(e) if e.file.is_none() => spec::placed(&path.display().to_string(), text, e).into(),
         other => other,
     }
 }
@@ -154,7 +155,7 @@ impl Command {
     /// # Errors
     /// Those of the command.
     pub fn run(&self, context: &Context<'_>) -> Result<Reply, Error> {
-        match self {
+        let done = match self {
             Self::Sweep(asked) => sweep::run(asked, context),
             Self::Plan(asked) => plan::run(asked, context),
             Self::Calibrate(asked) => calibrate::run(asked, context),
@@ -173,7 +174,8 @@ impl Command {
             Self::Shape(asked) => shape::run(asked, context),
             Self::Report(asked) => report::run(asked, context),
             Self::Array(asked) => array::run(asked, context),
-        }
+        };
+        done.map_err(|e| context.placed(e))
     }
 }
 

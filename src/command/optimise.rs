@@ -7,7 +7,9 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::{Common, Context, Reply, folder, grouped, number, shard, where_and_why, with_model_error};
+use super::{
+    Common, Context, Reply, folder, grouped, in_spec, number, shard, where_and_why, with_model_error,
+};
 use crate::backend::Choice;
 use crate::census::needed::Needed;
 use crate::digits::short;
@@ -74,7 +76,7 @@ pub fn run(asked: &OptimiseRequest, context: &Context<'_>) -> Result<Reply, Erro
     }
     context.line(headline(&spec, &search, &choice));
     let fresh = !out.exists();
-    let done = searched((&spec, &search), (&choice, &options, needed), &out, context);
+    let done = searched((&spec, &search), (&choice, &options, needed), (&asked.spec, &out), context);
     if done.is_err() && fresh && !context.is_in_memory() {
         // A folder that only this search made.
         let _ = std::fs::remove_dir(&out);
@@ -86,7 +88,7 @@ pub fn run(asked: &OptimiseRequest, context: &Context<'_>) -> Result<Reply, Erro
 fn searched(
     (spec, search): (&Spec, &Search),
     (choice, options, needed): (&Choice, &RunOptions, Option<Needed>),
-    out: &Path,
+    (path, out): (&Path, &Path),
     context: &Context<'_>,
 ) -> Result<Reply, Error> {
     let question = Question::of_scene("optimise", spec, Value::Null);
@@ -96,7 +98,7 @@ fn searched(
     let stop = context.host().stop(true);
     let report = optimise::find(spec, search, (choice, options, needed), stop, watch.as_mut());
     drop(watch);
-    let report = report?;
+    let report = report.map_err(in_spec(path, &spec.text))?;
     destination.put("best.toml", best::text(spec, search, &report)?.into_bytes())?;
     write::tables(spec, &report)?.into_iter().try_for_each(|table| destination.table(table))?;
     let interrupted = report.ended == Ended::Interrupted || stop.load(std::sync::atomic::Ordering::Relaxed);

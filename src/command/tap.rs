@@ -7,7 +7,7 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::{Common, Context, Reply, folder, meant, named, number, placed, where_and_why, with_model_error};
+use super::{Common, Context, Reply, folder, in_spec, meant, named, number, where_and_why, with_model_error};
 use crate::digits::short;
 use crate::error::Error;
 use crate::optimise::blame::bias;
@@ -79,7 +79,7 @@ pub fn run(asked: &TapRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let (stop, study) = (context.host().stop(false), &spec.study);
     let found = tap::find(study, ends, objective, &choice, (bound, stop, progress.as_mut()));
     drop(progress);
-    let mut report = found.map_err(placed(&asked.spec))?;
+    let mut report = found.map_err(in_spec(&asked.spec, &spec.text))?;
     report.seconds = choice.seconds + context.elapsed() - begun;
     destination.table(tap::table(study, &report)?)?;
     let result = tap::result(study, &report);

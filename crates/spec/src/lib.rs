@@ -37,7 +37,7 @@ use std::sync::Arc;
 use toml::de::{DeTable, DeValue};
 
 use crate::error::InputError;
-use crate::scene::{Drive, Property, Search, Setup, Signal, Spec, Study, Written};
+use crate::scene::{Drive, Property, Search, Setup, Signal, Spec, Study};
 use crate::sink::frame::Frame;
 use crate::text_file::{Limit, TextFile};
 pub use curve::{of_file as material_of_file, of_frame as material_of_curve};
@@ -229,13 +229,6 @@ pub fn parse_tap(label: &str, text: &str, base: &Path, noisy: bool) -> Result<(S
 /// The file of a spec as the user named it, if it was read from one.
 pub fn file(spec: &Spec) -> Option<String> {
     spec.inputs.last().map(|path| path.display().to_string())
-}
-
-/// `[run] model_error` of a spec that was read from a file, and where it stands.
-pub fn model_error(spec: &Spec) -> Result<Option<(f64, Option<Written>)>> {
-    with_sections(&file(spec).unwrap_or_default(), &spec.text, "", |sections| {
-        sections::model_error(&sections.section("run"))
-    })
 }
 
 /// The files that a spec names for reading.

@@ -10,7 +10,7 @@ use super::sections::Section;
 use super::space::{KEYS, drive_key};
 use crate::error::InputError;
 use crate::scene::search::{
-    Budget, Calibrated, Limits, Measure, Objective, Places, Quantity, Robust, Search, Variable,
+    Budget, Calibrated, Limits, Measure, Objective, Quantity, Robust, Search, Variable,
 };
 use crate::scene::{COLUMNS, Column, Drive, Factor, Space, Spec, Theory};
 
@@ -63,17 +63,15 @@ pub(super) fn read(sections: &Sections<'_>) -> Result<Search> {
         let allowed = "objective = \"distance\", \"weighted\" or \"pareto\", or a tolerance of the whisker";
         return section.get("robust")?.refuse(message, allowed);
     }
-    let gauge = sections.section("gauge").get("strain_limit")?;
-    let (limits, places) = limits(&section, &gauge)?;
+    let of_gauge = sections.section("gauge").get("strain_limit")?.ranged()?;
     Ok(Search {
         objective: word,
         weights: weights(&section.get("weights")?)?,
         seed: section.get("seed")?.whole()?,
         budget: section.optional("budget", budget)?.unwrap_or_default(),
         variables: variables(&section.get("variables")?, drive)?,
-        limits,
+        limits: limits(&section, of_gauge)?,
         robust,
-        places,
     })
 }
 
@@ -132,27 +130,19 @@ fn variables(item: &Item<'_>, drive: Drive) -> Result<Vec<Variable>> {
     Ok(variables)
 }
 
-fn limits(section: &Section<'_>, gauge: &Item<'_>) -> Result<(Limits, Places)> {
-    let blank = |item: &Item<'_>| item.error("");
-    let variables = blank(&section.get("variables")?);
-    let strain = gauge.ranged()?;
-    let mut limits = Limits { strain, force: None, unambiguous: false, tip_not_wider: false };
-    let mut places = Places { strain: blank(gauge), variables, ..Places::default() };
-    let Some(item) = section.written("limits") else { return Ok((limits, places)) };
+/// `limits`; `strain` is that of the gauge.
+fn limits(section: &Section<'_>, strain: f64) -> Result<Limits> {
+    let strain_key = "gauge.strain_limit";
+    let free = Limits { strain, strain_key, force: None, unambiguous: false, tip_not_wider: false };
+    let Some(item) = section.written("limits") else { return Ok(free) };
     item.only_known()?;
-    if let Some(strain) = item.child("strain") {
-        (limits.strain, places.strain) = (strain.ranged()?, blank(&strain));
-    }
-    if let Some(force) = item.child("force_N") {
-        (limits.force, places.force) = (Some(force.ranged()?), blank(&force));
-    }
-    if let Some(flag) = item.child("unambiguous") {
-        (limits.unambiguous, places.unambiguous) = (flag.flag()?, blank(&flag));
-    }
-    if let Some(flag) = item.child("tip_not_wider") {
-        (limits.tip_not_wider, places.tip_not_wider) = (flag.flag()?, blank(&flag));
-    }
-    Ok((limits, places))
+    Ok(Limits {
+        strain: item.or("strain", strain, Item::ranged)?,
+        strain_key: item.child("strain").map_or(strain_key, |_| "optimise.limits.strain"),
+        force: item.child("force_N").map(|force| force.ranged()).transpose()?,
+        unambiguous: item.or("unambiguous", false, Item::flag)?,
+        tip_not_wider: item.or("tip_not_wider", false, Item::flag)?,
+    })
 }
 
 fn robust(item: &Item<'_>, drive: Drive) -> Result<Robust> {
@@ -285,11 +275,8 @@ pub(super) fn check(sections: &Sections<'_>, spec: &mut Spec, search: &mut Searc
     if search.limits.tip_not_wider && tip[0] > base[1] {
         let message =
             format!("no tip is that thin: the smallest d is {} mm, the largest D {} mm", tip[0], base[1]);
-        return Err(InputError {
-            message,
-            allowed: Some(format!("d ≤ {} mm in reach, or tip_not_wider = false", base[1])),
-            ..search.places.tip_not_wider.clone()
-        });
+        let item = sections.section("optimise").get("limits")?.need("tip_not_wider")?;
+        return item.refuse(message, format!("d ≤ {} mm in reach, or tip_not_wider = false", base[1]));
     }
     Ok(())
 }

@@ -10,7 +10,7 @@ use super::keys::{Key, Section};
 use super::schema;
 use crate::design::MOST;
 use crate::error::InputError;
-use crate::scene::{Interval, Written};
+use crate::scene::Interval;
 
 /// Result of reading.
 pub type Result<T> = std::result::Result<T, InputError>;
@@ -119,18 +119,6 @@ impl<'a> Item<'a> {
     /// Refuses this value: `message` says why, `allowed` what could stand there.
     pub fn refuse<T>(&self, message: impl Into<String>, allowed: impl Into<String>) -> Result<T> {
         Err(self.error(message).allowed(allowed))
-    }
-
-    /// Its place; none for a default.
-    pub fn at(&self) -> Option<Written> {
-        let Document { file, text } = *self.document;
-        let span = self.span.clone()?;
-        Some(Written {
-            file: file.to_owned(),
-            text: text.to_owned(),
-            line: self.document.line(span.start),
-            span,
-        })
     }
 
     /// Places an error whose key is relative to this value.

@@ -13,7 +13,6 @@ use super::{keys, solid};
 use crate::error::InputError;
 use crate::scene::{
     BackendChoice, Convention, Estimate, Gauge, Output, Per, Precision, RankBy, RunOptions, Side, Theory,
-    Written,
 };
 use crate::sink::format::TableFormat;
 
@@ -95,27 +94,18 @@ pub(super) fn output(section: &Section<'_>) -> Result<Output> {
     })
 }
 
-/// `model_error` of `[run]`, and where it stands.
-pub(super) fn model_error(section: &Section<'_>) -> Result<Option<(f64, Option<Written>)>> {
-    section.optional("model_error", |v| Ok((v.ranged()?, v.at())))
-}
-
 /// `[run]`; paths are relative to `base`.
 pub(super) fn run(section: &Section<'_>, base: &Path) -> Result<RunOptions> {
-    model_error(section)?;
     let backends = BackendChoice::WORDS.map(|(word, backend, _)| (word, backend));
     let precisions = Precision::WORDS.map(|(word, precision, _)| (word, precision));
-    let (tolerance, tolerance_at) = section.optional("tolerance", |v| Ok((v.ranged()?, v.at())))?.unzip();
-    let (adapter, adapter_at) = section.optional("adapter", |v| Ok((v.text()?.to_owned(), v.at())))?.unzip();
     Ok(RunOptions {
         out: section.optional("out", |v| Ok(base.join(v.text()?)))?,
         force: section.optional("force", Item::flag)?,
         backend: section.optional("backend", |v| v.word(&backends))?,
-        adapter,
-        adapter_at: adapter_at.flatten(),
+        adapter: section.optional("adapter", |v| Ok(v.text()?.to_owned()))?,
         precision: section.optional("precision", |v| v.word(&precisions))?,
-        tolerance,
-        tolerance_at: tolerance_at.flatten(),
+        tolerance: section.optional("tolerance", Item::ranged)?,
+        model_error: section.optional("model_error", Item::ranged)?,
         threads: section.optional("threads", |v| Ok(v.whole()? as usize))?,
         plan: section.optional("plan", Item::flag)?,
         quiet: section.optional("quiet", Item::flag)?,

@@ -38,7 +38,7 @@ pub use model::{
 };
 pub use property::{PROPERTIES, Property};
 pub use rigs::Rigs;
-pub use run::{BackendChoice, Output, Per, Precision, RankBy, RunOptions, Written};
+pub use run::{BackendChoice, Output, Per, Precision, RankBy, RunOptions};
 pub use search::Search;
 pub use space::{COLUMNS, Column, Direction, DirectionColumns, Factor, Space, Tuple};
 pub use term::{Amount, Term};

@@ -40,19 +40,6 @@ impl Precision {
         [("f32", Self::F32, "Single"), ("f64", Self::F64, "Double")];
 }
 
-/// Where a value stands in a spec.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Written {
-    /// File as the user named it.
-    pub file: String,
-    /// Its text.
-    pub text: String,
-    /// 1-based line.
-    pub line: usize,
-    /// Bytes of the value in `text`.
-    pub span: std::ops::Range<usize>,
-}
-
 /// `[run]` and the command line; `None` where nothing was said.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct RunOptions {
@@ -64,14 +51,12 @@ pub struct RunOptions {
     pub backend: Option<BackendChoice>,
     /// Substring of the adapter's name.
     pub adapter: Option<String>,
-    /// Where `adapter` was written, if in a spec.
-    pub adapter_at: Option<Written>,
     /// Precision of the fast kernels.
     pub precision: Option<Precision>,
     /// Bound on each row's strain error, relative to max(|ε|, 1e-3 θ f_max).
     pub tolerance: Option<f64>,
-    /// Where `tolerance` was written, if in a spec.
-    pub tolerance_at: Option<Written>,
+    /// Bound on the strain change by effects that are left off, relative as `tolerance`.
+    pub model_error: Option<f64>,
     /// CPU threads.
     pub threads: Option<usize>,
     /// Only say what would run.

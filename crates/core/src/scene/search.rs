@@ -3,7 +3,6 @@
 use super::model::Drive;
 use super::property::Property;
 use super::space::{COLUMNS, Column};
-use crate::error::InputError;
 
 /// What is made small.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -98,6 +97,8 @@ pub struct Budget {
 pub struct Limits {
     /// Largest |gauge strain|.
     pub strain: f64,
+    /// The key that says it.
+    pub strain_key: &'static str,
     /// Largest contact force, N.
     pub force: Option<f64>,
     /// The peak of the theory's curve lies below the range of distances.
@@ -163,21 +164,4 @@ pub struct Search {
     pub limits: Limits,
     /// Tolerances, if any.
     pub robust: Option<Robust>,
-    /// Places of the limits in the spec, for complaints about them.
-    pub places: Places,
-}
-
-/// Errors without a message that stand where a limit is written.
-#[derive(Debug, Clone, Default)]
-pub struct Places {
-    /// `limits.strain`, or `gauge.strain_limit`.
-    pub strain: InputError,
-    /// `limits.force_N`.
-    pub force: InputError,
-    /// `limits.unambiguous`.
-    pub unambiguous: InputError,
-    /// `limits.tip_not_wider`.
-    pub tip_not_wider: InputError,
-    /// `variables`: for what no limit of the spec says.
-    pub variables: InputError,
 }
