@@ -63,7 +63,6 @@ fn manner() -> MutexGuard<'static, Manner> {
     MANNER.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The first signal.
 fn first() {
     STOP.store(true, Ordering::Relaxed);
     if *manner() == Manner::Keeping {

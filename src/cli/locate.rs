@@ -134,13 +134,11 @@ impl Parsed {
     }
 }
 
-/// An opened calibration.
 struct Opened {
     answers: Answers,
     /// What is known of it in run.json.
     known: Value,
     checksum: String,
-    /// Who answers, in words.
     by: String,
     /// The data that it comes of.
     data: String,

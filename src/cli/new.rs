@@ -34,7 +34,6 @@ const GOALS: [(&str, Goal, &str); 4] = [
     ("sweep", Goal::Sweep, "tables of every distance and tap angle"),
     ("calibrate", Goal::Calibrate, "a distance from measured strains"),
 ];
-/// How a base is held.
 const CLAMPS: [(&str, &str, &str); 4] = [
     ("rigid", "rigid", "as the theory has it: nothing gives way"),
     ("bonded", "bonded", "its face is bonded to a plate"),
@@ -45,13 +44,9 @@ const CLAMPS: [(&str, &str, &str); 4] = [
 /// What a new spec is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Goal {
-    /// One whisker, its best angle.
     Tap,
-    /// A search.
     Optimise,
-    /// Tables.
     Sweep,
-    /// Measured data.
     Calibrate,
 }
 
@@ -87,7 +82,6 @@ pub struct New {
     pub json: bool,
 }
 
-/// The answers.
 struct Answers {
     whisker: [f64; 3],
     gauge: [f64; 3],

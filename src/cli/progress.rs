@@ -9,16 +9,12 @@ use vibrissa::progress::Progress;
 use super::say;
 use super::say::{grouped, rough};
 
-/// Time between plain lines.
 const EVERY: Duration = Duration::from_secs(5);
 
 /// Shows taps done, rate and remaining time.
 pub enum Shown {
-    /// A terminal.
     Bar(ProgressBar),
-    /// A log.
     Lines { start: Instant, last: Instant, before: u64 },
-    /// Nothing.
     Silent,
 }
 

@@ -14,7 +14,6 @@ use vibrissa::excerpt::printable;
 
 use super::say;
 
-/// Version of the JSON object.
 const FORMAT: u32 = 1;
 
 /// Whether stdout carries one JSON object.
@@ -27,7 +26,6 @@ pub fn in_json(wanted: bool) {
     JSON.fetch_or(wanted, Ordering::Relaxed);
 }
 
-/// Says which command is answered.
 pub fn to(command: &str) {
     let _ = COMMAND.set(command.to_owned());
 }

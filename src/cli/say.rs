@@ -11,7 +11,6 @@ pub fn line(text: impl Display) {
     part(format!("{}\n", printable(&text.to_string())));
 }
 
-/// A warning, in a line.
 pub fn warning(text: impl Display) {
     line(format_args!("warning: {text}"));
 }

@@ -13,7 +13,6 @@ use vibrissa::scene::RunOptions;
 use super::progress::Shown;
 use super::{interrupt, reply, say};
 
-/// The program.
 pub struct Terminal;
 
 impl Host for Terminal {

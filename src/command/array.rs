@@ -20,15 +20,12 @@ use crate::sink::run_json;
 /// What is asked of an array.
 #[derive(Debug, Deserialize)]
 pub struct ArrayRequest {
-    /// Its file.
     pub array: PathBuf,
     /// Readings; none, of a result in memory: whether the array can answer any, and what its calibrations are.
     pub readings: Option<PathBuf>,
-    /// Columns under other names.
     pub columns: Option<String>,
     /// Answers of every whisker by this.
     pub estimator: Option<String>,
-    /// What sensors show without contact.
     pub zero: Option<SaidZero>,
     /// Readings are of a run of the calibration.
     #[serde(default)]
@@ -48,9 +45,6 @@ pub struct ArrayRequest {
 }
 
 /// Answers readings of several whiskers into one `located.csv`.
-///
-/// # Errors
-/// An array or a calibration that cannot be used; readings that do not fit; a file that fails.
 pub fn run(asked: &ArrayRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let options = context.prepared(&asked.common, None)?;
     let described = context.read(&asked.array, "array", Array::parse)?;

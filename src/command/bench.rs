@@ -40,9 +40,6 @@ pub struct BenchRequest {
 }
 
 /// Measures, or says what would be measured.
-///
-/// # Errors
-/// A tolerance that no kernel keeps, an adapter that is absent or fails, a folder that holds something else.
 pub fn run(asked: &BenchRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let options = context.prepared(&asked.common, None)?;
     if let Some(t) = options.tolerance {

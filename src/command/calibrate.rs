@@ -75,7 +75,6 @@ struct Given<'a> {
     drive: Option<Drive>,
 }
 
-/// What every calibration begins with.
 struct Begun {
     asked: Options,
     /// Hash of data, spec and what changes the answer.
@@ -85,9 +84,6 @@ struct Begun {
 }
 
 /// Reads data and whisker, calibrates, writes the files.
-///
-/// # Errors
-/// Data that no calibration can come from; a backend or a file that fails.
 pub fn run(asked: &CalibrateRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let measured = context.data(&asked.data)?;
     let table = measured.rows();

@@ -28,9 +28,6 @@ pub struct ChartRequest {
 }
 
 /// Writes the charts of a spec's distances.
-///
-/// # Errors
-/// Taps that are listed, too many distances, a model without a chart.
 pub fn run(asked: &ChartRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let mut spec = context.read(&asked.spec, "spec", spec::parse)?;
     spec.one_rig()?;

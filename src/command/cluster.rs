@@ -46,10 +46,6 @@ pub struct ClusterRequest {
     pub common: Common,
 }
 
-/// Writes the scripts, filled in.
-///
-/// # Errors
-/// A spec that cannot be swept in parts, paths that no script can name, a folder that holds something else.
 pub fn run(asked: &ClusterRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let mut spec = context.read(&asked.spec, "spec", spec::parse)?;
     context.prepared(&asked.common, Some(&mut spec))?;

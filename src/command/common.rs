@@ -28,7 +28,6 @@ pub fn number(text: &str) -> Result<f64, &'static str> {
     text.parse().map_err(|_| "allowed: a number, as 0.5 or 1e-4")
 }
 
-/// A whole number in `range`.
 pub fn whole<T: TryFrom<u64>>(
     range: RangeInclusive<u64>,
 ) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static {

@@ -40,7 +40,6 @@ pub trait Host {
     fn stop(&self, keeps: bool) -> &AtomicBool;
 }
 
-/// A file in memory.
 pub struct HeldFile {
     /// Requests and messages name it so.
     pub name: PathBuf,
@@ -49,7 +48,6 @@ pub struct HeldFile {
     pub base: PathBuf,
 }
 
-/// Content of a file.
 #[derive(Clone)]
 pub enum Content {
     Bytes(Vec<u8>),
@@ -65,7 +63,6 @@ impl Content {
         }
     }
 
-    /// Rows of measurements.
     pub fn rows(&self) -> LabTable<'_> {
         match self {
             Self::Bytes(bytes) => LabTable::Text(bytes),
@@ -74,7 +71,6 @@ impl Content {
     }
 }
 
-/// What a command runs in.
 pub struct Context<'a> {
     host: &'a dyn Host,
     start: Instant,
@@ -82,7 +78,6 @@ pub struct Context<'a> {
     memory: Option<(Vec<HeldFile>, Option<Frame>)>,
     quiet: Cell<bool>,
     told: RefCell<Vec<String>>,
-    /// Files that were read.
     inputs: RefCell<Vec<PathBuf>>,
     /// Path and text of the spec, and the options that its `[run]` may say because they were not typed.
     spec: RefCell<Option<(PathBuf, String, Vec<&'static str>)>>,
@@ -100,7 +95,6 @@ impl<'a> Context<'a> {
         Self { memory: Some((files, taps)), ..Self::new(host, true) }
     }
 
-    /// Who asks.
     pub fn host(&self) -> &'a dyn Host {
         self.host
     }
@@ -125,7 +119,6 @@ impl<'a> Context<'a> {
         self.memory.is_some()
     }
 
-    /// Seconds since the command began.
     pub fn elapsed(&self) -> f64 {
         self.start.elapsed().as_secs_f64()
     }
@@ -139,7 +132,8 @@ impl<'a> Context<'a> {
     pub fn prepared(&self, common: &Common, spec: Option<&mut Spec>) -> Result<RunOptions, Error> {
         let mut options = common.over(spec.as_ref().map_or(&RunOptions::default(), |spec| &spec.run));
         if let (Some(spec), Some(path)) = (&spec, self.inputs.borrow().last()) {
-            let typed = [("--adapter", common.adapter.is_some()), ("--tolerance", common.tolerance.is_some())];
+            let typed =
+                [("--adapter", common.adapter.is_some()), ("--tolerance", common.tolerance.is_some())];
             let free = typed.into_iter().filter(|(_, typed)| !typed).map(|(option, _)| option).collect();
             *self.spec.borrow_mut() = Some((path.clone(), spec.text.clone(), free));
         }
@@ -185,12 +179,10 @@ impl<'a> Context<'a> {
         self.told.borrow_mut().push(text.to_owned());
     }
 
-    /// Warns of each.
     pub fn warn_all<T: AsRef<str>>(&self, all: impl IntoIterator<Item = T>) {
         all.into_iter().for_each(|text| self.warn(text.as_ref()));
     }
 
-    /// All warnings so far.
     pub fn told(&self) -> Vec<String> {
         self.told.borrow().clone()
     }
@@ -209,9 +201,6 @@ impl<'a> Context<'a> {
     }
 
     /// Reads the `what` file at `path` by `parse`, which takes its label, its text and where its paths begin.
-    ///
-    /// # Errors
-    /// A file that cannot be read; what is wrong in it.
     pub fn read<T>(
         &self,
         path: &Path,
@@ -227,9 +216,6 @@ impl<'a> Context<'a> {
     }
 
     /// The calibration at `path`; `trust`: also one that was edited by hand.
-    ///
-    /// # Errors
-    /// A file that is missing or no calibration.
     pub fn calibration(&self, path: &Path, trust: bool) -> Result<Calibration, InputError> {
         let parse = |label: &str, text: &str, _: &Path| Calibration::parse(label, text, trust);
         if path.is_dir() {
@@ -239,9 +225,6 @@ impl<'a> Context<'a> {
     }
 
     /// The strain change by effects that may be left off: as typed, or from `[run]` of the spec at `path`.
-    ///
-    /// # Errors
-    /// A bound by which nothing can be judged.
     pub fn model_error(
         &self,
         asked: Option<f64>,
@@ -269,9 +252,6 @@ impl<'a> Context<'a> {
     }
 
     /// The spec at `path`; where taps are given, these are its taps.
-    ///
-    /// # Errors
-    /// As [`Self::read`]; taps that its model does not have.
     pub fn spec(&self, path: &Path) -> Result<Spec, Error> {
         let Some(taps) = self.memory.as_ref().and_then(|(_, taps)| taps.as_ref()) else {
             return Ok(self.read(path, "spec", spec::parse)?);
@@ -297,9 +277,6 @@ impl<'a> Context<'a> {
     }
 
     /// Opens the place of a result at `out` that answers `question` with files of these `names`; what was read is among its inputs.
-    ///
-    /// # Errors
-    /// A folder that holds something else.
     pub fn open(
         &self,
         out: &Path,
@@ -329,16 +306,13 @@ fn leave_files(spec: &mut Spec) {
     spec.in_force.retain(|(key, ..)| !OF_FILES.contains(&key.as_str()));
 }
 
-/// Where a result goes.
 pub enum Destination {
-    /// A folder.
     Folder(Box<Folder>),
     /// Memory: files by name.
     Memory(Vec<(String, Content)>),
 }
 
 impl Destination {
-    /// Writes a whole file.
     pub fn put(&mut self, name: &str, bytes: Vec<u8>) -> Result<(), Error> {
         match self {
             Self::Folder(folder) => folder.put(name, &bytes),
@@ -349,7 +323,6 @@ impl Destination {
         }
     }
 
-    /// Writes a whole table.
     pub fn table(&mut self, table: Frame) -> Result<(), Error> {
         match self {
             Self::Folder(folder) => folder.put(&table.file, &table.csv()?),

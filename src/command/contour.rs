@@ -73,9 +73,6 @@ pub struct ContourRequest {
 }
 
 /// Traces an object into `points.csv`, `curve.csv` and `contour.svg`.
-///
-/// # Errors
-/// Data without poses, or that do not fit the calibration; a backend or a file that fails.
 pub fn run(asked: &ContourRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let options = context.prepared(&asked.common, None)?;
     let noise = Noise::said(asked.angle_noise, asked.base_noise, asked.touch_noise)?;

@@ -15,7 +15,6 @@ use crate::explore::{Baked, TOLERANCE, bake_asked, document::document, remark, s
 use crate::sink::run_json;
 use crate::spec;
 
-/// Where the page goes.
 const FILE: &str = "explore.html";
 
 /// One page with sliders: strain, K, its spread and the error budget by the exact model. It needs no network.
@@ -33,9 +32,6 @@ pub struct ExploreRequest {
 }
 
 /// Writes the page of a spec.
-///
-/// # Errors
-/// A model without such a page, ranges over which it is not smooth, a place that holds something else.
 pub fn run(asked: &ExploreRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let mut spec = context.read(&asked.spec, "spec", spec::parse)?;
     spec.one_rig()?;

@@ -25,10 +25,6 @@ pub struct MergeRequest {
     pub common: Common,
 }
 
-/// Joins the parts.
-///
-/// # Errors
-/// Parts that are not whole or do not belong together; a folder that holds something else.
 pub fn run(asked: &MergeRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let options = context.prepared(&asked.common, None)?;
     let report = merge::run(&asked.folders, options.out.as_deref(), options.force == Some(true))?;

@@ -97,7 +97,6 @@ pub fn estimators() -> [(&'static str, &'static dyn Estimator, &'static str); AL
     ALL.map(|e| (e.name(), e, e.help()))
 }
 
-/// The estimator of this name.
 pub fn estimator(said: Option<&str>) -> Result<Option<&'static dyn Estimator>, InputError> {
     meant(("estimator", "--estimator"), said, &estimators())
 }
@@ -150,10 +149,6 @@ pub enum Command {
 }
 
 impl Command {
-    /// Runs it.
-    ///
-    /// # Errors
-    /// Those of the command.
     pub fn run(&self, context: &Context<'_>) -> Result<Reply, Error> {
         let done = match self {
             Self::Sweep(asked) => sweep::run(asked, context),
@@ -180,9 +175,6 @@ impl Command {
 }
 
 /// Runs a command by its name, with a request that is given as TOML.
-///
-/// # Errors
-/// A request that is none; those of the command.
 pub fn run(command: &str, request: &str, context: &Context<'_>) -> Result<Reply, Error> {
     let read: Result<Command, _> = toml::from_str(&format!("[{command}]\n{request}"));
     read.map_err(|e| Error::Run(e.to_string()))?.run(context)

@@ -53,9 +53,6 @@ pub struct OptimiseRequest {
 }
 
 /// Reads the spec and searches, or says what would be searched.
-///
-/// # Errors
-/// What cannot be searched, limits that no design keeps, a backend or a file that fails.
 pub fn run(asked: &OptimiseRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let (mut spec, mut search) = context.read(&asked.spec, "spec", spec::parse_search)?;
     if let Some(shard) = asked.shard {
@@ -125,7 +122,6 @@ fn headline(spec: &Spec, search: &Search, choice: &Choice) -> String {
     format!("{name}: looking for the smallest {sought} over {over}{samples}, on {on}")
 }
 
-/// What is made small.
 fn sought(search: &Search) -> &'static str {
     match search.objective {
         Objective::Sd => "K_sd",

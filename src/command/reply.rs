@@ -12,16 +12,12 @@ use crate::scene::Spec;
 use crate::sink::folder::Written;
 use crate::sink::run_json;
 
-/// A finished command.
 #[derive(Default)]
 pub struct Reply {
     /// The result in a sentence or two, with which the text begins; empty where there is none.
     pub answer: String,
-    /// For people, on stdout.
     pub text: String,
-    /// Result folder.
     pub out: Option<PathBuf>,
-    /// Files written.
     pub files: Vec<PathBuf>,
     /// Files of an older result that `--force` removed.
     pub removed: Vec<PathBuf>,
@@ -35,9 +31,7 @@ pub struct Reply {
     pub seconds: Value,
     /// Where taps were solved.
     pub backend: Value,
-    /// The result for programs.
     pub result: Value,
-    /// The spec asks for silence.
     pub quiet: bool,
     /// What is wrong although there is a result. Exit code 1.
     pub broken: Option<String>,

@@ -34,9 +34,6 @@ pub struct ShapeRequest {
 }
 
 /// Writes the shapes of a spec's taps: few, so by the reference unless something else is asked for.
-///
-/// # Errors
-/// A model without shapes, too many taps, a backend or a file that fails.
 pub fn run(asked: &ShapeRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let mut spec = context.spec(&asked.spec)?;
     spec.one_rig()?;

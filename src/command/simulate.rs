@@ -74,9 +74,6 @@ pub struct SimulateRequest {
 }
 
 /// Simulates the taps of a spec into `measurements.csv`, or strokes into `strokes.csv`.
-///
-/// # Errors
-/// A spec of several whiskers, settings that mean nothing, a backend or a file that fails.
 pub fn run(asked: &SimulateRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let mut spec = context.read(&asked.spec, "spec", spec::parse)?;
     let rig = Rig::of_spec(&spec, &asked.spec.display().to_string())?;

@@ -69,9 +69,6 @@ fn seconds(text: &str) -> Result<Duration, &'static str> {
 }
 
 /// Reads the spec and runs it, or says what would run.
-///
-/// # Errors
-/// A spec or a folder that cannot be used, tables that are too large, a backend or a disk that fails, a request to stop.
 pub fn run(asked: &SweepRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let mut spec = context.spec(&asked.spec)?;
     spec.inputs.extend(context.inputs());

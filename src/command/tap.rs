@@ -47,9 +47,6 @@ pub struct TapRequest {
 }
 
 /// Reads the spec and finds its best drive. Few taps: in f64 on the CPU unless something else is asked for.
-///
-/// # Errors
-/// Several whiskers, a strain limit that no drive keeps, no complete row, a backend or a file that fails.
 pub fn run(asked: &TapRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let objective = meant(("word", "--objective"), Some(&asked.objective), &OBJECTIVES)?;
     let objective = objective.unwrap_or(Objective::Distance);

@@ -81,7 +81,6 @@ const NEXT: (usize, u32) = (9, 5);
 /// The best design where distances are told in another way.
 #[derive(Debug)]
 pub struct Other {
-    /// By what.
     pub theory: Theory,
     /// At the drive that was found.
     pub here: Design,

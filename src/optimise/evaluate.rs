@@ -39,7 +39,6 @@ pub struct Readers {
 }
 
 impl Readers {
-    /// Whether there are any.
     pub fn any(&self) -> bool {
         self.rows.is_some() || self.taps.is_some()
     }
@@ -47,7 +46,6 @@ impl Readers {
 
 /// Scores candidates of one search on one backend.
 pub struct Scorer<'a> {
-    /// What solves their taps.
     pub evaluator: Evaluator<'a>,
     pub(super) judge: Judge<'a>,
     pub(super) batch: usize,
@@ -91,7 +89,6 @@ impl<'a> Scorer<'a> {
         Self { evaluator: self.evaluator.guarded(guard), ..self }
     }
 
-    /// Taps of one evaluation.
     pub fn taps(&self) -> usize {
         let samples = self.judge.deviations.len();
         let again = if self.judge.blind() { samples } else { 0 };

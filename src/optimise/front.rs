@@ -20,7 +20,6 @@ use super::swarm;
 use crate::error::Error;
 use crate::scene::Tuple;
 
-/// Most points.
 const POINTS: usize = 128;
 /// Gap, of the front's extent, that needs no further point.
 const GAP: f64 = 0.004;
@@ -51,7 +50,6 @@ pub struct Front {
 }
 
 impl Front {
-    /// Of `points`, by rising K_sd.
     pub fn new(points: Vec<Design>) -> Self {
         let figures: Vec<[f64; 2]> =
             points.iter().map(|p| [p.score.figures[0], p.score.figures[1]]).collect();
@@ -99,7 +97,6 @@ pub fn search(session: &mut Session<'_>, seed: u64) -> Result<(Result<(), Halt>,
     Ok((ended, nondominated(scan.front)))
 }
 
-/// Figures of a candidate.
 fn figures(f: &Found) -> [f64; 2] {
     [f.score.figures[0], f.score.figures[1]]
 }
@@ -123,9 +120,7 @@ pub(crate) fn unbeaten<T>(all: &mut Vec<T>, figures: impl Fn(&T) -> [f64; 2]) {
     });
 }
 
-/// A front under way.
 struct Scan {
-    /// Polished points.
     front: Vec<Found>,
     /// The best of everything scored, on whichever backend.
     pool: Vec<Found>,

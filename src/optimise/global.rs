@@ -6,9 +6,7 @@ use super::session::{Ended, Found, Halt, Session, Stage};
 use super::swarm;
 use super::variables::Variables;
 
-/// Most starts.
 pub const STARTS: u32 = 12;
-/// Least starts.
 const LEAST: u32 = 4;
 /// Starts that must have found the same.
 const AGREEING: usize = 3;
@@ -16,7 +14,6 @@ const AGREEING: usize = 3;
 const SAME: f64 = 1e-5;
 /// Most times that a polish is repeated, and the relative gain for which it is.
 const AGAIN: usize = 4;
-/// See [`AGAIN`].
 const GAIN: f64 = 1e-6;
 /// Distinct candidates of a swarm that are polished.
 const POLISHED: usize = 3;

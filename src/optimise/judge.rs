@@ -301,7 +301,6 @@ fn inside(property: Property, value: f64) -> f64 {
 
 /// With what readings are turned into distances, where it is not the whisker's own.
 pub(super) struct Calibration<'a> {
-    /// f.
     pub estimator: Estimator<'a>,
     /// K̄, where f needs it.
     k: Option<f64>,

@@ -93,9 +93,7 @@ impl Stencil {
     }
 }
 
-/// Updates of the multipliers.
 const UPDATES: usize = 40;
-/// Newton steps between them.
 const STEPS: usize = 40;
 
 /// The step p in the box [`lo`, `hi`] that makes `goal` small with every one of `limits` ≤ 0, by an augmented

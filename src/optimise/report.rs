@@ -19,7 +19,6 @@ use crate::statistics::DriveRow;
 /// A design with its figures in f64.
 #[derive(Debug, Clone, Copy)]
 pub struct Design {
-    /// Design and drive.
     pub point: Tuple,
     /// Its row of designs.csv, of the nominal whisker.
     pub row: DriveRow,
@@ -30,7 +29,6 @@ pub struct Design {
 }
 
 impl Design {
-    /// Its row of designs.csv.
     pub fn at_drive(&self) -> AtDrive<'_> {
         AtDrive {
             design: &self.point,
@@ -42,20 +40,15 @@ impl Design {
     }
 }
 
-/// What a finished search tells.
 #[derive(Debug)]
 pub struct Report {
     /// The best design; of a front, the one that tells distance best.
     pub best: Design,
-    /// Value of the objective.
     pub value: f64,
-    /// Why it ended.
     pub ended: Ended,
     /// Starts made, each a swarm.
     pub starts: u32,
-    /// Evaluations made.
     pub evaluations: u64,
-    /// Taps of one evaluation.
     pub taps_each: usize,
     /// Seconds: all, and of the search alone.
     pub seconds: [f64; 2],
@@ -65,17 +58,14 @@ pub struct Report {
     pub model_error: Option<(Value, String)>,
     /// Variables that lie at a bound, and at which.
     pub at_bounds: Vec<(Quantity, &'static str)>,
-    /// Limits that bind.
     pub binding: Vec<Limit>,
     /// What the other estimator would make of the best design; `None` where no distance is told, or by two gauges, or the search was asked to stop.
     pub other: Option<Other>,
-    /// Sensitivities.
     pub sensitivity: Sensitivity,
     /// The front, of a pareto search.
     pub front: Option<Front>,
     /// Backend of the swarm, and of the polish and the figures.
     pub backends: [Backend; 2],
-    /// Best after each step.
     pub history: Vec<Step>,
 }
 
@@ -84,13 +74,11 @@ pub(crate) fn unit(setup: &Setup, point: &Tuple) -> f64 {
     crate::design::Design::new(setup, *point).elongation(setup).unwrap_or(1.0)
 }
 
-/// Time between two looks.
 const EVERY: Duration = Duration::from_millis(20);
 
 /// Rings once a search is to end.
 #[derive(Debug, Default)]
 pub struct Alarm {
-    /// Set when it rings.
     pub rings: AtomicBool,
     /// Whether anything has been scored: however slow the machine, there is an answer.
     pub scored: AtomicBool,

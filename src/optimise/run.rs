@@ -35,7 +35,6 @@ const AGAIN: usize = 64;
 /// Seconds for the sensitivities of a search whose seconds are spent: so many, or this share of them.
 const MORE: (f64, f64) = (1.0, 0.1);
 
-/// The goal that `objective` is.
 fn goal(objective: Objective) -> Goal {
     match objective {
         Objective::Sd => Goal::Figure(0),

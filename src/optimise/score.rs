@@ -47,12 +47,10 @@ impl Limit {
         ("samples", Self::Samples),
     ];
 
-    /// All.
     pub fn all() -> impl Iterator<Item = Self> {
         Self::WORDS.into_iter().map(|(_, limit)| limit)
     }
 
-    /// Name in results.
     pub fn name(self) -> &'static str {
         Self::WORDS[self as usize].0
     }
@@ -72,12 +70,10 @@ impl Score {
     pub const NOTHING: Self =
         Self { figures: [f64::NAN; 3], limits: [f64::NEG_INFINITY; Limit::WORDS.len()] };
 
-    /// Value of a limit.
     pub fn limit(&self, limit: Limit) -> f64 {
         self.limits[limit as usize]
     }
 
-    /// Sets a limit.
     pub fn set(&mut self, limit: Limit, value: f64) {
         self.limits[limit as usize] = value;
     }
@@ -98,10 +94,8 @@ impl Score {
     }
 }
 
-/// What a search makes small.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Goal {
-    /// One of [`Score::figures`].
     Figure(usize),
     /// K_sd^w · total_rms^(1−w), by its logarithm's exponential: a direction between both figures of a front.
     Blend(f64),
@@ -128,7 +122,6 @@ impl Goal {
         }
     }
 
-    /// Whether `score` keeps everything.
     pub fn feasible(self, score: &Score) -> bool {
         score.violation() == 0.0 && self.cap(score) <= 0.0 && self.value(score).is_finite()
     }

@@ -17,7 +17,6 @@ const LAST: Duration = Duration::from_millis(500);
 /// Most evaluations that are kept for the polish at the end.
 const KEPT_BACK: u64 = 3000;
 
-/// Where candidates are scored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stage {
     /// The swarm, on the backend that was asked for.
@@ -27,7 +26,6 @@ pub enum Stage {
 }
 
 impl Stage {
-    /// Name in results.
     pub fn name(self) -> &'static str {
         match self {
             Self::Swarm => "swarm",
@@ -36,7 +34,6 @@ impl Stage {
     }
 }
 
-/// Why a search ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ended {
     /// Several starts found the same, or all starts were made.
@@ -45,12 +42,10 @@ pub enum Ended {
     Evaluations,
     /// The seconds of the budget are spent.
     Seconds,
-    /// Asked to stop.
     Interrupted,
 }
 
 impl Ended {
-    /// Name in results.
     pub fn name(self) -> &'static str {
         match self {
             Self::Converged => "converged",
@@ -61,12 +56,9 @@ impl Ended {
     }
 }
 
-/// Why no scores come back.
 #[derive(Debug)]
 pub enum Halt {
-    /// The search is over.
     Ended(Ended),
-    /// The run failed.
     Failed(Error),
 }
 
@@ -76,25 +68,19 @@ impl From<Error> for Halt {
     }
 }
 
-/// A candidate and its score.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Found {
-    /// Design and drive.
     pub point: Tuple,
-    /// Its score.
     pub score: Score,
 }
 
 /// The best after one step of a search: a row of history.csv.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
-    /// Evaluations so far.
     pub evaluations: u64,
     /// Start, from 0.
     pub start: u32,
-    /// Swarm or polish.
     pub stage: Stage,
-    /// Best so far.
     pub best: Found,
 }
 
@@ -104,13 +90,9 @@ pub trait Watch {
     fn step(&mut self, step: &Step, value: f64, feasible: bool, left: Option<u64>);
 }
 
-/// A search under way.
 pub struct Session<'a> {
-    /// What scores each stage.
     pub scorers: [Scorer<'a>; 2],
-    /// What is searched over.
     pub variables: &'a Variables,
-    /// What counts as best.
     pub goal: Goal,
     budget: Budget,
     /// Evaluations of it that are kept for the end.
@@ -119,13 +101,9 @@ pub struct Session<'a> {
     stop: &'a AtomicBool,
     alarm: &'a Alarm,
     watch: &'a mut dyn Watch,
-    /// Start under way.
     pub start: u32,
-    /// Swarms begun.
     pub swarms: u32,
-    /// Evaluations made.
     pub evaluations: u64,
-    /// Best of each step.
     pub history: Vec<Step>,
     /// Best of all, and best of the f64 ones.
     pub best: [Option<Found>; 2],
@@ -256,7 +234,6 @@ impl<'a> Session<'a> {
         self.scorers[1].scores_while(points, &on)
     }
 
-    /// Seconds since the search began.
     pub fn seconds(&self) -> f64 {
         self.begun.elapsed().as_secs_f64()
     }

@@ -12,7 +12,6 @@ use super::score::Goal;
 use super::session::{Halt, Session, Stage};
 use crate::scene::sampler::Sampler;
 
-/// Fewest particles.
 const LEAST: usize = 24;
 
 /// Particles and steps of start `k`: small first, so that a small budget sees a whole search, then larger. A particle that tries

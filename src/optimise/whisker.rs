@@ -15,7 +15,6 @@ pub(super) fn continued(taps: &[Outcome]) -> Vec<Outcome> {
     taps.iter().map(|t| Outcome { status: t.status.without(Status::SLIPPED_OFF), ..*t }).collect()
 }
 
-/// What one whisker gives.
 pub(super) struct Read {
     pub score: Score,
     pub k: Option<f64>,

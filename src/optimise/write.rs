@@ -17,13 +17,11 @@ use crate::sink::run_json;
 use crate::sink::table::AtDrive;
 use crate::sink::values::Field;
 
-/// Their names.
 pub fn names(objective: Objective) -> Vec<&'static str> {
     let front = (objective == Objective::Pareto).then_some("pareto.csv");
     ["best.toml", "history.csv", "sensitivity.csv"].into_iter().chain(front).collect()
 }
 
-/// Its tables.
 pub fn tables(spec: &Spec, report: &Report) -> Result<Vec<Frame>, Error> {
     let mut all = vec![history(spec, report)?, sensitivity(spec, report)?];
     if let Some(front) = &report.front {
@@ -32,7 +30,6 @@ pub fn tables(spec: &Spec, report: &Report) -> Result<Vec<Frame>, Error> {
     Ok(all)
 }
 
-/// The `run.json` of a search.
 pub fn document(spec: &Spec, search: &Search, report: &Report) -> Value {
     let mut result = result(spec, search, report);
     if let Some(front) = result["front"].as_object_mut() {
@@ -54,7 +51,6 @@ pub fn document(spec: &Spec, search: &Search, report: &Report) -> Value {
     run_json::document("optimise", run_json::spec(spec), body)
 }
 
-/// What was spent.
 pub fn counts(report: &Report) -> Value {
     json!({
         "evaluations": report.evaluations,

@@ -14,11 +14,8 @@ use crate::scene::Property;
 /// A part of the reference that can be asked for alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Topic {
-    /// Keys of a spec.
     Spec,
-    /// Columns of tables.
     Columns,
-    /// Status words, reasons, exit codes.
     Statuses,
 }
 
@@ -30,7 +27,6 @@ impl Topic {
         ("statuses", Self::Statuses, "Status words, reasons and exit codes"),
     ];
 
-    /// Its parts.
     pub fn parts(self) -> Vec<Part> {
         match self {
             Self::Spec => keys::parts(),
@@ -109,7 +105,6 @@ fn told_once(mut part: Part, topic: Topic, known: &mut Vec<(Entry, String)>) -> 
     part
 }
 
-/// All of it, in Markdown.
 pub fn page() -> String {
     let about = "Made of the definitions in the code by `vibrissa help reference`. \
         `vibrissa help spec`, `help columns` and `help statuses` print it on the terminal, `vibrissa help spec gauge` one section of it.";

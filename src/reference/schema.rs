@@ -7,7 +7,6 @@ use crate::scene::Interval;
 use crate::spec::form::Form;
 use crate::spec::keys::{Key, Section, section, sections};
 
-/// The schema as a file.
 pub fn text() -> String {
     format!("{:#}\n", document())
 }

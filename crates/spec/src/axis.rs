@@ -9,13 +9,10 @@ use crate::scene::Axis;
 use crate::scene::axis::Points;
 use crate::scene::sampler::Sampler;
 
-/// Words for both scales.
 const SCALES: [(&str, bool); 2] = [("linear", false), ("log", true)];
-/// Words for both samplers.
 const SAMPLERS: [(&str, Sampler); 2] = [("sobol", Sampler::Sobol), ("random", Sampler::Random)];
 const RANGE_KEYS: [&str; 4] = ["from", "to", "steps", "step"];
 const SAMPLE_KEYS: [&str; 5] = ["min", "max", "samples", "sampler", "seed"];
-/// Every form of an axis.
 const FORMS: &str =
     "a number, a list [4, 7, 10], { from, to, steps }, { from, to, step } or { min, max, samples }";
 

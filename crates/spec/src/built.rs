@@ -25,7 +25,6 @@ struct Shape {
     warning: Option<String>,
 }
 
-/// The whisker of a spec.
 #[derive(Default)]
 pub(super) struct Read {
     /// None of a cone clamped at its base.
@@ -53,7 +52,6 @@ fn pairs(item: &Item<'_>) -> Result<Vec<[f64; 2]>> {
     Ok(all)
 }
 
-/// `profile`.
 fn profile(item: &Item<'_>, base: &Path) -> Result<Shape> {
     if item.value.as_str().is_some() {
         return of_file(item, base);
@@ -65,7 +63,6 @@ fn profile(item: &Item<'_>, base: &Path) -> Result<Shape> {
     Ok(Shape { diameter, inner: None, warning: None })
 }
 
-/// A profile in a file.
 fn of_file(item: &Item<'_>, base: &Path) -> Result<Shape> {
     const NAMES: [&str; 4] = ["s_mm", "D_mm", "bore_mm", "core_mm"];
     fn allowed(column: &str) -> &'static str {
@@ -193,7 +190,6 @@ fn core(item: &Item<'_>, file: Option<Vec<[f64; 2]>>) -> Result<Inner> {
     Ok(Inner { modulus, diameter })
 }
 
-/// `root`.
 fn root(item: &Item<'_>) -> Result<Root> {
     item.only_known()?;
     // Beyond any quantity of a whisker: `inf` says that this spring is rigid.

@@ -11,7 +11,6 @@ use crate::scene::{Channels, Setup, Signal, Theory};
 
 const NOISE: &str = "one standard deviation > 0 for each channel, in its unit";
 
-/// Whether `section` describes several channels.
 pub(super) fn several(section: &Section<'_>) -> bool {
     section.written("matrix").is_some()
         || section.written("signal").is_some_and(|signal| signal.elements().is_some())

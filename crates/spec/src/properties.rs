@@ -33,7 +33,6 @@ pub(super) fn written<'a>(sections: &Sections<'a>, property: Property) -> Option
     }
 }
 
-/// Whether a strain is read.
 fn of_strain(sections: &Sections<'_>) -> bool {
     let word = sections.section("sensor").written("signal").and_then(|item| item.text().ok());
     word.is_none_or(|word| word == Signal::Strain.word())

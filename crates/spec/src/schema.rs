@@ -21,7 +21,6 @@ pub(super) fn more<'m>(texts: &[&'m str], user: &DeTable<'_>) -> DeTable<'m> {
     all
 }
 
-/// Defaults of a sampled axis.
 pub(super) const SAMPLER: &str = "sobol";
 /// Default seed of a sampled axis.
 pub(super) const SEED: u64 = 0;
@@ -62,7 +61,6 @@ impl<'a> Sections<'a> {
         Ok(Self { document, user, more })
     }
 
-    /// One section.
     pub fn section(&self, name: &'static str) -> Section<'a> {
         let user = self.user.get_key_value(name);
         Section {
@@ -80,7 +78,6 @@ impl<'a> Sections<'a> {
         Item::nowhere(self.document, "tuples", &NOTHING)
     }
 
-    /// `format`, if written.
     pub fn format(&self) -> Option<Item<'a>> {
         let item = Item::written(self.document, "format".to_owned(), self.user.get("format")?);
         Some(item.of(keys::section("").key("format")))

@@ -9,7 +9,6 @@ use super::schema::Sections;
 use crate::scene::search::{Quantity, Robust, Search};
 use crate::scene::{Material, Property, Rigs, Spec};
 
-/// Properties that someone can choose.
 pub(super) const VARIED: [Property; 15] = [
     Property::Exponent,
     Property::Scale,

@@ -28,7 +28,6 @@ pub(super) fn gauge(section: &Section<'_>) -> Result<Gauge> {
     })
 }
 
-/// `[estimate]`.
 pub(super) fn estimate(section: &Section<'_>) -> Result<Estimate> {
     let conventions = [("mean", Convention::Mean), ("elongation", Convention::Elongation)];
     Ok(Estimate {
@@ -76,7 +75,6 @@ fn rank_by(by: &Item<'_>) -> Result<RankBy> {
     }
 }
 
-/// `[output]`.
 pub(super) fn output(section: &Section<'_>) -> Result<Output> {
     section.get("format")?.word(&TableFormat::WORDS)?;
     let top = |v: &Item<'_>| {

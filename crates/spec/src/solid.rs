@@ -20,7 +20,6 @@ section = "distorting"
 const NAMED: [(&str, Foil); 1] =
     [("KFGS-2-120", Foil { stiffness: 100.0, length: 6.3, width: 2.8, strain_limit: None })];
 
-/// `[gauge] foil`.
 pub(super) fn foil(item: &Item<'_>) -> Result<Foil> {
     if item.value.as_str().is_some() {
         return item.word(&NAMED);

@@ -30,7 +30,6 @@ pub(super) fn named(item: &Item<'_>, error: InputError) -> InputError {
 /// Columns of a table by name, each with a value for each row.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Columns<'a, const N: usize> {
-    /// All.
     pub names: [&'a str; N],
     /// Those that a table may lack: zero in all of its rows.
     pub spare: &'a [&'a str],
@@ -258,7 +257,6 @@ fn places<const N: usize>(columns: &Columns<'_, N>, names: &[String]) -> Result<
     Ok(places)
 }
 
-/// A finite number of `column`.
 fn number(field: &LabCell<'_>, decimals: &mut Decimals, column: &str, allowed: &str) -> Result<f64> {
     let message = match decimals.number(field) {
         Some(value) if value.abs() <= MOST => return Ok(value),

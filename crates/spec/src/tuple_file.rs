@@ -23,7 +23,6 @@ use crate::sink::frame::Frame;
 use crate::sink::table::WHISKER;
 use crate::text_file::{Limit, TextFile, refused, unread};
 
-/// Words for such a file.
 const WHAT: &str = "tuple";
 
 /// Columns that a file may lack: its poles are then upright.
@@ -60,7 +59,6 @@ impl Varied {
         Self { largest: vec![0.0; places.len()], rigs: Arc::new(Rigs::listed(properties)), places }
     }
 
-    /// The tuple of a row.
     fn tuple(&mut self, row: &[f64; ALL]) -> Tuple {
         let tuple = Tuple::from_array(std::array::from_fn(|k| row[k]));
         if self.places.is_empty() {

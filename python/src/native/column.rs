@@ -24,7 +24,6 @@ pub fn named(name: &str, values: Values) -> ArrayRef {
     }
 }
 
-/// A column where it lies.
 pub fn array(values: Values) -> ArrayRef {
     match values {
         Values::Numbers(x) => {

@@ -108,7 +108,8 @@ pub fn run<'py>(
         let spec = unread(path, &text, &name).map_err(|e| error::raise(py, e))?;
         let key = if command == "calibrate" { "whisker" } else { "spec" };
         request = format!("{key} = {}\n{request}", toml::Value::String(spec.name.display().to_string()));
-        threads = spec.content.text().parse().ok().and_then(|t: toml::Table| number(t.get("run")?.get("threads")?));
+        threads =
+            spec.content.text().parse().ok().and_then(|t: toml::Table| number(t.get("run")?.get("threads")?));
         files.push(spec);
     }
     threads = threads.or_else(|| number(request.parse::<toml::Table>().ok()?.get("threads")?));

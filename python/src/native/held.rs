@@ -50,7 +50,6 @@ impl Given {
         if columns.next().is_none() { Ok(Self { seven, directions }) } else { Err(wrong()) }
     }
 
-    /// Tap `i`.
     #[allow(non_snake_case)]
     pub fn tap(&self, i: usize) -> Tuple {
         let [D, d, L_a, x_ss, l, a, drive] = std::array::from_fn(|k| self.seven[k].at(i));

@@ -16,12 +16,10 @@ use super::fork::{self, Working};
 
 /// Time in which the work may end by itself after an interrupt; then it is left behind. Interrupts are answered within two seconds.
 const GRACE: Duration = Duration::from_millis(1500);
-/// Between two looks at signals.
 const STEP: Duration = Duration::from_millis(50);
 /// As a main thread has it.
 const STACK: usize = 8 << 20;
 
-/// What comes from the work.
 enum News<N, T> {
     Part(N),
     End(Result<T, Error>),

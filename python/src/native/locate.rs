@@ -21,7 +21,6 @@ use super::job;
 use super::table::Table;
 use super::words::bits;
 
-/// What [`Locator::about`] tells.
 type About =
     (Option<&'static str>, &'static str, Vec<String>, Option<f64>, Vec<f64>, Vec<String>, Vec<String>);
 

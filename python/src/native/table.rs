@@ -39,7 +39,6 @@ pub struct Table {
 }
 
 impl Table {
-    /// A table of the library.
     pub fn new(frame: Frame) -> Result<Self, Error> {
         let names: Vec<&str> = frame.names.iter().map(AsRef::as_ref).collect();
         let arrays = names.iter().zip(frame.columns).map(|(name, values)| named(name, values)).collect();

@@ -29,7 +29,6 @@ const FEW: usize = 256;
 const PART: usize = 1 << 17;
 const PART_OF_GRADIENTS: usize = 1 << 12;
 
-/// Names of inputs, in words.
 const INPUTS: &str = "D, d, L_a, x_ss, l, a, theta (or delta), tilt, lean, and of what the model has: hub, pole_radius, mu, E, C10, C01, C20, C30, \
                       nu, clamp, foil.stiffness, foil.length, foil.width, exponent, scale, bore, core.diameter, core.modulus, curvature, curvature_slope, \
                       root.k_theta, root.k_y, root.k_x";

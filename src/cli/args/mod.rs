@@ -55,7 +55,6 @@ pub enum Command {
 }
 
 impl Command {
-    /// Runs it.
     pub fn run(&self, context: &Context<'_>) -> Result<Reply, Error> {
         match self {
             Self::Library(command) => command.run(context),

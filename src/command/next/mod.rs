@@ -65,9 +65,6 @@ pub struct NextRequest {
 }
 
 /// Reads the taps so far and says which drive the next one should have.
-///
-/// # Errors
-/// A calibration by another estimator than `learned`, readings that do not fit it, limits that are none, a file that fails.
 pub fn run(asked: &NextRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let options = context.prepared(&asked.common, None)?;
     let calibration = context.calibration(&asked.calibration, options.force == Some(true))?;

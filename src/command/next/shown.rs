@@ -15,7 +15,6 @@ use crate::sink::values::Field;
 use crate::status::Status;
 use serde_json::json;
 
-/// next.csv.
 pub fn table(next: &Next, drive: Drive) -> Result<Frame, Error> {
     let mut table = heading("next").frame(&[drive.column()]);
     for t in &next.tried {

@@ -52,9 +52,6 @@ pub struct TapsRequest {
 }
 
 /// Finds taps in a raw record.
-///
-/// # Errors
-/// A record without taps, or with labels that do not fit; a file that fails.
 pub fn run(asked: &TapsRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let options = context.prepared(&asked.common, None)?;
     let label = asked.raw.display().to_string();

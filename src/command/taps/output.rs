@@ -11,9 +11,7 @@ use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
 use crate::sink::values::{Field, Values};
 
-/// Files of the command.
 pub const FILES: [&str; 3] = ["taps.csv", "readings.csv", "taps.svg"];
-/// Samples that are drawn.
 const DRAWN: usize = 4000;
 
 /// Labels that the user gave: distances, and drives of a record that has none; one for all taps or one for each.
@@ -27,9 +25,6 @@ pub struct Labels {
 
 impl Labels {
     /// Whether they are as many as the taps among `readings`.
-    ///
-    /// # Errors
-    /// Another number; a drive of a record that has its own.
     pub fn check(&self, record: &Record, readings: &[Reading]) -> Result<(), InputError> {
         let taps = readings.iter().filter(|r| r.kind != Kind::Rest).count();
         let fits = |key: &str, values: &[f64]| match values.len() {

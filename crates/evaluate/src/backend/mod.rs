@@ -274,7 +274,8 @@ fn tolerance(options: &RunOptions, precision: Precision) -> Result<f64, InputErr
     let reference = options.backend == Some(BackendChoice::Reference);
     if !reference && !(least..1.0).contains(&t) {
         let hint = if precision == Precision::F32 { "; --precision f64 reaches 1e-10" } else { "" };
-        let error = InputError::new("this precision cannot keep such a tolerance").key("--tolerance").value(t);
+        let error =
+            InputError::new("this precision cannot keep such a tolerance").key("--tolerance").value(t);
         return Err(error.allowed(format!("{least:e} … 1 (exclusive){hint}")));
     }
     Ok(t)

@@ -66,7 +66,6 @@ impl DoubtfulRows {
         all
     }
 
-    /// Columns of lengths.
     fn lengths(&self) -> &'static [Column] {
         match self.drive {
             Drive::Angle => &Column::ALL[..6],
