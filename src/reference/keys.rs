@@ -1,7 +1,7 @@
 //! Keys of a spec: what `keys.toml` says of them.
 
 use super::layout::{EXAMPLE, Entry, Part};
-use crate::spec::form::Form;
+use crate::spec::keys::Form;
 use crate::spec::keys::{Key, Section, inline, section, sections};
 
 pub const ABOUT: &str = "A spec is TOML: lengths in mm, angles in degrees, moduli in MPa, forces in N; strain has no unit. Unknown keys are \

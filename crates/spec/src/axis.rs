@@ -4,7 +4,7 @@ use toml::de::DeValue;
 
 use super::keys::Key;
 use super::reader::{Item, Result};
-use super::schema;
+use super::sections;
 use crate::scene::Axis;
 use crate::scene::axis::Points;
 use crate::scene::sampler::Sampler;
@@ -110,7 +110,7 @@ fn samples(item: &Item<'_>, known: &'static Key, dimension: u32) -> Result<Axis>
     let (min, max) = (end(item, "min", known)?, end(item, "max", known)?);
     let samples = item.need("samples")?.whole()?;
     let sampler = item.child("sampler").map_or(Ok(Sampler::Sobol), |s| s.word(&SAMPLERS))?;
-    let seed = item.child("seed").map_or(Ok(schema::SEED), |s| s.whole())?;
+    let seed = item.child("seed").map_or(Ok(sections::SEED), |s| s.whole())?;
     let log = scale(item)?;
     Axis::samples(min, max, log, Points { samples, sampler, seed }, dimension).map_err(|e| item.place(e))
 }

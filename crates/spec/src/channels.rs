@@ -4,8 +4,7 @@ use std::sync::Arc;
 
 use super::keys::Key;
 use super::reader::{Item, Result};
-use super::schema::Sections;
-use super::sections::Section;
+use super::sections::{Section, Sections};
 use crate::scene::channels::{MOST_CHANNELS, SOURCES};
 use crate::scene::{Channels, Setup, Signal, Theory};
 

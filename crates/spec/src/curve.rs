@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::axis::AxisItem;
 use super::reader::{Document, Item, Result};
-use super::schema::Sections;
+use super::sections::Sections;
 use super::table::Columns;
 use super::{properties, table};
 use crate::error::InputError;

@@ -5,9 +5,8 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::form::{Form, LARGEST};
-use super::keys::{Key, Section};
-use super::schema;
+use super::keys::{Form, Key, LARGEST, Section};
+use super::sections;
 use crate::design::MOST;
 use crate::error::InputError;
 use crate::scene::Interval;
@@ -111,7 +110,7 @@ impl<'a> Item<'a> {
     pub fn error(&self, message: impl Into<String>) -> InputError {
         let value = match &self.span {
             Some(span) => self.document.excerpt(span.clone()),
-            None => schema::toml_text(self.value),
+            None => sections::toml_text(self.value),
         };
         self.document.error(self.span.clone(), message).key(&self.key).value(value)
     }
@@ -229,7 +228,7 @@ impl<'a> Item<'a> {
         let names: Vec<_> = words.iter().map(|(name, _)| *name).collect();
         match words.iter().find(|(name, _)| name == text) {
             Some((_, meaning)) => Ok(*meaning),
-            None => self.wrong(format!("unknown word{}", schema::hint(text, &names))),
+            None => self.wrong(format!("unknown word{}", sections::hint(text, &names))),
         }
     }
 
@@ -320,7 +319,7 @@ impl<'a> Item<'a> {
         for (key, value) in table {
             let name: &str = key.get_ref();
             if !known.contains(&name) {
-                let message = format!("unknown key{}", schema::hint(name, known));
+                let message = format!("unknown key{}", sections::hint(name, known));
                 let error = self.document.error(Some(key.span()), message).key(self.dotted(name));
                 return Err(error.value(self.document.excerpt(value.span())).allowed(self.allowed()));
             }

@@ -2,7 +2,7 @@
 
 use super::properties::first;
 use super::reader::{Item, Result};
-use super::schema::Sections;
+use super::sections::Sections;
 use crate::physics::solid::Held;
 use crate::scene::{Clamp, Column, Contact, Drive, Foil, Geometry, Property, Setup, Spec, TERMS, Term};
 

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::axis::AxisItem;
 use super::properties;
 use super::reader::{Item, Result};
-use super::schema::Sections;
+use super::sections::Sections;
 use super::space::Read;
 use super::table::{self, Columns, Header};
 use super::units::DoubtfulRows;
@@ -157,11 +157,11 @@ pub(super) fn read<'a>(
     }
     short(item, &listed)?;
     let doubts = rows.doubts(&label, |start| table::line_at(&path, start as u64).ok().map(|(line, _)| line));
-    let warnings = header.warning(&label).into_iter().chain(doubts).collect();
+    sections.warn(header.warning(&label).into_iter().chain(doubts));
     let leaning = seen.map(|seen| seen.then(|| item.clone()));
     let (properties, rigs) = varied.read(sections, item)?;
     let directions = directions(&header);
-    Ok(Read { space: Space::List(listed), directions, leaning, properties, rigs, warnings })
+    Ok(Read { space: Space::List(listed), directions, leaning, properties, rigs })
 }
 
 /// The taps of each design are few enough to be held in memory.
@@ -206,7 +206,7 @@ pub(super) fn of_frame<'a>(sections: &Sections<'a>, drive: Drive, frame: &Frame)
     short(&item, &listed)?;
     let (properties, rigs) = varied.read(sections, &item)?;
     let space = Space::List(listed);
-    Ok(Read { space, directions: directions(&header), leaning, properties, rigs, warnings: Vec::new() })
+    Ok(Read { space, directions: directions(&header), leaning, properties, rigs })
 }
 
 /// The first line of a text that is no comment, and the text from its begin.
