@@ -67,8 +67,8 @@ fn of_file(item: &Item<'_>, base: &Path) -> Result<Shape> {
     let (label, text) = table::open(item, base, "profile", Limit::Whole)?;
     let document = Document { file: &label, text: &text };
     let mut rows: Vec<([f64; 4], usize)> = Vec::new();
-    let columns = Columns { names: NAMES, spare: &NAMES[2..] };
-    let header = table::read(&document, columns, allowed, &mut |row, at| rows.push((row, at)))?;
+    let columns = Columns { names: NAMES, spare: &NAMES[2..], allowed };
+    let header = table::read(&document, columns, &mut |row, at| rows.push((row, at)))?;
     let warning = header.warning(&label);
     let mut before = -1.0;
     for (row @ [s, outer, bore, core], at) in &rows {

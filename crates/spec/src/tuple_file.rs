@@ -136,7 +136,7 @@ pub(super) fn read<'a>(
     }
     let tip = tips[usize::from(!now)];
     let (names, spare) = names(drive, tip);
-    let columns = Columns { names, spare: &spare };
+    let columns = Columns { names, spare: &spare, allowed };
     let written: Vec<&str> =
         first.split(separator(&first)).map(|name| name.trim().trim_matches('"')).collect();
     let (mut listed, mut varied) = (Listed::default(), Varied::new(&written));
@@ -150,7 +150,7 @@ pub(super) fn read<'a>(
             listed.push(&tuple);
         }
     };
-    let header = table::scan(table::separated(text, separator(&first)), columns, allowed, &mut row)
+    let header = table::scan(table::separated(text, separator(&first)), columns, &mut row)
         .map_err(|trouble| trouble.in_file(&path, columns))?;
     if listed.len() as u64 > MOST_ROWS {
         return Err(item.error("this file has too many rows").allowed(format!("{MOST_ROWS}")));
@@ -192,10 +192,10 @@ fn names(drive: Drive, tip: &'static str) -> ([&'static str; ALL], Vec<&'static 
 /// Tuples of a table in memory, with the columns of a tuple file.
 pub(super) fn of_frame<'a>(sections: &Sections<'a>, drive: Drive, frame: &Frame) -> Result<Read<'a>> {
     let (names, spare) = names(drive, WHISKER[1]);
-    let columns = Columns { names, spare: &spare };
+    let columns = Columns { names, spare: &spare, allowed };
     let given: Vec<&str> = frame.names.iter().map(AsRef::as_ref).collect();
     let (mut listed, mut varied, mut seen) = (Listed::default(), Varied::new(&given), [false; 2]);
-    let header = table::of_frame(frame, columns, allowed, &mut |values, _| {
+    let header = table::of_frame(frame, columns, &mut |values, _| {
         let tuple = varied.tuple(&values);
         seen = leaning(seen, &tuple);
         listed.push(&tuple);
@@ -229,7 +229,7 @@ fn leaning([tilt, lean]: [bool; 2], t: &Tuple) -> [bool; 2] {
 }
 
 /// Which columns of the pole's direction a file has.
-fn directions(header: &Header<ALL>) -> DirectionColumns {
+fn directions(header: &Header<'_, ALL>) -> DirectionColumns {
     let [tilt, lean] = [Column::Tilt, Column::Lean].map(|c| header.places[c as usize].is_some());
     DirectionColumns { tilt, lean }
 }
