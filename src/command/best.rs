@@ -15,13 +15,13 @@ pub fn table(spec: &Spec, report: &Report) -> String {
     if report.highlights.is_empty() {
         return format!(
             "no complete row to rank by {}: in a complete row every distance counts, and this column has a value\n",
-            by.name()
+            by.word()
         );
     }
     let noisy = spec.study.setup.is_noisy() == Some(true);
     let columns = columns(by, noisy);
     let (symbol, unit) = drive_unit(spec.study.setup.drive);
-    let (shown, ranked, by_name) = (report.highlights.len(), grouped(report.ranked), by.name());
+    let (shown, ranked, by_name) = (report.highlights.len(), grouped(report.ranked), by.word());
     let what = match (output.top, output.per) {
         _ if report.by_design => {
             format!("{shown} designs of {ranked} complete rows, each at its best drive,")
@@ -38,7 +38,7 @@ pub fn table(spec: &Spec, report: &Report) -> String {
     let angles = [(shown.tilt, "tilt"), (shown.lean, "lean")];
     angles.iter().filter(|(shown, _)| *shown).for_each(|(_, name)| text += &format!(" {name:>8}"));
     let _ = write!(text, " {symbol:>8}   {:>10}", "K_mean");
-    columns.iter().for_each(|column| text += &format!(" {:>12}", column.name()));
+    columns.iter().for_each(|column| text += &format!(" {:>12}", column.word()));
     text.push('\n');
     for k in &report.highlights {
         let d = &k.design;
@@ -94,7 +94,7 @@ fn explained(columns: &[RankBy], by: RankBy, silent: bool) -> String {
     if silent {
         text += &format!(
             "\n{} holds no noise: `by = \"total_rms_mm\"` in [output] ranks by bias and noise",
-            by.name()
+            by.word()
         );
     }
     text + "\n"

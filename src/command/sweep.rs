@@ -142,7 +142,7 @@ pub fn run(asked: &SweepRequest, context: &Context<'_>) -> Result<Reply, Error> 
         backend: json!(report.backend),
         result: json!({
             "best": report.highlights.iter().map(|k| row(&spec, k)).collect::<Vec<_>>(),
-            "by": spec.study.listed_by().name(),
+            "by": spec.study.listed_by().word(),
             "ranked_rows": report.ranked,
             "model_error": report.model_error,
         }),
@@ -231,7 +231,7 @@ fn row(spec: &Spec, k: &Kept) -> Value {
 /// The recommended row in a sentence.
 fn answer(spec: &Spec, report: &Report) -> String {
     let setup = &spec.study.setup;
-    let ([_, sd], by) = (k_names(setup), spec.study.listed_by().name());
+    let ([_, sd], by) = (k_names(setup), spec.study.listed_by().word());
     let best = report.highlights.first().map(|k| row(spec, k));
     let Some((best, standing)) = best.zip(report.standing) else { return String::new() };
     of_best(&Recommended {

@@ -67,7 +67,7 @@ pub fn text(spec: &Spec, search: &Search, report: &Report) -> Result<String, Err
         spec.name,
         search.objective.word(),
         report.evaluations,
-        report.ended.name(),
+        report.ended.word(),
         why(&spec.study.setup, search, report),
     );
     Ok(head + &toml::to_string(&best).map_err(|e| fail(&e))?)

@@ -160,7 +160,7 @@ fn under_alarm(
         }
         let closest = shortfall(setup, search, &best.score);
         let why =
-            format!("ended by {} before a design that keeps the limits was found: {closest}", ended.name());
+            format!("ended by {} before a design that keeps the limits was found: {closest}", ended.word());
         return Err(Error::Run(why));
     }
     let mut design = |f: &Found| -> Result<Design, Error> {

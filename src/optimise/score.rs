@@ -4,55 +4,37 @@
 //! candidate that keeps all limits beats one that does not; of two that keep them the one of the smaller objective is
 //! better; of two that do not, the one that violates them less.
 
-/// A limit of a candidate; its value is relative, ≤ 0 where kept.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Limit {
-    /// The gauge ends on the whisker: (x_ss + l)/L_a − 1.
-    Gauge,
-    /// The farthest distance lies on the whisker: a/L_a − 1.
-    Reach,
-    /// The tip is not wider than the base: d/D − 1.
-    Tip,
-    /// All contacts lie beyond the gauge's near end: x1/min(a, c) − 1.
-    NoStrain,
-    /// No contact runs past the tip: c/L_a − 1.
-    Slipped,
-    /// Every reading has a distance: K̄|ε|/(θ f_max) − 1.
-    Root,
-    /// Every tap is solved; the share of those that are not.
-    Solved,
-    /// |ε| over its limit, less 1.
-    Strain,
-    /// Contact force over its limit, less 1.
-    Force,
-    /// Distances are unambiguous: 1 − a_min over the distance of the peak.
-    Unambiguous,
-    /// 90 % of the sampled whiskers keep all of the above: the 90 % quantile of their worst.
-    Samples,
+vibrissa_core::words! {
+    /// A limit of a candidate; its value is relative, ≤ 0 where kept.
+    Limit {
+        /// The gauge ends on the whisker: (x_ss + l)/L_a − 1.
+        Gauge = "gauge_on_whisker",
+        /// The farthest distance lies on the whisker: a/L_a − 1.
+        Reach = "a_on_whisker",
+        /// The tip is not wider than the base: d/D − 1.
+        Tip = "tip_not_wider",
+        /// All contacts lie beyond the gauge's near end: x1/min(a, c) − 1.
+        NoStrain = "no_strain",
+        /// No contact runs past the tip: c/L_a − 1.
+        Slipped = "slipped_off",
+        /// Every reading has a distance: K̄|ε|/(θ f_max) − 1.
+        Root = "no_root",
+        /// Every tap is solved; the share of those that are not.
+        Solved = "not_converged",
+        /// |ε| over its limit, less 1.
+        Strain = "strain",
+        /// Contact force over its limit, less 1.
+        Force = "force_N",
+        /// Distances are unambiguous: 1 − a_min over the distance of the peak.
+        Unambiguous = "unambiguous",
+        /// 90 % of the sampled whiskers keep all of the above: the 90 % quantile of their worst.
+        Samples = "samples",
+    }
 }
 
 impl Limit {
-    /// All, by their place in [`Score::limits`], with their names in results.
-    pub const WORDS: [(&'static str, Self); 11] = [
-        ("gauge_on_whisker", Self::Gauge),
-        ("a_on_whisker", Self::Reach),
-        ("tip_not_wider", Self::Tip),
-        ("no_strain", Self::NoStrain),
-        ("slipped_off", Self::Slipped),
-        ("no_root", Self::Root),
-        ("not_converged", Self::Solved),
-        ("strain", Self::Strain),
-        ("force_N", Self::Force),
-        ("unambiguous", Self::Unambiguous),
-        ("samples", Self::Samples),
-    ];
-
     pub fn all() -> impl Iterator<Item = Self> {
         Self::WORDS.into_iter().map(|(_, limit)| limit)
-    }
-
-    pub fn name(self) -> &'static str {
-        Self::WORDS[self as usize].0
     }
 }
 

@@ -17,42 +17,26 @@ const LAST: Duration = Duration::from_millis(500);
 /// Most evaluations that are kept for the polish at the end.
 const KEPT_BACK: u64 = 3000;
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stage {
-    /// The swarm, on the backend that was asked for.
-    Swarm,
-    /// The polish, in f64.
-    Polish,
-}
+vibrissa_core::words! {
 
-impl Stage {
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Swarm => "swarm",
-            Self::Polish => "polish",
-        }
+    Stage {
+        /// The swarm, on the backend that was asked for.
+        Swarm = "swarm",
+        /// The polish, in f64.
+        Polish = "polish",
     }
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ended {
-    /// Several starts found the same, or all starts were made.
-    Converged,
-    /// The evaluations of the budget are spent.
-    Evaluations,
-    /// The seconds of the budget are spent.
-    Seconds,
-    Interrupted,
-}
+vibrissa_core::words! {
 
-impl Ended {
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Converged => "converged",
-            Self::Evaluations => "evaluations",
-            Self::Seconds => "seconds",
-            Self::Interrupted => "interrupted",
-        }
+    Ended {
+        /// Several starts found the same, or all starts were made.
+        Converged = "converged",
+        /// The evaluations of the budget are spent.
+        Evaluations = "evaluations",
+        /// The seconds of the budget are spent.
+        Seconds = "seconds",
+        Interrupted = "interrupted",
     }
 }
 

@@ -95,9 +95,9 @@ pub fn result(spec: &Spec, search: &Search, report: &Report) -> Value {
         "value": report.value,
         "best": row(spec, &report.best),
         "at_bounds": bounds,
-        "binding_limits": report.binding.iter().map(|l| l.name()).collect::<Vec<_>>(),
+        "binding_limits": report.binding.iter().map(|l| l.word()).collect::<Vec<_>>(),
         "why": why(&spec.study.setup, search, report),
-        "ended_by": report.ended.name(),
+        "ended_by": report.ended.word(),
         "estimator": spec.study.setup.estimate.theory.estimator(),
         "other": report.other.as_ref().map(|o| other(&spec.study.setup, o)),
         "sensitivity": {
@@ -165,7 +165,7 @@ fn history(spec: &Spec, report: &Report) -> Result<Frame, Error> {
         }
         let (p, s) = (&step.best.point, &step.best.score);
         let mut row: Vec<Field> =
-            vec![step.evaluations.into(), u64::from(step.start).into(), step.stage.name().into()];
+            vec![step.evaluations.into(), u64::from(step.start).into(), step.stage.word().into()];
         let [sd, total, weighted] = s.figures;
         row.extend([p.D, p.d, p.L_a, p.x_ss, p.l].map(Field::Number));
         row.extend(properties.iter().map(|q| Field::Number(value(setup, p, Quantity::Property(*q)))));

@@ -10,7 +10,6 @@ use crate::scene::axis::Points;
 use crate::scene::sampler::Sampler;
 
 const SCALES: [(&str, bool); 2] = [("linear", false), ("log", true)];
-const SAMPLERS: [(&str, Sampler); 2] = [("sobol", Sampler::Sobol), ("random", Sampler::Random)];
 const RANGE_KEYS: [&str; 4] = ["from", "to", "steps", "step"];
 const SAMPLE_KEYS: [&str; 5] = ["min", "max", "samples", "sampler", "seed"];
 const FORMS: &str =
@@ -109,7 +108,7 @@ fn range(item: &Item<'_>, known: &'static Key) -> Result<Axis> {
 fn samples(item: &Item<'_>, known: &'static Key, dimension: u32) -> Result<Axis> {
     let (min, max) = (end(item, "min", known)?, end(item, "max", known)?);
     let samples = item.need("samples")?.whole()?;
-    let sampler = item.child("sampler").map_or(Ok(Sampler::Sobol), |s| s.word(&SAMPLERS))?;
+    let sampler = item.child("sampler").map_or(Ok(Sampler::Sobol), |s| s.word(&Sampler::WORDS))?;
     let seed = item.child("seed").map_or(Ok(sections::SEED), |s| s.whole())?;
     let log = scale(item)?;
     Axis::samples(min, max, log, Points { samples, sampler, seed }, dimension).map_err(|e| item.place(e))

@@ -14,9 +14,9 @@ use crate::scene::{
 /// Reads the section, and how its material was fitted; refuses effects that contradict each other. Paths are relative to `base`.
 pub(super) fn read(sections: &Sections<'_>, base: &Path) -> Result<(Model, Option<MaterialFit>)> {
     let section = sections.section("model");
-    let geometries = [("exact", Geometry::Exact), ("linear", Geometry::Linear)];
     let (material, fit) = material(&section.get("material")?, sections, base)?;
-    let mut model = Model { geometry: section.get("geometry")?.word(&geometries)?, material, ..Model::PLAIN };
+    let mut model =
+        Model { geometry: section.get("geometry")?.word(&Geometry::WORDS)?, material, ..Model::PLAIN };
     section.get("solid")?.flag()?;
     for term in &TERMS {
         let item = section.get(term.key)?;

@@ -156,10 +156,8 @@ fn robust(item: &Item<'_>, drive: Drive) -> Result<Robust> {
         return item.wrong("no standard deviation is larger than zero: nothing to be robust against");
     }
     let samples = item.or("samples", SAMPLES, Item::whole)? as u32;
-    let measures = [("mean", Measure::Mean), ("cvar90", Measure::Cvar90)];
-    let measure = item.or("measure", Measure::Mean, |m| m.word(&measures))?;
-    let of = [("each", Calibrated::Each), ("nominal", Calibrated::Nominal)];
-    let calibrated = item.or("calibrated", Calibrated::Each, |c| c.word(&of))?;
+    let measure = item.or("measure", Measure::Mean, |m| m.word(&Measure::WORDS))?;
+    let calibrated = item.or("calibrated", Calibrated::Each, |c| c.word(&Calibrated::WORDS))?;
     Ok(Robust { sd, properties, samples, measure, calibrated })
 }
 

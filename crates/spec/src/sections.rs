@@ -18,7 +18,7 @@ use toml::de::{DeTable, DeValue};
 /// `[gauge]` apart from x_ss and l.
 pub(super) fn gauge(section: &Section<'_>) -> Result<Gauge> {
     Ok(Gauge {
-        side: section.get("side")?.word(&[("contact", Side::Contact), ("far", Side::Far)])?,
+        side: section.get("side")?.word(&Side::WORDS)?,
         noise_strain: section.optional("noise_strain", first)?,
         strain_limit: section.get("strain_limit")?.ranged()?,
         factor: section.get("factor")?.ranged()?,
@@ -28,10 +28,9 @@ pub(super) fn gauge(section: &Section<'_>) -> Result<Gauge> {
 }
 
 pub(super) fn estimate(section: &Section<'_>) -> Result<Estimate> {
-    let conventions = [("mean", Convention::Mean), ("elongation", Convention::Elongation)];
     Ok(Estimate {
         theory: section.get("theory")?.word(&Theory::WORDS)?,
-        convention: section.get("convention")?.word(&conventions)?,
+        convention: section.get("convention")?.word(&Convention::WORDS)?,
         range: section.optional("range", range)?,
         k: section.optional("K", Item::ranged)?,
     })
@@ -60,7 +59,7 @@ pub(super) fn rankable(sections: &Sections<'_>, estimate: &Estimate, output: &Ou
     if estimate.theory != Theory::Exact || !error || nominal {
         return Ok(());
     }
-    let others = RankBy::ALL.iter().map(|by| by.name()).filter(|name| !name.starts_with("error_"));
+    let others = RankBy::WORDS.iter().map(|(name, _)| *name).filter(|name| !name.starts_with("error_"));
     let message = "with theory = \"exact\" the model inverts its own strains: beyond the peak there is no error to rank by";
     let allowed = others.map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
     sections.section("output").get("by")?.refuse(message, allowed)
@@ -70,7 +69,7 @@ pub(super) fn rankable(sections: &Sections<'_>, estimate: &Estimate, output: &Ou
 fn rank_by(by: &Item<'_>) -> Result<RankBy> {
     match by.text() {
         Ok(RankBy::BIAS) => Ok(RankBy::ErrorRms),
-        _ => by.word(&RankBy::ALL.map(|by| (by.name(), by))),
+        _ => by.word(&RankBy::WORDS),
     }
 }
 
@@ -87,7 +86,7 @@ pub(super) fn output(section: &Section<'_>) -> Result<Output> {
         top: section.optional("top", top)?,
         by: rank_by(&section.get("by")?)?,
         by_said: section.written("by").is_some(),
-        per: section.get("per")?.word(&[("row", Per::Row), ("design", Per::Design)])?,
+        per: section.get("per")?.word(&Per::WORDS)?,
     })
 }
 

@@ -44,8 +44,7 @@ pub(super) struct Read<'a> {
 
 /// What moves.
 pub(super) fn drive(sections: &Sections<'_>) -> Result<Drive> {
-    let words = [("angle", Drive::Angle), ("displacement", Drive::Displacement)];
-    sections.section("tap").get("drive")?.word(&words)
+    sections.section("tap").get("drive")?.word(&Drive::WORDS)
 }
 
 /// Key of a drive in `[tap]`.

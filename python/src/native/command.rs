@@ -68,7 +68,7 @@ impl Watch for Telling<'_, '_> {
     fn step(&mut self, step: &Step, value: f64, feasible: bool, left: Option<u64>) {
         let p = &step.best.point;
         let point = [p.D, p.d, p.L_a, p.x_ss, p.l, p.drive];
-        let step = (step.evaluations, left, step.start, step.stage.name(), point, value, feasible);
+        let step = (step.evaluations, left, step.start, step.stage.word(), point, value, feasible);
         (self.0.tell.borrow_mut())(Heard::Step(step));
     }
 }

@@ -56,7 +56,7 @@ impl Table {
 
     /// A column; the bias also by its other name.
     fn at(&self, name: &str) -> PyResult<&ArrayRef> {
-        let same = if name == RankBy::BIAS { RankBy::ErrorRms.name() } else { name };
+        let same = if name == RankBy::BIAS { RankBy::ErrorRms.word() } else { name };
         let found = self.batch.column_by_name(name).or_else(|| self.batch.column_by_name(same));
         found.ok_or_else(|| {
             let names: Vec<&str> =

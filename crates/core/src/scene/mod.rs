@@ -8,6 +8,27 @@ use std::sync::Arc;
 
 use crate::error::InputError;
 
+/// An enum with a word for each variant, as specs and results have it.
+#[macro_export]
+macro_rules! words {
+    ($(#[$of:meta])* $name:ident { $($(#[$doc:meta])* $variant:ident = $word:literal,)+ }) => {
+        $(#[$of])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub enum $name { $($(#[$doc])* $variant,)+ }
+
+        impl $name {
+            /// All, with their words.
+            pub const WORDS: [(&'static str, Self); [$($word),+].len()] =
+                [$(($word, Self::$variant)),+];
+
+            /// Its word.
+            pub const fn word(self) -> &'static str {
+                Self::WORDS[self as usize].0
+            }
+        }
+    };
+}
+
 pub mod axis;
 pub mod built;
 pub mod channels;

@@ -67,61 +67,39 @@ pub struct RunOptions {
     pub json: Option<bool>,
 }
 
-/// Column of the designs table by which rows are ranked, smaller first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RankBy {
-    /// Spread of K.
-    KSd,
-    /// Root mean square distance error.
-    ErrorRms,
-    /// Largest absolute distance error.
-    ErrorMax,
-    /// Root mean square of the noise part.
-    NoiseRms,
-    /// Error and noise in quadrature.
-    TotalRms,
-    /// Largest absolute strain.
-    StrainMax,
-    /// Largest contact force.
-    ForceMax,
-}
-
-impl RankBy {
-    /// All, in the order of the table's columns.
-    pub const ALL: [Self; 7] = [
-        Self::KSd,
-        Self::ErrorRms,
-        Self::ErrorMax,
-        Self::NoiseRms,
-        Self::TotalRms,
-        Self::StrainMax,
-        Self::ForceMax,
-    ];
-
-    /// Another name of [`Self::ErrorRms`], as `tap` has called it; it is read wherever that is.
-    pub const BIAS: &str = "bias_rms_mm";
-
-    /// Name as in `[output] by`.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::KSd => "K_sd",
-            Self::ErrorRms => "error_rms_mm",
-            Self::ErrorMax => "error_max_mm",
-            Self::NoiseRms => "noise_rms_mm",
-            Self::TotalRms => "total_rms_mm",
-            Self::StrainMax => "strain_max",
-            Self::ForceMax => "force_max_N",
-        }
+words! {
+    /// Column of the designs table by which rows are ranked, smaller first.
+    RankBy {
+        /// Spread of K.
+        KSd = "K_sd",
+        /// Root mean square distance error.
+        ErrorRms = "error_rms_mm",
+        /// Largest absolute distance error.
+        ErrorMax = "error_max_mm",
+        /// Root mean square of the noise part.
+        NoiseRms = "noise_rms_mm",
+        /// Error and noise in quadrature.
+        TotalRms = "total_rms_mm",
+        /// Largest absolute strain.
+        StrainMax = "strain_max",
+        /// Largest contact force.
+        ForceMax = "force_max_N",
     }
 }
 
-/// Whether `top` keeps rows or one row of each design.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Per {
-    /// Every (design, θ) competes.
-    Row,
-    /// Each design competes with its best θ.
-    Design,
+impl RankBy {
+    /// Another name of [`Self::ErrorRms`], as `tap` has called it; it is read wherever that is.
+    pub const BIAS: &str = "bias_rms_mm";
+}
+
+words! {
+    /// Whether `top` keeps rows or one row of each design.
+    Per {
+        /// Every (design, θ) competes.
+        Row = "row",
+        /// Each design competes with its best θ.
+        Design = "design",
+    }
 }
 
 /// `[output]`.
