@@ -22,8 +22,7 @@ use vibrissa::sink::run_json;
 use vibrissa::text_file::{Limit, TextFile, refused, unread};
 
 use super::args::Locate;
-use super::interrupt;
-use super::patient::Patient;
+use super::interrupt::{self, Patient};
 use super::reply::Reply;
 
 /// Readings of which the answer begins with what the report says.

@@ -9,7 +9,6 @@
 mod apart;
 pub mod array;
 pub mod bench;
-mod best;
 pub mod calibrate;
 pub mod chart;
 pub mod cluster;
@@ -30,12 +29,11 @@ pub mod sweep;
 pub mod tap;
 pub mod taps;
 pub mod verify;
-mod words;
 
 pub use common::{Common, named, number, shard, whole, words};
 pub use context::{Content, Context, Destination, HeldFile, Host};
-pub use reply::Reply;
-pub use words::{grouped, in_force, listed, rough, where_and_why, with_model_error};
+
+pub use reply::{Reply, grouped, in_force, listed, rough, where_and_why, with_model_error};
 
 use std::path::{Path, PathBuf};
 

@@ -11,12 +11,11 @@
 //! limits that bind; pymoo's NSGA-II, which stands for the method in `benches/search`, gets less hypervolume from the same
 //! evaluations. Points made by the polish lie on the front, and need no further dependency.
 
-use super::global::{COLD, pick};
+use super::global::{COLD, pick, swarm};
 use super::polish::{self, Radii};
 use super::report::Design;
 use super::score::Goal;
 use super::session::{Found, Halt, Session, Stage};
-use super::swarm;
 use crate::error::Error;
 use crate::scene::Tuple;
 
@@ -132,7 +131,7 @@ impl Scan {
             for start in 0..starts {
                 session.start = start;
                 let seeds: Vec<Vec<f64>> = session.variables.start.iter().cloned().collect();
-                swarm::run(session, goal, seed.wrapping_add((n as u64) << 32), &seeds)?;
+                swarm(session, goal, seed.wrapping_add((n as u64) << 32), &seeds)?;
                 let scored = session.take();
                 let picked =
                     pick(session.variables, goal, &scored, if goal == Goal::Blend(0.2) { 1 } else { 2 });

@@ -6,8 +6,7 @@ use std::time::Instant;
 
 use super::best;
 use super::blame::{infeasible, shortfall};
-use super::charted::{readers, wanted};
-use super::evaluate::Scorer;
+use super::evaluate::{Scorer, readers, wanted};
 use super::front::{self, Front};
 use super::global::{self, STARTS};
 use super::report::{self, Alarm, Design, Report, unit};

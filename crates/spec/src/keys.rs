@@ -3,10 +3,11 @@
 
 use std::sync::LazyLock;
 
-use super::properties::{UNSURE, VARIED};
-use crate::scene::{Interval, Property};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
+
+use super::properties::{UNSURE, VARIED};
+use crate::scene::{Interval, Property};
 
 /// Unit, and range, of the ends of an axis.
 pub const THAT_OF_THE_KEY: &str = "that of the key";

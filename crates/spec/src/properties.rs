@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use toml::de::DeValue;
+
 use super::axis::AxisItem;
 use super::model::{check_second_gauge, consistent};
 use super::reader::{Item, Result};
@@ -11,7 +13,6 @@ use crate::error::InputError;
 use crate::scene::property::Description;
 use crate::scene::search::{Quantity, Robust, Search};
 use crate::scene::{Axis, Material, Property, Rigs, Setup, Signal, Spec};
-use toml::de::DeValue;
 
 /// Where `property` is written, if it is.
 pub(super) fn written<'a>(sections: &Sections<'a>, property: Property) -> Option<Item<'a>> {

@@ -4,6 +4,9 @@ use std::cell::RefCell;
 use std::ops::Range;
 use std::path::Path;
 
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
 use super::properties::first;
 use super::reader::{Document, Item, Result};
 use super::{keys, solid};
@@ -12,8 +15,6 @@ use crate::scene::{
     BackendChoice, Convention, Estimate, Gauge, Output, Per, Precision, RankBy, RunOptions, Side, Theory,
 };
 use crate::sink::format::TableFormat;
-use toml::Spanned;
-use toml::de::{DeTable, DeValue};
 
 /// `[gauge]` apart from x_ss and l.
 pub(super) fn gauge(section: &Section<'_>) -> Result<Gauge> {

@@ -32,14 +32,12 @@ macro_rules! words {
 pub mod axis;
 pub mod built;
 pub mod channels;
-pub mod even;
 mod interval;
 mod layout;
 pub mod listed;
 pub mod material;
 pub mod model;
 pub mod property;
-pub mod rigs;
 pub mod run;
 pub mod sampler;
 pub mod search;
@@ -57,8 +55,7 @@ pub use material::{Material, MaterialFit};
 pub use model::{
     Clamp, Contact, Convention, Drive, Estimate, Foil, Gauge, Geometry, Model, Side, TERMS, Theory,
 };
-pub use property::{PROPERTIES, Property};
-pub use rigs::Rigs;
+pub use property::{PROPERTIES, Property, Rigs};
 pub use run::{BackendChoice, Output, Per, Precision, RankBy, RunOptions};
 pub use search::Search;
 pub use space::{COLUMNS, Column, Direction, DirectionColumns, Factor, Space, Tuple};
