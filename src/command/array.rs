@@ -39,7 +39,6 @@ pub struct ArrayRequest {
     pub angle_noise: Option<f64>,
     /// And of each coordinate of the base, mm.
     pub base_noise: Option<f64>,
-    /// Options of every command.
     #[serde(flatten)]
     pub common: Common,
 }

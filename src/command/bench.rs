@@ -34,7 +34,6 @@ pub struct BenchRequest {
     /// Few configurations, few taps: seconds instead of minutes; software adapters only with --backend gpu or --adapter
     #[arg(long)]
     pub quick: bool,
-    /// Flags of every command
     #[command(flatten)]
     pub common: Common,
 }

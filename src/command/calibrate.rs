@@ -60,7 +60,6 @@ pub struct CalibrateRequest {
     /// Estimator that is exported [default: learned]
     #[arg(long, value_parser = named(estimators()), value_name = "NAME", requires = "export")]
     pub estimator: Option<String>,
-    /// Flags of every command
     #[command(flatten)]
     #[serde(flatten)]
     pub common: Common,

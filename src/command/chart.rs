@@ -21,7 +21,6 @@ const FILE: &str = "chart.json";
 pub struct ChartRequest {
     /// The spec: ranges of whisker, gauge and drive, its distances (one chart each, 64 at most), its model
     pub spec: PathBuf,
-    /// Flags of every command
     #[command(flatten)]
     #[serde(flatten)]
     pub common: Common,

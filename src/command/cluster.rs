@@ -41,7 +41,6 @@ pub struct ClusterRequest {
     /// Most tasks that run at the same time [default: no limit]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=u64::MAX))]
     pub at_a_time: Option<u32>,
-    /// Flags of every command
     #[command(flatten)]
     pub common: Common,
 }

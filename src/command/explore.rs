@@ -25,7 +25,6 @@ const FILE: &str = "explore.html";
 pub struct ExploreRequest {
     /// The spec: its ranges of whisker, gauge, drive and distances become those of the sliders (a single number gets a range around it)
     pub spec: PathBuf,
-    /// Flags of every command
     #[command(flatten)]
     #[serde(flatten)]
     pub common: Common,

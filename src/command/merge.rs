@@ -20,7 +20,6 @@ pub struct MergeRequest {
     /// Folders shard-i-of-n, or the folder that holds them; the result goes there too unless --out says otherwise
     #[arg(required = true, value_name = "DIR")]
     pub folders: Vec<PathBuf>,
-    /// Flags of every command
     #[command(flatten)]
     pub common: Common,
 }

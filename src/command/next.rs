@@ -62,7 +62,6 @@ pub struct NextRequest {
     /// Columns under other names: theta=ang_deg,reading=ch3 (theta, delta, strain, microstrain, bridge, reading, ignore)
     #[arg(long, value_name = "ROLE=NAME,…")]
     pub columns: Option<String>,
-    /// Flags of every command
     #[command(flatten)]
     #[serde(flatten)]
     pub common: Common,

@@ -57,7 +57,6 @@ pub struct PlanRequest {
     /// Of the order of the taps
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
-    /// Flags of every command
     #[command(flatten)]
     #[serde(flatten)]
     pub common: Common,

@@ -27,7 +27,6 @@ pub struct ShapeRequest {
     /// Sections from the clamp to the contact
     #[arg(long, value_name = "N", default_value_t = 101, value_parser = whole::<u32>(3..=10_001))]
     pub nodes: u32,
-    /// Flags of every command
     #[command(flatten)]
     #[serde(flatten)]
     pub common: Common,

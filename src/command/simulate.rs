@@ -67,7 +67,6 @@ pub struct SimulateRequest {
     /// What is recorded: strain, microstrain, bridge_mV_per_V, reading, moment_Nmm or force_N [default: the signal of the spec]
     #[arg(long, value_name = "NAME")]
     pub signal: Option<String>,
-    /// Flags of every command
     #[command(flatten)]
     #[serde(flatten)]
     pub common: Common,

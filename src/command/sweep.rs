@@ -54,7 +54,6 @@ pub struct SweepRequest {
     #[arg(long, value_name = "SECONDS", default_value = "2", value_parser = seconds)]
     #[serde(skip)]
     pub keep_every: Duration,
-    /// Flags of every command
     #[command(flatten)]
     #[serde(flatten)]
     pub common: Common,

@@ -48,7 +48,6 @@ pub struct TapsRequest {
     /// Columns under other names: t=Zeit,reading=ch3 (t, theta, delta, strain, microstrain, bridge, reading, a, run, ignore)
     #[arg(long, value_name = "ROLE=NAME,…")]
     pub columns: Option<String>,
-    /// Flags of every command
     #[command(flatten)]
     #[serde(flatten)]
     pub common: Common,

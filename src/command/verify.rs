@@ -49,7 +49,6 @@ pub struct VerifyRequest {
     #[arg(long)]
     #[serde(skip)]
     pub all: bool,
-    /// Flags of every command
     #[command(flatten)]
     #[serde(flatten)]
     pub common: Common,

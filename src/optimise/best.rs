@@ -2,9 +2,10 @@
 
 use super::blame::why;
 use super::evaluate::Scorer;
-use super::report::{Design, Report, unit};
+use super::report::{Design, Report};
 use super::run::TOLERANCE;
 use super::score::{Goal, Score};
+use super::session::Found;
 use super::write::key;
 use crate::error::Error;
 use crate::evaluate::Method;
@@ -124,9 +125,9 @@ pub(super) fn judge(
         let scores = scorer.scores(&taps(point, &drives))?;
         best = least(&scores, goal).map(|at| Tuple { drive: drives[at], ..*point });
     }
-    let mut design = |point: Tuple| -> Result<Design, Error> {
+    let mut design = |point: Tuple| {
         let score = scorer.scores(&[point])?[0];
-        Ok(Design { point, row: scorer.row(&point)?, score, unit: unit(&setup, &point) })
+        scorer.design(Found { point, score })
     };
     Ok(Other { theory, here: design(*point)?, best: best.map(design).transpose()? })
 }

@@ -5,7 +5,9 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::judge::Judge;
+use super::report;
 use super::score::{Score, deviations};
+use super::session::Found;
 use super::variables::Variables;
 use crate::backend::Choice;
 use crate::chart::between;
@@ -135,6 +137,12 @@ impl<'a> Scorer<'a> {
     /// The designs row of one point, as a sweep would write it.
     pub fn row(&mut self, point: &Tuple) -> Result<DriveRow, Error> {
         Ok(self.along(point, &[point.drive])?[0].0)
+    }
+
+    /// What is reported of a candidate.
+    pub fn design(&mut self, Found { point, score }: Found) -> Result<report::Design, Error> {
+        let unit = report::unit(self.judge.setup, &point);
+        Ok(report::Design { point, row: self.row(&point)?, score, unit })
     }
 
     /// Scores of whiskers read from charts, those outside them from their taps.

@@ -1,6 +1,7 @@
 //! What a finished search tells.
 
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
@@ -82,36 +83,24 @@ pub struct Alarm {
     pub rings: AtomicBool,
     /// Whether anything has been scored: however slow the machine, there is an answer.
     pub scored: AtomicBool,
-    done: AtomicBool,
-}
-
-/// Ends the thread that looks, also where what it watches panics.
-struct Done<'a>(&'a AtomicBool);
-
-impl Drop for Done<'_> {
-    fn drop(&mut self) {
-        self.0.store(true, Ordering::Relaxed);
-    }
 }
 
 /// Does `f` beside a thread that rings once `stop` is set, or `seconds` have passed and something has been scored.
 pub fn watched<R>(stop: &AtomicBool, seconds: Option<f64>, f: impl FnOnce(&Alarm) -> R) -> R {
-    let (alarm, begun) = (Alarm::default(), Instant::now());
-    let look = || {
-        while !alarm.done.load(Ordering::Relaxed) {
+    let (alarm, begun) = (&Alarm::default(), Instant::now());
+    // The thread ends when the sender is dropped, also where `f` panics.
+    let (done, wait) = channel::<()>();
+    let look = move || {
+        while wait.recv_timeout(EVERY) == Err(RecvTimeoutError::Timeout) {
             let late = seconds.is_some_and(|s| begun.elapsed().as_secs_f64() >= s);
             if stop.load(Ordering::Relaxed) || late && alarm.scored.load(Ordering::Relaxed) {
                 alarm.rings.store(true, Ordering::Relaxed);
             }
-            std::thread::park_timeout(EVERY);
         }
     };
     std::thread::scope(|scope| {
-        let looking = scope.spawn(look);
-        let done = Done(&alarm.done);
-        let value = f(&alarm);
-        drop(done);
-        looking.thread().unpark();
-        value
+        scope.spawn(look);
+        let _done = done;
+        f(alarm)
     })
 }

@@ -9,7 +9,7 @@ use super::blame::{infeasible, shortfall};
 use super::evaluate::{Scorer, readers, wanted};
 use super::front::{self, Front};
 use super::global::{self, STARTS};
-use super::report::{self, Alarm, Design, Report, unit};
+use super::report::{self, Alarm, Report};
 use super::score::{Goal, Limit};
 use super::sensitivity;
 use super::session::{Ended, Found, Session, Stage, Watch};
@@ -162,12 +162,9 @@ fn under_alarm(
             format!("ended by {} before a design that keeps the limits was found: {closest}", ended.word());
         return Err(Error::Run(why));
     }
-    let mut design = |f: &Found| -> Result<Design, Error> {
-        let row = session.scorers[1].row(&f.point)?;
-        Ok(Design { point: f.point, row, score: f.score, unit: unit(setup, &f.point) })
-    };
-    let best = design(&best)?;
-    let front = front.map(|all| all.iter().map(&mut design).collect::<Result<_, _>>());
+    let mut design = |found: Found| session.scorers[1].design(found);
+    let best = design(best)?;
+    let front = front.map(|all| all.into_iter().map(&mut design).collect::<Result<_, _>>());
     let front = front.transpose()?.map(Front::new);
 
     let searched = Instant::now();

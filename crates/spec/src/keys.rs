@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::properties::{UNSURE, VARIED};
+use super::properties::{unsure, varied};
 use crate::scene::{Interval, Property};
 
 /// Unit, and range, of the ends of an axis.
@@ -121,11 +121,11 @@ fn described(name: &'static str, value: &'static Spanned<DeValue<'static>>) -> S
         table.iter().filter_map(|(key, facts)| key_of(name, key.get_ref(), facts.get_ref().as_table()?));
     let mut keys: Vec<Key> = keys.collect();
     match name {
-        "optimise.variables" => keys.extend(VARIED.map(|property| {
+        "optimise.variables" => keys.extend(varied().map(|property| {
             let allowed = format!("[min, max] with min < max, {}", property.about().allowed);
             of_property(property, Form::Ends(property.about().range), "fixed", allowed)
         })),
-        "optimise.robust" => keys.extend(UNSURE.map(|property| {
+        "optimise.robust" => keys.extend(unsure().map(|property| {
             let form = Form::Number(Interval::new([0.0, f64::INFINITY], [false; 2]));
             of_property(property, form, "0", "a standard deviation ≥ 0, in the key's unit".to_owned())
         })),

@@ -43,16 +43,7 @@ pub use units::{Ends, NO_ENDS, of_taps as doubts_of_taps, widened};
 
 /// Reads the spec at `path`. Paths in the spec are relative to its folder.
 pub fn read(path: &Path) -> Result<Spec> {
-    read_by(path, |_| "")
-}
-
-/// As [`read`], for a command to which some keys mean something else or nothing: of the text, `fallback` makes TOML with values that stand in
-/// for keys a sweep requires, beside the defaults.
-pub fn read_by<'a>(path: &Path, fallback: impl FnOnce(&str) -> &'a str) -> Result<Spec> {
-    let (label, text) = (path.display().to_string(), load(path, "spec")?);
-    let mut spec = parse_with(&label, &text, path.parent().unwrap_or(Path::new("")), fallback(&text))?;
-    spec.inputs.push(path.to_owned());
-    Ok(spec)
+    parse(&path.display().to_string(), &load(path, "spec")?, path.parent().unwrap_or(Path::new("")))
 }
 
 /// As [`parse`], of a spec whose taps are not in it, but in a `frame` with the columns of a tuple file; without one it has none.
@@ -226,13 +217,8 @@ fn inputs(sections: &Sections<'_>, base: &Path) -> Vec<PathBuf> {
     named.filter_map(|item| Some(base.join(item.value.as_str()?))).collect()
 }
 
-/// What `read` makes of another file that users write as TOML, at `path`; `what` is its key under `[files]` of `keys.toml`.
-pub fn described<T>(path: &Path, what: &str, read: impl FnOnce(&Item<'_>) -> Result<T>) -> Result<T> {
-    described_by(&path.display().to_string(), &load(path, what)?, what, read)
-}
-
-/// As [`described`], of a `text` that `label` names.
-pub fn described_by<T>(
+/// What `read` makes of the `text` of another file that users write as TOML, which `label` names; `what` is its key under `[files]` of `keys.toml`.
+pub fn described<T>(
     label: &str,
     text: &str,
     what: &str,

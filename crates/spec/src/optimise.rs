@@ -1,6 +1,6 @@
 //! `[optimise]`: what is searched for.
 
-use super::properties::{UNSURE, VARIED, known, names, variable, vary};
+use super::properties::{known, names, unsure, variable, varied, vary};
 use super::reader::{Item, Result};
 use super::sections::{Section, Sections};
 use super::space::{self, ColumnKey, drive_key, keys};
@@ -93,10 +93,10 @@ fn variables(item: &Item<'_>, drive: Drive) -> Result<Vec<Variable>> {
         let message = "the distances are given, not searched: every candidate is judged over all a of [tap]";
         return a.refuse(message, item.allowed());
     }
-    known(item, &columns(drive).map(|(_, key, _)| key).chain(names(VARIED)).collect::<Vec<_>>())?;
+    known(item, &columns(drive).map(|(_, key, _)| key).chain(names(varied())).collect::<Vec<_>>())?;
     let mut all: Vec<_> =
         columns(drive).map(|(_, key, column)| (item.child(key), Quantity::Column(column))).collect();
-    let properties = VARIED.map(|property| (variable(item, property), Quantity::Property(property)));
+    let properties = varied().map(|property| (variable(item, property), Quantity::Property(property)));
     let drive = all.len() - 1;
     all.splice(drive..drive, properties);
     let mut variables = Vec::new();
@@ -139,14 +139,14 @@ fn limits(section: &Section<'_>, strain: f64) -> Result<Limits> {
 fn robust(item: &Item<'_>, drive: Drive) -> Result<Robust> {
     let columns = || keys(drive).into_iter().filter(|key| key.2 != Column::Distance);
     let others = ["samples", "measure", "calibrated"];
-    let all = columns().map(|(_, key, _)| key).chain(others).chain(names(UNSURE));
+    let all = columns().map(|(_, key, _)| key).chain(others).chain(names(unsure()));
     known(item, &all.collect::<Vec<_>>())?;
     let mut sd = [0.0; COLUMNS];
     for (_, key, column) in columns() {
         sd[column as usize] = item.or(key, 0.0, Item::ranged)?;
     }
     let mut properties = Vec::new();
-    for property in UNSURE {
+    for property in unsure() {
         if let Some(value) = variable(item, property) {
             properties.push((property, value.ranged()?));
         }

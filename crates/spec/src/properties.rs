@@ -150,33 +150,15 @@ pub(super) fn corners(setup: &Setup, axes: &[(Property, AxisItem<'_>)]) -> Vec<(
     all
 }
 
-pub(super) const VARIED: [Property; 15] = [
-    Property::Exponent,
-    Property::Scale,
-    Property::Bore,
-    Property::Core,
-    Property::CoreModulus,
-    Property::Curvature,
-    Property::CurvatureSlope,
-    Property::Turn,
-    Property::Across,
-    Property::Along,
-    Property::Hub,
-    Property::Modulus,
-    Property::Nu,
-    Property::PoleRadius,
-    Property::Foil,
-];
+/// Properties that a search may vary: all that someone can choose.
+pub(super) fn varied() -> impl Iterator<Item = Property> {
+    unsure().filter(|property| *property != Property::Friction)
+}
+
 /// Properties that may differ from what was meant.
-pub(super) const UNSURE: [Property; 16] = {
-    let mut all = [Property::Friction; 16];
-    let mut k = 0;
-    while k < VARIED.len() {
-        all[k] = VARIED[k];
-        k += 1;
-    }
-    all
-};
+pub(super) fn unsure() -> impl Iterator<Item = Property> {
+    Property::ALL.into_iter().filter(|property| *property != Property::Noise)
+}
 
 /// Names of `properties` in a table of `[optimise]`; what stands in an inline table of a spec may also stand in one there.
 pub(super) fn names(properties: impl IntoIterator<Item = Property>) -> Vec<&'static str> {
@@ -225,7 +207,7 @@ pub(super) fn vary(sections: &Sections<'_>, spec: &mut Spec, search: &mut Search
     let mut axes = Vec::new();
     for (table, names) in [("variables", true), ("robust", false)] {
         let Some(item) = section.written(table) else { continue };
-        for property in UNSURE {
+        for property in unsure() {
             let Some(place) = variable(&item, property) else { continue };
             let mut unsure = search.robust.iter().flat_map(|robust| &robust.properties);
             // A deviation of 0 asks nothing.

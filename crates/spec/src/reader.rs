@@ -91,19 +91,14 @@ impl<'a> Item<'a> {
         Self { document, key: String::new(), span: Some(0..0), value, known: None }
     }
 
-    /// A `value` that stands in no document, for `key`.
-    pub fn nowhere(document: &'a Document<'a>, key: &str, value: &'a DeValue<'a>) -> Self {
-        Self { document, key: key.to_owned(), span: None, value, known: None }
+    /// A `value` of `key` that was not written.
+    pub fn unwritten(document: &'a Document<'a>, key: String, value: &'a DeValue<'a>) -> Self {
+        Self { document, key, span: None, value, known: None }
     }
 
     /// The same, as the value of another key.
     pub fn of(self, known: Option<&'static Key>) -> Self {
         Self { known, ..self }
-    }
-
-    /// A value that was not written.
-    pub fn default(document: &'a Document<'a>, key: String, value: &'a Spanned<DeValue<'a>>) -> Self {
-        Self { document, key, span: None, value: value.get_ref(), known: None }
     }
 
     /// An error at this value.

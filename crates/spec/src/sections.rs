@@ -143,7 +143,10 @@ impl<'a> Section<'a> {
             return Ok(item);
         }
         match self.default(key) {
-            Some(value) => Ok(Item::default(self.document, self.dotted(key), value).of(self.known.key(key))),
+            Some(value) => {
+                let item = Item::unwritten(self.document, self.dotted(key), value.get_ref());
+                Ok(item.of(self.known.key(key)))
+            }
             None => Err(self.missing(key)),
         }
     }
@@ -239,7 +242,7 @@ impl<'a> Sections<'a> {
     /// What stands for tuples that are in memory.
     pub fn of_tuples(&self) -> Item<'a> {
         static NOTHING: DeValue<'static> = DeValue::Boolean(true);
-        Item::nowhere(self.document, "tuples", &NOTHING)
+        Item::unwritten(self.document, "tuples".to_owned(), &NOTHING)
     }
 
     pub fn format(&self) -> Option<Item<'a>> {

@@ -139,9 +139,9 @@ pub(super) fn doubts(sections: &Sections<'_>, spec: &Spec) -> Vec<String> {
     for (section, key, most, why) in wide {
         said.extend(written(section, key).and_then(|item| width(&item, most * beside.length[1], why)));
     }
-    said.extend(written("gauge", "noise_strain").and_then(|item| noise(&item)));
-    said.extend(written("gauge", "factor").and_then(|item| gauge_factor(&item)));
-    said.extend(written("gauge", "strain_limit").and_then(|item| limit(&item)));
+    for key in ["noise_strain", "factor", "strain_limit"] {
+        said.extend(written("gauge", key).and_then(|item| doubted_alone(&item, key)));
+    }
     said.extend(written("model", "material").and_then(|item| material(&item, spec)));
     said
 }
@@ -153,7 +153,7 @@ pub(super) fn of_search(sections: &Sections<'_>, study: &Study) -> Vec<String> {
     let bounds = |key: &str| variables.as_ref()?.child(key);
     let doubts = |(_, key, column)| doubted(&bounds(key)?, column, study, &beside);
     let mut said: Vec<String> = keys(study.setup.drive).into_iter().filter_map(doubts).collect();
-    said.extend(limits.and_then(|table| limit(&table.child("strain")?)));
+    said.extend(limits.and_then(|table| doubted_alone(&table.child("strain")?, "strain_limit")));
     said
 }
 
@@ -190,35 +190,24 @@ fn width(item: &Item<'_>, most: f64, why: &'static str) -> Option<String> {
     warning(item, doubt(why, 1e-3, "micrometres").filter(|_| v > most)?, v, " mm")
 }
 
-fn noise(item: &Item<'_>) -> Option<String> {
-    let v = item.number().ok()?;
-    if v > 0.0 && v < NOISES[0] {
-        return Some(
-            item.error("this is less noise than any gauge has; 0 says that there is none").to_string(),
-        );
-    }
-    let loud = doubt("is more strain than most taps make", 1e-3, "millistrain");
-    warning(item, loud.filter(|_| v > NOISES[1])?, v, "")
-}
-
-fn gauge_factor(item: &Item<'_>) -> Option<String> {
+/// The warning about the number of a `key` that stands beside no other.
+fn doubted_alone(item: &Item<'_>, key: &str) -> Option<String> {
     let v = item.number().ok()?;
     let [of_strain, of_millistrain, most] = FACTORS;
-    let slip = match v {
-        _ if v < of_millistrain => doubt("is no gauge's factor", 1e6, "1/microstrain"),
-        _ if v < of_strain => doubt("is no gauge's factor", 1e3, "1/millistrain"),
-        _ if v > most => doubt("is more than any gauge's factor", 1e-2, "percent"),
+    let slip = match key {
+        "noise_strain" if v > 0.0 && v < NOISES[0] => {
+            let why = "this is less noise than any gauge has; 0 says that there is none";
+            return Some(item.error(why).to_string());
+        }
+        "noise_strain" if v > NOISES[1] => doubt("is more strain than most taps make", 1e-3, "millistrain"),
+        "factor" if v < of_millistrain => doubt("is no gauge's factor", 1e6, "1/microstrain"),
+        "factor" if v < of_strain => doubt("is no gauge's factor", 1e3, "1/millistrain"),
+        "factor" if v > most => doubt("is more than any gauge's factor", 1e-2, "percent"),
+        "strain_limit" if v > 100.0 && v <= 1e6 => {
+            doubt("is a strain of more than 100 %", 1e-6, "microstrain")
+        }
+        "strain_limit" if v > 1.0 && v <= 100.0 => doubt("is a strain of more than 100 %", 1e-2, "percent"),
         _ => None,
-    };
-    warning(item, slip?, v, "")
-}
-
-fn limit(item: &Item<'_>) -> Option<String> {
-    let v = item.number().ok()?;
-    let slip = match v {
-        _ if v <= 1.0 || v > 1e6 => None,
-        _ if v <= 100.0 => doubt("is a strain of more than 100 %", 1e-2, "percent"),
-        _ => doubt("is a strain of more than 100 %", 1e-6, "microstrain"),
     };
     warning(item, slip?, v, "")
 }

@@ -182,7 +182,7 @@ with! {
 }
 
 /// What is to be evaluated and reported.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Study {
     /// What all taps share.
     pub setup: Setup,
@@ -203,7 +203,7 @@ impl Study {
 }
 
 /// What a file said.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Spec {
     /// Name of the spec (its file stem), from which the default output folder is named.
     pub name: String,
@@ -235,16 +235,6 @@ impl Spec {
 
     /// A study that no file asked for.
     pub fn of(name: &str, study: Study) -> Self {
-        Self {
-            name: name.to_owned(),
-            text: String::new(),
-            study,
-            material_fit: None,
-            run: RunOptions::default(),
-            in_force: Vec::new(),
-            inputs: Vec::new(),
-            warnings: Vec::new(),
-            several: Vec::new(),
-        }
+        Self { name: name.to_owned(), study, ..Self::default() }
     }
 }
