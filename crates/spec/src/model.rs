@@ -7,9 +7,7 @@ use super::properties::first;
 use super::reader::{Item, Result};
 use super::sections::Sections;
 use crate::evaluated::both;
-use crate::scene::{
-    Amount, Contact, Estimate, Gauge, Geometry, Material, MaterialFit, Model, TERMS, Term, Theory,
-};
+use crate::scene::{Amount, Contact, Geometry, Material, MaterialFit, Model, Setup, TERMS, Term, Theory};
 
 /// Reads the section, and how its material was fitted; refuses effects that contradict each other. Paths are relative to `base`.
 pub(super) fn read(sections: &Sections<'_>, base: &Path) -> Result<(Model, Option<MaterialFit>)> {
@@ -137,14 +135,9 @@ pub(super) fn leaning([tilt, lean]: &[Option<Item<'_>>; 2], model: &Model) -> Re
 }
 
 /// Refuses to invert the model of two strains for contacts at which they do not tell the tilt.
-pub(super) fn check_second_gauge(
-    sections: &Sections<'_>,
-    gauge: &Gauge,
-    estimate: &Estimate,
-    model: &Model,
-) -> Result<()> {
-    let why = both::forbids(model.contact).filter(|_| gauge.second && estimate.theory == Theory::Exact);
-    let Some(why) = why else { return Ok(()) };
+pub(super) fn check_second_gauge(sections: &Sections<'_>, setup: &Setup) -> Result<()> {
+    let inverts = setup.gauge.second && setup.estimate.theory == Theory::Exact;
+    let Some(why) = both::forbids(setup.model.contact).filter(|_| inverts) else { return Ok(()) };
     let theory = sections.section("estimate").get("theory")?;
     theory.refuse(why, "\"euler-bernoulli\" or \"timoshenko\"; second = false in [gauge]; or contact = \"frictionless\" in [model]")
 }

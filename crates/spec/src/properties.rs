@@ -87,25 +87,7 @@ pub(super) fn variable<'a>(table: &Item<'a>, property: Property) -> Option<Item<
     Some(found.of(table.table().and_then(|keys| keys.key(name))))
 }
 
-/// `setup` with each of the values that a property has, or with the ends of its axis.
-fn each<'a>(
-    setup: &'a Setup,
-    axes: &'a [(Property, AxisItem<'_>)],
-) -> impl Iterator<Item = (&'a AxisItem<'a>, Setup)> {
-    axes.iter().flat_map(move |(property, axis)| {
-        let values = match &axis.axis {
-            Axis::List(values) => values.clone(),
-            axis => vec![axis.min(), axis.max()],
-        };
-        values.into_iter().map(move |value| {
-            let mut one = setup.clone();
-            property.set(&mut one, value);
-            (axis, one)
-        })
-    })
-}
-
-/// Refuses what does not go together in any of the rigs.
+/// Refuses what does not go together in any of the rigs: with each of the values of a property, or with the ends of its axis.
 pub(super) fn allowed_together(
     sections: &Sections<'_>,
     setup: &Setup,
@@ -113,22 +95,25 @@ pub(super) fn allowed_together(
     tilts: bool,
 ) -> Result<()> {
     let check = |setup: &Setup, at: Option<&Item<'_>>| {
-        check_second_gauge(sections, &setup.gauge, &setup.estimate, &setup.model)?;
+        check_second_gauge(sections, setup)?;
         built::allowed(sections, setup, tilts, at)?;
         solid::allowed(sections, setup, tilts)
     };
     check(setup, None)?;
-    for (axis, one) in each(setup, axes) {
-        if let Err((_, message, allowed)) = consistent(&one.model) {
-            return axis.item.refuse(message, allowed);
+    for (property, AxisItem { item, axis }) in axes {
+        let ends = [axis.min(), axis.max()];
+        for value in if let Axis::List(values) = axis { &values[..] } else { &ends } {
+            let mut one = setup.clone();
+            property.set(&mut one, *value);
+            if let Err((_, message, allowed)) = consistent(&one.model) {
+                return item.refuse(message, allowed);
+            }
+            let leaning = one.model.forbids([true; 2]).filter(|_| tilts && one.model.pole_radius > 0.0);
+            if let Some(why) = leaning {
+                return item.refuse(why, "0, or no tilt and no lean in [tap]");
+            }
+            check(&one, Some(item))?;
         }
-        if tilts
-            && one.model.pole_radius > 0.0
-            && let Some(why) = one.model.forbids([true; 2])
-        {
-            return axis.item.refuse(why, "0, or no tilt and no lean in [tap]");
-        }
-        check(&one, Some(&axis.item))?;
     }
     Ok(())
 }
