@@ -23,7 +23,6 @@ const WORDS: Duration = Duration::from_millis(300);
 static STOP: AtomicBool = AtomicBool::new(false);
 static MANNER: Mutex<Manner> = Mutex::new(Manner::AtOnce);
 
-/// How the run that is under way ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Manner {
     /// It does not look at the flag: it is ended.
@@ -46,7 +45,6 @@ pub fn stop_and_keep() -> &'static AtomicBool {
     &STOP
 }
 
-/// Whether the run was asked to stop.
 pub fn asked() -> bool {
     STOP.load(Ordering::Relaxed)
 }
@@ -156,7 +154,6 @@ pub fn listen() {
     });
 }
 
-/// Sets the number of CPU threads that was asked for.
 pub(super) fn threads(options: &RunOptions) -> Result<(), Error> {
     let Some(n) = options.threads else { return Ok(()) };
     rayon::ThreadPoolBuilder::new().num_threads(n).build_global().map_err(|e| Error::Run(e.to_string()))

@@ -106,7 +106,6 @@ fn of_array(args: &Locate, array: &Path) -> Result<ArrayRequest, InputError> {
     })
 }
 
-/// Which readings are of one object.
 fn by(args: &Locate) -> By<'_> {
     match &args.object {
         Some(column) => By::Column(column),
@@ -118,7 +117,6 @@ fn by(args: &Locate) -> By<'_> {
 
 struct Opened {
     answers: Answers,
-    /// What is known of it in run.json.
     known: Value,
     checksum: String,
     /// The estimator, or the channels, in words.
@@ -207,7 +205,6 @@ fn some(label: &str, lines: u64) -> Result<(), InputError> {
     Err(error.allowed("a line for each reading, perhaps below a line that names the columns"))
 }
 
-/// Readings of a file or of a stream.
 enum Source {
     /// What can be read again, with its hash.
     File(PathBuf, String),
@@ -350,7 +347,6 @@ fn open(path: &Path) -> Result<File, Error> {
     })
 }
 
-/// The zero readings, which ask for no distance.
 fn zeros(counts: &stream::Counts) -> String {
     match counts.zeros {
         0 => String::new(),

@@ -14,7 +14,6 @@ use vibrissa::spec::keys;
 
 use super::reply::Reply;
 
-/// File of the schema, beside the spec.
 const SCHEMA: &str = "spec.schema.json";
 /// Share by which a search may leave the whisker that was asked for.
 const NEAR: [f64; 2] = [0.7, 1.3];
@@ -22,7 +21,6 @@ const NEAR: [f64; 2] = [0.7, 1.3];
 /// Least noise of a reading, microstrain. Amplifiers of strain gauges have 0.1 and more; what is less was meant as strain.
 const LEAST_NOISE: f64 = 0.01;
 
-/// What is asked where a flag does not say it.
 const WHISKER_ASKED: &str = "Base diameter, tip diameter and length of the whisker, mm, as 10,4,80";
 const GAUGE_ASKED: &str = "Start of the gauge's grid from the clamp and its length, mm, and the noise of one reading, microstrain, as 5,2,15";
 const DISTANCES_ASKED: &str = "Nearest and farthest distance of objects from the clamp, mm, as 25,70";
@@ -41,7 +39,6 @@ const CLAMPS: [(&str, &str, &str); 4] = [
     ("socket", "socket", "pushed into a smooth socket"),
 ];
 
-/// What a new spec is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Goal {
     Tap,

@@ -11,7 +11,6 @@ use super::say::{grouped, rough};
 
 const EVERY: Duration = Duration::from_secs(5);
 
-/// Shows taps done, rate and remaining time.
 pub enum Shown {
     Bar(ProgressBar),
     Lines { start: Instant, last: Instant, before: u64 },
@@ -35,7 +34,6 @@ impl Shown {
 }
 
 impl Drop for Shown {
-    /// Takes the bar off the screen.
     fn drop(&mut self) {
         if let Self::Bar(bar) = self {
             bar.finish_and_clear();

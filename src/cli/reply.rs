@@ -16,9 +16,7 @@ use super::say;
 
 const FORMAT: u32 = 1;
 
-/// Whether stdout carries one JSON object.
 static JSON: AtomicBool = AtomicBool::new(false);
-/// The command, once it is known.
 static COMMAND: OnceLock<String> = OnceLock::new();
 
 /// From now on stdout carries one JSON object and nothing else, if that is `wanted`.

@@ -15,7 +15,6 @@ pub fn warning(text: impl Display) {
     line(format_args!("warning: {text}"));
 }
 
-/// Words that do not end their line.
 pub fn part(text: impl Display) {
     let _ = std::io::stderr().write_all(text.to_string().as_bytes());
 }

@@ -15,7 +15,6 @@ use crate::error::{Error, SolveError};
 const GRACE: Duration = Duration::from_millis(1000);
 /// Between two looks at the signal.
 const STEP: Duration = Duration::from_millis(50);
-/// As the main thread has it.
 const STACK: usize = 8 << 20;
 
 /// Does `work` on a thread of its own, and gives `take` what it tells. `work` is handed a flag that asks it to stop. After a signal it has [`GRACE`]

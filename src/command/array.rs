@@ -17,23 +17,18 @@ use crate::measure::Names;
 use crate::sink::folder::{Question, hash};
 use crate::sink::run_json;
 
-/// What is asked of an array.
 #[derive(Debug, Deserialize)]
 pub struct ArrayRequest {
     pub array: PathBuf,
     /// Readings; none, of a result in memory: whether the array can answer any, and what its calibrations are.
     pub readings: Option<PathBuf>,
     pub columns: Option<String>,
-    /// Answers of every whisker by this.
     pub estimator: Option<String>,
     pub zero: Option<SaidZero>,
-    /// Readings are of a run of the calibration.
     #[serde(default)]
     pub same_run: bool,
-    /// All taps are of one object.
     #[serde(default)]
     pub same: bool,
-    /// The column that names the object.
     pub object: Option<String>,
     /// Standard deviation of the heading, degrees, in place of that in the file.
     pub angle_noise: Option<f64>,
@@ -43,7 +38,6 @@ pub struct ArrayRequest {
     pub common: Common,
 }
 
-/// Answers readings of several whiskers into one `located.csv`.
 pub fn run(asked: &ArrayRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let options = context.prepared(&asked.common, None)?;
     let described = context.read(&asked.array, "array", Array::parse)?;

@@ -38,7 +38,6 @@ pub struct BenchRequest {
     pub common: Common,
 }
 
-/// Measures, or says what would be measured.
 pub fn run(asked: &BenchRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let options = context.prepared(&asked.common, None)?;
     if let Some(t) = options.tolerance {

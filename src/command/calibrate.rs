@@ -65,12 +65,10 @@ pub struct CalibrateRequest {
     pub common: Common,
 }
 
-/// The data as they were given.
 struct Given<'a> {
     label: &'a str,
     table: LabTable<'a>,
     columns: &'a Names,
-    /// What drives the whisker, where the user says a drive.
     drive: Option<Drive>,
 }
 
@@ -82,7 +80,6 @@ struct Begun {
     question: Question,
 }
 
-/// Reads data and whisker, calibrates, writes the files.
 pub fn run(asked: &CalibrateRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let measured = context.data(&asked.data)?;
     let table = measured.rows();
@@ -137,7 +134,6 @@ pub fn run(asked: &CalibrateRequest, context: &Context<'_>) -> Result<Reply, Err
     Ok(reply.filed(destination, document, out, context)?.answered())
 }
 
-/// Calibrates the channels of `rig`, the whisker of `spec`.
 fn of_channels(
     asked: &CalibrateRequest,
     given: &Given<'_>,

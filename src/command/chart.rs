@@ -26,7 +26,6 @@ pub struct ChartRequest {
     pub common: Common,
 }
 
-/// Writes the charts of a spec's distances.
 pub fn run(asked: &ChartRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let mut spec = context.read(&asked.spec, "spec", spec::parse)?;
     spec.one_rig()?;

@@ -15,7 +15,6 @@ use crate::sink::run_json;
 use crate::sink::shard::Shard;
 use crate::spec;
 
-/// The scripts, as they are in `src/command/slurm`.
 const SCRIPTS: [(&str, &str); 3] = [
     ("part.sbatch", include_str!("slurm/part.sbatch")),
     ("merge.sbatch", include_str!("slurm/merge.sbatch")),
@@ -114,7 +113,6 @@ fn flags(common: &Common, whole: &Path) -> Result<String, Error> {
     Ok(text)
 }
 
-/// The one of `words` that says `of`.
 fn name<T: PartialEq>(words: &[(&str, T, &str)], of: T) -> Option<String> {
     words.iter().find(|(_, choice, _)| *choice == of).map(|(name, ..)| (*name).to_owned())
 }

@@ -28,9 +28,7 @@ const OF_FILES: [&str; 5] = ["run.out", "run.force", "run.plan", "run.quiet", "r
 
 /// Who asks: the program, or Python.
 pub trait Host {
-    /// Hears the options in force, before the work begins.
     fn begin(&self, options: &RunOptions) -> Result<(), Error>;
-    /// Shows a line while the command runs.
     fn line(&self, text: &str);
     /// Shows how far taps are, unless the command is to be `quiet`.
     fn progress(&self, quiet: bool) -> Box<dyn Progress + '_>;
@@ -109,12 +107,10 @@ impl<'a> Context<'a> {
         self.quiet.get()
     }
 
-    /// Files that were read so far.
     pub fn inputs(&self) -> Vec<PathBuf> {
         self.inputs.borrow().clone()
     }
 
-    /// Whether the result stays in memory.
     pub fn is_in_memory(&self) -> bool {
         self.memory.is_some()
     }
@@ -166,14 +162,12 @@ impl<'a> Context<'a> {
         Ok(options)
     }
 
-    /// Shows a line, unless the command is to be quiet.
     pub fn line(&self, text: impl AsRef<str>) {
         if !self.is_quiet() {
             self.host.line(text.as_ref());
         }
     }
 
-    /// Warns, and keeps the warning for the record.
     pub fn warn(&self, text: &str) {
         self.line(format!("warning: {text}"));
         self.told.borrow_mut().push(text.to_owned());

@@ -71,7 +71,6 @@ pub struct ContourRequest {
     pub common: Common,
 }
 
-/// Traces an object into `points.csv`, `curve.csv` and `contour.svg`.
 pub fn run(asked: &ContourRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let options = context.prepared(&asked.common, None)?;
     let noise = Noise::said(asked.angle_noise, asked.base_noise, asked.touch_noise)?;

@@ -30,7 +30,6 @@ pub struct ExploreRequest {
     pub common: Common,
 }
 
-/// Writes the page of a spec.
 pub fn run(asked: &ExploreRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let mut spec = context.read(&asked.spec, "spec", spec::parse)?;
     spec.one_rig()?;

@@ -28,7 +28,6 @@ use crate::sink::shard::Shard;
 use crate::sink::table::drive_unit;
 use crate::spec;
 
-/// What to say of a search that a signal ended.
 const KEPT: &str = "interrupted; the best so far is written";
 
 /// Search for the best design.
@@ -130,7 +129,6 @@ fn sought(search: &Search) -> &'static str {
     }
 }
 
-/// Why a search ended, in words.
 fn ending(ended: Ended) -> &'static str {
     match ended {
         Ended::Converged => "ended because several starts found the same, or all starts were made",

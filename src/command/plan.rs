@@ -62,7 +62,6 @@ pub struct PlanRequest {
     pub common: Common,
 }
 
-/// Plans the calibration of the whisker of a spec.
 pub fn run(asked: &PlanRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let label = asked.spec.display().to_string();
     let goal = goal(asked)?;

@@ -20,7 +20,6 @@ pub struct Reply {
     pub text: String,
     pub out: Option<PathBuf>,
     pub files: Vec<PathBuf>,
-    /// Files of an older result that `--force` removed.
     pub removed: Vec<PathBuf>,
     /// What is kept in memory in place of a folder, by name.
     pub kept: Vec<(String, Content)>,
@@ -92,7 +91,6 @@ impl Reply {
         Self { text, out: Some(out), files, quiet, ..self }.removing(&removed)
     }
 
-    /// Names the files of an older result that `--force` removed.
     pub fn removing(mut self, files: &[PathBuf]) -> Self {
         if !files.is_empty() {
             self.result["removed"] = files.iter().map(|p| p.display().to_string()).collect();
@@ -102,12 +100,10 @@ impl Reply {
     }
 }
 
-/// Names of files in one line.
 pub fn listed(files: &[PathBuf]) -> String {
     files.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", ")
 }
 
-/// The values in force of `spec`, a line each.
 pub fn in_force(spec: &Spec) -> String {
     let line = |(key, value, written): &(String, String, bool)| {
         format!("  {key} = {value}{}\n", if *written { "" } else { "    (default)" })

@@ -109,7 +109,6 @@ pub fn run(asked: &SimulateRequest, context: &Context<'_>) -> Result<Reply, Erro
     filed((&spec, text), (described, counts), destination, out, context)
 }
 
-/// Strokes over the object of the file at `object`.
 fn stroke(
     object: &Path,
     (spec, rig): (&Spec, &Rig),

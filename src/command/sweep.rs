@@ -225,7 +225,6 @@ fn row(spec: &Spec, k: &Kept) -> Value {
     k.at_drive().json(&spec.study.setup)
 }
 
-/// The recommended row in a sentence.
 fn answer(spec: &Spec, report: &Report) -> String {
     let setup = &spec.study.setup;
     let ([_, sd], by) = (k_names(setup), spec.study.listed_by().word());

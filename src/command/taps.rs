@@ -53,7 +53,6 @@ pub struct TapsRequest {
     pub common: Common,
 }
 
-/// Finds taps in a raw record.
 pub fn run(asked: &TapsRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let options = context.prepared(&asked.common, None)?;
     let label = asked.raw.display().to_string();

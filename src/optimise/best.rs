@@ -79,7 +79,6 @@ const FIRST: (usize, usize) = (65, 4);
 /// Drives looked at then, and again between the neighbours of the best, so many times.
 const NEXT: (usize, u32) = (9, 5);
 
-/// The best design where distances are told in another way.
 #[derive(Debug)]
 pub struct Other {
     pub theory: Theory,

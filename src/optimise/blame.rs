@@ -29,7 +29,6 @@ pub fn infeasible(setup: &Setup, search: &Search, closest: &Score) -> InputError
     if first == Limit::Strain { error.value(limits.strain) } else { error }
 }
 
-/// Limits that `score` violates, worst first; at least one.
 fn violated(score: &Score) -> Vec<Limit> {
     let mut violated: Vec<Limit> = Limit::all().filter(|&l| score.limit(l) > 0.0).collect();
     violated.sort_by(|a, b| score.limit(*b).total_cmp(&score.limit(*a)));
@@ -39,13 +38,11 @@ fn violated(score: &Score) -> Vec<Limit> {
     violated
 }
 
-/// What `score` violates, and by how much.
 pub fn shortfall(setup: &Setup, search: &Search, score: &Score) -> String {
     let phrases: Vec<String> = violated(score).into_iter().map(|l| phrase(setup, search, score, l)).collect();
     phrases.join("; it also breaks another: ")
 }
 
-/// What a limit says about a candidate.
 fn phrase(setup: &Setup, search: &Search, score: &Score, limit: Limit) -> String {
     let value = score.limit(limit);
     let times = |least: f64, unit: &str| {

@@ -49,7 +49,6 @@ impl Readers {
     }
 }
 
-/// Scores candidates of one search on one backend.
 pub struct Scorer<'a> {
     pub evaluator: Evaluator<'a>,
     pub(super) judge: Judge<'a>,
@@ -127,7 +126,6 @@ impl<'a> Scorer<'a> {
         scores
     }
 
-    /// Whether the contacts of a point stick, by their distances.
     pub fn sticking(&mut self, point: &Tuple) -> Result<Vec<bool>, Error> {
         let design = [Design::new(self.judge.setup, *point)];
         let tasks = self.judge.tasks(&design);
@@ -139,7 +137,6 @@ impl<'a> Scorer<'a> {
         Ok(self.along(point, &[point.drive])?[0].0)
     }
 
-    /// What is reported of a candidate.
     pub fn design(&mut self, Found { point, score }: Found) -> Result<report::Design, Error> {
         let unit = report::unit(self.judge.setup, &point);
         Ok(report::Design { point, row: self.row(&point)?, score, unit })

@@ -121,7 +121,6 @@ pub(crate) fn unbeaten<T>(all: &mut Vec<T>, figures: impl Fn(&T) -> [f64; 2]) {
 
 struct Scan {
     front: Vec<Found>,
-    /// The best of everything scored, on whichever backend.
     pool: Vec<Found>,
 }
 
@@ -153,7 +152,6 @@ impl Scan {
         self.fill(session)
     }
 
-    /// Polishes from a place and keeps what it found.
     fn polish(
         &mut self,
         session: &mut Session<'_>,
@@ -166,7 +164,6 @@ impl Scan {
         Ok(found)
     }
 
-    /// Takes over what the session scored since the last time.
     fn gather(&mut self, session: &mut Session<'_>) {
         self.pool.extend(session.take().into_iter().map(|(_, f)| f));
         self.pool = nondominated(std::mem::take(&mut self.pool));

@@ -139,7 +139,6 @@ pub fn pick(
     picked
 }
 
-/// How a search ended, or why it failed.
 pub fn ending(result: Result<(), Halt>) -> Result<Ended, crate::error::Error> {
     match result {
         Ok(()) => Ok(Ended::Converged),
@@ -201,7 +200,6 @@ pub fn swarm(session: &mut Session<'_>, goal: Goal, seed: u64, seeds: &[Vec<f64>
     }
 }
 
-/// The candidates as argmin sees them.
 struct Flock<'s, 'a> {
     session: RefCell<&'s mut Session<'a>>,
     goal: Goal,

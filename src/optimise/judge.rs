@@ -18,7 +18,6 @@ use crate::scene::search::{Calibrated, Robust, Search};
 use crate::scene::{COLUMNS, Column, Direction, Property, Setup, Theory, Tuple};
 use crate::statistics::{DriveRow, Reduction, Told};
 
-/// What turns solved taps into scores.
 pub(super) struct Judge<'a> {
     pub setup: &'a Setup,
     pub search: &'a Search,

@@ -17,13 +17,11 @@ use crate::scene::{Setup, Tuple};
 use crate::sink::table::AtDrive;
 use crate::statistics::DriveRow;
 
-/// A design with its figures in f64.
 #[derive(Debug, Clone, Copy)]
 pub struct Design {
     pub point: Tuple,
     /// Its row of designs.csv, of the nominal whisker.
     pub row: DriveRow,
-    /// Its score, with tolerances if there are any.
     pub score: Score,
     /// Unit of K in the tables.
     pub unit: f64,
@@ -57,13 +55,11 @@ pub struct Report {
     pub chart: Option<f64>,
     /// `model_error` of `run.json`, where effects could be left off, and the same in a few lines.
     pub model_error: Option<(Value, String)>,
-    /// Variables that lie at a bound, and at which.
     pub at_bounds: Vec<(Quantity, &'static str)>,
     pub binding: Vec<Limit>,
     /// What the other estimator would make of the best design; `None` where no distance is told, or by two gauges, or the search was asked to stop.
     pub other: Option<Other>,
     pub sensitivity: Sensitivity,
-    /// The front, of a pareto search.
     pub front: Option<Front>,
     /// Backend of the swarm, and of the polish and the figures.
     pub backends: [Backend; 2],

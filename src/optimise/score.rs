@@ -43,7 +43,6 @@ impl Limit {
     }
 }
 
-/// Figures and limits of one evaluation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Score {
     /// K_sd (in the tables' unit), total_rms_mm and the weighted sum; NaN where missing.
@@ -75,7 +74,6 @@ impl Score {
         self.limits.iter().filter(|v| **v > 0.0).fold(0.0, |sum, v| sum + v)
     }
 
-    /// The largest value of a limit.
     pub fn worst(&self) -> f64 {
         self.limits.iter().copied().fold(f64::NEG_INFINITY, f64::max)
     }

@@ -32,9 +32,7 @@ vibrissa_core::words! {
     Ended {
         /// Several starts found the same, or all starts were made.
         Converged = "converged",
-        /// The evaluations of the budget are spent.
         Evaluations = "evaluations",
-        /// The seconds of the budget are spent.
         Seconds = "seconds",
         Interrupted = "interrupted",
     }
@@ -68,7 +66,6 @@ pub struct Step {
     pub best: Found,
 }
 
-/// What a search reports while it runs.
 pub trait Watch {
     /// After a step; `left` is what the budget still allows.
     fn step(&mut self, step: &Step, value: f64, feasible: bool, left: Option<u64>);
@@ -96,7 +93,6 @@ pub struct Session<'a> {
 }
 
 impl<'a> Session<'a> {
-    /// With a scorer for each stage.
     pub fn new(
         scorers: [Scorer<'a>; 2],
         variables: &'a Variables,
@@ -163,13 +159,11 @@ impl<'a> Session<'a> {
         if take < points.len() { Err(Halt::Ended(Ended::Evaluations)) } else { Ok(scores) }
     }
 
-    /// Evaluations that the budget still allows.
     pub fn left(&self) -> Option<u64> {
         let kept = self.kept_back;
         self.budget.evaluations.map(|n| n.saturating_sub(self.evaluations).saturating_sub(kept))
     }
 
-    /// Keeps some evaluations for a polish at the end.
     pub fn keep_back(&mut self) {
         self.kept_back = self.budget.evaluations.map_or(0, |n| (n / 8).min(KEPT_BACK));
     }

@@ -24,7 +24,6 @@ pub const CONFIDENCE: f64 = 0.95;
 /// Values along one line; NaN where there is none.
 pub type Line = [f64; LEVELS];
 
-/// A share with its confidence interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Share {
     /// In [0, 1].

@@ -84,7 +84,6 @@ impl Read {
     }
 }
 
-/// What limits ask of the taps of a whisker.
 pub(super) struct Seen {
     /// Near end of the gauge over the nearest contact.
     pub nearest: f64,

@@ -79,7 +79,6 @@ pub fn key(setup: &Setup, column: Column) -> &'static str {
     Quantity::Column(column).name(setup.drive)
 }
 
-/// The result of a search as JSON.
 pub fn result(spec: &Spec, search: &Search, report: &Report) -> Value {
     let s = &report.sensitivity;
     let pair = |p: &Pair| json!({ "K_sd": p[0], "total_rms_mm": p[1] });

@@ -8,7 +8,6 @@ pub const ABOUT: &str = "A spec is TOML: lengths in mm, angles in degrees, modul
     errors, paths are relative to the spec. A key without default is required, or off. *axis*: the key takes a value, a list or an axis. \
     `--plan` prints every value in force.";
 
-/// Every section, then every inline table.
 pub fn parts() -> Vec<Part> {
     let heads = ["key", "unit", "default", "allowed", EXAMPLE, "meaning"];
     let entries = |s: &'static Section| s.keys.iter().map(|k| entry(s, k));

@@ -1,6 +1,5 @@
 //! How a list of named things is laid out: as a table in Markdown, as indented lines on a terminal.
 
-/// Width of a page on a terminal.
 const WIDTH: usize = 100;
 /// Width of a paragraph in Markdown.
 const PAGE: usize = 140;
@@ -14,11 +13,9 @@ pub const EXAMPLE: &str = "example";
 /// A titled list of things of which the same facts are told.
 #[derive(Debug, Clone)]
 pub struct Part {
-    /// Name of a section, a file or a list.
     pub title: String,
     pub about: String,
     pub examples: Vec<&'static str>,
-    /// Heads of name, facts and meaning.
     pub heads: Vec<&'static str>,
     pub entries: Vec<Entry>,
 }
@@ -43,7 +40,6 @@ impl Part {
         Self { title, about, examples: Vec::new(), heads: heads.to_vec(), entries: entries.collect() }
     }
 
-    /// A heading, a paragraph and a table.
     pub fn markdown(&self) -> String {
         let cells = |e: &Entry| -> Vec<String> {
             let name = format!("`{}`", e.name.replace(" or ", "` or `"));

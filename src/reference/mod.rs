@@ -20,7 +20,6 @@ pub enum Topic {
 }
 
 impl Topic {
-    /// All, by their words and what to say of them.
     pub const WORDS: [(&'static str, Self, &'static str); 3] = [
         ("spec", Self::Spec, "Every section and key of a spec: unit, default, allowed values, example"),
         ("columns", Self::Columns, "Every column of every table: unit, meaning"),

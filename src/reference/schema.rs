@@ -43,7 +43,6 @@ fn needs() -> Value {
     ])
 }
 
-/// A table with these keys and no others.
 fn table(section: &Section, defs: &mut Map<String, Value>) -> Value {
     let properties = properties(section, defs);
     let required: Vec<&str> = section.keys.iter().filter(|k| always(section, k)).map(|k| k.name).collect();

@@ -23,7 +23,6 @@ fn columns(drive: Drive) -> impl Iterator<Item = ColumnKey> {
     keys(drive).into_iter().filter(|key| key.2 < Column::Distance || key.2 == Column::Drive)
 }
 
-/// Reads the section by itself.
 pub(super) fn read(sections: &Sections<'_>) -> Result<Search> {
     let drive = space::drive(sections)?;
     if let Some(file) = sections.section("tuples").written("file") {

@@ -41,7 +41,6 @@ fn of_strain(sections: &Sections<'_>) -> bool {
     word.is_none_or(|word| word == Signal::Strain.word())
 }
 
-/// Whether many values stand at `item`, or something that should be many: pairs are the diameters of one whisker.
 pub(super) fn is_axis(item: &Item<'_>) -> bool {
     match item.value {
         DeValue::Array(list) => !list.first().is_some_and(|first| first.get_ref().is_array()),
@@ -150,7 +149,6 @@ pub(super) fn names(properties: impl IntoIterator<Item = Property>) -> Vec<&'sta
     properties.into_iter().map(|property| property.name().trim_start_matches("root.")).collect()
 }
 
-/// Refuses keys that are none of `names`.
 pub(super) fn known(item: &Item<'_>, names: &[&'static str]) -> Result<()> {
     let mut tables: Vec<(&str, Vec<&str>)> = vec![("root", vec!["k_theta", "k_y", "k_x"])];
     for (table, key) in names.iter().filter_map(|name| name.split_once('.')) {

@@ -110,7 +110,6 @@ pub(super) fn run(section: &Section<'_>, base: &Path) -> Result<RunOptions> {
     })
 }
 
-/// One `[section]`: what the user wrote, and what stands behind it.
 #[derive(Debug, Clone)]
 pub(super) struct Section<'a> {
     pub document: &'a Document<'a>,
@@ -185,7 +184,6 @@ pub(super) const SAMPLER: &str = "sobol";
 /// Default seed of a sampled axis.
 pub(super) const SEED: u64 = 0;
 
-/// A parsed spec whose sections and keys are all known.
 pub(super) struct Sections<'a> {
     document: &'a Document<'a>,
     user: &'a DeTable<'a>,

@@ -29,16 +29,13 @@ pub(super) fn keys(drive: Drive) -> [ColumnKey; COLUMNS] {
     ]
 }
 
-/// The tuples, and what is said of them.
 pub(super) struct Read<'a> {
     pub space: Space,
     /// Columns of the pole's direction that were asked for.
     pub directions: DirectionColumns,
     /// Where poles tilt, and where they lean, if they do.
     pub leaning: [Option<Item<'a>>; 2],
-    /// Axes of properties of the rig.
     pub properties: Vec<(Property, AxisItem<'a>)>,
-    /// The rigs of the tuples, where they differ.
     pub rigs: Option<Arc<Rigs>>,
 }
 
@@ -55,7 +52,6 @@ pub(super) fn drive_key(drive: Drive) -> &'static str {
     }
 }
 
-/// The first key of a column that is written.
 fn written<'a>(sections: &Sections<'a>, drive: Drive) -> Option<Item<'a>> {
     keys(drive).into_iter().find_map(|(section, key, _)| sections.section(section).written(key))
 }

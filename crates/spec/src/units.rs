@@ -146,7 +146,6 @@ pub(super) fn doubts(sections: &Sections<'_>, spec: &Spec) -> Vec<String> {
     said
 }
 
-/// The warnings about the bounds and limits of a search.
 pub(super) fn of_search(sections: &Sections<'_>, study: &Study) -> Vec<String> {
     let beside = Beside::of(study);
     let [variables, limits] = ["variables", "limits"].map(|key| sections.section("optimise").written(key));

@@ -78,7 +78,6 @@ pub enum Given<'py> {
     Words(PyReadonlyArray1<'py, i32>, Vec<String>),
 }
 
-/// Names and columns of a table.
 pub type TableGiven<'py> = (Vec<String>, Vec<Given<'py>>);
 
 /// A file: the text of one in memory, or the path of measurements; or a table.

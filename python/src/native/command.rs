@@ -22,14 +22,12 @@ use super::table::Table;
 /// objective, and whether it keeps the limits.
 type SearchStep = (u64, Option<u64>, u32, &'static str, [f64; 6], f64, bool);
 
-/// What is heard of a command while it runs.
 enum Heard {
     /// Taps done, of how many.
     Far(u64, u64),
     Step(SearchStep),
 }
 
-/// Python as the host of a command.
 struct Session<'a> {
     stop: &'a AtomicBool,
     tell: RefCell<&'a mut dyn FnMut(Heard)>,
@@ -55,7 +53,6 @@ impl Host for Session<'_> {
     }
 }
 
-/// Hands on how far work is.
 struct Telling<'s, 'a>(&'s Session<'a>);
 
 impl Progress for Telling<'_, '_> {

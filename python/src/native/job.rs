@@ -16,7 +16,6 @@ use super::error;
 /// Time in which the work may end by itself after an interrupt; then it is left behind. Interrupts are answered within two seconds.
 const GRACE: Duration = Duration::from_millis(1500);
 const STEP: Duration = Duration::from_millis(50);
-/// As a main thread has it.
 const STACK: usize = 8 << 20;
 
 enum News<N, T> {
@@ -128,7 +127,6 @@ fn own_pool(threads: Option<usize>) -> Result<Option<Arc<ThreadPool>>, Error> {
     Ok(Some(pools.entry(n).or_insert(Arc::new(pool)).clone()))
 }
 
-/// Leaves pools alone whose threads are those of another process.
 pub fn forget_pools() {
     std::mem::forget(POOLS.lock().unwrap_or_else(PoisonError::into_inner).take());
 }
@@ -158,7 +156,6 @@ const AMID: u8 = 2;
 static PROCESS: AtomicU8 = AtomicU8::new(WHOLE);
 static WORKING: AtomicUsize = AtomicUsize::new(0);
 
-/// Lives as long as work on another thread.
 pub struct Working(());
 
 impl Working {
@@ -179,7 +176,6 @@ pub fn is_forked() -> bool {
     PROCESS.load(Ordering::Relaxed) != WHOLE
 }
 
-/// Refuses to compute in a process that cannot.
 pub fn check(py: Python<'_>) -> PyResult<()> {
     if PROCESS.load(Ordering::Relaxed) != AMID {
         return Ok(());

@@ -174,7 +174,6 @@ impl Locator {
 /// Which readings of a table are told together: "same", "strokes" and what they leave free, or "object" and its column.
 type Together = Option<(String, Option<String>)>;
 
-/// The same in the words of the library.
 fn by(together: &Together) -> Result<By<'_>, InputError> {
     Ok(match together {
         None => By::Unsaid,
