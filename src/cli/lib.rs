@@ -32,6 +32,7 @@ pub fn quiet_driver() {
     }
 }
 
+/// Runs the command line; the exit code.
 pub fn run() -> u8 {
     interrupt::listen();
     backend::ask_by(|| {

@@ -14,7 +14,7 @@ use crate::error::{Error, InputError, SolveError};
 use crate::figure::{self, Figure, Format, Style};
 use crate::locate::Calibration;
 use crate::measure::Data;
-use crate::optimise::{Watch, write};
+use crate::optimise::{Watch, report};
 use crate::progress::Progress;
 use crate::scene::{Column, RunOptions, Setup, Space, Spec};
 use crate::sink::folder::{Folder, Question};
@@ -259,7 +259,7 @@ impl<'a> Context<'a> {
         spec.warnings.extend(spec::doubts_of_taps(kind, taps.len(), None, tuple, name));
         let setup = Setup { drive: kind, ..Setup::default() };
         let of_tuples =
-            |key: &str| Column::ALL.iter().any(|c| key.ends_with(&format!(".{}", write::key(&setup, *c))));
+            |key: &str| Column::ALL.iter().any(|c| key.ends_with(&format!(".{}", report::key(&setup, *c))));
         spec.in_force.retain(|(key, ..)| !of_tuples(key));
         Ok(spec)
     }

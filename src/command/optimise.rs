@@ -14,12 +14,9 @@ use crate::backend::Choice;
 use crate::census::needed::Needed;
 use crate::digits::short;
 use crate::error::Error;
-use crate::optimise::report::Design;
-use crate::optimise::{
-    self, Ended, Report, best,
-    blame::{bias, why},
-    write,
-};
+use crate::optimise::blame::{bias, why};
+use crate::optimise::report::{self, Design};
+use crate::optimise::{self, Ended, Report, best};
 use crate::plan::pays;
 use crate::scene::search::{Objective, Search};
 use crate::scene::{RunOptions, Spec};
@@ -87,7 +84,7 @@ fn searched(
     context: &Context<'_>,
 ) -> Result<Reply, Error> {
     let question = Question::of_scene("optimise", spec, Value::Null);
-    let names = write::names(search.objective);
+    let names = report::names(search.objective);
     let mut destination = context.open(out, question, &names, options.force)?;
     let mut watch = context.host().watch(context.is_quiet());
     let stop = context.host().stop(true);
@@ -95,18 +92,18 @@ fn searched(
     drop(watch);
     let report = report.map_err(in_spec(path, &spec.text))?;
     destination.put("best.toml", best::text(spec, search, &report)?.into_bytes())?;
-    write::tables(spec, &report)?.into_iter().try_for_each(|table| destination.table(table))?;
+    report::tables(spec, &report)?.into_iter().try_for_each(|table| destination.table(table))?;
     let interrupted = report.ended == Ended::Interrupted || stop.load(std::sync::atomic::Ordering::Relaxed);
     let reply = Reply {
         text: summary(spec, search, &report),
-        counts: write::counts(&report),
-        seconds: write::seconds(&report),
+        counts: report::counts(&report),
+        seconds: report::seconds(&report),
         backend: json!(report.backends[0]),
-        result: with_model_error(write::result(spec, search, &report), report.model_error.as_ref()),
+        result: with_model_error(report::result(spec, search, &report), report.model_error.as_ref()),
         broken: interrupted.then(|| KEPT.to_owned()),
         ..Reply::default()
     };
-    let document = write::document(spec, search, &report);
+    let document = report::document(spec, search, &report);
     Ok(reply.filed(destination, document, out.to_owned(), context)?.answered())
 }
 

@@ -2,11 +2,11 @@
 
 use super::blame::why;
 use super::evaluate::Scorer;
-use super::report::{Design, Report};
+use super::report::{Design, Report, key};
 use super::run::TOLERANCE;
 use super::score::{Goal, Score};
 use super::session::Found;
-use super::write::key;
+
 use crate::error::Error;
 use crate::evaluate::Method;
 use crate::plan::Layout;

@@ -31,7 +31,6 @@ pub mod session;
 pub mod shares;
 pub mod variables;
 mod whisker;
-pub mod write;
 
 pub use report::Report;
 pub use run::find;

@@ -12,11 +12,11 @@ use vibrissa::optimise::{Step, Watch};
 use vibrissa::progress::Progress;
 use vibrissa::scene::RunOptions;
 
-use super::column::{FileGiven, TableGiven, frame};
 use super::error::{self, keywords};
 use super::job;
 use super::spec::unread;
 use super::table::Table;
+use super::table::{FileGiven, TableGiven, frame};
 
 /// A step of a search: evaluations, what the budget still allows, start, stage, the best design (D, d, L_a, x_ss, l, drive), the value of the
 /// objective, and whether it keeps the limits.

@@ -15,9 +15,9 @@ use vibrissa::locate::{
 use vibrissa::measure::Names;
 use vibrissa::scene::RunOptions;
 
-use super::column::FileGiven;
 use super::error::{keywords, raise};
 use super::job;
+use super::table::FileGiven;
 use super::table::Table;
 use super::words::bits;
 

@@ -1,9 +1,7 @@
 //! What `vibrissa._native` holds.
 
-mod column;
 mod command;
 mod error;
-mod held;
 mod job;
 mod locate;
 mod machine;

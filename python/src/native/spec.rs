@@ -11,8 +11,8 @@ use vibrissa::measure::names;
 use vibrissa::spec;
 use vibrissa::text_file::{Limit, TextFile};
 
-use super::column::{FileGiven, frame};
 use super::error;
+use super::table::{FileGiven, frame};
 
 /// End of the name of what is no file: errors in it have no place.
 pub const KEYWORDS: &str = "keywords";
