@@ -10,13 +10,15 @@
 //! # Ok::<(), vibrissa::api::Error>(())
 //! ```
 
-mod whisker;
-
 use std::path::Path;
 
+use crate::backend::Choice;
 pub use crate::error::Error;
+use crate::error::InputError;
 pub use crate::evaluate::Outcome;
 pub use crate::locate::{Located, Locator};
+use crate::plan::{Plan, pays};
+use crate::progress::{NEVER, Silent};
 pub use crate::scene::search::Objective;
 pub use crate::scene::{
     Axis, BackendChoice, Contact, Convention, Drive, Material, Model, Output, RankBy, RunOptions, Setup,
@@ -24,16 +26,10 @@ pub use crate::scene::{
 };
 pub use crate::status::Status;
 pub use crate::sweep::Report as Swept;
-pub use crate::tap::Report as BestTap;
-pub use crate::taps::Taps;
-pub use whisker::Whisker;
-
-use crate::backend::Choice;
-use crate::plan::Plan;
-use crate::plan::pays;
-use crate::progress::{NEVER, Silent};
 use crate::sweep::{self, Target};
 use crate::tap;
+pub use crate::tap::Report as BestTap;
+pub use crate::taps::Taps;
 
 /// Strain, forces and contact of each of `taps` (mm, degrees or mm), on the CPU kernels.
 ///
@@ -69,4 +65,84 @@ pub fn best_tap(study: &Study, ends: [f64; 2], objective: Objective) -> Result<B
         &tap::choice(&RunOptions::default(), study)?,
         (None, &NEVER, &mut Silent),
     )
+}
+
+/// A whisker, its gauge and its taps: every quantity is a number, or an [`Axis`] of several.
+///
+/// ```
+/// use vibrissa::api::*;
+/// let whisker = Whisker::mm(10.0, 4.0, 50.0).gauge_mm(5.0, 2.0).distance_mm(30.0).theta_deg(4.0);
+/// let tap = strains(&Setup::default(), &[whisker.tap()?])?[0];
+/// assert!((tap.strain - 0.0223).abs() < 0.0001, "{}", tap.strain);
+/// # Ok::<(), vibrissa::api::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Whisker {
+    /// D, d, L_a, x_ss, l, a, drive.
+    axes: [Axis; 7],
+    drive: Drive,
+}
+
+#[allow(non_snake_case)]
+impl Whisker {
+    /// Of these diameters of base and tip, D and d, and of the length L_a, mm. Its gauge of 2 mm is at 5 mm, and it taps an object at 30 mm by 4°,
+    /// unless that is said.
+    pub fn mm(base: impl Into<Axis>, tip: impl Into<Axis>, length: impl Into<Axis>) -> Self {
+        let rest = [5.0, 2.0, 30.0, 4.0].map(Axis::from);
+        let [at, grid, distance, theta] = rest;
+        Self {
+            axes: [base.into(), tip.into(), length.into(), at, grid, distance, theta],
+            drive: Drive::Angle,
+        }
+    }
+
+    /// The middle of its gauge, x_ss, and the length of the grid, l, mm.
+    pub fn gauge_mm(mut self, at: impl Into<Axis>, grid: impl Into<Axis>) -> Self {
+        (self.axes[3], self.axes[4]) = (at.into(), grid.into());
+        self
+    }
+
+    /// The distance a of the object from the base, mm.
+    pub fn distance_mm(mut self, a: impl Into<Axis>) -> Self {
+        self.axes[5] = a.into();
+        self
+    }
+
+    /// The tap angle θ, degrees.
+    pub fn theta_deg(mut self, theta: impl Into<Axis>) -> Self {
+        (self.axes[6], self.drive) = (theta.into(), Drive::Angle);
+        self
+    }
+
+    /// The displacement δ of the object, mm, in place of an angle.
+    pub fn delta_mm(mut self, delta: impl Into<Axis>) -> Self {
+        (self.axes[6], self.drive) = (delta.into(), Drive::Displacement);
+        self
+    }
+
+    /// Its one tap, for [`strains`](super::strains); of a displacement, the setup must say so ([`Setup::drive`]).
+    ///
+    /// # Errors
+    /// An axis of several values.
+    pub fn tap(&self) -> Result<Tuple, Error> {
+        let names = ["D", "d", "L_a", "x_ss", "l", "a", self.drive.column()];
+        if let Some(k) = (0..7).find(|k| self.axes[*k].len() != 1) {
+            let error = InputError::new("a tap has one value of each quantity").key(names[k]);
+            return Err(error.value(format!("{} values", self.axes[k].len())).allowed("one number").into());
+        }
+        let [D, d, L_a, x_ss, l, a, drive] = [0, 1, 2, 3, 4, 5, 6].map(|k| self.axes[k].at(0));
+        Ok(Tuple { D, d, L_a, x_ss, l, a, drive, ..Tuple::default() })
+    }
+
+    /// What [`sweep`](super::sweep) and [`best_tap`](super::best_tap) take: every combination of its axes, with this model and gauge, and what is
+    /// to be written.
+    ///
+    /// # Errors
+    /// More than 2⁶⁴ combinations.
+    pub fn study(self, setup: Setup, output: Output) -> Result<Study, Error> {
+        let space = Space::grid(self.axes);
+        let too_many = || InputError::new("these axes have too many combinations").allowed("fewer than 2^64");
+        let setup = Setup { drive: self.drive, ..setup };
+        Ok(Study { setup, space: space.ok_or_else(too_many)?, output })
+    }
 }

@@ -2,24 +2,17 @@
 
 use crate::backend::Choice;
 use crate::error::{Error, InputError};
-use crate::scene::{Spec, Written};
-use crate::spec;
+use crate::scene::Spec;
 
 /// Smallest bound that two solutions in f64 can be judged by.
 const LEAST: f64 = 2e-8;
 
-/// The bound that was typed, else that of `spec`, if it can be judged where the strain of a tap is good to the tolerance of `choice`.
+/// The bound that was asked for, if the backend of `choice` is accurate enough to judge effects of this size.
 ///
 /// # Errors
 /// A bound by which nothing can be judged.
-pub fn bound(typed: Option<f64>, spec: &Spec, choice: &Choice) -> Result<Option<f64>, Error> {
-    let (bound, at) = match typed {
-        Some(bound) => (bound, None),
-        None => match spec::model_error(spec)? {
-            Some(written) => written,
-            None => return Ok(None),
-        },
-    };
+pub fn bound(asked: Option<f64>, spec: &Spec, choice: &Choice) -> Result<Option<f64>, Error> {
+    let Some(bound) = asked else { return Ok(None) };
     if let Some(rigs) = &spec.study.setup.rigs {
         let names: Vec<&str> = rigs.properties.iter().map(|property| property.name()).collect();
         let names = names.join(", ");
@@ -35,13 +28,6 @@ pub fn bound(typed: Option<f64>, spec: &Spec, choice: &Choice) -> Result<Option<
         Some(t) if 2.0 * t > LEAST => format!("{least:e} ≤ E < 1: at least twice the tolerance, {t:e}"),
         _ => format!("{least:e} ≤ E < 1"),
     };
-    let error = InputError::new("no effect can be judged by this").allowed(allowed);
-    Err(match at {
-        None => error.key("--model-error").value(bound),
-        Some(Written { file, text, line, span }) => {
-            let error = error.key("run.model_error").value(&text[span.clone()]).at(&file, Some(line));
-            error.snippet(&text, span)
-        }
-    }
-    .into())
+    let error = InputError::new("no effect can be judged by this").key("--model-error").value(bound);
+    Err(error.allowed(allowed).into())
 }

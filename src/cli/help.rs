@@ -9,7 +9,6 @@ use vibrissa::reference::{self, Topic};
 use super::args::Args;
 use super::reply::{self, Reply};
 
-/// Word of the whole reference.
 const ALL: &str = "reference";
 
 /// Help, or the reference.

@@ -3,15 +3,17 @@
 //! A thread of its own waits for them, so that a run that is blocked, where no data come or a file does not open, hears them
 //! too. A signal that was ignored when the program started (`nohup`, jobs in the background of a script) stays ignored.
 
+use std::io::Read;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use super::{reply, say};
 use vibrissa::error::Error;
 use vibrissa::kernel::gpu::left_behind;
 use vibrissa::scene::RunOptions;
 use vibrissa::sink::folder::end_all;
+
+use super::{reply, say};
 
 /// Time in which a run that was asked to stop must have stopped.
 const GRACE: Duration = Duration::from_millis(1200);
@@ -21,7 +23,6 @@ const WORDS: Duration = Duration::from_millis(300);
 static STOP: AtomicBool = AtomicBool::new(false);
 static MANNER: Mutex<Manner> = Mutex::new(Manner::AtOnce);
 
-/// How the run that is under way ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Manner {
     /// It does not look at the flag: it is ended.
@@ -44,7 +45,6 @@ pub fn stop_and_keep() -> &'static AtomicBool {
     &STOP
 }
 
-/// Whether the run was asked to stop.
 pub fn asked() -> bool {
     STOP.load(Ordering::Relaxed)
 }
@@ -63,7 +63,6 @@ fn manner() -> MutexGuard<'static, Manner> {
     MANNER.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The first signal.
 fn first() {
     STOP.store(true, Ordering::Relaxed);
     if *manner() == Manner::Keeping {
@@ -155,8 +154,36 @@ pub fn listen() {
     });
 }
 
-/// Sets the number of CPU threads that was asked for.
 pub(super) fn threads(options: &RunOptions) -> Result<(), Error> {
     let Some(n) = options.threads else { return Ok(()) };
     rayon::ThreadPoolBuilder::new().num_threads(n).build_global().map_err(|e| Error::Run(e.to_string()))
+}
+
+/// Reads from `input`; after a signal there is no more.
+pub struct Patient<R>(pub R);
+
+#[cfg(unix)]
+impl<R: Read + std::os::fd::AsRawFd> Read for Patient<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        /// Between two looks, ms.
+        const STEP: i32 = 100;
+        let mut ready = libc::pollfd { fd: self.0.as_raw_fd(), events: libc::POLLIN, revents: 0 };
+        while !asked() {
+            // SAFETY: one `pollfd`, which lives as long as the call.
+            let there = unsafe { libc::poll(&mut ready, 1, STEP) };
+            let early = || std::io::Error::last_os_error().kind() == std::io::ErrorKind::Interrupted;
+            // What else fails here, fails in `read` with its reason.
+            if there > 0 || (there < 0 && !early()) {
+                return self.0.read(buffer);
+            }
+        }
+        Ok(0)
+    }
+}
+
+#[cfg(not(unix))]
+impl<R: Read> Read for Patient<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        if asked() { Ok(0) } else { self.0.read(buffer) }
+    }
 }

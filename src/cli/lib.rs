@@ -7,7 +7,6 @@ mod help;
 mod interrupt;
 mod locate;
 mod new;
-mod patient;
 #[doc(hidden)]
 pub mod progress;
 mod reply;

@@ -12,7 +12,7 @@ use vibrissa::error::{Error, InputError};
 use vibrissa::locate::answers::Answers;
 use vibrissa::locate::object::By;
 use vibrissa::locate::stream::{self, Ask};
-use vibrissa::locate::{Answerer, Calibration, Locator, SaidZero, Sensor, Several, locator::opener};
+use vibrissa::locate::{Answerer, Calibration, SaidZero, Sensor, locator::opener};
 use vibrissa::measure::{Names, zero};
 use vibrissa::scene::RunOptions;
 use vibrissa::sink::folder::{Hashing, Question, hash, hash_all};
@@ -22,8 +22,7 @@ use vibrissa::sink::run_json;
 use vibrissa::text_file::{Limit, TextFile, refused, unread};
 
 use super::args::Locate;
-use super::interrupt;
-use super::patient::Patient;
+use super::interrupt::{self, Patient};
 use super::reply::Reply;
 
 /// Readings of which the answer begins with what the report says.
@@ -38,20 +37,26 @@ pub fn run(args: &Locate, context: &Context<'_>) -> Result<Reply, Error> {
     let options = args.common.over(&RunOptions::default());
     let text = Calibration::load(path)?;
     let readings = args.readings.as_deref().filter(|p| *p != Path::new("-"));
-    let parsed = Parsed::new(path, &text, args.common.force)?;
     let pool = rayon::ThreadPoolBuilder::new();
     let pool = match options.threads {
         Some(n) => pool.num_threads(n),
-        // Of two signals the model is solved for every reading, of several channels the most likely tap.
-        None if parsed.takes_long() && readings.is_some() => pool,
+        None if readings.is_some() => pool,
         // A stream is answered by one thread; handing its few taps at start to others costs more than it saves.
         None => pool.num_threads(1).use_current_thread(),
     };
     pool.build_global().map_err(|e| Error::Run(e.to_string()))?;
-    let opened = Opened::new(args, (path, &text), parsed, &options)?;
+    let opened = Opened::new(args, (path, &text), &options)?;
     context.warn_all(&opened.warnings);
     if options.plan == Some(true) {
-        return Ok(planned(&opened, readings, context));
+        let data = match &opened.answers {
+            Answers::One(_, calibration) => calibration.data.file.clone(),
+            Answers::Several(_) => Sensor::parse("", &text, true)?.channels[0].1.data.file.clone(),
+        };
+        let from = readings.map_or("stdin".to_owned(), |p| p.display().to_string());
+        let by = &opened.by;
+        let text =
+            format!("would locate readings of {from} by {by}, calibrated on {data}; nothing was run\n");
+        return Ok(reply(text, &stream::Counts::default(), &opened, context));
     }
     // A stream is answered on stdout, unless that is taken by JSON or a folder is asked for.
     let columns = args.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
@@ -101,7 +106,6 @@ fn of_array(args: &Locate, array: &Path) -> Result<ArrayRequest, InputError> {
     })
 }
 
-/// Which readings are of one object.
 fn by(args: &Locate) -> By<'_> {
     match &args.object {
         Some(column) => By::Column(column),
@@ -111,85 +115,44 @@ fn by(args: &Locate) -> By<'_> {
     }
 }
 
-/// A calibration as it was read.
-enum Parsed {
-    One(Box<Calibration>),
-    Several(Box<Sensor>),
-}
-
-impl Parsed {
-    fn new(path: &Path, text: &str, force: bool) -> Result<Self, Error> {
-        let label = path.display().to_string();
-        Ok(match Sensor::is_text(text) {
-            true => Self::Several(Box::new(Sensor::parse(&label, text, force)?)),
-            false => Self::One(Box::new(Calibration::parse(&label, text, force)?)),
-        })
-    }
-
-    fn takes_long(&self) -> bool {
-        match self {
-            Self::One(calibration) => calibration.second.is_some(),
-            Self::Several(_) => true,
-        }
-    }
-}
-
-/// An opened calibration.
 struct Opened {
     answers: Answers,
-    /// What is known of it in run.json.
     known: Value,
     checksum: String,
-    /// Who answers, in words.
+    /// The estimator, or the channels, in words.
     by: String,
-    /// The data that it comes of.
-    data: String,
     warnings: Vec<String>,
 }
 
 impl Opened {
-    fn new(
-        args: &Locate,
-        (path, text): (&Path, &str),
-        parsed: Parsed,
-        options: &RunOptions,
-    ) -> Result<Self, Error> {
+    fn new(args: &Locate, (path, text): (&Path, &str), options: &RunOptions) -> Result<Self, Error> {
         let label = path.display().to_string();
-        let open = opener(options);
-        let calibration = match parsed {
-            Parsed::One(calibration) => calibration,
-            Parsed::Several(sensor) => {
-                let best = "nothing: each channel is answered by the best of its own";
-                let zeros = "rows without contact, which tell the zero of each channel";
-                of_one_signal(&[
-                    ("--zero", args.zero.is_some(), zeros),
-                    ("--estimator", args.estimator.is_some(), best),
-                ])?;
-                let mut several = Several::new(&sensor, &label, &open)?;
+        if Sensor::is_text(text) {
+            let best = "nothing: each channel is answered by the best of its own";
+            let zeros = "rows without contact, which tell the zero of each channel";
+            of_one_signal(&[
+                ("--zero", args.zero.is_some(), zeros),
+                ("--estimator", args.estimator.is_some(), best),
+            ])?;
+        }
+        let trusted = (&*label, text, args.common.force);
+        let mut answers = Answers::open(trusted, args.estimator, args.same_run, &opener(options))?;
+        let (known, checksum, by, warnings) = match &mut answers {
+            Answers::Several(several) => {
                 several.locators.iter_mut().for_each(|l| l.same_run = args.same_run);
-                return Ok(Self {
-                    known: json!({ "file": label, "channels": &several.names }),
-                    checksum: hash(text),
-                    by: format!("the channels {} together", several.names.join(", ")),
-                    data: sensor.channels[0].1.data.file.clone(),
-                    warnings: Vec::new(),
-                    answers: Answers::Several(several),
-                });
+                let by = format!("the channels {} together", several.names.join(", "));
+                (json!({ "file": label, "channels": &several.names }), hash(text), by, Vec::new())
+            }
+            Answers::One(locator, calibration) => {
+                let (version, checksum) = (&calibration.version, calibration.checksum.clone());
+                let other = (version != env!("CARGO_PKG_VERSION"))
+                    .then(|| format!("{label} was written by version {version} of this program"));
+                let warnings = other.into_iter().chain(calibration.rig.warnings.iter().cloned()).collect();
+                let known = json!({ "file": label, "checksum": checksum });
+                (known, checksum, locator.estimator.name().to_owned(), warnings)
             }
         };
-        let mut locator = Locator::new(&calibration, &label, args.estimator, &open)?;
-        locator.same_run = args.same_run;
-        let version = &calibration.version;
-        let other = (version != env!("CARGO_PKG_VERSION"))
-            .then(|| format!("{label} was written by version {version} of this program"));
-        Ok(Self {
-            known: json!({ "file": label, "checksum": calibration.checksum }),
-            by: locator.estimator.name().to_owned(),
-            warnings: other.into_iter().chain(calibration.rig.warnings.iter().cloned()).collect(),
-            data: calibration.data.file.clone(),
-            checksum: calibration.checksum.clone(),
-            answers: Answers::One(Box::new(locator), calibration),
-        })
+        Ok(Self { answers, known, checksum, by, warnings })
     }
 }
 
@@ -212,9 +175,7 @@ fn streamed(opened: &Opened, ask: &Ask<'_>, context: &Context<'_>) -> Result<Rep
             other => other.map_err(|e| Error::io("stdout", e)),
         }
     };
-    let input = Patient(std::io::stdin().lock());
-    let (who, input) = (opened.answers.who(), LabStream::of(input));
-    let answered = stream::answer(who, input, ask, None, interrupt::stop(), &mut write);
+    let answered = stream::answer(opened.answers.who(), stdin(), ask, None, interrupt::stop(), &mut write);
     let counts = match answered {
         Err(_) if gone => stream::Counts::default(),
         other => other?,
@@ -224,6 +185,10 @@ fn streamed(opened: &Opened, ask: &Ask<'_>, context: &Context<'_>) -> Result<Rep
         some("stdin", counts.lines - counts.blank)?;
     }
     Ok(Reply { broken, ..reply(String::new(), &counts, opened, context) })
+}
+
+fn stdin() -> LabStream<'static> {
+    LabStream::of(Patient(std::io::stdin().lock()))
 }
 
 /// The rows of `table` as CSV, after its header unless it is `headed`.
@@ -240,21 +205,19 @@ fn some(label: &str, lines: u64) -> Result<(), InputError> {
     Err(error.allowed("a line for each reading, perhaps below a line that names the columns"))
 }
 
-/// Readings of a file or of a stream.
 enum Source {
     /// What can be read again, with its hash.
     File(PathBuf, String),
-    /// A pipe or a device under a name.
-    Stream(File),
-    Stdin,
+    /// A pipe, a device or stdin.
+    Stream(LabStream<'static>),
 }
 
 impl Source {
     fn new(readings: Option<&Path>) -> Result<Self, Error> {
-        let Some(path) = readings else { return Ok(Self::Stdin) };
+        let Some(path) = readings else { return Ok(Self::Stream(stdin())) };
         let file = open(path)?;
         if !file.metadata().map_err(|e| Error::io(path, e))?.is_file() {
-            return Ok(Self::Stream(file));
+            return Ok(Self::Stream(LabStream::of(Patient(file))));
         }
         let label = path.display().to_string();
         // What is no file of readings is refused before all of it is read.
@@ -285,14 +248,7 @@ impl Source {
                 let kept = unchanged(&path, input, &digest);
                 return if counts.stopped { nothing("") } else { kept.map(|()| counts) };
             }
-            Self::Stream(file) => {
-                let text = LabStream::of(Patient(file));
-                stream::answer(who, text, ask, None, interrupt::stop_and_keep(), write)?
-            }
-            Self::Stdin => {
-                let text = LabStream::of(Patient(std::io::stdin().lock()));
-                stream::answer(who, text, ask, None, interrupt::stop_and_keep(), write)?
-            }
+            Self::Stream(text) => stream::answer(who, text, ask, None, interrupt::stop_and_keep(), write)?,
         };
         if counts.stopped && counts.lines == 0 { nothing(" before the first reading") } else { Ok(counts) }
     }
@@ -391,7 +347,6 @@ fn open(path: &Path) -> Result<File, Error> {
     })
 }
 
-/// The zero readings, which ask for no distance.
 fn zeros(counts: &stream::Counts) -> String {
     match counts.zeros {
         0 => String::new(),
@@ -421,13 +376,4 @@ fn reply(text: String, counts: &stream::Counts, opened: &Opened, context: &Conte
         result: json!({ "estimator": opened.by, "warnings": context.told() }),
         ..Reply::default()
     }
-}
-
-fn planned(opened: &Opened, readings: Option<&Path>, context: &Context<'_>) -> Reply {
-    let from = readings.map_or("stdin".to_owned(), |p| p.display().to_string());
-    let text = format!(
-        "would locate readings of {from} by {}, calibrated on {}; nothing was run\n",
-        opened.by, opened.data
-    );
-    reply(text, &stream::Counts::default(), opened, context)
 }

@@ -14,7 +14,6 @@ use vibrissa::spec::keys;
 
 use super::reply::Reply;
 
-/// File of the schema, beside the spec.
 const SCHEMA: &str = "spec.schema.json";
 /// Share by which a search may leave the whisker that was asked for.
 const NEAR: [f64; 2] = [0.7, 1.3];
@@ -22,7 +21,6 @@ const NEAR: [f64; 2] = [0.7, 1.3];
 /// Least noise of a reading, microstrain. Amplifiers of strain gauges have 0.1 and more; what is less was meant as strain.
 const LEAST_NOISE: f64 = 0.01;
 
-/// What is asked where a flag does not say it.
 const WHISKER_ASKED: &str = "Base diameter, tip diameter and length of the whisker, mm, as 10,4,80";
 const GAUGE_ASKED: &str = "Start of the gauge's grid from the clamp and its length, mm, and the noise of one reading, microstrain, as 5,2,15";
 const DISTANCES_ASKED: &str = "Nearest and farthest distance of objects from the clamp, mm, as 25,70";
@@ -34,7 +32,6 @@ const GOALS: [(&str, Goal, &str); 4] = [
     ("sweep", Goal::Sweep, "tables of every distance and tap angle"),
     ("calibrate", Goal::Calibrate, "a distance from measured strains"),
 ];
-/// How a base is held.
 const CLAMPS: [(&str, &str, &str); 4] = [
     ("rigid", "rigid", "as the theory has it: nothing gives way"),
     ("bonded", "bonded", "its face is bonded to a plate"),
@@ -42,16 +39,11 @@ const CLAMPS: [(&str, &str, &str); 4] = [
     ("socket", "socket", "pushed into a smooth socket"),
 ];
 
-/// What a new spec is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Goal {
-    /// One whisker, its best angle.
     Tap,
-    /// A search.
     Optimise,
-    /// Tables.
     Sweep,
-    /// Measured data.
     Calibrate,
 }
 
@@ -87,7 +79,6 @@ pub struct New {
     pub json: bool,
 }
 
-/// The answers.
 struct Answers {
     whisker: [f64; 3],
     gauge: [f64; 3],

@@ -9,16 +9,11 @@ use vibrissa::progress::Progress;
 use super::say;
 use super::say::{grouped, rough};
 
-/// Time between plain lines.
 const EVERY: Duration = Duration::from_secs(5);
 
-/// Shows taps done, rate and remaining time.
 pub enum Shown {
-    /// A terminal.
     Bar(ProgressBar),
-    /// A log.
     Lines { start: Instant, last: Instant, before: u64 },
-    /// Nothing.
     Silent,
 }
 
@@ -39,7 +34,6 @@ impl Shown {
 }
 
 impl Drop for Shown {
-    /// Takes the bar off the screen.
     fn drop(&mut self) {
         if let Self::Bar(bar) = self {
             bar.finish_and_clear();

@@ -14,12 +14,9 @@ use vibrissa::excerpt::printable;
 
 use super::say;
 
-/// Version of the JSON object.
 const FORMAT: u32 = 1;
 
-/// Whether stdout carries one JSON object.
 static JSON: AtomicBool = AtomicBool::new(false);
-/// The command, once it is known.
 static COMMAND: OnceLock<String> = OnceLock::new();
 
 /// From now on stdout carries one JSON object and nothing else, if that is `wanted`.
@@ -27,7 +24,6 @@ pub fn in_json(wanted: bool) {
     JSON.fetch_or(wanted, Ordering::Relaxed);
 }
 
-/// Says which command is answered.
 pub fn to(command: &str) {
     let _ = COMMAND.set(command.to_owned());
 }

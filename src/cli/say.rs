@@ -11,12 +11,10 @@ pub fn line(text: impl Display) {
     part(format!("{}\n", printable(&text.to_string())));
 }
 
-/// A warning, in a line.
 pub fn warning(text: impl Display) {
     line(format_args!("warning: {text}"));
 }
 
-/// Words that do not end their line.
 pub fn part(text: impl Display) {
     let _ = std::io::stderr().write_all(text.to_string().as_bytes());
 }

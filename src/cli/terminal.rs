@@ -13,7 +13,6 @@ use vibrissa::scene::RunOptions;
 use super::progress::Shown;
 use super::{interrupt, reply, say};
 
-/// The program.
 pub struct Terminal;
 
 impl Host for Terminal {
@@ -66,7 +65,7 @@ impl Watch for Searching {
             if feasible { format!("best {value:.6e}") } else { "no design keeps the limits yet".to_owned() };
         let left = left.map_or(String::new(), |n| format!(", {n} left"));
         let (evaluations, rate) = (grouped(step.evaluations), rough(rate));
-        let (start, stage) = (step.start + 1, step.stage.name());
+        let (start, stage) = (step.start + 1, step.stage.word());
         let line = format!("{best}; {evaluations} evaluations{left}, {rate}/s, start {start}, {stage}");
         if self.terminal {
             say::part(format_args!("\r\x1b[2K{line}"));

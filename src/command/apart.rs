@@ -15,14 +15,10 @@ use crate::error::{Error, SolveError};
 const GRACE: Duration = Duration::from_millis(1000);
 /// Between two looks at the signal.
 const STEP: Duration = Duration::from_millis(50);
-/// As the main thread has it.
 const STACK: usize = 8 << 20;
 
 /// Does `work` on a thread of its own, and gives `take` what it tells. `work` is handed a flag that asks it to stop. After a signal it has [`GRACE`]
 /// to end by itself; then it is left behind, and the process ends without it. In memory, where the host itself sees to that, there is no such thread.
-///
-/// # Errors
-/// Those of `work`, unless it was asked to stop.
 pub fn apart<T: Send + 'static>(
     context: &Context<'_>,
     work: impl FnOnce(&AtomicBool, &mut dyn FnMut(T)) -> Result<(), Error> + Send + 'static,

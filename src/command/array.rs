@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::{Common, Context, KeptFile, Reply, estimator, folder, stem};
+use super::{Common, Content, Context, Reply, estimator, folder, stem};
 use crate::contour::array::{Mounted, answer};
 use crate::contour::point::Noise;
 use crate::error::{Error, InputError};
@@ -17,40 +17,27 @@ use crate::measure::Names;
 use crate::sink::folder::{Question, hash};
 use crate::sink::run_json;
 
-/// What is asked of an array.
 #[derive(Debug, Deserialize)]
 pub struct ArrayRequest {
-    /// Its file.
     pub array: PathBuf,
     /// Readings; none, of a result in memory: whether the array can answer any, and what its calibrations are.
     pub readings: Option<PathBuf>,
-    /// Columns under other names.
     pub columns: Option<String>,
-    /// Answers of every whisker by this.
     pub estimator: Option<String>,
-    /// What sensors show without contact.
     pub zero: Option<SaidZero>,
-    /// Readings are of a run of the calibration.
     #[serde(default)]
     pub same_run: bool,
-    /// All taps are of one object.
     #[serde(default)]
     pub same: bool,
-    /// The column that names the object.
     pub object: Option<String>,
     /// Standard deviation of the heading, degrees, in place of that in the file.
     pub angle_noise: Option<f64>,
     /// And of each coordinate of the base, mm.
     pub base_noise: Option<f64>,
-    /// Options of every command.
     #[serde(flatten)]
     pub common: Common,
 }
 
-/// Answers readings of several whiskers into one `located.csv`.
-///
-/// # Errors
-/// An array or a calibration that cannot be used; readings that do not fit; a file that fails.
 pub fn run(asked: &ArrayRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let options = context.prepared(&asked.common, None)?;
     let described = context.read(&asked.array, "array", Array::parse)?;
@@ -88,7 +75,7 @@ pub fn run(asked: &ArrayRequest, context: &Context<'_>) -> Result<Reply, Error> 
             context.warn_all(&calibration.rig.warnings);
         }
         sums.push(calibration.checksum);
-        kept.push((path.display().to_string(), KeptFile::Bytes(bytes)));
+        kept.push((path.display().to_string(), Content::Bytes(bytes)));
     }
     let zero = SaidZero::of(asked.zero.as_ref(), whiskers.iter().map(|w| &w.locator))?;
     let known = |w: &Mounted| json!({ "name": w.name, "estimator": w.locator.estimator.name() });

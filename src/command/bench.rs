@@ -34,15 +34,10 @@ pub struct BenchRequest {
     /// Few configurations, few taps: seconds instead of minutes; software adapters only with --backend gpu or --adapter
     #[arg(long)]
     pub quick: bool,
-    /// Flags of every command
     #[command(flatten)]
     pub common: Common,
 }
 
-/// Measures, or says what would be measured.
-///
-/// # Errors
-/// A tolerance that no kernel keeps, an adapter that is absent or fails, a folder that holds something else.
 pub fn run(asked: &BenchRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let options = context.prepared(&asked.common, None)?;
     if let Some(t) = options.tolerance {

@@ -60,22 +60,18 @@ pub struct CalibrateRequest {
     /// Estimator that is exported [default: learned]
     #[arg(long, value_parser = named(estimators()), value_name = "NAME", requires = "export")]
     pub estimator: Option<String>,
-    /// Flags of every command
     #[command(flatten)]
     #[serde(flatten)]
     pub common: Common,
 }
 
-/// The data as they were given.
 struct Given<'a> {
     label: &'a str,
     table: LabTable<'a>,
     columns: &'a Names,
-    /// What drives the whisker, where the user says a drive.
     drive: Option<Drive>,
 }
 
-/// What every calibration begins with.
 struct Begun {
     asked: Options,
     /// Hash of data, spec and what changes the answer.
@@ -84,10 +80,6 @@ struct Begun {
     question: Question,
 }
 
-/// Reads data and whisker, calibrates, writes the files.
-///
-/// # Errors
-/// Data that no calibration can come from; a backend or a file that fails.
 pub fn run(asked: &CalibrateRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let measured = context.data(&asked.data)?;
     let table = measured.rows();
@@ -142,7 +134,6 @@ pub fn run(asked: &CalibrateRequest, context: &Context<'_>) -> Result<Reply, Err
     Ok(reply.filed(destination, document, out, context)?.answered())
 }
 
-/// Calibrates the channels of `rig`, the whisker of `spec`.
 fn of_channels(
     asked: &CalibrateRequest,
     given: &Given<'_>,

@@ -6,7 +6,7 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::{Common, Context, Reply, folder, placed};
+use super::{Common, Context, Reply, folder, in_spec};
 use crate::chart::{self, document::document, scope::Summary};
 use crate::error::Error;
 use crate::sink::folder::Question;
@@ -21,22 +21,17 @@ const FILE: &str = "chart.json";
 pub struct ChartRequest {
     /// The spec: ranges of whisker, gauge and drive, its distances (one chart each, 64 at most), its model
     pub spec: PathBuf,
-    /// Flags of every command
     #[command(flatten)]
     #[serde(flatten)]
     pub common: Common,
 }
 
-/// Writes the charts of a spec's distances.
-///
-/// # Errors
-/// Taps that are listed, too many distances, a model without a chart.
 pub fn run(asked: &ChartRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let mut spec = context.read(&asked.spec, "spec", spec::parse)?;
     spec.one_rig()?;
     let options = context.begun(&asked.common, &mut spec)?;
     let out = folder(options.out.as_ref(), &spec.name, "chart");
-    let at = placed(&asked.spec);
+    let at = in_spec(&asked.spec, &spec.text);
     let (distances, directions) = chart::places(&spec.study).map_err(|e| at(e.into()))?;
     let (setup, tolerance) = (&spec.study.setup, options.tolerance.unwrap_or(chart::TOLERANCE));
     if options.plan == Some(true) {

@@ -15,7 +15,6 @@ use crate::sink::run_json;
 use crate::sink::shard::Shard;
 use crate::spec;
 
-/// The scripts, as they are in `src/command/slurm`.
 const SCRIPTS: [(&str, &str); 3] = [
     ("part.sbatch", include_str!("slurm/part.sbatch")),
     ("merge.sbatch", include_str!("slurm/merge.sbatch")),
@@ -41,19 +40,14 @@ pub struct ClusterRequest {
     /// Most tasks that run at the same time [default: no limit]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=u64::MAX))]
     pub at_a_time: Option<u32>,
-    /// Flags of every command
     #[command(flatten)]
     pub common: Common,
 }
 
-/// Writes the scripts, filled in.
-///
-/// # Errors
-/// A spec that cannot be swept in parts, paths that no script can name, a folder that holds something else.
 pub fn run(asked: &ClusterRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let mut spec = context.read(&asked.spec, "spec", spec::parse)?;
     context.prepared(&asked.common, Some(&mut spec))?;
-    if spec::model_error(&spec)?.is_some() {
+    if spec.run.model_error.is_some() {
         crate::sweep::whole(Some(Shard { index: 1, of: asked.shards }), &spec.study)?;
     }
     // What is computed here is nothing; on which machine, the scripts leave open.
@@ -119,7 +113,6 @@ fn flags(common: &Common, whole: &Path) -> Result<String, Error> {
     Ok(text)
 }
 
-/// The one of `words` that says `of`.
 fn name<T: PartialEq>(words: &[(&str, T, &str)], of: T) -> Option<String> {
     words.iter().find(|(_, choice, _)| *choice == of).map(|(name, ..)| (*name).to_owned())
 }

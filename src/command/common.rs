@@ -28,7 +28,6 @@ pub fn number(text: &str) -> Result<f64, &'static str> {
     text.parse().map_err(|_| "allowed: a number, as 0.5 or 1e-4")
 }
 
-/// A whole number in `range`.
 pub fn whole<T: TryFrom<u64>>(
     range: RangeInclusive<u64>,
 ) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static {
@@ -89,10 +88,9 @@ impl Common {
             force: flag(self.force, spec.force),
             backend: self.backend.or(spec.backend),
             adapter: self.adapter.clone().or_else(|| spec.adapter.clone()),
-            adapter_at: spec.adapter_at.clone().filter(|_| self.adapter.is_none()),
             precision: self.precision.or(spec.precision),
             tolerance: self.tolerance.or(spec.tolerance),
-            tolerance_at: spec.tolerance_at.clone().filter(|_| self.tolerance.is_none()),
+            model_error: spec.model_error,
             threads: self.threads.map(|n| n as usize).or(spec.threads),
             plan: flag(self.plan, spec.plan),
             quiet: flag(self.quiet, spec.quiet),

@@ -8,13 +8,13 @@ use std::time::Instant;
 
 use serde_json::{Value, json};
 
-use super::Common;
+use super::{Common, in_spec};
 use crate::backend::{Backend, Choice};
 use crate::error::{Error, InputError, SolveError};
 use crate::figure::{self, Figure, Format, Style};
 use crate::locate::Calibration;
 use crate::measure::Data;
-use crate::optimise::{Watch, write};
+use crate::optimise::{Watch, report};
 use crate::progress::Progress;
 use crate::scene::{Column, RunOptions, Setup, Space, Spec};
 use crate::sink::folder::{Folder, Question};
@@ -28,9 +28,7 @@ const OF_FILES: [&str; 5] = ["run.out", "run.force", "run.plan", "run.quiet", "r
 
 /// Who asks: the program, or Python.
 pub trait Host {
-    /// Hears the options in force, before the work begins.
     fn begin(&self, options: &RunOptions) -> Result<(), Error>;
-    /// Shows a line while the command runs.
     fn line(&self, text: &str);
     /// Shows how far taps are, unless the command is to be `quiet`.
     fn progress(&self, quiet: bool) -> Box<dyn Progress + '_>;
@@ -40,50 +38,37 @@ pub trait Host {
     fn stop(&self, keeps: bool) -> &AtomicBool;
 }
 
-/// A file in memory.
 pub struct HeldFile {
-    /// By which requests and messages name it.
+    /// Requests and messages name it so.
     pub name: PathBuf,
-    /// What it holds.
-    pub held: Held,
-    /// Where its relative paths begin.
+    pub content: Content,
+    /// The folder of its relative paths.
     pub base: PathBuf,
 }
 
-/// What a file in memory holds.
-pub enum Held {
-    /// Text.
-    Text(String),
-    /// A table.
+#[derive(Clone)]
+pub enum Content {
+    Bytes(Vec<u8>),
     Table(Frame),
 }
 
-impl HeldFile {
-    /// It as text; a table has none.
+impl Content {
+    /// The bytes as text; a table has none.
     pub fn text(&self) -> &str {
-        if let Held::Text(text) = &self.held { text } else { "" }
+        match self {
+            Self::Bytes(bytes) => std::str::from_utf8(bytes).unwrap_or_default(),
+            Self::Table(_) => "",
+        }
     }
-}
 
-/// Measurements: the bytes of a file, or a table in memory.
-pub enum Measured<'a> {
-    /// A file.
-    File(Vec<u8>),
-    /// A table.
-    Table(Cow<'a, Frame>),
-}
-
-impl Measured<'_> {
-    /// Their rows.
     pub fn rows(&self) -> LabTable<'_> {
         match self {
-            Self::File(bytes) => LabTable::Text(bytes),
+            Self::Bytes(bytes) => LabTable::Text(bytes),
             Self::Table(frame) => LabTable::Frame(frame),
         }
     }
 }
 
-/// What a command runs in.
 pub struct Context<'a> {
     host: &'a dyn Host,
     start: Instant,
@@ -91,15 +76,16 @@ pub struct Context<'a> {
     memory: Option<(Vec<HeldFile>, Option<Frame>)>,
     quiet: Cell<bool>,
     told: RefCell<Vec<String>>,
-    /// Files that were read.
     inputs: RefCell<Vec<PathBuf>>,
+    /// Path and text of the spec, and the options that its `[run]` may say because they were not typed.
+    spec: RefCell<Option<(PathBuf, String, Vec<&'static str>)>>,
 }
 
 impl<'a> Context<'a> {
     /// Of a command whose results go into folders; `quiet`: the user asked for it.
     pub fn new(host: &'a dyn Host, quiet: bool) -> Self {
-        let (quiet, told, inputs) = (Cell::new(quiet), RefCell::default(), RefCell::default());
-        Self { host, start: Instant::now(), memory: None, quiet, told, inputs }
+        let (told, inputs, spec) = (RefCell::default(), RefCell::default(), RefCell::default());
+        Self { host, start: Instant::now(), memory: None, quiet: Cell::new(quiet), told, inputs, spec }
     }
 
     /// Of a command whose results stay in memory, as do these inputs, and taps in place of those of a spec.
@@ -107,7 +93,6 @@ impl<'a> Context<'a> {
         Self { memory: Some((files, taps)), ..Self::new(host, true) }
     }
 
-    /// Who asks.
     pub fn host(&self) -> &'a dyn Host {
         self.host
     }
@@ -122,17 +107,14 @@ impl<'a> Context<'a> {
         self.quiet.get()
     }
 
-    /// Files that were read so far.
     pub fn inputs(&self) -> Vec<PathBuf> {
         self.inputs.borrow().clone()
     }
 
-    /// Whether the result stays in memory.
     pub fn is_in_memory(&self) -> bool {
         self.memory.is_some()
     }
 
-    /// Seconds since the command began.
     pub fn elapsed(&self) -> f64 {
         self.start.elapsed().as_secs_f64()
     }
@@ -145,6 +127,12 @@ impl<'a> Context<'a> {
     /// Options of the command over those of its spec, if it has one; starts the threads they ask for.
     pub fn prepared(&self, common: &Common, spec: Option<&mut Spec>) -> Result<RunOptions, Error> {
         let mut options = common.over(spec.as_ref().map_or(&RunOptions::default(), |spec| &spec.run));
+        if let (Some(spec), Some(path)) = (&spec, self.inputs.borrow().last()) {
+            let typed =
+                [("--adapter", common.adapter.is_some()), ("--tolerance", common.tolerance.is_some())];
+            let free = typed.into_iter().filter(|(_, typed)| !typed).map(|(option, _)| option).collect();
+            *self.spec.borrow_mut() = Some((path.clone(), spec.text.clone(), free));
+        }
         if self.is_in_memory() {
             options = RunOptions { out: None, plan: None, quiet: Some(true), ..options };
             spec.into_iter().for_each(leave_files);
@@ -154,6 +142,19 @@ impl<'a> Context<'a> {
         Ok(options)
     }
 
+    /// An `error` of an option that stands in `[run]` of the spec, at its place there.
+    pub fn placed(&self, error: Error) -> Error {
+        match (error, &*self.spec.borrow()) {
+            (Error::Input(e), Some((path, text, free)))
+                if e.file.is_none() && e.key.as_deref().is_some_and(|key| free.contains(&key)) =>
+            {
+                let key = e.key.as_deref().unwrap_or_default().replacen("--", "run.", 1);
+                in_spec(path, text)(e.key(key).into())
+            }
+            (other, _) => other,
+        }
+    }
+
     /// As [`Self::prepared`], and tells the warnings about the spec.
     pub fn begun(&self, common: &Common, spec: &mut Spec) -> Result<RunOptions, Error> {
         let options = self.prepared(common, Some(&mut *spec))?;
@@ -161,25 +162,21 @@ impl<'a> Context<'a> {
         Ok(options)
     }
 
-    /// Shows a line, unless the command is to be quiet.
     pub fn line(&self, text: impl AsRef<str>) {
         if !self.is_quiet() {
             self.host.line(text.as_ref());
         }
     }
 
-    /// Warns, and keeps the warning for the record.
     pub fn warn(&self, text: &str) {
         self.line(format!("warning: {text}"));
         self.told.borrow_mut().push(text.to_owned());
     }
 
-    /// Warns of each.
     pub fn warn_all<T: AsRef<str>>(&self, all: impl IntoIterator<Item = T>) {
         all.into_iter().for_each(|text| self.warn(text.as_ref()));
     }
 
-    /// All warnings so far.
     pub fn told(&self) -> Vec<String> {
         self.told.borrow().clone()
     }
@@ -189,19 +186,15 @@ impl<'a> Context<'a> {
     }
 
     /// A table of measurements.
-    pub fn data(&self, path: &Path) -> Result<Measured<'_>, InputError> {
+    pub fn data(&self, path: &Path) -> Result<Cow<'_, Content>, InputError> {
         self.inputs.borrow_mut().push(path.to_owned());
-        match self.held(path).map(|file| &file.held) {
-            Some(Held::Table(frame)) => Ok(Measured::Table(Cow::Borrowed(frame))),
-            Some(Held::Text(text)) => Ok(Measured::File(text.clone().into_bytes())),
-            None => Data::load(path).map(Measured::File),
+        match self.held(path) {
+            Some(file) => Ok(Cow::Borrowed(&file.content)),
+            None => Data::load(path).map(|bytes| Cow::Owned(Content::Bytes(bytes))),
         }
     }
 
     /// Reads the `what` file at `path` by `parse`, which takes its label, its text and where its paths begin.
-    ///
-    /// # Errors
-    /// A file that cannot be read; what is wrong in it.
     pub fn read<T>(
         &self,
         path: &Path,
@@ -211,15 +204,12 @@ impl<'a> Context<'a> {
         self.inputs.borrow_mut().push(path.to_owned());
         let label = path.display().to_string();
         match self.held(path) {
-            Some(file) => parse(&label, file.text(), &file.base),
+            Some(file) => parse(&label, file.content.text(), &file.base),
             None => parse(&label, &spec::load(path, what)?, path.parent().unwrap_or(Path::new(""))),
         }
     }
 
     /// The calibration at `path`; `trust`: also one that was edited by hand.
-    ///
-    /// # Errors
-    /// A file that is missing or no calibration.
     pub fn calibration(&self, path: &Path, trust: bool) -> Result<Calibration, InputError> {
         let parse = |label: &str, text: &str, _: &Path| Calibration::parse(label, text, trust);
         if path.is_dir() {
@@ -228,22 +218,16 @@ impl<'a> Context<'a> {
         self.read(path, "calibration", parse)
     }
 
-    /// The bound by which effects are left off: that of the command, or of the spec at `path`.
-    ///
-    /// # Errors
-    /// A bound by which nothing can be judged.
+    /// The strain change by effects that may be left off: as typed, or from `[run]` of the spec at `path`.
     pub fn model_error(
         &self,
         asked: Option<f64>,
         (spec, path): (&Spec, &Path),
         choice: &Choice,
     ) -> Result<Option<f64>, Error> {
-        bound::bound(asked, spec, choice).map_err(|e| match e {
-            Error::Input(e) if e.file.is_some() => {
-                let line = e.line;
-                e.at(path.display().to_string(), line).into()
-            }
-            other => other,
+        bound::bound(asked.or(spec.run.model_error), spec, choice).map_err(|e| match (e, asked) {
+            (Error::Input(e), None) => in_spec(path, &spec.text)(e.key("run.model_error").into()),
+            (other, _) => other,
         })
     }
 
@@ -262,9 +246,6 @@ impl<'a> Context<'a> {
     }
 
     /// The spec at `path`; where taps are given, these are its taps.
-    ///
-    /// # Errors
-    /// As [`Self::read`]; taps that its model does not have.
     pub fn spec(&self, path: &Path) -> Result<Spec, Error> {
         let Some(taps) = self.memory.as_ref().and_then(|(_, taps)| taps.as_ref()) else {
             return Ok(self.read(path, "spec", spec::parse)?);
@@ -278,7 +259,7 @@ impl<'a> Context<'a> {
         spec.warnings.extend(spec::doubts_of_taps(kind, taps.len(), None, tuple, name));
         let setup = Setup { drive: kind, ..Setup::default() };
         let of_tuples =
-            |key: &str| Column::ALL.iter().any(|c| key.ends_with(&format!(".{}", write::key(&setup, *c))));
+            |key: &str| Column::ALL.iter().any(|c| key.ends_with(&format!(".{}", report::key(&setup, *c))));
         spec.in_force.retain(|(key, ..)| !of_tuples(key));
         Ok(spec)
     }
@@ -290,9 +271,6 @@ impl<'a> Context<'a> {
     }
 
     /// Opens the place of a result at `out` that answers `question` with files of these `names`; what was read is among its inputs.
-    ///
-    /// # Errors
-    /// A folder that holds something else.
     pub fn open(
         &self,
         out: &Path,
@@ -322,35 +300,23 @@ fn leave_files(spec: &mut Spec) {
     spec.in_force.retain(|(key, ..)| !OF_FILES.contains(&key.as_str()));
 }
 
-/// What a result in memory holds.
-pub enum KeptFile {
-    /// A file.
-    Bytes(Vec<u8>),
-    /// A table.
-    Table(Frame),
-}
-
-/// Where a result goes.
 pub enum Destination {
-    /// A folder.
     Folder(Box<Folder>),
-    /// Memory: what it holds, by name.
-    Memory(Vec<(String, KeptFile)>),
+    /// Memory: files by name.
+    Memory(Vec<(String, Content)>),
 }
 
 impl Destination {
-    /// Writes a whole file.
     pub fn put(&mut self, name: &str, bytes: Vec<u8>) -> Result<(), Error> {
         match self {
             Self::Folder(folder) => folder.put(name, &bytes),
             Self::Memory(files) => {
-                files.push((name.to_owned(), KeptFile::Bytes(bytes)));
+                files.push((name.to_owned(), Content::Bytes(bytes)));
                 Ok(())
             }
         }
     }
 
-    /// Writes a whole table.
     pub fn table(&mut self, table: Frame) -> Result<(), Error> {
         match self {
             Self::Folder(folder) => folder.put(&table.file, &table.csv()?),
@@ -396,7 +362,7 @@ impl Destination {
     pub fn keep(&mut self, table: Frame) {
         if let Self::Memory(files) = self {
             let name = table.file.trim_end_matches(".csv").to_owned();
-            files.push((name, KeptFile::Table(table)));
+            files.push((name, Content::Table(table)));
         }
     }
 

@@ -66,16 +66,11 @@ pub struct ContourRequest {
     /// Columns of readings under other names: theta=ang_deg,reading=ch3 (theta, delta, strain, microstrain, bridge, reading, ignore)
     #[arg(long, value_name = "ROLE=NAME,…")]
     pub columns: Option<String>,
-    /// Flags of every command
     #[command(flatten)]
     #[serde(flatten)]
     pub common: Common,
 }
 
-/// Traces an object into `points.csv`, `curve.csv` and `contour.svg`.
-///
-/// # Errors
-/// Data without poses, or that do not fit the calibration; a backend or a file that fails.
 pub fn run(asked: &ContourRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let options = context.prepared(&asked.common, None)?;
     let noise = Noise::said(asked.angle_noise, asked.base_noise, asked.touch_noise)?;

@@ -8,14 +8,13 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::{Common, Context, KeptFile, Reply};
+use super::{Common, Content, Context, Reply, in_spec};
 use crate::error::{Error, InputError};
 use crate::explore::page::{HEAD, html};
 use crate::explore::{Baked, TOLERANCE, bake_asked, document::document, remark, sound};
 use crate::sink::run_json;
 use crate::spec;
 
-/// Where the page goes.
 const FILE: &str = "explore.html";
 
 /// One page with sliders: strain, K, its spread and the error budget by the exact model. It needs no network.
@@ -26,26 +25,16 @@ const FILE: &str = "explore.html";
 pub struct ExploreRequest {
     /// The spec: its ranges of whisker, gauge, drive and distances become those of the sliders (a single number gets a range around it)
     pub spec: PathBuf,
-    /// Flags of every command
     #[command(flatten)]
     #[serde(flatten)]
     pub common: Common,
 }
 
-/// Writes the page of a spec.
-///
-/// # Errors
-/// A model without such a page, ranges over which it is not smooth, a place that holds something else.
 pub fn run(asked: &ExploreRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let mut spec = context.read(&asked.spec, "spec", spec::parse)?;
     spec.one_rig()?;
     let options = context.begun(&asked.common, &mut spec)?;
-    let at = |e: Error| match e {
-        Error::Input(e) if e.file.is_none() => {
-            Error::Input(spec::placed(&asked.spec.display().to_string(), &spec.text, e))
-        }
-        other => other,
-    };
+    let at = in_spec(&asked.spec, &spec.text);
     let tolerance = sound(options.tolerance.unwrap_or(TOLERANCE))?;
     let out = options.out.clone().unwrap_or_else(|| PathBuf::from(FILE));
     if !context.is_in_memory() {
@@ -70,7 +59,7 @@ pub fn run(asked: &ExploreRequest, context: &Context<'_>) -> Result<Reply, Error
         let seconds = context.seconds();
         let body = json!({ "in_force": run_json::in_force(&spec), "counts": counts, "result": result, "seconds": seconds });
         let document = run_json::document("explore", run_json::spec(&spec), body);
-        let kept = vec![(FILE.to_owned(), KeptFile::Bytes(page.into_bytes()))];
+        let kept = vec![(FILE.to_owned(), Content::Bytes(page.into_bytes()))];
         return Ok(Reply { kept, document, counts, seconds, result, ..Reply::default() });
     }
     write(&out, &page)?;

@@ -20,15 +20,10 @@ pub struct MergeRequest {
     /// Folders shard-i-of-n, or the folder that holds them; the result goes there too unless --out says otherwise
     #[arg(required = true, value_name = "DIR")]
     pub folders: Vec<PathBuf>,
-    /// Flags of every command
     #[command(flatten)]
     pub common: Common,
 }
 
-/// Joins the parts.
-///
-/// # Errors
-/// Parts that are not whole or do not belong together; a folder that holds something else.
 pub fn run(asked: &MergeRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let options = context.prepared(&asked.common, None)?;
     let report = merge::run(&asked.folders, options.out.as_deref(), options.force == Some(true))?;

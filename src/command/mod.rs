@@ -9,7 +9,6 @@
 mod apart;
 pub mod array;
 pub mod bench;
-mod best;
 pub mod calibrate;
 pub mod chart;
 pub mod cluster;
@@ -30,12 +29,11 @@ pub mod sweep;
 pub mod tap;
 pub mod taps;
 pub mod verify;
-mod words;
 
 pub use common::{Common, named, number, shard, whole, words};
-pub use context::{Context, Destination, Held, HeldFile, Host, KeptFile, Measured};
-pub use reply::Reply;
-pub use words::{grouped, in_force, listed, rough, where_and_why, with_model_error};
+pub use context::{Content, Context, Destination, HeldFile, Host};
+
+pub use reply::{Reply, grouped, in_force, listed, rough, where_and_why, with_model_error};
 
 use std::path::{Path, PathBuf};
 
@@ -44,6 +42,7 @@ use serde::Deserialize;
 
 use crate::error::{Error, InputError};
 use crate::estimator::{ALL, Estimator};
+use crate::spec;
 
 /// Name of the file at `path` without its ending; `usual` where it has none.
 pub fn stem(path: &Path, usual: &str) -> String {
@@ -57,10 +56,10 @@ pub fn folder(out: Option<&PathBuf>, name: &str, command: &str) -> PathBuf {
     out.cloned().unwrap_or_else(|| Path::new("results").join(folder))
 }
 
-/// What is wrong in the file at `path`, unless it is in another one.
-pub fn placed(path: &Path) -> impl Fn(Error) -> Error {
+/// Places an error at its key in the spec at `path`, unless it is of another file.
+pub fn in_spec(path: &Path, text: &str) -> impl Fn(Error) -> Error {
     move |e| match e {
-        Error::Input(e) if e.file.is_none() => e.at(path.display().to_string(), None).into(),
+        Error::Input(e) if e.file.is_none() => spec::placed(&path.display().to_string(), text, e).into(),
         other => other,
     }
 }
@@ -96,7 +95,6 @@ pub fn estimators() -> [(&'static str, &'static dyn Estimator, &'static str); AL
     ALL.map(|e| (e.name(), e, e.help()))
 }
 
-/// The estimator of this name.
 pub fn estimator(said: Option<&str>) -> Result<Option<&'static dyn Estimator>, InputError> {
     meant(("estimator", "--estimator"), said, &estimators())
 }
@@ -149,12 +147,8 @@ pub enum Command {
 }
 
 impl Command {
-    /// Runs it.
-    ///
-    /// # Errors
-    /// Those of the command.
     pub fn run(&self, context: &Context<'_>) -> Result<Reply, Error> {
-        match self {
+        let done = match self {
             Self::Sweep(asked) => sweep::run(asked, context),
             Self::Plan(asked) => plan::run(asked, context),
             Self::Calibrate(asked) => calibrate::run(asked, context),
@@ -173,14 +167,12 @@ impl Command {
             Self::Shape(asked) => shape::run(asked, context),
             Self::Report(asked) => report::run(asked, context),
             Self::Array(asked) => array::run(asked, context),
-        }
+        };
+        done.map_err(|e| context.placed(e))
     }
 }
 
 /// Runs a command by its name, with a request that is given as TOML.
-///
-/// # Errors
-/// A request that is none; those of the command.
 pub fn run(command: &str, request: &str, context: &Context<'_>) -> Result<Reply, Error> {
     let read: Result<Command, _> = toml::from_str(&format!("[{command}]\n{request}"));
     read.map_err(|e| Error::Run(e.to_string()))?.run(context)

@@ -7,17 +7,16 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::{Common, Context, Reply, folder, grouped, number, shard, where_and_why, with_model_error};
+use super::{
+    Common, Context, Reply, folder, grouped, in_spec, number, shard, where_and_why, with_model_error,
+};
 use crate::backend::Choice;
 use crate::census::needed::Needed;
 use crate::digits::short;
 use crate::error::Error;
-use crate::optimise::report::Design;
-use crate::optimise::{
-    self, Ended, Report, best,
-    blame::{bias, why},
-    write,
-};
+use crate::optimise::blame::{bias, why};
+use crate::optimise::report::{self, Design};
+use crate::optimise::{self, Ended, Report, best};
 use crate::plan::pays;
 use crate::scene::search::{Objective, Search};
 use crate::scene::{RunOptions, Spec};
@@ -26,7 +25,6 @@ use crate::sink::shard::Shard;
 use crate::sink::table::drive_unit;
 use crate::spec;
 
-/// What to say of a search that a signal ended.
 const KEPT: &str = "interrupted; the best so far is written";
 
 /// Search for the best design.
@@ -44,16 +42,12 @@ pub struct OptimiseRequest {
     /// against the full model; run.json has the effects, their size and the time saved (docs/effects.md) [default: nothing is left off]
     #[arg(long, value_name = "E", allow_hyphen_values = true, value_parser = number)]
     pub model_error: Option<f64>,
-    /// Flags of every command
     #[command(flatten)]
     #[serde(flatten)]
     pub common: Common,
 }
 
 /// Reads the spec and searches, or says what would be searched.
-///
-/// # Errors
-/// What cannot be searched, limits that no design keeps, a backend or a file that fails.
 pub fn run(asked: &OptimiseRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let (mut spec, mut search) = context.read(&asked.spec, "spec", spec::parse_search)?;
     if let Some(shard) = asked.shard {
@@ -74,7 +68,7 @@ pub fn run(asked: &OptimiseRequest, context: &Context<'_>) -> Result<Reply, Erro
     }
     context.line(headline(&spec, &search, &choice));
     let fresh = !out.exists();
-    let done = searched((&spec, &search), (&choice, &options, needed), &out, context);
+    let done = searched((&spec, &search), (&choice, &options, needed), (&asked.spec, &out), context);
     if done.is_err() && fresh && !context.is_in_memory() {
         // A folder that only this search made.
         let _ = std::fs::remove_dir(&out);
@@ -86,30 +80,30 @@ pub fn run(asked: &OptimiseRequest, context: &Context<'_>) -> Result<Reply, Erro
 fn searched(
     (spec, search): (&Spec, &Search),
     (choice, options, needed): (&Choice, &RunOptions, Option<Needed>),
-    out: &Path,
+    (path, out): (&Path, &Path),
     context: &Context<'_>,
 ) -> Result<Reply, Error> {
     let question = Question::of_scene("optimise", spec, Value::Null);
-    let names = write::names(search.objective);
+    let names = report::names(search.objective);
     let mut destination = context.open(out, question, &names, options.force)?;
     let mut watch = context.host().watch(context.is_quiet());
     let stop = context.host().stop(true);
     let report = optimise::find(spec, search, (choice, options, needed), stop, watch.as_mut());
     drop(watch);
-    let report = report?;
+    let report = report.map_err(in_spec(path, &spec.text))?;
     destination.put("best.toml", best::text(spec, search, &report)?.into_bytes())?;
-    write::tables(spec, &report)?.into_iter().try_for_each(|table| destination.table(table))?;
+    report::tables(spec, &report)?.into_iter().try_for_each(|table| destination.table(table))?;
     let interrupted = report.ended == Ended::Interrupted || stop.load(std::sync::atomic::Ordering::Relaxed);
     let reply = Reply {
         text: summary(spec, search, &report),
-        counts: write::counts(&report),
-        seconds: write::seconds(&report),
+        counts: report::counts(&report),
+        seconds: report::seconds(&report),
         backend: json!(report.backends[0]),
-        result: with_model_error(write::result(spec, search, &report), report.model_error.as_ref()),
+        result: with_model_error(report::result(spec, search, &report), report.model_error.as_ref()),
         broken: interrupted.then(|| KEPT.to_owned()),
         ..Reply::default()
     };
-    let document = write::document(spec, search, &report);
+    let document = report::document(spec, search, &report);
     Ok(reply.filed(destination, document, out.to_owned(), context)?.answered())
 }
 
@@ -123,7 +117,6 @@ fn headline(spec: &Spec, search: &Search, choice: &Choice) -> String {
     format!("{name}: looking for the smallest {sought} over {over}{samples}, on {on}")
 }
 
-/// What is made small.
 fn sought(search: &Search) -> &'static str {
     match search.objective {
         Objective::Sd => "K_sd",
@@ -133,7 +126,6 @@ fn sought(search: &Search) -> &'static str {
     }
 }
 
-/// Why a search ended, in words.
 fn ending(ended: Ended) -> &'static str {
     match ended {
         Ended::Converged => "ended because several starts found the same, or all starts were made",

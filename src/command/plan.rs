@@ -25,7 +25,6 @@ use crate::sink::table::drive_unit;
 use crate::sink::values::Field;
 use crate::spec;
 
-/// Files of a plan.
 const FILES: [&str; 3] = ["plan.csv", "plan_errors.csv", "plan.svg"];
 
 /// The taps of a calibration.
@@ -58,16 +57,11 @@ pub struct PlanRequest {
     /// Of the order of the taps
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
-    /// Flags of every command
     #[command(flatten)]
     #[serde(flatten)]
     pub common: Common,
 }
 
-/// Plans the calibration of the whisker of a spec.
-///
-/// # Errors
-/// Sizes that are none, a rig that no calibration of one signal fits, an error that no plan reaches, a file that fails.
 pub fn run(asked: &PlanRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let label = asked.spec.display().to_string();
     let goal = goal(asked)?;

@@ -54,10 +54,6 @@ pub struct ReportRequest {
     pub json: bool,
 }
 
-/// Draws a result.
-///
-/// # Errors
-/// A folder without a result, a size or a font that is not allowed, files that cannot be written.
 pub fn run(asked: &ReportRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let (quiet, json) = (asked.quiet, asked.json);
     context.prepared(&Common { quiet, json, ..Common::default() }, None)?;

@@ -6,7 +6,7 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::{Common, Context, Reply, folder, placed, whole};
+use super::{Common, Context, Reply, folder, in_spec, whole};
 use crate::error::Error;
 use crate::progress::Progress;
 use crate::shape;
@@ -27,21 +27,17 @@ pub struct ShapeRequest {
     /// Sections from the clamp to the contact
     #[arg(long, value_name = "N", default_value_t = 101, value_parser = whole::<u32>(3..=10_001))]
     pub nodes: u32,
-    /// Flags of every command
     #[command(flatten)]
     #[serde(flatten)]
     pub common: Common,
 }
 
 /// Writes the shapes of a spec's taps: few, so by the reference unless something else is asked for.
-///
-/// # Errors
-/// A model without shapes, too many taps, a backend or a file that fails.
 pub fn run(asked: &ShapeRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let mut spec = context.spec(&asked.spec)?;
     spec.one_rig()?;
     let options = context.begun(&asked.common, &mut spec)?;
-    let placed = placed(&asked.spec);
+    let placed = in_spec(&asked.spec, &spec.text);
     let (setup, nodes) = (&spec.study.setup, asked.nodes as usize);
     shape::check(setup).map_err(|e| placed(e.into()))?;
     let out = folder(options.out.as_ref(), &spec.name, "shape");

@@ -67,16 +67,12 @@ pub struct SimulateRequest {
     /// What is recorded: strain, microstrain, bridge_mV_per_V, reading, moment_Nmm or force_N [default: the signal of the spec]
     #[arg(long, value_name = "NAME")]
     pub signal: Option<String>,
-    /// Flags of every command
     #[command(flatten)]
     #[serde(flatten)]
     pub common: Common,
 }
 
 /// Simulates the taps of a spec into `measurements.csv`, or strokes into `strokes.csv`.
-///
-/// # Errors
-/// A spec of several whiskers, settings that mean nothing, a backend or a file that fails.
 pub fn run(asked: &SimulateRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let mut spec = context.read(&asked.spec, "spec", spec::parse)?;
     let rig = Rig::of_spec(&spec, &asked.spec.display().to_string())?;
@@ -113,7 +109,6 @@ pub fn run(asked: &SimulateRequest, context: &Context<'_>) -> Result<Reply, Erro
     filed((&spec, text), (described, counts), destination, out, context)
 }
 
-/// Strokes over the object of the file at `object`.
 fn stroke(
     object: &Path,
     (spec, rig): (&Spec, &Rig),

@@ -7,7 +7,7 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::{Common, Context, Reply, folder, meant, named, number, placed, where_and_why, with_model_error};
+use super::{Common, Context, Reply, folder, in_spec, meant, named, number, where_and_why, with_model_error};
 use crate::digits::short;
 use crate::error::Error;
 use crate::optimise::blame::bias;
@@ -40,16 +40,12 @@ pub struct TapRequest {
     /// against the full model; run.json has the effects, their size and the time saved (docs/effects.md) [default: nothing is left off]
     #[arg(long, value_name = "E", allow_hyphen_values = true, value_parser = number)]
     pub model_error: Option<f64>,
-    /// Flags of every command
     #[command(flatten)]
     #[serde(flatten)]
     pub common: Common,
 }
 
 /// Reads the spec and finds its best drive. Few taps: in f64 on the CPU unless something else is asked for.
-///
-/// # Errors
-/// Several whiskers, a strain limit that no drive keeps, no complete row, a backend or a file that fails.
 pub fn run(asked: &TapRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let objective = meant(("word", "--objective"), Some(&asked.objective), &OBJECTIVES)?;
     let objective = objective.unwrap_or(Objective::Distance);
@@ -79,7 +75,7 @@ pub fn run(asked: &TapRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let (stop, study) = (context.host().stop(false), &spec.study);
     let found = tap::find(study, ends, objective, &choice, (bound, stop, progress.as_mut()));
     drop(progress);
-    let mut report = found.map_err(placed(&asked.spec))?;
+    let mut report = found.map_err(in_spec(&asked.spec, &spec.text))?;
     report.seconds = choice.seconds + context.elapsed() - begun;
     destination.table(tap::table(study, &report)?)?;
     let result = tap::result(study, &report);

@@ -49,16 +49,12 @@ pub struct VerifyRequest {
     #[arg(long)]
     #[serde(skip)]
     pub all: bool,
-    /// Flags of every command
     #[command(flatten)]
     #[serde(flatten)]
     pub common: Common,
 }
 
 /// Verifies, or says what would be verified; a bound that is broken is told beside the result.
-///
-/// # Errors
-/// A spec of several rigs, a backend that is absent or fails, a folder that holds something else.
 pub fn run(asked: &VerifyRequest, context: &Context<'_>) -> Result<Reply, Error> {
     // In memory `[run]` alone is no spec: it says what the built-in configurations are verified on.
     let parse = |label: &str, text: &str, base: &Path| {
@@ -198,7 +194,6 @@ fn planned(headline: String, cases: &[Case], places: &[Place], out: PathBuf) -> 
     }
 }
 
-/// Sums over the census.
 fn counts(lines: &[Line]) -> Value {
     let sum = |f: &dyn Fn(&Line) -> usize| lines.iter().map(f).sum::<usize>();
     let odd = |kind: Odd| sum(&|l| l.odd(kind));

@@ -2,10 +2,11 @@
 
 use super::blame::why;
 use super::evaluate::Scorer;
-use super::report::{Design, Report, unit};
+use super::report::{Design, Report, key};
 use super::run::TOLERANCE;
 use super::score::{Goal, Score};
-use super::write::key;
+use super::session::Found;
+
 use crate::error::Error;
 use crate::evaluate::Method;
 use crate::plan::Layout;
@@ -67,7 +68,7 @@ pub fn text(spec: &Spec, search: &Search, report: &Report) -> Result<String, Err
         spec.name,
         search.objective.word(),
         report.evaluations,
-        report.ended.name(),
+        report.ended.word(),
         why(&spec.study.setup, search, report),
     );
     Ok(head + &toml::to_string(&best).map_err(|e| fail(&e))?)
@@ -78,10 +79,8 @@ const FIRST: (usize, usize) = (65, 4);
 /// Drives looked at then, and again between the neighbours of the best, so many times.
 const NEXT: (usize, u32) = (9, 5);
 
-/// The best design where distances are told in another way.
 #[derive(Debug)]
 pub struct Other {
-    /// By what.
     pub theory: Theory,
     /// At the drive that was found.
     pub here: Design,
@@ -125,9 +124,9 @@ pub(super) fn judge(
         let scores = scorer.scores(&taps(point, &drives))?;
         best = least(&scores, goal).map(|at| Tuple { drive: drives[at], ..*point });
     }
-    let mut design = |point: Tuple| -> Result<Design, Error> {
+    let mut design = |point: Tuple| {
         let score = scorer.scores(&[point])?[0];
-        Ok(Design { point, row: scorer.row(&point)?, score, unit: unit(&setup, &point) })
+        scorer.design(Found { point, score })
     };
     Ok(Other { theory, here: design(*point)?, best: best.map(design).transpose()? })
 }

@@ -7,7 +7,7 @@ use crate::error::InputError;
 use crate::scene::search::{Objective, Search};
 use crate::scene::{Setup, Theory};
 
-/// The limit that `closest`, the best of all candidates, violates most, and by how much, at its place in the spec.
+/// The limit that `closest`, the best of all candidates, violates most, and by how much.
 pub fn infeasible(setup: &Setup, search: &Search, closest: &Score) -> InputError {
     let first = violated(closest)[0];
     let message =
@@ -15,19 +15,20 @@ pub fn infeasible(setup: &Setup, search: &Search, closest: &Score) -> InputError
     let more = |most: f64, unit: &str| {
         format!("about {}{unit} or more with everything else as it is", reached(closest, first, most))
     };
-    let (place, allowed) = match first {
-        Limit::Strain => (&search.places.strain, more(search.limits.strain, "")),
-        Limit::Force => (&search.places.force, more(search.limits.force.unwrap_or(f64::NAN), " N")),
+    let limits = &search.limits;
+    let (key, allowed) = match first {
+        Limit::Strain => (limits.strain_key, more(limits.strain, "")),
+        Limit::Force => ("optimise.limits.force_N", more(limits.force.unwrap_or(f64::NAN), " N")),
         Limit::Unambiguous => {
-            (&search.places.unambiguous, "false, larger distances, or other bounds".to_owned())
+            ("optimise.limits.unambiguous", "false, larger distances, or other bounds".to_owned())
         }
-        Limit::Tip => (&search.places.tip_not_wider, "false, or other bounds of D and d".to_owned()),
-        _ => (&search.places.variables, "wider bounds, other distances, or wider limits".to_owned()),
+        Limit::Tip => ("optimise.limits.tip_not_wider", "false, or other bounds of D and d".to_owned()),
+        _ => ("optimise.variables", "wider bounds, other distances, or wider limits".to_owned()),
     };
-    InputError { message, allowed: Some(allowed), ..place.clone() }
+    let error = InputError::new(message).key(key).allowed(allowed);
+    if first == Limit::Strain { error.value(limits.strain) } else { error }
 }
 
-/// Limits that `score` violates, worst first; at least one.
 fn violated(score: &Score) -> Vec<Limit> {
     let mut violated: Vec<Limit> = Limit::all().filter(|&l| score.limit(l) > 0.0).collect();
     violated.sort_by(|a, b| score.limit(*b).total_cmp(&score.limit(*a)));
@@ -37,13 +38,11 @@ fn violated(score: &Score) -> Vec<Limit> {
     violated
 }
 
-/// What `score` violates, and by how much.
 pub fn shortfall(setup: &Setup, search: &Search, score: &Score) -> String {
     let phrases: Vec<String> = violated(score).into_iter().map(|l| phrase(setup, search, score, l)).collect();
     phrases.join("; it also breaks another: ")
 }
 
-/// What a limit says about a candidate.
 fn phrase(setup: &Setup, search: &Search, score: &Score, limit: Limit) -> String {
     let value = score.limit(limit);
     let times = |least: f64, unit: &str| {

@@ -11,16 +11,14 @@
 //! limits that bind; pymoo's NSGA-II, which stands for the method in `benches/search`, gets less hypervolume from the same
 //! evaluations. Points made by the polish lie on the front, and need no further dependency.
 
-use super::global::{COLD, pick};
+use super::global::{COLD, pick, swarm};
 use super::polish::{self, Radii};
 use super::report::Design;
 use super::score::Goal;
 use super::session::{Found, Halt, Session, Stage};
-use super::swarm;
 use crate::error::Error;
 use crate::scene::Tuple;
 
-/// Most points.
 const POINTS: usize = 128;
 /// Gap, of the front's extent, that needs no further point.
 const GAP: f64 = 0.004;
@@ -51,7 +49,6 @@ pub struct Front {
 }
 
 impl Front {
-    /// Of `points`, by rising K_sd.
     pub fn new(points: Vec<Design>) -> Self {
         let figures: Vec<[f64; 2]> =
             points.iter().map(|p| [p.score.figures[0], p.score.figures[1]]).collect();
@@ -99,7 +96,6 @@ pub fn search(session: &mut Session<'_>, seed: u64) -> Result<(Result<(), Halt>,
     Ok((ended, nondominated(scan.front)))
 }
 
-/// Figures of a candidate.
 fn figures(f: &Found) -> [f64; 2] {
     [f.score.figures[0], f.score.figures[1]]
 }
@@ -123,11 +119,8 @@ pub(crate) fn unbeaten<T>(all: &mut Vec<T>, figures: impl Fn(&T) -> [f64; 2]) {
     });
 }
 
-/// A front under way.
 struct Scan {
-    /// Polished points.
     front: Vec<Found>,
-    /// The best of everything scored, on whichever backend.
     pool: Vec<Found>,
 }
 
@@ -137,7 +130,7 @@ impl Scan {
             for start in 0..starts {
                 session.start = start;
                 let seeds: Vec<Vec<f64>> = session.variables.start.iter().cloned().collect();
-                swarm::run(session, goal, seed.wrapping_add((n as u64) << 32), &seeds)?;
+                swarm(session, goal, seed.wrapping_add((n as u64) << 32), &seeds)?;
                 let scored = session.take();
                 let picked =
                     pick(session.variables, goal, &scored, if goal == Goal::Blend(0.2) { 1 } else { 2 });
@@ -159,7 +152,6 @@ impl Scan {
         self.fill(session)
     }
 
-    /// Polishes from a place and keeps what it found.
     fn polish(
         &mut self,
         session: &mut Session<'_>,
@@ -172,7 +164,6 @@ impl Scan {
         Ok(found)
     }
 
-    /// Takes over what the session scored since the last time.
     fn gather(&mut self, session: &mut Session<'_>) {
         self.pool.extend(session.take().into_iter().map(|(_, f)| f));
         self.pool = nondominated(std::mem::take(&mut self.pool));

@@ -2,8 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::samples;
-use super::score::{Limit, Score};
+use super::score::{Limit, Score, deviation, gather};
 use super::whisker::{self, Read, Seen, continued, over};
 use crate::chart::lanes::Figures;
 use crate::curve::{
@@ -19,7 +18,6 @@ use crate::scene::search::{Calibrated, Robust, Search};
 use crate::scene::{COLUMNS, Column, Direction, Property, Setup, Theory, Tuple};
 use crate::statistics::{DriveRow, Reduction, Told};
 
-/// What turns solved taps into scores.
 pub(super) struct Judge<'a> {
     pub setup: &'a Setup,
     pub search: &'a Search,
@@ -72,8 +70,7 @@ impl Judge<'_> {
             let scale =
                 rigs.filter(|_| *property == Property::Scale).map(|rigs| rigs.value(point.rig, *property));
             let nominal = scale.filter(|scale| !scale.is_nan()).unwrap_or_else(|| property.get(&own));
-            let value =
-                inside(*property, nominal + sd * samples::deviation(self.search.seed, w - 1, dimension));
+            let value = inside(*property, nominal + sd * deviation(self.search.seed, w - 1, dimension));
             if !property.about().range.holds(value) {
                 return Design::nothing(tuple);
             }
@@ -163,7 +160,7 @@ impl Judge<'_> {
                 Read::new(self, &designs[w], (taps, both(w)), Told::by(own, w), calibration).score
             })
             .collect();
-        samples::gather(robust, &nominal.score, &samples)
+        gather(robust, &nominal.score, &samples)
     }
 
     /// The calibration of a whisker by its taps at upright poles.
@@ -215,7 +212,7 @@ impl Judge<'_> {
     /// Score of a candidate from those of its nominal whisker and the sampled ones, each by itself.
     pub fn gather(&self, scores: &[Score]) -> Score {
         match &self.search.robust {
-            Some(robust) if scores.len() > 1 => samples::gather(robust, &scores[0], &scores[1..]),
+            Some(robust) if scores.len() > 1 => gather(robust, &scores[0], &scores[1..]),
             _ => scores[0],
         }
     }
@@ -301,7 +298,6 @@ fn inside(property: Property, value: f64) -> f64 {
 
 /// With what readings are turned into distances, where it is not the whisker's own.
 pub(super) struct Calibration<'a> {
-    /// f.
     pub estimator: Estimator<'a>,
     /// K̄, where f needs it.
     k: Option<f64>,

@@ -7,7 +7,7 @@
 //! but rules of comparison ([`score`]), and the polish models each limit beside the objective.
 //!
 //! # Practice
-//! Several starts ([`global`]): a particle swarm on the asked backend, one step one batch ([`swarm`]), then
+//! Several starts ([`global`]): a particle swarm on the asked backend, one step one batch ([`global::swarm`]), then
 //! a polish of its best distinct candidates in f64 ([`mod@polish`]). Starts grow, and end when several
 //! found the same. Everything is a deterministic function of spec and seed given the scores: a search that was stopped is made anew.
 //!
@@ -17,7 +17,6 @@
 
 pub mod best;
 pub mod blame;
-mod charted;
 pub mod evaluate;
 pub mod front;
 pub mod global;
@@ -26,15 +25,12 @@ pub mod polish;
 pub mod quadratic;
 pub mod report;
 pub mod run;
-pub mod samples;
 pub mod score;
 pub mod sensitivity;
 pub mod session;
 pub mod shares;
-pub mod swarm;
 pub mod variables;
 mod whisker;
-pub mod write;
 
 pub use report::Report;
 pub use run::find;

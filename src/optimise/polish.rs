@@ -10,13 +10,11 @@ use super::quadratic::{Quadratic, Stencil, step};
 use super::score::{Goal, Score};
 use super::session::{Found, Halt, Session, Stage};
 
-/// Largest trust radius.
 const LARGEST: f64 = 0.25;
 /// Limits are drawn in by these multiples of the squared radius.
 const MARGINS: [f64; 3] = [0.0, 0.02, 0.3];
 /// Limits farther away than this play no part in a step.
 const FAR: f64 = -0.9;
-/// Most steps.
 const STEPS: u32 = 80;
 
 /// Size of the region in which a polish begins, and the radius at which it is done.
@@ -24,7 +22,6 @@ const STEPS: u32 = 80;
 pub struct Radii {
     /// First trust radius, of the unit box.
     pub first: f64,
-    /// Last.
     pub last: f64,
 }
 

@@ -27,7 +27,6 @@ impl Quadratic {
         (0..k).map(|i| self.slope[i] + dot(&self.curvature[i * k..(i + 1) * k], p)).collect()
     }
 
-    /// Whether every coefficient is a number.
     pub fn is_finite(&self) -> bool {
         self.value.is_finite() && self.slope.iter().chain(&self.curvature).all(|x| x.is_finite())
     }
@@ -69,7 +68,6 @@ impl Stencil {
         Self { axes, places }
     }
 
-    /// The quadratic through `values` at the places.
     pub fn model(&self, values: &[f64]) -> Quadratic {
         let k = self.axes.len();
         let (mut slope, mut curvature) = (vec![0.0; k], vec![0.0; k * k]);
@@ -93,9 +91,7 @@ impl Stencil {
     }
 }
 
-/// Updates of the multipliers.
 const UPDATES: usize = 40;
-/// Newton steps between them.
 const STEPS: usize = 40;
 
 /// The step p in the box [`lo`, `hi`] that makes `goal` small with every one of `limits` ≤ 0, by an augmented

@@ -6,11 +6,10 @@ use std::time::Instant;
 
 use super::best;
 use super::blame::{infeasible, shortfall};
-use super::charted::{readers, wanted};
-use super::evaluate::Scorer;
+use super::evaluate::{Scorer, readers, wanted};
 use super::front::{self, Front};
 use super::global::{self, STARTS};
-use super::report::{self, Alarm, Design, Report, unit};
+use super::report::{self, Alarm, Report};
 use super::score::{Goal, Limit};
 use super::sensitivity;
 use super::session::{Ended, Found, Session, Stage, Watch};
@@ -35,7 +34,6 @@ const AGAIN: usize = 64;
 /// Seconds for the sensitivities of a search whose seconds are spent: so many, or this share of them.
 const MORE: (f64, f64) = (1.0, 0.1);
 
-/// The goal that `objective` is.
 fn goal(objective: Objective) -> Goal {
     match objective {
         Objective::Sd => Goal::Figure(0),
@@ -161,15 +159,12 @@ fn under_alarm(
         }
         let closest = shortfall(setup, search, &best.score);
         let why =
-            format!("ended by {} before a design that keeps the limits was found: {closest}", ended.name());
+            format!("ended by {} before a design that keeps the limits was found: {closest}", ended.word());
         return Err(Error::Run(why));
     }
-    let mut design = |f: &Found| -> Result<Design, Error> {
-        let row = session.scorers[1].row(&f.point)?;
-        Ok(Design { point: f.point, row, score: f.score, unit: unit(setup, &f.point) })
-    };
-    let best = design(&best)?;
-    let front = front.map(|all| all.iter().map(&mut design).collect::<Result<_, _>>());
+    let mut design = |found: Found| session.scorers[1].design(found);
+    let best = design(best)?;
+    let front = front.map(|all| all.into_iter().map(&mut design).collect::<Result<_, _>>());
     let front = front.transpose()?.map(Front::new);
 
     let searched = Instant::now();

@@ -4,61 +4,45 @@
 //! candidate that keeps all limits beats one that does not; of two that keep them the one of the smaller objective is
 //! better; of two that do not, the one that violates them less.
 
-/// A limit of a candidate; its value is relative, ≤ 0 where kept.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Limit {
-    /// The gauge ends on the whisker: (x_ss + l)/L_a − 1.
-    Gauge,
-    /// The farthest distance lies on the whisker: a/L_a − 1.
-    Reach,
-    /// The tip is not wider than the base: d/D − 1.
-    Tip,
-    /// All contacts lie beyond the gauge's near end: x1/min(a, c) − 1.
-    NoStrain,
-    /// No contact runs past the tip: c/L_a − 1.
-    Slipped,
-    /// Every reading has a distance: K̄|ε|/(θ f_max) − 1.
-    Root,
-    /// Every tap is solved; the share of those that are not.
-    Solved,
-    /// |ε| over its limit, less 1.
-    Strain,
-    /// Contact force over its limit, less 1.
-    Force,
-    /// Distances are unambiguous: 1 − a_min over the distance of the peak.
-    Unambiguous,
-    /// 90 % of the sampled whiskers keep all of the above: the 90 % quantile of their worst.
-    Samples,
+use crate::scene::sampler::Sampler;
+use crate::scene::search::{Measure, Robust};
+use crate::scene::{COLUMNS, Column};
+use vibrissa_core::normal::quantile;
+
+vibrissa_core::words! {
+    /// A limit of a candidate; its value is relative, ≤ 0 where kept.
+    Limit {
+        /// The gauge ends on the whisker: (x_ss + l)/L_a − 1.
+        Gauge = "gauge_on_whisker",
+        /// The farthest distance lies on the whisker: a/L_a − 1.
+        Reach = "a_on_whisker",
+        /// The tip is not wider than the base: d/D − 1.
+        Tip = "tip_not_wider",
+        /// All contacts lie beyond the gauge's near end: x1/min(a, c) − 1.
+        NoStrain = "no_strain",
+        /// No contact runs past the tip: c/L_a − 1.
+        Slipped = "slipped_off",
+        /// Every reading has a distance: K̄|ε|/(θ f_max) − 1.
+        Root = "no_root",
+        /// Every tap is solved; the share of those that are not.
+        Solved = "not_converged",
+        /// |ε| over its limit, less 1.
+        Strain = "strain",
+        /// Contact force over its limit, less 1.
+        Force = "force_N",
+        /// Distances are unambiguous: 1 − a_min over the distance of the peak.
+        Unambiguous = "unambiguous",
+        /// 90 % of the sampled whiskers keep all of the above: the 90 % quantile of their worst.
+        Samples = "samples",
+    }
 }
 
 impl Limit {
-    /// All, by their place in [`Score::limits`], with their names in results.
-    pub const WORDS: [(&'static str, Self); 11] = [
-        ("gauge_on_whisker", Self::Gauge),
-        ("a_on_whisker", Self::Reach),
-        ("tip_not_wider", Self::Tip),
-        ("no_strain", Self::NoStrain),
-        ("slipped_off", Self::Slipped),
-        ("no_root", Self::Root),
-        ("not_converged", Self::Solved),
-        ("strain", Self::Strain),
-        ("force_N", Self::Force),
-        ("unambiguous", Self::Unambiguous),
-        ("samples", Self::Samples),
-    ];
-
-    /// All.
     pub fn all() -> impl Iterator<Item = Self> {
         Self::WORDS.into_iter().map(|(_, limit)| limit)
     }
-
-    /// Name in results.
-    pub fn name(self) -> &'static str {
-        Self::WORDS[self as usize].0
-    }
 }
 
-/// Figures and limits of one evaluation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Score {
     /// K_sd (in the tables' unit), total_rms_mm and the weighted sum; NaN where missing.
@@ -72,12 +56,10 @@ impl Score {
     pub const NOTHING: Self =
         Self { figures: [f64::NAN; 3], limits: [f64::NEG_INFINITY; Limit::WORDS.len()] };
 
-    /// Value of a limit.
     pub fn limit(&self, limit: Limit) -> f64 {
         self.limits[limit as usize]
     }
 
-    /// Sets a limit.
     pub fn set(&mut self, limit: Limit, value: f64) {
         self.limits[limit as usize] = value;
     }
@@ -92,16 +74,13 @@ impl Score {
         self.limits.iter().filter(|v| **v > 0.0).fold(0.0, |sum, v| sum + v)
     }
 
-    /// The largest value of a limit.
     pub fn worst(&self) -> f64 {
         self.limits.iter().copied().fold(f64::NEG_INFINITY, f64::max)
     }
 }
 
-/// What a search makes small.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Goal {
-    /// One of [`Score::figures`].
     Figure(usize),
     /// K_sd^w · total_rms^(1−w), by its logarithm's exponential: a direction between both figures of a front.
     Blend(f64),
@@ -128,7 +107,6 @@ impl Goal {
         }
     }
 
-    /// Whether `score` keeps everything.
     pub fn feasible(self, score: &Score) -> bool {
         score.violation() == 0.0 && self.cap(score) <= 0.0 && self.value(score).is_finite()
     }
@@ -148,9 +126,125 @@ impl Goal {
     }
 }
 
+/// Figures over the samples; limits of the nominal whisker, and that 90 % of the samples keep theirs.
+pub(super) fn gather(robust: &Robust, nominal: &Score, samples: &[Score]) -> Score {
+    let mut score = *nominal;
+    let mut worst: Vec<f64> = samples
+        .iter()
+        .map(|s| if s.figures.iter().all(|f| f.is_nan()) { s.worst().max(1.0) } else { s.worst() })
+        .collect();
+    worst.sort_by(f64::total_cmp);
+    let kept = (0.9 * worst.len() as f64).ceil() as usize;
+    score.set(Limit::Samples, worst[kept - 1]);
+    for (i, figure) in score.figures.iter_mut().enumerate() {
+        let values: Vec<f64> = samples.iter().map(|s| s.figures[i]).filter(|f| f.is_finite()).collect();
+        *figure = measure(robust.measure, values);
+    }
+    score
+}
+
+/// Mean, or mean of the worst tenth (R. T. Rockafellar and S. Uryasev, J. Risk 2, 2000); NaN of nothing.
+fn measure(measure: Measure, mut values: Vec<f64>) -> f64 {
+    let n = values.len() as f64;
+    match measure {
+        Measure::Mean => values.iter().sum::<f64>() / n,
+        Measure::Cvar90 => {
+            values.sort_by(|a, b| b.total_cmp(a));
+            let mass = 0.1 * n;
+            let part = |(i, v): (usize, &f64)| v * (mass - i as f64).clamp(0.0, 1.0);
+            values.iter().enumerate().map(part).sum::<f64>() / mass
+        }
+    }
+}
+
+/// Φ(−3).
+const BELOW: f64 = 1.349_898_031_630_094_5e-3;
+
+/// Columns by the dimension of the Sobol points that they take: those of the pole's direction after those of whisker and drive.
+const DIMENSIONS: [Column; COLUMNS] = [
+    Column::BaseDiameter,
+    Column::TipDiameter,
+    Column::Length,
+    Column::GaugePosition,
+    Column::GridLength,
+    Column::Distance,
+    Column::Drive,
+    Column::Tilt,
+    Column::Lean,
+];
+
+/// Standard normal deviations cut at ±3, by sample and column: scrambled Sobol points, the same for every candidate.
+pub fn deviations(seed: u64, samples: u32) -> Vec<[f64; COLUMNS]> {
+    let one = |i| {
+        let mut z = [0.0; COLUMNS];
+        for (dimension, column) in (0..).zip(DIMENSIONS) {
+            z[column as usize] = normal(seed, i, dimension);
+        }
+        z
+    };
+    (0..samples).map(one).collect()
+}
+
+/// That of sample `i` for the `k`-th property of the rig.
+pub fn deviation(seed: u64, i: usize, k: u32) -> f64 {
+    normal(seed, i as u32, COLUMNS as u32 + k)
+}
+
+fn normal(seed: u64, i: u32, dimension: u32) -> f64 {
+    // Any seed but 0 scrambles.
+    let seed = seed.wrapping_mul(2).wrapping_add(1);
+    let uniform = (f64::from(Sampler::Sobol.coordinate(seed, dimension, i)) + 0.5) / 4_294_967_296.0;
+    quantile(BELOW + (1.0 - 2.0 * BELOW) * uniform)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::search::Calibrated;
+
+    #[test]
+    fn the_worst_tenth_takes_its_share_of_the_next_value() {
+        let values: Vec<f64> = (1..=25).map(f64::from).collect();
+        assert_eq!(measure(Measure::Mean, values.clone()), 13.0);
+        // 2.5 values: 25, 24 and half of 23.
+        assert!((measure(Measure::Cvar90, values) - (25.0 + 24.0 + 11.5) / 2.5).abs() < 1e-12);
+        assert!(measure(Measure::Mean, vec![]).is_nan() && measure(Measure::Cvar90, vec![]).is_nan());
+    }
+
+    #[test]
+    fn nine_of_ten_samples_keep_the_limits() {
+        let sample = |strain| {
+            let mut s = Score { figures: [1.0; 3], ..Score::NOTHING };
+            s.set(Limit::Strain, strain);
+            s
+        };
+        let robust = Robust {
+            sd: [0.0; COLUMNS],
+            properties: Vec::new(),
+            samples: 10,
+            measure: Measure::Mean,
+            calibrated: Calibrated::Each,
+        };
+        let with = |bad: usize| {
+            let all: Vec<Score> = (0..10).map(|i| sample(if i < bad { 0.5 } else { -0.5 })).collect();
+            gather(&robust, &sample(-0.5), &all).violation()
+        };
+        assert_eq!((with(0), with(1), with(2)), (0.0, 0.0, 0.5));
+    }
+
+    #[test]
+    fn samples_are_normal_cut_at_three_sigma() {
+        for seed in [0, 1, 7, u64::MAX] {
+            let all = deviations(seed, 1024);
+            for column in 0..COLUMNS {
+                let of = |power: i32| all.iter().map(|s| s[column].powi(power)).sum::<f64>() / 1024.0;
+                assert!(all.iter().all(|s| s[column].abs() <= 3.0));
+                // Variance of a normal distribution cut at ±3σ: 0.97334.
+                assert!(of(1).abs() < 5e-3 && (of(2) - 0.973_34).abs() < 5e-3, "{} {}", of(1), of(2));
+            }
+        }
+        assert_ne!(deviations(1, 2), deviations(2, 2));
+    }
 
     fn score(sd: f64, strain: f64) -> Score {
         let mut s = Score { figures: [sd, 1.0, 1.0], ..Score::NOTHING };

@@ -29,7 +29,6 @@ pub struct Sensitivity {
     pub samples: u32,
     /// Those of them that have K_sd, and that have total_rms_mm, above 0; the shares are over these.
     pub complete: [u32; 2],
-    /// Evaluations spent.
     pub evaluations: u64,
 }
 

@@ -17,56 +17,30 @@ const LAST: Duration = Duration::from_millis(500);
 /// Most evaluations that are kept for the polish at the end.
 const KEPT_BACK: u64 = 3000;
 
-/// Where candidates are scored.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stage {
-    /// The swarm, on the backend that was asked for.
-    Swarm,
-    /// The polish, in f64.
-    Polish,
-}
+vibrissa_core::words! {
 
-impl Stage {
-    /// Name in results.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Swarm => "swarm",
-            Self::Polish => "polish",
-        }
+    Stage {
+        /// The swarm, on the backend that was asked for.
+        Swarm = "swarm",
+        /// The polish, in f64.
+        Polish = "polish",
     }
 }
 
-/// Why a search ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ended {
-    /// Several starts found the same, or all starts were made.
-    Converged,
-    /// The evaluations of the budget are spent.
-    Evaluations,
-    /// The seconds of the budget are spent.
-    Seconds,
-    /// Asked to stop.
-    Interrupted,
-}
+vibrissa_core::words! {
 
-impl Ended {
-    /// Name in results.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Converged => "converged",
-            Self::Evaluations => "evaluations",
-            Self::Seconds => "seconds",
-            Self::Interrupted => "interrupted",
-        }
+    Ended {
+        /// Several starts found the same, or all starts were made.
+        Converged = "converged",
+        Evaluations = "evaluations",
+        Seconds = "seconds",
+        Interrupted = "interrupted",
     }
 }
 
-/// Why no scores come back.
 #[derive(Debug)]
 pub enum Halt {
-    /// The search is over.
     Ended(Ended),
-    /// The run failed.
     Failed(Error),
 }
 
@@ -76,41 +50,30 @@ impl From<Error> for Halt {
     }
 }
 
-/// A candidate and its score.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Found {
-    /// Design and drive.
     pub point: Tuple,
-    /// Its score.
     pub score: Score,
 }
 
 /// The best after one step of a search: a row of history.csv.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
-    /// Evaluations so far.
     pub evaluations: u64,
     /// Start, from 0.
     pub start: u32,
-    /// Swarm or polish.
     pub stage: Stage,
-    /// Best so far.
     pub best: Found,
 }
 
-/// What a search reports while it runs.
 pub trait Watch {
     /// After a step; `left` is what the budget still allows.
     fn step(&mut self, step: &Step, value: f64, feasible: bool, left: Option<u64>);
 }
 
-/// A search under way.
 pub struct Session<'a> {
-    /// What scores each stage.
     pub scorers: [Scorer<'a>; 2],
-    /// What is searched over.
     pub variables: &'a Variables,
-    /// What counts as best.
     pub goal: Goal,
     budget: Budget,
     /// Evaluations of it that are kept for the end.
@@ -119,13 +82,9 @@ pub struct Session<'a> {
     stop: &'a AtomicBool,
     alarm: &'a Alarm,
     watch: &'a mut dyn Watch,
-    /// Start under way.
     pub start: u32,
-    /// Swarms begun.
     pub swarms: u32,
-    /// Evaluations made.
     pub evaluations: u64,
-    /// Best of each step.
     pub history: Vec<Step>,
     /// Best of all, and best of the f64 ones.
     pub best: [Option<Found>; 2],
@@ -134,7 +93,6 @@ pub struct Session<'a> {
 }
 
 impl<'a> Session<'a> {
-    /// With a scorer for each stage.
     pub fn new(
         scorers: [Scorer<'a>; 2],
         variables: &'a Variables,
@@ -201,13 +159,11 @@ impl<'a> Session<'a> {
         if take < points.len() { Err(Halt::Ended(Ended::Evaluations)) } else { Ok(scores) }
     }
 
-    /// Evaluations that the budget still allows.
     pub fn left(&self) -> Option<u64> {
         let kept = self.kept_back;
         self.budget.evaluations.map(|n| n.saturating_sub(self.evaluations).saturating_sub(kept))
     }
 
-    /// Keeps some evaluations for a polish at the end.
     pub fn keep_back(&mut self) {
         self.kept_back = self.budget.evaluations.map_or(0, |n| (n / 8).min(KEPT_BACK));
     }
@@ -256,7 +212,6 @@ impl<'a> Session<'a> {
         self.scorers[1].scores_while(points, &on)
     }
 
-    /// Seconds since the search began.
     pub fn seconds(&self) -> f64 {
         self.begun.elapsed().as_secs_f64()
     }

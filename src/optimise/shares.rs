@@ -14,7 +14,6 @@ use crate::scene::sampler::Sampler;
 
 /// Lines along each variable: two halves, whose levels lie between each other's.
 pub const LINES: usize = 128;
-/// Levels of a line.
 pub const LEVELS: usize = 16;
 /// Resamples of the confidence intervals, and how many of them lie beyond each end: 95 % lie within.
 const RESAMPLES: usize = 200;
@@ -25,7 +24,6 @@ pub const CONFIDENCE: f64 = 0.95;
 /// Values along one line; NaN where there is none.
 pub type Line = [f64; LEVELS];
 
-/// A share with its confidence interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Share {
     /// In [0, 1].
@@ -34,7 +32,6 @@ pub struct Share {
     pub interval: [f64; 2],
 }
 
-/// Shares of one variable.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shares {
     /// What it makes alone.

@@ -4,7 +4,6 @@ use crate::plan::Layout;
 use crate::scene::search::{Quantity, Search, Variable};
 use crate::scene::{Column, Property, Setup, Tuple};
 
-/// What varies, and what does not.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Variables {
     /// What varies, with its bounds in force.

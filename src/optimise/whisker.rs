@@ -15,7 +15,6 @@ pub(super) fn continued(taps: &[Outcome]) -> Vec<Outcome> {
     taps.iter().map(|t| Outcome { status: t.status.without(Status::SLIPPED_OFF), ..*t }).collect()
 }
 
-/// What one whisker gives.
 pub(super) struct Read {
     pub score: Score,
     pub k: Option<f64>,
@@ -85,7 +84,6 @@ impl Read {
     }
 }
 
-/// What limits ask of the taps of a whisker.
 pub(super) struct Seen {
     /// Near end of the gauge over the nearest contact.
     pub nearest: f64,

@@ -4,13 +4,11 @@ use super::layout::{Entry, Part};
 use crate::sink::fact::Fact;
 use crate::sink::heading::{HEADINGS, Heading, units};
 
-/// Before the tables.
 pub const ABOUT: &str = "CSV in UTF-8 with one header and no comment lines; numbers in the shortest form that reads back the same. A value \
     that does not exist is empty, never 0. Read columns by name: new ones may be added before `status`. *if varied*: the column is there if the spec has an axis of it, or the tuple file has the column. `delta_mm` stands in place of `theta_deg` \
     with `drive = \"displacement\"`, K has the unit mm with `convention = \"elongation\"`. Sections (§) and equations are those of \
     docs/model.md.";
 
-/// One part for each table.
 pub fn parts() -> Vec<Part> {
     let entry = |fact: &&Fact| {
         let meaning = match fact.only.when() {

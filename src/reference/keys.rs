@@ -1,15 +1,13 @@
 //! Keys of a spec: what `keys.toml` says of them.
 
 use super::layout::{EXAMPLE, Entry, Part};
-use crate::spec::form::Form;
+use crate::spec::keys::Form;
 use crate::spec::keys::{Key, Section, inline, section, sections};
 
-/// Before the sections.
 pub const ABOUT: &str = "A spec is TOML: lengths in mm, angles in degrees, moduli in MPa, forces in N; strain has no unit. Unknown keys are \
     errors, paths are relative to the spec. A key without default is required, or off. *axis*: the key takes a value, a list or an axis. \
     `--plan` prints every value in force.";
 
-/// Every section, then every inline table.
 pub fn parts() -> Vec<Part> {
     let heads = ["key", "unit", "default", "allowed", EXAMPLE, "meaning"];
     let entries = |s: &'static Section| s.keys.iter().map(|k| entry(s, k));

@@ -1,6 +1,5 @@
 //! How a list of named things is laid out: as a table in Markdown, as indented lines on a terminal.
 
-/// Width of a page on a terminal.
 const WIDTH: usize = 100;
 /// Width of a paragraph in Markdown.
 const PAGE: usize = 140;
@@ -14,31 +13,23 @@ pub const EXAMPLE: &str = "example";
 /// A titled list of things of which the same facts are told.
 #[derive(Debug, Clone)]
 pub struct Part {
-    /// Name of a section, a file or a list.
     pub title: String,
-    /// What it is.
     pub about: String,
-    /// How it may look.
     pub examples: Vec<&'static str>,
-    /// Heads of name, facts and meaning.
     pub heads: Vec<&'static str>,
-    /// The things.
     pub entries: Vec<Entry>,
 }
 
-/// One thing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Entry {
     /// Its name; `this or that` where it is called one or the other.
     pub name: String,
     /// As many facts as there are heads between the first and the last; an empty one is not told.
     pub facts: Vec<String>,
-    /// What it means.
     pub meaning: String,
 }
 
 impl Part {
-    /// Without examples.
     pub fn new(
         title: impl Into<String>,
         about: &str,
@@ -49,7 +40,6 @@ impl Part {
         Self { title, about, examples: Vec::new(), heads: heads.to_vec(), entries: entries.collect() }
     }
 
-    /// A heading, a paragraph and a table.
     pub fn markdown(&self) -> String {
         let cells = |e: &Entry| -> Vec<String> {
             let name = format!("`{}`", e.name.replace(" or ", "` or `"));
@@ -76,7 +66,6 @@ impl Part {
         format!("### {}\n\n{about}{examples}\n{}|{}|\n{rows}", self.title, line(&heads), rule.join("|"))
     }
 
-    /// The same for a terminal.
     pub fn plain(&self) -> String {
         let mut text = format!("{}\n{}", self.title, plainly("", 2, &self.about));
         text.extend(self.examples.iter().map(|e| format!("      {e}\n")));
@@ -105,7 +94,6 @@ impl Part {
     }
 }
 
-/// A paragraph of a page.
 pub fn paragraph(text: &str) -> String {
     fill("", 0, text, PAGE)
 }

@@ -14,23 +14,18 @@ use crate::scene::Property;
 /// A part of the reference that can be asked for alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Topic {
-    /// Keys of a spec.
     Spec,
-    /// Columns of tables.
     Columns,
-    /// Status words, reasons, exit codes.
     Statuses,
 }
 
 impl Topic {
-    /// All, by their words and what to say of them.
     pub const WORDS: [(&'static str, Self, &'static str); 3] = [
         ("spec", Self::Spec, "Every section and key of a spec: unit, default, allowed values, example"),
         ("columns", Self::Columns, "Every column of every table: unit, meaning"),
         ("statuses", Self::Statuses, "Status words, reasons and exit codes"),
     ];
 
-    /// Its parts.
     pub fn parts(self) -> Vec<Part> {
         match self {
             Self::Spec => keys::parts(),
@@ -109,7 +104,6 @@ fn told_once(mut part: Part, topic: Topic, known: &mut Vec<(Entry, String)>) -> 
     part
 }
 
-/// All of it, in Markdown.
 pub fn page() -> String {
     let about = "Made of the definitions in the code by `vibrissa help reference`. \
         `vibrissa help spec`, `help columns` and `help statuses` print it on the terminal, `vibrissa help spec gauge` one section of it.";

@@ -4,10 +4,9 @@ use serde_json::{Map, Value, json};
 
 use crate::design::MOST;
 use crate::scene::Interval;
-use crate::spec::form::Form;
+use crate::spec::keys::Form;
 use crate::spec::keys::{Key, Section, section, sections};
 
-/// The schema as a file.
 pub fn text() -> String {
     format!("{:#}\n", document())
 }
@@ -44,7 +43,6 @@ fn needs() -> Value {
     ])
 }
 
-/// A table with these keys and no others.
 fn table(section: &Section, defs: &mut Map<String, Value>) -> Value {
     let properties = properties(section, defs);
     let required: Vec<&str> = section.keys.iter().filter(|k| always(section, k)).map(|k| k.name).collect();

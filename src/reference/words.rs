@@ -5,7 +5,6 @@ use toml::{Table, Value};
 use super::layout::{Entry, Part};
 use crate::status::Status;
 
-/// Before the lists.
 pub const ABOUT: &str = "Every row that was asked for comes back; one without values says why. `status` is `ok`, or words of the first list joined \
     by `+` in its order; of a row over many taps it is the union of their words. A tap that counts enters K̄, SD, errors and maxima of its row. \
     Summaries count each combination of words once, and add up to the number of taps, as `counts.combinations` of run.json does; `counts.status` there \

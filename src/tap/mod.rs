@@ -22,7 +22,7 @@ use crate::optimise::run::{no_axes, precise};
 use crate::optimise::score::{Goal, Score};
 use crate::plan::pays;
 use crate::progress::Progress;
-use crate::scene::search::{Budget, Limits, Objective, Places, Search};
+use crate::scene::search::{Budget, Limits, Objective, Search};
 use crate::scene::{BackendChoice, Contact, Layout, RunOptions, Setup, Study, Theory};
 use crate::statistics::DriveRow;
 
@@ -256,7 +256,8 @@ fn best(
 /// A search without variables: what a score of the curve needs.
 fn search(setup: &Setup, objective: Objective) -> Search {
     let strain = setup.gauge.strain_limit;
-    let limits = Limits { strain, force: None, unambiguous: false, tip_not_wider: false };
+    let strain_key = "gauge.strain_limit";
+    let limits = Limits { strain, strain_key, force: None, unambiguous: false, tip_not_wider: false };
     Search {
         objective,
         weights: [1.0; 2],
@@ -265,6 +266,5 @@ fn search(setup: &Setup, objective: Objective) -> Search {
         variables: Vec::new(),
         limits,
         robust: None,
-        places: Places::default(),
     }
 }

@@ -13,7 +13,7 @@ use crate::sink::run_json;
 use crate::sink::table::drive_unit;
 
 /// The bias, as in all tables.
-const ERROR: &str = RankBy::ErrorRms.name();
+const ERROR: &str = RankBy::ErrorRms.word();
 
 /// Its older name in this table.
 const BIAS: &str = RankBy::BIAS;

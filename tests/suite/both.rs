@@ -9,7 +9,7 @@ use crate::common::sweeping::{CPU, CPU_F64, GPU, Place, REFERENCE, number, sweep
 use vibrissa::design::Design;
 use vibrissa::evaluate::{Evaluator, Task};
 use vibrissa::optimise::evaluate::Scorer;
-use vibrissa::optimise::samples::deviations;
+use vibrissa::optimise::score::deviations;
 use vibrissa::scene::{COLUMNS, Direction, Setup, Tuple};
 
 const NOISE: f64 = 15e-6;

@@ -9,8 +9,8 @@ use crate::common::sweeping::{CPU, CPU_F64, GPU, Place, REFERENCE, number, sweep
 use vibrissa::design::Design;
 use vibrissa::estimator::named;
 use vibrissa::optimise::evaluate::Scorer;
-use vibrissa::optimise::samples::deviations;
 use vibrissa::optimise::score::Limit;
+use vibrissa::optimise::score::deviations;
 use vibrissa::plan::{Plan, Way};
 use vibrissa::scene::Tuple;
 use vibrissa::simulate::Settings;

@@ -9,7 +9,6 @@ use crate::common::keys;
 use crate::common::program::{Desk, SPEC};
 use vibrissa::census::compare::{FAULTS, QUANTITIES};
 use vibrissa::reference::words;
-use vibrissa::scene::{Search, search::Places};
 use vibrissa::sink::fact::{Fact, Only};
 use vibrissa::sink::heading::{HEADINGS, heading};
 use vibrissa::spec::keys::{Key, Section, inline, section, sections};
@@ -96,11 +95,11 @@ fn keys_that_are_required_are_those_that_are_missed() {
     assert!(required >= 9 && free >= 40, "{required} {free}");
 }
 
-/// What a spec asks, without places in its text.
+/// What a spec asks.
 fn asked(section: &Section, text: &str) -> String {
     let read = keys::parsed(section, text);
     let (study, search) = read.unwrap_or_else(|e| panic!("{e} in\n{text}"));
-    format!("{study:?}{:?}", search.map(|s| Search { places: Places::default(), ..s }))
+    format!("{study:?}{search:?}")
 }
 
 #[test]

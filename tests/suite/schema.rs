@@ -9,7 +9,7 @@ use crate::common::program::{Desk, SPEC};
 use crate::common::schema::keep;
 use vibrissa::reference::schema;
 use vibrissa::scene::Interval;
-use vibrissa::spec::form::Form;
+use vibrissa::spec::keys::Form;
 use vibrissa::spec::keys::{inline, sections};
 
 const FILE: &str = "sweeps/spec.schema.json";

@@ -4,18 +4,14 @@ use toml::de::DeValue;
 
 use super::keys::Key;
 use super::reader::{Item, Result};
-use super::schema;
+use super::sections;
 use crate::scene::Axis;
 use crate::scene::axis::Points;
 use crate::scene::sampler::Sampler;
 
-/// Words for both scales.
 const SCALES: [(&str, bool); 2] = [("linear", false), ("log", true)];
-/// Words for both samplers.
-const SAMPLERS: [(&str, Sampler); 2] = [("sobol", Sampler::Sobol), ("random", Sampler::Random)];
 const RANGE_KEYS: [&str; 4] = ["from", "to", "steps", "step"];
 const SAMPLE_KEYS: [&str; 5] = ["min", "max", "samples", "sampler", "seed"];
-/// Every form of an axis.
 const FORMS: &str =
     "a number, a list [4, 7, 10], { from, to, steps }, { from, to, step } or { min, max, samples }";
 
@@ -112,8 +108,8 @@ fn range(item: &Item<'_>, known: &'static Key) -> Result<Axis> {
 fn samples(item: &Item<'_>, known: &'static Key, dimension: u32) -> Result<Axis> {
     let (min, max) = (end(item, "min", known)?, end(item, "max", known)?);
     let samples = item.need("samples")?.whole()?;
-    let sampler = item.child("sampler").map_or(Ok(Sampler::Sobol), |s| s.word(&SAMPLERS))?;
-    let seed = item.child("seed").map_or(Ok(schema::SEED), |s| s.whole())?;
+    let sampler = item.child("sampler").map_or(Ok(Sampler::Sobol), |s| s.word(&Sampler::WORDS))?;
+    let seed = item.child("seed").map_or(Ok(sections::SEED), |s| s.whole())?;
     let log = scale(item)?;
     Axis::samples(min, max, log, Points { samples, sampler, seed }, dimension).map_err(|e| item.place(e))
 }

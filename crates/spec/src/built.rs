@@ -6,10 +6,9 @@ use std::sync::Arc;
 use toml::de::{DeTable, DeValue};
 
 use super::axis::AxisItem;
-use super::properties::{first, is_axis};
+use super::properties::{first, is_axis, searched};
 use super::reader::{Document, Item, Result};
-use super::schema::Sections;
-use super::sections::Section;
+use super::sections::{Section, Sections};
 use super::table::{self, Columns};
 use super::{channels, keys};
 use crate::design::MOST;
@@ -23,14 +22,6 @@ struct Shape {
     /// Diameters of what is inside, from the same file: key and table.
     inner: Option<(&'static str, Vec<[f64; 2]>)>,
     warning: Option<String>,
-}
-
-/// The whisker of a spec.
-#[derive(Default)]
-pub(super) struct Read {
-    /// None of a cone clamped at its base.
-    pub built: Option<Built>,
-    pub warning: Option<String>,
 }
 
 /// Two pairs of numbers or more, the first of them rising.
@@ -53,7 +44,6 @@ fn pairs(item: &Item<'_>) -> Result<Vec<[f64; 2]>> {
     Ok(all)
 }
 
-/// `profile`.
 fn profile(item: &Item<'_>, base: &Path) -> Result<Shape> {
     if item.value.as_str().is_some() {
         return of_file(item, base);
@@ -65,7 +55,6 @@ fn profile(item: &Item<'_>, base: &Path) -> Result<Shape> {
     Ok(Shape { diameter, inner: None, warning: None })
 }
 
-/// A profile in a file.
 fn of_file(item: &Item<'_>, base: &Path) -> Result<Shape> {
     const NAMES: [&str; 4] = ["s_mm", "D_mm", "bore_mm", "core_mm"];
     fn allowed(column: &str) -> &'static str {
@@ -78,8 +67,8 @@ fn of_file(item: &Item<'_>, base: &Path) -> Result<Shape> {
     let (label, text) = table::open(item, base, "profile", Limit::Whole)?;
     let document = Document { file: &label, text: &text };
     let mut rows: Vec<([f64; 4], usize)> = Vec::new();
-    let columns = Columns { names: NAMES, spare: &NAMES[2..] };
-    let header = table::read(&document, columns, allowed, &mut |row, at| rows.push((row, at)))?;
+    let columns = Columns { names: NAMES, spare: &NAMES[2..], allowed };
+    let header = table::read(&document, columns, &mut |row, at| rows.push((row, at)))?;
     let warning = header.warning(&label);
     let mut before = -1.0;
     for (row @ [s, outer, bore, core], at) in &rows {
@@ -193,7 +182,6 @@ fn core(item: &Item<'_>, file: Option<Vec<[f64; 2]>>) -> Result<Inner> {
     Ok(Inner { modulus, diameter })
 }
 
-/// `root`.
 fn root(item: &Item<'_>) -> Result<Root> {
     item.only_known()?;
     // Beyond any quantity of a whisker: `inf` says that this spring is rigid.
@@ -207,13 +195,16 @@ fn root(item: &Item<'_>) -> Result<Root> {
     Ok(root)
 }
 
-/// The whisker of `[whisker]` beyond D, d, L_a and hub.
-/// `scaled`: a search scales its profile.
-pub(super) fn whisker(section: &Section<'_>, base: &Path, scaled: bool) -> Result<Read> {
+/// The whisker beyond D, d, L_a and hub; `None` of a cone clamped at its base.
+pub(super) fn whisker(sections: &Sections<'_>, base: &Path) -> Result<Option<Built>> {
+    let section = sections.section("whisker");
+    // A search scales its candidates itself.
+    let scaled = searched(sections, Property::Scale);
     let shape = section.optional("profile", |item| profile(item, base))?;
-    let (mut outline, mut file, mut warning) = (Profile::Power(1.0), None, None);
-    if let Some(Shape { diameter, inner, warning: told }) = shape {
-        (file, warning) = (inner, told);
+    let (mut outline, mut file) = (Profile::Power(1.0), None);
+    if let Some(Shape { diameter, inner, warning }) = shape {
+        sections.warn(warning);
+        file = inner;
         // Two knots are a cone.
         if diameter.len() > 2 {
             let scale =
@@ -248,7 +239,7 @@ pub(super) fn whisker(section: &Section<'_>, base: &Path, scaled: bool) -> Resul
     let several = shell.as_ref().and_then(|core| core.child("diameter")).is_some_and(|d| is_axis(&d));
     let inner = inner.filter(|inner| several || inner.diameter.iter().any(|knot| knot[1] != 0.0));
     let built = Built { profile: outline, inner, curvature: bend, root };
-    Ok(Read { built: Some(built).filter(|built| *built != Built::CONE), warning })
+    Ok(Some(built).filter(|built| *built != Built::CONE))
 }
 
 /// `[sensor]`: the signal; its noise stands in `gauge`, whose limit is that of a strain.

@@ -4,14 +4,12 @@ use std::sync::Arc;
 
 use super::keys::Key;
 use super::reader::{Item, Result};
-use super::schema::Sections;
-use super::sections::Section;
+use super::sections::{Section, Sections};
 use crate::scene::channels::{MOST_CHANNELS, SOURCES};
 use crate::scene::{Channels, Setup, Signal, Theory};
 
 const NOISE: &str = "one standard deviation > 0 for each channel, in its unit";
 
-/// Whether `section` describes several channels.
 pub(super) fn several(section: &Section<'_>) -> bool {
     section.written("matrix").is_some()
         || section.written("signal").is_some_and(|signal| signal.elements().is_some())

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::axis::AxisItem;
 use super::reader::{Document, Item, Result};
-use super::schema::Sections;
+use super::sections::Sections;
 use super::table::Columns;
 use super::{properties, table};
 use crate::error::InputError;
@@ -51,8 +51,8 @@ pub fn of_file(path: &Path) -> Result<MaterialFit> {
 fn of_text(label: String, text: &str) -> Result<(MaterialFit, Option<String>)> {
     let document = Document { file: &label, text };
     let mut points = Vec::new();
-    let columns = Columns::all([STRAIN, STRESS]);
-    let header = table::read(&document, columns, allowed, &mut |[strain, stress], place| {
+    let columns = Columns::all([STRAIN, STRESS], allowed);
+    let header = table::read(&document, columns, &mut |[strain, stress], place| {
         points.push(Point { strain, stress, place });
     })?;
     let span = |place: usize| table::line_span(document.text, place);
@@ -67,7 +67,7 @@ fn of_text(label: String, text: &str) -> Result<(MaterialFit, Option<String>)> {
 /// A column that is missing; what is no stress–strain curve, or none of the law.
 pub fn of_frame(frame: &Frame) -> Result<MaterialFit> {
     let mut points = Vec::new();
-    table::of_frame(frame, Columns::all([STRAIN, STRESS]), allowed, &mut |[strain, stress], place| {
+    table::of_frame(frame, Columns::all([STRAIN, STRESS], allowed), &mut |[strain, stress], place| {
         points.push(Point { strain, stress, place });
     })?;
     let row = |place: usize| format!("row {place}");

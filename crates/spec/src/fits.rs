@@ -3,8 +3,7 @@
 use super::axis::AxisItem;
 use super::properties::corners;
 use super::reader::Result;
-use super::schema::Sections;
-use super::space;
+use super::sections::Sections;
 use crate::physics::body::Body;
 use crate::scene::{Column, Drive, Property, Setup, Spec};
 
@@ -61,7 +60,7 @@ pub(super) fn fits(
         return Ok(()); // Designs of a search that are no whiskers are not taken.
     }
     let (setup, whisker) = (&spec.study.setup, sections.section("whisker"));
-    let tapped = sections.section("tap").written(space::KEYS[5].1).is_some();
+    let tapped = sections.section("tap").written("a").is_some();
     let shaping: Vec<_> = properties.iter().filter(|(p, _)| SHAPING.contains(p)).cloned().collect();
     // What is wrong in all combinations of the others.
     let wrong = |others: &[(Property, AxisItem<'_>)], setup: &Setup, scale: f64| {

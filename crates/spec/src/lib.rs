@@ -1,28 +1,22 @@
 //! The spec: a TOML file read into a [`Spec`], or an [`InputError`] that says where and why not.
 //!
-//! `keys.toml` describes the sections and keys, `keys` and `form` read it; `schema` refuses unknown ones; `reader` gives values with their places, `part` those of a section; `axis`, `space`,
-//! `model`, `sections`, `optimise`, `tuple_file` and `curve` read their parts, the latter two with `table`; `check` says which values and
-//! combinations are allowed, `units` which of them were probably meant in another unit.
+//! `keys.toml` describes the sections and keys, and `keys` reads it; `sections` refuses unknown ones; `reader` gives values with their places;
+//! the other modules read a part each, and say which values and combinations are allowed; `units` says which were probably meant in another unit.
 
 mod axis;
 mod built;
 mod channels;
-mod check;
 mod curve;
 mod fits;
-pub mod form;
 pub mod keys;
 mod model;
 mod optimise;
 mod properties;
 mod reader;
-mod schema;
-mod searched;
 mod sections;
 mod solid;
 mod space;
 mod table;
-mod tap;
 mod tuple_file;
 mod units;
 
@@ -37,28 +31,19 @@ use std::sync::Arc;
 use toml::de::{DeTable, DeValue};
 
 use crate::error::InputError;
-use crate::scene::{Drive, Property, Search, Setup, Signal, Spec, Study, Written};
+use crate::scene::{Drive, Search, Setup, Signal, Spec, Study};
 use crate::sink::frame::Frame;
 use crate::text_file::{Limit, TextFile};
 pub use curve::{of_file as material_of_file, of_frame as material_of_curve};
 pub use reader::Item;
 pub use reader::placed;
 use reader::{Document, Result};
-use schema::Sections;
+use sections::Sections;
 pub use units::{Ends, NO_ENDS, of_taps as doubts_of_taps, widened};
 
 /// Reads the spec at `path`. Paths in the spec are relative to its folder.
 pub fn read(path: &Path) -> Result<Spec> {
-    read_by(path, |_| "")
-}
-
-/// As [`read`], for a command to which some keys mean something else or nothing: of the text, `fallback` makes TOML with values that stand in
-/// for keys a sweep requires, beside the defaults.
-pub fn read_by<'a>(path: &Path, fallback: impl FnOnce(&str) -> &'a str) -> Result<Spec> {
-    let (label, text) = (path.display().to_string(), load(path, "spec")?);
-    let mut spec = parse_with(&label, &text, path.parent().unwrap_or(Path::new("")), fallback(&text))?;
-    spec.inputs.push(path.to_owned());
-    Ok(spec)
+    parse(&path.display().to_string(), &load(path, "spec")?, path.parent().unwrap_or(Path::new("")))
 }
 
 /// As [`parse`], of a spec whose taps are not in it, but in a `frame` with the columns of a tuple file; without one it has none.
@@ -104,7 +89,7 @@ fn with_sections<T>(
     read: impl FnOnce(&Sections<'_>) -> Result<T>,
 ) -> Result<T> {
     parsed(label, text, |document, user| {
-        let more = schema::more(&[defaults], user);
+        let more = sections::more(&[defaults], user);
         read(&Sections::new(document, user, &more)?)
     })
 }
@@ -118,7 +103,7 @@ fn of_user(
     taps: impl for<'a> FnOnce(&Sections<'a>, Drive) -> Result<space::Read<'a>>,
 ) -> Result<Spec> {
     let beside = built::beside(document, user, base)?;
-    let more = schema::more(&[fallback, &beside], user);
+    let more = sections::more(&[fallback, &beside], user);
     let sections = &Sections::new(document, user, &more)?;
     if let Some(format) = sections.format() {
         let newer = format!("this spec is of a newer format than this program reads, {}", format.allowed());
@@ -127,37 +112,31 @@ fn of_user(
             false => e,
         })?;
     }
-    let tap = sections.section("tap");
-    let drive = tap.get("drive")?.word(&[("angle", Drive::Angle), ("displacement", Drive::Displacement)])?;
+    let drive = space::drive(sections)?;
     let hub = properties::first(&sections.section("whisker").get("hub")?)?;
     let mut gauge = sections::gauge(&sections.section("gauge"))?;
-    let model = model::read(&sections.section("model"), base)?;
+    let (model, fit) = model::read(sections, base)?;
     let estimate = sections::estimate(&sections.section("estimate"))?;
     let output = sections::output(&sections.section("output"))?;
     let run = sections::run(&sections.section("run"), base)?;
-    let space::Read { mut space, directions, leaning, properties, rigs, mut warnings } =
-        taps(sections, drive)?;
-    warnings.extend(model.warning);
-    tap::allowed(&leaning, &model.model)?;
+    let space::Read { mut space, directions, leaning, properties, rigs } = taps(sections, drive)?;
+    model::leaning(&leaning, &model)?;
     let tilts = leaning.iter().any(Option::is_some);
-    if leaning.iter().all(Option::is_none) {
+    if !tilts {
         sections::rankable(sections, &estimate, &output)?;
     }
-    warnings.extend(sections::idle(&estimate));
+    sections.warn(sections::idle(&estimate));
     let (signal, channels) = built::sensor(&sections.section("sensor"), &mut gauge)?;
     if channels.is_some() && gauge.noise_strain.take().is_some_and(|noise| noise != 0.0) {
         let message =
             "noise_strain of [gauge] plays no part: several channels have noise or covariance in [sensor]";
-        warnings.push(message.to_owned());
+        sections.warn([message.to_owned()]);
     }
-    let scaled = properties::searched(sections, Property::Scale);
-    let built = built::whisker(&sections.section("whisker"), base, scaled)?;
-    warnings.extend(built.warning);
-    curve::to_arcs(sections, &mut space, built.built.as_ref(), &properties)?;
+    let built = built::whisker(sections, base)?;
+    curve::to_arcs(sections, &mut space, built.as_ref(), &properties)?;
     let wrench = sections.section("output").get("wrench")?.flag()?;
     let fixed = built::fixed(&sections.section("sensor"), signal, channels.as_deref())?;
-    let built = built.built.map(Arc::new);
-    let (model, fit) = (model.model, model.fit);
+    let built = built.map(Arc::new);
     let setup = Setup {
         hub,
         drive,
@@ -183,16 +162,13 @@ fn of_user(
         run,
         in_force: sections.in_force(),
         inputs: inputs(sections, base),
-        warnings,
+        warnings: sections.warnings.take(),
         several: properties::places(&properties),
     };
     solid::fits(sections, &spec)?;
     fits::fits(sections, &spec, &properties)?;
-    let doubts = fits::doubts(&spec);
-    spec.warnings.extend(doubts);
-    let doubts = units::doubts(sections, &spec);
-    spec.warnings.extend(doubts);
-    spec.warnings.extend(solid::doubts(sections, &spec));
+    let doubts = [fits::doubts(&spec), units::doubts(sections, &spec), solid::doubts(sections, &spec)];
+    spec.warnings.extend(doubts.into_iter().flatten());
     Ok(spec)
 }
 
@@ -220,22 +196,16 @@ pub fn parse_search(label: &str, text: &str, base: &Path) -> Result<(Spec, Searc
 
 /// A spec for a command that varies the drive of one whisker, and the ends of its drive; `noisy`: its objective needs the noise of the gauge.
 pub fn parse_tap(label: &str, text: &str, base: &Path, noisy: bool) -> Result<(Spec, [f64; 2])> {
-    let spec = parse_with(label, text, base, tap::FALLBACK)?;
+    let spec = parse_with(label, text, base, optimise::TAP)?;
     spec.one_rig()?;
-    let ends = with_sections(label, text, tap::FALLBACK, |sections| tap::check(sections, &spec, noisy))?;
+    let ends =
+        with_sections(label, text, optimise::TAP, |sections| optimise::check_tap(sections, &spec, noisy))?;
     Ok((spec, ends))
 }
 
 /// The file of a spec as the user named it, if it was read from one.
 pub fn file(spec: &Spec) -> Option<String> {
     spec.inputs.last().map(|path| path.display().to_string())
-}
-
-/// `[run] model_error` of a spec that was read from a file, and where it stands.
-pub fn model_error(spec: &Spec) -> Result<Option<(f64, Option<Written>)>> {
-    with_sections(&file(spec).unwrap_or_default(), &spec.text, "", |sections| {
-        sections::model_error(&sections.section("run"))
-    })
 }
 
 /// The files that a spec names for reading.
@@ -247,13 +217,8 @@ fn inputs(sections: &Sections<'_>, base: &Path) -> Vec<PathBuf> {
     named.filter_map(|item| Some(base.join(item.value.as_str()?))).collect()
 }
 
-/// What `read` makes of another file that users write as TOML, at `path`; `what` is its key under `[files]` of `keys.toml`.
-pub fn described<T>(path: &Path, what: &str, read: impl FnOnce(&Item<'_>) -> Result<T>) -> Result<T> {
-    described_by(&path.display().to_string(), &load(path, what)?, what, read)
-}
-
-/// As [`described`], of a `text` that `label` names.
-pub fn described_by<T>(
+/// What `read` makes of the `text` of another file that users write as TOML, which `label` names; `what` is its key under `[files]` of `keys.toml`.
+pub fn described<T>(
     label: &str,
     text: &str,
     what: &str,
@@ -277,7 +242,7 @@ pub fn columns<const N: usize>(
 ) -> Result<(String, Vec<[f64; N]>)> {
     let (label, text) = table::open(item, base, what, Limit::Whole)?;
     let (document, mut rows) = (Document { file: &label, text: &text }, Vec::new());
-    table::read(&document, table::Columns::all(names), allowed, &mut |row, _| rows.push(row))?;
+    table::read(&document, table::Columns::all(names, allowed), &mut |row, _| rows.push(row))?;
     Ok((label, rows))
 }
 

@@ -2,25 +2,19 @@
 
 use std::path::Path;
 
-use super::check;
 use super::curve;
 use super::properties::first;
 use super::reader::{Item, Result};
-use super::sections::Section;
-use crate::scene::{Amount, Contact, Geometry, Material, MaterialFit, Model, TERMS};
+use super::sections::Sections;
+use crate::evaluated::both;
+use crate::scene::{Amount, Contact, Geometry, Material, MaterialFit, Model, Setup, TERMS, Term, Theory};
 
-/// The section, and where its material comes from if that is a curve.
-pub(super) struct Read {
-    pub model: Model,
-    pub fit: Option<MaterialFit>,
-    pub warning: Option<String>,
-}
-
-/// Reads the section and refuses effects that contradict each other; paths are relative to `base`.
-pub(super) fn read(section: &Section<'_>, base: &Path) -> Result<Read> {
-    let geometries = [("exact", Geometry::Exact), ("linear", Geometry::Linear)];
-    let (material, fit, warning) = material(&section.get("material")?, base)?;
-    let mut model = Model { geometry: section.get("geometry")?.word(&geometries)?, material, ..Model::PLAIN };
+/// Reads the section, and how its material was fitted; refuses effects that contradict each other. Paths are relative to `base`.
+pub(super) fn read(sections: &Sections<'_>, base: &Path) -> Result<(Model, Option<MaterialFit>)> {
+    let section = sections.section("model");
+    let (material, fit) = material(&section.get("material")?, sections, base)?;
+    let mut model =
+        Model { geometry: section.get("geometry")?.word(&Geometry::WORDS)?, material, ..Model::PLAIN };
     section.get("solid")?.flag()?;
     for term in &TERMS {
         let item = section.get(term.key)?;
@@ -36,12 +30,12 @@ pub(super) fn read(section: &Section<'_>, base: &Path) -> Result<Read> {
     }
     model.nu = first(&section.get("nu")?)?;
     model.contact = contact(&section.get("contact")?)?;
-    if let Err((key, message, allowed)) = check::consistent(&model) {
+    if let Err((key, message, allowed)) = consistent(&model) {
         // What `solid = true` switched on is told where that stands.
         let item = section.written(key).or_else(|| section.written("solid"));
         return item.map_or_else(|| section.get(key), Ok)?.refuse(message, allowed);
     }
-    Ok(Read { model, fit, warning })
+    Ok((model, fit))
 }
 
 fn contact(item: &Item<'_>) -> Result<Contact> {
@@ -52,10 +46,12 @@ fn contact(item: &Item<'_>) -> Result<Contact> {
     item.word(&[("frictionless", Contact::Frictionless), ("stick", Contact::Stick)])
 }
 
-/// The law, the fit it comes from, and a warning about the curve file.
-type Law = (Material, Option<MaterialFit>, Option<String>);
-
-fn material(item: &Item<'_>, base: &Path) -> Result<Law> {
+/// The law, and the fit it comes from.
+fn material(
+    item: &Item<'_>,
+    sections: &Sections<'_>,
+    base: &Path,
+) -> Result<(Material, Option<MaterialFit>)> {
     item.only_known()?;
     let laws = item.value.as_table().into_iter().flatten().map(|(key, _)| &**key.get_ref());
     let laws: Vec<&str> = laws.collect();
@@ -70,13 +66,78 @@ fn material(item: &Item<'_>, base: &Path) -> Result<Law> {
         "yeoh" => Material::Yeoh(value.numbers()?),
         _ => {
             let (fit, warning) = curve::read(&value, base)?;
-            return Ok((Material::Yeoh(fit.coefficients), Some(fit), warning));
+            sections.warn(warning);
+            return Ok((Material::Yeoh(fit.coefficients), Some(fit)));
         }
     };
     if material.e0() > 0.0 && material.e0().is_finite() {
-        return Ok((material, None, None));
+        return Ok((material, None));
     }
     let message = format!("the initial modulus E0 is {} MPa", material.e0());
     let allowed = if law == "yeoh" { "E0 = 6 C10 > 0 MPa" } else { "E0 = 6 (C10 + C01) > 0 MPa" };
     value.refuse(message, allowed)
+}
+
+/// An effect that contradicts another: its key in `[model]`, what is wrong, what is allowed.
+pub(super) type Fault = (&'static str, String, String);
+
+/// Refuses combinations of effects that have no meaning.
+pub(super) fn consistent(model: &Model) -> std::result::Result<(), Fault> {
+    let on = |term: &&Term| (term.get)(model).is_on();
+    let rubs = model.contact != Contact::Frictionless;
+    if model.geometry == Geometry::Linear {
+        let term = TERMS.iter().filter(on).find(|term| !term.linear);
+        let wrong = match term {
+            Some(term) => Some((term.key, term.off())),
+            None if rubs => Some(("contact", "\"frictionless\"")),
+            None => (!matches!(model.material, Material::Hooke(_))).then_some(("material", "{ hooke = E }")),
+        };
+        if let Some((key, instead)) = wrong {
+            let why = "geometry = \"linear\" has no such effect; it takes only shear, nu, hub, side and a hooke material";
+            return Err((key, why.into(), format!("{instead}, or geometry = \"exact\"")));
+        }
+    }
+    for term in TERMS.iter().filter(on) {
+        let Some((other, why)) = term.needs else { continue };
+        if TERMS.iter().filter(|term| term.key == other).any(|term| !(term.get)(model).is_on()) {
+            let why = format!("{} needs {other}: {why}", term.key);
+            return Err((term.key, why, format!("{}, or {other} in [model]", term.off())));
+        }
+    }
+    if rubs && !model.extension {
+        let why =
+            "friction needs extension = true: an inextensible whisker held at its own arc length cannot bend";
+        let allowed = "\"frictionless\", or add extension = true to [model]";
+        return Err(("contact", why.into(), allowed.into()));
+    }
+    if rubs && let Some((term, why)) = TERMS.iter().rev().filter(on).find_map(|t| Some((t, t.frictionless?)))
+    {
+        let off = format!("{} = {}", term.key, term.off());
+        return Err((
+            "contact",
+            format!("friction needs {off}: {why}"),
+            format!("\"frictionless\", or {off} in [model]"),
+        ));
+    }
+    Ok(())
+}
+
+/// Refuses contacts for which there is no model at the poles that tilt, and lean, where these items say so.
+pub(super) fn leaning([tilt, lean]: &[Option<Item<'_>>; 2], model: &Model) -> Result<()> {
+    let why = model.forbids([tilt.is_some(), lean.is_some()]);
+    match tilt.as_ref().or(lean.as_ref()).zip(why) {
+        Some((item, why)) if model.contact == Contact::Frictionless => {
+            item.refuse(why, "0, or that effect off in [model]")
+        }
+        Some((item, why)) => item.refuse(why, "0, or contact = \"frictionless\" in [model]"),
+        None => Ok(()),
+    }
+}
+
+/// Refuses to invert the model of two strains for contacts at which they do not tell the tilt.
+pub(super) fn check_second_gauge(sections: &Sections<'_>, setup: &Setup) -> Result<()> {
+    let inverts = setup.gauge.second && setup.estimate.theory == Theory::Exact;
+    let Some(why) = both::forbids(setup.model.contact).filter(|_| inverts) else { return Ok(()) };
+    let theory = sections.section("estimate").get("theory")?;
+    theory.refuse(why, "\"euler-bernoulli\" or \"timoshenko\"; second = false in [gauge]; or contact = \"frictionless\" in [model]")
 }

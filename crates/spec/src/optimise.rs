@@ -1,44 +1,33 @@
 //! `[optimise]`: what is searched for.
 
-use std::fmt::Write;
-
-use super::properties::variable;
+use super::properties::{known, names, unsure, variable, varied, vary};
 use super::reader::{Item, Result};
-use super::schema::Sections;
-use super::searched::{self, UNSURE, VARIED, names, vary};
-use super::sections::Section;
-use super::space::{KEYS, drive_key};
-use crate::error::InputError;
+use super::sections::{Section, Sections};
+use super::space::{self, ColumnKey, drive_key, keys};
 use crate::scene::search::{
-    Budget, Calibrated, Limits, Measure, Objective, Places, Quantity, Robust, Search, Variable,
+    Budget, Calibrated, Limits, Measure, Objective, Quantity, Robust, Search, Variable,
 };
-use crate::scene::{COLUMNS, Column, Drive, Factor, Space, Spec, Theory};
+use crate::scene::{COLUMNS, Column, Drive, Spec, Theory};
 
 /// Says that the defaults of `[optimise]` are in force.
 pub(super) const SEARCHED: &str = "[optimise]\n";
 
+/// Why an objective that holds the noise is refused where the spec does not say it.
+const NOISELESS: &str = "total_rms_mm holds the gauge's noise, and noise_strain is not written";
+
 /// Whiskers sampled for each candidate unless the spec says otherwise.
 const SAMPLES: u64 = 64;
 
-/// Section, key and column of everything that can be a variable.
-fn keys(drive: Drive) -> [(&'static str, &'static str, Column); 6] {
-    std::array::from_fn(|k| match k {
-        5 => ("tap", drive_key(drive), Column::Drive),
-        _ => (KEYS[k].0, KEYS[k].1, Column::ALL[k]),
-    })
+/// Section, key and column of everything that can be a variable; the drive comes last.
+fn columns(drive: Drive) -> impl Iterator<Item = ColumnKey> {
+    keys(drive).into_iter().filter(|key| key.2 < Column::Distance || key.2 == Column::Drive)
 }
 
-/// Keys of the pole's direction, which is no variable: nobody chooses it.
-const DIRECTIONS: [(&str, Column); 2] = [("tilt", Column::Tilt), ("lean", Column::Lean)];
-
-/// Reads the section by itself.
 pub(super) fn read(sections: &Sections<'_>) -> Result<Search> {
-    let drives = [("angle", Drive::Angle), ("displacement", Drive::Displacement)];
-    let drive = sections.section("tap").get("drive")?.word(&drives)?;
+    let drive = space::drive(sections)?;
     if let Some(file) = sections.section("tuples").written("file") {
-        return Err(file
-            .error("a search varies one whisker; it takes no list of tuples")
-            .allowed("axes in [whisker], [gauge] and [tap]"));
+        let why = "a search varies one whisker; it takes no list of tuples";
+        return file.refuse(why, "axes in [whisker], [gauge] and [tap]");
     }
     let section = sections.section("optimise");
     let robust = section.optional("robust", |item| robust(item, drive))?;
@@ -56,24 +45,24 @@ pub(super) fn read(sections: &Sections<'_>) -> Result<Search> {
     let leaning = |r: &Robust| {
         r.tilts()
             && r.properties.is_empty()
-            && Column::ALL.iter().all(|c| r.sd[*c as usize] == 0.0 || is_direction(*c))
+            && Column::ALL
+                .iter()
+                .all(|c| r.sd[*c as usize] == 0.0 || [Column::Tilt, Column::Lean].contains(c))
     };
     if word == Objective::Sd && robust.as_ref().is_some_and(leaning) {
         let message = "K and its spread are those of a calibration, which is made at upright poles: a tilt does not change them";
         let allowed = "objective = \"distance\", \"weighted\" or \"pareto\", or a tolerance of the whisker";
         return section.get("robust")?.refuse(message, allowed);
     }
-    let gauge = sections.section("gauge").get("strain_limit")?;
-    let (limits, places) = limits(&section, &gauge)?;
+    let of_gauge = sections.section("gauge").get("strain_limit")?.ranged()?;
     Ok(Search {
         objective: word,
         weights: weights(&section.get("weights")?)?,
         seed: section.get("seed")?.whole()?,
         budget: section.optional("budget", budget)?.unwrap_or_default(),
         variables: variables(&section.get("variables")?, drive)?,
-        limits,
+        limits: limits(&section, of_gauge)?,
         robust,
-        places,
     })
 }
 
@@ -99,19 +88,18 @@ fn budget(item: &Item<'_>) -> Result<Budget> {
 }
 
 fn variables(item: &Item<'_>, drive: Drive) -> Result<Vec<Variable>> {
-    let keys = keys(drive);
-    let all = [&keys.map(|(_, key, _)| key)[..], &names(VARIED)].concat();
     if let Some(a) = item.child("a") {
         let message = "the distances are given, not searched: every candidate is judged over all a of [tap]";
         return a.refuse(message, item.allowed());
     }
-    searched::known(item, &all)?;
-    let columns = keys.map(|(_, key, column)| (item.child(key), Quantity::Column(column)));
-    let properties = VARIED.map(|property| (variable(item, property), Quantity::Property(property)));
+    known(item, &columns(drive).map(|(_, key, _)| key).chain(names(varied())).collect::<Vec<_>>())?;
+    let mut all: Vec<_> =
+        columns(drive).map(|(_, key, column)| (item.child(key), Quantity::Column(column))).collect();
+    let properties = varied().map(|property| (variable(item, property), Quantity::Property(property)));
+    let drive = all.len() - 1;
+    all.splice(drive..drive, properties);
     let mut variables = Vec::new();
-    // The drive comes last.
-    let (design, drive) = columns.split_at(5);
-    for (bounds, quantity) in [design, &properties, drive].concat() {
+    for (bounds, quantity) in all {
         let Some(bounds) = bounds else { continue };
         let [min, max] = bounds.numbers()?;
         if bounds.interval().is_some_and(|range| !range.holds(min) || !range.holds(max)) {
@@ -132,40 +120,32 @@ fn variables(item: &Item<'_>, drive: Drive) -> Result<Vec<Variable>> {
     Ok(variables)
 }
 
-fn limits(section: &Section<'_>, gauge: &Item<'_>) -> Result<(Limits, Places)> {
-    let blank = |item: &Item<'_>| item.error("");
-    let variables = blank(&section.get("variables")?);
-    let strain = gauge.ranged()?;
-    let mut limits = Limits { strain, force: None, unambiguous: false, tip_not_wider: false };
-    let mut places = Places { strain: blank(gauge), variables, ..Places::default() };
-    let Some(item) = section.written("limits") else { return Ok((limits, places)) };
+/// `limits`; `strain` is that of the gauge.
+fn limits(section: &Section<'_>, strain: f64) -> Result<Limits> {
+    let strain_key = "gauge.strain_limit";
+    let free = Limits { strain, strain_key, force: None, unambiguous: false, tip_not_wider: false };
+    let Some(item) = section.written("limits") else { return Ok(free) };
     item.only_known()?;
-    if let Some(strain) = item.child("strain") {
-        (limits.strain, places.strain) = (strain.ranged()?, blank(&strain));
-    }
-    if let Some(force) = item.child("force_N") {
-        (limits.force, places.force) = (Some(force.ranged()?), blank(&force));
-    }
-    if let Some(flag) = item.child("unambiguous") {
-        (limits.unambiguous, places.unambiguous) = (flag.flag()?, blank(&flag));
-    }
-    if let Some(flag) = item.child("tip_not_wider") {
-        (limits.tip_not_wider, places.tip_not_wider) = (flag.flag()?, blank(&flag));
-    }
-    Ok((limits, places))
+    Ok(Limits {
+        strain: item.or("strain", strain, Item::ranged)?,
+        strain_key: item.child("strain").map_or(strain_key, |_| "optimise.limits.strain"),
+        force: item.child("force_N").map(|force| force.ranged()).transpose()?,
+        unambiguous: item.or("unambiguous", false, Item::flag)?,
+        tip_not_wider: item.or("tip_not_wider", false, Item::flag)?,
+    })
 }
 
 fn robust(item: &Item<'_>, drive: Drive) -> Result<Robust> {
-    let columns = keys(drive).map(|(_, key, column)| (key, column)).into_iter().chain(DIRECTIONS);
+    let columns = || keys(drive).into_iter().filter(|key| key.2 != Column::Distance);
     let others = ["samples", "measure", "calibrated"];
-    let known = columns.clone().map(|(key, _)| key).chain(others).chain(names(UNSURE));
-    searched::known(item, &known.collect::<Vec<_>>())?;
+    let all = columns().map(|(_, key, _)| key).chain(others).chain(names(unsure()));
+    known(item, &all.collect::<Vec<_>>())?;
     let mut sd = [0.0; COLUMNS];
-    for (key, column) in columns {
+    for (_, key, column) in columns() {
         sd[column as usize] = item.or(key, 0.0, Item::ranged)?;
     }
     let mut properties = Vec::new();
-    for property in UNSURE {
+    for property in unsure() {
         if let Some(value) = variable(item, property) {
             properties.push((property, value.ranged()?));
         }
@@ -175,34 +155,21 @@ fn robust(item: &Item<'_>, drive: Drive) -> Result<Robust> {
         return item.wrong("no standard deviation is larger than zero: nothing to be robust against");
     }
     let samples = item.or("samples", SAMPLES, Item::whole)? as u32;
-    let measures = [("mean", Measure::Mean), ("cvar90", Measure::Cvar90)];
-    let measure = item.or("measure", Measure::Mean, |m| m.word(&measures))?;
-    let of = [("each", Calibrated::Each), ("nominal", Calibrated::Nominal)];
-    let calibrated = item.or("calibrated", Calibrated::Each, |c| c.word(&of))?;
+    let measure = item.or("measure", Measure::Mean, |m| m.word(&Measure::WORDS))?;
+    let calibrated = item.or("calibrated", Calibrated::Each, |c| c.word(&Calibrated::WORDS))?;
     Ok(Robust { sd, properties, samples, measure, calibrated })
-}
-
-/// Whether a column is one of the pole's direction.
-fn is_direction(column: Column) -> bool {
-    DIRECTIONS.iter().any(|(_, c)| *c == column)
 }
 
 /// Values for the variables that are not written in their sections, chosen so that a spec that can be met at all is valid.
 pub(super) fn fallback(search: &Search) -> String {
-    let mut text = SEARCHED.to_owned();
-    for section in ["whisker", "gauge", "tap"] {
-        let _ = writeln!(text, "[{section}]");
-        // A drive that the spec does not have does no harm in a fallback.
-        for (_, key, column) in keys(Drive::Angle).into_iter().filter(|k| k.0 == section) {
-            let Some(v) = of(search, column) else { continue };
-            let roomiest = if column == Column::Length { v.max } else { v.min };
-            let _ = writeln!(text, "{key} = {roomiest:?}");
-            if column == Column::Drive {
-                let _ = writeln!(text, "delta = {roomiest:?}");
-            }
-        }
-    }
-    text
+    // A drive that the spec does not have does no harm in a fallback.
+    let keys = columns(Drive::Angle).chain([("tap", "delta", Column::Drive)]);
+    let line = |(section, key, column)| {
+        let v = of(search, column)?;
+        let roomiest = if column == Column::Length { v.max } else { v.min };
+        Some(format!("{section}.{key} = {roomiest:?}\n"))
+    };
+    keys.filter_map(line).collect::<String>() + SEARCHED
 }
 
 /// The variable that is this column.
@@ -212,8 +179,8 @@ fn of(search: &Search, column: Column) -> Option<&Variable> {
 
 /// Whether the dotted `key` is that of a variable.
 pub(super) fn is_variable(search: &Search, key: &str) -> bool {
-    let all = keys(Drive::Angle).into_iter().chain(keys(Drive::Displacement));
-    all.filter(|k| of(search, k.2).is_some()).any(|k| key == format!("{}.{}", k.0, k.1))
+    let mut all = columns(Drive::Angle).chain(columns(Drive::Displacement));
+    all.any(|(section, name, column)| key == format!("{section}.{name}") && of(search, column).is_some())
 }
 
 /// Judges the section together with the rest of the spec; fills in the first start, and the rigs of the candidates.
@@ -221,53 +188,45 @@ pub(super) fn check(sections: &Sections<'_>, spec: &mut Spec, search: &mut Searc
     vary(sections, spec, search)?;
     let objective = sections.section("optimise").get("objective")?;
     if search.objective.needs_distance() && spec.study.setup.is_noisy().is_none() {
-        return Err(noise_missing(&objective));
+        let allowed = "noise_strain = 20e-6 in [gauge] (0 for the bias alone), noise in [sensor] for another signal, or objective = \"sd\"";
+        return objective.refuse(NOISELESS, allowed);
     }
-    let Space::Grid(factors) = &spec.study.space else { return Err(objective.error("a search needs axes")) };
-    let axis = |column: Column| {
-        factors.iter().flat_map(|f: &Factor| &f.axes).find(|(c, _)| *c == column).map(|(_, axis)| axis)
-    };
     let estimate = &spec.study.setup.estimate;
     let needs_mean = estimate.k.is_none() && estimate.theory != Theory::Exact;
-    if axis(Column::Distance).is_some_and(|a| a.len() < 2) && (search.objective.needs_sd() || needs_mean) {
-        let a = sections.section("tap").get("a")?;
-        return a.refuse("K has no spread and no mean over one distance", "two distances or more");
+    if search.objective.needs_sd() || needs_mean {
+        two_distances(sections, spec)?;
     }
+    let axis = |column: Column| spec.study.space.axis(column);
     for (section, key, column) in keys(spec.study.setup.drive) {
-        let variable = search.variables.iter_mut().find(|v| v.quantity == Quantity::Column(column));
-        let Some(item) = sections.section(section).written(key) else { continue };
-        let Some(axis) = axis(column) else { continue };
-        match variable {
-            Some(_) if axis.len() > 1 => {
-                return Err(item
-                    .error("this is a variable of [optimise]: here stands its first start")
-                    .allowed("one number, or nothing"));
+        let Some((item, axis)) = sections.section(section).written(key).zip(axis(column)) else { continue };
+        let one = axis.len() == 1;
+        if column == Column::Tilt || column == Column::Lean {
+            if !one {
+                return item.refuse("a search needs one direction of the object's edge", "one number");
             }
-            Some(v) => v.start = Some(axis.at(0)),
-            None if axis.len() > 1 && column != Column::Drive => {
+            if axis.at(0) != 0.0 && search.robust.as_ref().is_some_and(Robust::tilts) {
+                let message =
+                    "with a tilt or lean in [optimise] robust the object's edge is upright but for that";
+                return item.refuse(message, "0, or nothing");
+            }
+            continue;
+        }
+        match search.variables.iter_mut().find(|v| v.quantity == Quantity::Column(column)) {
+            Some(v) if one => v.start = Some(axis.at(0)),
+            Some(_) => {
+                let message = "this is a variable of [optimise]: here stands its first start";
+                return item.refuse(message, "one number, or nothing");
+            }
+            None if !one && column != Column::Drive && column != Column::Distance => {
                 let message = "a search needs one number here, or bounds for it in [optimise] variables";
-                return Err(item
-                    .error(message)
-                    .allowed("one number; only a, and a theta that is no variable, may be lists"));
+                return item
+                    .refuse(message, "one number; only a, and a theta that is no variable, may be lists");
             }
-            None if axis.points().is_some() => {
-                return Err(item
-                    .error("tap angles to choose from are listed, not sampled")
-                    .allowed("a value, a list or a range"));
+            None if axis.points().is_some() && column == Column::Drive => {
+                let message = "tap angles to choose from are listed, not sampled";
+                return item.refuse(message, "a value, a list or a range");
             }
             None => {}
-        }
-    }
-    for (key, column) in DIRECTIONS {
-        let Some(item) = sections.section("tap").written(key) else { continue };
-        let axis = axis(column).filter(|axis| axis.len() > 1 || axis.at(0) != 0.0);
-        if axis.is_some_and(|axis| axis.len() > 1) {
-            return item.refuse("a search needs one direction of the object's edge", "one number");
-        }
-        if axis.is_some() && search.robust.as_ref().is_some_and(Robust::tilts) {
-            let message =
-                "with a tilt or lean in [optimise] robust the object's edge is upright but for that";
-            return item.refuse(message, "0, or nothing");
         }
     }
     if let Some(robust) = &search.robust {
@@ -285,18 +244,58 @@ pub(super) fn check(sections: &Sections<'_>, spec: &mut Spec, search: &mut Searc
     if search.limits.tip_not_wider && tip[0] > base[1] {
         let message =
             format!("no tip is that thin: the smallest d is {} mm, the largest D {} mm", tip[0], base[1]);
-        return Err(InputError {
-            message,
-            allowed: Some(format!("d ≤ {} mm in reach, or tip_not_wider = false", base[1])),
-            ..search.places.tip_not_wider.clone()
-        });
+        let item = sections.section("optimise").get("limits")?.need("tip_not_wider")?;
+        return item.refuse(message, format!("d ≤ {} mm in reach, or tip_not_wider = false", base[1]));
     }
     Ok(())
 }
 
-/// An objective that has no meaning without noise.
-pub(super) fn noise_missing(objective: &Item<'_>) -> InputError {
-    objective
-        .error("total_rms_mm holds the gauge's noise, and noise_strain is not written")
-        .allowed("noise_strain = 20e-6 in [gauge] (0 for the bias alone), noise in [sensor] for another signal, or objective = \"sd\"")
+/// Refuses a single distance, over which K has no mean and no spread.
+fn two_distances(sections: &Sections<'_>, spec: &Spec) -> Result<()> {
+    if spec.study.space.axis(Column::Distance).is_none_or(|a| a.len() > 1) {
+        return Ok(());
+    }
+    let a = sections.section("tap").get("a")?;
+    a.refuse("K has no spread and no mean over one distance", "two distances or more")
+}
+
+/// Interval of tap angles of `tap` where the spec has none, degrees.
+pub(super) const TAP: &str = "[tap]\ntheta = [0.1, 10.0]\n";
+
+/// Smallest and largest drive of `spec` for `tap`, which takes one whisker; `noisy`: its objective needs the noise.
+pub(super) fn check_tap(sections: &Sections<'_>, spec: &Spec, noisy: bool) -> Result<[f64; 2]> {
+    let setup = &spec.study.setup;
+    for (section, key, column) in keys(setup.drive) {
+        let Some(axis) = spec.study.space.axis(column) else {
+            let file = sections.section("tuples").get("file")?;
+            let why = "this takes one whisker, no list of tuples";
+            return file.refuse(why, "one number each for D, d, L_a, x_ss, l");
+        };
+        let (why, instead) = match column {
+            Column::Distance | Column::Drive => continue,
+            Column::Tilt | Column::Lean => ("this takes one direction of the object's edge", "one number"),
+            _ => ("this takes one whisker", "one number; optimise searches over whiskers"),
+        };
+        if axis.len() > 1 {
+            return sections.section(section).get(key)?.refuse(why, instead);
+        }
+    }
+    // The model itself needs no K.
+    if setup.estimate.k.is_none() && !(noisy && setup.estimate.theory == Theory::Exact) {
+        two_distances(sections, spec)?;
+    }
+    let ends = spec.study.space.axis(Column::Drive).map_or([0.0; 2], |drive| [drive.min(), drive.max()]);
+    if ends[0] >= ends[1] {
+        let none = if setup.drive == Drive::Angle { "; or none, which is 0.1 … 10" } else { "" };
+        let allowed = format!("two values or a range: the ends of the interval{none}");
+        let item = sections.section("tap").get(drive_key(setup.drive))?;
+        return item.refuse("one value leaves nothing to choose", allowed);
+    }
+    if noisy && setup.is_noisy().is_none() {
+        let section = sections.section("gauge");
+        let error = section.document.error(section.span.clone(), NOISELESS).key("gauge.noise_strain");
+        let allowed = "noise_strain = 20e-6 (0 for the bias alone), noise in [sensor] for another signal, or --objective sd";
+        return Err(error.allowed(allowed));
+    }
+    Ok(ends)
 }

@@ -1,15 +1,18 @@
 //! Properties of the rig that differ from design to design: where their keys stand, their axes, and what they exclude.
 
+use std::sync::Arc;
+
 use toml::de::DeValue;
 
 use super::axis::AxisItem;
-use super::check::consistent;
+use super::model::{check_second_gauge, consistent};
 use super::reader::{Item, Result};
-use super::schema::Sections;
-use super::{built, solid, tap};
+use super::sections::Sections;
+use super::{built, solid};
 use crate::error::InputError;
 use crate::scene::property::Description;
-use crate::scene::{Axis, Property, Setup, Signal};
+use crate::scene::search::{Quantity, Robust, Search};
+use crate::scene::{Axis, Material, Property, Rigs, Setup, Signal, Spec};
 
 /// Where `property` is written, if it is.
 pub(super) fn written<'a>(sections: &Sections<'a>, property: Property) -> Option<Item<'a>> {
@@ -33,13 +36,11 @@ pub(super) fn written<'a>(sections: &Sections<'a>, property: Property) -> Option
     }
 }
 
-/// Whether a strain is read.
 fn of_strain(sections: &Sections<'_>) -> bool {
     let word = sections.section("sensor").written("signal").and_then(|item| item.text().ok());
     word.is_none_or(|word| word == Signal::Strain.word())
 }
 
-/// Whether many values stand at `item`, or something that should be many: pairs are the diameters of one whisker.
 pub(super) fn is_axis(item: &Item<'_>) -> bool {
     match item.value {
         DeValue::Array(list) => !list.first().is_some_and(|first| first.get_ref().is_array()),
@@ -85,25 +86,7 @@ pub(super) fn variable<'a>(table: &Item<'a>, property: Property) -> Option<Item<
     Some(found.of(table.table().and_then(|keys| keys.key(name))))
 }
 
-/// `setup` with each of the values that a property has, or with the ends of its axis.
-fn each<'a>(
-    setup: &'a Setup,
-    axes: &'a [(Property, AxisItem<'_>)],
-) -> impl Iterator<Item = (&'a AxisItem<'a>, Setup)> {
-    axes.iter().flat_map(move |(property, axis)| {
-        let values = match &axis.axis {
-            Axis::List(values) => values.clone(),
-            axis => vec![axis.min(), axis.max()],
-        };
-        values.into_iter().map(move |value| {
-            let mut one = setup.clone();
-            property.set(&mut one, value);
-            (axis, one)
-        })
-    })
-}
-
-/// Refuses what does not go together in any of the rigs.
+/// Refuses what does not go together in any of the rigs: with each of the values of a property, or with the ends of its axis.
 pub(super) fn allowed_together(
     sections: &Sections<'_>,
     setup: &Setup,
@@ -111,22 +94,25 @@ pub(super) fn allowed_together(
     tilts: bool,
 ) -> Result<()> {
     let check = |setup: &Setup, at: Option<&Item<'_>>| {
-        tap::check_second_gauge(sections, &setup.gauge, &setup.estimate, &setup.model)?;
+        check_second_gauge(sections, setup)?;
         built::allowed(sections, setup, tilts, at)?;
         solid::allowed(sections, setup, tilts)
     };
     check(setup, None)?;
-    for (axis, one) in each(setup, axes) {
-        if let Err((_, message, allowed)) = consistent(&one.model) {
-            return axis.item.refuse(message, allowed);
+    for (property, AxisItem { item, axis }) in axes {
+        let ends = [axis.min(), axis.max()];
+        for value in if let Axis::List(values) = axis { &values[..] } else { &ends } {
+            let mut one = setup.clone();
+            property.set(&mut one, *value);
+            if let Err((_, message, allowed)) = consistent(&one.model) {
+                return item.refuse(message, allowed);
+            }
+            let leaning = one.model.forbids([true; 2]).filter(|_| tilts && one.model.pole_radius > 0.0);
+            if let Some(why) = leaning {
+                return item.refuse(why, "0, or no tilt and no lean in [tap]");
+            }
+            check(&one, Some(item))?;
         }
-        if tilts
-            && one.model.pole_radius > 0.0
-            && let Some(why) = one.model.forbids([true; 2])
-        {
-            return axis.item.refuse(why, "0, or no tilt and no lean in [tap]");
-        }
-        check(&one, Some(&axis.item))?;
     }
     Ok(())
 }
@@ -146,4 +132,96 @@ pub(super) fn corners(setup: &Setup, axes: &[(Property, AxisItem<'_>)]) -> Vec<(
         all = all.iter().flat_map(both).collect();
     }
     all
+}
+
+/// Properties that a search may vary: all that someone can choose.
+pub(super) fn varied() -> impl Iterator<Item = Property> {
+    unsure().filter(|property| *property != Property::Friction)
+}
+
+/// Properties that may differ from what was meant.
+pub(super) fn unsure() -> impl Iterator<Item = Property> {
+    Property::ALL.into_iter().filter(|property| *property != Property::Noise)
+}
+
+/// Names of `properties` in a table of `[optimise]`; what stands in an inline table of a spec may also stand in one there.
+pub(super) fn names(properties: impl IntoIterator<Item = Property>) -> Vec<&'static str> {
+    properties.into_iter().map(|property| property.name().trim_start_matches("root.")).collect()
+}
+
+pub(super) fn known(item: &Item<'_>, names: &[&'static str]) -> Result<()> {
+    let mut tables: Vec<(&str, Vec<&str>)> = vec![("root", vec!["k_theta", "k_y", "k_x"])];
+    for (table, key) in names.iter().filter_map(|name| name.split_once('.')) {
+        match tables.iter_mut().find(|(known, _)| *known == table) {
+            Some((_, keys)) => keys.push(key),
+            None => tables.push((table, vec![key])),
+        }
+    }
+    let all: Vec<&str> = names.iter().copied().chain(tables.iter().map(|(table, _)| *table)).collect();
+    let judged = item.only(&all).and_then(|()| {
+        tables.iter().try_for_each(|(table, keys)| item.child(table).map_or(Ok(()), |inner| inner.only(keys)))
+    });
+    judged.map_err(|e| e.allowed(names.join(", ")))
+}
+
+/// Judges properties of the rig as variables and tolerances.
+pub(super) fn vary(sections: &Sections<'_>, spec: &mut Spec, search: &mut Search) -> Result<()> {
+    spec.one_rig()?;
+    let section = sections.section("optimise");
+    let setup = &spec.study.setup;
+    let profiled = sections.section("whisker").written("profile").is_some();
+    let lacking = |property: Property| match property {
+        Property::Scale => (!profiled).then_some("a profile in [whisker]"),
+        Property::Exponent => profiled.then_some("D, d and L_a in place of the profile"),
+        Property::Core | Property::CoreModulus => {
+            (property.get(setup).max(0.0) == 0.0).then_some("core = { diameter, modulus } in [whisker]")
+        }
+        Property::Bore => (Property::Core.get(setup) > 0.0).then_some("a bore or a core, not both"),
+        Property::Modulus => {
+            let law = matches!(setup.model.material, Material::Hooke(_) | Material::NeoHookean(_));
+            (!law).then_some("material = { hooke = E } or { neo-hookean = E }")
+        }
+        Property::Foil => {
+            property.get(setup).is_nan().then_some("foil = { stiffness, length, width } in [gauge]")
+        }
+        Property::Friction => property.get(setup).is_nan().then_some("contact = { coulomb = mu } in [model]"),
+        _ => None,
+    };
+    let mut axes = Vec::new();
+    for (table, names) in [("variables", true), ("robust", false)] {
+        let Some(item) = section.written(table) else { continue };
+        for property in unsure() {
+            let Some(place) = variable(&item, property) else { continue };
+            let mut unsure = search.robust.iter().flat_map(|robust| &robust.properties);
+            // A deviation of 0 asks nothing.
+            if !names && !unsure.any(|(p, _)| *p == property) {
+                continue;
+            }
+            let varied = search.variables.iter().find(|v| v.quantity == Quantity::Property(property));
+            if let Some(what) = lacking(property) {
+                return place.refuse(format!("{} needs more in the spec", property.name()), what);
+            }
+            if !names && !property.get(setup).is_finite() && varied.is_none() {
+                let message = format!("{} has no value from which it could differ", property.name());
+                return place.refuse(message, "its value in the spec, or bounds for it in variables");
+            }
+            if let Some(v) = varied.filter(|_| names) {
+                axes.push((property, AxisItem { item: place, axis: vec![v.min, v.max].into() }));
+            }
+        }
+    }
+    let upright = spec.study.space.layout().is_none_or(|layout| layout.is_upright());
+    let tilts = !upright || search.robust.as_ref().is_some_and(Robust::tilts);
+    allowed_together(sections, setup, &axes, tilts)?;
+    let mut varied = Vec::new();
+    for v in &mut search.variables {
+        let Quantity::Property(property) = v.quantity else { continue };
+        varied.push(property);
+        let written = written(sections, property);
+        v.start = written.map(|item| first(&item)).transpose()?;
+    }
+    if !varied.is_empty() {
+        spec.study.setup.rigs = Some(Arc::new(Rigs::listed(varied)));
+    }
+    Ok(())
 }

@@ -5,12 +5,11 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::form::{Form, LARGEST};
-use super::keys::{Key, Section};
-use super::schema;
+use super::keys::{Form, Key, LARGEST, Section};
+use super::sections;
 use crate::design::MOST;
 use crate::error::InputError;
-use crate::scene::{Interval, Written};
+use crate::scene::Interval;
 
 /// Result of reading.
 pub type Result<T> = std::result::Result<T, InputError>;
@@ -92,9 +91,9 @@ impl<'a> Item<'a> {
         Self { document, key: String::new(), span: Some(0..0), value, known: None }
     }
 
-    /// A `value` that stands in no document, for `key`.
-    pub fn nowhere(document: &'a Document<'a>, key: &str, value: &'a DeValue<'a>) -> Self {
-        Self { document, key: key.to_owned(), span: None, value, known: None }
+    /// A `value` of `key` that was not written.
+    pub fn unwritten(document: &'a Document<'a>, key: String, value: &'a DeValue<'a>) -> Self {
+        Self { document, key, span: None, value, known: None }
     }
 
     /// The same, as the value of another key.
@@ -102,16 +101,11 @@ impl<'a> Item<'a> {
         Self { known, ..self }
     }
 
-    /// A value that was not written.
-    pub fn default(document: &'a Document<'a>, key: String, value: &'a Spanned<DeValue<'a>>) -> Self {
-        Self { document, key, span: None, value: value.get_ref(), known: None }
-    }
-
     /// An error at this value.
     pub fn error(&self, message: impl Into<String>) -> InputError {
         let value = match &self.span {
             Some(span) => self.document.excerpt(span.clone()),
-            None => schema::toml_text(self.value),
+            None => sections::toml_text(self.value),
         };
         self.document.error(self.span.clone(), message).key(&self.key).value(value)
     }
@@ -119,18 +113,6 @@ impl<'a> Item<'a> {
     /// Refuses this value: `message` says why, `allowed` what could stand there.
     pub fn refuse<T>(&self, message: impl Into<String>, allowed: impl Into<String>) -> Result<T> {
         Err(self.error(message).allowed(allowed))
-    }
-
-    /// Its place; none for a default.
-    pub fn at(&self) -> Option<Written> {
-        let Document { file, text } = *self.document;
-        let span = self.span.clone()?;
-        Some(Written {
-            file: file.to_owned(),
-            text: text.to_owned(),
-            line: self.document.line(span.start),
-            span,
-        })
     }
 
     /// Places an error whose key is relative to this value.
@@ -241,7 +223,7 @@ impl<'a> Item<'a> {
         let names: Vec<_> = words.iter().map(|(name, _)| *name).collect();
         match words.iter().find(|(name, _)| name == text) {
             Some((_, meaning)) => Ok(*meaning),
-            None => self.wrong(format!("unknown word{}", schema::hint(text, &names))),
+            None => self.wrong(format!("unknown word{}", sections::hint(text, &names))),
         }
     }
 
@@ -332,7 +314,7 @@ impl<'a> Item<'a> {
         for (key, value) in table {
             let name: &str = key.get_ref();
             if !known.contains(&name) {
-                let message = format!("unknown key{}", schema::hint(name, known));
+                let message = format!("unknown key{}", sections::hint(name, known));
                 let error = self.document.error(Some(key.span()), message).key(self.dotted(name));
                 return Err(error.value(self.document.excerpt(value.span())).allowed(self.allowed()));
             }

@@ -1,5 +1,6 @@
 //! `[gauge]`, `[estimate]`, `[output]` and `[run]`.
 
+use std::cell::RefCell;
 use std::ops::Range;
 use std::path::Path;
 
@@ -8,19 +9,17 @@ use toml::de::{DeTable, DeValue};
 
 use super::properties::first;
 use super::reader::{Document, Item, Result};
-use super::schema::Sections;
 use super::{keys, solid};
 use crate::error::InputError;
 use crate::scene::{
     BackendChoice, Convention, Estimate, Gauge, Output, Per, Precision, RankBy, RunOptions, Side, Theory,
-    Written,
 };
 use crate::sink::format::TableFormat;
 
 /// `[gauge]` apart from x_ss and l.
 pub(super) fn gauge(section: &Section<'_>) -> Result<Gauge> {
     Ok(Gauge {
-        side: section.get("side")?.word(&[("contact", Side::Contact), ("far", Side::Far)])?,
+        side: section.get("side")?.word(&Side::WORDS)?,
         noise_strain: section.optional("noise_strain", first)?,
         strain_limit: section.get("strain_limit")?.ranged()?,
         factor: section.get("factor")?.ranged()?,
@@ -29,12 +28,10 @@ pub(super) fn gauge(section: &Section<'_>) -> Result<Gauge> {
     })
 }
 
-/// `[estimate]`.
 pub(super) fn estimate(section: &Section<'_>) -> Result<Estimate> {
-    let conventions = [("mean", Convention::Mean), ("elongation", Convention::Elongation)];
     Ok(Estimate {
         theory: section.get("theory")?.word(&Theory::WORDS)?,
-        convention: section.get("convention")?.word(&conventions)?,
+        convention: section.get("convention")?.word(&Convention::WORDS)?,
         range: section.optional("range", range)?,
         k: section.optional("K", Item::ranged)?,
     })
@@ -63,7 +60,7 @@ pub(super) fn rankable(sections: &Sections<'_>, estimate: &Estimate, output: &Ou
     if estimate.theory != Theory::Exact || !error || nominal {
         return Ok(());
     }
-    let others = RankBy::ALL.iter().map(|by| by.name()).filter(|name| !name.starts_with("error_"));
+    let others = RankBy::WORDS.iter().map(|(name, _)| *name).filter(|name| !name.starts_with("error_"));
     let message = "with theory = \"exact\" the model inverts its own strains: beyond the peak there is no error to rank by";
     let allowed = others.map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
     sections.section("output").get("by")?.refuse(message, allowed)
@@ -73,11 +70,10 @@ pub(super) fn rankable(sections: &Sections<'_>, estimate: &Estimate, output: &Ou
 fn rank_by(by: &Item<'_>) -> Result<RankBy> {
     match by.text() {
         Ok(RankBy::BIAS) => Ok(RankBy::ErrorRms),
-        _ => by.word(&RankBy::ALL.map(|by| (by.name(), by))),
+        _ => by.word(&RankBy::WORDS),
     }
 }
 
-/// `[output]`.
 pub(super) fn output(section: &Section<'_>) -> Result<Output> {
     section.get("format")?.word(&TableFormat::WORDS)?;
     let top = |v: &Item<'_>| {
@@ -91,31 +87,22 @@ pub(super) fn output(section: &Section<'_>) -> Result<Output> {
         top: section.optional("top", top)?,
         by: rank_by(&section.get("by")?)?,
         by_said: section.written("by").is_some(),
-        per: section.get("per")?.word(&[("row", Per::Row), ("design", Per::Design)])?,
+        per: section.get("per")?.word(&Per::WORDS)?,
     })
-}
-
-/// `model_error` of `[run]`, and where it stands.
-pub(super) fn model_error(section: &Section<'_>) -> Result<Option<(f64, Option<Written>)>> {
-    section.optional("model_error", |v| Ok((v.ranged()?, v.at())))
 }
 
 /// `[run]`; paths are relative to `base`.
 pub(super) fn run(section: &Section<'_>, base: &Path) -> Result<RunOptions> {
-    model_error(section)?;
     let backends = BackendChoice::WORDS.map(|(word, backend, _)| (word, backend));
     let precisions = Precision::WORDS.map(|(word, precision, _)| (word, precision));
-    let (tolerance, tolerance_at) = section.optional("tolerance", |v| Ok((v.ranged()?, v.at())))?.unzip();
-    let (adapter, adapter_at) = section.optional("adapter", |v| Ok((v.text()?.to_owned(), v.at())))?.unzip();
     Ok(RunOptions {
         out: section.optional("out", |v| Ok(base.join(v.text()?)))?,
         force: section.optional("force", Item::flag)?,
         backend: section.optional("backend", |v| v.word(&backends))?,
-        adapter,
-        adapter_at: adapter_at.flatten(),
+        adapter: section.optional("adapter", |v| Ok(v.text()?.to_owned()))?,
         precision: section.optional("precision", |v| v.word(&precisions))?,
-        tolerance,
-        tolerance_at: tolerance_at.flatten(),
+        tolerance: section.optional("tolerance", Item::ranged)?,
+        model_error: section.optional("model_error", Item::ranged)?,
         threads: section.optional("threads", |v| Ok(v.whole()? as usize))?,
         plan: section.optional("plan", Item::flag)?,
         quiet: section.optional("quiet", Item::flag)?,
@@ -123,7 +110,6 @@ pub(super) fn run(section: &Section<'_>, base: &Path) -> Result<RunOptions> {
     })
 }
 
-/// One `[section]`: what the user wrote, and what stands behind it.
 #[derive(Debug, Clone)]
 pub(super) struct Section<'a> {
     pub document: &'a Document<'a>,
@@ -156,7 +142,10 @@ impl<'a> Section<'a> {
             return Ok(item);
         }
         match self.default(key) {
-            Some(value) => Ok(Item::default(self.document, self.dotted(key), value).of(self.known.key(key))),
+            Some(value) => {
+                let item = Item::unwritten(self.document, self.dotted(key), value.get_ref());
+                Ok(item.of(self.known.key(key)))
+            }
             None => Err(self.missing(key)),
         }
     }
@@ -175,5 +164,159 @@ impl<'a> Section<'a> {
             None => format!("[{name}] with {key} is missing; add [{name}] and a line such as {line}"),
         };
         self.document.error(self.span.clone(), message).key(self.dotted(key))
+    }
+}
+
+/// TOML in `texts`, beside the defaults of `keys.toml`: values in force where the user says nothing. Later texts win.
+pub(super) fn more<'m>(texts: &[&'m str], user: &DeTable<'_>) -> DeTable<'m> {
+    let table = |text| DeTable::parse(text).expect("defaults are valid TOML").into_inner();
+    let mut all = table(if solid::is_asked(user) { solid::ALL } else { "" });
+    for (name, section) in texts.iter().copied().flat_map(table) {
+        match (all.get_mut(&**name.get_ref()).map(Spanned::get_mut), section.get_ref()) {
+            (Some(DeValue::Table(known)), DeValue::Table(added)) => known.extend(added.clone()),
+            _ => drop(all.insert(name, section)),
+        }
+    }
+    all
+}
+
+pub(super) const SAMPLER: &str = "sobol";
+/// Default seed of a sampled axis.
+pub(super) const SEED: u64 = 0;
+
+pub(super) struct Sections<'a> {
+    document: &'a Document<'a>,
+    user: &'a DeTable<'a>,
+    /// What else stands for keys that are left out.
+    more: &'a DeTable<'a>,
+    /// What is worth telling and no error.
+    pub warnings: RefCell<Vec<String>>,
+}
+
+impl<'a> Sections<'a> {
+    /// Checks the names of all sections and keys.
+    pub fn new(document: &'a Document<'a>, user: &'a DeTable<'a>, more: &'a DeTable<'a>) -> Result<Self> {
+        let top: Vec<&str> = keys::sections().map(|s| s.name).chain(["format"]).collect();
+        for (key, value) in user {
+            let name: &str = key.get_ref();
+            let item = Item::written(document, name.to_owned(), value);
+            if !top.contains(&name) {
+                return Err(unknown(document, None, key, value, &top));
+            }
+            if name == "format" {
+                continue;
+            }
+            let Some(table) = value.get_ref().as_table() else {
+                let message =
+                    format!("{name} is a section: write [{name}] on a line of its own, its keys below");
+                return Err(item.error(message));
+            };
+            let keys = keys::section(name).names();
+            for (key, value) in table {
+                if !keys.contains(&&**key.get_ref()) {
+                    return Err(unknown(document, Some(name), key, value, &keys));
+                }
+            }
+        }
+        Ok(Self { document, user, more, warnings: RefCell::default() })
+    }
+
+    /// Notes what is worth telling.
+    pub fn warn(&self, words: impl IntoIterator<Item = String>) {
+        self.warnings.borrow_mut().extend(words);
+    }
+
+    pub fn section(&self, name: &'static str) -> Section<'a> {
+        let user = self.user.get_key_value(name);
+        Section {
+            document: self.document,
+            known: keys::section(name),
+            span: user.map(|(key, _)| key.span()),
+            user: user.and_then(|(_, value)| value.get_ref().as_table()),
+            more: self.more.get(name).and_then(|value| value.get_ref().as_table()),
+        }
+    }
+
+    /// What stands for tuples that are in memory.
+    pub fn of_tuples(&self) -> Item<'a> {
+        static NOTHING: DeValue<'static> = DeValue::Boolean(true);
+        Item::unwritten(self.document, "tuples".to_owned(), &NOTHING)
+    }
+
+    pub fn format(&self) -> Option<Item<'a>> {
+        let item = Item::written(self.document, "format".to_owned(), self.user.get("format")?);
+        Some(item.of(keys::section("").key("format")))
+    }
+
+    /// Every value in force: dotted key, value as TOML, whether the user wrote it.
+    pub fn in_force(&self) -> Vec<(String, String, bool)> {
+        let mut all = Vec::new();
+        let mut note = |key: String, user: Option<&DeValue<'_>>, default: Option<&DeValue<'_>>| {
+            let Some(value) = user.or(default) else { return };
+            all.push((key.clone(), toml_text(value), user.is_some()));
+            let sampled = user.and_then(DeValue::as_table).filter(|t| t.contains_key("samples"));
+            for (name, text) in [("sampler", format!("{SAMPLER:?}")), ("seed", SEED.to_string())] {
+                if sampled.is_some_and(|table| !table.contains_key(name)) {
+                    all.push((format!("{key}.{name}"), text, false));
+                }
+            }
+        };
+        let format = self.user.get("format").map(Spanned::get_ref);
+        note("format".to_owned(), format, keys::section("").keys[0].default.map(Spanned::get_ref));
+        for known in keys::sections() {
+            let section = self.section(known.name);
+            for key in &known.keys {
+                let user = section.user.and_then(|t| t.get(key.name)).map(Spanned::get_ref);
+                note(section.dotted(key.name), user, section.default(key.name).map(Spanned::get_ref));
+            }
+        }
+        all
+    }
+}
+
+fn unknown<'a>(
+    document: &'a Document<'a>,
+    section: Option<&str>,
+    key: &Spanned<std::borrow::Cow<'a, str>>,
+    value: &Spanned<DeValue<'a>>,
+    known: &[&str],
+) -> crate::error::InputError {
+    let name: &str = key.get_ref();
+    let home = keys::sections().find(|s| s.key(name).is_some()).map(|s| s.name);
+    let hint = match home {
+        Some(home) => format!("; it belongs under [{home}]"),
+        None => hint(name, known),
+    };
+    let (dotted, place) = match section {
+        Some(section) => (format!("{section}.{name}"), format!(" in [{section}]")),
+        None => (name.to_owned(), String::new()),
+    };
+    let what = if value.get_ref().is_table() && section.is_none() { "section" } else { "key" };
+    let error = document.error(Some(key.span()), format!("unknown {what}{place}{hint}")).key(dotted);
+    let error = if what == "key" { error.value(document.excerpt(value.span())) } else { error };
+    error.allowed(known.join(", "))
+}
+
+/// "; did you mean …?" if one of `known` is close to `word`.
+pub(super) fn hint(word: &str, known: &[&str]) -> String {
+    crate::error::nearest(word, known).map_or_else(String::new, |name| format!("; did you mean {name}?"))
+}
+
+/// A value written as TOML on one line.
+pub(super) fn toml_text(value: &DeValue<'_>) -> String {
+    let join = |parts: Vec<String>| parts.join(", ");
+    match value {
+        DeValue::String(text) => toml::Value::String(text.clone().into_owned()).to_string(),
+        DeValue::Integer(number) => number.to_string(),
+        DeValue::Float(number) => number.to_string(),
+        DeValue::Boolean(flag) => flag.to_string(),
+        DeValue::Datetime(date) => date.to_string(),
+        DeValue::Array(list) => format!("[{}]", join(list.iter().map(|v| toml_text(v.get_ref())).collect())),
+        DeValue::Table(table) => {
+            let entry = |(key, value): (&Spanned<std::borrow::Cow<'_, str>>, &Spanned<DeValue<'_>>)| {
+                format!("{} = {}", key.get_ref(), toml_text(value.get_ref()))
+            };
+            format!("{{ {} }}", join(table.iter().map(entry).collect()))
+        }
     }
 }

@@ -1,8 +1,10 @@
 //! `[model] solid` and `[gauge] foil`, what they ask of the rest of the spec, and where their numbers have not been tested (model §8).
 
+use std::sync::LazyLock;
+
 use super::properties::first;
 use super::reader::{Item, Result};
-use super::schema::Sections;
+use super::sections::Sections;
 use crate::physics::solid::Held;
 use crate::scene::{Clamp, Column, Contact, Drive, Foil, Geometry, Property, Setup, Spec, TERMS, Term};
 
@@ -20,7 +22,6 @@ section = "distorting"
 const NAMED: [(&str, Foil); 1] =
     [("KFGS-2-120", Foil { stiffness: 100.0, length: 6.3, width: 2.8, strain_limit: None })];
 
-/// `[gauge] foil`.
 pub(super) fn foil(item: &Item<'_>) -> Result<Foil> {
     if item.value.as_str().is_some() {
         return item.word(&NAMED);
@@ -132,101 +133,60 @@ pub(super) fn fits(sections: &Sections<'_>, spec: &Spec) -> Result<()> {
     item.refuse(wrong, "a foil between the clamp and the tip, centred on the grid")
 }
 
-/// Where the numbers of a solid have not been tested.
+/// Where the numbers of a solid have not been tested, in the words of `tested.toml`.
 pub(super) fn doubts(sections: &Sections<'_>, spec: &Spec) -> Vec<String> {
+    static WORDS: LazyLock<toml::Table> =
+        LazyLock::new(|| include_str!("tested.toml").parse().expect("tested.toml is TOML"));
     let Setup { model, gauge, .. } = &spec.study.setup;
-    let columns = [Column::BaseDiameter, Column::TipDiameter, Column::GaugePosition, Column::Distance];
-    let [Some(base), Some(tip), Some(place), Some(a)] = columns.map(|column| ends(spec, column)) else {
+    let [Some(base), Some(tip), Some(length), Some(place), Some(grid), Some(a), _, _, Some(drive)] =
+        Column::ALL.map(|column| ends(spec, column))
+    else {
         return Vec::new();
     };
-    let mut all = Vec::new();
-    let held = model.clamp != Clamp::Rigid;
-    let mut say = |on: bool, what: &str| all.extend(on.then(|| format!("{what} (docs/model.md §8)")));
     // A rig that is read from a calibration has no distances of its own.
     let tapped = sections.section("tap").written("a").is_some();
-    let near = tapped && a[0] < 1.8 * base[1];
-    say(
-        held && near,
-        "[model] clamp has been tested for contacts of at least 1.8 D: nearer ones may be off by some percent",
-    );
+    let held = model.clamp != Clamp::Rigid;
     let slender = tip[0] < 0.1 * base[1] || tip[1] > 1.2 * base[0];
-    let short = ends(spec, Column::Length).is_some_and(|length| length[0] < 2.5 * base[1]);
-    say(
-        held && short,
-        "[model] clamp has been tested for whiskers of at least 2.5 D: shorter ones may be off by some percent",
-    );
-    say(held && slender, "[model] clamp has been tested for d/D of 0.1 … 1.2");
-    say(held && model.nu < 0.3, "[model] clamp has been tested for nu of 0.3 … 0.5");
-    say(
-        held && !model.shear,
-        "[model] clamp was fitted to a rod with shear = true: without it θ per newton is some percent off",
-    );
     let near = match model.clamp {
         Clamp::Bonded => 0.24,
         Clamp::Glued => 0.45,
         _ => f64::INFINITY,
     };
     let poles = [0.15 * tip[0].min(base[0]), 1.5 * base[1]];
-    say(
-        model.indentation && !(poles[0]..=poles[1]).contains(&model.pole_radius),
-        "[model] indentation has been tested for pole radii of 0.3 to 3 times that of the whisker at the contact",
-    );
-    let over = tapped && a[0] - place[1] < 1.2 * base[1];
-    say(
-        model.distorting && over,
-        "[model] section = \"distorting\" has been tested for contacts of at least 1.2 D beyond x_ss: nearer ones may be off by some percent",
-    );
-    say(
-        model.distorting && near.is_infinite(),
-        "[model] section = \"distorting\" has been tested for bonded and glued clamps only",
-    );
-    say(
-        model.distorting && near.is_finite() && place[0] < near * base[1],
-        "[model] section = \"distorting\" has been tested for gauges that begin at least 0.24 D from a bonded clamp, 0.45 D from a glued one",
-    );
-    if tapped && let Some(drive) = ends(spec, Column::Drive) {
-        let [least, most] = match spec.study.setup.drive {
-            Drive::Angle => drive,
-            Drive::Displacement => [drive[0] / a[1], drive[1] / a[0]].map(|x| x.atan().to_degrees()),
-        };
-        // Without a skin that gives way small angles are the linear limit, which was tested.
-        let small = model.indentation && least < 0.5 * (1.0 - 1e-9);
-        let any = held || model.indentation || model.distorting || gauge.foil.is_some();
-        say(
-            small || any && most > 10.0 * (1.0 + 1e-9),
-            "clamp, indentation, section and foil have been tested for taps of 0.5 … 10°",
-        );
-    }
+    let [least, most] = match spec.study.setup.drive {
+        Drive::Angle => drive,
+        Drive::Displacement => [drive[0] / a[1], drive[1] / a[0]].map(|x| x.atan().to_degrees()),
+    };
+    // Without a skin that gives way small angles are the linear limit, which was tested.
+    let small = model.indentation && least < 0.5 * (1.0 - 1e-9);
+    let any = held || model.indentation || model.distorting || gauge.foil.is_some();
+    let mut all = vec![
+        ("clamp_contact", held && tapped && a[0] < 1.8 * base[1]),
+        ("clamp_length", held && length[0] < 2.5 * base[1]),
+        ("clamp_taper", held && slender),
+        ("clamp_nu", held && model.nu < 0.3),
+        ("clamp_shear", held && !model.shear),
+        ("indentation_pole", model.indentation && !(poles[0]..=poles[1]).contains(&model.pole_radius)),
+        ("section_contact", model.distorting && tapped && a[0] - place[1] < 1.2 * base[1]),
+        ("section_clamp", model.distorting && near.is_infinite()),
+        ("section_gauge", model.distorting && near.is_finite() && place[0] < near * base[1]),
+        ("angles", tapped && (small || any && most > 10.0 * (1.0 + 1e-9))),
+    ];
     if let Some(foil) = &gauge.foil {
         let half = 0.5 * foil.length;
-        if let Some(grid) = ends(spec, Column::GridLength) {
-            let [begins, stops] = [place[0] + 0.5 * grid[0] - half, place[1] + 0.5 * grid[1] + half];
-            say(
-                tapped && a[0] < stops + base[1],
-                "[gauge] foil has been tested for contacts of at least 1 D beyond its end",
-            );
-            say(
-                begins < 0.1 * base[1],
-                "[gauge] foil has been tested for foils that begin at least 0.1 D from the clamp",
-            );
-        }
-        let relative = |x: f64, range: [f64; 2]| x / base[1] < range[0] || x / base[0] > range[1];
-        say(
-            relative(foil.width, [0.22, 0.34]) && !relative(foil.width, [0.15, 0.5]),
-            "[gauge] foil has been fitted to a width of 0.28 D: with 0.15 … 0.5 D the reading may be off by 12 %, the angle by 1 %",
-        );
-        say(
-            relative(foil.width, [0.15, 0.5]),
-            "[gauge] foil has been tested for widths of 0.15 … 0.5 D: beyond, nothing is known of its error",
-        );
-        say(
-            foil.stiffness < 1.0,
-            "[gauge] foil: a stiffness below 1 N/mm is that of no foil gauge; is the modulus written in GPa?",
-        );
-        say(relative(foil.length, [0.4, 1.0]), "[gauge] foil has been fitted to lengths of 0.4 … 1 D");
-        let share = foil.stiffness / model.material.e0();
-        let stiff = share / base[1] < 3e-4 || share / base[0] > 6.3;
-        say(stiff, "[gauge] foil has been fitted to stiffnesses of 3e-4 … 6 E D");
+        let [begins, stops] = [place[0] + 0.5 * grid[0] - half, place[1] + 0.5 * grid[1] + half];
+        let beyond = |x: f64, range: [f64; 2]| x / base[1] < range[0] || x / base[0] > range[1];
+        let wide = beyond(foil.width, [0.15, 0.5]);
+        all.extend([
+            ("foil_contact", tapped && a[0] < stops + base[1]),
+            ("foil_begin", begins < 0.1 * base[1]),
+            ("foil_width_near", beyond(foil.width, [0.22, 0.34]) && !wide),
+            ("foil_width", wide),
+            ("foil_soft", foil.stiffness < 1.0),
+            ("foil_length", beyond(foil.length, [0.4, 1.0])),
+            ("foil_stiffness", beyond(foil.stiffness / model.material.e0(), [3e-4, 6.3])),
+        ]);
     }
-    all
+    let words = |(key, _)| format!("{} (docs/model.md §8)", WORDS[key].as_str().unwrap_or_default());
+    all.into_iter().filter(|(_, beyond)| *beyond).map(words).collect()
 }

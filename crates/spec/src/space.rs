@@ -4,42 +4,44 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::axis::AxisItem;
-use super::check;
 use super::reader::{Item, Result};
-use super::schema::Sections;
+use super::sections::Sections;
 use super::{properties, tuple_file};
 use crate::scene::space::MOST_TAPS;
 use crate::scene::{COLUMNS, Column, DirectionColumns, Drive, Listed, Property, Rigs, Space};
 use crate::sink::frame::Frame;
 
-/// Section and key of each column but the last, which has the key of its drive.
-pub(super) const KEYS: [(&str, &str); 8] = [
-    ("whisker", "D"),
-    ("whisker", "d"),
-    ("whisker", "L_a"),
-    ("gauge", "x_ss"),
-    ("gauge", "l"),
-    ("tap", "a"),
-    ("tap", "tilt"),
-    ("tap", "lean"),
-];
+/// Section and key of a column.
+pub(super) type ColumnKey = (&'static str, &'static str, Column);
 
-/// Of these, the keys of the pole's direction.
-pub(super) const DIRECTIONS: [&str; 2] = ["tilt", "lean"];
+/// Section and key of each column.
+pub(super) fn keys(drive: Drive) -> [ColumnKey; COLUMNS] {
+    [
+        ("whisker", "D", Column::BaseDiameter),
+        ("whisker", "d", Column::TipDiameter),
+        ("whisker", "L_a", Column::Length),
+        ("gauge", "x_ss", Column::GaugePosition),
+        ("gauge", "l", Column::GridLength),
+        ("tap", "a", Column::Distance),
+        ("tap", "tilt", Column::Tilt),
+        ("tap", "lean", Column::Lean),
+        ("tap", drive_key(drive), Column::Drive),
+    ]
+}
 
-/// The tuples, and what is said of them.
 pub(super) struct Read<'a> {
     pub space: Space,
     /// Columns of the pole's direction that were asked for.
     pub directions: DirectionColumns,
     /// Where poles tilt, and where they lean, if they do.
     pub leaning: [Option<Item<'a>>; 2],
-    /// Axes of properties of the rig.
     pub properties: Vec<(Property, AxisItem<'a>)>,
-    /// The rigs of the tuples, where they differ.
     pub rigs: Option<Arc<Rigs>>,
-    /// About a tuple file.
-    pub warnings: Vec<String>,
+}
+
+/// What moves.
+pub(super) fn drive(sections: &Sections<'_>) -> Result<Drive> {
+    sections.section("tap").get("drive")?.word(&Drive::WORDS)
 }
 
 /// Key of a drive in `[tap]`.
@@ -50,18 +52,15 @@ pub(super) fn drive_key(drive: Drive) -> &'static str {
     }
 }
 
-/// The first of `keys` that is written.
-fn written<'a>(
-    sections: &Sections<'a>,
-    mut keys: impl Iterator<Item = (&'static str, &'static str)>,
-) -> Option<Item<'a>> {
-    keys.find_map(|(section, key)| sections.section(section).written(key))
+fn written<'a>(sections: &Sections<'a>, drive: Drive) -> Option<Item<'a>> {
+    keys(drive).into_iter().find_map(|(section, key, _)| sections.section(section).written(key))
 }
 
 /// The tuples of `frame`, or none yet, of `sections` that name none.
 pub(super) fn listed<'a>(sections: &Sections<'a>, drive: Drive, frame: Option<&Frame>) -> Result<Read<'a>> {
-    let drives = [("tap", "theta"), ("tap", "delta"), ("tuples", "file"), ("whisker", "profile")];
-    if let Some(item) = written(sections, KEYS.into_iter().chain(drives)) {
+    let more = [("tap", "delta"), ("tuples", "file"), ("whisker", "profile")];
+    let more = || more.into_iter().find_map(|(section, key)| sections.section(section).written(key));
+    if let Some(item) = written(sections, Drive::Angle).or_else(more) {
         return Err(item.error("this comes from the tuples; remove one of the two"));
     }
     if let Some((_, axis)) = properties::axes(sections, &mut 0)?.first() {
@@ -76,7 +75,6 @@ pub(super) fn listed<'a>(sections: &Sections<'a>, drive: Drive, frame: Option<&F
         leaning: [None, None],
         properties: Vec::new(),
         rigs: None,
-        warnings: Vec::new(),
     })
 }
 
@@ -94,11 +92,9 @@ pub(super) fn read<'a>(sections: &Sections<'a>, drive: Drive, base: &Path) -> Re
         };
         return item.refuse(message, format!("{key} in place of {other}"));
     }
-    let keys = KEYS.into_iter().chain([("tap", key)]);
-
     let tuples = sections.section("tuples");
     if tuples.user.is_some() {
-        if let Some(item) = written(sections, keys.clone()) {
+        if let Some(item) = written(sections, drive) {
             return Err(item.error("this comes from the tuple file of [tuples]; remove one of the two"));
         }
         if let Some((property, axis)) = properties::axes(sections, &mut 0)?.first() {
@@ -111,8 +107,8 @@ pub(super) fn read<'a>(sections: &Sections<'a>, drive: Drive, base: &Path) -> Re
 
     let mut sampled = 0;
     let (mut axes, mut properties) = (Vec::with_capacity(COLUMNS), Vec::new());
-    for (section, key) in keys {
-        if key == KEYS[Column::Distance as usize].1 {
+    for (section, key, column) in keys(drive) {
+        if column == Column::Distance {
             properties = properties::axes(sections, &mut sampled)?;
         }
         let read = AxisItem::read(sections.section(section).get(key)?, sampled)?;
@@ -120,10 +116,10 @@ pub(super) fn read<'a>(sections: &Sections<'a>, drive: Drive, base: &Path) -> Re
         axes.push(read);
     }
     let axes: [AxisItem<'_>; COLUMNS] = axes.try_into().expect("as many as there are columns");
-    check::satisfiable(&axes)?;
+    satisfiable(&axes)?;
     zipped(&axes, &properties)?;
     short(&axes, properties.iter().any(|(_, axis)| axis.axis.points().is_some()))?;
-    let [tilt, lean] = DIRECTIONS.map(|key| tap.written(key).is_some());
+    let [tilt, lean] = ["tilt", "lean"].map(|key| tap.written(key).is_some());
     let leaning = [Column::Tilt, Column::Lean].map(|column| {
         let AxisItem { item, axis } = &axes[column as usize];
         (axis.min() != 0.0 || axis.max() != 0.0).then(|| item.clone())
@@ -132,7 +128,7 @@ pub(super) fn read<'a>(sections: &Sections<'a>, drive: Drive, base: &Path) -> Re
     let rigs = if let Space::Grid(factors) = &space { Rigs::crossed(factors) } else { None };
     let rigs = rigs.map(Arc::new);
     let directions = DirectionColumns { tilt, lean };
-    Ok(Read { space, directions, leaning, properties, rigs, warnings: Vec::new() })
+    Ok(Read { space, directions, leaning, properties, rigs })
 }
 
 /// Sampled axes share one point set, and `a` shares it with none.
@@ -203,4 +199,44 @@ fn grid(axes: [AxisItem<'_>; COLUMNS], properties: &[(Property, AxisItem<'_>)]) 
         let message = "all axes together have more than 2^64 tuples; make this axis shorter";
         largest.expect("there are axes").error(message)
     })
+}
+
+/// `part ≤ whole`, up to the rounding of a sum of decimal numbers.
+fn fits(part: f64, whole: f64) -> bool {
+    part <= whole * (1.0 + 1e-12)
+}
+
+/// Refuses values of D, d, L_a, x_ss, l, a that no tuple can satisfy, each judged against the most
+/// permissive values of the other axes.
+fn satisfiable(axes: &[AxisItem<'_>; COLUMNS]) -> Result<()> {
+    let [_, _, length, place, grid, distance, ..] = axes;
+    let longest = length.axis.max();
+    let (nearest, first, shortest) = (distance.axis.min(), place.axis.min(), grid.axis.min());
+
+    if let Some((a, item)) = distance.first_where(nearest, |a| !fits(a, longest)) {
+        let message =
+            format!("the whisker is too short to be touched at a = {a} mm: its largest L_a is {longest} mm");
+        return item.refuse(message, format!("0 < a ≤ {longest} mm"));
+    }
+    let begins = place.first_where(first, |x| !fits(x + shortest, longest));
+    let begins = begins.map(|(x, item)| (x, shortest, item));
+    let ends = || grid.first_where(shortest, |l| !fits(first + l, longest));
+    if let Some((x, l, item)) = begins.or_else(|| ends().map(|(l, item)| (first, l, item))) {
+        let message = format!(
+            "the gauge ends beyond the whisker: x_ss + l = {x} + {l} mm, but its largest L_a is {longest} mm"
+        );
+        return item.refuse(message, format!("x_ss + l ≤ {longest} mm"));
+    }
+    if let Some((length, item)) = length.first_where(longest, |length| !fits(nearest, length)) {
+        let message = format!("a whisker of L_a = {length} mm is shorter than the smallest a, {nearest} mm");
+        return item.refuse(message, format!("L_a ≥ {nearest} mm"));
+    }
+    let gauge_end = first + shortest;
+    if let Some((length, item)) = length.first_where(longest, |length| !fits(gauge_end, length)) {
+        let message = format!(
+            "a whisker of L_a = {length} mm is shorter than the smallest x_ss + l, {first} + {shortest} mm"
+        );
+        return item.refuse(message, format!("L_a ≥ {gauge_end} mm"));
+    }
+    Ok(())
 }

@@ -6,11 +6,11 @@ use std::path::Path;
 
 use super::reader::{Document, Item, Result};
 use crate::design::MOST;
-use crate::error::InputError;
+use crate::error::{InputError, nearest};
 use crate::fields::{Decimals, separator};
 use crate::sink::frame::Frame;
 use crate::sink::lab::{LabCell, LabRow};
-use crate::text_file::{LINE, Limit, TextFile, refused};
+use crate::text_file::{Limit, TextFile, refused};
 
 /// Name and text of the file that `item` names, relative to `base`; `what` says what the file is.
 pub(super) fn open(item: &Item<'_>, base: &Path, what: &str, limit: Limit) -> Result<(String, String)> {
@@ -30,16 +30,17 @@ pub(super) fn named(item: &Item<'_>, error: InputError) -> InputError {
 /// Columns of a table by name, each with a value for each row.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Columns<'a, const N: usize> {
-    /// All.
     pub names: [&'a str; N],
     /// Those that a table may lack: zero in all of its rows.
     pub spare: &'a [&'a str],
+    /// What may stand in a column.
+    pub allowed: fn(&str) -> &'static str,
 }
 
 impl<'a, const N: usize> Columns<'a, N> {
     /// None of which a table may lack.
-    pub fn all(names: [&'a str; N]) -> Self {
-        Self { names, spare: &[] }
+    pub fn all(names: [&'a str; N], allowed: fn(&str) -> &'static str) -> Self {
+        Self { names, spare: &[], allowed }
     }
 
     /// Those that a table must have, separated.
@@ -49,17 +50,15 @@ impl<'a, const N: usize> Columns<'a, N> {
     }
 }
 
-/// Reads `columns`, whose values `allowed` describes, and hands each row and the byte where it starts to `row`. Lines
-/// that start with `#` are skipped. What its first line says.
-pub(super) fn read<const N: usize>(
+/// Reads `columns`, and hands each row and the byte where it starts to `row`. Lines that start with `#` are skipped. What its first line says.
+pub(super) fn read<'a, const N: usize>(
     document: &Document<'_>,
-    columns: Columns<'_, N>,
-    allowed: fn(&str) -> &'static str,
+    columns: Columns<'a, N>,
     row: &mut dyn FnMut([f64; N], usize),
-) -> Result<Header<N>> {
+) -> Result<Header<'a, N>> {
     let header = document.text.lines().find(|l| !l.trim().is_empty() && !l.starts_with('#'));
     let reader = separated(document.text.as_bytes(), separator(header.unwrap_or_default()));
-    scan(reader, columns, allowed, row).map_err(|trouble| match trouble {
+    scan(reader, columns, row).map_err(|trouble| match trouble {
         Trouble::Line(InputError { key, value, allowed, message, .. }, start) => {
             let span = line_span(document.text, start as usize);
             let value = value.or_else(|| Some(document.excerpt(span.clone())));
@@ -76,14 +75,50 @@ pub(super) fn separated<R: Read>(text: R, separator: char) -> csv::Reader<R> {
     reader.delimiter(separator as u8).from_reader(text)
 }
 
-/// What the first line of a table says.
-pub(super) struct Header<const N: usize> {
+/// What the first line of a table says, by which its rows are read.
+pub(super) struct Header<'a, const N: usize> {
+    columns: Columns<'a, N>,
     /// Places of the columns asked for.
     pub places: [Option<usize>; N],
     ignored: Vec<String>,
+    decimals: Decimals,
 }
 
-impl<const N: usize> Header<N> {
+impl<'a, const N: usize> Header<'a, N> {
+    /// Of a table with columns of these names.
+    fn new(columns: Columns<'a, N>, names: &[String]) -> Result<Self> {
+        let mut places = [None; N];
+        let ignored: Vec<&String> =
+            names.iter().filter(|name| !columns.names.contains(&name.as_str())).collect();
+        for (place, column) in places.iter_mut().zip(columns.names) {
+            let mut found = names.iter().enumerate().filter(|(_, name)| *name == column).map(|(i, _)| i);
+            *place = found.next();
+            let message = if place.is_none() && !columns.spare.contains(&column) {
+                let extra: Vec<&str> = ignored.iter().map(|name| name.as_str()).collect();
+                let similar = nearest(column, &extra).map(|name| format!("; is {name} meant?"));
+                format!("column {column} is missing{}", similar.unwrap_or_default())
+            } else if found.next().is_some() {
+                format!("column {column} appears twice")
+            } else {
+                continue;
+            };
+            let allowed = format!("each of {} once, in any order", columns.required(", "));
+            return Err(InputError::new(message).key(column).allowed(allowed));
+        }
+        let ignored = ignored.into_iter().cloned().collect();
+        Ok(Self { columns, places, ignored, decimals: Decimals::default() })
+    }
+
+    /// The numbers of a row with these cells.
+    fn row<'c>(&mut self, cell: impl Fn(usize) -> LabCell<'c>) -> Result<[f64; N]> {
+        let mut values = [0.0; N];
+        for ((value, place), column) in values.iter_mut().zip(self.places).zip(self.columns.names) {
+            let Some(place) = place else { continue };
+            *value = number(&cell(place), &mut self.decimals, column, (self.columns.allowed)(column))?;
+        }
+        Ok(values)
+    }
+
     /// That columns of `file` were ignored, if some were.
     pub fn warning(&self, file: &str) -> Option<String> {
         let ignored = self.ignored.join(", ");
@@ -136,44 +171,33 @@ impl Trouble {
 /// Number and text of the first line at or after byte `start` that is neither blank nor a comment.
 pub(super) fn line_at(path: &Path, start: u64) -> std::io::Result<(usize, String)> {
     let mut reader = BufReader::new(File::open(path)?);
-    let (mut line, mut text) = (1, Vec::new());
-    let mut before = (&mut reader).take(start);
-    loop {
-        let block = before.fill_buf()?;
-        line += block.iter().filter(|b| **b == b'\n').count();
-        match block.len() {
-            0 => break,
-            n => before.consume(n),
-        }
+    let mut line = 1;
+    for byte in (&mut reader).take(start).bytes() {
+        line += usize::from(byte? == b'\n');
     }
-    loop {
-        text.clear();
-        let read = (&mut reader).take(LINE as u64).read_until(b'\n', &mut text)?;
-        let content = String::from_utf8_lossy(text.trim_ascii_end());
-        if read == 0 || !content.is_empty() && !content.starts_with('#') {
-            return Ok((line, content.into_owned()));
+    for text in reader.lines() {
+        let text = text?;
+        if !text.trim_end().is_empty() && !text.starts_with('#') {
+            return Ok((line, text.trim_end().to_owned()));
         }
         line += 1;
     }
+    Ok((line, String::new()))
 }
 
 /// As [`read`], from any reader; the text need not be held.
-pub(super) fn scan<const N: usize>(
+pub(super) fn scan<'a, const N: usize>(
     mut reader: csv::Reader<impl Read>,
-    columns: Columns<'_, N>,
-    allowed: fn(&str) -> &'static str,
+    columns: Columns<'a, N>,
     row: &mut dyn FnMut([f64; N], usize),
-) -> std::result::Result<Header<N>, Trouble> {
-    let mut decimals = Decimals::default();
+) -> std::result::Result<Header<'a, N>, Trouble> {
     let mut record = csv::StringRecord::new();
     if !reader.read_record(&mut record).map_err(Trouble::Csv)? {
         return Err(Trouble::Empty);
     }
     let names: Vec<String> = record.iter().map(str::to_owned).collect();
     let start = |record: &csv::StringRecord| record.position().map_or(0, csv::Position::byte);
-    let places = places(&columns, &names).map_err(|e| Trouble::Line(e, start(&record)))?;
-    let ignored = names.iter().filter(|name| !columns.names.contains(&name.as_str())).cloned().collect();
-
+    let mut header = Header::new(columns, &names).map_err(|e| Trouble::Line(e, start(&record)))?;
     while reader.read_record(&mut record).map_err(Trouble::Csv)? {
         if record.len() != names.len() {
             let message =
@@ -181,45 +205,32 @@ pub(super) fn scan<const N: usize>(
             let error = InputError { key: names.get(record.len()).cloned(), ..InputError::new(message) };
             return Err(Trouble::Line(error, start(&record)));
         }
-        let mut values = [0.0; N];
-        for ((value, place), column) in values.iter_mut().zip(places).zip(columns.names) {
-            let Some(place) = place else { continue };
-            let cell = LabCell::Text(record[place].into());
-            *value = number(&cell, &mut decimals, column, allowed(column))
-                .map_err(|e| Trouble::Line(e, start(&record)))?;
-        }
-        row(values, start(&record) as usize);
+        let values = header.row(|place| LabCell::Text(record[place].into()));
+        row(values.map_err(|e| Trouble::Line(e, start(&record)))?, start(&record) as usize);
     }
-    Ok(Header { places, ignored })
+    Ok(header)
 }
 
 /// As [`read`], of a table in memory; a row is handed on with its place, from 0.
 ///
 /// # Errors
 /// A column that is missing or twice there; a field that is no number, whose row the value says.
-pub(super) fn of_frame<const N: usize>(
+pub(super) fn of_frame<'a, const N: usize>(
     frame: &Frame,
-    columns: Columns<'_, N>,
-    allowed: fn(&str) -> &'static str,
+    columns: Columns<'a, N>,
     row: &mut dyn FnMut([f64; N], usize),
-) -> Result<Header<N>> {
+) -> Result<Header<'a, N>> {
     let names: Vec<String> = frame.names.iter().map(|name| name.to_string()).collect();
-    let places = places(&columns, &names).map_err(|e| e.value(names.join(",")))?;
-    let ignored = names.iter().filter(|name| !columns.names.contains(&name.as_str())).cloned().collect();
-    let mut decimals = Decimals::default();
+    let mut header = Header::new(columns, &names).map_err(|e| e.value(names.join(",")))?;
     for at in 0..frame.len() {
-        let (cells, mut values) = (LabRow::Of(frame, at).cells(','), [0.0; N]);
-        for ((value, place), column) in values.iter_mut().zip(places).zip(columns.names) {
-            let Some(place) = place else { continue };
-            let in_row = |e: InputError| {
-                let value = format!("{} in row {at}", e.value.as_deref().unwrap_or_default());
-                e.value(value)
-            };
-            *value = number(&cells[place], &mut decimals, column, allowed(column)).map_err(in_row)?;
-        }
-        row(values, at);
+        let cells = LabRow::Of(frame, at).cells(',');
+        let in_row = |e: InputError| {
+            let value = format!("{} in row {at}", e.value.as_deref().unwrap_or_default());
+            e.value(value)
+        };
+        row(header.row(|place| cells[place].clone()).map_err(in_row)?, at);
     }
-    Ok(Header { places, ignored })
+    Ok(header)
 }
 
 /// The first line at or after byte `start` that is neither blank nor a comment.
@@ -233,29 +244,6 @@ pub(super) fn line_span(text: &str, start: usize) -> std::ops::Range<usize> {
         begin += line.len();
     }
     begin..begin
-}
-
-/// Place of each column in the header.
-fn places<const N: usize>(columns: &Columns<'_, N>, names: &[String]) -> Result<[Option<usize>; N]> {
-    let mut places = [None; N];
-    for (place, column) in places.iter_mut().zip(columns.names) {
-        let mut found = names.iter().enumerate().filter(|(_, name)| *name == column).map(|(i, _)| i);
-        let fault = |message: String| {
-            let allowed = format!("each of {} once, in any order", columns.required(", "));
-            InputError::new(message).key(column).allowed(allowed)
-        };
-        *place = found.next();
-        if place.is_none() && !columns.spare.contains(&column) {
-            let extra: Vec<&str> =
-                names.iter().map(String::as_str).filter(|name| !columns.names.contains(name)).collect();
-            let similar = crate::error::nearest(column, &extra).map(|name| format!("; is {name} meant?"));
-            return Err(fault(format!("column {column} is missing{}", similar.unwrap_or_default())));
-        }
-        if found.next().is_some() {
-            return Err(fault(format!("column {column} appears twice")));
-        }
-    }
-    Ok(places)
 }
 
 /// A finite number of `column`.

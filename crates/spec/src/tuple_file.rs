@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::axis::AxisItem;
 use super::properties;
 use super::reader::{Item, Result};
-use super::schema::Sections;
+use super::sections::Sections;
 use super::space::Read;
 use super::table::{self, Columns, Header};
 use super::units::DoubtfulRows;
@@ -23,7 +23,6 @@ use crate::sink::frame::Frame;
 use crate::sink::table::WHISKER;
 use crate::text_file::{Limit, TextFile, refused, unread};
 
-/// Words for such a file.
 const WHAT: &str = "tuple";
 
 /// Columns that a file may lack: its poles are then upright.
@@ -39,11 +38,9 @@ fn varied() -> impl Iterator<Item = Property> {
     Property::ALL.into_iter().filter(|property| *property != Property::Scale)
 }
 
-/// Properties with a value that they have, and the rigs.
-type Differing<'a> = (Vec<(Property, AxisItem<'a>)>, Option<Arc<Rigs>>);
-
-/// What the rows of a file have beside their tuples.
-struct Varied {
+/// The rows of a file: their tuples, and what they have beside them.
+struct Rows {
+    listed: Listed,
     /// Properties that the file has, and their places among the values of a row.
     places: Vec<(Property, usize)>,
     rigs: Arc<Rigs>,
@@ -51,32 +48,47 @@ struct Varied {
     largest: Vec<f64>,
 }
 
-impl Varied {
+impl Rows {
     /// Of a table with columns of these names.
     fn new(names: &[&str]) -> Self {
         let there = |(property, _): &(Property, usize)| names.contains(&property.about().column);
         let places: Vec<(Property, usize)> = varied().zip(COLUMNS..).filter(there).collect();
         let properties: Vec<Property> = places.iter().map(|(property, _)| *property).collect();
-        Self { largest: vec![0.0; places.len()], rigs: Arc::new(Rigs::listed(properties)), places }
+        let (listed, largest) = (Listed::default(), vec![0.0; places.len()]);
+        Self { listed, largest, rigs: Arc::new(Rigs::listed(properties)), places }
     }
 
-    /// The tuple of a row.
-    fn tuple(&mut self, row: &[f64; ALL]) -> Tuple {
-        let tuple = Tuple::from_array(std::array::from_fn(|k| row[k]));
-        if self.places.is_empty() {
-            return tuple;
-        }
-        let values: Vec<f64> = self.places.iter().map(|(_, place)| row[*place]).collect();
-        for ((value, largest), (property, _)) in values.iter().zip(&mut self.largest).zip(&self.places) {
-            if value.abs() > largest.abs() && property.about().range.holds(*value) {
-                *largest = *value;
+    /// Takes the next row, and gives its tuple.
+    fn take(&mut self, row: &[f64; ALL]) -> Tuple {
+        let mut tuple = Tuple::from_array(std::array::from_fn(|k| row[k]));
+        if !self.places.is_empty() {
+            let values: Vec<f64> = self.places.iter().map(|(_, place)| row[*place]).collect();
+            for ((value, largest), (property, _)) in values.iter().zip(&mut self.largest).zip(&self.places) {
+                if value.abs() > largest.abs() && property.about().range.holds(*value) {
+                    *largest = *value;
+                }
             }
+            tuple.rig = self.rigs.number(&values);
         }
-        tuple.of_rig(self.rigs.number(&values))
+        // One more than there may be tells that there are too many.
+        if self.listed.len() as u64 <= MOST_ROWS {
+            self.listed.push(&tuple);
+        }
+        tuple
     }
 
-    /// The same for the rest of the spec: `item` names the file.
-    fn read<'a>(self, sections: &Sections<'a>, item: &Item<'a>) -> Result<Differing<'a>> {
+    /// The tuples beside the rest of the spec; `item` names the file.
+    fn read<'a>(
+        self,
+        sections: &Sections<'a>,
+        item: &Item<'a>,
+        header: &Header<'_, ALL>,
+    ) -> Result<Read<'a>> {
+        let listed = self.listed;
+        if listed.len() as u64 > MOST_ROWS {
+            return item.refuse("this file has too many rows", format!("{MOST_ROWS}"));
+        }
+        short(item, &listed)?;
         let has = |property| self.places.iter().any(|(p, _)| *p == property);
         for (property, _) in &self.places {
             let Description { column, key, section, .. } = *property.about();
@@ -113,7 +125,12 @@ impl Varied {
         }
         let axis = |value: &f64| AxisItem { item: item.clone(), axis: Axis::Value(*value) };
         let properties = self.places.iter().map(|(p, _)| *p).zip(self.largest.iter().map(axis)).collect();
-        Ok((properties, Some(self.rigs).filter(|rigs| !rigs.properties.is_empty())))
+        let rigs = Some(self.rigs).filter(|rigs| !rigs.properties.is_empty());
+        let directions = [Column::Tilt, Column::Lean];
+        let [tilt, lean] = directions.map(|column| header.places[column as usize].is_some());
+        let leaning = directions.map(|column| listed.has(column).then(|| item.clone()));
+        let directions = DirectionColumns { tilt, lean };
+        Ok(Read { space: Space::List(listed), directions, leaning, properties, rigs })
     }
 }
 
@@ -138,32 +155,16 @@ pub(super) fn read<'a>(
     }
     let tip = tips[usize::from(!now)];
     let (names, spare) = names(drive, tip);
-    let columns = Columns { names, spare: &spare };
+    let columns = Columns { names, spare: &spare, allowed };
     let written: Vec<&str> =
         first.split(separator(&first)).map(|name| name.trim().trim_matches('"')).collect();
-    let (mut listed, mut varied) = (Listed::default(), Varied::new(&written));
-    let (mut rows, mut seen) = (DoubtfulRows::new(drive), [false; 2]);
-    let mut row = |values: [f64; ALL], start| {
-        let tuple = varied.tuple(&values);
-        rows.take(&tuple, start);
-        seen = leaning(seen, &tuple);
-        // One more than there may be tells that there are too many.
-        if listed.len() as u64 <= MOST_ROWS {
-            listed.push(&tuple);
-        }
-    };
-    let header = table::scan(table::separated(text, separator(&first)), columns, allowed, &mut row)
+    let (mut all, mut rows) = (Rows::new(&written), DoubtfulRows::new(drive));
+    let mut row = |values: [f64; ALL], start| rows.take(&all.take(&values), start);
+    let header = table::scan(table::separated(text, separator(&first)), columns, &mut row)
         .map_err(|trouble| trouble.in_file(&path, columns))?;
-    if listed.len() as u64 > MOST_ROWS {
-        return Err(item.error("this file has too many rows").allowed(format!("{MOST_ROWS}")));
-    }
-    short(item, &listed)?;
     let doubts = rows.doubts(&label, |start| table::line_at(&path, start as u64).ok().map(|(line, _)| line));
-    let warnings = header.warning(&label).into_iter().chain(doubts).collect();
-    let leaning = seen.map(|seen| seen.then(|| item.clone()));
-    let (properties, rigs) = varied.read(sections, item)?;
-    let directions = directions(&header);
-    Ok(Read { space: Space::List(listed), directions, leaning, properties, rigs, warnings })
+    sections.warn(header.warning(&label).into_iter().chain(doubts));
+    all.read(sections, item, &header)
 }
 
 /// The taps of each design are few enough to be held in memory.
@@ -194,21 +195,14 @@ fn names(drive: Drive, tip: &'static str) -> ([&'static str; ALL], Vec<&'static 
 /// Tuples of a table in memory, with the columns of a tuple file.
 pub(super) fn of_frame<'a>(sections: &Sections<'a>, drive: Drive, frame: &Frame) -> Result<Read<'a>> {
     let (names, spare) = names(drive, WHISKER[1]);
-    let columns = Columns { names, spare: &spare };
+    let columns = Columns { names, spare: &spare, allowed };
     let given: Vec<&str> = frame.names.iter().map(AsRef::as_ref).collect();
-    let (mut listed, mut varied, mut seen) = (Listed::default(), Varied::new(&given), [false; 2]);
-    let header = table::of_frame(frame, columns, allowed, &mut |values, _| {
-        let tuple = varied.tuple(&values);
-        seen = leaning(seen, &tuple);
-        listed.push(&tuple);
+    let mut all = Rows::new(&given);
+    let header = table::of_frame(frame, columns, &mut |values, _| {
+        all.take(&values);
     });
     let header = header.map_err(|e| InputError { key: e.key.map(|key| format!("tuples.{key}")), ..e })?;
-    let item = sections.of_tuples();
-    let leaning = seen.map(|seen| seen.then(|| item.clone()));
-    short(&item, &listed)?;
-    let (properties, rigs) = varied.read(sections, &item)?;
-    let space = Space::List(listed);
-    Ok(Read { space, directions: directions(&header), leaning, properties, rigs, warnings: Vec::new() })
+    all.read(sections, &sections.of_tuples(), &header)
 }
 
 /// The first line of a text that is no comment, and the text from its begin.
@@ -223,17 +217,6 @@ fn header<R: std::io::Read>(text: R) -> std::io::Result<(String, impl std::io::R
             return Ok((line, Cursor::new(read).chain(text)));
         }
     }
-}
-
-/// Whether poles tilt, and lean, in the rows so far.
-fn leaning([tilt, lean]: [bool; 2], t: &Tuple) -> [bool; 2] {
-    [tilt || t.tilt != 0.0, lean || t.lean != 0.0]
-}
-
-/// Which columns of the pole's direction a file has.
-fn directions(header: &Header<ALL>) -> DirectionColumns {
-    let [tilt, lean] = [Column::Tilt, Column::Lean].map(|c| header.places[c as usize].is_some());
-    DirectionColumns { tilt, lean }
 }
 
 fn allowed(column: &str) -> &'static str {

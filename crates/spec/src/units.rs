@@ -4,15 +4,12 @@
 //! of 30 mm by 300 mm, and for moduli from 0.05 MPa to those of steel, 200 000 MPa. Lengths are judged beside each other where they can be: one
 //! that is written in metres among millimetres is at most a thousandth of the others.
 
-mod rows;
-
-pub(super) use rows::DoubtfulRows;
-pub use rows::{Ends, NO_ENDS, of_taps, widened};
-
 use super::reader::Item;
-use super::schema::Sections;
-use super::space::{KEYS, drive_key};
-use crate::scene::{Column, Drive, Material, Spec, Study};
+use super::sections::Sections;
+use super::space::keys;
+use crate::design::MOST;
+use crate::error::InputError;
+use crate::scene::{Column, Drive, Material, Spec, Study, Tuple};
 
 /// Shortest and longest L_a, mm: below and above is no whisker.
 const LENGTHS: [f64; 2] = [1.0, 5e3];
@@ -124,19 +121,16 @@ pub(super) fn doubts(sections: &Sections<'_>, spec: &Spec) -> Vec<String> {
     let written = |section, key| sections.section(section).written(key);
     let beside = Beside::of(study);
     let mut said = Vec::new();
-    for ((section, key), column) in KEYS.into_iter().zip(Column::ALL) {
-        said.extend(written(section, key).and_then(|item| doubted_length(&item, column, &beside)));
+    for (section, key, column) in keys(study.setup.drive) {
+        said.extend(written(section, key).and_then(|item| doubted(&item, column, study, &beside)));
     }
-    said.extend(
-        written("tap", drive_key(study.setup.drive)).and_then(|item| doubted_drive(&item, study, &beside)),
-    );
     let more = [
         ("whisker", "hub", Column::GaugePosition),
         ("model", "pole_radius", Column::GaugePosition),
         ("estimate", "range", Column::Distance),
     ];
     for (section, key, column) in more {
-        said.extend(written(section, key).and_then(|item| doubted_length(&item, column, &beside)));
+        said.extend(written(section, key).and_then(|item| doubted(&item, column, study, &beside)));
     }
     let wide = [
         ("whisker", "hub", WIDEST[0], "is more than twenty times the length"),
@@ -145,24 +139,20 @@ pub(super) fn doubts(sections: &Sections<'_>, spec: &Spec) -> Vec<String> {
     for (section, key, most, why) in wide {
         said.extend(written(section, key).and_then(|item| width(&item, most * beside.length[1], why)));
     }
-    said.extend(written("gauge", "noise_strain").and_then(|item| noise(&item)));
-    said.extend(written("gauge", "factor").and_then(|item| gauge_factor(&item)));
-    said.extend(written("gauge", "strain_limit").and_then(|item| limit(&item)));
+    for key in ["noise_strain", "factor", "strain_limit"] {
+        said.extend(written("gauge", key).and_then(|item| doubted_alone(&item, key)));
+    }
     said.extend(written("model", "material").and_then(|item| material(&item, spec)));
     said
 }
 
-/// The warnings about the bounds and limits of a search.
 pub(super) fn of_search(sections: &Sections<'_>, study: &Study) -> Vec<String> {
     let beside = Beside::of(study);
     let [variables, limits] = ["variables", "limits"].map(|key| sections.section("optimise").written(key));
     let bounds = |key: &str| variables.as_ref()?.child(key);
-    let lengths = KEYS.into_iter().zip(Column::ALL);
-    let mut said: Vec<String> =
-        lengths.filter_map(|((_, key), column)| doubted_length(&bounds(key)?, column, &beside)).collect();
-    let drive = bounds(drive_key(study.setup.drive));
-    said.extend(drive.and_then(|item| doubted_drive(&item, study, &beside)));
-    said.extend(limits.and_then(|table| limit(&table.child("strain")?)));
+    let doubts = |(_, key, column)| doubted(&bounds(key)?, column, study, &beside);
+    let mut said: Vec<String> = keys(study.setup.drive).into_iter().filter_map(doubts).collect();
+    said.extend(limits.and_then(|table| doubted_alone(&table.child("strain")?, "strain_limit")));
     said
 }
 
@@ -178,16 +168,14 @@ fn numbers<'a>(item: &Item<'a>) -> Vec<(f64, Item<'a>)> {
     parts.into_iter().filter_map(|part| Some((part.number().ok()?, part))).collect()
 }
 
-fn doubted_length(item: &Item<'_>, column: Column, beside: &Beside) -> Option<String> {
-    numbers(item).into_iter().find_map(|(v, part)| warning(&part, length(column, v, beside)?, v, " mm"))
-}
-
-fn doubted_drive(item: &Item<'_>, study: &Study, beside: &Beside) -> Option<String> {
-    if study.setup.drive == Drive::Displacement {
-        return doubted_length(item, Column::Drive, beside);
+/// The warning about numbers of this column.
+fn doubted(item: &Item<'_>, column: Column, study: &Study, beside: &Beside) -> Option<String> {
+    let mut numbers = numbers(item).into_iter();
+    if column == Column::Drive && study.setup.drive == Drive::Angle {
+        let (largest, part) = numbers.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        return warning(&part, angle(largest)?, largest, "°");
     }
-    let (largest, part) = numbers(item).into_iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
-    warning(&part, angle(largest)?, largest, "°")
+    numbers.find_map(|(v, part)| warning(&part, length(column, v, beside)?, v, " mm"))
 }
 
 /// Whether angles up to `largest` degrees are doubtful.
@@ -201,35 +189,24 @@ fn width(item: &Item<'_>, most: f64, why: &'static str) -> Option<String> {
     warning(item, doubt(why, 1e-3, "micrometres").filter(|_| v > most)?, v, " mm")
 }
 
-fn noise(item: &Item<'_>) -> Option<String> {
-    let v = item.number().ok()?;
-    if v > 0.0 && v < NOISES[0] {
-        return Some(
-            item.error("this is less noise than any gauge has; 0 says that there is none").to_string(),
-        );
-    }
-    let loud = doubt("is more strain than most taps make", 1e-3, "millistrain");
-    warning(item, loud.filter(|_| v > NOISES[1])?, v, "")
-}
-
-fn gauge_factor(item: &Item<'_>) -> Option<String> {
+/// The warning about the number of a `key` that stands beside no other.
+fn doubted_alone(item: &Item<'_>, key: &str) -> Option<String> {
     let v = item.number().ok()?;
     let [of_strain, of_millistrain, most] = FACTORS;
-    let slip = match v {
-        _ if v < of_millistrain => doubt("is no gauge's factor", 1e6, "1/microstrain"),
-        _ if v < of_strain => doubt("is no gauge's factor", 1e3, "1/millistrain"),
-        _ if v > most => doubt("is more than any gauge's factor", 1e-2, "percent"),
+    let slip = match key {
+        "noise_strain" if v > 0.0 && v < NOISES[0] => {
+            let why = "this is less noise than any gauge has; 0 says that there is none";
+            return Some(item.error(why).to_string());
+        }
+        "noise_strain" if v > NOISES[1] => doubt("is more strain than most taps make", 1e-3, "millistrain"),
+        "factor" if v < of_millistrain => doubt("is no gauge's factor", 1e6, "1/microstrain"),
+        "factor" if v < of_strain => doubt("is no gauge's factor", 1e3, "1/millistrain"),
+        "factor" if v > most => doubt("is more than any gauge's factor", 1e-2, "percent"),
+        "strain_limit" if v > 100.0 && v <= 1e6 => {
+            doubt("is a strain of more than 100 %", 1e-6, "microstrain")
+        }
+        "strain_limit" if v > 1.0 && v <= 100.0 => doubt("is a strain of more than 100 %", 1e-2, "percent"),
         _ => None,
-    };
-    warning(item, slip?, v, "")
-}
-
-fn limit(item: &Item<'_>) -> Option<String> {
-    let v = item.number().ok()?;
-    let slip = match v {
-        _ if v <= 1.0 || v > 1e6 => None,
-        _ if v <= 100.0 => doubt("is a strain of more than 100 %", 1e-2, "percent"),
-        _ => doubt("is a strain of more than 100 %", 1e-6, "microstrain"),
     };
     warning(item, slip?, v, "")
 }
@@ -254,4 +231,119 @@ fn material(item: &Item<'_>, spec: &Spec) -> Option<String> {
 /// What is said of the `value` at `item`.
 fn warning(item: &Item<'_>, doubt: Doubt, value: f64, unit: &str) -> Option<String> {
     Some(item.error(doubt.say(value, unit)).to_string())
+}
+
+/// Least and largest value of each column, numbers alone.
+pub type Ends = [[f64; 2]; 9];
+
+/// Those of no row.
+pub const NO_ENDS: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
+
+/// `ends` with `v` among what lies between them.
+#[inline(always)]
+pub fn widened([least, most]: [f64; 2], v: f64) -> [f64; 2] {
+    [if v < least { v } else { least }, if v > most { v } else { most }]
+}
+
+/// The warnings about `n` taps that are given one by one, `tap(i)` being tap i, all of them within `ends` where these are known; `key` names a column.
+pub fn of_taps(
+    drive: Drive,
+    n: usize,
+    ends: Option<Ends>,
+    tap: impl Fn(usize) -> Tuple,
+    key: impl Fn(Column) -> String,
+) -> Vec<String> {
+    let mut rows = DoubtfulRows::new(drive);
+    if !ends.is_some_and(|ends| rows.are_sure(n, &ends)) {
+        (0..n).for_each(|i| rows.take(&tap(i), i));
+    }
+    rows.said(|column, value, words, _| InputError::new(words).key(key(column)).value(shown(value)))
+}
+
+/// What is doubtful in rows of taps: the first of it is told, and how many rows are like it.
+#[derive(Debug)]
+pub(crate) struct DoubtfulRows {
+    drive: Drive,
+    rows: u64,
+    doubted: u64,
+    /// Column, value, doubt and place of the first.
+    first: Option<(Column, f64, Doubt, usize)>,
+    largest: f64,
+}
+
+impl DoubtfulRows {
+    pub fn new(drive: Drive) -> Self {
+        Self { drive, rows: 0, doubted: 0, first: None, largest: f64::NEG_INFINITY }
+    }
+
+    /// Whether nothing is doubtful in the next `count` rows, whose columns lie between `ends`: then they are counted.
+    fn are_sure(&mut self, count: usize, ends: &Ends) -> bool {
+        // The longest stands where the shortest is asked for.
+        let beside = Beside::new(|column| [1, 0].map(|k| ends[column as usize][k]));
+        let sure = |column: &Column| {
+            let ends = ends[*column as usize];
+            matches!(column, Column::Tilt | Column::Lean)
+                || ends[0] > 0.0 && ends.iter().all(|v| length(*column, *v, &beside).is_none())
+        };
+        let drives = ends[Column::Drive as usize];
+        let all = self.lengths().iter().all(sure) && drives.iter().all(|drive| admissible(*drive));
+        if all {
+            self.rows += count as u64;
+            self.largest = self.largest.max(drives[1]);
+        }
+        all
+    }
+
+    fn lengths(&self) -> &'static [Column] {
+        match self.drive {
+            Drive::Angle => &Column::ALL[..6],
+            Drive::Displacement => &Column::ALL,
+        }
+    }
+
+    /// The next row, which starts at `place`.
+    pub fn take(&mut self, tuple: &Tuple, place: usize) {
+        self.rows += 1;
+        if admissible(tuple.drive) {
+            self.largest = self.largest.max(tuple.drive);
+        }
+        let values = tuple.to_array();
+        let beside = Beside::new(|column| [values[column as usize]; 2]);
+        let slip = |column: &Column| {
+            let v = values[*column as usize];
+            Some((*column, v, length(*column, v, &beside).filter(|_| admissible(v))?, place))
+        };
+        if let Some(first) = self.lengths().iter().find_map(slip) {
+            self.doubted += 1;
+            self.first.get_or_insert(first);
+        }
+    }
+
+    /// The warnings, one for lengths and one for angles; `line` finds the line of a place in `file`.
+    pub fn doubts(self, file: &str, line: impl Fn(usize) -> Option<usize>) -> Vec<String> {
+        let drive = self.drive;
+        self.said(|column, value, words, place| {
+            InputError::new(words).at(file, place.and_then(&line)).key(column.name(drive)).value(shown(value))
+        })
+    }
+
+    /// The warnings as `say` makes them of column, value, words and, where there is one, the place.
+    fn said(self, say: impl Fn(Column, f64, String, Option<usize>) -> InputError) -> Vec<String> {
+        let Self { drive, rows, doubted, first, largest } = self;
+        let among = |words: String, what: String| if rows > 1 { words + &what } else { words };
+        let lengths = first.map(|(column, v, doubt, place)| {
+            let words = among(doubt.say(v, " mm"), format!(" ({doubted} of {rows} rows)"));
+            say(column, v, words, Some(place))
+        });
+        let angles = angle(largest).filter(|_| drive == Drive::Angle && largest > 0.0);
+        let angles = angles.map(|doubt| {
+            say(Column::Drive, largest, among(doubt.say(largest, "°"), " (the largest)".into()), None)
+        });
+        lengths.into_iter().chain(angles).map(|error| error.to_string()).collect()
+    }
+}
+
+/// Whether a value may be right: what is outside every domain has a status, and no unit that would mend it.
+fn admissible(v: f64) -> bool {
+    v > 0.0 && v <= MOST
 }

@@ -176,7 +176,7 @@ pub fn of_sweep(
 ) -> Value {
     let mut body = json!({
         "in_force": in_force(spec),
-        "ranking": { "by": spec.study.listed_by().name(), "varying": varying(&spec.study) },
+        "ranking": { "by": spec.study.listed_by().word(), "varying": varying(&spec.study) },
         "material_fit": material_fit(spec, Some(c)),
         "warnings": warnings,
         "backend": backend,

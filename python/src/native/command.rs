@@ -6,30 +6,28 @@ use std::sync::atomic::AtomicBool;
 
 use pyo3::prelude::*;
 use serde_json::json;
-use vibrissa::command::{self, Context, Held, HeldFile, Host, KeptFile};
+use vibrissa::command::{self, Content, Context, HeldFile, Host};
 use vibrissa::error::Error;
 use vibrissa::optimise::{Step, Watch};
 use vibrissa::progress::Progress;
 use vibrissa::scene::RunOptions;
 
-use super::column::{FileGiven, TableGiven, frame};
 use super::error::{self, keywords};
 use super::job;
 use super::spec::unread;
 use super::table::Table;
+use super::table::{FileGiven, TableGiven, frame};
 
 /// A step of a search: evaluations, what the budget still allows, start, stage, the best design (D, d, L_a, x_ss, l, drive), the value of the
 /// objective, and whether it keeps the limits.
 type SearchStep = (u64, Option<u64>, u32, &'static str, [f64; 6], f64, bool);
 
-/// What is heard of a command while it runs.
 enum Heard {
     /// Taps done, of how many.
     Far(u64, u64),
     Step(SearchStep),
 }
 
-/// Python as the host of a command.
 struct Session<'a> {
     stop: &'a AtomicBool,
     tell: RefCell<&'a mut dyn FnMut(Heard)>,
@@ -55,7 +53,6 @@ impl Host for Session<'_> {
     }
 }
 
-/// Hands on how far work is.
 struct Telling<'s, 'a>(&'s Session<'a>);
 
 impl Progress for Telling<'_, '_> {
@@ -68,7 +65,7 @@ impl Watch for Telling<'_, '_> {
     fn step(&mut self, step: &Step, value: f64, feasible: bool, left: Option<u64>) {
         let p = &step.best.point;
         let point = [p.D, p.d, p.L_a, p.x_ss, p.l, p.drive];
-        let step = (step.evaluations, left, step.start, step.stage.name(), point, value, feasible);
+        let step = (step.evaluations, left, step.start, step.stage.word(), point, value, feasible);
         (self.0.tell.borrow_mut())(Heard::Step(step));
     }
 }
@@ -94,13 +91,13 @@ pub fn run<'py>(
     hear: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Given_> {
     let file = |(name, given): (String, FileGiven<'py>)| {
-        let held = match given {
-            FileGiven::Text(text) => Held::Text(text),
-            FileGiven::Table(table) => Held::Table(frame(py, &name, table)?),
+        let content = match given {
+            FileGiven::Text(text) => Content::Bytes(text.into_bytes()),
+            FileGiven::Table(table) => Content::Table(frame(py, &name, table)?),
         };
         let name = PathBuf::from(name);
         let base = name.parent().map_or_else(PathBuf::new, Path::to_owned);
-        Ok::<_, PyErr>(HeldFile { name, held, base })
+        Ok::<_, PyErr>(HeldFile { name, content, base })
     };
     let mut files: Vec<HeldFile> = files.into_iter().map(file).collect::<PyResult<_>>()?;
     let (mut request, mut threads) = (said, None);
@@ -108,7 +105,8 @@ pub fn run<'py>(
         let spec = unread(path, &text, &name).map_err(|e| error::raise(py, e))?;
         let key = if command == "calibrate" { "whisker" } else { "spec" };
         request = format!("{key} = {}\n{request}", toml::Value::String(spec.name.display().to_string()));
-        threads = spec.text().parse().ok().and_then(|t: toml::Table| number(t.get("run")?.get("threads")?));
+        threads =
+            spec.content.text().parse().ok().and_then(|t: toml::Table| number(t.get("run")?.get("threads")?));
         files.push(spec);
     }
     threads = threads.or_else(|| number(request.parse::<toml::Table>().ok()?.get("threads")?));
@@ -120,8 +118,8 @@ pub fn run<'py>(
         let (mut tables, mut texts) = (Vec::new(), Vec::new());
         for (name, kept) in reply.kept {
             match kept {
-                KeptFile::Table(frame) => tables.push((name, Table::new(frame)?)),
-                KeptFile::Bytes(bytes) => {
+                Content::Table(frame) => tables.push((name, Table::new(frame)?)),
+                Content::Bytes(bytes) => {
                     texts.push((name, String::from_utf8(bytes).map_err(|e| Error::Run(e.to_string()))?));
                 }
             }

@@ -11,7 +11,6 @@ use super::spec::KEYWORDS;
 /// Where exceptions are defined: in Python, so that they have attributes and bases there.
 const HOME: &str = "vibrissa._errors";
 
-/// The exception for `error`.
 pub fn raise(py: Python<'_>, error: Error) -> PyErr {
     match error {
         Error::Input(e) => input(py, &e),

@@ -1,7 +1,7 @@
 //! Long work on a thread of its own, without the interpreter's lock, so that Ctrl-C and callbacks are served while it runs.
 
 use std::collections::HashMap;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::Builder;
@@ -12,16 +12,12 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use vibrissa::error::Error;
 
 use super::error;
-use super::fork::{self, Working};
 
 /// Time in which the work may end by itself after an interrupt; then it is left behind. Interrupts are answered within two seconds.
 const GRACE: Duration = Duration::from_millis(1500);
-/// Between two looks at signals.
 const STEP: Duration = Duration::from_millis(50);
-/// As a main thread has it.
 const STACK: usize = 8 << 20;
 
-/// What comes from the work.
 enum News<N, T> {
     Part(N),
     End(Result<T, Error>),
@@ -38,7 +34,7 @@ pub fn run<N: Send + 'static, T: Send + 'static>(
     work: impl FnOnce(&AtomicBool, &mut dyn FnMut(N)) -> Result<T, Error> + Send + 'static,
     mut hear: impl FnMut(N) -> PyResult<bool>,
 ) -> PyResult<Ended<T>> {
-    fork::check(py)?;
+    check(py)?;
     let pool = own_pool(threads).map_err(|e| error::raise(py, e))?;
     let working = Working::new();
     let stop = Arc::new(AtomicBool::new(false));
@@ -105,10 +101,10 @@ pub fn run<N: Send + 'static, T: Send + 'static>(
 /// # Errors
 /// Threads that do not start; a process that cannot compute.
 pub fn here<T: Send>(py: Python<'_>, f: impl FnOnce() -> T + Send) -> PyResult<T> {
-    if !fork::is_forked() {
+    if !is_forked() {
         return Ok(py.detach(f));
     }
-    fork::check(py)?;
+    check(py)?;
     let pool = own_pool(None).map_err(|e| error::raise(py, e))?;
     Ok(py.detach(|| match pool {
         Some(pool) => pool.install(f),
@@ -121,7 +117,7 @@ static POOLS: Mutex<Option<HashMap<usize, Arc<ThreadPool>>>> = Mutex::new(None);
 /// Threads of their own for whoever says how many (0: all cores), the same for all who ask for as many, and for forked processes; others share those
 /// of the library.
 fn own_pool(threads: Option<usize>) -> Result<Option<Arc<ThreadPool>>, Error> {
-    let Some(n) = threads.or(fork::is_forked().then_some(0)) else { return Ok(None) };
+    let Some(n) = threads.or(is_forked().then_some(0)) else { return Ok(None) };
     let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
     let pools = pools.get_or_insert_default();
     if let Some(pool) = pools.get(&n) {
@@ -131,7 +127,6 @@ fn own_pool(threads: Option<usize>) -> Result<Option<Arc<ThreadPool>>, Error> {
     Ok(Some(pools.entry(n).or_insert(Arc::new(pool)).clone()))
 }
 
-/// Leaves pools alone whose threads are those of another process.
 pub fn forget_pools() {
     std::mem::forget(POOLS.lock().unwrap_or_else(PoisonError::into_inner).take());
 }
@@ -149,4 +144,51 @@ pub fn whole<T: Send + 'static>(
     let hear = |far: Far| progress.map_or(Ok(true), |progress| progress.call1(far).map(|_| true));
     let (found, interrupt) = run(py, threads, work, hear)?;
     interrupt.map_or(Ok(found), Err)
+}
+
+/// No fork, or none since the package was imported.
+const WHOLE: u8 = 0;
+/// Forked while nothing was computed.
+const FORKED: u8 = 1;
+/// Forked amid work: what that work held is held for ever.
+const AMID: u8 = 2;
+
+static PROCESS: AtomicU8 = AtomicU8::new(WHOLE);
+static WORKING: AtomicUsize = AtomicUsize::new(0);
+
+pub struct Working(());
+
+impl Working {
+    pub fn new() -> Self {
+        WORKING.fetch_add(1, Ordering::SeqCst);
+        Self(())
+    }
+}
+
+impl Drop for Working {
+    fn drop(&mut self) {
+        WORKING.fetch_sub(1, Ordering::SeqCst);
+    }
+}
+
+/// Whether threads of the library are those of another process.
+pub fn is_forked() -> bool {
+    PROCESS.load(Ordering::Relaxed) != WHOLE
+}
+
+pub fn check(py: Python<'_>) -> PyResult<()> {
+    if PROCESS.load(Ordering::Relaxed) != AMID {
+        return Ok(());
+    }
+    let why = "this process was forked while vibrissa computed in another thread, and cannot compute";
+    Err(error::run(py, &format!("{why}; start it by spawn: multiprocessing.get_context(\"spawn\")")))
+}
+
+/// For `os.register_at_fork`, in the child. Devices that `kept` holds are not closed here: their driver's threads are gone.
+#[pyfunction]
+pub fn forked(kept: Bound<'_, PyAny>) {
+    std::mem::forget(kept.unbind());
+    forget_pools();
+    let amid = WORKING.swap(0, Ordering::SeqCst) > 0 || PROCESS.load(Ordering::Relaxed) == AMID;
+    PROCESS.store(if amid { AMID } else { FORKED }, Ordering::SeqCst);
 }

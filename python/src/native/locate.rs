@@ -15,13 +15,12 @@ use vibrissa::locate::{
 use vibrissa::measure::Names;
 use vibrissa::scene::RunOptions;
 
-use super::column::FileGiven;
 use super::error::{keywords, raise};
 use super::job;
+use super::table::FileGiven;
 use super::table::Table;
 use super::words::bits;
 
-/// What [`Locator::about`] tells.
 type About =
     (Option<&'static str>, &'static str, Vec<String>, Option<f64>, Vec<f64>, Vec<String>, Vec<String>);
 
@@ -175,7 +174,6 @@ impl Locator {
 /// Which readings of a table are told together: "same", "strokes" and what they leave free, or "object" and its column.
 type Together = Option<(String, Option<String>)>;
 
-/// The same in the words of the library.
 fn by(together: &Together) -> Result<By<'_>, InputError> {
     Ok(match together {
         None => By::Unsaid,

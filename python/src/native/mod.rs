@@ -1,10 +1,7 @@
 //! What `vibrissa._native` holds.
 
-mod column;
 mod command;
 mod error;
-mod fork;
-mod held;
 mod job;
 mod locate;
 mod machine;
@@ -21,7 +18,7 @@ mod _native {
     #[pymodule_export]
     use super::{
         command::run,
-        fork::forked,
+        job::forked,
         locate::Locator,
         machine::{answer, ask_drivers_by, devices, left_behind},
         spec::{fit_material, read_columns, units},

@@ -4,15 +4,15 @@ use std::path::{Path, PathBuf};
 
 use pyo3::prelude::*;
 use toml::Table;
-use vibrissa::command::{Held, HeldFile};
+use vibrissa::command::{Content, HeldFile};
 use vibrissa::contour::point;
 use vibrissa::error::Error;
 use vibrissa::measure::names;
 use vibrissa::spec;
 use vibrissa::text_file::{Limit, TextFile};
 
-use super::column::{FileGiven, frame};
 use super::error;
+use super::table::{FileGiven, frame};
 
 /// End of the name of what is no file: errors in it have no place.
 pub const KEYWORDS: &str = "keywords";
@@ -20,7 +20,7 @@ pub const KEYWORDS: &str = "keywords";
 /// A spec before it is read: the file at `path`, if one is named, and `text`, whose sections go before those of the file; `name` says what asks. Its
 /// name ends with [`KEYWORDS`] where its lines are none that the user can look at.
 pub fn unread(path: Option<PathBuf>, text: &str, name: &str) -> Result<HeldFile, Error> {
-    let held = |name: PathBuf, text: String, base| HeldFile { name, held: Held::Text(text), base };
+    let held = |name, text: String, base| HeldFile { name, content: Content::Bytes(text.into_bytes()), base };
     let Some(path) = path else {
         return Ok(held(format!("{name}.{KEYWORDS}").into(), text.to_owned(), PathBuf::new()));
     };

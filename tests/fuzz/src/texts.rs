@@ -32,7 +32,6 @@ pub fn spec(data: &[u8]) {
     let base = Path::new("/nowhere");
     if let Some(spec) = told(spec::parse("spec.toml", text, base)) {
         look(&spec.study.space);
-        told(spec::model_error(&spec));
     }
     told(spec::parse_search("spec.toml", text, base));
     told(spec::parse_tap("spec.toml", text, base, true));

@@ -172,28 +172,21 @@ fn inverse_cholesky(matrix: &[f64], n: usize) -> Option<Vec<f64>> {
     Some(inverse)
 }
 
-/// What the sensor of a whisker reads.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Signal {
-    /// Mean strain under a gauge.
-    #[default]
-    Strain,
-    /// M₀, the moment at the base, N·mm.
-    Moment,
-    /// F_y, the force across the whisker at the base, N.
-    Force,
+words! {
+    /// What the sensor of a whisker reads.
+    #[derive(Default)]
+    Signal {
+        /// Mean strain under a gauge.
+        #[default]
+        Strain = "strain",
+        /// M₀, the moment at the base, N·mm.
+        Moment = "moment",
+        /// F_y, the force across the whisker at the base, N.
+        Force = "force",
+    }
 }
 
 impl Signal {
-    /// All, by the words of a spec.
-    pub const WORDS: [(&'static str, Self); 3] =
-        [("strain", Self::Strain), ("moment", Self::Moment), ("force", Self::Force)];
-
-    /// The word of a spec.
-    pub fn word(self) -> &'static str {
-        Self::WORDS[self as usize].0
-    }
-
     /// Its unit; none of a strain.
     pub fn unit(self) -> &'static str {
         ["", "N mm", "N"][self as usize]

@@ -68,6 +68,11 @@ impl Listed {
         self.rows == 0
     }
 
+    /// Whether `column` is not 0 in some row.
+    pub fn has(&self, column: Column) -> bool {
+        self.columns[column as usize].iter().any(|value| *value != 0.0)
+    }
+
     /// The tuple of a row.
     pub fn tuple(&self, row: usize) -> Tuple {
         let rig = self.rigs.get(row).copied().unwrap_or(0);

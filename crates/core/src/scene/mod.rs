@@ -8,17 +8,36 @@ use std::sync::Arc;
 
 use crate::error::InputError;
 
+/// An enum with a word for each variant, as specs and results have it.
+#[macro_export]
+macro_rules! words {
+    ($(#[$of:meta])* $name:ident { $($(#[$doc:meta])* $variant:ident = $word:literal,)+ }) => {
+        $(#[$of])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub enum $name { $($(#[$doc])* $variant,)+ }
+
+        impl $name {
+            /// All, with their words.
+            pub const WORDS: [(&'static str, Self); [$($word),+].len()] =
+                [$(($word, Self::$variant)),+];
+
+            /// Its word.
+            pub const fn word(self) -> &'static str {
+                Self::WORDS[self as usize].0
+            }
+        }
+    };
+}
+
 pub mod axis;
 pub mod built;
 pub mod channels;
-pub mod even;
 mod interval;
 mod layout;
 pub mod listed;
 pub mod material;
 pub mod model;
 pub mod property;
-pub mod rigs;
 pub mod run;
 pub mod sampler;
 pub mod search;
@@ -36,9 +55,8 @@ pub use material::{Material, MaterialFit};
 pub use model::{
     Clamp, Contact, Convention, Drive, Estimate, Foil, Gauge, Geometry, Model, Side, TERMS, Theory,
 };
-pub use property::{PROPERTIES, Property};
-pub use rigs::Rigs;
-pub use run::{BackendChoice, Output, Per, Precision, RankBy, RunOptions, Written};
+pub use property::{PROPERTIES, Property, Rigs};
+pub use run::{BackendChoice, Output, Per, Precision, RankBy, RunOptions};
 pub use search::Search;
 pub use space::{COLUMNS, Column, Direction, DirectionColumns, Factor, Space, Tuple};
 pub use term::{Amount, Term};
@@ -164,7 +182,7 @@ with! {
 }
 
 /// What is to be evaluated and reported.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Study {
     /// What all taps share.
     pub setup: Setup,
@@ -185,7 +203,7 @@ impl Study {
 }
 
 /// What a file said.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Spec {
     /// Name of the spec (its file stem), from which the default output folder is named.
     pub name: String,
@@ -217,16 +235,6 @@ impl Spec {
 
     /// A study that no file asked for.
     pub fn of(name: &str, study: Study) -> Self {
-        Self {
-            name: name.to_owned(),
-            text: String::new(),
-            study,
-            material_fit: None,
-            run: RunOptions::default(),
-            in_force: Vec::new(),
-            inputs: Vec::new(),
-            warnings: Vec::new(),
-            several: Vec::new(),
-        }
+        Self { name: name.to_owned(), study, ..Self::default() }
     }
 }

@@ -4,34 +4,40 @@
 pub use super::material::Material;
 use super::term::{Amount, Term, flag};
 
-/// Linear beam theory (closed forms) or the geometrically exact rod.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Geometry {
-    /// Closed forms of the paper, corrected.
-    Linear,
-    /// Geometrically exact planar rod.
-    #[default]
-    Exact,
+words! {
+    /// Linear beam theory (closed forms) or the geometrically exact rod.
+    #[derive(Default)]
+    Geometry {
+        /// Closed forms of the paper, corrected.
+        Linear = "linear",
+        /// Geometrically exact planar rod.
+        #[default]
+        Exact = "exact",
+    }
 }
 
-/// Side of the whisker that carries the gauge.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Side {
-    #[default]
-    /// Towards the object: strain is positive (tension).
-    Contact,
-    /// Away from the object: strain is negative.
-    Far,
+words! {
+    /// Side of the whisker that carries the gauge.
+    #[derive(Default)]
+    Side {
+        #[default]
+        /// Towards the object: strain is positive (tension).
+        Contact = "contact",
+        /// Away from the object: strain is negative.
+        Far = "far",
+    }
 }
 
-/// What moves: the base (active whisker) or the object (passive whisker).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Drive {
-    #[default]
-    /// The base turns by θ, degrees.
-    Angle,
-    /// The object moves by δ across the whisker, mm.
-    Displacement,
+words! {
+    /// What moves: the base (active whisker) or the object (passive whisker).
+    #[derive(Default)]
+    Drive {
+        #[default]
+        /// The base turns by θ, degrees.
+        Angle = "angle",
+        /// The object moves by δ across the whisker, mm.
+        Displacement = "displacement",
+    }
 }
 
 impl Drive {
@@ -298,28 +304,21 @@ impl Default for Gauge {
     }
 }
 
-/// What turns a strain into a distance.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Theory {
-    #[default]
-    /// f, the paper.
-    EulerBernoulli,
-    /// f_T = f/(1 + S/a²), with shear.
-    Timoshenko,
-    /// The model of the spec, inverted; K stays that of f.
-    Exact,
+words! {
+    /// What turns a strain into a distance.
+    #[derive(Default)]
+    Theory {
+        #[default]
+        /// f, the paper.
+        EulerBernoulli = "euler-bernoulli",
+        /// f_T = f/(1 + S/a²), with shear.
+        Timoshenko = "timoshenko",
+        /// The model of the spec, inverted; K stays that of f.
+        Exact = "exact",
+    }
 }
 
 impl Theory {
-    /// All, by the words of a spec.
-    pub const WORDS: [(&'static str, Self); 3] =
-        [("euler-bernoulli", Self::EulerBernoulli), ("timoshenko", Self::Timoshenko), ("exact", Self::Exact)];
-
-    /// The word of a spec.
-    pub fn word(self) -> &'static str {
-        Self::WORDS[self as usize].0
-    }
-
     /// The estimator of `locate` that turns strains into distances this way.
     pub fn estimator(self) -> &'static str {
         match self {
@@ -335,14 +334,16 @@ impl Theory {
     }
 }
 
-/// What f is per radian.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Convention {
-    #[default]
-    /// Mean strain over the grid.
-    Mean,
-    /// Elongation of the grid, mm, as the paper prints it: f (x2 − x1).
-    Elongation,
+words! {
+    /// What f is per radian.
+    #[derive(Default)]
+    Convention {
+        #[default]
+        /// Mean strain over the grid.
+        Mean = "mean",
+        /// Elongation of the grid, mm, as the paper prints it: f (x2 − x1).
+        Elongation = "elongation",
+    }
 }
 
 /// How distance is estimated from strain.

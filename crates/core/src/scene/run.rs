@@ -40,19 +40,6 @@ impl Precision {
         [("f32", Self::F32, "Single"), ("f64", Self::F64, "Double")];
 }
 
-/// Where a value stands in a spec.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Written {
-    /// File as the user named it.
-    pub file: String,
-    /// Its text.
-    pub text: String,
-    /// 1-based line.
-    pub line: usize,
-    /// Bytes of the value in `text`.
-    pub span: std::ops::Range<usize>,
-}
-
 /// `[run]` and the command line; `None` where nothing was said.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct RunOptions {
@@ -64,14 +51,12 @@ pub struct RunOptions {
     pub backend: Option<BackendChoice>,
     /// Substring of the adapter's name.
     pub adapter: Option<String>,
-    /// Where `adapter` was written, if in a spec.
-    pub adapter_at: Option<Written>,
     /// Precision of the fast kernels.
     pub precision: Option<Precision>,
     /// Bound on each row's strain error, relative to max(|ε|, 1e-3 θ f_max).
     pub tolerance: Option<f64>,
-    /// Where `tolerance` was written, if in a spec.
-    pub tolerance_at: Option<Written>,
+    /// Bound on the strain change by effects that are left off, relative as `tolerance`.
+    pub model_error: Option<f64>,
     /// CPU threads.
     pub threads: Option<usize>,
     /// Only say what would run.
@@ -82,61 +67,39 @@ pub struct RunOptions {
     pub json: Option<bool>,
 }
 
-/// Column of the designs table by which rows are ranked, smaller first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RankBy {
-    /// Spread of K.
-    KSd,
-    /// Root mean square distance error.
-    ErrorRms,
-    /// Largest absolute distance error.
-    ErrorMax,
-    /// Root mean square of the noise part.
-    NoiseRms,
-    /// Error and noise in quadrature.
-    TotalRms,
-    /// Largest absolute strain.
-    StrainMax,
-    /// Largest contact force.
-    ForceMax,
-}
-
-impl RankBy {
-    /// All, in the order of the table's columns.
-    pub const ALL: [Self; 7] = [
-        Self::KSd,
-        Self::ErrorRms,
-        Self::ErrorMax,
-        Self::NoiseRms,
-        Self::TotalRms,
-        Self::StrainMax,
-        Self::ForceMax,
-    ];
-
-    /// Another name of [`Self::ErrorRms`], as `tap` has called it; it is read wherever that is.
-    pub const BIAS: &str = "bias_rms_mm";
-
-    /// Name as in `[output] by`.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::KSd => "K_sd",
-            Self::ErrorRms => "error_rms_mm",
-            Self::ErrorMax => "error_max_mm",
-            Self::NoiseRms => "noise_rms_mm",
-            Self::TotalRms => "total_rms_mm",
-            Self::StrainMax => "strain_max",
-            Self::ForceMax => "force_max_N",
-        }
+words! {
+    /// Column of the designs table by which rows are ranked, smaller first.
+    RankBy {
+        /// Spread of K.
+        KSd = "K_sd",
+        /// Root mean square distance error.
+        ErrorRms = "error_rms_mm",
+        /// Largest absolute distance error.
+        ErrorMax = "error_max_mm",
+        /// Root mean square of the noise part.
+        NoiseRms = "noise_rms_mm",
+        /// Error and noise in quadrature.
+        TotalRms = "total_rms_mm",
+        /// Largest absolute strain.
+        StrainMax = "strain_max",
+        /// Largest contact force.
+        ForceMax = "force_max_N",
     }
 }
 
-/// Whether `top` keeps rows or one row of each design.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Per {
-    /// Every (design, θ) competes.
-    Row,
-    /// Each design competes with its best θ.
-    Design,
+impl RankBy {
+    /// Another name of [`Self::ErrorRms`], as `tap` has called it; it is read wherever that is.
+    pub const BIAS: &str = "bias_rms_mm";
+}
+
+words! {
+    /// Whether `top` keeps rows or one row of each design.
+    Per {
+        /// Every (design, θ) competes.
+        Row = "row",
+        /// Each design competes with its best θ.
+        Design = "design",
+    }
 }
 
 /// `[output]`.

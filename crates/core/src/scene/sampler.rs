@@ -10,13 +10,14 @@
 //! - `random`: independent uniform numbers from the counter-based generator Philox4x32-10 (J. K. Salmon et
 //!   al., SC11), key = seed, counter = (index, dimension / 4), lane = dimension mod 4.
 
-/// How sampled axes are filled.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Sampler {
-    /// Low-discrepancy points: fill evenly.
-    Sobol,
-    /// Independent uniform numbers.
-    Random,
+words! {
+    /// How sampled axes are filled.
+    Sampler {
+        /// Low-discrepancy points: fill evenly.
+        Sobol = "sobol",
+        /// Independent uniform numbers.
+        Random = "random",
+    }
 }
 
 /// Largest number of points of one set.

@@ -3,35 +3,22 @@
 use super::model::Drive;
 use super::property::Property;
 use super::space::{COLUMNS, Column};
-use crate::error::InputError;
 
-/// What is made small.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Objective {
-    /// K_sd.
-    Sd,
-    /// total_rms_mm.
-    Distance,
-    /// w_sd·K_sd/K_mean + w_distance·total_rms_mm/L_a.
-    Weighted,
-    /// The front of (K_sd, total_rms_mm).
-    Pareto,
+words! {
+    /// What is made small.
+    Objective {
+        /// K_sd.
+        Sd = "sd",
+        /// total_rms_mm.
+        Distance = "distance",
+        /// w_sd·K_sd/K_mean + w_distance·total_rms_mm/L_a.
+        Weighted = "weighted",
+        /// The front of (K_sd, total_rms_mm).
+        Pareto = "pareto",
+    }
 }
 
 impl Objective {
-    /// All, by the words of a spec.
-    pub const WORDS: [(&'static str, Self); 4] = [
-        ("sd", Self::Sd),
-        ("distance", Self::Distance),
-        ("weighted", Self::Weighted),
-        ("pareto", Self::Pareto),
-    ];
-
-    /// The word of a spec.
-    pub fn word(self) -> &'static str {
-        Self::WORDS[self as usize].0
-    }
-
     /// Whether K_sd enters.
     pub fn needs_sd(self) -> bool {
         self != Self::Distance
@@ -98,6 +85,8 @@ pub struct Budget {
 pub struct Limits {
     /// Largest |gauge strain|.
     pub strain: f64,
+    /// The key that says it.
+    pub strain_key: &'static str,
     /// Largest contact force, N.
     pub force: Option<f64>,
     /// The peak of the theory's curve lies below the range of distances.
@@ -106,22 +95,24 @@ pub struct Limits {
     pub tip_not_wider: bool,
 }
 
-/// How the objective of many whiskers becomes one number.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Measure {
-    /// Their mean.
-    Mean,
-    /// The mean of their worst tenth.
-    Cvar90,
+words! {
+    /// How the objective of many whiskers becomes one number.
+    Measure {
+        /// Their mean.
+        Mean = "mean",
+        /// The mean of their worst tenth.
+        Cvar90 = "cvar90",
+    }
 }
 
-/// On which whisker K̄ and f are calibrated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Calibrated {
-    /// On each.
-    Each,
-    /// On the nominal one only.
-    Nominal,
+words! {
+    /// On which whisker K̄ and f are calibrated.
+    Calibrated {
+        /// On each.
+        Each = "each",
+        /// On the nominal one only.
+        Nominal = "nominal",
+    }
 }
 
 /// Tolerances of manufacture and bonding.
@@ -163,21 +154,4 @@ pub struct Search {
     pub limits: Limits,
     /// Tolerances, if any.
     pub robust: Option<Robust>,
-    /// Places of the limits in the spec, for complaints about them.
-    pub places: Places,
-}
-
-/// Errors without a message that stand where a limit is written.
-#[derive(Debug, Clone, Default)]
-pub struct Places {
-    /// `limits.strain`, or `gauge.strain_limit`.
-    pub strain: InputError,
-    /// `limits.force_N`.
-    pub force: InputError,
-    /// `limits.unambiguous`.
-    pub unambiguous: InputError,
-    /// `limits.tip_not_wider`.
-    pub tip_not_wider: InputError,
-    /// `variables`: for what no limit of the spec says.
-    pub variables: InputError,
 }

@@ -177,6 +177,13 @@ pub enum Space {
     List(Listed),
 }
 
+impl Default for Space {
+    /// No tuple.
+    fn default() -> Self {
+        Self::List(Listed::default())
+    }
+}
+
 #[allow(non_snake_case)]
 impl Space {
     /// Every combination of these axes, D, d, L_a, x_ss, l, a and the drive, at poles that are upright; as [`Self::tilted`].

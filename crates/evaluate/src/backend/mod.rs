@@ -17,7 +17,7 @@ use crate::kernel::{
     gpu::{self, Adapter, Gpu, Log},
     rule::smallest_tolerance,
 };
-use crate::scene::{BackendChoice, Model, Precision, RunOptions, Written};
+use crate::scene::{BackendChoice, Model, Precision, RunOptions};
 use drivers::found;
 pub use drivers::{adapters, answer, ask_by, look};
 
@@ -190,7 +190,7 @@ impl Choice {
         let found = gpu::pick(adapters, name);
         if let (Some(name), None, BackendChoice::Auto | BackendChoice::Gpu) = (name, &found, asked) {
             let error = InputError::new("no adapter has this in its name").allowed(names(adapters));
-            return Err(placed(error, "adapter", name, options.adapter_at.as_ref()).into());
+            return Err(error.key("--adapter").value(name).into());
         }
         let usable = |a: &Adapter| precision == Precision::F32 || a.f64;
         let (name, adapter, reason) = match (asked, found) {
@@ -274,9 +274,9 @@ fn tolerance(options: &RunOptions, precision: Precision) -> Result<f64, InputErr
     let reference = options.backend == Some(BackendChoice::Reference);
     if !reference && !(least..1.0).contains(&t) {
         let hint = if precision == Precision::F32 { "; --precision f64 reaches 1e-10" } else { "" };
-        let error = InputError::new("this precision cannot keep such a tolerance")
-            .allowed(format!("{least:e} … 1 (exclusive){hint}"));
-        return Err(placed(error, "tolerance", t, options.tolerance_at.as_ref()));
+        let error =
+            InputError::new("this precision cannot keep such a tolerance").key("--tolerance").value(t);
+        return Err(error.allowed(format!("{least:e} … 1 (exclusive){hint}")));
     }
     Ok(t)
 }
@@ -313,22 +313,5 @@ fn names(adapters: &[Adapter]) -> String {
     match adapters {
         [] => "nothing: this machine has no adapter".to_owned(),
         some => some.iter().map(|a| a.name.as_str()).collect::<Vec<_>>().join(", "),
-    }
-}
-
-/// `error` of an option that was written in a spec, or on the command line.
-fn placed(
-    error: InputError,
-    option: &str,
-    value: impl std::fmt::Display,
-    at: Option<&Written>,
-) -> InputError {
-    match at {
-        None => error.key(format!("--{option}")).value(value),
-        Some(Written { file, text, line, span }) => error
-            .key(format!("run.{option}"))
-            .value(&text[span.clone()])
-            .at(file, Some(*line))
-            .snippet(text, span.clone()),
     }
 }

@@ -29,21 +29,12 @@ pub struct Array {
 }
 
 impl Array {
-    /// Reads the file at `path`; calibrations are relative to it.
-    ///
-    /// # Errors
-    /// A file that is missing or says something else; two whiskers of one name.
-    pub fn read(path: &Path) -> Result<Self, InputError> {
-        let folder = path.parent().unwrap_or(Path::new(""));
-        spec::described(path, "array", |file| Self::of(file, folder))
-    }
-
-    /// As [`Self::read`], from a `text` that `label` names; calibrations are relative to `folder`.
+    /// Of a `text` that `label` names; calibrations are relative to `folder`.
     ///
     /// # Errors
     /// A text that says something else; two whiskers of one name.
     pub fn parse(label: &str, text: &str, folder: &Path) -> Result<Self, InputError> {
-        spec::described_by(label, text, "array", |file| Self::of(file, folder))
+        spec::described(label, text, "array", |file| Self::of(file, folder))
     }
 
     fn of(file: &Item<'_>, folder: &Path) -> Result<Self, InputError> {

@@ -22,17 +22,11 @@ use crate::spec;
 impl Rig {
     /// Reads the whisker of the spec at `path`, driven by `drive` where the spec does not say. `[tap]` need not be there.
     pub fn read(path: &Path, drive: Option<Drive>) -> Result<Self, InputError> {
-        Ok(Self::read_with(path, drive)?.0)
+        let (label, base) = (path.display().to_string(), path.parent().unwrap_or(Path::new("")));
+        Ok(Self::parse_with(&label, &spec::load(path, "spec")?, base, drive)?.0)
     }
 
-    /// As [`Self::read`], with the spec.
-    pub fn read_with(path: &Path, drive: Option<Drive>) -> Result<(Self, Spec), InputError> {
-        let spec = spec::read_by(path, |text| beside(text, drive))?;
-        labelled(&spec, &path.display().to_string())?;
-        Ok((Self::of_spec(&spec, &path.display().to_string())?, spec))
-    }
-
-    /// As [`Self::read_with`], from the `text` of a spec that `label` names; its relative paths start at `base`.
+    /// As [`Self::read`], with the spec, from its `text`, which `label` names; its relative paths start at `base`.
     pub fn parse_with(
         label: &str,
         text: &str,

@@ -22,7 +22,7 @@ impl Strokes {
     /// # Errors
     /// A text that says something else; an object that is none.
     pub fn parse(label: &str, text: &str, folder: &Path) -> Result<Self, InputError> {
-        spec::described_by(label, text, "object", |file| Self::of(file, folder))
+        spec::described(label, text, "object", |file| Self::of(file, folder))
     }
 
     fn of(file: &Item<'_>, folder: &Path) -> Result<Self, InputError> {

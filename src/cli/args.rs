@@ -1,12 +1,84 @@
-//! Readings of a rig.
+//! What was typed, and what runs it.
 
 use std::path::PathBuf;
 
-use clap::Args as Flags;
-use vibrissa::command::{Common, words};
+use clap::{Args as Flags, Parser, Subcommand};
+pub use vibrissa::command::Common;
+use vibrissa::command::{self, Context, Reply, words};
+use vibrissa::error::Error;
 use vibrissa::locate::SaidZero;
 use vibrissa::locate::estimator::{ALL, Estimator};
 use vibrissa::locate::free::Free;
+
+use super::cite::Cite;
+use super::help::{Completions, Help, Man};
+use super::new::New;
+use super::{cite, devices, help, locate, new};
+
+/// Behind the help of the program.
+const AFTER: &str = "A first sweep: vibrissa sweep sweeps/prototypes.toml\n\
+    The reference: vibrissa help spec (every key), help columns (every table), help statuses (every word)\n\
+    Exit codes: 0 done, 1 the run failed or was interrupted, 2 bad usage, bad spec or bad data";
+
+/// Sweeps, optimises and calibrates tapered soft whisker sensors.
+#[derive(Debug, Parser)]
+#[command(name = "vibrissa", version, about, max_term_width = 100, arg_required_else_help = true)]
+#[command(disable_help_subcommand = true)]
+#[command(after_help = AFTER)]
+pub struct Args {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// One question each.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    #[command(flatten)]
+    Library(command::Command),
+    /// Distances from readings, with their uncertainty: a file, or stdin line by line
+    // Before taps.
+    #[command(display_order = 3)]
+    Locate(Locate),
+    /// List adapters, their limits and features, and which one `--backend auto` uses
+    Devices(Common),
+    /// Write a first spec, commented: five questions, or flags
+    New(New),
+    /// How to cite the program, the model and a result
+    Cite(Cite),
+    /// The JSON Schema of specs, by which editors complete and check them
+    Schema(Schema),
+    /// The help of a command, or the reference: spec (keys), columns (of tables), statuses
+    Help(Help),
+    /// A shell script that completes commands and flags
+    Completions(Completions),
+    /// The manual page, on stdout; or the pages of all commands, into a folder
+    Man(Man),
+}
+
+impl Command {
+    pub fn run(&self, context: &Context<'_>) -> Result<Reply, Error> {
+        match self {
+            Self::Library(command) => command.run(context),
+            Self::Locate(locate) => locate::run(locate, context),
+            Self::Devices(common) => devices::run(common),
+            Self::New(new) => new::run(new),
+            Self::Cite(cite) => cite::run(cite),
+            Self::Schema(_) => Ok(Reply { text: vibrissa::reference::schema::text(), ..Default::default() }),
+            Self::Completions(asked) => help::completions(asked),
+            Self::Man(asked) => help::man(asked),
+            // It prints as clap does.
+            Self::Help(_) => Ok(Reply::default()),
+        }
+    }
+}
+
+/// The JSON Schema of specs, for editors.
+#[derive(Debug, Flags)]
+#[command(
+    after_help = "An editor with TOML support (Taplo, Even Better TOML) reads a first line `#:schema ./spec.schema.json` in a spec.\n\
+                  Example: vibrissa schema > spec.schema.json"
+)]
+pub struct Schema {}
 
 /// Distances from readings.
 #[derive(Debug, Flags)]
