@@ -43,7 +43,7 @@ use clap::Subcommand;
 use serde::Deserialize;
 
 use crate::error::{Error, InputError};
-use crate::estimator::{ALL, Estimator};
+use crate::estimator::Estimator;
 
 /// Name of the file at `path` without its ending; `usual` where it has none.
 pub fn stem(path: &Path, usual: &str) -> String {
@@ -92,12 +92,12 @@ pub fn meant<T: Copy>(
 }
 
 /// Estimators: name, and what they are.
-pub fn estimators() -> [(&'static str, &'static dyn Estimator, &'static str); ALL.len()] {
-    ALL.map(|e| (e.name(), e, e.help()))
+pub fn estimators() -> [(&'static str, Estimator, &'static str); Estimator::ALL.len()] {
+    Estimator::ALL.map(|e| (e.name(), e, e.help()))
 }
 
 /// The estimator of this name.
-pub fn estimator(said: Option<&str>) -> Result<Option<&'static dyn Estimator>, InputError> {
+pub fn estimator(said: Option<&str>) -> Result<Option<Estimator>, InputError> {
     meant(("estimator", "--estimator"), said, &estimators())
 }
 

@@ -8,7 +8,7 @@ use crate::common::measuring::{
 use crate::common::program::{Desk, Kept};
 use crate::common::sweeping::{Row, Table, number, rms};
 use vibrissa::calibrate::{Options, calibrate};
-use vibrissa::locate::estimator::{CURVE, LEARNED};
+use vibrissa::locate::estimator::Estimator;
 use vibrissa::measure::zero::TaredBy;
 use vibrissa::measure::{Names, Rig};
 use vibrissa::scene::{Drive, Setup};
@@ -163,8 +163,8 @@ fn raw_counts_with_jitter_and_a_zero_of_their_own_are_calibrated_without_a_whisk
     let side = &plain.sides[0];
     assert_eq!((side.distances.len(), side.drives.len(), plain.zeros.len()), (7, 5, 3));
     assert_eq!(plain.calibration.zero.as_ref().unwrap().from, TaredBy::Plateau);
-    assert!(plain.winner == LEARNED);
-    let held = side.held_out(CURVE).unwrap().rms(|_| true);
+    assert!(plain.winner == Estimator::Learned);
+    let held = side.held_out(Estimator::Curve).unwrap().rms(|_| true);
     assert!(held.0.unwrap() < 0.6 && held.1 == side.used, "{held:?}");
 }
 
@@ -179,7 +179,7 @@ fn counts_that_begin_anew_are_joined_and_answered() {
     assert!(turned.calibration.zero.as_ref().unwrap().wraps);
     assert!(turned.warnings.iter().any(|w| w.contains("16 bits")));
     let tap = data(&raw(counts)).rows.into_iter().find(|r| r.drive > 9.0 && r.value < 0.0).unwrap();
-    let at = |c, value| locator(c, Some(CURVE)).locate_above(tap.drive, value, 12_000.0, 0.0);
+    let at = |c, value| locator(c, Some(Estimator::Curve)).locate_above(tap.drive, value, 12_000.0, 0.0);
     let (p, t, anew) = (at(&plain, tap.value), at(&turned, tap.value), at(&turned, tap.value + 65_536.0));
     let same = [&t, &anew].iter().all(|q| (p.distance - q.distance).abs() < 1e-6);
     assert!(same, "{p:?} {t:?} {anew:?}");

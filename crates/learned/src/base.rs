@@ -1,17 +1,22 @@
 //! The curve that the model corrects: the whisker's own, or a power of distance and drive.
 
+use std::sync::Arc;
+
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
+/// The |signal| of a whisker at a (mm) by a drive.
+pub type Whisker = Arc<dyn Fn(f64, f64) -> f64 + Send + Sync>;
+
 /// Signal of a tap without any correction, before the gain.
-#[derive(Clone, Copy)]
-pub enum Base<'a> {
-    /// Of a whisker that is known: its |signal| at a (mm) by a drive, and what is added to the drive.
-    Known(&'a (dyn Fn(f64, f64) -> f64 + Sync), f64),
+#[derive(Clone)]
+pub enum Base {
+    /// Of a whisker that is known, and what is added to the drive.
+    Known(Whisker, f64),
     /// (u + u₀)^p (1/a − κ)^q.
     Power(Power),
 }
 
-impl Base<'_> {
+impl Base {
     /// The signal at a (mm) by the drive u.
     pub fn value(&self, a: f64, u: f64) -> f64 {
         match self {

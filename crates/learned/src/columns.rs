@@ -176,7 +176,7 @@ impl Columns {
     /// Of `cells` with `base`, which is divided by `unit`; `slopes` are ∂ signal/∂ ln a of each, in the same unit.
     pub fn new(
         cells: &[Cell],
-        (base, unit): (&Base<'_>, f64),
+        (base, unit): (&Base, f64),
         slopes: &[f64],
         scales: &Scales,
         effects: Effects,

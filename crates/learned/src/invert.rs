@@ -70,7 +70,7 @@ pub struct Inverse {
 
 impl Inverse {
     /// Of `curve` over its base, for readings whose own zero was taken off where `tared`; distances are looked for within `reach`, mm.
-    pub fn new(curve: &Curve, base: &Base<'_>, tared: bool, reach: [f64; 2]) -> Self {
+    pub fn new(curve: &Curve, base: &Base, tared: bool, reach: [f64; 2]) -> Self {
         let [u, width] = curve.scales.u;
         let nodes = match width > 0.0 {
             true => (0..DRIVES)
@@ -82,12 +82,7 @@ impl Inverse {
     }
 
     /// The same for these drives alone, or for any where they are as many as the nodes of all.
-    pub fn of_drives(
-        curve: &Curve,
-        base: &Base<'_>,
-        (tared, reach): (bool, [f64; 2]),
-        drives: &[f64],
-    ) -> Self {
+    pub fn of_drives(curve: &Curve, base: &Base, (tared, reach): (bool, [f64; 2]), drives: &[f64]) -> Self {
         let mut nodes: Vec<f64> = drives.iter().map(|u| (u + curve.scales.offset).ln()).collect();
         nodes.sort_by(f64::total_cmp);
         nodes.dedup();
@@ -98,7 +93,7 @@ impl Inverse {
     }
 
     /// Of nodes in ln u.
-    fn of_nodes(curve: &Curve, base: &Base<'_>, (tared, reach): (bool, [f64; 2]), nodes: Vec<f64>) -> Self {
+    fn of_nodes(curve: &Curve, base: &Base, (tared, reach): (bool, [f64; 2]), nodes: Vec<f64>) -> Self {
         let [middle, half] = curve.scales.a;
         let ends = [middle - half, middle + half];
         let known = matches!(base, Base::Known(..));

@@ -9,10 +9,9 @@ mod tests;
 
 use nalgebra::DMatrix;
 
-use crate::base::Base;
+use crate::base::{Base, Whisker};
 use crate::columns::{Columns, Effects, FLAT, Scales, Term, terms, values};
 use crate::evidence::Problem;
-use crate::fit::Whisker;
 use crate::hyper::{Hyper, Prior};
 use crate::rows::{Cell, Row};
 use crate::start::{Start, slopes};
@@ -49,7 +48,7 @@ pub struct Rig {
 #[derive(Clone, Copy)]
 pub struct Ask<'a> {
     /// The |signal| of the whisker.
-    pub curve: Whisker<'a>,
+    pub curve: &'a Whisker,
     /// Distances (mm) and drives at which the rig may tap, from the least on.
     pub distances: &'a [f64],
     /// See above.
@@ -108,8 +107,8 @@ impl Planner {
         if !(scales.a[1] > 0.0 && scales.a[1].is_finite() && unit > 0.0) {
             return None;
         }
-        let base = Base::Known(ask.curve, 0.0);
-        let start = Start { base, power: None, numbers: [unit, 0.0, unit], labels: None };
+        let base = Base::Known(ask.curve.clone(), 0.0);
+        let start = Start { base: base.clone(), power: None, numbers: [unit, 0.0, unit], labels: None };
         let slopes = slopes(&cells, &start, &scales);
         let effects = Effects { known: true, zero: Some(FLAT), drift: false };
         let model = Columns::new(&cells, (&base, unit), &slopes, &scales, effects);

@@ -2,9 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::base::{Base, Fitted, WORTH, again, power};
+use crate::base::{Base, Fitted, WORTH, Whisker, again, power};
 use crate::columns::Scales;
-use crate::fit::{Fault, Fit, From, Task, Whisker};
+use crate::fit::{Fault, Fit, From, Task};
 use crate::labels::contradicted;
 use crate::rows::Cell;
 
@@ -12,9 +12,9 @@ use crate::rows::Cell;
 const FLAT: f64 = 0.3;
 
 /// The base and the scale of the signals.
-pub struct Start<'a> {
+pub struct Start {
     /// The curve that is corrected.
-    pub base: Base<'a>,
+    pub base: Base,
     /// The power law, where there is no whisker.
     pub power: Option<Fitted>,
     /// Unit of the signals, zero, unit of the base.
@@ -31,23 +31,22 @@ fn median(mut values: Vec<f64>) -> f64 {
 }
 
 /// What the model of `cells` starts from: of nearly the rows of another fit, from its base.
-pub fn start<'a>(task: &Task<'a>, cells: &[Cell], from: From<'_>) -> Result<Start<'a>, Fault> {
+pub fn start(task: &Task, cells: &[Cell], from: From<'_>) -> Result<Start, Fault> {
     let rests: Vec<f64> = cells.iter().filter(|c| !c.row.touches()).map(|c| c.row.y).collect();
     let taps: Vec<[f64; 3]> =
         cells.iter().filter(|c| c.row.touches()).map(|c| [c.row.a, c.row.u, c.row.y]).collect();
     let read = if rests.is_empty() { task.zero.is_finite().then_some(0.0) } else { Some(median(rests)) };
     let near: Option<&Fit> = if let From::Near(fit) | From::Held(fit) = from { Some(fit) } else { None };
-    if let Some(curve) = task.known {
+    if let Some(curve) = &task.known {
         if let From::Held(fit) = from
-            && let Some(found) = of_known(curve, &taps, read, fit.offset)
+            && let Some(found) = of_known(curve, &taps, read, fit.base.offset())
         {
             return Ok(found.0);
         }
         let plain = of_known(curve, &taps, read, 0.0);
         let free = of_known(curve, &taps, read, offset(curve, &taps, read));
         // An offset is there where it is worth it, or where the curve has no values without it.
-        let worth =
-            |(p, f): (&(Start<'_>, f64), &(Start<'_>, f64))| taps.len() as f64 * (p.1 / f.1).ln() > WORTH;
+        let worth = |(p, f): (&(Start, f64), &(Start, f64))| taps.len() as f64 * (p.1 / f.1).ln() > WORTH;
         let moved = plain.as_ref().zip(free.as_ref()).is_some_and(worth);
         let found = if moved { free } else { plain.or(free) };
         return found.map(|f| f.0).ok_or(Fault::NoCurve);
@@ -95,12 +94,7 @@ fn law(taps: &[[f64; 3]], read: Option<f64>, ends: bool) -> Result<Fitted, Fault
 }
 
 /// The base of a whisker that is known, its drive moved by `offset`, and the sum of squares that gain and zero leave.
-fn of_known<'a>(
-    curve: Whisker<'a>,
-    taps: &[[f64; 3]],
-    read: Option<f64>,
-    offset: f64,
-) -> Option<(Start<'a>, f64)> {
+fn of_known(curve: &Whisker, taps: &[[f64; 3]], read: Option<f64>, offset: f64) -> Option<(Start, f64)> {
     let m: Vec<f64> = taps.iter().map(|t| curve(t[0], t[1] + offset)).collect();
     let y: Vec<f64> = taps.iter().map(|t| t[2] - read.unwrap_or(0.0)).collect();
     let tared = median(y.iter().zip(&m).map(|(y, m)| y / m).collect());
@@ -126,12 +120,15 @@ fn of_known<'a>(
     let sound =
         gain > 0.0 && unit > 0.0 && numbers.iter().all(|x| x.is_finite()) && m.iter().all(|m| m.is_finite());
     sound.then(|| {
-        (Start { base: Base::Known(curve, offset), power: None, numbers, labels: None }, squares(gain, zero))
+        (
+            Start { base: Base::Known(curve.clone(), offset), power: None, numbers, labels: None },
+            squares(gain, zero),
+        )
     })
 }
 
 /// What is best added to the drive of a whisker that is known, within what its curve was made for.
-fn offset(curve: Whisker<'_>, taps: &[[f64; 3]], read: Option<f64>) -> f64 {
+fn offset(curve: &Whisker, taps: &[[f64; 3]], read: Option<f64>) -> f64 {
     let drives = || taps.iter().map(|t| t[1]);
     let (least, largest) = (drives().fold(f64::INFINITY, f64::min), drives().fold(0.0, f64::max));
     if least == largest {
@@ -159,7 +156,7 @@ pub fn lowest(of: impl Fn(f64) -> f64, [mut lo, mut hi]: [f64; 2]) -> f64 {
 
 /// ∂ signal/∂ ln a of each cell, in units of the signal: of the whisker's curve, or of the power law times a quadratic that is nearest
 /// to the taps.
-pub fn slopes(cells: &[Cell], start: &Start<'_>, scales: &Scales) -> Vec<f64> {
+pub fn slopes(cells: &[Cell], start: &Start, scales: &Scales) -> Vec<f64> {
     const RIDGE: f64 = 1e-4;
     let [unit, zero, base_unit] = start.numbers;
     let base = |a: f64, u: f64| start.base.value(a, u) / base_unit;

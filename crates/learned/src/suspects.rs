@@ -41,7 +41,7 @@ pub struct Suspect {
 }
 
 /// Fits the rows at `places` and leaves out one after the other those that the rest does not expect.
-pub fn sound(task: &Task<'_>, places: &[usize], average: bool) -> Result<(Fit, Vec<Suspect>), Fault> {
+pub fn sound(task: &Task, places: &[usize], average: bool) -> Result<(Fit, Vec<Suspect>), Fault> {
     let mut found = gross(task, places)?;
     found.extend(slipped(task, &without(places, &found)));
     let mut kept = without(places, &found);
@@ -69,8 +69,8 @@ pub fn sound(task: &Task<'_>, places: &[usize], average: bool) -> Result<(Fit, V
 }
 
 /// Rows that are so far from the base of the curve, whose size is that of most rows, that no noise explains them: in another unit.
-fn gross(task: &Task<'_>, places: &[usize]) -> Result<Vec<Suspect>, Fault> {
-    let start = start(task, &cells(task.rows, places, false), From::Nowhere)?;
+fn gross(task: &Task, places: &[usize]) -> Result<Vec<Suspect>, Fault> {
+    let start = start(task, &cells(&task.rows, places, false), From::Nowhere)?;
     let [unit, zero, base_unit] = start.numbers;
     let suspect = |place: &usize| {
         let row = &task.rows[*place];
@@ -83,7 +83,7 @@ fn gross(task: &Task<'_>, places: &[usize]) -> Result<Vec<Suspect>, Fault> {
 }
 
 /// The row that is furthest from what the others expect, if that is no chance.
-fn worst(task: &Task<'_>, fit: &Fit, n: usize) -> Option<Suspect> {
+fn worst(task: &Task, fit: &Fit, n: usize) -> Option<Suspect> {
     let (suspect, t) = *off_most(task, fit).first()?;
     let freedom = (fit.freedom - 1.0).max(1.0);
     (n as f64 * 2.0 * tail(normal(t, freedom)) < CHANCE).then_some(suspect)
@@ -91,7 +91,7 @@ fn worst(task: &Task<'_>, fit: &Fit, n: usize) -> Option<Suspect> {
 
 /// The row of few, or the rows, without which all others are so much likelier that these are wrong: of signals between the least and the largest. Several wrong rows hide each
 /// other: without one of them the noise is still theirs.
-fn hidden(task: &Task<'_>, whole: &Fit, kept: &[usize]) -> Vec<Suspect> {
+fn hidden(task: &Task, whole: &Fit, kept: &[usize]) -> Vec<Suspect> {
     if kept.len() > FEW || whole.freedom < 3.0 {
         return Vec::new();
     }
@@ -122,17 +122,17 @@ fn without(places: &[usize], wrong: &[Suspect]) -> Vec<usize> {
 }
 
 /// A row beside what `fit`, which is of others, expects of it at its label times a `factor`.
-fn judged(task: &Task<'_>, fit: &Fit, place: usize, factor: f64) -> Suspect {
+fn judged(task: &Task, fit: &Fit, place: usize, factor: f64) -> Suspect {
     let row = &task.rows[place];
     let expected = match row.touches() {
-        true => fit.base(task, |base| fit.curve.expected(base, factor * row.a, row.u, true)).signal,
+        true => fit.curve.expected(&fit.base, factor * row.a, row.u, true).signal,
         false => 0.0,
     };
     Suspect { place, off: row.y - fit.curve.zero()[0] - expected, expected }
 }
 
 /// Rows that are off by more than [`LEAST`], and by how many standard deviations, those first that are off by most.
-fn off_most(task: &Task<'_>, fit: &Fit) -> Vec<(Suspect, f64)> {
+fn off_most(task: &Task, fit: &Fit) -> Vec<(Suspect, f64)> {
     let mut all: Vec<(Suspect, f64)> = Vec::new();
     for (i, cell) in fit.cells.iter().enumerate() {
         for &place in &cell.rows {
@@ -153,7 +153,7 @@ fn off_most(task: &Task<'_>, fit: &Fit) -> Vec<(Suspect, f64)> {
 /// The rows of a position that is where no curve through all others leads: few, and all of them, so that they bear each other out. Many rows are
 /// left in: then the position is one that was meant. Looked at are the position that is farthest off, and the first and the last where they have
 /// far fewer rows than others: there a curve bends to any row.
-fn position(task: &Task<'_>, last: &Fit, kept: &[usize]) -> Option<Vec<(Suspect, f64)>> {
+fn position(task: &Task, last: &Fit, kept: &[usize]) -> Option<Vec<(Suspect, f64)>> {
     let positions = positions(task, kept);
     if positions.len() < ENOUGH {
         return None;
@@ -173,7 +173,7 @@ fn position(task: &Task<'_>, last: &Fit, kept: &[usize]) -> Option<Vec<(Suspect,
 }
 
 /// Rows by the label of their position.
-fn positions(task: &Task<'_>, kept: &[usize]) -> BTreeMap<i64, Vec<usize>> {
+fn positions(task: &Task, kept: &[usize]) -> BTreeMap<i64, Vec<usize>> {
     let label = |k: &usize| (task.rows[*k].a.ln() * 1e9).round() as i64;
     let mut positions: BTreeMap<i64, Vec<usize>> = BTreeMap::new();
     kept.iter()
@@ -183,7 +183,7 @@ fn positions(task: &Task<'_>, kept: &[usize]) -> BTreeMap<i64, Vec<usize>> {
 }
 
 /// The rows of a position that lies apart from all others, and among them where its decimal point is moved by one place: where their signals are much likelier there.
-fn slipped(task: &Task<'_>, kept: &[usize]) -> Vec<Suspect> {
+fn slipped(task: &Task, kept: &[usize]) -> Vec<Suspect> {
     let positions = positions(task, kept);
     let all: Vec<(f64, &Vec<usize>)> = positions.values().map(|rows| (task.rows[rows[0]].a, rows)).collect();
     let tried = [0, all.len().saturating_sub(1)].into_iter().filter(|_| all.len() > OTHERS).find_map(|end| {
@@ -210,11 +210,11 @@ fn slipped(task: &Task<'_>, kept: &[usize]) -> Vec<Suspect> {
 }
 
 /// By what share `rows` are off what `fit` expects at their labels times a `factor`, together, and its standard deviation.
-fn off(task: &Task<'_>, fit: &Fit, rows: &[usize], factor: f64) -> [f64; 2] {
+fn off(task: &Task, fit: &Fit, rows: &[usize], factor: f64) -> [f64; 2] {
     let n = rows.len() as f64;
     let of = |k: &usize| {
         let row = &task.rows[*k];
-        let e = fit.base(task, |base| fit.curve.expected(base, factor * row.a, row.u, false));
+        let e = fit.curve.expected(&fit.base, factor * row.a, row.u, false);
         let (off, size) = (row.y - fit.curve.zero - e.signal, e.signal.abs());
         (off / size, (e.of_curve + e.of_position + e.of_run + e.of_noise / n) / (size * size))
     };
@@ -223,7 +223,7 @@ fn off(task: &Task<'_>, fit: &Fit, rows: &[usize], factor: f64) -> [f64; 2] {
 }
 
 /// The `rows` of one of so many positions, each with its share, if all others expect them elsewhere.
-fn unlike(task: &Task<'_>, rows: &[usize], kept: &[usize], positions: usize) -> Option<Vec<(Suspect, f64)>> {
+fn unlike(task: &Task, rows: &[usize], kept: &[usize], positions: usize) -> Option<Vec<(Suspect, f64)>> {
     let left: Vec<usize> = kept.iter().copied().filter(|k| !rows.contains(k)).collect();
     let next = fit(task, &left, From::Nowhere, true).ok()?;
     let [share, sd] = off(task, &next, rows, 1.0);
@@ -231,7 +231,7 @@ fn unlike(task: &Task<'_>, rows: &[usize], kept: &[usize], positions: usize) -> 
     let rare = positions as f64 * 2.0 * tail(normal(share.abs() / sd, freedom)) < CHANCE;
     let suspect = |k: &usize| {
         let row = &task.rows[*k];
-        let expected = next.base(task, |base| next.curve.expected(base, row.a, row.u, true)).signal;
+        let expected = next.curve.expected(&next.base, row.a, row.u, true).signal;
         (Suspect { place: *k, off: share * expected, expected }, share)
     };
     (rare && share.abs() > LEAST).then(|| rows.iter().map(suspect).collect())

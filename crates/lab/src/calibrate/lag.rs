@@ -8,7 +8,7 @@ use vibrissa_learned::rows::Row;
 
 use super::Calibrated;
 use crate::digits::short;
-use crate::estimator::LEARNED;
+use crate::estimator::Estimator;
 use crate::estimator::learnt::Learnt;
 use crate::measure::Data;
 use crate::measure::lag::{Lag, MOST};
@@ -92,13 +92,9 @@ impl Search<'_> {
         let mut sum = lag.map_or(0.0, |lag| -0.5 * (lag.gain / PRIOR).powi(2));
         let mut fits = Vec::new();
         for (learnt, held) in self.found.learnt.iter().zip(&self.fits) {
-            let rows = settled.as_ref().map(|s| self.rows(learnt, s));
+            let rows = settled.as_ref().map_or_else(|| learnt.task.rows.clone(), |s| self.rows(learnt, s));
             let from = if learned { From::Near(held) } else { From::Held(held) };
-            let of = |task: &Task<'_>| {
-                let task = Task { rows: rows.as_deref().unwrap_or(task.rows), ..*task };
-                fit(&task, &learnt.places, from, false)
-            };
-            let found = learnt.task(of).ok()?;
+            let found = fit(&Task { rows, ..learnt.task.clone() }, &learnt.places, from, false).ok()?;
             sum += found.evidence;
             // A reading is a share of what it settles to.
             let share = |k: &usize| settled.as_ref().map_or(0.0, |s| (1.0 - s[learnt.lines[*k]].1).ln());
@@ -117,7 +113,7 @@ impl Search<'_> {
             let [now, then] = [settled[*place].0, row_of.value - row_of.late].map(|x| unit.strain(x, factor));
             Row { y: row.y + learnt.sign * (now - then), ..*row }
         };
-        learnt.rows.iter().zip(&learnt.lines).map(row).collect()
+        learnt.task.rows.iter().zip(&learnt.lines).map(row).collect()
     }
 
     /// Likelihood and gain of the time constant `tau_s`: tops of parabolas, each about the one before, from the gain `at` on.
@@ -202,7 +198,7 @@ pub fn helps(with: &Calibrated, without: &Calibrated) -> bool {
 pub fn errors(found: &Calibrated) -> Option<f64> {
     let mut errors = crate::reduce::Errors::default();
     for side in &found.sides {
-        let held = side.held_out(LEARNED)?;
+        let held = side.held_out(Estimator::Learned)?;
         held.taps.iter().filter(|e| e.is_finite()).for_each(|e| errors.push(*e));
     }
     errors.rms()

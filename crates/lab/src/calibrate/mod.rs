@@ -33,10 +33,10 @@ pub use crate::estimator::reason::Reason;
 pub use side::SideResult;
 
 use crate::error::{Error, InputError};
+use crate::estimator::Estimator;
 use crate::estimator::learnt::Learnt;
 use crate::estimator::model::exact::Extent;
-use crate::estimator::taps::{Tap, ZeroReading};
-use crate::estimator::{ALL, EXACT, Estimator, LEARNED};
+use crate::estimator::taps::{Sorted, Tap, ZeroReading};
 use crate::fields::plain;
 use crate::locate::Parameter;
 use crate::locate::calibration::{Calibration, FORMAT, Source};
@@ -87,7 +87,7 @@ pub struct Calibrated {
     /// One for each side.
     pub sides: Vec<SideResult>,
     /// The estimator that won.
-    pub winner: &'static dyn Estimator,
+    pub winner: Estimator,
     /// Things worth telling.
     pub warnings: Vec<String>,
 }
@@ -164,8 +164,9 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
         warnings.push(text);
     }
     let open = opener(&options.run);
-    let Prepared { taps, zeros, zero, tared, groups, sides, recorded, origin, unread, no_exact } =
+    let Prepared { rows, sides, recorded, unread, no_exact } =
         prepare::prepare(data, &mut rig, options, &open, &mut warnings)?;
+    let Sorted { taps, zeros, zero, tared, groups, origin, .. } = rows;
     let wrong = zeros.iter().filter(|z| z.reason == Some(Reason::ZeroOutlier));
     let wrong: Vec<String> = wrong.map(|z| data.rows[z.place].line.to_string()).collect();
     if !wrong.is_empty() {
@@ -196,8 +197,8 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
         results.push(side::calibrate(&asked, &open)?);
     }
     let knows = |s: &SideResult| {
-        let rms = |e: &&'static dyn Estimator| s.held_out(*e).and_then(|h| h.rms(|_| true).0);
-        ALL.iter().filter_map(rms).any(|rms| rms < order::range(s))
+        let rms = |e: &Estimator| s.held_out(*e).and_then(|h| h.rms(|_| true).0);
+        Estimator::ALL.iter().filter_map(rms).any(|rms| rms < order::range(s))
     };
     if !results.iter().all(knows) {
         return Err(remarks::nothing_known(data, &rig, &results).into());
@@ -216,9 +217,9 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
         }
     }
     // Distance and tilt of two gauges are told by the model that has both.
-    let both = beside.is_some() && results.iter().all(|s| s.has(EXACT));
-    let winner = if both { EXACT } else { order::of(&results) };
-    if !both && winner.name() != LEARNED.name() {
+    let both = beside.is_some() && results.iter().all(|s| s.has(Estimator::Exact));
+    let winner = if both { Estimator::Exact } else { order::of(&results) };
+    if !both && winner.name() != Estimator::Learned.name() {
         warnings.push(format!(
             "{}: learned tells distances that it has not seen no better than a guess of the middle, {} does: it answers by default",
             data.file,

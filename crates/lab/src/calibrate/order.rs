@@ -1,8 +1,8 @@
 //! Whole positions that contradict each other: beyond the strongest signal of a drive, signals fall with the distance.
 
 use super::side::SideResult;
+use crate::estimator::Estimator;
 use crate::estimator::cells::{Cell, Levels};
-use crate::estimator::{ALL, Estimator, LEARNED};
 use vibrissa_learned::labels::rises;
 
 /// Two neighbouring positions of which one is not what its label says.
@@ -78,21 +78,25 @@ pub fn range(side: &SideResult) -> f64 {
 
 /// Learned, unless on a side of many distances it is as wrong as a guess of the middle, or ten times as wrong as another, and another estimator that all
 /// sides have is far from that. Who answers less than half of the taps left out knows nothing.
-pub fn of(sides: &[SideResult]) -> &'static dyn Estimator {
-    let rms = |s: &SideResult, e: &'static dyn Estimator| {
+pub fn of(sides: &[SideResult]) -> Estimator {
+    let rms = |s: &SideResult, e: Estimator| {
         let (rms, answered) = s.held_out(e).map_or((None, 0), |h| h.rms(|_| true));
         rms.filter(|_| 2 * answered >= s.used).unwrap_or(f64::INFINITY)
     };
     let lost = |s: &&SideResult| {
-        let own = rms(s, LEARNED);
-        let beaten = || own > WRONG * range(s) && ALL.iter().any(|e| rms(s, *e) < FAR * own);
+        let own = rms(s, Estimator::Learned);
+        let beaten = || own > WRONG * range(s) && Estimator::ALL.iter().any(|e| rms(s, *e) < FAR * own);
         s.distances.len() >= MANY && (own > GUESS * range(s) || beaten())
     };
-    let Some(side) = sides.iter().find(lost) else { return LEARNED };
-    let fit = |e: &&'static dyn Estimator| {
+    let Some(side) = sides.iter().find(lost) else { return Estimator::Learned };
+    let fit = |e: &Estimator| {
         let on = |s: &SideResult| s.has(*e) && rms(s, *e) < GUESS * range(s);
-        sides.iter().all(on) && rms(side, *e) < BETTER * rms(side, LEARNED)
+        sides.iter().all(on) && rms(side, *e) < BETTER * rms(side, Estimator::Learned)
     };
-    let total = |e: &'static dyn Estimator| sides.iter().map(|s| rms(s, e) / range(s)).sum::<f64>();
-    ALL.into_iter().filter(fit).min_by(|d, e| total(*d).total_cmp(&total(*e))).unwrap_or(LEARNED)
+    let total = |e: Estimator| sides.iter().map(|s| rms(s, e) / range(s)).sum::<f64>();
+    Estimator::ALL
+        .into_iter()
+        .filter(fit)
+        .min_by(|d, e| total(*d).total_cmp(&total(*e)))
+        .unwrap_or(Estimator::Learned)
 }

@@ -3,7 +3,7 @@
 use super::side::KTable;
 use super::{Calibrated, Reason};
 use crate::error::Error;
-use crate::estimator::PAPER;
+use crate::estimator::Estimator;
 use crate::locate::Locator;
 use crate::measure::Data;
 use crate::scene::{Direction, Setup, Side};
@@ -77,7 +77,7 @@ fn designs(found: &Calibrated, locator: &Locator) -> Result<Frame, Error> {
         (AtDrive::chosen(&rig.setup), heading("calibrated_designs").frame_for(&rig.setup));
     // Without a whisker there is no f, and no K.
     for side in found.sides.iter().filter(|_| rig.known) {
-        let held = side.held_out(PAPER);
+        let held = side.held_out(Estimator::Paper);
         let held =
             held.map_or(vec![None; side.drives.len()], |h| h.rms_by_drive(&side.cells, side.drives.len()));
         for (j, drive) in side.drives.centres.iter().enumerate() {

@@ -3,9 +3,9 @@
 use super::order::growing;
 use super::{Reason, SideResult};
 use crate::error::InputError;
+use crate::estimator::Estimator;
 use crate::estimator::model::exact::Parameter;
 use crate::estimator::taps::Tap;
-use crate::estimator::{ALL, CURVE, EXACT};
 use crate::fields::plain;
 use crate::measure::{Data, Rig};
 use crate::scene::Signal;
@@ -137,9 +137,9 @@ fn other_whisker(data: &Data, side: &SideResult, unread: f64) -> Option<String> 
             "the {read} is {factor:.3} ± {error:.1e} times what the model of the spec gives{known}"
         ));
     }
-    let both = side.answered_by_all(&[EXACT, CURVE]);
+    let both = side.answered_by_all(&[Estimator::Exact, Estimator::Curve]);
     let rms = |e| side.held_out(e).and_then(|h| h.rms(|k| both[k]).0);
-    if let (Some(exact), Some(curve)) = (rms(EXACT), rms(CURVE))
+    if let (Some(exact), Some(curve)) = (rms(Estimator::Exact), rms(Estimator::Curve))
         && exact > FAR_WORSE * curve
     {
         found.push(format!("on distances left out exact is wrong by {exact:.3} mm, curve by {curve:.3} mm"));
@@ -167,7 +167,7 @@ fn other_whisker(data: &Data, side: &SideResult, unread: f64) -> Option<String> 
 /// Why there is no calibration where no estimator tells distances that it has not seen.
 pub fn nothing_known(data: &Data, rig: &Rig, sides: &[SideResult]) -> InputError {
     let of = |s: &SideResult| {
-        let each = ALL.into_iter().filter(|e| s.has(*e)).map(|e| {
+        let each = Estimator::ALL.into_iter().filter(|e| s.has(*e)).map(|e| {
             match s.held_out(e).and_then(|h| h.rms(|_| true).0) {
                 Some(rms) => format!("{} is wrong by {rms:.3} mm", e.name()),
                 None => format!("{} answers nothing", e.name()),

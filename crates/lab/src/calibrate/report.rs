@@ -9,8 +9,8 @@ use super::output::side_name;
 use super::side::{KTable, SideResult};
 use super::{Calibrated, Reason, told};
 use crate::error::InputError;
+use crate::estimator::Estimator;
 use crate::estimator::learnt::Learnt;
-use crate::estimator::{ALL, EXACT, Estimator};
 use crate::locate::Parameter;
 use crate::measure::{Data, Rig};
 use crate::scene::{Drive, Signal, Spec};
@@ -88,19 +88,20 @@ pub fn counts(found: &Calibrated, data: &Data) -> Value {
 
 fn side(s: &SideResult, learnt: &Learnt, rig: &Rig, zero: f64) -> Value {
     let kind = rig.setup.drive;
-    let one = |e: &dyn Estimator| {
-        let candidates: Vec<&dyn Estimator> = ALL.into_iter().filter(|e| s.held_out(*e).is_some()).collect();
+    let one = |e: Estimator| {
+        let candidates: Vec<Estimator> =
+            Estimator::ALL.into_iter().filter(|e| s.held_out(*e).is_some()).collect();
         let held = s.held_out(e);
         let (rms, answered) = held.map_or((None, 0), |h| h.rms(|_| true));
         let shared = s.answered_by_all(&candidates);
         let (common, n) = held.map_or((None, 0), |h| h.rms(|k| shared[k]));
         let asked = s.used;
-        let why = s.record.no_exact.as_ref().filter(|_| *e == *EXACT);
+        let why = s.record.no_exact.as_ref().filter(|_| e == Estimator::Exact);
         json!({ "calibrated": s.has(e), "why_not": why, "held_out_rms_mm": rms, "answered": answered, "asked": asked,
                 "held_out_rms_common_mm": common, "common": n })
     };
     let estimators: serde_json::Map<String, Value> =
-        ALL.into_iter().map(|e| (e.name().to_owned(), one(e))).collect();
+        Estimator::ALL.into_iter().map(|e| (e.name().to_owned(), one(e))).collect();
     let best = if s.drives.len() > 1 && rig.known { best(s, kind) } else { Value::Null };
     json!({
         "side": side_name(s.gauge),
@@ -172,7 +173,7 @@ fn best(s: &SideResult, kind: Drive) -> Value {
 fn drives(t: &KTable, of: Option<&SideResult>, rig: &Rig) -> Vec<Value> {
     let unit = rig.k_unit();
     let noise = of.map_or(0.0, |s| s.noise);
-    let held: Vec<(&str, Vec<Option<f64>>)> = ALL
+    let held: Vec<(&str, Vec<Option<f64>>)> = Estimator::ALL
         .into_iter()
         .filter_map(|e| {
             let s = of?;
@@ -214,7 +215,7 @@ fn distances(t: &KTable, rig: &Rig) -> Vec<Value> {
 }
 
 /// Parameters of a fit to a signal whose zero has a standard error.
-pub(super) fn parameters(f: &crate::estimator::fitted::Fit, kind: Drive, zero: f64) -> Value {
+pub(super) fn parameters(f: &crate::estimator::fit::Fit, kind: Drive, zero: f64) -> Value {
     let e = &f.exact;
     let errors = f.errors(zero);
     let error = |i: usize| e.covariance[i][i].max(0.0).sqrt();
@@ -244,7 +245,7 @@ pub(super) fn parameters(f: &crate::estimator::fitted::Fit, kind: Drive, zero: f
 }
 
 /// The same for people, a line for each.
-pub fn fitted(f: &crate::estimator::fitted::Fit, kind: Drive, zero: f64) -> Vec<String> {
+pub fn fitted(f: &crate::estimator::fit::Fit, kind: Drive, zero: f64) -> Vec<String> {
     let value = |p: &Parameter| f.exact.values[*p as usize];
     let told = f.exact.fitted.iter().zip(f.errors(zero));
     let told =
@@ -301,14 +302,15 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
         };
         let n = s.distances.len();
         let _ = writeln!(t, "{} side: {n} distances {first} … {last} mm, {drives}", side_name(s.gauge));
-        let candidates: Vec<&dyn Estimator> = ALL.into_iter().filter(|e| s.held_out(*e).is_some()).collect();
+        let candidates: Vec<Estimator> =
+            Estimator::ALL.into_iter().filter(|e| s.held_out(*e).is_some()).collect();
         let shared = s.answered_by_all(&candidates);
         let n = shared.iter().filter(|x| **x).count();
         let _ = writeln!(
             t,
             "  rms error on distances left out: of the taps answered, of the {n} that all estimators answer"
         );
-        for e in ALL.into_iter().filter(|e| s.has(*e)) {
+        for e in Estimator::ALL.into_iter().filter(|e| s.has(*e)) {
             let Some(held) = s.held_out(e) else {
                 let _ = writeln!(t, "  {:<13} cannot answer a distance left out", e.name());
                 continue;
@@ -320,7 +322,7 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
                 writeln!(t, "  {:<13} {:>10} of {answered:<7} {:>10}{mark}", e.name(), mm(all), mm(common));
         }
         if let Some(why) = &s.record.no_exact {
-            let _ = writeln!(t, "  {:<13} not calibrated: {why}", EXACT.name());
+            let _ = writeln!(t, "  {:<13} not calibrated: {why}", Estimator::Exact.name());
         }
         for line in told::text(learnt, kind) {
             let _ = writeln!(t, "  {line}");

@@ -2,23 +2,28 @@
 
 use super::Reason;
 use super::order::{Contradiction, contradictions};
+use super::output::side_name;
 use crate::error::{Error, InputError};
 use crate::estimate::Estimated;
 use crate::estimator::cells::{Cell, Levels, grouped};
+use crate::estimator::curve::SmoothRecord;
+use crate::estimator::exact::ExactRecord;
+use crate::estimator::fit::{Fit, Task};
 use crate::estimator::held_out::{HeldOut, Side as Held, held_out};
+use crate::estimator::learned::LearnedRecord;
 use crate::estimator::learnt::Learnt;
 use crate::estimator::model::exact::{Opener, Parameter};
+use crate::estimator::paper::FactorRecord;
 use crate::estimator::taps::Tap;
-use crate::estimator::{ALL, Estimator, Judged, SideRecord, judged};
-use crate::estimator::{
-    fit::{Taring, Task},
-    fitted::Fit,
-};
+use crate::estimator::{Estimator, Judged, SideRecord};
 use crate::evaluate::Outcome;
 use crate::measure::{Data, Rig};
 use crate::scene::Side;
 use crate::statistics::{DistanceRow, DriveRow, Reduction};
 use crate::status::Status;
+
+/// Distances of which those between the first and the last are enough to judge by.
+const BETWEEN: usize = 5;
 
 /// What one side is calibrated from.
 #[derive(Clone, Copy)]
@@ -74,7 +79,7 @@ pub struct SideResult {
     pub noise: f64,
     /// Positions of which one is not what its label says.
     pub contradictions: Vec<Contradiction>,
-    held: Vec<(&'static dyn Estimator, HeldOut)>,
+    held: Vec<(Estimator, HeldOut)>,
 }
 
 /// K and distances by the paper's procedure, in the terms of a sweep.
@@ -154,36 +159,57 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
         drives: &drives.centres,
         distances: distances.len(),
         noise: ask.noise,
-        learned: Some(ask.learnt),
+        learned: ask.learnt,
     };
     let ends = |l: &Levels| [l.centres[0], l.centres[l.len() - 1]];
-    let several = drives.len() > 1;
     let mut no_exact = ask.no_exact.map(str::to_owned);
     let mut fit = None;
     if ask.recorded && ask.rig.known && no_exact.is_none() {
         let at = super::extent(ask.rig, ask.taps, ask.sign, ask.gauge).expect("there are cells");
-        let task = Task { rig: ask.rig, at, cells: &cells, noise: ask.noise, zero: Taring::Known, open };
+        let task = Task { rig: ask.rig, at, cells: &cells, noise: ask.noise, sought: false, open };
         match task.fit(ask.fit) {
             Ok(found) => fit = Some(found),
             Err(why) if why.is_of_whisker() => no_exact = Some(why.to_string()),
             Err(why) => return Err(why.into()),
         }
     }
-    let mut record = SideRecord::new(ask.sign as i8, ask.gauge, ends(&distances), drives.centres.clone());
-    record.end_stop = end_stop(ask);
-    record.no_exact = no_exact;
-    record.drive_ends = Some(reached(ask.taps, &cells, drives.len())).filter(|r| *r != ends(&drives));
+    let drive_ends = reached(ask.taps, &cells, drives.len());
+    let mut record = SideRecord {
+        sign: ask.sign as i8,
+        gauge_side: side_name(ask.gauge).to_owned(),
+        distances_mm: ends(&distances),
+        drives: drives.centres.clone(),
+        drive_ends: Some(drive_ends).filter(|r| *r != ends(&drives)),
+        end_stop: end_stop(ask),
+        no_exact,
+        paper: None,
+        exact: None,
+        curve: None,
+        learned: None,
+    };
     let contradictions = contradictions(&cells, [&distances, &drives], ask.noise);
     let mut held = Vec::new();
-    let allowed = |e: &&'static dyn Estimator| {
-        (ask.recorded || !e.needs_drive()) && (ask.rig.known || !e.needs_whisker(several))
+    let allowed = |e: &Estimator| match e {
+        // With one drive f need only have the right shape, 1/a: K takes up the rest.
+        Estimator::Paper => ask.rig.known || drives.len() == 1,
+        Estimator::Exact => ask.rig.known && ask.recorded,
+        Estimator::Curve | Estimator::Learned => true,
     };
-    for e in ALL.into_iter().filter(allowed) {
+    for e in Estimator::ALL.into_iter().filter(allowed) {
         let unseen = held_out(&held_side, e, fit.as_ref());
-        let of = judged(e, distances.len());
+        // A curve is extrapolated where the first or the last distance is left out: errors there say nothing of the others.
+        let n = distances.len();
+        let of = if e == Estimator::Curve && n >= BETWEEN { 1..n - 1 } else { 0..n };
         let bias = unseen.as_ref().map_or(vec![0.0; drives.len()], |h| h.bias(&cells, drives.len(), &of));
         let judged = Judged { rms_mm: unseen.as_ref().and_then(|h| h.rms(|_| true).0), bias_mm: bias };
-        e.calibrate(&held_side, fit.as_ref(), judged, &mut record);
+        match e {
+            Estimator::Paper => record.paper = FactorRecord::calibrated(&held_side, judged),
+            Estimator::Exact => {
+                record.exact = fit.as_ref().map(|fit| ExactRecord::calibrated(ask.rig, fit, judged))
+            }
+            Estimator::Curve => record.curve = SmoothRecord::calibrated(&held_side, judged),
+            Estimator::Learned => record.learned = Some(LearnedRecord::new(ask.learnt, judged)),
+        }
         held.extend(unseen.map(|h| (e, h)));
     }
     let used = cells.iter().map(|c| c.taps.len()).sum();
@@ -223,17 +249,17 @@ fn end_stop(ask: &Ask<'_>) -> Option<f64> {
 
 impl SideResult {
     /// Whether `estimator` is calibrated.
-    pub fn has(&self, estimator: &dyn Estimator) -> bool {
+    pub fn has(&self, estimator: Estimator) -> bool {
         estimator.is_in(&self.record)
     }
 
     /// What `estimator` makes of distances it has not seen.
-    pub fn held_out(&self, estimator: &dyn Estimator) -> Option<&HeldOut> {
-        self.held.iter().find(|(e, _)| e.name() == estimator.name()).map(|(_, h)| h)
+    pub fn held_out(&self, estimator: Estimator) -> Option<&HeldOut> {
+        self.held.iter().find(|(e, _)| *e == estimator).map(|(_, h)| h)
     }
 
     /// For each tap of the file, whether all of `candidates` answer it when it is held out.
-    pub fn answered_by_all(&self, candidates: &[&dyn Estimator]) -> Vec<bool> {
+    pub fn answered_by_all(&self, candidates: &[Estimator]) -> Vec<bool> {
         let held: Vec<&HeldOut> = candidates.iter().filter_map(|e| self.held_out(*e)).collect();
         let n = held.first().map_or(0, |h| h.taps.len());
         (0..n).map(|k| held.iter().all(|h| h.taps[k].is_finite())).collect()

@@ -29,13 +29,13 @@ fn numbers(learnt: &Learnt, kind: Drive) -> Vec<Number> {
     };
     let gain = Term::Curve(0, 0);
     let per = "signal over that of the spec";
-    if learnt.exact.is_some() {
+    if learnt.task.known.is_some() {
         add("gain", gain, of(gain, c.unit / c.base_unit, 0.0), per, "");
         let (name, unit) = match kind {
             Drive::Angle => ("theta_offset", "degrees"),
             Drive::Displacement => ("delta_offset", "mm"),
         };
-        let offset = of(Term::OffsetU, scales.sizes[1], learnt.fit.offset);
+        let offset = of(Term::OffsetU, scales.sizes[1], learnt.fit.base.offset());
         add(name, Term::OffsetU, offset, unit, "taps at a drive half as large");
         let offset = of(Term::OffsetA, scales.sizes[0], 0.0);
         add("a_offset", Term::OffsetA, offset, "mm", "taps nearer to the base");
@@ -49,7 +49,9 @@ fn numbers(learnt: &Learnt, kind: Drive) -> Vec<Number> {
 fn alike(learnt: &Learnt, numbers: &[Number]) -> Vec<(&'static str, &'static str)> {
     let c = &learnt.fit.curve;
     let place = |term| c.terms.iter().position(|t| *t == term);
-    let Some(gain) = place(Term::Curve(0, 0)).filter(|_| learnt.exact.is_some()) else { return Vec::new() };
+    let Some(gain) = place(Term::Curve(0, 0)).filter(|_| learnt.task.known.is_some()) else {
+        return Vec::new();
+    };
     let product = |i: usize, k: usize| c.deviations.iter().map(|d| d[i] * d[k]).sum::<f64>();
     let correlated = |n: &&Number| {
         place(n.term)
@@ -97,7 +99,7 @@ pub fn json(learnt: &Learnt, kind: Drive) -> Value {
         "numbers": each,
         "not_told_apart": alike,
         "runs": learnt.runs,
-        "drift": learnt.drift,
+        "drift": learnt.task.drift,
         "share_of_signal": budget,
         "learned_numbers": learned,
     })

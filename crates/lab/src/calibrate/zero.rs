@@ -2,14 +2,11 @@
 
 use crate::error::Error;
 use crate::estimator::cells::grouped;
+use crate::estimator::fit::{Ordered, Task};
 use crate::estimator::learnt::Learnt;
+use crate::estimator::model::ModelError;
 use crate::estimator::model::exact::{Opener, Parameter};
-use crate::estimator::model::form::ModelError;
-use crate::estimator::taps::Tap;
-use crate::estimator::{
-    fit::{Taring, Task},
-    fitted::Ordered,
-};
+use crate::estimator::taps::{Sorted, Tap};
 use crate::measure::zero::{Tared, TaredBy};
 use crate::measure::{Data, Rig};
 use crate::scene::Side;
@@ -31,7 +28,7 @@ pub(super) fn of_model(
     let Some(at) = super::extent(rig, taps, sign, gauge).filter(|_| distances.len() > 1) else {
         return Ok(None);
     };
-    let task = Task { rig, at, cells: &cells, noise, zero: Taring::Sought, open };
+    let task = Task { rig, at, cells: &cells, noise, sought: true, open };
     let Some(found) = ModelError::of_run(task.fit(fit))? else { return Ok(None) };
     if !found.undetermined.is_empty() {
         return Ok(None);
@@ -55,19 +52,14 @@ pub(super) fn of_model(
     Ok((within || exact()).then_some(constant))
 }
 
-/// Takes a constant off every tap.
-pub(super) fn tare(
-    (data, rig): (&Data, &Rig),
-    taps: &mut [Tap],
-    tared: &mut Tared,
-    from: TaredBy,
-    [value, error]: [f64; 2],
-) {
-    for tap in taps {
+/// Takes a constant off every tap, which the data tell with this standard error.
+pub(super) fn tare((data, rig): (&Data, &Rig), rows: &mut Sorted, [value, error]: [f64; 2]) {
+    for tap in &mut rows.taps {
         tap.zero += value;
         tap.signal = data.unit.above(tap.signal, value, rig.setup.gauge.factor);
     }
-    *tared = Tared { from, value: tared.value + value, error, ..tared.clone() };
+    (rows.tared.from, rows.tared.error) = (TaredBy::Fitted, error);
+    rows.tared.value += value;
 }
 
 /// What to say of a drift that no zero reading shows.

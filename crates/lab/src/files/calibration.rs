@@ -7,8 +7,8 @@ use toml::Table;
 use toml::de::DeTable;
 
 use crate::error::{Error, InputError};
+use crate::estimator::Estimator;
 use crate::estimator::model::exact::Opener;
-use crate::estimator::{ALL, named};
 use crate::locate::calibration::{Calibration, FORMAT};
 use crate::locate::locator::{Locator, opener};
 use crate::measure::{Rig, Unit};
@@ -47,8 +47,8 @@ impl<W> Calibration<W> {
         let fault = |key: &str, message: &str, allowed: &str| {
             Err(InputError::new(message).at(label, None).key(key).allowed(allowed))
         };
-        if named(&self.estimator).is_none() {
-            return fault("estimator", "unknown estimator", &ALL.map(|e| e.name()).join(", "));
+        if Estimator::named(&self.estimator).is_none() {
+            return fault("estimator", "unknown estimator", &Estimator::ALL.map(|e| e.name()).join(", "));
         }
         if Unit::of_column(&self.signal).is_none() {
             return fault("signal", "unknown signal", "strain, microstrain, bridge_mV_per_V, reading");
@@ -72,7 +72,7 @@ impl<W> Calibration<W> {
         }
         let mut faults = self.sides.iter().enumerate().filter_map(|(i, side)| Some((i, side.check().err()?)));
         match faults.next() {
-            Some((i, (key, wrong))) => fault(&format!("sides[{i}].{key}"), wrong.message, wrong.allowed),
+            Some((i, wrong)) => fault(&format!("sides[{i}].{}", wrong.key), wrong.message, wrong.allowed),
             None => Ok(()),
         }
     }

@@ -11,7 +11,7 @@ use crate::error::{Error, SolveError};
 use crate::estimator::model::exact::{Extent, Opener};
 use crate::estimator::model::pair::{Inverted, Pair, Place, Transfer, TwoReadings};
 use crate::estimator::model::{Found, between};
-use crate::estimator::{EXACT, Estimator, Known, SideRecord};
+use crate::estimator::{Estimator, Known, SideRecord};
 use crate::evaluate::Method;
 use crate::measure::Rig;
 use crate::measure::skin::Skin;
@@ -87,14 +87,14 @@ impl Twofold {
     pub(crate) fn new(
         calibration: &Calibration,
         rig: &Rig,
-        estimator: &dyn Estimator,
+        estimator: Estimator,
         open: Opener<'_>,
     ) -> Result<Option<Self>, Error> {
         let side = calibration.sides.iter().position(|s| s.gauge() == rig.setup.gauge.side);
         let (Some(second), Some(side)) = (calibration.second.clone(), side) else { return Ok(None) };
         let record: &SideRecord = &calibration.sides[side];
         let factor = record.exact.as_ref().and_then(|r| r.factor(rig.setup.drive)).unwrap_or(1.0);
-        let model = match record.exact.as_ref().filter(|_| *estimator == *EXACT) {
+        let model = match record.exact.as_ref().filter(|_| estimator == Estimator::Exact) {
             Some(exact) => {
                 let at = Extent::around(rig, record.gauge(), record.distances_mm, record.ends(), 0.0);
                 let pair = Pair::new(rig, &exact.values(rig), at, second.lean_deg)?;

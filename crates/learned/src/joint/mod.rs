@@ -104,21 +104,21 @@ pub struct Told {
 
 impl Joint {
     /// For taps: of `curve` over its base, at the points of `inverse`, which is of the same.
-    pub fn new(curve: &Curve, base: &Base<'_>, tared: bool, inverse: &Inverse) -> Self {
+    pub fn new(curve: &Curve, base: &Base, tared: bool, inverse: &Inverse) -> Self {
         let mut joint = Self::whole(curve, base, tared, inverse);
         joint.prune(|point, _| point[1] + point[2..].iter().map(|x| x * x).sum::<f64>());
         joint
     }
 
     /// The same for strokes: noise that goes with the signal is no noise between readings of one, which may tell much smaller things.
-    pub fn of_strokes(curve: &Curve, base: &Base<'_>, tared: bool, inverse: &Inverse) -> Self {
+    pub fn of_strokes(curve: &Curve, base: &Base, tared: bool, inverse: &Inverse) -> Self {
         let mut joint = Self::whole(curve, base, tared, inverse);
         let floor = joint.rest[1];
         joint.prune(|_, u| floor / (u * u));
         joint
     }
 
-    fn whole(curve: &Curve, base: &Base<'_>, tared: bool, inverse: &Inverse) -> Self {
+    fn whole(curve: &Curve, base: &Base, tared: bool, inverse: &Inverse) -> Self {
         let [from, step] = inverse.grid;
         let width = 2 + curve.shared();
         let mut table: Vec<Vec<f64>> = Vec::new();

@@ -12,6 +12,7 @@ pub use order::like;
 use vibrissa_learned::plan::{Ask, Planner, Rig as Spread, Tap};
 
 use crate::error::{Error, InputError};
+use crate::estimator::learnt::whisker;
 use crate::estimator::model::exact::{Exact, Extent, HARD, Opener, spec_values};
 use crate::measure::Rig;
 use crate::scene::{Axis, Column, Space};
@@ -158,7 +159,7 @@ pub fn plan(
         ),
         false => why.into(),
     })?;
-    let curve = |a: f64, u: f64| exact.expected(a, u);
+    let (curve, _) = whisker(exact.clone());
     let limit = rig.strain_limit();
     let near = rig.shared().gauge[1];
     let allowed = |a: f64, u: f64| {

@@ -2,8 +2,8 @@
 //!
 //! Readings are counted positive as those of the first gauge are on its side: r₁ = s₁ ε₁, r₂ = s₂ ε(90° + δ), δ the misalignment of the second gauge.
 
+use super::ModelError;
 use super::exact::{Extent, Values, scene_with};
-use super::form::ModelError;
 use super::surface::continued;
 use crate::curve::both::{self, Inverter, Reading};
 use crate::design::Design;
