@@ -204,20 +204,21 @@ impl Planner {
         self.weights.iter().enumerate().map(|(q, w)| w * self.covariance[(first + q, first + q)]).sum()
     }
 
-    /// By how much a tap at `place` lowers it.
-    fn gain(&self, place: usize) -> f64 {
+    /// Σ w S², S the covariance of a tap at `place` with the curve where it will be asked for.
+    fn squares(&self, place: usize) -> f64 {
         let column = self.covariance.column(place);
-        let sum: f64 =
-            self.weights.iter().zip(column.iter().skip(self.taps.len())).map(|(w, s)| w * s * s).sum();
-        sum / (self.noise[place] + column[place])
+        self.weights.iter().zip(column.iter().skip(self.taps.len())).map(|(w, s)| w * s * s).sum()
+    }
+
+    /// By how much a tap at `place` lowers the variance.
+    fn gain(&self, place: usize) -> f64 {
+        self.squares(place) / (self.noise[place] + self.covariance[(place, place)])
     }
 
     /// By how much the tap at `place`, which is chosen, lowers it.
     fn worth(&self, place: usize) -> f64 {
-        let column = self.covariance.column(place);
-        let sum: f64 =
-            self.weights.iter().zip(column.iter().skip(self.taps.len())).map(|(w, s)| w * s * s).sum();
-        sum / (self.noise[place] - column[place]).max(f64::MIN_POSITIVE)
+        let left = self.noise[place] - self.covariance[(place, place)];
+        self.squares(place) / left.max(f64::MIN_POSITIVE)
     }
 
     /// The best candidate: of the distances that are used, where there may be no other ones.

@@ -1,6 +1,7 @@
 //! What a fit starts from: the base of its curve, the zero, the units; none of it is exact, and the model corrects all of it.
 
 use nalgebra::{DMatrix, DVector};
+use vibrissa_core::reduce::median;
 
 use crate::base::{Base, Fitted, WORTH, Whisker, again, power};
 use crate::columns::Scales;
@@ -23,19 +24,12 @@ pub struct Start {
     pub labels: Option<f64>,
 }
 
-/// The value in the middle.
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let n = values.len();
-    if n == 0 { f64::NAN } else { 0.5 * (values[(n - 1) / 2] + values[n / 2]) }
-}
-
 /// What the model of `cells` starts from: of nearly the rows of another fit, from its base.
 pub fn start(task: &Task, cells: &[Cell], from: From<'_>) -> Result<Start, Fault> {
-    let rests: Vec<f64> = cells.iter().filter(|c| !c.row.touches()).map(|c| c.row.y).collect();
+    let mut rests: Vec<f64> = cells.iter().filter(|c| !c.row.touches()).map(|c| c.row.y).collect();
     let taps: Vec<[f64; 3]> =
         cells.iter().filter(|c| c.row.touches()).map(|c| [c.row.a, c.row.u, c.row.y]).collect();
-    let read = if rests.is_empty() { task.zero.is_finite().then_some(0.0) } else { Some(median(rests)) };
+    let read = if rests.is_empty() { task.zero.is_finite().then_some(0.0) } else { Some(median(&mut rests)) };
     let near: Option<&Fit> = if let From::Near(fit) | From::Held(fit) = from { Some(fit) } else { None };
     if let Some(curve) = &task.known {
         if let From::Held(fit) = from
@@ -56,7 +50,7 @@ pub fn start(task: &Task, cells: &[Cell], from: From<'_>) -> Result<Start, Fault
         Some(fitted) => fitted,
         None => law(&taps, read, labels.is_none())?,
     };
-    let unit = median(taps.iter().map(|t| (t[2] - fitted.zero).abs()).collect());
+    let unit = median(&mut taps.iter().map(|t| (t[2] - fitted.zero).abs()).collect::<Vec<_>>());
     match unit > 0.0 {
         true => Ok(Start {
             base: Base::Power(fitted.power),
@@ -97,7 +91,7 @@ fn law(taps: &[[f64; 3]], read: Option<f64>, ends: bool) -> Result<Fitted, Fault
 fn of_known(curve: &Whisker, taps: &[[f64; 3]], read: Option<f64>, offset: f64) -> Option<(Start, f64)> {
     let m: Vec<f64> = taps.iter().map(|t| curve(t[0], t[1] + offset)).collect();
     let y: Vec<f64> = taps.iter().map(|t| t[2] - read.unwrap_or(0.0)).collect();
-    let tared = median(y.iter().zip(&m).map(|(y, m)| y / m).collect());
+    let tared = median(&mut y.iter().zip(&m).map(|(y, m)| y / m).collect::<Vec<_>>());
     let squares = |gain: f64, zero: f64| {
         let mut all: Vec<f64> = y.iter().zip(&m).map(|(y, m)| (y - zero - gain * m).powi(2)).collect();
         // Without the worst tenth, which may be wrong.
@@ -115,7 +109,7 @@ fn of_known(curve: &Whisker, taps: &[[f64; 3]], read: Option<f64>, offset: f64) 
             (gain, zero) = free;
         }
     }
-    let unit = median(m.iter().map(|m| gain * m).collect());
+    let unit = median(&mut m.iter().map(|m| gain * m).collect::<Vec<_>>());
     let numbers = [unit, read.unwrap_or(0.0) + zero, unit / gain];
     let sound =
         gain > 0.0 && unit > 0.0 && numbers.iter().all(|x| x.is_finite()) && m.iter().all(|m| m.is_finite());

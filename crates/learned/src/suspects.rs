@@ -58,8 +58,8 @@ pub fn sound(task: &Task, places: &[usize], average: bool) -> Result<(Fit, Vec<S
         (last, kept) = (next, left);
     }
     if let Some(rows) = position(task, &last, &kept) {
-        found.extend(rows.iter().map(|s| s.0));
-        kept.retain(|k| !rows.iter().any(|s| s.0.place == *k));
+        kept = without(&kept, &rows);
+        found.extend(rows);
     }
     // The likely numbers of a model with wrong rows may be another peak than that of the model without.
     if !found.is_empty() {
@@ -153,7 +153,7 @@ fn off_most(task: &Task, fit: &Fit) -> Vec<(Suspect, f64)> {
 /// The rows of a position that is where no curve through all others leads: few, and all of them, so that they bear each other out. Many rows are
 /// left in: then the position is one that was meant. Looked at are the position that is farthest off, and the first and the last where they have
 /// far fewer rows than others: there a curve bends to any row.
-fn position(task: &Task, last: &Fit, kept: &[usize]) -> Option<Vec<(Suspect, f64)>> {
+fn position(task: &Task, last: &Fit, kept: &[usize]) -> Option<Vec<Suspect>> {
     let positions = positions(task, kept);
     if positions.len() < ENOUGH {
         return None;
@@ -222,17 +222,16 @@ fn off(task: &Task, fit: &Fit, rows: &[usize], factor: f64) -> [f64; 2] {
     [all.iter().map(|x| x.0).sum::<f64>() / n, (all.iter().map(|x| x.1).sum::<f64>() / n).sqrt()]
 }
 
-/// The `rows` of one of so many positions, each with its share, if all others expect them elsewhere.
-fn unlike(task: &Task, rows: &[usize], kept: &[usize], positions: usize) -> Option<Vec<(Suspect, f64)>> {
+/// The `rows` of one of so many positions, if all others expect them elsewhere.
+fn unlike(task: &Task, rows: &[usize], kept: &[usize], positions: usize) -> Option<Vec<Suspect>> {
     let left: Vec<usize> = kept.iter().copied().filter(|k| !rows.contains(k)).collect();
     let next = fit(task, &left, From::Nowhere, true).ok()?;
     let [share, sd] = off(task, &next, rows, 1.0);
     let freedom = (positions as f64 - 5.0).max(1.0);
     let rare = positions as f64 * 2.0 * tail(normal(share.abs() / sd, freedom)) < CHANCE;
     let suspect = |k: &usize| {
-        let row = &task.rows[*k];
-        let expected = next.curve.expected(&next.base, row.a, row.u, true).signal;
-        (Suspect { place: *k, off: share * expected, expected }, share)
+        let Suspect { expected, .. } = judged(task, &next, *k, 1.0);
+        Suspect { place: *k, off: share * expected, expected }
     };
     (rare && share.abs() > LEAST).then(|| rows.iter().map(suspect).collect())
 }

@@ -1,6 +1,6 @@
 //! Data of which too many rows are suspect: what is likely wrong with them, each reason tried by fitting it.
 
-use super::{Calibrated, Options, Reason, check};
+use super::{Calibrated, Options, Reason, check, named};
 use crate::error::{Error, InputError};
 use crate::measure::{Data, Rig, Row};
 use crate::scene::Drive;
@@ -20,8 +20,6 @@ const K: std::ops::Range<f64> = 0.33..3.0;
 const WORSE: f64 = 5.0;
 /// Degrees in a radian.
 const RADIAN: f64 = 180.0 / std::f64::consts::PI;
-/// Lines that are named.
-const NAMED: usize = 8;
 
 /// What may be wrong with all rows.
 struct Change {
@@ -113,11 +111,9 @@ fn suspicion(found: &Calibrated, file: &str) -> Option<InputError> {
     if lines.len() as f64 <= MOST * of as f64 || lines.len() <= SLIPS {
         return None;
     }
-    let shown = lines.iter().take(NAMED).map(usize::to_string).collect::<Vec<_>>().join(", ");
-    let (n, more) = (lines.len(), if lines.len() > NAMED { ", …" } else { "" });
-    let message = format!(
-        "{n} of {of} rows are suspect (lines {shown}{more}): these are not taps as they are described"
-    );
+    let (n, shown) = (lines.len(), named(&lines));
+    let message =
+        format!("{n} of {of} rows are suspect (lines {shown}): these are not taps as they are described");
     Some(InputError::new(message).at(file, lines.first().copied()).key("a_mm"))
 }
 

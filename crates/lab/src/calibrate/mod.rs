@@ -168,7 +168,7 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
         prepare::prepare(data, &mut rig, options, &open, &mut warnings)?;
     let Sorted { taps, zeros, zero, tared, groups, origin, .. } = rows;
     let wrong = zeros.iter().filter(|z| z.reason == Some(Reason::ZeroOutlier));
-    let wrong: Vec<String> = wrong.map(|z| data.rows[z.place].line.to_string()).collect();
+    let wrong: Vec<usize> = wrong.map(|z| data.rows[z.place].line).collect();
     if !wrong.is_empty() {
         let (n, lines) = (wrong.len(), named(&wrong));
         warnings.push(format!(
@@ -207,8 +207,7 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
     let mut beside = None;
     if rig.setup.gauge.second {
         if let Some(side) = results.iter().find(|s| s.gauge == rig.setup.gauge.side) {
-            let ask = second::Ask { data, rig: &rig, taps: &taps, zeros: &zeros, side, noise };
-            beside = second::second(&ask, &open, &mut warnings)?;
+            beside = second::second(data, &rig, (&taps, &zeros), side, &open, &mut warnings)?;
         } else {
             warnings.push(format!(
                 "{}: the second gauge is not calibrated: no row is on the side of the gauge that the spec says",
@@ -271,19 +270,19 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
 
 /// Names the values of `data` that stand for none.
 fn missing(data: &Data, warnings: &mut Vec<String>) {
-    let mut all = std::collections::BTreeMap::<String, Vec<String>>::new();
+    let mut all = std::collections::BTreeMap::<String, Vec<usize>>::new();
     for m in &data.missing {
-        all.entry(format!("{} = {}", m.column, plain(m.value))).or_default().push(m.line.to_string());
+        all.entry(format!("{} = {}", m.column, plain(m.value))).or_default().push(m.line);
     }
     warnings.extend(all.into_iter().map(|(value, lines)| {
         format!("{}: {value} stands for no value and is not used (lines {})", data.file, named(&lines))
     }));
 }
 
-/// The first of `lines`.
-fn named(lines: &[String]) -> String {
+/// The first of `lines`, for a message.
+fn named(lines: &[usize]) -> String {
     let more = if lines.len() > 8 { ", …" } else { "" };
-    lines[..lines.len().min(8)].join(", ") + more
+    lines.iter().take(8).map(usize::to_string).collect::<Vec<_>>().join(", ") + more
 }
 
 /// Widths within which distances and drives are one: one for both, or two; none where nobody says.

@@ -1,7 +1,7 @@
 //! What a user should know before trusting a calibration.
 
 use super::order::growing;
-use super::{Reason, SideResult};
+use super::{Reason, SideResult, named};
 use crate::error::InputError;
 use crate::estimator::Estimator;
 use crate::estimator::model::exact::Parameter;
@@ -29,35 +29,25 @@ const UNEXPLAINED: f64 = 0.01;
 /// What a user should know before trusting the result.
 pub fn remarks(data: &Data, taps: &[Tap], sides: &[SideResult], rig: &Rig, unread: f64) -> Vec<String> {
     let mut all = Vec::new();
-    let lines = |wanted: &dyn Fn(&Tap) -> bool| {
-        let found: Vec<String> = taps.iter().filter(|t| wanted(t)).map(|t| t.line.to_string()).collect();
-        let shown = found[..found.len().min(8)].join(", ");
-        (found.len(), if found.len() > 8 { format!("{shown}, …") } else { shown })
+    let mut add = |wanted: &dyn Fn(&Tap) -> bool, say: &dyn Fn(usize, String) -> String| {
+        let lines: Vec<usize> = taps.iter().filter(|t| wanted(t)).map(|t| t.line).collect();
+        if !lines.is_empty() {
+            all.push(format!("{}: {}", data.file, say(lines.len(), named(&lines))));
+        }
     };
-    let (n, shown) = lines(&|t| t.twin.is_some());
-    if n > 0 {
-        all.push(format!(
-            "{}: {n} rows are equal to earlier ones in every field and are used as repeats; if they are copies, the noise \
-             is understated (lines {shown})",
-            data.file
-        ));
-    }
-    let (n, shown) = lines(&|t| t.reason.as_ref().is_some_and(Reason::is_doubt));
-    if n > 0 {
-        all.push(format!(
-            "{}: {n} of {} rows are suspect and not used (lines {shown}); rows.csv says why",
-            data.file,
-            taps.len()
-        ));
-    }
-    let (n, shown) = lines(&|t| t.reason == Some(Reason::Tilted));
-    if n > 0 {
-        all.push(format!(
-            "{}: {n} of {} rows are of tilted poles and serve the second gauge only (lines {shown})",
-            data.file,
-            taps.len()
-        ));
-    }
+    let of = taps.len();
+    add(&|t| t.twin.is_some(), &|n, lines| {
+        format!(
+            "{n} rows are equal to earlier ones in every field and are used as repeats; if they are copies, the noise \
+             is understated (lines {lines})"
+        )
+    });
+    add(&|t| t.reason.as_ref().is_some_and(Reason::is_doubt), &|n, lines| {
+        format!("{n} of {of} rows are suspect and not used (lines {lines}); rows.csv says why")
+    });
+    add(&|t| t.reason == Some(Reason::Tilted), &|n, lines| {
+        format!("{n} of {of} rows are of tilted poles and serve the second gauge only (lines {lines})")
+    });
     for s in sides {
         if let Some(why) = &s.record.no_exact {
             all.push(format!("{}: exact is left out: {why}. The other estimators do not need it", data.file));
@@ -137,9 +127,8 @@ fn other_whisker(data: &Data, side: &SideResult, unread: f64) -> Option<String> 
             "the {read} is {factor:.3} ± {error:.1e} times what the model of the spec gives{known}"
         ));
     }
-    let both = side.answered_by_all(&[Estimator::Exact, Estimator::Curve]);
-    let rms = |e| side.held_out(e).and_then(|h| h.rms(|k| both[k]).0);
-    if let (Some(exact), Some(curve)) = (rms(Estimator::Exact), rms(Estimator::Curve))
+    let both = side.common_errors(&[Estimator::Exact, Estimator::Curve]);
+    if let [(_, (Some(exact), _)), (_, (Some(curve), _))] = both[..]
         && exact > FAR_WORSE * curve
     {
         found.push(format!("on distances left out exact is wrong by {exact:.3} mm, curve by {curve:.3} mm"));

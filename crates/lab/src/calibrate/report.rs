@@ -88,16 +88,12 @@ pub fn counts(found: &Calibrated, data: &Data) -> Value {
 
 fn side(s: &SideResult, learnt: &Learnt, rig: &Rig, zero: f64) -> Value {
     let kind = rig.setup.drive;
+    let common = s.common_errors(&Estimator::ALL);
     let one = |e: Estimator| {
-        let candidates: Vec<Estimator> =
-            Estimator::ALL.into_iter().filter(|e| s.held_out(*e).is_some()).collect();
-        let held = s.held_out(e);
-        let (rms, answered) = held.map_or((None, 0), |h| h.rms(|_| true));
-        let shared = s.answered_by_all(&candidates);
-        let (common, n) = held.map_or((None, 0), |h| h.rms(|k| shared[k]));
-        let asked = s.used;
+        let (rms, answered) = s.held_out(e).map_or((None, 0), |h| h.rms(|_| true));
+        let (common, n) = common.iter().find(|of| of.0 == e).map_or((None, 0), |of| of.1);
         let why = s.record.no_exact.as_ref().filter(|_| e == Estimator::Exact);
-        json!({ "calibrated": s.has(e), "why_not": why, "held_out_rms_mm": rms, "answered": answered, "asked": asked,
+        json!({ "calibrated": s.has(e), "why_not": why, "held_out_rms_mm": rms, "answered": answered, "asked": s.used,
                 "held_out_rms_common_mm": common, "common": n })
     };
     let estimators: serde_json::Map<String, Value> =
@@ -302,24 +298,22 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
         };
         let n = s.distances.len();
         let _ = writeln!(t, "{} side: {n} distances {first} … {last} mm, {drives}", side_name(s.gauge));
-        let candidates: Vec<Estimator> =
-            Estimator::ALL.into_iter().filter(|e| s.held_out(*e).is_some()).collect();
-        let shared = s.answered_by_all(&candidates);
-        let n = shared.iter().filter(|x| **x).count();
+        let common = s.common_errors(&Estimator::ALL);
+        let n = common.first().map_or(0, |of| of.1.1);
         let _ = writeln!(
             t,
             "  rms error on distances left out: of the taps answered, of the {n} that all estimators answer"
         );
         for e in Estimator::ALL.into_iter().filter(|e| s.has(*e)) {
-            let Some(held) = s.held_out(e) else {
+            let Some((held, (_, (common, _)))) = s.held_out(e).zip(common.iter().find(|of| of.0 == e)) else {
                 let _ = writeln!(t, "  {:<13} cannot answer a distance left out", e.name());
                 continue;
             };
             let mm = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.4} mm"));
-            let ((all, answered), (common, _)) = (held.rms(|_| true), held.rms(|k| shared[k]));
+            let (all, answered) = held.rms(|_| true);
             let mark = if e == found.winner { "  <- default" } else { "" };
             let _ =
-                writeln!(t, "  {:<13} {:>10} of {answered:<7} {:>10}{mark}", e.name(), mm(all), mm(common));
+                writeln!(t, "  {:<13} {:>10} of {answered:<7} {:>10}{mark}", e.name(), mm(all), mm(*common));
         }
         if let Some(why) = &s.record.no_exact {
             let _ = writeln!(t, "  {:<13} not calibrated: {why}", Estimator::Exact.name());
@@ -372,15 +366,10 @@ fn short(x: f64) -> f64 {
 /// Parameters by the names that users know.
 pub fn named_parameters(names: &[String], kind: Drive) -> Result<Vec<Parameter>, InputError> {
     let one = |name: &String| {
-        parameter(name, kind).ok_or_else(|| {
+        Parameter::named(name, kind).ok_or_else(|| {
             let known = Parameter::ALL.iter().map(|p| p.name(kind)).collect::<Vec<_>>().join(", ");
             InputError::new("there is no such parameter").key("--fit").value(name).allowed(known)
         })
     };
     names.iter().map(one).collect()
-}
-
-/// Names of parameters on the command line.
-pub fn parameter(name: &str, kind: Drive) -> Option<Parameter> {
-    Parameter::ALL.into_iter().find(|p| p.name(kind).eq_ignore_ascii_case(name))
 }

@@ -258,11 +258,11 @@ impl SideResult {
         self.held.iter().find(|(e, _)| *e == estimator).map(|(_, h)| h)
     }
 
-    /// For each tap of the file, whether all of `candidates` answer it when it is held out.
-    pub fn answered_by_all(&self, candidates: &[Estimator]) -> Vec<bool> {
-        let held: Vec<&HeldOut> = candidates.iter().filter_map(|e| self.held_out(*e)).collect();
-        let n = held.first().map_or(0, |h| h.taps.len());
-        (0..n).map(|k| held.iter().all(|h| h.taps[k].is_finite())).collect()
+    /// Of each of `estimators` the root mean square error on distances left out, mm, over the taps that all of these answer, and their number.
+    pub fn common_errors(&self, estimators: &[Estimator]) -> Vec<(Estimator, (Option<f64>, usize))> {
+        let held = || estimators.iter().filter_map(|e| Some((*e, self.held_out(*e)?)));
+        let shared = |k: usize| held().all(|(_, h)| h.taps[k].is_finite());
+        held().map(|(e, h)| (e, h.rms(shared))).collect()
     }
 
     /// Mean of K̄ over the drives.

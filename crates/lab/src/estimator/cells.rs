@@ -90,25 +90,10 @@ impl Cell {
     }
 }
 
-/// Levels of distance and drive, and cells, of the taps that `wanted` picks.
+/// Levels of distance and drive, and cells by distance, then drive, of the taps that `wanted` picks.
 pub fn grouped(taps: &[Tap], rig: &Rig, wanted: impl Fn(&Tap) -> bool) -> ([Levels; 2], Vec<Cell>) {
     let levels = |axis: usize| Levels::of(taps.iter().filter(|t| wanted(t)).map(|t| t.group[axis]));
-    let (distances, drives) = (levels(0), levels(1));
-    let cells = match distances.is_empty() {
-        true => Vec::new(),
-        false => cells(taps, rig, &distances, &drives, &wanted),
-    };
-    ([distances, drives], cells)
-}
-
-/// Cells of the taps that `wanted` picks, by distance, then drive.
-fn cells(
-    taps: &[Tap],
-    rig: &Rig,
-    distances: &Levels,
-    drives: &Levels,
-    wanted: impl Fn(&Tap) -> bool,
-) -> Vec<Cell> {
+    let [distances, drives] = [0, 1].map(levels);
     let mut grid: Vec<Vec<usize>> = vec![Vec::new(); distances.len() * drives.len()];
     for (k, tap) in taps.iter().enumerate().filter(|(_, t)| wanted(t)) {
         grid[distances.place(tap.group[0]) * drives.len() + drives.place(tap.group[1])].push(k);
@@ -144,7 +129,8 @@ fn cells(
             taps: taps_here,
         })
     };
-    grid.into_iter().enumerate().filter_map(cell).collect()
+    let cells = grid.into_iter().enumerate().filter_map(cell).collect();
+    ([distances, drives], cells)
 }
 
 /// What the noise of the zero readings brings to taps of one cell: the runs, with their weights in the mean; the variance of the mean, and the sum

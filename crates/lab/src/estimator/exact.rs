@@ -55,7 +55,7 @@ impl ExactRecord {
     pub fn is_sound(&self) -> bool {
         let m = self.fitted.len();
         let kinds = [Drive::Angle, Drive::Displacement];
-        let named = |n: &String| Parameter::ALL.iter().any(|p| kinds.iter().any(|k| p.name(*k) == n));
+        let named = |n: &String| kinds.iter().any(|kind| Parameter::named(n, *kind).is_some());
         self.covariance.len() == m
             && self.covariance.iter().all(|row| row.len() == m && row.iter().all(|x| x.is_finite()))
             && self.fitted.iter().all(named)
@@ -70,8 +70,7 @@ impl ExactRecord {
         open: Opener<'_>,
     ) -> Result<Inverted, Error> {
         let (values, kind) = (self.values(rig), rig.setup.drive);
-        let named = |n: &String| Parameter::ALL.into_iter().find(|p| p.name(kind) == n);
-        let fitted = self.fitted.iter().filter_map(named).collect();
+        let fitted = self.fitted.iter().filter_map(|name| Parameter::named(name, kind)).collect();
         // Half as much again as the offset: its own uncertainty, and readings a little beyond the calibrated drives.
         let ahead = 1.5 * values[Parameter::DriveOffset as usize].max(0.0);
         let at = Extent::around(rig, side, record.distances_mm, record.ends(), ahead);

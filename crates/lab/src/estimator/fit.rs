@@ -139,37 +139,27 @@ impl Task<'_> {
         free.extend(asked.iter().filter(|p| !free.contains(p)).copied().collect::<Vec<_>>());
         free.extend(self.sought.then_some(Parameter::Zero));
         let mut undetermined: Vec<Parameter> = Vec::new();
-        let mut misfit = 0.0;
-        let mut values = start;
-        loop {
-            let model = self.minimise(values, &free, misfit)?;
-            if let Some(worst) = self.worst(&model, &free, misfit) {
-                undetermined.push(free.remove(worst));
-                if undetermined.last() == Some(&Parameter::Zero) && !asked.contains(&Parameter::DriveOffset) {
-                    undetermined.extend(
-                        free.iter().position(|p| *p == Parameter::DriveOffset).map(|i| free.remove(i)),
-                    );
-                }
-                undetermined.sort_by_key(|p| *p as usize);
-                values = start;
-                misfit = 0.0;
-                continue;
+        let model = loop {
+            let model = self.minimise(start, &free, 0.0)?;
+            let Some(worst) = self.worst(&model, &free) else { break model };
+            undetermined.push(free.remove(worst));
+            if undetermined.last() == Some(&Parameter::Zero) && !asked.contains(&Parameter::DriveOffset) {
+                let offset = free.iter().position(|p| *p == Parameter::DriveOffset);
+                undetermined.extend(offset.map(|i| free.remove(i)));
             }
-            values = model.values;
-            let next = self.misfit(&model);
-            if (next - misfit).abs() <= 0.05 * next.max(1e-12) || next <= MODEL {
-                return self.finish(model, free, undetermined, next);
-            }
-            misfit = next;
-            let again = self.minimise(values, &free, misfit)?;
-            return self.finish(again, free, undetermined, misfit);
-        }
+            undetermined.sort_by_key(|p| *p as usize);
+        };
+        let misfit = self.misfit(&model);
+        // A misfit weighs the cells another way.
+        let model = if misfit <= MODEL { model } else { self.minimise(model.values, &free, misfit)? };
+        self.finish(model, free, undetermined, misfit)
     }
 
-    /// What half of the cells give, and how far the drive went before contact.
-    fn sizes(&self) -> [f64; 2] {
+    /// What each of the parameters could be off by.
+    fn widths(&self, values: &Values, parameters: &[Parameter]) -> Vec<f64> {
         let size = crate::reduce::median(&mut self.cells.iter().map(|c| c.signal).collect::<Vec<_>>());
-        [size, self.rig.before]
+        let one = |p: &Parameter| width(*p, values, self.at.drives, [size, self.rig.before]);
+        parameters.iter().map(one).collect()
     }
 
     /// Standard deviation of a cell's mean.
@@ -209,8 +199,7 @@ impl Task<'_> {
 
     /// Sets `free` by least squares, starting from `values`.
     fn minimise(&self, values: Values, free: &[Parameter], misfit: f64) -> Result<Exact, ModelError> {
-        let drives = self.at.drives;
-        let scale: Vec<f64> = free.iter().map(|p| width(*p, &values, drives, self.sizes())).collect();
+        let scale = self.widths(&values, free);
         let exact = Exact::new(self.rig, values, free.to_vec(), Vec::new(), self.at, self.open)?;
         let deviations = self.cells.iter().map(|c| self.deviation(c, misfit)).collect();
         let bounds: Vec<[f64; 2]> =
@@ -226,21 +215,21 @@ impl Task<'_> {
         Ok(found)
     }
 
-    fn slopes(&self, model: &Exact) -> DMatrix<f64> {
-        let rows: Vec<f64> = self.cells.iter().flat_map(|c| model.gradient(c.a, c.drive)).collect();
+    /// d reading/dp of each cell, in these scales of the parameters, over these deviations of the cells.
+    fn slopes(&self, model: &Exact, scale: &[f64], deviations: &[f64]) -> DMatrix<f64> {
+        let of_cell = |(c, deviation): (&Cell, &f64)| {
+            let gradient = model.gradient(c.a, c.drive).into_iter().zip(scale);
+            gradient.map(|(slope, scale)| slope * (scale / deviation)).collect::<Vec<f64>>()
+        };
+        let rows: Vec<f64> = self.cells.iter().zip(deviations).flat_map(of_cell).collect();
         DMatrix::from_row_slice(self.cells.len(), model.fitted.len(), &rows)
     }
 
     /// Covariance for cells with these standard deviations; `None` where some combination is free.
     fn covariance(&self, model: &Exact, deviation: impl Fn(&Cell) -> f64) -> Option<DMatrix<f64>> {
-        let scale: Vec<f64> =
-            model.fitted.iter().map(|p| width(*p, &model.values, self.at.drives, self.sizes())).collect();
-        let mut j = self.slopes(model);
-        for (i, c) in self.cells.iter().enumerate() {
-            for k in 0..scale.len() {
-                j[(i, k)] *= scale[k] / deviation(c);
-            }
-        }
+        let scale = self.widths(&model.values, &model.fitted);
+        let deviations: Vec<f64> = self.cells.iter().map(deviation).collect();
+        let j = self.slopes(model, &scale, &deviations);
         if j.nrows() < j.ncols() {
             return None;
         }
@@ -271,17 +260,15 @@ impl Task<'_> {
     }
 
     /// The parameter that the data determine least, if they do not determine it.
-    fn worst(&self, model: &Exact, free: &[Parameter], misfit: f64) -> Option<usize> {
+    fn worst(&self, model: &Exact, free: &[Parameter]) -> Option<usize> {
         let judged = |limit: f64, deviation: &dyn Fn(&Cell) -> f64| {
             let Some(c) = self.covariance(model, deviation) else {
                 return (0..free.len()).map(|i| if i > 0 { f64::INFINITY } else { 0.0 }).collect::<Vec<_>>();
             };
-            let share = |(i, p): (usize, &Parameter)| {
-                c[(i, i)].sqrt() / width(*p, &model.values, self.at.drives, self.sizes()) / limit
-            };
-            free.iter().enumerate().map(share).collect()
+            let widths = self.widths(&model.values, free).into_iter().enumerate();
+            widths.map(|(i, width)| c[(i, i)].sqrt() / width / limit).collect()
         };
-        let misfit = misfit.max(self.misfit(model));
+        let misfit = self.misfit(model);
         let noisy = judged(DETERMINED, &|c| self.deviation(c, misfit));
         let clean = judged(SOLVABLE, &|c| MODEL * c.signal);
         // The gauge factor is always there: something has to carry the size of the signal.
@@ -296,27 +283,20 @@ impl Task<'_> {
         undetermined: Vec<Parameter>,
         misfit: f64,
     ) -> Result<Fit, ModelError> {
-        let noise_only = self.noise.max(0.0);
         let covariance = self.covariance(&model, |c| self.deviation(c, misfit));
         let m = free.len();
-        let slopes = self.slopes(&model);
+        let slopes = self.slopes(&model, &vec![1.0; m], &vec![1.0; self.cells.len()]);
         let covariance = covariance.map(|c| &c + &c * self.of_zeros(&slopes, misfit) * &c);
         let rows = covariance
             .map_or(vec![vec![0.0; m]; m], |c| (0..m).map(|i| (0..m).map(|k| c[(i, k)]).collect()).collect());
-        let residuals = DVector::from_iterator(
-            self.cells.len(),
-            self.cells.iter().map(|c| c.signal - model.expected(c.a, c.drive)),
-        );
-        let deviations =
-            DVector::from_iterator(self.cells.len(), self.cells.iter().map(|c| self.deviation(c, misfit)));
+        let of_cells =
+            |f: &dyn Fn(&Cell) -> f64| DVector::from_iterator(self.cells.len(), self.cells.iter().map(f));
+        let residuals = of_cells(&|c| c.signal - model.expected(c.a, c.drive));
+        let deviations = of_cells(&|c| self.deviation(c, misfit));
         let freedom = self.cells.len() as f64 - m as f64;
-        let chi2: f64 = self
-            .cells
-            .iter()
-            .zip(residuals.iter())
-            .map(|(c, e)| e * e / (c.share * noise_only * noise_only))
-            .sum();
-        let chi2 = if freedom > 0.0 && noise_only > 0.0 { chi2 / freedom } else { f64::NAN };
+        let of_noise = |(c, e): (&Cell, &f64)| e * e / (c.share * self.noise * self.noise);
+        let chi2: f64 = self.cells.iter().zip(residuals.iter()).map(of_noise).sum();
+        let chi2 = if freedom > 0.0 && self.noise > 0.0 { chi2 / freedom } else { f64::NAN };
         let exact = Exact::new(self.rig, model.values, free, rows, self.at, self.open)?;
         let cells = (0..self.cells.len()).collect();
         Ok(Fit { exact, undetermined, misfit, chi2, cells, slopes, residuals, deviations })
@@ -355,12 +335,7 @@ impl least::Problem for Problem<'_> {
     fn slopes(&self, exact: &mut Exact) -> Result<Option<DMatrix<f64>>, ModelError> {
         let t = &self.task;
         exact.look_beside(t.rig, t.at, t.open)?;
-        let mut j = t.slopes(exact);
-        for i in 0..j.nrows() {
-            for k in 0..j.ncols() {
-                j[(i, k)] *= self.scale[k] / self.deviations[i];
-            }
-        }
+        let j = t.slopes(exact, &self.scale, &self.deviations);
         Ok(j.iter().all(|x| x.is_finite()).then_some(j))
     }
 }

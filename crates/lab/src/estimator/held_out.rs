@@ -127,7 +127,7 @@ fn parts<F: Fn(usize, f64, f64) -> Option<Found>>(
     let (n, parts) = (side.distances, side.distances.min(PARTS));
     let groups: Vec<Range<usize>> = (0..parts).map(|k| k * n / parts..(k + 1) * n / parts).collect();
     let each = |gone: &Range<usize>| Some(left_out(side, leave_out(gone)?, gone));
-    let parts: Vec<Option<Vec<(usize, CellAnswer)>>> = groups.par_iter().map(each).collect();
+    let parts: Vec<Option<Vec<CellAnswer>>> = groups.par_iter().map(each).collect();
     if parts.iter().all(Option::is_none) {
         return None;
     }
@@ -136,27 +136,24 @@ fn parts<F: Fn(usize, f64, f64) -> Option<Found>>(
         sigmas: vec![f64::NAN; side.taps.len()],
         cells: vec![(f64::NAN, f64::NAN); side.cells.len()],
     };
-    for (k, answer) in parts.into_iter().flatten().flatten() {
-        out.cells[k] = answer.mean;
-        for (tap, [error, sigma]) in answer.taps {
-            out.taps[tap] = error;
-            out.sigmas[tap] = sigma;
+    for (k, mean, taps) in parts.into_iter().flatten().flatten() {
+        out.cells[k] = mean;
+        for (tap, [error, sigma]) in taps {
+            (out.taps[tap], out.sigmas[tap]) = (error, sigma);
         }
     }
     Some(out)
 }
 
-struct CellAnswer {
-    mean: (f64, f64),
-    taps: Vec<(usize, [f64; 2])>,
-}
+/// Place of a cell; error of its mean, and its variance from noise; place of each of its taps, its error and σ.
+type CellAnswer = (usize, (f64, f64), Vec<(usize, [f64; 2])>);
 
 /// Answers for the cells of the distances `gone`.
 fn left_out(
     side: &Side<'_>,
     find: impl Fn(usize, f64, f64) -> Option<Found>,
     gone: &Range<usize>,
-) -> Vec<(usize, CellAnswer)> {
+) -> Vec<CellAnswer> {
     let answer = |(k, cell): (usize, &Cell)| {
         let error = |drive: f64, signal: f64, a: f64| find(k, drive, signal).map(|f| (f.a - a, f));
         // The other of two distances is no bias: locate says that it is ambiguous.
@@ -170,7 +167,7 @@ fn left_out(
             let tap = &side.taps[t];
             (t, error(tap.drive, tap.signal.abs(), tap.a).map_or([f64::NAN; 2], |(e, f)| [e, f.sigma]))
         };
-        (k, CellAnswer { mean, taps: cell.taps.iter().map(of_tap).collect() })
+        (k, mean, cell.taps.iter().map(of_tap).collect())
     };
     side.cells.iter().enumerate().filter(|(_, c)| gone.contains(&c.i)).map(answer).collect()
 }

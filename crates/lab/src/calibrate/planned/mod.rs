@@ -214,15 +214,8 @@ pub fn plan(
         path.push((planner.len(), planner.sigma()));
     }
     let rows = order::rows(&taps, asked.runs, asked.seed);
-    let apart = apart::apart(&apart::Ask {
-        rig,
-        exact: &exact,
-        taps: &taps,
-        distances: &distances,
-        drives: &drives,
-        noise: &spread,
-        allowed: &allowed,
-    });
+    let at = [distances.as_slice(), &drives];
+    let apart = apart::apart(rig.setup.drive, &exact, &taps, at, &spread, &allowed);
     let pairs: Vec<(f64, f64)> =
         distances.iter().flat_map(|a| drives.iter().map(move |u| (*a, *u))).collect();
     let fine: Vec<&(f64, f64)> = pairs.iter().filter(|(a, u)| allowed(*a, *u)).collect();
