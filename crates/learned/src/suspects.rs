@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use vibrissa_core::normal::quantile;
+
 use crate::fit::{Fault, Fit, From, Task, fit};
 use crate::rows::cells;
 use crate::start::start;
@@ -85,8 +87,7 @@ fn gross(task: &Task, places: &[usize]) -> Result<Vec<Suspect>, Fault> {
 /// The row that is furthest from what the others expect, if that is no chance.
 fn worst(task: &Task, fit: &Fit, n: usize) -> Option<Suspect> {
     let (suspect, t) = *off_most(task, fit).first()?;
-    let freedom = (fit.freedom - 1.0).max(1.0);
-    (n as f64 * 2.0 * tail(normal(t, freedom)) < CHANCE).then_some(suspect)
+    is_rare(t, (fit.freedom - 1.0).max(1.0), n).then_some(suspect)
 }
 
 /// The row of few, or the rows, without which all others are so much likelier that these are wrong: of signals between the least and the largest. Several wrong rows hide each
@@ -227,8 +228,7 @@ fn unlike(task: &Task, rows: &[usize], kept: &[usize], positions: usize) -> Opti
     let left: Vec<usize> = kept.iter().copied().filter(|k| !rows.contains(k)).collect();
     let next = fit(task, &left, From::Nowhere, true).ok()?;
     let [share, sd] = off(task, &next, rows, 1.0);
-    let freedom = (positions as f64 - 5.0).max(1.0);
-    let rare = positions as f64 * 2.0 * tail(normal(share.abs() / sd, freedom)) < CHANCE;
+    let rare = is_rare(share.abs() / sd, (positions as f64 - 5.0).max(1.0), positions);
     let suspect = |k: &usize| {
         let Suspect { expected, .. } = judged(task, &next, *k, 1.0);
         Suspect { place: *k, off: share * expected, expected }
@@ -236,16 +236,10 @@ fn unlike(task: &Task, rows: &[usize], kept: &[usize], positions: usize) -> Opti
     (rare && share.abs() > LEAST).then(|| rows.iter().map(suspect).collect())
 }
 
-/// The normal deviate that is as rare as `t` of Student's distribution (Wallace 1959).
-fn normal(t: f64, freedom: f64) -> f64 {
-    (8.0 * freedom + 1.0) / (8.0 * freedom + 3.0) * (freedom * (1.0 + t * t / freedom).ln()).sqrt()
-}
-
-/// Share of a normal distribution beyond z > 0, to a per cent in the tail (Abramowitz and Stegun 26.2.17).
-fn tail(z: f64) -> f64 {
-    let k = 1.0 / (1.0 + 0.231_641_9 * z);
-    let poly = k
-        * (0.319_381_530
-            + k * (-0.356_563_782 + k * (1.781_477_937 + k * (-1.821_255_978 + k * 1.330_274_429))));
-    (-0.5 * z * z).exp() / std::f64::consts::TAU.sqrt() * poly
+/// Whether a deviate `t` of Student's distribution of so many degrees of `freedom` is the largest of `n` in fewer than [`CHANCE`] of all cases: by
+/// the normal deviate that is as rare (Wallace 1959).
+fn is_rare(t: f64, freedom: f64, n: usize) -> bool {
+    let normal =
+        (8.0 * freedom + 1.0) / (8.0 * freedom + 3.0) * (freedom * (1.0 + t * t / freedom).ln()).sqrt();
+    normal > -quantile(CHANCE / (2.0 * n as f64))
 }

@@ -68,18 +68,19 @@ pub(super) fn zero(taps: impl Iterator<Item = ((usize, [f64; 2]), f64)>) -> Opti
     taps.for_each(|((run, at), signal)| cells.entry((run, at.map(f64::to_bits))).or_default().push(signal));
     let all: usize = cells.values().map(Vec::len).sum();
     let mut pairs: Vec<Pair> = cells.into_values().filter_map(pair).collect();
-    let mut line = rough(&pairs)?;
+    let mut ratio = rough(&pairs)?;
+    let mut line = Line { zero: middle(&pairs, ratio), ..Line::default() };
     // Cells of one side alone, and such with a wrong row, are not on it.
     for _ in 0..3 {
-        let off = |p: &Pair| (p.middle(line.ratio) - line.zero).abs();
+        let off = |p: &Pair| (p.middle(ratio) - line.zero).abs();
         let usual = 1.4826 * median(&mut pairs.iter().map(off).collect::<Vec<_>>());
         pairs.retain(|p| off(p) <= OFF * usual);
-        let Line { ratio, .. } = rough(&pairs)?;
+        ratio = rough(&pairs)?;
         let fits = FLOORS.iter().filter_map(|floor| Line::through(&pairs, ratio, *floor));
         line = fits.min_by(|l, m| l.unlikely.total_cmp(&m.unlikely))?;
     }
     let enough = pairs.iter().map(|p| p.taps).sum::<usize>() as f64 >= MOST * all as f64;
-    let sides = (1.0 / RATIO..=RATIO).contains(&line.ratio) && line.left < LEFT;
+    let sides = (1.0 / RATIO..=RATIO).contains(&ratio) && line.left < LEFT;
     (enough && sides).then_some([line.zero, line.error])
 }
 
@@ -147,20 +148,19 @@ fn pair(mut signals: Vec<f64>) -> Option<Pair> {
 }
 
 /// What the signals of both sides say.
+#[derive(Default)]
 struct Line {
     /// Where it meets the diagonal, and the standard error of that.
     zero: f64,
     error: f64,
-    /// Fall of the low signal as the high one rises.
-    ratio: f64,
     /// Share of the spread of the signals that it leaves.
     left: f64,
     /// −2 ln of its likelihood.
     unlikely: f64,
 }
 
-/// The line by the median of the slopes (Theil and Sen), where it falls.
-fn rough(pairs: &[Pair]) -> Option<Line> {
+/// How much the low signal falls as the high one rises, by the median of the slopes (Theil and Sen); `None` where it does not fall.
+fn rough(pairs: &[Pair]) -> Option<f64> {
     if pairs.len() < FEWEST {
         return None;
     }
@@ -169,8 +169,12 @@ fn rough(pairs: &[Pair]) -> Option<Line> {
     let apart = between.filter(|(p, q)| p.high != q.high);
     let mut slopes: Vec<f64> = apart.map(|(p, q)| (p.low - q.low) / (p.high - q.high)).collect();
     let ratio = -median(&mut slopes);
-    let zero = median(&mut pairs.iter().map(|p| p.middle(ratio)).collect::<Vec<_>>());
-    (ratio > 0.0).then_some(Line { zero, error: f64::NAN, ratio, left: f64::NAN, unlikely: f64::NAN })
+    (ratio > 0.0).then_some(ratio)
+}
+
+/// The middle of the points that do not move with the gaps of `pairs`.
+fn middle(pairs: &[Pair], ratio: f64) -> f64 {
+    median(&mut pairs.iter().map(|p| p.middle(ratio)).collect::<Vec<_>>())
 }
 
 impl Line {
@@ -182,7 +186,7 @@ impl Line {
         }
         let usual = median(&mut pairs.iter().map(Pair::gap).collect::<Vec<_>>());
         let weight = |p: &Pair| 1.0 / (floor + (1.0 - floor) * (p.gap() / usual).powi(2));
-        let middle = median(&mut pairs.iter().map(|p| p.middle(ratio)).collect::<Vec<_>>());
+        let middle = middle(pairs, ratio);
         let (mut of_gaps, mut of_middles, mut squares) = (Matrix3::zeros(), Vector3::zeros(), 0.0);
         for p in pairs {
             let (w, g, m) = (weight(p), p.gap() / usual, p.middle(ratio) - middle);
@@ -206,7 +210,6 @@ impl Line {
         let line = Self {
             zero: middle + found.x,
             error: (variance * inverse[(0, 0)]).sqrt(),
-            ratio,
             left: (variance * n / of_gaps[(0, 0)] / spread).sqrt() / usual,
             unlikely: n * variance.ln() - logs,
         };

@@ -1,14 +1,17 @@
 //! Whole positions that contradict each other: beyond the strongest signal of a drive, signals fall with the distance.
 
+use serde::Serialize;
+use vibrissa_learned::labels::rises;
+
 use super::side::SideResult;
 use crate::estimator::Estimator;
 use crate::estimator::cells::{Cell, Levels};
-use vibrissa_learned::labels::rises;
 
 /// Two neighbouring positions of which one is not what its label says.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Contradiction {
     /// The two distances, mm.
+    #[serde(rename = "a_mm")]
     pub a: [f64; 2],
     /// Number of drives at which their signals are in the wrong order.
     pub drives: usize,

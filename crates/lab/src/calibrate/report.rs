@@ -110,7 +110,7 @@ fn side(s: &SideResult, learnt: &Learnt, rig: &Rig, zero: f64) -> Value {
         "with_suspects": s.with_suspects.as_ref().filter(|_| rig.known).map(|t| json!({
             "drives": drives(t, None, rig), "distances": distances(t, rig)
         })),
-        "contradictions": s.contradictions.iter().map(|c| json!({ "a_mm": c.a, "drives": c.drives, "deviations": c.deviations })).collect::<Vec<_>>(),
+        "contradictions": s.contradictions,
         "learned": told::json(learnt, kind),
         "parameters": s.fit.as_ref().map(|f| parameters(f, kind, zero)),
     })

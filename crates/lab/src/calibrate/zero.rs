@@ -4,7 +4,6 @@ use crate::error::Error;
 use crate::estimator::cells::grouped;
 use crate::estimator::fit::{Ordered, Task};
 use crate::estimator::learnt::Learnt;
-use crate::estimator::model::ModelError;
 use crate::estimator::model::exact::{Opener, Parameter};
 use crate::estimator::taps::{Sorted, Tap};
 use crate::measure::zero::{Tared, TaredBy};
@@ -29,10 +28,11 @@ pub(super) fn of_model(
         return Ok(None);
     };
     let task = Task { rig, at, cells: &cells, noise, sought: true, open };
-    let Some(found) = ModelError::of_run(task.fit(fit))? else { return Ok(None) };
-    if !found.undetermined.is_empty() {
-        return Ok(None);
-    }
+    let found = match task.fit(fit) {
+        Ok(found) if found.undetermined.is_empty() => found,
+        Err(why) if !why.is_of_whisker() => return Err(why.into()),
+        _ => return Ok(None),
+    };
     let rows = found.cells.iter().enumerate().flat_map(|(cell, at)| {
         let c = &cells[*at];
         c.taps.iter().map(move |k| (cell, c.n(), &taps[*k]))

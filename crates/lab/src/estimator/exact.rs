@@ -1,6 +1,6 @@
 //! `exact`: the configured model with fitted parameters, inverted.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, VecDeque};
 use std::ops::Range;
 use std::sync::{Arc, RwLock};
 
@@ -147,17 +147,15 @@ const KEPT: usize = 16;
 /// The model, and its curves at the drives that were asked for last: taps of a rig are mostly by a few.
 pub struct Inverted {
     pub(super) exact: Exact,
-    last: RwLock<Recent>,
+    last: RwLock<VecDeque<(f64, Arc<Curve>)>>,
 }
 
-/// Curves of drives, and the place of the next one.
-#[derive(Default)]
-struct Recent(Vec<(f64, Arc<Curve>)>, usize);
-
 impl Inverted {
-    /// The curve at `drive`. Nobody waits for it: where another thread keeps one just now, it is made again.
+    /// The curve at `drive`. It is made again where another thread holds the lock.
     fn curve(&self, drive: f64) -> Arc<Curve> {
-        let kept = |last: &Recent| last.0.iter().find(|(at, _)| *at == drive).map(|(_, curve)| curve.clone());
+        let kept = |last: &VecDeque<(f64, Arc<Curve>)>| {
+            last.iter().find(|(at, _)| *at == drive).map(|(_, curve)| curve.clone())
+        };
         if let Some(curve) = self.last.try_read().ok().and_then(|last| kept(&last)) {
             return curve;
         }
@@ -165,14 +163,8 @@ impl Inverted {
         if let Ok(mut last) = self.last.try_write()
             && kept(&last).is_none()
         {
-            let Recent(curves, next) = &mut *last;
-            let new = (drive, Arc::clone(&curve));
-            if curves.len() < KEPT {
-                curves.push(new)
-            } else {
-                curves[*next] = new
-            }
-            *next = (*next + 1) % KEPT;
+            last.truncate(KEPT - 1);
+            last.push_front((drive, curve.clone()));
         }
         curve
     }

@@ -70,11 +70,6 @@ impl HeldOut {
         known.iter().map(|b| if b.is_finite() { *b } else { most }).collect()
     }
 
-    /// Number of taps answered.
-    pub fn answered(&self) -> usize {
-        self.taps.iter().filter(|e| e.is_finite()).count()
-    }
-
     /// Root mean square over the taps that `wanted` keeps, and their number.
     pub fn rms(&self, wanted: impl Fn(usize) -> bool) -> (Option<f64>, usize) {
         let mut errors = Errors::default();

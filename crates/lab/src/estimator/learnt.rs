@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 use vibrissa_learned::base::{Base, Whisker};
 use vibrissa_learned::curve::{Curve, Expected, Weights};
 use vibrissa_learned::fit::{Fit, From, Task, fit};
-use vibrissa_learned::invert::{Answer, Inverse, Nothing};
+use vibrissa_learned::invert::Inverse;
 use vibrissa_learned::joint::{Joint, Object, Told};
 
 use super::model::Found;
@@ -155,12 +155,11 @@ impl LearnedCurve {
     pub fn find(&self, drive: f64, reading: f64, Known { share, same_run }: Known) -> Result<Found, Status> {
         let (tared, y, of_zero) = self.read(reading, share);
         let inverse = self.of(tared);
-        let found = inverse.at(drive, same_run).find(y, of_zero).map_err(why)?;
-        let Answer { a, near, slope, variance, sigma, ends, wide } = found;
+        let found = inverse.at(drive, same_run).find(y, of_zero)?;
         let mut weights = Weights::default();
-        weights.add(1.0, [y, slope * a], share);
-        let longer = self.curve.longer(weights, (sigma * slope).powi(2), tared, same_run);
-        Ok(Found { a, near, slope, variance, sigma, ends: stretched(a, ends, longer), wide })
+        weights.add(1.0, [y, found.slope * found.a], share);
+        let longer = self.curve.longer(weights, (found.sigma * found.slope).powi(2), tared, same_run);
+        Ok(Found { ends: stretched(found.a, found.ends, longer), ..found })
     }
 
     pub(super) fn expected(&self, a: f64, drive: f64) -> f64 {
@@ -181,12 +180,4 @@ impl LearnedCurve {
 /// These ends `longer` times as far from the distance `a`.
 fn stretched(a: f64, ends: [f64; 2], longer: f64) -> [f64; 2] {
     ends.map(|end| a + longer * (end - a))
-}
-
-/// Why there is no distance, in the words of a table.
-pub fn why(nothing: Nothing) -> Status {
-    match nothing {
-        Nothing::Weak => Status::OUTSIDE_CALIBRATION,
-        Nothing::Strong => Status::NO_ROOT,
-    }
 }

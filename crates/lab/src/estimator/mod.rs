@@ -110,7 +110,8 @@ impl Estimator {
             Self::Curve => record.curve.as_ref().map(|r| Answers::Curve(r.fit.clone())),
             Self::Learned => {
                 let learned = record.learned.as_ref().filter(|_| side == record.gauge());
-                learned.map(|r| r.open(rig, record, open)).transpose()?.flatten().map(Answers::Learned)
+                let learned = learned.map(|r| r.open(rig, record, open)).transpose()?.flatten();
+                learned.map(|curve| Answers::Learned(Box::new(curve)))
             }
         })
     }
@@ -134,7 +135,7 @@ pub enum Answers {
     /// Distance as a polynomial of signal and drive.
     Curve(Polynomial),
     /// The posterior of a learned curve.
-    Learned(LearnedCurve),
+    Learned(Box<LearnedCurve>),
 }
 
 impl Answers {

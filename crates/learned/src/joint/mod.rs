@@ -9,7 +9,6 @@
 //! A, b and c are sums, so that a tap more costs the same after a thousand as after one. The product of single posteriors would count what is shared
 //! once for each tap, and be too sure.
 
-mod around;
 mod course;
 mod expected;
 mod modes;
@@ -253,9 +252,7 @@ impl Joint {
         let [least, largest] = shifts.map(within);
         (if shifts[0] == shifts[1] { least } else { least + largest }) + x
     }
-}
 
-impl Joint {
     /// The first of [`NEAR`] points around ln a = x, and how far beyond it, in steps.
     fn place(&self, x: f64) -> (usize, f64) {
         let s = ((x - self.inverse.grid[0]) / self.inverse.grid[1]).clamp(0.0, (POINTS - 1) as f64);

@@ -9,30 +9,7 @@ pub mod surface;
 use crate::error::{Error, SolveError};
 
 /// What an estimator makes of a reading.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Found {
-    /// The largest distance with this reading, mm.
-    pub a: f64,
-    /// The next one, mm.
-    pub near: Option<f64>,
-    /// d reading/da there, 1/mm.
-    pub slope: f64,
-    /// Variance of the expected reading that the noise of the calibration leaves, reading².
-    pub variance: f64,
-    /// One standard deviation of the distance, mm, where it is that of a posterior; NaN where noise, slope and variance make it.
-    pub sigma: f64,
-    /// The interval that holds it with 95 %, mm, where it is that of a posterior.
-    pub ends: [f64; 2],
-    /// Whether it is the median of a wide posterior, and no root.
-    pub wide: bool,
-}
-
-impl Found {
-    /// A root, whose standard deviation noise, slope and variance make.
-    pub(crate) fn root(a: f64, near: Option<f64>, slope: f64, variance: f64) -> Self {
-        Self { a, near, slope, variance, sigma: f64::NAN, ends: [f64::NAN; 2], wide: false }
-    }
-}
+pub use vibrissa_learned::invert::Found;
 
 /// Relative slack with which a recorded drive equals a calibrated one.
 pub(crate) use crate::measure::group::ROUNDING as SAME;
@@ -93,18 +70,6 @@ impl ModelError {
                 true
             }
             Self::Solve(_) | Self::NotOpened(_) => false,
-        }
-    }
-
-    /// What was found, if the whisker has it.
-    ///
-    /// # Errors
-    /// What [`Self::is_of_whisker`] is false of.
-    pub fn of_run<T>(found: Result<T, Self>) -> Result<Option<T>, Error> {
-        match found {
-            Ok(found) => Ok(Some(found)),
-            Err(e) if e.is_of_whisker() => Ok(None),
-            Err(e) => Err(e.into()),
         }
     }
 }
