@@ -251,7 +251,7 @@ fn taps_that_the_model_does_not_follow_are_left_out_of_its_fit() {
     let found = once(&table(&spec, &noisy()), &spec);
     let side = &found.sides[0];
     let fit = side.fit.as_ref().unwrap();
-    assert!(fit.cells.len() < side.cells.len());
+    assert!(fit.cells.len() < side.table.cells.len());
     assert!(found.warnings.iter().any(|w| w.contains("left out of the fit")));
     let factor = fit.exact.values[0];
     assert!((factor - 1.0).abs() < 1e-3, "{factor}");

@@ -88,7 +88,7 @@ fn rounding_makes_no_positions_of_repeats() {
         found.map(|c| {
             let s = &c.sides[0];
             let rms = s.held_out(Estimator::Curve).unwrap().rms(|_| true);
-            let counts = (s.distances.len(), s.drives.len(), c.zeros.len());
+            let counts = (s.table.distances.len(), s.table.drives.len(), c.zeros.len());
             (counts, c.winner.name(), (1e6 * rms.0.unwrap()).round())
         })
     };

@@ -4,6 +4,8 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
+use crate::rows::range;
+
 /// The |signal| of a whisker at a (mm) by a drive.
 pub type Whisker = Arc<dyn Fn(f64, f64) -> f64 + Send + Sync>;
 
@@ -163,8 +165,7 @@ type Parameters = [f64; 6];
 
 /// The best that some starts lead to, where the parameters are fitted that `free` says.
 fn from(taps: &[[f64; 3]], zero: Option<f64>, free: [bool; 6]) -> Option<Fitted> {
-    let ys = || taps.iter().map(|t| t[2]);
-    let (lo, hi) = (ys().fold(f64::INFINITY, f64::min), ys().fold(f64::NEG_INFINITY, f64::max));
+    let [lo, hi] = range(taps.iter().map(|t| t[2]));
     let zeros =
         zero.map_or(vec![0.0, lo - 0.1 * (hi - lo), lo - 0.5 * (hi - lo), lo - 2.0 * (hi - lo)], |z| vec![z]);
     let offsets: &[f64] = if free[4] { &[0.0, 1.0] } else { &[0.0] };

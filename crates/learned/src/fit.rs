@@ -6,7 +6,7 @@ use crate::average::{Widths, mean, points};
 use crate::base::{Base, Fitted, Whisker};
 use crate::columns::{Columns, Effects, FLAT, Scales, Term, terms};
 use crate::curve::Curve;
-use crate::evidence::Problem;
+use crate::evidence::{Problem, ln_det};
 use crate::hyper::{Hyper, Prior};
 use crate::labels;
 use crate::newton::{Peak, approach, climb};
@@ -62,9 +62,9 @@ pub struct Fit {
     pub hypers: Vec<Hyper>,
     /// The cells of the rows.
     pub cells: Vec<Cell>,
-    /// Of each cell the measured less the expected signal, and its standard deviation if one of its rows were left out: in the unit of
-    /// the signal, at the most likely learned numbers.
-    pub deleted: Vec<[f64; 2]>,
+    /// Of each cell the standard deviation of the measured less the expected signal of one of its rows, if that were left out: in the unit of the
+    /// signal, at the most likely learned numbers.
+    pub deleted: Vec<f64>,
     /// Of each cell the expected signal, effects of run, position and drift included.
     pub expected: Vec<f64>,
     /// The zero of each cell: that of its run, and the drift.
@@ -139,28 +139,20 @@ pub fn fit(task: &Task, places: &[usize], from: From<'_>, average: bool) -> Resu
     let deleted = (0..merged.len())
         .map(|i| {
             let left = (peak.solved.variance[i] - leverage[i]).max(1e-6 * peak.solved.variance[i]);
-            [peak.solved.residual[i] * unit, left.sqrt() * unit]
+            left.sqrt() * unit
         })
         .collect();
     let used: f64 = (0..merged.len()).map(|i| leverage[i] / peak.solved.variance[i] * merged[i].n).sum();
     let expected = (0..merged.len()).map(|i| merged[i].row.y - peak.solved.residual[i] * unit).collect();
-    let own = |h: Hyper| problem.model.hypers.iter().position(|x| *x == h);
-    let moves_zero = |j: usize| {
-        let c = &problem.model.columns[j];
-        c.term == Term::Zero
-            || [Hyper::RunZero, Hyper::Drift].iter().any(|h| own(*h).is_some_and(|k| c.learned.contains(&k)))
-    };
-    let movers: Vec<usize> = (0..problem.model.columns.len()).filter(|j| moves_zero(*j)).collect();
+    let of_zero = |k: &usize| matches!(problem.model.hypers[*k], Hyper::RunZero | Hyper::Drift);
+    let columns = problem.model.columns.iter().enumerate();
+    let movers = columns.filter(|(_, c)| c.term == Term::Zero || c.learned.iter().any(of_zero));
+    let movers: Vec<usize> = movers.map(|(j, _)| j).collect();
     let zero_of =
         |i: usize| movers.iter().map(|j| problem.model.matrix[(i, *j)] * peak.solved.mean[*j]).sum::<f64>();
     let zeros = (0..merged.len()).map(|i| zero + unit * zero_of(i)).collect();
     let d = problem.dim() as f64;
-    let log_det = 2.0
-        * peak
-            .hessian
-            .clone()
-            .cholesky()
-            .map_or(0.0, |c| c.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>());
+    let log_det = peak.hessian.clone().cholesky().map_or(0.0, |c| ln_det(&c));
     let prior: f64 = problem.priors.iter().map(|p| p.width().ln() + 0.5 * std::f64::consts::TAU.ln()).sum();
     let evidence = -peak.solved.value - prior + 0.5 * d * std::f64::consts::TAU.ln()
         - 0.5 * log_det

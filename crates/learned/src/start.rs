@@ -7,7 +7,7 @@ use crate::base::{Base, Fitted, WORTH, Whisker, again, power};
 use crate::columns::Scales;
 use crate::fit::{Fault, Fit, From, Task};
 use crate::labels::contradicted;
-use crate::rows::Cell;
+use crate::rows::{Cell, range};
 
 /// The signal of no whisker falls with the distance more slowly than this power of it.
 const FLAT: f64 = 0.3;
@@ -73,8 +73,7 @@ fn law(taps: &[[f64; 3]], read: Option<f64>, ends: bool) -> Result<Fitted, Fault
     let free = if free { power(taps, None, ends) } else { None };
     // Of too few taps to tell it, a zero beyond the weakest one: the model corrects it.
     let beyond = || {
-        let ys = || taps.iter().map(|t| t[2]);
-        let (lo, hi) = (ys().fold(f64::INFINITY, f64::min), ys().fold(f64::NEG_INFINITY, f64::max));
+        let [lo, hi] = range(taps.iter().map(|t| t[2]));
         power(taps, Some(lo - 0.5 * (hi - lo)), ends)
     };
     let free = free.or_else(|| if read.is_none() && needed { beyond() } else { None });
@@ -123,8 +122,7 @@ fn of_known(curve: &Whisker, taps: &[[f64; 3]], read: Option<f64>, offset: f64) 
 
 /// What is best added to the drive of a whisker that is known, within what its curve was made for.
 fn offset(curve: &Whisker, taps: &[[f64; 3]], read: Option<f64>) -> f64 {
-    let drives = || taps.iter().map(|t| t[1]);
-    let (least, largest) = (drives().fold(f64::INFINITY, f64::min), drives().fold(0.0, f64::max));
+    let [least, largest] = range(taps.iter().map(|t| t[1]));
     if least == largest {
         return 0.0;
     }

@@ -1,34 +1,34 @@
-//! Rows that the model of all others does not expect: generalised extreme studentized deviates (Rosner 1983) on deleted residuals.
+//! Suspect rows: generalised extreme studentized deviates (Rosner 1983) on deleted residuals.
 
 use std::collections::BTreeMap;
 
 use vibrissa_core::normal::quantile;
 
 use crate::fit::{Fault, Fit, From, Task, fit};
-use crate::rows::cells;
+use crate::rows::{cells, range};
 use crate::start::start;
 
-/// A sound set of rows loses one by chance in so many.
+/// False-alarm rate: a clean set of rows loses one with this probability.
 const CHANCE: f64 = 0.01;
-/// A row that is nearer to what is expected than this share of its signal is used: noise has longer tails than the normal one.
+/// Least deviation of a suspect, as a share of its signal: noise has longer tails than the normal distribution.
 const LEAST: f64 = 0.03;
-/// Positions from which one can be told from the others.
+/// Fewest positions among which one is suspected.
 const ENOUGH: usize = 7;
-/// An end with so many times fewer rows than a usual position is looked at.
+/// The first and the last position are checked if they have so many times fewer rows than the median.
 const FEWER: usize = 4;
-/// Rows that are off by so many times their signal, and that of most rows, are left out before any fit.
+/// Rows off by more than so many times their signal, and the usual one, are left out before any fit.
 const GROSS: f64 = 30.0;
-/// Of no more rows each of the likeliest is tried: one of few hides in the noise that it makes.
+/// Up to so many rows the likeliest suspects are tried one by one: a wrong row among few inflates the noise that hides it.
 const FEW: usize = 60;
-/// So many of them.
+/// Number of suspects tried.
 const TRIED: usize = 6;
-/// ln of the chance that a row is wrong, of which any signal may then come.
+/// ln of the prior probability that a row is wrong, with any signal in the range.
 const WRONG: f64 = -9.2;
 /// Other positions from which it is told that the decimal point of one is moved, how far beyond them that one may truly be (a factor), and ln of the chance of it.
 const OTHERS: usize = 3;
 const BEYOND: f64 = 2.5;
 const MOVED: f64 = -4.6;
-/// At most this share of the rows is left out.
+/// Largest share of rows left out.
 const MOST: f64 = 0.2;
 
 /// A row left out.
@@ -96,14 +96,13 @@ fn hidden(task: &Task, whole: &Fit, kept: &[usize]) -> Vec<Suspect> {
     if kept.len() > FEW || whole.freedom < 3.0 {
         return Vec::new();
     }
-    let ys = || kept.iter().map(|k| task.rows[*k].y);
-    let range = ys().fold(f64::NEG_INFINITY, f64::max) - ys().fold(f64::INFINITY, f64::min);
+    let [least, largest] = range(kept.iter().map(|k| task.rows[*k].y));
     let all: Vec<Suspect> = off_most(task, whole).into_iter().map(|s| s.0).collect();
     let gain = |wrong: &[Suspect]| {
         let next = fit(task, &without(kept, wrong), From::Nowhere, false).ok()?;
         let found: Vec<Suspect> = wrong.iter().map(|s| judged(task, &next, s.place, 1.0)).collect();
         let n = wrong.len() as f64;
-        Some((found, next.evidence + n * (WRONG - range.ln()) - whole.evidence))
+        Some((found, next.evidence + n * (WRONG - (largest - least).ln()) - whole.evidence))
     };
     let best = |sets: &mut dyn Iterator<Item = &[Suspect]>| {
         let best = sets.filter_map(gain).max_by(|p, q| p.1.total_cmp(&q.1));
@@ -138,7 +137,7 @@ fn off_most(task: &Task, fit: &Fit) -> Vec<(Suspect, f64)> {
     for (i, cell) in fit.cells.iter().enumerate() {
         for &place in &cell.rows {
             let (expected, row) = (fit.expected[i], &task.rows[place]);
-            let (off, sd) = (row.y - expected, fit.deleted[i][1]);
+            let (off, sd) = (row.y - expected, fit.deleted[i]);
             let t = off.abs() / sd;
             let signal =
                 (expected - fit.zeros[i]).abs().max(if row.touches() { 0.0 } else { fit.curve.unit });
@@ -189,8 +188,8 @@ fn slipped(task: &Task, kept: &[usize]) -> Vec<Suspect> {
     let all: Vec<(f64, &Vec<usize>)> = positions.values().map(|rows| (task.rows[rows[0]].a, rows)).collect();
     let tried = [0, all.len().saturating_sub(1)].into_iter().filter(|_| all.len() > OTHERS).find_map(|end| {
         let (label, rows) = all[end];
-        let others = || all.iter().enumerate().filter(|(i, _)| *i != end).map(|(_, (a, _))| *a);
-        let (least, most) = (others().fold(f64::INFINITY, f64::min), others().fold(0.0, f64::max));
+        let others = all.iter().enumerate().filter(|(i, _)| *i != end);
+        let [least, most] = range(others.map(|(_, (a, _))| *a));
         let factor = if end == 0 { 10.0 } else { 0.1 };
         let there = factor * label;
         if label > least && label < most || there < least / BEYOND || there > most * BEYOND {

@@ -1,4 +1,4 @@
-//! The zero that the two sides of a whisker tell where nobody read it.
+//! The zero of the signal from taps of both sides, where no zero was read.
 //!
 //! What a gauge shows of a tap to one side and of the same tap to the other is y₊ = z + g and y₋ = z − r g: whatever g, the points (y₊, y₋) of all
 //! taps lie on one line, y₋ = (1 + r) z − r y₊, which meets the diagonal at the zero z. No curve of the whisker is needed, and the signals need not
@@ -14,32 +14,32 @@ use crate::reduce::median;
 
 /// Fewest cells with taps of both sides.
 const FEWEST: usize = 4;
-/// Share of the taps that are in such cells.
+/// Least share of the taps in such cells.
 const MOST: f64 = 0.6;
-/// Factor by which one side may show more than the other.
+/// Largest ratio of the signals of the two sides.
 const RATIO: f64 = 30.0;
-/// Share of the spread of the signals that the line may leave.
+/// Largest residual of the line, as a share of the spread of the signals.
 const LEFT: f64 = 0.2;
-/// Cells that are off by so many standard deviations are not believed.
+/// Cells farther off than so many standard deviations are left out.
 const OFF: f64 = 5.0;
-/// Cells from which slopes between all of them are taken.
+/// Most cells between which all slopes are taken.
 const SLOPES: usize = 60;
-/// What the square of a usual gap may move the point between by, in gaps: a whisker is stretched beside being bent.
+/// Allowed curvature of the line, in units of the median gap (covers stretching).
 const BENT: f64 = 0.02;
-/// Times that noise and line are told from each other.
+/// Rounds of fitting line and noise in turn.
 const ROUNDS: usize = 3;
-/// Shares of the noise's variance that do not go with the signal, tried in turn.
+/// Shares of the noise variance that do not grow with the signal, tried in turn.
 const FLOORS: [f64; 4] = [1.0, 0.3, 0.03, 0.003];
 
-/// Of more taps a part is looked at where sides have laws of their own.
+/// Most taps to which power laws are fitted.
 const LOOKED_AT: usize = 120;
-/// Places at which the zero is looked for first.
+/// Zeros that are tried first.
 const PLACES: usize = 16;
-/// Two laws are taken for two sides where they are worth so much in ln of the likelihood, twice.
+/// Least gain in 2 ln likelihood for two laws instead of one.
 const FAR_BETTER: f64 = 40.0;
-/// Share of the spread of its taps that a law leaves at most.
+/// Largest residual of a law, as a share of the spread of its taps.
 const FOLLOWED: f64 = 0.25;
-/// A whisker is no power law: by this share of a usual signal the zero between two may be off.
+/// Error of the zero because a whisker follows no exact power law, as a share of a usual signal.
 const NO_LAW: f64 = 0.01;
 
 /// Mean signals of the two sides at one distance by one drive of one run.

@@ -57,8 +57,8 @@ pub fn coverage(found: &Calibrated) -> Covered {
     let (mut positions, mut all, mut of_runs) = (Vec::new(), Vec::new(), Vec::new());
     for (side, learnt) in found.sides.iter().zip(&found.learnt) {
         if let Some(held) = side.held_out(Estimator::Learned) {
-            for (i, a) in side.distances.centres.iter().enumerate() {
-                let taps = side.cells.iter().filter(|c| c.i == i).flat_map(|c| &c.taps);
+            for (i, a) in side.table.distances.centres.iter().enumerate() {
+                let taps = side.table.cells.iter().filter(|c| c.i == i).flat_map(|c| &c.taps);
                 let errors: Vec<[f64; 2]> =
                     taps.map(|k| [held.taps[*k], held.sigmas[*k]]).filter(|e| e[1].is_finite()).collect();
                 if !errors.is_empty() {

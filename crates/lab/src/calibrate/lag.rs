@@ -13,17 +13,17 @@ use crate::estimator::learnt::Learnt;
 use crate::measure::Data;
 use crate::measure::lag::{Lag, MOST};
 
-/// Likelihood, in ln, by which a lag must be better than none: of the two numbers of a lag about 3, and its time constant is searched for.
+/// Least gain in ln likelihood for a lag: about 3 for its two numbers, more because the time constant is searched.
 const WORTH: f64 = 6.0;
-/// Standard deviation of gains before anything is known of them.
+/// Prior standard deviation of the gain.
 const PRIOR: f64 = 0.1;
-/// Gains at which the likelihood is looked at first.
+/// First step of the gain.
 const STEP: f64 = 0.03;
-/// Parabolas by which the best gain is found at most.
+/// Most parabolas in the search for the best gain.
 const PARABOLAS: usize = 8;
-/// Time constants from half a usual time between rows up to half of the record, each so many times the one before.
+/// Ratio of neighbouring time constants that are tried.
 const FACTOR: f64 = 3.0;
-/// Most cells of a side, and rows of a file, of which a lag is looked for.
+/// Most cells of a side, and rows of a file, for which a lag is searched.
 const MANY: [usize; 2] = [600, 20_000];
 
 /// The lag of `data`, which were calibrated into `found`, without one or with one that is looked for anew; `None` where they tell none.
@@ -36,15 +36,8 @@ pub fn search(data: &Data, found: &Calibrated) -> Option<Lag> {
     }
     let mut search = Search { data, found, fits: found.learnt.iter().map(|l| l.fit.clone()).collect() };
     let none = search.likelihood(None, true)?.0;
-    let mut best: Option<(f64, Lag)> = None;
-    for tau_s in time_constants(data) {
-        if let Some((value, lag)) = search.peak(tau_s, 0.0)
-            && best.is_none_or(|(most, _)| value > most)
-        {
-            best = Some((value, lag));
-        }
-    }
-    let (value, mut lag) = best?;
+    let peaks = time_constants(data).into_iter().filter_map(|tau_s| search.peak(tau_s, 0.0));
+    let (value, mut lag) = peaks.reduce(|best, peak| if peak.0 > best.0 { peak } else { best })?;
     // The noise of a fit without the lag holds all of it: any trace is worth a second look.
     if value < search.likelihood(None, false)?.0 + 0.5 * WORTH {
         return None;

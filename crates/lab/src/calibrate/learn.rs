@@ -1,9 +1,9 @@
-//! One side learned: its rows, the end stop of its sensor, the rows that the others do not expect.
+//! The statistical model of one side: its rows, the end stop of the sensor, and suspect rows.
 
 use std::sync::Arc;
 
 use vibrissa_learned::fit::{Fault, Fit, Task};
-use vibrissa_learned::rows::{Row, quantum};
+use vibrissa_learned::rows::{Row, quantum, range};
 use vibrissa_learned::suspects::{Suspect, sound};
 
 use super::Reason;
@@ -14,17 +14,17 @@ use crate::estimator::taps::Sorted;
 use crate::measure::Data;
 use crate::measure::group::rounding;
 
-/// Readings at an end stop fall short of what is expected by so many standard deviations.
+/// Readings at an end stop are below the expected ones by so many standard deviations.
 const SHORT: f64 = 4.0;
-/// A label that explains a row leaves no more than this share of its signal.
+/// Another label explains a row where the signal expected there is within this share.
 const CLOSE: f64 = 0.03;
-/// Evidence, in ln, from which a drift that no zero reading shows is believed.
+/// Least gain in ln evidence for a drift that no zero reading shows.
 const DRIFTS: f64 = 5.0;
-/// Zero readings apart from each other from which their drift is looked for.
+/// Fewest groups of zero readings for which a drift is fitted.
 const APART: usize = 3;
-/// A value is no reading like the others beyond so many times what three quarters of them are off their middle.
+/// Deviation from the median, over the third quartile of all, beyond which a value is in another unit.
 const WILD: f64 = 1e3;
-/// Most rows of which a drift without zero readings is looked for.
+/// Most rows for which a drift without zero readings is fitted.
 const FEW: usize = 600;
 
 /// What is known of a side before it is learned.
@@ -141,12 +141,11 @@ fn usual(recorded: &[[f64; 2]]) -> Vec<[f64; 2]> {
 
 /// Signal per recorded value.
 fn scale(recorded: &[[f64; 2]]) -> f64 {
-    let range = |k: usize| {
-        let all = recorded.iter().map(|r| r[k]).filter(|x| x.is_finite());
-        let [lo, hi] = all.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], x| [l.min(x), h.max(x)]);
+    let width = |k: usize| {
+        let [lo, hi] = range(recorded.iter().map(|r| r[k]).filter(|x| x.is_finite()));
         hi - lo
     };
-    if range(0) > 0.0 { range(1) / range(0) } else { 0.0 }
+    if width(0) > 0.0 { width(1) / width(0) } else { 0.0 }
 }
 
 /// Whether a distance and a drive were tapped twice, with others between: only then a drift is no curve.

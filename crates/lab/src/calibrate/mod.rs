@@ -32,6 +32,8 @@ mod zero;
 pub use crate::estimator::reason::Reason;
 pub use side::SideResult;
 
+use vibrissa_learned::rows::range;
+
 use crate::error::{Error, InputError};
 use crate::estimator::Estimator;
 use crate::estimator::learnt::Learnt;
@@ -367,10 +369,7 @@ fn check(data: &Data, rig: &Rig, options: &Options) -> Result<(), InputError> {
 /// Distances and drives of the taps of one side that can be used.
 fn extent(rig: &Rig, taps: &[Tap], sign: f64, gauge: Side) -> Option<Extent> {
     let here = || taps.iter().filter(|t| t.reason.is_none() && t.signal.signum() == sign);
-    let range = |f: fn(&Tap) -> f64| {
-        let values = here().map(f);
-        values.fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], x| [lo.min(x), hi.max(x)])
-    };
     here().next()?;
-    Some(Extent::around(rig, gauge, range(|t| t.a), range(|t| t.drive), rig.before))
+    let (distances, drives) = (range(here().map(|t| t.a)), range(here().map(|t| t.drive)));
+    Some(Extent::around(rig, gauge, distances, drives, rig.before))
 }

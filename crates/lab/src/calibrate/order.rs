@@ -39,9 +39,9 @@ pub fn contradictions(cells: &[Cell], [distances, drives]: [&Levels; 2], noise: 
     found
 }
 
-/// Signals that are so many standard deviations stronger grow.
+/// Least rise of a signal that counts as growing, in standard deviations.
 const SURE: f64 = 6.0;
-/// Fewest distances that say so.
+/// Fewest distances of a drive that are compared.
 const FEWEST: usize = 3;
 
 /// At how many drives the farthest of `cells` gives the strongest signal and the nearest the weakest, where the theory expects (or, of a whisker that is
@@ -63,15 +63,15 @@ pub fn growing(cells: &[Cell], drives: usize, noise: f64, known: bool) -> [usize
     found
 }
 
-/// Distances of a side from which on it shows whether an estimator tells any.
+/// Fewest distances of a side on which an estimator is judged.
 const MANY: usize = 5;
-/// Error of a guess of the middle, in ranges of the distances.
+/// Error of guessing the middle, as a share of the range of distances.
 const GUESS: f64 = 0.29;
-/// Share of the range by which learned is off where another estimator that is off by less than [`FAR`] of that is taken.
+/// `learned` loses with an error above this share of the range, if another estimator has less than [`FAR`] of that error.
 const WRONG: f64 = 0.1;
 /// See above.
 const FAR: f64 = 0.1;
-/// Another estimator answers in place of one that guesses where its errors are less than this share of those.
+/// The error of the winner must be below this share of that of `learned`.
 const BETTER: f64 = 1.0 / 3.0;
 
 /// Between the ends of the calibrated distances, mm.
@@ -89,7 +89,7 @@ pub fn of(sides: &[SideResult]) -> Estimator {
     let lost = |s: &&SideResult| {
         let own = rms(s, Estimator::Learned);
         let beaten = || own > WRONG * range(s) && Estimator::ALL.iter().any(|e| rms(s, *e) < FAR * own);
-        s.distances.len() >= MANY && (own > GUESS * range(s) || beaten())
+        s.table.distances.len() >= MANY && (own > GUESS * range(s) || beaten())
     };
     let Some(side) = sides.iter().find(lost) else { return Estimator::Learned };
     let fit = |e: &Estimator| {

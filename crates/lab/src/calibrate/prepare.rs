@@ -1,4 +1,4 @@
-//! Rows made ready: sorted, tared, grouped; sides told apart, suspects set aside.
+//! Rows made ready: sorted, tared and grouped; sides separated; suspects set aside.
 
 use vibrissa_learned::base::power;
 
@@ -13,20 +13,19 @@ use crate::measure::group::Groups;
 use crate::measure::{Data, Rig};
 use crate::scene::{Drive, Side, Signal};
 
-/// A signal of the other sign is a side of its own where it has at least this share of the taps.
+/// Least taps of the other sign that are a side of their own, as a share of those of the first.
 const MINORITY: f64 = 0.1;
-/// So many taps beyond a zero that was fitted are no strays.
+/// Largest share of taps on the other side of a fitted zero.
 const LOST: f64 = 0.2;
-/// Strains above this are no strains.
+/// A median strain above this is in another unit.
 const ABSURD: f64 = 0.5;
-
-/// A zero that nobody read is one where it is more than so many standard errors.
+/// An unread zero is subtracted where it is more than so many standard errors.
 const CERTAIN: f64 = 3.0;
-/// It is not known where it may be more than this share of a usual signal.
+/// It is unknown where its standard error is above this share of a usual signal.
 const DETERMINED: f64 = 0.02;
-/// A tap of the wrong sign that is so many standard deviations off what is expected is no noise.
+/// Largest deviation, in standard deviations of the noise, of a weak tap whose sign is wrong by chance.
 const NOISY: f64 = 4.0;
-/// So many rows tell a scatter, or a side.
+/// Fewest rows that give a scatter, or a side.
 const REPEATS: usize = 3;
 
 /// Rows that are ready to be calibrated from.
@@ -110,7 +109,7 @@ pub fn prepare(
             let value = rows.tared.value;
             sides.iter_mut().for_each(|(sign, _, of)| (of.subtracted, of.zero_known) = (*sign * value, true));
         } else if error > DETERMINED * of.fit.curve.unit {
-            // Nothing says what it is.
+            // The zero is unknown.
             (unread, rows.tared.error) = (0.0, 0.0);
         }
         let weak = weak(&rows.taps, signs[0], &rests);
@@ -133,7 +132,7 @@ pub fn prepare(
     Ok(Prepared { rows, sides, recorded, unread, no_exact })
 }
 
-/// The zero that taps of both sides tell, and its standard error.
+/// The zero that taps of both sides give, and its standard error.
 fn between(data: &Data, taps: &[Tap]) -> Option<[f64; 2]> {
     let sound = || taps.iter().filter(|t| t.reason.is_none());
     let told = between::zero(sound().map(|t| ((data.rows[t.place].run, t.group), t.signal)));
@@ -142,7 +141,7 @@ fn between(data: &Data, taps: &[Tap]) -> Option<[f64; 2]> {
     })
 }
 
-/// What was taken as one.
+/// Warnings about distances and drives that were taken as one.
 fn joined([distances, drives]: &[Groups; 2], kind: Drive) -> Vec<String> {
     let say = |g: &Groups, what: &str, unit: &str| {
         g.joined().then(|| {
@@ -272,7 +271,7 @@ fn signs(
             .value(plain(a))
             .allowed("two distances or more"));
     }
-    // Taps at several places do not give one value: it stands for none.
+    // Taps at several places never give one value: it stands for a missing one.
     let mut values: Vec<f64> = taps.iter().filter(of(least)).map(|t| t.value).collect();
     values.dedup();
     if let ([value], true) = (values.as_slice(), count(least) > 1) {

@@ -52,12 +52,12 @@ pub fn remarks(data: &Data, taps: &[Tap], sides: &[SideResult], rig: &Rig, unrea
         if let Some(why) = &s.record.no_exact {
             all.push(format!("{}: exact is left out: {why}. The other estimators do not need it", data.file));
         }
-        let unsolved = s.fit.as_ref().map_or(0, |f| s.cells.len() - f.cells.len());
+        let unsolved = s.fit.as_ref().map_or(0, |f| s.table.cells.len() - f.cells.len());
         if unsolved > 0 {
             all.push(format!(
                 "{}: the model of the spec has no solution at {unsolved} of {} distances and drives, which are left out of the fit of exact",
                 data.file,
-                s.cells.len()
+                s.table.cells.len()
             ));
         }
         for c in &s.contradictions {
@@ -68,11 +68,11 @@ pub fn remarks(data: &Data, taps: &[Tap], sides: &[SideResult], rig: &Rig, unrea
                 c.a[0],
                 c.a[1],
                 c.drives,
-                s.drives.len(),
+                s.table.drives.len(),
                 c.deviations
             ));
         }
-        let [grows, of] = growing(&s.cells, s.drives.len(), s.noise, rig.known);
+        let [grows, of] = growing(&s.table.cells, s.table.drives.len(), s.noise, rig.known);
         if grows > 0 && 2 * grows >= of {
             all.push(format!(
                 "{}: at {grows} of {of} drives signals grow with the distance, where those of a whisker fall: are distances measured from its tip, or is \
@@ -165,7 +165,7 @@ pub fn nothing_known(data: &Data, rig: &Rig, sides: &[SideResult]) -> InputError
         let [first, last] = s.record.distances_mm;
         format!(
             "{} distances, {} … {} mm: {}",
-            s.distances.len(),
+            s.table.distances.len(),
             plain(first),
             plain(last),
             each.collect::<Vec<_>>().join(", ")

@@ -98,7 +98,7 @@ fn side(s: &SideResult, learnt: &Learnt, rig: &Rig, zero: f64) -> Value {
     };
     let estimators: serde_json::Map<String, Value> =
         Estimator::ALL.into_iter().map(|e| (e.name().to_owned(), one(e))).collect();
-    let best = if s.drives.len() > 1 && rig.known { best(s, kind) } else { Value::Null };
+    let best = if s.table.drives.len() > 1 && rig.known { best(s, kind) } else { Value::Null };
     json!({
         "side": side_name(s.gauge),
         "sign": s.sign,
@@ -144,7 +144,7 @@ fn at_drives(t: &KTable, noise: f64) -> Vec<AtDrive> {
         let total = bias.zip(noise_rms).map(|(b, n)| b.hypot(n));
         AtDrive { drive: *drive, k_sd: row.deviation.sd(), error_rms, noise_rms, bias, total, k_noise }
     };
-    t.levels[1].centres.iter().enumerate().map(at).collect()
+    t.drives.centres.iter().enumerate().map(at).collect()
 }
 
 /// Best drive of the paper's procedure: without noise, and with that of one reading.
@@ -169,13 +169,8 @@ fn best(s: &SideResult, kind: Drive) -> Value {
 fn drives(t: &KTable, of: Option<&SideResult>, rig: &Rig) -> Vec<Value> {
     let unit = rig.k_unit();
     let noise = of.map_or(0.0, |s| s.noise);
-    let held: Vec<(&str, Vec<Option<f64>>)> = Estimator::ALL
-        .into_iter()
-        .filter_map(|e| {
-            let s = of?;
-            Some((e.name(), s.held_out(e)?.rms_by_drive(&s.cells, s.drives.len())))
-        })
-        .collect();
+    let held: Vec<(&str, Vec<Option<f64>>)> =
+        Estimator::ALL.into_iter().filter_map(|e| Some((e.name(), of?.rms_by_drive(e)?))).collect();
     let row = |(j, d): (usize, AtDrive)| {
         let row = &t.by_drive[j];
         let mut v = json!({
@@ -207,7 +202,7 @@ fn distances(t: &KTable, rig: &Rig) -> Vec<Value> {
         let row = &t.by_distance[i].deviation;
         json!({ "a_mm": a, "n": row.n, "K_mean": row.mean().map(|m| (1.0 + m) * unit), "K_sd": row.sd().map(|s| s * unit) })
     };
-    t.levels[0].centres.iter().enumerate().map(row).collect()
+    t.distances.centres.iter().enumerate().map(row).collect()
 }
 
 /// Parameters of a fit to a signal whose zero has a standard error.
@@ -287,16 +282,13 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
     }
     for (s, learnt) in found.sides.iter().zip(&found.learnt) {
         let [first, last] = s.record.distances_mm.map(short);
-        let drives = match (s.recorded, s.drives.len()) {
+        let ends = s.table.drives.ends().map(short);
+        let drives = match (s.recorded, s.table.drives.len()) {
             (false, _) => "one drive that nobody recorded".to_owned(),
-            (true, 1) => format!("{symbol} = {}{degree}", short(s.drives.centres[0])),
-            (true, n) => format!(
-                "{n} {symbol} values {} … {}{degree}",
-                short(s.drives.centres[0]),
-                short(s.drives.centres[n - 1])
-            ),
+            (true, 1) => format!("{symbol} = {}{degree}", ends[0]),
+            (true, n) => format!("{n} {symbol} values {} … {}{degree}", ends[0], ends[1]),
         };
-        let n = s.distances.len();
+        let n = s.table.distances.len();
         let _ = writeln!(t, "{} side: {n} distances {first} … {last} mm, {drives}", side_name(s.gauge));
         let common = s.common_errors(&Estimator::ALL);
         let n = common.first().map_or(0, |of| of.1.1);
@@ -326,7 +318,7 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
                 let _ = writeln!(t, "  {line}");
             }
         }
-        if s.drives.len() > 1 && rig.known {
+        if s.table.drives.len() > 1 && rig.known {
             let b = best(s, kind);
             let drive = |at: &Value| at[kind.column()].as_f64().map_or("?".to_owned(), |x| x.to_string());
             let say = |k: &str| {

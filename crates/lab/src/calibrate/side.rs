@@ -1,5 +1,7 @@
 //! One side of the whisker: its K table, its estimators, and what they are worth on distances they have not seen.
 
+use vibrissa_learned::rows::range;
+
 use super::Reason;
 use super::order::{Contradiction, contradictions};
 use super::output::side_name;
@@ -57,15 +59,9 @@ pub struct SideResult {
     pub sign: f64,
     /// Side of the gauge.
     pub gauge: Side,
-    /// Calibrated distances and drives.
-    pub distances: Levels,
-    /// Calibrated drives.
-    pub drives: Levels,
-    /// Cells of the used taps.
-    pub cells: Vec<Cell>,
     /// Number of used taps.
     pub used: usize,
-    /// The paper's statistics of the used taps, and estimates of their cells.
+    /// Distances, drives and cells of the used taps, the paper's statistics of them, and estimates of the cells.
     pub table: KTable,
     /// The same with every tap of this side that has a signal, suspect or not.
     pub with_suspects: Option<KTable>,
@@ -85,8 +81,10 @@ pub struct SideResult {
 /// K and distances by the paper's procedure, in the terms of a sweep.
 #[derive(Debug, Clone)]
 pub struct KTable {
-    /// Distances and drives.
-    pub levels: [Levels; 2],
+    /// Distances.
+    pub distances: Levels,
+    /// Drives.
+    pub drives: Levels,
     /// The cells.
     pub cells: Vec<Cell>,
     /// Statistics per drive.
@@ -103,9 +101,8 @@ impl KTable {
         if distances.is_empty() {
             return None;
         }
-        let ends = [distances.centres[0], distances.centres[distances.len() - 1]];
         let n = (distances.len(), drives.len());
-        let mut reduced = Reduction::new(&ask.rig.setup, &ask.rig.design, ends, n);
+        let mut reduced = Reduction::new(&ask.rig.setup, &ask.rig.design, distances.ends(), n);
         let outcomes: Vec<Outcome> = cells.iter().map(|c| outcome(ask, c)).collect();
         for (c, o) in cells.iter().zip(&outcomes) {
             reduced.count((c.i, c.j), (c.a, c.drive), o);
@@ -114,7 +111,7 @@ impl KTable {
         let estimate = |(c, o): (&Cell, &Outcome)| reduced.estimate((c.i, c.j), (c.a, c.drive), o);
         let estimates = cells.iter().zip(&outcomes).map(estimate).collect();
         let Reduction { drives: by_drive, distances: by_distance, .. } = reduced;
-        Some(Self { levels: [distances, drives], cells, by_drive, by_distance, estimates })
+        Some(Self { distances, drives, cells, by_drive, by_distance, estimates })
     }
 }
 
@@ -137,7 +134,7 @@ fn outcome(ask: &Ask<'_>, c: &Cell) -> Outcome {
 /// Fewer than two distances after suspect rows are left out; a backend that fails.
 pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
     let here = |t: &Tap| t.reason.is_none() && t.signal.signum() == ask.sign;
-    let table = KTable::new(ask, here).filter(|t| t.levels[0].len() >= 2).ok_or_else(|| {
+    let table = KTable::new(ask, here).filter(|t| t.distances.len() >= 2).ok_or_else(|| {
         let message = "after suspect rows are left out, fewer than two distances remain";
         let n = ask.taps.iter().filter(|t| t.reason.as_ref().is_some_and(Reason::is_doubt)).count();
         InputError::new(message).at(&ask.data.file, None).key("a_mm").value(format!("{n} suspect rows"))
@@ -150,36 +147,34 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
     let changed = |t: &Tap| t.reason.is_some() && signal(t) && labelled(t);
     let with_suspects = ask.taps.iter().any(changed).then(|| KTable::new(ask, |t| signal(t) && labelled(t)));
     let with_suspects = with_suspects.flatten();
-    let [distances, drives] = table.levels.clone();
-    let cells = table.cells.clone();
+    let KTable { distances, drives, cells, .. } = &table;
     let held_side = Held {
         rig: ask.rig,
         taps: ask.taps,
-        cells: &cells,
+        cells,
         drives: &drives.centres,
         distances: distances.len(),
         noise: ask.noise,
         learned: ask.learnt,
     };
-    let ends = |l: &Levels| [l.centres[0], l.centres[l.len() - 1]];
     let mut no_exact = ask.no_exact.map(str::to_owned);
     let mut fit = None;
     if ask.recorded && ask.rig.known && no_exact.is_none() {
         let at = super::extent(ask.rig, ask.taps, ask.sign, ask.gauge).expect("there are cells");
-        let task = Task { rig: ask.rig, at, cells: &cells, noise: ask.noise, sought: false, open };
+        let task = Task { rig: ask.rig, at, cells, noise: ask.noise, sought: false, open };
         match task.fit(ask.fit) {
             Ok(found) => fit = Some(found),
             Err(why) if why.is_of_whisker() => no_exact = Some(why.to_string()),
             Err(why) => return Err(why.into()),
         }
     }
-    let drive_ends = reached(ask.taps, &cells, drives.len());
+    let drive_ends = reached(ask.taps, cells, drives.len());
     let mut record = SideRecord {
         sign: ask.sign as i8,
         gauge_side: side_name(ask.gauge).to_owned(),
-        distances_mm: ends(&distances),
+        distances_mm: distances.ends(),
         drives: drives.centres.clone(),
-        drive_ends: Some(drive_ends).filter(|r| *r != ends(&drives)),
+        drive_ends: Some(drive_ends).filter(|r| *r != drives.ends()),
         end_stop: end_stop(ask),
         no_exact,
         paper: None,
@@ -187,7 +182,7 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
         curve: None,
         learned: None,
     };
-    let contradictions = contradictions(&cells, [&distances, &drives], ask.noise);
+    let contradictions = contradictions(cells, [distances, drives], ask.noise);
     let mut held = Vec::new();
     let allowed = |e: &Estimator| match e {
         // With one drive f need only have the right shape, 1/a: K takes up the rest.
@@ -200,7 +195,7 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
         // A curve is extrapolated where the first or the last distance is left out: errors there say nothing of the others.
         let n = distances.len();
         let of = if e == Estimator::Curve && n >= BETWEEN { 1..n - 1 } else { 0..n };
-        let bias = unseen.as_ref().map_or(vec![0.0; drives.len()], |h| h.bias(&cells, drives.len(), &of));
+        let bias = unseen.as_ref().map_or(vec![0.0; drives.len()], |h| h.bias(cells, drives.len(), &of));
         let judged = Judged { rms_mm: unseen.as_ref().and_then(|h| h.rms(|_| true).0), bias_mm: bias };
         match e {
             Estimator::Paper => record.paper = FactorRecord::calibrated(&held_side, judged),
@@ -216,9 +211,6 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
     Ok(SideResult {
         sign: ask.sign,
         gauge: ask.gauge,
-        distances,
-        drives,
-        cells,
         used,
         table,
         with_suspects,
@@ -233,10 +225,8 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
 
 /// Smallest and largest drive that is answered: a tap that is meant to be one of these scatters about it as much as those of the calibration.
 fn reached(taps: &[Tap], cells: &[Cell], drives: usize) -> [f64; 2] {
-    let of = |j: usize| {
-        let all = cells.iter().filter(|c| c.j == j).flat_map(|c| &c.taps).map(|k| taps[*k].drive);
-        all.fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], d| [lo.min(d), hi.max(d)])
-    };
+    let of =
+        |j: usize| range(cells.iter().filter(|c| c.j == j).flat_map(|c| &c.taps).map(|k| taps[*k].drive));
     let ([a, b], [c, d]) = (of(0), of(drives - 1));
     [a - (0.5 * (b - a)).min(0.5 * a), d + 0.5 * (d - c)]
 }
@@ -263,6 +253,11 @@ impl SideResult {
         let held = || estimators.iter().filter_map(|e| Some((*e, self.held_out(*e)?)));
         let shared = |k: usize| held().all(|(_, h)| h.taps[k].is_finite());
         held().map(|(e, h)| (e, h.rms(shared))).collect()
+    }
+
+    /// Root mean square error of `estimator` on distances left out, of each drive, mm.
+    pub fn rms_by_drive(&self, estimator: Estimator) -> Option<Vec<Option<f64>>> {
+        Some(self.held_out(estimator)?.rms_by_drive(&self.table.cells, self.table.drives.len()))
     }
 
     /// Mean of K̄ over the drives.

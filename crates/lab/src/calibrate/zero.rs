@@ -1,5 +1,7 @@
 //! The zero of the signal that nobody read.
 
+use vibrissa_learned::rows::range;
+
 use crate::error::Error;
 use crate::estimator::cells::grouped;
 use crate::estimator::fit::{Ordered, Task};
@@ -64,12 +66,12 @@ pub(super) fn tare((data, rig): (&Data, &Rig), rows: &mut Sorted, [value, error]
 
 /// What to say of a drift that no zero reading shows.
 pub(super) fn wandering(data: &Data, rig: &Rig, learnt: &Learnt) -> String {
-    let zeros = || learnt.fit.zeros.iter().copied();
+    let [least, largest] = range(learnt.fit.zeros.iter().copied());
     format!(
         "{}: no zero was read, and what the curve leaves goes with the order of the lines, as if the zero drifted by {:.2e} {} over the file; \
          a drift is taken into account. Read the zero now and then (rows with {} = 0)",
         data.file,
-        zeros().fold(f64::NEG_INFINITY, f64::max) - zeros().fold(f64::INFINITY, f64::min),
+        largest - least,
         data.unit.common(),
         rig.setup.drive.column()
     )

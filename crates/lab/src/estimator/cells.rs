@@ -13,7 +13,7 @@ pub struct Levels {
     /// Mean of each level, ascending.
     pub centres: Vec<f64>,
     /// Largest value of each level.
-    ends: Vec<f64>,
+    largest: Vec<f64>,
 }
 
 impl Levels {
@@ -24,16 +24,16 @@ impl Levels {
         let mut distinct = all.clone();
         distinct.dedup();
         if distinct.len() <= LEVELS {
-            return Self { ends: distinct.clone(), centres: distinct };
+            return Self { largest: distinct.clone(), centres: distinct };
         }
-        let mut levels = Self { centres: Vec::new(), ends: Vec::new() };
+        let mut levels = Self { centres: Vec::new(), largest: Vec::new() };
         let mut from = 0;
         for k in 1..=LEVELS {
             let Some(end) = all.get((k * all.len() / LEVELS).saturating_sub(1)).copied() else { continue };
             let to = all.partition_point(|x| *x <= end);
             if to > from {
                 levels.centres.push(all[from..to].iter().sum::<f64>() / (to - from) as f64);
-                levels.ends.push(end);
+                levels.largest.push(end);
                 from = to;
             }
         }
@@ -42,7 +42,12 @@ impl Levels {
 
     /// Level of `x`, which is one of the values.
     pub fn place(&self, x: f64) -> usize {
-        self.ends.partition_point(|e| *e < x).min(self.ends.len() - 1)
+        self.largest.partition_point(|e| *e < x).min(self.largest.len() - 1)
+    }
+
+    /// The first and the last level; there is one.
+    pub fn ends(&self) -> [f64; 2] {
+        [self.centres[0], self.centres[self.len() - 1]]
     }
 
     /// Whether there are no levels.

@@ -10,6 +10,7 @@ pub use order::Row;
 pub use order::like;
 
 use vibrissa_learned::plan::{Ask, Planner, Rig as Spread, Tap};
+use vibrissa_learned::rows::range;
 
 use crate::error::{Error, InputError};
 use crate::estimator::learnt::whisker;
@@ -219,11 +220,7 @@ pub fn plan(
     let pairs: Vec<(f64, f64)> =
         distances.iter().flat_map(|a| drives.iter().map(move |u| (*a, *u))).collect();
     let fine: Vec<&(f64, f64)> = pairs.iter().filter(|(a, u)| allowed(*a, *u)).collect();
-    let range = |f: &dyn Fn(&(f64, f64)) -> f64| {
-        let all = fine.iter().map(|p| f(p));
-        all.fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], x| [lo.min(x), hi.max(x)])
-    };
-    let reached = [range(&|p| p.0), range(&|p| p.1)];
+    let reached = [range(fine.iter().map(|p| p.0)), range(fine.iter().map(|p| p.1))];
     let forbidden = [pairs.len() - fine.len(), pairs.len()];
     let ends = [ends(&distances), ends(&drives)];
     Ok(Planned {

@@ -7,6 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
+use vibrissa_learned::rows::range;
 
 use super::Found;
 use crate::estimator::least::solve;
@@ -151,13 +152,12 @@ struct Sums {
 
 impl Sums {
     fn of(points: &[Point], form: Form) -> Self {
-        let range = |f: &dyn Fn(&Point) -> f64| {
-            let values = points.iter().map(f);
-            let [lo, hi] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], x| [l.min(x), h.max(x)]);
+        let scale = |f: &dyn Fn(&Point) -> f64| {
+            let [lo, hi] = range(points.iter().map(f));
             let half = 0.5 * (hi - lo);
             [0.5 * (lo + hi), if half > 0.0 { half } else { 1.0 }]
         };
-        let scale = [range(&|p| p.signal.ln()), range(&|p| form.drive(p.drive))];
+        let scale = [scale(&|p| p.signal.ln()), scale(&|p| form.drive(p.drive))];
         let powers = form.powers();
         let n = powers.len();
         let none = || Moments { xx: DMatrix::zeros(n, n), xy: DVector::zeros(n) };
@@ -241,7 +241,7 @@ impl Polynomial {
         a.sort_by(f64::total_cmp);
         let n = a.len();
         let room = |p: usize, q: usize| if n > 1 { beyond * (a[p] - a[q]).abs() } else { 0.0 };
-        let ends = points.iter().fold([f64::INFINITY, 0.0f64], |[l, h], p| [l.min(p.a), h.max(p.a)]);
+        let ends = range(points.iter().map(|p| p.a));
         let reach = [ends[0] - room(1 % n, 0), ends[1] + room(n - 1, n.saturating_sub(2))];
         let mut curve = Self {
             form,
@@ -366,13 +366,7 @@ fn ranges(points: &[Point]) -> Vec<Range> {
     let mut order: Vec<&Point> = points.iter().collect();
     order.sort_by(|p, q| p.drive.total_cmp(&q.drive));
     let groups = Groups::of(points.iter().map(|p| p.drive), None, true);
-    let one = |group: &[&Point]| {
-        let ends = group.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], p| {
-            let x = p.signal.ln();
-            [l.min(x), h.max(x)]
-        });
-        (groups.centre(group[0].drive), ends)
-    };
+    let one = |group: &[&Point]| (groups.centre(group[0].drive), range(group.iter().map(|p| p.signal.ln())));
     let all: Vec<Range> =
         order.chunk_by(|p, q| groups.centre(p.drive) == groups.centre(q.drive)).map(one).collect();
     let stride = all.len().div_ceil(DRIVES);
