@@ -140,7 +140,7 @@ fn a_drifting_zero_is_taken_out() {
     for zero_every in [Some(7), None] {
         let text = table(&spec, &Settings { drift: 1e-6, zero_every, ..noisy() });
         let found = once(&text, &spec);
-        assert!(found.learnt[0].drift, "zero readings tell, and without them the repeats");
+        assert!(found.sides[0].learnt.task.drift, "zero readings tell, and without them the repeats");
         let score = score(&locator(&found, None), &fresh_taps, NOISE);
         if zero_every.is_some() {
             assert!(score.rms < 1.2 * score.limit && (0.62..0.74).contains(&score.coverage), "{score:?}");
@@ -153,7 +153,7 @@ fn a_drifting_zero_is_taken_out() {
         }
     }
     let clean = once(&table(&spec, &noisy()), &spec);
-    assert!(!clean.learnt[0].drift || clean.zeros.len() > 2);
+    assert!(!clean.sides[0].learnt.task.drift || clean.zeros.len() > 2);
 }
 
 #[test]

@@ -55,7 +55,7 @@ pub struct Covered {
 /// How errors on positions, and on runs, left out compare with their σ.
 pub fn coverage(found: &Calibrated) -> Covered {
     let (mut positions, mut all, mut of_runs) = (Vec::new(), Vec::new(), Vec::new());
-    for (side, learnt) in found.sides.iter().zip(&found.learnt) {
+    for side in &found.sides {
         if let Some(held) = side.held_out(Estimator::Learned) {
             for (i, a) in side.table.distances.centres.iter().enumerate() {
                 let taps = side.table.cells.iter().filter(|c| c.i == i).flat_map(|c| &c.taps);
@@ -67,7 +67,7 @@ pub fn coverage(found: &Calibrated) -> Covered {
                 }
             }
         }
-        of_runs.extend(runs(found, learnt));
+        of_runs.extend(runs(found, &side.learnt));
     }
     let over = |errors: &[[f64; 2]]| (!errors.is_empty()).then(|| Coverage::new("", f64::NAN, errors));
     Covered { positions, all: over(&all), runs: over(&of_runs) }

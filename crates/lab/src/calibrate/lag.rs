@@ -6,7 +6,7 @@ use std::sync::Arc;
 use vibrissa_learned::fit::{Fit, From, Task, fit};
 use vibrissa_learned::rows::Row;
 
-use super::Calibrated;
+use super::{Calibrated, SideResult};
 use crate::digits::short;
 use crate::estimator::Estimator;
 use crate::estimator::learnt::Learnt;
@@ -30,11 +30,11 @@ const MANY: [usize; 2] = [600, 20_000];
 pub fn search(data: &Data, found: &Calibrated) -> Option<Lag> {
     let [cells, rows] = MANY;
     let wraps = found.calibration.zero.as_ref().is_some_and(|z| z.wraps);
-    let few = found.learnt.iter().all(|l| l.fit.cells.len() <= cells) && data.rows.len() <= rows;
+    let few = found.sides.iter().all(|s| s.learnt.fit.cells.len() <= cells) && data.rows.len() <= rows;
     if !data.timed || wraps || !few || data.beside.second.is_some() {
         return None;
     }
-    let mut search = Search { data, found, fits: found.learnt.iter().map(|l| l.fit.clone()).collect() };
+    let mut search = Search::new(data, found);
     let none = search.likelihood(None, true)?.0;
     let peaks = time_constants(data).into_iter().filter_map(|tau_s| search.peak(tau_s, 0.0));
     let (value, mut lag) = peaks.reduce(|best, peak| if peak.0 > best.0 { peak } else { best })?;
@@ -53,8 +53,7 @@ pub fn search(data: &Data, found: &Calibrated) -> Option<Lag> {
 
 /// The same lag, as rows say that were judged and learned with it taken out.
 pub fn again(data: &Data, found: &Calibrated, lag: Lag) -> Lag {
-    let fits = found.learnt.iter().map(|l| l.fit.clone()).collect();
-    let search = Search { data, found, fits };
+    let search = Search::new(data, found);
     search.finer(lag).map_or(lag, |lag| search.with_errors(lag))
 }
 
@@ -77,14 +76,18 @@ struct Search<'a> {
     fits: Vec<Arc<Fit>>,
 }
 
-impl Search<'_> {
+impl<'a> Search<'a> {
+    fn new(data: &'a Data, found: &'a Calibrated) -> Self {
+        Self { data, found, fits: found.sides.iter().map(|s| s.learnt.fit.clone()).collect() }
+    }
+
     /// ln of the likelihood of all readings with `lag`, and the fits of all sides: with the learned numbers of the fits before, or those that
     /// are `learned` anew.
     fn likelihood(&self, lag: Option<&Lag>, learned: bool) -> Option<(f64, Vec<Arc<Fit>>)> {
         let settled = lag.map(|lag| lag.settle(self.data));
         let mut sum = lag.map_or(0.0, |lag| -0.5 * (lag.gain / PRIOR).powi(2));
         let mut fits = Vec::new();
-        for (learnt, held) in self.found.learnt.iter().zip(&self.fits) {
+        for (SideResult { learnt, .. }, held) in self.found.sides.iter().zip(&self.fits) {
             let rows = settled.as_ref().map_or_else(|| learnt.task.rows.clone(), |s| self.rows(learnt, s));
             let from = if learned { From::Near(held) } else { From::Held(held) };
             let found = fit(&Task { rows, ..learnt.task.clone() }, &learnt.places, from, false).ok()?;

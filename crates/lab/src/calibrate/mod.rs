@@ -36,7 +36,6 @@ use vibrissa_learned::rows::range;
 
 use crate::error::{Error, InputError};
 use crate::estimator::Estimator;
-use crate::estimator::learnt::Learnt;
 use crate::estimator::model::exact::Extent;
 use crate::estimator::taps::{Sorted, Tap, ZeroReading};
 use crate::fields::plain;
@@ -82,8 +81,6 @@ pub struct Calibrated {
     pub zero: Zero,
     /// Distances and drives that are one.
     pub groups: [Groups; 2],
-    /// What was learned of each side.
-    pub learnt: Vec<Learnt>,
     /// Standard error of a zero that nobody read, which may have drifted; 0 where it was read, or where nothing says what it is.
     pub unread: f64,
     /// One for each side.
@@ -179,24 +176,23 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
             zeros.len()
         ));
     }
-    let noise = sides[0].2.noise();
+    let noise = sides[0].1.noise();
     let noise_from = "the model of all rows".to_owned();
     rig.setup.gauge.noise_strain = Some(noise);
     let mut results = Vec::new();
-    for (sign, gauge, learnt) in &sides {
+    for (gauge, learnt) in sides {
         let asked = side::Ask {
             data,
             rig: &rig,
             taps: &taps,
-            sign: *sign,
-            gauge: *gauge,
+            sign: learnt.sign,
+            gauge,
             noise,
             recorded,
             no_exact: no_exact.as_deref(),
-            learnt,
             fit: &options.fit,
         };
-        results.push(side::calibrate(&asked, &open)?);
+        results.push(side::calibrate(&asked, learnt, &open)?);
     }
     let knows = |s: &SideResult| {
         let rms = |e: &Estimator| s.held_out(*e).and_then(|h| h.rms(|_| true).0);
@@ -255,19 +251,7 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
         rig,
         sides: results.iter().map(|s| s.record.clone()).collect(),
     };
-    let learnt = sides.into_iter().map(|s| s.2).collect();
-    Ok(Calibrated {
-        calibration,
-        taps,
-        zeros,
-        zero,
-        groups,
-        learnt,
-        unread,
-        sides: results,
-        winner,
-        warnings,
-    })
+    Ok(Calibrated { calibration, taps, zeros, zero, groups, unread, sides: results, winner, warnings })
 }
 
 /// Names the values of `data` that stand for none.

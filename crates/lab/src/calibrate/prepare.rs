@@ -32,8 +32,8 @@ const REPEATS: usize = 3;
 pub struct Prepared {
     /// The rows.
     pub rows: Sorted,
-    /// Sign, side of the gauge and what was learned of each side.
-    pub sides: Vec<(f64, Side, Learnt)>,
+    /// Side of the gauge and what was learned of each side.
+    pub sides: Vec<(Side, Learnt)>,
     /// Whether the drive of the taps is known.
     pub recorded: bool,
     /// Standard error of a zero that nobody read, which may have drifted.
@@ -88,15 +88,15 @@ pub fn prepare(
         // Of one side alone what is left with the other sign is noise about the zero.
         let ask =
             learn::Ask { sign, all: signs.len() == 1, exact, factor: rig.setup.gauge.factor, zero_error };
-        sides.push((sign, gauge, learn::side(ask, data, &mut rows)?));
+        sides.push((gauge, learn::side(ask, data, &mut rows)?));
     }
     warnings
-        .extend(sides.iter().filter(|s| s.2.task.drift && !read).map(|s| zero::wandering(data, rig, &s.2)));
+        .extend(sides.iter().filter(|s| s.1.task.drift && !read).map(|s| zero::wandering(data, rig, &s.1)));
     let mut unread = between.map_or(0.0, |[_, error]| error);
     if !known {
-        let (sign, gauge, of) = &sides[0];
+        let (gauge, of) = &sides[0];
         let by_model = match no_exact.is_none() && of.task.known.is_some() {
-            true => zero::of_model((rig, &rows.taps), (*sign, *gauge), of.noise(), &options.fit, open)?,
+            true => zero::of_model((rig, &rows.taps), (of.sign, *gauge), of.noise(), &options.fit, open)?,
             false => None,
         };
         let [value, error] = by_model.unwrap_or_else(|| of.fit.curve.zero());
@@ -105,9 +105,9 @@ pub fn prepare(
         let turned =
             rows.taps.iter().filter(|t| t.reason.is_none()).any(|t| !signs.contains(&t.signal.signum()));
         if turned || value.abs() > CERTAIN * error {
-            zero::tare((data, rig), &mut rows, [sign * value, error]);
+            zero::tare((data, rig), &mut rows, [of.sign * value, error]);
             let value = rows.tared.value;
-            sides.iter_mut().for_each(|(sign, _, of)| (of.subtracted, of.zero_known) = (*sign * value, true));
+            sides.iter_mut().for_each(|(_, of)| (of.subtracted, of.zero_known) = (of.sign * value, true));
         } else if error > DETERMINED * of.fit.curve.unit {
             // The zero is unknown.
             (unread, rows.tared.error) = (0.0, 0.0);

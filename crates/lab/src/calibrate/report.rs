@@ -10,7 +10,6 @@ use super::side::{KTable, SideResult};
 use super::{Calibrated, Reason, told};
 use crate::error::InputError;
 use crate::estimator::Estimator;
-use crate::estimator::learnt::Learnt;
 use crate::locate::Parameter;
 use crate::measure::{Data, Rig};
 use crate::scene::{Drive, Signal, Spec};
@@ -43,7 +42,7 @@ pub fn result(found: &Calibrated, rig: &Rig, covered: &Covered) -> Value {
                   "readings": found.zero.count, "drift": if found.zero.count > 0 { json!(found.zero.drift()) } else { Value::Null } },
         "second": c.second,
         "suspects": suspect,
-        "sides": found.sides.iter().zip(&found.learnt).map(|(s, l)| side(s, l, rig, zero)).collect::<Vec<_>>(),
+        "sides": found.sides.iter().map(|s| side(s, rig, zero)).collect::<Vec<_>>(),
         "grouped": found.groups.each_ref().map(|g| json!({ "values": g.distinct, "groups": g.centres.len(), "centres": g.centres, "width": g.width })),
         "coverage": { "all": all.as_ref().map(|c| json!({ "n": c.n, "within_1": c.within_1, "interval": c.interval, "beyond_3": c.beyond_3 })),
                       "positions": positions,
@@ -86,7 +85,7 @@ pub fn counts(found: &Calibrated, data: &Data) -> Value {
     })
 }
 
-fn side(s: &SideResult, learnt: &Learnt, rig: &Rig, zero: f64) -> Value {
+fn side(s: &SideResult, rig: &Rig, zero: f64) -> Value {
     let kind = rig.setup.drive;
     let common = s.common_errors(&Estimator::ALL);
     let one = |e: Estimator| {
@@ -111,7 +110,7 @@ fn side(s: &SideResult, learnt: &Learnt, rig: &Rig, zero: f64) -> Value {
             "drives": drives(t, None, rig), "distances": distances(t, rig)
         })),
         "contradictions": s.contradictions,
-        "learned": told::json(learnt, kind),
+        "learned": told::json(&s.learnt, kind),
         "parameters": s.fit.as_ref().map(|f| parameters(f, kind, zero)),
     })
 }
@@ -280,7 +279,7 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
             error(second.sigma_misalignment_deg, 3)
         );
     }
-    for (s, learnt) in found.sides.iter().zip(&found.learnt) {
+    for s in &found.sides {
         let [first, last] = s.record.distances_mm.map(short);
         let ends = s.table.drives.ends().map(short);
         let drives = match (s.recorded, s.table.drives.len()) {
@@ -310,7 +309,7 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
         if let Some(why) = &s.record.no_exact {
             let _ = writeln!(t, "  {:<13} not calibrated: {why}", Estimator::Exact.name());
         }
-        for line in told::text(learnt, kind) {
+        for line in told::text(&s.learnt, kind) {
             let _ = writeln!(t, "  {line}");
         }
         if let Some(f) = &s.fit {

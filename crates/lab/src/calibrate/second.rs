@@ -7,7 +7,7 @@ use crate::curve::both;
 use crate::error::{Error, InputError};
 use crate::estimator::least;
 use crate::estimator::model::ModelError;
-use crate::estimator::model::exact::{Extent, Opener};
+use crate::estimator::model::exact::{Extent, Opener, Values};
 use crate::estimator::model::pair::Pair;
 use crate::estimator::taps::{Tap, ZeroReading};
 use crate::evaluate::Task;
@@ -74,37 +74,30 @@ pub fn second(
         ));
         return Ok(None);
     };
-    let without = |why: &str| format!("{label}: the second gauge is not calibrated: {why}");
-    let Some(exact) = &side.record.exact else {
-        warnings.push(without("it is told from the model of the spec, which could not be fitted"));
-        return Ok(None);
-    };
-    if let Some(why) = both::forbids(rig.setup.model.contact) {
-        warnings.push(without(why));
-        return Ok(None);
-    }
-    let values = exact.values(rig);
-    let at = Extent::around(rig, side.gauge, side.record.distances_mm, side.record.ends(), 0.0);
     let lean_deg = rig.design.tuple.lean;
-    let model = match Pair::new(rig, &values, at, lean_deg) {
-        Ok(model) => model,
-        Err(why) => {
-            warnings.push(without(&why.to_string()));
-            return Ok(None);
-        }
+    let fitted = |values: &Values| -> Result<Result<Second, String>, Error> {
+        let at = Extent::around(rig, side.gauge, side.record.distances_mm, side.record.ends(), 0.0);
+        let model = match Pair::new(rig, values, at, lean_deg) {
+            Ok(model) => model,
+            Err(why) => return Ok(Err(why.to_string())),
+        };
+        let rows = rows(data, (taps, zeros), side.sign, rig.setup.gauge.factor, &model, open)?;
+        Ok(fit(&rows, values[0], side.noise).ok_or_else(|| format!("no usable row has a number in {column}")))
     };
-    let rows = rows(data, (taps, zeros), side.sign, rig.setup.gauge.factor, &model, open)?;
-    let Some(found) = fit(&rows, values[0], side.noise) else {
-        warnings.push(without(&format!("no usable row has a number in {column}")));
-        return Ok(None);
+    let found = match (&side.record.exact, both::forbids(rig.setup.model.contact)) {
+        (None, _) => Err("it is told from the model of the spec, which could not be fitted".to_owned()),
+        (_, Some(why)) => Err(why.to_owned()),
+        (Some(exact), None) => fitted(&exact.values(rig))?,
     };
-    if found.fitted.len() < 2 {
-        warnings.push(format!(
+    match &found {
+        Err(why) => warnings.push(format!("{label}: the second gauge is not calibrated: {why}")),
+        Ok(found) if found.fitted.len() < 2 => warnings.push(format!(
             "{label}: all rows with {column} are of upright poles, whose strain the second gauge hardly sees: its factor is taken to be that of \
              the first. Rows with a known tilt (tilt_deg) tell it"
-        ));
+        )),
+        Ok(_) => {}
     }
-    Ok(Some(Second { lean_deg, ..found }))
+    Ok(found.ok().map(|found| Second { lean_deg, ..found }))
 }
 
 /// The rows of the side that both gauges have seen.

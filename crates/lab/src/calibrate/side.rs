@@ -46,8 +46,6 @@ pub struct Ask<'a> {
     pub recorded: bool,
     /// Why the model cannot be fitted, where whisker and drives are known.
     pub no_exact: Option<&'a str>,
-    /// What was learned of it.
-    pub learnt: &'a Learnt,
     /// Parameters to fit on request.
     pub fit: &'a [Parameter],
 }
@@ -73,6 +71,8 @@ pub struct SideResult {
     pub recorded: bool,
     /// Standard deviation of one reading.
     pub noise: f64,
+    /// What was learned of it.
+    pub learnt: Learnt,
     /// Positions of which one is not what its label says.
     pub contradictions: Vec<Contradiction>,
     held: Vec<(Estimator, HeldOut)>,
@@ -128,11 +128,11 @@ fn outcome(ask: &Ask<'_>, c: &Cell) -> Outcome {
     }
 }
 
-/// Calibrates every estimator that the data allow.
+/// Calibrates every estimator that the data allow, where this was learned of the side.
 ///
 /// # Errors
 /// Fewer than two distances after suspect rows are left out; a backend that fails.
-pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
+pub fn calibrate(ask: &Ask<'_>, learnt: Learnt, open: Opener<'_>) -> Result<SideResult, Error> {
     let here = |t: &Tap| t.reason.is_none() && t.signal.signum() == ask.sign;
     let table = KTable::new(ask, here).filter(|t| t.distances.len() >= 2).ok_or_else(|| {
         let message = "after suspect rows are left out, fewer than two distances remain";
@@ -155,7 +155,7 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
         drives: &drives.centres,
         distances: distances.len(),
         noise: ask.noise,
-        learned: ask.learnt,
+        learned: &learnt,
     };
     let mut no_exact = ask.no_exact.map(str::to_owned);
     let mut fit = None;
@@ -203,7 +203,7 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
                 record.exact = fit.as_ref().map(|fit| ExactRecord::calibrated(ask.rig, fit, judged))
             }
             Estimator::Curve => record.curve = SmoothRecord::calibrated(&held_side, judged),
-            Estimator::Learned => record.learned = Some(LearnedRecord::new(ask.learnt, judged)),
+            Estimator::Learned => record.learned = Some(LearnedRecord::new(&learnt, judged)),
         }
         held.extend(unseen.map(|h| (e, h)));
     }
@@ -218,6 +218,7 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
         fit,
         recorded: ask.recorded,
         noise: ask.noise,
+        learnt,
         contradictions,
         held,
     })
