@@ -7,7 +7,7 @@ pub use vibrissa::command::Common;
 use vibrissa::command::{self, Context, Reply, words};
 use vibrissa::error::Error;
 use vibrissa::locate::SaidZero;
-use vibrissa::locate::estimator::{ALL, Estimator};
+use vibrissa::locate::estimator::Estimator;
 use vibrissa::locate::free::Free;
 
 use super::cite::Cite;
@@ -117,8 +117,8 @@ pub struct Locate {
     #[arg(long, conflicts_with_all = ["strokes", "array"])]
     pub interval: bool,
     /// Answer by this instead of learned
-    #[arg(long, value_parser = words(ALL.map(|e| (e.name(), e, e.help()))), value_name = "NAME")]
-    pub estimator: Option<&'static dyn Estimator>,
+    #[arg(long, value_parser = words(Estimator::ALL.map(|e| (e.name(), e, e.help()))), value_name = "NAME")]
+    pub estimator: Option<Estimator>,
     /// What the sensor shows without contact, in the unit of the signal, where no row with theta (delta) = 0 says it; readings
     /// must be in the state of the calibration: tared as its signal was, or with their zero (else there is a warning); X,Y of two signals
     #[arg(long, value_name = "X", allow_hyphen_values = true)]

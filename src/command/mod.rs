@@ -41,7 +41,7 @@ use clap::Subcommand;
 use serde::Deserialize;
 
 use crate::error::{Error, InputError};
-use crate::estimator::{ALL, Estimator};
+use crate::estimator::Estimator;
 use crate::spec;
 
 /// Name of the file at `path` without its ending; `usual` where it has none.
@@ -91,11 +91,12 @@ pub fn meant<T: Copy>(
 }
 
 /// Estimators: name, and what they are.
-pub fn estimators() -> [(&'static str, &'static dyn Estimator, &'static str); ALL.len()] {
-    ALL.map(|e| (e.name(), e, e.help()))
+pub fn estimators() -> [(&'static str, Estimator, &'static str); Estimator::ALL.len()] {
+    Estimator::ALL.map(|e| (e.name(), e, e.help()))
 }
 
-pub fn estimator(said: Option<&str>) -> Result<Option<&'static dyn Estimator>, InputError> {
+/// The estimator of this name.
+pub fn estimator(said: Option<&str>) -> Result<Option<Estimator>, InputError> {
     meant(("estimator", "--estimator"), said, &estimators())
 }
 

@@ -10,7 +10,7 @@ use crate::common::measuring::{
 use crate::common::sweeping::{REFERENCE, number, sweep};
 use vibrissa::calibrate::{Options, Reason, calibrate};
 use vibrissa::locate::Parameter;
-use vibrissa::locate::estimator::{ALL, CURVE, EXACT, LEARNED, PAPER};
+use vibrissa::locate::estimator::Estimator;
 use vibrissa::measure::{Row, Unit};
 use vibrissa::scene::Side;
 use vibrissa::simulate::Settings;
@@ -57,7 +57,7 @@ fn round_trip_reaches_the_noise_limit_and_knows_its_error() {
         assert!((0.63..0.73).contains(&default.coverage), "d = {d}: {default:?}");
         assert!(default.rms < 1.5 * default.limit, "d = {d}: {default:?}");
         // What knows the data alone.
-        let curve = of(Some(CURVE));
+        let curve = of(Some(Estimator::Curve));
         assert!((0.60..=0.76).contains(&curve.coverage), "d = {d}: {curve:?}");
     }
 }
@@ -81,12 +81,13 @@ fn the_model_recovers_its_parameters_and_beats_the_paper() {
         let value = fit.exact.values[*p as usize];
         assert!((value / expected - 1.0).abs() < 0.01, "{p:?}: {value} is not {expected}");
     }
-    assert_eq!(found.winner, LEARNED);
+    assert_eq!(found.winner, Estimator::Learned);
 
     let spec = prototype(10.0, &["noise_strain = 1e-5\n", TAPS, REAL]);
     let found = once(&table(&spec, &noisy()), &spec);
     let taps = table(&fresh(&spec, [21.0, 48.0], 200), &Settings { seed: 3, ..noisy() });
-    let [exact, paper] = [EXACT, PAPER].map(|e| score(&locator(&found, Some(e)), &taps, NOISE));
+    let [exact, paper] =
+        [Estimator::Exact, Estimator::Paper].map(|e| score(&locator(&found, Some(e)), &taps, NOISE));
     assert!(10.0 * exact.rms < paper.rms, "{exact:?} {paper:?}");
 }
 
@@ -139,7 +140,7 @@ fn a_drifting_zero_is_taken_out() {
     for zero_every in [Some(7), None] {
         let text = table(&spec, &Settings { drift: 1e-6, zero_every, ..noisy() });
         let found = once(&text, &spec);
-        assert!(found.learnt[0].drift, "zero readings tell, and without them the repeats");
+        assert!(found.sides[0].learnt.task.drift, "zero readings tell, and without them the repeats");
         let score = score(&locator(&found, None), &fresh_taps, NOISE);
         if zero_every.is_some() {
             assert!(score.rms < 1.2 * score.limit && (0.62..0.74).contains(&score.coverage), "{score:?}");
@@ -152,7 +153,7 @@ fn a_drifting_zero_is_taken_out() {
         }
     }
     let clean = once(&table(&spec, &noisy()), &spec);
-    assert!(!clean.learnt[0].drift || clean.zeros.len() > 2);
+    assert!(!clean.sides[0].learnt.task.drift || clean.zeros.len() > 2);
 }
 
 #[test]
@@ -169,7 +170,7 @@ fn both_sides_and_the_side_that_was_not_calibrated() {
         let score = score(&locator(found, None), &taps, NOISE);
         assert!(score.unanswered == 0 && score.rms < 1.2 * score.limit, "{score:?}");
     }
-    let paper = locator(&one, Some(PAPER)).locate(4.0, -0.02);
+    let paper = locator(&one, Some(Estimator::Paper)).locate(4.0, -0.02);
     assert_eq!((paper.distance.is_nan(), paper.status.to_string().as_str()), (true, "outside_calibration"));
     // A few stray signs are no side.
     let stray = contact.replacen("\n21,4,0", "\n21,4,-0", 1);
@@ -196,7 +197,7 @@ fn other_signals_and_other_drives() {
     ];
     for (spec, settings, factor) in cases {
         let found = once(&table(spec, &settings), spec);
-        assert_eq!(found.winner, LEARNED);
+        assert_eq!(found.winner, Estimator::Learned);
         let value = found.sides[0].fit.as_ref().unwrap().exact.values[0];
         assert!((value / factor - 1.0).abs() < 1e-3, "{value}");
         let fresh = fresh(spec, [21.0, 48.0], 200);
@@ -225,7 +226,8 @@ fn a_rig_that_never_recorded_its_angle() {
     let text = table(&spec, &noisy());
     let blind = rewritten(&text, "a_mm,strain", |_, row| [row.a, row.value]);
     let found = once(&blind, &spec);
-    let held: Vec<&str> = ALL.into_iter().filter(|e| found.sides[0].has(*e)).map(|e| e.name()).collect();
+    let held: Vec<&str> =
+        Estimator::ALL.into_iter().filter(|e| found.sides[0].has(*e)).map(|e| e.name()).collect();
     assert_eq!(held, ["paper", "curve", "learned"]);
     let at = locator(&found, None).locate(1.0, 0.02);
     let said = {
@@ -249,18 +251,20 @@ fn taps_that_the_model_does_not_follow_are_left_out_of_its_fit() {
     let found = once(&table(&spec, &noisy()), &spec);
     let side = &found.sides[0];
     let fit = side.fit.as_ref().unwrap();
-    assert!(fit.cells.len() < side.cells.len());
+    assert!(fit.cells.len() < side.table.cells.len());
     assert!(found.warnings.iter().any(|w| w.contains("left out of the fit")));
     let factor = fit.exact.values[0];
     assert!((factor - 1.0).abs() < 1e-3, "{factor}");
-    let (rms, answered) = side.held_out(EXACT).unwrap().rms(|_| true);
+    let (rms, answered) = side.held_out(Estimator::Exact).unwrap().rms(|_| true);
     assert!(rms.unwrap() < 0.1 && 10 * answered > 9 * side.used, "{rms:?} of {answered}");
     // Four estimators are judged on all the others; whoever wins is none that is far worse.
-    assert!([PAPER, CURVE, LEARNED].iter().all(|e| side.held_out(*e).is_some()));
+    assert!(
+        [Estimator::Paper, Estimator::Curve, Estimator::Learned].iter().all(|e| side.held_out(*e).is_some())
+    );
     let won = side.held_out(found.winner).unwrap().rms(|_| true).0.unwrap();
-    let best = side.held_out(CURVE).unwrap().rms(|_| true).0.unwrap();
+    let best = side.held_out(Estimator::Curve).unwrap().rms(|_| true).0.unwrap();
     assert!(won < 3.0 * best, "{:?}: {won} {best}", found.winner);
-    let located = locator(&found, Some(EXACT));
+    let located = locator(&found, Some(Estimator::Exact));
     let beyond = located.locate(10.0, located.expected(39.0, 10.0, 1.0));
     assert!((beyond.distance - 39.0).abs() < 1e-6, "{beyond:?}");
     assert!(located.expected(50.0, 10.0, 1.0).is_nan());
@@ -270,7 +274,7 @@ fn taps_that_the_model_does_not_follow_are_left_out_of_its_fit() {
 fn at_every_drive_a_distance_is_the_farthest_that_the_model_expects_its_reading_from() {
     for spec in [prototype(10.0, &["noise_strain = 1e-5\n", TAPS, REAL]), sharp("[0.5, 2, 4, 6, 8, 10]", "")]
     {
-        let located = locator(&once(&table(&spec, &noisy()), &spec), Some(EXACT));
+        let located = locator(&once(&table(&spec, &noisy()), &spec), Some(Estimator::Exact));
         let mut found = 0;
         // No drive comes twice in a row.
         for (a, k) in (0..28).flat_map(|i| (0..40).map(move |k| (21.0 + f64::from(i), k))) {
@@ -301,5 +305,8 @@ fn without_its_model_a_whisker_is_calibrated_on_its_data() {
     let found = once(&measured, &wrong);
     let side = &found.sides[0];
     assert!(side.record.no_exact.is_some() && side.record.exact.is_none(), "{:?}", side.record.no_exact);
-    assert!(found.winner == LEARNED && [PAPER, CURVE, LEARNED].iter().all(|e| side.has(*e)));
+    assert!(
+        found.winner == Estimator::Learned
+            && [Estimator::Paper, Estimator::Curve, Estimator::Learned].iter().all(|e| side.has(*e))
+    );
 }

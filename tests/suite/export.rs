@@ -8,7 +8,7 @@ use std::process::{Command, Stdio};
 use crate::common::program::Desk;
 use crate::common::random::Random;
 use vibrissa::export::{Export, FILE, Off};
-use vibrissa::locate::{Calibration, Estimator, Locator, estimator, locator::opener};
+use vibrissa::locate::{Calibration, Estimator, Locator, locator::opener};
 use vibrissa::measure::zero::{Tared, TaredBy};
 use vibrissa::scene::RunOptions;
 use vibrissa::status::Status;
@@ -39,7 +39,7 @@ fn expected([table, own]: [&Locator; 2], a: f64, drive: f64, sign: f64) -> f64 {
 /// Readings of taps in, at the edges of and beyond the calibration, of both signs; some of no tap at all.
 fn readings(locator: &Locator, c: &Calibration) -> Vec<Reading> {
     let mut random = Random(7);
-    let table = opened(c, Some(estimator::LEARNED));
+    let table = opened(c, Some(Estimator::Learned));
     let both = [&table, locator];
     let wraps = c.zero.as_ref().is_some_and(|t| t.wraps);
     let float = |x: f64| f64::from(x as f32);
@@ -190,12 +190,12 @@ fn compare(locator: &Locator, all: &[Reading], answers: &[Answer], stated: Off, 
     done
 }
 
-fn opened(c: &Calibration, asked: Option<&'static dyn Estimator>) -> Locator {
+fn opened(c: &Calibration, asked: Option<Estimator>) -> Locator {
     Locator::new(c, "calibration.toml", asked, &opener(&RunOptions::default())).unwrap()
 }
 
 /// Exports `calibration` as answered by `asked`, runs it, compares.
-fn check(name: &str, calibration: &Calibration, asked: Option<&'static dyn Estimator>) {
+fn check(name: &str, calibration: &Calibration, asked: Option<Estimator>) {
     let c = calibration.clone().sealed();
     let locator = opened(&c, asked);
     let export = Export::new(&locator, &c).unwrap_or_else(|e| panic!("{name}: {e}"));
@@ -234,10 +234,10 @@ fn prototype(name: &str) {
     let desk = Desk::new("");
     let whisker = format!("{}/examples/{name}.toml", crate::common::ROOT);
     let calibration = example(&desk, name, &["--whisker", &whisker]);
-    for asked in estimator::ALL {
+    for asked in Estimator::ALL {
         check(name, &calibration, Some(asked));
     }
-    let estimator = estimator::CURVE.name().to_owned();
+    let estimator = Estimator::Curve.name().to_owned();
     check(&format!("{name}, other side by exact"), &Calibration { estimator, ..calibration }, None);
 }
 
@@ -255,7 +255,7 @@ fn a_cylinder_is_answered_as_by_locate() {
 fn a_calibration_without_whisker_is_exported() {
     let desk = Desk::new("");
     let calibration = example(&desk, "prototype-d7", &[]);
-    for asked in [estimator::CURVE, estimator::LEARNED] {
+    for asked in [Estimator::Curve, Estimator::Learned] {
         check("no whisker", &calibration, Some(asked));
     }
 }
@@ -279,13 +279,13 @@ fn every_unit_is_taken_as_it_was_recorded() {
         desk.write("data.csv", text);
         desk.run(&["calibrate", "data.csv", "--out", unit]).exits(0);
         let calibration = Calibration::read(&desk.path(&format!("{unit}/calibration.toml")), false).unwrap();
-        check(unit, &calibration, Some(estimator::LEARNED));
+        check(unit, &calibration, Some(Estimator::Learned));
         if unit == "reading" {
             let zero = Tared { from: TaredBy::Fitted, value: 5.0, error: 0.0, until: None, wraps: true };
             let mut counts = Calibration { zero: Some(zero), ..calibration };
             counts.sides[0].end_stop = Some(1100.0);
-            check("counts", &counts, Some(estimator::LEARNED));
-            let locator = opened(&counts, Some(estimator::LEARNED));
+            check("counts", &counts, Some(Estimator::Learned));
+            let locator = opened(&counts, Some(Estimator::Learned));
             let text = Export::new(&locator, &counts).unwrap().text();
             assert!(text.contains("#define VIBRISSA_ZERO 5e0"));
         }

@@ -8,7 +8,7 @@ use crate::common::measuring::{
 use crate::common::program::{Desk, Kept};
 use crate::common::sweeping::{Row, Table, number, rms};
 use vibrissa::calibrate::{Options, calibrate};
-use vibrissa::locate::estimator::{CURVE, LEARNED};
+use vibrissa::locate::estimator::Estimator;
 use vibrissa::measure::zero::TaredBy;
 use vibrissa::measure::{Names, Rig};
 use vibrissa::scene::{Drive, Setup};
@@ -161,10 +161,10 @@ fn raw(counts: impl Fn(f64) -> f64) -> String {
 fn raw_counts_with_jitter_and_a_zero_of_their_own_are_calibrated_without_a_whisker() {
     let plain = undescribed(&raw(|s| (50_000.0 - 1.2e7 * s).round()), Drive::Displacement, 144.2);
     let side = &plain.sides[0];
-    assert_eq!((side.distances.len(), side.drives.len(), plain.zeros.len()), (7, 5, 3));
+    assert_eq!((side.table.distances.len(), side.table.drives.len(), plain.zeros.len()), (7, 5, 3));
     assert_eq!(plain.calibration.zero.as_ref().unwrap().from, TaredBy::Plateau);
-    assert!(plain.winner == LEARNED);
-    let held = side.held_out(CURVE).unwrap().rms(|_| true);
+    assert!(plain.winner == Estimator::Learned);
+    let held = side.held_out(Estimator::Curve).unwrap().rms(|_| true);
     assert!(held.0.unwrap() < 0.6 && held.1 == side.used, "{held:?}");
 }
 
@@ -179,7 +179,7 @@ fn counts_that_begin_anew_are_joined_and_answered() {
     assert!(turned.calibration.zero.as_ref().unwrap().wraps);
     assert!(turned.warnings.iter().any(|w| w.contains("16 bits")));
     let tap = data(&raw(counts)).rows.into_iter().find(|r| r.drive > 9.0 && r.value < 0.0).unwrap();
-    let at = |c, value| locator(c, Some(CURVE)).locate_above(tap.drive, value, 12_000.0, 0.0);
+    let at = |c, value| locator(c, Some(Estimator::Curve)).locate_above(tap.drive, value, 12_000.0, 0.0);
     let (p, t, anew) = (at(&plain, tap.value), at(&turned, tap.value), at(&turned, tap.value + 65_536.0));
     let same = [&t, &anew].iter().all(|q| (p.distance - q.distance).abs() < 1e-6);
     assert!(same, "{p:?} {t:?} {anew:?}");
@@ -190,8 +190,8 @@ fn what_a_user_says_of_groups_holds() {
     let text = raw(|s| (50_000.0 - 1.2e7 * s).round());
     let rig = Rig::unknown(Setup { drive: Drive::Displacement, ..Setup::default() }, 144.2).unwrap();
     let with = |group| calibrate(&data(&text), &rig, &Options { group, ..Options::default() }).unwrap();
-    assert_eq!(with([None, Some(0.5)]).sides[0].drives.len(), 5);
-    assert!(with([Some(0.0), None]).sides[0].distances.len() > 40);
+    assert_eq!(with([None, Some(0.5)]).sides[0].table.drives.len(), 5);
+    assert!(with([Some(0.0), None]).sides[0].table.distances.len() > 40);
     let wide = Options { group: [Some(5.0), None], ..Options::default() };
     assert!(calibrate(&data(&text), &rig, &wide).unwrap_err().to_string().contains("one distance"));
     assert!(with([None; 2]).warnings.iter().any(|w| w.contains("taken as 7")));
@@ -340,6 +340,6 @@ fn a_whole_position_with_a_wrong_label_is_told_and_kept() {
     let found = calibrated(&text, &spec(), &[]);
     let told = |w: &String| w.contains("33 and 34 mm are in the wrong order");
     assert!(found.warnings.iter().any(told), "{:?}", found.warnings);
-    assert!(found.sides[0].distances.centres.contains(&34.0));
+    assert!(found.sides[0].table.distances.centres.contains(&34.0));
     assert!(found.taps.iter().all(|t| t.reason.is_none()));
 }

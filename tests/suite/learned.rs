@@ -7,7 +7,7 @@ use crate::common::program::Desk;
 use crate::common::random::Random;
 use vibrissa::calibrate::coverage::coverage;
 use vibrissa::calibrate::{Calibrated, Options, calibrate};
-use vibrissa::estimator::LEARNED;
+use vibrissa::estimator::Estimator;
 use vibrissa::scene::Drive;
 use vibrissa::simulate::Settings;
 use vibrissa::sink::lab::LabTable;
@@ -253,7 +253,7 @@ fn dust_units_names_and_the_order_of_rows_change_no_answer() {
     let spec = prototype(10.0, &[TAPS, REAL]);
     let rig = |rows: Vec<Tap>| Simulated::new("", rows, Some(spec.clone())).calibrated();
     let answers = |found: &Calibrated| {
-        let located = locator(found, Some(LEARNED));
+        let located = locator(found, Some(Estimator::Learned));
         [(2.0, 0.008), (4.0, 0.02), (5.0, 0.03)].map(|(u, y)| located.locate(u, y))
     };
     let plain = answers(&rig(rows.clone()));

@@ -7,7 +7,7 @@ use crate::common::searching::{layout, parse, search};
 use crate::common::specs;
 use crate::common::sweeping::{CPU, CPU_F64, GPU, Place, REFERENCE, number, sweep, tap};
 use vibrissa::design::Design;
-use vibrissa::estimator::named;
+use vibrissa::estimator::Estimator;
 use vibrissa::optimise::evaluate::Scorer;
 use vibrissa::optimise::score::Limit;
 use vibrissa::optimise::score::deviations;
@@ -247,7 +247,7 @@ fn a_rig_is_as_good_as_predicted() {
     let rig = prototype(7.0, &[&noise, &taps("{ from = 21, to = 48, step = 3 }"), REAL]);
     let settings = Settings { repeats: 20, noise: NOISE, ..Settings::default() };
     let done = calibrated(&table(&rig, &settings), &rig, &[]);
-    let locate = locator(&done, named("exact"));
+    let locate = locator(&done, Estimator::named("exact"));
     let settings = Settings { noise: NOISE, seed: 9, ..Settings::default() };
     let measured = score(&locate, &table(&fresh(&rig, [21.0, 48.0], 400), &settings), NOISE);
     let text = prototype(7.0, &[&noise, &taps("{ from = 21, to = 48, steps = 109 }"), REAL, EXACT]);

@@ -7,7 +7,7 @@ use crate::common::program::{Desk, says};
 use crate::common::sweeping::rms;
 use vibrissa::calibrate::Calibrated;
 use vibrissa::design::amount;
-use vibrissa::locate::estimator::{EXACT, PAPER};
+use vibrissa::locate::estimator::Estimator;
 use vibrissa::locate::{Locator, PairOfReadings, Spatial};
 use vibrissa::measure::Data;
 use vibrissa::scene::{Drive, Theory};
@@ -46,7 +46,7 @@ fn answers(locator: &Locator, data: &Data) -> Vec<Spatial> {
 fn a_thousand_taps_are_as_good_as_their_noise_allows() {
     for (name, model) in [("hooke", ""), ("neo", REAL)] {
         let found = calibration(model);
-        assert_eq!(found.winner, EXACT, "{name}: {:?}", found.warnings);
+        assert_eq!(found.winner, Estimator::Exact, "{name}: {:?}", found.warnings);
         let fresh = data(&table(&prototype(4.0, &[SECOND, FRESH, model]), &noisy(77, 1)));
         assert_eq!(fresh.rows.len(), 1000);
         let exact = locator(&found, None);
@@ -74,7 +74,7 @@ fn a_thousand_taps_are_as_good_as_their_noise_allows() {
         let covered = inside(&|i| ((two[i].located.distance - fresh.rows[i].a) / two[i].located.sigma).abs());
         let tilts_covered =
             inside(&|i| ((two[i].tilt - fresh.beside.values[i][1]) / two[i].sigma_tilt).abs());
-        let paper = answers(&locator(&found, Some(PAPER)), &fresh);
+        let paper = answers(&locator(&found, Some(Estimator::Paper)), &fresh);
         let lone = fresh.rows.iter().map(|row| exact.locate(row.drive, row.value).distance - row.a);
         let alone = rms(lone.filter(|e| e.is_finite()));
         assert_eq!(solved, 1000, "{name}");
@@ -129,7 +129,7 @@ fn factor_and_misalignment_are_found_back() {
         let tap = format!("[tap]\na = {a}\ntilt = {tilt}\ntheta = 6\n");
         data(&changed(&table(&prototype(4.0, &[SECOND, &tap]), &Settings::default())))
     };
-    let locator = locator(&found, Some(EXACT));
+    let locator = locator(&found, Some(Estimator::Exact));
     for (a, tilt) in [(33.0, 20.0), (40.0, -35.0), (25.0, 0.0)] {
         let at = answers(&locator, &readings(a, tilt))[0];
         assert!((at.located.distance - a).abs() < 4.0 * at.located.sigma, "{at:?}");
@@ -140,7 +140,7 @@ fn factor_and_misalignment_are_found_back() {
 #[test]
 fn the_place_is_that_of_first_touch() {
     let found = calibration(REAL);
-    let locator = locator(&found, Some(EXACT));
+    let locator = locator(&found, Some(Estimator::Exact));
     let tap = "[tap]\na = 33\ntilt = 25\ntheta = 6\n";
     let one = data(&table(&prototype(4.0, &[SECOND, tap, REAL]), &Settings::default()));
     let at = answers(&locator, &one)[0];

@@ -207,7 +207,7 @@ fn an_offset_or_a_drift_that_nobody_read_makes_no_certain_numbers() {
             assert_eq!(has(&found, "order of the lines"), drift != 0.0, "{drift}: {:?}", found.warnings);
             if spec == sharp {
                 let side = &found.sides[0];
-                assert!(side.fit.as_ref().unwrap().cells.len() < side.cells.len());
+                assert!(side.fit.as_ref().unwrap().cells.len() < side.table.cells.len());
             } else {
                 let [[zero, of_zero], _] = said(&found);
                 assert!((zero - 0.5 * drift).abs() < 4.0 * of_zero, "{drift}: {zero} ± {of_zero}");

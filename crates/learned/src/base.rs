@@ -1,17 +1,24 @@
 //! The curve that the model corrects: the whisker's own, or a power of distance and drive.
 
+use std::sync::Arc;
+
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
+use crate::rows::range;
+
+/// The |signal| of a whisker at a (mm) by a drive.
+pub type Whisker = Arc<dyn Fn(f64, f64) -> f64 + Send + Sync>;
+
 /// Signal of a tap without any correction, before the gain.
-#[derive(Clone, Copy)]
-pub enum Base<'a> {
-    /// Of a whisker that is known: its |signal| at a (mm) by a drive, and what is added to the drive.
-    Known(&'a (dyn Fn(f64, f64) -> f64 + Sync), f64),
+#[derive(Clone)]
+pub enum Base {
+    /// Of a whisker that is known, and what is added to the drive.
+    Known(Whisker, f64),
     /// (u + u₀)^p (1/a − κ)^q.
     Power(Power),
 }
 
-impl Base<'_> {
+impl Base {
     /// The signal at a (mm) by the drive u.
     pub fn value(&self, a: f64, u: f64) -> f64 {
         match self {
@@ -158,8 +165,7 @@ type Parameters = [f64; 6];
 
 /// The best that some starts lead to, where the parameters are fitted that `free` says.
 fn from(taps: &[[f64; 3]], zero: Option<f64>, free: [bool; 6]) -> Option<Fitted> {
-    let ys = || taps.iter().map(|t| t[2]);
-    let (lo, hi) = (ys().fold(f64::INFINITY, f64::min), ys().fold(f64::NEG_INFINITY, f64::max));
+    let [lo, hi] = range(taps.iter().map(|t| t[2]));
     let zeros =
         zero.map_or(vec![0.0, lo - 0.1 * (hi - lo), lo - 0.5 * (hi - lo), lo - 2.0 * (hi - lo)], |z| vec![z]);
     let offsets: &[f64] = if free[4] { &[0.0, 1.0] } else { &[0.0] };

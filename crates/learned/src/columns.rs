@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 use crate::base::{About, Base};
 use crate::hyper::Hyper;
 use crate::labels::TOGETHER;
-use crate::rows::Cell;
+use crate::rows::{Cell, range};
 
 /// Largest degree in ln a and in ln u.
 const DEGREE: usize = 2;
@@ -81,12 +81,11 @@ pub struct Scales {
 impl Scales {
     /// Of the taps among `cells`.
     pub fn of(cells: &[Cell], offset: f64) -> Self {
-        let range = |f: &dyn Fn(&Cell) -> f64| {
-            let values = cells.iter().filter(|c| c.row.touches()).map(f);
-            let [lo, hi] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], x| [l.min(x), h.max(x)]);
+        let scale = |f: &dyn Fn(&Cell) -> f64| {
+            let [lo, hi] = range(cells.iter().filter(|c| c.row.touches()).map(f));
             [0.5 * (lo + hi), 0.5 * (hi - lo)]
         };
-        let (a, u) = (range(&|c| c.row.a.ln()), range(&|c| (c.row.u + offset).ln()));
+        let (a, u) = (scale(&|c| c.row.a.ln()), scale(&|c| (c.row.u + offset).ln()));
         let u = if u[1] > 1e-6 { u } else { [u[0], 0.0] };
         Self { a, u, sizes: [a[0].exp(), (u[0] + u[1]).exp()], offset }
     }
@@ -176,7 +175,7 @@ impl Columns {
     /// Of `cells` with `base`, which is divided by `unit`; `slopes` are ∂ signal/∂ ln a of each, in the same unit.
     pub fn new(
         cells: &[Cell],
-        (base, unit): (&Base<'_>, f64),
+        (base, unit): (&Base, f64),
         slopes: &[f64],
         scales: &Scales,
         effects: Effects,

@@ -118,7 +118,7 @@ impl Curve {
 
     /// What is expected of a tap at a (mm) by the drive u: of a signal whose own zero was taken off where `tared`, else of one above
     /// [`Self::zero`].
-    pub fn expected(&self, base: &Base<'_>, a: f64, u: f64, tared: bool) -> Expected {
+    pub fn expected(&self, base: &Base, a: f64, u: f64, tared: bool) -> Expected {
         let mut shared = Vec::with_capacity(self.shared());
         let [signal, of_noise] = self.moved(base, (a, u), tared, &mut shared);
         let sum = |of: &[f64]| of.iter().map(|x| x * x).sum::<f64>();
@@ -140,7 +140,7 @@ impl Curve {
 
     /// Signal, and variance of its noise, of the same tap. Into `shared`: by how much the signal is moved by one standard deviation of each number
     /// that is the same for all taps of one object: those of the curve, the effect of the position, and last the [`OF_RUN`] numbers of a new run.
-    pub fn moved(&self, base: &Base<'_>, (a, u): (f64, f64), tared: bool, shared: &mut Vec<f64>) -> [f64; 2] {
+    pub fn moved(&self, base: &Base, (a, u): (f64, f64), tared: bool, shared: &mut Vec<f64>) -> [f64; 2] {
         let about = base.about(self.base_unit, a, u);
         let mut row = values(&about, &self.scales, &self.terms, a, u);
         if tared {
@@ -191,7 +191,7 @@ impl Curve {
     }
 
     /// By how much the drive is off. Where all taps have one drive nothing tells it: its own deviation is what is usual.
-    pub fn offset(&self, base: &Base<'_>) -> Offset {
+    pub fn offset(&self, base: &Base) -> Offset {
         let size = self.scales.sizes[1];
         let mut moved = vec![0.0; self.shared()];
         let Some(k) = self.terms.iter().position(|t| *t == Term::OffsetU) else {

@@ -12,6 +12,11 @@ use crate::rows::Cell;
 /// Least variance of a reading, in units of the signal: a curve that was solved to 1e-7 of it is not known better.
 const LEAST: f64 = 1e-14;
 
+/// ln of the determinant of a matrix, of which this is Cholesky's factor.
+pub(crate) fn ln_det(factor: &Cholesky<f64, Dyn>) -> f64 {
+    2.0 * factor.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>()
+}
+
 /// What is evaluated.
 pub struct Problem {
     /// Columns and what is learned.
@@ -180,7 +185,7 @@ impl Problem {
         coefficients += factor.solve(&(scaled.tr_mul(&left) - &coefficients));
         let weighted = &wy - &scaled * &coefficients;
         let mut twice = weighted.norm_squared() + coefficients.norm_squared();
-        twice += 2.0 * factor.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>();
+        twice += ln_det(&factor);
         for (v, [n, squares]) in variance.iter().zip(&self.repeats) {
             twice += n * v.ln() + squares / v;
         }

@@ -3,31 +3,28 @@
 use nalgebra::DMatrix;
 
 use crate::average::{Widths, mean, points};
-use crate::base::{Base, Fitted};
+use crate::base::{Base, Fitted, Whisker};
 use crate::columns::{Columns, Effects, FLAT, Scales, Term, terms};
-use crate::curve::{Curve, Spread};
-use crate::evidence::Problem;
+use crate::curve::Curve;
+use crate::evidence::{Problem, ln_det};
 use crate::hyper::{Hyper, Prior};
 use crate::labels;
 use crate::newton::{Peak, approach, climb};
 use crate::rows::{Cell, Row, cells};
 use crate::start::{slopes, start};
-use crate::tails::Tails;
 
 /// A peak that is less likely by so much in ln has no say.
 pub const HEARD: f64 = 6.0;
 /// Of more cells a part is looked at first.
 pub const MANY: usize = 500;
-/// The |signal| of a whisker at a (mm) by a drive.
-pub type Whisker<'a> = &'a (dyn Fn(f64, f64) -> f64 + Sync);
 
 /// What is fitted to.
-#[derive(Clone, Copy)]
-pub struct Task<'a> {
+#[derive(Clone)]
+pub struct Task {
     /// All rows.
-    pub rows: &'a [Row],
+    pub rows: Vec<Row>,
     /// The whisker's curve, where it is known.
-    pub known: Option<Whisker<'a>>,
+    pub known: Option<Whisker>,
     /// Step of the converter.
     pub step: f64,
     /// Standard deviation of the zero about 0, where no row is without contact; infinite where nothing is known of it.
@@ -53,8 +50,8 @@ pub struct Fit {
     pub curve: Curve,
     /// The power law, where there is no whisker.
     pub power: Option<Fitted>,
-    /// What is added to the drive of a whisker that is known.
-    pub offset: f64,
+    /// What the curve corrects.
+    pub base: Base,
     /// Logarithms of the most likely learned numbers.
     pub at: Vec<f64>,
     /// Second derivatives there.
@@ -65,9 +62,9 @@ pub struct Fit {
     pub hypers: Vec<Hyper>,
     /// The cells of the rows.
     pub cells: Vec<Cell>,
-    /// Of each cell the measured less the expected signal, and its standard deviation if one of its rows were left out: in the unit of
-    /// the signal, at the most likely learned numbers.
-    pub deleted: Vec<[f64; 2]>,
+    /// Of each cell the standard deviation of the measured less the expected signal of one of its rows, if that were left out: in the unit of the
+    /// signal, at the most likely learned numbers.
+    pub deleted: Vec<f64>,
     /// Of each cell the expected signal, effects of run, position and drift included.
     pub expected: Vec<f64>,
     /// The zero of each cell: that of its run, and the drift.
@@ -76,48 +73,6 @@ pub struct Fit {
     pub evidence: f64,
     /// Independent numbers that the rows leave for the noise.
     pub freedom: f64,
-}
-
-impl Fit {
-    /// Hands the base of the curve to `then`.
-    pub fn base<T>(&self, task: &Task<'_>, then: impl FnOnce(&Base<'_>) -> T) -> T {
-        match (self.power, task.known) {
-            (Some(fitted), _) => then(&Base::Power(fitted.power)),
-            (None, Some(curve)) => then(&Base::Known(curve, self.offset)),
-            (None, None) => unreachable!("a fit has a base"),
-        }
-    }
-
-    /// A fit of nothing, for what is not fitted yet.
-    pub fn empty() -> Self {
-        let scales = Scales { a: [0.0, 1.0], u: [0.0; 2], sizes: [1.0; 2], offset: 0.0 };
-        let curve = Curve {
-            unit: 1.0,
-            base_unit: 1.0,
-            zero: 0.0,
-            scales,
-            terms: Vec::new(),
-            mean: Vec::new(),
-            deviations: Vec::new(),
-            spread: Spread::default(),
-            tails: Tails::default(),
-        };
-        Self {
-            curve,
-            power: None,
-            offset: 0.0,
-            at: Vec::new(),
-            hessian: DMatrix::zeros(0, 0),
-            widths: Widths::new(),
-            hypers: Vec::new(),
-            cells: Vec::new(),
-            deleted: Vec::new(),
-            expected: Vec::new(),
-            zeros: Vec::new(),
-            evidence: f64::NEG_INFINITY,
-            freedom: 0.0,
-        }
-    }
 }
 
 /// Where the learned numbers come from.
@@ -135,8 +90,8 @@ pub enum From<'a> {
 ///
 /// # Errors
 /// Rows that no curve follows.
-pub fn fit(task: &Task<'_>, places: &[usize], from: From<'_>, average: bool) -> Result<Fit, Fault> {
-    let merged = cells(task.rows, places, task.drift);
+pub fn fit(task: &Task, places: &[usize], from: From<'_>, average: bool) -> Result<Fit, Fault> {
+    let merged = cells(&task.rows, places, task.drift);
     if !merged.iter().any(|c| c.row.touches()) {
         return Err(Fault::OnePosition);
     }
@@ -184,28 +139,20 @@ pub fn fit(task: &Task<'_>, places: &[usize], from: From<'_>, average: bool) -> 
     let deleted = (0..merged.len())
         .map(|i| {
             let left = (peak.solved.variance[i] - leverage[i]).max(1e-6 * peak.solved.variance[i]);
-            [peak.solved.residual[i] * unit, left.sqrt() * unit]
+            left.sqrt() * unit
         })
         .collect();
     let used: f64 = (0..merged.len()).map(|i| leverage[i] / peak.solved.variance[i] * merged[i].n).sum();
     let expected = (0..merged.len()).map(|i| merged[i].row.y - peak.solved.residual[i] * unit).collect();
-    let own = |h: Hyper| problem.model.hypers.iter().position(|x| *x == h);
-    let moves_zero = |j: usize| {
-        let c = &problem.model.columns[j];
-        c.term == Term::Zero
-            || [Hyper::RunZero, Hyper::Drift].iter().any(|h| own(*h).is_some_and(|k| c.learned.contains(&k)))
-    };
-    let movers: Vec<usize> = (0..problem.model.columns.len()).filter(|j| moves_zero(*j)).collect();
+    let of_zero = |k: &usize| matches!(problem.model.hypers[*k], Hyper::RunZero | Hyper::Drift);
+    let columns = problem.model.columns.iter().enumerate();
+    let movers = columns.filter(|(_, c)| c.term == Term::Zero || c.learned.iter().any(of_zero));
+    let movers: Vec<usize> = movers.map(|(j, _)| j).collect();
     let zero_of =
         |i: usize| movers.iter().map(|j| problem.model.matrix[(i, *j)] * peak.solved.mean[*j]).sum::<f64>();
     let zeros = (0..merged.len()).map(|i| zero + unit * zero_of(i)).collect();
     let d = problem.dim() as f64;
-    let log_det = 2.0
-        * peak
-            .hessian
-            .clone()
-            .cholesky()
-            .map_or(0.0, |c| c.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>());
+    let log_det = peak.hessian.clone().cholesky().map_or(0.0, |c| ln_det(&c));
     let prior: f64 = problem.priors.iter().map(|p| p.width().ln() + 0.5 * std::f64::consts::TAU.ln()).sum();
     let evidence = -peak.solved.value - prior + 0.5 * d * std::f64::consts::TAU.ln()
         - 0.5 * log_det
@@ -231,11 +178,10 @@ pub fn fit(task: &Task<'_>, places: &[usize], from: From<'_>, average: bool) -> 
     };
     let freedom = places.len() as f64 - used;
     let hypers = problem.model.hypers.clone();
-    let offset = if let Base::Known(_, offset) = start.base { offset } else { 0.0 };
     Ok(Fit {
         curve,
         power: start.power,
-        offset,
+        base: start.base,
         at: peak.at,
         hessian: peak.hessian,
         widths: mixed.widths,

@@ -1,5 +1,8 @@
 //! From a signal to a distance: the posterior of the distance, flat within the calibrated range.
 
+use vibrissa_core::physics::inverse::bracketed;
+use vibrissa_core::status::Status;
+
 use crate::base::Base;
 use crate::curve::Curve;
 use crate::tails::OF_95;
@@ -25,32 +28,30 @@ pub const ENDS_95: [f64; 2] = [0.025, 0.975];
 /// Points of a posterior.
 pub const FINE: usize = 49;
 
-/// A distance.
+/// A distance that a signal tells.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Answer {
-    /// The distance, mm: the root, moved by what is known beforehand; the median of the posterior where that is wide.
+pub struct Found {
+    /// The largest distance with this signal, mm; of a posterior the root, moved by what is known beforehand, or the median where that is wide.
     pub a: f64,
-    /// One standard deviation, mm; half of the 68 % interval where the posterior is wide.
-    pub sigma: f64,
-    /// The interval that holds it with 95 % if the variances are known, mm.
-    pub ends: [f64; 2],
-    /// d signal/da, 1/mm.
-    pub slope: f64,
-    /// Variance of the signal that is not of one reading: curve, position, run.
-    pub variance: f64,
     /// The next distance with the same signal, mm.
     pub near: Option<f64>,
-    /// Whether it is the median of a wide posterior.
+    /// d signal/da there, 1/mm.
+    pub slope: f64,
+    /// Variance of the signal that is not of one reading: that of the calibration; of a posterior of position and run, too.
+    pub variance: f64,
+    /// One standard deviation of a posterior, mm, half of the 68 % interval where it is wide; NaN where noise, slope and variance make it.
+    pub sigma: f64,
+    /// The interval that holds a posterior with 95 % if the variances are known, mm; else NaN.
+    pub ends: [f64; 2],
+    /// Whether it is the median of a wide posterior, and no root.
     pub wide: bool,
 }
 
-/// Why there is no distance.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Nothing {
-    /// Weaker than the furthest tap that is answered.
-    Weak,
-    /// Stronger than any tap.
-    Strong,
+impl Found {
+    /// A root, whose standard deviation noise, slope and variance make.
+    pub fn root(a: f64, near: Option<f64>, slope: f64, variance: f64) -> Self {
+        Self { a, near, slope, variance, sigma: f64::NAN, ends: [f64::NAN; 2], wide: false }
+    }
 }
 
 /// Signals and their variances over ln a, at some drives.
@@ -70,7 +71,7 @@ pub struct Inverse {
 
 impl Inverse {
     /// Of `curve` over its base, for readings whose own zero was taken off where `tared`; distances are looked for within `reach`, mm.
-    pub fn new(curve: &Curve, base: &Base<'_>, tared: bool, reach: [f64; 2]) -> Self {
+    pub fn new(curve: &Curve, base: &Base, tared: bool, reach: [f64; 2]) -> Self {
         let [u, width] = curve.scales.u;
         let nodes = match width > 0.0 {
             true => (0..DRIVES)
@@ -82,12 +83,7 @@ impl Inverse {
     }
 
     /// The same for these drives alone, or for any where they are as many as the nodes of all.
-    pub fn of_drives(
-        curve: &Curve,
-        base: &Base<'_>,
-        (tared, reach): (bool, [f64; 2]),
-        drives: &[f64],
-    ) -> Self {
+    pub fn of_drives(curve: &Curve, base: &Base, (tared, reach): (bool, [f64; 2]), drives: &[f64]) -> Self {
         let mut nodes: Vec<f64> = drives.iter().map(|u| (u + curve.scales.offset).ln()).collect();
         nodes.sort_by(f64::total_cmp);
         nodes.dedup();
@@ -98,7 +94,7 @@ impl Inverse {
     }
 
     /// Of nodes in ln u.
-    fn of_nodes(curve: &Curve, base: &Base<'_>, (tared, reach): (bool, [f64; 2]), nodes: Vec<f64>) -> Self {
+    fn of_nodes(curve: &Curve, base: &Base, (tared, reach): (bool, [f64; 2]), nodes: Vec<f64>) -> Self {
         let [middle, half] = curve.scales.a;
         let ends = [middle - half, middle + half];
         let known = matches!(base, Base::Known(..));
@@ -234,41 +230,14 @@ impl Slice {
 
     /// The ln a between the points k and k + 1 at which the signal is `y`.
     fn root(&self, y: f64, k: usize) -> f64 {
-        let (mut lo, mut hi) = (self.x(k), self.x(k + 1));
-        let (mut f_lo, mut f_hi) = (self.points[k][0] - y, self.points[k + 1][0] - y);
-        let mut side = 0;
-        // Regula falsi, Illinois.
-        for _ in 0..60 {
-            let x = (lo * f_hi - hi * f_lo) / (f_hi - f_lo);
-            let f = self.at(x)[0] - y;
-            if f == 0.0 || (hi - lo).abs() < 1e-15 {
-                return x;
-            }
-            if (f > 0.0) == (f_hi > 0.0) {
-                (hi, f_hi) = (x, f);
-                if side == 1 {
-                    f_lo *= 0.5;
-                }
-                side = 1;
-            } else {
-                (lo, f_lo) = (x, f);
-                if side == -1 {
-                    f_hi *= 0.5;
-                }
-                side = -1;
-            }
-            if f.abs() <= 1e-15 * y.abs() {
-                return x;
-            }
-        }
-        0.5 * (lo + hi)
+        bracketed(|x| self.at(x)[0] - y, self.x(k), self.x(k + 1))
     }
 
     /// The distance of a signal `y`, of which `more` is the variance that its own zero brings.
     ///
     /// # Errors
-    /// A signal of no tap.
-    pub fn find(&self, y: f64, more: f64) -> Result<Answer, Nothing> {
+    /// A signal weaker than that of the furthest tap that is answered, or stronger than any.
+    pub fn find(&self, y: f64, more: f64) -> Result<Found, Status> {
         let spread = |p: &[f64; 3]| (p[1] + p[2] + more).sqrt();
         let last = POINTS - 1;
         let crosses = |k: &usize| (self.points[*k][0] >= y) != (self.points[*k + 1][0] >= y);
@@ -295,12 +264,14 @@ impl Slice {
         };
         let p = self.at(x);
         let a = x.exp();
-        let found = Answer { a, sigma, ends, slope: self.slope(x) / a, variance: p[2] + more, near, wide };
-        if found.a.is_finite() && found.sigma.is_finite() { Ok(found) } else { Err(Nothing::Weak) }
+        let found = Found { a, sigma, ends, slope: self.slope(x) / a, variance: p[2] + more, near, wide };
+        if found.a.is_finite() && found.sigma.is_finite() {
+            Ok(found)
+        } else {
+            Err(Status::OUTSIDE_CALIBRATION)
+        }
     }
-}
 
-impl Slice {
     /// ln a and σ in mm, and the ends in mm of the interval of 95 %, of the posterior of the signal `y` on `window`; `local` is the root and its standard deviation in ln a.
     fn posterior(
         &self,
@@ -308,7 +279,7 @@ impl Slice {
         local: Option<(f64, f64)>,
         window: [f64; 2],
         spread: impl Fn(&[f64; 3]) -> f64,
-    ) -> Result<([f64; 2], [f64; 2]), Nothing> {
+    ) -> Result<([f64; 2], [f64; 2]), Status> {
         let step = (window[1] - window[0]) / (FINE - 1) as f64;
         let place = |k: usize| window[0] + step * k as f64;
         let mut least = f64::INFINITY;
@@ -322,7 +293,8 @@ impl Slice {
         };
         let flat: [f64; FINE] = std::array::from_fn(&mut likely);
         if local.is_none() && least > FAR {
-            return Err(if self.points[POINTS - 1][0] > y { Nothing::Weak } else { Nothing::Strong });
+            let weak = self.points[POINTS - 1][0] > y;
+            return Err(if weak { Status::OUTSIDE_CALIBRATION } else { Status::NO_ROOT });
         }
         let faded: [f64; FINE] = std::array::from_fn(|k| flat[k] * prior(self.ends, place(k)));
         let of = |p: &[f64; FINE]| QUANTILES.map(|s| quantile(p, window[0], step, s));

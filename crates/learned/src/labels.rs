@@ -2,7 +2,7 @@
 //! signals fall with the distance.
 
 use crate::hyper::{Hyper, Prior};
-use crate::rows::Cell;
+use crate::rows::{Cell, range};
 
 /// Positions within this share of the range of ln a are one.
 pub const TOGETHER: f64 = 0.01;
@@ -58,12 +58,11 @@ pub fn rises<P>(
 pub fn contradicted(cells: &[Cell]) -> Option<f64> {
     let mut taps: Vec<&Cell> = cells.iter().filter(|c| c.row.touches()).collect();
     taps.sort_by(|c, d| c.row.u.total_cmp(&d.row.u).then(c.row.a.total_cmp(&d.row.a)));
-    let lns = || taps.iter().map(|c| c.row.a.ln());
-    let range = lns().fold(f64::NEG_INFINITY, f64::max) - lns().fold(f64::INFINITY, f64::min);
+    let [nearest, farthest] = range(taps.iter().map(|c| c.row.a.ln()));
     let (mut squares, mut freedom) = (0.0, 0.0);
     let mut positions: Vec<Vec<[f64; 3]>> = Vec::new();
     for drive in taps.chunk_by(|c, d| c.row.u == d.row.u) {
-        let near = |c: &&Cell, d: &&Cell| (d.row.a / c.row.a).ln() <= TOGETHER * range;
+        let near = |c: &&Cell, d: &&Cell| (d.row.a / c.row.a).ln() <= TOGETHER * (farthest - nearest);
         let of_position = |cells: &[&Cell]| {
             let n: f64 = cells.iter().map(|c| c.n).sum();
             let mean = |of: &dyn Fn(&Cell) -> f64| cells.iter().map(|c| c.n * of(c)).sum::<f64>() / n;

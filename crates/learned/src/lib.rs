@@ -9,7 +9,6 @@
 //! m. All but the learned numbers ([`hyper`]) is linear and normal: [`columns`]. The learned numbers follow restricted likelihood and
 //! priors ([`evidence`], Patterson and Thompson 1971), found by [`newton`] and averaged over by [`fit`].
 
-pub mod algebra;
 mod average;
 pub mod base;
 pub mod columns;
@@ -20,6 +19,7 @@ pub mod hyper;
 pub mod invert;
 pub mod joint;
 pub mod labels;
+pub mod least;
 pub mod newton;
 pub mod plan;
 pub mod rows;

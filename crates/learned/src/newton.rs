@@ -3,7 +3,6 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::evidence::{Problem, Solved};
-use crate::hyper::Prior;
 
 /// Steps of the differences, in ln.
 const STEP: f64 = 1e-3;
@@ -22,25 +21,22 @@ pub struct Peak {
     pub hessian: DMatrix<f64>,
 }
 
-/// Second derivatives at `at`, where the gradient is `gradient`.
-fn hessian(problem: &Problem, at: &[f64], gradient: &DVector<f64>) -> Option<DMatrix<f64>> {
+/// Second derivatives at `at`, where the gradient is `gradient`; with what the prior alone gives as least curvature, where they are not positive.
+fn hessian(problem: &Problem, at: &[f64], gradient: &DVector<f64>) -> DMatrix<f64> {
     let n = at.len();
-    let mut h = DMatrix::zeros(n, n);
-    for k in 0..n {
+    let column = |k: usize| {
         let mut there = at.to_vec();
         there[k] += STEP;
         let beside = problem.gradient(&there, &problem.solve(&there)?);
-        (0..n).for_each(|i| h[(i, k)] = (beside[i] - gradient[i]) / STEP);
-    }
-    Some(0.5 * (&h + h.transpose()))
-}
-
-/// The Hessian with what the prior alone gives as least curvature, where it is not positive.
-fn positive(h: &DMatrix<f64>, priors: &[Prior]) -> DMatrix<f64> {
+        Some((DVector::from_vec(beside) - gradient) / STEP)
+    };
+    let columns = (0..n).map(column).collect::<Option<Vec<_>>>();
+    let h = columns.filter(|_| n > 0).map_or(DMatrix::zeros(n, n), |columns| DMatrix::from_columns(&columns));
+    let h = 0.5 * (&h + h.transpose());
     let mut added = 0.0;
     loop {
-        let least = |k: usize| added / priors[k].width().powi(2);
-        let tried = h + DMatrix::from_diagonal(&DVector::from_fn(h.nrows(), |k, _| least(k)));
+        let least = |k: usize, _| added / problem.priors[k].width().powi(2);
+        let tried = &h + DMatrix::from_diagonal(&DVector::from_fn(n, least));
         if tried.clone().cholesky().is_some() {
             return tried;
         }
@@ -117,10 +113,7 @@ pub fn climb(problem: &Problem, start: &[f64]) -> Option<Peak> {
         }
         // Near the peak the curvature changes slowly against what it costs.
         if curvature.is_none() || gradient.amax() > 0.1 {
-            curvature = Some(positive(
-                &hessian(problem, &at, &gradient).unwrap_or_else(|| DMatrix::zeros(at.len(), at.len())),
-                &problem.priors,
-            ));
+            curvature = Some(hessian(problem, &at, &gradient));
         }
         let step = -curvature.as_ref()?.clone().cholesky()?.solve(&gradient);
         let gain = descend(problem, &mut at, &mut solved, &gradient, &step);
@@ -130,9 +123,6 @@ pub fn climb(problem: &Problem, start: &[f64]) -> Option<Peak> {
     }
     // At the peak itself: what it is must not depend on the way there.
     let gradient = DVector::from_vec(problem.gradient(&at, &solved));
-    let hessian = positive(
-        &hessian(problem, &at, &gradient).unwrap_or_else(|| DMatrix::zeros(at.len(), at.len())),
-        &problem.priors,
-    );
+    let hessian = hessian(problem, &at, &gradient);
     Some(Peak { at, solved, hessian })
 }

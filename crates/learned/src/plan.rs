@@ -9,10 +9,9 @@ mod tests;
 
 use nalgebra::DMatrix;
 
-use crate::base::Base;
+use crate::base::{Base, Whisker};
 use crate::columns::{Columns, Effects, FLAT, Scales, Term, terms, values};
 use crate::evidence::Problem;
-use crate::fit::Whisker;
 use crate::hyper::{Hyper, Prior};
 use crate::rows::{Cell, Row};
 use crate::start::{Start, slopes};
@@ -49,7 +48,7 @@ pub struct Rig {
 #[derive(Clone, Copy)]
 pub struct Ask<'a> {
     /// The |signal| of the whisker.
-    pub curve: Whisker<'a>,
+    pub curve: &'a Whisker,
     /// Distances (mm) and drives at which the rig may tap, from the least on.
     pub distances: &'a [f64],
     /// See above.
@@ -108,8 +107,8 @@ impl Planner {
         if !(scales.a[1] > 0.0 && scales.a[1].is_finite() && unit > 0.0) {
             return None;
         }
-        let base = Base::Known(ask.curve, 0.0);
-        let start = Start { base, power: None, numbers: [unit, 0.0, unit], labels: None };
+        let base = Base::Known(ask.curve.clone(), 0.0);
+        let start = Start { base: base.clone(), power: None, numbers: [unit, 0.0, unit], labels: None };
         let slopes = slopes(&cells, &start, &scales);
         let effects = Effects { known: true, zero: Some(FLAT), drift: false };
         let model = Columns::new(&cells, (&base, unit), &slopes, &scales, effects);
@@ -205,20 +204,21 @@ impl Planner {
         self.weights.iter().enumerate().map(|(q, w)| w * self.covariance[(first + q, first + q)]).sum()
     }
 
-    /// By how much a tap at `place` lowers it.
-    fn gain(&self, place: usize) -> f64 {
+    /// Σ w S², S the covariance of a tap at `place` with the curve where it will be asked for.
+    fn squares(&self, place: usize) -> f64 {
         let column = self.covariance.column(place);
-        let sum: f64 =
-            self.weights.iter().zip(column.iter().skip(self.taps.len())).map(|(w, s)| w * s * s).sum();
-        sum / (self.noise[place] + column[place])
+        self.weights.iter().zip(column.iter().skip(self.taps.len())).map(|(w, s)| w * s * s).sum()
+    }
+
+    /// By how much a tap at `place` lowers the variance.
+    fn gain(&self, place: usize) -> f64 {
+        self.squares(place) / (self.noise[place] + self.covariance[(place, place)])
     }
 
     /// By how much the tap at `place`, which is chosen, lowers it.
     fn worth(&self, place: usize) -> f64 {
-        let column = self.covariance.column(place);
-        let sum: f64 =
-            self.weights.iter().zip(column.iter().skip(self.taps.len())).map(|(w, s)| w * s * s).sum();
-        sum / (self.noise[place] - column[place]).max(f64::MIN_POSITIVE)
+        let left = self.noise[place] - self.covariance[(place, place)];
+        self.squares(place) / left.max(f64::MIN_POSITIVE)
     }
 
     /// The best candidate: of the distances that are used, where there may be no other ones.

@@ -37,6 +37,12 @@ pub struct Cell {
     pub rows: Vec<usize>,
 }
 
+/// The least and the largest of `values`; infinite of none.
+pub fn range(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
+    let wider = |[lo, hi]: [f64; 2], x: f64| [lo.min(x), hi.max(x)];
+    values.into_iter().fold([f64::INFINITY, f64::NEG_INFINITY], wider)
+}
+
 /// Most cells of rows that differ in their labels; more are joined with their neighbours.
 const MOST: usize = 2500;
 

@@ -1,20 +1,21 @@
 //! What a fit starts from: the base of its curve, the zero, the units; none of it is exact, and the model corrects all of it.
 
 use nalgebra::{DMatrix, DVector};
+use vibrissa_core::reduce::median;
 
-use crate::base::{Base, Fitted, WORTH, again, power};
+use crate::base::{Base, Fitted, WORTH, Whisker, again, power};
 use crate::columns::Scales;
-use crate::fit::{Fault, Fit, From, Task, Whisker};
+use crate::fit::{Fault, Fit, From, Task};
 use crate::labels::contradicted;
-use crate::rows::Cell;
+use crate::rows::{Cell, range};
 
 /// The signal of no whisker falls with the distance more slowly than this power of it.
 const FLAT: f64 = 0.3;
 
 /// The base and the scale of the signals.
-pub struct Start<'a> {
+pub struct Start {
     /// The curve that is corrected.
-    pub base: Base<'a>,
+    pub base: Base,
     /// The power law, where there is no whisker.
     pub power: Option<Fitted>,
     /// Unit of the signals, zero, unit of the base.
@@ -23,31 +24,23 @@ pub struct Start<'a> {
     pub labels: Option<f64>,
 }
 
-/// The value in the middle.
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let n = values.len();
-    if n == 0 { f64::NAN } else { 0.5 * (values[(n - 1) / 2] + values[n / 2]) }
-}
-
 /// What the model of `cells` starts from: of nearly the rows of another fit, from its base.
-pub fn start<'a>(task: &Task<'a>, cells: &[Cell], from: From<'_>) -> Result<Start<'a>, Fault> {
-    let rests: Vec<f64> = cells.iter().filter(|c| !c.row.touches()).map(|c| c.row.y).collect();
+pub fn start(task: &Task, cells: &[Cell], from: From<'_>) -> Result<Start, Fault> {
+    let mut rests: Vec<f64> = cells.iter().filter(|c| !c.row.touches()).map(|c| c.row.y).collect();
     let taps: Vec<[f64; 3]> =
         cells.iter().filter(|c| c.row.touches()).map(|c| [c.row.a, c.row.u, c.row.y]).collect();
-    let read = if rests.is_empty() { task.zero.is_finite().then_some(0.0) } else { Some(median(rests)) };
+    let read = if rests.is_empty() { task.zero.is_finite().then_some(0.0) } else { Some(median(&mut rests)) };
     let near: Option<&Fit> = if let From::Near(fit) | From::Held(fit) = from { Some(fit) } else { None };
-    if let Some(curve) = task.known {
+    if let Some(curve) = &task.known {
         if let From::Held(fit) = from
-            && let Some(found) = of_known(curve, &taps, read, fit.offset)
+            && let Some(found) = of_known(curve, &taps, read, fit.base.offset())
         {
             return Ok(found.0);
         }
         let plain = of_known(curve, &taps, read, 0.0);
         let free = of_known(curve, &taps, read, offset(curve, &taps, read));
         // An offset is there where it is worth it, or where the curve has no values without it.
-        let worth =
-            |(p, f): (&(Start<'_>, f64), &(Start<'_>, f64))| taps.len() as f64 * (p.1 / f.1).ln() > WORTH;
+        let worth = |(p, f): (&(Start, f64), &(Start, f64))| taps.len() as f64 * (p.1 / f.1).ln() > WORTH;
         let moved = plain.as_ref().zip(free.as_ref()).is_some_and(worth);
         let found = if moved { free } else { plain.or(free) };
         return found.map(|f| f.0).ok_or(Fault::NoCurve);
@@ -57,7 +50,7 @@ pub fn start<'a>(task: &Task<'a>, cells: &[Cell], from: From<'_>) -> Result<Star
         Some(fitted) => fitted,
         None => law(&taps, read, labels.is_none())?,
     };
-    let unit = median(taps.iter().map(|t| (t[2] - fitted.zero).abs()).collect());
+    let unit = median(&mut taps.iter().map(|t| (t[2] - fitted.zero).abs()).collect::<Vec<_>>());
     match unit > 0.0 {
         true => Ok(Start {
             base: Base::Power(fitted.power),
@@ -80,8 +73,7 @@ fn law(taps: &[[f64; 3]], read: Option<f64>, ends: bool) -> Result<Fitted, Fault
     let free = if free { power(taps, None, ends) } else { None };
     // Of too few taps to tell it, a zero beyond the weakest one: the model corrects it.
     let beyond = || {
-        let ys = || taps.iter().map(|t| t[2]);
-        let (lo, hi) = (ys().fold(f64::INFINITY, f64::min), ys().fold(f64::NEG_INFINITY, f64::max));
+        let [lo, hi] = range(taps.iter().map(|t| t[2]));
         power(taps, Some(lo - 0.5 * (hi - lo)), ends)
     };
     let free = free.or_else(|| if read.is_none() && needed { beyond() } else { None });
@@ -95,15 +87,10 @@ fn law(taps: &[[f64; 3]], read: Option<f64>, ends: bool) -> Result<Fitted, Fault
 }
 
 /// The base of a whisker that is known, its drive moved by `offset`, and the sum of squares that gain and zero leave.
-fn of_known<'a>(
-    curve: Whisker<'a>,
-    taps: &[[f64; 3]],
-    read: Option<f64>,
-    offset: f64,
-) -> Option<(Start<'a>, f64)> {
+fn of_known(curve: &Whisker, taps: &[[f64; 3]], read: Option<f64>, offset: f64) -> Option<(Start, f64)> {
     let m: Vec<f64> = taps.iter().map(|t| curve(t[0], t[1] + offset)).collect();
     let y: Vec<f64> = taps.iter().map(|t| t[2] - read.unwrap_or(0.0)).collect();
-    let tared = median(y.iter().zip(&m).map(|(y, m)| y / m).collect());
+    let tared = median(&mut y.iter().zip(&m).map(|(y, m)| y / m).collect::<Vec<_>>());
     let squares = |gain: f64, zero: f64| {
         let mut all: Vec<f64> = y.iter().zip(&m).map(|(y, m)| (y - zero - gain * m).powi(2)).collect();
         // Without the worst tenth, which may be wrong.
@@ -121,19 +108,21 @@ fn of_known<'a>(
             (gain, zero) = free;
         }
     }
-    let unit = median(m.iter().map(|m| gain * m).collect());
+    let unit = median(&mut m.iter().map(|m| gain * m).collect::<Vec<_>>());
     let numbers = [unit, read.unwrap_or(0.0) + zero, unit / gain];
     let sound =
         gain > 0.0 && unit > 0.0 && numbers.iter().all(|x| x.is_finite()) && m.iter().all(|m| m.is_finite());
     sound.then(|| {
-        (Start { base: Base::Known(curve, offset), power: None, numbers, labels: None }, squares(gain, zero))
+        (
+            Start { base: Base::Known(curve.clone(), offset), power: None, numbers, labels: None },
+            squares(gain, zero),
+        )
     })
 }
 
 /// What is best added to the drive of a whisker that is known, within what its curve was made for.
-fn offset(curve: Whisker<'_>, taps: &[[f64; 3]], read: Option<f64>) -> f64 {
-    let drives = || taps.iter().map(|t| t[1]);
-    let (least, largest) = (drives().fold(f64::INFINITY, f64::min), drives().fold(0.0, f64::max));
+fn offset(curve: &Whisker, taps: &[[f64; 3]], read: Option<f64>) -> f64 {
+    let [least, largest] = range(taps.iter().map(|t| t[1]));
     if least == largest {
         return 0.0;
     }
@@ -159,7 +148,7 @@ pub fn lowest(of: impl Fn(f64) -> f64, [mut lo, mut hi]: [f64; 2]) -> f64 {
 
 /// ∂ signal/∂ ln a of each cell, in units of the signal: of the whisker's curve, or of the power law times a quadratic that is nearest
 /// to the taps.
-pub fn slopes(cells: &[Cell], start: &Start<'_>, scales: &Scales) -> Vec<f64> {
+pub fn slopes(cells: &[Cell], start: &Start, scales: &Scales) -> Vec<f64> {
     const RIDGE: f64 = 1e-4;
     let [unit, zero, base_unit] = start.numbers;
     let base = |a: f64, u: f64| start.base.value(a, u) / base_unit;

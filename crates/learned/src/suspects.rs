@@ -1,32 +1,34 @@
-//! Rows that the model of all others does not expect: generalised extreme studentized deviates (Rosner 1983) on deleted residuals.
+//! Suspect rows: generalised extreme studentized deviates (Rosner 1983) on deleted residuals.
 
 use std::collections::BTreeMap;
 
+use vibrissa_core::normal::quantile;
+
 use crate::fit::{Fault, Fit, From, Task, fit};
-use crate::rows::cells;
+use crate::rows::{cells, range};
 use crate::start::start;
 
-/// A sound set of rows loses one by chance in so many.
+/// False-alarm rate: a clean set of rows loses one with this probability.
 const CHANCE: f64 = 0.01;
-/// A row that is nearer to what is expected than this share of its signal is used: noise has longer tails than the normal one.
+/// Least deviation of a suspect, as a share of its signal: noise has longer tails than the normal distribution.
 const LEAST: f64 = 0.03;
-/// Positions from which one can be told from the others.
+/// Fewest positions among which one is suspected.
 const ENOUGH: usize = 7;
-/// An end with so many times fewer rows than a usual position is looked at.
+/// The first and the last position are checked if they have so many times fewer rows than the median.
 const FEWER: usize = 4;
-/// Rows that are off by so many times their signal, and that of most rows, are left out before any fit.
+/// Rows off by more than so many times their signal, and the usual one, are left out before any fit.
 const GROSS: f64 = 30.0;
-/// Of no more rows each of the likeliest is tried: one of few hides in the noise that it makes.
+/// Up to so many rows the likeliest suspects are tried one by one: a wrong row among few inflates the noise that hides it.
 const FEW: usize = 60;
-/// So many of them.
+/// Number of suspects tried.
 const TRIED: usize = 6;
-/// ln of the chance that a row is wrong, of which any signal may then come.
+/// ln of the prior probability that a row is wrong, with any signal in the range.
 const WRONG: f64 = -9.2;
 /// Other positions from which it is told that the decimal point of one is moved, how far beyond them that one may truly be (a factor), and ln of the chance of it.
 const OTHERS: usize = 3;
 const BEYOND: f64 = 2.5;
 const MOVED: f64 = -4.6;
-/// At most this share of the rows is left out.
+/// Largest share of rows left out.
 const MOST: f64 = 0.2;
 
 /// A row left out.
@@ -41,7 +43,7 @@ pub struct Suspect {
 }
 
 /// Fits the rows at `places` and leaves out one after the other those that the rest does not expect.
-pub fn sound(task: &Task<'_>, places: &[usize], average: bool) -> Result<(Fit, Vec<Suspect>), Fault> {
+pub fn sound(task: &Task, places: &[usize], average: bool) -> Result<(Fit, Vec<Suspect>), Fault> {
     let mut found = gross(task, places)?;
     found.extend(slipped(task, &without(places, &found)));
     let mut kept = without(places, &found);
@@ -58,8 +60,8 @@ pub fn sound(task: &Task<'_>, places: &[usize], average: bool) -> Result<(Fit, V
         (last, kept) = (next, left);
     }
     if let Some(rows) = position(task, &last, &kept) {
-        found.extend(rows.iter().map(|s| s.0));
-        kept.retain(|k| !rows.iter().any(|s| s.0.place == *k));
+        kept = without(&kept, &rows);
+        found.extend(rows);
     }
     // The likely numbers of a model with wrong rows may be another peak than that of the model without.
     if !found.is_empty() {
@@ -69,8 +71,8 @@ pub fn sound(task: &Task<'_>, places: &[usize], average: bool) -> Result<(Fit, V
 }
 
 /// Rows that are so far from the base of the curve, whose size is that of most rows, that no noise explains them: in another unit.
-fn gross(task: &Task<'_>, places: &[usize]) -> Result<Vec<Suspect>, Fault> {
-    let start = start(task, &cells(task.rows, places, false), From::Nowhere)?;
+fn gross(task: &Task, places: &[usize]) -> Result<Vec<Suspect>, Fault> {
+    let start = start(task, &cells(&task.rows, places, false), From::Nowhere)?;
     let [unit, zero, base_unit] = start.numbers;
     let suspect = |place: &usize| {
         let row = &task.rows[*place];
@@ -83,26 +85,24 @@ fn gross(task: &Task<'_>, places: &[usize]) -> Result<Vec<Suspect>, Fault> {
 }
 
 /// The row that is furthest from what the others expect, if that is no chance.
-fn worst(task: &Task<'_>, fit: &Fit, n: usize) -> Option<Suspect> {
+fn worst(task: &Task, fit: &Fit, n: usize) -> Option<Suspect> {
     let (suspect, t) = *off_most(task, fit).first()?;
-    let freedom = (fit.freedom - 1.0).max(1.0);
-    (n as f64 * 2.0 * tail(normal(t, freedom)) < CHANCE).then_some(suspect)
+    is_rare(t, (fit.freedom - 1.0).max(1.0), n).then_some(suspect)
 }
 
 /// The row of few, or the rows, without which all others are so much likelier that these are wrong: of signals between the least and the largest. Several wrong rows hide each
 /// other: without one of them the noise is still theirs.
-fn hidden(task: &Task<'_>, whole: &Fit, kept: &[usize]) -> Vec<Suspect> {
+fn hidden(task: &Task, whole: &Fit, kept: &[usize]) -> Vec<Suspect> {
     if kept.len() > FEW || whole.freedom < 3.0 {
         return Vec::new();
     }
-    let ys = || kept.iter().map(|k| task.rows[*k].y);
-    let range = ys().fold(f64::NEG_INFINITY, f64::max) - ys().fold(f64::INFINITY, f64::min);
+    let [least, largest] = range(kept.iter().map(|k| task.rows[*k].y));
     let all: Vec<Suspect> = off_most(task, whole).into_iter().map(|s| s.0).collect();
     let gain = |wrong: &[Suspect]| {
         let next = fit(task, &without(kept, wrong), From::Nowhere, false).ok()?;
         let found: Vec<Suspect> = wrong.iter().map(|s| judged(task, &next, s.place, 1.0)).collect();
         let n = wrong.len() as f64;
-        Some((found, next.evidence + n * (WRONG - range.ln()) - whole.evidence))
+        Some((found, next.evidence + n * (WRONG - (largest - least).ln()) - whole.evidence))
     };
     let best = |sets: &mut dyn Iterator<Item = &[Suspect]>| {
         let best = sets.filter_map(gain).max_by(|p, q| p.1.total_cmp(&q.1));
@@ -122,22 +122,22 @@ fn without(places: &[usize], wrong: &[Suspect]) -> Vec<usize> {
 }
 
 /// A row beside what `fit`, which is of others, expects of it at its label times a `factor`.
-fn judged(task: &Task<'_>, fit: &Fit, place: usize, factor: f64) -> Suspect {
+fn judged(task: &Task, fit: &Fit, place: usize, factor: f64) -> Suspect {
     let row = &task.rows[place];
     let expected = match row.touches() {
-        true => fit.base(task, |base| fit.curve.expected(base, factor * row.a, row.u, true)).signal,
+        true => fit.curve.expected(&fit.base, factor * row.a, row.u, true).signal,
         false => 0.0,
     };
     Suspect { place, off: row.y - fit.curve.zero()[0] - expected, expected }
 }
 
 /// Rows that are off by more than [`LEAST`], and by how many standard deviations, those first that are off by most.
-fn off_most(task: &Task<'_>, fit: &Fit) -> Vec<(Suspect, f64)> {
+fn off_most(task: &Task, fit: &Fit) -> Vec<(Suspect, f64)> {
     let mut all: Vec<(Suspect, f64)> = Vec::new();
     for (i, cell) in fit.cells.iter().enumerate() {
         for &place in &cell.rows {
             let (expected, row) = (fit.expected[i], &task.rows[place]);
-            let (off, sd) = (row.y - expected, fit.deleted[i][1]);
+            let (off, sd) = (row.y - expected, fit.deleted[i]);
             let t = off.abs() / sd;
             let signal =
                 (expected - fit.zeros[i]).abs().max(if row.touches() { 0.0 } else { fit.curve.unit });
@@ -153,7 +153,7 @@ fn off_most(task: &Task<'_>, fit: &Fit) -> Vec<(Suspect, f64)> {
 /// The rows of a position that is where no curve through all others leads: few, and all of them, so that they bear each other out. Many rows are
 /// left in: then the position is one that was meant. Looked at are the position that is farthest off, and the first and the last where they have
 /// far fewer rows than others: there a curve bends to any row.
-fn position(task: &Task<'_>, last: &Fit, kept: &[usize]) -> Option<Vec<(Suspect, f64)>> {
+fn position(task: &Task, last: &Fit, kept: &[usize]) -> Option<Vec<Suspect>> {
     let positions = positions(task, kept);
     if positions.len() < ENOUGH {
         return None;
@@ -173,7 +173,7 @@ fn position(task: &Task<'_>, last: &Fit, kept: &[usize]) -> Option<Vec<(Suspect,
 }
 
 /// Rows by the label of their position.
-fn positions(task: &Task<'_>, kept: &[usize]) -> BTreeMap<i64, Vec<usize>> {
+fn positions(task: &Task, kept: &[usize]) -> BTreeMap<i64, Vec<usize>> {
     let label = |k: &usize| (task.rows[*k].a.ln() * 1e9).round() as i64;
     let mut positions: BTreeMap<i64, Vec<usize>> = BTreeMap::new();
     kept.iter()
@@ -183,13 +183,13 @@ fn positions(task: &Task<'_>, kept: &[usize]) -> BTreeMap<i64, Vec<usize>> {
 }
 
 /// The rows of a position that lies apart from all others, and among them where its decimal point is moved by one place: where their signals are much likelier there.
-fn slipped(task: &Task<'_>, kept: &[usize]) -> Vec<Suspect> {
+fn slipped(task: &Task, kept: &[usize]) -> Vec<Suspect> {
     let positions = positions(task, kept);
     let all: Vec<(f64, &Vec<usize>)> = positions.values().map(|rows| (task.rows[rows[0]].a, rows)).collect();
     let tried = [0, all.len().saturating_sub(1)].into_iter().filter(|_| all.len() > OTHERS).find_map(|end| {
         let (label, rows) = all[end];
-        let others = || all.iter().enumerate().filter(|(i, _)| *i != end).map(|(_, (a, _))| *a);
-        let (least, most) = (others().fold(f64::INFINITY, f64::min), others().fold(0.0, f64::max));
+        let others = all.iter().enumerate().filter(|(i, _)| *i != end);
+        let [least, most] = range(others.map(|(_, (a, _))| *a));
         let factor = if end == 0 { 10.0 } else { 0.1 };
         let there = factor * label;
         if label > least && label < most || there < least / BEYOND || there > most * BEYOND {
@@ -210,11 +210,11 @@ fn slipped(task: &Task<'_>, kept: &[usize]) -> Vec<Suspect> {
 }
 
 /// By what share `rows` are off what `fit` expects at their labels times a `factor`, together, and its standard deviation.
-fn off(task: &Task<'_>, fit: &Fit, rows: &[usize], factor: f64) -> [f64; 2] {
+fn off(task: &Task, fit: &Fit, rows: &[usize], factor: f64) -> [f64; 2] {
     let n = rows.len() as f64;
     let of = |k: &usize| {
         let row = &task.rows[*k];
-        let e = fit.base(task, |base| fit.curve.expected(base, factor * row.a, row.u, false));
+        let e = fit.curve.expected(&fit.base, factor * row.a, row.u, false);
         let (off, size) = (row.y - fit.curve.zero - e.signal, e.signal.abs());
         (off / size, (e.of_curve + e.of_position + e.of_run + e.of_noise / n) / (size * size))
     };
@@ -222,31 +222,23 @@ fn off(task: &Task<'_>, fit: &Fit, rows: &[usize], factor: f64) -> [f64; 2] {
     [all.iter().map(|x| x.0).sum::<f64>() / n, (all.iter().map(|x| x.1).sum::<f64>() / n).sqrt()]
 }
 
-/// The `rows` of one of so many positions, each with its share, if all others expect them elsewhere.
-fn unlike(task: &Task<'_>, rows: &[usize], kept: &[usize], positions: usize) -> Option<Vec<(Suspect, f64)>> {
+/// The `rows` of one of so many positions, if all others expect them elsewhere.
+fn unlike(task: &Task, rows: &[usize], kept: &[usize], positions: usize) -> Option<Vec<Suspect>> {
     let left: Vec<usize> = kept.iter().copied().filter(|k| !rows.contains(k)).collect();
     let next = fit(task, &left, From::Nowhere, true).ok()?;
     let [share, sd] = off(task, &next, rows, 1.0);
-    let freedom = (positions as f64 - 5.0).max(1.0);
-    let rare = positions as f64 * 2.0 * tail(normal(share.abs() / sd, freedom)) < CHANCE;
+    let rare = is_rare(share.abs() / sd, (positions as f64 - 5.0).max(1.0), positions);
     let suspect = |k: &usize| {
-        let row = &task.rows[*k];
-        let expected = next.base(task, |base| next.curve.expected(base, row.a, row.u, true)).signal;
-        (Suspect { place: *k, off: share * expected, expected }, share)
+        let Suspect { expected, .. } = judged(task, &next, *k, 1.0);
+        Suspect { place: *k, off: share * expected, expected }
     };
     (rare && share.abs() > LEAST).then(|| rows.iter().map(suspect).collect())
 }
 
-/// The normal deviate that is as rare as `t` of Student's distribution (Wallace 1959).
-fn normal(t: f64, freedom: f64) -> f64 {
-    (8.0 * freedom + 1.0) / (8.0 * freedom + 3.0) * (freedom * (1.0 + t * t / freedom).ln()).sqrt()
-}
-
-/// Share of a normal distribution beyond z > 0, to a per cent in the tail (Abramowitz and Stegun 26.2.17).
-fn tail(z: f64) -> f64 {
-    let k = 1.0 / (1.0 + 0.231_641_9 * z);
-    let poly = k
-        * (0.319_381_530
-            + k * (-0.356_563_782 + k * (1.781_477_937 + k * (-1.821_255_978 + k * 1.330_274_429))));
-    (-0.5 * z * z).exp() / std::f64::consts::TAU.sqrt() * poly
+/// Whether a deviate `t` of Student's distribution of so many degrees of `freedom` is the largest of `n` in fewer than [`CHANCE`] of all cases: by
+/// the normal deviate that is as rare (Wallace 1959).
+fn is_rare(t: f64, freedom: f64, n: usize) -> bool {
+    let normal =
+        (8.0 * freedom + 1.0) / (8.0 * freedom + 3.0) * (freedom * (1.0 + t * t / freedom).ln()).sqrt();
+    normal > -quantile(CHANCE / (2.0 * n as f64))
 }

@@ -1,6 +1,5 @@
 //! The model against data of which the truth is known.
 
-use vibrissa_learned::base::Base;
 use vibrissa_learned::curve::Weights;
 use vibrissa_learned::fit::{Fault, Fit, From, Task, fit};
 use vibrissa_learned::invert::Inverse;
@@ -56,8 +55,8 @@ impl Rig {
     }
 }
 
-fn task(rows: &[Row]) -> Task<'_> {
-    Task { rows, known: None, step: 0.0, zero: f64::INFINITY, drift: false }
+fn task(rows: &[Row]) -> Task {
+    Task { rows: rows.to_vec(), known: None, step: 0.0, zero: f64::INFINITY, drift: false }
 }
 
 fn all(rows: &[Row]) -> Vec<usize> {
@@ -65,8 +64,7 @@ fn all(rows: &[Row]) -> Vec<usize> {
 }
 
 fn inverse(found: &Fit) -> Inverse {
-    let base = Base::Power(found.power.expect("no whisker is known").power);
-    Inverse::new(&found.curve, &base, false, [1.0, 1e3])
+    Inverse::new(&found.curve, &found.base, false, [1.0, 1e3])
 }
 
 /// Shares of errors within 1 σ and beyond 3 σ, and their root mean square, of readings at distances between those of the calibration.

@@ -67,7 +67,7 @@ pub fn once(table: &str, whisker: &str) -> Arc<Calibrated> {
     one.get_or_init(|| Arc::new(calibrated(table, whisker, &[]))).clone()
 }
 
-pub fn locator(c: &Calibrated, asked: Option<&'static dyn Estimator>) -> Locator {
+pub fn locator(c: &Calibrated, asked: Option<Estimator>) -> Locator {
     Locator::new(&c.calibration, "calibration.toml", asked, &opener(&RunOptions::default())).unwrap()
 }
 

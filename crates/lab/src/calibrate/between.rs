@@ -1,4 +1,4 @@
-//! The zero that the two sides of a whisker tell where nobody read it.
+//! The zero of the signal from taps of both sides, where no zero was read.
 //!
 //! What a gauge shows of a tap to one side and of the same tap to the other is y₊ = z + g and y₋ = z − r g: whatever g, the points (y₊, y₋) of all
 //! taps lie on one line, y₋ = (1 + r) z − r y₊, which meets the diagonal at the zero z. No curve of the whisker is needed, and the signals need not
@@ -14,32 +14,32 @@ use crate::reduce::median;
 
 /// Fewest cells with taps of both sides.
 const FEWEST: usize = 4;
-/// Share of the taps that are in such cells.
+/// Least share of the taps in such cells.
 const MOST: f64 = 0.6;
-/// Factor by which one side may show more than the other.
+/// Largest ratio of the signals of the two sides.
 const RATIO: f64 = 30.0;
-/// Share of the spread of the signals that the line may leave.
+/// Largest residual of the line, as a share of the spread of the signals.
 const LEFT: f64 = 0.2;
-/// Cells that are off by so many standard deviations are not believed.
+/// Cells farther off than so many standard deviations are left out.
 const OFF: f64 = 5.0;
-/// Cells from which slopes between all of them are taken.
+/// Most cells between which all slopes are taken.
 const SLOPES: usize = 60;
-/// What the square of a usual gap may move the point between by, in gaps: a whisker is stretched beside being bent.
+/// Allowed curvature of the line, in units of the median gap (covers stretching).
 const BENT: f64 = 0.02;
-/// Times that noise and line are told from each other.
+/// Rounds of fitting line and noise in turn.
 const ROUNDS: usize = 3;
-/// Shares of the noise's variance that do not go with the signal, tried in turn.
+/// Shares of the noise variance that do not grow with the signal, tried in turn.
 const FLOORS: [f64; 4] = [1.0, 0.3, 0.03, 0.003];
 
-/// Of more taps a part is looked at where sides have laws of their own.
+/// Most taps to which power laws are fitted.
 const LOOKED_AT: usize = 120;
-/// Places at which the zero is looked for first.
+/// Zeros that are tried first.
 const PLACES: usize = 16;
-/// Two laws are taken for two sides where they are worth so much in ln of the likelihood, twice.
+/// Least gain in 2 ln likelihood for two laws instead of one.
 const FAR_BETTER: f64 = 40.0;
-/// Share of the spread of its taps that a law leaves at most.
+/// Largest residual of a law, as a share of the spread of its taps.
 const FOLLOWED: f64 = 0.25;
-/// A whisker is no power law: by this share of a usual signal the zero between two may be off.
+/// Error of the zero because a whisker follows no exact power law, as a share of a usual signal.
 const NO_LAW: f64 = 0.01;
 
 /// Mean signals of the two sides at one distance by one drive of one run.
@@ -68,18 +68,19 @@ pub(super) fn zero(taps: impl Iterator<Item = ((usize, [f64; 2]), f64)>) -> Opti
     taps.for_each(|((run, at), signal)| cells.entry((run, at.map(f64::to_bits))).or_default().push(signal));
     let all: usize = cells.values().map(Vec::len).sum();
     let mut pairs: Vec<Pair> = cells.into_values().filter_map(pair).collect();
-    let mut line = rough(&pairs)?;
+    let mut ratio = rough(&pairs)?;
+    let mut line = Line { zero: middle(&pairs, ratio), ..Line::default() };
     // Cells of one side alone, and such with a wrong row, are not on it.
     for _ in 0..3 {
-        let off = |p: &Pair| (p.middle(line.ratio) - line.zero).abs();
+        let off = |p: &Pair| (p.middle(ratio) - line.zero).abs();
         let usual = 1.4826 * median(&mut pairs.iter().map(off).collect::<Vec<_>>());
         pairs.retain(|p| off(p) <= OFF * usual);
-        let Line { ratio, .. } = rough(&pairs)?;
+        ratio = rough(&pairs)?;
         let fits = FLOORS.iter().filter_map(|floor| Line::through(&pairs, ratio, *floor));
         line = fits.min_by(|l, m| l.unlikely.total_cmp(&m.unlikely))?;
     }
     let enough = pairs.iter().map(|p| p.taps).sum::<usize>() as f64 >= MOST * all as f64;
-    let sides = (1.0 / RATIO..=RATIO).contains(&line.ratio) && line.left < LEFT;
+    let sides = (1.0 / RATIO..=RATIO).contains(&ratio) && line.left < LEFT;
     (enough && sides).then_some([line.zero, line.error])
 }
 
@@ -147,20 +148,19 @@ fn pair(mut signals: Vec<f64>) -> Option<Pair> {
 }
 
 /// What the signals of both sides say.
+#[derive(Default)]
 struct Line {
     /// Where it meets the diagonal, and the standard error of that.
     zero: f64,
     error: f64,
-    /// Fall of the low signal as the high one rises.
-    ratio: f64,
     /// Share of the spread of the signals that it leaves.
     left: f64,
     /// −2 ln of its likelihood.
     unlikely: f64,
 }
 
-/// The line by the median of the slopes (Theil and Sen), where it falls.
-fn rough(pairs: &[Pair]) -> Option<Line> {
+/// How much the low signal falls as the high one rises, by the median of the slopes (Theil and Sen); `None` where it does not fall.
+fn rough(pairs: &[Pair]) -> Option<f64> {
     if pairs.len() < FEWEST {
         return None;
     }
@@ -169,8 +169,12 @@ fn rough(pairs: &[Pair]) -> Option<Line> {
     let apart = between.filter(|(p, q)| p.high != q.high);
     let mut slopes: Vec<f64> = apart.map(|(p, q)| (p.low - q.low) / (p.high - q.high)).collect();
     let ratio = -median(&mut slopes);
-    let zero = median(&mut pairs.iter().map(|p| p.middle(ratio)).collect::<Vec<_>>());
-    (ratio > 0.0).then_some(Line { zero, error: f64::NAN, ratio, left: f64::NAN, unlikely: f64::NAN })
+    (ratio > 0.0).then_some(ratio)
+}
+
+/// The middle of the points that do not move with the gaps of `pairs`.
+fn middle(pairs: &[Pair], ratio: f64) -> f64 {
+    median(&mut pairs.iter().map(|p| p.middle(ratio)).collect::<Vec<_>>())
 }
 
 impl Line {
@@ -182,7 +186,7 @@ impl Line {
         }
         let usual = median(&mut pairs.iter().map(Pair::gap).collect::<Vec<_>>());
         let weight = |p: &Pair| 1.0 / (floor + (1.0 - floor) * (p.gap() / usual).powi(2));
-        let middle = median(&mut pairs.iter().map(|p| p.middle(ratio)).collect::<Vec<_>>());
+        let middle = middle(pairs, ratio);
         let (mut of_gaps, mut of_middles, mut squares) = (Matrix3::zeros(), Vector3::zeros(), 0.0);
         for p in pairs {
             let (w, g, m) = (weight(p), p.gap() / usual, p.middle(ratio) - middle);
@@ -206,7 +210,6 @@ impl Line {
         let line = Self {
             zero: middle + found.x,
             error: (variance * inverse[(0, 0)]).sqrt(),
-            ratio,
             left: (variance * n / of_gaps[(0, 0)] / spread).sqrt() / usual,
             unlikely: n * variance.ln() - logs,
         };

@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::Calibrated;
 use super::output::side_name;
 use crate::estimator::learnt::Learnt;
-use crate::estimator::{Answers, Known, LEARNED};
+use crate::estimator::{Estimator, Known};
 
 /// How many errors of one position lie within 1 σ and beyond 3 σ.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -55,10 +55,10 @@ pub struct Covered {
 /// How errors on positions, and on runs, left out compare with their σ.
 pub fn coverage(found: &Calibrated) -> Covered {
     let (mut positions, mut all, mut of_runs) = (Vec::new(), Vec::new(), Vec::new());
-    for (side, learnt) in found.sides.iter().zip(&found.learnt) {
-        if let Some(held) = side.held_out(LEARNED) {
-            for (i, a) in side.distances.centres.iter().enumerate() {
-                let taps = side.cells.iter().filter(|c| c.i == i).flat_map(|c| &c.taps);
+    for side in &found.sides {
+        if let Some(held) = side.held_out(Estimator::Learned) {
+            for (i, a) in side.table.distances.centres.iter().enumerate() {
+                let taps = side.table.cells.iter().filter(|c| c.i == i).flat_map(|c| &c.taps);
                 let errors: Vec<[f64; 2]> =
                     taps.map(|k| [held.taps[*k], held.sigmas[*k]]).filter(|e| e[1].is_finite()).collect();
                 if !errors.is_empty() {
@@ -67,7 +67,7 @@ pub fn coverage(found: &Calibrated) -> Covered {
                 }
             }
         }
-        of_runs.extend(runs(found, learnt));
+        of_runs.extend(runs(found, &side.learnt));
     }
     let over = |errors: &[[f64; 2]]| (!errors.is_empty()).then(|| Coverage::new("", f64::NAN, errors));
     Covered { positions, all: over(&all), runs: over(&of_runs) }
@@ -75,7 +75,7 @@ pub fn coverage(found: &Calibrated) -> Covered {
 
 /// Error and σ of each tap of a side, of what is learned without its run.
 fn runs(found: &Calibrated, learnt: &Learnt) -> Vec<[f64; 2]> {
-    let mut numbers: Vec<usize> = learnt.rows.iter().map(|r| r.run).collect();
+    let mut numbers: Vec<usize> = learnt.task.rows.iter().map(|r| r.run).collect();
     numbers.sort_unstable();
     numbers.dedup();
     if numbers.len() < 2 {
@@ -83,7 +83,7 @@ fn runs(found: &Calibrated, learnt: &Learnt) -> Vec<[f64; 2]> {
     }
     let without = |run: &usize| {
         let (gone, left): (Vec<usize>, Vec<usize>) =
-            learnt.places.iter().partition(|k| learnt.rows[**k].run == *run);
+            learnt.places.iter().partition(|k| learnt.task.rows[**k].run == *run);
         let drives: Vec<f64> = gone.iter().filter_map(|k| Some(found.taps[learnt.taps[*k]?].drive)).collect();
         let Some(answers) = learnt.without(&left, &drives) else { return Vec::new() };
         let of = |k: usize| {

@@ -1,27 +1,25 @@
 //! Data of which too many rows are suspect: what is likely wrong with them, each reason tried by fitting it.
 
-use super::{Calibrated, Options, Reason, check};
+use super::{Calibrated, Options, Reason, check, named};
 use crate::error::{Error, InputError};
 use crate::measure::{Data, Rig, Row};
 use crate::scene::Drive;
 
-/// With more than this share of the rows suspect nothing is calibrated; so many may be slips in a table of a few rows.
+/// Largest share of suspect rows in a calibration; so many may be slips in a table of a few rows.
 const MOST: f64 = 0.2;
 const SLIPS: usize = 2;
-/// Rows from which a fit shows that they are of another whisker: fewer fit many.
+/// Fewest rows that can show that they are of another whisker.
 const SEVERAL: usize = 20;
-/// A reason that leaves no more than this share suspect fits.
+/// A reason fits with at most this share of suspect rows.
 const FITS: f64 = 0.1;
-/// Rows, about, from which a reason is tried.
+/// Number of rows, about, on which reasons are tried.
 const ROWS: f64 = 120.0;
-/// K of a signal in strain, where the whisker is known and the columns are what they are named.
+/// K of a strain of a known whisker, if the columns are what their names say.
 const K: std::ops::Range<f64> = 0.33..3.0;
-/// And whose distances left out are no more than so many times as wrong as those of the best.
+/// Largest error on distances left out, relative to that of the best reason.
 const WORSE: f64 = 5.0;
 /// Degrees in a radian.
 const RADIAN: f64 = 180.0 / std::f64::consts::PI;
-/// Lines that are named.
-const NAMED: usize = 8;
 
 /// What may be wrong with all rows.
 struct Change {
@@ -113,11 +111,9 @@ fn suspicion(found: &Calibrated, file: &str) -> Option<InputError> {
     if lines.len() as f64 <= MOST * of as f64 || lines.len() <= SLIPS {
         return None;
     }
-    let shown = lines.iter().take(NAMED).map(usize::to_string).collect::<Vec<_>>().join(", ");
-    let (n, more) = (lines.len(), if lines.len() > NAMED { ", …" } else { "" });
-    let message = format!(
-        "{n} of {of} rows are suspect (lines {shown}{more}): these are not taps as they are described"
-    );
+    let (n, shown) = (lines.len(), named(&lines));
+    let message =
+        format!("{n} of {of} rows are suspect (lines {shown}): these are not taps as they are described");
     Some(InputError::new(message).at(file, lines.first().copied()).key("a_mm"))
 }
 

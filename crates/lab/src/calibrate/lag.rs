@@ -6,45 +6,38 @@ use std::sync::Arc;
 use vibrissa_learned::fit::{Fit, From, Task, fit};
 use vibrissa_learned::rows::Row;
 
-use super::Calibrated;
+use super::{Calibrated, SideResult};
 use crate::digits::short;
-use crate::estimator::LEARNED;
+use crate::estimator::Estimator;
 use crate::estimator::learnt::Learnt;
 use crate::measure::Data;
 use crate::measure::lag::{Lag, MOST};
 
-/// Likelihood, in ln, by which a lag must be better than none: of the two numbers of a lag about 3, and its time constant is searched for.
+/// Least gain in ln likelihood for a lag: about 3 for its two numbers, more because the time constant is searched.
 const WORTH: f64 = 6.0;
-/// Standard deviation of gains before anything is known of them.
+/// Prior standard deviation of the gain.
 const PRIOR: f64 = 0.1;
-/// Gains at which the likelihood is looked at first.
+/// First step of the gain.
 const STEP: f64 = 0.03;
-/// Parabolas by which the best gain is found at most.
+/// Most parabolas in the search for the best gain.
 const PARABOLAS: usize = 8;
-/// Time constants from half a usual time between rows up to half of the record, each so many times the one before.
+/// Ratio of neighbouring time constants that are tried.
 const FACTOR: f64 = 3.0;
-/// Most cells of a side, and rows of a file, of which a lag is looked for.
+/// Most cells of a side, and rows of a file, for which a lag is searched.
 const MANY: [usize; 2] = [600, 20_000];
 
 /// The lag of `data`, which were calibrated into `found`, without one or with one that is looked for anew; `None` where they tell none.
 pub fn search(data: &Data, found: &Calibrated) -> Option<Lag> {
     let [cells, rows] = MANY;
     let wraps = found.calibration.zero.as_ref().is_some_and(|z| z.wraps);
-    let few = found.learnt.iter().all(|l| l.fit.cells.len() <= cells) && data.rows.len() <= rows;
+    let few = found.sides.iter().all(|s| s.learnt.fit.cells.len() <= cells) && data.rows.len() <= rows;
     if !data.timed || wraps || !few || data.beside.second.is_some() {
         return None;
     }
-    let mut search = Search { data, found, fits: found.learnt.iter().map(|l| l.fit.clone()).collect() };
+    let mut search = Search::new(data, found);
     let none = search.likelihood(None, true)?.0;
-    let mut best: Option<(f64, Lag)> = None;
-    for tau_s in time_constants(data) {
-        if let Some((value, lag)) = search.peak(tau_s, 0.0)
-            && best.is_none_or(|(most, _)| value > most)
-        {
-            best = Some((value, lag));
-        }
-    }
-    let (value, mut lag) = best?;
+    let peaks = time_constants(data).into_iter().filter_map(|tau_s| search.peak(tau_s, 0.0));
+    let (value, mut lag) = peaks.reduce(|best, peak| if peak.0 > best.0 { peak } else { best })?;
     // The noise of a fit without the lag holds all of it: any trace is worth a second look.
     if value < search.likelihood(None, false)?.0 + 0.5 * WORTH {
         return None;
@@ -60,8 +53,7 @@ pub fn search(data: &Data, found: &Calibrated) -> Option<Lag> {
 
 /// The same lag, as rows say that were judged and learned with it taken out.
 pub fn again(data: &Data, found: &Calibrated, lag: Lag) -> Lag {
-    let fits = found.learnt.iter().map(|l| l.fit.clone()).collect();
-    let search = Search { data, found, fits };
+    let search = Search::new(data, found);
     search.finer(lag).map_or(lag, |lag| search.with_errors(lag))
 }
 
@@ -84,21 +76,21 @@ struct Search<'a> {
     fits: Vec<Arc<Fit>>,
 }
 
-impl Search<'_> {
+impl<'a> Search<'a> {
+    fn new(data: &'a Data, found: &'a Calibrated) -> Self {
+        Self { data, found, fits: found.sides.iter().map(|s| s.learnt.fit.clone()).collect() }
+    }
+
     /// ln of the likelihood of all readings with `lag`, and the fits of all sides: with the learned numbers of the fits before, or those that
     /// are `learned` anew.
     fn likelihood(&self, lag: Option<&Lag>, learned: bool) -> Option<(f64, Vec<Arc<Fit>>)> {
         let settled = lag.map(|lag| lag.settle(self.data));
         let mut sum = lag.map_or(0.0, |lag| -0.5 * (lag.gain / PRIOR).powi(2));
         let mut fits = Vec::new();
-        for (learnt, held) in self.found.learnt.iter().zip(&self.fits) {
-            let rows = settled.as_ref().map(|s| self.rows(learnt, s));
+        for (SideResult { learnt, .. }, held) in self.found.sides.iter().zip(&self.fits) {
+            let rows = settled.as_ref().map_or_else(|| learnt.task.rows.clone(), |s| self.rows(learnt, s));
             let from = if learned { From::Near(held) } else { From::Held(held) };
-            let of = |task: &Task<'_>| {
-                let task = Task { rows: rows.as_deref().unwrap_or(task.rows), ..*task };
-                fit(&task, &learnt.places, from, false)
-            };
-            let found = learnt.task(of).ok()?;
+            let found = fit(&Task { rows, ..learnt.task.clone() }, &learnt.places, from, false).ok()?;
             sum += found.evidence;
             // A reading is a share of what it settles to.
             let share = |k: &usize| settled.as_ref().map_or(0.0, |s| (1.0 - s[learnt.lines[*k]].1).ln());
@@ -117,7 +109,7 @@ impl Search<'_> {
             let [now, then] = [settled[*place].0, row_of.value - row_of.late].map(|x| unit.strain(x, factor));
             Row { y: row.y + learnt.sign * (now - then), ..*row }
         };
-        learnt.rows.iter().zip(&learnt.lines).map(row).collect()
+        learnt.task.rows.iter().zip(&learnt.lines).map(row).collect()
     }
 
     /// Likelihood and gain of the time constant `tau_s`: tops of parabolas, each about the one before, from the gain `at` on.
@@ -202,7 +194,7 @@ pub fn helps(with: &Calibrated, without: &Calibrated) -> bool {
 pub fn errors(found: &Calibrated) -> Option<f64> {
     let mut errors = crate::reduce::Errors::default();
     for side in &found.sides {
-        let held = side.held_out(LEARNED)?;
+        let held = side.held_out(Estimator::Learned)?;
         held.taps.iter().filter(|e| e.is_finite()).for_each(|e| errors.push(*e));
     }
     errors.rms()

@@ -32,11 +32,12 @@ mod zero;
 pub use crate::estimator::reason::Reason;
 pub use side::SideResult;
 
+use vibrissa_learned::rows::range;
+
 use crate::error::{Error, InputError};
-use crate::estimator::learnt::Learnt;
+use crate::estimator::Estimator;
 use crate::estimator::model::exact::Extent;
-use crate::estimator::taps::{Tap, ZeroReading};
-use crate::estimator::{ALL, EXACT, Estimator, LEARNED};
+use crate::estimator::taps::{Sorted, Tap, ZeroReading};
 use crate::fields::plain;
 use crate::locate::Parameter;
 use crate::locate::calibration::{Calibration, FORMAT, Source};
@@ -80,14 +81,12 @@ pub struct Calibrated {
     pub zero: Zero,
     /// Distances and drives that are one.
     pub groups: [Groups; 2],
-    /// What was learned of each side.
-    pub learnt: Vec<Learnt>,
     /// Standard error of a zero that nobody read, which may have drifted; 0 where it was read, or where nothing says what it is.
     pub unread: f64,
     /// One for each side.
     pub sides: Vec<SideResult>,
     /// The estimator that won.
-    pub winner: &'static dyn Estimator,
+    pub winner: Estimator,
     /// Things worth telling.
     pub warnings: Vec<String>,
 }
@@ -164,10 +163,11 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
         warnings.push(text);
     }
     let open = opener(&options.run);
-    let Prepared { taps, zeros, zero, tared, groups, sides, recorded, origin, unread, no_exact } =
+    let Prepared { rows, sides, recorded, unread, no_exact } =
         prepare::prepare(data, &mut rig, options, &open, &mut warnings)?;
+    let Sorted { taps, zeros, zero, tared, groups, origin, .. } = rows;
     let wrong = zeros.iter().filter(|z| z.reason == Some(Reason::ZeroOutlier));
-    let wrong: Vec<String> = wrong.map(|z| data.rows[z.place].line.to_string()).collect();
+    let wrong: Vec<usize> = wrong.map(|z| data.rows[z.place].line).collect();
     if !wrong.is_empty() {
         let (n, lines) = (wrong.len(), named(&wrong));
         warnings.push(format!(
@@ -176,28 +176,27 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
             zeros.len()
         ));
     }
-    let noise = sides[0].2.noise();
+    let noise = sides[0].1.noise();
     let noise_from = "the model of all rows".to_owned();
     rig.setup.gauge.noise_strain = Some(noise);
     let mut results = Vec::new();
-    for (sign, gauge, learnt) in &sides {
+    for (gauge, learnt) in sides {
         let asked = side::Ask {
             data,
             rig: &rig,
             taps: &taps,
-            sign: *sign,
-            gauge: *gauge,
+            sign: learnt.sign,
+            gauge,
             noise,
             recorded,
             no_exact: no_exact.as_deref(),
-            learnt,
             fit: &options.fit,
         };
-        results.push(side::calibrate(&asked, &open)?);
+        results.push(side::calibrate(&asked, learnt, &open)?);
     }
     let knows = |s: &SideResult| {
-        let rms = |e: &&'static dyn Estimator| s.held_out(*e).and_then(|h| h.rms(|_| true).0);
-        ALL.iter().filter_map(rms).any(|rms| rms < order::range(s))
+        let rms = |e: &Estimator| s.held_out(*e).and_then(|h| h.rms(|_| true).0);
+        Estimator::ALL.iter().filter_map(rms).any(|rms| rms < order::range(s))
     };
     if !results.iter().all(knows) {
         return Err(remarks::nothing_known(data, &rig, &results).into());
@@ -206,8 +205,7 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
     let mut beside = None;
     if rig.setup.gauge.second {
         if let Some(side) = results.iter().find(|s| s.gauge == rig.setup.gauge.side) {
-            let ask = second::Ask { data, rig: &rig, taps: &taps, zeros: &zeros, side, noise };
-            beside = second::second(&ask, &open, &mut warnings)?;
+            beside = second::second(data, &rig, (&taps, &zeros), side, &open, &mut warnings)?;
         } else {
             warnings.push(format!(
                 "{}: the second gauge is not calibrated: no row is on the side of the gauge that the spec says",
@@ -216,9 +214,9 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
         }
     }
     // Distance and tilt of two gauges are told by the model that has both.
-    let both = beside.is_some() && results.iter().all(|s| s.has(EXACT));
-    let winner = if both { EXACT } else { order::of(&results) };
-    if !both && winner.name() != LEARNED.name() {
+    let both = beside.is_some() && results.iter().all(|s| s.has(Estimator::Exact));
+    let winner = if both { Estimator::Exact } else { order::of(&results) };
+    if !both && winner.name() != Estimator::Learned.name() {
         warnings.push(format!(
             "{}: learned tells distances that it has not seen no better than a guess of the middle, {} does: it answers by default",
             data.file,
@@ -253,36 +251,24 @@ fn settled(data: &Data, rig: &Rig, options: &Options) -> Result<Calibrated, Erro
         rig,
         sides: results.iter().map(|s| s.record.clone()).collect(),
     };
-    let learnt = sides.into_iter().map(|s| s.2).collect();
-    Ok(Calibrated {
-        calibration,
-        taps,
-        zeros,
-        zero,
-        groups,
-        learnt,
-        unread,
-        sides: results,
-        winner,
-        warnings,
-    })
+    Ok(Calibrated { calibration, taps, zeros, zero, groups, unread, sides: results, winner, warnings })
 }
 
 /// Names the values of `data` that stand for none.
 fn missing(data: &Data, warnings: &mut Vec<String>) {
-    let mut all = std::collections::BTreeMap::<String, Vec<String>>::new();
+    let mut all = std::collections::BTreeMap::<String, Vec<usize>>::new();
     for m in &data.missing {
-        all.entry(format!("{} = {}", m.column, plain(m.value))).or_default().push(m.line.to_string());
+        all.entry(format!("{} = {}", m.column, plain(m.value))).or_default().push(m.line);
     }
     warnings.extend(all.into_iter().map(|(value, lines)| {
         format!("{}: {value} stands for no value and is not used (lines {})", data.file, named(&lines))
     }));
 }
 
-/// The first of `lines`.
-fn named(lines: &[String]) -> String {
+/// The first of `lines`, for a message.
+fn named(lines: &[usize]) -> String {
     let more = if lines.len() > 8 { ", …" } else { "" };
-    lines[..lines.len().min(8)].join(", ") + more
+    lines.iter().take(8).map(usize::to_string).collect::<Vec<_>>().join(", ") + more
 }
 
 /// Widths within which distances and drives are one: one for both, or two; none where nobody says.
@@ -367,10 +353,7 @@ fn check(data: &Data, rig: &Rig, options: &Options) -> Result<(), InputError> {
 /// Distances and drives of the taps of one side that can be used.
 fn extent(rig: &Rig, taps: &[Tap], sign: f64, gauge: Side) -> Option<Extent> {
     let here = || taps.iter().filter(|t| t.reason.is_none() && t.signal.signum() == sign);
-    let range = |f: fn(&Tap) -> f64| {
-        let values = here().map(f);
-        values.fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], x| [lo.min(x), hi.max(x)])
-    };
     here().next()?;
-    Some(Extent::around(rig, gauge, range(|t| t.a), range(|t| t.drive), rig.before))
+    let (distances, drives) = (range(here().map(|t| t.a)), range(here().map(|t| t.drive)));
+    Some(Extent::around(rig, gauge, distances, drives, rig.before))
 }

@@ -1,14 +1,17 @@
 //! Whole positions that contradict each other: beyond the strongest signal of a drive, signals fall with the distance.
 
-use super::side::SideResult;
-use crate::estimator::cells::{Cell, Levels};
-use crate::estimator::{ALL, Estimator, LEARNED};
+use serde::Serialize;
 use vibrissa_learned::labels::rises;
 
+use super::side::SideResult;
+use crate::estimator::Estimator;
+use crate::estimator::cells::{Cell, Levels};
+
 /// Two neighbouring positions of which one is not what its label says.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Contradiction {
     /// The two distances, mm.
+    #[serde(rename = "a_mm")]
     pub a: [f64; 2],
     /// Number of drives at which their signals are in the wrong order.
     pub drives: usize,
@@ -36,9 +39,9 @@ pub fn contradictions(cells: &[Cell], [distances, drives]: [&Levels; 2], noise: 
     found
 }
 
-/// Signals that are so many standard deviations stronger grow.
+/// Least rise of a signal that counts as growing, in standard deviations.
 const SURE: f64 = 6.0;
-/// Fewest distances that say so.
+/// Fewest distances of a drive that are compared.
 const FEWEST: usize = 3;
 
 /// At how many drives the farthest of `cells` gives the strongest signal and the nearest the weakest, where the theory expects (or, of a whisker that is
@@ -60,15 +63,15 @@ pub fn growing(cells: &[Cell], drives: usize, noise: f64, known: bool) -> [usize
     found
 }
 
-/// Distances of a side from which on it shows whether an estimator tells any.
+/// Fewest distances of a side on which an estimator is judged.
 const MANY: usize = 5;
-/// Error of a guess of the middle, in ranges of the distances.
+/// Error of guessing the middle, as a share of the range of distances.
 const GUESS: f64 = 0.29;
-/// Share of the range by which learned is off where another estimator that is off by less than [`FAR`] of that is taken.
+/// `learned` loses with an error above this share of the range, if another estimator has less than [`FAR`] of that error.
 const WRONG: f64 = 0.1;
 /// See above.
 const FAR: f64 = 0.1;
-/// Another estimator answers in place of one that guesses where its errors are less than this share of those.
+/// The error of the winner must be below this share of that of `learned`.
 const BETTER: f64 = 1.0 / 3.0;
 
 /// Between the ends of the calibrated distances, mm.
@@ -78,21 +81,25 @@ pub fn range(side: &SideResult) -> f64 {
 
 /// Learned, unless on a side of many distances it is as wrong as a guess of the middle, or ten times as wrong as another, and another estimator that all
 /// sides have is far from that. Who answers less than half of the taps left out knows nothing.
-pub fn of(sides: &[SideResult]) -> &'static dyn Estimator {
-    let rms = |s: &SideResult, e: &'static dyn Estimator| {
+pub fn of(sides: &[SideResult]) -> Estimator {
+    let rms = |s: &SideResult, e: Estimator| {
         let (rms, answered) = s.held_out(e).map_or((None, 0), |h| h.rms(|_| true));
         rms.filter(|_| 2 * answered >= s.used).unwrap_or(f64::INFINITY)
     };
     let lost = |s: &&SideResult| {
-        let own = rms(s, LEARNED);
-        let beaten = || own > WRONG * range(s) && ALL.iter().any(|e| rms(s, *e) < FAR * own);
-        s.distances.len() >= MANY && (own > GUESS * range(s) || beaten())
+        let own = rms(s, Estimator::Learned);
+        let beaten = || own > WRONG * range(s) && Estimator::ALL.iter().any(|e| rms(s, *e) < FAR * own);
+        s.table.distances.len() >= MANY && (own > GUESS * range(s) || beaten())
     };
-    let Some(side) = sides.iter().find(lost) else { return LEARNED };
-    let fit = |e: &&'static dyn Estimator| {
+    let Some(side) = sides.iter().find(lost) else { return Estimator::Learned };
+    let fit = |e: &Estimator| {
         let on = |s: &SideResult| s.has(*e) && rms(s, *e) < GUESS * range(s);
-        sides.iter().all(on) && rms(side, *e) < BETTER * rms(side, LEARNED)
+        sides.iter().all(on) && rms(side, *e) < BETTER * rms(side, Estimator::Learned)
     };
-    let total = |e: &'static dyn Estimator| sides.iter().map(|s| rms(s, e) / range(s)).sum::<f64>();
-    ALL.into_iter().filter(fit).min_by(|d, e| total(*d).total_cmp(&total(*e))).unwrap_or(LEARNED)
+    let total = |e: Estimator| sides.iter().map(|s| rms(s, e) / range(s)).sum::<f64>();
+    Estimator::ALL
+        .into_iter()
+        .filter(fit)
+        .min_by(|d, e| total(*d).total_cmp(&total(*e)))
+        .unwrap_or(Estimator::Learned)
 }

@@ -3,7 +3,7 @@
 use super::side::KTable;
 use super::{Calibrated, Reason};
 use crate::error::Error;
-use crate::estimator::PAPER;
+use crate::estimator::Estimator;
 use crate::locate::Locator;
 use crate::measure::Data;
 use crate::scene::{Direction, Setup, Side};
@@ -77,10 +77,9 @@ fn designs(found: &Calibrated, locator: &Locator) -> Result<Frame, Error> {
         (AtDrive::chosen(&rig.setup), heading("calibrated_designs").frame_for(&rig.setup));
     // Without a whisker there is no f, and no K.
     for side in found.sides.iter().filter(|_| rig.known) {
-        let held = side.held_out(PAPER);
-        let held =
-            held.map_or(vec![None; side.drives.len()], |h| h.rms_by_drive(&side.cells, side.drives.len()));
-        for (j, drive) in side.drives.centres.iter().enumerate() {
+        let drives = &side.table.drives.centres;
+        let held = side.rms_by_drive(Estimator::Paper).unwrap_or(vec![None; drives.len()]);
+        for (j, drive) in drives.iter().enumerate() {
             let (design, unit) = (&rig.design.tuple, rig.k_unit());
             let row = side.table.by_drive[j].figures();
             let row = AtDrive { design, direction: Direction::UPRIGHT, drive: *drive, row, unit };
@@ -95,8 +94,8 @@ fn distances(found: &Calibrated, locator: &Locator) -> Result<Frame, Error> {
     let columns = AtDistance::chosen(&rig.setup);
     let mut table = heading("calibrated_distances").frame_for(&rig.setup);
     for side in found.sides.iter().filter(|_| rig.known) {
-        let KTable { by_distance, .. } = &side.table;
-        for (i, a) in side.distances.centres.iter().enumerate() {
+        let KTable { distances, by_distance, .. } = &side.table;
+        for (i, a) in distances.centres.iter().enumerate() {
             let (design, unit) = (&rig.design.tuple, rig.k_unit());
             let at = AtDistance { design, a: *a, direction: Direction::UPRIGHT, row: &by_distance[i], unit };
             table.row(beside(columns.fields(&at), [side_name(side.gauge).into()]))?;

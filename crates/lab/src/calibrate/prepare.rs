@@ -1,4 +1,4 @@
-//! Rows made ready: sorted, tared, grouped; sides told apart, suspects set aside.
+//! Rows made ready: sorted, tared and grouped; sides separated; suspects set aside.
 
 use vibrissa_learned::base::power;
 
@@ -7,47 +7,35 @@ use crate::error::{Error, InputError};
 use crate::estimator::learnt::Learnt;
 use crate::estimator::model::SAME;
 use crate::estimator::model::exact::{Exact, Extent, HARD, Opener, spec_values};
-use crate::estimator::taps::{Said, Sorted, Tap, ZeroReading};
+use crate::estimator::taps::{Sorted, Tap};
 use crate::fields::plain;
 use crate::measure::group::Groups;
-use crate::measure::zero::{Tared, TaredBy, Zero};
 use crate::measure::{Data, Rig};
 use crate::scene::{Drive, Side, Signal};
 
-/// A signal of the other sign is a side of its own where it has at least this share of the taps.
+/// Least taps of the other sign that are a side of their own, as a share of those of the first.
 const MINORITY: f64 = 0.1;
-/// So many taps beyond a zero that was fitted are no strays.
+/// Largest share of taps on the other side of a fitted zero.
 const LOST: f64 = 0.2;
-/// Strains above this are no strains.
+/// A median strain above this is in another unit.
 const ABSURD: f64 = 0.5;
-
-/// A zero that nobody read is one where it is more than so many standard errors.
+/// An unread zero is subtracted where it is more than so many standard errors.
 const CERTAIN: f64 = 3.0;
-/// It is not known where it may be more than this share of a usual signal.
+/// It is unknown where its standard error is above this share of a usual signal.
 const DETERMINED: f64 = 0.02;
-/// A tap of the wrong sign that is so many standard deviations off what is expected is no noise.
+/// Largest deviation, in standard deviations of the noise, of a weak tap whose sign is wrong by chance.
 const NOISY: f64 = 4.0;
-/// So many rows tell a scatter, or a side.
+/// Fewest rows that give a scatter, or a side.
 const REPEATS: usize = 3;
 
 /// Rows that are ready to be calibrated from.
 pub struct Prepared {
-    /// Every row with a drive.
-    pub taps: Vec<Tap>,
-    /// Every row without contact.
-    pub zeros: Vec<ZeroReading>,
-    /// The zero that was subtracted.
-    pub zero: Zero,
-    /// How it was found.
-    pub tared: Tared,
-    /// Distances and drives that are one.
-    pub groups: [Groups; 2],
-    /// Sign, side of the gauge and what was learned of each side.
-    pub sides: Vec<(f64, Side, Learnt)>,
+    /// The rows.
+    pub rows: Sorted,
+    /// Side of the gauge and what was learned of each side.
+    pub sides: Vec<(Side, Learnt)>,
     /// Whether the drive of the taps is known.
     pub recorded: bool,
-    /// The drive that counts as 0.
-    pub origin: f64,
     /// Standard error of a zero that nobody read, which may have drifted.
     pub unread: f64,
     /// Why the model of the spec cannot be fitted, where whisker and drives are known.
@@ -62,97 +50,89 @@ pub fn prepare(
     open: Opener<'_>,
     warnings: &mut Vec<String>,
 ) -> Result<Prepared, Error> {
-    let said = Said { drive: options.drive, group: options.group };
-    let Sorted { mut taps, mut zeros, zero, mut tared, groups, before, origin } =
-        crate::estimator::taps::taps(data, rig, &said);
-    rig.before = before;
+    let mut rows = crate::estimator::taps::taps(data, rig, options.drive, options.group);
+    rig.before = rows.before;
     let rig = &*rig;
-    warnings.extend(joined(&groups, rig.setup.drive));
-    if tared.wraps {
+    warnings.extend(joined(&rows.groups, rig.setup.drive));
+    if rows.tared.wraps {
         warnings.push(format!("{}: counts of 16 bits begin anew; they were joined", data.file));
     }
-    if origin != 0.0 {
+    if rows.origin != 0.0 {
         warnings.push(format!(
             "{}: there is contact at drives ≤ 0, and none up to {}: drives are counted from there, those of readings too",
             data.file,
-            plain(origin)
+            plain(rows.origin)
         ));
     }
-    absurd(data, &taps)?;
+    absurd(data, &rows.taps)?;
     let recorded = data.drive.is_some() || options.drive.is_some();
-    let read = zero.count > 0;
-    let between = if read { None } else { between(data, &taps) };
+    let read = rows.zero.count > 0;
+    let between = if read { None } else { between(data, &rows.taps) };
     if let Some(found) = between {
-        zero::tare((data, rig), &mut taps, &mut tared, TaredBy::Fitted, found);
+        zero::tare((data, rig), &mut rows, found);
     }
     let known = read || between.is_some();
-    let rests: Vec<f64> = zeros.iter().filter(|z| z.reason.is_none()).map(|z| z.signal).collect();
-    let signs = signs(data, &mut taps, &rests, [known, rig.known])?;
+    let rests: Vec<f64> = rows.zeros.iter().filter(|z| z.reason.is_none()).map(|z| z.signal).collect();
+    let signs = signs(data, &mut rows.taps, &rests, [known, rig.known])?;
     let mut no_exact = None;
     let mut sides = Vec::new();
     for &sign in &signs {
         let gauge = gauge_side(data, rig, sign, signs[0]);
         let exact = match recorded && rig.known && no_exact.is_none() {
-            true => spec_model(data, rig, &taps, sign, gauge, open)?.map_err(|why| no_exact = Some(why)).ok(),
+            true => {
+                spec_model(data, rig, &rows.taps, sign, gauge, open)?.map_err(|why| no_exact = Some(why)).ok()
+            }
             false => None,
         };
-        // Of one side alone what is left with the other sign is noise about the zero.
-        let all = signs.len() == 1;
         let zero_error = between.map_or(f64::INFINITY, |[_, error]| error);
-        let learnt = {
-            let (taps, zeros, mean) = (&taps, &zeros, tared.value);
-            learn::side(&learn::Ask { data, rig, taps, zeros, mean, zero_error, sign, all, exact })?
-        };
-        for (k, reason) in &learnt.reasons {
-            taps[*k].reason = Some(reason.clone());
-        }
-        for z in &learnt.wrong_zeros {
-            zeros.iter_mut().filter(|r| r.place == *z).for_each(|r| r.reason = Some(Reason::ZeroOutlier));
-        }
-        sides.push((sign, gauge, learnt.of));
+        // Of one side alone what is left with the other sign is noise about the zero.
+        let ask =
+            learn::Ask { sign, all: signs.len() == 1, exact, factor: rig.setup.gauge.factor, zero_error };
+        sides.push((gauge, learn::side(ask, data, &mut rows)?));
     }
-    warnings.extend(sides.iter().filter(|s| s.2.drift && !read).map(|s| zero::wandering(data, rig, &s.2)));
+    warnings
+        .extend(sides.iter().filter(|s| s.1.task.drift && !read).map(|s| zero::wandering(data, rig, &s.1)));
     let mut unread = between.map_or(0.0, |[_, error]| error);
     if !known {
-        let (sign, gauge, of) = &sides[0];
-        let by_model = match no_exact.is_none() && of.exact.is_some() {
-            true => zero::of_model((rig, &taps), (*sign, *gauge), of.noise(), &options.fit, open)?,
+        let (gauge, of) = &sides[0];
+        let by_model = match no_exact.is_none() && of.task.known.is_some() {
+            true => zero::of_model((rig, &rows.taps), (of.sign, *gauge), of.noise(), &options.fit, open)?,
             false => None,
         };
         let [value, error] = by_model.unwrap_or_else(|| of.fit.curve.zero());
         unread = error;
-        tared.error = error;
-        let turned = taps.iter().filter(|t| t.reason.is_none()).any(|t| !signs.contains(&t.signal.signum()));
+        rows.tared.error = error;
+        let turned =
+            rows.taps.iter().filter(|t| t.reason.is_none()).any(|t| !signs.contains(&t.signal.signum()));
         if turned || value.abs() > CERTAIN * error {
-            zero::tare((data, rig), &mut taps, &mut tared, TaredBy::Fitted, [sign * value, error]);
-            let value = tared.value;
-            sides.iter_mut().for_each(|(sign, _, of)| (of.subtracted, of.zero_known) = (*sign * value, true));
+            zero::tare((data, rig), &mut rows, [of.sign * value, error]);
+            let value = rows.tared.value;
+            sides.iter_mut().for_each(|(_, of)| (of.subtracted, of.zero_known) = (of.sign * value, true));
         } else if error > DETERMINED * of.fit.curve.unit {
-            // Nothing says what it is.
-            (unread, tared.error) = (0.0, 0.0);
+            // The zero is unknown.
+            (unread, rows.tared.error) = (0.0, 0.0);
         }
-        let weak = weak(&taps, signs[0], &rests);
+        let weak = weak(&rows.taps, signs[0], &rests);
         let of_other =
             |t: &Tap| t.reason.is_none() && !signs.contains(&t.signal.signum()) && !weak.contains(&t.place);
-        let lost = taps.iter().filter(|t| of_other(t)).count();
-        if lost as f64 > LOST * taps.len() as f64 {
+        let (lost, all) = (rows.taps.iter().filter(|t| of_other(t)).count(), rows.taps.len());
+        if lost as f64 > LOST * all as f64 {
             let error = InputError::new(
                 "no zero was read, and without it the taps of one side of the whisker cannot be told from those of the other",
             );
-            let rows =
-                format!("{lost} of {} taps are on the other side of the zero that the data say", taps.len());
-            let error = error.at(&data.file, None).key(data.unit.column()).value(rows);
+            let lost = format!("{lost} of {all} taps are on the other side of the zero that the data say");
+            let error = error.at(&data.file, None).key(data.unit.column()).value(lost);
             return Err(error.allowed(format!("rows with {} = 0", rig.setup.drive.column())).into());
         }
-        for tap in taps.iter_mut().filter(|t| of_other(t)) {
+        for tap in rows.taps.iter_mut().filter(|t| of_other(t)) {
             tap.reason = Some(Reason::OtherSide);
         }
     }
-    warnings.extend(zero::untared(data, rig, &tared, unread));
-    Ok(Prepared { taps, zeros, zero, tared, groups, sides, recorded, origin, unread, no_exact })
+    warnings.extend(zero::untared(data, rig, &rows.tared, unread));
+    Ok(Prepared { rows, sides, recorded, unread, no_exact })
 }
 
-/// The zero that taps of both sides tell, and its standard error.
+/// The zero that taps of both sides give, and its standard error.
 fn between(data: &Data, taps: &[Tap]) -> Option<[f64; 2]> {
     let sound = || taps.iter().filter(|t| t.reason.is_none());
     let told = between::zero(sound().map(|t| ((data.rows[t.place].run, t.group), t.signal)));
@@ -161,7 +141,7 @@ fn between(data: &Data, taps: &[Tap]) -> Option<[f64; 2]> {
     })
 }
 
-/// What was taken as one.
+/// Warnings about distances and drives that were taken as one.
 fn joined([distances, drives]: &[Groups; 2], kind: Drive) -> Vec<String> {
     let say = |g: &Groups, what: &str, unit: &str| {
         g.joined().then(|| {
@@ -291,7 +271,7 @@ fn signs(
             .value(plain(a))
             .allowed("two distances or more"));
     }
-    // Taps at several places do not give one value: it stands for none.
+    // Taps at several places never give one value: it stands for a missing one.
     let mut values: Vec<f64> = taps.iter().filter(of(least)).map(|t| t.value).collect();
     values.dedup();
     if let ([value], true) = (values.as_slice(), count(least) > 1) {

@@ -1,11 +1,11 @@
 //! What a user should know before trusting a calibration.
 
 use super::order::growing;
-use super::{Reason, SideResult};
+use super::{Reason, SideResult, named};
 use crate::error::InputError;
+use crate::estimator::Estimator;
 use crate::estimator::model::exact::Parameter;
 use crate::estimator::taps::Tap;
-use crate::estimator::{ALL, CURVE, EXACT};
 use crate::fields::plain;
 use crate::measure::{Data, Rig};
 use crate::scene::Signal;
@@ -29,45 +29,35 @@ const UNEXPLAINED: f64 = 0.01;
 /// What a user should know before trusting the result.
 pub fn remarks(data: &Data, taps: &[Tap], sides: &[SideResult], rig: &Rig, unread: f64) -> Vec<String> {
     let mut all = Vec::new();
-    let lines = |wanted: &dyn Fn(&Tap) -> bool| {
-        let found: Vec<String> = taps.iter().filter(|t| wanted(t)).map(|t| t.line.to_string()).collect();
-        let shown = found[..found.len().min(8)].join(", ");
-        (found.len(), if found.len() > 8 { format!("{shown}, …") } else { shown })
+    let mut add = |wanted: &dyn Fn(&Tap) -> bool, say: &dyn Fn(usize, String) -> String| {
+        let lines: Vec<usize> = taps.iter().filter(|t| wanted(t)).map(|t| t.line).collect();
+        if !lines.is_empty() {
+            all.push(format!("{}: {}", data.file, say(lines.len(), named(&lines))));
+        }
     };
-    let (n, shown) = lines(&|t| t.twin.is_some());
-    if n > 0 {
-        all.push(format!(
-            "{}: {n} rows are equal to earlier ones in every field and are used as repeats; if they are copies, the noise \
-             is understated (lines {shown})",
-            data.file
-        ));
-    }
-    let (n, shown) = lines(&|t| t.reason.as_ref().is_some_and(Reason::is_doubt));
-    if n > 0 {
-        all.push(format!(
-            "{}: {n} of {} rows are suspect and not used (lines {shown}); rows.csv says why",
-            data.file,
-            taps.len()
-        ));
-    }
-    let (n, shown) = lines(&|t| t.reason == Some(Reason::Tilted));
-    if n > 0 {
-        all.push(format!(
-            "{}: {n} of {} rows are of tilted poles and serve the second gauge only (lines {shown})",
-            data.file,
-            taps.len()
-        ));
-    }
+    let of = taps.len();
+    add(&|t| t.twin.is_some(), &|n, lines| {
+        format!(
+            "{n} rows are equal to earlier ones in every field and are used as repeats; if they are copies, the noise \
+             is understated (lines {lines})"
+        )
+    });
+    add(&|t| t.reason.as_ref().is_some_and(Reason::is_doubt), &|n, lines| {
+        format!("{n} of {of} rows are suspect and not used (lines {lines}); rows.csv says why")
+    });
+    add(&|t| t.reason == Some(Reason::Tilted), &|n, lines| {
+        format!("{n} of {of} rows are of tilted poles and serve the second gauge only (lines {lines})")
+    });
     for s in sides {
         if let Some(why) = &s.record.no_exact {
             all.push(format!("{}: exact is left out: {why}. The other estimators do not need it", data.file));
         }
-        let unsolved = s.fit.as_ref().map_or(0, |f| s.cells.len() - f.cells.len());
+        let unsolved = s.fit.as_ref().map_or(0, |f| s.table.cells.len() - f.cells.len());
         if unsolved > 0 {
             all.push(format!(
                 "{}: the model of the spec has no solution at {unsolved} of {} distances and drives, which are left out of the fit of exact",
                 data.file,
-                s.cells.len()
+                s.table.cells.len()
             ));
         }
         for c in &s.contradictions {
@@ -78,11 +68,11 @@ pub fn remarks(data: &Data, taps: &[Tap], sides: &[SideResult], rig: &Rig, unrea
                 c.a[0],
                 c.a[1],
                 c.drives,
-                s.drives.len(),
+                s.table.drives.len(),
                 c.deviations
             ));
         }
-        let [grows, of] = growing(&s.cells, s.drives.len(), s.noise, rig.known);
+        let [grows, of] = growing(&s.table.cells, s.table.drives.len(), s.noise, rig.known);
         if grows > 0 && 2 * grows >= of {
             all.push(format!(
                 "{}: at {grows} of {of} drives signals grow with the distance, where those of a whisker fall: are distances measured from its tip, or is \
@@ -137,9 +127,8 @@ fn other_whisker(data: &Data, side: &SideResult, unread: f64) -> Option<String> 
             "the {read} is {factor:.3} ± {error:.1e} times what the model of the spec gives{known}"
         ));
     }
-    let both = side.answered_by_all(&[EXACT, CURVE]);
-    let rms = |e| side.held_out(e).and_then(|h| h.rms(|k| both[k]).0);
-    if let (Some(exact), Some(curve)) = (rms(EXACT), rms(CURVE))
+    let both = side.common_errors(&[Estimator::Exact, Estimator::Curve]);
+    if let [(_, (Some(exact), _)), (_, (Some(curve), _))] = both[..]
         && exact > FAR_WORSE * curve
     {
         found.push(format!("on distances left out exact is wrong by {exact:.3} mm, curve by {curve:.3} mm"));
@@ -167,7 +156,7 @@ fn other_whisker(data: &Data, side: &SideResult, unread: f64) -> Option<String> 
 /// Why there is no calibration where no estimator tells distances that it has not seen.
 pub fn nothing_known(data: &Data, rig: &Rig, sides: &[SideResult]) -> InputError {
     let of = |s: &SideResult| {
-        let each = ALL.into_iter().filter(|e| s.has(*e)).map(|e| {
+        let each = Estimator::ALL.into_iter().filter(|e| s.has(*e)).map(|e| {
             match s.held_out(e).and_then(|h| h.rms(|_| true).0) {
                 Some(rms) => format!("{} is wrong by {rms:.3} mm", e.name()),
                 None => format!("{} answers nothing", e.name()),
@@ -176,7 +165,7 @@ pub fn nothing_known(data: &Data, rig: &Rig, sides: &[SideResult]) -> InputError
         let [first, last] = s.record.distances_mm;
         format!(
             "{} distances, {} … {} mm: {}",
-            s.distances.len(),
+            s.table.distances.len(),
             plain(first),
             plain(last),
             each.collect::<Vec<_>>().join(", ")

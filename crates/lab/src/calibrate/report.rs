@@ -9,8 +9,7 @@ use super::output::side_name;
 use super::side::{KTable, SideResult};
 use super::{Calibrated, Reason, told};
 use crate::error::InputError;
-use crate::estimator::learnt::Learnt;
-use crate::estimator::{ALL, EXACT, Estimator};
+use crate::estimator::Estimator;
 use crate::locate::Parameter;
 use crate::measure::{Data, Rig};
 use crate::scene::{Drive, Signal, Spec};
@@ -43,7 +42,7 @@ pub fn result(found: &Calibrated, rig: &Rig, covered: &Covered) -> Value {
                   "readings": found.zero.count, "drift": if found.zero.count > 0 { json!(found.zero.drift()) } else { Value::Null } },
         "second": c.second,
         "suspects": suspect,
-        "sides": found.sides.iter().zip(&found.learnt).map(|(s, l)| side(s, l, rig, zero)).collect::<Vec<_>>(),
+        "sides": found.sides.iter().map(|s| side(s, rig, zero)).collect::<Vec<_>>(),
         "grouped": found.groups.each_ref().map(|g| json!({ "values": g.distinct, "groups": g.centres.len(), "centres": g.centres, "width": g.width })),
         "coverage": { "all": all.as_ref().map(|c| json!({ "n": c.n, "within_1": c.within_1, "interval": c.interval, "beyond_3": c.beyond_3 })),
                       "positions": positions,
@@ -86,22 +85,19 @@ pub fn counts(found: &Calibrated, data: &Data) -> Value {
     })
 }
 
-fn side(s: &SideResult, learnt: &Learnt, rig: &Rig, zero: f64) -> Value {
+fn side(s: &SideResult, rig: &Rig, zero: f64) -> Value {
     let kind = rig.setup.drive;
-    let one = |e: &dyn Estimator| {
-        let candidates: Vec<&dyn Estimator> = ALL.into_iter().filter(|e| s.held_out(*e).is_some()).collect();
-        let held = s.held_out(e);
-        let (rms, answered) = held.map_or((None, 0), |h| h.rms(|_| true));
-        let shared = s.answered_by_all(&candidates);
-        let (common, n) = held.map_or((None, 0), |h| h.rms(|k| shared[k]));
-        let asked = s.used;
-        let why = s.record.no_exact.as_ref().filter(|_| *e == *EXACT);
-        json!({ "calibrated": s.has(e), "why_not": why, "held_out_rms_mm": rms, "answered": answered, "asked": asked,
+    let common = s.common_errors(&Estimator::ALL);
+    let one = |e: Estimator| {
+        let (rms, answered) = s.held_out(e).map_or((None, 0), |h| h.rms(|_| true));
+        let (common, n) = common.iter().find(|of| of.0 == e).map_or((None, 0), |of| of.1);
+        let why = s.record.no_exact.as_ref().filter(|_| e == Estimator::Exact);
+        json!({ "calibrated": s.has(e), "why_not": why, "held_out_rms_mm": rms, "answered": answered, "asked": s.used,
                 "held_out_rms_common_mm": common, "common": n })
     };
     let estimators: serde_json::Map<String, Value> =
-        ALL.into_iter().map(|e| (e.name().to_owned(), one(e))).collect();
-    let best = if s.drives.len() > 1 && rig.known { best(s, kind) } else { Value::Null };
+        Estimator::ALL.into_iter().map(|e| (e.name().to_owned(), one(e))).collect();
+    let best = if s.table.drives.len() > 1 && rig.known { best(s, kind) } else { Value::Null };
     json!({
         "side": side_name(s.gauge),
         "sign": s.sign,
@@ -113,8 +109,8 @@ fn side(s: &SideResult, learnt: &Learnt, rig: &Rig, zero: f64) -> Value {
         "with_suspects": s.with_suspects.as_ref().filter(|_| rig.known).map(|t| json!({
             "drives": drives(t, None, rig), "distances": distances(t, rig)
         })),
-        "contradictions": s.contradictions.iter().map(|c| json!({ "a_mm": c.a, "drives": c.drives, "deviations": c.deviations })).collect::<Vec<_>>(),
-        "learned": told::json(learnt, kind),
+        "contradictions": s.contradictions,
+        "learned": told::json(&s.learnt, kind),
         "parameters": s.fit.as_ref().map(|f| parameters(f, kind, zero)),
     })
 }
@@ -147,7 +143,7 @@ fn at_drives(t: &KTable, noise: f64) -> Vec<AtDrive> {
         let total = bias.zip(noise_rms).map(|(b, n)| b.hypot(n));
         AtDrive { drive: *drive, k_sd: row.deviation.sd(), error_rms, noise_rms, bias, total, k_noise }
     };
-    t.levels[1].centres.iter().enumerate().map(at).collect()
+    t.drives.centres.iter().enumerate().map(at).collect()
 }
 
 /// Best drive of the paper's procedure: without noise, and with that of one reading.
@@ -172,13 +168,8 @@ fn best(s: &SideResult, kind: Drive) -> Value {
 fn drives(t: &KTable, of: Option<&SideResult>, rig: &Rig) -> Vec<Value> {
     let unit = rig.k_unit();
     let noise = of.map_or(0.0, |s| s.noise);
-    let held: Vec<(&str, Vec<Option<f64>>)> = ALL
-        .into_iter()
-        .filter_map(|e| {
-            let s = of?;
-            Some((e.name(), s.held_out(e)?.rms_by_drive(&s.cells, s.drives.len())))
-        })
-        .collect();
+    let held: Vec<(&str, Vec<Option<f64>>)> =
+        Estimator::ALL.into_iter().filter_map(|e| Some((e.name(), of?.rms_by_drive(e)?))).collect();
     let row = |(j, d): (usize, AtDrive)| {
         let row = &t.by_drive[j];
         let mut v = json!({
@@ -210,11 +201,11 @@ fn distances(t: &KTable, rig: &Rig) -> Vec<Value> {
         let row = &t.by_distance[i].deviation;
         json!({ "a_mm": a, "n": row.n, "K_mean": row.mean().map(|m| (1.0 + m) * unit), "K_sd": row.sd().map(|s| s * unit) })
     };
-    t.levels[0].centres.iter().enumerate().map(row).collect()
+    t.distances.centres.iter().enumerate().map(row).collect()
 }
 
 /// Parameters of a fit to a signal whose zero has a standard error.
-pub(super) fn parameters(f: &crate::estimator::fitted::Fit, kind: Drive, zero: f64) -> Value {
+pub(super) fn parameters(f: &crate::estimator::fit::Fit, kind: Drive, zero: f64) -> Value {
     let e = &f.exact;
     let errors = f.errors(zero);
     let error = |i: usize| e.covariance[i][i].max(0.0).sqrt();
@@ -244,7 +235,7 @@ pub(super) fn parameters(f: &crate::estimator::fitted::Fit, kind: Drive, zero: f
 }
 
 /// The same for people, a line for each.
-pub fn fitted(f: &crate::estimator::fitted::Fit, kind: Drive, zero: f64) -> Vec<String> {
+pub fn fitted(f: &crate::estimator::fit::Fit, kind: Drive, zero: f64) -> Vec<String> {
     let value = |p: &Parameter| f.exact.values[*p as usize];
     let told = f.exact.fitted.iter().zip(f.errors(zero));
     let told =
@@ -288,41 +279,37 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
             error(second.sigma_misalignment_deg, 3)
         );
     }
-    for (s, learnt) in found.sides.iter().zip(&found.learnt) {
+    for s in &found.sides {
         let [first, last] = s.record.distances_mm.map(short);
-        let drives = match (s.recorded, s.drives.len()) {
+        let ends = s.table.drives.ends().map(short);
+        let drives = match (s.recorded, s.table.drives.len()) {
             (false, _) => "one drive that nobody recorded".to_owned(),
-            (true, 1) => format!("{symbol} = {}{degree}", short(s.drives.centres[0])),
-            (true, n) => format!(
-                "{n} {symbol} values {} … {}{degree}",
-                short(s.drives.centres[0]),
-                short(s.drives.centres[n - 1])
-            ),
+            (true, 1) => format!("{symbol} = {}{degree}", ends[0]),
+            (true, n) => format!("{n} {symbol} values {} … {}{degree}", ends[0], ends[1]),
         };
-        let n = s.distances.len();
+        let n = s.table.distances.len();
         let _ = writeln!(t, "{} side: {n} distances {first} … {last} mm, {drives}", side_name(s.gauge));
-        let candidates: Vec<&dyn Estimator> = ALL.into_iter().filter(|e| s.held_out(*e).is_some()).collect();
-        let shared = s.answered_by_all(&candidates);
-        let n = shared.iter().filter(|x| **x).count();
+        let common = s.common_errors(&Estimator::ALL);
+        let n = common.first().map_or(0, |of| of.1.1);
         let _ = writeln!(
             t,
             "  rms error on distances left out: of the taps answered, of the {n} that all estimators answer"
         );
-        for e in ALL.into_iter().filter(|e| s.has(*e)) {
-            let Some(held) = s.held_out(e) else {
+        for e in Estimator::ALL.into_iter().filter(|e| s.has(*e)) {
+            let Some((held, (_, (common, _)))) = s.held_out(e).zip(common.iter().find(|of| of.0 == e)) else {
                 let _ = writeln!(t, "  {:<13} cannot answer a distance left out", e.name());
                 continue;
             };
             let mm = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.4} mm"));
-            let ((all, answered), (common, _)) = (held.rms(|_| true), held.rms(|k| shared[k]));
+            let (all, answered) = held.rms(|_| true);
             let mark = if e == found.winner { "  <- default" } else { "" };
             let _ =
-                writeln!(t, "  {:<13} {:>10} of {answered:<7} {:>10}{mark}", e.name(), mm(all), mm(common));
+                writeln!(t, "  {:<13} {:>10} of {answered:<7} {:>10}{mark}", e.name(), mm(all), mm(*common));
         }
         if let Some(why) = &s.record.no_exact {
-            let _ = writeln!(t, "  {:<13} not calibrated: {why}", EXACT.name());
+            let _ = writeln!(t, "  {:<13} not calibrated: {why}", Estimator::Exact.name());
         }
-        for line in told::text(learnt, kind) {
+        for line in told::text(&s.learnt, kind) {
             let _ = writeln!(t, "  {line}");
         }
         if let Some(f) = &s.fit {
@@ -330,7 +317,7 @@ pub fn text(found: &Calibrated, data: &Data, rig: &Rig, covered: &Covered) -> St
                 let _ = writeln!(t, "  {line}");
             }
         }
-        if s.drives.len() > 1 && rig.known {
+        if s.table.drives.len() > 1 && rig.known {
             let b = best(s, kind);
             let drive = |at: &Value| at[kind.column()].as_f64().map_or("?".to_owned(), |x| x.to_string());
             let say = |k: &str| {
@@ -370,15 +357,10 @@ fn short(x: f64) -> f64 {
 /// Parameters by the names that users know.
 pub fn named_parameters(names: &[String], kind: Drive) -> Result<Vec<Parameter>, InputError> {
     let one = |name: &String| {
-        parameter(name, kind).ok_or_else(|| {
+        Parameter::named(name, kind).ok_or_else(|| {
             let known = Parameter::ALL.iter().map(|p| p.name(kind)).collect::<Vec<_>>().join(", ");
             InputError::new("there is no such parameter").key("--fit").value(name).allowed(known)
         })
     };
     names.iter().map(one).collect()
-}
-
-/// Names of parameters on the command line.
-pub fn parameter(name: &str, kind: Drive) -> Option<Parameter> {
-    Parameter::ALL.into_iter().find(|p| p.name(kind).eq_ignore_ascii_case(name))
 }

@@ -6,10 +6,11 @@ use super::{Reason, SideResult};
 use crate::curve::both;
 use crate::error::{Error, InputError};
 use crate::estimator::least;
-use crate::estimator::model::exact::{Extent, Opener};
-use crate::estimator::model::form::ModelError;
-use crate::estimator::model::pair::{Pair, Place};
+use crate::estimator::model::ModelError;
+use crate::estimator::model::exact::{Extent, Opener, Values};
+use crate::estimator::model::pair::Pair;
 use crate::estimator::taps::{Tap, ZeroReading};
+use crate::evaluate::Task;
 use crate::locate::calibration::Second;
 use crate::measure::zero::Zero;
 use crate::measure::{Data, Rig};
@@ -20,22 +21,6 @@ const ROUNDS: usize = 8;
 const ENOUGH: usize = 10;
 /// Smallest share of a tilted row's strain in the signal of the second gauge that says what its factor is: of a tilt of 1°.
 const TILTED: f64 = 0.017;
-
-/// What is calibrated from.
-pub struct Ask<'a> {
-    /// The file.
-    pub data: &'a Data,
-    /// The whisker.
-    pub rig: &'a Rig,
-    /// Every row with a drive.
-    pub taps: &'a [Tap],
-    /// Every zero reading.
-    pub zeros: &'a [ZeroReading],
-    /// The side of the gauge of the spec.
-    pub side: &'a SideResult,
-    /// Standard deviation of one reading of the first gauge.
-    pub noise: f64,
-}
 
 /// Refuses columns of `data` that a second gauge cannot have.
 ///
@@ -72,66 +57,70 @@ struct Row {
     signal: f64,
 }
 
-/// The second gauge, or why it is not known.
-pub fn second(ask: &Ask<'_>, open: Opener<'_>, warnings: &mut Vec<String>) -> Result<Option<Second>, Error> {
-    let label = &ask.data.file;
-    let Some((_, column)) = &ask.data.beside.second else {
+/// The second gauge, from rows of `data` of the `side` of the gauge that the spec of `rig` says; `None`, and a warning, where it is not known.
+pub fn second(
+    data: &Data,
+    rig: &Rig,
+    (taps, zeros): (&[Tap], &[ZeroReading]),
+    side: &SideResult,
+    open: Opener<'_>,
+    warnings: &mut Vec<String>,
+) -> Result<Option<Second>, Error> {
+    let label = &data.file;
+    let Some((_, column)) = &data.beside.second else {
         warnings.push(format!(
             "{label}: the whisker has a second gauge, but there is no column {}: it is not calibrated, and every pole counts as upright",
-            ask.data.unit.second()
+            data.unit.second()
         ));
         return Ok(None);
     };
-    let without = |why: &str| format!("{label}: the second gauge is not calibrated: {why}");
-    let Some(exact) = &ask.side.record.exact else {
-        warnings.push(without("it is told from the model of the spec, which could not be fitted"));
-        return Ok(None);
-    };
-    let rig = ask.rig;
-    if let Some(why) = both::forbids(rig.setup.model.contact) {
-        warnings.push(without(why));
-        return Ok(None);
-    }
-    let values = exact.values(rig);
-    let at = Extent::around(rig, ask.side.gauge, ask.side.record.distances_mm, ask.side.record.ends(), 0.0);
     let lean_deg = rig.design.tuple.lean;
-    let model = match Pair::new(rig, &values, at, lean_deg) {
-        Ok(model) => model,
-        Err(why) => {
-            warnings.push(without(&why.to_string()));
-            return Ok(None);
-        }
+    let fitted = |values: &Values| -> Result<Result<Second, String>, Error> {
+        let at = Extent::around(rig, side.gauge, side.record.distances_mm, side.record.ends(), 0.0);
+        let model = match Pair::new(rig, values, at, lean_deg) {
+            Ok(model) => model,
+            Err(why) => return Ok(Err(why.to_string())),
+        };
+        let rows = rows(data, (taps, zeros), side.sign, rig.setup.gauge.factor, &model, open)?;
+        Ok(fit(&rows, values[0], side.noise).ok_or_else(|| format!("no usable row has a number in {column}")))
     };
-    let rows = rows(ask, &model, open)?;
-    let Some(found) = fit(&rows, values[0], ask.noise) else {
-        warnings.push(without(&format!("no usable row has a number in {column}")));
-        return Ok(None);
+    let found = match (&side.record.exact, both::forbids(rig.setup.model.contact)) {
+        (None, _) => Err("it is told from the model of the spec, which could not be fitted".to_owned()),
+        (_, Some(why)) => Err(why.to_owned()),
+        (Some(exact), None) => fitted(&exact.values(rig))?,
     };
-    if found.fitted.len() < 2 {
-        warnings.push(format!(
+    match &found {
+        Err(why) => warnings.push(format!("{label}: the second gauge is not calibrated: {why}")),
+        Ok(found) if found.fitted.len() < 2 => warnings.push(format!(
             "{label}: all rows with {column} are of upright poles, whose strain the second gauge hardly sees: its factor is taken to be that of \
              the first. Rows with a known tilt (tilt_deg) tell it"
-        ));
+        )),
+        Ok(_) => {}
     }
-    Ok(Some(Second { lean_deg, ..found }))
+    Ok(found.ok().map(|found| Second { lean_deg, ..found }))
 }
 
 /// The rows of the side that both gauges have seen.
-fn rows(ask: &Ask<'_>, model: &Pair, open: Opener<'_>) -> Result<Vec<Row>, Error> {
-    let (data, factor, sign) = (ask.data, ask.rig.setup.gauge.factor, ask.side.sign);
+fn rows(
+    data: &Data,
+    (taps, zeros): (&[Tap], &[ZeroReading]),
+    sign: f64,
+    factor: f64,
+    model: &Pair,
+    open: Opener<'_>,
+) -> Result<Vec<Row>, Error> {
     let recorded = |place: usize| data.unit.strain(data.beside.values[place][0], factor);
     let usable = |z: &&ZeroReading| z.reason.is_none() && recorded(z.place).is_finite();
     let zeros: Vec<(usize, f64)> =
-        ask.zeros.iter().filter(usable).map(|z| (z.place, recorded(z.place))).collect();
+        zeros.iter().filter(usable).map(|z| (z.place, recorded(z.place))).collect();
     let zero = Zero::new(&zeros);
-    let taps: Vec<&Tap> = ask
-        .taps
+    let taps: Vec<&Tap> = taps
         .iter()
         .filter(|t| matches!(t.reason, None | Some(Reason::Tilted)) && t.signal.signum() == sign)
         .filter(|t| recorded(t.place).is_finite())
         .collect();
     let tilt = |t: &Tap| if data.beside.tilt.is_some() { data.beside.values[t.place][1] } else { 0.0 };
-    let places: Vec<Place> = taps.iter().map(|t| Place { a: t.a, tilt: tilt(t), drive: t.drive }).collect();
+    let places: Vec<Task> = taps.iter().map(|t| model.tap(t.a, tilt(t), t.drive)).collect();
     let mut evaluator = model.evaluator(open(&model.setup().model)?);
     let strains = model.strains(&mut evaluator, &places).map_err(ModelError::Solve)?;
     let row = |(t, strains): (&&Tap, Option<[f64; 3]>)| {

@@ -2,8 +2,9 @@
 
 use serde_json::{Value, json};
 
-use super::{Calibrated, Options, calibrate};
+use super::{Calibrated, Options, calibrate, report};
 use crate::error::{Error, InputError};
+use crate::estimator::fit::Fit;
 use crate::locate::locator::opener;
 use crate::locate::{self, Located, Sensor, Several};
 use crate::measure::{Data, Names, Rig};
@@ -61,7 +62,8 @@ impl Calibration {
         let channel = |(k, (name, c)): (usize, &(String, locate::Calibration))| {
             let used = self.each[k].sides[0].used;
             let held = self.held_out(k).map_or("unknown".to_owned(), |rms| format!("{rms:.3} mm"));
-            let fitted: String = self.fitted(k).iter().map(|p| format!("  {p}\n")).collect();
+            let fitted: String =
+                self.fits(k, report::fitted).concat().iter().map(|p| format!("  {p}\n")).collect();
             format!(
                 "{name}: {used} taps, noise {:.3e}; alone it tells left-out distances to {held}\n{fitted}",
                 c.noise
@@ -78,12 +80,7 @@ impl Calibration {
     pub fn result(&self) -> Value {
         let (rms, within, n) = self.errors();
         let channel = |(k, (name, c)): (usize, &(String, locate::Calibration))| {
-            let found = &self.each[k];
-            let kind = found.calibration.rig.setup.drive;
-            let fits = found.sides.iter().filter_map(|side| side.fit.as_ref());
-            let fits: Vec<Value> =
-                fits.map(|fit| super::report::parameters(fit, kind, found.unread)).collect();
-            json!({ "name": name, "signal": c.signal, "parameters": fits, "estimator": c.estimator, "used": self.each[k].sides[0].used, "noise": c.noise,
+            json!({ "name": name, "signal": c.signal, "parameters": self.fits(k, report::parameters), "estimator": c.estimator, "used": self.each[k].sides[0].used, "noise": c.noise,
                     "held_out_rms_mm": self.held_out(k) })
         };
         let channels: Vec<Value> = self.sensor.channels.iter().enumerate().map(channel).collect();
@@ -106,12 +103,11 @@ impl Calibration {
         self.each.iter().zip(&self.sensor.channels).flat_map(of).collect()
     }
 
-    /// Parameters of the model that were fitted to the channel `k`, in words.
-    fn fitted(&self, k: usize) -> Vec<String> {
+    /// What `say` says of each fit of the model to the channel `k`, of a drive of this kind and a zero with this standard error.
+    fn fits<T>(&self, k: usize, say: fn(&Fit, Drive, f64) -> T) -> Vec<T> {
         let found = &self.each[k];
         let kind = found.calibration.rig.setup.drive;
-        let fits = found.sides.iter().filter_map(|side| side.fit.as_ref());
-        fits.flat_map(|fit| super::report::fitted(fit, kind, found.unread)).collect()
+        found.sides.iter().filter_map(|side| Some(say(side.fit.as_ref()?, kind, found.unread))).collect()
     }
 
     /// Error of the channel `k` alone on distances that are left out, mm.

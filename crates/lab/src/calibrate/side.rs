@@ -1,24 +1,31 @@
 //! One side of the whisker: its K table, its estimators, and what they are worth on distances they have not seen.
 
+use vibrissa_learned::rows::range;
+
 use super::Reason;
 use super::order::{Contradiction, contradictions};
+use super::output::side_name;
 use crate::error::{Error, InputError};
 use crate::estimate::Estimated;
 use crate::estimator::cells::{Cell, Levels, grouped};
+use crate::estimator::curve::SmoothRecord;
+use crate::estimator::exact::ExactRecord;
+use crate::estimator::fit::{Fit, Task};
 use crate::estimator::held_out::{HeldOut, Side as Held, held_out};
+use crate::estimator::learned::LearnedRecord;
 use crate::estimator::learnt::Learnt;
 use crate::estimator::model::exact::{Opener, Parameter};
+use crate::estimator::paper::FactorRecord;
 use crate::estimator::taps::Tap;
-use crate::estimator::{ALL, Estimator, Judged, SideRecord, judged};
-use crate::estimator::{
-    fit::{Taring, Task},
-    fitted::Fit,
-};
+use crate::estimator::{Estimator, Judged, SideRecord};
 use crate::evaluate::Outcome;
 use crate::measure::{Data, Rig};
 use crate::scene::Side;
 use crate::statistics::{DistanceRow, DriveRow, Reduction};
 use crate::status::Status;
+
+/// Distances of which those between the first and the last are enough to judge by.
+const BETWEEN: usize = 5;
 
 /// What one side is calibrated from.
 #[derive(Clone, Copy)]
@@ -39,8 +46,6 @@ pub struct Ask<'a> {
     pub recorded: bool,
     /// Why the model cannot be fitted, where whisker and drives are known.
     pub no_exact: Option<&'a str>,
-    /// What was learned of it.
-    pub learnt: &'a Learnt,
     /// Parameters to fit on request.
     pub fit: &'a [Parameter],
 }
@@ -52,15 +57,9 @@ pub struct SideResult {
     pub sign: f64,
     /// Side of the gauge.
     pub gauge: Side,
-    /// Calibrated distances and drives.
-    pub distances: Levels,
-    /// Calibrated drives.
-    pub drives: Levels,
-    /// Cells of the used taps.
-    pub cells: Vec<Cell>,
     /// Number of used taps.
     pub used: usize,
-    /// The paper's statistics of the used taps, and estimates of their cells.
+    /// Distances, drives and cells of the used taps, the paper's statistics of them, and estimates of the cells.
     pub table: KTable,
     /// The same with every tap of this side that has a signal, suspect or not.
     pub with_suspects: Option<KTable>,
@@ -72,16 +71,20 @@ pub struct SideResult {
     pub recorded: bool,
     /// Standard deviation of one reading.
     pub noise: f64,
+    /// What was learned of it.
+    pub learnt: Learnt,
     /// Positions of which one is not what its label says.
     pub contradictions: Vec<Contradiction>,
-    held: Vec<(&'static dyn Estimator, HeldOut)>,
+    held: Vec<(Estimator, HeldOut)>,
 }
 
 /// K and distances by the paper's procedure, in the terms of a sweep.
 #[derive(Debug, Clone)]
 pub struct KTable {
-    /// Distances and drives.
-    pub levels: [Levels; 2],
+    /// Distances.
+    pub distances: Levels,
+    /// Drives.
+    pub drives: Levels,
     /// The cells.
     pub cells: Vec<Cell>,
     /// Statistics per drive.
@@ -98,9 +101,8 @@ impl KTable {
         if distances.is_empty() {
             return None;
         }
-        let ends = [distances.centres[0], distances.centres[distances.len() - 1]];
         let n = (distances.len(), drives.len());
-        let mut reduced = Reduction::new(&ask.rig.setup, &ask.rig.design, ends, n);
+        let mut reduced = Reduction::new(&ask.rig.setup, &ask.rig.design, distances.ends(), n);
         let outcomes: Vec<Outcome> = cells.iter().map(|c| outcome(ask, c)).collect();
         for (c, o) in cells.iter().zip(&outcomes) {
             reduced.count((c.i, c.j), (c.a, c.drive), o);
@@ -109,7 +111,7 @@ impl KTable {
         let estimate = |(c, o): (&Cell, &Outcome)| reduced.estimate((c.i, c.j), (c.a, c.drive), o);
         let estimates = cells.iter().zip(&outcomes).map(estimate).collect();
         let Reduction { drives: by_drive, distances: by_distance, .. } = reduced;
-        Some(Self { levels: [distances, drives], cells, by_drive, by_distance, estimates })
+        Some(Self { distances, drives, cells, by_drive, by_distance, estimates })
     }
 }
 
@@ -126,13 +128,13 @@ fn outcome(ask: &Ask<'_>, c: &Cell) -> Outcome {
     }
 }
 
-/// Calibrates every estimator that the data allow.
+/// Calibrates every estimator that the data allow, where this was learned of the side.
 ///
 /// # Errors
 /// Fewer than two distances after suspect rows are left out; a backend that fails.
-pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
+pub fn calibrate(ask: &Ask<'_>, learnt: Learnt, open: Opener<'_>) -> Result<SideResult, Error> {
     let here = |t: &Tap| t.reason.is_none() && t.signal.signum() == ask.sign;
-    let table = KTable::new(ask, here).filter(|t| t.levels[0].len() >= 2).ok_or_else(|| {
+    let table = KTable::new(ask, here).filter(|t| t.distances.len() >= 2).ok_or_else(|| {
         let message = "after suspect rows are left out, fewer than two distances remain";
         let n = ask.taps.iter().filter(|t| t.reason.as_ref().is_some_and(Reason::is_doubt)).count();
         InputError::new(message).at(&ask.data.file, None).key("a_mm").value(format!("{n} suspect rows"))
@@ -145,54 +147,70 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
     let changed = |t: &Tap| t.reason.is_some() && signal(t) && labelled(t);
     let with_suspects = ask.taps.iter().any(changed).then(|| KTable::new(ask, |t| signal(t) && labelled(t)));
     let with_suspects = with_suspects.flatten();
-    let [distances, drives] = table.levels.clone();
-    let cells = table.cells.clone();
+    let KTable { distances, drives, cells, .. } = &table;
     let held_side = Held {
         rig: ask.rig,
         taps: ask.taps,
-        cells: &cells,
+        cells,
         drives: &drives.centres,
         distances: distances.len(),
         noise: ask.noise,
-        learned: Some(ask.learnt),
+        learned: &learnt,
     };
-    let ends = |l: &Levels| [l.centres[0], l.centres[l.len() - 1]];
-    let several = drives.len() > 1;
     let mut no_exact = ask.no_exact.map(str::to_owned);
     let mut fit = None;
     if ask.recorded && ask.rig.known && no_exact.is_none() {
         let at = super::extent(ask.rig, ask.taps, ask.sign, ask.gauge).expect("there are cells");
-        let task = Task { rig: ask.rig, at, cells: &cells, noise: ask.noise, zero: Taring::Known, open };
+        let task = Task { rig: ask.rig, at, cells, noise: ask.noise, sought: false, open };
         match task.fit(ask.fit) {
             Ok(found) => fit = Some(found),
             Err(why) if why.is_of_whisker() => no_exact = Some(why.to_string()),
             Err(why) => return Err(why.into()),
         }
     }
-    let mut record = SideRecord::new(ask.sign as i8, ask.gauge, ends(&distances), drives.centres.clone());
-    record.end_stop = end_stop(ask);
-    record.no_exact = no_exact;
-    record.drive_ends = Some(reached(ask.taps, &cells, drives.len())).filter(|r| *r != ends(&drives));
-    let contradictions = contradictions(&cells, [&distances, &drives], ask.noise);
-    let mut held = Vec::new();
-    let allowed = |e: &&'static dyn Estimator| {
-        (ask.recorded || !e.needs_drive()) && (ask.rig.known || !e.needs_whisker(several))
+    let drive_ends = reached(ask.taps, cells, drives.len());
+    let mut record = SideRecord {
+        sign: ask.sign as i8,
+        gauge_side: side_name(ask.gauge).to_owned(),
+        distances_mm: distances.ends(),
+        drives: drives.centres.clone(),
+        drive_ends: Some(drive_ends).filter(|r| *r != drives.ends()),
+        end_stop: end_stop(ask),
+        no_exact,
+        paper: None,
+        exact: None,
+        curve: None,
+        learned: None,
     };
-    for e in ALL.into_iter().filter(allowed) {
+    let contradictions = contradictions(cells, [distances, drives], ask.noise);
+    let mut held = Vec::new();
+    let allowed = |e: &Estimator| match e {
+        // With one drive f need only have the right shape, 1/a: K takes up the rest.
+        Estimator::Paper => ask.rig.known || drives.len() == 1,
+        Estimator::Exact => ask.rig.known && ask.recorded,
+        Estimator::Curve | Estimator::Learned => true,
+    };
+    for e in Estimator::ALL.into_iter().filter(allowed) {
         let unseen = held_out(&held_side, e, fit.as_ref());
-        let of = judged(e, distances.len());
-        let bias = unseen.as_ref().map_or(vec![0.0; drives.len()], |h| h.bias(&cells, drives.len(), &of));
+        // A curve is extrapolated where the first or the last distance is left out: errors there say nothing of the others.
+        let n = distances.len();
+        let of = if e == Estimator::Curve && n >= BETWEEN { 1..n - 1 } else { 0..n };
+        let bias = unseen.as_ref().map_or(vec![0.0; drives.len()], |h| h.bias(cells, drives.len(), &of));
         let judged = Judged { rms_mm: unseen.as_ref().and_then(|h| h.rms(|_| true).0), bias_mm: bias };
-        e.calibrate(&held_side, fit.as_ref(), judged, &mut record);
+        match e {
+            Estimator::Paper => record.paper = FactorRecord::calibrated(&held_side, judged),
+            Estimator::Exact => {
+                record.exact = fit.as_ref().map(|fit| ExactRecord::calibrated(ask.rig, fit, judged))
+            }
+            Estimator::Curve => record.curve = SmoothRecord::calibrated(&held_side, judged),
+            Estimator::Learned => record.learned = Some(LearnedRecord::new(&learnt, judged)),
+        }
         held.extend(unseen.map(|h| (e, h)));
     }
     let used = cells.iter().map(|c| c.taps.len()).sum();
     Ok(SideResult {
         sign: ask.sign,
         gauge: ask.gauge,
-        distances,
-        drives,
-        cells,
         used,
         table,
         with_suspects,
@@ -200,6 +218,7 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
         fit,
         recorded: ask.recorded,
         noise: ask.noise,
+        learnt,
         contradictions,
         held,
     })
@@ -207,10 +226,8 @@ pub fn calibrate(ask: &Ask<'_>, open: Opener<'_>) -> Result<SideResult, Error> {
 
 /// Smallest and largest drive that is answered: a tap that is meant to be one of these scatters about it as much as those of the calibration.
 fn reached(taps: &[Tap], cells: &[Cell], drives: usize) -> [f64; 2] {
-    let of = |j: usize| {
-        let all = cells.iter().filter(|c| c.j == j).flat_map(|c| &c.taps).map(|k| taps[*k].drive);
-        all.fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], d| [lo.min(d), hi.max(d)])
-    };
+    let of =
+        |j: usize| range(cells.iter().filter(|c| c.j == j).flat_map(|c| &c.taps).map(|k| taps[*k].drive));
     let ([a, b], [c, d]) = (of(0), of(drives - 1));
     [a - (0.5 * (b - a)).min(0.5 * a), d + 0.5 * (d - c)]
 }
@@ -223,20 +240,25 @@ fn end_stop(ask: &Ask<'_>) -> Option<f64> {
 
 impl SideResult {
     /// Whether `estimator` is calibrated.
-    pub fn has(&self, estimator: &dyn Estimator) -> bool {
+    pub fn has(&self, estimator: Estimator) -> bool {
         estimator.is_in(&self.record)
     }
 
     /// What `estimator` makes of distances it has not seen.
-    pub fn held_out(&self, estimator: &dyn Estimator) -> Option<&HeldOut> {
-        self.held.iter().find(|(e, _)| e.name() == estimator.name()).map(|(_, h)| h)
+    pub fn held_out(&self, estimator: Estimator) -> Option<&HeldOut> {
+        self.held.iter().find(|(e, _)| *e == estimator).map(|(_, h)| h)
     }
 
-    /// For each tap of the file, whether all of `candidates` answer it when it is held out.
-    pub fn answered_by_all(&self, candidates: &[&dyn Estimator]) -> Vec<bool> {
-        let held: Vec<&HeldOut> = candidates.iter().filter_map(|e| self.held_out(*e)).collect();
-        let n = held.first().map_or(0, |h| h.taps.len());
-        (0..n).map(|k| held.iter().all(|h| h.taps[k].is_finite())).collect()
+    /// Of each of `estimators` the root mean square error on distances left out, mm, over the taps that all of these answer, and their number.
+    pub fn common_errors(&self, estimators: &[Estimator]) -> Vec<(Estimator, (Option<f64>, usize))> {
+        let held = || estimators.iter().filter_map(|e| Some((*e, self.held_out(*e)?)));
+        let shared = |k: usize| held().all(|(_, h)| h.taps[k].is_finite());
+        held().map(|(e, h)| (e, h.rms(shared))).collect()
+    }
+
+    /// Root mean square error of `estimator` on distances left out, of each drive, mm.
+    pub fn rms_by_drive(&self, estimator: Estimator) -> Option<Vec<Option<f64>>> {
+        Some(self.held_out(estimator)?.rms_by_drive(&self.table.cells, self.table.drives.len()))
     }
 
     /// Mean of K̄ over the drives.

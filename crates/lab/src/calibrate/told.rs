@@ -1,62 +1,57 @@
 //! What `learned` says of the rig beside distances: gain, zero, offsets, and of what σ is made.
 
+use serde::Serialize;
 use serde_json::{Value, json};
 use vibrissa_learned::columns::Term;
 
 use crate::estimator::learnt::Learnt;
+use crate::estimator::model::exact::Parameter;
 use crate::scene::Drive;
 
 /// Two numbers whose errors are correlated by more than this are not told apart.
 const ALIKE: f64 = 0.95;
 
-/// A number of the rig, its standard error and its unit.
+/// A number of the rig.
+#[derive(Serialize)]
 struct Number {
+    #[serde(skip)]
     name: &'static str,
-    term: Term,
     value: f64,
-    error: f64,
+    standard_error: f64,
     unit: &'static str,
-    /// What would tell it from the gain.
-    tells: &'static str,
+    /// What would tell it from the gain, where these data cannot.
+    #[serde(skip)]
+    alike: Option<&'static str>,
 }
 
 fn numbers(learnt: &Learnt, kind: Drive) -> Vec<Number> {
     let (c, scales) = (&learnt.fit.curve, &learnt.fit.curve.scales);
-    let of = |term, scale: f64, more: f64| c.coefficient(term).map(|[x, sd]| [x * scale + more, sd * scale]);
+    let place = |term| c.terms.iter().position(|t| *t == term);
+    let product = |i: usize, k: usize| c.deviations.iter().map(|d| d[i] * d[k]).sum::<f64>();
+    let known = learnt.task.known.is_some();
+    let gain = place(Term::Curve(0, 0)).filter(|_| known);
+    let correlated = |gain: usize, k: usize| {
+        k != gain && product(gain, k).abs() > ALIKE * (product(gain, gain) * product(k, k)).sqrt()
+    };
     let mut all = Vec::new();
     let mut add = |name, term, found: Option<[f64; 2]>, unit, tells| {
-        all.extend(found.map(|[value, error]| Number { name, term, value, error, unit, tells }));
+        let alike = gain.zip(place(term)).is_some_and(|(gain, k)| correlated(gain, k)).then_some(tells);
+        let number = |[value, standard_error]: [f64; 2]| Number { name, value, standard_error, unit, alike };
+        all.extend(found.map(number));
     };
-    let gain = Term::Curve(0, 0);
-    let per = "signal over that of the spec";
-    if learnt.exact.is_some() {
-        add("gain", gain, of(gain, c.unit / c.base_unit, 0.0), per, "");
-        let (name, unit) = match kind {
-            Drive::Angle => ("theta_offset", "degrees"),
-            Drive::Displacement => ("delta_offset", "mm"),
-        };
-        let offset = of(Term::OffsetU, scales.sizes[1], learnt.fit.offset);
-        add(name, Term::OffsetU, offset, unit, "taps at a drive half as large");
-        let offset = of(Term::OffsetA, scales.sizes[0], 0.0);
-        add("a_offset", Term::OffsetA, offset, "mm", "taps nearer to the base");
+    if known {
+        let of =
+            |term, scale: f64, more: f64| c.coefficient(term).map(|[x, sd]| [x * scale + more, sd * scale]);
+        let gain = Term::Curve(0, 0);
+        add("gain", gain, of(gain, c.unit / c.base_unit, 0.0), "signal over that of the spec", "");
+        let offset = Parameter::DriveOffset;
+        let found = of(Term::OffsetU, scales.sizes[1], learnt.fit.base.offset());
+        add(offset.name(kind), Term::OffsetU, found, offset.unit(kind), "taps at a drive half as large");
+        let found = of(Term::OffsetA, scales.sizes[0], 0.0);
+        add("a_offset", Term::OffsetA, found, "mm", "taps nearer to the base");
     }
-    let [zero, error] = c.zero();
-    add("zero", Term::Zero, Some([zero, error]), "signal", "zero readings");
+    add("zero", Term::Zero, Some(c.zero()), "signal", "zero readings");
     all
-}
-
-/// Names of numbers that these data cannot tell from the gain, and what would.
-fn alike(learnt: &Learnt, numbers: &[Number]) -> Vec<(&'static str, &'static str)> {
-    let c = &learnt.fit.curve;
-    let place = |term| c.terms.iter().position(|t| *t == term);
-    let Some(gain) = place(Term::Curve(0, 0)).filter(|_| learnt.exact.is_some()) else { return Vec::new() };
-    let product = |i: usize, k: usize| c.deviations.iter().map(|d| d[i] * d[k]).sum::<f64>();
-    let correlated = |n: &&Number| {
-        place(n.term)
-            .filter(|k| *k != gain)
-            .is_some_and(|k| product(gain, k).abs() > ALIKE * (product(gain, gain) * product(k, k)).sqrt())
-    };
-    numbers.iter().filter(correlated).map(|n| (n.name, n.tells)).collect()
 }
 
 /// What σ is made of in the middle of the data, as standard deviations of the signal in shares of it.
@@ -76,10 +71,8 @@ fn budget(learnt: &Learnt) -> [(&'static str, f64); 4] {
 /// For JSON.
 pub fn json(learnt: &Learnt, kind: Drive) -> Value {
     let numbers = numbers(learnt, kind);
-    let each: serde_json::Map<String, Value> = numbers
-        .iter()
-        .map(|n| (n.name.to_owned(), json!({ "value": n.value, "standard_error": n.error, "unit": n.unit })))
-        .collect();
+    let each: serde_json::Map<String, Value> =
+        numbers.iter().map(|n| (n.name.to_owned(), json!(n))).collect();
     let budget: serde_json::Map<String, Value> =
         budget(learnt).into_iter().map(|(name, share)| (name.to_owned(), json!(share))).collect();
     let learned: serde_json::Map<String, Value> = learnt
@@ -89,15 +82,13 @@ pub fn json(learnt: &Learnt, kind: Drive) -> Value {
         .zip(&learnt.fit.at)
         .map(|(h, x)| (format!("{h:?}").to_lowercase(), json!(x.exp())))
         .collect();
-    let alike: Vec<Value> = alike(learnt, &numbers)
-        .into_iter()
-        .map(|(name, tells)| json!({ "gain_and": name, "tells": tells }))
-        .collect();
+    let alike = |n: &Number| Some(json!({ "gain_and": n.name, "tells": n.alike? }));
+    let alike: Vec<Value> = numbers.iter().filter_map(alike).collect();
     json!({
         "numbers": each,
         "not_told_apart": alike,
         "runs": learnt.runs,
-        "drift": learnt.drift,
+        "drift": learnt.task.drift,
         "share_of_signal": budget,
         "learned_numbers": learned,
     })
@@ -109,12 +100,14 @@ pub fn text(learnt: &Learnt, kind: Drive) -> Vec<String> {
     let mut lines: Vec<String> = numbers
         .iter()
         .filter(|n| n.name != "zero" || !learnt.zero_read)
-        .map(|n| format!("learned {:<13} {:.6e} ± {:.1e} {}", n.name, n.value, 2.0 * n.error, n.unit))
+        .map(|n| {
+            format!("learned {:<13} {:.6e} ± {:.1e} {}", n.name, n.value, 2.0 * n.standard_error, n.unit)
+        })
         .collect();
     let shares = budget(learnt).into_iter().filter(|(_, share)| *share > 0.0);
     let shares: Vec<String> = shares.map(|(name, share)| format!("{name} {:.2} %", 100.0 * share)).collect();
     lines.push(format!("σ of a reading in the middle, in shares of its signal: {}", shares.join(", ")));
-    for (name, tells) in alike(learnt, &numbers) {
+    for (name, tells) in numbers.iter().filter_map(|n| Some((n.name, n.alike?))) {
         lines.push(format!("these data cannot tell gain and {name} apart: {tells} would"));
     }
     if learnt.runs < 2 {

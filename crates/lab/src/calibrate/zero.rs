@@ -1,15 +1,13 @@
 //! The zero of the signal that nobody read.
 
+use vibrissa_learned::rows::range;
+
 use crate::error::Error;
 use crate::estimator::cells::grouped;
+use crate::estimator::fit::{Ordered, Task};
 use crate::estimator::learnt::Learnt;
 use crate::estimator::model::exact::{Opener, Parameter};
-use crate::estimator::model::form::ModelError;
-use crate::estimator::taps::Tap;
-use crate::estimator::{
-    fit::{Taring, Task},
-    fitted::Ordered,
-};
+use crate::estimator::taps::{Sorted, Tap};
 use crate::measure::zero::{Tared, TaredBy};
 use crate::measure::{Data, Rig};
 use crate::scene::Side;
@@ -31,11 +29,12 @@ pub(super) fn of_model(
     let Some(at) = super::extent(rig, taps, sign, gauge).filter(|_| distances.len() > 1) else {
         return Ok(None);
     };
-    let task = Task { rig, at, cells: &cells, noise, zero: Taring::Sought, open };
-    let Some(found) = ModelError::of_run(task.fit(fit))? else { return Ok(None) };
-    if !found.undetermined.is_empty() {
-        return Ok(None);
-    }
+    let task = Task { rig, at, cells: &cells, noise, sought: true, open };
+    let found = match task.fit(fit) {
+        Ok(found) if found.undetermined.is_empty() => found,
+        Err(why) if !why.is_of_whisker() => return Err(why.into()),
+        _ => return Ok(None),
+    };
     let rows = found.cells.iter().enumerate().flat_map(|(cell, at)| {
         let c = &cells[*at];
         c.taps.iter().map(move |k| (cell, c.n(), &taps[*k]))
@@ -55,29 +54,24 @@ pub(super) fn of_model(
     Ok((within || exact()).then_some(constant))
 }
 
-/// Takes a constant off every tap.
-pub(super) fn tare(
-    (data, rig): (&Data, &Rig),
-    taps: &mut [Tap],
-    tared: &mut Tared,
-    from: TaredBy,
-    [value, error]: [f64; 2],
-) {
-    for tap in taps {
+/// Takes a constant off every tap, which the data tell with this standard error.
+pub(super) fn tare((data, rig): (&Data, &Rig), rows: &mut Sorted, [value, error]: [f64; 2]) {
+    for tap in &mut rows.taps {
         tap.zero += value;
         tap.signal = data.unit.above(tap.signal, value, rig.setup.gauge.factor);
     }
-    *tared = Tared { from, value: tared.value + value, error, ..tared.clone() };
+    (rows.tared.from, rows.tared.error) = (TaredBy::Fitted, error);
+    rows.tared.value += value;
 }
 
 /// What to say of a drift that no zero reading shows.
 pub(super) fn wandering(data: &Data, rig: &Rig, learnt: &Learnt) -> String {
-    let zeros = || learnt.fit.zeros.iter().copied();
+    let [least, largest] = range(learnt.fit.zeros.iter().copied());
     format!(
         "{}: no zero was read, and what the curve leaves goes with the order of the lines, as if the zero drifted by {:.2e} {} over the file; \
          a drift is taken into account. Read the zero now and then (rows with {} = 0)",
         data.file,
-        zeros().fold(f64::NEG_INFINITY, f64::max) - zeros().fold(f64::INFINITY, f64::min),
+        largest - least,
         data.unit.common(),
         rig.setup.drive.column()
     )

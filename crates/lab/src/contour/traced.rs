@@ -27,7 +27,7 @@ pub struct Question<'a> {
     /// The whisker, and the name of its file.
     pub calibration: (&'a Calibration, &'a str),
     /// The one that won if not said.
-    pub estimator: Option<&'static dyn Estimator>,
+    pub estimator: Option<Estimator>,
     /// Readings and poses, and the name of their file.
     pub data: (LabTable<'a>, &'a str),
     /// What the user said of columns, and as it was said.

@@ -13,7 +13,7 @@ pub struct Levels {
     /// Mean of each level, ascending.
     pub centres: Vec<f64>,
     /// Largest value of each level.
-    ends: Vec<f64>,
+    largest: Vec<f64>,
 }
 
 impl Levels {
@@ -24,16 +24,16 @@ impl Levels {
         let mut distinct = all.clone();
         distinct.dedup();
         if distinct.len() <= LEVELS {
-            return Self { ends: distinct.clone(), centres: distinct };
+            return Self { largest: distinct.clone(), centres: distinct };
         }
-        let mut levels = Self { centres: Vec::new(), ends: Vec::new() };
+        let mut levels = Self { centres: Vec::new(), largest: Vec::new() };
         let mut from = 0;
         for k in 1..=LEVELS {
             let Some(end) = all.get((k * all.len() / LEVELS).saturating_sub(1)).copied() else { continue };
             let to = all.partition_point(|x| *x <= end);
             if to > from {
                 levels.centres.push(all[from..to].iter().sum::<f64>() / (to - from) as f64);
-                levels.ends.push(end);
+                levels.largest.push(end);
                 from = to;
             }
         }
@@ -42,7 +42,12 @@ impl Levels {
 
     /// Level of `x`, which is one of the values.
     pub fn place(&self, x: f64) -> usize {
-        self.ends.partition_point(|e| *e < x).min(self.ends.len() - 1)
+        self.largest.partition_point(|e| *e < x).min(self.largest.len() - 1)
+    }
+
+    /// The first and the last level; there is one.
+    pub fn ends(&self) -> [f64; 2] {
+        [self.centres[0], self.centres[self.len() - 1]]
     }
 
     /// Whether there are no levels.
@@ -90,25 +95,10 @@ impl Cell {
     }
 }
 
-/// Levels of distance and drive, and cells, of the taps that `wanted` picks.
+/// Levels of distance and drive, and cells by distance, then drive, of the taps that `wanted` picks.
 pub fn grouped(taps: &[Tap], rig: &Rig, wanted: impl Fn(&Tap) -> bool) -> ([Levels; 2], Vec<Cell>) {
     let levels = |axis: usize| Levels::of(taps.iter().filter(|t| wanted(t)).map(|t| t.group[axis]));
-    let (distances, drives) = (levels(0), levels(1));
-    let cells = match distances.is_empty() {
-        true => Vec::new(),
-        false => cells(taps, rig, &distances, &drives, &wanted),
-    };
-    ([distances, drives], cells)
-}
-
-/// Cells of the taps that `wanted` picks, by distance, then drive.
-fn cells(
-    taps: &[Tap],
-    rig: &Rig,
-    distances: &Levels,
-    drives: &Levels,
-    wanted: impl Fn(&Tap) -> bool,
-) -> Vec<Cell> {
+    let [distances, drives] = [0, 1].map(levels);
     let mut grid: Vec<Vec<usize>> = vec![Vec::new(); distances.len() * drives.len()];
     for (k, tap) in taps.iter().enumerate().filter(|(_, t)| wanted(t)) {
         grid[distances.place(tap.group[0]) * drives.len() + drives.place(tap.group[1])].push(k);
@@ -144,7 +134,8 @@ fn cells(
             taps: taps_here,
         })
     };
-    grid.into_iter().enumerate().filter_map(cell).collect()
+    let cells = grid.into_iter().enumerate().filter_map(cell).collect();
+    ([distances, drives], cells)
 }
 
 /// What the noise of the zero readings brings to taps of one cell: the runs, with their weights in the mean; the variance of the mean, and the sum

@@ -1,6 +1,6 @@
 //! `exact`: the configured model with fitted parameters, inverted.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, VecDeque};
 use std::ops::Range;
 use std::sync::{Arc, RwLock};
 
@@ -8,16 +8,15 @@ use indexmap::IndexMap;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use super::{Answers, Estimator, Fault, Forward, Judged, Known, LeaveOut, Opening, Shape, SideRecord, least};
+use super::fit::Fit;
+use super::held_out::Side;
+use super::model::exact::{Exact, Extent, HARD, Opener, Parameter, Values, spec_values};
+use super::model::{Found, ModelError};
+use super::{Judged, SideRecord, least};
 use crate::curve::Curve;
 use crate::error::{Error, InputError, SolveError};
-use crate::estimator::fitted::Fit;
-use crate::estimator::held_out::Side as Measured;
-use crate::estimator::model::Found;
-use crate::estimator::model::exact::{Exact, Extent, HARD, Parameter, Values, spec_values};
-use crate::estimator::model::form::ModelError;
 use crate::measure::Rig;
-use crate::scene::{Contact, Drive};
+use crate::scene::{self, Contact, Drive};
 use crate::status::Status;
 
 /// Fitted model.
@@ -37,6 +36,50 @@ pub struct ExactRecord {
 }
 
 impl ExactRecord {
+    /// Of the `fit` to all of a side.
+    pub fn calibrated(rig: &Rig, Fit { exact, .. }: &Fit, Judged { rms_mm, bias_mm }: Judged) -> Self {
+        let kind = rig.setup.drive;
+        let spec = spec_values(&rig.setup);
+        let known = |p: &Parameter| spec[*p as usize].is_finite();
+        let value = |p: Parameter| (p.name(kind).to_owned(), exact.values[p as usize]);
+        Self {
+            held_out_rms_mm: rms_mm,
+            bias_mm,
+            fitted: exact.fitted.iter().map(|p| p.name(kind).to_owned()).collect(),
+            values: Parameter::ALL.into_iter().filter(known).map(value).collect(),
+            covariance: exact.covariance.clone(),
+        }
+    }
+
+    /// Whether each fitted parameter has a known name, a row and a column of the covariance.
+    pub fn is_sound(&self) -> bool {
+        let m = self.fitted.len();
+        let kinds = [Drive::Angle, Drive::Displacement];
+        let named = |n: &String| kinds.iter().any(|kind| Parameter::named(n, *kind).is_some());
+        self.covariance.len() == m
+            && self.covariance.iter().all(|row| row.len() == m && row.iter().all(|x| x.is_finite()))
+            && self.fitted.iter().all(named)
+    }
+
+    /// The model of `side` of the gauge, inverted.
+    pub(super) fn open(
+        &self,
+        rig: &Rig,
+        record: &SideRecord,
+        side: scene::Side,
+        open: Opener<'_>,
+    ) -> Result<Inverted, Error> {
+        let (values, kind) = (self.values(rig), rig.setup.drive);
+        let fitted = self.fitted.iter().filter_map(|name| Parameter::named(name, kind)).collect();
+        // Half as much again as the offset: its own uncertainty, and readings a little beyond the calibrated drives.
+        let ahead = 1.5 * values[Parameter::DriveOffset as usize].max(0.0);
+        let at = Extent::around(rig, side, record.distances_mm, record.ends(), ahead);
+        let at = Extent { hard: HARD, ..at };
+        let exact = Exact::new(rig, values, fitted, self.covariance.clone(), at, open);
+        let exact = exact.map_err(|why| unsolved(rig, record, why))?;
+        Ok(Inverted { exact, last: RwLock::default() })
+    }
+
     /// Reading per strain, where the record has it.
     pub fn factor(&self, kind: Drive) -> Option<f64> {
         self.values.get(Parameter::Factor.name(kind)).copied()
@@ -51,101 +94,6 @@ impl ExactRecord {
             }
         }
         values
-    }
-
-    /// The fitted parameters.
-    fn fitted(&self, kind: Drive) -> Vec<Parameter> {
-        let named = |n: &String| Parameter::ALL.into_iter().find(|p| p.name(kind) == n);
-        self.fitted.iter().filter_map(named).collect()
-    }
-}
-
-/// The configured model, inverted.
-pub struct Model;
-
-/// The configured model, inverted.
-pub const EXACT: Model = Model;
-
-impl Estimator for Model {
-    fn name(&self) -> &'static str {
-        "exact"
-    }
-
-    fn help(&self) -> &'static str {
-        "The configured model, inverted"
-    }
-
-    fn needs_drive(&self) -> bool {
-        true
-    }
-
-    fn needs_whisker(&self, _: bool) -> bool {
-        true
-    }
-
-    fn answers_both_sides(&self) -> bool {
-        true
-    }
-
-    fn leave_out<'a>(&'a self, side: &'a Measured<'a>, fit: Option<&'a Fit>) -> LeaveOut<'a> {
-        Box::new(move |gone| {
-            let fit = fit?;
-            // The model keeps its parameters; the reading is moved by what the step would do to it.
-            let step = step_without(side, fit, gone)?;
-            let shift: HashMap<usize, f64> =
-                fit.cells.iter().copied().zip((&fit.slopes * step).iter().copied()).collect();
-            Some(Box::new(move |k, drive, signal| fit.exact.find(drive, signal - shift.get(&k)?)))
-        })
-    }
-
-    fn calibrate(&self, side: &Measured<'_>, fit: Option<&Fit>, judged: Judged, record: &mut SideRecord) {
-        let Some(Fit { exact, .. }) = fit else { return };
-        let setup = &side.rig.setup;
-        let kind = setup.drive;
-        let known = |p: &Parameter| spec_values(setup)[*p as usize].is_finite();
-        let value = |p: Parameter| (p.name(kind).to_owned(), exact.values[p as usize]);
-        record.exact = Some(ExactRecord {
-            held_out_rms_mm: judged.rms_mm,
-            bias_mm: judged.bias_mm,
-            fitted: exact.fitted.iter().map(|p| p.name(kind).to_owned()).collect(),
-            values: Parameter::ALL.into_iter().filter(known).map(value).collect(),
-            covariance: exact.covariance.clone(),
-        });
-    }
-
-    fn bias_mm<'a>(&self, record: &'a SideRecord) -> Option<&'a [f64]> {
-        record.exact.as_ref().map(|r| r.bias_mm.as_slice())
-    }
-
-    fn check(&self, record: &SideRecord) -> Result<(), Fault> {
-        let Some(r) = &record.exact else { return Ok(()) };
-        let m = r.fitted.len();
-        let square = r.covariance.len() == m && r.covariance.iter().all(|row| row.len() == m);
-        let finite = r.covariance.iter().flatten().all(|x| x.is_finite());
-        let named = |n: &String| {
-            let kinds = [Drive::Angle, Drive::Displacement];
-            Parameter::ALL.iter().any(|p| kinds.iter().any(|k| p.name(*k) == n))
-        };
-        match square && finite && r.fitted.iter().all(named) {
-            true => Ok(()),
-            false => Err(Fault {
-                message: "fitted parameters and their covariance do not belong together",
-                allowed: "known names, one row and one column of the covariance for each",
-            }),
-        }
-    }
-
-    fn open(&self, of: &Opening<'_>) -> Result<Option<Box<dyn Answers>>, Error> {
-        let Opening { rig, record, side, open } = *of;
-        let Some(r) = &record.exact else { return Ok(None) };
-        let (values, fitted) = (r.values(rig), r.fitted(rig.setup.drive));
-        // Half as much again as the offset: its own uncertainty, and readings a little beyond the calibrated drives.
-        let ahead = 1.5 * values[Parameter::DriveOffset as usize].max(0.0);
-        let at = Extent::around(rig, side, record.distances_mm, record.ends(), ahead);
-        let at = Extent { hard: HARD, ..at };
-        let exact = Exact::new(rig, values, fitted, r.covariance.clone(), at, open);
-        let exact = exact.map_err(|why| unsolved(rig, record, why))?;
-        Ok(Some(Box::new(Inverted { exact, last: RwLock::default() })))
     }
 }
 
@@ -179,8 +127,9 @@ pub fn unsolved(rig: &Rig, record: &SideRecord, why: ModelError) -> Error {
     .into()
 }
 
-/// Change of the parameters where the cells of distance `g` are left out: one Gauss–Newton step, which is all it takes.
-fn step_without(side: &Measured<'_>, fit: &Fit, gone: &Range<usize>) -> Option<DVector<f64>> {
+/// By how much the expected readings of the fitted cells change where the distances of the numbers `gone` are left out, by place of the cell:
+/// what one Gauss–Newton step of the parameters does, which is all it takes.
+pub fn shifts(side: &Side<'_>, fit: &Fit, gone: &Range<usize>) -> Option<HashMap<usize, f64>> {
     let m = fit.slopes.ncols();
     let (mut n, mut b) = (DMatrix::<f64>::zeros(m, m), DVector::<f64>::zeros(m));
     for (k, _) in fit.cells.iter().enumerate().filter(|(_, cell)| !gone.contains(&side.cells[**cell].i)) {
@@ -188,26 +137,25 @@ fn step_without(side: &Measured<'_>, fit: &Fit, gone: &Range<usize>) -> Option<D
         n += row.transpose() * &row;
         b += row.transpose() * (fit.residuals[k] / fit.deviations[k]);
     }
-    Some(least::solve(&n, &b)?.0)
+    let step = least::solve(&n, &b)?.0;
+    Some(fit.cells.iter().copied().zip((&fit.slopes * step).iter().copied()).collect())
 }
 
 /// Drives whose curves are kept.
 const KEPT: usize = 16;
 
 /// The model, and its curves at the drives that were asked for last: taps of a rig are mostly by a few.
-struct Inverted {
-    exact: Exact,
-    last: RwLock<Recent>,
+pub struct Inverted {
+    pub(super) exact: Exact,
+    last: RwLock<VecDeque<(f64, Arc<Curve>)>>,
 }
 
-/// Curves of drives, and the place of the next one.
-#[derive(Default)]
-struct Recent(Vec<(f64, Arc<Curve>)>, usize);
-
 impl Inverted {
-    /// The curve at `drive`. Nobody waits for it: where another thread keeps one just now, it is made again.
+    /// The curve at `drive`. It is made again where another thread holds the lock.
     fn curve(&self, drive: f64) -> Arc<Curve> {
-        let kept = |last: &Recent| last.0.iter().find(|(at, _)| *at == drive).map(|(_, curve)| curve.clone());
+        let kept = |last: &VecDeque<(f64, Arc<Curve>)>| {
+            last.iter().find(|(at, _)| *at == drive).map(|(_, curve)| curve.clone())
+        };
         if let Some(curve) = self.last.try_read().ok().and_then(|last| kept(&last)) {
             return curve;
         }
@@ -215,21 +163,13 @@ impl Inverted {
         if let Ok(mut last) = self.last.try_write()
             && kept(&last).is_none()
         {
-            let Recent(curves, next) = &mut *last;
-            let new = (drive, Arc::clone(&curve));
-            if curves.len() < KEPT {
-                curves.push(new)
-            } else {
-                curves[*next] = new
-            }
-            *next = (*next + 1) % KEPT;
+            last.truncate(KEPT - 1);
+            last.push_front((drive, curve.clone()));
         }
         curve
     }
-}
 
-impl Answers for Inverted {
-    fn find(&self, drive: f64, reading: f64, _: Known) -> Result<Found, Status> {
+    pub(super) fn find(&self, drive: f64, reading: f64) -> Result<Found, Status> {
         let curve = self.curve(drive);
         let beyond = || reading < self.exact.weakest(&curve);
         self.exact
@@ -237,18 +177,8 @@ impl Answers for Inverted {
             .ok_or_else(|| if beyond() { Status::OUTSIDE_CALIBRATION } else { Status::NO_ROOT })
     }
 
-    fn expected(&self, a: f64, drive: f64) -> f64 {
+    pub(super) fn expected(&self, a: f64, drive: f64) -> f64 {
         let [near, far] = self.exact.reach();
         if (near..=far).contains(&a) { self.exact.expected(a, drive) } else { f64::NAN }
-    }
-
-    fn shape(&self) -> Shape<'_> {
-        Shape::Inverted(&self.exact)
-    }
-}
-
-impl Forward for Exact {
-    fn variance(&self, a: f64, drive: f64) -> f64 {
-        self.variance(a, drive)
     }
 }

@@ -4,10 +4,9 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::cells::Cell;
-use super::fitted::Fit;
 use super::least;
+use crate::estimator::model::ModelError;
 use crate::estimator::model::exact::{Exact, Extent, Opener, Parameter, Values, spec_values};
-use crate::estimator::model::form::ModelError;
 use crate::estimator::model::parameter::width;
 use crate::measure::Rig;
 use crate::physics::solid::is_solid;
@@ -31,15 +30,68 @@ const BEYOND_NOISE: f64 = 6.6;
 /// Share of the cells for which the model must have solutions.
 const ENOUGH: f64 = 0.5;
 
-/// What is known of the zero of the signal.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Taring {
-    /// It was taken off, or is zero.
-    Known,
-    /// It is looked for.
-    Sought,
-    /// The data do not tell it: the drive offset, which would take it up, is fitted only where it is asked for.
-    Unknown,
+/// A fit.
+#[derive(Debug, Clone)]
+pub struct Fit {
+    /// The model with its parameters.
+    pub exact: Exact,
+    /// Asked for, but not determined by the data: held at the spec's value.
+    pub undetermined: Vec<Parameter>,
+    /// Standard deviation of a cell beyond noise, relative to its signal.
+    pub misfit: f64,
+    /// χ² per degree of freedom with noise alone; NaN without noise or freedom.
+    pub chi2: f64,
+    /// Places of the cells that were fitted: those for which the model has solutions.
+    pub cells: Vec<usize>,
+    /// d reading/dp of each of these.
+    pub slopes: DMatrix<f64>,
+    /// measured − expected of each.
+    pub residuals: DVector<f64>,
+    /// Standard deviation of each.
+    pub deviations: DVector<f64>,
+}
+
+/// A tap of a fitted cell.
+#[derive(Debug, Clone, Copy)]
+pub struct Ordered {
+    /// Place of its cell among those that were fitted.
+    pub cell: usize,
+    /// Taps of this cell.
+    pub of: f64,
+    /// Place of the tap in the file.
+    pub order: f64,
+    /// Measured − expected.
+    pub left: f64,
+}
+
+impl Fit {
+    /// The constant of the signal, which was fitted, and its standard error where the zero may also drift in the order of `rows`: a straight
+    /// drift over rows that go with the distance passes for one; and what both leave of each row. `None` where nothing tells them apart.
+    pub fn constant(&self, rows: &[Ordered]) -> Option<([f64; 2], DVector<f64>)> {
+        let k = self.exact.fitted.iter().position(|p| *p == Parameter::Zero)?;
+        let (n, m) = (rows.len(), self.slopes.ncols());
+        let middle = rows.iter().map(|r| r.order).sum::<f64>() / n as f64;
+        let deviation = |r: &Ordered| self.deviations[r.cell] * r.of.sqrt();
+        let entry = |r: &Ordered, j: usize| if j < m { self.slopes[(r.cell, j)] } else { r.order - middle };
+        let design = DMatrix::from_fn(n, m + 1, |i, j| entry(&rows[i], j) / deviation(&rows[i]));
+        let left = DVector::from_iterator(n, rows.iter().map(|r| r.left / deviation(r)));
+        let (step, inverse) = least::solve(&design.tr_mul(&design), &design.tr_mul(&left))?;
+        let freedom = n.checked_sub(m + 1).filter(|n| *n > 0)? as f64;
+        let rest = left - &design * &step;
+        let error = ((rest.norm_squared() / freedom).max(1.0) * inverse[(k, k)]).sqrt();
+        let value = self.exact.values[Parameter::Zero as usize] + step[k];
+        Some(([value, error], DVector::from_fn(n, |i, _| rest[i] * deviation(&rows[i]))))
+    }
+
+    /// Standard errors of the fitted parameters where the zero of the signal, of which every reading is taken off, has one itself: as if all
+    /// were fitted together.
+    pub fn errors(&self, zero: f64) -> Vec<f64> {
+        let weights = self.deviations.map(|d| 1.0 / (d * d));
+        let pulled = self.slopes.tr_mul(&weights);
+        let c = &self.exact.covariance;
+        let shift = |i: usize| zero * c[i].iter().zip(pulled.iter()).map(|(c, p)| c * p).sum::<f64>();
+        (0..c.len()).map(|i| c[i][i].max(0.0).sqrt().hypot(shift(i))).collect()
+    }
 }
 
 /// What is fitted to.
@@ -53,8 +105,8 @@ pub struct Task<'a> {
     pub cells: &'a [Cell],
     /// Standard deviation of one reading.
     pub noise: f64,
-    /// What is known of the zero of the signal.
-    pub zero: Taring,
+    /// Whether the zero of the signal is looked for too; else it was taken off, or is zero.
+    pub sought: bool,
     /// Solves models.
     pub open: Opener<'a>,
 }
@@ -83,43 +135,31 @@ impl Task<'_> {
 
     /// Fits all cells, from the factor and the parameters `start`.
     fn fit_from(&self, start: Values, asked: &[Parameter]) -> Result<Fit, ModelError> {
-        let mut free = vec![Parameter::Factor];
-        free.extend((self.zero != Taring::Unknown).then_some(Parameter::DriveOffset));
+        let mut free = vec![Parameter::Factor, Parameter::DriveOffset];
         free.extend(asked.iter().filter(|p| !free.contains(p)).copied().collect::<Vec<_>>());
-        free.extend((self.zero == Taring::Sought).then_some(Parameter::Zero));
-        let mut undetermined: Vec<Parameter> =
-            (!free.contains(&Parameter::DriveOffset)).then_some(Parameter::DriveOffset).into_iter().collect();
-        let mut misfit = 0.0;
-        let mut values = start;
-        loop {
-            let model = self.minimise(values, &free, misfit)?;
-            if let Some(worst) = self.worst(&model, &free, misfit) {
-                undetermined.push(free.remove(worst));
-                if undetermined.last() == Some(&Parameter::Zero) && !asked.contains(&Parameter::DriveOffset) {
-                    undetermined.extend(
-                        free.iter().position(|p| *p == Parameter::DriveOffset).map(|i| free.remove(i)),
-                    );
-                }
-                undetermined.sort_by_key(|p| *p as usize);
-                values = start;
-                misfit = 0.0;
-                continue;
+        free.extend(self.sought.then_some(Parameter::Zero));
+        let mut undetermined: Vec<Parameter> = Vec::new();
+        let model = loop {
+            let model = self.minimise(start, &free, 0.0)?;
+            let Some(worst) = self.worst(&model, &free) else { break model };
+            undetermined.push(free.remove(worst));
+            if undetermined.last() == Some(&Parameter::Zero) && !asked.contains(&Parameter::DriveOffset) {
+                let offset = free.iter().position(|p| *p == Parameter::DriveOffset);
+                undetermined.extend(offset.map(|i| free.remove(i)));
             }
-            values = model.values;
-            let next = self.misfit(&model);
-            if (next - misfit).abs() <= 0.05 * next.max(1e-12) || next <= MODEL {
-                return self.finish(model, free, undetermined, next);
-            }
-            misfit = next;
-            let again = self.minimise(values, &free, misfit)?;
-            return self.finish(again, free, undetermined, misfit);
-        }
+            undetermined.sort_by_key(|p| *p as usize);
+        };
+        let misfit = self.misfit(&model);
+        // A misfit weighs the cells another way.
+        let model = if misfit <= MODEL { model } else { self.minimise(model.values, &free, misfit)? };
+        self.finish(model, free, undetermined, misfit)
     }
 
-    /// What half of the cells give, and how far the drive went before contact.
-    fn sizes(&self) -> [f64; 2] {
+    /// What each of the parameters could be off by.
+    fn widths(&self, values: &Values, parameters: &[Parameter]) -> Vec<f64> {
         let size = crate::reduce::median(&mut self.cells.iter().map(|c| c.signal).collect::<Vec<_>>());
-        [size, self.rig.before]
+        let one = |p: &Parameter| width(*p, values, self.at.drives, [size, self.rig.before]);
+        parameters.iter().map(one).collect()
     }
 
     /// Standard deviation of a cell's mean.
@@ -159,8 +199,7 @@ impl Task<'_> {
 
     /// Sets `free` by least squares, starting from `values`.
     fn minimise(&self, values: Values, free: &[Parameter], misfit: f64) -> Result<Exact, ModelError> {
-        let drives = self.at.drives;
-        let scale: Vec<f64> = free.iter().map(|p| width(*p, &values, drives, self.sizes())).collect();
+        let scale = self.widths(&values, free);
         let exact = Exact::new(self.rig, values, free.to_vec(), Vec::new(), self.at, self.open)?;
         let deviations = self.cells.iter().map(|c| self.deviation(c, misfit)).collect();
         let bounds: Vec<[f64; 2]> =
@@ -176,21 +215,21 @@ impl Task<'_> {
         Ok(found)
     }
 
-    fn slopes(&self, model: &Exact) -> DMatrix<f64> {
-        let rows: Vec<f64> = self.cells.iter().flat_map(|c| model.gradient(c.a, c.drive)).collect();
+    /// d reading/dp of each cell, in these scales of the parameters, over these deviations of the cells.
+    fn slopes(&self, model: &Exact, scale: &[f64], deviations: &[f64]) -> DMatrix<f64> {
+        let of_cell = |(c, deviation): (&Cell, &f64)| {
+            let gradient = model.gradient(c.a, c.drive).into_iter().zip(scale);
+            gradient.map(|(slope, scale)| slope * (scale / deviation)).collect::<Vec<f64>>()
+        };
+        let rows: Vec<f64> = self.cells.iter().zip(deviations).flat_map(of_cell).collect();
         DMatrix::from_row_slice(self.cells.len(), model.fitted.len(), &rows)
     }
 
     /// Covariance for cells with these standard deviations; `None` where some combination is free.
     fn covariance(&self, model: &Exact, deviation: impl Fn(&Cell) -> f64) -> Option<DMatrix<f64>> {
-        let scale: Vec<f64> =
-            model.fitted.iter().map(|p| width(*p, &model.values, self.at.drives, self.sizes())).collect();
-        let mut j = self.slopes(model);
-        for (i, c) in self.cells.iter().enumerate() {
-            for k in 0..scale.len() {
-                j[(i, k)] *= scale[k] / deviation(c);
-            }
-        }
+        let scale = self.widths(&model.values, &model.fitted);
+        let deviations: Vec<f64> = self.cells.iter().map(deviation).collect();
+        let j = self.slopes(model, &scale, &deviations);
         if j.nrows() < j.ncols() {
             return None;
         }
@@ -221,17 +260,15 @@ impl Task<'_> {
     }
 
     /// The parameter that the data determine least, if they do not determine it.
-    fn worst(&self, model: &Exact, free: &[Parameter], misfit: f64) -> Option<usize> {
+    fn worst(&self, model: &Exact, free: &[Parameter]) -> Option<usize> {
         let judged = |limit: f64, deviation: &dyn Fn(&Cell) -> f64| {
             let Some(c) = self.covariance(model, deviation) else {
                 return (0..free.len()).map(|i| if i > 0 { f64::INFINITY } else { 0.0 }).collect::<Vec<_>>();
             };
-            let share = |(i, p): (usize, &Parameter)| {
-                c[(i, i)].sqrt() / width(*p, &model.values, self.at.drives, self.sizes()) / limit
-            };
-            free.iter().enumerate().map(share).collect()
+            let widths = self.widths(&model.values, free).into_iter().enumerate();
+            widths.map(|(i, width)| c[(i, i)].sqrt() / width / limit).collect()
         };
-        let misfit = misfit.max(self.misfit(model));
+        let misfit = self.misfit(model);
         let noisy = judged(DETERMINED, &|c| self.deviation(c, misfit));
         let clean = judged(SOLVABLE, &|c| MODEL * c.signal);
         // The gauge factor is always there: something has to carry the size of the signal.
@@ -246,27 +283,20 @@ impl Task<'_> {
         undetermined: Vec<Parameter>,
         misfit: f64,
     ) -> Result<Fit, ModelError> {
-        let noise_only = self.noise.max(0.0);
         let covariance = self.covariance(&model, |c| self.deviation(c, misfit));
         let m = free.len();
-        let slopes = self.slopes(&model);
+        let slopes = self.slopes(&model, &vec![1.0; m], &vec![1.0; self.cells.len()]);
         let covariance = covariance.map(|c| &c + &c * self.of_zeros(&slopes, misfit) * &c);
         let rows = covariance
             .map_or(vec![vec![0.0; m]; m], |c| (0..m).map(|i| (0..m).map(|k| c[(i, k)]).collect()).collect());
-        let residuals = DVector::from_iterator(
-            self.cells.len(),
-            self.cells.iter().map(|c| c.signal - model.expected(c.a, c.drive)),
-        );
-        let deviations =
-            DVector::from_iterator(self.cells.len(), self.cells.iter().map(|c| self.deviation(c, misfit)));
+        let of_cells =
+            |f: &dyn Fn(&Cell) -> f64| DVector::from_iterator(self.cells.len(), self.cells.iter().map(f));
+        let residuals = of_cells(&|c| c.signal - model.expected(c.a, c.drive));
+        let deviations = of_cells(&|c| self.deviation(c, misfit));
         let freedom = self.cells.len() as f64 - m as f64;
-        let chi2: f64 = self
-            .cells
-            .iter()
-            .zip(residuals.iter())
-            .map(|(c, e)| e * e / (c.share * noise_only * noise_only))
-            .sum();
-        let chi2 = if freedom > 0.0 && noise_only > 0.0 { chi2 / freedom } else { f64::NAN };
+        let of_noise = |(c, e): (&Cell, &f64)| e * e / (c.share * self.noise * self.noise);
+        let chi2: f64 = self.cells.iter().zip(residuals.iter()).map(of_noise).sum();
+        let chi2 = if freedom > 0.0 && self.noise > 0.0 { chi2 / freedom } else { f64::NAN };
         let exact = Exact::new(self.rig, model.values, free, rows, self.at, self.open)?;
         let cells = (0..self.cells.len()).collect();
         Ok(Fit { exact, undetermined, misfit, chi2, cells, slopes, residuals, deviations })
@@ -305,12 +335,7 @@ impl least::Problem for Problem<'_> {
     fn slopes(&self, exact: &mut Exact) -> Result<Option<DMatrix<f64>>, ModelError> {
         let t = &self.task;
         exact.look_beside(t.rig, t.at, t.open)?;
-        let mut j = t.slopes(exact);
-        for i in 0..j.nrows() {
-            for k in 0..j.ncols() {
-                j[(i, k)] *= self.scale[k] / self.deviations[i];
-            }
-        }
+        let j = t.slopes(exact, &self.scale, &self.deviations);
         Ok(j.iter().all(|x| x.is_finite()).then_some(j))
     }
 }

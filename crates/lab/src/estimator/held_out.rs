@@ -6,11 +6,12 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::cells::Cell;
-use super::fitted::Fit;
+use super::fit::Fit;
 use super::learnt::Learnt;
 use super::model::Found;
+use super::paper::Paper;
 use super::taps::Tap;
-use super::{Estimator, LeaveOut};
+use super::{Estimator, curve, exact, learned};
 use crate::measure::Rig;
 use crate::reduce::Errors;
 
@@ -33,7 +34,7 @@ pub struct Side<'a> {
     /// Standard deviation of one reading.
     pub noise: f64,
     /// What was learned of it.
-    pub learned: Option<&'a Learnt>,
+    pub learned: &'a Learnt,
 }
 
 /// What one estimator makes of distances it has not seen.
@@ -69,11 +70,6 @@ impl HeldOut {
         known.iter().map(|b| if b.is_finite() { *b } else { most }).collect()
     }
 
-    /// Number of taps answered.
-    pub fn answered(&self) -> usize {
-        self.taps.iter().filter(|e| e.is_finite()).count()
-    }
-
     /// Root mean square over the taps that `wanted` keeps, and their number.
     pub fn rms(&self, wanted: impl Fn(usize) -> bool) -> (Option<f64>, usize) {
         let mut errors = Errors::default();
@@ -95,12 +91,38 @@ impl HeldOut {
 
 /// Answers of `estimator` for every distance left out in turn; `None` where it cannot be calibrated so. `fit` is that of the model
 /// to all distances.
-pub fn held_out(side: &Side<'_>, estimator: &dyn Estimator, fit: Option<&Fit>) -> Option<HeldOut> {
+pub fn held_out(side: &Side<'_>, estimator: Estimator, fit: Option<&Fit>) -> Option<HeldOut> {
+    match estimator {
+        Estimator::Paper => parts(side, |gone| {
+            let paper = Paper::without(side, gone)?;
+            Some(move |_, drive, signal| paper.find(drive, signal))
+        }),
+        // The model keeps its parameters; the reading is moved by what their step would do to it.
+        Estimator::Exact => parts(side, |gone| {
+            let (fit, shifts) = (fit?, exact::shifts(side, fit?, gone)?);
+            Some(move |k, drive, signal| fit.exact.find(drive, signal - shifts.get(&k)?))
+        }),
+        Estimator::Curve => {
+            let form = curve::form(side);
+            parts(side, |gone| {
+                let curve = curve::without(side, gone, form)?;
+                Some(move |_, drive, signal| curve.find(drive, signal))
+            })
+        }
+        Estimator::Learned => parts(side, |gone| learned::without(side, gone)),
+    }
+}
+
+/// What `leave_out` answers of each distance where it is left out: it takes the numbers of some distances, and gives what answers a tap of a
+/// cell by drive and |signal|.
+fn parts<F: Fn(usize, f64, f64) -> Option<Found>>(
+    side: &Side<'_>,
+    leave_out: impl Fn(&Range<usize>) -> Option<F> + Sync,
+) -> Option<HeldOut> {
     let (n, parts) = (side.distances, side.distances.min(PARTS));
     let groups: Vec<Range<usize>> = (0..parts).map(|k| k * n / parts..(k + 1) * n / parts).collect();
-    let leave_out = estimator.leave_out(side, fit);
-    let each = |gone: &Range<usize>| left_out(side, &leave_out, gone);
-    let parts: Vec<Option<Vec<(usize, CellAnswer)>>> = groups.par_iter().map(each).collect();
+    let each = |gone: &Range<usize>| Some(left_out(side, leave_out(gone)?, gone));
+    let parts: Vec<Option<Vec<CellAnswer>>> = groups.par_iter().map(each).collect();
     if parts.iter().all(Option::is_none) {
         return None;
     }
@@ -109,28 +131,24 @@ pub fn held_out(side: &Side<'_>, estimator: &dyn Estimator, fit: Option<&Fit>) -
         sigmas: vec![f64::NAN; side.taps.len()],
         cells: vec![(f64::NAN, f64::NAN); side.cells.len()],
     };
-    for (k, answer) in parts.into_iter().flatten().flatten() {
-        out.cells[k] = answer.mean;
-        for (tap, [error, sigma]) in answer.taps {
-            out.taps[tap] = error;
-            out.sigmas[tap] = sigma;
+    for (k, mean, taps) in parts.into_iter().flatten().flatten() {
+        out.cells[k] = mean;
+        for (tap, [error, sigma]) in taps {
+            (out.taps[tap], out.sigmas[tap]) = (error, sigma);
         }
     }
     Some(out)
 }
 
-struct CellAnswer {
-    mean: (f64, f64),
-    taps: Vec<(usize, [f64; 2])>,
-}
+/// Place of a cell; error of its mean, and its variance from noise; place of each of its taps, its error and σ.
+type CellAnswer = (usize, (f64, f64), Vec<(usize, [f64; 2])>);
 
 /// Answers for the cells of the distances `gone`.
 fn left_out(
     side: &Side<'_>,
-    leave_out: &LeaveOut<'_>,
+    find: impl Fn(usize, f64, f64) -> Option<Found>,
     gone: &Range<usize>,
-) -> Option<Vec<(usize, CellAnswer)>> {
-    let find = leave_out(gone)?;
+) -> Vec<CellAnswer> {
     let answer = |(k, cell): (usize, &Cell)| {
         let error = |drive: f64, signal: f64, a: f64| find(k, drive, signal).map(|f| (f.a - a, f));
         // The other of two distances is no bias: locate says that it is ambiguous.
@@ -144,7 +162,7 @@ fn left_out(
             let tap = &side.taps[t];
             (t, error(tap.drive, tap.signal.abs(), tap.a).map_or([f64::NAN; 2], |(e, f)| [e, f.sigma]))
         };
-        (k, CellAnswer { mean, taps: cell.taps.iter().map(of_tap).collect() })
+        (k, mean, cell.taps.iter().map(of_tap).collect())
     };
-    Some(side.cells.iter().enumerate().filter(|(_, c)| gone.contains(&c.i)).map(answer).collect())
+    side.cells.iter().enumerate().filter(|(_, c)| gone.contains(&c.i)).map(answer).collect()
 }

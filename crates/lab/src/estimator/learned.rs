@@ -1,18 +1,19 @@
 //! `learned`: one statistical model of the whisker's curve, the rig and its runs (crate `vibrissa-learned`).
 
 use serde::{Deserialize, Serialize};
-use vibrissa_learned::base::Power;
+use vibrissa_learned::base::{Base, Power};
 use vibrissa_learned::columns::{Scales, Term};
 use vibrissa_learned::curve::{Curve, Spread};
 use vibrissa_learned::tails::{PARTS, Tails};
 
-use super::learnt::{Inverted, Learnt, Whisker, extent};
-use super::{Answers, Estimator, Fault, Judged, Known, LeaveOut, Opening, SideRecord};
+use super::held_out::Side;
+use super::learnt::{EVERYWHERE, LearnedCurve, Learnt, extent, whisker};
+use super::{Judged, Known, SideRecord};
 use crate::error::Error;
 use crate::estimator::exact::unsolved;
-use crate::estimator::fitted::Fit;
-use crate::estimator::held_out::Side as Measured;
-use crate::estimator::model::exact::{Exact, spec_values};
+use crate::estimator::model::Found;
+use crate::estimator::model::exact::{Exact, Opener, spec_values};
+use crate::measure::Rig;
 
 /// A curve that was learned.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -73,7 +74,7 @@ impl LearnedRecord {
         Self {
             held_out_rms_mm: judged.rms_mm,
             bias_mm: vec![0.0; judged.bias_mm.len()],
-            whisker_drive_offset: fit.power.is_none().then_some(fit.offset),
+            whisker_drive_offset: fit.power.is_none().then(|| fit.base.offset()),
             power: fit.power.map(|f| [f.power.offset, f.power.p, f.power.q]),
             power_end: fit.power.map(|f| f.power.end).filter(|end| *end > 0.0),
             zero_read: *zero_read,
@@ -115,98 +116,70 @@ impl LearnedRecord {
             tails: Tails(self.spread_covariance.unwrap_or_default()),
         })
     }
-}
 
-/// One statistical model.
-pub struct Learned;
-
-/// One statistical model.
-pub const LEARNED: Learned = Learned;
-
-impl Estimator for Learned {
-    fn name(&self) -> &'static str {
-        "learned"
-    }
-
-    fn help(&self) -> &'static str {
-        "One statistical model of curve, rig and runs"
-    }
-
-    /// What was learned without distances answers them.
-    fn leave_out<'a>(&'a self, side: &'a Measured<'a>, _: Option<&'a Fit>) -> LeaveOut<'a> {
-        Box::new(move |gone| {
-            let learnt = side.learned?;
-            let cells = || side.cells.iter().filter(|c| gone.contains(&c.i));
-            let of_taps = || cells().flat_map(|c| c.taps.iter().copied());
-            let drives: Vec<f64> =
-                cells().map(|c| c.drive).chain(of_taps().map(|t| side.taps[t].drive)).collect();
-            let gone: std::collections::HashSet<usize> = of_taps().collect();
-            let kept = |k: &&usize| learnt.taps[**k].is_none_or(|tap| !gone.contains(&tap));
-            let places: Vec<usize> = learnt.places.iter().filter(kept).copied().collect();
-            let answers = learnt.without(&places, &drives)?;
-            Some(Box::new(move |k, drive, signal| {
-                // The taps of a cell are above zeros that were read.
-                let taps = &side.cells[k].taps;
-                let share = taps.iter().map(|t| side.taps[*t].zero_share()).sum::<f64>() / taps.len() as f64;
-                answers.find(drive, signal, Known { share, same_run: false }).ok()
-            }))
-        })
-    }
-
-    fn calibrate(&self, side: &Measured<'_>, _: Option<&Fit>, judged: Judged, record: &mut SideRecord) {
-        let Some(learnt) = side.learned else { return };
-        record.learned = Some(LearnedRecord::new(learnt, judged));
-    }
-
-    fn bias_mm<'a>(&self, record: &'a SideRecord) -> Option<&'a [f64]> {
-        record.learned.as_ref().map(|r| r.bias_mm.as_slice())
-    }
-
-    fn check(&self, record: &SideRecord) -> Result<(), Fault> {
-        let Some(r) = &record.learned else { return Ok(()) };
-        let n = r.terms.len();
-        let numbers = r
+    /// Whether its values belong together.
+    pub fn is_sound(&self) -> bool {
+        let n = self.terms.len();
+        let mut numbers = self
             .mean
             .iter()
-            .chain(r.deviations.iter().flatten())
-            .chain(&r.spread)
-            .chain(r.scales.iter().flatten())
-            .chain(&r.power_end)
-            .chain(r.spread_covariance.iter().flatten().flatten());
-        let sized = r.mean.len() == n && r.deviations.iter().all(|d| d.len() == n);
-        let scaled = r.units.iter().all(|u| *u > 0.0 && u.is_finite())
-            && r.scales[0][1] > 0.0
-            && r.scales[1][1] >= 0.0;
-        let based = r.power.is_some() != r.whisker_drive_offset.is_some();
-        let spread = r.spread.iter().all(|s| *s >= 0.0);
-        match sized
-            && scaled
-            && based
-            && spread
-            && r.curve().is_some()
-            && numbers.into_iter().all(|x| x.is_finite())
-        {
-            true => Ok(()),
-            false => Err(Fault {
-                message: "this curve does not belong together",
-                allowed: "a power law or a whisker; known terms, one coefficient for each; variances ≥ 0",
-            }),
-        }
+            .chain(self.deviations.iter().flatten())
+            .chain(&self.spread)
+            .chain(self.scales.iter().flatten())
+            .chain(&self.power_end)
+            .chain(self.spread_covariance.iter().flatten().flatten());
+        self.mean.len() == n
+            && self.deviations.iter().all(|d| d.len() == n)
+            && self.units.iter().all(|u| *u > 0.0 && u.is_finite())
+            && self.scales[0][1] > 0.0
+            && self.scales[1][1] >= 0.0
+            && self.power.is_some() != self.whisker_drive_offset.is_some()
+            && self.spread.iter().all(|s| *s >= 0.0)
+            && self.curve().is_some()
+            && numbers.all(|x| x.is_finite())
     }
 
-    fn open(&self, of: &Opening<'_>) -> Result<Option<Box<dyn Answers>>, Error> {
-        let Opening { rig, record, side, open } = *of;
-        let Some(r) = record.learned.as_ref().filter(|_| side == record.gauge()) else { return Ok(None) };
-        let Some(curve) = r.curve() else { return Ok(None) };
-        let whisker = match r.power {
-            Some([offset, p, q]) => Whisker::Power(Power { offset, p, q, end: r.power_end.unwrap_or(0.0) }),
+    /// The curve, read backwards.
+    pub(super) fn open(
+        &self,
+        rig: &Rig,
+        record: &SideRecord,
+        open: Opener<'_>,
+    ) -> Result<Option<LearnedCurve>, Error> {
+        let Some(curve) = self.curve() else { return Ok(None) };
+        let base = match self.power {
+            Some([offset, p, q]) => {
+                (Base::Power(Power { offset, p, q, end: self.power_end.unwrap_or(0.0) }), EVERYWHERE)
+            }
             None => {
                 let at = extent(rig, record);
                 let exact = Exact::new(rig, spec_values(&rig.setup), Vec::new(), Vec::new(), at, open)
                     .map_err(|why| unsolved(rig, record, why))?;
-                Whisker::Known(Box::new(exact), r.whisker_drive_offset.unwrap_or(0.0))
+                let (curve, reach) = whisker(exact);
+                (Base::Known(curve, self.whisker_drive_offset.unwrap_or(0.0)), reach)
             }
         };
-        Ok(Some(Box::new(Inverted::new(curve, whisker, [r.zero_read, r.zero_known], None))))
+        Ok(Some(LearnedCurve::new(curve, base, [self.zero_read, self.zero_known], None)))
     }
+}
+
+/// What was learned without the distances of the numbers `gone`: it answers a tap of cell `k` by drive and |signal|.
+pub fn without<'a>(
+    side: &Side<'a>,
+    gone: &std::ops::Range<usize>,
+) -> Option<impl Fn(usize, f64, f64) -> Option<Found> + use<'a>> {
+    let Side { taps, cells, learned: learnt, .. } = *side;
+    let left_out = || cells.iter().filter(|c| gone.contains(&c.i));
+    let of_taps = || left_out().flat_map(|c| c.taps.iter().copied());
+    let drives: Vec<f64> = left_out().map(|c| c.drive).chain(of_taps().map(|t| taps[t].drive)).collect();
+    let left: std::collections::HashSet<usize> = of_taps().collect();
+    let kept = |k: &&usize| learnt.taps[**k].is_none_or(|tap| !left.contains(&tap));
+    let places: Vec<usize> = learnt.places.iter().filter(kept).copied().collect();
+    let answers = learnt.without(&places, &drives)?;
+    Some(move |k: usize, drive: f64, signal: f64| {
+        // The taps of a cell are above zeros that were read.
+        let of_cell = &cells[k].taps;
+        let share = of_cell.iter().map(|t| taps[*t].zero_share()).sum::<f64>() / of_cell.len() as f64;
+        answers.find(drive, signal, Known { share, same_run: false }).ok()
+    })
 }

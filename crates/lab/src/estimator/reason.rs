@@ -1,7 +1,5 @@
 //! Why a row is not used.
 
-use std::fmt;
-
 use crate::fields::plain;
 use crate::scene::Drive;
 
@@ -22,8 +20,6 @@ pub enum Reason {
     OtherSide,
     /// The sensor stands at its end stop.
     Saturated,
-    /// Off the other repeats by this share of the signal.
-    Repeat(f64),
     /// Off by so many decades: another unit.
     Unit(i32),
     /// The signal fits another distance, mm.
@@ -49,7 +45,6 @@ impl Reason {
             Self::ZeroSignal => "zero_signal",
             Self::OtherSide => "opposite_sign",
             Self::Saturated => "saturated",
-            Self::Repeat(_) => "repeat_outlier",
             Self::Unit(_) => "wrong_unit",
             Self::LooksLikeDistance(_) | Self::LooksLikeDrive(_) => "mislabelled",
             Self::Off(_) => "outlier",
@@ -67,7 +62,6 @@ impl Reason {
     pub fn text(&self, kind: Drive) -> String {
         let percent = |x: f64| format!("{:+.2} %", 100.0 * x);
         let more = match self {
-            Self::Repeat(x) => format!("{} off its repeats", percent(*x)),
             Self::Unit(decades) => format!("about 1e{decades} of what is expected"),
             Self::LooksLikeDistance(a) => format!("reads as a_mm = {a}"),
             Self::LooksLikeDrive(d) => format!("reads as {} = {d}", kind.column()),
@@ -78,11 +72,5 @@ impl Reason {
             _ => return self.word().to_owned(),
         };
         format!("{}: {more}", self.word())
-    }
-}
-
-impl fmt::Display for Reason {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.word())
     }
 }

@@ -60,15 +60,6 @@ pub struct ZeroReading {
     pub reason: Option<Reason>,
 }
 
-/// What a user says of the rows.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Said {
-    /// Drive of every tap where no column says.
-    pub drive: Option<f64>,
-    /// Widths within which distances, and drives, are one; by default from the data.
-    pub group: [Option<f64>; 2],
-}
-
 /// The rows of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sorted {
@@ -88,12 +79,13 @@ pub struct Sorted {
     pub origin: f64,
 }
 
-/// Sorts the rows of `data` into taps and zero readings. Rows that cannot be taps of this whisker have their reason.
-pub fn taps(data: &Data, rig: &Rig, said: &Said) -> Sorted {
+/// Sorts the rows of `data` into taps, by `drive` where no column says, and zero readings; `group` are the widths within which distances, and
+/// drives, are one, by default from the data. Rows that cannot be taps of this whisker have their reason.
+pub fn taps(data: &Data, rig: &Rig, drive: Option<f64>, group: [Option<f64>; 2]) -> Sorted {
     let factor = rig.setup.gauge.factor;
     let groups = [
-        Groups::of(data.rows.iter().map(|r| r.a), said.group[0], false),
-        Groups::of(data.rows.iter().map(|r| r.drive), said.group[1], true),
+        Groups::of(data.rows.iter().map(|r| r.a), group[0], false),
+        Groups::of(data.rows.iter().map(|r| r.drive), group[1], true),
     ];
     let count =
         |r: &Row| counts::Count { at: [groups[0].centre(r.a), groups[1].centre(r.drive)], value: r.value };
@@ -126,7 +118,7 @@ pub fn taps(data: &Data, rig: &Rig, said: &Said) -> Sorted {
                 None
             }
         };
-        let drive = if data.drive.is_some() { row.drive - origin } else { said.drive.unwrap_or(1.0) };
+        let drive = if data.drive.is_some() { row.drive - origin } else { drive.unwrap_or(1.0) };
         let tap = Tap {
             place,
             line: row.line,
@@ -152,8 +144,8 @@ pub fn taps(data: &Data, rig: &Rig, said: &Said) -> Sorted {
     let readings: Vec<(usize, f64)> = zeros.iter().filter(usable).map(|z| (z.place, z.signal)).collect();
     let zero = Zero::new(&readings);
     let groups = [
-        Groups::of(taps.iter().map(|t| t.a), said.group[0], false),
-        Groups::of(taps.iter().map(|t| t.drive), said.group[1], true),
+        Groups::of(taps.iter().map(|t| t.a), group[0], false),
+        Groups::of(taps.iter().map(|t| t.drive), group[1], true),
     ];
     for tap in &mut taps {
         tap.group = [groups[0].centre(tap.a), groups[1].centre(tap.drive)];

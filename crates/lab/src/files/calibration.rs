@@ -7,8 +7,8 @@ use toml::Table;
 use toml::de::DeTable;
 
 use crate::error::{Error, InputError};
+use crate::estimator::Estimator;
 use crate::estimator::model::exact::Opener;
-use crate::estimator::{ALL, named};
 use crate::locate::calibration::{Calibration, FORMAT};
 use crate::locate::locator::{Locator, opener};
 use crate::measure::{Rig, Unit};
@@ -16,39 +16,13 @@ use crate::scene::RunOptions;
 use crate::sink::folder::hash;
 use crate::text_file::{Limit, TextFile};
 
-impl<W> Calibration<W> {
-    /// The same with the whisker in another form.
-    fn with<V>(self, rig: V) -> Calibration<V> {
-        let Self {
-            format, version, checksum, estimator, signal, drive_recorded, drive_origin, noise, ..
-        } = self;
-        let Self { noise_from, zero, lag, second, data, sides, .. } = self;
-        Calibration {
-            format,
-            version,
-            checksum,
-            estimator,
-            signal,
-            drive_recorded,
-            drive_origin,
-            noise,
-            noise_from,
-            zero,
-            lag,
-            second,
-            data,
-            rig,
-            sides,
-        }
-    }
-
+impl Calibration {
     /// Refuses values that contradict each other.
     fn check(&self, label: &str) -> Result<(), InputError> {
-        let fault = |key: &str, message: &str, allowed: &str| {
-            Err(InputError::new(message).at(label, None).key(key).allowed(allowed))
-        };
-        if named(&self.estimator).is_none() {
-            return fault("estimator", "unknown estimator", &ALL.map(|e| e.name()).join(", "));
+        let fault =
+            |key: &str, message: &str, allowed: &str| Err(refused(label, key, message).allowed(allowed));
+        if Estimator::named(&self.estimator).is_none() {
+            return fault("estimator", "unknown estimator", &Estimator::ALL.map(|e| e.name()).join(", "));
         }
         if Unit::of_column(&self.signal).is_none() {
             return fault("signal", "unknown signal", "strain, microstrain, bridge_mV_per_V, reading");
@@ -72,38 +46,27 @@ impl<W> Calibration<W> {
         }
         let mut faults = self.sides.iter().enumerate().filter_map(|(i, side)| Some((i, side.check().err()?)));
         match faults.next() {
-            Some((i, (key, wrong))) => fault(&format!("sides[{i}].{key}"), wrong.message, wrong.allowed),
+            Some((i, wrong)) => fault(&format!("sides[{i}].{}", wrong.key), wrong.message, wrong.allowed),
             None => Ok(()),
         }
     }
-}
 
-impl Calibration<Table> {
-    /// The text of the file with another checksum.
-    fn text(&self, checksum: String) -> Result<String, toml::ser::Error> {
-        toml::to_string(&Self { checksum, ..self.clone() })
+    /// The text of the file without its head, with this checksum.
+    fn text(&self, checksum: String) -> String {
+        toml::to_string(&Self { checksum, ..self.clone() }).expect("plain numbers and words are TOML")
     }
 
-    /// What the checksum must be.
-    fn sum(&self) -> String {
-        hash(&self.text(String::new()).unwrap_or_default())
-    }
-}
-
-impl Calibration {
     /// The same with the checksum that its file has.
     pub fn sealed(self) -> Self {
-        let checksum = self.clone().with(self.rig.to_table()).sum();
-        Self { checksum, ..self }
+        Self { checksum: hash(&self.text(String::new())), ..self }
     }
 
     /// The file's text, with its checksum.
     pub fn to_text(&self) -> String {
-        let written = self.clone().with(self.rig.to_table());
         format!(
             "# Calibration of a whisker, written by vibrissa. Lengths in mm, angles in degrees.\n\
              # `vibrissa locate` refuses it where a value was changed by hand; run `vibrissa calibrate` again instead.\n{}",
-            written.text(written.sum()).expect("plain numbers and words are TOML")
+            self.text(hash(&self.text(String::new())))
         )
     }
 
@@ -158,49 +121,55 @@ impl Calibration {
             let error = misfit(text, &at, e.message().lines().next().unwrap_or_default(), again);
             error.at(label, e.span().map(|s| line(s.start)))
         };
-        let table: Table = toml::from_str(text).map_err(|e| broken(&e))?;
+        let mut table: Table = toml::from_str(text).map_err(|e| broken(&e))?;
         match table.get("format").map(|f| f.as_integer()) {
             None => {
-                let error = InputError::new("this is no calibration: it has no format");
-                return Err(error.at(label, None).key("format").allowed(again));
+                let error = refused(label, "format", "this is no calibration: it has no format");
+                return Err(error.allowed(again));
             }
             Some(Some(f)) if f == i64::from(FORMAT) => {}
             Some(other) => {
                 let value = other.map_or_else(|| table["format"].to_string(), |f| f.to_string());
                 let message = "this calibration was written by another version of the program, in a format it does not know; \
                                run `vibrissa calibrate` again";
-                let error = InputError::new(message).at(label, None).key("format").value(value);
+                let error = refused(label, "format", message).value(value);
                 return Err(error.allowed(format!("format = {FORMAT}")));
             }
         }
         if table.contains_key("channels") {
             let message =
                 "this calibration is of a sensor with several channels, which only `vibrissa locate` reads";
-            let error = InputError::new(message).at(label, None).key("channels");
-            return Err(error.allowed("a calibration of one signal"));
+            return Err(refused(label, "channels", message).allowed("a calibration of one signal"));
         }
         let sides = table.get("sides").and_then(|s| s.as_array()).into_iter().flatten();
         let gone = sides.filter_map(|s| GONE.into_iter().find(|name| s.get(*name).is_some())).next();
         if let Some(name) = gone {
             let message = "this calibration was written by an older program, with estimators that are no more; run `vibrissa calibrate` again \
                            on its data, and learned answers in their place";
-            return Err(InputError::new(message).at(label, None).key(format!("sides.{name}")).allowed(again));
+            return Err(refused(label, &format!("sides.{name}"), message).allowed(again));
         }
-        let read: Calibration<Table> = toml::from_str(text).map_err(|e| broken(&e))?;
-        if read.sum() != read.checksum && !trust {
+        let mut read: Self = toml::from_str(text).map_err(|e| broken(&e))?;
+        table.insert("checksum".to_owned(), "".into());
+        if hash(&toml::to_string(&table).unwrap_or_default()) != read.checksum && !trust {
             let message = "this calibration was edited by hand: its checksum does not fit its values";
-            let error = InputError::new(message).at(label, None).key("checksum").value(&read.checksum);
-            let allowed = "the file as `vibrissa calibrate` wrote it; or --force to use it as it is";
-            return Err(error.allowed(allowed));
+            let error = refused(label, "checksum", message).value(&read.checksum);
+            return Err(
+                error.allowed("the file as `vibrissa calibrate` wrote it; or --force to use it as it is")
+            );
         }
         read.check(label)?;
         // Once more, with the places of the values: the spec is judged like any other.
         let placed = DeTable::parse(text).map_err(|e| broken(&e))?;
         let spec = placed.get_ref().get("spec").and_then(|s| s.get_ref().as_table());
         let furthest = read.sides.iter().map(|s| s.distances_mm[1]).fold(0.0, f64::max);
-        let rig = Rig::of_table(label, text, spec.expect("a table has been read"), furthest)?;
-        Ok(read.with(rig))
+        read.rig = Rig::of_table(label, text, spec.expect("a table has been read"), furthest)?;
+        Ok(read)
     }
+}
+
+/// That the file `label` has something wrong at `key`.
+fn refused(label: &str, key: &str, message: &str) -> InputError {
+    InputError::new(message).at(label, None).key(key)
 }
 
 /// Estimators of older programs.

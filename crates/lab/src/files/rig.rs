@@ -209,7 +209,7 @@ impl Mount {
     pub fn open(
         &self,
         calibration: &Calibration,
-        estimator: Option<&'static dyn Estimator>,
+        estimator: Option<Estimator>,
         options: &RunOptions,
     ) -> Result<Mounted, Error> {
         let label = self.calibration.display().to_string();

@@ -66,20 +66,17 @@ impl Sensor {
     /// What is no such file; those of a calibration.
     pub fn parse(label: &str, text: &str, trust: bool) -> Result<Self, InputError> {
         let again = "a calibration.toml as `vibrissa calibrate` wrote it";
-        let broken = |message: String| InputError::new(message).at(label, None).allowed(again);
+        let broken = |message: &str| InputError::new(message).at(label, None).allowed(again);
         let written: Written = toml::from_str(text)
-            .map_err(|e| broken(format!("this is no calibration of several channels: {}", e.message())))?;
+            .map_err(|e| broken(&format!("this is no calibration of several channels: {}", e.message())))?;
         let n = written.channels.len();
         let square = written.covariance.len() == n && written.covariance.iter().all(|row| row.len() == n);
         if written.format != FORMAT {
-            let error =
-                broken("this calibration is of another format; run `vibrissa calibrate` again".to_owned());
+            let error = broken("this calibration is of another format; run `vibrissa calibrate` again");
             return Err(error.key("format").value(written.format).allowed(format!("format = {FORMAT}")));
         }
         if n < 2 || !square || !written.covariance.iter().flatten().all(|x| x.is_finite()) {
-            return Err(
-                broken("the covariance is no number for each pair of channels".to_owned()).key("covariance")
-            );
+            return Err(broken("the covariance is no number for each pair of channels").key("covariance"));
         }
         let channel = |c: Channel| {
             let of = format!("{label}, channel {}", c.name);
@@ -88,15 +85,13 @@ impl Sensor {
         let channels = written.channels.into_iter().map(channel).collect::<Result<_, InputError>>()?;
         let sensor = Self { channels, covariance: written.covariance };
         if sensor.sum() != written.checksum && !trust {
-            let error = broken(
-                "this calibration was edited by hand: its checksum does not fit its values".to_owned(),
-            );
+            let error = broken("this calibration was edited by hand: its checksum does not fit its values");
             return Err(error.key("checksum").value(written.checksum));
         }
         let n = sensor.channels.len();
         if nalgebra::DMatrix::from_fn(n, n, |i, j| sensor.covariance[i][j]).cholesky().is_none() {
-            return Err(broken("this is the covariance of no noise: it is not positive definite".to_owned())
-                .key("covariance"));
+            let error = broken("this is the covariance of no noise: it is not positive definite");
+            return Err(error.key("covariance"));
         }
         Ok(sensor)
     }

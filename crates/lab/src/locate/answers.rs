@@ -28,7 +28,7 @@ impl Answers {
     /// A text that is no calibration; an estimator that it does not hold.
     pub fn open(
         (label, text, trust): (&str, &str, bool),
-        estimator: Option<&'static dyn Estimator>,
+        estimator: Option<Estimator>,
         same_run: bool,
         open: Opener<'_>,
     ) -> Result<Self, Error> {

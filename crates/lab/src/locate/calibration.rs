@@ -1,11 +1,12 @@
 //! What `calibrate` found, for `locate` to use; `files` writes and reads it as `calibration.toml`.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::estimator::SideRecord;
 use crate::measure::Rig;
 use crate::measure::lag::Lag;
 use crate::measure::zero::Tared;
+use crate::scene::Setup;
 
 /// Version of the file.
 pub const FORMAT: u32 = 1;
@@ -13,7 +14,7 @@ pub const FORMAT: u32 = 1;
 /// A calibration. Lengths in mm, drives in degrees or mm, signals in strain or in the unit of the reading.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Calibration<W = Rig> {
+pub struct Calibration {
     /// Version of the file.
     pub format: u32,
     /// Program that wrote it.
@@ -44,9 +45,9 @@ pub struct Calibration<W = Rig> {
     pub second: Option<Second>,
     /// What was measured.
     pub data: Source,
-    /// The whisker and its model; in the file as a spec.
-    #[serde(rename = "spec")]
-    pub rig: W,
+    /// The whisker and its model; in the file as a spec, which is read with the places of its values when all else is.
+    #[serde(rename = "spec", serialize_with = "as_spec", deserialize_with = "not_read_yet")]
+    pub rig: Rig,
     /// One for each side that was calibrated.
     pub sides: Vec<SideRecord>,
 }
@@ -99,6 +100,16 @@ impl Second {
             && self.lean_deg.abs() < 90.0
             && sizes.iter().all(|x| *x >= 0.0 && x.is_finite())
     }
+}
+
+fn as_spec<S: Serializer>(rig: &Rig, serializer: S) -> Result<S::Ok, S::Error> {
+    rig.to_table().serialize(serializer)
+}
+
+/// Any whisker in place of one that is a table.
+fn not_read_yet<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Rig, D::Error> {
+    toml::Table::deserialize(deserializer)?;
+    Ok(Rig::unknown(Setup::default(), 1.0).expect("1 mm is a distance"))
 }
 
 fn is_zero(x: &f64) -> bool {

@@ -7,7 +7,7 @@ use crate::backend::Choice;
 use crate::error::{Error, InputError};
 use crate::estimator::model::exact::Opener;
 use crate::estimator::model::{Found, SAME, between};
-use crate::estimator::{ALL, Estimator, Known, Opening, PAPER, Shape, named};
+use crate::estimator::{Estimator, Known};
 use crate::evaluate::Method;
 use crate::measure::counts::wrapped;
 use crate::measure::group::rounding;
@@ -82,7 +82,7 @@ pub struct Locator {
     /// The drive, as it is recorded, that counts as 0.
     pub drive_origin: f64,
     /// Estimator in use.
-    pub estimator: &'static dyn Estimator,
+    pub estimator: Estimator,
     /// How the signal of the calibration was tared; `None` where an older program did not say.
     pub tared: Option<Tared>,
     /// How readings lag.
@@ -107,7 +107,7 @@ impl Locator {
     pub fn new(
         calibration: &Calibration,
         label: &str,
-        asked: Option<&'static dyn Estimator>,
+        asked: Option<Estimator>,
         open: Opener<'_>,
     ) -> Result<Self, Error> {
         let c = calibration;
@@ -119,18 +119,17 @@ impl Locator {
         }
         let unit =
             Unit::of_column(&c.signal).ok_or_else(|| InputError::new("unknown signal").key("signal"))?;
-        let estimator = asked.or(named(&c.estimator)).unwrap_or(PAPER);
+        let estimator = asked.or(Estimator::named(&c.estimator)).unwrap_or(Estimator::Paper);
         let at = |e: Error| match e {
             Error::Input(e) if e.file.is_none() => e.at(label, None).into(),
             other => other,
         };
         let mut sides = Vec::new();
         for record in &c.sides {
-            let of = Opening { rig: &rig, record, side: record.gauge(), open };
-            match Opened::new(estimator, &of).map_err(at)? {
+            match Opened::new(estimator, &rig, (record, record.gauge()), open).map_err(at)? {
                 Some(side) => sides.push(side),
                 None => {
-                    let held = ALL.into_iter().filter(|e| e.is_in(record)).map(|e| e.name());
+                    let held = Estimator::ALL.into_iter().filter(|e| e.is_in(record)).map(|e| e.name());
                     return Err(InputError::new("this calibration does not hold this estimator")
                         .at(label, None)
                         .key("--estimator")
@@ -140,16 +139,12 @@ impl Locator {
                 }
             }
         }
-        // The side that was not calibrated is answered by what knows both.
-        if let [record] = c.sides.as_slice() {
-            let of = Opening { rig: &rig, record, side: record.other_gauge(), open };
-            let both = |e: &&'static dyn Estimator| e.answers_both_sides() && asked.is_none_or(|a| a == *e);
-            for e in ALL.into_iter().filter(both) {
-                if let Some(side) = Opened::new(e, &of).map_err(at)? {
-                    sides.push(side);
-                    break;
-                }
-            }
+        // The side that was not calibrated is answered by the model, which knows both.
+        if let [record] = c.sides.as_slice()
+            && asked.is_none_or(|asked| asked == Estimator::Exact)
+        {
+            let other = (record, record.other_gauge());
+            sides.extend(Opened::new(Estimator::Exact, &rig, other, open).map_err(at)?);
         }
         let twofold = Twofold::new(c, &rig, estimator, open).map_err(at)?;
         let tared = c.zero.clone();
@@ -312,7 +307,7 @@ impl Locator {
 
     /// Whether a side is answered by a learned curve, whose taps of one object may be taken together.
     pub(crate) fn is_learned(&self) -> bool {
-        self.sides.iter().any(|side| side.answers.shape().learned().is_some())
+        self.sides.iter().any(|side| side.answers.learned().is_some())
     }
 
     /// Signal that the estimator expects of a tap at a (mm) by `drive`, on the side of `sign`; NaN where it expects nothing.
@@ -331,19 +326,12 @@ impl Locator {
         let Some(side) = self.sides.iter().find(|s| s.sign == sign) else { return f64::NAN };
         let expected = |a: f64| side.answers.expected(a, drive);
         let slope = (expected(a * (1.0 + QUOTIENT)) - expected(a * (1.0 - QUOTIENT))) / (2.0 * QUOTIENT * a);
-        let known = Known { share: 0.0, same_run: self.same_run };
-        match side.answers.shape() {
-            Shape::Learned(learned) => learned.plain().0.at(drive, self.same_run).at(a.ln())[2],
-            Shape::Inverted(forward) => {
-                let bias = between(&side.drives, &side.bias, drive);
-                forward.variance(a, drive) + (bias * slope).powi(2) + self.of_zero
-            }
-            Shape::Direct(_) => {
-                let found = side.answers.find(drive, expected(a), known);
-                let bias = between(&side.drives, &side.bias, drive);
-                found.map_or(f64::NAN, |f| f.variance + (bias * slope).powi(2) + self.of_zero)
-            }
+        let variance = side.answers.variance(a, drive, self.same_run);
+        if side.answers.learned().is_some() {
+            return variance;
         }
+        let bias = between(&side.drives, &side.bias, drive);
+        variance + (bias * slope).powi(2) + self.of_zero
     }
 
     /// Whether the strain of a tared signal is beyond the limit.

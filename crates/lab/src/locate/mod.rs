@@ -35,8 +35,8 @@ pub mod table;
 pub mod tare;
 
 pub use crate::estimator::model::Found;
+pub use crate::estimator::model::ModelError;
 pub use crate::estimator::model::exact::Exact;
-pub use crate::estimator::model::form::ModelError;
 pub use crate::estimator::model::parameter::Parameter;
 pub use crate::estimator::{self, Estimator};
 pub use calibration::Calibration;

@@ -96,7 +96,7 @@ pub fn next(
     taps: &[UnlocatedTap],
     May { within, shifts, same_run }: May,
 ) -> Result<Next, &'static str> {
-    let learned_side = |k: &usize| locator.sides()[*k].answers.shape().learned().is_some();
+    let learned_side = |k: &usize| locator.sides()[*k].answers.learned().is_some();
     let first = (0..locator.sides().len()).find(learned_side);
     let first = first.ok_or("taps are taken together by `learned`, with one gauge")?;
     // A tap without a distance of its own tells none together with others either.
@@ -110,7 +110,7 @@ pub fn next(
     let asked: Vec<_> = taps.iter().map(asked).collect();
     let place = asked.iter().flatten().next().map_or(first, |tap| tap.side);
     let side = &locator.sides()[place];
-    let learned = side.answers.shape().learned().ok_or("taps are taken together by `learned`")?;
+    let learned = side.answers.learned().ok_or("taps are taken together by `learned`")?;
     let own = || {
         taps.iter().zip(&asked).enumerate().filter_map(|(k, (tap, asked))| Some((k, tap, asked.as_ref()?)))
     };

@@ -18,7 +18,7 @@ use super::stream::Ask;
 use super::table::Reading as Row;
 use super::{Located, Locator};
 use crate::error::InputError;
-use crate::estimator::learnt::Inverted;
+use crate::estimator::learnt::LearnedCurve;
 use crate::sink::heading::heading;
 use crate::sink::lab::LabCell;
 use crate::status::Status;
@@ -177,7 +177,7 @@ impl<'a> Objects<'a> {
             return None;
         }
         let asked = self.locator.asked(tap.drive, tap.signal).ok()?;
-        let learned = self.locator.sides()[asked.side].answers.shape().learned()?;
+        let learned = self.locator.sides()[asked.side].answers.learned()?;
         let (tared, y, of_zero) = learned.read(asked.signal, tap.share);
         let kind = (asked.side, tared);
         let same_run = self.locator.same_run;
@@ -194,7 +194,7 @@ impl<'a> Objects<'a> {
                 ));
             }
             let (side, tared) = (&self.locator.sides()[its_kind.0], its_kind.1);
-            let located = side.answers.shape().learned().and_then(|learned| {
+            let located = side.answers.learned().and_then(|learned| {
                 let told = object.told(learned.joint(tared))?;
                 let known = ask.interval.then_some((learned, tared, same_run));
                 Some(located(object, &told, known, doubts(side, object, &told)))
@@ -290,7 +290,12 @@ impl<'a> Objects<'a> {
 }
 
 /// What the taps of an object tell, with the interval where it is asked for: by the curve and the kind of signal that `known` names.
-fn located(object: &Object, told: &Told, known: Option<(&Inverted, bool, bool)>, status: Status) -> Located {
+fn located(
+    object: &Object,
+    told: &Told,
+    known: Option<(&LearnedCurve, bool, bool)>,
+    status: Status,
+) -> Located {
     let normal = Located::normal(told.a, told.sigma, status);
     let interval = known.map(|(learned, tared, same_run)| learned.ends(object, told, tared, same_run));
     Located { interval: interval.unwrap_or(normal.interval), ..normal }

@@ -3,7 +3,9 @@
 use crate::error::Error;
 use crate::estimate::WIDENING;
 use crate::estimator::model::SAME;
-use crate::estimator::{Answers, Estimator, Opening};
+use crate::estimator::model::exact::Opener;
+use crate::estimator::{Answers, Estimator, SideRecord};
+use crate::measure::Rig;
 use crate::scene::Side;
 use crate::status::Status;
 
@@ -22,7 +24,7 @@ pub(crate) struct Opened {
     pub(crate) drives: Vec<f64>,
     /// The one calibrated drive, where there are no others.
     pub(super) only: Option<f64>,
-    pub(crate) answers: Box<dyn Answers>,
+    pub(crate) answers: Answers,
     /// Per drive, mm.
     pub(crate) bias: Vec<f64>,
     /// Reading per strain, where it is known.
@@ -53,10 +55,15 @@ impl Opened {
         status
     }
 
-    /// The side of `of`, answered by `estimator`; `None` where the record does not hold it.
-    pub(super) fn new(estimator: &dyn Estimator, of: &Opening<'_>) -> Result<Option<Self>, Error> {
-        let Opening { rig, record, side, .. } = *of;
-        let (Some(answers), Some(bias)) = (estimator.open(of)?, estimator.bias_mm(record)) else {
+    /// A side of the gauge of `rig`, answered by `estimator`; `None` where the `record` does not hold it.
+    pub(super) fn new(
+        estimator: Estimator,
+        rig: &Rig,
+        (record, side): (&SideRecord, Side),
+        open: Opener<'_>,
+    ) -> Result<Option<Self>, Error> {
+        let answers = estimator.open(rig, record, side, open)?;
+        let (Some(answers), Some(bias)) = (answers, estimator.bias_mm(record)) else {
             return Ok(None);
         };
         let (mut drives, mut bias) = (record.drives.clone(), bias.to_vec());

@@ -6,12 +6,12 @@ use super::calibration::{Calibration, Second};
 use super::locator::{Located, Locator};
 use super::opened::Opened;
 use super::pairs::{Parts, Sources};
-use crate::curve::both::inverse;
+use crate::curve::both::{Inverted, TwoReadings, inverse};
 use crate::error::{Error, SolveError};
 use crate::estimator::model::exact::{Extent, Opener};
-use crate::estimator::model::pair::{Inverted, Pair, Place, Transfer, TwoReadings};
+use crate::estimator::model::pair::{Pair, Transfer};
 use crate::estimator::model::{Found, between};
-use crate::estimator::{EXACT, Estimator, Known, SideRecord};
+use crate::estimator::{Estimator, Known, SideRecord};
 use crate::evaluate::Method;
 use crate::measure::Rig;
 use crate::measure::skin::Skin;
@@ -87,14 +87,14 @@ impl Twofold {
     pub(crate) fn new(
         calibration: &Calibration,
         rig: &Rig,
-        estimator: &dyn Estimator,
+        estimator: Estimator,
         open: Opener<'_>,
     ) -> Result<Option<Self>, Error> {
         let side = calibration.sides.iter().position(|s| s.gauge() == rig.setup.gauge.side);
         let (Some(second), Some(side)) = (calibration.second.clone(), side) else { return Ok(None) };
         let record: &SideRecord = &calibration.sides[side];
         let factor = record.exact.as_ref().and_then(|r| r.factor(rig.setup.drive)).unwrap_or(1.0);
-        let model = match record.exact.as_ref().filter(|_| *estimator == *EXACT) {
+        let model = match record.exact.as_ref().filter(|_| estimator == Estimator::Exact) {
             Some(exact) => {
                 let at = Extent::around(rig, record.gauge(), record.distances_mm, record.ends(), 0.0);
                 let pair = Pair::new(rig, &exact.values(rig), at, second.lean_deg)?;
@@ -108,13 +108,19 @@ impl Twofold {
         Ok(Some(Self { second, transfer, skin: Skin::new(rig, None), side, model }))
     }
 
-    /// The taps of the model, one after the other where several threads ask.
-    fn invert(&self, asked: &[TwoReadings]) -> Result<Option<Vec<Option<Inverted>>>, SolveError> {
+    /// The taps of the model, of distance, tilt (degrees) and drive where each is looked for first, and its readings; one after the other where
+    /// several threads ask.
+    fn invert(&self, asked: &[([f64; 3], [f64; 2])]) -> Result<Option<Vec<Option<Inverted>>>, SolveError> {
         let Some((pair, method)) = &self.model else { return Ok(None) };
         let mut held = method.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(method) = held.take() else { return Ok(None) };
         let mut evaluator = pair.evaluator(method);
-        let found = pair.invert(&mut evaluator, &self.transfer, asked);
+        let start = |([a, tilt, drive], readings): &([f64; 3], [f64; 2])| TwoReadings {
+            start: pair.tap(*a, *tilt, *drive),
+            readings: *readings,
+        };
+        let asked: Vec<TwoReadings> = asked.iter().map(start).collect();
+        let found = pair.invert(&mut evaluator, &self.transfer, &asked);
         *held = Some(evaluator.into_method());
         found.map(Some)
     }
@@ -191,23 +197,20 @@ impl Locator {
             let solved = Solved { a: found.a, tilt, inverse, near: found.near, rising: false };
             begun.push((i, signs, drive, status, found, solved));
         }
-        let ask =
-            |(_, readings, drive, _, _, s): &(usize, [f64; 2], f64, Status, Found, Solved)| TwoReadings {
-                start: Place { a: s.a, tilt: s.tilt.to_degrees(), drive: *drive },
-                readings: *readings,
-            };
-        let asked: Vec<TwoReadings> = begun.iter().map(ask).collect();
+        let asked: Vec<([f64; 3], [f64; 2])> = begun
+            .iter()
+            .map(|(_, signs, drive, .., s)| ([s.a, s.tilt.to_degrees(), *drive], *signs))
+            .collect();
         if let Some(inverted) = two.invert(&asked)? {
             for ((i, .., status, _, solved), found) in begun.iter_mut().zip(inverted) {
                 let slopes = found.and_then(|f| Some((f, inverse(f.slopes)?)));
-                let Some((Inverted { place, slopes }, inverse)) = slopes else {
+                let Some((Inverted { task, slopes }, inverse)) = slopes else {
                     all[*i] = nothing(*status | Status::NO_ROOT);
                     solved.a = f64::NAN;
                     continue;
                 };
-                let rising = slopes[0][0] > 0.0;
-                *solved =
-                    Solved { a: place.a, tilt: place.tilt.to_radians(), inverse, near: solved.near, rising };
+                let (tilt, rising) = (task.direction.tilt.to_radians(), slopes[0][0] > 0.0);
+                *solved = Solved { a: task.a, tilt, inverse, near: solved.near, rising };
             }
         }
         for (i, signs, drive, status, found, solved) in begun {

@@ -166,7 +166,7 @@ impl<'a> Strokes<'a> {
 
     /// The drive, or its size where it goes down from 0 and both sides were calibrated.
     fn towards(&mut self, name: &str, drive: f64) -> f64 {
-        let learned = self.locator.sides().iter().filter(|side| side.answers.shape().learned().is_some());
+        let learned = self.locator.sides().iter().filter(|side| side.answers.learned().is_some());
         let before = std::mem::replace(&mut self.before, drive);
         let down = drive < before || name != self.name;
         let folded = down && drive < 0.0 && self.locator.drive_origin == 0.0 && learned.count() > 1;
@@ -190,7 +190,7 @@ impl<'a> Strokes<'a> {
         let signal = signal - first;
         let mut status = locator.limit_of(signal);
         for (side, readings) in locator.sides().iter().zip(&mut self.sides) {
-            let Some(learned) = side.answers.shape().learned() else { continue };
+            let Some(learned) = side.answers.learned() else { continue };
             let (tared, y, _) = learned.read(side.sign * signal, tap.share);
             let new = || Side { stroke: Stroke::default(), tared, largest: f64::NEG_INFINITY, first };
             let own = readings.get_or_insert_with(new);
@@ -204,7 +204,7 @@ impl<'a> Strokes<'a> {
         let [up, down] = &mut self.signals;
         (*up, *down) = (up.max(signal), down.max(-signal));
         let has = |sign: f64| {
-            locator.sides().iter().any(|side| side.sign == sign && side.answers.shape().learned().is_some())
+            locator.sides().iter().any(|side| side.sign == sign && side.answers.learned().is_some())
         };
         let known = self.sides.iter_mut().enumerate().filter_map(|(k, s)| Some((k, s.as_mut()?)));
         let (k, own) = known.max_by(|(_, p), (_, q)| p.largest.total_cmp(&q.largest))?;
@@ -221,7 +221,7 @@ impl<'a> Strokes<'a> {
         {
             return Some(Far { status: far.status | status, ..far.clone() });
         }
-        let learned = side.answers.shape().learned()?;
+        let learned = side.answers.learned()?;
         let joint = learned.joint_of_strokes(own.tared);
         let largest = side.drives[side.drives.len() - 1];
         let course = Course {

@@ -9,6 +9,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use super::expected::Off;
 use super::stroke::Bin;
 use super::{Joint, Nuisance, SECOND, Stroke};
+use crate::evidence::ln_det;
 use crate::invert::POINTS;
 
 /// Bins and places where the posterior is looked for, in ln a and in the drive of the touch.
@@ -156,10 +157,9 @@ impl<'a> Task<'a> {
     /// −2 ln of the likelihood, and what is shared.
     pub fn solved(&self, off: &Off) -> Option<(f64, DVector<f64>)> {
         let (factor, b) = self.factor(off)?;
-        let ln_det = 2.0 * factor.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>();
         let solved = factor.solve(&b);
         let ln_spread = 2.0 * off.spread.iter().map(|x| x.ln()).sum::<f64>();
-        let value = off.left.norm_squared() + ln_spread - b.dot(&solved) + ln_det;
+        let value = off.left.norm_squared() + ln_spread - b.dot(&solved) + ln_det(&factor);
         value.is_finite().then_some((value, solved))
     }
 

@@ -9,7 +9,6 @@
 //! A, b and c are sums, so that a tap more costs the same after a thousand as after one. The product of single posteriors would count what is shared
 //! once for each tap, and be too sure.
 
-mod around;
 mod course;
 mod expected;
 mod modes;
@@ -104,21 +103,21 @@ pub struct Told {
 
 impl Joint {
     /// For taps: of `curve` over its base, at the points of `inverse`, which is of the same.
-    pub fn new(curve: &Curve, base: &Base<'_>, tared: bool, inverse: &Inverse) -> Self {
+    pub fn new(curve: &Curve, base: &Base, tared: bool, inverse: &Inverse) -> Self {
         let mut joint = Self::whole(curve, base, tared, inverse);
         joint.prune(|point, _| point[1] + point[2..].iter().map(|x| x * x).sum::<f64>());
         joint
     }
 
     /// The same for strokes: noise that goes with the signal is no noise between readings of one, which may tell much smaller things.
-    pub fn of_strokes(curve: &Curve, base: &Base<'_>, tared: bool, inverse: &Inverse) -> Self {
+    pub fn of_strokes(curve: &Curve, base: &Base, tared: bool, inverse: &Inverse) -> Self {
         let mut joint = Self::whole(curve, base, tared, inverse);
         let floor = joint.rest[1];
         joint.prune(|_, u| floor / (u * u));
         joint
     }
 
-    fn whole(curve: &Curve, base: &Base<'_>, tared: bool, inverse: &Inverse) -> Self {
+    fn whole(curve: &Curve, base: &Base, tared: bool, inverse: &Inverse) -> Self {
         let [from, step] = inverse.grid;
         let width = 2 + curve.shared();
         let mut table: Vec<Vec<f64>> = Vec::new();
@@ -253,9 +252,7 @@ impl Joint {
         let [least, largest] = shifts.map(within);
         (if shifts[0] == shifts[1] { least } else { least + largest }) + x
     }
-}
 
-impl Joint {
     /// The first of [`NEAR`] points around ln a = x, and how far beyond it, in steps.
     fn place(&self, x: f64) -> (usize, f64) {
         let s = ((x - self.inverse.grid[0]) / self.inverse.grid[1]).clamp(0.0, (POINTS - 1) as f64);

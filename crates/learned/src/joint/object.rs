@@ -5,6 +5,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use super::modes::{NARROW, at, density, modes, spread, top_of};
 use super::{FREE, JUDGED, Joint, Mode, SECOND, Tap, Told, WINDOW};
 use crate::curve::Weights;
+use crate::evidence::ln_det;
 use crate::invert::{ENDS_95, FINE, POINTS, QUANTILES, quantile};
 
 /// The taps of one object so far.
@@ -111,8 +112,7 @@ impl Object {
     pub(super) fn heights(&self, joint: &Joint) -> Vec<f64> {
         let height = |(k, (a, b, c)): (usize, &(DMatrix<f64>, DVector<f64>, f64))| {
             let Some(factor) = a.clone().cholesky() else { return f64::NEG_INFINITY };
-            let ln_det = 2.0 * factor.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>();
-            joint.prior(joint.x(k), self.shifts) - 0.5 * (c - b.dot(&factor.solve(b)) + ln_det)
+            joint.prior(joint.x(k), self.shifts) - 0.5 * (c - b.dot(&factor.solve(b)) + ln_det(&factor))
         };
         self.points.iter().enumerate().map(height).collect()
     }

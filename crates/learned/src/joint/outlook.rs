@@ -116,9 +116,7 @@ impl<'a> Outlook<'a> {
         }
         sum / total
     }
-}
 
-impl Outlook<'_> {
     /// What is expected at ln a = x beside the signal, of `points` whose second number it is; of the nearest one where not all around count.
     fn beside(&self, x: f64, points: &[[f64; 4]]) -> f64 {
         let (first, t) = self.joint.place(x);

@@ -4,12 +4,14 @@ use std::f64::consts::TAU;
 
 use vibrissa_core::normal::quantile as quantile_of_bell;
 
-use super::around::{Fits, finer, fits};
 use super::course::{Mode, POSTERIOR, Place, Task};
+use super::{NEAR, lagrange};
 use crate::invert::{FINE, quantile};
 
 /// Shares of a posterior: 95 and 68 % intervals, and its middle.
 const SHARES: [f64; 5] = [0.025, 0.158_655, 0.5, 0.841_345, 0.975];
+/// ln p below that of the highest point that is none.
+const NONE: f64 = 60.0;
 /// Standard deviations on either side of a mode that are looked at.
 const WINDOW: f64 = 5.0;
 /// Bins from which on their residuals tell their scatter.
@@ -106,4 +108,35 @@ impl Task<'_> {
         let judged = excess > SMOOTH || left.len() >= JUDGED;
         Some((most, if judged { chi2 / freedom } else { 1.0 }))
     }
+}
+
+/// A density at [`FINE`] points, its logarithm by polynomials.
+fn finer(of: &[f64; POSTERIOR[0]]) -> [f64; FINE] {
+    let top = of.iter().copied().fold(0.0, f64::max);
+    let logs = of.map(|p| (p / top).ln().max(-NONE));
+    std::array::from_fn(|i| {
+        let s = (i * (POSTERIOR[0] - 1)) as f64 / (FINE - 1) as f64;
+        let k = (s as usize + 1).saturating_sub(NEAR / 2).min(POSTERIOR[0] - NEAR);
+        let ln: f64 = lagrange(s - k as f64).iter().zip(&logs[k..]).map(|(w, l)| w * l).sum();
+        if ln <= -0.9 * NONE { 0.0 } else { ln.exp() }
+    })
+}
+
+/// How a posterior lies in its window.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Fits {
+    Well,
+    TooNarrow,
+    TooWide,
+}
+
+/// Whether the points of a density show all of it, and enough of it.
+fn fits(density: &[f64]) -> Fits {
+    let top = density.iter().copied().fold(0.0, f64::max);
+    let last = density.len() - 1;
+    if density[0].max(density[last]) > 1e-3 * top {
+        return Fits::TooNarrow;
+    }
+    let seen = density.iter().filter(|p| **p > 1e-3 * top).count();
+    if 3 * seen < density.len() { Fits::TooWide } else { Fits::Well }
 }

@@ -1,8 +1,9 @@
 //! Where the posterior of a stroke is high.
 
-use super::around::simplex;
 use super::course::{COARSE, Mode, Place, Task};
 
+/// Steps of a simplex.
+const STEPS: usize = 80;
 /// Valleys over the touch that are looked into at one distance.
 const VALLEYS: usize = 3;
 
@@ -21,10 +22,6 @@ impl Task<'_> {
             let values: Vec<f64> =
                 (0..touches).map(|k| value(grid(1, touches.max(2), k.min(touches - 1)))).collect();
             // Between two readings the drive of the touch may have a valley of its own: narrower and narrower around each of the lowest.
-            let beside = |k: Option<usize>, own: f64| k.and_then(|k| values.get(k)).is_none_or(|v| *v >= own);
-            let is_low = |k: &usize| beside(k.checked_sub(1), values[*k]) && beside(Some(k + 1), values[*k]);
-            let mut low: Vec<usize> = (0..touches).filter(is_low).collect();
-            low.sort_by(|i, k| values[*i].total_cmp(&values[*k]));
             let narrowed = |k: usize| {
                 let (mut at, mut least) = (grid(1, touches.max(2), k), values[k]);
                 let mut step = 0.5 * (self.ends[1][1] - self.ends[1][0]) / touches as f64;
@@ -39,20 +36,15 @@ impl Task<'_> {
                 }
                 (at, least)
             };
-            let all = low.into_iter().take(VALLEYS).map(narrowed);
+            let all = valleys(&values).into_iter().take(VALLEYS).map(narrowed);
             let (at, least) =
                 all.min_by(|p, q| p.1.total_cmp(&q.1)).unwrap_or((self.ends[1][0], f64::INFINITY));
             ([x, at], least)
         };
         let all: Vec<(Place, f64)> = (0..COARSE[1]).map(of).collect();
-        let least = |i: &usize| {
-            let beside =
-                |k: Option<usize>| k.and_then(|k| all.get(k)).is_none_or(|other| other.1 >= all[*i].1);
-            all[*i].1.is_finite() && beside(i.checked_sub(1)) && beside(Some(i + 1))
-        };
-        let mut found: Vec<usize> = (0..COARSE[1]).filter(least).collect();
-        found.sort_by(|i, k| all[*i].1.total_cmp(&all[*k].1));
-        found.into_iter().take(3).map(|i| all[i].0).collect()
+        let least: Vec<f64> = all.iter().map(|place| place.1).collect();
+        let found = valleys(&least).into_iter().filter(|i| least[*i].is_finite());
+        found.take(3).map(|i| all[i].0).collect()
     }
 
     /// The mode that is reached from `start`, which is off it by some share `near` of the ends.
@@ -83,16 +75,8 @@ impl Task<'_> {
                     p[k] += h;
                     self.value(p) - value
                 });
-                let rise = match sides {
-                    [p, q] if p.is_finite() && q.is_finite() => 0.5 * (p + q),
-                    [p, q] => {
-                        if p.is_finite() {
-                            p
-                        } else {
-                            q
-                        }
-                    }
-                };
+                let known: Vec<f64> = sides.into_iter().filter(|rise| rise.is_finite()).collect();
+                let rise = known.iter().sum::<f64>() / known.len() as f64;
                 if !rise.is_finite() || rise > 3.0 {
                     h *= 0.5;
                 } else if rise < 0.3 && h < 0.2 * scale[k] {
@@ -119,4 +103,63 @@ impl Task<'_> {
         let alone = (xx - xc * xc / cc).max(1e-9);
         Some(Mode { at, value, shape: [h[0] / alone.sqrt(), -xc / cc * h[1] / h[0], h[1] / cc.sqrt()] })
     }
+}
+
+/// Places of the values that none beside them is below, the lowest first.
+fn valleys(values: &[f64]) -> Vec<usize> {
+    let beside = |k: Option<usize>, own: f64| k.and_then(|k| values.get(k)).is_none_or(|v| *v >= own);
+    let is_low = |k: &usize| beside(k.checked_sub(1), values[*k]) && beside(Some(k + 1), values[*k]);
+    let mut low: Vec<usize> = (0..values.len()).filter(is_low).collect();
+    low.sort_by(|i, k| values[*i].total_cmp(&values[*k]));
+    low
+}
+
+/// The least value that Nelder and Mead's simplex of this size finds from `start`.
+fn simplex(value: &dyn Fn(Place) -> f64, start: Place, size: [f64; 2], free: usize) -> (Place, f64) {
+    let mut all: Vec<(Place, f64)> = (0..=free)
+        .map(|k| {
+            let mut p = start;
+            if k > 0 {
+                p[k - 1] += size[k - 1];
+            }
+            if !value(p).is_finite() && k > 0 {
+                p[k - 1] -= 2.0 * size[k - 1];
+            }
+            (p, value(p))
+        })
+        .collect();
+    let between = |p: Place, q: Place, t: f64| [0, 1].map(|k| p[k] + t * (q[k] - p[k]));
+    for _ in 0..STEPS {
+        all.sort_by(|p, q| p.1.total_cmp(&q.1));
+        let (best, worst) = (all[0], all[free]);
+        if worst.1 - best.1 < 1e-3 {
+            break;
+        }
+        let middle = [0, 1].map(|k| all[..free].iter().map(|p| p.0[k]).sum::<f64>() / free as f64);
+        let tried = |t: f64| {
+            let p = between(worst.0, middle, t);
+            (p, value(p))
+        };
+        let mirrored = tried(2.0);
+        let next = if mirrored.1 < best.1 {
+            let further = tried(3.0);
+            if further.1 < mirrored.1 { further } else { mirrored }
+        } else if mirrored.1 < all[free - 1].1 || (free == 1 && mirrored.1 < worst.1) {
+            mirrored
+        } else {
+            let inner = if mirrored.1 < worst.1 { tried(1.5) } else { tried(0.5) };
+            if inner.1 < worst.1.min(mirrored.1) {
+                inner
+            } else {
+                for other in &mut all[1..] {
+                    let p = between(best.0, other.0, 0.5);
+                    *other = (p, value(p));
+                }
+                continue;
+            }
+        };
+        all[free] = next;
+    }
+    all.sort_by(|p, q| p.1.total_cmp(&q.1));
+    all[0]
 }

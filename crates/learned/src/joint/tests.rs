@@ -129,8 +129,8 @@ fn strokes(count: usize, seed: u64, precise: bool) {
     curve.mean.push(0.0);
     curve.deviations.iter_mut().for_each(|d| d.push(0.0));
     curve.deviations.push(vec![0.0, 0.0, twist]);
-    let value = |a: f64, u: f64| POWER.value(a, u) * (1.0 + bend * u * 32.0 / a);
-    let base = if precise { Base::Known(&value, 0.0) } else { Base::Power(POWER) };
+    let value = move |a: f64, u: f64| POWER.value(a, u) * (1.0 + bend * u * 32.0 / a);
+    let base = if precise { Base::Known(std::sync::Arc::new(value), 0.0) } else { Base::Power(POWER) };
     let inverse = Inverse::new(&curve, &base, false, [0.0, f64::INFINITY]);
     let mut joint = Joint::of_strokes(&curve, &base, false, &inverse);
     // As a calibration of several drives tells it.

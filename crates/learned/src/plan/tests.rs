@@ -10,7 +10,7 @@ fn planner(positions: usize) -> Planner {
     let distances: Vec<f64> = (0..13).map(|k| 20.0 + 2.0 * f64::from(k)).collect();
     let rig = Rig { noise: 1e-4, relative: 1e-3, position: 1e-3, visit: 1e-5, gain: 2e-3, zero: 1e-4 };
     let ask = Ask {
-        curve: &curve,
+        curve: &(std::sync::Arc::new(curve) as Whisker),
         distances: &distances,
         drives: &[1.0, 2.0, 4.0],
         allowed: &|_, _| true,

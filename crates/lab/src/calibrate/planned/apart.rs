@@ -6,6 +6,7 @@ use vibrissa_learned::plan::{Rig as Spread, Tap};
 use crate::estimator::model::exact::{Exact, Parameter};
 use crate::estimator::model::parameter::width;
 use crate::measure::Rig;
+use crate::scene::Drive;
 
 /// Two numbers are not told apart where the correlation of their errors is beyond this.
 const ALIKE: f64 = 0.95;
@@ -29,24 +30,6 @@ pub struct Apart {
     pub tap: Option<([f64; 2], f64)>,
 }
 
-/// What is judged.
-pub struct Ask<'a> {
-    /// The whisker.
-    pub rig: &'a Rig,
-    /// Its model, with [`parameters`] as those that are fitted.
-    pub exact: &'a Exact,
-    /// The taps.
-    pub taps: &'a [Tap],
-    /// Of which distances (mm) and drives.
-    pub distances: &'a [f64],
-    /// See above.
-    pub drives: &'a [f64],
-    /// What the rig adds.
-    pub noise: &'a Spread,
-    /// Whether the rig may tap at a (mm) by a drive.
-    pub allowed: &'a (dyn Fn(f64, f64) -> bool + Sync),
-}
-
 /// Numbers of a whisker that a calibration may have to tell.
 pub fn parameters(rig: &Rig) -> Vec<Parameter> {
     let values = crate::estimator::model::exact::spec_values(&rig.setup);
@@ -56,31 +39,39 @@ pub fn parameters(rig: &Rig) -> Vec<Parameter> {
     of_rig.into_iter().chain(of_whisker.into_iter().filter(known)).chain([Parameter::Zero]).collect()
 }
 
-/// Numbers that the taps do not tell; first those whose error goes most with that of another one.
-pub fn apart(ask: &Ask<'_>) -> Vec<Apart> {
-    let (exact, values) = (ask.exact, ask.exact.values);
-    let ends = [ask.drives[0], ask.drives[ask.drives.len() - 1]];
-    let middle = exact.expected((ask.distances[0] * ask.distances[ask.distances.len() - 1]).sqrt(), ends[1]);
+/// Numbers that `taps` at these distances (mm) and drives do not tell, of the model of a whisker with [`parameters`] as those that are fitted; first
+/// those whose error goes most with that of another one. `allowed` says whether the rig may tap at a (mm) by a drive.
+pub fn apart(
+    kind: Drive,
+    exact: &Exact,
+    taps: &[Tap],
+    [distances, drives]: [&[f64]; 2],
+    noise: &Spread,
+    allowed: &dyn Fn(f64, f64) -> bool,
+) -> Vec<Apart> {
+    let values = exact.values;
+    let ends = [drives[0], drives[drives.len() - 1]];
+    let middle = exact.expected((distances[0] * distances[distances.len() - 1]).sqrt(), ends[1]);
     let widths: Vec<f64> = exact.fitted.iter().map(|p| width(*p, &values, ends, [middle, 0.0])).collect();
     let row = |a: f64, u: f64| {
-        let slope = exact.slope(a, u) * a * ask.noise.position;
+        let slope = exact.slope(a, u) * a * noise.position;
         let signal = exact.expected(a, u);
-        let variance = ask.noise.noise.powi(2) + (ask.noise.relative * signal).powi(2) + slope * slope;
+        let variance = noise.noise.powi(2) + (noise.relative * signal).powi(2) + slope * slope;
         let scaled = exact.gradient(a, u).into_iter().zip(&widths).map(|(g, w)| g * w / variance.sqrt());
         DVector::from_vec(scaled.collect())
     };
     let n = exact.fitted.len();
     // A zero that is read is known; every number is at most as unknown as it could be off.
     let mut information = DMatrix::identity(n, n);
-    let zeros = ask.taps.len().div_ceil(6).max(2) as f64;
-    information[(n - 1, n - 1)] += zeros * (widths[n - 1] / ask.noise.noise).powi(2);
-    for [i, j, _] in ask.taps {
-        let g = row(ask.distances[*i], ask.drives[*j]);
+    let zeros = taps.len().div_ceil(6).max(2) as f64;
+    information[(n - 1, n - 1)] += zeros * (widths[n - 1] / noise.noise).powi(2);
+    for [i, j, _] in taps {
+        let g = row(distances[*i], drives[*j]);
         information += &g * g.transpose();
     }
     let Some(covariance) = information.clone().try_inverse() else { return Vec::new() };
     let correlation = |c: &DMatrix<f64>, i: usize, k: usize| c[(i, k)] / (c[(i, i)] * c[(k, k)]).sqrt();
-    let name = |p: Parameter| if p == Parameter::Factor { "gain" } else { p.name(ask.rig.setup.drive) };
+    let name = |p: Parameter| if p == Parameter::Factor { "gain" } else { p.name(kind) };
     let mut found = Vec::new();
     for k in 1..n - 1 {
         let with = (0..n).filter(|i| *i != k).max_by(|i, j| {
@@ -93,13 +84,14 @@ pub fn apart(ask: &Ask<'_>) -> Vec<Apart> {
         if share < UNDETERMINED {
             continue;
         }
-        let unit = exact.fitted[k].unit(ask.rig.setup.drive);
+        let unit = exact.fitted[k].unit(kind);
         let after = |[a, u]: [f64; 2]| {
             let g = row(a, u);
-            let more = &information + &g * g.transpose() * ask.taps.len() as f64;
+            let more = &information + &g * g.transpose() * taps.len() as f64;
             more.try_inverse().map_or(f64::INFINITY, |c| c[(k, k)].sqrt())
         };
-        let best = tried(ask).into_iter().map(|t| (t, after(t))).min_by(|p, q| p.1.total_cmp(&q.1));
+        let best =
+            tried(exact, ends, allowed).into_iter().map(|t| (t, after(t))).min_by(|p, q| p.1.total_cmp(&q.1));
         found.push(Apart {
             name: name(exact.fitted[k]),
             other: (alike.abs() > ALIKE).then(|| name(exact.fitted[with])),
@@ -113,11 +105,10 @@ pub fn apart(ask: &Ask<'_>) -> Vec<Apart> {
 }
 
 /// Taps that the whisker allows, also beyond the ranges of the spec.
-fn tried(ask: &Ask<'_>) -> Vec<[f64; 2]> {
-    let [near, far] = ask.exact.reach();
-    let [first, last] = [ask.drives[0], ask.drives[ask.drives.len() - 1]];
+fn tried(exact: &Exact, [first, last]: [f64; 2], allowed: &dyn Fn(f64, f64) -> bool) -> Vec<[f64; 2]> {
+    let [near, far] = exact.reach();
     let [lo, hi] = [0.5 * first, (1.0 + 0.1) * last];
     let grid = |[lo, hi]: [f64; 2], n: usize| (0..n).map(move |k| lo + (hi - lo) * k as f64 / (n - 1) as f64);
     let all = grid([near, far], TRIED[0]).flat_map(|a| grid([lo, hi], TRIED[1]).map(move |u| [a, u]));
-    all.filter(|[a, u]| (ask.allowed)(*a, *u) && ask.exact.slope(*a, *u).is_finite()).collect()
+    all.filter(|[a, u]| allowed(*a, *u) && exact.slope(*a, *u).is_finite()).collect()
 }

@@ -10,8 +10,10 @@ pub use order::Row;
 pub use order::like;
 
 use vibrissa_learned::plan::{Ask, Planner, Rig as Spread, Tap};
+use vibrissa_learned::rows::range;
 
 use crate::error::{Error, InputError};
+use crate::estimator::learnt::whisker;
 use crate::estimator::model::exact::{Exact, Extent, HARD, Opener, spec_values};
 use crate::measure::Rig;
 use crate::scene::{Axis, Column, Space};
@@ -158,7 +160,7 @@ pub fn plan(
         ),
         false => why.into(),
     })?;
-    let curve = |a: f64, u: f64| exact.expected(a, u);
+    let (curve, _) = whisker(exact.clone());
     let limit = rig.strain_limit();
     let near = rig.shared().gauge[1];
     let allowed = |a: f64, u: f64| {
@@ -213,23 +215,12 @@ pub fn plan(
         path.push((planner.len(), planner.sigma()));
     }
     let rows = order::rows(&taps, asked.runs, asked.seed);
-    let apart = apart::apart(&apart::Ask {
-        rig,
-        exact: &exact,
-        taps: &taps,
-        distances: &distances,
-        drives: &drives,
-        noise: &spread,
-        allowed: &allowed,
-    });
+    let at = [distances.as_slice(), &drives];
+    let apart = apart::apart(rig.setup.drive, &exact, &taps, at, &spread, &allowed);
     let pairs: Vec<(f64, f64)> =
         distances.iter().flat_map(|a| drives.iter().map(move |u| (*a, *u))).collect();
     let fine: Vec<&(f64, f64)> = pairs.iter().filter(|(a, u)| allowed(*a, *u)).collect();
-    let range = |f: &dyn Fn(&(f64, f64)) -> f64| {
-        let all = fine.iter().map(|p| f(p));
-        all.fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], x| [lo.min(x), hi.max(x)])
-    };
-    let reached = [range(&|p| p.0), range(&|p| p.1)];
+    let reached = [range(fine.iter().map(|p| p.0)), range(fine.iter().map(|p| p.1))];
     let forbidden = [pairs.len() - fine.len(), pairs.len()];
     let ends = [ends(&distances), ends(&drives)];
     Ok(Planned {

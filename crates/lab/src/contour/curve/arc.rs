@@ -1,7 +1,7 @@
 //! A line or a circle, as one family: a place, a direction and a curvature, which is 0 of a line. Nothing is singular where one becomes the other.
 
 use nalgebra::{DMatrix, DVector};
-use vibrissa_learned::algebra::least::{FREE, by_values, slopes};
+use vibrissa_learned::least::{FREE, by_values, slopes};
 
 use super::Sample;
 

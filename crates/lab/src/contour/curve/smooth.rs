@@ -2,7 +2,7 @@
 //! allow (P-splines: Eilers and Marx, Stat. Sci. 11:89, 1996).
 
 use nalgebra::{DMatrix, DVector};
-use vibrissa_learned::algebra::least;
+use vibrissa_learned::least;
 
 use super::Sample;
 use super::arc::Arc;

@@ -3,7 +3,7 @@
 //! reading = s · |ε|(a + a₀, θ + θ₀; r₀, ν, μ, C01/C10) (+ z₀ while that is looked for). E is no parameter: strain does not depend on it.
 
 use super::Found;
-use super::form::ModelError;
+use super::ModelError;
 pub use super::parameter::{Parameter, Values, scene_with, spec_values};
 use super::surface::Surface;
 use crate::curve::Curve;
@@ -182,15 +182,7 @@ impl Exact {
         let a = far - self.values[2];
         let slope = self.values[0] * curve.slope(far);
         let near = near.map(|n| n - self.values[2]);
-        Some(Found {
-            a,
-            near,
-            slope,
-            variance: self.variance(a, drive),
-            sigma: f64::NAN,
-            ends: [f64::NAN; 2],
-            wide: false,
-        })
+        Some(Found::root(a, near, slope, self.variance(a, drive)))
     }
 
     /// As [`Self::find_in`].

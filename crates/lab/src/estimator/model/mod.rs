@@ -1,31 +1,15 @@
 //! Curves of readings over distance, and how they are read backwards: closed forms, data, the exact model with its fitted parameters.
 
 pub mod exact;
-pub mod form;
 pub mod pair;
-pub mod paper;
 pub mod parameter;
 pub mod polynomial;
 pub mod surface;
 
+use crate::error::{Error, SolveError};
+
 /// What an estimator makes of a reading.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Found {
-    /// The largest distance with this reading, mm.
-    pub a: f64,
-    /// The next one, mm.
-    pub near: Option<f64>,
-    /// d reading/da there, 1/mm.
-    pub slope: f64,
-    /// Variance of the expected reading that the noise of the calibration leaves, reading².
-    pub variance: f64,
-    /// One standard deviation of the distance, mm, where it is that of a posterior; NaN where noise, slope and variance make it.
-    pub sigma: f64,
-    /// The interval that holds it with 95 %, mm, where it is that of a posterior.
-    pub ends: [f64; 2],
-    /// Whether it is the median of a wide posterior, and no root.
-    pub wide: bool,
-}
+pub use vibrissa_learned::invert::Found;
 
 /// Relative slack with which a recorded drive equals a calibrated one.
 pub(crate) use crate::measure::group::ROUNDING as SAME;
@@ -50,5 +34,52 @@ pub(crate) fn between(xs: &[f64], ys: &[f64], x: f64) -> f64 {
         Some((j, w)) if w > 0.0 => ys[j] + w * (ys[j + 1] - ys[j]),
         Some((j, _)) => ys[j],
         None => f64::NAN,
+    }
+}
+
+/// Why a model could not be solved over the distances and drives of interest.
+#[derive(Debug, thiserror::Error)]
+pub enum ModelError {
+    /// There is no distance beyond the gauge.
+    #[error("all distances lie at or inside the gauge")]
+    InsideGauge,
+    /// The taper ends before the distances do.
+    #[error("the whisker cannot be continued so far")]
+    TooFar,
+    /// Most taps that were measured have no solution.
+    #[error("the model of the spec has solutions for {found} of {of} measured distances and drives")]
+    FewTaps {
+        /// Those that have.
+        found: usize,
+        /// All.
+        of: usize,
+    },
+    /// Its taps cannot be solved.
+    #[error(transparent)]
+    Solve(#[from] SolveError),
+    /// No backend could be opened.
+    #[error(transparent)]
+    NotOpened(#[from] Error),
+}
+
+impl ModelError {
+    /// Whether it says that this whisker has no such taps, and not that the computer failed.
+    pub fn is_of_whisker(&self) -> bool {
+        match self {
+            Self::InsideGauge | Self::TooFar | Self::FewTaps { .. } | Self::Solve(SolveError::TooHard) => {
+                true
+            }
+            Self::Solve(_) | Self::NotOpened(_) => false,
+        }
+    }
+}
+
+impl From<ModelError> for Error {
+    fn from(e: ModelError) -> Self {
+        match e {
+            ModelError::NotOpened(e) => e,
+            ModelError::Solve(e) => e.into(),
+            other => Self::Run(other.to_string()),
+        }
     }
 }

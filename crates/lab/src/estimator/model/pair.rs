@@ -2,44 +2,15 @@
 //!
 //! Readings are counted positive as those of the first gauge are on its side: r₁ = s₁ ε₁, r₂ = s₂ ε(90° + δ), δ the misalignment of the second gauge.
 
+use super::ModelError;
 use super::exact::{Extent, Values, scene_with};
-use super::form::ModelError;
 use super::surface::continued;
-use crate::curve::both::{self, Inverter, Reading};
+use crate::curve::both::{self, Inverted, Inverter, Reading, TwoReadings};
 use crate::design::Design;
 use crate::error::SolveError;
 use crate::evaluate::{Evaluator, Method, Task};
 use crate::measure::Rig;
 use crate::scene::{Direction, Setup};
-
-/// A tap as it is labelled.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
-    /// Contact distance, mm.
-    pub a: f64,
-    /// Tilt, degrees.
-    pub tilt: f64,
-    /// Degrees or mm.
-    pub drive: f64,
-}
-
-/// Two readings, and where their tap is looked for first.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TwoReadings {
-    /// Where the search starts.
-    pub start: Place,
-    /// r₁ > 0 and r₂.
-    pub readings: [f64; 2],
-}
-
-/// The tap of two readings.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Inverted {
-    /// Where it is.
-    pub place: Place,
-    /// Rows: d r₁, d r₂; columns: da (mm), dβ (rad).
-    pub slopes: [[f64; 2]; 2],
-}
 
 /// What the second gauge shows beside the first.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,7 +30,7 @@ pub struct Pair {
     offsets: [f64; 2],
     /// Lean of the pole, degrees.
     lean: f64,
-    /// Distances covered, mm, as labelled.
+    /// Distances covered, mm.
     reach: [f64; 2],
 }
 
@@ -77,7 +48,6 @@ impl Pair {
         if design.shared.is_none() {
             return Err(ModelError::TooFar);
         }
-        let reach = reach.map(|a| a - values[2]);
         Ok(Self { setup, designs: [design], offsets: [values[2], values[1]], lean, reach })
     }
 
@@ -91,47 +61,37 @@ impl Pair {
         &self.setup
     }
 
+    /// The tap that is labelled with a (mm), a tilt (degrees) and a drive.
+    pub fn tap(&self, a: f64, tilt: f64, drive: f64) -> Task {
+        let ([a0, drive0], direction) = (self.offsets, Direction { tilt, lean: self.lean });
+        Task { design: 0, a: a + a0, direction, drive: drive + drive0 }
+    }
+
     /// Mean strains of taps: of the centreline, of the first gauge, and 90° further; each positive as that of the first is. `None` where the model
     /// has none.
     pub fn strains(
         &self,
         evaluator: &mut Evaluator<'_>,
-        places: &[Place],
+        taps: &[Task],
     ) -> Result<Vec<Option<[f64; 3]>>, SolveError> {
-        let tasks: Vec<Task> = places.iter().map(|p| self.task(p)).collect();
-        let outcomes = evaluator.run(&self.designs, &tasks)?;
-        let strains =
-            outcomes.iter().map(|o| both::strains(&self.setup, o).filter(|[axial, ..]| axial.is_finite()));
-        Ok(strains.collect())
+        let outcomes = evaluator.run(&self.designs, taps)?;
+        let strains = outcomes.iter().map(|o| both::strains(&self.setup, o));
+        Ok(strains.map(|strains| strains.filter(|[axial, ..]| axial.is_finite())).collect())
     }
 
-    /// The taps of two readings each, through `transfer`; `None` where none is found.
+    /// The taps of two readings each, through `transfer`, their distances as labelled; `None` where none is found.
     pub fn invert(
         &self,
         evaluator: &mut Evaluator<'_>,
         transfer: &Transfer,
         asked: &[TwoReadings],
     ) -> Result<Vec<Option<Inverted>>, SolveError> {
-        let [a0, drive0] = self.offsets;
-        let reach = self.reach.map(|a| a + a0);
         let reading: Reading<'_> = &|strains| transfer.readings(strains);
         let mut inverter =
             Inverter { setup: &self.setup, evaluator, designs: &self.designs, reading, taps: 0 };
-        let start =
-            |one: &TwoReadings| both::TwoReadings { start: self.task(&one.start), readings: one.readings };
-        let starts: Vec<both::TwoReadings> = asked.iter().map(start).collect();
-        let found = inverter.invert(&starts, &|_| reach)?;
-        let labelled = |found: both::Inverted| {
-            let both::Inverted { task, slopes } = found;
-            let place = Place { a: task.a - a0, tilt: task.direction.tilt, drive: task.drive - drive0 };
-            Inverted { place, slopes }
-        };
-        Ok(found.into_iter().map(|one| one.map(labelled)).collect())
-    }
-
-    fn task(&self, p: &Place) -> Task {
-        let ([a0, drive0], direction) = (self.offsets, Direction { tilt: p.tilt, lean: self.lean });
-        Task { design: 0, a: p.a + a0, direction, drive: p.drive + drive0 }
+        let mut found = inverter.invert(asked, &|_| self.reach)?;
+        found.iter_mut().flatten().for_each(|one| one.task.a -= self.offsets[0]);
+        Ok(found)
     }
 }
 

@@ -46,45 +46,45 @@ impl Parameter {
         Self::Root,
     ];
 
+    /// Its name where the drive is an angle and a displacement, its unit there, the values that mean something, and what gives the model of a spec
+    /// this parameter.
+    fn facts(self) -> ([&'static str; 2], [&'static str; 2], [f64; 2], &'static str) {
+        let any = [f64::NEG_INFINITY, f64::INFINITY];
+        let clamp = "clamp = c0 in [model]: 0.054 if bonded, -0.021 if glued, -0.358 in a smooth socket";
+        let ratio = "material = { mooney-rivlin = … } or { neo-hookean = … } in [model]";
+        let root = "root = { k_theta = … } in [whisker], about as stiff as it may be";
+        match self {
+            Self::Factor => (["factor"; 2], [""; 2], [f64::MIN_POSITIVE, f64::INFINITY], ""),
+            Self::DriveOffset => (["theta_offset", "delta_offset"], ["degrees", "mm"], any, ""),
+            Self::DistanceOffset => (["a_offset"; 2], ["mm"; 2], any, ""),
+            Self::Hub => (["hub"; 2], ["mm"; 2], [0.0, 1e3], "an active whisker (theta_deg)"),
+            Self::Nu => (["nu"; 2], [""; 2], [0.0, 0.5], "shear = true in [model]"),
+            Self::Mu => (["mu"; 2], [""; 2], [0.0, 2.0], "contact = { coulomb = … } in [model]"),
+            Self::Ratio => (["C01/C10"; 2], [""; 2], [-0.9, 1e2], ratio),
+            Self::Clamp => (["c0"; 2], [""; 2], [-1.0, 0.2], clamp),
+            Self::Root => (["k_theta"; 2], ["N mm/rad"; 2], [1e-6, 1e12], root),
+            Self::Zero => (["zero"; 2], [""; 2], any, ""),
+        }
+    }
+
     /// Name in files and on the command line.
     pub fn name(self, kind: Drive) -> &'static str {
-        match (self, kind) {
-            (Self::Factor, _) => "factor",
-            (Self::DriveOffset, Drive::Angle) => "theta_offset",
-            (Self::DriveOffset, Drive::Displacement) => "delta_offset",
-            (Self::DistanceOffset, _) => "a_offset",
-            (Self::Hub, _) => "hub",
-            (Self::Nu, _) => "nu",
-            (Self::Mu, _) => "mu",
-            (Self::Ratio, _) => "C01/C10",
-            (Self::Clamp, _) => "c0",
-            (Self::Root, _) => "k_theta",
-            (Self::Zero, _) => "zero",
-        }
+        self.facts().0[kind as usize]
+    }
+
+    /// The parameter of this name.
+    pub fn named(name: &str, kind: Drive) -> Option<Self> {
+        Self::ALL.into_iter().find(|p| p.name(kind).eq_ignore_ascii_case(name))
     }
 
     /// Unit, for people.
     pub fn unit(self, kind: Drive) -> &'static str {
-        match (self, kind) {
-            (Self::DriveOffset, Drive::Angle) => "degrees",
-            (Self::DriveOffset, Drive::Displacement) | (Self::DistanceOffset | Self::Hub, _) => "mm",
-            (Self::Root, _) => "N mm/rad",
-            _ => "",
-        }
+        self.facts().1[kind as usize]
     }
 
     /// Range of values that mean something.
     pub fn domain(self) -> [f64; 2] {
-        match self {
-            Self::Factor => [f64::MIN_POSITIVE, f64::INFINITY],
-            Self::DriveOffset | Self::DistanceOffset | Self::Zero => [f64::NEG_INFINITY, f64::INFINITY],
-            Self::Hub => [0.0, 1e3],
-            Self::Nu => [0.0, 0.5],
-            Self::Mu => [0.0, 2.0],
-            Self::Ratio => [-0.9, 1e2],
-            Self::Clamp => [-1.0, 0.2],
-            Self::Root => [1e-6, 1e12],
-        }
+        self.facts().2
     }
 
     /// Whether another value needs the model to be solved again.
@@ -155,22 +155,9 @@ pub fn check(rig: &Rig, asked: &[Parameter]) -> Result<(), InputError> {
     let values = spec_values(&rig.setup);
     for p in asked {
         if values[*p as usize].is_nan() {
-            let allowed = match p {
-                Parameter::Nu => "shear = true in [model]",
-                Parameter::Mu => "contact = { coulomb = … } in [model]",
-                Parameter::Ratio => "material = { mooney-rivlin = … } or { neo-hookean = … } in [model]",
-                Parameter::Hub => "an active whisker (theta_deg)",
-                Parameter::Clamp => {
-                    "clamp = c0 in [model]: 0.054 if bonded, -0.021 if glued, -0.358 in a smooth socket"
-                }
-                Parameter::Root => "root = { k_theta = … } in [whisker], about as stiff as it may be",
-                Parameter::Factor | Parameter::DriveOffset | Parameter::DistanceOffset | Parameter::Zero => {
-                    ""
-                }
-            };
             let message = "the model of this spec has no such parameter, so that it cannot be fitted";
             let name = p.name(rig.setup.drive);
-            return Err(InputError::new(message).key("--fit").value(name).allowed(allowed));
+            return Err(InputError::new(message).key("--fit").value(name).allowed(p.facts().3));
         }
     }
     Ok(())

@@ -4,8 +4,8 @@
 //! that are halved until their last coefficients vanish. f itself is a closed form and is not interpolated, so that
 //! neither its peak nor its kink at the gauge's far end costs anything.
 
+use super::ModelError;
 use super::exact::Extent;
-use super::form::ModelError;
 use crate::curve::{self, Curve, LOOKS, Ratio, look};
 use crate::design::{Design, amount};
 use crate::error::SolveError;
