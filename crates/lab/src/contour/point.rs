@@ -4,7 +4,7 @@ use super::curve::Covariance;
 use super::truth::Pose;
 use crate::error::InputError;
 use crate::locate::Locator;
-use crate::locate::table::{Reading, Readings};
+use crate::locate::table::{Readings, Row};
 use crate::measure::skin::Skin;
 use crate::status::Status;
 
@@ -87,7 +87,7 @@ impl Point {
     }
 
     /// Where the whisker at `pose` first touched what gave `reading`.
-    pub fn of_tap(locator: &Locator, skin: &Skin, pose: &Pose, reading: &Reading, noise: &Noise) -> Self {
+    pub fn of_tap(locator: &Locator, skin: &Skin, pose: &Pose, reading: &Row, noise: &Noise) -> Self {
         let found = reading.located;
         let sound = pose.base.iter().chain([&pose.heading, &pose.sense]).all(|x| x.is_finite());
         if !sound || !found.distance.is_finite() {
@@ -118,7 +118,7 @@ impl Point {
 }
 
 /// d a/d drive at a reading, mm per degree; 0 where it cannot be told.
-fn by_drive(locator: &Locator, reading: &Reading) -> f64 {
+fn by_drive(locator: &Locator, reading: &Row) -> f64 {
     let h = STEP * reading.drive.abs();
     let at = |drive: f64| locator.locate(drive, reading.signal).distance;
     let slope = match (at(reading.drive - h), reading.located.distance, at(reading.drive + h)) {

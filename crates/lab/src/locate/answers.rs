@@ -44,8 +44,8 @@ impl Answers {
     /// What answers rows.
     pub fn who(&self) -> Answerer<'_> {
         match self {
-            Self::One(locator, _) => Answerer::One(locator),
-            Self::Several(several) => Answerer::Several(several),
+            Self::One(locator, _) => (&**locator).into(),
+            Self::Several(several) => several.into(),
         }
     }
 
