@@ -43,8 +43,6 @@ pub struct Answered {
     pub rows: usize,
     /// Of these, readings of the zero.
     pub zeros: usize,
-    /// Rows per status word, and `ok`.
-    pub status: BTreeMap<String, u64>,
     /// Readings per combination of words.
     pub combinations: Combinations,
 }
@@ -67,7 +65,7 @@ pub fn answer(
     let mut table: Option<Frame> = None;
     // By line: rows of the whiskers come together again.
     let mut rows = BTreeMap::new();
-    let (mut zeros, mut status) = (0, BTreeMap::<String, u64>::new());
+    let mut zeros = 0;
     let mut combinations = Combinations::default();
     for (w, whisker) in whiskers.iter().enumerate() {
         let own = |line: usize| owners.get(&line) == Some(&w);
@@ -107,9 +105,7 @@ pub fn answer(
                 false => Point::of_tap(&whisker.locator, &skin, &pose, row, noise),
             };
             zeros += usize::from(row.rests);
-            let words = point.status.to_string();
             combinations.note(point.status, 1);
-            words.split('+').for_each(|word| *status.entry(word.to_owned()).or_default() += 1);
             let mut out = row.kept.clone();
             let [xx, _, yy] = point.covariance.0;
             let (z, sigma_z) =
@@ -117,7 +113,7 @@ pub fn answer(
             let [a, sigma] = point.distance;
             let numbers = [a, sigma, point.at[0], point.at[1], z, xx.sqrt(), yy.sqrt(), sigma_z];
             out.extend(numbers.map(Field::from));
-            out.push(words.into());
+            out.push(point.status.into());
             if let Some(group) = &mut group {
                 let (alone, parts) = row.pair.unwrap_or_else(|| (Spatial::of(row.located), None));
                 let tap = row.tap.as_ref().map(|tap| (tap, &alone, parts));
@@ -130,7 +126,7 @@ pub fn answer(
         table.ok_or_else(|| InputError::new("this file has a header but no rows").at(label, None))?;
     let n = rows.len();
     rows.into_values().try_for_each(|row| table.row(row))?;
-    Ok(Answered { table, rows: n, zeros, status, combinations })
+    Ok(Answered { table, rows: n, zeros, combinations })
 }
 
 /// The whisker of each line, by its place.

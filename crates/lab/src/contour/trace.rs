@@ -3,8 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::curve::{Chosen, Kind, Nothing, Sample, choose};
-use super::point::{Noise, Point};
-use super::point::{Placed, placed};
+use super::point::{Noise, Placed, Point, placed};
 use super::stroke::{FEWEST, swept};
 use crate::error::{Error, InputError, SolveError};
 use crate::locate::Locator;
@@ -28,17 +27,19 @@ pub struct TraceOptions {
     pub kind: Option<Kind>,
 }
 
-/// A stroke that was followed.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A stroke that was followed, as run.json has it.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Followed {
     /// Its number in the file.
-    pub number: f64,
+    pub stroke: f64,
     /// Readings that made points.
     pub points: usize,
-    /// Whether the contact stayed at one place of the object; `None` where its readings were taken as taps.
-    pub sharp: Option<bool>,
-    /// By how much the whisker had turned before drive 0, and its standard deviation, degrees.
-    pub touch: [f64; 2],
+    /// `sharp` if the contact stayed at one place of the object, else `smooth`; `None` if its readings were taken as taps.
+    pub object: Option<&'static str>,
+    /// By how much the whisker had turned before drive 0.
+    pub touched_before_deg: f64,
+    /// Its standard deviation.
+    pub sigma_touched_before_deg: f64,
     /// χ² per degree of freedom.
     pub chi2: f64,
 }
@@ -108,9 +109,7 @@ impl Trace {
                 rows.iter().for_each(|&i| groups[i] = rows[0]);
                 let found =
                     (of.len() >= FEWEST).then(|| swept(locator, &skin, pose, &of, &asked.noise)).flatten();
-                let mut followed =
-                    Followed { number, points: 0, sharp: None, touch: [f64::NAN; 2], chi2: f64::NAN };
-                if let Some(found) = found {
+                if let Some(found) = &found {
                     for ((&i, point), off) in rows.iter().zip(&found.points).zip(&found.outliers) {
                         outliers[i] = *off;
                         // A reading that is off its stroke is where a tap would have it.
@@ -119,14 +118,17 @@ impl Trace {
                             swept_by[i] = true;
                         }
                     }
-                    followed = Followed {
-                        sharp: Some(found.sharp),
-                        touch: found.touch,
-                        chi2: found.chi2,
-                        ..followed
-                    };
                 }
-                followed.points = rows.iter().filter(|&&i| points[i].is_there()).count();
+                let [touched_before_deg, sigma_touched_before_deg] =
+                    found.as_ref().map_or([f64::NAN; 2], |found| found.touch);
+                let followed = Followed {
+                    stroke: number,
+                    points: rows.iter().filter(|&&i| points[i].is_there()).count(),
+                    object: found.as_ref().map(|found| if found.sharp { "sharp" } else { "smooth" }),
+                    touched_before_deg,
+                    sigma_touched_before_deg,
+                    chi2: found.map_or(f64::NAN, |found| found.chi2),
+                };
                 strokes.push(followed);
             }
         }
