@@ -7,11 +7,29 @@ use serde_json::{Value, json};
 use super::quantity;
 use super::source::Source;
 use crate::error::Error;
-use crate::figure::Figure;
+use crate::figure::{Figure, Mark, Marker, Path};
 use crate::sink::frame::Frame;
 
 /// Rows of a table in the page.
 pub const SHOWN: usize = 1500;
+
+/// Points of `rows` of `table` along `path`, with bars of these half lengths in y by row, and what `note` says of each row. They are linked with the rows
+/// of the page if all of these are in it.
+pub fn points_of(
+    table: &Frame,
+    (path, marker): (Path, Marker),
+    rows: &[usize],
+    error: &[f64],
+    note: impl Fn(usize) -> String,
+) -> Mark {
+    Mark::Points {
+        path,
+        marker,
+        error: rows.iter().filter_map(|r| error.get(*r).copied()).collect(),
+        rows: if table.len() <= SHOWN { rows.to_vec() } else { Vec::new() },
+        notes: rows.iter().map(|r| note(*r)).collect(),
+    }
+}
 
 /// Figures and tables of a result.
 #[derive(Debug, Default)]

@@ -176,41 +176,45 @@ fn of_taps(c: &mut Content, table: &Frame, limits: Limits) -> Result<(), Error> 
         error: table.numbers("error_mm")?,
         names: ["a_mm", drive, k, read],
     };
-    let each = |f: &dyn Fn(&Taps<'_>, &Whisker) -> Panel| {
-        whiskers.iter().map(|w| f(&columns, w)).collect::<Vec<_>>()
+    let two = table.has("strain_2");
+    let what = match read == "strain" {
+        true => format!("Strain of the {}", if two { "first gauge" } else { "gauge" }),
+        false => "Moment, or force, on the root".to_owned(),
     };
-    let (against_drive, against_a) = (each(&|t, w| t.strain(w, 1)), each(&|t, w| t.strain(w, 0)));
-    let which = if table.has("strain_2") { "first gauge" } else { "gauge" };
     let share = if table.has("tilt_deg") { ", θ f cos² β" } else { "" };
-    let what = if read == "strain" {
-        format!("Strain of the {which}")
-    } else {
-        "Moment, or force, on the root".to_owned()
-    };
     let theory = format!("{what}: exact rod (points) beside linear theory{share} (dashed)");
-    let caption =
-        format!("{theory}, against the tap angle at {CURVES} distances or fewer (tuples.csv){left}.");
-    c.figure(Figure::new("strain_drive", "Strain against the tap", caption, against_drive));
-    let caption =
-        format!("{theory}, against the contact distance at {CURVES} tap angles or fewer (tuples.csv){left}.");
-    c.figure(Figure::new("strain_distance", "Strain against the distance", caption, against_a));
-    let caption = format!(
-        "K = {} over contact distance and tap angle (tuples.csv){left}.",
-        if table.has("strain_2") {
-            "θ f(a) cos β̂/√(ε₁² + ε₂²), tan β̂ = ε₂/ε₁,"
-        } else {
-            "θ f(a)/|ε|"
-        }
-    );
-    c.figure(Figure::new("K", "K over distance and tap", caption, each(&|t, w| t.map(w))));
-    c.figure(Figure::new("distance", "Estimated distance", format!("Distance estimated from the strain with the mean K of each tap angle, against the true one; dotted: equal (tuples.csv){left}."), each(&|t, w| t.located(w, false))));
-    let caption = format!("Estimated less true distance, against the true one (tuples.csv){left}.");
-    c.figure(Figure::new(
-        "distance_error",
-        "Error of the estimated distance",
-        caption,
-        each(&|t, w| t.located(w, true)),
-    ));
+    let k =
+        if two { "θ f(a) cos β̂/√(ε₁² + ε₂²), tan β̂ = ε₂/ε₁," } else { "θ f(a)/|ε|" };
+    let located = "Distance estimated from the strain with the mean K of each tap angle, against the true one; dotted: equal";
+    type Drawn = fn(&Taps<'_>, &Whisker) -> Panel;
+    let figures: [(&str, &str, String, Drawn); 5] = [
+        (
+            "strain_drive",
+            "Strain against the tap",
+            format!("{theory}, against the tap angle at {CURVES} distances or fewer"),
+            |t, w| t.strain(w, 1),
+        ),
+        (
+            "strain_distance",
+            "Strain against the distance",
+            format!("{theory}, against the contact distance at {CURVES} tap angles or fewer"),
+            |t, w| t.strain(w, 0),
+        ),
+        ("K", "K over distance and tap", format!("K = {k} over contact distance and tap angle"), |t, w| {
+            t.map(w)
+        }),
+        ("distance", "Estimated distance", located.to_owned(), |t, w| t.located(w, false)),
+        (
+            "distance_error",
+            "Error of the estimated distance",
+            "Estimated less true distance, against the true one".to_owned(),
+            |t, w| t.located(w, true),
+        ),
+    ];
+    for (name, title, caption, drawn) in figures {
+        let panels = whiskers.iter().map(|w| drawn(&columns, w)).collect();
+        c.figure(Figure::new(name, title, format!("{caption} (tuples.csv){left}."), panels));
+    }
     Ok(())
 }
 
@@ -276,13 +280,11 @@ impl Taps<'_> {
         if !w.rows.iter().any(|r| of[*r].is_finite()) {
             return panel;
         }
-        let all = w.rows.iter().map(|r| self.a[*r]);
-        let (least, most) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(x, y), a| (x.min(a), y.max(a)));
-        if error {
-            panel = panel.with(Mark::zero());
-        } else {
-            panel = panel.with(Mark::line(Path::new("â = a", 4, [(least, least), (most, most)]), 2));
-        }
+        let ends = quantity::ends(w.rows.iter().map(|r| self.a[*r])).map(|a| (a, a));
+        panel = panel.with(match error {
+            true => Mark::zero(),
+            false => Mark::line(Path::new("â = a", 4, ends), 2),
+        });
         // The smallest on top: they are where the larger ones spread about.
         let drives = self.some(w, self.drive);
         let names = quantity::told_apart(self.names[1], &drives);

@@ -127,7 +127,7 @@ pub fn open_of_result(path: &Path) -> Result<Option<File>, Error> {
 }
 
 /// A file as it is now; `None` where there is none.
-pub(super) fn look(folder: &Path, name: &str) -> Result<Option<Listed>, Error> {
+pub fn look(folder: &Path, name: &str) -> Result<Option<Listed>, Error> {
     let path = folder.join(name);
     let Some(file) = open_of_result(&path)? else { return Ok(None) };
     let listed = || Ok((file.metadata()?.len(), hash_file(&file)?));

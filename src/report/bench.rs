@@ -1,8 +1,6 @@
 //! Figures of a benchmark: time against error.
 
-mod places;
-
-use indexmap::IndexSet;
+use indexmap::{IndexMap, IndexSet};
 
 use super::answer;
 use super::content::Content;
@@ -11,7 +9,6 @@ use super::source::Source;
 use crate::error::{Error, InputError};
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path, series};
 use crate::sink::frame::Frame;
-use places::Places;
 
 const TIME: (&str, &str) = ("time per tap", "ns");
 /// Peers that take longer for a tap would leave no room for the others, ns.
@@ -40,6 +37,35 @@ pub fn figures(work: &Frame, peers: Option<&Frame>) -> Result<Vec<Figure>, Input
     Ok(all)
 }
 
+/// Where a benchmark ran: each backend of `table` in order of appearance, by what it is called, and its rows. Software adapters are called so.
+fn places(table: &Frame) -> Vec<(String, Vec<usize>)> {
+    let mut rows: IndexMap<[String; 3], Vec<usize>> = IndexMap::new();
+    for r in 0..table.len() {
+        rows.entry(["backend", "precision", "adapter"].map(|c| table.word(c, r))).or_default().push(r);
+    }
+    let named = |([backend, precision, adapter], rows): ([String; 3], Vec<usize>)| {
+        let name = match (backend.as_str(), is_software(&adapter)) {
+            ("gpu", true) => format!("software GPU {precision} ({})", short(&adapter)),
+            ("gpu", false) => format!("GPU {precision} ({adapter})"),
+            ("cpu", _) => format!("CPU {precision}"),
+            _ => format!("{backend} {precision}"),
+        };
+        (name, rows)
+    };
+    rows.into_iter().map(named).collect()
+}
+
+/// Whether `adapter` is a CPU in the clothes of a GPU.
+fn is_software(adapter: &str) -> bool {
+    let name = adapter.to_lowercase();
+    ["llvmpipe", "lavapipe", "swiftshader", "basic render", "software"].iter().any(|word| name.contains(word))
+}
+
+/// An adapter's name without what stands in brackets.
+fn short(adapter: &str) -> &str {
+    adapter.split(" (").next().unwrap_or(adapter)
+}
+
 /// Points, and a line through those that none beats: it never turns back.
 fn reached(
     panel: Panel,
@@ -63,7 +89,7 @@ fn reached(
 
 /// The simplest configuration: every kernel, the peers on the same axes.
 fn precision(work: &Frame, peers: Option<&Frame>) -> Result<Figure, InputError> {
-    let places = Places::of(work);
+    let places = places(work);
     let first = if !work.is_empty() { work.word("configuration", 0) } else { String::new() };
     let time = work.numbers("ns_per_tap")?;
     let (mut panels, mut beyond) = (Vec::new(), Vec::new());
@@ -72,14 +98,13 @@ fn precision(work: &Frame, peers: Option<&Frame>) -> Result<Figure, InputError> 
     {
         let error = work.numbers(column)?;
         let mut panel = Panel::new(title, Axis::log(TIME.0, TIME.1), Axis::log("strain error, relative", ""));
-        let at = |rows: Vec<usize>| {
-            rows.into_iter().map(|r| (time[r], error[r])).filter(|p| p.1 > 0.0).collect::<Vec<_>>()
-        };
-        for (i, (name, _)) in places.0.iter().enumerate() {
-            let of = |kernel: &str| {
-                at(places.rows(work, i, |r| {
-                    work.word("configuration", r) == first && work.word("kernel", r) == kernel
-                }))
+        for (i, (name, rows)) in places.iter().enumerate() {
+            let of = |kernel: &str| -> Vec<(f64, f64)> {
+                let is = |r: &&usize| {
+                    work.word("configuration", **r) == first && work.word("kernel", **r) == kernel
+                };
+                let points = rows.iter().filter(is).map(|r| (time[*r], error[*r]));
+                points.filter(|p| p.1 > 0.0).collect()
             };
             let ladder = [of("exact"), of("reference")].concat();
             panel = reached(panel, name, series(i), 0, &ladder);
@@ -99,7 +124,7 @@ fn precision(work: &Frame, peers: Option<&Frame>) -> Result<Figure, InputError> 
                 let family = name.split([' ', ',']).next().unwrap_or_default().to_owned();
                 let known = ["scipy", "JAX", "numba", "PyElastica", "diffrax"];
                 let after = known.iter().position(|f| *f == family).unwrap_or(known.len());
-                let (colour, marker) = series(places.0.len() + after);
+                let (colour, marker) = series(places.len() + after);
                 let path = Path::new(family, colour, [(1e9 / rate[r], error[r])]);
                 panel = panel.with(Mark::Points {
                     path,
@@ -140,7 +165,7 @@ fn share(panels: &mut [Panel]) {
 }
 
 fn configurations(work: &Frame) -> Result<Figure, InputError> {
-    let places = Places::of(work);
+    let places = places(work);
     let (time, error) = (work.numbers("ns_per_tap")?, work.numbers("strain_error_p99")?);
     let ladder = |r: usize| matches!(work.word("kernel", r).as_str(), "exact" | "reference");
     let names: IndexSet<String> =
@@ -148,10 +173,10 @@ fn configurations(work: &Frame) -> Result<Figure, InputError> {
     let mut panels = Vec::new();
     for c in &names {
         let mut panel = Panel::new(c.clone(), Axis::log(TIME.0, TIME.1), Axis::log("strain error, 99 %", ""));
-        for (i, (name, _)) in places.0.iter().enumerate() {
-            let rows = places.rows(work, i, |r| ladder(r) && work.word("configuration", r) == *c);
-            let points: Vec<_> =
-                rows.into_iter().map(|r| (time[r], error[r])).filter(|p| p.1 > 0.0).collect();
+        for (i, (name, rows)) in places.iter().enumerate() {
+            let is = |r: &&usize| ladder(**r) && work.word("configuration", **r) == *c;
+            let points = rows.iter().filter(is).map(|r| (time[*r], error[*r]));
+            let points: Vec<_> = points.filter(|p| p.1 > 0.0).collect();
             panel = reached(panel, name, series(i), 0, &points);
         }
         panels.push(panel);
@@ -179,5 +204,14 @@ mod tests {
         assert!(path.x.windows(2).all(|w| w[0] < w[1]) && path.y.windows(2).all(|w| w[0] > w[1]), "{path:?}");
         let Mark::Points { path, .. } = &panel.marks[1] else { panic!("then points") };
         assert_eq!(path.x.len(), points.len());
+    }
+
+    #[test]
+    fn a_software_adapter_is_called_so() {
+        assert!(
+            is_software("llvmpipe (LLVM 15.0.6, 256 bits)") && is_software("Microsoft Basic Render Driver")
+        );
+        assert!(!is_software("NVIDIA H200") && !is_software(""));
+        assert_eq!(short("llvmpipe (LLVM 15.0.6, 256 bits)"), "llvmpipe");
     }
 }
