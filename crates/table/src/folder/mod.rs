@@ -125,9 +125,6 @@ impl Folder {
     }
 
     /// Keeps what is complete, so that a run that stops from now on continues with it: `left`, which knows the files as they are now.
-    ///
-    /// # Errors
-    /// What cannot be written.
     pub fn keep(&mut self, left: &Left) -> Result<(), Error> {
         left.write(&self.work.0).map_err(|e| Error::io(&self.work.0, e))
     }
