@@ -16,10 +16,6 @@ const CURVES: usize = 6;
 /// Said of panels whose axis may be cut.
 const CUT: &str = "The axis fits the bulk of the taps; an arrow at the edge stands for a tap beyond it.";
 
-/// Everything of the folder of `calibrate`.
-///
-/// # Errors
-/// Tables that are missing or damaged.
 pub fn content(source: &Source) -> Result<Content, Error> {
     if let Some(taps) = source.maybe("channels.csv")? {
         return of_channels(source, &taps);

@@ -10,10 +10,6 @@ use crate::figure::{Figure, Marker, Panel, Path};
 /// Readings that are drawn.
 const DRAWN: usize = 4000;
 
-/// Everything of the folder of `locate`.
-///
-/// # Errors
-/// A table that is missing or damaged.
 pub fn content(source: &Source) -> Result<Content, Error> {
     let mut c = Content::default();
     let table = source.table("located.csv")?;

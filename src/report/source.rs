@@ -96,9 +96,6 @@ impl Source {
     }
 
     /// A table that must be there, by the name that it has as CSV.
-    ///
-    /// # Errors
-    /// A file that is missing or damaged.
     pub fn table(&self, name: &str) -> Result<Frame, Error> {
         self.maybe(name)?.ok_or_else(|| {
             let error = InputError::new("the result does not have this table");
@@ -108,9 +105,6 @@ impl Source {
     }
 
     /// A table that may be there.
-    ///
-    /// # Errors
-    /// A file that is damaged.
     pub fn maybe(&self, name: &str) -> Result<Option<Frame>, Error> {
         let path = self.folder.join(name);
         let parquet = path.with_extension("parquet");
@@ -123,9 +117,6 @@ impl Source {
     }
 
     /// Everything in its folder, which is read.
-    ///
-    /// # Errors
-    /// A folder that cannot be read any more.
     pub fn inputs(&self) -> Result<Vec<PathBuf>, Error> {
         let names = names_in(&self.folder).map_err(|e| Error::io(&self.folder, e))?;
         Ok(names.into_iter().map(|name| self.folder.join(name)).collect())

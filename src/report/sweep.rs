@@ -4,7 +4,7 @@ use super::answer::{self, Recommended};
 use super::bins;
 use super::content::Content;
 use super::designs::Limits;
-use super::designs::{self, DRIVES, SD, WHISKER, Whisker};
+use super::designs::{self, Alike, DRIVES, SD, WHISKER};
 use super::quantity::{self, distinct};
 use super::source::Source;
 use super::tap::{budget, least};
@@ -19,10 +19,6 @@ const WHISKERS: usize = 4;
 /// Curves of a panel.
 const CURVES: usize = 5;
 
-/// Everything of the folder of a sweep.
-///
-/// # Errors
-/// Tables that are missing or damaged.
 pub fn content(source: &Source) -> Result<Content, Error> {
     let mut c = Content::default();
     let limits = Limits::of(source);
@@ -123,7 +119,7 @@ fn of_designs(c: &mut Content, table: &Frame, limits: Limits) -> Result<(), Erro
 }
 
 /// Bias, noise and total of each whisker, with the best tap that keeps its limits.
-fn budgets(table: &Frame, whiskers: &[Whisker], fine: &[bool], drive: &str, left: &str) -> Figure {
+fn budgets(table: &Frame, whiskers: &[Alike], fine: &[bool], drive: &str, left: &str) -> Figure {
     let mut without = 0;
     let panels = whiskers.iter().map(|w| {
         let point = |name: &str, r: usize| (table.number(drive, r), table.number(name, r));
@@ -186,7 +182,7 @@ fn of_taps(c: &mut Content, table: &Frame, limits: Limits) -> Result<(), Error> 
     let k =
         if two { "θ f(a) cos β̂/√(ε₁² + ε₂²), tan β̂ = ε₂/ε₁," } else { "θ f(a)/|ε|" };
     let located = "Distance estimated from the strain with the mean K of each tap angle, against the true one; dotted: equal";
-    type Drawn = fn(&Taps<'_>, &Whisker) -> Panel;
+    type Drawn = fn(&Taps<'_>, &Alike) -> Panel;
     let figures: [(&str, &str, String, Drawn); 5] = [
         (
             "strain_drive",
@@ -243,14 +239,14 @@ struct Taps<'a> {
 
 impl Taps<'_> {
     /// Values of a or of the drive that `w` has, at most [`CURVES`], evenly.
-    fn some(&self, w: &Whisker, column: &[f64]) -> Vec<f64> {
+    fn some(&self, w: &Alike, column: &[f64]) -> Vec<f64> {
         let all = distinct(w.rows.iter().map(|r| column[*r]));
         let n = all.len().min(CURVES);
         (0..n).map(|i| all[if n < 2 { 0 } else { (i * (all.len() - 1) + (n - 1) / 2) / (n - 1) }]).collect()
     }
 
     /// Strain against the drive (1) or the distance (0), a curve for each value of the other.
-    fn strain(&self, w: &Whisker, along: usize) -> Panel {
+    fn strain(&self, w: &Alike, along: usize) -> Panel {
         let (x, other) = if along == 0 { (self.a, self.drive) } else { (self.drive, self.a) };
         let mut panel =
             Panel::new(w.name.clone(), quantity::axis(self.names[along]), quantity::axis(self.names[3]));
@@ -266,14 +262,14 @@ impl Taps<'_> {
         panel
     }
 
-    fn map(&self, w: &Whisker) -> Panel {
+    fn map(&self, w: &Alike) -> Panel {
         let of = |column: &[f64]| w.rows.iter().map(|r| column[*r]).collect::<Vec<_>>();
         let (a, drive, k) = (of(self.a), of(self.drive), of(self.k));
         let columns: [(&str, &[f64]); 2] = [("a_mm", &a), (self.names[1], &drive)];
         bins::every(&w.name, columns, |r| k[r], quantity::axis(self.names[2]))
     }
 
-    fn located(&self, w: &Whisker, error: bool) -> Panel {
+    fn located(&self, w: &Alike, error: bool) -> Panel {
         let y = if error { "error_mm" } else { "distance_mm" };
         let mut panel = Panel::new(w.name.clone(), quantity::axis("a_mm"), quantity::axis(y));
         let of = if error { self.error } else { self.distance };

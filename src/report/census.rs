@@ -1,4 +1,4 @@
-//! Figures of a benchmark: time against error.
+//! Figures of a census of taps: errors of a verification, time against error of a benchmark.
 
 use indexmap::{IndexMap, IndexSet};
 
@@ -14,11 +14,8 @@ const TIME: (&str, &str) = ("time per tap", "ns");
 /// Peers that take longer for a tap would leave no room for the others, ns.
 const SLOWEST: f64 = 1e8;
 
-/// Everything of the folder of `bench`.
-///
-/// # Errors
-/// Tables that are damaged.
-pub fn content(source: &Source) -> Result<Content, Error> {
+/// Time against error.
+pub fn of_bench(source: &Source) -> Result<Content, Error> {
     let mut c = Content::default();
     let work = source.table("work_precision.csv")?;
     figures(&work, source.maybe("peers.csv")?.as_ref())?.into_iter().for_each(|f| c.figure(f));
@@ -28,9 +25,6 @@ pub fn content(source: &Source) -> Result<Content, Error> {
 }
 
 /// Figures of the table `work`, with other programs that were measured on the same taps.
-///
-/// # Errors
-/// Tables that are damaged.
 pub fn figures(work: &Frame, peers: Option<&Frame>) -> Result<Vec<Figure>, InputError> {
     let mut all = vec![precision(work, peers)?, configurations(work)?];
     all.retain(|f| !f.is_empty());
@@ -184,6 +178,37 @@ fn configurations(work: &Frame) -> Result<Figure, InputError> {
     share(&mut panels);
     let caption = "Time of a tap against the strain error that 99 of 100 taps keep, of every configuration over tolerances; a line joins the points that no other beats (work_precision.csv).";
     Ok(Figure::new("configurations", "Every configuration", caption, panels))
+}
+
+/// Errors of every configuration on every backend.
+pub fn of_verify(source: &Source) -> Result<Content, Error> {
+    let mut c = Content::default();
+    let table = source.table("verify.csv")?;
+    c.answer = answer::of_verify(&table)?;
+    let place = |r: usize| (table.word("backend", r), table.word("precision", r));
+    let places: IndexSet<(String, String)> = (0..table.len()).map(place).collect();
+    let mut panels = Vec::new();
+    for p in &places {
+        let rows = table.rows(|r| place(r) == *p);
+        let names = rows.iter().rev().map(|r| table.word("configuration", *r)).collect();
+        let (x, y) = (Axis::log("strain error, relative", ""), Axis::words("", names));
+        let mut panel = Panel::new(format!("{} {}", p.0, p.1), x, y);
+        for (name, column, colour, marker) in [
+            ("median", "strain_error_median", 2, Marker::Circle),
+            ("99 % of taps below", "strain_error_p99", 0, Marker::Square),
+            ("worst tap", "strain_error_worst", 1, Marker::Diamond),
+            ("bound", "bound", 4, Marker::Cross),
+        ] {
+            let values = table.numbers(column)?;
+            let points =
+                rows.iter().rev().enumerate().map(|(i, r)| (values[*r], i as f64)).filter(|p| p.0 > 0.0);
+            panel = panel.with(Mark::points(Path::new(name, colour, points), marker));
+        }
+        panels.push(panel);
+    }
+    c.figure(Figure::new("errors", "Errors against the reference", "Strain error of every configuration on every backend, against the f64 reference (verify.csv); an error of 0 has no place on the axis.", panels));
+    c.first_rows(source, &["verify.csv"])?;
+    Ok(c)
 }
 
 #[cfg(test)]
