@@ -7,7 +7,7 @@ use super::point::{Noise, Placed, Point, placed};
 use super::stroke::{FEWEST, swept};
 use crate::error::{Error, InputError, SolveError};
 use crate::locate::Locator;
-use crate::locate::table::{Readings, Row};
+use crate::locate::table::{AnsweredRow, Readings};
 use crate::measure::skin::Skin;
 use crate::scene::Drive;
 
@@ -104,7 +104,7 @@ impl Trace {
         if with_strokes {
             for (number, rows) in members(&places, &readings.rows) {
                 go_on()?;
-                let of: Vec<&Row> = rows.iter().map(|&i| &readings.rows[i]).collect();
+                let of: Vec<&AnsweredRow> = rows.iter().map(|&i| &readings.rows[i]).collect();
                 let pose = &places[rows[0]].pose;
                 rows.iter().for_each(|&i| groups[i] = rows[0]);
                 let found =
@@ -167,7 +167,7 @@ impl Trace {
 }
 
 /// Strokes and their rows, in the order of the file; readings of the zero belong to none.
-fn members(places: &[Placed], rows: &[Row]) -> Vec<(f64, Vec<usize>)> {
+fn members(places: &[Placed], rows: &[AnsweredRow]) -> Vec<(f64, Vec<usize>)> {
     let mut all: Vec<(f64, Vec<usize>)> = Vec::new();
     for (i, place) in places.iter().enumerate().filter(|(i, _)| !rows[*i].rests) {
         let Some(stroke) = place.stroke else { continue };

@@ -12,9 +12,6 @@ pub const OUTLINE: usize = 400;
 
 /// Distances of points from the object; where the data say what was touched (`true_x_mm`, `true_y_mm` by the readings of a stroke,
 /// `touch_x_mm`, `touch_y_mm` first), from these places.
-///
-/// # Errors
-/// A word in the place of such a number.
 pub fn compared(trace: &Trace, readings: &Readings, object: &Object) -> Result<Value, InputError> {
     let there: Vec<usize> =
         (0..trace.points.len()).filter(|&i| trace.points[i].is_there() && !trace.outliers[i]).collect();

@@ -60,9 +60,6 @@ impl<'a> Source<'a> {
     }
 
     /// Reads the first line; a header goes to `rows`, anything else is given by [`Self::next`].
-    ///
-    /// # Errors
-    /// A header that does not fit the calibration; input that fails.
     pub fn first(&mut self, rows: &mut RowReader<'_>) -> Result<(), Error> {
         if std::mem::replace(&mut self.begun, true) {
             return Ok(());
@@ -140,9 +137,6 @@ impl<'a> Source<'a> {
     }
 
     /// The length of the next line that is no comment.
-    ///
-    /// # Errors
-    /// A comment that names other columns than the lines before it have; input that fails.
     fn read(&mut self, rows: &RowReader<'_>) -> Result<Option<usize>, Error> {
         loop {
             let LabTable::Text(reader) = &mut self.input else { return Ok(None) };

@@ -318,11 +318,6 @@ impl Locator {
         (drive - self.drive_origin, if wraps { wrapped(signal, lean) } else { signal })
     }
 
-    /// Whether a side is answered by a learned curve, whose taps of one object may be taken together.
-    pub(crate) fn is_learned(&self) -> bool {
-        self.sides.iter().any(|side| side.learned().is_some())
-    }
-
     /// Signal that the estimator expects of a tap at a (mm) by `drive`, on the side of `sign`; NaN where it expects nothing.
     pub fn expected(&self, a: f64, drive: f64, sign: f64) -> f64 {
         let drive = self.beyond_origin(drive);

@@ -15,7 +15,6 @@ pub mod calibration;
 pub mod free;
 pub(crate) mod group;
 mod kept;
-mod likely;
 mod lines;
 pub mod locator;
 pub mod next;

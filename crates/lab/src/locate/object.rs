@@ -98,7 +98,10 @@ impl<'a> Objects<'a> {
     pub fn can(who: Answerer<'_>, by: By<'_>) -> Result<(), InputError> {
         let locator = who.first();
         let two = who.is_twofold() && !matches!(by, By::Strokes(_));
-        if by == By::Unsaid || two || who.is_alone() && locator.is_learned() {
+        if by == By::Unsaid
+            || two
+            || who.is_alone() && locator.sides().iter().any(|side| side.learned().is_some())
+        {
             return Ok(());
         }
         let key = match by {
@@ -118,9 +121,6 @@ impl<'a> Objects<'a> {
     }
 
     /// Of readings of columns with these `names`; `None` where nothing tells them apart.
-    ///
-    /// # Errors
-    /// A column that is not there.
     pub(super) fn new(
         who: Answerer<'a>,
         names: &[String],
@@ -276,7 +276,8 @@ impl<'a> Objects<'a> {
             return Some(Together { taps, located, tilt, apart: None });
         };
         let apart = known.line_of(apart);
-        let mut status = locator.doubts_together(told.at[0] - shift, told.sigma[0]);
+        let side = &locator.sides()[locator.twofold.as_ref()?.side];
+        let mut status = side.doubts(told.at[0] - shift, None, told.sigma[0]);
         if apart.is_some_and(|(_, by)| by > pairs::limit(known.lines.len(), CHANCE)) {
             status |= Status::INCONSISTENT;
         }

@@ -69,16 +69,13 @@ pub(crate) struct Twofold {
     transfer: Transfer,
     skin: Skin,
     /// Place of the side of the gauge among those that are answered.
-    side: usize,
+    pub(super) side: usize,
     /// The model and what solves it, where the estimator inverts it; else tilt and strain come of linear theory.
     model: Option<(Pair, Mutex<Option<Method>>)>,
 }
 
 impl Twofold {
     /// Of a calibration with a second gauge; `None` of one without.
-    ///
-    /// # Errors
-    /// A backend that cannot be opened; a model without taps.
     pub(crate) fn new(
         calibration: &Calibration,
         rig: &Rig,
@@ -286,10 +283,5 @@ impl Locator {
             sigma_point: by.map(spread),
         };
         Ok((spatial, parts))
-    }
-
-    /// Words of warning of a distance and its standard deviation that several taps tell together.
-    pub(super) fn doubts_together(&self, a: f64, sigma: f64) -> Status {
-        self.twofold.as_ref().map_or(Status::OK, |two| self.sides()[two.side].doubts(a, None, sigma))
     }
 }

@@ -16,9 +16,6 @@ use crate::scene::{Drive, Signal};
 use crate::sink::lab::{LabCell, LabRow};
 use crate::status::Status;
 
-/// Taps from which on the work of answering them is shared by threads.
-const MANY: usize = 512;
-
 /// What answers readings: one whisker with one gauge or two, or a sensor with several channels.
 #[derive(Clone, Copy)]
 pub struct Answerer<'a> {
@@ -95,21 +92,11 @@ impl<'a> Answerer<'a> {
         self.several.is_some()
     }
 
-    /// The answers to `taps`, of two gauges with the contact in space.
+    /// The answers to `taps` of several signals, of two gauges with the contact in space.
     pub(super) fn answer(self, taps: &[Reading]) -> Result<Vec<Spatial>, Error> {
-        if self.is_twofold() {
-            return self.first().locate_pairs(taps);
-        }
-        let one = |t: &Reading| {
-            Spatial::of(match self.several {
-                Some(several) => several.locate(t.drive, &t.signals, &t.shares),
-                None => self.first().locate_above(t.drive, t.signals[0], 0.0, t.shares[0]),
-            })
-        };
-        Ok(match self.is_alone() && taps.len() < MANY {
-            true => taps.iter().map(one).collect(),
-            false => taps.par_iter().map(one).collect(),
-        })
+        let Some(several) = self.several else { return self.first().locate_pairs(taps) };
+        let one = |t: &Reading| Spatial::of(several.locate(t.drive, &t.signals, &t.shares));
+        Ok(taps.par_iter().map(one).collect())
     }
 
     /// What the user said of columns, as signal `k` reads it.
@@ -163,9 +150,6 @@ impl<'a> RowReader<'a> {
 
     /// Looks at the first row, after these `comments`. True if it is a header: it names a column that is known, or, in a `file`, anything that is
     /// no number. If it is none, a comment may be.
-    ///
-    /// # Errors
-    /// Columns that do not fit the calibration.
     pub fn first(
         &mut self,
         row: LabRow<'_>,

@@ -56,9 +56,6 @@ impl Sequence {
 pub const SHIFT: &str = "shift_mm";
 
 /// Place of the column [`SHIFT`] among `names`.
-///
-/// # Errors
-/// A column that is nearly called so.
 pub fn shift_column(names: &[String]) -> Result<Option<usize>, InputError> {
     let found = names.iter().position(|n| n == SHIFT);
     let parts = |n: &str| n.to_lowercase().split('_').map(str::to_owned).collect::<Vec<_>>();

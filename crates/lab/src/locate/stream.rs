@@ -10,7 +10,7 @@ use super::object::{By, Objects};
 use super::pair::Spatial;
 use super::rows::{Answerer, Reading};
 pub use super::tared::zeros;
-use super::tared::{Once, Tared};
+use super::tared::{Once, TaredRows};
 use crate::combinations::Combinations;
 use crate::error::{Error, InputError};
 use crate::fields::plain;
@@ -122,7 +122,7 @@ pub fn answer(
         // A reader of a stream may wait for its header.
         write(&table, true)?;
     }
-    let mut tared = Tared::new(who, input, ask, zero)?;
+    let mut tared = TaredRows::new(who, input, ask, zero)?;
     if let Some(lag) = locator.lag.filter(|_| !tared.rows.is_timed()) {
         (ask.warn)(&format!(
             "the readings of the calibration lag ({:.2} % of a change with a time constant of {:.2} s), and these have no column t_s: they are \
@@ -141,7 +141,7 @@ pub fn answer(
         kept
     });
     let (mut one, mut untimed, mut stopped) = (None, Once::default(), None);
-    let mut batch: Vec<Answered> = Vec::new();
+    let mut batch: Vec<PendingLine> = Vec::new();
     while let Some(mut row) = tared.next()? {
         let line = &row.line;
         if stop.load(Ordering::Relaxed) && !line.whole {
@@ -213,11 +213,11 @@ pub fn answer(
 }
 
 /// A line: what stands before its answer, the answer or the tap that is still to be answered, and what follows it.
-type Answered = (Vec<Field>, Result<Spatial, Reading>, Vec<Field>);
+type PendingLine = (Vec<Field>, Result<Spatial, Reading>, Vec<Field>);
 
 /// Adds the `lines` with their answers to `table`, and forgets them.
 fn put(
-    lines: &mut Vec<Answered>,
+    lines: &mut Vec<PendingLine>,
     (who, interval): (Answerer<'_>, bool),
     table: &mut Frame,
     counts: &mut Counts,

@@ -5,7 +5,7 @@ use super::pair::Spatial;
 use super::pairs::Parts;
 use super::rows::{Answerer, Reading};
 use super::stream::{Ask, zeros};
-use super::tared::Tared;
+use super::tared::TaredRows;
 use super::{Located, Locator};
 use crate::error::{Error, InputError};
 use crate::sink::frame::Frame;
@@ -16,7 +16,7 @@ use crate::status::Status;
 
 /// A row and its answer.
 #[derive(Debug, Clone)]
-pub struct Row {
+pub struct AnsweredRow {
     /// Line of the file, from 1.
     pub line: usize,
     /// Its fields, those of [`Readings::names`]; empty where the line has another shape.
@@ -49,7 +49,7 @@ pub struct Readings {
     /// The table of the answers without rows: what is kept of each reading, and the columns that are added.
     pub empty: Frame,
     /// In the order of the file.
-    pub rows: Vec<Row>,
+    pub rows: Vec<AnsweredRow>,
 }
 
 impl Readings {
@@ -76,10 +76,10 @@ impl Readings {
             ));
         }
         let of_frame = if let LabTable::Frame(frame) = input { Some(frame) } else { None };
-        let mut tared = Tared::new(who, input.into(), ask, Some(read))?;
+        let mut tared = TaredRows::new(who, input.into(), ask, Some(read))?;
         let kept = Kept::new(&tared.rows, of_frame, &heading.names_from("zero"));
         let names = tared.rows.names();
-        let mut rows: Vec<Row> = Vec::new();
+        let mut rows: Vec<AnsweredRow> = Vec::new();
         while let Some(row) = tared.next()? {
             let fields: Vec<_> = row.cells.into_iter().map(LabCell::into_owned).collect();
             let located = match &row.tap {
@@ -88,7 +88,7 @@ impl Readings {
                 Ok(tap) => locator.locate_above(tap.drive, tap.signals[0], 0.0, tap.shares[0]),
             };
             let tap = row.tap.ok();
-            rows.push(Row {
+            rows.push(AnsweredRow {
                 line: row.line.number,
                 kept: kept.fields(row.line.number, &fields, [row.drive, row.recorded[0], row.zero]),
                 fields: if fields.len() == names.len() { fields } else { Vec::new() },
@@ -118,16 +118,13 @@ impl Readings {
     }
 
     /// Values of the column `name`, NaN where a row says nothing; `None` where there is no such column.
-    ///
-    /// # Errors
-    /// A column that appears twice; a word where a number must stand.
     pub fn numbers(&self, name: &str) -> Result<Option<Vec<f64>>, InputError> {
         let Some(place) = self.column(name) else { return Ok(None) };
         if self.names.iter().filter(|n| *n == name).count() > 1 {
             let error = InputError::new("this column appears twice").at(self.file.clone(), Some(1));
             return Err(error.key(name).allowed("each column once"));
         }
-        let value = |row: &Row| match row.fields.get(place) {
+        let value = |row: &AnsweredRow| match row.fields.get(place) {
             None => Ok(f64::NAN),
             Some(field) => field.number().ok_or_else(|| {
                 let error = InputError::new("this is not a number").at(self.file.clone(), Some(row.line));

@@ -82,7 +82,7 @@ pub fn zeros(
 }
 
 /// A row and the tap that it is.
-pub(super) struct Row<'b> {
+pub(super) struct TaredRow<'b> {
     pub line: Line<'b>,
     /// Its fields by the names of the columns.
     pub cells: Vec<LabCell<'b>>,
@@ -101,7 +101,7 @@ pub(super) struct Row<'b> {
 }
 
 /// Rows of readings, one by one, above their zeros.
-pub(super) struct Tared<'a> {
+pub(super) struct TaredRows<'a> {
     who: Answerer<'a>,
     source: Source<'a>,
     pub rows: RowReader<'a>,
@@ -118,12 +118,9 @@ pub(super) struct Tared<'a> {
     unclear: Once,
 }
 
-impl<'a> Tared<'a> {
+impl<'a> TaredRows<'a> {
     /// Of `input`, whose columns are read. `zero` is that of the file, of each signal, if it has one; else the zero readings among the rows serve
     /// those after them.
-    ///
-    /// # Errors
-    /// A header that does not fit the calibration; a zero that no such signal has; input that fails.
     pub fn new(
         who: Answerer<'a>,
         input: LabStream<'a>,
@@ -139,7 +136,7 @@ impl<'a> Tared<'a> {
     }
 
     /// The next row; `None` at the end.
-    pub fn next(&mut self) -> Result<Option<Row<'_>>, Error> {
+    pub fn next(&mut self) -> Result<Option<TaredRow<'_>>, Error> {
         let Self { who, source, rows, ask, .. } = self;
         let (who, ask) = (*who, *ask);
         let Some(line) = source.next(rows)? else { return Ok(None) };
@@ -158,8 +155,16 @@ impl<'a> Tared<'a> {
         let (drive, recorded) = read.unwrap_or_else(|| (f64::NAN, vec![f64::NAN; who.signals()]));
         let (rests, untimed) = (who.rests(drive, &recorded), rows.untimed);
         let follows = std::mem::replace(&mut self.follows, rests);
-        let mut row =
-            Row { line, cells, drive, recorded, rests, untimed, zero: f64::NAN, tap: Err(Status::NO_STRAIN) };
+        let mut row = TaredRow {
+            line,
+            cells,
+            drive,
+            recorded,
+            rests,
+            untimed,
+            zero: f64::NAN,
+            tap: Err(Status::NO_STRAIN),
+        };
         if rests {
             self.zeros += 1;
             see(who, ask, &mut self.tares, &row, (self.zeros, follows));
@@ -189,7 +194,13 @@ impl<'a> Tared<'a> {
 }
 
 /// Takes a zero reading of a stream, the `count`-th, which `follows` another one or not.
-fn see(who: Answerer<'_>, ask: &Ask<'_>, tares: &mut [Tare], row: &Row<'_>, (count, follows): (u64, bool)) {
+fn see(
+    who: Answerer<'_>,
+    ask: &Ask<'_>,
+    tares: &mut [Tare],
+    row: &TaredRow<'_>,
+    (count, follows): (u64, bool),
+) {
     let line = row.line.number;
     if let Some(zero) = ask.zero[0].filter(|_| count == 1) {
         let zero = plain(zero);
@@ -220,9 +231,6 @@ fn doubts(who: Answerer<'_>, ask: &Ask<'_>, zeros: &[Option<(f64, f64)>]) {
 }
 
 /// The zero of each signal: that of the file, if it has any, else what the user said or the calibration fitted.
-///
-/// # Errors
-/// A zero that no such signal has.
 fn tares(
     who: Answerer<'_>,
     rows: &RowReader<'_>,

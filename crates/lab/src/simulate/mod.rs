@@ -27,9 +27,6 @@ pub const BESIDE: [&str; 4] = ["repeat", "source", "fault", "status"];
 pub const MOST_ROWS: u64 = u32::MAX as u64;
 
 /// What a rig of `rig` records: the `asked` column, which `key` names, else that of its sensor.
-///
-/// # Errors
-/// A column that is none; one of another signal than that of the sensor.
 pub fn recorded(rig: &Rig, asked: Option<&str>, key: &str) -> Result<Unit, InputError> {
     let Some(name) = asked else { return Ok(Unit::of_signal(rig.setup.signal)) };
     let unit = Unit::of_column(name).ok_or_else(|| {
@@ -224,9 +221,6 @@ pub struct SimulatedTaps<'a> {
 
 /// Simulates taps of `rig` where they are asked for: for every distance, for every repeat, all strokes in turn. `write` takes rows of
 /// the table.
-///
-/// # Errors
-/// A backend or a file that fails.
 pub fn simulate(
     rig: &Rig,
     asked: SimulatedTaps<'_>,
