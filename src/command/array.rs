@@ -102,7 +102,7 @@ pub fn run(asked: &ArrayRequest, context: &Context<'_>) -> Result<Reply, Error> 
     let mut destination = context.open(&out, question, &["located.csv"], options.force)?;
     destination.table(answered.table)?;
     let counts = json!({
-        "readings": answered.rows, "zero_readings": answered.zeros, "status": answered.status, "combinations": answered.combinations.named(),
+        "readings": answered.rows, "zero_readings": answered.zeros, "status": answered.combinations.words(), "combinations": answered.combinations.named(),
     });
     let (seconds, array) = (context.seconds(), asked.array.display().to_string());
     let body = json!({

@@ -116,7 +116,7 @@ pub fn run(asked: &BenchRequest, context: &Context<'_>) -> Result<Reply, Error> 
     let mut table = heading.frame(&[]);
     rows().try_for_each(|row| table.row(row))?;
     // A run that was stopped has no time for figures.
-    let figures = if stopped { Vec::new() } else { report::of_bench(&table)? };
+    let figures = if stopped { Vec::new() } else { report::of_bench(&table, None)? };
     destination.table(table)?;
     for figure in figures {
         for (name, bytes) in figure::files(&figure, &Style::default(), &[Format::Svg, Format::Png])? {

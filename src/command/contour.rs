@@ -5,22 +5,26 @@ use std::path::{Path, PathBuf};
 
 use clap::Args as Flags;
 use serde::Deserialize;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::{Common, Context, Reply, estimator, estimators, folder, meant, named, number, stem};
 use crate::contour::curve::{Curve, Kind};
 use crate::contour::point::Noise;
 use crate::contour::trace::{Trace, TraceOptions};
-use crate::contour::traced::{self, Traced};
-use crate::contour::{truth::Edge, write};
+use crate::contour::truth::{OUTLINE, compared};
+use crate::contour::write;
 use crate::error::{Error, InputError};
-use crate::locate::SaidZero;
+use crate::locate::stream::Ask;
+use crate::locate::table::Readings;
+use crate::locate::{Locator, SaidZero, locator::opener};
 use crate::measure::Names;
 use crate::measure::skin::PLACES;
 use crate::report::of_contour;
 use crate::simulate::strokes::Strokes;
-use crate::sink::folder::Question;
+use crate::sink::folder::{Question, hash};
 use crate::sink::frame::Frame;
+use crate::sink::heading::heading;
+use crate::sink::run_json;
 
 /// The contour of an object.
 #[derive(Debug, Flags, Deserialize)]
@@ -93,45 +97,65 @@ pub fn run(asked: &ContourRequest, context: &Context<'_>) -> Result<Reply, Error
         return Ok(Reply::planned(out, |to| format!("would trace the points of {data} to {to}")));
     }
     let label = |path: &Path| path.display().to_string();
-    let known = asked.truth.as_deref().map(label);
-    let question = traced::Question {
-        calibration: (&calibration, &label(&asked.calibration)),
-        estimator,
-        data: (measured.rows(), &label(&asked.data)),
-        columns: (&columns, asked.columns.as_deref()),
-        zero: asked.zero.as_ref(),
-        asked: traced,
-        truth: truth.as_ref().map(|strokes| &strokes.object as &dyn Edge).zip(known.as_deref()),
-    };
+    let (calibrated, file) = (label(&asked.calibration), label(&asked.data));
+    let locator = Locator::new(&calibration, &calibrated, estimator, &opener(&options))?;
+    context.warn_all(&calibration.rig.warnings);
     let warn = |text: &str| context.warn(text);
-    let traced = Traced::new(&question, &options, &warn, context.host().stop(false))?;
-    let mut question = Question::new("contour", &stem, traced.settings.clone());
-    question.inputs.extend(truth.iter().flat_map(|strokes| strokes.files.iter().cloned()));
-    let mut destination = context.open(&out, question, &write::FILES, options.force)?;
-    destination.table(traced.points.clone())?;
-    destination.table(traced.curve.clone())?;
-    if truth.is_some() {
-        let mut outline = Frame::of("outline", ["x_mm", "y_mm"]);
-        traced.outline.iter().try_for_each(|place| outline.row(place.map(Into::into)))?;
-        destination.keep(outline);
+    let zero = SaidZero::of(asked.zero.as_ref(), [&locator])?;
+    let ask = Ask { zero, ..Ask::of_file(&file, &columns, &warn) };
+    let readings = Readings::of(&locator, measured.rows(), &ask, heading("points"))?;
+    let trace = Trace::new(&locator, &readings, &traced, context.host().stop(false))?;
+    if !trace.on_surface && asked.contact.is_none() && locator.rig.known {
+        warn(
+            "the model of the calibration has contact on the whisker's centreline, and so are the points: on a real whisker they are off the \
+             object by its radius. --contact surface puts them on its side",
+        );
     }
-    destination.draw("contour.svg", || {
-        Ok(of_contour(&traced.points, &traced.curve, traced.kind(), &traced.outline)?)
-    })?;
+    if !trace.points.iter().any(|point| point.is_there()) {
+        warn("no row gives a point; the column status of points.csv says why");
+    }
+    let (digest, checksum, by) = (measured.rows().hash()?, &calibration.checksum, locator.estimator.name());
+    let settings = json!({
+        "data": digest, "calibration": checksum, "estimator": by, "columns": asked.columns, "zero": SaidZero::json(asked.zero.as_ref()),
+        "angle_noise_deg": noise.angle, "base_noise_mm": noise.base, "touch_noise_deg": noise.touch,
+        "contact": asked.contact, "taps": asked.taps, "curve": asked.curve, "truth": asked.truth.as_deref().map(label),
+    });
+    let (mut result, counts) = (write::described(&trace), write::counts(&trace, &readings));
+    result["estimator"] = by.into();
+    let object = truth.as_ref().map(|strokes| &strokes.object);
+    if let Some(object) = object {
+        result["truth"] = compared(&trace, &readings, object)?;
+    }
+    let mut question = Question::new("contour", &stem, settings.clone());
+    question.inputs.extend(truth.iter().flat_map(|strokes| strokes.files.iter().cloned()));
+    let (points, curve) = (write::points(&trace, &readings)?, write::curve(&trace)?);
+    let mut destination = context.open(&out, question, &write::FILES, options.force)?;
+    destination.table(points.clone())?;
+    destination.table(curve.clone())?;
+    let outline = object.map_or_else(Vec::new, |object| object.along(OUTLINE));
+    if object.is_some() {
+        let mut frame = Frame::of("outline", ["x_mm", "y_mm"]);
+        outline.iter().try_for_each(|place| frame.row(place.map(Into::into)))?;
+        destination.keep(frame);
+    }
+    let kind = trace.curve.as_ref().map_or("", |chosen| chosen.kind.word());
+    destination.draw("contour.svg", || Ok(of_contour(&points, &curve, kind, &outline)?))?;
     let seconds = context.seconds();
-    let mut document = traced.document(&stem, &seconds);
-    document["warnings"] = context.told().into();
-    let Traced { counts, result, .. } = &traced;
-    let text = summary(&traced.trace, counts, result, traced.estimator);
-    let mut result = result.clone();
+    let identity = hash(&format!("{digest}\n{checksum}\n{settings}"));
+    let body = json!({
+        "calibration": { "file": calibrated, "checksum": checksum }, "data": { "file": file, "hash": digest },
+        "settings": settings, "counts": counts, "result": result, "seconds": seconds, "warnings": context.told(),
+    });
+    let document = run_json::document("contour", json!({ "name": stem, "hash": identity }), body);
+    let text = summary(&trace, &counts, &result, by);
     result["warnings"] = context.told().into();
-    let reply = Reply { text, counts: counts.clone(), seconds, result, ..Reply::default() };
+    let reply = Reply { text, counts, seconds, result, ..Reply::default() };
     Ok(reply.filed(destination, document, out, context)?.answered())
 }
 
 fn summary(trace: &Trace, counts: &Value, result: &Value, estimator: &str) -> String {
     let mut text = String::new();
-    let as_taps = trace.strokes.iter().filter(|s| s.sharp.is_none()).count();
+    let as_taps = trace.strokes.iter().filter(|s| s.object.is_none()).count();
     let strokes = match trace.strokes.len() {
         0 => String::new(),
         n => format!(", {n} strokes, {as_taps} of them as taps"),
@@ -144,7 +168,8 @@ fn summary(trace: &Trace, counts: &Value, result: &Value, estimator: &str) -> St
         }
         Ok(chosen) => {
             for j in &chosen.judged {
-                let (kind, rms, outliers, [more, or]) = (j.kind.word(), j.left_out_rms, j.outliers, j.more);
+                let (kind, rms, outliers) = (j.kind.word(), j.left_out_rms_mm, j.outliers);
+                let (more, or) = (j.loss_more_than_best, j.loss_more_se);
                 let drawn = if j.kind == chosen.kind { "  <- drawn" } else { "" };
                 let _ = writeln!(
                     text,

@@ -11,13 +11,12 @@ use serde_json::json;
 use super::{Common, Context, Reply, estimator, estimators, folder, named, number, stem};
 use crate::digits::short;
 use crate::error::{Error, InputError};
-use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path as Drawn};
-use crate::locate::next::{May, Next, Tried, next};
-use crate::locate::object::{NAME, UnlocatedTap};
+use crate::locate::next::{May, next};
+use crate::locate::object::NAME;
 use crate::locate::sequence::{SHIFT, shift_column};
 use crate::locate::stream::Ask;
 use crate::locate::table::Readings;
-use crate::locate::{Locator, SaidZero, locator::opener};
+use crate::locate::{Locator, Reading, SaidZero, locator::opener};
 use crate::measure::Names;
 use crate::scene::Drive;
 use crate::sink::folder::{Question, hash};
@@ -128,7 +127,7 @@ fn read(
     table: LabTable<'_>,
     path: &Path,
     warn: &dyn Fn(&str),
-) -> Result<(Vec<UnlocatedTap>, Vec<usize>), Error> {
+) -> Result<(Vec<Reading>, Vec<usize>), Error> {
     let columns = asked.columns.as_deref().map(Names::parse).transpose()?.unwrap_or_default();
     let zero = SaidZero::of(asked.zero.as_ref(), [locator])?;
     let label = path.display().to_string();
@@ -146,21 +145,18 @@ fn read(
     };
     shift_column(&readings.names)?;
     let shifts = readings.numbers(SHIFT)?;
-    let mut zeros = 0;
     let mut all = Vec::new();
     for (k, row) in readings.rows.iter().enumerate() {
-        zeros += u64::from(row.rests);
+        let object = word(&row.fields);
         // A row without an object is of none, where others have one.
-        let named = place.is_none() || !word(&row.fields).is_empty();
-        if !row.rests && row.drive.is_finite() && row.signal.is_finite() && named {
+        let named = place.is_none() || !object.is_empty();
+        if let Some(tap) = row.tap.as_ref().filter(|_| named) {
             let shift = shifts.as_ref().map_or(0.0, |all| all[k]);
-            let (drive, signal, share, line) = (row.drive, row.signal, row.share, row.line);
-            let tap = UnlocatedTap { line, drive, signal, share, zero: zeros, shift };
-            all.push((tap, line, word(&row.fields)));
+            all.push((Reading { shift, ..tap.clone() }, object));
         }
     }
     let taps = || all.iter();
-    let objects: BTreeSet<String> = taps().map(|tap| tap.2.clone()).collect();
+    let objects: BTreeSet<String> = taps().map(|tap| tap.1.clone()).collect();
     let only = match &asked.only {
         Some(only) if !objects.contains(only) => {
             let error = InputError::new("no tap is of this object").at(label.clone(), None).key("--only");
@@ -173,8 +169,8 @@ fn read(
         }
         only => only.clone(),
     };
-    let own = taps().filter(|tap| only.as_ref().is_none_or(|only| tap.2 == *only));
-    let (taps, lines): (Vec<UnlocatedTap>, Vec<usize>) = own.map(|tap| (tap.0, tap.1)).unzip();
+    let own = taps().filter(|tap| only.as_ref().is_none_or(|only| tap.1 == *only));
+    let (taps, lines): (Vec<Reading>, Vec<usize>) = own.map(|(tap, _)| (tap.clone(), tap.line)).unzip();
     if taps.is_empty() {
         warn(&format!("{label}: no row is a tap; this is about the first one"));
     }

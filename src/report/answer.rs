@@ -212,9 +212,6 @@ pub fn of_channels(source: &Source) -> String {
 }
 
 /// Readings and their distances; `zeros` of them are zero readings, which have none.
-///
-/// # Errors
-/// A table without distances.
 pub fn of_readings(table: &Frame, zeros: usize) -> Result<String, InputError> {
     let (distance, sigma) = (table.numbers("distance_mm")?, table.numbers("sigma_mm")?);
     let answered = table.rows(|r| distance[r].is_finite());

@@ -2,7 +2,7 @@
 
 use indexmap::IndexMap;
 
-use super::content::{Content, SHOWN};
+use super::content::{Content, points_of};
 use super::designs::{DRIVES, SD};
 use super::quantity::{self, distinct};
 use super::source::Source;
@@ -16,10 +16,6 @@ const CURVES: usize = 6;
 /// Said of panels whose axis may be cut.
 const CUT: &str = "The axis fits the bulk of the taps; an arrow at the edge stands for a tap beyond it.";
 
-/// Everything of the folder of `calibrate`.
-///
-/// # Errors
-/// Tables that are missing or damaged.
 pub fn content(source: &Source) -> Result<Content, Error> {
     if let Some(taps) = source.maybe("channels.csv")? {
         return of_channels(source, &taps);
@@ -61,19 +57,11 @@ pub fn content(source: &Source) -> Result<Content, Error> {
 fn of_channels(source: &Source, taps: &Frame) -> Result<Content, Error> {
     let mut c = Content { answer: answer::of_channels(source), ..Content::default() };
     let channels = source.run["result"]["channels"].as_array().cloned().unwrap_or_default();
-    let uses = [("used", 0, Marker::Circle), ("suspect", 1, Marker::Square)];
     let of = |word: &str| taps.rows(|r| taps.word("use", r) == word);
-    let with = |panel: Panel, y: &[f64], error: &[f64]| {
-        uses.iter().fold(panel.with(Mark::zero()), |panel, (word, colour, marker)| {
-            let (rows, a) = (of(word), taps.numbers("a_mm").unwrap_or_default());
-            panel.with(Mark::Points {
-                path: Path::new(*word, *colour, rows.iter().map(|r| (a[*r], y[*r]))),
-                marker: *marker,
-                error: if error.is_empty() { Vec::new() } else { rows.iter().map(|r| error[*r]).collect() },
-                rows: if taps.len() <= SHOWN { rows.clone() } else { Vec::new() },
-                notes: rows.iter().map(|r| format!("line {}", taps.word("line", *r))).collect(),
-            })
-        })
+    let with = |panel: Panel, y: &[f64], error: &[f64]| -> Result<Panel, InputError> {
+        let used = points(taps, ("used", 0, Marker::Circle), &of("used"), y, error)?;
+        let suspect = points(taps, ("suspect", 1, Marker::Square), &of("suspect"), y, error)?;
+        Ok(outliers::cut(panel.with(Mark::zero()).with(used).with(suspect), "used"))
     };
     let mut panels = Vec::new();
     for channel in &channels {
@@ -85,21 +73,16 @@ fn of_channels(source: &Source, taps: &Frame) -> Result<Content, Error> {
         let (signal, expected) = (taps.numbers(name)?, taps.numbers(&format!("{name}_expected"))?);
         let left: Vec<f64> = signal.iter().zip(expected).map(|(y, e)| y - e).collect();
         let y = Axis::new(&format!("{name} − expected"), &quantity::axis(column).unit);
-        panels.push(outliers::cut(with(Panel::new(name, quantity::axis("a_mm"), y), &left, &[]), "used"));
+        panels.push(with(Panel::new(name, quantity::axis("a_mm"), y), &left, &[])?);
     }
     let caption = format!("Signal of each channel less what its calibration expects (channels.csv). {CUT}");
     c.figure(Figure::new("residuals", "Residuals of each channel", caption, panels));
     let panel = Panel::new("", quantity::axis("a_mm"), Axis::new("error â − a", "mm"));
-    let panel = with(panel, taps.numbers("error_mm")?, taps.numbers("sigma_mm")?);
+    let panel = with(panel, taps.numbers("error_mm")?, taps.numbers("sigma_mm")?)?;
     let caption = format!(
         "Error of the distance that all channels tell together, of calibrated taps, with the standard deviation that is given for it (channels.csv). {CUT}"
     );
-    c.figure(Figure::new(
-        "errors",
-        "Errors of all channels together",
-        caption,
-        vec![outliers::cut(panel, "used")],
-    ));
+    c.figure(Figure::new("errors", "Errors of all channels together", caption, vec![panel]));
     if let Some(figure) = coverage(taps, &of("used"), ("error_mm", "calibrated distances", "channels.csv"))? {
         c.figure(figure);
     }
@@ -197,44 +180,30 @@ fn used(rows: &Frame) -> [Vec<usize>; 2] {
     [of("used"), of("suspect")]
 }
 
-/// Points of `rows` with what is said of them.
+/// Points of `rows` over their distances, with the line of each and why it is suspect.
 fn points(
     table: &Frame,
-    name: &str,
-    colour: usize,
-    marker: Marker,
+    (name, colour, marker): (&str, usize, Marker),
     rows: &[usize],
-    y: &str,
-    error: Option<&str>,
+    y: &[f64],
+    error: &[f64],
 ) -> Result<Mark, InputError> {
-    let (a, y) = (table.numbers("a_mm")?, table.numbers(y)?);
-    let note = |r: &usize| {
-        let reason = table.word("reason", *r);
+    let a = table.numbers("a_mm")?;
+    let note = |r: usize| {
+        let reason = table.word("reason", r);
         let why = if reason.is_empty() { String::new() } else { format!(": {reason}") };
-        format!("line {}{why}", table.word("line", *r))
+        format!("line {}{why}", table.word("line", r))
     };
-    let bars = error.map(|column| table.numbers(column)).transpose()?;
-    Ok(Mark::Points {
-        path: Path::new(name, colour, rows.iter().map(|r| (a[*r], y[*r]))),
-        marker,
-        error: bars.map_or(Vec::new(), |e| rows.iter().map(|r| e[*r]).collect()),
-        rows: if table.len() <= SHOWN { rows.to_vec() } else { Vec::new() },
-        notes: rows.iter().map(note).collect(),
-    })
+    let path = Path::new(name, colour, rows.iter().map(|r| (a[*r], y[*r])));
+    Ok(points_of(table, (path, marker), rows, error, note))
 }
 
 fn residuals(rows: &Frame, signal: &str) -> Result<Figure, InputError> {
     let [used, suspect] = used(rows);
     let y = Axis::new(&format!("{signal} − expected"), &quantity::axis(signal).unit);
-    let mut panel = Panel::new("", quantity::axis("a_mm"), y).with(Mark::zero()).with(points(
-        rows,
-        "used",
-        0,
-        Marker::Circle,
-        &used,
-        "residual",
-        None,
-    )?);
+    let residual = rows.numbers("residual")?;
+    let of_used = points(rows, ("used", 0, Marker::Circle), &used, residual, &[])?;
+    let mut panel = Panel::new("", quantity::axis("a_mm"), y).with(Mark::zero()).with(of_used);
     let mut reasons: IndexMap<String, Vec<usize>> = IndexMap::new();
     for r in &suspect {
         let word = rows.word("reason", *r);
@@ -243,7 +212,7 @@ fn residuals(rows: &Frame, signal: &str) -> Result<Figure, InputError> {
     }
     for (i, (why, all)) in reasons.iter().enumerate() {
         let (name, (colour, marker)) = (format!("suspect: {why}"), series(i + 1));
-        panel = panel.with(points(rows, &name, colour, marker, all, "residual", None)?);
+        panel = panel.with(points(rows, (&name, colour, marker), all, residual, &[])?);
     }
     let why = reasons.iter().map(|(w, all)| format!("{} {w}", all.len())).collect::<Vec<_>>().join(", ");
     let why = if why.is_empty() { "no row is suspect".to_owned() } else { format!("suspect: {why}") };
@@ -253,18 +222,16 @@ fn residuals(rows: &Frame, signal: &str) -> Result<Figure, InputError> {
 
 fn held_out(rows: &Frame) -> Result<Figure, InputError> {
     let [used, _] = used(rows);
+    let (error, sigma) = (rows.numbers("held_out_error_mm")?, rows.numbers("sigma_mm")?);
+    let name = "error ± σ";
     let panel = Panel::new("", quantity::axis("a_mm"), Axis::new("error â − a", "mm"))
         .with(Mark::zero())
-        .with(points(rows, "error ± σ", 0, Marker::Circle, &used, "held_out_error_mm", Some("sigma_mm"))?);
+        .with(points(rows, (name, 0, Marker::Circle), &used, error, sigma)?);
     let caption = format!(
         "Error of each tap when its distance is left out of the calibration, with the standard deviation that is given for it (rows.csv). {CUT}"
     );
-    Ok(Figure::new(
-        "held_out",
-        "Errors on distances left out",
-        caption,
-        vec![outliers::cut(panel, "error ± σ")],
-    ))
+    let panels = vec![outliers::cut(panel, name)];
+    Ok(Figure::new("held_out", "Errors on distances left out", caption, panels))
 }
 
 /// Share of taps whose error is within so many σ, beside that of a normal distribution.

@@ -7,11 +7,29 @@ use serde_json::{Value, json};
 use super::quantity;
 use super::source::Source;
 use crate::error::Error;
-use crate::figure::Figure;
+use crate::figure::{Figure, Mark, Marker, Path};
 use crate::sink::frame::Frame;
 
 /// Rows of a table in the page.
 pub const SHOWN: usize = 1500;
+
+/// Points of `rows` of `table` along `path`, with bars of these half lengths in y by row, and what `note` says of each row. They are linked with the rows
+/// of the page if all of these are in it.
+pub fn points_of(
+    table: &Frame,
+    (path, marker): (Path, Marker),
+    rows: &[usize],
+    error: &[f64],
+    note: impl Fn(usize) -> String,
+) -> Mark {
+    Mark::Points {
+        path,
+        marker,
+        error: rows.iter().filter_map(|r| error.get(*r).copied()).collect(),
+        rows: if table.len() <= SHOWN { rows.to_vec() } else { Vec::new() },
+        notes: rows.iter().map(|r| note(*r)).collect(),
+    }
+}
 
 /// Figures and tables of a result.
 #[derive(Debug, Default)]
@@ -20,27 +38,13 @@ pub struct Content {
     pub answer: String,
     /// In the order of the page.
     pub figures: Vec<Figure>,
-    /// Behind them.
-    pub tables: Vec<Shown>,
+    /// Tables behind them as the page takes them: file, number of its rows, how those that are shown were chosen, whether these are the lines of the parallel
+    /// coordinates and points of the front, columns, values, places of the rows in the file.
+    pub tables: Vec<Value>,
     /// Figures of the result in a line each, name and value.
     pub facts: Vec<(String, String)>,
     /// What was left out, and what is to be minded.
     pub notes: Vec<String>,
-}
-
-/// A table in the page.
-#[derive(Debug)]
-pub struct Shown {
-    /// File.
-    pub file: String,
-    /// Rows that are shown, of the whole table.
-    pub rows: Vec<usize>,
-    /// How many there are, and how those were chosen.
-    pub of: (usize, String),
-    /// Its lines are those of the parallel coordinates and points of the front.
-    pub linked: bool,
-    /// Columns and rows.
-    pub json: Value,
 }
 
 impl Content {
@@ -68,8 +72,9 @@ impl Content {
         let columns: Vec<Value> = table.names.iter().map(column).collect();
         let values: Vec<Value> =
             rows.iter().map(|r| (0..table.columns.len()).map(|c| table.json(c, *r)).collect()).collect();
-        let json = json!({ "columns": columns, "rows": values });
-        self.tables.push(Shown { file, of: (table.len(), how.to_owned()), rows, linked, json });
+        self.tables.push(json!({
+            "file": file, "of": table.len(), "how": how, "linked": linked, "columns": columns, "rows": values, "at": rows,
+        }));
     }
 
     /// With the first rows of `table`.

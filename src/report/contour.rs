@@ -15,10 +15,6 @@ const CORNERS: usize = 24;
 /// Standard deviations that ellipses and the band reach.
 const WIDE: f64 = 2.0;
 
-/// Everything of the folder of `contour`.
-///
-/// # Errors
-/// Tables that are missing or damaged.
 pub fn content(source: &Source) -> Result<Content, Error> {
     let mut c = Content::default();
     let (points, curve) = (source.table("points.csv")?, source.table("curve.csv")?);
@@ -34,9 +30,6 @@ pub fn content(source: &Source) -> Result<Content, Error> {
 }
 
 /// The figure of the tables; `outline`: what the object is known to be.
-///
-/// # Errors
-/// Tables that are damaged.
 pub fn figure(points: &Frame, curve: &Frame, kind: &str, outline: &[[f64; 2]]) -> Result<Figure, InputError> {
     let [x, y, major, minor, axis] =
         ["x_mm", "y_mm", "sigma_major_mm", "sigma_minor_mm", "axis_deg"].map(|n| points.numbers(n));

@@ -183,61 +183,62 @@ pub fn maps(table: &Frame, fine: &[bool], quantity: &str) -> Result<Option<Figur
     Ok(Some(Figure::new(&format!("map_{quantity}"), &title, caption, panels)))
 }
 
-/// Whiskers of a table: what is said of each, and its rows. At most `most`, those with the least `by` in a `fine` row.
+/// Whiskers of a table at one direction of the object's edge, and how many there are. At most `most`, those with the least `by` in a `fine` row.
 pub fn whiskers(
     table: &Frame,
     fine: &[bool],
     by: &str,
     most: usize,
-) -> Result<(Vec<Whisker>, usize), InputError> {
+) -> Result<(Vec<Alike>, usize), InputError> {
     let beside = properties().chain(DIRECTIONS).filter(|name| table.has(name));
     let names: Vec<&str> = WHISKER.into_iter().chain(beside).collect();
-    let columns = names.iter().map(|n| table.numbers(n)).collect::<Result<Vec<_>, _>>()?;
     let values = table.numbers(by)?;
-    let key = |r: usize| -> Vec<u64> { columns.iter().map(|column| (column[r] + 0.0).to_bits()).collect() };
-    let mut all: IndexMap<Vec<u64>, Whisker> = IndexMap::new();
-    for r in 0..table.len() {
-        let of = || columns.iter().map(|column| column[r]).collect();
-        let whisker = all.entry(key(r)).or_insert_with(|| Whisker {
-            of: of(),
-            name: String::new(),
-            rows: Vec::new(),
-            best: f64::INFINITY,
-        });
-        whisker.rows.push(r);
-        if fine[r] && values[r].is_finite() {
-            whisker.best = whisker.best.min(values[r]);
-        }
-    }
-    let mut all: Vec<Whisker> = all.into_values().collect();
-    let count = all.len();
-    // Also what does not differ among those that are left is told.
-    let differ: Vec<usize> =
-        (0..names.len()).filter(|k| distinct(all.iter().map(|w| w.of[*k])).len() > 1).collect();
-    if count > most {
-        all.sort_by(|a, b| a.best.total_cmp(&b.best));
-        all.truncate(most);
-    }
-    let told: Vec<Vec<String>> = differ
-        .iter()
-        .map(|k| quantity::told_apart(names[*k], &all.iter().map(|w| w.of[*k]).collect::<Vec<_>>()))
-        .collect();
-    for (i, w) in all.iter_mut().enumerate() {
-        w.name = told.iter().map(|names| names[i].as_str()).collect::<Vec<_>>().join(", ");
-    }
-    Ok((all, count))
+    let rank = |r: usize| if fine[r] && values[r].is_finite() { values[r] } else { f64::INFINITY };
+    alike(table, &names, 0..table.len(), rank, most)
 }
 
-/// A whisker at one direction of the object's edge, and its rows.
-#[derive(Debug, Clone)]
-pub struct Whisker {
-    /// Values of [`WHISKER`], and of [`properties`] and [`DIRECTIONS`] where the table has them.
-    pub of: Vec<f64>,
-    /// In what it differs from the others.
+/// `rows` of one value in each of the columns `names`, and how many such groups there are. At most `most`, those with a row of the least `rank`.
+pub fn alike(
+    table: &Frame,
+    names: &[&str],
+    rows: impl IntoIterator<Item = usize>,
+    rank: impl Fn(usize) -> f64,
+    most: usize,
+) -> Result<(Vec<Alike>, usize), InputError> {
+    let columns = names.iter().map(|n| table.numbers(n)).collect::<Result<Vec<_>, _>>()?;
+    let mut all: IndexMap<Vec<u64>, (f64, Alike)> = IndexMap::new();
+    for r in rows {
+        let key = columns.iter().map(|column| (column[r] + 0.0).to_bits()).collect();
+        let (least, group) = all.entry(key).or_insert((f64::INFINITY, Alike::default()));
+        *least = least.min(rank(r));
+        group.rows.push(r);
+    }
+    let count = all.len();
+    let mut all: Vec<(f64, Alike)> = all.into_values().collect();
+    let values =
+        |k: usize, all: &[(f64, Alike)]| all.iter().map(|(_, w)| columns[k][w.rows[0]]).collect::<Vec<_>>();
+    // Also what does not differ among those that are left is told.
+    let differ: Vec<usize> = (0..names.len()).filter(|k| distinct(values(*k, &all)).len() > 1).collect();
+    if count > most {
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        all.truncate(most);
+    }
+    let told: Vec<Vec<String>> =
+        differ.iter().map(|k| quantity::told_apart(names[*k], &values(*k, &all))).collect();
+    let named = |(i, (_, group)): (usize, (f64, Alike))| {
+        let name = told.iter().map(|names| names[i].as_str()).collect::<Vec<_>>().join(", ");
+        Alike { name, ..group }
+    };
+    Ok((all.into_iter().enumerate().map(named).collect(), count))
+}
+
+/// Rows of one whisker at one direction, or alike otherwise.
+#[derive(Debug, Clone, Default)]
+pub struct Alike {
+    /// In what they differ from the others.
     pub name: String,
     /// Of the table.
     pub rows: Vec<usize>,
-    best: f64,
 }
 
 /// Limits of a result.

@@ -1,19 +1,15 @@
 //! Figures of answered readings.
 
 use super::answer;
-use super::content::{Content, SHOWN};
+use super::content::{Content, SHOWN, points_of};
 use super::quantity;
 use super::source::Source;
 use crate::error::Error;
-use crate::figure::{Figure, Mark, Marker, Panel, Path};
+use crate::figure::{Figure, Marker, Panel, Path};
 
 /// Readings that are drawn.
 const DRAWN: usize = 4000;
 
-/// Everything of the folder of `locate`.
-///
-/// # Errors
-/// A table that is missing or damaged.
 pub fn content(source: &Source) -> Result<Content, Error> {
     let mut c = Content::default();
     let table = source.table("located.csv")?;
@@ -28,13 +24,8 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     let of = |name: &str, colour, fine: bool, marker| {
         let rows: Vec<usize> =
             drawn.iter().copied().filter(|r| (table.word("status", *r) == "ok") == fine).collect();
-        Mark::Points {
-            path: Path::new(name, colour, rows.iter().map(|r| (line[*r], distance[*r]))),
-            marker,
-            error: rows.iter().map(|r| sigma[*r]).collect(),
-            notes: rows.iter().map(|r| table.word("status", *r)).collect(),
-            rows: if table.len() <= SHOWN { rows } else { Vec::new() },
-        }
+        let path = Path::new(name, colour, rows.iter().map(|r| (line[*r], distance[*r])));
+        points_of(&table, (path, marker), &rows, sigma, |r| table.word("status", r))
     };
     let panel = Panel::new("", quantity::axis("line"), quantity::axis("distance_mm"))
         .with(of("distance ± σ", 0, true, Marker::Circle))

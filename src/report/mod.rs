@@ -5,9 +5,9 @@
 //! the tables say.
 
 pub mod answer;
-mod bench;
 mod bins;
 mod calibrate;
+mod census;
 pub mod content;
 mod contour;
 mod designs;
@@ -20,13 +20,10 @@ mod shape;
 pub mod source;
 mod sweep;
 mod tap;
-mod verify;
 
 use std::path::Path;
 
 use crate::error::{Error, InputError};
-use crate::figure::Figure;
-use crate::sink::frame::Frame;
 use content::Content;
 use source::Source;
 
@@ -44,15 +41,12 @@ const DRAWN: [(&str, Draw); 9] = [
     ("calibrate", calibrate::content),
     ("locate", locate::content),
     ("contour", contour::content),
-    ("bench", bench::content),
-    ("verify", verify::content),
+    ("bench", census::of_bench),
+    ("verify", census::of_verify),
     ("shape", shape::content),
 ];
 
 /// Figures and rows of a result.
-///
-/// # Errors
-/// A result of another command; tables that are missing or damaged.
 pub fn content(source: &Source) -> Result<Content, Error> {
     if let Some((_, content)) = DRAWN.iter().find(|(command, _)| *command == source.command) {
         return content(source);
@@ -70,12 +64,5 @@ pub fn answer_of(folder: &Path) -> String {
         .map_or(String::new(), |content| content.answer)
 }
 
-/// The figures of a benchmark with this work_precision.csv.
-///
-/// # Errors
-/// A table that is damaged.
-pub fn of_bench(table: &Frame) -> Result<Vec<Figure>, Error> {
-    Ok(bench::figures(table, None)?)
-}
-
+pub use census::figures as of_bench;
 pub use contour::figure as of_contour;

@@ -10,10 +10,6 @@ use crate::error::{Error, InputError};
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path};
 use crate::sink::frame::Frame;
 
-/// Everything of the folder of `optimise`.
-///
-/// # Errors
-/// Tables that are missing or damaged.
 pub fn content(source: &Source) -> Result<Content, Error> {
     let mut c = Content::default();
     let result = &source.run["result"];

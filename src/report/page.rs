@@ -23,14 +23,6 @@ const SCRIPTS: [&str; 9] = [
 
 /// The page of `content`, with these `notes`.
 pub fn page(source: &Source, content: &Content, notes: &[&String]) -> String {
-    let tables: Vec<Value> = content
-        .tables
-        .iter()
-        .map(|t| {
-            json!({ "file": t.file, "of": t.of.0, "how": t.of.1, "linked": t.linked, "columns": t.json["columns"],
-                    "rows": t.json["rows"], "at": t.rows })
-        })
-        .collect();
     let data = json!({
         "colours": { "light": figure::COLOURS, "dark": figure::DARK },
         "map": { "light": figure::MAP, "dark": figure::MAP_DARK },
@@ -41,7 +33,7 @@ pub fn page(source: &Source, content: &Content, notes: &[&String]) -> String {
         "facts": content.facts,
         "notes": notes,
         "figures": content.figures,
-        "tables": tables,
+        "tables": content.tables,
         "spec": source.run["spec"]["text"],
     });
     let title = format!("{} of {}", source.command, source.name);

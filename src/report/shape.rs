@@ -1,11 +1,9 @@
 //! Figures of bent whiskers.
 
-use indexmap::IndexMap;
-
 use super::answer;
 use super::content::Content;
-use super::designs::{DIRECTIONS, DRIVES, WHISKER};
-use super::quantity::{self, distinct, told_apart};
+use super::designs::{self, Alike, DIRECTIONS, DRIVES, WHISKER};
+use super::quantity::{self, told_apart};
 use super::source::Source;
 use crate::digits::short;
 use crate::error::{Error, InputError};
@@ -16,10 +14,6 @@ use crate::sink::frame::Frame;
 const PANELS: usize = 6;
 const WHISKERS: usize = 4;
 
-/// Everything of the folder of `shape`.
-///
-/// # Errors
-/// Tables that are missing or damaged.
 pub fn content(source: &Source) -> Result<Content, Error> {
     let mut c = Content::default();
     let (shape, contacts) = (source.table("shape.csv")?, source.table("contacts.csv")?);
@@ -33,28 +27,14 @@ pub fn content(source: &Source) -> Result<Content, Error> {
     // One panel for each whisker, distance and direction, its drives in it.
     let directions = DIRECTIONS.into_iter().filter(|name| contacts.has(name));
     let names: Vec<&str> = WHISKER.into_iter().chain(["a_mm"]).chain(directions).collect();
-    let group = |r: usize| names.iter().map(|n| contacts.number(n, r).to_bits()).collect::<Vec<_>>();
-    let mut groups: IndexMap<Vec<u64>, Vec<usize>> = IndexMap::new();
-    solved.iter().for_each(|r| groups.entry(group(*r)).or_default().push(*r));
-    let differ: Vec<&str> = names
-        .iter()
-        .copied()
-        .filter(|n| distinct(solved.iter().map(|r| contacts.number(n, *r))).len() > 1)
-        .collect();
-    let shown: Vec<&Vec<usize>> = groups.values().take(PANELS).collect();
-    let left = if groups.len() > PANELS {
-        format!("; {PANELS} of {} whiskers and distances are shown", groups.len())
-    } else {
-        String::new()
+    let (shown, of) = designs::alike(&contacts, &names, solved, |_| f64::INFINITY, PANELS)?;
+    let left = match of > PANELS {
+        true => format!("; {PANELS} of {of} whiskers and distances are shown"),
+        false => String::new(),
     };
     let (mut drawn, mut strains) = (Vec::new(), Vec::new());
-    let titles: Vec<Vec<String>> = differ
-        .iter()
-        .map(|n| told_apart(n, &shown.iter().map(|g| contacts.number(n, g[0])).collect::<Vec<_>>()))
-        .collect();
     let names = told_apart(drive, contacts.numbers(drive)?);
-    for (i, rows) in shown.into_iter().enumerate() {
-        let title = titles.iter().map(|names| names[i].as_str()).collect::<Vec<_>>().join(", ");
+    for Alike { name: title, rows } in shown {
         let n = rows.len().min(WHISKERS);
         let some: Vec<usize> =
             (0..n).map(|i| rows[if n < 2 { 0 } else { i * (rows.len() - 1) / (n - 1) }]).collect();

@@ -4,7 +4,7 @@ use super::answer::{self, Recommended};
 use super::bins;
 use super::content::Content;
 use super::designs::Limits;
-use super::designs::{self, DRIVES, SD, WHISKER, Whisker};
+use super::designs::{self, Alike, DRIVES, SD, WHISKER};
 use super::quantity::{self, distinct};
 use super::source::Source;
 use super::tap::{budget, least};
@@ -19,10 +19,6 @@ const WHISKERS: usize = 4;
 /// Curves of a panel.
 const CURVES: usize = 5;
 
-/// Everything of the folder of a sweep.
-///
-/// # Errors
-/// Tables that are missing or damaged.
 pub fn content(source: &Source) -> Result<Content, Error> {
     let mut c = Content::default();
     let limits = Limits::of(source);
@@ -123,7 +119,7 @@ fn of_designs(c: &mut Content, table: &Frame, limits: Limits) -> Result<(), Erro
 }
 
 /// Bias, noise and total of each whisker, with the best tap that keeps its limits.
-fn budgets(table: &Frame, whiskers: &[Whisker], fine: &[bool], drive: &str, left: &str) -> Figure {
+fn budgets(table: &Frame, whiskers: &[Alike], fine: &[bool], drive: &str, left: &str) -> Figure {
     let mut without = 0;
     let panels = whiskers.iter().map(|w| {
         let point = |name: &str, r: usize| (table.number(drive, r), table.number(name, r));
@@ -176,41 +172,45 @@ fn of_taps(c: &mut Content, table: &Frame, limits: Limits) -> Result<(), Error> 
         error: table.numbers("error_mm")?,
         names: ["a_mm", drive, k, read],
     };
-    let each = |f: &dyn Fn(&Taps<'_>, &Whisker) -> Panel| {
-        whiskers.iter().map(|w| f(&columns, w)).collect::<Vec<_>>()
+    let two = table.has("strain_2");
+    let what = match read == "strain" {
+        true => format!("Strain of the {}", if two { "first gauge" } else { "gauge" }),
+        false => "Moment, or force, on the root".to_owned(),
     };
-    let (against_drive, against_a) = (each(&|t, w| t.strain(w, 1)), each(&|t, w| t.strain(w, 0)));
-    let which = if table.has("strain_2") { "first gauge" } else { "gauge" };
     let share = if table.has("tilt_deg") { ", θ f cos² β" } else { "" };
-    let what = if read == "strain" {
-        format!("Strain of the {which}")
-    } else {
-        "Moment, or force, on the root".to_owned()
-    };
     let theory = format!("{what}: exact rod (points) beside linear theory{share} (dashed)");
-    let caption =
-        format!("{theory}, against the tap angle at {CURVES} distances or fewer (tuples.csv){left}.");
-    c.figure(Figure::new("strain_drive", "Strain against the tap", caption, against_drive));
-    let caption =
-        format!("{theory}, against the contact distance at {CURVES} tap angles or fewer (tuples.csv){left}.");
-    c.figure(Figure::new("strain_distance", "Strain against the distance", caption, against_a));
-    let caption = format!(
-        "K = {} over contact distance and tap angle (tuples.csv){left}.",
-        if table.has("strain_2") {
-            "θ f(a) cos β̂/√(ε₁² + ε₂²), tan β̂ = ε₂/ε₁,"
-        } else {
-            "θ f(a)/|ε|"
-        }
-    );
-    c.figure(Figure::new("K", "K over distance and tap", caption, each(&|t, w| t.map(w))));
-    c.figure(Figure::new("distance", "Estimated distance", format!("Distance estimated from the strain with the mean K of each tap angle, against the true one; dotted: equal (tuples.csv){left}."), each(&|t, w| t.located(w, false))));
-    let caption = format!("Estimated less true distance, against the true one (tuples.csv){left}.");
-    c.figure(Figure::new(
-        "distance_error",
-        "Error of the estimated distance",
-        caption,
-        each(&|t, w| t.located(w, true)),
-    ));
+    let k =
+        if two { "θ f(a) cos β̂/√(ε₁² + ε₂²), tan β̂ = ε₂/ε₁," } else { "θ f(a)/|ε|" };
+    let located = "Distance estimated from the strain with the mean K of each tap angle, against the true one; dotted: equal";
+    type Drawn = fn(&Taps<'_>, &Alike) -> Panel;
+    let figures: [(&str, &str, String, Drawn); 5] = [
+        (
+            "strain_drive",
+            "Strain against the tap",
+            format!("{theory}, against the tap angle at {CURVES} distances or fewer"),
+            |t, w| t.strain(w, 1),
+        ),
+        (
+            "strain_distance",
+            "Strain against the distance",
+            format!("{theory}, against the contact distance at {CURVES} tap angles or fewer"),
+            |t, w| t.strain(w, 0),
+        ),
+        ("K", "K over distance and tap", format!("K = {k} over contact distance and tap angle"), |t, w| {
+            t.map(w)
+        }),
+        ("distance", "Estimated distance", located.to_owned(), |t, w| t.located(w, false)),
+        (
+            "distance_error",
+            "Error of the estimated distance",
+            "Estimated less true distance, against the true one".to_owned(),
+            |t, w| t.located(w, true),
+        ),
+    ];
+    for (name, title, caption, drawn) in figures {
+        let panels = whiskers.iter().map(|w| drawn(&columns, w)).collect();
+        c.figure(Figure::new(name, title, format!("{caption} (tuples.csv){left}."), panels));
+    }
     Ok(())
 }
 
@@ -239,14 +239,14 @@ struct Taps<'a> {
 
 impl Taps<'_> {
     /// Values of a or of the drive that `w` has, at most [`CURVES`], evenly.
-    fn some(&self, w: &Whisker, column: &[f64]) -> Vec<f64> {
+    fn some(&self, w: &Alike, column: &[f64]) -> Vec<f64> {
         let all = distinct(w.rows.iter().map(|r| column[*r]));
         let n = all.len().min(CURVES);
         (0..n).map(|i| all[if n < 2 { 0 } else { (i * (all.len() - 1) + (n - 1) / 2) / (n - 1) }]).collect()
     }
 
     /// Strain against the drive (1) or the distance (0), a curve for each value of the other.
-    fn strain(&self, w: &Whisker, along: usize) -> Panel {
+    fn strain(&self, w: &Alike, along: usize) -> Panel {
         let (x, other) = if along == 0 { (self.a, self.drive) } else { (self.drive, self.a) };
         let mut panel =
             Panel::new(w.name.clone(), quantity::axis(self.names[along]), quantity::axis(self.names[3]));
@@ -262,27 +262,25 @@ impl Taps<'_> {
         panel
     }
 
-    fn map(&self, w: &Whisker) -> Panel {
+    fn map(&self, w: &Alike) -> Panel {
         let of = |column: &[f64]| w.rows.iter().map(|r| column[*r]).collect::<Vec<_>>();
         let (a, drive, k) = (of(self.a), of(self.drive), of(self.k));
         let columns: [(&str, &[f64]); 2] = [("a_mm", &a), (self.names[1], &drive)];
         bins::every(&w.name, columns, |r| k[r], quantity::axis(self.names[2]))
     }
 
-    fn located(&self, w: &Whisker, error: bool) -> Panel {
+    fn located(&self, w: &Alike, error: bool) -> Panel {
         let y = if error { "error_mm" } else { "distance_mm" };
         let mut panel = Panel::new(w.name.clone(), quantity::axis("a_mm"), quantity::axis(y));
         let of = if error { self.error } else { self.distance };
         if !w.rows.iter().any(|r| of[*r].is_finite()) {
             return panel;
         }
-        let all = w.rows.iter().map(|r| self.a[*r]);
-        let (least, most) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(x, y), a| (x.min(a), y.max(a)));
-        if error {
-            panel = panel.with(Mark::zero());
-        } else {
-            panel = panel.with(Mark::line(Path::new("â = a", 4, [(least, least), (most, most)]), 2));
-        }
+        let ends = quantity::ends(w.rows.iter().map(|r| self.a[*r])).map(|a| (a, a));
+        panel = panel.with(match error {
+            true => Mark::zero(),
+            false => Mark::line(Path::new("â = a", 4, ends), 2),
+        });
         // The smallest on top: they are where the larger ones spread about.
         let drives = self.some(w, self.drive);
         let names = quantity::told_apart(self.names[1], &drives);

@@ -15,10 +15,6 @@ const LARGEST: [&str; 2] = ["strain_max", "signal_max"];
 /// The ringed tap.
 const BEST: &str = "best within the limits";
 
-/// Everything of the folder of `tap`.
-///
-/// # Errors
-/// A table that is missing or damaged.
 pub fn content(source: &Source) -> Result<Content, Error> {
     let table = source.table("tap.csv")?;
     let (drive, sd) = (table.one_of(&DRIVES)?, table.one_of(&SD)?);

@@ -7,8 +7,8 @@ use crate::common::program::{Desk, says};
 use crate::common::sweeping::rms;
 use vibrissa::calibrate::Calibrated;
 use vibrissa::design::amount;
-use vibrissa::locate::estimator::Estimator;
-use vibrissa::locate::{Locator, PairOfReadings, Spatial};
+use vibrissa::locate::estimator::{EXACT, PAPER};
+use vibrissa::locate::{Locator, Reading, Spatial};
 use vibrissa::measure::Data;
 use vibrissa::scene::{Drive, Theory};
 use vibrissa::simulate::Settings;
@@ -33,10 +33,11 @@ fn calibration(model: &str) -> Arc<Calibrated> {
 }
 
 fn answers(locator: &Locator, data: &Data) -> Vec<Spatial> {
-    let readings = |(row, beside): (&vibrissa::measure::Row, &[f64; 2])| PairOfReadings {
+    let readings = |(row, beside): (&vibrissa::measure::Row, &[f64; 2])| Reading {
         drive: row.drive,
-        signals: [row.value, beside[0]],
-        shares: [0.0; 2],
+        signals: vec![row.value, beside[0]],
+        shares: vec![0.0; 2],
+        ..Reading::default()
     };
     let all: Vec<_> = data.rows.iter().zip(&data.beside.values).map(readings).collect();
     locator.locate_pairs(&all).unwrap()

@@ -90,7 +90,7 @@ impl Errors {
 }
 
 /// Kernel sweeps spent on taps: both figures are of the same taps.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Sweeps {
     /// Taps solved by a kernel.
     pub taps: u64,

@@ -45,9 +45,6 @@ impl Frame {
     }
 
     /// Takes room for so many rows.
-    ///
-    /// # Errors
-    /// More rows than there is memory for.
     pub fn reserve(&mut self, rows: u64) -> Result<(), Error> {
         let large = || Error::Run(format!("a table of {rows} rows has no place in memory"));
         let n = usize::try_from(rows).map_err(|_| large())?;
@@ -76,9 +73,6 @@ impl Frame {
     }
 
     /// Takes one row.
-    ///
-    /// # Errors
-    /// A row of another width or with values of other types.
     pub fn row(&mut self, fields: impl IntoIterator<Item = Field>) -> Result<(), Error> {
         let (mut fields, wide) = (fields.into_iter(), || Error::Run("a row of another width".into()));
         for column in &mut self.columns {
@@ -156,9 +150,6 @@ impl Frame {
     }
 
     /// A column of numbers, NaN where one is missing.
-    ///
-    /// # Errors
-    /// A column that is not there, or a field of it that is no number.
     pub fn numbers(&self, name: &str) -> Result<&[f64], InputError> {
         let place = self.place(name).ok_or_else(|| self.lacks(name))?;
         if let Some((_, line, text)) = self.bad.iter().find(|(column, ..)| *column == place) {

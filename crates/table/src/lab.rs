@@ -42,9 +42,6 @@ impl<'a> From<LabTable<'a>> for LabStream<'a> {
 
 impl LabTable<'_> {
     /// Hash of the file; of a table in memory, of the same as CSV.
-    ///
-    /// # Errors
-    /// A table with a column of two types.
     pub fn hash(self) -> Result<String, Error> {
         let hash = |mut bytes: &[u8]| hash_all(&mut bytes).map_err(|e| Error::Run(e.to_string()));
         match self {

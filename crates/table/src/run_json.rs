@@ -34,40 +34,10 @@ pub struct Counts {
     pub complete: Option<u64>,
     /// Designs rows that `top` kept.
     pub kept: Option<u64>,
-    /// Kernel sweeps of the taps that a kernel solved: those of rows, of nodes, of the chart.
-    pub sweeps: Effort,
+    /// Kernel sweeps of the taps that a kernel solved, also by earlier parts of a run: those of rows, of nodes, of the chart.
+    pub sweeps: Sweeps,
     /// Largest |gauge strain| of the taps that count.
     pub strain: Largest,
-}
-
-/// Kernel sweeps spent on taps, also by earlier parts of a run.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct Effort {
-    /// Taps solved by a kernel.
-    pub taps: u64,
-    /// Sweeps of all of them.
-    pub spent: f64,
-    /// Sweeps of the tap that took the most.
-    pub most: f64,
-}
-
-impl Effort {
-    /// Takes over the taps of `more`.
-    pub fn merge(&mut self, more: &Sweeps) {
-        self.add(&Self { taps: more.taps, spent: more.mean() * more.taps as f64, most: more.most() });
-    }
-
-    /// Takes over the taps of `other`.
-    pub fn add(&mut self, other: &Self) {
-        self.taps += other.taps;
-        self.spent += other.spent;
-        self.most = self.most.max(other.most);
-    }
-
-    /// Sweeps of a tap in the mean; 0 where no kernel solved one.
-    pub fn mean(&self) -> f64 {
-        self.spent / self.taps.max(1) as f64
-    }
 }
 
 /// Seconds of a run.
@@ -97,7 +67,7 @@ pub fn counts(c: &Counts) -> Value {
         "status": c.combinations.words(),
         "combinations": c.combinations.named(),
         "sweeps_mean": c.sweeps.mean(),
-        "sweeps_max": c.sweeps.most,
+        "sweeps_max": c.sweeps.most(),
     });
     if let Some(chart) = &c.chart {
         value["chart"] = json!(chart);

@@ -90,9 +90,6 @@ impl Sheet {
     }
 
     /// Appends the rows of `pieces`, whose text is made in parallel.
-    ///
-    /// # Errors
-    /// A file that cannot be written; other columns.
     pub fn write(&mut self, pieces: &[Frame]) -> Result<(), Error> {
         match self {
             Self::Csv(output) => pieces.chunks(TOGETHER).try_for_each(|some| {

@@ -44,9 +44,6 @@ pub struct TextFile<R> {
 
 impl TextFile<File> {
     /// Opens the `what` file at `path`; a pipe is read too.
-    ///
-    /// # Errors
-    /// A file that is missing, cannot be read or is too long; a folder.
     pub fn open(path: &Path, what: &str, limit: Limit) -> std::result::Result<Self, InputError> {
         let label = path.display().to_string();
         let refuse = |why: String| InputError::new(why).at(&label, None);
@@ -81,9 +78,6 @@ impl<R: Read> TextFile<R> {
     }
 
     /// All that it reads, as text without byte order mark.
-    ///
-    /// # Errors
-    /// As [`Self::bytes`]; what is no UTF-8.
     pub fn text(self) -> std::result::Result<String, InputError> {
         let (what, label) = (self.what.clone(), self.label.clone());
         let mut text = String::from_utf8(self.bytes()?).map_err(|e| {
@@ -142,17 +136,12 @@ impl<R: Read> TextFile<R> {
     }
 
     fn check_characters(&mut self, block: &[u8]) -> std::result::Result<(), InputError> {
-        let joined: Vec<u8>;
-        let bytes = if self.begun.is_empty() {
-            block
-        } else {
-            joined = [&self.begun, block].concat();
-            &joined
-        };
-        match std::str::from_utf8(bytes) {
-            Ok(_) => self.begun = Vec::new(),
-            Err(e) if e.error_len().is_none() => self.begun = bytes[e.valid_up_to()..].to_vec(),
+        let bytes = [&self.begun[..], block].concat();
+        self.begun.clear();
+        match std::str::from_utf8(&bytes) {
+            Err(e) if e.error_len().is_none() => self.begun.extend(&bytes[e.valid_up_to()..]),
             Err(e) => return Err(self.no_text_after(&bytes[..e.valid_up_to()])),
+            Ok(_) => {}
         }
         Ok(())
     }

@@ -6,11 +6,12 @@ use super::point::{Noise, Point};
 use super::truth::Pose;
 use crate::combinations::Combinations;
 use crate::error::{Error, InputError, nearest};
-use crate::locate::object::{Objects, Together};
+use crate::locate::group::Group;
+use crate::locate::object::Objects;
 use crate::locate::sequence::{SHIFT, shift_column};
 use crate::locate::stream::Ask;
 use crate::locate::table::Readings;
-use crate::locate::{Answerer, Locator};
+use crate::locate::{Answerer, Locator, Spatial};
 use crate::measure::Names;
 use crate::measure::header::Sheet;
 use crate::measure::skin::Skin;
@@ -42,8 +43,6 @@ pub struct Answered {
     pub rows: usize,
     /// Of these, readings of the zero.
     pub zeros: usize,
-    /// Rows per status word, and `ok`.
-    pub status: BTreeMap<String, u64>,
     /// Readings per combination of words.
     pub combinations: Combinations,
 }
@@ -66,7 +65,7 @@ pub fn answer(
     let mut table: Option<Frame> = None;
     // By line: rows of the whiskers come together again.
     let mut rows = BTreeMap::new();
-    let (mut zeros, mut status) = (0, BTreeMap::<String, u64>::new());
+    let mut zeros = 0;
     let mut combinations = Combinations::default();
     for (w, whisker) in whiskers.iter().enumerate() {
         let own = |line: usize| owners.get(&line) == Some(&w);
@@ -75,15 +74,15 @@ pub fn answer(
         }
         // Zeros are those of this whisker.
         let ask = &Ask { only: Some(&own), ..*ask };
-        let who = Answerer::One(&whisker.locator);
+        let who = Answerer::from(&whisker.locator);
         Objects::can(who, ask.by).map_err(|e| e.at(&whisker.name, None))?;
         let mut readings = Readings::of(&whisker.locator, input, ask, heading("array"))?;
-        let objects = Objects::of(who, &readings.names, ask);
-        let mut objects = objects.map_err(|e| e.at(label, Some(1)))?;
-        if objects.is_some() {
+        let mut group = Group::new(who, &readings.names, ask)?;
+        if let Some(group) = &mut group {
             // They follow the status, which ends the line.
-            let more = Objects::columns(ask.by, true, [twofold, ask.interval]);
-            more.into_iter().for_each(|name| readings.empty.add(name, Values::new(kind(name))));
+            group.columns = Group::columns(ask, twofold, &readings.names);
+            let more = group.columns.iter().copied();
+            more.for_each(|name| readings.empty.add(name, Values::new(kind(name))));
         }
         if table.as_ref().is_some_and(|table| table.names != readings.empty.names) {
             let error =
@@ -97,9 +96,7 @@ pub fn answer(
         let skin = Skin::new(&whisker.locator.rig, None);
         shift_column(&readings.names)?;
         let shifts = readings.numbers(SHIFT)?;
-        let mut rests = 0;
         for (i, row) in readings.rows.iter().enumerate() {
-            rests += u64::from(row.rests);
             let turned = contact.as_ref().map_or(0.0, |c| c[i]).to_radians();
             let pose = Pose { heading: whisker.pose.heading + turned, ..whisker.pose };
             let pose = pose.nearer(shifts.as_ref().map_or(0.0, |s| s[i]));
@@ -108,9 +105,7 @@ pub fn answer(
                 false => Point::of_tap(&whisker.locator, &skin, &pose, row, noise),
             };
             zeros += usize::from(row.rests);
-            let words = point.status.to_string();
             combinations.note(point.status, 1);
-            words.split('+').for_each(|word| *status.entry(word.to_owned()).or_default() += 1);
             let mut out = row.kept.clone();
             let [xx, _, yy] = point.covariance.0;
             let (z, sigma_z) =
@@ -118,10 +113,11 @@ pub fn answer(
             let [a, sigma] = point.distance;
             let numbers = [a, sigma, point.at[0], point.at[1], z, xx.sqrt(), yy.sqrt(), sigma_z];
             out.extend(numbers.map(Field::from));
-            out.push(words.into());
-            if let Some(objects) = &mut objects {
-                let told = objects.tell_row(row, rests, ask);
-                out.extend(Together::fields(told.as_ref(), [twofold, ask.interval]));
+            out.push(point.status.into());
+            if let Some(group) = &mut group {
+                let (alone, parts) = row.pair.unwrap_or_else(|| (Spatial::of(row.located), None));
+                let tap = row.tap.as_ref().map(|tap| (tap, &alone, parts));
+                out.extend(group.tell(&row.fields, tap, ask));
             }
             rows.insert(row.line, out);
         }
@@ -130,7 +126,7 @@ pub fn answer(
         table.ok_or_else(|| InputError::new("this file has a header but no rows").at(label, None))?;
     let n = rows.len();
     rows.into_values().try_for_each(|row| table.row(row))?;
-    Ok(Answered { table, rows: n, zeros, status, combinations })
+    Ok(Answered { table, rows: n, zeros, combinations })
 }
 
 /// The whisker of each line, by its place.

@@ -4,7 +4,7 @@ use super::curve::Covariance;
 use super::truth::Pose;
 use crate::error::InputError;
 use crate::locate::Locator;
-use crate::locate::table::{Reading, Readings};
+use crate::locate::table::{AnsweredRow, Readings};
 use crate::measure::skin::Skin;
 use crate::status::Status;
 
@@ -35,9 +35,6 @@ impl Default for Noise {
 
 impl Noise {
     /// What a user says of it.
-    ///
-    /// # Errors
-    /// A number that is no standard deviation.
     pub fn said(angle: f64, base: f64, touch: Option<f64>) -> Result<Self, InputError> {
         let within = |key: &str, x: f64, unit: &str| match (0.0..=MOST_NOISE).contains(&x) {
             true => Ok(x),
@@ -87,7 +84,7 @@ impl Point {
     }
 
     /// Where the whisker at `pose` first touched what gave `reading`.
-    pub fn of_tap(locator: &Locator, skin: &Skin, pose: &Pose, reading: &Reading, noise: &Noise) -> Self {
+    pub fn of_tap(locator: &Locator, skin: &Skin, pose: &Pose, reading: &AnsweredRow, noise: &Noise) -> Self {
         let found = reading.located;
         let sound = pose.base.iter().chain([&pose.heading, &pose.sense]).all(|x| x.is_finite());
         if !sound || !found.distance.is_finite() {
@@ -118,7 +115,7 @@ impl Point {
 }
 
 /// d a/d drive at a reading, mm per degree; 0 where it cannot be told.
-fn by_drive(locator: &Locator, reading: &Reading) -> f64 {
+fn by_drive(locator: &Locator, reading: &AnsweredRow) -> f64 {
     let h = STEP * reading.drive.abs();
     let at = |drive: f64| locator.locate(drive, reading.signal).distance;
     let slope = match (at(reading.drive - h), reading.located.distance, at(reading.drive + h)) {

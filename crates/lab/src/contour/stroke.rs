@@ -12,7 +12,7 @@ use super::point::{Noise, Point};
 use super::truth::Pose;
 use crate::estimator::least::{FREE, Minimum, by_values, slopes};
 use crate::locate::Locator;
-use crate::locate::table::Reading;
+use crate::locate::table::AnsweredRow;
 use crate::measure::skin::Skin;
 use crate::reduce::median;
 
@@ -146,15 +146,15 @@ pub fn swept(
     locator: &Locator,
     skin: &Skin,
     pose: &Pose,
-    readings: &[&Reading],
+    readings: &[&AnsweredRow],
     noise: &Noise,
 ) -> Option<Swept> {
-    let angle = |r: &Reading| r.drive - locator.drive_origin;
+    let angle = |r: &AnsweredRow| r.drive - locator.drive_origin;
     let sum: f64 = readings.iter().map(|r| r.signal).filter(|s| s.is_finite()).sum();
     let sign = sum.signum();
     let drives = locator.drives(sign)?;
     let [first, last] = [drives[0] * (1.0 - BEYOND), drives[1] * (1.0 + BEYOND)];
-    let fits = |r: &Reading| {
+    let fits = |r: &AnsweredRow| {
         r.signal * sign > 0.0 && (first..=last).contains(&angle(r)) && r.located.distance.is_finite()
     };
     let mut used: Vec<usize> = (0..readings.len()).filter(|&i| fits(readings[i])).collect();
@@ -164,7 +164,7 @@ pub fn swept(
         if used.len() < FEWEST {
             return None;
         }
-        let of = |f: &dyn Fn(&Reading) -> f64| used.iter().map(|&i| f(readings[i])).collect::<Vec<f64>>();
+        let of = |f: &dyn Fn(&AnsweredRow) -> f64| used.iter().map(|&i| f(readings[i])).collect::<Vec<f64>>();
         let least = LEAST * scale;
         let angles = of(&angle);
         let stroke = Stroke {
@@ -197,7 +197,7 @@ fn points(
     stroke: &Stroke<'_>,
     found: &Minimum,
     pose: &Pose,
-    readings: &[&Reading],
+    readings: &[&AnsweredRow],
     (used, outliers): (&[usize], Vec<bool>),
     noise: &Noise,
 ) -> Swept {

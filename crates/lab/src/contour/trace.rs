@@ -3,12 +3,11 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::curve::{Chosen, Kind, Nothing, Sample, choose};
-use super::point::{Noise, Point};
-use super::point::{Placed, placed};
+use super::point::{Noise, Placed, Point, placed};
 use super::stroke::{FEWEST, swept};
 use crate::error::{Error, InputError, SolveError};
 use crate::locate::Locator;
-use crate::locate::table::{Reading, Readings};
+use crate::locate::table::{AnsweredRow, Readings};
 use crate::measure::skin::Skin;
 use crate::scene::Drive;
 
@@ -28,17 +27,19 @@ pub struct TraceOptions {
     pub kind: Option<Kind>,
 }
 
-/// A stroke that was followed.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A stroke that was followed, as run.json has it.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Followed {
     /// Its number in the file.
-    pub number: f64,
+    pub stroke: f64,
     /// Readings that made points.
     pub points: usize,
-    /// Whether the contact stayed at one place of the object; `None` where its readings were taken as taps.
-    pub sharp: Option<bool>,
-    /// By how much the whisker had turned before drive 0, and its standard deviation, degrees.
-    pub touch: [f64; 2],
+    /// `sharp` if the contact stayed at one place of the object, else `smooth`; `None` if its readings were taken as taps.
+    pub object: Option<&'static str>,
+    /// By how much the whisker had turned before drive 0.
+    pub touched_before_deg: f64,
+    /// Its standard deviation.
+    pub sigma_touched_before_deg: f64,
     /// χ² per degree of freedom.
     pub chi2: f64,
 }
@@ -103,14 +104,12 @@ impl Trace {
         if with_strokes {
             for (number, rows) in members(&places, &readings.rows) {
                 go_on()?;
-                let of: Vec<&Reading> = rows.iter().map(|&i| &readings.rows[i]).collect();
+                let of: Vec<&AnsweredRow> = rows.iter().map(|&i| &readings.rows[i]).collect();
                 let pose = &places[rows[0]].pose;
                 rows.iter().for_each(|&i| groups[i] = rows[0]);
                 let found =
                     (of.len() >= FEWEST).then(|| swept(locator, &skin, pose, &of, &asked.noise)).flatten();
-                let mut followed =
-                    Followed { number, points: 0, sharp: None, touch: [f64::NAN; 2], chi2: f64::NAN };
-                if let Some(found) = found {
+                if let Some(found) = &found {
                     for ((&i, point), off) in rows.iter().zip(&found.points).zip(&found.outliers) {
                         outliers[i] = *off;
                         // A reading that is off its stroke is where a tap would have it.
@@ -119,14 +118,17 @@ impl Trace {
                             swept_by[i] = true;
                         }
                     }
-                    followed = Followed {
-                        sharp: Some(found.sharp),
-                        touch: found.touch,
-                        chi2: found.chi2,
-                        ..followed
-                    };
                 }
-                followed.points = rows.iter().filter(|&&i| points[i].is_there()).count();
+                let [touched_before_deg, sigma_touched_before_deg] =
+                    found.as_ref().map_or([f64::NAN; 2], |found| found.touch);
+                let followed = Followed {
+                    stroke: number,
+                    points: rows.iter().filter(|&&i| points[i].is_there()).count(),
+                    object: found.as_ref().map(|found| if found.sharp { "sharp" } else { "smooth" }),
+                    touched_before_deg,
+                    sigma_touched_before_deg,
+                    chi2: found.map_or(f64::NAN, |found| found.chi2),
+                };
                 strokes.push(followed);
             }
         }
@@ -165,7 +167,7 @@ impl Trace {
 }
 
 /// Strokes and their rows, in the order of the file; readings of the zero belong to none.
-fn members(places: &[Placed], rows: &[Reading]) -> Vec<(f64, Vec<usize>)> {
+fn members(places: &[Placed], rows: &[AnsweredRow]) -> Vec<(f64, Vec<usize>)> {
     let mut all: Vec<(f64, Vec<usize>)> = Vec::new();
     for (i, place) in places.iter().enumerate().filter(|(i, _)| !rows[*i].rests) {
         let Some(stroke) = place.stroke else { continue };

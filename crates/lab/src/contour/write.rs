@@ -63,57 +63,34 @@ pub fn described(trace: &Trace) -> Value {
     let curve = match &trace.curve {
         Err(why) => json!({ "kind": Value::Null, "why": why.to_string() }),
         Ok(chosen) => {
-            let judged: Vec<Value> = chosen
-                .judged
-                .iter()
-                .map(|j| {
-                    json!({
-                        "kind": j.kind.word(), "loss": j.loss, "left_out_rms_mm": j.left_out_rms, "outliers": j.outliers,
-                        "loss_more_than_best": j.more[0], "loss_more_se": j.more[1],
-                    })
-                })
-                .collect();
-            let mut v = json!({ "kind": chosen.kind.word(), "scale": chosen.scale, "judged": judged });
-            if let Curve::Point(spot) = &chosen.curve {
-                let [xx, xy, yy] = spot.covariance.0;
-                v["x_mm"] = spot.at[0].into();
-                v["sigma_x_mm"] = xx.sqrt().into();
-                v["y_mm"] = spot.at[1].into();
-                v["sigma_y_mm"] = yy.sqrt().into();
-                v["corr"] = (xy / (xx * yy).sqrt()).into();
-            }
-            if let Curve::Arc(arc) = &chosen.curve {
-                if let (Some((centre, radius)), Some((of_centre, of_radius))) =
-                    (arc.circle(), arc.circle_deviations())
-                {
-                    v["x_mm"] = centre[0].into();
-                    v["sigma_x_mm"] = of_centre[0].into();
-                    v["y_mm"] = centre[1].into();
-                    v["sigma_y_mm"] = of_centre[1].into();
-                    v["radius_mm"] = radius.into();
-                    v["sigma_radius_mm"] = of_radius.into();
-                } else if chosen.kind == Kind::Line {
-                    let (at, direction) = arc.at(0.0);
-                    v["x_mm"] = at[0].into();
-                    v["y_mm"] = at[1].into();
-                    v["direction_deg"] = direction.to_degrees().into();
-                    v["sigma_direction_deg"] = arc.deviations()[1].to_degrees().into();
+            let mut v = json!({ "kind": chosen.kind, "scale": chosen.scale, "judged": chosen.judged });
+            let mut with =
+                |numbers: &[(&str, f64)]| numbers.iter().for_each(|(key, x)| v[*key] = (*x).into());
+            match &chosen.curve {
+                Curve::Point(spot) => {
+                    let ([x, y], [xx, xy, yy]) = (spot.at, spot.covariance.0);
+                    with(&[("x_mm", x), ("sigma_x_mm", xx.sqrt()), ("y_mm", y), ("sigma_y_mm", yy.sqrt())]);
+                    with(&[("corr", xy / (xx * yy).sqrt())]);
                 }
+                Curve::Arc(arc) if chosen.kind == Kind::Line => {
+                    let ([x, y], direction) = arc.at(0.0);
+                    with(&[("x_mm", x), ("y_mm", y), ("direction_deg", direction.to_degrees())]);
+                    with(&[("sigma_direction_deg", arc.deviations()[1].to_degrees())]);
+                }
+                Curve::Arc(arc) => {
+                    if let (Some(([x, y], radius)), Some(([sx, sy], sigma))) =
+                        (arc.circle(), arc.circle_deviations())
+                    {
+                        with(&[("x_mm", x), ("sigma_x_mm", sx), ("y_mm", y), ("sigma_y_mm", sy)]);
+                        with(&[("radius_mm", radius), ("sigma_radius_mm", sigma)]);
+                    }
+                }
+                Curve::Smooth(_) => {}
             }
             v
         }
     };
-    let strokes: Vec<Value> = trace
-        .strokes
-        .iter()
-        .map(|s| {
-            json!({
-                "stroke": s.number, "points": s.points, "object": s.sharp.map(|sharp| if sharp { "sharp" } else { "smooth" }), "touched_before_deg": s.touch[0],
-                "sigma_touched_before_deg": s.touch[1], "chi2": s.chi2,
-            })
-        })
-        .collect();
-    json!({ "curve": curve, "strokes": strokes, "contact_on_surface": trace.on_surface })
+    json!({ "curve": curve, "strokes": trace.strokes, "contact_on_surface": trace.on_surface })
 }
 
 /// Rows, points and words.

@@ -23,9 +23,6 @@ pub enum Answers {
 impl Answers {
     /// Of the `text` of a calibration that `label` names; `trust`: also one that was edited by hand. Readings are of a run of the calibration where `same_run`
     /// says so. Of several channels each has its own estimator and its own runs.
-    ///
-    /// # Errors
-    /// A text that is no calibration; an estimator that it does not hold.
     pub fn open(
         (label, text, trust): (&str, &str, bool),
         estimator: Option<Estimator>,
@@ -44,8 +41,8 @@ impl Answers {
     /// What answers rows.
     pub fn who(&self) -> Answerer<'_> {
         match self {
-            Self::One(locator, _) => Answerer::One(locator),
-            Self::Several(several) => Answerer::Several(several),
+            Self::One(locator, _) => (&**locator).into(),
+            Self::Several(several) => several.into(),
         }
     }
 
@@ -58,9 +55,6 @@ impl Answers {
     }
 
     /// What answers one value, and its calibration.
-    ///
-    /// # Errors
-    /// A calibration of several signals.
     pub fn single(&self) -> Result<(&Locator, &Calibration), InputError> {
         match self {
             Self::One(locator, _) if locator.is_twofold() => {
@@ -101,9 +95,6 @@ impl Answers {
     }
 
     /// The table of the answers to `rows`, up to `stop`.
-    ///
-    /// # Errors
-    /// As [`stream::answer`].
     pub fn table(&self, rows: LabTable<'_>, ask: &Ask<'_>, stop: &AtomicBool) -> Result<Frame, Error> {
         Objects::can(self.who(), ask.by)?;
         let (zeros, _) = stream::zeros(self.who(), rows.into(), ask)?;

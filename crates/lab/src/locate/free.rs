@@ -118,7 +118,7 @@ impl Free {
 /// Ends of ln a and of the drive.
 fn ends(side: &Opened) -> [[f64; 2]; 2] {
     let [first, last] = side.distances;
-    [[first.ln(), last.ln()], [side.drives[0], side.drives[side.drives.len() - 1]]]
+    [[first.ln(), last.ln()], side.ends()]
 }
 
 /// On [`GRID`]: what is not known beside a value that is, and 0 where nothing is.

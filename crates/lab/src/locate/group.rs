@@ -1,129 +1,106 @@
-//! What readings tell together: taps of one object, or the readings of a stroke.
+//! What readings tell together, taps of one object or the readings of a stroke: the columns behind the status.
 
-use super::Located;
-use super::object::{By, Objects, Together, UnlocatedTap};
+use super::object::{By, Objects, Together};
 use super::pair::Spatial;
 use super::pairs::Parts;
-use super::rows::{Answerer, RowReader};
+use super::rows::{Answerer, Reading};
 use super::stream::Ask;
-use super::strokes::{Far, Strokes};
+use super::strokes::Strokes;
+use super::{Located, object, strokes};
 use crate::error::Error;
+use crate::sink::heading::heading;
 use crate::sink::lab::LabCell;
 use crate::sink::values::Field;
+use crate::status::Status;
 
 /// Readings that are told together.
-pub enum Group<'a> {
-    /// Taps of objects.
+pub struct Group<'a> {
+    kind: Kind<'a>,
+    /// Those that are added after the status.
+    pub columns: Vec<&'static str>,
+}
+
+enum Kind<'a> {
     Objects(Objects<'a>),
-    /// Readings of strokes.
-    Strokes(Strokes<'a>),
+    Strokes(Box<Strokes<'a>>),
 }
 
 impl<'a> Group<'a> {
-    /// Of readings, where any are told together.
-    pub fn new(rows: &RowReader<'a>, ask: &Ask<'_>) -> Result<Option<Self>, Error> {
-        Ok(match ask.by {
-            By::Strokes(free) => Some(Self::Strokes(Strokes::new(rows, free)?)),
+    /// Of readings of columns with these `names`, where any are told together.
+    pub fn new(who: Answerer<'a>, names: &[String], ask: &Ask<'_>) -> Result<Option<Self>, Error> {
+        let kind = match ask.by {
+            By::Strokes(free) => Some(Kind::Strokes(Box::new(Strokes::new(who.first(), names, free)?))),
             _ => {
-                let objects =
-                    Objects::new(rows, ask).map_err(|e| e.at(ask.label.unwrap_or("stdin"), None))?;
-                objects.map(Self::Objects)
+                let objects = Objects::new(who, names, ask).map_err(|e| e.at(ask.label(), None))?;
+                objects.map(Kind::Objects)
             }
-        })
+        };
+        let columns = Self::columns(ask, who.is_twofold(), names);
+        Ok(kind.map(|kind| Self { kind, columns }))
     }
 
-    /// Columns that are added after the status of readings that are told together `by` this; `rows` of a file, whose columns are kept.
-    pub fn columns(
-        (by, interval): (By<'_>, bool),
-        who: Answerer<'_>,
-        rows: Option<&RowReader<'_>>,
-    ) -> Vec<&'static str> {
-        match by {
-            By::Strokes(_) => Strokes::columns(rows),
-            _ => Objects::columns(by, rows.is_some(), [who.is_twofold(), interval]),
-        }
-    }
-
-    /// The columns of a tap by two gauges, as in [`Self::tell`].
-    pub(super) fn tell_pair(
-        &mut self,
-        (rows, cells): (&RowReader<'_>, &[LabCell<'_>]),
-        at: (usize, u64),
-        alone: &(Spatial, Option<Parts>),
-        ask: &Ask<'_>,
-    ) -> Vec<Field> {
-        let Self::Objects(objects) = self else { return Vec::new() };
-        let (name, shift) = (objects.name(cells), objects.shift(cells));
-        let together = objects.tell_pair(&name, (at.0, at.1, shift), alone, ask);
-        let told = Together::fields(together.as_ref(), [true, ask.interval]);
-        self.named((rows, cells), ask, told)
+    /// Columns that are added to readings that have columns of these `names`. The first is the name of the object or stroke where the line does not keep
+    /// it.
+    pub fn columns(ask: &Ask<'_>, twofold: bool, names: &[String]) -> Vec<&'static str> {
+        let own = ask.keep && names.iter().any(|name| name == strokes::NAME);
+        let wanted = |name: &&str| match *name {
+            strokes::NAME => !own,
+            object::NAME => !ask.keep && matches!(ask.by, By::Column(_)),
+            name if name.starts_with(object::NAME) && name.ends_with("_95_mm") => ask.interval,
+            name if name.ends_with("tilt_deg") => twofold,
+            _ => true,
+        };
+        let table = if let By::Strokes(_) = ask.by { "along" } else { "together" };
+        heading(table).names_as(&[]).into_iter().filter(wanted).collect()
     }
 
     /// The sensor is at rest.
     pub fn rest(&mut self) {
-        if let Self::Strokes(strokes) = self {
+        if let Kind::Strokes(strokes) = &mut self.kind {
             strokes.rest();
         }
     }
 
-    /// The columns of a reading: what it tells with those before it.
+    /// The columns of a line with these fields: what its `tap`, if it is one, tells with those before it. With a tap comes its own answer, of two
+    /// gauges with what that is made of.
     pub fn tell(
         &mut self,
-        (rows, cells): (&RowReader<'_>, &[LabCell<'_>]),
-        tap: UnlocatedTap,
-        alone: &Located,
+        cells: &[LabCell<'_>],
+        tap: Option<(&Reading, &Spatial, Option<Parts>)>,
         ask: &Ask<'_>,
     ) -> Vec<Field> {
-        let told = match self {
-            Self::Objects(objects) => {
-                let (name, shift) = (objects.name(cells), objects.shift(cells));
-                let together = objects.tell(&name, UnlocatedTap { shift, ..tap }, alone, ask);
-                Together::fields(together.as_ref(), [false, ask.interval])
+        let (told, name): (Option<(Vec<f64>, Status)>, _) = match &mut self.kind {
+            Kind::Objects(objects) => {
+                let together =
+                    tap.and_then(|(tap, alone, parts)| objects.tell(cells, tap, (alone, parts), ask));
+                (
+                    together.map(|told| (numbers(&told, &self.columns), told.located.status)),
+                    objects.name(cells),
+                )
             }
-            Self::Strokes(strokes) => match strokes.tell(&strokes.name(cells), tap, ask) {
-                Some(far) => Far::fields(Some(&far)),
-                None => return self.nothing((rows, cells), ask),
-            },
+            Kind::Strokes(strokes) => {
+                let far = tap.and_then(|(tap, ..)| strokes.tell(cells, tap, ask));
+                let name = if far.is_some() { strokes.shown(cells) } else { String::new() };
+                (far.map(|far| (far.numbers(), far.status)), name)
+            }
         };
-        self.named((rows, cells), ask, told)
-    }
-
-    /// The columns of a reading that tells nothing.
-    pub fn nothing(&self, (rows, cells): (&RowReader<'_>, &[LabCell<'_>]), ask: &Ask<'_>) -> Vec<Field> {
-        match self {
-            Self::Objects(_) => {
-                let told = Together::fields(None, [rows.who.is_twofold(), ask.interval]);
-                self.named((rows, cells), ask, told)
-            }
-            Self::Strokes(_) => {
-                let name = self.is_named(rows, ask).then(|| "".into());
-                name.into_iter().chain(Far::fields(None)).collect()
-            }
-        }
-    }
-
-    /// Whether a column with the name stands before the others.
-    fn is_named(&self, rows: &RowReader<'_>, ask: &Ask<'_>) -> bool {
-        match self {
-            Self::Objects(_) => !ask.keep && matches!(ask.by, By::Column(_)),
-            Self::Strokes(_) => {
-                Strokes::columns(ask.keep.then_some(rows)).first() == Some(&super::strokes::NAME)
-            }
-        }
-    }
-
-    /// What a reading has `told`, after the name of its object or stroke where the line does not keep it.
-    fn named(
-        &self,
-        (rows, cells): (&RowReader<'_>, &[LabCell<'_>]),
-        ask: &Ask<'_>,
-        told: Vec<Field>,
-    ) -> Vec<Field> {
-        let name = || match self {
-            Self::Objects(objects) => objects.name(cells),
-            Self::Strokes(strokes) => strokes.shown(cells),
+        let named = [object::NAME, strokes::NAME].contains(&self.columns[0]);
+        let (numbers, status) = match told {
+            Some((numbers, status)) => (numbers, status.into()),
+            None => (vec![f64::NAN; self.columns.len() - 1 - usize::from(named)], "".into()),
         };
-        let name = self.is_named(rows, ask).then(|| name().into());
-        name.into_iter().chain(told).collect()
+        let name = named.then(|| name.into());
+        name.into_iter().chain(numbers.into_iter().map(Field::from)).chain([status]).collect()
     }
+}
+
+/// The numbers of these `columns`.
+fn numbers(told: &Together, columns: &[&str]) -> Vec<f64> {
+    let Located { distance, sigma, interval: [from, to], .. } = told.located;
+    let (line, by) = told.apart.map_or((f64::NAN, f64::NAN), |(line, by)| (line as f64, by));
+    // More digits than two of a number of standard deviations say nothing.
+    let by = (100.0 * by).round() / 100.0 + 0.0;
+    let all = [told.taps as f64, distance, sigma, from, to, told.tilt[0], told.tilt[1], line, by];
+    let names = heading("together").names_as(&[]).into_iter().skip(1);
+    names.zip(all).filter(|(name, _)| columns.contains(name)).map(|(_, x)| x).collect()
 }

@@ -33,7 +33,7 @@ impl Kept {
     /// For these rows, those of `frame` where they are in memory, with the columns `added`, of which the zero is the first.
     pub fn new(rows: &RowReader<'_>, frame: Option<&Frame>, added: &[&'static str]) -> Self {
         let own = rows.names();
-        let common = [rows.lines().drive().column(), rows.who.first().unit.common()];
+        let common = [rows.drive().column(), rows.who.first().unit.common()];
         let taken = |n: &String| n == "line" || added.contains(&n.as_str());
         let mut names = own.clone();
         for k in (0..own.len()).filter(|k| taken(&own[*k])) {

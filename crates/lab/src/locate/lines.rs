@@ -60,9 +60,6 @@ impl<'a> Source<'a> {
     }
 
     /// Reads the first line; a header goes to `rows`, anything else is given by [`Self::next`].
-    ///
-    /// # Errors
-    /// A header that does not fit the calibration; input that fails.
     pub fn first(&mut self, rows: &mut RowReader<'_>) -> Result<(), Error> {
         if std::mem::replace(&mut self.begun, true) {
             return Ok(());
@@ -140,9 +137,6 @@ impl<'a> Source<'a> {
     }
 
     /// The length of the next line that is no comment.
-    ///
-    /// # Errors
-    /// A comment that names other columns than the lines before it have; input that fails.
     fn read(&mut self, rows: &RowReader<'_>) -> Result<Option<usize>, Error> {
         loop {
             let LabTable::Text(reader) = &mut self.input else { return Ok(None) };
@@ -176,29 +170,12 @@ fn text(line: &[u8], length: usize) -> Option<&str> {
     Some(text.trim_end_matches(['\n', '\r']).trim_start_matches('\u{feff}'))
 }
 
-/// Reads a line into `line`, of which at most [`LONGEST`] bytes are kept; its length, `None` at the end.
+/// Reads a line into `line`, of which at most [`LONGEST`] bytes are kept; its length, at most one more than [`LINE`], `None` at the end.
 fn read_line(reader: &mut BufReader<impl Read>, line: &mut Vec<u8>) -> std::io::Result<Option<usize>> {
     line.clear();
-    let mut length = 0;
-    loop {
-        let buffer = match reader.fill_buf() {
-            Err(e) if e.kind() == std::io::ErrorKind::Interrupted => continue,
-            other => other?,
-        };
-        if buffer.is_empty() {
-            return Ok((length > 0).then_some(length));
-        }
-        let (part, ended) = match buffer.iter().position(|b| *b == b'\n') {
-            Some(end) => (&buffer[..=end], true),
-            None => (buffer, false),
-        };
-        let room = LONGEST.saturating_sub(line.len()).min(part.len());
-        line.extend_from_slice(&part[..room]);
-        let n = part.len();
-        length += n;
-        reader.consume(n);
-        if ended || length > LINE {
-            return Ok(Some(length));
-        }
+    let mut length = reader.by_ref().take(LONGEST as u64).read_until(b'\n', line)?;
+    if length == LONGEST && !line.ends_with(b"\n") {
+        length += reader.by_ref().take((LINE + 1 - LONGEST) as u64).skip_until(b'\n')?;
     }
+    Ok((length > 0).then_some(length))
 }

@@ -6,7 +6,7 @@ use super::pair::Twofold;
 use crate::backend::Choice;
 use crate::error::{Error, InputError};
 use crate::estimator::model::exact::Opener;
-use crate::estimator::model::{Found, SAME, between};
+use crate::estimator::model::{Found, SAME};
 use crate::estimator::{Estimator, Known};
 use crate::evaluate::Method;
 use crate::measure::counts::wrapped;
@@ -180,8 +180,7 @@ impl Locator {
 
     /// Least and largest calibrated drive of the side of `sign`, counted from the origin of the drive; `None` where it has none.
     pub fn drives(&self, sign: f64) -> Option<[f64; 2]> {
-        let side = self.sides.iter().find(|s| s.sign == sign)?;
-        Some([*side.drives.first()?, *side.drives.last()?])
+        Some(self.side_of(sign)?.ends())
     }
 
     /// What answers each side.
@@ -189,10 +188,19 @@ impl Locator {
         &self.sides
     }
 
+    /// What answers signals of this `sign`.
+    pub(crate) fn side_of(&self, sign: f64) -> Option<&Opened> {
+        self.sides.iter().find(|side| side.sign == sign)
+    }
+
+    /// The largest calibrated drive of any side, counted from the origin of the drive; 0 where none is positive.
+    pub(super) fn largest_drive(&self) -> f64 {
+        self.sides.iter().map(|side| side.ends()[1]).fold(0.0, f64::max)
+    }
+
     /// Whether a reading of this drive is one of the zero, but for rounding.
     pub fn rests(&self, drive: f64) -> bool {
-        let largest =
-            self.sides.iter().filter_map(|s| s.drives.last()).fold(self.drive_origin.abs(), |x, y| x.max(*y));
+        let largest = self.drive_origin.abs().max(self.largest_drive());
         let known = [Some(0.0), self.tared.as_ref().and_then(|t| t.until)];
         let same = |x: &f64| (drive - x).abs() <= rounding(largest);
         let drive = known.into_iter().flatten().find(same).unwrap_or(drive);
@@ -261,7 +269,7 @@ impl Locator {
         known: Known,
     ) -> Result<(Found, f64), Status> {
         let found = side.answers.find(drive, signal, known)?;
-        let bias = between(&side.drives, &side.bias, drive);
+        let bias = side.bias_at(drive);
         let of_reading = (self.noise * self.noise * (1.0 + known.share) + self.of_zero + found.variance)
             / (found.slope * found.slope);
         let sigma = if found.sigma.is_finite() { found.sigma } else { (of_reading + bias * bias).sqrt() };
@@ -305,15 +313,10 @@ impl Locator {
         (drive - self.drive_origin, if wraps { wrapped(signal, lean) } else { signal })
     }
 
-    /// Whether a side is answered by a learned curve, whose taps of one object may be taken together.
-    pub(crate) fn is_learned(&self) -> bool {
-        self.sides.iter().any(|side| side.answers.learned().is_some())
-    }
-
     /// Signal that the estimator expects of a tap at a (mm) by `drive`, on the side of `sign`; NaN where it expects nothing.
     pub fn expected(&self, a: f64, drive: f64, sign: f64) -> f64 {
         let drive = self.beyond_origin(drive);
-        let Some(side) = self.sides.iter().find(|s| s.sign == sign) else { return f64::NAN };
+        let Some(side) = self.side_of(sign) else { return f64::NAN };
         if !side.admits(drive) || !a.is_finite() {
             return f64::NAN;
         }
@@ -323,21 +326,19 @@ impl Locator {
     /// Variance of what is expected there, beyond the noise of one reading; NaN where nothing is known of it.
     pub(crate) fn left(&self, a: f64, drive: f64, sign: f64) -> f64 {
         let drive = self.beyond_origin(drive);
-        let Some(side) = self.sides.iter().find(|s| s.sign == sign) else { return f64::NAN };
+        let Some(side) = self.side_of(sign) else { return f64::NAN };
         let expected = |a: f64| side.answers.expected(a, drive);
         let slope = (expected(a * (1.0 + QUOTIENT)) - expected(a * (1.0 - QUOTIENT))) / (2.0 * QUOTIENT * a);
         let variance = side.answers.variance(a, drive, self.same_run);
-        if side.answers.learned().is_some() {
+        if side.learned().is_some() {
             return variance;
         }
-        let bias = between(&side.drives, &side.bias, drive);
-        variance + (bias * slope).powi(2) + self.of_zero
+        variance + (side.bias_at(drive) * slope).powi(2) + self.of_zero
     }
 
     /// Whether the strain of a tared signal is beyond the limit.
     pub(crate) fn limit_of(&self, signal: f64) -> Status {
-        let side = self.sides.iter().find(|s| s.sign == signal.signum());
-        self.limit(signal, side.map_or(f64::NAN, |side| side.factor))
+        self.limit(signal, self.side_of(signal.signum()).map_or(f64::NAN, |side| side.factor))
     }
 
     fn limit(&self, signal: f64, factor: f64) -> Status {

@@ -11,13 +11,10 @@
 //! ```
 
 pub mod answers;
-mod batch;
 pub mod calibration;
 pub mod free;
-mod group;
+pub(crate) mod group;
 mod kept;
-mod known;
-pub(crate) mod likely;
 mod lines;
 pub mod locator;
 pub mod next;
@@ -25,7 +22,6 @@ pub mod object;
 pub(crate) mod opened;
 pub mod pair;
 mod pairs;
-mod reading;
 mod rows;
 pub mod sequence;
 pub mod several;
@@ -33,6 +29,7 @@ pub mod stream;
 pub mod strokes;
 pub mod table;
 pub mod tare;
+mod tared;
 
 pub use crate::estimator::model::Found;
 pub use crate::estimator::model::ModelError;
@@ -41,7 +38,7 @@ pub use crate::estimator::model::parameter::Parameter;
 pub use crate::estimator::{self, Estimator};
 pub use calibration::Calibration;
 pub use locator::{Located, Locator};
-pub use pair::{Readings as PairOfReadings, Spatial};
+pub use pair::Spatial;
 pub use rows::{Answerer, Reading};
 pub use sequence::Sequence;
 pub use several::{Sensor, Several};

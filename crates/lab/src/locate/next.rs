@@ -4,8 +4,9 @@ use rayon::prelude::*;
 use vibrissa_learned::joint::{Joint, Object, Outlook, Tap};
 
 use super::Locator;
-use super::object::{UnlocatedTap, doubts, limit};
+use super::object::{doubts, limit};
 use super::opened::Opened;
+use super::rows::Reading;
 use crate::status::Status;
 
 /// Drives that are tried.
@@ -93,37 +94,34 @@ pub struct May {
 /// Why nothing can be said, in words: no learned curve; no drive; taps that fit no distance.
 pub fn next(
     locator: &Locator,
-    taps: &[UnlocatedTap],
+    taps: &[Reading],
     May { within, shifts, same_run }: May,
 ) -> Result<Next, &'static str> {
-    let learned_side = |k: &usize| locator.sides()[*k].answers.learned().is_some();
-    let first = (0..locator.sides().len()).find(learned_side);
+    let learned = |k: usize| locator.sides()[k].learned();
+    let first = (0..locator.sides().len()).find(|k| learned(*k).is_some());
     let first = first.ok_or("taps are taken together by `learned`, with one gauge")?;
     // A tap without a distance of its own tells none together with others either.
-    let asked = |tap: &UnlocatedTap| {
-        let alone = locator.locate_above(tap.drive, tap.signal, 0.0, tap.share);
-        locator
-            .asked(tap.drive, tap.signal)
-            .ok()
-            .filter(|asked| learned_side(&asked.side) && alone.distance.is_finite() && tap.shift.is_finite())
+    let asked = |tap: &Reading| {
+        let (signal, share) = (tap.signals[0], tap.shares[0]);
+        let asked = locator.asked(tap.drive, signal).ok().filter(|asked| learned(asked.side).is_some())?;
+        let alone = locator.locate_above(tap.drive, signal, 0.0, share);
+        (alone.distance.is_finite() && tap.shift.is_finite()).then_some((asked, share))
     };
     let asked: Vec<_> = taps.iter().map(asked).collect();
-    let place = asked.iter().flatten().next().map_or(first, |tap| tap.side);
+    let place = asked.iter().flatten().next().map_or(first, |(tap, _)| tap.side);
     let side = &locator.sides()[place];
-    let learned = side.answers.learned().ok_or("taps are taken together by `learned`")?;
-    let own = || {
-        taps.iter().zip(&asked).enumerate().filter_map(|(k, (tap, asked))| Some((k, tap, asked.as_ref()?)))
-    };
-    let own = || own().filter(|(.., asked)| asked.side == place);
-    let tared = own()
-        .next()
-        .map_or_else(|| learned.read(1.0, 0.0).0, |(_, tap, asked)| learned.read(asked.signal, tap.share).0);
+    let learned = learned(place).ok_or("taps are taken together by `learned`")?;
+    let all =
+        taps.iter().zip(&asked).enumerate().filter_map(|(k, (tap, asked))| Some((k, tap, asked.as_ref()?)));
+    let own = all.filter(|(.., (asked, _))| asked.side == place);
+    let of_first = own.clone().next().map_or((1.0, 0.0), |(.., (asked, share))| (asked.signal, *share));
+    let tared = learned.read(of_first.0, of_first.1).0;
     let joint = learned.joint(tared);
     let mut object = Object::new(joint);
     let (mut places, mut stands) = (Vec::new(), 0.0);
-    for (k, tap, asked) in own() {
-        let (_, y, of_zero) = learned.read(asked.signal, tap.share);
-        let UnlocatedTap { zero, shift, .. } = *tap;
+    for (k, tap, (asked, share)) in own {
+        let (_, y, of_zero) = learned.read(asked.signal, *share);
+        let Reading { zeros: zero, shift, .. } = *tap;
         object.add(joint, Tap { u: asked.drive, y, of_zero, zero, shift }, same_run);
         stands = shift;
         places.push(k);
@@ -192,7 +190,7 @@ impl Known<'_> {
         may_move: bool,
     ) -> Result<Vec<Tried>, &'static str> {
         let origin = self.locator.drive_origin;
-        let [first, last] = [self.side.drives[0], self.side.drives[self.side.drives.len() - 1]];
+        let [first, last] = self.side.ends();
         let ends = [first.max(within[0] - origin), last.min(within[1] - origin)];
         if ends[0] > ends[1] {
             return Err("no calibrated drive lies within these limits");

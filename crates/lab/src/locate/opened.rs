@@ -2,8 +2,9 @@
 
 use crate::error::Error;
 use crate::estimate::WIDENING;
-use crate::estimator::model::SAME;
+use crate::estimator::learnt::LearnedCurve;
 use crate::estimator::model::exact::Opener;
+use crate::estimator::model::{SAME, between};
 use crate::estimator::{Answers, Estimator, SideRecord};
 use crate::measure::Rig;
 use crate::scene::Side;
@@ -34,9 +35,25 @@ pub(crate) struct Opened {
 }
 
 impl Opened {
+    /// Least and largest calibrated drive.
+    pub(crate) fn ends(&self) -> [f64; 2] {
+        [self.drives[0], self.drives[self.drives.len() - 1]]
+    }
+
     /// Whether `drive` is among the calibrated ones.
     pub(crate) fn admits(&self, drive: f64) -> bool {
-        drive >= self.drives[0] * (1.0 - SAME) && drive <= self.drives[self.drives.len() - 1] * (1.0 + SAME)
+        let [least, largest] = self.ends();
+        drive >= least * (1.0 - SAME) && drive <= largest * (1.0 + SAME)
+    }
+
+    /// Bias of distances on held-out ones by this drive, mm.
+    pub(crate) fn bias_at(&self, drive: f64) -> f64 {
+        between(&self.drives, &self.bias, drive)
+    }
+
+    /// The learned curve that answers it, where one does.
+    pub(crate) fn learned(&self) -> Option<&LearnedCurve> {
+        self.answers.learned()
     }
 
     /// Words of warning of a distance, mm, with `near` the next one of the same reading.

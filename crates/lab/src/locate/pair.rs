@@ -6,27 +6,17 @@ use super::calibration::{Calibration, Second};
 use super::locator::{Located, Locator};
 use super::opened::Opened;
 use super::pairs::{Parts, Sources};
+use super::rows::Reading;
 use crate::curve::both::{Inverted, TwoReadings, inverse};
 use crate::error::{Error, SolveError};
 use crate::estimator::model::exact::{Extent, Opener};
 use crate::estimator::model::pair::{Pair, Transfer};
-use crate::estimator::model::{Found, between};
+use crate::estimator::model::{Found, SAME};
 use crate::estimator::{Estimator, Known, SideRecord};
 use crate::evaluate::Method;
 use crate::measure::Rig;
 use crate::measure::skin::Skin;
 use crate::status::Status;
-
-/// Two readings of one tap, above their zeros.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Readings {
-    /// Degrees or mm.
-    pub drive: f64,
-    /// Strains, or the unit of the reading: of the first gauge, of the second.
-    pub signals: [f64; 2],
-    /// Variances of the zeros in units of those of one reading.
-    pub shares: [f64; 2],
-}
 
 /// A contact in space, in the frame of the base at first touch: x along the whisker, y towards the object in the plane of rotation, z the
 /// motor's axis, which is the origin.
@@ -60,6 +50,11 @@ impl Spatial {
         }
     }
 
+    /// A distance alone.
+    pub const fn of(located: Located) -> Self {
+        Self { located, ..Self::nothing(located.status) }
+    }
+
     /// Its numbers, in the order of tables.
     pub fn numbers(&self) -> [f64; 11] {
         let Located { distance, sigma, .. } = self.located;
@@ -74,16 +69,13 @@ pub(crate) struct Twofold {
     transfer: Transfer,
     skin: Skin,
     /// Place of the side of the gauge among those that are answered.
-    side: usize,
+    pub(super) side: usize,
     /// The model and what solves it, where the estimator inverts it; else tilt and strain come of linear theory.
     model: Option<(Pair, Mutex<Option<Method>>)>,
 }
 
 impl Twofold {
     /// Of a calibration with a second gauge; `None` of one without.
-    ///
-    /// # Errors
-    /// A backend that cannot be opened; a model without taps.
     pub(crate) fn new(
         calibration: &Calibration,
         rig: &Rig,
@@ -108,21 +100,20 @@ impl Twofold {
         Ok(Some(Self { second, transfer, skin: Skin::new(rig, None), side, model }))
     }
 
-    /// The taps of the model, of distance, tilt (degrees) and drive where each is looked for first, and its readings; one after the other where
-    /// several threads ask.
-    fn invert(&self, asked: &[([f64; 3], [f64; 2])]) -> Result<Option<Vec<Option<Inverted>>>, SolveError> {
-        let Some((pair, method)) = &self.model else { return Ok(None) };
+    /// The taps of the model that give the readings of `asked`, looked for first where these are; one thread after the other. Nothing without a model.
+    fn invert<'s>(&self, asked: impl Iterator<Item = &'s Solved>) -> Result<Vec<Option<Inverted>>, SolveError> {
+        let Some((pair, method)) = &self.model else { return Ok(Vec::new()) };
         let mut held = method.lock().unwrap_or_else(PoisonError::into_inner);
-        let Some(method) = held.take() else { return Ok(None) };
+        let Some(method) = held.take() else { return Ok(Vec::new()) };
         let mut evaluator = pair.evaluator(method);
-        let start = |([a, tilt, drive], readings): &([f64; 3], [f64; 2])| TwoReadings {
-            start: pair.tap(*a, *tilt, *drive),
-            readings: *readings,
+        let start = |s: &Solved| TwoReadings {
+            start: pair.tap(s.a, s.tilt.to_degrees(), s.drive),
+            readings: s.readings,
         };
-        let asked: Vec<TwoReadings> = asked.iter().map(start).collect();
+        let asked: Vec<TwoReadings> = asked.map(start).collect();
         let found = pair.invert(&mut evaluator, &self.transfer, &asked);
         *held = Some(evaluator.into_method());
-        found.map(Some)
+        found
     }
 
     /// Tilt, rad, and the reading of an upright pole at the same distance, both of linear theory: tan β̂ = ε₂/ε₁, (ε₁² + ε₂²)/ε₁. With them d(distance's
@@ -139,14 +130,21 @@ impl Twofold {
     }
 }
 
-/// What was made of two readings, before it is judged.
+/// What was made of the two readings of one tap, before it is judged.
 struct Solved {
+    /// Positive on the side that is calibrated.
+    readings: [f64; 2],
+    /// From its origin.
+    drive: f64,
+    status: Status,
+    /// Variance of the first reading that the calibration leaves.
+    variance: f64,
+    near: Option<f64>,
     a: f64,
     /// rad.
     tilt: f64,
     /// d(a, β)/d(r₁, r₂).
     inverse: [[f64; 2]; 2],
-    near: Option<f64>,
     /// Whether strain grows with distance there: the root is the near one.
     rising: bool,
 }
@@ -158,69 +156,48 @@ impl Locator {
     }
 
     /// Distance, tilt and place of taps of two readings. Without a second gauge there is nothing.
-    pub fn locate_pairs(&self, readings: &[Readings]) -> Result<Vec<Spatial>, Error> {
+    pub fn locate_pairs(&self, readings: &[Reading]) -> Result<Vec<Spatial>, Error> {
         Ok(self.pairs(readings)?.into_iter().map(|found| found.0).collect())
     }
 
-    /// The same with what each that is told is made of.
-    pub(super) fn pairs(&self, readings: &[Readings]) -> Result<Vec<(Spatial, Option<Parts>)>, Error> {
+    /// The same with what the errors of each answer are made of.
+    pub(super) fn pairs(&self, readings: &[Reading]) -> Result<Vec<(Spatial, Option<Parts>)>, Error> {
         let nothing = |why: Status| (Spatial::nothing(why), None);
-        let mut all = vec![nothing(Status::OUTSIDE_CALIBRATION); readings.len()];
-        let Some(two) = &self.twofold else { return Ok(all) };
+        let Some(two) = &self.twofold else {
+            return Ok(vec![nothing(Status::OUTSIDE_CALIBRATION); readings.len()]);
+        };
+        // The model starts where linear theory has them.
+        let mut all: Vec<_> = readings.iter().map(|reading| self.by_theory(two, reading)).collect();
+        let inverted = two.invert(all.iter().flatten())?;
+        for (one, found) in all.iter_mut().filter(|one| one.is_ok()).zip(inverted) {
+            let Ok(solved) = one else { continue };
+            match found.and_then(|found| Some((found, inverse(found.slopes)?))) {
+                Some((Inverted { task, slopes }, inverse)) => {
+                    (solved.a, solved.tilt) = (task.a, task.direction.tilt.to_radians());
+                    (solved.inverse, solved.rising) = (inverse, slopes[0][0] > 0.0);
+                }
+                None => *one = Err(solved.status | Status::NO_ROOT),
+            }
+        }
+        let judged = |(one, reading): (Result<Solved, Status>, &Reading)| {
+            one.and_then(|solved| self.judged(two, reading, &solved))
+                .map_or_else(nothing, |(s, p)| (s, Some(p)))
+        };
+        Ok(all.into_iter().zip(readings).map(judged).collect())
+    }
+
+    /// What linear theory makes of two readings.
+    fn by_theory(&self, two: &Twofold, reading: &Reading) -> Result<Solved, Status> {
         let side = &self.sides()[two.side];
-        // What linear theory makes of them; the model starts there.
-        let mut begun: Vec<(usize, [f64; 2], f64, Status, Found, Solved)> = Vec::new();
-        for (i, r) in readings.iter().enumerate() {
-            let drive = self.beyond_origin(r.drive);
-            let signs = r.signals.map(|x| side.sign * x);
-            let status = match self.admitted(two, side, drive, signs) {
-                Ok(status) => status,
-                Err(why) => {
-                    all[i] = nothing(why);
-                    continue;
-                }
-            };
-            let ([tilt, upright], of_readings) = two.linear(signs);
-            let found = match side.answers.find(
-                drive,
-                upright,
-                Known { share: r.shares[0], same_run: self.same_run },
-            ) {
-                Ok(found) => found,
-                Err(why) => {
-                    all[i] = nothing(status | why);
-                    continue;
-                }
-            };
-            let [of_a, of_tilt] = of_readings;
-            let inverse = [of_a.map(|x| x / found.slope), of_tilt];
-            let solved = Solved { a: found.a, tilt, inverse, near: found.near, rising: false };
-            begun.push((i, signs, drive, status, found, solved));
-        }
-        let asked: Vec<([f64; 3], [f64; 2])> = begun
-            .iter()
-            .map(|(_, signs, drive, .., s)| ([s.a, s.tilt.to_degrees(), *drive], *signs))
-            .collect();
-        if let Some(inverted) = two.invert(&asked)? {
-            for ((i, .., status, _, solved), found) in begun.iter_mut().zip(inverted) {
-                let slopes = found.and_then(|f| Some((f, inverse(f.slopes)?)));
-                let Some((Inverted { task, slopes }, inverse)) = slopes else {
-                    all[*i] = nothing(*status | Status::NO_ROOT);
-                    solved.a = f64::NAN;
-                    continue;
-                };
-                let (tilt, rising) = (task.direction.tilt.to_radians(), slopes[0][0] > 0.0);
-                *solved = Solved { a: task.a, tilt, inverse, near: solved.near, rising };
-            }
-        }
-        for (i, signs, drive, status, found, solved) in begun {
-            if solved.a.is_finite() {
-                let of_model = found.variance * solved.tilt.cos().powi(4);
-                let sources = self.sources(two, signs, readings[i].shares, of_model);
-                all[i] = self.judged(two, side, drive, status, &sources, &solved);
-            }
-        }
-        Ok(all)
+        let drive = self.beyond_origin(reading.drive);
+        let readings = [0, 1].map(|k| side.sign * reading.signals[k]);
+        let status = self.admitted(two, side, drive, readings)?;
+        let ([tilt, upright], [of_a, of_tilt]) = two.linear(readings);
+        let known = Known { share: reading.shares[0], same_run: self.same_run };
+        let found = side.answers.find(drive, upright, known).map_err(|why| status | why)?;
+        let inverse = [of_a.map(|x| x / found.slope), of_tilt];
+        let Found { a, near, variance, .. } = found;
+        Ok(Solved { readings, drive, status, variance, near, a, tilt, inverse, rising: false })
     }
 
     /// Words of warning of two readings that can be answered.
@@ -239,14 +216,15 @@ impl Locator {
         if signs[0] <= 0.0 || !side.admits(drive) {
             return Err(status | Status::OUTSIDE_CALIBRATION);
         }
-        if signs[0] >= side.end_stop * (1.0 - crate::estimator::model::SAME) {
+        if signs[0] >= side.end_stop * (1.0 - SAME) {
             return Err(status | Status::STRAIN_LIMIT);
         }
         Ok(status)
     }
 
-    /// Errors of two readings, the expected ones' included, of which `of_model` is the variance of the first's.
-    fn sources(&self, two: &Twofold, readings: [f64; 2], shares: [f64; 2], of_model: f64) -> Sources {
+    /// Errors of two readings, whose zeros have these `shares`, and of what is expected of them.
+    fn sources(&self, two: &Twofold, shares: &[f64], solved: &Solved) -> Sources {
+        let (readings, of_model) = (solved.readings, solved.variance * solved.tilt.cos().powi(4));
         let Second { factor, noise, sigma_factor, sigma_misalignment_deg, .. } = &two.second;
         let ratio = factor / two.transfer.factors[0];
         let noises = [self.noise(), *noise];
@@ -265,25 +243,18 @@ impl Locator {
     }
 
     /// The answer, with what it is worth: J⁻¹ N J⁻ᵀ, and the bias on held-out distances.
-    fn judged(
-        &self,
-        two: &Twofold,
-        side: &Opened,
-        drive: f64,
-        status: Status,
-        sources: &Sources,
-        solved: &Solved,
-    ) -> (Spatial, Option<Parts>) {
+    fn judged(&self, two: &Twofold, reading: &Reading, solved: &Solved) -> Result<(Spatial, Parts), Status> {
+        let (side, sources) = (&self.sides()[two.side], self.sources(two, &reading.shares, solved));
         let [of_a, of_tilt] = solved.inverse;
         let product_of =
             |v: [f64; 2]| move |p: [f64; 2], q: [f64; 2]| p[0] * q[0] * v[0] + p[1] * q[1] * v[1];
         let product = product_of(sources.variances());
-        let bias = between(&side.drives, &side.bias, drive);
+        let bias = side.bias_at(solved.drive);
         let aa = product(of_a, of_a) + bias * bias;
         let (at, tt) = (product(of_a, of_tilt), product(of_tilt, of_tilt));
         let (sigma, sigma_tilt) = (aa.sqrt(), tt.sqrt());
         if !(sigma.is_finite() && sigma_tilt.is_finite()) {
-            return (Spatial::nothing(status | Status::NO_ROOT), None);
+            return Err(solved.status | Status::NO_ROOT);
         }
         let own = product_of(sources.own);
         let moved = |[r1, r2]: [f64; 2]| [of_a, of_tilt].map(|by| by[0] * r1 + by[1] * r2);
@@ -296,7 +267,7 @@ impl Locator {
         };
         let more = || !self.rig.shared().theory.alone(solved.a);
         let ambiguous = if solved.rising && more() { Status::AMBIGUOUS } else { Status::OK };
-        let status = status | ambiguous | side.doubts(solved.a, solved.near, sigma);
+        let status = solved.status | ambiguous | side.doubts(solved.a, solved.near, sigma);
         let (sin, cos) = solved.tilt.sin_cos();
         let [x, out] = two.skin.place(solved.a);
         let [along, narrower] = two.skin.slope();
@@ -311,11 +282,6 @@ impl Locator {
             point: [x, out * cos, out * sin],
             sigma_point: by.map(spread),
         };
-        (spatial, Some(parts))
-    }
-
-    /// Words of warning of a distance and its standard deviation that several taps tell together.
-    pub(super) fn doubts_together(&self, a: f64, sigma: f64) -> Status {
-        self.twofold.as_ref().map_or(Status::OK, |two| self.sides()[two.side].doubts(a, None, sigma))
+        Ok((spatial, parts))
     }
 }

@@ -40,7 +40,7 @@ const SHARED: usize = 5;
 
 /// Distance, mm, and tilt, rad, of a tap, and of what their errors are made.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Parts {
+pub(crate) struct Parts {
     /// Both.
     pub at: [f64; 2],
     /// Covariance that is of this tap alone.

@@ -1,172 +1,190 @@
 //! Rows of readings: a drive and as many signals as the sensor has.
 
+use std::hash::{DefaultHasher, Hash, Hasher};
+
 use rayon::prelude::*;
 
-use super::reading::Lines;
 use super::several::Several;
-use super::{Located, Locator, PairOfReadings, Spatial};
+use super::{Locator, Spatial};
 use crate::error::{Error, InputError};
-use crate::measure::Names;
+use crate::fields::{self, Decimals, fields, separator};
+use crate::measure::columns::{Columns, may_drive};
 use crate::measure::header::{Comments, same};
+use crate::measure::lag::Memory;
+use crate::measure::{Names, Unit};
+use crate::scene::{Drive, Signal};
 use crate::sink::lab::{LabCell, LabRow};
 use crate::status::Status;
 
-/// Taps from which on the work of answering them is shared by threads.
-const MANY: usize = 512;
-
-/// What answers readings.
+/// What answers readings: one whisker with one gauge or two, or a sensor with several channels.
 #[derive(Clone, Copy)]
-pub enum Answerer<'a> {
-    /// A whisker with one signal, or with two gauges.
-    One(&'a Locator),
-    /// A sensor with several channels.
-    Several(&'a Several),
+pub struct Answerer<'a> {
+    locators: &'a [Locator],
+    several: Option<&'a Several>,
 }
 
 impl<'a> From<&'a Locator> for Answerer<'a> {
     fn from(locator: &'a Locator) -> Self {
-        Self::One(locator)
+        Self { locators: std::slice::from_ref(locator), several: None }
     }
 }
 
 impl<'a> From<&'a Several> for Answerer<'a> {
     fn from(several: &'a Several) -> Self {
-        Self::Several(several)
+        Self { locators: &several.locators, several: Some(several) }
     }
 }
 
-/// A reading of every signal.
+/// A reading of every signal, above their zeros.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Reading {
-    /// Degrees or mm; NaN where it is not known.
+    /// Line of the input.
+    pub line: usize,
+    /// Degrees or mm, as recorded; NaN where it is not known.
     pub drive: f64,
-    /// Above their zeros.
+    /// Strain, or the unit of the reading.
     pub signals: Vec<f64>,
-    /// Of each zero the variance in units of that of one reading.
+    /// Variance of each zero in units of that of one reading.
     pub shares: Vec<f64>,
-}
-
-impl Reading {
-    /// Of two gauges.
-    pub(super) fn pair(&self) -> PairOfReadings {
-        let two = |all: &[f64]| [all[0], all[1]];
-        PairOfReadings { drive: self.drive, signals: two(&self.signals), shares: two(&self.shares) }
-    }
+    /// Zero readings before it: taps with the same number are above the same zero.
+    pub zeros: u64,
+    /// How much nearer to the object the base stands than where its distance is told from, mm; NaN where a row does not say it.
+    pub shift: f64,
 }
 
 impl<'a> Answerer<'a> {
     /// The one whose rig and columns are those of all.
     pub fn first(self) -> &'a Locator {
-        match self {
-            Self::One(locator) => locator,
-            Self::Several(several) => &several.locators[0],
-        }
+        &self.locators[0]
     }
 
     /// What knows the zero of signal `k`.
     pub fn locator(self, k: usize) -> &'a Locator {
-        match self {
-            Self::One(locator) => locator,
-            Self::Several(several) => &several.locators[k],
-        }
+        &self.locators[k.min(self.locators.len() - 1)]
     }
 
     /// Signals of a reading.
     pub fn signals(self) -> usize {
-        match self {
-            Self::One(locator) => 1 + usize::from(locator.is_twofold()),
-            Self::Several(several) => several.locators.len(),
-        }
+        self.locators.len() + usize::from(self.is_twofold())
     }
 
     /// The column of signal `k` in the unit of the calibration.
     pub fn column(self, k: usize) -> &'a str {
-        match self {
-            Self::One(locator) if k == 0 => locator.unit.common(),
-            Self::One(locator) => locator.unit.second_common(),
-            Self::Several(several) => &several.names[k],
+        match self.several {
+            Some(several) => &several.names[k],
+            None if k == 0 => self.first().unit.common(),
+            None => self.first().unit.second_common(),
         }
     }
 
-    /// Whether a tap of one signal is told at once, so that taps of one object can be taken together.
+    /// True of one signal, whose taps are answered at once.
     pub fn is_alone(self) -> bool {
         self.signals() == 1
     }
 
-    /// Whether it has two gauges: readings tell the tilt too.
+    /// True of two gauges, which tell the tilt too.
     pub fn is_twofold(self) -> bool {
-        matches!(self, Self::One(locator) if locator.is_twofold())
+        self.several.is_none() && self.first().is_twofold()
     }
 
-    /// Whether the drive of a tap may be unknown.
+    /// True of several channels, which may find the drive of a tap.
     pub fn finds_drives(self) -> bool {
-        matches!(self, Self::Several(_))
+        self.several.is_some()
     }
 
-    /// The answers to `taps`, of two gauges with the contact in space.
+    /// The answers to `taps` of several signals, of two gauges with the contact in space.
     pub(super) fn answer(self, taps: &[Reading]) -> Result<Vec<Spatial>, Error> {
-        let plain = |located: Located| Spatial { located, ..Spatial::nothing(located.status) };
-        match self {
-            Self::One(locator) if locator.is_twofold() => {
-                locator.locate_pairs(&taps.iter().map(Reading::pair).collect::<Vec<_>>())
-            }
-            Self::One(locator) => {
-                let one = |t: &Reading| plain(locator.locate_above(t.drive, t.signals[0], 0.0, t.shares[0]));
-                Ok(if taps.len() < MANY {
-                    taps.iter().map(one).collect()
-                } else {
-                    taps.par_iter().map(one).collect()
-                })
-            }
-            Self::Several(several) => {
-                let one = |t: &Reading| plain(several.locate(t.drive, &t.signals, &t.shares));
-                Ok(taps.par_iter().map(one).collect())
-            }
-        }
+        let Some(several) = self.several else { return self.first().locate_pairs(taps) };
+        let one = |t: &Reading| Spatial::of(several.locate(t.drive, &t.signals, &t.shares));
+        Ok(taps.par_iter().map(one).collect())
     }
+
+    /// What the user said of columns, as signal `k` reads it.
+    fn said(self, said: &Names, k: usize) -> Names {
+        self.several.map_or_else(|| said.clone(), |several| said.of_channel(several.columns[k].clone()))
+    }
+
+    /// Why a row cannot be answered by what it holds; nothing where it can.
+    pub(super) fn lacks(self, drive: f64, signals: &[f64]) -> Option<Status> {
+        let missing = match self.finds_drives() {
+            true => !signals.iter().any(|x| x.is_finite()),
+            false => !drive.is_finite() || !signals[0].is_finite(),
+        };
+        missing.then_some(Status::BAD_INPUT)
+    }
+
+    /// Whether a row is one of the zero, but for rounding.
+    pub(super) fn rests(self, drive: f64, signals: &[f64]) -> bool {
+        drive.is_finite() && signals[0].is_finite() && self.first().rests(drive)
+    }
+}
+
+/// Columns that were named, and what of them is read.
+struct Header {
+    names: Vec<String>,
+    separator: char,
+    /// Those of the first signal.
+    columns: Columns,
+    /// Unit and place of each signal.
+    signals: Vec<(Unit, usize)>,
 }
 
 /// How rows are read.
 pub struct RowReader<'a> {
     pub(super) who: Answerer<'a>,
-    /// What reads each channel; one for a whisker, with both its gauges.
-    lines: Vec<Lines<'a>>,
-    headed: bool,
+    header: Option<Header>,
+    decimals: Decimals,
+    /// What a sensor that lags remembers of the rows before.
+    memory: Memory,
+    /// True if the last row is taken as settled because its time is missing, or before that of a row above.
+    pub untimed: bool,
 }
 
 impl<'a> RowReader<'a> {
     /// Rows for `who`; without a header they hold the drive, which may be left out where it is known, or found, and the signals in the
     /// units of the calibration.
     pub fn new(who: Answerer<'a>) -> Self {
-        let lines = match who {
-            Answerer::One(locator) => vec![Lines::new(locator)],
-            Answerer::Several(several) => several.locators.iter().map(Lines::new).collect(),
-        };
-        Self { who, lines, headed: false }
+        let (decimals, memory) = Default::default();
+        Self { who, header: None, decimals, memory, untimed: false }
     }
 
-    /// Looks at the first line, after these `comments`; whether it is a header: it names a column that is known, or, in a `file`, anything that is
-    /// no number.
-    ///
-    /// # Errors
-    /// Columns that do not fit the calibration.
+    /// Looks at the first row, after these `comments`. True if it is a header: it names a column that is known, or, in a `file`, anything that is
+    /// no number. If it is none, a comment may be.
     pub fn first(
         &mut self,
-        line: LabRow<'_>,
+        row: LabRow<'_>,
         comments: &Comments,
         said: &Names,
         file: bool,
     ) -> Result<bool, InputError> {
-        let mut is_header = false;
-        match self.who {
-            Answerer::One(_) => is_header = self.lines[0].first(line, comments, said, file)?,
-            Answerer::Several(several) => {
-                for (lines, column) in self.lines.iter_mut().zip(&several.columns) {
-                    is_header = lines.first(line, comments, &said.of_channel(column.clone()), file)?;
+        let (separator, mut names): (_, Vec<String>) = match row {
+            LabRow::Line(line) => {
+                let mark = separator(line);
+                (mark, fields(line, mark).iter().map(|f| f.to_string()).collect())
+            }
+            LabRow::Of(frame, _) => (',', frame.names.iter().map(|name| name.to_string()).collect()),
+        };
+        let mut comment = None;
+        if let LabRow::Line(line) = row {
+            let own = self.who.said(said, 0);
+            if let Some((at, others)) = comments.before(line, &names, &own)? {
+                (comment, names) = (Some(at), others);
+            } else if !names.iter().any(|f| own.known(f) || (file && fields::number(f).is_none())) {
+                if said.is_empty() {
+                    return Ok(false);
                 }
+                let error = InputError::new("the first line names no columns").key("--columns").value(line);
+                return Err(error.allowed("a header with these columns; or no --columns"));
             }
         }
-        self.headed = self.lines[0].is_headed();
-        Ok(is_header)
+        let found = |k: usize| columns(self.who.locator(k), &names, &self.who.said(said, k));
+        let all = (0..self.who.locators.len()).map(found).collect::<Result<Vec<_>, _>>();
+        let all = all.map_err(|e| InputError { line: comment.or(e.line), ..e })?;
+        let second = all[0].second.filter(|_| self.who.is_twofold());
+        let signals = all.iter().map(|columns| columns.signal).chain(second).collect();
+        let columns = all.into_iter().next().expect("there is a signal");
+        self.header = Some(Header { names, separator, columns, signals });
+        Ok(comment.is_none())
     }
 
     /// Refuses a `comment` that names other columns than those of the lines before it.
@@ -175,85 +193,164 @@ impl<'a> RowReader<'a> {
         same(line, comment, &names.join("\t"), &names, said)
     }
 
-    /// What reads the first signal, and the user's own columns.
-    pub fn lines(&self) -> &Lines<'a> {
-        &self.lines[0]
-    }
-
     /// Names of the columns.
     pub fn names(&self) -> Vec<String> {
-        match self.who {
-            Answerer::Several(several) if !self.headed => {
-                let drive = several.locators[0].rig.setup.drive.column();
-                std::iter::once(drive.to_owned()).chain(several.names.iter().cloned()).collect()
-            }
-            _ => self.lines[0].names(),
+        if let Some(header) = &self.header {
+            return header.names.clone();
         }
+        let unit = self.who.first().unit;
+        let signal = |k: usize| match self.who.several {
+            Some(several) => several.names[k].clone(),
+            None => [unit.column(), unit.second()][k].to_owned(),
+        };
+        std::iter::once(self.drive().column().to_owned()).chain((0..self.who.signals()).map(signal)).collect()
+    }
+
+    /// What drives the whisker.
+    pub fn drive(&self) -> Drive {
+        let said = self.header.as_ref().and_then(|header| header.columns.drive);
+        said.map_or(self.who.first().rig.setup.drive, |(drive, _)| drive)
+    }
+
+    /// True if rows have a time.
+    pub fn is_timed(&self) -> bool {
+        self.header.as_ref().is_some_and(|header| header.columns.time.is_some())
+    }
+
+    fn unit(&self, k: usize) -> Unit {
+        self.header.as_ref().map_or(self.who.locator(k).unit, |header| header.signals[k].0)
+    }
+
+    /// Strain, or the reading, of a recorded value of signal `k`.
+    pub fn signal(&self, k: usize, value: f64) -> f64 {
+        self.unit(k).strain(value, self.who.locator(k).rig.setup.gauge.factor)
+    }
+
+    /// Signal `k` above its zero, both as [`Self::signal`] gives them.
+    pub fn above(&self, k: usize, signal: f64, zero: f64) -> f64 {
+        self.unit(k).above(signal, zero, self.who.locator(k).rig.setup.gauge.factor)
     }
 
     /// The fields of a line.
     pub fn cells<'b>(&self, line: LabRow<'b>) -> Vec<LabCell<'b>> {
-        self.lines[0].cells(line)
+        line.cells(self.header.as_ref().map_or_else(|| line.separator(), |header| header.separator))
     }
 
     /// The fields `cells` of a line by the names of the columns; where the drive may be left out, and is, an empty one stands for it.
     pub fn named<'b>(&self, mut cells: Vec<LabCell<'b>>) -> Vec<LabCell<'b>> {
-        match self.who {
-            Answerer::Several(several) if !self.headed => {
-                if cells.len() == several.names.len() {
-                    cells.insert(0, LabCell::EMPTY);
-                }
-                cells
-            }
-            _ => self.lines[0].named(cells),
+        if self.header.is_none() && cells.len() == self.who.signals() {
+            cells.insert(0, LabCell::EMPTY);
         }
+        cells
     }
 
     /// Drive and signals of a `line` with the fields `cells`, NaN where one is missing or no number, of several channels infinite where it is no number;
     /// `None` for a line of another shape.
     pub fn parse(&mut self, line: LabRow<'_>, cells: &[LabCell<'_>]) -> Option<(f64, Vec<f64>)> {
-        let several = match self.who {
-            Answerer::One(locator) => {
-                let (drive, signal) = self.lines[0].parse(line, cells)?;
-                let second = locator.is_twofold().then(|| self.lines[0].second(cells));
-                return Some((drive, std::iter::once(signal).chain(second).collect()));
-            }
-            Answerer::Several(several) => several,
-        };
-        if self.headed {
-            let mut all = self.lines.iter_mut().map(|lines| lines.parse(line, cells));
-            let (drive, first) = all.next()??;
-            return all.try_fold((drive, vec![first]), |(drive, mut signals), read| {
-                signals.push(read?.1);
-                Some((drive, signals))
-            });
-        }
-        let all = self.named(cells.to_vec());
-        if all.len() != 1 + several.names.len() {
+        let (only, several) = (self.who.first().only_drive(), self.who.finds_drives());
+        let n = self.who.signals();
+        if self.header.is_none() && cells.len() == n && !several && (only.is_none() || line.is_blank()) {
             return None;
         }
-        let only = several.locators[0].only_drive().filter(|_| all[0].is_empty());
-        let drive = only.unwrap_or_else(|| self.lines[0].optional_number(&all[0]));
-        let signals = (0..several.names.len()).map(|k| self.lines[k].signal_if_told(&all[k + 1]));
-        Some((drive, signals.collect()))
-    }
-
-    /// Signal `k` above its zero.
-    pub fn above(&self, k: usize, signal: f64, zero: f64) -> f64 {
-        self.lines[k.min(self.lines.len() - 1)].above(signal, zero)
-    }
-
-    /// Why a row cannot be answered by what it holds: nothing where it can.
-    pub(super) fn lacks(&self, drive: f64, signals: &[f64]) -> Option<Status> {
-        let missing = match self.who {
-            Answerer::One(_) => !drive.is_finite() || !signals[0].is_finite(),
-            Answerer::Several(_) => !signals.iter().any(|x| x.is_finite()),
+        let cells = self.named(cells.to_vec());
+        let (count, drive, places) = match &self.header {
+            Some(Header { columns, signals, .. }) => {
+                (columns.fields, columns.drive.map(|d| d.1), signals.iter().map(|s| s.1).collect())
+            }
+            None => (1 + n, Some(0), (1..=n).collect::<Vec<_>>()),
         };
-        missing.then_some(Status::BAD_INPUT)
+        if cells.len() != count {
+            return None;
+        }
+        let when = self.when(&cells);
+        let drive = drive.map_or(&LabCell::EMPTY, |place| &cells[place]);
+        let drive = match only.filter(|_| drive.is_empty()) {
+            Some(only) => only,
+            None => self.number(drive),
+        };
+        let mut signals = Vec::with_capacity(n);
+        for (k, place) in places.into_iter().enumerate() {
+            let mut value = self.number(&cells[place]);
+            if let (0, Some(lag), Some((t, run)), false) = (k, self.who.first().lag, when, several) {
+                // A word is no time; what it settles to is not known.
+                if t.is_infinite() {
+                    return None;
+                }
+                self.untimed = !self.memory.follows(t, run);
+                value = self.memory.settled(&lag, t, run, value).0;
+            }
+            signals.push(if value.is_infinite() { value } else { self.signal(k, value) });
+        }
+        Some((drive, signals))
     }
 
-    /// Whether a row is one of the zero, but for rounding.
-    pub(super) fn rests(&self, drive: f64, signals: &[f64]) -> bool {
-        drive.is_finite() && signals[0].is_finite() && self.who.first().rests(drive)
+    /// The number of a field: NaN where it holds none. Of several channels a field may be left out, and what is no number is infinite.
+    fn number(&mut self, field: &LabCell<'_>) -> f64 {
+        match self.who.finds_drives() {
+            true => self.optional_number(field),
+            false => self.decimals.number(field).unwrap_or(f64::NAN),
+        }
     }
+
+    /// The number of a field that may be left out: NaN of an empty one and of `nan`, infinite of what is no number.
+    fn optional_number(&mut self, field: &LabCell<'_>) -> f64 {
+        if field.is_empty() || field.text().eq_ignore_ascii_case("nan") {
+            return f64::NAN;
+        }
+        self.decimals.number(field).filter(|x| x.is_finite()).unwrap_or(f64::INFINITY)
+    }
+
+    /// Time and run of a row; `None` where no column says the time.
+    fn when(&mut self, cells: &[LabCell<'_>]) -> Option<(f64, u64)> {
+        let Columns { time, run: named, .. } = self.header.as_ref()?.columns;
+        let t = self.optional_number(cells.get(time?)?);
+        let mut run = DefaultHasher::new();
+        named.and_then(|place| cells.get(place)).map(LabCell::text).hash(&mut run);
+        Some((t, run.finish()))
+    }
+}
+
+/// The columns of `names`, as `said`, that hold readings for `locator`.
+fn columns(locator: &Locator, names: &[String], said: &Names) -> Result<Columns, InputError> {
+    let kind = locator.rig.setup.drive;
+    let allowed = match locator.unit.signal() {
+        Some(Signal::Strain) => {
+            "exactly one of strain, microstrain, bridge_mV_per_V; or --columns strain=NAME"
+        }
+        Some(Signal::Moment) => "moment_Nmm; or --columns moment=NAME",
+        Some(Signal::Force) => "force_N; or --columns force=NAME",
+        None => "reading, in the unit of the calibration; or --columns reading=NAME",
+    };
+    let columns = Columns::find(names, said, Some(kind)).map_err(|e| match e.key.as_deref() {
+        Some("strain") if e.message.starts_with("column") => InputError {
+            message: e.message.replace("column strain", &format!("column {}", locator.unit.common())),
+            ..e.key(locator.unit.common()).allowed(allowed)
+        },
+        _ => e,
+    })?;
+    match columns.drive {
+        Some((drive, place)) if drive != kind && locator.drive_recorded => {
+            let error = InputError::new("these readings are driven another way than the calibration");
+            return Err(error.key(&names[place]).allowed(kind.column()));
+        }
+        None if locator.only_drive().is_none() && !locator.of_several => {
+            let error = InputError::new(format!("column {} is missing", kind.column()));
+            let role = if kind == Drive::Angle { "theta" } else { "delta" };
+            let likely = names.iter().find(|n| may_drive(n)).map_or("NAME", |n| n.as_str());
+            let allowed = format!("a column with the drive of each tap; or --columns {role}={likely}");
+            return Err(error.key(kind.column()).value(names.join(",")).allowed(allowed));
+        }
+        _ => {}
+    }
+    if columns.signal.0.signal() != locator.unit.signal() {
+        let error = InputError::new("the calibration was made with another kind of signal");
+        return Err(error.key(&names[columns.signal.1]).allowed(allowed));
+    }
+    if locator.is_twofold() && columns.second.is_none_or(|s| s.0 != columns.signal.0) {
+        let wanted = columns.signal.0.second();
+        let error = InputError::new(format!("column {wanted} is missing: the calibration is of two gauges"));
+        let allowed = "both signals, of one kind; a calibration of one gauge (no second = true in [gauge])";
+        return Err(error.key(wanted).value(names.join(",")).allowed(allowed));
+    }
+    Ok(columns)
 }

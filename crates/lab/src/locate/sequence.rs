@@ -1,21 +1,16 @@
 //! Readings one by one, as numbers: what a robot or an array of them asks.
 
-use super::object::UnlocatedTap;
+use super::stream::UNRECORDED;
 use super::tare::{Tare, doubt};
 use super::{Located, Locator};
 use crate::error::{InputError, nearest};
 use crate::status::Status;
-
-/// A drive that was not recorded.
-const UNRECORDED: f64 = 1.0;
 
 /// Readings in the order in which they were taken: zero readings among them serve those after them.
 #[derive(Debug, Clone)]
 pub struct Sequence {
     tare: Tare,
     follows: bool,
-    /// Zero readings so far.
-    zeros: u64,
     /// Whether there was a tap, and what should be known of its zero.
     asked: bool,
     doubt: Option<String>,
@@ -26,7 +21,7 @@ impl Sequence {
     pub fn new(locator: &Locator, zero: Option<f64>) -> Self {
         let signal = |z| locator.unit.strain(z, locator.rig.setup.gauge.factor);
         let tare = Tare::new(locator, zero.map(signal));
-        Self { tare, follows: false, zeros: 0, asked: false, doubt: None }
+        Self { tare, follows: false, asked: false, doubt: None }
     }
 
     /// What a user should know of the zero of the taps so far, told once; `None` before the first tap.
@@ -36,26 +31,16 @@ impl Sequence {
 
     /// The distance of the next reading: a `value` in the unit of the calibration at a `drive`, degrees or mm.
     pub fn answer(&mut self, locator: &Locator, drive: f64, value: f64) -> Located {
-        match self.read(locator, drive, value) {
-            Ok(tap) => locator.locate_above(tap.drive, tap.signal, 0.0, tap.share),
-            Err(status) => Located::nothing(status),
-        }
-    }
-
-    /// The next reading as a tap.
-    pub fn read(&mut self, locator: &Locator, drive: f64, value: f64) -> Result<UnlocatedTap, Status> {
-        let factor = locator.rig.setup.gauge.factor;
-        let signal = locator.unit.strain(value, factor);
+        let signal = locator.unit.strain(value, locator.rig.setup.gauge.factor);
         let finite = drive.is_finite() && signal.is_finite();
         let rests = finite && locator.rests(drive);
         let follows = std::mem::replace(&mut self.follows, rests);
         if rests {
-            self.zeros += 1;
             let _ = self.tare.see(locator, signal, follows);
-            return Err(Status::NO_STRAIN);
+            return Located::nothing(Status::NO_STRAIN);
         }
         if !finite {
-            return Err(Status::BAD_INPUT);
+            return Located::nothing(Status::BAD_INPUT);
         }
         let drive = if locator.drive_recorded { drive } else { UNRECORDED };
         let known = self.tare.at(0);
@@ -63,8 +48,7 @@ impl Sequence {
             self.doubt = doubt(locator, known.map(|z| z.0));
         }
         let (zero, share) = known.unwrap_or((0.0, 0.0));
-        let signal = locator.unit.above(signal, zero, factor);
-        Ok(UnlocatedTap { line: 0, drive, signal, share, zero: self.zeros, shift: 0.0 })
+        locator.locate_above(drive, signal, zero, share)
     }
 }
 
@@ -72,9 +56,6 @@ impl Sequence {
 pub const SHIFT: &str = "shift_mm";
 
 /// Place of the column [`SHIFT`] among `names`.
-///
-/// # Errors
-/// A column that is nearly called so.
 pub fn shift_column(names: &[String]) -> Result<Option<usize>, InputError> {
     let found = names.iter().position(|n| n == SHIFT);
     let parts = |n: &str| n.to_lowercase().split('_').map(str::to_owned).collect::<Vec<_>>();

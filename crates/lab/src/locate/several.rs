@@ -1,28 +1,37 @@
 //! Readings of several channels of one sensor: the most likely distance given all of them (model §7).
 //!
-//! Every channel has a calibration of its own, which says what is expected of a tap; their noise goes together as the covariance of what
-//! these leave. Where the drive is not known it is found with the distance: two channels tell both.
+//! Every channel has its own calibration, which gives the expected signal of a tap. What these leave has one covariance of noise. Where the drive is
+//! not known it is found with the distance: two channels tell both.
 
-use nalgebra::DMatrix;
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::calibration::Calibration;
-use super::likely::{ChannelTap, Response};
 use super::locator::{Located, Locator};
-use super::object::COLUMNS;
 use crate::error::Error;
-use crate::estimator::least::Minimum;
+use crate::estimator::least::{Minimum, by_values};
 use crate::estimator::model::exact::Opener;
 use crate::measure::names::Channel;
 use crate::scene::Signal;
-use crate::sink::values::Field;
+use crate::scene::channels::numbered;
 use crate::status::Status;
 
 /// Squared misfit of one degree of freedom, in units of noise, above which channels contradict each other.
-pub(crate) const CONTRADICTORY: f64 = 36.0;
+const CONTRADICTORY: f64 = 36.0;
 /// Excess of the squared misfit, in units of noise, below which another distance fits as well.
 const ALIKE: f64 = 1.0;
 /// And below which nothing tells them apart: where there are as many unknowns as channels, each of several distances may fit to the last digit.
-pub(crate) const EQUAL: f64 = 1e-3;
+const EQUAL: f64 = 1e-3;
+
+/// Distances and drives from which the most likely ones are looked for.
+const STARTS: [usize; 2] = [24, 12];
+/// Distances are looked for beyond the calibrated ones by this share of their range.
+const BEYOND: f64 = 0.1;
+/// A small change of an unknown, relative to the end of its range.
+const STEP: f64 = 1e-5;
+/// Relative gain of χ² at which a search ends.
+const SETTLED: f64 = 1e-12;
+/// Added to variances, relative: noise-free data leave a covariance of rounding errors.
+const RIDGE: f64 = 1e-9;
 
 /// What a calibration of several channels holds.
 #[derive(Debug, Clone)]
@@ -53,10 +62,12 @@ impl Several {
         };
         let n = sensor.channels.len();
         let locators: Vec<Locator> = sensor.channels.iter().map(locator).collect::<Result<_, _>>()?;
-        let columns =
-            sensor.channels.iter().zip(&locators).map(|((name, _), l)| column(name, l.unit.signal()));
+        let column = |((name, _), locator): (&(String, Calibration), &Locator)| match numbered(name) {
+            Some(name) => Channel::Named(name),
+            None => Channel::Of(locator.unit.signal().unwrap_or(Signal::Strain)),
+        };
         Ok(Self {
-            columns: columns.collect(),
+            columns: sensor.channels.iter().zip(&locators).map(column).collect(),
             names: sensor.channels.iter().map(|(name, _)| name.clone()).collect(),
             covariance: DMatrix::from_fn(n, n, |i, j| sensor.covariance[i][j]),
             locators,
@@ -66,82 +77,68 @@ impl Several {
     /// The distance of a tap by `drive` (degrees or mm; NaN where it is not known) with these tared signals; of each zero the variance in
     /// units of that of one reading. A channel without a reading is left out.
     pub fn locate(&self, drive: f64, signals: &[f64], shares: &[f64]) -> Located {
-        let channels: Vec<&dyn Response> = self.locators.iter().map(|l| l as &dyn Response).collect();
-        together((&channels, &self.covariance), drive, signals, shares)
+        self.found(drive, signals, shares).unwrap_or_else(Located::nothing)
     }
-}
 
-/// The most likely distance of a tap by `drive`, given the signals of `channels`, whose noise has this covariance; as [`Several::locate`].
-pub(crate) fn together(
-    (channels, covariance): (&[&dyn Response], &DMatrix<f64>),
-    drive: f64,
-    signals: &[f64],
-    shares: &[f64],
-) -> Located {
-    let used: Vec<usize> =
-        (0..signals.len()).filter(|k| signals[*k].is_finite() && signals[*k] != 0.0).collect();
-    let unknowns = if drive.is_finite() { 1 } else { 2 };
-    // What is infinite is no number; what is NaN is not known.
-    if drive.is_infinite() || signals.iter().any(|x| x.is_infinite()) {
-        return Located::nothing(Status::BAD_INPUT);
+    /// The same; why there is no distance.
+    fn found(&self, drive: f64, signals: &[f64], shares: &[f64]) -> Result<Located, Status> {
+        let used: Vec<usize> =
+            (0..signals.len()).filter(|k| signals[*k].is_finite() && signals[*k] != 0.0).collect();
+        let unknowns = if drive.is_finite() { 1 } else { 2 };
+        // Infinite: no number. NaN: missing.
+        if drive.is_infinite() || signals.iter().any(|x| x.is_infinite()) {
+            return Err(Status::BAD_INPUT);
+        }
+        if used.len() < unknowns {
+            let none = signals.iter().all(|x| *x == 0.0);
+            return Err(if none { Status::NO_STRAIN } else { Status::BAD_INPUT });
+        }
+        let mut status = Status::OK;
+        let mut noise = self.covariance.select_rows(&used).select_columns(&used);
+        for (i, k) in used.iter().enumerate() {
+            noise[(i, i)] *= 1.0 + shares[*k];
+            status |= self.locators[*k].limit_of(signals[*k]);
+        }
+        // No tap pulls one channel to its one side and another to its other.
+        let side = |k: usize| self.locators[k].side_of(signals[k].signum());
+        let gauges =
+            used.iter().filter(|k| self.locators[**k].rig.known).filter_map(|k| Some(side(*k)?.gauge));
+        if gauges.clone().zip(gauges.skip(1)).any(|(one, next)| one != next) {
+            return Err(status | Status::NO_ROOT);
+        }
+        let readings = used.iter().map(|k| (&self.locators[*k], signals[*k])).collect();
+        let outside = status | Status::OUTSIDE_CALIBRATION;
+        let tap = ChannelTap::new(readings, drive, &noise).ok_or(outside)?;
+        let side = side(used[0]).ok_or(outside)?;
+        let found = chosen(tap.refined(&tap.starts()), side.distances);
+        let first = found.first().ok_or(status | Status::NO_ROOT)?;
+        // What the calibrations leave, where the tap is.
+        let [a, u] = tap.place(&first.at);
+        for (i, k) in used.iter().enumerate() {
+            noise[(i, i)] += self.locators[*k].left(a, u, signals[*k].signum()).max(0.0);
+        }
+        let starts: Vec<Vec<f64>> = found.into_iter().map(|m| m.at).collect();
+        let tap = tap.with_noise(&noise).ok_or(status | Status::NO_ROOT)?;
+        let found = chosen(tap.refined(&starts), side.distances);
+        let (best, others) = found.split_first().ok_or(status | Status::NO_ROOT)?;
+        // Channels that no distance explains together have none; where less is left unexplained the answer is less certain.
+        // A drive at the end of the calibrated ones was not free to follow: beyond it the misfit would be less.
+        let at_end = tap.at_end(&best.at);
+        let (misfit, freedom) = (best.chi2(), (used.len() - unknowns + usize::from(at_end)) as f64);
+        if freedom > 0.0 && misfit > CONTRADICTORY + 4.0 * freedom {
+            return Err(if at_end { outside } else { status | Status::NO_ROOT });
+        }
+        let wider = if freedom > 0.0 { (misfit / freedom).sqrt().max(1.0) } else { 1.0 };
+        let (a, sigma) = (best.at[0], best.covariance[(0, 0)].sqrt() * wider);
+        let alike = |m: &&Minimum| m.chi2() - misfit < ALIKE && (m.at[0] - a).abs() > 3.0 * sigma;
+        let other = others.iter().find(alike).map(|m| m.at[0]);
+        status |= side.doubts(a, other, sigma);
+        // What tells none of the calibrated distances from another tells none.
+        if sigma > side.distances[1] - side.distances[0] {
+            status |= Status::AMBIGUOUS;
+        }
+        Ok(Located::normal(a, sigma, status))
     }
-    if used.len() < unknowns {
-        let none = signals.iter().all(|x| *x == 0.0);
-        return Located::nothing(if none { Status::NO_STRAIN } else { Status::BAD_INPUT });
-    }
-    let mut status = Status::OK;
-    let mut noise = DMatrix::from_fn(used.len(), used.len(), |i, j| covariance[(used[i], used[j])]);
-    for (i, k) in used.iter().enumerate() {
-        noise[(i, i)] *= 1.0 + shares[*k];
-        status |= channels[*k].of().limit_of(signals[*k]);
-    }
-    // No tap pulls one channel to its one side and another to its other.
-    let gauge = |k: &usize| {
-        let of = channels[*k].of();
-        of.sides().iter().find(|s| s.sign == signals[*k].signum() && of.rig.known).map(|s| s.gauge)
-    };
-    let mut gauges = used.iter().filter_map(gauge);
-    if let Some(first) = gauges.next()
-        && gauges.any(|other| other != first)
-    {
-        return Located::nothing(status | Status::NO_ROOT);
-    }
-    let readings = used.iter().map(|k| (channels[*k], signals[*k])).collect();
-    let Some(tap) = ChannelTap::new(readings, drive, &noise) else {
-        return Located::nothing(status | Status::OUTSIDE_CALIBRATION);
-    };
-    let side = channels[used[0]].of().sides().iter().find(|s| s.sign == signals[used[0]].signum());
-    let Some(side) = side else { return Located::nothing(status | Status::OUTSIDE_CALIBRATION) };
-    let found = chosen(tap.refined(&tap.starts()), side.distances);
-    let Some(first) = found.first() else { return Located::nothing(status | Status::NO_ROOT) };
-    // What the calibrations leave, where the tap is.
-    let [a, u] = tap.place(&first.at);
-    for (i, k) in used.iter().enumerate() {
-        noise[(i, i)] += channels[*k].left(a, u, signals[*k].signum());
-    }
-    let starts: Vec<Vec<f64>> = found.into_iter().map(|m| m.at).collect();
-    let Some(tap) = tap.with_noise(&noise) else { return Located::nothing(status | Status::NO_ROOT) };
-    let found = chosen(tap.refined(&starts), side.distances);
-    let Some((best, others)) = found.split_first() else {
-        return Located::nothing(status | Status::NO_ROOT);
-    };
-    // Channels that no distance explains together have none; where less is left unexplained the answer is less certain.
-    // A drive at the end of the calibrated ones is none that was free to follow: beyond it the misfit would be less.
-    let at_end = tap.at_end(&best.at);
-    let (misfit, freedom) = (best.chi2(), (used.len() - unknowns + usize::from(at_end)) as f64);
-    if freedom > 0.0 && misfit > CONTRADICTORY + 4.0 * freedom {
-        return Located::nothing(status | if at_end { Status::OUTSIDE_CALIBRATION } else { Status::NO_ROOT });
-    }
-    let wider = if freedom > 0.0 { (misfit / freedom).sqrt().max(1.0) } else { 1.0 };
-    let (a, sigma) = (best.at[0], best.covariance[(0, 0)].sqrt() * wider);
-    let alike = |m: &&Minimum| m.chi2() - misfit < ALIKE && (m.at[0] - a).abs() > 3.0 * sigma;
-    let other = others.iter().find(alike).map(|m| m.at[0]);
-    status |= side.doubts(a, other, sigma);
-    // What tells none of the calibrated distances from another tells none.
-    if sigma > side.distances[1] - side.distances[0] {
-        status |= Status::AMBIGUOUS;
-    }
-    Located::normal(a, sigma, status)
 }
 
 /// `found`, best first, with that one at the head which is told where several fit equally well: the farthest of the calibrated ones, or of all.
@@ -157,37 +154,106 @@ fn chosen(mut found: Vec<Minimum>, [first, last]: [f64; 2]) -> Vec<Minimum> {
     found
 }
 
-/// The column of the channel `name`, which shows `signal`.
-fn column(name: &str, signal: Option<Signal>) -> Channel {
-    let numbered = crate::scene::channels::numbered(name);
-    match (numbered, signal) {
-        (Some(name), _) => Channel::Named(name),
-        (None, signal) => Channel::Of(signal.unwrap_or(Signal::Strain)),
+/// The signals of one tap, whose distance, or distance and drive, are looked for.
+struct ChannelTap<'a> {
+    /// Of each channel what answers it and its signal.
+    readings: Vec<(&'a Locator, f64)>,
+    /// NaN where it is not known.
+    drive: f64,
+    noise: Cholesky<f64, Dyn>,
+    /// Of distance and drive.
+    bounds: [[f64; 2]; 2],
+}
+
+impl<'a> ChannelTap<'a> {
+    /// `None` where a channel is not calibrated on the side of its signal, or the drive is none of the calibrated ones.
+    fn new(readings: Vec<(&'a Locator, f64)>, drive: f64, noise: &DMatrix<f64>) -> Option<Self> {
+        let mut bounds = [[0.0, f64::INFINITY]; 2];
+        for (locator, signal) in &readings {
+            let side = locator.side_of(signal.signum())?;
+            let [first, last] = side.distances;
+            let slack = BEYOND * (last - first);
+            let drives = side.ends().map(|u| u + locator.drive_origin);
+            for (bound, [lo, hi]) in bounds.iter_mut().zip([[first - slack, last + slack], drives]) {
+                *bound = [bound[0].max(lo), bound[1].min(hi)];
+            }
+            if drive.is_finite() && !side.admits(locator.beyond_origin(drive)) {
+                return None;
+            }
+        }
+        let shared = bounds[0][0] < bounds[0][1] && bounds[1][0] <= bounds[1][1];
+        shared.then_some(Self { readings, drive, noise: factor(noise)?, bounds })
     }
-}
 
-/// What all taps of an object so far tell.
-pub struct Together {
-    pub(super) taps: usize,
-    pub(super) located: Located,
-    /// By two gauges the tilt and its standard deviation, degrees.
-    pub(super) tilt: [f64; 2],
-    pub(super) apart: Option<(usize, f64)>,
-}
+    /// The same with another covariance of noise; `None` where it is none.
+    fn with_noise(self, noise: &DMatrix<f64>) -> Option<Self> {
+        Some(Self { noise: factor(noise)?, ..self })
+    }
 
-impl Together {
-    /// Its columns, with those of two gauges and with the interval or without.
-    pub fn fields(this: Option<&Self>, more: [bool; 2]) -> Vec<Field> {
-        let [twofold, interval] = more;
-        let Some(Self { taps, located, tilt, apart }) = this else {
-            let status = COLUMNS + 2 * usize::from(twofold) + 2 * usize::from(interval) - 1;
-            return (0..status).map(|_| f64::NAN.into()).chain(["".into()]).collect();
+    fn unknowns(&self) -> usize {
+        if self.drive.is_finite() { 1 } else { 2 }
+    }
+
+    /// Distance and drive of unknowns.
+    fn place(&self, x: &[f64]) -> [f64; 2] {
+        [x[0], x.get(1).copied().unwrap_or(self.drive)]
+    }
+
+    /// Residuals, white.
+    fn white(&self, x: &[f64]) -> Option<Vec<f64>> {
+        let [a, u] = self.place(x);
+        let one = |(channel, signal): &(&Locator, f64)| channel.expected(a, u, signal.signum()) - signal;
+        let r = DVector::from_iterator(self.readings.len(), self.readings.iter().map(one));
+        let white = self.noise.l_dirty().solve_lower_triangular(&r)?;
+        white.iter().all(|x| x.is_finite()).then(|| white.as_slice().to_vec())
+    }
+
+    fn misfit(&self, x: &[f64]) -> f64 {
+        self.white(x).map_or(f64::INFINITY, |r| r.iter().map(|r| r * r).sum())
+    }
+
+    /// The minima of the misfit that are reached from `starts` and lie inside the range that is looked at, the least first.
+    fn refined(&self, starts: &[Vec<f64>]) -> Vec<Minimum> {
+        let (n, [lo, hi]) = (self.unknowns(), self.bounds[0]);
+        let steps = self.bounds.map(|[_, end]| STEP * end);
+        let least = |x: &Vec<f64>| by_values(&|x| self.white(x), x, &steps[..n], &self.bounds[..n], SETTLED);
+        let found = starts.iter().filter_map(least).filter(|m| m.at[0] > lo && m.at[0] < hi);
+        let mut found: Vec<Minimum> = found.collect();
+        found.sort_by(|p, q| p.chi2().total_cmp(&q.chi2()));
+        found
+    }
+
+    /// Whether the drive of `x` is looked for, and lies at an end of the calibrated ones.
+    fn at_end(&self, x: &[f64]) -> bool {
+        let [lo, hi] = self.bounds[1];
+        x.get(1).is_some_and(|u| *u <= lo || *u >= hi)
+    }
+
+    /// Places from which every minimum is reached: those of a grid that fit better than their neighbours.
+    fn starts(&self) -> Vec<Vec<f64>> {
+        let grid = |i: usize| {
+            let [lo, hi] = self.bounds[i];
+            (0..STARTS[i]).map(move |k| lo + (hi - lo) * (k as f64 + 0.5) / STARTS[i] as f64)
         };
-        let (line, by) = apart.map_or((f64::NAN, f64::NAN), |(line, by)| (line as f64, by));
-        // More digits than two of a number of standard deviations say nothing.
-        let apart = [line, (100.0 * by).round() / 100.0 + 0.0];
-        let distance = [*taps as f64, located.distance, located.sigma].into_iter();
-        let ends = located.interval.iter().filter(|_| interval).chain(tilt.iter().filter(|_| twofold));
-        distance.chain(ends.copied()).chain(apart).map(Field::from).chain([located.status.into()]).collect()
+        // Of each distance the best drive.
+        let start = |a: f64| match self.unknowns() {
+            1 => vec![a],
+            _ => {
+                let pairs = grid(1).map(|u| vec![a, u]);
+                pairs.min_by(|p, q| self.misfit(p).total_cmp(&self.misfit(q))).expect("there are drives")
+            }
+        };
+        let all: Vec<(f64, Vec<f64>)> = grid(0).map(start).map(|x| (self.misfit(&x), x)).collect();
+        let least = |k: usize| {
+            let beside = |m: Option<usize>| m.and_then(|m| all.get(m)).is_none_or(|v| v.0 >= all[k].0);
+            all[k].0.is_finite() && beside(k.checked_sub(1)) && beside(Some(k + 1))
+        };
+        (0..all.len()).filter(|k| least(*k)).map(|k| all[k].1.clone()).collect()
     }
+}
+
+/// The factor of a covariance, whose entries may be of very different sizes.
+fn factor(noise: &DMatrix<f64>) -> Option<Cholesky<f64, Dyn>> {
+    let ridge = DMatrix::from_diagonal(&(noise.diagonal() * RIDGE));
+    Cholesky::new(noise + ridge)
 }

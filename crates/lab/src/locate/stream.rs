@@ -3,22 +3,18 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use super::batch::{Answer, Batch};
+use super::Locator;
 use super::group::Group;
 use super::kept::{Kept, added};
-use super::lines::Source;
-use super::object::{By, Objects, UnlocatedTap};
+use super::object::{By, Objects};
 use super::pair::Spatial;
-use super::reading::Lines;
-use super::rows::{Answerer, Reading, RowReader};
-use super::tare::{Tare, doubt};
-use super::{Located, Locator};
+use super::rows::{Answerer, Reading};
+pub use super::tared::zeros;
+use super::tared::{Once, TaredRows};
 use crate::combinations::Combinations;
 use crate::error::{Error, InputError};
 use crate::fields::plain;
 use crate::measure::Names;
-use crate::measure::missing::is_usual;
-use crate::measure::thousands::Thousands;
 use crate::measure::zero::Zero;
 use crate::sink::fact::{Kind, fact_in, kind};
 use crate::sink::frame::Frame;
@@ -33,12 +29,10 @@ const TOGETHER: usize = 1 << 12;
 /// Time, after it was asked to stop, in which lines that were read before are answered.
 const GRACE: Duration = Duration::from_millis(500);
 
-/// A drive that was not recorded.
-const UNRECORDED: f64 = 1.0;
+/// The drive of a calibration whose drive was not recorded.
+pub(super) const UNRECORDED: f64 = 1.0;
 /// Drives that differ by no more than this share are one where the calibration has but one.
 const JITTER: f64 = 0.01;
-/// A zero reading with a value that stands for none, such as -1, is left out where it differs from the other zero readings by this share of a usual tap.
-const NO_ZERO: f64 = 0.1;
 
 /// Where answers go: the next rows of their table, and whether a reader is waiting for them. At first it is given the columns, at times without a row.
 pub type Write<'a> = &'a mut dyn FnMut(&Frame, bool) -> Result<(), Error>;
@@ -75,7 +69,7 @@ pub struct Ask<'a> {
     pub interval: bool,
     /// Which lines are read, by their numbers; all where nothing is said. Others are passed over.
     pub only: Option<&'a dyn Fn(usize) -> bool>,
-    /// Tells the user what he should know, at once.
+    /// Warns the user at once.
     pub warn: &'a dyn Fn(&str),
 }
 
@@ -87,6 +81,11 @@ impl<'a> Ask<'a> {
         Self { columns, zero: [None; 2], label, keep: true, by, interval: false, only: None, warn }
     }
 
+    /// Name of the input.
+    pub(super) fn label(&self) -> &'a str {
+        self.label.unwrap_or("stdin")
+    }
+
     /// Refuses a zero that was given beside those of the file, of each signal.
     pub fn contradicted(&self, zeros: &[Zero]) -> Result<(), InputError> {
         let zero = &zeros[0];
@@ -94,57 +93,6 @@ impl<'a> Ask<'a> {
         let error = InputError::new("these readings have zero readings of their own").key("--zero");
         Err(error.value(plain(x)).allowed(format!("nothing: {} rows say it", zero.count)))
     }
-}
-
-/// Zero readings of a whole file, those of each signal, and the lines of those that are none by their size. Empty where the file has none.
-///
-/// # Errors
-/// As [`answer`]; numbers of which nothing says whether they are more than a thousand.
-pub fn zeros(
-    who: Answerer<'_>,
-    input: LabStream<'_>,
-    ask: &Ask<'_>,
-) -> Result<(Vec<Zero>, Vec<usize>), Error> {
-    let mut source = Source::new(input, ask);
-    let mut rows = RowReader::new(who);
-    let (mut readings, mut numbers, mut sizes) = (vec![Vec::new(); who.signals()], Vec::new(), Vec::new());
-    let mut thousands = Thousands::default();
-    while let Some(line) = source.next(&mut rows)? {
-        let Some(row) = line.row else { continue };
-        let cells = rows.cells(row);
-        let read = rows.parse(row, &cells);
-        thousands.see(line.number, &rows.named(cells), row.separator());
-        let Some((drive, signals)) = read else { continue };
-        if !rows.rests(drive, &signals) {
-            sizes.extend(Some(signals[0]).filter(|x| x.is_finite()));
-            continue;
-        }
-        numbers.push((line.place, line.number));
-        for (k, signal) in signals.into_iter().enumerate().filter(|(_, x)| x.is_finite()) {
-            let last = readings[k].last().map_or(signal, |(_, zero)| *zero);
-            readings[k].push((line.place, who.locator(k).beside(last, signal)));
-        }
-    }
-    let here = |e: InputError| InputError { file: Some(ask.label.unwrap_or("stdin").to_owned()), ..e };
-    thousands.check(&rows.names(), ask.columns).map_err(here)?;
-    let mut all: Vec<f64> = readings[0].iter().map(|r| r.1).collect();
-    if all.is_empty() {
-        return Ok((vec![Zero::default(); who.signals()], Vec::new()));
-    }
-    // What stands for no value, or is exactly 0, is no zero where others are there.
-    let is_none = |x: f64| x == 0.0 || is_usual(x);
-    let mut judged: Vec<f64> = all.iter().copied().filter(|x| !is_none(*x)).collect();
-    let middle = crate::reduce::median(if judged.is_empty() { &mut all } else { &mut judged });
-    let locator = who.first();
-    let mut sizes: Vec<f64> = sizes.iter().map(|s| (locator.beside(middle, *s) - middle).abs()).collect();
-    let scale = if sizes.is_empty() { f64::INFINITY } else { crate::reduce::median(&mut sizes) };
-    let mut off = Zero::outliers(&readings[0], scale);
-    let missing =
-        |r: &&(usize, f64)| !judged.is_empty() && is_none(r.1) && (r.1 - middle).abs() > NO_ZERO * scale;
-    off.extend(readings[0].iter().filter(missing).map(|r| r.0));
-    let wrong = numbers.iter().filter(|(place, _)| off.contains(place)).map(|(_, n)| *n).collect();
-    readings.iter_mut().for_each(|all| all.retain(|r| !off.contains(&r.0)));
-    Ok((readings.iter().map(|all| Zero::new(all)).collect(), wrong))
 }
 
 /// Answers every line of `input`. A header may come first. When `stop` is set, the input ends after its last whole line. `zero` is
@@ -162,25 +110,20 @@ pub fn answer(
 ) -> Result<Counts, Error> {
     let locator = who.first();
     let of_frame = if let LabTable::Frame(frame) = input { Some(frame) } else { None };
-    let mut source = Source::new(input, ask);
-    let label = |e: InputError| e.at(ask.label.unwrap_or("stdin"), None);
-    Objects::can(who, ask.by).map_err(label)?;
-    let mut rows = RowReader::new(who);
+    Objects::can(who, ask.by).map_err(|e| e.at(ask.label(), None))?;
     let mut counts = Counts::default();
     let mut table = Frame::of("located.csv", [locator.rig.setup.drive.column()]);
     if !ask.keep {
         (0..who.signals()).for_each(|k| table.add(who.column(k).to_owned(), Values::new(Kind::Number)));
         add(&mut table, "located", &added(who, ask.interval)[1..]);
         if ask.by != By::Unsaid {
-            add(&mut table, "located", &Group::columns((ask.by, ask.interval), who, None));
+            add(&mut table, "located", &Group::columns(ask, who.is_twofold(), &[]));
         }
-        // Whoever starts a stream may want to see that it is ready.
+        // A reader of a stream may wait for its header.
         write(&table, true)?;
     }
-    source.first(&mut rows)?;
-    let of_file = zero.is_some();
-    let mut tares = tares(who, rows.lines(), ask, zero.unwrap_or_default())?;
-    if let Some(lag) = locator.lag.filter(|_| !rows.lines().is_timed()) {
+    let mut tared = TaredRows::new(who, input, ask, zero)?;
+    if let Some(lag) = locator.lag.filter(|_| !tared.rows.is_timed()) {
         (ask.warn)(&format!(
             "the readings of the calibration lag ({:.2} % of a change with a time constant of {:.2} s), and these have no column t_s: they are \
              taken as settled",
@@ -188,127 +131,73 @@ pub fn answer(
             lag.tau_s
         ));
     }
-    let mut group = Group::new(&rows, ask)?;
+    let names = tared.rows.names();
+    let mut group = Group::new(who, &names, ask)?;
     let kept = ask.keep.then(|| {
-        let together = group.iter().flat_map(|_| Group::columns((ask.by, ask.interval), who, Some(&rows)));
+        let together = group.iter().flat_map(|group| group.columns.iter().copied());
         let columns: Vec<&str> = added(who, ask.interval).into_iter().chain(together).collect();
-        let kept = Kept::new(&rows, of_frame, &columns);
+        let kept = Kept::new(&tared.rows, of_frame, &columns);
         table = kept.frame(heading("located"));
         kept
     });
-    let (mut asked, mut follows, mut untimed) = (false, false, false);
-    // A file was looked through before.
-    let (mut thousands, mut unclear) = ((!of_file).then(Thousands::default), false);
-    let (mut one, mut stopped) = (None, None);
-    let mut batch = Batch::default();
-    while let Some(line) = source.next(&mut rows)? {
+    let (mut one, mut untimed, mut stopped) = (None, Once::default(), None);
+    let mut batch: Vec<PendingLine> = Vec::new();
+    while let Some(mut row) = tared.next()? {
+        let line = &row.line;
         if stop.load(Ordering::Relaxed) && !line.whole {
             break;
         }
-        // Of a line that is no reading, no field is known to be a signal.
-        let cells = line.row.map_or_else(Vec::new, |row| rows.cells(row));
-        let mut read = line.row.and_then(|row| rows.parse(row, &cells));
-        let cells = rows.named(cells);
-        if let Some((seen, row)) = thousands.as_mut().zip(line.row) {
-            let grouped = seen.see(line.number, &cells, row.separator());
-            if grouped && let Err(why) = seen.check(&rows.names(), ask.columns) {
-                read = None;
-                if !std::mem::replace(&mut unclear, true) {
-                    (ask.warn)(&format!("line {}: {why}: such lines are bad_input", line.number));
-                }
-            }
+        if row.untimed {
+            untimed.warn(ask, || {
+                format!(
+                    "line {}: this time is missing, or before that of a line above: such readings are taken as settled, and their σ does not know \
+                     of the lag",
+                    line.number
+                )
+            });
         }
-        let (drive, signals) = read.unwrap_or_else(|| (f64::NAN, vec![f64::NAN; who.signals()]));
-        if rows.lines().is_untimed() && !std::mem::replace(&mut untimed, true) {
-            (ask.warn)(&format!(
-                "line {}: this time is missing, or before that of a line above: such readings are taken as settled, and their σ does not know \
-                 of the lag",
-                line.number
-            ));
+        if row.tap.is_ok()
+            && !locator.drive_recorded
+            && !who.finds_drives()
+            && !same(&mut one, row.drive, locator, ask)
+        {
+            (row.tap, row.zero) = (Err(Status::OUTSIDE_CALIBRATION), f64::NAN);
         }
-        let is_zero = rows.rests(drive, &signals);
-        let (mut zero, mut together) = (None, None);
-        let found = if is_zero {
-            counts.zeros += 1;
-            group.iter_mut().for_each(Group::rest);
-            if let Some(zero) = ask.zero[0].filter(|_| counts.zeros == 1) {
-                (ask.warn)(&format!(
-                    "the zero readings from line {} on take the place of --zero {}",
-                    line.number,
-                    plain(zero)
-                ));
-            }
-            for (k, signal) in signals.iter().enumerate().filter(|(_, x)| x.is_finite()) {
-                let aside = tares[k].see(who.locator(k), *signal, follows);
-                if let Some(zero) = aside.filter(|_| k == 0 || who.finds_drives()) {
-                    (ask.warn)(&format!(
-                        "line {}: a zero reading of {signal:.4e} is far off the others ({zero:.4e}); it is not used unless the next one is like it",
-                        line.number
-                    ));
-                }
-            }
-            Answer::Known(Located::nothing(Status::NO_STRAIN))
-        } else if let Some(why) = rows.lacks(drive, &signals) {
-            Answer::Known(Located::nothing(why))
-        } else if !locator.drive_recorded && !who.finds_drives() && !same(&mut one, drive, locator, ask) {
-            Answer::Known(Located::nothing(Status::OUTSIDE_CALIBRATION))
-        } else {
-            let drive = if locator.drive_recorded { drive } else { UNRECORDED };
-            let zeros: Vec<Option<(f64, f64)>> = tares.iter().map(|tare| tare.at(line.place)).collect();
-            if !std::mem::replace(&mut asked, true) {
-                let known = if who.is_twofold() { 1 } else { zeros.len() };
-                let free = matches!(ask.by, By::Strokes(free) if free.zero);
-                let doubts =
-                    (0..known).filter(|_| !free).filter_map(|k| doubt(who.locator(k), zeros[k].map(|z| z.0)));
-                for text in doubts {
-                    match who.finds_drives() {
-                        true => (ask.warn)(&text.replace(", or --zero", "")),
-                        false => (ask.warn)(&text),
-                    }
-                }
-            }
-            zero = zeros[0];
-            let values = zeros.iter().map(|z| z.unwrap_or((0.0, 0.0)));
-            let (values, shares): (Vec<f64>, Vec<f64>) = values.unzip();
-            let above = (0..values.len()).map(|k| rows.above(k, signals[k], values[k])).collect();
-            let tap = Reading { drive, signals: above, shares };
-            if who.is_alone() {
-                let located = locator.locate_above(drive, tap.signals[0], 0.0, tap.shares[0]);
-                if let Some(group) = &mut group {
-                    let (signal, share) = (tap.signals[0], tap.shares[0]);
-                    let zeros = counts.zeros;
-                    let tap =
-                        UnlocatedTap { line: line.number, drive, signal, share, zero: zeros, shift: 0.0 };
-                    together = Some(group.tell((&rows, &cells), tap, &located, ask));
-                }
-                Answer::Known(located)
-            } else if let Some(group) = group.as_mut().filter(|_| who.is_twofold()) {
-                let alone = locator.pairs(&[tap.pair()])?.pop();
-                let alone = alone.unwrap_or((Spatial::nothing(Status::BAD_INPUT), None));
-                together = Some(group.tell_pair((&rows, &cells), (line.number, counts.zeros), &alone, ask));
-                Answer::Contact(Box::new(alone.0))
-            } else {
-                Answer::UnlocatedTap(tap)
-            }
-        };
-        let nothing = |group: &Group<'_>| group.nothing((&rows, &cells), ask);
-        let more = group.as_ref().map(|group| together.unwrap_or_else(|| nothing(group)));
-        follows = is_zero;
         counts.lines += 1;
+        counts.zeros += u64::from(row.rests);
         counts.blank += u64::from(line.row.is_some_and(LabRow::is_blank));
-        let shown = if locator.drive_recorded || drive != UNRECORDED { drive } else { f64::NAN };
+        if row.rests {
+            group.iter_mut().for_each(Group::rest);
+        }
         let asked = match &kept {
-            Some(kept) => {
-                let zero = zero.map_or(f64::NAN, |z| z.0);
-                kept.fields(line.number, &cells, [drive, signals[0], zero])
+            Some(kept) => kept.fields(line.number, &row.cells, [row.drive, row.recorded[0], row.zero]),
+            None => {
+                let known = locator.drive_recorded || row.drive != UNRECORDED;
+                let drive = if known { row.drive } else { f64::NAN };
+                std::iter::once(drive).chain(row.recorded).map(Field::Number).collect()
             }
-            None => std::iter::once(shown).chain(signals).map(Field::Number).collect(),
         };
+        let mut more = None;
+        let answer = match row.tap {
+            Err(why) => Ok(Spatial::nothing(why)),
+            Ok(tap) if who.is_alone() => {
+                let alone = Spatial::of(locator.locate_above(tap.drive, tap.signals[0], 0.0, tap.shares[0]));
+                more = group.as_mut().map(|group| group.tell(&row.cells, Some((&tap, &alone, None)), ask));
+                Ok(alone)
+            }
+            Ok(tap) if group.is_some() && who.is_twofold() => {
+                let (alone, parts) = locator.pairs(std::slice::from_ref(&tap))?.remove(0);
+                more = group.as_mut().map(|group| group.tell(&row.cells, Some((&tap, &alone, parts)), ask));
+                Ok(alone)
+            }
+            Ok(tap) => Err(tap),
+        };
+        let more = more.or_else(|| group.as_mut().map(|group| group.tell(&row.cells, None, ask)));
+        batch.push((asked, answer, more.unwrap_or_default()));
         // Whoever sent half a line waits for the answers to those before it.
         let waiting = line.waiting;
-        batch.lines.push((asked, found, more.unwrap_or_default()));
-        if waiting || batch.lines.len() >= TOGETHER {
-            batch.answer(who, ask.interval, &mut table, &mut counts)?;
+        if waiting || batch.len() >= TOGETHER {
+            put(&mut batch, (who, ask.interval), &mut table, &mut counts)?;
             write(&table, waiting)?;
             table = table.like();
         }
@@ -318,9 +207,36 @@ pub fn answer(
         }
     }
     counts.stopped = stop.load(Ordering::Relaxed);
-    batch.answer(who, ask.interval, &mut table, &mut counts)?;
+    put(&mut batch, (who, ask.interval), &mut table, &mut counts)?;
     write(&table, true)?;
     Ok(counts)
+}
+
+/// A line: what stands before its answer, the answer or the tap that is still to be answered, and what follows it.
+type PendingLine = (Vec<Field>, Result<Spatial, Reading>, Vec<Field>);
+
+/// Adds the `lines` with their answers to `table`, and forgets them.
+fn put(
+    lines: &mut Vec<PendingLine>,
+    (who, interval): (Answerer<'_>, bool),
+    table: &mut Frame,
+    counts: &mut Counts,
+) -> Result<(), Error> {
+    let taps: Vec<Reading> =
+        lines.iter_mut().filter_map(|line| line.1.as_mut().err().map(std::mem::take)).collect();
+    let mut located = who.answer(&taps)?.into_iter();
+    for (asked, answer, more) in lines.drain(..) {
+        let found = answer.ok().or_else(|| located.next()).unwrap_or(Spatial::nothing(Status::BAD_INPUT));
+        counts.combinations.note(found.located.status, 1);
+        let numbers = found.numbers();
+        let (first, of_two) = numbers.split_at(2);
+        let ends = found.located.interval.iter().filter(|_| interval);
+        let of_two = of_two.iter().filter(|_| who.is_twofold());
+        let numbers = first.iter().chain(ends).chain(of_two).map(|x| Field::Number(*x));
+        let status = Field::Status(found.located.status);
+        table.row(asked.into_iter().chain(numbers).chain([status]).chain(more))?;
+    }
+    Ok(())
 }
 
 /// Adds these columns to `answers`, a table of the heading `table`. The name of an object or a stroke is a word.
@@ -331,31 +247,6 @@ pub(super) fn add(answers: &mut Frame, table: &str, names: &[&'static str]) {
         let known = [table, "together", "along"].into_iter().find_map(of).unwrap_or_else(|| kind(name));
         answers.add(*name, Values::new(if is_name { Kind::Word } else { known }));
     }
-}
-
-/// The zero of each signal: that of the file, if it has any, else what the user said or the calibration fitted.
-///
-/// # Errors
-/// A zero that no such signal has.
-pub(super) fn tares(
-    who: Answerer<'_>,
-    lines: &Lines<'_>,
-    ask: &Ask<'_>,
-    zeros: Vec<Zero>,
-) -> Result<Vec<Tare>, InputError> {
-    let said = ask.zero.map(|zero| zero.map(|z| lines.signal(z)));
-    if let Some(k) = (0..2).find(|&k| said[k].is_some_and(|z| !z.is_finite())) {
-        let error = InputError::new("this is no zero of such a signal").key("--zero");
-        let error = error.value(plain(ask.zero[k].unwrap_or(f64::NAN)));
-        return Err(error.allowed("a number in the unit of the signal"));
-    }
-    let mut zeros = zeros.into_iter();
-    let tare = |k: usize| match zeros.next().filter(|zero| zero.count > 0) {
-        Some(zero) => Tare::File(zero),
-        None if k > 0 && who.is_twofold() => Tare::said(said[k]),
-        None => Tare::new(who.locator(k), said[k.min(1)].filter(|_| !who.finds_drives())),
-    };
-    Ok((0..who.signals()).map(tare).collect())
 }
 
 /// Whether a reading is of the one drive of a calibration whose drive was not recorded: that of the first reading is taken as it.

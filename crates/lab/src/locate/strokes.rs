@@ -4,13 +4,12 @@ use vibrissa_learned::joint::{Course, Nuisance, Stroke, ToldCourse};
 
 use super::Locator;
 use super::free::Free;
-use super::object::{UnlocatedTap, limit};
-use super::rows::RowReader;
+use super::object::limit;
+use super::rows::Reading;
 use super::stream::Ask;
+use super::tared::Once;
 use crate::error::Error;
-use crate::sink::heading::heading;
 use crate::sink::lab::LabCell;
-use crate::sink::values::Field;
 use crate::status::Status;
 
 /// The column that numbers strokes.
@@ -41,7 +40,7 @@ pub struct Strokes<'a> {
     /// The least drive since the stroke went back, and the first and the largest of the stroke.
     drives: [f64; 3],
     falling: bool,
-    warned: bool,
+    falls: Once,
     /// The drive of the last reading.
     before: f64,
     /// Readings, taken with the sign of each side.
@@ -65,42 +64,37 @@ struct Side {
 
 /// What a stroke tells so far.
 #[derive(Clone)]
-pub struct Far {
+pub(super) struct Far {
     rows: usize,
     told: Option<ToldCourse>,
     origin: f64,
-    status: Status,
+    pub status: Status,
 }
 
 impl Far {
-    /// Its columns; all are empty of a reading that is of no stroke.
-    pub fn fields(this: Option<&Self>) -> Vec<Field> {
-        let Some(Self { rows, told, origin, status }) = this else {
-            return (0..10).map(|_| f64::NAN.into()).chain(["".into()]).collect();
-        };
+    /// Its numbers, in the order of the columns.
+    pub fn numbers(&self) -> Vec<f64> {
         let nothing = ToldCourse { a: [f64::NAN; 5], touch: [f64::NAN; 2], near: None, apart: [f64::NAN; 2] };
-        let ToldCourse { a, touch, apart, .. } = told.unwrap_or(nothing);
+        let ToldCourse { a, touch, apart, .. } = self.told.unwrap_or(nothing);
         let sigmas = (100.0 * apart[1]).round() / 100.0 + 0.0;
-        let course = [touch[0] + origin, touch[1], a[2], a[1], a[3], a[0], a[4], apart[0] + origin, sigmas];
-        let numbers = std::iter::once(*rows as f64).chain(course).map(Field::from);
-        numbers.chain([(*status).into()]).collect()
+        let (touched, drive) = (touch[0] + self.origin, apart[0] + self.origin);
+        vec![self.rows as f64, touched, touch[1], a[2], a[1], a[3], a[0], a[4], drive, sigmas]
     }
 }
 
 impl<'a> Strokes<'a> {
-    /// Of readings, which leave this `free`.
-    pub fn new(rows: &RowReader<'a>, free: Free) -> Result<Self, Error> {
-        let locator = rows.who.first();
+    /// Of readings of columns with these `names`, which leave this `free`.
+    pub fn new(locator: &'a Locator, names: &[String], free: Free) -> Result<Self, Error> {
         let changes = locator.sides().iter().map(|side| free.nuisances(locator, side));
         let changes = changes.collect::<Result<_, _>>()?;
         Ok(Self {
             locator,
-            place: rows.names().iter().position(|n| n == NAME),
+            place: names.iter().position(|n| n == NAME),
             name: String::new(),
             number: 0,
             drives: NONE,
             falling: false,
-            warned: false,
+            falls: Once::default(),
             before: f64::INFINITY,
             sides: Vec::new(),
             signals: [0.0; 2],
@@ -109,14 +103,8 @@ impl<'a> Strokes<'a> {
         })
     }
 
-    /// Columns that are added after the status, and before them the number of the stroke where the line does not keep one.
-    pub fn columns(rows: Option<&RowReader<'_>>) -> Vec<&'static str> {
-        let own = rows.is_some_and(|rows| rows.names().iter().any(|n| n == NAME));
-        heading("along").names_as(&[]).into_iter().filter(|name| !own || *name != NAME).collect()
-    }
-
     /// The stroke of a line, where a column names it.
-    pub fn name(&self, cells: &[LabCell<'_>]) -> String {
+    fn name(&self, cells: &[LabCell<'_>]) -> String {
         self.place.and_then(|place| cells.get(place)).map(LabCell::to_string).unwrap_or_default()
     }
 
@@ -131,67 +119,66 @@ impl<'a> Strokes<'a> {
         self.falling = false;
     }
 
-    /// Begins another stroke where `tap` is the first of one; whether it is of one at all.
-    fn begins(&mut self, tap: &UnlocatedTap, name: &str, ask: &Ask<'_>) -> bool {
-        let slack =
-            FALLS * self.locator.sides().iter().filter_map(|s| s.drives.last()).fold(0.0, |x, y| y.max(x));
+    /// Begins another stroke where the tap of this line and drive is the first of one; whether it is of one at all.
+    fn begins(&mut self, (line, drive): (usize, f64), name: &str, ask: &Ask<'_>) -> bool {
+        let slack = FALLS * self.locator.largest_drive();
         let [least, first, largest] = self.drives;
         let named = self.place.is_some();
-        let behind = tap.drive < largest - slack;
+        let behind = drive < largest - slack;
         let ended = self.falling && largest - least > ENDS * (largest - first);
-        let again = behind && tap.drive <= first + slack || ended && tap.drive > least + slack;
+        let again = behind && drive <= first + slack || ended && drive > least + slack;
         if !first.is_finite() || if named { name != self.name } else { again } {
             self.sides = self.locator.sides().iter().map(|_| None).collect();
             self.number += 1;
             self.name = name.to_owned();
-            (self.drives, self.falling) = ([f64::INFINITY, tap.drive, tap.drive], false);
+            (self.drives, self.falling) = ([f64::INFINITY, drive, drive], false);
             self.signals = [0.0; 2];
             self.far = None;
             return true;
         }
         self.falling = behind;
         if behind {
-            self.drives[0] = least.min(tap.drive);
-            if !std::mem::replace(&mut self.warned, true) {
-                (ask.warn)(&format!(
-                    "line {}: the drive falls: readings of a stroke count while its drive grows, so that those of the way back tell nothing",
-                    tap.line
-                ));
-            }
+            self.drives[0] = least.min(drive);
+            self.falls.warn(ask, || {
+                format!(
+                    "line {line}: the drive falls: readings of a stroke count while its drive grows, so that those of the way back tell nothing"
+                )
+            });
             return false;
         }
-        (self.drives[0], self.drives[2]) = (f64::INFINITY, largest.max(tap.drive));
+        (self.drives[0], self.drives[2]) = (f64::INFINITY, largest.max(drive));
         true
     }
 
     /// The drive, or its size where it goes down from 0 and both sides were calibrated.
     fn towards(&mut self, name: &str, drive: f64) -> f64 {
-        let learned = self.locator.sides().iter().filter(|side| side.answers.learned().is_some());
+        let learned = self.locator.sides().iter().filter(|side| side.learned().is_some());
         let before = std::mem::replace(&mut self.before, drive);
         let down = drive < before || name != self.name;
         let folded = down && drive < 0.0 && self.locator.drive_origin == 0.0 && learned.count() > 1;
         if folded { -drive } else { drive }
     }
 
-    /// Adds a reading of the stroke `name`; `None` where it is of none.
-    pub fn tell(&mut self, name: &str, tap: UnlocatedTap, ask: &Ask<'_>) -> Option<Far> {
-        if self.place.is_some() && name.is_empty() || !tap.drive.is_finite() || !tap.signal.is_finite() {
+    /// Adds a reading of a line with these fields; `None` where it is of no stroke.
+    pub(super) fn tell(&mut self, cells: &[LabCell<'_>], tap: &Reading, ask: &Ask<'_>) -> Option<Far> {
+        let (name, signal, share) = (self.name(cells), tap.signals[0], tap.shares[0]);
+        if self.place.is_some() && name.is_empty() || !tap.drive.is_finite() || !signal.is_finite() {
             return None;
         }
-        let tap = UnlocatedTap { drive: self.towards(name, tap.drive), ..tap };
-        if !self.begins(&tap, name, ask) {
+        let drive = self.towards(&name, tap.drive);
+        if !self.begins((tap.line, drive), &name, ask) {
             return None;
         }
         let locator = self.locator;
-        let (drive, signal) = locator.as_calibrated(tap.drive, tap.signal);
+        let (drive, signal) = locator.as_calibrated(drive, signal);
         let from_first =
             |side: Option<&Side>| if self.free.0.zero { side.map_or(signal, |s| s.first) } else { 0.0 };
         let first = from_first(self.sides.iter().flatten().next());
         let signal = signal - first;
         let mut status = locator.limit_of(signal);
         for (side, readings) in locator.sides().iter().zip(&mut self.sides) {
-            let Some(learned) = side.answers.learned() else { continue };
-            let (tared, y, _) = learned.read(side.sign * signal, tap.share);
+            let Some(learned) = side.learned() else { continue };
+            let (tared, y, _) = learned.read(side.sign * signal, share);
             let new = || Side { stroke: Stroke::default(), tared, largest: f64::NEG_INFINITY, first };
             let own = readings.get_or_insert_with(new);
             if side.sign * signal >= side.end_stop {
@@ -203,9 +190,7 @@ impl<'a> Strokes<'a> {
         }
         let [up, down] = &mut self.signals;
         (*up, *down) = (up.max(signal), down.max(-signal));
-        let has = |sign: f64| {
-            locator.sides().iter().any(|side| side.sign == sign && side.answers.learned().is_some())
-        };
+        let has = |sign: f64| locator.side_of(sign).is_some_and(|side| side.learned().is_some());
         let known = self.sides.iter_mut().enumerate().filter_map(|(k, s)| Some((k, s.as_mut()?)));
         let (k, own) = known.max_by(|(_, p), (_, q)| p.largest.total_cmp(&q.largest))?;
         let side = &locator.sides()[k];
@@ -221,15 +206,15 @@ impl<'a> Strokes<'a> {
         {
             return Some(Far { status: far.status | status, ..far.clone() });
         }
-        let learned = side.answers.learned()?;
+        let learned = side.learned()?;
         let joint = learned.joint_of_strokes(own.tared);
-        let largest = side.drives[side.drives.len() - 1];
+        let largest = side.ends()[1];
         let course = Course {
             same_run: locator.same_run,
             of_zero: if self.free.0.zero {
                 ANYWHERE * own.largest.powi(2)
             } else {
-                learned.read(1.0, tap.share).2
+                learned.read(1.0, share).2
             },
             least: (-EARLY * largest).min(self.drives[1] - locator.drive_origin),
             touch: None,

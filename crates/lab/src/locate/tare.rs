@@ -134,17 +134,13 @@ pub fn doubt(locator: &Locator, zero: Option<f64>) -> Option<String> {
 
 /// One finite number, or two, in the unit of the signal.
 #[derive(Debug, Clone, PartialEq)]
-pub struct SaidZero {
-    said: String,
-    values: Vec<f64>,
-}
+pub struct SaidZero(Vec<f64>);
 
 impl SaidZero {
     /// One number, or two; `None` of other numbers, or as many.
     pub fn new(values: Vec<f64>) -> Option<Self> {
         let sound = [1, 2].contains(&values.len()) && values.iter().all(|x| x.is_finite());
-        let said = values.iter().map(|x| plain(*x)).collect::<Vec<_>>().join(",");
-        sound.then_some(Self { said, values })
+        sound.then_some(Self(values))
     }
 
     /// The zero of each signal of `locators`, as many as there are.
@@ -152,7 +148,7 @@ impl SaidZero {
         zero: Option<&Self>,
         locators: impl IntoIterator<Item = &'l Locator>,
     ) -> Result<[Option<f64>; 2], InputError> {
-        let Some(Self { said, values }) = zero else { return Ok([None; 2]) };
+        let Some(Self(values)) = zero else { return Ok([None; 2]) };
         let signals = 1 + usize::from(locators.into_iter().any(Locator::is_twofold));
         if values.len() == signals {
             return Ok([0, 1].map(|k| values.get(k).copied()));
@@ -161,12 +157,13 @@ impl SaidZero {
             1 => ("the calibration is of one signal", "one number, with a decimal point"),
             _ => ("the calibration is of two signals, each with its zero", "two numbers: X,Y"),
         };
+        let said = values.iter().map(|x| plain(*x)).collect::<Vec<_>>().join(",");
         Err(InputError::new(message).key("--zero").value(said).allowed(allowed))
     }
 
     /// As it stands in a record of what was asked.
     pub fn json(zero: Option<&Self>) -> Value {
-        match zero.map(|zero| zero.values.as_slice()) {
+        match zero.map(|zero| zero.0.as_slice()) {
             None => Value::Null,
             Some([one]) => json!(one),
             Some(several) => json!(several),
@@ -175,12 +172,11 @@ impl SaidZero {
 }
 
 impl FromStr for SaidZero {
-    type Err = String;
+    type Err = &'static str;
 
-    fn from_str(said: &str) -> Result<Self, String> {
+    fn from_str(said: &str) -> Result<Self, Self::Err> {
         let values: Option<Vec<f64>> = said.split(',').map(number).collect();
-        let zero = values.and_then(Self::new).ok_or("a number, or one for each of two signals: X,Y")?;
-        Ok(Self { said: said.to_owned(), ..zero })
+        values.and_then(Self::new).ok_or("a number, or one for each of two signals: X,Y")
     }
 }
 

@@ -27,9 +27,6 @@ pub const BESIDE: [&str; 4] = ["repeat", "source", "fault", "status"];
 pub const MOST_ROWS: u64 = u32::MAX as u64;
 
 /// What a rig of `rig` records: the `asked` column, which `key` names, else that of its sensor.
-///
-/// # Errors
-/// A column that is none; one of another signal than that of the sensor.
 pub fn recorded(rig: &Rig, asked: Option<&str>, key: &str) -> Result<Unit, InputError> {
     let Some(name) = asked else { return Ok(Unit::of_signal(rig.setup.signal)) };
     let unit = Unit::of_column(name).ok_or_else(|| {
@@ -138,40 +135,42 @@ impl Settings {
     /// Refuses values that mean nothing.
     pub fn check(&self) -> Result<(), InputError> {
         let Self { noise, drift, outliers, hysteresis, factor, drive_offset, a_offset, .. } = *self;
-        let wrong = |message: &str, key: &str, x: f64| InputError::new(message).key(key).value(x);
-        let positive = [("--noise", noise), ("--hysteresis", hysteresis), ("--outliers", outliers)];
-        if let Some((key, x)) = positive.into_iter().find(|(_, x)| !(*x >= 0.0 && x.is_finite())) {
-            return Err(wrong("this must be a number that is not negative", key, x).allowed("≥ 0"));
-        }
-        if noise >= 0.5 && self.unit.signal() == Some(Signal::Strain) {
-            let allowed = "≥ 0 and < 0.5 (strain, one standard deviation; 15 microstrain are 15e-6)";
-            return Err(wrong("this is more noise than strain", "--noise", noise).allowed(allowed));
-        }
-        if outliers > 1.0 {
-            return Err(wrong("this is a share", "--outliers", outliers).allowed("0 … 1"));
-        }
-        if hysteresis >= 1.0 {
-            return Err(wrong("this is a share", "--hysteresis", hysteresis).allowed("0 … 1"));
-        }
-        let finite = [
-            ("--drift", drift),
-            ("--factor", factor),
-            ("--drive-offset", drive_offset),
-            ("--a-offset", a_offset),
+        let (negative, share) = ("this must be a number that is not negative", "this is a share");
+        let (finite, saturate) = ("this must be a finite number", self.saturate.unwrap_or(1.0));
+        let sound = |x: f64| x >= 0.0 && x.is_finite();
+        let large = noise >= 0.5 && self.unit.signal() == Some(Signal::Strain);
+        let strains = "≥ 0 and < 0.5 (strain, one standard deviation; 15 microstrain are 15e-6)";
+        let checks = [
+            (sound(noise), "--noise", noise, negative, Some("≥ 0")),
+            (sound(hysteresis), "--hysteresis", hysteresis, negative, Some("≥ 0")),
+            (sound(outliers), "--outliers", outliers, negative, Some("≥ 0")),
+            (!large, "--noise", noise, "this is more noise than strain", Some(strains)),
+            (outliers <= 1.0, "--outliers", outliers, share, Some("0 … 1")),
+            (hysteresis < 1.0, "--hysteresis", hysteresis, share, Some("0 … 1")),
+            (drift.is_finite(), "--drift", drift, finite, None),
+            (factor.is_finite(), "--factor", factor, finite, None),
+            (drive_offset.is_finite(), "--drive-offset", drive_offset, finite, None),
+            (a_offset.is_finite(), "--a-offset", a_offset, finite, None),
+            (
+                factor != 0.0,
+                "--factor",
+                factor,
+                "a sensor without response measures nothing",
+                Some("a number other than 0"),
+            ),
+            (
+                saturate > 0.0 && saturate.is_finite(),
+                "--saturate",
+                saturate,
+                "this is not a strain limit",
+                Some("> 0"),
+            ),
         ];
-        if let Some((key, x)) = finite.into_iter().find(|(_, x)| !x.is_finite()) {
-            return Err(wrong("this must be a finite number", key, x));
-        }
-        if factor == 0.0 {
-            let error = wrong("a sensor without response measures nothing", "--factor", 0.0);
-            return Err(error.allowed("a number other than 0"));
-        }
-        match self.saturate {
-            Some(x) if !(x > 0.0 && x.is_finite()) => {
-                Err(wrong("this is not a strain limit", "--saturate", x).allowed("> 0"))
-            }
-            _ => Ok(()),
-        }
+        let Some((_, key, x, message, allowed)) = checks.into_iter().find(|check| !check.0) else {
+            return Ok(());
+        };
+        let error = InputError::new(message).key(key).value(x);
+        Err(allowed.into_iter().fold(error, InputError::allowed))
     }
 }
 
@@ -222,9 +221,6 @@ pub struct SimulatedTaps<'a> {
 
 /// Simulates taps of `rig` where they are asked for: for every distance, for every repeat, all strokes in turn. `write` takes rows of
 /// the table.
-///
-/// # Errors
-/// A backend or a file that fails.
 pub fn simulate(
     rig: &Rig,
     asked: SimulatedTaps<'_>,

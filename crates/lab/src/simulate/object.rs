@@ -4,8 +4,6 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::contour::truth::Edge;
-
 /// A place on a smooth edge.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
@@ -76,11 +74,6 @@ impl Curve {
     /// Length of its parameter.
     pub fn length(&self) -> f64 {
         self.knots[self.knots.len() - 1]
-    }
-
-    /// Whether it comes back to its beginning.
-    pub fn is_closed(&self) -> bool {
-        self.closed
     }
 
     fn at(&self, t: f64) -> Place {
@@ -215,14 +208,9 @@ impl Object {
         };
         (0..parts).map(segment).fold(f64::INFINITY, f64::min)
     }
-}
 
-impl Edge for Object {
-    fn off(&self, at: [f64; 2]) -> f64 {
-        self.distance(at)
-    }
-
-    fn along(&self, steps: usize) -> Vec<[f64; 2]> {
+    /// Places along the edge in `steps` even steps, from its beginning to its end.
+    pub fn along(&self, steps: usize) -> Vec<[f64; 2]> {
         (0..=steps).map(|k| self.at(self.length() * k as f64 / steps as f64).at).collect()
     }
 }

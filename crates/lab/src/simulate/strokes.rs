@@ -46,47 +46,54 @@ impl Strokes {
 /// # Errors
 /// A model that is not the exact frictionless rod driven by an angle; settings that belong to taps.
 pub fn check(rig: &Rig, settings: &Settings) -> Result<(), InputError> {
-    let model = &rig.setup.model;
-    let refuse = |key: &str, message: &str, allowed: &str| {
-        Err(InputError::new(format!("a stroke slides along an object: {message}")).key(key).allowed(allowed))
+    let (setup, model, defaults) = (&rig.setup, &rig.setup.model, Settings::default());
+    let of_taps = |key: &'static str, other: bool| {
+        (other, key, "this belongs to taps at labelled distances", "nothing, with --object")
     };
-    if rig.setup.built.is_some() || rig.setup.signal != Signal::Strain {
-        let allowed = "D, d, L_a and hub only, read by a gauge";
-        return refuse("whisker", "its whisker is a cone clamped at its base, its signal a strain", allowed);
-    }
-    if rig.setup.gauge.second {
-        return refuse("gauge.second", "one gauge reads it, at upright edges", "false");
-    }
-    if rig.setup.drive != Drive::Angle {
-        return refuse("tap.drive", "the whisker must be turned", "theta (degrees after first touch)");
-    }
-    if model.geometry != Geometry::Exact {
-        return refuse("model.geometry", "linear theory has no contact that does", "exact");
-    }
-    if model.contact != Grip::Frictionless {
-        return refuse("model.contact", "with friction it would depend on its path", "frictionless");
-    }
-    let defaults = Settings::default();
-    for (key, other) in [
-        ("--repeats", settings.repeats != defaults.repeats),
-        ("--drift", settings.drift != defaults.drift),
-        ("--outliers", settings.outliers != defaults.outliers),
-        ("--hysteresis", settings.hysteresis != defaults.hysteresis),
-        ("--drive-offset", settings.drive_offset != defaults.drive_offset),
-        ("--a-offset", settings.a_offset != defaults.a_offset),
-    ] {
-        if other {
-            return refuse(key, "this belongs to taps at labelled distances", "nothing, with --object");
+    let checks = [
+        (
+            setup.built.is_some() || setup.signal != Signal::Strain,
+            "whisker",
+            "its whisker is a cone clamped at its base, its signal a strain",
+            "D, d, L_a and hub only, read by a gauge",
+        ),
+        (setup.gauge.second, "gauge.second", "one gauge reads it, at upright edges", "false"),
+        (
+            setup.drive != Drive::Angle,
+            "tap.drive",
+            "the whisker must be turned",
+            "theta (degrees after first touch)",
+        ),
+        (
+            model.geometry != Geometry::Exact,
+            "model.geometry",
+            "linear theory has no contact that does",
+            "exact",
+        ),
+        (
+            model.contact != Grip::Frictionless,
+            "model.contact",
+            "with friction it would depend on its path",
+            "frictionless",
+        ),
+        of_taps("--repeats", settings.repeats != defaults.repeats),
+        of_taps("--drift", settings.drift != defaults.drift),
+        of_taps("--outliers", settings.outliers != defaults.outliers),
+        of_taps("--hysteresis", settings.hysteresis != defaults.hysteresis),
+        of_taps("--drive-offset", settings.drive_offset != defaults.drive_offset),
+        of_taps("--a-offset", settings.a_offset != defaults.a_offset),
+    ];
+    match checks.into_iter().find(|check| check.0) {
+        None => Ok(()),
+        Some((_, key, message, allowed)) => {
+            let error = InputError::new(format!("a stroke slides along an object: {message}"));
+            Err(error.key(key).allowed(allowed))
         }
     }
-    Ok(())
 }
 
 /// Simulates a stroke from each start at these drives (degrees after first touch). `write` takes the bytes of the table, `miss` is told
 /// the numbers of starts that make no stroke, and why.
-///
-/// # Errors
-/// No start that makes a stroke; a file that fails.
 pub fn simulate(
     rig: &Rig,
     strokes: &Strokes,

@@ -105,6 +105,25 @@ pub(super) fn create(path: &Path) -> io::Result<File> {
     File::create_new(path)
 }
 
+/// Puts a file of these `bytes` into the hidden folder `work` in one step: after a crash it is there whole, or as it was.
+pub(super) fn commit(work: &Path, name: &str, bytes: &[u8]) -> io::Result<()> {
+    let next = work.join(format!("{name}-next"));
+    let mut file = create(&next)?;
+    file.write_all(bytes)?;
+    file.sync_all()?;
+    std::fs::rename(next, work.join(name))?;
+    sync(work)
+}
+
+/// Makes the names in a folder durable.
+pub(super) fn sync(folder: &Path) -> io::Result<()> {
+    match cfg!(unix).then(|| File::open(folder)?.sync_all()) {
+        // Some file systems have no such call for folders.
+        Some(Err(e)) if e.kind() != io::ErrorKind::InvalidInput => Err(e),
+        _ => Ok(()),
+    }
+}
+
 /// Opens a regular file; a link, a pipe or a folder under this name is an error, and nothing behind it is touched.
 pub(super) fn open_regular(path: &Path, options: &OpenOptions) -> io::Result<File> {
     match path.symlink_metadata()?.is_file() {
@@ -127,7 +146,7 @@ pub fn open_of_result(path: &Path) -> Result<Option<File>, Error> {
 }
 
 /// A file as it is now; `None` where there is none.
-pub(super) fn look(folder: &Path, name: &str) -> Result<Option<Listed>, Error> {
+pub fn look(folder: &Path, name: &str) -> Result<Option<Listed>, Error> {
     let path = folder.join(name);
     let Some(file) = open_of_result(&path)? else { return Ok(None) };
     let listed = || Ok((file.metadata()?.len(), hash_file(&file)?));
@@ -136,9 +155,6 @@ pub(super) fn look(folder: &Path, name: &str) -> Result<Option<Listed>, Error> {
 }
 
 /// The text of the `run.json` in `folder`; `None` where there is none.
-///
-/// # Errors
-/// What is no regular file, no text, or too long for a `run.json`; what the system says.
 pub fn read_run(folder: &Path) -> Result<Option<String>, Error> {
     let path = folder.join(RUN);
     let Some(file) = open_of_result(&path)? else { return Ok(None) };

@@ -24,7 +24,9 @@ use crate::error::Error;
 use crate::kernel::gpu::hear;
 use claim::{LONG, NOTHING, Old, judge, refuse};
 use files::{Closed, RUN, create, make_durable};
-pub use files::{Listed, Output, is_result_name, is_sealed, names_in, open_of_result, read_run, sealed};
+pub use files::{
+    Listed, Output, is_result_name, is_sealed, look, names_in, open_of_result, read_run, sealed,
+};
 pub use hash::{Hashing, hash, hash_all, hash_file};
 use place::{FINISHED, carry_through, decide};
 pub use question::Question;
@@ -123,9 +125,6 @@ impl Folder {
     }
 
     /// Keeps what is complete, so that a run that stops from now on continues with it: `left`, which knows the files as they are now.
-    ///
-    /// # Errors
-    /// What cannot be written.
     pub fn keep(&mut self, left: &Left) -> Result<(), Error> {
         left.write(&self.work.0).map_err(|e| Error::io(&self.work.0, e))
     }

@@ -3,21 +3,19 @@
 //! The new result lies whole and durable in the hidden folder before anything is touched. A marker in it, [`FINISHED`], decides: before it the
 //! old result stands, after it the new one, which the next run puts in place if this one cannot. In between there are only the renames.
 
-use std::fs::{self, File};
-use std::io::{self, ErrorKind, Write};
+use std::fs;
+use std::io::{self, ErrorKind};
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
 use super::claim::refuse;
-use super::files::{Listed, RUN, create, is_plain, look, open_of_result};
+use super::files::{Listed, RUN, commit, is_plain, look, open_of_result, sync};
 use super::work::clear;
 use crate::error::Error;
 
 /// Name of the marker of a finished result, in the hidden folder. It lists the renames.
 pub(super) const FINISHED: &str = ".finished";
-/// Name under which the marker is written before it counts.
-const NEXT: &str = ".finished-next";
 
 /// Content of the marker.
 #[derive(Debug, Serialize, Deserialize)]
@@ -31,11 +29,7 @@ struct Marker {
 /// Marks the result in the hidden folder `work`, which consists of the files `put` and takes the place of `old`, as finished.
 pub(super) fn decide(work: &Path, put: &[Listed], old: &[Listed]) -> io::Result<()> {
     let put = put.iter().map(|file| file.name.clone()).collect();
-    let mut file = create(&work.join(NEXT))?;
-    file.write_all(&serde_json::to_vec(&Marker { put, old: old.to_vec() })?)?;
-    file.sync_all()?;
-    fs::rename(work.join(NEXT), work.join(FINISHED))?;
-    sync(work)
+    commit(work, FINISHED, &serde_json::to_vec(&Marker { put, old: old.to_vec() })?)
 }
 
 /// Puts a finished result in its place, if there is one, which is given: the renames, the `run.json` last; any number of them may have been done before.
@@ -73,13 +67,4 @@ pub(super) fn carry_through(target: &Path, work: &Path) -> Result<bool, Error> {
         done.map_or(Ok(()), Err).map_err(|e| Error::io(target, e))?;
     }
     sync(target).and_then(|()| clear(work)).map(|()| true).map_err(|e| Error::io(target, e))
-}
-
-/// Makes the names in a folder durable.
-pub(super) fn sync(folder: &Path) -> io::Result<()> {
-    match cfg!(unix).then(|| File::open(folder)?.sync_all()) {
-        // Some file systems have no such call for folders.
-        Some(Err(e)) if e.kind() != io::ErrorKind::InvalidInput => Err(e),
-        _ => Ok(()),
-    }
 }

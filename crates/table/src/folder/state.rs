@@ -3,22 +3,19 @@
 //! Files only grow. A state is written under another name, after all files are durable, and then takes the place of the last one. So at any
 //! moment the state is whole, and what it counts on is on the disk.
 
-use std::fs::{self, OpenOptions};
-use std::io::{self, Read, Write};
+use std::fs::OpenOptions;
+use std::io::{self, Read};
 use std::path::Path;
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::files::{create, names_in, open_regular};
+use super::files::{commit, names_in, open_regular};
 use super::hash::hash_bytes;
-use super::place::sync;
 use super::work::completing;
 
 /// Name of the state in the hidden folder.
 pub(super) const STATE: &str = ".state";
-/// Name under which it is written before it counts.
-const NEXT: &str = ".state-next";
 /// Version of the states.
 const FORMAT: u32 = 2;
 /// Characters of the hash with which a state begins.
@@ -92,21 +89,15 @@ impl Left {
 
     /// Makes the files in `work` durable as they are, and then this their state.
     pub(super) fn write(&self, work: &Path) -> io::Result<()> {
-        let mut body = serde_json::to_vec(self)?;
-        body.push(b'\n');
-        body.extend(&self.state);
-        let mut file = create(&work.join(NEXT))?;
-        file.write_all(hash_bytes(&body).as_bytes())?;
-        file.write_all(&body)?;
-        drop(file);
         for path in names_in(work)?.iter().map(|name| work.join(name)) {
             // Folders and links that were put there are not of this run.
             if path.symlink_metadata().is_ok_and(|there| there.is_file()) {
                 OpenOptions::new().write(true).open(path)?.sync_data()?;
             }
         }
-        completing(false, || fs::rename(work.join(NEXT), work.join(STATE)))?;
-        sync(work)
+        let body = [&serde_json::to_vec(self)?[..], b"\n", &self.state].concat();
+        let whole = [hash_bytes(&body).as_bytes(), &body].concat();
+        completing(false, || commit(work, STATE, &whole))
     }
 
     /// What is kept in the folder `target`, in words.

@@ -26,9 +26,6 @@ pub struct Reader {
 
 impl Reader {
     /// Of `file`, which is at `path`.
-    ///
-    /// # Errors
-    /// What is no Parquet file.
     pub fn new(path: &Path, file: File) -> std::result::Result<Self, Error> {
         let file = guarded(|| SerializedFileReader::new(file)).map_err(|e| unreadable(path, &e))?;
         Ok(Self { path: path.to_owned(), file, next: 0 })
@@ -57,9 +54,6 @@ impl Reader {
     }
 
     /// The rows of the next group; `None` after the last.
-    ///
-    /// # Errors
-    /// A damaged file.
     pub fn next_group(&mut self) -> std::result::Result<Option<Frame>, Error> {
         if self.next == self.file.num_row_groups() {
             return Ok(None);

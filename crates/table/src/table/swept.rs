@@ -15,7 +15,9 @@ use crate::values::{Field, named};
 #[derive(Debug, Clone, Copy)]
 pub struct TapRow<'a> {
     /// Its whisker.
-    pub design: &'a Design,
+    pub design: &'a Tuple,
+    /// The same with what taps of it share.
+    whisker: &'a Design,
     /// Contact distance, mm.
     pub a: f64,
     /// Direction of the pole.
@@ -81,23 +83,16 @@ impl<'a> TapRow<'a> {
         (tap, estimated): (&'a Outcome, &'a Estimated),
     ) -> Self {
         let channels = reduced.of_channels((a, drive), tap);
-        Self { design, a, direction, drive, tap, estimated, elongation: reduced.elongation, channels }
+        let (whisker, elongation) = (design, reduced.elongation);
+        Self { design: &design.tuple, whisker, a, direction, drive, tap, estimated, elongation, channels }
     }
 }
 
 impl TapRow<'_> {
     /// Columns of tuples.csv.
-    pub(super) const COLUMNS: [Column<Self>; 32] = [
-        ("D_mm", |r, _| r.design.tuple.D.into()),
-        ("d_tip_mm", |r, _| r.design.tuple.d.into()),
-        ("L_a_mm", |r, _| r.design.tuple.L_a.into()),
-        ("x_ss_mm", |r, _| r.design.tuple.x_ss.into()),
-        ("l_mm", |r, _| r.design.tuple.l.into()),
-        (PROPERTIES, |r, _| Field::Count(r.design.tuple.rig)),
+    const COLUMNS: [Column<Self>; 24] = [
         ("a_mm", |r, _| r.a.into()),
-        ("x_a_mm", |r, _| r.design.abscissa(r.a).into()),
-        ("tilt_deg", |r, _| r.direction.tilt.into()),
-        ("lean_deg", |r, _| r.direction.lean.into()),
+        ("x_a_mm", |r, _| r.whisker.abscissa(r.a).into()),
         ("theta_deg|delta_mm", |r, _| r.drive.into()),
         ("strain|signal", |r, _| r.tap.strain.into()),
         ("strain_linear|signal_linear", |r, _| r.tap.strain_linear.into()),
@@ -129,15 +124,7 @@ impl TapRow<'_> {
 
 impl AtDrive<'_> {
     /// Columns of designs.csv.
-    pub(super) const COLUMNS: [Column<Self>; 20] = [
-        ("D_mm", |r, _| r.design.D.into()),
-        ("d_tip_mm", |r, _| r.design.d.into()),
-        ("L_a_mm", |r, _| r.design.L_a.into()),
-        ("x_ss_mm", |r, _| r.design.x_ss.into()),
-        ("l_mm", |r, _| r.design.l.into()),
-        (PROPERTIES, |r, _| Field::Count(r.design.rig)),
-        ("tilt_deg", |r, _| r.direction.tilt.into()),
-        ("lean_deg", |r, _| r.direction.lean.into()),
+    const COLUMNS: [Column<Self>; 12] = [
         ("theta_deg|delta_mm", |r, _| r.drive.into()),
         ("n", |r, _| r.row.n.into()),
         ("K_mean|K_mean_mm", |r, _| mean(r.row.mean, r.unit)),
@@ -160,16 +147,8 @@ impl AtDrive<'_> {
 
 impl AtDistance<'_> {
     /// Columns of distances.csv.
-    pub(super) const COLUMNS: [Column<Self>; 13] = [
-        ("D_mm", |r, _| r.design.D.into()),
-        ("d_tip_mm", |r, _| r.design.d.into()),
-        ("L_a_mm", |r, _| r.design.L_a.into()),
-        ("x_ss_mm", |r, _| r.design.x_ss.into()),
-        ("l_mm", |r, _| r.design.l.into()),
-        (PROPERTIES, |r, _| Field::Count(r.design.rig)),
+    const COLUMNS: [Column<Self>; 5] = [
         ("a_mm", |r, _| r.a.into()),
-        ("tilt_deg", |r, _| r.direction.tilt.into()),
-        ("lean_deg", |r, _| r.direction.lean.into()),
         ("n", |r, _| r.row.deviation.n.into()),
         ("K_mean|K_mean_mm", |r, _| mean(r.row.deviation.mean(), r.unit)),
         ("K_sd|K_sd_mm", |r, _| sd(r.row.deviation.sd(), r.unit)),
@@ -177,13 +156,23 @@ impl AtDistance<'_> {
     ];
 }
 
-/// The columns of each table for a setup.
+/// The columns of each table for a setup: those of whisker and direction, which all have, and its own.
 macro_rules! chosen {
     ($($row:ident $table:ident)*) => {$(
         impl $row<'_> {
             /// Its columns for `setup`.
             pub fn chosen(setup: &Setup) -> Chosen<'_, Self> {
-                Chosen::new(Table::$table, &Self::COLUMNS, setup)
+                let shared: [Column<Self>; 8] = [
+                    ("D_mm", |r, _| r.design.D.into()),
+                    ("d_tip_mm", |r, _| r.design.d.into()),
+                    ("L_a_mm", |r, _| r.design.L_a.into()),
+                    ("x_ss_mm", |r, _| r.design.x_ss.into()),
+                    ("l_mm", |r, _| r.design.l.into()),
+                    (PROPERTIES, |r, _| Field::Count(r.design.rig)),
+                    ("tilt_deg", |r, _| r.direction.tilt.into()),
+                    ("lean_deg", |r, _| r.direction.lean.into()),
+                ];
+                Chosen::new(Table::$table, &[&shared[..], &Self::COLUMNS].concat(), setup)
             }
         }
     )*};

@@ -59,29 +59,25 @@ impl Arc {
         self.values.get(2).copied().unwrap_or(0.0)
     }
 
-    fn frame(&self, values: &[f64]) -> ([f64; 2], [f64; 2], [f64; 2]) {
-        let (sin, cos) = (self.direction + values[1]).sin_cos();
+    /// A place on it, and the unit vectors along it and to the left there.
+    fn frame(&self) -> ([f64; 2], [f64; 2], [f64; 2]) {
+        let (sin, cos) = (self.direction + self.values[1]).sin_cos();
         let (s0, c0) = self.direction.sin_cos();
-        let origin = [self.origin[0] - values[0] * s0, self.origin[1] + values[0] * c0];
+        let origin = [self.origin[0] - self.values[0] * s0, self.origin[1] + self.values[0] * c0];
         (origin, [cos, sin], [-sin, cos])
     }
 
     /// How far a place lies to the left, mm.
     pub fn off(&self, p: [f64; 2]) -> f64 {
-        self.off_by(&self.values, p)
-    }
-
-    fn off_by(&self, values: &[f64], p: [f64; 2]) -> f64 {
-        let (origin, _, n) = self.frame(values);
-        let u = [p[0] - origin[0], p[1] - origin[1]];
-        let k = values.get(2).copied().unwrap_or(0.0);
+        let (origin, _, n) = self.frame();
+        let (u, k) = ([p[0] - origin[0], p[1] - origin[1]], self.curvature());
         let q = 2.0 * (u[0] * n[0] + u[1] * n[1]) - k * (u[0] * u[0] + u[1] * u[1]);
         q / (1.0 + (1.0 - k * q).max(0.0).sqrt())
     }
 
     /// ∂off/∂(offset, turn, curvature): of k off² − 2 off + q = 0, the circle's equation that `off` solves.
     fn off_slopes(&self, p: [f64; 2]) -> [f64; 3] {
-        let (origin, t, n) = self.frame(&self.values);
+        let (origin, t, n) = self.frame();
         let (s0, c0) = self.direction.sin_cos();
         let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
         let (u, n0, k) = ([p[0] - origin[0], p[1] - origin[1]], [-s0, c0], self.curvature());
@@ -93,7 +89,7 @@ impl Arc {
 
     /// Unit vector to the left at a place beside it.
     pub fn normal(&self, p: [f64; 2]) -> [f64; 2] {
-        let (origin, _, n) = self.frame(&self.values);
+        let (origin, _, n) = self.frame();
         let k = self.curvature();
         let v = [n[0] - k * (p[0] - origin[0]), n[1] - k * (p[1] - origin[1])];
         let size = v[0].hypot(v[1]);
@@ -102,7 +98,7 @@ impl Arc {
 
     /// Length along it from its origin to the foot of a place, mm; of a circle within half a turn.
     pub fn along(&self, p: [f64; 2]) -> f64 {
-        let (origin, t, n) = self.frame(&self.values);
+        let (origin, t, n) = self.frame();
         let u = [p[0] - origin[0], p[1] - origin[1]];
         let (x, y, k) = (u[0] * t[0] + u[1] * t[1], u[0] * n[0] + u[1] * n[1], self.curvature());
         if k == 0.0 { x } else { (k * x).atan2(1.0 - k * y) / k }
@@ -110,7 +106,7 @@ impl Arc {
 
     /// The place at a length along it, and the direction there.
     pub fn at(&self, s: f64) -> ([f64; 2], f64) {
-        let (origin, t, n) = self.frame(&self.values);
+        let (origin, t, n) = self.frame();
         let k = self.curvature();
         let turn = k * s;
         let (x, y) = match turn.abs() < 1e-6 {
@@ -136,7 +132,7 @@ impl Arc {
     /// Centre and radius of a circle, mm.
     pub fn circle(&self) -> Option<([f64; 2], f64)> {
         let k = self.curvature();
-        let (origin, _, n) = self.frame(&self.values);
+        let (origin, _, n) = self.frame();
         (k != 0.0).then(|| ([origin[0] + n[0] / k, origin[1] + n[1] / k], 1.0 / k.abs()))
     }
 

@@ -45,19 +45,21 @@ pub enum Nothing {
     Undetermined,
 }
 
-/// What a kind is worth.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// What a kind is worth, as run.json has it.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Judged {
     /// The kind.
     pub kind: Kind,
     /// Mean loss of a point that was left out: −ln of the density that was foretold where it lies, 1/mm².
     pub loss: f64,
-    /// Root mean square distance of points that were left out, mm; outliers of the kind not counted.
-    pub left_out_rms: f64,
+    /// Root mean square distance of points that were left out; outliers of the kind not counted.
+    pub left_out_rms_mm: f64,
     /// Outliers.
     pub outliers: usize,
-    /// Loss more than the best kind's, and its standard error.
-    pub more: [f64; 2],
+    /// Loss more than the best kind's.
+    pub loss_more_than_best: f64,
+    /// Standard error of that.
+    pub loss_more_se: f64,
 }
 
 /// A curve, how it was found, and what it says of each point.
@@ -326,26 +328,24 @@ pub fn choose(samples: &[Sample], asked: Option<Kind>) -> Result<Chosen, Nothing
     let nothing = if one_place { Nothing::OnePlace } else { Nothing::Undetermined };
     let least = all.iter().min_by(|a, b| sum(a).total_cmp(&sum(b))).ok_or(nothing)?;
     let shares: f64 = samples.iter().map(|s| s.share).sum();
-    let more = |d: &Drawn| {
+    let judged = |d: &Drawn| {
         let n = groups.len() as f64;
         let differences: Vec<f64> = d.losses.iter().zip(&least.losses).map(|(a, b)| a - b).collect();
         let mean = differences.iter().sum::<f64>() / n;
         let variance = differences.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
-        [n * mean / shares, (n * variance).sqrt() / shares]
-    };
-    let judged: Vec<Judged> = all
-        .iter()
-        .map(|d| Judged {
+        Judged {
             kind: d.kind,
             loss: sum(d) / shares,
-            left_out_rms: (d.squares[0] / d.squares[1]).sqrt(),
+            left_out_rms_mm: (d.squares[0] / d.squares[1]).sqrt(),
             outliers: d.outliers.iter().filter(|o| **o).count(),
-            more: more(d),
-        })
-        .collect();
+            loss_more_than_best: n * mean / shares,
+            loss_more_se: (n * variance).sqrt() / shares,
+        }
+    };
+    let judged: Vec<Judged> = all.iter().map(judged).collect();
     let place = match asked {
         Some(kind) => all.iter().position(|d| d.kind == kind),
-        None => judged.iter().position(|j| j.more[0] <= j.more[1].max(WORTH)),
+        None => judged.iter().position(|j| j.loss_more_than_best <= j.loss_more_se.max(WORTH)),
     };
     let drawn = all.swap_remove(place.ok_or(Nothing::Undetermined)?);
     let off = samples.iter().zip(&drawn.outliers).map(|(s, outlier)| {

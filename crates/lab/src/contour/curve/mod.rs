@@ -30,7 +30,8 @@ pub struct Sample {
 }
 
 /// Kinds of curves, the simplest first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Kind {
     /// One place.
     Point,

@@ -1,8 +1,6 @@
-//! Figures of a benchmark: time against error.
+//! Figures of a census of taps: errors of a verification, time against error of a benchmark.
 
-mod places;
-
-use indexmap::IndexSet;
+use indexmap::{IndexMap, IndexSet};
 
 use super::answer;
 use super::content::Content;
@@ -11,17 +9,13 @@ use super::source::Source;
 use crate::error::{Error, InputError};
 use crate::figure::{Axis, Figure, Mark, Marker, Panel, Path, series};
 use crate::sink::frame::Frame;
-use places::Places;
 
 const TIME: (&str, &str) = ("time per tap", "ns");
 /// Peers that take longer for a tap would leave no room for the others, ns.
 const SLOWEST: f64 = 1e8;
 
-/// Everything of the folder of `bench`.
-///
-/// # Errors
-/// Tables that are damaged.
-pub fn content(source: &Source) -> Result<Content, Error> {
+/// Time against error.
+pub fn of_bench(source: &Source) -> Result<Content, Error> {
     let mut c = Content::default();
     let work = source.table("work_precision.csv")?;
     figures(&work, source.maybe("peers.csv")?.as_ref())?.into_iter().for_each(|f| c.figure(f));
@@ -31,13 +25,39 @@ pub fn content(source: &Source) -> Result<Content, Error> {
 }
 
 /// Figures of the table `work`, with other programs that were measured on the same taps.
-///
-/// # Errors
-/// Tables that are damaged.
 pub fn figures(work: &Frame, peers: Option<&Frame>) -> Result<Vec<Figure>, InputError> {
     let mut all = vec![precision(work, peers)?, configurations(work)?];
     all.retain(|f| !f.is_empty());
     Ok(all)
+}
+
+/// Where a benchmark ran: each backend of `table` in order of appearance, by what it is called, and its rows. Software adapters are called so.
+fn places(table: &Frame) -> Vec<(String, Vec<usize>)> {
+    let mut rows: IndexMap<[String; 3], Vec<usize>> = IndexMap::new();
+    for r in 0..table.len() {
+        rows.entry(["backend", "precision", "adapter"].map(|c| table.word(c, r))).or_default().push(r);
+    }
+    let named = |([backend, precision, adapter], rows): ([String; 3], Vec<usize>)| {
+        let name = match (backend.as_str(), is_software(&adapter)) {
+            ("gpu", true) => format!("software GPU {precision} ({})", short(&adapter)),
+            ("gpu", false) => format!("GPU {precision} ({adapter})"),
+            ("cpu", _) => format!("CPU {precision}"),
+            _ => format!("{backend} {precision}"),
+        };
+        (name, rows)
+    };
+    rows.into_iter().map(named).collect()
+}
+
+/// Whether `adapter` is a CPU in the clothes of a GPU.
+fn is_software(adapter: &str) -> bool {
+    let name = adapter.to_lowercase();
+    ["llvmpipe", "lavapipe", "swiftshader", "basic render", "software"].iter().any(|word| name.contains(word))
+}
+
+/// An adapter's name without what stands in brackets.
+fn short(adapter: &str) -> &str {
+    adapter.split(" (").next().unwrap_or(adapter)
 }
 
 /// Points, and a line through those that none beats: it never turns back.
@@ -63,7 +83,7 @@ fn reached(
 
 /// The simplest configuration: every kernel, the peers on the same axes.
 fn precision(work: &Frame, peers: Option<&Frame>) -> Result<Figure, InputError> {
-    let places = Places::of(work);
+    let places = places(work);
     let first = if !work.is_empty() { work.word("configuration", 0) } else { String::new() };
     let time = work.numbers("ns_per_tap")?;
     let (mut panels, mut beyond) = (Vec::new(), Vec::new());
@@ -72,14 +92,13 @@ fn precision(work: &Frame, peers: Option<&Frame>) -> Result<Figure, InputError> 
     {
         let error = work.numbers(column)?;
         let mut panel = Panel::new(title, Axis::log(TIME.0, TIME.1), Axis::log("strain error, relative", ""));
-        let at = |rows: Vec<usize>| {
-            rows.into_iter().map(|r| (time[r], error[r])).filter(|p| p.1 > 0.0).collect::<Vec<_>>()
-        };
-        for (i, (name, _)) in places.0.iter().enumerate() {
-            let of = |kernel: &str| {
-                at(places.rows(work, i, |r| {
-                    work.word("configuration", r) == first && work.word("kernel", r) == kernel
-                }))
+        for (i, (name, rows)) in places.iter().enumerate() {
+            let of = |kernel: &str| -> Vec<(f64, f64)> {
+                let is = |r: &&usize| {
+                    work.word("configuration", **r) == first && work.word("kernel", **r) == kernel
+                };
+                let points = rows.iter().filter(is).map(|r| (time[*r], error[*r]));
+                points.filter(|p| p.1 > 0.0).collect()
             };
             let ladder = [of("exact"), of("reference")].concat();
             panel = reached(panel, name, series(i), 0, &ladder);
@@ -99,7 +118,7 @@ fn precision(work: &Frame, peers: Option<&Frame>) -> Result<Figure, InputError> 
                 let family = name.split([' ', ',']).next().unwrap_or_default().to_owned();
                 let known = ["scipy", "JAX", "numba", "PyElastica", "diffrax"];
                 let after = known.iter().position(|f| *f == family).unwrap_or(known.len());
-                let (colour, marker) = series(places.0.len() + after);
+                let (colour, marker) = series(places.len() + after);
                 let path = Path::new(family, colour, [(1e9 / rate[r], error[r])]);
                 panel = panel.with(Mark::Points {
                     path,
@@ -140,7 +159,7 @@ fn share(panels: &mut [Panel]) {
 }
 
 fn configurations(work: &Frame) -> Result<Figure, InputError> {
-    let places = Places::of(work);
+    let places = places(work);
     let (time, error) = (work.numbers("ns_per_tap")?, work.numbers("strain_error_p99")?);
     let ladder = |r: usize| matches!(work.word("kernel", r).as_str(), "exact" | "reference");
     let names: IndexSet<String> =
@@ -148,10 +167,10 @@ fn configurations(work: &Frame) -> Result<Figure, InputError> {
     let mut panels = Vec::new();
     for c in &names {
         let mut panel = Panel::new(c.clone(), Axis::log(TIME.0, TIME.1), Axis::log("strain error, 99 %", ""));
-        for (i, (name, _)) in places.0.iter().enumerate() {
-            let rows = places.rows(work, i, |r| ladder(r) && work.word("configuration", r) == *c);
-            let points: Vec<_> =
-                rows.into_iter().map(|r| (time[r], error[r])).filter(|p| p.1 > 0.0).collect();
+        for (i, (name, rows)) in places.iter().enumerate() {
+            let is = |r: &&usize| ladder(**r) && work.word("configuration", **r) == *c;
+            let points = rows.iter().filter(is).map(|r| (time[*r], error[*r]));
+            let points: Vec<_> = points.filter(|p| p.1 > 0.0).collect();
             panel = reached(panel, name, series(i), 0, &points);
         }
         panels.push(panel);
@@ -159,6 +178,37 @@ fn configurations(work: &Frame) -> Result<Figure, InputError> {
     share(&mut panels);
     let caption = "Time of a tap against the strain error that 99 of 100 taps keep, of every configuration over tolerances; a line joins the points that no other beats (work_precision.csv).";
     Ok(Figure::new("configurations", "Every configuration", caption, panels))
+}
+
+/// Errors of every configuration on every backend.
+pub fn of_verify(source: &Source) -> Result<Content, Error> {
+    let mut c = Content::default();
+    let table = source.table("verify.csv")?;
+    c.answer = answer::of_verify(&table)?;
+    let place = |r: usize| (table.word("backend", r), table.word("precision", r));
+    let places: IndexSet<(String, String)> = (0..table.len()).map(place).collect();
+    let mut panels = Vec::new();
+    for p in &places {
+        let rows = table.rows(|r| place(r) == *p);
+        let names = rows.iter().rev().map(|r| table.word("configuration", *r)).collect();
+        let (x, y) = (Axis::log("strain error, relative", ""), Axis::words("", names));
+        let mut panel = Panel::new(format!("{} {}", p.0, p.1), x, y);
+        for (name, column, colour, marker) in [
+            ("median", "strain_error_median", 2, Marker::Circle),
+            ("99 % of taps below", "strain_error_p99", 0, Marker::Square),
+            ("worst tap", "strain_error_worst", 1, Marker::Diamond),
+            ("bound", "bound", 4, Marker::Cross),
+        ] {
+            let values = table.numbers(column)?;
+            let points =
+                rows.iter().rev().enumerate().map(|(i, r)| (values[*r], i as f64)).filter(|p| p.0 > 0.0);
+            panel = panel.with(Mark::points(Path::new(name, colour, points), marker));
+        }
+        panels.push(panel);
+    }
+    c.figure(Figure::new("errors", "Errors against the reference", "Strain error of every configuration on every backend, against the f64 reference (verify.csv); an error of 0 has no place on the axis.", panels));
+    c.first_rows(source, &["verify.csv"])?;
+    Ok(c)
 }
 
 #[cfg(test)]
@@ -179,5 +229,14 @@ mod tests {
         assert!(path.x.windows(2).all(|w| w[0] < w[1]) && path.y.windows(2).all(|w| w[0] > w[1]), "{path:?}");
         let Mark::Points { path, .. } = &panel.marks[1] else { panic!("then points") };
         assert_eq!(path.x.len(), points.len());
+    }
+
+    #[test]
+    fn a_software_adapter_is_called_so() {
+        assert!(
+            is_software("llvmpipe (LLVM 15.0.6, 256 bits)") && is_software("Microsoft Basic Render Driver")
+        );
+        assert!(!is_software("NVIDIA H200") && !is_software(""));
+        assert_eq!(short("llvmpipe (LLVM 15.0.6, 256 bits)"), "llvmpipe");
     }
 }

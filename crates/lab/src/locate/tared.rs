@@ -1,0 +1,253 @@
+//! Rows of readings above their zeros.
+
+use super::lines::{Line, Source};
+use super::object::By;
+use super::rows::{Answerer, Reading, RowReader};
+use super::stream::{Ask, UNRECORDED};
+use super::tare::{Tare, doubt};
+use crate::error::{Error, InputError};
+use crate::fields::plain;
+use crate::measure::missing::is_usual;
+use crate::measure::thousands::Thousands;
+use crate::measure::zero::Zero;
+use crate::reduce::median;
+use crate::sink::lab::{LabCell, LabStream};
+use crate::status::Status;
+
+/// A zero reading with a value that stands for none, such as -1, is left out where it differs from the other zero readings by this share of a usual tap.
+const NO_ZERO: f64 = 0.1;
+
+/// A warning that is given once.
+#[derive(Default)]
+pub(super) struct Once(bool);
+
+impl Once {
+    /// Warns, the first time.
+    pub fn warn(&mut self, ask: &Ask<'_>, text: impl FnOnce() -> String) {
+        if !std::mem::replace(&mut self.0, true) {
+            (ask.warn)(&text());
+        }
+    }
+}
+
+/// Zero readings of a whole file, those of each signal, and the lines of those that are none by their size. Empty where the file has none.
+///
+/// # Errors
+/// As [`answer`](super::stream::answer); numbers of which nothing says whether they are more than a thousand.
+pub fn zeros(
+    who: Answerer<'_>,
+    input: LabStream<'_>,
+    ask: &Ask<'_>,
+) -> Result<(Vec<Zero>, Vec<usize>), Error> {
+    let mut source = Source::new(input, ask);
+    let mut rows = RowReader::new(who);
+    let (mut readings, mut numbers, mut sizes) = (vec![Vec::new(); who.signals()], Vec::new(), Vec::new());
+    let mut thousands = Thousands::default();
+    while let Some(line) = source.next(&mut rows)? {
+        let Some(row) = line.row else { continue };
+        let cells = rows.cells(row);
+        let read = rows.parse(row, &cells);
+        thousands.see(line.number, &rows.named(cells), row.separator());
+        let Some((drive, signals)) = read else { continue };
+        if !who.rests(drive, &signals) {
+            sizes.extend(Some(signals[0]).filter(|x| x.is_finite()));
+            continue;
+        }
+        numbers.push((line.place, line.number));
+        for (k, signal) in signals.into_iter().enumerate().filter(|(_, x)| x.is_finite()) {
+            let last = readings[k].last().map_or(signal, |(_, zero)| *zero);
+            readings[k].push((line.place, who.locator(k).beside(last, signal)));
+        }
+    }
+    let here = |e: InputError| InputError { file: Some(ask.label().to_owned()), ..e };
+    thousands.check(&rows.names(), ask.columns).map_err(here)?;
+    let mut all: Vec<f64> = readings[0].iter().map(|r| r.1).collect();
+    if all.is_empty() {
+        return Ok((vec![Zero::default(); who.signals()], Vec::new()));
+    }
+    // What stands for no value, or is exactly 0, is no zero where others are there.
+    let is_none = |x: f64| x == 0.0 || is_usual(x);
+    let mut judged: Vec<f64> = all.iter().copied().filter(|x| !is_none(*x)).collect();
+    let middle = median(if judged.is_empty() { &mut all } else { &mut judged });
+    let locator = who.first();
+    let mut sizes: Vec<f64> = sizes.iter().map(|s| (locator.beside(middle, *s) - middle).abs()).collect();
+    let scale = if sizes.is_empty() { f64::INFINITY } else { median(&mut sizes) };
+    let mut off = Zero::outliers(&readings[0], scale);
+    let missing =
+        |r: &&(usize, f64)| !judged.is_empty() && is_none(r.1) && (r.1 - middle).abs() > NO_ZERO * scale;
+    off.extend(readings[0].iter().filter(missing).map(|r| r.0));
+    let wrong = numbers.iter().filter(|(place, _)| off.contains(place)).map(|(_, n)| *n).collect();
+    readings.iter_mut().for_each(|all| all.retain(|r| !off.contains(&r.0)));
+    Ok((readings.iter().map(|all| Zero::new(all)).collect(), wrong))
+}
+
+/// A row and the tap that it is.
+pub(super) struct TaredRow<'b> {
+    pub line: Line<'b>,
+    /// Its fields by the names of the columns.
+    pub cells: Vec<LabCell<'b>>,
+    /// As recorded; NaN where the line says nothing.
+    pub drive: f64,
+    /// Of each signal as recorded.
+    pub recorded: Vec<f64>,
+    /// Whether it is one of the zero.
+    pub rests: bool,
+    /// Whether it is taken as settled for want of a time.
+    pub untimed: bool,
+    /// What was subtracted from the first signal; NaN where nothing is known.
+    pub zero: f64,
+    /// The tap; else why it has no distance.
+    pub tap: Result<Reading, Status>,
+}
+
+/// Rows of readings, one by one, above their zeros.
+pub(super) struct TaredRows<'a> {
+    who: Answerer<'a>,
+    source: Source<'a>,
+    pub rows: RowReader<'a>,
+    ask: &'a Ask<'a>,
+    /// The zero of each signal.
+    tares: Vec<Tare>,
+    zeros: u64,
+    /// Whether the last row was one of the zero.
+    follows: bool,
+    /// Whether there was a tap.
+    asked: bool,
+    /// Of input that was not looked through before.
+    thousands: Option<Thousands>,
+    unclear: Once,
+}
+
+impl<'a> TaredRows<'a> {
+    /// Of `input`, whose columns are read. `zero` is that of the file, of each signal, if it has one; else the zero readings among the rows serve
+    /// those after them.
+    pub fn new(
+        who: Answerer<'a>,
+        input: LabStream<'a>,
+        ask: &'a Ask<'a>,
+        zero: Option<Vec<Zero>>,
+    ) -> Result<Self, Error> {
+        let (mut source, mut rows) = (Source::new(input, ask), RowReader::new(who));
+        source.first(&mut rows)?;
+        let thousands = zero.is_none().then(Thousands::default);
+        let tares = tares(who, &rows, ask, zero.unwrap_or_default())?;
+        let (zeros, unclear) = (0, Once::default());
+        Ok(Self { who, source, rows, ask, tares, zeros, follows: false, asked: false, thousands, unclear })
+    }
+
+    /// The next row; `None` at the end.
+    pub fn next(&mut self) -> Result<Option<TaredRow<'_>>, Error> {
+        let Self { who, source, rows, ask, .. } = self;
+        let (who, ask) = (*who, *ask);
+        let Some(line) = source.next(rows)? else { return Ok(None) };
+        // Of a line that is no reading, no field is known to be a signal.
+        let cells = line.row.map_or_else(Vec::new, |row| rows.cells(row));
+        let mut read = line.row.and_then(|row| rows.parse(row, &cells));
+        let cells = rows.named(cells);
+        if let Some((seen, row)) = self.thousands.as_mut().zip(line.row) {
+            let grouped = seen.see(line.number, &cells, row.separator());
+            if grouped && let Err(why) = seen.check(&rows.names(), ask.columns) {
+                read = None;
+                let told = || format!("line {}: {why}: such lines are bad_input", line.number);
+                self.unclear.warn(ask, told);
+            }
+        }
+        let (drive, recorded) = read.unwrap_or_else(|| (f64::NAN, vec![f64::NAN; who.signals()]));
+        let (rests, untimed) = (who.rests(drive, &recorded), rows.untimed);
+        let follows = std::mem::replace(&mut self.follows, rests);
+        let mut row = TaredRow {
+            line,
+            cells,
+            drive,
+            recorded,
+            rests,
+            untimed,
+            zero: f64::NAN,
+            tap: Err(Status::NO_STRAIN),
+        };
+        if rests {
+            self.zeros += 1;
+            see(who, ask, &mut self.tares, &row, (self.zeros, follows));
+            return Ok(Some(row));
+        }
+        if let Some(why) = who.lacks(drive, &row.recorded) {
+            row.tap = Err(why);
+            return Ok(Some(row));
+        }
+        let zeros: Vec<Option<(f64, f64)>> = self.tares.iter().map(|tare| tare.at(row.line.place)).collect();
+        if !std::mem::replace(&mut self.asked, true) {
+            doubts(who, ask, &zeros);
+        }
+        row.zero = zeros[0].map_or(f64::NAN, |z| z.0);
+        let values = zeros.iter().map(|zero| zero.unwrap_or((0.0, 0.0)));
+        let (values, shares): (Vec<f64>, Vec<f64>) = values.unzip();
+        row.tap = Ok(Reading {
+            line: row.line.number,
+            drive: if who.first().drive_recorded { drive } else { UNRECORDED },
+            signals: (0..values.len()).map(|k| rows.above(k, row.recorded[k], values[k])).collect(),
+            shares,
+            zeros: self.zeros,
+            shift: 0.0,
+        });
+        Ok(Some(row))
+    }
+}
+
+/// Takes a zero reading of a stream, the `count`-th, which `follows` another one or not.
+fn see(
+    who: Answerer<'_>,
+    ask: &Ask<'_>,
+    tares: &mut [Tare],
+    row: &TaredRow<'_>,
+    (count, follows): (u64, bool),
+) {
+    let line = row.line.number;
+    if let Some(zero) = ask.zero[0].filter(|_| count == 1) {
+        let zero = plain(zero);
+        (ask.warn)(&format!("the zero readings from line {line} on take the place of --zero {zero}"));
+    }
+    for (k, signal) in row.recorded.iter().enumerate().filter(|(_, x)| x.is_finite()) {
+        let aside = tares[k].see(who.locator(k), *signal, follows);
+        if let Some(zero) = aside.filter(|_| k == 0 || who.finds_drives()) {
+            (ask.warn)(&format!(
+                "line {line}: a zero reading of {signal:.4e} is far off the others ({zero:.4e}); it is not used unless the next one is like it"
+            ));
+        }
+    }
+}
+
+/// Warns of what should be known of the `zeros` of the first tap.
+fn doubts(who: Answerer<'_>, ask: &Ask<'_>, zeros: &[Option<(f64, f64)>]) {
+    if matches!(ask.by, By::Strokes(free) if free.zero) {
+        return;
+    }
+    let known = if who.is_twofold() { 1 } else { zeros.len() };
+    for text in (0..known).filter_map(|k| doubt(who.locator(k), zeros[k].map(|z| z.0))) {
+        match who.finds_drives() {
+            true => (ask.warn)(&text.replace(", or --zero", "")),
+            false => (ask.warn)(&text),
+        }
+    }
+}
+
+/// The zero of each signal: that of the file, if it has any, else what the user said or the calibration fitted.
+fn tares(
+    who: Answerer<'_>,
+    rows: &RowReader<'_>,
+    ask: &Ask<'_>,
+    zeros: Vec<Zero>,
+) -> Result<Vec<Tare>, InputError> {
+    let said = ask.zero.map(|zero| zero.map(|z| rows.signal(0, z)));
+    if let Some(k) = (0..2).find(|&k| said[k].is_some_and(|z| !z.is_finite())) {
+        let error = InputError::new("this is no zero of such a signal").key("--zero");
+        let error = error.value(plain(ask.zero[k].unwrap_or(f64::NAN)));
+        return Err(error.allowed("a number in the unit of the signal"));
+    }
+    let mut zeros = zeros.into_iter();
+    let tare = |k: usize| match zeros.next().filter(|zero| zero.count > 0) {
+        Some(zero) => Tare::File(zero),
+        None if k > 0 && who.is_twofold() => Tare::said(said[k]),
+        None => Tare::new(who.locator(k), said[k.min(1)].filter(|_| !who.finds_drives())),
+    };
+    Ok((0..who.signals()).map(tare).collect())
+}
