@@ -134,17 +134,8 @@ fn csv(bencher: Bencher<'_, '_>) {
         let columns = TapRow::chosen(&taps.setup);
         let mut table = Table::Tuples.heading().frame_for(&taps.setup);
         for (o, t) in outcomes.iter().zip(&taps.tasks) {
-            let (tap, estimated) = (black_box(o), &estimated);
-            let row = TapRow {
-                design,
-                a: t.a,
-                direction: t.direction,
-                drive: t.drive,
-                tap,
-                estimated,
-                elongation: None,
-                channels: None,
-            };
+            let place = (t.a, t.direction, t.drive);
+            let row = TapRow::of(&reduced, design, place, (black_box(o), &estimated));
             table.row(columns.fields(&row)).expect("memory");
         }
         table.lines().expect("memory")

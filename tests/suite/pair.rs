@@ -7,7 +7,7 @@ use crate::common::program::{Desk, says};
 use crate::common::sweeping::rms;
 use vibrissa::calibrate::Calibrated;
 use vibrissa::design::amount;
-use vibrissa::locate::estimator::{EXACT, PAPER};
+use vibrissa::locate::estimator::Estimator;
 use vibrissa::locate::{Locator, Reading, Spatial};
 use vibrissa::measure::Data;
 use vibrissa::scene::{Drive, Theory};

@@ -101,7 +101,10 @@ impl Twofold {
     }
 
     /// The taps of the model that give the readings of `asked`, looked for first where these are; one thread after the other. Nothing without a model.
-    fn invert<'s>(&self, asked: impl Iterator<Item = &'s Solved>) -> Result<Vec<Option<Inverted>>, SolveError> {
+    fn invert<'s>(
+        &self,
+        asked: impl Iterator<Item = &'s Solved>,
+    ) -> Result<Vec<Option<Inverted>>, SolveError> {
         let Some((pair, method)) = &self.model else { return Ok(Vec::new()) };
         let mut held = method.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(method) = held.take() else { return Ok(Vec::new()) };
