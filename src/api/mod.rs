@@ -120,7 +120,7 @@ impl Whisker {
         self
     }
 
-    /// Its one tap, for [`strains`](super::strains); of a displacement, the setup must say so ([`Setup::drive`]).
+    /// Its one tap, for [`strains`]; of a displacement, the setup must say so ([`Setup::drive`]).
     ///
     /// # Errors
     /// An axis of several values.
@@ -134,7 +134,7 @@ impl Whisker {
         Ok(Tuple { D, d, L_a, x_ss, l, a, drive, ..Tuple::default() })
     }
 
-    /// What [`sweep`](super::sweep) and [`best_tap`](super::best_tap) take: every combination of its axes, with this model and gauge, and what is
+    /// What [`sweep()`] and [`best_tap`] take: every combination of its axes, with this model and gauge, and what is
     /// to be written.
     ///
     /// # Errors
