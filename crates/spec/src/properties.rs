@@ -136,12 +136,12 @@ pub(super) fn corners(setup: &Setup, axes: &[(Property, AxisItem<'_>)]) -> Vec<(
 
 /// Properties that a search may vary: all that someone can choose.
 pub(super) fn varied() -> impl Iterator<Item = Property> {
-    unsure().filter(|property| *property != Property::Friction)
+    Property::ALL.into_iter().filter(|property| !matches!(property, Property::Friction | Property::Noise))
 }
 
 /// Properties that may differ from what was meant.
 pub(super) fn unsure() -> impl Iterator<Item = Property> {
-    Property::ALL.into_iter().filter(|property| *property != Property::Noise)
+    varied().chain([Property::Friction])
 }
 
 /// Names of `properties` in a table of `[optimise]`; what stands in an inline table of a spec may also stand in one there.
