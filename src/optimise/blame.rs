@@ -25,8 +25,7 @@ pub fn infeasible(setup: &Setup, search: &Search, closest: &Score) -> InputError
         Limit::Tip => ("optimise.limits.tip_not_wider", "false, or other bounds of D and d".to_owned()),
         _ => ("optimise.variables", "wider bounds, other distances, or wider limits".to_owned()),
     };
-    let error = InputError::new(message).key(key).allowed(allowed);
-    if first == Limit::Strain { error.value(limits.strain) } else { error }
+    InputError::new(message).key(key).allowed(allowed)
 }
 
 fn violated(score: &Score) -> Vec<Limit> {

@@ -8,6 +8,7 @@ use crate::common::schema;
 use crate::common::searching::Silent;
 use crate::common::specs::{parse, with};
 use crate::common::sweeping::CPU;
+use vibrissa::command::in_spec;
 use vibrissa::error::{Error, InputError};
 use vibrissa::optimise;
 use vibrissa::plan::Plan;
@@ -25,8 +26,8 @@ fn refusal(text: &str, folder: &Path) -> Result<(), InputError> {
         }
         let (spec, search) = spec::parse_search("spec.toml", text, folder)?;
         let asked = (&CPU.choice(), &RunOptions::default(), None);
-        optimise::find(&spec, &search, asked, &never, &mut Silent)?;
-        Ok(())
+        let found = optimise::find(&spec, &search, asked, &never, &mut Silent);
+        found.map(drop).map_err(in_spec("spec.toml".as_ref(), text))
     };
     match run() {
         Err(Error::Input(error)) => Err(error),

@@ -136,12 +136,14 @@ fn limits(section: &Section<'_>, strain: f64) -> Result<Limits> {
 }
 
 fn robust(item: &Item<'_>, drive: Drive) -> Result<Robust> {
-    let columns = || keys(drive).into_iter().filter(|key| key.2 != Column::Distance);
+    let mut columns = keys(drive).to_vec();
+    columns.retain(|key| key.2 != Column::Distance);
+    columns.sort_by_key(|key| matches!(key.2, Column::Tilt | Column::Lean));
     let others = ["samples", "measure", "calibrated"];
-    let all = columns().map(|(_, key, _)| key).chain(others).chain(names(unsure()));
+    let all = columns.iter().map(|(_, key, _)| *key).chain(others).chain(names(unsure()));
     known(item, &all.collect::<Vec<_>>())?;
     let mut sd = [0.0; COLUMNS];
-    for (_, key, column) in columns() {
+    for (_, key, column) in columns {
         sd[column as usize] = item.or(key, 0.0, Item::ranged)?;
     }
     let mut properties = Vec::new();

@@ -63,7 +63,10 @@ pub fn placed(label: &str, text: &str, error: InputError) -> InputError {
     }
     let Some((value, is_key)) = at else { return error.at(label, None) };
     let placed = document.error(Some(value.span()), error.message);
-    let value = if is_key { Some(document.excerpt(value.span())) } else { error.value };
+    // An error about one of several values names that one.
+    let is_several = value.get_ref().is_table() || value.get_ref().is_array();
+    let own = error.value.filter(|_| is_several || !is_key);
+    let value = own.or_else(|| is_key.then(|| document.excerpt(value.span())));
     InputError { key: error.key, allowed: error.allowed, value, ..placed }
 }
 
