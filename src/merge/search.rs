@@ -9,7 +9,6 @@ use crate::sink::folder::Folder;
 use crate::sink::frame::Frame;
 use crate::sink::read;
 
-/// The file of a front.
 const FRONT: &str = "pareto.csv";
 
 /// Value of the objective of its best design; smaller is better.
@@ -17,7 +16,6 @@ fn value(part: &Part) -> f64 {
     part.run["result"]["value"].as_f64().unwrap_or(f64::INFINITY)
 }
 
-/// The search with the best design.
 pub(super) fn best(parts: &[Part]) -> &Part {
     parts.iter().min_by(|a, b| value(a).total_cmp(&value(b))).unwrap_or(&parts[0])
 }
@@ -50,7 +48,6 @@ pub(super) fn values(part: &Part) -> Vec<(&str, &str)> {
     in_force(part).filter(|(key, _)| !free(key)).collect()
 }
 
-/// The seed of a search.
 pub(super) fn seed(part: &Part) -> Option<u64> {
     in_force(part).find(|(key, _)| *key == "optimise.seed")?.1.parse().ok()
 }

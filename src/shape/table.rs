@@ -87,7 +87,6 @@ fn tuples(space: &Space) -> Result<Vec<Tuple>, InputError> {
     }
 }
 
-/// What a tap is of.
 fn tap_columns(DirectionColumns { tilt, lean }: DirectionColumns, t: &Tuple) -> impl Iterator<Item = Field> {
     let whisker = [t.D, t.d, t.L_a, t.x_ss, t.l, t.a].into_iter();
     let stroke = tilt.then_some(t.tilt).into_iter().chain(lean.then_some(t.lean)).chain([t.drive]);

@@ -86,24 +86,16 @@ impl Best {
     }
 }
 
-/// Rows that are shown at most.
 const SHOWN: usize = 8;
 
 /// The best rows of all that were offered, and the best row of each of the best designs.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Highlights {
     /// Complete rows offered.
     pub offered: u64,
-    /// Smallest value of a row.
-    least: f64,
+    least: Option<f64>,
     rows: Vec<Kept>,
     designs: Vec<Kept>,
-}
-
-impl Default for Highlights {
-    fn default() -> Self {
-        Self { offered: 0, least: f64::INFINITY, rows: Vec::new(), designs: Vec::new() }
-    }
 }
 
 /// What decides between two complete rows.
@@ -132,7 +124,7 @@ impl Highlights {
     /// Takes a complete row.
     pub fn offer(&mut self, row: &Kept) {
         self.offered += 1;
-        self.least = self.least.min(row.rank);
+        self.least = Some(self.least.map_or(row.rank, |least| least.min(row.rank)));
         put(&mut self.rows, row, false);
         put(&mut self.designs, row, true);
     }
@@ -140,7 +132,7 @@ impl Highlights {
     /// How the recommended row stands to the strain limit; without a complete row there is none.
     pub fn standing(&self) -> Option<Standing> {
         let best = self.rows.first()?;
-        Some(Standing::of((best.row.status, best.rank), self.least))
+        Some(Standing::of((best.row.status, best.rank), self.least?))
     }
 
     /// The rows shown, the recommended one first: all, where they are few or were `asked` for, else one of each design, if there are several.

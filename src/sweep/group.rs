@@ -74,7 +74,6 @@ impl Group {
         Ok(Some(group))
     }
 
-    /// Some taps of the group.
     fn tasks(&self, taps: &Taps<'_>, range: Range<usize>) -> Vec<Task> {
         let task = |s: usize| {
             let d = self.starts.partition_point(|start| *start <= s) - 1;
@@ -104,7 +103,6 @@ impl Group {
         Ok(all.iter().map(|one| one.complete(taps, by)).collect())
     }
 
-    /// Some of the designs, reduced.
     fn reduce<'g>(
         &'g self,
         run: &mut Run<'_>,
@@ -148,7 +146,6 @@ impl Group {
     }
 }
 
-/// A reduced design.
 struct Reduced<'g> {
     number: u64,
     design: &'g Design,
@@ -162,7 +159,6 @@ struct Reduced<'g> {
 }
 
 impl<'g> Reduced<'g> {
-    /// A design whose taps are not yet reduced.
     fn new(
         setup: &Setup,
         taps: &'g Taps<'_>,
@@ -211,7 +207,6 @@ impl<'g> Reduced<'g> {
         AtDrive { design: &self.design.tuple, direction, drive, row, unit: self.reduction.unit() }
     }
 
-    /// Its complete rows.
     fn complete(&self, taps: &Taps<'_>, by: RankBy) -> Vec<Kept> {
         let row = |j: usize| {
             // Of a list ties go to the row that stands first.
@@ -238,7 +233,6 @@ impl<'g> Reduced<'g> {
     }
 }
 
-/// The columns of a table for a setup.
 enum Columns<'s, 'r> {
     Tuples(Chosen<'s, TapRow<'r>>),
     Designs(Chosen<'s, AtDrive<'r>>),
@@ -255,7 +249,6 @@ impl<'s> Columns<'s, '_> {
     }
 }
 
-/// Writes the rows of `all` to a table.
 fn write(
     run: &mut Run<'_>,
     taps: &Taps<'_>,

@@ -46,9 +46,6 @@ pub fn run_needed(
 
 /// Fails for a part of a ranked sweep: which effects are left off with a model error depends on the whole spec alone, but is checked on the rows that
 /// the whole keeps.
-///
-/// # Errors
-/// With a model error no part of a ranked sweep is done on its own.
 pub fn whole(shard: Option<Shard>, study: &Study) -> Result<(), InputError> {
     let Some(shard) = shard.filter(|_| study.output.top.is_some()) else { return Ok(()) };
     let why = "with a model error and top, the model is checked on the rows that the whole keeps, which no part knows";
@@ -62,22 +59,15 @@ pub(super) fn fuller(needed: Option<&Needed>) -> Option<Setup> {
     needed.filter(|n| !n.left().is_empty()).map(|n| n.full().clone())
 }
 
-/// What the rows kept say of a model with effects left off.
-pub(super) enum Checked {
-    /// It does; `model_error` of `run.json`, where that was asked for.
-    Holds(Option<Value>),
-    /// The full one is needed.
-    Astray,
-}
-
-pub(super) fn checked(run: &Run<'_>, needed: Option<&mut Needed>) -> Result<Checked, Error> {
-    let Some(needed) = needed else { return Ok(Checked::Holds(None)) };
+/// `model_error` of `run.json`, where that was asked for; `None` where the kept rows show that the full model is needed.
+pub(super) fn checked(run: &Run<'_>, needed: Option<&mut Needed>) -> Result<Option<Option<Value>>, Error> {
+    let Some(needed) = needed else { return Ok(Some(None)) };
     if !needed.keeps(&rows(&run.study.space, &run.kept), &|| run.check_stop())? {
-        return Ok(Checked::Astray);
+        return Ok(None);
     }
     let mut told = needed.summary(run.reached.solve + run.plan.chart.unwrap_or(0.0));
     told["taps_by_full_model"] = run.mended().into();
-    Ok(Checked::Holds(Some(told)))
+    Ok(Some(Some(told)))
 }
 
 /// The rows of `space` that are `kept`, each a design with its drive.

@@ -3,7 +3,7 @@
 use super::Run;
 use super::about::Place;
 use super::best::Kept;
-use super::charted::{self, Rankers};
+use super::charted;
 use super::group::{Group, Strokes};
 use super::taps::Taps;
 use crate::error::Error;
@@ -20,8 +20,8 @@ pub(super) fn run(run: &mut Run<'_>, taps: &Taps<'_>) -> Result<(), Error> {
         });
     }
     if run.reached.kept.is_none() {
-        let kept = match (Rankers::of(run.plan), taps) {
-            (Some(rankers), Taps::Grid { layout, .. }) => charted::run(run, (taps, layout), &rankers)?,
+        let kept = match (&run.plan.rankers, taps) {
+            (Some(rankers), Taps::Grid { layout, .. }) => charted::run(run, (taps, layout), rankers)?,
             _ => {
                 chunks(run, taps, own, (&[], None), offer)?;
                 let best = std::mem::take(&mut run.reached.best);

@@ -88,7 +88,6 @@ pub fn csv(file: &str, text: impl Read) -> Result<Frame, InputError> {
     Ok(Frame { file: file.to_owned(), names, columns, bad })
 }
 
-/// The error `e` of reading a row of `file`.
 fn damaged(file: &str, e: csv::Error) -> InputError {
     let why = match e.kind() {
         csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
@@ -102,7 +101,6 @@ fn damaged(file: &str, e: csv::Error) -> InputError {
     InputError::new(why).at(file, e.position().map(|p| p.line() as usize))
 }
 
-/// The error `e` of reading `file`.
 fn unread(file: &str, e: csv::Error, why: &str) -> InputError {
     let line = e.position().map(|p| p.line() as usize);
     let (why, io) = (format!("{why}: {e}"), e.is_io_error());

@@ -89,7 +89,6 @@ impl<'a> TapRow<'a> {
 }
 
 impl TapRow<'_> {
-    /// Columns of tuples.csv.
     const COLUMNS: [Column<Self>; 24] = [
         ("a_mm", |r, _| r.a.into()),
         ("x_a_mm", |r, _| r.whisker.abscissa(r.a).into()),
@@ -123,7 +122,6 @@ impl TapRow<'_> {
 }
 
 impl AtDrive<'_> {
-    /// Columns of designs.csv.
     const COLUMNS: [Column<Self>; 12] = [
         ("theta_deg|delta_mm", |r, _| r.drive.into()),
         ("n", |r, _| r.row.n.into()),
@@ -146,7 +144,6 @@ impl AtDrive<'_> {
 }
 
 impl AtDistance<'_> {
-    /// Columns of distances.csv.
     const COLUMNS: [Column<Self>; 5] = [
         ("a_mm", |r, _| r.a.into()),
         ("n", |r, _| r.row.deviation.n.into()),
