@@ -2,9 +2,9 @@
 
 use std::collections::HashSet;
 
-use super::part::Part;
+use super::part::{Part, refuse};
 use super::source::Source;
-use crate::error::{Error, InputError};
+use crate::error::Error;
 use crate::sink::folder::unpack;
 use crate::sink::sheet::Sheet;
 use crate::sink::table::Table;
@@ -59,11 +59,8 @@ impl Order {
 }
 
 fn places(part: &Part) -> Result<Vec<Place>, Error> {
-    unpack(&part.bytes(PLACES)?).ok_or_else(|| {
-        let path = part.folder.join(PLACES).display().to_string();
-        let error = InputError::new("this is not a list of places").at(path, None);
-        error.allowed("the part as it was written").into()
-    })
+    let wrong = || refuse(&part.folder, "its places.bin is no list of places", "the part as it was written");
+    unpack(&part.bytes(PLACES)?).ok_or_else(wrong)
 }
 
 impl Kept {

@@ -9,7 +9,7 @@ use super::Run;
 use super::best::Kept;
 use super::keep::Reached;
 use super::route::rank;
-use super::taps::{Taps, task};
+use super::taps::{Taps, tap};
 use crate::chart::{
     lanes::{Found, Words},
     ranker::Ranker,
@@ -235,26 +235,25 @@ fn solve(run: &mut Run<'_>, layout: &Layout, rows: &[(f32, u64, u32)]) -> Result
             .into_par_iter()
             .map(|t| {
                 let (at, i) = (t / n, (t % n) as u64);
-                task(layout, &designs[at].tuple, at as u32, i * layout.n_drives + u64::from(rows[at].2))
+                let tap = tap(layout, &designs[at].tuple, i * layout.n_drives + u64::from(rows[at].2));
+                Task::of(at as u32, &tap)
             })
             .collect();
         let outcomes = run.evaluate(&designs, &tasks)?;
         let one = |at: usize| {
-            let (design, (_, k, j)) = (&designs[at], rows[at]);
+            let (design, (charted, k, j)) = (&designs[at], rows[at]);
             let stroke = layout.stroke(&design.tuple, u64::from(j));
-            let (direction, drive) = (stroke.direction(), stroke.drive);
             let taps = &outcomes[at * n..(at + 1) * n];
             let mut reduced = Reduction::new(&study.setup, design, layout.reach(), (n, 1));
-            let place = |i: usize| (layout.distance(i as u64), drive);
+            let place = |i: usize| (layout.distance(i as u64), stroke.drive);
             taps.iter().enumerate().for_each(|(i, tap)| reduced.count((i, 0), place(i), tap));
             reduced.calibrate();
             for (i, tap) in taps.iter().enumerate() {
                 reduced.estimate((i, 0), place(i), tap);
             }
-            let (row, unit) = (reduced.drives[0].figures(), reduced.unit());
             let rank = reduced.rank(0, study.listed_by())?;
-            let row = AtDrive { design: &design.tuple, direction, drive, row, unit };
-            Some(Kept { charted: rows[at].0, ..Kept::of(&row, rank, (k, j)) })
+            let at = AtDrive { design: stroke, row: reduced.drives[0].figures(), unit: reduced.unit() };
+            Some(Kept { rank, index: (k, j), at, charted })
         };
         kept.par_extend((0..rows.len()).into_par_iter().filter_map(one));
     }

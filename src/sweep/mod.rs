@@ -9,7 +9,6 @@ mod about;
 mod best;
 mod charted;
 mod group;
-mod handed;
 mod keep;
 mod needed;
 mod probe;

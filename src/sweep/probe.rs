@@ -7,11 +7,10 @@ use super::route::rank;
 use super::taps::Taps;
 use super::{Run, charted};
 use crate::backend::Choice;
+use crate::census;
 use crate::chart::lanes::Found;
 use crate::curve::both::TAPS;
-use crate::design::Design;
 use crate::error::Error;
-use crate::evaluate::Task;
 use crate::kernel::ranking::Case;
 use crate::plan::{CHUNK, Plan, Rankers};
 use crate::progress::Silent;
@@ -114,10 +113,8 @@ fn listed(run: &mut Run<'_>, n: u64, tuple: &dyn Fn(u64) -> Tuple) -> Result<f64
 /// The first `n` of some taps.
 fn solved(run: &mut Run<'_>, n: u64, tuple: &dyn Fn(u64) -> Tuple) -> Result<(), Error> {
     let tuples: Vec<Tuple> = (0..n).map(tuple).collect();
-    let designs: Vec<Design> = tuples.iter().map(|t| Design::new(&run.study.setup, *t)).collect();
-    let task = |(i, t): (usize, &Tuple)| Task::of(i as u32, t);
-    let tasks: Vec<Task> = tuples.iter().enumerate().map(task).collect();
-    run.evaluate(&designs, &tasks).map(drop)
+    let taps = census::Taps::of(&run.study.setup, &tuples);
+    run.evaluate(&taps.designs, &taps.tasks).map(drop)
 }
 
 /// Designs ranked from the chart, those outside it and the rows kept solved.

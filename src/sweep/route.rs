@@ -7,7 +7,7 @@ use super::charted;
 use super::group::{Group, Strokes};
 use super::taps::Taps;
 use crate::error::Error;
-use crate::scene::{Per, Tuple};
+use crate::scene::Per;
 use crate::sink::table::{AtDrive, Table};
 
 /// Evaluates the designs that are the run's own and writes their tables.
@@ -98,12 +98,11 @@ fn write_kept(run: &mut Run<'_>, taps: &Taps<'_>, kept: &[Kept]) -> Result<(), E
     let n = kept.len() as u64;
     run.reached.handed.note("kept rows", [1, n, n]);
     run.reached.counts.kept = Some(n);
-    run.kept =
-        kept.iter().map(|row| Tuple { drive: row.drive, ..row.design.towards(row.direction) }).collect();
+    run.kept = kept.iter().map(|row| row.at.design).collect();
     let setup = &run.study.setup;
     let (columns, mut rows) = (AtDrive::chosen(setup), Table::Designs.heading().frame_for(setup));
     for row in kept {
-        rows.row(columns.fields(&row.at_drive()))?;
+        rows.row(columns.fields(&row.at))?;
         run.reached.shown.offer(row);
     }
     run.write(Table::Designs, &[rows])?;

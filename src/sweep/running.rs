@@ -10,7 +10,7 @@ use super::writers::Writers;
 use crate::backend::Choice;
 use crate::census::{Taps, sample};
 use crate::curve::{
-    self, Ask, Curve, Reach,
+    self, Ask, Curve,
     both::{self, Both},
 };
 use crate::design::Design;
@@ -18,7 +18,7 @@ use crate::error::{Error, SolveError};
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
 use crate::plan::Plan;
 use crate::progress::Progress;
-use crate::scene::{Direction, Study, Theory, Tuple};
+use crate::scene::{Study, Theory, Tuple};
 use crate::sink::frame::Frame;
 use crate::sink::run_json::Counts;
 use crate::sink::table::Table;
@@ -90,18 +90,16 @@ impl<'a> Run<'a> {
         Ok(outcomes)
     }
 
-    /// The model's own curve of each of `rows`: place of the design, drive, smallest and largest distance asked of it. None unless distances
-    /// are told by the model; `Err` when asked to stop.
+    /// The model's own curve of each of `asks`. None unless distances are told by the model; `Err` when asked to stop.
     pub fn curves(
         &mut self,
         designs: &[Design],
-        rows: impl Iterator<Item = (u32, Direction, f64, [f64; 2])>,
+        asks: impl Iterator<Item = Ask>,
     ) -> Result<Vec<Option<Curve>>, Error> {
         if self.study.setup.estimate.theory != Theory::Exact || self.study.setup.gauge.second {
             return Ok(Vec::new());
         }
-        let ask = |(design, direction, drive, ends)| Ask { design, drive, reach: Reach::of(direction, ends) };
-        let asks: Vec<Ask> = rows.map(ask).collect();
+        let asks: Vec<Ask> = asks.collect();
         let setup = &self.study.setup;
         let (curves, solved) = self.timed(|evaluator| curve::solve(setup, evaluator, designs, &asks))?;
         self.reached.counts.solved += solved;

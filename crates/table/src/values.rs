@@ -214,8 +214,11 @@ impl Values {
             (Self::Numbers(all), Self::Numbers(more)) => all.extend_from_slice(&more[range]),
             (Self::Counts(all), Self::Counts(more)) => all.extend_from_slice(&more[range]),
             (Self::Words(all), Self::Words(more)) => {
-                let codes: Vec<u32> = more.known.iter().map(|word| all.code(word)).collect();
-                all.codes.extend(more.codes[range].iter().map(|code| codes[*code as usize]));
+                let mut places = vec![None; more.known.len()];
+                for code in more.codes[range].iter().map(|code| *code as usize) {
+                    let place = *places[code].get_or_insert_with(|| all.code(&more.known[code]));
+                    all.codes.push(place);
+                }
             }
             _ => return Err(mixed()),
         }

@@ -61,9 +61,10 @@ impl Work {
             let missing = |at: &&Path| !at.as_os_str().is_empty() && at.symlink_metadata().is_err();
             made.extend(target.ancestors().take_while(missing).map(Path::to_owned));
             // The result folder itself may be a link to one.
-            let in_the_way = |at: &&Path| at.symlink_metadata().is_ok_and(|m| !m.is_dir());
-            let first = [target, &path].into_iter().find(in_the_way);
-            if let Some(at) = first.filter(|at| *at == path || !target.is_dir()) {
+            let in_the_way = |at: &&Path| {
+                at.symlink_metadata().is_ok_and(|m| !m.is_dir()) && (*at == path || !target.is_dir())
+            };
+            if let Some(at) = [target, &path].into_iter().find(in_the_way) {
                 let why = format!("{} is in the way: it is no folder", at.display());
                 return Err(refuse(target, why, "another folder; or move this away"));
             }
