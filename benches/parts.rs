@@ -9,7 +9,7 @@ use vibrissa::evaluate::{Evaluator, Method, Outcome};
 use vibrissa::kernel::{Rung, Solver, cpu::Cpu};
 use vibrissa::physics::inverse::Inverse;
 use vibrissa::reduce::Spread;
-use vibrissa::scene::Precision;
+use vibrissa::scene::{Precision, Tuple};
 use vibrissa::sink::table::{Table, TapRow};
 use vibrissa::statistics::Reduction;
 
@@ -134,8 +134,8 @@ fn csv(bencher: Bencher<'_, '_>) {
         let columns = TapRow::chosen(&taps.setup);
         let mut table = Table::Tuples.heading().frame_for(&taps.setup);
         for (o, t) in outcomes.iter().zip(&taps.tasks) {
-            let place = (t.a, t.direction, t.drive);
-            let row = TapRow::of(&reduced, design, place, (black_box(o), &estimated));
+            let tap = Tuple { a: t.a, drive: t.drive, ..design.tuple.towards(t.direction) };
+            let row = TapRow::of(&reduced, design, tap, (black_box(o), &estimated));
             table.row(columns.fields(&row)).expect("memory");
         }
         table.lines().expect("memory")

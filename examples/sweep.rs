@@ -13,7 +13,7 @@ fn main() -> Result<(), Error> {
     let study = whisker.study(setup, Output { top: Some(5), ..Output::default() })?;
     let swept = sweep("rubber", &study, &RunOptions::default(), "results/example-rubber".as_ref())?;
     for best in &swept.highlights {
-        println!("d = {:.2} mm, {:.1}°: K_sd = {:.2e}", best.design.d, best.drive, best.rank);
+        println!("d = {:.2} mm, {:.1}°: K_sd = {:.2e}", best.at.design.d, best.at.design.drive, best.rank);
     }
     println!("{} taps on {}", swept.counts.taps, swept.backend.name);
     Ok(())

@@ -4,8 +4,7 @@
 //! too. A signal that was ignored when the program started (`nohup`, jobs in the background of a script) stays ignored.
 
 use std::io::Read;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
 use vibrissa::error::Error;
@@ -15,33 +14,24 @@ use vibrissa::sink::folder::end_all;
 
 use super::{reply, say};
 
-/// Time in which a run that was asked to stop must have stopped.
-const GRACE: Duration = Duration::from_millis(1200);
 /// Time for the last words: there may be nobody who takes them.
 const WORDS: Duration = Duration::from_millis(300);
 
 static STOP: AtomicBool = AtomicBool::new(false);
-static MANNER: Mutex<Manner> = Mutex::new(Manner::AtOnce);
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Manner {
-    /// It does not look at the flag: it is ended.
-    AtOnce,
-    /// It looks at the flag and ends by itself, or is ended after [`GRACE`].
-    BySelf,
-    /// It ends by itself and keeps what it has, however long it takes to write that.
-    Keeping,
-}
+/// How long a run that is asked to stop may take to end by itself, ms: 0 if it does not look at the flag.
+static GRACE: AtomicU64 = AtomicU64::new(0);
+/// The same of a run that keeps what it has, however long it takes to write that.
+const ENDLESS: u64 = u64::MAX;
 
 /// A flag that the first signal sets, for a run that looks at it and then ends with nothing written.
 pub fn stop() -> &'static AtomicBool {
-    *manner() = Manner::BySelf;
+    GRACE.store(1200, Ordering::Relaxed);
     &STOP
 }
 
 /// As [`stop`], for a run that then writes what it has.
 pub fn stop_and_keep() -> &'static AtomicBool {
-    *manner() = Manner::Keeping;
+    GRACE.store(ENDLESS, Ordering::Relaxed);
     &STOP
 }
 
@@ -59,22 +49,14 @@ pub fn end_after_a_signal(code: u8) {
     }
 }
 
-fn manner() -> MutexGuard<'static, Manner> {
-    MANNER.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
 fn first() {
     STOP.store(true, Ordering::Relaxed);
-    if *manner() == Manner::Keeping {
-        std::thread::spawn(|| say::line("stopping, to keep what is there; once more ends it at once"));
-        return;
-    }
-    std::thread::spawn(|| {
-        let waits = *manner() == Manner::BySelf;
-        if waits {
-            std::thread::sleep(GRACE);
+    std::thread::spawn(|| match GRACE.load(Ordering::Relaxed) {
+        ENDLESS => say::line("stopping, to keep what is there; once more ends it at once"),
+        grace => {
+            std::thread::sleep(Duration::from_millis(grace));
+            end();
         }
-        end();
     });
 }
 

@@ -15,7 +15,7 @@ use vibrissa::locate::stream::{self, Ask};
 use vibrissa::locate::{Answerer, Calibration, SaidZero, Sensor, locator::opener};
 use vibrissa::measure::{Names, zero};
 use vibrissa::scene::RunOptions;
-use vibrissa::sink::folder::{Hashing, Question, hash, hash_all};
+use vibrissa::sink::folder::{Hashing, Question, hash};
 use vibrissa::sink::frame::Frame;
 use vibrissa::sink::lab::LabStream;
 use vibrissa::sink::run_json;
@@ -221,8 +221,8 @@ impl Source {
         }
         let label = path.display().to_string();
         // What is no file of readings is refused before all of it is read.
-        let mut text = TextFile::new(file, &label, "readings", Limit::AnyLines);
-        let digest = hash_all(&mut text);
+        let text = TextFile::new(file, &label, "readings", Limit::AnyLines);
+        let digest = Hashing::new(text).end();
         let digest = digest.map_err(|e| refused(e).map_or_else(|e| Error::io(path, e), Error::from))?;
         Ok(Self::File(path.to_owned(), digest))
     }

@@ -222,7 +222,7 @@ fn planned(
 }
 
 fn row(spec: &Spec, k: &Kept) -> Value {
-    k.at_drive().json(&spec.study.setup)
+    k.at.json(&spec.study.setup)
 }
 
 fn answer(spec: &Spec, report: &Report) -> String {
@@ -288,25 +288,23 @@ fn best_rows(spec: &Spec, report: &Report) -> String {
     columns.iter().for_each(|column| text += &format!(" {:>12}", column.word()));
     text.push('\n');
     for k in &report.highlights {
-        let d = &k.design;
+        let (d, row) = (&k.at.design, &k.at.row);
         let short = |x: f64| {
             let x = format!("{x:.4}");
             x.trim_end_matches('0').trim_end_matches('.').to_owned()
         };
-        let drive = format!("{}{unit}", short(k.drive));
-        let mean = k.row.mean.map_or(String::new(), |m| format!("{:.6}", (1.0 + m) * k.unit));
+        let drive = format!("{}{unit}", short(d.drive));
+        let mean = row.mean.map_or(String::new(), |m| format!("{:.6}", (1.0 + m) * k.at.unit));
         let _ = write!(text, "  {:>8.4} {:>8.4} {:>8.4} {:>8.4} {:>6.3}", d.D, d.d, d.L_a, d.x_ss, d.l);
         for value in rigs.map_or(Vec::new(), |rigs| rigs.values(d.rig)) {
             text += &format!(" {:>9}", sized(value));
         }
-        for (_, angle) in
-            [(shown.tilt, k.direction.tilt), (shown.lean, k.direction.lean)].iter().filter(|x| x.0)
-        {
+        for (_, angle) in [(shown.tilt, d.tilt), (shown.lean, d.lean)].iter().filter(|x| x.0) {
             text += &format!(" {:>8}", short(*angle) + "°");
         }
         let _ = write!(text, " {drive:>8}   {mean:>10}");
         columns.iter().for_each(|column| text += &format!(" {:>12}", value(k, *column)));
-        text += if k.row.status.is_strained() { "  beyond the strain limit\n" } else { "\n" };
+        text += if row.status.is_strained() { "  beyond the strain limit\n" } else { "\n" };
     }
     text + &explained(&columns, by, noisy && by != RankBy::TotalRms && !output.by_said)
 }
@@ -329,7 +327,7 @@ fn columns(by: RankBy, noisy: bool) -> Vec<RankBy> {
 }
 
 fn value(k: &Kept, column: RankBy) -> String {
-    k.row.value(column, k.unit).map_or(String::new(), short)
+    k.at.row.value(column, k.at.unit).map_or(String::new(), short)
 }
 
 /// What the columns of millimetres are; `silent`: the ranking holds no noise although there is some, and nobody asked for that.

@@ -8,7 +8,6 @@ use crate::design::{amount, is_whisker};
 use crate::error::SolveError;
 use crate::scene::{Setup, Tuple};
 
-/// Whiskers that are compared.
 const WHISKERS: usize = 600;
 
 /// Errors of a chart at whiskers of its domain.
@@ -60,7 +59,6 @@ impl Census {
     }
 }
 
-/// Hubs at which whiskers are compared.
 fn hubs(domain: &Domain) -> Vec<f64> {
     let [lo, hi] = domain.hub;
     if hi > lo { [0.0, 0.37, 1.0].map(|x| lo + x * (hi - lo)).to_vec() } else { vec![lo] }

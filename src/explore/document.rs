@@ -14,10 +14,8 @@ use crate::scene::{Convention, Drive, Material, Side, Spec};
 /// Version of the format.
 pub const FORMAT: u32 = 1;
 
-/// Names of the functions, in order.
 const NAMES: [&str; FUNCTIONS] = ["contact", "far", "arc", "force", "signal"];
 
-/// Names of the axes, in order.
 const AXIS_NAMES: [&str; 5] = ["drive", "offset_over_a", "D_over_a", "tau_a", "x_over_a"];
 
 /// `baked` of `spec`, with the parts of the spec that the page does not move.

@@ -16,21 +16,15 @@ const LAST_TAPER: f64 = 0.92;
 #[derive(Debug, Clone, PartialEq)]
 #[allow(non_snake_case)]
 pub struct Domain {
-    /// D.
     pub D: [f64; 2],
-    /// d.
     pub d: [f64; 2],
-    /// L_a.
     pub L_a: [f64; 2],
-    /// x_ss.
     pub x_ss: [f64; 2],
-    /// l.
     pub l: [f64; 2],
     /// r₀; a point with a displacement drive, where it plays no part, and with a pole that has a radius.
     pub hub: [f64; 2],
     /// ρ: the spec's.
     pub pole: f64,
-    /// a.
     pub a: [f64; 2],
     /// θ, degrees, or δ, mm.
     pub drive: [f64; 2],

@@ -2,16 +2,16 @@
 //!
 //! With the contact distance a as unit of length a tap knows five numbers: the drive (θ in rad, or δ/a), r₀/a (or ρ/a), D/a, τa, and the
 //! place x/a at which the strain is asked. So one chart over scaled ranges holds every distance, and the strain along the whole whisker
-//! beside that of any gauge, which is a mean over x ([`along::Along`]). With Coulomb
-//! friction several charts hold it, as in [`crate::chart`]. [`domain`] says which ranges, [`taps`] solves the taps, [`check`]
-//! compares what a page would say with taps solved at whiskers of its own, [`document`] writes it all, [`page`] makes the file.
+//! beside that of any gauge, which is a mean over x. With Coulomb friction several charts hold it, as in [`crate::chart`].
+//! `domain` says which ranges, `taps` solves the taps, `along` is the chart, `check` compares what a page would say with taps solved at whiskers of its
+//! own, [`document`] writes it all, [`page`] makes the file.
 
-pub mod along;
-pub mod check;
+mod along;
+mod check;
 pub mod document;
-pub mod domain;
+mod domain;
 pub mod page;
-pub mod taps;
+mod taps;
 
 use crate::error::{Error, InputError};
 use crate::physics::solid::is_solid;

@@ -23,20 +23,12 @@ const MODULES: [&str; 11] = [
 /// How a page of ours begins.
 pub const HEAD: &str = "<!doctype html>\n<!-- vibrissa explore";
 
-/// Places in the template, in their order.
-const STYLE_PLACE: &str = "/* style */";
-const CHART_PLACE: &str = "CHART";
-const SCRIPT_PLACE: &str = "/* script */";
-
 /// One HTML file that asks for nothing else.
 pub fn html(chart: &Value) -> String {
     // Within a script nothing but `<` ends it.
     let chart = chart.to_string().replace('<', "\\u003c");
-    TEMPLATE.replacen(STYLE_PLACE, STYLE, 1).replacen(SCRIPT_PLACE, &script(), 1).replacen(
-        CHART_PLACE,
-        &chart,
-        1,
-    )
+    let page = TEMPLATE.replacen("/* style */", STYLE, 1).replacen("/* script */", &script(), 1);
+    page.replacen("CHART", &chart, 1)
 }
 
 /// The modules as one script: a page that is opened from a disk may not import.
@@ -53,20 +45,19 @@ fn script() -> String {
 mod tests {
     use super::*;
 
-    /// What the modules declare, which all share one scope in the page.
+    /// All modules share one scope in the page.
     #[test]
     fn no_name_is_declared_twice() {
         let script = script();
-        let words = ["const ", "let ", "function ", "class "];
-        let named = |line: &str| words.iter().find_map(|word| line.strip_prefix(word).map(str::to_owned));
-        let name =
-            |rest: String| rest.split(|c: char| !c.is_alphanumeric() && c != '_').next().map(str::to_owned);
-        let mut names: Vec<String> = script.lines().filter_map(named).filter_map(name).collect();
+        let declared = |line: &'_ str| {
+            let (word, rest) = line.split_once(' ')?;
+            let end = rest.find(|c: char| !c.is_alphanumeric() && c != '_')?;
+            ["const", "let", "function", "class"].contains(&word).then(|| rest[..end].to_owned())
+        };
+        let mut names: Vec<String> = script.lines().filter_map(declared).collect();
         assert!(names.len() > 40, "{names:?}");
         names.sort();
         assert!(names.windows(2).all(|pair| pair[0] != pair[1]), "{names:?}");
-        assert!(
-            !script.contains("</script") && !script.contains("\nexport ") && !script.contains("\nimport ")
-        );
+        assert!(["</script", "\nexport ", "\nimport "].iter().all(|word| !script.contains(word)));
     }
 }

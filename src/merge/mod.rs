@@ -20,6 +20,7 @@ use serde_json::Value;
 use crate::error::{Error, InputError};
 use crate::sink::folder::{Folder, Question, Written};
 use crate::sink::table::Table;
+use crate::sweep::PLACES;
 use part::Part;
 use source::Source;
 
@@ -51,16 +52,14 @@ pub fn run(folders: &[PathBuf], out: Option<&Path>, force: bool) -> Result<Repor
     // The part that says what the whole says.
     let lead = if parts[0].is_search() { search::best(&parts) } else { &parts[0] };
     let mut run = record::whole(&parts, lead, &out);
-    let names = match lead.is_search() {
-        true => lead.listed.iter().map(|file| file.name.clone()).collect(),
-        false => tables(lead).map(|table| table.file(lead.format)).collect::<Vec<_>>(),
-    };
-    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let names: Vec<&str> =
+        lead.listed.iter().map(|file| file.name.as_str()).filter(|name| *name != PLACES).collect();
     // What an unsharded run would answer.
     let mut asked = lead.run["asked"].clone();
     asked.as_object_mut().map(|asked| asked.shift_remove("shard"));
     let inputs = parts.iter().flat_map(Part::files).collect();
-    let question = Question::new(lead.command(), lead.name(), asked);
+    let command = if lead.is_search() { "optimise" } else { "sweep" };
+    let question = Question::new(command, lead.run["name"].as_str().unwrap_or_default(), asked);
     let question = Question { inputs, in_force: run["in_force"].clone(), ..question };
     let mut folder = Folder::open(&out, question, &names, force)?;
     let joined = match lead.is_search() {
@@ -79,29 +78,29 @@ pub fn run(folders: &[PathBuf], out: Option<&Path>, force: bool) -> Result<Repor
 
 /// The tables of a part, in their order.
 fn tables(part: &Part) -> impl Iterator<Item = Table> {
-    Table::ALL.into_iter().filter(|table| part.tables.contains(table))
+    Table::ALL.into_iter().filter(|table| part.lists(&table.file(part.format)))
 }
 
 /// Writes the tables of the whole, and says in `run` how many rows each has, and how many `top` keeps.
 fn joined(parts: &[Part], folder: &mut Folder, run: &mut Value) -> Result<(), Error> {
-    let orders = order::Orders::new(parts)?;
+    let order = order::Order::new(parts)?;
     let mut rows = [0u64; 3];
     for table in tables(&parts[0]) {
         let open = |part| Source::open(part, table);
         let mut sources = parts.iter().map(open).collect::<Result<Vec<_>, _>>()?;
-        if let Some(at) = sources.iter().position(|source| source.header != sources[0].header) {
+        if let Some(at) = sources.iter().position(|source| source.empty.names != sources[0].empty.names) {
             let why = format!("its {} has other columns than that of the first part", table.name());
             return Err(part::refuse(&parts[at].folder, why, "the part as it was written"));
         }
         let mut sheet = sources[0].sheet(folder, &table.file(parts[0].format))?;
-        rows[table as usize] = orders.write(table, &mut sources, &mut sheet)?;
+        rows[table as usize] = order.write(table, &mut sources, &mut sheet)?;
         sheet.close()?;
     }
     for (key, rows) in ["tuples", "designs", "distances"].into_iter().zip(rows) {
         run["counts"][key] = rows.into();
     }
     if !run["counts"]["complete_rows"].is_null() {
-        run["counts"]["kept_rows"] = orders.kept().into();
+        run["counts"]["kept_rows"] = order.kept().into();
     }
     Ok(())
 }

@@ -2,74 +2,65 @@
 
 use std::collections::HashSet;
 
-use super::part::Part;
+use super::part::{Part, refuse};
 use super::source::Source;
-use crate::error::{Error, InputError};
+use crate::error::Error;
 use crate::sink::folder::unpack;
 use crate::sink::sheet::Sheet;
 use crate::sink::table::Table;
 use crate::sweep::{PLACES, Place};
 
-/// Orders of all tables.
-pub(super) enum Orders {
-    /// One part behind the other.
-    Behind,
-    /// By the places of the rows of each part.
-    Places { parts: Vec<Vec<Place>>, kept: Option<Kept> },
+/// The order of the rows of all tables.
+pub(super) struct Order {
+    /// The places of the rows of each part; none where one part simply follows the other.
+    parts: Vec<Vec<Place>>,
+    /// The rows that `top` keeps of the whole, where it is asked for.
+    kept: Option<Kept>,
 }
 
-/// The rows that `top` keeps of the whole.
-pub(super) struct Kept {
-    /// Their designs and strokes.
+struct Kept {
+    /// Designs and strokes.
     rows: HashSet<(u64, u32)>,
-    /// Their designs.
     designs: HashSet<u64>,
 }
 
-impl Orders {
+impl Order {
     pub fn new(parts: &[Part]) -> Result<Self, Error> {
-        let (top, candidates) = (parts[0].number("top"), parts[0].number("candidates"));
-        if !parts[0].files().any(|path| path.ends_with(PLACES)) {
-            return Ok(Self::Behind);
+        if !parts[0].lists(PLACES) {
+            return Ok(Self { parts: Vec::new(), kept: None });
         }
+        let (top, candidates) = (parts[0].number("top"), parts[0].number("candidates"));
         let parts = parts.iter().map(places).collect::<Result<Vec<_>, _>>()?;
         let kept = top.map(|top| Kept::new(&parts, top, candidates));
-        Ok(Self::Places { parts, kept })
+        Ok(Self { parts, kept })
     }
 
     /// How many rows `top` keeps; `None` where it is not asked for.
-    pub fn kept(&self) -> Option<u64> {
-        match self {
-            Self::Places { kept: Some(kept), .. } => Some(kept.rows.len() as u64),
-            _ => None,
-        }
+    pub fn kept(&self) -> Option<usize> {
+        self.kept.as_ref().map(|kept| kept.rows.len())
     }
 
     /// Writes the rows of `table`; how many.
     pub fn write(&self, table: Table, sources: &mut [Source], sheet: &mut Sheet) -> Result<u64, Error> {
-        let Self::Places { parts, kept } = self else {
+        if self.parts.is_empty() {
             return sources.iter_mut().map(|source| source.rest(sheet)).sum();
-        };
-        let of_part = |(p, places): (usize, &'_ Vec<Place>)| {
+        }
+        let is_kept = |place: &Place| self.kept.as_ref().is_none_or(|kept| kept.has(place));
+        let mut all = Vec::new();
+        for (part, places) in self.parts.iter().enumerate() {
             let own = places.iter().filter(|place| place.table == table);
-            own.map(|place| (place.order, p, kept.as_ref().is_none_or(|kept| kept.has(place)))).collect()
-        };
-        let mut all: Vec<(_, usize, bool)> =
-            parts.iter().enumerate().flat_map(|part| -> Vec<_> { of_part(part) }).collect();
+            all.extend(own.map(|place| (place.order, part, is_kept(place))));
+        }
         // The rows of a part are in order already, and stay so.
-        all.sort_by_key(|(order, p, _)| (*order, *p));
-        all.iter().try_for_each(|(_, p, wanted)| sources[*p].next(*wanted, sheet))?;
+        all.sort_by_key(|(order, part, _)| (*order, *part));
+        all.iter().try_for_each(|(_, part, wanted)| sources[*part].next(*wanted, sheet))?;
         Ok(all.iter().filter(|(.., wanted)| *wanted).count() as u64)
     }
 }
 
-/// The places of the rows of a part.
 fn places(part: &Part) -> Result<Vec<Place>, Error> {
-    unpack(&part.bytes(PLACES)?).ok_or_else(|| {
-        let path = part.folder.join(PLACES).display().to_string();
-        let error = InputError::new("this is not a list of places").at(path, None);
-        error.allowed("the part as it was written").into()
-    })
+    let wrong = || refuse(&part.folder, "its places.bin is no list of places", "the part as it was written");
+    unpack(&part.bytes(PLACES)?).ok_or_else(wrong)
 }
 
 impl Kept {

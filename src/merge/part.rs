@@ -10,14 +10,10 @@ use serde_json::Value;
 
 use super::search::{seed_of_first, values};
 use crate::error::{Error, InputError};
-use crate::sink::folder::{
-    Listed, WORK, hash_file, is_result_name, is_sealed, names_in, open_of_result, read_run,
-};
+use crate::sink::folder::{Listed, WORK, hash_file, is_sealed, listed, names_in, open_of_result, read_run};
 use crate::sink::format::TableFormat;
 use crate::sink::shard::Shard;
-use crate::sink::table::Table;
 
-/// A whole part.
 #[derive(Debug)]
 pub(super) struct Part {
     pub folder: PathBuf,
@@ -25,23 +21,12 @@ pub(super) struct Part {
     pub run: Value,
     /// Of the tables of a sweep.
     pub format: TableFormat,
-    /// None of a search.
-    pub tables: Vec<Table>,
     pub listed: Vec<Listed>,
 }
 
 impl Part {
-    pub fn command(&self) -> &'static str {
-        if self.is_search() { "optimise" } else { "sweep" }
-    }
-
     pub fn is_search(&self) -> bool {
         self.run["command"] == "optimise"
-    }
-
-    /// Name of its spec.
-    pub fn name(&self) -> &str {
-        self.run["name"].as_str().unwrap_or_default()
     }
 
     /// The files of the part.
@@ -50,9 +35,14 @@ impl Part {
         names.map(|name| self.folder.join(name))
     }
 
+    /// True if its run.json lists the file `name`.
+    pub fn lists(&self, name: &str) -> bool {
+        self.listed.iter().any(|file| file.name == name)
+    }
+
     /// The file `name`, to be read.
     pub fn file(&self, name: &str) -> Result<(PathBuf, File), Error> {
-        if !self.listed.iter().any(|file| file.name == name) {
+        if !self.lists(name) {
             return Err(refuse(&self.folder, format!("its run.json lists no {name}"), "a whole part"));
         }
         let path = self.folder.join(name);
@@ -84,7 +74,6 @@ fn edited(folder: &Path, name: &str, why: &str) -> Error {
     refuse(folder, format!("{} {why}", folder.join(name).display()), again)
 }
 
-/// What is to be named.
 const FOLDERS: &str = "folders shard-i-of-n, or the folder that holds them";
 
 /// Why what was named cannot be read: a mistake of whoever named it, or the machine's.
@@ -194,29 +183,23 @@ fn read(shard: Shard, folder: &Path) -> Result<Part, Error> {
         refuse(folder, format!("{why} ({shard})"), &again)
     })?;
     let run: Value = serde_json::from_str(&text).unwrap_or_default();
-    let searched = run["command"] == "optimise";
-    let described = || {
-        if searched {
-            return run["result"]["value"].is_number().then_some((TableFormat::Csv, Vec::new()));
+    let number = |key: &str| run["shard"][key].as_u64();
+    let (what, is_own) = match run["command"] == "optimise" {
+        true => ("a finished search", run["result"]["value"].is_number()),
+        false => {
+            let own = [Some(shard.index.into()), Some(shard.of.into())] == ["index", "of"].map(number);
+            ("a sweep", own && run["command"] == "sweep" && run["name"].is_string())
         }
-        let number = |key: &str| run["shard"][key].as_u64();
-        let own = (number("index")?, number("of")?) == (shard.index.into(), shard.of.into());
-        let format = TableFormat::WORDS.iter().find(|(word, _)| run["shard"]["format"] == **word)?.1;
-        let named = |name: &Value| Table::ALL.into_iter().find(|table| name == table.name());
-        let tables = run["shard"]["tables"].as_array()?.iter().map(named).collect::<Option<Vec<_>>>()?;
-        (own && run["command"] == "sweep" && run["name"].is_string()).then_some((format, tables))
     };
-    let Some((format, tables)) = described() else {
-        let what = if searched { "a finished search" } else { "a sweep" };
+    if !is_own {
         return Err(refuse(folder, format!("its run.json is not that of part {shard} of {what}"), &again));
-    };
-    let listed = serde_json::from_value(run["files"].clone()).ok();
-    let listed = listed.filter(|files: &Vec<Listed>| files.iter().all(|file| is_result_name(&file.name)));
+    }
     // What it counts is what the whole counts.
-    let Some(listed) = listed.filter(|_| is_sealed(&text, &run)) else {
+    let Some(listed) = listed(&run).filter(|_| is_sealed(&text, &run)) else {
         return Err(edited(folder, "run.json", "is not what this version of the program wrote"));
     };
-    Ok(Part { folder: folder.to_owned(), shard, run, format, tables, listed })
+    let format = TableFormat::named(run["shard"]["format"].as_str().unwrap_or_default());
+    Ok(Part { folder: folder.to_owned(), shard, run, format, listed })
 }
 
 /// Fails unless each file of `parts` is what was written.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use super::part::Part;
 use super::search::seed;
@@ -68,53 +68,44 @@ pub(super) fn whole(parts: &[Part], lead: &Part, out: &Path) -> Value {
     run
 }
 
-/// The larger of both numbers.
 fn larger(a: &Value, b: &Value) -> Value {
     if a.as_f64() < b.as_f64() { b.clone() } else { a.clone() }
 }
 
 /// Both together: counts, numbers, or counts of words.
 fn sum(a: &Value, b: &Value) -> Value {
-    match (a.as_u64().zip(b.as_u64()), a.as_f64().zip(b.as_f64()), a.as_object().zip(b.as_object())) {
-        (Some((a, b)), ..) => (a + b).into(),
-        (_, Some((a, b)), _) => (a + b).into(),
-        (.., Some((a, b))) => {
-            let mut all = a.clone();
-            for (word, n) in b {
-                let before = all.get(word).unwrap_or(&json!(0)).clone();
-                all.insert(word.clone(), sum(&before, n));
-            }
-            all.sort_keys();
-            Value::Object(all)
+    if let (Some(a), Some(b)) = (a.as_object(), b.as_object()) {
+        let mut all = a.clone();
+        for (word, n) in b {
+            let n = all.get(word).map_or_else(|| n.clone(), |before| sum(before, n));
+            all.insert(word.clone(), n);
         }
+        all.sort_keys();
+        return all.into();
+    }
+    match (a.as_u64().zip(b.as_u64()), a.as_f64().zip(b.as_f64())) {
+        (Some((a, b)), _) => (a + b).into(),
+        (_, Some((a, b))) => (a + b).into(),
         _ => Value::Null,
     }
 }
 
 /// What the whole says of a part, of which `lead` is true if it says what they share.
 fn described(part: &Part, lead: bool) -> Value {
-    let run = &part.run;
-    let mut all = Map::new();
-    let mut put = |key: &str, value: Value| all.insert(key.to_owned(), value);
-    put("folder", part.folder.display().to_string().into());
-    put("part", part.shard.to_string().into());
+    let (run, folder, shard) = (&part.run, part.folder.display().to_string(), part.shard.to_string());
+    let (seconds, files, counts) = (&run["seconds"]["total"], &run["files"], &run["counts"]);
     if part.is_search() {
-        put("seed", json!(seed(part)));
-        put("value", run["result"]["value"].clone());
-        put("best", lead.into());
-        put("evaluations", run["counts"]["evaluations"].clone());
-    } else {
-        put("designs", run["shard"]["designs"].clone());
-        put("backend", run["backend"].clone());
-        put("taps", run["counts"]["taps"].clone());
-        put("handed_over", run["handed_over"].clone());
+        return json!({
+            "folder": folder, "part": shard, "seed": seed(part), "value": run["result"]["value"], "best": lead,
+            "evaluations": counts["evaluations"], "seconds": seconds, "files": files,
+        });
     }
-    put("seconds", run["seconds"]["total"].clone());
-    put("files", run["files"].clone());
-    all.into()
+    json!({
+        "folder": folder, "part": shard, "designs": run["shard"]["designs"], "backend": run["backend"], "taps": counts["taps"],
+        "handed_over": run["handed_over"], "seconds": seconds, "files": files,
+    })
 }
 
-/// Adds the `seconds` of the merge.
 pub(super) fn timed(run: &mut Value, seconds: f64) {
     let total = run["seconds"]["total"].as_f64().unwrap_or(0.0) + seconds;
     (run["seconds"]["total"], run["seconds"]["merge"]) = (total.into(), seconds.into());

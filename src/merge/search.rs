@@ -2,14 +2,13 @@
 
 use serde_json::{Value, json};
 
-use super::part::{Part, refuse};
+use super::part::Part;
 use crate::error::Error;
 use crate::optimise::front::unbeaten;
 use crate::sink::folder::Folder;
 use crate::sink::frame::Frame;
 use crate::sink::read;
 
-/// The file of a front.
 const FRONT: &str = "pareto.csv";
 
 /// Value of the objective of its best design; smaller is better.
@@ -17,7 +16,6 @@ fn value(part: &Part) -> f64 {
     part.run["result"]["value"].as_f64().unwrap_or(f64::INFINITY)
 }
 
-/// The search with the best design.
 pub(super) fn best(parts: &[Part]) -> &Part {
     parts.iter().min_by(|a, b| value(a).total_cmp(&value(b))).unwrap_or(&parts[0])
 }
@@ -50,7 +48,6 @@ pub(super) fn values(part: &Part) -> Vec<(&str, &str)> {
     in_force(part).filter(|(key, _)| !free(key)).collect()
 }
 
-/// The seed of a search.
 pub(super) fn seed(part: &Part) -> Option<u64> {
     in_force(part).find(|(key, _)| *key == "optimise.seed")?.1.parse().ok()
 }
@@ -62,16 +59,15 @@ pub(super) fn seed_of_first(part: &Part) -> Option<u64> {
 
 /// The points of all fronts that no other beats in both figures, by rising spread.
 fn front(parts: &[Part]) -> Result<Frame, Error> {
-    let fronts = parts.iter().map(|part| Ok(read::csv(FRONT, part.bytes(FRONT)?.as_slice())?));
-    let fronts: Vec<Frame> = fronts.collect::<Result<_, Error>>()?;
+    let read = |part: &Part| {
+        let label = part.folder.join(FRONT).display().to_string();
+        Ok(read::csv(&label, part.bytes(FRONT)?.as_slice())?)
+    };
+    let fronts = parts.iter().map(read).collect::<Result<Vec<Frame>, Error>>()?;
     let mut points = Vec::new();
-    for (part, front) in parts.iter().zip(&fronts) {
-        let sd = front.first(&["K_sd", "K_sd_mm"]);
-        let Some(sd) = sd.filter(|_| front.has("total_rms_mm")) else {
-            let why = "its front has no K_sd and total_rms_mm";
-            return Err(refuse(&part.folder, why, "the front that optimise wrote"));
-        };
-        let (sd, total) = (front.numbers(sd)?, front.numbers("total_rms_mm")?);
+    for front in &fronts {
+        let sd = front.numbers(front.one_of(&["K_sd", "K_sd_mm"])?)?;
+        let total = front.numbers("total_rms_mm")?;
         points.extend((0..front.len()).map(|row| (sd[row], total[row], front, row)));
     }
     points.retain(|point| point.0.is_finite() && point.1.is_finite());

@@ -13,11 +13,10 @@ use crate::sink::parquet;
 use crate::sink::sheet::Sheet;
 use crate::sink::table::Table;
 
-/// Rows of a table.
 pub(super) struct Source {
     path: PathBuf,
-    /// Its header, as a line of CSV.
-    pub header: Vec<u8>,
+    /// Its columns without rows.
+    pub empty: Frame,
     rows: Rows,
 }
 
@@ -37,35 +36,28 @@ enum Rows {
 impl Source {
     pub fn open(part: &Part, table: Table) -> Result<Self, Error> {
         let (path, file) = part.file(&table.file(part.format))?;
-        let mut header = Vec::new();
-        let rows = match part.format {
+        let (empty, rows) = match part.format {
             TableFormat::Csv => {
-                let mut file = BufReader::with_capacity(1 << 20, file);
-                file.read_until(b'\n', &mut header).map_err(|e| Error::io(&path, e))?;
-                Rows::Csv { file, line: Vec::new() }
+                let (mut file, mut line) = (BufReader::with_capacity(1 << 20, file), Vec::new());
+                file.read_until(b'\n', &mut line).map_err(|e| Error::io(&path, e))?;
+                let names = String::from_utf8_lossy(&line);
+                (Frame::of("", names.trim_end().split(',').map(str::to_owned)), Rows::Csv { file, line })
             }
             TableFormat::Parquet => {
                 let reader = Box::new(parquet::Reader::new(&path, file)?);
-                header = reader.frame().header()?;
-                Rows::Parquet { reader, group: (Frame::default(), 0) }
+                (reader.frame(), Rows::Parquet { reader, group: (Frame::default(), 0) })
             }
         };
-        Ok(Self { path, header, rows })
+        Ok(Self { path, empty, rows })
     }
 
     /// A table `name` in `folder` with the same columns, from the same place.
     pub fn sheet(&self, folder: &mut Folder, name: &str) -> Result<Sheet, Error> {
-        let mut output = folder.file(name)?;
-        Ok(match &self.rows {
-            Rows::Csv { .. } => {
-                output.write(&self.header)?;
-                Sheet::Csv(Box::new(output))
-            }
-            Rows::Parquet { reader, .. } => {
-                let writer = parquet::Writer::new(output, &reader.frame(), &reader.provenance())?;
-                Sheet::Parquet(Box::new(writer))
-            }
-        })
+        let (format, provenance) = match &self.rows {
+            Rows::Csv { .. } => (TableFormat::Csv, String::new()),
+            Rows::Parquet { reader, .. } => (TableFormat::Parquet, reader.provenance()),
+        };
+        Sheet::new(format, folder.file(name)?, (&self.empty, &provenance), None)
     }
 
     fn ends_early(&self) -> Error {

@@ -36,14 +36,8 @@ pub struct Design {
 }
 
 impl Design {
-    pub fn at_drive(&self) -> AtDrive<'_> {
-        AtDrive {
-            design: &self.point,
-            direction: self.point.direction(),
-            drive: self.point.drive,
-            row: self.row.figures(),
-            unit: self.unit,
-        }
+    pub fn at_drive(&self) -> AtDrive {
+        AtDrive { design: self.point, row: self.row.figures(), unit: self.unit }
     }
 }
 

@@ -1,6 +1,5 @@
 //! What will run, as data: `--plan` prints it, `sweep` executes it.
 
-use std::sync::Arc;
 use std::time::Instant;
 
 pub mod pays;
@@ -9,9 +8,10 @@ pub use crate::scene::Layout;
 pub use vibrissa_evaluate::CHUNK;
 
 use crate::backend::Choice;
-use crate::chart::ranker::Ranker;
+use crate::chart::{ranker::Ranker, scope::Summary};
 use crate::error::InputError;
-use crate::scene::{Axis, Column, Geometry, Property, Setup, Space, Study, Theory};
+use crate::kernel::ranking::{Case, Charts};
+use crate::scene::{Axis, Column, Geometry, Property, Setup, Space, Study, Theory, Tuple};
 use crate::sink::shard::Shard;
 
 /// Largest tuples table that is written without being asked for, bytes.
@@ -43,7 +43,7 @@ impl Way {
 }
 
 /// Sizes of a sweep, and how it goes.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Plan {
     /// Taps to evaluate.
     pub taps: u64,
@@ -64,9 +64,7 @@ pub struct Plan {
     /// How the taps of designs outside the chart, and of the rows kept, are found; the same as `way` without a chart.
     pub solved: Way,
     /// What ranks the rows, with [`Way::Charted`].
-    pub ranker: Option<Arc<Ranker>>,
-    /// The plan of each rig alone, by which its rows are found, where few rigs differ.
-    pub rigs: Vec<Self>,
+    pub rankers: Option<Rankers>,
     /// Seconds it took to make charts, also those that were refused; `None` where none was tried.
     pub chart: Option<f64>,
     /// Seconds of the whole plan, the charts' among them.
@@ -115,14 +113,9 @@ impl Plan {
         }
         let solved = if choice.backend.tolerance.is_none() { Way::Reference } else { Way::Solved };
         let charting = Instant::now();
-        let of_one = study.space.layout().filter(|_| study.setup.rigs.is_none());
-        // Where taps cannot be solved the sweep itself says why.
-        let ranker = of_one.zip(choice.chart_tolerance());
-        let ranker =
-            ranker.and_then(|(layout, tolerance)| Ranker::new(study, &layout, tolerance).ok().flatten());
-        let ranker = ranker.map(Arc::new);
+        let rankers = Rankers::new(study, choice);
         let charted = charting.elapsed().as_secs_f64();
-        let chart = Some(charted).filter(|s| ranker.is_some() || *s > TRIED);
+        let chart = Some(charted).filter(|s| rankers.is_some() || *s > TRIED);
         let own =
             study.setup.estimate.theory == Theory::Exact && study.setup.model.geometry == Geometry::Exact;
         let (curves, both) = match (own, study.setup.gauge.second) {
@@ -130,10 +123,7 @@ impl Plan {
             (true, true) => (0, taps),
             (false, _) => (0, 0),
         };
-        let rigs = of_rigs(study, choice)?;
-        let chart = chart.into_iter().chain(rigs.iter().filter_map(|plan| plan.chart)).reduce(|a, b| a + b);
-        let ranked = ranker.is_some() || rigs.iter().any(|plan| plan.ranker.is_some());
-        let way = if ranked { Way::Charted } else { solved };
+        let way = if rankers.is_some() { Way::Charted } else { solved };
         let seconds = begun.elapsed().as_secs_f64();
         Ok(Self {
             taps,
@@ -145,29 +135,57 @@ impl Plan {
             tuples,
             way,
             solved,
-            ranker,
-            rigs,
+            rankers,
             chart,
             seconds,
             chunk: chunk(solved, study, choice),
         })
     }
-}
 
-impl Plan {
     /// Taps of a part, about: where designs differ in their taps, those of a mean one.
     pub fn taps_of(&self, shard: Option<Shard>) -> u64 {
         let Some(designs) = shard.map(|shard| shard.designs(self.designs)) else { return self.taps };
         let share = u128::from(self.taps) * u128::from(designs.end - designs.start);
         (share / u128::from(self.designs.max(1))) as u64
     }
+}
 
-    /// What each rig is ranked by; none where nothing is.
-    pub fn rankers(&self) -> Vec<Option<&Ranker>> {
-        let one = std::slice::from_ref(self);
-        let all = if self.rigs.is_empty() { one } else { &self.rigs };
-        let all: Vec<Option<&Ranker>> = all.iter().map(|plan| plan.ranker.as_deref()).collect();
-        if all.iter().any(Option::is_some) { all } else { Vec::new() }
+/// What ranks the designs of each rig; nothing of a rig whose designs are all solved.
+#[derive(Debug)]
+pub struct Rankers(pub Vec<Option<Ranker>>);
+
+impl Rankers {
+    /// Of `study` on `choice`; `None` where no design is ranked.
+    fn new(study: &Study, choice: &Choice) -> Option<Self> {
+        let tolerance = choice.chart_tolerance()?;
+        // Where taps cannot be solved the sweep itself says why.
+        let one = |study: &Study| Ranker::new(study, &study.space.layout()?, tolerance).ok().flatten();
+        let all: Vec<Option<Ranker>> = match &study.setup.rigs {
+            None => vec![one(study)],
+            Some(_) => of_rigs(study).iter().map(one).collect(),
+        };
+        all.iter().any(Option::is_some).then_some(Self(all))
+    }
+
+    /// All that there are.
+    pub fn all(&self) -> impl Iterator<Item = &Ranker> {
+        self.0.iter().flatten()
+    }
+
+    /// Candidates to bring back.
+    pub fn keep(&self) -> usize {
+        self.all().map(Ranker::keep).max().unwrap_or(0)
+    }
+
+    /// What `run.json` says of the first of the charts.
+    pub fn summary(&self) -> Option<Summary> {
+        self.all().next().map(Ranker::summary)
+    }
+
+    /// How a design is ranked.
+    pub fn case(&self, t: &Tuple) -> Case {
+        let ranker = self.0.get(t.rig as usize).and_then(Option::as_ref);
+        ranker.map_or(Case::Hard, |ranker| ranker.case(t))
     }
 }
 
@@ -182,13 +200,13 @@ fn chunk(solved: Way, study: &Study, choice: &Choice) -> u64 {
     }
 }
 
-/// The plan of each rig of a grid alone; none where there is one, or many, or where rigs are sampled together with a design's axes.
-fn of_rigs(study: &Study, choice: &Choice) -> Result<Vec<Plan>, InputError> {
-    let (Some(rigs), Space::Grid(factors)) = (&study.setup.rigs, &study.space) else { return Ok(Vec::new()) };
+/// The study of each rig of a grid alone; none where there are many, or where rigs are sampled together with a design's axes.
+fn of_rigs(study: &Study) -> Vec<Study> {
+    let (Some(rigs), Space::Grid(factors)) = (&study.setup.rigs, &study.space) else { return Vec::new() };
     if rigs.len() > MOST_RIGS || factors.iter().any(|f| !f.properties.is_empty() && !f.axes.is_empty()) {
-        return Ok(Vec::new());
+        return Vec::new();
     }
-    let plan = |rig| {
+    let one = |rig| {
         let base = || Setup { rigs: None, ..study.setup.clone() };
         let setup = rigs.setup(&study.setup, rig).unwrap_or_else(base);
         let scale = if study.setup.varies(Property::Scale) { rigs.value(rig, Property::Scale) } else { 1.0 };
@@ -200,8 +218,7 @@ fn of_rigs(study: &Study, choice: &Choice) -> Result<Vec<Plan>, InputError> {
             }
             factor
         });
-        let space = Space::Grid(own.collect());
-        Plan::new(&Study { setup, space, output: study.output }, choice)
+        Study { setup, space: Space::Grid(own.collect()), output: study.output }
     };
-    (0..rigs.len()).map(plan).collect()
+    (0..rigs.len()).map(one).collect()
 }

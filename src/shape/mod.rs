@@ -60,7 +60,6 @@ type State = [f64; 3];
 /// s, state, and strain of the touching side.
 type Section = (f64, State, f64);
 
-/// A rod loaded at its contact.
 struct Rod<'a> {
     model: &'a Model,
     taper: Taper,
@@ -206,7 +205,6 @@ impl Rod<'_> {
         Some((all, held?))
     }
 
-    /// A step of the classic Runge–Kutta method.
     fn step(&self, state: State, sigma: f64, h: f64) -> Option<State> {
         let at = |by: f64, d: &State| -> State { std::array::from_fn(|n| state[n] + by * d[n]) };
         let (k1, _) = self.slope(sigma, &state)?;

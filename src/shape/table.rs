@@ -5,11 +5,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use glam::DVec3;
 
 use super::{Node, Shape, shape};
+use crate::census::Taps;
 use crate::design::Design;
 use crate::error::{Error, InputError, SolveError};
-use crate::evaluate::{Evaluator, Method, Outcome, Task};
+use crate::evaluate::{Evaluator, Method, Outcome};
 use crate::progress::Progress;
-use crate::scene::{DirectionColumns, Setup, Space, Spec, Tuple};
+use crate::scene::{DirectionColumns, Layout, Setup, Space, Spec, Tuple};
 use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
 use crate::sink::values::Field;
@@ -34,9 +35,7 @@ pub fn tables(
 ) -> Result<([usize; 2], [Frame; 2]), Error> {
     let setup = &spec.study.setup;
     let tuples = tuples(&spec.study.space)?;
-    let designs: Vec<Design> = tuples.iter().map(|t| Design::new(setup, *t)).collect();
-    let task = |(i, t): (usize, &Tuple)| Task::of(i as u32, t);
-    let tasks: Vec<Task> = tuples.iter().enumerate().map(task).collect();
+    let Taps { designs, tasks, .. } = Taps::of(setup, &tuples);
     let mut evaluator = Evaluator::new(setup, method).stopping(stop);
     let mut outcomes = Vec::with_capacity(tasks.len());
     for some in tasks.chunks(PART) {
@@ -78,16 +77,19 @@ fn tuples(space: &Space) -> Result<Vec<Tuple>, InputError> {
         let error = InputError::new("these are too many taps to look at").value(n).key("tuples");
         error.allowed(format!("{MOST_TAPS} at most"))
     };
-    match (space, space.layout()) {
-        (_, Some(layout)) if layout.len() > MOST_TAPS => Err(many(layout.len())),
-        (_, Some(layout)) => Ok((0..layout.len()).map(|i| layout.tuple(i)).collect()),
-        (Space::List(listed), _) if listed.len() as u64 > MOST_TAPS => Err(many(listed.len() as u64)),
-        (Space::List(listed), _) => Ok(listed.iter().collect()),
-        (Space::Grid(_), None) => unreachable!("a grid has a layout"),
+    match space {
+        Space::Grid(factors) => {
+            let layout = Layout::new(factors);
+            match layout.len() {
+                n if n > MOST_TAPS => Err(many(n)),
+                n => Ok((0..n).map(|i| layout.tuple(i)).collect()),
+            }
+        }
+        Space::List(listed) if listed.len() as u64 > MOST_TAPS => Err(many(listed.len() as u64)),
+        Space::List(listed) => Ok(listed.iter().collect()),
     }
 }
 
-/// What a tap is of.
 fn tap_columns(DirectionColumns { tilt, lean }: DirectionColumns, t: &Tuple) -> impl Iterator<Item = Field> {
     let whisker = [t.D, t.d, t.L_a, t.x_ss, t.l, t.a].into_iter();
     let stroke = tilt.then_some(t.tilt).into_iter().chain(lean.then_some(t.lean)).chain([t.drive]);

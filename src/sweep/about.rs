@@ -6,9 +6,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::best::Kept;
-use super::charted::Rankers;
 use crate::backend::Choice;
-use crate::plan::Plan;
+use crate::plan::{Plan, Rankers};
 use crate::scene::{Space, Spec, Study};
 use crate::sink::folder::{Question, hash};
 use crate::sink::format::TableFormat;
@@ -16,7 +15,6 @@ use crate::sink::run_json;
 use crate::sink::shard::Shard;
 use crate::sink::table::Table;
 
-/// Of a sweep, or of one part of it.
 #[derive(Debug)]
 pub(super) struct About {
     /// Designs of the part.
@@ -27,8 +25,8 @@ pub(super) struct About {
     pub places: bool,
     /// Where the tables come from: the same for every part.
     pub provenance: String,
-    /// Everything of which the bytes of the tables are a function, hashed.
-    pub identity: String,
+    /// What its folder answers.
+    pub question: Question,
     /// The same for all parts, whatever driver and instructions they were computed with.
     pub whole: String,
 }
@@ -47,7 +45,7 @@ impl About {
         let backend = json!({
             "name": b.name, "adapter": b.adapter, "driver": b.driver, "precision": b.precision, "tolerance": b.tolerance,
         });
-        let question = Question::of_scene("sweep", spec, Value::Null);
+        let mut question = Question::of_scene("sweep", spec, Value::Null);
         let body = json!({ "in_force": question.lasting(), "backend": backend });
         let provenance = run_json::document("sweep", run_json::spec(spec), body).to_string();
         // Listed tuples are known by their hash.
@@ -64,10 +62,13 @@ impl About {
         ]);
         let whole = hash(&whole.to_string());
         let part = shard.map(|s| s.to_string());
-        let identity = json!([whole, crate::sink::COMMIT, b.driver, b.instructions, part]);
-        let shard = shard.unwrap_or(Shard::WHOLE);
-        let designs = shard.designs(plan.designs);
-        Self { designs, format, places, provenance, identity: hash(&identity.to_string()), whole }
+        let identity = json!([whole, crate::sink::COMMIT, b.driver, b.instructions, part]).to_string();
+        question.identity = Some(hash(&identity));
+        if let Some(part) = part {
+            question.asked["shard"] = part.into();
+        }
+        let designs = shard.unwrap_or(Shard::WHOLE).designs(plan.designs);
+        Self { designs, format, places, provenance, question, whole }
     }
 }
 
@@ -108,7 +109,7 @@ pub(super) fn description(shard: Shard, study: &Study, plan: &Plan, about: &Abou
         "designs": { "from": about.designs.start, "to": about.designs.end, "of": plan.designs },
         "format": about.format.name(),
         "top": study.output.top,
-        "candidates": Rankers::of(plan).map(|rankers| rankers.keep()),
+        "candidates": plan.rankers.as_ref().map(Rankers::keep),
         "tables": super::writers::tables(study, plan),
         "whole": about.whole,
     })

@@ -6,9 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::key;
 use crate::recommend::{self, Standing};
-use crate::scene::{Direction, Tuple};
 use crate::sink::table::AtDrive;
-use crate::statistics::Figures;
 
 /// A designs row that was kept.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -17,33 +15,13 @@ pub struct Kept {
     pub rank: f64,
     /// Place of the design, then of the stroke.
     pub index: (u64, u32),
-    /// The design.
-    pub design: Tuple,
-    /// Direction of the pole.
-    pub direction: Direction,
-    /// Its drive, degrees or mm.
-    pub drive: f64,
     /// The row.
-    pub row: Figures,
-    /// Unit of K in the tables.
-    pub unit: f64,
+    pub at: AtDrive,
     /// What it was ranked by in a chart, which decides whether it is a candidate; NaN of a row solved tap by tap.
     pub(super) charted: f32,
 }
 
 impl Kept {
-    /// A row whose taps were solved.
-    pub(super) fn of(row: &AtDrive<'_>, rank: f64, index: (u64, u32)) -> Self {
-        let AtDrive { design, direction, drive, row, unit } = *row;
-        Self { rank, index, design: *design, direction, drive, row, unit, charted: f32::NAN }
-    }
-
-    /// Its row of designs.csv.
-    pub fn at_drive(&self) -> AtDrive<'_> {
-        let Self { direction, drive, row, unit, .. } = *self;
-        AtDrive { design: &self.design, direction, drive, row, unit }
-    }
-
     /// Better first: smaller value, then smaller index.
     pub(super) fn order(&self, other: &Self) -> Ordering {
         self.rank.total_cmp(&other.rank).then(self.index.cmp(&other.index))
@@ -86,29 +64,21 @@ impl Best {
     }
 }
 
-/// Rows that are shown at most.
 const SHOWN: usize = 8;
 
 /// The best rows of all that were offered, and the best row of each of the best designs.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Highlights {
     /// Complete rows offered.
     pub offered: u64,
-    /// Smallest value of a row.
-    least: f64,
+    least: Option<f64>,
     rows: Vec<Kept>,
     designs: Vec<Kept>,
 }
 
-impl Default for Highlights {
-    fn default() -> Self {
-        Self { offered: 0, least: f64::INFINITY, rows: Vec::new(), designs: Vec::new() }
-    }
-}
-
 /// What decides between two complete rows.
 fn order(a: &Kept, b: &Kept) -> Ordering {
-    let of = |row: &Kept| (row.row.status, row.rank);
+    let of = |row: &Kept| (row.at.row.status, row.rank);
     recommend::order(of(a), of(b)).then(a.index.cmp(&b.index))
 }
 
@@ -117,7 +87,7 @@ fn put(best: &mut Vec<Kept>, row: &Kept, of_each_design: bool) {
     if best.len() == SHOWN && order(row, &best[SHOWN - 1]).is_ge() {
         return;
     }
-    let same = |old: &Kept| of_each_design && key(&old.design) == key(&row.design);
+    let same = |old: &Kept| of_each_design && key(&old.at.design) == key(&row.at.design);
     if let Some(place) = best.iter().position(same) {
         if order(row, &best[place]).is_ge() {
             return;
@@ -132,7 +102,7 @@ impl Highlights {
     /// Takes a complete row.
     pub fn offer(&mut self, row: &Kept) {
         self.offered += 1;
-        self.least = self.least.min(row.rank);
+        self.least = Some(self.least.map_or(row.rank, |least| least.min(row.rank)));
         put(&mut self.rows, row, false);
         put(&mut self.designs, row, true);
     }
@@ -140,7 +110,7 @@ impl Highlights {
     /// How the recommended row stands to the strain limit; without a complete row there is none.
     pub fn standing(&self) -> Option<Standing> {
         let best = self.rows.first()?;
-        Some(Standing::of((best.row.status, best.rank), self.least))
+        Some(Standing::of((best.at.row.status, best.rank), self.least?))
     }
 
     /// The rows shown, the recommended one first: all, where they are few or were `asked` for, else one of each design, if there are several.

@@ -9,19 +9,17 @@ use super::Run;
 use super::best::Kept;
 use super::keep::Reached;
 use super::route::rank;
-use super::taps::{Taps, task};
+use super::taps::{Taps, tap};
 use crate::chart::{
     lanes::{Found, Words},
     ranker::Ranker,
-    scope::Summary,
 };
 use crate::design::Design;
 use crate::error::{Error, SolveError};
 use crate::evaluate::Task;
 use crate::kernel::gpu::ranking::DeviceRanker;
 use crate::kernel::ranking::{Case, Charts};
-use crate::plan::{Layout, Plan};
-use crate::reduce::Sweeps;
+use crate::plan::{Layout, Rankers};
 use crate::scene::Tuple;
 use crate::sink::{run_json::Counts, table::AtDrive};
 use crate::statistics::Reduction;
@@ -42,51 +40,18 @@ const KNOWN: [&str; 2] = ["slipped_off", "invalid_geometry"];
 const GRAINS: [u64; 2] = [256, 2048];
 const GRAIN: u64 = 1 << 18;
 
-/// What ranks the designs of each rig; nothing of a rig whose designs are all solved.
-pub(super) struct Rankers<'a>(Vec<Option<&'a Ranker>>);
-
-impl<'a> Rankers<'a> {
-    /// Those of `plan`, if it has any.
-    pub fn of(plan: &'a Plan) -> Option<Self> {
-        Some(Self(plan.rankers())).filter(|all| !all.0.is_empty())
-    }
-
-    fn all(&self) -> impl Iterator<Item = &'a Ranker> {
-        self.0.iter().flatten().copied()
-    }
-
-    /// Candidates to bring back.
-    pub fn keep(&self) -> usize {
-        self.all().map(Ranker::keep).max().unwrap_or(0)
-    }
-
-    /// Of the taps solved to make and to check the charts.
-    fn sweeps(&self) -> Sweeps {
-        let mut all = Sweeps::default();
-        self.all().for_each(|ranker| all.merge(&ranker.sweeps()));
-        all
-    }
-
-    /// What `run.json` says of the first of the charts.
-    pub fn summary(&self) -> Option<Summary> {
-        self.all().next().map(Ranker::summary)
-    }
-
-    /// How a design is ranked.
-    pub fn case(&self, t: &Tuple) -> Case {
-        self.0.get(t.rig as usize).copied().flatten().map_or(Case::Hard, |ranker| ranker.case(t))
-    }
-}
-
 /// The best `top` rows, best first.
 pub(super) fn run(
     run: &mut Run<'_>,
     (taps, layout): (&Taps<'_>, &Layout),
-    ranker: &Rankers<'_>,
+    ranker: &Rankers,
 ) -> Result<Vec<Kept>, Error> {
     if run.reached.next == 0 {
-        run.reached.counts.solved += ranker.sweeps().taps;
-        run.reached.counts.sweeps.merge(&ranker.sweeps());
+        // Taps solved to make and to check the charts.
+        for sweeps in ranker.all().map(Ranker::sweeps) {
+            run.reached.counts.solved += sweeps.taps;
+            run.reached.counts.sweeps.merge(&sweeps);
+        }
     }
     let search = Search { taps, layout, ranker };
     let mut by = "lanes";
@@ -116,7 +81,7 @@ pub(super) fn run(
     bound(&mut found, ranker.keep());
     counts.complete = Some(best.offered + found.complete);
     let solved = solve(run, layout, &found.rows)?;
-    if run.part {
+    if run.writers.places.is_some() {
         // Which of them are candidates of the whole, only the whole can tell.
         let mut rows: Vec<Kept> = best.into_rows().into_iter().chain(solved).collect();
         rows.sort_by(Kept::order);
@@ -126,7 +91,6 @@ pub(super) fn run(
     Ok(best.into_rows())
 }
 
-/// Counts the words of taps.
 pub(super) fn note(counts: &mut Counts, words: &Words) {
     words.combinations().filter(|(_, n)| *n > 0).for_each(|(status, n)| counts.combinations.note(status, n));
 }
@@ -134,21 +98,20 @@ pub(super) fn note(counts: &mut Counts, words: &Words) {
 /// What ranks on the backend's own device, where it can.
 pub(super) fn device(
     run: &mut Run<'_>,
-    rankers: &Rankers<'_>,
+    rankers: &Rankers,
     layout: &Layout,
 ) -> Result<Option<DeviceRanker>, Error> {
     // A device ranks the designs of one rig.
     match rankers.0.as_slice() {
-        [Some(ranker)] if ranker.serves_devices() => Ok(run.evaluator.ranking(*ranker, layout)?),
+        [Some(ranker)] if ranker.serves_devices() => Ok(run.evaluator.ranking(ranker, layout)?),
         _ => Ok(None),
     }
 }
 
-/// What a search goes through, and what ranks it.
 struct Search<'a> {
     taps: &'a Taps<'a>,
     layout: &'a Layout,
-    ranker: &'a Rankers<'a>,
+    ranker: &'a Rankers,
 }
 
 impl Search<'_> {
@@ -229,7 +192,7 @@ pub(super) fn bound(found: &mut Found, keep: usize) -> f32 {
 }
 
 /// Rows of the designs `ks`, those that rank no worse than `bound`.
-pub(super) fn group(layout: &Layout, rankers: &Rankers<'_>, ks: &[u64], bound: f32) -> Found {
+pub(super) fn group(layout: &Layout, rankers: &Rankers, ks: &[u64], bound: f32) -> Found {
     let one = |ks: &[u64]| {
         let mut found = Found::default();
         let each = ks.len() / rankers.0.len() + 1;
@@ -272,26 +235,25 @@ fn solve(run: &mut Run<'_>, layout: &Layout, rows: &[(f32, u64, u32)]) -> Result
             .into_par_iter()
             .map(|t| {
                 let (at, i) = (t / n, (t % n) as u64);
-                task(layout, &designs[at].tuple, at as u32, i * layout.n_drives + u64::from(rows[at].2))
+                let tap = tap(layout, &designs[at].tuple, i * layout.n_drives + u64::from(rows[at].2));
+                Task::of(at as u32, &tap)
             })
             .collect();
         let outcomes = run.evaluate(&designs, &tasks)?;
         let one = |at: usize| {
-            let (design, (_, k, j)) = (&designs[at], rows[at]);
+            let (design, (charted, k, j)) = (&designs[at], rows[at]);
             let stroke = layout.stroke(&design.tuple, u64::from(j));
-            let (direction, drive) = (stroke.direction(), stroke.drive);
             let taps = &outcomes[at * n..(at + 1) * n];
             let mut reduced = Reduction::new(&study.setup, design, layout.reach(), (n, 1));
-            let place = |i: usize| (layout.distance(i as u64), drive);
+            let place = |i: usize| (layout.distance(i as u64), stroke.drive);
             taps.iter().enumerate().for_each(|(i, tap)| reduced.count((i, 0), place(i), tap));
             reduced.calibrate();
             for (i, tap) in taps.iter().enumerate() {
                 reduced.estimate((i, 0), place(i), tap);
             }
-            let (row, unit) = (reduced.drives[0].figures(), reduced.unit());
             let rank = reduced.rank(0, study.listed_by())?;
-            let row = AtDrive { design: &design.tuple, direction, drive, row, unit };
-            Some(Kept { charted: rows[at].0, ..Kept::of(&row, rank, (k, j)) })
+            let at = AtDrive { design: stroke, row: reduced.drives[0].figures(), unit: reduced.unit() };
+            Some(Kept { rank, index: (k, j), at, charted })
         };
         kept.par_extend((0..rows.len()).into_par_iter().filter_map(one));
     }

@@ -8,14 +8,14 @@ use rayon::prelude::*;
 
 use super::about::Place;
 use super::best::Kept;
-use super::taps::{AxisValue, Places, Taps};
+use super::taps::{Places, Taps};
 use super::{CHUNK, Run};
-use crate::curve::{Curve, both::Both};
+use crate::curve::{Ask, Curve, Reach, both::Both};
 use crate::design::Design;
 use crate::error::Error;
 use crate::estimate::Estimated;
 use crate::evaluate::{Outcome, Task};
-use crate::scene::{Direction, RankBy, Setup};
+use crate::scene::{RankBy, Setup, Tuple};
 use crate::sink::{
     frame::Frame,
     run_json::Counts,
@@ -74,12 +74,11 @@ impl Group {
         Ok(Some(group))
     }
 
-    /// Some taps of the group.
     fn tasks(&self, taps: &Taps<'_>, range: Range<usize>) -> Vec<Task> {
         let task = |s: usize| {
             let d = self.starts.partition_point(|start| *start <= s) - 1;
             let design = (self.numbers[d], &self.designs[d].tuple);
-            taps.task(design, d as u32, (s - self.starts[d]) as u64)
+            Task::of(d as u32, &taps.tap(design, (s - self.starts[d]) as u64))
         };
         range.into_par_iter().map(task).collect()
     }
@@ -104,7 +103,6 @@ impl Group {
         Ok(all.iter().map(|one| one.complete(taps, by)).collect())
     }
 
-    /// Some of the designs, reduced.
     fn reduce<'g>(
         &'g self,
         run: &mut Run<'_>,
@@ -121,11 +119,12 @@ impl Group {
             )
         };
         let mut all: Vec<Reduced<'_>> = range.clone().into_par_iter().map(begin).collect();
-        let strokes = range.clone().zip(&all).flat_map(|(d, one)| {
-            let reach = taps.reach(one.number);
-            one.strokes.iter().map(move |(drive, direction)| (d as u32, *direction, *drive, reach))
+        let asks = range.clone().zip(&all).flat_map(|(d, one)| {
+            let (design, ends) = (d as u32, taps.reach(one.number));
+            let reach = move |stroke: &Tuple| Reach::of(stroke.direction(), ends);
+            one.strokes.iter().map(move |stroke| Ask { design, drive: stroke.drive, reach: reach(stroke) })
         });
-        let curves = run.curves(&self.designs, strokes)?;
+        let curves = run.curves(&self.designs, asks)?;
         let (first, end, mut both) = (self.starts[range.start], self.starts[range.end], Vec::new());
         for from in (first..end).step_by(CHUNK as usize) {
             let taken = from..end.min(from + CHUNK as usize);
@@ -148,13 +147,13 @@ impl Group {
     }
 }
 
-/// A reduced design.
 struct Reduced<'g> {
     number: u64,
     design: &'g Design,
     places: Cow<'g, Places>,
-    distances: Vec<AxisValue>,
-    strokes: Vec<AxisValue>,
+    /// First tap of each distance, and of each stroke.
+    distances: Vec<Tuple>,
+    strokes: Vec<Tuple>,
     outcomes: &'g [Outcome],
     reduction: Reduction<'g>,
     estimates: Vec<Estimated>,
@@ -162,7 +161,6 @@ struct Reduced<'g> {
 }
 
 impl<'g> Reduced<'g> {
-    /// A design whose taps are not yet reduced.
     fn new(
         setup: &Setup,
         taps: &'g Taps<'_>,
@@ -170,53 +168,49 @@ impl<'g> Reduced<'g> {
         outcomes: &'g [Outcome],
     ) -> Self {
         let places = taps.places(number);
-        let task = |t: &u32| taps.task((number, &design.tuple), 0, u64::from(*t));
-        let distances: Vec<AxisValue> =
-            places.distances.iter().map(task).map(|t| (t.a, t.direction)).collect();
-        let strokes: Vec<AxisValue> =
-            places.strokes.iter().map(task).map(|t| (t.drive, t.direction)).collect();
+        let tap = |t: &u32| taps.tap((number, &design.tuple), u64::from(*t));
+        let distances: Vec<Tuple> = places.distances.iter().map(tap).collect();
+        let strokes: Vec<Tuple> = places.strokes.iter().map(tap).collect();
         let reduction = Reduction::new(setup, design, taps.reach(number), (distances.len(), strokes.len()));
         let (estimates, counts) = (vec![Estimated::NOTHING; outcomes.len()], Counts::default());
         Self { number, design, places, distances, strokes, outcomes, reduction, estimates, counts }
     }
 
-    /// Its distance and stroke, by their places, and both.
-    fn at(&self, t: usize) -> ((usize, usize), (f64, Direction, f64)) {
+    /// The places of the distance and the stroke of tap `t`, and this tap.
+    fn at(&self, t: usize) -> ((usize, usize), Tuple) {
         let (i, j) = self.places.of[t];
         let (i, j) = (i as usize, j as usize);
-        let (drive, direction) = self.strokes[j];
-        ((i, j), (self.distances[i].0, direction, drive))
+        ((i, j), Tuple { a: self.distances[i].a, ..self.strokes[j] })
     }
 
     fn reduce(&mut self, taps: &Taps<'_>, curves: &[Option<Curve>], both: &[Option<Both>]) {
         let order = taps.order(&self.places, &self.strokes, &self.distances);
         let order = (0..self.outcomes.len()).map(|s| order.get(s).map_or(s, |t| *t as usize));
         for t in order.clone() {
-            let (place, (a, _, drive)) = self.at(t);
-            self.reduction.count(place, (a, drive), &self.outcomes[t]);
+            let (place, at) = self.at(t);
+            self.reduction.count(place, (at.a, at.drive), &self.outcomes[t]);
         }
         self.reduction.calibrate();
         for t in order {
-            let (place, (a, direction, drive)) = self.at(t);
-            let (tap, told) =
-                (&self.outcomes[t], Told::by(curves, place.1).towards(direction).or_both(both.get(t)));
-            self.estimates[t] = self.reduction.estimate_by(place, (a, drive), tap, told);
+            let ((place, at), tap) = (self.at(t), &self.outcomes[t]);
+            let told = Told::by(curves, place.1).towards(at.direction()).or_both(both.get(t));
+            self.estimates[t] = self.reduction.estimate_by(place, (at.a, at.drive), tap, told);
             self.counts.taps += 1;
             self.counts.combinations.note(tap.status | self.estimates[t].status, 1);
         }
     }
 
-    fn stroke(&self, j: usize) -> AtDrive<'_> {
-        let ((drive, direction), row) = (self.strokes[j], self.reduction.drives[j].figures());
-        AtDrive { design: &self.design.tuple, direction, drive, row, unit: self.reduction.unit() }
+    fn stroke(&self, j: usize) -> AtDrive {
+        let row = self.reduction.drives[j].figures();
+        AtDrive { design: self.strokes[j], row, unit: self.reduction.unit() }
     }
 
-    /// Its complete rows.
     fn complete(&self, taps: &Taps<'_>, by: RankBy) -> Vec<Kept> {
         let row = |j: usize| {
             // Of a list ties go to the row that stands first.
             let first = taps.row(self.number, self.places.strokes[j]).unwrap_or(self.number);
-            Some(Kept::of(&self.stroke(j), self.reduction.rank(j, by)?, (first, j as u32)))
+            let rank = self.reduction.rank(j, by)?;
+            Some(Kept { rank, index: (first, j as u32), at: self.stroke(j), charted: f32::NAN })
         };
         (0..self.strokes.len()).filter_map(row).collect()
     }
@@ -230,18 +224,16 @@ impl<'g> Reduced<'g> {
             }
             Columns::Designs(columns) => frame.row(columns.fields(&self.stroke(n))),
             Columns::Distances(columns) => {
-                let ((a, direction), unit) = (self.distances[n], self.reduction.unit());
-                let (design, row) = (&self.design.tuple, &self.reduction.distances[n]);
-                frame.row(columns.fields(&AtDistance { design, a, direction, row, unit }))
+                let (design, unit) = (self.distances[n], self.reduction.unit());
+                frame.row(columns.fields(&AtDistance { design, row: &self.reduction.distances[n], unit }))
             }
         }
     }
 }
 
-/// The columns of a table for a setup.
 enum Columns<'s, 'r> {
     Tuples(Chosen<'s, TapRow<'r>>),
-    Designs(Chosen<'s, AtDrive<'r>>),
+    Designs(Chosen<'s, AtDrive>),
     Distances(Chosen<'s, AtDistance<'r>>),
 }
 
@@ -255,7 +247,6 @@ impl<'s> Columns<'s, '_> {
     }
 }
 
-/// Writes the rows of `all` to a table.
 fn write(
     run: &mut Run<'_>,
     taps: &Taps<'_>,

@@ -4,24 +4,23 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
 
 use super::Run;
 use super::about::About;
 use super::best::{Best, Highlights};
-use super::handed::Handed;
-use super::writers::{Marks, Writers};
+use super::writers::Writers;
 use crate::chart::lanes::Found;
 use crate::error::Error;
+use crate::kernel::gpu::Log;
 use crate::sink::folder::{Folder, Left};
+use crate::sink::parquet::More;
 use crate::sink::run_json::Counts;
 
 /// Time between two states on the disk, unless something else is asked for.
 pub const EVERY: Duration = Duration::from_secs(2);
 /// Keeping a state takes one part in so many of the time at most.
 const SHARE: u32 = 50;
-
-/// Words of a run that was asked to stop.
-const INTERRUPTED: &str = "interrupted";
 
 /// What is known of the complete chunks, beside their rows in the tables.
 #[derive(Debug, Default, Serialize, Deserialize)]
@@ -45,11 +44,13 @@ pub(super) struct Reached {
     pub kept: Option<Vec<(u64, u32)>>,
 }
 
+/// What a run keeps, and goes on with: beside the files what each of the tables needs.
+pub(super) type State = (Reached, Vec<Option<More>>);
+
 /// Keeps what is complete in the folder of the result.
 #[derive(Debug)]
 pub(super) struct Keeper {
     pub folder: Folder,
-    identity: String,
     every: Duration,
     start: Instant,
     /// Seconds that earlier runs worked on it.
@@ -59,9 +60,9 @@ pub(super) struct Keeper {
 }
 
 impl Keeper {
-    pub fn new(folder: Folder, identity: &str, every: Duration, (start, before): (Instant, f64)) -> Self {
+    pub fn new(folder: Folder, every: Duration, (start, before): (Instant, f64)) -> Self {
         let last = Instant::now();
-        Self { folder, identity: identity.to_owned(), every, start, before, last, pause: every }
+        Self { folder, every, start, before, last, pause: every }
     }
 
     /// Whether it is time. A run that is asked to stop keeps what it has unless it has only just begun.
@@ -69,67 +70,32 @@ impl Keeper {
         self.last.elapsed() >= self.pause || stop && (self.before > 0.0 || self.start.elapsed() >= self.every)
     }
 
-    /// Keeps `state`, in words `done`.
-    fn keep(&mut self, done: String, state: &(&Reached, Marks)) -> Result<(), Error> {
+    /// Keeps what is `reached`, in words `done`, and the tables as they are.
+    fn keep(&mut self, done: String, reached: &Reached, writers: &mut Writers) -> Result<(), Error> {
         let begun = Instant::now();
         let seconds = self.before + self.start.elapsed().as_secs_f64();
-        let left = Left::new(&self.identity, done, seconds, state);
-        self.folder.keep(&left.map_err(|e| Error::Run(e.to_string()))?)?;
+        let (files, more) = writers.marks()?;
+        self.folder.keep((done, seconds), files, &(reached, more))?;
         self.last = Instant::now();
         self.pause = self.every.max(begun.elapsed() * SHARE);
         Ok(())
     }
-
-    /// `e`, with what is kept if the run ends with it.
-    pub fn explain(self, e: Error) -> Error {
-        let interrupted = matches!(&e, Error::Run(words) if words == INTERRUPTED);
-        match (self.folder.words(), e) {
-            (None, _) if interrupted => {
-                Error::Run(format!("{INTERRUPTED}; nothing was written, an older result is as it was"))
-            }
-            (None, e) | (Some(_), e @ Error::Input(_)) => e,
-            (Some(words), e) => Error::Run(format!("{e}; {words}")),
-        }
-    }
-}
-
-/// What ends a run that was asked to stop.
-pub(super) fn interrupted() -> Error {
-    Error::Run(INTERRUPTED.to_owned())
 }
 
 impl Run<'_> {
-    /// Opens the tables in `folder`, and continues from what a stopped run left there, which is given, unless its files are damaged.
-    ///
-    /// # Errors
-    /// Files that cannot be read or made.
+    /// Opens the tables in `folder`, and continues from what a stopped run left there, which is given.
     pub fn go_on(&mut self, about: &About, folder: &mut Folder) -> Result<Option<Left>, Error> {
-        let (study, plan) = (self.study, self.plan);
-        if let Some(left) = folder.left.take() {
-            let resumed = match left.state::<(Reached, Marks)>() {
-                None => Err("its state".to_owned()),
-                Some((reached, marks)) => {
-                    Writers::resume((study, plan), about, folder, marks)?.map(|writers| (reached, writers))
-                }
-            };
-            match resumed {
-                Ok((reached, writers)) => {
-                    self.progress.note(&format!("going on: {} are complete", left.done));
-                    self.progress.begin(reached.counts.taps);
-                    (self.reached, self.writers) = (reached, writers);
-                    return Ok(Some(left));
-                }
-                Err(what) => folder.damaged(&what)?,
-            }
+        let (mut left, mut more) = (None, Vec::new());
+        if let Some((found, (reached, kept))) = folder.resume::<State>()? {
+            self.progress.note(&format!("going on: {} are complete", found.done));
+            self.progress.begin(reached.counts.taps);
+            (left, self.reached, more) = (Some(found), reached, kept);
         }
-        self.writers = Writers::new((study, plan), about, folder)?;
-        Ok(None)
+        self.writers = Writers::new((self.study, self.plan), about, folder, more)?;
+        Ok(left)
     }
 
     /// The next `designs` of `of` are complete and in the tables: this is kept if it is time.
-    ///
-    /// # Errors
-    /// What cannot be written; a request to stop.
     pub fn complete(&mut self, designs: u64, (of, what): (u64, &str)) -> Result<(), Error> {
         let from = self.reached.next;
         self.reached.next += designs;
@@ -138,14 +104,50 @@ impl Run<'_> {
         if let Some(keeper) = self.keeper.as_mut().filter(|keeper| keeper.is_due(stop)) {
             let mended = self.reached.mended;
             self.reached.mended += self.evaluator.mended();
-            let kept = keeper.keep(
-                format!("{} of {of} {what}", self.reached.next),
-                &(&self.reached, self.writers.marks()?),
-            );
+            let done = format!("{} of {of} {what}", self.reached.next);
+            let kept = keeper.keep(done, &self.reached, &mut self.writers);
             self.reached.mended = mended;
             kept?;
             self.check_stop()?;
         }
         Ok(())
+    }
+}
+
+/// Stretches of rows of which a tap was answered by the CPU in place of the device that was asked for, counted from 1 within the sweep or the part.
+#[derive(Debug, Default, Serialize, Deserialize)]
+pub(super) struct Handed {
+    /// What is counted, the first, the last, of how many.
+    stretches: Vec<(String, [u64; 3])>,
+    #[serde(skip)]
+    device: Log,
+    /// Taps that the CPU had answered when it was last looked at.
+    #[serde(skip)]
+    seen: u64,
+}
+
+impl Handed {
+    /// Continues with these on `device`.
+    pub fn on(self, device: Log) -> Self {
+        Self { seen: device.get().handed_over_taps, device, ..self }
+    }
+
+    /// From the first to the last of so many `what`, all are answered now.
+    pub fn note(&mut self, what: &str, [from, to, of]: [u64; 3]) {
+        let taps = self.device.get().handed_over_taps;
+        if taps > self.seen {
+            match self.stretches.last_mut() {
+                Some((last, [_, end, _])) if last == what && *end + 1 >= from => *end = to,
+                _ => self.stretches.push((what.to_owned(), [from, to, of])),
+            }
+        }
+        self.seen = taps;
+    }
+
+    /// `handed_over` of `run.json`; nothing where the device answered all.
+    pub fn described(&self) -> Option<Value> {
+        let one = |(what, [from, to, of]): &(String, [u64; 3])| json!({ "what": what, "from": from, "to": to, "of": of });
+        let list: Vec<Value> = self.stretches.iter().map(one).collect();
+        (!list.is_empty()).then(|| list.into())
     }
 }

@@ -9,7 +9,6 @@ mod about;
 mod best;
 mod charted;
 mod group;
-mod handed;
 mod keep;
 mod needed;
 mod probe;
@@ -32,7 +31,7 @@ use crate::progress::Progress;
 use crate::recommend::Standing;
 use crate::scene::{Spec, Tuple};
 use crate::sink::{
-    folder::{Folder, Question, Written, unpack},
+    folder::{Folder, Written, unpack},
     run_json::{self, Counts, Seconds},
     shard::Shard,
 };
@@ -40,15 +39,14 @@ use crate::sink::{
 use about::About;
 pub use about::{Place, ordered};
 pub use best::Kept;
-use charted::Rankers;
 pub use keep::EVERY;
-use keep::{Keeper, Reached};
-use needed::{Checked, checked, fuller};
+use keep::{Keeper, Reached, State};
+use needed::{checked, fuller};
 pub use needed::{run_needed, whole};
 pub use probe::seconds;
 use running::Run;
 use taps::Taps;
-use writers::{Marks, Writers};
+use writers::Writers;
 pub use writers::{PLACES, Tables};
 
 /// What a finished sweep tells.
@@ -97,12 +95,7 @@ pub struct Target<'a> {
 impl<'a> Target<'a> {
     /// The whole, into `out`.
     pub fn new(out: &'a Path, stop: &'a AtomicBool) -> Self {
-        Self { out: Some(out), ..Self::memory(stop) }
-    }
-
-    /// The whole, in memory.
-    pub fn memory(stop: &'a AtomicBool) -> Self {
-        Self { out: None, force: false, stop, shard: None, every: EVERY }
+        Self { out: Some(out), force: false, stop, shard: None, every: EVERY }
     }
 }
 
@@ -154,7 +147,10 @@ fn attempt(
     let bound = needed.as_ref().filter(|_| full.is_some()).map(|n| n.bound());
     let (study, shard) = (&spec.study, target.shard);
     let about = About::new(spec, plan, choice, (shard, bound));
-    let folder = target.out.map(|out| opened(spec, plan, &about, (out, target))).transpose()?;
+    let names = writers::names(study, plan, &about);
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let open = |out| Folder::open(out, about.question.clone(), &names, target.force);
+    let folder = target.out.map(open).transpose()?;
     let method = running::method(study, choice, target.stop)?;
     let open = begun.elapsed().as_secs_f64() + choice.seconds;
     let mut run = Run::new((study, plan), method, (target.stop, progress));
@@ -167,25 +163,26 @@ fn attempt(
             // Rows kept may ask for a fuller model.
             let anew = full.is_some() && study.output.top.is_some();
             let every = if anew { Duration::MAX } else { target.every };
-            run.keeper = Some(Keeper::new(folder, &about.identity, every, (begun, seconds)));
-            (run.designs, run.part, run.taps) = (about.designs.clone(), about.places, plan.taps_of(shard));
+            run.keeper = Some(Keeper::new(folder, every, (begun, seconds)));
+            (run.designs, run.taps) = (about.designs.clone(), plan.taps_of(shard));
         }
     }
     run.reached.handed = std::mem::take(&mut run.reached.handed).on(choice.backend.device.clone());
     let guard = needed.as_ref().zip(full.as_ref()).map(|(needed, full)| needed.guard(full)).transpose()?;
     run.evaluator = run.evaluator.guarded(guard);
-    let done = routes(&mut run).and_then(|()| checked(&run, needed));
+    run.reached.counts.chart = plan.rankers.as_ref().map(|rankers| json!(rankers.summary()));
+    let done = route::run(&mut run, &Taps::new(&study.space)).and_then(|()| checked(&run, needed));
     let Run { writers, reached: Reached { counts, shown, solve, handed, .. }, keeper, .. } = run;
     let (told, tables) = match done.and_then(|told| Ok((told, writers.close()?))) {
         Ok(done) => done,
         Err(e) => {
             return Err(match keeper {
-                Some(keeper) => keeper.explain(e),
+                Some(keeper) => keeper.folder.explain(e),
                 None => e,
             });
         }
     };
-    let Checked::Holds(model_error) = told else { return Ok(None) };
+    let Some(model_error) = told else { return Ok(None) };
     let (standing, offered) = (shown.standing(), shown.offered);
     let (highlights, by_design) = shown.into_rows(study.output.top.is_some() || study.output.by_said);
     let total = clock.total() + keeper.as_ref().map_or(0.0, |keeper| keeper.before);
@@ -224,31 +221,10 @@ impl Report {
     }
 }
 
-/// The folder `out` of a sweep.
-fn opened(
-    spec: &Spec,
-    plan: &Plan,
-    about: &About,
-    (out, target): (&Path, &Target<'_>),
-) -> Result<Folder, Error> {
-    let asked = target.shard.map_or(Value::Null, |shard| json!({ "shard": shard.to_string() }));
-    let identity = Some(about.identity.clone());
-    let question = Question { identity, ..Question::of_scene("sweep", spec, asked) };
-    let names = writers::names(&spec.study, plan, about);
-    let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    Folder::open(out, question, &names, target.force)
-}
-
-/// Goes through the space.
-fn routes(run: &mut Run<'_>) -> Result<(), Error> {
-    run.reached.counts.chart = Rankers::of(run.plan).map(|rankers| json!(rankers.summary()));
-    route::run(run, &Taps::new(&run.study.space))
-}
-
 /// Whether `state` can be read as that of a stopped sweep; for tests of the reading.
 #[doc(hidden)]
 pub fn readable(state: &[u8]) -> bool {
-    unpack::<(Reached, Marks)>(state).is_some()
+    unpack::<State>(state).is_some()
 }
 
 /// Everything that makes two designs of a tuple file the same.

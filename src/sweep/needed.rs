@@ -20,7 +20,7 @@ use crate::sink::shard::Shard;
 /// stopped: what one attempt had done, the next one may not need.
 ///
 /// # Errors
-/// As [`run`](super::run); a part, as [`whole`].
+/// As [`run`](super::run). A part is asked for only where [`whole`] allows it.
 pub fn run_needed(
     spec: &mut Spec,
     mut plan: Plan,
@@ -28,9 +28,6 @@ pub fn run_needed(
     (target, progress): (&Target<'_>, &mut dyn Progress),
     mut needed: Option<&mut Needed>,
 ) -> Result<(Report, Tables), Error> {
-    if needed.is_some() {
-        whole(target.shard, &spec.study)?;
-    }
     let before = needed.as_ref().map_or(0.0, |needed| needed.seconds[0]);
     let mut clock = Clock::new(&plan, choice.seconds + before);
     loop {
@@ -46,9 +43,6 @@ pub fn run_needed(
 
 /// Fails for a part of a ranked sweep: which effects are left off with a model error depends on the whole spec alone, but is checked on the rows that
 /// the whole keeps.
-///
-/// # Errors
-/// With a model error no part of a ranked sweep is done on its own.
 pub fn whole(shard: Option<Shard>, study: &Study) -> Result<(), InputError> {
     let Some(shard) = shard.filter(|_| study.output.top.is_some()) else { return Ok(()) };
     let why = "with a model error and top, the model is checked on the rows that the whole keeps, which no part knows";
@@ -62,38 +56,32 @@ pub(super) fn fuller(needed: Option<&Needed>) -> Option<Setup> {
     needed.filter(|n| !n.left().is_empty()).map(|n| n.full().clone())
 }
 
-/// What the rows kept say of a model with effects left off.
-pub(super) enum Checked {
-    /// It does; `model_error` of `run.json`, where that was asked for.
-    Holds(Option<Value>),
-    /// The full one is needed.
-    Astray,
-}
-
-pub(super) fn checked(run: &Run<'_>, needed: Option<&mut Needed>) -> Result<Checked, Error> {
-    let Some(needed) = needed else { return Ok(Checked::Holds(None)) };
+/// `model_error` of `run.json`, where that was asked for; `None` where the kept rows show that the full model is needed.
+pub(super) fn checked(run: &Run<'_>, needed: Option<&mut Needed>) -> Result<Option<Option<Value>>, Error> {
+    let Some(needed) = needed else { return Ok(Some(None)) };
     if !needed.keeps(&rows(&run.study.space, &run.kept), &|| run.check_stop())? {
-        return Ok(Checked::Astray);
+        return Ok(None);
     }
     let mut told = needed.summary(run.reached.solve + run.plan.chart.unwrap_or(0.0));
     told["taps_by_full_model"] = run.mended().into();
-    Ok(Checked::Holds(Some(told)))
+    Ok(Some(Some(told)))
 }
 
 /// The rows of `space` that are `kept`, each a design with its drive.
 fn rows(space: &Space, kept: &[Tuple]) -> Vec<Row> {
-    let identity = |t: &Tuple| (key(t), [t.tilt, t.lean, t.drive].map(|x| (x + 0.0).to_bits()));
-    let mut distances: HashMap<_, Vec<f64>> = kept.iter().map(|t| (identity(t), Vec::new())).collect();
-    let mut note = |t: &Tuple| distances.get_mut(&identity(t)).into_iter().for_each(|row| row.push(t.a));
-    match space {
-        _ if kept.is_empty() => {}
+    let listed = match space {
         Space::Grid(factors) => {
             let layout = Layout::new(factors);
             let all: Arc<[f64]> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
             return kept.iter().map(|t| Row::new(*t, all.clone())).collect();
         }
-        Space::List(listed) => listed.iter().for_each(|t| note(&t)),
+        Space::List(_) if kept.is_empty() => return Vec::new(),
+        Space::List(listed) => listed,
+    };
+    let identity = |t: &Tuple| (key(t), [t.tilt, t.lean, t.drive].map(|x| (x + 0.0).to_bits()));
+    let mut distances: HashMap<_, Vec<f64>> = kept.iter().map(|t| (identity(t), Vec::new())).collect();
+    for t in listed.iter() {
+        distances.entry(identity(&t)).and_modify(|row| row.push(t.a));
     }
-    let row = |t: &Tuple| Row::new(*t, distances[&identity(t)].as_slice().into());
-    kept.iter().map(row).collect()
+    kept.iter().map(|t| Row::new(*t, distances[&identity(t)].as_slice().into())).collect()
 }

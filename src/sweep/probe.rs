@@ -3,18 +3,16 @@
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use super::charted::Rankers;
 use super::route::rank;
 use super::taps::Taps;
 use super::{Run, charted};
 use crate::backend::Choice;
+use crate::census;
 use crate::chart::lanes::Found;
 use crate::curve::both::TAPS;
-use crate::design::Design;
 use crate::error::Error;
-use crate::evaluate::Task;
 use crate::kernel::ranking::Case;
-use crate::plan::{CHUNK, Plan};
+use crate::plan::{CHUNK, Plan, Rankers};
 use crate::progress::Silent;
 use crate::scene::{Layout, Space, Study, Tuple};
 use crate::sink::table::Table;
@@ -31,9 +29,6 @@ const WRITTEN: f64 = 4e8;
 const CURVE: f64 = 16.0;
 
 /// Seconds that a sweep of `study` by `plan` on `choice` will take, about, the plan's own among them.
-///
-/// # Errors
-/// A backend that does not open or fails.
 pub fn seconds(study: &Study, plan: &Plan, choice: &Choice) -> Result<f64, Error> {
     let start = Instant::now();
     let method = choice.open(&study.setup.model)?;
@@ -42,8 +37,8 @@ pub fn seconds(study: &Study, plan: &Plan, choice: &Choice) -> Result<f64, Error
     let mut run = Run::new((study, plan), method, (&never, &mut silent));
     let more = CURVE * plan.curves as f64 + (TAPS as u64 * plan.both) as f64;
     let curves = 1.0 + more / plan.taps.max(1) as f64;
-    let work = match (&study.space, Rankers::of(plan)) {
-        (Space::Grid(factors), Some(rankers)) => ranked(&mut run, &Layout::new(factors), &rankers)?,
+    let work = match (&study.space, &plan.rankers) {
+        (Space::Grid(factors), Some(rankers)) => ranked(&mut run, &Layout::new(factors), rankers)?,
         (Space::Grid(factors), None) => grid(&mut run, &Layout::new(factors), curves)?,
         (Space::List(list), _) => listed(&mut run, list.len() as u64, &|i| list.tuple(i as usize))? * curves,
     };
@@ -68,26 +63,17 @@ fn pace(most: u64, serve: &mut dyn FnMut(u64) -> Result<(), Error>) -> Result<[f
     }
     // The first one compiles shaders and makes charts; what more cost beyond fewer does not hold the wait for a device.
     let first = timed(1)?;
-    if first > LOOK && most > 1 {
-        // Nobody waits for several things that take so long.
-        let second = timed(1)?;
-        if 4.0 * second > LOOK {
-            return Ok([first, second]);
-        }
-    }
-    let (mut spent, mut last, mut each) = (0.0, None, first);
-    let mut n = 1;
-    while n < most && spent < LOOK {
-        n = (4 * n).min(most);
+    let (mut each, mut spent, mut n, mut before) = (first, 0.0, 1, (0, 0.0));
+    while before.0 < most && most > 1 && spent < LOOK {
         let seconds = timed(n)?;
         spent += seconds;
-        let (fewer, before) = last.unwrap_or((0, 0.0));
-        let more: f64 = seconds - before;
-        each = if more > 0.0 { more / (n - fewer) as f64 } else { seconds / n as f64 };
-        if more > ENOUGH && last.is_some() {
+        let more: f64 = seconds - before.1;
+        each = if more > 0.0 { more / (n - before.0) as f64 } else { seconds / n as f64 };
+        if 4.0 * seconds > LOOK || before.0 > 0 && more > ENOUGH {
             break;
         }
-        last = Some((n, seconds));
+        before = (n, seconds);
+        n = (4 * n).min(most);
     }
     Ok([first, each])
 }
@@ -103,12 +89,11 @@ fn grid(run: &mut Run<'_>, layout: &Layout, curves: f64) -> Result<f64, Error> {
         Some(_) => Vec::new(),
         None => Table::ALL.into_iter().filter(|table| run.plan.rows[*table as usize] > 0).collect(),
     };
+    let tuple = |i: u64| layout.tuple(place(i, layout.len()));
     if layout.block() > CHUNK / 8 {
-        let tuple = |i: u64| layout.tuple(place(i, layout.len()));
         return Ok(listed(run, layout.len(), &tuple)? * curves);
     }
     // Of a design whose taps are left to the reference single ones tell enough.
-    let tuple = |i: u64| layout.tuple(place(i, layout.len()));
     let [_, each] = pace(layout.block().min(SINGLE), &mut |n| solved(run, n, &tuple))?;
     if each * layout.block() as f64 > LOOK {
         return Ok(each * layout.len() as f64 * curves);
@@ -128,14 +113,12 @@ fn listed(run: &mut Run<'_>, n: u64, tuple: &dyn Fn(u64) -> Tuple) -> Result<f64
 /// The first `n` of some taps.
 fn solved(run: &mut Run<'_>, n: u64, tuple: &dyn Fn(u64) -> Tuple) -> Result<(), Error> {
     let tuples: Vec<Tuple> = (0..n).map(tuple).collect();
-    let designs: Vec<Design> = tuples.iter().map(|t| Design::new(&run.study.setup, *t)).collect();
-    let task = |(i, t): (usize, &Tuple)| Task::of(i as u32, t);
-    let tasks: Vec<Task> = tuples.iter().enumerate().map(task).collect();
-    run.evaluate(&designs, &tasks).map(drop)
+    let taps = census::Taps::of(&run.study.setup, &tuples);
+    run.evaluate(&taps.designs, &taps.tasks).map(drop)
 }
 
 /// Designs ranked from the chart, those outside it and the rows kept solved.
-fn ranked(run: &mut Run<'_>, layout: &Layout, ranker: &Rankers<'_>) -> Result<f64, Error> {
+fn ranked(run: &mut Run<'_>, layout: &Layout, ranker: &Rankers) -> Result<f64, Error> {
     let sample: Vec<u64> = (0..layout.n_designs.min(4096)).map(|i| place(i, layout.n_designs)).collect();
     let hard = sample.iter().filter(|k| ranker.case(&layout.design(**k)) == Case::Hard).count();
     let share = hard as f64 / sample.len().max(1) as f64;

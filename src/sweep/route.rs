@@ -3,11 +3,11 @@
 use super::Run;
 use super::about::Place;
 use super::best::Kept;
-use super::charted::{self, Rankers};
+use super::charted;
 use super::group::{Group, Strokes};
 use super::taps::Taps;
 use crate::error::Error;
-use crate::scene::{Per, Tuple};
+use crate::scene::Per;
 use crate::sink::table::{AtDrive, Table};
 
 /// Evaluates the designs that are the run's own and writes their tables.
@@ -20,8 +20,8 @@ pub(super) fn run(run: &mut Run<'_>, taps: &Taps<'_>) -> Result<(), Error> {
         });
     }
     if run.reached.kept.is_none() {
-        let kept = match (Rankers::of(run.plan), taps) {
-            (Some(rankers), Taps::Grid { layout, .. }) => charted::run(run, (taps, layout), &rankers)?,
+        let kept = match (&run.plan.rankers, taps) {
+            (Some(rankers), Taps::Grid { layout, .. }) => charted::run(run, (taps, layout), rankers)?,
             _ => {
                 chunks(run, taps, own, (&[], None), offer)?;
                 let best = std::mem::take(&mut run.reached.best);
@@ -98,12 +98,11 @@ fn write_kept(run: &mut Run<'_>, taps: &Taps<'_>, kept: &[Kept]) -> Result<(), E
     let n = kept.len() as u64;
     run.reached.handed.note("kept rows", [1, n, n]);
     run.reached.counts.kept = Some(n);
-    run.kept =
-        kept.iter().map(|row| Tuple { drive: row.drive, ..row.design.towards(row.direction) }).collect();
+    run.kept = kept.iter().map(|row| row.at.design).collect();
     let setup = &run.study.setup;
     let (columns, mut rows) = (AtDrive::chosen(setup), Table::Designs.heading().frame_for(setup));
     for row in kept {
-        rows.row(columns.fields(&row.at_drive()))?;
+        rows.row(columns.fields(&row.at))?;
         run.reached.shown.offer(row);
     }
     run.write(Table::Designs, &[rows])?;

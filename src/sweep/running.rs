@@ -5,12 +5,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use super::best::Best;
-use super::keep::{self, Keeper, Reached};
+use super::keep::{Keeper, Reached};
 use super::writers::Writers;
 use crate::backend::Choice;
 use crate::census::{Taps, sample};
 use crate::curve::{
-    self, Ask, Curve, Reach,
+    self, Ask, Curve,
     both::{self, Both},
 };
 use crate::design::Design;
@@ -18,12 +18,11 @@ use crate::error::{Error, SolveError};
 use crate::evaluate::{Evaluator, Method, Outcome, Task};
 use crate::plan::Plan;
 use crate::progress::Progress;
-use crate::scene::{Direction, Study, Theory, Tuple};
+use crate::scene::{Study, Theory, Tuple};
 use crate::sink::frame::Frame;
 use crate::sink::run_json::Counts;
 use crate::sink::table::Table;
 
-/// A sweep under way.
 pub(super) struct Run<'a> {
     pub study: &'a Study,
     pub evaluator: Evaluator<'a>,
@@ -39,8 +38,6 @@ pub(super) struct Run<'a> {
     pub designs: Range<u64>,
     /// Taps of these, about.
     pub taps: u64,
-    /// Whether it is a part whose rows' places in the whole are written.
-    pub part: bool,
     /// Keeps what is complete; nothing where nothing is written.
     pub keeper: Option<Keeper>,
 }
@@ -54,7 +51,6 @@ impl<'a> Run<'a> {
     ) -> Self {
         let evaluator = Evaluator::new(&study.setup, method).stopping(stop);
         let reached = Reached { best: Best::new(study.output.top.unwrap_or(0)), ..Reached::default() };
-        let (designs, taps, part, keeper) = (0..plan.designs, plan.taps, false, None);
         Self {
             study,
             evaluator,
@@ -64,10 +60,9 @@ impl<'a> Run<'a> {
             plan,
             stop,
             progress,
-            designs,
-            taps,
-            part,
-            keeper,
+            designs: 0..plan.designs,
+            taps: plan.taps,
+            keeper: None,
         }
     }
 
@@ -78,10 +73,7 @@ impl<'a> Run<'a> {
     {
         self.check_stop()?;
         let start = Instant::now();
-        let done = f(&mut self.evaluator).map_err(|e| match e.into() {
-            Error::Solve(SolveError::Stopped) => keep::interrupted(),
-            e => e,
-        })?;
+        let done = f(&mut self.evaluator)?;
         self.reached.solve += start.elapsed().as_secs_f64();
         self.reached.counts.sweeps.merge(&self.evaluator.take_sweeps());
         Ok(done)
@@ -98,18 +90,16 @@ impl<'a> Run<'a> {
         Ok(outcomes)
     }
 
-    /// The model's own curve of each of `rows`: place of the design, drive, smallest and largest distance asked of it. None unless distances
-    /// are told by the model; `Err` when asked to stop.
+    /// The model's own curve of each of `asks`. None unless distances are told by the model; `Err` when asked to stop.
     pub fn curves(
         &mut self,
         designs: &[Design],
-        rows: impl Iterator<Item = (u32, Direction, f64, [f64; 2])>,
+        asks: impl Iterator<Item = Ask>,
     ) -> Result<Vec<Option<Curve>>, Error> {
         if self.study.setup.estimate.theory != Theory::Exact || self.study.setup.gauge.second {
             return Ok(Vec::new());
         }
-        let ask = |(design, direction, drive, ends)| Ask { design, drive, reach: Reach::of(direction, ends) };
-        let asks: Vec<Ask> = rows.map(ask).collect();
+        let asks: Vec<Ask> = asks.collect();
         let setup = &self.study.setup;
         let (curves, solved) = self.timed(|evaluator| curve::solve(setup, evaluator, designs, &asks))?;
         self.reached.counts.solved += solved;
@@ -139,7 +129,7 @@ impl<'a> Run<'a> {
 
     /// `Err` when asked to stop.
     pub fn check_stop(&self) -> Result<(), Error> {
-        if self.stop.load(Ordering::Relaxed) { Err(keep::interrupted()) } else { Ok(()) }
+        if self.stop.load(Ordering::Relaxed) { Err(SolveError::Stopped.into()) } else { Ok(()) }
     }
 
     /// Taps that the full model solved in place of one with effects left off.

@@ -3,12 +3,8 @@
 use std::borrow::Cow;
 use std::collections::HashMap;
 
-use crate::evaluate::Task;
 use crate::plan::Layout;
-use crate::scene::{Direction, Listed, Space, Tuple};
-
-/// A distance, or a drive, and the direction of the pole.
-pub(super) type AxisValue = (f64, Direction);
+use crate::scene::{Listed, Space, Tuple};
 
 /// The taps of a space. Designs are numbered in row order; of a list, in order of first appearance.
 pub(super) enum Taps<'a> {
@@ -118,11 +114,14 @@ impl<'a> Taps<'a> {
         }
     }
 
-    /// Tap `t` of the design that is number `k`, `tuple`, and at `place` in its batch.
-    pub fn task(&self, (k, tuple): (u64, &Tuple), place: u32, t: u64) -> Task {
+    /// Tap `t` of `design`, which is number `k`.
+    pub fn tap(&self, (k, design): (u64, &Tuple), t: u64) -> Tuple {
         match self {
-            Self::Grid { layout, .. } => task(layout, tuple, place, t),
-            Self::List(list) => Task::of(place, &list.listed.tuple(list.rows(k)[t as usize] as usize)),
+            Self::Grid { layout, .. } => tap(layout, design, t),
+            Self::List(list) => {
+                let row = list.listed.tuple(list.rows(k)[t as usize] as usize);
+                Tuple { a: row.a, drive: row.drive, ..design.towards(row.direction()) }
+            }
         }
     }
 
@@ -144,13 +143,14 @@ impl<'a> Taps<'a> {
 
     /// The order in which the taps of a design are reduced: of a list that of their drives and distances, so that sums do not depend on the order of
     /// its rows; of a grid that of the taps, and nothing.
-    pub fn order(&self, places: &Places, strokes: &[AxisValue], distances: &[AxisValue]) -> Vec<u32> {
+    pub fn order(&self, places: &Places, strokes: &[Tuple], distances: &[Tuple]) -> Vec<u32> {
         let Self::List(_) = self else { return Vec::new() };
-        let bits = |(x, Direction { tilt, lean }): AxisValue| [x, tilt, lean].map(|x| (x + 0.0).to_bits());
+        let bits = |x: f64, t: &Tuple| [x, t.tilt, t.lean].map(|x| (x + 0.0).to_bits());
         let mut order: Vec<u32> = (0..places.of.len() as u32).collect();
         order.sort_by_cached_key(|t| {
             let (i, j) = places.of[*t as usize];
-            (bits(strokes[j as usize]), bits(distances[i as usize]), *t)
+            let (distance, stroke) = (&distances[i as usize], &strokes[j as usize]);
+            (bits(stroke.drive, stroke), bits(distance.a, distance), *t)
         });
         order
     }
@@ -177,8 +177,8 @@ impl<'a> Taps<'a> {
     }
 }
 
-/// Tap `t` of `design` of a grid, which is at `place` in its batch.
-pub(super) fn task(layout: &Layout, design: &Tuple, place: u32, t: u64) -> Task {
+/// Tap `t` of `design` of a grid.
+pub(super) fn tap(layout: &Layout, design: &Tuple, t: u64) -> Tuple {
     let (i, j) = (t / layout.n_drives, t % layout.n_drives);
-    Task::of(place, &Tuple { a: layout.distance(i), ..layout.stroke(design, j) })
+    Tuple { a: layout.distance(i), ..layout.stroke(design, j) }
 }

@@ -7,7 +7,8 @@ use crate::scene::Study;
 use crate::sink::folder::{Folder, Listed, Output, pack};
 use crate::sink::frame::Frame;
 use crate::sink::memory;
-use crate::sink::sheet::{self, Sheet};
+use crate::sink::parquet::More;
+use crate::sink::sheet::Sheet;
 use crate::sink::table::Table;
 
 /// Where each row of a part stands in the whole, for `merge`.
@@ -15,7 +16,7 @@ pub const PLACES: &str = "places.bin";
 
 /// Where a table goes.
 enum Goal {
-    File(Box<Sheet>),
+    File(Sheet),
     Memory(Frame),
 }
 
@@ -23,11 +24,8 @@ enum Goal {
 pub(super) struct Writers {
     goals: [Option<Goal>; 3],
     /// Places of the rows of a part, where these do not follow from it.
-    places: Option<Output>,
+    pub places: Option<Output>,
 }
-
-/// The tables so far, and the places.
-pub(super) type Marks = (Vec<sheet::Mark>, Option<Listed>);
 
 /// Tuples, designs and distances in memory; `None` for a table that was not asked for.
 pub type Tables = [Option<Frame>; 3];
@@ -56,9 +54,6 @@ impl Writers {
     }
 
     /// Gathers tables in memory, with room for all rows of `plan`.
-    ///
-    /// # Errors
-    /// More rows than there is memory for.
     pub fn in_memory(study: &Study, plan: &Plan) -> Result<Self, Error> {
         let mut goals = [const { None }; 3];
         let bytes = wanted(study, plan).map(|table| {
@@ -80,50 +75,34 @@ impl Writers {
         Ok(Self { goals, places: None })
     }
 
-    /// New tables in `folder`.
-    pub fn new((study, plan): (&Study, &Plan), about: &About, folder: &mut Folder) -> Result<Self, Error> {
-        let mut goals = [const { None }; 3];
+    /// The tables in `folder`, new, or as far as a stopped run came, with `more` of each.
+    pub fn new(
+        (study, plan): (&Study, &Plan),
+        about: &About,
+        folder: &mut Folder,
+        more: Vec<Option<More>>,
+    ) -> Result<Self, Error> {
+        let (mut goals, mut more) = ([const { None }; 3], more.into_iter());
         for table in wanted(study, plan) {
+            let output = folder.file(&table.file(about.format))?;
             let empty = table.heading().frame_for(&study.setup);
-            let sheet = Sheet::new(folder, &about.sheet(table, &empty))?;
-            goals[table as usize] = Some(Goal::File(Box::new(sheet)));
+            let what = (&empty, about.provenance.as_str());
+            let sheet = Sheet::new(about.format, output, what, more.next().flatten())?;
+            goals[table as usize] = Some(Goal::File(sheet));
         }
         let places = about.places.then(|| folder.file(PLACES)).transpose()?;
         Ok(Self { goals, places })
     }
 
-    /// Those that were `marks`; the name of a file that is not what it was.
-    pub fn resume(
-        (study, plan): (&Study, &Plan),
-        about: &About,
-        folder: &mut Folder,
-        (marks, places): Marks,
-    ) -> Result<Result<Self, String>, Error> {
-        let (mut goals, mut marks) = ([const { None }; 3], marks.into_iter());
-        for table in wanted(study, plan) {
-            let empty = table.heading().frame_for(&study.setup);
-            let sheet = marks.next().map(|mark| Sheet::resume(folder, &about.sheet(table, &empty), mark));
-            let Some(sheet) = sheet.transpose()?.flatten() else { return Ok(Err(table.file(about.format))) };
-            goals[table as usize] = Some(Goal::File(Box::new(sheet)));
-        }
-        let again = places.map(|mark| folder.file_again(PLACES, &mark)).transpose()?.flatten();
-        match again.is_some() == about.places {
-            true => Ok(Ok(Self { goals, places: again })),
-            false => Ok(Err(PLACES.to_owned())),
-        }
-    }
-
-    /// What [`Self::resume`] needs.
-    pub fn marks(&mut self) -> Result<Marks, Error> {
-        let sheets = self.files().map(Sheet::mark).collect::<Result<_, _>>()?;
-        Ok((sheets, self.places.as_mut().map(Output::mark).transpose()?))
-    }
-
-    fn files(&mut self) -> impl Iterator<Item = &mut Sheet> {
-        self.goals.iter_mut().flatten().filter_map(|goal| match goal {
-            Goal::File(sheet) => Some(&mut **sheet),
+    /// The files so far, and what [`Self::new`] needs beside them to go on.
+    pub fn marks(&mut self) -> Result<(Vec<Listed>, Vec<Option<More>>), Error> {
+        let sheets = self.goals.iter_mut().flatten().filter_map(|goal| match goal {
+            Goal::File(sheet) => Some(sheet.mark()),
             Goal::Memory(_) => None,
-        })
+        });
+        let (mut files, more): (Vec<_>, _) = sheets.collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
+        files.extend(self.places.as_mut().map(Output::mark).transpose()?);
+        Ok((files, more))
     }
 
     pub fn wants(&self, table: Table) -> bool {
@@ -157,11 +136,5 @@ impl Writers {
         }
         self.places.into_iter().try_for_each(Output::close)?;
         Ok(tables)
-    }
-}
-
-impl About {
-    fn sheet<'a>(&'a self, table: Table, empty: &'a Frame) -> sheet::About<'a> {
-        sheet::About { table, empty, format: self.format, provenance: &self.provenance }
     }
 }

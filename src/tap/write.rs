@@ -6,17 +6,12 @@ use super::{LimitedBy, Report, Sample};
 use crate::error::Error;
 use crate::optimise::report;
 use crate::scene::search::Objective;
-use crate::scene::{Convention, Drive, Foil, RankBy, Setup, Spec, Study, Theory};
+use crate::scene::{Convention, Drive, Foil, Setup, Spec, Study, Theory};
 use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
 use crate::sink::run_json;
 use crate::sink::table::drive_unit;
-
-/// The bias, as in all tables.
-const ERROR: &str = RankBy::ErrorRms.word();
-
-/// Its older name in this table.
-const BIAS: &str = RankBy::BIAS;
+use crate::sink::values::{Field, named};
 
 /// Name of the drive and its unit.
 pub fn unit(setup: &Setup) -> (&'static str, &'static str) {
@@ -37,19 +32,20 @@ pub fn k_names(setup: &Setup) -> [&'static str; 2] {
     }
 }
 
-fn k_values(s: &Sample, unit: f64) -> [Option<f64>; 2] {
-    [s.row.deviation.mean().map(|m| (1.0 + m) * unit), s.row.deviation.sd().map(|sd| sd * unit)]
+/// A row of tap.csv: one point of the curve.
+fn fields(s: &Sample, unit: f64) -> impl Iterator<Item = Field> {
+    let (row, error) = (&s.row, s.row.error_rms());
+    let mean = row.deviation.mean().map(|m| (1.0 + m) * unit);
+    let sd = row.deviation.sd().map(|sd| sd * unit);
+    let numbers = [Some(s.drive), mean, sd, error, row.noise_rms(), row.total_rms(), row.strain_max(), error];
+    numbers.map(Field::from).into_iter().chain([row.status.into()])
 }
 
 /// One point of the curve as JSON.
 fn point(setup: &Setup, s: &Sample, unit: f64) -> Value {
-    let ([mean, sd], [k_mean, k_sd]) = (k_names(setup), k_values(s, unit));
-    let row = &s.row;
-    json!({
-        setup.drive.column(): s.drive, "total_rms_mm": row.total_rms(), mean: k_mean, sd: k_sd,
-        ERROR: row.error_rms(), BIAS: row.error_rms(), "noise_rms_mm": row.noise_rms(), "strain_max": row.strain_max(),
-        "force_max_N": row.force_max(), "status": row.status.to_string(),
-    })
+    let mut point = named(heading("tap").names(setup), fields(s, unit));
+    point["force_max_N"] = s.row.force_max().into();
+    point
 }
 
 /// The result.
@@ -79,13 +75,7 @@ pub fn result(study: &Study, report: &Report) -> Value {
 pub fn table(study: &Study, report: &Report) -> Result<Frame, Error> {
     let unit = k_unit(study);
     let mut table = heading("tap").frame_for(&study.setup);
-    for s in &report.curve {
-        let (row, [mean, sd]) = (&s.row, k_values(s, unit));
-        let error = row.error_rms();
-        let numbers = [mean, sd, error, row.noise_rms(), row.total_rms(), row.strain_max(), error];
-        let drive = std::iter::once(s.drive.into());
-        table.row(drive.chain(numbers.map(Into::into)).chain([row.status.into()]))?;
-    }
+    report.curve.iter().try_for_each(|s| table.row(fields(s, unit)))?;
     Ok(table)
 }
 

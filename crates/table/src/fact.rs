@@ -41,30 +41,20 @@ pub struct Fact {
     pub meaning: String,
 }
 
-/// When a table has a column.
+/// When a table has a column: its `WORDS` say what each means.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[expect(missing_docs)]
 pub enum Only {
-    /// Always.
     Always,
-    /// Where the spec, or its tuple file, says `tilt`.
     Tilt,
-    /// Where it says `lean`.
     Lean,
-    /// Where it says either.
     Direction,
-    /// With a second gauge.
     Second,
-    /// Where the spec asks for the wrench.
     Wrench,
-    /// With several channels.
     Several,
-    /// Of each of several channels.
     Channel,
-    /// Of whiskers that are more than a cone clamped at its base.
     Built,
-    /// Of whiskers that are curved at rest.
     Curved,
-    /// Where this property differs from design to design.
     Varies,
 }
 

@@ -27,10 +27,14 @@ impl TableFormat {
         }
     }
 
+    /// The one of this word; CSV where there is none.
+    pub fn named(word: &str) -> Self {
+        Self::WORDS.iter().find(|(name, _)| *name == word).map_or(Self::Csv, |(_, format)| *format)
+    }
+
     /// The one that is in force in a spec; CSV where a study has none.
     pub fn of(spec: &crate::scene::Spec) -> Self {
         let value = spec.in_force.iter().find(|(key, ..)| key == "output.format");
-        let word = value.map_or("csv", |(_, value, _)| value.trim_matches('"'));
-        Self::WORDS.iter().find(|(name, _)| *name == word).map_or(Self::Csv, |(_, format)| *format)
+        Self::named(value.map_or("csv", |(_, value, _)| value.trim_matches('"')))
     }
 }

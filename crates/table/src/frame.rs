@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use super::fact::{Kind, kind};
+use super::fact::kind;
 use super::values::{Field, Values};
 use crate::error::{Error, InputError};
 
@@ -24,18 +24,14 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// No rows yet.
-    pub fn new(file: impl Into<String>, names: &[&'static str], kinds: &[Kind]) -> Self {
-        let names = names.iter().map(|name| Cow::Borrowed(*name)).collect();
-        let columns = kinds.iter().map(|kind| Values::new(*kind)).collect();
-        Self { file: file.into(), names, columns, bad: Vec::new() }
-    }
-
     /// No rows yet, of columns that are of the types which these names have in most tables.
     pub fn of(file: &str, names: impl IntoIterator<Item = impl Into<Cow<'static, str>>>) -> Self {
-        let names: Vec<Cow<'static, str>> = names.into_iter().map(Into::into).collect();
-        let columns = names.iter().map(|name| Values::new(kind(name))).collect();
-        Self { file: file.to_owned(), names, columns, bad: Vec::new() }
+        let mut frame = Self { file: file.to_owned(), ..Self::default() };
+        for name in names.into_iter().map(Into::into) {
+            let values = Values::new(kind(&name));
+            frame.add(name, values);
+        }
+        frame
     }
 
     /// Takes one more column.

@@ -2,8 +2,9 @@
 
 use std::sync::LazyLock;
 
-use super::fact::{FACTS, Fact, Kind, Only, fact, fact_in, kind};
+use super::fact::{FACTS, Fact, Only, fact, fact_in, kind};
 use super::frame::Frame;
+use super::values::Values;
 use crate::scene::{Convention, Drive, Setup, Signal};
 
 /// A table that a command writes.
@@ -77,9 +78,12 @@ impl Heading {
 
     /// An empty table with columns of these `names`.
     pub fn of(&self, names: &[&'static str]) -> Frame {
-        let kind = |name: &&str| fact_in(&self.table, name).map_or_else(|| kind(name), |fact| fact.kind);
-        let kinds: Vec<Kind> = names.iter().map(kind).collect();
-        Frame::new(&*self.file, names, &kinds)
+        let mut frame = Frame { file: self.file.clone(), ..Frame::default() };
+        for name in names {
+            let kind = fact_in(&self.table, name).map_or_else(|| kind(name), |fact| fact.kind);
+            frame.add(*name, Values::new(kind));
+        }
+        frame
     }
 
     /// An empty table with all columns, called as `said`.

@@ -7,7 +7,7 @@ use std::io::Read;
 
 use super::fact::Kind;
 use super::fields::{fields, number, plain, separator};
-use super::folder::hash_all;
+use super::folder::hash;
 use super::frame::Frame;
 use super::values::{Field, Values};
 use crate::error::Error;
@@ -43,11 +43,10 @@ impl<'a> From<LabTable<'a>> for LabStream<'a> {
 impl LabTable<'_> {
     /// Hash of the file; of a table in memory, of the same as CSV.
     pub fn hash(self) -> Result<String, Error> {
-        let hash = |mut bytes: &[u8]| hash_all(&mut bytes).map_err(|e| Error::Run(e.to_string()));
-        match self {
+        Ok(match self {
             Self::Text(bytes) => hash(bytes),
             Self::Frame(frame) => hash(&frame.csv()?),
-        }
+        })
     }
 }
 

@@ -15,45 +15,6 @@ use crate::error::{Error, InputError};
 /// Rows that are held in memory at most.
 pub const MOST_ROWS: usize = 5_000_000;
 
-/// Takes the fields of one column of CSV. What a column that is not known holds shows at its end.
-struct Column {
-    values: Values,
-    bad: Option<(usize, String)>,
-}
-
-impl Column {
-    fn new(name: &str) -> Self {
-        // Counts are read as numbers, which all of them are.
-        let kind = match fact(name).map(|fact| fact.kind) {
-            None | Some(Kind::Word) => Kind::Word,
-            Some(Kind::Number | Kind::Count) => Kind::Number,
-        };
-        Self { values: Values::new(kind), bad: None }
-    }
-
-    fn push(&mut self, field: &str, line: usize) {
-        match (&mut self.values, field.parse::<f64>()) {
-            (Values::Words(words), _) => words.push(field),
-            (Values::Numbers(numbers), Ok(x)) if x.is_finite() => numbers.push(x),
-            (Values::Numbers(numbers), parsed) => {
-                numbers.push(f64::NAN);
-                if parsed.is_err() && !field.is_empty() {
-                    self.bad.get_or_insert_with(|| (line, field.to_owned()));
-                }
-            }
-            (Values::Counts(_), _) => {}
-        }
-    }
-
-    /// Its values in the column `name`.
-    fn end(self, name: &str) -> Values {
-        match self.values {
-            Values::Words(words) if fact(name).is_none() => words.typed(),
-            values => values,
-        }
-    }
-}
-
 /// The table `file` does not fit.
 fn too_long(file: &str) -> InputError {
     InputError::new(format!("the table has more than {MOST_ROWS} rows"))
@@ -71,24 +32,43 @@ pub fn csv(file: &str, text: impl Read) -> Result<Frame, InputError> {
     if header.is_empty() || header.iter().all(str::is_empty) {
         return Err(InputError::new("the table is empty: it has no header").at(file, None));
     }
-    let mut columns: Vec<Column> = header.iter().map(Column::new).collect();
+    // Counts are read as numbers, which all of them are. What a column that is not known holds shows at its end.
+    let kind = |name| match fact(name).map(|fact| fact.kind) {
+        None | Some(Kind::Word) => Kind::Word,
+        Some(Kind::Number | Kind::Count) => Kind::Number,
+    };
+    let mut columns: Vec<Values> = header.iter().map(|name| Values::new(kind(name))).collect();
+    let mut bad: Vec<(usize, usize, String)> = Vec::new();
     let (mut record, mut rows) = (csv::StringRecord::new(), 0);
     while reader.read_record(&mut record).map_err(|e| damaged(file, e))? {
         if rows == MOST_ROWS {
             return Err(too_long(file));
         }
-        let line = record.position().map_or(0, |p| p.line() as usize);
-        columns.iter_mut().zip(&record).for_each(|(column, field)| column.push(field, line));
         rows += 1;
+        for (at, (column, field)) in columns.iter_mut().zip(&record).enumerate() {
+            match column {
+                Values::Words(words) => words.push(field),
+                Values::Numbers(numbers) => {
+                    let parsed = field.parse::<f64>();
+                    if parsed.is_err() && !field.is_empty() && bad.iter().all(|(column, ..)| *column != at) {
+                        let line = record.position().map_or(0, |p| p.line() as usize);
+                        bad.push((at, line, field.to_owned()));
+                    }
+                    numbers.push(parsed.ok().filter(|x| x.is_finite()).unwrap_or(f64::NAN));
+                }
+                Values::Counts(_) => {}
+            }
+        }
     }
-    let bad = |(i, column): (usize, &Column)| column.bad.clone().map(|(line, text)| (i, line, text));
-    let bad = columns.iter().enumerate().filter_map(bad).collect();
-    let columns = columns.into_iter().zip(&header).map(|(column, name)| column.end(name)).collect();
+    for (column, name) in columns.iter_mut().zip(&header) {
+        if let (Values::Words(words), None) = (&mut *column, fact(name)) {
+            *column = std::mem::take(words).typed();
+        }
+    }
     let names = header.iter().map(|name| Cow::Owned(name.to_owned())).collect();
     Ok(Frame { file: file.to_owned(), names, columns, bad })
 }
 
-/// The error `e` of reading a row of `file`.
 fn damaged(file: &str, e: csv::Error) -> InputError {
     let why = match e.kind() {
         csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
@@ -102,7 +82,6 @@ fn damaged(file: &str, e: csv::Error) -> InputError {
     InputError::new(why).at(file, e.position().map(|p| p.line() as usize))
 }
 
-/// The error `e` of reading `file`.
 fn unread(file: &str, e: csv::Error, why: &str) -> InputError {
     let line = e.position().map(|p| p.line() as usize);
     let (why, io) = (format!("{why}: {e}"), e.is_io_error());

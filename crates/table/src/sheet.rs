@@ -1,15 +1,14 @@
 //! A table that is being written, in its format: from its first row to its last, also by a run that goes on where another stopped.
-//! Each step fails where the file cannot be read or written.
+//! Each step fails where the file cannot be written.
 
 use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::folder::{Folder, Listed, Output};
+use super::folder::{Listed, Output};
 use super::format::TableFormat;
 use super::frame::Frame;
-use super::parquet;
-use super::table::Table;
+use super::parquet::{self, More};
 use crate::error::Error;
 
 /// Pieces of a table whose text is in memory together.
@@ -23,70 +22,36 @@ pub enum Sheet {
     Parquet(Box<parquet::Writer>),
 }
 
-/// What a table is: which one, in which format, and where it comes from.
-#[derive(Debug, Clone, Copy)]
-pub struct About<'a> {
-    /// Which.
-    pub table: Table,
-    /// It without rows.
-    pub empty: &'a Frame,
-    /// Format.
-    pub format: TableFormat,
-    /// What its metadata say, where the format has any.
-    pub provenance: &'a str,
-}
-
-impl About<'_> {
-    /// Name of its file.
-    pub fn name(&self) -> String {
-        self.table.file(self.format)
-    }
-}
-
-/// A table so far.
-#[derive(Debug, serde::Serialize, serde::Deserialize)]
-pub struct Mark {
-    file: Listed,
-    /// What a Parquet file needs beside its bytes.
-    more: Option<parquet::More>,
-}
-
 impl Sheet {
-    /// A new table in `folder`.
-    pub fn new(folder: &mut Folder, about: &About<'_>) -> Result<Self, Error> {
-        let mut output = folder.file(&about.name())?;
-        Ok(match about.format {
+    /// The table `empty` in the file `output`, which is new, or has what a stopped run wrote, with `more` beside it. Its metadata say its `provenance`,
+    /// where the format has any.
+    pub fn new(
+        format: TableFormat,
+        mut output: Output,
+        (empty, provenance): (&Frame, &str),
+        more: Option<More>,
+    ) -> Result<Self, Error> {
+        Ok(match format {
             TableFormat::Csv => {
-                output.write(&about.empty.header()?)?;
+                if output.bytes() == 0 {
+                    output.write(&empty.header()?)?;
+                }
                 Self::Csv(Box::new(output))
             }
             TableFormat::Parquet => {
-                Self::Parquet(Box::new(parquet::Writer::new(output, about.empty, about.provenance)?))
+                Self::Parquet(Box::new(parquet::Writer::new(output, empty, provenance, more)?))
             }
         })
     }
 
-    /// Continues the table that was `mark`; `None` where it, or the file, is not what it was.
-    pub fn resume(folder: &mut Folder, about: &About<'_>, mark: Mark) -> Result<Option<Self>, Error> {
-        let Some(output) = folder.file_again(&about.name(), &mark.file)? else { return Ok(None) };
-        Ok(match (about.format, mark.more) {
-            (TableFormat::Csv, _) => Some(Self::Csv(Box::new(output))),
-            (TableFormat::Parquet, None) => None,
-            (TableFormat::Parquet, Some(more)) => {
-                let writer = parquet::Writer::resume(output, about.empty, about.provenance, more)?;
-                writer.map(|writer| Self::Parquet(Box::new(writer)))
-            }
-        })
-    }
-
-    /// What [`Self::resume`] needs.
-    pub fn mark(&mut self) -> Result<Mark, Error> {
+    /// The file so far, and what a Parquet file needs beside its bytes to go on.
+    pub fn mark(&mut self) -> Result<(Listed, Option<More>), Error> {
         let file = self.output().mark()?;
         let more = match self {
             Self::Csv(_) => None,
             Self::Parquet(writer) => Some(writer.more()?),
         };
-        Ok(Mark { file, more })
+        Ok((file, more))
     }
 
     /// Appends the rows of `pieces`, whose text is made in parallel.

@@ -1,7 +1,7 @@
 //! Values of a column, and one value.
 
 use std::borrow::Cow;
-use std::collections::{HashMap, TryReserveError};
+use std::collections::TryReserveError;
 use std::ops::Range;
 
 use serde_json::Value;
@@ -81,12 +81,9 @@ pub struct Words {
     /// The last status that was looked up, and its place.
     #[serde(skip)]
     last: Option<(Status, u32)>,
-    /// Places of `known`, once there are many.
-    #[serde(skip)]
-    places: HashMap<String, u32>,
 }
 
-/// Words up to which the place of one is found by looking at all.
+/// So many words are looked through for one that is known: where most rows have a word of their own, as numbers have, another copy costs less.
 const FEW: usize = 32;
 
 impl Words {
@@ -107,26 +104,11 @@ impl Words {
     }
 
     fn code(&mut self, word: &str) -> u32 {
-        if self.known.len() > FEW && self.places.is_empty() {
-            // Where most rows have a word of their own, as numbers have, looking for it costs more than another copy.
-            if self.known.len() > self.codes.len() / 2 {
-                self.known.push(word.to_owned());
-                return self.known.len() as u32 - 1;
-            }
-            self.places = (0..).zip(&self.known).map(|(place, word)| (word.clone(), place)).collect();
-        }
-        let place = match self.places.is_empty() {
-            true => self.known.iter().position(|known| known == word).map(|place| place as u32),
-            false => self.places.get(word).copied(),
-        };
+        let place = self.known.iter().take(FEW).position(|known| known == word);
         place.unwrap_or_else(|| {
-            let place = self.known.len() as u32;
             self.known.push(word.to_owned());
-            if !self.places.is_empty() {
-                self.places.insert(word.to_owned(), place);
-            }
-            place
-        })
+            self.known.len() - 1
+        }) as u32
     }
 
     /// Numbers or counts where every word is one or empty and none would be another when it is written again, as 007 would; else the words.
@@ -232,8 +214,11 @@ impl Values {
             (Self::Numbers(all), Self::Numbers(more)) => all.extend_from_slice(&more[range]),
             (Self::Counts(all), Self::Counts(more)) => all.extend_from_slice(&more[range]),
             (Self::Words(all), Self::Words(more)) => {
-                let codes: Vec<u32> = more.known.iter().map(|word| all.code(word)).collect();
-                all.codes.extend(more.codes[range].iter().map(|code| codes[*code as usize]));
+                let mut places = vec![None; more.known.len()];
+                for code in more.codes[range].iter().map(|code| *code as usize) {
+                    let place = *places[code].get_or_insert_with(|| all.code(&more.known[code]));
+                    all.codes.push(place);
+                }
             }
             _ => return Err(mixed()),
         }

@@ -281,7 +281,7 @@ impl FileGiven<'_> {
 
 /// A table of numbers and words for the library, which calls it `file`.
 pub fn frame(py: Python<'_>, file: &str, (names, columns): TableGiven<'_>) -> PyResult<Frame> {
-    let mut frame = Frame::new(file, &[], &[]);
+    let mut frame = Frame::of(file, [""; 0]);
     for (name, column) in names.into_iter().zip(columns) {
         let values = match column {
             Given::Numbers(x) => Values::Numbers(x.as_array().to_vec()),

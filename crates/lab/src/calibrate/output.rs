@@ -6,7 +6,7 @@ use crate::error::Error;
 use crate::estimator::Estimator;
 use crate::locate::Locator;
 use crate::measure::Data;
-use crate::scene::{Direction, Setup, Side};
+use crate::scene::{Direction, Setup, Side, Tuple};
 use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
 use crate::sink::table::{AtDistance, AtDrive};
@@ -80,9 +80,8 @@ fn designs(found: &Calibrated, locator: &Locator) -> Result<Frame, Error> {
         let drives = &side.table.drives.centres;
         let held = side.rms_by_drive(Estimator::Paper).unwrap_or(vec![None; drives.len()]);
         for (j, drive) in drives.iter().enumerate() {
-            let (design, unit) = (&rig.design.tuple, rig.k_unit());
-            let row = side.table.by_drive[j].figures();
-            let row = AtDrive { design, direction: Direction::UPRIGHT, drive: *drive, row, unit };
+            let design = Tuple { drive: *drive, ..rig.design.tuple.towards(Direction::UPRIGHT) };
+            let row = AtDrive { design, row: side.table.by_drive[j].figures(), unit: rig.k_unit() };
             table.row(beside(columns.fields(&row), [held[j].into(), side_name(side.gauge).into()]))?;
         }
     }
@@ -96,8 +95,8 @@ fn distances(found: &Calibrated, locator: &Locator) -> Result<Frame, Error> {
     for side in found.sides.iter().filter(|_| rig.known) {
         let KTable { distances, by_distance, .. } = &side.table;
         for (i, a) in distances.centres.iter().enumerate() {
-            let (design, unit) = (&rig.design.tuple, rig.k_unit());
-            let at = AtDistance { design, a: *a, direction: Direction::UPRIGHT, row: &by_distance[i], unit };
+            let design = Tuple { a: *a, ..rig.design.tuple.towards(Direction::UPRIGHT) };
+            let at = AtDistance { design, row: &by_distance[i], unit: rig.k_unit() };
             table.row(beside(columns.fields(&at), [side_name(side.gauge).into()]))?;
         }
     }

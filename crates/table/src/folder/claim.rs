@@ -1,15 +1,92 @@
-//! Who may write into a folder, and what gives way to a new result.
+//! Which question a result answers, who may write into a folder, and what gives way to a new result.
 
 use std::path::{Path, PathBuf};
 
-use serde_json::Value;
+use serde_json::{Map, Value, json};
 
-use super::files::{Listed, PREFIX, RUN, is_result_name, look, names_in, read_run};
-use super::question::Question;
-use super::work::WORK;
+use super::files::{Listed, PREFIX, RUN, hash_numbers, listed, look, names_in, read_run};
+use super::hidden::WORK;
 use crate::error::{Error, InputError};
-use crate::run_json::FORMAT;
+use crate::run_json::{self, FORMAT};
+use crate::scene::{Space, Spec, Study, Tuple};
 use crate::shard::Shard;
+
+/// Options that change nothing in a result.
+const FREE: [&str; 6] = ["run.out", "run.force", "run.plan", "run.quiet", "run.json", "run.threads"];
+
+/// What a result answers. Command and name are its identity; the values in force may change.
+#[derive(Debug, Clone)]
+pub struct Question {
+    /// The command.
+    pub command: &'static str,
+    /// Name of the spec or data file, without folder and ending.
+    pub name: String,
+    /// Values in force, as in `run.json`; null where there is no spec.
+    pub in_force: Value,
+    /// What else the result depends on: options of the command, data by their hash; null is never the same.
+    pub asked: Value,
+    /// Files that are read.
+    pub inputs: Vec<PathBuf>,
+    /// Everything of which the bytes are a function, hashed; a stopped run of the same is gone on with. None of commands that begin anew.
+    pub identity: Option<String>,
+}
+
+impl Question {
+    /// A command without a spec.
+    pub fn new(command: &'static str, name: impl Into<String>, asked: Value) -> Self {
+        let (name, in_force) = (name.into(), Value::Null);
+        Self { command, name, in_force, asked, inputs: Vec::new(), identity: None }
+    }
+
+    /// A command on a spec.
+    pub fn of_scene(command: &'static str, spec: &Spec, asked: Value) -> Self {
+        let mut asked = if asked.is_object() { asked } else { json!({}) };
+        if let Some(digest) = digest(&spec.study) {
+            asked["tuples"] = digest.into();
+        }
+        if let Some(fit) = &spec.material_fit {
+            asked["curve"] = format!("{:?}", fit.coefficients).into();
+        }
+        let (in_force, inputs) = (run_json::in_force(spec), spec.inputs.clone());
+        Self { in_force, inputs, ..Self::new(command, &spec.name, asked) }
+    }
+
+    /// The values in force on which a result depends, with their keys.
+    pub fn lasting(&self) -> Value {
+        lasting(&self.in_force).map(|(key, value)| json!({ "key": key, "value": value })).collect()
+    }
+
+    /// Keys whose values differ from those of an older `run.json`.
+    fn changed(&self, older: &Value) -> Vec<String> {
+        // As it reads from a file.
+        let now = json!({ "in_force": self.in_force, "asked": self.asked }).to_string();
+        let (now, then) = (values(&now.parse().expect("what was written can be read")), values(older));
+        let differ = |key: &&String| now.get(*key) != then.get(*key) || now[*key].is_null();
+        let gone = then.keys().filter(|key| !now.contains_key(*key));
+        now.keys().filter(differ).chain(gone).cloned().collect()
+    }
+}
+
+/// The hash of listed tuples, and of their rigs where these differ.
+fn digest(study: &Study) -> Option<String> {
+    let Space::List(listed) = &study.space else { return None };
+    let rigs = study.setup.rigs.as_deref();
+    let of_rows = listed.iter().filter(|_| rigs.is_some()).map(|t| t.rig as f64);
+    let values = rigs.into_iter().flat_map(|rigs| (0..rigs.len()).flat_map(|rig| rigs.values(rig)));
+    Some(hash_numbers(listed.iter().flat_map(Tuple::to_array).chain(of_rows).chain(values)))
+}
+
+/// Key and value of each of `in_force` on which a result depends.
+fn lasting(in_force: &Value) -> impl Iterator<Item = (&str, &Value)> {
+    let entries = in_force.as_array().into_iter().flatten();
+    entries.filter_map(|e| Some((e["key"].as_str()?, &e["value"]))).filter(|(key, _)| !FREE.contains(key))
+}
+
+/// The values of a `run.json` by their key.
+fn values(run: &Value) -> Map<String, Value> {
+    let written = lasting(&run["in_force"]).map(|(key, value)| (key.to_owned(), value.clone()));
+    written.chain(run["asked"].as_object().cloned().unwrap_or_default()).collect()
+}
 
 /// A result that took longer is not replaced by another question without `--force`, seconds.
 pub(super) const LONG: f64 = 60.0;
@@ -43,15 +120,31 @@ pub(super) fn judge(
     names: &[&str],
     (begun, force): (bool, bool),
 ) -> Result<Old, Error> {
-    let its_run = folder.join(RUN).canonicalize().ok();
-    let (run, listed) = match record(folder) {
-        // It is read, which is told below.
-        Err(_) if question.inputs.iter().any(|input| input.canonicalize().ok() == its_run) => {
-            Default::default()
-        }
-        record => record?,
+    let in_the_way = |path: &Path, what: &str| {
+        refuse(folder, format!("{} {what}", path.display()), "another folder; or move this file away")
     };
-    in_the_way(folder, question, names, &listed)?;
+    let read: Vec<PathBuf> = question.inputs.iter().filter_map(|input| input.canonicalize().ok()).collect();
+    let is_free = |name: &str, listed: bool| {
+        let path = folder.join(name);
+        let what = match path.symlink_metadata() {
+            Ok(_) if path.canonicalize().is_ok_and(|path| read.contains(&path)) => {
+                "is read by this command and would be replaced"
+            }
+            Ok(there) if !there.is_file() => "is in the way and no regular file",
+            Ok(_) if !listed => "is in the way: no result in this folder says that it wrote it",
+            _ => return Ok(()),
+        };
+        Err(in_the_way(&path, what))
+    };
+    is_free(RUN, true)?;
+    let (run, listed) = record(folder)?;
+    names.iter().try_for_each(|name| is_free(name, listed.iter().any(|file| file.name == *name)))?;
+    listed.iter().try_for_each(|file| is_free(&file.name, true))?;
+    let hidden = folder.join(WORK).canonicalize();
+    if let Some(path) = read.iter().find(|path| hidden.as_ref().is_ok_and(|hidden| path.starts_with(hidden)))
+    {
+        return Err(in_the_way(path, "is read, and lies in the hidden folder of the result"));
+    }
     let mut objection = objection(folder, &run, (question, begun))?;
     let mut files = Vec::new();
     for file in &listed {
@@ -63,55 +156,26 @@ pub(super) fn judge(
         files.push(found);
     }
     let forced = objection.is_some();
-    match objection.filter(|_| !force) {
-        Some(why) => {
-            Err(refuse(folder, why, "the same command on the same file, an empty or new folder, or --force"))
-        }
-        None => {
-            files.extend(look(folder, RUN)?);
-            Ok(Old { files, forced, run })
-        }
+    if let Some(why) = objection.filter(|_| !force) {
+        let allowed = "the same command on the same file, an empty or new folder, or --force";
+        return Err(refuse(folder, why, allowed));
     }
+    files.extend(look(folder, RUN)?);
+    Ok(Old { files, forced, run })
 }
 
 /// The `run.json` in `folder`, and the files that it lists; null and none where there is none.
 fn record(folder: &Path) -> Result<(Value, Vec<Listed>), Error> {
     let Some(text) = read_run(folder)? else { return Ok((Value::Null, Vec::new())) };
-    let run: Value = serde_json::from_str(&text).unwrap_or_default();
+    let run: Value = text.parse().unwrap_or_default();
     let whole = run["format"] == FORMAT
         && [&run["command"], &run["name"]].iter().all(|word| word.is_string())
         && run["seconds"]["total"].is_number();
-    let listed = serde_json::from_value(run["files"].clone()).ok().filter(|_| whole);
-    match listed.filter(|files: &Vec<Listed>| files.iter().all(|file| is_result_name(&file.name))) {
-        Some(files) => Ok((run, files)),
-        None => {
-            let why = "the run.json in this folder lists no files of a result";
-            Err(refuse(folder, why, "another folder; or move this file away"))
-        }
-    }
-}
-
-/// Refuses to write over a file that is read, and over what the old result does not list.
-fn in_the_way(folder: &Path, question: &Question, names: &[&str], listed: &[Listed]) -> Result<(), Error> {
-    let read: Vec<PathBuf> = question.inputs.iter().filter_map(|input| input.canonicalize().ok()).collect();
-    let is_read = |path: &Path| path.canonicalize().is_ok_and(|path| read.contains(&path));
-    let is_listed = |name: &str| name == RUN || listed.iter().any(|file| file.name == name);
-    let all = names.iter().copied().chain(listed.iter().map(|file| &*file.name)).chain([RUN]);
-    let why = all.map(|name| (name, folder.join(name))).find_map(|(name, path)| {
-        let what = match path.symlink_metadata().ok()? {
-            _ if is_read(&path) => "is read by this command and would be replaced",
-            there if !there.is_file() => "is in the way and no regular file",
-            _ if !is_listed(name) => "is in the way: no result in this folder says that it wrote it",
-            _ => return None,
-        };
-        Some(format!("{} {what}", path.display()))
-    });
-    let hidden = folder.join(WORK).canonicalize();
-    let inside = read.iter().find(|path| hidden.as_ref().is_ok_and(|hidden| path.starts_with(hidden)));
-    let inside =
-        inside.map(|path| format!("{} is read, and lies in the hidden folder of the result", path.display()));
-    let refused = |why| Err(refuse(folder, why, "another folder; or move this file away"));
-    why.or(inside).map_or(Ok(()), refused)
+    let Some(files) = listed(&run).filter(|_| whole) else {
+        let why = "the run.json in this folder lists no files of a result";
+        return Err(refuse(folder, why, "another folder; or move this file away"));
+    };
+    Ok((run, files))
 }
 
 /// Why the result in `folder`, of which `run` is the `run.json`, is not simply replaced.
@@ -121,22 +185,19 @@ fn objection(
     (question, begun): (&Question, bool),
 ) -> Result<Option<String>, Error> {
     if run.is_null() {
-        let part =
-            |name: &str| matches!(question.command, "sweep" | "optimise") && Shard::of_folder(name).is_some();
-        let strange = |name: &str| !name.starts_with(PREFIX) && !part(name);
+        let shards = matches!(question.command, "sweep" | "optimise");
+        let is_own = |name: &str| name.starts_with(PREFIX) || shards && Shard::of_folder(name).is_some();
         let mut names = names_in(folder).map_err(|e| Error::io(folder, e))?.into_iter();
-        let foreign = !begun && names.any(|name| strange(&name.to_string_lossy()));
+        let foreign = !begun && names.any(|name| !is_own(&name.to_string_lossy()));
         return Ok(foreign.then(|| "this folder is not empty and holds no result of this program".to_owned()));
     }
     let [command, name] = ["command", "name"].map(|key| run[key].as_str().unwrap_or_default());
     if (command, name) != (question.command, &*question.name) {
         return Ok(Some(format!("this folder holds another result, {command} of {name}")));
     }
-    let seconds = run["seconds"]["total"].as_f64().filter(|seconds| *seconds > LONG);
-    Ok(seconds.map(|seconds| (seconds, question.changed(run))).filter(|(_, keys)| !keys.is_empty()).map(
-        |(seconds, keys)| {
-            let keys = keys[..keys.len().min(3)].join(", ");
-            format!("the result in this folder took {seconds:.0} s, with other values of {keys}")
-        },
-    ))
+    let (seconds, keys) = (run["seconds"]["total"].as_f64().unwrap_or(0.0), question.changed(run));
+    Ok((seconds > LONG && !keys.is_empty()).then(|| {
+        let keys = keys[..keys.len().min(3)].join(", ");
+        format!("the result in this folder took {seconds:.0} s, with other values of {keys}")
+    }))
 }

@@ -2,37 +2,34 @@
 //!
 //! A folder belongs to one command and one spec or data file, by the `run.json` in it, which lists the files of the result with their hashes.
 //! Only these files give way to a new result, and only while they are what was written. A run writes in a hidden folder inside it; when
-//! all is written and durable, it is moved file by file.
+//! all is written and durable, a marker in the hidden folder decides: before it the old result stands, after it the new one, which is moved file by
+//! file; if this run cannot, by the next one in the folder.
 
 mod claim;
 mod files;
-mod hash;
-mod place;
-mod question;
-mod state;
-mod work;
+mod hidden;
 
-use std::fs::OpenOptions;
-use std::io::ErrorKind;
+use std::fs::{self, OpenOptions};
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::sync::PoisonError;
 
 use rayon::prelude::*;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use crate::error::Error;
+use crate::error::{Error, SolveError};
 use crate::kernel::gpu::hear;
+pub use claim::Question;
 use claim::{LONG, NOTHING, Old, judge, refuse};
-use files::{Closed, RUN, create, make_durable};
+use files::{Closed, RUN, commit, create, is_plain, make_durable, sync};
 pub use files::{
-    Listed, Output, is_result_name, is_sealed, look, names_in, open_of_result, read_run, sealed,
+    Hashing, Listed, Output, hash, hash_file, is_result_name, is_sealed, listed, look, names_in,
+    open_of_result, read_run, sealed,
 };
-pub use hash::{Hashing, hash, hash_all, hash_file};
-use place::{FINISHED, carry_through, decide};
-pub use question::Question;
-pub use state::{Left, pack, unpack};
-pub use work::{WORK, end_all};
-use work::{Work, clear, completing};
+pub use hidden::{Left, WORK, end_all, pack, unpack};
+use hidden::{UNCHANGED, Work, clear, completing};
 
 /// A result folder that is being written.
 #[derive(Debug)]
@@ -40,8 +37,10 @@ pub struct Folder {
     target: PathBuf,
     question: Question,
     old: Old,
-    /// What a stopped run of the same identity left, from which the result continues.
-    pub left: Option<Left>,
+    /// How far a stopped run of the same identity came.
+    left: Option<Left>,
+    /// The files that it began, until they are asked for.
+    begun: Vec<Output>,
     /// What was wrong with the work of a stopped run.
     warnings: Vec<String>,
     closed: Closed,
@@ -67,9 +66,14 @@ impl Folder {
     pub fn open(target: &Path, question: Question, names: &[&str], force: bool) -> Result<Self, Error> {
         let work = Work::hold(target)?;
         let moved = carry_through(target, &work.0)?;
-        let target = target.to_owned();
-        Self::judged(work, target, question, (names, force))
-            .map_err(|e| if moved { after_moving(e) } else { e })
+        Self::judged(work, target.to_owned(), question, (names, force)).map_err(|e| match e {
+            Error::Input(mut error) if moved => {
+                let moved = "the result that an earlier run had finished was put in its place, nothing else was changed";
+                error.message = error.message.replace(NOTHING, moved);
+                error.into()
+            }
+            e => e,
+        })
     }
 
     fn judged(
@@ -78,13 +82,11 @@ impl Folder {
         question: Question,
         (names, force): (&[&str], bool),
     ) -> Result<Self, Error> {
-        let (mut left, mut damage) = (None, None);
-        match Left::read(&work.0) {
-            Ok(found) => left = found,
-            Err(e) => damage = Some(format!("cannot be gone on with ({e})")),
-        }
-        let is_own = |left: &Left| question.identity.as_ref() == Some(&left.identity);
-        let begun = left.as_ref().is_some_and(is_own);
+        let (left, damage) = match Left::read(&work.0) {
+            Ok(left) => (left, None),
+            Err(e) => (None, Some(format!("cannot be gone on with ({e})"))),
+        };
+        let begun = left.as_ref().is_some_and(|left| question.identity.as_ref() == Some(&left.identity));
         let old = judge(&target, &question, names, (begun, force))?;
         // Work of any other run gives way: at once if it was short or has no state, else with `force` only.
         if let Some(Left { seconds, done, .. }) =
@@ -97,24 +99,50 @@ impl Folder {
             return Err(refuse(&target, why, allowed));
         }
         let left = left.filter(|_| begun && !force);
-        let closed = Closed::default();
-        let mut folder = Self { target, question, old, left, warnings: Vec::new(), closed, work };
+        let (closed, is_new) = (Closed::default(), left.is_none());
+        let mut folder =
+            Self { target, question, old, left, begun: Vec::new(), warnings: Vec::new(), closed, work };
         match damage {
             Some(why) => folder.begin_anew(&why)?,
-            None if folder.left.is_none() => folder.clear()?,
+            None if is_new => folder.clear()?,
             None => {}
         }
         Ok(folder)
     }
 
-    /// Warns that `what` of a stopped run's files is not as it was written, and removes them all, to begin anew.
-    pub fn damaged(&mut self, what: &str) -> Result<(), Error> {
-        self.begin_anew(&format!("is damaged: {what} is not what was written"))
+    /// What a stopped run of the same identity left, and what it knew: its files go on where it stopped. Where anything is not as it was written, this
+    /// is warned of, and the run begins anew.
+    pub fn resume<T: DeserializeOwned>(&mut self) -> Result<Option<(Left, T)>, Error> {
+        let Some(left) = self.left.take() else { return Ok(None) };
+        let state = unpack(&left.state).and_then(|mut all| all.pop());
+        let mut damaged = state.is_none().then_some("its state");
+        for mark in &left.files {
+            match self.file_again(mark)? {
+                Some(file) => self.begun.push(file),
+                None => damaged = damaged.or(Some(&mark.name)),
+            }
+        }
+        if let Some(what) = damaged {
+            self.begun.clear();
+            self.begin_anew(&format!("is damaged: {what} is not what was written"))?;
+        }
+        Ok(state.filter(|_| damaged.is_none()).map(|state| (left, state)))
     }
 
+    /// A file that a stopped run began; `None` where its bytes are not those that `mark` knows.
+    fn file_again(&self, mark: &Listed) -> Result<Option<Output>, Error> {
+        let path = self.work.0.join(&mark.name);
+        let file = files::open_regular(&path, OpenOptions::new().read(true).write(true));
+        let again = |file| Output::new(file, self.target.join(&mark.name), self.closed.clone()).again(mark);
+        match file.and_then(again) {
+            Err(e) if e.kind() == ErrorKind::NotFound => Ok(None),
+            other => other.map_err(|e| Error::io(&path, e)),
+        }
+    }
+
+    /// Warns that the work of a stopped run cannot be used, because it `why`, and removes it.
     fn begin_anew(&mut self, why: &str) -> Result<(), Error> {
-        let folder = self.target.display();
-        let words = format!("the unfinished run in {folder} {why}; it begins anew");
+        let words = format!("the unfinished run in {} {why}; it begins anew", self.target.display());
         hear(&words);
         self.warnings.push(words);
         self.clear()
@@ -124,14 +152,28 @@ impl Folder {
         clear(&self.work.0).map_err(|e| Error::io(&self.work.0, e))
     }
 
-    /// Keeps what is complete, so that a run that stops from now on continues with it: `left`, which knows the files as they are now.
-    pub fn keep(&mut self, left: &Left) -> Result<(), Error> {
-        left.write(&self.work.0).map_err(|e| Error::io(&self.work.0, e))
+    /// Keeps what is complete, so that a run that stops from now on continues with it: `files` so far, and `state`; in words so much is `done`, in so many
+    /// seconds.
+    pub fn keep(
+        &mut self,
+        (done, seconds): (String, f64),
+        files: Vec<Listed>,
+        state: &impl Serialize,
+    ) -> Result<(), Error> {
+        let identity = self.question.identity.clone().unwrap_or_default();
+        let kept =
+            pack(state).and_then(|state| Left { identity, done, seconds, files, state }.write(&self.work.0));
+        kept.map_err(|e| Error::io(&self.work.0, e))
     }
 
-    /// Words for the user: what is kept if the run ends now.
-    pub fn words(&self) -> Option<String> {
-        Some(Left::read(&self.work.0).ok()??.words(&self.target))
+    /// The error `e` with which the run ends, and what is kept then.
+    pub fn explain(self, e: Error) -> Error {
+        match (Left::words(&self.work.0), e) {
+            (_, e @ Error::Input(_)) => e,
+            (Some(kept), e) => Error::Run(format!("{e}; {kept}")),
+            (None, e @ Error::Solve(SolveError::Stopped)) => Error::Run(format!("{e}; {UNCHANGED}")),
+            (None, e) => e,
+        }
     }
 
     /// The `run.json` of the older result of the same command that gives way, if there is one.
@@ -139,8 +181,11 @@ impl Folder {
         Some(&self.old.run).filter(|run| run["command"] == self.question.command)
     }
 
-    /// A new file of the result.
+    /// A file of the result: new, or as far as a stopped run came that is gone on with.
     pub fn file(&mut self, name: &str) -> Result<Output, Error> {
+        if let Some(at) = self.begun.iter().position(|file| file.name() == name) {
+            return Ok(self.begun.swap_remove(at));
+        }
         let path = self.work.0.join(name);
         let file = create(&path).map_err(|e| Error::io(&path, e))?;
         Ok(Output::new(file, self.target.join(name), self.closed.clone()))
@@ -151,17 +196,6 @@ impl Folder {
         let mut file = self.file(name)?;
         file.write(bytes)?;
         file.close()
-    }
-
-    /// A file of the result that a stopped run began; `None` where its bytes are not those that `mark` knows.
-    pub fn file_again(&mut self, name: &str, mark: &Listed) -> Result<Option<Output>, Error> {
-        let path = self.work.0.join(name);
-        let file = files::open_regular(&path, OpenOptions::new().read(true).write(true));
-        let again = |file| Output::new(file, self.target.join(name), self.closed.clone()).again(mark);
-        match file.and_then(again) {
-            Err(e) if e.kind() == ErrorKind::NotFound => Ok(None),
-            other => other.map_err(|e| Error::io(&path, e)),
-        }
     }
 
     fn closed(&self) -> Vec<Listed> {
@@ -190,7 +224,9 @@ impl Folder {
         let (files, work) = (self.closed(), &self.work.0);
         // All at once: a disk is waited for about as long as for one.
         files.par_iter().try_for_each(|file| make_durable(&work.join(&file.name), file.bytes))?;
-        completing(true, || decide(work, &files, &self.old.files)).map_err(|e| Error::io(&self.target, e))?;
+        let put = files.iter().map(|file| file.name.clone()).collect();
+        let marker = serde_json::to_vec(&Marker { put, old: self.old.files.clone() });
+        completing(true, || commit(work, FINISHED, &marker?)).map_err(|e| Error::io(&self.target, e))?;
         carry_through(&self.target, work)?;
         let at = |file: &Listed| self.target.join(&file.name);
         let removed = self.old.files.iter().filter(|_| self.old.forced).map(at).collect();
@@ -198,12 +234,50 @@ impl Folder {
     }
 }
 
-/// Says of a refusal that before it a finished result was moved to its place.
-fn after_moving(e: Error) -> Error {
-    let Error::Input(mut error) = e else { return e };
-    let moved = "the result that an earlier run had finished was put in its place, nothing else was changed";
-    error.message = error.message.replace(NOTHING, moved);
-    error.into()
+/// Name of the marker of a finished result, in the hidden folder. It lists the renames.
+const FINISHED: &str = ".finished";
+
+#[derive(Debug, Serialize, Deserialize)]
+struct Marker {
+    /// Files of the new result, `run.json` last.
+    put: Vec<String>,
+    /// Files of the old result, as they were found; they are replaced or removed.
+    old: Vec<Listed>,
+}
+
+/// Puts a finished result in its place, if there is one, which is given: the renames, the `run.json` last; any number of them may have been done before.
+fn carry_through(target: &Path, work: &Path) -> Result<bool, Error> {
+    let path = work.join(FINISHED);
+    let Some(file) = open_of_result(&path)? else { return Ok(false) };
+    let text = io::read_to_string(file).map_err(|e| Error::io(&path, e))?;
+    let marker = serde_json::from_str(&text).ok().filter(|Marker { put, old }| {
+        put.iter().chain(old.iter().map(|file| &file.name)).all(|name| is_plain(name))
+    });
+    let Some(Marker { put, old }) = marker else {
+        let why = format!("{} does not say what a run was about to put here", path.display());
+        return Err(refuse(target, why, "another folder; or move this away: it holds files of a result"));
+    };
+    let waits = |name: &str| work.join(name).symlink_metadata().is_ok();
+    let gone: Vec<&String> = old.iter().map(|file| &file.name).filter(|name| !put.contains(name)).collect();
+    // Where the run.json has been moved, which comes last, all is done.
+    if waits(RUN) {
+        for name in gone.iter().copied().chain(put.iter().filter(|name| waits(name))) {
+            let known = old.iter().find(|file| file.name == *name);
+            if look(target, name)?.is_some_and(|found| known != Some(&found)) {
+                let why = format!(
+                    "{} was changed while the result was computed; the new result is kept, and the next run in this folder puts it in its place",
+                    target.join(name).display()
+                );
+                return Err(refuse(target, why, "the folder without this file: move it away, or remove it"));
+            }
+        }
+        let removed = gone.iter().map(|name| fs::remove_file(target.join(name)));
+        let moved = put.iter().map(|name| fs::rename(work.join(name), target.join(name)));
+        // A step that an earlier run has done already is no error.
+        let failed = removed.chain(moved).filter_map(Result::err).find(|e| e.kind() != ErrorKind::NotFound);
+        failed.map_or(Ok(()), Err).map_err(|e| Error::io(target, e))?;
+    }
+    sync(target).and_then(|()| clear(work)).map(|()| true).map_err(|e| Error::io(target, e))
 }
 
 /// True if a finished result in the folder `target` has not been moved to its final names yet. The same command does it.

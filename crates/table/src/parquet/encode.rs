@@ -20,7 +20,6 @@ use crate::values::Values;
 /// What was asked stands in few values; those of results differ, and compress byte by byte.
 const ASKED: [&str; 8] = ["D_mm", "d_tip_mm", "L_a_mm", "x_ss_mm", "l_mm", "a_mm", "theta_deg", "delta_mm"];
 
-/// How the columns of `table` are encoded.
 pub(super) fn properties(table: &Frame) -> WriterPropertiesPtr {
     let mut builder = WriterProperties::builder()
         .set_compression(Compression::SNAPPY)

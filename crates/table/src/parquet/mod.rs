@@ -57,12 +57,10 @@ pub struct Writer {
     waiting: Frame,
 }
 
-/// A failure of the format's library.
 pub(super) fn failed(e: ParquetError) -> Error {
     Error::Run(format!("writing Parquet: {e}"))
 }
 
-/// The schema of `table`.
 fn schema(table: &Frame) -> Result<SchemaDescPtr, ParquetError> {
     let field = |(name, values): (&Cow<'static, str>, &Values)| {
         let (physical, logical) = match values.kind() {
@@ -80,53 +78,41 @@ fn schema(table: &Frame) -> Result<SchemaDescPtr, ParquetError> {
 }
 
 impl Writer {
-    /// The table `empty` in the new file `output`; `provenance` is what its metadata say of where it comes from.
-    pub fn new(mut output: Output, empty: &Frame, provenance: &str) -> Result<Self, Error> {
-        output.write(MAGIC)?;
-        Self::with(output, provenance, Vec::new(), empty.like())
-    }
-
-    fn with(
-        output: Output,
+    /// The table `empty` in the file `output`, which is new, or goes on with `more`; `provenance` is what its metadata say of where it comes from.
+    pub fn new(
+        mut output: Output,
+        empty: &Frame,
         provenance: &str,
-        groups: Vec<RowGroupMetaData>,
-        waiting: Frame,
+        more: Option<More>,
     ) -> Result<Self, Error> {
-        let schema = schema(&waiting).map_err(failed)?;
+        let (mut groups, mut waiting) = (Vec::new(), empty.like());
+        match more {
+            None => output.write(MAGIC)?,
+            Some((footer, columns)) => {
+                let mut options = ParquetMetaDataOptions::new();
+                // As they were written, so that they are written so again.
+                options.set_encoding_stats_as_mask(false);
+                let body = &footer[..footer.len().saturating_sub(TAIL)];
+                let read = ParquetMetaDataReader::decode_metadata_with_options(body, Some(&options));
+                let read = read.map_err(failed)?;
+                let known = read.row_groups().iter().cloned().map(encode::as_written);
+                groups = known.collect::<Result<_, _>>().map_err(failed)?;
+                waiting.columns = columns;
+            }
+        }
+        let schema = schema(empty).map_err(failed)?;
         let units: serde_json::Map<String, Value> =
-            waiting.names.iter().map(|name| (name.to_string(), json!(unit(name)))).collect();
+            empty.names.iter().map(|name| (name.to_string(), json!(unit(name)))).collect();
         let fact = |key: &str, value: String| KeyValue::new(key.to_owned(), value);
         let facts = vec![
             fact(PROVENANCE, provenance.to_owned()),
             fact("vibrissa.units", Value::Object(units).to_string()),
         ];
-        let properties = encode::properties(&waiting);
+        let properties = encode::properties(empty);
         Ok(Self { output, schema, properties, facts, groups, waiting })
     }
 
-    /// Continues the file of `empty` of which `more` is known; `output` stands where it stood.
-    pub fn resume(
-        output: Output,
-        empty: &Frame,
-        provenance: &str,
-        (footer, columns): More,
-    ) -> Result<Option<Self>, Error> {
-        let mut options = ParquetMetaDataOptions::new();
-        // As they were written, so that they are written so again.
-        options.set_encoding_stats_as_mask(false);
-        let body = &footer[..footer.len().saturating_sub(TAIL)];
-        let read =
-            ParquetMetaDataReader::decode_metadata_with_options(body, Some(&options)).map_err(failed)?;
-        let waiting = Frame { columns, ..empty.like() };
-        if !waiting.is_like(empty) {
-            return Ok(None);
-        }
-        let groups = read.row_groups().iter().cloned().map(encode::as_written);
-        let groups = groups.collect::<Result<_, _>>().map_err(failed)?;
-        Self::with(output, provenance, groups, waiting).map(Some)
-    }
-
-    /// What [`Self::resume`] needs beside the file.
+    /// What a further run needs beside the file to go on.
     pub fn more(&self) -> Result<More, Error> {
         Ok((self.footer()?, self.waiting.columns.clone()))
     }

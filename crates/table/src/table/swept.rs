@@ -1,5 +1,6 @@
 //! Rows of the tables of a sweep, and the values of their columns.
 
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::{Chosen, Column, PROPERTIES, Table};
@@ -7,42 +8,32 @@ use crate::design::Design;
 use crate::estimate::Estimated;
 use crate::evaluate::Outcome;
 use crate::scene::channels::MOST_CHANNELS;
-use crate::scene::{Direction, Setup, Tuple};
+use crate::scene::{Setup, Tuple};
 use crate::statistics::{DistanceRow, Figures, Reduction};
 use crate::values::{Field, named};
 
 /// A row of tuples.csv: one tap.
 #[derive(Debug, Clone, Copy)]
 pub struct TapRow<'a> {
-    /// Its whisker.
-    pub design: &'a Tuple,
-    /// The same with what taps of it share.
+    /// Whisker and tap.
+    design: Tuple,
+    /// The whisker with what taps of it share.
     whisker: &'a Design,
-    /// Contact distance, mm.
-    pub a: f64,
-    /// Direction of the pole.
-    pub direction: Direction,
-    /// Tap angle, degrees, or displacement, mm.
-    pub drive: f64,
     /// What the rod gives.
-    pub tap: &'a Outcome,
+    tap: &'a Outcome,
     /// The distance read from it.
-    pub estimated: &'a Estimated,
+    estimated: &'a Estimated,
     /// Length by which K is multiplied, where it has a unit, mm.
-    pub elongation: Option<f64>,
+    elongation: Option<f64>,
     /// Reading and K of each channel; nothing of one signal.
-    pub channels: Option<[[f64; 2]; MOST_CHANNELS]>,
+    channels: Option<[[f64; 2]; MOST_CHANNELS]>,
 }
 
 /// A row of designs.csv: a design at one stroke (direction of the pole and drive), over its distances.
-#[derive(Debug, Clone, Copy)]
-pub struct AtDrive<'a> {
-    /// The whisker.
-    pub design: &'a Tuple,
-    /// Direction of the pole.
-    pub direction: Direction,
-    /// Tap angle, degrees, or displacement, mm.
-    pub drive: f64,
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct AtDrive {
+    /// Whisker and stroke.
+    pub design: Tuple,
     /// Its statistics.
     pub row: Figures,
     /// Unit of K.
@@ -52,12 +43,8 @@ pub struct AtDrive<'a> {
 /// A row of distances.csv: a design at one distance and direction of the pole, over its drives.
 #[derive(Debug, Clone, Copy)]
 pub struct AtDistance<'a> {
-    /// The whisker.
-    pub design: &'a Tuple,
-    /// Contact distance, mm.
-    pub a: f64,
-    /// Direction of the pole.
-    pub direction: Direction,
+    /// Whisker, distance and direction.
+    pub design: Tuple,
     /// Its statistics.
     pub row: &'a DistanceRow,
     /// Unit of K.
@@ -75,31 +62,29 @@ fn sd(sd: Option<f64>, unit: f64) -> Field {
 }
 
 impl<'a> TapRow<'a> {
-    /// Of one `tap`: its whisker, where and how it is tapped, what is read from it; `reduced` is that of its whisker.
+    /// Of the tap `design` of a `whisker`, its answer, and what is read from it; `reduced` is that of the whisker.
     pub fn of(
         reduced: &Reduction<'_>,
-        design: &'a Design,
-        (a, direction, drive): (f64, Direction, f64),
+        whisker: &'a Design,
+        design: Tuple,
         (tap, estimated): (&'a Outcome, &'a Estimated),
     ) -> Self {
-        let channels = reduced.of_channels((a, drive), tap);
-        let (whisker, elongation) = (design, reduced.elongation);
-        Self { design: &design.tuple, whisker, a, direction, drive, tap, estimated, elongation, channels }
+        let channels = reduced.of_channels((design.a, design.drive), tap);
+        Self { design, whisker, tap, estimated, elongation: reduced.elongation, channels }
     }
 }
 
 impl TapRow<'_> {
-    /// Columns of tuples.csv.
     const COLUMNS: [Column<Self>; 24] = [
-        ("a_mm", |r, _| r.a.into()),
-        ("x_a_mm", |r, _| r.whisker.abscissa(r.a).into()),
-        ("theta_deg|delta_mm", |r, _| r.drive.into()),
+        ("a_mm", |r, _| r.design.a.into()),
+        ("x_a_mm", |r, _| r.whisker.abscissa(r.design.a).into()),
+        ("theta_deg|delta_mm", |r, _| r.design.drive.into()),
         ("strain|signal", |r, _| r.tap.strain.into()),
         ("strain_linear|signal_linear", |r, _| r.tap.strain_linear.into()),
         ("K|K_mm", |r, _| ((1.0 + r.tap.deviation) * r.elongation.unwrap_or(1.0)).into()),
         ("K_deviation", |r, _| r.elongation.map_or(r.tap.deviation, |_| f64::NAN).into()),
         ("distance_mm", |r, _| r.estimated.distance.into()),
-        ("error_mm", |r, _| (r.estimated.distance - r.a).into()),
+        ("error_mm", |r, _| (r.estimated.distance - r.design.a).into()),
         ("sigma_mm", |r, _| r.estimated.sigma.into()),
         ("normal_force_N", |r, _| r.tap.normal_force.into()),
         ("tangential_force_N", |r, _| r.tap.tangential_force.into()),
@@ -122,10 +107,9 @@ impl TapRow<'_> {
     ];
 }
 
-impl AtDrive<'_> {
-    /// Columns of designs.csv.
+impl AtDrive {
     const COLUMNS: [Column<Self>; 12] = [
-        ("theta_deg|delta_mm", |r, _| r.drive.into()),
+        ("theta_deg|delta_mm", |r, _| r.design.drive.into()),
         ("n", |r, _| r.row.n.into()),
         ("K_mean|K_mean_mm", |r, _| mean(r.row.mean, r.unit)),
         ("K_sd|K_sd_mm", |r, _| sd(r.row.sd, r.unit)),
@@ -146,9 +130,8 @@ impl AtDrive<'_> {
 }
 
 impl AtDistance<'_> {
-    /// Columns of distances.csv.
     const COLUMNS: [Column<Self>; 5] = [
-        ("a_mm", |r, _| r.a.into()),
+        ("a_mm", |r, _| r.design.a.into()),
         ("n", |r, _| r.row.deviation.n.into()),
         ("K_mean|K_mean_mm", |r, _| mean(r.row.deviation.mean(), r.unit)),
         ("K_sd|K_sd_mm", |r, _| sd(r.row.deviation.sd(), r.unit)),
@@ -158,8 +141,8 @@ impl AtDistance<'_> {
 
 /// The columns of each table for a setup: those of whisker and direction, which all have, and its own.
 macro_rules! chosen {
-    ($($row:ident $table:ident)*) => {$(
-        impl $row<'_> {
+    ($($row:ty => $table:ident;)*) => {$(
+        impl $row {
             /// Its columns for `setup`.
             pub fn chosen(setup: &Setup) -> Chosen<'_, Self> {
                 let shared: [Column<Self>; 8] = [
@@ -169,12 +152,12 @@ macro_rules! chosen {
                     ("x_ss_mm", |r, _| r.design.x_ss.into()),
                     ("l_mm", |r, _| r.design.l.into()),
                     (PROPERTIES, |r, _| Field::Count(r.design.rig)),
-                    ("tilt_deg", |r, _| r.direction.tilt.into()),
-                    ("lean_deg", |r, _| r.direction.lean.into()),
+                    ("tilt_deg", |r, _| r.design.tilt.into()),
+                    ("lean_deg", |r, _| r.design.lean.into()),
                 ];
                 Chosen::new(Table::$table, &[&shared[..], &Self::COLUMNS].concat(), setup)
             }
         }
     )*};
 }
-chosen!(TapRow Tuples AtDrive Designs AtDistance Distances);
+chosen!(TapRow<'_> => Tuples; AtDrive => Designs; AtDistance<'_> => Distances;);
