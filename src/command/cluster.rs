@@ -82,6 +82,12 @@ pub fn run(asked: &ClusterRequest, context: &Context<'_>) -> Result<Reply, Error
         inputs: [spec.inputs.clone(), context.inputs()].concat(),
         ..Question::new("cluster", &spec.name, of.clone())
     };
+    let [taps, designs, parts] = [plan.taps, plan.designs, asked.shards.into()].map(grouped);
+    let each = rough(plan.taps as f64 / f64::from(asked.shards));
+    let parts = format!("{taps} taps of {designs} designs in {parts} parts, about {each} taps each");
+    if asked.common.plan {
+        return Ok(Reply::planned(out, |to| format!("{parts}\njob scripts would go to {to}")));
+    }
     let mut folder = Folder::open(&out, question, &SCRIPTS.map(|(name, _)| name), asked.common.force)?;
     for (name, template) in SCRIPTS {
         folder.put(name, filled(template, &fill).as_bytes())?;
@@ -89,12 +95,10 @@ pub fn run(asked: &ClusterRequest, context: &Context<'_>) -> Result<Reply, Error
     let body = json!({ "in_force": Value::Null, "seconds": { "total": 0.0 }, "cluster": of });
     folder.run_json(&run_json::document("cluster", run_json::spec(&spec), body))?;
     let Written { files, removed } = folder.finish()?;
-    let [taps, designs, parts] = [plan.taps, plan.designs, asked.shards.into()].map(grouped);
-    let (each, wrote) = (rough(plan.taps as f64 / f64::from(asked.shards)), listed(&files));
-    let submit = out.join("submit.sh");
+    let (wrote, submit) = (listed(&files), out.join("submit.sh"));
     let bash = quoted(&submit)?;
     let text = format!(
-        "{taps} taps of {designs} designs in {parts} parts, about {each} taps each\nwrote {wrote}\nlook at time, memory and partition in part.sbatch, then: bash {bash}\n"
+        "{parts}\nwrote {wrote}\nlook at time, memory and partition in part.sbatch, then: bash {bash}\n"
     );
     let result = json!({ "submit": submit.display().to_string(), "merged": whole.display().to_string() });
     let quiet = context.is_quiet();

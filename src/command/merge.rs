@@ -26,6 +26,10 @@ pub struct MergeRequest {
 
 pub fn run(asked: &MergeRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let options = context.prepared(&asked.common, None)?;
+    if options.plan == Some(true) {
+        let (parts, out) = merge::plan(&asked.folders, options.out.as_deref())?;
+        return Ok(Reply::planned(out, |to| format!("{parts} parts would be joined in {to}")));
+    }
     let report = merge::run(&asked.folders, options.out.as_deref(), options.force == Some(true))?;
     context.warn_all(&report.warnings);
     let (run, parts) = (&report.run, report.run["parts"].as_array().map_or(0, Vec::len));

@@ -47,8 +47,7 @@ pub struct Report {
 /// Parts that are missing, unfinished, edited, there twice, of another sweep or of another version; a folder that holds something else.
 pub fn run(folders: &[PathBuf], out: Option<&Path>, force: bool) -> Result<Report, Error> {
     let start = Instant::now();
-    let parts = part::all(folders)?;
-    let out = out.map_or_else(|| beside(&parts), |out| Ok(out.to_owned()))?;
+    let (parts, out) = found(folders, out)?;
     // The part that says what the whole says.
     let lead = if parts[0].is_search() { search::best(&parts) } else { &parts[0] };
     let mut run = record::whole(&parts, lead, &out);
@@ -74,6 +73,20 @@ pub fn run(folders: &[PathBuf], out: Option<&Path>, force: bool) -> Result<Repor
     let warnings = if lead.is_search() { Vec::new() } else { part::differences(&parts) };
     let Written { files, removed } = folder.finish()?;
     Ok(Report { out, files, removed, run, warnings, seconds: start.elapsed().as_secs_f64() })
+}
+
+/// How many parts, or searches, [`run`] would join, and where.
+///
+/// # Errors
+/// Parts that are missing, unfinished, there twice, of another sweep or of another version.
+pub fn plan(folders: &[PathBuf], out: Option<&Path>) -> Result<(usize, PathBuf), Error> {
+    found(folders, out).map(|(parts, out)| (parts.len(), out))
+}
+
+fn found(folders: &[PathBuf], out: Option<&Path>) -> Result<(Vec<Part>, PathBuf), Error> {
+    let parts = part::all(folders)?;
+    let out = out.map_or_else(|| beside(&parts), |out| Ok(out.to_owned()))?;
+    Ok((parts, out))
 }
 
 /// The tables of a part, in their order.

@@ -215,7 +215,10 @@ pub fn of_channels(source: &Source) -> String {
 pub fn of_readings(table: &Frame, zeros: usize) -> Result<String, InputError> {
     let (distance, sigma) = (table.numbers("distance_mm")?, table.numbers("sigma_mm")?);
     let answered = table.rows(|r| distance[r].is_finite());
-    let readings = count(table.len().saturating_sub(zeros), "reading");
+    if table.len() <= zeros {
+        return Ok("All readings are at rest: none is a tap.".to_owned());
+    }
+    let readings = count(table.len() - zeros, "reading");
     let Some(where_) = range(answered.iter().map(|r| distance[*r]), rounded, " mm") else {
         return Ok(format!("None of {readings} has a distance."));
     };
@@ -241,8 +244,10 @@ pub fn of_contour(source: &Source, points: usize) -> String {
         let sigma = curve[sigma].as_f64().map_or(String::new(), |s| format!(" ± {}", rounded(s)));
         curve[name].as_f64().map(|x| format!("{}{sigma}{unit}", rounded(x)))
     };
-    let Some(kind) = curve["kind"].as_str() else {
-        return format!("No curve was found through {points}.");
+    let kind = match curve["kind"].as_str() {
+        None => return format!("No curve was found through {points}."),
+        Some("smooth") => "smooth curve",
+        Some(kind) => kind,
     };
     let at = curve["x_mm"].as_f64().zip(curve["y_mm"].as_f64());
     let at = at.map_or(String::new(), |(x, y)| format!("x = {} mm, y = {} mm", rounded(x), rounded(y)));

@@ -255,6 +255,12 @@ fn rows_that_are_not_what_they_are_named_are_refused_with_what_fits() {
     );
     let ran = desk.line("calibrate turned.csv").exits(2);
     assert!(ran.stderr.contains("a_mm and theta_deg exchanged"), "{}", ran.stderr);
+    // No estimator tells a third distance from two: that is no reason to doubt the columns.
+    let far = rows.iter().map(|r| r[0]).fold(0.0, f64::max);
+    let two: Vec<[f64; 3]> = rows.iter().copied().filter(|r| r[1] == 0.0 || r[0] > far - 4.0).collect();
+    desk.write("two.csv", csv("a_mm,theta_deg,strain", &two));
+    let ran = desk.line("calibrate two.csv").exits(2);
+    assert!(!ran.stderr.contains("they fit"), "{}", ran.stderr);
     // Taps that miss the whisker are no reason, nor are two slips among a few rows: these are named.
     let beyond =
         [[55.0, 2.0, 1e-5], [55.0, 4.0, -1e-5], [60.0, 2.0, 2e-5], [60.0, 4.0, 1e-5], [60.0, 6.0, 1e-5]];

@@ -124,7 +124,7 @@ fn a_mistake_is_shown_wherever_it_stands() {
         (format!("\u{feff}# {}\n[whisker]\nD\t= -1\n", "#".repeat(100_000)), 3, "-1"),
         (format!("[whisker]\nD = {}1{}\n", "[".repeat(70_000), "]".repeat(70_000)), 2, "[[["),
         ("[whisker]\nD = \"\u{1b}[31m\u{7}\"\n".to_owned(), 2, "D = "),
-        ("[whisker]\nD = \"\0\"\n".to_owned(), 2, "not UTF-8 text"),
+        ("[whisker]\nD = \"\0\"\n".to_owned(), 2, "a NUL byte stands in this line"),
         (format!("[whisker]\nD = 10\n\na{} = 1\n", ".a".repeat(100_000)), 4, "too many parts"),
     ];
     for (text, line, shown) in cases {

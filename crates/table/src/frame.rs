@@ -142,7 +142,9 @@ impl Frame {
     }
 
     fn lacks(&self, column: &str) -> InputError {
-        InputError::new("the table lacks this column").at(self.file.clone(), None).key(column)
+        let error = InputError::new("the table lacks this column").at(self.file.clone(), None).key(column);
+        error
+            .allowed("a table as this version writes it: run its command again where an earlier one wrote it")
     }
 
     /// A column of numbers, NaN where one is missing.

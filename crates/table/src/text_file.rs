@@ -113,7 +113,9 @@ impl<R: Read> TextFile<R> {
         self.total += block.len() as u64;
         if self.limit != Limit::AnyLines {
             if let Some(at) = block.iter().position(|b| *b == 0) {
-                return Err(self.no_text_after(&block[..at]));
+                let why = format!("a NUL byte stands in this line, so this is no {} file", self.what);
+                let error = InputError::new(why).at(&self.label, Some(self.lines + 1 + ends(&block[..at])));
+                return Err(error.allowed("text without NUL bytes, in UTF-8"));
             }
             self.check_characters(block)?;
         }

@@ -64,6 +64,11 @@ pub fn judged(
     for change in changes(&data, rig) {
         let mut changed = data.clone();
         changed.rows.iter_mut().for_each(|row| (change.row)(row, rig.design.tuple.L_a));
+        // A drive of 0 is a reading at rest: where there are such, the column of the drive is what its name says.
+        let rests = |data: &Data| data.rows.iter().any(|row| row.drive == 0.0);
+        if rests(&data) && !rests(&changed) {
+            continue;
+        }
         let without = Options { fit: Vec::new(), ..options.clone() };
         let tried = match change.whisker || !rig.known {
             true => Rig::of_data(&changed, data.drive)
@@ -76,7 +81,7 @@ pub fn judged(
         let share = lines.len() as f64 / of.max(1) as f64;
         // Of rows off the whisker the others say nothing.
         let most = 2 * of > tried.taps.len();
-        if most && share <= FITS && is_sound(&tried, &changed) && !(turned && grows(&tried)) {
+        if most && share <= FITS && is_sound(&tried, &changed) && !grows(&tried) {
             fits.push((share, left_out(&tried), change));
         }
     }
