@@ -203,11 +203,6 @@ pub fn parse_tap(label: &str, text: &str, base: &Path, noisy: bool) -> Result<(S
     Ok((spec, ends))
 }
 
-/// The file of a spec as the user named it, if it was read from one.
-pub fn file(spec: &Spec) -> Option<String> {
-    spec.inputs.last().map(|path| path.display().to_string())
-}
-
 /// The files that a spec names for reading.
 fn inputs(sections: &Sections<'_>, base: &Path) -> Vec<PathBuf> {
     let tuples = sections.section("tuples").written("file");
@@ -242,7 +237,7 @@ pub fn columns<const N: usize>(
 ) -> Result<(String, Vec<[f64; N]>)> {
     let (label, text) = table::open(item, base, what, Limit::Whole)?;
     let (document, mut rows) = (Document { file: &label, text: &text }, Vec::new());
-    table::read(&document, table::Columns::all(names, allowed), &mut |row, _| rows.push(row))?;
+    table::read(document, table::Columns::all(names, allowed), &mut |row, _| rows.push(row))?;
     Ok((label, rows))
 }
 

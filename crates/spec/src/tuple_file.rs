@@ -9,7 +9,7 @@ use super::properties;
 use super::reader::{Item, Result};
 use super::sections::Sections;
 use super::space::Read;
-use super::table::{self, Columns, Header};
+use super::table::{self, Columns, Header, Source};
 use super::units::DoubtfulRows;
 use crate::error::InputError;
 use crate::fields::separator;
@@ -96,8 +96,8 @@ impl Rows {
             let unwritten = written.is_none();
             // What stands in an inline table is a number that each row replaces.
             if let Some(other) = written.filter(|_| !key.contains('.') && *property != Property::Modulus) {
-                let error = other.error(format!("the tuple file of [tuples] has the column {column}"));
-                return Err(error.allowed("one of the two"));
+                let why = format!("the tuple file of [tuples] has the column {column}");
+                return other.refuse(why, "one of the two");
             }
             let coreless = sections.section("whisker").written("core").is_none();
             let (missing, allowed) = match property {
@@ -119,8 +119,8 @@ impl Rows {
                 _ => (false, ""),
             };
             if missing {
-                let error = item.error(format!("the column {column} of this file needs more in [{section}]"));
-                return Err(error.allowed(allowed));
+                return item
+                    .refuse(format!("the column {column} of this file needs more in [{section}]"), allowed);
             }
         }
         let axis = |value: &f64| AxisItem { item: item.clone(), axis: Axis::Value(*value) };
@@ -160,8 +160,7 @@ pub(super) fn read<'a>(
         first.split(separator(&first)).map(|name| name.trim().trim_matches('"')).collect();
     let (mut all, mut rows) = (Rows::new(&written), DoubtfulRows::new(drive));
     let mut row = |values: [f64; ALL], start| rows.take(&all.take(&values), start);
-    let header = table::scan(table::separated(text, separator(&first)), columns, &mut row)
-        .map_err(|trouble| trouble.in_file(&path, columns))?;
+    let header = table::scan(Source::File(&path), (text, separator(&first)), columns, &mut row)?;
     let doubts = rows.doubts(&label, |start| table::line_at(&path, start as u64).ok().map(|(line, _)| line));
     sections.warn(header.warning(&label).into_iter().chain(doubts));
     all.read(sections, item, &header)

@@ -121,15 +121,12 @@ pub(super) fn doubts(sections: &Sections<'_>, spec: &Spec) -> Vec<String> {
     let written = |section, key| sections.section(section).written(key);
     let beside = Beside::of(study);
     let mut said = Vec::new();
-    for (section, key, column) in keys(study.setup.drive) {
-        said.extend(written(section, key).and_then(|item| doubted(&item, column, study, &beside)));
-    }
     let more = [
         ("whisker", "hub", Column::GaugePosition),
         ("model", "pole_radius", Column::GaugePosition),
         ("estimate", "range", Column::Distance),
     ];
-    for (section, key, column) in more {
+    for (section, key, column) in keys(study.setup.drive).into_iter().chain(more) {
         said.extend(written(section, key).and_then(|item| doubted(&item, column, study, &beside)));
     }
     let wide = [
@@ -137,7 +134,10 @@ pub(super) fn doubts(sections: &Sections<'_>, spec: &Spec) -> Vec<String> {
         ("model", "pole_radius", WIDEST[1], "is more than five times the length"),
     ];
     for (section, key, most, why) in wide {
-        said.extend(written(section, key).and_then(|item| width(&item, most * beside.length[1], why)));
+        said.extend(written(section, key).and_then(|item| {
+            let v = item.number().ok().filter(|v| *v > most * beside.length[1])?;
+            warning(&item, doubt(why, 1e-3, "micrometres")?, v, " mm")
+        }));
     }
     for key in ["noise_strain", "factor", "strain_limit"] {
         said.extend(written("gauge", key).and_then(|item| doubted_alone(&item, key)));
@@ -182,11 +182,6 @@ fn doubted(item: &Item<'_>, column: Column, study: &Study, beside: &Beside) -> O
 fn angle(largest: f64) -> Option<Doubt> {
     let radians = doubt("is hardly a tap", 180.0 / std::f64::consts::PI, "radians");
     radians.filter(|_| largest < LEAST_ANGLE)
-}
-
-fn width(item: &Item<'_>, most: f64, why: &'static str) -> Option<String> {
-    let v = item.number().ok()?;
-    warning(item, doubt(why, 1e-3, "micrometres").filter(|_| v > most)?, v, " mm")
 }
 
 /// The warning about the number of a `key` that stands beside no other.
