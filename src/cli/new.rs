@@ -25,12 +25,12 @@ const WHISKER_ASKED: &str = "Base diameter, tip diameter and length of the whisk
 const GAUGE_ASKED: &str = "Start of the gauge's grid from the clamp and its length, mm, and the noise of one reading, microstrain, as 5,2,15";
 const DISTANCES_ASKED: &str = "Nearest and farthest distance of objects from the clamp, mm, as 25,70";
 
-/// What a new spec is for: word, meaning, help.
-const GOALS: [(&str, Goal, &str); 4] = [
-    ("tap", Goal::Tap, "the best tap angle of this whisker"),
-    ("optimise", Goal::Optimise, "the best whisker and gauge near this one"),
-    ("sweep", Goal::Sweep, "tables of every distance and tap angle"),
-    ("calibrate", Goal::Calibrate, "a distance from measured strains"),
+/// What a new spec is for: the command, twice, and its help.
+const GOALS: [(&str, &str, &str); 4] = [
+    ("tap", "tap", "the best tap angle of this whisker"),
+    ("optimise", "optimise", "the best whisker and gauge near this one"),
+    ("sweep", "sweep", "tables of every distance and tap angle"),
+    ("calibrate", "calibrate", "a distance from measured strains"),
 ];
 const CLAMPS: [(&str, &str, &str); 4] = [
     ("rigid", "rigid", "as the theory has it: nothing gives way"),
@@ -38,14 +38,6 @@ const CLAMPS: [(&str, &str, &str); 4] = [
     ("glued", "glued", "glued into a socket"),
     ("socket", "socket", "pushed into a smooth socket"),
 ];
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Goal {
-    Tap,
-    Optimise,
-    Sweep,
-    Calibrate,
-}
 
 /// Write a first spec: five questions, or their answers as flags. Every line of it is commented.
 #[derive(Debug, Flags)]
@@ -70,7 +62,7 @@ pub struct New {
     pub distances: Option<String>,
     /// What the spec is for
     #[arg(long = "for", value_name = "GOAL", value_parser = words(GOALS))]
-    pub goal: Option<Goal>,
+    pub goal: Option<&'static str>,
     /// Replace a spec that is there
     #[arg(long)]
     pub force: bool,
@@ -84,7 +76,7 @@ struct Answers {
     gauge: [f64; 3],
     clamp: &'static str,
     distances: [f64; 2],
-    goal: Goal,
+    goal: &'static str,
 }
 
 /// Asks what the flags do not say, and writes the spec.
@@ -108,10 +100,9 @@ pub fn run(args: &New) -> Result<Reply, Error> {
     write(&args.spec, &text)?;
     let beside = args.spec.with_file_name(SCHEMA);
     write(&beside, &schema::text())?;
-    let name = GOALS.iter().find(|(_, goal, _)| *goal == answers.goal).map_or("", |(word, ..)| *word);
     let next = match answers.goal {
-        Goal::Calibrate => format!("vibrissa calibrate DATA.csv --whisker {label}"),
-        _ => format!("vibrissa {name} {label}"),
+        "calibrate" => format!("vibrissa calibrate DATA.csv --whisker {label}"),
+        goal => format!("vibrissa {goal} {label}"),
     };
     let warnings: String = read.warnings.iter().map(|w| format!("warning: {w}\n")).collect();
     Ok(Reply {
@@ -221,7 +212,7 @@ fn text(answers: &Answers) -> String {
     let Answers { whisker: [base, tip, length], gauge, clamp, distances: [near, far], goal } = answers;
     let [place, grid, noise] = gauge;
     let on = || "true".to_owned();
-    let angles = if *goal == Goal::Optimise { "4" } else { "{ from = 0.5, to = 10, step = 0.5 }" };
+    let angles = if *goal == "optimise" { "4" } else { "{ from = 0.5, to = 10, step = 0.5 }" };
     let sized =
         [("D", base), ("d", tip), ("L_a", length), ("hub", &0.0)].map(|(key, x)| (key, x.to_string()));
     let gauge =
@@ -245,12 +236,12 @@ fn text(answers: &Answers) -> String {
         "A soft whisker; remove a line to switch its effect off. `vibrissa sweep SPEC --explain` says what each is worth.",
         &model,
     );
-    if *goal != Goal::Calibrate {
+    if *goal != "calibrate" {
         let about = "How a distance is computed: by the model itself, as a calibrated whisker does it; \"euler-bernoulli\" is the paper's formula.";
         text += &section("estimate", about, &[("theory", "\"exact\"".to_owned())]);
     }
-    match goal {
-        Goal::Optimise => {
+    match *goal {
+        "optimise" => {
             let between = |key: &str, ends: [f64; 2]| {
                 let [low, high] = ends.map(|x| (x * 1e3).round() / 1e3);
                 format!("{key} = [{low}, {high}]")
@@ -264,10 +255,10 @@ fn text(answers: &Answers) -> String {
                      objective = \"distance\"            # the error of the distance, total_rms_mm\n";
             let _ = writeln!(text, "variables = {{ {base}, {tip}, {place}, theta = [0.5, 10] }}");
         }
-        Goal::Sweep => {
+        "sweep" => {
             text += "\n# The best rows first: bias and noise of the distance together.\n[output]\nby = \"total_rms_mm\"\n"
         }
-        Goal::Tap | Goal::Calibrate => {}
+        _ => {}
     }
     text
 }
