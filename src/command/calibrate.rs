@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args as Flags;
 use serde::Deserialize;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::{
     Common, Context, Destination, Reply, estimator, estimators, folder, named, number, of_one_signal, stem,
@@ -74,8 +74,8 @@ struct Given<'a> {
 
 struct Begun {
     asked: Options,
-    /// Hash of data, spec and what changes the answer.
-    identity: String,
+    /// What run.json says it is of: the whisker, and the hash of data, spec and what changes the answer.
+    of: Value,
     out: PathBuf,
     question: Question,
 }
@@ -106,7 +106,7 @@ pub fn run(asked: &CalibrateRequest, context: &Context<'_>) -> Result<Reply, Err
             return Err(error.value(asked.fit.join(",")).allowed("--whisker SPEC.toml").into());
         }
     };
-    let Begun { asked: options, identity, out, question } = begin(asked, &given, (&rig, &mut spec), context)?;
+    let Begun { asked: options, of, out, question } = begin(asked, &given, (&rig, &mut spec), context)?;
     if options.run.plan == Some(true) {
         return Ok(planned(&data, &spec, out));
     }
@@ -125,13 +125,11 @@ pub fn run(asked: &CalibrateRequest, context: &Context<'_>) -> Result<Reply, Err
     };
     let covered = coverage::coverage(&found);
     let result = report::result(&found, &rig, &covered);
-    let (counts, seconds) = (report::counts(&found, &data), context.seconds());
-    let document = report::document(&spec, &identity, (&data, &options.hash), [&counts, &seconds, &result]);
     destination.put("calibration.toml", found.calibration.to_text().into_bytes())?;
     output::tables(&found, &data, &locator)?.into_iter().try_for_each(|table| destination.table(table))?;
-    let text = report::text(&found, &data, &rig, &covered);
-    let reply = Reply { text, counts, seconds, result, refused, ..Reply::default() };
-    Ok(reply.filed(destination, document, out, context)?.answered())
+    let (text, counts) = (report::text(&found, &data, &rig, &covered), report::counts(&found, &data));
+    let reply = Reply { text, counts, result, refused, ..Reply::default() };
+    filed(reply, (&data, &options.hash), (&spec, of), destination, context)
 }
 
 fn of_channels(
@@ -146,7 +144,7 @@ fn of_channels(
         ("--estimator", asked.estimator.is_some(), best),
         ("--export", asked.export.is_some(), export),
     ])?;
-    let Begun { asked: options, identity, out, question } = begin(asked, given, (rig, &mut *spec), context)?;
+    let Begun { asked: options, of, out, question } = begin(asked, given, (rig, &mut *spec), context)?;
     let label = given.label;
     if options.run.plan == Some(true) {
         return Ok(Reply::planned(out, |to| {
@@ -160,11 +158,24 @@ fn of_channels(
     found.sensor.check(&opener(&options.run))?;
     destination.put(names[0], found.sensor.to_text().into_bytes())?;
     destination.table(found.table()?)?;
-    let (text, result, counts, seconds) = (found.text(), found.result(), found.counts(), context.seconds());
-    let told = [&counts, &seconds, &result];
-    let document = report::document(spec, &identity, (&found.data[0], &options.hash), told);
-    let reply = Reply { text, counts, seconds, result, ..Reply::default() };
-    Ok(reply.filed(destination, document, out, context)?.answered())
+    let (text, counts, result) = (found.text(), found.counts(), found.result());
+    let reply = Reply { text, counts, result, ..Reply::default() };
+    filed(reply, (&found.data[0], &options.hash), (spec, of), destination, context)
+}
+
+/// Ends a calibration by `data` with this hash of the whisker of `spec`.
+fn filed(
+    reply: Reply,
+    (data, hash): (&Data, &str),
+    (spec, of): (&Spec, Value),
+    destination: Destination,
+    context: &Context<'_>,
+) -> Result<Reply, Error> {
+    let body = json!({
+        "data": { "file": data.file, "hash": hash }, "in_force": run_json::in_force(spec),
+        "material_fit": run_json::material_fit(spec, None), "warnings": spec.warnings, "result": reply.result,
+    });
+    Ok(reply.filed(destination, of, body, context)?.answered())
 }
 
 /// Options, folder and question of a calibration of the whisker `rig` of `spec`.
@@ -181,13 +192,14 @@ fn begin(
     let digest = given.table.hash()?;
     let CalibrateRequest { theta, delta, .. } = asked;
     let identity = hash(&format!("{digest}\n{}\n{theta:?}{delta:?}{:?}", spec.text, asked.fit));
+    let of_run = json!({ "name": spec.name, "hash": identity, "text": spec.text });
     let stem = stem(&asked.data, "calibration");
     let out = folder(run.out.as_ref(), &stem, "calibrate");
     let of = json!({ "data": digest, "theta": format!("{theta:?}"), "delta": format!("{delta:?}"), "fit": asked.fit, "columns": asked.columns, "run": asked.run, "group": asked.group, "export": asked.export, "estimator": asked.estimator });
     let question = Question { name: stem, ..Question::of_scene("calibrate", spec, of) };
     let group = calibrate::widths(&asked.group)?;
     let options = Options { drive: theta.or(*delta), group, fit, run, hash: digest };
-    Ok(Begun { asked: options, identity, out, question })
+    Ok(Begun { asked: options, of: of_run, out, question })
 }
 
 /// Writes the file of `--export`, if it was asked for: `calibration` as `--estimator` answers, or as `won`, the one that it chose.

@@ -24,7 +24,6 @@ use crate::sink::folder::{Question, hash};
 use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
 use crate::sink::lab::{LabCell, LabTable};
-use crate::sink::run_json;
 use crate::sink::table::drive_unit;
 use crate::sink::values::Field;
 use crate::status::Status;
@@ -111,14 +110,14 @@ pub fn run(asked: &NextRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let mut destination = context.open(&out, question, &["next.csv", "next.svg"], options.force)?;
     destination.table(table(&found, drive)?)?;
     destination.draw("next.svg", || Ok(drawn(&found, drive)))?;
-    let (mut result, seconds) = (result(&found, drive, &lines), context.seconds());
+    let mut result = result(&found, drive, &lines);
     result["warnings"] = context.told().into();
     let counts = json!({ "taps": found.taps, "rows": found.tried.len() });
     let identity = hash(&format!("{}\n{data:?}\n{may:?}", calibration.checksum));
-    let told = json!({ "calibration": { "file": label, "checksum": calibration.checksum }, "counts": counts, "seconds": seconds, "warnings": context.told(), "result": result });
-    let document = run_json::document("next", json!({ "name": stem, "hash": identity }), told);
+    let of = json!({ "name": stem, "hash": identity });
+    let body = json!({ "calibration": { "file": label, "checksum": calibration.checksum }, "warnings": context.told(), "result": result });
     let answer = answer(&found, drive, &lines);
-    Reply { answer, counts, seconds, result, ..Reply::default() }.filed(destination, document, out, context)
+    Reply { answer, counts, result, ..Reply::default() }.filed(destination, of, body, context)
 }
 
 /// The taps of one object in a file.

@@ -106,7 +106,7 @@ pub fn run(asked: &SimulateRequest, context: &Context<'_>) -> Result<Reply, Erro
         n => format!(", {n} of them without a solution and empty"),
     };
     let text = format!("{} synthetic taps{empty}, {} zero readings\n", counts.taps, counts.zeros);
-    filed((&spec, text), (described, counts), destination, out, context)
+    filed((&spec, text), (described, counts), destination, context)
 }
 
 fn stroke(
@@ -149,7 +149,7 @@ fn stroke(
     };
     let (taps, strokes, zeros) = (counts.taps, course.starts.len() - missed, counts.zeros);
     let text = format!("{taps} synthetic readings of {strokes} strokes{without}, {zeros} zero readings\n");
-    filed((spec, text), (described, counts), destination, out, context)
+    filed((spec, text), (described, counts), destination, context)
 }
 
 /// The reply, with the `text` of its summary.
@@ -157,13 +157,12 @@ fn filed(
     (spec, text): (&Spec, String),
     (described, counts): (serde_json::Value, Counts),
     destination: super::Destination,
-    out: PathBuf,
     context: &Context<'_>,
 ) -> Result<Reply, Error> {
-    let (counts, seconds) = (counts.described(), context.seconds());
-    let document = simulate::document(spec, [&described, &counts, &seconds]);
+    let body = json!({ "source": simulate::SOURCE, "settings": described });
     let result = json!({ "settings": described });
-    Reply { text, counts, seconds, result, ..Reply::default() }.filed(destination, document, out, context)
+    let reply = Reply { text, counts: counts.described(), result, ..Reply::default() };
+    reply.filed_of(spec, destination, body, context)
 }
 
 fn settings(asked: &SimulateRequest, rig: &Rig) -> Result<Settings, InputError> {
