@@ -1,6 +1,5 @@
 //! `vibrissa new`: a first spec from five answers, and its schema beside it.
 
-use std::fmt::Write as _;
 use std::io::{BufRead, IsTerminal, Write as _};
 use std::path::{Path, PathBuf};
 
@@ -194,16 +193,17 @@ fn choose<T: Copy, const N: usize>(
     })
 }
 
-/// Lines of a section, each with what the reference says of its key; `about` stands before them.
-fn section(name: &str, about: &str, lines: &[(&str, String)]) -> String {
-    let about = if about.is_empty() { String::new() } else { format!("# {about}\n") };
-    let mut text = format!("\n{about}[{name}]\n");
-    for (key, value) in lines {
-        let told = keys::section(name).key(key).map_or(String::new(), |known| match known.unit {
-            "" => known.what.to_owned(),
-            unit => format!("{}, {unit}", known.what),
-        });
-        let _ = writeln!(text, "{:44} # {told}", format!("{key} = {value}"));
+/// `toml` with what the reference says of each of its keys behind the key's line.
+fn commented(toml: &str) -> String {
+    let (mut section, mut text) = ("", String::new());
+    for line in toml.lines() {
+        section = line.strip_prefix('[').map_or(section, |name| name.trim_end_matches(']'));
+        let key = line.split_once(" = ").and_then(|(key, _)| keys::section(section).key(key));
+        text += &match key.map(|key| (key.what, key.unit)) {
+            None => format!("{line}\n"),
+            Some((what, "")) => format!("{line:44} # {what}\n"),
+            Some((what, unit)) => format!("{line:44} # {what}, {unit}\n"),
+        };
     }
     text
 }
@@ -211,54 +211,42 @@ fn section(name: &str, about: &str, lines: &[(&str, String)]) -> String {
 fn text(answers: &Answers) -> String {
     let Answers { whisker: [base, tip, length], gauge, clamp, distances: [near, far], goal } = answers;
     let [place, grid, noise] = gauge;
-    let on = || "true".to_owned();
     let angles = if *goal == "optimise" { "4" } else { "{ from = 0.5, to = 10, step = 0.5 }" };
-    let sized =
-        [("D", base), ("d", tip), ("L_a", length), ("hub", &0.0)].map(|(key, x)| (key, x.to_string()));
-    let gauge =
-        [("x_ss", place.to_string()), ("l", grid.to_string()), ("noise_strain", format!("{noise}e-6"))];
-    let taps = [("a", format!("{{ from = {near}, to = {far}, steps = 10 }}")), ("theta", angles.to_owned())];
-    let model = [
-        ("shear", on()),
-        ("extension", on()),
-        ("surface", on()),
-        ("clamp", format!("{clamp:?}")),
-        ("material", "{ neo-hookean = 3.2 }".to_owned()),
-    ];
-    let mut text = format!(
+    let head = format!(
         "#:schema ./{SCHEMA}\n# Lengths in mm, angles in degrees, moduli in MPa, strain without unit. `vibrissa help spec` explains every key.\n"
     );
-    text += &section("whisker", "", &sized);
-    text += &section("gauge", "", &gauge);
-    text += &section("tap", "", &taps);
-    text += &section(
-        "model",
-        "A soft whisker; remove a line to switch its effect off. `vibrissa sweep SPEC --explain` says what each is worth.",
-        &model,
+    let spec = format!(
+        "\n[whisker]\nD = {base}\nd = {tip}\nL_a = {length}\nhub = 0\n\
+         \n[gauge]\nx_ss = {place}\nl = {grid}\nnoise_strain = {noise}e-6\n\
+         \n[tap]\na = {{ from = {near}, to = {far}, steps = 10 }}\ntheta = {angles}\n\
+         \n# A soft whisker; remove a line to switch its effect off. `vibrissa sweep SPEC --explain` says what each is worth.\n\
+         [model]\nshear = true\nextension = true\nsurface = true\nclamp = {clamp:?}\nmaterial = {{ neo-hookean = 3.2 }}\n"
     );
+    let mut text = head + &commented(&spec);
     if *goal != "calibrate" {
-        let about = "How a distance is computed: by the model itself, as a calibrated whisker does it; \"euler-bernoulli\" is the paper's formula.";
-        text += &section("estimate", about, &[("theory", "\"exact\"".to_owned())]);
+        text += &commented(
+            "\n# How a distance is computed: by the model itself, as a calibrated whisker does it; \"euler-bernoulli\" is the paper's formula.\n\
+             [estimate]\ntheory = \"exact\"\n",
+        );
     }
-    match *goal {
-        "optimise" => {
-            let between = |key: &str, ends: [f64; 2]| {
-                let [low, high] = ends.map(|x| (x * 1e3).round() / 1e3);
-                format!("{key} = [{low}, {high}]")
-            };
-            let near_to = |key: &str, value: f64| between(key, NEAR.map(|share| share * value));
-            // The gauge may move towards the clamp, and outwards halfway to the nearest object, where it still reads every tap.
-            let room = near - grid;
-            let places = [0.5 * place, (0.5 * room).max(1.5 * place).min(room).max(*place)];
-            let (base, tip, place) = (near_to("D", *base), near_to("d", *tip), between("x_ss", places));
-            text += "\n# What `vibrissa optimise` may change, each between two bounds; what is not listed stays as it is above.\n[optimise]\n\
-                     objective = \"distance\"            # the error of the distance, total_rms_mm\n";
-            let _ = writeln!(text, "variables = {{ {base}, {tip}, {place}, theta = [0.5, 10] }}");
-        }
-        "sweep" => {
-            text += "\n# The best rows first: bias and noise of the distance together.\n[output]\nby = \"total_rms_mm\"\n"
-        }
-        _ => {}
+    if *goal == "sweep" {
+        text += "\n# The best rows first: bias and noise of the distance together.\n[output]\nby = \"total_rms_mm\"\n";
+    }
+    if *goal == "optimise" {
+        let between = |key: &str, ends: [f64; 2]| {
+            let [low, high] = ends.map(|x| (x * 1e3).round() / 1e3);
+            format!("{key} = [{low}, {high}]")
+        };
+        let near_to = |key: &str, value: f64| between(key, NEAR.map(|share| share * value));
+        // The gauge may move towards the clamp, and outwards halfway to the nearest object, where it still reads every tap.
+        let room = near - grid;
+        let places = [0.5 * place, (0.5 * room).max(1.5 * place).min(room).max(*place)];
+        let (base, tip, place) = (near_to("D", *base), near_to("d", *tip), between("x_ss", places));
+        text += &format!(
+            "\n# What `vibrissa optimise` may change, each between two bounds; what is not listed stays as it is above.\n[optimise]\n\
+             objective = \"distance\"            # the error of the distance, total_rms_mm\n\
+             variables = {{ {base}, {tip}, {place}, theta = [0.5, 10] }}\n"
+        );
     }
     text
 }

@@ -48,8 +48,8 @@ pub fn of_file(path: &Path) -> Result<MaterialFit> {
 fn of_text(label: String, text: &str) -> Result<(MaterialFit, Option<String>)> {
     let document = Document { file: &label, text };
     let mut points = Vec::new();
-    let header = table::read(document, columns(), &mut |[strain, stress], place| {
-        points.push(Point { strain, stress, place });
+    let header = table::read(document, columns(), &mut |row, place| {
+        points.push(Point { strain: row[0], stress: row[1], place });
     })?;
     Ok((fitted(points, &label, Source::Text(document))?, header.warning(&label)))
 }
@@ -60,14 +60,14 @@ fn of_text(label: String, text: &str) -> Result<(MaterialFit, Option<String>)> {
 /// A column that is missing; what is no stress–strain curve, or none of the law.
 pub fn of_frame(frame: &Frame) -> Result<MaterialFit> {
     let mut points = Vec::new();
-    table::of_frame(frame, columns(), &mut |[strain, stress], place| {
-        points.push(Point { strain, stress, place });
+    table::of_frame(frame, columns(), &mut |row, place| {
+        points.push(Point { strain: row[0], stress: row[1], place });
     })?;
     fitted(points, "data", Source::Memory)
 }
 
-fn columns() -> Columns<'static, 2> {
-    Columns::all([STRAIN, STRESS], allowed)
+fn columns() -> Columns<'static> {
+    Columns::all(&[STRAIN, STRESS], allowed)
 }
 
 fn fitted(points: Vec<Point>, label: &str, source: Source<'_>) -> Result<MaterialFit> {

@@ -237,7 +237,9 @@ pub fn columns<const N: usize>(
 ) -> Result<(String, Vec<[f64; N]>)> {
     let (label, text) = table::open(item, base, what, Limit::Whole)?;
     let (document, mut rows) = (Document { file: &label, text: &text }, Vec::new());
-    table::read(document, table::Columns::all(names, allowed), &mut |row, _| rows.push(row))?;
+    table::read(document, table::Columns::all(&names, allowed), &mut |row, _| {
+        rows.push(std::array::from_fn(|k| row[k]));
+    })?;
     Ok((label, rows))
 }
 

@@ -29,23 +29,24 @@ pub(super) fn named(item: &Item<'_>, error: InputError) -> InputError {
 
 /// Columns of a table by name, each with a value for each row.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Columns<'a, const N: usize> {
-    pub names: [&'a str; N],
+pub(super) struct Columns<'a> {
+    pub names: &'a [&'a str],
     /// Those that a table may lack: zero in all of its rows.
     pub spare: &'a [&'a str],
     /// What may stand in a column.
     pub allowed: fn(&str) -> &'static str,
 }
 
-impl<'a, const N: usize> Columns<'a, N> {
+impl<'a> Columns<'a> {
     /// None of which a table may lack.
-    pub fn all(names: [&'a str; N], allowed: fn(&str) -> &'static str) -> Self {
+    pub fn all(names: &'a [&'a str], allowed: fn(&str) -> &'static str) -> Self {
         Self { names, spare: &[], allowed }
     }
 
     /// Those that a table must have, separated.
     fn required(&self, separator: &str) -> String {
-        let required: Vec<&str> = self.names.into_iter().filter(|name| !self.spare.contains(name)).collect();
+        let required: Vec<&str> =
+            self.names.iter().copied().filter(|name| !self.spare.contains(name)).collect();
         required.join(separator)
     }
 }
@@ -102,23 +103,23 @@ impl Source<'_> {
 }
 
 /// Reads `columns` of the text of a file, and hands each row and its place to `row`. Lines that start with `#` are skipped. What its first line says.
-pub(super) fn read<'a, const N: usize>(
+pub(super) fn read<'a>(
     document: Document<'_>,
-    columns: Columns<'a, N>,
-    row: &mut dyn FnMut([f64; N], usize),
-) -> Result<Header<'a, N>> {
+    columns: Columns<'a>,
+    row: &mut dyn FnMut(&[f64], usize),
+) -> Result<Header<'a>> {
     let header = document.text.lines().find(|l| !l.trim().is_empty() && !l.starts_with('#'));
     let reader = (document.text.as_bytes(), separator(header.unwrap_or_default()));
     scan(Source::Text(document), reader, columns, row)
 }
 
 /// As [`read`], from any reader of a text whose fields have `separator` between them; `source` places errors.
-pub(super) fn scan<'a, const N: usize>(
+pub(super) fn scan<'a>(
     source: Source<'_>,
     (text, separator): (impl Read, char),
-    columns: Columns<'a, N>,
-    row: &mut dyn FnMut([f64; N], usize),
-) -> Result<Header<'a, N>> {
+    columns: Columns<'a>,
+    row: &mut dyn FnMut(&[f64], usize),
+) -> Result<Header<'a>> {
     let failed = |e: csv::Error| {
         let why = format!("this is not a CSV file: {e}");
         let refusal = match e.into_kind() {
@@ -152,11 +153,11 @@ pub(super) fn scan<'a, const N: usize>(
 }
 
 /// As [`read`], of a table in memory.
-pub(super) fn of_frame<'a, const N: usize>(
+pub(super) fn of_frame<'a>(
     frame: &Frame,
-    columns: Columns<'a, N>,
-    row: &mut dyn FnMut([f64; N], usize),
-) -> Result<Header<'a, N>> {
+    columns: Columns<'a>,
+    row: &mut dyn FnMut(&[f64], usize),
+) -> Result<Header<'a>> {
     let names: Vec<String> = frame.names.iter().map(|name| name.to_string()).collect();
     let mut header = Header::new(columns, &names).map_err(|e| e.value(names.join(",")))?;
     for at in 0..frame.len() {
@@ -168,24 +169,26 @@ pub(super) fn of_frame<'a, const N: usize>(
 }
 
 /// What the first line of a table says, by which its rows are read.
-pub(super) struct Header<'a, const N: usize> {
-    columns: Columns<'a, N>,
+pub(super) struct Header<'a> {
+    columns: Columns<'a>,
     /// Places of the columns asked for.
-    pub places: [Option<usize>; N],
+    pub places: Vec<Option<usize>>,
+    /// Numbers of the row that was read last.
+    values: Vec<f64>,
     ignored: Vec<String>,
     decimals: Decimals,
 }
 
-impl<'a, const N: usize> Header<'a, N> {
+impl<'a> Header<'a> {
     /// Of a table with columns of these names.
-    fn new(columns: Columns<'a, N>, names: &[String]) -> Result<Self> {
-        let mut places = [None; N];
+    fn new(columns: Columns<'a>, names: &[String]) -> Result<Self> {
+        let mut places = vec![None; columns.names.len()];
         let ignored: Vec<&String> =
             names.iter().filter(|name| !columns.names.contains(&name.as_str())).collect();
         for (place, column) in places.iter_mut().zip(columns.names) {
-            let mut found = names.iter().enumerate().filter(|(_, name)| *name == column).map(|(i, _)| i);
+            let mut found = names.iter().enumerate().filter(|(_, name)| name == column).map(|(i, _)| i);
             *place = found.next();
-            let message = if place.is_none() && !columns.spare.contains(&column) {
+            let message = if place.is_none() && !columns.spare.contains(column) {
                 let extra: Vec<&str> = ignored.iter().map(|name| name.as_str()).collect();
                 let similar = nearest(column, &extra).map(|name| format!("; is {name} meant?"));
                 format!("column {column} is missing{}", similar.unwrap_or_default())
@@ -198,17 +201,17 @@ impl<'a, const N: usize> Header<'a, N> {
             return Err(InputError::new(message).key(column).allowed(allowed));
         }
         let ignored = ignored.into_iter().cloned().collect();
-        Ok(Self { columns, places, ignored, decimals: Decimals::default() })
+        let values = vec![0.0; places.len()];
+        Ok(Self { columns, places, values, ignored, decimals: Decimals::default() })
     }
 
-    /// The numbers of a row with these cells.
-    fn row<'c>(&mut self, cell: impl Fn(usize) -> LabCell<'c>) -> Result<[f64; N]> {
-        let mut values = [0.0; N];
-        for ((value, place), column) in values.iter_mut().zip(self.places).zip(self.columns.names) {
-            let Some(place) = place else { continue };
+    /// The numbers of a row with these cells; 0 where a column is missing.
+    fn row<'c>(&mut self, cell: impl Fn(usize) -> LabCell<'c>) -> Result<&[f64]> {
+        for ((value, place), column) in self.values.iter_mut().zip(&self.places).zip(self.columns.names) {
+            let Some(place) = *place else { continue };
             *value = number(&cell(place), &mut self.decimals, column, (self.columns.allowed)(column))?;
         }
-        Ok(values)
+        Ok(&self.values)
     }
 
     /// That columns of `file` were ignored, if some were.
