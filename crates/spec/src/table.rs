@@ -185,10 +185,10 @@ impl<'a> Header<'a> {
         let mut places = vec![None; columns.names.len()];
         let ignored: Vec<&String> =
             names.iter().filter(|name| !columns.names.contains(&name.as_str())).collect();
-        for (place, column) in places.iter_mut().zip(columns.names) {
-            let mut found = names.iter().enumerate().filter(|(_, name)| name == column).map(|(i, _)| i);
+        for (place, &column) in places.iter_mut().zip(columns.names) {
+            let mut found = names.iter().enumerate().filter(|(_, name)| *name == column).map(|(i, _)| i);
             *place = found.next();
-            let message = if place.is_none() && !columns.spare.contains(column) {
+            let message = if place.is_none() && !columns.spare.contains(&column) {
                 let extra: Vec<&str> = ignored.iter().map(|name| name.as_str()).collect();
                 let similar = nearest(column, &extra).map(|name| format!("; is {name} meant?"));
                 format!("column {column} is missing{}", similar.unwrap_or_default())

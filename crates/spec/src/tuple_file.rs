@@ -185,7 +185,9 @@ pub(super) fn of_frame<'a>(sections: &Sections<'a>, drive: Drive, frame: &Frame)
     let columns = Columns { names: &names, spare: &spare, allowed };
     let given: Vec<&str> = frame.names.iter().map(AsRef::as_ref).collect();
     let mut all = Rows::new(&given);
-    let header = table::of_frame(frame, columns, &mut |values, _| drop(all.take(values)));
+    let header = table::of_frame(frame, columns, &mut |values, _| {
+        all.take(values);
+    });
     let header = header.map_err(|e| InputError { key: e.key.map(|key| format!("tuples.{key}")), ..e })?;
     all.read(sections, &sections.of_tuples(), &header)
 }
