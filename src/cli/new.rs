@@ -14,9 +14,6 @@ use vibrissa::spec::keys;
 use super::reply::Reply;
 
 const SCHEMA: &str = "spec.schema.json";
-/// Share by which a search may leave the whisker that was asked for.
-const NEAR: [f64; 2] = [0.7, 1.3];
-
 /// Least noise of a reading, microstrain. Amplifiers of strain gauges have 0.1 and more; what is less was meant as strain.
 const LEAST_NOISE: f64 = 0.01;
 
@@ -237,7 +234,7 @@ fn text(answers: &Answers) -> String {
             let [low, high] = ends.map(|x| (x * 1e3).round() / 1e3);
             format!("{key} = [{low}, {high}]")
         };
-        let near_to = |key: &str, value: f64| between(key, NEAR.map(|share| share * value));
+        let near_to = |key: &str, value: f64| between(key, [0.7 * value, 1.3 * value]);
         // The gauge may move towards the clamp, and outwards halfway to the nearest object, where it still reads every tap.
         let room = near - grid;
         let places = [0.5 * place, (0.5 * room).max(1.5 * place).min(room).max(*place)];

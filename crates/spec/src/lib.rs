@@ -250,9 +250,7 @@ pub fn load(path: &Path, what: &str) -> Result<String> {
 
 /// The line with a key of more parts than the TOML reader takes, of which it does not say the place.
 fn deep_key(text: &str) -> Option<Range<usize>> {
-    /// Parts of a key at most.
-    const MOST: usize = 80;
-    let deep = |line: &&str| !line.trim_start().starts_with('#') && line.matches('.').count() >= MOST;
+    let deep = |line: &&str| !line.trim_start().starts_with('#') && line.matches('.').count() >= 80;
     let line = text.split('\n').find(deep)?;
     let start = line.as_ptr() as usize - text.as_ptr() as usize;
     Some(start..start + line.len())
