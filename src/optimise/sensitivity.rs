@@ -11,9 +11,6 @@ use crate::scene::{Column, Property, Tuple};
 
 /// Relative step of the local derivatives.
 const STEP: f64 = 1e-3;
-/// The parameters, in row order; properties of the rig that vary come before the drive.
-const PARAMETERS: [Column; 5] =
-    [Column::BaseDiameter, Column::TipDiameter, Column::Length, Column::GaugePosition, Column::GridLength];
 
 /// Values for K_sd and for total_rms_mm; `None` where they could not be computed.
 pub type Pair = [Option<f64>; 2];
@@ -51,8 +48,11 @@ fn elasticities(scorer: &mut Scorer<'_>, best: &Tuple, out: &mut Sensitivity) ->
     let setup = scorer.judge.setup;
     let rigs = setup.rigs.as_deref();
     let properties = rigs.map_or(&[][..], |rigs| &rigs.properties).iter().copied().map(Quantity::Property);
-    let parameters: Vec<Quantity> = PARAMETERS.map(Quantity::Column).into_iter().chain(properties).collect();
-    let parameters = [&parameters[..], &[Quantity::Column(Column::Drive)]].concat();
+    // In row order: properties of the rig come before the drive.
+    let whisker =
+        Column::ALL.into_iter().take_while(|column| *column != Column::Distance).map(Quantity::Column);
+    let parameters: Vec<Quantity> =
+        whisker.chain(properties).chain([Quantity::Column(Column::Drive)]).collect();
     let moved = |quantity: Quantity, share: f64| match (quantity, rigs) {
         (Quantity::Property(property), Some(rigs)) => {
             let values = rigs.properties.iter().zip(rigs.values(best.rig));
