@@ -140,14 +140,11 @@ fn read(
         })?),
         None => readings.column(NAME),
     };
-    let word = |fields: &[LabCell<'_>]| {
-        place.and_then(|k| fields.get(k)).map(LabCell::to_string).unwrap_or_default()
-    };
     shift_column(&readings.names)?;
     let shifts = readings.numbers(SHIFT)?;
     let mut all = Vec::new();
     for (k, row) in readings.rows.iter().enumerate() {
-        let object = word(&row.fields);
+        let object = place.and_then(|k| row.fields.get(k)).map(LabCell::to_string).unwrap_or_default();
         // A row without an object is of none, where others have one.
         let named = place.is_none() || !object.is_empty();
         if let Some(tap) = row.tap.as_ref().filter(|_| named) {
@@ -155,8 +152,7 @@ fn read(
             all.push((Reading { shift, ..tap.clone() }, object));
         }
     }
-    let taps = || all.iter();
-    let objects: BTreeSet<String> = taps().map(|tap| tap.1.clone()).collect();
+    let objects: BTreeSet<String> = all.iter().map(|tap| tap.1.clone()).collect();
     let only = match &asked.only {
         Some(only) if !objects.contains(only) => {
             let error = InputError::new("no tap is of this object").at(label.clone(), None).key("--only");
@@ -169,7 +165,7 @@ fn read(
         }
         only => only.clone(),
     };
-    let own = taps().filter(|tap| only.as_ref().is_none_or(|only| tap.1 == *only));
+    let own = all.iter().filter(|tap| only.as_ref().is_none_or(|only| tap.1 == *only));
     let (taps, lines): (Vec<Reading>, Vec<usize>) = own.map(|(tap, _)| (tap.clone(), tap.line)).unzip();
     if taps.is_empty() {
         warn(&format!("{label}: no row is a tap; this is about the first one"));

@@ -98,11 +98,12 @@ pub fn run(asked: &PlanRequest, context: &Context<'_>) -> Result<Reply, Error> {
 }
 
 fn goal(asked: &PlanRequest) -> Result<PlanGoal, InputError> {
+    let &PlanRequest { error, positions, runs, place, gain, relative, seed, .. } = asked;
     let sizes = [
-        ("--error", asked.error, true),
-        ("--place", asked.place, false),
-        ("--gain", asked.gain, false),
-        ("--relative", asked.relative, false),
+        ("--error", error, true),
+        ("--place", place, false),
+        ("--gain", gain, false),
+        ("--relative", relative, false),
     ];
     for (key, x, positive) in sizes {
         if !(x.is_finite() && x >= 0.0 && (x > 0.0 || !positive)) {
@@ -110,15 +111,7 @@ fn goal(asked: &PlanRequest) -> Result<PlanGoal, InputError> {
             return Err(InputError::new("this is no such size").key(key).value(x).allowed(allowed));
         }
     }
-    Ok(PlanGoal {
-        error: asked.error,
-        positions: asked.positions,
-        runs: asked.runs,
-        place: asked.place,
-        gain: asked.gain,
-        relative: asked.relative,
-        seed: asked.seed,
-    })
+    Ok(PlanGoal { error, positions, runs, place, gain, relative, seed })
 }
 
 /// What is to be done, with the signal to fill in.
