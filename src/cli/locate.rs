@@ -18,7 +18,6 @@ use vibrissa::scene::RunOptions;
 use vibrissa::sink::folder::{Hashing, Question, hash};
 use vibrissa::sink::frame::Frame;
 use vibrissa::sink::lab::LabStream;
-use vibrissa::sink::run_json;
 use vibrissa::text_file::{Limit, TextFile, refused, unread};
 
 use super::args::Locate;
@@ -310,26 +309,17 @@ fn filed(
         some(&label, counts.lines - counts.blank)?;
         Ok(counts)
     })?;
-    let document = run_json::document(
-        "locate",
-        json!({ "name": stem, "hash": identity }),
-        json!({
-            "calibration": opened.known,
-            "readings": { "file": label, "hash": digest },
-            "estimator": opened.by,
-            "counts": counted(&counts),
-            "warnings": context.told(),
-            "interrupted": counts.stopped,
-            "seconds": context.seconds(),
-        }),
-    );
+    let body = json!({
+        "calibration": opened.known, "readings": { "file": label, "hash": digest }, "estimator": opened.by,
+        "warnings": context.told(), "interrupted": counts.stopped,
+    });
     let (taps, zeros) = (counts.lines - counts.zeros, zeros(&counts));
     let text = format!("{taps} readings located by {}{zeros}: {}\n", opened.by, words(&counts));
     let kept =
         || format!("interrupted; the answers to {} readings are kept in {}", counts.lines, out.display());
     let broken = counts.stopped.then(kept);
     let reply = Reply { broken, ..reply(text, &counts, opened, context) };
-    let reply = reply.filed(destination, document, out.clone(), context)?;
+    let reply = reply.filed(destination, json!({ "name": stem, "hash": identity }), body, context)?;
     // A long table is not read again for a sentence.
     Ok(if counts.lines <= ANSWERED { reply.answered() } else { reply })
 }

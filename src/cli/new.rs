@@ -1,6 +1,5 @@
 //! `vibrissa new`: a first spec from five answers, and its schema beside it.
 
-use std::fmt::Write as _;
 use std::io::{BufRead, IsTerminal, Write as _};
 use std::path::{Path, PathBuf};
 
@@ -15,9 +14,6 @@ use vibrissa::spec::keys;
 use super::reply::Reply;
 
 const SCHEMA: &str = "spec.schema.json";
-/// Share by which a search may leave the whisker that was asked for.
-const NEAR: [f64; 2] = [0.7, 1.3];
-
 /// Least noise of a reading, microstrain. Amplifiers of strain gauges have 0.1 and more; what is less was meant as strain.
 const LEAST_NOISE: f64 = 0.01;
 
@@ -25,12 +21,12 @@ const WHISKER_ASKED: &str = "Base diameter, tip diameter and length of the whisk
 const GAUGE_ASKED: &str = "Start of the gauge's grid from the clamp and its length, mm, and the noise of one reading, microstrain, as 5,2,15";
 const DISTANCES_ASKED: &str = "Nearest and farthest distance of objects from the clamp, mm, as 25,70";
 
-/// What a new spec is for: word, meaning, help.
-const GOALS: [(&str, Goal, &str); 4] = [
-    ("tap", Goal::Tap, "the best tap angle of this whisker"),
-    ("optimise", Goal::Optimise, "the best whisker and gauge near this one"),
-    ("sweep", Goal::Sweep, "tables of every distance and tap angle"),
-    ("calibrate", Goal::Calibrate, "a distance from measured strains"),
+/// What a new spec is for: the command, twice, and its help.
+const GOALS: [(&str, &str, &str); 4] = [
+    ("tap", "tap", "the best tap angle of this whisker"),
+    ("optimise", "optimise", "the best whisker and gauge near this one"),
+    ("sweep", "sweep", "tables of every distance and tap angle"),
+    ("calibrate", "calibrate", "a distance from measured strains"),
 ];
 const CLAMPS: [(&str, &str, &str); 4] = [
     ("rigid", "rigid", "as the theory has it: nothing gives way"),
@@ -38,14 +34,6 @@ const CLAMPS: [(&str, &str, &str); 4] = [
     ("glued", "glued", "glued into a socket"),
     ("socket", "socket", "pushed into a smooth socket"),
 ];
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Goal {
-    Tap,
-    Optimise,
-    Sweep,
-    Calibrate,
-}
 
 /// Write a first spec: five questions, or their answers as flags. Every line of it is commented.
 #[derive(Debug, Flags)]
@@ -70,7 +58,7 @@ pub struct New {
     pub distances: Option<String>,
     /// What the spec is for
     #[arg(long = "for", value_name = "GOAL", value_parser = words(GOALS))]
-    pub goal: Option<Goal>,
+    pub goal: Option<&'static str>,
     /// Replace a spec that is there
     #[arg(long)]
     pub force: bool,
@@ -84,7 +72,7 @@ struct Answers {
     gauge: [f64; 3],
     clamp: &'static str,
     distances: [f64; 2],
-    goal: Goal,
+    goal: &'static str,
 }
 
 /// Asks what the flags do not say, and writes the spec.
@@ -108,10 +96,9 @@ pub fn run(args: &New) -> Result<Reply, Error> {
     write(&args.spec, &text)?;
     let beside = args.spec.with_file_name(SCHEMA);
     write(&beside, &schema::text())?;
-    let name = GOALS.iter().find(|(_, goal, _)| *goal == answers.goal).map_or("", |(word, ..)| *word);
     let next = match answers.goal {
-        Goal::Calibrate => format!("vibrissa calibrate DATA.csv --whisker {label}"),
-        _ => format!("vibrissa {name} {label}"),
+        "calibrate" => format!("vibrissa calibrate DATA.csv --whisker {label}"),
+        goal => format!("vibrissa {goal} {label}"),
     };
     let warnings: String = read.warnings.iter().map(|w| format!("warning: {w}\n")).collect();
     Ok(Reply {
@@ -203,16 +190,17 @@ fn choose<T: Copy, const N: usize>(
     })
 }
 
-/// Lines of a section, each with what the reference says of its key; `about` stands before them.
-fn section(name: &str, about: &str, lines: &[(&str, String)]) -> String {
-    let about = if about.is_empty() { String::new() } else { format!("# {about}\n") };
-    let mut text = format!("\n{about}[{name}]\n");
-    for (key, value) in lines {
-        let told = keys::section(name).key(key).map_or(String::new(), |known| match known.unit {
-            "" => known.what.to_owned(),
-            unit => format!("{}, {unit}", known.what),
-        });
-        let _ = writeln!(text, "{:44} # {told}", format!("{key} = {value}"));
+/// `toml` with what the reference says of each of its keys behind the key's line.
+fn commented(toml: &str) -> String {
+    let (mut section, mut text) = ("", String::new());
+    for line in toml.lines() {
+        section = line.strip_prefix('[').map_or(section, |name| name.trim_end_matches(']'));
+        let key = line.split_once(" = ").and_then(|(key, _)| keys::section(section).key(key));
+        text += &match key.map(|key| (key.what, key.unit)) {
+            None => format!("{line}\n"),
+            Some((what, "")) => format!("{line:44} # {what}\n"),
+            Some((what, unit)) => format!("{line:44} # {what}, {unit}\n"),
+        };
     }
     text
 }
@@ -220,54 +208,42 @@ fn section(name: &str, about: &str, lines: &[(&str, String)]) -> String {
 fn text(answers: &Answers) -> String {
     let Answers { whisker: [base, tip, length], gauge, clamp, distances: [near, far], goal } = answers;
     let [place, grid, noise] = gauge;
-    let on = || "true".to_owned();
-    let angles = if *goal == Goal::Optimise { "4" } else { "{ from = 0.5, to = 10, step = 0.5 }" };
-    let sized =
-        [("D", base), ("d", tip), ("L_a", length), ("hub", &0.0)].map(|(key, x)| (key, x.to_string()));
-    let gauge =
-        [("x_ss", place.to_string()), ("l", grid.to_string()), ("noise_strain", format!("{noise}e-6"))];
-    let taps = [("a", format!("{{ from = {near}, to = {far}, steps = 10 }}")), ("theta", angles.to_owned())];
-    let model = [
-        ("shear", on()),
-        ("extension", on()),
-        ("surface", on()),
-        ("clamp", format!("{clamp:?}")),
-        ("material", "{ neo-hookean = 3.2 }".to_owned()),
-    ];
-    let mut text = format!(
+    let angles = if *goal == "optimise" { "4" } else { "{ from = 0.5, to = 10, step = 0.5 }" };
+    let head = format!(
         "#:schema ./{SCHEMA}\n# Lengths in mm, angles in degrees, moduli in MPa, strain without unit. `vibrissa help spec` explains every key.\n"
     );
-    text += &section("whisker", "", &sized);
-    text += &section("gauge", "", &gauge);
-    text += &section("tap", "", &taps);
-    text += &section(
-        "model",
-        "A soft whisker; remove a line to switch its effect off. `vibrissa sweep SPEC --explain` says what each is worth.",
-        &model,
+    let spec = format!(
+        "\n[whisker]\nD = {base}\nd = {tip}\nL_a = {length}\nhub = 0\n\
+         \n[gauge]\nx_ss = {place}\nl = {grid}\nnoise_strain = {noise}e-6\n\
+         \n[tap]\na = {{ from = {near}, to = {far}, steps = 10 }}\ntheta = {angles}\n\
+         \n# A soft whisker; remove a line to switch its effect off. `vibrissa sweep SPEC --explain` says what each is worth.\n\
+         [model]\nshear = true\nextension = true\nsurface = true\nclamp = {clamp:?}\nmaterial = {{ neo-hookean = 3.2 }}\n"
     );
-    if *goal != Goal::Calibrate {
-        let about = "How a distance is computed: by the model itself, as a calibrated whisker does it; \"euler-bernoulli\" is the paper's formula.";
-        text += &section("estimate", about, &[("theory", "\"exact\"".to_owned())]);
+    let mut text = head + &commented(&spec);
+    if *goal != "calibrate" {
+        text += &commented(
+            "\n# How a distance is computed: by the model itself, as a calibrated whisker does it; \"euler-bernoulli\" is the paper's formula.\n\
+             [estimate]\ntheory = \"exact\"\n",
+        );
     }
-    match goal {
-        Goal::Optimise => {
-            let between = |key: &str, ends: [f64; 2]| {
-                let [low, high] = ends.map(|x| (x * 1e3).round() / 1e3);
-                format!("{key} = [{low}, {high}]")
-            };
-            let near_to = |key: &str, value: f64| between(key, NEAR.map(|share| share * value));
-            // The gauge may move towards the clamp, and outwards halfway to the nearest object, where it still reads every tap.
-            let room = near - grid;
-            let places = [0.5 * place, (0.5 * room).max(1.5 * place).min(room).max(*place)];
-            let (base, tip, place) = (near_to("D", *base), near_to("d", *tip), between("x_ss", places));
-            text += "\n# What `vibrissa optimise` may change, each between two bounds; what is not listed stays as it is above.\n[optimise]\n\
-                     objective = \"distance\"            # the error of the distance, total_rms_mm\n";
-            let _ = writeln!(text, "variables = {{ {base}, {tip}, {place}, theta = [0.5, 10] }}");
-        }
-        Goal::Sweep => {
-            text += "\n# The best rows first: bias and noise of the distance together.\n[output]\nby = \"total_rms_mm\"\n"
-        }
-        Goal::Tap | Goal::Calibrate => {}
+    if *goal == "sweep" {
+        text += "\n# The best rows first: bias and noise of the distance together.\n[output]\nby = \"total_rms_mm\"\n";
+    }
+    if *goal == "optimise" {
+        let between = |key: &str, ends: [f64; 2]| {
+            let [low, high] = ends.map(|x| (x * 1e3).round() / 1e3);
+            format!("{key} = [{low}, {high}]")
+        };
+        let near_to = |key: &str, value: f64| between(key, [0.7 * value, 1.3 * value]);
+        // The gauge may move towards the clamp, and outwards halfway to the nearest object, where it still reads every tap.
+        let room = near - grid;
+        let places = [0.5 * place, (0.5 * room).max(1.5 * place).min(room).max(*place)];
+        let (base, tip, place) = (near_to("D", *base), near_to("d", *tip), between("x_ss", places));
+        text += &format!(
+            "\n# What `vibrissa optimise` may change, each between two bounds; what is not listed stays as it is above.\n[optimise]\n\
+             objective = \"distance\"            # the error of the distance, total_rms_mm\n\
+             variables = {{ {base}, {tip}, {place}, theta = [0.5, 10] }}\n"
+        );
     }
     text
 }

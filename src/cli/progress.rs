@@ -4,6 +4,7 @@ use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use vibrissa::optimise::{Step, Watch};
 use vibrissa::progress::Progress;
 
 use super::say;
@@ -73,6 +74,32 @@ impl Progress for Shown {
             Self::Bar(bar) => bar.suspend(|| say::line(words)),
             Self::Lines { .. } => say::line(words),
             Self::Silent => {}
+        }
+    }
+}
+
+impl Watch for Shown {
+    fn step(&mut self, step: &Step, value: f64, feasible: bool, left: Option<u64>) {
+        let time = match self {
+            Self::Bar(bar) => bar.elapsed(),
+            Self::Lines { start, last, .. } if last.elapsed() >= EVERY => {
+                *last = Instant::now();
+                start.elapsed()
+            }
+            _ => return,
+        };
+        let rate = rough(step.evaluations as f64 / time.as_secs_f64());
+        let best =
+            if feasible { format!("best {value:.6e}") } else { "no design keeps the limits yet".to_owned() };
+        let left = left.map_or(String::new(), |n| format!(", {n} left"));
+        let (evaluations, start, stage) = (grouped(step.evaluations), step.start + 1, step.stage.word());
+        let line = format!("{best}; {evaluations} evaluations{left}, {rate}/s, start {start}, {stage}");
+        match (self, ProgressStyle::with_template("{wide_msg}")) {
+            (Self::Bar(bar), Ok(style)) => {
+                bar.set_style(style);
+                bar.set_message(line);
+            }
+            _ => say::line(line),
         }
     }
 }

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 
 use super::{Context, Destination};
 use crate::error::{Error, SolveError};
+use crate::sink::folder::Folder;
 
 /// Time in which the work may end by itself after a signal. What it has must then be written within the rest of two seconds.
 const GRACE: Duration = Duration::from_millis(1000);
@@ -74,7 +75,7 @@ pub fn cut(
     if done >= of {
         return (true, None);
     }
-    let older = if let Destination::Folder(folder) = destination { folder.older() } else { None };
+    let older = destination.folder.as_ref().and_then(Folder::older);
     let kept = force == Some(true) || !older.is_some_and(|run| run["stopped"].is_null());
     let out = out.display();
     let words = match (done, kept) {

@@ -15,7 +15,6 @@ use crate::locate::stream::Ask;
 use crate::locate::{Calibration, SaidZero};
 use crate::measure::Names;
 use crate::sink::folder::{Question, hash};
-use crate::sink::run_json;
 
 #[derive(Debug, Deserialize)]
 pub struct ArrayRequest {
@@ -104,14 +103,13 @@ pub fn run(asked: &ArrayRequest, context: &Context<'_>) -> Result<Reply, Error> 
     let counts = json!({
         "readings": answered.rows, "zero_readings": answered.zeros, "status": answered.combinations.words(), "combinations": answered.combinations.named(),
     });
-    let (seconds, array) = (context.seconds(), asked.array.display().to_string());
+    let array = asked.array.display().to_string();
+    let of = json!({ "name": stem, "hash": identity });
     let body = json!({
-        "array": { "file": array, "whiskers": known }, "readings": { "file": name, "hash": digest },
-        "counts": counts, "seconds": seconds, "warnings": context.told(),
+        "array": { "file": array, "whiskers": known }, "readings": { "file": name, "hash": digest }, "warnings": context.told(),
     });
-    let document = run_json::document("locate", json!({ "name": stem, "hash": identity }), body);
     let words = answered.combinations.told(|n| n.to_string());
     let text = format!("{} readings of {} whiskers located: {words}\n", answered.rows, whiskers.len());
     let result = json!({ "whiskers": names, "warnings": context.told() });
-    Reply { text, counts, seconds, result, ..Reply::default() }.filed(destination, document, out, context)
+    Reply { text, counts, result, ..Reply::default() }.filed(destination, of, body, context)
 }

@@ -17,7 +17,6 @@ use crate::report;
 use crate::scene::{BackendChoice, Precision};
 use crate::sink::folder::{Question, hash};
 use crate::sink::heading::heading;
-use crate::sink::run_json;
 use crate::sink::values::named;
 
 /// Largest spread of repeats that says nothing about the machine: backends and tolerances are compared where they differ by tens of percent.
@@ -99,11 +98,11 @@ pub fn run(asked: &BenchRequest, context: &Context<'_>) -> Result<Reply, Error> 
         "taps": measured.iter().map(|m| m.taps).sum::<u64>(),
         "failed": measured.iter().map(|m| m.failed).sum::<u64>(),
     });
-    let (machine, seconds, stopped) = (machine(), context.seconds(), broken.is_some());
+    let (machine, stopped) = (machine(), broken.is_some());
     let reply = Reply {
         text: summary(&measured, &names),
-        counts: counts.clone(),
-        seconds: seconds.clone(),
+        counts,
+        seconds: context.seconds(),
         backend: backends.clone(),
         result: json!({ "machine": machine, "spread": spread, "points": points }),
         broken,
@@ -123,22 +122,17 @@ pub fn run(asked: &BenchRequest, context: &Context<'_>) -> Result<Reply, Error> 
             destination.put(&name, bytes)?;
         }
     }
-    let document = run_json::document(
-        "bench",
-        json!({ "name": "bench", "hash": hash(&text), "text": text }),
-        json!({
-            "machine": machine,
-            "backends": backends,
-            "settings": described,
-            "yardstick": "the reference: adaptive f64 shooting; its own row is its difference from cpu f64 at the smallest tolerance",
-            "error": "|strain - reference| / max(|reference|, 1e-3 theta f_max)",
-            "counts": counts,
-            "spread": spread,
-            "stopped": stopped.then(|| json!({ "steps": done, "of": of })),
-            "seconds": seconds,
-        }),
-    );
-    Ok(reply.filed(destination, document, out, context)?.answered())
+    let body = json!({
+        "machine": machine,
+        "backends": backends,
+        "settings": described,
+        "yardstick": "the reference: adaptive f64 shooting; its own row is its difference from cpu f64 at the smallest tolerance",
+        "error": "|strain - reference| / max(|reference|, 1e-3 theta f_max)",
+        "spread": spread,
+        "stopped": stopped.then(|| json!({ "steps": done, "of": of })),
+    });
+    let of = json!({ "name": "bench", "hash": hash(&text), "text": text });
+    Ok(reply.filed(destination, of, body, context)?.answered())
 }
 
 /// The processor in its own words, and its cores.

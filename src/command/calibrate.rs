@@ -16,7 +16,6 @@ use crate::locate::{Calibration, Locator, locator::opener};
 use crate::measure::{Data, Names, Rig};
 use crate::scene::{Drive, RunOptions, Spec};
 use crate::sink::folder::{Question, hash};
-use crate::sink::lab::LabTable;
 use crate::sink::run_json;
 
 /// Calibrate a whisker from measured strains.
@@ -65,21 +64,6 @@ pub struct CalibrateRequest {
     pub common: Common,
 }
 
-struct Given<'a> {
-    label: &'a str,
-    table: LabTable<'a>,
-    columns: &'a Names,
-    drive: Option<Drive>,
-}
-
-struct Begun {
-    asked: Options,
-    /// Hash of data, spec and what changes the answer.
-    identity: String,
-    out: PathBuf,
-    question: Question,
-}
-
 pub fn run(asked: &CalibrateRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let measured = context.data(&asked.data)?;
     let table = measured.rows();
@@ -87,35 +71,88 @@ pub fn run(asked: &CalibrateRequest, context: &Context<'_>) -> Result<Reply, Err
     let columns = asked.run.iter().fold(columns, |names, run| names.with_run(run));
     let label = asked.data.display().to_string();
     let drive = asked.theta.map(|_| Drive::Angle).or(asked.delta.map(|_| Drive::Displacement));
-    let given = Given { label: &label, table, columns: &columns, drive };
     let read = |path: &Path, drive: Option<Drive>| {
         context.read(path, "spec", |label, text, base| Rig::parse_with(label, text, base, drive))
     };
     let channels =
         |path: &PathBuf| several::whisker(|drive| read(path, drive), (&label, table, &columns), drive);
-    if let Some((rig, mut spec)) = asked.whisker.as_ref().map(channels).transpose()?.flatten() {
-        return of_channels(asked, &given, (&rig, &mut spec), context);
+    let channels = asked.whisker.as_ref().map(channels).transpose()?.flatten();
+    if channels.is_some() {
+        let best = "nothing: each channel is answered by the best of its own";
+        let export = "nothing: `vibrissa locate`, or `import vibrissa` in Python, answers several channels";
+        of_one_signal(&[
+            ("--estimator", asked.estimator.is_some(), best),
+            ("--export", asked.export.is_some(), export),
+        ])?;
     }
-    let data = Data::parse_named(&label, table, &columns)?;
-    let likely = data.drive.or(drive);
-    let (rig, mut spec) = match &asked.whisker {
-        Some(path) => read(path, likely)?,
-        None if asked.fit.is_empty() => Rig::of_data(&data, likely)?,
-        None => {
+    // The data of several channels are read one by one.
+    let data = channels.is_none().then(|| Data::parse_named(&label, table, &columns)).transpose()?;
+    let likely = data.as_ref().and_then(|data| data.drive).or(drive);
+    let (rig, mut spec) = match (channels, &asked.whisker, &data) {
+        (Some(found), ..) => found,
+        (None, Some(path), _) => read(path, likely)?,
+        (None, None, Some(data)) if asked.fit.is_empty() => Rig::of_data(data, likely)?,
+        _ => {
             let error = InputError::new("there is no model to fit without a whisker").key("--fit");
             return Err(error.value(asked.fit.join(",")).allowed("--whisker SPEC.toml").into());
         }
     };
-    let Begun { asked: options, identity, out, question } = begin(asked, &given, (&rig, &mut spec), context)?;
+    let run = context.prepared(&asked.common, Some(&mut spec))?;
+    let kind = rig.setup.drive;
+    calibrate::same_drive(kind, drive)?;
+    let fit = report::named_parameters(&asked.fit, kind)?;
+    let digest = table.hash()?;
+    let CalibrateRequest { theta, delta, .. } = asked;
+    let identity = hash(&format!("{digest}\n{}\n{theta:?}{delta:?}{:?}", spec.text, asked.fit));
+    let stem = stem(&asked.data, "calibration");
+    let out = folder(run.out.as_ref(), &stem, "calibrate");
+    let of = json!({ "data": digest, "theta": format!("{theta:?}"), "delta": format!("{delta:?}"), "fit": asked.fit, "columns": asked.columns, "run": asked.run, "group": asked.group, "export": asked.export, "estimator": asked.estimator });
+    let question = Question { name: stem, ..Question::of_scene("calibrate", &spec, of) };
+    let group = calibrate::widths(&asked.group)?;
+    let options = Options { drive: theta.or(*delta), group, fit, run, hash: digest };
     if options.run.plan == Some(true) {
-        return Ok(planned(&data, &spec, out));
+        return Ok(match &data {
+            Some(data) => planned(data, &spec, out),
+            None => {
+                Reply::planned(out, |to| format!("would calibrate the channels of {label} and write to {to}"))
+            }
+        });
     }
     context.warn_all(&spec.warnings);
-    let mut destination = context.open(&out, question, &output::FILES, options.run.force)?;
-    let found = calibrate::calibrate(&data, &rig, &options)?;
+    let names = if data.is_some() { &output::FILES[..] } else { &["calibration.toml", "channels.csv"] };
+    let mut destination = context.open(&out, question, names, options.run.force)?;
+    let reply = match &data {
+        Some(data) => of_signal(asked, (data, &rig), &options, &mut destination, context)?,
+        None => {
+            let found = several::several((&label, table, &columns), &rig, &options)?;
+            context.warn_all(found.warnings());
+            found.sensor.check(&opener(&options.run))?;
+            destination.put(names[0], found.sensor.to_text().into_bytes())?;
+            destination.table(found.table()?)?;
+            let (text, counts, result) = (found.text(), found.counts(), found.result());
+            Reply { text, counts, result, ..Reply::default() }
+        }
+    };
+    let of = json!({ "name": spec.name, "hash": identity, "text": spec.text });
+    let body = json!({
+        "data": { "file": label, "hash": options.hash }, "in_force": run_json::in_force(&spec),
+        "material_fit": run_json::material_fit(&spec, None), "warnings": spec.warnings, "result": reply.result,
+    });
+    Ok(reply.filed(destination, of, body, context)?.answered())
+}
+
+/// Calibrates a whisker of one signal from `data`.
+fn of_signal(
+    asked: &CalibrateRequest,
+    (data, rig): (&Data, &Rig),
+    options: &Options,
+    destination: &mut Destination,
+    context: &Context<'_>,
+) -> Result<Reply, Error> {
+    let found = calibrate::calibrate(data, rig, options)?;
     context.warn_all(&found.warnings);
     let locator = found.calibration.opened(&opener(&options.run))?;
-    let exported = exported(asked, &found.calibration, &locator, &options.run, &mut destination);
+    let exported = exported(asked, &found.calibration, &locator, &options.run, destination);
     let refused = match exported {
         // The calibration is written also where no program can be made of it.
         Err(Error::Input(e)) => {
@@ -124,70 +161,11 @@ pub fn run(asked: &CalibrateRequest, context: &Context<'_>) -> Result<Reply, Err
         other => other.map(|()| None)?,
     };
     let covered = coverage::coverage(&found);
-    let result = report::result(&found, &rig, &covered);
-    let (counts, seconds) = (report::counts(&found, &data), context.seconds());
-    let document = report::document(&spec, &identity, (&data, &options.hash), [&counts, &seconds, &result]);
+    let result = report::result(&found, rig, &covered);
     destination.put("calibration.toml", found.calibration.to_text().into_bytes())?;
-    output::tables(&found, &data, &locator)?.into_iter().try_for_each(|table| destination.table(table))?;
-    let text = report::text(&found, &data, &rig, &covered);
-    let reply = Reply { text, counts, seconds, result, refused, ..Reply::default() };
-    Ok(reply.filed(destination, document, out, context)?.answered())
-}
-
-fn of_channels(
-    asked: &CalibrateRequest,
-    given: &Given<'_>,
-    (rig, spec): (&Rig, &mut Spec),
-    context: &Context<'_>,
-) -> Result<Reply, Error> {
-    let best = "nothing: each channel is answered by the best of its own";
-    let export = "nothing: `vibrissa locate`, or `import vibrissa` in Python, answers several channels";
-    of_one_signal(&[
-        ("--estimator", asked.estimator.is_some(), best),
-        ("--export", asked.export.is_some(), export),
-    ])?;
-    let Begun { asked: options, identity, out, question } = begin(asked, given, (rig, &mut *spec), context)?;
-    let label = given.label;
-    if options.run.plan == Some(true) {
-        return Ok(Reply::planned(out, |to| {
-            format!("would calibrate the channels of {label} and write to {to}")
-        }));
-    }
-    let names = ["calibration.toml", "channels.csv"];
-    let mut destination = context.open(&out, question, &names, options.run.force)?;
-    let found = several::several((label, given.table, given.columns), rig, &options)?;
-    context.warn_all(spec.warnings.iter().chain(&found.warnings()));
-    found.sensor.check(&opener(&options.run))?;
-    destination.put(names[0], found.sensor.to_text().into_bytes())?;
-    destination.table(found.table()?)?;
-    let (text, result, counts, seconds) = (found.text(), found.result(), found.counts(), context.seconds());
-    let told = [&counts, &seconds, &result];
-    let document = report::document(spec, &identity, (&found.data[0], &options.hash), told);
-    let reply = Reply { text, counts, seconds, result, ..Reply::default() };
-    Ok(reply.filed(destination, document, out, context)?.answered())
-}
-
-/// Options, folder and question of a calibration of the whisker `rig` of `spec`.
-fn begin(
-    asked: &CalibrateRequest,
-    given: &Given<'_>,
-    (rig, spec): (&Rig, &mut Spec),
-    context: &Context<'_>,
-) -> Result<Begun, Error> {
-    let run = context.prepared(&asked.common, Some(&mut *spec))?;
-    let kind = rig.setup.drive;
-    calibrate::same_drive(kind, given.drive)?;
-    let fit = report::named_parameters(&asked.fit, kind)?;
-    let digest = given.table.hash()?;
-    let CalibrateRequest { theta, delta, .. } = asked;
-    let identity = hash(&format!("{digest}\n{}\n{theta:?}{delta:?}{:?}", spec.text, asked.fit));
-    let stem = stem(&asked.data, "calibration");
-    let out = folder(run.out.as_ref(), &stem, "calibrate");
-    let of = json!({ "data": digest, "theta": format!("{theta:?}"), "delta": format!("{delta:?}"), "fit": asked.fit, "columns": asked.columns, "run": asked.run, "group": asked.group, "export": asked.export, "estimator": asked.estimator });
-    let question = Question { name: stem, ..Question::of_scene("calibrate", spec, of) };
-    let group = calibrate::widths(&asked.group)?;
-    let options = Options { drive: theta.or(*delta), group, fit, run, hash: digest };
-    Ok(Begun { asked: options, identity, out, question })
+    output::tables(&found, data, &locator)?.into_iter().try_for_each(|table| destination.table(table))?;
+    let (text, counts) = (report::text(&found, data, rig, &covered), report::counts(&found, data));
+    Ok(Reply { text, counts, result, refused, ..Reply::default() })
 }
 
 /// Writes the file of `--export`, if it was asked for: `calibration` as `--estimator` answers, or as `won`, the one that it chose.

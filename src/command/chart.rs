@@ -6,11 +6,10 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::{Common, Context, Reply, folder, in_spec};
+use super::{Common, Context, Reply, folder};
 use crate::chart::{self, document::document, scope::Summary};
 use crate::error::Error;
 use crate::sink::folder::Question;
-use crate::sink::run_json;
 use crate::spec;
 
 const FILE: &str = "chart.json";
@@ -31,26 +30,20 @@ pub fn run(asked: &ChartRequest, context: &Context<'_>) -> Result<Reply, Error> 
     spec.one_rig()?;
     let options = context.begun(&asked.common, &mut spec)?;
     let out = folder(options.out.as_ref(), &spec.name, "chart");
-    let at = in_spec(&asked.spec, &spec.text);
-    let (distances, directions) = chart::places(&spec.study).map_err(|e| at(e.into()))?;
+    let (distances, directions) = chart::places(&spec.study)?;
     let (setup, tolerance) = (&spec.study.setup, options.tolerance.unwrap_or(chart::TOLERANCE));
     if options.plan == Some(true) {
         let charts = distances.len() * directions.len();
         return Ok(Reply::planned(out, |to| format!("{}: {charts} charts to {to}", spec.name)));
     }
-    let found = chart::of_study(&spec.study, tolerance, context.host().stop(false)).map_err(at)?;
+    let found = chart::of_study(&spec.study, tolerance, context.host().stop(false))?;
     let question = Question::of_scene("chart", &spec, json!({ "tolerance": tolerance }));
     let mut destination = context.open(&out, question, &[FILE], options.force)?;
     destination.put(FILE, document(setup, &found).to_string().into_bytes())?;
     let summary = Summary::of(&found, setup.drive);
     let lacks = |a: &f64| found.iter().filter(|c| c.a == *a).count() < directions.len();
     let without: Vec<f64> = distances.iter().copied().filter(lacks).collect();
-    let (counts, seconds) = (json!({ "charts": summary, "without": without }), context.seconds());
-    let body = json!({
-        "in_force": run_json::in_force(&spec), "warnings": spec.warnings, "tolerance": tolerance,
-        "counts": counts, "seconds": seconds,
-    });
-    let document = run_json::document("chart", run_json::spec(&spec), body);
+    let counts = json!({ "charts": summary, "without": without });
     let Summary { charts, coefficients, solved, strain_error: error, .. } = summary;
     let none = if directions.len() > 1 { "not all" } else { "none" };
     let lacking = if without.is_empty() { String::new() } else { format!("; {none} at a = {without:?} mm") };
@@ -61,5 +54,6 @@ pub fn run(asked: &ChartRequest, context: &Context<'_>) -> Result<Reply, Error> 
     let answer = format!(
         "Taps at {with} of {all} distances are read from charts, with a strain error of {error:.1e} at most where that was checked."
     );
-    Reply { answer, text, counts, seconds, ..Reply::default() }.filed(destination, document, out, context)
+    let reply = Reply { answer, text, counts, ..Reply::default() };
+    reply.filed_of(&spec, destination, json!({ "tolerance": tolerance }), context)
 }

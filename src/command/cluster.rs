@@ -52,7 +52,7 @@ pub fn run(asked: &ClusterRequest, context: &Context<'_>) -> Result<Reply, Error
     }
     // What is computed here is nothing; on which machine, the scripts leave open.
     let choice = Choice::new(&RunOptions { backend: Some(BackendChoice::Cpu), ..RunOptions::default() })?;
-    let plan = Plan::new(&spec.study, &choice).map_err(|e| InputError { file: spec::file(&spec), ..e })?;
+    let plan = Plan::new(&spec.study, &choice)?;
     let out = folder(asked.common.out.as_ref(), &spec.name, "cluster");
     if u64::from(asked.shards) > plan.designs {
         let (idle, parts) = (u64::from(asked.shards) - plan.designs, asked.shards);

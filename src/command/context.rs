@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use serde_json::{Value, json};
 
-use super::{Common, in_spec};
+use super::Common;
 use crate::backend::{Backend, Choice};
 use crate::error::{Error, InputError, SolveError};
 use crate::figure::{self, Figure, Format, Style};
@@ -30,13 +30,16 @@ const OF_FILES: [&str; 5] = ["run.out", "run.force", "run.plan", "run.quiet", "r
 pub trait Host {
     fn begin(&self, options: &RunOptions) -> Result<(), Error>;
     fn line(&self, text: &str);
-    /// Shows how far taps are, unless the command is to be `quiet`.
-    fn progress(&self, quiet: bool) -> Box<dyn Progress + '_>;
-    /// Shows how far a search is, unless the command is to be `quiet`.
-    fn watch(&self, quiet: bool) -> Box<dyn Watch + '_>;
+    /// Shows how far taps are, or a search, unless the command is to be `quiet`.
+    fn progress(&self, quiet: bool) -> Box<dyn Show + '_>;
     /// A flag that asks the work to stop; `keeps`: it then keeps what it has.
     fn stop(&self, keeps: bool) -> &AtomicBool;
 }
+
+/// Shows how far the work is: taps, or a search.
+pub trait Show: Progress + Watch {}
+
+impl<T: Progress + Watch> Show for T {}
 
 pub struct HeldFile {
     /// Requests and messages name it so.
@@ -97,8 +100,8 @@ impl<'a> Context<'a> {
         self.host
     }
 
-    /// Shows how far taps are.
-    pub fn progress(&self) -> Box<dyn Progress + 'a> {
+    /// Shows how far the work is.
+    pub fn progress(&self) -> Box<dyn Show + 'a> {
         self.host.progress(self.is_quiet())
     }
 
@@ -142,16 +145,20 @@ impl<'a> Context<'a> {
         Ok(options)
     }
 
-    /// An `error` of an option that stands in `[run]` of the spec, at its place there.
+    /// An `error` about a key of the spec, or about an option that stands in its `[run]`, at its place there.
     pub fn placed(&self, error: Error) -> Error {
-        match (error, &*self.spec.borrow()) {
-            (Error::Input(e), Some((path, text, free)))
-                if e.file.is_none() && e.key.as_deref().is_some_and(|key| free.contains(&key)) =>
-            {
-                let key = e.key.as_deref().unwrap_or_default().replacen("--", "run.", 1);
-                in_spec(path, text)(e.key(key).into())
-            }
-            (other, _) => other,
+        let Error::Input(mut e) = error else { return error };
+        let spec = self.spec.borrow();
+        let (Some((path, text, free)), None, Some(key)) = (&*spec, &e.file, &mut e.key) else {
+            return e.into();
+        };
+        if free.contains(&key.as_str()) {
+            *key = key.replacen("--", "run.", 1).replace('-', "_");
+        }
+        let section = key.split('.').next();
+        match spec::keys::sections().any(|s| Some(s.name) == section) {
+            true => spec::placed(&path.display().to_string(), text, e).into(),
+            false => e.into(),
         }
     }
 
@@ -218,17 +225,17 @@ impl<'a> Context<'a> {
         self.read(path, "calibration", parse)
     }
 
-    /// The strain change by effects that may be left off: as typed, or from `[run]` of the spec at `path`.
+    /// The strain change by effects that may be left off: as typed, or from `[run]` of the spec.
     pub fn model_error(
         &self,
-        asked: Option<f64>,
-        (spec, path): (&Spec, &Path),
+        typed: Option<f64>,
+        spec: &Spec,
         choice: &Choice,
     ) -> Result<Option<f64>, Error> {
-        bound::bound(asked.or(spec.run.model_error), spec, choice).map_err(|e| match (e, asked) {
-            (Error::Input(e), None) => in_spec(path, &spec.text)(e.key("run.model_error").into()),
-            (other, _) => other,
-        })
+        if let (None, Some((_, _, free))) = (typed, &mut *self.spec.borrow_mut()) {
+            free.push("--model-error");
+        }
+        bound::bound(typed.or(spec.run.model_error), spec, choice)
     }
 
     /// Puts the values of `[run]` that are in force into `spec`, and the bound by which effects are left off.
@@ -278,12 +285,13 @@ impl<'a> Context<'a> {
         names: &[&str],
         force: Option<bool>,
     ) -> Result<Destination, Error> {
-        if self.is_in_memory() {
-            return Ok(Destination::Memory(Vec::new()));
+        let mut destination =
+            Destination { command: question.command, out: out.to_owned(), folder: None, kept: Vec::new() };
+        if !self.is_in_memory() {
+            question.inputs.extend(self.inputs());
+            destination.folder = Some(Folder::open(out, question, names, force == Some(true))?);
         }
-        question.inputs.extend(self.inputs());
-        let folder = Folder::open(out, question, names, force == Some(true))?;
-        Ok(Destination::Folder(Box::new(folder)))
+        Ok(destination)
     }
 
     /// Fails once the work was asked to stop.
@@ -300,31 +308,29 @@ fn leave_files(spec: &mut Spec) {
     spec.in_force.retain(|(key, ..)| !OF_FILES.contains(&key.as_str()));
 }
 
-pub enum Destination {
-    Folder(Box<Folder>),
-    /// Memory: files by name.
-    Memory(Vec<(String, Content)>),
+/// A result under way: of a command, in the folder `out` or, where there is none, kept in memory by name.
+pub struct Destination {
+    pub(super) command: &'static str,
+    pub(super) out: PathBuf,
+    pub(super) folder: Option<Folder>,
+    pub(super) kept: Vec<(String, Content)>,
 }
 
 impl Destination {
     pub fn put(&mut self, name: &str, bytes: Vec<u8>) -> Result<(), Error> {
-        match self {
-            Self::Folder(folder) => folder.put(name, &bytes),
-            Self::Memory(files) => {
-                files.push((name.to_owned(), Content::Bytes(bytes)));
-                Ok(())
-            }
+        if let Some(folder) = &mut self.folder {
+            return folder.put(name, &bytes);
         }
+        self.kept.push((name.to_owned(), Content::Bytes(bytes)));
+        Ok(())
     }
 
     pub fn table(&mut self, table: Frame) -> Result<(), Error> {
-        match self {
-            Self::Folder(folder) => folder.put(&table.file, &table.csv()?),
-            Self::Memory(_) => {
-                self.keep(table);
-                Ok(())
-            }
+        if let Some(folder) = &mut self.folder {
+            return folder.put(&table.file, &table.csv()?);
         }
+        self.keep(table);
+        Ok(())
     }
 
     /// Writes a table by parts, as `make` makes them: `empty` has its columns.
@@ -333,7 +339,7 @@ impl Destination {
         mut empty: Frame,
         make: impl FnOnce(&mut dyn FnMut(&Frame) -> Result<(), Error>) -> Result<T, Error>,
     ) -> Result<T, Error> {
-        if let Self::Folder(folder) = self {
+        if let Some(folder) = &mut self.folder {
             let mut file = folder.file(&empty.file)?;
             file.write(&empty.header()?)?;
             let made = make(&mut |some| file.write(&some.lines()?))?;
@@ -351,7 +357,7 @@ impl Destination {
         name: &str,
         make: impl FnOnce(&mut dyn FnMut(&[u8]) -> Result<(), Error>) -> Result<T, Error>,
     ) -> Result<T, Error> {
-        let Self::Folder(folder) = self else { return Err(Error::Run(format!("{name} is a file alone"))) };
+        let folder = self.folder.as_mut().ok_or_else(|| Error::Run(format!("{name} is a file alone")))?;
         let mut file = folder.file(name)?;
         let made = make(&mut |some| file.write(some))?;
         file.close()?;
@@ -360,15 +366,13 @@ impl Destination {
 
     /// Keeps a table that is written into no folder.
     pub fn keep(&mut self, table: Frame) {
-        if let Self::Memory(files) = self {
-            let name = table.file.trim_end_matches(".csv").to_owned();
-            files.push((name, Content::Table(table)));
-        }
+        let name = table.file.trim_end_matches(".csv").to_owned();
+        self.kept.push((name, Content::Table(table)));
     }
 
     /// Writes a figure as SVG into a folder; memory has none.
     pub fn draw(&mut self, name: &str, figure: impl FnOnce() -> Result<Figure, Error>) -> Result<(), Error> {
-        let Self::Folder(folder) = self else { return Ok(()) };
+        let Some(folder) = &mut self.folder else { return Ok(()) };
         let drawn = figure::files(&figure()?, &Style::default(), &[Format::Svg])?;
         drawn.iter().try_for_each(|(_, bytes)| folder.put(name, bytes))
     }

@@ -24,7 +24,6 @@ use crate::simulate::strokes::Strokes;
 use crate::sink::folder::{Question, hash};
 use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
-use crate::sink::run_json;
 
 /// The contour of an object.
 #[derive(Debug, Flags, Deserialize)]
@@ -140,17 +139,16 @@ pub fn run(asked: &ContourRequest, context: &Context<'_>) -> Result<Reply, Error
     }
     let kind = trace.curve.as_ref().map_or("", |chosen| chosen.kind.word());
     destination.draw("contour.svg", || Ok(of_contour(&points, &curve, kind, &outline)?))?;
-    let seconds = context.seconds();
     let identity = hash(&format!("{digest}\n{checksum}\n{settings}"));
     let body = json!({
         "calibration": { "file": calibrated, "checksum": checksum }, "data": { "file": file, "hash": digest },
-        "settings": settings, "counts": counts, "result": result, "seconds": seconds, "warnings": context.told(),
+        "settings": settings, "result": result, "warnings": context.told(),
     });
-    let document = run_json::document("contour", json!({ "name": stem, "hash": identity }), body);
+    let of = json!({ "name": stem, "hash": identity });
     let text = summary(&trace, &counts, &result, by);
     result["warnings"] = context.told().into();
-    let reply = Reply { text, counts, seconds, result, ..Reply::default() };
-    Ok(reply.filed(destination, document, out, context)?.answered())
+    let reply = Reply { text, counts, result, ..Reply::default() };
+    Ok(reply.filed(destination, of, body, context)?.answered())
 }
 
 fn summary(trace: &Trace, counts: &Value, result: &Value, estimator: &str) -> String {

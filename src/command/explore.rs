@@ -8,11 +8,11 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::{Common, Content, Context, Reply, in_spec};
+use super::{Common, Context, Reply};
 use crate::error::{Error, InputError};
 use crate::explore::page::{HEAD, html};
 use crate::explore::{Baked, TOLERANCE, bake_asked, document::document, remark, sound};
-use crate::sink::run_json;
+use crate::sink::folder::Question;
 use crate::spec;
 
 const FILE: &str = "explore.html";
@@ -34,7 +34,6 @@ pub fn run(asked: &ExploreRequest, context: &Context<'_>) -> Result<Reply, Error
     let mut spec = context.read(&asked.spec, "spec", spec::parse)?;
     spec.one_rig()?;
     let options = context.begun(&asked.common, &mut spec)?;
-    let at = in_spec(&asked.spec, &spec.text);
     let tolerance = sound(options.tolerance.unwrap_or(TOLERANCE))?;
     let out = options.out.clone().unwrap_or_else(|| PathBuf::from(FILE));
     if !context.is_in_memory() {
@@ -44,7 +43,7 @@ pub fn run(asked: &ExploreRequest, context: &Context<'_>) -> Result<Reply, Error
         return Ok(Reply::planned(out, |to| format!("{}: one chart to {tolerance:e}, as {to}", spec.name)));
     }
     context.warn_all(remark(&spec.study.setup));
-    let (baked, held) = bake_asked(&spec, options.tolerance).map_err(at)?;
+    let (baked, held) = bake_asked(&spec, options.tolerance)?;
     context.warn_all((held != tolerance).then(|| {
         format!(
             "the model is not smooth enough over these ranges for a chart to {tolerance:e}: it holds {held:e}"
@@ -56,11 +55,11 @@ pub fn run(asked: &ExploreRequest, context: &Context<'_>) -> Result<Reply, Error
     let counts = json!({ "coefficients": coefficients, "taps_checked": census.taps, "taps_outside": census.outside, "bytes": page.len() });
     let result = json!({ "strain_error": census.strain, "deviation_error": census.deviation, "domain": domain(&baked) });
     if context.is_in_memory() {
-        let seconds = context.seconds();
-        let body = json!({ "in_force": run_json::in_force(&spec), "counts": counts, "result": result, "seconds": seconds });
-        let document = run_json::document("explore", run_json::spec(&spec), body);
-        let kept = vec![(FILE.to_owned(), Content::Bytes(page.into_bytes()))];
-        return Ok(Reply { kept, document, counts, seconds, result, ..Reply::default() });
+        let question = Question::of_scene("explore", &spec, Value::Null);
+        let mut destination = context.open(&out, question, &[], None)?;
+        destination.put(FILE, page.into_bytes())?;
+        let body = json!({ "result": result });
+        return Reply { counts, result, ..Reply::default() }.filed_of(&spec, destination, body, context);
     }
     write(&out, &page)?;
     let (signal, taps, error) = (spec.study.setup.signal.word(), census.taps, census.strain);

@@ -31,7 +31,7 @@ pub mod taps;
 pub mod verify;
 
 pub use common::{Common, named, number, shard, whole, words};
-pub use context::{Content, Context, Destination, HeldFile, Host};
+pub use context::{Content, Context, Destination, HeldFile, Host, Show};
 
 pub use reply::{Reply, grouped, in_force, listed, rough, where_and_why, with_model_error};
 
@@ -42,7 +42,6 @@ use serde::Deserialize;
 
 use crate::error::{Error, InputError};
 use crate::estimator::Estimator;
-use crate::spec;
 
 /// Name of the file at `path` without its ending; `usual` where it has none.
 pub fn stem(path: &Path, usual: &str) -> String {
@@ -54,14 +53,6 @@ pub fn stem(path: &Path, usual: &str) -> String {
 pub fn folder(out: Option<&PathBuf>, name: &str, command: &str) -> PathBuf {
     let folder = if command == "sweep" { name.to_owned() } else { format!("{name}-{command}") };
     out.cloned().unwrap_or_else(|| Path::new("results").join(folder))
-}
-
-/// Places an error at its key in the spec at `path`, unless it is of another file.
-pub fn in_spec(path: &Path, text: &str) -> impl Fn(Error) -> Error {
-    move |e| match e {
-        Error::Input(e) if e.file.is_none() => spec::placed(&path.display().to_string(), text, e).into(),
-        other => other,
-    }
 }
 
 /// Refuses options that hold for one signal: each with whether it was given, and what is allowed.

@@ -24,7 +24,6 @@ use crate::sink::folder::{Question, hash};
 use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
 use crate::sink::lab::{LabCell, LabTable};
-use crate::sink::run_json;
 use crate::sink::table::drive_unit;
 use crate::sink::values::Field;
 use crate::status::Status;
@@ -111,14 +110,14 @@ pub fn run(asked: &NextRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let mut destination = context.open(&out, question, &["next.csv", "next.svg"], options.force)?;
     destination.table(table(&found, drive)?)?;
     destination.draw("next.svg", || Ok(drawn(&found, drive)))?;
-    let (mut result, seconds) = (result(&found, drive, &lines), context.seconds());
+    let mut result = result(&found, drive, &lines);
     result["warnings"] = context.told().into();
     let counts = json!({ "taps": found.taps, "rows": found.tried.len() });
     let identity = hash(&format!("{}\n{data:?}\n{may:?}", calibration.checksum));
-    let told = json!({ "calibration": { "file": label, "checksum": calibration.checksum }, "counts": counts, "seconds": seconds, "warnings": context.told(), "result": result });
-    let document = run_json::document("next", json!({ "name": stem, "hash": identity }), told);
+    let of = json!({ "name": stem, "hash": identity });
+    let body = json!({ "calibration": { "file": label, "checksum": calibration.checksum }, "warnings": context.told(), "result": result });
     let answer = answer(&found, drive, &lines);
-    Reply { answer, counts, seconds, result, ..Reply::default() }.filed(destination, document, out, context)
+    Reply { answer, counts, result, ..Reply::default() }.filed(destination, of, body, context)
 }
 
 /// The taps of one object in a file.
@@ -141,14 +140,11 @@ fn read(
         })?),
         None => readings.column(NAME),
     };
-    let word = |fields: &[LabCell<'_>]| {
-        place.and_then(|k| fields.get(k)).map(LabCell::to_string).unwrap_or_default()
-    };
     shift_column(&readings.names)?;
     let shifts = readings.numbers(SHIFT)?;
     let mut all = Vec::new();
     for (k, row) in readings.rows.iter().enumerate() {
-        let object = word(&row.fields);
+        let object = place.and_then(|k| row.fields.get(k)).map(LabCell::to_string).unwrap_or_default();
         // A row without an object is of none, where others have one.
         let named = place.is_none() || !object.is_empty();
         if let Some(tap) = row.tap.as_ref().filter(|_| named) {
@@ -156,8 +152,7 @@ fn read(
             all.push((Reading { shift, ..tap.clone() }, object));
         }
     }
-    let taps = || all.iter();
-    let objects: BTreeSet<String> = taps().map(|tap| tap.1.clone()).collect();
+    let objects: BTreeSet<String> = all.iter().map(|tap| tap.1.clone()).collect();
     let only = match &asked.only {
         Some(only) if !objects.contains(only) => {
             let error = InputError::new("no tap is of this object").at(label.clone(), None).key("--only");
@@ -170,7 +165,7 @@ fn read(
         }
         only => only.clone(),
     };
-    let own = taps().filter(|tap| only.as_ref().is_none_or(|only| tap.1 == *only));
+    let own = all.iter().filter(|tap| only.as_ref().is_none_or(|only| tap.1 == *only));
     let (taps, lines): (Vec<Reading>, Vec<usize>) = own.map(|(tap, _)| (tap.clone(), tap.line)).unzip();
     if taps.is_empty() {
         warn(&format!("{label}: no row is a tap; this is about the first one"));

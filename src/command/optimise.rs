@@ -7,9 +7,7 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::{
-    Common, Context, Reply, folder, grouped, in_spec, number, shard, where_and_why, with_model_error,
-};
+use super::{Common, Context, Reply, folder, grouped, number, shard, where_and_why, with_model_error};
 use crate::backend::Choice;
 use crate::census::needed::Needed;
 use crate::digits::short;
@@ -60,7 +58,7 @@ pub fn run(asked: &OptimiseRequest, context: &Context<'_>) -> Result<Reply, Erro
     let out = asked.shard.map_or(out.clone(), |shard| out.join(shard.folder()));
     let work = pays::of_search(&search, &spec.study.space, &spec.study.setup, &options);
     let choice = Choice::for_work(&options, work)?;
-    let bound = context.model_error(asked.model_error, (&spec, &asked.spec), &choice)?;
+    let bound = context.model_error(asked.model_error, &spec, &choice)?;
     context.settle(&mut spec, &options, (&choice.backend, bound, &out));
     let needed = bound.map(|e| optimise::run::needed(&spec, &search, e)).transpose()?;
     if options.plan == Some(true) {
@@ -68,7 +66,7 @@ pub fn run(asked: &OptimiseRequest, context: &Context<'_>) -> Result<Reply, Erro
     }
     context.line(headline(&spec, &search, &choice));
     let fresh = !out.exists();
-    let done = searched((&spec, &search), (&choice, &options, needed), (&asked.spec, &out), context);
+    let done = searched((&spec, &search), (&choice, &options, needed), &out, context);
     if done.is_err() && fresh && !context.is_in_memory() {
         // A folder that only this search made.
         let _ = std::fs::remove_dir(&out);
@@ -80,31 +78,39 @@ pub fn run(asked: &OptimiseRequest, context: &Context<'_>) -> Result<Reply, Erro
 fn searched(
     (spec, search): (&Spec, &Search),
     (choice, options, needed): (&Choice, &RunOptions, Option<Needed>),
-    (path, out): (&Path, &Path),
+    out: &Path,
     context: &Context<'_>,
 ) -> Result<Reply, Error> {
     let question = Question::of_scene("optimise", spec, Value::Null);
     let names = report::names(search.objective);
     let mut destination = context.open(out, question, &names, options.force)?;
-    let mut watch = context.host().watch(context.is_quiet());
+    let mut progress = context.progress();
     let stop = context.host().stop(true);
-    let report = optimise::find(spec, search, (choice, options, needed), stop, watch.as_mut());
-    drop(watch);
-    let report = report.map_err(in_spec(path, &spec.text))?;
+    let report = optimise::find(spec, search, (choice, options, needed), stop, progress.as_mut())?;
+    drop(progress);
     destination.put("best.toml", best::text(spec, search, &report)?.into_bytes())?;
     report::tables(spec, &report)?.into_iter().try_for_each(|table| destination.table(table))?;
     let interrupted = report.ended == Ended::Interrupted || stop.load(std::sync::atomic::Ordering::Relaxed);
+    let result = report::result(spec, search, &report);
+    let mut body = json!({
+        "warnings": report.backends[0].warnings(&spec.warnings),
+        "backend": report.backends[0], "backend_polish": report.backends[1], "result": result,
+    });
+    if let Some(front) = body["result"]["front"].as_object_mut() {
+        // pareto.csv holds them.
+        front.remove("rows");
+    }
     let reply = Reply {
         text: summary(spec, search, &report),
         counts: report::counts(&report),
         seconds: report::seconds(&report),
         backend: json!(report.backends[0]),
-        result: with_model_error(report::result(spec, search, &report), report.model_error.as_ref()),
+        result: with_model_error(result, report.model_error.as_ref()),
         broken: interrupted.then(|| KEPT.to_owned()),
         ..Reply::default()
     };
-    let document = report::document(spec, search, &report);
-    Ok(reply.filed(destination, document, out.to_owned(), context)?.answered())
+    let body = with_model_error(body, report.model_error.as_ref());
+    Ok(reply.filed_of(spec, destination, body, context)?.answered())
 }
 
 fn headline(spec: &Spec, search: &Search, choice: &Choice) -> String {

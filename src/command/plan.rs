@@ -20,7 +20,6 @@ use crate::scene::Drive;
 use crate::sink::folder::Question;
 use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
-use crate::sink::run_json;
 use crate::sink::table::drive_unit;
 use crate::sink::values::Field;
 use crate::spec;
@@ -81,37 +80,30 @@ pub fn run(asked: &PlanRequest, context: &Context<'_>) -> Result<Reply, Error> {
         return Ok(Reply::planned(out, |to| format!("{}: would plan a calibration in {to}", spec.name)));
     }
     let checksum = like.as_ref().map(|l| l.1.clone());
-    let place = |e: Error| match e {
-        Error::Input(e) if e.file.is_none() && e.key.as_deref().is_some_and(|k| !k.starts_with("--")) => {
-            e.at(&label, None).into()
-        }
-        other => other,
-    };
     let of = json!({ "error": goal.error, "positions": goal.positions, "runs": goal.runs, "place": goal.place, "gain": goal.gain, "relative": goal.relative, "seed": goal.seed, "like": checksum });
     let question = Question::of_scene("plan", &spec, of);
     let mut destination = context.open(&out, question, &FILES, options.force)?;
     let space = &spec.study.space;
-    let found = planned::plan(&rig, space, &goal, like.map(|l| l.0), &opener(&options)).map_err(place)?;
+    let found = planned::plan(&rig, space, &goal, like.map(|l| l.0), &opener(&options))?;
     let drive = rig.setup.drive;
     let unit = Unit::of_signal(rig.setup.signal);
     destination.table(table(&found, drive, unit)?)?;
     destination.table(errors(&found)?)?;
     destination.draw("plan.svg", || Ok(drawn(&found, drive, goal.error)))?;
-    let (result, seconds) = (result(&found, drive), context.seconds());
     let counts = json!({ "taps": found.taps.len(), "rows": found.rows.len() });
-    let document = json!({ "in_force": run_json::in_force(&spec), "counts": counts, "seconds": seconds, "result": result });
-    let document = run_json::document("plan", run_json::spec(&spec), document);
-    let (answer, text) = (answer(&found, goal.error), summary(&found, drive));
-    let reply = Reply { answer, text, counts, seconds, result, ..Reply::default() };
-    reply.filed(destination, document, out, context)
+    let (result, answer, text) = (result(&found, drive), answer(&found, goal.error), summary(&found, drive));
+    let body = json!({ "result": result });
+    let reply = Reply { answer, text, counts, result, ..Reply::default() };
+    reply.filed_of(&spec, destination, body, context)
 }
 
 fn goal(asked: &PlanRequest) -> Result<PlanGoal, InputError> {
+    let &PlanRequest { error, positions, runs, place, gain, relative, seed, .. } = asked;
     let sizes = [
-        ("--error", asked.error, true),
-        ("--place", asked.place, false),
-        ("--gain", asked.gain, false),
-        ("--relative", asked.relative, false),
+        ("--error", error, true),
+        ("--place", place, false),
+        ("--gain", gain, false),
+        ("--relative", relative, false),
     ];
     for (key, x, positive) in sizes {
         if !(x.is_finite() && x >= 0.0 && (x > 0.0 || !positive)) {
@@ -119,15 +111,7 @@ fn goal(asked: &PlanRequest) -> Result<PlanGoal, InputError> {
             return Err(InputError::new("this is no such size").key(key).value(x).allowed(allowed));
         }
     }
-    Ok(PlanGoal {
-        error: asked.error,
-        positions: asked.positions,
-        runs: asked.runs,
-        place: asked.place,
-        gain: asked.gain,
-        relative: asked.relative,
-        seed: asked.seed,
-    })
+    Ok(PlanGoal { error, positions, runs, place, gain, relative, seed })
 }
 
 /// What is to be done, with the signal to fill in.

@@ -62,22 +62,39 @@ impl Reply {
         }
     }
 
-    /// Of a result in the `destination` at `out`, which ends with its run.json, the `document`.
+    /// Ends the result at `destination` with its run.json: what it is `of`, then `body`, and counts and seconds of this reply.
     pub fn filed(
-        self,
+        mut self,
         destination: Destination,
-        document: Value,
-        out: PathBuf,
+        of: Value,
+        mut body: Value,
         context: &Context<'_>,
     ) -> Result<Self, Error> {
-        match destination {
-            Destination::Memory(kept) => Ok(Self { kept, document, ..self }),
-            Destination::Folder(mut folder) => {
-                folder.run_json(&document)?;
-                let Written { files, removed } = folder.finish()?;
-                Ok(self.with_files(out, (files, removed), (context.elapsed(), context.is_quiet())))
-            }
+        if self.seconds.is_null() {
+            self.seconds = context.seconds();
         }
+        body["counts"] = self.counts.clone();
+        body["seconds"] = self.seconds.clone();
+        let document = run_json::document(destination.command, of, body);
+        let Some(mut folder) = destination.folder else {
+            return Ok(Self { kept: destination.kept, document, ..self });
+        };
+        folder.run_json(&document)?;
+        let Written { files, removed } = folder.finish()?;
+        Ok(self.with_files(destination.out, (files, removed), (context.elapsed(), context.is_quiet())))
+    }
+
+    /// As [`Self::filed`], of a `spec`, with its values in force and its warnings unless `body` has others.
+    pub fn filed_of(
+        self,
+        spec: &Spec,
+        destination: Destination,
+        body: Value,
+        context: &Context<'_>,
+    ) -> Result<Self, Error> {
+        let mut whole = json!({ "in_force": run_json::in_force(spec), "warnings": spec.warnings });
+        body.as_object().into_iter().flatten().for_each(|(key, value)| whole[key] = value.clone());
+        self.filed(destination, run_json::spec(spec), whole, context)
     }
 
     /// Of files that were written into the folder `out`, and removed, within so many seconds, with which the text ends.
@@ -147,29 +164,5 @@ pub fn rough(x: f64) -> String {
         _ if two >= 1e9 => format!("{two:.1e}"),
         _ if two >= 10.0 => grouped(two as u64),
         _ => two.to_string(),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn digits_stand_in_threes() {
-        let pairs = [(0, "0"), (33, "33"), (999, "999"), (10_000, "10 000"), (1_234_567, "1 234 567")];
-        pairs.into_iter().for_each(|(n, text)| assert_eq!(grouped(n), text));
-    }
-
-    #[test]
-    fn two_digits_are_enough() {
-        let pairs = [
-            (0.0123, "0.012"),
-            (0.0, "0"),
-            (2.66, "2.7"),
-            (12.64, "13"),
-            (868_901.0, "870 000"),
-            (4.33e9, "4.3e9"),
-        ];
-        pairs.into_iter().for_each(|(x, text)| assert_eq!(rough(x), text));
     }
 }

@@ -7,12 +7,11 @@ use rayon::prelude::*;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::{Common, Context, Reply, meant, named, number};
+use super::{Common, Context, Destination, Reply, meant, named, number};
 use crate::error::{Error, InputError};
 use crate::figure::{self, Figure, Format, Style};
 use crate::report::{self, source::Source};
-use crate::sink::folder::{Folder, Question, Written};
-use crate::sink::run_json;
+use crate::sink::folder::{Folder, Question};
 
 /// Figures and a page of a result.
 #[derive(Debug, Flags, Deserialize)]
@@ -90,8 +89,9 @@ pub fn run(asked: &ReportRequest, context: &Context<'_>) -> Result<Reply, Error>
     let question = Question { inputs, ..Question::new("report", name.clone(), of) };
     let written: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
     // Also what is asked for in memory is a folder of files.
-    let mut folder = Folder::open(&out, question, &written, asked.force)?;
-    files.iter().try_for_each(|(name, bytes)| folder.put(name, bytes))?;
+    let folder = Folder::open(&out, question, &written, asked.force)?;
+    let mut destination = Destination { command: "report", out, folder: Some(folder), kept: Vec::new() };
+    files.into_iter().try_for_each(|(name, bytes)| destination.put(&name, bytes))?;
     let figure = |f: &Figure| json!({ "name": f.name, "title": f.title, "caption": f.caption });
     let (run, answer) = (&source.run, &content.answer);
     let body = json!({
@@ -99,27 +99,19 @@ pub fn run(asked: &ReportRequest, context: &Context<'_>) -> Result<Reply, Error>
         "figures": content.figures.iter().map(figure).collect::<Vec<_>>(),
         "answer": answer,
         "notes": notes,
-        "seconds": context.seconds(),
     });
-    folder.run_json(&run_json::document("report", run["spec"].clone(), body))?;
-    let Written { files, removed } = folder.finish()?;
     notes.iter().for_each(|note| context.line(format!("note: {note}")));
     let also = match endings.is_empty() {
         true => String::new(),
         false => format!(" and the figures as {}", endings.join(", ")),
     };
-    let (at, kilobytes, time) = (out.join(report::PAGE), bytes.div_ceil(1000), context.elapsed());
+    let at = destination.out.join(report::PAGE);
+    let counts = json!({ "figures": n, "page_bytes": bytes });
+    let result = json!({ "answer": answer, "figures": names, "notes": notes });
+    let reply = Reply { counts, result, ..Reply::default() };
+    let reply = reply.filed(destination, run["spec"].clone(), body, context)?;
+    let (kilobytes, time) = (bytes.div_ceil(1000), context.elapsed());
     let at = at.display();
     let text = format!("{answer}\n{n} figures: {listed}\nwrote {at} ({kilobytes} kB){also} in {time:.2} s\n");
-    let reply = Reply {
-        text,
-        out: Some(out),
-        files,
-        counts: json!({ "figures": n, "page_bytes": bytes }),
-        seconds: context.seconds(),
-        result: json!({ "answer": answer, "figures": names, "notes": notes }),
-        quiet,
-        ..Reply::default()
-    };
-    Ok(reply.removing(&removed))
+    Ok(Reply { text, ..reply })
 }

@@ -6,7 +6,7 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::{Common, Context, Reply, folder, in_spec, whole};
+use super::{Common, Context, Reply, folder, whole};
 use crate::error::Error;
 use crate::progress::Progress;
 use crate::shape;
@@ -37,34 +37,29 @@ pub fn run(asked: &ShapeRequest, context: &Context<'_>) -> Result<Reply, Error> 
     let mut spec = context.spec(&asked.spec)?;
     spec.one_rig()?;
     let options = context.begun(&asked.common, &mut spec)?;
-    let placed = in_spec(&asked.spec, &spec.text);
     let (setup, nodes) = (&spec.study.setup, asked.nodes as usize);
-    shape::check(setup).map_err(|e| placed(e.into()))?;
+    shape::check(setup)?;
     let out = folder(options.out.as_ref(), &spec.name, "shape");
     if options.plan == Some(true) {
         let planned =
             Reply::planned(out, |to| format!("{}: shapes with {nodes} sections to {to}", spec.name));
         return Ok(Reply { result: json!({ "in_force": run_json::in_force(&spec) }), ..planned });
     }
-    shape::rows(&spec.study.space, nodes, context.room(BYTES_OF_SECTION)).map_err(|e| placed(e.into()))?;
+    shape::rows(&spec.study.space, nodes, context.room(BYTES_OF_SECTION))?;
     let (method, by) = shape::method(&options, &setup.model)?;
     let question = Question::of_scene("shape", &spec, json!({ "nodes": nodes, "solved_by": by }));
     let mut destination = context.open(&out, question, &shape::FILES, options.force)?;
     let mut progress = context.progress();
     let steered = (context.host().stop(false), &mut *progress as &mut dyn Progress);
-    let ([taps, shapes], tables) = shape::tables(&spec, method, nodes, steered).map_err(placed)?;
+    let ([taps, shapes], tables) = shape::tables(&spec, method, nodes, steered)?;
     tables.into_iter().try_for_each(|table| destination.table(table))?;
-    let (counts, seconds) = (json!({ "taps": taps, "shapes": shapes }), context.seconds());
-    let body = json!({
-        "in_force": run_json::in_force(&spec), "material_fit": run_json::material_fit(&spec, None), "warnings": spec.warnings,
-        "solved_by": by, "counts": counts, "seconds": seconds,
-    });
-    let document = run_json::document("shape", run_json::spec(&spec), body);
     let without = match taps - shapes {
         0 => String::new(),
         n => format!("; {n} taps have none, contacts.csv says why"),
     };
     let text = format!("{shapes} shapes of {nodes} sections from clamp to contact{without}\n");
-    let reply = Reply { text, counts, seconds, ..Reply::default() };
-    Ok(reply.filed(destination, document, out, context)?.answered())
+    let counts = json!({ "taps": taps, "shapes": shapes });
+    let body = json!({ "material_fit": run_json::material_fit(&spec, None), "solved_by": by });
+    let reply = Reply { text, counts, ..Reply::default() };
+    Ok(reply.filed_of(&spec, destination, body, context)?.answered())
 }

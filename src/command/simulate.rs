@@ -1,17 +1,18 @@
 //! `vibrissa simulate SPEC.toml`: synthetic measurements, of taps or of strokes over an object.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args as Flags;
 use serde::Deserialize;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::{Common, Context, Reply, folder, number, of_one_signal, whole};
 use crate::error::{Error, InputError};
 use crate::locate::locator::opener;
 use crate::measure::Rig;
-use crate::scene::{Column, RunOptions, Spec};
-use crate::simulate::{self, Counts, Settings, SimulatedTaps, strokes};
+use crate::scene::Column;
+use crate::simulate::strokes::{self, Strokes};
+use crate::simulate::{self, Settings, SimulatedTaps};
 use crate::sink::folder::Question;
 use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
@@ -78,92 +79,72 @@ pub fn run(asked: &SimulateRequest, context: &Context<'_>) -> Result<Reply, Erro
     let rig = Rig::of_spec(&spec, &asked.spec.display().to_string())?;
     let options = context.prepared(&asked.common, Some(&mut spec))?;
     let settings = settings(asked, &rig)?;
-    if let Some(object) = &asked.object {
-        return stroke(object, (&spec, &rig), &settings, &options, context);
-    }
+    let read = |object: &PathBuf| -> Result<Strokes, Error> {
+        strokes::check(&rig, &settings)?;
+        Ok(context.read(object, "object", Strokes::parse)?)
+    };
+    let course = asked.object.as_ref().map(read).transpose()?;
     let layout = spec.study.space.layout().expect("a rig has axes");
-    settings.rows(layout.len(), simulate::MOST_ROWS.min(context.room(BYTES_OF_ROW)))?;
-    let taps = layout.len() * settings.repeats;
+    let drives = spec.study.space.axis(Column::Drive).expect("a rig has axes");
+    let mut described = settings.described(rig.setup.drive);
+    let (mut of, mut counts, mut inputs) = (json!({}), Value::Null, Vec::new());
+    let (file, what) = match &course {
+        Some(course) => {
+            described = course.described(described);
+            of["course"] = format!("{:?}", (&course.object, &course.starts, course.touch_noise)).into();
+            inputs.clone_from(&course.files);
+            (strokes::FILE, format!("{} strokes of {} readings", course.starts.len(), drives.len()))
+        }
+        None => {
+            settings.rows(layout.len(), simulate::MOST_ROWS.min(context.room(BYTES_OF_ROW)))?;
+            let taps = layout.len() * settings.repeats;
+            counts = json!({ "taps": taps });
+            ("measurements.csv", format!("{taps} synthetic taps"))
+        }
+    };
     let out = folder(options.out.as_ref(), &spec.name, "simulate");
     context.warn_all(&spec.warnings);
-    let described = settings.described(rig.setup.drive);
     if options.plan == Some(true) {
-        let planned = Reply::planned(out, |to| format!("{}: {taps} synthetic taps to {to}", spec.name));
+        let planned = Reply::planned(out, |to| format!("{}: {what} to {to}", spec.name));
         let result = json!({ "settings": described, "in_force": run_json::in_force(&spec) });
-        return Ok(Reply { counts: json!({ "taps": taps }), result, ..planned });
+        return Ok(Reply { counts, result, ..planned });
     }
-    let question = Question::of_scene("simulate", &spec, json!({ "settings": described.to_string() }));
-    let mut destination = context.open(&out, question, &["measurements.csv"], options.force)?;
-    let method = opener(&options)(&rig.setup.model)?;
-    let which = SimulatedTaps { layout: &layout, directions: spec.study.setup.directions };
-    let empty = simulate::empty(&rig, which.directions, settings.unit);
+    of["settings"] = described.to_string().into();
+    let mut question = Question::of_scene("simulate", &spec, of);
+    question.inputs.extend(inputs);
+    let mut destination = context.open(&out, question, &[file], options.force)?;
+    let directions = spec.study.setup.directions;
+    let empty = match &course {
+        Some(_) => heading("strokes").frame(&[settings.unit.column()]),
+        None => simulate::empty(&rig, directions, settings.unit),
+    };
+    let mut missed = 0;
     let counts = destination.rows(empty, |write| {
         let mut write = |some: &Frame| context.go_on().and_then(|()| write(some));
-        simulate::simulate(&rig, which, &settings, method, &mut write)
+        let Some(course) = &course else {
+            let which = SimulatedTaps { layout: &layout, directions };
+            let method = opener(&options)(&rig.setup.model)?;
+            return simulate::simulate(&rig, which, &settings, method, &mut write);
+        };
+        let mut miss = |number: usize, why| {
+            missed += 1;
+            context.warn(&format!("start {number} makes no stroke: {why}"));
+        };
+        strokes::simulate(&rig, course, drives, &settings, &mut miss, &mut write)
     })?;
-    let empty = match counts.unsolved {
-        0 => String::new(),
-        n => format!(", {n} of them without a solution and empty"),
+    let (taps, zeros, strokes) = (counts.taps, counts.zeros, course.map(|c| c.starts.len() - missed));
+    let (what, without) = match strokes {
+        Some(n) => (format!("readings of {n} strokes"), "after the whisker has left the object"),
+        None => ("taps".to_owned(), "without a solution and empty"),
     };
-    let text = format!("{} synthetic taps{empty}, {} zero readings\n", counts.taps, counts.zeros);
-    filed((&spec, text), (described, counts), destination, out, context)
-}
-
-fn stroke(
-    object: &Path,
-    (spec, rig): (&Spec, &Rig),
-    settings: &Settings,
-    options: &RunOptions,
-    context: &Context<'_>,
-) -> Result<Reply, Error> {
-    context.warn_all(&spec.warnings);
-    strokes::check(rig, settings)?;
-    let course = context.read(object, "object", strokes::Strokes::parse)?;
-    let drives = spec.study.space.axis(Column::Drive).expect("a rig has axes");
-    let out = folder(options.out.as_ref(), &spec.name, "simulate");
-    let described = course.described(settings.described(rig.setup.drive));
-    if options.plan == Some(true) {
-        let (starts, readings) = (course.starts.len(), drives.len());
-        let planned = Reply::planned(out, |to| {
-            format!("{}: {starts} strokes of {readings} readings to {to}", spec.name)
-        });
-        let result = json!({ "settings": described, "in_force": run_json::in_force(spec) });
-        return Ok(Reply { result, ..planned });
-    }
-    let asked = json!({ "settings": described.to_string(), "course": format!("{:?}", (&course.object, &course.starts, course.touch_noise)) });
-    let mut question = Question::of_scene("simulate", spec, asked);
-    question.inputs.extend(course.files.iter().cloned());
-    let mut destination = context.open(&out, question, &[strokes::FILE], options.force)?;
-    let mut missed = 0;
-    let mut miss = |number: usize, why| {
-        missed += 1;
-        context.warn(&format!("start {number} makes no stroke: {why}"));
-    };
-    let counts = destination.rows(heading("strokes").frame(&[settings.unit.column()]), |write| {
-        let mut write = |some: &Frame| context.go_on().and_then(|()| write(some));
-        strokes::simulate(rig, &course, drives, settings, &mut miss, &mut write)
-    })?;
     let without = match counts.unsolved {
         0 => String::new(),
-        n => format!(", {n} of them after the whisker has left the object"),
+        n => format!(", {n} of them {without}"),
     };
-    let (taps, strokes, zeros) = (counts.taps, course.starts.len() - missed, counts.zeros);
-    let text = format!("{taps} synthetic readings of {strokes} strokes{without}, {zeros} zero readings\n");
-    filed((spec, text), (described, counts), destination, out, context)
-}
-
-/// The reply, with the `text` of its summary.
-fn filed(
-    (spec, text): (&Spec, String),
-    (described, counts): (serde_json::Value, Counts),
-    destination: super::Destination,
-    out: PathBuf,
-    context: &Context<'_>,
-) -> Result<Reply, Error> {
-    let (counts, seconds) = (counts.described(), context.seconds());
-    let document = simulate::document(spec, [&described, &counts, &seconds]);
-    let result = json!({ "settings": described });
-    Reply { text, counts, seconds, result, ..Reply::default() }.filed(destination, document, out, context)
+    let text = format!("{taps} synthetic {what}{without}, {zeros} zero readings\n");
+    let body = json!({ "source": simulate::SOURCE, "settings": described });
+    let (counts, result) = (counts.described(), json!({ "settings": described }));
+    Reply { text, counts, result, ..Reply::default() }.filed_of(&spec, destination, body, context)
 }
 
 fn settings(asked: &SimulateRequest, rig: &Rig) -> Result<Settings, InputError> {

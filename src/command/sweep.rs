@@ -14,7 +14,7 @@ use crate::census::needed::Needed;
 use crate::census::sample::ComparedRows;
 use crate::curve::both::TAPS;
 use crate::digits::short;
-use crate::error::{Error, InputError};
+use crate::error::Error;
 use crate::plan::{Plan, pays};
 use crate::progress::Progress;
 use crate::report::answer::{Recommended, of_best};
@@ -23,7 +23,6 @@ use crate::sink::format::TableFormat;
 use crate::sink::run_json;
 use crate::sink::shard::Shard;
 use crate::sink::table::{Table, drive_unit};
-use crate::spec;
 use crate::sweep::{self, Kept, Report, Target};
 use crate::tap::k_names;
 
@@ -81,7 +80,7 @@ pub fn run(asked: &SweepRequest, context: &Context<'_>) -> Result<Reply, Error> 
     let out = folder(options.out.as_ref(), &spec.name, "sweep");
     let out = asked.shard.map_or(out.clone(), |shard| out.join(shard.folder()));
     let choice = Choice::for_work(&options, pays::of_study(&spec.study, &options))?;
-    let bound = context.model_error(asked.model_error, (&spec, &asked.spec), &choice)?;
+    let bound = context.model_error(asked.model_error, &spec, &choice)?;
     if bound.is_some() {
         sweep::whole(asked.shard, &spec.study)?;
     }
@@ -89,18 +88,16 @@ pub fn run(asked: &SweepRequest, context: &Context<'_>) -> Result<Reply, Error> 
     let mut needed = bound.map(fewer).transpose()?;
     context.settle(&mut spec, &options, (&choice.backend, bound, &out));
     let planning = options.plan == Some(true);
-    let sized =
-        |spec: &Spec| Plan::new(&spec.study, &choice).map_err(|e| InputError { file: spec::file(spec), ..e });
     let full = match &needed {
         Some(needed) if planning && !needed.left().is_empty() => {
-            Some(sweep::seconds(&spec.study, &sized(&spec)?, &choice)?)
+            Some(sweep::seconds(&spec.study, &Plan::new(&spec.study, &choice)?, &choice)?)
         }
         _ => None,
     };
     if let Some(needed) = &needed {
         spec.study.setup = needed.setup().clone();
     }
-    let plan = sized(&spec)?;
+    let plan = Plan::new(&spec.study, &choice)?;
     if planning {
         return planned(&spec, &plan, &choice, (needed.as_ref(), full), out);
     }

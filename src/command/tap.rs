@@ -7,7 +7,7 @@ use clap::Args as Flags;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::{Common, Context, Reply, folder, in_spec, meant, named, number, where_and_why, with_model_error};
+use super::{Common, Context, Reply, folder, meant, named, number, where_and_why, with_model_error};
 use crate::digits::short;
 use crate::error::Error;
 use crate::optimise::blame::bias;
@@ -15,6 +15,7 @@ use crate::report::answer::of_tap;
 use crate::scene::search::Objective;
 use crate::scene::{Spec, Theory};
 use crate::sink::folder::Question;
+use crate::sink::run_json;
 use crate::sink::table::drive_unit;
 use crate::spec;
 use crate::tap::{self, Report, Sample};
@@ -55,7 +56,7 @@ pub fn run(asked: &TapRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let options = context.begun(&asked.common, &mut spec)?;
     let choice = tap::choice(&options, &spec.study)?;
     let out = folder(options.out.as_ref(), &spec.name, "tap");
-    let bound = context.model_error(asked.model_error, (&spec, &asked.spec), &choice)?;
+    let bound = context.model_error(asked.model_error, &spec, &choice)?;
     context.settle(&mut spec, &options, (&choice.backend, bound, &out));
     let (symbol, unit) = drive_unit(spec.study.setup.drive);
     let (name, [from, to], on) = (&spec.name, ends, where_and_why(&choice.backend));
@@ -73,13 +74,21 @@ pub fn run(asked: &TapRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let begun = context.elapsed();
     let mut progress = context.progress();
     let (stop, study) = (context.host().stop(false), &spec.study);
-    let found = tap::find(study, ends, objective, &choice, (bound, stop, progress.as_mut()));
+    let mut report = tap::find(study, ends, objective, &choice, (bound, stop, progress.as_mut()))?;
     drop(progress);
-    let mut report = found.map_err(in_spec(&asked.spec, &spec.text))?;
     report.seconds = choice.seconds + context.elapsed() - begun;
     destination.table(tap::table(study, &report)?)?;
     let result = tap::result(study, &report);
     let [_, sd] = tap::k_names(&study.setup);
+    // Where taps are hard they are solved to another tolerance than was planned.
+    let (mut in_force, tolerance) = (run_json::in_force(&spec), report.backend.tolerance);
+    for entry in in_force.as_array_mut().into_iter().flatten().filter(|e| e["key"] == "run.tolerance") {
+        tolerance.iter().for_each(|tolerance| entry["value"] = format!("{tolerance:?}").into());
+    }
+    let body = json!({
+        "in_force": in_force, "warnings": report.backend.warnings(&spec.warnings), "backend": report.backend, "result": result,
+    });
+    let body = with_model_error(body, report.model_error.as_ref());
     let reply = Reply {
         answer: of_tap(&result, study.setup.drive.column(), sd),
         text: summary(&spec, &report),
@@ -89,7 +98,7 @@ pub fn run(asked: &TapRequest, context: &Context<'_>) -> Result<Reply, Error> {
         result: with_model_error(result, report.model_error.as_ref()),
         ..Reply::default()
     };
-    reply.filed(destination, tap::document(&spec, &report), out, context)
+    reply.filed_of(&spec, destination, body, context)
 }
 
 fn summary(spec: &Spec, report: &Report) -> String {

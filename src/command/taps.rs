@@ -14,11 +14,11 @@ use crate::measure::names::DISTANCE;
 use crate::record::rest::Rest;
 use crate::record::{Kind, Reading, Record, Take, find};
 use crate::scene::Drive;
+use crate::sink::fact;
 use crate::sink::folder::Question;
 use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
 use crate::sink::values::{Field, Values};
-use crate::sink::{fact, run_json};
 
 /// What of a contact is read, in words.
 const TAKES: [(&str, Take, &str); 3] = [
@@ -87,13 +87,13 @@ pub fn run(asked: &TapsRequest, context: &Context<'_>) -> Result<Reply, Error> {
     let [rests, plateaus, peaks] = [Kind::Rest, Kind::Plateau, Kind::Peak].map(count);
     let (taps, noise) = (plateaus + peaks, rest.noise);
     let counts = json!({ "samples": samples, "rests": rests, "plateaus": plateaus, "peaks": peaks });
-    let (seconds, result) = (context.seconds(), json!({ "noise": noise, "taps": taps }));
-    let told = json!({ "raw": { "file": label, "hash": digest }, "counts": counts, "seconds": seconds, "result": result });
-    let document = run_json::document("taps", json!({ "name": stem, "hash": digest }), told);
+    let result = json!({ "noise": noise, "taps": taps });
+    let body = json!({ "raw": { "file": label, "hash": digest }, "result": result });
     let answer = format!(
         "{taps} taps in {samples} samples ({plateaus} stand still, {peaks} are peaks), rests: {rests}; noise of a sample {noise:.3e}. Look at taps.svg before you use them."
     );
-    Reply { answer, counts, seconds, result, ..Reply::default() }.filed(destination, document, out, context)
+    let reply = Reply { answer, counts, result, ..Reply::default() };
+    reply.filed(destination, json!({ "name": stem, "hash": digest }), body, context)
 }
 
 const FILES: [&str; 3] = ["taps.csv", "readings.csv", "taps.svg"];

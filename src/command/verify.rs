@@ -17,7 +17,7 @@ use crate::error::{Error, InputError};
 use crate::scene::{BackendChoice, Spec};
 use crate::sink::folder::{Question, hash};
 use crate::sink::heading::heading;
-use crate::sink::run_json::{self, in_force, material_fit};
+use crate::sink::run_json::{in_force, material_fit};
 use crate::sink::values::named;
 use crate::spec;
 
@@ -128,28 +128,22 @@ pub fn run(asked: &VerifyRequest, context: &Context<'_>) -> Result<Reply, Error>
     let faults: Vec<String> = words.clone().into_iter().chain(broken(&lines, &on)).collect();
     let rows = || lines.iter().map(|line: &Line| line.fields(&backends[line.place]));
     let census: Vec<Value> = rows().map(|row| named(heading("verify").names_as(&[]), row)).collect();
-    let (counts, seconds) = (counts(&lines), context.seconds());
     let (name, text) = spec.as_ref().map_or(("verify", ""), |s| (&s.name, &s.text));
-    let document = run_json::document(
-        "verify",
-        json!({ "name": name, "hash": hash(text), "text": text }),
-        json!({
-            "in_force": spec.as_ref().map(in_force),
-            "material_fit": spec.as_ref().map(|s| material_fit(s, None)),
-            "warnings": spec.as_ref().map_or(&[][..], |s| &s.warnings),
-            "samples": samples,
-            "seed": asked.seed,
-            "backends": backends,
-            "counts": counts,
-            "stopped": words.map(|_| json!({ "taps": done, "of": taps })),
-            "census": census,
-            "seconds": seconds,
-        }),
-    );
+    let of = json!({ "name": name, "hash": hash(text), "text": text });
+    let body = json!({
+        "in_force": spec.as_ref().map(in_force),
+        "material_fit": spec.as_ref().map(|s| material_fit(s, None)),
+        "warnings": spec.as_ref().map_or(&[][..], |s| &s.warnings),
+        "samples": samples,
+        "seed": asked.seed,
+        "backends": backends,
+        "stopped": words.map(|_| json!({ "taps": done, "of": taps })),
+        "census": census,
+    });
     let reply = Reply {
         text: table(&lines, &on, asked.all || spec.is_some()),
-        counts,
-        seconds,
+        counts: counts(&lines),
+        seconds: context.seconds(),
         backend: json!(backends),
         result: json!({ "census": census }),
         quiet: context.is_quiet(),
@@ -162,7 +156,7 @@ pub fn run(asked: &VerifyRequest, context: &Context<'_>) -> Result<Reply, Error>
     let mut table = heading("verify").frame(&[]);
     rows().try_for_each(|row| table.row(row))?;
     destination.table(table)?;
-    Ok(reply.filed(destination, document, out, context)?.answered())
+    Ok(reply.filed(destination, of, body, context)?.answered())
 }
 
 fn headline(spec: Option<&Spec>, cases: usize, taps: u64, places: &[Place]) -> String {

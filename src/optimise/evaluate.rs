@@ -17,7 +17,7 @@ use crate::chart::reader::{LEAST_TAPS, Reader, RowReader, directions};
 use crate::curve::{self, Ask, Curve, Reach, both};
 use crate::design::Design;
 use crate::error::Error;
-use crate::evaluate::{Evaluator, Guard, Method, Task};
+use crate::evaluate::{Evaluator, Method, Task};
 use crate::plan::Layout;
 use crate::scene::search::{Calibrated, Quantity, Search};
 use crate::scene::{Column, Direction, Setup, Theory, Tuple};
@@ -25,7 +25,7 @@ use crate::statistics::{DriveRow, Told};
 
 /// Taps that go to the backend together: to a GPU, and to a CPU, which is asked to stop between them. The model's own curves that
 /// exact distances are read from are so many taps more.
-const BATCH: [usize; 2] = [1 << 18, 1 << 11];
+pub(super) const BATCH: [usize; 2] = [1 << 18, 1 << 11];
 const CURVE: usize = 4;
 
 /// Error of the reference, relative: that of its integration, and of the root that it is led to.
@@ -34,26 +34,12 @@ const REFERENCE: f64 = 1e-12;
 /// Taps that are read from charts together.
 const READ: usize = 1 << 16;
 
-/// What scores are read from in place of solved taps.
-#[derive(Debug, Clone, Default)]
-pub struct Readers {
-    /// Whole rows.
-    pub rows: Option<Arc<RowReader>>,
-    /// Single taps.
-    pub taps: Option<Arc<Reader>>,
-}
-
-impl Readers {
-    pub fn any(&self) -> bool {
-        self.rows.is_some() || self.taps.is_some()
-    }
-}
-
 pub struct Scorer<'a> {
     pub evaluator: Evaluator<'a>,
     pub(super) judge: Judge<'a>,
     pub(super) batch: usize,
-    rows: Option<Arc<RowReader>>,
+    /// What whole rows are read from in place of solved taps.
+    pub(super) rows: Option<Arc<RowReader>>,
 }
 
 impl<'a> Scorer<'a> {
@@ -66,31 +52,6 @@ impl<'a> Scorer<'a> {
         let margin = evaluator.tolerance().max(REFERENCE);
         let judge = Judge { setup, search, distances, reach: layout.reach(), deviations, margin };
         Self { evaluator, judge, batch: BATCH[0], rows: None }
-    }
-
-    /// The same in parts after which a CPU can be stopped.
-    pub fn in_parts(self) -> Self {
-        Self { batch: BATCH[1], ..self }
-    }
-
-    /// With what is read from charts while candidates are scored.
-    pub fn reading(self, readers: Readers) -> Self {
-        Self { evaluator: self.evaluator.reading(readers.taps), rows: readers.rows, ..self }
-    }
-
-    /// With no distance of taps that come near no equilibrium: the reference takes seconds to say that there is none.
-    pub fn leaving(self) -> Self {
-        Self { evaluator: self.evaluator.leaving(), ..self }
-    }
-
-    /// Whether rows are read from charts: to their error, and smoothly.
-    pub fn reads(&self) -> bool {
-        self.rows.is_some()
-    }
-
-    /// With `guard` for the taps near a threshold, if there is one.
-    pub fn guarded(self, guard: Option<Guard<'a>>) -> Self {
-        Self { evaluator: self.evaluator.guarded(guard), ..self }
     }
 
     pub fn taps(&self) -> usize {
@@ -108,7 +69,7 @@ impl<'a> Scorer<'a> {
     pub fn scores_while(&mut self, points: &[Tuple], on: &dyn Fn() -> bool) -> Result<Vec<Score>, Error> {
         let mut scores = Vec::with_capacity(points.len());
         let more = if self.judge.setup.estimate.theory == Theory::Exact { CURVE } else { 1 };
-        let batch = if self.reads() { READ.max(self.batch) } else { self.batch };
+        let batch = if self.rows.is_some() { READ.max(self.batch) } else { self.batch };
         for part in points.chunks((batch / (more * self.taps())).max(1)) {
             if !on() {
                 break;
@@ -212,39 +173,6 @@ impl<'a> Scorer<'a> {
 /// Sampled whiskers lie within so many standard deviations, but for few, which are solved.
 const SPREAD: f64 = 3.5;
 
-/// What the candidates of swarms are read from, where charts can and it pays.
-pub(super) fn readers(
-    setup: &Setup,
-    layout: &Layout,
-    wanted: &Wanted,
-    choice: &Choice,
-    search: &Search,
-) -> Result<Readers, Error> {
-    let samples = search.robust.as_ref().map_or(0, |r| r.samples) as u64;
-    let taps = search.budget.evaluations.map(|n| n.saturating_mul((1 + samples) * layout.n_distances));
-    let few = layout.n_distances > between::MOST || taps.is_some_and(|taps| taps < LEAST_TAPS);
-    // A direction that is sampled has no chart; nor has a rig that varies.
-    let still = !search.robust.as_ref().is_some_and(|robust| robust.tilts() || !robust.properties.is_empty())
-        && setup.rigs.is_none();
-    let Some((tolerance, directions)) =
-        choice.chart_tolerance().zip(directions(layout)).filter(|_| still && !few)
-    else {
-        return Ok(Readers::default());
-    };
-    let planar = layout.is_upright() && !setup.gauge.second;
-    let distances: Vec<f64> = (0..layout.n_distances).map(|i| layout.distance(i)).collect();
-    // Where readings are turned into distances with the calibration of another whisker they are reduced from taps.
-    let own = search.robust.as_ref().is_none_or(|r| r.calibrated == Calibrated::Each);
-    if own
-        && planar
-        && let Some(rows) = RowReader::new(setup, &distances, wanted, tolerance)?
-    {
-        return Ok(Readers { rows: Some(Arc::new(rows)), taps: None });
-    }
-    let taps = Reader::new(setup, (&distances, &directions), wanted, tolerance)?.map(Arc::new);
-    Ok(Readers { rows: None, taps })
-}
-
 /// What the numbers of candidates, and of whiskers sampled around them, can be.
 pub(super) fn wanted(layout: &Layout, search: &Search, variables: &Variables) -> Wanted {
     let drives = Wanted::of(layout).drive;
@@ -272,6 +200,39 @@ pub(super) fn wanted(layout: &Layout, search: &Search, variables: &Variables) ->
 }
 
 impl Scorer<'_> {
+    /// The same, which reads candidates from charts where charts can and it pays, and whether it does.
+    pub(super) fn charted(
+        mut self,
+        layout: &Layout,
+        wanted: &Wanted,
+        choice: &Choice,
+    ) -> Result<(Self, bool), Error> {
+        let Judge { setup, search, ref distances, .. } = self.judge;
+        let robust = search.robust.as_ref();
+        let samples = robust.map_or(0, |r| r.samples) as u64;
+        let taps = search.budget.evaluations.map(|n| n.saturating_mul((1 + samples) * layout.n_distances));
+        let few = layout.n_distances > between::MOST || taps.is_some_and(|taps| taps < LEAST_TAPS);
+        // A direction that is sampled has no chart; nor has a rig that varies.
+        let still = setup.rigs.is_none() && !robust.is_some_and(|r| r.tilts() || !r.properties.is_empty());
+        let Some((tolerance, directions)) =
+            choice.chart_tolerance().zip(directions(layout)).filter(|_| still && !few)
+        else {
+            return Ok((self, false));
+        };
+        let planar = layout.is_upright() && !setup.gauge.second;
+        // Where readings are turned into distances with the calibration of another whisker they are reduced from taps.
+        let own = robust.is_none_or(|r| r.calibrated == Calibrated::Each);
+        if own && planar {
+            self.rows = RowReader::new(setup, distances, wanted, tolerance)?.map(Arc::new);
+        }
+        if self.rows.is_some() {
+            return Ok((self, true));
+        }
+        let taps = Reader::new(setup, (distances, &directions), wanted, tolerance)?.map(Arc::new);
+        let any = taps.is_some();
+        Ok((Self { evaluator: self.evaluator.reading(taps), ..self }, any))
+    }
+
     /// Designs rows and scores of the nominal `whisker` at `drives`, degrees or mm.
     pub fn along(&mut self, whisker: &Tuple, drives: &[f64]) -> Result<Vec<(DriveRow, Score)>, Error> {
         let mut all = Vec::with_capacity(drives.len());

@@ -42,7 +42,7 @@ const FINISHED: usize = 2;
 
 /// Searches until starts agree, all are made, or the budget ends it.
 pub fn run(session: &mut Session<'_>, goal: Goal, seed: u64, starts: u32) -> Result<(), Halt> {
-    if !session.scorers[0].reads() {
+    if session.scorers[0].rows.is_none() {
         return starting(session, goal, seed, starts, (Stage::Polish, COLD, SAME)).map(drop);
     }
     // What is read from charts is smooth, and good to their error: only what was found there is polished in f64, for which some of the

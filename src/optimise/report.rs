@@ -20,7 +20,6 @@ use crate::scene::search::{Objective, Quantity, Search};
 use crate::scene::{Column, Property, Setup, Spec, Tuple};
 use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
-use crate::sink::run_json;
 use crate::sink::table::AtDrive;
 use crate::sink::values::Field;
 use crate::statistics::DriveRow;
@@ -114,27 +113,6 @@ pub fn tables(spec: &Spec, report: &Report) -> Result<Vec<Frame>, Error> {
         all.push(pareto(spec, &front.points)?);
     }
     Ok(all)
-}
-
-pub fn document(spec: &Spec, search: &Search, report: &Report) -> Value {
-    let mut result = result(spec, search, report);
-    if let Some(front) = result["front"].as_object_mut() {
-        // pareto.csv holds them.
-        front.remove("rows");
-    }
-    let mut body = json!({
-        "in_force": run_json::in_force(spec),
-        "warnings": report.backends[0].warnings(&spec.warnings),
-        "backend": report.backends[0],
-        "backend_polish": report.backends[1],
-        "counts": counts(report),
-        "seconds": seconds(report),
-        "result": result,
-    });
-    if let Some((told, _)) = &report.model_error {
-        body["model_error"] = told.clone();
-    }
-    run_json::document("optimise", run_json::spec(spec), body)
 }
 
 pub fn counts(report: &Report) -> Value {

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use super::best;
 use super::blame::{infeasible, shortfall};
-use super::evaluate::{Scorer, readers, wanted};
+use super::evaluate::{BATCH, Scorer, wanted};
 use super::front::{self, Front};
 use super::global::{self, STARTS};
 use super::report::{self, Alarm, Report};
@@ -111,18 +111,22 @@ fn under_alarm(
         _ => setup,
     };
     let scorer = |choice: &Choice, setup| {
-        let scorer = Scorer::new(setup, &layout, search, choice.open(&setup.model)?).leaving();
-        Ok::<_, Error>(if choice.backend.name == "gpu" { scorer } else { scorer.in_parts() })
+        let mut scorer = Scorer::new(setup, &layout, search, choice.open(&setup.model)?);
+        // With no distance of taps that come near no equilibrium: the reference takes seconds to say that there is none.
+        scorer.evaluator = scorer.evaluator.leaving();
+        scorer.batch = BATCH[usize::from(choice.backend.name != "gpu")];
+        Ok::<_, Error>(scorer)
     };
     let before = choice.seconds + needed.as_ref().map_or(0.0, |n| n.seconds[0]);
     let mut chart = None;
     let mut swarm = |setup| {
         let (scorer, charting) = (scorer(choice, setup)?, Instant::now());
-        let readers = readers(setup, &layout, &wanted, choice, search)?;
+        let (scorer, charted) = scorer.charted(&layout, &wanted, choice)?;
         let seconds = charting.elapsed().as_secs_f64();
-        let tried = readers.any() || seconds > TRIED;
-        chart = [chart, Some(seconds).filter(|_| tried)].into_iter().flatten().reduce(|a, b| a + b);
-        Ok::<_, Error>(scorer.reading(readers))
+        if charted || seconds > TRIED {
+            chart = Some(chart.unwrap_or(0.0) + seconds);
+        }
+        Ok::<_, Error>(scorer)
     };
     let scorers = [swarm(of_swarm(needed.as_ref()))?, scorer(precise, setup)?];
     let taps_each = scorers[0].taps();

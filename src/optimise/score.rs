@@ -160,26 +160,14 @@ fn measure(measure: Measure, mut values: Vec<f64>) -> f64 {
 /// Φ(−3).
 const BELOW: f64 = 1.349_898_031_630_094_5e-3;
 
-/// Columns by the dimension of the Sobol points that they take: those of the pole's direction after those of whisker and drive.
-const DIMENSIONS: [Column; COLUMNS] = [
-    Column::BaseDiameter,
-    Column::TipDiameter,
-    Column::Length,
-    Column::GaugePosition,
-    Column::GridLength,
-    Column::Distance,
-    Column::Drive,
-    Column::Tilt,
-    Column::Lean,
-];
-
 /// Standard normal deviations cut at ±3, by sample and column: scrambled Sobol points, the same for every candidate.
 pub fn deviations(seed: u64, samples: u32) -> Vec<[f64; COLUMNS]> {
+    // The pole's direction takes the dimensions after those of whisker and drive.
+    let mut columns = Column::ALL;
+    columns.sort_by_key(|column| matches!(column, Column::Tilt | Column::Lean));
     let one = |i| {
         let mut z = [0.0; COLUMNS];
-        for (dimension, column) in (0..).zip(DIMENSIONS) {
-            z[column as usize] = normal(seed, i, dimension);
-        }
+        (0..).zip(columns).for_each(|(dimension, column)| z[column as usize] = normal(seed, i, dimension));
         z
     };
     (0..samples).map(one).collect()

@@ -11,9 +11,6 @@ use crate::scene::{Column, Property, Tuple};
 
 /// Relative step of the local derivatives.
 const STEP: f64 = 1e-3;
-/// The parameters, in row order; properties of the rig that vary come before the drive.
-const PARAMETERS: [Column; 5] =
-    [Column::BaseDiameter, Column::TipDiameter, Column::Length, Column::GaugePosition, Column::GridLength];
 
 /// Values for K_sd and for total_rms_mm; `None` where they could not be computed.
 pub type Pair = [Option<f64>; 2];
@@ -32,27 +29,15 @@ pub struct Sensitivity {
     pub evaluations: u64,
 }
 
-/// Around `best` by `local`, over the box of `variables` by `global`, as far as that is there when `on` says no more.
-pub fn run(
-    [global, local]: &mut [Scorer<'_>; 2],
-    variables: &Variables,
-    best: &Tuple,
-    seed: u64,
-    on: &dyn Fn() -> bool,
-) -> Result<Sensitivity, Error> {
-    let mut s =
-        Sensitivity { local: Vec::new(), global: Vec::new(), samples: 0, complete: [0; 2], evaluations: 0 };
-    elasticities(local, best, &mut s)?;
-    indices(global, variables, best, (seed, on), &mut s)?;
-    Ok(s)
-}
-
-fn elasticities(scorer: &mut Scorer<'_>, best: &Tuple, out: &mut Sensitivity) -> Result<(), Error> {
+fn elasticities(scorer: &mut Scorer<'_>, best: &Tuple) -> Result<Vec<(Quantity, Pair)>, Error> {
     let setup = scorer.judge.setup;
     let rigs = setup.rigs.as_deref();
     let properties = rigs.map_or(&[][..], |rigs| &rigs.properties).iter().copied().map(Quantity::Property);
-    let parameters: Vec<Quantity> = PARAMETERS.map(Quantity::Column).into_iter().chain(properties).collect();
-    let parameters = [&parameters[..], &[Quantity::Column(Column::Drive)]].concat();
+    // In row order: properties of the rig come before the drive.
+    let whisker =
+        Column::ALL.into_iter().take_while(|column| *column != Column::Distance).map(Quantity::Column);
+    let parameters: Vec<Quantity> =
+        whisker.chain(properties).chain([Quantity::Column(Column::Drive)]).collect();
     let moved = |quantity: Quantity, share: f64| match (quantity, rigs) {
         (Quantity::Property(property), Some(rigs)) => {
             let values = rigs.properties.iter().zip(rigs.values(best.rig));
@@ -71,9 +56,8 @@ fn elasticities(scorer: &mut Scorer<'_>, best: &Tuple, out: &mut Sensitivity) ->
     let points: Vec<Tuple> =
         parameters.iter().flat_map(|&q| [moved(q, STEP), moved(q, -STEP)]).chain([*best]).collect();
     let scores = scorer.nominal(&points, &|| true)?;
-    out.evaluations += points.len() as u64;
     let here = scores[points.len() - 1].figures;
-    for (i, &quantity) in parameters.iter().enumerate() {
+    let pair = |(i, &quantity): (usize, &Quantity)| {
         let (up, down) = (scores[2 * i].figures, scores[2 * i + 1].figures);
         let slope = |f: usize| {
             // One side is enough where the other is no whisker.
@@ -85,20 +69,23 @@ fn elasticities(scorer: &mut Scorer<'_>, best: &Tuple, out: &mut Sensitivity) ->
             let elasticity = rise / STEP / here[f];
             Some(elasticity).filter(|e| e.is_finite() && value(setup, best, quantity) != 0.0)
         };
-        out.local.push((quantity, [slope(0), slope(1)]));
-    }
-    Ok(())
+        (quantity, [slope(0), slope(1)])
+    };
+    Ok(parameters.iter().enumerate().map(pair).collect())
 }
 
-/// Of the logarithms: over a box both figures span decades, and next to a fold, where a reading has no distance, total_rms_mm grows as 1/|x − x₀|:
-/// its variance does not exist, and what is found for it depends on the points. That of its logarithm does.
-fn indices(
-    scorer: &mut Scorer<'_>,
+/// Around `best` by `local`, over the box of `variables` by `global`, as far as that is there when `on` says no more.
+///
+/// Shares are those of the logarithms: over a box both figures span decades, and next to a fold, where a reading has no distance, total_rms_mm
+/// grows as 1/|x − x₀|. Its variance does not exist, and what is found for it depends on the points; that of its logarithm does.
+pub fn run(
+    [global, local]: &mut [Scorer<'_>; 2],
     variables: &Variables,
     best: &Tuple,
-    (seed, on): (u64, &dyn Fn() -> bool),
-    out: &mut Sensitivity,
-) -> Result<(), Error> {
+    seed: u64,
+    on: &dyn Fn() -> bool,
+) -> Result<Sensitivity, Error> {
+    let local = elasticities(local, best)?;
     let k = variables.list.len();
     let (_, drive) = variables.place(best);
     let seed = seed.wrapping_mul(2).wrapping_add(1);
@@ -111,21 +98,25 @@ fn indices(
     };
     let lines = (0..LINES).flat_map(|i| (0..k).map(move |c| (i, c)));
     let points: Vec<Tuple> = lines.flat_map(|(i, c)| (0..LEVELS).map(move |j| point(i, c, j))).collect();
-    let mut scores = scorer.nominal(&points, on)?;
+    let mut scores = global.nominal(&points, on)?;
     // Those of a place of the lines belong together.
     scores.truncate(scores.len() / (k * LEVELS) * (k * LEVELS));
-    out.evaluations += scores.len() as u64;
-    out.samples = scores.len() as u32;
-    out.global = variables.list.iter().map(|v| (v.quantity, [None; 2])).collect();
+    let mut found = Sensitivity {
+        evaluations: (2 * local.len() + 1 + scores.len()) as u64,
+        samples: scores.len() as u32,
+        complete: [0; 2],
+        global: variables.list.iter().map(|v| (v.quantity, [None; 2])).collect(),
+        local,
+    };
     for f in 0..2 {
         let value = |s: &Score| Some(s.figures[f].ln()).filter(|y| y.is_finite()).unwrap_or(f64::NAN);
         let lines: Vec<Line> =
             scores.chunks(LEVELS).map(|line| std::array::from_fn(|j| value(&line[j]))).collect();
-        out.complete[f] = lines.iter().flatten().filter(|y| y.is_finite()).count() as u32;
-        for (c, (_, found)) in out.global.iter_mut().enumerate() {
+        found.complete[f] = lines.iter().flatten().filter(|y| y.is_finite()).count() as u32;
+        for (c, (_, shares)) in found.global.iter_mut().enumerate() {
             let along: Vec<Line> = lines.iter().skip(c).step_by(k).copied().collect();
-            found[f] = shares::shares(&along);
+            shares[f] = shares::shares(&along);
         }
     }
-    Ok(())
+    Ok(found)
 }

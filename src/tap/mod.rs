@@ -31,7 +31,7 @@ use tried::{COARSE, STEPS, incomplete, overstrained, tried};
 
 use needed::find_needed;
 pub use needed::needed;
-pub use write::{document, k_names, result, table, unit};
+pub use write::{k_names, result, table, unit};
 
 /// Why the CPU is taken in f64 where nothing is said.
 const FEW: &str = "few taps";
@@ -209,7 +209,8 @@ fn best(
     let needed = needed.filter(|n| !n.left().is_empty());
     let full = needed.map(|n| Setup { model: n.full().model, ..setup.clone() });
     let guard = needed.zip(full.as_ref()).map(|(n, full)| n.guard(full)).transpose()?;
-    let mut scorer = Scorer::new(setup, &layout, &search, choice.open(&setup.model)?).guarded(guard);
+    let mut scorer = Scorer::new(setup, &layout, &search, choice.open(&setup.model)?);
+    scorer.evaluator = scorer.evaluator.guarded(guard);
     scorer.evaluator.stop_by(stop);
     let mut curve = Curve::new(scorer, &layout, progress);
     curve.scorer.evaluator.leave_at_most(LEFT[0]);

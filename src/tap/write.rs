@@ -6,10 +6,9 @@ use super::{LimitedBy, Report, Sample};
 use crate::error::Error;
 use crate::optimise::report;
 use crate::scene::search::Objective;
-use crate::scene::{Convention, Drive, Foil, Setup, Spec, Study, Theory};
+use crate::scene::{Convention, Drive, Foil, Setup, Study, Theory};
 use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
-use crate::sink::run_json;
 use crate::sink::table::drive_unit;
 use crate::sink::values::{Field, named};
 
@@ -77,28 +76,6 @@ pub fn table(study: &Study, report: &Report) -> Result<Frame, Error> {
     let mut table = heading("tap").frame_for(&study.setup);
     report.curve.iter().try_for_each(|s| table.row(fields(s, unit)))?;
     Ok(table)
-}
-
-/// The `run.json` of a best drive.
-pub fn document(spec: &Spec, report: &Report) -> Value {
-    // Where taps are hard they are solved to another tolerance than was planned.
-    let mut in_force = run_json::in_force(spec);
-    if let (Some(entries), Some(tolerance)) = (in_force.as_array_mut(), report.backend.tolerance) {
-        let entry = entries.iter_mut().find(|entry| entry["key"] == "run.tolerance");
-        entry.into_iter().for_each(|entry| entry["value"] = format!("{tolerance:?}").into());
-    }
-    let mut body = json!({
-        "in_force": in_force,
-        "warnings": report.backend.warnings(&spec.warnings),
-        "backend": report.backend,
-        "counts": { "evaluations": report.evaluations, "rows": report.curve.len() },
-        "seconds": { "total": report.seconds },
-        "result": result(&spec.study, report),
-    });
-    if let Some((told, _)) = &report.model_error {
-        body["model_error"] = told.clone();
-    }
-    run_json::document("tap", run_json::spec(spec), body)
 }
 
 /// One sentence on what limits the optimum.

@@ -8,7 +8,6 @@ use crate::common::schema;
 use crate::common::searching::Silent;
 use crate::common::specs::{parse, with};
 use crate::common::sweeping::CPU;
-use vibrissa::command::in_spec;
 use vibrissa::error::{Error, InputError};
 use vibrissa::optimise;
 use vibrissa::plan::Plan;
@@ -26,10 +25,10 @@ fn refusal(text: &str, folder: &Path) -> Result<(), InputError> {
         }
         let (spec, search) = spec::parse_search("spec.toml", text, folder)?;
         let asked = (&CPU.choice(), &RunOptions::default(), None);
-        let found = optimise::find(&spec, &search, asked, &never, &mut Silent);
-        found.map(drop).map_err(in_spec("spec.toml".as_ref(), text))
+        optimise::find(&spec, &search, asked, &never, &mut Silent).map(drop)
     };
     match run() {
+        Err(Error::Input(e)) if e.file.is_none() => Err(spec::placed("spec.toml", text, e)),
         Err(Error::Input(error)) => Err(error),
         other => {
             other.unwrap_or_else(|e| panic!("{e}: {text}"));

@@ -9,9 +9,10 @@ use super::axis::AxisItem;
 use super::properties::{first, is_axis, searched};
 use super::reader::{Document, Item, Result};
 use super::sections::{Section, Sections};
-use super::table::{self, Columns};
+use super::table::{self, Columns, Source};
 use super::{channels, keys};
 use crate::design::MOST;
+use crate::error::InputError;
 use crate::scene::built::{Built, Inner, Profile, Root};
 use crate::scene::{Channels, Clamp, Convention, Gauge, Material, Property, Setup, Signal, TERMS, Term};
 use crate::text_file::Limit;
@@ -67,8 +68,11 @@ fn of_file(item: &Item<'_>, base: &Path) -> Result<Shape> {
     let (label, text) = table::open(item, base, "profile", Limit::Whole)?;
     let document = Document { file: &label, text: &text };
     let mut rows: Vec<([f64; 4], usize)> = Vec::new();
-    let columns = Columns { names: NAMES, spare: &NAMES[2..], allowed };
-    let header = table::read(&document, columns, &mut |row, at| rows.push((row, at)))?;
+    let columns = Columns { names: &NAMES, spare: &NAMES[2..], allowed };
+    let header = table::read(document, columns, &mut |row, at| {
+        rows.push((std::array::from_fn(|k| row[k]), at));
+    })?;
+    let source = Source::Text(document);
     let warning = header.warning(&label);
     let mut before = -1.0;
     for (row @ [s, outer, bore, core], at) in &rows {
@@ -79,15 +83,14 @@ fn of_file(item: &Item<'_>, base: &Path) -> Result<Shape> {
             (3, *core < 0.0 || core >= outer),
         ];
         if let Some((column, _)) = wrong.iter().find(|(_, wrong)| *wrong) {
-            let span = table::line_span(&text, *at);
-            let error = document.error(Some(span), "this is not a section of a whisker");
-            return Err(error.key(NAMES[*column]).value(row[*column]).allowed(allowed(NAMES[*column])));
+            let error = InputError::new("this is not a section of a whisker").key(NAMES[*column]);
+            return Err(source.placed(error.value(row[*column]).allowed(allowed(NAMES[*column])), *at));
         }
         before = *s;
     }
     if rows.len() < 2 {
-        let error = document.error(None, "a profile needs two rows or more");
-        return Err(error.value(format!("{} rows", rows.len())).allowed(item.allowed()));
+        let error = InputError::new("a profile needs two rows or more").value(format!("{} rows", rows.len()));
+        return Err(source.whole(error.allowed(item.allowed())));
     }
     let of = |column: usize| rows.iter().map(|(row, _)| [row[0], row[column]]).collect::<Vec<_>>();
     let inner: Vec<_> = [("bore", 2), ("core", 3)]
@@ -113,16 +116,16 @@ pub(super) fn beside(document: &Document<'_>, user: &DeTable<'_>, base: &Path) -
     let profile = find("whisker", "profile").map(|item| profile(&item, base)).transpose()?;
     let scale = find("whisker", "scale");
     if let Some(item) = scale.as_ref().filter(|_| profile.is_none()) {
-        let error = item.error("only the diameters of a profile are scaled");
-        return Err(error.allowed("a profile, or D and d without scale"));
+        let allowed = "a profile, or D and d without scale";
+        return item.refuse("only the diameters of a profile are scaled", allowed);
     }
     if let Some(Shape { diameter, .. }) = profile {
         let searched = find("optimise", "variables").is_some_and(|v| v.child("scale").is_some());
         let scale = scale.filter(|_| !searched).map_or(Ok(1.0), |item| constant(&item))?;
         for key in ["D", "d", "L_a", "exponent"] {
             if let Some(other) = find("whisker", key) {
-                let error = other.error("this follows from the profile; remove one of the two");
-                return Err(error.allowed("profile, or D, d, L_a and perhaps exponent"));
+                let allowed = "profile, or D, d, L_a and perhaps exponent";
+                return other.refuse("this follows from the profile; remove one of the two", allowed);
             }
         }
         if let Some(tuples) = find("tuples", "file") {
@@ -254,11 +257,10 @@ pub(super) fn sensor(section: &Section<'_>, gauge: &mut Gauge) -> Result<(Signal
     let signal = section.get("signal")?.word(&Signal::WORDS)?;
     let noise = section.written("noise");
     if signal == Signal::Strain {
-        if let Some(item) = noise {
-            let error = item.error("the noise of a strain is noise_strain in [gauge]");
-            return Err(error.allowed("noise with signal = \"moment\" or \"force\""));
-        }
-        return Ok((signal, None));
+        let allowed = "noise with signal = \"moment\" or \"force\"";
+        return noise.map_or(Ok((signal, None)), |item| {
+            item.refuse("the noise of a strain is noise_strain in [gauge]", allowed)
+        });
     }
     gauge.noise_strain = noise.map(|item| Ok(AxisItem::read(item, 0)?.axis.at(0))).transpose()?;
     gauge.strain_limit = f64::INFINITY;
@@ -268,13 +270,10 @@ pub(super) fn sensor(section: &Section<'_>, gauge: &mut Gauge) -> Result<(Signal
 /// `fixed` of `[sensor]`, which a moment has.
 pub(super) fn fixed(section: &Section<'_>, signal: Signal, channels: Option<&Channels>) -> Result<bool> {
     let item = section.get("fixed")?;
-    let fixed = item.flag()?;
-    let moment = channels.map_or(signal == Signal::Moment, Channels::read_moment);
-    if fixed && !moment {
-        let error = item.error("no moment is read");
-        return Err(error.allowed("fixed with a signal, or a row of a matrix, that shows the moment"));
+    if !item.flag()? || channels.map_or(signal == Signal::Moment, Channels::read_moment) {
+        return item.flag();
     }
-    Ok(fixed)
+    item.refuse("no moment is read", "fixed with a signal, or a row of a matrix, that shows the moment")
 }
 
 /// Refuses what does not go together; `at` says where the whisker comes from if no key of `[whisker]` does.

@@ -41,17 +41,15 @@ pub(super) fn allowed(sections: &Sections<'_>, setup: &Setup, item: &Item<'_>) -
 /// The channels, and the signal that stands for them where one is asked for; nothing of a single signal.
 pub(super) fn read(section: &Section<'_>) -> Result<Option<(Signal, Arc<Channels>)>> {
     if !several(section) {
-        return match section.written("covariance") {
-            Some(item) => Err(item
-                .error("a covariance is that of several channels")
-                .allowed("noise, or several signals, or a matrix")),
-            None => Ok(None),
-        };
+        return section.written("covariance").map_or(Ok(None), |item| {
+            let allowed = "noise, or several signals, or a matrix";
+            item.refuse("a covariance is that of several channels", allowed)
+        });
     }
     let (signal, matrix) = (section.written("signal"), section.written("matrix"));
     if let (Some(_), Some(matrix)) = (&signal, &matrix) {
-        let error = matrix.error("the matrix names its channels itself; remove it or signal");
-        return Err(error.allowed("signal, or matrix"));
+        return matrix
+            .refuse("the matrix names its channels itself; remove it or signal", "signal, or matrix");
     }
     let signals = signal.as_ref().map_or(Ok(Vec::new()), signals)?;
     let rows = matrix.as_ref().map_or(Ok(Vec::new()), rows)?;
@@ -59,8 +57,8 @@ pub(super) fn read(section: &Section<'_>) -> Result<Option<(Signal, Arc<Channels
     let n = signals.len().max(rows.len());
     let (covariance, place) = match (section.written("noise"), section.written("covariance")) {
         (Some(noise), Some(_)) => {
-            let error = noise.error("the covariance has the noise of each channel already");
-            return Err(error.allowed("noise, or covariance"));
+            return noise
+                .refuse("the covariance has the noise of each channel already", "noise, or covariance");
         }
         (Some(item), None) => (Some(diagonal(&item, n)?), item),
         (None, Some(item)) => (Some(square(&item, n)?), item),
@@ -95,14 +93,10 @@ fn signals(item: &Item<'_>) -> Result<Vec<Signal>> {
 
 fn rows(item: &Item<'_>) -> Result<Vec<[f64; SOURCES]>> {
     let Some(elements) = item.elements() else { return item.wrong("rows of numbers are needed") };
-    let rows = elements.map(|row| {
-        let width = row.elements().map_or(0, |row| row.len());
-        let row = match width {
-            3 => row.numbers::<3>().map(|[m, x, y]| [m, x, y, 0.0])?,
-            4 => row.numbers::<4>()?,
-            _ => return row.wrong(format!("a row of {width} numbers is none of a channel")),
-        };
-        Ok(row)
+    let rows = elements.map(|row| match row.elements().map_or(0, |row| row.len()) {
+        3 => row.numbers::<3>().map(|[m, x, y]| [m, x, y, 0.0]),
+        4 => row.numbers::<4>(),
+        width => row.wrong(format!("a row of {width} numbers is none of a channel")),
     });
     let rows = rows.collect::<Result<Vec<_>>>()?;
     if !(2..=MOST_CHANNELS).contains(&rows.len()) {

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::axis::AxisItem;
 use super::reader::{Document, Item, Result};
 use super::sections::Sections;
-use super::table::Columns;
+use super::table::{Columns, Source};
 use super::{properties, table};
 use crate::error::InputError;
 use crate::physics::body::rest;
@@ -30,9 +30,6 @@ struct Point {
     place: usize,
 }
 
-/// What is wrong with the point at a place, or with all; and a place in words.
-type Telling<'a> = (&'a dyn Fn(Option<usize>, String) -> InputError, &'a dyn Fn(usize) -> String);
-
 /// Reads the file named by `item`, relative to `base`, fits Yeoh's law to it, and a warning about the file.
 pub(super) fn read(item: &Item<'_>, base: &Path) -> Result<(MaterialFit, Option<String>)> {
     let (label, text) = table::open(item, base, "curve", Limit::Whole)?;
@@ -51,14 +48,10 @@ pub fn of_file(path: &Path) -> Result<MaterialFit> {
 fn of_text(label: String, text: &str) -> Result<(MaterialFit, Option<String>)> {
     let document = Document { file: &label, text };
     let mut points = Vec::new();
-    let columns = Columns::all([STRAIN, STRESS], allowed);
-    let header = table::read(&document, columns, &mut |[strain, stress], place| {
-        points.push(Point { strain, stress, place });
+    let header = table::read(document, columns(), &mut |row, place| {
+        points.push(Point { strain: row[0], stress: row[1], place });
     })?;
-    let span = |place: usize| table::line_span(document.text, place);
-    let error = |place: Option<usize>, message: String| document.error(place.map(span), message);
-    let line = |place: usize| format!("line {}", document.line(span(place).start));
-    Ok((fitted(points, &label, (&error, &line))?, header.warning(&label)))
+    Ok((fitted(points, &label, Source::Text(document))?, header.warning(&label)))
 }
 
 /// Fits Yeoh's law to a measured curve in memory, with the columns of such a file.
@@ -67,20 +60,20 @@ fn of_text(label: String, text: &str) -> Result<(MaterialFit, Option<String>)> {
 /// A column that is missing; what is no stress–strain curve, or none of the law.
 pub fn of_frame(frame: &Frame) -> Result<MaterialFit> {
     let mut points = Vec::new();
-    table::of_frame(frame, Columns::all([STRAIN, STRESS], allowed), &mut |[strain, stress], place| {
-        points.push(Point { strain, stress, place });
+    table::of_frame(frame, columns(), &mut |row, place| {
+        points.push(Point { strain: row[0], stress: row[1], place });
     })?;
-    let row = |place: usize| format!("row {place}");
-    let error = |place: Option<usize>, message: String| {
-        InputError::new(message + &place.map_or(String::new(), |place| format!(" (row {place})")))
-    };
-    fitted(points, "data", (&error, &row))
+    fitted(points, "data", Source::Memory)
 }
 
-fn fitted(points: Vec<Point>, label: &str, telling: Telling<'_>) -> Result<MaterialFit> {
-    let points = checked(points, telling)?;
+fn columns() -> Columns<'static> {
+    Columns::all(&[STRAIN, STRESS], allowed)
+}
+
+fn fitted(points: Vec<Point>, label: &str, source: Source<'_>) -> Result<MaterialFit> {
+    let points = checked(points, source)?;
     let (first, last) = (points[0][0], points[points.len() - 1][0]);
-    let law = fit::yeoh(&points).map_err(|why| refusal(telling, why, [first, last]))?;
+    let law = fit::yeoh(&points).map_err(|why| source.whole(refusal(why, [first, last])))?;
     Ok(MaterialFit {
         file: label.to_owned(),
         points: points.len(),
@@ -98,10 +91,10 @@ fn allowed(column: &str) -> &'static str {
 }
 
 /// Points by rising strain, each strain once.
-fn checked(mut points: Vec<Point>, (error, place): Telling<'_>) -> Result<Vec<[f64; 2]>> {
+fn checked(mut points: Vec<Point>, source: Source<'_>) -> Result<Vec<[f64; 2]>> {
     let at = |point: &Point, column: &str, message: String| {
         let value = if column == STRAIN { point.strain } else { point.stress };
-        error(Some(point.place), message).key(column).value(value)
+        source.placed(InputError::new(message).key(column).value(value), point.place)
     };
     for p in &points {
         if p.strain <= -1.0 {
@@ -118,7 +111,7 @@ fn checked(mut points: Vec<Point>, (error, place): Telling<'_>) -> Result<Vec<[f
         let [p, q] = pair else { continue };
         // Of two lines that contradict each other the later one is at fault.
         let (earlier, later) = if p.place < q.place { (p, q) } else { (q, p) };
-        let line = place(earlier.place);
+        let line = source.words(earlier.place);
         let other = format!("{} MPa at strain {} in {line}", earlier.stress, earlier.strain);
         if p.strain == q.strain && p.stress != q.stress {
             let message = format!("strain {} has two stresses: this one, and {other}", p.strain);
@@ -134,7 +127,7 @@ fn checked(mut points: Vec<Point>, (error, place): Telling<'_>) -> Result<Vec<[f
     }
     let mut points: Vec<[f64; 2]> = points.iter().map(|p| [p.strain, p.stress]).collect();
     points.dedup_by_key(|p| p[0]);
-    let whole = |message: String| error(None, message).key(STRAIN);
+    let whole = |message: String| source.whole(InputError::new(message).key(STRAIN));
     if points.len() < LEAST {
         let message = format!("a curve needs {LEAST} points of different strain or more");
         return Err(whole(message)
@@ -153,20 +146,19 @@ fn checked(mut points: Vec<Point>, (error, place): Telling<'_>) -> Result<Vec<[f
 }
 
 /// What to say when the points are sound but no law fits them.
-fn refusal((error, _): Telling<'_>, why: Unfit, [min, max]: [f64; 2]) -> InputError {
-    let error = |message: String| error(None, message);
+fn refusal(why: Unfit, [min, max]: [f64; 2]) -> InputError {
     match why {
         Unfit::Undetermined => {
-            error("these strains do not determine C10, C20 and C30 of Yeoh's law".to_owned())
+            InputError::new("these strains do not determine C10, C20 and C30 of Yeoh's law")
                 .key(STRAIN)
                 .value(format!("{min} … {max}"))
                 .allowed("strains spread over the range in use, for example 0 … 0.5")
         }
-        Unfit::Soft(c10) => error("the Yeoh law fitted to this curve has no stiffness at rest".to_owned())
+        Unfit::Soft(c10) => InputError::new("the Yeoh law fitted to this curve has no stiffness at rest")
             .key("C10")
             .value(format!("{c10} MPa"))
             .allowed("C10 > 0 MPa: a curve whose slope at small strain is well measured"),
-        Unfit::Falls(e) => error(format!(
+        Unfit::Falls(e) => InputError::new(format!(
             "the Yeoh law fitted to this curve is not monotone: its stress falls at strain {e:.4}"
         ))
         .key(STRESS)
@@ -190,12 +182,12 @@ pub(super) fn to_arcs(
     let bends = [Property::Curvature, Property::CurvatureSlope];
     let searched = |property: &Property| properties::searched(sections, *property);
     if axes.iter().any(|(property, _)| bends.contains(property)) || bends.iter().any(searched) {
-        let error = item.error("an abscissa belongs to one curvature, and here it varies");
-        return Err(error.allowed("abscissa = false, or one number for curvature and curvature_slope"));
+        let allowed = "abscissa = false, or one number for curvature and curvature_slope";
+        return item.refuse("an abscissa belongs to one curvature, and here it varies", allowed);
     }
     let Space::Grid(factors) = space else {
-        let error = item.error("a_mm of a tuple file is the arc of the contact");
-        return Err(error.allowed("abscissa = false, or a in [tap]"));
+        let allowed = "abscissa = false, or a in [tap]";
+        return item.refuse("a_mm of a tuple file is the arc of the contact", allowed);
     };
     let Some(built) = built.filter(|built| !built.is_straight()) else { return Ok(()) };
     let longest = factors.iter().flat_map(|factor| &factor.axes);
@@ -205,9 +197,9 @@ pub(super) fn to_arcs(
     let distances = factors.iter_mut().flat_map(|factor| &mut factor.axes);
     for (_, axis) in distances.filter(|(column, _)| *column == Column::Distance) {
         if axis.max() > most {
-            let error =
-                tap.get("a")?.error(format!("{} mm lies beyond the tip of the whisker at rest", axis.max()));
-            return Err(error.allowed(format!("a ≤ {most:.6}, the abscissa of L_a = {longest} mm")));
+            let why = format!("{} mm lies beyond the tip of the whisker at rest", axis.max());
+            let allowed = format!("a ≤ {most:.6}, the abscissa of L_a = {longest} mm");
+            return tap.get("a")?.refuse(why, allowed);
         }
         let arc = |x: f64| bracketed(|s| rest(built.curvature, s).x - x, 0.0, longest);
         let arcs: Vec<f64> = axis.iter().map(arc).collect();

@@ -7,9 +7,6 @@ use super::sections::Sections;
 use crate::physics::body::Body;
 use crate::scene::{Column, Drive, Property, Setup, Spec};
 
-/// Key of the thickest part, and how it is held.
-const HELD: &str = "0 < diameter < D everywhere";
-
 /// The whisker of `setup` of the largest diameters, times `scale`, with the nearest contact; none of listed tuples.
 fn largest(spec: &Spec, setup: &Setup, scale: f64) -> Option<(Body, f64)> {
     let most = |column| spec.study.space.axis(column).map(crate::scene::Axis::max);
@@ -18,18 +15,6 @@ fn largest(spec: &Spec, setup: &Setup, scale: f64) -> Option<(Body, f64)> {
     let body = Body::new(setup.built.as_deref()?, diameters, setup.model.material.e0(), setup.model.nu);
     Some((body, spec.study.space.axis(Column::Distance)?.min()))
 }
-
-/// Properties that decide whether there is such a whisker.
-const SHAPING: [Property; 8] = [
-    Property::Exponent,
-    Property::Scale,
-    Property::Bore,
-    Property::Core,
-    Property::Curvature,
-    Property::CurvatureSlope,
-    Property::Hub,
-    Property::PoleRadius,
-];
 
 /// Why no whisker of the spec can be that of `setup`, what is allowed, and the keys that may say so: an inner part as thick as the skin, or a bend
 /// that turns away from every contact.
@@ -41,7 +26,7 @@ fn misfit(
     let (body, nearest) = largest(spec, setup, *scale)?;
     if let Some((s, inner, outer)) = body.burst() {
         let why = format!("at s = {s} mm it is {inner} mm thick, and the whisker {outer} mm");
-        return Some((why, HELD, &["bore", "core", "profile"]));
+        return Some((why, "0 < diameter < D everywhere", &["bore", "core", "profile"]));
     }
     let hub = (setup.drive == Drive::Angle).then_some(setup.hub);
     let why = body.refuses(nearest, setup.model.pole_radius, hub).filter(|_| tapped)?;
@@ -61,7 +46,11 @@ pub(super) fn fits(
     }
     let (setup, whisker) = (&spec.study.setup, sections.section("whisker"));
     let tapped = sections.section("tap").written("a").is_some();
-    let shaping: Vec<_> = properties.iter().filter(|(p, _)| SHAPING.contains(p)).cloned().collect();
+    let shapes = |(property, _): &&(Property, AxisItem<'_>)| {
+        use Property::{Bore, Core, Curvature, CurvatureSlope, Exponent, Hub, PoleRadius, Scale};
+        [Exponent, Scale, Bore, Core, Curvature, CurvatureSlope, Hub, PoleRadius].contains(property)
+    };
+    let shaping: Vec<_> = properties.iter().filter(shapes).cloned().collect();
     // What is wrong in all combinations of the others.
     let wrong = |others: &[(Property, AxisItem<'_>)], setup: &Setup, scale: f64| {
         let corners = corners(setup, others).into_iter();

@@ -203,11 +203,6 @@ pub fn parse_tap(label: &str, text: &str, base: &Path, noisy: bool) -> Result<(S
     Ok((spec, ends))
 }
 
-/// The file of a spec as the user named it, if it was read from one.
-pub fn file(spec: &Spec) -> Option<String> {
-    spec.inputs.last().map(|path| path.display().to_string())
-}
-
 /// The files that a spec names for reading.
 fn inputs(sections: &Sections<'_>, base: &Path) -> Vec<PathBuf> {
     let tuples = sections.section("tuples").written("file");
@@ -242,7 +237,9 @@ pub fn columns<const N: usize>(
 ) -> Result<(String, Vec<[f64; N]>)> {
     let (label, text) = table::open(item, base, what, Limit::Whole)?;
     let (document, mut rows) = (Document { file: &label, text: &text }, Vec::new());
-    table::read(&document, table::Columns::all(names, allowed), &mut |row, _| rows.push(row))?;
+    table::read(document, table::Columns::all(&names, allowed), &mut |row, _| {
+        rows.push(std::array::from_fn(|k| row[k]));
+    })?;
     Ok((label, rows))
 }
 
@@ -253,9 +250,7 @@ pub fn load(path: &Path, what: &str) -> Result<String> {
 
 /// The line with a key of more parts than the TOML reader takes, of which it does not say the place.
 fn deep_key(text: &str) -> Option<Range<usize>> {
-    /// Parts of a key at most.
-    const MOST: usize = 80;
-    let deep = |line: &&str| !line.trim_start().starts_with('#') && line.matches('.').count() >= MOST;
+    let deep = |line: &&str| !line.trim_start().starts_with('#') && line.matches('.').count() >= 80;
     let line = text.split('\n').find(deep)?;
     let start = line.as_ptr() as usize - text.as_ptr() as usize;
     Some(start..start + line.len())

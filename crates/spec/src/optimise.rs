@@ -15,9 +15,6 @@ pub(super) const SEARCHED: &str = "[optimise]\n";
 /// Why an objective that holds the noise is refused where the spec does not say it.
 const NOISELESS: &str = "total_rms_mm holds the gauge's noise, and noise_strain is not written";
 
-/// Whiskers sampled for each candidate unless the spec says otherwise.
-const SAMPLES: u64 = 64;
-
 /// Section, key and column of everything that can be a variable; the drive comes last.
 fn columns(drive: Drive) -> impl Iterator<Item = ColumnKey> {
     keys(drive).into_iter().filter(|key| key.2 < Column::Distance || key.2 == Column::Drive)
@@ -156,7 +153,7 @@ fn robust(item: &Item<'_>, drive: Drive) -> Result<Robust> {
     if sd == [0.0; COLUMNS] && properties.is_empty() {
         return item.wrong("no standard deviation is larger than zero: nothing to be robust against");
     }
-    let samples = item.or("samples", SAMPLES, Item::whole)? as u32;
+    let samples = item.or("samples", 64, Item::whole)? as u32;
     let measure = item.or("measure", Measure::Mean, |m| m.word(&Measure::WORDS))?;
     let calibrated = item.or("calibrated", Calibrated::Each, |c| c.word(&Calibrated::WORDS))?;
     Ok(Robust { sd, properties, samples, measure, calibrated })

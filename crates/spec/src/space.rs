@@ -227,16 +227,12 @@ fn satisfiable(axes: &[AxisItem<'_>; COLUMNS]) -> Result<()> {
         );
         return item.refuse(message, format!("x_ss + l ≤ {longest} mm"));
     }
-    if let Some((length, item)) = length.first_where(longest, |length| !fits(nearest, length)) {
-        let message = format!("a whisker of L_a = {length} mm is shorter than the smallest a, {nearest} mm");
-        return item.refuse(message, format!("L_a ≥ {nearest} mm"));
-    }
-    let gauge_end = first + shortest;
-    if let Some((length, item)) = length.first_where(longest, |length| !fits(gauge_end, length)) {
-        let message = format!(
-            "a whisker of L_a = {length} mm is shorter than the smallest x_ss + l, {first} + {shortest} mm"
-        );
-        return item.refuse(message, format!("L_a ≥ {gauge_end} mm"));
+    let gauge = format!("x_ss + l, {first} + {shortest}");
+    for (least, what) in [(nearest, format!("a, {nearest}")), (first + shortest, gauge)] {
+        if let Some((length, item)) = length.first_where(longest, |length| !fits(least, length)) {
+            let message = format!("a whisker of L_a = {length} mm is shorter than the smallest {what} mm");
+            return item.refuse(message, format!("L_a ≥ {least} mm"));
+        }
     }
     Ok(())
 }

@@ -29,68 +29,163 @@ pub(super) fn named(item: &Item<'_>, error: InputError) -> InputError {
 
 /// Columns of a table by name, each with a value for each row.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Columns<'a, const N: usize> {
-    pub names: [&'a str; N],
+pub(super) struct Columns<'a> {
+    pub names: &'a [&'a str],
     /// Those that a table may lack: zero in all of its rows.
     pub spare: &'a [&'a str],
     /// What may stand in a column.
     pub allowed: fn(&str) -> &'static str,
 }
 
-impl<'a, const N: usize> Columns<'a, N> {
+impl<'a> Columns<'a> {
     /// None of which a table may lack.
-    pub fn all(names: [&'a str; N], allowed: fn(&str) -> &'static str) -> Self {
+    pub fn all(names: &'a [&'a str], allowed: fn(&str) -> &'static str) -> Self {
         Self { names, spare: &[], allowed }
     }
 
     /// Those that a table must have, separated.
     fn required(&self, separator: &str) -> String {
-        let required: Vec<&str> = self.names.into_iter().filter(|name| !self.spare.contains(name)).collect();
+        let required: Vec<&str> =
+            self.names.iter().copied().filter(|name| !self.spare.contains(name)).collect();
         required.join(separator)
     }
 }
 
-/// Reads `columns`, and hands each row and the byte where it starts to `row`. Lines that start with `#` are skipped. What its first line says.
-pub(super) fn read<'a, const N: usize>(
-    document: &Document<'_>,
-    columns: Columns<'a, N>,
-    row: &mut dyn FnMut([f64; N], usize),
-) -> Result<Header<'a, N>> {
-    let header = document.text.lines().find(|l| !l.trim().is_empty() && !l.starts_with('#'));
-    let reader = separated(document.text.as_bytes(), separator(header.unwrap_or_default()));
-    scan(reader, columns, row).map_err(|trouble| match trouble {
-        Trouble::Line(InputError { key, value, allowed, message, .. }, start) => {
-            let span = line_span(document.text, start as usize);
-            let value = value.or_else(|| Some(document.excerpt(span.clone())));
-            InputError { key, value, allowed, ..document.error(Some(span), message) }
-        }
-        other => other.of_file(document.file, columns),
-    })
+/// Where the rows of a table stand: a row has a place, the byte where it starts or, in memory, its number from 0.
+#[derive(Clone, Copy)]
+pub(super) enum Source<'a> {
+    /// The text of a file.
+    Text(Document<'a>),
+    /// A file of which no text is held.
+    File(&'a Path),
+    /// A table in memory.
+    Memory,
 }
 
-/// Records of a text whose fields have `separator` between them.
-pub(super) fn separated<R: Read>(text: R, separator: char) -> csv::Reader<R> {
+impl Source<'_> {
+    /// `error`, about the row at `place`.
+    pub fn placed(&self, error: InputError, place: usize) -> InputError {
+        match self {
+            Self::Text(document) => {
+                let InputError { key, value, allowed, message, .. } = error;
+                let span = line_span(document.text, place);
+                let value = value.or_else(|| Some(document.excerpt(span.clone())));
+                InputError { key, value, allowed, ..document.error(Some(span), message) }
+            }
+            Self::File(path) => {
+                let (line, text) = line_at(path, place as u64).ok().unzip();
+                let value = error.value.clone().or(text).unwrap_or_default();
+                error.value(value).at(path.display().to_string(), line)
+            }
+            Self::Memory => {
+                let value = format!("{} in row {place}", error.value.as_deref().unwrap_or_default());
+                error.value(value)
+            }
+        }
+    }
+
+    /// `error`, about all rows.
+    pub fn whole(&self, error: InputError) -> InputError {
+        match self {
+            Self::Text(document) => error.at(document.file, None),
+            Self::File(path) => error.at(path.display().to_string(), None),
+            Self::Memory => error,
+        }
+    }
+
+    /// The row at `place` in words.
+    pub fn words(&self, place: usize) -> String {
+        match self {
+            Self::Text(document) => format!("line {}", document.line(line_span(document.text, place).start)),
+            _ => format!("row {place}"),
+        }
+    }
+}
+
+/// Reads `columns` of the text of a file, and hands each row and its place to `row`. Lines that start with `#` are skipped. What its first line says.
+pub(super) fn read<'a>(
+    document: Document<'_>,
+    columns: Columns<'a>,
+    row: &mut dyn FnMut(&[f64], usize),
+) -> Result<Header<'a>> {
+    let header = document.text.lines().find(|l| !l.trim().is_empty() && !l.starts_with('#'));
+    let reader = (document.text.as_bytes(), separator(header.unwrap_or_default()));
+    scan(Source::Text(document), reader, columns, row)
+}
+
+/// As [`read`], from any reader of a text whose fields have `separator` between them; `source` places errors.
+pub(super) fn scan<'a>(
+    source: Source<'_>,
+    (text, separator): (impl Read, char),
+    columns: Columns<'a>,
+    row: &mut dyn FnMut(&[f64], usize),
+) -> Result<Header<'a>> {
+    let failed = |e: csv::Error| {
+        let why = format!("this is not a CSV file: {e}");
+        let refusal = match e.into_kind() {
+            csv::ErrorKind::Io(e) => refused(e).ok(),
+            _ => None,
+        };
+        refusal.unwrap_or_else(|| source.whole(InputError::new(why)))
+    };
     let mut reader = csv::ReaderBuilder::new();
     reader.has_headers(false).flexible(true).comment(Some(b'#')).trim(csv::Trim::All);
-    reader.delimiter(separator as u8).from_reader(text)
+    let mut reader = reader.delimiter(separator as u8).from_reader(text);
+    let mut record = csv::StringRecord::new();
+    if !reader.read_record(&mut record).map_err(failed)? {
+        let error = InputError::new("this file is empty; its first line must name the columns");
+        return Err(source.whole(error).allowed(columns.required(",")));
+    }
+    let names: Vec<String> = record.iter().map(str::to_owned).collect();
+    let start = |record: &csv::StringRecord| record.position().map_or(0, csv::Position::byte) as usize;
+    let mut header = Header::new(columns, &names).map_err(|e| source.placed(e, start(&record)))?;
+    while reader.read_record(&mut record).map_err(failed)? {
+        if record.len() != names.len() {
+            let message =
+                format!("this line has {} fields, but the header has {}", record.len(), names.len());
+            let error = InputError { key: names.get(record.len()).cloned(), ..InputError::new(message) };
+            return Err(source.placed(error, start(&record)));
+        }
+        let values = header.row(|place| LabCell::Text(record[place].into()));
+        row(values.map_err(|e| source.placed(e, start(&record)))?, start(&record));
+    }
+    Ok(header)
+}
+
+/// As [`read`], of a table in memory.
+pub(super) fn of_frame<'a>(
+    frame: &Frame,
+    columns: Columns<'a>,
+    row: &mut dyn FnMut(&[f64], usize),
+) -> Result<Header<'a>> {
+    let names: Vec<String> = frame.names.iter().map(|name| name.to_string()).collect();
+    let mut header = Header::new(columns, &names).map_err(|e| e.value(names.join(",")))?;
+    for at in 0..frame.len() {
+        let cells = LabRow::Of(frame, at).cells(',');
+        let values = header.row(|place| cells[place].clone());
+        row(values.map_err(|e| Source::Memory.placed(e, at))?, at);
+    }
+    Ok(header)
 }
 
 /// What the first line of a table says, by which its rows are read.
-pub(super) struct Header<'a, const N: usize> {
-    columns: Columns<'a, N>,
+pub(super) struct Header<'a> {
+    columns: Columns<'a>,
     /// Places of the columns asked for.
-    pub places: [Option<usize>; N],
+    pub places: Vec<Option<usize>>,
+    /// Numbers of the row that was read last.
+    values: Vec<f64>,
     ignored: Vec<String>,
     decimals: Decimals,
 }
 
-impl<'a, const N: usize> Header<'a, N> {
+impl<'a> Header<'a> {
     /// Of a table with columns of these names.
-    fn new(columns: Columns<'a, N>, names: &[String]) -> Result<Self> {
-        let mut places = [None; N];
+    fn new(columns: Columns<'a>, names: &[String]) -> Result<Self> {
+        let mut places = vec![None; columns.names.len()];
         let ignored: Vec<&String> =
             names.iter().filter(|name| !columns.names.contains(&name.as_str())).collect();
-        for (place, column) in places.iter_mut().zip(columns.names) {
+        for (place, &column) in places.iter_mut().zip(columns.names) {
             let mut found = names.iter().enumerate().filter(|(_, name)| *name == column).map(|(i, _)| i);
             *place = found.next();
             let message = if place.is_none() && !columns.spare.contains(&column) {
@@ -106,65 +201,23 @@ impl<'a, const N: usize> Header<'a, N> {
             return Err(InputError::new(message).key(column).allowed(allowed));
         }
         let ignored = ignored.into_iter().cloned().collect();
-        Ok(Self { columns, places, ignored, decimals: Decimals::default() })
+        let values = vec![0.0; places.len()];
+        Ok(Self { columns, places, values, ignored, decimals: Decimals::default() })
     }
 
-    /// The numbers of a row with these cells.
-    fn row<'c>(&mut self, cell: impl Fn(usize) -> LabCell<'c>) -> Result<[f64; N]> {
-        let mut values = [0.0; N];
-        for ((value, place), column) in values.iter_mut().zip(self.places).zip(self.columns.names) {
-            let Some(place) = place else { continue };
+    /// The numbers of a row with these cells; 0 where a column is missing.
+    fn row<'c>(&mut self, cell: impl Fn(usize) -> LabCell<'c>) -> Result<&[f64]> {
+        for ((value, place), column) in self.values.iter_mut().zip(&self.places).zip(self.columns.names) {
+            let Some(place) = *place else { continue };
             *value = number(&cell(place), &mut self.decimals, column, (self.columns.allowed)(column))?;
         }
-        Ok(values)
+        Ok(&self.values)
     }
 
     /// That columns of `file` were ignored, if some were.
     pub fn warning(&self, file: &str) -> Option<String> {
         let ignored = self.ignored.join(", ");
         (!ignored.is_empty()).then(|| format!("{file}: ignored columns {ignored}"))
-    }
-}
-
-/// Why a table cannot be read.
-pub(super) enum Trouble {
-    Csv(csv::Error),
-    Empty,
-    /// What is wrong in the line at or after a byte, without its place.
-    Line(InputError, u64),
-}
-
-impl Trouble {
-    /// The error, of the `file` as a whole.
-    fn of_file<const N: usize>(self, file: &str, columns: Columns<'_, N>) -> InputError {
-        match self {
-            Self::Csv(e) => {
-                let why = format!("this is not a CSV file: {e}");
-                let refusal = match e.into_kind() {
-                    csv::ErrorKind::Io(e) => refused(e).ok(),
-                    _ => None,
-                };
-                refusal.unwrap_or_else(|| InputError::new(why).at(file, None))
-            }
-            Self::Empty => {
-                let error = InputError::new("this file is empty; its first line must name the columns");
-                error.at(file, None).allowed(columns.required(","))
-            }
-            Self::Line(error, _) => error.at(file, None),
-        }
-    }
-
-    /// The error in the file at `path`, of which no text is held: the line at fault is looked up.
-    pub fn in_file<const N: usize>(self, path: &Path, columns: Columns<'_, N>) -> InputError {
-        let label = path.display().to_string();
-        match self {
-            Self::Line(error, start) => {
-                let (line, text) =
-                    line_at(path, start).map_or((None, String::new()), |(n, text)| (Some(n), text));
-                InputError { value: error.value.or(Some(text)), ..error }.at(label, line)
-            }
-            other => other.of_file(&label, columns),
-        }
     }
 }
 
@@ -183,54 +236,6 @@ pub(super) fn line_at(path: &Path, start: u64) -> std::io::Result<(usize, String
         line += 1;
     }
     Ok((line, String::new()))
-}
-
-/// As [`read`], from any reader; the text need not be held.
-pub(super) fn scan<'a, const N: usize>(
-    mut reader: csv::Reader<impl Read>,
-    columns: Columns<'a, N>,
-    row: &mut dyn FnMut([f64; N], usize),
-) -> std::result::Result<Header<'a, N>, Trouble> {
-    let mut record = csv::StringRecord::new();
-    if !reader.read_record(&mut record).map_err(Trouble::Csv)? {
-        return Err(Trouble::Empty);
-    }
-    let names: Vec<String> = record.iter().map(str::to_owned).collect();
-    let start = |record: &csv::StringRecord| record.position().map_or(0, csv::Position::byte);
-    let mut header = Header::new(columns, &names).map_err(|e| Trouble::Line(e, start(&record)))?;
-    while reader.read_record(&mut record).map_err(Trouble::Csv)? {
-        if record.len() != names.len() {
-            let message =
-                format!("this line has {} fields, but the header has {}", record.len(), names.len());
-            let error = InputError { key: names.get(record.len()).cloned(), ..InputError::new(message) };
-            return Err(Trouble::Line(error, start(&record)));
-        }
-        let values = header.row(|place| LabCell::Text(record[place].into()));
-        row(values.map_err(|e| Trouble::Line(e, start(&record)))?, start(&record) as usize);
-    }
-    Ok(header)
-}
-
-/// As [`read`], of a table in memory; a row is handed on with its place, from 0.
-///
-/// # Errors
-/// A column that is missing or twice there; a field that is no number, whose row the value says.
-pub(super) fn of_frame<'a, const N: usize>(
-    frame: &Frame,
-    columns: Columns<'a, N>,
-    row: &mut dyn FnMut([f64; N], usize),
-) -> Result<Header<'a, N>> {
-    let names: Vec<String> = frame.names.iter().map(|name| name.to_string()).collect();
-    let mut header = Header::new(columns, &names).map_err(|e| e.value(names.join(",")))?;
-    for at in 0..frame.len() {
-        let cells = LabRow::Of(frame, at).cells(',');
-        let in_row = |e: InputError| {
-            let value = format!("{} in row {at}", e.value.as_deref().unwrap_or_default());
-            e.value(value)
-        };
-        row(header.row(|place| cells[place].clone()).map_err(in_row)?, at);
-    }
-    Ok(header)
 }
 
 /// The first line at or after byte `start` that is neither blank nor a comment.

@@ -9,16 +9,14 @@ use super::properties;
 use super::reader::{Item, Result};
 use super::sections::Sections;
 use super::space::Read;
-use super::table::{self, Columns, Header};
+use super::table::{self, Columns, Header, Source};
 use super::units::DoubtfulRows;
 use crate::error::InputError;
 use crate::fields::separator;
 use crate::scene::listed::MOST_ROWS;
 use crate::scene::property::Description;
 use crate::scene::space::MOST_TAPS;
-use crate::scene::{
-    Axis, COLUMNS, Column, DirectionColumns, Drive, Listed, PROPERTIES, Property, Rigs, Space, Tuple,
-};
+use crate::scene::{Axis, COLUMNS, Column, DirectionColumns, Drive, Listed, Property, Rigs, Space, Tuple};
 use crate::sink::frame::Frame;
 use crate::sink::table::WHISKER;
 use crate::text_file::{Limit, TextFile, refused, unread};
@@ -28,12 +26,7 @@ const WHAT: &str = "tuple";
 /// Columns that a file may lack: its poles are then upright.
 const SPARE: [&str; 2] = ["tilt_deg", "lean_deg"];
 
-/// Properties that a file may have: all but the scale of a profile, which it has not.
-const VARIED: usize = PROPERTIES - 1;
-/// Columns of a file at most.
-const ALL: usize = COLUMNS + VARIED;
-
-/// Properties by the places of their columns after those of a tuple.
+/// Properties that a file may have, by the places of their columns after those of a tuple: all but the scale of a profile, which it has not.
 fn varied() -> impl Iterator<Item = Property> {
     Property::ALL.into_iter().filter(|property| *property != Property::Scale)
 }
@@ -59,7 +52,7 @@ impl Rows {
     }
 
     /// Takes the next row, and gives its tuple.
-    fn take(&mut self, row: &[f64; ALL]) -> Tuple {
+    fn take(&mut self, row: &[f64]) -> Tuple {
         let mut tuple = Tuple::from_array(std::array::from_fn(|k| row[k]));
         if !self.places.is_empty() {
             let values: Vec<f64> = self.places.iter().map(|(_, place)| row[*place]).collect();
@@ -78,12 +71,7 @@ impl Rows {
     }
 
     /// The tuples beside the rest of the spec; `item` names the file.
-    fn read<'a>(
-        self,
-        sections: &Sections<'a>,
-        item: &Item<'a>,
-        header: &Header<'_, ALL>,
-    ) -> Result<Read<'a>> {
+    fn read<'a>(self, sections: &Sections<'a>, item: &Item<'a>, header: &Header<'_>) -> Result<Read<'a>> {
         let listed = self.listed;
         if listed.len() as u64 > MOST_ROWS {
             return item.refuse("this file has too many rows", format!("{MOST_ROWS}"));
@@ -96,8 +84,8 @@ impl Rows {
             let unwritten = written.is_none();
             // What stands in an inline table is a number that each row replaces.
             if let Some(other) = written.filter(|_| !key.contains('.') && *property != Property::Modulus) {
-                let error = other.error(format!("the tuple file of [tuples] has the column {column}"));
-                return Err(error.allowed("one of the two"));
+                let why = format!("the tuple file of [tuples] has the column {column}");
+                return other.refuse(why, "one of the two");
             }
             let coreless = sections.section("whisker").written("core").is_none();
             let (missing, allowed) = match property {
@@ -119,8 +107,8 @@ impl Rows {
                 _ => (false, ""),
             };
             if missing {
-                let error = item.error(format!("the column {column} of this file needs more in [{section}]"));
-                return Err(error.allowed(allowed));
+                return item
+                    .refuse(format!("the column {column} of this file needs more in [{section}]"), allowed);
             }
         }
         let axis = |value: &f64| AxisItem { item: item.clone(), axis: Axis::Value(*value) };
@@ -154,14 +142,13 @@ pub(super) fn read<'a>(
         return Err(table::named(item, error.key(tips.join(", ")).allowed("one of them")));
     }
     let tip = tips[usize::from(!now)];
-    let (names, spare) = names(drive, tip);
-    let columns = Columns { names, spare: &spare, allowed };
+    let [names, spare] = names(drive, tip);
+    let columns = Columns { names: &names, spare: &spare, allowed };
     let written: Vec<&str> =
         first.split(separator(&first)).map(|name| name.trim().trim_matches('"')).collect();
     let (mut all, mut rows) = (Rows::new(&written), DoubtfulRows::new(drive));
-    let mut row = |values: [f64; ALL], start| rows.take(&all.take(&values), start);
-    let header = table::scan(table::separated(text, separator(&first)), columns, &mut row)
-        .map_err(|trouble| trouble.in_file(&path, columns))?;
+    let mut row = |values: &[f64], start| rows.take(&all.take(values), start);
+    let header = table::scan(Source::File(&path), (text, separator(&first)), columns, &mut row)?;
     let doubts = rows.doubts(&label, |start| table::line_at(&path, start as u64).ok().map(|(line, _)| line));
     sections.warn(header.warning(&label).into_iter().chain(doubts));
     all.read(sections, item, &header)
@@ -185,21 +172,21 @@ fn short(item: &Item<'_>, listed: &Listed) -> Result<()> {
 }
 
 /// Names of the columns, in which the diameter of the tip is `tip`, and those that a table may lack.
-fn names(drive: Drive, tip: &'static str) -> ([&'static str; ALL], Vec<&'static str>) {
+fn names(drive: Drive, tip: &'static str) -> [Vec<&'static str>; 2] {
     let own = Column::ALL.map(|column| if column == Column::TipDiameter { tip } else { column.name(drive) });
     let names: Vec<&str> = own.into_iter().chain(varied().map(|property| property.about().column)).collect();
     let spare = [&SPARE, &names[COLUMNS..]].concat();
-    (std::array::from_fn(|k| names[k]), spare)
+    [names, spare]
 }
 
 /// Tuples of a table in memory, with the columns of a tuple file.
 pub(super) fn of_frame<'a>(sections: &Sections<'a>, drive: Drive, frame: &Frame) -> Result<Read<'a>> {
-    let (names, spare) = names(drive, WHISKER[1]);
-    let columns = Columns { names, spare: &spare, allowed };
+    let [names, spare] = names(drive, WHISKER[1]);
+    let columns = Columns { names: &names, spare: &spare, allowed };
     let given: Vec<&str> = frame.names.iter().map(AsRef::as_ref).collect();
     let mut all = Rows::new(&given);
     let header = table::of_frame(frame, columns, &mut |values, _| {
-        all.take(&values);
+        all.take(values);
     });
     let header = header.map_err(|e| InputError { key: e.key.map(|key| format!("tuples.{key}")), ..e })?;
     all.read(sections, &sections.of_tuples(), &header)

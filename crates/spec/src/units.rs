@@ -11,33 +11,6 @@ use crate::design::MOST;
 use crate::error::InputError;
 use crate::scene::{Column, Drive, Material, Spec, Study, Tuple};
 
-/// Shortest and longest L_a, mm: below and above is no whisker.
-const LENGTHS: [f64; 2] = [1.0, 5e3];
-/// Thinnest and thickest D, mm: a fine hair has 0.02 mm.
-const DIAMETERS: [f64; 2] = [0.02, 500.0];
-/// Largest L_a/D: a fibre of 0.1 mm and 100 mm length has 1000.
-const SLENDEREST: f64 = 1500.0;
-/// Largest D/d; a rat's whisker ends at a fiftieth of its base.
-const SHARPEST: f64 = 700.0;
-/// Finest grid, and smallest place, of a gauge that may be in metres, mm.
-const FINEST: f64 = 0.2;
-/// Largest hub and largest pole radius beside the length: an arm, and a drum, of some whiskers' lengths.
-const WIDEST: [f64; 2] = [20.0, 5.0];
-/// Smallest displacement over distance: 0.011°.
-const LEAST_PUSH: f64 = 2e-4;
-/// Angles that all lie below are hardly taps, degrees; 0.2 rad is 11°.
-const LEAST_ANGLE: f64 = 0.2;
-/// Smallest and largest noise, in strain: less than any gauge has, more than most taps make.
-const NOISES: [f64; 2] = [1e-12, 2e-3];
-/// Smallest gauge factors of strain and of millistrain, and the largest: silicon has 175.
-const FACTORS: [f64; 3] = [0.05, 1e-4, 200.0];
-/// Softest material, and the stiffest of any, MPa: gelatine has 0.01 MPa, tungsten 411 000 MPa.
-const MODULI: [f64; 2] = [5e-3, 4.2e5];
-/// Stiffest rubber, MPa, and the number from which it is one of pascals: those of the softest rubber are fewer in kPa.
-const RUBBER: [f64; 2] = [1e3, 2e4];
-/// Largest strain of a stress–strain curve: rubber tears at some 10.
-const TEARS: f64 = 12.0;
-
 /// Why a number is doubted, how many of the right unit one of the other unit is, and the other unit.
 #[derive(Debug)]
 struct Doubt {
@@ -98,19 +71,22 @@ fn length(column: Column, v: f64, beside: &Beside) -> Option<Doubt> {
     let metres = |why| doubt(why, 1e3, "metres");
     let micrometres = |why| doubt(why, 1e-3, "micrometres");
     match column {
-        Column::Length if v < LENGTHS[0] => metres("is shorter than any whisker"),
-        Column::Length if v > LENGTHS[1] => micrometres("is longer than any whisker"),
-        Column::BaseDiameter if v < DIAMETERS[0] => metres("is thinner than a hair"),
-        Column::BaseDiameter if SLENDEREST * v < shortest => metres("is less than 1/1500 of the length"),
-        Column::BaseDiameter if v > DIAMETERS[1] => micrometres("is thicker than any whisker"),
+        Column::Length if v < 1.0 => metres("is shorter than any whisker"),
+        Column::Length if v > 5e3 => micrometres("is longer than any whisker"),
+        Column::BaseDiameter if v < 0.02 => metres("is thinner than a hair"),
+        // A fibre of 0.1 mm and 100 mm length has 1/1000.
+        Column::BaseDiameter if 1500.0 * v < shortest => metres("is less than 1/1500 of the length"),
+        Column::BaseDiameter if v > 500.0 => micrometres("is thicker than any whisker"),
         Column::BaseDiameter if v > 2.0 * longest => micrometres("is more than twice the length"),
-        Column::TipDiameter if SHARPEST * v < thinnest => metres("is less than 1/700 of D"),
+        // A rat's whisker ends at 1/50 of its base.
+        Column::TipDiameter if 700.0 * v < thinnest => metres("is less than 1/700 of D"),
         Column::TipDiameter if v > 10.0 * thickest => micrometres("is more than ten times D"),
-        Column::GaugePosition | Column::GridLength if v > FINEST => None,
+        // No gauge in metres has a grid or a place of more than 0.2.
+        Column::GaugePosition | Column::GridLength if v > 0.2 => None,
         Column::GaugePosition | Column::GridLength | Column::Distance if v > 0.0 && 1e3 * v <= shortest => {
             metres("is at most 1/1000 of the length")
         }
-        Column::Drive if v < LEAST_PUSH * beside.distance[0] => metres("is less than 1/5000 of the distance"),
+        Column::Drive if v < 2e-4 * beside.distance[0] => metres("is less than 1/5000 of the distance"),
         _ => None,
     }
 }
@@ -121,23 +97,23 @@ pub(super) fn doubts(sections: &Sections<'_>, spec: &Spec) -> Vec<String> {
     let written = |section, key| sections.section(section).written(key);
     let beside = Beside::of(study);
     let mut said = Vec::new();
-    for (section, key, column) in keys(study.setup.drive) {
-        said.extend(written(section, key).and_then(|item| doubted(&item, column, study, &beside)));
-    }
     let more = [
         ("whisker", "hub", Column::GaugePosition),
         ("model", "pole_radius", Column::GaugePosition),
         ("estimate", "range", Column::Distance),
     ];
-    for (section, key, column) in more {
+    for (section, key, column) in keys(study.setup.drive).into_iter().chain(more) {
         said.extend(written(section, key).and_then(|item| doubted(&item, column, study, &beside)));
     }
     let wide = [
-        ("whisker", "hub", WIDEST[0], "is more than twenty times the length"),
-        ("model", "pole_radius", WIDEST[1], "is more than five times the length"),
+        ("whisker", "hub", 20.0, "is more than twenty times the length"),
+        ("model", "pole_radius", 5.0, "is more than five times the length"),
     ];
     for (section, key, most, why) in wide {
-        said.extend(written(section, key).and_then(|item| width(&item, most * beside.length[1], why)));
+        said.extend(written(section, key).and_then(|item| {
+            let v = item.number().ok().filter(|v| *v > most * beside.length[1])?;
+            warning(&item, doubt(why, 1e-3, "micrometres")?, v, " mm")
+        }));
     }
     for key in ["noise_strain", "factor", "strain_limit"] {
         said.extend(written("gauge", key).and_then(|item| doubted_alone(&item, key)));
@@ -178,30 +154,25 @@ fn doubted(item: &Item<'_>, column: Column, study: &Study, beside: &Beside) -> O
     numbers.find_map(|(v, part)| warning(&part, length(column, v, beside)?, v, " mm"))
 }
 
-/// Whether angles up to `largest` degrees are doubtful.
+/// Whether angles up to `largest` degrees are doubtful: 0.2 rad is 11°.
 fn angle(largest: f64) -> Option<Doubt> {
     let radians = doubt("is hardly a tap", 180.0 / std::f64::consts::PI, "radians");
-    radians.filter(|_| largest < LEAST_ANGLE)
-}
-
-fn width(item: &Item<'_>, most: f64, why: &'static str) -> Option<String> {
-    let v = item.number().ok()?;
-    warning(item, doubt(why, 1e-3, "micrometres").filter(|_| v > most)?, v, " mm")
+    radians.filter(|_| largest < 0.2)
 }
 
 /// The warning about the number of a `key` that stands beside no other.
 fn doubted_alone(item: &Item<'_>, key: &str) -> Option<String> {
     let v = item.number().ok()?;
-    let [of_strain, of_millistrain, most] = FACTORS;
     let slip = match key {
-        "noise_strain" if v > 0.0 && v < NOISES[0] => {
+        "noise_strain" if v > 0.0 && v < 1e-12 => {
             let why = "this is less noise than any gauge has; 0 says that there is none";
             return Some(item.error(why).to_string());
         }
-        "noise_strain" if v > NOISES[1] => doubt("is more strain than most taps make", 1e-3, "millistrain"),
-        "factor" if v < of_millistrain => doubt("is no gauge's factor", 1e6, "1/microstrain"),
-        "factor" if v < of_strain => doubt("is no gauge's factor", 1e3, "1/millistrain"),
-        "factor" if v > most => doubt("is more than any gauge's factor", 1e-2, "percent"),
+        "noise_strain" if v > 2e-3 => doubt("is more strain than most taps make", 1e-3, "millistrain"),
+        "factor" if v < 1e-4 => doubt("is no gauge's factor", 1e6, "1/microstrain"),
+        "factor" if v < 0.05 => doubt("is no gauge's factor", 1e3, "1/millistrain"),
+        // Silicon has 175.
+        "factor" if v > 200.0 => doubt("is more than any gauge's factor", 1e-2, "percent"),
         "strain_limit" if v > 100.0 && v <= 1e6 => {
             doubt("is a strain of more than 100 %", 1e-6, "microstrain")
         }
@@ -214,15 +185,17 @@ fn doubted_alone(item: &Item<'_>, key: &str) -> Option<String> {
 fn material(item: &Item<'_>, spec: &Spec) -> Option<String> {
     let material = &spec.study.setup.model.material;
     let (e0, rubber) = (material.e0(), !matches!(material, Material::Hooke(_)));
-    let torn = spec.material_fit.as_ref().map(|fit| fit.range[1]).filter(|strain| *strain > TEARS);
+    // Rubber tears at some 10.
+    let torn = spec.material_fit.as_ref().map(|fit| fit.range[1]).filter(|strain| *strain > 12.0);
     if let Some(strain) = torn {
         return warning(item, doubt("is a strain at which rubber is torn", 1e-2, "percent")?, strain, "");
     }
     let slip = match e0 {
-        _ if e0 < MODULI[0] => doubt("is softer than gelatine", 1e3, "GPa"),
-        _ if rubber && e0 > RUBBER[1] => doubt("is stiffer than any rubber", 1e-6, "pascals"),
-        _ if rubber && e0 > RUBBER[0] => doubt("is stiffer than any rubber", 1e-3, "kPa"),
-        _ if e0 > MODULI[1] => doubt("is stiffer than tungsten", 1e-6, "pascals"),
+        // Gelatine has 0.01 MPa, tungsten 411 000 MPa; the softest rubber fewer than 20 000 kPa.
+        _ if e0 < 5e-3 => doubt("is softer than gelatine", 1e3, "GPa"),
+        _ if rubber && e0 > 2e4 => doubt("is stiffer than any rubber", 1e-6, "pascals"),
+        _ if rubber && e0 > 1e3 => doubt("is stiffer than any rubber", 1e-3, "kPa"),
+        _ if e0 > 4.2e5 => doubt("is stiffer than tungsten", 1e-6, "pascals"),
         _ => None,
     };
     warning(item, slip?, e0, " MPa")

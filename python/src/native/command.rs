@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 
 use pyo3::prelude::*;
 use serde_json::json;
-use vibrissa::command::{self, Content, Context, HeldFile, Host};
+use vibrissa::command::{self, Content, Context, HeldFile, Host, Show};
 use vibrissa::error::Error;
 use vibrissa::optimise::{Step, Watch};
 use vibrissa::progress::Progress;
@@ -40,11 +40,7 @@ impl Host for Session<'_> {
 
     fn line(&self, _: &str) {}
 
-    fn progress(&self, _: bool) -> Box<dyn Progress + '_> {
-        Box::new(Telling(self))
-    }
-
-    fn watch(&self, _: bool) -> Box<dyn Watch + '_> {
+    fn progress(&self, _: bool) -> Box<dyn Show + '_> {
         Box::new(Telling(self))
     }
 

@@ -1,7 +1,6 @@
 //! A table: columns that Arrow, numpy and data frames read where they lie.
 
 use std::collections::HashMap;
-use std::ffi::CStr;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -26,10 +25,6 @@ use vibrissa::scene::{Column, Drive, RankBy};
 use vibrissa::sink::fact::{Kind, fact};
 use vibrissa::sink::frame::Frame;
 use vibrissa::sink::values::{Values, Words};
-
-/// Names of capsules, as the Arrow PyCapsule interface has them.
-const STREAM: &CStr = c"arrow_array_stream";
-const SCHEMA: &CStr = c"arrow_schema";
 
 /// Columns of equal length with their names. numpy, pandas, polars, pyarrow and whatever else knows the Arrow PyCapsule interface read them
 /// without a copy: `table["strain"]`, `table.to_pandas()`, `pyarrow.table(table)`, `polars.DataFrame(table)`. A missing number is NaN
@@ -174,7 +169,7 @@ impl Table {
     fn __arrow_c_schema__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyCapsule>> {
         let schema =
             FFI_ArrowSchema::try_from(self.batch.schema_ref().as_ref()).map_err(|e| failed(py, &e))?;
-        PyCapsule::new_with_value(py, schema, SCHEMA)
+        PyCapsule::new_with_value(py, schema, c"arrow_schema")
     }
 
     /// The Arrow PyCapsule interface: the columns. Another schema is not made; whoever asks for one must cast.
@@ -187,7 +182,8 @@ impl Table {
         let _ = requested_schema;
         let schema = self.batch.schema();
         let batches = RecordBatchIterator::new([Ok(self.batch.clone())], schema);
-        PyCapsule::new_with_value(py, FFI_ArrowArrayStream::new(Box::new(batches)), STREAM)
+        let stream = FFI_ArrowArrayStream::new(Box::new(batches));
+        PyCapsule::new_with_value(py, stream, c"arrow_array_stream")
     }
 }
 

@@ -12,8 +12,7 @@ use crate::error::InputError;
 use crate::estimator::Estimator;
 use crate::locate::Parameter;
 use crate::measure::{Data, Rig};
-use crate::scene::{Drive, Signal, Spec};
-use crate::sink::run_json;
+use crate::scene::{Drive, Signal};
 
 /// Suspect rows listed one by one; the rest stands in rows.csv.
 const LISTED: usize = 100;
@@ -49,24 +48,6 @@ pub fn result(found: &Calibrated, rig: &Rig, covered: &Covered) -> Value {
                       "runs": runs.as_ref().map(|c| json!({ "n": c.n, "rms_mm": c.rms_mm, "within_1": c.within_1, "interval": c.interval, "beyond_3": c.beyond_3 })) },
         "warnings": found.warnings,
     })
-}
-
-/// The `run.json` of a calibration of the whisker of `spec` from `data` with their hash: its counts, seconds and result.
-pub fn document(spec: &Spec, identity: &str, (data, hash): (&Data, &str), told: [&Value; 3]) -> Value {
-    let [counts, seconds, result] = told;
-    run_json::document(
-        "calibrate",
-        json!({ "name": spec.name, "hash": identity, "text": spec.text }),
-        json!({
-            "data": { "file": data.file, "hash": hash },
-            "in_force": run_json::in_force(spec),
-            "material_fit": run_json::material_fit(spec, None),
-            "warnings": spec.warnings,
-            "counts": counts,
-            "seconds": seconds,
-            "result": result,
-        }),
-    )
 }
 
 /// Counts of rows.

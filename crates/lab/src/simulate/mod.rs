@@ -11,10 +11,9 @@ use crate::evaluate::{Evaluator, Method, Task};
 use crate::measure::{Rig, Unit};
 use serde_json::{Value, json};
 
-use crate::scene::{DirectionColumns, Drive, Layout, Signal, Spec, Tuple};
+use crate::scene::{DirectionColumns, Drive, Layout, Signal, Tuple};
 use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
-use crate::sink::run_json;
 use row::State;
 
 /// What the `source` column holds.
@@ -192,22 +191,6 @@ impl Counts {
     pub fn described(&self) -> Value {
         json!({ "taps": self.taps, "zero_readings": self.zeros, "unsolved": self.unsolved, "faults": self.faults })
     }
-}
-
-/// The `run.json` of synthetic measurements of `spec`: settings, counts, seconds.
-pub fn document(spec: &Spec, [settings, counts, seconds]: [&Value; 3]) -> Value {
-    run_json::document(
-        "simulate",
-        run_json::spec(spec),
-        json!({
-            "in_force": run_json::in_force(spec),
-            "warnings": spec.warnings,
-            "source": SOURCE,
-            "settings": settings,
-            "counts": counts,
-            "seconds": seconds,
-        }),
-    )
 }
 
 /// Which taps are simulated.
