@@ -244,17 +244,11 @@ pub(super) fn asked(setup: &Setup) -> bool {
     is_solid(&setup.model) || setup.gauge.foil.is_some()
 }
 
-/// Whether the strain of the skin is not that of the rod.
-fn skinned(setup: &Setup) -> bool {
-    setup.model.distorting || setup.gauge.foil.is_some()
-}
-
 impl Evaluator<'_> {
     /// Frames and solutions of frictionless taps of a solid; `None` outside the domain.
     pub(super) fn solid(&mut self, designs: &[Design], tasks: &[Task]) -> Solutions {
-        self.spatial = skinned(self.setup);
-        let solved = self.sought((designs, tasks), ROUNDS, Trial::new);
-        self.spatial = false;
-        solved
+        // Whether the strain of the skin is not that of the rod.
+        let skinned = self.setup.model.distorting || self.setup.gauge.foil.is_some();
+        self.sought((designs, tasks), (ROUNDS, skinned), Trial::new)
     }
 }

@@ -175,12 +175,10 @@ impl Evaluator<'_> {
                 continue;
             }
             let these: Vec<Task> = places.iter().map(|&i| tasks[i]).collect();
-            self.spatial = which > 0;
             let solved = match which {
-                2 => self.sought((designs, &these), MOST_PLANES, Trial::new),
-                _ => self.solutions(designs, &these),
+                2 => self.sought((designs, &these), (MOST_PLANES, true), Trial::new),
+                _ => self.solutions(designs, &these, which > 0),
             };
-            self.spatial = false;
             places.iter().zip(solved?).for_each(|(&i, s)| all[i] = s);
         }
         Ok(all)

@@ -31,12 +31,12 @@ pub(super) trait Trial: Send + Sync {
 }
 
 impl<'a> Evaluator<'a> {
-    /// Frames and solutions of frictionless `tasks`, each sought from what `begin` makes of it, in so many `rounds` at most; `None` outside the domain
+    /// Frames and solutions of frictionless `tasks`, each sought from what `begin` makes of it, in so many `rounds` at most, with what the plane of bending is told by where `spatial`; `None` outside the domain
     /// or at the apex.
     pub(super) fn sought<'t, T: Trial>(
         &mut self,
         (designs, tasks): (&'t [Design], &[Task]),
-        rounds: usize,
+        (rounds, spatial): (usize, bool),
         begin: impl Fn(&'t Setup, &'t Shared, &Task) -> Option<T> + Sync,
     ) -> Solutions
     where
@@ -64,7 +64,7 @@ impl<'a> Evaluator<'a> {
             }
             let framed = |(_, trial): &(usize, T)| trial.frame();
             let frames: Vec<Option<Frame>> = open.par_iter().with_min_len(256).map(framed).collect();
-            let solved = self.solve_framed(&frames, &|_| Grip::Slide(0.0))?;
+            let solved = self.solve_framed(&frames, &|_| Grip::Slide(0.0), spatial)?;
             let turned = |((i, mut trial), s): ((usize, T), Option<Solved>)| {
                 let s = s?;
                 let within = s.solution.within(tolerance);
