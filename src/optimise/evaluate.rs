@@ -13,7 +13,8 @@ use crate::backend::Choice;
 use crate::chart::between;
 use crate::chart::lanes::Figures;
 use crate::chart::ranges::Wanted;
-use crate::chart::reader::{LEAST_TAPS, Reader, RowReader, directions};
+use crate::chart::ranker::Ranker;
+use crate::chart::reader::{LEAST_TAPS, Reader, directions};
 use crate::curve::{self, Ask, Curve, Reach, both};
 use crate::design::Design;
 use crate::error::Error;
@@ -38,7 +39,7 @@ const READ: usize = 1 << 16;
 #[derive(Debug, Clone, Default)]
 pub struct Readers {
     /// Whole rows.
-    pub rows: Option<Arc<RowReader>>,
+    pub rows: Option<Arc<Ranker>>,
     /// Single taps.
     pub taps: Option<Arc<Reader>>,
 }
@@ -53,7 +54,7 @@ pub struct Scorer<'a> {
     pub evaluator: Evaluator<'a>,
     pub(super) judge: Judge<'a>,
     pub(super) batch: usize,
-    rows: Option<Arc<RowReader>>,
+    rows: Option<Arc<Ranker>>,
 }
 
 impl<'a> Scorer<'a> {
@@ -79,8 +80,9 @@ impl<'a> Scorer<'a> {
     }
 
     /// With no distance of taps that come near no equilibrium: the reference takes seconds to say that there is none.
-    pub fn leaving(self) -> Self {
-        Self { evaluator: self.evaluator.leaving(), ..self }
+    pub fn leaving(mut self) -> Self {
+        self.evaluator.leaves = true;
+        self
     }
 
     /// Whether rows are read from charts: to their error, and smoothly.
@@ -143,14 +145,14 @@ impl<'a> Scorer<'a> {
     }
 
     /// Scores of whiskers read from charts, those outside them from their taps.
-    fn read(&mut self, reader: &RowReader, points: &[Tuple]) -> Result<Vec<Score>, Error> {
+    fn read(&mut self, reader: &Ranker, points: &[Tuple]) -> Result<Vec<Score>, Error> {
         let (judge, n) = (&self.judge, self.judge.distances.len());
         let whiskers = 1 + judge.deviations.len();
         let tuples: Vec<Tuple> = (0..points.len() * whiskers)
             .into_par_iter()
             .map(|w| judge.whisker(&points[w / whiskers], w % whiskers))
             .collect();
-        let found = reader.read(&tuples);
+        let found = reader.figures(&tuples);
         let told = |(tuple, figures): (&Tuple, &Option<Figures>)| {
             figures.as_ref().map(|f| judge.score_of_chart(tuple, f))
         };
@@ -237,7 +239,7 @@ pub(super) fn readers(
     let own = search.robust.as_ref().is_none_or(|r| r.calibrated == Calibrated::Each);
     if own
         && planar
-        && let Some(rows) = RowReader::new(setup, &distances, wanted, tolerance)?
+        && let Some(rows) = Ranker::of_rows(setup, &distances, wanted, tolerance)?
     {
         return Ok(Readers { rows: Some(Arc::new(rows)), taps: None });
     }
