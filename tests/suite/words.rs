@@ -4,8 +4,7 @@ use rayon::prelude::*;
 use vibrissa::census::Taps;
 use vibrissa::census::configuration::{Configuration, HUB, all as configured};
 use vibrissa::chart::ranges::Wanted;
-use vibrissa::chart::ranker::Ranker;
-use vibrissa::chart::reader::Reader;
+use vibrissa::chart::{ranker::Ranker, reader::Reader};
 
 use vibrissa::evaluate::{Evaluator, Method, Outcome};
 use vibrissa::scene::model::{Contact, Drive, Material, Model, Side};
