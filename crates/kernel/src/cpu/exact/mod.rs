@@ -1,5 +1,5 @@
 //! The exact rod (model §3): collocation in deviation form. Twin of `shaders/{exact,sweep,newton,gauge,spatial}.wgsl`: same functions,
-//! same names, same order.
+//! same names, same order; what `spatial` has there is part of `gauge` here.
 //!
 //! # Theory
 //! Unit of length is the contact distance, of force EI₀/a². In the frame of the contact, with its axis along the whisker,
@@ -30,7 +30,6 @@ mod full;
 mod gauge;
 mod legendre;
 mod newton;
-mod spatial;
 mod sweep;
 mod tables;
 
@@ -49,7 +48,7 @@ fn shows<P: Packed>(stick: bool, felt: [P; 2], moved: P, [force, other]: [P; 2])
     force.abs() + felt[0] * moved * other.abs()
 }
 
-/// Solves `L` taps at once. `PLAIN`: all effects are off, at compile time.
+/// Solves a pack of taps. `PLAIN`: all effects are off, at compile time.
 #[inline(always)]
 pub fn taps<P: Packed, const N: usize, const PLAIN: bool>(
     tables: &Tables<P::Scalar, N>,

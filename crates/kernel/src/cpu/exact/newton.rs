@@ -195,17 +195,25 @@ pub fn step<P: Packed, const N: usize>(
         let turns = [tap.ratio * tap.force * base1 / own, tap.ratio * unit2 * base2 / own];
         return rolling(rows, turns, [across, along, bent.ahead / own], noise, own);
     }
-    let det = m11 * m22 - m12 * m21;
-    let id = one / det;
-    let size = id.abs();
-    Step {
-        steps: [(m22 * across - m12 * along) * id, (m11 * along - m21 * across) * id],
-        noise: [
-            (m22.abs() * noise[0] + m12.abs() * noise[1]) * size,
-            (m11.abs() * noise[1] + m21.abs() * noise[0]) * size,
-        ],
-        rolled: zero,
-        fold: det,
+    Step::new([[m11, m12], [m21, m22]], [across, along], noise)
+}
+
+impl<P: Packed> Step<P> {
+    /// Of two unknowns, from the Jacobian, the residuals and their noise.
+    #[inline(always)]
+    fn new([[m11, m12], [m21, m22]]: [[P; 2]; 2], [across, along]: [P; 2], noise: [P; 2]) -> Self {
+        let det = m11 * m22 - m12 * m21;
+        let id = P::of(1.0) / det;
+        let size = id.abs();
+        Self {
+            steps: [(m22 * across - m12 * along) * id, (m11 * along - m21 * across) * id],
+            noise: [
+                (m22.abs() * noise[0] + m12.abs() * noise[1]) * size,
+                (m11.abs() * noise[1] + m21.abs() * noise[0]) * size,
+            ],
+            rolled: P::of(0.0),
+            fold: det,
+        }
     }
 }
 
@@ -223,17 +231,7 @@ fn rolling<P: Packed>(
     let (across, along) = (across - m13 * ahead, along - m23 * ahead);
     let (m11, m12) = (m11 - m13 * turns[0], m12 - m13 * turns[1]);
     let (m21, m22) = (m21 - m23 * turns[0], m22 - m23 * turns[1]);
-    let det = m11 * m22 - m12 * m21;
-    let id = P::of(1.0) / det;
-    let size = id.abs();
-    let steps = [(m22 * across - m12 * along) * id, (m11 * along - m21 * across) * id];
-    Step {
-        steps,
-        noise: [
-            (m22.abs() * noise[0] + m12.abs() * noise[1]) * size,
-            (m11.abs() * noise[1] + m21.abs() * noise[0]) * size,
-        ],
-        rolled: ahead - turns[0] * steps[0] - turns[1] * steps[1],
-        fold: det * own,
-    }
+    let step = Step::new([[m11, m12], [m21, m22]], [across, along], noise);
+    let rolled = ahead - turns[0] * step.steps[0] - turns[1] * step.steps[1];
+    Step { rolled, fold: step.fold * own, ..step }
 }
