@@ -54,7 +54,6 @@ use super::distance::DistanceChart;
 use super::function::over_drives;
 use super::scope::Scope;
 use crate::kernel::cpu::{Pack, Packed, VECTORS};
-use crate::kernel::ranking::Theory as EstimateTheory;
 use crate::physics::chebyshev::{basis, matrix, placed, points, scaled};
 use crate::physics::linear::shear_length2;
 use crate::physics::taper::Taper;
@@ -122,6 +121,19 @@ pub struct Tables {
     kind: Drive,
     by: RankBy,
     per: Per,
+}
+
+/// What the theory of the estimate has beside the plain formula.
+#[derive(Debug, Clone, Copy)]
+struct EstimateTheory {
+    /// r₀, mm.
+    hub: f32,
+    /// u in place of 1 + r₀u.
+    displaced: bool,
+    /// S/D².
+    shear: f32,
+    /// Neither of them.
+    plain: bool,
 }
 
 /// A drive in the range that all designs share.
