@@ -11,6 +11,7 @@ use crate::sink::frame::Frame;
 use crate::sink::heading::heading;
 use crate::sink::run_json;
 use crate::sink::table::drive_unit;
+use crate::statistics::Figures;
 
 /// The bias, as in all tables.
 const ERROR: &str = RankBy::ErrorRms.word();
@@ -37,18 +38,18 @@ pub fn k_names(setup: &Setup) -> [&'static str; 2] {
     }
 }
 
-fn k_values(s: &Sample, unit: f64) -> [Option<f64>; 2] {
-    [s.row.deviation.mean().map(|m| (1.0 + m) * unit), s.row.deviation.sd().map(|sd| sd * unit)]
+fn k_values(row: &Figures, unit: f64) -> [Option<f64>; 2] {
+    [row.mean.map(|m| (1.0 + m) * unit), row.sd.map(|sd| sd * unit)]
 }
 
 /// One point of the curve as JSON.
 fn point(setup: &Setup, s: &Sample, unit: f64) -> Value {
-    let ([mean, sd], [k_mean, k_sd]) = (k_names(setup), k_values(s, unit));
-    let row = &s.row;
+    let row = s.row.figures();
+    let ([mean, sd], [k_mean, k_sd]) = (k_names(setup), k_values(&row, unit));
     json!({
         setup.drive.column(): s.drive, "total_rms_mm": row.total_rms(), mean: k_mean, sd: k_sd,
-        ERROR: row.error_rms(), BIAS: row.error_rms(), "noise_rms_mm": row.noise_rms(), "strain_max": row.strain_max(),
-        "force_max_N": row.force_max(), "status": row.status.to_string(),
+        ERROR: row.error_rms, BIAS: row.error_rms, "noise_rms_mm": row.noise_rms, "strain_max": row.strain_max,
+        "force_max_N": row.force_max, "status": row.status.to_string(),
     })
 }
 
@@ -80,9 +81,9 @@ pub fn table(study: &Study, report: &Report) -> Result<Frame, Error> {
     let unit = k_unit(study);
     let mut table = heading("tap").frame_for(&study.setup);
     for s in &report.curve {
-        let (row, [mean, sd]) = (&s.row, k_values(s, unit));
-        let error = row.error_rms();
-        let numbers = [mean, sd, error, row.noise_rms(), row.total_rms(), row.strain_max(), error];
+        let row = s.row.figures();
+        let ([mean, sd], error) = (k_values(&row, unit), row.error_rms);
+        let numbers = [mean, sd, error, row.noise_rms, row.total_rms(), row.strain_max, error];
         let drive = std::iter::once(s.drive.into());
         table.row(drive.chain(numbers.map(Into::into)).chain([row.status.into()]))?;
     }
@@ -118,9 +119,9 @@ pub fn why(setup: &Setup, report: &Report, ends: [f64; 2], objective: Objective)
     let [from, to] = ends.map(|end| (optimum.drive - end).abs());
     let end = if from <= to { "smallest" } else { "largest" };
     // The model itself has no bias, unless a tap before the peak is taken for one beyond it.
-    let exact = setup.estimate.theory == Theory::Exact && optimum.row.error_rms() == Some(0.0);
+    let exact = setup.estimate.theory == Theory::Exact && optimum.row.figures().error_rms == Some(0.0);
     let trend = match (objective, end) {
-        (Objective::Distance, _) if exact && optimum.row.total_rms() == Some(0.0) => {
+        (Objective::Distance, _) if exact && optimum.row.figures().total_rms() == Some(0.0) => {
             "without bias and noise none is better than another"
         }
         (Objective::Distance, "smallest") if exact => "the noise grows with it",
