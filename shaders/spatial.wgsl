@@ -1,4 +1,4 @@
-// What a pole that is not upright asks of a planar tap beside its strain. Twin of the end of crates/kernel/src/cpu/exact/gauge.rs.
+// What a pole that is not upright asks of a planar tap beside its strain. Twin of crates/kernel/src/cpu/exact/spatial.rs.
 
 struct Spatial {
     base: real,

@@ -1,8 +1,8 @@
-//! Strain deviation and error estimate from a converged state, and what a pole that is not upright asks of a planar tap beside its strain (model §6).
-//! Twin of `shaders/gauge.wgsl` and `spatial.wgsl`.
+//! Strain deviation and error estimate from a converged state. Twin of `shaders/gauge.wgsl`.
 
 use super::super::pack::Packed;
 use super::legendre::{legendre, primitive};
+use super::spatial::{Spatial, spatial};
 use super::sweep::State;
 use super::tables::{Tables, dot};
 use crate::{Effects, Rule, Solution, Tap, rule::limits::*};
@@ -117,8 +117,7 @@ pub fn gauge<P: Packed, const N: usize, const PLAIN: bool>(
     let ig2 = one / g2;
     let ig6 = ig2 * ig2 * ig2;
     let side = of(if effects.far { -1.0 } else { 1.0 });
-    // Over the points of the gauge: the strain, that of the centreline, and the length of the rod.
-    let (mut sum, mut middle, mut length) = (zero, zero, zero);
+    let (mut sum, mut length) = (zero, zero);
     for &(point, weight) in &tables.gauge {
         let w = w2 + (w1 - w2) * P::splat(point);
         let weight = P::splat(weight);
@@ -149,12 +148,8 @@ pub fn gauge<P: Packed, const N: usize, const PLAIN: bool>(
             let b = tap.radius * (w_force * arm + h_force * contact_radius - moment) * y3 * y3 * ig6;
             let [extra, chi, _] = tables.section(direct, b.abs());
             strain = strain + b * chi + side * extra;
-            direct = direct + extra;
         }
         sum = sum + weight * strain / y3;
-        if effects.spatial {
-            middle = middle + weight * direct / y3;
-        }
     }
     let bent = c2.if_less(zero, c1.max(zero) / tap.width, one);
     let (w, growth) = (state.force, one + state.force);
@@ -228,30 +223,12 @@ pub fn gauge<P: Packed, const N: usize, const PLAIN: bool>(
     }
     let error = zero.if_less(outside.max(ended), zero.if_less(astray, of(LOST), of(HOPELESS)), error);
     let load = zero.if_less(outside.max(astray), zero, load);
-    let (mut base, mut centreline) = (zero, zero);
-    if effects.spatial {
-        // The closed forms of the angle less its lag, with the last Newton step in them.
-        base = w_force * c * c * ig2 * ig2 * g2.mul_add(two, one) * of(1.0 / 6.0);
-        if offset {
-            base = base + h_force * contact_radius * c * ig6 * (one + g2 + g2 * g2) * of(1.0 / 3.0);
-        }
-        let scale = if PLAIN { of(4.0) * w_force * m * m * ig2 * ig2 } else { two * m * ig6 };
-        base = base - scale * dot(n, &tables.weights, &state.bending);
-        if axial || law {
-            centreline = bent * middle / (length * tap.strain);
-        }
-    }
-    Solution {
-        force: w,
-        along: state.along,
-        arc: state.arc,
-        strain,
-        error,
-        load,
-        sweeps,
-        base,
-        axial: centreline,
-    }
+    let Spatial { base, axial } = if effects.spatial {
+        spatial::<P, N, PLAIN>(tables, effects, tap, state, &series, &climbs, &angles)
+    } else {
+        Spatial { base: zero, axial: zero }
+    };
+    Solution { force: w, along: state.along, arc: state.arc, strain, error, load, sweeps, base, axial }
 }
 
 /// The part of the lever mean beyond the contact, which has no moment.
@@ -262,7 +239,7 @@ fn past<P: Packed>(end: P, b2: P, g2: P, width: P) -> P {
 
 /// Place w on the rod of a point at distance `from_contact`, u² = 1 − τs there.
 #[inline(always)]
-fn place<P: Packed>(from_contact: P, u: P, c: P, g: P) -> P {
+pub fn place<P: Packed>(from_contact: P, u: P, c: P, g: P) -> P {
     let root = u.max(P::of(TINY)).sqrt();
     from_contact.max(P::of(0.0)) * (P::of(1.0) + g) / (c * root * (root + g))
 }

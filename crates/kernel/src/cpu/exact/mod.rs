@@ -1,5 +1,5 @@
 //! The exact rod (model §3): collocation in deviation form. Twin of `shaders/{exact,sweep,newton,gauge,spatial}.wgsl`: same functions,
-//! same names, same order; what `spatial` has there is part of `gauge` here.
+//! same names, same order.
 //!
 //! # Theory
 //! Unit of length is the contact distance, of force EI₀/a². In the frame of the contact, with its axis along the whisker,
@@ -30,6 +30,7 @@ mod full;
 mod gauge;
 mod legendre;
 mod newton;
+mod spatial;
 mod sweep;
 mod tables;
 
